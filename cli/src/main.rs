@@ -1,0 +1,2 @@
+//! The pliant command line.
+fn main() {}

@@ -1,0 +1,1 @@
+//! Surface meshes: the OBJ document, generators and checks.
