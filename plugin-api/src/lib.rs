@@ -1,1 +1,31 @@
-//! The plugin border.
+//! What crosses the border between pliant and a plugin.
+//!
+//! A plugin is a shared library with one exported symbol. It offers materials (what the force is), grids (which nodes carry
+//! a surface) or devices (where the hand is); the host does everything else. [`abi`] is the wire format, the same as in
+//! `include/pliant.h`; the rest is safe Rust on top of it: implement [`Material`], [`Grid`] or [`Device`], then call
+//! [`export_plugins`].
+//!
+//! The life of an instance: the host reads the descriptor and checks the scene's parameters against it, creates the
+//! instance, sets parameters, activates it (`new`: the last chance to allocate), calls it from the thread classes the header
+//! names, deactivates and destroys it. The library stays loaded until the program ends.
+
+pub mod abi;
+pub mod batch;
+mod device;
+#[doc(hidden)]
+pub mod export;
+mod fault;
+mod grid;
+mod info;
+#[doc(hidden)]
+pub mod instance;
+mod material;
+pub mod param;
+
+pub use batch::{Blocks, Elements, NodeScalars, NodeVectors, Planes, pair};
+pub use device::{AsDevice, Device};
+pub use fault::Fault;
+pub use grid::{AsGrid, Grid, Location, RegionRequest, RegionSink, SurfaceView};
+pub use info::Info;
+pub use material::{AsMaterial, ElementRequest, Material, Tangent};
+pub use param::{Param, Params};

@@ -1,0 +1,101 @@
+//! The trait of a device, and its side of the wire.
+
+use crate::abi::{self, DeviceInfo, Output, Pose, Status};
+use crate::fault::Fault;
+use crate::info::Info;
+use crate::instance::{Role, call};
+use crate::param::Params;
+use core::ffi::{CStr, c_void};
+use core::marker::PhantomData;
+use core::slice::{from_raw_parts, from_raw_parts_mut};
+
+/// Where the hand is, and what force and touch to give it.
+///
+/// `stop` may come from any thread at any time, so everything takes `&self`: keep what changes in atomics.
+pub trait Device: Send + Sync + Sized + 'static {
+    /// Facts for the descriptor.
+    const INFO: Info;
+
+    /// Opens the device.
+    ///
+    /// # Errors
+    /// No device, no driver, no rights, or parameters it cannot work with.
+    fn new(params: &Params<'_>) -> Result<Self, Fault>;
+
+    /// Its limits, which the host scales its gains to.
+    fn describe(&self) -> DeviceInfo;
+
+    /// One pose per effector, at `time` (ns). A real device gives its newest and leaves `time` alone. *Servo*.
+    ///
+    /// # Errors
+    /// The device is lost; the host lets go of everything it held.
+    fn read(&self, time: u64, poses: &mut [Pose]) -> Result<(), Fault>;
+
+    /// What each effector is to render from now on. *Servo*.
+    ///
+    /// # Errors
+    /// The device is lost.
+    fn write(&self, time: u64, outputs: &[Output]) -> Result<(), Fault>;
+
+    /// Zero force, at once, from any thread.
+    fn stop(&self);
+}
+
+/// A [`Device`] as [`crate::export_plugins`] hands it over.
+pub struct AsDevice<T>(PhantomData<T>);
+
+impl<T: Device> Role for AsDevice<T> {
+    type Object = T;
+    const INFO: Info = T::INFO;
+    const KIND: u32 = abi::KIND_DEVICE;
+    const EXTENSION: &'static CStr = abi::DEVICE;
+
+    fn table() -> *const c_void {
+        (&raw const *Self::TABLE).cast()
+    }
+
+    fn open(params: &Params<'_>, _limits: &abi::Limits) -> Result<T, Fault> {
+        T::new(params)
+    }
+}
+
+#[allow(unsafe_code, reason = "the functions behind the table")]
+impl<T: Device> AsDevice<T> {
+    const TABLE: &'static abi::Device = &abi::Device {
+        size: size_of::<abi::Device>(),
+        describe: Some(Self::describe),
+        read: Some(Self::read),
+        write: Some(Self::write),
+        stop: Some(Self::stop),
+    };
+
+    unsafe extern "C" fn describe(plugin: *const abi::Plugin, out: *mut DeviceInfo) -> Status {
+        // SAFETY: a live, active instance of this role; `out` is the host's to fill.
+        unsafe {
+            call::<Self, _>(plugin, |device| {
+                *out = device.describe();
+                Ok(())
+            })
+        }
+    }
+
+    unsafe extern "C" fn read(plugin: *const abi::Plugin, time: u64, poses: *mut Pose, count: usize) -> Status {
+        // SAFETY: as above, with `count` poses; [servo] calls are exclusive.
+        unsafe { call::<Self, _>(plugin, |device| device.read(time, from_raw_parts_mut(poses, count))) }
+    }
+
+    unsafe extern "C" fn write(plugin: *const abi::Plugin, time: u64, outputs: *const Output, count: usize) -> Status {
+        // SAFETY: as above, with `count` outputs; [servo] calls are exclusive.
+        unsafe { call::<Self, _>(plugin, |device| device.write(time, from_raw_parts(outputs, count))) }
+    }
+
+    unsafe extern "C" fn stop(plugin: *const abi::Plugin) -> Status {
+        // SAFETY: as above.
+        unsafe {
+            call::<Self, _>(plugin, |device| {
+                device.stop();
+                Ok(())
+            })
+        }
+    }
+}

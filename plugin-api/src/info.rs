@@ -1,0 +1,37 @@
+//! What a plugin says of itself before an instance exists.
+
+use crate::abi;
+use crate::param::Param;
+use core::ffi::CStr;
+
+/// Facts about a plugin, all known at compile time.
+#[derive(Clone, Copy)]
+pub struct Info {
+    /// Kebab-case; third parties prefix a reversed domain: `c"org.lab.neo-hookean"`.
+    pub id: &'static CStr,
+    /// For people.
+    pub name: &'static CStr,
+    /// Of the plugin, not of the interface.
+    pub version: &'static CStr,
+    /// One line: the model, and its source (author, year).
+    pub summary: &'static CStr,
+    /// Every parameter a scene may set.
+    pub params: &'static [Param],
+}
+
+impl Info {
+    pub(crate) const fn descriptor(self, kind: u32) -> abi::Descriptor {
+        abi::Descriptor {
+            size: size_of::<abi::Descriptor>(),
+            kind,
+            flags: abi::FLAG_REAL_TIME | abi::FLAG_DETERMINISTIC,
+            id: self.id.as_ptr(),
+            name: self.name.as_ptr(),
+            version: self.version.as_ptr(),
+            summary: self.summary.as_ptr(),
+            params: self.params.as_ptr().cast(),
+            param_count: self.params.len(),
+            param_size: size_of::<abi::Param>(),
+        }
+    }
+}

@@ -1,0 +1,197 @@
+//! The trait of a material, and its side of the wire.
+
+use crate::abi::{self, Status};
+use crate::batch::{Blocks, Elements, NodeScalars, NodeVectors, Planes};
+use crate::fault::Fault;
+use crate::info::Info;
+use crate::instance::{Role, call};
+use crate::param::Params;
+use core::ffi::{CStr, c_void};
+use core::marker::PhantomData;
+
+/// The elements a material wants of a body, of one kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ElementRequest {
+    /// [`abi::POINT`], [`abi::LINK`], ...
+    pub kind: u32,
+    /// Families of links, or 0.
+    pub families: u32,
+    /// [`abi::HAS_MASS`] and the like: what is asked of the material for this kind, and nothing else is.
+    pub flags: u32,
+    /// Doubles of rest data per element.
+    pub rest_stride: u32,
+    /// Doubles of history per element.
+    pub history_stride: u32,
+}
+
+/// How much of each goes into the matrix.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tangent {
+    /// Factor of K = d2E/dx2.
+    pub stiffness: f64,
+    /// Factor of C = -df/dv.
+    pub damping: f64,
+}
+
+/// Energy, force and stiffness of a deformed body.
+///
+/// A material is a function of its arguments: the host owns positions, velocities, rest data and history, calls several
+/// ranges at once, and moves the body. *Real time*: everything but [`Material::new`] and [`Material::elements`] runs
+/// inside a step and must not allocate, lock or do I/O.
+pub trait Material: Send + Sync + Sized + 'static {
+    /// Facts for the descriptor.
+    const INFO: Info;
+
+    /// Takes the parameters.
+    ///
+    /// # Errors
+    /// A combination of parameters that ranges could not exclude.
+    fn new(params: &Params<'_>) -> Result<Self, Fault>;
+
+    /// The kinds of elements wanted, given the parameters.
+    fn elements(&self) -> Vec<ElementRequest>;
+
+    /// Writes the rest data, from rest positions and measures alone.
+    ///
+    /// # Errors
+    /// An element whose rest shape cannot be used.
+    fn rest(&self, at: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault>;
+
+    /// Adds the elements' masses, kg.
+    ///
+    /// # Errors
+    /// As for [`Material::rest`].
+    fn mass(&self, at: &Elements<'_>, out: &mut NodeScalars<'_>) -> Result<(), Fault>;
+
+    /// The elements' energy, J.
+    ///
+    /// # Errors
+    /// A value that is not finite.
+    fn energy(&self, at: &Elements<'_>) -> Result<f64, Fault>;
+
+    /// Adds -dE/dx - C v, N.
+    ///
+    /// # Errors
+    /// A value that is not finite.
+    fn forces(&self, at: &Elements<'_>, out: &mut NodeVectors<'_>) -> Result<(), Fault>;
+
+    /// Adds `scale.stiffness` K + `scale.damping` C. K may be a positive semi-definite stand-in for the exact Hessian.
+    ///
+    /// # Errors
+    /// A value that is not finite.
+    fn tangent(&self, at: &Elements<'_>, scale: Tangent, out: &mut Blocks<'_>) -> Result<(), Fault>;
+
+    /// Brings the history of an accepted step up to date; asked only of kinds with [`abi::HAS_HISTORY`].
+    ///
+    /// # Errors
+    /// A value that is not finite.
+    fn advance(&self, _at: &Elements<'_>, _history: &mut Planes<'_>) -> Result<(), Fault> {
+        Ok(())
+    }
+}
+
+/// A [`Material`] as [`crate::export_plugins`] hands it over.
+pub struct AsMaterial<T>(PhantomData<T>);
+
+impl<T: Material> Role for AsMaterial<T> {
+    type Object = T;
+    const INFO: Info = T::INFO;
+    const KIND: u32 = abi::KIND_MATERIAL;
+    const EXTENSION: &'static CStr = abi::MATERIAL;
+
+    fn table() -> *const c_void {
+        (&raw const *Self::TABLE).cast()
+    }
+
+    fn open(params: &Params<'_>, _limits: &abi::Limits) -> Result<T, Fault> {
+        T::new(params)
+    }
+}
+
+#[allow(unsafe_code, reason = "the functions behind the table")]
+impl<T: Material> AsMaterial<T> {
+    const TABLE: &'static abi::Material = &abi::Material {
+        size: size_of::<abi::Material>(),
+        elements: Some(Self::elements),
+        rest: Some(Self::rest),
+        mass: Some(Self::mass),
+        energy: Some(Self::energy),
+        forces: Some(Self::forces),
+        tangent: Some(Self::tangent),
+        product: None,
+        advance: Some(Self::advance),
+    };
+
+    unsafe extern "C" fn elements(plugin: *const abi::Plugin, index: u32, out: *mut abi::ElementRequest) -> Status {
+        // SAFETY: the host calls with an instance of this role, and `out` is its own to fill.
+        unsafe {
+            call::<Self, _>(plugin, |material| {
+                let wanted = material.elements();
+                let Some(request) = wanted.get(index as usize) else {
+                    return Err(Fault::unsupported(""));
+                };
+                *out = abi::ElementRequest {
+                    size: size_of::<abi::ElementRequest>(),
+                    kind: request.kind,
+                    families: request.families,
+                    flags: request.flags,
+                    rest_stride: request.rest_stride,
+                    history_stride: request.history_stride,
+                };
+                Ok(())
+            })
+        }
+    }
+
+    unsafe extern "C" fn rest(plugin: *const abi::Plugin, batch: *const abi::Batch, out: *mut f64) -> Status {
+        // SAFETY: the host's promises of the header: a live instance, a batch borrowed for the call, planes of its range.
+        unsafe { call::<Self, _>(plugin, |material| material.rest(&Elements(&*batch), &mut Planes::new(&*batch, out))) }
+    }
+
+    unsafe extern "C" fn mass(plugin: *const abi::Plugin, batch: *const abi::Batch, out: *mut f64) -> Status {
+        // SAFETY: as in `rest`.
+        unsafe {
+            call::<Self, _>(plugin, |material| material.mass(&Elements(&*batch), &mut NodeScalars::new(&*batch, out)))
+        }
+    }
+
+    unsafe extern "C" fn energy(plugin: *const abi::Plugin, batch: *const abi::Batch, out: *mut f64) -> Status {
+        // SAFETY: as in `rest`.
+        unsafe {
+            call::<Self, _>(plugin, |material| {
+                *out += material.energy(&Elements(&*batch))?;
+                Ok(())
+            })
+        }
+    }
+
+    unsafe extern "C" fn forces(plugin: *const abi::Plugin, batch: *const abi::Batch, out: *mut f64) -> Status {
+        // SAFETY: as in `rest`.
+        unsafe {
+            call::<Self, _>(plugin, |material| material.forces(&Elements(&*batch), &mut NodeVectors::new(&*batch, out)))
+        }
+    }
+
+    unsafe extern "C" fn tangent(
+        plugin: *const abi::Plugin,
+        batch: *const abi::Batch,
+        stiffness: f64,
+        damping: f64,
+        blocks: *const abi::Blocks,
+    ) -> Status {
+        // SAFETY: as in `rest`.
+        unsafe {
+            call::<Self, _>(plugin, |material| {
+                let mut blocks = Blocks::new(&*batch, &*blocks);
+                material.tangent(&Elements(&*batch), Tangent { stiffness, damping }, &mut blocks)
+            })
+        }
+    }
+
+    unsafe extern "C" fn advance(plugin: *const abi::Plugin, batch: *const abi::Batch, out: *mut f64) -> Status {
+        // SAFETY: as in `rest`.
+        unsafe {
+            call::<Self, _>(plugin, |material| material.advance(&Elements(&*batch), &mut Planes::new(&*batch, out)))
+        }
+    }
+}

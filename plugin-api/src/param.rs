@@ -1,0 +1,159 @@
+//! Declared parameters, and the values an instance was given.
+//!
+//! The host checks a scene against the declarations before any code of the plugin runs, so a plugin only checks what a
+//! range cannot say.
+
+use crate::abi;
+use core::ffi::CStr;
+use std::ptr::null;
+
+/// One declared parameter. Keys are kebab-case, units are SI text (`"Pa"`, `"kg/m^3"`, `"1"`).
+#[repr(transparent)]
+pub struct Param(pub(crate) abi::Param);
+
+#[allow(unsafe_code, reason = "a static with raw pointers needs a promise")]
+// SAFETY: the constructors take `'static` strings only, and nothing writes through the pointers.
+unsafe impl Sync for Param {}
+
+impl Param {
+    const fn raw(kind: u32, key: &'static CStr, unit: &'static CStr, summary: &'static CStr) -> abi::Param {
+        let (key, unit, summary) = (key.as_ptr(), unit.as_ptr(), summary.as_ptr());
+        abi::Param { kind, key, unit, summary, min: 0.0, max: 0.0, fallback: 0.0, choices: null() }
+    }
+
+    /// A number within `[range.0, range.1]`, `default` when the scene does not give it.
+    pub const fn number(
+        key: &'static CStr,
+        unit: &'static CStr,
+        range: (f64, f64),
+        default: f64,
+        summary: &'static CStr,
+    ) -> Self {
+        let plain = Self::raw(abi::PARAM_NUMBER, key, unit, summary);
+        Self(abi::Param { min: range.0, max: range.1, fallback: default, ..plain })
+    }
+
+    /// One of `choices`, written `c"one|two|three"`; the first is the default.
+    pub const fn choice(key: &'static CStr, choices: &'static CStr, summary: &'static CStr) -> Self {
+        let plain = Self::raw(abi::PARAM_CHOICE, key, c"1", summary);
+        Self(abi::Param { choices: choices.as_ptr(), ..plain })
+    }
+
+    /// A text; empty when the scene does not give it.
+    pub const fn text(key: &'static CStr, summary: &'static CStr) -> Self {
+        Self(Self::raw(abi::PARAM_TEXT, key, c"1", summary))
+    }
+
+    /// A file, absolute by the time the plugin sees it; empty when the scene does not give it.
+    pub const fn path(key: &'static CStr, summary: &'static CStr) -> Self {
+        Self(Self::raw(abi::PARAM_PATH, key, c"1", summary))
+    }
+
+    /// Rows of numbers under the named `columns`, written `c"time|x|y|z"`; no rows when the scene does not give it.
+    pub const fn table(key: &'static CStr, columns: &'static CStr, summary: &'static CStr) -> Self {
+        let plain = Self::raw(abi::PARAM_TABLE, key, c"1", summary);
+        Self(abi::Param { choices: columns.as_ptr(), ..plain })
+    }
+
+    fn key(&self) -> &'static CStr {
+        #[allow(unsafe_code, reason = "reads back a pointer the constructor took from a CStr")]
+        // SAFETY: every constructor stores the pointer of a `&'static CStr`.
+        unsafe {
+            CStr::from_ptr(self.0.key)
+        }
+    }
+}
+
+/// What a parameter was set to.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// A number, or the place of a choice.
+    Number(f64),
+    /// A text or a path.
+    Text(String),
+    /// Rows of numbers.
+    Table(Table),
+}
+
+/// Rows of numbers, row-major.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Table {
+    /// Columns of each row.
+    pub columns: usize,
+    /// (rows x columns)
+    pub values: Vec<f64>,
+}
+
+impl Table {
+    /// The rows, first to last.
+    pub fn rows(&self) -> impl ExactSizeIterator<Item = &[f64]> {
+        self.values.chunks_exact(self.columns.max(1))
+    }
+}
+
+/// The values of one instance, by key. Every key asked for must have been declared: asking for another panics.
+pub struct Params<'a> {
+    declared: &'static [Param],
+    values: &'a [Value],
+}
+
+impl<'a> Params<'a> {
+    /// `values` in the order of `declared`; how a test gives parameters to a plugin that is linked in.
+    pub fn new(declared: &'static [Param], values: &'a [Value]) -> Self {
+        assert_eq!(declared.len(), values.len(), "one value for each declared parameter");
+        Self { declared, values }
+    }
+
+    fn value(&self, key: &str) -> &'a Value {
+        match self.declared.iter().position(|p| p.key().to_bytes() == key.as_bytes()) {
+            Some(i) => &self.values[i],
+            None => panic!("parameter `{key}` is not declared"),
+        }
+    }
+
+    /// A number in its unit.
+    pub fn number(&self, key: &str) -> f64 {
+        match self.value(key) {
+            Value::Number(value) => *value,
+            _ => panic!("parameter `{key}` is not a number"),
+        }
+    }
+
+    /// The place of a choice among those declared.
+    pub fn choice(&self, key: &str) -> usize {
+        self.number(key) as usize
+    }
+
+    /// A text or path; `None` when empty.
+    pub fn text(&self, key: &str) -> Option<&'a str> {
+        match self.value(key) {
+            Value::Text(text) => Some(text.as_str()).filter(|t| !t.is_empty()),
+            _ => panic!("parameter `{key}` is not a text"),
+        }
+    }
+
+    /// Rows of numbers; `None` when there are none.
+    pub fn table(&self, key: &str) -> Option<&'a Table> {
+        match self.value(key) {
+            Value::Table(table) => Some(table).filter(|t| !t.values.is_empty()),
+            _ => panic!("parameter `{key}` is not a table"),
+        }
+    }
+}
+
+/// What each parameter is before anyone sets it.
+pub fn defaults(declared: &[Param]) -> Vec<Value> {
+    declared
+        .iter()
+        .map(|p| match p.0.kind {
+            abi::PARAM_NUMBER | abi::PARAM_CHOICE => Value::Number(p.0.fallback),
+            abi::PARAM_TABLE => Value::Table(Table::default()),
+            _ => Value::Text(String::new()),
+        })
+        .collect()
+}
+
+/// The place of `key` among the declared parameters.
+pub fn position(declared: &[Param], key: &str) -> Option<usize> {
+    declared.iter().position(|p| p.key().to_bytes() == key.as_bytes())
+}
