@@ -1,0 +1,187 @@
+//! A lossless OBJ document: the bytes as they came, and beside them what the lines mean.
+//!
+//! Nothing is ever re-printed from the meaning. Writing copies the bytes and replaces only the coordinate tokens of
+//! the vertices that moved, so comments, colours, quads, groups, line ends and anything we do not understand survive.
+
+mod cursor;
+mod error;
+mod normals;
+mod number;
+mod parse;
+#[cfg(test)]
+mod tests;
+mod write;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+pub use error::{ObjError, ObjProblem, WriteError};
+
+/// An OBJ file and the meaning of its lines. Never empty: it has a vertex and a face at least.
+#[derive(Clone, Debug)]
+pub struct ObjDocument {
+    name: PathBuf,
+    bytes: Vec<u8>,
+    parsed: Parsed,
+}
+
+/// One corner of a face: indices from 0 into the document's positions, texture coordinates and normals.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Corner {
+    /// Index into [`ObjDocument::positions`].
+    pub v: u32,
+    vt: u32,
+    vn: u32,
+}
+
+/// One `f` line.
+#[derive(Clone, Copy, Debug)]
+pub struct Face<'a> {
+    /// Corners in the order of the file, 3 at least, no vertex twice.
+    pub corners: &'a [Corner],
+    /// Line in the file, from 1.
+    pub line: u32,
+    /// The group, object, material and smoothing in force at this line.
+    pub attributes: Attributes,
+}
+
+/// What `g`, `o`, `usemtl` and `s` lines say of the faces below them, as indices into the document's tables of names.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Attributes {
+    /// Index into [`ObjDocument::groups`]; `None` above the first `g`.
+    pub group: Option<u32>,
+    /// Index into [`ObjDocument::objects`]; `None` above the first `o`.
+    pub object: Option<u32>,
+    /// Index into [`ObjDocument::materials`]; `None` above the first `usemtl`.
+    pub material: Option<u32>,
+    /// Smoothing group; 0 is off.
+    pub smoothing: u32,
+}
+
+/// The meaning of the lines. Offsets and indices are `u32`: a document is less than 4 GiB.
+#[derive(Clone, Debug, Default)]
+struct Parsed {
+    positions: Vec<[f64; 3]>,     // file units (n x 3)
+    position_at: Vec<u32>,        // byte offset of the v line (n)
+    texcoords: Vec<[f64; 2]>,     // u, v (t x 2)
+    normals: Vec<[f64; 3]>,       // as in the file, any length (k x 3)
+    normal_at: Vec<u32>,          // byte offset of the vn line (k)
+    corners: Vec<Corner>,         // face after face (c)
+    face_start: Vec<u32>,         // first corner of each face, then c (f + 1)
+    face_line: Vec<u32>,          // from 1 (f)
+    runs: Vec<(u32, Attributes)>, // first face of each run of equal attributes
+    groups: Vec<String>,
+    objects: Vec<String>,
+    materials: Vec<String>,
+    libraries: Vec<String>,
+}
+
+const NONE: u32 = u32::MAX; // an absent vt or vn; a third of the memory of Option<u32> on three million corners
+
+impl Corner {
+    /// Index into [`ObjDocument::texcoords`], if the corner names one.
+    pub fn vt(&self) -> Option<u32> {
+        (self.vt != NONE).then_some(self.vt)
+    }
+
+    /// Index into [`ObjDocument::normals`], if the corner names one.
+    pub fn vn(&self) -> Option<u32> {
+        (self.vn != NONE).then_some(self.vn)
+    }
+}
+
+impl ObjDocument {
+    /// The document in the file at `path`.
+    ///
+    /// # Errors
+    /// [`ObjError`] when the file cannot be read or [`ObjDocument::parse`] refuses it.
+    pub fn read(path: &Path) -> Result<Self, ObjError> {
+        let bytes = fs::read(path).map_err(|source| ObjError::Read { file: path.into(), source })?;
+        Self::parse(bytes, path)
+    }
+
+    /// The document in `bytes`; `name` is only for messages and for finding material libraries beside it.
+    ///
+    /// # Errors
+    /// [`ObjError`] with file, line, entity and token for anything a surface cannot be made of: numbers that are not
+    /// finite, indices out of range, faces with fewer than 3 corners or a vertex twice, no vertex, no face, NUL bytes.
+    pub fn parse(bytes: Vec<u8>, name: &Path) -> Result<Self, ObjError> {
+        match parse::parse(&bytes) {
+            Ok(parsed) => Ok(Self { name: name.into(), bytes, parsed }),
+            Err((line, problem)) => Err(ObjError::Line { file: name.into(), line, problem }),
+        }
+    }
+
+    /// The path given when the document was made.
+    pub fn name(&self) -> &Path {
+        &self.name
+    }
+
+    /// The document as it came.
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// Vertex positions in the order of the `v` lines, file units (n x 3).
+    pub fn positions(&self) -> &[[f64; 3]] {
+        &self.parsed.positions
+    }
+
+    /// Texture coordinates in the order of the `vt` lines (t x 2); a missing second one is 0.
+    pub fn texcoords(&self) -> &[[f64; 2]] {
+        &self.parsed.texcoords
+    }
+
+    /// Normals in the order of the `vn` lines, not made unit (k x 3).
+    pub fn normals(&self) -> &[[f64; 3]] {
+        &self.parsed.normals
+    }
+
+    /// Number of faces, f.
+    pub fn face_count(&self) -> usize {
+        self.parsed.face_line.len()
+    }
+
+    /// Face number `index`, from 0; `None` past the last.
+    pub fn face(&self, index: usize) -> Option<Face<'_>> {
+        let line = *self.parsed.face_line.get(index)?;
+        let run = self.parsed.runs.partition_point(|&(first, _)| first as usize <= index);
+        Some(Face { corners: self.corners(index), line, attributes: self.parsed.runs[run - 1].1 })
+    }
+
+    /// Every face in the order of the file.
+    pub fn faces(&self) -> impl Iterator<Item = Face<'_>> {
+        (0..self.face_count()).filter_map(|index| self.face(index))
+    }
+
+    /// Names on the `g` lines, each once; a line that names several groups is one name.
+    pub fn groups(&self) -> &[String] {
+        &self.parsed.groups
+    }
+
+    /// Names on the `o` lines, each once.
+    pub fn objects(&self) -> &[String] {
+        &self.parsed.objects
+    }
+
+    /// Names on the `usemtl` lines, each once.
+    pub fn materials(&self) -> &[String] {
+        &self.parsed.materials
+    }
+
+    /// What follows `mtllib` on each such line, each once.
+    pub fn libraries(&self) -> &[String] {
+        &self.parsed.libraries
+    }
+
+    /// The line, from 1, on which vertex `index` stands; `None` past the last. Counts line ends: for messages.
+    pub fn line_of_vertex(&self, index: usize) -> Option<u32> {
+        let at = *self.parsed.position_at.get(index)? as usize;
+        Some(cursor::Cursor::new(&self.bytes).line_at(at))
+    }
+
+    fn corners(&self, face: usize) -> &[Corner] {
+        let [from, to] = [face, face + 1].map(|end| self.parsed.face_start[end] as usize);
+        &self.parsed.corners[from..to]
+    }
+}

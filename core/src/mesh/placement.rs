@@ -1,0 +1,104 @@
+//! Where a model stands in the scene: file units to metres and back.
+
+use std::iter::zip;
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::{Bounds, MeshError};
+
+/// A similarity transform: scaled about the origin, then turned, then moved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placement {
+    /// Metres per file unit, above 0.
+    pub scale: f64,
+    /// Turn about the origin.
+    pub rotation: UnitQuaternion<f64>,
+    /// Move after scale and turn, m.
+    pub translation: Vector3<f64>,
+}
+
+impl Default for Placement {
+    /// One file unit is a metre, nothing turned or moved.
+    fn default() -> Self {
+        Self { scale: 1.0, rotation: UnitQuaternion::identity(), translation: Vector3::zeros() }
+    }
+}
+
+impl Placement {
+    /// Unturned, the longest edge of `bounds` (file units) becomes `size` (m) and its centre the origin.
+    ///
+    /// # Errors
+    /// [`MeshError::NoSize`] when the box is a point; [`MeshError::Parameter`] when `size` is not finite and above 0.
+    pub fn fit(bounds: &Bounds, size: f64) -> Result<Self, MeshError> {
+        if !(size.is_finite() && size > 0.0) {
+            let allowed = "a finite length above 0 m";
+            return Err(MeshError::Parameter { parameter: "size", found: size.to_string(), allowed });
+        }
+        let longest = bounds.longest_edge();
+        let scale = size / longest;
+        if !(longest > 0.0 && scale.is_normal()) {
+            return Err(MeshError::NoSize { found: longest });
+        }
+        Ok(Self { scale, translation: -scale * Vector3::from(bounds.centre()), ..Self::default() })
+    }
+
+    /// A point in file units to metres.
+    pub fn apply(&self, point: [f64; 3]) -> [f64; 3] {
+        (self.rotation * (self.scale * Vector3::from(point)) + self.translation).into()
+    }
+
+    /// A point in metres to file units.
+    pub fn apply_inverse(&self, point: [f64; 3]) -> [f64; 3] {
+        (self.rotation.inverse() * (Vector3::from(point) - self.translation) / self.scale).into()
+    }
+
+    /// Edited points back in file units, for writing (n x 3).
+    ///
+    /// Going there and back rounds, so a point of `edited` (m) that still equals its `placed` one (m) takes the very
+    /// bits of `original` (file units). Goes as far as the shortest of the three.
+    pub fn bring_back(&self, original: &[[f64; 3]], placed: &[[f64; 3]], edited: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        zip(original, zip(placed, edited))
+            .map(|(original, (placed, edited))| if placed == edited { *original } else { self.apply_inverse(*edited) })
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn there_and_back() {
+        let placement = Placement {
+            scale: 0.001,
+            rotation: UnitQuaternion::from_euler_angles(0.3, -1.0, 2.0),
+            translation: Vector3::new(5.0, 6.0, 7.0),
+        };
+        let point = [10.0, -20.0, 30.0];
+        let back = placement.apply_inverse(placement.apply(point));
+        assert!(zip(point, back).all(|(a, b)| (a - b).abs() < 1e-10), "{back:?}");
+        let placed = placement.apply([0.0; 3]);
+        assert_eq!(placed, [5.0, 6.0, 7.0]);
+    }
+
+    #[test]
+    fn untouched_points_come_back_bit_for_bit() {
+        let placement = Placement { scale: 0.1, translation: Vector3::new(0.7, 0.0, 0.0), ..Placement::default() };
+        let original = [[0.1, 0.2, 0.3], [1.1, 1.2, 1.3]];
+        let placed = original.map(|point| placement.apply(point));
+        let edited = [placed[0], [0.0; 3]];
+        let back = placement.bring_back(&original, &placed, &edited);
+        assert_eq!(back[0], original[0]);
+        assert!((back[1][0] + 7.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn fits_the_longest_edge() {
+        let bounds = Bounds { min: [1.0, 0.0, 0.0], max: [3.0, 1.0, 1.0] };
+        let placement = Placement::fit(&bounds, 0.1).unwrap();
+        assert_eq!(placement.apply([1.0, 0.5, 0.5]), [-0.05, 0.0, 0.0]);
+        assert!(matches!(Placement::fit(&bounds, 0.0), Err(MeshError::Parameter { .. })));
+        let point = Bounds { min: [1.0; 3], max: [1.0; 3] };
+        assert!(matches!(Placement::fit(&point, 0.1), Err(MeshError::NoSize { .. })));
+    }
+}

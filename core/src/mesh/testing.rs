@@ -1,0 +1,50 @@
+//! What the mesh tests share: repeatable randomness, and the sample models that may or may not be on this machine.
+
+use std::path::{Path, PathBuf};
+
+use super::ObjDocument;
+
+/// SplitMix64: the same numbers on every machine.
+pub(crate) struct Random(pub(crate) u64);
+
+impl Random {
+    pub(crate) fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// From 0 to `bound - 1`.
+    pub(crate) fn below(&mut self, bound: u64) -> u64 {
+        self.next() % bound
+    }
+
+    /// From 0 to below 1.
+    pub(crate) fn unit(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    pub(crate) fn pick<T: Copy>(&mut self, from: &[T]) -> T {
+        from[self.below(from.len() as u64) as usize]
+    }
+}
+
+pub(crate) fn document(text: &str) -> ObjDocument {
+    ObjDocument::parse(text.as_bytes().to_vec(), Path::new("test.obj")).unwrap()
+}
+
+/// The sample models beside the checkout; none where there are none.
+#[allow(clippy::print_stderr, reason = "a skipped trial should be seen")]
+pub(crate) fn shared_models() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/meshes");
+    let Ok(entries) = folder.read_dir() else {
+        eprintln!("skipped: no sample models in {}", folder.display());
+        return Vec::new();
+    };
+    let mut models: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
+    models.retain(|path| path.extension().is_some_and(|ext| ext == "obj"));
+    models.sort();
+    models
+}
