@@ -175,7 +175,7 @@ typedef struct pliant_material {
   size_t size;
   /* The element kinds wanted, after the parameters are set; UNSUPPORTED ends the list. [main & active] */
   pliant_status (*elements)(const pliant_plugin *, uint32_t index, pliant_element_request *);
-  /* rest_data[s * m + e] for e in [begin, end), from `rest` and `measure` only. [sim & active] */
+  /* rest_data[s * m + e] for e in [begin, end), from `rest` and `measure` only; where rest_stride > 0. [sim & active] */
   pliant_status (*rest)(const pliant_plugin *, const pliant_batch *, double *rest_data);
   /* mass[node] += kg. [sim & active] */
   pliant_status (*mass)(const pliant_plugin *, const pliant_batch *, double *mass);

@@ -19,6 +19,7 @@ mod grid;
 mod info;
 #[doc(hidden)]
 pub mod instance;
+pub mod kit;
 mod material;
 pub mod param;
 

@@ -51,7 +51,7 @@ pub trait Material: Send + Sync + Sized + 'static {
     /// The kinds of elements wanted, given the parameters.
     fn elements(&self) -> Vec<ElementRequest>;
 
-    /// Writes the rest data, from rest positions and measures alone.
+    /// Writes the rest data, from rest positions and measures alone; asked only of kinds with a rest stride.
     ///
     /// # Errors
     /// An element whose rest shape cannot be used.

@@ -1,0 +1,78 @@
+//! A block of cubic cells, the shape most closed forms are about.
+
+use super::Given;
+use crate::abi;
+
+/// Nodes, points and links of a block.
+#[derive(Clone, Debug, Default)]
+pub struct Block {
+    /// m (n x 3), x fastest
+    pub rest: Vec<[f64; 3]>,
+    /// One per node, with its share of the volume, m^3.
+    pub points: Given,
+    /// With boundary weights, in the order a grid gives: slab by slab, family by family, direction by direction.
+    pub links: Given,
+}
+
+const DIRECTIONS: [(u32, [i64; 3]); 16] = [
+    (abi::STRUCTURAL, [1, 0, 0]),
+    (abi::STRUCTURAL, [0, 1, 0]),
+    (abi::STRUCTURAL, [0, 0, 1]),
+    (abi::SHEAR, [1, 1, 0]),
+    (abi::SHEAR, [-1, 1, 0]),
+    (abi::SHEAR, [1, 0, 1]),
+    (abi::SHEAR, [-1, 0, 1]),
+    (abi::SHEAR, [0, 1, 1]),
+    (abi::SHEAR, [0, -1, 1]),
+    (abi::FLEXION, [2, 0, 0]),
+    (abi::FLEXION, [0, 2, 0]),
+    (abi::FLEXION, [0, 0, 2]),
+    (abi::BODY_DIAGONAL, [1, 1, 1]),
+    (abi::BODY_DIAGONAL, [-1, 1, 1]),
+    (abi::BODY_DIAGONAL, [1, -1, 1]),
+    (abi::BODY_DIAGONAL, [-1, -1, 1]),
+];
+
+/// A block of `cells` cubic cells with edge `h` (m) and links of the given `families`.
+pub fn block(cells: [u32; 3], h: f64, families: u32) -> Block {
+    let count = cells.map(|c| i64::from(c) + 1);
+    let inside = |p: [i64; 3]| (0..3).all(|a| (0..count[a]).contains(&p[a]));
+    let number = |p: [i64; 3]| (p[0] + count[0] * (p[1] + count[1] * p[2])) as u32;
+    let mut out = Block::default();
+    for p in places(count) {
+        out.rest.push(p.map(|c| c as f64 * h));
+        let on_faces = (0..3).filter(|&a| p[a] == 0 || p[a] == count[a] - 1).count();
+        out.points.nodes.push(number(p));
+        out.points.measure.push(h * h * h / f64::from(1 << on_faces));
+    }
+    for z in 0..count[2] {
+        for (family, d) in DIRECTIONS.into_iter().filter(|(family, _)| family & families != 0) {
+            for p in places([count[0], count[1], 1]).map(|p| [p[0], p[1], z]) {
+                let q = [p[0] + d[0], p[1] + d[1], p[2] + d[2]];
+                if !inside(q) {
+                    continue;
+                }
+                let along_faces = (0..3).filter(|&a| d[a] == 0 && (p[a] == 0 || p[a] == count[a] - 1)).count();
+                out.links.nodes.extend([number(p), number(q)]);
+                out.links.family.push(family);
+                out.links.measure.push(1.0 / f64::from(1 << along_faces));
+            }
+        }
+    }
+    out
+}
+
+fn places(count: [i64; 3]) -> impl Iterator<Item = [i64; 3]> {
+    (0..count[2]).flat_map(move |z| (0..count[1]).flat_map(move |y| (0..count[0]).map(move |x| [x, y, z])))
+}
+
+impl Block {
+    /// The elements of a kind, as [`super::Body::new`] wants them.
+    pub fn given(&self, kind: u32) -> Given {
+        match kind {
+            abi::POINT => self.points.clone(),
+            abi::LINK => self.links.clone(),
+            _ => Given::default(),
+        }
+    }
+}

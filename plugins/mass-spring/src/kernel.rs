@@ -1,0 +1,229 @@
+//! Forces of many springs at a time.
+//!
+//! A grid lists its links so that runs of them have consecutive first and consecutive second nodes. Eight springs of a run
+//! are one block: their ends are 24 doubles in a row, loaded and stored without gathering. A block whose run is shorter
+//! than eight is computed whole and the lanes past its end are given no force, if they stay within the nodes of the call;
+//! the rest goes spring by spring. Every path does the same operations in the same order on each spring, and no fused
+//! multiply-add, so the bytes do not depend on the vector unit found at run time.
+//!
+//! The block is written out for AVX-512, where it runs at 2.5 ns a spring; left to the compiler's own vectors the same
+//! loop was found to come out four times slower after harmless edits.
+
+#[cfg(target_arch = "x86_64")]
+mod avx512;
+
+use pliant_plugin_api::{Elements, NodeVectors};
+
+/// Springs in a block.
+const LANES: usize = 8;
+/// A spring shorter than this share of its rest length has no direction, and no force.
+pub const NO_DIRECTION: f64 = 1e-9;
+
+/// Eight vectors, one to a lane.
+type Vectors = [[f64; 3]; LANES];
+
+/// m, between two points.
+#[inline(always)]
+pub fn length(a: [f64; 3], b: [f64; 3]) -> f64 {
+    let d = [b[0] - a[0], b[1] - a[1], b[2] - a[2]];
+    let l2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+    l2 * inverse_sqrt(l2)
+}
+
+/// `1 / sqrt(l2)` to the last bit or two, several times as fast as a division and a root: a seed from the exponent bits,
+/// then four Newton steps (3e-2, 2e-3, 5e-6, 3e-11, 1e-16). The same on every processor.
+#[inline(always)]
+fn inverse_sqrt(l2: f64) -> f64 {
+    let half = 0.5 * l2;
+    let mut y = f64::from_bits(SEED.wrapping_sub(l2.to_bits() >> 1));
+    for _ in 0..NEWTON_STEPS {
+        y *= 1.5 - half * y * y;
+    }
+    y
+}
+
+const SEED: u64 = 0x5fe6_eb50_c7b5_37a9;
+const NEWTON_STEPS: usize = 4;
+
+/// The force over the spring's vector, N/m: `k ((l - l0) + tau d.w / l) / l`.
+#[inline(always)]
+fn law<const DAMPED: bool>(l2: f64, rate: f64, l0: f64, k: f64, damping_time: f64) -> f64 {
+    let inverse = inverse_sqrt(l2);
+    let l = l2 * inverse;
+    let stretch = if DAMPED { (l - l0) + damping_time * rate * inverse } else { l - l0 };
+    let shortest = NO_DIRECTION * l0;
+    if l2 < shortest * shortest { 0.0 } else { k * stretch * inverse }
+}
+
+/// The widest vector unit of this machine.
+pub struct Kernel {
+    arch: pulp::Arch,
+}
+
+/// What a call reads, sliced once.
+#[derive(Clone, Copy)]
+struct Springs<'a> {
+    ends: &'a [[u32; 2]],
+    x: &'a [[f64; 3]],
+    v: &'a [[f64; 3]],
+    length: &'a [f64],
+    stiffness: &'a [f64],
+    /// s
+    damping_time: f64,
+}
+
+/// How a block is computed.
+trait Block: Copy {
+    /// Forces on the first ends of springs `e .. e + run`, whose ends follow `a` and `b`; zero in the lanes past them.
+    fn forces<const DAMPED: bool>(self, s: &Springs<'_>, e: usize, a: usize, b: usize, run: usize) -> Vectors;
+}
+
+impl Kernel {
+    /// Looks once.
+    pub fn new() -> Self {
+        Self { arch: pulp::Arch::new() }
+    }
+
+    /// Adds the force of each spring, `k ((l - l0) + tau dl/dt)` along its axis, to its ends.
+    pub fn forces(&self, at: &Elements<'_>, damping_time: f64, out: &mut NodeVectors<'_>) {
+        let (ends, length, stiffness) = (at.corners::<2>(), at.rest_data(0), at.rest_data(1));
+        let springs = Springs { ends, x: at.x(), v: at.v(), length, stiffness, damping_time };
+        let (first, force) = out.window();
+        match self.arch {
+            #[cfg(target_arch = "x86_64")]
+            pulp::Arch::V4(simd) => simd.vectorize(Pass { block: simd, springs, first, force }),
+            arch => arch.dispatch(Pass { block: Portable, springs, first, force }),
+        }
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Portable;
+
+impl Block for Portable {
+    #[inline(always)]
+    fn forces<const DAMPED: bool>(self, s: &Springs<'_>, e: usize, a: usize, b: usize, run: usize) -> Vectors {
+        std::array::from_fn(|lane| if lane < run { one::<DAMPED>(s, e + lane, a + lane, b + lane) } else { [0.0; 3] })
+    }
+}
+
+/// The force on the first end of spring `e`, between nodes `a` and `b`.
+#[inline(always)]
+fn one<const DAMPED: bool>(s: &Springs<'_>, e: usize, a: usize, b: usize) -> [f64; 3] {
+    let d: [f64; 3] = std::array::from_fn(|i| s.x[b][i] - s.x[a][i]);
+    let w: [f64; 3] = std::array::from_fn(|i| s.v[b][i] - s.v[a][i]);
+    let rate = d[0] * w[0] + d[1] * w[1] + d[2] * w[2];
+    let l2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+    let factor = law::<DAMPED>(l2, rate, s.length[e], s.stiffness[e], s.damping_time);
+    d.map(|d| factor * d)
+}
+
+/// All springs of a call.
+struct Pass<'a, B> {
+    block: B,
+    springs: Springs<'a>,
+    /// The node of `force[0]`.
+    first: usize,
+    force: &'a mut [[f64; 3]],
+}
+
+impl<B: Block> pulp::NullaryFnOnce for Pass<'_, B> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        if self.springs.damping_time > 0.0 { self.run::<true>() } else { self.run::<false>() }
+    }
+}
+
+impl<B: Block> Pass<'_, B> {
+    #[inline(always)]
+    fn run<const DAMPED: bool>(self) {
+        let Pass { block, springs, first, force } = self;
+        let count = springs.ends.len();
+        let mut e = 0;
+        while e < count {
+            let [a, b] = springs.ends[e].map(|node| node as usize);
+            let run = run_length(&springs.ends[e..]);
+            let fits = a.max(b) + LANES <= first + force.len() && e + LANES <= count;
+            if run < 3 || !fits {
+                let f = one::<DAMPED>(&springs, e, a, b);
+                add(&mut force[a - first], f, 1.0);
+                add(&mut force[b - first], f, -1.0);
+                e += 1;
+                continue;
+            }
+            let f = block.forces::<DAMPED>(&springs, e, a, b, run);
+            add_all(&mut force[a - first..], &f, 1.0);
+            add_all(&mut force[b - first..], &f, -1.0);
+            e += run;
+        }
+    }
+}
+
+/// Springs from the first on whose ends follow each other, at most a block.
+#[inline(always)]
+fn run_length(ends: &[[u32; 2]]) -> usize {
+    let [a, b] = ends[0];
+    let follows = |lane: usize, pair: [u32; 2]| pair == [a + lane as u32, b + lane as u32];
+    if let Some(block) = ends.first_chunk::<LANES>()
+        && (0..LANES).fold(true, |all, lane| all & follows(lane, block[lane]))
+    {
+        return LANES;
+    }
+    ends.iter().take(LANES).enumerate().take_while(|(lane, pair)| follows(*lane, **pair)).count()
+}
+
+#[inline(always)]
+fn add(to: &mut [f64; 3], f: [f64; 3], sign: f64) {
+    for i in 0..3 {
+        to[i] += sign * f[i];
+    }
+}
+
+#[inline(always)]
+fn add_all(to: &mut [[f64; 3]], f: &Vectors, sign: f64) {
+    let to: &mut Vectors = to.first_chunk_mut().expect("the caller saw that the block fits");
+    for lane in 0..LANES {
+        add(&mut to[lane], f[lane], sign);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::MassSpring;
+    use pliant_plugin_api::{abi, kit};
+
+    #[test]
+    fn every_vector_unit_gives_the_same_bytes() {
+        let block = kit::block([11, 4, 3], 0.01, abi::STRUCTURAL | abi::SHEAR);
+        for tau in [0.0, 0.01] {
+            let mut material: MassSpring = kit::material(&[("damping-time", tau)]).unwrap();
+            let mut body = kit::Body::new(&material, block.rest.clone(), |r| block.given(r.kind)).unwrap();
+            for (i, (x, v)) in body.x.iter_mut().zip(&mut body.v).enumerate() {
+                *x = [x[0] + 2e-3 * (i as f64).sin(), x[1] - 1e-3 * (2.0 * i as f64).cos(), x[2]];
+                *v = [(i as f64).cos(), 0.5, -(i as f64).sin()];
+            }
+            body.x[7] = body.x[6]; // a spring without direction
+            let mut results = Vec::new();
+            for arch in [pulp::Arch::new(), pulp::Arch::Scalar] {
+                material.kernel = Kernel { arch };
+                let mut force = vec![[0.0; 3]; body.x.len()];
+                body.add_forces(&material, &mut force).unwrap();
+                results.push(force.into_iter().flatten().map(f64::to_bits).collect::<Vec<_>>());
+            }
+            assert!(results[0] == results[1]);
+            assert!(results[0].iter().any(|&bits| f64::from_bits(bits) != 0.0));
+        }
+    }
+
+    #[test]
+    fn inverse_square_root_is_good_to_the_last_bits() {
+        for i in 0..2000 {
+            let l2 = 1e-12 * 1.017_f64.powi(i);
+            let exact = 1.0 / l2.sqrt();
+            assert!((inverse_sqrt(l2) / exact - 1.0).abs() < 5e-16, "{l2}");
+        }
+    }
+}

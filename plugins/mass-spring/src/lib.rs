@@ -1,0 +1,159 @@
+//! Mass-spring on a cubic lattice: the material of Qi, Zhu and Fan (2019), with parameters that mean something.
+//!
+//! The paper gives every spring one stiffness and every particle one mass, so both the modulus and the density change with
+//! the level of the grid. The default here keeps them: with structural and shear springs of equal stiffness
+//! `k = 0.4 E h`, weighted by the share of the cells around them that belong to the body, a block has Young's modulus `E`
+//! and Poisson's ratio 1/4 at every level, exactly. Central springs cannot have another Poisson's ratio (Cauchy relation).
+//! The paper's mode stays for comparison.
+
+mod kernel;
+mod spring;
+
+use pliant_plugin_api::{
+    AsMaterial, Blocks, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, Param, Params,
+    Planes, Tangent, abi, export_plugins,
+};
+
+/// Parameters, resolved.
+pub struct MassSpring {
+    law: Law,
+    /// s; damping along each spring's axis is `damping_time` times its stiffness, or in the paper's mode N s/m / (N/m).
+    damping_time: f64,
+    weighted: bool,
+    kernel: kernel::Kernel,
+}
+
+enum Law {
+    /// E (Pa), density (kg/m^3), flexion share r = kf / k2.
+    Physical { young: f64, density: f64, flexion: f64 },
+    /// K (N/m) of every spring, M (kg) of every particle.
+    Paper { stiffness: f64, mass: f64 },
+}
+
+const PARAMS: &[Param] = &[
+    Param::choice(c"mode", c"physical|paper", c"physical: from Young's modulus and density; paper: one K, M and C_d"),
+    Param::number(c"young", c"Pa", (1e-6, 1e12), 1e4, c"Young's modulus; Poisson's ratio is 1/4"),
+    Param::number(c"density", c"kg/m^3", (1e-6, 1e6), 1e3, c"mass per volume"),
+    Param::number(
+        c"damping-time",
+        c"s",
+        (0.0, 10.0),
+        2e-4,
+        c"damping over stiffness: a mode of w rad/s has ratio w/2 times this",
+    ),
+    Param::number(c"flexion", c"1", (0.0, 0.2), 0.0, c"share of flexion springs; the modulus stays"),
+    Param::number(c"spring", c"N/m", (1e-9, 1e12), 10.0, c"paper mode: K of every spring"),
+    Param::number(c"particle-mass", c"kg", (1e-12, 1e6), 1e-4, c"paper mode: M of every particle"),
+    Param::number(c"spring-damping", c"N s/m", (0.0, 1e9), 0.01, c"paper mode: C_d, along each spring's axis"),
+    Param::choice(
+        c"boundary-weights",
+        c"on|off",
+        c"halve and quarter springs on faces and edges of the body; off makes small blocks too stiff",
+    ),
+];
+
+impl MassSpring {
+    fn families(&self) -> u32 {
+        let flexion = match self.law {
+            Law::Physical { flexion, .. } => flexion > 0.0,
+            Law::Paper { .. } => true,
+        };
+        abi::STRUCTURAL | abi::SHEAR | if flexion { abi::FLEXION } else { 0 }
+    }
+
+    /// N/m, of a link of `family` with rest length `length` (m), before its weight.
+    fn stiffness(&self, family: u32, length: f64) -> f64 {
+        match self.law {
+            Law::Paper { stiffness, .. } => stiffness,
+            Law::Physical { young, flexion, .. } => match family {
+                abi::STRUCTURAL => (1.0 - 4.0 * flexion) * 0.4 * young * length,
+                abi::SHEAR => 0.4 * young * length / std::f64::consts::SQRT_2,
+                _ => flexion * 0.4 * young * length / 2.0,
+            },
+        }
+    }
+}
+
+impl Material for MassSpring {
+    const INFO: Info = Info {
+        id: c"mass-spring",
+        name: c"Mass-spring lattice",
+        version: c"0.1.0",
+        summary: c"structural, shear and flexion springs on a cubic lattice (Qi, Zhu and Fan 2019; Lloyd et al. 2007)",
+        params: PARAMS,
+    };
+
+    fn new(params: &Params<'_>) -> Result<Self, Fault> {
+        let physical = params.choice("mode") == 0;
+        let (law, damping_time) = if physical {
+            let (young, density) = (params.number("young"), params.number("density"));
+            (Law::Physical { young, density, flexion: params.number("flexion") }, params.number("damping-time"))
+        } else {
+            let (stiffness, mass) = (params.number("spring"), params.number("particle-mass"));
+            (Law::Paper { stiffness, mass }, params.number("spring-damping") / stiffness)
+        };
+        let weighted = params.choice("boundary-weights") == 0;
+        Ok(Self { law, damping_time, weighted, kernel: kernel::Kernel::new() })
+    }
+
+    fn elements(&self) -> Vec<ElementRequest> {
+        let damping = if self.damping_time > 0.0 { abi::HAS_DAMPING } else { 0 };
+        let point =
+            ElementRequest { kind: abi::POINT, families: 0, flags: abi::HAS_MASS, rest_stride: 0, history_stride: 0 };
+        let (flags, families) = (abi::HAS_FORCES | damping, self.families());
+        vec![point, ElementRequest { kind: abi::LINK, families, flags, rest_stride: 2, history_stride: 0 }]
+    }
+
+    fn rest(&self, at: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
+        let (ends, family, weight, rest) = (at.corners::<2>(), at.family(), at.measure(), at.rest());
+        let [length, stiffness] = out.first();
+        for e in 0..at.len() {
+            let [a, b] = ends[e].map(|node| rest[node as usize]);
+            length[e] = kernel::length(a, b);
+            if !(length[e].is_finite() && length[e] > 0.0) {
+                return Err(Fault::bad_argument("a spring has no rest length"));
+            }
+            stiffness[e] = self.stiffness(family[e], length[e]) * if self.weighted { weight[e] } else { 1.0 };
+        }
+        Ok(())
+    }
+
+    fn mass(&self, at: &Elements<'_>, out: &mut NodeScalars<'_>) -> Result<(), Fault> {
+        for (&[node], &volume) in at.corners::<1>().iter().zip(at.measure()) {
+            out.add(
+                node,
+                match self.law {
+                    Law::Physical { density, .. } => density * volume,
+                    Law::Paper { mass, .. } => mass,
+                },
+            );
+        }
+        Ok(())
+    }
+
+    fn energy(&self, at: &Elements<'_>) -> Result<f64, Fault> {
+        let (x, length, stiffness) = (at.x(), at.rest_data(0), at.rest_data(1));
+        let mut energy = 0.0;
+        for (e, ends) in at.corners::<2>().iter().enumerate() {
+            energy += spring::energy(ends.map(|node| x[node as usize]), stiffness[e], length[e]);
+        }
+        Ok(energy)
+    }
+
+    fn forces(&self, at: &Elements<'_>, out: &mut NodeVectors<'_>) -> Result<(), Fault> {
+        self.kernel.forces(at, self.damping_time, out);
+        Ok(())
+    }
+
+    fn tangent(&self, at: &Elements<'_>, scale: Tangent, out: &mut Blocks<'_>) -> Result<(), Fault> {
+        let (x, length, stiffness) = (at.x(), at.rest_data(0), at.rest_data(1));
+        for (e, ends) in at.corners::<2>().iter().enumerate() {
+            let ends = ends.map(|node| x[node as usize]);
+            let damping = scale.damping * self.damping_time * stiffness[e];
+            out.add_link(e, &spring::hessian(ends, scale.stiffness * stiffness[e], length[e], damping));
+        }
+        Ok(())
+    }
+}
+
+export_plugins!(AsMaterial<MassSpring>);

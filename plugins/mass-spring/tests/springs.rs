@@ -1,0 +1,254 @@
+//! The springs against closed forms and against themselves.
+
+use pliant_mass_spring::MassSpring;
+use pliant_plugin_api::kit::{self, Block, Body};
+use pliant_plugin_api::{Material, Tangent, abi};
+
+const ALL: u32 = abi::STRUCTURAL | abi::SHEAR | abi::FLEXION;
+
+fn body(material: &MassSpring, block: &Block) -> Body {
+    let families = material.elements().iter().fold(0, |all, r| all | r.families);
+    assert_eq!(families & !ALL, 0);
+    Body::new(material, block.rest.clone(), |r| block.given(r.kind)).unwrap()
+}
+
+/// Moves every node by up to `size` (m), the same way on every run.
+fn disturb(body: &mut Body, size: f64) {
+    let mut seed = 1_u64;
+    let mut next = || {
+        seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (seed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    };
+    for i in 0..body.x.len() {
+        for c in 0..3 {
+            body.x[i][c] += size * next();
+            body.v[i][c] = next();
+        }
+    }
+}
+
+fn forces(material: &MassSpring, body: &Body) -> Vec<[f64; 3]> {
+    let mut force = vec![[0.0; 3]; body.x.len()];
+    body.add_forces(material, &mut force).unwrap();
+    force
+}
+
+fn still(body: &Body) -> Body {
+    let mut still = body.clone();
+    still.v.fill([0.0; 3]);
+    still
+}
+
+#[test]
+fn force_is_minus_the_slope_of_the_energy() {
+    let block = kit::block([3, 4, 2], 0.01, ALL);
+    let material: MassSpring = kit::material(&[("flexion", 0.1)]).unwrap();
+    let mut body = body(&material, &block);
+    disturb(&mut body, 2e-3);
+    let body = still(&body);
+    let force = forces(&material, &body);
+    let largest = force.iter().flatten().fold(0.0_f64, |m, f| m.max(f.abs()));
+    for node in [0, 7, 31, 59] {
+        for c in 0..3 {
+            let eps = 1e-7;
+            let at = |e: f64| {
+                let mut moved = body.clone();
+                moved.x[node][c] += e;
+                moved.energy(&material).unwrap()
+            };
+            let slope = (at(eps) - at(-eps)) / (2.0 * eps);
+            assert!((force[node][c] + slope).abs() < 1e-6 * largest, "node {node}: {} {slope}", force[node][c]);
+            assert!((force[node][c] - slope).abs() > 1e-4 * largest, "compares a thing with itself");
+        }
+    }
+}
+
+#[test]
+fn stiffness_and_damping_are_minus_the_slopes_of_the_force() {
+    let block = kit::block([2, 1, 1], 0.01, ALL);
+    let material: MassSpring = kit::material(&[("flexion", 0.1), ("damping-time", 0.01)]).unwrap();
+    let mut body = body(&material, &block);
+    for x in &mut body.x {
+        *x = x.map(|c| 1.2 * c); // all springs in tension, where the matrix is the exact Hessian
+    }
+    let width = 3 * body.x.len();
+    let k = body.tangent(&material, Tangent { stiffness: 1.0, damping: 0.0 }).unwrap();
+    let c = body.tangent(&material, Tangent { stiffness: 0.0, damping: 1.0 }).unwrap();
+    let scale = k.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    for column in 0..width {
+        let slope = |of_velocity: bool, eps: f64| {
+            let at = |e: f64| {
+                let mut moved = body.clone();
+                let field = if of_velocity { &mut moved.v } else { &mut moved.x };
+                field[column / 3][column % 3] += e;
+                forces(&material, &moved)
+            };
+            let (plus, minus) = (at(eps), at(-eps));
+            (0..width)
+                .map(move |row| (plus[row / 3][row % 3] - minus[row / 3][row % 3]) / (2.0 * eps))
+                .collect::<Vec<_>>()
+        };
+        for (row, (dx, dv)) in slope(false, 1e-7).into_iter().zip(slope(true, 1e-3)).enumerate() {
+            assert!((k[row * width + column] + dx).abs() < 1e-5 * scale, "K {row} {column}");
+            assert!((c[row * width + column] + dv).abs() < 1e-7 * scale, "C {row} {column}");
+        }
+    }
+}
+
+#[test]
+fn rest_and_rigid_motion_are_force_free() {
+    let block = kit::block([4, 3, 3], 0.01, ALL);
+    let material: MassSpring = kit::material(&[("flexion", 0.1), ("damping-time", 0.01)]).unwrap();
+    let mut body = body(&material, &block);
+    assert!(forces(&material, &body).iter().flatten().all(|&f| f == 0.0), "rest");
+    let (s, c) = 0.7_f64.sin_cos();
+    let turned = |p: [f64; 3]| [c * p[0] - s * p[1] + 1.0, s * p[0] + c * p[1] - 2.0, p[2] + 3.0];
+    for i in 0..body.x.len() {
+        body.x[i] = turned(body.rest[i]);
+        // Rigid rotation at 3 rad/s about z through the origin of the turned frame.
+        body.v[i] = [-3.0 * body.x[i][1], 3.0 * body.x[i][0], 0.0];
+    }
+    let stiffness = 0.4 * 1e4 * 0.01;
+    for f in forces(&material, &body).iter().flatten() {
+        assert!(f.abs() < 1e-12 * stiffness, "{f}");
+    }
+}
+
+#[test]
+fn forces_carry_no_momentum() {
+    let block = kit::block([4, 3, 3], 0.01, ALL);
+    let material: MassSpring = kit::material(&[("flexion", 0.1), ("damping-time", 0.01)]).unwrap();
+    let mut body = body(&material, &block);
+    disturb(&mut body, 3e-3);
+    let force = forces(&material, &body);
+    let size: f64 = force.iter().flatten().map(|f| f.abs()).sum();
+    let mut total = [0.0; 3];
+    let mut moment = [0.0; 3];
+    for (f, x) in force.iter().zip(&body.x) {
+        for i in 0..3 {
+            total[i] += f[i];
+            moment[i] += x[(i + 1) % 3] * f[(i + 2) % 3] - x[(i + 2) % 3] * f[(i + 1) % 3];
+        }
+    }
+    assert!(total.iter().all(|f| f.abs() < 1e-13 * size));
+    assert!(moment.iter().all(|m| m.abs() < 1e-14 * size));
+}
+
+#[test]
+fn damping_only_takes_energy() {
+    let block = kit::block([3, 3, 3], 0.01, ALL);
+    let (damped, free): (MassSpring, MassSpring) =
+        (kit::material(&[("damping-time", 0.01)]).unwrap(), kit::material(&[("damping-time", 0.0)]).unwrap());
+    let mut body = body(&damped, &block);
+    disturb(&mut body, 3e-3);
+    let (with, without) = (forces(&damped, &body), forces(&free, &body));
+    let power: f64 = (0..body.x.len())
+        .flat_map(|i| (0..3).map(move |c| (i, c)))
+        .fold(0.0, |p, (i, c)| p + (with[i][c] - without[i][c]) * body.v[i][c]);
+    assert!(power < -1e-3, "{power}");
+}
+
+#[test]
+fn mass_is_density_times_volume_or_the_papers() {
+    let block = kit::block([3, 2, 5], 0.02, ALL);
+    let physical: MassSpring = kit::material(&[("density", 800.0)]).unwrap();
+    let mass: f64 = body(&physical, &block).mass(&physical).unwrap().iter().sum();
+    assert!((mass - 800.0 * 30.0 * 8e-6).abs() < 1e-12);
+    let paper: MassSpring = kit::material(&[("mode", 1.0), ("particle-mass", 0.003)]).unwrap();
+    assert!(body(&paper, &block).mass(&paper).unwrap().iter().all(|&m| m == 0.003));
+}
+
+/// Young's modulus and Poisson's ratio of a cube of `cells` cells, over `k / h`, from its stiffness matrix: two opposite
+/// faces pulled apart, the sides free, as `R20` does it.
+fn pulled(material: &MassSpring, cells: u32) -> (f64, f64) {
+    let h = 0.01;
+    let block = kit::block([cells; 3], h, ALL);
+    let body = body(material, &block);
+    let width = 3 * body.x.len();
+    let k = body.tangent(material, Tangent { stiffness: 1.0, damping: 0.0 }).unwrap();
+    let strain = 1.0;
+    let (top, side) = (f64::from(cells) * h, 1e-9);
+    let fixed: Vec<Option<f64>> = (0..width)
+        .map(|d| {
+            let (p, c) = (block.rest[d / 3], d % 3);
+            match c {
+                2 if p[2] > top - side => Some(strain * top),
+                2 if p[2] < side => Some(0.0),
+                0 | 1 if p[c] < side => Some(0.0),
+                _ => None,
+            }
+        })
+        .collect();
+    let u = solve(&k, &fixed);
+    let row = |d: usize| (0..width).map(|j| k[d * width + j] * u[j]).sum::<f64>();
+    let force: f64 = (0..width).filter(|&d| d % 3 == 2 && block.rest[d / 3][2] > top - side).map(row).sum();
+    let far: Vec<f64> = (0..width)
+        .filter(|&d| d % 3 == 0 && block.rest[d / 3][0] > top - side)
+        .map(|d| -u[d] / (top * strain))
+        .collect();
+    (force / (top * top) / strain, far.iter().sum::<f64>() / far.len() as f64)
+}
+
+/// Dense solve with prescribed values: conjugate gradients to round-off.
+fn solve(k: &[f64], fixed: &[Option<f64>]) -> Vec<f64> {
+    let width = fixed.len();
+    let mut u: Vec<f64> = fixed.iter().map(|f| f.unwrap_or(0.0)).collect();
+    let free = |d: usize| fixed[d].is_none();
+    let product = |p: &[f64]| -> Vec<f64> {
+        (0..width).map(|i| if free(i) { (0..width).map(|j| k[i * width + j] * p[j]).sum() } else { 0.0 }).collect()
+    };
+    let mut r: Vec<f64> = product(&u).iter().map(|v| -v).collect();
+    let mut p = r.clone();
+    let mut rr: f64 = r.iter().map(|v| v * v).sum();
+    let first = rr;
+    while rr > 1e-28 * first {
+        let s = product(&p);
+        let step = rr / p.iter().zip(&s).map(|(a, b)| a * b).sum::<f64>();
+        for d in 0..width {
+            u[d] += step * p[d];
+            r[d] -= step * s[d];
+        }
+        let next: f64 = r.iter().map(|v| v * v).sum();
+        for d in 0..width {
+            p[d] = r[d] + next / rr * p[d];
+        }
+        rr = next;
+    }
+    u
+}
+
+#[test]
+fn r20_moduli_of_a_block() {
+    let young = 1e4;
+    for cells in [2, 4] {
+        for flexion in [0.0, 0.125] {
+            let material: MassSpring = kit::material(&[("young", young), ("flexion", flexion)]).unwrap();
+            let (e, nu) = pulled(&material, cells);
+            if flexion == 0.0 {
+                assert!((e / young - 1.0).abs() < 1e-9 && (nu - 0.25).abs() < 1e-9, "{cells} cells: E {e}, nu {nu}");
+            } else {
+                assert!(e / young < 1.0 && e / young > 0.7, "flexion springs do not reach the faces: E {e}");
+            }
+        }
+        let h = 0.01;
+        let paper = |weights: f64| -> MassSpring {
+            kit::material(&[("mode", 1.0), ("spring", 7.0), ("boundary-weights", weights)]).unwrap()
+        };
+        let (weighted, unweighted) = (pulled(&paper(0.0), cells), pulled(&paper(1.0), cells));
+        let expected = match cells {
+            2 => [(4.66666667, 0.166666667), (9.3215706, 0.132781309)],
+            _ => [(5.44852249, 0.151654671), (7.97914135, 0.130678725)],
+        };
+        for (got, want) in [weighted, unweighted].into_iter().zip(expected) {
+            assert!((got.0 * h / 7.0 - want.0).abs() < 1e-7 && (got.1 - want.1).abs() < 1e-8, "{got:?} {want:?}");
+        }
+    }
+}
+
+#[test]
+fn parameters_out_of_range_are_refused() {
+    let spring_of_no_length = Body::new(&kit::material::<MassSpring>(&[]).unwrap(), vec![[0.0; 3], [0.0; 3]], |r| {
+        if r.kind == abi::LINK { kit::Given { nodes: vec![0, 1], ..Default::default() } } else { kit::Given::default() }
+    });
+    assert!(spring_of_no_length.unwrap_err().reason.contains("rest length"));
+}
