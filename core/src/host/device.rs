@@ -1,0 +1,154 @@
+//! Safe calls into a device.
+
+use super::error::HostError;
+use super::instance::{Instance, Settings};
+use super::library::Library;
+use super::plugin::{Kind, PluginInfo};
+use super::report::Message;
+use pliant_plugin_api::abi;
+
+pub use pliant_plugin_api::abi::{DeviceInfo, Pose};
+
+/// What one effector is to render.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Output<'a> {
+    /// N, on the hand
+    pub force: [f64; 3],
+    /// N m
+    pub torque: [f64; 3],
+    /// N (rows x columns), or empty
+    pub taxels: &'a [f64],
+    /// ns; past this the device falls to zero by itself
+    pub valid_until: u64,
+}
+
+/// The most effectors one device may have.
+pub(crate) const MOST_EFFECTORS: usize = 8;
+
+/// An active device. Dropping it stops it first.
+pub struct Device {
+    instance: Instance,
+    table: &'static abi::Device,
+    facts: DeviceInfo,
+}
+
+#[allow(unsafe_code, reason = "calls the device's functions")]
+impl Device {
+    /// Opens a device. `dt` (s) is the time between two reads.
+    ///
+    /// # Errors
+    /// Whatever the plugin, its tables or the hardware have wrong.
+    pub fn open(library: &'static Library, name: &str, settings: &Settings, dt: f64) -> Result<Self, HostError> {
+        let info = library.plugin(Kind::Device, name)?;
+        let instance = Instance::open(library, info, settings, dt, abi::DEVICE, size_of::<abi::Device>())?;
+        // SAFETY: opened with the device extension.
+        let table: &'static abi::Device = unsafe { instance.table() };
+        let (Some(describe), true) =
+            (table.describe, table.read.is_some() && table.write.is_some() && table.stop.is_some())
+        else {
+            return Err(instance.error("extension", "the device's table has a null in it"));
+        };
+        let mut facts = empty_facts();
+        // SAFETY: [main & active]; `facts` is ours to fill.
+        instance.done("describe", unsafe { describe(instance.plugin(), &mut facts) })?;
+        let limits = [facts.rate, facts.peak_force, facts.continuous_force, facts.stiffness];
+        if !limits.iter().all(|l| l.is_finite() && *l > 0.0) {
+            return Err(instance.error("describe", "rate, forces and stiffness must be finite and above zero"));
+        }
+        if !(1..=MOST_EFFECTORS as u32).contains(&facts.effectors) {
+            let text = format!("{} effectors; allowed is 1 to {MOST_EFFECTORS}", facts.effectors);
+            return Err(instance.error("describe", &text));
+        }
+        Ok(Self { instance, table, facts })
+    }
+
+    /// Its limits.
+    pub fn facts(&self) -> &DeviceInfo {
+        &self.facts
+    }
+
+    /// One pose per effector at `time` (ns). [servo]
+    ///
+    /// # Errors
+    /// The device is lost.
+    pub fn read(&mut self, time: u64, poses: &mut [Pose]) -> Result<(), HostError> {
+        let read = self.table.read.expect("checked");
+        // SAFETY: [servo & active], exclusive by `&mut`.
+        self.instance.done("read", unsafe { read(self.instance.plugin(), time, poses.as_mut_ptr(), poses.len()) })
+    }
+
+    /// What each effector is to render from now on. [servo]
+    ///
+    /// # Errors
+    /// The device is lost.
+    pub fn write(&mut self, time: u64, outputs: &[Output<'_>]) -> Result<(), HostError> {
+        let nothing = abi::Output {
+            size: size_of::<abi::Output>(),
+            force: [0.0; 3],
+            torque: [0.0; 3],
+            taxels: std::ptr::null(),
+            valid_until_ns: 0,
+        };
+        let mut raw = [nothing; MOST_EFFECTORS];
+        for (to, from) in raw.iter_mut().zip(outputs) {
+            to.force = from.force;
+            to.torque = from.torque;
+            to.taxels = if from.taxels.is_empty() { std::ptr::null() } else { from.taxels.as_ptr() };
+            to.valid_until_ns = from.valid_until;
+        }
+        let write = self.table.write.expect("checked");
+        let count = outputs.len().min(MOST_EFFECTORS);
+        // SAFETY: [servo & active], exclusive by `&mut`; taxels are borrowed for the call.
+        self.instance.done("write", unsafe { write(self.instance.plugin(), time, raw.as_ptr(), count) })
+    }
+
+    /// Zero force, at once. [any]
+    ///
+    /// # Errors
+    /// The device is lost.
+    pub fn stop(&self) -> Result<(), HostError> {
+        // SAFETY: [any & active].
+        self.instance.done("stop", unsafe { (self.table.stop.expect("checked"))(self.instance.plugin()) })
+    }
+
+    /// What it said since the last time, and how many lines were lost.
+    pub fn messages(&self) -> (Vec<Message>, u64) {
+        self.instance.messages()
+    }
+
+    /// Its descriptor.
+    pub fn info(&self) -> &'static PluginInfo {
+        self.instance.info(Kind::Device)
+    }
+
+    /// Its library.
+    pub fn library(&self) -> &'static Library {
+        self.instance.library()
+    }
+}
+
+impl Drop for Device {
+    fn drop(&mut self) {
+        let _ = self.stop();
+    }
+}
+
+fn empty_facts() -> DeviceInfo {
+    DeviceInfo {
+        size: size_of::<DeviceInfo>(),
+        effectors: 0,
+        buttons: 0,
+        driven_axes: 0,
+        taxel_rows: 0,
+        taxel_columns: 0,
+        rate: 0.0,
+        peak_force: 0.0,
+        continuous_force: 0.0,
+        stiffness: 0.0,
+        damping: 0.0,
+        resolution: 0.0,
+        workspace: [0.0; 6],
+        taxel_pitch: 0.0,
+        taxel_force: 0.0,
+    }
+}

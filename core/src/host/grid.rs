@@ -1,0 +1,332 @@
+//! Safe calls into a grid.
+
+use super::error::HostError;
+use super::instance::{Instance, Settings};
+use super::library::Library;
+use super::plugin::{Kind, PluginInfo};
+use pliant_plugin_api::abi::{self, Ball, Cell, Level, Status};
+use std::slice::from_raw_parts;
+
+/// A part of a body, in buffers that keep their room from one request to the next.
+#[derive(Clone, Debug, Default)]
+pub struct Region {
+    /// (n), rising; the same node has the same id in every region of a level
+    pub node_id: Vec<u64>,
+    /// m (n x 3)
+    pub node_rest: Vec<[f64; 3]>,
+    /// m^3 (n)
+    pub node_measure: Vec<f64>,
+    /// (n) 1: an occupied cell outside the region touches it
+    pub node_border: Vec<u8>,
+    /// (c), rising
+    pub cell_id: Vec<u64>,
+    /// (c x 8) places in the lists above
+    pub cell_corners: Vec<[u32; 8]>,
+    /// (c x 2) range of [`Grid::points`]
+    pub cell_points: Vec<[u32; 2]>,
+    /// (c) [`abi::CELL_SURFACE`] or [`abi::CELL_INSIDE`]
+    pub cell_state: Vec<u8>,
+    /// (l x 2)
+    pub link_nodes: Vec<[u32; 2]>,
+    /// (l)
+    pub link_family: Vec<u32>,
+    /// (l)
+    pub link_measure: Vec<f64>,
+}
+
+impl Region {
+    fn resize(&mut self, nodes: usize, cells: usize, links: usize) {
+        self.node_id.resize(nodes, 0);
+        self.node_rest.resize(nodes, [0.0; 3]);
+        self.node_measure.resize(nodes, 0.0);
+        self.node_border.resize(nodes, 0);
+        self.cell_id.resize(cells, 0);
+        self.cell_corners.resize(cells, [0; 8]);
+        self.cell_points.resize(cells, [0; 2]);
+        self.cell_state.resize(cells, 0);
+        self.link_nodes.resize(links, [0; 2]);
+        self.link_family.resize(links, 0);
+        self.link_measure.resize(links, 0.0);
+    }
+
+    fn raw(&mut self) -> abi::Region {
+        abi::Region {
+            size: size_of::<abi::Region>(),
+            node_capacity: self.node_id.len(),
+            node_count: 0,
+            node_id: self.node_id.as_mut_ptr(),
+            node_rest: self.node_rest.as_mut_ptr().cast(),
+            node_measure: self.node_measure.as_mut_ptr(),
+            node_border: self.node_border.as_mut_ptr(),
+            cell_capacity: self.cell_id.len(),
+            cell_count: 0,
+            cell_id: self.cell_id.as_mut_ptr(),
+            cell_corners: self.cell_corners.as_mut_ptr().cast(),
+            cell_points: self.cell_points.as_mut_ptr().cast(),
+            cell_state: self.cell_state.as_mut_ptr(),
+            link_capacity: self.link_family.len(),
+            link_count: 0,
+            link_nodes: self.link_nodes.as_mut_ptr().cast(),
+            link_family: self.link_family.as_mut_ptr(),
+            link_measure: self.link_measure.as_mut_ptr(),
+        }
+    }
+
+    /// What a plugin got wrong, if anything: the rest of the engine indexes without looking again.
+    fn check(&self, points: usize) -> Result<(), String> {
+        let nodes = self.node_id.len() as u32;
+        if !self.node_id.is_sorted_by(|a, b| a < b) || !self.cell_id.is_sorted_by(|a, b| a < b) {
+            return Err("ids of nodes or cells do not rise".into());
+        }
+        if let Some(at) = self.node_rest.iter().flatten().position(|x| !x.is_finite()) {
+            return Err(format!("rest position of node {} is not finite", at / 3));
+        }
+        if let Some(at) = self.cell_corners.iter().flatten().position(|&n| n >= nodes) {
+            return Err(format!("cell {} has a corner there is not", at / 8));
+        }
+        if let Some(at) = self.cell_points.iter().position(|&[b, e]| b > e || e as usize > points) {
+            return Err(format!("cell {at} has points there are not"));
+        }
+        match self.link_nodes.iter().position(|&[a, b]| a >= b || b >= nodes) {
+            Some(at) => Err(format!("link {at} joins {:?} of {nodes} nodes", self.link_nodes[at])),
+            None => Ok(()),
+        }
+    }
+}
+
+/// An active grid.
+pub struct Grid {
+    instance: Instance,
+    table: &'static abi::Grid,
+    nonlinear: bool,
+}
+
+#[allow(unsafe_code, reason = "calls the grid's functions")]
+impl Grid {
+    /// Opens a grid; nothing is built yet.
+    ///
+    /// # Errors
+    /// Whatever the plugin or its tables have wrong.
+    pub fn open(library: &'static Library, name: &str, settings: &Settings, dt: f64) -> Result<Self, HostError> {
+        let info = library.plugin(Kind::Grid, name)?;
+        let instance = Instance::open(library, info, settings, dt, abi::GRID, size_of::<abi::Grid>())?;
+        // SAFETY: opened with the grid extension.
+        let table: &'static abi::Grid = unsafe { instance.table() };
+        let whole = table.build.is_some()
+            && table.level.is_some()
+            && table.cell.is_some()
+            && table.locate.is_some()
+            && table.points.is_some()
+            && table.region.is_some()
+            && table.weights.is_some();
+        if !whole {
+            return Err(instance.error("extension", "the grid's table has a null in it"));
+        }
+        let mut grid = Self { instance, table, nonlinear: false };
+        grid.nonlinear = table.pull_back.is_some() && grid.place(1, &[], &[], &mut []).is_ok();
+        Ok(grid)
+    }
+
+    /// Builds all levels up to `level` around a surface. [worker]
+    ///
+    /// # Errors
+    /// What the grid says of the surface or the level.
+    pub fn build(&mut self, points: &[[f64; 3]], triangles: &[[u32; 3]], level: u32) -> Result<(), HostError> {
+        let surface = abi::Surface {
+            size: size_of::<abi::Surface>(),
+            points: points.as_ptr().cast(),
+            point_count: points.len(),
+            triangles: triangles.as_ptr().cast(),
+            triangle_count: triangles.len(),
+        };
+        let build = self.table.build.expect("checked");
+        // SAFETY: [worker & active], exclusive by `&mut`.
+        self.instance.done("build", unsafe { build(self.instance.plugin(), &surface, level) })
+    }
+
+    /// Facts about a level.
+    ///
+    /// # Errors
+    /// A level that was not built.
+    pub fn level(&self, level: u32) -> Result<Level, HostError> {
+        let (size, origin) = (size_of::<Level>(), [0.0; 3]);
+        let mut out =
+            Level { size, level, cells_per_axis: 0, edge: 0.0, origin, surface_cells: 0, inside_cells: 0, nodes: 0 };
+        let get = self.table.level.expect("checked");
+        // SAFETY: [any & active]; `out` is ours.
+        self.instance.done("level", unsafe { get(self.instance.plugin(), level, &mut out) })?;
+        Ok(out)
+    }
+
+    /// One node of the tree.
+    ///
+    /// # Errors
+    /// A level or cell there is not.
+    pub fn cell(&self, level: u32, id: u64) -> Result<Cell, HostError> {
+        let mut out = Cell {
+            size: size_of::<Cell>(),
+            id,
+            parent: abi::NO_CELL,
+            children: [abi::NO_CELL; 8],
+            index: [0; 3],
+            state: 0,
+            reference: [0.0; 3],
+            centre: [0.0; 3],
+            edge: 0.0,
+            point_begin: 0,
+            point_end: 0,
+        };
+        let get = self.table.cell.expect("checked");
+        // SAFETY: [any & active]; `out` is ours.
+        self.instance.done("cell", unsafe { get(self.instance.plugin(), level, id, &mut out) })?;
+        Ok(out)
+    }
+
+    /// The cell of a point and the place in it, within [0, 1] each.
+    ///
+    /// # Errors
+    /// A level that was not built; a point that is not finite.
+    pub fn locate(&self, level: u32, point: [f64; 3]) -> Result<(u64, [f64; 3]), HostError> {
+        let (mut id, mut local) = (0, [0.0; 3]);
+        let get = self.table.locate.expect("checked");
+        // SAFETY: [any & active]; the outputs are ours.
+        let status =
+            unsafe { get(self.instance.plugin(), level, point.as_ptr(), &mut id, local.as_mut_ptr()) };
+        self.instance.done("locate", status).map(|()| (id, local))
+    }
+
+    /// Surface points sorted by cell of `level`.
+    ///
+    /// # Errors
+    /// A level that was not built.
+    pub fn points(&self, level: u32) -> Result<&[u32], HostError> {
+        let (mut list, mut count) = (std::ptr::null(), 0);
+        let get = self.table.points.expect("checked");
+        // SAFETY: [any & active]; the list lives until the next `build`, which needs `&mut self`.
+        unsafe {
+            self.instance.done("points", get(self.instance.plugin(), level, &mut list, &mut count))?;
+            Ok(if count == 0 { &[] } else { from_raw_parts(list, count) })
+        }
+    }
+
+    /// Fills `out` with the cells of `level` that the balls touch and the listed ones, their nodes and the links of
+    /// `families`. [worker]
+    ///
+    /// # Errors
+    /// A level that was not built; tables that make no sense.
+    pub fn region(
+        &self,
+        level: u32,
+        families: u32,
+        balls: &[Ball],
+        cells: &[u64],
+        out: &mut Region,
+    ) -> Result<(), HostError> {
+        let request = abi::RegionRequest {
+            size: size_of::<abi::RegionRequest>(),
+            level,
+            families,
+            balls: balls.as_ptr(),
+            ball_count: balls.len(),
+            cells: cells.as_ptr(),
+            cell_count: cells.len(),
+        };
+        let get = self.table.region.expect("checked");
+        out.resize(out.node_id.capacity(), out.cell_id.capacity(), out.link_family.capacity());
+        loop {
+            let mut raw = out.raw();
+            // SAFETY: [worker & active]; the buffers hold what the capacities say.
+            let status = unsafe { get(self.instance.plugin(), &request, &mut raw) };
+            if status == Status::TOO_SMALL {
+                // Half as much again, so that a region that grows a little does not come back for every step.
+                let room = |needed: usize, had: usize| if needed > had { needed + needed / 2 } else { had };
+                out.resize(
+                    room(raw.node_count, raw.node_capacity),
+                    room(raw.cell_count, raw.cell_capacity),
+                    room(raw.link_count, raw.link_capacity),
+                );
+                continue;
+            }
+            self.instance.done("region", status)?;
+            out.resize(
+                raw.node_count.min(raw.node_capacity),
+                raw.cell_count.min(raw.cell_capacity),
+                raw.link_count.min(raw.link_capacity),
+            );
+            let points = self.points(level)?.len();
+            return out.check(points).map_err(|reason| self.instance.error("region", &reason));
+        }
+    }
+
+    /// Cell and corner weights of each rest place. [sim]
+    ///
+    /// # Errors
+    /// A place too far outside the body.
+    pub fn weights(
+        &self,
+        level: u32,
+        places: &[[f64; 3]],
+        cells: &mut [u64],
+        weights: &mut [[f64; 8]],
+    ) -> Result<(), HostError> {
+        assert!(places.len() == cells.len() && places.len() == weights.len());
+        let get = self.table.weights.expect("checked");
+        let (from, to) = (places.as_ptr().cast(), weights.as_mut_ptr().cast());
+        // SAFETY: [sim & active]; the three lists have one length.
+        let status = unsafe { get(self.instance.plugin(), level, from, places.len(), cells.as_mut_ptr(), to) };
+        self.instance.done("weights", status)
+    }
+
+    /// Whether points must be placed by [`Grid::place`] instead of by weights.
+    pub fn is_nonlinear(&self) -> bool {
+        self.nonlinear
+    }
+
+    /// Places from rest places and the current corners of their cells, m. [sim]
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn place(
+        &self,
+        level: u32,
+        rest: &[[f64; 3]],
+        corners: &[[[f64; 3]; 8]],
+        out: &mut [[f64; 3]],
+    ) -> Result<(), HostError> {
+        assert!(rest.len() == corners.len() && rest.len() == out.len());
+        let Some(place) = self.table.place else { return Err(self.instance.error("place", "not offered")) };
+        let (r, c, o) = (rest.as_ptr().cast(), corners.as_ptr().cast(), out.as_mut_ptr().cast());
+        // SAFETY: [sim & active]; the three lists have one length.
+        self.instance.done("place", unsafe { place(self.instance.plugin(), level, r, rest.len(), c, o) })
+    }
+
+    /// Adds to the corners what loads (N) on the places come to. [sim]
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn pull_back(
+        &self,
+        level: u32,
+        rest: &[[f64; 3]],
+        corners: &[[[f64; 3]; 8]],
+        loads: &[[f64; 3]],
+        out: &mut [[[f64; 3]; 8]],
+    ) -> Result<(), HostError> {
+        assert!(rest.len() == corners.len() && rest.len() == loads.len() && rest.len() == out.len());
+        let Some(pull) = self.table.pull_back else { return Err(self.instance.error("pull_back", "not offered")) };
+        let (r, c) = (rest.as_ptr().cast(), corners.as_ptr().cast());
+        let (l, o) = (loads.as_ptr().cast(), out.as_mut_ptr().cast());
+        // SAFETY: [sim & active]; the four lists have one length.
+        self.instance.done("pull_back", unsafe { pull(self.instance.plugin(), level, r, rest.len(), c, l, o) })
+    }
+
+    /// Its descriptor.
+    pub fn info(&self) -> &'static PluginInfo {
+        self.instance.info(Kind::Grid)
+    }
+
+    /// Its library.
+    pub fn library(&self) -> &'static Library {
+        self.instance.library()
+    }
+}

@@ -1,0 +1,141 @@
+//! An opened plugin library.
+
+use super::error::HostError;
+use super::plugin::{Kind, PluginInfo};
+use pliant_plugin_api::abi;
+use std::ffi::CString;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+/// A library whose entry was checked. Open once, mapped until the program ends.
+pub struct Library {
+    path: PathBuf,
+    plugins: Vec<PluginInfo>,
+    pub(super) table: &'static abi::Library,
+}
+
+/// Every library opened so far. Opening one again gives the same.
+static OPENED: Mutex<Vec<&'static Library>> = Mutex::new(Vec::new());
+
+/// The most plugins one library may hold.
+const MOST_PLUGINS: u32 = 256;
+
+#[allow(unsafe_code, reason = "opens a library and reads its entry")]
+impl Library {
+    /// Opens the library at an absolute path.
+    ///
+    /// # Errors
+    /// Not a library, no entry, wrong interface, malformed tables, or an `init` that fails.
+    pub fn open(path: &Path) -> Result<&'static Self, HostError> {
+        let mut opened = OPENED.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        if let Some(known) = opened.iter().find(|l| l.path == path) {
+            return Ok(known);
+        }
+        let not_a_library = |e: libloading::Error| HostError::NotALibrary { path: path.into(), reason: e.to_string() };
+        // SAFETY: running a library's initialisers is what loading a plugin means; the user chose the folder.
+        let handle = unsafe { open_now(path) }.map_err(not_a_library)?;
+        // SAFETY: the symbol, if there, is the entry table; only `size` and the version are believed until checked.
+        let table: &'static abi::Library = unsafe {
+            match handle.get::<*const abi::Library>(abi::ENTRY_SYMBOL) {
+                Ok(symbol) if !(*symbol).is_null() => &**symbol,
+                _ => return Err(HostError::NoEntry { path: path.into() }),
+            }
+        };
+        std::mem::forget(handle); // never unmapped, see the head of the module
+        if table.abi_major != abi::ABI_MAJOR {
+            return Err(HostError::Abi {
+                path: path.into(),
+                found: format!("{}.{}", table.abi_major, table.abi_minor),
+                expected: format!("{}.{}", abi::ABI_MAJOR, abi::ABI_MINOR),
+            });
+        }
+        let malformed = |reason: String| HostError::Malformed { path: path.into(), reason };
+        let plugins = read_plugins(table).map_err(malformed)?;
+        let library: &'static Self = Box::leak(Box::new(Self { path: path.into(), plugins, table }));
+        library.init()?;
+        opened.push(library);
+        Ok(library)
+    }
+
+    fn init(&'static self) -> Result<(), HostError> {
+        let Some(init) = self.table.init else { return Ok(()) };
+        let folder = self.path.parent().unwrap_or(Path::new("/")).to_string_lossy().into_owned();
+        let folder = CString::new(folder).unwrap_or_default();
+        // SAFETY: [main], once, first; a null host is not allowed, so one that swallows what is said.
+        let status = unsafe { init(super::instance::quiet_host(), folder.as_ptr()) };
+        if status == abi::Status::OK {
+            return Ok(());
+        }
+        Err(HostError::Malformed { path: self.path.clone(), reason: format!("`init` failed: {}", status.meaning()) })
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Every plugin in it.
+    pub fn plugins(&self) -> &[PluginInfo] {
+        &self.plugins
+    }
+
+    /// The plugin of `kind` called `name`: by its whole id, the last part of it, or, when it is the only one of its kind, by
+    /// the library's name.
+    ///
+    /// # Errors
+    /// [`HostError::NoSuchPlugin`], with what there is.
+    pub fn plugin(&self, kind: Kind, name: &str) -> Result<&PluginInfo, HostError> {
+        let of_kind = || self.plugins.iter().filter(|p| p.kind == kind);
+        let last = |id: &str| id.rsplit('.').next() == Some(name);
+        let named = of_kind().find(|p| p.id == name).or_else(|| of_kind().find(|p| last(&p.id)));
+        let only = || if of_kind().count() == 1 { of_kind().next() } else { None };
+        named.or_else(only).ok_or_else(|| {
+            let offered = self.plugins.iter().map(|p| format!("{} `{}`", p.kind.name(), p.id)).collect::<Vec<_>>();
+            HostError::NoSuchPlugin {
+                path: self.path.clone(),
+                kind: kind.name(),
+                id: name.to_owned(),
+                offered: if offered.is_empty() { "no plugins".into() } else { offered.join(", ") },
+            }
+        })
+    }
+}
+
+/// Binds every symbol now: a first call inside a servo loop must not run the dynamic linker.
+#[allow(unsafe_code, reason = "opens a library")]
+unsafe fn open_now(path: &Path) -> Result<libloading::Library, libloading::Error> {
+    #[cfg(unix)]
+    {
+        use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
+        // SAFETY: the caller's promise.
+        unsafe { Library::open(Some(path), RTLD_NOW | RTLD_LOCAL) }.map(Into::into)
+    }
+    #[cfg(not(unix))]
+    {
+        // SAFETY: the caller's promise.
+        unsafe { libloading::Library::new(path) }
+    }
+}
+
+#[allow(unsafe_code, reason = "calls the entry's functions")]
+fn read_plugins(table: &'static abi::Library) -> Result<Vec<PluginInfo>, String> {
+    if table.size < size_of::<abi::Library>() {
+        return Err(format!("entry of {} bytes, at least {} needed", table.size, size_of::<abi::Library>()));
+    }
+    let Some(descriptor) = table.descriptor else { return Err("entry: `descriptor` is null".into()) };
+    if table.create.is_none() {
+        return Err("entry: `create` is null".into());
+    }
+    let mut plugins: Vec<PluginInfo> = Vec::new();
+    for index in 0..=MOST_PLUGINS {
+        // SAFETY: [any]; the pointer is null or a descriptor that lives as long as the library.
+        let Some(raw) = (unsafe { descriptor(index).as_ref() }) else { return Ok(plugins) };
+        // SAFETY: as above.
+        let info = unsafe { PluginInfo::read(raw) }.map_err(|reason| format!("plugin {index}: {reason}"))?;
+        if plugins.iter().any(|p| p.id == info.id) {
+            return Err(format!("plugin {index}: `{}` is declared twice", info.id));
+        }
+        plugins.push(info);
+    }
+    Err(format!("the list of plugins has no end within {MOST_PLUGINS}"))
+}

@@ -1,0 +1,25 @@
+//! The host's side of the plugin border: where plugins are looked for, how they are opened, and safe calls into them.
+//!
+//! This folder and `plugin-api` are the only places of the engine with `unsafe`. A library is opened with `RTLD_NOW |
+//! RTLD_LOCAL` by absolute path and stays mapped until the program ends: thread-locals, static strings and descriptors
+//! point into it.
+
+mod device;
+mod error;
+mod grid;
+mod instance;
+mod library;
+mod material;
+mod plugin;
+mod report;
+mod search;
+
+pub use device::{Device, DeviceInfo, Output, Pose};
+pub use error::HostError;
+pub use grid::{Grid, Region};
+pub use instance::Settings;
+pub use library::Library;
+pub use material::{Call, Material};
+pub use plugin::{Kind, ParamInfo, ParamKind, ParamValue, PluginInfo};
+pub use report::Message;
+pub use search::{Found, Search};

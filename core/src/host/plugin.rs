@@ -1,0 +1,238 @@
+//! What a library says of the plugins in it, copied out of its descriptors.
+
+use pliant_plugin_api::abi;
+use std::ffi::{CStr, c_char};
+
+/// What a plugin answers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    /// Which nodes carry a surface.
+    Grid,
+    /// What the force is.
+    Material,
+    /// Where the hand is.
+    Device,
+}
+
+impl Kind {
+    /// In messages and listings.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Grid => "grid",
+            Self::Material => "material",
+            Self::Device => "device",
+        }
+    }
+}
+
+/// A plugin in a library.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PluginInfo {
+    /// Kebab-case, third parties with a reversed domain before it.
+    pub id: String,
+    /// What it answers.
+    pub kind: Kind,
+    /// For people.
+    pub name: String,
+    /// Its own version.
+    pub version: String,
+    /// One line.
+    pub summary: String,
+    /// It keeps the rules of step and servo loop.
+    pub real_time: bool,
+    /// Same inputs, same bytes, on the same binary.
+    pub deterministic: bool,
+    /// Declared parameters, in order.
+    pub params: Vec<ParamInfo>,
+}
+
+/// A declared parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ParamInfo {
+    /// Kebab-case.
+    pub key: String,
+    /// SI text.
+    pub unit: String,
+    /// One line.
+    pub summary: String,
+    /// What it takes.
+    pub kind: ParamKind,
+}
+
+/// What a parameter takes.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ParamKind {
+    /// A number in `unit`.
+    Number {
+        /// Least.
+        min: f64,
+        /// Greatest.
+        max: f64,
+        /// When the scene does not give it.
+        default: f64,
+    },
+    /// One of these.
+    Choice {
+        /// As scenes write them.
+        choices: Vec<String>,
+        /// Place of the one taken when the scene does not give it.
+        default: usize,
+    },
+    /// A text.
+    Text,
+    /// A file.
+    Path,
+    /// Rows of numbers.
+    Table {
+        /// Names of the columns.
+        columns: Vec<String>,
+    },
+}
+
+/// A value for a parameter, checked by [`ParamInfo::check`].
+#[derive(Clone, Debug, PartialEq)]
+pub enum ParamValue {
+    /// A number in the parameter's unit.
+    Number(f64),
+    /// A choice, text or absolute path.
+    Text(String),
+    /// Rows of numbers, row-major.
+    Table {
+        /// Columns of each row.
+        columns: usize,
+        /// (rows x columns)
+        values: Vec<f64>,
+    },
+}
+
+impl ParamInfo {
+    /// Whether `value` is allowed, or what would be.
+    ///
+    /// # Errors
+    /// A sentence with the value and what is allowed.
+    pub fn check(&self, value: &ParamValue) -> Result<(), String> {
+        match (&self.kind, value) {
+            (ParamKind::Number { min, max, .. }, ParamValue::Number(v)) => {
+                if (*min..=*max).contains(v) {
+                    return Ok(());
+                }
+                let unit = if self.unit == "1" { String::new() } else { format!(" {}", self.unit) };
+                Err(format!("{v}{unit} is out of range; allowed is {min} to {max}{unit}"))
+            }
+            (ParamKind::Choice { choices, .. }, ParamValue::Text(text)) => {
+                let known = choices.contains(text);
+                if known { Ok(()) } else { Err(format!("`{text}` is not a choice; allowed is {}", choices.join(", "))) }
+            }
+            (ParamKind::Text | ParamKind::Path, ParamValue::Text(text)) => {
+                if text.contains('\0') { Err("a text cannot hold a NUL character".into()) } else { Ok(()) }
+            }
+            (ParamKind::Table { columns }, ParamValue::Table { columns: given, values }) => {
+                if *given != columns.len() {
+                    return Err(format!("rows of {given} numbers; allowed is {}: {}", columns.len(), columns.join(", ")));
+                }
+                match values.iter().position(|v| !v.is_finite()) {
+                    Some(at) => Err(format!("row {} holds {}; allowed is a finite number", at / given + 1, values[at])),
+                    None => Ok(()),
+                }
+            }
+            _ => Err(format!("wrong type; allowed is {}", self.takes())),
+        }
+    }
+
+    /// What it takes, in words.
+    pub fn takes(&self) -> String {
+        match &self.kind {
+            ParamKind::Number { min, max, .. } => format!("a number from {min} to {max} in {}", self.unit),
+            ParamKind::Choice { choices, .. } => format!("one of {}", choices.join(", ")),
+            ParamKind::Text => "a text".into(),
+            ParamKind::Path => "a file".into(),
+            ParamKind::Table { columns } => format!("rows of [{}]", columns.join(", ")),
+        }
+    }
+}
+
+#[allow(unsafe_code, reason = "reads the C strings of a descriptor")]
+/// # Safety
+/// `ptr` is null or a C string that lives for the call.
+unsafe fn text(ptr: *const c_char, what: &str) -> Result<String, String> {
+    if ptr.is_null() {
+        return Err(format!("{what} is null"));
+    }
+    // SAFETY: the caller's promise.
+    let text = unsafe { CStr::from_ptr(ptr) }.to_str().map_err(|_| format!("{what} is not UTF-8"))?;
+    Ok(text.to_owned())
+}
+
+impl PluginInfo {
+    /// Copies a descriptor, or says what is wrong with it.
+    ///
+    /// # Safety
+    /// `raw` is a descriptor of a loaded library.
+    #[allow(unsafe_code, reason = "reads a descriptor")]
+    pub(super) unsafe fn read(raw: &abi::Descriptor) -> Result<Self, String> {
+        if raw.size < size_of::<abi::Descriptor>() {
+            return Err(format!("descriptor of {} bytes, at least {} needed", raw.size, size_of::<abi::Descriptor>()));
+        }
+        let kind = match raw.kind {
+            abi::KIND_GRID => Kind::Grid,
+            abi::KIND_MATERIAL => Kind::Material,
+            abi::KIND_DEVICE => Kind::Device,
+            other => return Err(format!("unknown plugin kind {other}")),
+        };
+        if raw.param_count > 0 && (raw.params.is_null() || raw.param_size < size_of::<abi::Param>()) {
+            return Err(format!("{} parameters of {} bytes each", raw.param_count, raw.param_size));
+        }
+        if raw.param_count > 1000 {
+            return Err(format!("{} parameters, at most 1000 allowed", raw.param_count));
+        }
+        // SAFETY: the header: strings live as long as the library, parameters follow each other `param_size` apart.
+        unsafe {
+            let param = |i: usize| &*raw.params.byte_add(i * raw.param_size);
+            Ok(Self {
+                id: text(raw.id, "id")?,
+                kind,
+                name: text(raw.name, "name")?,
+                version: text(raw.version, "version")?,
+                summary: text(raw.summary, "summary")?,
+                real_time: raw.flags & abi::FLAG_REAL_TIME != 0,
+                deterministic: raw.flags & abi::FLAG_DETERMINISTIC != 0,
+                params: (0..raw.param_count).map(|i| ParamInfo::read(param(i))).collect::<Result<_, _>>()?,
+            })
+        }
+    }
+}
+
+impl ParamInfo {
+    #[allow(unsafe_code, reason = "reads a descriptor")]
+    /// # Safety
+    /// `raw` is a parameter of a loaded library.
+    unsafe fn read(raw: &abi::Param) -> Result<Self, String> {
+        // SAFETY: strings of a parameter live as long as the library.
+        let (key, unit, summary) = unsafe {
+            (text(raw.key, "parameter key")?, text(raw.unit, "parameter unit")?, text(raw.summary, "parameter summary")?)
+        };
+        // SAFETY: as above.
+        let list = || unsafe { text(raw.choices, "choices") }.map(|t| t.split('|').map(str::to_owned).collect::<Vec<_>>());
+        let kind = match raw.kind {
+            abi::PARAM_NUMBER => {
+                let (min, max, default) = (raw.min, raw.max, raw.fallback);
+                if !(min <= default && default <= max) {
+                    return Err(format!("parameter `{key}`: default {default} outside {min} to {max}"));
+                }
+                ParamKind::Number { min, max, default }
+            }
+            abi::PARAM_CHOICE => {
+                let (choices, default) = (list()?, raw.fallback as usize);
+                if default >= choices.len() {
+                    return Err(format!("parameter `{key}`: default {default} of {} choices", choices.len()));
+                }
+                ParamKind::Choice { choices, default }
+            }
+            abi::PARAM_TEXT => ParamKind::Text,
+            abi::PARAM_PATH => ParamKind::Path,
+            abi::PARAM_TABLE => ParamKind::Table { columns: list()? },
+            other => return Err(format!("parameter `{key}`: unknown kind {other}")),
+        };
+        Ok(Self { key, unit, summary, kind })
+    }
+}

@@ -1,0 +1,177 @@
+//! Where plugins are looked for.
+//!
+//! In order: the folders given to the program, `$PLIANT_PLUGIN_PATH`, the folder of the executable (in a build tree its
+//! `deps/` first: that one is always fresh, the copy beside the executable only after `cargo build`), the per-user data
+//! folder. A name is turned into file names; no library is opened to find out what it is called.
+
+use super::error::HostError;
+use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
+use std::path::{Path, PathBuf};
+
+/// The folders, in order.
+#[derive(Clone, Debug)]
+pub struct Search {
+    folders: Vec<(PathBuf, Origin)>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Origin {
+    Given,
+    Environment,
+    Executable,
+    User,
+}
+
+impl Origin {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Given => "--plugin-path",
+            Self::Environment => "$PLIANT_PLUGIN_PATH",
+            Self::Executable => "beside the program",
+            Self::User => "the user's data folder",
+        }
+    }
+}
+
+/// A library that is there.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Found {
+    /// The plugin's name in a scene, from the file name.
+    pub name: String,
+    /// Absolute, symlinks followed.
+    pub path: PathBuf,
+}
+
+impl Search {
+    /// The usual folders, after those `given`.
+    pub fn new(given: &[PathBuf]) -> Self {
+        let mut folders: Vec<_> = given.iter().map(|f| (f.clone(), Origin::Given)).collect();
+        if let Some(list) = std::env::var_os("PLIANT_PLUGIN_PATH") {
+            let listed = std::env::split_paths(&list).filter(|f| !f.as_os_str().is_empty());
+            folders.extend(listed.map(|f| (f, Origin::Environment)));
+        }
+        if let Some(folder) = std::env::current_exe().ok().and_then(|exe| exe.parent().map(Path::to_path_buf)) {
+            folders.push((folder.join("deps"), Origin::Executable));
+            folders.push((folder, Origin::Executable));
+        }
+        if let Some(folder) = user_data_folder() {
+            folders.push((folder.join("pliant").join("plugins"), Origin::User));
+        }
+        Self { folders }
+    }
+
+    /// The file of plugin `name`; a name with a separator in it is a path, relative to `base`.
+    ///
+    /// # Errors
+    /// [`HostError::NotFound`], with every folder that was looked in.
+    pub fn find(&self, name: &str, base: &Path) -> Result<Found, HostError> {
+        if name.contains(['/', '\\']) {
+            let path = base.join(name);
+            return match path.canonicalize() {
+                Ok(path) => Ok(Found { name: name_of(&path), path }),
+                Err(error) => Err(HostError::NotFound {
+                    name: name.to_owned(),
+                    files: path.display().to_string(),
+                    places: format!("  {}: {error}", base.display()),
+                }),
+            };
+        }
+        let files = file_names(name);
+        for (folder, _) in &self.folders {
+            for file in &files {
+                // A dangling link is no reason to stop looking.
+                if let Ok(path) = folder.join(file).canonicalize() {
+                    return Ok(Found { name: name.to_owned(), path });
+                }
+            }
+        }
+        let place = |(folder, origin): &(PathBuf, Origin)| {
+            let state = if folder.is_dir() { "" } else { ": no such folder" };
+            format!("  {} ({}){state}", folder.display(), origin.name())
+        };
+        Err(HostError::NotFound {
+            name: name.to_owned(),
+            files: files.join(" or "),
+            places: self.folders.iter().map(place).collect::<Vec<_>>().join("\n"),
+        })
+    }
+
+    /// Every library that may be a plugin, sorted by name, the first found of each. Folders of the user's choice may hold
+    /// any file name; beside the program only ours are considered, as a build folder is full of other libraries.
+    pub fn scan(&self) -> Vec<Found> {
+        let mut all: Vec<Found> = Vec::new();
+        for (folder, origin) in &self.folders {
+            let Ok(entries) = folder.read_dir() else { continue };
+            let mut paths: Vec<PathBuf> = entries.flatten().map(|e| e.path()).collect();
+            paths.sort();
+            for path in paths {
+                let file = path.file_name().and_then(|f| f.to_str()).unwrap_or_default();
+                let ours = file.starts_with(&format!("{DLL_PREFIX}pliant_"));
+                if !file.ends_with(DLL_SUFFIX) || (*origin == Origin::Executable && !ours) {
+                    continue;
+                }
+                let name = name_of(&path);
+                if let Ok(path) = path.canonicalize()
+                    && all.iter().all(|f| f.name != name)
+                {
+                    all.push(Found { name, path });
+                }
+            }
+        }
+        all.sort_by(|a, b| a.name.cmp(&b.name));
+        all
+    }
+}
+
+/// The files that may hold plugin `name`.
+fn file_names(name: &str) -> Vec<String> {
+    let stem = name.replace('-', "_");
+    let mut files = vec![format!("{DLL_PREFIX}pliant_{stem}{DLL_SUFFIX}"), format!("{DLL_PREFIX}{stem}{DLL_SUFFIX}")];
+    for plain in [format!("{stem}{DLL_SUFFIX}"), format!("{name}{DLL_SUFFIX}")] {
+        if !files.contains(&plain) {
+            files.push(plain);
+        }
+    }
+    files
+}
+
+/// The name a scene uses for the library at `path`.
+fn name_of(path: &Path) -> String {
+    let stem = path.file_stem().and_then(|s| s.to_str()).unwrap_or_default();
+    let stem = stem.strip_prefix(DLL_PREFIX).unwrap_or(stem);
+    stem.strip_prefix("pliant_").unwrap_or(stem).replace('_', "-")
+}
+
+fn user_data_folder() -> Option<PathBuf> {
+    let set = |key: &str| std::env::var_os(key).map(PathBuf::from).filter(|p| p.is_absolute());
+    if cfg!(windows) {
+        set("APPDATA")
+    } else if cfg!(target_os = "macos") {
+        set("HOME").map(|home| home.join("Library/Application Support"))
+    } else {
+        set("XDG_DATA_HOME").or_else(|| set("HOME").map(|home| home.join(".local/share")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_and_files_go_both_ways() {
+        for name in ["mass-spring", "cloth", "neo-hookean"] {
+            for file in file_names(name) {
+                assert_eq!(name_of(Path::new(&file)), name);
+            }
+        }
+    }
+
+    #[test]
+    fn a_missing_plugin_names_every_folder() {
+        let search = Search { folders: vec![("/nowhere/at/all".into(), Origin::Given)] };
+        let text = search.find("mass-spring", Path::new(".")).unwrap_err().to_string();
+        for part in ["mass-spring", "pliant_mass_spring", "/nowhere/at/all", "--plugin-path", "no such folder"] {
+            assert!(text.contains(part), "{part} in {text}");
+        }
+    }
+}
