@@ -245,7 +245,7 @@ impl Kind {
 impl fmt::Display for Finding {
     fn fmt(&self, out: &mut fmt::Formatter) -> fmt::Result {
         let (what, allowed) = self.kind.words();
-        write!(out, "{} {what}: ", self.count)?;
+        write!(out, "{what}: {}, at ", self.count)?;
         for (index, place) in self.places.iter().enumerate() {
             let comma = if index > 0 { ", " } else { "" };
             write!(out, "{comma}{place}")?;

@@ -14,6 +14,7 @@ pub mod generate;
 pub mod materials;
 pub mod obj;
 pub mod placement;
+pub mod sample;
 pub mod surface;
 #[cfg(test)]
 pub(crate) mod testing;

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::edges::EdgeTable;
-use super::triangulate::triangulate;
+use super::triangulate::{split_otherwise, triangulate};
 use super::{ObjDocument, Placement};
 
 /// Points and triangles. Points are numbered like the vertices of the document, those no triangle uses included.
@@ -59,6 +59,7 @@ impl Surface {
             }
             surface.face_of.resize(surface.triangles.len(), index as u32);
         }
+        surface.part_twins(document);
         surface
     }
 
@@ -126,6 +127,36 @@ impl Surface {
         self.triangles.iter().map(shell_of).collect()
     }
 
+    /// Two quads with two edges in common may each cut off the same three vertices, and so lay one triangle on the
+    /// other where the quads do not touch. Such quads take their other diagonal.
+    fn part_twins(&mut self, document: &ObjDocument) {
+        let mut faces_at = vec![0_u32; self.points.len()];
+        document.faces().flat_map(|face| face.corners).for_each(|corner| faces_at[corner.v as usize] += 1);
+        // The vertex a twin half cuts off has the two quads and no other face.
+        let mut halves = Vec::new();
+        for (index, pair) in self.face_of.windows(2).enumerate().filter(|(_, pair)| pair[0] == pair[1]) {
+            for (half, other) in [(index, index + 1), (index + 1, index)] {
+                let [mut key, other] = [half, other].map(|index| self.triangles[index]);
+                if key.iter().any(|vertex| faces_at[*vertex as usize] == 2 && !other.contains(vertex)) {
+                    key.sort_unstable();
+                    halves.push((key, index, pair[0]));
+                }
+            }
+        }
+        halves.sort_unstable();
+        let twins = halves.windows(2).filter(|pair| pair[0].0 == pair[1].0 && pair[0].2 != pair[1].2);
+        for &(_, first, face) in twins.flatten() {
+            let Some([a, b, c, d]) = document.face(face as usize).and_then(|face| face.corners.as_array()) else {
+                continue;
+            };
+            let quad = [a.v, b.v, c.v, d.v];
+            let half = self.triangles[first].map(|vertex| quad.iter().position(|&v| v == vertex).unwrap_or(0));
+            if let Some(split) = split_otherwise(&quad.map(|vertex| self.point(vertex)), half) {
+                self.triangles[first..first + 2].copy_from_slice(&split.map(|piece| piece.map(|corner| quad[corner])));
+            }
+        }
+    }
+
     pub(super) fn point(&self, vertex: u32) -> Vector3<f64> {
         self.points[vertex as usize].into()
     }
@@ -150,6 +181,7 @@ fn root(parent: &mut [u32], mut vertex: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::check::Kind;
     use crate::mesh::testing::document;
 
     /// A unit tetrahedron about the origin corner, and a far triangle apart from it.
@@ -169,6 +201,16 @@ mod tests {
         assert!((surface.volume() - 1.0 / 6.0).abs() < 1e-15);
         surface.points.iter_mut().for_each(|point| point[0] += 1e6);
         assert!((surface.volume() - 1.0 / 6.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn quads_that_share_two_edges_do_not_share_a_triangle() {
+        // Two squares bent along 1-2-3: without care both would cut off vertex 2.
+        let text = "v 0 0 0\nv 0.9 -0.1 0\nv 1 1 0\nv 0 1.4 0.9\nv 0 1.4 -0.9\nf 1 2 3 4\nf 3 2 1 5\n";
+        let document = document(text);
+        let surface = Surface::from_document(&document);
+        assert_eq!(surface.triangles, [[0, 1, 3], [1, 2, 3], [2, 1, 4], [1, 0, 4]]);
+        assert!(crate::mesh::check(&surface, &document).iter().all(|finding| finding.kind == Kind::Border));
     }
 
     #[test]

@@ -23,6 +23,17 @@ pub(super) fn triangulate(polygon: &[Vector3<f64>], pieces: &mut Vec<[usize; 3]>
     }
 }
 
+/// A quad (4 x 3) split along the diagonal that `half` does not have; `None` if that would turn a piece over.
+pub(super) fn split_otherwise(quad: &[Vector3<f64>; 4], half: [usize; 3]) -> Option<[[usize; 3]; 2]> {
+    let plane = Plane::new(quad)?;
+    let [ac, bd] = SPLITS;
+    let other = if ac.contains(&half) { bd } else { ac };
+    (plane.least_turn(&other) > plane.small).then_some(other)
+}
+
+/// The two ways to split a quad.
+const SPLITS: [[[usize; 3]; 2]; 2] = [[[0, 1, 2], [0, 2, 3]], [[0, 1, 3], [1, 2, 3]]];
+
 fn fan(corners: usize, pieces: &mut Vec<[usize; 3]>) {
     pieces.extend((2..corners).map(|corner| [0, corner - 1, corner]));
 }
@@ -53,15 +64,17 @@ impl<'a> Plane<'a> {
         (b - a).cross(&(c - a)).dot(&self.normal)
     }
 
-    fn split_quad(&self, [a, b, c, d]: [usize; 4], pieces: &mut Vec<[usize; 3]>) {
-        let [ac, bd] = [[[a, b, c], [a, c, d]], [[a, b, d], [b, c, d]]];
-        let worse =
-            |half: &[[usize; 3]; 2]| half.map(|[a, b, c]| self.turn(a, b, c)).into_iter().fold(f64::MAX, f64::min);
-        let length = |a: usize, b: usize| (self.polygon[a] - self.polygon[b]).norm_squared();
-        let best = match (worse(&ac) > self.small, worse(&bd) > self.small) {
-            (true, false) => ac,
-            (false, true) => bd,
-            _ if length(b, d) < length(a, c) => bd,
+    fn least_turn(&self, pieces: &[[usize; 3]]) -> f64 {
+        pieces.iter().map(|&[a, b, c]| self.turn(a, b, c)).fold(f64::INFINITY, f64::min)
+    }
+
+    fn split_quad(&self, corners: [usize; 4], pieces: &mut Vec<[usize; 3]>) {
+        let [ac, bd] = SPLITS.map(|split| split.map(|piece| piece.map(|corner| corners[corner])));
+        let [a, b, c, d] = corners.map(|corner| self.polygon[corner]);
+        let best = match [ac, bd].map(|split| self.least_turn(&split) > self.small) {
+            [true, false] => ac,
+            [false, true] => bd,
+            _ if (d - b).norm_squared() < (c - a).norm_squared() => bd,
             _ => ac,
         };
         pieces.extend(best);
