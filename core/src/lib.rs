@@ -5,3 +5,4 @@
 
 pub mod host;
 pub mod mesh;
+pub mod step;

@@ -1,0 +1,221 @@
+//! The sparse symmetric matrix of a body, in 3 x 3 blocks.
+//!
+//! Blocks on and above the diagonal are stored, row by row, the diagonal first. Each row also lists the blocks below the
+//! diagonal by where their transposes are stored, so that a product computes every row in one place and in one order: no
+//! scatter, and the same bytes for any number of threads.
+
+use super::elements::ElementSet;
+use super::pool::Pool;
+use super::system::Nodes;
+use super::{Block, V3, axpy, times, transposed_times};
+use crate::host::{HostError, Material};
+use pliant_plugin_api::abi;
+
+/// `A`, with room for every pair of nodes that an element joins.
+#[derive(Debug, Default)]
+pub struct Matrix {
+    row: Vec<usize>,
+    column: Vec<u32>,
+    values: Vec<Block>,
+    lower_row: Vec<usize>,
+    /// column and slot
+    lower: Vec<(u32, u32)>,
+}
+
+/// Rows in a piece of a product.
+const ROWS: usize = 256;
+
+impl Matrix {
+    /// Finds the pattern of the sets that have stiffness, for `n` nodes, and tells each set its slots.
+    pub fn rebuild(&mut self, n: usize, sets: &mut [ElementSet]) {
+        let pairs = |set: &ElementSet, mut visit: Box<dyn FnMut(u32, u32) + '_>| {
+            for element in set.list.nodes.chunks_exact(set.corners) {
+                for a in 0..set.corners {
+                    for b in a + 1..set.corners {
+                        visit(element[a].min(element[b]), element[a].max(element[b]));
+                    }
+                }
+            }
+        };
+        let forced = |s: &&ElementSet| s.has(abi::HAS_FORCES);
+        let mut count = vec![1_usize; n + 1];
+        for set in sets.iter().filter(forced) {
+            pairs(set, Box::new(|i, _| count[i as usize] += 1));
+        }
+        let mut next = Vec::with_capacity(n + 1);
+        let mut total = 0;
+        for c in &count[..n] {
+            next.push(total);
+            total += c;
+        }
+        let starts = next.clone();
+        let mut columns = vec![0_u32; total];
+        for i in 0..n {
+            columns[next[i]] = i as u32;
+            next[i] += 1;
+        }
+        for set in sets.iter().filter(forced) {
+            pairs(
+                set,
+                Box::new(|i, j| {
+                    columns[next[i as usize]] = j;
+                    next[i as usize] += 1;
+                }),
+            );
+        }
+        self.row.clear();
+        self.column.clear();
+        for i in 0..n {
+            self.row.push(self.column.len());
+            let row = &mut columns[starts[i]..next[i]];
+            row.sort_unstable();
+            for (at, &column) in row.iter().enumerate() {
+                if at == 0 || row[at - 1] != column {
+                    self.column.push(column);
+                }
+            }
+        }
+        self.row.push(self.column.len());
+        self.values.clear();
+        self.values.resize(self.column.len(), [0.0; 9]);
+        self.list_lower(n);
+        for set in sets.iter_mut() {
+            self.list_slots(set);
+        }
+    }
+
+    fn list_lower(&mut self, n: usize) {
+        let mut count = vec![0_usize; n + 1];
+        for (i, j) in self.off_diagonal() {
+            debug_assert!(i < j.0);
+            count[j.0 as usize] += 1;
+        }
+        self.lower_row.clear();
+        let mut total = 0;
+        for c in &mut count {
+            self.lower_row.push(total);
+            total += std::mem::replace(c, total);
+        }
+        let mut lower = vec![(0, 0); total];
+        for (i, (j, slot)) in self.off_diagonal() {
+            lower[count[j as usize]] = (i, slot);
+            count[j as usize] += 1;
+        }
+        self.lower = lower;
+    }
+
+    /// (row, (column, slot)) of every block above the diagonal.
+    fn off_diagonal(&self) -> impl Iterator<Item = (u32, (u32, u32))> + '_ {
+        (0..self.rows()).flat_map(move |i| {
+            (self.row[i] + 1..self.row[i + 1]).map(move |slot| (i as u32, (self.column[slot], slot as u32)))
+        })
+    }
+
+    fn list_slots(&self, set: &mut ElementSet) {
+        set.slots.clear();
+        if !set.has(abi::HAS_FORCES) {
+            return;
+        }
+        for element in set.list.nodes.chunks_exact(set.corners) {
+            for a in 0..set.corners {
+                for b in a..set.corners {
+                    let (i, j) = (element[a], element[b]);
+                    let slot = self.slot(i.min(j), i.max(j)) as u32;
+                    set.slots.push(if i > j { slot | abi::TRANSPOSED } else { slot });
+                }
+            }
+        }
+    }
+
+    /// Where block (i, j), i <= j, is. It must be part of the pattern.
+    fn slot(&self, i: u32, j: u32) -> usize {
+        let row = &self.column[self.row[i as usize]..self.row[i as usize + 1]];
+        self.row[i as usize] + row.binary_search(&j).expect("every pair of an element is in the pattern")
+    }
+
+    /// Rows.
+    pub fn rows(&self) -> usize {
+        self.row.len().saturating_sub(1)
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        self.values.len() * size_of::<Block>() + self.column.len() * 4 + self.lower.len() * 8 + self.row.len() * 16
+    }
+
+    /// Becomes `mass M + stiffness K + damping C` in the state of `nodes`.
+    ///
+    /// # Errors
+    /// What the material says.
+    pub fn assemble(
+        &mut self,
+        pool: &Pool,
+        material: &Material,
+        sets: &[ElementSet],
+        nodes: &Nodes,
+        (mass, stiffness, damping): (f64, f64, f64),
+        time: (f64, f64),
+    ) -> Result<(), HostError> {
+        self.values.fill([0.0; 9]);
+        for (i, m) in nodes.mass.iter().enumerate() {
+            let diagonal = &mut self.values[self.row[i]];
+            (diagonal[0], diagonal[4], diagonal[8]) = (mass * m, mass * m, mass * m);
+        }
+        let row = &self.row;
+        for set in sets.iter().filter(|s| s.has(abi::HAS_FORCES)) {
+            set.schedule.run(pool, &mut self.values, &|node| row[node], &|chunk, blocks| {
+                let call = set.call(chunk, nodes, &nodes.v, time);
+                material.tangent(&call, (stiffness, damping), &set.slots, row[chunk.window.start], blocks)
+            })?;
+        }
+        Ok(())
+    }
+
+    /// `out = A x`
+    pub fn product(&self, pool: &Pool, x: &[V3], out: &mut [V3]) {
+        pool.pieces(out, ROWS, &|first, out| {
+            for (i, y) in out.iter_mut().enumerate() {
+                *y = self.row_product(first + i, x);
+            }
+        });
+    }
+
+    #[inline(always)]
+    fn row_product(&self, i: usize, x: &[V3]) -> V3 {
+        let mut y = [0.0; 3];
+        for &(j, slot) in &self.lower[self.lower_row[i]..self.lower_row[i + 1]] {
+            y = axpy(y, 1.0, transposed_times(&self.values[slot as usize], x[j as usize]));
+        }
+        let upper = self.row[i]..self.row[i + 1];
+        for (block, &j) in self.values[upper.clone()].iter().zip(&self.column[upper]) {
+            y = axpy(y, 1.0, times(block, x[j as usize]));
+        }
+        y
+    }
+
+    /// The diagonal block of a node.
+    pub fn diagonal(&self, i: usize) -> &Block {
+        &self.values[self.row[i]]
+    }
+
+    /// The largest `sum_j |A_ij| / m_i` over scalar rows i: an upper bound for the eigenvalues of `M^-1 A` (Gershgorin 1931).
+    pub fn gershgorin(&self, mass: &[f64]) -> f64 {
+        let mut bound = 0.0_f64;
+        for i in 0..self.rows() {
+            let mut sums = [0.0; 3];
+            for &(_, slot) in &self.lower[self.lower_row[i]..self.lower_row[i + 1]] {
+                let b = &self.values[slot as usize];
+                for c in 0..3 {
+                    sums[c] += b[c].abs() + b[3 + c].abs() + b[6 + c].abs();
+                }
+            }
+            for b in &self.values[self.row[i]..self.row[i + 1]] {
+                for c in 0..3 {
+                    sums[c] += b[3 * c].abs() + b[3 * c + 1].abs() + b[3 * c + 2].abs();
+                }
+            }
+            bound = sums.iter().fold(bound, |bound, s| bound.max(s / mass[i]));
+        }
+        bound
+    }
+}

@@ -1,0 +1,63 @@
+//! How a body moves: state, elements, matrix, solver and time integration.
+//!
+//! Nothing here knows what a material is made of, or what a scene is. A [`System`] holds nodes and elements; an
+//! [`Integrator`] moves them by one step.
+
+mod attachment;
+mod chunk;
+mod constraint;
+mod elements;
+mod integrate;
+mod limit;
+mod matrix;
+mod pcg;
+mod pool;
+mod system;
+
+pub use attachment::Attachment;
+pub use chunk::{Chunk, Schedule};
+pub use constraint::Constraint;
+pub use elements::{ElementList, ElementSet};
+pub use integrate::{Integrator, Loads, Scheme, StepError, StepReport};
+pub use limit::{Frequencies, StepLimit};
+pub use matrix::Matrix;
+pub use pcg::{Pcg, Solve, SolveReport};
+pub use pool::Pool;
+pub use system::{Nodes, System};
+
+/// A point or vector, m, m/s or N.
+pub type V3 = [f64; 3];
+/// A 3 x 3 block, row-major.
+pub type Block = [f64; 9];
+
+/// Sum of products.
+#[inline(always)]
+pub fn dot(a: V3, b: V3) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// Block times vector.
+#[inline(always)]
+pub fn times(m: &Block, v: V3) -> V3 {
+    [
+        m[0] * v[0] + m[1] * v[1] + m[2] * v[2],
+        m[3] * v[0] + m[4] * v[1] + m[5] * v[2],
+        m[6] * v[0] + m[7] * v[1] + m[8] * v[2],
+    ]
+}
+
+/// Transposed block times vector.
+#[inline(always)]
+pub fn transposed_times(m: &Block, v: V3) -> V3 {
+    [
+        m[0] * v[0] + m[3] * v[1] + m[6] * v[2],
+        m[1] * v[0] + m[4] * v[1] + m[7] * v[2],
+        m[2] * v[0] + m[5] * v[1] + m[8] * v[2],
+    ]
+}
+
+/// `a + s b`
+#[inline(always)]
+pub fn axpy(a: V3, s: f64, b: V3) -> V3 {
+    [a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]]
+}

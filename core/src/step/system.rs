@@ -1,0 +1,181 @@
+//! A body as the step sees it: nodes, elements, and the material that joins them.
+
+use super::elements::ElementSet;
+use super::matrix::Matrix;
+use super::pool::Pool;
+use super::{Constraint, V3, dot};
+use crate::host::{HostError, Material};
+use pliant_plugin_api::abi;
+
+/// Nodes and their state.
+#[derive(Clone, Debug, Default)]
+pub struct Nodes {
+    /// m (n x 3)
+    pub rest: Vec<V3>,
+    /// m (n x 3)
+    pub x: Vec<V3>,
+    /// m/s (n x 3)
+    pub v: Vec<V3>,
+    /// kg (n)
+    pub mass: Vec<f64>,
+    /// (n)
+    pub constraint: Vec<Constraint>,
+    /// m/s, what the constrained part of each node does (n x 3)
+    pub prescribed: Vec<V3>,
+    /// 1/s, drag on nodes the hand has left behind (n)
+    pub drag: Vec<f64>,
+}
+
+impl Nodes {
+    /// Nodes there are.
+    pub fn len(&self) -> usize {
+        self.x.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.x.is_empty()
+    }
+
+    /// At rest, free and without mass.
+    pub fn at_rest(rest: Vec<V3>) -> Self {
+        let n = rest.len();
+        Self {
+            x: rest.clone(),
+            rest,
+            v: vec![[0.0; 3]; n],
+            mass: vec![0.0; n],
+            constraint: vec![Constraint::Free; n],
+            prescribed: vec![[0.0; 3]; n],
+            drag: vec![0.0; n],
+        }
+    }
+
+    /// J
+    pub fn kinetic_energy(&self) -> f64 {
+        self.v.iter().zip(&self.mass).map(|(v, m)| 0.5 * m * dot(*v, *v)).sum()
+    }
+}
+
+/// Nodes, elements, material and, where something needs it, their matrix.
+pub struct System {
+    /// State.
+    pub nodes: Nodes,
+    /// One per request of the material.
+    pub sets: Vec<ElementSet>,
+    /// What the force is.
+    pub material: Material,
+    /// `None` until [`System::enable_matrix`].
+    pub matrix: Option<Matrix>,
+}
+
+impl System {
+    /// No nodes yet.
+    pub fn new(material: Material) -> Self {
+        let sets = material.requests().iter().map(|r| ElementSet::new(*r)).collect();
+        Self { nodes: Nodes::default(), sets, material, matrix: None }
+    }
+
+    /// Keeps a matrix from now on.
+    pub fn enable_matrix(&mut self) {
+        let matrix = self.matrix.get_or_insert_default();
+        matrix.rebuild(self.nodes.len(), &mut self.sets);
+    }
+
+    /// After nodes or lists of elements have changed: cuts, rest data, masses and the matrix's pattern.
+    ///
+    /// # Errors
+    /// What the material says; a node that an element needs but that has no mass.
+    pub fn prepare(&mut self) -> Result<(), HostError> {
+        for set in &mut self.sets {
+            set.prepare(&self.material, &self.nodes)?;
+        }
+        self.weigh()?;
+        if let Some(matrix) = &mut self.matrix {
+            matrix.rebuild(self.nodes.len(), &mut self.sets);
+        }
+        Ok(())
+    }
+
+    /// After rest positions alone have changed.
+    ///
+    /// # Errors
+    /// What the material says.
+    pub fn rest(&mut self) -> Result<(), HostError> {
+        self.sets.iter_mut().try_for_each(|set| set.rest(&self.material, &self.nodes))
+    }
+
+    fn weigh(&mut self) -> Result<(), HostError> {
+        let mut mass = std::mem::take(&mut self.nodes.mass);
+        mass.clear();
+        mass.resize(self.nodes.len(), 0.0);
+        for set in self.sets.iter().filter(|s| s.has(abi::HAS_MASS)) {
+            for chunk in set.schedule.chunks() {
+                let call = set.call(chunk, &self.nodes, &self.nodes.v, (0.0, 0.0));
+                self.material.mass(&call, &mut mass[chunk.window.clone()])?;
+            }
+        }
+        self.nodes.mass = mass;
+        Ok(())
+    }
+
+    /// The first node without a finite mass above zero.
+    pub fn massless(&self) -> Option<usize> {
+        self.nodes.mass.iter().position(|m| !(m.is_finite() && *m > 0.0))
+    }
+
+    /// `force = -dE/dx - C v`, N (n x 3), for velocities `v`.
+    ///
+    /// # Errors
+    /// What the material says.
+    pub fn forces(&self, pool: &Pool, v: &[V3], time: (f64, f64), force: &mut [V3]) -> Result<(), HostError> {
+        force.fill([0.0; 3]);
+        for set in self.sets.iter().filter(|s| s.has(abi::HAS_FORCES)) {
+            set.schedule.run(pool, force, &|node| node, &|chunk, window| {
+                self.material.forces(&set.call(chunk, &self.nodes, v, time), window)
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Elastic energy, J.
+    ///
+    /// # Errors
+    /// What the material says.
+    pub fn energy(&self, time: (f64, f64)) -> Result<f64, HostError> {
+        let mut energy = 0.0;
+        for set in self.sets.iter().filter(|s| s.has(abi::HAS_FORCES)) {
+            for chunk in set.schedule.chunks() {
+                energy += self.material.energy(&set.call(chunk, &self.nodes, &self.nodes.v, time))?;
+            }
+        }
+        Ok(energy)
+    }
+
+    /// Brings history up to date after an accepted step.
+    ///
+    /// # Errors
+    /// What the material says.
+    pub fn advance(&mut self, time: (f64, f64)) -> Result<(), HostError> {
+        for set in self.sets.iter_mut().filter(|s| s.has(abi::HAS_HISTORY)) {
+            let mut next = std::mem::take(&mut set.next_history);
+            next.copy_from_slice(&set.history);
+            let done = set.schedule.chunks().try_for_each(|chunk| {
+                self.material.advance(&set.call(chunk, &self.nodes, &self.nodes.v, time), &mut next)
+            });
+            set.next_history = std::mem::replace(&mut set.history, next);
+            done?;
+        }
+        Ok(())
+    }
+
+    /// Whether any element has damping.
+    pub fn is_damped(&self) -> bool {
+        self.sets.iter().any(|s| s.has(abi::HAS_DAMPING))
+    }
+
+    /// Elements that have forces.
+    pub fn elements(&self) -> usize {
+        self.sets.iter().filter(|s| s.has(abi::HAS_FORCES)).map(ElementSet::count).sum()
+    }
+}
