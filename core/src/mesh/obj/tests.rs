@@ -21,7 +21,8 @@ const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 
 #[test]
 fn everything_a_line_can_say() {
-    let text = b"\xef\xbb\xbf# K\xf6nig \\\nmtllib a b.mtl\r\n\tv  1 2.5\t-3e-2 # note\r\nv 1 0 0 0.5\nv 0 1 0 1 0 0\nv 0 0 1 1 0 0 1\n\
+    let text = b"\xef\xbb\xbf# K\xf6nig \\\nmtllib a b.mtl\r\n\tv  1 2.5\t-3e-2 # note\r\n\
+        v 1 0 0 0.5\nv 0 1 0 1 0 0\nv 0 0 1 1 0 0 1\n\
         vt 0.25\nvt 0.5 0.75 9\nvn 0 0 2\no t\xc3\xb6pf\ng left  wing\nusemtl K\xf6nig\ns 3\nf 1/1/1 2//1 \\\n  3/2\n\
         call other.obj\np 1\nl 1 2\ng\ns off\nf -4 -3 -2 -1\nf 4/ 3// 2";
     let document = parse(text).unwrap();

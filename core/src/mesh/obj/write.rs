@@ -92,7 +92,8 @@ mod tests {
 
     #[test]
     fn only_the_coordinates_that_changed_change() {
-        let text = "# kept \\\r\n\tv  1.0\t2.50 -3e0  0.5 # w\r\nv 1 0 0 .1 .2 .3\nvn 0 0 2.0\nv 0 \\\n 1\\\n0\nf  1//1 2 3\nv 9 9 9";
+        let text = "# kept \\\r\n\tv  1.0\t2.50 -3e0  0.5 # w\r\n\
+            v 1 0 0 .1 .2 .3\nvn 0 0 2.0\nv 0 \\\n 1\\\n0\nf  1//1 2 3\nv 9 9 9";
         let document = document(text);
         let mut positions = document.positions().to_vec();
         positions[0] = [1.0, -0.1, 1e-7];
