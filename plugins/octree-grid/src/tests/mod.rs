@@ -1,0 +1,12 @@
+mod border;
+mod embedding;
+mod faults;
+mod hierarchy;
+mod host;
+mod links;
+mod overlap;
+mod region;
+pub(crate) mod shapes;
+mod speed;
+mod states;
+mod winding;

@@ -1,0 +1,57 @@
+//! Enclosure by counted crossings against the solid angle it stands for.
+
+use super::shapes::{Mesh, model, sheet, sphere};
+use crate::vector::{Vector, cross, dot, norm, sub};
+use pliant_plugin_api::Grid;
+use pliant_plugin_api::abi::{CELL_INSIDE, CELL_SURFACE};
+use std::f64::consts::PI;
+
+/// The generalised winding number by solid angles (van Oosterom and Strackee 1983).
+fn solid_angles(mesh: &Mesh, place: Vector) -> f64 {
+    let sum = mesh.triangles.iter().map(|t| {
+        let [a, b, c] = t.map(|p| sub(mesh.points[p as usize], place));
+        let (la, lb, lc) = (norm(a), norm(b), norm(c));
+        2.0 * dot(a, cross(b, c)).atan2(la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb)
+    });
+    sum.sum::<f64>() / (4.0 * PI)
+}
+
+/// Of every `stride`-th free cell of level 6, those whose state differs from |w| >= 1/2 are within `margin` of it.
+fn check(name: &str, mesh: &Mesh, stride: usize, margin: f64) {
+    let grid = mesh.grid(6);
+    let cells = (0..32_u64.pow(3)).step_by(stride).map(|id| grid.cell(6, id).unwrap());
+    let free: Vec<_> = cells.filter(|cell| cell.state != CELL_SURFACE).collect();
+    let mut differ = 0;
+    for cell in &free {
+        let w = solid_angles(mesh, cell.centre).abs();
+        if (w >= 0.5) != (cell.state == CELL_INSIDE) {
+            differ += 1;
+            assert!((w - 0.5).abs() <= margin, "{name}: cell {} has winding number {w}", cell.id);
+        }
+    }
+    println!("{name}: {differ} of {} cells differ", free.len());
+    assert!(differ * 50 < free.len(), "{name}: {differ} of {} cells differ", free.len());
+}
+
+#[test]
+fn open_shapes_close_where_the_solid_angle_closes_them() {
+    let axis = [0.3, 0.5, 0.8];
+    let up = move |p: Vector| dot(p, axis) / norm(axis);
+    check("small hole", &sphere(1.0, 4).without(move |p| up(p) > 0.8), 7, 0.1);
+    check("hole on an axis", &sphere(1.0, 4).without(|p| p[0] > 0.8), 7, 0.1);
+    check("bowl", &sphere(1.0, 4).without(move |p| up(p) > 0.1), 7, 0.1);
+    check("dish", &sphere(1.0, 4).without(move |p| up(p) > -0.5), 7, 0.1);
+    check("tube", &sphere(1.0, 4).without(move |p| up(p).abs() > 0.7), 7, 0.12);
+    check("flat sheet", &sheet(20, |x, y| 0.3 * x + 0.4 * y), 7, 0.0);
+    check("sheet at 45 degrees", &sheet(20, |x, _| x), 7, 0.0);
+    check("wavy sheet", &sheet(30, |x, y| 0.1 * (7.0 * x).sin() * (9.0 * y).cos()), 7, 0.1);
+}
+
+#[test]
+fn models_close_where_the_solid_angle_closes_them() {
+    for (name, stride) in [("suzanne.obj", 11), ("teapot.obj", 67), ("spot.obj", 67), ("stanford-bunny.obj", 331)] {
+        if let Some(mesh) = model(name) {
+            check(name, &mesh, stride, 0.05);
+        }
+    }
+}
