@@ -3,6 +3,14 @@
 //! Data goes one way: a scene is parsed, planned, opened as a session and stepped;
 //! every step gives a frame. See `ARCHITECTURE.md` at the root of the repository.
 
+pub mod body;
+pub mod contact;
+pub mod geometry;
 pub mod host;
 pub mod mesh;
+pub mod plan;
+pub mod record;
+pub mod scene;
+pub mod session;
 pub mod step;
+pub mod tool;

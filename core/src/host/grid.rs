@@ -190,8 +190,7 @@ impl Grid {
         let (mut id, mut local) = (0, [0.0; 3]);
         let get = self.table.locate.expect("checked");
         // SAFETY: [any & active]; the outputs are ours.
-        let status =
-            unsafe { get(self.instance.plugin(), level, point.as_ptr(), &mut id, local.as_mut_ptr()) };
+        let status = unsafe { get(self.instance.plugin(), level, point.as_ptr(), &mut id, local.as_mut_ptr()) };
         self.instance.done("locate", status).map(|()| (id, local))
     }
 
@@ -258,10 +257,10 @@ impl Grid {
         }
     }
 
-    /// Cell and corner weights of each rest place. [sim]
+    /// Cell and corner weights of each rest place; [`abi::NO_CELL`] and zeros for one that belongs to no cell. [sim]
     ///
     /// # Errors
-    /// A place too far outside the body.
+    /// A level that was not built.
     pub fn weights(
         &self,
         level: u32,

@@ -14,6 +14,7 @@ mod plugin;
 mod report;
 mod search;
 
+pub(crate) use device::MOST_EFFECTORS;
 pub use device::{Device, DeviceInfo, Output, Pose};
 pub use error::HostError;
 pub use grid::{Grid, Region};

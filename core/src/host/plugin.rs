@@ -124,11 +124,19 @@ impl ParamInfo {
                 if known { Ok(()) } else { Err(format!("`{text}` is not a choice; allowed is {}", choices.join(", "))) }
             }
             (ParamKind::Text | ParamKind::Path, ParamValue::Text(text)) => {
-                if text.contains('\0') { Err("a text cannot hold a NUL character".into()) } else { Ok(()) }
+                if text.contains('\0') {
+                    Err("a text cannot hold a NUL character".into())
+                } else {
+                    Ok(())
+                }
             }
             (ParamKind::Table { columns }, ParamValue::Table { columns: given, values }) => {
                 if *given != columns.len() {
-                    return Err(format!("rows of {given} numbers; allowed is {}: {}", columns.len(), columns.join(", ")));
+                    return Err(format!(
+                        "rows of {given} numbers; allowed is {}: {}",
+                        columns.len(),
+                        columns.join(", ")
+                    ));
                 }
                 match values.iter().position(|v| !v.is_finite()) {
                     Some(at) => Err(format!("row {} holds {}; allowed is a finite number", at / given + 1, values[at])),
@@ -209,10 +217,15 @@ impl ParamInfo {
     unsafe fn read(raw: &abi::Param) -> Result<Self, String> {
         // SAFETY: strings of a parameter live as long as the library.
         let (key, unit, summary) = unsafe {
-            (text(raw.key, "parameter key")?, text(raw.unit, "parameter unit")?, text(raw.summary, "parameter summary")?)
+            (
+                text(raw.key, "parameter key")?,
+                text(raw.unit, "parameter unit")?,
+                text(raw.summary, "parameter summary")?,
+            )
         };
         // SAFETY: as above.
-        let list = || unsafe { text(raw.choices, "choices") }.map(|t| t.split('|').map(str::to_owned).collect::<Vec<_>>());
+        let list =
+            || unsafe { text(raw.choices, "choices") }.map(|t| t.split('|').map(str::to_owned).collect::<Vec<_>>());
         let kind = match raw.kind {
             abi::PARAM_NUMBER => {
                 let (min, max, default) = (raw.min, raw.max, raw.fallback);

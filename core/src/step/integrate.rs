@@ -215,15 +215,12 @@ impl Integrator {
         Ok(())
     }
 
-    /// Constraints, drag, the check for numbers that are not finite, and positions where they come last.
+    /// Constraints, the check for numbers that are not finite, and positions where they come last.
     fn finish(&mut self, system: &mut System, dt: f64) -> Result<f64, StepError> {
         let nodes = &mut system.nodes;
         let mut fastest = 0.0_f64;
         for i in 0..nodes.v.len() {
-            let mut v = nodes.constraint[i].merge(nodes.v[i], nodes.prescribed[i]);
-            if nodes.drag[i] > 0.0 {
-                v = v.map(|c| c * (-dt * nodes.drag[i]).exp());
-            }
+            let v = nodes.constraint[i].merge(nodes.v[i], nodes.prescribed[i]);
             nodes.v[i] = v;
             let speed = dot(v, v);
             // NaN fails every comparison, so it is caught by the one it has to win.

@@ -22,8 +22,6 @@ pub struct Nodes {
     pub constraint: Vec<Constraint>,
     /// m/s, what the constrained part of each node does (n x 3)
     pub prescribed: Vec<V3>,
-    /// 1/s, drag on nodes the hand has left behind (n)
-    pub drag: Vec<f64>,
 }
 
 impl Nodes {
@@ -47,7 +45,6 @@ impl Nodes {
             mass: vec![0.0; n],
             constraint: vec![Constraint::Free; n],
             prescribed: vec![[0.0; 3]; n],
-            drag: vec![0.0; n],
         }
     }
 

@@ -1,0 +1,167 @@
+//! How the surface follows the nodes, and how loads on it go back: by the transpose.
+
+use super::{Lattice, LatticeError, NO_WEIGHTS};
+use crate::body::model::Model;
+use crate::body::skin::Skin;
+use crate::step::{Nodes, Pool, V3, axpy};
+use pliant_plugin_api::abi;
+
+/// Buffers of one embedding.
+#[derive(Default)]
+pub(super) struct Scratch {
+    places: Vec<V3>,
+    cells: Vec<u64>,
+    corners: Vec<[V3; 8]>,
+    now: Vec<V3>,
+    rest: Vec<V3>,
+}
+
+impl Lattice {
+    /// Corner positions or other vectors of a cell.
+    pub fn corners(&self, cell: u32, field: &[V3]) -> [V3; 8] {
+        self.region.cell_corners[cell as usize].map(|n| field[n as usize])
+    }
+
+    /// Surface points of an active cell.
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn points(&self, cell: u32) -> Result<&[u32], LatticeError> {
+        let [begin, end] = self.region.cell_points[cell as usize];
+        Ok(&self.grid.points(self.settings.level)?[begin as usize..end as usize])
+    }
+
+    /// Brings the points of one cell up to date.
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn embed(&mut self, cell: u32, nodes: &Nodes, model: &Model, skin: &mut Skin) -> Result<(), LatticeError> {
+        if self.grid.is_nonlinear() {
+            return self.embed_nonlinear(cell, nodes, model, skin);
+        }
+        let first = self.weigh(cell, model)?;
+        // Displacements, not positions: a point whose nodes are at rest keeps its very bits.
+        let corners = self.region.cell_corners[cell as usize];
+        let moved = corners.map(|n| axpy(nodes.x[n as usize], -1.0, nodes.rest[n as usize]));
+        for (i, &v) in self.points(cell)?.iter().enumerate() {
+            let weights = &self.weights[first + i];
+            let u = weights.iter().zip(&moved).fold([0.0; 3], |sum, (w, u)| axpy(sum, *w, *u));
+            skin.x[v as usize] = axpy(skin.settled[v as usize], 1.0, u);
+        }
+        Ok(())
+    }
+
+    /// Brings every active point up to date.
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn embed_all(
+        &mut self,
+        _pool: &Pool,
+        nodes: &Nodes,
+        model: &Model,
+        skin: &mut Skin,
+    ) -> Result<(), LatticeError> {
+        (0..self.region.cell_id.len() as u32).try_for_each(|cell| {
+            let [begin, end] = self.region.cell_points[cell as usize];
+            if begin == end { Ok(()) } else { self.embed(cell, nodes, model, skin) }
+        })
+    }
+
+    /// Where the weights of a cell's points start; computed when first asked for.
+    fn weigh(&mut self, cell: u32, model: &Model) -> Result<usize, LatticeError> {
+        let known = self.weights_of[cell as usize];
+        if known != NO_WEIGHTS {
+            return Ok(known as usize);
+        }
+        let first = self.weights.len();
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let points = self.points(cell)?;
+        scratch.places.clear();
+        scratch.places.extend(points.iter().map(|&v| model.surface.points[v as usize]));
+        scratch.cells.clear();
+        scratch.cells.resize(points.len(), 0);
+        self.weights.resize(first + scratch.places.len(), [0.0; 8]);
+        let (places, cells) = (&scratch.places, &mut scratch.cells);
+        self.grid.weights(self.settings.level, places, cells, &mut self.weights[first..])?;
+        self.weights_of[cell as usize] = first as u32;
+        self.scratch = scratch;
+        Ok(first)
+    }
+
+    fn embed_nonlinear(
+        &mut self,
+        cell: u32,
+        nodes: &Nodes,
+        model: &Model,
+        skin: &mut Skin,
+    ) -> Result<(), LatticeError> {
+        let mut s = std::mem::take(&mut self.scratch);
+        let points = self.points(cell)?;
+        s.places.clear();
+        s.places.extend(points.iter().map(|&v| model.surface.points[v as usize]));
+        s.now.resize(points.len(), [0.0; 3]);
+        s.rest.resize(points.len(), [0.0; 3]);
+        for (field, out) in [(&nodes.rest, &mut s.rest), (&nodes.x, &mut s.now)] {
+            s.corners.clear();
+            s.corners.resize(points.len(), self.corners(cell, field));
+            self.grid.place(self.settings.level, &s.places, &s.corners, out)?;
+        }
+        for (i, &v) in points.iter().enumerate() {
+            let u = axpy(s.now[i], -1.0, s.rest[i]);
+            skin.x[v as usize] = axpy(skin.settled[v as usize], 1.0, u);
+        }
+        self.scratch = s;
+        Ok(())
+    }
+
+    /// Weighted nodes of rest places: `visit(place, node, weight)`. Places outside the active cells are passed over.
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn stencils(
+        &mut self,
+        places: &[V3],
+        weights: &mut Vec<[f64; 8]>,
+        mut visit: impl FnMut(usize, u32, f64),
+    ) -> Result<(), LatticeError> {
+        let mut cells = std::mem::take(&mut self.scratch.cells);
+        cells.clear();
+        cells.resize(places.len(), abi::NO_CELL);
+        weights.clear();
+        weights.resize(places.len(), [0.0; 8]);
+        let done = self.grid.weights(self.settings.level, places, &mut cells, weights);
+        for (place, id) in cells.iter().enumerate() {
+            let Ok(cell) = self.region.cell_id.binary_search(id) else { continue };
+            for (node, weight) in self.region.cell_corners[cell].iter().zip(&weights[place]) {
+                visit(place, *node, *weight);
+            }
+        }
+        self.scratch.cells = cells;
+        Ok(done?)
+    }
+
+    /// Adds to `force` what loads (N) on rest places come to, where the embedding is not linear.
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn pull_back(
+        &mut self,
+        places: &[V3],
+        loads: &[V3],
+        nodes: &Nodes,
+        force: &mut [V3],
+    ) -> Result<(), LatticeError> {
+        for (place, load) in places.iter().zip(loads) {
+            let (id, _) = self.grid.locate(self.settings.level, *place)?;
+            let Ok(cell) = self.region.cell_id.binary_search(&id) else { continue };
+            let corners = [self.corners(cell as u32, &nodes.x)];
+            let mut out = [[[0.0; 3]; 8]];
+            self.grid.pull_back(self.settings.level, &[*place], &corners, &[*load], &mut out)?;
+            for (node, f) in self.region.cell_corners[cell].iter().zip(out[0]) {
+                force[*node as usize] = axpy(force[*node as usize], 1.0, f);
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,232 @@
+//! Moving the region with the hand.
+
+use super::{Lattice, LatticeError, NO_WEIGHTS, kind_name};
+use crate::body::fixing::Fixing;
+use crate::body::model::Model;
+use crate::body::skin::{NOT_CARRIED, Skin};
+use crate::step::{Constraint, Nodes, System, V3, axpy, dot};
+use pliant_plugin_api::abi::{self, Ball};
+
+/// A contact may move by this share of the radius before the region follows.
+const SLACK: f64 = 0.25;
+/// Displacement, in edges of a cell, and speed, in edges a second, below which a node counts as back at rest.
+const AT_REST: f64 = 1e-6;
+const STILL: f64 = 1e-3;
+/// Steps between two looks at whether what the hand has left is back at rest.
+const PATIENCE: u32 = 32;
+
+impl Lattice {
+    /// Makes the cells around `wanted` contacts active, or the whole body. Gives whether anything changed.
+    ///
+    /// # Errors
+    /// What grid or material say; the region is then as it was.
+    pub fn follow(
+        &mut self,
+        wanted: &[Ball],
+        model: &Model,
+        fixings: &[Fixing],
+        skin: &mut Skin,
+        system: &mut System,
+    ) -> Result<bool, LatticeError> {
+        let whole = [Ball { centre: self.facts.origin, radius: f64::INFINITY }];
+        let wanted = if self.is_whole() { &whole } else { wanted };
+        self.steps += 1;
+        if self.is_covered(wanted) {
+            let waiting = !self.is_whole() && !self.region.cell_id.is_empty() && self.steps >= PATIENCE;
+            if !(waiting && self.has_left_something(wanted, &system.nodes)) {
+                return Ok(false);
+            }
+        }
+        self.steps = 0;
+        let keep: Vec<u64> = self.unfinished(&system.nodes).collect();
+        self.grid.region(self.settings.level, self.families, wanted, &keep, &mut self.spare)?;
+        self.balls.clear();
+        self.balls.extend_from_slice(wanted);
+        self.exchange(model, fixings, skin, system)?;
+        Ok(true)
+    }
+
+    fn is_covered(&self, wanted: &[Ball]) -> bool {
+        let near = |a: &Ball, b: &Ball| {
+            let d = axpy(a.centre, -1.0, b.centre);
+            a.radius == b.radius && (a.radius == f64::INFINITY || dot(d, d).sqrt() <= SLACK * a.radius)
+        };
+        wanted.len() == self.balls.len() && wanted.iter().zip(&self.balls).all(|(a, b)| near(a, b))
+    }
+
+    /// Ids of cells with a node that is not at rest.
+    fn unfinished(&self, nodes: &Nodes) -> impl Iterator<Item = u64> {
+        let (far, fast) = (AT_REST * self.facts.edge, STILL * self.facts.edge);
+        let moving = move |i: usize| {
+            let (u, v) = (axpy(nodes.x[i], -1.0, nodes.rest[i]), nodes.v[i]);
+            dot(u, u) > far * far || dot(v, v) > fast * fast
+        };
+        let cells = self.region.cell_id.iter().zip(&self.region.cell_corners);
+        cells.filter(move |(_, corners)| corners.iter().any(|&n| moving(n as usize))).map(|(id, _)| *id)
+    }
+
+    /// Whether a cell outside the wanted balls has come to rest, and can be given up.
+    fn has_left_something(&self, wanted: &[Ball], nodes: &Nodes) -> bool {
+        let mut unfinished = self.unfinished(nodes).peekable();
+        self.region.cell_id.iter().zip(&self.region.cell_corners).any(|(id, corners)| {
+            while unfinished.peek().is_some_and(|u| u < id) {
+                unfinished.next();
+            }
+            let outside = |ball: &Ball| {
+                let rest = self.region.node_rest[corners[0] as usize];
+                let d = axpy(rest, -1.0, ball.centre);
+                dot(d, d).sqrt() > ball.radius + 2.0 * self.facts.edge
+            };
+            unfinished.peek() != Some(id) && wanted.iter().all(outside)
+        })
+    }
+
+    /// Takes over the region in `spare`, with the state of the nodes that stay.
+    fn exchange(
+        &mut self,
+        model: &Model,
+        fixings: &[Fixing],
+        skin: &mut Skin,
+        system: &mut System,
+    ) -> Result<(), LatticeError> {
+        let settled = |v: u32, skin: &mut Skin| {
+            skin.cell[v as usize] = NOT_CARRIED;
+            skin.x[v as usize] = skin.settled[v as usize];
+        };
+        let points = self.grid.points(self.settings.level)?;
+        for &[begin, end] in &self.region.cell_points {
+            points[begin as usize..end as usize].iter().for_each(|&v| settled(v, skin));
+        }
+        std::mem::swap(&mut self.region, &mut self.spare);
+        self.edge_of.clear();
+        for (cell, &[begin, end]) in self.region.cell_points.iter().enumerate() {
+            let mut longest = 0.0_f64;
+            for &v in &points[begin as usize..end as usize] {
+                skin.cell[v as usize] = cell as u32;
+                longest = longest.max(model.longest_edge(v));
+            }
+            self.edge_of.push(longest);
+        }
+        self.weights.clear();
+        self.weights_of.clear();
+        self.weights_of.resize(self.region.cell_id.len(), NO_WEIGHTS);
+        self.exchange_nodes(&mut system.nodes);
+        self.constrain(fixings, &mut system.nodes);
+        self.list_elements(system)?;
+        system.prepare()?;
+        match system.massless() {
+            Some(node) => {
+                let (at, mass) = (system.nodes.rest[node], system.nodes.mass[node]);
+                Err(LatticeError::Massless { node, at, mass })
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// The region before is in `spare`: both lists of ids rise, so one pass pairs them.
+    fn exchange_nodes(&self, nodes: &mut Nodes) {
+        let n = self.region.node_id.len();
+        let (mut x, mut v): (Vec<V3>, Vec<V3>) = (Vec::with_capacity(n), Vec::with_capacity(n));
+        nodes.rest.clear();
+        let mut old = 0;
+        for (id, rest) in self.region.node_id.iter().zip(&self.region.node_rest) {
+            while self.spare.node_id.get(old).is_some_and(|o| o < id) {
+                old += 1;
+            }
+            let rest = self.kept.get(id).map_or(*rest, |kept| axpy(*rest, 1.0, *kept));
+            nodes.rest.push(rest);
+            let stays = self.spare.node_id.get(old) == Some(id);
+            x.push(if stays { nodes.x[old] } else { rest });
+            v.push(if stays { nodes.v[old] } else { [0.0; 3] });
+        }
+        (nodes.x, nodes.v) = (x, v);
+    }
+
+    /// Who is free, who is led and who returns.
+    fn constrain(&mut self, fixings: &[Fixing], nodes: &mut Nodes) {
+        let n = nodes.x.len();
+        nodes.constraint.clear();
+        nodes.constraint.resize(n, Constraint::Free);
+        nodes.prescribed.clear();
+        nodes.prescribed.resize(n, [0.0; 3]);
+        self.returning.clear();
+        self.led.clear();
+        for i in 0..n {
+            let rest = self.region.node_rest[i];
+            let inside = |ball: &Ball| {
+                let d = axpy(rest, -1.0, ball.centre);
+                dot(d, d) <= (ball.radius + 2.0 * self.facts.edge).powi(2)
+            };
+            if let Some(fixing) = fixings.iter().position(|f| f.place.holds(i as u32, rest)) {
+                nodes.constraint[i] = Constraint::Fixed;
+                if fixings[fixing].moves() {
+                    self.led.push((i as u32, fixing as u32));
+                }
+            } else if self.region.node_border[i] != 0 || !self.balls.iter().any(inside) {
+                nodes.constraint[i] = Constraint::Fixed;
+                self.returning.push(i as u32);
+            }
+        }
+    }
+
+    fn list_elements(&self, system: &mut System) -> Result<(), LatticeError> {
+        let region = &self.region;
+        for set in &mut system.sets {
+            let request = *set.request();
+            let list = set.list_mut();
+            list.nodes.clear();
+            list.family.clear();
+            list.measure.clear();
+            match request.kind {
+                abi::POINT => {
+                    list.nodes.extend(0..region.node_id.len() as u32);
+                    list.measure.extend_from_slice(&region.node_measure);
+                }
+                abi::LINK => {
+                    let wanted = |l: &usize| region.link_family[*l] & request.families != 0;
+                    for l in (0..region.link_family.len()).filter(wanted) {
+                        list.nodes.extend(region.link_nodes[l]);
+                        list.family.push(region.link_family[l]);
+                        list.measure.push(region.link_measure[l]);
+                    }
+                }
+                kind => {
+                    let material = system.material.info().id.clone();
+                    return Err(LatticeError::Unsupported { material, wanted: kind_name(kind) });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Makes the present shape of the active nodes their rest shape, at rest. Gives the triangles that have moved.
+    ///
+    /// # Errors
+    /// What the material says of the new rest shape.
+    pub fn keep(&mut self, model: &Model, skin: &mut Skin, system: &mut System) -> Result<Vec<u32>, LatticeError> {
+        let nodes = &mut system.nodes;
+        for i in 0..nodes.x.len() {
+            let moved = axpy(nodes.x[i], -1.0, self.region.node_rest[i]);
+            if moved != [0.0; 3] {
+                self.kept.insert(self.region.node_id[i], moved);
+            }
+            nodes.v[i] = [0.0; 3];
+        }
+        let mut triangles = Vec::new();
+        let points = self.grid.points(self.settings.level)?;
+        for &[begin, end] in &self.region.cell_points {
+            for &v in &points[begin as usize..end as usize] {
+                if skin.settled[v as usize] != skin.x[v as usize] {
+                    skin.settled[v as usize] = skin.x[v as usize];
+                    triangles.extend_from_slice(model.around(v));
+                }
+            }
+        }
+        triangles.sort_unstable();
+        triangles.dedup();
+        skin.tree.refit(&skin.settled, &model.surface.triangles, &triangles);
+        nodes.rest.copy_from_slice(&nodes.x);
+        system.rest()?;
+        Ok(triangles)
+    }
+}

@@ -1,0 +1,49 @@
+//! A body of a scene: the model an artist handed in, the nodes that carry it, and how its surface follows them.
+
+mod fixing;
+mod lattice;
+mod model;
+mod skin;
+
+pub use fixing::{Fixing, Place};
+pub use lattice::{Lattice, LatticeError, RegionSettings};
+pub use model::Model;
+pub use skin::{NOT_CARRIED, Skin, weigh};
+
+use crate::step::{Pool, System};
+
+/// Everything about one body.
+pub struct Body {
+    /// As the scene calls it.
+    pub name: String,
+    /// What does not change while it deforms.
+    pub model: Model,
+    /// Where its surface is now.
+    pub skin: Skin,
+    /// Nodes, elements and material.
+    pub system: System,
+    /// Which nodes there are, and how the surface follows them.
+    pub lattice: Lattice,
+    /// Nodes that are held.
+    pub fixings: Vec<Fixing>,
+    /// Why it no longer moves, once its material failed or its state was no longer finite.
+    pub frozen: Option<String>,
+}
+
+impl Body {
+    /// Brings the surface of every node up to date: for a picture, a file or the end of a run.
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn update_skin(&mut self, pool: &Pool) -> Result<(), LatticeError> {
+        self.lattice.embed_all(pool, &self.system.nodes, &self.model, &mut self.skin)
+    }
+
+    /// Bytes of the largest parts.
+    pub fn bytes(&self) -> usize {
+        let nodes = self.system.nodes.len() * 200;
+        let elements: usize = self.system.sets.iter().map(|s| s.count() * 40).sum();
+        let matrix = self.system.matrix.as_ref().map_or(0, crate::step::Matrix::bytes);
+        nodes + elements + matrix + self.model.bytes() + self.lattice.bytes()
+    }
+}

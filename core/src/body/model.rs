@@ -1,0 +1,77 @@
+//! What does not change while a body deforms: the document, its placed surface, and what is around each vertex.
+
+use crate::geometry::TriangleTree;
+use crate::mesh::{Finding, ObjDocument, Placement, Surface, check};
+
+/// A placed model.
+pub struct Model {
+    /// The file.
+    pub document: ObjDocument,
+    /// File units to metres.
+    pub placement: Placement,
+    /// The surface as it was handed in, m.
+    pub surface: Surface,
+    /// What is wrong with it, if anything.
+    pub findings: Vec<Finding>,
+    /// Triangles around vertex v: `around[start[v]..start[v + 1]]`.
+    start: Vec<u32>,
+    around: Vec<u32>,
+    /// m, the longest edge at each vertex (n)
+    longest_edge: Vec<f32>,
+}
+
+impl Model {
+    /// Places a document.
+    pub fn new(document: ObjDocument, placement: Placement) -> Self {
+        let surface = Surface::from_document(&document);
+        let findings = check(&surface, &document);
+        let surface = surface.placed(&placement);
+        let n = surface.points.len();
+        let mut start = vec![0_u32; n + 1];
+        for &v in surface.triangles.iter().flatten() {
+            start[v as usize + 1] += 1;
+        }
+        for v in 0..n {
+            start[v + 1] += start[v];
+        }
+        let mut next = start.clone();
+        let mut around = vec![0; surface.triangles.len() * 3];
+        let mut longest_edge = vec![0.0_f32; n];
+        for (t, corners) in surface.triangles.iter().enumerate() {
+            for i in 0..3 {
+                let (a, b) = (corners[i] as usize, corners[(i + 1) % 3] as usize);
+                around[next[a] as usize] = t as u32;
+                next[a] += 1;
+                let edge = distance(surface.points[a], surface.points[b]) as f32;
+                longest_edge[a] = longest_edge[a].max(edge);
+                longest_edge[b] = longest_edge[b].max(edge);
+            }
+        }
+        Self { document, placement, surface, findings, start, around, longest_edge }
+    }
+
+    /// Triangles around a vertex.
+    pub fn around(&self, vertex: u32) -> &[u32] {
+        &self.around[self.start[vertex as usize] as usize..self.start[vertex as usize + 1] as usize]
+    }
+
+    /// m, the longest edge at a vertex.
+    pub fn longest_edge(&self, vertex: u32) -> f64 {
+        f64::from(self.longest_edge[vertex as usize])
+    }
+
+    /// A tree over the surface as it was handed in.
+    pub fn tree(&self) -> TriangleTree {
+        TriangleTree::new(&self.surface.points, &self.surface.triangles)
+    }
+
+    /// Bytes of the largest parts.
+    pub fn bytes(&self) -> usize {
+        let s = &self.surface;
+        self.document.bytes().len() + s.points.len() * (24 + 8) + s.triangles.len() * (12 + 4 + 12)
+    }
+}
+
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
+}

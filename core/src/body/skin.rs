@@ -1,0 +1,47 @@
+//! Where the surface is.
+
+use crate::geometry::TriangleTree;
+use crate::step::V3;
+
+use super::model::Model;
+
+/// The cell of a vertex that no cell of the region carries.
+pub const NOT_CARRIED: u32 = u32::MAX;
+
+/// Current positions of the surface.
+///
+/// A vertex in a cell of the region follows its nodes, but only when asked: a step needs those near the tools, a picture
+/// needs all. Every other vertex is settled and costs nothing.
+pub struct Skin {
+    /// m, as of the last embedding of each vertex (n x 3)
+    pub x: Vec<V3>,
+    /// m, where each vertex is when its nodes are at rest (n x 3)
+    pub settled: Vec<V3>,
+    /// Place in the region of the cell that carries each vertex, or [`NOT_CARRIED`] (n)
+    pub cell: Vec<u32>,
+    /// Over the settled surface.
+    pub tree: TriangleTree,
+}
+
+impl Skin {
+    /// At rest.
+    pub fn new(model: &Model) -> Self {
+        let settled = model.surface.points.clone();
+        Self { x: settled.clone(), cell: vec![NOT_CARRIED; settled.len()], settled, tree: model.tree() }
+    }
+
+    /// Corners of a triangle as of their last embedding.
+    pub fn corners(&self, model: &Model, triangle: u32) -> [V3; 3] {
+        model.surface.triangles[triangle as usize].map(|v| self.x[v as usize])
+    }
+
+    /// A point of a triangle as of its last embedding.
+    pub fn point(&self, model: &Model, triangle: u32, bary: V3) -> V3 {
+        weigh(self.corners(model, triangle), bary)
+    }
+}
+
+/// `sum b x`
+pub fn weigh(corners: [V3; 3], bary: V3) -> V3 {
+    std::array::from_fn(|i| bary[0] * corners[0][i] + bary[1] * corners[1][i] + bary[2] * corners[2][i])
+}

@@ -1,0 +1,185 @@
+//! Following a run from its first step to its last file.
+
+use super::atomic::{AtomicFile, with_path};
+use super::machine::Machine;
+use super::model::write_model;
+use super::probe::Meter;
+use super::summary::{StepSeconds, Summary, bodies};
+use super::trace;
+use crate::scene::{OutputScene, Scene};
+use crate::session::{EventKind, Frame, Session};
+use crate::step::dot;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Records a run into a folder.
+pub struct Recorder {
+    folder: PathBuf,
+    title: String,
+    output: OutputScene,
+    began: Instant,
+    open_seconds: f64,
+    trace: Option<AtomicFile>,
+    meter: Meter,
+    seconds: Vec<f64>,
+    energies: Vec<f64>,
+    last: Frame,
+    most: (usize, usize),
+    contact_steps: u64,
+    largest_force: f64,
+    iterations: u64,
+    largest_residual: f64,
+    pictures: u64,
+}
+
+/// Steps over which growth is measured.
+const GROWTH_STEPS: usize = 100;
+
+impl Recorder {
+    /// Begins. `began` is when opening the scene began.
+    ///
+    /// # Errors
+    /// A folder that cannot be written to.
+    pub fn new(scene: &Scene, session: &Session, folder: &Path, began: Instant) -> io::Result<Self> {
+        let mut trace = None;
+        if scene.output.trace {
+            let mut file = AtomicFile::create(&folder.join("trace.csv"))?;
+            trace::head(session, &mut file)?;
+            trace = Some(file);
+        }
+        Ok(Self {
+            folder: folder.to_path_buf(),
+            title: scene.title.clone(),
+            output: scene.output.clone(),
+            began,
+            open_seconds: began.elapsed().as_secs_f64(),
+            trace,
+            meter: Meter::new(session),
+            seconds: Vec::new(),
+            energies: Vec::new(),
+            last: Frame::default(),
+            most: (0, 0),
+            contact_steps: 0,
+            largest_force: 0.0,
+            iterations: 0,
+            largest_residual: 0.0,
+            pictures: 0,
+        })
+    }
+
+    /// Takes in a step. `last`: no other comes after it.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn step(&mut self, session: &mut Session, frame: &Frame, last: bool) -> io::Result<()> {
+        self.seconds.push(frame.seconds);
+        self.energies.push(frame.kinetic_energy + frame.elastic_energy);
+        self.most = (self.most.0.max(frame.nodes), self.most.1.max(frame.elements));
+        self.contact_steps += u64::from(frame.tools.iter().any(|t| t.contact.is_some()));
+        self.iterations += frame.iterations as u64;
+        self.largest_residual = self.largest_residual.max(frame.residual);
+        for tool in &frame.tools {
+            self.largest_force = self.largest_force.max(dot(tool.force, tool.force).sqrt());
+        }
+        let due = self.output.frames.as_ref().map(|f| (frame.time * f.get_ref().si * (1.0 + 1e-9)) as u64);
+        let picture = due.is_some_and(|due| due >= self.pictures);
+        if picture || last || self.meter.needs_surface(frame.time, last) {
+            session.update_surface();
+        }
+        self.meter.read(session, frame);
+        if let Some(trace) = &mut self.trace {
+            trace::row(frame, trace)?;
+        }
+        if picture {
+            let number = self.pictures;
+            self.write_models(session, &self.folder.join("frames"), &format!("-{number:05}"))?;
+            self.pictures = due.unwrap_or(number) + 1;
+        }
+        self.last = frame.clone();
+        Ok(())
+    }
+
+    /// Puts every result in its place and gives the summary, which is one of them.
+    ///
+    /// # Errors
+    /// A file that cannot be written; those already in place stay.
+    pub fn finish(mut self, session: &mut Session, interrupted: bool) -> io::Result<Summary> {
+        session.update_surface();
+        // What was stopped half-way must not take the place of what was finished before.
+        let folder = if interrupted { self.folder.join("interrupted") } else { self.folder.clone() };
+        self.write_models(session, &folder, "")?;
+        if let Some(trace) = self.trace.take() {
+            trace.finish_as(&folder.join("trace.csv"))?;
+        }
+        if self.output.nodes {
+            let mut file = AtomicFile::create(&folder.join("nodes.csv"))?;
+            trace::nodes(session, &mut file)?;
+            file.finish()?;
+        }
+        let summary = self.summary(session, interrupted);
+        let path = folder.join("summary.json");
+        let mut file = AtomicFile::create(&path)?;
+        serde_json::to_writer_pretty(&mut file, &summary).map_err(|e| with_path(&path, e.into()))?;
+        writeln!(file)?;
+        file.finish()?;
+        Ok(summary)
+    }
+
+    /// `final.obj`, or with several bodies `final-NAME.obj`.
+    fn write_models(&self, session: &Session, folder: &Path, number: &str) -> io::Result<()> {
+        let alone = session.bodies.len() + session.standing.len() == 1;
+        let file = |name: &str| {
+            let name = if alone { String::new() } else { format!("-{name}") };
+            folder.join(if number.is_empty() { format!("final{name}.obj") } else { format!("frame{name}{number}.obj") })
+        };
+        for body in &session.bodies {
+            write_model(&body.model, &body.skin, &file(&body.name))?;
+        }
+        for (name, model) in session.standing.iter().filter(|_| number.is_empty()) {
+            let mut out = AtomicFile::create(&file(name))?;
+            out.write_all(model.document.bytes())?;
+            out.finish()?;
+        }
+        Ok(())
+    }
+
+    fn growth(&self, session: &Session) -> Option<f64> {
+        if session.events.count(EventKind::Unstable) == 0 {
+            return None;
+        }
+        let finite = self.energies.iter().take_while(|e| e.is_finite() && **e > 0.0).count();
+        let span = GROWTH_STEPS.min(finite.checked_sub(1)?);
+        (span > 0).then(|| (self.energies[finite - 1] / self.energies[finite - 1 - span]).powf(1.0 / span as f64))
+    }
+
+    fn summary(&mut self, session: &Session, interrupted: bool) -> Summary {
+        Summary {
+            program: format!("pliant {}", env!("CARGO_PKG_VERSION")),
+            title: self.title.clone(),
+            interrupted,
+            simulated_seconds: session.time(),
+            wall_seconds: self.began.elapsed().as_secs_f64(),
+            open_seconds: self.open_seconds,
+            dt: session.dt(),
+            steps: session.steps(),
+            choices: session.choices.clone(),
+            step_seconds: StepSeconds::of(&mut self.seconds),
+            loaded: session.loaded.clone(),
+            left_out: session.left_out.clone(),
+            bodies: bodies(session),
+            most_nodes: self.most.0,
+            most_elements: self.most.1,
+            contact_steps: self.contact_steps,
+            largest_force: self.largest_force,
+            iterations: self.iterations,
+            largest_residual: self.largest_residual,
+            growth: self.growth(session),
+            probes: self.meter.results(),
+            event_counts: session.events.counts().clone(),
+            events: session.events.told().iter().map(|(_, e)| e.clone()).collect(),
+            peak_memory: Machine::peak_memory(),
+            machine: Machine::here(),
+        }
+    }
+}

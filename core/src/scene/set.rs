@@ -1,0 +1,88 @@
+//! `--set PATH=VALUE`: another value in the place of what a file says.
+
+use super::load::{SceneError, Source};
+use toml_edit::{DocumentMut, Item, Value};
+
+/// The text with every setting in it; other lines stay as they are.
+pub(super) fn apply(source: &Source, settings: &[(String, String)]) -> Result<String, SceneError> {
+    let parsed: Result<DocumentMut, toml_edit::TomlError> = source.text.parse();
+    let mut document = parsed.map_err(|e| source.error(e.span().unwrap_or(0..0), e.message().trim().to_owned()))?;
+    for (path, value) in settings {
+        // What is no TOML value is a text: `--set time.dt=2ms` needs no quotes.
+        let value: Value = value.parse().unwrap_or_else(|_| Value::from(value.as_str()));
+        put(document.as_item_mut(), path, value).map_err(|reason| source.whole(format!("--set {path}: {reason}")))?;
+    }
+    Ok(document.to_string())
+}
+
+fn put(root: &mut Item, path: &str, value: Value) -> Result<(), String> {
+    let mut at = root;
+    let mut done = String::new();
+    for key in path.split('.') {
+        if key.is_empty() {
+            return Err("a part of the path is empty; allowed is, for example, body.0.material.params.young".into());
+        }
+        at = step(at, key, &done)?;
+        done = if done.is_empty() { key.to_owned() } else { format!("{done}.{key}") };
+    }
+    *at = Item::Value(value);
+    Ok(())
+}
+
+fn step<'a>(at: &'a mut Item, key: &str, done: &str) -> Result<&'a mut Item, String> {
+    let index = || key.parse::<usize>().map_err(|_| format!("`{done}` is a list: `{key}` must be a number from 0"));
+    let count = match &*at {
+        Item::ArrayOfTables(list) => list.len(),
+        Item::Value(Value::Array(list)) => list.len(),
+        _ => 0,
+    };
+    let beyond = |i: usize| format!("`{done}` has {count} entries, from 0: there is no {i}");
+    match at {
+        Item::ArrayOfTables(list) => {
+            // A table of an array has no item of its own; go to it by the key after the index.
+            let i = index()?;
+            list.get_mut(i).map(|_| ()).ok_or_else(|| beyond(i))?;
+            Ok(&mut at[i])
+        }
+        Item::Value(Value::Array(_)) => Err(format!("`{done}` is a plain list; set it whole")),
+        Item::Value(Value::InlineTable(_)) | Item::Table(_) | Item::None => Ok(&mut at[key]),
+        Item::Value(_) => Err(format!("`{done}` is a value and has no `{key}`")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn set(text: &str, settings: &[(&str, &str)]) -> Result<String, String> {
+        let source = Source { path: "scene.toml".into(), text: text.to_owned() };
+        let settings: Vec<_> = settings.iter().map(|(p, v)| ((*p).to_owned(), (*v).to_owned())).collect();
+        apply(&source, &settings).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn replaces_adds_and_leaves_the_rest_alone() {
+        let text = "# head\nformat = 1\n[[body]]\nname = \"a\" # here\nmaterial = { plugin = \"m\" }\n[[body]]\nname = \"b\"\n";
+        let out =
+            set(text, &[("body.1.name", "c"), ("body.0.material.params.young", "2e5"), ("time.dt", "2 ms")]).unwrap();
+        let read: toml::Table = out.parse().unwrap();
+        assert_eq!(read["body"][1]["name"].as_str(), Some("c"));
+        assert_eq!(read["body"][0]["material"]["params"]["young"].as_float(), Some(2e5));
+        assert_eq!(read["time"]["dt"].as_str(), Some("2 ms"));
+        assert!(out.starts_with("# head\nformat = 1\n[[body]]\nname = \"a\" # here\n"));
+    }
+
+    #[test]
+    fn says_what_is_wrong_with_a_path() {
+        let text = "format = 1\n[[body]]\nname = \"a\"\n";
+        for (path, part) in [
+            ("body.7.name", "there is no 7"),
+            ("body.name", "must be a number"),
+            ("format.x", "has no `x`"),
+            ("body..name", "empty"),
+        ] {
+            let error = set(text, &[(path, "1")]).unwrap_err();
+            assert!(error.contains(part) && error.contains(path), "{error}");
+        }
+    }
+}

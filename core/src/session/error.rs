@@ -1,0 +1,47 @@
+//! Why a scene cannot be opened or goes no further.
+
+use crate::body::LatticeError;
+use crate::host::HostError;
+use crate::mesh::{MeshError, ObjError};
+use crate::scene::SceneError;
+use thiserror::Error;
+
+/// Why a scene cannot be opened.
+#[derive(Debug, Error)]
+pub enum SessionError {
+    /// The scene says something it cannot.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A model cannot be read.
+    #[error(transparent)]
+    Obj(#[from] ObjError),
+    /// A model cannot be used.
+    #[error("body `{body}`: {error}")]
+    Mesh {
+        /// Which.
+        body: String,
+        /// Why.
+        error: MeshError,
+    },
+    /// A plugin cannot be used.
+    #[error(transparent)]
+    Host(#[from] HostError),
+    /// A body cannot be carried.
+    #[error("body `{body}`: {error}")]
+    Lattice {
+        /// Which.
+        body: String,
+        /// Why.
+        error: LatticeError,
+    },
+    /// An explicit integrator would be unstable.
+    #[error("{0}")]
+    StepLimit(String),
+}
+
+impl SessionError {
+    /// Whether a plugin or device failed, rather than the input.
+    pub fn is_plugin(&self) -> bool {
+        matches!(self, Self::Host(_) | Self::Lattice { error: LatticeError::Host(_), .. })
+    }
+}

@@ -1,0 +1,85 @@
+//! What happened in a run besides what was asked for: counted by kind, the first of each told in full.
+
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// Kinds of events.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum EventKind {
+    /// A plugin said something.
+    Message,
+    /// A body was frozen: its material failed, or its state was no longer finite.
+    Quarantine,
+    /// A device was lost.
+    DeviceLost,
+    /// A force on a hand was changed to keep it safe.
+    ForceSafety,
+    /// Samples of a hand were dropped.
+    SampleDropped,
+    /// A hand moved faster than it is followed.
+    SpeedLimit,
+    /// A pull let go because of its force.
+    GripLost,
+    /// A solve did not meet its tolerance.
+    NotConverged,
+    /// More substeps were taken than planned.
+    Substeps,
+    /// An explicit integrator was forced over its limit.
+    Unstable,
+    /// Something about a model.
+    Model,
+}
+
+/// One event.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Event {
+    /// s
+    pub time: f64,
+    /// What happened.
+    pub text: String,
+}
+
+/// Everything that happened.
+#[derive(Clone, Debug, Default)]
+pub struct Events {
+    counts: BTreeMap<EventKind, u64>,
+    told: Vec<(EventKind, Event)>,
+}
+
+/// Events of a kind that are told in full.
+const TOLD: u64 = 8;
+
+impl Events {
+    /// One more of `kind`. `text` is only made if it will be told.
+    pub fn add(&mut self, kind: EventKind, time: f64, text: impl FnOnce() -> String) {
+        self.add_many(kind, 1, time, text);
+    }
+
+    /// `many` more of `kind`, told as one.
+    pub fn add_many(&mut self, kind: EventKind, many: u64, time: f64, text: impl FnOnce() -> String) {
+        if many == 0 {
+            return;
+        }
+        let count = self.counts.entry(kind).or_default();
+        if *count < TOLD {
+            self.told.push((kind, Event { time, text: text() }));
+        }
+        *count += many;
+    }
+
+    /// How many there were of each kind.
+    pub fn counts(&self) -> &BTreeMap<EventKind, u64> {
+        &self.counts
+    }
+
+    /// Those told in full, in order.
+    pub fn told(&self) -> &[(EventKind, Event)] {
+        &self.told
+    }
+
+    /// How many there were of a kind.
+    pub fn count(&self, kind: EventKind) -> u64 {
+        self.counts.get(&kind).copied().unwrap_or(0)
+    }
+}

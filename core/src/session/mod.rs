@@ -1,0 +1,168 @@
+//! A scene, opened: live objects and nothing optional inside.
+
+mod error;
+mod event;
+mod frame;
+mod open;
+mod place;
+mod step;
+
+pub use error::SessionError;
+pub use event::{Event, EventKind, Events};
+pub use frame::{Frame, ToolFrame};
+pub use open::Options;
+
+use crate::body::{Body, Model};
+use crate::host::Device;
+use crate::plan::{Edit, LeftOut, Plan};
+use crate::step::{Frequencies, Integrator, Pool, Scheme, V3};
+use crate::tool::{ForceSafety, Frame as DeviceFrame, Hand, Tool};
+use serde::Serialize;
+
+/// An opened device.
+pub struct DeviceSlot {
+    /// As the scene calls it.
+    pub name: String,
+    /// `None` once it is lost.
+    pub device: Option<Device>,
+    /// Its axes in the scene.
+    pub frame: DeviceFrame,
+    poses: Vec<crate::host::Pose>,
+}
+
+/// A tool and what is between it and its device.
+pub struct ToolSlot {
+    /// The tool.
+    pub tool: Tool,
+    /// The hand that holds it.
+    pub hand: Hand,
+    /// What the force passes last.
+    pub safety: ForceSafety,
+    device: usize,
+    effector: usize,
+    edit: Option<usize>,
+}
+
+/// What was chosen when the session was opened.
+#[derive(Clone, Debug, Serialize)]
+pub struct Choices {
+    /// How bodies are moved.
+    pub integrator: &'static str,
+    /// Why, where the scene left it open.
+    pub why: String,
+    /// s, the largest stable step; absent where there is no limit
+    pub step_limit: Option<f64>,
+    /// s, the same by Gershgorin's certain bound
+    pub certain_step_limit: Option<f64>,
+    /// Substeps in a step.
+    pub substeps: usize,
+    /// Threads that work.
+    pub threads: usize,
+}
+
+/// A file that was opened for a plugin.
+#[derive(Clone, Debug, Serialize)]
+pub struct Loaded {
+    /// grid, material or device
+    pub kind: &'static str,
+    /// Its id.
+    pub id: String,
+    /// Its version.
+    pub version: String,
+    /// Its file.
+    pub path: String,
+}
+
+/// Live objects of a scene.
+pub struct Session {
+    /// Bodies that move.
+    pub bodies: Vec<Body>,
+    /// Models on which nothing acts.
+    pub standing: Vec<(String, Model)>,
+    /// Devices in use.
+    pub devices: Vec<DeviceSlot>,
+    /// Tools in use.
+    pub tools: Vec<ToolSlot>,
+    /// What was chosen.
+    pub choices: Choices,
+    /// Files that were opened.
+    pub loaded: Vec<Loaded>,
+    /// What is not there, and why.
+    pub left_out: Vec<LeftOut>,
+    /// What happened.
+    pub events: Events,
+    plan: Plan,
+    pool: Pool,
+    integrators: Vec<Integrator>,
+    frequencies: Vec<Frequencies>,
+    scheme: Scheme,
+    most_substeps: usize,
+    forced: bool,
+    /// s
+    dt: f64,
+    steps: u64,
+    energy: bool,
+    moved: Vec<f64>,
+    /// N, what a nonlinear embedding gives back to the nodes of a body
+    forces: Vec<V3>,
+}
+
+impl Session {
+    /// s, since the start
+    pub fn time(&self) -> f64 {
+        self.steps as f64 * self.dt
+    }
+
+    /// s
+    pub fn dt(&self) -> f64 {
+        self.dt
+    }
+
+    /// Steps taken.
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// What was planned.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// The threads it works with.
+    pub fn pool(&self) -> &Pool {
+        &self.pool
+    }
+
+    /// The body at a place in the scene, if it moves.
+    pub fn body_of_scene(&self, index: usize) -> Option<&Body> {
+        let before = self.plan.moving.get(..index)?.iter().filter(|m| **m).count();
+        self.plan.moving.get(index).filter(|m| **m).and_then(|_| self.bodies.get(before))
+    }
+
+    /// Brings every surface up to date. A body whose grid fails stands still.
+    pub fn update_surface(&mut self) {
+        let time = self.time();
+        for index in 0..self.bodies.len() {
+            if let Err(error) = self.bodies[index].update_skin(&self.pool)
+                && self.bodies[index].frozen.is_none()
+            {
+                self.freeze(index, time, error.to_string());
+            }
+        }
+    }
+
+    /// The edit that is under way with a tool.
+    fn edit_of(&self, tool: usize) -> Option<usize> {
+        let (hand, time) = (&self.tools[tool].hand, self.time());
+        let runs = |e: &Edit| {
+            let pressed = e.button.is_none_or(|b| hand.buttons >> b & 1 == 1);
+            e.tool == tool && e.span.0 <= time && time < e.span.1 && pressed
+        };
+        self.plan.edits.iter().position(runs)
+    }
+
+    /// Bytes of the largest parts.
+    pub fn bytes(&self) -> usize {
+        self.bodies.iter().map(Body::bytes).sum()
+    }
+}

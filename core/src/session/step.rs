@@ -1,0 +1,282 @@
+//! One step: hands, edits, regions, contact, integration, reaction, coupling, force safety, devices. One way, no stage calls
+//! back up.
+
+use super::event::EventKind;
+use super::frame::{Frame, ToolFrame};
+use super::{DeviceSlot, Session};
+use crate::body::Body;
+use crate::host::{MOST_EFFECTORS, Output};
+use crate::scene::{EditKind, Release};
+use crate::step::{Attachment, Loads, StepError};
+use crate::tool::{Mode, Tool};
+use pliant_plugin_api::abi::{Ball, Pose};
+use std::time::Instant;
+
+/// ns, how long a device may go on with a force after the step it was meant for.
+const VALID: u64 = 50_000_000;
+
+impl Session {
+    /// Takes one step. Whatever a plugin does wrong is contained: its body stands still, its device is lost, and the rest
+    /// goes on; the events say so.
+    pub fn step(&mut self) -> Frame {
+        let start = Instant::now();
+        let time = (self.time(), self.dt);
+        self.read_devices(time);
+        self.change_modes(time.0);
+        self.move_regions(time.0);
+        let regions = start.elapsed();
+        self.touch(time.0);
+        let contact = start.elapsed();
+        let mut frame = self.move_bodies(time);
+        self.steps += 1;
+        self.feel(time, &mut frame);
+        frame.time = self.time();
+        frame.seconds = start.elapsed().as_secs_f64();
+        frame.parts = [regions, contact - regions, start.elapsed() - contact].map(|d| d.as_secs_f64());
+        self.weigh_energies(&mut frame);
+        frame
+    }
+
+    fn read_devices(&mut self, (time, dt): (f64, f64)) {
+        let now = time + dt;
+        for slot in &mut self.devices {
+            slot.poses.fill(Pose::default());
+            let Some(device) = &mut slot.device else { continue };
+            if let Err(error) = device.read(nanoseconds(now), &mut slot.poses) {
+                self.events.add(EventKind::DeviceLost, now, || error.to_string());
+                slot.device = None;
+                slot.poses.fill(Pose::default());
+            }
+        }
+        for slot in &mut self.tools {
+            let DeviceSlot { poses, frame, .. } = &self.devices[slot.device];
+            let before = (slot.hand.dropped, slot.hand.slowed);
+            slot.hand.sample(&poses[slot.effector], frame, (now, dt));
+            let name = &slot.tool.name;
+            let dropped = slot.hand.dropped - before.0;
+            self.events.add_many(EventKind::SampleDropped, dropped, now, || format!("hand of tool `{name}`"));
+            let slowed = slot.hand.slowed - before.1;
+            self.events.add_many(EventKind::SpeedLimit, slowed, now, || format!("hand of tool `{name}`"));
+        }
+    }
+
+    /// Starts and ends edits.
+    fn change_modes(&mut self, time: f64) {
+        for i in 0..self.tools.len() {
+            let (before, now) = (self.tools[i].edit, self.edit_of(i));
+            if before == now {
+                continue;
+            }
+            if let Some(edit) = before
+                && self.plan.edits[edit].release == Release::Keep
+            {
+                self.keep(time);
+            }
+            let slot = &mut self.tools[i];
+            slot.tool.release(&slot.hand);
+            slot.edit = now;
+            slot.tool.mode = match now.map(|e| &self.plan.edits[e]) {
+                None => Mode::Idle,
+                Some(edit) if edit.kind == EditKind::Touch => Mode::Touch,
+                Some(edit) => Mode::Pull(edit.limit),
+            };
+        }
+    }
+
+    /// Makes the present shape the rest shape.
+    fn keep(&mut self, time: f64) {
+        for index in 0..self.bodies.len() {
+            let body = &mut self.bodies[index];
+            if body.system.nodes.is_empty() || body.frozen.is_some() {
+                continue;
+            }
+            let Body { model, skin, system, lattice, .. } = body;
+            let kept = lattice
+                .embed_all(&self.pool, &system.nodes, model, skin)
+                .and_then(|()| lattice.keep(model, skin, system).map(drop));
+            match kept {
+                Ok(()) => self.changed(index),
+                Err(error) => self.freeze(index, time, error.to_string()),
+            }
+        }
+    }
+
+    /// The nodes of a body have changed: nothing found or solved before holds.
+    fn changed(&mut self, index: usize) {
+        self.integrators[index].resize(self.bodies[index].system.nodes.len());
+        for slot in &mut self.tools {
+            slot.tool.forget(index);
+        }
+    }
+
+    pub(super) fn freeze(&mut self, index: usize, time: f64, why: String) {
+        let body = &mut self.bodies[index];
+        body.system.nodes.v.fill([0.0; 3]);
+        self.events.add(EventKind::Quarantine, time, || format!("body `{}` stands still: {why}", body.name));
+        body.frozen = Some(why);
+    }
+
+    fn move_regions(&mut self, time: f64) {
+        let mut balls: Vec<Ball> = Vec::new();
+        for index in 0..self.bodies.len() {
+            let body = &mut self.bodies[index];
+            if body.frozen.is_some() {
+                continue;
+            }
+            balls.clear();
+            for slot in &mut self.tools {
+                balls.extend(slot.tool.wants(index, body, &slot.hand, time));
+            }
+            let Body { model, skin, system, lattice, fixings, .. } = body;
+            match lattice.follow(&balls, model, fixings, skin, system) {
+                Ok(true) => self.changed(index),
+                Ok(false) => {}
+                Err(error) => self.freeze(index, time, error.to_string()),
+            }
+        }
+    }
+
+    fn touch(&mut self, time: f64) {
+        for slot in &mut self.tools {
+            let lost = slot.tool.slipped;
+            if let Err(error) = slot.tool.follow(&slot.hand, &mut self.bodies, &self.moved) {
+                self.events.add(EventKind::Message, time, || error.to_string());
+                slot.tool.release(&slot.hand);
+            }
+            let slipped = slot.tool.slipped - lost;
+            self.events.add_many(EventKind::GripLost, slipped, time, || format!("tool `{}`", slot.tool.name));
+        }
+    }
+
+    fn move_bodies(&mut self, time: (f64, f64)) -> Frame {
+        let mut frame = Frame::default();
+        for index in 0..self.bodies.len() {
+            self.moved[index] = 0.0;
+            let body = &self.bodies[index];
+            frame.nodes += body.system.nodes.len();
+            frame.elements += body.system.elements();
+            if body.frozen.is_some() || body.system.nodes.is_empty() {
+                continue;
+            }
+            match self.move_body(index, time, &mut frame) {
+                Ok(fastest) => self.moved[index] = fastest * self.dt,
+                Err(error) => self.freeze(index, time.0, error),
+            }
+        }
+        frame
+    }
+
+    fn move_body(&mut self, index: usize, time: (f64, f64), frame: &mut Frame) -> Result<f64, String> {
+        // At most a handful of tools: a list on the stack of references to what they pull at.
+        let mut attachments: Vec<Attachment> = Vec::new();
+        let mut frequencies = self.frequencies[index];
+        self.forces.clear();
+        for slot in &self.tools {
+            let attachment = slot.tool.attachment(index);
+            if attachment.nodes.is_empty() {
+                continue;
+            }
+            if self.bodies[index].lattice.grid.is_nonlinear() {
+                let nodes = &self.bodies[index].system.nodes;
+                self.forces.resize(nodes.len(), [0.0; 3]);
+                let patch = slot.tool.patch();
+                let loads: Vec<_> = patch.shares.iter().map(|s| attachment.force.map(|f| s * f)).collect();
+                let body = &mut self.bodies[index];
+                let done = body.lattice.pull_back(&patch.places, &loads, &body.system.nodes, &mut self.forces);
+                done.map_err(|e| e.to_string())?;
+                continue;
+            }
+            let coupling = slot.tool.coupling;
+            let compliance = attachment.compliance(&self.bodies[index].system.nodes.mass);
+            frequencies = frequencies.with_spring(coupling.stiffness, coupling.damping, compliance);
+            attachments.push(attachment.clone());
+        }
+        let substeps = self.substeps_for(&frequencies);
+        if substeps > self.choices.substeps {
+            self.events.add(EventKind::Substeps, time.0, || format!("{substeps} instead of {}", self.choices.substeps));
+        }
+        let body = &mut self.bodies[index];
+        body.lattice.prescribe(&mut body.system.nodes, &body.fixings, time);
+        let gravity = if body.lattice.is_whole() { self.plan.gravity } else { [0.0; 3] };
+        let loads = Loads { gravity, forces: &self.forces, attachments: &attachments };
+        let (pool, integrator) = (&self.pool, &mut self.integrators[index]);
+        let stepped = pool.install(|| integrator.step(pool, &mut body.system, &loads, time, substeps));
+        let report = stepped.map_err(|error| match error {
+            StepError::Diverged { node } => {
+                format!("{error}, at {:?} m; its step may be too long", body.system.nodes.rest[node])
+            }
+            StepError::Host(error) => error.to_string(),
+        })?;
+        if !report.converged {
+            let text = || format!("relative residual {:.2e} after {} iterations", report.residual, report.iterations);
+            self.events.add(EventKind::NotConverged, time.0, text);
+        }
+        frame.substeps = frame.substeps.max(substeps);
+        frame.iterations += report.iterations;
+        frame.residual = frame.residual.max(report.residual);
+        Ok(report.fastest)
+    }
+
+    /// Gives the hands what they feel.
+    fn feel(&mut self, (time, dt): (f64, f64), frame: &mut Frame) {
+        for slot in &mut self.tools {
+            let force = slot.tool.reaction(&self.bodies);
+            let to_device = &self.devices[slot.device].frame;
+            let before: u64 = slot.safety.counts().map(|(_, c)| c).sum();
+            let device_force = slot.safety.pass(to_device.to_device(force), dt);
+            let changed = slot.safety.counts().map(|(_, c)| c).sum::<u64>() - before;
+            let name = &slot.tool.name;
+            self.events.add_many(EventKind::ForceSafety, changed, time + dt, || {
+                format!("tool `{name}`: {force:?} N became {device_force:?} N")
+            });
+            frame.tools.push(tool_frame(&slot.tool, slot.hand.position, force, device_force));
+        }
+        let now = nanoseconds(time + dt);
+        for (index, slot) in self.devices.iter_mut().enumerate() {
+            let Some(device) = &mut slot.device else { continue };
+            let mut outputs = [Output::default(); MOST_EFFECTORS];
+            for (tool, felt) in self.tools.iter().zip(&frame.tools) {
+                if tool.device == index {
+                    outputs[tool.effector].force = felt.device_force;
+                }
+            }
+            outputs.iter_mut().for_each(|o| o.valid_until = now + VALID);
+            if let Err(error) = device.write(now, &outputs[..slot.poses.len()]) {
+                self.events.add(EventKind::DeviceLost, time + dt, || error.to_string());
+                slot.device = None;
+            }
+        }
+    }
+
+    /// Not part of the step: what the output asks for besides.
+    fn weigh_energies(&mut self, frame: &mut Frame) {
+        if !self.energy {
+            return;
+        }
+        for index in 0..self.bodies.len() {
+            let system = &self.bodies[index].system;
+            frame.kinetic_energy += system.nodes.kinetic_energy();
+            match system.energy((frame.time, self.dt)) {
+                Ok(energy) => frame.elastic_energy += energy,
+                Err(error) if self.bodies[index].frozen.is_none() => self.freeze(index, frame.time, error.to_string()),
+                Err(_) => {}
+            }
+        }
+    }
+}
+
+fn tool_frame(tool: &Tool, hand: [f64; 3], force: [f64; 3], device_force: [f64; 3]) -> ToolFrame {
+    ToolFrame {
+        hand,
+        proxy: tool.proxy.position,
+        contact: tool.contact().map(|(body, ..)| body),
+        grips: tool.grip.is_some(),
+        depth: tool.depth,
+        force,
+        device_force,
+    }
+}
+
+fn nanoseconds(seconds: f64) -> u64 {
+    (seconds * 1e9).round() as u64
+}
