@@ -263,7 +263,8 @@ typedef struct pliant_grid {
   pliant_status (*points)(const pliant_plugin *, uint32_t level, const uint32_t **points, size_t *count);
   /* [worker & active] */
   pliant_status (*region)(const pliant_plugin *, const pliant_region_request *, pliant_region *);
-  /* Weights (count x 8) of rest places over the corners of their cells; sum 1. [sim & active] */
+  /* Cells and weights (count x 8, sum 1) of rest places over the corners of their cells. A place too far outside the body
+   * to belong to a cell gets PLIANT_NO_CELL and zeros, and is no error. [sim & active] */
   pliant_status (*weights)(const pliant_plugin *, uint32_t level, const double *places /* (count x 3) m */, size_t count,
                            uint64_t *cells, double *weights);
   /* For an embedding that is not linear, else both NULL: places (count x 3) from rest places and the corners of their

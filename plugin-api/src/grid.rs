@@ -87,10 +87,11 @@ pub trait Grid: Send + Sync + Sized + 'static {
     /// A level that was not built.
     fn region(&self, request: &RegionRequest<'_>, out: &mut RegionSink<'_>) -> Result<(), Fault>;
 
-    /// Cell and weights (8, sum 1) of each rest place. *Real time*.
+    /// Cell and weights (8, sum 1) of each rest place; [`abi::NO_CELL`] and zeros for one too far outside the body to
+    /// belong to a cell. *Real time*.
     ///
     /// # Errors
-    /// A place that is too far outside the body.
+    /// A level that was not built.
     fn weights(
         &self,
         level: u32,

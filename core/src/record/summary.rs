@@ -119,7 +119,7 @@ impl Summary {
 }
 
 /// The bodies of a session.
-pub(super) fn bodies(session: &Session) -> Vec<BodySummary> {
+pub fn bodies(session: &Session) -> Vec<BodySummary> {
     let summary = |body: &crate::body::Body| BodySummary {
         name: body.name.clone(),
         vertices: body.model.surface.points.len(),

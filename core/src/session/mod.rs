@@ -60,6 +60,19 @@ pub struct Choices {
     pub threads: usize,
 }
 
+/// What a step of a body costs under a tool, measured when the session was opened.
+#[derive(Clone, Debug, Serialize)]
+pub struct StepCost {
+    /// As the scene calls it.
+    pub body: String,
+    /// Active around one contact, or in the whole of it.
+    pub nodes: usize,
+    /// See `nodes`.
+    pub elements: usize,
+    /// s, all substeps; of an implicit scheme its assembly and forces, without the solver's iterations
+    pub seconds: f64,
+}
+
 /// A file that was opened for a plugin.
 #[derive(Clone, Debug, Serialize)]
 pub struct Loaded {
@@ -95,6 +108,7 @@ pub struct Session {
     pool: Pool,
     integrators: Vec<Integrator>,
     frequencies: Vec<Frequencies>,
+    costs: Vec<StepCost>,
     scheme: Scheme,
     most_substeps: usize,
     forced: bool,
@@ -149,6 +163,11 @@ impl Session {
                 self.freeze(index, time, error.to_string());
             }
         }
+    }
+
+    /// What a step of each body costs under a tool.
+    pub fn step_costs(&self) -> &[StepCost] {
+        &self.costs
     }
 
     /// The edit that is under way with a tool.

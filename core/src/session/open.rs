@@ -1,6 +1,6 @@
 //! Opening a scene: models, plugins, bodies, tools; and choosing how to move them.
 
-use super::{Choices, DeviceSlot, EventKind, Events, Loaded, Session, SessionError, ToolSlot, place};
+use super::{Choices, DeviceSlot, EventKind, Events, Loaded, Session, SessionError, StepCost, ToolSlot, place};
 use crate::body::{Body, Lattice, Model, RegionSettings, Skin};
 use crate::contact::{Friction, Patch};
 use crate::host::{Device, Grid, Kind, Library, Material, PluginInfo, Pose, Search, Settings};
@@ -12,6 +12,7 @@ use crate::tool::{Coupling, ForceLimits, ForceSafety, Hand, Tool};
 use pliant_plugin_api::abi::Ball;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::time::Instant;
 use toml::Spanned;
 
 /// What the caller decides.
@@ -89,6 +90,7 @@ impl Session {
             pool: Pool::new(threads),
             integrators: Vec::new(),
             frequencies: Vec::new(),
+            costs: Vec::new(),
             scheme: Scheme::SymplecticEuler,
             most_substeps: scene.time.most_substeps.max(1) as usize,
             forced: scene.time.force_unstable,
@@ -126,6 +128,12 @@ impl Session {
                 }
             }
             self.frequencies.push(found);
+            let pass = Instant::now();
+            let mut force = vec![[0.0; 3]; system.nodes.len()];
+            system.forces(&self.pool, &system.nodes.v, (0.0, self.dt), &mut force)?;
+            let seconds = pass.elapsed().as_secs_f64();
+            let (nodes, elements) = (system.nodes.len(), system.elements());
+            self.costs.push(StepCost { body: body.name.clone(), nodes, elements, seconds });
             if !lattice.is_whole() {
                 let of_body = |error| SessionError::Lattice { body: body.name.clone(), error };
                 lattice.follow(&[], model, fixings, skin, system).map_err(of_body)?;
@@ -181,6 +189,7 @@ impl Session {
         self.choices.step_limit = limit;
         self.choices.certain_step_limit = certain;
         self.choices.substeps = substeps;
+        self.costs.iter_mut().for_each(|c| c.seconds *= substeps as f64);
         Ok(())
     }
 

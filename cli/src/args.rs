@@ -1,0 +1,122 @@
+//! What may be typed.
+
+use clap::{Args, Parser, Subcommand};
+use std::path::PathBuf;
+
+/// Haptic shape editing: touch, pull and cut meshes, feel the force, get the numbers.
+#[derive(Parser)]
+#[command(name = "pliant", version, about, arg_required_else_help = true, disable_help_subcommand = true)]
+pub struct Cli {
+    /// One machine-readable document on standard output
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// A folder with plugins, looked in first; may be given more than once
+    #[arg(long, global = true, value_name = "DIR")]
+    pub plugin_path: Vec<PathBuf>,
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Subcommand)]
+pub enum Command {
+    /// Run a scene's edits and write the deformed model and the numbers
+    Run(RunArgs),
+    /// Say what a scene needs, what is left out and why, and how large a step may be
+    Plan(SceneArgs),
+    /// What plugins there are and what they take
+    Plugin(PluginArgs),
+    /// Print the JSON Schema of scene files
+    Schema,
+    /// Print a completion script for a shell
+    Completions {
+        /// Which shell
+        shell: clap_complete::Shell,
+    },
+    /// Write a model to start from
+    Sample(SampleArgs),
+}
+
+#[derive(Args)]
+pub struct SceneArgs {
+    /// The scene, a TOML file
+    pub scene: PathBuf,
+    /// Put another OBJ file in the place of the first body's, scaled to fit
+    #[arg(long, value_name = "FILE")]
+    pub mesh: Option<PathBuf>,
+    /// Put a value in the place of the scene's, for example body.0.material.params.young=2e5
+    #[arg(long, value_name = "PATH=VALUE", value_parser = setting)]
+    pub set: Vec<(String, String)>,
+    /// Threads; 0 takes what the machine has. Results do not depend on it
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub threads: usize,
+}
+
+#[derive(Args)]
+pub struct RunArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Where results go; by default out/SCENE
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Say nothing while it runs
+    #[arg(long, short)]
+    pub quiet: bool,
+}
+
+#[derive(Args)]
+pub struct PluginArgs {
+    #[command(subcommand)]
+    pub what: PluginCommand,
+}
+
+#[derive(Subcommand)]
+pub enum PluginCommand {
+    /// List every plugin that is found, and where
+    List,
+    /// Show a plugin's parameters with their units, ranges and defaults
+    Info {
+        /// Its name, or a path to its library
+        name: String,
+    },
+}
+
+#[derive(Args)]
+pub struct SampleArgs {
+    /// Which model
+    #[arg(default_value = pliant_core::mesh::sample::NAMES[0], value_parser = pliant_core::mesh::sample::NAMES.to_vec())]
+    pub name: String,
+    /// Where to write it; by default NAME.obj
+    #[arg(long, short, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// How finely it is made: each step quarters its faces
+    #[arg(long, default_value_t = pliant_core::mesh::sample::DEFAULT_DETAIL)]
+    pub detail: u32,
+    /// Write over files that are there
+    #[arg(long)]
+    pub force: bool,
+}
+
+fn setting(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((path, value)) if !path.trim().is_empty() => Ok((path.trim().to_owned(), value.trim().to_owned())),
+        _ => Err("allowed is PATH=VALUE, for example time.dt=2ms".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_arguments_make_sense() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn a_setting_is_a_path_and_a_value() {
+        assert_eq!(setting("time.dt = 2e-3"), Ok(("time.dt".into(), "2e-3".into())));
+        assert_eq!(setting("title=a=b"), Ok(("title".into(), "a=b".into())));
+        assert!(setting("time.dt").is_err() && setting("=3").is_err());
+    }
+}

@@ -1,0 +1,105 @@
+//! `pliant run`.
+
+use crate::args::{Cli, RunArgs};
+use crate::open::open;
+use crate::outcome::{Failure, Outcome};
+use crate::text;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use pliant_core::record::{Recorder, Summary};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+pub fn run(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
+    let began = Instant::now();
+    let (scene, mut session) = open(cli, &args.scene)?;
+    let folder = args.out.clone().unwrap_or_else(|| default_folder(&args.scene.scene));
+    let mut recorder = Recorder::new(&scene, &session, &folder, began)?;
+    let stop = Arc::new(AtomicBool::new(false));
+    let handler = Arc::clone(&stop);
+    // Without a handler Ctrl-C ends the program at once; half-written files have names of their own either way.
+    let _ = ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed));
+    let duration = scene.time.duration.get_ref().si;
+    let steps = ((duration / session.dt()) * (1.0 - 1e-12)).ceil().max(1.0) as u64;
+    let bar = bar(steps, args.quiet || cli.json);
+    let mut stopped = false;
+    while session.steps() < steps {
+        let frame = session.step();
+        stopped = stop.load(Ordering::Relaxed);
+        let last = session.steps() == steps || stopped;
+        recorder.step(&mut session, &frame, last)?;
+        bar.inc(1);
+        if stopped {
+            break;
+        }
+    }
+    bar.finish_and_clear();
+    let summary = recorder.finish(&mut session, stopped)?;
+    if cli.json {
+        text::out(&crate::pretty(&summary))?;
+    } else if !args.quiet {
+        tell(&summary, &folder);
+    }
+    Ok(match summary {
+        _ if stopped => Outcome::Stopped,
+        ref s if s.plugin_failed() => Outcome::Plugin,
+        ref s if !s.passed() => Outcome::CheckFailed,
+        _ => Outcome::Done,
+    })
+}
+
+fn default_folder(scene: &Path) -> PathBuf {
+    Path::new("out").join(scene.file_stem().unwrap_or_default())
+}
+
+fn bar(steps: u64, quiet: bool) -> ProgressBar {
+    let style = ProgressStyle::with_template("{bar:30} {pos}/{len} steps  {elapsed} gone, {eta} left")
+        .unwrap_or_else(|_| ProgressStyle::default_bar());
+    let bar = ProgressBar::new(steps).with_style(style);
+    bar.set_draw_target(if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(10) });
+    bar
+}
+
+/// The summary as a person reads it.
+fn tell(summary: &Summary, folder: &Path) {
+    let c = &summary.choices;
+    let substeps = if c.substeps > 1 { format!(" with {} substeps", c.substeps) } else { String::new() };
+    text::note(&format!(
+        "{} steps of {} with {}{substeps}, at most {} nodes and {} elements active",
+        summary.steps,
+        text::seconds(summary.dt),
+        c.integrator,
+        summary.most_nodes,
+        summary.most_elements
+    ));
+    if let Some(s) = &summary.step_seconds {
+        let [p50, p99, max] = [s.p50, s.p99, s.max].map(text::seconds);
+        text::note(&format!("a step took {p50} (p99 {p99}, most {max}); all {}", text::seconds(summary.wall_seconds)));
+    }
+    let contact = summary.contact_steps as f64 * summary.dt;
+    text::note(&format!("in contact for {}, largest force {:.4} N", text::seconds(contact), summary.largest_force));
+    for p in &summary.probes {
+        let verdict = match (p.expected, p.error, p.passed) {
+            (Some(expected), Some(error), Some(passed)) => {
+                let word = if passed { "ok" } else { "FAILED" };
+                let tolerance = p.tolerance.unwrap_or_default();
+                format!(", expected {expected:.6e}: error {error:.2e} of {tolerance:.0e} allowed, {word}")
+            }
+            _ => String::new(),
+        };
+        text::note(&format!("probe {}: {:.6e} at {:.4} s{verdict}", p.name, p.value, p.time));
+    }
+    for (kind, count) in &summary.event_counts {
+        text::note(&format!("event {}: {count}", crate::pretty(kind).trim_matches('"')));
+    }
+    for event in summary.events.iter().take(6) {
+        text::note(&format!("  at {:.4} s: {}", event.time, event.text));
+    }
+    if let Some(growth) = summary.growth {
+        text::note(&format!("energy grew by a factor of {growth:.4} a step"));
+    }
+    let folder = if summary.interrupted { folder.join("interrupted") } else { folder.to_path_buf() };
+    let state = if summary.interrupted { "stopped; what was done is in" } else { "results are in" };
+    text::note(&format!("{state} {}", folder.display()));
+}
