@@ -1,8 +1,9 @@
 //! The occupied cells of one level.
 //!
-//! Below level 7 one byte for every cube. From there on rows along x, each a sorted list of the cells in it: three bytes for
-//! an occupied cell, nothing for an empty one, and a stretch of a row is one slice. Sorted lists of whole ids take nine bytes
-//! for a cell: to find 4,913 cells of a ball at level 7 takes 5 us in rows, 13 us by linear and 91 us by Morton ids.
+//! Below level 7 one byte for every cube. From there on rows along x, each a sorted list of the cells in it: three
+//! bytes for an occupied cell, nothing for an empty one, and a stretch of a row is one slice. Sorted lists of whole ids
+//! take nine bytes for a cell: to find 4,913 cells of a ball at level 7 takes 5 us in rows, 13 us by linear and 91 us
+//! by Morton ids.
 
 use crate::lattice::Lattice;
 use crate::states::{EMPTY, INSIDE, SURFACE};

@@ -1,8 +1,8 @@
 //! How the surface follows the corners of its cells.
 //!
-//! Trilinear weights are continuous over shared faces and exact for every affine motion. The rule of the paper, lengths of
-//! the three edges at the base corner laid along the world axes, is neither (a cell turned by 30 degrees is off by 0.37 of
-//! its edge at the centre); it is kept to reproduce the paper. Everything here is *real time*.
+//! Trilinear weights are continuous over shared faces and exact for every affine motion. The rule of the paper, lengths
+//! of the three edges at the base corner laid along the world axes, is neither (a cell turned by 30 degrees is off by
+//! 0.37 of its edge at the centre); it is kept to reproduce the paper. Everything here is *real time*.
 
 use crate::cells::Cells;
 use crate::states::EMPTY;
@@ -67,8 +67,8 @@ impl Seat {
         [0, 1, 2].map(|axis| corners[0][axis] + self.local[axis] * norm(sub(corners[1 << axis], corners[0])))
     }
 
-    /// Adds the transpose of the derivative of [`Seat::ratio`] times `load`, N. An edge of no length has no direction and
-    /// passes nothing on.
+    /// Adds the transpose of the derivative of [`Seat::ratio`] times `load`, N. An edge of no length has no direction
+    /// and passes nothing on.
     pub(crate) fn ratio_transposed(&self, corners: &[Vector; 8], load: Vector, corner_loads: &mut [Vector; 8]) {
         corner_loads[0] = add(corner_loads[0], load);
         for axis in 0..3 {

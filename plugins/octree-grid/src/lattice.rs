@@ -1,8 +1,8 @@
 //! The cubes of one level: where they are, and what their ids and those of their corners are.
 //!
-//! Ids are linear, x fastest and z slowest: cell `i + m (j + m k)` of `m` cells per axis, node the same with `m + 1`. Cells
-//! and nodes then rise together along x rows, which is how regions are read by the solver. Morton ids were rejected for
-//! this reason; the codes of [`Lattice::morton`] only sort the points.
+//! Ids are linear, x fastest and z slowest: cell `i + m (j + m k)` of `m` cells per axis, node the same with `m + 1`.
+//! Cells and nodes then rise together along x rows, which is how regions are read by the solver. Morton ids were
+//! rejected for this reason; the codes of [`Lattice::morton`] only sort the points.
 
 use crate::vector::Vector;
 use pliant_plugin_api::Fault;
@@ -46,7 +46,7 @@ impl Lattice {
         Ok(Self { level: 1, cells: 1, edge, origin })
     }
 
-    /// The cubes of another level. Edges differ by powers of two, so the levels agree on the cell of a point to the bit.
+    /// The cubes of another level. Edges differ by powers of two, so all levels agree exactly on the cell of a point.
     pub(crate) fn at(self, level: u32) -> Self {
         let cells = 1 << (level - 1);
         Self { level, cells, edge: self.edge * f64::from(self.cells) / f64::from(cells), origin: self.origin }

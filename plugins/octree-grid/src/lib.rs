@@ -1,9 +1,12 @@
 //! A grid hierarchy around a surface, and the local lattice of nodes that carries it (Qi, Zhu and Fan 2019, section 4).
 //!
-//! Level n divides the box of the surface into 2^(n-1) cubes per axis; those that the surface touches or encloses are the
-//! body. The host asks for the region around a contact at any level, and moves the surface with the corners of its cells.
-//! Two things differ from the paper: only occupied cells carry nodes (its box lattice fills the air with springs), and the
-//! default embedding is trilinear (see [`embedding`]). Ids are linear, x fastest: see [`lattice`].
+//! Level n divides the box of the surface into 2^(n-1) cubes per axis; those that the surface touches or encloses are
+//! the body. The host asks for the region around a contact at any level, and moves the surface with the corners of its
+//! cells. Two things differ from the paper: only occupied cells carry nodes (its box lattice fills the air with
+//! springs), and the default embedding is trilinear (its own rule is `embedding = "paper-ratio"`).
+//!
+//! Ids are linear, x fastest: cell `i + m (j + m k)` with `m` cells per axis, node the same with `m + 1`. All levels
+//! share one list of points, those that triangles use; every cell of every level has its points in one range of it.
 
 mod cells;
 mod crossings;

@@ -1,8 +1,8 @@
 //! The springs of a local lattice, and how much of each the cells around it carry.
 //!
-//! A link is assembled from the cells that share it, so that one on a face of the body is half as stiff and one on an edge a
-//! quarter; full weights there make a block of eight cells 18 % too stiff. Which cells share a link is read from one byte
-//! at its lower node: the region's cells around that node. So one rule serves all families.
+//! A link is assembled from the cells that share it, so that one on a face of the body is half as stiff and one on an
+//! edge a quarter; full weights there make a block of eight cells 18 % too stiff. Which cells share a link is read from
+//! one byte at its lower node: the region's cells around that node. So one rule serves all families.
 
 use crate::lattice::steps;
 use crate::region::{BORDER, Nodes};
@@ -14,9 +14,9 @@ const FAMILIES: [(u32, usize, i32); 4] = [(STRUCTURAL, 1, 1), (SHEAR, 2, 1), (FL
 /// Bits of every family.
 pub(crate) const ALL_FAMILIES: u32 = STRUCTURAL | SHEAR | FLEXION | BODY_DIAGONAL;
 
-/// Pushes the links of `families`: layer by layer of the lower node, in a layer direction by direction, in a direction by
-/// rising lower node, so that along a row both ends of consecutive links are consecutive. Links between two border nodes,
-/// which are held, are left out.
+/// Pushes the links of `families`: layer by layer of the lower node, in a layer direction by direction, in a direction
+/// by rising lower node, so that along a row both ends of consecutive links are consecutive. Links between two border
+/// nodes, which are held, are left out.
 pub(crate) fn links(nodes: &Nodes, families: u32, out: &mut RegionSink<'_>) {
     let layer = |node: u32| node as usize / nodes.strides[2];
     for layer in nodes.list.chunk_by(|&a, &b| layer(a) == layer(b)) {
@@ -43,7 +43,7 @@ pub(crate) fn links(nodes: &Nodes, families: u32, out: &mut RegionSink<'_>) {
     }
 }
 
-/// The cells around a node that a step from it runs through or along, as bits: cell q lies towards (q & 1, q >> 1 & 1, q >> 2).
+/// The cells around a node that a step from it runs through or along, as bits like those of [`Nodes::around`].
 fn sharing(step: [i32; 3]) -> u16 {
     let holds = |q: usize| (0..3).all(|axis| step[axis] == 0 || (step[axis] > 0) == (q >> axis & 1 == 1));
     (0..8).filter(|&q| holds(q)).fold(0, |bits, q| bits | 1 << q)

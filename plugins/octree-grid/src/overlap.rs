@@ -1,9 +1,9 @@
-//! Which cells a triangle touches: the separating axis test of a triangle and a cube, exact up to a slack that only adds.
+//! Which cells a triangle touches: the separating axis test of triangle and cube, exact but for a slack that only adds.
 //!
-//! The thirteen axes are taken as Schwarz and Seidel (2010) do: the cell box of the triangle, its plane, and its outline in
-//! the three projections. Along the axis on which the normal is largest the plane leaves a run of two or three cells, so
-//! the work grows with the area of the triangle and not with its box. The plain test of each cell in the box was rejected:
-//! one slanted triangle at level 9 has a box of 17 million cells.
+//! The thirteen axes are taken as Schwarz and Seidel (2010) do: the cell box of the triangle, its plane, and its
+//! outline in the three projections. Along the axis on which the normal is largest the plane leaves a run of two or
+//! three cells, so the work grows with the area of the triangle and not with its box. The plain test of each cell in
+//! the box was rejected: one slanted triangle at level 9 has a box of 17 million cells.
 
 use crate::vector::{Vector, cross, sub};
 
@@ -55,7 +55,7 @@ pub(crate) fn touched(corners: &[Vector; 3], cells: u32, mut touch: impl FnMut([
     }
 }
 
-/// The triangle seen along an axis: three half planes `e[0] a + e[1] b + e[2] >= 0` of cells `(a, b)` that reach inside.
+/// The triangle seen along an axis: three half planes `e[0] a + e[1] b + e[2] >= 0` of the cells (a, b) in reach.
 struct Outline([[f64; 3]; 3]);
 
 impl Outline {

@@ -1,7 +1,7 @@
 //! The points of the surface in an order that serves every level: by the Morton code of their finest cell.
 //!
-//! The points of any cell, of any level, are then one range, found by its code; nothing is stored per cell, and a coarser
-//! working level has its points without a second list.
+//! The points of any cell, of any level, are then one range, found by its code; nothing is stored per cell, and a
+//! coarser working level has its points without a second list.
 
 use crate::lattice::Lattice;
 use crate::shape::Shape;

@@ -1,8 +1,8 @@
 //! The part of a body around a contact: its nodes, cells and links.
 //!
-//! It is made anew whenever the hand moves on, so its work goes with the region and not with the body: everything happens
-//! in a window, the box of cells that can be meant and one layer around it, by direct index. Two balls far apart share one
-//! window, at six bytes for each node between them.
+//! It is made anew whenever the hand moves on, so its work goes with the region and not with the body: everything
+//! happens in a window, the box of cells that can be meant and one layer around it, by direct index. Two balls far
+//! apart share one window, at six bytes for each node between them.
 
 use crate::cells::Cells;
 use crate::links::{ALL_FAMILIES, links};
@@ -16,7 +16,7 @@ pub(crate) const BORDER: u16 = 1 << 8;
 
 /// The nodes of a window.
 pub(crate) struct Nodes {
-    /// Per node of the window, its cells in the region: bit q for the one towards (q & 1, q >> 1 & 1, q >> 2). Then [`BORDER`].
+    /// Per node of the window, bit q: its cell towards (q & 1, q >> 1 & 1, q >> 2) is in the region. And [`BORDER`].
     pub(crate) around: Vec<u16>,
     /// Per node of the window, its place among those of the region.
     pub(crate) place: Vec<u32>,

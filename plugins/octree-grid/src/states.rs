@@ -1,8 +1,8 @@
 //! What each cell is: empty, surface or inside.
 //!
-//! Surface cells are those a triangle touches; the rest is decided at its centre, by how often the surface winds around it.
-//! A flood fill from outside was rejected: it runs in through the smallest hole. Parity was rejected: it makes a void of the
-//! overlap of two closed parts.
+//! Surface cells are those a triangle touches; the rest is decided at its centre, by how often the surface winds around
+//! it. A flood fill from outside was rejected: it runs in through the smallest hole. Parity was rejected: it makes a
+//! void of the overlap of two closed parts.
 
 use crate::crossings::fill;
 use crate::lattice::Lattice;
@@ -26,9 +26,9 @@ pub(crate) fn finest(shape: &Shape<'_>, lattice: &Lattice) -> Vec<u8> {
     states
 }
 
-/// The states one level up, of `cells` per axis: inside where all eight children are, empty where all are, else surface.
-/// So a parent is occupied if a child is, and the lid that w draws over a hole, where inside and empty children meet
-/// without a triangle, counts as surface.
+/// The states one level up, of `cells` per axis: inside where all eight children are, empty where all are, else
+/// surface. So a parent is occupied if a child is, and the lid that winding draws over a hole, where inside and empty
+/// children meet without a triangle, counts as surface.
 pub(crate) fn coarser(children: &[u8], cells: u32) -> Vec<u8> {
     let (m, n) = (cells as usize, 2 * cells as usize);
     let mut states = Vec::with_capacity(m * m * m);

@@ -1,7 +1,7 @@
 //! All levels around one surface.
 //!
-//! No node is stored as such: what the paper keeps in each (pointers to parent and children, reference point, centre, edge)
-//! follows from its id, and is computed when it is asked for.
+//! No node is stored as such: what the paper keeps in each (pointers to parent and children, reference point, centre,
+//! edge) follows from its id, and is computed when it is asked for.
 
 use crate::cells::Cells;
 use crate::lattice::Lattice;
@@ -10,8 +10,8 @@ use crate::shape::{Shape, used};
 use crate::states::{EMPTY, coarser, finest};
 use pliant_plugin_api::{Fault, SurfaceView, abi};
 
-/// Bytes for each cube of the finest level: three while classifying, or where the body fills the box one beside the three
-/// that are stored, and what the levels above add.
+/// Bytes for each cube of the finest level: three while classifying, or where the body fills the box one beside the
+/// three that are stored, and what the levels above add.
 const BYTES_PER_CELL: f64 = 5.0;
 /// Bytes; it is the level, and not the surface, that is refused above it.
 const MOST_BYTES: f64 = (1_u64 << 30) as f64;

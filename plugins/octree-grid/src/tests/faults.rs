@@ -43,6 +43,7 @@ fn surfaces() {
 fn levels() {
     refused(&cuboid([1.0; 3]), 0, &["level 0", "1 to 10"]);
     refused(&cuboid([1.0; 3]), 11, &["level 11", "1073741824 cells", "5.0 GiB", "1 to 10"]);
+    refused(&cuboid([1.0; 3]), 14, &["level 14", "549755813888 cells", "2560.0 GiB"]);
     refused(&cuboid([1.0; 3]), u32::MAX, &["level 4294967295", "or more", "1 to 10"]);
     let unbuilt = new("trilinear");
     let grid = cuboid([1.0; 3]).grid(3);

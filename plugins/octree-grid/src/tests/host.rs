@@ -1,5 +1,5 @@
-//! The smallest host: an instance behind the exported symbol, and regions from it. The sink of a region can only be made
-//! there, so every test of regions goes through the border.
+//! The smallest host: an instance behind the exported symbol, and regions from it. The sink of a region can only be
+//! made there, so every test of regions goes through the border.
 #![allow(unsafe_code, reason = "plays the host")]
 
 use super::shapes::Mesh;

@@ -127,6 +127,10 @@ fn two_balls_listed_cells_and_the_whole_body() {
     let region = check(&mesh, 6, &two, &[]);
     let listed = [region.cell_id[3], region.cell_id[3], region.cell_id[40], region.cell_id[39]];
     assert_eq!(check(&mesh, 6, &[], &listed).cell_id.len(), 3, "a cell named twice is there once");
+    let block = cuboid([1.0; 3]);
+    let middle = check(&block, 4, &[], &[3 + 8 * (4 + 8 * 3)]);
+    assert_eq!(middle.node_border, [1; 8], "its neighbours are on every side");
+    assert!(middle.link_nodes.is_empty());
     let kept = check(&mesh, 6, &two[..1], &listed);
     assert!(kept.cell_id.contains(&region.cell_id[40]));
     let whole = check(&mesh, 6, &[WHOLE], &[]);
@@ -152,6 +156,8 @@ fn what_is_not_there_gives_nothing() {
     assert_eq!(host.region(5, ALL, &[ball([9.0; 3], 1.0), ball([-1e300; 3], 1.0)], &[]).unwrap(), Region::default());
     let empty = mesh.grid(5).locate(5, [-1.0; 3]).unwrap().cell;
     assert_eq!(host.region(5, ALL, &[], &[empty, 16 * 16 * 16, u64::MAX]).unwrap(), Region::default());
+    let there = mesh.grid(5).locate(5, [0.0, 0.0, 0.9]).unwrap().cell;
+    assert_eq!(host.region(5, ALL, &[], &[there, empty, u64::MAX]).unwrap().cell_id, [there]);
     let all = host.region(5, ALL, &[ball([0.0; 3], 1e300)], &[]).unwrap();
     assert_eq!(all, host.region(5, ALL, &[WHOLE], &[]).unwrap());
 }
