@@ -25,10 +25,10 @@ pub fn run(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
     let bar = bar(steps, args.quiet || cli.json);
     let mut stopped = false;
     while session.steps() < steps {
-        let frame = session.step();
+        session.step();
         stopped = stop.load(Ordering::Relaxed);
         let last = session.steps() == steps || stopped;
-        recorder.step(&mut session, &frame, last)?;
+        recorder.step(&mut session, last)?;
         bar.inc(1);
         if stopped {
             break;

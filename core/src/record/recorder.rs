@@ -7,7 +7,7 @@ use super::probe::Meter;
 use super::summary::{StepSeconds, Summary, bodies};
 use super::trace;
 use crate::scene::{OutputScene, Scene};
-use crate::session::{EventKind, Frame, Session};
+use crate::session::{EventKind, Session};
 use crate::step::dot;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -24,7 +24,6 @@ pub struct Recorder {
     meter: Meter,
     seconds: Vec<f64>,
     energies: Vec<f64>,
-    last: Frame,
     most: (usize, usize),
     contact_steps: u64,
     largest_force: f64,
@@ -58,7 +57,6 @@ impl Recorder {
             meter: Meter::new(session),
             seconds: Vec::new(),
             energies: Vec::new(),
-            last: Frame::default(),
             most: (0, 0),
             contact_steps: 0,
             largest_force: 0.0,
@@ -68,11 +66,12 @@ impl Recorder {
         })
     }
 
-    /// Takes in a step. `last`: no other comes after it.
+    /// Takes in the last step. `last`: no other comes after it.
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn step(&mut self, session: &mut Session, frame: &Frame, last: bool) -> io::Result<()> {
+    pub fn step(&mut self, session: &mut Session, last: bool) -> io::Result<()> {
+        let frame = session.frame();
         self.seconds.push(frame.seconds);
         self.energies.push(frame.kinetic_energy + frame.elastic_energy);
         self.most = (self.most.0.max(frame.nodes), self.most.1.max(frame.elements));
@@ -87,16 +86,16 @@ impl Recorder {
         if picture || last || self.meter.needs_surface(frame.time, last) {
             session.update_surface();
         }
+        let frame = session.frame();
         self.meter.read(session, frame);
         if let Some(trace) = &mut self.trace {
-            trace::row(frame, trace)?;
+            trace::row(session.frame(), trace)?;
         }
         if picture {
             let number = self.pictures;
             self.write_models(session, &self.folder.join("frames"), &format!("-{number:05}"))?;
             self.pictures = due.unwrap_or(number) + 1;
         }
-        self.last = frame.clone();
         Ok(())
     }
 

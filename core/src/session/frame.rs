@@ -47,3 +47,12 @@ pub struct Frame {
     /// s, of it: moving regions with the hands, contact, integration
     pub parts: [f64; 3],
 }
+
+impl Frame {
+    /// Empties it for the next step, in its own buffers.
+    pub(super) fn begin(&mut self) {
+        let mut tools = std::mem::take(&mut self.tools);
+        tools.clear();
+        *self = Self { tools, ..Self::default() };
+    }
+}

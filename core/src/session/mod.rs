@@ -15,8 +15,9 @@ pub use open::Options;
 use crate::body::{Body, Model};
 use crate::host::Device;
 use crate::plan::{Edit, LeftOut, Plan};
-use crate::step::{Frequencies, Integrator, Pool, Scheme, V3};
+use crate::step::{Attachment, Frequencies, Integrator, Pool, Scheme, V3};
 use crate::tool::{ForceSafety, Frame as DeviceFrame, Hand, Tool};
+use pliant_plugin_api::abi::Ball;
 use serde::Serialize;
 
 /// An opened device.
@@ -119,6 +120,11 @@ pub struct Session {
     moved: Vec<f64>,
     /// N, what a nonlinear embedding gives back to the nodes of a body
     forces: Vec<V3>,
+    shares: Vec<V3>,
+    /// What the tools pull at in the body that is being moved.
+    attachments: Vec<Attachment>,
+    balls: Vec<Ball>,
+    frame: Frame,
 }
 
 impl Session {
@@ -135,6 +141,11 @@ impl Session {
     /// Steps taken.
     pub fn steps(&self) -> u64 {
         self.steps
+    }
+
+    /// The end of the last step.
+    pub fn frame(&self) -> &Frame {
+        &self.frame
     }
 
     /// What was planned.

@@ -1,6 +1,6 @@
 //! Opening a scene: models, plugins, bodies, tools; and choosing how to move them.
 
-use super::{Choices, DeviceSlot, EventKind, Events, Loaded, Session, SessionError, StepCost, ToolSlot, place};
+use super::{Choices, DeviceSlot, EventKind, Events, Frame, Loaded, Session, SessionError, StepCost, ToolSlot, place};
 use crate::body::{Body, Lattice, Model, RegionSettings, Skin};
 use crate::contact::{Friction, Patch};
 use crate::host::{Device, Grid, Kind, Library, Material, PluginInfo, Pose, Search, Settings};
@@ -99,6 +99,10 @@ impl Session {
             energy: scene.output.energy,
             moved: vec![0.0; count],
             forces: Vec::new(),
+            shares: Vec::new(),
+            attachments: Vec::new(),
+            balls: Vec::new(),
+            frame: Frame::default(),
         };
         session.measure()?;
         session.choose(scene)?;

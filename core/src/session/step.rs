@@ -9,7 +9,7 @@ use crate::host::{MOST_EFFECTORS, Output};
 use crate::scene::{EditKind, Release};
 use crate::step::{Attachment, Loads, StepError};
 use crate::tool::{Mode, Tool};
-use pliant_plugin_api::abi::{Ball, Pose};
+use pliant_plugin_api::abi::Pose;
 use std::time::Instant;
 
 /// ns, how long a device may go on with a force after the step it was meant for.
@@ -18,7 +18,7 @@ const VALID: u64 = 50_000_000;
 impl Session {
     /// Takes one step. Whatever a plugin does wrong is contained: its body stands still, its device is lost, and the rest
     /// goes on; the events say so.
-    pub fn step(&mut self) -> Frame {
+    pub fn step(&mut self) {
         let start = Instant::now();
         let time = (self.time(), self.dt);
         self.read_devices(time);
@@ -27,14 +27,16 @@ impl Session {
         let regions = start.elapsed();
         self.touch(time.0);
         let contact = start.elapsed();
-        let mut frame = self.move_bodies(time);
+        let mut frame = std::mem::take(&mut self.frame);
+        frame.begin();
+        self.move_bodies(time, &mut frame);
         self.steps += 1;
         self.feel(time, &mut frame);
         frame.time = self.time();
         frame.seconds = start.elapsed().as_secs_f64();
         frame.parts = [regions, contact - regions, start.elapsed() - contact].map(|d| d.as_secs_f64());
         self.weigh_energies(&mut frame);
-        frame
+        self.frame = frame;
     }
 
     fn read_devices(&mut self, (time, dt): (f64, f64)) {
@@ -117,7 +119,7 @@ impl Session {
     }
 
     fn move_regions(&mut self, time: f64) {
-        let mut balls: Vec<Ball> = Vec::new();
+        let mut balls = std::mem::take(&mut self.balls);
         for index in 0..self.bodies.len() {
             let body = &mut self.bodies[index];
             if body.frozen.is_some() {
@@ -134,6 +136,7 @@ impl Session {
                 Err(error) => self.freeze(index, time, error.to_string()),
             }
         }
+        self.balls = balls;
     }
 
     fn touch(&mut self, time: f64) {
@@ -148,8 +151,7 @@ impl Session {
         }
     }
 
-    fn move_bodies(&mut self, time: (f64, f64)) -> Frame {
-        let mut frame = Frame::default();
+    fn move_bodies(&mut self, time: (f64, f64), frame: &mut Frame) {
         for index in 0..self.bodies.len() {
             self.moved[index] = 0.0;
             let body = &self.bodies[index];
@@ -158,17 +160,15 @@ impl Session {
             if body.frozen.is_some() || body.system.nodes.is_empty() {
                 continue;
             }
-            match self.move_body(index, time, &mut frame) {
+            match self.move_body(index, time, frame) {
                 Ok(fastest) => self.moved[index] = fastest * self.dt,
                 Err(error) => self.freeze(index, time.0, error),
             }
         }
-        frame
     }
 
     fn move_body(&mut self, index: usize, time: (f64, f64), frame: &mut Frame) -> Result<f64, String> {
-        // At most a handful of tools: a list on the stack of references to what they pull at.
-        let mut attachments: Vec<Attachment> = Vec::new();
+        let mut used = 0;
         let mut frequencies = self.frequencies[index];
         self.forces.clear();
         for slot in &self.tools {
@@ -180,16 +180,21 @@ impl Session {
                 let nodes = &self.bodies[index].system.nodes;
                 self.forces.resize(nodes.len(), [0.0; 3]);
                 let patch = slot.tool.patch();
-                let loads: Vec<_> = patch.shares.iter().map(|s| attachment.force.map(|f| s * f)).collect();
+                self.shares.clear();
+                self.shares.extend(patch.shares.iter().map(|s| attachment.force.map(|f| s * f)));
                 let body = &mut self.bodies[index];
-                let done = body.lattice.pull_back(&patch.places, &loads, &body.system.nodes, &mut self.forces);
+                let done = body.lattice.pull_back(&patch.places, &self.shares, &body.system.nodes, &mut self.forces);
                 done.map_err(|e| e.to_string())?;
                 continue;
             }
             let coupling = slot.tool.coupling;
             let compliance = attachment.compliance(&self.bodies[index].system.nodes.mass);
             frequencies = frequencies.with_spring(coupling.stiffness, coupling.damping, compliance);
-            attachments.push(attachment.clone());
+            if self.attachments.len() == used {
+                self.attachments.push(Attachment::default());
+            }
+            self.attachments[used].copy_from(attachment);
+            used += 1;
         }
         let substeps = self.substeps_for(&frequencies);
         if substeps > self.choices.substeps {
@@ -198,7 +203,7 @@ impl Session {
         let body = &mut self.bodies[index];
         body.lattice.prescribe(&mut body.system.nodes, &body.fixings, time);
         let gravity = if body.lattice.is_whole() { self.plan.gravity } else { [0.0; 3] };
-        let loads = Loads { gravity, forces: &self.forces, attachments: &attachments };
+        let loads = Loads { gravity, forces: &self.forces, attachments: &self.attachments[..used] };
         let (pool, integrator) = (&self.pool, &mut self.integrators[index]);
         let stepped = pool.install(|| integrator.step(pool, &mut body.system, &loads, time, substeps));
         let report = stepped.map_err(|error| match error {

@@ -48,6 +48,14 @@ impl Attachment {
         self.nodes.iter().zip(&self.weights).map(|(&n, &w)| w * w / mass[n as usize]).sum()
     }
 
+    /// Becomes the same as `other`, in its own buffers.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.nodes.clone_from(&other.nodes);
+        self.weights.clone_from(&other.weights);
+        (self.force, self.anchor) = (other.force, other.anchor);
+        (self.stiffness, self.damping) = (other.stiffness, other.damping);
+    }
+
     /// No nodes, no force; keeps its buffers.
     pub fn clear(&mut self) {
         self.nodes.clear();

@@ -1,6 +1,6 @@
 //! How large a step may be, before it is taken.
 
-use super::{Matrix, Pool, Scheme, System, V3, dot};
+use super::{Matrix, Nodes, Pool, Scheme, System, V3, dot};
 use crate::host::HostError;
 
 /// Bounds on a body's fastest motions, about the state it is in.
@@ -50,12 +50,12 @@ impl Frequencies {
         if system.nodes.is_empty() {
             return Ok(Self::default());
         }
-        let mass = &system.nodes.mass;
+        let nodes = &system.nodes;
         let mut highest = |factors: (f64, f64)| -> Result<(f64, f64), HostError> {
             let (k, c) = factors;
             matrix.assemble(pool, &system.material, &system.sets, &system.nodes, (0.0, k, c), (0.0, 0.0))?;
-            let bound = matrix.gershgorin(mass);
-            Ok((bound.min(MARGIN * power(matrix, pool, mass)), bound))
+            let bound = matrix.gershgorin(&nodes.mass, &nodes.constraint);
+            Ok((bound.min(MARGIN * power(matrix, pool, nodes)), bound))
         };
         let (stiffness, bound) = highest((1.0, 0.0))?;
         let damping = if system.is_damped() { highest((0.0, 1.0))?.0 } else { 0.0 };
@@ -91,13 +91,14 @@ impl Frequencies {
 }
 
 /// The largest eigenvalue of `M^-1 A`, from below.
-fn power(matrix: &Matrix, pool: &Pool, mass: &[f64]) -> f64 {
+fn power(matrix: &Matrix, pool: &Pool, nodes: &Nodes) -> f64 {
+    let (mass, filter) = (&nodes.mass, &nodes.constraint);
     let mut seed = 0x9e37_79b9_7f4a_7c15_u64;
     let mut random = || {
         seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
     };
-    let mut u: Vec<V3> = (0..mass.len()).map(|_| [random(), random(), random()]).collect();
+    let mut u: Vec<V3> = filter.iter().map(|c| c.filter([random(), random(), random()])).collect();
     let mut a = vec![[0.0; 3]; mass.len()];
     let mut highest = 0.0;
     for _ in 0..ITERATIONS {
@@ -110,7 +111,7 @@ fn power(matrix: &Matrix, pool: &Pool, mass: &[f64]) -> f64 {
         highest = top / bottom;
         let scale = 1.0 / bottom.sqrt();
         for i in 0..mass.len() {
-            u[i] = a[i].map(|c| scale * c / mass[i]);
+            u[i] = filter[i].filter(a[i].map(|c| scale * c / mass[i]));
         }
     }
     highest

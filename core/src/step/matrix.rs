@@ -7,7 +7,7 @@
 use super::elements::ElementSet;
 use super::pool::Pool;
 use super::system::Nodes;
-use super::{Block, V3, axpy, times, transposed_times};
+use super::{Block, Constraint, V3, axpy, times, transposed_times};
 use crate::host::{HostError, Material};
 use pliant_plugin_api::abi;
 
@@ -198,18 +198,22 @@ impl Matrix {
         &self.values[self.row[i]]
     }
 
-    /// The largest `sum_j |A_ij| / m_i` over scalar rows i: an upper bound for the eigenvalues of `M^-1 A` (Gershgorin 1931).
-    pub fn gershgorin(&self, mass: &[f64]) -> f64 {
+    /// The largest `sum_j |A_ij| / m_i` over scalar rows i of nodes that are not fixed: an upper bound for the eigenvalues of
+    /// `M^-1 A` (Gershgorin 1931).
+    pub fn gershgorin(&self, mass: &[f64], constraints: &[Constraint]) -> f64 {
+        let moves = |node: u32| constraints[node as usize] != Constraint::Fixed;
         let mut bound = 0.0_f64;
-        for i in 0..self.rows() {
+        for i in (0..self.rows()).filter(|i| moves(*i as u32)) {
             let mut sums = [0.0; 3];
-            for &(_, slot) in &self.lower[self.lower_row[i]..self.lower_row[i + 1]] {
+            for &(_, slot) in self.lower[self.lower_row[i]..self.lower_row[i + 1]].iter().filter(|(j, _)| moves(*j)) {
                 let b = &self.values[slot as usize];
                 for c in 0..3 {
                     sums[c] += b[c].abs() + b[3 + c].abs() + b[6 + c].abs();
                 }
             }
-            for b in &self.values[self.row[i]..self.row[i + 1]] {
+            let upper = self.row[i]..self.row[i + 1];
+            let blocks = self.values[upper.clone()].iter().zip(&self.column[upper]);
+            for (b, _) in blocks.filter(|(_, j)| moves(**j)) {
                 for c in 0..3 {
                     sums[c] += b[3 * c].abs() + b[3 * c + 1].abs() + b[3 * c + 2].abs();
                 }

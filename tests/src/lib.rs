@@ -1,0 +1,176 @@
+//! What the tests of the whole share: finding the program and its plugins, running scenes, reading results.
+//!
+//! Cargo builds plugins as shared libraries beside the test executables, in `deps/`; the program is looked for one folder up.
+//! `cargo test --workspace` builds both.
+
+use pliant_core::host::{Library, Search};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// The root of the repository.
+pub fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("tests/ is in the repository").to_path_buf()
+}
+
+/// Where this test executable is: `target/PROFILE/deps`.
+fn deps() -> PathBuf {
+    std::env::current_exe().expect("a running test has a path").parent().expect("in a folder").to_path_buf()
+}
+
+/// The `pliant` program of the same build.
+///
+/// # Panics
+/// If it was not built.
+pub fn program() -> PathBuf {
+    let path = deps().parent().expect("deps/ is in a folder").join(format!("pliant{}", std::env::consts::EXE_SUFFIX));
+    assert!(path.is_file(), "{} is not there: run `cargo test --workspace`, which builds it", path.display());
+    path
+}
+
+/// A plugin library of the same build.
+///
+/// # Panics
+/// If it was not built or cannot be opened.
+pub fn library(name: &str) -> &'static Library {
+    let found = Search::new(&[deps()]).find(name, Path::new(".")).unwrap_or_else(|e| panic!("{e}"));
+    Library::open(&found.path).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// A shared model beside the repository, or `None` with a message where there is none.
+pub fn shared_mesh(name: &str) -> Option<PathBuf> {
+    let path = root().join("../shared/meshes").join(name);
+    if path.is_file() {
+        return Some(path);
+    }
+    eprintln!("skipped: no {} beside the repository", path.display());
+    None
+}
+
+/// A folder of its own with scenes and results in it.
+pub struct Bench {
+    folder: tempfile::TempDir,
+}
+
+/// How a run of the program ended.
+pub struct Ran {
+    /// Exit code.
+    pub code: i32,
+    /// Standard output.
+    pub out: String,
+    /// Standard error.
+    pub err: String,
+}
+
+impl Ran {
+    /// Standard output as JSON.
+    ///
+    /// # Panics
+    /// If it is not.
+    pub fn json(&self) -> Value {
+        serde_json::from_str(&self.out).unwrap_or_else(|e| panic!("{e} in:\n{}\n{}", self.out, self.err))
+    }
+
+    /// The same run, if it ended with this code.
+    ///
+    /// # Panics
+    /// If it did not, with everything it said.
+    pub fn expect(self, code: i32) -> Self {
+        assert_eq!(self.code, code, "\n---- out\n{}\n---- err\n{}\n----", self.out, self.err);
+        self
+    }
+}
+
+impl Default for Bench {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Bench {
+    /// An empty one.
+    ///
+    /// # Panics
+    /// If the system gives no folder.
+    pub fn new() -> Self {
+        Self { folder: tempfile::tempdir().expect("a temporary folder") }
+    }
+
+    /// A path in it.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// Writes a file in it.
+    ///
+    /// # Panics
+    /// If it cannot be written.
+    pub fn write(&self, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
+        let path = self.path(name);
+        std::fs::create_dir_all(path.parent().expect("in a folder")).expect("folder");
+        std::fs::write(&path, bytes).expect("written");
+        path
+    }
+
+    /// A file's bytes.
+    ///
+    /// # Panics
+    /// If it is not there.
+    pub fn read(&self, name: &str) -> Vec<u8> {
+        let path = self.path(name);
+        std::fs::read(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+    }
+
+    /// Runs `pliant` in it.
+    ///
+    /// # Panics
+    /// If the program cannot be started.
+    pub fn pliant(&self, args: &[&str]) -> Ran {
+        self.pliant_with(args, &[])
+    }
+
+    /// Runs `pliant` in it with environment variables.
+    ///
+    /// # Panics
+    /// If the program cannot be started.
+    pub fn pliant_with(&self, args: &[&str], environment: &[(&str, &str)]) -> Ran {
+        let mut command = Command::new(program());
+        command.args(args).current_dir(self.folder.path()).env_remove("PLIANT_PLUGIN_PATH");
+        let Output { status, stdout, stderr } =
+            command.envs(environment.iter().copied()).output().expect("the program starts");
+        Ran {
+            code: status.code().unwrap_or(-1),
+            out: String::from_utf8_lossy(&stdout).into_owned(),
+            err: String::from_utf8_lossy(&stderr).into_owned(),
+        }
+    }
+}
+
+/// A small scene: a box pressed by a finger from above, with lines put into it.
+pub fn box_scene(time: &str, body: &str, rest: &str) -> String {
+    format!(
+        r#"format = 1
+[time]
+duration = 0.05
+{time}
+[[body]]
+name = "block"
+shape = {{ kind = "box", cells = 12, size = [0.04, 0.04, 0.04] }}
+material = {{ plugin = "mass-spring" }}
+grid = {{ level = 5 }}
+{body}
+[[device]]
+name = "hand"
+frame = {{ body = "block", from = [0.45, 0.55, 2.0], toward = [0.45, 0.55, 0.5] }}
+params = {{ path = [[0.0, 0.0, 0.0, 0.006], [0.03, 0.0, 0.0, 0.001], [0.05, 0.002, 0.0, 0.001]] }}
+[[tool]]
+name = "finger"
+device = "hand"
+radius = "4 mm"
+[[edit]]
+kind = "touch"
+tool = "finger"
+{rest}
+"#
+    )
+}
