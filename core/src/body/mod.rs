@@ -24,6 +24,8 @@ pub struct Body {
     pub system: System,
     /// Which nodes there are, and how the surface follows them.
     pub lattice: Lattice,
+    /// N/m for a m^2, of the soft layer a tool lies in on its surface
+    pub layer_stiffness: f64,
     /// Nodes that are held.
     pub fixings: Vec<Fixing>,
     /// Why it no longer moves, once its material failed or its state was no longer finite.

@@ -2,8 +2,8 @@
 //!
 //! The proxy is a ball that stays outside of the surface (Zilles and Salisbury 1995; with a radius: Ruspini, Kolarov and
 //! Khatib 1997). It rides on the triangle it touches, so a surface that moves carries it, then goes towards the hand as far
-//! as the planes of the near triangles allow, and sticks or slides by its friction cone. Each move is at most half its
-//! radius, so nothing is passed through.
+//! as the planes of the near triangles allow. Each move is at most half its radius, so nothing is passed through. Friction,
+//! and how far it sinks into the soft layer of the contact, are decided afterwards.
 
 use super::near::Near;
 use crate::step::{V3, axpy, dot};
@@ -30,8 +30,6 @@ pub struct Touch {
     pub normal: V3,
     /// m, proxy from the contact point
     pub offset: V3,
-    /// Whether friction holds it.
-    pub sticking: bool,
 }
 
 /// A ball that the surface keeps out.
@@ -75,36 +73,45 @@ impl Proxy {
     /// Goes towards `hand`. `search` gives the triangles within [`Proxy::reach`] of a place; `contact` is where the surface
     /// has carried the last contact point.
     ///
+    /// Gives where the surface has carried it, where it could stay if friction holds it.
+    ///
     /// # Errors
     /// What `search` says.
     pub fn go<E>(
         &mut self,
         hand: V3,
-        friction: Friction,
         contact: Option<V3>,
         mut search: impl FnMut(V3, &mut Vec<Near>) -> Result<(), E>,
-    ) -> Result<(), E> {
+    ) -> Result<Option<V3>, E> {
         let ridden = self.touch.zip(contact).map(|(t, at)| axpy(at, 1.0, t.offset));
         let mut p = ridden.unwrap_or(self.position);
-        let mut touch = None;
+        let mut push = None;
         for _ in 0..MOVES {
             search(p, &mut self.near)?;
             self.list_planes(p);
             let goal = self.nearest(hand);
             let (to, step) = limit(p, goal, 0.5 * self.radius);
             p = to;
-            touch = self.contact(hand, goal);
+            push = self.push(hand, goal);
             // The planes were those at the start of the move; after a short one they are still the right ones.
             if step <= 0.05 * self.radius {
                 break;
             }
         }
-        if let (Some(touch), Some(anchor)) = (&mut touch, ridden) {
-            p = hold(p, anchor, hand, touch, friction);
-        }
         self.position = p;
-        self.touch = touch.map(|t| self.settle(t, p));
-        Ok(())
+        self.touch = push.and_then(|(normal, middle)| self.touch_at(p, normal, middle));
+        Ok(ridden)
+    }
+
+    /// The triangles found by the last search.
+    pub fn near(&self) -> &[Near] {
+        &self.near
+    }
+
+    /// Stands at `p`, touching at the near point closest to `middle`.
+    pub fn stand(&mut self, p: V3, normal: V3, middle: V3) {
+        self.position = p;
+        self.touch = self.touch_at(p, normal, middle);
     }
 
     /// The half-spaces that keep the ball off each near triangle, about `p`.
@@ -138,48 +145,50 @@ impl Proxy {
         y
     }
 
-    /// The touch, if any plane pushes: its normal is the direction of the push, its place that of the plane that pushes most.
-    fn contact(&self, hand: V3, goal: V3) -> Option<Touch> {
+    /// The push of the planes that leaves the proxy at `goal`: its unit direction, and the middle of the places pushed, each
+    /// by its force. A ball in a dimple touches around its rim; the middle is under the ball and does not jump about.
+    fn push(&self, hand: V3, goal: V3) -> Option<(V3, V3)> {
         let push = axpy(goal, -1.0, hand);
         let length = dot(push, push).sqrt();
-        if length <= 1e-9 * self.radius {
+        let total: f64 = self.planes.iter().map(|p| p.force).sum();
+        if length <= 1e-9 * self.radius || total <= 0.0 {
             return None;
         }
-        let normal = push.map(|c| c / length);
-        let strongest = self.planes.iter().filter(|p| p.force > 0.0).max_by(|a, b| a.force.total_cmp(&b.force))?;
-        let n = &self.near[strongest.near];
-        let offset = axpy(goal, -1.0, n.closest.point);
-        Some(Touch { body: n.body, triangle: n.triangle, bary: n.closest.bary, normal, offset, sticking: false })
+        let add = |sum, p: &Plane| axpy(sum, p.force / total, self.near[p.near].closest.point);
+        Some((push.map(|c| c / length), self.planes.iter().fold([0.0; 3], add)))
     }
 
-    /// The touch with its contact point brought under the proxy's final place.
-    fn settle(&self, touch: Touch, p: V3) -> Touch {
-        let Some(n) = self.near.iter().find(|n| (n.body, n.triangle) == (touch.body, touch.triangle)) else {
-            return touch;
-        };
-        let closest = super::closest_point(p, n.corners);
-        Touch { bary: closest.bary, offset: axpy(p, -1.0, closest.point), ..touch }
+    /// The touch of a proxy at `p`, on the near triangle closest to the `middle` of the push.
+    fn touch_at(&self, p: V3, normal: V3, middle: V3) -> Option<Touch> {
+        let mut best: Option<(f64, Touch)> = None;
+        for n in &self.near {
+            let closest = super::closest_point(middle, n.corners);
+            let d = axpy(closest.point, -1.0, middle);
+            let away = dot(d, d);
+            if best.as_ref().is_none_or(|(b, _)| away < *b) {
+                let offset = axpy(p, -1.0, closest.point);
+                let (body, triangle, bary) = (n.body, n.triangle, closest.bary);
+                best = Some((away, Touch { body, triangle, bary, normal, offset }));
+            }
+        }
+        best.map(|(_, touch)| touch)
     }
 }
 
-/// Where friction leaves the proxy, which stood at `anchor` and would slide to `free`.
-fn hold(free: V3, anchor: V3, hand: V3, touch: &mut Touch, friction: Friction) -> V3 {
+/// Where friction leaves a proxy that stood at `anchor` and would slide to `free`.
+pub fn hold(free: V3, anchor: V3, hand: V3, normal: V3, friction: Friction) -> V3 {
     let pull = axpy(hand, -1.0, anchor);
-    let press = -dot(pull, touch.normal);
-    let along = axpy(pull, press, touch.normal);
+    let press = -dot(pull, normal);
+    let along = axpy(pull, press, normal);
     let slide = dot(along, along).sqrt();
-    let held = |p: V3| {
-        // Back onto the surface the slide was computed on.
-        let lift = dot(axpy(free, -1.0, p), touch.normal);
-        axpy(p, lift, touch.normal)
-    };
+    // Back onto the surface the slide was computed on.
+    let level = |p: V3| axpy(p, dot(axpy(free, -1.0, p), normal), normal);
     if press > 0.0 && slide <= friction.fixed * press {
-        touch.sticking = true;
-        return held(anchor);
+        return level(anchor);
     }
     if press > 0.0 && slide > 0.0 {
         let share = (1.0 - friction.sliding * press / slide).max(0.0);
-        return held(axpy(anchor, share, axpy(free, -1.0, anchor)));
+        return level(axpy(anchor, share, axpy(free, -1.0, anchor)));
     }
     free
 }

@@ -15,7 +15,7 @@ pub use open::Options;
 use crate::body::{Body, Model};
 use crate::host::Device;
 use crate::plan::{Edit, LeftOut, Plan};
-use crate::step::{Attachment, Frequencies, Integrator, Pool, Scheme, V3};
+use crate::step::{Frequencies, Integrator, NodeSprings, Pool, Scheme};
 use crate::tool::{ForceSafety, Frame as DeviceFrame, Hand, Tool};
 use pliant_plugin_api::abi::Ball;
 use serde::Serialize;
@@ -108,7 +108,9 @@ pub struct Session {
     plan: Plan,
     pool: Pool,
     integrators: Vec<Integrator>,
+    /// Of each body by itself, and with a tool on it.
     frequencies: Vec<Frequencies>,
+    planned: Vec<Frequencies>,
     costs: Vec<StepCost>,
     scheme: Scheme,
     most_substeps: usize,
@@ -118,11 +120,8 @@ pub struct Session {
     steps: u64,
     energy: bool,
     moved: Vec<f64>,
-    /// N, what a nonlinear embedding gives back to the nodes of a body
-    forces: Vec<V3>,
-    shares: Vec<V3>,
-    /// What the tools pull at in the body that is being moved.
-    attachments: Vec<Attachment>,
+    /// What the tools do to the body that is being moved.
+    springs: Vec<NodeSprings>,
     balls: Vec<Ball>,
     frame: Frame,
 }

@@ -2,12 +2,12 @@
 
 use super::{Choices, DeviceSlot, EventKind, Events, Frame, Loaded, Session, SessionError, StepCost, ToolSlot, place};
 use crate::body::{Body, Lattice, Model, RegionSettings, Skin};
-use crate::contact::{Friction, Patch};
+use crate::contact::Friction;
 use crate::host::{Device, Grid, Kind, Library, Material, PluginInfo, Pose, Search, Settings};
 use crate::mesh::check::{Severity, Use};
 use crate::plan::Plan;
 use crate::scene::{BodyScene, Extent, IntegratorChoice, Scene, Source, ToolScene, settings};
-use crate::step::{Attachment, Frequencies, Integrator, Pool, Scheme, StepLimit, System};
+use crate::step::{Frequencies, Integrator, NodeSprings, Pool, Scheme, StepLimit, System};
 use crate::tool::{Coupling, ForceLimits, ForceSafety, Hand, Tool};
 use pliant_plugin_api::abi::Ball;
 use std::collections::BTreeMap;
@@ -29,6 +29,8 @@ pub struct Options {
 const REGION_CELLS: f64 = 10.0;
 /// Share of a device's stiffness that a coupling takes, where the scene gives none.
 const COUPLING_SHARE: f64 = 0.3;
+/// Square of the frequency the layer of a contact adds to a surface node, over that of the body's fastest mode.
+const LAYER_SHARE: f64 = 1.0;
 /// Share of the step limit that is used.
 const STEP_SHARE: f64 = 0.9;
 /// Substeps up to which an explicit integrator is preferred.
@@ -70,6 +72,7 @@ impl Session {
             .map(|&t| opening.tool(&scene.tool[t], &devices, scene, &plan, bodies.len()))
             .collect::<Result<Vec<_>, _>>()?;
         let count = bodies.len();
+        let springs = tools.iter().map(|_| NodeSprings::default()).collect();
         let mut session = Self {
             bodies,
             standing,
@@ -90,6 +93,7 @@ impl Session {
             pool: Pool::new(threads),
             integrators: Vec::new(),
             frequencies: Vec::new(),
+            planned: Vec::new(),
             costs: Vec::new(),
             scheme: Scheme::SymplecticEuler,
             most_substeps: scene.time.most_substeps.max(1) as usize,
@@ -98,9 +102,7 @@ impl Session {
             steps: 0,
             energy: scene.output.energy,
             moved: vec![0.0; count],
-            forces: Vec::new(),
-            shares: Vec::new(),
-            attachments: Vec::new(),
+            springs,
             balls: Vec::new(),
             frame: Frame::default(),
         };
@@ -118,19 +120,13 @@ impl Session {
             let centre = body.model.surface.points[body.model.surface.triangles[0][0] as usize];
             let Body { model, skin, system, lattice, fixings, .. } = body;
             lattice.follow(&[Ball { centre, radius }], model, fixings, skin, system).map_err(of_body)?;
-            let mut found = Frequencies::of(system, &self.pool)?;
-            for slot in &self.tools {
-                let (mut patch, mut attachment) = (Patch::default(), Attachment::default());
-                let edge = lattice.edge();
-                let radius = Patch::radius(slot.tool.proxy.radius, 0.0, edge);
-                patch.sample(model, 0, [1.0, 0.0, 0.0], radius, edge);
-                let of_body = |error| SessionError::Lattice { body: body.name.clone(), error };
-                if patch.attach(lattice, system.nodes.len(), &mut attachment).map_err(of_body)? {
-                    let coupling = slot.tool.coupling;
-                    let compliance = attachment.compliance(&system.nodes.mass);
-                    found = found.with_spring(coupling.stiffness, coupling.damping, compliance);
-                }
-            }
+            let found = Frequencies::of(system, &self.pool)?;
+            // A surface node has half the mass of one inside; its share of the layer is that of a cell's face.
+            let mass = system.nodes.mass.iter().copied().fold(0.0, f64::max);
+            let layer = LAYER_SHARE * found.stiffness.powi(2) * 0.5 * mass;
+            body.layer_stiffness = layer / lattice.edge().powi(2);
+            let touched = found.with_spring((LAYER_SHARE * found.stiffness.powi(2), 0.0));
+            self.planned.push(if self.tools.is_empty() { found } else { touched });
             self.frequencies.push(found);
             let pass = Instant::now();
             let mut force = vec![[0.0; 3]; system.nodes.len()];
@@ -234,11 +230,11 @@ impl Session {
 
     /// s, the step up to which `scheme` is stable for every body.
     fn limit(&self, scheme: Scheme) -> Option<f64> {
-        least(self.frequencies.iter().map(|f| f.limit(scheme)))
+        least(self.planned.iter().map(|f| f.limit(scheme)))
     }
 
     fn certain_limit(&self, scheme: Scheme) -> Option<f64> {
-        least(self.frequencies.iter().map(|f| Frequencies { stiffness: f.bound, ..*f }.limit(scheme)))
+        least(self.planned.iter().map(|f| Frequencies { stiffness: f.bound, ..*f }.limit(scheme)))
     }
 
     /// Substeps that keep a body with these frequencies stable, at most what is allowed.
@@ -322,7 +318,7 @@ impl Opening<'_> {
         }
         let skin = Skin::new(&model);
         let fixings = scene.fixed.iter().map(place::fixing).collect();
-        Ok(Body { name, model, skin, system: System::new(material), lattice, fixings, frozen: None })
+        Ok(Body { name, model, skin, system: System::new(material), lattice, layer_stiffness: 0.0, fixings, frozen: None })
     }
 
     fn tool(

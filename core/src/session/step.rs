@@ -7,7 +7,7 @@ use super::{DeviceSlot, Session};
 use crate::body::Body;
 use crate::host::{MOST_EFFECTORS, Output};
 use crate::scene::{EditKind, Release};
-use crate::step::{Attachment, Loads, StepError};
+use crate::step::{Frequencies, Loads, StepError};
 use crate::tool::{Mode, Tool};
 use pliant_plugin_api::abi::Pose;
 use std::time::Instant;
@@ -168,42 +168,35 @@ impl Session {
     }
 
     fn move_body(&mut self, index: usize, time: (f64, f64), frame: &mut Frame) -> Result<f64, String> {
-        let mut used = 0;
         let mut frequencies = self.frequencies[index];
-        self.forces.clear();
-        for slot in &self.tools {
-            let attachment = slot.tool.attachment(index);
-            if attachment.nodes.is_empty() {
-                continue;
-            }
-            if self.bodies[index].lattice.grid.is_nonlinear() {
-                let nodes = &self.bodies[index].system.nodes;
-                self.forces.resize(nodes.len(), [0.0; 3]);
-                let patch = slot.tool.patch();
-                self.shares.clear();
-                self.shares.extend(patch.shares.iter().map(|s| attachment.force.map(|f| s * f)));
-                let body = &mut self.bodies[index];
-                let done = body.lattice.pull_back(&patch.places, &self.shares, &body.system.nodes, &mut self.forces);
-                done.map_err(|e| e.to_string())?;
-                continue;
-            }
-            let coupling = slot.tool.coupling;
-            let compliance = attachment.compliance(&self.bodies[index].system.nodes.mass);
-            frequencies = frequencies.with_spring(coupling.stiffness, coupling.damping, compliance);
-            if self.attachments.len() == used {
-                self.attachments.push(Attachment::default());
-            }
-            self.attachments[used].copy_from(attachment);
-            used += 1;
+        // Lent for the step: they stay the tools', and are read again for the reaction.
+        for (slot, springs) in self.tools.iter_mut().zip(&mut self.springs) {
+            std::mem::swap(slot.tool.springs_mut(index), springs);
+            frequencies = frequencies.with_spring(springs.rates(&self.bodies[index].system.nodes.mass));
         }
-        let substeps = self.substeps_for(&frequencies);
+        let moved = self.move_under(index, time, &frequencies, frame);
+        for (slot, springs) in self.tools.iter_mut().zip(&mut self.springs) {
+            std::mem::swap(slot.tool.springs_mut(index), springs);
+        }
+        moved
+    }
+
+    /// Moves a body under what is in `self.springs`.
+    fn move_under(
+        &mut self,
+        index: usize,
+        time: (f64, f64),
+        frequencies: &Frequencies,
+        frame: &mut Frame,
+    ) -> Result<f64, String> {
+        let substeps = self.substeps_for(frequencies);
         if substeps > self.choices.substeps {
             self.events.add(EventKind::Substeps, time.0, || format!("{substeps} instead of {}", self.choices.substeps));
         }
         let body = &mut self.bodies[index];
         body.lattice.prescribe(&mut body.system.nodes, &body.fixings, time);
         let gravity = if body.lattice.is_whole() { self.plan.gravity } else { [0.0; 3] };
-        let loads = Loads { gravity, forces: &self.forces, attachments: &self.attachments[..used] };
+        let loads = Loads { gravity, forces: &[], tools: &self.springs };
         let (pool, integrator) = (&self.pool, &mut self.integrators[index]);
         let stepped = pool.install(|| integrator.step(pool, &mut body.system, &loads, time, substeps));
         let report = stepped.map_err(|error| match error {

@@ -1,10 +1,10 @@
 //! Time integration: one step of one body.
 
-use super::attachment::Attachment;
 use super::pcg::{Pcg, Solve};
 use super::pool::Pool;
+use super::springs::NodeSprings;
 use super::system::System;
-use super::{Constraint, V3, axpy, dot, times};
+use super::{Constraint, V3, axpy, dot};
 use crate::host::HostError;
 use thiserror::Error;
 
@@ -42,8 +42,8 @@ pub struct Loads<'a> {
     pub gravity: V3,
     /// N (n x 3), or empty
     pub forces: &'a [V3],
-    /// Springs to the tools.
-    pub attachments: &'a [Attachment],
+    /// What the tools do.
+    pub tools: &'a [NodeSprings],
 }
 
 /// How a step went.
@@ -178,14 +178,12 @@ impl Integrator {
             return Err(error.into());
         }
         let nodes = &mut system.nodes;
+        for springs in loads.tools {
+            matrix.add_diagonal(springs, (dt * dt, dt));
+        }
         add_loads(&mut self.force, loads, &nodes.x, None);
         // A dv = dt (f - dt K v) written with one product: b = M v + dt f_elastic - A v.
         matrix.product(pool, &nodes.v, &mut self.b);
-        for attachment in loads.attachments {
-            let g = attachment.gather(&nodes.v);
-            let f = axpy(times(&attachment.stiffness, g).map(|f| dt * f), 1.0, times(&attachment.damping, g));
-            attachment.scatter(f.map(|f| dt * f), &mut self.b);
-        }
         for i in 0..nodes.v.len() {
             let pull = axpy(self.force[i], nodes.mass[i], loads.gravity);
             self.b[i] = axpy(axpy(pull.map(|f| dt * f), nodes.mass[i], nodes.v[i]), -1.0, self.b[i]);
@@ -196,8 +194,6 @@ impl Integrator {
         }
         let solve = Solve {
             matrix: &matrix,
-            attachments: loads.attachments,
-            factors: (dt * dt, dt),
             b: &self.b,
             z: &self.z,
             constraints: &nodes.constraint,
@@ -239,12 +235,12 @@ impl Integrator {
     }
 }
 
-/// Adds external forces and attachments to `force`.
+/// Adds external forces and those of the tools to `force`.
 fn add_loads(force: &mut [V3], loads: &Loads<'_>, x: &[V3], v: Option<&[V3]>) {
     for (f, load) in force.iter_mut().zip(loads.forces) {
         *f = axpy(*f, 1.0, *load);
     }
-    for attachment in loads.attachments {
-        attachment.scatter(attachment.load(x, v), force);
+    for springs in loads.tools {
+        springs.add_to(force, x, v);
     }
 }

@@ -62,10 +62,10 @@ impl Frequencies {
         Ok(Self { stiffness: stiffness.sqrt(), bound: bound.sqrt(), damping })
     }
 
-    /// With a spring of `stiffness` (N/m) at a place of `compliance` (1/kg) and its `damping` (N s/m) added.
-    pub fn with_spring(self, stiffness: f64, damping: f64, compliance: f64) -> Self {
-        let more = |w: f64| (w * w + stiffness * compliance).sqrt();
-        Self { stiffness: more(self.stiffness), bound: more(self.bound), damping: self.damping + damping * compliance }
+    /// With `stiffness` over mass (1/s^2) and `damping` over mass (1/s) added to a node.
+    pub fn with_spring(self, (stiffness, damping): (f64, f64)) -> Self {
+        let more = |w: f64| (w * w + stiffness).sqrt();
+        Self { stiffness: more(self.stiffness), bound: more(self.bound), damping: self.damping + damping }
     }
 
     /// The largest stable step of `scheme`, s.

@@ -6,6 +6,7 @@
 
 use super::elements::ElementSet;
 use super::pool::Pool;
+use super::springs::NodeSprings;
 use super::system::Nodes;
 use super::{Block, Constraint, V3, axpy, times, transposed_times};
 use crate::host::{HostError, Material};
@@ -169,6 +170,16 @@ impl Matrix {
             })?;
         }
         Ok(())
+    }
+
+    /// Adds `stiffness` and `damping` times what the tools do to the diagonal.
+    pub fn add_diagonal(&mut self, springs: &NodeSprings, (stiffness, damping): (f64, f64)) {
+        for (i, &node) in springs.nodes.iter().enumerate() {
+            let diagonal = &mut self.values[self.row[node as usize]];
+            for e in 0..9 {
+                diagonal[e] += stiffness * springs.stiffness[i][e] + damping * springs.damping[i][e];
+            }
+        }
     }
 
     /// `out = A x`

@@ -3,7 +3,6 @@
 //! Nothing here knows what a material is made of, or what a scene is. A [`System`] holds nodes and elements; an
 //! [`Integrator`] moves them by one step.
 
-mod attachment;
 mod chunk;
 mod constraint;
 mod elements;
@@ -12,9 +11,9 @@ mod limit;
 mod matrix;
 mod pcg;
 mod pool;
+mod springs;
 mod system;
 
-pub use attachment::Attachment;
 pub use chunk::{Chunk, Schedule};
 pub use constraint::Constraint;
 pub use elements::{ElementList, ElementSet};
@@ -23,6 +22,7 @@ pub use limit::{Frequencies, StepLimit};
 pub use matrix::Matrix;
 pub use pcg::{Pcg, Solve, SolveReport};
 pub use pool::Pool;
+pub use springs::NodeSprings;
 pub use system::{Nodes, System};
 
 /// A point or vector, m, m/s or N.

@@ -4,7 +4,6 @@
 //! started, with the right scale in its stopping test. The preconditioner is block Jacobi of the *constrained* blocks,
 //! `S (S A_ii S + I - S)^-1 S`, which halves the iterations against the unconstrained ones.
 
-use super::attachment::Attachment;
 use super::constraint::Constraint;
 use super::matrix::Matrix;
 use super::pool::Pool;
@@ -25,12 +24,8 @@ pub struct Pcg {
 
 /// `S A x = S b`, `(I - S) x = (I - S) z`.
 pub struct Solve<'a> {
-    /// `A` without its low-rank part.
+    /// `A`.
     pub matrix: &'a Matrix,
-    /// The low-rank part: `stiffness` K + `damping` C of each.
-    pub attachments: &'a [Attachment],
-    /// Factors of the attachments' K and C.
-    pub factors: (f64, f64),
     /// Right side (n x 3).
     pub b: &'a [V3],
     /// What is prescribed (n x 3).
@@ -128,12 +123,6 @@ impl Pcg {
     /// `s = A p`
     fn apply(&mut self, pool: &Pool, system: &Solve<'_>) {
         system.matrix.product(pool, &self.p, &mut self.s);
-        for attachment in system.attachments {
-            let g = attachment.gather(&self.p);
-            let (k, c) = system.factors;
-            let f = axpy(times(&attachment.stiffness, g).map(|f| k * f), c, times(&attachment.damping, g));
-            attachment.scatter(f, &mut self.s);
-        }
     }
 
     /// `h = P r`; gives `r.h`.
@@ -147,16 +136,6 @@ impl Pcg {
     fn precondition(&mut self, system: &Solve<'_>) {
         for i in 0..system.b.len() {
             self.inverse[i] = constrained_inverse(system.matrix.diagonal(i), &system.constraints[i]);
-        }
-        let (k, c) = system.factors;
-        for attachment in system.attachments {
-            for (&node, &w) in attachment.nodes.iter().zip(&attachment.weights) {
-                let mut block = *system.matrix.diagonal(node as usize);
-                for e in 0..9 {
-                    block[e] += w * w * (k * attachment.stiffness[e] + c * attachment.damping[e]);
-                }
-                self.inverse[node as usize] = constrained_inverse(&block, &system.constraints[node as usize]);
-            }
         }
     }
 }

@@ -5,9 +5,9 @@
 //! disc of the body.
 
 use super::hand::Hand;
-use crate::body::{Body, LatticeError};
-use crate::contact::{Friction, Near, NearTriangles, Patch, Proxy, Touch, closest_point};
-use crate::step::{Attachment, Block, V3, axpy, dot};
+use crate::body::{Body, LatticeError, weigh};
+use crate::contact::{Friction, Layer, Near, NearTriangles, Patch, PlaceLoads, Proxy, closest_point, hold};
+use crate::step::{Block, NodeSprings, V3, axpy, dot};
 use pliant_plugin_api::abi::Ball;
 
 /// What can fail while a tool moves.
@@ -71,13 +71,17 @@ pub struct Tool {
     /// A zero for each body.
     still: Vec<f64>,
     patch: Patch,
+    layer: Layer,
+    loads: PlaceLoads,
     ball: Option<(u32, V3, f64)>,
-    /// Per body: what it pulls at. Empty of nodes where it does not.
-    attachments: Vec<Attachment>,
+    /// Per body: what it does to its nodes.
+    springs: Vec<NodeSprings>,
 }
 
 /// s, how long the cells around a contact stay free after it has ended, to spring back by themselves.
 const SPRING_BACK: f64 = 0.25;
+/// Samples of the layer that must carry a ball before its shape can be told from a point's.
+const LEAST_PARTS: usize = 6;
 /// Radii of the tool within which a pull finds its point.
 const GRIP_REACH: f64 = 3.0;
 
@@ -96,14 +100,16 @@ impl Tool {
             still: vec![0.0; bodies],
             near: (0..bodies).map(|_| NearTriangles::default()).collect(),
             patch: Patch::default(),
+            layer: Layer::default(),
+            loads: PlaceLoads::default(),
             ball: None,
-            attachments: vec![Attachment::default(); bodies],
+            springs: (0..bodies).map(|_| NodeSprings::default()).collect(),
         }
     }
 
-    /// What it pulls at in a body.
-    pub fn attachment(&self, body: usize) -> &Attachment {
-        &self.attachments[body]
+    /// What it does to the nodes of a body.
+    pub fn springs_mut(&mut self, body: usize) -> &mut NodeSprings {
+        &mut self.springs[body]
     }
 
     /// Where it is in contact: body, triangle and weights.
@@ -118,7 +124,7 @@ impl Tool {
         let reference = |triangle: u32, bary: V3| {
             let corners =
                 body.model.surface.triangles[triangle as usize].map(|v| body.model.surface.points[v as usize]);
-            crate::body::weigh(corners, bary)
+            weigh(corners, bary)
         };
         if let Some((b, triangle, bary)) = self.contact()
             && b as usize == index
@@ -164,7 +170,7 @@ impl Tool {
         self.grip = None;
         self.proxy.touch = None;
         self.proxy.position = hand.position;
-        self.attachments.iter_mut().for_each(Attachment::clear);
+        self.springs.iter_mut().for_each(NodeSprings::clear);
     }
 
     /// Follows the hand, and sets what it pulls at. `moved` is how far nodes of each body may have moved since last time, m.
@@ -172,7 +178,7 @@ impl Tool {
     /// # Errors
     /// What a grid says.
     pub fn follow(&mut self, hand: &Hand, bodies: &mut [Body], moved: &[f64]) -> Result<(), ToolError> {
-        self.attachments.iter_mut().for_each(Attachment::clear);
+        self.springs.iter_mut().for_each(NodeSprings::clear);
         self.depth = 0.0;
         if !hand.present || self.mode == Mode::Idle {
             self.release(hand);
@@ -211,16 +217,64 @@ impl Tool {
         // Nodes have moved once since the last step, not once for every place the proxy looks at.
         let mut since = moved;
         let still = &self.still;
-        self.proxy.go(hand.position, self.friction, contact, |centre, out| {
+        let anchor = self.proxy.go(hand.position, contact, |centre, out| {
             Self::search(near, bodies, std::mem::replace(&mut since, still), (centre, reach), out)
         })?;
         let Some(touch) = self.proxy.touch else { return Ok(()) };
         let body = &mut bodies[touch.body as usize];
-        self.depth = pushed_in(body, &touch);
-        let along = if touch.sticking { 1.0 } else { 0.0 };
-        let pull = axpy(hand.position, -1.0, self.proxy.position);
-        let place = (touch.body, touch.triangle, touch.bary);
-        self.press(body, place, pull, direction_stiffness(touch.normal, along))
+        let (radius, edge, pull) = (self.proxy.radius, body.lattice.edge(), self.coupling.stiffness);
+        let (free, near) = (self.proxy.position, self.proxy.near());
+        self.layer.sample(near, free, radius, touch.normal, edge, body.layer_stiffness);
+        let settle = |p, along| self.layer.balance(p, radius, hand.position, pull, along);
+        let slid = |p, normal| anchor.map(|anchor| hold(p, anchor, hand.position, normal, self.friction));
+        let (mut p, felt) = settle(free, None);
+        let normal = direction(felt).unwrap_or(touch.normal);
+        if let Some(held) = slid(p, normal) {
+            (p, _) = settle(held, Some(normal));
+        }
+        if self.layer.pushes(p, radius).count() >= LEAST_PARTS {
+            return self.press(body, touch.body, p, normal, hand.position);
+        }
+        let p = slid(free, touch.normal).unwrap_or(free);
+        self.proxy.position = p;
+        self.measure_depth(body, touch.triangle, touch.bary, touch.normal);
+        let pulled = axpy(hand.position, -1.0, p).map(|c| pull * c);
+        self.press_disc(body, (touch.body, touch.triangle, touch.bary), pulled)
+    }
+
+    /// Stands at `p` and gives the body what the hand pulls, over the layer the ball lies in.
+    fn press(&mut self, body: &mut Body, index: u32, p: V3, normal: V3, hand: V3) -> Result<(), ToolError> {
+        let pulled = axpy(hand, -1.0, p).map(|c| self.coupling.stiffness * c);
+        let (mut total, mut middle) = (0.0, [0.0; 3]);
+        let near = self.proxy.near();
+        for push in self.layer.pushes(p, self.proxy.radius) {
+            middle = axpy(middle, push.size, weigh(near[push.sample.near].corners, push.sample.bary));
+            total += push.size;
+        }
+        self.proxy.stand(p, normal, middle.map(|c| c / total));
+        if let Some(touch) = self.proxy.touch {
+            self.measure_depth(body, touch.triangle, touch.bary, normal);
+        }
+        self.loads.clear();
+        let (scale, spring) = self.cap(pulled);
+        let whole = self.layer.pushes(p, self.proxy.radius).fold([0.0; 3], |sum, push| axpy(sum, 1.0, push.force));
+        // What the pushes leave of the pull is friction's; it is shared as they are.
+        let rest = axpy(pulled, -1.0, whole);
+        let near = self.proxy.near();
+        for push in self.layer.pushes(p, self.proxy.radius) {
+            let share = push.size / total;
+            let force = axpy(push.force, share, rest).map(|f| scale * f);
+            let sideways = share * self.coupling.stiffness;
+            let stiffness = std::array::from_fn(|e| spring * (push.stiffness[e] + if e % 4 == 0 { sideways } else { 0.0 }));
+            let damping = diagonal(spring * share * self.coupling.damping);
+            let n = &near[push.sample.near];
+            for (corner, weight) in body.model.surface.triangles[n.triangle as usize].into_iter().zip(push.sample.bary) {
+                let place = body.model.surface.points[corner as usize];
+                let of = |block: Block| block.map(|b| weight * b);
+                self.loads.push(place, force.map(|f| weight * f), of(stiffness), of(damping));
+            }
+        }
+        self.loads.attach(&mut body.lattice, &body.system.nodes, &mut self.springs[index as usize])
     }
 
     fn pull(
@@ -261,66 +315,62 @@ impl Tool {
             return Ok(());
         }
         let corners = body.model.surface.triangles[grip.triangle as usize].map(|v| body.skin.settled[v as usize]);
-        let out = axpy(point, -1.0, crate::body::weigh(corners, grip.bary));
+        let out = axpy(point, -1.0, weigh(corners, grip.bary));
         self.depth = dot(out, out).sqrt();
-        self.press(body, (grip.body, grip.triangle, grip.bary), pull, direction_stiffness([0.0; 3], 1.0))
+        let pulled = pull.map(|c| self.coupling.stiffness * c);
+        self.press_disc(body, (grip.body, grip.triangle, grip.bary), pulled)
     }
 
-    /// Attaches the coupling, stretched by `pull` (m), to the disc around the contact.
-    fn press(
+    /// Gives the body a force (N) over a disc around a contact.
+    fn press_disc(
         &mut self,
         body: &mut Body,
         (index, triangle, bary): (u32, u32, V3),
-        pull: V3,
-        shape: Block,
+        pulled: V3,
     ) -> Result<(), ToolError> {
-        let edge = body.lattice.edge();
-        let radius = Patch::radius(self.proxy.radius, self.depth, edge);
-        self.patch.sample(&body.model, triangle, bary, radius, edge);
-        let out = &mut self.attachments[index as usize];
-        let nodes = body.system.nodes.len();
-        if !self.patch.attach(&mut body.lattice, nodes, out)? {
-            return Ok(());
+        self.patch.sample(&body.model, triangle, bary, body.lattice.edge());
+        let (scale, spring) = self.cap(pulled);
+        self.loads.clear();
+        for (place, share) in self.patch.places.iter().zip(&self.patch.shares) {
+            let stiffness = diagonal(spring * share * self.coupling.stiffness);
+            let damping = diagonal(spring * share * self.coupling.damping);
+            self.loads.push(*place, pulled.map(|f| scale * share * f), stiffness, damping);
         }
-        let coupling = self.coupling;
-        let stretch = dot(pull, pull).sqrt();
-        let force = coupling.stiffness * stretch;
-        out.force = pull.map(|p| coupling.stiffness * p);
-        if force > coupling.most {
-            // The hand gives no more: a constant force, without a spring behind it.
-            out.force = pull.map(|p| p * coupling.most / stretch);
-        } else {
-            out.stiffness = shape.map(|s| coupling.stiffness * s);
-            out.damping = shape.map(|s| coupling.damping * s);
-        }
-        out.anchor = out.gather(&body.system.nodes.x);
-        Ok(())
+        self.loads.attach(&mut body.lattice, &body.system.nodes, &mut self.springs[index as usize])
+    }
+
+    /// What is left of a force under the most the hand gives, and of the spring behind it: past the most, the force is
+    /// constant.
+    fn cap(&self, pulled: V3) -> (f64, f64) {
+        let size = dot(pulled, pulled).sqrt();
+        if size > self.coupling.most { (self.coupling.most / size, 0.0) } else { (1.0, 1.0) }
+    }
+
+    /// How far the contact point has gone in, against the contact normal.
+    fn measure_depth(&mut self, body: &Body, triangle: u32, bary: V3, normal: V3) {
+        let corners = body.model.surface.triangles[triangle as usize].map(|v| body.skin.settled[v as usize]);
+        let moved = axpy(weigh(corners, bary), -1.0, body.skin.point(&body.model, triangle, bary));
+        self.depth = dot(moved, normal);
     }
 
     /// N, on the hand, at the end of a step: the opposite of what the bodies felt.
     pub fn reaction(&self, bodies: &[Body]) -> V3 {
-        let mut force = [0.0; 3];
-        for (attachment, body) in self.attachments.iter().zip(bodies) {
-            if !attachment.nodes.is_empty() {
-                let nodes = &body.system.nodes;
-                force = axpy(force, -1.0, attachment.load(&nodes.x, Some(&nodes.v)));
-            }
-        }
-        force
-    }
-
-    /// Rest places and shares of the disc pressed on, for an embedding that is not linear.
-    pub fn patch(&self) -> &Patch {
-        &self.patch
+        let each = self.springs.iter().zip(bodies).filter(|(springs, _)| !springs.is_empty());
+        each.fold([0.0; 3], |force, (springs, body)| {
+            axpy(force, -1.0, springs.total(&body.system.nodes.x, &body.system.nodes.v))
+        })
     }
 }
 
-/// `n n' + along (I - n n')`
-fn direction_stiffness(n: V3, along: f64) -> Block {
-    std::array::from_fn(|e| {
-        let (r, c) = (e / 3, e % 3);
-        (1.0 - along) * n[r] * n[c] + if r == c { along } else { 0.0 }
-    })
+/// A block with one value along its diagonal.
+fn diagonal(value: f64) -> Block {
+    std::array::from_fn(|e| if e % 4 == 0 { value } else { 0.0 })
+}
+
+/// The direction of a vector that has one.
+fn direction(of: V3) -> Option<V3> {
+    let size = dot(of, of).sqrt();
+    (size > 0.0).then(|| of.map(|c| c / size))
 }
 
 /// A point of a triangle, with its corners brought up to date.
@@ -332,12 +382,4 @@ fn surface_point(body: &mut Body, triangle: u32, bary: V3) -> Result<V3, ToolErr
         }
     }
     Ok(body.skin.point(&body.model, triangle, bary))
-}
-
-/// m, how far the contact point has gone in, along the contact normal.
-fn pushed_in(body: &Body, touch: &Touch) -> f64 {
-    let corners = body.model.surface.triangles[touch.triangle as usize].map(|v| body.skin.settled[v as usize]);
-    let settled = crate::body::weigh(corners, touch.bary);
-    let now = body.skin.point(&body.model, touch.triangle, touch.bary);
-    dot(axpy(settled, -1.0, now), touch.normal)
 }

@@ -141,7 +141,7 @@ impl Lattice {
         Ok(done?)
     }
 
-    /// Adds to `force` what loads (N) on rest places come to, where the embedding is not linear.
+    /// What loads (N) on rest places come to on the nodes, where the embedding is not linear: `visit(node, force)`.
     ///
     /// # Errors
     /// What the grid says.
@@ -150,7 +150,7 @@ impl Lattice {
         places: &[V3],
         loads: &[V3],
         nodes: &Nodes,
-        force: &mut [V3],
+        mut visit: impl FnMut(u32, V3),
     ) -> Result<(), LatticeError> {
         for (place, load) in places.iter().zip(loads) {
             let (id, _) = self.grid.locate(self.settings.level, *place)?;
@@ -159,7 +159,7 @@ impl Lattice {
             let mut out = [[[0.0; 3]; 8]];
             self.grid.pull_back(self.settings.level, &[*place], &corners, &[*load], &mut out)?;
             for (node, f) in self.region.cell_corners[cell].iter().zip(out[0]) {
-                force[*node as usize] = axpy(force[*node as usize], 1.0, f);
+                visit(*node, f);
             }
         }
         Ok(())
