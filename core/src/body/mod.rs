@@ -10,6 +10,7 @@ pub use lattice::{Lattice, LatticeError, RegionSettings};
 pub use model::Model;
 pub use skin::{NOT_CARRIED, Skin, weigh};
 
+use crate::contact::Samples;
 use crate::step::{Pool, System};
 
 /// Everything about one body.
@@ -24,6 +25,8 @@ pub struct Body {
     pub system: System,
     /// Which nodes there are, and how the surface follows them.
     pub lattice: Lattice,
+    /// Its surface as a ball feels it; none where no tool is a ball.
+    pub samples: std::sync::Arc<Samples>,
     /// N/m for a m^2, of the soft layer a tool lies in on its surface
     pub layer_stiffness: f64,
     /// Nodes that are held.

@@ -1,4 +1,4 @@
-//! Contact of a tool with a surface: which triangles are near, where the proxy may stand, and what it presses on.
+//! Contact of a tool with a surface: what is near, where the proxy may stand, and what it presses on.
 
 mod closest;
 mod layer;
@@ -6,10 +6,12 @@ mod loads;
 mod near;
 mod patch;
 mod proxy;
+mod samples;
 
 pub use closest::{Closest, closest_point};
-pub use layer::Layer;
+pub use layer::{Layer, Push};
 pub use loads::PlaceLoads;
-pub use near::{Near, NearTriangles};
+pub use near::{Near, NearSurface, normal_of};
 pub use patch::Patch;
 pub use proxy::{Friction, Proxy, Touch, hold};
+pub use samples::Samples;

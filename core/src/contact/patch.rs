@@ -4,7 +4,6 @@
 //! three cells, with the pressure `sqrt(1 - (r/a)^2)` of a ball (Hertz 1881). The disc is sampled in the rest shape, so its
 //! cost does not depend on how fine the surface is.
 
-use crate::body::{Model, weigh};
 use crate::step::{V3, axpy};
 use nalgebra::Vector3;
 
@@ -23,14 +22,11 @@ const RADIUS: f64 = 1.5;
 const RINGS: usize = 3;
 
 impl Patch {
-    /// Samples the disc around a point of a triangle.
-    pub fn sample(&mut self, model: &Model, triangle: u32, bary: V3, edge: f64) {
-        let corners = model.surface.triangles[triangle as usize].map(|v| model.surface.points[v as usize]);
-        let centre = weigh(corners, bary);
-        let [a, b, c] = corners.map(Vector3::from);
-        let normal = (b - a).cross(&(c - a));
-        let along = (b - a).try_normalize(0.0).unwrap_or_else(Vector3::x);
-        let across = normal.cross(&along).try_normalize(0.0).unwrap_or_else(Vector3::y);
+    /// Samples the disc around a rest place with a normal of any length there.
+    pub fn sample(&mut self, centre: V3, normal: V3, edge: f64) {
+        let normal = Vector3::from(normal).try_normalize(0.0).unwrap_or_else(Vector3::z);
+        let along = normal.cross(&Vector3::ith(normal.iamin(), 1.0)).normalize();
+        let across = normal.cross(&along);
         self.places.clear();
         self.shares.clear();
         for ring in 0..RINGS {

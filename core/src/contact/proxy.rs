@@ -1,8 +1,8 @@
 //! The god-object: where the tool is, as far as the surface lets it.
 //!
 //! The proxy is a ball that stays outside of the surface (Zilles and Salisbury 1995; with a radius: Ruspini, Kolarov and
-//! Khatib 1997). It rides on the triangle it touches, so a surface that moves carries it, then goes towards the hand as far
-//! as the planes of the near triangles allow. Each move is at most half its radius, so nothing is passed through. Friction,
+//! Khatib 1997). It rides on the place it touches, so a surface that moves carries it, then goes towards the hand as far
+//! as the planes of what is near allow. Each move is at most half its radius, so nothing is passed through. Friction,
 //! and how far it sinks into the soft layer of the contact, are decided afterwards.
 
 use super::near::Near;
@@ -22,10 +22,10 @@ pub struct Friction {
 pub struct Touch {
     /// Of which body.
     pub body: u32,
-    /// Which triangle.
-    pub triangle: u32,
-    /// Where on it.
-    pub bary: V3,
+    /// m, where the point touched was in the model as it was handed in
+    pub rest: V3,
+    /// Normal there, in the rest shape; of no particular length
+    pub rest_normal: V3,
     /// Unit, from the surface to the proxy.
     pub normal: V3,
     /// m, proxy from the contact point
@@ -65,13 +65,8 @@ impl Proxy {
         Self { position, radius, touch: None, planes: Vec::new(), near: Vec::new() }
     }
 
-    /// How far from the proxy triangles matter, for one call of `search`, m.
-    pub fn reach(&self) -> f64 {
-        2.0 * self.radius
-    }
-
-    /// Goes towards `hand`. `search` gives the triangles within [`Proxy::reach`] of a place; `contact` is where the surface
-    /// has carried the last contact point.
+    /// Goes towards `hand`. `search` gives what of the surface is within a distance of a place; `contact` is where the
+    /// surface has carried the last contact point.
     ///
     /// Gives where the surface has carried it, where it could stay if friction holds it.
     ///
@@ -81,37 +76,39 @@ impl Proxy {
         &mut self,
         hand: V3,
         contact: Option<V3>,
-        mut search: impl FnMut(V3, &mut Vec<Near>) -> Result<(), E>,
+        mut search: impl FnMut(V3, f64, &mut Vec<Near>) -> Result<(), E>,
     ) -> Result<Option<V3>, E> {
         let ridden = self.touch.zip(contact).map(|(t, at)| axpy(at, 1.0, t.offset));
         let mut p = ridden.unwrap_or(self.position);
-        let mut push = None;
+        let mut touch = None;
         for _ in 0..MOVES {
-            search(p, &mut self.near)?;
+            let ahead = axpy(hand, -1.0, p);
+            let reach = self.radius + dot(ahead, ahead).sqrt().min(0.5 * self.radius);
+            search(p, reach, &mut self.near)?;
             self.list_planes(p);
             let goal = self.nearest(hand);
             let (to, step) = limit(p, goal, 0.5 * self.radius);
             p = to;
-            push = self.push(hand, goal);
+            touch = self.touch_at(p, hand, goal);
             // The planes were those at the start of the move; after a short one they are still the right ones.
             if step <= 0.05 * self.radius {
                 break;
             }
         }
         self.position = p;
-        self.touch = push.and_then(|(normal, middle)| self.touch_at(p, normal, middle));
+        self.touch = touch;
         Ok(ridden)
     }
 
-    /// The triangles found by the last search.
+    /// What the last search found.
     pub fn near(&self) -> &[Near] {
         &self.near
     }
 
-    /// Stands at `p`, touching at the near point closest to `middle`.
-    pub fn stand(&mut self, p: V3, normal: V3, middle: V3) {
+    /// Stands at `p`, touching at the place `at` that was at `rest`.
+    pub fn stand(&mut self, p: V3, at: V3, touch: Touch) {
         self.position = p;
-        self.touch = self.touch_at(p, normal, middle);
+        self.touch = Some(Touch { offset: axpy(p, -1.0, at), ..touch });
     }
 
     /// The half-spaces that keep the ball off each near triangle, about `p`.
@@ -119,8 +116,8 @@ impl Proxy {
         self.planes.clear();
         for (i, n) in self.near.iter().enumerate() {
             if n.distance > 1e-12 {
-                let normal = axpy(p, -1.0, n.closest.point).map(|c| c / n.distance);
-                let at = dot(normal, n.closest.point) + self.radius;
+                let normal = axpy(p, -1.0, n.point).map(|c| c / n.distance);
+                let at = dot(normal, n.point) + self.radius;
                 self.planes.push(Plane { normal, at, force: 0.0, near: i });
             }
         }
@@ -145,33 +142,23 @@ impl Proxy {
         y
     }
 
-    /// The push of the planes that leaves the proxy at `goal`: its unit direction, and the middle of the places pushed, each
-    /// by its force. A ball in a dimple touches around its rim; the middle is under the ball and does not jump about.
-    fn push(&self, hand: V3, goal: V3) -> Option<(V3, V3)> {
+    /// The touch of a proxy at `p` that the planes keep at `goal`: its normal is the direction of their push, its place the
+    /// middle of the places that push, each by its force.
+    fn touch_at(&self, p: V3, hand: V3, goal: V3) -> Option<Touch> {
         let push = axpy(goal, -1.0, hand);
         let length = dot(push, push).sqrt();
         let total: f64 = self.planes.iter().map(|p| p.force).sum();
         if length <= 1e-9 * self.radius || total <= 0.0 {
             return None;
         }
-        let add = |sum, p: &Plane| axpy(sum, p.force / total, self.near[p.near].closest.point);
-        Some((push.map(|c| c / length), self.planes.iter().fold([0.0; 3], add)))
-    }
-
-    /// The touch of a proxy at `p`, on the near triangle closest to the `middle` of the push.
-    fn touch_at(&self, p: V3, normal: V3, middle: V3) -> Option<Touch> {
-        let mut best: Option<(f64, Touch)> = None;
-        for n in &self.near {
-            let closest = super::closest_point(middle, n.corners);
-            let d = axpy(closest.point, -1.0, middle);
-            let away = dot(d, d);
-            if best.as_ref().is_none_or(|(b, _)| away < *b) {
-                let offset = axpy(p, -1.0, closest.point);
-                let (body, triangle, bary) = (n.body, n.triangle, closest.bary);
-                best = Some((away, Touch { body, triangle, bary, normal, offset }));
-            }
-        }
-        best.map(|(_, touch)| touch)
+        let strongest = self.planes.iter().max_by(|a, b| a.force.total_cmp(&b.force))?;
+        let n = &self.near[strongest.near];
+        let middle = |of: fn(&Near) -> V3| {
+            self.planes.iter().fold([0.0; 3], |sum, p| axpy(sum, p.force / total, of(&self.near[p.near])))
+        };
+        let (rest, point) = (middle(|n| n.rest), middle(|n| n.point));
+        let (normal, offset) = (push.map(|c| c / length), axpy(p, -1.0, point));
+        Some(Touch { body: n.body, rest, rest_normal: n.normal, normal, offset })
     }
 }
 

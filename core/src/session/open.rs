@@ -2,7 +2,7 @@
 
 use super::{Choices, DeviceSlot, EventKind, Events, Frame, Loaded, Session, SessionError, StepCost, ToolSlot, place};
 use crate::body::{Body, Lattice, Model, RegionSettings, Skin};
-use crate::contact::Friction;
+use crate::contact::{Friction, Samples};
 use crate::host::{Device, Grid, Kind, Library, Material, PluginInfo, Pose, Search, Settings};
 use crate::mesh::check::{Severity, Use};
 use crate::plan::Plan;
@@ -12,6 +12,7 @@ use crate::tool::{Coupling, ForceLimits, ForceSafety, Hand, Tool};
 use pliant_plugin_api::abi::Ball;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Instant;
 use toml::Spanned;
 
@@ -106,10 +107,22 @@ impl Session {
             balls: Vec::new(),
             frame: Frame::default(),
         };
+        session.sample()?;
         session.measure()?;
         session.choose(scene)?;
         session.choices.threads = session.pool.threads();
         Ok(session)
+    }
+
+    /// Samples the surfaces that a ball may touch.
+    fn sample(&mut self) -> Result<(), SessionError> {
+        for body in &mut self.bodies {
+            if self.tools.iter().any(|slot| Tool::is_ball(slot.tool.proxy.radius, body.lattice.edge())) {
+                let of_body = |error| SessionError::Lattice { body: body.name.clone(), error };
+                body.samples = Arc::new(Samples::new(&body.model.surface, &body.lattice).map_err(of_body)?);
+            }
+        }
+        Ok(())
     }
 
     /// Finds how fast each body can move: on the whole of it, or on the cells around one of its points.
@@ -318,7 +331,7 @@ impl Opening<'_> {
         }
         let skin = Skin::new(&model);
         let fixings = scene.fixed.iter().map(place::fixing).collect();
-        Ok(Body { name, model, skin, system: System::new(material), lattice, layer_stiffness: 0.0, fixings, frozen: None })
+        Ok(Body { name, model, skin, system: System::new(material), lattice, samples: Arc::default(), layer_stiffness: 0.0, fixings, frozen: None })
     }
 
     fn tool(

@@ -267,7 +267,7 @@ fn tool_frame(tool: &Tool, hand: [f64; 3], force: [f64; 3], device_force: [f64; 
     ToolFrame {
         hand,
         proxy: tool.proxy.position,
-        contact: tool.contact().map(|(body, ..)| body),
+        contact: tool.contact().map(|(body, _)| body),
         grips: tool.grip.is_some(),
         depth: tool.depth,
         force,

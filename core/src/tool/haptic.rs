@@ -6,7 +6,7 @@
 
 use super::hand::Hand;
 use crate::body::{Body, LatticeError, weigh};
-use crate::contact::{Friction, Layer, Near, NearTriangles, Patch, PlaceLoads, Proxy, closest_point, hold};
+use crate::contact::{Friction, Layer, Near, NearSurface, Patch, PlaceLoads, Proxy, Touch, closest_point, hold};
 use crate::step::{Block, NodeSprings, V3, axpy, dot};
 use pliant_plugin_api::abi::Ball;
 
@@ -41,10 +41,10 @@ pub enum Mode {
 pub struct Grip {
     /// Of which body.
     pub body: u32,
-    /// Which triangle.
-    pub triangle: u32,
-    /// Where on it.
-    pub bary: V3,
+    /// m, where it was in the model as it was handed in
+    pub rest: V3,
+    /// Normal there, in the rest shape; of no particular length
+    pub normal: V3,
     /// m, hand from the point when it was taken, so that taking it makes no force
     pub offset: V3,
 }
@@ -67,11 +67,10 @@ pub struct Tool {
     pub depth: f64,
     /// Grips that were lost to too much force.
     pub slipped: u64,
-    near: Vec<NearTriangles>,
+    near: Vec<NearSurface>,
     /// A zero for each body.
     still: Vec<f64>,
     patch: Patch,
-    layer: Layer,
     loads: PlaceLoads,
     ball: Option<(u32, V3, f64)>,
     /// Per body: what it does to its nodes.
@@ -80,8 +79,6 @@ pub struct Tool {
 
 /// s, how long the cells around a contact stay free after it has ended, to spring back by themselves.
 const SPRING_BACK: f64 = 0.25;
-/// Samples of the layer that must carry a ball before its shape can be told from a point's.
-const LEAST_PARTS: usize = 6;
 /// Radii of the tool within which a pull finds its point.
 const GRIP_REACH: f64 = 3.0;
 
@@ -98,9 +95,8 @@ impl Tool {
             depth: 0.0,
             slipped: 0,
             still: vec![0.0; bodies],
-            near: (0..bodies).map(|_| NearTriangles::default()).collect(),
+            near: (0..bodies).map(|_| NearSurface::default()).collect(),
             patch: Patch::default(),
-            layer: Layer::default(),
             loads: PlaceLoads::default(),
             ball: None,
             springs: (0..bodies).map(|_| NodeSprings::default()).collect(),
@@ -112,52 +108,51 @@ impl Tool {
         &mut self.springs[body]
     }
 
-    /// Where it is in contact: body, triangle and weights.
-    pub fn contact(&self) -> Option<(u32, u32, V3)> {
-        let touch = self.proxy.touch.map(|t| (t.body, t.triangle, t.bary));
-        self.grip.map(|g| (g.body, g.triangle, g.bary)).or(touch)
+    /// Where it is in contact: body, and the place in the model as it was handed in.
+    pub fn contact(&self) -> Option<(u32, V3)> {
+        let touch = self.proxy.touch.map(|t| (t.body, t.rest));
+        self.grip.map(|g| (g.body, g.rest)).or(touch)
+    }
+
+    /// Whether it is a ball to the grid of a body, and not a point.
+    pub fn is_ball(radius: f64, edge: f64) -> bool {
+        radius >= edge
     }
 
     /// The cells of `body` that must be active for it, at `time` (s): around its contact, or where it is about to touch.
     pub fn wants(&mut self, index: usize, body: &Body, hand: &Hand, time: f64) -> Option<Ball> {
         let radius = body.lattice.settings.radius;
-        let reference = |triangle: u32, bary: V3| {
-            let corners =
-                body.model.surface.triangles[triangle as usize].map(|v| body.model.surface.points[v as usize]);
-            weigh(corners, bary)
-        };
-        if let Some((b, triangle, bary)) = self.contact()
-            && b as usize == index
-        {
-            self.ball = Some((b, reference(triangle, bary), time));
-        } else if hand.present
-            && self.mode != Mode::Idle
-            && self.contact().is_none()
-            && let Some((triangle, bary)) = self.approached(body, hand)
-        {
-            self.ball = Some((index as u32, reference(triangle, bary), time));
+        match self.contact() {
+            Some((b, rest)) if b as usize == index => self.ball = Some((b, rest, time)),
+            None if hand.present && self.mode != Mode::Idle => {
+                if let Some(rest) = self.approached(body, hand) {
+                    self.ball = Some((index as u32, rest, time));
+                }
+            }
+            _ => {}
         }
         let (b, centre, since) = self.ball?;
         (b as usize == index && time - since <= SPRING_BACK).then_some(Ball { centre, radius })
     }
 
-    /// The settled triangle the tool is closest to, if it may touch it soon.
-    fn approached(&self, body: &Body, hand: &Hand) -> Option<(u32, V3)> {
+    /// The settled place the tool is closest to, if it may touch it soon.
+    fn approached(&self, body: &Body, hand: &Hand) -> Option<V3> {
         let ahead = axpy(hand.position, -1.0, self.proxy.position);
         let reach = GRIP_REACH * self.proxy.radius + body.lattice.edge() + dot(ahead, ahead).sqrt();
         let centre = self.proxy.position;
         let mut best: Option<(f64, u32, V3)> = None;
         body.skin.tree.near(centre, reach, |triangle| {
-            let corners = body.model.surface.triangles[triangle as usize].map(|v| body.skin.settled[v as usize]);
-            let closest = closest_point(centre, corners);
+            let vertices = body.model.surface.triangles[triangle as usize];
+            let closest = closest_point(centre, vertices.map(|v| body.skin.settled[v as usize]));
             let d = axpy(closest.point, -1.0, centre);
             let distance = dot(d, d).sqrt();
             let nearer = best.is_none_or(|(b, t, _)| (distance, triangle) < (b, t));
             if distance <= reach && nearer {
-                best = Some((distance, triangle, closest.bary));
+                let rest = weigh(vertices.map(|v| body.model.surface.points[v as usize]), closest.bary);
+                best = Some((distance, triangle, rest));
             }
         });
-        best.map(|(_, triangle, bary)| (triangle, bary))
+        best.map(|(.., rest)| rest)
     }
 
     /// The cells of `body` have changed.
@@ -170,6 +165,7 @@ impl Tool {
         self.grip = None;
         self.proxy.touch = None;
         self.proxy.position = hand.position;
+        self.near.iter_mut().for_each(NearSurface::leave);
         self.springs.iter_mut().for_each(NodeSprings::clear);
     }
 
@@ -185,96 +181,90 @@ impl Tool {
             return Ok(());
         }
         let contact = match self.contact() {
-            Some((body, triangle, bary)) => Some(surface_point(&mut bodies[body as usize], triangle, bary)?),
+            Some((body, rest)) => {
+                let body = &bodies[body as usize];
+                Some(body.lattice.carry_one(rest, &body.system.nodes)?)
+            }
             None => None,
         };
         match self.mode {
             Mode::Pull(most) => self.pull(hand, bodies, moved, contact, most),
-            _ => self.touch(hand, bodies, moved, contact),
+            _ => self.touch(hand, bodies, moved, contact.map(|(now, _)| now)),
         }
     }
 
-    fn search(
-        near: &mut [NearTriangles],
+    fn touch(
+        &mut self,
+        hand: &Hand,
         bodies: &mut [Body],
         moved: &[f64],
-        (centre, reach): (V3, f64),
-        out: &mut Vec<Near>,
+        contact: Option<V3>,
     ) -> Result<(), ToolError> {
-        out.clear();
-        for (index, body) in bodies.iter_mut().enumerate() {
-            let list = &mut near[index];
-            let (nodes, model) = (&body.system.nodes, &body.model);
-            list.search((centre, reach, moved[index]), &mut body.lattice, nodes, model, &mut body.skin)?;
-            out.extend(list.found.iter().map(|n| Near { body: index as u32, ..*n }));
-        }
-        Ok(())
-    }
-
-    fn touch(&mut self, hand: &Hand, bodies: &mut [Body], moved: &[f64], contact: Option<V3>) -> Result<(), ToolError> {
         self.grip = None;
-        let (near, reach) = (&mut self.near, self.proxy.reach());
+        let (near, radius) = (&mut self.near, self.proxy.radius);
         // Nodes have moved once since the last step, not once for every place the proxy looks at.
         let mut since = moved;
         let still = &self.still;
-        let anchor = self.proxy.go(hand.position, contact, |centre, out| {
-            Self::search(near, bodies, std::mem::replace(&mut since, still), (centre, reach), out)
+        let anchor = self.proxy.go(hand.position, contact, |centre, reach, out| {
+            let moved = std::mem::replace(&mut since, still);
+            search(near, bodies, moved, (centre, reach), Some(radius), out)
         })?;
-        let Some(touch) = self.proxy.touch else { return Ok(()) };
+        let Some(touch) = self.proxy.touch else {
+            self.near.iter_mut().for_each(NearSurface::leave);
+            return Ok(());
+        };
         let body = &mut bodies[touch.body as usize];
-        let (radius, edge, pull) = (self.proxy.radius, body.lattice.edge(), self.coupling.stiffness);
-        let (free, near) = (self.proxy.position, self.proxy.near());
-        self.layer.sample(near, free, radius, touch.normal, edge, body.layer_stiffness);
-        let settle = |p, along| self.layer.balance(p, radius, hand.position, pull, along);
-        let slid = |p, normal| anchor.map(|anchor| hold(p, anchor, hand.position, normal, self.friction));
-        let (mut p, felt) = settle(free, None);
-        let normal = direction(felt).unwrap_or(touch.normal);
-        if let Some(held) = slid(p, normal) {
-            (p, _) = settle(held, Some(normal));
+        if Self::is_ball(radius, body.lattice.edge()) {
+            return self.lie(body, hand, touch, anchor);
         }
-        if self.layer.pushes(p, radius).count() >= LEAST_PARTS {
-            return self.press(body, touch.body, p, normal, hand.position);
-        }
-        let p = slid(free, touch.normal).unwrap_or(free);
+        let free = self.proxy.position;
+        let p = anchor.map_or(free, |anchor| hold(free, anchor, hand.position, touch.normal, self.friction));
         self.proxy.position = p;
-        self.measure_depth(body, touch.triangle, touch.bary, touch.normal);
-        let pulled = axpy(hand.position, -1.0, p).map(|c| pull * c);
-        self.press_disc(body, (touch.body, touch.triangle, touch.bary), pulled)
+        let (now, settled) = body.lattice.carry_one(touch.rest, &body.system.nodes)?;
+        self.depth = dot(axpy(settled, -1.0, now), touch.normal);
+        let pulled = axpy(hand.position, -1.0, p).map(|c| self.coupling.stiffness * c);
+        self.press_disc(body, (touch.body, touch.rest, touch.rest_normal), pulled)
     }
 
-    /// Stands at `p` and gives the body what the hand pulls, over the layer the ball lies in.
-    fn press(&mut self, body: &mut Body, index: u32, p: V3, normal: V3, hand: V3) -> Result<(), ToolError> {
-        let pulled = axpy(hand, -1.0, p).map(|c| self.coupling.stiffness * c);
-        let (mut total, mut middle) = (0.0, [0.0; 3]);
-        let near = self.proxy.near();
-        for push in self.layer.pushes(p, self.proxy.radius) {
-            middle = axpy(middle, push.size, weigh(near[push.sample.near].corners, push.sample.bary));
+    /// Lies in the layer of the surface as a ball, and presses on what of it is inside.
+    fn lie(&mut self, body: &mut Body, hand: &Hand, touch: Touch, anchor: Option<V3>) -> Result<(), ToolError> {
+        let coupling = self.coupling;
+        let (hand, near) = (hand.position, self.proxy.near());
+        let layer = Layer { radius: self.proxy.radius, pull: coupling.stiffness, stiffness: body.layer_stiffness };
+        let (mut p, felt) = layer.balance(near, self.proxy.position, hand, None);
+        let normal = direction(felt).unwrap_or(touch.normal);
+        if let Some(anchor) = anchor {
+            p = hold(p, anchor, hand, normal, self.friction);
+            (p, _) = layer.balance(near, p, hand, Some(normal));
+        }
+        let (mut total, mut pushed, mut point, mut rest) = (0.0, [0.0; 3], [0.0; 3], [0.0; 3]);
+        for push in layer.pushes(near, p) {
             total += push.size;
+            pushed = axpy(pushed, 1.0, push.force);
+            point = axpy(point, push.size, push.point);
+            rest = axpy(rest, push.size, push.rest);
         }
-        self.proxy.stand(p, normal, middle.map(|c| c / total));
-        if let Some(touch) = self.proxy.touch {
-            self.measure_depth(body, touch.triangle, touch.bary, normal);
+        if total == 0.0 {
+            self.proxy.position = p;
+            return Ok(());
         }
-        self.loads.clear();
-        let (scale, spring) = self.cap(pulled);
-        let whole = self.layer.pushes(p, self.proxy.radius).fold([0.0; 3], |sum, push| axpy(sum, 1.0, push.force));
+        let pulled = axpy(hand, -1.0, p).map(|c| coupling.stiffness * c);
         // What the pushes leave of the pull is friction's; it is shared as they are.
-        let rest = axpy(pulled, -1.0, whole);
-        let near = self.proxy.near();
-        for push in self.layer.pushes(p, self.proxy.radius) {
+        let friction = axpy(pulled, -1.0, pushed);
+        let (scale, spring) = self.cap(pulled);
+        self.loads.clear();
+        for push in layer.pushes(near, p) {
             let share = push.size / total;
-            let force = axpy(push.force, share, rest).map(|f| scale * f);
-            let sideways = share * self.coupling.stiffness;
-            let stiffness = std::array::from_fn(|e| spring * (push.stiffness[e] + if e % 4 == 0 { sideways } else { 0.0 }));
-            let damping = diagonal(spring * share * self.coupling.damping);
-            let n = &near[push.sample.near];
-            for (corner, weight) in body.model.surface.triangles[n.triangle as usize].into_iter().zip(push.sample.bary) {
-                let place = body.model.surface.points[corner as usize];
-                let of = |block: Block| block.map(|b| weight * b);
-                self.loads.push(place, force.map(|f| weight * f), of(stiffness), of(damping));
-            }
+            let sideways = diagonal(share * coupling.stiffness);
+            let stiffness = std::array::from_fn(|e| spring * (push.stiffness[e] + sideways[e]));
+            let force = axpy(push.force, share, friction).map(|f| scale * f);
+            self.loads.push(push.rest, force, stiffness, diagonal(spring * share * coupling.damping));
         }
-        self.loads.attach(&mut body.lattice, &body.system.nodes, &mut self.springs[index as usize])
+        let touch = Touch { rest: rest.map(|c| c / total), normal, ..touch };
+        self.proxy.stand(p, point.map(|c| c / total), touch);
+        let (now, settled) = body.lattice.carry_one(touch.rest, &body.system.nodes)?;
+        self.depth = dot(axpy(settled, -1.0, now), normal);
+        self.loads.attach(&mut body.lattice, &body.system.nodes, &mut self.springs[touch.body as usize])
     }
 
     fn pull(
@@ -282,53 +272,51 @@ impl Tool {
         hand: &Hand,
         bodies: &mut [Body],
         moved: &[f64],
-        contact: Option<V3>,
+        contact: Option<(V3, V3)>,
         most: f64,
     ) -> Result<(), ToolError> {
         self.proxy.touch = None;
         if self.grip.is_none() {
             let mut found = Vec::new();
             let reach = GRIP_REACH * self.proxy.radius;
-            Self::search(&mut self.near, bodies, moved, (hand.position, reach), &mut found)?;
+            search(&mut self.near, bodies, moved, (hand.position, reach), None, &mut found)?;
             let nearest = found.iter().min_by(|a, b| a.distance.total_cmp(&b.distance));
-            self.grip = nearest.map(|n| Grip {
-                body: n.body,
-                triangle: n.triangle,
-                bary: n.closest.bary,
-                offset: axpy(hand.position, -1.0, n.closest.point),
-            });
+            let grip = |n: &Near| {
+                let offset = axpy(hand.position, -1.0, n.point);
+                Grip { body: n.body, rest: n.rest, normal: n.normal, offset }
+            };
+            self.grip = nearest.map(grip);
         }
         let Some(grip) = self.grip else {
             self.proxy.position = hand.position;
             return Ok(());
         };
         let body = &mut bodies[grip.body as usize];
-        let point = match contact {
-            Some(point) => point,
-            None => surface_point(body, grip.triangle, grip.bary)?,
+        let (now, settled) = match contact {
+            Some(places) => places,
+            None => body.lattice.carry_one(grip.rest, &body.system.nodes)?,
         };
-        self.proxy.position = axpy(point, 1.0, grip.offset);
+        self.proxy.position = axpy(now, 1.0, grip.offset);
         let pull = axpy(hand.position, -1.0, self.proxy.position);
         if self.coupling.stiffness * dot(pull, pull).sqrt() > most {
             self.slipped += 1;
             self.release(hand);
             return Ok(());
         }
-        let corners = body.model.surface.triangles[grip.triangle as usize].map(|v| body.skin.settled[v as usize]);
-        let out = axpy(point, -1.0, weigh(corners, grip.bary));
+        let out = axpy(now, -1.0, settled);
         self.depth = dot(out, out).sqrt();
         let pulled = pull.map(|c| self.coupling.stiffness * c);
-        self.press_disc(body, (grip.body, grip.triangle, grip.bary), pulled)
+        self.press_disc(body, (grip.body, grip.rest, grip.normal), pulled)
     }
 
-    /// Gives the body a force (N) over a disc around a contact.
+    /// Gives the body a force (N) over a disc around a rest place.
     fn press_disc(
         &mut self,
         body: &mut Body,
-        (index, triangle, bary): (u32, u32, V3),
+        (index, rest, normal): (u32, V3, V3),
         pulled: V3,
     ) -> Result<(), ToolError> {
-        self.patch.sample(&body.model, triangle, bary, body.lattice.edge());
+        self.patch.sample(rest, normal, body.lattice.edge());
         let (scale, spring) = self.cap(pulled);
         self.loads.clear();
         for (place, share) in self.patch.places.iter().zip(&self.patch.shares) {
@@ -344,13 +332,6 @@ impl Tool {
     fn cap(&self, pulled: V3) -> (f64, f64) {
         let size = dot(pulled, pulled).sqrt();
         if size > self.coupling.most { (self.coupling.most / size, 0.0) } else { (1.0, 1.0) }
-    }
-
-    /// How far the contact point has gone in, against the contact normal.
-    fn measure_depth(&mut self, body: &Body, triangle: u32, bary: V3, normal: V3) {
-        let corners = body.model.surface.triangles[triangle as usize].map(|v| body.skin.settled[v as usize]);
-        let moved = axpy(weigh(corners, bary), -1.0, body.skin.point(&body.model, triangle, bary));
-        self.depth = dot(moved, normal);
     }
 
     /// N, on the hand, at the end of a step: the opposite of what the bodies felt.
@@ -373,13 +354,24 @@ fn direction(of: V3) -> Option<V3> {
     (size > 0.0).then(|| of.map(|c| c / size))
 }
 
-/// A point of a triangle, with its corners brought up to date.
-fn surface_point(body: &mut Body, triangle: u32, bary: V3) -> Result<V3, ToolError> {
-    for v in body.model.surface.triangles[triangle as usize] {
-        let cell = body.skin.cell[v as usize];
-        if cell != crate::body::NOT_CARRIED {
-            body.lattice.embed(cell, &body.system.nodes, &body.model, &mut body.skin)?;
+/// What of all bodies is within `reach` of `centre`: samples for a ball of a radius, triangles for a point.
+fn search(
+    near: &mut [NearSurface],
+    bodies: &mut [Body],
+    moved: &[f64],
+    (centre, reach): (V3, f64),
+    radius: Option<f64>,
+    out: &mut Vec<Near>,
+) -> Result<(), ToolError> {
+    out.clear();
+    for (index, body) in bodies.iter_mut().enumerate() {
+        let (list, at) = (&mut near[index], (centre, reach, moved[index]));
+        if radius.is_some_and(|r| Tool::is_ball(r, body.lattice.edge())) {
+            let samples = std::sync::Arc::clone(&body.samples);
+            list.samples((index as u32, body, &samples), at, out)?;
+        } else {
+            list.triangles((index as u32, body), at, out)?;
         }
     }
-    Ok(body.skin.point(&body.model, triangle, bary))
+    Ok(())
 }

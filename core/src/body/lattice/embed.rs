@@ -31,6 +31,71 @@ impl Lattice {
         Ok(&self.grid.points(self.settings.level)?[begin as usize..end as usize])
     }
 
+    /// m, how far the corners of a cell are from where the grid has them.
+    pub fn displacements(&self, cell: u32, nodes: &Nodes) -> [V3; 8] {
+        self.region.cell_corners[cell as usize]
+            .map(|n| axpy(nodes.x[n as usize], -1.0, self.region.node_rest[n as usize]))
+    }
+
+    /// Weights of rest places.
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn weights_in(&mut self, places: &[V3], weights: &mut [[f64; 8]]) -> Result<(), LatticeError> {
+        self.scratch.cells.resize(places.len(), 0);
+        let cells = &mut self.scratch.cells[..places.len()];
+        Ok(self.grid.weights(self.settings.level, places, cells, weights)?)
+    }
+
+    /// Where the nodes carry rest places of one cell.
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn carry(
+        &self,
+        cell: u32,
+        places: &[V3],
+        weights: &[[f64; 8]],
+        nodes: &Nodes,
+        out: &mut Vec<V3>,
+    ) -> Result<(), LatticeError> {
+        out.clear();
+        if self.grid.is_nonlinear() {
+            let corners = vec![self.corners(cell, &nodes.x); places.len()];
+            out.resize(places.len(), [0.0; 3]);
+            return Ok(self.grid.place(self.settings.level, places, &corners, out)?);
+        }
+        let moved = self.displacements(cell, nodes);
+        let carried = |(place, weights): (&V3, &[f64; 8])| {
+            weights.iter().zip(&moved).fold(*place, |sum, (w, u)| axpy(sum, *w, *u))
+        };
+        out.extend(places.iter().zip(weights).map(carried));
+        Ok(())
+    }
+
+    /// Where the nodes carry one rest place, and where they would if they were at rest. A place that no active cell carries
+    /// stays.
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn carry_one(&self, place: V3, nodes: &Nodes) -> Result<(V3, V3), LatticeError> {
+        let (mut id, mut weights) = ([abi::NO_CELL], [[0.0; 8]]);
+        self.grid.weights(self.settings.level, &[place], &mut id, &mut weights)?;
+        let Ok(cell) = self.region.cell_id.binary_search(&id[0]) else { return Ok((place, place)) };
+        let at = |field: &[V3]| -> Result<V3, LatticeError> {
+            if self.grid.is_nonlinear() {
+                let mut out = [[0.0; 3]];
+                self.grid.place(self.settings.level, &[place], &[self.corners(cell as u32, field)], &mut out)?;
+                return Ok(out[0]);
+            }
+            let corners = self.region.cell_corners[cell].iter().zip(&weights[0]);
+            Ok(corners.fold(place, |sum, (&n, w)| {
+                axpy(sum, *w, axpy(field[n as usize], -1.0, self.region.node_rest[n as usize]))
+            }))
+        };
+        Ok((at(&nodes.x)?, at(&nodes.rest)?))
+    }
+
     /// Brings the points of one cell up to date.
     ///
     /// # Errors

@@ -1,0 +1,181 @@
+//! The figures the project promises, measured: `cargo build --release && cargo bench -p pliant-tests`.
+#![allow(clippy::print_stdout, reason = "a bench prints its figures")]
+
+use pliant_core::host::{Grid, Material, Search};
+use pliant_core::mesh::{ObjDocument, Placement, Surface, generate};
+use pliant_core::plan::Plan;
+use pliant_core::scene;
+use pliant_core::session::{Options, Session};
+use pliant_core::step::{Integrator, Loads, Nodes, Pool, Scheme, System};
+use pliant_plugin_api::{abi, kit};
+use pliant_tests::{Bench, library, root, shared_mesh};
+use std::path::Path;
+use std::time::Instant;
+
+fn main() {
+    lattice_step();
+    loading();
+    hierarchy();
+    growth_with_the_mesh();
+    first_step();
+}
+
+fn median(mut seconds: Vec<f64>) -> f64 {
+    seconds.sort_by(f64::total_cmp);
+    seconds[seconds.len() / 2]
+}
+
+/// 16^3 particles, 43,872 springs, symplectic, one core.
+fn lattice_step() {
+    let library = library("mass-spring");
+    let place = |key: &str| library.plugins()[0].params.iter().position(|p| p.key == key).unwrap();
+    let number = |v| pliant_core::host::ParamValue::Number(v);
+    for scheme in [Scheme::SymplecticEuler, Scheme::BackwardEuler] {
+        let settings = vec![(place("flexion"), number(0.125)), (place("damping-time"), number(1e-4))];
+        let material = Material::open(library, "mass-spring", &settings, 1e-4).unwrap();
+        let mut system = System::new(material);
+        let block = kit::block([15; 3], 2.5e-3, abi::STRUCTURAL | abi::SHEAR | abi::FLEXION);
+        system.nodes = Nodes::at_rest(block.rest.clone());
+        for set in &mut system.sets {
+            let given = block.given(set.request().kind);
+            let list = set.list_mut();
+            (list.nodes, list.family, list.measure) = (given.nodes, given.family, given.measure);
+        }
+        system.prepare().unwrap();
+        if scheme.is_implicit() {
+            system.enable_matrix();
+        }
+        for (i, v) in system.nodes.v.iter_mut().enumerate() {
+            *v = [0.01 * (i as f64).sin(), 0.01 * (2.0 * i as f64).cos(), 0.0];
+        }
+        let pool = Pool::new(1);
+        let mut integrator = Integrator::new(scheme, 1e-4, 1000);
+        integrator.resize(system.nodes.len());
+        let dt = if scheme.is_implicit() { 1e-3 } else { 1e-4 };
+        let steps = if scheme.is_implicit() { 100 } else { 3000 };
+        let mut iterations = 0;
+        let seconds = (0..steps)
+            .map(|i| {
+                let start = Instant::now();
+                let now = (f64::from(i) * dt, dt);
+                iterations += integrator.step(&pool, &mut system, &Loads::default(), now, 1).unwrap().iterations;
+                start.elapsed().as_secs_f64()
+            })
+            .collect();
+        println!(
+            "block of {} particles, {} springs, {}: {:.1} us a step, {} iterations on average",
+            system.nodes.len(),
+            system.elements(),
+            scheme.name(),
+            1e6 * median(seconds),
+            iterations / steps as usize
+        );
+    }
+}
+
+fn bunny(times: u32) -> Option<Vec<u8>> {
+    let document = ObjDocument::read(&shared_mesh("stanford-bunny.obj")?).unwrap();
+    let mut surface = Surface::from_document(&document);
+    for _ in 0..times {
+        surface = generate::subdivide(&surface);
+    }
+    Some(generate::to_obj(&surface))
+}
+
+/// Loading a million triangles.
+fn loading() {
+    let Some(bytes) = bunny(2) else { return };
+    let megabytes = bytes.len() as f64 / 1e6;
+    let seconds = (0..5)
+        .map(|_| {
+            let copy = bytes.clone();
+            let start = Instant::now();
+            let document = ObjDocument::parse(copy, Path::new("bunny.obj")).unwrap();
+            let seconds = start.elapsed().as_secs_f64();
+            assert!(document.face_count() > 1_000_000);
+            seconds
+        })
+        .collect();
+    println!("OBJ of 1,111,216 triangles, {megabytes:.0} MB: loaded in {:.3} s", median(seconds));
+}
+
+/// The bunny's level-7 hierarchy with classification and binding.
+fn hierarchy() {
+    let Some(path) = shared_mesh("stanford-bunny.obj") else { return };
+    let document = ObjDocument::read(&path).unwrap();
+    let surface = Surface::from_document(&document);
+    let surface = surface.placed(&Placement::fit(&surface.bounds(), 0.1).unwrap());
+    for level in [6, 7, 8] {
+        let mut cells = 0;
+        let seconds = (0..7)
+            .map(|_| {
+                let mut grid = Grid::open(library("octree-grid"), "octree-grid", &Vec::new(), 1e-3).unwrap();
+                let start = Instant::now();
+                grid.build(&surface.points, &surface.triangles, level).unwrap();
+                let (mut at, mut weights) = (vec![0; surface.points.len()], vec![[0.0; 8]; surface.points.len()]);
+                grid.weights(level, &surface.points, &mut at, &mut weights).unwrap();
+                let seconds = start.elapsed().as_secs_f64();
+                let facts = grid.level(level).unwrap();
+                cells = facts.surface_cells + facts.inside_cells;
+                seconds
+            })
+            .collect();
+        println!("bunny, level {level}: {cells} cells classified and bound in {:.1} ms", 1e3 * median(seconds));
+    }
+}
+
+/// The same touch on the bunny and on it subdivided 4 and 16 times.
+fn growth_with_the_mesh() {
+    let mut first = None;
+    for times in 0..3 {
+        let Some(bytes) = bunny(times) else { return };
+        let bench = Bench::new();
+        let mesh = bench.write("bunny.obj", bytes);
+        let (scene, source) = scene::load(&root().join("scenes/touch.toml"), &[]).unwrap();
+        let plan = Plan::new(&scene, &source).unwrap();
+        let options = Options { search: Search::new(&[]), threads: 1, mesh: Some(mesh) };
+        let start = Instant::now();
+        let mut session = Session::open(&scene, &source, plan, &options).unwrap();
+        let open = start.elapsed().as_secs_f64();
+        let (mut touching, mut parts) = (Vec::new(), [0.0; 3]);
+        for _ in 0..600 {
+            session.step();
+            let frame = session.frame();
+            if frame.tools[0].contact.is_some() {
+                touching.push(frame.seconds);
+                (0..3).for_each(|p| parts[p] += frame.parts[p]);
+            }
+        }
+        let steps = touching.len();
+        let median = median(touching);
+        let ratio = median / *first.get_or_insert(median);
+        let parts = parts.map(|p| 1e6 * p / steps as f64);
+        println!(
+            "touch on {} triangles: {:.1} us a step in contact ({ratio:.2}x), mean us of regions {:.1}, contact {:.1}, \
+             integration {:.1}; {} nodes, {} elements; opened in {:.0} ms",
+            session.bodies[0].model.surface.triangles.len(),
+            1e6 * median,
+            parts[0],
+            parts[1],
+            parts[2],
+            session.frame().nodes,
+            session.frame().elements,
+            1e3 * open
+        );
+    }
+}
+
+/// From the start of the process to the end of its first step.
+fn first_step() {
+    let bench = Bench::new();
+    let scene = root().join("scenes/touch.toml");
+    let seconds = (0..9)
+        .map(|_| {
+            let start = Instant::now();
+            let args = ["run", scene.to_str().unwrap(), "--set", "time.duration=0.001", "--json", "--out", "out"];
+            bench.pliant(&args).expect(0);
+            start.elapsed().as_secs_f64()
+        })
+        .collect();
+    println!("scenes/touch.toml, one step, the whole process with its results written: {:.1} ms", 1e3 * median(seconds));
+}
