@@ -177,5 +177,8 @@ fn first_step() {
             start.elapsed().as_secs_f64()
         })
         .collect();
-    println!("scenes/touch.toml, one step, the whole process with its results written: {:.1} ms", 1e3 * median(seconds));
+    println!(
+        "scenes/touch.toml, one step, the whole process with its results written: {:.1} ms",
+        1e3 * median(seconds)
+    );
 }

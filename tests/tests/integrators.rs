@@ -119,10 +119,9 @@ fn r09_predicted_step_limits_are_the_observed_ones() {
         let w = oscillator.w;
         let found = Frequencies::of(&mut oscillator.system, &pool).unwrap();
         assert!((found.stiffness / w - 1.0).abs() < 1e-9 && (found.damping / (2.0 * zeta * w) - 1.0).abs() < 1e-9);
-        for (scheme, formula) in [
-            (Scheme::ExplicitEuler, 2.0 * zeta),
-            (Scheme::SymplecticEuler, 2.0 * ((1.0 + zeta * zeta).sqrt() - zeta)),
-        ] {
+        for (scheme, formula) in
+            [(Scheme::ExplicitEuler, 2.0 * zeta), (Scheme::SymplecticEuler, 2.0 * ((1.0 + zeta * zeta).sqrt() - zeta))]
+        {
             let StepLimit::At(predicted) = found.limit(scheme) else { panic!("{} has a limit", scheme.name()) };
             let observed = observed_limit(&mut oscillator, scheme);
             assert!((predicted * w / formula - 1.0).abs() < 1e-9, "{}: {predicted}", scheme.name());

@@ -99,7 +99,14 @@ mod tests {
         for i in -20..20 {
             for j in -20..20 {
                 let point = [(f64::from(i) + 0.5) * spacing, (f64::from(j) + 0.5) * spacing, 0.0];
-                samples.push(Near { body: 0, point, rest: point, normal: [0.0; 3], distance: 0.0, area: spacing * spacing });
+                samples.push(Near {
+                    body: 0,
+                    point,
+                    rest: point,
+                    normal: [0.0; 3],
+                    distance: 0.0,
+                    area: spacing * spacing,
+                });
             }
         }
         samples

@@ -33,6 +33,8 @@ const MOST_PARTS: usize = 64;
 struct Part {
     /// Box, then which axis the normal is closest to, and its sign.
     key: (i32, i32, i32, u8),
+    /// Keeps the order of sums.
+    number: u32,
     middle: V3,
     /// m^2, along the normal
     area: V3,
@@ -49,7 +51,7 @@ impl Samples {
         for triangle in &surface.triangles {
             cut(triangle.map(|v| surface.points[v as usize]), size, &mut parts);
         }
-        parts.sort_by_key(|p| p.key);
+        parts.sort_unstable_by_key(|p| (p.key, p.number));
         let mut merged: Vec<(V3, V3)> = Vec::new();
         for group in parts.chunk_by(|a, b| a.key == b.key) {
             let weight = |p: &Part| dot(p.area, p.area).sqrt();
@@ -100,11 +102,11 @@ impl Samples {
     }
 }
 
-/// Cuts a triangle into equal parts no longer than `size`.
+/// Cuts a triangle into equal parts no longer than one and a half boxes of `size`.
 fn cut(corners: [V3; 3], size: f64, out: &mut Vec<Part>) {
     let [a, b, c] = corners.map(Vector3::from);
     let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
-    let parts = ((longest / size).ceil() as usize).clamp(1, MOST_PARTS);
+    let parts = ((longest / (1.5 * size)).ceil() as usize).clamp(1, MOST_PARTS);
     let whole = 0.5 * (b - a).cross(&(c - a));
     if whole.norm() == 0.0 {
         return;
@@ -115,7 +117,8 @@ fn cut(corners: [V3; 3], size: f64, out: &mut Vec<Part>) {
     for bary in middles(parts) {
         let middle = crate::body::weigh(corners, bary);
         let [x, y, z] = middle.map(|m| (m / size).floor() as i32);
-        out.push(Part { key: (x, y, z, side), middle, area });
+        let number = out.len() as u32;
+        out.push(Part { key: (x, y, z, side), number, middle, area });
     }
 }
 

@@ -331,7 +331,17 @@ impl Opening<'_> {
         }
         let skin = Skin::new(&model);
         let fixings = scene.fixed.iter().map(place::fixing).collect();
-        Ok(Body { name, model, skin, system: System::new(material), lattice, samples: Arc::default(), layer_stiffness: 0.0, fixings, frozen: None })
+        Ok(Body {
+            name,
+            model,
+            skin,
+            system: System::new(material),
+            lattice,
+            samples: Arc::default(),
+            layer_stiffness: 0.0,
+            fixings,
+            frozen: None,
+        })
     }
 
     fn tool(

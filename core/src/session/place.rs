@@ -2,7 +2,7 @@
 
 use super::SessionError;
 use crate::body::{Fixing, Model, Place};
-use crate::geometry::TriangleTree;
+use crate::geometry::cast;
 use crate::mesh::{ObjDocument, Placement, Surface, generate};
 use crate::scene::{BodyScene, FixedScene, FrameScene, RotationScene, SceneError, ShapeKind, ShapeScene, Source};
 use crate::tool::Frame;
@@ -116,8 +116,7 @@ pub(super) fn frame(scene: &FrameScene, source: &Source, bodies: &[(String, Mode
     let bounds = model.surface.bounds();
     let in_box = |p: [f64; 3]| Vector3::from_fn(|i, _| bounds.min[i] + p[i] * (bounds.max[i] - bounds.min[i]));
     let (origin, ray) = (in_box(from), in_box(toward) - in_box(from));
-    let tree: TriangleTree = model.tree();
-    let hit = tree.cast(&model.surface.points, &model.surface.triangles, origin.into(), ray.into());
+    let hit = cast(&model.surface.points, &model.surface.triangles, origin.into(), ray.into());
     let Some(hit) = hit.filter(|_| ray.norm() > 0.0) else {
         return Err(wrong(format!("the ray from {from:?} toward {toward:?} does not meet body `{}`", name.get_ref())));
     };

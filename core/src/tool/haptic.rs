@@ -193,13 +193,7 @@ impl Tool {
         }
     }
 
-    fn touch(
-        &mut self,
-        hand: &Hand,
-        bodies: &mut [Body],
-        moved: &[f64],
-        contact: Option<V3>,
-    ) -> Result<(), ToolError> {
+    fn touch(&mut self, hand: &Hand, bodies: &mut [Body], moved: &[f64], contact: Option<V3>) -> Result<(), ToolError> {
         self.grip = None;
         let (near, radius) = (&mut self.near, self.proxy.radius);
         // Nodes have moved once since the last step, not once for every place the proxy looks at.
