@@ -3,6 +3,8 @@
 //! Cargo builds plugins as shared libraries beside the test executables, in `deps/`; the program is looked for one folder up.
 //! `cargo test --workspace` builds both.
 
+#![allow(clippy::print_stderr, reason = "a test that is skipped says so")]
+
 use pliant_core::host::{Library, Search};
 use serde_json::Value;
 use std::path::{Path, PathBuf};

@@ -353,7 +353,7 @@ impl Opening<'_> {
         bodies: usize,
     ) -> Result<ToolSlot, SessionError> {
         let of = |d: &usize| whole.device[*d].name.get_ref() == scene.device.get_ref();
-        let device = plan.devices.iter().position(|d| of(d)).expect("the plan opens the device of every tool in use");
+        let device = plan.devices.iter().position(of).expect("the plan opens the device of every tool in use");
         let facts = *devices[device].device.as_ref().expect("just opened").facts();
         let effector = scene.effector.as_ref().map_or(0, |e| *e.get_ref());
         if effector >= facts.effectors {

@@ -219,8 +219,7 @@ impl Integrator {
             let v = nodes.constraint[i].merge(nodes.v[i], nodes.prescribed[i]);
             nodes.v[i] = v;
             let speed = dot(v, v);
-            // NaN fails every comparison, so it is caught by the one it has to win.
-            if !(speed < f64::INFINITY) {
+            if !speed.is_finite() {
                 nodes.v.fill([0.0; 3]);
                 return Err(StepError::Diverged { node: i });
             }
