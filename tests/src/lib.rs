@@ -176,3 +176,17 @@ tool = "finger"
 "#
     )
 }
+
+/// Opens a scene given as text.
+///
+/// # Panics
+/// If it cannot be opened.
+pub fn open(text: &str, threads: usize) -> pliant_core::session::Session {
+    use pliant_core::{plan::Plan, scene, session};
+    let bench = Bench::new();
+    let path = bench.write("scene.toml", text);
+    let (scene, source) = scene::load(&path, &[]).unwrap_or_else(|e| panic!("{e}"));
+    let plan = Plan::new(&scene, &source).unwrap_or_else(|e| panic!("{e}"));
+    let options = session::Options { search: Search::new(&[deps()]), threads, mesh: None };
+    session::Session::open(&scene, &source, plan, &options).unwrap_or_else(|e| panic!("{e}"))
+}

@@ -225,12 +225,16 @@ impl Tool {
         let coupling = self.coupling;
         let (hand, near) = (hand.position, self.proxy.near());
         let layer = Layer { radius: self.proxy.radius, pull: coupling.stiffness, stiffness: body.layer_stiffness };
-        let (mut p, felt) = layer.balance(near, self.proxy.position, hand, None);
-        let normal = direction(felt).unwrap_or(touch.normal);
-        if let Some(anchor) = anchor {
-            p = hold(p, anchor, hand, normal, self.friction);
-            (p, _) = layer.balance(near, p, hand, Some(normal));
-        }
+        let frictionless = |from| {
+            let (p, felt) = layer.balance(near, from, hand, None);
+            (p, direction(felt).unwrap_or(touch.normal))
+        };
+        let (p, normal) = match anchor {
+            Some(anchor) if self.friction.fixed > 0.0 => {
+                self.rub(&layer, anchor, hand, touch.normal).unwrap_or_else(|| frictionless(self.proxy.position))
+            }
+            _ => frictionless(self.proxy.position),
+        };
         let (mut total, mut pushed, mut point, mut rest) = (0.0, [0.0; 3], [0.0; 3], [0.0; 3]);
         for push in layer.pushes(near, p) {
             total += push.size;
@@ -259,6 +263,24 @@ impl Tool {
         let (now, settled) = body.lattice.carry_one(touch.rest, &body.system.nodes)?;
         self.depth = dot(axpy(settled, -1.0, now), normal);
         self.loads.attach(&mut body.lattice, &body.system.nodes, &mut self.springs[touch.body as usize])
+    }
+
+    /// Where a ball rests that the surface has carried to `anchor`, and the normal there: the direction of what the layer
+    /// does to it. It sticks inside the friction cone and slides up to it. `None` where the layer does not reach it.
+    fn rub(&self, layer: &Layer, anchor: V3, hand: V3, normal: V3) -> Option<(V3, V3)> {
+        let near = self.proxy.near();
+        let (p, felt) = layer.balance(near, anchor, hand, Some(normal));
+        let normal = direction(felt)?;
+        let pull = axpy(hand, -1.0, p);
+        let press = -dot(pull, normal);
+        let along = axpy(pull, press, normal);
+        let slide = dot(along, along).sqrt();
+        if slide <= self.friction.fixed * press {
+            return Some((p, normal));
+        }
+        let slid = axpy(p, (1.0 - self.friction.sliding * press.max(0.0) / slide).max(0.0), along);
+        let (p, felt) = layer.balance(near, slid, hand, Some(normal));
+        Some((p, direction(felt)?))
     }
 
     fn pull(
