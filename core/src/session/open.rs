@@ -306,7 +306,7 @@ impl Opening<'_> {
 
     fn device(&mut self, scene: &Scene, index: usize, models: &[(String, Model)]) -> Result<DeviceSlot, SessionError> {
         let device = &scene.device[index];
-        let frame = place::frame(&device.frame, self.source, models)?;
+        let frame = place::frame(&device.frame, self.source, models, self.options.mesh.is_some())?;
         let (library, info, settings) = self.plugin(Kind::Device, &device.plugin, &device.params)?;
         let opened = Device::open(library, &info.id, &settings, self.dt)?;
         let poses = vec![Pose::default(); opened.facts().effectors as usize];

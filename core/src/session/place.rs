@@ -94,8 +94,13 @@ pub(super) fn fixing(scene: &FixedScene) -> Fixing {
     Fixing { place, path: scene.path.iter().map(|&[t, x, y, z]| (t, [x, y, z])).collect() }
 }
 
-/// A device's axes: given, or standing where a ray meets a body.
-pub(super) fn frame(scene: &FrameScene, source: &Source, bodies: &[(String, Model)]) -> Result<Frame, SceneError> {
+/// A device's axes: given, or standing where a ray meets a body. `near` takes the vertex closest to a ray that misses.
+pub(super) fn frame(
+    scene: &FrameScene,
+    source: &Source,
+    bodies: &[(String, Model)],
+    near: bool,
+) -> Result<Frame, SceneError> {
     let scale = scene.scale.as_ref().map_or(1.0, |s| *s.get_ref());
     if !(scale.is_finite() && scale > 0.0) {
         let span = scene.scale.as_ref().map_or(0..0, |s| s.span());
@@ -117,12 +122,20 @@ pub(super) fn frame(scene: &FrameScene, source: &Source, bodies: &[(String, Mode
     let in_box = |p: [f64; 3]| Vector3::from_fn(|i, _| bounds.min[i] + p[i] * (bounds.max[i] - bounds.min[i]));
     let (origin, ray) = (in_box(from), in_box(toward) - in_box(from));
     let hit = cast(&model.surface.points, &model.surface.triangles, origin.into(), ray.into());
-    let Some(hit) = hit.filter(|_| ray.norm() > 0.0) else {
+    let met = hit.filter(|_| ray.norm() > 0.0).map(|hit| origin + hit.time * ray);
+    let missed = || near.then(|| closest_vertex(model, &origin, &ray));
+    let Some(met) = met.or_else(missed) else {
         return Err(wrong(format!("the ray from {from:?} toward {toward:?} does not meet body `{}`", name.get_ref())));
     };
     let back = (-ray).normalize();
     let rotation = turned_to(&back) * turned;
-    Ok(Frame { origin: (origin + hit.time * ray).into(), rotation, scale })
+    Ok(Frame { origin: met.into(), rotation, scale })
+}
+
+fn closest_vertex(model: &Model, origin: &Vector3<f64>, ray: &Vector3<f64>) -> Vector3<f64> {
+    let away = |p: &&[f64; 3]| (Vector3::from(**p) - origin).cross(ray).norm_squared();
+    let vertices = model.surface.triangles.iter().flatten().map(|&v| &model.surface.points[v as usize]);
+    vertices.min_by(|a, b| away(a).total_cmp(&away(b))).map_or(*origin, |p| Vector3::from(*p))
 }
 
 /// The smallest turn that takes z to `to`; half a turn about x where it is the opposite.
