@@ -73,7 +73,10 @@ impl Recorder {
     pub fn step(&mut self, session: &mut Session, last: bool) -> io::Result<()> {
         let frame = session.frame();
         self.seconds.push(frame.seconds);
-        self.energies.push(frame.kinetic_energy + frame.elastic_energy);
+        let energy = frame.kinetic_energy + frame.elastic_energy;
+        if energy > 0.0 && energy.is_finite() && session.bodies.iter().all(|b| b.frozen.is_none()) {
+            self.energies.push(energy);
+        }
         self.most = (self.most.0.max(frame.nodes), self.most.1.max(frame.elements));
         self.contact_steps += u64::from(frame.tools.iter().any(|t| t.contact.is_some()));
         self.iterations += frame.iterations as u64;
@@ -147,9 +150,9 @@ impl Recorder {
         if session.events.count(EventKind::Unstable) == 0 {
             return None;
         }
-        let finite = self.energies.iter().take_while(|e| e.is_finite() && **e > 0.0).count();
-        let span = GROWTH_STEPS.min(finite.checked_sub(1)?);
-        (span > 0).then(|| (self.energies[finite - 1] / self.energies[finite - 1 - span]).powf(1.0 / span as f64))
+        let span = GROWTH_STEPS.min(self.energies.len().checked_sub(1)?);
+        let last = self.energies.last()?;
+        (span > 0).then(|| (last / self.energies[self.energies.len() - 1 - span]).powf(1.0 / span as f64))
     }
 
     fn summary(&mut self, session: &Session, interrupted: bool) -> Summary {

@@ -106,15 +106,22 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Whether every probe that expects something got it.
+    /// Whether every probe that expects something got it, and nothing blew up that was forced to run over its limit.
     pub fn passed(&self) -> bool {
-        self.probes.iter().all(|p| p.passed != Some(false))
+        self.probes.iter().all(|p| p.passed != Some(false)) && !(self.forced() && self.quarantined())
+    }
+
+    fn forced(&self) -> bool {
+        self.event_counts.contains_key(&EventKind::Unstable)
+    }
+
+    fn quarantined(&self) -> bool {
+        self.event_counts.contains_key(&EventKind::Quarantine)
     }
 
     /// Whether a plugin or device failed on the way.
     pub fn plugin_failed(&self) -> bool {
-        let failed = [EventKind::Quarantine, EventKind::DeviceLost];
-        failed.iter().any(|kind| self.event_counts.get(kind).is_some_and(|n| *n > 0))
+        self.event_counts.contains_key(&EventKind::DeviceLost) || (self.quarantined() && !self.forced())
     }
 }
 
