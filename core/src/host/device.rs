@@ -67,7 +67,7 @@ impl Device {
         &self.facts
     }
 
-    /// One pose per effector at `time` (ns). [servo]
+    /// One pose per effector at `time` (ns). `[servo]`
     ///
     /// # Errors
     /// The device is lost.
@@ -77,7 +77,7 @@ impl Device {
         self.instance.done("read", unsafe { read(self.instance.plugin(), time, poses.as_mut_ptr(), poses.len()) })
     }
 
-    /// What each effector is to render from now on. [servo]
+    /// What each effector is to render from now on. `[servo]`
     ///
     /// # Errors
     /// The device is lost.
@@ -102,7 +102,7 @@ impl Device {
         self.instance.done("write", unsafe { write(self.instance.plugin(), time, raw.as_ptr(), count) })
     }
 
-    /// Zero force, at once. [any]
+    /// Zero force, at once. `[any]`
     ///
     /// # Errors
     /// The device is lost.

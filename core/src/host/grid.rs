@@ -127,7 +127,7 @@ impl Grid {
         Ok(grid)
     }
 
-    /// Builds all levels up to `level` around a surface. [worker]
+    /// Builds all levels up to `level` around a surface. `[worker]`
     ///
     /// # Errors
     /// What the grid says of the surface or the level.
@@ -209,7 +209,7 @@ impl Grid {
     }
 
     /// Fills `out` with the cells of `level` that the balls touch and the listed ones, their nodes and the links of
-    /// `families`. [worker]
+    /// `families`. `[worker]`
     ///
     /// # Errors
     /// A level that was not built; tables that make no sense.
@@ -257,7 +257,7 @@ impl Grid {
         }
     }
 
-    /// Cell and corner weights of each rest place; [`abi::NO_CELL`] and zeros for one that belongs to no cell. [sim]
+    /// Cell and corner weights of each rest place; [`abi::NO_CELL`] and zeros for one that belongs to no cell. `[sim]`
     ///
     /// # Errors
     /// A level that was not built.
@@ -281,7 +281,7 @@ impl Grid {
         self.nonlinear
     }
 
-    /// Places from rest places and the current corners of their cells, m. [sim]
+    /// Places from rest places and the current corners of their cells, m. `[sim]`
     ///
     /// # Errors
     /// What the grid says.
@@ -299,7 +299,7 @@ impl Grid {
         self.instance.done("place", unsafe { place(self.instance.plugin(), level, r, rest.len(), c, o) })
     }
 
-    /// Adds to the corners what loads (N) on the places come to. [sim]
+    /// Adds to the corners what loads (N) on the places come to. `[sim]`
     ///
     /// # Errors
     /// What the grid says.

@@ -155,7 +155,7 @@ impl Material {
         &self.requests
     }
 
-    /// Writes rest data of the call's range into `out` (stride x m). [sim]
+    /// Writes rest data of the call's range into `out` (stride x m). `[sim]`
     ///
     /// # Errors
     /// What the material says, or a value that is not finite.
@@ -165,7 +165,7 @@ impl Material {
         self.instance.done("rest", unsafe { rest(self.instance.plugin(), &call.batch(), out.as_mut_ptr()) })
     }
 
-    /// Adds masses, kg, into `out`, the window of the call. [sim]
+    /// Adds masses, kg, into `out`, the window of the call. `[sim]`
     ///
     /// # Errors
     /// What the material says.
@@ -176,7 +176,7 @@ impl Material {
         self.instance.done("mass", unsafe { mass(self.instance.plugin(), &call.batch(), base) })
     }
 
-    /// Energy of the call's range, J. [sim]
+    /// Energy of the call's range, J. `[sim]`
     ///
     /// # Errors
     /// What the material says.
@@ -187,7 +187,7 @@ impl Material {
         self.instance.done("energy", status).map(|()| sum)
     }
 
-    /// Adds forces, N, into `out`, the window of the call. [sim]
+    /// Adds forces, N, into `out`, the window of the call. `[sim]`
     ///
     /// # Errors
     /// What the material says.
@@ -198,7 +198,7 @@ impl Material {
         self.instance.done("forces", unsafe { forces(self.instance.plugin(), &call.batch(), base.cast()) })
     }
 
-    /// Adds `stiffness` K + `damping` C to the blocks `first..` that `values` holds, where `slots` (m x pairs) says. [sim]
+    /// Adds `stiffness` K + `damping` C to the blocks `first..` that `values` holds, where `slots` (m x pairs) says. `[sim]`
     ///
     /// # Errors
     /// What the material says.
@@ -224,7 +224,7 @@ impl Material {
         self.instance.done("tangent", status)
     }
 
-    /// Brings history (stride x m) of the call's range up to date. [sim]
+    /// Brings history (stride x m) of the call's range up to date. `[sim]`
     ///
     /// # Errors
     /// What the material says.

@@ -63,7 +63,7 @@ impl Inbox {
     }
 }
 
-/// The function plugins call. [any]
+/// The function plugins call. `[any]`
 #[allow(unsafe_code, reason = "called from the other side of the border")]
 pub(super) unsafe extern "C" fn receive(host: *const abi::Host, severity: u32, text: *const c_char) {
     // SAFETY: the host table handed to a plugin has an `Inbox` behind `data` that outlives the instance; a plugin passes a

@@ -77,7 +77,7 @@ impl ElementSet {
         self.request.flags & flag != 0
     }
 
-    /// The list, to be refilled; then comes [`ElementSet::prepare`].
+    /// The list, to be refilled; then comes [`super::System::prepare`].
     pub fn list_mut(&mut self) -> &mut ElementList {
         &mut self.list
     }
