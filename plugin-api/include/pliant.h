@@ -221,7 +221,7 @@ typedef struct pliant_cell {     /* one node of the tree */
   uint64_t id, parent, children[8];  /* PLIANT_NO_CELL where there is none */
   uint32_t index[3], state;
   double reference[3], centre[3], edge; /* m; reference: the corner with the least coordinates */
-  size_t point_begin, point_end; /* the surface points inside it, as a range of `points`; leaves only */
+  size_t point_begin, point_end; /* the surface points inside it, as a range of `points` */
 } pliant_cell;
 
 typedef struct pliant_ball { double centre[3], radius; } pliant_ball; /* m; an infinite radius takes the whole body */
@@ -256,7 +256,8 @@ typedef struct pliant_grid {
   /* Builds all levels up to `level`, the finest, and binds the surface's points to it. [worker & active] */
   pliant_status (*build)(const pliant_plugin *, const pliant_surface *, uint32_t level);
   pliant_status (*level)(const pliant_plugin *, uint32_t level, pliant_level *);                             /* [any & active] */
-  pliant_status (*cell)(const pliant_plugin *, uint32_t level, uint64_t id, pliant_cell *);                  /* [any & active] */
+  /* Any id within the level; one that is not occupied is PLIANT_CELL_EMPTY. [any & active] */
+  pliant_status (*cell)(const pliant_plugin *, uint32_t level, uint64_t id, pliant_cell *);
   /* The cell of a point; clamped onto the grid. `local` in [0, 1]^3. [any & active] */
   pliant_status (*locate)(const pliant_plugin *, uint32_t level, const double point[3], uint64_t *id, double local[3]);
   /* Surface points sorted by cell of `level`; lives until the next `build`. [any & active] */
@@ -267,7 +268,7 @@ typedef struct pliant_grid {
    * to belong to a cell gets PLIANT_NO_CELL and zeros, and is no error. [sim & active] */
   pliant_status (*weights)(const pliant_plugin *, uint32_t level, const double *places /* (count x 3) m */, size_t count,
                            uint64_t *cells, double *weights);
-  /* For an embedding that is not linear, else both NULL: places (count x 3) from rest places and the corners of their
+  /* For an embedding that is not linear, else NULL or UNSUPPORTED (asked with count 0): places (count x 3) from rest places and the corners of their
    * cells (count x 8 x 3), and corner loads (count x 8 x 3) += transpose of that map's derivative times loads. [sim & active] */
   pliant_status (*place)(const pliant_plugin *, uint32_t level, const double *rest, size_t count, const double *corners, double *places);
   pliant_status (*pull_back)(const pliant_plugin *, uint32_t level, const double *rest, size_t count, const double *corners,

@@ -357,6 +357,9 @@ impl<T: Grid> AsGrid<T> {
         // SAFETY: see above.
         unsafe {
             call::<Self, _>(plugin, |grid| {
+                if !grid.is_nonlinear() {
+                    return Err(Fault::unsupported(""));
+                }
                 let (rest, corners) = (slice(rest.cast(), count), slice(corners.cast(), count));
                 grid.pull_back(level, rest, corners, slice(loads.cast(), count), slice_mut(corner_loads.cast(), count))
             })

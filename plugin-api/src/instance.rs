@@ -190,11 +190,22 @@ unsafe extern "C" fn set_number<R: Role>(plugin: *const Plugin, index: u32, valu
         abi::Param { kind: abi::PARAM_NUMBER, min, max, .. } if !(min..=max).contains(&value) => {
             Err(Fault::bad_argument(format!("parameter {index}: {value} is outside {min} to {max}")))
         }
+        abi::Param { kind: abi::PARAM_CHOICE, choices, .. } if !is_place(value, choices) => {
+            Err(Fault::bad_argument(format!("parameter {index}: {value} is not the place of a choice")))
+        }
         _ if !value.is_finite() => Err(Fault::bad_argument(format!("parameter {index} is not finite"))),
         _ => Ok(Value::Number(value)),
     };
     // SAFETY: [main & !active].
     unsafe { set::<R>(plugin, index, &[abi::PARAM_NUMBER, abi::PARAM_CHOICE], read) }
+}
+
+/// Whether a number is the place of one of `choices`.
+fn is_place(value: f64, choices: *const c_char) -> bool {
+    #[allow(unsafe_code, reason = "reads back a pointer the constructor took from a CStr")]
+    // SAFETY: a choice has a list, from a `&'static CStr`.
+    let count = unsafe { CStr::from_ptr(choices) }.to_bytes().split(|b| *b == b'|').count();
+    value.fract() == 0.0 && value >= 0.0 && value < count as f64
 }
 
 #[allow(unsafe_code, reason = "behind the table")]
