@@ -7,6 +7,5 @@ mod links;
 mod overlap;
 mod region;
 pub(crate) mod shapes;
-mod speed;
 mod states;
 mod winding;
