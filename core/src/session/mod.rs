@@ -1,5 +1,6 @@
 //! A scene, opened: live objects and nothing optional inside.
 
+mod choose;
 mod error;
 mod event;
 mod frame;
