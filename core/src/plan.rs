@@ -1,5 +1,7 @@
 //! What a scene needs, what is left out, and why: decided before any plugin is opened.
 
+mod check;
+
 use crate::scene::{EditKind, Extent, ProbeQuantity, Release, Scene, SceneError, Source};
 use crate::step::V3;
 use serde::Serialize;
@@ -78,7 +80,7 @@ impl Plan {
     /// # Errors
     /// A name that stands for nothing, or a time or number that makes no sense.
     pub fn new(scene: &Scene, source: &Source) -> Result<Self, SceneError> {
-        check_numbers(scene, source)?;
+        check::check(scene, source)?;
         let mut plan = Self { gravity: scene.gravity.map_or([0.0; 3], |g| g.map(|a| a.si)), ..Self::default() };
         plan.find_tools(scene, source)?;
         plan.find_devices(scene);
@@ -96,10 +98,7 @@ impl Plan {
     fn find_tools(&mut self, scene: &Scene, source: &Source) -> Result<(), SceneError> {
         let duration = scene.time.duration.get_ref().si;
         let names: Vec<&str> = scene.tool.iter().map(|t| t.name.get_ref().as_str()).collect();
-        for (i, tool) in scene.tool.iter().enumerate() {
-            if names[..i].contains(&names[i]) {
-                return Err(source.error(tool.name.span(), format!("tool `{}` is there twice", names[i])));
-            }
+        for tool in &scene.tool {
             if !scene.device.iter().any(|d| d.name.get_ref() == tool.device.get_ref()) {
                 let known = list(scene.device.iter().map(|d| d.name.get_ref().as_str()));
                 let text = format!("no device `{}`; allowed is {known}", tool.device.get_ref());
@@ -113,12 +112,6 @@ impl Plan {
             };
             let start = edit.start.as_ref().map_or(0.0, |t| t.get_ref().si);
             let end = edit.end.as_ref().map_or(f64::INFINITY, |t| t.get_ref().si);
-            if !(start >= 0.0 && end > start) {
-                let span = edit.end.as_ref().or(edit.start.as_ref()).map_or(0..0, |t| t.span());
-                return Err(
-                    source.error(span, format!("an edit from {start} s to {end} s; it must end after it starts"))
-                );
-            }
             let limit = edit.limit.as_ref().map_or(3.0, |f| f.get_ref().si);
             if start >= duration {
                 let what = format!("edit of tool `{}` from {start} s", names[tool]);
@@ -134,7 +127,7 @@ impl Plan {
                 kind: edit.kind,
                 tool: place,
                 span,
-                button: edit.button,
+                button: edit.button.as_ref().map(|b| *b.get_ref()),
                 release: edit.release,
                 limit,
             });
@@ -163,13 +156,13 @@ impl Plan {
 
     fn find_moving(&mut self, scene: &Scene) {
         for body in &scene.body {
-            let led = body.fixed.iter().any(|f| f.path.iter().any(|row| row[1..] != [0.0; 3]));
+            let led = body.fixed.iter().any(|f| f.get_ref().path.iter().any(|row| row[1..] != [0.0; 3]));
             let falls = self.gravity != [0.0; 3] && body.grid.region == Extent::Whole;
             let moving = !self.tools.is_empty() || led || falls;
             self.moving.push(moving);
             if !moving {
                 let (grid, material) = (body.grid.plugin.get_ref(), body.material.plugin.get_ref());
-                let what = format!("plugins `{grid}` and `{material}` of body `{}`", body.name);
+                let what = format!("plugins `{grid}` and `{material}` of body `{}`", body.name.get_ref());
                 self.leave(what, "nothing acts on it: no tool, no gravity on the whole of it, nothing led");
             }
         }
@@ -177,7 +170,7 @@ impl Plan {
 
     fn find_probes(&mut self, scene: &Scene, source: &Source) -> Result<(), SceneError> {
         let tools: Vec<&str> = self.tools.iter().map(|&t| scene.tool[t].name.get_ref().as_str()).collect();
-        let bodies: Vec<&str> = scene.body.iter().map(|b| b.name.as_str()).collect();
+        let bodies: Vec<&str> = scene.body.iter().map(|b| b.name.get_ref().as_str()).collect();
         for probe in &scene.probe {
             let of_tool = matches!(probe.quantity, ProbeQuantity::Force | ProbeQuantity::Depth);
             let (kind, names) = if of_tool { ("tool in use", &tools) } else { ("body", &bodies) };
@@ -194,19 +187,15 @@ impl Plan {
             if probe.quantity == ProbeQuantity::Displacement && probe.at.is_none() {
                 return Err(source.error(probe.name.span(), "a displacement needs `at`, a place"));
             }
-            if !(probe.tolerance > 0.0 && probe.tolerance.is_finite()) {
-                let text = format!("tolerance {}; allowed is a number above 0", probe.tolerance);
-                return Err(source.error(probe.name.span(), text));
-            }
             self.probes.push(Probe {
                 name: probe.name.get_ref().clone(),
                 quantity: probe.quantity,
                 of,
                 at: probe.at.map(|p| p.map(|c| c.si)),
-                time: probe.time.map_or(f64::INFINITY, |t| t.si),
+                time: probe.time.as_ref().map_or(f64::INFINITY, |t| t.get_ref().si),
                 greatest: probe.greatest,
-                expected: probe.expected,
-                tolerance: probe.tolerance,
+                expected: probe.expected.as_ref().map(|e| *e.get_ref()),
+                tolerance: *probe.tolerance.get_ref(),
                 source: probe.source.clone(),
             });
         }
@@ -221,7 +210,7 @@ impl Plan {
         for body in scene.body.iter().filter(|b| b.grid.region == Extent::Local) {
             // A patch that is switched on under gravity would start out of equilibrium and jump.
             let why = "its region is local: the shape handed in is the shape it has under its own weight";
-            self.leave(format!("gravity on body `{}`", body.name), why);
+            self.leave(format!("gravity on body `{}`", body.name.get_ref()), why);
         }
     }
 
@@ -238,7 +227,7 @@ impl Plan {
         for body in &scene.body {
             let level = body.grid.level.get_ref();
             self.leave(
-                format!("levels {} and finer of the grid of body `{}`", level + 1, body.name),
+                format!("levels {} and finer of the grid of body `{}`", level + 1, body.name.get_ref()),
                 "nobody reads them",
             );
         }
@@ -254,79 +243,4 @@ impl Plan {
 fn list<'a>(names: impl Iterator<Item = &'a str>) -> String {
     let names: Vec<String> = names.map(|n| format!("`{n}`")).collect();
     if names.is_empty() { "nothing: there is none".into() } else { names.join(", ") }
-}
-
-fn check_numbers(scene: &Scene, source: &Source) -> Result<(), SceneError> {
-    let above = |value: f64, span, what: &str, unit: &str| {
-        if value.is_finite() && value > 0.0 {
-            Ok(())
-        } else {
-            Err(source.error(span, format!("{what} is {value} {unit}; allowed is a number above 0")))
-        }
-    };
-    let time = &scene.time;
-    above(time.dt.get_ref().si, time.dt.span(), "dt", "s")?;
-    above(time.duration.get_ref().si, time.duration.span(), "duration", "s")?;
-    if time.duration.get_ref().si / time.dt.get_ref().si > 1e9 {
-        return Err(source.error(time.dt.span(), "more than 1e9 steps; allowed is a larger dt or a shorter duration"));
-    }
-    above(*scene.solver.tolerance.get_ref(), scene.solver.tolerance.span(), "tolerance", "")?;
-    if scene.body.is_empty() {
-        return Err(source.whole("a scene needs a [[body]]"));
-    }
-    for (i, body) in scene.body.iter().enumerate() {
-        if scene.body[..i].iter().any(|b| b.name == body.name) {
-            return Err(source.error(body.material.plugin.span(), format!("body `{}` is there twice", body.name)));
-        }
-        match (&body.mesh, &body.shape) {
-            (Some(mesh), Some(_)) => {
-                return Err(source.error(mesh.span(), "`mesh` and `shape`; allowed is one of them"));
-            }
-            (None, None) => {
-                let text = format!("body `{}` has neither `mesh` nor `shape`", body.name);
-                return Err(source.error(body.material.plugin.span(), text));
-            }
-            _ => {}
-        }
-        if let (Some(size), Some(_)) = (&body.size, &body.scale) {
-            return Err(source.error(size.span(), "`size` and `scale`; allowed is one of them"));
-        }
-        if let Some(scale) = &body.scale {
-            above(*scale.get_ref(), scale.span(), "scale", "")?;
-        }
-        if let Some(size) = &body.size {
-            above(size.get_ref().si, size.span(), "size", "m")?;
-        }
-        if let Some(radius) = &body.grid.radius {
-            above(radius.get_ref().si, radius.span(), "radius of the region", "m")?;
-        }
-        above(body.grid.relaxation.get_ref().si, body.grid.relaxation.span(), "relaxation", "s")?;
-        for fixed in &body.fixed {
-            let given = [fixed.box_.is_some(), fixed.ball.is_some(), fixed.nodes.is_some()];
-            if given.iter().filter(|g| **g).count() != 1 || fixed.ball.is_some() != fixed.radius.is_some() {
-                let text = "`fixed` takes one of `box`, `ball` with `radius`, and `nodes`";
-                return Err(source.error(body.material.plugin.span(), text));
-            }
-            let rising = fixed.path.windows(2).all(|w| w[0][0] < w[1][0]);
-            if !rising || !fixed.path.iter().flatten().all(|c| c.is_finite()) {
-                let text = "the path of a `fixed` needs finite numbers and rising times";
-                return Err(source.error(body.material.plugin.span(), text));
-            }
-        }
-    }
-    for tool in &scene.tool {
-        above(tool.radius.get_ref().si, tool.radius.span(), "radius", "m")?;
-        above(tool.speed.get_ref().si, tool.speed.span(), "speed", "m/s")?;
-        above(tool.slew.get_ref().si, tool.slew.span(), "slew", "N/s")?;
-        let [fixed, sliding] = *tool.friction.get_ref();
-        if !(fixed >= sliding && sliding >= 0.0 && fixed.is_finite()) {
-            let text =
-                format!("friction [{fixed}, {sliding}]; allowed is [to start, while sliding], the first not lower");
-            return Err(source.error(tool.friction.span(), text));
-        }
-        if let Some(k) = &tool.stiffness {
-            above(k.get_ref().si, k.span(), "stiffness", "N/m")?;
-        }
-    }
-    Ok(())
 }

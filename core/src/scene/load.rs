@@ -17,6 +17,8 @@ pub struct Source {
     pub path: PathBuf,
     /// Its text, after `--set`.
     pub text: String,
+    /// Whether `--set` changed it: lines may then have other numbers than in the file.
+    pub changed: bool,
 }
 
 /// Something wrong with a scene: file, line, what was found, what is allowed.
@@ -54,7 +56,10 @@ impl SceneError {
 impl Source {
     /// An error at a span of the text. An empty span at the start is a default that stands nowhere.
     pub fn error(&self, span: Range<usize>, message: impl Into<String>) -> SceneError {
-        let (path, message) = (self.path.clone(), message.into());
+        let (path, mut message) = (self.path.clone(), message.into());
+        if self.changed {
+            message.push_str(" (as --set leaves the scene)");
+        }
         if span == (0..0) {
             return SceneError { path, line: 0, column: 0, excerpt: String::new(), message };
         }
@@ -82,23 +87,31 @@ impl Source {
 /// # Errors
 /// A file that cannot be read, is not TOML, or says something a scene cannot.
 pub fn load(path: &Path, set: &[(String, String)]) -> Result<(Scene, Source), SceneError> {
-    let whole =
-        |message: String| SceneError { path: path.to_path_buf(), line: 0, column: 0, excerpt: String::new(), message };
-    let bytes = std::fs::read(path).map_err(|e| whole(format!("cannot be read: {e}")))?;
-    let text = String::from_utf8(bytes).map_err(|e| {
-        let line = e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
-        whole(format!("line {line} is not UTF-8 text; a scene is a TOML file"))
-    })?;
-    let text = text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text);
-    let mut source = Source { path: path.to_path_buf(), text };
+    let mut source = Source { path: path.to_path_buf(), text: String::new(), changed: false };
+    let bytes = std::fs::read(path).map_err(|e| source.whole(format!("cannot be read: {e}")))?;
+    if let Err(error) = std::str::from_utf8(&bytes) {
+        source.text = String::from_utf8_lossy(&bytes).into_owned();
+        // As far as it is valid, the text is the same.
+        let at = error.valid_up_to();
+        return Err(source.error(at..at + 1, "not UTF-8 text; allowed is a TOML file in UTF-8"));
+    }
+    let text = String::from_utf8(bytes).expect("just looked");
+    source.text = text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text);
     if !set.is_empty() {
         source.text = set::apply(&source, set)?;
+        source.changed = true;
     }
-    let scene: Scene = toml::from_str(&source.text)
-        .map_err(|e| source.error(e.span().unwrap_or(0..0), e.message().trim().replace('\n', " ")))?;
+    let scene: Scene =
+        toml::from_str(&source.text).map_err(|e| source.error(e.span().unwrap_or(0..0), plain(e.message())))?;
     if *scene.format.get_ref() != FORMAT {
-        let found = scene.format.get_ref();
-        return Err(source.error(scene.format.span(), format!("format {found}; this program reads format {FORMAT}")));
+        let text = format!("format {}; allowed is {FORMAT}, the one this program reads", scene.format.get_ref());
+        return Err(source.error(scene.format.span(), text));
     }
     Ok((scene, source))
+}
+
+/// What the parser says, on one line and without the names of Rust's types.
+fn plain(message: &str) -> String {
+    let message = message.trim().replace('\n', " ");
+    message.replace("expected u32", "expected a whole number, 0 or more").replace("expected f64", "expected a number")
 }

@@ -31,7 +31,10 @@ pub fn settings(
 }
 
 fn read(source: &Source, param: &ParamInfo, value: &Value) -> Result<ParamValue, String> {
-    let wrong = || format!("{} is a {}; allowed is {}", shorten(value), value.type_str(), param.takes());
+    let wrong = || {
+        let article = if matches!(value, Value::Integer(_) | Value::Array(_)) { "an" } else { "a" };
+        format!("{} is {article} {}; allowed is {}", shorten(value), value.type_str(), param.takes())
+    };
     match (&param.kind, value) {
         (ParamKind::Number { .. }, Value::String(text)) => parse_quantity(text, &param.unit).map(ParamValue::Number),
         (ParamKind::Number { .. }, value) => number(value).map(ParamValue::Number).ok_or_else(wrong),

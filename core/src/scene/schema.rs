@@ -116,7 +116,8 @@ impl Default for SolverScene {
 pub struct BodyScene {
     /// What other parts of the scene call it.
     #[serde(default = "default_body")]
-    pub name: String,
+    #[schemars(with = "String")]
+    pub name: Spanned<String>,
     /// An OBJ file, relative to the scene.
     #[schemars(with = "Option<String>")]
     pub mesh: Option<Spanned<String>>,
@@ -142,11 +143,12 @@ pub struct BodyScene {
     pub grid: GridScene,
     /// Nodes that are held or led.
     #[serde(default)]
-    pub fixed: Vec<FixedScene>,
+    #[schemars(with = "Vec<FixedScene>")]
+    pub fixed: Vec<Spanned<FixedScene>>,
 }
 
-fn default_body() -> String {
-    "body".into()
+fn default_body() -> Spanned<String> {
+    Spanned::new(0..0, "body".into())
 }
 
 /// A shape made by the program.
@@ -183,7 +185,8 @@ pub enum ShapeKind {
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct RotationScene {
     /// Need not be a unit vector.
-    pub axis: [f64; 3],
+    #[schemars(with = "[f64; 3]")]
+    pub axis: Spanned<[f64; 3]>,
     /// Counter-clockwise seen from its tip.
     pub angle: Angle,
 }
@@ -374,7 +377,8 @@ pub struct EditScene {
     #[schemars(with = "Option<Time>")]
     pub end: Option<Spanned<Time>>,
     /// Only while this button is down, from 0.
-    pub button: Option<u32>,
+    #[schemars(with = "Option<u32>")]
+    pub button: Option<Spanned<u32>>,
     /// What becomes of the shape at the end.
     #[serde(default)]
     pub release: Release,
@@ -419,22 +423,25 @@ pub struct ProbeScene {
     /// Of the surface point nearest to this.
     pub at: Option<[Length; 3]>,
     /// When; the end by default.
-    pub time: Option<Time>,
+    #[schemars(with = "Option<Time>")]
+    pub time: Option<Spanned<Time>>,
     /// The greatest until then, instead of the value then.
     #[serde(default)]
     pub greatest: bool,
     /// What it should be, in SI.
-    pub expected: Option<f64>,
+    #[schemars(with = "Option<f64>")]
+    pub expected: Option<Spanned<f64>>,
     /// How far off it may be, relative to what it should be; 1 % by default.
     #[serde(default = "default_tolerance")]
-    pub tolerance: f64,
+    #[schemars(with = "f64")]
+    pub tolerance: Spanned<f64>,
     /// Where the expected value comes from.
     #[serde(default)]
     pub source: String,
 }
 
-fn default_tolerance() -> f64 {
-    0.01
+fn default_tolerance() -> Spanned<f64> {
+    Spanned::new(0..0, 0.01)
 }
 
 /// What a probe measures.

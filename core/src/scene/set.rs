@@ -55,7 +55,7 @@ mod tests {
     use super::*;
 
     fn set(text: &str, settings: &[(&str, &str)]) -> Result<String, String> {
-        let source = Source { path: "scene.toml".into(), text: text.to_owned() };
+        let source = Source { path: "scene.toml".into(), text: text.to_owned(), changed: false };
         let settings: Vec<_> = settings.iter().map(|(p, v)| ((*p).to_owned(), (*v).to_owned())).collect();
         apply(&source, &settings).map_err(|e| e.to_string())
     }
@@ -69,7 +69,8 @@ mod tests {
         assert_eq!(read["body"][1]["name"].as_str(), Some("c"));
         assert_eq!(read["body"][0]["material"]["params"]["young"].as_float(), Some(2e5));
         assert_eq!(read["time"]["dt"].as_str(), Some("2 ms"));
-        assert!(out.starts_with("# head\nformat = 1\n[[body]]\nname = \"a\" # here\n"));
+        let head = "# head\nformat = 1\ntime = { dt = \"2 ms\" }\n[[body]]\nname = \"a\" # here\n";
+        assert!(out.starts_with(head), "{out}");
     }
 
     #[test]

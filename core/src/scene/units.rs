@@ -83,10 +83,8 @@ fn measured(si: &str) -> &str {
 /// A sentence with what was found and what is allowed.
 pub fn parse_quantity(text: &str, si: &str) -> Result<f64, String> {
     let text = text.trim();
-    let (number, unit) = match text.find(char::is_whitespace) {
-        Some(at) => (&text[..at], text[at..].trim()),
-        None => (text, ""),
-    };
+    let (number, unit) = split(text);
+    let unit = unit.trim();
     let units = || UNITS.iter().filter(|u| u.1 == si).map(|u| u.0).collect::<Vec<_>>().join(", ");
     let allowed = || {
         let list = units();
@@ -106,6 +104,13 @@ pub fn parse_quantity(text: &str, si: &str) -> Result<f64, String> {
         None if unit == si => Ok(value),
         None => Err(format!("`{unit}` is not a unit; {}", allowed())),
     }
+}
+
+/// The number and the unit of a text; a space between them may be left out.
+fn split(text: &str) -> (&str, &str) {
+    let digits = text.rfind(|c: char| c.is_ascii_digit()).map_or(0, |at| at + 1);
+    let glued = (1..=digits).rev().find(|&at| text.is_char_boundary(at) && text[..at].parse::<f64>().is_ok());
+    text.split_at(text.find(char::is_whitespace).or(glued).unwrap_or(text.len()))
 }
 
 /// What a [`Quantity`] measures.
@@ -214,6 +219,9 @@ mod tests {
     fn reads_units_of_the_right_kind() {
         for (text, si, value) in [
             ("8 mm", "m", 8e-3),
+            ("2ms", "s", 2e-3),
+            ("-1e-3N", "N", -1e-3),
+            ("10m/s^2", "m/s^2", 10.0),
             (" 10  kPa ", "Pa", 1e4),
             ("1e-3 s", "s", 1e-3),
             ("0.2 N s/m", "N s/m", 0.2),
@@ -222,7 +230,7 @@ mod tests {
             ("3 furlong/day", "furlong/day", 3.0),
         ] {
             let read = parse_quantity(text, si).unwrap();
-            assert!((read - value).abs() <= 1e-15 * value, "{text}: {read}");
+            assert!((read - value).abs() <= 1e-15 * value.abs(), "{text}: {read}");
         }
     }
 

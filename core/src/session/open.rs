@@ -47,8 +47,8 @@ impl Session {
         for (i, body) in scene.body.iter().enumerate() {
             let instead = options.mesh.as_deref().filter(|_| i == 0);
             let model = place::model(body, source, instead)?;
-            opening.judge(&body.name, &model);
-            models.push((body.name.clone(), model));
+            opening.judge(body.name.get_ref(), &model);
+            models.push((body.name.get_ref().clone(), model));
         }
         let devices = plan.devices.iter().map(|&d| opening.device(scene, d, &models)).collect::<Result<Vec<_>, _>>()?;
         let (mut bodies, mut standing) = (Vec::new(), Vec::new());
@@ -166,7 +166,7 @@ impl Opening<'_> {
             lattice.settings.radius = REGION_CELLS * lattice.edge();
         }
         let skin = Skin::new(&model);
-        let fixings = scene.fixed.iter().map(place::fixing).collect();
+        let fixings = scene.fixed.iter().map(|f| place::fixing(f.get_ref())).collect();
         Ok(Body {
             name,
             model,
@@ -194,7 +194,8 @@ impl Opening<'_> {
         let effector = scene.effector.as_ref().map_or(0, |e| *e.get_ref());
         if effector >= facts.effectors {
             let span = scene.effector.as_ref().map_or(0..0, |e| e.span());
-            let text = format!("effector {effector} of a device that has {}, from 0", facts.effectors);
+            let text =
+                format!("effector {effector}, from 0; allowed is below {}, as many as the device has", facts.effectors);
             return Err(self.source.error(span, text).into());
         }
         let coupling = Coupling {

@@ -11,7 +11,7 @@ use std::path::Path;
 
 /// The model of a body; `instead` is another file, scaled to the box the body's own would have had.
 pub(super) fn model(scene: &BodyScene, source: &Source, instead: Option<&Path>) -> Result<Model, SessionError> {
-    let of_body = |error| SessionError::Mesh { body: scene.name.clone(), error };
+    let of_body = |error| SessionError::Mesh { body: scene.name.get_ref().clone(), error };
     let document = match (&scene.mesh, &scene.shape) {
         (Some(mesh), _) => {
             let path = source.folder().join(mesh.get_ref());
@@ -21,7 +21,9 @@ pub(super) fn model(scene: &BodyScene, source: &Source, instead: Option<&Path>) 
             }
             if path.is_file() { Some(ObjDocument::read(&path)?) } else { None }
         }
-        (None, Some(shape)) => Some(shape_document(shape.get_ref()).map_err(of_body)?),
+        (None, Some(shape)) => {
+            Some(shape_document(shape.get_ref()).map_err(|e| source.error(shape.span(), e.to_string()))?)
+        }
         (None, None) => None,
     };
     let placement = document.as_ref().map(|d| placement(scene, source, d)).transpose()?;
@@ -46,7 +48,7 @@ pub(super) fn model(scene: &BodyScene, source: &Source, instead: Option<&Path>) 
             let translation = rotation * fit.translation + centre;
             Ok(Model::new(document, Placement { rotation, translation, ..fit }))
         }
-        _ => Err(source.whole(format!("body `{}` has no model", scene.name)).into()),
+        _ => Err(source.whole(format!("body `{}` has no model", scene.name.get_ref())).into()),
     }
 }
 
@@ -72,13 +74,15 @@ fn placement(scene: &BodyScene, source: &Source, document: &ObjDocument) -> Resu
     };
     let bounds = Surface::from_document(document).bounds();
     let fit = Placement::fit(&bounds, size.get_ref().si)
-        .map_err(|error| SessionError::Mesh { body: scene.name.clone(), error })?;
+        .map_err(|error| SessionError::Mesh { body: scene.name.get_ref().clone(), error })?;
     Ok(Placement { rotation, translation: rotation * fit.translation + position, ..fit })
 }
 
 fn rotation(scene: &RotationScene, source: &Source) -> Result<UnitQuaternion<f64>, SceneError> {
-    let axis = Unit::try_new(Vector3::from(scene.axis), 1e-12)
-        .ok_or_else(|| source.whole(format!("rotation about {:?}; allowed is an axis with a length", scene.axis)))?;
+    let axis = Unit::try_new(Vector3::from(*scene.axis.get_ref()), 1e-12).ok_or_else(|| {
+        let text = format!("rotation about {:?}; allowed is an axis with a length", scene.axis.get_ref());
+        source.error(scene.axis.span(), text)
+    })?;
     Ok(UnitQuaternion::from_axis_angle(&axis, scene.angle.si))
 }
 
@@ -113,7 +117,8 @@ pub(super) fn frame(
     };
     let wrong = |text: String| source.error(name.span(), text);
     let Some((_, model)) = bodies.iter().find(|(n, _)| n == name.get_ref()) else {
-        return Err(wrong(format!("no body `{}` that moves", name.get_ref())));
+        let known: Vec<String> = bodies.iter().map(|(n, _)| format!("`{n}`")).collect();
+        return Err(wrong(format!("no body `{}`; allowed is {}", name.get_ref(), known.join(", "))));
     };
     let (Some(from), Some(toward)) = (scene.from, scene.toward) else {
         return Err(wrong("a frame on a body needs `from` and `toward`".into()));

@@ -1,0 +1,202 @@
+//! Names and numbers that are well written and make no sense.
+
+use crate::scene::{BodyScene, EditScene, Extent, FixedScene, ProbeScene, Scene, SceneError, Source, ToolScene};
+use std::ops::Range;
+use toml::Spanned;
+
+/// Buttons a hand may have.
+const BUTTONS: u32 = 32;
+/// Steps a run may take.
+const MOST_STEPS: f64 = 1e9;
+
+/// Refuses what no plan can be made of.
+///
+/// # Errors
+/// The first thing that makes no sense, with what is allowed.
+pub(super) fn check(scene: &Scene, source: &Source) -> Result<(), SceneError> {
+    let check = Check(source);
+    check.time(scene)?;
+    check.names("body", scene.body.iter().map(|b| &b.name))?;
+    check.names("device", scene.device.iter().map(|d| &d.name))?;
+    check.names("tool", scene.tool.iter().map(|t| &t.name))?;
+    scene.body.iter().try_for_each(|body| check.body(body))?;
+    scene.tool.iter().try_for_each(|tool| check.tool(tool))?;
+    scene.edit.iter().try_for_each(|edit| check.edit(edit))?;
+    scene.probe.iter().try_for_each(|probe| check.probe(probe, scene.time.duration.get_ref().si))?;
+    match &scene.output.frames {
+        Some(rate) => check.above(rate.get_ref().si, rate.span(), "frames", " Hz"),
+        None => Ok(()),
+    }
+}
+
+struct Check<'a>(&'a Source);
+
+impl Check<'_> {
+    fn wrong(&self, span: Range<usize>, text: impl Into<String>) -> Result<(), SceneError> {
+        Err(self.0.error(span, text))
+    }
+
+    fn above(&self, value: f64, span: Range<usize>, what: &str, unit: &str) -> Result<(), SceneError> {
+        if value.is_finite() && value > 0.0 {
+            return Ok(());
+        }
+        self.wrong(span, format!("{what} is {value}{unit}; allowed is a number above 0"))
+    }
+
+    /// Names become names of files and columns.
+    fn names<'a>(&self, what: &str, names: impl Iterator<Item = &'a Spanned<String>>) -> Result<(), SceneError> {
+        let mut known: Vec<&str> = Vec::new();
+        for spanned in names {
+            let name = spanned.get_ref().as_str();
+            if name.is_empty() || name.contains(|c: char| c.is_control() || r#"/\,""#.contains(c)) {
+                let text = format!("{what} {name:?}; allowed is a name without / \\ , \" and control characters");
+                return self.wrong(spanned.span(), text);
+            }
+            if known.contains(&name) {
+                return self
+                    .wrong(spanned.span(), format!("{what} `{name}` is there twice; allowed is one of each name"));
+            }
+            known.push(name);
+        }
+        Ok(())
+    }
+
+    fn time(&self, scene: &Scene) -> Result<(), SceneError> {
+        let (time, tolerance) = (&scene.time, &scene.solver.tolerance);
+        let (dt, duration) = (time.dt.get_ref().si, time.duration.get_ref().si);
+        self.above(dt, time.dt.span(), "dt", " s")?;
+        self.above(duration, time.duration.span(), "duration", " s")?;
+        if duration / dt > MOST_STEPS {
+            let text = format!("dt is {dt:e} s, {:e} steps; allowed is {MOST_STEPS:e} steps at most", duration / dt);
+            return self.wrong(time.dt.span(), text);
+        }
+        self.above(*tolerance.get_ref(), tolerance.span(), "tolerance", "")?;
+        if scene.body.is_empty() { Err(self.0.whole("no [[body]]; a scene needs one at least")) } else { Ok(()) }
+    }
+
+    fn body(&self, body: &BodyScene) -> Result<(), SceneError> {
+        match (&body.mesh, &body.shape) {
+            (Some(mesh), Some(_)) => return self.wrong(mesh.span(), "`mesh` and `shape`; allowed is one of them"),
+            (None, None) => {
+                // A body without a name of its own is known by its material.
+                let span = [body.name.span(), body.material.plugin.span()].into_iter().find(|s| *s != (0..0));
+                let text = format!("body `{}` has no model; allowed is one of `mesh` and `shape`", body.name.get_ref());
+                return self.wrong(span.unwrap_or(0..0), text);
+            }
+            _ => {}
+        }
+        if let (Some(size), Some(_)) = (&body.size, &body.scale) {
+            return self.wrong(size.span(), "`size` and `scale`; allowed is one of them");
+        }
+        if let Some(scale) = &body.scale {
+            self.above(*scale.get_ref(), scale.span(), "scale", "")?;
+        }
+        if let Some(size) = &body.size {
+            self.above(size.get_ref().si, size.span(), "size", " m")?;
+        }
+        if let Some(radius) = &body.grid.radius {
+            self.above(radius.get_ref().si, radius.span(), "radius of the region", " m")?;
+        }
+        self.above(body.grid.relaxation.get_ref().si, body.grid.relaxation.span(), "relaxation", " s")?;
+        body.fixed.iter().try_for_each(|fixed| self.fixed(fixed, body.grid.region))
+    }
+
+    fn fixed(&self, spanned: &Spanned<FixedScene>, region: Extent) -> Result<(), SceneError> {
+        let (fixed, span) = (spanned.get_ref(), spanned.span());
+        let found: Vec<&str> = [
+            fixed.box_.as_ref().map(|_| "`box`"),
+            fixed.ball.as_ref().map(|_| "`ball`"),
+            fixed.radius.as_ref().map(|_| "`radius`"),
+            fixed.nodes.as_ref().map(|_| "`nodes`"),
+        ]
+        .into_iter()
+        .flatten()
+        .collect();
+        if !matches!(found[..], ["`box`"] | ["`ball`", "`radius`"] | ["`nodes`"]) {
+            let found = if found.is_empty() { "no place".into() } else { found.join(" and ") };
+            let text = format!("`fixed` has {found}; allowed is `box`, `ball` and `radius`, or `nodes`");
+            return self.wrong(span, text);
+        }
+        if let Some([min, max]) = &fixed.box_
+            && let Some(axis) = (0..3).find(|&i| min[i].si > max[i].si)
+        {
+            let text =
+                format!("`box` goes from {} m to {} m; allowed is the least corner first", min[axis].si, max[axis].si);
+            return self.wrong(span, text);
+        }
+        if let Some(radius) = &fixed.radius {
+            self.above(radius.si, span.clone(), "radius", " m")?;
+        }
+        if fixed.nodes.is_some() && region == Extent::Local {
+            return self.wrong(span, "`nodes` of a local region have no lasting numbers; allowed is `box` or `ball`");
+        }
+        let wrong = |(i, row): (usize, &[f64; 4])| {
+            let rises = i == 0 || fixed.path[i - 1][0] < row[0];
+            !(rises && row.iter().all(|c| c.is_finite()))
+        };
+        match fixed.path.iter().enumerate().find(|row| wrong(*row)) {
+            Some((i, row)) => self.wrong(
+                span,
+                format!("row {} of the path of a `fixed` is {row:?}; allowed is finite numbers, times rising", i + 1),
+            ),
+            None => Ok(()),
+        }
+    }
+
+    fn tool(&self, tool: &ToolScene) -> Result<(), SceneError> {
+        self.above(tool.radius.get_ref().si, tool.radius.span(), "radius", " m")?;
+        self.above(tool.speed.get_ref().si, tool.speed.span(), "speed", " m/s")?;
+        self.above(tool.slew.get_ref().si, tool.slew.span(), "slew", " N/s")?;
+        if let Some(k) = &tool.stiffness {
+            self.above(k.get_ref().si, k.span(), "stiffness", " N/m")?;
+        }
+        if let Some(b) = tool.damping.as_ref().filter(|b| b.get_ref().si < 0.0) {
+            let text = format!("damping is {} N s/m; allowed is 0 or more", b.get_ref().si);
+            return self.wrong(b.span(), text);
+        }
+        let [fixed, sliding] = *tool.friction.get_ref();
+        if !(fixed >= sliding && sliding >= 0.0 && fixed.is_finite()) {
+            let text = format!(
+                "friction [{fixed}, {sliding}]; allowed is [to start, while sliding], 0 or more, the first not lower"
+            );
+            return self.wrong(tool.friction.span(), text);
+        }
+        Ok(())
+    }
+
+    fn edit(&self, edit: &EditScene) -> Result<(), SceneError> {
+        if let Some(start) = edit.start.as_ref().filter(|t| t.get_ref().si < 0.0) {
+            let text = format!("start is {} s; allowed is 0 or more", start.get_ref().si);
+            return self.wrong(start.span(), text);
+        }
+        let start = edit.start.as_ref().map_or(0.0, |t| t.get_ref().si);
+        if let Some(end) = edit.end.as_ref().filter(|t| t.get_ref().si <= start) {
+            let text = format!("end is {} s; allowed is after the start at {start} s", end.get_ref().si);
+            return self.wrong(end.span(), text);
+        }
+        if let Some(limit) = &edit.limit {
+            self.above(limit.get_ref().si, limit.span(), "limit", " N")?;
+        }
+        match &edit.button {
+            Some(button) if *button.get_ref() >= BUTTONS => {
+                self.wrong(button.span(), format!("button {}; allowed is 0 to {}", button.get_ref(), BUTTONS - 1))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn probe(&self, probe: &ProbeScene, duration: f64) -> Result<(), SceneError> {
+        self.above(*probe.tolerance.get_ref(), probe.tolerance.span(), "tolerance", "")?;
+        if let Some(expected) = probe.expected.as_ref().filter(|e| !e.get_ref().is_finite()) {
+            return self
+                .wrong(expected.span(), format!("expected is {}; allowed is a finite number", expected.get_ref()));
+        }
+        match &probe.time {
+            Some(time) if !(0.0..=duration).contains(&time.get_ref().si) => {
+                let text = format!("time is {} s; allowed is 0 to {duration} s, the scene's end", time.get_ref().si);
+                self.wrong(time.span(), text)
+            }
+            _ => Ok(()),
+        }
+    }
+}
