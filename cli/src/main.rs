@@ -18,7 +18,7 @@ use outcome::Outcome;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = Cli::try_parse().unwrap_or_else(|error| outcome::misused(&error));
     let outcome = match &cli.command {
         Command::Run(args) => run::run(&cli, args),
         Command::Plan(args) => plan::plan(&cli, args),
@@ -27,7 +27,9 @@ fn main() -> ExitCode {
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(*shell, &mut Cli::command(), "pliant", &mut script);
-            text::out(&String::from_utf8_lossy(&script))
+            let script = String::from_utf8_lossy(&script);
+            let document = || pretty(&serde_json::json!({ "shell": shell.to_string(), "script": script }));
+            text::out(&if cli.json { document() } else { script.to_string() })
         }
         Command::Sample(args) => sample::sample(&cli, args),
     };

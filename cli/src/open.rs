@@ -4,15 +4,15 @@ use crate::args::{Cli, SceneArgs};
 use crate::outcome::Failure;
 use pliant_core::host::Search;
 use pliant_core::plan::Plan;
-use pliant_core::scene::{self, Scene};
+use pliant_core::scene::{self, Scene, Source};
 use pliant_core::session::{Options, Session};
 
 /// Reads, plans and opens.
-pub fn open(cli: &Cli, args: &SceneArgs) -> Result<(Scene, Session), Failure> {
+pub fn open(cli: &Cli, args: &SceneArgs) -> Result<(Scene, Source, Session), Failure> {
     let (scene, source) = scene::load(&args.scene, &args.set)?;
     let plan = Plan::new(&scene, &source)?;
     let search = Search::new(&cli.plugin_path);
     let options = Options { search, threads: args.threads, mesh: args.mesh.clone() };
     let session = Session::open(&scene, &source, plan, &options)?;
-    Ok((scene, session))
+    Ok((scene, source, session))
 }

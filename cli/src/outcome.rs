@@ -45,6 +45,15 @@ impl Failure {
     }
 }
 
+/// Says what is wrong with what was typed, or gives the help that was asked for, and ends the program.
+pub fn misused(error: &clap::Error) -> ! {
+    if error.use_stderr() && std::env::args_os().any(|argument| argument == "--json") {
+        let document = serde_json::json!({ "error": error.render().to_string(), "exit_code": Outcome::Input as u8 });
+        let _ = crate::text::out(&crate::pretty(&document));
+    }
+    error.exit()
+}
+
 impl From<SceneError> for Failure {
     fn from(error: SceneError) -> Self {
         Self::input(error)

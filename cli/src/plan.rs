@@ -25,9 +25,9 @@ struct Report<'a> {
 
 pub fn plan(cli: &Cli, args: &SceneArgs) -> Result<Outcome, Failure> {
     let began = Instant::now();
-    let (scene, session) = open(cli, args)?;
+    let (scene, _, session) = open(cli, args)?;
     let report = Report {
-        steps: (scene.time.duration.get_ref().si / session.dt()).ceil() as u64,
+        steps: scene.time.steps(),
         dt: session.dt(),
         choices: &session.choices,
         loaded: &session.loaded,

@@ -13,15 +13,14 @@ use std::time::Instant;
 
 pub fn run(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
     let began = Instant::now();
-    let (scene, mut session) = open(cli, &args.scene)?;
+    let (scene, source, mut session) = open(cli, &args.scene)?;
     let folder = args.out.clone().unwrap_or_else(|| default_folder(&args.scene.scene));
-    let mut recorder = Recorder::new(&scene, &session, &folder, began)?;
     let stop = Arc::new(AtomicBool::new(false));
     let handler = Arc::clone(&stop);
     // Without a handler Ctrl-C ends the program at once; half-written files have names of their own either way.
     let _ = ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed));
-    let duration = scene.time.duration.get_ref().si;
-    let steps = ((duration / session.dt()) * (1.0 - 1e-12)).ceil().max(1.0) as u64;
+    let mut recorder = Recorder::new(&scene, &source, &session, &folder, began)?;
+    let steps = scene.time.steps();
     let bar = bar(steps, args.quiet || cli.json);
     let mut stopped = false;
     while session.steps() < steps {

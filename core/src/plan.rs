@@ -70,6 +70,8 @@ pub struct Plan {
     pub probes: Vec<Probe>,
     /// m/s^2
     pub gravity: V3,
+    /// Whether energies are computed.
+    pub energy: bool,
     /// What is not there, and why.
     pub left_out: Vec<LeftOut>,
 }
@@ -231,8 +233,10 @@ impl Plan {
                 "nobody reads them",
             );
         }
-        if !scene.output.energy {
-            self.leave("energies", "the output does not ask for them");
+        let weighs = |p: &Probe| matches!(p.quantity, ProbeQuantity::KineticEnergy | ProbeQuantity::ElasticEnergy);
+        self.energy = scene.output.energy || scene.time.force_unstable || self.probes.iter().any(weighs);
+        if !self.energy {
+            self.leave("energies", "neither the output nor a probe asks for them");
         }
         if scene.output.frames.is_none() {
             self.leave("pictures of the surface between start and end", "the output does not ask for them");

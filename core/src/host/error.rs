@@ -70,6 +70,16 @@ pub enum HostError {
         /// What is wrong, and what is allowed.
         reason: String,
     },
+    /// It works, but not with what the scene gives it.
+    #[error("{plugin} ({}): {reason}", path.display())]
+    Refused {
+        /// Its id.
+        plugin: String,
+        /// Its file.
+        path: PathBuf,
+        /// What it says.
+        reason: String,
+    },
     /// A call failed.
     #[error("{plugin} ({}): {call}: {reason}", path.display())]
     Call {
@@ -82,4 +92,11 @@ pub enum HostError {
         /// The status, and what the plugin said of it.
         reason: String,
     },
+}
+
+impl HostError {
+    /// Whether the plugin only refuses what it is given.
+    pub fn is_refusal(&self) -> bool {
+        matches!(self, Self::Param { .. } | Self::Refused { .. })
+    }
 }

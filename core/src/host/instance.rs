@@ -87,8 +87,7 @@ impl Instance {
         let limits = abi::Limits { size: size_of::<abi::Limits>(), dt };
         // SAFETY: [main & !active]; checked non-null.
         let status = unsafe { ((*plugin).activate.expect("checked"))(plugin, &limits) };
-        if status != Status::OK {
-            let error = instance.error("activate", status.meaning());
+        if let Err(error) = instance.taken("activate", status) {
             instance.extension = std::ptr::null(); // dropped without deactivation
             return Err(error);
         }
@@ -170,6 +169,15 @@ impl Instance {
     #[inline]
     pub(super) fn done(&self, call: &'static str, status: Status) -> Result<(), HostError> {
         if status == Status::OK { Ok(()) } else { Err(self.failed(call, status)) }
+    }
+
+    /// The same, of a call that hands over what the scene says: a bad argument is the scene's.
+    pub(super) fn taken(&self, call: &'static str, status: Status) -> Result<(), HostError> {
+        if status != Status::BAD_ARGUMENT {
+            return self.done(call, status);
+        }
+        let (plugin, path) = (self.id.clone(), self.library.path().to_path_buf());
+        Err(HostError::Refused { plugin, path, reason: self.reason(status.meaning()) })
     }
 
     #[cold]

@@ -79,14 +79,18 @@ impl Search {
         let files = file_names(name);
         for (folder, _) in &self.folders {
             for file in &files {
-                // A dangling link is no reason to stop looking.
-                if let Ok(path) = folder.join(file).canonicalize() {
+                if let Some(path) = real_file(&folder.join(file)) {
                     return Ok(Found { name: name.to_owned(), path });
                 }
             }
         }
         let place = |(folder, origin): &(PathBuf, Origin)| {
-            let state = if folder.is_dir() { "" } else { ": no such folder" };
+            let there = |file: &&String| folder.join(file).symlink_metadata().is_ok();
+            let state = match files.iter().find(there) {
+                Some(file) => format!(": {file} is a folder or a link to nothing"),
+                None if folder.is_dir() => String::new(),
+                None => ": no such folder".into(),
+            };
             format!("  {} ({}){state}", folder.display(), origin.name())
         };
         Err(HostError::NotFound {
@@ -96,10 +100,11 @@ impl Search {
         })
     }
 
-    /// Every library that may be a plugin, sorted by name, the first found of each. Folders of the user's choice may hold
+    /// Every library that may be a plugin, sorted by name, the first found of each; those that cannot be one, being folders
+    /// or links to nothing, where there is no other of their name. Folders of the user's choice may hold
     /// any file name; beside the program only ours are considered, as a build folder is full of other libraries.
     pub fn scan(&self) -> Vec<Found> {
-        let mut all: Vec<Found> = Vec::new();
+        let (mut all, mut broken): (Vec<Found>, Vec<Found>) = (Vec::new(), Vec::new());
         for (folder, origin) in &self.folders {
             let Ok(entries) = folder.read_dir() else { continue };
             let mut paths: Vec<PathBuf> = entries.flatten().map(|e| e.path()).collect();
@@ -111,16 +116,26 @@ impl Search {
                     continue;
                 }
                 let name = name_of(&path);
-                if let Ok(path) = path.canonicalize()
-                    && all.iter().all(|f| f.name != name)
-                {
-                    all.push(Found { name, path });
+                match real_file(&path) {
+                    Some(path) if all.iter().all(|f| f.name != name) => all.push(Found { name, path }),
+                    Some(_) => {}
+                    None => broken.push(Found { name, path }),
                 }
+            }
+        }
+        for found in broken {
+            if all.iter().all(|f| f.name != found.name) {
+                all.push(found);
             }
         }
         all.sort_by(|a, b| a.name.cmp(&b.name));
         all
     }
+}
+
+/// The file behind a path. A link to nothing or a folder is none, and no reason to stop looking.
+fn real_file(path: &Path) -> Option<PathBuf> {
+    path.canonicalize().ok().filter(|p| p.is_file())
 }
 
 /// The files that may hold plugin `name`.

@@ -1,12 +1,12 @@
 //! Following a run from its first step to its last file.
 
-use super::atomic::{AtomicFile, with_path};
+use super::atomic::{AtomicFile, AtomicFolder, with_path};
 use super::machine::Machine;
 use super::model::write_model;
 use super::probe::Meter;
 use super::summary::{StepSeconds, Summary, bodies};
 use super::trace;
-use crate::scene::{OutputScene, Scene};
+use crate::scene::{OutputScene, Scene, Source};
 use crate::session::{EventKind, Session};
 use crate::step::dot;
 use std::io::{self, Write};
@@ -16,11 +16,15 @@ use std::time::Instant;
 /// Records a run into a folder.
 pub struct Recorder {
     folder: PathBuf,
-    title: String,
+    scene: PathBuf,
+    settings: toml::Table,
     output: OutputScene,
     began: Instant,
     open_seconds: f64,
     trace: Option<AtomicFile>,
+    frames: Option<AtomicFolder>,
+    /// Begun first, so that a folder that cannot be written to is found before the run.
+    summary: AtomicFile,
     meter: Meter,
     seconds: Vec<f64>,
     energies: Vec<f64>,
@@ -40,7 +44,9 @@ impl Recorder {
     ///
     /// # Errors
     /// A folder that cannot be written to.
-    pub fn new(scene: &Scene, session: &Session, folder: &Path, began: Instant) -> io::Result<Self> {
+    pub fn new(scene: &Scene, source: &Source, session: &Session, folder: &Path, began: Instant) -> io::Result<Self> {
+        let summary = AtomicFile::create(&folder.join("summary.json"))?;
+        let frames = scene.output.frames.as_ref().map(|_| AtomicFolder::create(&folder.join("frames"))).transpose()?;
         let mut trace = None;
         if scene.output.trace {
             let mut file = AtomicFile::create(&folder.join("trace.csv"))?;
@@ -49,11 +55,14 @@ impl Recorder {
         }
         Ok(Self {
             folder: folder.to_path_buf(),
-            title: scene.title.clone(),
+            scene: source.path.clone(),
+            settings: source.text.parse().unwrap_or_default(),
             output: scene.output.clone(),
             began,
             open_seconds: began.elapsed().as_secs_f64(),
             trace,
+            frames,
+            summary,
             meter: Meter::new(session),
             seconds: Vec::new(),
             energies: Vec::new(),
@@ -94,9 +103,9 @@ impl Recorder {
         if let Some(trace) = &mut self.trace {
             trace::row(session.frame(), trace)?;
         }
-        if picture {
+        if let (true, Some(frames)) = (picture, &self.frames) {
             let number = self.pictures;
-            self.write_models(session, &self.folder.join("frames"), &format!("-{number:05}"))?;
+            self.write_models(session, frames.path(), &format!("-{number:05}"))?;
             self.pictures = due.unwrap_or(number) + 1;
         }
         Ok(())
@@ -114,6 +123,9 @@ impl Recorder {
         if let Some(trace) = self.trace.take() {
             trace.finish_as(&folder.join("trace.csv"))?;
         }
+        if let Some(frames) = self.frames.take() {
+            frames.finish_as(&folder.join("frames"))?;
+        }
         if self.output.nodes {
             let mut file = AtomicFile::create(&folder.join("nodes.csv"))?;
             trace::nodes(session, &mut file)?;
@@ -121,10 +133,9 @@ impl Recorder {
         }
         let summary = self.summary(session, interrupted);
         let path = folder.join("summary.json");
-        let mut file = AtomicFile::create(&path)?;
-        serde_json::to_writer_pretty(&mut file, &summary).map_err(|e| with_path(&path, e.into()))?;
-        writeln!(file)?;
-        file.finish()?;
+        serde_json::to_writer_pretty(&mut self.summary, &summary).map_err(|e| with_path(&path, e.into()))?;
+        writeln!(self.summary)?;
+        self.summary.finish_as(&path)?;
         Ok(summary)
     }
 
@@ -158,7 +169,8 @@ impl Recorder {
     fn summary(&mut self, session: &Session, interrupted: bool) -> Summary {
         Summary {
             program: format!("pliant {}", env!("CARGO_PKG_VERSION")),
-            title: self.title.clone(),
+            scene: self.scene.clone(),
+            settings: self.settings.clone(),
             interrupted,
             simulated_seconds: session.time(),
             wall_seconds: self.began.elapsed().as_secs_f64(),

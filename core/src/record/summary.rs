@@ -6,6 +6,7 @@ use crate::plan::LeftOut;
 use crate::session::{Choices, Event, EventKind, Loaded, Session};
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 /// Seconds of the steps taken.
 #[derive(Clone, Debug, Serialize)]
@@ -34,6 +35,8 @@ impl StepSeconds {
 pub struct BodySummary {
     /// As the scene calls it.
     pub name: String,
+    /// File of the model, or the kind of shape.
+    pub model: String,
     /// Vertices of the model.
     pub vertices: usize,
     /// Triangles of the model.
@@ -54,8 +57,10 @@ pub struct BodySummary {
 pub struct Summary {
     /// The program that made it.
     pub program: String,
-    /// The scene's line for people.
-    pub title: String,
+    /// The scene's file.
+    pub scene: PathBuf,
+    /// What it says, `--set` included.
+    pub settings: toml::Table,
     /// Whether it was stopped before its end.
     pub interrupted: bool,
     /// s
@@ -129,6 +134,7 @@ impl Summary {
 pub fn bodies(session: &Session) -> Vec<BodySummary> {
     let summary = |body: &crate::body::Body| BodySummary {
         name: body.name.clone(),
+        model: body.model.document.name().display().to_string(),
         vertices: body.model.surface.points.len(),
         triangles: body.model.surface.triangles.len(),
         level: body.lattice.settings.level,

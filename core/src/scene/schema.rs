@@ -65,6 +65,14 @@ pub struct TimeScene {
     pub force_unstable: bool,
 }
 
+impl TimeScene {
+    /// Steps of the whole run. A last step that rounding alone makes is none.
+    pub fn steps(&self) -> u64 {
+        let steps = self.duration.get_ref().si / self.dt.get_ref().si;
+        (steps * (1.0 - 1e-12)).ceil().max(1.0) as u64
+    }
+}
+
 impl Default for TimeScene {
     fn default() -> Self {
         Self {

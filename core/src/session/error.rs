@@ -42,6 +42,10 @@ pub enum SessionError {
 impl SessionError {
     /// Whether a plugin or device failed, rather than the input.
     pub fn is_plugin(&self) -> bool {
-        matches!(self, Self::Host(_) | Self::Lattice { error: LatticeError::Host(_), .. })
+        match self {
+            Self::Host(error) | Self::Lattice { error: LatticeError::Host(error), .. } => !error.is_refusal(),
+            Self::Lattice { error: LatticeError::Massless { .. }, .. } => true,
+            _ => false,
+        }
     }
 }

@@ -1,15 +1,16 @@
 //! Opening a scene: models, plugins, bodies, tools.
 
 use super::{Choices, DeviceSlot, EventKind, Events, Frame, Loaded, Session, SessionError, ToolSlot, place};
-use crate::body::{Body, Lattice, Model, RegionSettings, Skin};
+use crate::body::{Body, Lattice, LatticeError, Model, RegionSettings, Skin};
 use crate::contact::Friction;
-use crate::host::{Device, Grid, Kind, Library, Material, PluginInfo, Pose, Search, Settings};
+use crate::host::{Device, Grid, HostError, Kind, Library, Material, PluginInfo, Pose, Search, Settings};
 use crate::mesh::check::{Severity, Use};
 use crate::plan::Plan;
 use crate::scene::{BodyScene, Extent, Scene, Source, ToolScene, settings};
 use crate::step::{NodeSprings, Pool, Scheme, System};
 use crate::tool::{Coupling, ForceLimits, ForceSafety, Hand, Tool};
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 use toml::Spanned;
@@ -82,6 +83,7 @@ impl Session {
             loaded: opening.loaded,
             left_out: plan.left_out.clone(),
             events: opening.events,
+            energy: plan.energy,
             plan,
             pool: Pool::new(threads),
             integrators: Vec::new(),
@@ -93,7 +95,6 @@ impl Session {
             forced: scene.time.force_unstable,
             dt,
             steps: 0,
-            energy: scene.output.energy,
             moved: vec![0.0; count],
             springs,
             balls: Vec::new(),
@@ -144,24 +145,29 @@ impl Opening<'_> {
         let device = &scene.device[index];
         let frame = place::frame(&device.frame, self.source, models, self.options.mesh.is_some())?;
         let (library, info, settings) = self.plugin(Kind::Device, &device.plugin, &device.params)?;
-        let opened = Device::open(library, &info.id, &settings, self.dt)?;
+        let opened = Device::open(library, &info.id, &settings, self.dt)
+            .map_err(|error| self.refused(device.name.span(), error))?;
         let poses = vec![Pose::default(); opened.facts().effectors as usize];
         Ok(DeviceSlot { name: device.name.get_ref().clone(), device: Some(opened), frame, poses })
     }
 
     fn body(&mut self, scene: &BodyScene, name: String, model: Model) -> Result<Body, SessionError> {
         let (library, info, settings) = self.plugin(Kind::Material, &scene.material.plugin, &scene.material.params)?;
-        let material = Material::open(library, &info.id, &settings, self.dt)?;
+        let material = Material::open(library, &info.id, &settings, self.dt)
+            .map_err(|error| self.refused(scene.material.plugin.span(), error))?;
         let families = material.requests().iter().fold(0, |all, r| all | r.families);
         let (library, info, settings) = self.plugin(Kind::Grid, &scene.grid.plugin, &scene.grid.params)?;
-        let grid = Grid::open(library, &info.id, &settings, self.dt)?;
+        let at_grid = |error| self.refused(scene.grid.level.span(), error);
+        let grid = Grid::open(library, &info.id, &settings, self.dt).map_err(at_grid)?;
         let relaxation = scene.grid.relaxation.get_ref().si;
         let level = *scene.grid.level.get_ref();
         let whole = scene.grid.region == Extent::Whole;
         let radius = if whole { f64::INFINITY } else { scene.grid.radius.as_ref().map_or(0.0, |r| r.get_ref().si) };
         let region = RegionSettings { level, radius, relaxation };
-        let of_body = |error| SessionError::Lattice { body: name.clone(), error };
-        let mut lattice = Lattice::new(grid, region, families, &model).map_err(of_body)?;
+        let mut lattice = Lattice::new(grid, region, families, &model).map_err(|error| match error {
+            LatticeError::Host(error) => at_grid(error),
+            error => SessionError::Lattice { body: name.clone(), error },
+        })?;
         if lattice.settings.radius == 0.0 {
             lattice.settings.radius = REGION_CELLS * lattice.edge();
         }
@@ -214,6 +220,11 @@ impl Opening<'_> {
             effector: effector as usize,
             edit: None,
         })
+    }
+
+    /// What a plugin does not take, it does not take from the scene.
+    fn refused(&self, span: Range<usize>, error: HostError) -> SessionError {
+        if error.is_refusal() { self.source.error(span, error.to_string()).into() } else { error.into() }
     }
 
     /// Tells what is wrong with a model that is carried by a grid: nothing that stops it.
