@@ -5,13 +5,16 @@
 //! critically damped path and are then given up, so nothing ever snaps (Qi, Zhu and Fan 2019 leave this open). Cost grows
 //! with the region, never with the model.
 
+mod cut;
 mod embed;
+mod fragments;
 mod region;
 
 use super::fixing::Fixing;
 use super::model::Model;
 use crate::host::{Grid, HostError, Region};
 use crate::step::{Nodes, V3, axpy};
+use fragments::{Fragments, NodeKey};
 use pliant_plugin_api::abi::{self, Ball, Level};
 use std::collections::HashMap;
 use thiserror::Error;
@@ -76,7 +79,14 @@ pub struct Lattice {
     /// Nodes that are led, and by which fixing.
     led: Vec<(u32, u32)>,
     /// m, where the rest position of a node was moved by keeping a shape
-    kept: HashMap<u64, V3>,
+    kept: HashMap<NodeKey, V3>,
+    /// What a blade has cut.
+    fragments: Fragments,
+    /// Points a cut has made, by cell, and where they are bound.
+    new_points: HashMap<u64, Vec<u32>>,
+    new_places: HashMap<u32, V3>,
+    /// The cells must be listed anew.
+    stale: bool,
     /// First of each cell's weights, or `NO_WEIGHTS` (c)
     weights_of: Vec<u32>,
     weights: Vec<[f64; 8]>,
@@ -110,6 +120,10 @@ impl Lattice {
             returning: Vec::new(),
             led: Vec::new(),
             kept: HashMap::new(),
+            fragments: Fragments::new(facts.edge),
+            new_points: HashMap::new(),
+            new_places: HashMap::new(),
+            stale: false,
             weights_of: Vec::new(),
             weights: Vec::new(),
             edge_of: Vec::new(),

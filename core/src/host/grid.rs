@@ -18,6 +18,8 @@ pub struct Region {
     pub node_measure: Vec<f64>,
     /// (n) 1: an occupied cell outside the region touches it
     pub node_border: Vec<u8>,
+    /// (n) 0, or which copy of the node a cut has made; the host's own
+    pub node_copy: Vec<u32>,
     /// (c), rising
     pub cell_id: Vec<u64>,
     /// (c x 8) places in the lists above
@@ -26,6 +28,8 @@ pub struct Region {
     pub cell_points: Vec<[u32; 2]>,
     /// (c) [`abi::CELL_SURFACE`] or [`abi::CELL_INSIDE`]
     pub cell_state: Vec<u8>,
+    /// (c) 0, or which part of the cell a cut has made; the host's own
+    pub cell_fragment: Vec<u8>,
     /// (l x 2)
     pub link_nodes: Vec<[u32; 2]>,
     /// (l)

@@ -104,7 +104,7 @@ impl Session {
     }
 
     /// The nodes of a body have changed: nothing found or solved before holds.
-    fn changed(&mut self, index: usize) {
+    pub fn changed(&mut self, index: usize) {
         self.integrators[index].resize(self.bodies[index].system.nodes.len());
         for slot in &mut self.tools {
             slot.tool.forget(index);

@@ -27,8 +27,24 @@ impl Lattice {
     /// # Errors
     /// What the grid says.
     pub fn points(&self, cell: u32) -> Result<&[u32], LatticeError> {
+        let (id, fragment) = (self.region.cell_id[cell as usize], self.region.cell_fragment[cell as usize]);
+        if let Some(own) = self.fragments.points(id, fragment as usize) {
+            return Ok(own);
+        }
         let [begin, end] = self.region.cell_points[cell as usize];
         Ok(&self.grid.points(self.settings.level)?[begin as usize..end as usize])
+    }
+
+    /// The active cell, or part of one, that carries a rest place of the cell with this id.
+    fn cell_at(&self, id: u64, place: V3) -> Option<usize> {
+        let first = self.region.cell_id.partition_point(|c| *c < id);
+        if self.region.cell_id.get(first) != Some(&id) {
+            return None;
+        }
+        let fragment = self.fragments.fragment_at(id, place);
+        (first..self.region.cell_id.len())
+            .take_while(|c| self.region.cell_id[*c] == id)
+            .find(|c| self.region.cell_fragment[*c] as usize == fragment)
     }
 
     /// m, how far the corners of a cell are from where the grid has them.
@@ -81,7 +97,7 @@ impl Lattice {
     pub fn carry_one(&self, place: V3, nodes: &Nodes) -> Result<(V3, V3), LatticeError> {
         let (mut id, mut weights) = ([abi::NO_CELL], [[0.0; 8]]);
         self.grid.weights(self.settings.level, &[place], &mut id, &mut weights)?;
-        let Ok(cell) = self.region.cell_id.binary_search(&id[0]) else { return Ok((place, place)) };
+        let Some(cell) = self.cell_at(id[0], place) else { return Ok((place, place)) };
         let at = |field: &[V3]| -> Result<V3, LatticeError> {
             if self.grid.is_nonlinear() {
                 let mut out = [[0.0; 3]];
@@ -128,8 +144,7 @@ impl Lattice {
         skin: &mut Skin,
     ) -> Result<(), LatticeError> {
         (0..self.region.cell_id.len() as u32).try_for_each(|cell| {
-            let [begin, end] = self.region.cell_points[cell as usize];
-            if begin == end { Ok(()) } else { self.embed(cell, nodes, model, skin) }
+            if self.points(cell)?.is_empty() { Ok(()) } else { self.embed(cell, nodes, model, skin) }
         })
     }
 
@@ -143,7 +158,7 @@ impl Lattice {
         let mut scratch = std::mem::take(&mut self.scratch);
         let points = self.points(cell)?;
         scratch.places.clear();
-        scratch.places.extend(points.iter().map(|&v| model.surface.points[v as usize]));
+        scratch.places.extend(points.iter().map(|&v| self.bound_at(v, model.surface.points[v as usize])));
         scratch.cells.clear();
         scratch.cells.resize(points.len(), 0);
         self.weights.resize(first + scratch.places.len(), [0.0; 8]);
@@ -197,7 +212,7 @@ impl Lattice {
         weights.resize(places.len(), [0.0; 8]);
         let done = self.grid.weights(self.settings.level, places, &mut cells, weights);
         for (place, id) in cells.iter().enumerate() {
-            let Ok(cell) = self.region.cell_id.binary_search(id) else { continue };
+            let Some(cell) = self.cell_at(*id, places[place]) else { continue };
             for (node, weight) in self.region.cell_corners[cell].iter().zip(&weights[place]) {
                 visit(place, *node, *weight);
             }
@@ -219,7 +234,7 @@ impl Lattice {
     ) -> Result<(), LatticeError> {
         for (place, load) in places.iter().zip(loads) {
             let (id, _) = self.grid.locate(self.settings.level, *place)?;
-            let Ok(cell) = self.region.cell_id.binary_search(&id) else { continue };
+            let Some(cell) = self.cell_at(id, *place) else { continue };
             let corners = [self.corners(cell as u32, &nodes.x)];
             let mut out = [[[0.0; 3]; 8]];
             self.grid.pull_back(self.settings.level, &[*place], &corners, &[*load], &mut out)?;

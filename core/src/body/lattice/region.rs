@@ -2,10 +2,13 @@
 
 use super::{Lattice, LatticeError, NO_WEIGHTS, kind_name};
 use crate::body::fixing::Fixing;
+use crate::body::lattice::fragments::NodeKey;
 use crate::body::model::Model;
 use crate::body::skin::{NOT_CARRIED, Skin};
+use crate::host::Region;
 use crate::step::{Constraint, Nodes, System, V3, axpy, dot};
 use pliant_plugin_api::abi::{self, Ball};
+use std::collections::HashMap;
 
 /// A contact may move by this share of the radius before the region follows.
 const SLACK: f64 = 0.25;
@@ -31,15 +34,16 @@ impl Lattice {
         let whole = [Ball { centre: self.facts.origin, radius: f64::INFINITY }];
         let wanted = if self.is_whole() { &whole } else { wanted };
         self.steps += 1;
-        if self.is_covered(wanted) {
+        if !self.stale && self.is_covered(wanted) {
             let waiting = !self.is_whole() && !self.region.cell_id.is_empty() && self.steps >= PATIENCE;
             if !(waiting && self.has_left_something(wanted, &system.nodes)) {
                 return Ok(false);
             }
         }
-        self.steps = 0;
+        (self.steps, self.stale) = (0, false);
         let keep: Vec<u64> = self.unfinished(&system.nodes).collect();
         self.grid.region(self.settings.level, self.families, wanted, &keep, &mut self.spare)?;
+        self.fragments.apply(&mut self.spare, self.families);
         self.balls.clear();
         self.balls.extend_from_slice(wanted);
         self.exchange(model, fixings, skin, system)?;
@@ -93,20 +97,21 @@ impl Lattice {
             skin.cell[v as usize] = NOT_CARRIED;
             skin.x[v as usize] = skin.settled[v as usize];
         };
-        let points = self.grid.points(self.settings.level)?;
-        for &[begin, end] in &self.region.cell_points {
-            points[begin as usize..end as usize].iter().for_each(|&v| settled(v, skin));
+        for cell in 0..self.region.cell_id.len() as u32 {
+            self.points(cell)?.iter().for_each(|&v| settled(v, skin));
         }
         std::mem::swap(&mut self.region, &mut self.spare);
-        self.edge_of.clear();
-        for (cell, &[begin, end]) in self.region.cell_points.iter().enumerate() {
+        let mut edge_of = std::mem::take(&mut self.edge_of);
+        edge_of.clear();
+        for cell in 0..self.region.cell_id.len() as u32 {
             let mut longest = 0.0_f64;
-            for &v in &points[begin as usize..end as usize] {
-                skin.cell[v as usize] = cell as u32;
+            for &v in self.points(cell)? {
+                skin.cell[v as usize] = cell;
                 longest = longest.max(model.longest_edge(v));
             }
-            self.edge_of.push(longest);
+            edge_of.push(longest);
         }
+        self.edge_of = edge_of;
         self.weights.clear();
         self.weights_of.clear();
         self.weights_of.resize(self.region.cell_id.len(), NO_WEIGHTS);
@@ -123,21 +128,40 @@ impl Lattice {
         }
     }
 
-    /// The region before is in `spare`: both lists of ids rise, so one pass pairs them.
-    fn exchange_nodes(&self, nodes: &mut Nodes) {
+    /// The region before is in `spare`: both lists of keys rise, so one pass pairs them. A copy a cut has just made begins
+    /// where what it was copied from is.
+    fn exchange_nodes(&mut self, nodes: &mut Nodes) {
         let n = self.region.node_id.len();
         let (mut x, mut v): (Vec<V3>, Vec<V3>) = (Vec::with_capacity(n), Vec::with_capacity(n));
-        nodes.rest.clear();
-        let mut old = 0;
-        for (id, rest) in self.region.node_id.iter().zip(&self.region.node_rest) {
-            while self.spare.node_id.get(old).is_some_and(|o| o < id) {
-                old += 1;
+        let born: HashMap<NodeKey, NodeKey> = self.fragments.born.drain(..).collect();
+        for (copy, from) in &born {
+            if let Some(kept) = self.kept.get(from).copied() {
+                self.kept.insert(*copy, kept);
             }
-            let rest = self.kept.get(id).map_or(*rest, |kept| axpy(*rest, 1.0, *kept));
+        }
+        let key = |region: &Region, i: usize| (region.node_id[i], region.node_copy[i]);
+        let old = |wanted: NodeKey| -> Option<usize> {
+            let (mut low, mut high) = (0, self.spare.node_id.len());
+            while low < high {
+                let middle = low.midpoint(high);
+                if key(&self.spare, middle) < wanted { low = middle + 1 } else { high = middle }
+            }
+            (low < self.spare.node_id.len() && key(&self.spare, low) == wanted).then_some(low)
+        };
+        nodes.rest.clear();
+        let mut at = 0;
+        for i in 0..n {
+            let wanted = key(&self.region, i);
+            while at < self.spare.node_id.len() && key(&self.spare, at) < wanted {
+                at += 1;
+            }
+            let stays = at < self.spare.node_id.len() && key(&self.spare, at) == wanted;
+            let from = if stays { Some(at) } else { born.get(&wanted).and_then(|parent| old(*parent)) };
+            let rest = self.region.node_rest[i];
+            let rest = self.kept.get(&wanted).map_or(rest, |kept| axpy(rest, 1.0, *kept));
             nodes.rest.push(rest);
-            let stays = self.spare.node_id.get(old) == Some(id);
-            x.push(if stays { nodes.x[old] } else { rest });
-            v.push(if stays { nodes.v[old] } else { [0.0; 3] });
+            x.push(from.map_or(rest, |old| nodes.x[old]));
+            v.push(from.map_or([0.0; 3], |old| nodes.v[old]));
         }
         (nodes.x, nodes.v) = (x, v);
     }
@@ -208,14 +232,13 @@ impl Lattice {
         for i in 0..nodes.x.len() {
             let moved = axpy(nodes.x[i], -1.0, self.region.node_rest[i]);
             if moved != [0.0; 3] {
-                self.kept.insert(self.region.node_id[i], moved);
+                self.kept.insert((self.region.node_id[i], self.region.node_copy[i]), moved);
             }
             nodes.v[i] = [0.0; 3];
         }
         let mut triangles = Vec::new();
-        let points = self.grid.points(self.settings.level)?;
-        for &[begin, end] in &self.region.cell_points {
-            for &v in &points[begin as usize..end as usize] {
+        for cell in 0..self.region.cell_id.len() as u32 {
+            for &v in self.points(cell)? {
                 if skin.settled[v as usize] != skin.x[v as usize] {
                     skin.settled[v as usize] = skin.x[v as usize];
                     triangles.extend_from_slice(model.around(v));

@@ -1,0 +1,89 @@
+//! A blade has passed: which cells are parted, and which part carries each point of the surface.
+
+use super::{Lattice, LatticeError};
+use crate::step::{V3, axpy, dot};
+use pliant_plugin_api::abi;
+
+impl Lattice {
+    /// Takes in what a blade has swept, as triangles in the rest shape (m). `new` are the points of the surface the cut has
+    /// made; `side` gives a rest place just inside of the body, on the point's own side of the cut. The cells change with the
+    /// next [`Lattice::follow`].
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn cut(
+        &mut self,
+        swept: &[[V3; 3]],
+        new: impl Iterator<Item = u32>,
+        side: impl Fn(u32) -> V3,
+    ) -> Result<(), LatticeError> {
+        let level = self.settings.level;
+        let mut changed = self.fragments.cut(&self.grid, level, swept)?;
+        for point in new {
+            let place = side(point);
+            let id = self.cut_cell_of(place)?;
+            self.new_points.entry(id).or_default().push(point);
+            self.new_places.insert(point, place);
+            changed.push(id);
+        }
+        changed.sort_unstable();
+        changed.dedup();
+        for id in changed {
+            let facts = self.grid.cell(level, id)?;
+            let own = &self.grid.points(level)?[facts.point_begin..facts.point_end];
+            let new = self.new_points.get(&id).into_iter().flatten();
+            self.fragments.bind(id, own.iter().chain(new).map(|&point| (point, side(point))));
+        }
+        self.balls.clear();
+        self.stale = true;
+        Ok(())
+    }
+
+    /// The cut cell a place belongs to; the nearest where it lies beside all of them.
+    fn cut_cell_of(&self, place: V3) -> Result<u64, LatticeError> {
+        let (mut id, mut weights) = ([abi::NO_CELL], [[0.0; 8]]);
+        self.grid.weights(self.settings.level, &[place], &mut id, &mut weights)?;
+        if self.fragments.has(id[0]) {
+            return Ok(id[0]);
+        }
+        let away = |middle: V3| {
+            let d = axpy(middle, -1.0, place);
+            dot(d, d)
+        };
+        let cells = self.fragments.middles();
+        Ok(cells.min_by(|a, b| away(a.1).total_cmp(&away(b.1))).map_or(id[0], |(id, _)| id))
+    }
+
+    /// Rest place by which a surface point is bound: its own, or for one that a cut has made a place just beside it.
+    pub(super) fn bound_at(&self, point: u32, own: V3) -> V3 {
+        self.new_places.get(&point).copied().unwrap_or(own)
+    }
+
+    /// Parts of active cells that hang together: for each active node, the number of its part.
+    pub fn parts(&self) -> Vec<u32> {
+        let mut root: Vec<u32> = (0..self.region.node_id.len() as u32).collect();
+        fn find(root: &mut [u32], mut at: u32) -> u32 {
+            while root[at as usize] != at {
+                root[at as usize] = root[root[at as usize] as usize];
+                at = root[at as usize];
+            }
+            at
+        }
+        for corners in &self.region.cell_corners {
+            for &n in &corners[1..] {
+                let (a, b) = (find(&mut root, corners[0]), find(&mut root, n));
+                root[a.max(b) as usize] = a.min(b);
+            }
+        }
+        let tops: Vec<u32> = (0..root.len() as u32).map(|n| find(&mut root, n)).collect();
+        let mut number = vec![u32::MAX; root.len()];
+        let mut count = 0;
+        for &top in &tops {
+            if number[top as usize] == u32::MAX {
+                number[top as usize] = count;
+                count += 1;
+            }
+        }
+        tops.iter().map(|top| number[*top as usize]).collect()
+    }
+}
