@@ -5,6 +5,9 @@
 
 #![allow(clippy::print_stderr, reason = "a test that is skipped says so")]
 
+pub mod models;
+pub mod native;
+
 use pliant_core::host::{Library, Search};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -81,6 +84,17 @@ impl Ran {
         assert_eq!(self.code, code, "\n---- out\n{}\n---- err\n{}\n----", self.out, self.err);
         self
     }
+
+    /// The same run, if it said all of this on standard error.
+    ///
+    /// # Panics
+    /// If it did not, with what is missing.
+    pub fn says(self, parts: &[&str]) -> Self {
+        for part in parts {
+            assert!(self.err.contains(part), "`{part}` is not in:\n{}", self.err);
+        }
+        self
+    }
 }
 
 impl Default for Bench {
@@ -123,6 +137,22 @@ impl Bench {
         std::fs::read(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
     }
 
+    /// Names in a folder of it, sorted; none where there is no such folder.
+    pub fn names(&self, folder: &str) -> Vec<String> {
+        let entries = std::fs::read_dir(self.path(folder)).into_iter().flatten().flatten();
+        let mut names: Vec<String> = entries.map(|e| e.file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    }
+
+    /// The summary a run left in a folder of it.
+    ///
+    /// # Panics
+    /// If there is none.
+    pub fn summary(&self, folder: &str) -> Value {
+        serde_json::from_slice(&self.read(&format!("{folder}/summary.json"))).expect("JSON")
+    }
+
     /// Runs `pliant` in it.
     ///
     /// # Panics
@@ -136,8 +166,7 @@ impl Bench {
     /// # Panics
     /// If the program cannot be started.
     pub fn pliant_with(&self, args: &[&str], environment: &[(&str, &str)]) -> Ran {
-        let mut command = Command::new(program());
-        command.args(args).current_dir(self.folder.path()).env_remove("PLIANT_PLUGIN_PATH");
+        let mut command = self.command(args);
         let Output { status, stdout, stderr } =
             command.envs(environment.iter().copied()).output().expect("the program starts");
         Ran {
@@ -145,6 +174,14 @@ impl Bench {
             out: String::from_utf8_lossy(&stdout).into_owned(),
             err: String::from_utf8_lossy(&stderr).into_owned(),
         }
+    }
+
+    /// `pliant` with these arguments, to be run in it: with its own plugins only.
+    pub fn command(&self, args: &[&str]) -> Command {
+        let mut command = Command::new(program());
+        command.args(args).current_dir(self.folder.path());
+        command.env_remove("PLIANT_PLUGIN_PATH").env("XDG_DATA_HOME", self.path("nobody"));
+        command
     }
 }
 

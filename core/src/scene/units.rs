@@ -201,6 +201,11 @@ impl<'de, D: Dimension> Deserialize<'de> for Quantity<D> {
 }
 
 impl<D: Dimension> JsonSchema for Quantity<D> {
+    /// Units hold blanks and slashes, which a reference would have to escape.
+    fn inline_schema() -> bool {
+        true
+    }
+
     fn schema_name() -> Cow<'static, str> {
         format!("Quantity in {}", D::SI).into()
     }

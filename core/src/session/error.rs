@@ -4,6 +4,7 @@ use crate::body::LatticeError;
 use crate::host::HostError;
 use crate::mesh::{MeshError, ObjError};
 use crate::scene::SceneError;
+use std::path::PathBuf;
 use thiserror::Error;
 
 /// Why a scene cannot be opened.
@@ -16,8 +17,10 @@ pub enum SessionError {
     #[error(transparent)]
     Obj(#[from] ObjError),
     /// A model cannot be used.
-    #[error("body `{body}`: {error}")]
+    #[error("{}: body `{body}`: {error}", file.display())]
     Mesh {
+        /// Its file.
+        file: PathBuf,
         /// Which.
         body: String,
         /// Why.

@@ -3,7 +3,7 @@
 use super::SessionError;
 use crate::body::{Fixing, Model, Place};
 use crate::geometry::cast;
-use crate::mesh::{ObjDocument, Placement, Surface, generate};
+use crate::mesh::{MeshError, ObjDocument, Placement, Surface, generate};
 use crate::scene::{BodyScene, FixedScene, FrameScene, RotationScene, SceneError, ShapeKind, ShapeScene, Source};
 use crate::tool::Frame;
 use nalgebra::{Unit, UnitQuaternion, Vector3};
@@ -11,7 +11,6 @@ use std::path::Path;
 
 /// The model of a body; `instead` is another file, scaled to the box the body's own would have had.
 pub(super) fn model(scene: &BodyScene, source: &Source, instead: Option<&Path>) -> Result<Model, SessionError> {
-    let of_body = |error| SessionError::Mesh { body: scene.name.get_ref().clone(), error };
     let document = match (&scene.mesh, &scene.shape) {
         (Some(mesh), _) => {
             let path = source.folder().join(mesh.get_ref());
@@ -44,7 +43,7 @@ pub(super) fn model(scene: &BodyScene, source: &Source, instead: Option<&Path>) 
                     (size, position(scene))
                 }
             };
-            let fit = Placement::fit(&bounds, size).map_err(of_body)?;
+            let fit = Placement::fit(&bounds, size).map_err(|error| of_mesh(scene, &document, error))?;
             let translation = rotation * fit.translation + centre;
             Ok(Model::new(document, Placement { rotation, translation, ..fit }))
         }
@@ -52,11 +51,15 @@ pub(super) fn model(scene: &BodyScene, source: &Source, instead: Option<&Path>) 
     }
 }
 
+fn of_mesh(scene: &BodyScene, document: &ObjDocument, error: MeshError) -> SessionError {
+    SessionError::Mesh { file: document.name().into(), body: scene.name.get_ref().clone(), error }
+}
+
 fn position(scene: &BodyScene) -> Vector3<f64> {
     scene.position.map_or(Vector3::zeros(), |p| Vector3::from(p.map(|c| c.si)))
 }
 
-fn shape_document(shape: &ShapeScene) -> Result<ObjDocument, crate::mesh::MeshError> {
+fn shape_document(shape: &ShapeScene) -> Result<ObjDocument, MeshError> {
     let [x, y, z] = shape.size.map(|s| s.si);
     match shape.kind {
         ShapeKind::Box => generate::cuboid(shape.cells, [x, y, z]),
@@ -73,8 +76,7 @@ fn placement(scene: &BodyScene, source: &Source, document: &ObjDocument) -> Resu
         return Ok(Placement { scale, rotation, translation: position });
     };
     let bounds = Surface::from_document(document).bounds();
-    let fit = Placement::fit(&bounds, size.get_ref().si)
-        .map_err(|error| SessionError::Mesh { body: scene.name.get_ref().clone(), error })?;
+    let fit = Placement::fit(&bounds, size.get_ref().si).map_err(|error| of_mesh(scene, document, error))?;
     Ok(Placement { rotation, translation: rotation * fit.translation + position, ..fit })
 }
 

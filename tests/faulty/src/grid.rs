@@ -1,0 +1,145 @@
+//! A grid of one level: every cell of the surface's box.
+
+use crate::{AFTER, fault, info};
+use pliant_plugin_api::abi::{self, Cell, Level};
+use pliant_plugin_api::{Fault, Grid, Info, Location, Param, Params, RegionRequest, RegionSink, SurfaceView};
+
+/// Cells of a box, all of them the body's.
+pub struct Brick<const F: u8> {
+    /// Cells along each edge.
+    cells: u32,
+    /// m
+    origin: [f64; 3],
+    /// m
+    edge: f64,
+    /// Points by cell, and where those of each cell begin.
+    points: Vec<u32>,
+    start: Vec<u32>,
+}
+
+impl<const F: u8> Brick<F> {
+    /// Place of a cell, or with one more along each axis of a node.
+    fn place(along: u32, [i, j, k]: [u32; 3]) -> u32 {
+        i + along * (j + along * k)
+    }
+
+    fn each(along: u32) -> impl Iterator<Item = [u32; 3]> {
+        (0..along.pow(3)).map(move |at| [at % along, at / along % along, at / along / along])
+    }
+
+    fn corner(at: [u32; 3], corner: u32) -> [u32; 3] {
+        [at[0] + (corner & 1), at[1] + (corner >> 1 & 1), at[2] + (corner >> 2)]
+    }
+
+    fn seat(&self, point: [f64; 3]) -> ([u32; 3], [f64; 3]) {
+        let local: [f64; 3] = std::array::from_fn(|i| (point[i] - self.origin[i]) / self.edge);
+        let cell = local.map(|c| (c.max(0.0) as u32).min(self.cells - 1));
+        (cell, std::array::from_fn(|i| (local[i] - f64::from(cell[i])).clamp(0.0, 1.0)))
+    }
+
+    fn links(&self, families: u32, out: &mut RegionSink<'_>) {
+        let n = self.cells + 1;
+        let steps = [[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0], [1, 0, 1], [0, 1, 1]];
+        for at in Self::each(n) {
+            for step in steps {
+                let to = [at[0] + step[0], at[1] + step[1], at[2] + step[2]];
+                let family = if step.iter().sum::<u32>() == 1 { abi::STRUCTURAL } else { abi::SHEAR };
+                if to.iter().all(|c| *c < n) && families & family != 0 {
+                    out.link([Self::place(n, at), Self::place(n, to)], family, 1.0);
+                }
+            }
+        }
+        if F == fault::LINK_TO_NOWHERE {
+            out.link([0, 1 << 30], abi::STRUCTURAL, 1.0);
+        }
+    }
+}
+
+impl<const F: u8> Grid for Brick<F> {
+    const INFO: Info = info(
+        match F {
+            fault::PANIC => c"panics-in-build",
+            fault::NOT_A_NUMBER => c"weights-not-a-number",
+            fault::REFUSES => c"refuses-in-build",
+            fault::FALLING_IDS => c"falling-ids",
+            fault::LINK_TO_NOWHERE => c"link-to-nowhere",
+            _ => c"sound-brick",
+        },
+        const { &[AFTER] as &[Param] },
+    );
+
+    fn new(_: &Params<'_>) -> Result<Self, Fault> {
+        Ok(Self { cells: 0, origin: [0.0; 3], edge: 0.0, points: Vec::new(), start: Vec::new() })
+    }
+
+    fn build(&mut self, surface: &SurfaceView<'_>, level: u32) -> Result<(), Fault> {
+        assert!(F != fault::PANIC, "panicked on purpose, in build");
+        if F == fault::REFUSES {
+            return Err(Fault::io("refused on purpose"));
+        }
+        let bound =
+            |i: usize, pick: fn(f64, f64) -> f64| surface.points.iter().map(|p| p[i]).reduce(pick).unwrap_or(0.0);
+        self.origin = std::array::from_fn(|i| bound(i, f64::min) - 1e-6);
+        let longest = (0..3).map(|i| bound(i, f64::max) + 1e-6 - self.origin[i]).fold(0.0, f64::max);
+        self.cells = 1 << (level.clamp(1, 6) - 1);
+        self.edge = longest / f64::from(self.cells);
+        let cell_of = |v: &u32| Self::place(self.cells, self.seat(surface.points[*v as usize]).0);
+        let mut points: Vec<u32> = (0..surface.points.len() as u32).collect();
+        points.sort_by_key(cell_of);
+        let begin = |cell: u32| points.partition_point(|v| cell_of(v) < cell) as u32;
+        self.start = (0..=self.cells.pow(3)).map(begin).collect();
+        self.points = points;
+        Ok(())
+    }
+
+    fn level(&self, level: u32) -> Result<Level, Fault> {
+        let (size, cells, n) = (size_of::<Level>(), u64::from(self.cells), u64::from(self.cells) + 1);
+        let (surface_cells, inside_cells, nodes) = (0, cells.pow(3), n.pow(3));
+        let (cells_per_axis, edge, origin) = (self.cells, self.edge, self.origin);
+        Ok(Level { size, level, cells_per_axis, edge, origin, surface_cells, inside_cells, nodes })
+    }
+
+    fn cell(&self, _: u32, _: u64) -> Result<Cell, Fault> {
+        Err(Fault::unsupported("a brick has no tree"))
+    }
+
+    fn locate(&self, _: u32, point: [f64; 3]) -> Result<Location, Fault> {
+        let (cell, local) = self.seat(point);
+        Ok(Location { cell: u64::from(Self::place(self.cells, cell)), local })
+    }
+
+    fn points(&self, _: u32) -> Result<&[u32], Fault> {
+        Ok(&self.points)
+    }
+
+    fn region(&self, request: &RegionRequest<'_>, out: &mut RegionSink<'_>) -> Result<(), Fault> {
+        let (m, n) = (self.cells, self.cells + 1);
+        for (id, at) in Self::each(n).enumerate() {
+            let around: u32 = at.iter().map(|&c| if c == 0 || c == m { 1 } else { 2 }).product();
+            let rest = std::array::from_fn(|i| self.origin[i] + self.edge * f64::from(at[i]));
+            out.node(id as u64, rest, self.edge.powi(3) * f64::from(around) / 8.0, false);
+        }
+        if F == fault::FALLING_IDS {
+            out.node(0, self.origin, 1e-9, false);
+        }
+        for (id, at) in Self::each(m).enumerate() {
+            let corners = std::array::from_fn(|c| Self::place(n, Self::corner(at, c as u32)));
+            out.cell(id as u64, corners, [self.start[id], self.start[id + 1]], abi::CELL_INSIDE);
+        }
+        self.links(request.families, out);
+        Ok(())
+    }
+
+    fn weights(&self, _: u32, places: &[[f64; 3]], cells: &mut [u64], weights: &mut [[f64; 8]]) -> Result<(), Fault> {
+        for ((place, cell), weights) in places.iter().zip(cells).zip(weights) {
+            let (at, local) = self.seat(*place);
+            *cell = u64::from(Self::place(self.cells, at));
+            let share = |corner: usize, i: usize| if corner >> i & 1 == 1 { local[i] } else { 1.0 - local[i] };
+            *weights = std::array::from_fn(|corner| (0..3).map(|i| share(corner, i)).product());
+            if F == fault::NOT_A_NUMBER {
+                *weights = [f64::NAN; 8];
+            }
+        }
+        Ok(())
+    }
+}
