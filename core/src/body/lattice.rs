@@ -17,6 +17,7 @@ use crate::step::{Nodes, V3, axpy};
 use fragments::{Fragments, NodeKey};
 use pliant_plugin_api::abi::{self, Ball, Level};
 use std::collections::HashMap;
+use std::path::PathBuf;
 use thiserror::Error;
 
 /// How much of a body is simulated.
@@ -45,8 +46,12 @@ pub enum LatticeError {
         wanted: &'static str,
     },
     /// A node without mass.
-    #[error("node {node} at {at:?} m has mass {mass} kg; every node needs a finite mass above 0")]
+    #[error("{material} ({}): node {node} at {at:?} m has mass {mass} kg; allowed is a finite mass above 0", path.display())]
     Massless {
+        /// Whose masses they are.
+        material: String,
+        /// Its file.
+        path: PathBuf,
         /// Which.
         node: usize,
         /// Where.

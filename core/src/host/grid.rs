@@ -145,7 +145,7 @@ impl Grid {
         };
         let build = self.table.build.expect("checked");
         // SAFETY: [worker & active], exclusive by `&mut`.
-        self.instance.done("build", unsafe { build(self.instance.plugin(), &surface, level) })
+        self.instance.taken("build", unsafe { build(self.instance.plugin(), &surface, level) })
     }
 
     /// Facts about a level.

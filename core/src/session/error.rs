@@ -24,7 +24,7 @@ pub enum SessionError {
         /// Which.
         body: String,
         /// Why.
-        error: MeshError,
+        error: Box<MeshError>,
     },
     /// A plugin cannot be used.
     #[error(transparent)]

@@ -52,7 +52,7 @@ pub(super) fn model(scene: &BodyScene, source: &Source, instead: Option<&Path>) 
 }
 
 fn of_mesh(scene: &BodyScene, document: &ObjDocument, error: MeshError) -> SessionError {
-    SessionError::Mesh { file: document.name().into(), body: scene.name.get_ref().clone(), error }
+    SessionError::Mesh { file: document.name().into(), body: scene.name.get_ref().clone(), error: Box::new(error) }
 }
 
 fn position(scene: &BodyScene) -> Vector3<f64> {

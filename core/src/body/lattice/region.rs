@@ -122,7 +122,8 @@ impl Lattice {
         match system.massless() {
             Some(node) => {
                 let (at, mass) = (system.nodes.rest[node], system.nodes.mass[node]);
-                Err(LatticeError::Massless { node, at, mass })
+                let (material, path) = (&system.material.info().id, system.material.library().path());
+                Err(LatticeError::Massless { material: material.clone(), path: path.into(), node, at, mass })
             }
             None => Ok(()),
         }
