@@ -1,6 +1,6 @@
 //! One instance behind the wire: parameters first, then the object between `activate` and `deactivate`.
 //!
-//! Every function the host can call goes through [`guarded`]: it catches the panic (one that left an `extern "C"` function
+//! Every function the host can call goes through one guard: it catches the panic (one that left an `extern "C"` function
 //! would abort the host), turns it into a status, tells the host what happened and poisons the instance.
 
 use crate::abi::{self, Plugin, Status};
