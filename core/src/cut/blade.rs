@@ -29,10 +29,10 @@ pub struct Stroke {
 #[derive(Clone, Debug)]
 pub(super) struct Facet {
     pub corners: [V3; 3],
-    pub normal: Vector3<f64>,  // unit, to the left
+    pub normal: Vector3<f64>,   // unit, to the left
     pub texture: [[f64; 2]; 3], // m, along the blade and along the way
-    across: [Vector3<f64>; 2], // unit, along side 0 and to its left
-    pub flat: [[f64; 2]; 3],   // corners in the frame of the facet, m
+    across: [Vector3<f64>; 2],  // unit, along side 0 and to its left
+    pub flat: [[f64; 2]; 3],    // corners in the frame of the facet, m
 }
 
 impl Stroke {
@@ -132,7 +132,8 @@ impl Facet {
     /// Texture coordinates of a place in the frame, m.
     pub fn texture_at(&self, flat: [f64; 2]) -> [f64; 2] {
         let [a, b, c] = self.flat;
-        let turn = |p: [f64; 2], q: [f64; 2], r: [f64; 2]| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
+        let turn =
+            |p: [f64; 2], q: [f64; 2], r: [f64; 2]| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
         let all = turn(a, b, c);
         let weights = [turn(b, c, flat) / all, turn(c, a, flat) / all, turn(a, b, flat) / all];
         [0, 1].map(|i| (0..3).map(|corner| weights[corner] * self.texture[corner][i]).sum())

@@ -24,9 +24,6 @@ pub enum Refusal {
     /// The blade's ends are in one place.
     #[error("no length (m)")]
     NoLength,
-    /// The blade has not moved across itself since the last advance.
-    #[error("too narrow to be cut (m)")]
-    Narrow,
     /// The cut would leave a triangle with too small an angle.
     #[error("a splinter would be left (degrees)")]
     Splinter,

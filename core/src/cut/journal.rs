@@ -16,8 +16,8 @@ pub(super) struct Journal {
 #[derive(Default)]
 struct Step {
     before: Lengths,
-    saved: Vec<(u32, Triangle)>, // in the order of change; a triangle may come twice
-    tail: Tail,                  // empty while done
+    saved: Vec<(u32, Triangle)>,  // in the order of change; a triangle may come twice
+    tail: Tail,                   // empty while done
     strokes: Option<[Stroke; 2]>, // before and after
 }
 

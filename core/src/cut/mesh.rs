@@ -59,19 +59,14 @@ pub enum Origin {
     },
 }
 
-/// The mesh before any cut, for comparison.
+/// The mesh before any cut.
 pub(super) struct Whole {
     pub points: usize,
     pub triangles: usize,
     pub faces: usize,
     pub texcoords: usize,
     pub normals: usize,
-    pub area: f64,   // m^2
-    pub volume: f64, // m^3, of closed bodies
-    pub border: f64, // m
-    pub reach: f64,  // m, leads out of the mesh from everywhere in it
-    pub branches: bool, // some edge has more than two triangles
-    pub turned: bool, // some edge has triangles that run along it in the same sense
+    pub reach: f64, // m, leads out of the mesh from everywhere in it
 }
 
 /// All there is to know of a triangle.
@@ -95,7 +90,7 @@ impl CutMesh {
         let (texture, shading) = rows(document, &surface);
         let links = link(&surface);
         let (body, bodies) = solid::find(&surface, &links);
-        let mut mesh = Self {
+        Self {
             tree: TriangleTree::new(&surface.points, &surface.triangles),
             texcoords: document.texcoords().to_vec(),
             normals: document.normals().to_vec(),
@@ -108,12 +103,7 @@ impl CutMesh {
                 faces: document.face_count(),
                 texcoords: document.texcoords().len(),
                 normals: document.normals().len(),
-                area: 0.0,
-                volume: 0.0,
-                border: 0.0,
                 reach: solid::reach(&surface),
-                branches: false,
-                turned: false,
             },
             surface,
             links,
@@ -121,9 +111,7 @@ impl CutMesh {
             shading,
             body,
             bodies,
-        };
-        mesh.weigh();
-        mesh
+        }
     }
 
     /// Rest points, triangles, and the face of the document each came from; the number of faces for a triangle of a cap.
@@ -137,6 +125,17 @@ impl CutMesh {
             Some(new) => self.origins.get(new).copied().unwrap_or(Origin::Original),
             None => Origin::Original,
         }
+    }
+
+    /// Rows of texture coordinates: those of the document, then those cuts have made. A cut surface has metres along the
+    /// blade and along its way.
+    pub fn texcoords(&self) -> &[[f64; 2]] {
+        &self.texcoords
+    }
+
+    /// Rows of normals in the axes of the file: those of the document, then those cuts have made.
+    pub fn normals(&self) -> &[V3] {
+        &self.normals
     }
 
     /// Whether a triangle is part of the cut surface inside a body.

@@ -43,7 +43,8 @@ pub(super) fn find(surface: &Surface, links: &[[u32; 3]]) -> (Vec<u32>, Vec<Body
                 let other = links[triangle][side];
                 sound &= other != half
                     && links[other as usize / 3][other as usize % 3] == half
-                    && surface.triangles[triangle][side] == surface.triangles[other as usize / 3][(other as usize + 1) % 3];
+                    && surface.triangles[triangle][side]
+                        == surface.triangles[other as usize / 3][(other as usize + 1) % 3];
                 if component[other as usize / 3] == OPEN {
                     component[other as usize / 3] = number;
                     members.push(other / 3);
@@ -111,7 +112,12 @@ impl CutMesh {
 }
 
 /// How often the closed surface of some triangles winds around a point.
-pub(super) fn winding(surface: &Surface, triangles: impl Iterator<Item = u32> + Clone, point: V3, reach: f64) -> Option<i32> {
+pub(super) fn winding(
+    surface: &Surface,
+    triangles: impl Iterator<Item = u32> + Clone,
+    point: V3,
+    reach: f64,
+) -> Option<i32> {
     RAYS.iter().find_map(|&ray| {
         let far = end(point, ray, reach);
         let corners = |t: u32| surface.triangles[t as usize].map(|vertex| surface.points[vertex as usize]);

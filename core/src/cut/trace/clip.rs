@@ -14,7 +14,10 @@ pub(super) enum End {
 pub(super) enum Left {
     Nothing,
     /// So little that it is one place, on two sides of the facet.
-    Place { t: f64, sides: [usize; 2] },
+    Place {
+        t: f64,
+        sides: [usize; 2],
+    },
     Piece([End; 2]),
 }
 

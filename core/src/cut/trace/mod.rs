@@ -16,8 +16,8 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
 use clip::{End, Left, clip, cross};
-pub(super) use site::compare;
 use site::Sites;
+pub(super) use site::compare;
 
 use super::blade::{Facet, turn};
 use super::mesh::{CutMesh, NONE, OPEN};
