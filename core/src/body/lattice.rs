@@ -9,6 +9,7 @@ mod cut;
 mod embed;
 mod fragments;
 mod region;
+mod state;
 
 use super::fixing::Fixing;
 use super::model::Model;
@@ -16,6 +17,7 @@ use crate::host::{Grid, HostError, Region};
 use crate::step::{Nodes, V3, axpy};
 use fragments::{Fragments, NodeKey};
 use pliant_plugin_api::abi::{self, Ball, Level};
+pub use state::LatticeState;
 use std::collections::HashMap;
 use std::path::PathBuf;
 use thiserror::Error;

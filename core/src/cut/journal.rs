@@ -38,6 +38,11 @@ struct Tail {
 }
 
 impl CutMesh {
+    /// Advances that can be taken back.
+    pub fn depth(&self) -> usize {
+        self.journal.done.len()
+    }
+
     /// Takes the last advance back; gives the stroke as it was before, or `None` when nothing is left to undo.
     pub fn undo(&mut self) -> Option<Stroke> {
         let mut step = self.journal.done.pop()?;

@@ -67,6 +67,11 @@ impl Fragments {
         self.cells.contains_key(&id)
     }
 
+    /// Ids of such cells, rising.
+    pub fn ids(&self) -> impl Iterator<Item = u64> + '_ {
+        self.cells.keys().copied()
+    }
+
     /// Ids and middles of such cells.
     pub fn middles(&self) -> impl Iterator<Item = (u64, V3)> + '_ {
         self.cells.iter().map(|(id, cell)| (*id, cell.reference.map(|c| c + 0.5 * self.edge)))
