@@ -32,7 +32,8 @@ pub(super) struct Facet {
     pub normal: Vector3<f64>,   // unit, to the left
     pub texture: [[f64; 2]; 3], // m, along the blade and along the way
     across: [Vector3<f64>; 2],  // unit, along side 0 and to its left
-    pub flat: [[f64; 2]; 3],    // corners in the frame of the facet, m
+    pub flat: [[f64; 2]; 3], // corners in the frame of the facet, m
+    pub front: usize, // side where the strip goes on
 }
 
 impl Stroke {
@@ -55,8 +56,8 @@ impl Stroke {
         let [a, b, c, d] = [self.blade.tip, self.blade.heel, next.heel, next.tip];
         let (from, to) = (self.travel, self.travel + self.blade.way(next));
         let (deep, deeper) = (self.blade.length(), next.length());
-        let near = Facet::new([a, b, c], [[0.0, from], [deep, from], [deeper, to]]);
-        let far = Facet::new([a, c, d], [[0.0, from], [deeper, to], [0.0, to]]);
+        let near = Facet::new([a, b, c], [[0.0, from], [deep, from], [deeper, to]], 2);
+        let far = Facet::new([a, c, d], [[0.0, from], [deeper, to], [0.0, to]], 1);
         [near, far].into_iter().flatten().collect()
     }
 }
@@ -87,12 +88,13 @@ impl Blade {
 
 impl Facet {
     /// `None` without an area worth the name: the blade slid along itself, or one end stood still.
-    fn new(corners: [V3; 3], texture: [[f64; 2]; 3]) -> Option<Self> {
+    fn new(corners: [V3; 3], texture: [[f64; 2]; 3], front: usize) -> Option<Self> {
         let [a, b, c] = corners.map(Vector3::from);
         let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
         let normal = (b - a).cross(&(c - a)).try_normalize(1e-6 * longest * longest)?;
         let along = (b - a).try_normalize(0.0)?;
-        let mut facet = Self { corners, normal, texture, across: [along, normal.cross(&along)], flat: [[0.0; 2]; 3] };
+        let across = [along, normal.cross(&along)];
+        let mut facet = Self { corners, normal, texture, across, flat: [[0.0; 2]; 3], front };
         facet.flat = corners.map(|corner| facet.flatten(corner));
         Some(facet)
     }

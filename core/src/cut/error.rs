@@ -36,4 +36,7 @@ pub enum Refusal {
     /// Parts would hang together in a way that vertices cannot express.
     #[error("vertices would merge (vertex)")]
     Merged,
+    /// The result did not pass its check.
+    #[error("the result would be broken")]
+    Broken,
 }

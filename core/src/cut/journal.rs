@@ -110,10 +110,12 @@ impl CutMesh {
         (changed, step.before.triangles)
     }
 
-    /// The record a triangle had when the open step began.
-    pub(super) fn before(&self, triangle: u32) -> Option<Triangle> {
-        let saved = &self.journal.done.last()?.saved;
-        saved.iter().find(|(number, _)| *number == triangle).map(|(_, record)| *record)
+    /// Every old triangle that the open step has changed, as it was.
+    pub(super) fn befores(&self) -> Vec<(u32, Triangle)> {
+        let mut saved = self.journal.done.last().map_or(Vec::new(), |step| step.saved.clone());
+        saved.sort_by_key(|(number, _)| *number); // keeps the first of several in front
+        saved.dedup_by_key(|(number, _)| *number);
+        saved
     }
 
     /// First vertex the open step has made.

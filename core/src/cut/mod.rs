@@ -19,14 +19,21 @@
 //! wedge (closed input only, and the wedge's substance is lost).
 
 mod advance;
+mod bind;
 mod blade;
+mod cap;
 mod error;
 mod journal;
+mod lines;
 mod mesh;
+mod part;
 mod parts;
 mod plane;
+mod polygon;
 mod solid;
+mod subdivide;
 mod trace;
+mod verify;
 mod write;
 
 pub use blade::{Blade, Stroke};

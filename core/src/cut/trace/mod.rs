@@ -34,6 +34,9 @@ pub(super) struct Snap {
     pub reach: f64,
 }
 
+/// Part of a run; less of it within a facet is a place.
+const LEAST: f64 = 1e-3;
+
 /// What a facet meets.
 pub(super) struct Trace {
     sites: Sites,
@@ -72,7 +75,6 @@ pub(super) struct Run {
     pub along_edge: bool,
     pub members: Vec<Member>,
     pub piece: Option<[u32; 2]>, // nodes, in the sense of `ends`
-    pub place: Option<u32>,      // node, where the piece is no more than that
 }
 
 /// A triangle that a run crosses, or an edge that it goes along.
@@ -86,11 +88,11 @@ pub(super) struct Member {
 }
 
 impl Trace {
-    /// Crosses the triangles `near` (rising) with a facet; `x` are the points of the mesh. Vertices of `seam` lie on side 0
-    /// of the facet, whatever rounding and snapping made of them.
-    pub fn new(mesh: &CutMesh, x: &[V3], near: &[u32], facet: &Facet, seam: &[u32], snap: Snap) -> Self {
+    /// Crosses the triangles `near` (rising) with a facet. Vertices of `seam` lie on side 0 of the facet, whatever rounding
+    /// and snapping made of them.
+    pub fn new(mesh: &CutMesh, near: &[u32], facet: &Facet, seam: &[u32], snap: Snap) -> Self {
         let triangles: Vec<[u32; 3]> = near.iter().map(|&t| mesh.surface.triangles[t as usize]).collect();
-        let sites = Sites::new(x, &triangles, facet, seam, snap);
+        let sites = Sites::new(&mesh.surface.points, &triangles, facet, seam, snap);
         let at_site = vec![NONE; sites.all.len()];
         let mut trace = Self {
             sites,
@@ -107,30 +109,29 @@ impl Trace {
         rims.sort_unstable();
         rims.dedup();
         for half in rims {
-            trace.go_along(mesh, x, half, facet, snap);
+            trace.go_along(mesh, half, facet, snap);
         }
-        trace.place_on_rim(facet, seam, snap);
+        trace.place_on_rim(mesh, facet, seam, snap);
         for run in 0..trace.runs.len() {
-            trace.clip_run(run, facet, snap);
+            trace.clip_run(run, facet);
         }
         trace
     }
 
-    /// Side of the plane on which a triangle lies that the plane does not cross; 0 in the plane.
-    pub fn side_of(&self, corners: [u32; 3]) -> i8 {
-        let signs = corners.map(|vertex| self.sites.of(vertex).map_or(0, |site| self.sites.sign(site)));
-        signs.into_iter().find(|&sign| sign != 0).unwrap_or(0)
+    /// The site of a vertex, also of one further off that shares its place with one that is near.
+    pub fn site(&self, mesh: &CutMesh, vertex: u32) -> Option<u32> {
+        self.sites.of(vertex).or_else(|| self.sites.at(mesh.surface.points[vertex as usize]))
     }
 
     /// Node at a vertex, if it is on the plane.
-    pub fn node_at(&self, vertex: u32) -> Option<u32> {
-        let node = self.at_site[self.sites.of(vertex)? as usize];
+    pub fn node_at(&self, mesh: &CutMesh, vertex: u32) -> Option<u32> {
+        let node = self.at_site[self.site(mesh, vertex)? as usize];
         (node != NONE).then_some(node)
     }
 
     /// Nodes on the edge from one vertex to another, in this order.
-    pub fn nodes_on(&self, from: u32, to: u32) -> Vec<u32> {
-        let (Some(a), Some(b)) = (self.sites.of(from), self.sites.of(to)) else { return Vec::new() };
+    pub fn nodes_on(&self, mesh: &CutMesh, from: u32, to: u32) -> Vec<u32> {
+        let (Some(a), Some(b)) = (self.site(mesh, from), self.site(mesh, to)) else { return Vec::new() };
         let mut nodes = self.on_edge.get(&[a.min(b), a.max(b)]).cloned().unwrap_or_default();
         if a > b {
             nodes.reverse();
@@ -191,9 +192,9 @@ impl Trace {
     }
 
     /// Takes in the edge of `half`, which lies in the plane.
-    fn go_along(&mut self, mesh: &CutMesh, x: &[V3], half: u32, facet: &Facet, snap: Snap) {
-        let [from, to] = [mesh.tail(half), mesh.head(half)].map(|vertex| self.node_at(vertex).unwrap_or(NONE));
-        let side = |half: u32| self.third_side(mesh, x, half, facet, snap);
+    fn go_along(&mut self, mesh: &CutMesh, half: u32, facet: &Facet, snap: Snap) {
+        let [from, to] = [mesh.tail(half), mesh.head(half)].map(|vertex| self.node_at(mesh, vertex).unwrap_or(NONE));
+        let side = |half: u32| self.third_side(mesh, half, facet, snap);
         let body = mesh.body[half as usize / 3];
         if body == OPEN {
             let below = mesh.around(half).filter(|&half| side(half) == -1).count();
@@ -213,15 +214,15 @@ impl Trace {
     }
 
     /// Side of the triangle of a half-edge that lies in the plane. The triangle may be too far off to have sites.
-    fn third_side(&self, mesh: &CutMesh, x: &[V3], half: u32, facet: &Facet, snap: Snap) -> i8 {
+    pub fn third_side(&self, mesh: &CutMesh, half: u32, facet: &Facet, snap: Snap) -> i8 {
         let triangle = mesh.surface.triangles[half as usize / 3];
         let third = triangle[(half as usize + 2) % 3];
-        if let Some(site) = self.sites.of(third) {
+        if let Some(site) = self.site(mesh, third) {
             return self.sites.sign(site);
         }
-        let here = x[third as usize];
+        let here = mesh.surface.points[third as usize];
         let away = |vertex: u32| {
-            let there = x[vertex as usize];
+            let there = mesh.surface.points[vertex as usize];
             (0..3).map(|i| (here[i] - there[i]).powi(2)).sum::<f64>().sqrt()
         };
         let shortest = away(mesh.tail(half)).min(away(mesh.head(half)));
@@ -245,7 +246,7 @@ impl Trace {
             Entry::Occupied(run) => self.runs[*run.get() as usize].members.push(member),
             Entry::Vacant(place) => {
                 place.insert(self.runs.len() as u32);
-                self.runs.push(Run { ends, along_edge, members: vec![member], piece: None, place: None });
+                self.runs.push(Run { ends, along_edge, members: vec![member], piece: None });
             }
         }
     }
@@ -271,7 +272,7 @@ impl Trace {
     }
 
     /// Where every node is against the sides of the facet.
-    fn place_on_rim(&mut self, facet: &Facet, seam: &[u32], snap: Snap) {
+    fn place_on_rim(&mut self, mesh: &CutMesh, facet: &Facet, seam: &[u32], snap: Snap) {
         for node in &mut self.nodes {
             let margin = snap.on
                 * match node.place {
@@ -286,7 +287,7 @@ impl Trace {
             }
         }
         for vertex in seam {
-            if let Some(node) = self.node_at(*vertex) {
+            if let Some(node) = self.node_at(mesh, *vertex) {
                 self.nodes[node as usize].rim[0] = 0;
             }
         }
@@ -307,17 +308,12 @@ impl Trace {
         }
     }
 
-    fn clip_run(&mut self, run: usize, facet: &Facet, snap: Snap) {
+    fn clip_run(&mut self, run: usize, facet: &Facet) {
         let Run { ends, along_edge, .. } = self.runs[run];
         let rim = ends.map(|end| self.nodes[end as usize].rim);
         let depths = ends.map(|end| [0, 1, 2].map(|side| depth(facet, side, self.nodes[end as usize].flat)));
-        match clip(rim, depths, snap.ends) {
-            Left::Nothing => {}
-            Left::Place { t, sides } => {
-                let node = self.split(ends, along_edge, t, facet);
-                self.nodes[node as usize].rim = [0, 1, 2].map(|side| i8::from(!sides.contains(&side)));
-                self.runs[run].place = Some(node);
-            }
+        match clip(rim, depths, LEAST) {
+            Left::Nothing | Left::Place => {}
             Left::Piece(piece) => {
                 let node = |trace: &mut Self, own: u32, end: End| match end {
                     End::Own => own,

@@ -61,6 +61,11 @@ impl Sites {
         self.vertices.binary_search(&vertex).ok().map(|at| self.site[at])
     }
 
+    /// The site at a place.
+    pub fn at(&self, x: V3) -> Option<u32> {
+        self.all.binary_search_by(|site| compare(site.x, x)).ok().map(|at| at as u32)
+    }
+
     pub fn of_corners(&self, triangle: [u32; 3]) -> [u32; 3] {
         triangle.map(|vertex| self.of(vertex).unwrap_or(0))
     }
