@@ -12,7 +12,7 @@ use super::{Advance, Blade, Refusal, Refused, Stroke, bind, subdivide};
 
 /// How close is on: at first, and when that was refused.
 const SNAPS: [Snap; 2] =
-    [Snap { on: 1e-3, ends: 0.05, reach: 0.1 }, Snap { on: 0.02, ends: 0.15, reach: 0.3 }];
+    [Snap { on: 2e-3, ends: 2e-3, reach: 0.1 }, Snap { on: 0.02, ends: 0.05, reach: 0.1 }];
 
 /// What a facet did.
 #[derive(Default)]
@@ -86,6 +86,7 @@ impl CutMesh {
     fn cut(&mut self, facet: &Facet, seam: &[u32], snap: Snap) -> Result<Done, Refused> {
         let near = self.near(facet);
         let trace = Trace::new(self, &near, facet, seam, snap);
+        if std::env::var("DBG").is_ok() { for run in &trace.runs { eprintln!("run {:?} piece {:?} along {} flows {:?} rims {:?} x {:?}", run.ends, run.piece, run.along_edge, run.members.iter().map(|m| m.flow).collect::<Vec<_>>(), run.ends.map(|n| trace.nodes[n as usize].rim), run.ends.map(|n| trace.nodes[n as usize].x)); } }
         let split = subdivide::subdivide(self, &trace, &near)?;
         let lines = Lines::new(self, &trace, &split, facet, snap);
         let mut done = Done { length: self.opened(&trace, &lines), ..Done::default() };

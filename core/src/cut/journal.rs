@@ -129,9 +129,11 @@ impl CutMesh {
         self.surface.points.len() as u32 - 1
     }
 
+    /// Adds a triangle that is joined to nothing yet.
     pub(super) fn add_triangle(&mut self, triangle: Triangle) -> u32 {
-        self.append(triangle);
-        self.surface.triangles.len() as u32 - 1
+        let number = self.surface.triangles.len() as u32;
+        self.append(Triangle { links: [3 * number, 3 * number + 1, 3 * number + 2], ..triangle });
+        number
     }
 
     pub(super) fn set_triangle(&mut self, number: u32, triangle: Triangle) {

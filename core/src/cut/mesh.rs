@@ -82,6 +82,8 @@ pub(super) struct Triangle {
 
 pub(super) const NONE: u32 = u32::MAX;
 pub(super) const OPEN: u32 = u32::MAX;
+/// Half-edges around an edge; more of them are a ring that does not close, which no check lets pass.
+const MOST_AROUND: usize = 256;
 
 impl CutMesh {
     /// The document's triangles in place, uncut.
@@ -172,7 +174,7 @@ impl CutMesh {
     /// All half-edges around the edge of `half`, itself first.
     pub(super) fn around(&self, half: u32) -> impl Iterator<Item = u32> + '_ {
         let following = move |at: &u32| Some(self.link_of(*at)).filter(|&next| next != half);
-        std::iter::successors(Some(half), following)
+        std::iter::successors(Some(half), following).take(MOST_AROUND)
     }
 
     pub(super) fn triangle(&self, triangle: u32) -> Triangle {

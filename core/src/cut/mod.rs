@@ -34,6 +34,8 @@ mod solid;
 mod subdivide;
 mod trace;
 mod verify;
+#[cfg(test)]
+mod tests;
 mod write;
 
 pub use blade::{Blade, Stroke};

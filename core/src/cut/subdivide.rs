@@ -46,7 +46,6 @@ pub(super) fn subdivide(mesh: &mut CutMesh, trace: &Trace, near: &[u32]) -> Resu
     let wanted = wanted(trace);
     let mut triangles: BTreeSet<u32> = near.iter().copied().collect();
     triangles.extend(beside(mesh, trace, near, &wanted));
-    let mut loose = Vec::new(); // halves to be joined anew
     let mut pieces = Vec::new();
     for &triangle in &triangles {
         let inside = near.binary_search(&triangle).is_ok();
@@ -56,16 +55,16 @@ pub(super) fn subdivide(mesh: &mut CutMesh, trace: &Trace, near: &[u32]) -> Resu
         if outline.len() == 3 && across.is_none() {
             continue;
         }
-        for side in 0..3 {
-            loose.extend(mesh.around(3 * triangle + side).filter(|half| !triangles.contains(&(half / 3))));
-        }
         pieces.push((triangle, split.polygons(mesh, trace, triangle, outline, across)?));
     }
+    let whole = |half: &u32| pieces.binary_search_by_key(&(half / 3), |(triangle, _)| *triangle).is_err();
+    let sides = pieces.iter().flat_map(|(triangle, _)| 3 * triangle..3 * triangle + 3);
+    let mut loose: Vec<u32> = sides.flat_map(|half| mesh.around(half).filter(whole)).collect(); // to be joined anew
     let mut changed = Vec::new();
-    for (triangle, polygons) in pieces {
-        changed.extend(replace(mesh, triangle, &polygons)?);
+    for (triangle, polygons) in &pieces {
+        changed.extend(replace(mesh, *triangle, polygons)?);
     }
-    loose.extend(changed.iter().chain(&triangles).flat_map(|t| [3 * t, 3 * t + 1, 3 * t + 2]));
+    loose.extend(changed.iter().flat_map(|t| [3 * t, 3 * t + 1, 3 * t + 2]));
     join(mesh, loose);
     triangles.extend(changed);
     split.triangles = triangles.into_iter().collect();

@@ -37,7 +37,7 @@ impl CutMesh {
     fn verify_edge(&self, half: u32) -> Option<()> {
         let ends = [self.tail(half), self.head(half)];
         let mut count = 0;
-        for other in self.around(half).take(1000) {
+        for other in self.around(half) {
             let there = [self.tail(other), self.head(other)];
             let body = self.body[other as usize / 3];
             let sound = there == ends || there == [ends[1], ends[0]];
@@ -47,7 +47,8 @@ impl CutMesh {
             }
             count += 1;
         }
-        (self.body[half as usize / 3] == OPEN || count == 2).then_some(())
+        let closed = self.around(half).last().is_some_and(|last| self.link_of(last) == half);
+        (closed && (self.body[half as usize / 3] == OPEN || count == 2)).then_some(())
     }
 
     /// What the changed triangles enclose with a point near them must be what they did.
