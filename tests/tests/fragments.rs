@@ -7,6 +7,20 @@ use pliant_tests::{box_scene, open};
 
 type V3 = [f64; 3];
 
+/// A body that fills its cells.
+struct Everywhere;
+
+impl Inner for Everywhere {
+    fn near(&self, _: [f64; 3], _: f64) -> Vec<[[f64; 3]; 3]> {
+        Vec::new()
+    }
+
+    fn has(&self, _: [f64; 3]) -> bool {
+        true
+    }
+}
+
+
 /// A block of 40 mm, all of it active, twisted and moving.
 fn block(params: &str) -> Session {
     let scene = box_scene("", "", "")
@@ -33,7 +47,7 @@ fn cut(body: &mut Body, swept: &[[V3; 3]]) {
     let points = body.model.surface.points.clone();
     // Just inside of the body: towards its middle, and away from the wall.
     let inside = |v: u32| points[v as usize].map(|c| c * (1.0 - 1e-3));
-    body.lattice.cut(swept, std::iter::empty(), inside).unwrap();
+    body.lattice.cut(swept, std::iter::empty(), inside, &Everywhere).unwrap();
     let Body { model, skin, system, lattice, fixings, .. } = body;
     assert!(lattice.follow(&[], model, fixings, skin, system).unwrap());
 }

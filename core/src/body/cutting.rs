@@ -12,8 +12,8 @@ use std::sync::Arc;
 const INSIDE: f64 = 1e-6;
 /// The same where a surface has no inside, and vertices close to a cut may have been taken as on it.
 const ASIDE: f64 = 0.1;
-/// How far a cut goes on outside of the body, in edges of a cell: cells on the surface reach out of it.
-const APRON: f64 = 2.0;
+/// How far a cut goes on outside of the body, in edges of a cell: voxels on the surface reach out of it.
+const APRON: f64 = 0.5;
 
 impl Body {
     /// Takes over what an advance of a blade has done to the mesh. Nodes are copied with the next [`super::Lattice::follow`].
@@ -49,13 +49,23 @@ impl Body {
         let (model, edge) = (&self.model, self.lattice.edge());
         let side = |vertex: u32| beside(mesh, model, vertex, closed, edge);
         let new = advance.first_vertex..mesh.surface().points.len() as u32;
-        let cells = self.lattice.cut(swept, new, side)?;
+        let cells = self.lattice.cut(swept, new, side, mesh.as_ref())?;
         if !self.samples.is_empty()
             && let Some(samples) = Arc::get_mut(&mut self.samples)
         {
             samples.take_cut(&cells, &self.model, &self.skin, &self.lattice)?;
         }
         Ok(())
+    }
+}
+
+impl super::Inner for CutMesh {
+    fn near(&self, centre: V3, reach: f64) -> Vec<[V3; 3]> {
+        self.triangles_near(centre, reach)
+    }
+
+    fn has(&self, place: V3) -> bool {
+        self.encloses(place)
     }
 }
 

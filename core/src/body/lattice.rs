@@ -15,6 +15,7 @@ use super::fixing::Fixing;
 use super::model::Model;
 use crate::host::{Grid, HostError, Region};
 use crate::step::{Nodes, V3, axpy};
+pub use fragments::Inner;
 use fragments::{Fragments, NodeKey};
 use pliant_plugin_api::abi::{self, Ball, Level};
 pub use state::LatticeState;

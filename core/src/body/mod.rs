@@ -8,7 +8,7 @@ mod skin;
 mod state;
 
 pub use fixing::{Fixing, Place};
-pub use lattice::{Lattice, LatticeError, RegionSettings};
+pub use lattice::{Inner, Lattice, LatticeError, RegionSettings};
 pub use model::Model;
 pub use skin::{NOT_CARRIED, Skin, weigh};
 pub use state::BodyState;

@@ -87,6 +87,18 @@ pub(super) fn find(surface: &Surface, links: &[[u32; 3]]) -> (Vec<u32>, Vec<Body
 }
 
 impl CutMesh {
+    /// Corners of the triangles whose boxes meet the box around `centre` of half-size `reach`, m.
+    pub fn triangles_near(&self, centre: V3, reach: f64) -> Vec<[V3; 3]> {
+        let mut found = Vec::new();
+        self.tree.near(centre, reach, |triangle| found.push(self.corners_of(triangle)));
+        found
+    }
+
+    /// Whether a closed body is around a place.
+    pub fn encloses(&self, place: V3) -> bool {
+        self.bodies_around(place).is_some_and(|around| !around.is_empty())
+    }
+
     /// How often each body with a surface ahead of `point` winds around it; bodies that do not are left out. `None` when
     /// no ray could tell.
     pub(super) fn bodies_around(&self, point: V3) -> Option<Vec<(u32, i32)>> {

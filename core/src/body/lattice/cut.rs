@@ -1,12 +1,13 @@
 //! A blade has passed: which cells are parted, and which part carries each point of the surface.
 
+use super::fragments::Inner;
 use super::{Lattice, LatticeError};
 use crate::step::{V3, axpy, dot};
 use pliant_plugin_api::abi;
 
 impl Lattice {
     /// Takes in what a blade has swept, as triangles in the rest shape (m). `new` are the points of the surface the cut has
-    /// made; `side` gives a rest place just inside of the body, on the point's own side of the cut. The cells change with the
+    /// made; `side` gives a rest place just inside of the body, on the point's own side of the cut; `inner` knows where the body is. The cells change with the
     /// next [`Lattice::follow`]. Gives the ids of those whose parts or points are others now.
     ///
     /// # Errors
@@ -16,9 +17,10 @@ impl Lattice {
         swept: &[[V3; 3]],
         new: impl Iterator<Item = u32>,
         side: impl Fn(u32) -> V3,
+        inner: &impl Inner,
     ) -> Result<Vec<u64>, LatticeError> {
         let level = self.settings.level;
-        let mut changed = self.fragments.cut(&self.grid, level, swept)?;
+        let mut changed = self.fragments.cut(&self.grid, level, swept, inner)?;
         for point in new {
             let place = side(point);
             let id = self.cut_cell_of(place)?;

@@ -4,7 +4,8 @@
 //! voxels; two voxels are joined unless the blade passes between their middles. What hangs together within a cell is a
 //! fragment, with its share of the cell's volume, mass and stiffness. Fragments of neighbouring cells that hang together
 //! through their common face share the nodes of that face; any others have copies of their own. So a cut that ends inside
-//! the body leaves its sides joined around its end, and one that goes through makes two bodies.
+//! the body leaves its sides joined around its end, and one that goes through makes two bodies. Voxels the body is not in join
+//! nothing: what only shares a cell is not held together by it.
 //!
 //! Everything here is in the rest shape, about the whole body, and independent of which cells are active.
 
@@ -20,6 +21,14 @@ use voxels::Voxels;
 
 /// A node of the grid, or a copy of one: 0 is the node itself.
 pub type NodeKey = (u64, u32);
+
+/// Where a body is, in its rest shape.
+pub trait Inner {
+    /// Its triangles whose boxes meet the box around `centre` of half-size `reach`, m.
+    fn near(&self, centre: V3, reach: f64) -> Vec<[V3; 3]>;
+    /// Whether it encloses a place.
+    fn has(&self, place: V3) -> bool;
+}
 
 /// The cut cells of a body.
 #[derive(Clone, Debug, Default)]
@@ -77,12 +86,18 @@ impl Fragments {
         self.cells.iter().map(|(id, cell)| (*id, cell.reference.map(|c| c + 0.5 * self.edge)))
     }
 
-    /// Takes in what a blade has swept, as triangles in the rest shape, m. Gives the ids of the cells whose fragments or
+    /// Takes in what a blade has swept, as triangles in the rest shape, m, of a body that `inner` knows. Gives the ids of the cells whose fragments or
     /// nodes may have changed.
     ///
     /// # Errors
     /// What the grid says.
-    pub fn cut(&mut self, grid: &Grid, level: u32, swept: &[[V3; 3]]) -> Result<Vec<u64>, HostError> {
+    pub fn cut(
+        &mut self,
+        grid: &Grid,
+        level: u32,
+        swept: &[[V3; 3]],
+        inner: &impl Inner,
+    ) -> Result<Vec<u64>, HostError> {
         let mut near: Vec<u64> = Vec::new();
         for triangle in swept {
             self.list_cells(grid, level, triangle, &mut near)?;
@@ -90,7 +105,7 @@ impl Fragments {
         near.sort_unstable();
         near.dedup();
         let fresh: Vec<u64> = near.iter().copied().filter(|id| !self.cells.contains_key(id)).collect();
-        self.add_cells(grid, level, &fresh)?;
+        self.add_cells(grid, level, &fresh, inner)?;
         for id in &near {
             if let Some(cell) = self.cells.get_mut(id) {
                 for triangle in swept {
@@ -134,7 +149,7 @@ impl Fragments {
         Ok(())
     }
 
-    fn add_cells(&mut self, grid: &Grid, level: u32, ids: &[u64]) -> Result<(), HostError> {
+    fn add_cells(&mut self, grid: &Grid, level: u32, ids: &[u64], inner: &impl Inner) -> Result<(), HostError> {
         let mut region = Region::default();
         grid.region(level, 0, &[], ids, &mut region)?;
         for (place, &id) in region.cell_id.iter().enumerate() {
@@ -151,7 +166,14 @@ impl Fragments {
                 }
             }
             let whole = Fragment { share: 1.0, nodes: nodes.map(|n| (n, 0)), points: Vec::new() };
-            let (reference, voxels) = (facts.reference, Voxels::default());
+            let solid = match facts.state {
+                abi::CELL_SURFACE => {
+                    let triangles = inner.near(facts.centre, 0.5 * facts.edge);
+                    voxels::solid(facts.reference, facts.edge, &triangles, |place| inner.has(place))
+                }
+                _ => u64::MAX,
+            };
+            let (reference, voxels) = (facts.reference, Voxels::new(solid));
             self.cells.insert(id, CutCell { reference, nodes, neighbours, voxels, fragments: vec![whole] });
         }
         Ok(())

@@ -13,6 +13,8 @@ const COUNT: usize = SIDE * SIDE * SIDE;
 pub(super) struct Voxels {
     /// Bit v of axis a: voxel v is joined to the next along that axis, which for the last is in the next cell.
     joined: [u64; 3],
+    /// Bit v: the body is in voxel v. The others join nothing.
+    solid: u64,
     fragment: [u8; COUNT],
     /// The fragments before the last labelling.
     before: [u8; COUNT],
@@ -26,6 +28,7 @@ impl Default for Voxels {
     fn default() -> Self {
         Self {
             joined: [u64::MAX; 3],
+            solid: u64::MAX,
             fragment: [0; COUNT],
             before: [0; COUNT],
             sizes: vec![COUNT as u8],
@@ -45,6 +48,11 @@ fn next(voxel: usize, axis: usize) -> Option<usize> {
 }
 
 impl Voxels {
+    /// Uncut; bit v of `solid` tells whether the body is in voxel v. A cell without a solid voxel is solid throughout.
+    pub(super) fn new(solid: u64) -> Self {
+        Self { solid: if solid == 0 { u64::MAX } else { solid }, ..Self::default() }
+    }
+
     /// Cuts the links a triangle passes through.
     pub(super) fn cut(&mut self, reference: V3, edge: f64, triangle: &[V3; 3]) {
         let size = edge / SIDE as f64;
@@ -77,6 +85,7 @@ impl Voxels {
             for axis in 0..3 {
                 if let Some(other) = next(voxel, axis)
                     && self.is_joined(voxel, axis)
+                    && self.is_solid(other)
                 {
                     let (a, b) = (find(&mut root, voxel), find(&mut root, other));
                     root[a.max(b)] = a.min(b) as u8;
@@ -85,7 +94,9 @@ impl Voxels {
         }
         self.sizes.clear();
         let mut label = [u8::MAX; COUNT];
-        for voxel in 0..COUNT {
+        let solid = self.solid;
+        let is_solid = |voxel: &usize| solid >> voxel & 1 == 1;
+        for voxel in (0..COUNT).filter(is_solid) {
             let top = find(&mut root, voxel);
             if label[top] == u8::MAX {
                 label[top] = self.sizes.len() as u8;
@@ -93,6 +104,14 @@ impl Voxels {
             }
             self.fragment[voxel] = label[top];
             self.sizes[label[top] as usize] += 1;
+        }
+        // What is outside of the body goes with what is nearest.
+        for voxel in (0..COUNT).filter(|v| !is_solid(v)) {
+            let away = |other: usize| -> usize {
+                index(voxel).iter().zip(index(other)).map(|(a, b)| a.abs_diff(b).pow(2)).sum()
+            };
+            let nearest = (0..COUNT).filter(is_solid).min_by_key(|v| away(*v));
+            self.fragment[voxel] = nearest.map_or(0, |v| self.fragment[v]);
         }
     }
 
@@ -103,7 +122,7 @@ impl Voxels {
 
     /// Of the cell's volume.
     pub(super) fn share(&self, fragment: usize) -> f64 {
-        f64::from(self.sizes[fragment]) / COUNT as f64
+        f64::from(self.sizes[fragment]) / f64::from(self.solid.count_ones())
     }
 
     /// The fragment of a voxel.
@@ -123,11 +142,16 @@ impl Voxels {
 
     /// The first voxel of a fragment.
     pub(super) fn first(&self, fragment: usize) -> usize {
-        self.fragment.iter().position(|f| *f as usize == fragment).unwrap_or(0)
+        (0..COUNT).find(|v| self.is_solid(*v) && self.fragment(*v) == fragment).unwrap_or(0)
+    }
+
+    /// Whether the body is in a voxel.
+    pub(super) fn is_solid(&self, voxel: usize) -> bool {
+        self.solid >> voxel & 1 == 1
     }
 
     fn is_joined(&self, voxel: usize, axis: usize) -> bool {
-        self.joined[axis] >> voxel & 1 == 1
+        self.is_solid(voxel) && self.joined[axis] >> voxel & 1 == 1
     }
 
     /// (voxel of this cell, voxel of the next cell along `axis`, whether they are joined), for the 16 of the common face.
@@ -150,10 +174,49 @@ impl Voxels {
         // Nearest first: one or two of them are asked, whatever the number of triangles.
         let mut order: [u8; COUNT] = std::array::from_fn(|v| v as u8);
         order.sort_unstable_by(|a, b| away(*a as usize).total_cmp(&away(*b as usize)).then(a.cmp(b)));
-        let within = order.iter().map(|v| *v as usize).take_while(|v| away(*v) < 4.0 * size * size);
+        let within = order.iter().map(|v| *v as usize).filter(|v| self.is_solid(*v));
+        let within = within.take_while(|v| away(*v) < 4.0 * size * size);
         let free = within.into_iter().find(|v| !parted(*v));
         self.fragment[free.unwrap_or(order[0] as usize)] as usize
     }
+}
+
+/// Voxels of a cell that the body is in: those some of `triangles` come into, and of the others those `inside` says.
+pub(super) fn solid(reference: V3, edge: f64, triangles: &[[V3; 3]], inside: impl Fn(V3) -> bool) -> u64 {
+    let size = edge / SIDE as f64;
+    let mut rim = 0_u64;
+    for voxel in 0..COUNT {
+        let middle = middle(reference, size, voxel);
+        if triangles.iter().any(|t| plane_meets_box(t, middle, 0.5 * size)) {
+            rim |= 1 << voxel;
+        }
+    }
+    // The others are inside or outside by groups that hang together.
+    let (mut solid, mut seen) = (rim, rim);
+    let mut waiting = Vec::new();
+    while seen != u64::MAX {
+        let seed = (!seen).trailing_zeros() as usize;
+        let mut group = 0_u64;
+        waiting.push(seed);
+        seen |= 1 << seed;
+        while let Some(voxel) = waiting.pop() {
+            group |= 1 << voxel;
+            for axis in 0..3 {
+                let stride = SIDE.pow(axis as u32);
+                let before = (index(voxel)[axis] > 0).then(|| voxel - stride);
+                for other in next(voxel, axis).into_iter().chain(before) {
+                    if seen >> other & 1 == 0 {
+                        seen |= 1 << other;
+                        waiting.push(other);
+                    }
+                }
+            }
+        }
+        if inside(middle(reference, size, seed)) {
+            solid |= group;
+        }
+    }
+    solid
 }
 
 fn middle(reference: V3, size: f64, voxel: usize) -> V3 {
@@ -234,6 +297,19 @@ mod tests {
         let voxels = cut(&wall(1.0, 1.5));
         assert_eq!(voxels.count(), 1);
         assert!(voxels.face(0).all(|(_, _, joined)| !joined) && voxels.face(1).all(|(_, _, joined)| joined));
+    }
+
+    #[test]
+    fn only_what_is_solid_joins() {
+        // Two plates with nothing between them.
+        let plates = [[[0.1, -1.0, -1.0], [0.1, 3.0, -1.0], [0.1, -1.0, 3.0]], [[0.9, -1.0, -1.0], [0.9, 3.0, -1.0], [0.9, -1.0, 3.0]]];
+        for (between, count) in [(false, 2), (true, 1)] {
+            let mut voxels = Voxels::new(solid([0.0; 3], 1.0, &plates, |_| between));
+            voxels.label();
+            assert_eq!(voxels.count(), count);
+            assert_eq!(voxels.share(0), 1.0 / count as f64);
+            assert_eq!(voxels.fragment_at([0.0; 3], 1.0, [0.95, 0.5, 0.5]), count - 1);
+        }
     }
 
     #[test]
