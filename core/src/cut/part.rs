@@ -54,7 +54,6 @@ pub(super) fn part(
                 copy
             }
             [vertex, ..] => {
- if std::env::var("DBG").is_ok() { for c in &fan.corners { eprintln!("merged corner {c} tri {} {:?} cap {} {:?} links {:?} point {:?}", c/3, mesh.surface.triangles[*c as usize/3], mesh.is_cap(c/3), mesh.surface.triangles[*c as usize/3].map(|v| mesh.surface.points.get(v as usize)), mesh.links[*c as usize/3], point.get(c)); } }
                 return Err(Refused { reason: Refusal::Merged, entity: "vertex", value: f64::from(vertex) });
             }
         };

@@ -28,7 +28,11 @@ impl Sums {
         assert!((area - self.area).abs() <= 1e-12 * self.area, "area {area}, was {}", self.area);
         let volume = volume(mesh);
         let size = self.area.powf(1.5);
-        assert!((volume - self.volume).abs() <= 1e-9 * self.volume.abs() + 1e-13 * size, "volume {volume}, was {}", self.volume);
+        assert!(
+            (volume - self.volume).abs() <= 1e-9 * self.volume.abs() + 1e-13 * size,
+            "volume {volume}, was {}",
+            self.volume
+        );
         let mut wall = Vector3::zeros();
         let mut wall_area = 0.0;
         for triangle in (0..surface.triangles.len() as u32).filter(|&triangle| mesh.is_cap(triangle)) {
@@ -77,7 +81,9 @@ fn skin(mesh: &CutMesh) -> f64 {
 fn volume(mesh: &CutMesh) -> f64 {
     let origin = Vector3::from(mesh.surface().bounds().centre());
     let bodies = (0..mesh.surface().triangles.len()).filter(|&triangle| mesh.body[triangle] != OPEN);
-    let cone = |triangle: usize| (mesh.point(mesh.surface().triangles[triangle][0]) - origin).dot(&mesh.cross(triangle as u32)) / 6.0;
+    let cone = |triangle: usize| {
+        (mesh.point(mesh.surface().triangles[triangle][0]) - origin).dot(&mesh.cross(triangle as u32)) / 6.0
+    };
     bodies.map(cone).sum()
 }
 

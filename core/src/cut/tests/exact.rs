@@ -76,12 +76,3 @@ fn sheets_by_the_way_the_blade_goes() {
         }
     }
 }
-
-#[test]
-fn debugging() {
-    let mesh = cuboid();
-    let p = [-0.6333333333333333, 0.0, -0.13];
-    let far = [-0.6333333333333333 + 6.0 * 0.613421, 6.0 * 0.527913, -0.13 + 6.0 * 0.587239];
-    mesh.tree.along(p, far, |t| eprintln!("hit {t} {:?}", mesh.corners_of(t)));
-    eprintln!("{:?}", mesh.bodies_around(p));
-}

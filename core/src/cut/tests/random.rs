@@ -23,8 +23,10 @@ fn to_lattice(at: Blade, pitch: f64) -> Blade {
 }
 
 fn meshes() -> Vec<(&'static str, ObjDocument)> {
-    let needle = "v 0 0 0\nv 1 0 0\nv 0.5 0.0001 0\nv 0.5 -0.3 0.1\nv 0.5 0.2 0.3\nf 1 2 3\nf 2 1 4\nf 1 3 5\nf 3 2 5\n";
-    let book = "v 0 0 0\nv 1 0 0\nv 0.5 1 0\nv 0.5 0 1\nv 0.5 -1 0.2\nv 0.2 -0.5 -1\nf 1 2 3\nf 1 2 4\nf 2 1 5\nf 1 2 6\n";
+    let needle =
+        "v 0 0 0\nv 1 0 0\nv 0.5 0.0001 0\nv 0.5 -0.3 0.1\nv 0.5 0.2 0.3\nf 1 2 3\nf 2 1 4\nf 1 3 5\nf 3 2 5\n";
+    let book =
+        "v 0 0 0\nv 1 0 0\nv 0.5 1 0\nv 0.5 0 1\nv 0.5 -1 0.2\nv 0.2 -0.5 -1\nf 1 2 3\nf 1 2 4\nf 2 1 5\nf 1 2 6\n";
     let bow = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv -1 0 0.1\nv 0 -1 0.1\nf 1 2 3\nf 1 4 5\n";
     vec![
         ("box", generate::cuboid(3, [1.0, 0.8, 0.6]).unwrap()),
