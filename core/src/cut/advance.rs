@@ -11,8 +11,7 @@ use super::trace::{Snap, Trace};
 use super::{Advance, Blade, Refusal, Refused, Stroke, bind, subdivide};
 
 /// How close is on: at first, and when that was refused.
-const SNAPS: [Snap; 2] =
-    [Snap { on: 2e-3, ends: 2e-3, reach: 0.1 }, Snap { on: 0.02, ends: 0.05, reach: 0.1 }];
+const SNAPS: [Snap; 2] = [Snap { on: 2e-3, ends: 2e-3, reach: 0.1 }, Snap { on: 0.02, ends: 0.05, reach: 0.1 }];
 
 /// What a facet did.
 #[derive(Default)]
@@ -41,7 +40,8 @@ impl CutMesh {
             self.open_step();
             match self.sweep(&facets, &stroke.seam, snap) {
                 Ok(done) => {
-                    let after = Stroke { blade: next, seam: done.seam, travel: stroke.travel + stroke.blade.way(&next) };
+                    let after =
+                        Stroke { blade: next, seam: done.seam, travel: stroke.travel + stroke.blade.way(&next) };
                     let changed = self.changed().0;
                     if changed.is_empty() {
                         self.drop_step();
@@ -76,9 +76,9 @@ impl CutMesh {
             all.length += done.length;
             all.parted.extend(done.parted);
             all.seam = done.seam;
-            self.refit();
         }
         self.verify()?;
+        self.refit();
         Ok(all)
     }
 
@@ -86,8 +86,9 @@ impl CutMesh {
     fn cut(&mut self, facet: &Facet, seam: &[u32], snap: Snap) -> Result<Done, Refused> {
         let near = self.near(facet);
         let trace = Trace::new(self, &near, facet, seam, snap);
-        if std::env::var("DBG").is_ok() { for run in &trace.runs { eprintln!("run {:?} piece {:?} along {} flows {:?} rims {:?} x {:?}", run.ends, run.piece, run.along_edge, run.members.iter().map(|m| m.flow).collect::<Vec<_>>(), run.ends.map(|n| trace.nodes[n as usize].rim), run.ends.map(|n| trace.nodes[n as usize].x)); } }
+        let first = self.surface.triangles.len();
         let split = subdivide::subdivide(self, &trace, &near)?;
+        let first = self.enter(first);
         let lines = Lines::new(self, &trace, &split, facet, snap);
         let mut done = Done { length: self.opened(&trace, &lines), ..Done::default() };
         // All sheets first: hanging one in changes nothing that another asks for.
@@ -128,11 +129,15 @@ impl CutMesh {
         corners.sort_unstable();
         done.parted = part(self, &corners, &point_of, &fresh)?;
         done.parted.extend(tell_apart(self, &mut triangles)?);
+        self.enter(first);
         done.seam = front.iter().map(|&corner| self.tail(corner)).collect();
         for &triangle in &split.triangles {
             for vertex in self.surface.triangles[triangle as usize] {
                 let node = split.node_of(self, &trace, vertex);
-                if node != NONE && trace.nodes[node as usize].rim[facet.front] == 0 && !trace.nodes[node as usize].rim.contains(&-1) {
+                if node != NONE
+                    && trace.nodes[node as usize].rim[facet.front] == 0
+                    && !trace.nodes[node as usize].rim.contains(&-1)
+                {
                     done.seam.push(vertex);
                 }
             }
@@ -176,10 +181,18 @@ impl CutMesh {
         sum
     }
 
-    /// Takes all that the open step has changed so far into the tree.
+    /// Takes the triangles from `first` on into the tree; gives their end. Those they were cut from keep their wider boxes
+    /// until the advance is made.
+    fn enter(&mut self, first: usize) -> usize {
+        for triangle in first as u32..self.surface.triangles.len() as u32 {
+            self.tree.set(triangle, self.corners_of(triangle));
+        }
+        self.surface.triangles.len()
+    }
+
+    /// Fits the boxes of the old triangles that are smaller now.
     fn refit(&mut self) {
-        let (changed, first) = self.changed();
-        for triangle in changed.into_iter().chain(first as u32..self.surface.triangles.len() as u32) {
+        for triangle in self.changed().0 {
             self.tree.set(triangle, self.corners_of(triangle));
         }
     }

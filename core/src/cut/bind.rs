@@ -4,10 +4,10 @@
 //! substance, the two faces on either side are joined to the two walls instead of to each other. Where it ends within the
 //! substance, the walls are joined to each other. Either way every edge has its two faces.
 
+use super::V3;
 use super::blade::Facet;
 use super::cap::Sheet;
 use super::lines::{Half, Lines, classes};
-use super::V3;
 use super::mesh::{CutMesh, NONE, Triangle};
 
 /// The walls of a sheet in the mesh.

@@ -32,8 +32,8 @@ pub(super) struct Facet {
     pub normal: Vector3<f64>,   // unit, to the left
     pub texture: [[f64; 2]; 3], // m, along the blade and along the way
     across: [Vector3<f64>; 2],  // unit, along side 0 and to its left
-    pub flat: [[f64; 2]; 3], // corners in the frame of the facet, m
-    pub front: usize, // side where the strip goes on
+    pub flat: [[f64; 2]; 3],    // corners in the frame of the facet, m
+    pub front: usize,           // side where the strip goes on
 }
 
 impl Stroke {

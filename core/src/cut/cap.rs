@@ -176,7 +176,8 @@ impl Sheet {
                 if across == NONE || outside[across as usize] {
                     continue;
                 }
-                let flow = self.line(flat, side).map_or(0, |(line, upward)| if upward { line.flow } else { -line.flow });
+                let flow =
+                    self.line(flat, side).map_or(0, |(line, upward)| if upward { line.flow } else { -line.flow });
                 let there = here - flow;
                 match known[across as usize] {
                     None => {
@@ -231,7 +232,8 @@ impl Sheet {
                 }
                 let sides = (0..3).filter(|&side| self.line(flat, side).is_none());
                 let across = sides.map(|side| self.flats[flat].across[side]);
-                waiting.extend(across.filter(|&flat| flat != NONE && region[flat as usize] == NONE).map(|f| f as usize));
+                waiting
+                    .extend(across.filter(|&flat| flat != NONE && region[flat as usize] == NONE).map(|f| f as usize));
             }
             count += 1;
         }

@@ -32,10 +32,10 @@ mod plane;
 mod polygon;
 mod solid;
 mod subdivide;
-mod trace;
-mod verify;
 #[cfg(test)]
 mod tests;
+mod trace;
+mod verify;
 mod write;
 
 pub use blade::{Blade, Stroke};

@@ -146,7 +146,8 @@ impl Split {
                     continue;
                 }
                 let upward = trace.site(mesh, a) == Some(sites[0]);
-                let (ends, rows) = if upward { ([a, b], [start.rows, end_rows]) } else { ([b, a], [end_rows, start.rows]) };
+                let (ends, rows) =
+                    if upward { ([a, b], [start.rows, end_rows]) } else { ([b, a], [end_rows, start.rows]) };
                 let from_start = if upward { t } else { 1.0 - t };
                 let mut weights = [0.0; 3];
                 (weights[corner], weights[next]) = (1.0 - from_start, from_start);
@@ -179,7 +180,13 @@ impl Split {
             let [low, high] = if between[0] == run.ends[0] { ends } else { [ends[1], ends[0]] };
             let weights = std::array::from_fn(|i| low.weights[i] + t * (high.weights[i] - low.weights[i]));
             let vertex = self.vertex(mesh, trace, ([triangle, NONE], node), Origin::Face { corners, weights });
-            line.push(Item { vertex, node, weights, rows: self.rows(mesh, [low.rows, high.rows], t, node), sides: LINE });
+            line.push(Item {
+                vertex,
+                node,
+                weights,
+                rows: self.rows(mesh, [low.rows, high.rows], t, node),
+                sides: LINE,
+            });
         }
         outline[from].sides |= LINE;
         outline[to].sides |= LINE;
@@ -219,12 +226,7 @@ impl Split {
     }
 }
 
-fn between(
-    rows: [u32; 2],
-    node: u32,
-    known: &mut HashMap<([u32; 2], u32), u32>,
-    make: impl FnOnce() -> u32,
-) -> u32 {
+fn between(rows: [u32; 2], node: u32, known: &mut HashMap<([u32; 2], u32), u32>, make: impl FnOnce() -> u32) -> u32 {
     if rows.contains(&NONE) || rows[0] == rows[1] {
         return if rows[0] == rows[1] { rows[0] } else { NONE };
     }

@@ -13,7 +13,11 @@ impl CutMesh {
         let mut used = vec![false; self.surface.points.len() - self.first_new_vertex() as usize];
         for triangle in changed.iter().copied().chain(first as u32..self.surface.triangles.len() as u32) {
             let corners = self.surface.triangles[triangle as usize];
-            if corners.contains(&NONE) || corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0] {
+            if corners.contains(&NONE)
+                || corners[0] == corners[1]
+                || corners[1] == corners[2]
+                || corners[2] == corners[0]
+            {
                 return Err(broken("corners of triangle", f64::from(triangle)));
             }
             for vertex in corners {
@@ -77,8 +81,8 @@ impl CutMesh {
             sums[0] += cone;
         }
         let [before, after] = sums;
-        let size = before.y.max(after.y);
-        if (before.x - after.x).abs() > 1e-11 * size {
+        let flat = before.z.max(after.z); // a flat mesh encloses nothing but rounding
+        if (before.x - after.x).abs() > 1e-11 * before.y.max(after.y) + 1e-14 * flat * self.whole.reach {
             return Err(Refused { reason: Refusal::Broken, entity: "volume", value: after.x - before.x });
         }
         if (before.z - after.z).abs() > 1e-12 * before.z + 1e-300 {

@@ -1,0 +1,1 @@
+//! Real models, where they are on this machine.
