@@ -1,6 +1,6 @@
 //! A lattice that a blade passes through: what is conserved, what hangs together.
 
-use pliant_core::body::Body;
+use pliant_core::body::{Body, Inner};
 use pliant_core::session::Session;
 use pliant_core::step::{axpy, dot};
 use pliant_tests::{box_scene, open};

@@ -5,15 +5,18 @@ use crate::cut::{Advance, CutMesh, Origin};
 use crate::mesh::Surface;
 use crate::step::{V3, axpy, dot};
 use nalgebra::Vector3;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 /// How far inside of its surface a vertex is looked for, in edges of a cell: enough to tell the side of a cut it is on.
 const INSIDE: f64 = 1e-6;
 /// The same where a surface has no inside, and vertices close to a cut may have been taken as on it.
 const ASIDE: f64 = 0.1;
-/// How far a cut goes on outside of the body, in edges of a cell: voxels on the surface reach out of it.
-const APRON: f64 = 0.5;
+/// How far a cut goes on outside of the body, in edges of a cell: a straight line between two places inside may pass outside.
+const APRON: f64 = 0.1;
+
+/// Where the apron of a cut ends that begins at a place of the surface, by the bits of the place.
+pub type Aprons = HashMap<[u64; 3], V3>;
 
 impl Body {
     /// Takes over what an advance of a blade has done to the mesh. Nodes are copied with the next [`super::Lattice::follow`].
@@ -43,7 +46,7 @@ impl Body {
         let new = advance.first_triangle..mesh.surface().triangles.len() as u32;
         let moved: Vec<u32> = advance.changed.iter().copied().chain(new.clone()).collect();
         self.skin.take_cut(&self.model, settled, &moved, 0..0);
-        let caps = caps(mesh, new, &advance.facets, APRON * self.lattice.edge());
+        let caps = caps(mesh, new, &advance.facets, APRON * self.lattice.edge(), &mut self.aprons);
         let closed = !caps.is_empty();
         let swept = if closed { &caps } else { &advance.facets };
         let (model, edge) = (&self.model, self.lattice.edge());
@@ -71,7 +74,13 @@ impl super::Inner for CutMesh {
 
 /// The new cut surface inside of the body, one wall of two, and aprons around it outside. It goes through the very vertices
 /// of the mesh, so no vertex is on another side of the lattice's cut than of the mesh's.
-fn caps(mesh: &CutMesh, new: std::ops::Range<u32>, facets: &[[V3; 3]], apron: f64) -> Vec<[V3; 3]> {
+fn caps(
+    mesh: &CutMesh,
+    new: std::ops::Range<u32>,
+    facets: &[[V3; 3]],
+    apron: f64,
+    known: &mut Aprons,
+) -> Vec<[V3; 3]> {
     let Some(facet) = facets.first() else { return Vec::new() };
     let forward = cross(facet);
     let surface = mesh.surface();
@@ -92,9 +101,11 @@ fn caps(mesh: &CutMesh, new: std::ops::Range<u32>, facets: &[[V3; 3]], apron: f6
             rims.push(ends);
         }
     }
-    let end = |v: u32| {
+    // Where an advance goes on, it hems on to the apron of the one before.
+    let mut end = |v: u32| {
+        let place = surface.points[v as usize];
         let out = outward[&v].try_normalize(0.0).unwrap_or_default();
-        V3::from(Vector3::from(surface.points[v as usize]) + apron * out)
+        *known.entry(place.map(f64::to_bits)).or_insert_with(|| axpy(place, apron, out.into()))
     };
     let mut swept: Vec<[V3; 3]> = wall.iter().map(|t| corners(*t)).collect();
     for [a, b] in rims {

@@ -14,6 +14,7 @@ pub use skin::{NOT_CARRIED, Skin, weigh};
 pub use state::BodyState;
 
 use crate::contact::Samples;
+use cutting::Aprons;
 use crate::cut::CutMesh;
 use crate::step::{Pool, System};
 
@@ -25,6 +26,7 @@ pub struct Body {
     pub model: Model,
     /// The mesh a blade cuts; none where no edit is a cut.
     pub cut: Option<Box<CutMesh>>,
+    pub(crate) aprons: Aprons,
     /// Where its surface is now.
     pub skin: Skin,
     /// Nodes, elements and material.

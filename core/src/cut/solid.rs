@@ -87,10 +87,14 @@ pub(super) fn find(surface: &Surface, links: &[[u32; 3]]) -> (Vec<u32>, Vec<Body
 }
 
 impl CutMesh {
-    /// Corners of the triangles whose boxes meet the box around `centre` of half-size `reach`, m.
+    /// Corners of the triangles whose boxes meet the box around `centre` of half-size `reach`, m; without cut surfaces.
     pub fn triangles_near(&self, centre: V3, reach: f64) -> Vec<[V3; 3]> {
         let mut found = Vec::new();
-        self.tree.near(centre, reach, |triangle| found.push(self.corners_of(triangle)));
+        self.tree.near(centre, reach, |triangle| {
+            if !self.is_cap(triangle) {
+                found.push(self.corners_of(triangle));
+            }
+        });
         found
     }
 

@@ -194,6 +194,7 @@ impl Opening<'_> {
         let fixings = scene.fixed.iter().map(|f| place::fixing(f.get_ref())).collect();
         Ok(Body {
             name,
+            aprons: std::collections::HashMap::default(),
             cut: cuts.then(|| Box::new(CutMesh::new(&model.document, &model.placement))),
             model,
             skin,

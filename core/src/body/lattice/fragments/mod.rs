@@ -11,12 +11,14 @@
 
 mod apply;
 mod classes;
+mod places;
 mod voxels;
 
 use crate::host::{Grid, HostError, Region};
 use crate::step::V3;
 use pliant_plugin_api::abi;
 use std::collections::{BTreeMap, HashMap};
+use places::Places;
 use voxels::Voxels;
 
 /// A node of the grid, or a copy of one: 0 is the node itself.
@@ -109,7 +111,7 @@ impl Fragments {
         for id in &near {
             if let Some(cell) = self.cells.get_mut(id) {
                 for triangle in swept {
-                    cell.voxels.cut(cell.reference, self.edge, triangle);
+                    cell.voxels.cut(triangle);
                 }
                 cell.voxels.label();
             }
@@ -166,14 +168,12 @@ impl Fragments {
                 }
             }
             let whole = Fragment { share: 1.0, nodes: nodes.map(|n| (n, 0)), points: Vec::new() };
+            let mut places = Places::middles(facts.reference, facts.edge);
             let solid = match facts.state {
-                abi::CELL_SURFACE => {
-                    let triangles = inner.near(facts.centre, 0.5 * facts.edge);
-                    voxels::solid(facts.reference, facts.edge, &triangles, |place| inner.has(place))
-                }
+                abi::CELL_SURFACE => places.fit(facts.centre, facts.edge, inner),
                 _ => u64::MAX,
             };
-            let (reference, voxels) = (facts.reference, Voxels::new(solid));
+            let (reference, voxels) = (facts.reference, Voxels::new(solid, places));
             self.cells.insert(id, CutCell { reference, nodes, neighbours, voxels, fragments: vec![whole] });
         }
         Ok(())
@@ -181,7 +181,7 @@ impl Fragments {
 
     /// The fragment of a cell that a place in it belongs to.
     pub fn fragment_at(&self, id: u64, place: V3) -> usize {
-        self.cells.get(&id).map_or(0, |cell| cell.voxels.fragment_at(cell.reference, self.edge, place))
+        self.cells.get(&id).map_or(0, |cell| cell.voxels.fragment_at(self.edge, place))
     }
 
     /// Surface points that follow a fragment; `None` where the cell was not cut and has the grid's own list.
@@ -195,7 +195,7 @@ impl Fragments {
         let Some(cell) = self.cells.get_mut(&id) else { return };
         cell.fragments.iter_mut().for_each(|f| f.points.clear());
         for (point, place) in points {
-            let fragment = cell.voxels.fragment_at(cell.reference, edge, place);
+            let fragment = cell.voxels.fragment_at(edge, place);
             cell.fragments[fragment].points.push(point);
         }
     }

@@ -1,12 +1,13 @@
 //! The voxels of one cell, and which of them hang together.
 
+use super::places::Places;
 use crate::step::{V3, axpy, dot};
 use nalgebra::Vector3;
 use robust::{Coord3D, orient3d};
 
 /// Voxels along the edge of a cell.
 pub(super) const SIDE: usize = 4;
-const COUNT: usize = SIDE * SIDE * SIDE;
+pub(super) const COUNT: usize = SIDE * SIDE * SIDE;
 
 /// Links between voxels, and the fragments they make.
 #[derive(Clone, Debug)]
@@ -15,6 +16,8 @@ pub(super) struct Voxels {
     joined: [u64; 3],
     /// Bit v: the body is in voxel v. The others join nothing.
     solid: u64,
+    /// Where links begin and end.
+    places: Box<Places>,
     fragment: [u8; COUNT],
     /// The fragments before the last labelling.
     before: [u8; COUNT],
@@ -24,45 +27,40 @@ pub(super) struct Voxels {
     blade: Vec<[V3; 3]>,
 }
 
-impl Default for Voxels {
-    fn default() -> Self {
-        Self {
-            joined: [u64::MAX; 3],
-            solid: u64::MAX,
-            fragment: [0; COUNT],
-            before: [0; COUNT],
-            sizes: vec![COUNT as u8],
-            blade: Vec::new(),
-        }
-    }
-}
-
 /// Place of a voxel along each axis.
-fn index(voxel: usize) -> [usize; 3] {
+pub(super) fn index(voxel: usize) -> [usize; 3] {
     [voxel % SIDE, voxel / SIDE % SIDE, voxel / (SIDE * SIDE)]
 }
 
 /// The next voxel along an axis, within the cell.
-fn next(voxel: usize, axis: usize) -> Option<usize> {
+pub(super) fn next(voxel: usize, axis: usize) -> Option<usize> {
     (index(voxel)[axis] + 1 < SIDE).then(|| voxel + SIDE.pow(axis as u32))
 }
 
 impl Voxels {
     /// Uncut; bit v of `solid` tells whether the body is in voxel v. A cell without a solid voxel is solid throughout.
-    pub(super) fn new(solid: u64) -> Self {
-        Self { solid: if solid == 0 { u64::MAX } else { solid }, ..Self::default() }
+    pub(super) fn new(solid: u64, places: Places) -> Self {
+        let solid = if solid == 0 { u64::MAX } else { solid };
+        Self {
+            joined: [u64::MAX; 3],
+            solid,
+            places: Box::new(places),
+            fragment: [0; COUNT],
+            before: [0; COUNT],
+            sizes: vec![solid.count_ones() as u8],
+            blade: Vec::new(),
+        }
     }
 
     /// Cuts the links a triangle passes through.
-    pub(super) fn cut(&mut self, reference: V3, edge: f64, triangle: &[V3; 3]) {
-        let size = edge / SIDE as f64;
+    pub(super) fn cut(&mut self, triangle: &[V3; 3]) {
         self.blade.push(*triangle);
-        for voxel in 0..COUNT {
-            let from = middle(reference, size, voxel);
-            for axis in 0..3 {
-                let mut to = from;
-                to[axis] += size;
-                if self.joined[axis] >> voxel & 1 == 1 && crosses(from, to, triangle) {
+        for axis in 0..3 {
+            let mut far = self.places.far[axis].iter();
+            for voxel in 0..COUNT {
+                let to = next(voxel, axis).map_or_else(|| far.next().copied(), |other| Some(self.places.own[other]));
+                let from = self.places.own[voxel];
+                if self.joined[axis] >> voxel & 1 == 1 && to.is_some_and(|to| crosses(from, to, triangle)) {
                     self.joined[axis] &= !(1 << voxel);
                 }
             }
@@ -161,16 +159,16 @@ impl Voxels {
     }
 
     /// The fragment a place belongs to: that of the nearest voxel the blade does not part it from.
-    pub(super) fn fragment_at(&self, reference: V3, edge: f64, place: V3) -> usize {
+    pub(super) fn fragment_at(&self, edge: f64, place: V3) -> usize {
         if self.sizes.len() == 1 {
             return 0;
         }
         let size = edge / SIDE as f64;
         let away = |voxel: usize| {
-            let d = axpy(middle(reference, size, voxel), -1.0, place);
+            let d = axpy(self.places.own[voxel], -1.0, place);
             dot(d, d)
         };
-        let parted = |voxel: usize| self.blade.iter().any(|t| crosses(place, middle(reference, size, voxel), t));
+        let parted = |voxel: usize| self.blade.iter().any(|t| crosses(place, self.places.own[voxel], t));
         // Nearest first: one or two of them are asked, whatever the number of triangles.
         let mut order: [u8; COUNT] = std::array::from_fn(|v| v as u8);
         order.sort_unstable_by(|a, b| away(*a as usize).total_cmp(&away(*b as usize)).then(a.cmp(b)));
@@ -181,45 +179,7 @@ impl Voxels {
     }
 }
 
-/// Voxels of a cell that the body is in: those some of `triangles` come into, and of the others those `inside` says.
-pub(super) fn solid(reference: V3, edge: f64, triangles: &[[V3; 3]], inside: impl Fn(V3) -> bool) -> u64 {
-    let size = edge / SIDE as f64;
-    let mut rim = 0_u64;
-    for voxel in 0..COUNT {
-        let middle = middle(reference, size, voxel);
-        if triangles.iter().any(|t| plane_meets_box(t, middle, 0.5 * size)) {
-            rim |= 1 << voxel;
-        }
-    }
-    // The others are inside or outside by groups that hang together.
-    let (mut solid, mut seen) = (rim, rim);
-    let mut waiting = Vec::new();
-    while seen != u64::MAX {
-        let seed = (!seen).trailing_zeros() as usize;
-        let mut group = 0_u64;
-        waiting.push(seed);
-        seen |= 1 << seed;
-        while let Some(voxel) = waiting.pop() {
-            group |= 1 << voxel;
-            for axis in 0..3 {
-                let stride = SIDE.pow(axis as u32);
-                let before = (index(voxel)[axis] > 0).then(|| voxel - stride);
-                for other in next(voxel, axis).into_iter().chain(before) {
-                    if seen >> other & 1 == 0 {
-                        seen |= 1 << other;
-                        waiting.push(other);
-                    }
-                }
-            }
-        }
-        if inside(middle(reference, size, seed)) {
-            solid |= group;
-        }
-    }
-    solid
-}
-
-fn middle(reference: V3, size: f64, voxel: usize) -> V3 {
+pub(super) fn middle(reference: V3, size: f64, voxel: usize) -> V3 {
     let at = index(voxel);
     std::array::from_fn(|i| reference[i] + (at[i] as f64 + 0.5) * size)
 }
@@ -264,8 +224,8 @@ mod tests {
     }
 
     fn cut(triangles: &[[V3; 3]]) -> Voxels {
-        let mut voxels = Voxels::default();
-        triangles.iter().for_each(|t| voxels.cut([0.0; 3], 1.0, t));
+        let mut voxels = Voxels::new(u64::MAX, Places::middles([0.0; 3], 1.0));
+        triangles.iter().for_each(|t| voxels.cut(t));
         voxels.label();
         voxels
     }
@@ -276,11 +236,11 @@ mod tests {
             let voxels = cut(&wall(at, 1.5));
             assert_eq!(voxels.count(), 2);
             assert_eq!([voxels.share(0), voxels.share(1)], shares);
-            assert_eq!(voxels.fragment_at([0.0; 3], 1.0, [0.01, 0.5, 0.5]), 0);
-            assert_eq!(voxels.fragment_at([0.0; 3], 1.0, [0.99, 0.5, 0.5]), 1);
+            assert_eq!(voxels.fragment_at(1.0, [0.01, 0.5, 0.5]), 0);
+            assert_eq!(voxels.fragment_at(1.0, [0.99, 0.5, 0.5]), 1);
             // Right beside the wall, in a voxel whose middle is on its other side.
-            assert_eq!(voxels.fragment_at([0.0; 3], 1.0, [at - 1e-3, 0.5, 0.5]), 0);
-            assert_eq!(voxels.fragment_at([0.0; 3], 1.0, [at + 1e-3, 0.5, 0.5]), 1);
+            assert_eq!(voxels.fragment_at(1.0, [at - 1e-3, 0.5, 0.5]), 0);
+            assert_eq!(voxels.fragment_at(1.0, [at + 1e-3, 0.5, 0.5]), 1);
         }
     }
 
@@ -301,14 +261,13 @@ mod tests {
 
     #[test]
     fn only_what_is_solid_joins() {
-        // Two plates with nothing between them.
-        let plates = [[[0.1, -1.0, -1.0], [0.1, 3.0, -1.0], [0.1, -1.0, 3.0]], [[0.9, -1.0, -1.0], [0.9, 3.0, -1.0], [0.9, -1.0, 3.0]]];
-        for (between, count) in [(false, 2), (true, 1)] {
-            let mut voxels = Voxels::new(solid([0.0; 3], 1.0, &plates, |_| between));
+        let plates = (0..COUNT).filter(|v| index(*v)[0] % 3 == 0).fold(0, |solid, v| solid | 1 << v);
+        for (solid, count) in [(plates, 2), (u64::MAX, 1)] {
+            let mut voxels = Voxels::new(solid, Places::middles([0.0; 3], 1.0));
             voxels.label();
             assert_eq!(voxels.count(), count);
             assert_eq!(voxels.share(0), 1.0 / count as f64);
-            assert_eq!(voxels.fragment_at([0.0; 3], 1.0, [0.95, 0.5, 0.5]), count - 1);
+            assert_eq!(voxels.fragment_at(1.0, [0.95, 0.5, 0.5]), count - 1);
         }
     }
 
