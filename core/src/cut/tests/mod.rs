@@ -4,6 +4,7 @@ mod checks;
 mod exact;
 mod random;
 mod shared;
+mod undo;
 
 use super::*;
 use crate::mesh::testing::{Random, document};
