@@ -62,7 +62,6 @@ pub enum Origin {
 /// The mesh before any cut.
 pub(super) struct Whole {
     pub points: usize,
-    pub triangles: usize,
     pub faces: usize,
     pub texcoords: usize,
     pub normals: usize,
@@ -101,7 +100,6 @@ impl CutMesh {
             journal: Journal::default(),
             whole: Whole {
                 points: surface.points.len(),
-                triangles: surface.triangles.len(),
                 faces: document.face_count(),
                 texcoords: document.texcoords().len(),
                 normals: document.normals().len(),

@@ -1,5 +1,6 @@
 //! Whether cuts keep what they promise, on many meshes and blades.
 
+mod awkward;
 mod checks;
 mod exact;
 mod random;
