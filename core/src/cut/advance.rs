@@ -10,8 +10,13 @@ use super::part::{Fresh, part, tell_apart};
 use super::trace::{Snap, Trace};
 use super::{Advance, Blade, Refusal, Refused, Stroke, bind, subdivide};
 
-/// How close is on: at first, and when that was refused.
-const SNAPS: [Snap; 2] = [Snap { on: 2e-3, ends: 2e-3, reach: 0.1 }, Snap { on: 0.02, ends: 0.05, reach: 0.1 }];
+/// How close is on: at first, when that was refused, and at last: next to nothing, with triangles as sharp as they come. A
+/// blade that stuck for good in front of one triangle would be worse than a sharp one.
+const SNAPS: [Snap; 3] = [
+    Snap { on: 2e-3, ends: 2e-3, reach: 0.1, sharpest: 0.1 },
+    Snap { on: 0.02, ends: 0.05, reach: 0.1, sharpest: 0.1 },
+    Snap { on: 1e-7, ends: 1e-7, reach: 0.1, sharpest: 1e-4 },
+];
 
 /// What a facet did.
 #[derive(Default)]
@@ -87,7 +92,7 @@ impl CutMesh {
         let near = self.near(facet);
         let trace = Trace::new(self, &near, facet, seam, snap);
         let first = self.surface.triangles.len();
-        let split = subdivide::subdivide(self, &trace, &near)?;
+        let split = subdivide::subdivide(self, &trace, &near, snap.sharpest)?;
         let first = self.enter(first);
         let lines = Lines::new(self, &trace, &split, facet, snap);
         let mut done = Done { length: self.opened(&trace, &lines), ..Done::default() };

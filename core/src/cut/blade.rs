@@ -126,11 +126,6 @@ impl Facet {
         [self.flat[side], self.flat[(side + 1) % 3]]
     }
 
-    /// Direction in space of a direction in the frame.
-    pub fn direction(&self, flat: [f64; 2]) -> Vector3<f64> {
-        flat[0] * self.across[0] + flat[1] * self.across[1]
-    }
-
     /// Texture coordinates of a place in the frame, m.
     pub fn texture_at(&self, flat: [f64; 2]) -> [f64; 2] {
         let [a, b, c] = self.flat;

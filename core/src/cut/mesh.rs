@@ -62,7 +62,6 @@ pub enum Origin {
 /// The mesh before any cut.
 pub(super) struct Whole {
     pub points: usize,
-    pub triangles: usize,
     pub faces: usize,
     pub texcoords: usize,
     pub normals: usize,
@@ -89,7 +88,7 @@ impl CutMesh {
     /// The document's triangles in place, uncut.
     pub fn new(document: &ObjDocument, placement: &Placement) -> Self {
         let surface = Surface::from_document(document).placed(placement);
-        let (texture, shading) = rows(document, &surface);
+        let (texture, shading) = corner_rows(document, &surface);
         let links = link(&surface);
         let (body, bodies) = solid::find(&surface, &links);
         Self {
@@ -101,7 +100,6 @@ impl CutMesh {
             journal: Journal::default(),
             whole: Whole {
                 points: surface.points.len(),
-                triangles: surface.triangles.len(),
                 faces: document.face_count(),
                 texcoords: document.texcoords().len(),
                 normals: document.normals().len(),
@@ -197,7 +195,7 @@ impl CutMesh {
 }
 
 /// Texture and normal rows of the corners of each triangle.
-fn rows(document: &ObjDocument, surface: &Surface) -> (Vec<[u32; 3]>, Vec<[u32; 3]>) {
+fn corner_rows(document: &ObjDocument, surface: &Surface) -> (Vec<[u32; 3]>, Vec<[u32; 3]>) {
     let mut rows = (Vec::with_capacity(surface.triangles.len()), Vec::with_capacity(surface.triangles.len()));
     let mut known = (u32::MAX, &[][..]);
     for (triangle, &face) in surface.triangles.iter().zip(&surface.face_of) {

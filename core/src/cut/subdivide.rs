@@ -13,9 +13,6 @@ use super::polygon::{Vertex, least_angle, triangulate};
 use super::trace::{Place, Trace};
 use super::{Refusal, Refused, V3};
 
-/// Degrees; a piece must not be sharper, unless its triangle was nearly so.
-const SHARPEST: f64 = 0.1;
-
 /// What subdividing leaves for the steps after it.
 #[derive(Default)]
 pub(super) struct Split {
@@ -40,8 +37,8 @@ struct Item {
 
 const LINE: u8 = 8;
 
-/// Splits all triangles that the pieces within the facet ask for.
-pub(super) fn subdivide(mesh: &mut CutMesh, trace: &Trace, near: &[u32]) -> Result<Split, Refused> {
+/// Splits all triangles that the pieces within the facet ask for, into none sharper than `sharpest` (degrees).
+pub(super) fn subdivide(mesh: &mut CutMesh, trace: &Trace, near: &[u32], sharpest: f64) -> Result<Split, Refused> {
     let mut split = Split::default();
     let wanted = wanted(trace);
     let mut triangles: BTreeSet<u32> = near.iter().copied().collect();
@@ -62,7 +59,7 @@ pub(super) fn subdivide(mesh: &mut CutMesh, trace: &Trace, near: &[u32]) -> Resu
     let mut loose: Vec<u32> = sides.flat_map(|half| mesh.around(half).filter(whole)).collect(); // to be joined anew
     let mut changed = Vec::new();
     for (triangle, polygons) in &pieces {
-        changed.extend(replace(mesh, *triangle, polygons)?);
+        changed.extend(replace(mesh, *triangle, polygons, sharpest)?);
     }
     loose.extend(changed.iter().flat_map(|t| [3 * t, 3 * t + 1, 3 * t + 2]));
     join(mesh, loose);
@@ -89,7 +86,7 @@ pub(super) fn join(mesh: &mut CutMesh, mut halves: Vec<u32>) {
 /// Nodes that become vertices.
 fn wanted(trace: &Trace) -> Vec<bool> {
     let mut wanted = vec![false; trace.nodes.len()];
-    for run in &trace.runs {
+    for run in trace.runs.iter().filter(|run| !run.is_open_already()) {
         if let Some(piece) = run.piece {
             run.ends.iter().chain(&piece).for_each(|&node| wanted[node as usize] = true);
         }
@@ -233,12 +230,13 @@ fn between(rows: [u32; 2], node: u32, known: &mut HashMap<([u32; 2], u32), u32>,
     *known.entry((rows, node)).or_insert_with(make)
 }
 
-/// Puts the triangles of some polygons in the place of a triangle; gives them all.
-fn replace(mesh: &mut CutMesh, triangle: u32, polygons: &[Vec<Item>]) -> Result<Vec<u32>, Refused> {
+/// Puts the triangles of some polygons in the place of a triangle; gives them all. None may be sharper than `sharpest`
+/// (degrees), unless the triangle was nearly so.
+fn replace(mesh: &mut CutMesh, triangle: u32, polygons: &[Vec<Item>], sharpest: f64) -> Result<Vec<u32>, Refused> {
     let record = mesh.triangle(triangle);
     let cross = mesh.cross(triangle);
     let whole = mesh.corners_of(triangle).map(Vector3::from);
-    let sharpest = SHARPEST.min(0.1 * least_angle(whole));
+    let sharpest = sharpest.min(0.1 * least_angle(whole));
     let mut made = Vec::new();
     let mut area = 0.0;
     for polygon in polygons {

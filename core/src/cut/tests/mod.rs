@@ -1,9 +1,11 @@
 //! Whether cuts keep what they promise, on many meshes and blades.
 
+mod awkward;
 mod checks;
 mod exact;
 mod random;
 mod shared;
+mod undo;
 
 use super::*;
 use crate::mesh::testing::{Random, document};

@@ -32,6 +32,8 @@ pub(super) struct Snap {
     pub ends: f64,
     /// Of a vertex's shortest edge: a vertex further from the plane than this never counts as on it.
     pub reach: f64,
+    /// Degrees; a piece of a triangle must not be sharper, unless the triangle was nearly so.
+    pub sharpest: f64,
 }
 
 /// Part of a run; less of it within a facet is a place.
@@ -80,11 +82,18 @@ pub(super) struct Run {
 /// A triangle that a run crosses, or an edge that it goes along.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Member {
-    /// The triangle, or a half-edge of the edge.
-    pub at: u32,
     pub body: u32,
     /// Inside of the body is to the left (1) or right (-1) of the run, or it does not change there (0).
     pub flow: i8,
+    /// One of the faces lies in the plane.
+    pub flat: bool,
+}
+
+impl Run {
+    /// The rim of a former cut in the same plane: there is nothing to open.
+    pub fn is_open_already(&self) -> bool {
+        self.along_edge && self.members.len() > 1 && self.members.iter().all(|member| member.flat)
+    }
 }
 
 impl Trace {
@@ -187,7 +196,7 @@ impl Trace {
         }
         if let Some([from, to]) = self.crossings(sites) {
             let flow = if from < to { 1 } else { -1 };
-            self.add([from, to], false, Member { at: triangle, body: mesh.body[triangle as usize], flow });
+            self.add([from, to], false, Member { body: mesh.body[triangle as usize], flow, flat: false });
         }
     }
 
@@ -199,7 +208,7 @@ impl Trace {
         if body == OPEN {
             let below = mesh.around(half).filter(|&half| side(half) == -1).count();
             if below > 0 && below < mesh.around(half).count() {
-                self.add([from, to], true, Member { at: half, body, flow: 1 });
+                self.add([from, to], true, Member { body, flow: 1, flat: false });
             }
             return;
         }
@@ -210,7 +219,7 @@ impl Trace {
         }
         let flow = i8::from(sides[1] == -1) - i8::from(sides[0] == -1);
         let flow = if from < to { flow } else { -flow };
-        self.add([from, to], true, Member { at: half, body, flow });
+        self.add([from, to], true, Member { body, flow, flat: sides[0] * sides[1] == 0 && sides != [0, 0] });
     }
 
     /// Side of the triangle of a half-edge that lies in the plane. The triangle may be too far off to have sites.
