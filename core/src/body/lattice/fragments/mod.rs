@@ -100,13 +100,10 @@ impl Fragments {
         swept: &[[V3; 3]],
         inner: &impl Inner,
     ) -> Result<Vec<u64>, HostError> {
-        let mut near: Vec<u64> = Vec::new();
-        for triangle in swept {
-            self.list_cells(grid, level, triangle, &mut near)?;
-        }
-        near.sort_unstable();
-        near.dedup();
-        let fresh: Vec<u64> = near.iter().copied().filter(|id| !self.cells.contains_key(id)).collect();
+        let near = self.list_cells(grid, level, swept, 0.5 / voxels::SIDE as f64)?;
+        // What is beside the cut is looked at too: there the two sides may meet in a cell outside of the body.
+        let mut fresh = self.list_cells(grid, level, swept, 1.0)?;
+        fresh.retain(|id| !self.cells.contains_key(id));
         self.add_cells(grid, level, &fresh, inner)?;
         for id in &near {
             if let Some(cell) = self.cells.get_mut(id) {
@@ -117,12 +114,35 @@ impl Fragments {
             }
         }
         self.born.clear();
+        for id in &fresh {
+            if let Some(cell) = self.cells.get_mut(id) {
+                cell.voxels.label();
+            }
+        }
+        let mut near = near;
+        near.append(&mut fresh);
         Ok(self.assign_nodes(&near))
     }
 
-    /// Occupied cells that a triangle comes within half a voxel of.
-    fn list_cells(&self, grid: &Grid, level: u32, triangle: &[V3; 3], out: &mut Vec<u64>) -> Result<(), HostError> {
-        let margin = 0.5 * self.edge / voxels::SIDE as f64;
+    /// Occupied cells that some triangle comes within `margin` edges of, rising.
+    fn list_cells(&self, grid: &Grid, level: u32, swept: &[[V3; 3]], margin: f64) -> Result<Vec<u64>, HostError> {
+        let mut out = Vec::new();
+        for triangle in swept {
+            self.list_near(grid, level, triangle, margin * self.edge, &mut out)?;
+        }
+        out.sort_unstable();
+        out.dedup();
+        Ok(out)
+    }
+
+    fn list_near(
+        &self,
+        grid: &Grid,
+        level: u32,
+        triangle: &[V3; 3],
+        margin: f64,
+        out: &mut Vec<u64>,
+    ) -> Result<(), HostError> {
         let low: V3 = std::array::from_fn(|i| triangle.iter().fold(f64::INFINITY, |m, p| m.min(p[i])) - margin);
         let high: V3 = std::array::from_fn(|i| triangle.iter().fold(-f64::INFINITY, |m, p| m.max(p[i])) + margin);
         let facts = grid.level(level)?;
