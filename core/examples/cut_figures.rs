@@ -41,14 +41,14 @@ fn cut(model: &Path, out: Option<&Path>) -> Result<(), Box<dyn std::error::Error
         mesh.surface().triangles.len(),
         1e3 * new.as_secs_f64()
     );
-    let ways: [(&str, [[f64; 3]; 2], [f64; 3]); 3] = [
+    let ways = [
         ("through", [[-0.08, 0.011, -0.08], [-0.08, 0.011, 0.08]], [0.16, 0.003, 0.0]),
         ("halfway", [[0.004, 0.002, -0.07], [0.004, 0.07, -0.07]], [0.003, 0.0, 0.14]),
         ("slanting", [[-0.08, -0.03, -0.06], [-0.06, -0.03, 0.07]], [0.13, 0.06, 0.01]),
     ];
     for (name, [tip, heel], way) in ways {
         let at = |t: f64| {
-            let shift = |x: [f64; 3]| std::array::from_fn(|i| x[i] + t * way[i]);
+            let shift = |x: [f64; 3]| -> [f64; 3] { std::array::from_fn(|i| x[i] + t * way[i]) };
             Blade { tip: shift(tip), heel: shift(heel) }
         };
         let mut stroke = Stroke::begin(at(0.0))?;

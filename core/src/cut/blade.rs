@@ -65,7 +65,7 @@ impl Stroke {
 impl Blade {
     pub(super) fn check(&self) -> Result<(), Refused> {
         let ends = [self.tip, self.heel];
-        if let Some(value) = ends.iter().flatten().find(|value| !(value.abs() < 1e9)) {
+        if let Some(value) = ends.iter().flatten().find(|value| value.is_nan() || value.abs() >= 1e9) {
             return Err(Refused { reason: Refusal::NotFinite, entity: "blade", value: *value });
         }
         let length = self.length();

@@ -25,7 +25,8 @@ impl CutMesh {
                     used[new as usize] = true;
                 }
             }
-            if !(self.cross(triangle).norm() > 0.0) {
+            let cross = self.cross(triangle).norm();
+            if cross.is_nan() || cross <= 0.0 {
                 return Err(Refused { reason: Refusal::Splinter, entity: "triangle", value: 0.0 });
             }
             for half in 3 * triangle..3 * triangle + 3 {

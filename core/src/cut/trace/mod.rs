@@ -186,7 +186,7 @@ impl Trace {
                 self.node_of_site(sites[corner], facet);
             }
             match [self.sites.sign(a), self.sites.sign(b)] {
-                [1, -1] | [-1, 1] => _ = self.node_on_edge([a, b], facet),
+                [1, -1] | [-1, 1] => self.node_on_edge([a, b], facet),
                 [0, 0] if a != b => {
                     let half = 3 * triangle + corner as u32;
                     rims.push(mesh.around(half).min().unwrap_or(half));
