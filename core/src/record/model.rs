@@ -17,10 +17,7 @@ pub fn write_model(body: &Body, cap: &str, path: &Path) -> io::Result<()> {
     if let Some(mesh) = body.cut.as_ref().filter(|mesh| mesh.depth() > 0) {
         let mut file = AtomicFile::create(path)?;
         let other = |e: crate::mesh::obj::WriteError| with_path(path, io::Error::other(e.to_string()));
-        let _ = (mesh, cap, &other);
-        use std::io::Write;
-        for x in &skin.x { writeln!(file, "v {} {} {}", x[0], x[1], x[2])?; }
-        for t in &model.surface.triangles { writeln!(file, "f {} {} {}", t[0]+1, t[1]+1, t[2]+1)?; }
+        mesh.write(document, &skin.x, None, cap, &mut file).map_err(other)?;
         return file.finish();
     }
     let points = model.placement.bring_back(document.positions(), &model.surface.points, &skin.x);

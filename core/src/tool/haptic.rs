@@ -369,10 +369,12 @@ impl Tool {
         let ((scale, spring), share) = (self.cap(pulled), 1.0 / inside.places.len() as f64);
         let body = &mut bodies[inside.body as usize];
         self.loads.clear();
+        let edge = body.lattice.edge();
         for place in &inside.places {
+            let place = inside.ahead(*place, knife.heading, edge);
             let stiffness = diagonal(spring * share * self.coupling.stiffness);
             let damping = diagonal(spring * share * self.coupling.damping);
-            self.loads.push(*place, pulled.map(|f| scale * share * f), stiffness, damping);
+            self.loads.push(place, pulled.map(|f| scale * share * f), stiffness, damping);
         }
         self.loads.attach(&mut body.lattice, &body.system.nodes, &mut self.springs[inside.body as usize])
     }

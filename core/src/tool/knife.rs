@@ -2,8 +2,9 @@
 //!
 //! The material holds the edge until the hand pulls with more than it takes to make new surface (Griffith 1920): energy of
 //! an area of cut, times how much area the last advance made on its way. So the blade lags behind the hand by that force
-//! over the stiffness of the coupling, moves freely through air and through what is cut already, and is held sideways by the
-//! faces it has parted. What the hand feels the body feels too, along the part of the edge that is inside.
+//! over the stiffness of the coupling, moves freely through air and back through what it has cut, and is held sideways by the
+//! faces it has parted. It cuts ahead only: one that is drawn back and pushed in again goes on where it stopped. What the
+//! hand feels the body feels too, just ahead of the part of the edge that is inside.
 
 use super::hand::Hand;
 use super::haptic::ToolError;
@@ -35,10 +36,12 @@ pub struct Knife {
     pub inside: Option<Inside>,
     /// N, against moving on
     pub resistance: f64,
-    /// N, of the last advance of every body, and where the blade was when an advance was last tried
+    /// In every body, and where the blade was when an advance was last tried
     strokes: Vec<Option<(Stroke, Blade)>>,
     /// Unit, which way it cuts
-    heading: Option<Vector3<f64>>,
+    pub heading: Option<Vector3<f64>>,
+    /// Drawn back from where it stopped cutting.
+    back: bool,
 }
 
 /// Where a blade is inside of a body.
@@ -50,6 +53,13 @@ pub struct Inside {
     pub places: Vec<V3>,
     /// m, rest place of the tip
     tip: V3,
+}
+
+impl Inside {
+    /// m, a rest place along the edge, a little ahead of it: where nothing is cut yet
+    pub fn ahead(&self, place: V3, heading: Option<Vector3<f64>>, edge: f64) -> V3 {
+        heading.map_or(place, |heading| axpy(place, STRIDE * edge, heading.into()))
+    }
 }
 
 /// What one step of cutting did.
@@ -78,12 +88,12 @@ impl Knife {
     /// In the air, in a scene of `bodies`.
     pub fn new(edge: Edge, bodies: usize) -> Self {
         let strokes = (0..bodies).map(|_| None).collect();
-        Self { edge, tip: [0.0; 3], inside: None, resistance: 0.0, strokes, heading: None }
+        Self { edge, tip: [0.0; 3], inside: None, resistance: 0.0, strokes, heading: None, back: false }
     }
 
     /// Out of everything; the next cut begins anew.
     pub fn lift(&mut self) {
-        (self.inside, self.resistance, self.heading) = (None, 0.0, None);
+        (self.inside, self.resistance, self.heading, self.back) = (None, 0.0, None, false);
         self.strokes.fill_with(|| None);
     }
 
@@ -124,15 +134,18 @@ impl Knife {
                 Err(Stopped::Failed(error)) => return Err(error),
             }
         }
-        self.resistance = if self.inside.is_some() { resistance.unwrap_or(self.resistance) } else { 0.0 };
+        if self.inside.is_some() {
+            self.resistance = resistance.unwrap_or(self.resistance);
+        } else if self.heading.is_some() {
+            self.lift();
+        }
         Ok(step)
     }
 
     /// Takes the tip where the hand pulls it and the material lets it.
     fn follow(&mut self, hand: &Hand, along: &Vector3<f64>, stiffness: f64, bodies: &[Body]) -> Result<(), ToolError> {
-        let Some(inside) = self.inside.as_ref().filter(|_| self.resistance > 0.0) else {
+        let (Some(inside), Some(heading)) = (&self.inside, self.heading) else {
             self.tip = hand.position;
-            self.heading = None;
             return Ok(());
         };
         let body = &bodies[inside.body as usize];
@@ -142,13 +155,17 @@ impl Knife {
         let gap = Vector3::from(hand.position) - Vector3::from(self.tip);
         let slide = gap.dot(along) * along;
         let across = gap - slide;
-        let heading = self.heading.or_else(|| across.try_normalize(0.0)).unwrap_or_else(Vector3::zeros);
-        let heading = (heading - heading.dot(along) * along).try_normalize(1e-9).unwrap_or_else(Vector3::zeros);
+        let heading = (heading - heading.dot(along) * along).try_normalize(1e-9).unwrap_or(heading);
         let ahead = across.dot(&heading);
-        let free = if ahead > 0.0 { (ahead - self.resistance / stiffness).max(0.0) } else { ahead };
-        self.tip = (Vector3::from(self.tip) + slide + free * heading).into();
+        let held = if self.back { 0.0 } else { self.resistance / stiffness };
+        let free = if ahead > 0.0 { (ahead - held).max(0.0) } else { ahead };
+        let mut moved = slide + free * heading;
+        if self.resistance == 0.0 {
+            moved += across - ahead * heading;
+        }
+        self.tip = (Vector3::from(self.tip) + moved).into();
         let turned = heading.lerp(&across.try_normalize(0.0).unwrap_or(heading), (free / TURN).clamp(0.0, 1.0));
-        self.heading = turned.try_normalize(0.0);
+        self.heading = turned.try_normalize(0.0).filter(|_| free > 0.0).or(Some(heading));
         Ok(())
     }
 
@@ -190,8 +207,15 @@ impl Knife {
             self.strokes[index] = Some((Stroke::begin(blade).map_err(Stopped::Refused)?, blade));
             return Ok(None);
         };
-        let moved = way(tried, &blade);
-        let due = moved >= STRIDE * body.lattice.edge() || (last && way(&stroke.blade(), &blade) > 0.0);
+        let stride = STRIDE * body.lattice.edge();
+        if let Some(heading) = self.heading {
+            let gone = ahead(&stroke.blade(), &blade, &heading);
+            self.back = gone < -0.5 * stride;
+            if gone <= 0.0 {
+                return Ok(None);
+            }
+        }
+        let due = way(tried, &blade) >= stride || (last && way(&stroke.blade(), &blade) > 0.0);
         let (true, Some(mesh)) = (due, &mut body.cut) else { return Ok(None) };
         *tried = blade;
         let before = stroke.blade();
@@ -200,6 +224,7 @@ impl Knife {
         let force = if advance.area > 0.0 { self.edge.toughness * advance.area } else { self.edge.tear * advance.length };
         let has_cut = advance.has_cut();
         if has_cut {
+            self.heading = self.heading.or_else(|| middle_way(&before, &blade).try_normalize(0.0));
             body.take_cut(&advance).map_err(Stopped::Failed)?;
         }
         let force = if way > 0.0 { force / way } else { 0.0 };
@@ -220,6 +245,16 @@ struct Advanced {
 enum Stopped {
     Refused(Refused),
     Failed(ToolError),
+}
+
+/// m, how far the middle of a blade has gone in a direction
+fn ahead(from: &Blade, to: &Blade, heading: &Vector3<f64>) -> f64 {
+    middle_way(from, to).dot(heading)
+}
+
+fn middle_way(from: &Blade, to: &Blade) -> Vector3<f64> {
+    let middle = |blade: &Blade| Vector3::from(blade.tip).lerp(&Vector3::from(blade.heel), 0.5);
+    middle(to) - middle(from)
 }
 
 /// m, how far the end of a blade that went further has gone.
