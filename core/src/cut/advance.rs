@@ -32,7 +32,8 @@ impl CutMesh {
     /// across itself cuts nothing and leaves the stroke where it is.
     ///
     /// # Errors
-    /// [`Refused`] when the cut cannot be made; mesh and stroke are what they were, so the next advance spans both.
+    /// [`Refused`] when the cut cannot be made; mesh and stroke are what they were, so the next advance spans both. Where a
+    /// blade keeps being refused, a new stroke from where it is now leaves the place behind, uncut.
     pub fn advance(&mut self, stroke: &mut Stroke, next: Blade) -> Result<Advance, Refused> {
         next.check()?;
         let facets = stroke.facets(&next);

@@ -26,6 +26,7 @@ mod error;
 mod journal;
 mod lines;
 mod mesh;
+mod normals;
 mod part;
 mod parts;
 mod plane;

@@ -116,3 +116,30 @@ fn the_document_reads_back_as_the_mesh() {
     }
     assert_eq!(back.faces().filter(|face| face.corners[0].vt().is_none()).count(), 2);
 }
+
+#[test]
+fn normals_turn_with_the_mesh() {
+    let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 1\nvn 0 0 -1\nvn 0 -1 0.5\nvn 1 0 0.5\nvn 0 1 0.5\nvn -1 0 0.5\n\
+        f 4//1 3//1 2//1 1//1\nf 1//2 2//2 5//2\nf 2//3 3//3 5//3\nf 3//4 4//4 5//4\nf 4//5 1//5 5//5\n";
+    let document = document(text);
+    let mut mesh = cut_mesh(&document);
+    let sums = Sums::new(&mesh);
+    let refused = stroke(
+        &mut mesh,
+        blade([-1.0, -1.0, 0.3], [-1.0, 2.0, 0.3]),
+        blade([2.0, -1.0, 0.3], [2.0, 2.0, 0.3]),
+        3,
+        &sums,
+    );
+    assert!(refused.is_empty(), "{refused:?}");
+    assert_eq!(mesh.turned_normals(&mesh.surface().points), mesh.normals());
+    let turned: Vec<V3> = mesh.surface().points.iter().map(|&[x, y, z]| [-y, x, z]).collect();
+    for (now, then) in mesh.turned_normals(&turned).iter().zip(mesh.normals()) {
+        assert!((0..3).all(|i| (now[i] - [-then[1], then[0], then[2]][i]).abs() < 1e-12), "{now:?} {then:?}");
+    }
+    let mut out = Vec::new();
+    mesh.write(&document, &turned, Some(&mesh.turned_normals(&turned)), MATERIAL, &mut out).unwrap();
+    let back = ObjDocument::parse(out, "back.obj".as_ref()).unwrap();
+    assert_eq!(back.normals().len(), mesh.normals().len());
+    assert_eq!(back.materials(), [MATERIAL]);
+}
