@@ -79,6 +79,8 @@ pub struct CutStep {
 pub(super) const PLACES: usize = 9;
 /// The blade is advanced when it has moved by this share of a cell's edge: a voxel of a cut cell.
 const STRIDE: f64 = 0.25;
+/// Strides it may be behind before a refused cut is given up and begun anew.
+const PATIENCE: f64 = 4.0;
 /// m, over which it turns into a new direction
 const TURN: f64 = 5e-3;
 /// Fixed-point iterations from a deformed to a rest place.
@@ -219,7 +221,19 @@ impl Knife {
         let (true, Some(mesh)) = (due, &mut body.cut) else { return Ok(None) };
         *tried = blade;
         let before = stroke.blade();
-        let advance = mesh.advance(stroke, blade).map_err(Stopped::Refused)?;
+        let heading = self.heading.unwrap_or_else(Vector3::zeros);
+        let advance = mesh.advance(stroke, blade).or_else(|refused| {
+            // Where it cannot go on from the very edge of its own slit, it starts a little behind, and else where it is.
+            let step: V3 = (-0.2 * stride * heading).into();
+            let behind = Blade { tip: axpy(before.tip, 1.0, step), heel: axpy(before.heel, 1.0, step) };
+            let mut again = Stroke::begin(behind)?;
+            let advance = mesh.advance(&mut again, blade);
+            if advance.is_ok() || way(&before, &blade) > PATIENCE * stride {
+                *stroke = if advance.is_ok() { again } else { Stroke::begin(blade)? };
+            }
+            advance.map_err(|_| refused)
+        });
+        let advance = advance.map_err(Stopped::Refused)?;
         let way = way(&before, &blade);
         let force = if advance.area > 0.0 { self.edge.toughness * advance.area } else { self.edge.tear * advance.length };
         let has_cut = advance.has_cut();

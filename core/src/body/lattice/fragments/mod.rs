@@ -12,6 +12,7 @@
 mod apply;
 mod classes;
 mod places;
+mod slivers;
 mod voxels;
 
 use crate::host::{Grid, HostError, Region};
@@ -121,6 +122,7 @@ impl Fragments {
         }
         let mut near = near;
         near.append(&mut fresh);
+        near.append(&mut self.merge_slivers());
         Ok(self.assign_nodes(&near))
     }
 
@@ -204,9 +206,10 @@ impl Fragments {
         self.cells.get(&id).map_or(0, |cell| cell.voxels.fragment_at(self.edge, place))
     }
 
-    /// Surface points that follow a fragment; `None` where the cell was not cut and has the grid's own list.
+    /// Surface points that follow a fragment, none of one that is no more; `None` where the cell was not cut and has the grid's
+    /// own list.
     pub fn points(&self, id: u64, fragment: usize) -> Option<&[u32]> {
-        self.cells.get(&id).map(|cell| cell.fragments[fragment].points.as_slice())
+        self.cells.get(&id).map(|cell| cell.fragments.get(fragment).map_or(&[][..], |f| f.points.as_slice()))
     }
 
     /// Gives a cut cell's surface points to its fragments: `points` with a place on their own side of the cut, m.

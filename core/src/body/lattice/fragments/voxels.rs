@@ -113,6 +113,35 @@ impl Voxels {
         }
     }
 
+    /// Gives the voxels of `small` fragments to the others, each to that of the nearest voxel.
+    pub(super) fn merge(&mut self, small: &[bool]) {
+        let old = self.fragment;
+        let stays = |voxel: &usize| !small[old[*voxel] as usize];
+        let mut number = vec![0_u8; small.len()];
+        let mut count = 0;
+        for (f, _) in small.iter().enumerate().filter(|(_, small)| !**small) {
+            number[f] = count;
+            count += 1;
+        }
+        self.sizes = vec![0; usize::from(count)];
+        for voxel in 0..COUNT {
+            let away = |other: &usize| -> usize {
+                index(voxel).iter().zip(index(*other)).map(|(a, b)| a.abs_diff(b).pow(2)).sum()
+            };
+            let solid = |other: &usize| self.is_solid(*other);
+            let nearest = (0..COUNT).filter(solid).filter(stays).min_by_key(away).unwrap_or(0);
+            self.fragment[voxel] = number[old[if stays(&voxel) { voxel } else { nearest }] as usize];
+            if self.is_solid(voxel) {
+                self.sizes[self.fragment[voxel] as usize] += 1;
+            }
+        }
+    }
+
+    /// Voxels of a fragment.
+    pub(super) fn size(&self, fragment: usize) -> u32 {
+        u32::from(self.sizes[fragment])
+    }
+
     /// Fragments there are.
     pub(super) fn count(&self) -> usize {
         self.sizes.len()
