@@ -20,7 +20,6 @@ impl Inner for Everywhere {
     }
 }
 
-
 /// A block of 40 mm, all of it active, twisted and moving.
 fn block(params: &str) -> Session {
     let scene = box_scene("", "", "")

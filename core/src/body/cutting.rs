@@ -74,13 +74,7 @@ impl super::Inner for CutMesh {
 
 /// The new cut surface inside of the body, one wall of two, and aprons around it outside. It goes through the very vertices
 /// of the mesh, so no vertex is on another side of the lattice's cut than of the mesh's.
-fn caps(
-    mesh: &CutMesh,
-    new: std::ops::Range<u32>,
-    facets: &[[V3; 3]],
-    apron: f64,
-    known: &mut Aprons,
-) -> Vec<[V3; 3]> {
+fn caps(mesh: &CutMesh, new: std::ops::Range<u32>, facets: &[[V3; 3]], apron: f64, known: &mut Aprons) -> Vec<[V3; 3]> {
     let Some(facet) = facets.first() else { return Vec::new() };
     let forward = cross(facet);
     let surface = mesh.surface();
@@ -127,7 +121,8 @@ fn beside(mesh: &CutMesh, model: &super::Model, vertex: u32, closed: bool, edge:
     let corners = |t: u32| surface.triangles[t as usize].map(|v| surface.points[v as usize]);
     let around = model.around(vertex).iter().copied();
     if closed {
-        let normal = around.fold(Vector3::zeros(), |sum, t| sum + cross(&corners(t)).try_normalize(0.0).unwrap_or_default());
+        let normal =
+            around.fold(Vector3::zeros(), |sum, t| sum + cross(&corners(t)).try_normalize(0.0).unwrap_or_default());
         return axpy(place, -INSIDE * edge, normal.try_normalize(1e-6).unwrap_or_default().into());
     }
     let (mut aside, mut count) = ([0.0; 3], 0.0);
@@ -137,5 +132,9 @@ fn beside(mesh: &CutMesh, model: &super::Model, vertex: u32, closed: bool, edge:
     }
     let length = dot(aside, aside).sqrt();
     let most = ASIDE * edge;
-    if length > most * count { axpy(place, most / length, aside) } else { axpy(place, 1.0 / f64::max(count, 1.0), aside) }
+    if length > most * count {
+        axpy(place, most / length, aside)
+    } else {
+        axpy(place, 1.0 / f64::max(count, 1.0), aside)
+    }
 }

@@ -14,9 +14,9 @@ pub use skin::{NOT_CARRIED, Skin, weigh};
 pub use state::BodyState;
 
 use crate::contact::Samples;
-use cutting::Aprons;
 use crate::cut::CutMesh;
 use crate::step::{Pool, System};
+use cutting::Aprons;
 
 /// Everything about one body.
 pub struct Body {

@@ -1,6 +1,8 @@
 //! Names and numbers that are well written and make no sense.
 
-use crate::scene::{BladeScene, BodyScene, EditKind, EditScene, Extent, FixedScene, ProbeScene, Scene, SceneError, Source, ToolScene};
+use crate::scene::{
+    BladeScene, BodyScene, EditKind, EditScene, Extent, FixedScene, ProbeScene, Scene, SceneError, Source, ToolScene,
+};
 use std::ops::Range;
 use toml::Spanned;
 
@@ -206,7 +208,8 @@ impl Check<'_> {
         }
         let material = blade.material.get_ref();
         if material.is_empty() || material.contains(|c: char| c.is_whitespace() || c.is_control()) {
-            return self.wrong(blade.material.span(), format!("material {material:?}; allowed is a name without spaces"));
+            return self
+                .wrong(blade.material.span(), format!("material {material:?}; allowed is a name without spaces"));
         }
         Ok(())
     }

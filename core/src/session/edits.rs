@@ -83,7 +83,8 @@ impl Session {
                 }
                 if let Some((body, refused)) = step.refused {
                     let (tool, body) = (&slot.tool.name, &self.bodies[body].name);
-                    self.events.add(EventKind::CutRefused, time, || format!("tool `{tool}` in body `{body}`: {refused}"));
+                    self.events
+                        .add(EventKind::CutRefused, time, || format!("tool `{tool}` in body `{body}`: {refused}"));
                 }
             }
             Err(error) => {

@@ -234,7 +234,8 @@ impl Opening<'_> {
         let friction = Friction { fixed, sliding };
         let (name, radius) = (scene.name.get_ref().clone(), scene.radius.get_ref().si);
         let mut tool = Tool::new(name, radius, friction, coupling, bodies);
-        tool.knife = scene.blade.as_ref().filter(|_| plan.cuts()).map(|blade| Knife::new(edge(blade.get_ref()), bodies));
+        tool.knife =
+            scene.blade.as_ref().filter(|_| plan.cuts()).map(|blade| Knife::new(edge(blade.get_ref()), bodies));
         Ok(ToolSlot {
             tool,
             hand: Hand::new(scene.speed.get_ref().si),

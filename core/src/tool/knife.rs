@@ -104,13 +104,7 @@ impl Knife {
     ///
     /// # Errors
     /// What a grid says.
-    pub fn cut(
-        &mut self,
-        hand: &Hand,
-        stiffness: f64,
-        bodies: &mut [Body],
-        last: bool,
-    ) -> Result<CutStep, ToolError> {
+    pub fn cut(&mut self, hand: &Hand, stiffness: f64, bodies: &mut [Body], last: bool) -> Result<CutStep, ToolError> {
         let along = hand.rotation * Vector3::from(self.edge.direction);
         self.follow(hand, &along, stiffness, bodies)?;
         let mut step = CutStep::default();
@@ -235,7 +229,8 @@ impl Knife {
         });
         let advance = advance.map_err(Stopped::Refused)?;
         let way = way(&before, &blade);
-        let force = if advance.area > 0.0 { self.edge.toughness * advance.area } else { self.edge.tear * advance.length };
+        let force =
+            if advance.area > 0.0 { self.edge.toughness * advance.area } else { self.edge.tear * advance.length };
         let has_cut = advance.has_cut();
         if has_cut {
             self.heading = self.heading.or_else(|| middle_way(&before, &blade).try_normalize(0.0));

@@ -17,9 +17,9 @@ mod voxels;
 
 use crate::host::{Grid, HostError, Region};
 use crate::step::V3;
+use places::Places;
 use pliant_plugin_api::abi;
 use std::collections::{BTreeMap, HashMap};
-use places::Places;
 use voxels::Voxels;
 
 /// A node of the grid, or a copy of one: 0 is the node itself.

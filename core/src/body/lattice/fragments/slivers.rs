@@ -28,7 +28,8 @@ impl Fragments {
                     let mine = first[id] + cell.voxels.fragment(voxel);
                     match self.cells.get(&next) {
                         Some(cell) if joined && cell.voxels.is_solid(other) => {
-                            let (a, b) = (find(&mut root, mine), find(&mut root, first[&next] + cell.voxels.fragment(other)));
+                            let (a, b) =
+                                (find(&mut root, mine), find(&mut root, first[&next] + cell.voxels.fragment(other)));
                             root[a.max(b)] = a.min(b);
                         }
                         None if joined && next != abi::NO_CELL => held[mine] = true,
@@ -48,7 +49,8 @@ impl Fragments {
                 held[top] |= held[first[id] + f];
             }
         }
-        let small: Vec<bool> = (0..total).map(|f| find(&mut root, f)).map(|top| !held[top] && voxels[top] < LEAST).collect();
+        let small: Vec<bool> =
+            (0..total).map(|f| find(&mut root, f)).map(|top| !held[top] && voxels[top] < LEAST).collect();
         let mut changed = Vec::new();
         for (id, cell) in &mut self.cells {
             let of_cell = &small[first[id]..first[id] + cell.voxels.count()];

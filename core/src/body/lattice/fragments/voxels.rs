@@ -290,7 +290,7 @@ mod tests {
 
     #[test]
     fn only_what_is_solid_joins() {
-        let plates = (0..COUNT).filter(|v| index(*v)[0] % 3 == 0).fold(0, |solid, v| solid | 1 << v);
+        let plates = (0..COUNT).filter(|v| [0, 3].contains(&index(*v)[0])).fold(0, |solid, v| solid | 1 << v);
         for (solid, count) in [(plates, 2), (u64::MAX, 1)] {
             let mut voxels = Voxels::new(solid, Places::middles([0.0; 3], 1.0));
             voxels.label();
