@@ -87,9 +87,8 @@ impl Tetrahedron {
         for a in 0..4 {
             for b in a..4 {
                 let gg = dot(g[a], g[b]);
-                let block = |i: usize, j: usize| {
-                    eta * (ff[i][j] * gg + fg[b][i] * fg[a][j]) + zeta * fg[a][i] * fg[b][j]
-                };
+                let block =
+                    |i: usize, j: usize| eta * (ff[i][j] * gg + fg[b][i] * fg[a][j]) + zeta * fg[a][i] * fg[b][j];
                 out(pair, [0, 1, 2].map(|i| [0, 1, 2].map(|j| block(i, j))));
                 pair += 1;
             }
@@ -100,9 +99,8 @@ impl Tetrahedron {
 /// Stress of that viscosity, Pa: `F (2 eta E' + zeta tr(E') I)`, with `E'` the rate of Green's strain.
 pub(crate) fn viscous_stress(f: &M3, rate: &M3, (eta, zeta): (f64, f64)) -> M3 {
     let column = |m: &M3, j: usize| [m[0][j], m[1][j], m[2][j]];
-    let strain = [0, 1, 2].map(|i| {
-        [0, 1, 2].map(|j| 0.5 * (dot(column(f, i), column(rate, j)) + dot(column(rate, i), column(f, j))))
-    });
+    let strain = [0, 1, 2]
+        .map(|i| [0, 1, 2].map(|j| 0.5 * (dot(column(f, i), column(rate, j)) + dot(column(rate, i), column(f, j)))));
     let pressure = zeta * (strain[0][0] + strain[1][1] + strain[2][2]);
     let mut stress = strain.map(|row| row.map(|c| 2.0 * eta * c));
     (0..3).for_each(|i| stress[i][i] += pressure);
