@@ -319,6 +319,14 @@ typedef struct pliant_device {
   pliant_status (*stop)(const pliant_plugin *);                                                        /* [any & active] zero at once */
 } pliant_device;
 
+/* Optional, for devices that know: what they really render. The conformance suite holds limits and expiry against it. */
+#define PLIANT_RENDERED "pliant.rendered/1"
+typedef struct pliant_rendered {
+  size_t size;
+  /* Force and torque of each effector at `time_ns`; taxels stay NULL. [servo & active] */
+  pliant_status (*rendered)(const pliant_plugin *, uint64_t time_ns, pliant_output *outputs, size_t count);
+} pliant_rendered;
+
 #ifdef __cplusplus
 }
 #endif
