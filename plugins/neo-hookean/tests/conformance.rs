@@ -28,8 +28,7 @@ fn softest(tangent: f64) -> f64 {
     let top: f64 = k.chunks(n).map(|row| row.iter().map(|v| v.abs()).sum::<f64>()).fold(0.0, f64::max);
     let mut u: Vec<f64> = (0..n).map(|i| (i as f64 * 1.7).sin()).collect();
     for _ in 0..4000 {
-        let next: Vec<f64> =
-            (0..n).map(|i| top * u[i] - (0..n).map(|j| k[i * n + j] * u[j]).sum::<f64>()).collect();
+        let next: Vec<f64> = (0..n).map(|i| top * u[i] - (0..n).map(|j| k[i * n + j] * u[j]).sum::<f64>()).collect();
         let size = next.iter().map(|v| v * v).sum::<f64>().sqrt();
         u = next.into_iter().map(|v| v / size).collect();
     }
