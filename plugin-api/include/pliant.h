@@ -108,7 +108,9 @@ typedef struct pliant_library {
   const pliant_descriptor *(*descriptor)(uint32_t index);                          /* [any] NULL ends the list */
   const pliant_plugin *(*create)(const pliant_host *, const char *id);             /* [main] NULL: refused */
 } pliant_library;
-/* A plugin defines: PLIANT_EXPORT const pliant_library pliant_entry = { sizeof(pliant_library), ... }; */
+/* A plugin defines: PLIANT_EXPORT const pliant_library pliant_entry = { sizeof(pliant_library), ... };
+ * Declared here, because a const of C++ would else be known to its own file only. */
+extern PLIANT_EXPORT const pliant_library pliant_entry;
 
 /* ---- material: what the force is. The host owns all state and says how it moves. --------------------------------- */
 #define PLIANT_MATERIAL "pliant.material/1"
