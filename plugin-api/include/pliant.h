@@ -108,8 +108,8 @@ typedef struct pliant_library {
   const pliant_descriptor *(*descriptor)(uint32_t index);                          /* [any] NULL ends the list */
   const pliant_plugin *(*create)(const pliant_host *, const char *id);             /* [main] NULL: refused */
 } pliant_library;
-/* A plugin defines: PLIANT_EXPORT const pliant_library pliant_entry = { sizeof(pliant_library), ... };
- * Declared here, because a const of C++ would else be known to its own file only. */
+/* A plugin defines: const pliant_library pliant_entry = { sizeof(pliant_library), PLIANT_ABI_MAJOR, ... };
+ * It is exported from here, because a const of C++ would else be known to its own file only. */
 extern PLIANT_EXPORT const pliant_library pliant_entry;
 
 /* ---- material: what the force is. The host owns all state and says how it moves. --------------------------------- */
@@ -197,7 +197,7 @@ typedef struct pliant_material {
 #define PLIANT_GRID "pliant.grid/1"
 
 #define PLIANT_CELL_EMPTY   0u
-#define PLIANT_CELL_SURFACE 1u
+#define PLIANT_CELL_SURFACE 1u /* the surface passes through it: only such cells can be touched */
 #define PLIANT_CELL_INSIDE  2u
 #define PLIANT_NO_CELL UINT64_MAX
 #define PLIANT_CELL_CORNERS 8u

@@ -26,6 +26,7 @@ const TABLE: &[(&str, &str)] = &[
     ("pulls-back-more", "pull-back-is-the-transpose"),
     ("cells-askew", "cells-are-cubes"),
     ("region-outside", "region-is-part-of-the-body"),
+    ("hides-surface", "surface-can-be-touched"),
     ("limits-upside-down", "limits-make-sense"),
     ("leaves-workspace", "poses-are-sound"),
     ("over-peak", "force-stays-in-limits"),

@@ -20,6 +20,7 @@ pub fn files(kind: NewKind, language: Language) -> Vec<(&'static str, String)> {
             NewKind::Device => include_str!("../../templates/device.rs.txt"),
         };
         files.push(("src/lib.rs", plugin.to_owned()));
+        files.push(("rustfmt.toml", "max_width = 120\nuse_small_heuristics = \"Max\"\n".to_owned()));
         files.push(("Cargo.toml", include_str!("../../templates/Cargo.toml.txt").to_owned()));
         files.push(("README.md", include_str!("../../templates/README.rust.txt").to_owned()));
         files.push(("tests/conformance.rs", include_str!("../../templates/conformance.rs.txt").to_owned()));

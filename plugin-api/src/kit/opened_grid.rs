@@ -19,6 +19,7 @@ pub(super) struct Region {
     pub(super) node_measure: Vec<f64>,
     pub(super) node_border: Vec<u8>,
     pub(super) cell_id: Vec<u64>,
+    pub(super) cell_state: Vec<u8>,
     pub(super) cell_corners: Vec<[u32; 8]>,
     pub(super) link_nodes: Vec<[u32; 2]>,
 }
@@ -64,10 +65,11 @@ impl OpenedGrid {
                 node_measure: vec![0.0; nodes],
                 node_border: vec![0; nodes],
                 cell_id: vec![0; cells],
+                cell_state: vec![0; cells],
                 cell_corners: vec![[0; 8]; cells],
                 link_nodes: vec![[0; 2]; links],
             };
-            let (mut points, mut state) = (vec![[0_u32; 2]; cells], vec![0_u8; cells]);
+            let mut points = vec![[0_u32; 2]; cells];
             let (mut family, mut measure) = (vec![0_u32; links], vec![0.0; links]);
             let mut raw = abi::Region {
                 size: size_of::<abi::Region>(),
@@ -82,7 +84,7 @@ impl OpenedGrid {
                 cell_id: r.cell_id.as_mut_ptr(),
                 cell_corners: r.cell_corners.as_mut_ptr().cast(),
                 cell_points: points.as_mut_ptr().cast(),
-                cell_state: state.as_mut_ptr(),
+                cell_state: r.cell_state.as_mut_ptr(),
                 link_capacity: links,
                 link_count: 0,
                 link_nodes: r.link_nodes.as_mut_ptr().cast(),
@@ -116,6 +118,7 @@ impl OpenedGrid {
             r.node_measure.truncate(counts.0);
             r.node_border.truncate(counts.0);
             r.cell_id.truncate(counts.1);
+            r.cell_state.truncate(counts.1);
             r.cell_corners.truncate(counts.1);
             r.link_nodes.truncate(counts.2);
             return Ok(r);

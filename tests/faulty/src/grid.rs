@@ -68,6 +68,7 @@ impl<const F: u8> Grid for Brick<F> {
             fault::PULLS_BACK_MORE => c"pulls-back-more",
             fault::CELLS_ASKEW => c"cells-askew",
             fault::REGION_OUTSIDE => c"region-outside",
+            fault::HIDES_SURFACE => c"hides-surface",
             _ => c"sound-brick",
         },
         const { &[AFTER] as &[Param] },
@@ -99,7 +100,7 @@ impl<const F: u8> Grid for Brick<F> {
 
     fn level(&self, level: u32) -> Result<Level, Fault> {
         let (size, cells, n) = (size_of::<Level>(), u64::from(self.cells), u64::from(self.cells) + 1);
-        let (surface_cells, inside_cells, nodes) = (0, cells.pow(3), n.pow(3));
+        let (surface_cells, inside_cells, nodes) = (cells.pow(3), 0, n.pow(3));
         let (cells_per_axis, edge, origin) = (self.cells, self.edge, self.origin);
         Ok(Level { size, level, cells_per_axis, edge, origin, surface_cells, inside_cells, nodes })
     }
@@ -130,12 +131,13 @@ impl<const F: u8> Grid for Brick<F> {
         if F == fault::FALLING_IDS {
             out.node(0, self.origin, 1e-9, false);
         }
+        let state = if F == fault::HIDES_SURFACE { abi::CELL_INSIDE } else { abi::CELL_SURFACE };
         for (id, at) in Self::each(m).enumerate() {
             let mut corners: [u32; 8] = std::array::from_fn(|c| Self::place(n, Self::corner(at, c as u32)));
             if F == fault::CELLS_ASKEW && self.start[id] == self.start[id + 1] {
                 corners.swap(2, 3); // where no surface point would notice
             }
-            out.cell(id as u64, corners, [self.start[id], self.start[id + 1]], abi::CELL_INSIDE);
+            out.cell(id as u64, corners, [self.start[id], self.start[id + 1]], state);
         }
         self.links(request.families, out);
         Ok(())

@@ -43,6 +43,7 @@ pub mod fault {
     pub const PULLS_BACK_MORE: u8 = 42;
     pub const CELLS_ASKEW: u8 = 43;
     pub const REGION_OUTSIDE: u8 = 44;
+    pub const HIDES_SURFACE: u8 = 45;
     pub const LIMITS_UPSIDE_DOWN: u8 = 50;
     pub const LEAVES_WORKSPACE: u8 = 51;
     pub const OVER_PEAK: u8 = 52;
@@ -94,6 +95,7 @@ export_plugins!(
     AsGrid<Brick<PULLS_BACK_MORE>>,
     AsGrid<Brick<CELLS_ASKEW>>,
     AsGrid<Brick<REGION_OUTSIDE>>,
+    AsGrid<Brick<HIDES_SURFACE>>,
     AsDevice<Finger<NONE>>,
     AsDevice<Finger<LIMITS_UPSIDE_DOWN>>,
     AsDevice<Finger<LEAVES_WORKSPACE>>,

@@ -4,7 +4,7 @@ use super::super::candidate::Candidate;
 use super::super::opened_grid::{OpenedGrid, Region};
 use super::material::random;
 use super::{Case, Verdict, judge, told};
-use crate::abi::{Ball, NO_CELL};
+use crate::abi::{Ball, CELL_SURFACE, NO_CELL};
 use std::collections::BTreeMap;
 
 pub(super) const CASES: &[Case] = &[
@@ -29,6 +29,7 @@ pub(super) const CASES: &[Case] = &[
         promise: "a region around a place is a part of the whole, unchanged",
         run: region,
     },
+    Case { name: "surface-can-be-touched", promise: "cells that the surface passes through say so", run: surface },
 ];
 
 const LEVEL: u32 = 4;
@@ -171,6 +172,20 @@ fn cubes(c: &Candidate) -> Result<Verdict, String> {
     let (volume, sum) = (count as f64 * level.edge.powi(3), w.node_measure.iter().sum::<f64>());
     judge((sum / volume - 1.0).abs() < 1e-6, || format!("nodes share {sum:.6e} m^3 of {volume:.6e} m^3"))?;
     judge(w.node_border.iter().all(|b| *b == 0), || "the whole body has a border to itself".into())?;
+    Ok(Verdict::Passed)
+}
+
+fn surface(c: &Candidate) -> Result<Verdict, String> {
+    let built = Built::new(c)?;
+    let (points, triangles) = ball();
+    let middle = |t: &[u32; 3]| [0, 1, 2].map(|i| t.iter().map(|v| points[*v as usize][i]).sum::<f64>() / 3.0);
+    let middles: Vec<[f64; 3]> = triangles.iter().map(middle).collect();
+    let (cells, _) = built.grid.weights(LEVEL, &middles).map_err(told)?;
+    for (triangle, id) in cells.iter().enumerate().filter(|(_, id)| **id != NO_CELL) {
+        let at = built.whole.cell_id.iter().position(|c| c == id);
+        let state = at.map(|at| u32::from(built.whole.cell_state[at]));
+        judge(state == Some(CELL_SURFACE), || format!("the cell under triangle {triangle} is no surface cell"))?;
+    }
     Ok(Verdict::Passed)
 }
 

@@ -5,7 +5,7 @@ pub(super) fn is_definite(a: &[f64], n: usize, shift: f64) -> bool {
     let mut l = a.to_vec();
     for j in 0..n {
         let pivot = l[j * n + j] + shift - (0..j).map(|k| l[j * n + k] * l[j * n + k]).sum::<f64>();
-        if !(pivot > 0.0) {
+        if !(pivot.is_finite() && pivot > 0.0) {
             return false;
         }
         let root = pivot.sqrt();
