@@ -66,6 +66,7 @@ impl Check<'_> {
         let (dt, duration) = (time.dt.get_ref().si, time.duration.get_ref().si);
         self.above(dt, time.dt.span(), "dt", " s")?;
         self.above(duration, time.duration.span(), "duration", " s")?;
+        self.above(time.patience.get_ref().si, time.patience.span(), "patience", " s")?;
         if duration / dt > MOST_STEPS {
             let text = format!("dt is {dt:e} s, {:e} steps; allowed is {MOST_STEPS:e} steps at most", duration / dt);
             return self.wrong(time.dt.span(), text);

@@ -38,6 +38,7 @@ pub mod fault {
     pub const DIVIDES_BY_ZERO: u8 = 31;
     pub const SWALLOWS_NAN: u8 = 32;
     pub const ALLOCATES: u8 = 33;
+    pub const TAKES_LONG: u8 = 34;
     pub const WEIGHTS_TOO_LARGE: u8 = 40;
     pub const WEIGHTS_SWAPPED: u8 = 41;
     pub const PULLS_BACK_MORE: u8 = 42;
@@ -84,6 +85,7 @@ export_plugins!(
     AsMaterial<Springs<DIVIDES_BY_ZERO>>,
     AsMaterial<Springs<SWALLOWS_NAN>>,
     AsMaterial<Springs<ALLOCATES>>,
+    AsMaterial<Springs<TAKES_LONG>>,
     AsGrid<Brick<NONE>>,
     AsGrid<Brick<PANIC>>,
     AsGrid<Brick<NOT_A_NUMBER>>,

@@ -115,6 +115,7 @@ impl<const F: u8> Material for Springs<F> {
             fault::DIVIDES_BY_ZERO => c"divides-by-zero",
             fault::SWALLOWS_NAN => c"swallows-nan",
             fault::ALLOCATES => c"allocates",
+            fault::TAKES_LONG => c"takes-long",
             _ => c"sound-springs",
         },
         const { &[AFTER] as &[Param] },
@@ -168,6 +169,9 @@ impl<const F: u8> Material for Springs<F> {
 
     fn forces(&self, at: &Elements<'_>, out: &mut NodeVectors<'_>) -> Result<(), Fault> {
         assert!(!self.is_due(fault::PANIC, at), "panicked on purpose, in forces");
+        if self.is_due(fault::TAKES_LONG, at) {
+            std::thread::sleep(std::time::Duration::from_millis(1200));
+        }
         if F == fault::ALLOCATES {
             std::hint::black_box(vec![0_u8; 64]);
         }
