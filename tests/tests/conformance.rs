@@ -3,27 +3,30 @@
 use pliant_plugin_api::kit::{Kind, Verdict, cases};
 use pliant_tests::library;
 
-fn failures(name: &str) -> Vec<String> {
+/// What does not hold, and what cannot be looked at.
+fn judge(name: &str) -> (Vec<String>, Vec<String>) {
     let candidate = library(name).candidate(0);
     let kind = candidate.kind().expect("a kind of this version");
-    let mut failed = Vec::new();
+    let (mut failed, mut skipped) = (Vec::new(), Vec::new());
     for case in cases(kind) {
         match case.run(&candidate) {
             Verdict::Failed(why) => failed.push(format!("{name}: {}: {why}", case.name)),
-            Verdict::Skipped(why) => println!("{name}: {}: skipped: {why}", case.name),
+            Verdict::Skipped(why) => skipped.push(format!("{name}: {}: skipped: {why}", case.name)),
             Verdict::Passed => {}
         }
     }
-    failed
+    (failed, skipped)
 }
 
 #[test]
 fn our_plugins_conform() {
-    let failed: Vec<String> = ["mass-spring", "neo-hookean", "corotational", "octree-grid", "scripted"]
-        .into_iter()
-        .flat_map(failures)
-        .collect();
-    assert!(failed.is_empty(), "\n{}\n", failed.join("\n"));
+    for name in ["mass-spring", "neo-hookean", "corotational", "octree-grid", "scripted"] {
+        let (failed, skipped) = judge(name);
+        skipped.iter().for_each(|line| println!("{line}"));
+        assert!(failed.is_empty(), "\n{}\n", failed.join("\n"));
+        // No allocator sees a library, an embedding may be linear, and `scripted` wants a path.
+        assert!(name == "scripted" || skipped.len() <= 1, "{skipped:?}");
+    }
 }
 
 #[test]
