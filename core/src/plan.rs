@@ -227,7 +227,7 @@ impl Plan {
             }
         }
         for body in &scene.body {
-            let level = body.grid.level.get_ref();
+            let level = u64::from(*body.grid.level.get_ref());
             self.leave(
                 format!("levels {} and finer of the grid of body `{}`", level + 1, body.name.get_ref()),
                 "nobody reads them",

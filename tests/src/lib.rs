@@ -154,6 +154,21 @@ impl Bench {
         serde_json::from_slice(&self.read(&format!("{folder}/summary.json"))).expect("JSON")
     }
 
+    /// Looks for numbers that are not finite in the files of a run.
+    ///
+    /// # Panics
+    /// If there is one.
+    pub fn is_finite(&self, folder: &str, what: &str) {
+        let names = self.names(folder);
+        assert!(names.iter().any(|name| name == "summary.json"), "{what}: {names:?}");
+        for name in names.iter().filter(|name| self.path(&format!("{folder}/{name}")).is_file()) {
+            let text = String::from_utf8(self.read(&format!("{folder}/{name}"))).expect("UTF-8");
+            let mut words = text.split(|c: char| !(c.is_ascii_alphanumeric() || "+-.".contains(c)));
+            let odd = words.find(|word| word.parse::<f64>().is_ok_and(|v| !v.is_finite()));
+            assert_eq!(odd, None, "{what}: {name}");
+        }
+    }
+
     /// Runs `pliant` in it.
     ///
     /// # Panics

@@ -277,7 +277,8 @@ impl Grid {
         let (from, to) = (places.as_ptr().cast(), weights.as_mut_ptr().cast());
         // SAFETY: [sim & active]; the three lists have one length.
         let status = unsafe { get(self.instance.plugin(), level, from, places.len(), cells.as_mut_ptr(), to) };
-        self.instance.done("weights", status)
+        self.instance.done("weights", status)?;
+        self.finite("weights", places, |i| weights[i].iter().all(|w| w.is_finite()))
     }
 
     /// Whether points must be placed by [`Grid::place`] instead of by weights.
@@ -300,7 +301,8 @@ impl Grid {
         let Some(place) = self.table.place else { return Err(self.instance.error("place", "not offered")) };
         let (r, c, o) = (rest.as_ptr().cast(), corners.as_ptr().cast(), out.as_mut_ptr().cast());
         // SAFETY: [sim & active]; the three lists have one length.
-        self.instance.done("place", unsafe { place(self.instance.plugin(), level, r, rest.len(), c, o) })
+        self.instance.done("place", unsafe { place(self.instance.plugin(), level, r, rest.len(), c, o) })?;
+        self.finite("place", rest, |i| out[i].iter().all(|x| x.is_finite()))
     }
 
     /// Adds to the corners what loads (N) on the places come to. `[sim]`
@@ -321,6 +323,14 @@ impl Grid {
         let (l, o) = (loads.as_ptr().cast(), out.as_mut_ptr().cast());
         // SAFETY: [sim & active]; the four lists have one length.
         self.instance.done("pull_back", unsafe { pull(self.instance.plugin(), level, r, rest.len(), c, l, o) })
+    }
+
+    /// Refuses results that are not finite.
+    fn finite(&self, call: &'static str, places: &[[f64; 3]], is: impl Fn(usize) -> bool) -> Result<(), HostError> {
+        match (0..places.len()).find(|&i| !is(i)) {
+            Some(i) => Err(self.instance.error(call, &format!("a result is not finite, for {:?} m", places[i]))),
+            None => Ok(()),
+        }
     }
 
     /// Its descriptor.

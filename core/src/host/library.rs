@@ -1,5 +1,6 @@
 //! An opened plugin library.
 
+use super::elf;
 use super::error::HostError;
 use super::plugin::{Kind, PluginInfo};
 use pliant_plugin_api::abi;
@@ -32,9 +33,12 @@ impl Library {
         if let Some(known) = opened.iter().find(|l| l.path == path) {
             return Ok(known);
         }
-        let not_a_library = |e: libloading::Error| HostError::NotALibrary { path: path.into(), reason: e.to_string() };
+        let not_a_library = |reason: String| HostError::NotALibrary { path: path.into(), reason };
+        if let Some(missing) = elf::missing(path) {
+            return Err(not_a_library(missing));
+        }
         // SAFETY: running a library's initialisers is what loading a plugin means; the user chose the folder.
-        let handle = unsafe { open_now(path) }.map_err(not_a_library)?;
+        let handle = unsafe { open_now(path) }.map_err(|e| not_a_library(why(&e)))?;
         // SAFETY: the symbol, if there, is the entry table; only `size` and the version are believed until checked.
         let table: &'static abi::Library = unsafe {
             match handle.get::<*const abi::Library>(abi::ENTRY_SYMBOL) {
@@ -90,8 +94,7 @@ impl Library {
         unsafe { Candidate::exported(self.table, index as u32) }
     }
 
-    /// The plugin of `kind` called `name`: by its whole id, the last part of it, or, when it is the only one of its kind, by
-    /// the library's name.
+    /// The plugin of `kind` called `name`: by its whole id or the last part of it.
     ///
     /// # Errors
     /// [`HostError::NoSuchPlugin`], with what there is.
@@ -99,8 +102,7 @@ impl Library {
         let of_kind = || self.plugins.iter().filter(|p| p.kind == kind);
         let last = |id: &str| id.rsplit('.').next() == Some(name);
         let named = of_kind().find(|p| p.id == name).or_else(|| of_kind().find(|p| last(&p.id)));
-        let only = || if of_kind().count() == 1 { of_kind().next() } else { None };
-        named.or_else(only).ok_or_else(|| {
+        named.ok_or_else(|| {
             let offered = self.plugins.iter().map(|p| format!("{} `{}`", p.kind.name(), p.id)).collect::<Vec<_>>();
             HostError::NoSuchPlugin {
                 path: self.path.clone(),
@@ -110,6 +112,17 @@ impl Library {
             }
         })
     }
+
+    /// The plugin of `kind`, if there is one and no other: the library's name then stands for it.
+    pub fn only(&self, kind: Kind) -> Option<&PluginInfo> {
+        let mut of_kind = self.plugins.iter().filter(|p| p.kind == kind);
+        of_kind.next().filter(|_| of_kind.next().is_none())
+    }
+}
+
+/// An error with what is behind it: the linker's own words.
+fn why(error: &dyn std::error::Error) -> String {
+    error.source().map_or_else(|| error.to_string(), |source| format!("{error}: {}", why(source)))
 }
 
 /// Binds every symbol now: a first call inside a servo loop must not run the dynamic linker.

@@ -179,12 +179,13 @@ impl Material {
     /// Energy of the call's range, J. `[sim]`
     ///
     /// # Errors
-    /// What the material says.
+    /// What the material says, or a value that is not finite.
     pub fn energy(&self, call: &Call<'_>) -> Result<f64, HostError> {
         let (energy, mut sum) = (self.table.energy.expect("checked"), 0.0);
         // SAFETY: [sim & active]; `sum` is ours.
         let status = unsafe { energy(self.instance.plugin(), &call.batch(), &mut sum) };
-        self.instance.done("energy", status).map(|()| sum)
+        self.instance.done("energy", status)?;
+        if sum.is_finite() { Ok(sum) } else { Err(self.instance.error("energy", &format!("the result is {sum} J"))) }
     }
 
     /// Adds forces, N, into `out`, the window of the call. `[sim]`
@@ -232,6 +233,11 @@ impl Material {
         let Some(advance) = self.table.advance else { return Ok(()) };
         // SAFETY: [sim & active]; `history` holds the planes of all elements.
         self.instance.done("advance", unsafe { advance(self.instance.plugin(), &call.batch(), history.as_mut_ptr()) })
+    }
+
+    /// The error of a result of `call` for a node that is not finite.
+    pub fn not_finite(&self, call: &'static str, node: usize) -> HostError {
+        self.instance.error(call, &format!("the result for node {node} is not finite"))
     }
 
     /// Whether it panicked and is not to be called again.

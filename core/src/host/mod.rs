@@ -5,6 +5,7 @@
 //! point into it.
 
 mod device;
+mod elf;
 mod error;
 mod grid;
 mod instance;

@@ -117,7 +117,8 @@ impl ParamInfo {
                     return Ok(());
                 }
                 let unit = if self.unit == "1" { String::new() } else { format!(" {}", self.unit) };
-                Err(format!("{v}{unit} is out of range; allowed is {min} to {max}{unit}"))
+                let shown = if v.abs() >= 1e15 { format!("{v:e}") } else { v.to_string() };
+                Err(format!("{shown}{unit} is out of range; allowed is {min} to {max}{unit}"))
             }
             (ParamKind::Choice { choices, .. }, ParamValue::Text(text)) => {
                 let known = choices.contains(text);

@@ -6,6 +6,8 @@ use toml::Spanned;
 
 /// Buttons a hand may have.
 const BUTTONS: u32 = 32;
+/// s, of simulated time, some 30 years; the clock of devices counts nanoseconds.
+const MOST_SECONDS: f64 = 1e9;
 /// Steps a run may take.
 const MOST_STEPS: f64 = 1e9;
 
@@ -67,11 +69,30 @@ impl Check<'_> {
         self.above(dt, time.dt.span(), "dt", " s")?;
         self.above(duration, time.duration.span(), "duration", " s")?;
         self.above(time.patience.get_ref().si, time.patience.span(), "patience", " s")?;
+        for (what, time) in [("dt", &time.dt), ("duration", &time.duration)] {
+            if time.get_ref().si > MOST_SECONDS {
+                let text = format!("{what} is {:e} s; allowed is {MOST_SECONDS:e} s at most", time.get_ref().si);
+                return self.wrong(time.span(), text);
+            }
+        }
         if duration / dt > MOST_STEPS {
             let text = format!("dt is {dt:e} s, {:e} steps; allowed is {MOST_STEPS:e} steps at most", duration / dt);
             return self.wrong(time.dt.span(), text);
         }
-        self.above(*tolerance.get_ref(), tolerance.span(), "tolerance", "")?;
+        let most = *time.most_substeps.get_ref();
+        for (what, count) in [("most-substeps", &time.most_substeps), ("iterations", &scene.solver.iterations)] {
+            if *count.get_ref() == 0 {
+                return self.wrong(count.span(), format!("{what} is 0; allowed is 1 or more"));
+            }
+        }
+        if *time.substeps.get_ref() > most {
+            let text = format!("substeps is {}; allowed is 0 to most-substeps, {most}", time.substeps.get_ref());
+            return self.wrong(time.substeps.span(), text);
+        }
+        if !(0.0 < *tolerance.get_ref() && *tolerance.get_ref() < 1.0) {
+            let text = format!("tolerance is {}; allowed is a number above 0 and below 1", tolerance.get_ref());
+            return self.wrong(tolerance.span(), text);
+        }
         if scene.body.is_empty() { Err(self.0.whole("no [[body]]; a scene needs one at least")) } else { Ok(()) }
     }
 

@@ -101,8 +101,7 @@ pub fn load(path: &Path, set: &[(String, String)]) -> Result<(Scene, Source), Sc
         source.text = set::apply(&source, set)?;
         source.changed = true;
     }
-    let scene: Scene =
-        toml::from_str(&source.text).map_err(|e| source.error(e.span().unwrap_or(0..0), plain(e.message())))?;
+    let scene: Scene = toml::from_str(&source.text).map_err(|e| source.error(place(&e), plain(e.message())))?;
     if *scene.format.get_ref() != FORMAT {
         let text = format!("format {}; allowed is {FORMAT}, the one this program reads", scene.format.get_ref());
         return Err(source.error(scene.format.span(), text));
@@ -110,8 +109,18 @@ pub fn load(path: &Path, set: &[(String, String)]) -> Result<(Scene, Source), Sc
     Ok((scene, source))
 }
 
+/// Where the parser stopped: what is wrong with the first character is at the first line, what is missing nowhere.
+fn place(error: &toml::de::Error) -> Range<usize> {
+    let span = error.span().unwrap_or(0..0);
+    let missing = error.message().starts_with("missing field");
+    if span == (0..0) && !missing { 0..1 } else { span }
+}
+
 /// What the parser says, on one line and without the names of Rust's types.
 fn plain(message: &str) -> String {
     let message = message.trim().replace('\n', " ");
+    if message.contains("wanted string or table") {
+        return "wrong type; allowed is a text".into();
+    }
     message.replace("expected u32", "expected a whole number, 0 or more").replace("expected f64", "expected a number")
 }

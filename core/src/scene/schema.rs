@@ -58,9 +58,11 @@ pub struct TimeScene {
     /// `auto` takes symplectic Euler where a few substeps keep it stable, else backward Euler.
     pub integrator: IntegratorChoice,
     /// Substeps of explicit integrators; 0 takes as many as the step limit asks for.
-    pub substeps: u32,
+    #[schemars(with = "u32")]
+    pub substeps: Spanned<u32>,
     /// The most substeps taken before a scene is refused.
-    pub most_substeps: u32,
+    #[schemars(with = "u32")]
+    pub most_substeps: Spanned<u32>,
     /// Run an explicit integrator over its limit all the same, and report how it grows.
     pub force_unstable: bool,
     /// Wall-clock time a step of a body may take; past it the body stands still and the rest goes on.
@@ -82,8 +84,8 @@ impl Default for TimeScene {
             duration: Spanned::new(0..0, Time::new(1.0)),
             dt: Spanned::new(0..0, Time::new(1e-3)),
             integrator: IntegratorChoice::default(),
-            substeps: 0,
-            most_substeps: 64,
+            substeps: Spanned::new(0..0, 0),
+            most_substeps: Spanned::new(0..0, 64),
             force_unstable: false,
             patience: Spanned::new(0..0, Time::new(10.0)),
         }
@@ -113,12 +115,13 @@ pub struct SolverScene {
     #[schemars(with = "f64")]
     pub tolerance: Spanned<f64>,
     /// Iterations at most.
-    pub iterations: u32,
+    #[schemars(with = "u32")]
+    pub iterations: Spanned<u32>,
 }
 
 impl Default for SolverScene {
     fn default() -> Self {
-        Self { tolerance: Spanned::new(0..0, 1e-6), iterations: 1000 }
+        Self { tolerance: Spanned::new(0..0, 1e-6), iterations: Spanned::new(0..0, 1000) }
     }
 }
 

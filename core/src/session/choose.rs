@@ -1,7 +1,7 @@
 //! Choosing how the bodies of an opened scene are moved: how fast they can move, and which scheme and step that bears.
 
 use super::{EventKind, Session, SessionError, StepCost};
-use crate::body::Body;
+use crate::body::{Body, Fixing};
 use crate::contact::Samples;
 use crate::plan::LeftOut;
 use crate::scene::{IntegratorChoice, Scene};
@@ -13,8 +13,12 @@ use std::time::Instant;
 
 /// Square of the frequency the layer of a contact adds to a surface node, over that of the body's fastest mode.
 const LAYER_SHARE: f64 = 1.0;
+/// Stiffness of that layer over a tool's, on a body that is held everywhere.
+const HELD_LAYER: f64 = 10.0;
 /// Share of the step limit that is used.
 const STEP_SHARE: f64 = 0.9;
+/// s, longest step that is not remarked on.
+const LONG_STEP: f64 = 0.05;
 /// Substeps up to which an explicit integrator is preferred.
 const FEW_SUBSTEPS: usize = 8;
 
@@ -32,16 +36,23 @@ impl Session {
 
     /// Finds how fast each body can move: on the whole of it, or on the cells around one of its points.
     pub(super) fn measure(&mut self) -> Result<(), SessionError> {
+        let coupling = self.tools.iter().map(|slot| slot.tool.coupling.stiffness).fold(0.0, f64::max);
         for body in &mut self.bodies {
             let of_body = |error| SessionError::Lattice { body: body.name.clone(), error };
             let radius = body.lattice.settings.radius;
             let centre = body.model.surface.points[body.model.surface.triangles[0][0] as usize];
             let Body { model, skin, system, lattice, fixings, .. } = body;
-            lattice.follow(&[Ball { centre, radius }], model, fixings, skin, system).map_err(of_body)?;
+            // What is held in a local region depends on where it is; without it a body is fastest.
+            let held: &[Fixing] = if lattice.is_whole() { fixings } else { &[] };
+            lattice.follow(&[Ball { centre, radius }], model, held, skin, system).map_err(of_body)?;
             let found = Frequencies::of(system, &self.pool)?;
             // A surface node has half the mass of one inside; its share of the layer is that of a cell's face.
             let mass = system.nodes.mass.iter().copied().fold(0.0, f64::max);
-            let layer = LAYER_SHARE * found.stiffness.powi(2) * 0.5 * mass;
+            let layer = match found.stiffness {
+                // Held everywhere: the step bears anything.
+                0.0 => HELD_LAYER * coupling,
+                stiffness => LAYER_SHARE * stiffness.powi(2) * 0.5 * mass,
+            };
             body.layer_stiffness = layer / lattice.edge().powi(2);
             let touched = found.with_spring((LAYER_SHARE * found.stiffness.powi(2), 0.0));
             self.planned.push(if self.tools.is_empty() { found } else { touched });
@@ -65,6 +76,10 @@ impl Session {
         if self.bodies.is_empty() {
             self.left_out("integration", "nothing moves");
             return Ok(());
+        }
+        if self.dt > LONG_STEP {
+            let text = || format!("dt is {} s; above {LONG_STEP} s a hand is followed in jumps", self.dt);
+            self.events.add(EventKind::LongStep, 0.0, text);
         }
         let time = &scene.time;
         let symplectic = self.limit(Scheme::SymplecticEuler);
@@ -96,7 +111,7 @@ impl Session {
             self.left_out("damping of the material", "its damping time is zero");
         }
         let solver = &scene.solver;
-        let (tolerance, most) = (*solver.tolerance.get_ref(), solver.iterations.max(1) as usize);
+        let (tolerance, most) = (*solver.tolerance.get_ref(), *solver.iterations.get_ref() as usize);
         self.integrators = self.bodies.iter().map(|_| Integrator::new(scheme, tolerance, most)).collect();
         for (integrator, body) in self.integrators.iter_mut().zip(&self.bodies) {
             integrator.resize(body.system.nodes.len());
@@ -113,7 +128,7 @@ impl Session {
 
     fn substeps(&mut self, scene: &Scene, scheme: Scheme, limit: Option<f64>) -> Result<usize, SessionError> {
         let time = &scene.time;
-        let given = time.substeps as usize;
+        let given = *time.substeps.get_ref() as usize;
         let Some(limit) = limit else { return Ok(given.max(1)) };
         let h = self.dt / given.max(1) as f64;
         if time.force_unstable {

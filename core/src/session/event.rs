@@ -25,6 +25,8 @@ pub enum EventKind {
     NotConverged,
     /// More substeps were taken than planned.
     Substeps,
+    /// One step is longer than a hand can be followed well.
+    LongStep,
     /// An explicit integrator was forced over its limit.
     Unstable,
     /// Something about a model.

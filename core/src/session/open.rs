@@ -91,7 +91,7 @@ impl Session {
             planned: Vec::new(),
             costs: Vec::new(),
             scheme: Scheme::SymplecticEuler,
-            most_substeps: scene.time.most_substeps.max(1) as usize,
+            most_substeps: *scene.time.most_substeps.get_ref() as usize,
             forced: scene.time.force_unstable,
             patience: scene.time.patience.get_ref().si,
             dt,
@@ -125,14 +125,15 @@ impl Opening<'_> {
         name: &Spanned<String>,
         given: &Given,
     ) -> Result<(&'static Library, &'static PluginInfo, Settings), SessionError> {
-        let (file, id) = match name.get_ref().split_once('#') {
-            Some((file, id)) => (file, id),
-            None => (name.get_ref().as_str(), name.get_ref().as_str()),
+        let (file, id, id_given) = match name.get_ref().split_once('#') {
+            Some((file, id)) => (file, id, true),
+            None => (name.get_ref().as_str(), name.get_ref().as_str(), false),
         };
         let found = self.options.search.find(file, self.source.folder())?;
         let library = Library::open(&found.path)?;
         let id = if id.contains(['/', '\\']) { found.name.as_str() } else { id };
-        let info = library.plugin(kind, id)?;
+        let only = || if id_given { None } else { library.only(kind) };
+        let info = library.plugin(kind, id).or_else(|error| only().ok_or(error))?;
         let settings = settings(self.source, info, given)?;
         let path = library.path().display().to_string();
         if !self.loaded.iter().any(|l| l.path == path && l.id == info.id) {
@@ -144,18 +145,21 @@ impl Opening<'_> {
 
     fn device(&mut self, scene: &Scene, index: usize, models: &[(String, Model)]) -> Result<DeviceSlot, SessionError> {
         let device = &scene.device[index];
-        let frame = place::frame(&device.frame, self.source, models, self.options.mesh.is_some())?;
+        let at = (self.source, device.name.span());
+        let frame = place::frame(&device.frame, at, models, self.options.mesh.is_some())?;
         let (library, info, settings) = self.plugin(Kind::Device, &device.plugin, &device.params)?;
         let opened = Device::open(library, &info.id, &settings, self.dt)
-            .map_err(|error| self.refused(device.name.span(), error))?;
+            .map_err(|error| self.refused(span_of(&error, &device.params, device.name.span()), error))?;
         let poses = vec![Pose::default(); opened.facts().effectors as usize];
         Ok(DeviceSlot { name: device.name.get_ref().clone(), device: Some(opened), frame, poses })
     }
 
     fn body(&mut self, scene: &BodyScene, name: String, model: Model) -> Result<Body, SessionError> {
         let (library, info, settings) = self.plugin(Kind::Material, &scene.material.plugin, &scene.material.params)?;
-        let material = Material::open(library, &info.id, &settings, self.dt)
-            .map_err(|error| self.refused(scene.material.plugin.span(), error))?;
+        let material = Material::open(library, &info.id, &settings, self.dt).map_err(|error| {
+            let material = &scene.material;
+            self.refused(span_of(&error, &material.params, material.plugin.span()), error)
+        })?;
         let families = material.requests().iter().fold(0, |all, r| all | r.families);
         let (library, info, settings) = self.plugin(Kind::Grid, &scene.grid.plugin, &scene.grid.params)?;
         let at_grid = |error| self.refused(scene.grid.level.span(), error);
@@ -236,4 +240,11 @@ impl Opening<'_> {
             }
         }
     }
+}
+
+/// Where a plugin's refusal stands in the scene: at the first parameter it names, or at the plugin.
+fn span_of(error: &HostError, given: &Given, plugin: Range<usize>) -> Range<usize> {
+    let text = error.to_string();
+    let named = given.iter().filter_map(|(key, value)| Some((text.find(&format!("`{key}`"))?, value.span())));
+    named.min_by_key(|(at, _)| *at).map_or(plugin, |(_, span)| span)
 }

@@ -7,6 +7,7 @@ use crate::mesh::{MeshError, ObjDocument, Placement, Surface, generate};
 use crate::scene::{BodyScene, FixedScene, FrameScene, RotationScene, SceneError, ShapeKind, ShapeScene, Source};
 use crate::tool::Frame;
 use nalgebra::{Unit, UnitQuaternion, Vector3};
+use std::ops::Range;
 use std::path::Path;
 
 /// The model of a body; `instead` is another file, scaled to the box the body's own would have had.
@@ -100,10 +101,11 @@ pub(super) fn fixing(scene: &FixedScene) -> Fixing {
     Fixing { place, path: scene.path.iter().map(|&[t, x, y, z]| (t, [x, y, z])).collect() }
 }
 
-/// A device's axes: given, or standing where a ray meets a body. `near` takes the vertex closest to a ray that misses.
+/// The axes of the device at a span: given, or standing where a ray meets a body. `near` takes the vertex closest to a
+/// ray that misses.
 pub(super) fn frame(
     scene: &FrameScene,
-    source: &Source,
+    (source, device): (&Source, Range<usize>),
     bodies: &[(String, Model)],
     near: bool,
 ) -> Result<Frame, SceneError> {
@@ -114,16 +116,23 @@ pub(super) fn frame(
     }
     let turned = scene.rotation.as_ref().map_or(Ok(UnitQuaternion::identity()), |r| rotation(r, source))?;
     let Some(name) = &scene.body else {
+        if scene.from.is_some() || scene.toward.is_some() {
+            let text = "`from` and `toward` without `body`; allowed is all three, or `origin` and `rotation`";
+            return Err(source.error(device, text));
+        }
         let origin = scene.origin.map_or([0.0; 3], |o| o.map(|c| c.si));
         return Ok(Frame { origin, rotation: turned, scale });
     };
     let wrong = |text: String| source.error(name.span(), text);
+    if scene.origin.is_some() {
+        return Err(wrong("`origin` and `body`; allowed is one of them".into()));
+    }
     let Some((_, model)) = bodies.iter().find(|(n, _)| n == name.get_ref()) else {
         let known: Vec<String> = bodies.iter().map(|(n, _)| format!("`{n}`")).collect();
         return Err(wrong(format!("no body `{}`; allowed is {}", name.get_ref(), known.join(", "))));
     };
     let (Some(from), Some(toward)) = (scene.from, scene.toward) else {
-        return Err(wrong("a frame on a body needs `from` and `toward`".into()));
+        return Err(wrong("`body` alone; allowed is `body` with `from` and `toward`, two places in its box".into()));
     };
     let bounds = model.surface.bounds();
     let in_box = |p: [f64; 3]| Vector3::from_fn(|i, _| bounds.min[i] + p[i] * (bounds.max[i] - bounds.min[i]));

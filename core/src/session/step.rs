@@ -56,9 +56,13 @@ impl Session {
             slot.hand.sample(&poses[slot.effector], frame, (now, dt));
             let name = &slot.tool.name;
             let dropped = slot.hand.dropped - before.0;
-            self.events.add_many(EventKind::SampleDropped, dropped, now, || format!("hand of tool `{name}`"));
+            self.events.add_many(EventKind::SampleDropped, dropped, now, || {
+                format!("hand of tool `{name}`: a sample that is not valid or not finite")
+            });
             let slowed = slot.hand.slowed - before.1;
-            self.events.add_many(EventKind::SpeedLimit, slowed, now, || format!("hand of tool `{name}`"));
+            self.events.add_many(EventKind::SpeedLimit, slowed, now, || {
+                format!("hand of tool `{name}`: followed at {} m/s", slot.hand.fastest)
+            });
         }
     }
 

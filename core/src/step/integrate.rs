@@ -133,7 +133,7 @@ impl Integrator {
                 Scheme::BackwardEuler => self.implicit(pool, system, loads, now, &mut report)?,
                 _ => self.explicit(pool, system, loads, now)?,
             }
-            report.fastest = self.finish(system, h)?;
+            report.fastest = self.finish(system, h).map_err(|error| self.blame(error, system))?;
             system.advance((now.0 + h, h))?;
         }
         Ok(report)
@@ -201,6 +201,16 @@ impl Integrator {
             most: self.most_iterations,
         };
         let solved = self.pcg.solve(pool, &solve);
+        if !solved.residual.is_finite() {
+            let odd = |i: &usize| !is_finite(self.b[*i]) || !matrix.diagonal(*i).iter().all(|k| k.is_finite());
+            let node = (0..self.b.len()).find(odd).unwrap_or(0);
+            let stiff = matrix.diagonal(node).iter().all(|k| k.is_finite());
+            system.matrix = Some(matrix);
+            return Err(match stiff {
+                true => self.blame(StepError::Diverged { node }, system),
+                false => system.material.not_finite("tangent", node).into(),
+            });
+        }
         for (v, dv) in nodes.v.iter_mut().zip(&self.pcg.x) {
             *v = axpy(*v, 1.0, *dv);
         }
@@ -209,6 +219,16 @@ impl Integrator {
         report.residual = report.residual.max(solved.residual);
         report.converged &= solved.converged;
         Ok(())
+    }
+
+    /// A state that is no longer finite is the material's doing where its force is not.
+    fn blame(&self, error: StepError, system: &System) -> StepError {
+        match error {
+            StepError::Diverged { node } if !is_finite(self.force[node]) => {
+                system.material.not_finite("forces", node).into()
+            }
+            other => other,
+        }
     }
 
     /// Constraints, the check for numbers that are not finite, and positions where they come last.
@@ -232,6 +252,10 @@ impl Integrator {
         }
         Ok(fastest.sqrt())
     }
+}
+
+fn is_finite(v: V3) -> bool {
+    v.iter().all(|c| c.is_finite())
 }
 
 /// Adds external forces and those of the tools to `force`.

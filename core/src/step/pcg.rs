@@ -43,7 +43,7 @@ pub struct Solve<'a> {
 pub struct SolveReport {
     /// Products with the matrix after the first residual.
     pub iterations: usize,
-    /// Final residual over the scale of the stopping test.
+    /// Final residual over the scale of the stopping test; not finite if the system was not.
     pub residual: f64,
     /// Whether the tolerance was met.
     pub converged: bool,
@@ -111,7 +111,12 @@ impl Pcg {
             report.iterations += 1;
         }
         report.broken |= !d.is_finite();
-        report.residual = if scale > 0.0 { (d / scale).sqrt() } else { 0.0 };
+        // A scale that is not finite, or overflowed, measures nothing.
+        report.residual = match scale {
+            0.0 => 0.0,
+            _ if scale.is_finite() => (d / scale).sqrt(),
+            _ => f64::NAN,
+        };
         report.converged = d <= enough && !report.broken;
         report
     }

@@ -38,7 +38,7 @@ impl Device for Scripted {
             (Some(keys), None) => Path::from_keys(keys, params.table("buttons"), how)?,
             (None, Some(file)) => Path::from_file(file, how)?,
             (Some(_), Some(_)) => return Err(Fault::bad_argument("`path` and `recording`; allowed is one of them")),
-            (None, None) => return Err(Fault::bad_argument("neither `path` nor `recording`")),
+            (None, None) => return Err(Fault::bad_argument("neither `path` nor `recording`; allowed is one of them")),
         };
         let (peak_force, stiffness) = (params.number("peak-force"), params.number("stiffness"));
         let facts = DeviceInfo {

@@ -106,7 +106,10 @@ fn rising(times: impl Iterator<Item = f64>, what: &str) -> Result<(), Fault> {
     let mut last = f64::NEG_INFINITY;
     for (i, t) in times.enumerate() {
         if t <= last {
-            return Err(Fault::bad_argument(format!("{what}: row {} is at {t} s, not after {last} s", i + 1)));
+            return Err(Fault::bad_argument(format!(
+                "{what}: row {} is at {t} s, not after {last} s; allowed is times that rise",
+                i + 1
+            )));
         }
         last = t;
     }

@@ -147,9 +147,12 @@ impl Voxels {
             dot(d, d)
         };
         let parted = |voxel: usize| self.blade.iter().any(|t| crosses(place, middle(reference, size, voxel), t));
-        let nearest = |voxels: &mut dyn Iterator<Item = usize>| voxels.min_by(|a, b| away(*a).total_cmp(&away(*b)));
-        let free = nearest(&mut (0..COUNT).filter(|v| away(*v) < 4.0 * size * size && !parted(*v)));
-        free.or_else(|| nearest(&mut (0..COUNT))).map_or(0, |v| self.fragment[v] as usize)
+        // Nearest first: one or two of them are asked, whatever the number of triangles.
+        let mut order: [u8; COUNT] = std::array::from_fn(|v| v as u8);
+        order.sort_unstable_by(|a, b| away(*a as usize).total_cmp(&away(*b as usize)).then(a.cmp(b)));
+        let within = order.iter().map(|v| *v as usize).take_while(|v| away(*v) < 4.0 * size * size);
+        let free = within.into_iter().find(|v| !parted(*v));
+        self.fragment[free.unwrap_or(order[0] as usize)] as usize
     }
 }
 
@@ -238,8 +241,8 @@ mod tests {
         let triangle = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
         for (p, q, expected) in [
             ([0.2, 0.2, -1.0], [0.2, 0.2, 1.0], true),
-            ([0.2, 0.2, 0.0], [0.2, 0.2, -1.0], true),
-            ([0.2, 0.2, 0.0], [0.2, 0.2, 1.0], false),
+            ([0.2, 0.2, 0.0], [0.2, 0.2, 1.0], true),
+            ([0.2, 0.2, 0.0], [0.2, 0.2, -1.0], false),
             ([0.8, 0.8, -1.0], [0.8, 0.8, 1.0], false),
         ] {
             assert_eq!(crosses(p, q, &triangle), expected);

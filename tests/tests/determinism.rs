@@ -1,0 +1,156 @@
+//! The same scene gives the same bytes, run after run and with any number of threads.
+
+use pliant_tests::{Bench, box_scene, root};
+use serde_json::Value;
+
+/// Keys of a summary that tell of the machine, of the clock, or of the threads themselves.
+const OF_THE_RUN: [&str; 6] = ["wall_seconds", "open_seconds", "step_seconds", "peak_memory", "machine", "threads"];
+
+/// A value without what differs between runs by its nature.
+fn timeless(value: Value) -> Value {
+    match value {
+        Value::Object(map) => {
+            let kept = map.into_iter().filter(|(key, _)| !OF_THE_RUN.contains(&key.as_str()));
+            Value::Object(kept.map(|(key, value)| (key, timeless(value))).collect())
+        }
+        Value::Array(list) => Value::Array(list.into_iter().map(timeless).collect()),
+        other => other,
+    }
+}
+
+/// The trace without its last column, the seconds a step took.
+fn untimed(trace: &[u8]) -> String {
+    let text = std::str::from_utf8(trace).expect("UTF-8");
+    let head = text.lines().next().expect("a head");
+    assert!(head.ends_with(",step_seconds"), "{head}");
+    text.lines().map(|row| row.rsplit_once(',').expect("columns").0.to_owned() + "\n").collect()
+}
+
+/// Everything a run left, by name, as it must be again.
+fn results(bench: &Bench, out: &str) -> Vec<(String, Vec<u8>)> {
+    let mut files: Vec<String> = bench.names(out).into_iter().filter(|name| name != "frames").collect();
+    files.extend(bench.names(&format!("{out}/frames")).into_iter().map(|name| format!("frames/{name}")));
+    assert!(files.len() > 6, "{files:?}");
+    let read = |name: String| {
+        let bytes = bench.read(&format!("{out}/{name}"));
+        let bytes = match name.as_str() {
+            "trace.csv" => untimed(&bytes).into_bytes(),
+            "summary.json" => timeless(bench.summary(out)).to_string().into_bytes(),
+            _ => bytes,
+        };
+        (name, bytes)
+    };
+    files.into_iter().map(read).collect()
+}
+
+/// Runs `scene.toml` twice with one thread, then with more, and compares.
+///
+/// # Panics
+/// If anything differs, or if nothing happened that could have.
+fn the_same_for_any_number_of_threads(bench: &Bench, settings: &[&str], what: &str) {
+    let mut first: Option<Vec<(String, Vec<u8>)>> = None;
+    for (turn, threads) in ["1", "1", "2", "4"].iter().enumerate() {
+        let mut args = vec!["run", "scene.toml", "-q", "--out", "out", "--threads", threads];
+        settings.iter().for_each(|set| args.extend(["--set", set]));
+        bench.pliant(&args).expect(0);
+        let summary = bench.summary("out");
+        assert_eq!(summary["choices"]["threads"].to_string(), **threads, "{what}: they were there");
+        let now = results(bench, "out");
+        let Some(first) = &first else {
+            let number = |key: &str| summary[key].as_u64().unwrap_or_else(|| panic!("{key}: {summary}"));
+            assert!(number("contact_steps") > 10 && number("most_elements") > 5000, "{what}: worth sharing: {summary}");
+            first = Some(now);
+            continue;
+        };
+        for ((name, a), (other, b)) in first.iter().zip(&now) {
+            let at = a.iter().zip(b).position(|(a, b)| a != b);
+            assert!(name == other && a == b, "{what}: run {turn}, {threads} threads: {name} differs, at byte {at:?}");
+        }
+        assert_eq!(first.len(), now.len(), "{what}: {threads} threads");
+    }
+}
+
+/// The box of the other tests with finer cells, and a hand that presses or pulls.
+fn scene(kind: &str) -> String {
+    let edit = if kind == "pull" { "kind = \"pull\"\nrelease = \"keep\"\nend = 0.04" } else { "kind = \"touch\"" };
+    let path = match kind {
+        "pull" => "path = [[0.0, 0.0, 0.0, 0.003], [0.005, 0.0, 0.0, 0.003], [0.05, 0.002, 0.0, 0.012]]",
+        _ => "path = [[0.0, 0.0, 0.0, 0.006], [0.02, 0.0, 0.0, 0.001], [0.05, 0.008, 0.0, 0.001]]",
+    };
+    box_scene("", "", "[output]\nframes = 100")
+        .replace("level = 5", "level = 6")
+        .replace("kind = \"touch\"", edit)
+        .replace("path = [[0.0, 0.0, 0.0, 0.006], [0.03, 0.0, 0.0, 0.001], [0.05, 0.002, 0.0, 0.001]]", path)
+}
+
+#[test]
+fn another_scene_has_other_bytes() {
+    let bench = Bench::new();
+    bench.write("scene.toml", scene("touch"));
+    for (out, radius) in [("first", "4 mm"), ("second", "4.0001 mm")] {
+        let set = format!("tool.0.radius={radius}");
+        bench.pliant(&["run", "scene.toml", "-q", "--out", out, "--set", &set]).expect(0);
+    }
+    for ((name, a), (_, b)) in results(&bench, "first").iter().zip(&results(&bench, "second")) {
+        // A finger that is still in the air has moved nothing.
+        assert_eq!(a == b, name == "frames/frame-00000.obj", "{name}: what is compared would show a difference");
+    }
+}
+
+#[test]
+fn a_touch_has_the_same_bytes_for_any_number_of_threads() {
+    let bench = Bench::new();
+    bench.write("scene.toml", scene("touch"));
+    for integrator in ["symplectic-euler", "backward-euler"] {
+        let set = format!("time.integrator={integrator}");
+        the_same_for_any_number_of_threads(&bench, &[&set], &format!("touch, {integrator}"));
+    }
+}
+
+#[test]
+fn a_pull_that_is_kept_has_the_same_bytes_for_any_number_of_threads() {
+    let bench = Bench::new();
+    bench.write("scene.toml", scene("pull"));
+    for integrator in ["symplectic-euler", "backward-euler"] {
+        let set = format!("time.integrator={integrator}");
+        the_same_for_any_number_of_threads(&bench, &[&set], &format!("pull, {integrator}"));
+    }
+}
+
+#[test]
+fn the_printed_scheme_has_the_same_bytes_while_it_grows() {
+    let bench = Bench::new();
+    bench.write("scene.toml", scene("touch"));
+    let settings = [
+        "time.integrator=explicit-euler",
+        "time.force-unstable=true",
+        "time.substeps=8",
+        "body.0.material.params={ damping-time = 0.0005 }",
+    ];
+    the_same_for_any_number_of_threads(&bench, &settings, "explicit-euler");
+}
+
+#[test]
+fn a_whole_body_under_gravity_has_the_same_bytes_for_any_number_of_threads() {
+    let bench = Bench::new();
+    let held = "[[body.fixed]]\nbox = [[-1.0, -1.0, -1.0], [1.0, 1.0, -0.019]]";
+    bench.write("scene.toml", scene("touch").replace("[[device]]", &format!("{held}\n[[device]]")));
+    for integrator in ["symplectic-euler", "backward-euler"] {
+        let set = format!("time.integrator={integrator}");
+        let settings = [&*set, "gravity=[0, 0, -9.81]", "body.0.grid.region=whole", "body.0.grid.level=5"];
+        the_same_for_any_number_of_threads(&bench, &settings, &format!("whole, {integrator}"));
+    }
+}
+
+#[test]
+fn the_scenes_that_are_given_have_the_same_bytes_for_any_number_of_threads() {
+    for name in ["touch.toml", "pull.toml"] {
+        let bench = Bench::new();
+        for file in [name, "elephant.obj", "elephant.mtl"] {
+            let to = if file == name { "scene.toml" } else { file };
+            bench.write(to, std::fs::read(root().join("scenes").join(file)).expect("read"));
+        }
+        let settings = ["time.duration=0.2", "output.frames=50"];
+        the_same_for_any_number_of_threads(&bench, &settings, name);
+    }
+}
