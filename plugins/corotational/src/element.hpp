@@ -94,7 +94,8 @@ inline void add_viscous_stress(const Law &law, const M3 &f, const M3 &rate, M3 &
 }
 
 // Adds the ten blocks of an element's stiffness, N/m.
-inline void add_stiffness(const Law &law, const Tetrahedron &t, const M3 &f, double scale, const pliant_blocks &to, size_t slot) {
+inline void add_stiffness(const Law &law, const Tetrahedron &t, const M3 &f, double scale,
+                          const pliant_blocks &to, size_t slot) {
   const Frame frame(f);
   const double turning = law.lambda * (frame.s[0] + frame.s[1] + frame.s[2] - 3.0) - 2.0 * law.mu;
   const double factor = scale * t.volume;
@@ -131,7 +132,8 @@ inline void add_stiffness(const Law &law, const Tetrahedron &t, const M3 &f, dou
 }
 
 // Adds the ten blocks of its viscosity, N s/m.
-inline void add_viscosity(const Law &law, const Tetrahedron &t, const M3 &f, double scale, const pliant_blocks &to, size_t slot) {
+inline void add_viscosity(const Law &law, const Tetrahedron &t, const M3 &f, double scale,
+                          const pliant_blocks &to, size_t slot) {
   const double eta = scale * t.volume * law.eta, zeta = scale * t.volume * law.zeta;
   const M3 ff = product_transposed(f, f);
   std::array<V3, 4> fg;
