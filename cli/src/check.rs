@@ -12,7 +12,11 @@ use pliant_plugin_api::kit::{Kind, Verdict, cases};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::time::Duration;
+use std::time::{Duration, Instant};
+
+/// The one case about the library and not about a plugin in it.
+const OPENING: (&str, &str) = ("opens-under-100-ms", "a program that lists plugins does not wait for this one");
+const OPENING_SECONDS: f64 = 0.1;
 
 pub fn check(cli: &Cli, args: &CheckArgs) -> Result<Outcome, Failure> {
     let path = find(cli, &args.file)?;
@@ -33,10 +37,13 @@ fn find(cli: &Cli, file: &Path) -> Result<PathBuf, Failure> {
 
 /// In the child: `list`, or `PLACE/CASE`.
 fn child(path: &Path, what: &str) -> Result<Outcome, Failure> {
+    let start = Instant::now();
     let library = Library::open(path)?;
     if what == "list" {
+        let seconds = start.elapsed().as_secs_f64();
         let row = |p: &pliant_core::host::PluginInfo| json!({ "id": p.id, "kind": p.kind.name() });
-        return text::out(&json!(library.plugins().iter().map(row).collect::<Vec<_>>()).to_string());
+        let plugins: Vec<Value> = library.plugins().iter().map(row).collect();
+        return text::out(&json!({ "seconds": seconds, "plugins": plugins }).to_string());
     }
     let unknown = || Failure::input(format!("no case `{what}`"));
     let (place, name) = what.split_once('/').ok_or_else(unknown)?;
@@ -54,12 +61,20 @@ fn child(path: &Path, what: &str) -> Result<Outcome, Failure> {
 
 fn parent(cli: &Cli, args: &CheckArgs, path: &Path) -> Result<Outcome, Failure> {
     let seconds = Duration::from_secs_f64(args.seconds.clamp(0.1, 1e6));
-    let opened = run(path, "list", seconds);
-    let plugins = match &opened.0 {
-        Some(Value::Array(plugins)) => plugins.clone(),
-        _ => return Err(Failure::plugin(format!("{}: {}", path.display(), opened.1))),
-    };
-    let (mut rows, mut outcome, mut counts) = (Vec::new(), Outcome::Done, [0_usize; 3]);
+    // The quickest of three: a busy machine is not the library's fault.
+    let (mut plugins, mut quickest) = (Vec::new(), f64::INFINITY);
+    for _ in 0..3 {
+        let (answer, why) = run(path, "list", seconds);
+        let answer = answer.ok_or_else(|| Failure::plugin(format!("{}: {why}", path.display())))?;
+        plugins = answer["plugins"].as_array().cloned().unwrap_or_default();
+        quickest = answer["seconds"].as_f64().unwrap_or(f64::INFINITY).min(quickest);
+    }
+    let mut report = Report { json: cli.json, rows: Vec::new(), counts: [0; 3] };
+    if args.case.as_deref().is_none_or(|wanted| wanted == OPENING.0) {
+        let late = quickest > OPENING_SECONDS;
+        let why = if late { format!("it took {}", text::seconds(quickest)) } else { String::new() };
+        report.add("", OPENING, if late { "FAILED" } else { "ok" }, &why)?;
+    }
     for (place, plugin) in plugins.iter().enumerate() {
         let id = plugin["id"].as_str().unwrap_or_default();
         if args.id.as_deref().is_some_and(|wanted| wanted != id) {
@@ -81,30 +96,45 @@ fn parent(cli: &Cli, args: &CheckArgs, path: &Path) -> Result<Outcome, Failure> 
                 }
                 (None, why) => ("FAILED".into(), why),
             };
-            counts[["ok", "skipped"].iter().position(|v| *v == verdict).unwrap_or(2)] += 1;
-            if verdict == "FAILED" {
-                outcome = Outcome::CheckFailed;
-            }
-            if !cli.json {
-                let why = if why.is_empty() { String::new() } else { format!(": {why}") };
-                text::out(&format!("  {verdict:<8} {}: {}{why}", case.name, case.promise))?;
-            }
-            rows.push(
-                json!({ "plugin": id, "case": case.name, "promise": case.promise, "verdict": verdict, "why": why }),
-            );
+            report.add(id, (case.name, case.promise), &verdict, &why)?;
         }
     }
+    let Report { rows, counts: [ok, skipped, failed], .. } = report;
     if rows.is_empty() {
         return Err(Failure::input(format!("{}: no such plugin or case in it", path.display())));
     }
-    let [ok, skipped, failed] = counts;
     if cli.json {
         let document = json!({ "path": path, "cases": rows, "ok": ok, "skipped": skipped, "failed": failed });
         text::out(&crate::pretty(&document))?;
     } else {
         text::note(&format!("{ok} ok, {skipped} skipped, {failed} failed"));
     }
-    Ok(outcome)
+    Ok(if failed > 0 { Outcome::CheckFailed } else { Outcome::Done })
+}
+
+/// Sentences so far.
+struct Report {
+    json: bool,
+    rows: Vec<Value>,
+    counts: [usize; 3],
+}
+
+impl Report {
+    fn add(
+        &mut self,
+        plugin: &str,
+        (case, promise): (&str, &str),
+        verdict: &str,
+        why: &str,
+    ) -> Result<Outcome, Failure> {
+        self.counts[["ok", "skipped"].iter().position(|v| *v == verdict).unwrap_or(2)] += 1;
+        self.rows.push(json!({ "plugin": plugin, "case": case, "promise": promise, "verdict": verdict, "why": why }));
+        if self.json {
+            return Ok(Outcome::Done);
+        }
+        let why = if why.is_empty() { String::new() } else { format!(": {why}") };
+        text::out(&format!("  {verdict:<8} {case}: {promise}{why}"))
+    }
 }
 
 /// The last line a child said, or why there is none.

@@ -72,6 +72,17 @@ fn each_fault_of_the_border_fails_its_case_and_no_other() {
          }}
          {ENTRY}"
     );
+    let slow = format!(
+        "#include <time.h>
+         static pliant_status dawdle(const pliant_host *host, const char *folder) {{
+           const clock_t start = clock();
+           while (clock() - start < CLOCKS_PER_SEC / 4) (void)host, (void)folder;
+           return init(host, folder);
+         }}
+         static const pliant_plugin *faulty(const pliant_host *host, const char *id) {{ return create(host, id); }}
+         {}",
+        ENTRY.replace(" init,", " dawdle,")
+    );
     let any_extension = "static const void *any(const pliant_plugin *p, const char *id) {
            (void)p, (void)id;
            return &table;
@@ -84,6 +95,7 @@ fn each_fault_of_the_border_fails_its_case_and_no_other() {
          ";
     let with = |function: &str, change: &str| format!("{function}{}", create_with(change));
     let table = [
+        ("slow", slow, "opens-under-100-ms"),
         ("twice", twice, "descriptor-is-stable"),
         ("any_id", any_id, "unknown-id-is-refused"),
         ("any_extension", with(any_extension, "it->plugin.extension = any;"), "unknown-extension-is-not-offered"),
