@@ -1,6 +1,6 @@
 //! What may be typed.
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
 /// Haptic shape editing: touch, pull and cut meshes, feel the force, get the numbers.
@@ -61,6 +61,9 @@ pub struct RunArgs {
     /// Say nothing while it runs
     #[arg(long, short)]
     pub quiet: bool,
+    /// Run in a process of its own: a plugin that crashes ends that one, with exit code 3 and a sentence
+    #[arg(long)]
+    pub isolate: bool,
 }
 
 #[derive(Args)]
@@ -78,6 +81,66 @@ pub enum PluginCommand {
         /// Its name, or a path to its library
         name: String,
     },
+    /// Write a project to start a plugin from, with its tests, a README and a scene
+    New(NewArgs),
+    /// Hold a library against the conformance suite: one process and one sentence a case
+    Check(CheckArgs),
+}
+
+#[derive(Args)]
+pub struct NewArgs {
+    /// Its name: lower-case letters, digits and dashes
+    pub name: String,
+    /// What it is
+    #[arg(long, value_enum)]
+    pub kind: NewKind,
+    /// What it is written in
+    #[arg(long, value_enum, default_value_t = Language::Rust)]
+    pub lang: Language,
+    /// Where the project goes; by default a folder NAME here
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// For Rust: pliant's own source, with plugin-api/ in it; by default what this program was built from
+    #[arg(long, value_name = "DIR")]
+    pub pliant: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum NewKind {
+    /// What the force is
+    Material,
+    /// Which nodes carry a surface
+    Grid,
+    /// Where the hand is
+    Device,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Language {
+    /// One trait; built by cargo
+    Rust,
+    /// C11 with a Makefile
+    C,
+    /// C++17 with a Makefile
+    Cpp,
+}
+
+#[derive(Args)]
+pub struct CheckArgs {
+    /// A library, or the name of one that is found
+    pub file: PathBuf,
+    /// Only the plugin with this id
+    #[arg(long)]
+    pub id: Option<String>,
+    /// Only this case
+    #[arg(long)]
+    pub case: Option<String>,
+    /// Seconds a case may take
+    #[arg(long, default_value_t = 20.0)]
+    pub seconds: f64,
+    /// In a child: what it does
+    #[arg(long, hide = true)]
+    pub child: Option<String>,
 }
 
 #[derive(Args)]

@@ -4,6 +4,9 @@
 //! check failed, 2 unusable input or usage, 3 a plugin or device failed, 130 stopped by the user.
 
 mod args;
+mod check;
+mod child;
+mod new;
 mod open;
 mod outcome;
 mod plan;

@@ -34,6 +34,11 @@ impl Failure {
         Self { outcome: Outcome::Input, text: text.to_string() }
     }
 
+    /// A plugin or device that failed.
+    pub fn plugin(text: impl Display) -> Self {
+        Self { outcome: Outcome::Plugin, text: text.to_string() }
+    }
+
     /// Says why, and gives the code.
     pub fn report(self, json: bool) -> Outcome {
         if json {

@@ -12,6 +12,8 @@ pub fn plugin(cli: &Cli, what: &PluginCommand) -> Result<Outcome, Failure> {
     match what {
         PluginCommand::List => list(cli, &search),
         PluginCommand::Info { name } => info(cli, &search, name),
+        PluginCommand::New(args) => crate::new::new(cli, args),
+        PluginCommand::Check(args) => crate::check::check(cli, args),
     }
 }
 

@@ -1,17 +1,22 @@
 //! `pliant run`.
 
 use crate::args::{Cli, RunArgs};
+use crate::child::{Ended, wait};
 use crate::open::open;
 use crate::outcome::{Failure, Outcome};
 use crate::text;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use pliant_core::record::{Recorder, Summary};
 use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 pub fn run(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
+    if args.isolate {
+        return isolated();
+    }
     let began = Instant::now();
     let (scene, source, mut session) = open(cli, &args.scene)?;
     let folder = args.out.clone().unwrap_or_else(|| default_folder(&args.scene.scene));
@@ -46,6 +51,22 @@ pub fn run(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
         ref s if !s.passed() => Outcome::CheckFailed,
         _ => Outcome::Done,
     })
+}
+
+/// The same run in a child, whose death is an error and not ours.
+fn isolated() -> Result<Outcome, Failure> {
+    let mut command = Command::new(std::env::current_exe()?);
+    command.args(std::env::args_os().skip(1).filter(|argument| argument != "--isolate"));
+    // Ctrl-C reaches the child too; this process waits for what it makes of it.
+    let _ = ctrlc::set_handler(|| {});
+    match wait(&mut command, None) {
+        Ended::Code(0, ..) => Ok(Outcome::Done),
+        Ended::Code(1, ..) => Ok(Outcome::CheckFailed),
+        Ended::Code(2, ..) => Ok(Outcome::Input),
+        Ended::Code(3, ..) => Ok(Outcome::Plugin),
+        Ended::Code(130, ..) => Ok(Outcome::Stopped),
+        ended => Err(Failure::plugin(format!("{ended}: a plugin of the scene crashed; no results were written"))),
+    }
 }
 
 fn default_folder(scene: &Path) -> PathBuf {

@@ -108,7 +108,9 @@ typedef struct pliant_library {
   const pliant_descriptor *(*descriptor)(uint32_t index);                          /* [any] NULL ends the list */
   const pliant_plugin *(*create)(const pliant_host *, const char *id);             /* [main] NULL: refused */
 } pliant_library;
-/* A plugin defines: PLIANT_EXPORT const pliant_library pliant_entry = { sizeof(pliant_library), ... }; */
+/* A plugin defines: const pliant_library pliant_entry = { sizeof(pliant_library), PLIANT_ABI_MAJOR, ... };
+ * It is exported from here, because a const of C++ would else be known to its own file only. */
+extern PLIANT_EXPORT const pliant_library pliant_entry;
 
 /* ---- material: what the force is. The host owns all state and says how it moves. --------------------------------- */
 #define PLIANT_MATERIAL "pliant.material/1"
@@ -117,7 +119,7 @@ typedef struct pliant_library {
 #define PLIANT_LINK        2u /* 2 corners; measure: boundary weight, 1 inside the body */
 #define PLIANT_TRIANGLE    3u /* 3 corners; measure: 1; material coordinates of each corner (m) */
 #define PLIANT_HINGE       4u /* 4 corners: the edge's two, then the opposite of each side; measure: 1 */
-#define PLIANT_TETRAHEDRON 5u /* 4 corners; measure: 1 */
+#define PLIANT_TETRAHEDRON 5u /* 4 corners, positive volume at rest; measure: the share of it that belongs to the body */
 
 #define PLIANT_STRUCTURAL    1u /* families of links: along an edge of a cell, */
 #define PLIANT_SHEAR         2u /* along a face diagonal, */
@@ -195,7 +197,7 @@ typedef struct pliant_material {
 #define PLIANT_GRID "pliant.grid/1"
 
 #define PLIANT_CELL_EMPTY   0u
-#define PLIANT_CELL_SURFACE 1u
+#define PLIANT_CELL_SURFACE 1u /* the surface passes through it: only such cells can be touched */
 #define PLIANT_CELL_INSIDE  2u
 #define PLIANT_NO_CELL UINT64_MAX
 #define PLIANT_CELL_CORNERS 8u
@@ -318,6 +320,14 @@ typedef struct pliant_device {
   pliant_status (*write)(const pliant_plugin *, uint64_t time_ns, const pliant_output *outputs, size_t count); /* [servo & active] */
   pliant_status (*stop)(const pliant_plugin *);                                                        /* [any & active] zero at once */
 } pliant_device;
+
+/* Optional, for devices that know: what they really render. The conformance suite holds limits and expiry against it. */
+#define PLIANT_RENDERED "pliant.rendered/1"
+typedef struct pliant_rendered {
+  size_t size;
+  /* Force and torque of each effector at `time_ns`; taxels stay NULL. [servo & active] */
+  pliant_status (*rendered)(const pliant_plugin *, uint64_t time_ns, pliant_output *outputs, size_t count);
+} pliant_rendered;
 
 #ifdef __cplusplus
 }

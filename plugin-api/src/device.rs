@@ -39,6 +39,14 @@ pub trait Device: Send + Sync + Sized + 'static {
 
     /// Zero force, at once, from any thread.
     fn stop(&self);
+
+    /// What each effector really renders at `time` (ns), where the device knows. *Servo*.
+    ///
+    /// # Errors
+    /// A device that does not know.
+    fn rendered(&self, _time: u64, _outputs: &mut [Output]) -> Result<(), Fault> {
+        Err(Fault::unsupported(""))
+    }
 }
 
 /// A [`Device`] as [`crate::export_plugins`] hands it over.
@@ -54,6 +62,10 @@ impl<T: Device> Role for AsDevice<T> {
         (&raw const *Self::TABLE).cast()
     }
 
+    fn other_table(id: &CStr) -> *const c_void {
+        if id == abi::RENDERED { (&raw const *Self::RENDERED).cast() } else { core::ptr::null() }
+    }
+
     fn open(params: &Params<'_>, _limits: &abi::Limits) -> Result<T, Fault> {
         T::new(params)
     }
@@ -61,6 +73,14 @@ impl<T: Device> Role for AsDevice<T> {
 
 #[allow(unsafe_code, reason = "the functions behind the table")]
 impl<T: Device> AsDevice<T> {
+    const RENDERED: &'static abi::Rendered =
+        &abi::Rendered { size: size_of::<abi::Rendered>(), rendered: Some(Self::rendered) };
+
+    unsafe extern "C" fn rendered(plugin: *const abi::Plugin, time: u64, outputs: *mut Output, count: usize) -> Status {
+        // SAFETY: a live, active instance of this role; `count` outputs that are the host's to fill.
+        unsafe { call::<Self, _>(plugin, |device| device.rendered(time, from_raw_parts_mut(outputs, count))) }
+    }
+
     const TABLE: &'static abi::Device = &abi::Device {
         size: size_of::<abi::Device>(),
         describe: Some(Self::describe),

@@ -24,6 +24,10 @@ pub trait Role: Sized + 'static {
     const EXTENSION: &'static CStr;
     /// The extension's table.
     fn table() -> *const c_void;
+    /// Another table this kind may offer, or null.
+    fn other_table(_id: &CStr) -> *const c_void {
+        core::ptr::null()
+    }
     /// Makes the object.
     ///
     /// # Errors
@@ -262,5 +266,6 @@ unsafe extern "C" fn deactivate<R: Role>(plugin: *const Plugin) {
 #[allow(unsafe_code, reason = "behind the table")]
 unsafe extern "C" fn extension<R: Role>(_plugin: *const Plugin, id: *const c_char) -> *const c_void {
     // SAFETY: `id` is a C string for the call.
-    if unsafe { CStr::from_ptr(id) } == R::EXTENSION { R::table() } else { core::ptr::null() }
+    let id = unsafe { CStr::from_ptr(id) };
+    if id == R::EXTENSION { R::table() } else { R::other_table(id) }
 }

@@ -11,6 +11,7 @@
 
 pub mod abi;
 pub mod batch;
+mod cell;
 mod device;
 #[doc(hidden)]
 pub mod export;
@@ -24,6 +25,7 @@ mod material;
 pub mod param;
 
 pub use batch::{Blocks, Elements, NodeScalars, NodeVectors, Planes, pair};
+pub use cell::CELL_TETRAHEDRA;
 pub use device::{AsDevice, Device};
 pub use fault::Fault;
 pub use grid::{AsGrid, Grid, Location, RegionRequest, RegionSink, SurfaceView};

@@ -40,6 +40,7 @@ fn rust_layout() -> String {
         Pose = "pliant_pose" { size, time_ns, flags, buttons, position, orientation, velocity }
         Output = "pliant_output" { size, force, torque, taxels, valid_until_ns }
         Device = "pliant_device" { size, describe, read, write, stop }
+        Rendered = "pliant_rendered" { size, rendered }
     }
     out
 }

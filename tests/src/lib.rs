@@ -7,6 +7,7 @@
 
 pub mod models;
 pub mod native;
+pub mod solid;
 
 use pliant_core::host::{Library, Search};
 use serde_json::Value;

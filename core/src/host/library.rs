@@ -4,6 +4,7 @@ use super::elf;
 use super::error::HostError;
 use super::plugin::{Kind, PluginInfo};
 use pliant_plugin_api::abi;
+use pliant_plugin_api::kit::Candidate;
 use std::ffi::CString;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -81,6 +82,16 @@ impl Library {
     /// Every plugin in it.
     pub fn plugins(&self) -> &[PluginInfo] {
         &self.plugins
+    }
+
+    /// Plugin `index`, to be held against the conformance suite.
+    ///
+    /// # Panics
+    /// If there are fewer plugins in it.
+    pub fn candidate(&'static self, index: usize) -> Candidate {
+        assert!(index < self.plugins.len(), "plugin {index} of {}", self.plugins.len());
+        // SAFETY: the entry and every descriptor were checked when the library was opened.
+        unsafe { Candidate::exported(self.table, index as u32) }
     }
 
     /// The plugin of `kind` called `name`: by its whole id or the last part of it.

@@ -70,6 +70,7 @@ impl Check<'_> {
         let (dt, duration) = (time.dt.get_ref().si, time.duration.get_ref().si);
         self.above(dt, time.dt.span(), "dt", " s")?;
         self.above(duration, time.duration.span(), "duration", " s")?;
+        self.above(time.patience.get_ref().si, time.patience.span(), "patience", " s")?;
         for (what, time) in [("dt", &time.dt), ("duration", &time.duration)] {
             if time.get_ref().si > MOST_SECONDS {
                 let text = format!("{what} is {:e} s; allowed is {MOST_SECONDS:e} s at most", time.get_ref().si);

@@ -65,6 +65,9 @@ pub struct TimeScene {
     pub most_substeps: Spanned<u32>,
     /// Run an explicit integrator over its limit all the same, and report how it grows.
     pub force_unstable: bool,
+    /// Wall-clock time a step of a body may take; past it the body stands still and the rest goes on.
+    #[schemars(with = "Time")]
+    pub patience: Spanned<Time>,
 }
 
 impl TimeScene {
@@ -84,6 +87,7 @@ impl Default for TimeScene {
             substeps: Spanned::new(0..0, 0),
             most_substeps: Spanned::new(0..0, 64),
             force_unstable: false,
+            patience: Spanned::new(0..0, Time::new(10.0)),
         }
     }
 }

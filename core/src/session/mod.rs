@@ -133,6 +133,8 @@ pub struct Session {
     scheme: Scheme,
     most_substeps: usize,
     forced: bool,
+    /// s, wall clock, that a step of a body may take
+    patience: f64,
     /// s
     dt: f64,
     steps: u64,

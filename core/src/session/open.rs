@@ -95,6 +95,7 @@ impl Session {
             scheme: Scheme::SymplecticEuler,
             most_substeps: *scene.time.most_substeps.get_ref() as usize,
             forced: scene.time.force_unstable,
+            patience: scene.time.patience.get_ref().si,
             dt,
             steps: 0,
             moved: vec![0.0; count],

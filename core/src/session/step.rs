@@ -93,11 +93,13 @@ impl Session {
                 balls.extend(slot.tool.wants(index, body, &slot.hand, time));
             }
             let Body { model, skin, system, lattice, fixings, .. } = body;
+            let start = Instant::now();
             match lattice.follow(&balls, model, fixings, skin, system) {
                 Ok(true) => self.changed(index),
                 Ok(false) => {}
                 Err(error) => self.freeze(index, time, error.to_string()),
             }
+            self.lose_patience(index, time, start);
         }
         self.balls = balls;
     }
@@ -123,11 +125,25 @@ impl Session {
             if body.frozen.is_some() || body.system.nodes.is_empty() {
                 continue;
             }
+            let start = Instant::now();
             match self.move_body(index, time, frame) {
                 Ok(fastest) => self.moved[index] = fastest * self.dt,
                 Err(error) => self.freeze(index, time.0, error),
             }
+            self.lose_patience(index, time.0, start);
         }
+    }
+
+    /// Gives up on a body whose plugins took too long over what began at `start`.
+    fn lose_patience(&mut self, index: usize, time: f64, start: Instant) {
+        let (took, body) = (start.elapsed().as_secs_f64(), &self.bodies[index]);
+        if took <= self.patience || body.frozen.is_some() {
+            return;
+        }
+        let (material, grid) = (&body.system.material.info().id, &body.lattice.grid.info().id);
+        let allowed = self.patience;
+        let why = format!("`{material}` on `{grid}` took {took:.3} s over a step; allowed is {allowed} s (`patience`)");
+        self.freeze(index, time, why);
     }
 
     fn move_body(&mut self, index: usize, time: (f64, f64), frame: &mut Frame) -> Result<f64, String> {
@@ -164,7 +180,8 @@ impl Session {
         let stepped = pool.install(|| integrator.step(pool, &mut body.system, &loads, time, substeps));
         let report = stepped.map_err(|error| match error {
             StepError::Diverged { node } => {
-                format!("{error}, at {:?} m; its step may be too long", body.system.nodes.rest[node])
+                let (at, material) = (body.system.nodes.rest[node], &body.system.material.info().id);
+                format!("`{material}`: {error}, at {at:?} m; its step may be too long")
             }
             StepError::Host(error) => error.to_string(),
         })?;

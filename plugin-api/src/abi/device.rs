@@ -6,6 +6,9 @@ use core::ffi::CStr;
 /// Extension id of a device.
 pub const DEVICE: &CStr = c"pliant.device/1";
 
+/// Extension id of what a device really renders; optional.
+pub const RENDERED: &CStr = c"pliant.rendered/1";
+
 pub const POSE_VALID: u32 = 1;
 pub const POSE_VELOCITY: u32 = 2;
 
@@ -73,4 +76,11 @@ pub struct Device {
     pub write:
         Option<unsafe extern "C" fn(*const Plugin, time_ns: u64, outputs: *const Output, count: usize) -> Status>,
     pub stop: Option<unsafe extern "C" fn(*const Plugin) -> Status>,
+}
+
+#[repr(C)]
+pub struct Rendered {
+    pub size: usize,
+    pub rendered:
+        Option<unsafe extern "C" fn(*const Plugin, time_ns: u64, outputs: *mut Output, count: usize) -> Status>,
 }

@@ -1,9 +1,9 @@
 //! A block of cubic cells, the shape most closed forms are about.
 
 use super::Given;
-use crate::abi;
+use crate::{CELL_TETRAHEDRA, abi};
 
-/// Nodes, points and links of a block.
+/// Nodes, points, links and tetrahedra of a block.
 #[derive(Clone, Debug, Default)]
 pub struct Block {
     /// m (n x 3), x fastest
@@ -12,6 +12,8 @@ pub struct Block {
     pub points: Given,
     /// With boundary weights, in the order a grid gives: slab by slab, family by family, direction by direction.
     pub links: Given,
+    /// Five a cell, cells x fastest.
+    pub tetrahedra: Given,
 }
 
 const DIRECTIONS: [(u32, [i64; 3]); 16] = [
@@ -59,6 +61,12 @@ pub fn block(cells: [u32; 3], h: f64, families: u32) -> Block {
             }
         }
     }
+    for p in places(cells.map(i64::from)) {
+        let corner = |c: u8| number([p[0] + i64::from(c & 1), p[1] + i64::from(c >> 1 & 1), p[2] + i64::from(c >> 2)]);
+        for tetrahedron in CELL_TETRAHEDRA[(p[0] + p[1] + p[2]) as usize & 1] {
+            out.tetrahedra.nodes.extend(tetrahedron.map(corner));
+        }
+    }
     out
 }
 
@@ -72,6 +80,7 @@ impl Block {
         match kind {
             abi::POINT => self.points.clone(),
             abi::LINK => self.links.clone(),
+            abi::TETRAHEDRON => self.tetrahedra.clone(),
             _ => Given::default(),
         }
     }

@@ -63,6 +63,12 @@ impl<const F: u8> Grid for Brick<F> {
             fault::REFUSES => c"refuses-in-build",
             fault::FALLING_IDS => c"falling-ids",
             fault::LINK_TO_NOWHERE => c"link-to-nowhere",
+            fault::WEIGHTS_TOO_LARGE => c"weights-too-large",
+            fault::WEIGHTS_SWAPPED => c"weights-swapped",
+            fault::PULLS_BACK_MORE => c"pulls-back-more",
+            fault::CELLS_ASKEW => c"cells-askew",
+            fault::REGION_OUTSIDE => c"region-outside",
+            fault::HIDES_SURFACE => c"hides-surface",
             _ => c"sound-brick",
         },
         const { &[AFTER] as &[Param] },
@@ -94,7 +100,7 @@ impl<const F: u8> Grid for Brick<F> {
 
     fn level(&self, level: u32) -> Result<Level, Fault> {
         let (size, cells, n) = (size_of::<Level>(), u64::from(self.cells), u64::from(self.cells) + 1);
-        let (surface_cells, inside_cells, nodes) = (0, cells.pow(3), n.pow(3));
+        let (surface_cells, inside_cells, nodes) = (cells.pow(3), 0, n.pow(3));
         let (cells_per_axis, edge, origin) = (self.cells, self.edge, self.origin);
         Ok(Level { size, level, cells_per_axis, edge, origin, surface_cells, inside_cells, nodes })
     }
@@ -119,12 +125,19 @@ impl<const F: u8> Grid for Brick<F> {
             let rest = std::array::from_fn(|i| self.origin[i] + self.edge * f64::from(at[i]));
             out.node(id as u64, rest, self.edge.powi(3) * f64::from(around) / 8.0, false);
         }
+        if F == fault::REGION_OUTSIDE && request.balls.iter().any(|b| b.radius.is_finite()) {
+            out.node(u64::from(n.pow(3)), self.origin.map(|c| c - self.edge), 1e-9, false);
+        }
         if F == fault::FALLING_IDS {
             out.node(0, self.origin, 1e-9, false);
         }
+        let state = if F == fault::HIDES_SURFACE { abi::CELL_INSIDE } else { abi::CELL_SURFACE };
         for (id, at) in Self::each(m).enumerate() {
-            let corners = std::array::from_fn(|c| Self::place(n, Self::corner(at, c as u32)));
-            out.cell(id as u64, corners, [self.start[id], self.start[id + 1]], abi::CELL_INSIDE);
+            let mut corners: [u32; 8] = std::array::from_fn(|c| Self::place(n, Self::corner(at, c as u32)));
+            if F == fault::CELLS_ASKEW && self.start[id] == self.start[id + 1] {
+                corners.swap(2, 3); // where no surface point would notice
+            }
+            out.cell(id as u64, corners, [self.start[id], self.start[id + 1]], state);
         }
         self.links(request.families, out);
         Ok(())
@@ -136,10 +149,49 @@ impl<const F: u8> Grid for Brick<F> {
             *cell = u64::from(Self::place(self.cells, at));
             let share = |corner: usize, i: usize| if corner >> i & 1 == 1 { local[i] } else { 1.0 - local[i] };
             *weights = std::array::from_fn(|corner| (0..3).map(|i| share(corner, i)).product());
-            if F == fault::NOT_A_NUMBER {
-                *weights = [f64::NAN; 8];
+            match F {
+                fault::NOT_A_NUMBER => *weights = [f64::NAN; 8],
+                fault::WEIGHTS_TOO_LARGE => *weights = weights.map(|w| 1.01 * w),
+                fault::WEIGHTS_SWAPPED => weights.swap(1, 2),
+                _ => {}
             }
         }
         Ok(())
+    }
+
+    fn place(
+        &self,
+        level: u32,
+        rest: &[[f64; 3]],
+        corners: &[[[f64; 3]; 8]],
+        places: &mut [[f64; 3]],
+    ) -> Result<(), Fault> {
+        for ((rest, corners), place) in rest.iter().zip(corners).zip(places) {
+            let (mut cell, mut w) = ([0], [[0.0; 8]]);
+            self.weights(level, &[*rest], &mut cell, &mut w)?;
+            *place = [0, 1, 2].map(|i| (0..8).map(|c| w[0][c] * corners[c][i]).sum());
+        }
+        Ok(())
+    }
+
+    fn pull_back(
+        &self,
+        level: u32,
+        rest: &[[f64; 3]],
+        _: &[[[f64; 3]; 8]],
+        loads: &[[f64; 3]],
+        corner_loads: &mut [[[f64; 3]; 8]],
+    ) -> Result<(), Fault> {
+        for ((rest, load), to) in rest.iter().zip(loads).zip(corner_loads) {
+            let (mut cell, mut w) = ([0], [[0.0; 8]]);
+            self.weights(level, &[*rest], &mut cell, &mut w)?;
+            (0..8).for_each(|c| (0..3).for_each(|i| to[c][i] += 1.01 * w[0][c] * load[i]));
+        }
+        Ok(())
+    }
+
+    /// Its place is linear all the same, but the host must then use it.
+    fn is_nonlinear(&self) -> bool {
+        F == fault::PULLS_BACK_MORE
     }
 }

@@ -6,7 +6,7 @@ mod material;
 
 use device::Finger;
 use grid::Brick;
-use material::Springs;
+pub use material::Springs;
 use pliant_plugin_api::{AsDevice, AsGrid, AsMaterial, Info, Param, export_plugins};
 use std::ffi::CStr;
 
@@ -23,6 +23,34 @@ pub mod fault {
     pub const BLOWS_UP: u8 = 7;
     pub const FALLING_IDS: u8 = 8;
     pub const LINK_TO_NOWHERE: u8 = 9;
+    // One for each case of the conformance suite.
+    pub const MASS_BELOW_ZERO: u8 = 20;
+    pub const PULLS_AT_REST: u8 = 21;
+    pub const ENERGY_OFF: u8 = 22;
+    pub const STIFFNESS_OFF: u8 = 23;
+    pub const DAMPING_GAINS: u8 = 24;
+    pub const KNOWS_WHERE: u8 = 25;
+    pub const DOES_NOT_TURN: u8 = 26;
+    pub const KNOWS_ORDER: u8 = 27;
+    pub const KNOWS_RANGE: u8 = 28;
+    pub const REMEMBERS: u8 = 29;
+    pub const SHARES: u8 = 30;
+    pub const DIVIDES_BY_ZERO: u8 = 31;
+    pub const SWALLOWS_NAN: u8 = 32;
+    pub const ALLOCATES: u8 = 33;
+    pub const TAKES_LONG: u8 = 34;
+    pub const WEIGHTS_TOO_LARGE: u8 = 40;
+    pub const WEIGHTS_SWAPPED: u8 = 41;
+    pub const PULLS_BACK_MORE: u8 = 42;
+    pub const CELLS_ASKEW: u8 = 43;
+    pub const REGION_OUTSIDE: u8 = 44;
+    pub const HIDES_SURFACE: u8 = 45;
+    pub const LIMITS_UPSIDE_DOWN: u8 = 50;
+    pub const LEAVES_WORKSPACE: u8 = 51;
+    pub const OVER_PEAK: u8 = 52;
+    pub const IGNORES_STOP: u8 = 53;
+    pub const NEVER_EXPIRES: u8 = 54;
+    pub const OUTLIVES_ITSELF: u8 = 55;
 }
 
 use fault::*;
@@ -43,13 +71,40 @@ export_plugins!(
     AsMaterial<Springs<UNKNOWN_KIND>>,
     AsMaterial<Springs<NOTHING>>,
     AsMaterial<Springs<BLOWS_UP>>,
+    AsMaterial<Springs<MASS_BELOW_ZERO>>,
+    AsMaterial<Springs<PULLS_AT_REST>>,
+    AsMaterial<Springs<ENERGY_OFF>>,
+    AsMaterial<Springs<STIFFNESS_OFF>>,
+    AsMaterial<Springs<DAMPING_GAINS>>,
+    AsMaterial<Springs<KNOWS_WHERE>>,
+    AsMaterial<Springs<DOES_NOT_TURN>>,
+    AsMaterial<Springs<KNOWS_ORDER>>,
+    AsMaterial<Springs<KNOWS_RANGE>>,
+    AsMaterial<Springs<REMEMBERS>>,
+    AsMaterial<Springs<SHARES>>,
+    AsMaterial<Springs<DIVIDES_BY_ZERO>>,
+    AsMaterial<Springs<SWALLOWS_NAN>>,
+    AsMaterial<Springs<ALLOCATES>>,
+    AsMaterial<Springs<TAKES_LONG>>,
     AsGrid<Brick<NONE>>,
     AsGrid<Brick<PANIC>>,
     AsGrid<Brick<NOT_A_NUMBER>>,
     AsGrid<Brick<REFUSES>>,
     AsGrid<Brick<FALLING_IDS>>,
     AsGrid<Brick<LINK_TO_NOWHERE>>,
+    AsGrid<Brick<WEIGHTS_TOO_LARGE>>,
+    AsGrid<Brick<WEIGHTS_SWAPPED>>,
+    AsGrid<Brick<PULLS_BACK_MORE>>,
+    AsGrid<Brick<CELLS_ASKEW>>,
+    AsGrid<Brick<REGION_OUTSIDE>>,
+    AsGrid<Brick<HIDES_SURFACE>>,
     AsDevice<Finger<NONE>>,
+    AsDevice<Finger<LIMITS_UPSIDE_DOWN>>,
+    AsDevice<Finger<LEAVES_WORKSPACE>>,
+    AsDevice<Finger<OVER_PEAK>>,
+    AsDevice<Finger<IGNORES_STOP>>,
+    AsDevice<Finger<NEVER_EXPIRES>>,
+    AsDevice<Finger<OUTLIVES_ITSELF>>,
     AsDevice<Finger<PANIC>>,
     AsDevice<Finger<NOT_A_NUMBER>>,
     AsDevice<Finger<REFUSES>>,

@@ -5,21 +5,89 @@ use pliant_plugin_api::{
     Blocks, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, Param, Params, Planes, Tangent,
     abi,
 };
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// N/m, of every spring.
 const STIFFNESS: f64 = 20.0;
-/// s
-const DAMPING_TIME: f64 = 1e-3;
+/// N s/m, along every spring.
+const DAMPING: f64 = 2e-2;
+
+/// What the newest instance was told.
+static TOLD: AtomicU64 = AtomicU64::new(0);
 
 /// Springs along the edges and face diagonals of the cells.
 pub struct Springs<const F: u8> {
     after: f64,
+    /// Bits of the first coordinate seen last, and how often it was another one.
+    seen: AtomicU64,
+    changes: AtomicU64,
+}
+
+/// A spring as it is: what it does is up to its fault.
+struct Spring {
+    /// Unit vector along it, and the share of `k (1 - l0/l)` across it.
+    along: [f64; 3],
+    across: f64,
+    stretch: f64,
+    stiffness: f64,
 }
 
 impl<const F: u8> Springs<F> {
     /// Whether it is time for this fault.
     fn is_due(&self, fault: u8, at: &Elements<'_>) -> bool {
         F == fault && at.time().0 >= self.after
+    }
+
+    /// What every result of a call is multiplied by.
+    fn factor(&self, at: &Elements<'_>) -> f64 {
+        match F {
+            fault::SHARES => 1.0 + f64::from_bits(TOLD.load(Ordering::Relaxed)),
+            fault::DIVIDES_BY_ZERO => 1.0 / (1e3 - self.after),
+            fault::REMEMBERS => {
+                let now = at.x().first().map_or(0, |x| x[0].to_bits());
+                if self.seen.swap(now, Ordering::Relaxed) != now {
+                    self.changes.fetch_add(1, Ordering::Relaxed);
+                }
+                1.0 + 1e-12 * self.changes.load(Ordering::Relaxed) as f64
+            }
+            _ => 1.0,
+        }
+    }
+
+    /// Spring `e` of a call between the nodes `ends`.
+    fn spring(&self, at: &Elements<'_>, e: usize, ends: [u32; 2]) -> Spring {
+        let (x, rest) = (ends.map(|n| at.x()[n as usize]), ends.map(|n| at.rest()[n as usize]));
+        let ((along, length), l0) = (span(x), at.rest_data(0)[e]);
+        let first = if F == fault::KNOWS_RANGE && e == 0 { 1.0 + 1e-12 } else { 1.0 };
+        let stiffness = STIFFNESS * at.rest_data(1)[e] * first * self.factor(at);
+        if F == fault::DOES_NOT_TURN {
+            let (along, _) = span(rest);
+            let stretch = (0..3).map(|i| (x[1][i] - x[0][i]) * along[i]).sum::<f64>() - l0;
+            return Spring { along, across: 0.0, stretch, stiffness };
+        }
+        Spring { along, across: (1.0 - l0 / length).max(0.0), stretch: length - l0, stiffness }
+    }
+
+    /// A spring from the origin to the middle of a link, for the fault that knows where it is: like the others.
+    fn anchor(at: &Elements<'_>, ends: [u32; 2]) -> Spring {
+        let middle = |p: [[f64; 3]; 2]| span([[0.0; 3], [0, 1, 2].map(|i| 0.5 * (p[0][i] + p[1][i]))]);
+        let (along, length) = middle(ends.map(|n| at.x()[n as usize]));
+        let (_, l0) = middle(ends.map(|n| at.rest()[n as usize]));
+        Spring { along, across: (1.0 - l0 / length).max(0.0), stretch: length - l0, stiffness: STIFFNESS }
+    }
+}
+
+impl Spring {
+    fn energy(&self) -> f64 {
+        0.5 * self.stiffness * self.stretch * self.stretch
+    }
+
+    /// N/m, with `damping` (N s/m) along it
+    fn block(&self, stiffness: f64, damping: f64) -> [[f64; 3]; 3] {
+        let k = stiffness * self.stiffness;
+        let (across, n) = (k * self.across, self.along);
+        let along = k + damping - across;
+        [0, 1, 2].map(|i| [0, 1, 2].map(|j| along * n[i] * n[j] + if i == j { across } else { 0.0 }))
     }
 }
 
@@ -33,6 +101,21 @@ impl<const F: u8> Material for Springs<F> {
             fault::UNKNOWN_KIND => c"unknown-elements",
             fault::NOTHING => c"no-mass",
             fault::BLOWS_UP => c"blows-up",
+            fault::MASS_BELOW_ZERO => c"mass-below-zero",
+            fault::PULLS_AT_REST => c"pulls-at-rest",
+            fault::ENERGY_OFF => c"energy-off",
+            fault::STIFFNESS_OFF => c"stiffness-off",
+            fault::DAMPING_GAINS => c"damping-gains",
+            fault::KNOWS_WHERE => c"knows-where",
+            fault::DOES_NOT_TURN => c"does-not-turn",
+            fault::KNOWS_ORDER => c"knows-order",
+            fault::KNOWS_RANGE => c"knows-range",
+            fault::REMEMBERS => c"remembers",
+            fault::SHARES => c"shares",
+            fault::DIVIDES_BY_ZERO => c"divides-by-zero",
+            fault::SWALLOWS_NAN => c"swallows-nan",
+            fault::ALLOCATES => c"allocates",
+            fault::TAKES_LONG => c"takes-long",
             _ => c"sound-springs",
         },
         const { &[AFTER] as &[Param] },
@@ -40,7 +123,9 @@ impl<const F: u8> Material for Springs<F> {
 
     fn new(params: &Params<'_>) -> Result<Self, Fault> {
         assert!(F != fault::PANIC_IN_NEW, "panicked on purpose, in new");
-        Ok(Self { after: params.number("after") })
+        let after = params.number("after");
+        TOLD.store(after.to_bits(), Ordering::Relaxed);
+        Ok(Self { after, seen: AtomicU64::new(0), changes: AtomicU64::new(0) })
     }
 
     fn elements(&self) -> Vec<ElementRequest> {
@@ -48,55 +133,84 @@ impl<const F: u8> Material for Springs<F> {
             ElementRequest { kind: abi::POINT, families: 0, flags: abi::HAS_MASS, rest_stride: 0, history_stride: 0 };
         let (families, flags) = (abi::STRUCTURAL | abi::SHEAR, abi::HAS_FORCES | abi::HAS_DAMPING);
         let kind = if F == fault::UNKNOWN_KIND { 99 } else { abi::LINK };
-        vec![plain, ElementRequest { kind, families, flags, rest_stride: 1, ..plain }]
+        vec![plain, ElementRequest { kind, families, flags, rest_stride: 2, ..plain }]
     }
 
     fn rest(&self, at: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
         if F == fault::REFUSES {
             return Err(Fault::diverged("refused on purpose"));
         }
-        let [length] = out.first();
-        for (length, ends) in length.iter_mut().zip(at.corners::<2>()) {
-            (_, *length) = span(ends.map(|node| at.rest()[node as usize]));
+        let [length, factor] = out.first();
+        let shorter = if F == fault::PULLS_AT_REST { 0.99 } else { 1.0 };
+        for (e, ends) in at.corners::<2>().iter().enumerate() {
+            length[e] = shorter * span(ends.map(|node| at.rest()[node as usize])).1;
+            factor[e] = if F == fault::KNOWS_ORDER && e % 2 == 1 { 2.0 } else { 1.0 };
         }
         Ok(())
     }
 
     fn mass(&self, at: &Elements<'_>, out: &mut NodeScalars<'_>) -> Result<(), Fault> {
         let density = if F == fault::NOTHING { 0.0 } else { 1e3 };
-        at.corners::<1>().iter().zip(at.measure()).for_each(|(&[node], volume)| out.add(node, density * volume));
+        for (&[node], volume) in at.corners::<1>().iter().zip(at.measure()) {
+            let sign = if F == fault::MASS_BELOW_ZERO && node == 0 { -1.0 } else { 1.0 };
+            out.add(node, sign * density * volume);
+        }
         Ok(())
     }
 
     fn energy(&self, at: &Elements<'_>) -> Result<f64, Fault> {
-        let springs = at.corners::<2>().iter().zip(at.rest_data(0));
-        let energy = |ends: &[u32; 2], rest: f64| span(ends.map(|node| at.x()[node as usize])).1 - rest;
-        Ok(springs.map(|(ends, rest)| 0.5 * STIFFNESS * energy(ends, *rest).powi(2)).sum())
+        let factor = if F == fault::ENERGY_OFF { 1.01 } else { 1.0 };
+        let energy = |(e, ends): (usize, &[u32; 2])| {
+            let anchor = if F == fault::KNOWS_WHERE { Self::anchor(at, *ends).energy() } else { 0.0 };
+            self.spring(at, e, *ends).energy() + anchor
+        };
+        Ok(factor * at.corners::<2>().iter().enumerate().map(energy).sum::<f64>())
     }
 
     fn forces(&self, at: &Elements<'_>, out: &mut NodeVectors<'_>) -> Result<(), Fault> {
         assert!(!self.is_due(fault::PANIC, at), "panicked on purpose, in forces");
+        if self.is_due(fault::TAKES_LONG, at) {
+            std::thread::sleep(std::time::Duration::from_millis(1200));
+        }
+        if F == fault::ALLOCATES {
+            std::hint::black_box(vec![0_u8; 64]);
+        }
         let factor = match F {
             fault::NOT_A_NUMBER if self.is_due(F, at) => f64::NAN,
             fault::BLOWS_UP if self.is_due(F, at) => -1e30,
             _ => 1.0,
         };
-        for (&[a, b], rest) in at.corners::<2>().iter().zip(at.rest_data(0)) {
-            let (along, length) = span([a, b].map(|node| at.x()[node as usize]));
+        let damping = if F == fault::DAMPING_GAINS { -DAMPING } else { DAMPING };
+        for (e, &[a, b]) in at.corners::<2>().iter().enumerate() {
+            let spring = self.spring(at, e, [a, b]);
             let [va, vb] = [a, b].map(|node| at.v()[node as usize]);
-            let speed: f64 = (0..3).map(|i| (vb[i] - va[i]) * along[i]).sum();
-            let pull = factor * STIFFNESS * (length - rest + DAMPING_TIME * speed);
+            let speed: f64 = (0..3).map(|i| (vb[i] - va[i]) * spring.along[i]).sum();
+            let mut pull = factor * (spring.stiffness * spring.stretch + damping * speed);
+            let mut along = spring.along;
+            if F == fault::SWALLOWS_NAN && !along.iter().all(|c| c.is_finite()) {
+                (pull, along) = (0.0, [0.0; 3]);
+            }
             out.add(a, along.map(|d| pull * d));
             out.add(b, along.map(|d| -pull * d));
+            if F == fault::KNOWS_WHERE {
+                let anchor = Self::anchor(at, [a, b]);
+                let half = anchor.along.map(|d| -0.5 * anchor.stiffness * anchor.stretch * d);
+                [a, b].into_iter().for_each(|node| out.add(node, half));
+            }
         }
         Ok(())
     }
 
     fn tangent(&self, at: &Elements<'_>, scale: Tangent, out: &mut Blocks<'_>) -> Result<(), Fault> {
+        let factor = if F == fault::STIFFNESS_OFF { 1.01 } else { 1.0 };
+        let damping = if F == fault::DAMPING_GAINS { -DAMPING } else { DAMPING };
         for (e, &ends) in at.corners::<2>().iter().enumerate() {
-            let (n, _) = span(ends.map(|node| at.x()[node as usize]));
-            let k = STIFFNESS * (scale.stiffness + scale.damping * DAMPING_TIME);
-            out.add_link(e, &n.map(|a| n.map(|b| k * a * b)));
+            let spring = self.spring(at, e, ends);
+            out.add_link(e, &spring.block(factor * scale.stiffness, scale.damping * damping));
+            if F == fault::KNOWS_WHERE {
+                let quarter = Self::anchor(at, ends).block(0.25 * scale.stiffness, 0.0);
+                (0..3).for_each(|pair| out.add(e, pair, &quarter));
+            }
         }
         Ok(())
     }

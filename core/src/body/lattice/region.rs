@@ -6,7 +6,8 @@ use crate::body::lattice::fragments::NodeKey;
 use crate::body::model::Model;
 use crate::body::skin::{NOT_CARRIED, Skin};
 use crate::host::Region;
-use crate::step::{Constraint, Nodes, System, V3, axpy, dot};
+use crate::step::{Constraint, ElementList, Nodes, System, V3, axpy, dot};
+use pliant_plugin_api::CELL_TETRAHEDRA;
 use pliant_plugin_api::abi::{self, Ball};
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -216,6 +217,7 @@ impl Lattice {
                         list.measure.push(region.link_measure[l]);
                     }
                 }
+                abi::TETRAHEDRON => self.list_tetrahedra(list),
                 kind => {
                     let material = system.material.info().id.clone();
                     return Err(LatticeError::Unsupported { material, wanted: kind_name(kind) });
@@ -223,6 +225,21 @@ impl Lattice {
             }
         }
         Ok(())
+    }
+
+    /// Five for each cell or fragment of one, in the order of the cells.
+    fn list_tetrahedra(&self, list: &mut ElementList) {
+        let region = &self.region;
+        for (cell, corners) in region.cell_corners.iter().enumerate() {
+            let least = region.node_rest[corners[0] as usize];
+            let index = |i: usize| ((least[i] - self.facts.origin[i]) / self.facts.edge).round() as i64;
+            let parity = (index(0) + index(1) + index(2)) & 1;
+            let share = self.fragments.share(region.cell_id[cell], region.cell_fragment[cell] as usize);
+            for tetrahedron in CELL_TETRAHEDRA[parity as usize] {
+                list.nodes.extend(tetrahedron.map(|c| corners[c as usize]));
+                list.measure.push(share);
+            }
+        }
     }
 
     /// Makes the present shape of the active nodes their rest shape, at rest. Gives the triangles that have moved.

@@ -206,6 +206,11 @@ impl Fragments {
         self.cells.get(&id).map_or(0, |cell| cell.voxels.fragment_at(self.edge, place))
     }
 
+    /// Share of a cell's volume that a fragment has.
+    pub fn share(&self, id: u64, fragment: usize) -> f64 {
+        self.cells.get(&id).map_or(1.0, |cell| cell.fragments[fragment].share)
+    }
+
     /// Surface points that follow a fragment, none of one that is no more; `None` where the cell was not cut and has the grid's
     /// own list.
     pub fn points(&self, id: u64, fragment: usize) -> Option<&[u32]> {

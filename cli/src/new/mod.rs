@@ -1,0 +1,102 @@
+//! `pliant plugin new`: a project outside of this tree, that builds, passes its tests and runs a scene as it is.
+
+mod templates;
+
+use crate::args::{Cli, Language, NewArgs, NewKind};
+use crate::outcome::{Failure, Outcome};
+use crate::text;
+use serde_json::json;
+use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Where this program was built from.
+const SOURCE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+
+pub fn new(cli: &Cli, args: &NewArgs) -> Result<Outcome, Failure> {
+    let words = Words::new(args)?;
+    let folder = args.out.clone().unwrap_or_else(|| PathBuf::from(&args.name));
+    if folder.exists() && folder.read_dir().map_or(true, |mut entries| entries.next().is_some()) {
+        return Err(Failure::input(format!("{} is there already; --out gives another folder", folder.display())));
+    }
+    let files = templates::files(args.kind, args.lang);
+    for (path, template) in &files {
+        let path = folder.join(words.fill(path));
+        fs::create_dir_all(path.parent().unwrap_or(&folder)).map_err(|e| named(&path, &e))?;
+        fs::write(&path, words.fill(template)).map_err(|e| named(&path, &e))?;
+    }
+    let build = if args.lang == Language::Rust { "cargo test && cargo build --release" } else { "make test" };
+    if cli.json {
+        let names: Vec<String> = files.iter().map(|(path, _)| words.fill(path)).collect();
+        return text::out(&crate::pretty(&json!({ "folder": folder, "files": names, "build": build })));
+    }
+    text::note(&format!("{}: read its README.md; next: cd {} && {build}", folder.display(), folder.display()));
+    Ok(Outcome::Done)
+}
+
+fn named(path: &Path, error: &std::io::Error) -> Failure {
+    Failure::input(format!("{}: {error}", path.display()))
+}
+
+/// What the templates leave open.
+struct Words(Vec<(&'static str, String)>);
+
+impl Words {
+    fn new(args: &NewArgs) -> Result<Self, Failure> {
+        let name = args.name.as_str();
+        let part = |p: &str| !p.is_empty() && p.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit());
+        if !name.split('-').all(part) || !name.starts_with(|c: char| c.is_ascii_lowercase()) {
+            return Err(Failure::input(format!("name `{name}`; allowed is lower-case letters, digits and dashes")));
+        }
+        let snake = name.replace('-', "_");
+        let capital = |p: &str| p[..1].to_uppercase() + &p[1..];
+        let kind = match args.kind {
+            NewKind::Material => "material",
+            NewKind::Grid => "grid",
+            NewKind::Device => "device",
+        };
+        let or = |of: NewKind, usual: &str| if args.kind == of { name.to_owned() } else { usual.to_owned() };
+        let cpp = args.lang == Language::Cpp;
+        let either = |c: &str, other: &str| if cpp { other.to_owned() } else { c.to_owned() };
+        let path = "params = { path = [[0.0, 0.0, 0.0, 0.006], [0.1, 0.0, 0.0, -0.002], [0.3, 0.0, 0.0, -0.002]] }\n";
+        Ok(Self(vec![
+            ("@NAME@", name.to_owned()),
+            ("@SNAKE@", snake.clone()),
+            ("@TYPE@", name.split('-').map(capital).collect()),
+            ("@KIND@", kind.to_owned()),
+            ("@ROLE@", format!("As{}", capital(kind))),
+            ("@LIBRARY@", format!("{DLL_PREFIX}{snake}{DLL_SUFFIX}")),
+            ("@PLIANT@", source(args)?),
+            ("@NULL@", either("NULL", "nullptr")),
+            ("@NOEXCEPT@", either("", " noexcept")),
+            ("@EXT@", either("c", "cpp")),
+            ("@COMPILER@", either("CC", "CXX")),
+            ("@STANDARD@", either("c11", "c++17")),
+            ("@LANGUAGE@", either("C", "C++")),
+            ("@MATERIAL@", or(NewKind::Material, "mass-spring")),
+            ("@GRID@", or(NewKind::Grid, "octree-grid")),
+            ("@DEVICE@", or(NewKind::Device, "scripted")),
+            ("@PATH@", if args.kind == NewKind::Device { String::new() } else { path.to_owned() }),
+        ]))
+    }
+
+    fn fill(&self, template: &str) -> String {
+        self.0.iter().fold(template.to_owned(), |text, (word, value)| text.replace(word, value))
+    }
+}
+
+/// The folder with `plugin-api/` in it, for a Rust project's dependency.
+fn source(args: &NewArgs) -> Result<String, Failure> {
+    let folder = args.pliant.clone().unwrap_or_else(|| PathBuf::from(SOURCE));
+    if args.lang != Language::Rust {
+        return Ok(String::new());
+    }
+    if !folder.join("plugin-api/Cargo.toml").is_file() {
+        let place = folder.display();
+        return Err(Failure::input(format!(
+            "no plugin-api in {place}: a Rust plugin is built against pliant's own source; --pliant DIR says where that is"
+        )));
+    }
+    let folder = folder.canonicalize().map_err(|e| named(&folder, &e))?;
+    Ok(folder.display().to_string().replace('\\', "/"))
+}

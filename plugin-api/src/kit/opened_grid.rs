@@ -1,0 +1,172 @@
+//! Safe calls into a grid under test.
+#![allow(unsafe_code, reason = "plays the host")]
+
+use super::opened::Opened;
+use crate::abi::{self, Ball, Level, Status};
+use crate::fault::Fault;
+
+/// An opened grid and its table.
+pub(super) struct OpenedGrid {
+    opened: Opened,
+    table: &'static abi::Grid,
+}
+
+/// A region in buffers of its own.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Region {
+    pub(super) node_id: Vec<u64>,
+    pub(super) node_rest: Vec<[f64; 3]>,
+    pub(super) node_measure: Vec<f64>,
+    pub(super) node_border: Vec<u8>,
+    pub(super) cell_id: Vec<u64>,
+    pub(super) cell_state: Vec<u8>,
+    pub(super) cell_corners: Vec<[u32; 8]>,
+    pub(super) link_nodes: Vec<[u32; 2]>,
+}
+
+// SAFETY of every call below: the thread class of the header on one thread, with buffers of the stated lengths.
+impl OpenedGrid {
+    pub(super) fn new(opened: Opened) -> Result<Self, Fault> {
+        let missing = || Fault::bad_argument("`pliant.grid/1` is not offered or has a null in it");
+        let table: &'static abi::Grid = opened.extension(abi::GRID)?.ok_or_else(missing)?;
+        let whole = table.build.is_some() && table.level.is_some() && table.region.is_some() && table.weights.is_some();
+        if whole { Ok(Self { opened, table }) } else { Err(missing()) }
+    }
+
+    pub(super) fn build(&self, points: &[[f64; 3]], triangles: &[[u32; 3]], level: u32) -> Result<(), Fault> {
+        let surface = abi::Surface {
+            size: size_of::<abi::Surface>(),
+            points: points.as_ptr().cast(),
+            point_count: points.len(),
+            triangles: triangles.as_ptr().cast(),
+            triangle_count: triangles.len(),
+        };
+        let build = self.table.build.expect("checked");
+        // SAFETY: see above.
+        self.opened.done(unsafe { build(self.opened.raw(), &surface, level) })
+    }
+
+    pub(super) fn level(&self, level: u32) -> Result<Level, Fault> {
+        // SAFETY: a struct of numbers, to be filled.
+        let mut out: Level = unsafe { core::mem::zeroed() };
+        out.size = size_of::<Level>();
+        let get = self.table.level.expect("checked");
+        // SAFETY: see above.
+        self.opened.done(unsafe { get(self.opened.raw(), level, &mut out) })?;
+        Ok(out)
+    }
+
+    pub(super) fn region(&self, level: u32, ball: Ball) -> Result<Region, Fault> {
+        let (mut nodes, mut cells, mut links) = (64, 64, 64);
+        loop {
+            let mut r = Region {
+                node_id: vec![0; nodes],
+                node_rest: vec![[0.0; 3]; nodes],
+                node_measure: vec![0.0; nodes],
+                node_border: vec![0; nodes],
+                cell_id: vec![0; cells],
+                cell_state: vec![0; cells],
+                cell_corners: vec![[0; 8]; cells],
+                link_nodes: vec![[0; 2]; links],
+            };
+            let mut points = vec![[0_u32; 2]; cells];
+            let (mut family, mut measure) = (vec![0_u32; links], vec![0.0; links]);
+            let mut raw = abi::Region {
+                size: size_of::<abi::Region>(),
+                node_capacity: nodes,
+                node_count: 0,
+                node_id: r.node_id.as_mut_ptr(),
+                node_rest: r.node_rest.as_mut_ptr().cast(),
+                node_measure: r.node_measure.as_mut_ptr(),
+                node_border: r.node_border.as_mut_ptr(),
+                cell_capacity: cells,
+                cell_count: 0,
+                cell_id: r.cell_id.as_mut_ptr(),
+                cell_corners: r.cell_corners.as_mut_ptr().cast(),
+                cell_points: points.as_mut_ptr().cast(),
+                cell_state: r.cell_state.as_mut_ptr(),
+                link_capacity: links,
+                link_count: 0,
+                link_nodes: r.link_nodes.as_mut_ptr().cast(),
+                link_family: family.as_mut_ptr(),
+                link_measure: measure.as_mut_ptr(),
+            };
+            let request = abi::RegionRequest {
+                size: size_of::<abi::RegionRequest>(),
+                level,
+                families: abi::STRUCTURAL | abi::SHEAR,
+                balls: &ball,
+                ball_count: 1,
+                cells: core::ptr::null(),
+                cell_count: 0,
+            };
+            let region = self.table.region.expect("checked");
+            // SAFETY: see above.
+            let status = unsafe { region(self.opened.raw(), &request, &mut raw) };
+            let counts = (raw.node_count, raw.cell_count, raw.link_count);
+            let fits = counts.0 <= nodes && counts.1 <= cells && counts.2 <= links;
+            if status == Status::TOO_SMALL && !fits && counts.0.max(counts.1).max(counts.2) < 1 << 24 {
+                (nodes, cells, links) = counts;
+                continue;
+            }
+            self.opened.done(status)?;
+            if !fits {
+                return Err(Fault::bad_argument("a region larger than its buffers, and no word of it"));
+            }
+            r.node_id.truncate(counts.0);
+            r.node_rest.truncate(counts.0);
+            r.node_measure.truncate(counts.0);
+            r.node_border.truncate(counts.0);
+            r.cell_id.truncate(counts.1);
+            r.cell_state.truncate(counts.1);
+            r.cell_corners.truncate(counts.1);
+            r.link_nodes.truncate(counts.2);
+            return Ok(r);
+        }
+    }
+
+    pub(super) fn weights(&self, level: u32, places: &[[f64; 3]]) -> Result<(Vec<u64>, Vec<[f64; 8]>), Fault> {
+        let (mut cells, mut weights) = (vec![abi::NO_CELL; places.len()], vec![[0.0; 8]; places.len()]);
+        let get = self.table.weights.expect("checked");
+        let (at, count) = (places.as_ptr().cast(), places.len());
+        // SAFETY: see above.
+        let status =
+            unsafe { get(self.opened.raw(), level, at, count, cells.as_mut_ptr(), weights.as_mut_ptr().cast()) };
+        self.opened.done(status).map(|()| (cells, weights))
+    }
+
+    /// Places of an embedding that is not linear; `None` for one that is.
+    pub(super) fn place(
+        &self,
+        level: u32,
+        rest: &[[f64; 3]],
+        corners: &[[[f64; 3]; 8]],
+    ) -> Result<Option<Vec<[f64; 3]>>, Fault> {
+        let Some(place) = self.table.place else { return Ok(None) };
+        let mut out = vec![[0.0; 3]; rest.len()];
+        let (at, count) = (rest.as_ptr().cast(), rest.len());
+        // SAFETY: see above.
+        match unsafe { place(self.opened.raw(), level, at, count, corners.as_ptr().cast(), out.as_mut_ptr().cast()) } {
+            Status::UNSUPPORTED => Ok(None),
+            status => self.opened.done(status).map(|()| Some(out)),
+        }
+    }
+
+    /// Loads on the corners from loads on places.
+    pub(super) fn pull_back(
+        &self,
+        level: u32,
+        rest: &[[f64; 3]],
+        corners: &[[[f64; 3]; 8]],
+        loads: &[[f64; 3]],
+    ) -> Result<Vec<[[f64; 3]; 8]>, Fault> {
+        let mut out = vec![[[0.0; 3]; 8]; rest.len()];
+        let Some(pull_back) = self.table.pull_back else {
+            return Err(Fault::bad_argument("`place` without `pull_back`"));
+        };
+        let (at, count, corners) = (rest.as_ptr().cast(), rest.len(), corners.as_ptr().cast());
+        let (loads, to) = (loads.as_ptr().cast(), out.as_mut_ptr().cast());
+        // SAFETY: see above.
+        self.opened.done(unsafe { pull_back(self.opened.raw(), level, at, count, corners, loads, to) }).map(|()| out)
+    }
+}

@@ -1,0 +1,102 @@
+//! What a test body asks of a material, whether it is a Rust type or an instance behind the border.
+
+use crate::abi;
+use crate::batch::{Blocks, Elements, NodeScalars, NodeVectors, Planes};
+use crate::fault::Fault;
+use crate::material::{ElementRequest, Material, Tangent};
+use core::marker::PhantomData;
+
+/// One call: only a test body makes them, so the spans in it hold.
+pub struct Call<'a> {
+    pub(super) batch: abi::Batch,
+    pub(super) borrowed: PhantomData<&'a f64>,
+}
+
+impl Call<'_> {
+    /// The elements it is about.
+    pub fn elements(&self) -> Elements<'_> {
+        Elements(&self.batch)
+    }
+}
+
+/// A material under test. Every [`Material`] is one, and so is [`super::Opened`].
+pub trait Subject {
+    /// The kinds of elements wanted.
+    ///
+    /// # Errors
+    /// What the material says.
+    fn wants(&self) -> Result<Vec<ElementRequest>, Fault>;
+
+    /// Writes rest data (stride x m).
+    ///
+    /// # Errors
+    /// What the material says.
+    fn rest_of(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault>;
+
+    /// Adds masses, kg (n).
+    ///
+    /// # Errors
+    /// What the material says.
+    fn mass_of(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault>;
+
+    /// J
+    ///
+    /// # Errors
+    /// What the material says.
+    fn energy_of(&self, call: &Call<'_>) -> Result<f64, Fault>;
+
+    /// Adds forces, N (n x 3).
+    ///
+    /// # Errors
+    /// What the material says.
+    fn forces_of(&self, call: &Call<'_>, out: &mut [[f64; 3]]) -> Result<(), Fault>;
+
+    /// Adds blocks, N/m, where `slots` (m x pairs) says.
+    ///
+    /// # Errors
+    /// What the material says.
+    fn tangent_of(&self, call: &Call<'_>, scale: Tangent, slots: &[u32], out: &mut [[f64; 9]]) -> Result<(), Fault>;
+}
+
+/// The blocks of a call as they cross the border.
+pub(super) fn raw_blocks(call: &Call<'_>, slots: &[u32], out: &mut [[f64; 9]]) -> abi::Blocks {
+    let corners = call.batch.corners as usize;
+    assert!(slots.len() >= call.batch.count * corners * (corners + 1) / 2, "a slot for every pair of every element");
+    assert!(slots.iter().all(|s| ((s & !abi::TRANSPOSED) as usize) < out.len()), "a slot there is not");
+    abi::Blocks {
+        size: size_of::<abi::Blocks>(),
+        values: out.as_mut_ptr().cast(),
+        slots: slots.as_ptr(),
+        slot_begin: 0,
+        slot_end: out.len(),
+    }
+}
+
+impl<M: Material> Subject for M {
+    fn wants(&self) -> Result<Vec<ElementRequest>, Fault> {
+        Ok(self.elements())
+    }
+
+    fn rest_of(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault> {
+        self.rest(&call.elements(), &mut Planes::new(&call.batch, out.as_mut_ptr()))
+    }
+
+    fn mass_of(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault> {
+        assert!(out.len() >= call.batch.nodes, "one mass a node");
+        self.mass(&call.elements(), &mut NodeScalars::new(&call.batch, out.as_mut_ptr()))
+    }
+
+    fn energy_of(&self, call: &Call<'_>) -> Result<f64, Fault> {
+        self.energy(&call.elements())
+    }
+
+    fn forces_of(&self, call: &Call<'_>, out: &mut [[f64; 3]]) -> Result<(), Fault> {
+        assert!(out.len() >= call.batch.nodes, "one force a node");
+        self.forces(&call.elements(), &mut NodeVectors::new(&call.batch, out.as_mut_ptr().cast()))
+    }
+
+    fn tangent_of(&self, call: &Call<'_>, scale: Tangent, slots: &[u32], out: &mut [[f64; 9]]) -> Result<(), Fault> {
+        let raw = raw_blocks(call, slots, out);
+        self.tangent(&call.elements(), scale, &mut Blocks::new(&call.batch, &raw))
+    }
+}

@@ -1,0 +1,94 @@
+//! Blocks of a solid material, as the engine moves them.
+
+use crate::library;
+use pliant_core::host::{Material, ParamValue};
+use pliant_core::step::{Constraint, Integrator, Loads, Nodes, Pool, Scheme, System, V3};
+use pliant_plugin_api::kit;
+
+/// Opens a material with numbers for its parameters.
+///
+/// # Panics
+/// If it cannot be opened, or has no such parameter.
+pub fn material(name: &str, numbers: &[(&str, f64)], dt: f64) -> Material {
+    let library = library(name);
+    let params = &library.plugins()[0].params;
+    let place = |key: &str| params.iter().position(|p| p.key == key).unwrap_or_else(|| panic!("no `{key}`"));
+    let settings = numbers.iter().map(|(key, value)| (place(key), ParamValue::Number(*value))).collect();
+    Material::open(library, name, &settings, dt).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// A block of `cells` cubes with edge `h` (m) of `material`, at rest, with a matrix.
+///
+/// # Panics
+/// If the material refuses it.
+pub fn block(material: Material, cells: [u32; 3], h: f64) -> System {
+    let mut system = System::new(material);
+    let families = system.sets.iter().fold(0, |all, set| all | set.request().families);
+    let block = kit::block(cells, h, families);
+    system.nodes = Nodes::at_rest(block.rest.clone());
+    for set in &mut system.sets {
+        let kind = set.request().kind;
+        let given = block.given(kind);
+        let list = set.list_mut();
+        (list.nodes, list.family, list.measure) = (given.nodes, given.family, given.measure);
+        list.measure.resize(list.nodes.len() / kit::corners(kind), 1.0);
+    }
+    system.prepare().unwrap_or_else(|e| panic!("{e}"));
+    system.enable_matrix();
+    system
+}
+
+/// Holds or leads nodes: `place` gives where a node with this rest place stands, or `None` for a free one.
+pub fn hold(system: &mut System, place: impl Fn(V3) -> Option<V3>) {
+    let nodes = &mut system.nodes;
+    for i in 0..nodes.len() {
+        if let Some(x) = place(nodes.rest[i]) {
+            nodes.constraint[i] = Constraint::Fixed;
+            nodes.x[i] = x;
+        }
+    }
+}
+
+/// Finds the equilibrium under `forces` (N, n x 3): Newton's method, as implicit steps so long that mass plays no part.
+/// Gives the largest force left on a free node, N.
+///
+/// # Panics
+/// If the material fails.
+pub fn settle(system: &mut System, forces: &[V3], newton_steps: usize) -> f64 {
+    let pool = Pool::new(1);
+    let mut integrator = Integrator::new(Scheme::BackwardEuler, 1e-10, 20_000);
+    integrator.resize(system.nodes.len());
+    for _ in 0..newton_steps {
+        system.nodes.v.fill([0.0; 3]);
+        let loads = Loads { forces, ..Loads::default() };
+        let report = integrator.step(&pool, system, &loads, (0.0, 1e4), 1).unwrap_or_else(|e| panic!("{e}"));
+        assert!(report.converged, "{report:?}");
+    }
+    system.nodes.v.fill([0.0; 3]);
+    let (force, nodes) = (self::forces(system), &system.nodes);
+    let free = (0..nodes.len()).filter(|i| nodes.constraint[*i] == Constraint::Free);
+    free.flat_map(|i| (0..3).map(move |c| (i, c)))
+        .map(|(i, c)| (force[i][c] + forces.get(i).map_or(0.0, |f| f[c])).abs())
+        .fold(0.0, f64::max)
+}
+
+/// N (n x 3), of the material, at rest.
+///
+/// # Panics
+/// If the material fails.
+pub fn forces(system: &System) -> Vec<V3> {
+    let mut force = vec![[0.0; 3]; system.nodes.len()];
+    system
+        .forces(&Pool::new(1), &vec![[0.0; 3]; system.nodes.len()], (0.0, 0.0), &mut force)
+        .unwrap_or_else(|e| panic!("{e}"));
+    force
+}
+
+/// Numbers within [-1, 1], the same on every run.
+pub fn random() -> impl FnMut() -> f64 {
+    let mut seed = 1_u64;
+    move || {
+        seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (seed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+}

@@ -1,0 +1,30 @@
+//! Plugins built for earlier minors of the border still load, keep their promises and run: one binary is kept for each.
+//!
+//! `tests/old/material-1.0.so` is the C material of `pliant plugin new` as of interface 1.0, built with its own Makefile and
+//! stripped. A new minor adds one and takes none away.
+
+use pliant_core::host::Library;
+use pliant_plugin_api::kit::{Verdict, cases};
+use pliant_tests::{Bench, root};
+
+#[test]
+fn old_binaries_load_conform_and_run() {
+    if !cfg!(all(target_os = "linux", target_arch = "x86_64")) {
+        println!("skipped: the old binaries are of x86-64 Linux");
+        return;
+    }
+    for file in ["material-1.0.so"] {
+        let path = root().join("tests/old").join(file).canonicalize().unwrap_or_else(|e| panic!("{file}: {e}"));
+        let library = Library::open(&path).unwrap_or_else(|e| panic!("{e}"));
+        let candidate = library.candidate(0);
+        for case in cases(candidate.kind().expect("a kind there is")) {
+            let verdict = case.run(&candidate);
+            assert!(!matches!(verdict, Verdict::Failed(_)), "{file}: {}: {verdict:?}", case.name);
+        }
+        let bench = Bench::new();
+        bench.write("scene.toml", pliant_tests::box_scene("", "", ""));
+        let material = format!("body.0.material.plugin={}", path.display());
+        bench.pliant(&["run", "scene.toml", "-q", "--out", "out", "--set", &material]).expect(0);
+        assert!(bench.summary("out")["largest_force"].as_f64() > Some(0.01), "{file}");
+    }
+}

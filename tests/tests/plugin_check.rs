@@ -1,0 +1,182 @@
+//! `pliant plugin check` on plugins that break the border itself, and on those that end their process: in C, as Rust authors
+//! cannot. And a scene with such a plugin, in a process of its own.
+
+use pliant_tests::native::has_compiler;
+use pliant_tests::{Bench, Ran};
+
+/// The C material `pliant plugin new` writes, with its own entry, and with `fault` put over it.
+fn wrapped(bench: &Bench, stem: &str, fault: &str) -> String {
+    if !bench.path("sound").exists() {
+        bench.pliant(&["plugin", "new", "sound", "--kind", "material", "--lang", "c"]).expect(0);
+    }
+    let text = format!(
+        r#"
+#define pliant_entry sound_entry
+#include "../sound/src/sound.c"
+#undef pliant_entry
+extern PLIANT_EXPORT const pliant_library pliant_entry;
+{fault}
+"#
+    );
+    bench.compile("lib", stem, &text).display().to_string()
+}
+
+const ENTRY: &str = "const pliant_library pliant_entry = {sizeof(pliant_library), PLIANT_ABI_MAJOR, PLIANT_ABI_MINOR, init, \
+                     describe_plugin, faulty};";
+
+/// A `create` that does this to each instance before it hands it over.
+fn create_with(change: &str) -> String {
+    format!(
+        "static const pliant_plugin *faulty(const pliant_host *host, const char *id) {{
+           const pliant_plugin *p = create(host, id);
+           instance *it = p ? (instance *)p->data : NULL;
+           if (!it) return NULL;
+           {change}
+           return &it->plugin;
+         }}
+         {ENTRY}"
+    )
+}
+
+fn failed(ran: &Ran) -> Vec<String> {
+    let document = ran.json();
+    let cases = document["cases"].as_array().expect("cases");
+    let failed = cases.iter().filter(|c| c["verdict"] == "FAILED");
+    failed.map(|c| c["case"].as_str().expect("a name").to_owned()).collect()
+}
+
+#[test]
+fn each_fault_of_the_border_fails_its_case_and_no_other() {
+    if !has_compiler() {
+        return;
+    }
+    let bench = Bench::new();
+    let twice = format!(
+        "static pliant_descriptor copies[2];
+         static uint32_t turn;
+         static const pliant_descriptor *alternating(uint32_t index) {{
+           pliant_descriptor *copy = &copies[turn++ & 1];
+           if (index > 0) return NULL;
+           *copy = descriptor;
+           copy->flags += turn & 1 ? 0u : 4u;
+           return copy;
+         }}
+         static const pliant_plugin *faulty(const pliant_host *host, const char *id) {{ return create(host, id); }}
+         {}",
+        ENTRY.replace("describe_plugin", "alternating")
+    );
+    let any_id = format!(
+        "static const pliant_plugin *faulty(const pliant_host *host, const char *id) {{
+           (void)id;
+           return create(host, descriptor.id);
+         }}
+         {ENTRY}"
+    );
+    let slow = format!(
+        "#include <time.h>
+         static pliant_status dawdle(const pliant_host *host, const char *folder) {{
+           const clock_t start = clock();
+           while (clock() - start < CLOCKS_PER_SEC / 4) (void)host, (void)folder;
+           return init(host, folder);
+         }}
+         static const pliant_plugin *faulty(const pliant_host *host, const char *id) {{ return create(host, id); }}
+         {}",
+        ENTRY.replace(" init,", " dawdle,")
+    );
+    let any_extension = "static const void *any(const pliant_plugin *p, const char *id) {
+           (void)p, (void)id;
+           return &table;
+         }
+         ";
+    let takes_all = "static pliant_status takes(const pliant_plugin *p, uint32_t index, double value) {
+           if (index < PARAMS) ((instance *)p->data)->values[index] = value;
+           return PLIANT_OK;
+         }
+         ";
+    let with = |function: &str, change: &str| format!("{function}{}", create_with(change));
+    let table = [
+        ("slow", slow, "opens-under-100-ms"),
+        ("twice", twice, "descriptor-is-stable"),
+        ("any_id", any_id, "unknown-id-is-refused"),
+        ("any_extension", with(any_extension, "it->plugin.extension = any;"), "unknown-extension-is-not-offered"),
+        ("takes_all", with(takes_all, "it->plugin.set_number = takes;"), "out-of-range-is-refused"),
+        ("runs_dry", with("static int opened;\n", "if (++opened > 30) return NULL;"), "opens-many-times"),
+    ];
+    for (stem, fault, case) in table {
+        let library = wrapped(&bench, stem, &fault);
+        let ran = bench.pliant(&["plugin", "check", &library, "--json"]).expect(1);
+        assert_eq!(failed(&ran), [case], "{stem}");
+    }
+    let library = wrapped(&bench, "sound_after_all", &create_with(""));
+    bench.pliant(&["plugin", "check", &library]).expect(0).says(&["0 failed"]);
+    // One that does not open has nothing else to be looked at.
+    let refuses = "static pliant_status no(const pliant_plugin *p, const pliant_limits *l) { (void)l; \
+                   return fail(p, PLIANT_BAD_ARGUMENT, \"not today\"); }\n";
+    let library = wrapped(&bench, "refuses", &format!("{refuses}{}", create_with("it->plugin.activate = no;")));
+    let ran = bench.pliant(&["plugin", "check", &library, "--case", "opens-with-defaults"]).expect(1);
+    assert!(ran.out.contains("opens-with-defaults") && ran.out.contains("not today"), "{}", ran.out);
+}
+
+/// A material whose forces end the process, or never end.
+fn deadly(bench: &Bench, stem: &str, how: &str) -> String {
+    let fault = format!(
+        "static pliant_status dies(const pliant_plugin *p, const pliant_batch *b, double *f) {{
+           static volatile int seen; (void)p, (void)b, (void)f;
+           {how}
+           return seen ? PLIANT_OK : PLIANT_IO;
+         }}
+         static const pliant_material deadly = {{sizeof(pliant_material), elements, rest, mass, energy, dies, tangent, NULL, NULL}};
+         static const void *other(const pliant_plugin *p, const char *id) {{
+           (void)p; return strcmp(id, PLIANT_MATERIAL) == 0 ? &deadly : NULL; }}
+         {}",
+        create_with("it->plugin.extension = other;")
+    );
+    wrapped(bench, stem, &fault)
+}
+
+#[test]
+fn a_plugin_that_ends_its_process_or_hangs_fails_its_case_and_the_check_goes_on() {
+    if !has_compiler() {
+        return;
+    }
+    let bench = Bench::new();
+    for (stem, how, said) in [
+        ("segfault", "*(volatile int *)(size_t)seen = 1;", "signal 11 (segmentation fault)"),
+        ("abort", "abort();", "signal 6 (abort)"),
+        ("hangs", "for (;;) seen++;", "did not end within 1 s"),
+        ("exits", "exit(0);", "it said nothing that can be read"),
+    ] {
+        let library = deadly(&bench, stem, how);
+        let (case, seconds) = (["--case", "rest-is-force-free"], ["--seconds", "1"]);
+        let ran = bench.pliant(&[["plugin", "check"], [&library, "--json"], case, seconds].concat()).expect(1);
+        assert!(ran.out.contains(said), "{stem}: {}", ran.out);
+        bench.pliant(&["plugin", "check", &library, "--case", "mass-is-positive"]).expect(0);
+    }
+}
+
+#[test]
+fn a_library_that_is_none_ends_the_check_with_a_sentence() {
+    let bench = Bench::new();
+    let text = bench.write("no.so", "not a library").display().to_string();
+    bench.pliant(&["plugin", "check", &text]).expect(3).says(&["no.so", "cannot be opened as a shared library"]);
+    bench.pliant(&["plugin", "check", "nowhere/at/all.so"]).expect(3);
+    bench.pliant(&["plugin", "check", "mass-spring", "--case", "no-such-case"]).expect(2);
+    bench.pliant(&["plugin", "check", "mass-spring", "--case", "mass-is-positive"]).expect(0);
+}
+
+#[test]
+fn a_crash_in_a_run_of_its_own_is_an_error_and_not_ours() {
+    if !has_compiler() {
+        return;
+    }
+    let bench = Bench::new();
+    deadly(&bench, "sound", "*(volatile int *)(size_t)seen = 1;");
+    let ran = bench.pliant(&["run", "sound/scene.toml", "--isolate", "--plugin-path", "lib", "--out", "out"]);
+    let ran = ran.expect(3).says(&["segmentation fault", "a plugin of the scene crashed"]);
+    assert!(ran.out.is_empty() && !bench.path("out/final.obj").exists(), "{}", ran.out);
+    // A run that ends by itself ends the same way.
+    let ran = ["run", "sound/scene.toml", "--isolate", "--set", "body.0.material.plugin=mass-spring", "--out", "well"];
+    bench.pliant(&ran).expect(0);
+    assert!(bench.path("well/final.obj").is_file());
+    bench.pliant(&["run", "nothing.toml", "--isolate"]).expect(2).says(&["nothing.toml"]);
+}
