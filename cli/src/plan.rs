@@ -47,15 +47,12 @@ fn tell(report: &Report<'_>, session: &Session) -> String {
     let c = report.choices;
     let mut lines = vec![format!("{} steps of {}", report.steps, text::seconds(report.dt))];
     for body in &report.bodies {
-        lines.push(format!(
-            "body `{}`: {} vertices, {} triangles, level {} with {} cells of {:.3} mm",
-            body.name,
-            body.vertices,
-            body.triangles,
-            body.level,
-            body.cells,
-            body.cell * 1e3
-        ));
+        let (name, vertices, triangles, edge) = (&body.name, body.vertices, body.triangles, body.edge * 1e3);
+        let carrier = match (body.level, body.cells) {
+            (Some(level), Some(cells)) => format!("level {level} with {cells} cells of {edge:.3} mm"),
+            _ => format!("its own mesh, edges of {edge:.3} mm"),
+        };
+        lines.push(format!("body `{name}`: {vertices} vertices, {triangles} triangles, {carrier}"));
     }
     lines.push(format!("integrator: {} ({})", c.integrator, c.why));
     lines.push(match (c.step_limit, c.certain_step_limit) {

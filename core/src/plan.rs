@@ -185,7 +185,8 @@ impl Plan {
     fn find_moving(&mut self, scene: &Scene) {
         for body in &scene.body {
             let led = body.fixed.iter().any(|f| f.get_ref().path.iter().any(|row| row[1..] != [0.0; 3]));
-            let falls = self.gravity != [0.0; 3] && body.grid.region == Extent::Whole;
+            let whole = body.sheet.is_some() || body.grid.region == Extent::Whole;
+            let falls = self.gravity != [0.0; 3] && whole;
             let moving = !self.tools.is_empty() || led || falls;
             self.moving.push(moving);
             if !moving {
@@ -235,7 +236,7 @@ impl Plan {
             self.leave("gravity", if scene.gravity.is_some() { "it is zero" } else { "the scene has none" });
             return;
         }
-        for body in scene.body.iter().filter(|b| b.grid.region == Extent::Local) {
+        for body in scene.body.iter().filter(|b| b.sheet.is_none() && b.grid.region == Extent::Local) {
             // A patch that is switched on under gravity would start out of equilibrium and jump.
             let why = "its region is local: the shape handed in is the shape it has under its own weight";
             self.leave(format!("gravity on body `{}`", body.name.get_ref()), why);
@@ -253,6 +254,10 @@ impl Plan {
             }
         }
         for body in &scene.body {
+            if body.sheet.is_some() {
+                self.leave(format!("grid of body `{}`", body.name.get_ref()), "its own mesh carries it");
+                continue;
+            }
             let level = u64::from(*body.grid.level.get_ref());
             self.leave(
                 format!("levels {} and finer of the grid of body `{}`", level + 1, body.name.get_ref()),

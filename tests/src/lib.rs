@@ -230,6 +230,20 @@ tool = "finger"
     )
 }
 
+/// A body that fills its cells.
+#[derive(Debug)]
+pub struct Everywhere;
+
+impl pliant_core::body::Inner for Everywhere {
+    fn near(&self, _: [f64; 3], _: f64) -> Vec<[[f64; 3]; 3]> {
+        Vec::new()
+    }
+
+    fn has(&self, _: [f64; 3]) -> bool {
+        true
+    }
+}
+
 /// Opens a scene given as text.
 ///
 /// # Panics

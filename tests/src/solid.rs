@@ -76,10 +76,10 @@ pub fn settle(system: &mut System, forces: &[V3], newton_steps: usize) -> f64 {
 ///
 /// # Panics
 /// If the material fails.
-pub fn forces(system: &System) -> Vec<V3> {
+pub fn forces(system: &mut System) -> Vec<V3> {
     let mut force = vec![[0.0; 3]; system.nodes.len()];
     system
-        .forces(&Pool::new(1), &vec![[0.0; 3]; system.nodes.len()], (0.0, 0.0), &mut force)
+        .forces(&Pool::new(1), Some(&vec![[0.0; 3]; force.len()]), (0.0, 0.0), &mut force)
         .unwrap_or_else(|e| panic!("{e}"));
     force
 }

@@ -103,7 +103,12 @@ fn unknown_keys_are_told_with_those_there_are() {
     refuses(&[
         ("title = \"sound\"", "titel = \"\"", 0, &["unknown field `titel`", "`format`, `title`, `time`"]),
         ("dt = 0.001", "step = 0.001", 0, &["unknown field `step`", "`duration`, `dt`, `integrator`"]),
-        ("tolerance = 1e-6", "tol = 1", 0, &["unknown field `tol`", "`tolerance` or `iterations`"]),
+        (
+            "tolerance = 1e-6",
+            "tol = 1",
+            0,
+            &["unknown field `tol`", "`tolerance`, `iterations`, `newton`, `newton-tolerance`"],
+        ),
         ("name = \"block\"", "colour = 3", 0, &["unknown field `colour`", "`name`, `mesh`, `shape`"]),
         ("cells = 8", "cell = 8", 0, &["unknown field `cell`", "`kind`, `cells`, `size`"]),
         ("level = 4", "levle = 4", 0, &["unknown field `levle`", "`plugin`, `params`, `level`"]),
@@ -364,7 +369,7 @@ fn hands_that_make_no_sense_are_refused() {
 #[test]
 fn edits_probes_and_outputs_that_make_no_sense_are_refused() {
     refuses(&[
-        ("kind = \"touch\"", "kind = \"poke\"", 0, &["`poke`", "`touch` or `pull`"]),
+        ("kind = \"touch\"", "kind = \"poke\"", 0, &["`poke`", "`touch`, `pull`, `cut`, `undo`, `redo`"]),
         ("tool = \"finger\"", "tool = \"thumb\"", 0, &["no tool `thumb`; allowed is `finger`"]),
         ("tool = \"finger\"", "tool = \"finger\"\nstart = -1", 1, &["start is -1 s; allowed is 0 or more"]),
         (

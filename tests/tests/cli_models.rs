@@ -26,7 +26,7 @@ fn any_model_is_put_in_place_scaled_to_fit() {
     meshes.extend(["suzanne.obj", "spot.obj", "teapot.obj"].iter().filter_map(|name| shared_mesh(name)));
     for mesh in meshes {
         let body = tried(&bench, &mesh);
-        let cell = body["cell"].as_f64().expect("a number") / own["bodies"][0]["cell"].as_f64().expect("a number");
+        let cell = body["edge"].as_f64().expect("a number") / own["bodies"][0]["edge"].as_f64().expect("a number");
         assert!((cell - 1.0).abs() < 1e-3, "{}: as large as the box was, but {cell} times", mesh.display());
         assert_eq!(body["model"].as_str(), mesh.to_str());
         let (before, after) = (std::fs::read(&mesh).expect("read"), bench.read("out/final.obj"));

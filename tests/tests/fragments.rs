@@ -1,24 +1,11 @@
 //! A lattice that a blade passes through: what is conserved, what hangs together.
 
-use pliant_core::body::{Body, Inner};
+use pliant_core::body::Body;
 use pliant_core::session::Session;
 use pliant_core::step::{axpy, dot};
-use pliant_tests::{box_scene, open};
+use pliant_tests::{Everywhere, box_scene, open};
 
 type V3 = [f64; 3];
-
-/// A body that fills its cells.
-struct Everywhere;
-
-impl Inner for Everywhere {
-    fn near(&self, _: [f64; 3], _: f64) -> Vec<[[f64; 3]; 3]> {
-        Vec::new()
-    }
-
-    fn has(&self, _: [f64; 3]) -> bool {
-        true
-    }
-}
 
 /// A block of 40 mm, all of it active, twisted and moving.
 fn block(params: &str) -> Session {
@@ -46,9 +33,9 @@ fn cut(body: &mut Body, swept: &[[V3; 3]]) {
     let points = body.model.surface.points.clone();
     // Just inside of the body: towards its middle, and away from the wall.
     let inside = |v: u32| points[v as usize].map(|c| c * (1.0 - 1e-3));
-    body.lattice.cut(swept, std::iter::empty(), inside, &Everywhere).unwrap();
-    let Body { model, skin, system, lattice, fixings, .. } = body;
-    assert!(lattice.follow(&[], model, fixings, skin, system).unwrap());
+    body.carrier.lattice_mut().unwrap().cut(swept, std::iter::empty(), inside, &Everywhere).unwrap();
+    let Body { model, skin, system, carrier, fixings, .. } = body;
+    assert!(carrier.follow(&[], model, fixings, skin, system).unwrap());
 }
 
 struct State {
@@ -59,15 +46,16 @@ struct State {
     parts: u32,
 }
 
-fn state(body: &Body) -> State {
+fn state(body: &mut Body) -> State {
+    let elastic = body.system.energy((0.0, 1e-3)).unwrap();
     let nodes = &body.system.nodes;
     let momentum = (0..nodes.len()).fold([0.0; 3], |sum, i| axpy(sum, nodes.mass[i], nodes.v[i]));
     State {
         mass: nodes.mass.iter().sum(),
         momentum,
-        energy: body.system.energy((0.0, 1e-3)).unwrap() + nodes.kinetic_energy(),
+        energy: elastic + nodes.kinetic_energy(),
         nodes: nodes.len(),
-        parts: body.lattice.parts().iter().max().map_or(0, |m| m + 1),
+        parts: body.carrier.lattice().unwrap().parts().iter().max().map_or(0, |m| m + 1),
     }
 }
 
@@ -137,7 +125,7 @@ fn the_parts_of_a_cut_body_move_apart_on_their_own() {
     for i in 0..nodes.x.len() {
         nodes.v[i] = [0.0; 3];
     }
-    let parts = session.bodies[0].lattice.parts();
+    let parts = session.bodies[0].carrier.lattice().unwrap().parts();
     let nodes = &mut session.bodies[0].system.nodes;
     for i in 0..nodes.x.len() {
         nodes.v[i][0] = if parts[i] == parts[0] { -0.1 } else { 0.1 };

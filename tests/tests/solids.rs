@@ -98,7 +98,8 @@ fn torque(name: &str, n: u32) -> f64 {
     let mut system = solid(name, nu, [4 * n, n, n], SIDE / f64::from(n));
     twist(&mut system, angle);
     settle(&mut system, &[], 3);
-    let (force, x) = (forces(&system), &system.nodes.x);
+    let force = forces(&mut system);
+    let x = &system.nodes.x;
     let far = (0..x.len()).filter(|i| system.nodes.rest[*i][0] > LENGTH - 1e-9);
     let moment: f64 = far.map(|i| (x[i][1] - 0.5 * SIDE) * force[i][2] - (x[i][2] - 0.5 * SIDE) * force[i][1]).sum();
     let shear = YOUNG / (2.0 * (1.0 + nu));

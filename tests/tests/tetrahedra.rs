@@ -3,7 +3,7 @@
 use pliant_core::body::Body;
 use pliant_core::step::V3;
 use pliant_plugin_api::abi;
-use pliant_tests::{box_scene, open};
+use pliant_tests::{Everywhere, box_scene, open};
 
 #[test]
 fn a_cut_keeps_the_energy_of_a_solid() {
@@ -22,7 +22,7 @@ fn a_cut_keeps_the_energy_of_a_solid() {
         let tetrahedra = |body: &Body| {
             body.system.sets.iter().find(|s| s.request().kind == abi::TETRAHEDRON).map_or(0, |s| s.count())
         };
-        assert_eq!(tetrahedra(body), 5 * body.lattice.region().cell_id.len());
+        assert_eq!(tetrahedra(body), 5 * body.carrier.lattice().unwrap().region().cell_id.len());
         let before = (body.system.energy((0.0, 0.0)).unwrap(), tetrahedra(body));
 
         // A wall beside the middle of a cell: it parts cells into a quarter and three.
@@ -30,9 +30,13 @@ fn a_cut_keeps_the_energy_of_a_solid() {
         let wall: [[V3; 3]; 2] =
             [[[at, low, low], [at, high, low], [at, high, high]], [[at, low, low], [at, high, high], [at, low, high]]];
         let points = body.model.surface.points.clone();
-        body.lattice.cut(&wall, std::iter::empty(), |v| points[v as usize].map(|c| c * (1.0 - 1e-3))).unwrap();
-        let Body { model, skin, system, lattice, fixings, .. } = body;
-        assert!(lattice.follow(&[], model, fixings, skin, system).unwrap());
+        body.carrier
+            .lattice_mut()
+            .unwrap()
+            .cut(&wall, std::iter::empty(), |v| points[v as usize].map(|c| c * (1.0 - 1e-3)), &Everywhere)
+            .unwrap();
+        let Body { model, skin, system, carrier, fixings, .. } = body;
+        assert!(carrier.follow(&[], model, fixings, skin, system).unwrap());
         let after = (body.system.energy((0.0, 0.0)).unwrap(), tetrahedra(body));
         assert!(after.1 > before.1, "{material}: cells were parted: {before:?} {after:?}");
         assert!((after.0 / before.0 - 1.0).abs() < 1e-11, "{material}: {before:?} {after:?}");

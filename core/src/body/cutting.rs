@@ -24,7 +24,7 @@ impl Body {
     /// # Errors
     /// What the grid says.
     pub fn take_cut(&mut self, advance: &Advance) -> Result<(), LatticeError> {
-        let Some(mesh) = &self.cut else { return Ok(()) };
+        let (Some(mesh), Some(lattice)) = (&self.cut, self.carrier.lattice_mut()) else { return Ok(()) };
         let mut settled = std::mem::take(&mut self.skin.settled);
         let list = Arc::make_mut(&mut settled);
         for vertex in advance.first_vertex..mesh.surface().points.len() as u32 {
@@ -38,7 +38,7 @@ impl Body {
                 }
                 Origin::Face { corners, weights } => super::weigh(corners.map(kept), weights),
                 Origin::Copy { of } => kept(of),
-                Origin::Cap { .. } => self.lattice.kept_at(place)?,
+                Origin::Cap { .. } => lattice.kept_at(place)?,
             };
             list.push(axpy(place, 1.0, moved));
         }
@@ -46,17 +46,17 @@ impl Body {
         let new = advance.first_triangle..mesh.surface().triangles.len() as u32;
         let moved: Vec<u32> = advance.changed.iter().copied().chain(new.clone()).collect();
         self.skin.take_cut(&self.model, settled, &moved, 0..0);
-        let caps = caps(mesh, new, &advance.facets, APRON * self.lattice.edge(), &mut self.aprons);
+        let caps = caps(mesh, new, &advance.facets, APRON * lattice.edge(), &mut self.aprons);
         let closed = !caps.is_empty();
         let swept = if closed { &caps } else { &advance.facets };
-        let (model, edge) = (&self.model, self.lattice.edge());
+        let (model, edge) = (&self.model, lattice.edge());
         let side = |vertex: u32| beside(mesh, model, vertex, closed, edge);
         let new = advance.first_vertex..mesh.surface().points.len() as u32;
-        let cells = self.lattice.cut(swept, new, side, mesh.as_ref())?;
+        let cells = lattice.cut(swept, new, side, mesh.as_ref())?;
         if !self.samples.is_empty()
             && let Some(samples) = Arc::get_mut(&mut self.samples)
         {
-            samples.take_cut(&cells, &self.model, &self.skin, &self.lattice)?;
+            samples.take_cut(&cells, &self.model, &self.skin, lattice)?;
         }
         Ok(())
     }

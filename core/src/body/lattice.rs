@@ -14,7 +14,7 @@ mod state;
 use super::fixing::Fixing;
 use super::model::Model;
 use crate::host::{Grid, HostError, Region};
-use crate::step::{Nodes, V3, axpy};
+use crate::step::{Constraint, Nodes, System, V3, axpy};
 pub use fragments::Inner;
 use fragments::{Fragments, NodeKey};
 use pliant_plugin_api::abi::{self, Ball, Level};
@@ -40,9 +40,11 @@ pub enum LatticeError {
     /// The grid or the material failed.
     #[error(transparent)]
     Host(#[from] HostError),
-    /// A material wants what no grid gives.
-    #[error("material `{material}` wants {wanted}, which a grid does not give")]
+    /// A material wants what its carrier does not give.
+    #[error("material `{material}` wants {wanted}, which a {carrier} does not give")]
     Unsupported {
+        /// grid or sheet
+        carrier: &'static str,
         /// Its id.
         material: String,
         /// The kind of element.
@@ -170,11 +172,7 @@ impl Lattice {
             let slowed = (1.0 + rate * dt).powi(2);
             nodes.prescribed[i] = axpy(nodes.v[i], -dt * rate * rate, u).map(|v| v / slowed);
         }
-        for &(node, fixing) in &self.led {
-            let fixing = &fixings[fixing as usize];
-            let (from, to) = (fixing.displacement(time), fixing.displacement(time + dt));
-            nodes.prescribed[node as usize] = axpy(to, -1.0, from).map(|d| d / dt);
-        }
+        lead(&self.led, nodes, fixings, (time, dt));
     }
 
     /// Bytes of the largest parts.
@@ -182,6 +180,37 @@ impl Lattice {
         let occupied = (self.facts.surface_cells + self.facts.inside_cells) as usize;
         occupied * 16 + self.weights.len() * 64 + self.region.link_family.capacity() * 2 * 20
     }
+}
+
+/// Holds the nodes that fixings hold, by their number and rest position. Gives those that are led, and by which fixing.
+pub(super) fn constrain_led(fixings: &[Fixing], nodes: &mut Nodes, number: impl Fn(u32) -> u32) -> Vec<(u32, u32)> {
+    let mut led = Vec::new();
+    for i in 0..nodes.len() {
+        if let Some(fixing) = fixings.iter().position(|f| f.place.holds(number(i as u32), nodes.rest[i])) {
+            nodes.constraint[i] = Constraint::Fixed;
+            if fixings[fixing].moves() {
+                led.push((i as u32, fixing as u32));
+            }
+        }
+    }
+    led
+}
+
+/// Sets the velocity of led nodes in the step from `time` of `dt` (s).
+pub(super) fn lead(led: &[(u32, u32)], nodes: &mut Nodes, fixings: &[Fixing], (time, dt): (f64, f64)) {
+    for &(node, fixing) in led {
+        let fixing = &fixings[fixing as usize];
+        let (from, to) = (fixing.displacement(time), fixing.displacement(time + dt));
+        nodes.prescribed[node as usize] = axpy(to, -1.0, from).map(|d| d / dt);
+    }
+}
+
+/// Refuses a node without a finite mass above zero.
+pub(super) fn check_mass(system: &System) -> Result<(), LatticeError> {
+    let Some(node) = system.massless() else { return Ok(()) };
+    let (at, mass) = (system.nodes.rest[node], system.nodes.mass[node]);
+    let (material, path) = (&system.material.info().id, system.material.library().path());
+    Err(LatticeError::Massless { material: material.clone(), path: path.into(), node, at, mass })
 }
 
 /// What an element kind is called.

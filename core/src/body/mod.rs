@@ -1,15 +1,19 @@
 //! A body of a scene: the model an artist handed in, the nodes that carry it, and how its surface follows them.
 
+mod carrier;
 mod cutting;
 mod fixing;
 mod lattice;
 mod model;
+mod sheet;
 mod skin;
 mod state;
 
+pub use carrier::Carrier;
 pub use fixing::{Fixing, Place};
 pub use lattice::{Inner, Lattice, LatticeError, RegionSettings};
 pub use model::Model;
+pub use sheet::{Sheet, Warp};
 pub use skin::{NOT_CARRIED, Skin, weigh};
 pub use state::BodyState;
 
@@ -32,7 +36,7 @@ pub struct Body {
     /// Nodes, elements and material.
     pub system: System,
     /// Which nodes there are, and how the surface follows them.
-    pub lattice: Lattice,
+    pub carrier: Carrier,
     /// Its surface as a ball feels it; none where no tool is a ball.
     pub samples: std::sync::Arc<Samples>,
     /// N/m for a m^2, of the soft layer a tool lies in on its surface
@@ -49,7 +53,15 @@ impl Body {
     /// # Errors
     /// What the grid says.
     pub fn update_skin(&mut self, pool: &Pool) -> Result<(), LatticeError> {
-        self.lattice.embed_all(pool, &self.system.nodes, &self.model, &mut self.skin)
+        self.carrier.embed_all(pool, &self.system.nodes, &self.model, &mut self.skin)
+    }
+
+    /// Where the nodes carry one rest place, and where they would if they were at rest. What no node carries stays.
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn carry_one(&self, place: crate::step::V3) -> Result<(crate::step::V3, crate::step::V3), LatticeError> {
+        self.carrier.carry_one(place, &self.model, &self.skin, &self.system.nodes)
     }
 
     /// Bytes of the largest parts.
@@ -57,6 +69,6 @@ impl Body {
         let nodes = self.system.nodes.len() * 200;
         let elements: usize = self.system.sets.iter().map(|s| s.count() * 40).sum();
         let matrix = self.system.matrix.as_ref().map_or(0, crate::step::Matrix::bytes);
-        nodes + elements + matrix + self.model.bytes() + self.lattice.bytes()
+        nodes + elements + matrix + self.model.bytes() + self.carrier.bytes()
     }
 }

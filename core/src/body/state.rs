@@ -11,7 +11,7 @@ pub struct BodyState {
     nodes: Nodes,
     /// Of each set of elements.
     history: Vec<Vec<f64>>,
-    lattice: LatticeState,
+    lattice: Option<LatticeState>,
     settled: Arc<Vec<V3>>,
     /// Advances of a blade.
     cuts: usize,
@@ -24,7 +24,7 @@ impl Body {
         BodyState {
             nodes: self.system.nodes.clone(),
             history: self.system.sets.iter().map(|set| set.history().to_vec()).collect(),
-            lattice: self.lattice.save(),
+            lattice: self.carrier.lattice().map(super::Lattice::save),
             settled: Arc::clone(&self.skin.settled),
             cuts: self.cut.as_ref().map_or(0, |mesh| mesh.depth()),
             frozen: self.frozen.clone(),
@@ -55,7 +55,10 @@ impl Body {
         moved.dedup();
         self.skin.take_cut(&self.model, Arc::clone(&state.settled), &moved, count as u32..known.max(count) as u32);
         self.skin.settle();
-        self.lattice.restore(&state.lattice, &self.model, &self.fixings, &mut self.skin, &mut self.system)?;
+        if let (Some(lattice), Some(state)) = (self.carrier.lattice_mut(), &state.lattice) {
+            lattice.restore(state, &self.model, &self.fixings, &mut self.skin, &mut self.system)?;
+        }
+        self.system.nodes.rest.clone_from(&state.nodes.rest);
         self.system.nodes.x.clone_from(&state.nodes.x);
         self.system.nodes.v.clone_from(&state.nodes.v);
         self.system.nodes.prescribed.clone_from(&state.nodes.prescribed);
@@ -66,9 +69,11 @@ impl Body {
         if !self.samples.is_empty()
             && let Some(samples) = Arc::get_mut(&mut self.samples)
         {
-            let cells: Vec<u64> = self.lattice.cut_cells().collect();
             samples.mend();
-            samples.take_cut(&cells, &self.model, &self.skin, &self.lattice)?;
+            if let Some(lattice) = self.carrier.lattice() {
+                let cells: Vec<u64> = lattice.cut_cells().collect();
+                samples.take_cut(&cells, &self.model, &self.skin, lattice)?;
+            }
         }
         Ok(())
     }

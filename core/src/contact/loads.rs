@@ -1,6 +1,6 @@
 //! Loads on places of a body, and how they change as the body moves there.
 
-use crate::body::{Lattice, LatticeError};
+use crate::body::{Body, Carrier, LatticeError};
 use crate::step::{Block, NodeSprings, Nodes, V3, axpy};
 
 /// Loads on rest places.
@@ -45,14 +45,30 @@ impl PlaceLoads {
         self.damping.push(damping);
     }
 
-    /// Gives the loads to the nodes, by the transpose of the embedding. Places beside the active cells are left out and the
+    /// Gives the loads to the nodes of a body, by the transpose of the embedding. Places beside the active cells are left out and the
     /// others take their share, so that the whole load arrives.
     ///
     /// # Errors
     /// What the grid says.
-    pub fn attach(&mut self, lattice: &mut Lattice, nodes: &Nodes, out: &mut NodeSprings) -> Result<(), LatticeError> {
+    pub fn attach(&mut self, body: &mut Body, out: &mut NodeSprings) -> Result<(), LatticeError> {
+        let Body { carrier, model, skin, system, .. } = body;
+        let nodes = &system.nodes;
         let sums = &mut self.sums;
         sums.begin(nodes.len());
+        let lattice = match carrier {
+            Carrier::Lattice(lattice) => lattice,
+            Carrier::Sheet(sheet) => {
+                for (i, place) in self.places.iter().enumerate() {
+                    let Some((triangle, bary)) = sheet.seat(*place, model, skin) else { continue };
+                    for (node, weight) in sheet.nodes_of(model, triangle).into_iter().zip(bary) {
+                        sums.add(node, weight, self.force[i], &self.stiffness[i], &self.damping[i]);
+                    }
+                }
+                let wanted = self.force.iter().fold([0.0; 3], |sum, f| axpy(sum, 1.0, *f));
+                sums.give(wanted, nodes, out);
+                return Ok(());
+            }
+        };
         if lattice.grid.is_nonlinear() {
             lattice.pull_back(&self.places, &self.force, nodes, |node, f| {
                 let at = sums.touch(node).0;
@@ -62,12 +78,7 @@ impl PlaceLoads {
             let (force, stiffness, damping) = (&self.force, &self.stiffness, &self.damping);
             let mut weights = std::mem::take(&mut sums.weights);
             lattice.stencils(&self.places, &mut weights, |place, node, weight| {
-                let (f, k, c) = sums.touch(node);
-                *f = axpy(*f, weight, force[place]);
-                for e in 0..9 {
-                    k[e] += weight * stiffness[place][e];
-                    c[e] += weight * damping[place][e];
-                }
+                sums.add(node, weight, force[place], &stiffness[place], &damping[place]);
             })?;
             sums.weights = weights;
         }
@@ -95,6 +106,15 @@ impl Sums {
             self.touched.push(node);
         }
         (&mut self.force[n], &mut self.stiffness[n], &mut self.damping[n])
+    }
+
+    fn add(&mut self, node: u32, weight: f64, force: V3, stiffness: &Block, damping: &Block) {
+        let (f, k, c) = self.touch(node);
+        *f = axpy(*f, weight, force);
+        for e in 0..9 {
+            k[e] += weight * stiffness[e];
+            c[e] += weight * damping[e];
+        }
     }
 
     /// Empties the sums into `out`, scaled so that they come to `wanted`.

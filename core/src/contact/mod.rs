@@ -7,6 +7,7 @@ mod near;
 mod patch;
 mod proxy;
 mod samples;
+mod sphere;
 
 pub use closest::{Closest, closest_point};
 pub use layer::{Layer, Push};
@@ -15,3 +16,4 @@ pub use near::{Near, NearSurface, normal_of};
 pub use patch::Patch;
 pub use proxy::{Friction, Proxy, Touch, hold};
 pub use samples::Samples;
+pub use sphere::{Spheres, Tip};

@@ -67,16 +67,17 @@ impl NearSurface {
         if self.slack >= 0.0 {
             return false;
         }
-        self.slack = body.lattice.edge();
+        let Some(lattice) = body.carrier.lattice() else { return false };
+        self.slack = lattice.edge();
         self.cells.clear();
-        let region = body.lattice.region();
+        let region = lattice.region();
         for cell in 0..region.cell_id.len() as u32 {
             if u32::from(region.cell_state[cell as usize]) != abi::CELL_SURFACE {
                 continue;
             }
-            let longest = if edges { STRETCH * body.lattice.longest_edge(cell) } else { 0.0 };
+            let longest = if edges { STRETCH * lattice.longest_edge(cell) } else { 0.0 };
             let reach = reach + self.slack + longest;
-            let corners = body.lattice.corners(cell, &body.system.nodes.x);
+            let corners = lattice.corners(cell, &body.system.nodes.x);
             let apart: f64 = (0..3)
                 .map(|i| {
                     let low = corners.iter().fold(f64::INFINITY, |m, c| m.min(c[i]));
@@ -104,18 +105,19 @@ impl NearSurface {
         if self.list_cells((centre, reach, moved), body, false) {
             self.weigh(body, samples)?;
         }
+        let Some(lattice) = body.carrier.lattice() else { return Ok(()) };
         let first = out.len();
         let mut closest = (f64::INFINITY, 0.0);
         let side = self.side;
         for (&cell, &begin) in self.cells.iter().zip(&self.weights_of) {
-            let range = body.lattice.samples_of(samples, cell);
+            let range = lattice.samples_of(samples, cell);
             if range.is_empty() {
                 continue;
             }
-            let moved = body.lattice.displacements(cell, &body.system.nodes);
-            let turn = normal_turn(&moved, body.lattice.edge());
+            let moved = lattice.displacements(cell, &body.system.nodes);
+            let turn = normal_turn(&moved, lattice.edge());
             let weights = &self.weights[begin..begin + range.len()];
-            body.lattice.carry(cell, &samples.place[range.clone()], weights, &body.system.nodes, &mut self.carried)?;
+            lattice.carry(cell, &samples.place[range.clone()], weights, &body.system.nodes, &mut self.carried)?;
             for (i, s) in range.enumerate() {
                 let point = self.carried[i];
                 let d = axpy(centre, -1.0, point);
@@ -148,12 +150,13 @@ impl NearSurface {
     fn weigh(&mut self, body: &mut Body, samples: &Samples) -> Result<(), LatticeError> {
         self.weights.clear();
         self.weights_of.clear();
+        let Some(lattice) = body.carrier.lattice_mut() else { return Ok(()) };
         for &cell in &self.cells {
-            let range = body.lattice.samples_of(samples, cell);
+            let range = lattice.samples_of(samples, cell);
             let begin = self.weights.len();
             self.weights_of.push(begin);
             self.weights.resize(begin + range.len(), [0.0; 8]);
-            body.lattice.weights_in(&samples.place[range], &mut self.weights[begin..])?;
+            lattice.weights_in(&samples.place[range], &mut self.weights[begin..])?;
         }
         Ok(())
     }
@@ -169,7 +172,8 @@ impl NearSurface {
         out: &mut Vec<Near>,
     ) -> Result<(), LatticeError> {
         let fresh = self.list_cells((centre, reach, moved), body, true);
-        let Body { lattice, model, skin, system, .. } = body;
+        let Body { carrier, model, skin, system, .. } = body;
+        let Some(lattice) = carrier.lattice_mut() else { return Ok(()) };
         if fresh || moved > 0.0 {
             self.cells.iter().try_for_each(|&cell| lattice.embed(cell, &system.nodes, model, skin))?;
         }

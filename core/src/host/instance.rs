@@ -151,6 +151,16 @@ impl Instance {
         if status == Status::OK { Ok(()) } else { Err(refused(self.reason(status.meaning()))) }
     }
 
+    /// Another table the instance may offer, of at least `size` bytes.
+    pub(super) fn other_table(&self, extension: &CStr, size: usize) -> Option<*const c_void> {
+        // SAFETY: only called after `check_tables`.
+        let get = unsafe { (*self.plugin).extension }?;
+        // SAFETY: [any]; null or a table that lives as long as the library, starting with its size.
+        let found = unsafe { get(self.plugin, extension.as_ptr()) };
+        // SAFETY: every table of the interface starts with its size.
+        (!found.is_null() && unsafe { *found.cast::<usize>() } >= size).then_some(found)
+    }
+
     /// The table of the kind.
     ///
     /// # Safety

@@ -88,6 +88,7 @@ pub struct Material {
     instance: Instance,
     table: &'static abi::Material,
     requests: Vec<ElementRequest>,
+    coupled: Option<&'static abi::Coupled>,
 }
 
 /// The most kinds of elements a material may want.
@@ -114,8 +115,17 @@ impl Material {
         if !whole {
             return Err(instance.error("extension", "the material's table has a null in it"));
         }
-        let mut material = Self { instance, table, requests: Vec::new() };
+        let mut material = Self { instance, table, requests: Vec::new(), coupled: None };
         material.read_requests()?;
+        if material.requests.iter().any(|r| r.flags & abi::IS_COUPLED != 0) {
+            let found = material.instance.other_table(abi::COUPLED, size_of::<abi::Coupled>());
+            // SAFETY: at least as large as the table, and lives as long as the library.
+            let table = found.map(|table| unsafe { &*table.cast::<abi::Coupled>() });
+            material.coupled = table.filter(|t| t.strain.is_some() && t.compliance.is_some());
+            if material.coupled.is_none() {
+                return Err(material.instance.error("extension", "coupled hinges without `pliant.coupled/1`"));
+            }
+        }
         Ok(material)
     }
 
@@ -238,6 +248,27 @@ impl Material {
     /// The error of a result of `call` for a node that is not finite.
     pub fn not_finite(&self, call: &'static str, node: usize) -> HostError {
         self.instance.error(call, &format!("the result for node {node} is not finite"))
+    }
+
+    /// Writes strain and its gradient of the call's range of coupled hinges into `planes` (13 x m). `[sim]`
+    ///
+    /// # Errors
+    /// What the material says.
+    pub fn strain(&self, call: &Call<'_>, planes: &mut [f64]) -> Result<(), HostError> {
+        let strain = self.coupled.and_then(|table| table.strain).expect("checked when it was opened");
+        // SAFETY: [sim & active]; `planes` holds the planes of all elements.
+        self.instance.done("strain", unsafe { strain(self.instance.plugin(), &call.batch(), planes.as_mut_ptr()) })
+    }
+
+    /// Writes the compliance of the call's range of coupled triangles into `planes` (6 x m). `[sim]`
+    ///
+    /// # Errors
+    /// What the material says.
+    pub fn compliance(&self, call: &Call<'_>, planes: &mut [f64]) -> Result<(), HostError> {
+        let compliance = self.coupled.and_then(|table| table.compliance).expect("checked when it was opened");
+        // SAFETY: [sim & active]; `planes` holds the planes of all elements.
+        let status = unsafe { compliance(self.instance.plugin(), &call.batch(), planes.as_mut_ptr()) };
+        self.instance.done("compliance", status)
     }
 
     /// Whether it panicked and is not to be called again.

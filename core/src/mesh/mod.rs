@@ -21,6 +21,7 @@ pub(crate) mod testing;
 mod triangulate;
 
 pub use check::{Finding, check, require_for_mesh_elements};
+pub use edges::{EdgeTable, Side};
 pub use error::MeshError;
 pub use obj::{Corner, Face, ObjDocument, ObjError};
 pub use placement::Placement;

@@ -95,6 +95,11 @@ impl Check<'_> {
             let text = format!("tolerance is {}; allowed is a number above 0 and below 1", tolerance.get_ref());
             return self.wrong(tolerance.span(), text);
         }
+        let newton = &scene.solver.newton_tolerance;
+        self.above(*newton.get_ref(), newton.span(), "newton-tolerance", "")?;
+        if let Some(zero) = scene.solver.newton.as_ref().filter(|n| *n.get_ref() == 0) {
+            return self.wrong(zero.span(), "newton is 0; allowed is 1 or more");
+        }
         if scene.body.is_empty() { Err(self.0.whole("no [[body]]; a scene needs one at least")) } else { Ok(()) }
     }
 
@@ -122,7 +127,8 @@ impl Check<'_> {
             self.above(radius.get_ref().si, radius.span(), "radius of the region", " m")?;
         }
         self.above(body.grid.relaxation.get_ref().si, body.grid.relaxation.span(), "relaxation", " s")?;
-        body.fixed.iter().try_for_each(|fixed| self.fixed(fixed, body.grid.region))
+        let region = if body.sheet.is_some() { Extent::Whole } else { body.grid.region };
+        body.fixed.iter().try_for_each(|fixed| self.fixed(fixed, region))
     }
 
     fn fixed(&self, spanned: &Spanned<FixedScene>, region: Extent) -> Result<(), SceneError> {

@@ -41,12 +41,14 @@ pub struct BodySummary {
     pub vertices: usize,
     /// Triangles of the model.
     pub triangles: usize,
-    /// Level of the grid.
-    pub level: u32,
-    /// m, edge of a cell
-    pub cell: f64,
-    /// Occupied cells of the level.
-    pub cells: u64,
+    /// Level of the grid, if it has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub level: Option<u32>,
+    /// m, edge of a cell; of a sheet, the mean edge of its triangles
+    pub edge: f64,
+    /// Occupied cells of the level, if there is a grid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cells: Option<u64>,
     /// Why it stands still, if it does.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frozen: Option<String>,
@@ -137,9 +139,9 @@ pub fn bodies(session: &Session) -> Vec<BodySummary> {
         model: body.model.document.name().display().to_string(),
         vertices: body.model.surface.points.len(),
         triangles: body.model.surface.triangles.len(),
-        level: body.lattice.settings.level,
-        cell: body.lattice.edge(),
-        cells: body.lattice.facts.surface_cells + body.lattice.facts.inside_cells,
+        level: body.carrier.lattice().map(|lattice| lattice.settings.level),
+        edge: body.carrier.edge(),
+        cells: body.carrier.lattice().map(|lattice| lattice.facts.surface_cells + lattice.facts.inside_cells),
         frozen: body.frozen.clone(),
     };
     session.bodies.iter().map(summary).collect()

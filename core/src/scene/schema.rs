@@ -103,8 +103,14 @@ pub enum IntegratorChoice {
     ExplicitEuler,
     /// Velocities first.
     SymplecticEuler,
-    /// Linearised once a step.
+    /// Linearised once a step, unless `newton` asks for more.
     BackwardEuler,
+    /// Second order, damps less.
+    Bdf2,
+    /// Second order, damps nothing; not for contact.
+    ImplicitMidpoint,
+    /// Equilibrium at every step, without inertia.
+    QuasiStatic,
 }
 
 /// The solver of implicit integrators.
@@ -117,11 +123,22 @@ pub struct SolverScene {
     /// Iterations at most.
     #[schemars(with = "u32")]
     pub iterations: Spanned<u32>,
+    /// Newton iterations of a step, at most: by default 1, what a hand can wait for, and 200 of `quasi-static`.
+    #[schemars(with = "Option<u32>")]
+    pub newton: Option<Spanned<u32>>,
+    /// Of the first residual of a step, where Newton's method stops.
+    #[schemars(with = "f64")]
+    pub newton_tolerance: Spanned<f64>,
 }
 
 impl Default for SolverScene {
     fn default() -> Self {
-        Self { tolerance: Spanned::new(0..0, 1e-6), iterations: Spanned::new(0..0, 1000) }
+        Self {
+            tolerance: Spanned::new(0..0, 1e-6),
+            iterations: Spanned::new(0..0, 1000),
+            newton: None,
+            newton_tolerance: Spanned::new(0..0, 1e-6),
+        }
     }
 }
 
@@ -156,6 +173,9 @@ pub struct BodyScene {
     /// Which nodes carry it.
     #[serde(default)]
     pub grid: GridScene,
+    /// Its own vertices carry it instead: for cloth and other thin shells.
+    #[schemars(with = "Option<SheetScene>")]
+    pub sheet: Option<Spanned<SheetScene>>,
     /// Nodes that are held or led.
     #[serde(default)]
     #[schemars(with = "Vec<FixedScene>")]
@@ -175,8 +195,15 @@ pub struct ShapeScene {
     /// Cells along an edge, around the equator quarter, or around the cylinder.
     #[serde(default = "default_cells")]
     pub cells: u32,
-    /// Edges of a box; of a sphere or cylinder the first is the diameter, the last the height.
+    /// Edges of a box; of a sphere or cylinder the first is the diameter, the last the height; a sheet has its width along x,
+    /// its height along y, and no third.
     pub size: [Length; 3],
+    /// Cells of a sheet along y; by default as high as they are wide.
+    #[serde(default)]
+    pub rows: u32,
+    /// How a sheet is cut into triangles.
+    #[serde(default)]
+    pub pattern: PatternScene,
 }
 
 fn default_cells() -> u32 {
@@ -193,6 +220,23 @@ pub enum ShapeKind {
     Sphere,
     /// A closed cylinder along z.
     Cylinder,
+    /// A flat sheet in the plane z = 0, its lower left corner in the origin.
+    Sheet,
+}
+
+/// Ways a sheet is cut into triangles.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum PatternScene {
+    /// Diagonals change direction from cell to cell.
+    #[default]
+    Alternating,
+    /// All diagonals run one way.
+    Regular,
+    /// Every second row is moved by half a cell.
+    Equilateral,
+    /// Regular, with the inner vertices moved at random, the same in every run.
+    Irregular,
 }
 
 /// A turn about an axis through the origin.
@@ -217,6 +261,40 @@ pub struct PluginScene {
     #[serde(default)]
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub params: BTreeMap<String, Spanned<toml::Value>>,
+}
+
+/// A body carried by its own mesh.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct SheetScene {
+    /// Where the warp runs: a direction in the placed rest shape, in the plane of each triangle, or `"texture"`, along u of
+    /// the texture coordinates.
+    #[serde(default)]
+    pub warp: WarpScene,
+}
+
+/// Where the warp runs.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum WarpScene {
+    /// A direction.
+    Axis([f64; 3]),
+    /// By name.
+    Name(WarpName),
+}
+
+/// Ways a warp may run.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum WarpName {
+    /// Along u.
+    Texture,
+}
+
+impl Default for WarpScene {
+    fn default() -> Self {
+        Self::Axis([1.0, 0.0, 0.0])
+    }
 }
 
 /// The grid of a body.

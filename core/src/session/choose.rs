@@ -26,9 +26,10 @@ impl Session {
     /// Samples the surfaces that a ball may touch.
     pub(super) fn sample(&mut self) -> Result<(), SessionError> {
         for body in &mut self.bodies {
-            if self.tools.iter().any(|slot| Tool::is_ball(slot.tool.proxy.radius, body.lattice.edge())) {
+            if self.tools.iter().any(|slot| Tool::is_ball(slot.tool.proxy.radius, body.carrier.edge())) {
                 let of_body = |error| SessionError::Lattice { body: body.name.clone(), error };
-                body.samples = Arc::new(Samples::new(&body.model.surface, &body.lattice).map_err(of_body)?);
+                let Some(lattice) = body.carrier.lattice() else { continue };
+                body.samples = Arc::new(Samples::new(&body.model.surface, lattice).map_err(of_body)?);
             }
         }
         Ok(())
@@ -39,12 +40,12 @@ impl Session {
         let coupling = self.tools.iter().map(|slot| slot.tool.coupling.stiffness).fold(0.0, f64::max);
         for body in &mut self.bodies {
             let of_body = |error| SessionError::Lattice { body: body.name.clone(), error };
-            let radius = body.lattice.settings.radius;
+            let radius = body.carrier.radius();
             let centre = body.model.surface.points[body.model.surface.triangles[0][0] as usize];
-            let Body { model, skin, system, lattice, fixings, .. } = body;
+            let Body { model, skin, system, carrier, fixings, .. } = body;
             // What is held in a local region depends on where it is; without it a body is fastest.
-            let held: &[Fixing] = if lattice.is_whole() { fixings } else { &[] };
-            lattice.follow(&[Ball { centre, radius }], model, held, skin, system).map_err(of_body)?;
+            let held: &[Fixing] = if carrier.is_whole() { fixings } else { &[] };
+            carrier.follow(&[Ball { centre, radius }], model, held, skin, system).map_err(of_body)?;
             let found = Frequencies::of(system, &self.pool)?;
             // A surface node has half the mass of one inside; its share of the layer is that of a cell's face.
             let mass = system.nodes.mass.iter().copied().fold(0.0, f64::max);
@@ -53,19 +54,19 @@ impl Session {
                 0.0 => HELD_LAYER * coupling,
                 stiffness => LAYER_SHARE * stiffness.powi(2) * 0.5 * mass,
             };
-            body.layer_stiffness = layer / lattice.edge().powi(2);
+            body.layer_stiffness = layer / carrier.edge().powi(2);
             let touched = found.with_spring((LAYER_SHARE * found.stiffness.powi(2), 0.0));
             self.planned.push(if self.tools.is_empty() { found } else { touched });
             self.frequencies.push(found);
             let pass = Instant::now();
             let mut force = vec![[0.0; 3]; system.nodes.len()];
-            system.forces(&self.pool, &system.nodes.v, (0.0, self.dt), &mut force)?;
+            system.forces(&self.pool, None, (0.0, self.dt), &mut force)?;
             let seconds = pass.elapsed().as_secs_f64();
             let (nodes, elements) = (system.nodes.len(), system.elements());
             self.costs.push(StepCost { body: body.name.clone(), nodes, elements, seconds });
-            if !lattice.is_whole() {
+            if !carrier.is_whole() {
                 let of_body = |error| SessionError::Lattice { body: body.name.clone(), error };
-                lattice.follow(&[], model, fixings, skin, system).map_err(of_body)?;
+                carrier.follow(&[], model, fixings, skin, system).map_err(of_body)?;
             }
         }
         Ok(())
@@ -89,6 +90,9 @@ impl Session {
             IntegratorChoice::ExplicitEuler => (Scheme::ExplicitEuler, "the scene asks for it".into()),
             IntegratorChoice::SymplecticEuler => (Scheme::SymplecticEuler, "the scene asks for it".into()),
             IntegratorChoice::BackwardEuler => (Scheme::BackwardEuler, "the scene asks for it".into()),
+            IntegratorChoice::Bdf2 => (Scheme::Bdf2, "the scene asks for it".into()),
+            IntegratorChoice::ImplicitMidpoint => (Scheme::ImplicitMidpoint, "the scene asks for it".into()),
+            IntegratorChoice::QuasiStatic => (Scheme::QuasiStatic, "the scene asks for it".into()),
             IntegratorChoice::Auto => match symplectic {
                 Some(limit) if needed(limit) > few => (
                     Scheme::BackwardEuler,
@@ -114,6 +118,9 @@ impl Session {
         let (tolerance, most) = (*solver.tolerance.get_ref(), *solver.iterations.get_ref() as usize);
         self.integrators = self.bodies.iter().map(|_| Integrator::new(scheme, tolerance, most)).collect();
         for (integrator, body) in self.integrators.iter_mut().zip(&self.bodies) {
+            integrator.newton = scene.solver.newton.as_ref().map_or(integrator.newton, |n| *n.get_ref() as usize);
+            integrator.newton_tolerance = *scene.solver.newton_tolerance.get_ref();
+            integrator.longest_move = 0.5 * body.carrier.edge();
             integrator.resize(body.system.nodes.len());
         }
         self.scheme = scheme;

@@ -101,10 +101,10 @@ impl Session {
             if body.system.nodes.is_empty() || body.frozen.is_some() {
                 continue;
             }
-            let Body { model, skin, system, lattice, .. } = body;
-            let kept = lattice
+            let Body { model, skin, system, carrier, .. } = body;
+            let kept = carrier
                 .embed_all(&self.pool, &system.nodes, model, skin)
-                .and_then(|()| lattice.keep(model, skin, system).map(drop));
+                .and_then(|()| carrier.keep(model, skin, system));
             match kept {
                 Ok(()) => self.changed(index),
                 Err(error) => self.freeze(index, time, error.to_string()),

@@ -16,6 +16,7 @@ pub use frame::{Frame, ToolFrame};
 pub use open::Options;
 
 use crate::body::{Body, Model};
+use crate::contact::Spheres;
 use crate::host::Device;
 use crate::plan::{Edit, LeftOut, Plan};
 use crate::step::{Frequencies, Integrator, NodeSprings, Pool, Scheme};
@@ -47,6 +48,8 @@ pub struct ToolSlot {
     edit: Option<usize>,
     /// Of a blade, in the edit under way.
     advances: usize,
+    /// m, where the tool was, if it was there
+    was: Option<[f64; 3]>,
 }
 
 /// What blades have done.
@@ -140,6 +143,8 @@ pub struct Session {
     steps: u64,
     energy: bool,
     moved: Vec<f64>,
+    /// Tips on each body that is a sheet.
+    spheres: Vec<Spheres>,
     /// What the tools do to the body that is being moved.
     springs: Vec<NodeSprings>,
     balls: Vec<Ball>,

@@ -1,11 +1,12 @@
 //! Opening a scene: models, plugins, bodies, tools.
 
 use super::{Choices, DeviceSlot, EventKind, Events, Frame, Loaded, Session, SessionError, ToolSlot, place};
-use crate::body::{Body, Lattice, LatticeError, Model, RegionSettings, Skin};
-use crate::contact::Friction;
+use crate::body::{Body, Carrier, Lattice, LatticeError, Model, RegionSettings, Sheet, Skin};
+use crate::contact::{Friction, Spheres};
 use crate::cut::CutMesh;
 use crate::host::{Device, Grid, HostError, Kind, Library, Material, PluginInfo, Pose, Search, Settings};
 use crate::mesh::check::{Severity, Use};
+use crate::mesh::require_for_mesh_elements;
 use crate::plan::Plan;
 use crate::scene::{BladeScene, BodyScene, Extent, Scene, Source, ToolScene, settings};
 use crate::step::{NodeSprings, Pool, Scheme, System};
@@ -99,6 +100,7 @@ impl Session {
             dt,
             steps: 0,
             moved: vec![0.0; count],
+            spheres: (0..count).map(|_| Spheres::default()).collect(),
             springs,
             balls: Vec::new(),
             frame: Frame::default(),
@@ -175,22 +177,14 @@ impl Opening<'_> {
             let material = &scene.material;
             self.refused(span_of(&error, &material.params, material.plugin.span()), error)
         })?;
-        let families = material.requests().iter().fold(0, |all, r| all | r.families);
-        let (library, info, settings) = self.plugin(Kind::Grid, &scene.grid.plugin, &scene.grid.params)?;
-        let at_grid = |error| self.refused(scene.grid.level.span(), error);
-        let grid = Grid::open(library, &info.id, &settings, self.dt).map_err(at_grid)?;
-        let relaxation = scene.grid.relaxation.get_ref().si;
-        let level = *scene.grid.level.get_ref();
-        let whole = scene.grid.region == Extent::Whole;
-        let radius = if whole { f64::INFINITY } else { scene.grid.radius.as_ref().map_or(0.0, |r| r.get_ref().si) };
-        let region = RegionSettings { level, radius, relaxation };
-        let mut lattice = Lattice::new(grid, region, families, &model).map_err(|error| match error {
-            LatticeError::Host(error) => at_grid(error),
-            error => SessionError::Lattice { body: name.clone(), error },
-        })?;
-        if lattice.settings.radius == 0.0 {
-            lattice.settings.radius = REGION_CELLS * lattice.edge();
-        }
+        let carrier = match &scene.sheet {
+            Some(sheet) => {
+                let of_mesh = |error| place::of_mesh(scene, &model.document, error);
+                require_for_mesh_elements(&model.findings).map_err(of_mesh)?;
+                Carrier::Sheet(Box::new(Sheet::new(&model, place::warp(sheet.get_ref()))))
+            }
+            None => Carrier::Lattice(Box::new(self.lattice(scene, &name, &model, &material)?)),
+        };
         let skin = Skin::new(&model);
         let fixings = scene.fixed.iter().map(|f| place::fixing(f.get_ref())).collect();
         Ok(Body {
@@ -200,12 +194,38 @@ impl Opening<'_> {
             model,
             skin,
             system: System::new(material),
-            lattice,
+            carrier,
             samples: Arc::default(),
             layer_stiffness: 0.0,
             fixings,
             frozen: None,
         })
+    }
+
+    fn lattice(
+        &mut self,
+        scene: &BodyScene,
+        name: &str,
+        model: &Model,
+        material: &Material,
+    ) -> Result<Lattice, SessionError> {
+        let families = material.requests().iter().fold(0, |all, r| all | r.families);
+        let (library, info, settings) = self.plugin(Kind::Grid, &scene.grid.plugin, &scene.grid.params)?;
+        let at_grid = |error| self.refused(scene.grid.level.span(), error);
+        let grid = Grid::open(library, &info.id, &settings, self.dt).map_err(at_grid)?;
+        let relaxation = scene.grid.relaxation.get_ref().si;
+        let level = *scene.grid.level.get_ref();
+        let whole = scene.grid.region == Extent::Whole;
+        let radius = if whole { f64::INFINITY } else { scene.grid.radius.as_ref().map_or(0.0, |r| r.get_ref().si) };
+        let region = RegionSettings { level, radius, relaxation };
+        let mut lattice = Lattice::new(grid, region, families, model).map_err(|error| match error {
+            LatticeError::Host(error) => at_grid(error),
+            error => SessionError::Lattice { body: name.into(), error },
+        })?;
+        if lattice.settings.radius == 0.0 {
+            lattice.settings.radius = REGION_CELLS * lattice.edge();
+        }
+        Ok(lattice)
     }
 
     fn tool(
@@ -245,6 +265,7 @@ impl Opening<'_> {
             effector: effector as usize,
             edit: None,
             advances: 0,
+            was: None,
         })
     }
 

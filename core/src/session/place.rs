@@ -1,10 +1,14 @@
 //! Putting models and devices into a scene.
 
 use super::SessionError;
-use crate::body::{Fixing, Model, Place};
+use crate::body::{Fixing, Model, Place, Warp};
 use crate::geometry::cast;
+use crate::mesh::generate::Pattern;
 use crate::mesh::{MeshError, ObjDocument, Placement, Surface, generate};
-use crate::scene::{BodyScene, FixedScene, FrameScene, RotationScene, SceneError, ShapeKind, ShapeScene, Source};
+use crate::scene::{
+    BodyScene, FixedScene, FrameScene, PatternScene, RotationScene, SceneError, ShapeKind, ShapeScene, SheetScene,
+    Source, WarpScene,
+};
 use crate::tool::Frame;
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 use std::ops::Range;
@@ -52,7 +56,7 @@ pub(super) fn model(scene: &BodyScene, source: &Source, instead: Option<&Path>) 
     }
 }
 
-fn of_mesh(scene: &BodyScene, document: &ObjDocument, error: MeshError) -> SessionError {
+pub(super) fn of_mesh(scene: &BodyScene, document: &ObjDocument, error: MeshError) -> SessionError {
     SessionError::Mesh { file: document.name().into(), body: scene.name.get_ref().clone(), error: Box::new(error) }
 }
 
@@ -65,6 +69,20 @@ fn shape_document(shape: &ShapeScene) -> Result<ObjDocument, MeshError> {
     match shape.kind {
         ShapeKind::Box => generate::cuboid(shape.cells, [x, y, z]),
         ShapeKind::Sphere => generate::sphere(shape.cells, 0.5 * x),
+        ShapeKind::Sheet => {
+            let rows = match shape.rows {
+                0 if shape.pattern == PatternScene::Equilateral => generate::equilateral_rows(shape.cells, [x, y]),
+                0 => (f64::from(shape.cells) * y / x).round().max(1.0) as u32,
+                rows => rows,
+            };
+            let pattern = match shape.pattern {
+                PatternScene::Regular => Pattern::Regular,
+                PatternScene::Alternating => Pattern::Alternating,
+                PatternScene::Equilateral => Pattern::Equilateral,
+                PatternScene::Irregular => Pattern::Irregular,
+            };
+            generate::grid([shape.cells, rows], [x, y], pattern)
+        }
         ShapeKind::Cylinder => generate::cylinder(4 * shape.cells, shape.cells, 0.5 * x, z),
     }
 }
@@ -87,6 +105,14 @@ fn rotation(scene: &RotationScene, source: &Source) -> Result<UnitQuaternion<f64
         source.error(scene.axis.span(), text)
     })?;
     Ok(UnitQuaternion::from_axis_angle(&axis, scene.angle.si))
+}
+
+/// Where the warp of a sheet runs.
+pub(super) fn warp(scene: &SheetScene) -> Warp {
+    match &scene.warp {
+        WarpScene::Axis(axis) => Warp::Axis(*axis),
+        WarpScene::Name(_) => Warp::Texture,
+    }
 }
 
 /// Nodes that are held or led.

@@ -5,9 +5,10 @@ use super::event::EventKind;
 use super::frame::{Frame, ToolFrame};
 use super::{DeviceSlot, Session};
 use crate::body::Body;
+use crate::contact::Tip;
 use crate::host::{MOST_EFFECTORS, Output};
-use crate::step::{Frequencies, Loads, StepError};
-use crate::tool::Tool;
+use crate::step::{Frequencies, Holds, HoldsNothing, Loads, StepError, axpy};
+use crate::tool::{Mode, Tool};
 use pliant_plugin_api::abi::Pose;
 use std::time::Instant;
 
@@ -69,6 +70,7 @@ impl Session {
     /// The nodes of a body have changed: nothing found or solved before holds.
     pub fn changed(&mut self, index: usize) {
         self.integrators[index].resize(self.bodies[index].system.nodes.len());
+        self.spheres[index].forget();
         for slot in &mut self.tools {
             slot.tool.forget(index);
         }
@@ -92,9 +94,9 @@ impl Session {
             for slot in &mut self.tools {
                 balls.extend(slot.tool.wants(index, body, &slot.hand, time));
             }
-            let Body { model, skin, system, lattice, fixings, .. } = body;
+            let Body { model, skin, system, carrier, fixings, .. } = body;
             let start = Instant::now();
-            match lattice.follow(&balls, model, fixings, skin, system) {
+            match carrier.follow(&balls, model, fixings, skin, system) {
                 Ok(true) => self.changed(index),
                 Ok(false) => {}
                 Err(error) => self.freeze(index, time, error.to_string()),
@@ -140,9 +142,11 @@ impl Session {
         if took <= self.patience || body.frozen.is_some() {
             return;
         }
-        let (material, grid) = (&body.system.material.info().id, &body.lattice.grid.info().id);
+        let material = &body.system.material.info().id;
+        let carrier = body.carrier.lattice().map_or("its mesh", |lattice| lattice.grid.info().id.as_str());
         let allowed = self.patience;
-        let why = format!("`{material}` on `{grid}` took {took:.3} s over a step; allowed is {allowed} s (`patience`)");
+        let why =
+            format!("`{material}` on `{carrier}` took {took:.3} s over a step; allowed is {allowed} s (`patience`)");
         self.freeze(index, time, why);
     }
 
@@ -172,12 +176,17 @@ impl Session {
         if substeps > self.choices.substeps {
             self.events.add(EventKind::Substeps, time.0, || format!("{substeps} instead of {}", self.choices.substeps));
         }
+        self.place_tips(index, time);
         let body = &mut self.bodies[index];
-        body.lattice.prescribe(&mut body.system.nodes, &body.fixings, time);
-        let gravity = if body.lattice.is_whole() { self.plan.gravity } else { [0.0; 3] };
+        body.carrier.prescribe(&mut body.system.nodes, &body.fixings, time);
+        let gravity = if body.carrier.is_whole() { self.plan.gravity } else { [0.0; 3] };
         let loads = Loads { gravity, forces: &[], tools: &self.springs };
         let (pool, integrator) = (&self.pool, &mut self.integrators[index]);
-        let stepped = pool.install(|| integrator.step(pool, &mut body.system, &loads, time, substeps));
+        let spheres = &mut self.spheres[index];
+        let mut nothing = HoldsNothing;
+        let holds: &mut (dyn Holds + Send) = if spheres.tips.is_empty() { &mut nothing } else { spheres };
+        let system = &mut body.system;
+        let stepped = pool.install(|| integrator.step_held(pool, system, (&loads, holds), time, substeps));
         let report = stepped.map_err(|error| match error {
             StepError::Diverged { node } => {
                 let (at, material) = (body.system.nodes.rest[node], &body.system.material.info().id);
@@ -195,10 +204,48 @@ impl Session {
         Ok(report.fastest)
     }
 
+    /// Puts the tips of the tools that touch on a sheet.
+    fn place_tips(&mut self, index: usize, (_, dt): (f64, f64)) {
+        if self.bodies[index].carrier.sheet().is_none() {
+            return;
+        }
+        let spheres = &mut self.spheres[index];
+        spheres.tips.clear();
+        spheres.moved = self.moved[index];
+        for slot in &self.tools {
+            if slot.tool.mode != Mode::Touch || !slot.hand.present {
+                continue;
+            }
+            let position = slot.tool.proxy.position;
+            let velocity = slot.was.map_or([0.0; 3], |was| axpy(position, -1.0, was).map(|c| c / dt));
+            let (radius, friction) = (slot.tool.proxy.radius, slot.tool.friction);
+            spheres.tips.push(Tip { position, velocity, radius, friction, force: [0.0; 3], held: 0 });
+        }
+    }
+
+    /// N, on a tool by the sheets it touches, and the last of them.
+    fn felt_on_sheets(&self, tool: usize) -> ([f64; 3], Option<u32>) {
+        let touches = |slot: &&super::ToolSlot| slot.tool.mode == Mode::Touch && slot.hand.present;
+        if !touches(&&self.tools[tool]) {
+            return ([0.0; 3], None);
+        }
+        let place = self.tools[..tool].iter().filter(touches).count();
+        let (mut force, mut of) = ([0.0; 3], None);
+        for (index, spheres) in self.spheres.iter().enumerate() {
+            if let Some(tip) = spheres.tips.get(place).filter(|tip| tip.held > 0) {
+                (force, of) = (axpy(force, 1.0, tip.force), Some(index as u32));
+            }
+        }
+        (force, of)
+    }
+
     /// Gives the hands what they feel.
     fn feel(&mut self, (time, dt): (f64, f64), frame: &mut Frame) {
-        for slot in &mut self.tools {
-            let force = slot.tool.reaction(&self.bodies);
+        for tool in 0..self.tools.len() {
+            let (on_sheets, sheet) = self.felt_on_sheets(tool);
+            let slot = &mut self.tools[tool];
+            slot.was = slot.hand.present.then_some(slot.tool.proxy.position);
+            let force = axpy(slot.tool.reaction(&self.bodies), 1.0, on_sheets);
             let to_device = &self.devices[slot.device].frame;
             let before: u64 = slot.safety.counts().map(|(_, c)| c).sum();
             let device_force = slot.safety.pass(to_device.to_device(force), dt);
@@ -207,7 +254,9 @@ impl Session {
             self.events.add_many(EventKind::ForceSafety, changed, time + dt, || {
                 format!("tool `{name}`: {force:?} N became {device_force:?} N")
             });
-            frame.tools.push(tool_frame(&slot.tool, slot.hand.position, force, device_force));
+            let mut felt = tool_frame(&slot.tool, slot.hand.position, force, device_force);
+            felt.contact = felt.contact.or(sheet);
+            frame.tools.push(felt);
         }
         let now = nanoseconds(time + dt);
         for (index, slot) in self.devices.iter_mut().enumerate() {
@@ -232,7 +281,7 @@ impl Session {
             return;
         }
         for index in 0..self.bodies.len() {
-            let system = &self.bodies[index].system;
+            let system = &mut self.bodies[index].system;
             frame.kinetic_energy += system.nodes.kinetic_energy();
             match system.energy((frame.time, self.dt)) {
                 Ok(energy) => frame.elastic_energy += energy,

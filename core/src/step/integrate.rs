@@ -1,10 +1,16 @@
 //! Time integration: one step of one body.
+//!
+//! Implicit schemes share one form. The unknown is a velocity v; the position it leads to is `X + g v`, and Newton's method on
+//! `M (v - V) = g f(X + g v, v)` takes a step `A dv = M (V - v) + g f` with `A = M + g C + g^2 K`. Backward Euler has
+//! X = x, V = v, g = dt; BDF2 (Gear 1971) the same with two states behind it; implicit midpoint solves for the velocity
+//! halfway. One Newton step, linearised where the body is, is what a hand can wait for (Baraff and Witkin 1998).
 
 use super::pcg::{Pcg, Solve};
 use super::pool::Pool;
+use super::settle::HoldsNothing;
 use super::springs::NodeSprings;
 use super::system::System;
-use super::{Constraint, V3, axpy, dot};
+use super::{Constraint, Factors, V3, axpy, dot};
 use crate::host::HostError;
 use thiserror::Error;
 
@@ -15,8 +21,14 @@ pub enum Scheme {
     ExplicitEuler,
     /// Velocities first.
     SymplecticEuler,
-    /// `(M + dt C + dt^2 K) dv = dt (f - dt K v)`, linearised once (Baraff and Witkin 1998).
+    /// First order, damps what is fast.
     BackwardEuler,
+    /// Second order, damps less; a step of backward Euler after whatever breaks the past: contact, a cut, a new region.
+    Bdf2,
+    /// Second order, damps nothing.
+    ImplicitMidpoint,
+    /// No inertia: equilibrium at every step.
+    QuasiStatic,
 }
 
 impl Scheme {
@@ -26,13 +38,30 @@ impl Scheme {
             Self::ExplicitEuler => "explicit-euler",
             Self::SymplecticEuler => "symplectic-euler",
             Self::BackwardEuler => "backward-euler",
+            Self::Bdf2 => "bdf2",
+            Self::ImplicitMidpoint => "implicit-midpoint",
+            Self::QuasiStatic => "quasi-static",
         }
     }
 
     /// Whether a step solves a system of equations.
     pub fn is_implicit(self) -> bool {
-        self == Self::BackwardEuler
+        !matches!(self, Self::ExplicitEuler | Self::SymplecticEuler)
     }
+}
+
+/// What holds nodes during a step and lets them go again, such as a sphere in contact.
+pub trait Holds {
+    /// Constrains nodes, from the positions they have. `dt` (s) is how long the velocities of the step last.
+    fn begin(&mut self, system: &mut System, dt: f64);
+    /// Adds what it does besides, N.
+    fn add_forces(&self, force: &mut [V3]);
+    /// Looks at what it took to hold each node, N (n x 3). Gives whether other nodes are held now, or other forces act.
+    fn revise(&mut self, system: &mut System, reaction: &[V3]) -> bool;
+    /// Whether it holds any node.
+    fn is_holding(&self) -> bool;
+    /// Lets go of all nodes; what it took stays known.
+    fn end(&mut self, system: &mut System, reaction: &[V3]);
 }
 
 /// What acts on a body during a step, besides itself.
@@ -57,11 +86,13 @@ pub struct StepReport {
     pub converged: bool,
     /// m/s, the fastest node at the end
     pub fastest: f64,
+    /// Newton iterations.
+    pub newton: usize,
 }
 
 impl Default for StepReport {
     fn default() -> Self {
-        Self { iterations: 0, residual: 0.0, converged: true, fastest: 0.0 }
+        Self { iterations: 0, residual: 0.0, converged: true, fastest: 0.0, newton: 0 }
     }
 }
 
@@ -87,30 +118,76 @@ pub struct Integrator {
     pub tolerance: f64,
     /// Iterations of each solve, at most.
     pub most_iterations: usize,
-    force: Vec<V3>,
+    /// Newton iterations of each step, at most.
+    pub newton: usize,
+    /// Of the first residual, where Newton's method stops.
+    pub newton_tolerance: f64,
+    /// m, how far a node goes in one iteration of a quasi-static step, at most
+    pub longest_move: f64,
+    /// N, what it took to hold each node in the last step (n x 3)
+    pub reaction: Vec<V3>,
+    pub(super) force: Vec<V3>,
     still: Vec<V3>,
-    b: Vec<V3>,
-    z: Vec<V3>,
-    pcg: Pcg,
+    pub(super) b: Vec<V3>,
+    pub(super) z: Vec<V3>,
+    /// Where the step began, and the step before it.
+    from: [Vec<V3>; 2],
+    before: [Vec<V3>; 2],
+    has_past: bool,
+    pub(super) pcg: Pcg,
+}
+
+/// Times contacts are looked at anew in a step, at most.
+const PASSES: usize = 4;
+
+/// `M (v - V) = g f(X + g v)`, where `X = x + carry (x - x_before)` and V likewise.
+struct Form {
+    g: f64,
+    carry: f64,
 }
 
 impl Integrator {
     /// With room for nothing yet.
     pub fn new(scheme: Scheme, tolerance: f64, most_iterations: usize) -> Self {
-        let (force, still, b, z) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        Self { scheme, tolerance, most_iterations, force, still, b, z, pcg: Pcg::default() }
+        Self {
+            scheme,
+            tolerance,
+            most_iterations,
+            newton: if scheme == Scheme::QuasiStatic { 200 } else { 1 },
+            newton_tolerance: 1e-6,
+            longest_move: f64::INFINITY,
+            reaction: Vec::new(),
+            force: Vec::new(),
+            still: Vec::new(),
+            b: Vec::new(),
+            z: Vec::new(),
+            from: Default::default(),
+            before: Default::default(),
+            has_past: false,
+            pcg: Pcg::default(),
+        }
     }
 
     /// Room for `n` nodes. After a change of nodes or elements, also forgets the last solution.
     pub fn resize(&mut self, n: usize) {
         self.force.resize(n, [0.0; 3]);
+        self.reaction.clear();
+        self.reaction.resize(n, [0.0; 3]);
+        self.has_past = false;
         if self.scheme.is_implicit() {
-            for field in [&mut self.still, &mut self.b, &mut self.z] {
+            let [x, v] = &mut self.from;
+            let [x_before, v_before] = &mut self.before;
+            for field in [&mut self.still, &mut self.b, &mut self.z, x, v, x_before, v_before] {
                 field.clear();
                 field.resize(n, [0.0; 3]);
             }
             self.pcg.resize(n);
         }
+    }
+
+    /// The past does not lead to here: positions or velocities were set from outside.
+    pub fn forget_past(&mut self) {
+        self.has_past = false;
     }
 
     /// Moves `system` from `time` by `substeps` steps that come to `dt` (s) together.
@@ -122,6 +199,21 @@ impl Integrator {
         pool: &Pool,
         system: &mut System,
         loads: &Loads<'_>,
+        time: (f64, f64),
+        substeps: usize,
+    ) -> Result<StepReport, StepError> {
+        self.step_held(pool, system, (loads, &mut HoldsNothing), time, substeps)
+    }
+
+    /// The same while `holds` holds nodes.
+    ///
+    /// # Errors
+    /// As [`Integrator::step`].
+    pub fn step_held(
+        &mut self,
+        pool: &Pool,
+        system: &mut System,
+        (loads, holds): (&Loads<'_>, &mut dyn Holds),
         (time, dt): (f64, f64),
         substeps: usize,
     ) -> Result<StepReport, StepError> {
@@ -129,11 +221,12 @@ impl Integrator {
         let mut report = StepReport::default();
         for sub in 0..substeps {
             let now = (time + sub as f64 * h, h);
-            match self.scheme {
-                Scheme::BackwardEuler => self.implicit(pool, system, loads, now, &mut report)?,
-                _ => self.explicit(pool, system, loads, now)?,
-            }
-            report.fastest = self.finish(system, h).map_err(|error| self.blame(error, system))?;
+            let stepped = match self.scheme {
+                Scheme::QuasiStatic => self.settle(pool, system, (loads, holds), now, &mut report),
+                scheme if scheme.is_implicit() => self.implicit(pool, system, (loads, holds), now, &mut report),
+                _ => self.explicit(pool, system, (loads, holds), now, &mut report),
+            };
+            stepped.map_err(|error| self.blame(error, system))?;
             system.advance((now.0 + h, h))?;
         }
         Ok(report)
@@ -143,21 +236,43 @@ impl Integrator {
         &mut self,
         pool: &Pool,
         system: &mut System,
-        loads: &Loads<'_>,
+        (loads, holds): (&Loads<'_>, &mut dyn Holds),
         now: (f64, f64),
+        report: &mut StepReport,
     ) -> Result<(), StepError> {
-        system.forces(pool, &system.nodes.v, now, &mut self.force)?;
+        system.forces(pool, None, now, &mut self.force)?;
         add_loads(&mut self.force, loads, &system.nodes.x, Some(&system.nodes.v));
-        let (nodes, dt) = (&mut system.nodes, now.1);
+        holds.begin(system, now.1);
+        let dt = now.1;
         if self.scheme == Scheme::ExplicitEuler {
-            for (x, v) in nodes.x.iter_mut().zip(&nodes.v) {
+            for (x, v) in system.nodes.x.iter_mut().zip(&system.nodes.v) {
                 *x = axpy(*x, dt, *v);
             }
         }
-        for i in 0..nodes.v.len() {
-            let a = axpy(loads.gravity, 1.0 / nodes.mass[i], self.force[i]);
-            nodes.v[i] = axpy(nodes.v[i], dt, a);
+        for _ in 0..PASSES {
+            self.still.clear();
+            self.still.resize(self.force.len(), [0.0; 3]);
+            holds.add_forces(&mut self.still);
+            let nodes = &system.nodes;
+            for i in 0..nodes.len() {
+                let a = axpy(loads.gravity, 1.0 / nodes.mass[i], axpy(self.force[i], 1.0, self.still[i]));
+                let free = axpy(nodes.v[i], dt, a);
+                let held = nodes.constraint[i].merge(free, nodes.prescribed[i]);
+                self.reaction[i] = axpy(held, -1.0, free).map(|c| c * nodes.mass[i] / dt);
+                self.still[i] = held;
+            }
+            if !holds.revise(system, &self.reaction) {
+                break;
+            }
         }
+        std::mem::swap(&mut system.nodes.v, &mut self.still);
+        report.fastest = check(system)?;
+        if self.scheme != Scheme::ExplicitEuler {
+            for (x, v) in system.nodes.x.iter_mut().zip(&system.nodes.v) {
+                *x = axpy(*x, dt, *v);
+            }
+        }
+        holds.end(system, &self.reaction);
         Ok(())
     }
 
@@ -165,60 +280,161 @@ impl Integrator {
         &mut self,
         pool: &Pool,
         system: &mut System,
-        loads: &Loads<'_>,
+        (loads, holds): (&Loads<'_>, &mut dyn Holds),
         now: (f64, f64),
         report: &mut StepReport,
     ) -> Result<(), StepError> {
         let dt = now.1;
+        self.from[0].copy_from_slice(&system.nodes.x);
+        self.from[1].copy_from_slice(&system.nodes.v);
+        holds.begin(system, dt);
+        let two = self.scheme == Scheme::Bdf2 && self.has_past && !holds.is_holding();
+        let form = match self.scheme {
+            Scheme::Bdf2 if two => Form { g: 2.0 / 3.0 * dt, carry: 1.0 / 3.0 },
+            Scheme::ImplicitMidpoint => Form { g: 0.5 * dt, carry: 0.0 },
+            _ => Form { g: dt, carry: 0.0 },
+        };
+        let mut first = 0.0;
+        for iteration in 0..self.newton.max(1) {
+            let size = self.newton_step(pool, system, (loads, holds), (now, &form), iteration, report)?;
+            if iteration == 0 {
+                first = size;
+            }
+            report.newton += 1;
+            if size <= self.newton_tolerance * first {
+                break;
+            }
+        }
+        std::mem::swap(&mut self.from, &mut self.before);
+        self.has_past = true;
+        let (nodes, [x, v]) = (&mut system.nodes, &self.before);
+        for i in 0..nodes.len() {
+            let speed = nodes.v[i];
+            let x_before =
+                if form.carry > 0.0 { axpy(x[i], form.carry, axpy(x[i], -1.0, self.from[0][i])) } else { x[i] };
+            if self.scheme == Scheme::ImplicitMidpoint {
+                nodes.x[i] = axpy(x[i], dt, speed);
+                let after = axpy(speed.map(|c| 2.0 * c), -1.0, v[i]);
+                nodes.v[i] = nodes.constraint[i].merge(after, nodes.prescribed[i]);
+            } else {
+                nodes.x[i] = axpy(x_before, form.g, speed);
+            }
+        }
+        report.fastest = check(system).inspect_err(|_| system.nodes.x.copy_from_slice(&self.before[0]))?;
+        holds.end(system, &self.reaction);
+        Ok(())
+    }
+
+    /// One Newton step, contacts included. Gives the size of what it set out to remove.
+    fn newton_step(
+        &mut self,
+        pool: &Pool,
+        system: &mut System,
+        (loads, holds): (&Loads<'_>, &mut dyn Holds),
+        (now, form): ((f64, f64), &Form),
+        iteration: usize,
+        report: &mut StepReport,
+    ) -> Result<f64, StepError> {
+        let (g, dt) = (form.g, now.1);
+        // The first step of backward Euler is linearised where the body is, all others where it is expected to be.
+        let here = iteration == 0 && form.carry == 0.0 && g == dt;
+        if !here {
+            for i in 0..system.nodes.len() {
+                let x = self.from[0][i];
+                let carried = axpy(x, form.carry, axpy(x, -1.0, self.before[0][i]));
+                system.nodes.x[i] = axpy(if form.carry > 0.0 { carried } else { x }, g, system.nodes.v[i]);
+            }
+        }
         let mut matrix = system.matrix.take().unwrap_or_default();
-        let assembled = matrix.assemble(pool, &system.material, &system.sets, &system.nodes, (1.0, dt * dt, dt), now);
-        let ready = assembled.and_then(|()| system.forces(pool, &self.still, now, &mut self.force));
+        let factors = Factors { mass: 1.0, stiffness: g * g, damping: g, certain: false };
+        let state = (&system.nodes, system.coupled.as_mut());
+        let assembled = matrix.assemble(pool, &system.material, &system.sets, state, factors, now);
+        let still = if here { Some(&self.still[..]) } else { None };
+        let ready = assembled.and_then(|()| system.forces(pool, still, now, &mut self.force));
         if let Err(error) = ready {
             system.matrix = Some(matrix);
             return Err(error.into());
         }
-        let nodes = &mut system.nodes;
         for springs in loads.tools {
-            matrix.add_diagonal(springs, (dt * dt, dt));
+            matrix.add_diagonal(springs, (g * g, g));
         }
-        add_loads(&mut self.force, loads, &nodes.x, None);
-        // A dv = dt (f - dt K v) written with one product: b = M v + dt f_elastic - A v.
-        matrix.product(pool, &nodes.v, &mut self.b);
-        for i in 0..nodes.v.len() {
-            let pull = axpy(self.force[i], nodes.mass[i], loads.gravity);
-            self.b[i] = axpy(axpy(pull.map(|f| dt * f), nodes.mass[i], nodes.v[i]), -1.0, self.b[i]);
-            self.z[i] = match nodes.constraint[i] {
-                Constraint::Free => [0.0; 3],
-                _ => axpy(nodes.prescribed[i], -1.0, nodes.v[i]),
+        let v = (!here).then_some(&system.nodes.v[..]);
+        add_loads(&mut self.force, loads, &system.nodes.x, v);
+        let mut size = 0.0_f64;
+        for pass in 0..PASSES {
+            if here {
+                // With one product: b = M v + g f_elastic - A v.
+                matrix.product(pool, &system.nodes.v, &mut self.b);
+            }
+            self.z.fill([0.0; 3]);
+            holds.add_forces(&mut self.z);
+            let nodes = &system.nodes;
+            for i in 0..nodes.len() {
+                let pull = axpy(axpy(self.force[i], 1.0, self.z[i]), nodes.mass[i], loads.gravity);
+                let v = nodes.v[i];
+                self.b[i] = if here {
+                    axpy(axpy(pull.map(|f| g * f), nodes.mass[i], v), -1.0, self.b[i])
+                } else {
+                    let was = self.from[1][i];
+                    let carried = axpy(was, form.carry, axpy(was, -1.0, self.before[1][i]));
+                    let target = if form.carry > 0.0 { carried } else { was };
+                    axpy(pull.map(|f| g * f), nodes.mass[i], axpy(target, -1.0, v))
+                };
+                self.z[i] = match nodes.constraint[i] {
+                    Constraint::Free => [0.0; 3],
+                    _ => axpy(self.prescribed(i, nodes.prescribed[i], form, dt), -1.0, v),
+                };
+            }
+            if pass == 0 {
+                size = (0..nodes.len())
+                    .map(|i| nodes.constraint[i].filter(self.b[i]))
+                    .map(|b| dot(b, b))
+                    .sum::<f64>()
+                    .sqrt();
+            }
+            let solve = Solve {
+                matrix: &matrix,
+                b: &self.b,
+                z: &self.z,
+                constraints: &nodes.constraint,
+                tolerance: self.tolerance,
+                most: self.most_iterations,
             };
+            let solved = self.pcg.solve(pool, &solve);
+            if !solved.residual.is_finite() {
+                let odd = |i: &usize| !is_finite(self.b[*i]) || !matrix.diagonal(*i).iter().all(|k| k.is_finite());
+                let node = (0..self.b.len()).find(odd).unwrap_or(0);
+                let stiff = matrix.diagonal(node).iter().all(|k| k.is_finite());
+                system.matrix = Some(matrix);
+                system.nodes.x.copy_from_slice(&self.from[0]);
+                return Err(match stiff {
+                    true => StepError::Diverged { node },
+                    false => system.material.not_finite("tangent", node).into(),
+                });
+            }
+            report.iterations += solved.iterations;
+            report.residual = report.residual.max(solved.residual);
+            report.converged &= solved.converged;
+            if nodes.constraint.iter().all(Constraint::is_free) {
+                break;
+            }
+            matrix.product(pool, &self.pcg.x, &mut self.z);
+            for i in 0..self.reaction.len() {
+                self.reaction[i] = axpy(self.z[i], -1.0, self.b[i]).map(|c| c / g);
+            }
+            if !holds.revise(system, &self.reaction) {
+                break;
+            }
         }
-        let solve = Solve {
-            matrix: &matrix,
-            b: &self.b,
-            z: &self.z,
-            constraints: &nodes.constraint,
-            tolerance: self.tolerance,
-            most: self.most_iterations,
-        };
-        let solved = self.pcg.solve(pool, &solve);
-        if !solved.residual.is_finite() {
-            let odd = |i: &usize| !is_finite(self.b[*i]) || !matrix.diagonal(*i).iter().all(|k| k.is_finite());
-            let node = (0..self.b.len()).find(odd).unwrap_or(0);
-            let stiff = matrix.diagonal(node).iter().all(|k| k.is_finite());
-            system.matrix = Some(matrix);
-            return Err(match stiff {
-                true => self.blame(StepError::Diverged { node }, system),
-                false => system.material.not_finite("tangent", node).into(),
-            });
-        }
-        for (v, dv) in nodes.v.iter_mut().zip(&self.pcg.x) {
+        for (v, dv) in system.nodes.v.iter_mut().zip(&self.pcg.x) {
             *v = axpy(*v, 1.0, *dv);
         }
+        if iteration > 0 || self.newton > 1 {
+            // What is left to do next time has nothing to do with what was done.
+            self.pcg.forget();
+        }
         system.matrix = Some(matrix);
-        report.iterations += solved.iterations;
-        report.residual = report.residual.max(solved.residual);
-        report.converged &= solved.converged;
-        Ok(())
+        Ok(size)
     }
 
     /// A state that is no longer finite is the material's doing where its force is not.
@@ -231,27 +447,30 @@ impl Integrator {
         }
     }
 
-    /// Constraints, the check for numbers that are not finite, and positions where they come last.
-    fn finish(&mut self, system: &mut System, dt: f64) -> Result<f64, StepError> {
-        let nodes = &mut system.nodes;
-        let mut fastest = 0.0_f64;
-        for i in 0..nodes.v.len() {
-            let v = nodes.constraint[i].merge(nodes.v[i], nodes.prescribed[i]);
-            nodes.v[i] = v;
-            let speed = dot(v, v);
-            if !speed.is_finite() {
-                nodes.v.fill([0.0; 3]);
-                return Err(StepError::Diverged { node: i });
-            }
-            fastest = fastest.max(speed);
+    /// The velocity of a held node that takes it where it has to be at the end of the step.
+    fn prescribed(&self, i: usize, p: V3, form: &Form, dt: f64) -> V3 {
+        if form.carry == 0.0 {
+            return p;
         }
-        if self.scheme != Scheme::ExplicitEuler {
-            for (x, v) in nodes.x.iter_mut().zip(&nodes.v) {
-                *x = axpy(*x, dt, *v);
-            }
-        }
-        Ok(fastest.sqrt())
+        let x = self.from[0][i];
+        let carried = axpy(x, form.carry, axpy(x, -1.0, self.before[0][i]));
+        axpy(axpy(x, dt, p), -1.0, carried).map(|c| c / form.g)
     }
+}
+
+/// Refuses velocities that are not finite; gives the fastest, m/s.
+fn check(system: &mut System) -> Result<f64, StepError> {
+    let nodes = &mut system.nodes;
+    let mut fastest = 0.0_f64;
+    for i in 0..nodes.v.len() {
+        let speed = dot(nodes.v[i], nodes.v[i]);
+        if !speed.is_finite() {
+            nodes.v.fill([0.0; 3]);
+            return Err(StepError::Diverged { node: i });
+        }
+        fastest = fastest.max(speed);
+    }
+    Ok(fastest.sqrt())
 }
 
 fn is_finite(v: V3) -> bool {
@@ -259,7 +478,7 @@ fn is_finite(v: V3) -> bool {
 }
 
 /// Adds external forces and those of the tools to `force`.
-fn add_loads(force: &mut [V3], loads: &Loads<'_>, x: &[V3], v: Option<&[V3]>) {
+pub(super) fn add_loads(force: &mut [V3], loads: &Loads<'_>, x: &[V3], v: Option<&[V3]>) {
     for (f, load) in force.iter_mut().zip(loads.forces) {
         *f = axpy(*f, 1.0, *load);
     }

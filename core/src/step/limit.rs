@@ -1,5 +1,7 @@
 //! How large a step may be, before it is taken.
 
+use super::coupled::Coupled;
+use super::matrix::Factors;
 use super::{Matrix, Nodes, Pool, Scheme, System, V3, dot};
 use crate::host::HostError;
 
@@ -39,21 +41,30 @@ impl Frequencies {
             system.enable_matrix();
         }
         let mut matrix = system.matrix.take().unwrap_or_default();
-        let found = Self::measure(system, pool, &mut matrix);
+        let mut coupled = system.coupled.take();
+        let found = Self::measure(system, pool, &mut matrix, coupled.as_mut());
+        system.coupled = coupled;
         if had {
             system.matrix = Some(matrix);
         }
         found
     }
 
-    fn measure(system: &System, pool: &Pool, matrix: &mut Matrix) -> Result<Self, HostError> {
+    fn measure(
+        system: &System,
+        pool: &Pool,
+        matrix: &mut Matrix,
+        mut coupled: Option<&mut Coupled>,
+    ) -> Result<Self, HostError> {
         if system.nodes.is_empty() {
             return Ok(Self::default());
         }
         let nodes = &system.nodes;
         let mut highest = |factors: (f64, f64)| -> Result<(f64, f64), HostError> {
             let (k, c) = factors;
-            matrix.assemble(pool, &system.material, &system.sets, &system.nodes, (0.0, k, c), (0.0, 0.0))?;
+            let factors = Factors { mass: 0.0, stiffness: k, damping: c, certain: true };
+            let state = (nodes, coupled.as_deref_mut());
+            matrix.assemble(pool, &system.material, &system.sets, state, factors, (0.0, 0.0))?;
             let bound = matrix.gershgorin(&nodes.mass, &nodes.constraint);
             Ok((bound.min(MARGIN * power(matrix, pool, nodes)), bound))
         };
@@ -85,7 +96,7 @@ impl Frequencies {
             // (w dt)^2 + 2 d dt < 4
             Scheme::SymplecticEuler if w == 0.0 => StepLimit::At(2.0 / d),
             Scheme::SymplecticEuler => StepLimit::At(((d * d + 4.0 * w * w).sqrt() - d) / (w * w)),
-            Scheme::BackwardEuler => StepLimit::None,
+            _ => StepLimit::None,
         }
     }
 }

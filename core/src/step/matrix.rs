@@ -4,6 +4,7 @@
 //! diagonal by where their transposes are stored, so that a product computes every row in one place and in one order: no
 //! scatter, and the same bytes for any number of threads.
 
+use super::coupled::{Coupled, is_coupled_hinges};
 use super::elements::ElementSet;
 use super::pool::Pool;
 use super::springs::NodeSprings;
@@ -23,6 +24,23 @@ pub struct Matrix {
     lower: Vec<(u32, u32)>,
 }
 
+/// What a matrix is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Factors {
+    /// Of the masses.
+    pub mass: f64,
+    /// Of the stiffness.
+    pub stiffness: f64,
+    /// Of the damping.
+    pub damping: f64,
+    /// Where something stands for the stiffness, take what is nowhere below it: for step limits.
+    pub certain: bool,
+}
+
+fn has_stiffness(set: &ElementSet) -> bool {
+    set.has(abi::HAS_FORCES) || is_coupled_hinges(set)
+}
+
 /// Rows in a piece of a product.
 const ROWS: usize = 256;
 
@@ -38,7 +56,7 @@ impl Matrix {
                 }
             }
         };
-        let forced = |s: &&ElementSet| s.has(abi::HAS_FORCES);
+        let forced = |s: &&ElementSet| has_stiffness(s);
         let mut count = vec![1_usize; n + 1];
         for set in sets.iter().filter(forced) {
             pairs(set, Box::new(|i, _| count[i as usize] += 1));
@@ -114,7 +132,7 @@ impl Matrix {
 
     fn list_slots(&self, set: &mut ElementSet) {
         set.slots.clear();
-        if !set.has(abi::HAS_FORCES) {
+        if !has_stiffness(set) {
             return;
         }
         for element in set.list.nodes.chunks_exact(set.corners) {
@@ -153,8 +171,8 @@ impl Matrix {
         pool: &Pool,
         material: &Material,
         sets: &[ElementSet],
-        nodes: &Nodes,
-        (mass, stiffness, damping): (f64, f64, f64),
+        (nodes, coupled): (&Nodes, Option<&mut Coupled>),
+        Factors { mass, stiffness, damping, certain }: Factors,
         time: (f64, f64),
     ) -> Result<(), HostError> {
         self.values.fill([0.0; 9]);
@@ -167,6 +185,16 @@ impl Matrix {
             set.schedule.run(pool, &mut self.values, &|node| row[node], &|chunk, blocks| {
                 let call = set.call(chunk, nodes, &nodes.v, time);
                 material.tangent(&call, (stiffness, damping), &set.slots, row[chunk.window.start], blocks)
+            })?;
+        }
+        let hinges = sets.iter().find(|set| is_coupled_hinges(set));
+        if let (Some(coupled), Some(set), true) = (coupled, hinges, stiffness != 0.0) {
+            let values = &mut self.values;
+            coupled.tangent(material, (set, nodes, time), (stiffness, certain), |slot, block| {
+                let to = &mut values[(slot & !abi::TRANSPOSED) as usize];
+                for e in 0..9 {
+                    to[e] += if slot & abi::TRANSPOSED == 0 { block[e] } else { block[3 * (e % 3) + e / 3] };
+                }
             })?;
         }
         Ok(())

@@ -5,23 +5,26 @@
 
 mod chunk;
 mod constraint;
+mod coupled;
 mod elements;
 mod integrate;
 mod limit;
 mod matrix;
 mod pcg;
 mod pool;
+mod settle;
 mod springs;
 mod system;
 
 pub use chunk::{Chunk, Schedule};
 pub use constraint::Constraint;
 pub use elements::{ElementList, ElementSet};
-pub use integrate::{Integrator, Loads, Scheme, StepError, StepReport};
+pub use integrate::{Holds, Integrator, Loads, Scheme, StepError, StepReport};
 pub use limit::{Frequencies, StepLimit};
-pub use matrix::Matrix;
+pub use matrix::{Factors, Matrix};
 pub use pcg::{Pcg, Solve, SolveReport};
 pub use pool::Pool;
+pub use settle::HoldsNothing;
 pub use springs::NodeSprings;
 pub use system::{Nodes, System};
 

@@ -61,6 +61,11 @@ impl Pcg {
         self.inverse.resize(n, [0.0; 9]);
     }
 
+    /// The next guess is zero.
+    pub fn forget(&mut self) {
+        self.x.fill([0.0; 3]);
+    }
+
     /// Solves, starting from `self.x`.
     pub fn solve(&mut self, pool: &Pool, system: &Solve<'_>) -> SolveReport {
         let n = system.b.len();

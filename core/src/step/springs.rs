@@ -5,7 +5,7 @@
 //! over weighted nodes is lumped: each gets its share of the stiffness, which is never less stiff than the exact low-rank
 //! matrix, so what is stable with the one is stable with the other.
 
-use super::{Block, V3, axpy, times};
+use super::{Block, V3, axpy, dot, times};
 
 /// Forces on nodes that follow them.
 #[derive(Debug, Default)]
@@ -59,6 +59,15 @@ impl NodeSprings {
         for (i, &node) in self.nodes.iter().enumerate() {
             force[node as usize] = axpy(force[node as usize], 1.0, self.load(i, x, v));
         }
+    }
+
+    /// Potential energy without damping, from where each holds, J.
+    pub fn potential(&self, x: &[V3]) -> f64 {
+        let each = self.nodes.iter().enumerate().map(|(i, &node)| {
+            let d = axpy(x[node as usize], -1.0, self.anchor[i]);
+            0.5 * dot(d, times(&self.stiffness[i], d)) - dot(self.force[i], d)
+        });
+        each.sum()
     }
 
     /// N, all of them together.

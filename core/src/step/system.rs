@@ -1,5 +1,6 @@
 //! A body as the step sees it: nodes, elements, and the material that joins them.
 
+use super::coupled::{Coupled, is_coupled_hinges};
 use super::elements::ElementSet;
 use super::matrix::Matrix;
 use super::pool::Pool;
@@ -64,19 +65,30 @@ pub struct System {
     pub material: Material,
     /// `None` until [`System::enable_matrix`].
     pub matrix: Option<Matrix>,
+    /// Hinges that act on each other, where the material wants them.
+    pub coupled: Option<Coupled>,
 }
 
 impl System {
     /// No nodes yet.
     pub fn new(material: Material) -> Self {
         let sets = material.requests().iter().map(|r| ElementSet::new(*r)).collect();
-        Self { nodes: Nodes::default(), sets, material, matrix: None }
+        let sets: Vec<ElementSet> = sets;
+        let coupled = sets.iter().any(is_coupled_hinges).then(Coupled::default);
+        Self { nodes: Nodes::default(), sets, material, matrix: None, coupled }
     }
 
     /// Keeps a matrix from now on.
     pub fn enable_matrix(&mut self) {
         let matrix = self.matrix.get_or_insert_default();
         matrix.rebuild(self.nodes.len(), &mut self.sets);
+    }
+
+    /// Tells the hinge of each triangle's sides, or `u32::MAX`; then comes [`System::prepare`].
+    pub fn set_sides(&mut self, sides: Vec<[u32; 3]>) {
+        if let Some(coupled) = &mut self.coupled {
+            coupled.sides = sides;
+        }
     }
 
     /// After nodes or lists of elements have changed: cuts, rest data, masses and the matrix's pattern.
@@ -88,6 +100,9 @@ impl System {
             set.prepare(&self.material, &self.nodes)?;
         }
         self.weigh()?;
+        if let Some(coupled) = &mut self.coupled {
+            coupled.prepare(&self.material, &self.sets, &self.nodes)?;
+        }
         if let Some(matrix) = &mut self.matrix {
             matrix.rebuild(self.nodes.len(), &mut self.sets);
         }
@@ -121,30 +136,43 @@ impl System {
         self.nodes.mass.iter().position(|m| !(m.is_finite() && *m > 0.0))
     }
 
-    /// `force = -dE/dx - C v`, N (n x 3), for velocities `v`.
+    /// `force = -dE/dx - C v`, N (n x 3), for velocities `v`, by default those of the nodes.
     ///
     /// # Errors
     /// What the material says.
-    pub fn forces(&self, pool: &Pool, v: &[V3], time: (f64, f64), force: &mut [V3]) -> Result<(), HostError> {
+    pub fn forces(
+        &mut self,
+        pool: &Pool,
+        v: Option<&[V3]>,
+        time: (f64, f64),
+        force: &mut [V3],
+    ) -> Result<(), HostError> {
+        let v = v.unwrap_or(&self.nodes.v);
         force.fill([0.0; 3]);
         for set in self.sets.iter().filter(|s| s.has(abi::HAS_FORCES)) {
             set.schedule.run(pool, force, &|node| node, &|chunk, window| {
                 self.material.forces(&set.call(chunk, &self.nodes, v, time), window)
             })?;
         }
-        Ok(())
+        match (&mut self.coupled, self.sets.iter().find(|set| is_coupled_hinges(set))) {
+            (Some(coupled), Some(set)) => coupled.forces(&self.material, set, &self.nodes, time, force),
+            _ => Ok(()),
+        }
     }
 
     /// Elastic energy, J.
     ///
     /// # Errors
     /// What the material says.
-    pub fn energy(&self, time: (f64, f64)) -> Result<f64, HostError> {
+    pub fn energy(&mut self, time: (f64, f64)) -> Result<f64, HostError> {
         let mut energy = 0.0;
         for set in self.sets.iter().filter(|s| s.has(abi::HAS_FORCES)) {
             for chunk in set.schedule.chunks() {
                 energy += self.material.energy(&set.call(chunk, &self.nodes, &self.nodes.v, time))?;
             }
+        }
+        if let (Some(coupled), Some(set)) = (&mut self.coupled, self.sets.iter().find(|set| is_coupled_hinges(set))) {
+            energy += coupled.energy(&self.material, set, &self.nodes, time)?;
         }
         Ok(energy)
     }

@@ -6,8 +6,10 @@
 
 use super::hand::Hand;
 use super::knife::{CutStep, Knife, PLACES};
-use crate::body::{Body, LatticeError, weigh};
-use crate::contact::{Friction, Layer, Near, NearSurface, Patch, PlaceLoads, Proxy, Touch, closest_point, hold};
+use crate::body::{Body, LatticeError, Sheet, weigh};
+use crate::contact::{
+    Friction, Layer, Near, NearSurface, Patch, PlaceLoads, Proxy, Touch, closest_point, hold, normal_of,
+};
 use crate::step::{Block, NodeSprings, V3, axpy, dot};
 use pliant_plugin_api::abi::Ball;
 
@@ -142,7 +144,7 @@ impl Tool {
 
     /// The cells of `body` that must be active for it, at `time` (s): around its contact, or where it is about to touch.
     pub fn wants(&mut self, index: usize, body: &Body, hand: &Hand, time: f64) -> Option<Ball> {
-        let radius = body.lattice.settings.radius;
+        let radius = body.carrier.radius();
         if let Some(inside) = self.knife.as_ref().and_then(|k| k.inside.as_ref()) {
             let (low, high) = (inside.places[0], inside.places[inside.places.len() - 1]);
             let span = axpy(high, -1.0, low);
@@ -165,7 +167,7 @@ impl Tool {
     /// The settled place the tool is closest to, if it may touch it soon.
     fn approached(&self, body: &Body, hand: &Hand) -> Option<V3> {
         let ahead = axpy(hand.position, -1.0, self.proxy.position);
-        let reach = GRIP_REACH * self.proxy.radius + body.lattice.edge() + dot(ahead, ahead).sqrt();
+        let reach = GRIP_REACH * self.proxy.radius + body.carrier.edge() + dot(ahead, ahead).sqrt();
         let centre = self.proxy.position;
         let mut best: Option<(f64, u32, V3)> = None;
         body.skin.tree.near(centre, reach, |triangle| {
@@ -213,7 +215,7 @@ impl Tool {
         let contact = match self.contact() {
             Some((body, rest)) => {
                 let body = &bodies[body as usize];
-                Some(body.lattice.carry_one(rest, &body.system.nodes)?)
+                Some(body.carry_one(rest)?)
             }
             None => None,
         };
@@ -239,13 +241,13 @@ impl Tool {
             return Ok(());
         };
         let body = &mut bodies[touch.body as usize];
-        if Self::is_ball(radius, body.lattice.edge()) {
+        if Self::is_ball(radius, body.carrier.edge()) {
             return self.lie(body, hand, touch, anchor);
         }
         let free = self.proxy.position;
         let p = anchor.map_or(free, |anchor| hold(free, anchor, hand.position, touch.normal, self.friction));
         self.proxy.position = p;
-        let (now, settled) = body.lattice.carry_one(touch.rest, &body.system.nodes)?;
+        let (now, settled) = body.carry_one(touch.rest)?;
         self.depth = dot(axpy(settled, -1.0, now), touch.normal);
         let pulled = axpy(hand.position, -1.0, p).map(|c| self.coupling.stiffness * c);
         self.press_disc(body, (touch.body, touch.rest, touch.rest_normal), pulled)
@@ -291,9 +293,9 @@ impl Tool {
         }
         let touch = Touch { rest: rest.map(|c| c / total), normal, ..touch };
         self.proxy.stand(p, point.map(|c| c / total), touch);
-        let (now, settled) = body.lattice.carry_one(touch.rest, &body.system.nodes)?;
+        let (now, settled) = body.carry_one(touch.rest)?;
         self.depth = dot(axpy(settled, -1.0, now), normal);
-        self.loads.attach(&mut body.lattice, &body.system.nodes, &mut self.springs[touch.body as usize])
+        self.loads.attach(body, &mut self.springs[touch.body as usize])
     }
 
     /// Where a ball rests that the surface has carried to `anchor`, and the normal there: the direction of what the layer
@@ -341,7 +343,7 @@ impl Tool {
         let body = &mut bodies[grip.body as usize];
         let (now, settled) = match contact {
             Some(places) => places,
-            None => body.lattice.carry_one(grip.rest, &body.system.nodes)?,
+            None => body.carry_one(grip.rest)?,
         };
         self.proxy.position = axpy(now, 1.0, grip.offset);
         let pull = axpy(hand.position, -1.0, self.proxy.position);
@@ -369,14 +371,14 @@ impl Tool {
         let ((scale, spring), share) = (self.cap(pulled), 1.0 / inside.places.len() as f64);
         let body = &mut bodies[inside.body as usize];
         self.loads.clear();
-        let edge = body.lattice.edge();
+        let edge = body.carrier.edge();
         for place in &inside.places {
             let place = inside.ahead(*place, knife.heading, edge);
             let stiffness = diagonal(spring * share * self.coupling.stiffness);
             let damping = diagonal(spring * share * self.coupling.damping);
             self.loads.push(place, pulled.map(|f| scale * share * f), stiffness, damping);
         }
-        self.loads.attach(&mut body.lattice, &body.system.nodes, &mut self.springs[inside.body as usize])
+        self.loads.attach(body, &mut self.springs[inside.body as usize])
     }
 
     /// Gives the body a force (N) over a disc around a rest place.
@@ -386,7 +388,7 @@ impl Tool {
         (index, rest, normal): (u32, V3, V3),
         pulled: V3,
     ) -> Result<(), ToolError> {
-        self.patch.sample(rest, normal, body.lattice.edge());
+        self.patch.sample(rest, normal, body.carrier.edge());
         let (scale, spring) = self.cap(pulled);
         self.loads.clear();
         for (place, share) in self.patch.places.iter().zip(&self.patch.shares) {
@@ -394,7 +396,7 @@ impl Tool {
             let damping = diagonal(spring * share * self.coupling.damping);
             self.loads.push(*place, pulled.map(|f| scale * share * f), stiffness, damping);
         }
-        self.loads.attach(&mut body.lattice, &body.system.nodes, &mut self.springs[index as usize])
+        self.loads.attach(body, &mut self.springs[index as usize])
     }
 
     /// What is left of a force under the most the hand gives, and of the spring behind it: past the most, the force is
@@ -435,8 +437,15 @@ fn search(
 ) -> Result<(), ToolError> {
     out.clear();
     for (index, body) in bodies.iter_mut().enumerate() {
+        if let Some(sheet) = body.carrier.sheet() {
+            // Looked for once, when a grip is taken: no list is kept.
+            if radius.is_none() {
+                out.extend(on_sheet(index as u32, body, sheet, centre, reach));
+            }
+            continue;
+        }
         let (list, at) = (&mut near[index], (centre, reach, moved[index]));
-        if radius.is_some_and(|r| Tool::is_ball(r, body.lattice.edge())) {
+        if radius.is_some_and(|r| Tool::is_ball(r, body.carrier.edge())) {
             let samples = std::sync::Arc::clone(&body.samples);
             list.samples((index as u32, body, &samples), at, out)?;
         } else {
@@ -444,4 +453,27 @@ fn search(
         }
     }
     Ok(())
+}
+
+/// The point of a sheet closest to `centre`, within `reach`.
+fn on_sheet(index: u32, body: &Body, sheet: &Sheet, centre: V3, reach: f64) -> Option<Near> {
+    let mut best: Option<Near> = None;
+    for triangle in 0..body.model.surface.triangles.len() as u32 {
+        let corners = sheet.nodes_of(&body.model, triangle).map(|n| body.system.nodes.x[n as usize]);
+        let closest = closest_point(centre, corners);
+        let d = axpy(closest.point, -1.0, centre);
+        let distance = dot(d, d).sqrt();
+        if distance <= best.map_or(reach, |near| near.distance) {
+            let rest = body.model.surface.triangles[triangle as usize].map(|v| body.skin.settled[v as usize]);
+            best = Some(Near {
+                body: index,
+                point: closest.point,
+                rest: weigh(rest, closest.bary),
+                normal: normal_of(rest),
+                distance,
+                area: 0.0,
+            });
+        }
+    }
+    best
 }

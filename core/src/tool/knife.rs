@@ -145,7 +145,9 @@ impl Knife {
             return Ok(());
         };
         let body = &bodies[inside.body as usize];
-        if let Some(moved) = body.lattice.carried_by(inside.tip, &body.system.nodes)? {
+        if let Some(lattice) = body.carrier.lattice()
+            && let Some(moved) = lattice.carried_by(inside.tip, &body.system.nodes)?
+        {
             self.tip = axpy(inside.tip, 1.0, moved);
         }
         let gap = Vector3::from(hand.position) - Vector3::from(self.tip);
@@ -168,13 +170,15 @@ impl Knife {
     /// The blade in the rest shape of a body, and rest places along it that are inside of its cells.
     fn at_rest(&self, along: &Vector3<f64>, body: &Body) -> Result<(Blade, Vec<V3>), ToolError> {
         let mut places = Vec::new();
+        let heel = (Vector3::from(self.tip) + self.edge.length * along).into();
+        let Some(lattice) = body.carrier.lattice() else { return Ok((Blade { tip: self.tip, heel }, places)) };
         let (mut first, mut last) = (None, [0.0; 3]);
         for i in 0..PLACES {
             let s = self.edge.length * i as f64 / (PLACES - 1) as f64;
             let now: V3 = (Vector3::from(self.tip) + s * along).into();
             let (mut place, mut moved) = (now, None);
             for _ in 0..INVERSIONS {
-                let Some(u) = body.lattice.carried_by(place, &body.system.nodes)? else { break };
+                let Some(u) = lattice.carried_by(place, &body.system.nodes)? else { break };
                 place = axpy(now, -1.0, u);
                 moved = Some(u);
             }
@@ -182,11 +186,10 @@ impl Knife {
                 first.get_or_insert(u);
                 last = u;
             }
-            if body.lattice.part_at(place)?.is_some() {
+            if lattice.part_at(place)?.is_some() {
                 places.push(place);
             }
         }
-        let heel = (Vector3::from(self.tip) + self.edge.length * along).into();
         let blade = Blade { tip: axpy(self.tip, -1.0, first.unwrap_or_default()), heel: axpy(heel, -1.0, last) };
         Ok((blade, places))
     }
@@ -203,7 +206,7 @@ impl Knife {
             self.strokes[index] = Some((Stroke::begin(blade).map_err(Stopped::Refused)?, blade));
             return Ok(None);
         };
-        let stride = STRIDE * body.lattice.edge();
+        let stride = STRIDE * body.carrier.edge();
         if let Some(heading) = self.heading {
             let gone = ahead(&stroke.blade(), &blade, &heading);
             self.back = gone < -0.5 * stride;

@@ -121,14 +121,7 @@ impl Lattice {
         self.constrain(fixings, &mut system.nodes);
         self.list_elements(system)?;
         system.prepare()?;
-        match system.massless() {
-            Some(node) => {
-                let (at, mass) = (system.nodes.rest[node], system.nodes.mass[node]);
-                let (material, path) = (&system.material.info().id, system.material.library().path());
-                Err(LatticeError::Massless { material: material.clone(), path: path.into(), node, at, mass })
-            }
-            None => Ok(()),
-        }
+        super::check_mass(system)
     }
 
     /// The region before is in `spare`: both lists of keys rise, so one pass pairs them. A copy a cut has just made begins
@@ -220,7 +213,7 @@ impl Lattice {
                 abi::TETRAHEDRON => self.list_tetrahedra(list),
                 kind => {
                     let material = system.material.info().id.clone();
-                    return Err(LatticeError::Unsupported { material, wanted: kind_name(kind) });
+                    return Err(LatticeError::Unsupported { material, wanted: kind_name(kind), carrier: "grid" });
                 }
             }
         }

@@ -13,6 +13,8 @@ pub enum Pattern {
     /// Every second row is moved by half a cell; half triangles keep the sides straight. With
     /// [`equilateral_rows`] rows all other triangles are equilateral, or as near as whole rows allow.
     Equilateral,
+    /// Regular, but every vertex inside is moved by up to a quarter of a cell along each axis, the same way in every run.
+    Irregular,
 }
 
 /// A sheet of `cells` (columns, rows) and `size` (width, height in m) in the plane z = 0, its lower left corner in
@@ -37,7 +39,10 @@ pub fn grid(cells: [u32; 2], size: [f64; 2], pattern: Pattern) -> Result<ObjDocu
         let v = f64::from(row) / f64::from(rows);
         for column in 0..=columns + u32::from(moved) {
             let at = if moved { f64::from(column) - 0.5 } else { f64::from(column) };
-            let u = at.clamp(0.0, f64::from(columns)) / f64::from(columns);
+            let inside = row > 0 && row < rows && column > 0 && column < columns;
+            let [du, dv] = if pattern == Pattern::Irregular && inside { jitter(row, column) } else { [0.0; 2] };
+            let u = (at + du).clamp(0.0, f64::from(columns)) / f64::from(columns);
+            let v = v + dv / f64::from(rows);
             model.points.push([u * size[0], v * size[1], 0.0]);
             model.texcoords.push([u, v]);
         }
@@ -92,6 +97,16 @@ fn equilateral_row(model: &mut Model, columns: u32, low: u32, high: u32, turned:
             face([short + column, short + column + 1, long + column + 1]);
         }
     }
+}
+
+/// Up to a quarter of a cell along each axis, from the place in the sheet alone.
+fn jitter(row: u32, column: u32) -> [f64; 2] {
+    let mut seed = u64::from(row) << 32 | u64::from(column) | 1 << 63;
+    [(); 2].map(|()| {
+        seed = (seed ^ seed >> 31).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        seed ^= seed >> 29;
+        0.5 * ((seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5)
+    })
 }
 
 #[cfg(test)]

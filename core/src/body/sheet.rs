@@ -1,0 +1,279 @@
+//! A body carried by its own mesh: every vertex is a node, triangles, edges and hinges are the elements. For cloth and other
+//! thin shells.
+
+use super::fixing::Fixing;
+use super::lattice::{LatticeError, check_mass, constrain_led, lead};
+use super::model::Model;
+use super::skin::Skin;
+use crate::contact::closest_point;
+use crate::mesh::{ObjDocument, Surface};
+use crate::step::{ElementList, Nodes, System, V3, axpy};
+use nalgebra::Vector3;
+use pliant_plugin_api::abi;
+
+/// Where the warp of a fabric runs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Warp {
+    /// Along this direction of the rest shape, in the plane of each triangle.
+    Axis(V3),
+    /// Along u of the texture coordinates.
+    Texture,
+}
+
+/// A mesh as the carrier of itself.
+pub struct Sheet {
+    warp: Warp,
+    /// Node of each vertex, or `NONE` where no triangle uses it.
+    node_of: Vec<u32>,
+    vertex_of: Vec<u32>,
+    /// m, mean
+    edge: f64,
+    led: Vec<(u32, u32)>,
+    active: bool,
+}
+
+/// No node.
+pub const NONE: u32 = u32::MAX;
+
+impl Sheet {
+    /// Of a model. No node is active yet.
+    pub fn new(model: &Model, warp: Warp) -> Self {
+        let surface = &model.surface;
+        let (mut sum, mut count) = (0.0, 0);
+        for triangle in &surface.triangles {
+            let [a, b, c] = triangle.map(|v| Vector3::from(surface.points[v as usize]));
+            sum += (b - a).norm() + (c - b).norm() + (a - c).norm();
+            count += 3;
+        }
+        let edge = sum / f64::from(count.max(1));
+        Self { warp, node_of: Vec::new(), vertex_of: Vec::new(), edge, led: Vec::new(), active: false }
+    }
+
+    /// m, mean length of an edge
+    pub fn edge(&self) -> f64 {
+        self.edge
+    }
+
+    /// Node of a vertex, or [`NONE`].
+    pub fn node_of(&self, vertex: u32) -> u32 {
+        self.node_of[vertex as usize]
+    }
+
+    /// Makes nodes and elements, if there are none yet. Gives whether it did.
+    ///
+    /// # Errors
+    /// What the material says; a vertex without mass.
+    pub fn activate(&mut self, model: &Model, fixings: &[Fixing], system: &mut System) -> Result<bool, LatticeError> {
+        if self.active {
+            return Ok(false);
+        }
+        self.active = true;
+        self.node_of = vec![NONE; model.surface.points.len()];
+        model.surface.triangles.iter().flatten().for_each(|v| self.node_of[*v as usize] = 0);
+        self.vertex_of = (0..self.node_of.len() as u32).filter(|v| self.node_of[*v as usize] == 0).collect();
+        for (node, vertex) in self.vertex_of.iter().enumerate() {
+            self.node_of[*vertex as usize] = node as u32;
+        }
+        let rest = self.vertex_of.iter().map(|v| model.surface.points[*v as usize]).collect();
+        system.nodes = Nodes::at_rest(rest);
+        let numbers = &self.vertex_of;
+        self.led = constrain_led(fixings, &mut system.nodes, |node| numbers[node as usize]);
+        self.list_elements(model, system)?;
+        Ok(true)
+    }
+
+    fn list_elements(&self, model: &Model, system: &mut System) -> Result<(), LatticeError> {
+        let rest = &system.nodes.rest;
+        let triangles: Vec<[u32; 3]> =
+            model.surface.triangles.iter().map(|t| t.map(|v| self.node_of[v as usize])).collect();
+        let edges = Edges::new(&triangles);
+        for set in &mut system.sets {
+            let kind = set.request().kind;
+            let list = set.list_mut();
+            *list = ElementList::default();
+            match kind {
+                abi::POINT => points(rest, &triangles, list),
+                abi::LINK => {
+                    list.nodes = edges.all.iter().flatten().copied().collect();
+                    list.family = vec![abi::STRUCTURAL; edges.all.len()];
+                    list.measure = vec![1.0; edges.all.len()];
+                }
+                abi::TRIANGLE => {
+                    list.nodes = triangles.iter().flatten().copied().collect();
+                    list.measure = vec![1.0; triangles.len()];
+                    list.material = self.material_coordinates(model);
+                }
+                abi::HINGE => {
+                    list.nodes = edges.hinges.iter().flatten().copied().collect();
+                    list.measure = vec![1.0; edges.hinges.len()];
+                }
+                _ => {
+                    let material = system.material.info().id.clone();
+                    return Err(LatticeError::Unsupported { material, wanted: "tetrahedra", carrier: "sheet" });
+                }
+            }
+        }
+        system.set_sides(edges.hinge_of);
+        system.prepare()?;
+        check_mass(system)
+    }
+
+    /// Corners of each triangle in its own plane, warp first, m (m x 3 x 2). Lengths and angles are those of the rest shape.
+    fn material_coordinates(&self, model: &Model) -> Vec<f64> {
+        let mut out = Vec::with_capacity(6 * model.surface.triangles.len());
+        for (t, triangle) in model.surface.triangles.iter().enumerate() {
+            let [a, b, c] = triangle.map(|v| Vector3::from(model.surface.points[v as usize]));
+            let normal = (b - a).cross(&(c - a)).normalize();
+            let wanted = match self.warp {
+                Warp::Axis(axis) => Vector3::from(axis),
+                Warp::Texture => texture_direction(&model.document, &model.surface, t).unwrap_or_else(Vector3::x),
+            };
+            let in_plane = |d: Vector3<f64>| (d - d.dot(&normal) * normal).try_normalize(1e-6 * d.norm());
+            let warp =
+                in_plane(wanted).or_else(|| in_plane(Vector3::ith(normal.iamin(), 1.0))).unwrap_or_else(Vector3::x);
+            let weft = normal.cross(&warp);
+            for p in [a, b, c] {
+                out.extend([(p - a).dot(&warp), (p - a).dot(&weft)]);
+            }
+        }
+        out
+    }
+
+    /// Sets what led nodes do in the step from `time` of `dt` (s).
+    pub fn prescribe(&self, nodes: &mut Nodes, fixings: &[Fixing], time: (f64, f64)) {
+        lead(&self.led, nodes, fixings, time);
+    }
+
+    /// Puts the surface where the nodes are.
+    pub fn embed(&self, nodes: &Nodes, skin: &mut Skin) {
+        for (&vertex, x) in self.vertex_of.iter().zip(&nodes.x) {
+            skin.x[vertex as usize] = *x;
+        }
+    }
+
+    /// Makes the present shape the rest shape.
+    ///
+    /// # Errors
+    /// What the material says of it.
+    pub fn keep(&mut self, model: &Model, skin: &mut Skin, system: &mut System) -> Result<(), LatticeError> {
+        system.nodes.rest.clone_from(&system.nodes.x);
+        system.nodes.v.fill([0.0; 3]);
+        let settled = std::sync::Arc::make_mut(&mut skin.settled);
+        settled.copy_from_slice(&skin.x);
+        let all: Vec<u32> = (0..model.surface.triangles.len() as u32).collect();
+        skin.tree.refit(&skin.settled, &model.surface.triangles, &all);
+        Ok(system.prepare()?)
+    }
+
+    /// The triangle of the settled surface closest to a place, and the weights of its corners.
+    pub fn seat(&self, place: V3, model: &Model, skin: &Skin) -> Option<(u32, V3)> {
+        let mut reach = self.edge;
+        loop {
+            let mut best: Option<(f64, u32, V3)> = None;
+            skin.tree.near(place, reach, |t| {
+                let corners = model.surface.triangles[t as usize].map(|v| skin.settled[v as usize]);
+                let closest = closest_point(place, corners);
+                let away = (Vector3::from(closest.point) - Vector3::from(place)).norm();
+                if away <= reach && best.is_none_or(|(least, of, _)| (away, t) < (least, of)) {
+                    best = Some((away, t, closest.bary));
+                }
+            });
+            match best {
+                Some((_, t, bary)) => return Some((t, bary)),
+                None if reach > 1e6 * self.edge => return None,
+                None => reach *= 4.0,
+            }
+        }
+    }
+
+    /// Nodes of a triangle.
+    pub fn nodes_of(&self, model: &Model, triangle: u32) -> [u32; 3] {
+        model.surface.triangles[triangle as usize].map(|v| self.node_of[v as usize])
+    }
+
+    /// Where the nodes carry a settled place, and the place.
+    pub fn carry_one(&self, place: V3, model: &Model, skin: &Skin, nodes: &Nodes) -> (V3, V3) {
+        let Some((triangle, bary)) = self.seat(place, model, skin).filter(|_| self.active) else {
+            return (place, place);
+        };
+        let at = self.nodes_of(model, triangle);
+        let now = (0..3).fold([0.0; 3], |sum, i| axpy(sum, bary[i], nodes.x[at[i] as usize]));
+        (now, place)
+    }
+
+    /// Bytes of the largest parts.
+    pub fn bytes(&self) -> usize {
+        4 * (self.node_of.len() + self.vertex_of.len())
+    }
+}
+
+/// A third of the area of its triangles for each node, m^2.
+fn points(rest: &[V3], triangles: &[[u32; 3]], list: &mut ElementList) {
+    list.nodes = (0..rest.len() as u32).collect();
+    list.measure = vec![0.0; rest.len()];
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(|n| Vector3::from(rest[n as usize]));
+        let third = (b - a).cross(&(c - a)).norm() / 6.0;
+        triangle.iter().for_each(|n| list.measure[*n as usize] += third);
+    }
+}
+
+/// Edges of a mesh.
+struct Edges {
+    all: Vec<[u32; 2]>,
+    /// Edges with two sides: from, to, the vertex left of it and the vertex right of it.
+    hinges: Vec<[u32; 4]>,
+    /// Hinge of each triangle's sides 01, 12, 20, or `NONE`.
+    hinge_of: Vec<[u32; 3]>,
+}
+
+impl Edges {
+    fn new(triangles: &[[u32; 3]]) -> Self {
+        let surface = Surface { triangles: triangles.to_vec(), ..Surface::default() };
+        let (mut all, mut hinges) = (Vec::new(), Vec::new());
+        let mut hinge_of = vec![[NONE; 3]; triangles.len()];
+        for (ends, sides) in surface.edges().iter() {
+            all.push(ends);
+            let [one, two] = sides else { continue };
+            let (left, right) = if one.upward { (one, two) } else { (two, one) };
+            let opposite =
+                |side: &crate::mesh::Side| triangles[side.triangle as usize][(usize::from(side.corner) + 2) % 3];
+            for side in [left, right] {
+                hinge_of[side.triangle as usize][usize::from(side.corner)] = hinges.len() as u32;
+            }
+            hinges.push([ends[0], ends[1], opposite(left), opposite(right)]);
+        }
+        Self { all, hinges, hinge_of }
+    }
+}
+
+/// Direction of rising u in a triangle of the rest shape.
+fn texture_direction(document: &ObjDocument, surface: &Surface, triangle: usize) -> Option<Vector3<f64>> {
+    let vertices = surface.triangles[triangle];
+    let corners = document.face(surface.face_of[triangle] as usize)?.corners;
+    let texcoord = |vertex: u32| {
+        let row = corners.iter().find(|corner| corner.v == vertex)?.vt()?;
+        document.texcoords().get(row as usize).copied()
+    };
+    let [s, t, r] = [texcoord(vertices[0])?, texcoord(vertices[1])?, texcoord(vertices[2])?];
+    let [a, b, c] = vertices.map(|v| Vector3::from(surface.points[v as usize]));
+    let (du, dv) = ([t[0] - s[0], r[0] - s[0]], [t[1] - s[1], r[1] - s[1]]);
+    let area = du[0] * dv[1] - du[1] * dv[0];
+    let direction = ((b - a) * dv[1] - (c - a) * dv[0]) / area;
+    direction.iter().all(|c| c.is_finite()).then_some(direction)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_square_of_two_triangles_has_one_hinge_that_knows_left_from_right() {
+        let triangles = [[0, 1, 2], [0, 2, 3]];
+        let edges = Edges::new(&triangles);
+        assert_eq!(edges.all.len(), 5);
+        // From 0 to 2: vertex 3 is to the left, 1 to the right.
+        assert_eq!(edges.hinges, [[0, 2, 3, 1]]);
+        assert_eq!(edges.hinge_of, [[NONE, NONE, 0], [0, NONE, NONE]]);
+    }
+}

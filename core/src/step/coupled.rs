@@ -1,0 +1,268 @@
+//! Hinges that act on each other: bending of thin shells in the mixed form of Hellan (1967), Herrmann (1967) and Johnson
+//! (1973), in which moments are constant in each triangle and agree across edges only in what they do along the edge.
+//!
+//! The material gives the strain of each hinge and the compliance of each triangle; here `G m = s` is solved for the moments
+//! m, so that the energy is s . m / 2. G couples a hinge to the four others of its two triangles and is well conditioned: no
+//! eigenvalue of the Jacobi-scaled matrix lies outside those of the single triangles. So a fixed Chebyshev polynomial in G
+//! takes the place of its inverse: one linear map, the same in every call, whose energy and forces belong together exactly.
+
+use super::chunk::Chunk;
+use super::elements::ElementSet;
+use super::system::Nodes;
+use super::{Block, Constraint, V3, axpy};
+use crate::host::{HostError, Material};
+use nalgebra::Matrix3;
+use pliant_plugin_api::abi;
+
+/// The coupled hinges of a body.
+#[derive(Debug, Default)]
+pub struct Coupled {
+    /// Hinge of each triangle's sides 01, 12, 20, or `u32::MAX` (t x 3).
+    pub sides: Vec<[u32; 3]>,
+    /// Rows of G without its diagonal.
+    row: Vec<u32>,
+    column: Vec<u32>,
+    value: Vec<f64>,
+    /// m/N
+    diagonal: Vec<f64>,
+    /// Least and greatest eigenvalue of the scaled matrix, at the widest.
+    spectrum: [f64; 2],
+    iterations: usize,
+    /// Plane 0 strain, m; 1 to 12 its gradient.
+    planes: Vec<f64>,
+    /// N
+    moment: Vec<f64>,
+    residual: Vec<f64>,
+    step: Vec<f64>,
+}
+
+/// Relative accuracy of the polynomial inverse.
+const ACCURACY: f64 = 1e-6;
+/// Terms of it, at most: slivers ask for more than is worth it.
+const MOST: usize = 200;
+/// What stands for the inverse of G in a matrix is this over its diagonal: at least half the exact stiffness, as a step that is
+/// linearised once needs, on all but slivers.
+const STAND_IN: f64 = 2.2;
+/// Planes of a hinge.
+const PLANES: usize = 13;
+
+/// Whether a set is of hinges that are coupled.
+pub fn is_coupled_hinges(set: &ElementSet) -> bool {
+    set.request().kind == abi::HINGE && set.has(abi::IS_COUPLED)
+}
+
+fn is_coupled_triangles(set: &ElementSet) -> bool {
+    set.request().kind == abi::TRIANGLE && set.has(abi::IS_COUPLED)
+}
+
+impl Coupled {
+    /// After nodes or elements have changed.
+    ///
+    /// # Errors
+    /// What the material says.
+    pub fn prepare(&mut self, material: &Material, sets: &[ElementSet], nodes: &Nodes) -> Result<(), HostError> {
+        let hinges = sets.iter().find(|set| is_coupled_hinges(set)).map_or(0, ElementSet::count);
+        let Some(triangles) = sets.iter().find(|set| is_coupled_triangles(set)) else { return Ok(()) };
+        let count = triangles.count();
+        let mut compliance = vec![0.0; 6 * count];
+        let whole = Chunk { range: 0..count, window: 0..nodes.len() };
+        if count > 0 {
+            material.compliance(&triangles.call(&whole, nodes, &nodes.v, (0.0, 0.0)), &mut compliance)?;
+        }
+        self.diagonal = vec![0.0; hinges];
+        self.spectrum = [1.0, 1.0];
+        let mut entries: Vec<(u32, u32, f64)> = Vec::new();
+        for (t, corners) in triangles.nodes().chunks_exact(3).enumerate() {
+            // A triangle that is held altogether does not bend.
+            if corners.iter().all(|n| nodes.constraint[*n as usize] == Constraint::Fixed) {
+                continue;
+            }
+            let c = |plane: usize| compliance[plane * count + t];
+            let g = [[c(0), c(1), c(2)], [c(1), c(3), c(4)], [c(2), c(4), c(5)]];
+            let sides = self.sides[t];
+            let inner: Vec<usize> = (0..3).filter(|i| sides[*i] != u32::MAX).collect();
+            for &i in &inner {
+                self.diagonal[sides[i] as usize] += g[i][i];
+                for &j in inner.iter().filter(|j| **j != i) {
+                    entries.push((sides[i], sides[j], g[i][j]));
+                }
+            }
+            let bounds = scaled_spectrum(&g, &inner);
+            self.spectrum = [self.spectrum[0].min(bounds[0]), self.spectrum[1].max(bounds[1])];
+        }
+        entries.sort_by_key(|(i, j, _)| (*i, *j));
+        self.row = (0..=hinges as u32).map(|h| entries.partition_point(|e| e.0 < h) as u32).collect();
+        self.column = entries.iter().map(|e| e.1).collect();
+        self.value = entries.iter().map(|e| e.2).collect();
+        // A hinge between two triangles that are held has no compliance at all, and no moment.
+        let [low, high] = self.spectrum;
+        let rate = ((high / low).sqrt() - 1.0) / ((high / low).sqrt() + 1.0);
+        let needed = if rate > 0.0 { (0.5 * ACCURACY).ln() / rate.ln() } else { 1.0 };
+        self.iterations = (needed.ceil() as usize).clamp(1, MOST);
+        self.planes = vec![0.0; PLANES * hinges];
+        self.moment = vec![0.0; hinges];
+        self.residual = vec![0.0; hinges];
+        self.step = vec![0.0; hinges];
+        Ok(())
+    }
+
+    /// Finds strains and their gradients, and the moments that belong to them.
+    fn load(
+        &mut self,
+        material: &Material,
+        set: &ElementSet,
+        nodes: &Nodes,
+        time: (f64, f64),
+    ) -> Result<(), HostError> {
+        for chunk in set.schedule.chunks() {
+            material.strain(&set.call(chunk, nodes, &nodes.v, time), &mut self.planes)?;
+        }
+        self.solve();
+        Ok(())
+    }
+
+    /// `m = p(G) s`, by Chebyshev's iteration from zero.
+    fn solve(&mut self) {
+        let n = self.moment.len();
+        let [low, high] = self.spectrum;
+        let (centre, half) = (0.5 * (high + low), 0.5 * (high - low));
+        self.residual.copy_from_slice(&self.planes[..n]);
+        self.moment.fill(0.0);
+        let mut alpha = 1.0 / centre;
+        for k in 0..self.iterations {
+            let beta = match k {
+                0 => 0.0,
+                1 => 0.5 * (half * alpha).powi(2),
+                _ => (0.5 * half * alpha).powi(2),
+            };
+            if k > 0 {
+                alpha = 1.0 / (centre - beta / alpha);
+            }
+            for i in 0..n {
+                let scaled = if self.diagonal[i] > 0.0 { self.residual[i] / self.diagonal[i] } else { 0.0 };
+                self.step[i] = alpha * scaled + if k > 0 { beta * self.step[i] } else { 0.0 };
+                self.moment[i] += self.step[i];
+            }
+            for i in 0..n {
+                let row = self.row[i] as usize..self.row[i + 1] as usize;
+                let off = self.column[row.clone()].iter().zip(&self.value[row]);
+                let sum = off.fold(self.diagonal[i] * self.step[i], |sum, (j, g)| sum + g * self.step[*j as usize]);
+                self.residual[i] -= sum;
+            }
+        }
+    }
+
+    fn gradient(&self, hinge: usize, corner: usize) -> V3 {
+        let n = self.moment.len();
+        std::array::from_fn(|i| self.planes[(1 + 3 * corner + i) * n + hinge])
+    }
+
+    /// Adds `-m ds/dx`, N (n x 3).
+    ///
+    /// # Errors
+    /// What the material says.
+    pub fn forces(
+        &mut self,
+        material: &Material,
+        set: &ElementSet,
+        nodes: &Nodes,
+        time: (f64, f64),
+        force: &mut [V3],
+    ) -> Result<(), HostError> {
+        self.load(material, set, nodes, time)?;
+        for (hinge, corners) in set.nodes().chunks_exact(4).enumerate() {
+            for (corner, &node) in corners.iter().enumerate() {
+                let f = &mut force[node as usize];
+                *f = axpy(*f, -self.moment[hinge], self.gradient(hinge, corner));
+            }
+        }
+        Ok(())
+    }
+
+    /// J
+    ///
+    /// # Errors
+    /// What the material says.
+    pub fn energy(
+        &mut self,
+        material: &Material,
+        set: &ElementSet,
+        nodes: &Nodes,
+        time: (f64, f64),
+    ) -> Result<f64, HostError> {
+        self.load(material, set, nodes, time)?;
+        Ok(0.5 * self.moment.iter().zip(&self.planes).map(|(m, s)| m * s).sum::<f64>())
+    }
+
+    /// Adds `factor` times a stand-in for the stiffness: the diagonal of G in the place of G, and no geometric part. With
+    /// `certain`, one that is nowhere below the exact one.
+    ///
+    /// # Errors
+    /// What the material says.
+    pub fn tangent(
+        &mut self,
+        material: &Material,
+        (set, nodes, time): (&ElementSet, &Nodes, (f64, f64)),
+        (factor, certain): (f64, bool),
+        mut add: impl FnMut(u32, &Block),
+    ) -> Result<(), HostError> {
+        for chunk in set.schedule.chunks() {
+            material.strain(&set.call(chunk, nodes, &nodes.v, time), &mut self.planes)?;
+        }
+        let stand_in = if certain { 1.0 / self.spectrum[0] } else { STAND_IN };
+        let mut slot = 0;
+        for hinge in 0..self.moment.len() {
+            let k = if self.diagonal[hinge] > 0.0 { factor * stand_in / self.diagonal[hinge] } else { 0.0 };
+            let gradients: [V3; 4] = std::array::from_fn(|corner| self.gradient(hinge, corner));
+            for a in 0..4 {
+                for b in a..4 {
+                    let block = std::array::from_fn(|e| k * gradients[a][e / 3] * gradients[b][e % 3]);
+                    add(set.slots[slot], &block);
+                    slot += 1;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Least and greatest eigenvalue of the rows and columns `inner` of `g`, scaled by its diagonal.
+fn scaled_spectrum(g: &[[f64; 3]; 3], inner: &[usize]) -> [f64; 2] {
+    let mut scaled = Matrix3::identity();
+    for &i in inner {
+        for &j in inner {
+            scaled[(i, j)] = g[i][j] / (g[i][i] * g[j][j]).sqrt();
+        }
+    }
+    let eigenvalues = scaled.symmetric_eigenvalues();
+    [eigenvalues.min().max(1e-6), eigenvalues.max()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_polynomial_is_the_inverse_to_its_accuracy() {
+        // A chain of hinges, each coupled to the next.
+        let n = 40;
+        let mut coupled = Coupled { diagonal: vec![2.0; n], spectrum: [0.3, 1.7], ..Coupled::default() };
+        for i in 0..n {
+            coupled.row.push(coupled.column.len() as u32);
+            for j in [i.checked_sub(1), (i + 1 < n).then_some(i + 1)].into_iter().flatten() {
+                coupled.column.push(j as u32);
+                coupled.value.push(0.7);
+            }
+        }
+        coupled.row.push(coupled.column.len() as u32);
+        coupled.iterations = 30;
+        coupled.planes = (0..PLANES * n).map(|i| ((i * i) as f64).sin()).collect();
+        (coupled.moment, coupled.residual, coupled.step) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+        coupled.solve();
+        for i in 0..n {
+            let beside = |j: Option<usize>| j.and_then(|j| coupled.moment.get(j)).map_or(0.0, |m| 0.7 * m);
+            let back = 2.0 * coupled.moment[i] + beside(i.checked_sub(1)) + beside(Some(i + 1));
+            assert!((back - coupled.planes[i]).abs() < 1e-5, "{i}: {back} {}", coupled.planes[i]);
+        }
+    }
+}
