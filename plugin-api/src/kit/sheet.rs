@@ -12,7 +12,7 @@ pub struct Sheet {
     pub points: Given,
     /// Two a square; material coordinates are x and y.
     pub triangles: Given,
-    /// One per edge inside.
+    /// One per edge inside: its ends a, b, then the corner to the left of a to b, and the one to the right.
     pub hinges: Given,
 }
 
@@ -44,8 +44,9 @@ pub fn sheet(squares: [u32; 2], h: f64) -> Sheet {
     }
     for (s, t) in triangles.iter().enumerate() {
         for u in &triangles[s + 1..] {
-            let shared: Vec<u32> = t.iter().copied().filter(|n| u.contains(n)).collect();
-            if let [a, b] = shared[..] {
+            // The sides of t go round counter-clockwise, so t is to the left of each.
+            let side = (0..3).map(|i| [t[i], t[(i + 1) % 3]]).find(|side| side.iter().all(|n| u.contains(n)));
+            if let Some([a, b]) = side {
                 let opposite = |t: &[u32; 3]| t.iter().copied().find(|n| *n != a && *n != b).unwrap_or(a);
                 out.hinges.nodes.extend([a, b, opposite(t), opposite(u)]);
             }
