@@ -49,7 +49,7 @@ impl Rigidity {
             [x / size, y / size]
         };
         // Moment across each side from the tensor (11, 22, 12), and back.
-        let across = [0, 1, 2].map(|s| normal(s)).map(|n| [n[0] * n[0], n[1] * n[1], 2.0 * n[0] * n[1]]);
+        let across = [0, 1, 2].map(normal).map(|n| [n[0] * n[0], n[1] * n[1], 2.0 * n[0] * n[1]]);
         let tensor = inverse(&across)?;
         let soft = [1.0 / self.warp, 1.0 / self.weft, 2.0 / self.twist];
         let g = |p: usize, q: usize| shape.area * (0..3).map(|k| tensor[k][p] * soft[k] * tensor[k][q]).sum::<f64>();

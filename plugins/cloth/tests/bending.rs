@@ -3,8 +3,8 @@
 mod strip;
 
 use pliant_cloth::Cloth;
-use pliant_plugin_api::kit::{self, Body};
-use strip::{PATTERNS, Pattern, given, hold, strip};
+use pliant_plugin_api::kit::{self, Body, Sheet};
+use strip::{PATTERNS, Pattern, strip};
 
 /// N m
 const D: f64 = 15e-6;
@@ -83,8 +83,22 @@ fn coupled_energy(body: &Body, material: &Cloth) -> f64 {
     0.5 * s.iter().map(|v| v * v).sum::<f64>()
 }
 
+/// Hinges along the edges of the ends where `held`: on a node mirrored through the edge, which carries no triangle.
+fn hold(sheet: &mut Sheet, held: impl Fn(f64) -> bool) {
+    let triangles: Vec<[u32; 3]> = sheet.triangles.nodes.as_chunks::<3>().0.to_vec();
+    for [a, b, c] in triangles {
+        for [a, b, o] in [[a, b, c], [b, c, a], [c, a, b]] {
+            let [p, q, r] = [a, b, o].map(|n| sheet.rest[n as usize]);
+            if p[0] == q[0] && held(p[0]) {
+                sheet.hinges.nodes.extend([a, b, o, sheet.rest.len() as u32]);
+                sheet.rest.push([2.0 * p[0] - r[0], r[1], 0.0]);
+            }
+        }
+    }
+}
+
 /// The area of a strip, m^2.
-fn area(sheet: &kit::Sheet) -> f64 {
+fn area(sheet: &Sheet) -> f64 {
     sheet.points.measure.iter().sum()
 }
 
@@ -95,7 +109,7 @@ fn coupled_cylinder_has_the_energy_of_a_plate() {
         let mut sheet = strip(pattern, 12);
         let real = sheet.rest.len();
         hold(&mut sheet, |x| x == 0.0 || x == 1.0);
-        let mut body = Body::new(&material, sheet.rest.clone(), |r| given(&sheet, r.kind)).unwrap();
+        let mut body = Body::new(&material, sheet.rest.clone(), |r| sheet.given(r.kind)).unwrap();
         for (n, x) in body.x.iter_mut().enumerate() {
             // Nodes that hold an end lie in the tangent there.
             let at = if n < real { x[0] } else { x[0].clamp(0.0, 1.0) };
@@ -113,7 +127,7 @@ fn hinges_alone_have_it_on_good_meshes_only() {
     let (material, radius) = (cloth(1.0), 1.5);
     for (pattern, most) in [(Pattern::Regular, 0.05), (Pattern::Alternating, 0.05), (Pattern::Equilateral, 0.05)] {
         let sheet = strip(pattern, 64);
-        let mut body = Body::new(&material, sheet.rest.clone(), |r| given(&sheet, r.kind)).unwrap();
+        let mut body = Body::new(&material, sheet.rest.clone(), |r| sheet.given(r.kind)).unwrap();
         for x in &mut body.x {
             let (s, c) = (x[0] / radius).sin_cos();
             *x = [radius * s, x[1], radius * (1.0 - c)];
@@ -121,12 +135,40 @@ fn hinges_alone_have_it_on_good_meshes_only() {
         // Free ends are short of half a cell each.
         let bent = area(&sheet) * 63.0 / 64.0;
         let membrane: Cloth = kit::material(&[("bending", 2.0), ("bending-warp", D)]).unwrap();
-        let mut flat = Body::new(&membrane, sheet.rest.clone(), |r| given(&sheet, r.kind)).unwrap();
+        let mut flat = Body::new(&membrane, sheet.rest.clone(), |r| sheet.given(r.kind)).unwrap();
         flat.x.clone_from(&body.x);
         let energy = body.energy(&material).unwrap() - flat.energy(&membrane).unwrap();
         let ratio = energy / (0.5 * D / radius.powi(2) * bent);
         println!("{pattern:?}: energy over that of a plate {ratio:.5}");
         assert!((ratio - 1.0).abs() < most, "{pattern:?}: {ratio}");
+    }
+}
+
+#[test]
+fn warp_weft_and_curved_rest_states() {
+    let radius = 1.5;
+    let material: Cloth = kit::material(&[("bending-warp", D), ("bending-weft", 3.0 * D)]).unwrap();
+    let mut sheet = strip(Pattern::Irregular, 12);
+    let real = sheet.rest.len();
+    hold(&mut sheet, |x| x == 0.0 || x == 1.0);
+    let bend = |n: usize, x: [f64; 3]| {
+        let at = if n < real { x[0] } else { x[0].clamp(0.0, 1.0) };
+        let (s, c) = (at / radius).sin_cos();
+        [radius * s + (x[0] - at) * c, x[1], radius * (1.0 - c) + (x[0] - at) * s]
+    };
+    let bent: Vec<[f64; 3]> = sheet.rest.iter().enumerate().map(|(n, x)| bend(n, *x)).collect();
+    let plate = 0.5 * D / radius.powi(2) * area(&sheet);
+    // The warp across the strip: it bends along the weft.
+    let mut across = sheet.clone();
+    across.triangles.material.chunks_mut(2).for_each(|u| (u[0], u[1]) = (u[1], -u[0]));
+    for (sheet, rigidity) in [(&sheet, 1.0), (&across, 3.0)] {
+        for (rest, x) in [(&sheet.rest, &bent), (&bent, &sheet.rest)] {
+            let mut body = Body::new(&material, rest.clone(), |r| sheet.given(r.kind)).unwrap();
+            assert!(coupled_energy(&body, &material) < 1e-20 * plate);
+            body.x.clone_from(x);
+            let ratio = coupled_energy(&body, &material) / (rigidity * plate);
+            assert!((ratio - 1.0).abs() < 0.02, "{rigidity}: {ratio}");
+        }
     }
 }
 
@@ -136,7 +178,7 @@ fn cantilever(pattern: Pattern, cells: usize) -> f64 {
     let mut sheet = strip(pattern, cells);
     let real = sheet.rest.len();
     hold(&mut sheet, |x| x == 0.0);
-    let body = Body::new(&material, sheet.rest.clone(), |r| given(&sheet, r.kind)).unwrap();
+    let body = Body::new(&material, sheet.rest.clone(), |r| sheet.given(r.kind)).unwrap();
     let factor = compliance(&body, &material);
     let (planes, hinges) = body.strains(&material).unwrap();
     let m = hinges.len();

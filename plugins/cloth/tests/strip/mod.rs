@@ -1,7 +1,6 @@
-//! A strip of cloth in four patterns of triangles, with what holds its ends.
+//! A strip of cloth in four patterns of triangles.
 
-use pliant_plugin_api::abi;
-use pliant_plugin_api::kit::{Given, Sheet};
+use pliant_plugin_api::kit::Sheet;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Pattern {
@@ -76,24 +75,4 @@ pub fn strip(pattern: Pattern, cells: usize) -> Sheet {
         }
     }
     Sheet::new(rest, &triangles)
-}
-
-/// Hinges along the edges of the ends where `held`: on a node mirrored through the edge, which carries no triangle.
-pub fn hold(sheet: &mut Sheet, held: impl Fn(f64) -> bool) {
-    let triangles: Vec<[u32; 3]> = sheet.triangles.nodes.as_chunks::<3>().0.to_vec();
-    for [a, b, c] in triangles {
-        for [a, b, o] in [[a, b, c], [b, c, a], [c, a, b]] {
-            let [p, q, r] = [a, b, o].map(|n| sheet.rest[n as usize]);
-            if p[0] == q[0] && held(p[0]) {
-                sheet.hinges.nodes.extend([a, b, o, sheet.rest.len() as u32]);
-                sheet.rest.push([2.0 * p[0] - r[0], r[1], 0.0]);
-            }
-        }
-    }
-}
-
-/// The elements of a kind, as a body wants them.
-pub fn given(sheet: &Sheet, kind: u32) -> Given {
-    assert_ne!(kind, abi::POINT, "cloth takes its mass from triangles");
-    sheet.given(kind)
 }
