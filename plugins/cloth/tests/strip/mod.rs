@@ -60,7 +60,7 @@ pub fn strip(pattern: Pattern, cells: usize) -> Sheet {
                 let square = (a - pair[0].start) == (b - pair[1].start);
                 match pattern {
                     Pattern::Regular => !square,
-                    Pattern::Alternating if square => (a - pair[0].start + j as u32) % 2 == 0,
+                    Pattern::Alternating if square => (a - pair[0].start + j as u32).is_multiple_of(2),
                     Pattern::Alternating => a - pair[0].start < b - pair[1].start,
                     _ => step_below <= step_above,
                 }
