@@ -28,6 +28,11 @@ impl<'a> Elements<'a> {
         self.len() == 0
     }
 
+    /// The number of this call's first element among all of its kind, for messages.
+    pub fn first(&self) -> usize {
+        self.0.begin
+    }
+
     /// Nodes of the whole body.
     pub fn nodes(&self) -> usize {
         self.0.nodes

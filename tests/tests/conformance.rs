@@ -20,7 +20,7 @@ fn judge(name: &str) -> (Vec<String>, Vec<String>) {
 
 #[test]
 fn our_plugins_conform() {
-    for name in ["mass-spring", "neo-hookean", "corotational", "octree-grid", "scripted"] {
+    for name in ["mass-spring", "neo-hookean", "corotational", "cloth", "octree-grid", "scripted"] {
         let (failed, skipped) = judge(name);
         skipped.iter().for_each(|line| println!("{line}"));
         assert!(failed.is_empty(), "\n{}\n", failed.join("\n"));

@@ -215,6 +215,37 @@ impl Body {
         Ok(out)
     }
 
+    /// Coupled hinges: strains, m, and their gradients by corner and axis (13 x m, plane-major), and their corners (m).
+    ///
+    /// # Errors
+    /// What the material says.
+    pub fn strains<S: Subject + ?Sized>(&self, material: &S) -> Result<(Vec<f64>, Vec<[u32; 4]>), Fault> {
+        self.planes(abi::HINGE, 13, |call, out| material.strain_of(call, out))
+    }
+
+    /// Coupled triangles: compliances between the sides, m/N (6 x m, plane-major), and their corners (m).
+    ///
+    /// # Errors
+    /// What the material says.
+    pub fn compliances<S: Subject + ?Sized>(&self, material: &S) -> Result<(Vec<f64>, Vec<[u32; 3]>), Fault> {
+        self.planes(abi::TRIANGLE, 6, |call, out| material.compliance_of(call, out))
+    }
+
+    /// NaN where nothing was written.
+    fn planes<const K: usize>(
+        &self,
+        kind: u32,
+        planes: usize,
+        mut fill: impl FnMut(&Call<'_>, &mut [f64]) -> Result<(), Fault>,
+    ) -> Result<(Vec<f64>, Vec<[u32; K]>), Fault> {
+        let Some(part) = self.parts.iter().find(|p| p.request.kind == kind) else { return Ok(Default::default()) };
+        let mut out = vec![f64::NAN; planes * part.count()];
+        self.each(abi::IS_COUPLED, usize::MAX, |p, call| {
+            if self.parts[p].request.kind == kind { fill(call, &mut out) } else { Ok(()) }
+        })?;
+        Ok((out, part.nodes.as_chunks::<K>().0.to_vec()))
+    }
+
     fn dense(&self, blocks: &[Vec<[f64; 9]>]) -> Vec<f64> {
         let width = 3 * self.rest.len();
         let mut dense = vec![0.0; width * width];

@@ -137,6 +137,10 @@ impl Opened {
     fn material(&self) -> Result<&'static abi::Material, Fault> {
         self.extension::<abi::Material>(abi::MATERIAL)?.ok_or(Fault::unsupported("`pliant.material/1` is not offered"))
     }
+
+    fn coupled(&self) -> Result<&'static abi::Coupled, Fault> {
+        self.extension::<abi::Coupled>(abi::COUPLED)?.ok_or(Fault::unsupported("`pliant.coupled/1` is not offered"))
+    }
 }
 
 impl Drop for Opened {
@@ -217,5 +221,19 @@ impl Subject for Opened {
         let raw = raw_blocks(call, slots, out);
         // SAFETY: see above.
         self.done(unsafe { tangent(self.plugin, &call.batch, scale.stiffness, scale.damping, &raw) })
+    }
+
+    fn strain_of(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault> {
+        assert!(out.len() >= 13 * call.batch.count, "thirteen planes");
+        let strain = there(self.coupled()?.strain)?;
+        // SAFETY: see above.
+        self.done(unsafe { strain(self.plugin, &call.batch, out.as_mut_ptr()) })
+    }
+
+    fn compliance_of(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault> {
+        assert!(out.len() >= 6 * call.batch.count, "six planes");
+        let compliance = there(self.coupled()?.compliance)?;
+        // SAFETY: see above.
+        self.done(unsafe { compliance(self.plugin, &call.batch, out.as_mut_ptr()) })
     }
 }

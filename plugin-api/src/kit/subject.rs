@@ -56,6 +56,18 @@ pub trait Subject {
     /// # Errors
     /// What the material says.
     fn tangent_of(&self, call: &Call<'_>, scale: Tangent, slots: &[u32], out: &mut [[f64; 9]]) -> Result<(), Fault>;
+
+    /// Writes strains of coupled hinges and their gradients (13 x m).
+    ///
+    /// # Errors
+    /// What the material says.
+    fn strain_of(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault>;
+
+    /// Writes compliances between the sides of triangles, m/N (6 x m).
+    ///
+    /// # Errors
+    /// What the material says.
+    fn compliance_of(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault>;
 }
 
 /// The blocks of a call as they cross the border.
@@ -98,5 +110,15 @@ impl<M: Material> Subject for M {
     fn tangent_of(&self, call: &Call<'_>, scale: Tangent, slots: &[u32], out: &mut [[f64; 9]]) -> Result<(), Fault> {
         let raw = raw_blocks(call, slots, out);
         self.tangent(&call.elements(), scale, &mut Blocks::new(&call.batch, &raw))
+    }
+
+    fn strain_of(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault> {
+        assert!(out.len() >= 13 * call.batch.count, "thirteen planes");
+        self.strain(&call.elements(), &mut Planes::new(&call.batch, out.as_mut_ptr()))
+    }
+
+    fn compliance_of(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault> {
+        assert!(out.len() >= 6 * call.batch.count, "six planes");
+        self.compliance(&call.elements(), &mut Planes::new(&call.batch, out.as_mut_ptr()))
     }
 }

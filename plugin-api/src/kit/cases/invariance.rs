@@ -35,14 +35,6 @@ pub(super) fn translation(c: &Candidate) -> Result<Verdict, String> {
 pub(super) fn rotation(c: &Candidate) -> Result<Verdict, String> {
     let (material, mut body) = sound(c)?;
     deform(&mut body, 1.05, 0.05);
-    // By 2.2 rad about (1, 2, 2)/3, through the origin.
-    let (s, c) = 2.2_f64.sin_cos();
-    let axis = [1.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0];
-    let turn = |p: [f64; 3]| -> [f64; 3] {
-        let along: f64 = (0..3).map(|i| axis[i] * p[i]).sum();
-        let cross = [axis[1] * p[2] - axis[2] * p[1], axis[2] * p[0] - axis[0] * p[2], axis[0] * p[1] - axis[1] * p[0]];
-        [0, 1, 2].map(|i| c * p[i] + s * cross[i] + (1.0 - c) * along * axis[i])
-    };
     let mut turned = body.clone();
     turned.x.iter_mut().for_each(|x| *x = turn(*x));
     compare(&material, &body, &turned, turn)?;
@@ -75,4 +67,13 @@ fn backwards(given: Given, corners: usize) -> Given {
         measure: turned(&given.measure, 1),
         material: turned(&given.material, 2 * corners),
     }
+}
+
+/// By 2.2 rad about (1, 2, 2)/3, through the origin.
+pub(super) fn turn(p: [f64; 3]) -> [f64; 3] {
+    let (s, c) = 2.2_f64.sin_cos();
+    let axis = [1.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0];
+    let along: f64 = (0..3).map(|i| axis[i] * p[i]).sum();
+    let cross = [axis[1] * p[2] - axis[2] * p[1], axis[2] * p[0] - axis[0] * p[2], axis[0] * p[1] - axis[1] * p[0]];
+    [0, 1, 2].map(|i| c * p[i] + s * cross[i] + (1.0 - c) * along * axis[i])
 }

@@ -5,6 +5,7 @@ use super::super::candidate::Candidate;
 use super::super::opened::Opened;
 use super::super::subject::Subject;
 use super::super::{block, sheet};
+use super::coupled::{coupled_slope, coupled_turns, definite};
 use super::derivatives::{damping, force_slope, stiffness_slope};
 use super::invariance::{order, rotation, translation};
 use super::linear::largest;
@@ -26,6 +27,21 @@ pub(super) const CASES: &[Case] = &[
         name: "damping-dissipates",
         promise: "damping is symmetric, takes energy, and is minus the slope of the force over velocity",
         run: damping,
+    },
+    Case {
+        name: "coupled-strain-has-its-slope",
+        promise: "the gradient of a coupled hinge's strain is its slope, and there is no strain at rest",
+        run: coupled_slope,
+    },
+    Case {
+        name: "coupled-strain-turns",
+        promise: "a body elsewhere and turned has the same strains of coupled hinges, and turned gradients",
+        run: coupled_turns,
+    },
+    Case {
+        name: "compliance-is-definite",
+        promise: "the compliance between coupled hinges is positive definite, in each triangle and in sum",
+        run: definite,
     },
     Case { name: "translation-changes-nothing", promise: "energy and force do not depend on where", run: translation },
     Case {

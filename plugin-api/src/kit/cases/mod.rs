@@ -1,6 +1,7 @@
 //! The conformance suite: one promise a case, one sentence a case.
 
 mod border;
+mod coupled;
 mod derivatives;
 mod device;
 mod grid;

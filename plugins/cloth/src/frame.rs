@@ -1,0 +1,126 @@
+//! The frame that turns with a triangle, and the strain in it.
+//!
+//! `F = T L`: T (3 x 2) has unit columns at right angles, L (2 x 2) is the stretch. One number is free, the turn of T about the
+//! normal, and a condition `K : L = 0` fixes it: L symmetric (polar, the default: Etzmuss, Keckeisen and Strasser 2003), or
+//! the first edge keeping its direction (Tripicchio, D'Avella and Ruffaldi 2022), which is cheaper and depends on the order of
+//! the corners. The strain is `sym(L) - I`.
+//!
+//! With `A = T^T dF`, T turns by `w = K:A / K:JL` about the normal, and L changes by `A - w J L`. That is the whole first
+//! derivative, so forces made with it are the slope of the energy; leaving w out, as is often done, is right for isotropic
+//! sheets only.
+
+use crate::small::{M2, V2, V3, across, cross, dot, length, mixed, scaled};
+
+/// Below this area over area at rest a triangle counts as collapsed.
+const COLLAPSED: f64 = 1e-6;
+
+/// Which condition.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Rule {
+    Polar,
+    Edge,
+}
+
+pub(crate) struct Frame {
+    /// The columns of T: where warp and weft point, in space.
+    pub(crate) axes: [V3; 2],
+    pub(crate) normal: V3,
+    /// L
+    pub(crate) stretch: M2,
+    /// K
+    condition: M2,
+}
+
+impl Frame {
+    /// Of a deformation gradient's columns; `third` is the gradient of the last corner's weight, across the first edge.
+    pub(crate) fn new(rule: Rule, f: [V3; 2], third: V2) -> Self {
+        let area = cross(f[0], f[1]);
+        let d = length(area);
+        if d < COLLAPSED {
+            return Self::collapsed(rule, f, third);
+        }
+        let normal = scaled(area, 1.0 / d);
+        match rule {
+            Rule::Polar => {
+                let (a, b, c) = (dot(f[0], f[0]), dot(f[0], f[1]), dot(f[1], f[1]));
+                let trace = (a + c + 2.0 * d).sqrt();
+                let s = [[(a + d) / trace, b / trace], [b / trace, (c + d) / trace]];
+                // The inverse of a 2 x 2 matrix, with det S = d.
+                let axes = [mixed(s[1][1] / d, f[0], -s[0][1] / d, f[1]), mixed(-s[0][1] / d, f[0], s[0][0] / d, f[1])];
+                Self { axes, normal, stretch: s, condition: condition(rule, third) }
+            }
+            Rule::Edge => {
+                let (u, v) = edge(third);
+                let along = mixed(u[0], f[0], u[1], f[1]);
+                let e = scaled(along, 1.0 / length(along));
+                let left = cross(normal, e);
+                let axes = [mixed(u[0], e, v[0], left), mixed(u[1], e, v[1], left)];
+                let stretch = [0, 1].map(|i| [dot(axes[i], f[0]), dot(axes[i], f[1])]);
+                Self { axes, normal, stretch, condition: condition(rule, third) }
+            }
+        }
+    }
+
+    /// Any frame along what length is left: the normal of a line or a point is nobody's.
+    #[cold]
+    fn collapsed(rule: Rule, f: [V3; 2], third: V2) -> Self {
+        let longest = if dot(f[0], f[0]) >= dot(f[1], f[1]) { f[0] } else { f[1] };
+        let size = length(longest);
+        let e = if size > f64::MIN_POSITIVE { scaled(longest, 1.0 / size) } else { [1.0, 0.0, 0.0] };
+        let rest = [dot(e, f[0]), dot(e, f[1])];
+        let size = (rest[0] * rest[0] + rest[1] * rest[1]).sqrt();
+        let v = if size > f64::MIN_POSITIVE { [rest[0] / size, rest[1] / size] } else { [1.0, 0.0] };
+        let left = across(e);
+        let axes = [mixed(v[0], e, -v[1], left), mixed(v[1], e, v[0], left)];
+        let stretch = match rule {
+            Rule::Polar => [[size * v[0] * v[0], size * v[0] * v[1]], [size * v[0] * v[1], size * v[1] * v[1]]],
+            Rule::Edge => [0, 1].map(|i| [dot(axes[i], f[0]), dot(axes[i], f[1])]),
+        };
+        Self { axes, normal: cross(e, left), stretch, condition: condition(rule, third) }
+    }
+
+    /// (11, 22, gamma)
+    pub(crate) fn strain(&self) -> [f64; 3] {
+        let l = &self.stretch;
+        [l[0][0] - 1.0, l[1][1] - 1.0, l[0][1] + l[1][0]]
+    }
+
+    /// What the strain would change by for a turn of the frame alone: `sym(J L)`.
+    pub(crate) fn turned_strain(&self) -> [f64; 3] {
+        let l = &self.stretch;
+        [-l[1][0], l[0][1], l[0][0] - l[1][1]]
+    }
+
+    /// w as a function of A: `w = turn : A`.
+    pub(crate) fn turn(&self) -> M2 {
+        let (k, l) = (&self.condition, &self.stretch);
+        let size = k[1][0] * l[0][0] + k[1][1] * l[0][1] - k[0][0] * l[1][0] - k[0][1] * l[1][1];
+        // A triangle drawn together to a point has no direction to turn.
+        let inverse = 1.0 / if size.abs() < COLLAPSED { COLLAPSED } else { size };
+        k.map(|row| row.map(|c| c * inverse))
+    }
+
+    /// K as (11, 22, 12), over `K : J`; for the second derivative.
+    pub(crate) fn condition(&self) -> [f64; 3] {
+        let k = &self.condition;
+        let size = k[1][0] - k[0][1];
+        [k[0][0] / size, k[1][1] / size, 0.5 * (k[0][1] + k[1][0]) / size]
+    }
+}
+
+/// The direction of the first edge in the sheet, and the one to its left.
+fn edge(third: V2) -> (V2, V2) {
+    let size = (third[0] * third[0] + third[1] * third[1]).sqrt();
+    let v = [third[0] / size, third[1] / size];
+    ([v[1], -v[0]], v)
+}
+
+fn condition(rule: Rule, third: V2) -> M2 {
+    match rule {
+        Rule::Polar => [[0.0, -1.0], [1.0, 0.0]],
+        Rule::Edge => {
+            let (u, v) = edge(third);
+            [[v[0] * u[0], v[0] * u[1]], [v[1] * u[0], v[1] * u[1]]]
+        }
+    }
+}

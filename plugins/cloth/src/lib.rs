@@ -1,0 +1,202 @@
+//! Cloth as a sheet of triangles that stretch and edges that bend.
+//!
+//! In the plane each triangle is orthotropic, with warp, weft and shear of its own, in a frame that turns with it; forces are
+//! the exact slope of the energy in every frame. Bending is the mixed method of Hellan, Herrmann and Johnson by default: its
+//! hinges are coupled by the host, and it is right on any mesh. Viscosity acts on the rate of strain, so rotation is not braked.
+
+mod bending;
+mod dihedral;
+mod fabric;
+mod frame;
+pub mod kes;
+mod membrane;
+mod settings;
+mod small;
+mod tensor;
+mod triangle;
+
+use bending::Hinge;
+use pliant_plugin_api::{
+    AsMaterial, Blocks, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, Params, Planes,
+    Tangent, abi, export_plugins, pair,
+};
+use settings::{Bending, PARAMS, Settings};
+use small::{V3, dot, scaled};
+use triangle::Triangle;
+
+/// The material.
+pub struct Cloth(Settings);
+
+impl Material for Cloth {
+    const INFO: Info = Info {
+        id: c"cloth",
+        name: c"Cloth",
+        version: c"0.1.0",
+        summary: c"orthotropic sheets: corotated triangles, and bending that any mesh converges with",
+        params: PARAMS,
+    };
+
+    fn new(params: &Params<'_>) -> Result<Self, Fault> {
+        Settings::new(params).map(Self)
+    }
+
+    fn elements(&self) -> Vec<ElementRequest> {
+        let damping = if self.0.membrane.damping > 0.0 { abi::HAS_DAMPING } else { 0 };
+        let coupled = if self.0.bending == Bending::Coupled { abi::IS_COUPLED } else { 0 };
+        let sheet = ElementRequest {
+            kind: abi::TRIANGLE,
+            families: 0,
+            flags: abi::HAS_MASS | abi::HAS_FORCES | damping | coupled,
+            rest_stride: triangle::STRIDE as u32,
+            history_stride: 0,
+        };
+        let flags = if coupled != 0 { coupled } else { abi::HAS_FORCES | damping };
+        let hinge = ElementRequest { kind: abi::HINGE, flags, rest_stride: bending::STRIDE as u32, ..sheet };
+        if self.0.bending == Bending::None { vec![sheet] } else { vec![sheet, hinge] }
+    }
+
+    fn rest(&self, at: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
+        if at.kind() == abi::TRIANGLE {
+            let out = out.first::<{ triangle::STRIDE }>();
+            for e in 0..at.len() {
+                Triangle::of(at, e)?.values().into_iter().enumerate().for_each(|(s, value)| out[s][e] = value);
+            }
+            return Ok(());
+        }
+        let [angles, sizes] = out.first::<{ bending::STRIDE }>();
+        for (e, &nodes) in at.corners::<4>().iter().enumerate() {
+            let Some(hinge) = Hinge::new(corners(nodes, at.rest()), &self.0.rigidity, self.0.warp) else {
+                let number = at.first() + e;
+                return Err(Fault::bad_argument(format!("hinge {number} has a side without area: nodes {nodes:?}")));
+            };
+            angles[e] = hinge.angle;
+            sizes[e] = if self.0.bending == Bending::Coupled { hinge.length } else { hinge.stiffness };
+        }
+        Ok(())
+    }
+
+    fn mass(&self, at: &Elements<'_>, out: &mut NodeScalars<'_>) -> Result<(), Fault> {
+        for (e, nodes) in at.corners::<3>().iter().enumerate() {
+            let share = self.0.density * Triangle::of(at, e)?.area / 3.0;
+            nodes.iter().for_each(|&n| out.add(n, share));
+        }
+        Ok(())
+    }
+
+    fn energy(&self, at: &Elements<'_>) -> Result<f64, Fault> {
+        let x = at.x();
+        if at.kind() == abi::HINGE {
+            let (angles, stiffness) = (at.rest_data(0), at.rest_data(1));
+            let energies = at.corners::<4>().iter().enumerate().map(|(e, &nodes)| {
+                let folded = dihedral::angle(corners(nodes, x)) - angles[e];
+                0.5 * stiffness[e] * folded * folded
+            });
+            return finite(energies.sum());
+        }
+        let planes = std::array::from_fn(|s| at.rest_data(s));
+        let energies = at.corners::<3>().iter().enumerate().map(|(e, &nodes)| {
+            let shape = Triangle::read(&planes, e);
+            shape.area * self.0.membrane.energy(&shape, shape.derivative(corners(nodes, x)))
+        });
+        finite(energies.sum())
+    }
+
+    fn forces(&self, at: &Elements<'_>, out: &mut NodeVectors<'_>) -> Result<(), Fault> {
+        if at.kind() == abi::HINGE { self.hinge_forces(at, out) } else { self.sheet_forces(at, out) }
+    }
+
+    fn tangent(&self, at: &Elements<'_>, scale: Tangent, out: &mut Blocks<'_>) -> Result<(), Fault> {
+        let x = at.x();
+        if at.kind() == abi::HINGE {
+            let stiffness = at.rest_data(1);
+            let factor = scale.stiffness + scale.damping * self.0.membrane.damping;
+            for (e, &nodes) in at.corners::<4>().iter().enumerate() {
+                let (g, size) = (dihedral::gradient(corners(nodes, x)), factor * stiffness[e]);
+                for (a, b) in (0..4).flat_map(|a| (a..4).map(move |b| (a, b))) {
+                    out.add(e, pair(a, b, 4), &g[a].map(|p| g[b].map(|q| size * p * q)));
+                }
+            }
+            return Ok(());
+        }
+        let planes = std::array::from_fn(|s| at.rest_data(s));
+        for (e, &nodes) in at.corners::<3>().iter().enumerate() {
+            let shape = Triangle::read(&planes, e);
+            let f = shape.derivative(corners(nodes, x));
+            let linear = self.0.membrane.linear(&shape, f, scale.stiffness, scale.damping);
+            linear.blocks(&shape, |pair, block| out.add(e, pair, &block));
+        }
+        Ok(())
+    }
+
+    fn strain(&self, at: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
+        let (x, angles, lengths) = (at.x(), at.rest_data(0), at.rest_data(1));
+        let out = out.first::<13>();
+        let mut seen = 0.0;
+        for (e, &nodes) in at.corners::<4>().iter().enumerate() {
+            let (place, l) = (corners(nodes, x), lengths[e]);
+            out[0][e] = l * (dihedral::angle(place) - angles[e]);
+            let gradient = dihedral::gradient(place);
+            (0..12).for_each(|i| out[i + 1][e] = l * gradient[i / 3][i % 3]);
+            seen += out[0][e] + out[1][e] + out[7][e] + out[10][e];
+        }
+        finite(seen).map(drop)
+    }
+
+    fn compliance(&self, at: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
+        let out = out.first::<6>();
+        for (e, u) in at.material::<3>().iter().enumerate() {
+            let Some(values) = self.0.rigidity.compliance(*u) else {
+                Triangle::of(at, e)?;
+                return Err(Fault::bad_argument(format!("triangle {} is too thin to bend: {u:?}", at.first() + e)));
+            };
+            (0..6).for_each(|s| out[s][e] = values[s]);
+        }
+        Ok(())
+    }
+}
+
+impl Cloth {
+    fn sheet_forces(&self, at: &Elements<'_>, out: &mut NodeVectors<'_>) -> Result<(), Fault> {
+        let (x, v) = (at.x(), at.v());
+        let planes = std::array::from_fn(|s| at.rest_data(s));
+        let mut seen = 0.0;
+        for (e, &nodes) in at.corners::<3>().iter().enumerate() {
+            let shape = Triangle::read(&planes, e);
+            let (f, rate) = (shape.derivative(corners(nodes, x)), shape.derivative(corners(nodes, v)));
+            let [p, q] = self.0.membrane.stress(&shape, f, rate);
+            for a in 0..3 {
+                let g = shape.gradient[a].map(|c| -shape.area * c);
+                out.add(nodes[a], small::mixed(g[0], p, g[1], q));
+            }
+            seen += p[0] + p[1] + p[2] + q[0] + q[1] + q[2];
+        }
+        finite(seen).map(drop)
+    }
+
+    fn hinge_forces(&self, at: &Elements<'_>, out: &mut NodeVectors<'_>) -> Result<(), Fault> {
+        let (x, v) = (at.x(), at.v());
+        let (angles, stiffness) = (at.rest_data(0), at.rest_data(1));
+        let mut seen = 0.0;
+        for (e, &nodes) in at.corners::<4>().iter().enumerate() {
+            let place = corners(nodes, x);
+            let (gradient, speeds) = (dihedral::gradient(place), corners(nodes, v));
+            let speed: f64 = (0..4).map(|a| dot(gradient[a], speeds[a])).sum();
+            let folded = dihedral::angle(place) - angles[e] + self.0.membrane.damping * speed;
+            (0..4).for_each(|a| out.add(nodes[a], scaled(gradient[a], -stiffness[e] * folded)));
+            seen += folded;
+        }
+        finite(seen).map(drop)
+    }
+}
+
+/// Values of the corners of an element.
+fn corners<const K: usize>(nodes: [u32; K], of: &[V3]) -> [V3; K] {
+    nodes.map(|n| of[n as usize])
+}
+
+/// A value, if it is a number.
+fn finite(value: f64) -> Result<f64, Fault> {
+    if value.is_finite() { Ok(value) } else { Err(Fault::diverged("the state of the sheet is not finite")) }
+}
+
+export_plugins!(AsMaterial<Cloth>);

@@ -1,0 +1,147 @@
+//! Energy, forces and stiffness of a triangle in its plane: `area / 2 e : C : e`.
+//!
+//! Two strains: that of the frame (`sym(L) - I`), or Green's, `(F^T F - I) / 2`, which sees no false stretch of the yarns in
+//! shear and softens in compression.
+
+use crate::frame::{Frame, Rule};
+use crate::small::{M3, V3, dot, mixed, scaled};
+use crate::tensor::Tensor;
+use crate::triangle::{Linear, Triangle, positive};
+
+/// Which strain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Strain {
+    Frame(Rule),
+    Green,
+}
+
+/// What the sheet is made of.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Membrane {
+    pub(crate) strain: Strain,
+    pub(crate) tensor: Tensor,
+    /// s, viscosity over stiffness
+    pub(crate) damping: f64,
+    /// Whether the matrix goes without its negative part.
+    pub(crate) project: bool,
+}
+
+/// Least area over area at rest for which tension is divided by it; in the matrix only.
+const THIN: f64 = 1e-3;
+
+const NO_TURN: M3 = [[0.0; 3]; 3];
+
+impl Membrane {
+    /// J/m^2
+    pub(crate) fn energy(&self, shape: &Triangle, f: [V3; 2]) -> f64 {
+        let e = match self.strain {
+            Strain::Frame(rule) => Frame::new(rule, f, shape.gradient[2]).strain(),
+            Strain::Green => green(f),
+        };
+        0.5 * inner(e, self.tensor.stress(e))
+    }
+
+    /// First Piola-Kirchhoff stress by columns, N/m, with the viscous one of the rate of F.
+    pub(crate) fn stress(&self, shape: &Triangle, f: [V3; 2], rate: [V3; 2]) -> [V3; 2] {
+        match self.strain {
+            Strain::Frame(rule) => {
+                let frame = Frame::new(rule, f, shape.gradient[2]);
+                let turned = frame.turned_strain();
+                let turn = frame.turn();
+                let [t, u] = frame.axes;
+                let a = [[dot(t, rate[0]), dot(t, rate[1])], [dot(u, rate[0]), dot(u, rate[1])]];
+                let w = (0..4).map(|i| turn[i / 2][i % 2] * a[i / 2][i % 2]).sum::<f64>();
+                let speed = [a[0][0] - w * turned[0], a[1][1] - w * turned[1], a[0][1] + a[1][0] - w * turned[2]];
+                let (e, tau) = (frame.strain(), self.damping);
+                let q = self.tensor.stress([0, 1, 2].map(|i| e[i] + tau * speed[i]));
+                let p = local(q, inner(q, turned), turn);
+                [mixed(p[0][0], t, p[1][0], u), mixed(p[0][1], t, p[1][1], u)]
+            }
+            Strain::Green => {
+                let (e, tau) = (green(f), self.damping);
+                let cross = dot(f[0], rate[1]) + dot(f[1], rate[0]);
+                let speed = [dot(f[0], rate[0]), dot(f[1], rate[1]), cross];
+                let q = self.tensor.stress([0, 1, 2].map(|i| e[i] + tau * speed[i]));
+                [mixed(q[0], f[0], q[2], f[1]), mixed(q[2], f[0], q[1], f[1])]
+            }
+        }
+    }
+
+    /// `stiffness` K + `damping` C, before the area.
+    ///
+    /// K is the exact second derivative if not `project`. With it, tension alone resists turning out of the plane, and the turn
+    /// of the frame gets at least what keeps the rest positive: never softer than the exact one.
+    pub(crate) fn linear(&self, shape: &Triangle, f: [V3; 2], stiffness: f64, damping: f64) -> Linear {
+        let c = &self.tensor;
+        let size = stiffness + damping * self.damping;
+        let mut h = [[0.0; 4]; 4];
+        (h[0][0], h[0][1], h[1][0], h[1][1]) = (size * c.c11, size * c.c12, size * c.c12, size * c.c22);
+        h[2][2] = size * c.shear;
+        match self.strain {
+            Strain::Green => {
+                let s = c.stress(green(f));
+                let tension = if self.project { positive(s) } else { s }.map(|t| stiffness * t);
+                let turning = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+                let rows = shape
+                    .gradient
+                    .map(|g| [scaled(f[0], g[0]), scaled(f[1], g[1]), mixed(g[1], f[0], g[0], f[1]), [0.0; 3]]);
+                Linear { rows, inner: h, tension, turning }
+            }
+            Strain::Frame(rule) => {
+                let frame = Frame::new(rule, f, shape.gradient[2]);
+                let (turned, turn) = (frame.turned_strain(), frame.turn());
+                let [t, u] = frame.axes;
+                let rows = shape.gradient.map(|g| {
+                    let w = mixed(turn[0][0] * g[0] + turn[0][1] * g[1], t, turn[1][0] * g[0] + turn[1][1] * g[1], u);
+                    [
+                        mixed(g[0], t, -turned[0], w),
+                        mixed(g[1], u, -turned[1], w),
+                        mixed(1.0, mixed(g[1], t, g[0], u), -turned[2], w),
+                        w,
+                    ]
+                });
+                let q = c.stress(frame.strain());
+                let l = &frame.stretch;
+                let p = local(q, inner(q, turned), turn);
+                let k = frame.condition();
+                let trace = p[0][0] + p[1][1];
+                let m = [-p[1][0] - trace * k[0], p[0][1] - trace * k[1], 0.5 * (p[0][0] - p[1][1]) - trace * k[2]];
+                let own = q[0] * l[0][0] + q[1] * l[1][1] + q[2] * (l[0][1] + l[1][0]);
+                let own = if self.project { own.max(c.complementary(m)) } else { own };
+                for i in 0..3 {
+                    (h[i][3], h[3][i]) = (stiffness * m[i], stiffness * m[i]);
+                }
+                h[3][3] = stiffness * own;
+                let s = second(l, &p);
+                let tension = if self.project { positive(s) } else { s }.map(|t| stiffness * t);
+                let n = frame.normal;
+                let turning = if stiffness == 0.0 { NO_TURN } else { n.map(|a| n.map(|b| a * b)) };
+                Linear { rows, inner: h, tension, turning }
+            }
+        }
+    }
+}
+
+/// (11, 22, gamma)
+fn green(f: [V3; 2]) -> [f64; 3] {
+    [0.5 * (dot(f[0], f[0]) - 1.0), 0.5 * (dot(f[1], f[1]) - 1.0), dot(f[0], f[1])]
+}
+
+fn inner(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// First Piola-Kirchhoff stress in the frame, from the frame's stress and what a turn of the frame takes.
+fn local(q: [f64; 3], taken: f64, turn: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
+    [[q[0] - taken * turn[0][0], q[2] - taken * turn[0][1]], [q[2] - taken * turn[1][0], q[1] - taken * turn[1][1]]]
+}
+
+/// Second Piola-Kirchhoff stress L^-1 P, (11, 22, 12).
+fn second(l: &[[f64; 2]; 2], p: &[[f64; 2]; 2]) -> [f64; 3] {
+    let det = (l[0][0] * l[1][1] - l[0][1] * l[1][0]).max(THIN);
+    let s = |i: usize, j: usize| {
+        let row = if i == 0 { [l[1][1], -l[0][1]] } else { [-l[1][0], l[0][0]] };
+        (row[0] * p[0][j] + row[1] * p[1][j]) / det
+    };
+    [s(0, 0), s(1, 1), 0.5 * (s(0, 1) + s(1, 0))]
+}
