@@ -55,6 +55,61 @@ impl TriangleTree {
         }
         self.bvh.refit_partial(&[], changed);
     }
+
+    /// Puts a triangle in, or in its new place.
+    pub fn set(&mut self, triangle: u32, corners: [V3; 3]) {
+        self.bvh.insert(bounds(&corners, [0, 1, 2]), triangle);
+    }
+
+    /// Takes a triangle out.
+    pub fn remove(&mut self, triangle: u32) {
+        self.bvh.remove(triangle);
+    }
+
+    /// Calls `visit` with every triangle whose box comes within `margin` of the triangle `facet`. A box is passed over when
+    /// the plane of the facet, a plane through one of its sides, or its box parts the two; so the work goes with what lies
+    /// along a long thin facet, not with what lies in its box.
+    pub fn near_facet(&self, facet: [V3; 3], margin: f64, mut visit: impl FnMut(u32)) {
+        let [a, b, c] = facet.map(Vector::from);
+        let normal = (b - a).cross(c - a);
+        let axes = [normal, normal.cross(b - a), normal.cross(c - b), normal.cross(a - c)];
+        let slabs = axes.map(|axis| {
+            let reach = [a, b, c].map(|corner| axis.dot(corner));
+            let low = reach[0].min(reach[1]).min(reach[2]);
+            let high = reach[0].max(reach[1]).max(reach[2]);
+            (axis, axis.abs(), 0.5 * (low + high), 0.5 * (high - low) + margin * axis.length())
+        });
+        let own = bounds(&facet, [0, 1, 2]);
+        let (low, high) = (own.mins - Vector::from([margin; 3]), own.maxs + Vector::from([margin; 3]));
+        let leaves = self.bvh.leaves(|node| {
+            let (min, max) = (node.mins(), node.maxs());
+            let (middle, half) = (0.5 * (min + max), 0.5 * (max - min));
+            min.cmple(high).all()
+                && max.cmpge(low).all()
+                && slabs.iter().all(|(axis, size, at, reach)| (axis.dot(middle) - at).abs() <= reach + size.dot(half))
+        });
+        leaves.for_each(&mut visit);
+    }
+
+    /// Calls `visit` with every triangle whose box meets the segment, and few whose box does not. By separating axes with a
+    /// little to spare: parry's test of rays misses boxes without thickness by rounding.
+    pub fn along(&self, from: V3, to: V3, mut visit: impl FnMut(u32)) {
+        const SPARE: f64 = 1e-12;
+        let (from, to) = (Vector::from(from), Vector::from(to));
+        let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
+        let size = half.abs();
+        let spare = SPARE * (size.length() + middle.abs().length());
+        let leaves = self.bvh.leaves(|node| {
+            let (min, max) = (node.mins(), node.maxs());
+            let (away, reach) = (middle - 0.5 * (min + max), 0.5 * (max - min) + Vector::from([spare; 3]));
+            let turn = half.cross(away).abs();
+            away.abs().cmple(size + reach).all()
+                && turn.x <= reach.y * size.z + reach.z * size.y
+                && turn.y <= reach.x * size.z + reach.z * size.x
+                && turn.z <= reach.x * size.y + reach.y * size.x
+        });
+        leaves.for_each(&mut visit);
+    }
 }
 
 /// The first triangle a ray meets, from either side. Looks at all of them: for a single ray that is quicker than a tree.

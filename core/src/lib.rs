@@ -5,6 +5,7 @@
 
 pub mod body;
 pub mod contact;
+pub mod cut;
 pub mod geometry;
 pub mod host;
 pub mod mesh;

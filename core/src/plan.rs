@@ -66,6 +66,10 @@ pub struct Plan {
     pub tools: Vec<usize>,
     /// In the order of the scene.
     pub edits: Vec<Edit>,
+    /// Name of the material of faces that a blade makes inside of a body.
+    pub cap_material: String,
+    /// s, rising: when something is taken back, or (true) made again
+    pub steps_back: Vec<(f64, bool)>,
     /// In the order of the scene.
     pub probes: Vec<Probe>,
     /// m/s^2
@@ -93,6 +97,11 @@ impl Plan {
         Ok(plan)
     }
 
+    /// Whether anything is cut.
+    pub fn cuts(&self) -> bool {
+        self.edits.iter().any(|edit| edit.kind == EditKind::Cut)
+    }
+
     fn leave(&mut self, what: impl Into<String>, why: impl Into<String>) {
         self.left_out.push(LeftOut { what: what.into(), why: why.into() });
     }
@@ -108,11 +117,21 @@ impl Plan {
             }
         }
         for edit in &scene.edit {
-            let Some(tool) = names.iter().position(|n| n == edit.tool.get_ref()) else {
-                let text = format!("no tool `{}`; allowed is {}", edit.tool.get_ref(), list(names.iter().copied()));
-                return Err(source.error(edit.tool.span(), text));
-            };
             let start = edit.start.as_ref().map_or(0.0, |t| t.get_ref().si);
+            let Some(wanted) = &edit.tool else {
+                self.steps_back.push((start, edit.kind == EditKind::Redo));
+                continue;
+            };
+            let Some(tool) = names.iter().position(|n| n == wanted.get_ref()) else {
+                let text = format!("no tool `{}`; allowed is {}", wanted.get_ref(), list(names.iter().copied()));
+                return Err(source.error(wanted.span(), text));
+            };
+            if edit.kind == EditKind::Cut {
+                let Some(blade) = &scene.tool[tool].blade else {
+                    return Err(source.error(wanted.span(), format!("tool `{}` cuts and has no `blade`", names[tool])));
+                };
+                self.cap_material.clone_from(blade.get_ref().material.get_ref());
+            }
             let end = edit.end.as_ref().map_or(f64::INFINITY, |t| t.get_ref().si);
             let limit = edit.limit.as_ref().map_or(3.0, |f| f.get_ref().si);
             if start >= duration {
@@ -139,6 +158,13 @@ impl Plan {
                 self.leave(format!("tool `{name}`"), "no edit uses it");
             }
         }
+        if !self.cuts() {
+            self.leave("cutting", "no edit is a cut");
+        }
+        if self.steps_back.is_empty() {
+            self.leave("the history of edits", "nothing is undone");
+        }
+        self.steps_back.sort_by(|a, b| a.0.total_cmp(&b.0));
         Ok(())
     }
 

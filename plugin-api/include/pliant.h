@@ -130,6 +130,7 @@ extern PLIANT_EXPORT const pliant_library pliant_entry;
 #define PLIANT_HAS_FORCES  2u /* energy, forces and stiffness */
 #define PLIANT_HAS_DAMPING 4u
 #define PLIANT_HAS_HISTORY 8u /* `advance` is called after each accepted step */
+#define PLIANT_IS_COUPLED 16u /* hinges and triangles: bending by pliant_coupled, which must be there */
 
 typedef struct pliant_element_request {
   size_t size;
@@ -192,6 +193,19 @@ typedef struct pliant_material {
   /* history of [begin, end) after an accepted step, or NULL. [sim & active] */
   pliant_status (*advance)(const pliant_plugin *, const pliant_batch *, double *history);
 } pliant_material;
+
+/* Optional, for thin shells whose hinges act on each other (Hellan, Herrmann, Johnson): the energy is s . m / 2 with
+ * G m = s, where s_e (m) is the strain of hinge e, m_e (N) its moment per length of edge, and G (m/N) the sum of the
+ * compliances of the triangles. The host assembles G, solves, and applies -m ds/dx. */
+#define PLIANT_COUPLED "pliant.coupled/1"
+typedef struct pliant_coupled {
+  size_t size;
+  /* For hinges: plane 0 s_e, m; planes 1 to 12 its gradient, by corner and axis; as in `rest`. [sim & active] */
+  pliant_status (*strain)(const pliant_plugin *, const pliant_batch *, double *planes);
+  /* For triangles, from rest alone: six planes, m/N: compliance between the sides 01, 12, 20: (0,0) (0,1) (0,2) (1,1)
+   * (1,2) (2,2). Positive definite. [sim & active] */
+  pliant_status (*compliance)(const pliant_plugin *, const pliant_batch *, double *planes);
+} pliant_coupled;
 
 /* ---- grid: which nodes carry a surface, and how it follows them. -------------------------------------------------- */
 #define PLIANT_GRID "pliant.grid/1"

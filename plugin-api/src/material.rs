@@ -88,6 +88,25 @@ pub trait Material: Send + Sync + Sized + 'static {
     fn advance(&self, _at: &Elements<'_>, _history: &mut Planes<'_>) -> Result<(), Fault> {
         Ok(())
     }
+
+    /// Of hinges with [`abi::IS_COUPLED`]: plane 0 the strain s, m; planes 1 to 12 its gradient, by corner and axis. The
+    /// host solves G m = s, G the sum of [`Material::compliance`], and applies the forces -m ds/dx; the energy is s . m / 2
+    /// (Hellan 1967, Herrmann 1967, Johnson 1973).
+    ///
+    /// # Errors
+    /// A value that is not finite.
+    fn strain(&self, _at: &Elements<'_>, _out: &mut Planes<'_>) -> Result<(), Fault> {
+        Err(Fault::unsupported("no coupled hinges"))
+    }
+
+    /// Of triangles with [`abi::IS_COUPLED`], from rest positions alone, m/N: compliance between the sides 01, 12 and 20, in
+    /// six planes (0,0) (0,1) (0,2) (1,1) (1,2) (2,2); positive definite.
+    ///
+    /// # Errors
+    /// An element whose rest shape cannot be used.
+    fn compliance(&self, _at: &Elements<'_>, _out: &mut Planes<'_>) -> Result<(), Fault> {
+        Err(Fault::unsupported("no coupled hinges"))
+    }
 }
 
 /// A [`Material`] as [`crate::export_plugins`] hands it over.
@@ -101,6 +120,10 @@ impl<T: Material> Role for AsMaterial<T> {
 
     fn table() -> *const c_void {
         (&raw const *Self::TABLE).cast()
+    }
+
+    fn other_table(id: &CStr) -> *const c_void {
+        if id == abi::COUPLED { (&raw const *Self::COUPLED).cast() } else { core::ptr::null() }
     }
 
     fn open(params: &Params<'_>, _limits: &abi::Limits) -> Result<T, Fault> {
@@ -121,6 +144,26 @@ impl<T: Material> AsMaterial<T> {
         product: None,
         advance: Some(Self::advance),
     };
+
+    const COUPLED: &'static abi::Coupled = &abi::Coupled {
+        size: size_of::<abi::Coupled>(),
+        strain: Some(Self::strain),
+        compliance: Some(Self::compliance),
+    };
+
+    unsafe extern "C" fn strain(plugin: *const abi::Plugin, batch: *const abi::Batch, out: *mut f64) -> Status {
+        // SAFETY: as in `rest`.
+        unsafe {
+            call::<Self, _>(plugin, |material| material.strain(&Elements(&*batch), &mut Planes::new(&*batch, out)))
+        }
+    }
+
+    unsafe extern "C" fn compliance(plugin: *const abi::Plugin, batch: *const abi::Batch, out: *mut f64) -> Status {
+        // SAFETY: as in `rest`.
+        unsafe {
+            call::<Self, _>(plugin, |material| material.compliance(&Elements(&*batch), &mut Planes::new(&*batch, out)))
+        }
+    }
 
     unsafe extern "C" fn elements(plugin: *const abi::Plugin, index: u32, out: *mut abi::ElementRequest) -> Status {
         // SAFETY: the host calls with an instance of this role, and `out` is its own to fill.

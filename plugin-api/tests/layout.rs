@@ -29,6 +29,7 @@ fn rust_layout() -> String {
         Batch = "pliant_batch" { size, kind, corners, begin, end, count, node_begin, node_end, nodes, elements, family, measure, material, rest, x, v, rest_data, history, time, dt }
         Blocks = "pliant_blocks" { size, values, slots, slot_begin, slot_end }
         Material = "pliant_material" { size, elements, rest, mass, energy, forces, tangent, product, advance }
+        Coupled = "pliant_coupled" { size, strain, compliance }
         Surface = "pliant_surface" { size, points, point_count, triangles, triangle_count }
         Level = "pliant_level" { size, level, cells_per_axis, edge, origin, surface_cells, inside_cells, nodes }
         Cell = "pliant_cell" { size, id, parent, children, index, state, reference, centre, edge, point_begin, point_end }

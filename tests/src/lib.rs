@@ -235,11 +235,18 @@ tool = "finger"
 /// # Panics
 /// If it cannot be opened.
 pub fn open(text: &str, threads: usize) -> pliant_core::session::Session {
-    use pliant_core::{plan::Plan, scene, session};
     let bench = Bench::new();
-    let path = bench.write("scene.toml", text);
-    let (scene, source) = scene::load(&path, &[]).unwrap_or_else(|e| panic!("{e}"));
+    open_file(&bench.write("scene.toml", text), threads, None)
+}
+
+/// A scene file, opened; with another model in the place of its first body's, if one is given.
+///
+/// # Panics
+/// If it cannot be.
+pub fn open_file(path: &Path, threads: usize, mesh: Option<PathBuf>) -> pliant_core::session::Session {
+    use pliant_core::{plan::Plan, scene, session};
+    let (scene, source) = scene::load(path, &[]).unwrap_or_else(|e| panic!("{e}"));
     let plan = Plan::new(&scene, &source).unwrap_or_else(|e| panic!("{e}"));
-    let options = session::Options { search: Search::new(&[deps()]), threads, mesh: None };
+    let options = session::Options { search: Search::new(&[deps()]), threads, mesh };
     session::Session::open(&scene, &source, plan, &options).unwrap_or_else(|e| panic!("{e}"))
 }

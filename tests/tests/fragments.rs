@@ -1,11 +1,24 @@
 //! A lattice that a blade passes through: what is conserved, what hangs together.
 
-use pliant_core::body::Body;
+use pliant_core::body::{Body, Inner};
 use pliant_core::session::Session;
 use pliant_core::step::{axpy, dot};
 use pliant_tests::{box_scene, open};
 
 type V3 = [f64; 3];
+
+/// A body that fills its cells.
+struct Everywhere;
+
+impl Inner for Everywhere {
+    fn near(&self, _: [f64; 3], _: f64) -> Vec<[[f64; 3]; 3]> {
+        Vec::new()
+    }
+
+    fn has(&self, _: [f64; 3]) -> bool {
+        true
+    }
+}
 
 /// A block of 40 mm, all of it active, twisted and moving.
 fn block(params: &str) -> Session {
@@ -33,7 +46,7 @@ fn cut(body: &mut Body, swept: &[[V3; 3]]) {
     let points = body.model.surface.points.clone();
     // Just inside of the body: towards its middle, and away from the wall.
     let inside = |v: u32| points[v as usize].map(|c| c * (1.0 - 1e-3));
-    body.lattice.cut(swept, std::iter::empty(), inside).unwrap();
+    body.lattice.cut(swept, std::iter::empty(), inside, &Everywhere).unwrap();
     let Body { model, skin, system, lattice, fixings, .. } = body;
     assert!(lattice.follow(&[], model, fixings, skin, system).unwrap());
 }

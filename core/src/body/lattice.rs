@@ -9,13 +9,16 @@ mod cut;
 mod embed;
 mod fragments;
 mod region;
+mod state;
 
 use super::fixing::Fixing;
 use super::model::Model;
 use crate::host::{Grid, HostError, Region};
 use crate::step::{Nodes, V3, axpy};
+pub use fragments::Inner;
 use fragments::{Fragments, NodeKey};
 use pliant_plugin_api::abi::{self, Ball, Level};
+pub use state::LatticeState;
 use std::collections::HashMap;
 use std::path::PathBuf;
 use thiserror::Error;

@@ -1,17 +1,22 @@
 //! A body of a scene: the model an artist handed in, the nodes that carry it, and how its surface follows them.
 
+mod cutting;
 mod fixing;
 mod lattice;
 mod model;
 mod skin;
+mod state;
 
 pub use fixing::{Fixing, Place};
-pub use lattice::{Lattice, LatticeError, RegionSettings};
+pub use lattice::{Inner, Lattice, LatticeError, RegionSettings};
 pub use model::Model;
 pub use skin::{NOT_CARRIED, Skin, weigh};
+pub use state::BodyState;
 
 use crate::contact::Samples;
+use crate::cut::CutMesh;
 use crate::step::{Pool, System};
+use cutting::Aprons;
 
 /// Everything about one body.
 pub struct Body {
@@ -19,6 +24,9 @@ pub struct Body {
     pub name: String,
     /// What does not change while it deforms.
     pub model: Model,
+    /// The mesh a blade cuts; none where no edit is a cut.
+    pub cut: Option<Box<CutMesh>>,
+    pub(crate) aprons: Aprons,
     /// Where its surface is now.
     pub skin: Skin,
     /// Nodes, elements and material.

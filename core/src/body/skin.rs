@@ -4,6 +4,7 @@ use crate::geometry::TriangleTree;
 use crate::step::V3;
 
 use super::model::Model;
+use std::sync::Arc;
 
 /// The cell of a vertex that no cell of the region carries.
 pub const NOT_CARRIED: u32 = u32::MAX;
@@ -15,8 +16,8 @@ pub const NOT_CARRIED: u32 = u32::MAX;
 pub struct Skin {
     /// m, as of the last embedding of each vertex (n x 3)
     pub x: Vec<V3>,
-    /// m, where each vertex is when its nodes are at rest (n x 3)
-    pub settled: Vec<V3>,
+    /// m, where each vertex is when its nodes are at rest (n x 3); shared with what can be undone, copied when it changes
+    pub settled: Arc<Vec<V3>>,
     /// Place in the region of the cell that carries each vertex, or [`NOT_CARRIED`] (n)
     pub cell: Vec<u32>,
     /// Over the settled surface.
@@ -27,7 +28,28 @@ impl Skin {
     /// At rest.
     pub fn new(model: &Model) -> Self {
         let settled = model.surface.points.clone();
-        Self { x: settled.clone(), cell: vec![NOT_CARRIED; settled.len()], settled, tree: model.tree() }
+        let (x, cell) = (settled.clone(), vec![NOT_CARRIED; settled.len()]);
+        Self { x, cell, settled: Arc::new(settled), tree: model.tree() }
+    }
+
+    /// Has as many vertices as `settled`, which is where those of the model are now at rest; those that were there stand
+    /// where they stood. `moved` are the triangles that are new or elsewhere, `gone` those that are no more.
+    pub fn take_cut(&mut self, model: &Model, settled: Arc<Vec<V3>>, moved: &[u32], gone: std::ops::Range<u32>) {
+        let known = self.x.len().min(settled.len());
+        self.x.truncate(known);
+        self.x.extend_from_slice(&settled[known..]);
+        self.cell.resize(settled.len(), NOT_CARRIED);
+        self.settled = settled;
+        gone.for_each(|t| self.tree.remove(t));
+        for &t in moved {
+            self.tree.set(t, model.surface.triangles[t as usize].map(|v| self.settled[v as usize]));
+        }
+    }
+
+    /// Forgets which cells carry it, and stands at rest.
+    pub fn settle(&mut self) {
+        self.x.copy_from_slice(&self.settled);
+        self.cell.fill(NOT_CARRIED);
     }
 
     /// Corners of a triangle as of their last embedding.

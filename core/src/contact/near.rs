@@ -108,7 +108,7 @@ impl NearSurface {
         let mut closest = (f64::INFINITY, 0.0);
         let side = self.side;
         for (&cell, &begin) in self.cells.iter().zip(&self.weights_of) {
-            let range = samples.of_cell(body.lattice.region().cell_id[cell as usize]);
+            let range = body.lattice.samples_of(samples, cell);
             if range.is_empty() {
                 continue;
             }
@@ -149,7 +149,7 @@ impl NearSurface {
         self.weights.clear();
         self.weights_of.clear();
         for &cell in &self.cells {
-            let range = samples.of_cell(body.lattice.region().cell_id[cell as usize]);
+            let range = body.lattice.samples_of(samples, cell);
             let begin = self.weights.len();
             self.weights_of.push(begin);
             self.weights.resize(begin + range.len(), [0.0; 8]);
@@ -201,11 +201,18 @@ impl NearSurface {
             if distance <= reach {
                 let corners = vertices.map(|v| model.surface.points[v as usize]);
                 let (rest, normal) = (weigh(corners, found.bary), normal_of(corners));
+                let rest = if lattice.has_cuts() { inward(rest, normal, lattice.edge()) } else { rest };
                 out.push(Near { body: index, point: found.point, rest, normal, distance, area: 0.0 });
             }
         }
         Ok(())
     }
+}
+
+/// A place of the surface, moved in just far enough to tell on which side of a cut it is.
+fn inward(rest: V3, normal: V3, edge: f64) -> V3 {
+    let length = dot(normal, normal).sqrt();
+    if length > 0.0 { axpy(rest, -1e-6 * edge / length, normal) } else { rest }
 }
 
 /// Normal of a triangle, as long as twice its area.

@@ -4,10 +4,12 @@
 //! box of that size and look the same way become one sample. So a contact costs the same on a model of a thousand triangles
 //! and on one of a million.
 
-use crate::body::{Lattice, LatticeError};
+use crate::body::{Lattice, LatticeError, Model, Skin};
 use crate::mesh::Surface;
 use crate::step::{V3, axpy, dot};
 use nalgebra::Vector3;
+use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// Samples, sorted by the cell of the working level that carries them.
 #[derive(Debug, Default)]
@@ -21,12 +23,20 @@ pub struct Samples {
     /// Ids of the cells that have samples, rising, and where theirs begin (c + 1).
     cells: Vec<u64>,
     starts: Vec<u32>,
+    /// Those of the parts of cut cells, made anew after each cut and put behind the others.
+    recut: BTreeMap<(u64, u8), Range<usize>>,
+    /// Before any cut.
+    uncut: usize,
 }
 
 /// Samples along the edge of a cell.
 const PER_EDGE: f64 = 3.0;
 /// Parts along an edge of a triangle, at most.
 const MOST_PARTS: usize = 64;
+
+/// How far inside of the surface the place of a sample in a cut cell is, in edges of a cell: enough to tell on which side
+/// of the cut it is.
+const INSIDE: f64 = 1e-6;
 
 /// What falls into one box and looks one way.
 #[derive(Clone, Copy)]
@@ -52,13 +62,7 @@ impl Samples {
             cut(triangle.map(|v| surface.points[v as usize]), size, &mut parts);
         }
         parts.sort_unstable_by_key(|p| (p.key, p.number));
-        let mut merged: Vec<(V3, V3)> = Vec::new();
-        for group in parts.chunk_by(|a, b| a.key == b.key) {
-            let weight = |p: &Part| dot(p.area, p.area).sqrt();
-            let total: f64 = group.iter().map(weight).sum();
-            let middle = group.iter().fold([0.0; 3], |sum, p| axpy(sum, weight(p) / total, p.middle));
-            merged.push((middle, group.iter().fold([0.0; 3], |sum, p| axpy(sum, 1.0, p.area))));
-        }
+        let merged: Vec<(V3, V3)> = parts.chunk_by(|a, b| a.key == b.key).map(merge).collect();
         let places: Vec<V3> = merged.iter().map(|m| m.0).collect();
         let (mut cells, mut weights) = (vec![0; places.len()], vec![[0.0; 8]; places.len()]);
         lattice.grid.weights(lattice.settings.level, &places, &mut cells, &mut weights)?;
@@ -74,17 +78,81 @@ impl Samples {
                 samples.cells.push(id);
                 samples.starts.push(samples.place.len() as u32);
             }
-            let size = dot(area, area).sqrt();
-            samples.place.push(places[i as usize]);
-            samples.area.push(size);
-            samples.normal.push(area.map(|a| a / size));
+            samples.push(places[i as usize], area);
         }
         samples.starts.push(samples.place.len() as u32);
+        samples.uncut = samples.place.len();
         Ok(samples)
     }
 
-    /// Those carried by a cell.
-    pub fn of_cell(&self, id: u64) -> std::ops::Range<usize> {
+    fn push(&mut self, place: V3, area: V3) {
+        let size = dot(area, area).sqrt();
+        self.place.push(place);
+        self.area.push(size);
+        self.normal.push(area.map(|a| a / size));
+    }
+
+    /// Forgets all cuts.
+    pub fn mend(&mut self) {
+        self.recut.clear();
+        self.place.truncate(self.uncut);
+        self.area.truncate(self.uncut);
+        self.normal.truncate(self.uncut);
+    }
+
+    /// Samples `cells` (ids, rising) that a blade has parted, each part by itself.
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn take_cut(
+        &mut self,
+        cells: &[u64],
+        model: &Model,
+        skin: &Skin,
+        lattice: &Lattice,
+    ) -> Result<(), LatticeError> {
+        let (edge, size) = (lattice.edge(), lattice.edge() / PER_EDGE);
+        let mut triangles = Vec::new();
+        for &id in cells {
+            let centre = lattice.grid.cell(lattice.settings.level, id)?.centre;
+            let kept = lattice.kept_at(centre)?;
+            skin.tree.near(axpy(centre, 1.0, kept), 0.5 * edge + dot(kept, kept).sqrt(), |t| triangles.push(t));
+        }
+        triangles.sort_unstable();
+        triangles.dedup();
+        let mut parts = Vec::new();
+        for &t in &triangles {
+            cut(model.surface.triangles[t as usize].map(|v| model.surface.points[v as usize]), size, &mut parts);
+        }
+        let mut of_cells: Vec<((u64, u8), Part)> = Vec::new();
+        for part in parts {
+            let inward = INSIDE * edge / dot(part.area, part.area).sqrt();
+            let place = axpy(part.middle, -inward, part.area);
+            if let Some(key) = lattice.part_at(place)?.filter(|(id, _)| cells.binary_search(id).is_ok()) {
+                of_cells.push((key, Part { middle: place, ..part }));
+            }
+        }
+        of_cells.sort_unstable_by_key(|(key, p)| (*key, p.key, p.number));
+        for id in cells {
+            self.recut.retain(|(cell, _), _| cell != id);
+        }
+        for of_cell in of_cells.chunk_by(|a, b| a.0 == b.0) {
+            let first = self.place.len();
+            for group in of_cell.chunk_by(|a, b| a.1.key == b.1.key) {
+                let group: Vec<Part> = group.iter().map(|(_, part)| *part).collect();
+                let (place, area) = merge(&group);
+                self.push(place, area);
+            }
+            self.recut.insert(of_cell[0].0, first..self.place.len());
+        }
+        Ok(())
+    }
+
+    /// Those carried by a part of a cell; `cut` says whether a blade has come near it.
+    pub fn of_cell(&self, id: u64, part: u8, cut: bool) -> Range<usize> {
+        if cut {
+            return self.recut.get(&(id, part)).cloned().unwrap_or(0..0);
+        }
         match self.cells.binary_search(&id) {
             Ok(at) => self.starts[at] as usize..self.starts[at + 1] as usize,
             Err(_) => 0..0,
@@ -100,6 +168,14 @@ impl Samples {
     pub fn is_empty(&self) -> bool {
         self.place.is_empty()
     }
+}
+
+/// One sample of all parts of a box that look one way: its place, and its area along the normal.
+fn merge(group: &[Part]) -> (V3, V3) {
+    let weight = |p: &Part| dot(p.area, p.area).sqrt();
+    let total: f64 = group.iter().map(weight).sum();
+    let middle = group.iter().fold([0.0; 3], |sum, p| axpy(sum, weight(p) / total, p.middle));
+    (middle, group.iter().fold([0.0; 3], |sum, p| axpy(sum, 1.0, p.area)))
 }
 
 /// Cuts a triangle into equal parts no longer than one and a half boxes of `size`.

@@ -1,6 +1,8 @@
 //! Names and numbers that are well written and make no sense.
 
-use crate::scene::{BodyScene, EditScene, Extent, FixedScene, ProbeScene, Scene, SceneError, Source, ToolScene};
+use crate::scene::{
+    BladeScene, BodyScene, EditKind, EditScene, Extent, FixedScene, ProbeScene, Scene, SceneError, Source, ToolScene,
+};
 use std::ops::Range;
 use toml::Spanned;
 
@@ -176,6 +178,9 @@ impl Check<'_> {
             let text = format!("damping is {} N s/m; allowed is 0 or more", b.get_ref().si);
             return self.wrong(b.span(), text);
         }
+        if let Some(blade) = &tool.blade {
+            self.blade(blade.get_ref())?;
+        }
         let [fixed, sliding] = *tool.friction.get_ref();
         if !(fixed >= sliding && sliding >= 0.0 && fixed.is_finite()) {
             let text = format!(
@@ -186,7 +191,37 @@ impl Check<'_> {
         Ok(())
     }
 
+    fn blade(&self, blade: &BladeScene) -> Result<(), SceneError> {
+        self.above(blade.length.get_ref().si, blade.length.span(), "length of the blade", " m")?;
+        for (value, span, what) in [
+            (blade.toughness.get_ref().si, blade.toughness.span(), "toughness is {} J/m^2"),
+            (blade.tear.get_ref().si, blade.tear.span(), "tear is {} N"),
+        ] {
+            if value < 0.0 {
+                let text = format!("{}; allowed is 0 or more", what.replace("{}", &value.to_string()));
+                return self.wrong(span, text);
+            }
+        }
+        let direction = blade.direction.get_ref();
+        if !(direction.iter().all(|c| c.is_finite()) && direction.iter().any(|c| *c != 0.0)) {
+            let text = format!("direction of the blade is {direction:?}; allowed is finite numbers, not all 0");
+            return self.wrong(blade.direction.span(), text);
+        }
+        let material = blade.material.get_ref();
+        if material.is_empty() || material.contains(|c: char| c.is_whitespace() || c.is_control()) {
+            return self
+                .wrong(blade.material.span(), format!("material {material:?}; allowed is a name without spaces"));
+        }
+        Ok(())
+    }
+
     fn edit(&self, edit: &EditScene) -> Result<(), SceneError> {
+        let back = matches!(edit.kind, EditKind::Undo | EditKind::Redo);
+        match &edit.tool {
+            Some(tool) if back => return self.wrong(tool.span(), "`undo` and `redo` have no tool"),
+            None if !back => return Err(self.0.whole("an [[edit]] without `tool`; only `undo` and `redo` have none")),
+            _ => {}
+        }
         if let Some(start) = edit.start.as_ref().filter(|t| t.get_ref().si < 0.0) {
             let text = format!("start is {} s; allowed is 0 or more", start.get_ref().si);
             return self.wrong(start.span(), text);

@@ -1,17 +1,25 @@
 //! The deformed model as a file.
 
 use super::atomic::{AtomicFile, with_path};
-use crate::body::{Model, Skin};
+use crate::body::Body;
 use std::io;
 use std::path::Path;
 
-/// Writes the document of `model` with the surface of `skin` in it: lines of vertices that are where they were, and every
-/// other line, come back byte for byte; normals turn with the faces around them.
+/// Writes the document of a body with its surface as it is now: lines of vertices that are where they were, and every other
+/// line, come back byte for byte; normals turn with the faces around them. Faces inside of a body that a blade has made get
+/// the material `cap`.
 ///
 /// # Errors
 /// What the file system says, with the path.
-pub fn write_model(model: &Model, skin: &Skin, path: &Path) -> io::Result<()> {
+pub fn write_model(body: &Body, cap: &str, path: &Path) -> io::Result<()> {
+    let (model, skin) = (&body.model, &body.skin);
     let document = &model.document;
+    if let Some(mesh) = body.cut.as_ref().filter(|mesh| mesh.depth() > 0) {
+        let mut file = AtomicFile::create(path)?;
+        let other = |e: crate::mesh::obj::WriteError| with_path(path, io::Error::other(e.to_string()));
+        mesh.write(document, &skin.x, None, cap, &mut file).map_err(other)?;
+        return file.finish();
+    }
     let points = model.placement.bring_back(document.positions(), &model.surface.points, &skin.x);
     let other = |e: crate::mesh::obj::WriteError| with_path(path, io::Error::other(e.to_string()));
     let normals = if document.normals().is_empty() {

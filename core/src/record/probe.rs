@@ -45,6 +45,13 @@ struct Reading {
     done: bool,
 }
 
+impl Reading {
+    /// Whether this is the moment, and not one before.
+    fn is_due(&self, frame: &Frame, last: bool) -> bool {
+        self.probe.greatest || last || frame.time >= self.probe.time * (1.0 - 1e-12)
+    }
+}
+
 impl Meter {
     pub(super) fn new(session: &Session) -> Self {
         let reading = |probe: &Probe| {
@@ -67,7 +74,7 @@ impl Meter {
         self.readings.iter().filter(of_surface).any(|r| r.probe.greatest || last || time >= r.probe.time)
     }
 
-    pub(super) fn read(&mut self, session: &Session, frame: &Frame) {
+    pub(super) fn read(&mut self, session: &Session, frame: &Frame, last: bool) {
         for reading in self.readings.iter_mut().filter(|r| !r.done) {
             let of = reading.probe.of;
             let value = match reading.probe.quantity {
@@ -75,6 +82,12 @@ impl Meter {
                 ProbeQuantity::Depth => frame.tools.get(of).map_or(0.0, |t| t.depth),
                 ProbeQuantity::KineticEnergy => frame.kinetic_energy,
                 ProbeQuantity::ElasticEnergy => frame.elastic_energy,
+                ProbeQuantity::CutArea => session.cuts().area,
+                ProbeQuantity::CutLength => session.cuts().length,
+                ProbeQuantity::Parts if !reading.is_due(frame, last) => continue,
+                ProbeQuantity::Parts => session.body_of_scene(of).map_or(1.0, |body| {
+                    body.model.surface.shells().into_iter().max().map_or(0.0, |last| f64::from(last) + 1.0)
+                }),
                 ProbeQuantity::Displacement => session.body_of_scene(of).map_or(0.0, |body| {
                     let u = axpy(body.skin.x[reading.vertex], -1.0, body.model.surface.points[reading.vertex]);
                     dot(u, u).sqrt()

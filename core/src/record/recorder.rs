@@ -99,7 +99,7 @@ impl Recorder {
             session.update_surface();
         }
         let frame = session.frame();
-        self.meter.read(session, frame);
+        self.meter.read(session, frame, last);
         if let Some(trace) = &mut self.trace {
             trace::row(session.frame(), trace)?;
         }
@@ -147,7 +147,7 @@ impl Recorder {
             folder.join(if number.is_empty() { format!("final{name}.obj") } else { format!("frame{name}{number}.obj") })
         };
         for body in &session.bodies {
-            write_model(&body.model, &body.skin, &file(&body.name))?;
+            write_model(body, &session.plan().cap_material, &file(&body.name))?;
         }
         for (name, model) in session.standing.iter().filter(|_| number.is_empty()) {
             let mut out = AtomicFile::create(&file(name))?;

@@ -1,6 +1,6 @@
 //! What a scene file may say. Every field is documented here once; `pliant schema` prints it.
 
-use super::units::{Acceleration, Angle, Damping, Force, Frequency, Length, Speed, Stiffness, Time};
+use super::units::{Acceleration, Angle, Damping, Force, Frequency, Length, Speed, Stiffness, Time, Toughness};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -362,6 +362,50 @@ pub struct ToolScene {
     #[serde(default = "default_slew")]
     #[schemars(with = "super::units::ForceRate")]
     pub slew: Spanned<super::units::ForceRate>,
+    /// Makes it a knife, for edits of kind `cut`.
+    #[schemars(with = "Option<BladeScene>")]
+    pub blade: Option<Spanned<BladeScene>>,
+}
+
+/// The blade of a knife: a straight edge from the tip, which is where the hand is.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct BladeScene {
+    /// Of its edge.
+    #[schemars(with = "Length")]
+    pub length: Spanned<Length>,
+    /// From tip to heel, in the axes of the hand; need not be a unit vector. z by default.
+    #[serde(default = "default_direction")]
+    #[schemars(with = "[f64; 3]")]
+    pub direction: Spanned<[f64; 3]>,
+    /// Energy of a new area of cut inside of a closed body. The default, 20 J/m^2, is that of a soft gel: an assumption.
+    #[serde(default = "default_toughness")]
+    #[schemars(with = "Toughness")]
+    pub toughness: Spanned<Toughness>,
+    /// Force against a cut through an open surface: energy of a length of new edge. The default, 0.2 N, is an assumption.
+    #[serde(default = "default_tear")]
+    #[schemars(with = "Force")]
+    pub tear: Spanned<Force>,
+    /// Name of the material of the faces a cut makes inside of a body.
+    #[serde(default = "default_cap")]
+    #[schemars(with = "String")]
+    pub material: Spanned<String>,
+}
+
+fn default_direction() -> Spanned<[f64; 3]> {
+    Spanned::new(0..0, [0.0, 0.0, 1.0])
+}
+
+fn default_toughness() -> Spanned<Toughness> {
+    Spanned::new(0..0, Toughness::new(20.0))
+}
+
+fn default_tear() -> Spanned<Force> {
+    Spanned::new(0..0, Force::new(0.2))
+}
+
+fn default_cap() -> Spanned<String> {
+    Spanned::new(0..0, "cut".into())
 }
 
 fn default_friction() -> Spanned<[f64; 2]> {
@@ -382,10 +426,10 @@ fn default_slew() -> Spanned<super::units::ForceRate> {
 pub struct EditScene {
     /// What.
     pub kind: EditKind,
-    /// With which tool.
-    #[schemars(with = "String")]
-    pub tool: Spanned<String>,
-    /// From when; the start by default.
+    /// With which tool; none for `undo` and `redo`.
+    #[schemars(with = "Option<String>")]
+    pub tool: Option<Spanned<String>>,
+    /// From when; the start by default. When, of `undo` and `redo`.
     #[schemars(with = "Option<Time>")]
     pub start: Option<Spanned<Time>>,
     /// Until when; the end by default.
@@ -410,6 +454,12 @@ pub enum EditKind {
     Touch,
     /// Take hold of a point.
     Pull,
+    /// Cut with a tool that has a blade.
+    Cut,
+    /// Take back the last cut, or the last edit whose shape was kept.
+    Undo,
+    /// Make again what was taken back last.
+    Redo,
 }
 
 /// What becomes of the shape at the end of an edit.
@@ -473,6 +523,12 @@ pub enum ProbeQuantity {
     KineticEnergy,
     /// J
     ElasticEnergy,
+    /// How many parts a body hangs together in.
+    Parts,
+    /// m^2, of what blades have cut inside of closed bodies, one wall of two.
+    CutArea,
+    /// m, of the edge blades have cut into surfaces, one side of two.
+    CutLength,
 }
 
 /// What is written.

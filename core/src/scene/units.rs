@@ -38,6 +38,8 @@ const UNITS: &[Unit] = &[
     Unit("J", "J", 1.0),
     Unit("mJ", "J", 1e-3),
     Unit("uJ", "J", 1e-6),
+    Unit("J/m^2", "J/m^2", 1.0),
+    Unit("kJ/m^2", "J/m^2", 1e3),
     Unit("kg/m^3", "kg/m^3", 1.0),
     Unit("g/cm^3", "kg/m^3", 1e3),
     Unit("kg/m^2", "kg/m^2", 1.0),
@@ -66,6 +68,7 @@ fn measured(si: &str) -> &str {
         "N s/m" => "a damping",
         "N m" => "a moment or bending rigidity",
         "J" => "an energy",
+        "J/m^2" => "an energy of an area",
         "kg/m^3" => "a density",
         "kg/m^2" => "an areal density",
         "m/s" => "a speed",
@@ -141,6 +144,8 @@ dimensions! {
     ForceUnit Force "N";
     /// N/m
     StiffnessUnit Stiffness "N/m";
+    /// J/m^2
+    ToughnessUnit Toughness "J/m^2";
     /// N s/m
     DampingUnit Damping "N s/m";
     /// N/s

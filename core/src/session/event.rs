@@ -21,6 +21,10 @@ pub enum EventKind {
     SpeedLimit,
     /// A pull let go because of its force.
     GripLost,
+    /// A cut could not be made there; the model is what it was.
+    CutRefused,
+    /// Something was taken back or made again.
+    History,
     /// A solve did not meet its tolerance.
     NotConverged,
     /// More substeps were taken than planned.

@@ -1,9 +1,11 @@
 //! A scene, opened: live objects and nothing optional inside.
 
 mod choose;
+mod edits;
 mod error;
 mod event;
 mod frame;
+mod history;
 mod open;
 mod place;
 mod step;
@@ -43,6 +45,21 @@ pub struct ToolSlot {
     device: usize,
     effector: usize,
     edit: Option<usize>,
+    /// Of a blade, in the edit under way.
+    advances: usize,
+}
+
+/// What blades have done.
+#[derive(Clone, Debug, Default)]
+pub struct CutCounts {
+    /// Advances that changed a mesh.
+    pub advances: usize,
+    /// m^2, of new cut surface inside of closed bodies, one wall of two
+    pub area: f64,
+    /// m, of new edge, one side of two
+    pub length: f64,
+    /// s, of each step in which a blade advanced: mesh, model, lattice and samples
+    pub seconds: Vec<f64>,
 }
 
 /// What was chosen when the session was opened.
@@ -127,6 +144,10 @@ pub struct Session {
     springs: Vec<NodeSprings>,
     balls: Vec<Ball>,
     frame: Frame,
+    history: history::History,
+    /// Of the plan's steps back, those taken.
+    stepped_back: usize,
+    cuts: CutCounts,
 }
 
 impl Session {

@@ -3,12 +3,14 @@
 use super::{Choices, DeviceSlot, EventKind, Events, Frame, Loaded, Session, SessionError, ToolSlot, place};
 use crate::body::{Body, Lattice, LatticeError, Model, RegionSettings, Skin};
 use crate::contact::Friction;
+use crate::cut::CutMesh;
 use crate::host::{Device, Grid, HostError, Kind, Library, Material, PluginInfo, Pose, Search, Settings};
 use crate::mesh::check::{Severity, Use};
 use crate::plan::Plan;
-use crate::scene::{BodyScene, Extent, Scene, Source, ToolScene, settings};
+use crate::scene::{BladeScene, BodyScene, Extent, Scene, Source, ToolScene, settings};
 use crate::step::{NodeSprings, Pool, Scheme, System};
-use crate::tool::{Coupling, ForceLimits, ForceSafety, Hand, Tool};
+use crate::tool::{Coupling, Edge, ForceLimits, ForceSafety, Hand, Knife, Tool};
+use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -55,7 +57,7 @@ impl Session {
         let (mut bodies, mut standing) = (Vec::new(), Vec::new());
         for (i, (name, model)) in models.into_iter().enumerate() {
             if plan.moving[i] {
-                bodies.push(opening.body(&scene.body[i], name, model)?);
+                bodies.push(opening.body(&scene.body[i], name, model, plan.cuts())?);
             } else {
                 standing.push((name, model));
             }
@@ -100,12 +102,25 @@ impl Session {
             springs,
             balls: Vec::new(),
             frame: Frame::default(),
+            history: super::history::History::default(),
+            stepped_back: 0,
+            cuts: super::CutCounts::default(),
         };
+        session.history.kept = !session.plan.steps_back.is_empty();
         session.sample()?;
         session.measure()?;
         session.choose(scene)?;
         session.choices.threads = session.pool.threads();
         Ok(session)
+    }
+}
+
+fn edge(blade: &BladeScene) -> Edge {
+    Edge {
+        length: blade.length.get_ref().si,
+        direction: Vector3::from(*blade.direction.get_ref()).normalize().into(),
+        toughness: blade.toughness.get_ref().si,
+        tear: blade.tear.get_ref().si,
     }
 }
 
@@ -154,7 +169,7 @@ impl Opening<'_> {
         Ok(DeviceSlot { name: device.name.get_ref().clone(), device: Some(opened), frame, poses })
     }
 
-    fn body(&mut self, scene: &BodyScene, name: String, model: Model) -> Result<Body, SessionError> {
+    fn body(&mut self, scene: &BodyScene, name: String, model: Model, cuts: bool) -> Result<Body, SessionError> {
         let (library, info, settings) = self.plugin(Kind::Material, &scene.material.plugin, &scene.material.params)?;
         let material = Material::open(library, &info.id, &settings, self.dt).map_err(|error| {
             let material = &scene.material;
@@ -180,6 +195,8 @@ impl Opening<'_> {
         let fixings = scene.fixed.iter().map(|f| place::fixing(f.get_ref())).collect();
         Ok(Body {
             name,
+            aprons: std::collections::HashMap::default(),
+            cut: cuts.then(|| Box::new(CutMesh::new(&model.document, &model.placement))),
             model,
             skin,
             system: System::new(material),
@@ -217,13 +234,17 @@ impl Opening<'_> {
         let [fixed, sliding] = *scene.friction.get_ref();
         let friction = Friction { fixed, sliding };
         let (name, radius) = (scene.name.get_ref().clone(), scene.radius.get_ref().si);
+        let mut tool = Tool::new(name, radius, friction, coupling, bodies);
+        tool.knife =
+            scene.blade.as_ref().filter(|_| plan.cuts()).map(|blade| Knife::new(edge(blade.get_ref()), bodies));
         Ok(ToolSlot {
-            tool: Tool::new(name, radius, friction, coupling, bodies),
+            tool,
             hand: Hand::new(scene.speed.get_ref().si),
             safety: ForceSafety::new(ForceLimits { peak: facts.peak_force, slew: scene.slew.get_ref().si }),
             device,
             effector: effector as usize,
             edit: None,
+            advances: 0,
         })
     }
 

@@ -6,9 +6,8 @@ use super::frame::{Frame, ToolFrame};
 use super::{DeviceSlot, Session};
 use crate::body::Body;
 use crate::host::{MOST_EFFECTORS, Output};
-use crate::scene::{EditKind, Release};
 use crate::step::{Frequencies, Loads, StepError};
-use crate::tool::{Mode, Tool};
+use crate::tool::Tool;
 use pliant_plugin_api::abi::Pose;
 use std::time::Instant;
 
@@ -23,6 +22,7 @@ impl Session {
         let time = (self.time(), self.dt);
         self.read_devices(time);
         self.change_modes(time.0);
+        self.cut(time.0);
         self.move_regions(time.0);
         let regions = start.elapsed();
         self.touch(time.0);
@@ -63,47 +63,6 @@ impl Session {
             self.events.add_many(EventKind::SpeedLimit, slowed, now, || {
                 format!("hand of tool `{name}`: followed at {} m/s", slot.hand.fastest)
             });
-        }
-    }
-
-    /// Starts and ends edits.
-    fn change_modes(&mut self, time: f64) {
-        for i in 0..self.tools.len() {
-            let (before, now) = (self.tools[i].edit, self.edit_of(i));
-            if before == now {
-                continue;
-            }
-            if let Some(edit) = before
-                && self.plan.edits[edit].release == Release::Keep
-            {
-                self.keep(time);
-            }
-            let slot = &mut self.tools[i];
-            slot.tool.release(&slot.hand);
-            slot.edit = now;
-            slot.tool.mode = match now.map(|e| &self.plan.edits[e]) {
-                None => Mode::Idle,
-                Some(edit) if edit.kind == EditKind::Touch => Mode::Touch,
-                Some(edit) => Mode::Pull(edit.limit),
-            };
-        }
-    }
-
-    /// Makes the present shape the rest shape.
-    fn keep(&mut self, time: f64) {
-        for index in 0..self.bodies.len() {
-            let body = &mut self.bodies[index];
-            if body.system.nodes.is_empty() || body.frozen.is_some() {
-                continue;
-            }
-            let Body { model, skin, system, lattice, .. } = body;
-            let kept = lattice
-                .embed_all(&self.pool, &system.nodes, model, skin)
-                .and_then(|()| lattice.keep(model, skin, system).map(drop));
-            match kept {
-                Ok(()) => self.changed(index),
-                Err(error) => self.freeze(index, time, error.to_string()),
-            }
         }
     }
 

@@ -72,6 +72,16 @@ impl ElementSet {
         &self.list.nodes
     }
 
+    /// (stride x m)
+    pub fn history(&self) -> &[f64] {
+        &self.history
+    }
+
+    /// Takes over a history of the same elements (stride x m).
+    pub fn set_history(&mut self, history: &[f64]) {
+        self.history.copy_from_slice(history);
+    }
+
     /// Whether the material asked for `flag`.
     pub fn has(&self, flag: u32) -> bool {
         self.request.flags & flag != 0

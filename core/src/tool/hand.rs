@@ -4,7 +4,7 @@
 //! sample that is further off than a hand can move is followed at the speed limit.
 
 use crate::step::{V3, axpy, dot};
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use pliant_plugin_api::abi::{POSE_VALID, Pose};
 
 /// A device's place in the scene.
@@ -30,6 +30,14 @@ impl Frame {
         (self.rotation * (self.scale * Vector3::from(place)) + Vector3::from(self.origin)).into()
     }
 
+    /// Axes of the hand in the scene, from a unit quaternion (x, y, z, w) of the device; its own where that is none.
+    pub fn turned(&self, [x, y, z, w]: [f64; 4]) -> UnitQuaternion<f64> {
+        match UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 1e-6) {
+            Some(turn) => self.rotation * turn,
+            None => self.rotation,
+        }
+    }
+
     /// A direction of the scene in device axes: forces go this way, unscaled.
     pub fn to_device(&self, vector: V3) -> V3 {
         (self.rotation.inverse() * Vector3::from(vector)).into()
@@ -41,6 +49,8 @@ impl Frame {
 pub struct Hand {
     /// m
     pub position: V3,
+    /// Turns axes of the hand into scene axes.
+    pub rotation: UnitQuaternion<f64>,
     /// Bit i is button i.
     pub buttons: u32,
     /// Whether there is a hand at all.
@@ -61,7 +71,8 @@ impl Hand {
     /// Not there yet.
     pub fn new(fastest: f64) -> Self {
         let (position, last_good) = ([0.0; 3], f64::NEG_INFINITY);
-        Self { position, buttons: 0, present: false, fastest, last_good, dropped: 0, slowed: 0 }
+        let rotation = UnitQuaternion::identity();
+        Self { position, rotation, buttons: 0, present: false, fastest, last_good, dropped: 0, slowed: 0 }
     }
 
     /// Takes a sample at `time`, `dt` (s) after the last.
@@ -74,6 +85,9 @@ impl Hand {
             return;
         }
         self.buttons = pose.buttons;
+        if pose.orientation.iter().all(|c| c.is_finite()) {
+            self.rotation = frame.turned(pose.orientation);
+        }
         self.last_good = time;
         if !self.present {
             self.present = true;

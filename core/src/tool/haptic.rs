@@ -5,6 +5,7 @@
 //! disc of the body.
 
 use super::hand::Hand;
+use super::knife::{CutStep, Knife, PLACES};
 use crate::body::{Body, LatticeError, weigh};
 use crate::contact::{Friction, Layer, Near, NearSurface, Patch, PlaceLoads, Proxy, Touch, closest_point, hold};
 use crate::step::{Block, NodeSprings, V3, axpy, dot};
@@ -34,6 +35,8 @@ pub enum Mode {
     Touch,
     /// Holds on to a point, until the force is over this, N.
     Pull(f64),
+    /// Cuts with its blade.
+    Cut,
 }
 
 /// A point of a surface that is held.
@@ -63,6 +66,8 @@ pub struct Tool {
     pub mode: Mode,
     /// What it holds.
     pub grip: Option<Grip>,
+    /// Its blade, if it has one.
+    pub knife: Option<Knife>,
     /// m, how far in the surface was pushed, or out it was pulled, at the contact point
     pub depth: f64,
     /// Grips that were lost to too much force.
@@ -72,7 +77,8 @@ pub struct Tool {
     still: Vec<f64>,
     patch: Patch,
     loads: PlaceLoads,
-    ball: Option<(u32, V3, f64)>,
+    /// Cells wanted around a rest place of a body, m more than its settings say, and since when, s.
+    ball: Option<(u32, V3, f64, f64)>,
     /// Per body: what it does to its nodes.
     springs: Vec<NodeSprings>,
 }
@@ -92,6 +98,7 @@ impl Tool {
             coupling,
             mode: Mode::Idle,
             grip: None,
+            knife: None,
             depth: 0.0,
             slipped: 0,
             still: vec![0.0; bodies],
@@ -111,7 +118,21 @@ impl Tool {
     /// Where it is in contact: body, and the place in the model as it was handed in.
     pub fn contact(&self) -> Option<(u32, V3)> {
         let touch = self.proxy.touch.map(|t| (t.body, t.rest));
-        self.grip.map(|g| (g.body, g.rest)).or(touch)
+        let inside = self.knife.as_ref().and_then(|k| k.inside.as_ref()).map(|i| (i.body, i.places[0]));
+        self.grip.map(|g| (g.body, g.rest)).or(touch).or(inside)
+    }
+
+    /// Moves its blade with the hand and cuts; `last` when the edit ends.
+    ///
+    /// # Errors
+    /// What a grid says.
+    pub fn cut(&mut self, hand: &Hand, bodies: &mut [Body], last: bool) -> Result<CutStep, ToolError> {
+        match &mut self.knife {
+            Some(knife) if hand.present && self.mode == Mode::Cut => {
+                knife.cut(hand, self.coupling.stiffness, bodies, last)
+            }
+            _ => Ok(CutStep::default()),
+        }
     }
 
     /// Whether it is a ball to the grid of a body, and not a point.
@@ -122,17 +143,23 @@ impl Tool {
     /// The cells of `body` that must be active for it, at `time` (s): around its contact, or where it is about to touch.
     pub fn wants(&mut self, index: usize, body: &Body, hand: &Hand, time: f64) -> Option<Ball> {
         let radius = body.lattice.settings.radius;
+        if let Some(inside) = self.knife.as_ref().and_then(|k| k.inside.as_ref()) {
+            let (low, high) = (inside.places[0], inside.places[inside.places.len() - 1]);
+            let span = axpy(high, -1.0, low);
+            self.ball = Some((inside.body, axpy(low, 0.5, span), 0.5 * dot(span, span).sqrt(), time));
+        }
         match self.contact() {
-            Some((b, rest)) if b as usize == index => self.ball = Some((b, rest, time)),
+            Some(_) if self.mode == Mode::Cut => {}
+            Some((b, rest)) if b as usize == index => self.ball = Some((b, rest, 0.0, time)),
             None if hand.present && self.mode != Mode::Idle => {
                 if let Some(rest) = self.approached(body, hand) {
-                    self.ball = Some((index as u32, rest, time));
+                    self.ball = Some((index as u32, rest, 0.0, time));
                 }
             }
             _ => {}
         }
-        let (b, centre, since) = self.ball?;
-        (b as usize == index && time - since <= SPRING_BACK).then_some(Ball { centre, radius })
+        let (b, centre, more, since) = self.ball?;
+        (b as usize == index && time - since <= SPRING_BACK).then_some(Ball { centre, radius: radius + more })
     }
 
     /// The settled place the tool is closest to, if it may touch it soon.
@@ -163,6 +190,9 @@ impl Tool {
     /// Lets go of everything, and stands at the hand.
     pub fn release(&mut self, hand: &Hand) {
         self.grip = None;
+        if let Some(knife) = &mut self.knife {
+            knife.lift();
+        }
         self.proxy.touch = None;
         self.proxy.position = hand.position;
         self.near.iter_mut().for_each(NearSurface::leave);
@@ -189,6 +219,7 @@ impl Tool {
         };
         match self.mode {
             Mode::Pull(most) => self.pull(hand, bodies, moved, contact, most),
+            Mode::Cut => self.press_edge(hand, bodies),
             _ => self.touch(hand, bodies, moved, contact.map(|(now, _)| now)),
         }
     }
@@ -323,6 +354,29 @@ impl Tool {
         self.depth = dot(out, out).sqrt();
         let pulled = pull.map(|c| self.coupling.stiffness * c);
         self.press_disc(body, (grip.body, grip.rest, grip.normal), pulled)
+    }
+
+    /// Gives the body the pull of the hand along the edge inside of it.
+    fn press_edge(&mut self, hand: &Hand, bodies: &mut [Body]) -> Result<(), ToolError> {
+        let Some(knife) = &self.knife else { return Ok(()) };
+        self.proxy.position = knife.tip;
+        let Some(inside) = &knife.inside else { return Ok(()) };
+        self.depth = knife.edge.length * inside.places.len() as f64 / PLACES as f64;
+        let pulled = axpy(hand.position, -1.0, knife.tip).map(|c| self.coupling.stiffness * c);
+        if knife.resistance == 0.0 || pulled == [0.0; 3] {
+            return Ok(());
+        }
+        let ((scale, spring), share) = (self.cap(pulled), 1.0 / inside.places.len() as f64);
+        let body = &mut bodies[inside.body as usize];
+        self.loads.clear();
+        let edge = body.lattice.edge();
+        for place in &inside.places {
+            let place = inside.ahead(*place, knife.heading, edge);
+            let stiffness = diagonal(spring * share * self.coupling.stiffness);
+            let damping = diagonal(spring * share * self.coupling.damping);
+            self.loads.push(place, pulled.map(|f| scale * share * f), stiffness, damping);
+        }
+        self.loads.attach(&mut body.lattice, &body.system.nodes, &mut self.springs[inside.body as usize])
     }
 
     /// Gives the body a force (N) over a disc around a rest place.

@@ -21,6 +21,7 @@ pub const HAS_MASS: u32 = 1;
 pub const HAS_FORCES: u32 = 2;
 pub const HAS_DAMPING: u32 = 4;
 pub const HAS_HISTORY: u32 = 8;
+pub const IS_COUPLED: u32 = 16;
 
 /// Set in a slot whose block is stored transposed.
 pub const TRANSPOSED: u32 = 0x8000_0000;
@@ -93,4 +94,14 @@ pub struct Material {
         ) -> Status,
     >,
     pub advance: Option<WriteFn>,
+}
+
+/// Extension id of coupled hinges; optional.
+pub const COUPLED: &CStr = c"pliant.coupled/1";
+
+#[repr(C)]
+pub struct Coupled {
+    pub size: usize,
+    pub strain: Option<unsafe extern "C" fn(*const Plugin, *const Batch, planes: *mut f64) -> Status>,
+    pub compliance: Option<unsafe extern "C" fn(*const Plugin, *const Batch, planes: *mut f64) -> Status>,
 }

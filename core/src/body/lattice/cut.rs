@@ -1,13 +1,14 @@
 //! A blade has passed: which cells are parted, and which part carries each point of the surface.
 
+use super::fragments::Inner;
 use super::{Lattice, LatticeError};
 use crate::step::{V3, axpy, dot};
 use pliant_plugin_api::abi;
 
 impl Lattice {
     /// Takes in what a blade has swept, as triangles in the rest shape (m). `new` are the points of the surface the cut has
-    /// made; `side` gives a rest place just inside of the body, on the point's own side of the cut. The cells change with the
-    /// next [`Lattice::follow`].
+    /// made; `side` gives a rest place just inside of the body, on the point's own side of the cut; `inner` knows where the body is. The cells change with the
+    /// next [`Lattice::follow`]. Gives the ids of those whose parts or points are others now.
     ///
     /// # Errors
     /// What the grid says.
@@ -16,9 +17,10 @@ impl Lattice {
         swept: &[[V3; 3]],
         new: impl Iterator<Item = u32>,
         side: impl Fn(u32) -> V3,
-    ) -> Result<(), LatticeError> {
+        inner: &impl Inner,
+    ) -> Result<Vec<u64>, LatticeError> {
         let level = self.settings.level;
-        let mut changed = self.fragments.cut(&self.grid, level, swept)?;
+        let mut changed = self.fragments.cut(&self.grid, level, swept, inner)?;
         for point in new {
             let place = side(point);
             let id = self.cut_cell_of(place)?;
@@ -28,7 +30,7 @@ impl Lattice {
         }
         changed.sort_unstable();
         changed.dedup();
-        for id in changed {
+        for &id in &changed {
             let facts = self.grid.cell(level, id)?;
             let own = &self.grid.points(level)?[facts.point_begin..facts.point_end];
             let new = self.new_points.get(&id).into_iter().flatten();
@@ -36,7 +38,27 @@ impl Lattice {
         }
         self.balls.clear();
         self.stale = true;
-        Ok(())
+        Ok(changed)
+    }
+
+    /// Ids of the cells a blade has come near, rising.
+    pub fn cut_cells(&self) -> impl Iterator<Item = u64> + '_ {
+        self.fragments.ids()
+    }
+
+    /// Whether a cell is one of them.
+    pub fn is_cut(&self, id: u64) -> bool {
+        self.fragments.has(id)
+    }
+
+    /// The cell of a rest place, and the part of it the place is on; `None` beside all occupied cells.
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn part_at(&self, place: V3) -> Result<Option<(u64, u8)>, LatticeError> {
+        let (mut id, mut weights) = ([abi::NO_CELL], [[0.0; 8]]);
+        self.grid.weights(self.settings.level, &[place], &mut id, &mut weights)?;
+        Ok((id[0] != abi::NO_CELL).then(|| (id[0], self.fragments.fragment_at(id[0], place) as u8)))
     }
 
     /// The cut cell a place belongs to; the nearest where it lies beside all of them.

@@ -3,6 +3,7 @@
 use super::{Lattice, LatticeError, NO_WEIGHTS};
 use crate::body::model::Model;
 use crate::body::skin::Skin;
+use crate::contact::Samples;
 use crate::step::{Nodes, Pool, V3, axpy};
 use pliant_plugin_api::abi;
 
@@ -87,6 +88,48 @@ impl Lattice {
         };
         out.extend(places.iter().zip(weights).map(carried));
         Ok(())
+    }
+
+    /// m, how far a rest place is from there when its nodes are at rest, by shapes that were kept.
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn kept_at(&self, place: V3) -> Result<V3, LatticeError> {
+        if self.kept.is_empty() {
+            return Ok([0.0; 3]);
+        }
+        let (mut id, mut weights) = ([abi::NO_CELL], [[0.0; 8]]);
+        self.grid.weights(self.settings.level, &[place], &mut id, &mut weights)?;
+        let Some(cell) = self.cell_at(id[0], place) else { return Ok([0.0; 3]) };
+        let corners = self.region.cell_corners[cell].iter().zip(&weights[0]);
+        Ok(corners.fold([0.0; 3], |sum, (&n, w)| {
+            let key = (self.region.node_id[n as usize], self.region.node_copy[n as usize]);
+            self.kept.get(&key).map_or(sum, |kept| axpy(sum, *w, *kept))
+        }))
+    }
+
+    /// m, how far the nodes carry a rest place; `None` where no active cell does.
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn carried_by(&self, place: V3, nodes: &Nodes) -> Result<Option<V3>, LatticeError> {
+        let (mut id, mut weights) = ([abi::NO_CELL], [[0.0; 8]]);
+        self.grid.weights(self.settings.level, &[place], &mut id, &mut weights)?;
+        match self.cell_at(id[0], place) {
+            Some(_) => Ok(Some(axpy(self.carry_one(place, nodes)?.0, -1.0, place))),
+            None => Ok(None),
+        }
+    }
+
+    /// Samples of an active cell, or of the part of one.
+    pub fn samples_of(&self, samples: &Samples, cell: u32) -> std::ops::Range<usize> {
+        let id = self.region.cell_id[cell as usize];
+        samples.of_cell(id, self.region.cell_fragment[cell as usize], self.fragments.has(id))
+    }
+
+    /// Whether a blade has come near any cell.
+    pub fn has_cuts(&self) -> bool {
+        self.fragments.ids().next().is_some()
     }
 
     /// Where the nodes carry one rest place, and where they would if they were at rest. A place that no active cell carries

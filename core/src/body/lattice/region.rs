@@ -10,6 +10,7 @@ use crate::step::{Constraint, ElementList, Nodes, System, V3, axpy, dot};
 use pliant_plugin_api::CELL_TETRAHEDRA;
 use pliant_plugin_api::abi::{self, Ball};
 use std::collections::HashMap;
+use std::sync::Arc;
 
 /// A contact may move by this share of the radius before the region follows.
 const SLACK: f64 = 0.25;
@@ -87,7 +88,7 @@ impl Lattice {
     }
 
     /// Takes over the region in `spare`, with the state of the nodes that stay.
-    fn exchange(
+    pub(super) fn exchange(
         &mut self,
         model: &Model,
         fixings: &[Fixing],
@@ -255,10 +256,11 @@ impl Lattice {
             nodes.v[i] = [0.0; 3];
         }
         let mut triangles = Vec::new();
+        let (settled, x) = (Arc::make_mut(&mut skin.settled), &skin.x);
         for cell in 0..self.region.cell_id.len() as u32 {
             for &v in self.points(cell)? {
-                if skin.settled[v as usize] != skin.x[v as usize] {
-                    skin.settled[v as usize] = skin.x[v as usize];
+                if settled[v as usize] != x[v as usize] {
+                    settled[v as usize] = x[v as usize];
                     triangles.extend_from_slice(model.around(v));
                 }
             }

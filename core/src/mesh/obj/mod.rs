@@ -8,6 +8,7 @@ mod error;
 mod normals;
 mod number;
 mod parse;
+mod patch;
 #[cfg(test)]
 mod tests;
 mod write;
@@ -16,6 +17,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 pub use error::{ObjError, ObjProblem, WriteError};
+pub use patch::Patch;
 
 /// An OBJ file and the meaning of its lines. Never empty: it has a vertex and a face at least.
 #[derive(Clone, Debug)]

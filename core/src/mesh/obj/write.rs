@@ -47,7 +47,7 @@ impl ObjDocument {
 }
 
 /// Offset of the line and new row of everything that changed.
-fn edits<'a>(
+pub(super) fn edits<'a>(
     entity: &'static str,
     at: &[u32],
     old: &[[f64; 3]],

@@ -83,8 +83,8 @@ impl Fragments {
         for axis in 0..3 {
             let next = cell.neighbours[2 * axis + 1];
             if next != abi::NO_CELL {
-                for (voxel, other, joined) in cell.voxels.face(axis).filter(|(.., joined)| *joined) {
-                    debug_assert!(joined);
+                let solid = |other: usize| self.cells.get(&next).is_none_or(|cell| cell.voxels.is_solid(other));
+                for (voxel, other, _) in cell.voxels.face(axis).filter(|(_, other, joined)| *joined && solid(*other)) {
                     let mine = base + 8 * cell.voxels.fragment(voxel) as u32;
                     for (c, d) in common_corners(axis) {
                         let theirs = match self.cells.get(&next) {
@@ -98,7 +98,7 @@ impl Fragments {
             // A neighbour before this one that was not cut has all its links to it whole.
             let before = cell.neighbours[2 * axis];
             if before != abi::NO_CELL && !self.cells.contains_key(&before) {
-                for (_, voxel, _) in cell.voxels.face(axis) {
+                for (_, voxel, _) in cell.voxels.face(axis).filter(|(_, voxel, _)| cell.voxels.is_solid(*voxel)) {
                     let mine = base + 8 * cell.voxels.fragment(voxel) as u32;
                     for (_, c) in common_corners(axis) {
                         let theirs = node(cell.nodes[c], classes, original);

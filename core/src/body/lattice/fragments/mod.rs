@@ -4,22 +4,34 @@
 //! voxels; two voxels are joined unless the blade passes between their middles. What hangs together within a cell is a
 //! fragment, with its share of the cell's volume, mass and stiffness. Fragments of neighbouring cells that hang together
 //! through their common face share the nodes of that face; any others have copies of their own. So a cut that ends inside
-//! the body leaves its sides joined around its end, and one that goes through makes two bodies.
+//! the body leaves its sides joined around its end, and one that goes through makes two bodies. Voxels the body is not in join
+//! nothing: what only shares a cell is not held together by it.
 //!
 //! Everything here is in the rest shape, about the whole body, and independent of which cells are active.
 
 mod apply;
 mod classes;
+mod places;
+mod slivers;
 mod voxels;
 
 use crate::host::{Grid, HostError, Region};
 use crate::step::V3;
+use places::Places;
 use pliant_plugin_api::abi;
 use std::collections::{BTreeMap, HashMap};
 use voxels::Voxels;
 
 /// A node of the grid, or a copy of one: 0 is the node itself.
 pub type NodeKey = (u64, u32);
+
+/// Where a body is, in its rest shape.
+pub trait Inner {
+    /// Its triangles whose boxes meet the box around `centre` of half-size `reach`, m.
+    fn near(&self, centre: V3, reach: f64) -> Vec<[V3; 3]>;
+    /// Whether it encloses a place.
+    fn has(&self, place: V3) -> bool;
+}
 
 /// The cut cells of a body.
 #[derive(Clone, Debug, Default)]
@@ -67,40 +79,72 @@ impl Fragments {
         self.cells.contains_key(&id)
     }
 
+    /// Ids of such cells, rising.
+    pub fn ids(&self) -> impl Iterator<Item = u64> + '_ {
+        self.cells.keys().copied()
+    }
+
     /// Ids and middles of such cells.
     pub fn middles(&self) -> impl Iterator<Item = (u64, V3)> + '_ {
         self.cells.iter().map(|(id, cell)| (*id, cell.reference.map(|c| c + 0.5 * self.edge)))
     }
 
-    /// Takes in what a blade has swept, as triangles in the rest shape, m. Gives the ids of the cells whose fragments or
+    /// Takes in what a blade has swept, as triangles in the rest shape, m, of a body that `inner` knows. Gives the ids of the cells whose fragments or
     /// nodes may have changed.
     ///
     /// # Errors
     /// What the grid says.
-    pub fn cut(&mut self, grid: &Grid, level: u32, swept: &[[V3; 3]]) -> Result<Vec<u64>, HostError> {
-        let mut near: Vec<u64> = Vec::new();
-        for triangle in swept {
-            self.list_cells(grid, level, triangle, &mut near)?;
-        }
-        near.sort_unstable();
-        near.dedup();
-        let fresh: Vec<u64> = near.iter().copied().filter(|id| !self.cells.contains_key(id)).collect();
-        self.add_cells(grid, level, &fresh)?;
+    pub fn cut(
+        &mut self,
+        grid: &Grid,
+        level: u32,
+        swept: &[[V3; 3]],
+        inner: &impl Inner,
+    ) -> Result<Vec<u64>, HostError> {
+        let near = self.list_cells(grid, level, swept, 0.5 / voxels::SIDE as f64)?;
+        // What is beside the cut is looked at too: there the two sides may meet in a cell outside of the body.
+        let mut fresh = self.list_cells(grid, level, swept, 1.0)?;
+        fresh.retain(|id| !self.cells.contains_key(id));
+        self.add_cells(grid, level, &fresh, inner)?;
         for id in &near {
             if let Some(cell) = self.cells.get_mut(id) {
                 for triangle in swept {
-                    cell.voxels.cut(cell.reference, self.edge, triangle);
+                    cell.voxels.cut(triangle);
                 }
                 cell.voxels.label();
             }
         }
         self.born.clear();
+        for id in &fresh {
+            if let Some(cell) = self.cells.get_mut(id) {
+                cell.voxels.label();
+            }
+        }
+        let mut near = near;
+        near.append(&mut fresh);
+        near.append(&mut self.merge_slivers());
         Ok(self.assign_nodes(&near))
     }
 
-    /// Occupied cells that a triangle comes within half a voxel of.
-    fn list_cells(&self, grid: &Grid, level: u32, triangle: &[V3; 3], out: &mut Vec<u64>) -> Result<(), HostError> {
-        let margin = 0.5 * self.edge / voxels::SIDE as f64;
+    /// Occupied cells that some triangle comes within `margin` edges of, rising.
+    fn list_cells(&self, grid: &Grid, level: u32, swept: &[[V3; 3]], margin: f64) -> Result<Vec<u64>, HostError> {
+        let mut out = Vec::new();
+        for triangle in swept {
+            self.list_near(grid, level, triangle, margin * self.edge, &mut out)?;
+        }
+        out.sort_unstable();
+        out.dedup();
+        Ok(out)
+    }
+
+    fn list_near(
+        &self,
+        grid: &Grid,
+        level: u32,
+        triangle: &[V3; 3],
+        margin: f64,
+        out: &mut Vec<u64>,
+    ) -> Result<(), HostError> {
         let low: V3 = std::array::from_fn(|i| triangle.iter().fold(f64::INFINITY, |m, p| m.min(p[i])) - margin);
         let high: V3 = std::array::from_fn(|i| triangle.iter().fold(-f64::INFINITY, |m, p| m.max(p[i])) + margin);
         let facts = grid.level(level)?;
@@ -129,7 +173,7 @@ impl Fragments {
         Ok(())
     }
 
-    fn add_cells(&mut self, grid: &Grid, level: u32, ids: &[u64]) -> Result<(), HostError> {
+    fn add_cells(&mut self, grid: &Grid, level: u32, ids: &[u64], inner: &impl Inner) -> Result<(), HostError> {
         let mut region = Region::default();
         grid.region(level, 0, &[], ids, &mut region)?;
         for (place, &id) in region.cell_id.iter().enumerate() {
@@ -146,7 +190,12 @@ impl Fragments {
                 }
             }
             let whole = Fragment { share: 1.0, nodes: nodes.map(|n| (n, 0)), points: Vec::new() };
-            let (reference, voxels) = (facts.reference, Voxels::default());
+            let mut places = Places::middles(facts.reference, facts.edge);
+            let solid = match facts.state {
+                abi::CELL_SURFACE => places.fit(facts.centre, facts.edge, inner),
+                _ => u64::MAX,
+            };
+            let (reference, voxels) = (facts.reference, Voxels::new(solid, places));
             self.cells.insert(id, CutCell { reference, nodes, neighbours, voxels, fragments: vec![whole] });
         }
         Ok(())
@@ -154,7 +203,7 @@ impl Fragments {
 
     /// The fragment of a cell that a place in it belongs to.
     pub fn fragment_at(&self, id: u64, place: V3) -> usize {
-        self.cells.get(&id).map_or(0, |cell| cell.voxels.fragment_at(cell.reference, self.edge, place))
+        self.cells.get(&id).map_or(0, |cell| cell.voxels.fragment_at(self.edge, place))
     }
 
     /// Share of a cell's volume that a fragment has.
@@ -162,9 +211,10 @@ impl Fragments {
         self.cells.get(&id).map_or(1.0, |cell| cell.fragments[fragment].share)
     }
 
-    /// Surface points that follow a fragment; `None` where the cell was not cut and has the grid's own list.
+    /// Surface points that follow a fragment, none of one that is no more; `None` where the cell was not cut and has the grid's
+    /// own list.
     pub fn points(&self, id: u64, fragment: usize) -> Option<&[u32]> {
-        self.cells.get(&id).map(|cell| cell.fragments[fragment].points.as_slice())
+        self.cells.get(&id).map(|cell| cell.fragments.get(fragment).map_or(&[][..], |f| f.points.as_slice()))
     }
 
     /// Gives a cut cell's surface points to its fragments: `points` with a place on their own side of the cut, m.
@@ -173,7 +223,7 @@ impl Fragments {
         let Some(cell) = self.cells.get_mut(&id) else { return };
         cell.fragments.iter_mut().for_each(|f| f.points.clear());
         for (point, place) in points {
-            let fragment = cell.voxels.fragment_at(cell.reference, edge, place);
+            let fragment = cell.voxels.fragment_at(edge, place);
             cell.fragments[fragment].points.push(point);
         }
     }

@@ -1,18 +1,23 @@
 //! The voxels of one cell, and which of them hang together.
 
+use super::places::Places;
 use crate::step::{V3, axpy, dot};
 use nalgebra::Vector3;
 use robust::{Coord3D, orient3d};
 
 /// Voxels along the edge of a cell.
 pub(super) const SIDE: usize = 4;
-const COUNT: usize = SIDE * SIDE * SIDE;
+pub(super) const COUNT: usize = SIDE * SIDE * SIDE;
 
 /// Links between voxels, and the fragments they make.
 #[derive(Clone, Debug)]
 pub(super) struct Voxels {
     /// Bit v of axis a: voxel v is joined to the next along that axis, which for the last is in the next cell.
     joined: [u64; 3],
+    /// Bit v: the body is in voxel v. The others join nothing.
+    solid: u64,
+    /// Where links begin and end.
+    places: Box<Places>,
     fragment: [u8; COUNT],
     /// The fragments before the last labelling.
     before: [u8; COUNT],
@@ -22,39 +27,40 @@ pub(super) struct Voxels {
     blade: Vec<[V3; 3]>,
 }
 
-impl Default for Voxels {
-    fn default() -> Self {
-        Self {
-            joined: [u64::MAX; 3],
-            fragment: [0; COUNT],
-            before: [0; COUNT],
-            sizes: vec![COUNT as u8],
-            blade: Vec::new(),
-        }
-    }
-}
-
 /// Place of a voxel along each axis.
-fn index(voxel: usize) -> [usize; 3] {
+pub(super) fn index(voxel: usize) -> [usize; 3] {
     [voxel % SIDE, voxel / SIDE % SIDE, voxel / (SIDE * SIDE)]
 }
 
 /// The next voxel along an axis, within the cell.
-fn next(voxel: usize, axis: usize) -> Option<usize> {
+pub(super) fn next(voxel: usize, axis: usize) -> Option<usize> {
     (index(voxel)[axis] + 1 < SIDE).then(|| voxel + SIDE.pow(axis as u32))
 }
 
 impl Voxels {
+    /// Uncut; bit v of `solid` tells whether the body is in voxel v. A cell without a solid voxel is solid throughout.
+    pub(super) fn new(solid: u64, places: Places) -> Self {
+        let solid = if solid == 0 { u64::MAX } else { solid };
+        Self {
+            joined: [u64::MAX; 3],
+            solid,
+            places: Box::new(places),
+            fragment: [0; COUNT],
+            before: [0; COUNT],
+            sizes: vec![solid.count_ones() as u8],
+            blade: Vec::new(),
+        }
+    }
+
     /// Cuts the links a triangle passes through.
-    pub(super) fn cut(&mut self, reference: V3, edge: f64, triangle: &[V3; 3]) {
-        let size = edge / SIDE as f64;
+    pub(super) fn cut(&mut self, triangle: &[V3; 3]) {
         self.blade.push(*triangle);
-        for voxel in 0..COUNT {
-            let from = middle(reference, size, voxel);
-            for axis in 0..3 {
-                let mut to = from;
-                to[axis] += size;
-                if self.joined[axis] >> voxel & 1 == 1 && crosses(from, to, triangle) {
+        for axis in 0..3 {
+            let mut far = self.places.far[axis].iter();
+            for voxel in 0..COUNT {
+                let to = next(voxel, axis).map_or_else(|| far.next().copied(), |other| Some(self.places.own[other]));
+                let from = self.places.own[voxel];
+                if self.joined[axis] >> voxel & 1 == 1 && to.is_some_and(|to| crosses(from, to, triangle)) {
                     self.joined[axis] &= !(1 << voxel);
                 }
             }
@@ -77,6 +83,7 @@ impl Voxels {
             for axis in 0..3 {
                 if let Some(other) = next(voxel, axis)
                     && self.is_joined(voxel, axis)
+                    && self.is_solid(other)
                 {
                     let (a, b) = (find(&mut root, voxel), find(&mut root, other));
                     root[a.max(b)] = a.min(b) as u8;
@@ -85,7 +92,9 @@ impl Voxels {
         }
         self.sizes.clear();
         let mut label = [u8::MAX; COUNT];
-        for voxel in 0..COUNT {
+        let solid = self.solid;
+        let is_solid = |voxel: &usize| solid >> voxel & 1 == 1;
+        for voxel in (0..COUNT).filter(is_solid) {
             let top = find(&mut root, voxel);
             if label[top] == u8::MAX {
                 label[top] = self.sizes.len() as u8;
@@ -94,6 +103,43 @@ impl Voxels {
             self.fragment[voxel] = label[top];
             self.sizes[label[top] as usize] += 1;
         }
+        // What is outside of the body goes with what is nearest.
+        for voxel in (0..COUNT).filter(|v| !is_solid(v)) {
+            let away = |other: usize| -> usize {
+                index(voxel).iter().zip(index(other)).map(|(a, b)| a.abs_diff(b).pow(2)).sum()
+            };
+            let nearest = (0..COUNT).filter(is_solid).min_by_key(|v| away(*v));
+            self.fragment[voxel] = nearest.map_or(0, |v| self.fragment[v]);
+        }
+    }
+
+    /// Gives the voxels of `small` fragments to the others, each to that of the nearest voxel.
+    pub(super) fn merge(&mut self, small: &[bool]) {
+        let old = self.fragment;
+        let stays = |voxel: &usize| !small[old[*voxel] as usize];
+        let mut number = vec![0_u8; small.len()];
+        let mut count = 0;
+        for (f, _) in small.iter().enumerate().filter(|(_, small)| !**small) {
+            number[f] = count;
+            count += 1;
+        }
+        self.sizes = vec![0; usize::from(count)];
+        for voxel in 0..COUNT {
+            let away = |other: &usize| -> usize {
+                index(voxel).iter().zip(index(*other)).map(|(a, b)| a.abs_diff(b).pow(2)).sum()
+            };
+            let solid = |other: &usize| self.is_solid(*other);
+            let nearest = (0..COUNT).filter(solid).filter(stays).min_by_key(away).unwrap_or(0);
+            self.fragment[voxel] = number[old[if stays(&voxel) { voxel } else { nearest }] as usize];
+            if self.is_solid(voxel) {
+                self.sizes[self.fragment[voxel] as usize] += 1;
+            }
+        }
+    }
+
+    /// Voxels of a fragment.
+    pub(super) fn size(&self, fragment: usize) -> u32 {
+        u32::from(self.sizes[fragment])
     }
 
     /// Fragments there are.
@@ -103,7 +149,7 @@ impl Voxels {
 
     /// Of the cell's volume.
     pub(super) fn share(&self, fragment: usize) -> f64 {
-        f64::from(self.sizes[fragment]) / COUNT as f64
+        f64::from(self.sizes[fragment]) / f64::from(self.solid.count_ones())
     }
 
     /// The fragment of a voxel.
@@ -123,11 +169,16 @@ impl Voxels {
 
     /// The first voxel of a fragment.
     pub(super) fn first(&self, fragment: usize) -> usize {
-        self.fragment.iter().position(|f| *f as usize == fragment).unwrap_or(0)
+        (0..COUNT).find(|v| self.is_solid(*v) && self.fragment(*v) == fragment).unwrap_or(0)
+    }
+
+    /// Whether the body is in a voxel.
+    pub(super) fn is_solid(&self, voxel: usize) -> bool {
+        self.solid >> voxel & 1 == 1
     }
 
     fn is_joined(&self, voxel: usize, axis: usize) -> bool {
-        self.joined[axis] >> voxel & 1 == 1
+        self.is_solid(voxel) && self.joined[axis] >> voxel & 1 == 1
     }
 
     /// (voxel of this cell, voxel of the next cell along `axis`, whether they are joined), for the 16 of the common face.
@@ -137,26 +188,27 @@ impl Voxels {
     }
 
     /// The fragment a place belongs to: that of the nearest voxel the blade does not part it from.
-    pub(super) fn fragment_at(&self, reference: V3, edge: f64, place: V3) -> usize {
+    pub(super) fn fragment_at(&self, edge: f64, place: V3) -> usize {
         if self.sizes.len() == 1 {
             return 0;
         }
         let size = edge / SIDE as f64;
         let away = |voxel: usize| {
-            let d = axpy(middle(reference, size, voxel), -1.0, place);
+            let d = axpy(self.places.own[voxel], -1.0, place);
             dot(d, d)
         };
-        let parted = |voxel: usize| self.blade.iter().any(|t| crosses(place, middle(reference, size, voxel), t));
+        let parted = |voxel: usize| self.blade.iter().any(|t| crosses(place, self.places.own[voxel], t));
         // Nearest first: one or two of them are asked, whatever the number of triangles.
         let mut order: [u8; COUNT] = std::array::from_fn(|v| v as u8);
         order.sort_unstable_by(|a, b| away(*a as usize).total_cmp(&away(*b as usize)).then(a.cmp(b)));
-        let within = order.iter().map(|v| *v as usize).take_while(|v| away(*v) < 4.0 * size * size);
+        let within = order.iter().map(|v| *v as usize).filter(|v| self.is_solid(*v));
+        let within = within.take_while(|v| away(*v) < 4.0 * size * size);
         let free = within.into_iter().find(|v| !parted(*v));
         self.fragment[free.unwrap_or(order[0] as usize)] as usize
     }
 }
 
-fn middle(reference: V3, size: f64, voxel: usize) -> V3 {
+pub(super) fn middle(reference: V3, size: f64, voxel: usize) -> V3 {
     let at = index(voxel);
     std::array::from_fn(|i| reference[i] + (at[i] as f64 + 0.5) * size)
 }
@@ -201,8 +253,8 @@ mod tests {
     }
 
     fn cut(triangles: &[[V3; 3]]) -> Voxels {
-        let mut voxels = Voxels::default();
-        triangles.iter().for_each(|t| voxels.cut([0.0; 3], 1.0, t));
+        let mut voxels = Voxels::new(u64::MAX, Places::middles([0.0; 3], 1.0));
+        triangles.iter().for_each(|t| voxels.cut(t));
         voxels.label();
         voxels
     }
@@ -213,11 +265,11 @@ mod tests {
             let voxels = cut(&wall(at, 1.5));
             assert_eq!(voxels.count(), 2);
             assert_eq!([voxels.share(0), voxels.share(1)], shares);
-            assert_eq!(voxels.fragment_at([0.0; 3], 1.0, [0.01, 0.5, 0.5]), 0);
-            assert_eq!(voxels.fragment_at([0.0; 3], 1.0, [0.99, 0.5, 0.5]), 1);
+            assert_eq!(voxels.fragment_at(1.0, [0.01, 0.5, 0.5]), 0);
+            assert_eq!(voxels.fragment_at(1.0, [0.99, 0.5, 0.5]), 1);
             // Right beside the wall, in a voxel whose middle is on its other side.
-            assert_eq!(voxels.fragment_at([0.0; 3], 1.0, [at - 1e-3, 0.5, 0.5]), 0);
-            assert_eq!(voxels.fragment_at([0.0; 3], 1.0, [at + 1e-3, 0.5, 0.5]), 1);
+            assert_eq!(voxels.fragment_at(1.0, [at - 1e-3, 0.5, 0.5]), 0);
+            assert_eq!(voxels.fragment_at(1.0, [at + 1e-3, 0.5, 0.5]), 1);
         }
     }
 
@@ -234,6 +286,18 @@ mod tests {
         let voxels = cut(&wall(1.0, 1.5));
         assert_eq!(voxels.count(), 1);
         assert!(voxels.face(0).all(|(_, _, joined)| !joined) && voxels.face(1).all(|(_, _, joined)| joined));
+    }
+
+    #[test]
+    fn only_what_is_solid_joins() {
+        let plates = (0..COUNT).filter(|v| [0, 3].contains(&index(*v)[0])).fold(0, |solid, v| solid | 1 << v);
+        for (solid, count) in [(plates, 2), (u64::MAX, 1)] {
+            let mut voxels = Voxels::new(solid, Places::middles([0.0; 3], 1.0));
+            voxels.label();
+            assert_eq!(voxels.count(), count);
+            assert_eq!(voxels.share(0), 1.0 / count as f64);
+            assert_eq!(voxels.fragment_at(1.0, [0.95, 0.5, 0.5]), count - 1);
+        }
     }
 
     #[test]

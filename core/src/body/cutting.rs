@@ -1,0 +1,140 @@
+//! A body under a blade: its mesh is cut, and everything that hangs on the mesh takes the cut over.
+
+use super::{Body, LatticeError};
+use crate::cut::{Advance, CutMesh, Origin};
+use crate::mesh::Surface;
+use crate::step::{V3, axpy, dot};
+use nalgebra::Vector3;
+use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
+
+/// How far inside of its surface a vertex is looked for, in edges of a cell: enough to tell the side of a cut it is on.
+const INSIDE: f64 = 1e-6;
+/// The same where a surface has no inside, and vertices close to a cut may have been taken as on it.
+const ASIDE: f64 = 0.1;
+/// How far a cut goes on outside of the body, in edges of a cell: a straight line between two places inside may pass outside.
+const APRON: f64 = 0.1;
+
+/// Where the apron of a cut ends that begins at a place of the surface, by the bits of the place.
+pub type Aprons = HashMap<[u64; 3], V3>;
+
+impl Body {
+    /// Takes over what an advance of a blade has done to the mesh. Nodes are copied with the next [`super::Lattice::follow`].
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn take_cut(&mut self, advance: &Advance) -> Result<(), LatticeError> {
+        let Some(mesh) = &self.cut else { return Ok(()) };
+        let mut settled = std::mem::take(&mut self.skin.settled);
+        let list = Arc::make_mut(&mut settled);
+        for vertex in advance.first_vertex..mesh.surface().points.len() as u32 {
+            let place = mesh.surface().points[vertex as usize];
+            let kept = |v: u32| axpy(list[v as usize], -1.0, mesh.surface().points[v as usize]);
+            let moved = match mesh.origin(vertex) {
+                Origin::Original => [0.0; 3],
+                Origin::Edge { ends, t } => {
+                    let [from, to] = ends.map(kept);
+                    axpy(from, t, axpy(to, -1.0, from))
+                }
+                Origin::Face { corners, weights } => super::weigh(corners.map(kept), weights),
+                Origin::Copy { of } => kept(of),
+                Origin::Cap { .. } => self.lattice.kept_at(place)?,
+            };
+            list.push(axpy(place, 1.0, moved));
+        }
+        self.model.take_cut(mesh.surface(), &advance.changed);
+        let new = advance.first_triangle..mesh.surface().triangles.len() as u32;
+        let moved: Vec<u32> = advance.changed.iter().copied().chain(new.clone()).collect();
+        self.skin.take_cut(&self.model, settled, &moved, 0..0);
+        let caps = caps(mesh, new, &advance.facets, APRON * self.lattice.edge(), &mut self.aprons);
+        let closed = !caps.is_empty();
+        let swept = if closed { &caps } else { &advance.facets };
+        let (model, edge) = (&self.model, self.lattice.edge());
+        let side = |vertex: u32| beside(mesh, model, vertex, closed, edge);
+        let new = advance.first_vertex..mesh.surface().points.len() as u32;
+        let cells = self.lattice.cut(swept, new, side, mesh.as_ref())?;
+        if !self.samples.is_empty()
+            && let Some(samples) = Arc::get_mut(&mut self.samples)
+        {
+            samples.take_cut(&cells, &self.model, &self.skin, &self.lattice)?;
+        }
+        Ok(())
+    }
+}
+
+impl super::Inner for CutMesh {
+    fn near(&self, centre: V3, reach: f64) -> Vec<[V3; 3]> {
+        self.triangles_near(centre, reach)
+    }
+
+    fn has(&self, place: V3) -> bool {
+        self.encloses(place)
+    }
+}
+
+/// The new cut surface inside of the body, one wall of two, and aprons around it outside. It goes through the very vertices
+/// of the mesh, so no vertex is on another side of the lattice's cut than of the mesh's.
+fn caps(mesh: &CutMesh, new: std::ops::Range<u32>, facets: &[[V3; 3]], apron: f64, known: &mut Aprons) -> Vec<[V3; 3]> {
+    let Some(facet) = facets.first() else { return Vec::new() };
+    let forward = cross(facet);
+    let surface = mesh.surface();
+    let corners = |t: u32| surface.triangles[t as usize].map(|v| surface.points[v as usize]);
+    let wall: Vec<u32> = new.filter(|t| mesh.is_cap(*t) && cross(&corners(*t)).dot(&forward) > 0.0).collect();
+    let mut rims: Vec<[u32; 2]> = Vec::new();
+    let mut outward: BTreeMap<u32, Vector3<f64>> = BTreeMap::new();
+    for &t in &wall {
+        let vertices = surface.triangles[t as usize];
+        for (side, other) in mesh.neighbours(t).into_iter().enumerate() {
+            if mesh.is_cap(other) {
+                continue;
+            }
+            let ends = [vertices[side], vertices[(side + 1) % 3]];
+            let [from, to] = ends.map(|v| Vector3::from(surface.points[v as usize]));
+            let out = (to - from).cross(&cross(&corners(t))).try_normalize(0.0).unwrap_or_default();
+            ends.iter().for_each(|v| *outward.entry(*v).or_default() += out);
+            rims.push(ends);
+        }
+    }
+    // Where an advance goes on, it hems on to the apron of the one before.
+    let mut end = |v: u32| {
+        let place = surface.points[v as usize];
+        let out = outward[&v].try_normalize(0.0).unwrap_or_default();
+        *known.entry(place.map(f64::to_bits)).or_insert_with(|| axpy(place, apron, out.into()))
+    };
+    let mut swept: Vec<[V3; 3]> = wall.iter().map(|t| corners(*t)).collect();
+    for [a, b] in rims {
+        let [p, q] = [a, b].map(|v| surface.points[v as usize]);
+        swept.extend([[p, end(a), end(b)], [p, end(b), q]]);
+    }
+    swept
+}
+
+fn cross([a, b, c]: &[V3; 3]) -> Vector3<f64> {
+    let [a, b, c] = [a, b, c].map(|p| Vector3::from(*p));
+    (b - a).cross(&(c - a))
+}
+
+/// A rest place beside a vertex, on its own side of all cuts.
+fn beside(mesh: &CutMesh, model: &super::Model, vertex: u32, closed: bool, edge: f64) -> V3 {
+    let surface: &Surface = &model.surface;
+    let place = surface.points[vertex as usize];
+    let corners = |t: u32| surface.triangles[t as usize].map(|v| surface.points[v as usize]);
+    let around = model.around(vertex).iter().copied();
+    if closed {
+        let normal =
+            around.fold(Vector3::zeros(), |sum, t| sum + cross(&corners(t)).try_normalize(0.0).unwrap_or_default());
+        return axpy(place, -INSIDE * edge, normal.try_normalize(1e-6).unwrap_or_default().into());
+    }
+    let (mut aside, mut count) = ([0.0; 3], 0.0);
+    for t in around.filter(|t| !mesh.is_cap(*t)) {
+        aside = corners(t).iter().fold(aside, |sum, p| axpy(sum, 1.0 / 3.0, axpy(*p, -1.0, place)));
+        count += 1.0;
+    }
+    let length = dot(aside, aside).sqrt();
+    let most = ASIDE * edge;
+    if length > most * count {
+        axpy(place, most / length, aside)
+    } else {
+        axpy(place, 1.0 / f64::max(count, 1.0), aside)
+    }
+}

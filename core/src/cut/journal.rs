@@ -1,0 +1,223 @@
+//! What every advance changed, so that it can be taken back and made again.
+//!
+//! Vertices and rows are only ever added, so taking back means cutting the arrays off; of a triangle that changed, the old
+//! record is kept. The cost goes with the change, not with the mesh.
+
+use super::mesh::{CutMesh, Origin, Triangle};
+use super::{Stroke, V3};
+
+#[derive(Default)]
+pub(super) struct Journal {
+    done: Vec<Step>,
+    undone: Vec<Step>,
+}
+
+/// One advance: while it is done, what was before; while it is undone, what comes after.
+#[derive(Default)]
+struct Step {
+    before: Lengths,
+    saved: Vec<(u32, Triangle)>,  // in the order of change; a triangle may come twice
+    tail: Tail,                   // empty while done
+    strokes: Option<[Stroke; 2]>, // before and after
+}
+
+#[derive(Clone, Copy, Default)]
+struct Lengths {
+    points: usize,
+    triangles: usize,
+    texcoords: usize,
+    normals: usize,
+}
+
+#[derive(Default)]
+struct Tail {
+    points: Vec<(V3, Origin)>,
+    triangles: Vec<Triangle>,
+    texcoords: Vec<[f64; 2]>,
+    normals: Vec<V3>,
+}
+
+impl CutMesh {
+    /// Advances that can be taken back.
+    pub fn depth(&self) -> usize {
+        self.journal.done.len()
+    }
+
+    /// Takes the last advance back; gives the stroke as it was before, or `None` when nothing is left to undo.
+    pub fn undo(&mut self) -> Option<Stroke> {
+        let mut step = self.journal.done.pop()?;
+        self.take_back(&mut step);
+        let before = step.strokes.as_ref().map(|[before, _]| before.clone());
+        self.journal.undone.push(step);
+        before
+    }
+
+    /// Makes the advance again that was undone last; gives the stroke as it was after, or `None` when there is none.
+    pub fn redo(&mut self) -> Option<Stroke> {
+        let mut step = self.journal.undone.pop()?;
+        for (point, origin) in step.tail.points.drain(..) {
+            self.surface.points.push(point);
+            self.origins.push(origin);
+        }
+        self.texcoords.append(&mut step.tail.texcoords);
+        self.normals.append(&mut step.tail.normals);
+        for triangle in step.tail.triangles.drain(..) {
+            self.append(triangle);
+        }
+        for (number, saved) in &mut step.saved {
+            let now = self.triangle(*number);
+            self.write_record(*number, *saved);
+            *saved = now;
+        }
+        for triangle in step.before.triangles as u32..self.surface.triangles.len() as u32 {
+            self.tree.set(triangle, self.corners_of(triangle));
+        }
+        for (number, _) in &step.saved {
+            self.tree.set(*number, self.corners_of(*number));
+        }
+        let after = step.strokes.as_ref().map(|[_, after]| after.clone());
+        self.journal.done.push(step);
+        after
+    }
+
+    /// Opens a step that all changes from here on belong to.
+    pub(super) fn open_step(&mut self) {
+        let before = self.lengths();
+        self.journal.done.push(Step { before, ..Step::default() });
+    }
+
+    /// Keeps the open step as one that can be undone.
+    pub(super) fn keep_step(&mut self, strokes: [Stroke; 2]) {
+        self.journal.undone.clear();
+        if let Some(step) = self.journal.done.last_mut() {
+            step.strokes = Some(strokes);
+        }
+    }
+
+    /// Takes the open step back as if it had not been.
+    pub(super) fn drop_step(&mut self) {
+        if let Some(mut step) = self.journal.done.pop() {
+            self.take_back(&mut step);
+        }
+    }
+
+    /// Triangles of the open step: the old ones it changed, once each, and the first new one.
+    pub(super) fn changed(&self) -> (Vec<u32>, usize) {
+        let Some(step) = self.journal.done.last() else { return (Vec::new(), self.surface.triangles.len()) };
+        let mut changed: Vec<u32> = step.saved.iter().map(|(number, _)| *number).collect();
+        changed.sort_unstable();
+        changed.dedup();
+        (changed, step.before.triangles)
+    }
+
+    /// Every old triangle that the open step has changed, as it was.
+    pub(super) fn befores(&self) -> Vec<(u32, Triangle)> {
+        let mut saved = self.journal.done.last().map_or(Vec::new(), |step| step.saved.clone());
+        saved.sort_by_key(|(number, _)| *number); // keeps the first of several in front
+        saved.dedup_by_key(|(number, _)| *number);
+        saved
+    }
+
+    /// First vertex the open step has made.
+    pub(super) fn first_new_vertex(&self) -> u32 {
+        self.journal.done.last().map_or(self.surface.points.len(), |step| step.before.points) as u32
+    }
+
+    pub(super) fn add_vertex(&mut self, point: V3, origin: Origin) -> u32 {
+        self.surface.points.push(point);
+        self.origins.push(origin);
+        self.surface.points.len() as u32 - 1
+    }
+
+    /// Adds a triangle that is joined to nothing yet.
+    pub(super) fn add_triangle(&mut self, triangle: Triangle) -> u32 {
+        let number = self.surface.triangles.len() as u32;
+        self.append(Triangle { links: [3 * number, 3 * number + 1, 3 * number + 2], ..triangle });
+        number
+    }
+
+    pub(super) fn set_triangle(&mut self, number: u32, triangle: Triangle) {
+        self.save(number);
+        self.write_record(number, triangle);
+    }
+
+    pub(super) fn set_corner(&mut self, half: u32, vertex: u32) {
+        self.save(half / 3);
+        self.surface.triangles[half as usize / 3][half as usize % 3] = vertex;
+    }
+
+    pub(super) fn set_link(&mut self, half: u32, next: u32) {
+        self.save(half / 3);
+        self.links[half as usize / 3][half as usize % 3] = next;
+    }
+
+    /// Makes `halves` all there is around one edge.
+    pub(super) fn tie(&mut self, halves: &[u32]) {
+        for (at, &half) in halves.iter().enumerate() {
+            self.set_link(half, halves[(at + 1) % halves.len()]);
+        }
+    }
+
+    fn save(&mut self, number: u32) {
+        let record = self.triangle(number);
+        if let Some(step) = self.journal.done.last_mut()
+            && (number as usize) < step.before.triangles
+        {
+            step.saved.push((number, record));
+        }
+    }
+
+    fn lengths(&self) -> Lengths {
+        Lengths {
+            points: self.surface.points.len(),
+            triangles: self.surface.triangles.len(),
+            texcoords: self.texcoords.len(),
+            normals: self.normals.len(),
+        }
+    }
+
+    fn take_back(&mut self, step: &mut Step) {
+        for (number, saved) in step.saved.iter_mut().rev() {
+            let now = self.triangle(*number);
+            self.write_record(*number, *saved);
+            *saved = now;
+        }
+        let Lengths { points, triangles, texcoords, normals } = step.before;
+        for triangle in triangles..self.surface.triangles.len() {
+            self.tree.remove(triangle as u32);
+            step.tail.triangles.push(self.triangle(triangle as u32));
+        }
+        let origins = self.origins.drain(points - self.whole.points..);
+        step.tail.points = self.surface.points.drain(points..).zip(origins).collect();
+        step.tail.texcoords = self.texcoords.split_off(texcoords);
+        step.tail.normals = self.normals.split_off(normals);
+        self.surface.triangles.truncate(triangles);
+        self.surface.face_of.truncate(triangles);
+        self.links.truncate(triangles);
+        self.texture.truncate(triangles);
+        self.shading.truncate(triangles);
+        self.body.truncate(triangles);
+        for (number, _) in &step.saved {
+            self.tree.set(*number, self.corners_of(*number));
+        }
+    }
+
+    fn append(&mut self, triangle: Triangle) {
+        self.surface.triangles.push(triangle.corners);
+        self.surface.face_of.push(triangle.face);
+        self.links.push(triangle.links);
+        self.texture.push(triangle.texture);
+        self.shading.push(triangle.shading);
+        self.body.push(triangle.body);
+    }
+
+    fn write_record(&mut self, number: u32, triangle: Triangle) {
+        let t = number as usize;
+        self.surface.triangles[t] = triangle.corners;
+        self.surface.face_of[t] = triangle.face;
+        self.links[t] = triangle.links;
+        self.texture[t] = triangle.texture;
+        self.shading[t] = triangle.shading;
+        self.body[t] = triangle.body;
+    }
+}

@@ -1,0 +1,86 @@
+//! The edges of the mesh that a facet's lines have become.
+
+use std::collections::HashMap;
+
+use super::blade::Facet;
+use super::mesh::{CutMesh, NONE, OPEN};
+use super::subdivide::Split;
+use super::trace::{Snap, Trace};
+
+/// Where the mesh is to be opened.
+pub(super) struct Lines {
+    /// Half-edges on each piece of a line, by its nodes, lower first.
+    pub halves: HashMap<[u32; 2], Vec<Half>>,
+    /// Triangles in the plane.
+    pub flat: Vec<u32>,
+}
+
+/// A half-edge on a line.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Half {
+    pub half: u32,
+    /// From the lower node to the higher.
+    pub upward: bool,
+    /// Side of the plane its triangle is on; 0 in the plane.
+    pub side: i8,
+}
+
+impl Lines {
+    pub fn new(mesh: &CutMesh, trace: &Trace, split: &Split, facet: &Facet, snap: Snap) -> Self {
+        let mut halves: HashMap<[u32; 2], Vec<Half>> =
+            trace.runs.iter().filter_map(|run| run.piece).map(|[a, b]| ([a.min(b), a.max(b)], Vec::new())).collect();
+        let mut flat = Vec::new();
+        if halves.is_empty() {
+            return Self { halves, flat };
+        }
+        for &triangle in &split.triangles {
+            let nodes = mesh.surface.triangles[triangle as usize].map(|vertex| split.node_of(mesh, trace, vertex));
+            if !nodes.contains(&NONE) {
+                flat.push(triangle);
+            }
+            for side in 0..3 {
+                let [from, to] = [nodes[side], nodes[(side + 1) % 3]];
+                if from == NONE || to == NONE {
+                    continue;
+                }
+                let Some(known) = halves.get_mut(&[from.min(to), from.max(to)]) else { continue };
+                let half = 3 * triangle + side as u32;
+                let third = nodes[(side + 2) % 3];
+                let side = if third == NONE { trace.third_side(mesh, half, facet, snap) } else { 0 };
+                known.push(Half { half, upward: from < to, side });
+            }
+        }
+        Self { halves, flat }
+    }
+
+    /// Opens the edges of sheets: what is below comes off what is not.
+    pub fn open_sheets(&self, mesh: &mut CutMesh) {
+        let mut all: Vec<_> = self.halves.iter().collect();
+        all.sort_unstable_by_key(|(nodes, _)| **nodes);
+        for (_, halves) in all {
+            let mut open = classes(mesh, halves);
+            open.retain(|class| is_open(mesh, class));
+            for class in open {
+                let (below, above): (Vec<Half>, Vec<Half>) = class.iter().partition(|half| half.side == -1);
+                if below.is_empty() || above.is_empty() {
+                    continue;
+                }
+                for part in [below, above] {
+                    mesh.tie(&part.iter().map(|half| half.half).collect::<Vec<_>>());
+                }
+            }
+        }
+    }
+}
+
+/// Halves grouped as they are joined around edges.
+pub(super) fn classes(mesh: &CutMesh, halves: &[Half]) -> Vec<Vec<Half>> {
+    let first = |half: &Half| mesh.around(half.half).min().unwrap_or(half.half);
+    let mut keyed: Vec<(u32, Half)> = halves.iter().map(|half| (first(half), *half)).collect();
+    keyed.sort_by_key(|(first, half)| (*first, half.half));
+    keyed.chunk_by(|a, b| a.0 == b.0).map(|class| class.iter().map(|(_, half)| *half).collect()).collect()
+}
+
+fn is_open(mesh: &CutMesh, class: &[Half]) -> bool {
+    class.first().is_some_and(|half| mesh.body[half.half as usize / 3] == OPEN)
+}

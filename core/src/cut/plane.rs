@@ -1,0 +1,83 @@
+//! Constrained triangulation in a plane; the one place that meets spade.
+
+use spade::handles::FixedVertexHandle;
+use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
+
+use super::mesh::NONE;
+
+/// A triangle of a plane, counter-clockwise.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Flat {
+    pub corners: [u32; 3],
+    /// Triangles across its sides, the side from corner 0 to corner 1 first; `NONE` on the hull.
+    pub across: [u32; 3],
+}
+
+/// The Delaunay triangles of the hull of `points` that keep to `lines` (pairs of points). `None` when two points coincide,
+/// lines cross or run over a point, or a coordinate is out of range.
+pub(super) fn triangulate(points: &[[f64; 2]], lines: impl Iterator<Item = [u32; 2]> + Clone) -> Option<Vec<Flat>> {
+    let point = |&[x, y]: &[f64; 2]| Point2::new(settle(x), settle(y));
+    let mut crossed = false;
+    let plane = ConstrainedDelaunayTriangulation::<Point2<f64>>::try_bulk_load_cdt(
+        points.iter().map(point).collect(),
+        lines.clone().map(|line| line.map(|end| end as usize)).collect(),
+        |_| crossed = true,
+    );
+    let plane = plane.ok()?;
+    let handle = |at: u32| FixedVertexHandle::from_index(at as usize);
+    if crossed
+        || plane.num_vertices() != points.len()
+        || !lines.clone().all(|[a, b]| plane.exists_constraint(handle(a), handle(b)))
+    {
+        return None;
+    }
+    let flats = plane.inner_faces().map(|face| {
+        let sides = face.adjacent_edges();
+        let across = |side: spade::handles::DirectedEdgeHandle<'_, _, _, _, _>| {
+            side.rev().face().as_inner().map_or(NONE, |face| face.index() as u32 - 1)
+        };
+        Flat { corners: sides.map(|side| side.from().index() as u32), across: sides.map(across) }
+    });
+    Some(flats.collect())
+}
+
+/// spade takes no numbers next to nothing.
+fn settle(value: f64) -> f64 {
+    if value.abs() < 1e-40 { 0.0 } else { value }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SQUARE: [[f64; 2]; 4] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.1], [0.0, 1.0]];
+
+    #[test]
+    fn keeps_to_its_lines() {
+        for line in [[0, 2], [1, 3]] {
+            let flats = triangulate(&SQUARE, [line].into_iter()).unwrap();
+            assert_eq!(flats.len(), 2);
+            assert!(flats.iter().all(|flat| line.iter().all(|end| flat.corners.contains(end))));
+            for (number, flat) in flats.iter().enumerate() {
+                let other = &flats[1 - number];
+                let side = flat.across.iter().position(|&across| across != NONE).unwrap();
+                let back = other.across.iter().position(|&across| across == number as u32).unwrap();
+                assert_eq!(flat.corners[side], other.corners[(back + 1) % 3]);
+            }
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused() {
+        assert!(triangulate(&SQUARE, [[0, 2], [1, 3]].into_iter()).is_none(), "lines cross");
+        let mut points = SQUARE.to_vec();
+        points.push([0.5, 0.55]);
+        assert!(triangulate(&points, [[0, 2]].into_iter()).is_none(), "a line over a point");
+        points[4] = points[0];
+        assert!(triangulate(&points, [].into_iter()).is_none(), "twice the same point");
+        points[4] = [f64::NAN, 0.0];
+        assert!(triangulate(&points, [].into_iter()).is_none());
+        points[4] = [1e-300, 0.5];
+        assert_eq!(triangulate(&points, [].into_iter()).unwrap().len(), 3);
+    }
+}

@@ -1,0 +1,275 @@
+//! Splits the triangles that a facet meets, so that its lines are edges.
+//!
+//! A triangle is split along the whole line in which the plane crosses it, also beyond the facet: only the piece within will
+//! be opened. So a straight stroke, which goes on along the same line, finds it there already, and no piece has an angle
+//! that a blade's end made.
+
+use std::collections::{BTreeSet, HashMap};
+
+use nalgebra::Vector3;
+
+use super::mesh::{CutMesh, NONE, Origin, Triangle};
+use super::polygon::{Vertex, least_angle, triangulate};
+use super::trace::{Place, Trace};
+use super::{Refusal, Refused, V3};
+
+/// What subdividing leaves for the steps after it.
+#[derive(Default)]
+pub(super) struct Split {
+    /// Node of each new vertex.
+    pub node: HashMap<u32, u32>,
+    /// Every triangle that may have a side on a line, the pieces included; rising.
+    pub triangles: Vec<u32>,
+    vertex: HashMap<([u32; 2], u32), u32>, // by ends of the edge, or triangle and `NONE`, and node
+    texture: HashMap<([u32; 2], u32), u32>, // row, by rows at the ends and node
+    shading: HashMap<([u32; 2], u32), u32>,
+}
+
+/// A vertex of the outline of a triangle, or on the line through it.
+#[derive(Clone, Copy)]
+struct Item {
+    vertex: u32,
+    node: u32,
+    weights: V3,
+    rows: [u32; 2], // texture, shading
+    sides: u8,
+}
+
+const LINE: u8 = 8;
+
+/// Splits all triangles that the pieces within the facet ask for, into none sharper than `sharpest` (degrees).
+pub(super) fn subdivide(mesh: &mut CutMesh, trace: &Trace, near: &[u32], sharpest: f64) -> Result<Split, Refused> {
+    let mut split = Split::default();
+    let wanted = wanted(trace);
+    let mut triangles: BTreeSet<u32> = near.iter().copied().collect();
+    triangles.extend(beside(mesh, trace, near, &wanted));
+    let mut pieces = Vec::new();
+    for &triangle in &triangles {
+        let inside = near.binary_search(&triangle).is_ok();
+        let across = inside.then(|| trace.run_across(mesh.surface.triangles[triangle as usize])).flatten();
+        let across = across.filter(|&run| trace.runs[run as usize].piece.is_some());
+        let outline = split.outline(mesh, trace, triangle, &wanted);
+        if outline.len() == 3 && across.is_none() {
+            continue;
+        }
+        pieces.push((triangle, split.polygons(mesh, trace, triangle, outline, across)?));
+    }
+    let whole = |half: &u32| pieces.binary_search_by_key(&(half / 3), |(triangle, _)| *triangle).is_err();
+    let sides = pieces.iter().flat_map(|(triangle, _)| 3 * triangle..3 * triangle + 3);
+    let mut loose: Vec<u32> = sides.flat_map(|half| mesh.around(half).filter(whole)).collect(); // to be joined anew
+    let mut changed = Vec::new();
+    for (triangle, polygons) in &pieces {
+        changed.extend(replace(mesh, *triangle, polygons, sharpest)?);
+    }
+    loose.extend(changed.iter().flat_map(|t| [3 * t, 3 * t + 1, 3 * t + 2]));
+    join(mesh, loose);
+    triangles.extend(changed);
+    split.triangles = triangles.into_iter().collect();
+    Ok(split)
+}
+
+/// Joins halves with the same two vertices; `halves` hold all or none of those around an edge.
+pub(super) fn join(mesh: &mut CutMesh, mut halves: Vec<u32>) {
+    let key = |mesh: &CutMesh, half: u32| {
+        let (tail, head) = (mesh.tail(half), mesh.head(half));
+        (tail.min(head), tail.max(head))
+    };
+    halves.sort_unstable();
+    halves.dedup();
+    halves.sort_by_key(|&half| key(mesh, half));
+    let groups: Vec<&[u32]> = halves.chunk_by(|&a, &b| key(mesh, a) == key(mesh, b)).collect();
+    for group in groups {
+        mesh.tie(group);
+    }
+}
+
+/// Nodes that become vertices.
+fn wanted(trace: &Trace) -> Vec<bool> {
+    let mut wanted = vec![false; trace.nodes.len()];
+    for run in trace.runs.iter().filter(|run| !run.is_open_already()) {
+        if let Some(piece) = run.piece {
+            run.ends.iter().chain(&piece).for_each(|&node| wanted[node as usize] = true);
+        }
+    }
+    wanted
+}
+
+/// Triangles further off that have a side on which a vertex will stand: the neighbours, and the other side of an open cut.
+fn beside(mesh: &CutMesh, trace: &Trace, near: &[u32], wanted: &[bool]) -> Vec<u32> {
+    let mut found = Vec::new();
+    for &triangle in near {
+        for half in 3 * triangle..3 * triangle + 3 {
+            let nodes = trace.nodes_on(mesh, mesh.tail(half), mesh.head(half));
+            for node in nodes.into_iter().filter(|&node| wanted[node as usize]) {
+                found.extend(mesh.around(half).map(|half| half / 3));
+                mesh.tree.near(trace.nodes[node as usize].x, 0.0, |other| {
+                    let on = |half: u32| trace.nodes_on(mesh, mesh.tail(half), mesh.head(half)).contains(&node);
+                    if (3 * other..3 * other + 3).any(on) {
+                        found.push(other);
+                    }
+                });
+            }
+        }
+    }
+    found
+}
+
+impl Split {
+    /// Node a vertex stands on, or [`NONE`].
+    pub fn node_of(&self, mesh: &CutMesh, trace: &Trace, vertex: u32) -> u32 {
+        self.node.get(&vertex).copied().or_else(|| trace.node_at(mesh, vertex)).unwrap_or(NONE)
+    }
+
+    /// The outline of a triangle with the vertices that will stand on its sides.
+    fn outline(&mut self, mesh: &mut CutMesh, trace: &Trace, triangle: u32, wanted: &[bool]) -> Vec<Item> {
+        let record = mesh.triangle(triangle);
+        let mut outline = Vec::new();
+        for corner in 0..3 {
+            let next = (corner + 1) % 3;
+            let [a, b] = [corner, next].map(|at| record.corners[at]);
+            let sides = (1 << corner) | (1 << ((corner + 2) % 3));
+            let start = Item {
+                vertex: a,
+                node: trace.node_at(mesh, a).unwrap_or(NONE),
+                weights: std::array::from_fn(|i| if i == corner { 1.0 } else { 0.0 }),
+                rows: [record.texture[corner], record.shading[corner]],
+                sides,
+            };
+            let end_rows = [record.texture[next], record.shading[next]];
+            outline.push(start);
+            for node in trace.nodes_on(mesh, a, b) {
+                let Place::Edge(sites, t) = trace.nodes[node as usize].place else { continue };
+                if !wanted[node as usize] {
+                    continue;
+                }
+                let upward = trace.site(mesh, a) == Some(sites[0]);
+                let (ends, rows) =
+                    if upward { ([a, b], [start.rows, end_rows]) } else { ([b, a], [end_rows, start.rows]) };
+                let from_start = if upward { t } else { 1.0 - t };
+                let mut weights = [0.0; 3];
+                (weights[corner], weights[next]) = (1.0 - from_start, from_start);
+                let key = ([a.min(b), a.max(b)], node);
+                let vertex = self.vertex(mesh, trace, key, Origin::Edge { ends, t });
+                outline.push(Item { vertex, node, weights, rows: self.rows(mesh, rows, t, node), sides: 1 << corner });
+            }
+        }
+        outline
+    }
+
+    /// The outline, or what the line across leaves on either side of it.
+    fn polygons(
+        &mut self,
+        mesh: &mut CutMesh,
+        trace: &Trace,
+        triangle: u32,
+        mut outline: Vec<Item>,
+        across: Option<u32>,
+    ) -> Result<Vec<Vec<Item>>, Refused> {
+        let Some(run) = across.map(|run| &trace.runs[run as usize]) else { return Ok(vec![outline]) };
+        let unclear = Refused { reason: Refusal::Crossed, entity: "triangle", value: f64::from(triangle) };
+        let place = |node: u32| outline.iter().position(|item| item.node == node);
+        let (Some(from), Some(to)) = (place(run.ends[0]), place(run.ends[1])) else { return Err(unclear) };
+        let corners = mesh.surface.triangles[triangle as usize];
+        let ends = [outline[from], outline[to]];
+        let mut line = Vec::new();
+        for node in run.piece.into_iter().flatten().filter(|node| !run.ends.contains(node)) {
+            let Place::Face(between, t) = trace.nodes[node as usize].place else { return Err(unclear) };
+            let [low, high] = if between[0] == run.ends[0] { ends } else { [ends[1], ends[0]] };
+            let weights = std::array::from_fn(|i| low.weights[i] + t * (high.weights[i] - low.weights[i]));
+            let vertex = self.vertex(mesh, trace, ([triangle, NONE], node), Origin::Face { corners, weights });
+            line.push(Item {
+                vertex,
+                node,
+                weights,
+                rows: self.rows(mesh, [low.rows, high.rows], t, node),
+                sides: LINE,
+            });
+        }
+        outline[from].sides |= LINE;
+        outline[to].sides |= LINE;
+        outline.rotate_left(from);
+        let to = (to + outline.len() - from) % outline.len();
+        let mut second: Vec<Item> = outline[to..].to_vec();
+        second.push(outline[0]);
+        second.extend(&line);
+        outline.truncate(to + 1);
+        outline.extend(line.iter().rev());
+        Ok(vec![outline, second])
+    }
+
+    fn vertex(&mut self, mesh: &mut CutMesh, trace: &Trace, key: ([u32; 2], u32), origin: Origin) -> u32 {
+        let node = key.1;
+        let vertex = *self.vertex.entry(key).or_insert_with(|| mesh.add_vertex(trace.nodes[node as usize].x, origin));
+        self.node.insert(vertex, node);
+        vertex
+    }
+
+    /// Rows for a new vertex `t` of the way between two others.
+    fn rows(&mut self, mesh: &mut CutMesh, [from, to]: [[u32; 2]; 2], t: f64, node: u32) -> [u32; 2] {
+        let mix = |a: f64, b: f64| a + t * (b - a);
+        let texture = between([from[0], to[0]], node, &mut self.texture, || {
+            let [a, b] = [from[0], to[0]].map(|row| mesh.texcoords[row as usize]);
+            mesh.texcoords.push([mix(a[0], b[0]), mix(a[1], b[1])]);
+            mesh.texcoords.len() as u32 - 1
+        });
+        let shading = between([from[1], to[1]], node, &mut self.shading, || {
+            let [a, b] = [from[1], to[1]].map(|row| Vector3::from(mesh.normals[row as usize]));
+            let length = mix(a.norm(), b.norm());
+            let normal = a.lerp(&b, t).try_normalize(1e-9).unwrap_or(a);
+            mesh.normals.push((length * normal).into());
+            mesh.normals.len() as u32 - 1
+        });
+        [texture, shading]
+    }
+}
+
+fn between(rows: [u32; 2], node: u32, known: &mut HashMap<([u32; 2], u32), u32>, make: impl FnOnce() -> u32) -> u32 {
+    if rows.contains(&NONE) || rows[0] == rows[1] {
+        return if rows[0] == rows[1] { rows[0] } else { NONE };
+    }
+    *known.entry((rows, node)).or_insert_with(make)
+}
+
+/// Puts the triangles of some polygons in the place of a triangle; gives them all. None may be sharper than `sharpest`
+/// (degrees), unless the triangle was nearly so.
+fn replace(mesh: &mut CutMesh, triangle: u32, polygons: &[Vec<Item>], sharpest: f64) -> Result<Vec<u32>, Refused> {
+    let record = mesh.triangle(triangle);
+    let cross = mesh.cross(triangle);
+    let whole = mesh.corners_of(triangle).map(Vector3::from);
+    let sharpest = sharpest.min(0.1 * least_angle(whole));
+    let mut made = Vec::new();
+    let mut area = 0.0;
+    for polygon in polygons {
+        let vertices: Vec<Vertex> =
+            polygon.iter().map(|item| Vertex { x: mesh.point(item.vertex), sides: item.sides }).collect();
+        let splinter = |value: f64| Refused { reason: Refusal::Splinter, entity: "triangle", value };
+        for piece in triangulate(&vertices).ok_or(splinter(0.0))? {
+            let corners = piece.map(|at| vertices[at].x);
+            let turned = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
+            let angle = least_angle(corners);
+            if angle < sharpest || turned.dot(&cross) <= 0.0 {
+                return Err(splinter(angle));
+            }
+            area += turned.norm();
+            let items = piece.map(|at| polygon[at]);
+            let new = Triangle {
+                corners: items.map(|item| item.vertex),
+                texture: items.map(|item| item.rows[0]),
+                shading: items.map(|item| item.rows[1]),
+                links: [0; 3],
+                ..record
+            };
+            if made.is_empty() {
+                mesh.set_triangle(triangle, new);
+                made.push(triangle);
+            } else {
+                made.push(mesh.add_triangle(new));
+            }
+        }
+    }
+    let longest = (0..3).map(|i| (whole[i] - whole[(i + 1) % 3]).norm_squared()).fold(0.0, f64::max);
+    if (area - cross.norm()).abs() > 1e-12 * cross.norm() + 1e-14 * longest {
+        return Err(Refused { reason: Refusal::Splinter, entity: "area", value: area - cross.norm() });
+    }
+    Ok(made)
+}

@@ -1,0 +1,119 @@
+//! Edits: when they begin and end, and what a blade cuts.
+
+use super::event::EventKind;
+use super::{CutCounts, Session};
+use crate::body::Body;
+use crate::scene::{EditKind, Release};
+use crate::tool::Mode;
+use std::time::Instant;
+
+impl Session {
+    /// Starts and ends edits, and takes back or makes again what the scene says.
+    pub(super) fn change_modes(&mut self, time: f64) {
+        while let Some(&(at, again)) = self.plan.steps_back.get(self.stepped_back)
+            && at <= time
+        {
+            self.stepped_back += 1;
+            if !(if again { self.redo() } else { self.undo() }) {
+                self.events.add(EventKind::History, time, || "nothing to take back or make again".into());
+            }
+        }
+        for tool in 0..self.tools.len() {
+            let (before, now) = (self.tools[tool].edit, self.edit_of(tool));
+            if before == now {
+                continue;
+            }
+            self.end_edit(tool);
+            if let Some(edit) = now {
+                self.remember(tool, edit);
+            }
+            let slot = &mut self.tools[tool];
+            slot.edit = now;
+            slot.tool.mode = match now.map(|e| &self.plan.edits[e]) {
+                None => Mode::Idle,
+                Some(edit) => match edit.kind {
+                    EditKind::Pull => Mode::Pull(edit.limit),
+                    EditKind::Cut => Mode::Cut,
+                    _ => Mode::Touch,
+                },
+            };
+        }
+    }
+
+    /// Ends the edit of a tool, if it has one.
+    pub(super) fn end_edit(&mut self, tool: usize) {
+        let time = self.time();
+        let ended = self.tools[tool].edit.take().map(|edit| self.plan.edits[edit].clone());
+        if let Some(edit) = &ended {
+            if edit.kind == EditKind::Cut {
+                self.cut_with(tool, time, true);
+            }
+            if edit.release == Release::Keep {
+                self.keep(time);
+            }
+            let slot = &mut self.tools[tool];
+            let cut = std::mem::take(&mut slot.advances) > 0;
+            self.settle(tool, cut || edit.release == Release::Keep);
+        }
+        let slot = &mut self.tools[tool];
+        slot.tool.release(&slot.hand);
+        slot.tool.mode = Mode::Idle;
+    }
+
+    /// Cuts with every blade in use.
+    pub(super) fn cut(&mut self, time: f64) {
+        for tool in 0..self.tools.len() {
+            if self.tools[tool].tool.mode == Mode::Cut {
+                self.cut_with(tool, time, false);
+            }
+        }
+    }
+
+    fn cut_with(&mut self, tool: usize, time: f64, last: bool) {
+        let began = Instant::now();
+        let slot = &mut self.tools[tool];
+        match slot.tool.cut(&slot.hand, &mut self.bodies, last) {
+            Ok(step) => {
+                slot.advances += step.advances;
+                if step.advances > 0 {
+                    self.cuts.advances += step.advances;
+                    self.cuts.area += step.area;
+                    self.cuts.length += step.length;
+                    self.cuts.seconds.push(began.elapsed().as_secs_f64());
+                }
+                if let Some((body, refused)) = step.refused {
+                    let (tool, body) = (&slot.tool.name, &self.bodies[body].name);
+                    self.events
+                        .add(EventKind::CutRefused, time, || format!("tool `{tool}` in body `{body}`: {refused}"));
+                }
+            }
+            Err(error) => {
+                self.events.add(EventKind::Message, time, || error.to_string());
+                slot.tool.release(&slot.hand);
+            }
+        }
+    }
+
+    /// Makes the present shape the rest shape.
+    fn keep(&mut self, time: f64) {
+        for index in 0..self.bodies.len() {
+            let body = &mut self.bodies[index];
+            if body.system.nodes.is_empty() || body.frozen.is_some() {
+                continue;
+            }
+            let Body { model, skin, system, lattice, .. } = body;
+            let kept = lattice
+                .embed_all(&self.pool, &system.nodes, model, skin)
+                .and_then(|()| lattice.keep(model, skin, system).map(drop));
+            match kept {
+                Ok(()) => self.changed(index),
+                Err(error) => self.freeze(index, time, error.to_string()),
+            }
+        }
+    }
+
+    /// What has been cut so far.
+    pub fn cuts(&self) -> &CutCounts {
+        &self.cuts
+    }
+}
