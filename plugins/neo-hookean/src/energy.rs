@@ -92,6 +92,10 @@ impl Moduli {
 
 /// The nearest positive semi-definite matrix to a symmetric one.
 fn without_negative(a: M3) -> M3 {
+    // Sylvester's criterion first: most states need no eigenvalues.
+    if a[0][0] > 0.0 && a[0][0] * a[1][1] > a[0][1] * a[0][1] && determinant(&a) > 0.0 {
+        return a;
+    }
     let (values, v) = eigen(a);
     if values.iter().all(|w| *w >= 0.0) {
         return a;

@@ -5,49 +5,79 @@ pub(crate) type M3 = [[f64; 3]; 3];
 
 pub(crate) const IDENTITY: M3 = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
+#[inline(always)]
 pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
+#[inline(always)]
 pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// `m v`
+#[inline(always)]
 pub(crate) fn times(m: &M3, v: [f64; 3]) -> [f64; 3] {
     [dot(m[0], v), dot(m[1], v), dot(m[2], v)]
 }
 
 /// `a b`
+#[inline(always)]
 pub(crate) fn product(a: &M3, b: &M3) -> M3 {
     a.map(|row| [0, 1, 2].map(|j| row[0] * b[0][j] + row[1] * b[1][j] + row[2] * b[2][j]))
 }
 
 /// `a b^T`
+#[inline(always)]
 pub(crate) fn product_transposed(a: &M3, b: &M3) -> M3 {
     a.map(|row| b.map(|other| dot(row, other)))
 }
 
+#[inline(always)]
 pub(crate) fn transposed(m: &M3) -> M3 {
     [0, 1, 2].map(|j| [m[0][j], m[1][j], m[2][j]])
 }
 
+#[inline(always)]
 pub(crate) fn determinant(m: &M3) -> f64 {
     dot(m[0], cross(m[1], m[2]))
 }
 
 /// The matrix of cofactors, dJ/dF.
+#[inline(always)]
 pub(crate) fn cofactors(m: &M3) -> M3 {
     [cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1])]
 }
 
 /// Sum of squares.
+#[inline(always)]
 pub(crate) fn squared(m: &M3) -> f64 {
     dot(m[0], m[0]) + dot(m[1], m[1]) + dot(m[2], m[2])
 }
 
 /// Sweeps of Jacobi's method. It converges quadratically: five are plenty, and a matrix of NaN must end too.
 const SWEEPS: usize = 10;
+
+/// One rotation of Jacobi's: makes entry (p, q) zero. Inlined, so that the indices are known where it is called.
+#[inline(always)]
+fn turn(a: &mut M3, v: &mut M3, p: usize, q: usize, r: usize) {
+    if a[p][q] == 0.0 {
+        return;
+    }
+    let theta = 0.5 * (a[q][q] - a[p][p]) / a[p][q];
+    let t = theta.signum() / (theta.abs() + (theta * theta + 1.0).sqrt());
+    let c = 1.0 / (t * t + 1.0).sqrt();
+    let s = t * c;
+    let (apq, arp, arq) = (a[p][q], a[r][p], a[r][q]);
+    a[p][p] -= t * apq;
+    a[q][q] += t * apq;
+    (a[p][q], a[q][p]) = (0.0, 0.0);
+    (a[r][p], a[r][q]) = (c * arp - s * arq, s * arp + c * arq);
+    (a[p][r], a[q][r]) = (a[r][p], a[r][q]);
+    for row in v {
+        (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);
+    }
+}
 
 /// Eigenvalues of a symmetric matrix, and its eigenvectors as columns of a rotation (Jacobi 1846).
 pub(crate) fn eigen(mut a: M3) -> ([f64; 3], M3) {
@@ -58,25 +88,9 @@ pub(crate) fn eigen(mut a: M3) -> ([f64; 3], M3) {
         if off <= 1e-32 * size {
             break;
         }
-        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
-            if a[p][q] == 0.0 {
-                continue;
-            }
-            let theta = 0.5 * (a[q][q] - a[p][p]) / a[p][q];
-            let t = theta.signum() / (theta.abs() + (theta * theta + 1.0).sqrt());
-            let c = 1.0 / (t * t + 1.0).sqrt();
-            let s = t * c;
-            let r = 3 - p - q;
-            let (apq, arp, arq) = (a[p][q], a[r][p], a[r][q]);
-            a[p][p] -= t * apq;
-            a[q][q] += t * apq;
-            (a[p][q], a[q][p]) = (0.0, 0.0);
-            (a[r][p], a[r][q]) = (c * arp - s * arq, s * arp + c * arq);
-            (a[p][r], a[q][r]) = (a[r][p], a[r][q]);
-            for row in &mut v {
-                (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);
-            }
-        }
+        turn(&mut a, &mut v, 0, 1, 2);
+        turn(&mut a, &mut v, 0, 2, 1);
+        turn(&mut a, &mut v, 1, 2, 0);
     }
     ([a[0][0], a[1][1], a[2][2]], v)
 }
@@ -86,7 +100,11 @@ pub(crate) fn singular(f: &M3) -> (M3, [f64; 3], M3) {
     let (values, v) = eigen(product(&transposed(f), f));
     let columns = transposed(&v);
     let mut order = [0, 1, 2];
-    order.sort_unstable_by(|a, b| values[*b].total_cmp(&values[*a]));
+    for (i, j) in [(0, 1), (1, 2), (0, 1)] {
+        if values[order[i]] < values[order[j]] {
+            order.swap(i, j);
+        }
+    }
     let (v0, v1) = (columns[order[0]], columns[order[1]]);
     let v2 = cross(v0, v1);
     let unit = |w: [f64; 3]| {

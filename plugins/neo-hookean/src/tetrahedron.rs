@@ -1,7 +1,7 @@
 //! A tetrahedron with linear shape functions: one deformation gradient.
 
 use crate::energy::Curvature;
-use crate::matrix::{M3, cofactors, determinant, dot, product, product_transposed, times};
+use crate::matrix::{M3, cofactors, determinant, dot, product, product_transposed, times, transposed};
 use pliant_plugin_api::Elements;
 
 /// Values of rest data of an element: the gradients of the last three corners' weights, then its volume.
@@ -28,6 +28,7 @@ impl Tetrahedron {
         Some(Self::whole(gradients, share * six / 6.0))
     }
 
+    #[inline(always)]
     fn whole([b, c, d]: M3, volume: f64) -> Self {
         let a = [0, 1, 2].map(|i| -(b[i] + c[i] + d[i]));
         Self { gradient: [a, b, c, d], volume }
@@ -40,6 +41,7 @@ impl Tetrahedron {
     }
 
     /// Back from planes of rest data.
+    #[inline(always)]
     pub(crate) fn read(planes: &[&[f64]; STRIDE], e: usize) -> Self {
         let at = |s: usize| planes[s][e];
         let gradients = [0, 3, 6].map(|s| [at(s), at(s + 1), at(s + 2)]);
@@ -47,9 +49,11 @@ impl Tetrahedron {
     }
 
     /// `sum_a p_a gradient_a^T`: of positions the deformation gradient, of velocities its rate.
+    #[inline(always)]
     pub(crate) fn derivative(&self, p: [[f64; 3]; 4]) -> M3 {
-        let edges = [1, 2, 3].map(|a| [0, 1, 2].map(|i| p[a][i] - p[0][i]));
-        [0, 1, 2].map(|i| [0, 1, 2].map(|j| (0..3).map(|a| edges[a][i] * self.gradient[a + 1][j]).sum()))
+        let [a, b, c] = [1, 2, 3].map(|k| [p[k][0] - p[0][0], p[k][1] - p[0][1], p[k][2] - p[0][2]]);
+        let [_, g, h, k] = self.gradient;
+        [0, 1, 2].map(|i| [0, 1, 2].map(|j| a[i] * g[j] + b[i] * h[j] + c[i] * k[j]))
     }
 
     /// Blocks (a, b), a <= b, of volume times a curvature, N/m: given to `out` with their number.
@@ -97,10 +101,10 @@ impl Tetrahedron {
 }
 
 /// Stress of that viscosity, Pa: `F (2 eta E' + zeta tr(E') I)`, with `E'` the rate of Green's strain.
+#[inline(always)]
 pub(crate) fn viscous_stress(f: &M3, rate: &M3, (eta, zeta): (f64, f64)) -> M3 {
-    let column = |m: &M3, j: usize| [m[0][j], m[1][j], m[2][j]];
-    let strain = [0, 1, 2]
-        .map(|i| [0, 1, 2].map(|j| 0.5 * (dot(column(f, i), column(rate, j)) + dot(column(rate, i), column(f, j)))));
+    let (ft, rt) = (transposed(f), transposed(rate));
+    let strain = [0, 1, 2].map(|i| [0, 1, 2].map(|j| 0.5 * (dot(ft[i], rt[j]) + dot(rt[i], ft[j]))));
     let pressure = zeta * (strain[0][0] + strain[1][1] + strain[2][2]);
     let mut stress = strain.map(|row| row.map(|c| 2.0 * eta * c));
     (0..3).for_each(|i| stress[i][i] += pressure);
@@ -108,6 +112,7 @@ pub(crate) fn viscous_stress(f: &M3, rate: &M3, (eta, zeta): (f64, f64)) -> M3 {
 }
 
 /// Values of the corners of an element.
+#[inline(always)]
 pub(crate) fn corners(nodes: [u32; 4], of: &[[f64; 3]]) -> [[f64; 3]; 4] {
     nodes.map(|n| of[n as usize])
 }
