@@ -41,6 +41,8 @@ impl Place {
 pub struct Fixing {
     /// Which.
     pub place: Place,
+    /// Edges on the border of a sheet whose ends are both held keep the direction they have at rest.
+    pub clamp: bool,
     /// Displacement (m) at times (s), rising; linear between, constant outside. Empty: held.
     pub path: Vec<(f64, V3)>,
 }
@@ -72,7 +74,7 @@ mod tests {
     #[test]
     fn displacement_is_linear_between_and_constant_outside() {
         let x = |d| [d, 0.0, 0.0];
-        let fixing = Fixing { place: Place::Nodes(vec![3]), path: vec![(1.0, x(0.0)), (2.0, x(4.0)), (3.0, x(2.0))] };
+        let fixing = Fixing { place: Place::Nodes(vec![3]), clamp: false, path: vec![(1.0, x(0.0)), (2.0, x(4.0)), (3.0, x(2.0))] };
         for (t, d) in [(0.0, 0.0), (1.0, 0.0), (1.5, 2.0), (2.0, 4.0), (2.5, 3.0), (9.0, 2.0)] {
             assert_eq!(fixing.displacement(t), x(d), "{t}");
         }

@@ -7,7 +7,7 @@ use super::model::Model;
 use super::skin::Skin;
 use crate::contact::closest_point;
 use crate::mesh::{ObjDocument, Surface};
-use crate::step::{ElementList, Nodes, System, V3, axpy};
+use crate::step::{Constraint, ElementList, Nodes, System, V3, axpy};
 use nalgebra::Vector3;
 use pliant_plugin_api::abi;
 
@@ -77,22 +77,37 @@ impl Sheet {
         let rest = self.vertex_of.iter().map(|v| model.surface.points[*v as usize]).collect();
         system.nodes = Nodes::at_rest(rest);
         let numbers = &self.vertex_of;
-        self.led = constrain_led(fixings, &mut system.nodes, |node| numbers[node as usize]);
-        self.list_elements(model, system)?;
+        let (nodes, own) = (&mut system.nodes, numbers.len());
+        let clamped = clamped(fixings, nodes, |node| numbers[node as usize]);
+        let triangles: Vec<[u32; 3]> =
+            model.surface.triangles.iter().map(|t| t.map(|v| self.node_of[v as usize])).collect();
+        let edges = Edges::new(&triangles, &clamped, nodes);
+        self.led = constrain_led(fixings, nodes, |node| numbers.get(node as usize).copied().unwrap_or(NONE));
+        for ghost in own..nodes.len() {
+            nodes.constraint[ghost] = Constraint::Fixed;
+            if let Some((_, fixing)) = self.led.iter().find(|(node, _)| *node == edges.ghosts[ghost - own]) {
+                let fixing = *fixing;
+                self.led.push((ghost as u32, fixing));
+            }
+        }
+        self.list_elements(model, system, &triangles, edges)?;
         Ok(true)
     }
 
-    fn list_elements(&self, model: &Model, system: &mut System) -> Result<(), LatticeError> {
-        let rest = &system.nodes.rest;
-        let triangles: Vec<[u32; 3]> =
-            model.surface.triangles.iter().map(|t| t.map(|v| self.node_of[v as usize])).collect();
-        let edges = Edges::new(&triangles);
+    fn list_elements(
+        &self,
+        model: &Model,
+        system: &mut System,
+        triangles: &[[u32; 3]],
+        edges: Edges,
+    ) -> Result<(), LatticeError> {
+        let rest = &system.nodes.rest[..self.vertex_of.len()];
         for set in &mut system.sets {
             let kind = set.request().kind;
             let list = set.list_mut();
             *list = ElementList::default();
             match kind {
-                abi::POINT => points(rest, &triangles, list),
+                abi::POINT => points(rest, triangles, list),
                 abi::LINK => {
                     list.nodes = edges.all.iter().flatten().copied().collect();
                     list.family = vec![abi::STRUCTURAL; edges.all.len()];
@@ -115,6 +130,7 @@ impl Sheet {
         }
         system.set_sides(edges.hinge_of);
         system.prepare()?;
+        system.nodes.mass[self.vertex_of.len()..].fill(1.0); // what only lends a direction weighs nothing and never moves
         check_mass(system)
     }
 
@@ -162,7 +178,9 @@ impl Sheet {
         settled.copy_from_slice(&skin.x);
         let all: Vec<u32> = (0..model.surface.triangles.len() as u32).collect();
         skin.tree.refit(&skin.settled, &model.surface.triangles, &all);
-        Ok(system.prepare()?)
+        system.prepare()?;
+        system.nodes.mass[self.vertex_of.len()..].fill(1.0);
+        Ok(())
     }
 
     /// The triangle of the settled surface closest to a place, and the weights of its corners.
@@ -225,15 +243,35 @@ struct Edges {
     hinges: Vec<[u32; 4]>,
     /// Hinge of each triangle's sides 01, 12, 20, or `NONE`.
     hinge_of: Vec<[u32; 3]>,
+    /// For each node added behind the others: an end of its clamped edge.
+    ghosts: Vec<u32>,
+}
+
+/// Nodes held by fixings that clamp.
+fn clamped(fixings: &[Fixing], nodes: &Nodes, number: impl Fn(u32) -> u32) -> Vec<bool> {
+    let held = |i: usize| fixings.iter().any(|f| f.clamp && f.place.holds(number(i as u32), nodes.rest[i]));
+    (0..nodes.len()).map(held).collect()
 }
 
 impl Edges {
-    fn new(triangles: &[[u32; 3]]) -> Self {
+    /// A clamped edge is a hinge too: beyond it lies the mirror image of its triangle, held for good by a node of its own.
+    fn new(triangles: &[[u32; 3]], clamped: &[bool], nodes: &mut Nodes) -> Self {
         let surface = Surface { triangles: triangles.to_vec(), ..Surface::default() };
         let (mut all, mut hinges) = (Vec::new(), Vec::new());
         let mut hinge_of = vec![[NONE; 3]; triangles.len()];
+        let mut ghosts = Vec::new();
         for (ends, sides) in surface.edges().iter() {
             all.push(ends);
+            if let [side] = sides
+                && ends.iter().all(|n| clamped[*n as usize])
+            {
+                let third = triangles[side.triangle as usize][(usize::from(side.corner) + 2) % 3];
+                let ghost = add_mirror(nodes, ends, third);
+                ghosts.push(ends[0]);
+                hinge_of[side.triangle as usize][usize::from(side.corner)] = hinges.len() as u32;
+                let [left, right] = if side.upward { [third, ghost] } else { [ghost, third] };
+                hinges.push([ends[0], ends[1], left, right]);
+            }
             let [one, two] = sides else { continue };
             let (left, right) = if one.upward { (one, two) } else { (two, one) };
             let opposite =
@@ -243,8 +281,16 @@ impl Edges {
             }
             hinges.push([ends[0], ends[1], opposite(left), opposite(right)]);
         }
-        Self { all, hinges, hinge_of }
+        Self { all, hinges, hinge_of, ghosts }
     }
+}
+
+/// A node where `third` is seen in the mirror of an edge, in the plane of both.
+fn add_mirror(nodes: &mut Nodes, ends: [u32; 2], third: u32) -> u32 {
+    let [a, b, c] = [ends[0], ends[1], third].map(|n| Vector3::from(nodes.rest[n as usize]));
+    let along = (b - a).normalize();
+    let foot = a + (c - a).dot(&along) * along;
+    nodes.add((2.0 * foot - c).into())
 }
 
 /// Direction of rising u in a triangle of the rest shape.
@@ -270,10 +316,15 @@ mod tests {
     #[test]
     fn a_square_of_two_triangles_has_one_hinge_that_knows_left_from_right() {
         let triangles = [[0, 1, 2], [0, 2, 3]];
-        let edges = Edges::new(&triangles);
+        let flat = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+        let mut nodes = Nodes::at_rest(flat.to_vec());
+        let edges = Edges::new(&triangles, &[false; 4], &mut nodes);
         assert_eq!(edges.all.len(), 5);
         // From 0 to 2: vertex 3 is to the left, 1 to the right.
         assert_eq!(edges.hinges, [[0, 2, 3, 1]]);
         assert_eq!(edges.hinge_of, [[NONE, NONE, 0], [0, NONE, NONE]]);
+        let edges = Edges::new(&triangles, &[true, false, false, true], &mut nodes);
+        assert_eq!(edges.hinges[1], [0, 3, 4, 2], "beyond the clamped edge from 0 to 3 its mirror image");
+        assert_eq!((nodes.rest[4], edges.ghosts), ([-1.0, 1.0, 0.0], vec![0]));
     }
 }

@@ -356,6 +356,9 @@ pub struct FixedScene {
     pub radius: Option<Length>,
     /// Numbers of nodes; of a whole region only.
     pub nodes: Option<Vec<u32>>,
+    /// Of a sheet: edges of its border whose ends are both held keep the direction they have at rest.
+    #[serde(default)]
+    pub clamp: bool,
     /// Rows of time (s) and displacement (m): linear between, constant outside.
     #[serde(default)]
     pub path: Vec<[f64; 4]>,

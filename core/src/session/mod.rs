@@ -219,6 +219,11 @@ impl Session {
         self.plan.edits.iter().position(runs)
     }
 
+    /// N, what it took to hold each node of a body in the last step: fixings and fingertips (n x 3); zero where nothing did.
+    pub fn reactions(&self, body: usize) -> &[[f64; 3]] {
+        self.integrators.get(body).map_or(&[], |integrator| &integrator.reaction)
+    }
+
     /// Bytes of the largest parts.
     pub fn bytes(&self) -> usize {
         self.bodies.iter().map(Body::bytes).sum()

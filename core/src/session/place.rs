@@ -124,7 +124,7 @@ pub(super) fn fixing(scene: &FixedScene) -> Fixing {
         }
         (_, _, nodes) => Place::Nodes(nodes.clone().unwrap_or_default()),
     };
-    Fixing { place, path: scene.path.iter().map(|&[t, x, y, z]| (t, [x, y, z])).collect() }
+    Fixing { place, clamp: scene.clamp, path: scene.path.iter().map(|&[t, x, y, z]| (t, [x, y, z])).collect() }
 }
 
 /// The axes of the device at a span: given, or standing where a ray meets a body. `near` takes the vertex closest to a

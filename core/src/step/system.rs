@@ -49,6 +49,17 @@ impl Nodes {
         }
     }
 
+    /// One more, at rest, free and without mass. Gives its number.
+    pub fn add(&mut self, rest: V3) -> u32 {
+        self.rest.push(rest);
+        self.x.push(rest);
+        self.v.push([0.0; 3]);
+        self.mass.push(0.0);
+        self.constraint.push(Constraint::Free);
+        self.prescribed.push([0.0; 3]);
+        self.len() as u32 - 1
+    }
+
     /// J
     pub fn kinetic_energy(&self) -> f64 {
         self.v.iter().zip(&self.mass).map(|(v, m)| 0.5 * m * dot(*v, *v)).sum()
