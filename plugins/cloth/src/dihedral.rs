@@ -17,7 +17,7 @@ pub(crate) fn angle(x: [V3; 4]) -> f64 {
 /// and the torque at zero.
 pub(crate) fn gradient(x: [V3; 4]) -> [V3; 4] {
     let (edge, left, right) = normals(x);
-    let [a, b, o, p] = x;
+    let [a, _, o, p] = x;
     let square = dot(edge, edge);
     let size = square.sqrt();
     let square = square.max(f64::MIN_POSITIVE);
@@ -27,7 +27,6 @@ pub(crate) fn gradient(x: [V3; 4]) -> [V3; 4] {
     // Where the foot of each height is along the edge.
     let (so, sp) = (dot(minus(o, a), edge) / square, dot(minus(p, a), edge) / square);
     let end = |s: f64, t: f64| mixed(-s, go, -t, gp);
-    debug_assert!(b.len() == 3);
     [end(1.0 - so, 1.0 - sp), end(so, sp), go, gp]
 }
 
