@@ -12,6 +12,7 @@ pub mod kes;
 mod membrane;
 mod settings;
 mod small;
+mod tension;
 mod tensor;
 mod triangle;
 
