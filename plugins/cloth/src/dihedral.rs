@@ -1,5 +1,6 @@
 //! The angle between two triangles that share an edge.
 
+use crate::arc::angle_of;
 use crate::small::{V3, cross, dot, minus, mixed, scaled};
 
 /// Least height of a triangle over its edge's length for which the gradient is exact.
@@ -10,7 +11,7 @@ const FLAT: f64 = 1e-6;
 pub(crate) fn angle(x: [V3; 4]) -> f64 {
     let (edge, left, right) = normals(x);
     let size = dot(edge, edge).sqrt().max(f64::MIN_POSITIVE);
-    (dot(cross(left, right), edge) / size).atan2(dot(left, right))
+    angle_of(dot(cross(left, right), edge) / size, dot(left, right))
 }
 
 /// Its gradient, 1/m, by corner: 1 over the height at the two corners off the edge, and at the edge's ends what holds the sum
