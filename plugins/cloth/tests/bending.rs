@@ -3,9 +3,9 @@
 mod strip;
 
 use pliant_cloth::Cloth;
-use pliant_plugin_api::Material;
 use pliant_plugin_api::kit::{self, Body, Sheet};
 use pliant_plugin_api::param::{Params, Table, Value, defaults, position};
+use pliant_plugin_api::{Material, Tangent};
 use strip::{PATTERNS, Pattern, strip};
 
 /// N m
@@ -244,4 +244,33 @@ fn coupled_cantilever_converges_at_second_order_on_every_mesh() {
         assert!(errors[2].abs() < 5e-3, "{pattern:?}: {errors:?}");
         assert!((order - 2.0).abs() < 0.3, "{pattern:?}: {errors:?} {order}");
     }
+}
+
+#[test]
+fn collapsed_folds_stay_finite() {
+    let sheet = kit::sheet([2, 2], 0.01);
+    for bending in [0.0, 1.0] {
+        let material = cloth(bending);
+        for squash in [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1e-12, 1e-12, 1.0], [1e9, 1.0, 1.0]] {
+            let mut body = Body::new(&material, sheet.rest.clone(), |r| sheet.given(r.kind)).unwrap();
+            for (n, x) in body.x.iter_mut().enumerate() {
+                *x = [squash[0] * x[0], squash[1] * x[1], squash[2] * 0.01 * (n as f64).sin()];
+            }
+            let (strains, _) = if bending == 0.0 { body.strains(&material).unwrap() } else { Default::default() };
+            let force = body.forces(&material).unwrap();
+            let k = body.tangent(&material, Tangent { stiffness: 1.0, damping: 1.0 }).unwrap();
+            let finite = strains.iter().chain(force.iter().flatten()).chain(&k).all(|v| v.is_finite());
+            assert!(finite, "{bending}: {squash:?}");
+        }
+    }
+}
+
+#[test]
+fn hinges_without_a_side_are_refused_by_number() {
+    let sheet = kit::sheet([1, 1], 0.01);
+    let mut rest = sheet.rest.clone();
+    rest[3] = rest[0];
+    let found = Body::new(&cloth(1.0), rest, |r| sheet.given(r.kind));
+    let fault = found.map(drop).unwrap_err();
+    assert!(fault.reason.starts_with("hinge 0 "), "{fault}");
 }
