@@ -21,6 +21,9 @@ const TABLE: &[(&str, &str)] = &[
     ("shares", "instances-do-not-share"),
     ("divides-by-zero", "finite-at-extremes"),
     ("swallows-nan", "nan-is-reported"),
+    ("hinge-slope-off", "coupled-strain-has-its-slope"),
+    ("hinge-does-not-turn", "coupled-strain-turns"),
+    ("compliance-indefinite", "compliance-is-definite"),
     ("weights-too-large", "weights-sum-to-one"),
     ("weights-swapped", "affine-motion-is-exact"),
     ("pulls-back-more", "pull-back-is-the-transpose"),
@@ -60,7 +63,7 @@ fn each_faulty_plugin_fails_its_case_and_no_other() {
 
 #[test]
 fn sound_plugins_fail_none() {
-    for id in ["sound-springs", "sound-brick", "sound-finger"] {
+    for id in ["sound-springs", "sound-net", "sound-brick", "sound-finger"] {
         assert_eq!(failed(&candidate(id)), [""; 0], "{id}");
     }
 }

@@ -1,5 +1,6 @@
 //! The angle between two triangles that share an edge.
 
+use crate::arc::angle_of;
 use crate::small::{V3, cross, dot, minus, mixed, scaled};
 
 /// Least height of a triangle over its edge's length for which the gradient is exact.
@@ -10,14 +11,14 @@ const FLAT: f64 = 1e-6;
 pub(crate) fn angle(x: [V3; 4]) -> f64 {
     let (edge, left, right) = normals(x);
     let size = dot(edge, edge).sqrt().max(f64::MIN_POSITIVE);
-    (dot(cross(left, right), edge) / size).atan2(dot(left, right))
+    angle_of(dot(cross(left, right), edge) / size, dot(left, right))
 }
 
 /// Its gradient, 1/m, by corner: 1 over the height at the two corners off the edge, and at the edge's ends what holds the sum
 /// and the torque at zero.
 pub(crate) fn gradient(x: [V3; 4]) -> [V3; 4] {
     let (edge, left, right) = normals(x);
-    let [a, b, o, p] = x;
+    let [a, _, o, p] = x;
     let square = dot(edge, edge);
     let size = square.sqrt();
     let square = square.max(f64::MIN_POSITIVE);
@@ -27,7 +28,6 @@ pub(crate) fn gradient(x: [V3; 4]) -> [V3; 4] {
     // Where the foot of each height is along the edge.
     let (so, sp) = (dot(minus(o, a), edge) / square, dot(minus(p, a), edge) / square);
     let end = |s: f64, t: f64| mixed(-s, go, -t, gp);
-    debug_assert!(b.len() == 3);
     [end(1.0 - so, 1.0 - sp), end(so, sp), go, gp]
 }
 

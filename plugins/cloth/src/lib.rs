@@ -4,6 +4,7 @@
 //! the exact slope of the energy in every frame. Bending is the mixed method of Hellan, Herrmann and Johnson by default: its
 //! hinges are coupled by the host, and it is right on any mesh. Viscosity acts on the rate of strain, so rotation is not braked.
 
+mod arc;
 mod bending;
 mod dihedral;
 mod fabric;
@@ -12,6 +13,7 @@ pub mod kes;
 mod membrane;
 mod settings;
 mod small;
+mod tension;
 mod tensor;
 mod triangle;
 

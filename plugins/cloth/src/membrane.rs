@@ -5,6 +5,7 @@
 
 use crate::frame::{Frame, Rule};
 use crate::small::{M3, V3, dot, mixed, scaled};
+use crate::tension::relaxed;
 use crate::tensor::Tensor;
 use crate::triangle::{Linear, Triangle, positive};
 
@@ -22,6 +23,8 @@ pub(crate) struct Membrane {
     pub(crate) tensor: Tensor,
     /// s, viscosity over stiffness
     pub(crate) damping: f64,
+    /// Share of compression that stays: 1 of a sheet that does not wrinkle, 0 of one that gives way.
+    pub(crate) compression: f64,
     /// Whether the matrix goes without its negative part.
     pub(crate) project: bool,
 }
@@ -38,7 +41,25 @@ impl Membrane {
             Strain::Frame(rule) => Frame::new(rule, f, shape.gradient[2]).strain(),
             Strain::Green => green(f),
         };
-        0.5 * inner(e, self.tensor.stress(e))
+        self.elastic(e).1
+    }
+
+    /// Stress, N/m, and energy, J/m^2: of the whole tensor, less what wrinkles take.
+    fn elastic(&self, e: [f64; 3]) -> ([f64; 3], f64) {
+        let q = self.tensor.stress(e);
+        let whole = (q, 0.5 * inner(e, q));
+        let kept = self.compression;
+        if kept == 1.0 {
+            return whole;
+        }
+        let (line, energy) = relaxed(&self.tensor, e);
+        ([0, 1, 2].map(|i| kept * q[i] + (1.0 - kept) * line[i]), kept * whole.1 + (1.0 - kept) * energy)
+    }
+
+    /// Stress with the viscous one of the rate of strain, N/m.
+    fn moving(&self, e: [f64; 3], rate: [f64; 3]) -> [f64; 3] {
+        let (q, viscous) = (self.elastic(e).0, self.tensor.stress(rate));
+        [0, 1, 2].map(|i| q[i] + self.damping * viscous[i])
     }
 
     /// First Piola-Kirchhoff stress by columns, N/m, with the viscous one of the rate of F.
@@ -52,16 +73,14 @@ impl Membrane {
                 let a = [[dot(t, rate[0]), dot(t, rate[1])], [dot(u, rate[0]), dot(u, rate[1])]];
                 let w = (0..4).map(|i| turn[i / 2][i % 2] * a[i / 2][i % 2]).sum::<f64>();
                 let speed = [a[0][0] - w * turned[0], a[1][1] - w * turned[1], a[0][1] + a[1][0] - w * turned[2]];
-                let (e, tau) = (frame.strain(), self.damping);
-                let q = self.tensor.stress([0, 1, 2].map(|i| e[i] + tau * speed[i]));
+                let q = self.moving(frame.strain(), speed);
                 let p = local(q, inner(q, turned), turn);
                 [mixed(p[0][0], t, p[1][0], u), mixed(p[0][1], t, p[1][1], u)]
             }
             Strain::Green => {
-                let (e, tau) = (green(f), self.damping);
                 let cross = dot(f[0], rate[1]) + dot(f[1], rate[0]);
                 let speed = [dot(f[0], rate[0]), dot(f[1], rate[1]), cross];
-                let q = self.tensor.stress([0, 1, 2].map(|i| e[i] + tau * speed[i]));
+                let q = self.moving(green(f), speed);
                 [mixed(q[0], f[0], q[2], f[1]), mixed(q[2], f[0], q[1], f[1])]
             }
         }
@@ -69,7 +88,7 @@ impl Membrane {
 
     /// `stiffness` K + `damping` C, before the area.
     ///
-    /// K is the exact second derivative if not `project`. With it, tension alone resists turning out of the plane, and the turn
+    /// K is the exact second derivative if not `project`, but for wrinkles, which only soften it. With it, tension alone resists turning out of the plane, and the turn
     /// of the frame gets at least what keeps the rest positive: never softer than the exact one.
     pub(crate) fn linear(&self, shape: &Triangle, f: [V3; 2], stiffness: f64, damping: f64) -> Linear {
         let c = &self.tensor;
@@ -79,7 +98,7 @@ impl Membrane {
         h[2][2] = size * c.shear;
         match self.strain {
             Strain::Green => {
-                let s = c.stress(green(f));
+                let (s, _) = self.elastic(green(f));
                 let tension = if self.project { positive(s) } else { s }.map(|t| stiffness * t);
                 let turning = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
                 let rows = shape
@@ -100,14 +119,14 @@ impl Membrane {
                         w,
                     ]
                 });
-                let q = c.stress(frame.strain());
+                let (q, _) = self.elastic(frame.strain());
                 let l = &frame.stretch;
                 let p = local(q, inner(q, turned), turn);
                 let k = frame.condition();
                 let trace = p[0][0] + p[1][1];
                 let m = [-p[1][0] - trace * k[0], p[0][1] - trace * k[1], 0.5 * (p[0][0] - p[1][1]) - trace * k[2]];
                 let own = q[0] * l[0][0] + q[1] * l[1][1] + q[2] * (l[0][1] + l[1][0]);
-                let own = if self.project { own.max(c.complementary(m)) } else { own };
+                let own = if self.project { own.max(c.compliant(m, m)) } else { own };
                 for i in 0..3 {
                     (h[i][3], h[3][i]) = (stiffness * m[i], stiffness * m[i]);
                 }

@@ -30,6 +30,13 @@ pub(crate) const PARAMS: &[Param] = &[
     Param::number(c"c11", c"N/m", STIFFNESS, 0.0, c"with c22 and c12, in place of moduli and ratio; 0: not given"),
     Param::number(c"c12", c"N/m", (-1e12, 1e12), 0.0, c"see c11"),
     Param::number(c"c22", c"N/m", STIFFNESS, 0.0, c"see c11"),
+    Param::number(
+        c"compression",
+        c"1",
+        (0.0, 1.0),
+        1.0,
+        c"share of compressive stress that stays; less where the sheet wrinkles below the mesh",
+    ),
     Param::number(c"damping-time", c"s", (0.0, 10.0), 1e-4, c"viscosity over stiffness, in the plane and of hinges"),
     Param::choice(c"frame", c"polar|edge|green", c"strain: in the polar frame, in the first edge's, or Green's"),
     Param::choice(c"tangent", c"projected|exact", c"the membrane's matrix: without its negative part, or exact"),
@@ -83,6 +90,9 @@ impl Settings {
             (Bending::None, None) => Rigidity { warp: 1.0, weft: 1.0, twist: 1.0 },
             (_, None) => return Err(unknown("bending", "bending-warp")),
         };
+        if params.choice("tangent") == 1 && params.number("compression") < 1.0 {
+            return Err(Fault::bad_argument("tangent = exact wants compression = 1"));
+        }
         let shear = given("shear").or(fabric.shear);
         let tensor = if given("c11").is_some() || given("c22").is_some() {
             let shear = shear.ok_or_else(|| {
@@ -101,6 +111,7 @@ impl Settings {
                 strain,
                 tensor,
                 damping: params.number("damping-time"),
+                compression: params.number("compression"),
                 project: params.choice("tangent") == 0,
             },
             bending,

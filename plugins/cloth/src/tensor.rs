@@ -43,11 +43,11 @@ impl Tensor {
         [self.c11 * e[0] + self.c12 * e[1], self.c12 * e[0] + self.c22 * e[1], self.shear * e[2]]
     }
 
-    /// `m C^-1 m`, with the inverse that is at hand
-    pub(crate) fn complementary(&self, m: [f64; 3]) -> f64 {
+    /// `m C^-1 n` of two stresses
+    pub(crate) fn compliant(&self, m: [f64; 3], n: [f64; 3]) -> f64 {
         let det = self.c11 * self.c22 - self.c12 * self.c12;
-        let plane = self.c22 * m[0] * m[0] - 2.0 * self.c12 * m[0] * m[1] + self.c11 * m[1] * m[1];
-        plane / det + m[2] * m[2] / self.shear
+        let plane = self.c22 * m[0] * n[0] - self.c12 * (m[0] * n[1] + m[1] * n[0]) + self.c11 * m[1] * n[1];
+        plane / det + m[2] * n[2] / self.shear
     }
 }
 
@@ -64,7 +64,7 @@ mod tests {
         let (e, s) = ([0.01, -0.003, 0.02], c.stress([0.01, -0.003, 0.02]));
         assert!((s[0] - 10.0).abs() < 1e-12 && s[1].abs() < 1e-12 && (s[2] - 1.0).abs() < 1e-12, "{s:?}");
         let twice = e[0] * s[0] + e[1] * s[1] + e[2] * s[2];
-        assert!((c.complementary(s) - twice).abs() < 1e-12);
+        assert!((c.compliant(s, s) - twice).abs() < 1e-12);
     }
 
     #[test]

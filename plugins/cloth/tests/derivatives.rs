@@ -19,6 +19,12 @@ fn cloth(frame: f64, tangent: f64, bending: f64) -> Cloth {
     kit::material(&[&SHEET[..], &own].concat()).unwrap()
 }
 
+/// The same that gives way to compression.
+fn wrinkling(frame: f64) -> Cloth {
+    let own = [("frame", frame), ("compression", 0.1), ("bending", 2.0)];
+    kit::material(&[&SHEET[..], &own].concat()).unwrap()
+}
+
 fn deformed(material: &Cloth, stretch: f64) -> Body {
     let sheet = kit::sheet([2, 2], 0.01);
     let mut body = Body::new(material, sheet.rest.clone(), |r| sheet.given(r.kind)).unwrap();
@@ -36,8 +42,9 @@ fn largest(values: &[f64]) -> f64 {
 
 #[test]
 fn forces_are_the_slope_of_the_energy() {
-    for (frame, stretch, bending) in cases() {
-        let material = cloth(frame, 0.0, bending);
+    let wrinkled = cases().map(|(frame, stretch, _)| (frame, stretch, wrinkling(frame)));
+    let sheets = cases().map(|(frame, stretch, bending)| (frame, stretch, cloth(frame, 0.0, bending))).chain(wrinkled);
+    for (frame, stretch, material) in sheets {
         let body = deformed(&material, stretch);
         let force: Vec<f64> = body.forces(&material).unwrap().into_iter().flatten().collect();
         for (i, pull) in force.iter().enumerate() {
@@ -47,7 +54,7 @@ fn forces_are_the_slope_of_the_energy() {
                 moved.energy(&material).unwrap()
             };
             let slope = (at(-1e-7) - at(1e-7)) / 2e-7;
-            assert!((pull - slope).abs() < 1e-6 * largest(&force), "{frame} {stretch} {bending}: {pull} {slope}");
+            assert!((pull - slope).abs() < 1e-6 * largest(&force), "{frame} {stretch}: {pull} {slope}");
         }
     }
 }
@@ -114,4 +121,18 @@ fn hinge_matrix_at_rest_is_the_slope() {
     let (k, slope) = (body.tangent(&material, STIFFNESS).unwrap(), slopes(&material, &body));
     let off: Vec<f64> = k.iter().zip(&slope).map(|(k, s)| k - s).collect();
     assert!(largest(&off) < 1e-5 * largest(&k), "{}", largest(&off) / largest(&k));
+}
+
+#[test]
+fn wrinkling_matrix_is_nowhere_softer_than_the_slope_nor_negative() {
+    for (frame, stretch, _) in cases().filter(|c| c.2 == 2.0) {
+        let material = wrinkling(frame);
+        let body = deformed(&material, stretch);
+        let n = 3 * body.x.len();
+        let (k, slope) = (body.tangent(&material, STIFFNESS).unwrap(), slopes(&material, &body));
+        let more: Vec<f64> = k.iter().zip(&slope).map(|(k, s)| k - s).collect();
+        assert!(is_definite(&k, n, 1e-10 * largest(&k)), "{frame} {stretch}");
+        assert!(is_definite(&more, n, 2e-6 * largest(&k)), "{frame} {stretch}");
+        assert!(largest(&more) > 1e-3 * largest(&k), "{frame} {stretch}: nothing wrinkled");
+    }
 }

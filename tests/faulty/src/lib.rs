@@ -3,11 +3,13 @@
 mod device;
 mod grid;
 mod material;
+mod sheet;
 
 use device::Finger;
 use grid::Brick;
 pub use material::Springs;
 use pliant_plugin_api::{AsDevice, AsGrid, AsMaterial, Info, Param, export_plugins};
+pub use sheet::Net;
 use std::ffi::CStr;
 
 /// What goes wrong. One list for all kinds; a fault that a kind does not know leaves it sound.
@@ -39,6 +41,9 @@ pub mod fault {
     pub const SWALLOWS_NAN: u8 = 32;
     pub const ALLOCATES: u8 = 33;
     pub const TAKES_LONG: u8 = 34;
+    pub const HINGE_SLOPE_OFF: u8 = 35;
+    pub const HINGE_DOES_NOT_TURN: u8 = 36;
+    pub const COMPLIANCE_INDEFINITE: u8 = 37;
     pub const WEIGHTS_TOO_LARGE: u8 = 40;
     pub const WEIGHTS_SWAPPED: u8 = 41;
     pub const PULLS_BACK_MORE: u8 = 42;
@@ -86,6 +91,10 @@ export_plugins!(
     AsMaterial<Springs<SWALLOWS_NAN>>,
     AsMaterial<Springs<ALLOCATES>>,
     AsMaterial<Springs<TAKES_LONG>>,
+    AsMaterial<Net<NONE>>,
+    AsMaterial<Net<HINGE_SLOPE_OFF>>,
+    AsMaterial<Net<HINGE_DOES_NOT_TURN>>,
+    AsMaterial<Net<COMPLIANCE_INDEFINITE>>,
     AsGrid<Brick<NONE>>,
     AsGrid<Brick<PANIC>>,
     AsGrid<Brick<NOT_A_NUMBER>>,

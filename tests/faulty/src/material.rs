@@ -24,12 +24,12 @@ pub struct Springs<const F: u8> {
 }
 
 /// A spring as it is: what it does is up to its fault.
-struct Spring {
+pub(crate) struct Spring {
     /// Unit vector along it, and the share of `k (1 - l0/l)` across it.
-    along: [f64; 3],
-    across: f64,
-    stretch: f64,
-    stiffness: f64,
+    pub(crate) along: [f64; 3],
+    pub(crate) across: f64,
+    pub(crate) stretch: f64,
+    pub(crate) stiffness: f64,
 }
 
 impl<const F: u8> Springs<F> {
@@ -78,12 +78,12 @@ impl<const F: u8> Springs<F> {
 }
 
 impl Spring {
-    fn energy(&self) -> f64 {
+    pub(crate) fn energy(&self) -> f64 {
         0.5 * self.stiffness * self.stretch * self.stretch
     }
 
     /// N/m, with `damping` (N s/m) along it
-    fn block(&self, stiffness: f64, damping: f64) -> [[f64; 3]; 3] {
+    pub(crate) fn block(&self, stiffness: f64, damping: f64) -> [[f64; 3]; 3] {
         let k = stiffness * self.stiffness;
         let (across, n) = (k * self.across, self.along);
         let along = k + damping - across;
@@ -217,7 +217,7 @@ impl<const F: u8> Material for Springs<F> {
 }
 
 /// From one point to another: direction and length.
-fn span([a, b]: [[f64; 3]; 2]) -> ([f64; 3], f64) {
+pub(crate) fn span([a, b]: [[f64; 3]; 2]) -> ([f64; 3], f64) {
     let d = [b[0] - a[0], b[1] - a[1], b[2] - a[2]];
     let length = d.iter().map(|c| c * c).sum::<f64>().sqrt();
     (d.map(|c| c / length), length)

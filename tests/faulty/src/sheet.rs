@@ -1,0 +1,111 @@
+//! A sheet of springs along the sides of its triangles, with coupled hinges: springs between the corners off an edge.
+
+use crate::material::{Spring, span};
+use crate::{AFTER, fault, info};
+use pliant_plugin_api::{
+    Blocks, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, Param, Params, Planes, Tangent,
+    abi, pair,
+};
+
+/// N/m, of every side of every triangle.
+const STIFFNESS: f64 = 20.0;
+const SIDES: [[usize; 2]; 3] = [[0, 1], [1, 2], [0, 2]];
+
+/// Sound but for what its fault says.
+pub struct Net<const F: u8>;
+
+/// The springs of triangle `e` of a call.
+fn springs(at: &Elements<'_>, nodes: [u32; 3]) -> [Spring; 3] {
+    SIDES.map(|side| {
+        let ends = side.map(|corner| nodes[corner] as usize);
+        let ((along, length), (_, l0)) = (span(ends.map(|n| at.x()[n])), span(ends.map(|n| at.rest()[n])));
+        Spring { along, across: (1.0 - l0 / length).max(0.0), stretch: length - l0, stiffness: STIFFNESS }
+    })
+}
+
+impl<const F: u8> Material for Net<F> {
+    const INFO: Info = info(
+        match F {
+            fault::HINGE_SLOPE_OFF => c"hinge-slope-off",
+            fault::HINGE_DOES_NOT_TURN => c"hinge-does-not-turn",
+            fault::COMPLIANCE_INDEFINITE => c"compliance-indefinite",
+            _ => c"sound-net",
+        },
+        const { &[AFTER] as &[Param] },
+    );
+
+    fn new(_: &Params<'_>) -> Result<Self, Fault> {
+        Ok(Self)
+    }
+
+    fn elements(&self) -> Vec<ElementRequest> {
+        let flags = abi::HAS_MASS | abi::HAS_FORCES | abi::IS_COUPLED;
+        let triangle = ElementRequest { kind: abi::TRIANGLE, families: 0, flags, rest_stride: 0, history_stride: 0 };
+        vec![triangle, ElementRequest { kind: abi::HINGE, flags: abi::IS_COUPLED, ..triangle }]
+    }
+
+    fn rest(&self, _: &Elements<'_>, _: &mut Planes<'_>) -> Result<(), Fault> {
+        Ok(())
+    }
+
+    fn mass(&self, at: &Elements<'_>, out: &mut NodeScalars<'_>) -> Result<(), Fault> {
+        at.corners::<3>().iter().flatten().for_each(|node| out.add(*node, 1e-3));
+        Ok(())
+    }
+
+    fn energy(&self, at: &Elements<'_>) -> Result<f64, Fault> {
+        Ok(at.corners::<3>().iter().flat_map(|nodes| springs(at, *nodes)).map(|spring| spring.energy()).sum())
+    }
+
+    fn forces(&self, at: &Elements<'_>, out: &mut NodeVectors<'_>) -> Result<(), Fault> {
+        for nodes in at.corners::<3>() {
+            for (spring, [a, b]) in springs(at, *nodes).iter().zip(SIDES) {
+                let pull = spring.stiffness * spring.stretch;
+                out.add(nodes[a], spring.along.map(|d| pull * d));
+                out.add(nodes[b], spring.along.map(|d| -pull * d));
+            }
+        }
+        Ok(())
+    }
+
+    fn tangent(&self, at: &Elements<'_>, scale: Tangent, out: &mut Blocks<'_>) -> Result<(), Fault> {
+        for (e, nodes) in at.corners::<3>().iter().enumerate() {
+            for (spring, [a, b]) in springs(at, *nodes).iter().zip(SIDES) {
+                let block = spring.block(scale.stiffness, 0.0);
+                out.add(e, pair(a, a, 3), &block);
+                out.add(e, pair(b, b, 3), &block);
+                out.add(e, pair(a, b, 3), &block.map(|row| row.map(|k| -k)));
+            }
+        }
+        Ok(())
+    }
+
+    fn strain(&self, at: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
+        let out = out.first::<13>();
+        for (e, &[_, _, o, p]) in at.corners::<4>().iter().enumerate() {
+            let ends = [o, p].map(|node| node as usize);
+            let (mut along, length) = span(ends.map(|n| at.x()[n]));
+            let (rest, l0) = span(ends.map(|n| at.rest()[n]));
+            out[0][e] = length - l0;
+            if F == fault::HINGE_DOES_NOT_TURN {
+                along = rest;
+                out[0][e] = (0..3).map(|i| (at.x()[ends[1]][i] - at.x()[ends[0]][i]) * rest[i]).sum::<f64>() - l0;
+            }
+            let factor = if F == fault::HINGE_SLOPE_OFF { 1.01 } else { 1.0 };
+            for i in 0..3 {
+                (out[1 + i][e], out[4 + i][e]) = (0.0, 0.0);
+                (out[7 + i][e], out[10 + i][e]) = (-factor * along[i], factor * along[i]);
+            }
+        }
+        Ok(())
+    }
+
+    fn compliance(&self, at: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
+        let others = if F == fault::COMPLIANCE_INDEFINITE { 2.0 } else { 0.2 };
+        let out = out.first::<6>();
+        for e in 0..at.len() {
+            [1.0, others, others, 1.0, others, 1.0].into_iter().enumerate().for_each(|(s, g)| out[s][e] = g);
+        }
+        Ok(())
+    }
+}
