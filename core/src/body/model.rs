@@ -58,7 +58,10 @@ impl Model {
         if let Some(list) = self.recut.get(&vertex) {
             return list;
         }
-        &self.around[self.start[vertex as usize] as usize..self.start[vertex as usize + 1] as usize]
+        match self.start.get(vertex as usize + 1) {
+            Some(&end) => &self.around[self.start[vertex as usize] as usize..end as usize],
+            None => &[], // of lids alone
+        }
     }
 
     /// m, the longest edge at a vertex.
