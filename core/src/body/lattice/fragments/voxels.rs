@@ -187,24 +187,49 @@ impl Voxels {
         last.map(move |v| (v, v - (SIDE - 1) * SIDE.pow(axis as u32), self.is_joined(v, axis)))
     }
 
-    /// The fragment a place belongs to: that of the nearest voxel the blade does not part it from.
+    /// The fragment a place belongs to: that of the nearest voxel the blade does not part it from, or just the nearest.
     pub(super) fn fragment_at(&self, edge: f64, place: V3) -> usize {
         if self.sizes.len() == 1 {
             return 0;
         }
+        let nearest = || (0..COUNT).min_by(|a, b| self.away(*a, place).total_cmp(&self.away(*b, place)));
+        self.reached(edge, place).unwrap_or_else(|| nearest().map_or(0, |voxel| self.fragment(voxel)))
+    }
+
+    /// The fragment of the nearest voxel that the blade does not part a place from, if there is one close by.
+    pub(super) fn reached(&self, edge: f64, place: V3) -> Option<usize> {
+        if self.blade.is_empty() && self.sizes.len() == 1 {
+            return Some(0);
+        }
         let size = edge / SIDE as f64;
-        let away = |voxel: usize| {
-            let d = axpy(self.places.own[voxel], -1.0, place);
-            dot(d, d)
-        };
-        let parted = |voxel: usize| self.blade.iter().any(|t| crosses(place, self.places.own[voxel], t));
+        let mut left = self.solid;
         // Nearest first: one or two of them are asked, whatever the number of triangles.
-        let mut order: [u8; COUNT] = std::array::from_fn(|v| v as u8);
-        order.sort_unstable_by(|a, b| away(*a as usize).total_cmp(&away(*b as usize)).then(a.cmp(b)));
-        let within = order.iter().map(|v| *v as usize).filter(|v| self.is_solid(*v));
-        let within = within.take_while(|v| away(*v) < 4.0 * size * size);
-        let free = within.into_iter().find(|v| !parted(*v));
-        self.fragment[free.unwrap_or(order[0] as usize)] as usize
+        loop {
+            let of_left = (0..COUNT).filter(|voxel| left >> voxel & 1 == 1).map(|voxel| (self.away(voxel, place), voxel));
+            let (away, voxel) = of_left.min_by(|a, b| a.0.total_cmp(&b.0))?;
+            if away >= 4.0 * size * size {
+                return None;
+            }
+            if !self.parts(place, self.places.own[voxel]) {
+                return Some(self.fragment(voxel));
+            }
+            left &= !(1 << voxel);
+        }
+    }
+
+    /// Whether the blade has passed between two places.
+    pub(super) fn parts(&self, from: V3, to: V3) -> bool {
+        self.blade.iter().any(|triangle| crosses(from, to, triangle))
+    }
+
+    /// Voxels the body is in, with their places, m.
+    pub(super) fn solid(&self) -> impl Iterator<Item = (usize, V3)> + '_ {
+        (0..COUNT).filter(|voxel| self.is_solid(*voxel)).map(|voxel| (voxel, self.places.own[voxel]))
+    }
+
+    fn away(&self, voxel: usize, place: V3) -> f64 {
+        let d = axpy(self.places.own[voxel], -1.0, place);
+        dot(d, d)
     }
 }
 
