@@ -37,3 +37,25 @@ fn debug() {
     }
     println!("edge {}", body.lattice.edge());
 }
+
+#[test]
+fn where_is() {
+    let mesh = std::env::var("MESH").unwrap();
+    let scene = std::env::var("SCENE").unwrap();
+    let mut session: Session = open_file(std::path::Path::new(&scene), 2, Some(std::path::PathBuf::from(&mesh)));
+    for step in 0..300 {
+        session.step();
+        let body = &session.bodies[0];
+        if step < 100 { continue; }
+        let p = body.model.surface.points[1282];
+        let at = body.lattice.anchor_at(p).unwrap();
+        let q = [p[0] + 0.0015, p[1], p[2]];
+        let r = [p[0] + 0.0015, p[1] + 0.001, p[2]];
+        let cell = body.skin.cell[1282];
+        if step % 10 == 0 { println!("{step} {p:?} {at:?} {:?} {:?} skin {:?} inside {:?}", body.lattice.anchor_at(q).unwrap(), body.lattice.anchor_at(r).unwrap(), body.lattice.region().cell_id[cell as usize], body.cut.as_ref().unwrap().encloses(q)); }
+    }
+    let body = &session.bodies[0];
+    for t in body.model.around(1282) {
+        println!("{:?}", body.model.surface.triangles[*t as usize].map(|v| body.model.surface.points[v as usize]));
+    }
+}

@@ -8,8 +8,10 @@ use nalgebra::Vector3;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
-/// How far inside of its surface a vertex is looked for, in edges of a cell: enough to tell the side of a cut it is on.
+/// How far before a cut surface a vertex of it is looked for, in edges of a cell: enough to tell the side of a cut it is on.
 const INSIDE: f64 = 1e-6;
+/// How far along its skin one is that is not of the cut surface alone.
+const BESIDE: f64 = 0.01;
 /// The same where a surface has no inside, and vertices close to a cut may have been taken as on it.
 const ASIDE: f64 = 0.1;
 /// How far a cut goes on outside of the body, in edges of a cell: a straight line between two places inside may pass outside.
@@ -133,6 +135,6 @@ fn beside(mesh: &CutMesh, model: &super::Model, vertex: u32, closed: bool, edge:
         return axpy(place, -INSIDE * edge, normal.try_normalize(1e-6).unwrap_or_default().into());
     }
     let length = dot(aside, aside).sqrt();
-    let most = if closed { 0.1 * APRON } else { ASIDE } * edge;
+    let most = if closed { BESIDE } else { ASIDE } * edge;
     if length > most * count { axpy(place, most / length, aside) } else { axpy(place, 1.0 / count, aside) }
 }

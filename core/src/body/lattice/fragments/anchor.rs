@@ -29,17 +29,18 @@ impl Fragments {
     pub fn anchor(&self, id: u64, place: V3) -> Anchor {
         let own = |fragment: usize| Anchor { cell: id, fragment, place };
         let Some(cell) = self.cells.get(&id) else { return own(0) };
-        if let Some(fragment) = cell.voxels.reached(self.edge, place) {
-            return own(fragment);
+        let size = self.edge / SIDE as f64;
+        let mut best = cell.voxels.reached(self.edge, place).map(|(fragment, away)| (away, own(fragment)));
+        // One further off than the next voxel may be reached past the end of the cut only.
+        if let Some((_, anchor)) = best.filter(|(away, _)| *away <= size * size) {
+            return anchor;
         }
-        let far = FAR * self.edge / SIDE as f64;
-        let mut best: Option<(f64, Anchor)> = None;
         for other in self.round(id, cell) {
             let Some(next) = self.cells.get(&other) else { continue };
-            for (voxel, middle) in next.voxels.solid() {
+            for (voxel, middle) in next.voxels.whole() {
                 let away = axpy(middle, -1.0, place);
                 let away = dot(away, away);
-                if away >= best.map_or(far * far, |(least, _)| least)
+                if away >= best.map_or((FAR * size).powi(2), |(least, _)| least)
                     || cell.voxels.parts(place, middle)
                     || next.voxels.parts(place, middle)
                 {

@@ -23,6 +23,8 @@ pub(super) struct Voxels {
     before: [u8; COUNT],
     /// Voxels of each fragment.
     sizes: Vec<u8>,
+    /// Bit v: voxel v was too small a part and is with another. No place goes by it.
+    merged: u64,
     /// Where the blade has passed, m.
     blade: Vec<[V3; 3]>,
 }
@@ -48,6 +50,7 @@ impl Voxels {
             fragment: [0; COUNT],
             before: [0; COUNT],
             sizes: vec![solid.count_ones() as u8],
+            merged: 0,
             blade: Vec::new(),
         }
     }
@@ -91,6 +94,7 @@ impl Voxels {
             }
         }
         self.sizes.clear();
+        self.merged = 0;
         let mut label = [u8::MAX; COUNT];
         let solid = self.solid;
         let is_solid = |voxel: &usize| solid >> voxel & 1 == 1;
@@ -131,6 +135,7 @@ impl Voxels {
             let solid = |other: &usize| self.is_solid(*other);
             let nearest = (0..COUNT).filter(solid).filter(stays).min_by_key(away).unwrap_or(0);
             self.fragment[voxel] = number[old[if stays(&voxel) { voxel } else { nearest }] as usize];
+            self.merged |= u64::from(!stays(&voxel)) << voxel;
             if self.is_solid(voxel) {
                 self.sizes[self.fragment[voxel] as usize] += 1;
             }
@@ -193,16 +198,17 @@ impl Voxels {
             return 0;
         }
         let nearest = || (0..COUNT).min_by(|a, b| self.away(*a, place).total_cmp(&self.away(*b, place)));
-        self.reached(edge, place).unwrap_or_else(|| nearest().map_or(0, |voxel| self.fragment(voxel)))
+        self.reached(edge, place).map_or_else(|| nearest().map_or(0, |voxel| self.fragment(voxel)), |(fragment, _)| fragment)
     }
 
-    /// The fragment of the nearest voxel that the blade does not part a place from, if there is one close by.
-    pub(super) fn reached(&self, edge: f64, place: V3) -> Option<usize> {
+    /// The fragment of the nearest voxel that the blade does not part a place from, if there is one close by; and how far
+    /// away it is, m^2.
+    pub(super) fn reached(&self, edge: f64, place: V3) -> Option<(usize, f64)> {
         if self.blade.is_empty() && self.sizes.len() == 1 {
-            return Some(0);
+            return Some((0, 0.0));
         }
         let size = edge / SIDE as f64;
-        let mut left = self.solid;
+        let mut left = self.solid & !self.merged;
         // Nearest first: one or two of them are asked, whatever the number of triangles.
         loop {
             let of_left = (0..COUNT).filter(|voxel| left >> voxel & 1 == 1).map(|voxel| (self.away(voxel, place), voxel));
@@ -211,7 +217,7 @@ impl Voxels {
                 return None;
             }
             if !self.parts(place, self.places.own[voxel]) {
-                return Some(self.fragment(voxel));
+                return Some((self.fragment(voxel), away));
             }
             left &= !(1 << voxel);
         }
@@ -222,9 +228,10 @@ impl Voxels {
         self.blade.iter().any(|triangle| crosses(from, to, triangle))
     }
 
-    /// Voxels the body is in, with their places, m.
-    pub(super) fn solid(&self) -> impl Iterator<Item = (usize, V3)> + '_ {
-        (0..COUNT).filter(|voxel| self.is_solid(*voxel)).map(|voxel| (voxel, self.places.own[voxel]))
+    /// Voxels that places can go by, with their own places, m.
+    pub(super) fn whole(&self) -> impl Iterator<Item = (usize, V3)> + '_ {
+        let left = self.solid & !self.merged;
+        (0..COUNT).filter(move |voxel| left >> voxel & 1 == 1).map(|voxel| (voxel, self.places.own[voxel]))
     }
 
     fn away(&self, voxel: usize, place: V3) -> f64 {
