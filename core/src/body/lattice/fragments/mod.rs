@@ -16,9 +16,9 @@ mod places;
 mod slivers;
 mod voxels;
 
-pub use anchor::Anchor;
 use crate::host::{Grid, HostError, Region};
 use crate::step::V3;
+pub use anchor::Anchor;
 use places::Places;
 use pliant_plugin_api::abi;
 use std::collections::{BTreeMap, HashMap};

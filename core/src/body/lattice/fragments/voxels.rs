@@ -198,7 +198,8 @@ impl Voxels {
             return 0;
         }
         let nearest = || (0..COUNT).min_by(|a, b| self.away(*a, place).total_cmp(&self.away(*b, place)));
-        self.reached(edge, place).map_or_else(|| nearest().map_or(0, |voxel| self.fragment(voxel)), |(fragment, _)| fragment)
+        self.reached(edge, place)
+            .map_or_else(|| nearest().map_or(0, |voxel| self.fragment(voxel)), |(fragment, _)| fragment)
     }
 
     /// The fragment of the nearest voxel that the blade does not part a place from, if there is one close by; and how far
@@ -211,7 +212,8 @@ impl Voxels {
         let mut left = self.solid & !self.merged;
         // Nearest first: one or two of them are asked, whatever the number of triangles.
         loop {
-            let of_left = (0..COUNT).filter(|voxel| left >> voxel & 1 == 1).map(|voxel| (self.away(voxel, place), voxel));
+            let of_left =
+                (0..COUNT).filter(|voxel| left >> voxel & 1 == 1).map(|voxel| (self.away(voxel, place), voxel));
             let (away, voxel) = of_left.min_by(|a, b| a.0.total_cmp(&b.0))?;
             if away >= 4.0 * size * size {
                 return None;
