@@ -8,8 +8,10 @@ use nalgebra::Vector3;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
-/// How far inside of its surface a vertex is looked for, in edges of a cell: enough to tell the side of a cut it is on.
+/// How far before a cut surface a vertex of it is looked for, in edges of a cell: enough to tell the side of a cut it is on.
 const INSIDE: f64 = 1e-6;
+/// How far along its skin one is that is not of the cut surface alone.
+const BESIDE: f64 = 0.01;
 /// The same where a surface has no inside, and vertices close to a cut may have been taken as on it.
 const ASIDE: f64 = 0.1;
 /// How far a cut goes on outside of the body, in edges of a cell: a straight line between two places inside may pass outside.
@@ -114,27 +116,25 @@ fn cross([a, b, c]: &[V3; 3]) -> Vector3<f64> {
     (b - a).cross(&(c - a))
 }
 
-/// A rest place beside a vertex, on its own side of all cuts.
+/// A rest place beside a vertex, on its own side of all cuts: towards its own triangles of the skin, which no cut passes; or
+/// in front of the cut surface it lies on. Not along a mean normal: where the skin leans over the cut, that is on its other
+/// side.
 fn beside(mesh: &CutMesh, model: &super::Model, vertex: u32, closed: bool, edge: f64) -> V3 {
     let surface: &Surface = &model.surface;
     let place = surface.points[vertex as usize];
     let corners = |t: u32| surface.triangles[t as usize].map(|v| surface.points[v as usize]);
     let around = model.around(vertex).iter().copied();
-    if closed {
+    let (mut aside, mut count) = ([0.0; 3], 0.0);
+    for t in around.clone().filter(|t| !mesh.is_cap(*t)) {
+        aside = corners(t).iter().fold(aside, |sum, p| axpy(sum, 1.0 / 3.0, axpy(*p, -1.0, place)));
+        count += 1.0;
+    }
+    if count == 0.0 {
         let normal =
             around.fold(Vector3::zeros(), |sum, t| sum + cross(&corners(t)).try_normalize(0.0).unwrap_or_default());
         return axpy(place, -INSIDE * edge, normal.try_normalize(1e-6).unwrap_or_default().into());
     }
-    let (mut aside, mut count) = ([0.0; 3], 0.0);
-    for t in around.filter(|t| !mesh.is_cap(*t)) {
-        aside = corners(t).iter().fold(aside, |sum, p| axpy(sum, 1.0 / 3.0, axpy(*p, -1.0, place)));
-        count += 1.0;
-    }
     let length = dot(aside, aside).sqrt();
-    let most = ASIDE * edge;
-    if length > most * count {
-        axpy(place, most / length, aside)
-    } else {
-        axpy(place, 1.0 / f64::max(count, 1.0), aside)
-    }
+    let most = if closed { BESIDE } else { ASIDE } * edge;
+    if length > most * count { axpy(place, most / length, aside) } else { axpy(place, 1.0 / count, aside) }
 }

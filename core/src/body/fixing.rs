@@ -74,7 +74,11 @@ mod tests {
     #[test]
     fn displacement_is_linear_between_and_constant_outside() {
         let x = |d| [d, 0.0, 0.0];
-        let fixing = Fixing { place: Place::Nodes(vec![3]), clamp: false, path: vec![(1.0, x(0.0)), (2.0, x(4.0)), (3.0, x(2.0))] };
+        let fixing = Fixing {
+            place: Place::Nodes(vec![3]),
+            clamp: false,
+            path: vec![(1.0, x(0.0)), (2.0, x(4.0)), (3.0, x(2.0))],
+        };
         for (t, d) in [(0.0, 0.0), (1.0, 0.0), (1.5, 2.0), (2.0, 4.0), (2.5, 3.0), (9.0, 2.0)] {
             assert_eq!(fixing.displacement(t), x(d), "{t}");
         }

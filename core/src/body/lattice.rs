@@ -5,6 +5,7 @@
 //! critically damped path and are then given up, so nothing ever snaps (Qi, Zhu and Fan 2019 leave this open). Cost grows
 //! with the region, never with the model.
 
+mod bound;
 mod cut;
 mod embed;
 mod fragments;
@@ -15,6 +16,7 @@ use super::fixing::Fixing;
 use super::model::Model;
 use crate::host::{Grid, HostError, Region};
 use crate::step::{Constraint, Nodes, System, V3, axpy};
+use bound::Bound;
 pub use fragments::Inner;
 use fragments::{Fragments, NodeKey};
 use pliant_plugin_api::abi::{self, Ball, Level};
@@ -92,9 +94,8 @@ pub struct Lattice {
     kept: HashMap<NodeKey, V3>,
     /// What a blade has cut.
     fragments: Fragments,
-    /// Points a cut has made, by cell, and where they are bound.
-    new_points: HashMap<u64, Vec<u32>>,
-    new_places: HashMap<u32, V3>,
+    /// Points of the surface that a cut has made or moved to another cell.
+    bound: Bound,
     /// The cells must be listed anew.
     stale: bool,
     /// First of each cell's weights, or `NO_WEIGHTS` (c)
@@ -131,8 +132,7 @@ impl Lattice {
             led: Vec::new(),
             kept: HashMap::new(),
             fragments: Fragments::new(facts.edge),
-            new_points: HashMap::new(),
-            new_places: HashMap::new(),
+            bound: Bound::default(),
             stale: false,
             weights_of: Vec::new(),
             weights: Vec::new(),

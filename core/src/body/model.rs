@@ -58,7 +58,10 @@ impl Model {
         if let Some(list) = self.recut.get(&vertex) {
             return list;
         }
-        &self.around[self.start[vertex as usize] as usize..self.start[vertex as usize + 1] as usize]
+        match self.start.get(vertex as usize + 1) {
+            Some(&end) => &self.around[self.start[vertex as usize] as usize..end as usize],
+            None => &[], // of lids alone
+        }
     }
 
     /// m, the longest edge at a vertex.
@@ -93,6 +96,9 @@ impl Model {
         self.surface.triangles.extend_from_slice(&surface.triangles[first..]);
         self.surface.face_of.extend_from_slice(&surface.face_of[first..]);
         for t in changed.iter().copied().filter(stays).chain(first as u32..count as u32) {
+            if self.is_lid(t) {
+                continue;
+            }
             let corners = surface.triangles[t as usize];
             for i in 0..3 {
                 let (a, b) = (corners[i], corners[(i + 1) % 3]);
@@ -107,6 +113,11 @@ impl Model {
                 }
             }
         }
+    }
+
+    /// Whether a triangle is a lid over a hole, for a blade: it is neither seen nor felt.
+    pub fn is_lid(&self, triangle: u32) -> bool {
+        self.surface.face_of[triangle as usize] as usize > self.document.face_count()
     }
 
     fn around_mut(&mut self, vertex: u32) -> &mut Vec<u32> {

@@ -41,7 +41,7 @@ impl Skin {
         self.cell.resize(settled.len(), NOT_CARRIED);
         self.settled = settled;
         gone.for_each(|t| self.tree.remove(t));
-        for &t in moved {
+        for &t in moved.iter().filter(|t| !model.is_lid(**t)) {
             self.tree.set(t, model.surface.triangles[t as usize].map(|v| self.settled[v as usize]));
         }
     }

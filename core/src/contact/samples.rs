@@ -128,8 +128,10 @@ impl Samples {
         for part in parts {
             let inward = INSIDE * edge / dot(part.area, part.area).sqrt();
             let place = axpy(part.middle, -inward, part.area);
-            if let Some(key) = lattice.part_at(place)?.filter(|(id, _)| cells.binary_search(id).is_ok()) {
-                of_cells.push((key, Part { middle: place, ..part }));
+            if let Some((id, part_of, place)) =
+                lattice.anchor_at(place)?.filter(|(id, ..)| cells.binary_search(id).is_ok())
+            {
+                of_cells.push(((id, part_of), Part { middle: place, ..part }));
             }
         }
         of_cells.sort_unstable_by_key(|(key, p)| (*key, p.key, p.number));

@@ -173,7 +173,7 @@ impl CutMesh {
 
     /// Length of the lines on the skin, m.
     fn opened(&self, trace: &Trace, lines: &Lines) -> f64 {
-        let skin = |half: u32| !self.is_cap(half / 3);
+        let skin = |half: u32| !self.is_cap(half / 3) && !self.is_lid(half / 3);
         let mut sum = 0.0;
         for run in &trace.runs {
             let Some([a, b]) = run.piece else { continue };

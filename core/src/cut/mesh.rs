@@ -1,6 +1,7 @@
 //! The mesh a blade cuts.
 
 use super::journal::Journal;
+use super::lids;
 use super::solid::{self, Body};
 use crate::geometry::{TriangleTree, V3};
 use crate::mesh::{ObjDocument, Placement, Surface};
@@ -8,8 +9,8 @@ use nalgebra::Vector3;
 
 /// A mesh that can be cut, step by step, and made whole again.
 ///
-/// Vertices and triangles are numbered like those of the [`Surface`] it was made from. What a cut adds comes after; of the
-/// pieces of a triangle the first keeps its number. So nothing is ever dead, and nothing untouched changes its number.
+/// Vertices and triangles are numbered like those of the [`Surface`] it was made from. Lids and what a cut adds come after;
+/// of the pieces of a triangle the first keeps its number. So nothing is ever dead, and nothing untouched changes its number.
 pub struct CutMesh {
     pub(super) surface: Surface,
     /// Next half-edge around the same edge; the half-edge itself on a border (m x 3). Half-edge 3 t + c goes from corner c
@@ -87,9 +88,18 @@ const MOST_AROUND: usize = 256;
 impl CutMesh {
     /// The document's triangles in place, uncut.
     pub fn new(document: &ObjDocument, placement: &Placement) -> Self {
-        let surface = Surface::from_document(document).placed(placement);
-        let (texture, shading) = corner_rows(document, &surface);
-        let links = link(&surface);
+        let mut surface = Surface::from_document(document).placed(placement);
+        let mut links = link(&surface);
+        let mut lids = lids::find(&surface, &links);
+        let (mut texture, mut shading) = corner_rows(document, &surface);
+        if !lids.is_empty() {
+            surface.triangles.append(&mut lids);
+            let count = surface.triangles.len();
+            surface.face_of.resize(count, document.face_count() as u32 + 1);
+            texture.resize(count, [NONE; 3]);
+            shading.resize(count, [NONE; 3]);
+            links = link(&surface);
+        }
         let (body, bodies) = solid::find(&surface, &links);
         Self {
             tree: TriangleTree::new(&surface.points, &surface.triangles),
@@ -114,7 +124,8 @@ impl CutMesh {
         }
     }
 
-    /// Rest points, triangles, and the face of the document each came from; the number of faces for a triangle of a cap.
+    /// Rest points, triangles, and the face of the document each came from: the number of faces for a triangle of a cap, one
+    /// more for one of a lid.
     pub fn surface(&self) -> &Surface {
         &self.surface
     }
@@ -141,6 +152,11 @@ impl CutMesh {
     /// Whether a triangle is part of the cut surface inside a body.
     pub fn is_cap(&self, triangle: u32) -> bool {
         self.surface.face_of[triangle as usize] as usize == self.whole.faces
+    }
+
+    /// Whether a triangle is part of a lid, which closes a hole for the cut and is in no file.
+    pub fn is_lid(&self, triangle: u32) -> bool {
+        self.surface.face_of[triangle as usize] as usize > self.whole.faces
     }
 
     /// The triangles across the sides of a triangle, the side from corner 0 to corner 1 first: itself on a border, one of

@@ -24,6 +24,7 @@ mod blade;
 mod cap;
 mod error;
 mod journal;
+mod lids;
 mod lines;
 mod mesh;
 mod normals;

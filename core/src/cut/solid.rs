@@ -22,6 +22,11 @@ pub(super) struct Body {
 /// Volume per area to the power of 3/2 below which a closed component counts as a folded sheet.
 const FLAT: f64 = 1e-9;
 
+/// Whether a closed component encloses next to nothing.
+pub(super) fn is_flat(volume: f64, area: f64) -> bool {
+    volume.abs() <= FLAT * area.powf(1.5)
+}
+
 /// The body of each triangle, or [`OPEN`], and all bodies.
 pub(super) fn find(surface: &Surface, links: &[[u32; 3]]) -> (Vec<u32>, Vec<Body>) {
     let count = surface.triangles.len();
@@ -58,8 +63,9 @@ pub(super) fn find(surface: &Surface, links: &[[u32; 3]]) -> (Vec<u32>, Vec<Body
     let mut body_of = vec![OPEN; closed.len()];
     let (mut bodies, mut hollows) = (Vec::new(), Vec::new());
     for number in (0..closed.len()).filter(|&number| closed[number]) {
-        let (volume, area) = measure(surface, &members[start[number]..start[number + 1]]);
-        if volume.abs() <= FLAT * area.powf(1.5) {
+        let corners = |t: &u32| surface.triangles[*t as usize].map(|vertex| surface.points[vertex as usize]);
+        let (volume, area) = measure(members[start[number]..start[number + 1]].iter().map(corners));
+        if is_flat(volume, area) {
             continue;
         }
         if volume < 0.0 {
@@ -177,13 +183,12 @@ fn crossing(corners: [V3; 3], from: V3, to: V3) -> Option<i32> {
     Some(i32::from(here)) // below the front means inside
 }
 
-/// Volume and area.
-fn measure(surface: &Surface, triangles: &[u32]) -> (f64, f64) {
-    let point = |vertex: u32| Vector3::from(surface.points[vertex as usize]);
-    let Some(&first) = triangles.first() else { return (0.0, 0.0) };
-    let origin = point(surface.triangles[first as usize][0]);
-    triangles.iter().fold((0.0, 0.0), |(volume, area), &t| {
-        let [a, b, c] = surface.triangles[t as usize].map(point);
+/// Volume and area of triangles.
+pub(super) fn measure(triangles: impl Iterator<Item = [V3; 3]>) -> (f64, f64) {
+    let mut origin = None;
+    triangles.fold((0.0, 0.0), |(volume, area), corners| {
+        let [a, b, c] = corners.map(Vector3::from);
+        let origin = *origin.get_or_insert(a);
         let cross = (b - a).cross(&(c - a));
         (volume + (a - origin).dot(&cross) / 6.0, area + 0.5 * cross.norm())
     })

@@ -35,22 +35,44 @@ impl CutMesh {
         same("document's v", original.points.len(), self.whole.points)?;
         same("points", points.len(), self.surface.points.len())?;
         let own = self.placement.bring_back(&original.points, &self.surface.points[..count], points);
-        let new: Vec<V3> = points[count..].iter().map(|&point| self.placement.apply_inverse(point)).collect();
+        let number = self.numbers();
+        let visible = zip(&points[count..], &number[count..]).filter(|(_, number)| **number != NONE);
+        let new: Vec<V3> = visible.map(|(&point, _)| self.placement.apply_inverse(point)).collect();
         let rows = normals.unwrap_or(&self.normals);
         same("vn", rows.len(), self.normals.len())?;
         let patch = Patch {
             positions: &new,
             texcoords: &self.texcoords[self.whole.texcoords..],
             normals: &rows[self.whole.normals..],
-            faces: self.changed_faces(document, &original),
-            added: (0..self.surface.triangles.len() as u32).filter(|&t| self.is_cap(t)).map(|t| self.rows(t)).collect(),
+            faces: self.changed_faces(document, &original, &number),
+            added: (0..self.surface.triangles.len() as u32)
+                .filter(|&t| self.is_cap(t))
+                .map(|t| self.rows(t, &number))
+                .collect(),
             name: material,
         };
         document.write_patched(&own, normals.map(|rows| &rows[..self.whole.normals]), &patch, out)
     }
 
+    /// Rows of the vertices in the file: all but those that cuts have made on lids alone.
+    fn numbers(&self) -> Vec<u32> {
+        let mut number = vec![NONE; self.surface.points.len()];
+        number[..self.whole.points].fill(0);
+        for triangle in (0..self.surface.triangles.len() as u32).filter(|&t| !self.is_lid(t)) {
+            self.surface.triangles[triangle as usize].iter().for_each(|&vertex| number[vertex as usize] = 0);
+        }
+        let written = number.iter_mut().filter(|number| **number != NONE);
+        written.enumerate().for_each(|(row, number)| *number = row as u32);
+        number
+    }
+
     /// What has become of every face that is not as it was. One that is whole but for copies of its vertices stays whole.
-    fn changed_faces(&self, document: &ObjDocument, original: &Surface) -> BTreeMap<u32, Vec<Vec<[u32; 3]>>> {
+    fn changed_faces(
+        &self,
+        document: &ObjDocument,
+        original: &Surface,
+        number: &[u32],
+    ) -> BTreeMap<u32, Vec<Vec<[u32; 3]>>> {
         let mut changed: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
         let before = original.triangles.len();
         for (number, (now, then)) in zip(&self.surface.triangles, &original.triangles).enumerate() {
@@ -58,7 +80,8 @@ impl CutMesh {
                 changed.insert(original.face_of[number], Vec::new());
             }
         }
-        let split = (before as u32..self.surface.triangles.len() as u32).filter(|&t| !self.is_cap(t));
+        let split =
+            (before as u32..self.surface.triangles.len() as u32).filter(|&t| !self.is_cap(t) && !self.is_lid(t));
         let split: BTreeSet<u32> = split.map(|t| self.surface.face_of[t as usize]).collect();
         changed.extend(split.iter().map(|&face| (face, Vec::new())));
         for (number, face) in self.surface.face_of.iter().enumerate() {
@@ -67,8 +90,9 @@ impl CutMesh {
             }
         }
         let polygons = |(face, triangles): (u32, Vec<u32>)| {
-            let whole = if split.contains(&face) { None } else { self.renamed(document, original, face, &triangles) };
-            let pieces = || triangles.iter().map(|&t| self.rows(t).to_vec()).collect();
+            let whole =
+                if split.contains(&face) { None } else { self.renamed(document, original, face, &triangles, number) };
+            let pieces = || triangles.iter().map(|&t| self.rows(t, number).to_vec()).collect();
             (face, whole.map_or_else(pieces, |polygon| vec![polygon]))
         };
         changed.into_iter().map(polygons).collect()
@@ -81,6 +105,7 @@ impl CutMesh {
         original: &Surface,
         face: u32,
         triangles: &[u32],
+        number: &[u32],
     ) -> Option<Vec<[u32; 3]>> {
         let mut name: BTreeMap<u32, u32> = BTreeMap::new();
         for &triangle in triangles {
@@ -92,13 +117,16 @@ impl CutMesh {
             }
         }
         let corners = document.face(face as usize)?.corners.iter();
-        corners.map(|c| Some([*name.get(&c.v)?, c.vt().unwrap_or(NONE), c.vn().unwrap_or(NONE)])).collect()
+        corners
+            .map(|c| Some([number[*name.get(&c.v)? as usize], c.vt().unwrap_or(NONE), c.vn().unwrap_or(NONE)]))
+            .collect()
     }
 
     /// Position, texture coordinate and normal of the corners of a triangle.
-    fn rows(&self, triangle: u32) -> [[u32; 3]; 3] {
+    fn rows(&self, triangle: u32, number: &[u32]) -> [[u32; 3]; 3] {
         let record = self.triangle(triangle);
-        [0, 1, 2].map(|corner| [record.corners[corner], record.texture[corner], record.shading[corner]])
+        [0, 1, 2]
+            .map(|corner| [number[record.corners[corner] as usize], record.texture[corner], record.shading[corner]])
     }
 }
 

@@ -35,6 +35,17 @@ pub(crate) fn document(text: &str) -> ObjDocument {
     ObjDocument::parse(text.as_bytes().to_vec(), Path::new("test.obj")).unwrap()
 }
 
+/// A document without some of its faces.
+pub(crate) fn without(whole: &ObjDocument, faces: &[usize]) -> ObjDocument {
+    let mut face = 0;
+    let text = String::from_utf8(whole.bytes().to_vec()).unwrap();
+    let keep = |line: &&str| {
+        face += usize::from(line.starts_with("f "));
+        !(line.starts_with("f ") && faces.contains(&(face - 1)))
+    };
+    document(&text.lines().filter(keep).collect::<Vec<_>>().join("\n"))
+}
+
 /// The sample models beside the checkout; none where there are none.
 #[allow(clippy::print_stderr, reason = "a skipped trial should be seen")]
 pub(crate) fn shared_models() -> Vec<PathBuf> {

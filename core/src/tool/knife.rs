@@ -83,6 +83,8 @@ const STRIDE: f64 = 0.25;
 const PATIENCE: f64 = 4.0;
 /// m, over which it turns into a new direction
 const TURN: f64 = 5e-3;
+/// Edges of a cell by which the last of them may still differ.
+const STRAY: f64 = 0.05;
 /// Fixed-point iterations from a deformed to a rest place.
 const INVERSIONS: usize = 6;
 
@@ -167,7 +169,8 @@ impl Knife {
         Ok(())
     }
 
-    /// The blade in the rest shape of a body, and rest places along it that are inside of its cells.
+    /// The blade in the rest shape of a body, and rest places along it that are inside of its cells. A place in the gap
+    /// between parts that have moved away is in neither.
     fn at_rest(&self, along: &Vector3<f64>, body: &Body) -> Result<(Blade, Vec<V3>), ToolError> {
         let mut places = Vec::new();
         let heel = (Vector3::from(self.tip) + self.edge.length * along).into();
@@ -176,11 +179,17 @@ impl Knife {
         for i in 0..PLACES {
             let s = self.edge.length * i as f64 / (PLACES - 1) as f64;
             let now: V3 = (Vector3::from(self.tip) + s * along).into();
-            let (mut place, mut moved) = (now, None);
+            let (mut place, mut moved, mut found) = (now, None, false);
             for _ in 0..INVERSIONS {
                 let Some(u) = lattice.carried_by(place, &body.system.nodes)? else { break };
+                let before = moved.replace(u);
                 place = axpy(now, -1.0, u);
-                moved = Some(u);
+                let gap = before
+                    .map_or(f64::INFINITY, |before| axpy(u, -1.0, before).iter().fold(0.0, |g: f64, c| g.max(c.abs())));
+                found = gap <= STRAY * lattice.edge();
+            }
+            if !found {
+                (place, moved) = (now, None);
             }
             if let Some(u) = moved {
                 first.get_or_insert(u);

@@ -7,8 +7,8 @@ use pliant_plugin_api::abi;
 
 impl Lattice {
     /// Takes in what a blade has swept, as triangles in the rest shape (m). `new` are the points of the surface the cut has
-    /// made; `side` gives a rest place just inside of the body, on the point's own side of the cut; `inner` knows where the body is. The cells change with the
-    /// next [`Lattice::follow`]. Gives the ids of those whose parts or points are others now.
+    /// made; `side` gives a rest place beside a point, on its own side of the cut; `inner` knows where the body is. The cells
+    /// change with the next [`Lattice::follow`]. Gives the ids of those whose parts or points are others now.
     ///
     /// # Errors
     /// What the grid says.
@@ -24,17 +24,28 @@ impl Lattice {
         for point in new {
             let place = side(point);
             let id = self.cut_cell_of(place)?;
-            self.new_points.entry(id).or_default().push(point);
-            self.new_places.insert(point, place);
+            self.bound.make(point, id, place);
             changed.push(id);
         }
         changed.sort_unstable();
         changed.dedup();
+        let mut points: Vec<(u32, u64)> = Vec::new();
         for &id in &changed {
             let facts = self.grid.cell(level, id)?;
             let own = &self.grid.points(level)?[facts.point_begin..facts.point_end];
-            let new = self.new_points.get(&id).into_iter().flatten();
-            self.fragments.bind(id, own.iter().chain(new).map(|&point| (point, side(point))));
+            points.extend(own.iter().map(|point| (*point, id)));
+            points.extend(self.bound.of(id));
+            self.fragments.release(id);
+        }
+        points.sort_unstable();
+        points.dedup();
+        for (point, own) in points {
+            if let Some(host) = self.bound.leave(point) {
+                self.fragments.release_point(host, point);
+            }
+            let anchor = self.fragments.anchor(own, side(point));
+            self.fragments.bind(&anchor, point);
+            self.bound.bind(point, own, anchor.cell, anchor.place);
         }
         self.balls.clear();
         self.stale = true;
@@ -61,6 +72,20 @@ impl Lattice {
         Ok((id[0] != abi::NO_CELL).then(|| (id[0], self.fragments.fragment_at(id[0], place) as u8)))
     }
 
+    /// The same, and a place of that cell to carry it by: in a slice of a cell too thin to be a part, it is the next cell's.
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn anchor_at(&self, place: V3) -> Result<Option<(u64, u8, V3)>, LatticeError> {
+        let (mut id, mut weights) = ([abi::NO_CELL], [[0.0; 8]]);
+        self.grid.weights(self.settings.level, &[place], &mut id, &mut weights)?;
+        let anchor = |id: u64| {
+            let anchor = self.fragments.anchor(id, place);
+            (anchor.cell, anchor.fragment as u8, anchor.place)
+        };
+        Ok((id[0] != abi::NO_CELL).then(|| anchor(id[0])))
+    }
+
     /// The cut cell a place belongs to; the nearest where it lies beside all of them.
     fn cut_cell_of(&self, place: V3) -> Result<u64, LatticeError> {
         let (mut id, mut weights) = ([abi::NO_CELL], [[0.0; 8]]);
@@ -76,9 +101,9 @@ impl Lattice {
         Ok(cells.min_by(|a, b| away(a.1).total_cmp(&away(b.1))).map_or(id[0], |(id, _)| id))
     }
 
-    /// Rest place by which a surface point is bound: its own, or for one that a cut has made a place just beside it.
+    /// Rest place by which a surface point is bound: its own, or for one that a cut has made or moved a place beside it.
     pub(super) fn bound_at(&self, point: u32, own: V3) -> V3 {
-        self.new_places.get(&point).copied().unwrap_or(own)
+        self.bound.place(point).unwrap_or(own)
     }
 
     /// Parts of active cells that hang together: for each active node, the number of its part.

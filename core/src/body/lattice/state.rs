@@ -1,5 +1,6 @@
 //! What of a lattice can be taken back.
 
+use super::bound::Bound;
 use super::{Fragments, Lattice, LatticeError, NodeKey};
 use crate::body::fixing::Fixing;
 use crate::body::model::Model;
@@ -16,8 +17,7 @@ pub struct LatticeState {
     balls: Vec<Ball>,
     kept: HashMap<NodeKey, V3>,
     fragments: Fragments,
-    new_points: HashMap<u64, Vec<u32>>,
-    new_places: HashMap<u32, V3>,
+    bound: Bound,
     stale: bool,
     steps: u32,
 }
@@ -30,8 +30,7 @@ impl Lattice {
             balls: self.balls.clone(),
             kept: self.kept.clone(),
             fragments: self.fragments.clone(),
-            new_points: self.new_points.clone(),
-            new_places: self.new_places.clone(),
+            bound: self.bound.clone(),
             stale: self.stale,
             steps: self.steps,
         }
@@ -49,11 +48,10 @@ impl Lattice {
         skin: &mut Skin,
         system: &mut System,
     ) -> Result<(), LatticeError> {
-        let LatticeState { region, balls, kept, fragments, new_points, new_places, stale, steps } = state.clone();
+        let LatticeState { region, balls, kept, fragments, bound, stale, steps } = state.clone();
         (self.region, self.spare) = (Region::default(), region);
         (self.balls, self.kept, self.fragments) = (balls, kept, fragments);
-        (self.new_points, self.new_places) = (new_points, new_places);
-        (self.stale, self.steps) = (stale, steps);
+        (self.bound, self.stale, self.steps) = (bound, stale, steps);
         self.exchange(model, fixings, skin, system)
     }
 }

@@ -76,3 +76,50 @@ fn sheets_by_the_way_the_blade_goes() {
         }
     }
 }
+
+#[test]
+fn a_box_with_holes_is_cut_like_one_without() {
+    let whole = generate::cuboid(8, [1.0, 1.0, 1.0]).unwrap();
+    // Faces by their middles: one on the way of the blade on either side, and one beside it.
+    let surface = crate::mesh::Surface::from_document(&whole);
+    let low = surface.bounds().min;
+    let middle = |t: usize| {
+        let corners = surface.triangles[t].map(|vertex| surface.points[vertex as usize]);
+        [0, 1, 2].map(|i| corners.iter().map(|corner| corner[i]).sum::<f64>() / 3.0 - low[i])
+    };
+    let near = |t: &usize| {
+        let [x, y, z] = middle(*t);
+        (x < 1e-9 && (y - 0.44).abs() < 0.15 && (z - 0.37).abs() < 0.1) || (z < 1e-9 && x.max(y) < 0.1)
+    };
+    let mut gone: Vec<usize> = (0..surface.triangles.len()).filter(near).map(|t| surface.face_of[t] as usize).collect();
+    gone.dedup();
+    assert!(gone.len() > 3);
+    let document = without(&whole, &gone);
+    for steps in [1, 5] {
+        let mut mesh = cut_mesh(&document);
+        let lids = (0..mesh.surface().triangles.len() as u32).filter(|t| mesh.is_lid(*t)).count();
+        assert!(lids > 2);
+        let sums = Sums::new(&mesh);
+        let z = low[2] + 0.37;
+        let at = |x: f64| blade([low[0] + x, low[1] - 0.1, z], [low[0] + x, low[1] + 1.1, z]);
+        let refused = stroke(&mut mesh, at(-0.2), at(1.3), steps, &sums);
+        assert!(refused.is_empty(), "{steps}: {refused:?}");
+        let mut volumes: Vec<f64> = mesh.parts().all.iter().map(|part| part.volume).collect();
+        volumes.sort_by(f64::total_cmp);
+        assert!(volumes.len() == 2 && (volumes[0] - 0.37).abs() < 1e-12, "{volumes:?}");
+        let mut out = Vec::new();
+        mesh.write(&document, &mesh.surface().points, None, MATERIAL, &mut out).unwrap();
+        let back = crate::mesh::Surface::from_document(&ObjDocument::parse(out, "back.obj".as_ref()).unwrap());
+        let caps = (0..mesh.surface().triangles.len() as u32).filter(|t| mesh.is_cap(*t)).count();
+        let skin = (0..mesh.surface().triangles.len() as u32).filter(|t| !mesh.is_cap(*t) && !mesh.is_lid(*t)).count();
+        assert_eq!(back.triangles.len(), caps + skin, "lids are not written");
+        let mut used = vec![false; back.points.len()];
+        back.triangles.iter().flatten().for_each(|&vertex| used[vertex as usize] = true);
+        let first = document.positions().len();
+        assert!(used[first..].iter().all(|used| *used), "nor are the vertices of lids");
+        while mesh.undo().is_some() {}
+        let mut out = Vec::new();
+        mesh.write(&document, &mesh.surface().points, None, MATERIAL, &mut out).unwrap();
+        assert_eq!(out, document.bytes());
+    }
+}

@@ -8,7 +8,7 @@ mod shared;
 mod undo;
 
 use super::*;
-use crate::mesh::testing::{Random, document};
+use crate::mesh::testing::{Random, document, without};
 use crate::mesh::{ObjDocument, Placement};
 use checks::Sums;
 

@@ -33,6 +33,7 @@ fn meshes() -> Vec<(&'static str, ObjDocument)> {
         ("sphere", generate::sphere(6, 0.5).unwrap()),
         ("cylinder", generate::cylinder(12, 4, 0.3, 1.0).unwrap()),
         ("sheet", generate::grid([8, 6], [1.0, 0.8], Pattern::Alternating).unwrap()),
+        ("holes", without(&generate::sphere(8, 0.5).unwrap(), &[3, 40, 41, 100])),
         ("needle", document(needle)),
         ("book", document(book)),
         ("bow", document(bow)),

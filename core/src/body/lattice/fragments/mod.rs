@@ -9,6 +9,7 @@
 //!
 //! Everything here is in the rest shape, about the whole body, and independent of which cells are active.
 
+mod anchor;
 mod apply;
 mod classes;
 mod places;
@@ -17,6 +18,7 @@ mod voxels;
 
 use crate::host::{Grid, HostError, Region};
 use crate::step::V3;
+pub use anchor::Anchor;
 use places::Places;
 use pliant_plugin_api::abi;
 use std::collections::{BTreeMap, HashMap};
@@ -217,14 +219,24 @@ impl Fragments {
         self.cells.get(&id).map(|cell| cell.fragments.get(fragment).map_or(&[][..], |f| f.points.as_slice()))
     }
 
-    /// Gives a cut cell's surface points to its fragments: `points` with a place on their own side of the cut, m.
-    pub fn bind(&mut self, id: u64, points: impl Iterator<Item = (u32, V3)>) {
-        let edge = self.edge;
-        let Some(cell) = self.cells.get_mut(&id) else { return };
-        cell.fragments.iter_mut().for_each(|f| f.points.clear());
-        for (point, place) in points {
-            let fragment = cell.voxels.fragment_at(edge, place);
-            cell.fragments[fragment].points.push(point);
+    /// Takes all surface points from a cut cell.
+    pub fn release(&mut self, id: u64) {
+        if let Some(cell) = self.cells.get_mut(&id) {
+            cell.fragments.iter_mut().for_each(|f| f.points.clear());
+        }
+    }
+
+    /// Takes one surface point from a cut cell.
+    pub fn release_point(&mut self, id: u64, point: u32) {
+        if let Some(cell) = self.cells.get_mut(&id) {
+            cell.fragments.iter_mut().for_each(|f| f.points.retain(|other| *other != point));
+        }
+    }
+
+    /// Gives a surface point to the fragment it is anchored in.
+    pub fn bind(&mut self, anchor: &Anchor, point: u32) {
+        if let Some(cell) = self.cells.get_mut(&anchor.cell) {
+            cell.fragments[anchor.fragment].points.push(point);
         }
     }
 }

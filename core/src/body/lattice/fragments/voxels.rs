@@ -23,6 +23,8 @@ pub(super) struct Voxels {
     before: [u8; COUNT],
     /// Voxels of each fragment.
     sizes: Vec<u8>,
+    /// Bit v: voxel v was too small a part and is with another. No place goes by it.
+    merged: u64,
     /// Where the blade has passed, m.
     blade: Vec<[V3; 3]>,
 }
@@ -48,6 +50,7 @@ impl Voxels {
             fragment: [0; COUNT],
             before: [0; COUNT],
             sizes: vec![solid.count_ones() as u8],
+            merged: 0,
             blade: Vec::new(),
         }
     }
@@ -91,6 +94,7 @@ impl Voxels {
             }
         }
         self.sizes.clear();
+        self.merged = 0;
         let mut label = [u8::MAX; COUNT];
         let solid = self.solid;
         let is_solid = |voxel: &usize| solid >> voxel & 1 == 1;
@@ -131,6 +135,7 @@ impl Voxels {
             let solid = |other: &usize| self.is_solid(*other);
             let nearest = (0..COUNT).filter(solid).filter(stays).min_by_key(away).unwrap_or(0);
             self.fragment[voxel] = number[old[if stays(&voxel) { voxel } else { nearest }] as usize];
+            self.merged |= u64::from(!stays(&voxel)) << voxel;
             if self.is_solid(voxel) {
                 self.sizes[self.fragment[voxel] as usize] += 1;
             }
@@ -187,24 +192,53 @@ impl Voxels {
         last.map(move |v| (v, v - (SIDE - 1) * SIDE.pow(axis as u32), self.is_joined(v, axis)))
     }
 
-    /// The fragment a place belongs to: that of the nearest voxel the blade does not part it from.
+    /// The fragment a place belongs to: that of the nearest voxel the blade does not part it from, or just the nearest.
     pub(super) fn fragment_at(&self, edge: f64, place: V3) -> usize {
         if self.sizes.len() == 1 {
             return 0;
         }
+        let nearest = || (0..COUNT).min_by(|a, b| self.away(*a, place).total_cmp(&self.away(*b, place)));
+        self.reached(edge, place)
+            .map_or_else(|| nearest().map_or(0, |voxel| self.fragment(voxel)), |(fragment, _)| fragment)
+    }
+
+    /// The fragment of the nearest voxel that the blade does not part a place from, if there is one close by; and how far
+    /// away it is, m^2.
+    pub(super) fn reached(&self, edge: f64, place: V3) -> Option<(usize, f64)> {
+        if self.blade.is_empty() && self.sizes.len() == 1 {
+            return Some((0, 0.0));
+        }
         let size = edge / SIDE as f64;
-        let away = |voxel: usize| {
-            let d = axpy(self.places.own[voxel], -1.0, place);
-            dot(d, d)
-        };
-        let parted = |voxel: usize| self.blade.iter().any(|t| crosses(place, self.places.own[voxel], t));
+        let mut left = self.solid & !self.merged;
         // Nearest first: one or two of them are asked, whatever the number of triangles.
-        let mut order: [u8; COUNT] = std::array::from_fn(|v| v as u8);
-        order.sort_unstable_by(|a, b| away(*a as usize).total_cmp(&away(*b as usize)).then(a.cmp(b)));
-        let within = order.iter().map(|v| *v as usize).filter(|v| self.is_solid(*v));
-        let within = within.take_while(|v| away(*v) < 4.0 * size * size);
-        let free = within.into_iter().find(|v| !parted(*v));
-        self.fragment[free.unwrap_or(order[0] as usize)] as usize
+        loop {
+            let of_left =
+                (0..COUNT).filter(|voxel| left >> voxel & 1 == 1).map(|voxel| (self.away(voxel, place), voxel));
+            let (away, voxel) = of_left.min_by(|a, b| a.0.total_cmp(&b.0))?;
+            if away >= 4.0 * size * size {
+                return None;
+            }
+            if !self.parts(place, self.places.own[voxel]) {
+                return Some((self.fragment(voxel), away));
+            }
+            left &= !(1 << voxel);
+        }
+    }
+
+    /// Whether the blade has passed between two places.
+    pub(super) fn parts(&self, from: V3, to: V3) -> bool {
+        self.blade.iter().any(|triangle| crosses(from, to, triangle))
+    }
+
+    /// Voxels that places can go by, with their own places, m.
+    pub(super) fn whole(&self) -> impl Iterator<Item = (usize, V3)> + '_ {
+        let left = self.solid & !self.merged;
+        (0..COUNT).filter(move |voxel| left >> voxel & 1 == 1).map(|voxel| (voxel, self.places.own[voxel]))
+    }
+
+    fn away(&self, voxel: usize, place: V3) -> f64 {
+        let d = axpy(self.places.own[voxel], -1.0, place);
+        dot(d, d)
     }
 }
 
