@@ -54,7 +54,7 @@ impl Sheet {
         self.edge
     }
 
-    /// Node of a vertex, or [`NONE`].
+    /// Node of a vertex, or `u32::MAX`.
     pub fn node_of(&self, vertex: u32) -> u32 {
         self.node_of[vertex as usize]
     }
