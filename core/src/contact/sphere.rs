@@ -3,7 +3,8 @@
 //! A vertex inside a tip is held on its surface for the step: it sticks, and the solver says what that takes. One that would
 //! have to be pulled is let go; one that would take more than friction gives slides, with the friction of Coulomb (1785) as a
 //! force and its normal motion still held (Tripicchio, D'Avella and Ruffaldi 2022, with the reaction of the unfiltered system
-//! in the place of their work). Sticking is tried first in every step, so that friction never overshoots.
+//! in the place of their work). Sticking is tried first; one that slid in the last step goes on sliding with the friction of that
+//! step, until that would speed it up.
 
 use super::proxy::Friction;
 use crate::step::{Constraint, Holds, System, V3, axpy, dot};
@@ -35,8 +36,8 @@ pub struct Spheres {
     pub moved: f64,
     near: Vec<NearTip>,
     held: Vec<Held>,
-    /// Vertices held in the last step, rising, and whether they stuck.
-    before: Vec<(u32, bool)>,
+    /// Vertices held in the last step, rising, and their friction, N, if they slid.
+    before: Vec<(u32, Option<V3>)>,
 }
 
 /// Vertices a tip may reach soon, and how much motion, m, the list still stands for.
@@ -105,8 +106,21 @@ impl Spheres {
         }
     }
 
-    fn stuck_before(&self, node: u32) -> Option<bool> {
+    /// What a vertex did in the last step, if it was held: the friction it slid with, or that it stuck.
+    fn before(&self, node: u32) -> Option<Option<V3>> {
         self.before.binary_search_by_key(&node, |(n, _)| *n).ok().map(|at| self.before[at].1)
+    }
+
+    /// N, on a vertex that slides on, by the force it is held with now; none if it would speed it up: then it sticks.
+    fn next_friction(&self, held: &Held, system: &System, reaction: V3) -> V3 {
+        let tip = &self.tips[held.tips.0];
+        let slip = axpy(system.nodes.v[held.node as usize], -1.0, tip.velocity);
+        let slip = axpy(slip, -dot(slip, held.normal), held.normal);
+        let (speed, push) = (dot(slip, slip).sqrt(), dot(reaction, held.normal).max(0.0));
+        if dot(slip, held.friction) >= 0.0 || speed == 0.0 {
+            return [0.0; 3];
+        }
+        slip.map(|c| -tip.friction.sliding * push / speed * c)
     }
 
     fn hold(&self, held: &Held, system: &mut System) {
@@ -161,7 +175,7 @@ impl Holds for Spheres {
                     continue; // what is fixed stays so
                 }
                 let d = Vector3::from(axpy(system.nodes.x[node as usize], -1.0, tip.position));
-                let (distance, before) = (d.norm(), self.stuck_before(node));
+                let (distance, before) = (d.norm(), self.before(node));
                 if distance > tip.radius * if before.is_some() { 1.0 + 1e-3 } else { 1.0 } {
                     continue;
                 }
@@ -174,9 +188,9 @@ impl Holds for Spheres {
                     normal,
                     other: [0.0; 3],
                     target: [target, 0.0],
-                    state: State::Sticks,
-                    stuck_before: before == Some(true),
-                    friction: [0.0; 3],
+                    state: if let Some(Some(_)) = before { State::Slides } else { State::Sticks },
+                    stuck_before: before == Some(None),
+                    friction: before.flatten().map_or([0.0; 3], |f| axpy(f, -dot(f, normal), normal)),
                 };
                 match self.held.iter_mut().find(|held| held.node == node) {
                     Some(held) => (held.tips.1, held.other, held.target[1]) = (Some(t), normal, target),
@@ -221,15 +235,6 @@ impl Holds for Spheres {
                 } else {
                     continue;
                 }
-            } else if held.state == State::Slides {
-                // Friction follows the normal force it was found with.
-                let size = dot(held.friction, held.friction).sqrt();
-                let wanted = friction.sliding * pushes;
-                if size > 0.0 && (wanted - size).abs() > 0.01 * wanted {
-                    held.friction = held.friction.map(|c| wanted / size * c);
-                    changed = true;
-                }
-                continue;
             } else {
                 continue;
             }
@@ -248,7 +253,8 @@ impl Holds for Spheres {
             (tip.force, tip.held) = ([0.0; 3], 0);
         }
         self.before.clear();
-        for held in &self.held {
+        for at in 0..self.held.len() {
+            let held = &self.held[at];
             let i = held.node as usize;
             if held.state != State::Free {
                 let on_node = axpy(reaction[i], 1.0, held.friction);
@@ -265,7 +271,8 @@ impl Holds for Spheres {
                     tip.force = axpy(tip.force, -share, on_node);
                     tip.held += 1;
                 }
-                self.before.push((held.node, held.state == State::Sticks));
+                let slid = (held.state == State::Slides).then(|| self.next_friction(held, system, reaction[i]));
+                self.before.push((held.node, slid.filter(|friction| *friction != [0.0; 3])));
             }
             system.nodes.constraint[i] = Constraint::Free;
             system.nodes.prescribed[i] = [0.0; 3];
