@@ -41,6 +41,8 @@ pub struct Fragments {
     /// m
     edge: f64,
     cells: BTreeMap<u64, CutCell>,
+    /// Those on each node.
+    standing: HashMap<u64, Vec<u64>>,
     /// How many copies of a node there have been.
     copies: HashMap<u64, u32>,
     /// Copies made by the last advance, and what they were copied from.
@@ -202,6 +204,7 @@ impl Fragments {
                 abi::CELL_SURFACE => places.fit(facts.centre, facts.edge, inner),
                 _ => u64::MAX,
             };
+            nodes.iter().for_each(|node| self.standing.entry(*node).or_default().push(id));
             let (reference, voxels) = (facts.reference, Voxels::new(solid, places));
             self.cells.insert(id, CutCell { reference, nodes, neighbours, voxels, fragments: vec![whole] });
         }
