@@ -171,22 +171,17 @@ impl Knife {
     /// between parts that have moved away is in neither.
     fn at_rest(&self, along: &Vector3<f64>, body: &Body) -> Result<(Blade, Vec<V3>), ToolError> {
         let mut places = Vec::new();
-        let (mut first, mut last) = (None, [0.0; 3]);
+        let (mut first, mut last, mut drift) = (None, [0.0; 3], None);
         for i in 0..PLACES {
             let s = self.edge.length * i as f64 / (PLACES - 1) as f64;
             let now: V3 = (Vector3::from(self.tip) + s * along).into();
-            let (mut place, mut moved, mut found) = (now, None, false);
-            for _ in 0..INVERSIONS {
-                let Some(u) = body.lattice.carried_by(place, &body.system.nodes)? else { break };
-                let before = moved.replace(u);
-                place = axpy(now, -1.0, u);
-                let gap = before
-                    .map_or(f64::INFINITY, |before| axpy(u, -1.0, before).iter().fold(0.0, |g: f64, c| g.max(c.abs())));
-                found = gap <= STRAY * body.lattice.edge();
+            // A body that has gone far is where its nodes are on the whole.
+            let mut moved = rest_of(now, now, body)?;
+            if moved.is_none() && body.lattice.is_whole() {
+                let drift = *drift.get_or_insert_with(|| mean_displacement(body));
+                moved = rest_of(now, axpy(now, -1.0, drift), body)?;
             }
-            if !found {
-                (place, moved) = (now, None);
-            }
+            let place = moved.map_or(now, |u| axpy(now, -1.0, u));
             if let Some(u) = moved {
                 first.get_or_insert(u);
                 last = u;
@@ -248,6 +243,24 @@ impl Knife {
         let force = if way > 0.0 { force / way } else { 0.0 };
         Ok(Some(Advanced { force, area: advance.area, length: advance.length, has_cut }))
     }
+}
+
+/// m, how far the body has moved what is now at a place, sought from a rest place on; `None` in the air.
+fn rest_of(now: V3, from: V3, body: &Body) -> Result<Option<V3>, ToolError> {
+    let (mut place, mut moved, mut gap) = (from, None, f64::INFINITY);
+    for _ in 0..INVERSIONS {
+        let Some(u) = body.lattice.carried_by(place, &body.system.nodes)? else { break };
+        let before: Option<V3> = moved.replace(u);
+        place = axpy(now, -1.0, u);
+        gap = before.map_or(gap, |before| axpy(u, -1.0, before).iter().fold(0.0, |g, c| g.max(c.abs())));
+    }
+    Ok(moved.filter(|_| gap <= STRAY * body.lattice.edge()))
+}
+
+fn mean_displacement(body: &Body) -> V3 {
+    let (nodes, rest) = (&body.system.nodes, &body.lattice.region().node_rest);
+    let sum = nodes.x.iter().zip(rest).fold([0.0; 3], |sum, (x, rest)| axpy(sum, 1.0, axpy(*x, -1.0, *rest)));
+    sum.map(|c| c / nodes.len().max(1) as f64)
 }
 
 /// An advance that was made.
