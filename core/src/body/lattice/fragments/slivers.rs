@@ -56,7 +56,7 @@ impl Fragments {
                 for (voxel, other, joined) in cell.voxels.face(axis) {
                     if joined && next != abi::NO_CELL && cell.voxels.fragment(voxel) == f {
                         // What goes on in a cell that no blade has come near is not small.
-                        let Some(cell) = self.cells.get(&next).map(|cell| &cell.voxels) else { return None };
+                        let cell = self.cells.get(&next).map(|cell| &cell.voxels)?;
                         if cell.is_solid(other) && part.insert((next, cell.fragment(other))) {
                             waiting.push((next, cell.fragment(other)));
                         }
@@ -64,7 +64,7 @@ impl Fragments {
                     if before == abi::NO_CELL || cell.voxels.fragment(other) != f || !cell.voxels.is_solid(other) {
                         continue;
                     }
-                    let Some(cell) = self.cells.get(&before).map(|cell| &cell.voxels) else { return None };
+                    let cell = self.cells.get(&before).map(|cell| &cell.voxels)?;
                     if cell.is_joined(voxel, axis) && part.insert((before, cell.fragment(voxel))) {
                         waiting.push((before, cell.fragment(voxel)));
                     }
