@@ -6,7 +6,7 @@ use crate::open::open;
 use crate::outcome::{Failure, Outcome};
 use crate::text;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use pliant_core::record::{Recorder, Summary};
+use pliant_core::record::{CutSummary, Recorder, Summary};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Arc;
@@ -96,6 +96,13 @@ fn tell(summary: &Summary, folder: &Path) {
     if let Some(s) = &summary.step_seconds {
         let [p50, p99, max] = [s.p50, s.p99, s.max].map(text::seconds);
         text::note(&format!("a step took {p50} (p99 {p99}, most {max}); all {}", text::seconds(summary.wall_seconds)));
+    }
+    if let Some(cut) = &summary.cut {
+        let (CutSummary { advances, area, length, .. }, seconds) = (cut, &cut.seconds);
+        let [p50, max] = [seconds.p50, seconds.max].map(text::seconds);
+        text::note(&format!(
+            "cut {area:.3e} m^2 and {length:.3e} m of edge in {advances} advances of {p50} (most {max})"
+        ));
     }
     let contact = summary.contact_steps as f64 * summary.dt;
     text::note(&format!("in contact for {}, largest force {:.4} N", text::seconds(contact), summary.largest_force));

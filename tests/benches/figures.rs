@@ -18,6 +18,7 @@ fn main() {
     hierarchy();
     growth_with_the_mesh();
     first_step();
+    cut();
 }
 
 fn median(mut seconds: Vec<f64>) -> f64 {
@@ -161,6 +162,44 @@ fn growth_with_the_mesh() {
             session.frame().nodes,
             session.frame().elements,
             1e3 * open
+        );
+    }
+}
+
+/// A blade through the back of the bunny, in a local region: what an advance costs, and the step that takes it over.
+fn cut() {
+    let Some(bunny) = shared_mesh("stanford-bunny.obj") else { return };
+    let bench = Bench::new();
+    for level in [6, 7] {
+        let text = format!(
+            "format = 1\n[time]\nduration = 1\n[[body]]\nmesh = {bunny:?}\nsize = \"100 mm\"\nmaterial = {{ plugin = \
+             \"mass-spring\", params = {{ young = \"100 kPa\", density = 1000 }} }}\ngrid = {{ level = {level} }}\n[[device]]\n\
+             name = \"hand\"\nparams = {{ path = [[0, 0.01, 0.06, -0.05], [0.3, 0.01, -0.01, -0.05]] }}\n[[tool]]\n\
+             name = \"knife\"\ndevice = \"hand\"\nradius = \"1 mm\"\nblade = {{ length = \"100 mm\", toughness = 2 }}\n\
+             [[edit]]\nkind = \"cut\"\ntool = \"knife\"\n"
+        );
+        let mut session = pliant_tests::open_file(&bench.write("cut.toml", &text), 1, None);
+        let (mut cutting, mut regions) = (Vec::new(), Vec::new());
+        for _ in 0..300 {
+            let before = session.cuts().advances;
+            session.step();
+            if session.cuts().advances > before {
+                cutting.push(session.frame().seconds);
+                regions.push(session.frame().parts[0]);
+            }
+        }
+        let cuts = session.cuts();
+        let most = cuts.seconds.iter().fold(0.0, |most: f64, s| most.max(*s));
+        println!(
+            "cut of the bunny at level {level}: {} advances, {:.3e} m^2; an advance {:.2} ms (most {:.2}), with the exchange of \
+             the region {:.2} ms, the whole step {:.2} ms with {} nodes",
+            cuts.advances,
+            cuts.area,
+            1e3 * median(cuts.seconds.clone()),
+            1e3 * most,
+            1e3 * median(regions),
+            1e3 * median(cutting),
+            session.frame().nodes
         );
     }
 }

@@ -408,6 +408,42 @@ fn edits_probes_and_outputs_that_make_no_sense_are_refused() {
 }
 
 #[test]
+fn blades_and_cuts() {
+    refuses(&[
+        ("kind = \"touch\"", "kind = \"cut\"", 1, &["tool `finger` cuts and has no `blade`"]),
+        (
+            "radius = \"4 mm\"",
+            "radius = \"4 mm\"\nblade = { length = \"4 mm\", toughness = -1 }",
+            1,
+            &["toughness is -1 J/m^2; allowed is 0 or more"],
+        ),
+        (
+            "radius = \"4 mm\"",
+            "radius = \"4 mm\"\nblade = { length = 1, tear = -2 }",
+            1,
+            &["tear is -2 N; allowed is 0"],
+        ),
+        ("radius = \"4 mm\"", "radius = \"4 mm\"\nblade = { length = 0 }", 1, &["length of the blade is 0 m"]),
+        (
+            "radius = \"4 mm\"",
+            "radius = \"4 mm\"\nblade = { length = 1, direction = [0, 0, 0] }",
+            1,
+            &["direction of the blade is [0.0, 0.0, 0.0]; allowed is finite numbers, not all 0"],
+        ),
+        (
+            "radius = \"4 mm\"",
+            "radius = \"4 mm\"\nblade = { length = 1, material = \"a b\" }",
+            1,
+            &["material \"a b\"; allowed is a name without spaces"],
+        ),
+        ("kind = \"touch\"", "kind = \"undo\"", 1, &["`undo` and `redo` have no tool"]),
+    ]);
+    let bench = Bench::new();
+    bench.write("scene.toml", SCENE.replace("kind = \"touch\"\ntool = \"finger\"", "kind = \"cut\""));
+    bench.pliant(&["run", "scene.toml", "--out", "out"]).expect(2).says(&["[[edit]] without `tool`"]);
+}
+
+#[test]
 fn names_that_are_there_twice_are_refused() {
     for (table, rest) in [
         ("body", "shape = { kind = \"box\", size = [1, 1, 1] }\nmaterial = { plugin = \"mass-spring\" }"),

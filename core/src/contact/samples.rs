@@ -136,7 +136,8 @@ impl Samples {
         }
         of_cells.sort_unstable_by_key(|(key, p)| (*key, p.key, p.number));
         for id in cells {
-            self.recut.retain(|(cell, _), _| cell != id);
+            let known: Vec<(u64, u8)> = self.recut.range((*id, 0)..=(*id, u8::MAX)).map(|(key, _)| *key).collect();
+            known.iter().for_each(|key| _ = self.recut.remove(key));
         }
         for of_cell in of_cells.chunk_by(|a, b| a.0 == b.0) {
             let first = self.place.len();

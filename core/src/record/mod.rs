@@ -16,4 +16,4 @@ pub use machine::Machine;
 pub use model::write_model;
 pub use probe::ProbeResult;
 pub use recorder::Recorder;
-pub use summary::{BodySummary, StepSeconds, Summary, bodies};
+pub use summary::{BodySummary, CutSummary, StepSeconds, Summary, bodies};

@@ -4,7 +4,7 @@ use super::atomic::{AtomicFile, AtomicFolder, with_path};
 use super::machine::Machine;
 use super::model::write_model;
 use super::probe::Meter;
-use super::summary::{StepSeconds, Summary, bodies};
+use super::summary::{CutSummary, StepSeconds, Summary, bodies};
 use super::trace;
 use crate::scene::{OutputScene, Scene, Source};
 use crate::session::{EventKind, Session};
@@ -179,6 +179,7 @@ impl Recorder {
             steps: session.steps(),
             choices: session.choices.clone(),
             step_seconds: StepSeconds::of(&mut self.seconds),
+            cut: cut(session),
             loaded: session.loaded.clone(),
             left_out: session.left_out.clone(),
             bodies: bodies(session),
@@ -196,4 +197,10 @@ impl Recorder {
             machine: Machine::here(),
         }
     }
+}
+
+fn cut(session: &Session) -> Option<CutSummary> {
+    let cuts = session.cuts();
+    let seconds = StepSeconds::of(&mut cuts.seconds.clone())?;
+    Some(CutSummary { advances: cuts.advances, area: cuts.area, length: cuts.length, seconds })
 }

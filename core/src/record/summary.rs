@@ -30,6 +30,19 @@ impl StepSeconds {
     }
 }
 
+/// What blades did.
+#[derive(Clone, Debug, Serialize)]
+pub struct CutSummary {
+    /// Advances that changed a mesh.
+    pub advances: usize,
+    /// m^2, of new cut surface inside of closed bodies, one wall of two
+    pub area: f64,
+    /// m, of new edge, one side of two
+    pub length: f64,
+    /// Seconds of the advances: mesh, model, lattice and samples
+    pub seconds: StepSeconds,
+}
+
 /// One body.
 #[derive(Clone, Debug, Serialize)]
 pub struct BodySummary {
@@ -79,6 +92,9 @@ pub struct Summary {
     pub choices: Choices,
     /// Seconds of the steps.
     pub step_seconds: Option<StepSeconds>,
+    /// What blades did, if they did.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cut: Option<CutSummary>,
     /// Files that were opened.
     pub loaded: Vec<Loaded>,
     /// What was left out, and why.

@@ -8,7 +8,7 @@
 
 use super::hand::Hand;
 use super::haptic::ToolError;
-use crate::body::Body;
+use crate::body::{Body, Lattice};
 use crate::cut::{Blade, Refused, Stroke};
 use crate::step::{V3, axpy};
 use nalgebra::Vector3;
@@ -175,22 +175,17 @@ impl Knife {
         let mut places = Vec::new();
         let heel = (Vector3::from(self.tip) + self.edge.length * along).into();
         let Some(lattice) = body.carrier.lattice() else { return Ok((Blade { tip: self.tip, heel }, places)) };
-        let (mut first, mut last) = (None, [0.0; 3]);
+        let (mut first, mut last, mut drift) = (None, [0.0; 3], None);
         for i in 0..PLACES {
             let s = self.edge.length * i as f64 / (PLACES - 1) as f64;
             let now: V3 = (Vector3::from(self.tip) + s * along).into();
-            let (mut place, mut moved, mut found) = (now, None, false);
-            for _ in 0..INVERSIONS {
-                let Some(u) = lattice.carried_by(place, &body.system.nodes)? else { break };
-                let before = moved.replace(u);
-                place = axpy(now, -1.0, u);
-                let gap = before
-                    .map_or(f64::INFINITY, |before| axpy(u, -1.0, before).iter().fold(0.0, |g: f64, c| g.max(c.abs())));
-                found = gap <= STRAY * lattice.edge();
+            // A body that has gone far is where its nodes are on the whole.
+            let mut moved = rest_of(now, now, lattice, body)?;
+            if moved.is_none() && lattice.is_whole() {
+                let drift = *drift.get_or_insert_with(|| mean_displacement(lattice, body));
+                moved = rest_of(now, axpy(now, -1.0, drift), lattice, body)?;
             }
-            if !found {
-                (place, moved) = (now, None);
-            }
+            let place = moved.map_or(now, |u| axpy(now, -1.0, u));
             if let Some(u) = moved {
                 first.get_or_insert(u);
                 last = u;
@@ -251,6 +246,24 @@ impl Knife {
         let force = if way > 0.0 { force / way } else { 0.0 };
         Ok(Some(Advanced { force, area: advance.area, length: advance.length, has_cut }))
     }
+}
+
+/// m, how far the body has moved what is now at a place, sought from a rest place on; `None` in the air.
+fn rest_of(now: V3, from: V3, lattice: &Lattice, body: &Body) -> Result<Option<V3>, ToolError> {
+    let (mut place, mut moved, mut gap) = (from, None, f64::INFINITY);
+    for _ in 0..INVERSIONS {
+        let Some(u) = lattice.carried_by(place, &body.system.nodes)? else { break };
+        let before: Option<V3> = moved.replace(u);
+        place = axpy(now, -1.0, u);
+        gap = before.map_or(gap, |before| axpy(u, -1.0, before).iter().fold(0.0, |g, c| g.max(c.abs())));
+    }
+    Ok(moved.filter(|_| gap <= STRAY * lattice.edge()))
+}
+
+fn mean_displacement(lattice: &Lattice, body: &Body) -> V3 {
+    let (nodes, rest) = (&body.system.nodes, &lattice.region().node_rest);
+    let sum = nodes.x.iter().zip(rest).fold([0.0; 3], |sum, (x, rest)| axpy(sum, 1.0, axpy(*x, -1.0, *rest)));
+    sum.map(|c| c / nodes.len().max(1) as f64)
 }
 
 /// An advance that was made.

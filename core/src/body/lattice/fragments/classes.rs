@@ -2,7 +2,7 @@
 
 use super::{Fragment, Fragments, NodeKey};
 use pliant_plugin_api::abi;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 /// Union-find over corners of fragments, and the nodes of the grid that cells away from the cut stand on.
 struct Classes {
@@ -32,10 +32,14 @@ fn common_corners(axis: usize) -> impl Iterator<Item = (usize, usize)> {
 }
 
 impl Fragments {
-    /// Gives every fragment its nodes again. `near` are the cells whose voxels may have changed; gives those and all others
-    /// whose nodes did.
+    /// Gives the fragments around changed cells their nodes again. `near` are the cells whose voxels may have changed; gives
+    /// those and all others whose nodes did. A node depends on the cells that stand on it alone.
     pub(super) fn assign_nodes(&mut self, near: &[u64]) -> Vec<u64> {
-        let ids: Vec<u64> = self.cells.keys().copied().collect();
+        let changed = near.iter().filter_map(|id| self.cells.get(id));
+        let nodes: HashSet<u64> = changed.flat_map(|cell| cell.nodes).collect();
+        let around: BTreeSet<u64> =
+            nodes.iter().filter_map(|node| self.standing.get(node)).flatten().copied().collect();
+        let ids: Vec<u64> = around.into_iter().collect();
         // Handles: eight to a fragment, in order of cells; then one to each node that an uncut cell stands on.
         let mut first: BTreeMap<u64, u32> = BTreeMap::new();
         let mut total = 0;
@@ -50,7 +54,7 @@ impl Fragments {
         }
         let before = self.previous_nodes(&ids);
         let is_original: BTreeSet<u32> = original.values().map(|h| classes.find(*h)).collect();
-        let key_of = self.name_classes(total, &mut classes, &before, &is_original);
+        let key_of = self.name_classes(&nodes, &mut classes, &before, &is_original);
         let mut changed: BTreeSet<u64> = near.iter().copied().collect();
         let mut handle = 0;
         for id in &ids {
@@ -84,7 +88,9 @@ impl Fragments {
             let next = cell.neighbours[2 * axis + 1];
             if next != abi::NO_CELL {
                 let solid = |other: usize| self.cells.get(&next).is_none_or(|cell| cell.voxels.is_solid(other));
-                for (voxel, other, _) in cell.voxels.face(axis).filter(|(_, other, joined)| *joined && solid(*other)) {
+                let apart = self.cells.contains_key(&next) && !first.contains_key(&next);
+                let joints = cell.voxels.face(axis).filter(|(_, other, joined)| !apart && *joined && solid(*other));
+                for (voxel, other, _) in joints {
                     let mine = base + 8 * cell.voxels.fragment(voxel) as u32;
                     for (c, d) in common_corners(axis) {
                         let theirs = match self.cells.get(&next) {
@@ -122,18 +128,20 @@ impl Fragments {
         keys
     }
 
-    /// A name for the class of every handle: the grid's own node where an uncut cell stands on it, the old name for the
-    /// first class that had it, a new copy for every other.
+    /// A name for the class of every handle of `nodes`: the grid's own node where an uncut cell stands on it, the old name for the
+    /// first class that had it, a new copy for every other. Handles of other nodes keep theirs.
     fn name_classes(
         &mut self,
-        total: u32,
+        nodes: &HashSet<u64>,
         classes: &mut Classes,
         before: &[NodeKey],
         is_original: &BTreeSet<u32>,
     ) -> Vec<NodeKey> {
         let mut names: BTreeMap<u32, NodeKey> = BTreeMap::new();
         let mut taken: BTreeSet<NodeKey> = BTreeSet::new();
-        for handle in 0..total {
+        let total = before.len() as u32;
+        let asked = |handle: &u32| nodes.contains(&before[*handle as usize].0);
+        for handle in (0..total).filter(asked) {
             let top = classes.find(handle);
             if is_original.contains(&top) {
                 let key = (before[handle as usize].0, 0);
@@ -144,6 +152,10 @@ impl Fragments {
         let mut out = Vec::with_capacity(total as usize);
         for handle in 0..total {
             let (top, old) = (classes.find(handle), before[handle as usize]);
+            if !asked(&handle) {
+                out.push(old);
+                continue;
+            }
             let copies = &mut self.copies;
             let born = &mut self.born;
             let key = *names.entry(top).or_insert_with(|| {

@@ -41,6 +41,8 @@ pub struct Fragments {
     /// m
     edge: f64,
     cells: BTreeMap<u64, CutCell>,
+    /// Those on each node.
+    standing: HashMap<u64, Vec<u64>>,
     /// How many copies of a node there have been.
     copies: HashMap<u64, u32>,
     /// Copies made by the last advance, and what they were copied from.
@@ -103,16 +105,22 @@ impl Fragments {
         swept: &[[V3; 3]],
         inner: &impl Inner,
     ) -> Result<Vec<u64>, HostError> {
-        let near = self.list_cells(grid, level, swept, 0.5 / voxels::SIDE as f64)?;
+        let mut met = Vec::new(); // cells a triangle may part, with the triangle
+        for (number, triangle) in swept.iter().enumerate() {
+            let mut cells = Vec::new();
+            self.list_near(grid, level, triangle, 0.5 / voxels::SIDE as f64 * self.edge, &mut cells)?;
+            met.extend(cells.into_iter().map(|id| (id, number)));
+        }
+        met.sort_unstable();
         // What is beside the cut is looked at too: there the two sides may meet in a cell outside of the body.
         let mut fresh = self.list_cells(grid, level, swept, 1.0)?;
         fresh.retain(|id| !self.cells.contains_key(id));
         self.add_cells(grid, level, &fresh, inner)?;
-        for id in &near {
-            if let Some(cell) = self.cells.get_mut(id) {
-                for triangle in swept {
-                    cell.voxels.cut(triangle);
-                }
+        let mut near = Vec::new();
+        for of_cell in met.chunk_by(|a, b| a.0 == b.0) {
+            near.push(of_cell[0].0);
+            if let Some(cell) = self.cells.get_mut(&of_cell[0].0) {
+                of_cell.iter().for_each(|(_, triangle)| cell.voxels.cut(&swept[*triangle]));
                 cell.voxels.label();
             }
         }
@@ -122,9 +130,8 @@ impl Fragments {
                 cell.voxels.label();
             }
         }
-        let mut near = near;
         near.append(&mut fresh);
-        near.append(&mut self.merge_slivers());
+        near.append(&mut self.merge_slivers(&near));
         Ok(self.assign_nodes(&near))
     }
 
@@ -197,6 +204,7 @@ impl Fragments {
                 abi::CELL_SURFACE => places.fit(facts.centre, facts.edge, inner),
                 _ => u64::MAX,
             };
+            nodes.iter().for_each(|node| self.standing.entry(*node).or_default().push(id));
             let (reference, voxels) = (facts.reference, Voxels::new(solid, places));
             self.cells.insert(id, CutCell { reference, nodes, neighbours, voxels, fragments: vec![whole] });
         }

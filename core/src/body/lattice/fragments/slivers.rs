@@ -5,68 +5,72 @@
 
 use super::Fragments;
 use pliant_plugin_api::abi;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Voxels below which a part stays with another; a cell has 64.
 const LEAST: u32 = 32;
 
+/// A cell and a fragment of it.
+type Piece = (u64, usize);
+
 impl Fragments {
-    /// Merges parts that are too small into what is beside them. Gives the cells that changed.
-    pub(super) fn merge_slivers(&mut self) -> Vec<u64> {
-        let mut first: BTreeMap<u64, usize> = BTreeMap::new();
-        let mut total = 0;
-        for (id, cell) in &self.cells {
-            first.insert(*id, total);
-            total += cell.voxels.count();
+    /// Merges parts that are too small into what is beside them, as far as the cells `near` are in them: nothing else can
+    /// have become small. Gives the cells that changed.
+    pub(super) fn merge_slivers(&mut self, near: &[u64]) -> Vec<u64> {
+        let mut seeds: BTreeSet<u64> = near.iter().copied().collect();
+        seeds.extend(near.iter().filter_map(|id| self.cells.get(id)).flat_map(|cell| cell.neighbours));
+        let mut small: BTreeSet<Piece> = BTreeSet::new();
+        for id in seeds {
+            let Some(cell) = self.cells.get(&id) else { continue };
+            for f in 0..cell.voxels.count() {
+                if !small.contains(&(id, f)) {
+                    small.extend(self.small_part((id, f)).into_iter().flatten());
+                }
+            }
         }
-        let mut root: Vec<usize> = (0..total).collect();
-        let mut held = vec![false; total];
-        for (id, cell) in &self.cells {
+        let mut of_cell: BTreeMap<u64, Vec<usize>> = BTreeMap::new();
+        small.into_iter().for_each(|(id, f)| of_cell.entry(id).or_default().push(f));
+        let mut changed = Vec::new();
+        for (id, small) in of_cell {
+            let Some(cell) = self.cells.get_mut(&id).filter(|cell| small.len() < cell.voxels.count()) else { continue };
+            let is_small: Vec<bool> = (0..cell.voxels.count()).map(|f| small.contains(&f)).collect();
+            cell.voxels.merge(&is_small);
+            changed.push(id);
+        }
+        changed
+    }
+
+    /// All that hangs together with a piece, if it is too small; the search ends when it is not.
+    fn small_part(&self, seed: Piece) -> Option<BTreeSet<Piece>> {
+        let mut part = BTreeSet::from([seed]);
+        let mut waiting = vec![seed];
+        let mut voxels = 0;
+        while let Some((id, f)) = waiting.pop() {
+            let cell = &self.cells[&id];
+            voxels += cell.voxels.size(f);
+            if voxels >= LEAST {
+                return None;
+            }
             for axis in 0..3 {
                 let (before, next) = (cell.neighbours[2 * axis], cell.neighbours[2 * axis + 1]);
                 for (voxel, other, joined) in cell.voxels.face(axis) {
-                    let mine = first[id] + cell.voxels.fragment(voxel);
-                    match self.cells.get(&next) {
-                        Some(cell) if joined && cell.voxels.is_solid(other) => {
-                            let (a, b) =
-                                (find(&mut root, mine), find(&mut root, first[&next] + cell.voxels.fragment(other)));
-                            root[a.max(b)] = a.min(b);
+                    if joined && next != abi::NO_CELL && cell.voxels.fragment(voxel) == f {
+                        // What goes on in a cell that no blade has come near is not small.
+                        let cell = self.cells.get(&next).map(|cell| &cell.voxels)?;
+                        if cell.is_solid(other) && part.insert((next, cell.fragment(other))) {
+                            waiting.push((next, cell.fragment(other)));
                         }
-                        None if joined && next != abi::NO_CELL => held[mine] = true,
-                        _ => {}
                     }
-                    if before != abi::NO_CELL && !self.cells.contains_key(&before) && cell.voxels.is_solid(other) {
-                        held[first[id] + cell.voxels.fragment(other)] = true;
+                    if before == abi::NO_CELL || cell.voxels.fragment(other) != f || !cell.voxels.is_solid(other) {
+                        continue;
+                    }
+                    let cell = self.cells.get(&before).map(|cell| &cell.voxels)?;
+                    if cell.is_joined(voxel, axis) && part.insert((before, cell.fragment(voxel))) {
+                        waiting.push((before, cell.fragment(voxel)));
                     }
                 }
             }
         }
-        let mut voxels = vec![0_u32; total];
-        for (id, cell) in &self.cells {
-            for f in 0..cell.voxels.count() {
-                let top = find(&mut root, first[id] + f);
-                voxels[top] += cell.voxels.size(f);
-                held[top] |= held[first[id] + f];
-            }
-        }
-        let small: Vec<bool> =
-            (0..total).map(|f| find(&mut root, f)).map(|top| !held[top] && voxels[top] < LEAST).collect();
-        let mut changed = Vec::new();
-        for (id, cell) in &mut self.cells {
-            let of_cell = &small[first[id]..first[id] + cell.voxels.count()];
-            if of_cell.contains(&true) && of_cell.contains(&false) {
-                cell.voxels.merge(of_cell);
-                changed.push(*id);
-            }
-        }
-        changed
+        Some(part)
     }
-}
-
-fn find(root: &mut [usize], mut at: usize) -> usize {
-    while root[at] != at {
-        root[at] = root[root[at]];
-        at = root[at];
-    }
-    at
 }

@@ -182,7 +182,8 @@ impl Voxels {
         self.solid >> voxel & 1 == 1
     }
 
-    fn is_joined(&self, voxel: usize, axis: usize) -> bool {
+    /// Whether a voxel is joined to the next along an axis, in this cell or the next.
+    pub(super) fn is_joined(&self, voxel: usize, axis: usize) -> bool {
         self.is_solid(voxel) && self.joined[axis] >> voxel & 1 == 1
     }
 
