@@ -176,7 +176,7 @@ fn a_kept_pull_is_taken_back_with_the_cut_after_it() {
     let path = "[[0.0, 0.003, -0.05, 0.03], [0.6, 0.003, -0.05, 0.03], [1.0, 0.003, -0.05, -0.01]]";
     let mut session = scene("", held, path, "toughness = 1", pull);
     let bench = Bench::new();
-    let mut written = |session: &mut Session| {
+    let written = |session: &mut Session| {
         session.update_surface();
         write_model(&session.bodies[0], "cut", &bench.path("final.obj")).unwrap();
         bench.read("final.obj")
