@@ -118,7 +118,7 @@ extern PLIANT_EXPORT const pliant_library pliant_entry;
 #define PLIANT_POINT       1u /* 1 corner;  measure: share of the volume (m^3) or, on a surface, of the area (m^2) */
 #define PLIANT_LINK        2u /* 2 corners; measure: boundary weight, 1 inside the body */
 #define PLIANT_TRIANGLE    3u /* 3 corners; measure: 1; material coordinates of each corner (m) */
-#define PLIANT_HINGE       4u /* 4 corners: the edge's two, then the opposite of each side; measure: 1 */
+#define PLIANT_HINGE       4u /* 4 corners: the edge a, b, then the vertex left of it and the one right of it; measure: 1 */
 #define PLIANT_TETRAHEDRON 5u /* 4 corners, positive volume at rest; measure: the share of it that belongs to the body */
 
 #define PLIANT_STRUCTURAL    1u /* families of links: along an edge of a cell, */
