@@ -1,5 +1,6 @@
 //! Loads on places of a body, and how they change as the body moves there.
 
+use super::sums::Sums;
 use crate::body::{Body, Carrier, LatticeError};
 use crate::step::{Block, NodeSprings, Nodes, V3, axpy};
 
@@ -15,16 +16,6 @@ pub struct PlaceLoads {
     /// N s/m (s blocks)
     pub damping: Vec<Block>,
     sums: Sums,
-}
-
-/// Sums by node, dense, and which nodes have one.
-#[derive(Debug, Default)]
-struct Sums {
-    force: Vec<V3>,
-    stiffness: Vec<Block>,
-    damping: Vec<Block>,
-    seen: Vec<bool>,
-    touched: Vec<u32>,
     weights: Vec<[f64; 8]>,
 }
 
@@ -64,8 +55,7 @@ impl PlaceLoads {
                         sums.add(node, weight, self.force[i], &self.stiffness[i], &self.damping[i]);
                     }
                 }
-                let wanted = self.force.iter().fold([0.0; 3], |sum, f| axpy(sum, 1.0, *f));
-                sums.give(wanted, nodes, out);
+                self.give(nodes, out);
                 return Ok(());
             }
         };
@@ -76,60 +66,21 @@ impl PlaceLoads {
             })?;
         } else {
             let (force, stiffness, damping) = (&self.force, &self.stiffness, &self.damping);
-            let mut weights = std::mem::take(&mut sums.weights);
+            let mut weights = std::mem::take(&mut self.weights);
             lattice.stencils(&self.places, &mut weights, |place, node, weight| {
                 sums.add(node, weight, force[place], &stiffness[place], &damping[place]);
             })?;
-            sums.weights = weights;
+            self.weights = weights;
         }
-        let wanted = self.force.iter().fold([0.0; 3], |sum, f| axpy(sum, 1.0, *f));
-        sums.give(wanted, nodes, out);
+        self.give(nodes, out);
         Ok(())
     }
-}
 
-impl Sums {
-    fn begin(&mut self, nodes: usize) {
-        if self.force.len() < nodes {
-            self.force.resize(nodes, [0.0; 3]);
-            self.stiffness.resize(nodes, [0.0; 9]);
-            self.damping.resize(nodes, [0.0; 9]);
-            self.seen.resize(nodes, false);
-        }
-        self.touched.clear();
-    }
-
-    fn touch(&mut self, node: u32) -> (&mut V3, &mut Block, &mut Block) {
-        let n = node as usize;
-        if !self.seen[n] {
-            self.seen[n] = true;
-            self.touched.push(node);
-        }
-        (&mut self.force[n], &mut self.stiffness[n], &mut self.damping[n])
-    }
-
-    fn add(&mut self, node: u32, weight: f64, force: V3, stiffness: &Block, damping: &Block) {
-        let (f, k, c) = self.touch(node);
-        *f = axpy(*f, weight, force);
-        for e in 0..9 {
-            k[e] += weight * stiffness[e];
-            c[e] += weight * damping[e];
-        }
-    }
-
-    /// Empties the sums into `out`, scaled so that they come to `wanted`.
-    fn give(&mut self, wanted: V3, nodes: &Nodes, out: &mut NodeSprings) {
+    /// Scaled so that all of the load arrives.
+    fn give(&mut self, nodes: &Nodes, out: &mut NodeSprings) {
         let size = |f: V3| f.iter().map(|c| c * c).sum::<f64>().sqrt();
-        let arrived = self.touched.iter().fold([0.0; 3], |sum, &n| axpy(sum, 1.0, self.force[n as usize]));
-        let scale = if size(arrived) > 0.0 { size(wanted) / size(arrived) } else { 1.0 };
-        self.touched.sort_unstable();
-        out.clear();
-        for &node in &self.touched {
-            let n = node as usize;
-            let force = std::mem::take(&mut self.force[n]).map(|f| scale * f);
-            let (stiffness, damping) = (std::mem::take(&mut self.stiffness[n]), std::mem::take(&mut self.damping[n]));
-            self.seen[n] = false;
-            out.push(node, force, stiffness, damping, nodes.x[n]);
-        }
+        let (wanted, arrived) =
+            (size(self.force.iter().fold([0.0; 3], |sum, f| axpy(sum, 1.0, *f))), size(self.sums.total()));
+        self.sums.give(if arrived > 0.0 { wanted / arrived } else { 1.0 }, &nodes.x, out);
     }
 }

@@ -6,8 +6,11 @@ mod loads;
 mod near;
 mod patch;
 mod proxy;
+mod reach;
 mod samples;
+mod soft;
 mod sphere;
+mod sums;
 
 pub use closest::{Closest, closest_point};
 pub use layer::{Layer, Push};
@@ -16,4 +19,5 @@ pub use near::{Near, NearSurface, normal_of};
 pub use patch::Patch;
 pub use proxy::{Friction, Proxy, Touch, hold};
 pub use samples::Samples;
+pub use soft::{Meets, SoftTip};
 pub use sphere::{Spheres, Tip};

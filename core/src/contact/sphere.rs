@@ -7,6 +7,7 @@
 //! step, until that would speed it up.
 
 use super::proxy::Friction;
+use super::reach::Reach;
 use crate::step::{Constraint, Holds, System, V3, axpy, dot};
 use nalgebra::Vector3;
 
@@ -21,6 +22,10 @@ pub struct Tip {
     pub radius: f64,
     /// On the sheet.
     pub friction: Friction,
+    /// Of the speed at which a vertex meets it, what it leaves with (Newton 1687).
+    pub restitution: f64,
+    /// Whether it holds vertices, and is not a soft tip.
+    pub holds: bool,
     /// N, what the last step did to it
     pub force: V3,
     /// Vertices it held in the last step.
@@ -34,18 +39,12 @@ pub struct Spheres {
     pub tips: Vec<Tip>,
     /// m, how far a vertex may have moved since the last step
     pub moved: f64,
-    near: Vec<NearTip>,
+    near: Vec<Reach>,
     held: Vec<Held>,
+    /// s, of the step
+    dt: f64,
     /// Vertices held in the last step, rising, and their friction, N, if they slid.
     before: Vec<(u32, Option<V3>)>,
-}
-
-/// Vertices a tip may reach soon, and how much motion, m, the list still stands for.
-#[derive(Default)]
-struct NearTip {
-    nodes: Vec<u32>,
-    slack: f64,
-    centre: V3,
 }
 
 /// A vertex that is held.
@@ -59,8 +58,12 @@ struct Held {
     other: V3,
     /// m/s, along the normals
     target: [f64; 2],
+    /// m/s, along the first normal, of a vertex that bounces
+    rebound: f64,
     state: State,
     stuck_before: bool,
+    /// It was caught on its way, and is not let go in the same step.
+    caught: bool,
     /// N, friction while it slides
     friction: V3,
 }
@@ -72,37 +75,54 @@ enum State {
     Free,
 }
 
+/// The normal at which a vertex that is at `x` and moves with `v` meets a tip in a step, if it does: where it is inside of it, or,
+/// if it goes far against it, where it comes in on its way. One that touched `before` may be a little off.
+fn meets(tip: &Tip, (x, v): (V3, V3), dt: f64, before: bool) -> Option<V3> {
+    let way = Vector3::from(axpy(v, -1.0, tip.velocity)) * dt;
+    let end = Vector3::from(axpy(x, -1.0, tip.position));
+    let reach = tip.radius * if before { 1.0 + 1e-3 } else { 1.0 };
+    if way.norm() > SWEEP * tip.radius {
+        // Seen from the tip, as it was when the step began: |start + s way| = reach.
+        let start = end + Vector3::from(tip.velocity) * dt;
+        let (a, b, c) = (way.norm_squared(), start.dot(&way), start.norm_squared() - reach * reach);
+        let root = b * b - a * c;
+        let s = if c <= 0.0 { 0.0 } else { (-b - root.max(0.0).sqrt()) / a };
+        if b < 0.0 && root >= 0.0 && s <= 1.0 {
+            return Some((start + s * way).try_normalize(1e-9).unwrap_or_else(Vector3::z).into());
+        }
+    }
+    // Against a tip that goes far a vertex is looked at where it is going itself.
+    let far = dot(tip.velocity, tip.velocity).sqrt() * dt > SWEEP * tip.radius;
+    let end = if far { end + Vector3::from(v) * dt } else { end };
+    (end.norm() <= reach).then(|| end.try_normalize(1e-9).unwrap_or_else(Vector3::z).into())
+}
+
 /// m/s, how fast a vertex is pushed out at most, besides the motion of the tip
 const CORRECTION: f64 = 0.5;
 /// Normals less apart than this, as the sine, count as one line.
 const PARALLEL: f64 = 0.02;
-/// Radii around a tip in which vertices are listed.
-const MARGIN: f64 = 0.5;
+/// m/s, slower than this a vertex does not leave a tip again by itself.
+const RESTS: f64 = 0.02;
+/// Radii: what moves further in a step is looked for on its way.
+const SWEEP: f64 = 0.5;
 
 impl Spheres {
     /// The nodes of the body have changed.
     pub fn forget(&mut self) {
-        self.near.iter_mut().for_each(|near| near.slack = -1.0);
+        self.near.iter_mut().for_each(Reach::forget);
         self.before.clear();
     }
 
-    fn list(&mut self, x: &[V3]) {
-        self.near.resize_with(self.tips.len(), || NearTip { slack: -1.0, ..NearTip::default() });
-        for (near, tip) in self.near.iter_mut().zip(&self.tips) {
-            let shift = axpy(tip.position, -1.0, near.centre);
-            near.slack -= self.moved + dot(shift, shift).sqrt();
-            near.centre = tip.position;
-            if near.slack >= 0.0 {
-                continue;
-            }
-            near.slack = MARGIN * tip.radius;
-            let reach = tip.radius + near.slack;
+    fn list(&mut self, x: &[V3], dt: f64) {
+        self.near.resize_with(self.tips.len(), Reach::default);
+        for (near, tip) in self.near.iter_mut().zip(&self.tips).filter(|(_, tip)| tip.holds) {
+            let travel = dt * dot(tip.velocity, tip.velocity).sqrt();
+            let Some(reach) = near.renew(tip.position, tip.radius, self.moved, travel) else { continue };
             let within = |i: &u32| {
                 let d = axpy(x[*i as usize], -1.0, tip.position);
                 dot(d, d) <= reach * reach
             };
-            near.nodes.clear();
-            near.nodes.extend((0..x.len() as u32).filter(within));
+            near.list.extend((0..x.len() as u32).filter(within));
         }
     }
 
@@ -121,6 +141,60 @@ impl Spheres {
             return [0.0; 3];
         }
         slip.map(|c| -tip.friction.sliding * push / speed * c)
+    }
+
+    /// A vertex at `x` that moves with `v` and meets a tip at `normal`.
+    fn touch(&self, t: usize, node: u32, (x, v): (V3, V3), normal: V3) -> Held {
+        let (tip, before) = (&self.tips[t], self.before(node));
+        let (towards, deep) = (dot(tip.velocity, normal), dot(axpy(x, -1.0, tip.position), normal));
+        let target = ((tip.radius - deep) / self.dt).min(towards.max(0.0) + CORRECTION);
+        let speed = towards - dot(v, normal);
+        let rebound = if before.is_none() && speed > RESTS { tip.restitution * speed } else { 0.0 };
+        Held {
+            node,
+            tips: (t, None),
+            normal,
+            other: [0.0; 3],
+            target: [if rebound > 0.0 { target.max(towards + rebound) } else { target }, 0.0],
+            rebound,
+            state: if let Some(Some(_)) = before { State::Slides } else { State::Sticks },
+            stuck_before: before == Some(None),
+            caught: before.is_none() && self.is_far(t, v),
+            friction: before.flatten().map_or([0.0; 3], |f| axpy(f, -dot(f, normal), normal)),
+        }
+    }
+
+    /// Whether a vertex that moves with `v` goes so far against a tip in a step that it is looked for on its way.
+    fn is_far(&self, t: usize, v: V3) -> bool {
+        let way = axpy(v, -1.0, self.tips[t].velocity).map(|c| c * self.dt);
+        dot(way, way).sqrt() > SWEEP * self.tips[t].radius
+    }
+
+    /// Holds vertices that would come to the far side of a tip in this step, moving as `after` says.
+    fn catch(&mut self, system: &mut System, after: &dyn Fn(&System, usize) -> V3) -> bool {
+        let known = self.held.len();
+        for t in 0..self.tips.len() {
+            for at in 0..self.near[t].list.len() * usize::from(self.tips[t].holds) {
+                let (node, tip) = (self.near[t].list[at], &self.tips[t]);
+                let (x, v) = (system.nodes.x[node as usize], after(system, node as usize));
+                if !self.is_far(t, v)
+                    || !system.nodes.constraint[node as usize].is_free()
+                    || self.held.iter().any(|h| h.node == node)
+                {
+                    continue;
+                }
+                if let Some(normal) = meets(tip, (x, v), self.dt, false) {
+                    let one = self.touch(t, node, (x, v), normal);
+                    self.hold(&one, system);
+                    self.held.push(one);
+                }
+            }
+        }
+        let caught = self.held.len() > known;
+        if caught {
+            self.held.sort_by_key(|held| held.node);
+        }
+        caught
     }
 
     fn hold(&self, held: &Held, system: &mut System) {
@@ -152,9 +226,10 @@ impl Spheres {
                 _ => (Constraint::Fixed, axpy(velocity, mean, line)),
             };
         } else {
-            // Pinched: only one direction is left, and the vertex goes midway.
+            // Only one direction is left: pushed from one side it goes with the deeper tip, pinched it goes midway.
             let mean = axpy(tip.velocity, 1.0, other.velocity).map(|c| 0.5 * c);
-            let target = 0.5 * (held.target[0] + held.target[1] * dot(n, held.other).signum());
+            let [a, b] = held.target;
+            let target = if dot(n, held.other) > 0.0 { a.max(b) } else { 0.5 * (a - b) };
             (nodes.constraint[i], nodes.prescribed[i]) = match held.state {
                 State::Slides => (Constraint::Plane(n), n.map(|c| target * c)),
                 _ => (Constraint::Fixed, axpy(mean, target - dot(mean, n), n)),
@@ -165,35 +240,20 @@ impl Spheres {
 
 impl Holds for Spheres {
     fn begin(&mut self, system: &mut System, dt: f64) {
-        self.list(&system.nodes.x);
+        self.dt = dt;
+        self.list(&system.nodes.x, dt);
         self.held.clear();
         for t in 0..self.tips.len() {
-            let tip = self.tips[t];
-            for at in 0..self.near[t].nodes.len() {
-                let node = self.near[t].nodes[at];
+            for at in 0..self.near[t].list.len() * usize::from(self.tips[t].holds) {
+                let node = self.near[t].list[at];
                 if !system.nodes.constraint[node as usize].is_free() {
                     continue; // what is fixed stays so
                 }
-                let d = Vector3::from(axpy(system.nodes.x[node as usize], -1.0, tip.position));
-                let (distance, before) = (d.norm(), self.before(node));
-                if distance > tip.radius * if before.is_some() { 1.0 + 1e-3 } else { 1.0 } {
-                    continue;
-                }
-                let normal: V3 = d.try_normalize(1e-9).unwrap_or_else(Vector3::z).into();
-                let most = dot(tip.velocity, normal).max(0.0) + CORRECTION;
-                let target = ((tip.radius - distance) / dt).min(most);
-                let one = Held {
-                    node,
-                    tips: (t, None),
-                    normal,
-                    other: [0.0; 3],
-                    target: [target, 0.0],
-                    state: if let Some(Some(_)) = before { State::Slides } else { State::Sticks },
-                    stuck_before: before == Some(None),
-                    friction: before.flatten().map_or([0.0; 3], |f| axpy(f, -dot(f, normal), normal)),
-                };
+                let (x, v) = (system.nodes.x[node as usize], system.nodes.v[node as usize]);
+                let Some(normal) = meets(&self.tips[t], (x, v), dt, self.before(node).is_some()) else { continue };
+                let one = self.touch(t, node, (x, v), normal);
                 match self.held.iter_mut().find(|held| held.node == node) {
-                    Some(held) => (held.tips.1, held.other, held.target[1]) = (Some(t), normal, target),
+                    Some(held) => (held.tips.1, held.other, held.target[1]) = (Some(t), normal, one.target[0]),
                     None => self.held.push(one),
                 }
             }
@@ -210,8 +270,8 @@ impl Holds for Spheres {
         }
     }
 
-    fn revise(&mut self, system: &mut System, reaction: &[V3]) -> bool {
-        let mut changed = false;
+    fn revise(&mut self, system: &mut System, after: &dyn Fn(&System, usize) -> V3, reaction: &[V3]) -> bool {
+        let mut changed = self.catch(system, after);
         let mut all = std::mem::take(&mut self.held);
         for held in all.iter_mut().filter(|held| held.state != State::Free) {
             let lambda = reaction[held.node as usize];
@@ -221,7 +281,9 @@ impl Holds for Spheres {
                 if dot(held.normal, held.other) < 0.0 { a.abs().max(b.abs()) } else { a.max(b) }
             });
             let friction = self.tips[held.tips.0].friction;
-            if pushes < 0.0 {
+            if held.caught {
+                continue;
+            } else if pushes < 0.0 {
                 held.state = State::Free;
                 changed = true;
             } else if held.state == State::Sticks && held.tips.1.is_none() {
@@ -242,6 +304,10 @@ impl Holds for Spheres {
         }
         self.held = all;
         changed
+    }
+
+    fn is_near(&self) -> bool {
+        self.near.iter().zip(&self.tips).any(|(near, tip)| tip.holds && !near.list.is_empty())
     }
 
     fn is_holding(&self) -> bool {
@@ -273,6 +339,13 @@ impl Holds for Spheres {
                 }
                 let slid = (held.state == State::Slides).then(|| self.next_friction(held, system, reaction[i]));
                 self.before.push((held.node, slid.filter(|friction| *friction != [0.0; 3])));
+            }
+            if held.state != State::Free && held.tips.1.is_none() {
+                // What moved it out of the tip was a correction of its place; it leaves no velocity behind.
+                let (n, tip) = (held.normal, &mut self.tips[held.tips.0]);
+                let excess = (dot(axpy(system.nodes.v[i], -1.0, tip.velocity), n) - held.rebound).max(0.0);
+                system.nodes.v[i] = axpy(system.nodes.v[i], -excess, n);
+                tip.force = axpy(tip.force, system.nodes.mass[i] * excess / self.dt, n);
             }
             system.nodes.constraint[i] = Constraint::Free;
             system.nodes.prescribed[i] = [0.0; 3];

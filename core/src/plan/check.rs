@@ -194,6 +194,10 @@ impl Check<'_> {
             );
             return self.wrong(tool.friction.span(), text);
         }
+        if let Some(restitution) = tool.restitution.as_ref().filter(|e| !(0.0..=1.0).contains(e.get_ref())) {
+            let text = format!("restitution {}; allowed is 0 to 1", restitution.get_ref());
+            return self.wrong(restitution.span(), text);
+        }
         Ok(())
     }
 

@@ -8,6 +8,7 @@ mod frame;
 mod history;
 mod open;
 mod place;
+mod sheets;
 mod step;
 
 pub use error::SessionError;
@@ -16,7 +17,7 @@ pub use frame::{Frame, ToolFrame};
 pub use open::Options;
 
 use crate::body::{Body, Model};
-use crate::contact::Spheres;
+use crate::contact::{SoftTip, Spheres};
 use crate::host::Device;
 use crate::plan::{Edit, LeftOut, Plan};
 use crate::step::{Frequencies, Integrator, NodeSprings, Pool, Scheme};
@@ -46,6 +47,9 @@ pub struct ToolSlot {
     device: usize,
     effector: usize,
     edit: Option<usize>,
+    /// For each body, how it meets it if not by holding vertices.
+    soft: Vec<Option<SoftTip>>,
+    restitution: f64,
     /// Of a blade, in the edit under way.
     advances: usize,
     /// m, where the tool was, if it was there
@@ -80,6 +84,21 @@ pub struct Choices {
     pub substeps: usize,
     /// Threads that work.
     pub threads: usize,
+    /// How tools meet sheets.
+    pub contacts: Vec<ContactChoice>,
+}
+
+/// How a tool meets a sheet.
+#[derive(Clone, Debug, Serialize)]
+pub struct ContactChoice {
+    /// The tool.
+    pub tool: String,
+    /// The sheet.
+    pub body: String,
+    /// As scenes write it.
+    pub by: &'static str,
+    /// Why, where the scene left it open.
+    pub why: String,
 }
 
 /// What a step of a body costs under a tool, measured when the session was opened.

@@ -82,6 +82,7 @@ impl Session {
                 certain_step_limit: None,
                 substeps: 1,
                 threads,
+                contacts: Vec::new(),
             },
             loaded: opening.loaded,
             left_out: plan.left_out.clone(),
@@ -110,6 +111,7 @@ impl Session {
         };
         session.history.kept = !session.plan.steps_back.is_empty();
         session.sample()?;
+        session.meet(scene);
         session.measure()?;
         session.choose(scene)?;
         session.choices.threads = session.pool.threads();
@@ -251,6 +253,7 @@ impl Opening<'_> {
             damping: scene.damping.as_ref().map_or(0.0, |b| b.get_ref().si),
             most: facts.peak_force,
         };
+        let restitution = scene.restitution.as_ref().map_or(0.0, |e| *e.get_ref());
         let [fixed, sliding] = *scene.friction.get_ref();
         let friction = Friction { fixed, sliding };
         let (name, radius) = (scene.name.get_ref().clone(), scene.radius.get_ref().si);
@@ -264,6 +267,8 @@ impl Opening<'_> {
             device,
             effector: effector as usize,
             edit: None,
+            soft: (0..bodies).map(|_| None).collect(),
+            restitution,
             advances: 0,
             was: None,
         })

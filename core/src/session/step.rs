@@ -5,10 +5,10 @@ use super::event::EventKind;
 use super::frame::{Frame, ToolFrame};
 use super::{DeviceSlot, Session};
 use crate::body::Body;
-use crate::contact::Tip;
+use crate::contact::SoftTip;
 use crate::host::{MOST_EFFECTORS, Output};
 use crate::step::{Frequencies, Holds, HoldsNothing, Loads, StepError, axpy};
-use crate::tool::{Mode, Tool};
+use crate::tool::Tool;
 use pliant_plugin_api::abi::Pose;
 use std::time::Instant;
 
@@ -73,6 +73,7 @@ impl Session {
         self.spheres[index].forget();
         for slot in &mut self.tools {
             slot.tool.forget(index);
+            slot.soft[index].iter_mut().for_each(SoftTip::forget);
         }
     }
 
@@ -116,6 +117,7 @@ impl Session {
             let slipped = slot.tool.slipped - lost;
             self.events.add_many(EventKind::GripLost, slipped, time, || format!("tool `{}`", slot.tool.name));
         }
+        self.press_sheets();
     }
 
     fn move_bodies(&mut self, time: (f64, f64), frame: &mut Frame) {
@@ -176,7 +178,7 @@ impl Session {
         if substeps > self.choices.substeps {
             self.events.add(EventKind::Substeps, time.0, || format!("{substeps} instead of {}", self.choices.substeps));
         }
-        self.place_tips(index, time);
+        self.place_tips(index);
         let body = &mut self.bodies[index];
         body.carrier.prescribe(&mut body.system.nodes, &body.fixings, time);
         let gravity = if body.carrier.is_whole() { self.plan.gravity } else { [0.0; 3] };
@@ -202,41 +204,6 @@ impl Session {
         frame.iterations += report.iterations;
         frame.residual = frame.residual.max(report.residual);
         Ok(report.fastest)
-    }
-
-    /// Puts the tips of the tools that touch on a sheet.
-    fn place_tips(&mut self, index: usize, (_, dt): (f64, f64)) {
-        if self.bodies[index].carrier.sheet().is_none() {
-            return;
-        }
-        let spheres = &mut self.spheres[index];
-        spheres.tips.clear();
-        spheres.moved = self.moved[index];
-        for slot in &self.tools {
-            if slot.tool.mode != Mode::Touch || !slot.hand.present {
-                continue;
-            }
-            let position = slot.tool.proxy.position;
-            let velocity = slot.was.map_or([0.0; 3], |was| axpy(position, -1.0, was).map(|c| c / dt));
-            let (radius, friction) = (slot.tool.proxy.radius, slot.tool.friction);
-            spheres.tips.push(Tip { position, velocity, radius, friction, force: [0.0; 3], held: 0 });
-        }
-    }
-
-    /// N, on a tool by the sheets it touches, and the last of them.
-    fn felt_on_sheets(&self, tool: usize) -> ([f64; 3], Option<u32>) {
-        let touches = |slot: &&super::ToolSlot| slot.tool.mode == Mode::Touch && slot.hand.present;
-        if !touches(&&self.tools[tool]) {
-            return ([0.0; 3], None);
-        }
-        let place = self.tools[..tool].iter().filter(touches).count();
-        let (mut force, mut of) = ([0.0; 3], None);
-        for (index, spheres) in self.spheres.iter().enumerate() {
-            if let Some(tip) = spheres.tips.get(place).filter(|tip| tip.held > 0) {
-                (force, of) = (axpy(force, 1.0, tip.force), Some(index as u32));
-            }
-        }
-        (force, of)
     }
 
     /// Gives the hands what they feel.

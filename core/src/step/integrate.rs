@@ -56,8 +56,11 @@ pub trait Holds {
     fn begin(&mut self, system: &mut System, dt: f64);
     /// Adds what it does besides, N.
     fn add_forces(&self, force: &mut [V3]);
-    /// Looks at what it took to hold each node, N (n x 3). Gives whether other nodes are held now, or other forces act.
-    fn revise(&mut self, system: &mut System, reaction: &[V3]) -> bool;
+    /// Looks at what velocity the step gives a node, m/s, and what it took to hold each, N (n x 3). Gives whether other nodes are held now,
+    /// or other forces act.
+    fn revise(&mut self, system: &mut System, after: &dyn Fn(&System, usize) -> V3, reaction: &[V3]) -> bool;
+    /// Whether it may come to hold a node in this step.
+    fn is_near(&self) -> bool;
     /// Whether it holds any node.
     fn is_holding(&self) -> bool;
     /// Lets go of all nodes; what it took stays known.
@@ -261,7 +264,8 @@ impl Integrator {
                 self.reaction[i] = axpy(held, -1.0, free).map(|c| c * nodes.mass[i] / dt);
                 self.still[i] = held;
             }
-            if !holds.revise(system, &self.reaction) {
+            let still = &self.still;
+            if !holds.revise(system, &|_, i| still[i], &self.reaction) {
                 break;
             }
         }
@@ -415,14 +419,15 @@ impl Integrator {
             report.iterations += solved.iterations;
             report.residual = report.residual.max(solved.residual);
             report.converged &= solved.converged;
-            if nodes.constraint.iter().all(Constraint::is_free) {
+            if !holds.is_near() && nodes.constraint.iter().all(Constraint::is_free) {
                 break;
             }
             matrix.product(pool, &self.pcg.x, &mut self.z);
             for i in 0..self.reaction.len() {
                 self.reaction[i] = axpy(self.z[i], -1.0, self.b[i]).map(|c| c / g);
             }
-            if !holds.revise(system, &self.reaction) {
+            let change = &self.pcg.x;
+            if !holds.revise(system, &|s, i| axpy(s.nodes.v[i], 1.0, change[i]), &self.reaction) {
                 break;
             }
         }

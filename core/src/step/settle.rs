@@ -162,7 +162,11 @@ impl Holds for HoldsNothing {
 
     fn add_forces(&self, _: &mut [V3]) {}
 
-    fn revise(&mut self, _: &mut System, _: &[V3]) -> bool {
+    fn revise(&mut self, _: &mut System, _: &dyn Fn(&System, usize) -> V3, _: &[V3]) -> bool {
+        false
+    }
+
+    fn is_near(&self) -> bool {
         false
     }
 

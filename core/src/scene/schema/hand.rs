@@ -77,6 +77,13 @@ pub struct ToolScene {
     #[serde(default = "default_friction")]
     #[schemars(with = "[f64; 2]")]
     pub friction: Spanned<[f64; 2]>,
+    /// Of the speed at which it meets a vertex of a sheet, what they part with; none by default.
+    #[serde(default)]
+    #[schemars(with = "f64")]
+    pub restitution: Option<Spanned<f64>>,
+    /// How it meets sheets; by default with `vertices`, on sheets too coarse for that with `triangles`.
+    #[serde(default)]
+    pub sheets: Option<SheetContact>,
     /// A hand that moves faster is followed at this speed.
     #[serde(default = "default_speed")]
     #[schemars(with = "Speed")]
@@ -88,6 +95,18 @@ pub struct ToolScene {
     /// Makes it a knife, for edits of kind `cut`.
     #[schemars(with = "Option<BladeScene>")]
     pub blade: Option<Spanned<BladeScene>>,
+}
+
+/// How a tool meets a sheet.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum SheetContact {
+    /// Vertices inside are held on its surface: exact, where edges are shorter than half its radius.
+    Vertices,
+    /// Points of triangles are pushed out, by springs of its `stiffness` that learn the force they need.
+    Triangles,
+    /// A spring of its `stiffness` at each vertex inside: it stays as deep as its force needs. For comparison.
+    Penalty,
 }
 
 /// The blade of a knife: a straight edge from the tip, which is where the hand is.
