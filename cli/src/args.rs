@@ -21,6 +21,8 @@ pub struct Cli {
 pub enum Command {
     /// Run a scene's edits and write the deformed model and the numbers
     Run(RunArgs),
+    /// Run a recorded session again, with no device there
+    Replay(ReplayArgs),
     /// Say what a scene needs, what is left out and why, and how large a step may be
     Plan(SceneArgs),
     /// What plugins there are and what they take
@@ -64,6 +66,30 @@ pub struct RunArgs {
     /// Run in a process of its own: a plugin that crashes ends that one, with exit code 3 and a sentence
     #[arg(long)]
     pub isolate: bool,
+    /// Write the session to a file that `pliant replay` runs again
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+}
+
+#[derive(Args)]
+pub struct ReplayArgs {
+    /// What `pliant run --record` wrote
+    pub recording: PathBuf,
+    /// Compare the state after every step with the recorded one; exit code 1 where they differ
+    #[arg(long, conflicts_with = "set")]
+    pub verify: bool,
+    /// Put a value in the place of the recorded scene's: the same hands on another material
+    #[arg(long, value_name = "PATH=VALUE", value_parser = setting)]
+    pub set: Vec<(String, String)>,
+    /// Threads; 0 takes what the machine has. Results do not depend on it
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub threads: usize,
+    /// Where results go; by default out/RECORDING
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Say nothing while it runs
+    #[arg(long, short)]
+    pub quiet: bool,
 }
 
 #[derive(Args)]

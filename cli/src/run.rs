@@ -6,7 +6,7 @@ use crate::open::open;
 use crate::outcome::{Failure, Outcome};
 use crate::text;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use pliant_core::record::{CutSummary, Recorder, Summary};
+use pliant_core::record::{CutSummary, Recorder, RecordingWriter, Summary};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Arc;
@@ -20,11 +20,14 @@ pub fn run(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
     let began = Instant::now();
     let (scene, source, mut session) = open(cli, &args.scene)?;
     let folder = args.out.clone().unwrap_or_else(|| default_folder(&args.scene.scene));
-    let stop = Arc::new(AtomicBool::new(false));
-    let handler = Arc::clone(&stop);
-    // Without a handler Ctrl-C ends the program at once; half-written files have names of their own either way.
-    let _ = ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed));
+    let stop = stop_flag();
     let mut recorder = Recorder::new(&scene, &source, &session, &folder, began)?;
+    let mut recording = match &args.record {
+        Some(path) => {
+            Some(RecordingWriter::create(path, (&scene, &source), &session, args.scene.mesh.as_deref(), false)?)
+        }
+        None => None,
+    };
     let steps = scene.time.steps();
     let bar = bar(steps, args.quiet || cli.json);
     let mut stopped = false;
@@ -32,6 +35,9 @@ pub fn run(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
         session.step();
         stopped = stop.load(Ordering::Relaxed);
         let last = session.steps() == steps || stopped;
+        if let Some(recording) = &mut recording {
+            recording.step(&session, session.frame().tools.iter().map(|felt| felt.device_force))?;
+        }
         recorder.step(&mut session, last)?;
         bar.inc(1);
         if stopped {
@@ -39,18 +45,35 @@ pub fn run(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
         }
     }
     bar.finish_and_clear();
+    if let Some(recording) = recording {
+        recording.finish()?;
+    }
     let summary = recorder.finish(&mut session, stopped)?;
     if cli.json {
         text::out(&crate::pretty(&summary))?;
     } else if !args.quiet {
         tell(&summary, &folder);
     }
-    Ok(match summary {
+    Ok(outcome(&summary, stopped))
+}
+
+/// What a run whose results are written comes to.
+pub fn outcome(summary: &Summary, stopped: bool) -> Outcome {
+    match summary {
         _ if stopped => Outcome::Stopped,
-        ref s if s.plugin_failed() => Outcome::Plugin,
-        ref s if !s.passed() => Outcome::CheckFailed,
+        s if s.plugin_failed() => Outcome::Plugin,
+        s if !s.passed() => Outcome::CheckFailed,
         _ => Outcome::Done,
-    })
+    }
+}
+
+/// Says that Ctrl-C was pressed. Without a handler it ends the program at once; half-written files have names of their own
+/// either way.
+pub fn stop_flag() -> Arc<AtomicBool> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let handler = Arc::clone(&stop);
+    let _ = ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed));
+    stop
 }
 
 /// The same run in a child, whose death is an error and not ours.
@@ -73,7 +96,7 @@ fn default_folder(scene: &Path) -> PathBuf {
     Path::new("out").join(scene.file_stem().unwrap_or_default())
 }
 
-fn bar(steps: u64, quiet: bool) -> ProgressBar {
+pub fn bar(steps: u64, quiet: bool) -> ProgressBar {
     let style = ProgressStyle::with_template("{bar:30} {pos}/{len} steps  {elapsed} gone, {eta} left")
         .unwrap_or_else(|_| ProgressStyle::default_bar());
     let bar = ProgressBar::new(steps).with_style(style);
@@ -82,7 +105,7 @@ fn bar(steps: u64, quiet: bool) -> ProgressBar {
 }
 
 /// The summary as a person reads it.
-fn tell(summary: &Summary, folder: &Path) {
+pub fn tell(summary: &Summary, folder: &Path) {
     let c = &summary.choices;
     let substeps = if c.substeps > 1 { format!(" with {} substeps", c.substeps) } else { String::new() };
     text::note(&format!(
