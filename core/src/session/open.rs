@@ -284,6 +284,7 @@ impl Opening<'_> {
             device,
             effector: effector as usize,
             edit: None,
+            taken_back: None,
             advances: 0,
             was: None,
             tip: scene.mass.as_ref().map(|mass| TipMass::new(mass.get_ref().si)),
