@@ -1,6 +1,7 @@
 //! What may be typed.
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use pliant_core::scene::parse_quantity;
 use std::path::PathBuf;
 
 /// Haptic shape editing: touch, pull and cut meshes, feel the force, get the numbers.
@@ -69,6 +70,15 @@ pub struct RunArgs {
     /// Write the session to a file that `pliant replay` runs again
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
+    /// Keep real time: devices at their own rate, the simulation after the wall clock
+    #[arg(long, conflicts_with = "isolate")]
+    pub live: bool,
+    /// How long, of the wall clock, for example 60 s; by default the scene's duration
+    #[arg(long, value_name = "TIME", requires = "live", value_parser = duration)]
+    pub duration: Option<f64>,
+    /// Rate of the haptic loop; by default that of the fastest device
+    #[arg(long, value_name = "HZ", requires = "live", value_parser = rate)]
+    pub rate: Option<f64>,
 }
 
 #[derive(Args)]
@@ -183,6 +193,15 @@ pub struct SampleArgs {
     /// Write over files that are there
     #[arg(long)]
     pub force: bool,
+}
+
+fn duration(text: &str) -> Result<f64, String> {
+    parse_quantity(text, "s").and_then(|t| if t > 0.0 { Ok(t) } else { Err("allowed is a time above 0".into()) })
+}
+
+fn rate(text: &str) -> Result<f64, String> {
+    let allowed = |rate: &f64| (100.0..=4000.0).contains(rate);
+    parse_quantity(text, "Hz").and_then(|r| Some(r).filter(allowed).ok_or("allowed is 100 Hz to 4 kHz".into()))
 }
 
 fn setting(text: &str) -> Result<(String, String), String> {

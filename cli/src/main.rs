@@ -6,6 +6,7 @@
 mod args;
 mod check;
 mod child;
+mod live;
 mod new;
 mod open;
 mod outcome;

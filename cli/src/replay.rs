@@ -16,7 +16,7 @@ use std::time::Instant;
 pub fn replay(cli: &Cli, args: &ReplayArgs) -> Result<Outcome, Failure> {
     let began = Instant::now();
     let recording = Recording::read(&args.recording)?;
-    for (file, how) in recording.changed_files().filter(|(file, _)| !file.plugin) {
+    if let Some((file, how)) = recording.changed_files().find(|(file, _)| !file.plugin) {
         let path = (args.recording.display(), file.path.display());
         return Err(Failure::input(format!("{}: model {} {how} since it was recorded", path.0, path.1)));
     }
@@ -30,6 +30,9 @@ pub fn replay(cli: &Cli, args: &ReplayArgs) -> Result<Outcome, Failure> {
     let (mut stopped, mut different) = (false, None);
     for (number, step) in recording.steps.iter().enumerate() {
         session.step_with(&step.poses);
+        if args.set.is_empty() {
+            session.tell_given(&step.given);
+        }
         stopped = stop.load(Ordering::Relaxed);
         if args.verify && different.is_none() && state_digest(&session) != step.digest {
             different = Some(session.time());

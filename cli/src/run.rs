@@ -2,6 +2,7 @@
 
 use crate::args::{Cli, RunArgs};
 use crate::child::{Ended, wait};
+use crate::live::live;
 use crate::open::open;
 use crate::outcome::{Failure, Outcome};
 use crate::text;
@@ -16,6 +17,9 @@ use std::time::Instant;
 pub fn run(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
     if args.isolate {
         return isolated();
+    }
+    if args.live {
+        return live(cli, args);
     }
     let began = Instant::now();
     let (scene, source, mut session) = open(cli, &args.scene)?;
@@ -92,7 +96,7 @@ fn isolated() -> Result<Outcome, Failure> {
     }
 }
 
-fn default_folder(scene: &Path) -> PathBuf {
+pub fn default_folder(scene: &Path) -> PathBuf {
     Path::new("out").join(scene.file_stem().unwrap_or_default())
 }
 
@@ -126,6 +130,9 @@ pub fn tell(summary: &Summary, folder: &Path) {
         text::note(&format!(
             "cut {area:.3e} m^2 and {length:.3e} m of edge in {advances} advances of {p50} (most {max})"
         ));
+    }
+    if let Some(live) = &summary.live {
+        crate::live::tell(live);
     }
     let contact = summary.contact_steps as f64 * summary.dt;
     text::note(&format!("in contact for {}, largest force {:.4} N", text::seconds(contact), summary.largest_force));

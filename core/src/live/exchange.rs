@@ -41,6 +41,7 @@ impl Exchange {
         let models = self.models.input_buffer_mut();
         session.contact_models(samples.time, &mut models.contacts);
         self.models.publish();
+        session.tell_given(&samples.given);
         samples
     }
 

@@ -30,6 +30,14 @@ impl Session {
         self.advance();
     }
 
+    /// What the hands were really given while the last step was under way, N, in the axes of the devices, in the order of the
+    /// tools.
+    pub fn tell_given(&mut self, given: &[[f64; 3]]) {
+        for (felt, given) in self.frame.tools.iter_mut().zip(given) {
+            felt.device_force = *given;
+        }
+    }
+
     /// Hands over the open devices, by place: the session goes on with [`Session::step_with`].
     pub fn take_devices(&mut self) -> Vec<Option<Device>> {
         self.devices.iter_mut().map(|slot| slot.device.take()).collect()
