@@ -6,6 +6,7 @@
 mod args;
 mod check;
 mod child;
+mod device;
 mod new;
 mod open;
 mod outcome;
@@ -26,6 +27,7 @@ fn main() -> ExitCode {
         Command::Run(args) => run::run(&cli, args),
         Command::Plan(args) => plan::plan(&cli, args),
         Command::Plugin(args) => plugin::plugin(&cli, &args.what),
+        Command::Device(args) => device::device(&cli, &args.what),
         Command::Schema => text::out(&pretty(&pliant_core::scene::json_schema())),
         Command::Completions { shell } => {
             let mut script = Vec::new();

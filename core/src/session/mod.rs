@@ -9,6 +9,7 @@ mod history;
 mod open;
 mod place;
 mod step;
+mod tactile;
 
 pub use error::SessionError;
 pub use event::{Event, EventKind, Events};
@@ -20,7 +21,7 @@ use crate::contact::Spheres;
 use crate::host::Device;
 use crate::plan::{Edit, LeftOut, Plan};
 use crate::step::{Frequencies, Integrator, NodeSprings, Pool, Scheme};
-use crate::tool::{ForceSafety, Frame as DeviceFrame, Hand, Tool};
+use crate::tool::{ForceSafety, Frame as DeviceFrame, Hand, TactilePad, Tool};
 use pliant_plugin_api::abi::Ball;
 use serde::Serialize;
 
@@ -43,6 +44,10 @@ pub struct ToolSlot {
     pub hand: Hand,
     /// What the force passes last.
     pub safety: ForceSafety,
+    /// What its tactile array shows, if its device has one.
+    pub pad: Option<TactilePad>,
+    /// m, where on a body it was in contact, in the rest shape.
+    slid_from: Option<(u32, [f64; 3])>,
     device: usize,
     effector: usize,
     edit: Option<usize>,

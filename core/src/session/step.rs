@@ -225,11 +225,7 @@ impl Session {
 
     /// N, on a tool by the sheets it touches, and the last of them.
     fn felt_on_sheets(&self, tool: usize) -> ([f64; 3], Option<u32>) {
-        let touches = |slot: &&super::ToolSlot| slot.tool.mode == Mode::Touch && slot.hand.present;
-        if !touches(&&self.tools[tool]) {
-            return ([0.0; 3], None);
-        }
-        let place = self.tools[..tool].iter().filter(touches).count();
+        let Some(place) = self.place_of_tip(tool) else { return ([0.0; 3], None) };
         let (mut force, mut of) = ([0.0; 3], None);
         for (index, spheres) in self.spheres.iter().enumerate() {
             if let Some(tip) = spheres.tips.get(place).filter(|tip| tip.held > 0) {
@@ -245,7 +241,8 @@ impl Session {
             let (on_sheets, sheet) = self.felt_on_sheets(tool);
             let slot = &mut self.tools[tool];
             slot.was = slot.hand.present.then_some(slot.tool.proxy.position);
-            let force = axpy(slot.tool.reaction(&self.bodies), 1.0, on_sheets);
+            let on_bodies = slot.tool.reaction(&self.bodies);
+            let force = axpy(on_bodies, 1.0, on_sheets);
             let to_device = &self.devices[slot.device].frame;
             let before: u64 = slot.safety.counts().map(|(_, c)| c).sum();
             let device_force = slot.safety.pass(to_device.to_device(force), dt);
@@ -257,6 +254,7 @@ impl Session {
             let mut felt = tool_frame(&slot.tool, slot.hand.position, force, device_force);
             felt.contact = felt.contact.or(sheet);
             frame.tools.push(felt);
+            self.show(tool, on_bodies, dt);
         }
         let now = nanoseconds(time + dt);
         for (index, slot) in self.devices.iter_mut().enumerate() {
@@ -265,6 +263,7 @@ impl Session {
             for (tool, felt) in self.tools.iter().zip(&frame.tools) {
                 if tool.device == index {
                     outputs[tool.effector].force = felt.device_force;
+                    outputs[tool.effector].taxels = tool.pad.as_ref().map_or(&[], |pad| &pad.taxels);
                 }
             }
             outputs.iter_mut().for_each(|o| o.valid_until = now + VALID);

@@ -4,8 +4,10 @@ mod hand;
 mod haptic;
 mod knife;
 mod safety;
+mod tactile;
 
 pub use hand::{Frame, Hand};
 pub use haptic::{Coupling, Grip, Mode, Tool, ToolError};
 pub use knife::{CutStep, Edge, Inside, Knife};
 pub use safety::{Cause, ForceLimits, ForceSafety};
+pub use tactile::{TactilePad, TaxelArray, Texture};
