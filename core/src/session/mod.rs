@@ -51,6 +51,8 @@ pub struct ToolSlot {
     device: usize,
     effector: usize,
     edit: Option<usize>,
+    /// The edit that was under way when something was taken back: it does not go on.
+    taken_back: Option<usize>,
     /// Of a blade, in the edit under way.
     advances: usize,
     /// m, where the tool was, if it was there
@@ -214,14 +216,17 @@ impl Session {
         &self.costs
     }
 
-    /// The edit that is under way with a tool.
-    fn edit_of(&self, tool: usize) -> Option<usize> {
-        let (hand, time) = (&self.tools[tool].hand, self.time());
+    /// The edit that is under way with a tool. One that was taken back is not, until its button or its span begins anew.
+    fn edit_of(&mut self, tool: usize) -> Option<usize> {
+        let time = self.time();
+        let slot = &mut self.tools[tool];
         let runs = |e: &Edit| {
-            let pressed = e.button.is_none_or(|b| hand.buttons >> b & 1 == 1);
+            let pressed = e.button.is_none_or(|b| slot.hand.buttons >> b & 1 == 1);
             e.tool == tool && e.span.0 <= time && time < e.span.1 && pressed
         };
-        self.plan.edits.iter().position(runs)
+        let mut running = self.plan.edits.iter().enumerate().filter(|(_, e)| runs(e)).map(|(at, _)| at);
+        slot.taken_back = slot.taken_back.filter(|edit| running.clone().any(|other| other == *edit));
+        running.find(|edit| slot.taken_back != Some(*edit))
     }
 
     /// N, what it took to hold each node of a body in the last step: fixings and fingertips (n x 3); zero where nothing did.

@@ -267,6 +267,7 @@ impl Opening<'_> {
             device,
             effector: effector as usize,
             edit: None,
+            taken_back: None,
             advances: 0,
             was: None,
         })
