@@ -28,6 +28,8 @@ pub enum Command {
     Plan(SceneArgs),
     /// What plugins there are and what they take
     Plugin(PluginArgs),
+    /// What devices there are, what they lack, and stand-ins for them
+    Device(DeviceArgs),
     /// Print the JSON Schema of scene files
     Schema,
     /// Print a completion script for a shell
@@ -177,6 +179,37 @@ pub struct CheckArgs {
     /// In a child: what it does
     #[arg(long, hide = true)]
     pub child: Option<String>,
+}
+
+#[derive(Args)]
+pub struct DeviceArgs {
+    #[command(subcommand)]
+    pub what: DeviceCommand,
+}
+
+#[derive(Subcommand)]
+pub enum DeviceCommand {
+    /// List every device plugin, and whether its device can be used now
+    List,
+    /// Say what devices need, what is missing, and how to get it
+    Doctor(DoctorArgs),
+    /// Run a stand-in for a device's hardware, a program of its own: `pliant device emulate exoskeleton --help`
+    Emulate {
+        /// Which device
+        name: String,
+        /// For the stand-in
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        args: Vec<std::ffi::OsString>,
+    },
+}
+
+#[derive(Args)]
+pub struct DoctorArgs {
+    /// Its name, or a path to its library; all that are found when not given
+    pub name: Option<String>,
+    /// A parameter as in a scene, for example peer=127.0.0.1:5000
+    #[arg(long, value_name = "KEY=VALUE", value_parser = setting, requires = "name")]
+    pub set: Vec<(String, String)>,
 }
 
 #[derive(Args)]

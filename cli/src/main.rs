@@ -6,6 +6,7 @@
 mod args;
 mod check;
 mod child;
+mod device;
 mod live;
 mod new;
 mod open;
@@ -29,6 +30,7 @@ fn main() -> ExitCode {
         Command::Replay(args) => replay::replay(&cli, args),
         Command::Plan(args) => plan::plan(&cli, args),
         Command::Plugin(args) => plugin::plugin(&cli, &args.what),
+        Command::Device(args) => device::device(&cli, &args.what),
         Command::Schema => text::out(&pretty(&pliant_core::scene::json_schema())),
         Command::Completions { shell } => {
             let mut script = Vec::new();

@@ -8,6 +8,7 @@
 pub mod models;
 pub mod native;
 pub mod solid;
+pub mod twin;
 
 use pliant_core::host::{Library, Search};
 use serde_json::Value;

@@ -6,6 +6,7 @@ use super::library::Library;
 use super::plugin::{Kind, PluginInfo};
 use super::report::Message;
 use pliant_plugin_api::abi::{self, Status};
+use std::ffi::CStr;
 use std::sync::Arc;
 
 pub use pliant_plugin_api::abi::{DeviceInfo, Pose};
@@ -26,10 +27,14 @@ pub struct Output<'a> {
 /// The most effectors one device may have.
 pub(crate) const MOST_EFFECTORS: usize = 8;
 
+/// The most counters that are asked for.
+const MOST_COUNTERS: u32 = 64;
+
 /// An active device. Dropping it stops it first.
 pub struct Device {
     instance: Arc<Instance>,
     table: &'static abi::Device,
+    counters: Option<&'static abi::Counters>,
     facts: DeviceInfo,
 }
 
@@ -60,7 +65,10 @@ impl Device {
             let text = format!("{} effectors; allowed is 1 to {MOST_EFFECTORS}", facts.effectors);
             return Err(instance.error("describe", &text));
         }
-        Ok(Self { instance: Arc::new(instance), table, facts })
+        let counters = instance.other_table(abi::COUNTERS, size_of::<abi::Counters>());
+        // SAFETY: the table of that extension, of at least its size, for the life of the library.
+        let counters = counters.map(|table| unsafe { &*table.cast() });
+        Ok(Self { instance: Arc::new(instance), table, counters, facts })
     }
 
     /// Its limits.
@@ -135,6 +143,23 @@ impl Device {
     pub fn stop(&self) -> Result<(), HostError> {
         // SAFETY: [any & active].
         self.instance.done("stop", unsafe { (self.table.stop.expect("checked"))(self.instance.plugin()) })
+    }
+
+    /// What it has counted since it was opened, where it counts; `[any]`.
+    pub fn counters(&self) -> Vec<(String, u64)> {
+        let Some(counter) = self.counters.and_then(|table| table.counter) else { return Vec::new() };
+        let mut found = Vec::new();
+        for index in 0..MOST_COUNTERS {
+            let (mut name, mut value) = (std::ptr::null(), 0);
+            // SAFETY: [any & active]; both are ours to fill.
+            let status = unsafe { counter(self.instance.plugin(), index, &mut name, &mut value) };
+            if status != abi::Status::OK || name.is_null() {
+                break;
+            }
+            // SAFETY: a C string that lives as long as the library.
+            found.push((unsafe { CStr::from_ptr(name) }.to_string_lossy().into_owned(), value));
+        }
+        found
     }
 
     /// What it said since the last time, and how many lines were lost.

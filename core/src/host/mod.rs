@@ -12,7 +12,9 @@ mod instance;
 mod library;
 mod material;
 mod plugin;
+mod probe;
 mod report;
+mod rights;
 mod search;
 
 pub(crate) use device::MOST_EFFECTORS;
@@ -23,5 +25,7 @@ pub use instance::Settings;
 pub use library::Library;
 pub use material::{Call, Material};
 pub use plugin::{Kind, ParamInfo, ParamKind, ParamValue, PluginInfo};
+pub use probe::{Finding, probe};
 pub use report::Message;
+pub use rights::real_time;
 pub use search::{Found, Search};

@@ -25,6 +25,8 @@ pub struct Samples {
 pub struct Models {
     /// What each feels.
     pub contacts: Vec<ContactModel>,
+    /// N, what each tactile array shows; empty where there is none
+    pub taxels: Vec<Vec<f64>>,
 }
 
 /// The simulation's end.
@@ -40,6 +42,11 @@ impl Exchange {
         session.step_with(&samples.poses);
         let models = self.models.input_buffer_mut();
         session.contact_models(samples.time, &mut models.contacts);
+        for (to, slot) in models.taxels.iter_mut().zip(&session.tools) {
+            if let Some(pad) = &slot.pad {
+                to.copy_from_slice(&pad.taxels);
+            }
+        }
         self.models.publish();
         session.tell_given(&samples.given);
         samples

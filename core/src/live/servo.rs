@@ -46,6 +46,8 @@ pub(super) struct ServoTool {
     blend: Blend,
     pub(super) safety: ForceSafety,
     given: V3,
+    /// N, of its tactile array
+    taxels: Vec<f64>,
 }
 
 /// Hz, the fastest loop
@@ -81,10 +83,14 @@ pub fn servo(session: &Session, devices: Vec<Box<dyn Haptic>>, rate: Option<f64>
             blend: Blend::default(),
             safety: ForceSafety::new(limits).observed(passivity),
             given: [0.0; 3],
+            taxels: slot.pad.as_ref().map_or_else(Vec::new, |pad| pad.taxels.clone()),
         }
     };
     let tools: Vec<ServoTool> = session.tools.iter().map(tool).collect();
-    let (models, models_out) = triple_buffer(&Models { contacts: vec![Default::default(); tools.len()] });
+    let (models, models_out) = triple_buffer(&Models {
+        contacts: vec![Default::default(); tools.len()],
+        taxels: tools.iter().map(|tool| tool.taxels.clone()).collect(),
+    });
     let (samples, samples_out) = triple_buffer(&Samples {
         time: 0,
         poses: arms.iter().map(|arm| arm.poses.clone()).collect(),
@@ -134,8 +140,10 @@ impl Servo {
             self.tools.iter_mut().for_each(|tool| tool.safety.release());
         }
         if self.models.update() {
-            for (tool, model) in self.tools.iter_mut().zip(&self.models.output_buffer_mut().contacts) {
-                tool.blend.take(*model, now);
+            let models = self.models.output_buffer_mut();
+            for ((tool, contact), taxels) in self.tools.iter_mut().zip(&models.contacts).zip(&models.taxels) {
+                tool.blend.take(*contact, now);
+                tool.taxels.copy_from_slice(taxels);
             }
         }
         for index in 0..self.arms.len() {
@@ -169,7 +177,10 @@ impl Servo {
             let Some(pose) = arm.poses.get(tool.effector) else { continue };
             tool.hand.sample(pose, &arm.frame, (now as f64 * 1e-9, dt));
             tool.given = tool.render(&arm.frame, now, dt, &mut self.age);
-            outputs[tool.effector].force = tool.given;
+            if !tool.hand.present || tool.blend.age(now) > PATIENCE {
+                tool.taxels.fill(0.0);
+            }
+            (outputs[tool.effector].force, outputs[tool.effector].taxels) = (tool.given, &tool.taxels);
         }
         let status = arm.device.write(now, &outputs[..arm.poses.len()]);
         if status != Status::OK {

@@ -83,6 +83,7 @@ impl Session {
             for (tool, felt) in self.tools.iter().zip(&self.frame.tools) {
                 if tool.device == index {
                     outputs[tool.effector].force = felt.device_force;
+                    outputs[tool.effector].taxels = tool.pad.as_ref().map_or(&[], |pad| &pad.taxels);
                 }
             }
             outputs.iter_mut().for_each(|o| o.valid_until = now + VALID);

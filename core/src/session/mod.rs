@@ -12,6 +12,7 @@ mod lapse;
 mod open;
 mod place;
 mod step;
+mod tactile;
 
 pub use error::SessionError;
 pub use event::{Event, EventKind, Events};
@@ -24,7 +25,7 @@ use crate::contact::Spheres;
 use crate::host::{Device, DeviceInfo, Pose};
 use crate::plan::{Edit, LeftOut, Plan};
 use crate::step::{Frequencies, Integrator, NodeSprings, Pool, Scheme};
-use crate::tool::{ForceSafety, Frame as DeviceFrame, Hand, TipMass, Tool};
+use crate::tool::{ForceSafety, Frame as DeviceFrame, Hand, TactilePad, TipMass, Tool};
 use pliant_plugin_api::abi::Ball;
 use serde::Serialize;
 
@@ -56,6 +57,10 @@ pub struct ToolSlot {
     pub hand: Hand,
     /// What the force passes last.
     pub safety: ForceSafety,
+    /// What its tactile array shows, if its device has one.
+    pub pad: Option<TactilePad>,
+    /// m, where on a body it was in contact, in the rest shape.
+    slid_from: Option<(u32, [f64; 3])>,
     /// Place of its device, and which of its effectors.
     pub device: usize,
     /// See `device`.

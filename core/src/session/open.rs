@@ -10,7 +10,7 @@ use crate::mesh::require_for_mesh_elements;
 use crate::plan::Plan;
 use crate::scene::{BladeScene, BodyScene, Extent, Scene, Source, ToolScene, settings};
 use crate::step::{NodeSprings, Pool, Scheme, System};
-use crate::tool::{Coupling, Edge, ForceLimits, ForceSafety, Hand, Knife, TipMass, Tool};
+use crate::tool::{Coupling, Edge, ForceLimits, ForceSafety, Hand, Knife, TactilePad, TipMass, Tool};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -111,6 +111,7 @@ impl Session {
             stepped_back: 0,
             cuts: super::CutCounts::default(),
         };
+        session.open_pads();
         session.history.kept = !session.plan.steps_back.is_empty();
         session.sample()?;
         session.measure()?;
@@ -281,6 +282,8 @@ impl Opening<'_> {
                 continuous: facts.continuous_force,
                 slew: scene.slew.get_ref().si,
             }),
+            pad: TactilePad::of(&facts),
+            slid_from: None,
             device,
             effector: effector as usize,
             edit: None,

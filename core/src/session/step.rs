@@ -179,11 +179,7 @@ impl Session {
 
     /// N, on a tool by the sheets it touches, and the last of them.
     fn felt_on_sheets(&self, tool: usize) -> ([f64; 3], Option<u32>) {
-        let touches = |slot: &&super::ToolSlot| slot.tool.mode == Mode::Touch && slot.hand.present;
-        if !touches(&&self.tools[tool]) {
-            return ([0.0; 3], None);
-        }
-        let place = self.tools[..tool].iter().filter(touches).count();
+        let Some(place) = self.place_of_tip(tool) else { return ([0.0; 3], None) };
         let (mut force, mut of) = ([0.0; 3], None);
         for (index, spheres) in self.spheres.iter().enumerate() {
             if let Some(tip) = spheres.tips.get(place).filter(|tip| tip.held > 0) {
@@ -206,7 +202,8 @@ impl Session {
                 Some(tip) if slot.tool.proxy.touch.is_none() => tip.felt(slot.hand.position, &slot.tool.coupling),
                 _ => on_sheets,
             };
-            let force = axpy(slot.tool.reaction(&self.bodies), 1.0, of_sheets);
+            let on_bodies = slot.tool.reaction(&self.bodies);
+            let force = axpy(on_bodies, 1.0, of_sheets);
             let to_device = &self.devices[slot.device].frame;
             let before: u64 = slot.safety.counts().map(|(_, c)| c).sum();
             let device_force = slot.safety.pass(to_device.to_device(force), dt);
@@ -218,6 +215,7 @@ impl Session {
             let mut felt = tool_frame(&slot.tool, slot.hand.position, force, device_force);
             felt.contact = felt.contact.or(sheet);
             frame.tools.push(felt);
+            self.show(tool, on_bodies, dt);
         }
     }
 

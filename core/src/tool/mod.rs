@@ -5,6 +5,7 @@ mod haptic;
 mod knife;
 mod model;
 mod safety;
+mod tactile;
 mod tip;
 
 pub use hand::{Frame, Hand};
@@ -12,4 +13,5 @@ pub use haptic::{Coupling, Grip, Mode, Tool, ToolError};
 pub use knife::{CutStep, Edge, Inside, Knife};
 pub use model::{Blend, ContactModel};
 pub use safety::{Budget, Cause, FADES, ForceLimits, ForceSafety, Moment, PATIENCE, Passivity};
+pub use tactile::{TactilePad, TaxelArray, Texture};
 pub use tip::{TipMass, part};
