@@ -20,4 +20,4 @@ pub use patch::Patch;
 pub use proxy::{Friction, Proxy, Touch, hold};
 pub use samples::Samples;
 pub use soft::{Meets, SoftTip};
-pub use sphere::{Spheres, Tip};
+pub use sphere::{Press, Spheres, Tip};

@@ -27,8 +27,8 @@ pub struct SoftTip {
     near: Reach,
     found: Vec<Found>,
     stays: Vec<bool>,
-    presses: Vec<Press>,
-    before: Vec<Press>,
+    spots: Vec<Spot>,
+    before: Vec<Spot>,
     sums: Sums,
 }
 
@@ -43,7 +43,7 @@ struct Found {
 
 /// A point that is pressed on: the force on it is `force - stiffness (x - point) - damping v`.
 #[derive(Clone, Copy, Debug)]
-struct Press {
+struct Spot {
     corners: [u32; 3],
     bary: V3,
     point: V3,
@@ -73,7 +73,7 @@ impl SoftTip {
             near: Reach::default(),
             found: Vec::new(),
             stays: Vec::new(),
-            presses: Vec::new(),
+            spots: Vec::new(),
             before: Vec::new(),
             sums: Sums::default(),
         }
@@ -87,15 +87,15 @@ impl SoftTip {
 
     /// It touches nothing any more.
     pub fn leave(&mut self) {
-        self.presses.clear();
+        self.spots.clear();
     }
 
     /// Points it pressed on in the last step.
     pub fn held(&self) -> usize {
-        self.presses.len()
+        self.spots.len()
     }
 
-    /// Finds what `tip` presses on, with springs of `stiffness` (N/m), in a step of `dt` (s), and gives it to `out`. Nodes of
+    /// Finds what `tip` spots on, with springs of `stiffness` (N/m), in a step of `dt` (s), and gives it to `out`. Nodes of
     /// the sheet, of `count` triangles, may have moved by `moved` (m) since the last step.
     pub fn press(
         &mut self,
@@ -105,8 +105,8 @@ impl SoftTip {
         (stiffness, moved, dt): (f64, f64, f64),
         out: &mut NodeSprings,
     ) {
-        std::mem::swap(&mut self.presses, &mut self.before);
-        self.presses.clear();
+        std::mem::swap(&mut self.spots, &mut self.before);
+        self.spots.clear();
         let drive = tip.velocity.map(|c| c * dt);
         let travel = dot(drive, drive).sqrt();
         if let Some(reach) = self.near.renew(tip.position, tip.radius, moved, travel) {
@@ -183,24 +183,24 @@ impl SoftTip {
             let out = axpy(found.point, -1.0, centre);
             let mut normal =
                 if found.distance > TIE * tip.radius { out.map(|c| c / found.distance) } else { [0.0, 0.0, 1.0] };
-            let old = self.before.iter().filter_map(|press| {
-                let d = axpy(carried(&nodes.x, press.corners, press.bary), -1.0, found.point);
+            let old = self.before.iter().filter_map(|spot| {
+                let d = axpy(carried(&nodes.x, spot.corners, spot.bary), -1.0, found.point);
                 let away = dot(d, d).sqrt();
-                (away <= SAME * tip.radius).then_some((away, press))
+                (away <= SAME * tip.radius).then_some((away, spot))
             });
-            let old = old.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, press)| press);
-            if old.is_some_and(|press| dot(press.normal, normal) < 0.0) {
+            let old = old.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, spot)| spot);
+            if old.is_some_and(|spot| dot(spot.normal, normal) < 0.0) {
                 normal = normal.map(|c| -c); // the sheet has come past the centre
             }
             let depth = tip.radius - dot(axpy(found.point, -1.0, tip.position), normal);
-            let last = old.map_or([0.0; 3], |press| press.felt(&nodes.x));
+            let last = old.map_or([0.0; 3], |spot| spot.felt(&nodes.x));
             let slip = axpy(tip.velocity, -1.0, carried(&nodes.v, found.corners, found.bary));
             // Critical for the mass at this point. What lasts grows no faster than this damping can follow.
             let mass =
                 found.corners.iter().zip(found.bary).map(|(n, w)| w * w / nodes.mass[*n as usize]).sum::<f64>().recip();
             let drag = (k * mass).sqrt();
             let lasts = LASTS.min(0.5 * dt * (k / mass).sqrt());
-            let lasting = if self.meets == Meets::Triangles { old.map_or(0.0, |press| press.lasting) } else { 0.0 };
+            let lasting = if self.meets == Meets::Triangles { old.map_or(0.0, |spot| spot.lasting) } else { 0.0 };
             let push = lasting + k * depth + drag * dot(slip, normal);
             if push <= 0.0 || (old.is_none() && depth <= 0.0) {
                 continue;
@@ -210,7 +210,7 @@ impl SoftTip {
             let rub = tangent(last);
             let trial = axpy(rub, k * dt, tangent(slip));
             let size = dot(trial, trial).sqrt();
-            let stuck = old.is_none_or(|press| press.sticks);
+            let stuck = old.is_none_or(|spot| spot.sticks);
             let most = push * if stuck { tip.friction.fixed } else { tip.friction.sliding };
             let sticks = size <= most;
             let along = if sticks {
@@ -226,22 +226,22 @@ impl SoftTip {
             // The drag is on a sheet that stands still; what moves it away from the tip is in `damping`.
             let held = push + drag * dot(axpy(tip.velocity, -1.0, slip), normal);
             let force = axpy(along, held, normal);
-            self.presses.push(Press { corners, bary, point, normal, force, stiffness, damping, lasting, sticks });
+            self.spots.push(Spot { corners, bary, point, normal, force, stiffness, damping, lasting, sticks });
         }
     }
 
     fn give(&mut self, nodes: &Nodes, out: &mut NodeSprings) {
         self.sums.begin(nodes.len());
-        for press in &self.presses {
-            for (node, weight) in press.corners.into_iter().zip(press.bary).filter(|(_, w)| *w > 0.0) {
-                self.sums.add(node, weight, press.force, &press.stiffness, &press.damping);
+        for spot in &self.spots {
+            for (node, weight) in spot.corners.into_iter().zip(spot.bary).filter(|(_, w)| *w > 0.0) {
+                self.sums.add(node, weight, spot.force, &spot.stiffness, &spot.damping);
             }
         }
         self.sums.give(1.0, &nodes.x, out);
     }
 }
 
-impl Press {
+impl Spot {
     /// N, on the sheet, now that its nodes are at `x`.
     fn felt(&self, x: &[V3]) -> V3 {
         let moved = axpy(carried(x, self.corners, self.bary), -1.0, self.point);

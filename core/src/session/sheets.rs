@@ -3,7 +3,7 @@
 use super::{ContactChoice, Session, ToolSlot};
 use crate::contact::{Meets, SoftTip, Tip};
 use crate::scene::{Scene, SheetContact};
-use crate::step::axpy;
+use crate::step::{V3, axpy};
 use crate::tool::Mode;
 
 /// Edges of a sheet over the radius of a tip, up to which its vertices are close enough to hold it.
@@ -37,7 +37,7 @@ impl Session {
     /// Presses soft tips on sheets.
     pub(super) fn press_sheets(&mut self) {
         for slot in &mut self.tools {
-            let tip = slot.tip(self.dt);
+            let tip = slot.fingertip(self.dt);
             for (index, body) in self.bodies.iter().enumerate() {
                 let (Some(soft), Some(sheet)) = (&mut slot.soft[index], body.carrier.sheet()) else { continue };
                 let Some(tip) = tip.filter(|_| body.frozen.is_none()) else {
@@ -62,16 +62,13 @@ impl Session {
         spheres.moved = self.moved[index];
         spheres.tips.extend(self.tools.iter().filter_map(|slot| {
             let holds = slot.soft[index].is_none();
-            slot.tip(self.dt).map(|tip| Tip { holds, ..tip })
+            slot.fingertip(self.dt).map(|tip| Tip { holds, ..tip })
         }));
     }
 
     /// N, on a tool by the sheets whose vertices it holds, and the last of the sheets it touches.
     pub(super) fn felt_on_sheets(&self, tool: usize) -> ([f64; 3], Option<u32>) {
-        if self.tools[tool].tip(self.dt).is_none() {
-            return ([0.0; 3], None);
-        }
-        let place = self.tools[..tool].iter().filter(|slot| slot.touches()).count();
+        let Some(place) = self.place_of_tip(tool) else { return ([0.0; 3], None) };
         let (mut force, mut of) = ([0.0; 3], None);
         for (index, spheres) in self.spheres.iter().enumerate() {
             let soft = self.tools[tool].soft[index].as_ref().map_or(0, SoftTip::held);
@@ -81,15 +78,29 @@ impl Session {
         }
         (force, of)
     }
+
+    /// N, on a tool by the sheets it presses on as a soft tip: part of its reaction.
+    pub(super) fn felt_softly(&self, tool: usize) -> V3 {
+        let slot = &self.tools[tool];
+        let each = slot.soft.iter().zip(&self.bodies).enumerate();
+        each.filter(|(_, (soft, _))| soft.as_ref().is_some_and(|soft| soft.held() > 0)).fold(
+            [0.0; 3],
+            |sum, (i, (_, body))| {
+                let nodes = &body.system.nodes;
+                axpy(sum, -1.0, slot.tool.springs(i).total(&nodes.x, &nodes.v))
+            },
+        )
+    }
 }
 
 impl ToolSlot {
-    fn touches(&self) -> bool {
+    /// Whether it is a fingertip now.
+    pub(super) fn touches(&self) -> bool {
         self.tool.mode == Mode::Touch && self.hand.present
     }
 
     /// Its fingertip at the end of a step of `dt` (s), if it touches.
-    fn tip(&self, dt: f64) -> Option<Tip> {
+    fn fingertip(&self, dt: f64) -> Option<Tip> {
         self.touches().then(|| {
             let position = self.tool.proxy.position;
             let velocity = self.was.map_or([0.0; 3], |was| axpy(position, -1.0, was).map(|c| c / dt));
