@@ -34,6 +34,8 @@ pub struct Sheet {
 
 /// No node.
 pub const NONE: u32 = u32::MAX;
+/// kg, of nodes that only lend a direction and never move: in no weight, reaction or energy.
+const WEIGHTLESS: f64 = 1e-30;
 
 impl Sheet {
     /// Of a model. No node is active yet.
@@ -130,7 +132,7 @@ impl Sheet {
         }
         system.set_sides(edges.hinge_of);
         system.prepare()?;
-        system.nodes.mass[self.vertex_of.len()..].fill(1.0); // what only lends a direction weighs nothing and never moves
+        system.nodes.mass[self.vertex_of.len()..].fill(WEIGHTLESS);
         check_mass(system)
     }
 
@@ -179,7 +181,7 @@ impl Sheet {
         let all: Vec<u32> = (0..model.surface.triangles.len() as u32).collect();
         skin.tree.refit(&skin.settled, &model.surface.triangles, &all);
         system.prepare()?;
-        system.nodes.mass[self.vertex_of.len()..].fill(1.0);
+        system.nodes.mass[self.vertex_of.len()..].fill(WEIGHTLESS);
         Ok(())
     }
 
