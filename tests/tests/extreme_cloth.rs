@@ -1,5 +1,7 @@
 //! Cloth at the ends of what is allowed: finite, its energy bounded, or refused with file and line.
 
+#![allow(clippy::print_stdout, reason = "the table of errors")]
+
 use pliant_core::mesh::generate::Pattern;
 use pliant_core::step::{Integrator, Scheme, V3};
 use pliant_tests::Bench;
@@ -177,7 +179,7 @@ fn triangles_without_area_and_their_like_are_refused_by_line() {
         ran.expect(2).says(said);
         assert!(bench.names("out").is_empty(), "{what}: {:?}", bench.names("out"));
     }
-    for (what, params, said) in [
+    for (_, params, said) in [
         ("no weight", "density = -1", "density"),
         ("no stiffness", "young-warp = -5", "young-warp"),
         ("not definite", "young-warp = 100, young-weft = 500, poisson = 0.5", "positive definite"),

@@ -1,5 +1,7 @@
 //! R10, R11, R23, R29, R30 and R32: what must hold of any sheet, how large a step may be, and what a solve costs.
 
+#![allow(clippy::print_stdout, reason = "the table of errors")]
+
 use pliant_core::mesh::Surface;
 use pliant_core::mesh::generate::Pattern;
 use pliant_core::step::{Constraint, Factors, Frequencies, Pcg, Pool, Scheme, Solve, StepLimit, V3, axpy, dot};
@@ -96,7 +98,7 @@ fn momenta_lost(pattern: Pattern, scheme: Scheme, params: &str, dt: f64) -> [f64
         [sum(&|i| nodes.v[i]), sum(&|i| cross(axpy(nodes.x[i], -1.0, centre), nodes.v[i]))]
     };
     let before = momenta(&mut piece);
-    (0..(0.1 / dt).round() as usize).for_each(|_| drop(piece.step(dt)));
+    (0..(0.1 / dt).round() as usize).for_each(|_| _ = piece.step(dt));
     let after = momenta(&mut piece);
     [0, 1].map(|i| {
         let off = axpy(after[i], -1.0, before[i]);

@@ -1,5 +1,7 @@
 //! R02 to R07 and R16: sheets at rest against closed forms and high-accuracy values, on four patterns of triangles.
 
+#![allow(clippy::print_stdout, reason = "the table of errors")]
+
 use pliant_core::mesh::Surface;
 use pliant_core::mesh::generate::Pattern;
 use pliant_tests::cloth::{G, PATTERNS, Piece, order, sheet};
