@@ -42,8 +42,8 @@ pub struct Coupled {
 const ACCURACY: f64 = 1e-6;
 /// Terms of it, at most: slivers ask for more than is worth it.
 const MOST: usize = 200;
-/// What stands for the inverse of G in a matrix is this over its diagonal: at least half the exact stiffness, as a step that is
-/// linearised once needs, on all but slivers.
+/// What stands for the inverse of G in a matrix is at least this over its diagonal, and more where slivers ask for it: at least
+/// half the exact stiffness, as a step of backward Euler that is linearised once needs.
 const STAND_IN: f64 = 2.2;
 /// Planes of a hinge.
 const PLANES: usize = 13;
@@ -169,9 +169,11 @@ impl Coupled {
         }
     }
 
+    #[inline(always)]
     fn gradient(&self, hinge: usize, corner: usize) -> V3 {
         let n = self.moment.len();
-        std::array::from_fn(|i| self.planes[(1 + 3 * corner + i) * n + hinge])
+        let at = (1 + 3 * corner) * n + hinge;
+        [self.planes[at], self.planes[at + n], self.planes[at + 2 * n]]
     }
 
     /// Adds `-m ds/dx`, N (n x 3).
@@ -234,15 +236,20 @@ impl Coupled {
                 material.strain(&set.call(chunk, nodes, &nodes.v, time), &mut self.planes)?;
             }
         }
-        let stand_in = if certain { 1.0 / self.spectrum[0] } else { STAND_IN };
+        let exact = 1.0 / self.spectrum[0];
+        let stand_in = if certain { exact } else { STAND_IN.max(0.5 * exact) };
         let this = &*self;
         set.schedule.run(pool, blocks, bound, &|chunk, blocks| {
             let first = bound(chunk.window.start);
             for hinge in chunk.range.clone() {
                 let diagonal = this.diagonal[hinge];
                 let k = if diagonal > 0.0 { factor * stand_in / diagonal } else { 0.0 };
-                let g: [V3; 4] = std::array::from_fn(|corner| this.gradient(hinge, corner));
-                let scaled = g.map(|g| g.map(|c| k * c));
+                let mut g = [[0.0; 3]; 4];
+                let mut scaled = [[0.0; 3]; 4];
+                for corner in 0..4 {
+                    g[corner] = this.gradient(hinge, corner);
+                    scaled[corner] = axpy([0.0; 3], k, g[corner]);
+                }
                 let mut slots = set.slots[10 * hinge..10 * hinge + 10].iter();
                 for a in 0..4 {
                     for (b, &slot) in (a..4).zip(&mut slots) {
@@ -250,7 +257,11 @@ impl Coupled {
                         // The transpose of g_a g_b^T is g_b g_a^T.
                         let (left, right) =
                             if slot & abi::TRANSPOSED == 0 { (scaled[a], g[b]) } else { (scaled[b], g[a]) };
-                        (0..9).for_each(|e| to[e] += left[e / 3] * right[e % 3]);
+                        for i in 0..3 {
+                            for j in 0..3 {
+                                to[3 * i + j] += left[i] * right[j];
+                            }
+                        }
                     }
                 }
             }

@@ -14,8 +14,11 @@ pub(crate) fn angle_of<T: Real>(y: T, x: T) -> T {
     let base = steep.if_less(slope, x.of(FRAC_PI_4), zero);
     let rest = steep.if_less(slope, (slope - one) / (slope + one), slope);
     let z = rest * rest;
-    let top = P.iter().fold(zero, |sum, p| sum * z + x.of(*p));
-    let bottom = Q.iter().fold(one, |sum, q| sum * z + x.of(*q));
+    let (mut top, mut bottom) = (zero, one);
+    for i in 0..P.len() {
+        top = top * z + x.of(P[i]);
+        bottom = bottom * z + x.of(Q[i]);
+    }
     let small = base + (rest * (z * top / bottom) + rest);
     let quarter = right.if_less(up, x.of(FRAC_PI_2) - small, small);
     let half = x.if_less(zero, x.of(PI) - quarter, quarter);

@@ -28,12 +28,11 @@ pub(crate) fn gradient<T: Real>(x: [V3<T>; 4]) -> [V3<T>; 4] {
     let (least, one) = (square.of(f64::MIN_POSITIVE), square.of(1.0));
     let square = square.max(least);
     let floor = square * square * (FLAT * FLAT);
-    let steep = |n: V3<T>| scaled(n, -size / dot(n, n).max(floor).max(least));
-    let (go, gp) = (steep(left), steep(right));
+    let go = scaled(left, -size / dot(left, left).max(floor).max(least));
+    let gp = scaled(right, -size / dot(right, right).max(floor).max(least));
     // Where the foot of each height is along the edge.
     let (so, sp) = (dot(minus(o, a), edge) / square, dot(minus(p, a), edge) / square);
-    let end = |s: T, t: T| mixed(-s, go, -t, gp);
-    [end(one - so, one - sp), end(so, sp), go, gp]
+    [mixed(-(one - so), go, -(one - sp), gp), mixed(-so, go, -sp, gp), go, gp]
 }
 
 /// The edge, m, and twice the area of each side along its normal, m^2.

@@ -32,18 +32,7 @@ pub(crate) struct Frame<T = f64> {
     condition: M2<T>,
 }
 
-/// Whether any of these deformation gradients has collapsed: then they have to go one by one.
-#[inline(always)]
-pub(crate) fn has_collapsed<T: Real>(f: [V3<T>; 2]) -> bool {
-    length(cross(f[0], f[1])).any_below(COLLAPSED)
-}
-
 impl Frame {
-    /// Of a deformation gradient's columns; `third` is the gradient of the last corner's weight, across the first edge.
-    pub(crate) fn new(rule: Rule, f: [V3; 2], third: V2) -> Self {
-        if has_collapsed(f) { Self::collapsed(rule, f, third) } else { Self::regular(rule, f, third) }
-    }
-
     /// Any frame along what length is left: the normal of a line or a point is nobody's.
     #[cold]
     fn collapsed(rule: Rule, f: [V3; 2], third: V2) -> Self {
@@ -61,12 +50,51 @@ impl Frame {
         };
         Self { axes, normal: cross(e, left), stretch, condition: condition(rule, third) }
     }
+
+    /// Axes, normal, stretch and condition in a row.
+    fn values(&self) -> [f64; VALUES] {
+        let Self { axes: [t, u], normal: n, stretch: [l, m], condition: [k, j] } = self;
+        let vectors = [t, u, n].into_iter().flatten();
+        let mut values = vectors.chain([l, m, k, j].into_iter().flatten());
+        core::array::from_fn(|_| *values.next().expect("three vectors and two matrices"))
+    }
 }
 
+/// Numbers in a frame.
+const VALUES: usize = 17;
+
 impl<T: Real> Frame<T> {
-    /// The same, of what has not collapsed.
+    /// Of a deformation gradient's columns; `third` is the gradient of the last corner's weight, across the first edge.
     #[inline(always)]
-    pub(crate) fn regular(rule: Rule, f: [V3<T>; 2], third: V2<T>) -> Self {
+    pub(crate) fn new(rule: Rule, f: [V3<T>; 2], third: V2<T>) -> Self {
+        if length(cross(f[0], f[1])).any_below(COLLAPSED) {
+            return Self::one_by_one(rule, f, third);
+        }
+        Self::regular(rule, f, third)
+    }
+
+    /// The same where some have collapsed.
+    #[cold]
+    fn one_by_one(rule: Rule, f: [V3<T>; 2], third: V2<T>) -> Self {
+        let mut given = [third[0]; VALUES];
+        given[..3].copy_from_slice(&f[0]);
+        given[3..6].copy_from_slice(&f[1]);
+        given[6..8].copy_from_slice(&third);
+        let v = T::each(given, |v| {
+            let (f, third) = ([[v[0], v[1], v[2]], [v[3], v[4], v[5]]], [v[6], v[7]]);
+            let whole = length(cross(f[0], f[1])) >= COLLAPSED;
+            if whole { Frame::regular(rule, f, third) } else { Frame::collapsed(rule, f, third) }.values()
+        });
+        Self {
+            axes: [[v[0], v[1], v[2]], [v[3], v[4], v[5]]],
+            normal: [v[6], v[7], v[8]],
+            stretch: [[v[9], v[10]], [v[11], v[12]]],
+            condition: [[v[13], v[14]], [v[15], v[16]]],
+        }
+    }
+
+    #[inline(always)]
+    fn regular(rule: Rule, f: [V3<T>; 2], third: V2<T>) -> Self {
         let area = cross(f[0], f[1]);
         let d = length(area);
         let normal = scaled(area, d.of(1.0) / d);
@@ -85,7 +113,8 @@ impl<T: Real> Frame<T> {
                 let e = scaled(along, d.of(1.0) / length(along));
                 let left = cross(normal, e);
                 let axes = [mixed(u[0], e, v[0], left), mixed(u[1], e, v[1], left)];
-                let stretch = [0, 1].map(|i| [dot(axes[i], f[0]), dot(axes[i], f[1])]);
+                let [t, u] = axes;
+                let stretch = [[dot(t, f[0]), dot(t, f[1])], [dot(u, f[0]), dot(u, f[1])]];
                 Self { axes, normal, stretch, condition: condition(rule, third) }
             }
         }
@@ -114,7 +143,7 @@ impl<T: Real> Frame<T> {
         // A triangle drawn together to a point has no direction to turn.
         let least = size.of(COLLAPSED);
         let inverse = size.of(1.0) / size.abs().if_less(least, least, size);
-        k.map(|row| row.map(|c| c * inverse))
+        [[k[0][0] * inverse, k[0][1] * inverse], [k[1][0] * inverse, k[1][1] * inverse]]
     }
 
     /// K as (11, 22, 12), over `K : J`; for the second derivative.

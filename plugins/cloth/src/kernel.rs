@@ -1,12 +1,12 @@
 //! Passes over the elements of a call, as many at once as the vector unit takes.
 //!
 //! Corners are gathered into planes of lanes, the kernels are those of one element ([`crate::real`]), and results are added
-//! element by element in their order. What is singular goes one by one.
+//! element by element in their order.
 
 use crate::dihedral;
 use crate::membrane::Membrane;
 use crate::real::{MOST_LANES, Wide};
-use crate::small::{M3, V3};
+use crate::small::V3;
 use crate::triangle::{self, Triangle};
 use pliant_plugin_api::{Blocks, Elements, NodeVectors};
 use pulp::{Simd, WithSimd};
@@ -22,7 +22,13 @@ fn gather<S: Simd, const K: usize>(simd: S, nodes: &[[u32; K]], e: usize, of: &[
             (0..3).for_each(|i| planes[corner][i][lane] = place[i]);
         }
     }
-    planes.map(|corner| corner.map(|plane| Wide::load(simd, &plane)))
+    let mut all = [[Wide::load(simd, &planes[0][0]); 3]; K];
+    for corner in 0..K {
+        for i in 0..3 {
+            all[corner][i] = Wide::load(simd, &planes[corner][i]);
+        }
+    }
+    all
 }
 
 /// Values `e ..` of a plane; lanes past the end repeat the last one.
@@ -31,14 +37,18 @@ fn read<S: Simd>(simd: S, plane: &[f64], e: usize) -> Wide<S> {
     if e + S::F64_LANES <= plane.len() {
         return Wide::load(simd, &plane[e..]);
     }
-    let lanes: [f64; MOST_LANES] = core::array::from_fn(|lane| plane[(e + lane).min(plane.len() - 1)]);
+    let mut lanes = [0.0; MOST_LANES];
+    for lane in 0..S::F64_LANES {
+        lanes[lane] = plane[(e + lane).min(plane.len() - 1)];
+    }
     Wide::load(simd, &lanes)
 }
 
 #[inline(always)]
 fn triangles<S: Simd>(simd: S, planes: &[&[f64]; triangle::STRIDE], e: usize) -> Triangle<Wide<S>> {
-    let [b, c, d, f, area] = planes.map(|plane| read(simd, plane, e));
-    Triangle::whole([[b, c], [d, f]], area)
+    let (b, c) =
+        ([read(simd, planes[0], e), read(simd, planes[1], e)], [read(simd, planes[2], e), read(simd, planes[3], e)]);
+    Triangle::whole([b, c], read(simd, planes[4], e))
 }
 
 /// Adds the forces of triangles. Gives the sum of their stresses, to see whether all is finite.
@@ -61,20 +71,17 @@ impl WithSimd for Forces<'_, '_> {
             let shape = triangles(simd, &planes, e);
             let (f, rate) = (shape.derivative(gather(simd, nodes, e, x)), shape.derivative(gather(simd, nodes, e, v)));
             let count = S::F64_LANES.min(nodes.len() - e);
+            let wide = shape.forces(membrane.stress(&shape, f, rate));
             let mut forces = [[[0.0; MOST_LANES]; 3]; 3];
-            if membrane.is_singular(f) {
-                for lane in 0..count {
-                    let (shape, corners) = (Triangle::read(&planes, e + lane), nodes[e + lane].map(|n| n as usize));
-                    let (f, rate) = (shape.derivative(corners.map(|n| x[n])), shape.derivative(corners.map(|n| v[n])));
-                    let one = shape.forces(membrane.stress(&shape, f, rate));
-                    (0..9).for_each(|i| forces[i / 3][i % 3][lane] = one[i / 3][i % 3]);
+            for corner in 0..3 {
+                for i in 0..3 {
+                    forces[corner][i] = wide[corner][i].lanes();
                 }
-            } else {
-                forces = shape.forces(membrane.regular_stress(&shape, f, rate)).map(|corner| corner.map(Wide::lanes));
             }
             for lane in 0..count {
                 for corner in 0..3 {
-                    let force = forces[corner].map(|plane| plane[lane]);
+                    let planes = &forces[corner];
+                    let force = [planes[0][lane], planes[1][lane], planes[2][lane]];
                     out.add(nodes[e + lane][corner], force);
                     seen += force[0] + force[1] + force[2];
                 }
@@ -104,20 +111,17 @@ impl WithSimd for Stiffness<'_, '_> {
             let shape = triangles(simd, &planes, e);
             let f = shape.derivative(gather(simd, nodes, e, x));
             let count = S::F64_LANES.min(nodes.len() - e);
-            if membrane.is_singular(f) {
-                for e in e..e + count {
-                    let shape = Triangle::read(&planes, e);
-                    let f = shape.derivative(nodes[e].map(|n| x[n as usize]));
-                    membrane.linear(&shape, f, factors).blocks(&shape, |pair, block| out.add(e, pair, &block));
+            let blocks = membrane.linear(&shape, f, factors).blocks(&shape);
+            for pair in 0..6 {
+                let mut planes = [[0.0; MOST_LANES]; 9];
+                for i in 0..9 {
+                    planes[i] = blocks[pair][i / 3][i % 3].lanes();
                 }
-                continue;
-            }
-            membrane.regular_linear(&shape, f, factors).blocks(&shape, |pair, block| {
-                let lanes: M3<[f64; MOST_LANES]> = block.map(|row| row.map(Wide::lanes));
                 for lane in 0..count {
-                    out.add(e + lane, pair, &lanes.each_ref().map(|row| row.each_ref().map(|plane| plane[lane])));
+                    let p = |i: usize| planes[i][lane];
+                    out.add(e + lane, pair, &[[p(0), p(1), p(2)], [p(3), p(4), p(5)], [p(6), p(7), p(8)]]);
                 }
-            });
+            }
         }
     }
 }
@@ -147,7 +151,10 @@ impl WithSimd for Strains<'_> {
                 let lanes = value.lanes();
                 out[plane][e..e + count].copy_from_slice(&lanes[..count]);
             }
-            seen += strain.lanes()[..count].iter().sum::<f64>();
+            let lanes = strain.lanes();
+            for lane in 0..count {
+                seen += lanes[lane];
+            }
         }
         seen
     }

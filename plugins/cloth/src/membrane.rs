@@ -3,9 +3,9 @@
 //! Two strains: that of the frame (`sym(L) - I`), or Green's, `(F^T F - I) / 2`, which sees no false stretch of the yarns in
 //! shear and softens in compression.
 
-use crate::frame::{Frame, Rule, has_collapsed};
+use crate::frame::{Frame, Rule};
 use crate::real::Real;
-use crate::small::{M2, V2, V3, dot, mixed, scaled};
+use crate::small::{M2, V3, dot, mixed, scaled, times};
 use crate::tension::relaxed;
 use crate::tensor::Tensor;
 use crate::triangle::{Linear, Triangle, positive};
@@ -44,12 +44,6 @@ impl Membrane {
         energy
     }
 
-    /// Whether these have to go one by one.
-    #[inline(always)]
-    pub(crate) fn is_singular<T: Real>(&self, f: [V3<T>; 2]) -> bool {
-        self.strain != Strain::Green && has_collapsed(f)
-    }
-
     /// Stress (11, 22, 12), N/m, and energy, J/m^2: of the whole tensor, less what wrinkles take.
     #[inline(always)]
     fn elastic<T: Real>(&self, e: [T; 3]) -> [T; 4] {
@@ -64,38 +58,23 @@ impl Membrane {
             let (q, energy) = relaxed(&self.tensor, [a, b, c]);
             [q[0], q[1], q[2], energy]
         });
-        [0, 1, 2, 3].map(|i| whole[i] * kept + relaxed[i] * (1.0 - kept))
+        let (a, b, lost) = (whole, relaxed, 1.0 - kept);
+        [a[0] * kept + b[0] * lost, a[1] * kept + b[1] * lost, a[2] * kept + b[2] * lost, a[3] * kept + b[3] * lost]
     }
 
     /// Stress with the viscous one of the rate of strain, N/m.
     #[inline(always)]
     fn moving<T: Real>(&self, e: [T; 3], rate: [T; 3]) -> [T; 3] {
-        let (q, viscous) = (self.elastic(e), self.tensor.stress(rate));
-        [0, 1, 2].map(|i| q[i] + viscous[i] * self.damping)
+        let (q, viscous) = (self.elastic(e), times(self.tensor.stress(rate), self.damping));
+        [q[0] + viscous[0], q[1] + viscous[1], q[2] + viscous[2]]
     }
 
     /// First Piola-Kirchhoff stress by columns, N/m, with the viscous one of the rate of F.
-    pub(crate) fn stress(&self, shape: &Triangle, f: [V3; 2], rate: [V3; 2]) -> [V3; 2] {
-        self.stress_in(shape, f, rate, Frame::new)
-    }
-
-    /// The same of triangles that are not singular.
     #[inline(always)]
-    pub(crate) fn regular_stress<T: Real>(&self, shape: &Triangle<T>, f: [V3<T>; 2], rate: [V3<T>; 2]) -> [V3<T>; 2] {
-        self.stress_in(shape, f, rate, Frame::regular)
-    }
-
-    #[inline(always)]
-    fn stress_in<T: Real>(
-        &self,
-        shape: &Triangle<T>,
-        f: [V3<T>; 2],
-        rate: [V3<T>; 2],
-        frame: impl Fn(Rule, [V3<T>; 2], V2<T>) -> Frame<T>,
-    ) -> [V3<T>; 2] {
+    pub(crate) fn stress<T: Real>(&self, shape: &Triangle<T>, f: [V3<T>; 2], rate: [V3<T>; 2]) -> [V3<T>; 2] {
         match self.strain {
             Strain::Frame(rule) => {
-                let frame = frame(rule, f, shape.gradient[2]);
+                let frame = Frame::new(rule, f, shape.gradient[2]);
                 let turned = frame.turned_strain();
                 let turn = frame.turn();
                 let [t, u] = frame.axes;
@@ -119,23 +98,12 @@ impl Membrane {
     ///
     /// K is the exact second derivative if not `project`, but for wrinkles, which only soften it. With it, tension alone resists
     /// turning out of the plane, and the turn of the frame gets at least what keeps the rest positive: never softer than exact.
-    pub(crate) fn linear(&self, shape: &Triangle, f: [V3; 2], factors: (f64, f64)) -> Linear {
-        self.linear_in(shape, f, factors, Frame::new)
-    }
-
-    /// The same of triangles that are not singular.
     #[inline(always)]
-    pub(crate) fn regular_linear<T: Real>(&self, shape: &Triangle<T>, f: [V3<T>; 2], factors: (f64, f64)) -> Linear<T> {
-        self.linear_in(shape, f, factors, Frame::regular)
-    }
-
-    #[inline(always)]
-    fn linear_in<T: Real>(
+    pub(crate) fn linear<T: Real>(
         &self,
         shape: &Triangle<T>,
         f: [V3<T>; 2],
         (stiffness, damping): (f64, f64),
-        frame: impl Fn(Rule, [V3<T>; 2], V2<T>) -> Frame<T>,
     ) -> Linear<T> {
         let c = &self.tensor;
         let size = stiffness + damping * self.damping;
@@ -148,26 +116,30 @@ impl Membrane {
             Strain::Green => {
                 let [s11, s22, s12, _] = self.elastic(green(f));
                 let s = [s11, s22, s12];
-                let tension = if self.project { positive(s) } else { s }.map(|t| t * stiffness);
+                let tension = times(if self.project { positive(s) } else { s }, stiffness);
                 let turning = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
-                let rows = shape
-                    .gradient
-                    .map(|g| [scaled(f[0], g[0]), scaled(f[1], g[1]), mixed(g[1], f[0], g[0], f[1]), [zero; 3]]);
+                let mut rows = [[[zero; 3]; 4]; 3];
+                for corner in 0..3 {
+                    let g = shape.gradient[corner];
+                    rows[corner] = [scaled(f[0], g[0]), scaled(f[1], g[1]), mixed(g[1], f[0], g[0], f[1]), [zero; 3]];
+                }
                 Linear { rows, inner: h, tension, turning }
             }
             Strain::Frame(rule) => {
-                let frame = frame(rule, f, shape.gradient[2]);
+                let frame = Frame::new(rule, f, shape.gradient[2]);
                 let (turned, turn) = (frame.turned_strain(), frame.turn());
                 let [t, u] = frame.axes;
-                let rows = shape.gradient.map(|g| {
+                let mut rows = [[[zero; 3]; 4]; 3];
+                for corner in 0..3 {
+                    let g = shape.gradient[corner];
                     let w = mixed(turn[0][0] * g[0] + turn[0][1] * g[1], t, turn[1][0] * g[0] + turn[1][1] * g[1], u);
-                    [
+                    rows[corner] = [
                         mixed(g[0], t, -turned[0], w),
                         mixed(g[1], u, -turned[1], w),
                         mixed(one, mixed(g[1], t, g[0], u), -turned[2], w),
                         w,
-                    ]
-                });
+                    ];
+                }
                 let [q11, q22, q12, _] = self.elastic(frame.strain());
                 let q = [q11, q22, q12];
                 let l = &frame.stretch;
@@ -182,9 +154,10 @@ impl Membrane {
                 }
                 h[3][3] = own * stiffness;
                 let s = second(l, &p);
-                let tension = if self.project { positive(s) } else { s }.map(|t| t * stiffness);
+                let tension = times(if self.project { positive(s) } else { s }, stiffness);
                 let n = frame.normal;
-                let turning = if stiffness == 0.0 { [[zero; 3]; 3] } else { n.map(|a| n.map(|b| a * b)) };
+                let turning =
+                    if stiffness == 0.0 { [[zero; 3]; 3] } else { [scaled(n, n[0]), scaled(n, n[1]), scaled(n, n[2])] };
                 Linear { rows, inner: h, tension, turning }
             }
         }
@@ -214,9 +187,8 @@ fn local<T: Real>(q: [T; 3], taken: T, turn: M2<T>) -> M2<T> {
 fn second<T: Real>(l: &M2<T>, p: &M2<T>) -> [T; 3] {
     let det = l[0][0] * l[1][1] - l[0][1] * l[1][0];
     let det = det.max(det.of(THIN));
-    let s = |i: usize, j: usize| {
-        let row = if i == 0 { [l[1][1], -l[0][1]] } else { [-l[1][0], l[0][0]] };
-        (row[0] * p[0][j] + row[1] * p[1][j]) / det
-    };
-    [s(0, 0), s(1, 1), (s(0, 1) + s(1, 0)) * 0.5]
+    let [[a, b], [c, d]] = [[l[1][1], -l[0][1]], [-l[1][0], l[0][0]]];
+    let (s11, s12) = ((a * p[0][0] + b * p[1][0]) / det, (a * p[0][1] + b * p[1][1]) / det);
+    let (s21, s22) = ((c * p[0][0] + d * p[1][0]) / det, (c * p[0][1] + d * p[1][1]) / det);
+    [s11, s22, (s12 + s21) * 0.5]
 }

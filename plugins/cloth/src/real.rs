@@ -3,6 +3,8 @@
 //! A kernel is written once, for [`Real`]. On `f64` it is the scalar path; on [`Wide`] each operation is that of all lanes. Both
 //! do the same operations in the same order on each element, and there is no fused multiply-add, so bytes do not depend on the
 //! vector unit found at run time.
+//!
+//! What stands between a kernel and the vector unit has to be inlined into it, and closures are not always: kernels have none.
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 use pulp::Simd;
@@ -140,11 +142,11 @@ impl<S: Simd> Real for Wide<S> {
 
     #[inline(always)]
     fn any_below(self, value: f64) -> bool {
-        let below = self.if_less(self.of(value), self.of(1.0), self.of(0.0));
-        below.lanes().iter().any(|lane| *lane != 0.0)
+        let below = self.1.less_than_f64s(self.0, self.1.splat_f64s(value));
+        self.1.first_true_m64s(below) < S::F64_LANES
     }
 
-    #[inline(always)]
+    #[cold]
     fn each<const N: usize>(of: [Self; N], f: impl Fn([f64; N]) -> [f64; N]) -> [Self; N] {
         let mut lanes = of.map(Self::lanes);
         for lane in 0..S::F64_LANES {

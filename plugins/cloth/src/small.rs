@@ -35,6 +35,12 @@ pub(crate) fn mixed<T: Real>(p: T, a: V3<T>, q: T, b: V3<T>) -> V3<T> {
     [p * a[0] + q * b[0], p * a[1] + q * b[1], p * a[2] + q * b[2]]
 }
 
+/// All of them `by` times.
+#[inline(always)]
+pub(crate) fn times<T: Real>(a: [T; 3], by: f64) -> [T; 3] {
+    [a[0] * by, a[1] * by, a[2] * by]
+}
+
 #[inline(always)]
 pub(crate) fn length<T: Real>(a: V3<T>) -> T {
     dot(a, a).sqrt()

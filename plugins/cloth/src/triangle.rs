@@ -71,10 +71,12 @@ impl<T: Real> Triangle<T> {
     /// N, on each corner, of a stress (first Piola-Kirchhoff, by columns, N/m)
     #[inline(always)]
     pub(crate) fn forces(&self, [p, q]: [V3<T>; 2]) -> [V3<T>; 3] {
-        self.gradient.map(|g| {
-            let g = g.map(|c| -self.area * c);
-            mixed(g[0], p, g[1], q)
-        })
+        let (size, [a, b, c]) = (-self.area, self.gradient);
+        [
+            mixed(size * a[0], p, size * a[1], q),
+            mixed(size * b[0], p, size * b[1], q),
+            mixed(size * c[0], p, size * c[1], q),
+        ]
     }
 }
 
@@ -90,30 +92,36 @@ pub(crate) struct Linear<T = f64> {
 }
 
 impl<T: Real> Linear<T> {
-    /// Blocks (a, b), a <= b, times the area: given to `out` with their number.
+    /// Blocks (a, b), a <= b, times the area.
     #[inline(always)]
-    pub(crate) fn blocks(&self, shape: &Triangle<T>, mut out: impl FnMut(usize, M3<T>)) {
-        let (g, s) = (&shape.gradient, self.tension);
-        let four = |of: [T; 4]| of[0] + of[1] + of[2] + of[3];
+    pub(crate) fn blocks(&self, shape: &Triangle<T>) -> [M3<T>; 6] {
+        let (g, s, h) = (&shape.gradient, self.tension, &self.inner);
+        let zero = shape.area.of(0.0);
+        let mut blocks = [[[zero; 3]; 3]; 6];
         let mut pair = 0;
         for a in 0..3 {
             // inner^T rows, N/m^2
-            let left: [V3<T>; 4] = core::array::from_fn(|q| {
-                let r = &self.rows[a];
-                [0, 1, 2].map(|i| four([0, 1, 2, 3].map(|p| self.inner[p][q] * r[p][i])))
-            });
+            let (r, mut left) = (&self.rows[a], [[zero; 3]; 4]);
+            for q in 0..4 {
+                for i in 0..3 {
+                    left[q][i] = h[0][q] * r[0][i] + h[1][q] * r[1][i] + h[2][q] * r[2][i] + h[3][q] * r[3][i];
+                }
+            }
             let pull = [s[0] * g[a][0] + s[2] * g[a][1], s[2] * g[a][0] + s[1] * g[a][1]];
             for b in a..3 {
-                let right = &self.rows[b];
+                let r = &self.rows[b];
                 let turn = pull[0] * g[b][0] + pull[1] * g[b][1];
-                let at = |i: usize, j: usize| {
-                    let inner = four([0, 1, 2, 3].map(|q| left[q][i] * right[q][j]));
-                    shape.area * (inner + turn * self.turning[i][j])
-                };
-                out(pair, [0, 1, 2].map(|i| [0, 1, 2].map(|j| at(i, j))));
+                for i in 0..3 {
+                    for j in 0..3 {
+                        let inner =
+                            left[0][i] * r[0][j] + left[1][i] * r[1][j] + left[2][i] * r[2][j] + left[3][i] * r[3][j];
+                        blocks[pair][i][j] = shape.area * (inner + turn * self.turning[i][j]);
+                    }
+                }
                 pair += 1;
             }
         }
+        blocks
     }
 }
 
