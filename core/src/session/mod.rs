@@ -116,6 +116,8 @@ pub struct Choices {
     pub threads: usize,
     /// How tools meet sheets.
     pub contacts: Vec<ContactChoice>,
+    /// Of each body, if the integrator solves.
+    pub preconditioners: Vec<PreconditionerChosen>,
 }
 
 /// How a tool meets a sheet.
@@ -128,6 +130,17 @@ pub struct ContactChoice {
     /// As scenes write it.
     pub by: &'static str,
     /// Why, where the scene left it open.
+    pub why: String,
+}
+
+/// What stands for the inverse of a body's matrix.
+#[derive(Clone, Debug, Serialize)]
+pub struct PreconditionerChosen {
+    /// As the scene calls it.
+    pub body: String,
+    /// Which.
+    pub preconditioner: &'static str,
+    /// Why.
     pub why: String,
 }
 
@@ -279,6 +292,7 @@ impl Session {
 
     /// Bytes of the largest parts.
     pub fn bytes(&self) -> usize {
-        self.bodies.iter().map(Body::bytes).sum()
+        let solvers = self.integrators.iter().map(Integrator::bytes).sum::<usize>();
+        solvers + self.bodies.iter().map(Body::bytes).sum::<usize>()
     }
 }

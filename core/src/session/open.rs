@@ -85,6 +85,7 @@ impl Session {
                 substeps: 1,
                 threads,
                 contacts: Vec::new(),
+                preconditioners: Vec::new(),
             },
             loaded: opening.loaded,
             left_out: plan.left_out.clone(),
