@@ -14,6 +14,8 @@ use std::time::Instant;
 const DAMPING: [f64; 3] = [1e3, 1e12, 1e-6];
 /// Tolerances that may be left where no step lowers the energy any more.
 const STUCK: f64 = 1e3;
+/// Of the energy, what rounding in strains may leave of it.
+const ROUNDED: f64 = 1e-9;
 /// Halvings of a step, at most.
 const HALVINGS: usize = 12;
 
@@ -51,13 +53,16 @@ impl Integrator {
             let longest = self.pcg.x.iter().map(|d| dot(*d, *d)).fold(0.0, f64::max).sqrt();
             let mut share = if longest > self.longest_move { self.longest_move / longest } else { 1.0 };
             let from = system.nodes.x.clone();
+            // What the forces do on the way. Less than rounding leaves of the energy, the energy cannot judge it.
+            let work: f64 = self.b.iter().zip(&self.pcg.x).map(|(f, d)| dot(*f, *d)).sum();
+            let noise = if work < ROUNDED * energy.abs() { ROUNDED } else { 1e-12 } * energy.abs();
             let mut went = false;
             for _ in 0..HALVINGS {
                 for i in 0..from.len() {
                     system.nodes.x[i] = axpy(from[i], share, self.pcg.x[i]);
                 }
                 let after = self.potential(system, loads, now)?;
-                if after <= energy + 1e-12 * energy.abs() {
+                if after <= energy + noise {
                     (energy, went) = (after, true);
                     break;
                 }
