@@ -7,6 +7,7 @@
 
 pub mod arm;
 pub mod bout;
+pub mod cloth;
 pub mod models;
 pub mod native;
 pub mod solid;
