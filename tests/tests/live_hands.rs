@@ -225,7 +225,7 @@ fn a_material_that_makes_energy_gives_the_hand_little_of_it() {
     assert!(wild > 3e-3, "without the controller: {wild} J");
     assert!(acted > 0 && tame < 0.4 * wild, "with it: {tame} J of {wild} J, acted {acted} times");
     let (calm, acted) = given_by(SOFT, true);
-    assert!(calm.abs() < 1e-3 && acted == 0, "a passive one: {calm} J, acted {acted} times");
+    assert!(calm.abs() < 1e-5 && acted < 35, "a passive one, 3500 ticks: {calm} J, acted {acted} times");
 }
 
 #[test]
