@@ -11,6 +11,7 @@ mod open;
 mod outcome;
 mod plan;
 mod plugin;
+mod report;
 mod run;
 mod sample;
 mod text;
@@ -26,6 +27,7 @@ fn main() -> ExitCode {
         Command::Run(args) => run::run(&cli, args),
         Command::Plan(args) => plan::plan(&cli, args),
         Command::Plugin(args) => plugin::plugin(&cli, &args.what),
+        Command::Report(args) => report::report(&cli, args),
         Command::Schema => text::out(&pretty(&pliant_core::scene::json_schema())),
         Command::Completions { shell } => {
             let mut script = Vec::new();

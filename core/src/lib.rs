@@ -11,6 +11,7 @@ pub mod host;
 pub mod mesh;
 pub mod plan;
 pub mod record;
+pub mod report;
 pub mod scene;
 pub mod session;
 pub mod step;

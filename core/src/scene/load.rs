@@ -95,7 +95,15 @@ pub fn load(path: &Path, set: &[(String, String)]) -> Result<(Scene, Source), Sc
         let at = error.valid_up_to();
         return Err(source.error(at..at + 1, "not UTF-8 text; allowed is a TOML file in UTF-8"));
     }
-    let text = String::from_utf8(bytes).expect("just looked");
+    parse(path, String::from_utf8(bytes).expect("just looked"), set)
+}
+
+/// The same of a text that is in no file. `path` is what errors call it, and what paths in it are relative to.
+///
+/// # Errors
+/// As [`load`].
+pub fn parse(path: &Path, text: String, set: &[(String, String)]) -> Result<(Scene, Source), SceneError> {
+    let mut source = Source { path: path.to_path_buf(), text: String::new(), changed: false };
     source.text = text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text);
     if !set.is_empty() {
         source.text = set::apply(&source, set)?;
