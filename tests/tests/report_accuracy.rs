@@ -144,7 +144,7 @@ fn a_scene_of_ones_own_converges_to_its_own_refined_solution() {
         SCENE.replace("faulty-plugins#sound-springs\"", "mass-spring\", params = { young = 1e3, density = 100 }");
     let scene = scene.replace(
         "duration = 1\ndt = 1\nintegrator = \"quasi-static\"",
-        "duration = 0.08\ndt = 0.005\nintegrator = \"bdf2\"",
+        "duration = 0.08\ndt = 0.001\nintegrator = \"bdf2\"",
     );
     bench.write("own.toml", scene.replace("-0.02", "-9.81"));
     let ran = bench

@@ -8,11 +8,12 @@ use crate::text;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use pliant_core::host::Search;
 use pliant_core::report::{
-    self, Catalogue, Clock, Document, Journal, Kind, NotRun, Opened, Regression, Row, Section, Setup,
-    StabilityCatalogue,
+    self, Catalogue, Clock, Document, Journal, Kind, NotRun, Opened, PerformanceCatalogue, Regression, Row, Section,
+    Setup, StabilityCatalogue,
 };
 use scenes::Source;
 use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -121,8 +122,34 @@ fn measure(
             let sections = report::stability_page(&catalogue, &rows);
             Ok((rows, sections, catalogue.not_run))
         }
-        (Kind::Performance, None) => Err(Failure::input("not there yet")),
+        (Kind::Performance, None) => {
+            let source = Source::new(args.catalogue.as_deref(), scenes::PERFORMANCE)?;
+            let catalogue = PerformanceCatalogue::read(&source.catalogue).map_err(Failure::input)?;
+            let named = catalogue.pair.iter().map(|p| format!("left-out: {}", p.name));
+            let named: Vec<String> = named.chain(catalogue.sweep.iter().map(|s| s.name.clone())).collect();
+            asked_for(&setup.only, named.iter().map(String::as_str).chain(["start-up"]))?;
+            let mut rows = report::performance(&catalogue, &|name| source.scene(name), setup, journal);
+            rows.extend(start_up(setup));
+            let sections = report::performance_page(&catalogue, &rows);
+            Ok((rows, sections, catalogue.not_run))
+        }
     }
+}
+
+/// How long the program itself takes to start and end, doing nothing.
+fn start_up(setup: &Setup<'_>) -> Option<Row> {
+    let program = std::env::current_exe().ok().filter(|_| setup.wants("start-up"))?;
+    let once = || {
+        let began = (setup.clock.wall)();
+        let ended = Command::new(&program).arg("--version").stdout(Stdio::null()).status();
+        ended.is_ok_and(|s| s.success()).then(|| (setup.clock.wall)() - began)
+    };
+    let seconds: Vec<f64> = (0..9).filter_map(|_| once()).collect();
+    let (middle, most) = (report::median(&seconds), report::percentile(&seconds, 1.0));
+    let spread = (most - report::percentile(&seconds, 0.0)) / middle;
+    let method = "pliant --version".to_owned();
+    let row = Row { case: "start-up".into(), method, threads: 1, wall_seconds: middle, ..Row::default() };
+    Some(Row { spread: Some(spread), ..row })
 }
 
 /// Refuses a name that stands for no case.

@@ -10,6 +10,9 @@ pub const ACCURACY: &str = include_str!("cases/accuracy.toml");
 /// What stability is asked of.
 pub const STABILITY: &str = include_str!("cases/stability.toml");
 
+/// What performance times.
+pub const PERFORMANCE: &str = include_str!("cases/performance.toml");
+
 /// Scenes by name, each a file that `pliant run` takes as it is.
 const SCENES: &[(&str, &str)] = &[
     ("hanging-strip", include_str!("cases/hanging-strip.toml")),
@@ -25,6 +28,7 @@ const SCENES: &[(&str, &str)] = &[
     ("hung-block", include_str!("cases/hung-block.toml")),
     ("graded-strip", include_str!("cases/graded-strip.toml")),
     ("pressed-sheet", include_str!("cases/pressed-sheet.toml")),
+    ("pressed-cloth", include_str!("cases/pressed-cloth.toml")),
     ("struck-sheet", include_str!("cases/struck-sheet.toml")),
     ("touched-block", include_str!("cases/touched-block.toml")),
     ("hertz", include_str!("../../../scenes/hertz.toml")),

@@ -14,6 +14,7 @@ mod journal;
 mod measure;
 mod own;
 mod page;
+mod performance;
 mod plot;
 mod row;
 mod stability;
@@ -32,6 +33,7 @@ pub use journal::Journal;
 pub use measure::{Measure, Quantity, Wanted};
 pub use own::own_scene;
 pub use page::{Section, Table, page};
+pub use performance::{Pair, PerformanceCatalogue, Place, Sweep, performance, performance_page};
 pub use plot::{Axis, Bars, Curve, Heat, Lines};
 pub use row::Row;
 pub use stability::{
