@@ -10,6 +10,11 @@ use crate::mesh::{ObjDocument, Surface};
 use crate::step::{Constraint, ElementList, Nodes, System, V3, axpy};
 use nalgebra::Vector3;
 use pliant_plugin_api::abi;
+use std::sync::Arc;
+
+mod state;
+
+pub use state::SheetState;
 
 /// Where the warp of a fabric runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,6 +33,10 @@ pub struct Sheet {
     vertex_of: Vec<u32>,
     /// m, mean
     edge: f64,
+    /// m, corners of each triangle at rest in its own plane, warp first (m x 3 x 2)
+    material: Arc<Vec<f64>>,
+    /// Clamped edges by their vertices, rising: beyond each a node behind all others lends it a direction.
+    clamped: Arc<Vec<[u32; 2]>>,
     led: Vec<(u32, u32)>,
     active: bool,
 }
@@ -46,7 +55,16 @@ impl Sheet {
             count += 3;
         }
         let edge = sum / f64::from(count.max(1));
-        Self { warp, node_of: Vec::new(), vertex_of: Vec::new(), edge, led: Vec::new(), active: false }
+        Self {
+            warp,
+            node_of: Vec::new(),
+            vertex_of: Vec::new(),
+            edge,
+            material: Arc::default(),
+            clamped: Arc::default(),
+            led: Vec::new(),
+            active: false,
+        }
     }
 
     /// m, mean length of an edge
@@ -68,39 +86,43 @@ impl Sheet {
             return Ok(false);
         }
         self.active = true;
-        self.node_of = vec![NONE; model.surface.points.len()];
-        model.surface.triangles.iter().flatten().for_each(|v| self.node_of[*v as usize] = 0);
-        self.vertex_of = (0..self.node_of.len() as u32).filter(|v| self.node_of[*v as usize] == 0).collect();
-        for (node, vertex) in self.vertex_of.iter().enumerate() {
-            self.node_of[*vertex as usize] = node as u32;
-        }
-        let rest = self.vertex_of.iter().map(|v| model.surface.points[*v as usize]).collect();
-        system.nodes = Nodes::at_rest(rest);
+        self.number(&model.surface);
+        system.nodes = Nodes::at_rest(self.vertex_of.iter().map(|v| model.surface.points[*v as usize]).collect());
+        self.material = Arc::new(self.material_coordinates(model));
         let numbers = &self.vertex_of;
         let (nodes, own) = (&mut system.nodes, numbers.len());
         let clamped = clamped(fixings, nodes, |node| numbers[node as usize]);
-        let triangles: Vec<[u32; 3]> =
-            model.surface.triangles.iter().map(|t| t.map(|v| self.node_of[v as usize])).collect();
-        let edges = Edges::new(&triangles, &clamped, nodes);
+        let triangles = self.triangles(&model.surface);
+        let edges = Edges::new(&triangles, |ends| ends.iter().all(|n| clamped[*n as usize]), nodes);
+        self.clamped = Arc::new(edges.clamped.iter().map(|ends| ends.map(|n| numbers[n as usize])).collect());
         self.led = constrain_led(fixings, nodes, |node| numbers.get(node as usize).copied().unwrap_or(NONE));
         for ghost in own..nodes.len() {
             nodes.constraint[ghost] = Constraint::Fixed;
-            if let Some((_, fixing)) = self.led.iter().find(|(node, _)| *node == edges.ghosts[ghost - own]) {
+            if let Some((_, fixing)) = self.led.iter().find(|(node, _)| *node == edges.clamped[ghost - own][0]) {
                 let fixing = *fixing;
                 self.led.push((ghost as u32, fixing));
             }
         }
-        self.list_elements(model, system, &triangles, edges)?;
+        self.list_elements(system, &triangles, edges)?;
         Ok(true)
     }
 
-    fn list_elements(
-        &self,
-        model: &Model,
-        system: &mut System,
-        triangles: &[[u32; 3]],
-        edges: Edges,
-    ) -> Result<(), LatticeError> {
+    /// A node for each vertex that a triangle uses.
+    fn number(&mut self, surface: &Surface) {
+        self.node_of = vec![NONE; surface.points.len()];
+        surface.triangles.iter().flatten().for_each(|v| self.node_of[*v as usize] = 0);
+        self.vertex_of = (0..self.node_of.len() as u32).filter(|v| self.node_of[*v as usize] == 0).collect();
+        for (node, vertex) in self.vertex_of.iter().enumerate() {
+            self.node_of[*vertex as usize] = node as u32;
+        }
+    }
+
+    /// Nodes of each triangle.
+    fn triangles(&self, surface: &Surface) -> Vec<[u32; 3]> {
+        surface.triangles.iter().map(|t| t.map(|v| self.node_of[v as usize])).collect()
+    }
+
+    fn list_elements(&self, system: &mut System, triangles: &[[u32; 3]], edges: Edges) -> Result<(), LatticeError> {
         let rest = &system.nodes.rest[..self.vertex_of.len()];
         for set in &mut system.sets {
             let kind = set.request().kind;
@@ -116,7 +138,7 @@ impl Sheet {
                 abi::TRIANGLE => {
                     list.nodes = triangles.iter().flatten().copied().collect();
                     list.measure = vec![1.0; triangles.len()];
-                    list.material = self.material_coordinates(model);
+                    list.material.clone_from(&self.material);
                 }
                 abi::HINGE => {
                     list.nodes = edges.hinges.iter().flatten().copied().collect();
@@ -129,6 +151,10 @@ impl Sheet {
             }
         }
         system.set_sides(edges.hinge_of);
+        self.prepare(system)
+    }
+
+    fn prepare(&self, system: &mut System) -> Result<(), LatticeError> {
         system.prepare()?;
         system.nodes.mass[self.vertex_of.len()..].fill(1.0); // what only lends a direction weighs nothing and never moves
         check_mass(system)
@@ -147,10 +173,7 @@ impl Sheet {
             let in_plane = |d: Vector3<f64>| (d - d.dot(&normal) * normal).try_normalize(1e-6 * d.norm());
             let warp =
                 in_plane(wanted).or_else(|| in_plane(Vector3::ith(normal.iamin(), 1.0))).unwrap_or_else(Vector3::x);
-            let weft = normal.cross(&warp);
-            for p in [a, b, c] {
-                out.extend([(p - a).dot(&warp), (p - a).dot(&weft)]);
-            }
+            out.extend(in_plane_of([a, b, c], &normal, &warp));
         }
         out
     }
@@ -167,20 +190,33 @@ impl Sheet {
         }
     }
 
-    /// Makes the present shape the rest shape.
+    /// Makes the present shape the rest shape: every triangle is laid out as it is now, its warp where it has gone.
     ///
     /// # Errors
     /// What the material says of it.
     pub fn keep(&mut self, model: &Model, skin: &mut Skin, system: &mut System) -> Result<(), LatticeError> {
         system.nodes.rest.clone_from(&system.nodes.x);
         system.nodes.v.fill([0.0; 3]);
-        let settled = std::sync::Arc::make_mut(&mut skin.settled);
+        let settled = Arc::make_mut(&mut skin.settled);
         settled.copy_from_slice(&skin.x);
         let all: Vec<u32> = (0..model.surface.triangles.len() as u32).collect();
         skin.tree.refit(&skin.settled, &model.surface.triangles, &all);
-        system.prepare()?;
-        system.nodes.mass[self.vertex_of.len()..].fill(1.0);
-        Ok(())
+        let triangles = self.triangles(&model.surface);
+        let before = self.material.chunks_exact(6).zip(&triangles);
+        let laid_out = before.flat_map(|(u, t)| lay_out(u, t.map(|n| system.nodes.x[n as usize].into())));
+        self.material = Arc::new(laid_out.collect());
+        for set in &mut system.sets {
+            match set.request().kind {
+                abi::POINT => {
+                    let list = set.list_mut();
+                    *list = ElementList::default();
+                    points(&system.nodes.rest[..self.vertex_of.len()], &triangles, list);
+                }
+                abi::TRIANGLE => set.list_mut().material.clone_from(&self.material),
+                _ => {}
+            }
+        }
+        self.prepare(system)
     }
 
     /// The triangle of the settled surface closest to a place, and the weights of its corners.
@@ -225,6 +261,22 @@ impl Sheet {
     }
 }
 
+/// Places in the plane of a triangle, from its first corner, warp first, m.
+fn in_plane_of([a, b, c]: [Vector3<f64>; 3], normal: &Vector3<f64>, warp: &Vector3<f64>) -> [f64; 6] {
+    let weft = normal.cross(warp);
+    let [b, c] = [b - a, c - a].map(|p| [p.dot(warp), p.dot(&weft)]);
+    [0.0, 0.0, b[0], b[1], c[0], c[1]]
+}
+
+/// The same of a triangle that was at `u` in its plane and has been deformed; its warp is what has become of the warp.
+fn lay_out(u: &[f64], now: [Vector3<f64>; 3]) -> [f64; 6] {
+    let [p, q] = [[u[2] - u[0], u[3] - u[1]], [u[4] - u[0], u[5] - u[1]]];
+    let (b, c) = (now[1] - now[0], now[2] - now[0]);
+    // The sides that make one step along the warp, times twice the area.
+    let warp = (b * q[1] - c * p[1]).normalize();
+    in_plane_of(now, &b.cross(&c).normalize(), &warp)
+}
+
 /// A third of the area of its triangles for each node, m^2.
 fn points(rest: &[V3], triangles: &[[u32; 3]], list: &mut ElementList) {
     list.nodes = (0..rest.len() as u32).collect();
@@ -243,8 +295,8 @@ struct Edges {
     hinges: Vec<[u32; 4]>,
     /// Hinge of each triangle's sides 01, 12, 20, or `NONE`.
     hinge_of: Vec<[u32; 3]>,
-    /// For each node added behind the others: an end of its clamped edge.
-    ghosts: Vec<u32>,
+    /// Clamped edges: each has a node added behind the others.
+    clamped: Vec<[u32; 2]>,
 }
 
 /// Nodes held by fixings that clamp.
@@ -255,19 +307,19 @@ fn clamped(fixings: &[Fixing], nodes: &Nodes, number: impl Fn(u32) -> u32) -> Ve
 
 impl Edges {
     /// A clamped edge is a hinge too: beyond it lies the mirror image of its triangle, held for good by a node of its own.
-    fn new(triangles: &[[u32; 3]], clamped: &[bool], nodes: &mut Nodes) -> Self {
+    fn new(triangles: &[[u32; 3]], is_clamped: impl Fn([u32; 2]) -> bool, nodes: &mut Nodes) -> Self {
         let surface = Surface { triangles: triangles.to_vec(), ..Surface::default() };
         let (mut all, mut hinges) = (Vec::new(), Vec::new());
         let mut hinge_of = vec![[NONE; 3]; triangles.len()];
-        let mut ghosts = Vec::new();
+        let mut clamped = Vec::new();
         for (ends, sides) in surface.edges().iter() {
             all.push(ends);
             if let [side] = sides
-                && ends.iter().all(|n| clamped[*n as usize])
+                && is_clamped(ends)
             {
                 let third = triangles[side.triangle as usize][(usize::from(side.corner) + 2) % 3];
                 let ghost = add_mirror(nodes, ends, third);
-                ghosts.push(ends[0]);
+                clamped.push(ends);
                 hinge_of[side.triangle as usize][usize::from(side.corner)] = hinges.len() as u32;
                 let [left, right] = if side.upward { [third, ghost] } else { [ghost, third] };
                 hinges.push([ends[0], ends[1], left, right]);
@@ -281,7 +333,7 @@ impl Edges {
             }
             hinges.push([ends[0], ends[1], opposite(left), opposite(right)]);
         }
-        Self { all, hinges, hinge_of, ghosts }
+        Self { all, hinges, hinge_of, clamped }
     }
 }
 
@@ -318,13 +370,13 @@ mod tests {
         let triangles = [[0, 1, 2], [0, 2, 3]];
         let flat = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
         let mut nodes = Nodes::at_rest(flat.to_vec());
-        let edges = Edges::new(&triangles, &[false; 4], &mut nodes);
+        let edges = Edges::new(&triangles, |_| false, &mut nodes);
         assert_eq!(edges.all.len(), 5);
         // From 0 to 2: vertex 3 is to the left, 1 to the right.
         assert_eq!(edges.hinges, [[0, 2, 3, 1]]);
         assert_eq!(edges.hinge_of, [[NONE, NONE, 0], [0, NONE, NONE]]);
-        let edges = Edges::new(&triangles, &[true, false, false, true], &mut nodes);
+        let edges = Edges::new(&triangles, |ends| ends == [0, 3], &mut nodes);
         assert_eq!(edges.hinges[1], [0, 3, 4, 2], "beyond the clamped edge from 0 to 3 its mirror image");
-        assert_eq!((nodes.rest[4], edges.ghosts), ([-1.0, 1.0, 0.0], vec![0]));
+        assert_eq!((nodes.rest[4], edges.clamped), ([-1.0, 1.0, 0.0], vec![[0, 3]]));
     }
 }

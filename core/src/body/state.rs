@@ -1,7 +1,8 @@
 //! What of a body can be taken back: its shape, its motion, and the cuts through it.
 
 use super::lattice::LatticeState;
-use super::{Body, LatticeError};
+use super::sheet::SheetState;
+use super::{Body, Carrier, LatticeError};
 use crate::step::{Nodes, V3};
 use std::sync::Arc;
 
@@ -11,11 +12,17 @@ pub struct BodyState {
     nodes: Nodes,
     /// Of each set of elements.
     history: Vec<Vec<f64>>,
-    lattice: Option<LatticeState>,
+    carrier: CarrierState,
     settled: Arc<Vec<V3>>,
     /// Advances of a blade.
     cuts: usize,
     frozen: Option<String>,
+}
+
+#[derive(Clone)]
+enum CarrierState {
+    Lattice(Box<LatticeState>),
+    Sheet(SheetState),
 }
 
 impl Body {
@@ -24,7 +31,10 @@ impl Body {
         BodyState {
             nodes: self.system.nodes.clone(),
             history: self.system.sets.iter().map(|set| set.history().to_vec()).collect(),
-            lattice: self.carrier.lattice().map(super::Lattice::save),
+            carrier: match &self.carrier {
+                Carrier::Lattice(lattice) => CarrierState::Lattice(Box::new(lattice.save())),
+                Carrier::Sheet(sheet) => CarrierState::Sheet(sheet.save()),
+            },
             settled: Arc::clone(&self.skin.settled),
             cuts: self.cut.as_ref().map_or(0, |mesh| mesh.depth()),
             frozen: self.frozen.clone(),
@@ -55,8 +65,14 @@ impl Body {
         moved.dedup();
         self.skin.take_cut(&self.model, Arc::clone(&state.settled), &moved, count as u32..known.max(count) as u32);
         self.skin.settle();
-        if let (Some(lattice), Some(state)) = (self.carrier.lattice_mut(), &state.lattice) {
-            lattice.restore(state, &self.model, &self.fixings, &mut self.skin, &mut self.system)?;
+        match (&mut self.carrier, &state.carrier) {
+            (Carrier::Lattice(lattice), CarrierState::Lattice(state)) => {
+                lattice.restore(state, &self.model, &self.fixings, &mut self.skin, &mut self.system)?;
+            }
+            (Carrier::Sheet(sheet), CarrierState::Sheet(of_sheet)) => {
+                sheet.restore(of_sheet, &state.nodes, &self.model, &mut self.system)?;
+            }
+            _ => {} // a carrier stays what it is
         }
         self.system.nodes.rest.clone_from(&state.nodes.rest);
         self.system.nodes.x.clone_from(&state.nodes.x);

@@ -95,16 +95,20 @@ pub fn load(path: &Path, set: &[(String, String)]) -> Result<(Scene, Source), Sc
         let at = error.valid_up_to();
         return Err(source.error(at..at + 1, "not UTF-8 text; allowed is a TOML file in UTF-8"));
     }
-    parse(path, String::from_utf8(bytes).expect("just looked"), set)
+    let text = String::from_utf8(bytes).expect("just looked");
+    source.text = text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text);
+    parse(source, set)
 }
 
-/// The same of a text that is in no file. `path` is what errors call it, and what paths in it are relative to.
+/// The same from a text that stood in `path`.
 ///
 /// # Errors
-/// As [`load`].
-pub fn parse(path: &Path, text: String, set: &[(String, String)]) -> Result<(Scene, Source), SceneError> {
-    let mut source = Source { path: path.to_path_buf(), text: String::new(), changed: false };
-    source.text = text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text);
+/// A text that is not TOML, or says something a scene cannot.
+pub fn load_text(path: &Path, text: String, set: &[(String, String)]) -> Result<(Scene, Source), SceneError> {
+    parse(Source { path: path.to_path_buf(), text, changed: false }, set)
+}
+
+fn parse(mut source: Source, set: &[(String, String)]) -> Result<(Scene, Source), SceneError> {
     if !set.is_empty() {
         source.text = set::apply(&source, set)?;
         source.changed = true;

@@ -4,6 +4,7 @@
 
 use super::{EventKind, Session};
 use crate::body::BodyState;
+use crate::plan::Edit;
 use crate::scene::{EditKind, Release};
 
 /// Edits that can be taken back and made again.
@@ -19,6 +20,11 @@ pub(super) struct History {
 /// Edits that can be taken back.
 const MOST: usize = 100;
 
+/// Whether an edit is one that can be taken back.
+fn is_remembered(edit: &Edit) -> bool {
+    edit.kind == EditKind::Cut || edit.release == Release::Keep
+}
+
 impl Session {
     /// Keeps from now on what is needed for [`Session::undo`].
     pub fn keep_history(&mut self) {
@@ -31,8 +37,11 @@ impl Session {
     }
 
     /// Takes everything back to where it was when the last cut, or the last edit whose shape was kept, began; one that is
-    /// under way ends first. Gives whether there was one.
+    /// under way ends first, and does not begin again before its button is pressed anew. Gives whether there was one.
     pub fn undo(&mut self) -> bool {
+        if self.history().0 == 0 {
+            return false;
+        }
         self.end_edits();
         let Some(before) = self.history.done.pop() else { return false };
         let now = self.save();
@@ -43,6 +52,9 @@ impl Session {
 
     /// Makes again what was taken back last. Gives whether there was anything.
     pub fn redo(&mut self) -> bool {
+        if self.history.undone.is_empty() {
+            return false;
+        }
         self.end_edits();
         let Some(after) = self.history.undone.pop() else { return false };
         let now = self.save();
@@ -53,8 +65,7 @@ impl Session {
 
     /// An edit begins with a tool.
     pub(super) fn remember(&mut self, tool: usize, edit: usize) {
-        let edit = &self.plan.edits[edit];
-        if self.history.kept && (edit.kind == EditKind::Cut || edit.release == Release::Keep) {
+        if self.history.kept && is_remembered(&self.plan.edits[edit]) {
             let now = self.save();
             self.history.under_way.push((tool, now));
             self.history.undone.clear();
@@ -74,9 +85,9 @@ impl Session {
 
     fn end_edits(&mut self) {
         for tool in 0..self.tools.len() {
-            if self.tools[tool].edit.is_some() {
-                self.end_edit(tool);
-            }
+            let Some(edit) = self.tools[tool].edit else { continue };
+            self.end_edit(tool);
+            self.tools[tool].taken_back = Some(edit).filter(|edit| is_remembered(&self.plan.edits[*edit]));
         }
     }
 

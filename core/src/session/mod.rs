@@ -1,26 +1,31 @@
 //! A scene, opened: live objects and nothing optional inside.
 
 mod choose;
+mod contact_models;
+mod devices;
 mod edits;
 mod error;
 mod event;
 mod frame;
 mod history;
+mod lapse;
 mod open;
 mod place;
 mod step;
+mod tactile;
 
 pub use error::SessionError;
 pub use event::{Event, EventKind, Events};
 pub use frame::{Frame, ToolFrame};
+pub use lapse::{Lapse, Stage};
 pub use open::Options;
 
 use crate::body::{Body, Model};
 use crate::contact::Spheres;
-use crate::host::Device;
+use crate::host::{Device, DeviceInfo, Pose};
 use crate::plan::{Edit, LeftOut, Plan};
 use crate::step::{Frequencies, Integrator, NodeSprings, Pool, Scheme};
-use crate::tool::{ForceSafety, Frame as DeviceFrame, Hand, Tool};
+use crate::tool::{ForceSafety, Frame as DeviceFrame, Hand, TactilePad, TipMass, Tool};
 use pliant_plugin_api::abi::Ball;
 use serde::Serialize;
 
@@ -28,11 +33,20 @@ use serde::Serialize;
 pub struct DeviceSlot {
     /// As the scene calls it.
     pub name: String,
-    /// `None` once it is lost.
+    /// `None` once it is lost, and where somebody else has it.
     pub device: Option<Device>,
+    /// What it said of itself.
+    pub facts: DeviceInfo,
     /// Its axes in the scene.
     pub frame: DeviceFrame,
-    poses: Vec<crate::host::Pose>,
+    poses: Vec<Pose>,
+}
+
+impl DeviceSlot {
+    /// The hands of the last step.
+    pub fn poses(&self) -> &[Pose] {
+        &self.poses
+    }
 }
 
 /// A tool and what is between it and its device.
@@ -43,13 +57,29 @@ pub struct ToolSlot {
     pub hand: Hand,
     /// What the force passes last.
     pub safety: ForceSafety,
-    device: usize,
-    effector: usize,
+    /// What its tactile array shows, if its device has one.
+    pub pad: Option<TactilePad>,
+    /// m, where on a body it was in contact, in the rest shape.
+    slid_from: Option<(u32, [f64; 3])>,
+    /// Place of its device, and which of its effectors.
+    pub device: usize,
+    /// See `device`.
+    pub effector: usize,
     edit: Option<usize>,
+    /// The edit that was under way when something was taken back: it does not go on.
+    taken_back: Option<usize>,
     /// Of a blade, in the edit under way.
     advances: usize,
     /// m, where the tool was, if it was there
     was: Option<[f64; 3]>,
+    /// Its tip on sheets, where that has a mass.
+    tip: Option<TipMass>,
+    /// m, where the hand was, if a tip hung on it
+    hand_was: Option<[f64; 3]>,
+    /// N, what sheets did to the tip in the last step
+    on_sheets: [f64; 3],
+    /// m/s, how what holds the hand moves
+    drift: [f64; 3],
 }
 
 /// What blades have done.
@@ -150,6 +180,7 @@ pub struct Session {
     balls: Vec<Ball>,
     frame: Frame,
     history: history::History,
+    lapses: lapse::Lapses,
     /// Of the plan's steps back, those taken.
     stepped_back: usize,
     cuts: CutCounts,
@@ -209,14 +240,17 @@ impl Session {
         &self.costs
     }
 
-    /// The edit that is under way with a tool.
-    fn edit_of(&self, tool: usize) -> Option<usize> {
-        let (hand, time) = (&self.tools[tool].hand, self.time());
+    /// The edit that is under way with a tool. One that was taken back is not, until its button or its span begins anew.
+    fn edit_of(&mut self, tool: usize) -> Option<usize> {
+        let time = self.time();
+        let slot = &mut self.tools[tool];
         let runs = |e: &Edit| {
-            let pressed = e.button.is_none_or(|b| hand.buttons >> b & 1 == 1);
+            let pressed = e.button.is_none_or(|b| slot.hand.buttons >> b & 1 == 1);
             e.tool == tool && e.span.0 <= time && time < e.span.1 && pressed
         };
-        self.plan.edits.iter().position(runs)
+        let mut running = self.plan.edits.iter().enumerate().filter(|(_, e)| runs(e)).map(|(at, _)| at);
+        slot.taken_back = slot.taken_back.filter(|edit| running.clone().any(|other| other == *edit));
+        running.find(|edit| slot.taken_back != Some(*edit))
     }
 
     /// N, what it took to hold each node of a body in the last step: fixings and fingertips (n x 3); zero where nothing did.

@@ -1,0 +1,166 @@
+//! Taking back and making again: what a sheet was, and what becomes of an edit that is still under way.
+
+use pliant_core::body::Body;
+use pliant_core::session::{EventKind, Session};
+use pliant_tests::{Bench, open, open_file};
+
+fn run(session: &mut Session, seconds: f64) {
+    for _ in 0..(seconds / session.dt()).round() as usize {
+        session.step();
+    }
+}
+
+/// Nine by nine vertices over 80 mm, a little bent, with texture coordinates turned by 30 degrees.
+fn cloth() -> String {
+    let mut text = String::new();
+    for (i, j) in (0..9).flat_map(|j| (0..9).map(move |i| (i, j))) {
+        let [x, y] = [i, j].map(|k| f64::from(k) * 0.01);
+        text += &format!("v {x} {y} {}\nvt {} {}\n", 4.0 * x * x, 0.87 * x - 0.5 * y, 0.5 * x + 0.87 * y);
+    }
+    for (i, j) in (0..8).flat_map(|j| (0..8).map(move |i| (i, j))) {
+        let [a, b, c, d] = [1 + i + 9 * j, 2 + i + 9 * j, 11 + i + 9 * j, 10 + i + 9 * j];
+        text += &format!("f {a}/{a} {b}/{b} {c}/{c}\nf {a}/{a} {c}/{c} {d}/{d}\n");
+    }
+    text
+}
+
+/// The cloth, clamped along one side and pulled at its middle until 0.1 s.
+fn pulled(sheet: &str) -> Session {
+    let bench = Bench::new();
+    bench.write("cloth.obj", cloth());
+    let scene = format!(
+        r#"
+        format = 1
+        [time]
+        duration = "1 s"
+        integrator = "backward-euler"
+        [[body]]
+        mesh = "cloth.obj"
+        sheet = {sheet}
+        material = {{ plugin = "cloth", params = {{ young-warp = 500, young-weft = 200, poisson = 0.2, damping-time = "5 ms" }} }}
+        [[body.fixed]]
+        box = [["-1 m", "-1 m", "-1 m"], ["1 m", "1 mm", "1 m"]]
+        clamp = true
+        [[device]]
+        name = "hand"
+        params = {{ path = [[0.0, 0.04, 0.05, 0.006], [0.02, 0.04, 0.05, 0.006], [0.08, 0.04, 0.06, 0.02]] }}
+        [[tool]]
+        name = "finger"
+        device = "hand"
+        radius = "2 mm"
+        stiffness = "50 N/m"
+        [[edit]]
+        kind = "pull"
+        tool = "finger"
+        release = "keep"
+        end = "0.1 s"
+        "#
+    );
+    let mut session = open_file(&bench.write("scene.toml", scene), 1, None);
+    session.keep_history();
+    session
+}
+
+/// Everything that moves a body, as bits: places, velocities, masses and the force of its elements.
+fn state(session: &mut Session) -> Vec<u64> {
+    let (body, pool) = (&mut session.bodies[0], pliant_core::step::Pool::new(1));
+    let Body { system, skin, .. } = body;
+    let mut force = vec![[0.0; 3]; system.nodes.len()];
+    system.forces(&pool, None, (0.0, 1e-3), &mut force).unwrap();
+    let nodes = &system.nodes;
+    let rows = [&nodes.rest, &nodes.x, &nodes.v, &force, &*skin.settled].into_iter().flatten().flatten();
+    rows.chain(&nodes.mass).map(|value| value.to_bits()).collect()
+}
+
+#[test]
+fn a_kept_pull_on_a_sheet_is_taken_back_and_made_again_to_the_bit() {
+    for sheet in ["{ warp = \"texture\" }", "{}"] {
+        let mut session = pulled(sheet);
+        let before = state(&mut session);
+        run(&mut session, 0.08);
+        let energy = session.bodies[0].system.energy((0.0, 1e-3)).unwrap();
+        assert!(energy > 1e-5, "{energy} J");
+        run(&mut session, 0.03);
+        assert_eq!(session.history(), (1, 0));
+        let kept = session.bodies[0].system.energy((0.0, 1e-3)).unwrap();
+        assert!(kept < 1e-12 * energy, "{sheet}: the shape kept is at rest: {kept} J of {energy} J");
+        let after = state(&mut session);
+        assert_ne!(before, after);
+        for _ in 0..2 {
+            assert!(session.undo());
+            assert!(state(&mut session) == before, "{sheet}: as it was");
+            assert!(session.redo());
+            assert!(state(&mut session) == after, "{sheet}: and again");
+        }
+        assert!(session.undo());
+        run(&mut session, 0.05);
+        assert_eq!(session.events.count(EventKind::Quarantine), 0);
+        let still = session.bodies[0].system.energy((0.0, 1e-3)).unwrap();
+        assert!(still < 1e-9 * energy, "{sheet}: it rests where it was handed in: {still} J");
+    }
+}
+
+/// A block under a blade that comes down in half a second.
+fn block(button: &str, edits: &str) -> Session {
+    let mut session = open(
+        &format!(
+            r#"
+            format = 1
+            [time]
+            duration = "2 s"
+            [[body]]
+            shape = {{ kind = "box", cells = 8, size = ["40 mm", "40 mm", "40 mm"] }}
+            material = {{ plugin = "mass-spring", params = {{ young = "500 kPa", damping-time = "2 ms" }} }}
+            grid = {{ level = 3, region = "whole" }}
+            [[body.fixed]]
+            box = [["-1 m", "-1 m", "-1 m"], ["1 m", "1 m", "-19 mm"]]
+            [[device]]
+            name = "hand"
+            params = {{ path = [[0, 0.003, -0.05, 0.03], [0.5, 0.003, -0.05, -0.01]], buttons = [[0.0, 1], [0.3, 0], [0.32, 1]] }}
+            [[tool]]
+            name = "knife"
+            device = "hand"
+            radius = "1 mm"
+            stiffness = "1000 N/m"
+            blade = {{ length = "100 mm", direction = [0, 1, 0], toughness = 5 }}
+            [[edit]]
+            kind = "cut"
+            tool = "knife"
+            end = "0.6 s"
+            {button}
+            {edits}
+            "#
+        ),
+        1,
+    );
+    session.keep_history();
+    session
+}
+
+fn depth(session: &Session) -> usize {
+    session.bodies[0].cut.as_ref().unwrap().depth()
+}
+
+#[test]
+fn an_edit_taken_back_does_not_begin_again_in_its_own_span() {
+    let mut session = block("", "[[edit]]\nkind = \"undo\"\nstart = \"0.25 s\"\n");
+    run(&mut session, 0.24);
+    let half = depth(&session);
+    assert!(half > 2, "{half} advances");
+    run(&mut session, 0.41);
+    assert_eq!((depth(&session), session.history()), (0, (0, 1)), "the blade went on down and cut nothing");
+    assert!(session.redo());
+    assert!(depth(&session) >= half);
+    run(&mut session, 0.1);
+    assert_eq!(session.history(), (1, 0), "what was made again does not begin a new edit");
+}
+
+#[test]
+fn its_button_pressed_anew_begins_it_again() {
+    let mut session = block("button = 0", "[[edit]]\nkind = \"undo\"\nstart = \"0.25 s\"\n");
+    run(&mut session, 0.315);
+    assert_eq!(depth(&session), 0, "taken back, and the button let go since");
+    run(&mut session, 0.2);
+    assert!(depth(&session) > 2, "pressed again at 0.32 s, it cuts");
+    assert_eq!(session.history(), (1, 0));
+}
