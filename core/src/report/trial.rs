@@ -67,7 +67,7 @@ impl Trial<'_> {
     pub fn open(&self) -> Result<(scene::Scene, Session), SessionError> {
         let (scene, source) = scene::load_text(self.path, self.text.to_owned(), &self.set)?;
         let plan = Plan::new(&scene, &source)?;
-        let options = Options { search: self.search.clone(), threads: self.threads, mesh: None };
+        let options = Options { search: self.search.clone(), threads: self.threads, mesh: None, recorded: None };
         let session = Session::open(&scene, &source, plan, &options)?;
         Ok((scene, session))
     }
