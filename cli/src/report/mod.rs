@@ -8,17 +8,14 @@ use crate::text;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use pliant_core::host::Search;
 use pliant_core::report::{
-    self, Catalogue, Clock, Document, Journal, Kind, NotRun, Opened, PerformanceCatalogue, Regression, Row, Section,
-    Setup, StabilityCatalogue,
+    self, Catalogue, Clock, Document, Journal, Kind, Measured, Opened, PerformanceCatalogue, Regression, Row, Setup,
+    StabilityCatalogue,
 };
 use scenes::Source;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-
-/// Rows, what people read of them, and what was not run.
-type Measured = (Vec<Row>, Vec<Section>, Vec<NotRun>);
 
 pub fn report(cli: &Cli, args: &ReportArgs) -> Result<Outcome, Failure> {
     let kind = match args.kind {

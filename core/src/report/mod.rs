@@ -46,6 +46,9 @@ pub use write::{Written, write};
 use crate::host::Search;
 use std::collections::BTreeSet;
 
+/// Rows, what people read of them, and what was not run.
+pub type Measured = (Vec<Row>, Vec<Section>, Vec<NotRun>);
+
 /// What a report is run with.
 pub struct Setup<'a> {
     /// Where plugins are looked for.

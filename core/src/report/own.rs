@@ -6,7 +6,7 @@
 use super::catalogue::NotRun;
 use super::page::{Section, Table};
 use super::plot::{Axis, Curve, Lines, short};
-use super::{Journal, Row, Setup, Trial, front, order};
+use super::{Journal, Measured, Row, Setup, Trial, front, order};
 use crate::scene::{IntegratorChoice, Scene};
 use crate::session::{Session, SessionError};
 use crate::step::{V3, axpy, dot};
@@ -43,7 +43,7 @@ pub fn own_scene(
     (path, text, set): (&Path, &str, &[(String, String)]),
     setup: &mut Setup<'_>,
     journal: &mut Journal,
-) -> Result<(Vec<Row>, Vec<Section>, Vec<NotRun>), SessionError> {
+) -> Result<Measured, SessionError> {
     let clock = setup.clock;
     let as_it_is = Trial { path, text, set: set.to_vec(), threads: setup.threads, search: &setup.search, clock };
     let (scene, session) = as_it_is.open()?;
