@@ -124,7 +124,7 @@ fn measure(
             let catalogue = PerformanceCatalogue::read(&source.catalogue).map_err(Failure::input)?;
             let named = catalogue.pair.iter().map(|p| format!("left-out: {}", p.name));
             let named: Vec<String> = named.chain(catalogue.sweep.iter().map(|s| s.name.clone())).collect();
-            asked_for(&setup.only, named.iter().map(String::as_str).chain(["start-up"]))?;
+            asked_for(&setup.only, named.iter().map(String::as_str).chain(["start-up", "haptic-loop"]))?;
             let mut rows = report::performance(&catalogue, &|name| source.scene(name), setup, journal);
             rows.extend(start_up(setup));
             let sections = report::performance_page(&catalogue, &rows);

@@ -78,6 +78,9 @@ pub struct Document {
     pub sections: Vec<Section>,
 }
 
+/// Durations of a development build say little about those of a released one.
+const BUILD: &str = if cfg!(debug_assertions) { ", development build" } else { ", release build" };
+
 /// A report under way.
 pub struct Opened {
     machine: Machine,
@@ -105,7 +108,7 @@ impl Opened {
         let verdict = Verdict { judged, passed, good: missed.is_empty(), missed };
         Document {
             report: kind,
-            program: format!("pliant {}", env!("CARGO_PKG_VERSION")),
+            program: format!("pliant {}{}", env!("CARGO_PKG_VERSION"), BUILD),
             settings,
             seed: setup.seed,
             quick: setup.quick,

@@ -33,7 +33,7 @@ pub use journal::Journal;
 pub use measure::{Measure, Quantity, Wanted};
 pub use own::own_scene;
 pub use page::{Section, Table, page};
-pub use performance::{Pair, PerformanceCatalogue, Place, Sweep, performance, performance_page};
+pub use performance::{Haptic, Pair, PerformanceCatalogue, Place, Sweep, performance, performance_page};
 pub use plot::{Axis, Bars, Curve, Heat, Lines};
 pub use row::Row;
 pub use stability::{

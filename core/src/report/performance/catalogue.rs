@@ -12,6 +12,9 @@ pub struct PerformanceCatalogue {
     pub sweep: Vec<Sweep>,
     /// A scene against itself with something switched on that it does without.
     pub pair: Vec<Pair>,
+    /// Scenes by the wall clock.
+    #[serde(default)]
+    pub haptic: Vec<Haptic>,
     /// What is not timed, and why.
     #[serde(default)]
     pub not_run: Vec<NotRun>,
@@ -68,6 +71,23 @@ pub struct Pair {
     pub set: Settings,
     /// By path, what switches it on.
     pub on: Settings,
+}
+
+/// A scene by the wall clock.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Haptic {
+    /// For rows.
+    pub name: String,
+    /// Name of its scene.
+    pub scene: String,
+    /// Hz, of the haptic loop
+    pub rate: f64,
+    /// s, by which 99 % of its ticks must begin
+    pub late: f64,
+    /// By path.
+    #[serde(default)]
+    pub set: Settings,
 }
 
 impl PerformanceCatalogue {

@@ -5,9 +5,10 @@
 //! of their medians.
 
 mod catalogue;
+mod live;
 mod page;
 
-pub use catalogue::{Pair, PerformanceCatalogue, Place, Sweep};
+pub use catalogue::{Haptic, Pair, PerformanceCatalogue, Place, Sweep};
 pub use page::performance_page;
 
 use super::catalogue::{Settings, settings};
@@ -70,6 +71,11 @@ pub fn performance(
         }
     }
     rows.extend(growth(catalogue, &rows));
+    let loops = if setup.wants("haptic-loop") { &catalogue.haptic[..] } else { &[] };
+    for haptic in loops {
+        (setup.progress)(done, all, &format!("haptic-loop, {}", haptic.name));
+        rows.push(live::live(haptic, scenes, setup));
+    }
     rows
 }
 

@@ -10,6 +10,7 @@ pub fn performance_page(catalogue: &PerformanceCatalogue, rows: &[Row]) -> Vec<S
     let mut out: Vec<Section> = catalogue.sweep.iter().filter_map(|s| sweep(s, rows)).collect();
     out.extend(left_out(rows));
     out.extend(start_up(rows));
+    out.extend(haptic(rows));
     out
 }
 
@@ -134,4 +135,26 @@ fn start_up(rows: &[Row]) -> Option<Section> {
         tables: vec![table],
         ..Section::default()
     })
+}
+
+fn haptic(rows: &[Row]) -> Option<Section> {
+    let of: Vec<&Row> = rows.iter().filter(|r| r.case == "haptic-loop").collect();
+    let names = ["late, median (s)", "late, p99 (s)", "late, p99.9 (s)", "late, most (s)"];
+    let mut head = vec!["scene", "rate (Hz)", "ticks", "missed", "real time kept (%)"];
+    head.extend(["late, median (ms)", "p99 (ms)", "p99.9 (ms)", "most (ms)", "p99 allowed (ms)", "verdict"]);
+    let head = head.into_iter().map(String::from).collect();
+    let mut table = Table { caption: "How late ticks begin".into(), head, rows: vec![] };
+    for r in &of {
+        let mut cells =
+            vec![r.method.clone(), short(1.0 / r.dt), short(found(r, "ticks")), short(found(r, "missed ticks"))];
+        cells.push(short(100.0 * found(r, "share of real time kept")));
+        cells.extend(names.map(|n| short(1e3 * found(r, n))));
+        cells.push(short(1e3 * r.tolerance.unwrap_or(f64::NAN)));
+        cells.push(if r.missed() { format!("missed; {}", r.note) } else { "within".into() });
+        table.rows.push((cells, r.missed()));
+    }
+    let text = "The same scenes by the wall clock, with the haptic loop, the simulation and the watchdog each in a thread of its \
+                own. What else the machine does shows here.";
+    let title = "The haptic loop".into();
+    (!of.is_empty()).then(|| Section { title, text: vec![text.into()], tables: vec![table], ..Section::default() })
 }

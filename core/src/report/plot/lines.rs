@@ -63,7 +63,7 @@ impl Ruler {
     /// Few enough to be read.
     fn ticks(&self) -> Vec<f64> {
         let span = self.high - self.low;
-        if self.log && span >= 1.0 {
+        if self.log && span >= 2.0 {
             let step = (span / 7.0).ceil().max(1.0);
             let first = (self.low / step).ceil() as i64;
             let all = (first..).map(|i| i as f64 * step).take_while(|t| *t <= self.high);
