@@ -5,6 +5,7 @@
 
 #![allow(clippy::print_stderr, reason = "a test that is skipped says so")]
 
+pub mod cloth;
 pub mod models;
 pub mod native;
 pub mod solid;
