@@ -34,7 +34,7 @@ table{border-collapse:collapse;font-size:13px;margin:.8em 0}th,td{padding:.22em 
 text-align:left;vertical-align:top}th{background:#f4f4f4}td.n{text-align:right;font-variant-numeric:tabular-nums;\
 white-space:nowrap}tr.missed td{background:#fbe3d9}\
 caption{text-align:left;font-weight:bold;padding:.3em 0}.good{background:#e3f3ea}.bad{background:#fbe3d9}\
-.verdict{padding:.8em 1.1em;border-radius:6px}svg{max-width:100%;height:auto;display:block;margin:.8em 0}\
+.verdict{padding:.8em 1.1em;border-radius:6px}svg{max-width:100%;height:auto;display:inline-block;vertical-align:top;margin:.8em 0}\
 .wide{overflow-x:auto}dl{display:grid;grid-template-columns:max-content 1fr;gap:.1em 1.2em;font-size:13px}\
 dt{color:#666}dd{margin:0}";
 
