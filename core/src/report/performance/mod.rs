@@ -121,12 +121,16 @@ fn time(timed: &mut Timed<'_>, scenes: super::stability::Scenes<'_>, setup: &mut
     };
     let (set, threads) = (timed.set.clone(), timed.row.threads);
     let trial = Trial { path: Path::new(timed.scene), text, set, threads, search: &setup.search, clock: setup.clock };
-    let mut contacts = 0;
+    let (mut contacts, mut fixed) = (0, Vec::new());
     let ran = trial.run(&[], |session| {
+        if session.steps() == 1 {
+            // Nothing touches yet: what is held now is held by the scene.
+            fixed = session.bodies.iter().map(|b| b.system.nodes.constraint.clone()).collect();
+        }
         contacts = 0;
-        for (index, body) in session.bodies.iter().enumerate() {
-            let held = |(i, f): (usize, &[f64; 3])| *f != [0.0; 3] && body.system.nodes.constraint[i].is_free();
-            contacts += session.reactions(index).iter().enumerate().filter(|r| held(*r)).count();
+        for (index, fixed) in fixed.iter().enumerate() {
+            let held = session.reactions(index).iter().zip(fixed);
+            contacts += held.filter(|(f, fixed)| **f != [0.0; 3] && fixed.is_free()).count();
         }
         true
     });
