@@ -2,7 +2,8 @@
 //! passivity of Colgate and Schenkel (1997), K < 2 b / T: `cargo bench -p pliant-tests --bench coupling`.
 //!
 //! A simulated arm (45 g) leans on a virtual wall, let go at 5 mm in front of it with 2 N towards it and no hand that would
-//! calm it. Unstable: in the last half second it still goes to and fro by more than ten counts of its encoder.
+//! calm it. Unstable: long after its own damping would have calmed it, it still goes to and fro by more than ten counts of
+//! its encoder.
 #![allow(clippy::print_stdout, reason = "a bench prints its figures")]
 
 use pliant_tests::wall::{Wall, swing};

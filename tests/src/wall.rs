@@ -34,7 +34,7 @@ const LEAN: f64 = 2.0;
 /// N, far over what the arm's peak of 3.3 N cuts off, so that it is the loop that is looked at and not the limit
 const PEAK: f64 = 1e4;
 
-/// m, how far the arm still goes to and fro in the last half of two and a half seconds
+/// m, how far the arm still goes to and fro after nine times what its own damping takes to calm it by a factor of e, and a second
 pub fn swing(wall: &Wall) -> f64 {
     // A session only for its tool: nothing of it is stepped.
     let mut session = crate::open(&crate::box_scene("", "", ""), 1);
@@ -49,11 +49,13 @@ pub fn swing(wall: &Wall) -> f64 {
     let mut model = ArmModel::desktop(target);
     (model.rate, model.damping, model.resolution, model.grip) = (wall.rate, wall.damping, wall.resolution, (soft, 0.0));
     model.peak = (PEAK, PEAK);
+    let mass = model.mass;
     let (arm, state) = Arm::new(model);
     state.lock().expect("alone").position = [0.0, 0.0, 0.005];
     let (mut servo, mut exchange) = servo(&session, vec![Box::new(arm) as Box<dyn Haptic>], Some(wall.rate));
     servo.safety().for_each(|safety| safety.control(wall.controls));
-    let (ticks, mut least, mut most) = ((2.5 * wall.rate) as u64, f64::INFINITY, f64::NEG_INFINITY);
+    let seconds = 1.0 + 9.0 * 2.0 * mass / wall.damping;
+    let (ticks, mut least, mut most) = ((seconds * wall.rate) as u64, f64::INFINITY, f64::NEG_INFINITY);
     let normal = axpy(frame.to_scene([0.0, 0.0, 1.0]), -1.0, frame.origin);
     for tick in 1..=ticks {
         let now = (tick as f64 / wall.rate * 1e9).round() as u64;
@@ -74,7 +76,7 @@ pub fn swing(wall: &Wall) -> f64 {
             exchange.tell(&[contact]);
         }
         let height = state.lock().expect("alone").position[2];
-        if tick * 5 > ticks * 4 {
+        if tick + (0.5 * wall.rate) as u64 > ticks {
             (least, most) = (least.min(height), most.max(height));
         }
         if height.is_nan() || height.abs() > 1.0 {
