@@ -10,7 +10,7 @@ use super::chunk::Chunk;
 use super::elements::ElementSet;
 use super::pool::Pool;
 use super::system::Nodes;
-use super::{Block, Constraint, V3, axpy};
+use super::{Block, Constraint, StandIn, V3, axpy};
 use crate::host::{HostError, Material};
 use nalgebra::Matrix3;
 use pliant_plugin_api::abi;
@@ -219,7 +219,7 @@ impl Coupled {
     }
 
     /// Adds `factor` times a stand-in for the stiffness: the diagonal of G in the place of G, and no geometric part. With
-    /// `certain`, one that is nowhere below the exact one; with `is_loaded`, at the strains [`Coupled::forces`] has just found.
+    /// `is_loaded`, at the strains [`Coupled::forces`] has just found.
     ///
     /// # Errors
     /// What the material says.
@@ -228,7 +228,7 @@ impl Coupled {
         pool: &Pool,
         material: &Material,
         (set, nodes, time): (&ElementSet, &Nodes, (f64, f64)),
-        (factor, certain, is_loaded): (f64, bool, bool),
+        (factor, which, is_loaded): (f64, StandIn, bool),
         (bound, blocks): (&(impl Fn(usize) -> usize + Sync), &mut [Block]),
     ) -> Result<(), HostError> {
         if !is_loaded {
@@ -237,7 +237,11 @@ impl Coupled {
             }
         }
         let exact = 1.0 / self.spectrum[0];
-        let stand_in = if certain { exact } else { STAND_IN.max(0.5 * exact) };
+        let stand_in = match which {
+            StandIn::Searched => STAND_IN,
+            StandIn::Half => STAND_IN.max(0.5 * exact),
+            StandIn::Certain => exact,
+        };
         let this = &*self;
         set.schedule.run(pool, blocks, bound, &|chunk, blocks| {
             let first = bound(chunk.window.start);

@@ -10,7 +10,7 @@ use super::pool::Pool;
 use super::settle::HoldsNothing;
 use super::springs::NodeSprings;
 use super::system::System;
-use super::{Constraint, Factors, Matrix, V3, axpy, dot, without_dust};
+use super::{Constraint, Factors, Matrix, StandIn, V3, axpy, dot, without_dust};
 use crate::host::HostError;
 use std::time::Instant;
 use thiserror::Error;
@@ -363,8 +363,8 @@ impl Integrator {
             }
         }
         // Backward Euler bears a matrix of half the stiffness; one step of the others would grow with a softer one than exact.
-        let certain = form.carry > 0.0 || g < dt;
-        let factors = Factors { mass: 1.0, stiffness: g * g, damping: g, certain, after_forces: true };
+        let stand_in = if form.carry > 0.0 || g < dt { StandIn::Certain } else { StandIn::Half };
+        let factors = Factors { mass: 1.0, stiffness: g * g, damping: g, stand_in, after_forces: true };
         let start = Instant::now();
         let still = if here { Some(&self.still[..]) } else { None };
         let mut matrix = linearise(pool, system, (still, &mut self.force), factors, now)?;

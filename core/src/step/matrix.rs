@@ -25,6 +25,17 @@ pub struct Matrix {
     lower: Vec<(u32, u32)>,
 }
 
+/// What may stand for the stiffness of coupled hinges, whose own matrix is full.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StandIn {
+    /// Good enough where a line search follows.
+    Searched,
+    /// At least half the exact one: a step of backward Euler that is linearised once is stable with it.
+    Half,
+    /// Nowhere below the exact one: for step limits, and schemes that do not damp.
+    Certain,
+}
+
 /// What a matrix is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Factors {
@@ -34,8 +45,8 @@ pub struct Factors {
     pub stiffness: f64,
     /// Of the damping.
     pub damping: f64,
-    /// Where something stands for the stiffness, take what is nowhere below it: for step limits.
-    pub certain: bool,
+    /// What may stand for a stiffness that is not at hand.
+    pub stand_in: StandIn,
     /// Whether the forces of the same state were found last.
     pub after_forces: bool,
 }
@@ -187,7 +198,7 @@ impl Matrix {
         material: &Material,
         sets: &[ElementSet],
         (nodes, coupled): (&Nodes, Option<&mut Coupled>),
-        Factors { mass, stiffness, damping, certain, after_forces }: Factors,
+        Factors { mass, stiffness, damping, stand_in, after_forces }: Factors,
         time: (f64, f64),
     ) -> Result<(), HostError> {
         self.values.fill([0.0; 9]);
@@ -204,7 +215,7 @@ impl Matrix {
         }
         let hinges = sets.iter().find(|set| is_coupled_hinges(set));
         if let (Some(coupled), Some(set), true) = (coupled, hinges, stiffness != 0.0) {
-            let factors = (stiffness, certain, after_forces);
+            let factors = (stiffness, stand_in, after_forces);
             let blocks = (&|node: usize| row[node], &mut self.values[..]);
             coupled.tangent(pool, material, (set, nodes, time), factors, blocks)?;
         }

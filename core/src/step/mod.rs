@@ -24,7 +24,7 @@ pub use constraint::Constraint;
 pub use elements::{ElementList, ElementSet};
 pub use integrate::{Holds, Integrator, Loads, Scheme, StepError, StepReport};
 pub use limit::{Frequencies, StepLimit};
-pub use matrix::{Factors, Matrix};
+pub use matrix::{Factors, Matrix, StandIn};
 pub use pcg::{Pcg, Preconditioner, Solve, SolveReport};
 pub use pool::{Parts, Pool};
 pub use settle::HoldsNothing;

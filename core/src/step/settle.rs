@@ -7,7 +7,7 @@ use super::integrate::{Holds, Integrator, Loads, StepError, StepReport, add_load
 use super::pcg::Solve;
 use super::pool::Pool;
 use super::system::System;
-use super::{Constraint, Factors, V3, axpy, dot};
+use super::{Constraint, Factors, StandIn, V3, axpy, dot};
 use std::time::Instant;
 
 /// Damping at the start, 1/s^2, the largest before it gives up, and the least.
@@ -100,7 +100,8 @@ impl Integrator {
         report: &mut StepReport,
     ) -> Result<((f64, f64), bool), StepError> {
         system.nodes.v.fill([0.0; 3]);
-        let factors = Factors { mass: damping, stiffness: 1.0, damping: 0.0, certain: false, after_forces: true };
+        let factors =
+            Factors { mass: damping, stiffness: 1.0, damping: 0.0, stand_in: StandIn::Searched, after_forces: true };
         let began = Instant::now();
         let mut matrix = linearise(pool, system, (None, &mut self.force), factors, now)?;
         report.seconds[0] += began.elapsed().as_secs_f64();
