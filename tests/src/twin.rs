@@ -19,8 +19,16 @@ impl Twin {
     /// # Panics
     /// If it does not start.
     pub fn exoskeleton(args: &[&str]) -> Self {
+        Self::at("127.0.0.1:0", args)
+    }
+
+    /// The same at an address.
+    ///
+    /// # Panics
+    /// If it does not start.
+    pub fn at(address: &str, args: &[&str]) -> Self {
         let mut command = Command::new(program());
-        command.args(["device", "emulate", "exoskeleton", "--address", "127.0.0.1:0"]).args(args);
+        command.args(["device", "emulate", "exoskeleton", "--address", address]).args(args);
         let mut child = command.stdout(Stdio::piped()).spawn().expect("the twin starts");
         let lines = BufReader::new(child.stdout.take().expect("piped"));
         let mut twin = Self { child, lines, address: String::new() };

@@ -4,7 +4,7 @@ use pliant_exoskeleton::Exoskeleton;
 use pliant_plugin_api::Device;
 use pliant_plugin_api::abi::{Output, Pose};
 use pliant_plugin_api::param::{self, Params, Value};
-use pliant_tests::{Bench, root, twin::Twin};
+use pliant_tests::{Bench, built, root, twin::Twin};
 use serde_json::Value as Json;
 use std::time::{Duration, Instant};
 
@@ -191,4 +191,22 @@ fn doctor_says_what_is_missing_and_how_to_get_it() {
     let listed = bench.pliant(&["device", "list", "--json"]).expect(0).json();
     let ids: Vec<&str> = listed["devices"].as_array().unwrap().iter().filter_map(|d| d["id"].as_str()).collect();
     assert!(ids.contains(&"exoskeleton") && ids.contains(&"scripted"), "{ids:?}");
+}
+
+#[test]
+fn it_and_the_pointer_keep_every_promise_of_the_border() {
+    let bench = Bench::new();
+    for plugin in ["exoskeleton", "pointer"] {
+        let library = built(&format!("libpliant_{plugin}.so"));
+        // Its address is the default one: where that is taken, what answers there is as good.
+        let twin = std::net::UdpSocket::bind("127.0.0.1:48620").is_ok().then(|| Twin::at("127.0.0.1:48620", &[]));
+        let ran = bench.pliant(&["plugin", "check", library.to_str().unwrap()]);
+        println!("{}", ran.out);
+        let ran = ran.expect(0);
+        for case in ["poses-are-sound", "force-stays-in-limits", "stop-is-at-once", "stale-force-expires"] {
+            let line = ran.out.lines().find(|l| l.contains(case)).unwrap_or_else(|| panic!("{case} in {}", ran.out));
+            assert!(!line.contains("skipped"), "{line}");
+        }
+        drop(twin);
+    }
 }
