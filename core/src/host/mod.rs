@@ -18,7 +18,7 @@ mod rights;
 mod search;
 
 pub(crate) use device::MOST_EFFECTORS;
-pub use device::{Device, DeviceInfo, Output, Pose};
+pub use device::{Device, DeviceInfo, Output, Pose, Stopper};
 pub use error::HostError;
 pub use grid::{Grid, Region};
 pub use instance::Settings;

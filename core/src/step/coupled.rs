@@ -40,8 +40,8 @@ pub struct Coupled {
 const ACCURACY: f64 = 1e-6;
 /// Terms of it, at most: slivers ask for more than is worth it.
 const MOST: usize = 200;
-/// What stands for the inverse of G in a matrix is this over its diagonal: at least half the exact stiffness, as a step that is
-/// linearised once needs, on all but slivers.
+/// What stands for the inverse of G in a matrix is at least this over its diagonal, and more where slivers ask for it: at least
+/// half the exact stiffness, as a step of backward Euler that is linearised once needs.
 const STAND_IN: f64 = 2.2;
 /// Planes of a hinge.
 const PLANES: usize = 13;
@@ -209,7 +209,8 @@ impl Coupled {
         for chunk in set.schedule.chunks() {
             material.strain(&set.call(chunk, nodes, &nodes.v, time), &mut self.planes)?;
         }
-        let stand_in = if certain { 1.0 / self.spectrum[0] } else { STAND_IN };
+        let exact = 1.0 / self.spectrum[0];
+        let stand_in = if certain { exact } else { STAND_IN.max(0.5 * exact) };
         let mut slot = 0;
         for hinge in 0..self.moment.len() {
             let k = if self.diagonal[hinge] > 0.0 { factor * stand_in / self.diagonal[hinge] } else { 0.0 };

@@ -11,6 +11,8 @@ use super::{Constraint, Factors, V3, axpy, dot};
 
 /// Damping at the start, 1/s^2, the largest before it gives up, and the least.
 const DAMPING: [f64; 3] = [1e3, 1e12, 1e-6];
+/// Tolerances that may be left where no step lowers the energy any more.
+const STUCK: f64 = 1e3;
 /// Halvings of a step, at most.
 const HALVINGS: usize = 12;
 
@@ -63,8 +65,9 @@ impl Integrator {
             damping = if went && share == 1.0 { damping / 4.0 } else { damping * 4.0 }.clamp(DAMPING[2], DAMPING[1]);
             if !went {
                 system.nodes.x.copy_from_slice(&from);
-                settled = damping >= DAMPING[1] || longest <= 1e-12;
-                if settled {
+                if damping >= DAMPING[1] || longest <= 1e-12 {
+                    // Rounding may leave more than was asked for; much more is no equilibrium.
+                    settled = largest.0 <= STUCK * self.newton_tolerance * scale;
                     break;
                 }
             }

@@ -9,7 +9,7 @@ pub use edit::*;
 pub use hand::*;
 
 use super::units::{
-    Acceleration, Angle, Damping, Force, ForceRate, Frequency, Length, Speed, Stiffness, Time, Toughness,
+    Acceleration, Angle, Damping, Force, ForceRate, Frequency, Length, Mass, Speed, Stiffness, Time, Toughness,
 };
 use schemars::JsonSchema;
 use serde::Deserialize;
