@@ -5,6 +5,16 @@ use serde_json::Value;
 use std::io::{BufRead, BufReader};
 use std::process::{Child, ChildStdout, Command, Stdio};
 
+/// What the conformance suite asks of a device besides what it asks of every plugin.
+pub const CASES_OF_A_DEVICE: [&str; 6] = [
+    "limits-make-sense",
+    "poses-are-sound",
+    "force-stays-in-limits",
+    "stop-is-at-once",
+    "stale-force-expires",
+    "unplugged-is-silent",
+];
+
 /// A running twin; ended when dropped.
 pub struct Twin {
     child: Child,

@@ -1,10 +1,12 @@
 //! The exoskeleton against its twin as a process of its own: a bad network is counted, and whoever is left falls to zero.
 
 use pliant_exoskeleton::Exoskeleton;
+use pliant_exoskeleton::link::DEFAULT_PEER;
 use pliant_plugin_api::Device;
 use pliant_plugin_api::abi::{Output, Pose};
 use pliant_plugin_api::param::{self, Params, Value};
-use pliant_tests::{Bench, built, root, twin::Twin};
+use pliant_tests::twin::{CASES_OF_A_DEVICE, Twin};
+use pliant_tests::{Bench, built, root};
 use serde_json::Value as Json;
 use std::time::{Duration, Instant};
 
@@ -194,18 +196,16 @@ fn doctor_says_what_is_missing_and_how_to_get_it() {
 }
 
 #[test]
-fn it_and_the_pointer_keep_every_promise_of_the_border() {
+fn it_and_the_pointer_keep_the_promises_of_a_device() {
     let bench = Bench::new();
     for plugin in ["exoskeleton", "pointer"] {
         let library = built(&format!("libpliant_{plugin}.so"));
         // Its address is the default one: where that is taken, what answers there is as good.
-        let twin = std::net::UdpSocket::bind("127.0.0.1:48620").is_ok().then(|| Twin::at("127.0.0.1:48620", &[]));
-        let ran = bench.pliant(&["plugin", "check", library.to_str().unwrap()]);
-        println!("{}", ran.out);
-        let ran = ran.expect(0);
-        for case in ["poses-are-sound", "force-stays-in-limits", "stop-is-at-once", "stale-force-expires"] {
-            let line = ran.out.lines().find(|l| l.contains(case)).unwrap_or_else(|| panic!("{case} in {}", ran.out));
-            assert!(!line.contains("skipped"), "{line}");
+        let free = std::net::UdpSocket::bind(DEFAULT_PEER).is_ok();
+        let twin = free.then(|| Twin::at(DEFAULT_PEER, &[]));
+        for case in CASES_OF_A_DEVICE {
+            let ran = bench.pliant(&["plugin", "check", library.to_str().unwrap(), "--case", case]).expect(0);
+            assert!(ran.out.contains("ok ") && !ran.out.contains("skipped"), "{}", ran.out);
         }
         drop(twin);
     }
