@@ -191,11 +191,10 @@ fn bring_up(api: &Api, name: &std::ffi::CStr, settings: &Settings) -> Result<(Ha
     if handle == hd::INVALID_HANDLE {
         return Err(format!("arm `{shown}`: the driver has no such device"));
     }
-    let facts =
-        calibrate(api, &shown, settings.patience).and_then(|()| Ok(describe(api, settings))).inspect_err(|_| {
-            // SAFETY: the handle was just given.
-            unsafe { (api.disable_device)(handle) };
-        })?;
+    let facts = calibrate(api, &shown, settings.patience).map(|()| describe(api, settings)).inspect_err(|_| {
+        // SAFETY: the handle was just given.
+        unsafe { (api.disable_device)(handle) };
+    })?;
     // SAFETY: the scheduler is stopped; the arm is the current one.
     unsafe {
         (api.enable)(switch::FORCE_OUTPUT);

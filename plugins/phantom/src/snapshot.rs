@@ -33,7 +33,7 @@ impl<const N: usize> Snapshot<N> {
             let before = self.turn.load(Ordering::Acquire);
             let words = std::array::from_fn(|i| self.words[i].load(Ordering::Relaxed));
             fence(Ordering::Acquire);
-            if before % 2 == 0 && self.turn.load(Ordering::Relaxed) == before {
+            if before.is_multiple_of(2) && self.turn.load(Ordering::Relaxed) == before {
                 return Some(words);
             }
             std::hint::spin_loop();
