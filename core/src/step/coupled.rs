@@ -25,6 +25,8 @@ pub struct Coupled {
     value: Vec<f64>,
     /// m/N
     diagonal: Vec<f64>,
+    /// m/N, of a diagonal matrix that is nowhere above G
+    least: Vec<f64>,
     /// Least and greatest eigenvalue of the scaled matrix, at the widest.
     spectrum: [f64; 2],
     iterations: usize,
@@ -70,6 +72,7 @@ impl Coupled {
             material.compliance(&triangles.call(&whole, nodes, &nodes.v, (0.0, 0.0)), &mut compliance)?;
         }
         self.diagonal = vec![0.0; hinges];
+        self.least = vec![0.0; hinges];
         self.spectrum = [1.0, 1.0];
         let mut entries: Vec<(u32, u32, f64)> = Vec::new();
         for (t, corners) in triangles.nodes().chunks_exact(3).enumerate() {
@@ -88,6 +91,7 @@ impl Coupled {
                 }
             }
             let bounds = scaled_spectrum(&g, &inner);
+            inner.iter().for_each(|&i| self.least[sides[i] as usize] += bounds[0] * g[i][i]);
             self.spectrum = [self.spectrum[0].min(bounds[0]), self.spectrum[1].max(bounds[1])];
         }
         entries.sort_by_key(|(i, j, _)| (*i, *j));
@@ -209,11 +213,11 @@ impl Coupled {
         for chunk in set.schedule.chunks() {
             material.strain(&set.call(chunk, nodes, &nodes.v, time), &mut self.planes)?;
         }
-        let exact = 1.0 / self.spectrum[0];
-        let stand_in = if certain { exact } else { STAND_IN.max(0.5 * exact) };
         let mut slot = 0;
         for hinge in 0..self.moment.len() {
-            let k = if self.diagonal[hinge] > 0.0 { factor * stand_in / self.diagonal[hinge] } else { 0.0 };
+            let (diagonal, most) = (self.diagonal[hinge], 1.0 / self.least[hinge]);
+            let stand_in = if certain { most } else { (STAND_IN / diagonal).max(0.5 * most) };
+            let k = if diagonal > 0.0 { factor * stand_in } else { 0.0 };
             let gradients: [V3; 4] = std::array::from_fn(|corner| self.gradient(hinge, corner));
             for a in 0..4 {
                 for b in a..4 {

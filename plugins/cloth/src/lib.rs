@@ -8,6 +8,7 @@ mod arc;
 mod bending;
 mod dihedral;
 mod fabric;
+mod file;
 mod frame;
 pub mod kes;
 mod membrane;
