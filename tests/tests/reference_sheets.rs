@@ -184,7 +184,7 @@ fn r29_slivers() {
         let mut piece = Piece::new(&triangle(third), own, |_| false, false);
         let system = piece.system();
         let mut matrix = system.matrix.take().unwrap();
-        let factors = Factors { mass: 0.0, stiffness: 1.0, damping: 0.0, certain: false };
+        let factors = Factors { mass: 0.0, stiffness: 1.0, damping: 0.0, certain: false, after_forces: false };
         let pool = Pool::new(1);
         matrix.assemble(&pool, &system.material, &system.sets, (&system.nodes, None), factors, (0.0, 0.0)).unwrap();
         // By power iteration; all corners have the same mass.
@@ -282,7 +282,7 @@ fn iterations(n: u32, dt: f64, fabric: [f64; 5], tolerance: f64, seed: usize) ->
     let force = forces(piece.system());
     let system = piece.system();
     let mut matrix = system.matrix.take().unwrap();
-    let factors = Factors { mass: 1.0, stiffness: dt * dt, damping: dt, certain: false };
+    let factors = Factors { mass: 1.0, stiffness: dt * dt, damping: dt, certain: false, after_forces: false };
     let state = (&system.nodes, system.coupled.as_mut());
     matrix.assemble(&pool, &system.material, &system.sets, state, factors, (0.0, dt)).unwrap();
     let nodes = &mut system.nodes;
@@ -299,7 +299,9 @@ fn iterations(n: u32, dt: f64, fabric: [f64; 5], tolerance: f64, seed: usize) ->
     }
     let mut pcg = Pcg::default();
     pcg.resize(b.len());
-    let solve = Solve { matrix: &matrix, b: &b, z: &z, constraints: &nodes.constraint, tolerance, most: 5000 };
+    let (constraints, motion) = (&nodes.constraint[..], (&nodes.x[..], dt));
+    let (matrix, b, z) = (&matrix, &b[..], &z[..]);
+    let solve = Solve { matrix, b, z, constraints, motion, again: false, tolerance, most: 5000 };
     let report = pcg.solve(&pool, &solve);
     assert!(report.converged, "{report:?}");
     report.iterations

@@ -110,6 +110,19 @@ pub struct Choices {
     pub substeps: usize,
     /// Threads that work.
     pub threads: usize,
+    /// Of each body, if the integrator solves.
+    pub preconditioners: Vec<PreconditionerChosen>,
+}
+
+/// What stands for the inverse of a body's matrix.
+#[derive(Clone, Debug, Serialize)]
+pub struct PreconditionerChosen {
+    /// As the scene calls it.
+    pub body: String,
+    /// Which.
+    pub preconditioner: &'static str,
+    /// Why.
+    pub why: String,
 }
 
 /// What a step of a body costs under a tool, measured when the session was opened.
@@ -260,6 +273,7 @@ impl Session {
 
     /// Bytes of the largest parts.
     pub fn bytes(&self) -> usize {
-        self.bodies.iter().map(Body::bytes).sum()
+        let solvers = self.integrators.iter().map(Integrator::bytes).sum::<usize>();
+        solvers + self.bodies.iter().map(Body::bytes).sum::<usize>()
     }
 }

@@ -84,6 +84,7 @@ impl Session {
                 certain_step_limit: None,
                 substeps: 1,
                 threads,
+                preconditioners: Vec::new(),
             },
             loaded: opening.loaded,
             left_out: plan.left_out.clone(),

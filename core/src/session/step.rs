@@ -155,6 +155,7 @@ impl Session {
         frame.substeps = frame.substeps.max(substeps);
         frame.iterations += report.iterations;
         frame.residual = frame.residual.max(report.residual);
+        (0..2).for_each(|part| frame.work[part] += report.seconds[part]);
         Ok(report.fastest)
     }
 
