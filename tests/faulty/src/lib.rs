@@ -25,6 +25,7 @@ pub mod fault {
     pub const BLOWS_UP: u8 = 7;
     pub const FALLING_IDS: u8 = 8;
     pub const LINK_TO_NOWHERE: u8 = 9;
+    pub const MAKES_ENERGY: u8 = 10;
     // One for each case of the conformance suite.
     pub const MASS_BELOW_ZERO: u8 = 20;
     pub const PULLS_AT_REST: u8 = 21;
@@ -44,6 +45,9 @@ pub mod fault {
     pub const HINGE_SLOPE_OFF: u8 = 35;
     pub const HINGE_DOES_NOT_TURN: u8 = 36;
     pub const COMPLIANCE_INDEFINITE: u8 = 37;
+    // What a report must notice and a conformance suite cannot.
+    pub const TOO_SOFT: u8 = 38;
+    pub const SLOW: u8 = 39;
     pub const WEIGHTS_TOO_LARGE: u8 = 40;
     pub const WEIGHTS_SWAPPED: u8 = 41;
     pub const PULLS_BACK_MORE: u8 = 42;
@@ -76,6 +80,7 @@ export_plugins!(
     AsMaterial<Springs<UNKNOWN_KIND>>,
     AsMaterial<Springs<NOTHING>>,
     AsMaterial<Springs<BLOWS_UP>>,
+    AsMaterial<Springs<MAKES_ENERGY>>,
     AsMaterial<Springs<MASS_BELOW_ZERO>>,
     AsMaterial<Springs<PULLS_AT_REST>>,
     AsMaterial<Springs<ENERGY_OFF>>,
@@ -91,6 +96,8 @@ export_plugins!(
     AsMaterial<Springs<SWALLOWS_NAN>>,
     AsMaterial<Springs<ALLOCATES>>,
     AsMaterial<Springs<TAKES_LONG>>,
+    AsMaterial<Springs<TOO_SOFT>>,
+    AsMaterial<Springs<SLOW>>,
     AsMaterial<Net<NONE>>,
     AsMaterial<Net<HINGE_SLOPE_OFF>>,
     AsMaterial<Net<HINGE_DOES_NOT_TURN>>,
