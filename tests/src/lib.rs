@@ -5,11 +5,14 @@
 
 #![allow(clippy::print_stderr, reason = "a test that is skipped says so")]
 
+pub mod arm;
+pub mod bout;
 pub mod cloth;
 pub mod models;
 pub mod native;
 pub mod solid;
 pub mod twin;
+pub mod wall;
 
 use pliant_core::host::{Library, Search};
 use serde_json::Value;

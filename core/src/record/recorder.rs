@@ -1,6 +1,7 @@
 //! Following a run from its first step to its last file.
 
 use super::atomic::{AtomicFile, AtomicFolder, with_path};
+use super::forces::write_forces;
 use super::machine::Machine;
 use super::model::write_model;
 use super::probe::Meter;
@@ -135,6 +136,10 @@ impl Recorder {
             let mut file = AtomicFile::create(&folder.join("nodes.csv"))?;
             trace::nodes(session, &mut file)?;
             file.finish()?;
+        }
+        if self.output.forces {
+            let bodies = session.bodies.iter().enumerate().map(|(i, body)| (body, session.reactions(i)));
+            write_forces(bodies, &folder.join("forces.svg"))?;
         }
         let summary = self.summary(session, interrupted);
         let path = folder.join("summary.json");
