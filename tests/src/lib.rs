@@ -39,6 +39,16 @@ pub fn program() -> PathBuf {
     path
 }
 
+/// A file cargo has built beside this test, by its name.
+///
+/// # Panics
+/// If it was not built.
+pub fn built(name: &str) -> PathBuf {
+    let path = deps().join(name);
+    assert!(path.is_file(), "{} is not there", path.display());
+    path
+}
+
 /// A plugin library of the same build.
 ///
 /// # Panics
