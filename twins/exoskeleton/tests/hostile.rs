@@ -177,3 +177,13 @@ fn a_recording_of_an_earlier_conversation_moves_nothing() {
         assert_eq!(twin.force((5_000 + i) * MS), [[0.0; 3]; 2]);
     }
 }
+
+#[test]
+fn a_greeting_is_heard_and_never_rendered() {
+    let (mut twin, header) = pressed(None);
+    // The host's own address and number, but not the device's: what one could send who does not hear it.
+    for sequence in 3..100 {
+        twin.take(&command(&Header { to: 0, sequence, ..header }, 3.0, LAYOUT, None), host(), MS);
+        assert_eq!(twin.force(MS), [[1.0, 0.0, 0.0]; 2]);
+    }
+}
