@@ -3,6 +3,7 @@
 mod hand;
 mod haptic;
 mod knife;
+mod meeting;
 mod safety;
 
 pub use hand::{Frame, Hand};
