@@ -1,6 +1,7 @@
 //! What may be typed.
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use pliant_core::scene::parse_quantity;
 use std::path::PathBuf;
 
 /// Haptic shape editing: touch, pull and cut meshes, feel the force, get the numbers.
@@ -21,10 +22,14 @@ pub struct Cli {
 pub enum Command {
     /// Run a scene's edits and write the deformed model and the numbers
     Run(RunArgs),
+    /// Run a recorded session again, with no device there
+    Replay(ReplayArgs),
     /// Say what a scene needs, what is left out and why, and how large a step may be
     Plan(SceneArgs),
     /// What plugins there are and what they take
     Plugin(PluginArgs),
+    /// What devices there are, what they lack, and stand-ins for them
+    Device(DeviceArgs),
     /// Print the JSON Schema of scene files
     Schema,
     /// Print a completion script for a shell
@@ -64,6 +69,39 @@ pub struct RunArgs {
     /// Run in a process of its own: a plugin that crashes ends that one, with exit code 3 and a sentence
     #[arg(long)]
     pub isolate: bool,
+    /// Write the session to a file that `pliant replay` runs again
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+    /// Keep real time: devices at their own rate, the simulation after the wall clock
+    #[arg(long, conflicts_with = "isolate")]
+    pub live: bool,
+    /// How long, of the wall clock, for example 60 s; by default the scene's duration
+    #[arg(long, value_name = "TIME", requires = "live", value_parser = duration)]
+    pub duration: Option<f64>,
+    /// Rate of the haptic loop; by default that of the fastest device
+    #[arg(long, value_name = "HZ", requires = "live", value_parser = rate)]
+    pub rate: Option<f64>,
+}
+
+#[derive(Args)]
+pub struct ReplayArgs {
+    /// What `pliant run --record` wrote
+    pub recording: PathBuf,
+    /// Compare the state after every step with the recorded one; exit code 1 where they differ
+    #[arg(long, conflicts_with = "set")]
+    pub verify: bool,
+    /// Put a value in the place of the recorded scene's: the same hands on another material
+    #[arg(long, value_name = "PATH=VALUE", value_parser = setting)]
+    pub set: Vec<(String, String)>,
+    /// Threads; 0 takes what the machine has. Results do not depend on it
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub threads: usize,
+    /// Where results go; by default out/RECORDING
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Say nothing while it runs
+    #[arg(long, short)]
+    pub quiet: bool,
 }
 
 #[derive(Args)]
@@ -144,6 +182,37 @@ pub struct CheckArgs {
 }
 
 #[derive(Args)]
+pub struct DeviceArgs {
+    #[command(subcommand)]
+    pub what: DeviceCommand,
+}
+
+#[derive(Subcommand)]
+pub enum DeviceCommand {
+    /// List every device plugin, and whether its device can be used now
+    List,
+    /// Say what devices need, what is missing, and how to get it
+    Doctor(DoctorArgs),
+    /// Run a stand-in for a device's hardware, a program of its own: `pliant device emulate exoskeleton --help`
+    Emulate {
+        /// Which device
+        name: String,
+        /// For the stand-in
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        args: Vec<std::ffi::OsString>,
+    },
+}
+
+#[derive(Args)]
+pub struct DoctorArgs {
+    /// Its name, or a path to its library; all that are found when not given
+    pub name: Option<String>,
+    /// A parameter as in a scene, for example peer=127.0.0.1:5000
+    #[arg(long, value_name = "KEY=VALUE", value_parser = setting, requires = "name")]
+    pub set: Vec<(String, String)>,
+}
+
+#[derive(Args)]
 pub struct SampleArgs {
     /// Which model
     #[arg(default_value = pliant_core::mesh::sample::NAMES[0], value_parser = pliant_core::mesh::sample::NAMES.to_vec())]
@@ -157,6 +226,15 @@ pub struct SampleArgs {
     /// Write over files that are there
     #[arg(long)]
     pub force: bool,
+}
+
+fn duration(text: &str) -> Result<f64, String> {
+    parse_quantity(text, "s").and_then(|t| if t > 0.0 { Ok(t) } else { Err("allowed is a time above 0".into()) })
+}
+
+fn rate(text: &str) -> Result<f64, String> {
+    let allowed = |rate: &f64| (100.0..=4000.0).contains(rate);
+    parse_quantity(text, "Hz").and_then(|r| Some(r).filter(allowed).ok_or("allowed is 100 Hz to 4 kHz".into()))
 }
 
 fn setting(text: &str) -> Result<(String, String), String> {

@@ -6,11 +6,14 @@
 mod args;
 mod check;
 mod child;
+mod device;
+mod live;
 mod new;
 mod open;
 mod outcome;
 mod plan;
 mod plugin;
+mod replay;
 mod run;
 mod sample;
 mod text;
@@ -24,8 +27,10 @@ fn main() -> ExitCode {
     let cli = Cli::try_parse().unwrap_or_else(|error| outcome::misused(&error));
     let outcome = match &cli.command {
         Command::Run(args) => run::run(&cli, args),
+        Command::Replay(args) => replay::replay(&cli, args),
         Command::Plan(args) => plan::plan(&cli, args),
         Command::Plugin(args) => plugin::plugin(&cli, &args.what),
+        Command::Device(args) => device::device(&cli, &args.what),
         Command::Schema => text::out(&pretty(&pliant_core::scene::json_schema())),
         Command::Completions { shell } => {
             let mut script = Vec::new();

@@ -12,7 +12,7 @@ pub fn open(cli: &Cli, args: &SceneArgs) -> Result<(Scene, Source, Session), Fai
     let (scene, source) = scene::load(&args.scene, &args.set)?;
     let plan = Plan::new(&scene, &source)?;
     let search = Search::new(&cli.plugin_path);
-    let options = Options { search, threads: args.threads, mesh: args.mesh.clone() };
+    let options = Options { search, threads: args.threads, mesh: args.mesh.clone(), recorded: None };
     let session = Session::open(&scene, &source, plan, &options)?;
     Ok((scene, source, session))
 }

@@ -1,6 +1,7 @@
 //! How a command ends.
 
 use pliant_core::host::HostError;
+use pliant_core::record::RecordingError;
 use pliant_core::scene::SceneError;
 use pliant_core::session::SessionError;
 use std::fmt::Display;
@@ -61,6 +62,12 @@ pub fn misused(error: &clap::Error) -> ! {
 
 impl From<SceneError> for Failure {
     fn from(error: SceneError) -> Self {
+        Self::input(error)
+    }
+}
+
+impl From<RecordingError> for Failure {
+    fn from(error: RecordingError) -> Self {
         Self::input(error)
     }
 }

@@ -2,11 +2,12 @@
 
 use crate::args::{Cli, RunArgs};
 use crate::child::{Ended, wait};
+use crate::live::live;
 use crate::open::open;
 use crate::outcome::{Failure, Outcome};
 use crate::text;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use pliant_core::record::{CutSummary, Recorder, Summary};
+use pliant_core::record::{CutSummary, Recorder, RecordingWriter, Summary};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Arc;
@@ -17,14 +18,20 @@ pub fn run(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
     if args.isolate {
         return isolated();
     }
+    if args.live {
+        return live(cli, args);
+    }
     let began = Instant::now();
     let (scene, source, mut session) = open(cli, &args.scene)?;
     let folder = args.out.clone().unwrap_or_else(|| default_folder(&args.scene.scene));
-    let stop = Arc::new(AtomicBool::new(false));
-    let handler = Arc::clone(&stop);
-    // Without a handler Ctrl-C ends the program at once; half-written files have names of their own either way.
-    let _ = ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed));
+    let stop = stop_flag();
     let mut recorder = Recorder::new(&scene, &source, &session, &folder, began)?;
+    let mut recording = match &args.record {
+        Some(path) => {
+            Some(RecordingWriter::create(path, (&scene, &source), &session, args.scene.mesh.as_deref(), false)?)
+        }
+        None => None,
+    };
     let steps = scene.time.steps();
     let bar = bar(steps, args.quiet || cli.json);
     let mut stopped = false;
@@ -32,6 +39,9 @@ pub fn run(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
         session.step();
         stopped = stop.load(Ordering::Relaxed);
         let last = session.steps() == steps || stopped;
+        if let Some(recording) = &mut recording {
+            recording.step(&session, session.frame().tools.iter().map(|felt| felt.device_force))?;
+        }
         recorder.step(&mut session, last)?;
         bar.inc(1);
         if stopped {
@@ -39,18 +49,35 @@ pub fn run(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
         }
     }
     bar.finish_and_clear();
+    if let Some(recording) = recording {
+        recording.finish()?;
+    }
     let summary = recorder.finish(&mut session, stopped)?;
     if cli.json {
         text::out(&crate::pretty(&summary))?;
     } else if !args.quiet {
         tell(&summary, &folder);
     }
-    Ok(match summary {
+    Ok(outcome(&summary, stopped))
+}
+
+/// What a run whose results are written comes to.
+pub fn outcome(summary: &Summary, stopped: bool) -> Outcome {
+    match summary {
         _ if stopped => Outcome::Stopped,
-        ref s if s.plugin_failed() => Outcome::Plugin,
-        ref s if !s.passed() => Outcome::CheckFailed,
+        s if s.plugin_failed() => Outcome::Plugin,
+        s if !s.passed() => Outcome::CheckFailed,
         _ => Outcome::Done,
-    })
+    }
+}
+
+/// Says that Ctrl-C was pressed. Without a handler it ends the program at once; half-written files have names of their own
+/// either way.
+pub fn stop_flag() -> Arc<AtomicBool> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let handler = Arc::clone(&stop);
+    let _ = ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed));
+    stop
 }
 
 /// The same run in a child, whose death is an error and not ours.
@@ -69,11 +96,11 @@ fn isolated() -> Result<Outcome, Failure> {
     }
 }
 
-fn default_folder(scene: &Path) -> PathBuf {
+pub fn default_folder(scene: &Path) -> PathBuf {
     Path::new("out").join(scene.file_stem().unwrap_or_default())
 }
 
-fn bar(steps: u64, quiet: bool) -> ProgressBar {
+pub fn bar(steps: u64, quiet: bool) -> ProgressBar {
     let style = ProgressStyle::with_template("{bar:30} {pos}/{len} steps  {elapsed} gone, {eta} left")
         .unwrap_or_else(|_| ProgressStyle::default_bar());
     let bar = ProgressBar::new(steps).with_style(style);
@@ -82,7 +109,7 @@ fn bar(steps: u64, quiet: bool) -> ProgressBar {
 }
 
 /// The summary as a person reads it.
-fn tell(summary: &Summary, folder: &Path) {
+pub fn tell(summary: &Summary, folder: &Path) {
     let c = &summary.choices;
     let substeps = if c.substeps > 1 { format!(" with {} substeps", c.substeps) } else { String::new() };
     text::note(&format!(
@@ -103,6 +130,9 @@ fn tell(summary: &Summary, folder: &Path) {
         text::note(&format!(
             "cut {area:.3e} m^2 and {length:.3e} m of edge in {advances} advances of {p50} (most {max})"
         ));
+    }
+    if let Some(live) = &summary.live {
+        crate::live::tell(live);
     }
     let contact = summary.contact_steps as f64 * summary.dt;
     text::note(&format!("in contact for {}, largest force {:.4} N", text::seconds(contact), summary.largest_force));

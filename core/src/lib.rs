@@ -8,6 +8,7 @@ pub mod contact;
 pub mod cut;
 pub mod geometry;
 pub mod host;
+pub mod live;
 pub mod mesh;
 pub mod plan;
 pub mod record;

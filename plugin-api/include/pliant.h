@@ -301,7 +301,8 @@ typedef struct pliant_device_info {
   size_t size;
   uint32_t effectors;            /* places a hand can hold or wear: 1 for an arm, 2 for thumb and index */
   uint32_t buttons, driven_axes; /* driven axes: 3 force, 6 force and torque */
-  uint32_t taxel_rows, taxel_columns; /* per effector, 0: none */
+  uint32_t taxel_rows, taxel_columns; /* per effector, 0: none; the pad faces -z of the effector's own axes, rows go along its
+                                       * y, columns along x */
   double rate;                   /* Hz, nominal */
   double peak_force, continuous_force; /* N */
   double stiffness, damping;     /* N/m, N s/m: the most it renders stably at `rate` */
@@ -342,6 +343,25 @@ typedef struct pliant_rendered {
   /* Force and torque of each effector at `time_ns`; taxels stay NULL. [servo & active] */
   pliant_status (*rendered)(const pliant_plugin *, uint64_t time_ns, pliant_output *outputs, size_t count);
 } pliant_rendered;
+
+/* Optional: what a device has counted since it was opened, such as datagrams lost on the way. */
+#define PLIANT_COUNTERS "pliant.counters/1"
+typedef struct pliant_counters {
+  size_t size;
+  /* The counter at a place; UNSUPPORTED past the last. The name lives as long as the library. [any & active] */
+  pliant_status (*counter)(const pliant_plugin *, uint32_t index, const char **name, uint64_t *value);
+} pliant_counters;
+
+/* Optional: what a device needs, whether it is there, and how to get it: `pliant device doctor`. */
+#define PLIANT_PROBE "pliant.probe/1"
+/* One finding: PLIANT_INFO it is there, PLIANT_WARNING it works worse without, PLIANT_ERROR it does not work without. The
+ * strings live for the call; `remedy` is empty where nothing is to be done. */
+typedef void (*pliant_say)(void *data, uint32_t severity, const char *what, const char *found, const char *remedy);
+typedef struct pliant_probe {
+  size_t size;
+  /* Says each finding with the parameters set so far; holds on to nothing it opened. [main & !active] */
+  pliant_status (*probe)(const pliant_plugin *, void *data, pliant_say say);
+} pliant_probe;
 
 #ifdef __cplusplus
 }

@@ -3,11 +3,12 @@
 use crate::abi::{self, DeviceInfo, Output, Pose, Status};
 use crate::fault::Fault;
 use crate::info::Info;
-use crate::instance::{Role, call};
+use crate::instance::{Role, call, with_params};
 use crate::param::Params;
-use core::ffi::{CStr, c_void};
+use core::ffi::{CStr, c_char, c_void};
 use core::marker::PhantomData;
 use core::slice::{from_raw_parts, from_raw_parts_mut};
+use std::ffi::CString;
 
 /// Where the hand is, and what force and touch to give it.
 ///
@@ -47,6 +48,46 @@ pub trait Device: Send + Sync + Sized + 'static {
     fn rendered(&self, _time: u64, _outputs: &mut [Output]) -> Result<(), Fault> {
         Err(Fault::unsupported(""))
     }
+
+    /// What it has counted since it was opened, by place from 0 on; `None` past the last. *Any*.
+    fn counter(&self, _index: u32) -> Option<(&'static CStr, u64)> {
+        None
+    }
+
+    /// What it needs, whether that is there, and how to get it. Holds on to nothing it opens.
+    fn probe(_params: &Params<'_>) -> Vec<Finding> {
+        Vec::new()
+    }
+}
+
+/// One thing a device needs.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Finding {
+    /// [`abi::INFO`] it is there, [`abi::WARNING`] it works worse without, [`abi::ERROR`] it does not work without.
+    pub severity: u32,
+    /// What was looked for.
+    pub what: String,
+    /// What was found.
+    pub found: String,
+    /// How to get it; empty where nothing is to be done.
+    pub remedy: String,
+}
+
+impl Finding {
+    /// It is there.
+    pub fn good(what: impl Into<String>, found: impl Into<String>) -> Self {
+        Self { severity: abi::INFO, what: what.into(), found: found.into(), remedy: String::new() }
+    }
+
+    /// It is not, and nothing works without.
+    pub fn missing(what: impl Into<String>, found: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self { severity: abi::ERROR, what: what.into(), found: found.into(), remedy: remedy.into() }
+    }
+
+    /// It is not, and the rest works without.
+    pub fn wanting(what: impl Into<String>, found: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self { severity: abi::WARNING, ..Self::missing(what, found, remedy) }
+    }
 }
 
 /// A [`Device`] as [`crate::export_plugins`] hands it over.
@@ -63,7 +104,12 @@ impl<T: Device> Role for AsDevice<T> {
     }
 
     fn other_table(id: &CStr) -> *const c_void {
-        if id == abi::RENDERED { (&raw const *Self::RENDERED).cast() } else { core::ptr::null() }
+        match id {
+            _ if id == abi::RENDERED => (&raw const *Self::RENDERED).cast(),
+            _ if id == abi::COUNTERS => (&raw const *Self::COUNTERS).cast(),
+            _ if id == abi::PROBE => (&raw const *Self::PROBE).cast(),
+            _ => core::ptr::null(),
+        }
     }
 
     fn open(params: &Params<'_>, _limits: &abi::Limits) -> Result<T, Fault> {
@@ -79,6 +125,41 @@ impl<T: Device> AsDevice<T> {
     unsafe extern "C" fn rendered(plugin: *const abi::Plugin, time: u64, outputs: *mut Output, count: usize) -> Status {
         // SAFETY: a live, active instance of this role; `count` outputs that are the host's to fill.
         unsafe { call::<Self, _>(plugin, |device| device.rendered(time, from_raw_parts_mut(outputs, count))) }
+    }
+
+    const COUNTERS: &'static abi::Counters =
+        &abi::Counters { size: size_of::<abi::Counters>(), counter: Some(Self::counter) };
+
+    unsafe extern "C" fn counter(
+        plugin: *const abi::Plugin,
+        index: u32,
+        name: *mut *const c_char,
+        value: *mut u64,
+    ) -> Status {
+        // SAFETY: a live, active instance of this role; the host's to fill.
+        unsafe {
+            call::<Self, _>(plugin, |device| {
+                let (text, count) = device.counter(index).ok_or(Fault::unsupported(""))?;
+                (*name, *value) = (text.as_ptr(), count);
+                Ok(())
+            })
+        }
+    }
+
+    const PROBE: &'static abi::Probe = &abi::Probe { size: size_of::<abi::Probe>(), probe: Some(Self::probe) };
+
+    unsafe extern "C" fn probe(plugin: *const abi::Plugin, data: *mut c_void, say: abi::Say) -> Status {
+        // SAFETY: a live instance of this role on [main]; `say` takes strings for the call.
+        unsafe {
+            with_params::<Self, _>(plugin, |params| {
+                for finding in T::probe(params) {
+                    let text = |text: String| CString::new(text.replace('\0', " ")).unwrap_or_default();
+                    let (what, found, remedy) = (text(finding.what), text(finding.found), text(finding.remedy));
+                    say(data, finding.severity, what.as_ptr(), found.as_ptr(), remedy.as_ptr());
+                }
+                Ok(())
+            })
+        }
     }
 
     const TABLE: &'static abi::Device = &abi::Device {

@@ -96,6 +96,19 @@ pub unsafe fn call<R: Role, F: FnOnce(&R::Object) -> Result<(), Fault>>(plugin: 
     }
 }
 
+/// Runs `body` with the parameters `plugin` has so far, whether it is active or not.
+///
+/// # Safety
+/// As for [`call`], and no parameter is being set.
+#[allow(unsafe_code, reason = "as `call`")]
+pub unsafe fn with_params<R: Role, F: FnOnce(&Params<'_>) -> Result<(), Fault>>(
+    plugin: *const Plugin,
+    body: F,
+) -> Status {
+    // SAFETY: the caller's promise; nothing writes the values.
+    unsafe { guarded::<R>(plugin, |instance| body(&Params::new(R::INFO.params, &*instance.values.get()))) }
+}
+
 /// Runs `body` on the active object of `plugin`, exclusively.
 ///
 /// # Safety

@@ -26,7 +26,7 @@ pub mod param;
 
 pub use batch::{Blocks, Elements, NodeScalars, NodeVectors, Planes, pair};
 pub use cell::CELL_TETRAHEDRA;
-pub use device::{AsDevice, Device};
+pub use device::{AsDevice, Device, Finding};
 pub use fault::Fault;
 pub use grid::{AsGrid, Grid, Location, RegionRequest, RegionSink, SurfaceView};
 pub use info::Info;

@@ -42,6 +42,8 @@ fn rust_layout() -> String {
         Output = "pliant_output" { size, force, torque, taxels, valid_until_ns }
         Device = "pliant_device" { size, describe, read, write, stop }
         Rendered = "pliant_rendered" { size, rendered }
+        Counters = "pliant_counters" { size, counter }
+        Probe = "pliant_probe" { size, probe }
     }
     out
 }

@@ -134,7 +134,7 @@ fn growth_with_the_mesh() {
         let mesh = bench.write("bunny.obj", bytes);
         let (scene, source) = scene::load(&root().join("scenes/touch.toml"), &[]).unwrap();
         let plan = Plan::new(&scene, &source).unwrap();
-        let options = Options { search: Search::new(&[]), threads: 1, mesh: Some(mesh) };
+        let options = Options { search: Search::new(&[]), threads: 1, mesh: Some(mesh), recorded: None };
         let start = Instant::now();
         let mut session = Session::open(&scene, &source, plan, &options).unwrap();
         let open = start.elapsed().as_secs_f64();

@@ -5,9 +5,11 @@
 
 #![allow(clippy::print_stderr, reason = "a test that is skipped says so")]
 
+pub mod cloth;
 pub mod models;
 pub mod native;
 pub mod solid;
+pub mod twin;
 
 use pliant_core::host::{Library, Search};
 use serde_json::Value;
@@ -261,6 +263,6 @@ pub fn open_file(path: &Path, threads: usize, mesh: Option<PathBuf>) -> pliant_c
     use pliant_core::{plan::Plan, scene, session};
     let (scene, source) = scene::load(path, &[]).unwrap_or_else(|e| panic!("{e}"));
     let plan = Plan::new(&scene, &source).unwrap_or_else(|e| panic!("{e}"));
-    let options = session::Options { search: Search::new(&[deps()]), threads, mesh };
+    let options = session::Options { search: Search::new(&[deps()]), threads, mesh, recorded: None };
     session::Session::open(&scene, &source, plan, &options).unwrap_or_else(|e| panic!("{e}"))
 }

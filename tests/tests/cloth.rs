@@ -29,7 +29,7 @@ const STATIC: &str = r#"
         [solver]
         tolerance = 1e-8
         newton = 400
-        newton-tolerance = 1e-8
+        newton-tolerance = 1e-6
         iterations = 20000"#;
 
 /// Vertices that rest where `wanted` says, where they are now.

@@ -47,6 +47,8 @@ pub struct Sheet {
 
 /// No node.
 pub const NONE: u32 = u32::MAX;
+/// kg, of nodes that only lend a direction and never move: in no weight, reaction or energy.
+const WEIGHTLESS: f64 = 1e-30;
 
 impl Sheet {
     /// Of a model. No node is active yet.
@@ -161,7 +163,7 @@ impl Sheet {
 
     fn prepare(&self, system: &mut System) -> Result<(), LatticeError> {
         system.prepare()?;
-        system.nodes.mass[self.vertex_of.len()..].fill(1.0); // what only lends a direction weighs nothing and never moves
+        system.nodes.mass[self.vertex_of.len()..].fill(WEIGHTLESS);
         check_mass(system)
     }
 

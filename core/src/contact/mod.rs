@@ -16,4 +16,4 @@ pub use near::{Near, NearSurface, normal_of};
 pub use patch::Patch;
 pub use proxy::{Friction, Proxy, Touch, hold};
 pub use samples::Samples;
-pub use sphere::{Spheres, Tip};
+pub use sphere::{Press, Spheres, Tip};

@@ -27,9 +27,24 @@ pub struct Tip {
     pub held: usize,
 }
 
+/// A place where a fingertip was pressed.
+#[derive(Clone, Copy, Debug)]
+pub struct Press {
+    /// Which tip.
+    pub tip: usize,
+    /// From its centre, of unit length.
+    pub direction: V3,
+    /// N, along it
+    pub size: f64,
+    /// m/s, of the surface past the tip
+    pub slip: V3,
+}
+
 /// The fingertips on one body.
 #[derive(Default)]
 pub struct Spheres {
+    /// Where each vertex of the last step pressed, if someone wants to know.
+    pub presses: Option<Vec<Press>>,
     /// In the order of the tools.
     pub tips: Vec<Tip>,
     /// m, how far a vertex may have moved since the last step
@@ -252,6 +267,7 @@ impl Holds for Spheres {
         for tip in &mut self.tips {
             (tip.force, tip.held) = ([0.0; 3], 0);
         }
+        self.presses.iter_mut().for_each(Vec::clear);
         self.before.clear();
         for at in 0..self.held.len() {
             let held = &self.held[at];
@@ -270,6 +286,14 @@ impl Holds for Spheres {
                     let Some(tip) = t.map(|t| &mut self.tips[t]) else { continue };
                     tip.force = axpy(tip.force, -share, on_node);
                     tip.held += 1;
+                }
+                if let Some(presses) = &mut self.presses {
+                    let both = [Some((held.tips.0, held.normal)), held.tips.1.map(|t| (t, held.other))];
+                    for ((tip, direction), share) in both.into_iter().flatten().zip(shares) {
+                        let past = axpy(system.nodes.v[i], -1.0, self.tips[tip].velocity);
+                        let slip = axpy(past, -dot(past, direction), direction);
+                        presses.push(Press { tip, direction, size: (share * dot(on_node, direction)).max(0.0), slip });
+                    }
                 }
                 let slid = (held.state == State::Slides).then(|| self.next_friction(held, system, reaction[i]));
                 self.before.push((held.node, slid.filter(|friction| *friction != [0.0; 3])));

@@ -5,7 +5,9 @@ use super::instance::{Instance, Settings};
 use super::library::Library;
 use super::plugin::{Kind, PluginInfo};
 use super::report::Message;
-use pliant_plugin_api::abi;
+use pliant_plugin_api::abi::{self, Status};
+use std::ffi::CStr;
+use std::sync::Arc;
 
 pub use pliant_plugin_api::abi::{DeviceInfo, Pose};
 
@@ -25,10 +27,14 @@ pub struct Output<'a> {
 /// The most effectors one device may have.
 pub(crate) const MOST_EFFECTORS: usize = 8;
 
+/// The most counters that are asked for.
+const MOST_COUNTERS: u32 = 64;
+
 /// An active device. Dropping it stops it first.
 pub struct Device {
-    instance: Instance,
+    instance: Arc<Instance>,
     table: &'static abi::Device,
+    counters: Option<&'static abi::Counters>,
     facts: DeviceInfo,
 }
 
@@ -59,7 +65,10 @@ impl Device {
             let text = format!("{} effectors; allowed is 1 to {MOST_EFFECTORS}", facts.effectors);
             return Err(instance.error("describe", &text));
         }
-        Ok(Self { instance, table, facts })
+        let counters = instance.other_table(abi::COUNTERS, size_of::<abi::Counters>());
+        // SAFETY: the table of that extension, of at least its size, for the life of the library.
+        let counters = counters.map(|table| unsafe { &*table.cast() });
+        Ok(Self { instance: Arc::new(instance), table, counters, facts })
     }
 
     /// Its limits.
@@ -72,9 +81,15 @@ impl Device {
     /// # Errors
     /// The device is lost.
     pub fn read(&mut self, time: u64, poses: &mut [Pose]) -> Result<(), HostError> {
+        let status = self.read_now(time, poses);
+        self.instance.done("read", status)
+    }
+
+    /// The same for a thread that may not allocate: a status, which [`Device::told`] puts into words later. `[servo]`
+    pub fn read_now(&mut self, time: u64, poses: &mut [Pose]) -> Status {
         let read = self.table.read.expect("checked");
         // SAFETY: [servo & active], exclusive by `&mut`.
-        self.instance.done("read", unsafe { read(self.instance.plugin(), time, poses.as_mut_ptr(), poses.len()) })
+        unsafe { read(self.instance.plugin(), time, poses.as_mut_ptr(), poses.len()) }
     }
 
     /// What each effector is to render from now on. `[servo]`
@@ -82,6 +97,12 @@ impl Device {
     /// # Errors
     /// The device is lost.
     pub fn write(&mut self, time: u64, outputs: &[Output<'_>]) -> Result<(), HostError> {
+        let status = self.write_now(time, outputs);
+        self.instance.done("write", status)
+    }
+
+    /// The same for a thread that may not allocate. `[servo]`
+    pub fn write_now(&mut self, time: u64, outputs: &[Output<'_>]) -> Status {
         let nothing = abi::Output {
             size: size_of::<abi::Output>(),
             force: [0.0; 3],
@@ -99,7 +120,20 @@ impl Device {
         let write = self.table.write.expect("checked");
         let count = outputs.len().min(MOST_EFFECTORS);
         // SAFETY: [servo & active], exclusive by `&mut`; taxels are borrowed for the call.
-        self.instance.done("write", unsafe { write(self.instance.plugin(), time, raw.as_ptr(), count) })
+        unsafe { write(self.instance.plugin(), time, raw.as_ptr(), count) }
+    }
+
+    /// What a call of it that gave `status` comes to.
+    ///
+    /// # Errors
+    /// The device is lost.
+    pub fn told(&self, call: &'static str, status: Status) -> Result<(), HostError> {
+        self.instance.done(call, status)
+    }
+
+    /// A handle that can stop it from any thread, at any time.
+    pub fn stopper(&self) -> Stopper {
+        Stopper { instance: Arc::clone(&self.instance), stop: self.table.stop.expect("checked") }
     }
 
     /// Zero force, at once. `[any]`
@@ -109,6 +143,23 @@ impl Device {
     pub fn stop(&self) -> Result<(), HostError> {
         // SAFETY: [any & active].
         self.instance.done("stop", unsafe { (self.table.stop.expect("checked"))(self.instance.plugin()) })
+    }
+
+    /// What it has counted since it was opened, where it counts; `[any]`.
+    pub fn counters(&self) -> Vec<(String, u64)> {
+        let Some(counter) = self.counters.and_then(|table| table.counter) else { return Vec::new() };
+        let mut found = Vec::new();
+        for index in 0..MOST_COUNTERS {
+            let (mut name, mut value) = (std::ptr::null(), 0);
+            // SAFETY: [any & active]; both are ours to fill.
+            let status = unsafe { counter(self.instance.plugin(), index, &mut name, &mut value) };
+            if status != abi::Status::OK || name.is_null() {
+                break;
+            }
+            // SAFETY: a C string that lives as long as the library.
+            found.push((unsafe { CStr::from_ptr(name) }.to_string_lossy().into_owned(), value));
+        }
+        found
     }
 
     /// What it said since the last time, and how many lines were lost.
@@ -124,6 +175,21 @@ impl Device {
     /// Its library.
     pub fn library(&self) -> &'static Library {
         self.instance.library()
+    }
+}
+
+/// Stops a device from any thread.
+pub struct Stopper {
+    instance: Arc<Instance>,
+    stop: unsafe extern "C" fn(*const abi::Plugin) -> Status,
+}
+
+impl Stopper {
+    /// Zero force, at once. `[any]`
+    #[allow(unsafe_code, reason = "calls the device's function")]
+    pub fn stop(&self) {
+        // SAFETY: [any & active]; the instance lives as long as this.
+        let _ = unsafe { (self.stop)(self.instance.plugin()) };
     }
 }
 

@@ -20,6 +20,7 @@ pub(super) struct Instance {
     extension: *const c_void,
     inbox: *mut Inbox,
     host: *mut abi::Host,
+    active: bool,
     quarantined: AtomicBool,
 }
 
@@ -62,6 +63,23 @@ impl Instance {
         extension: &CStr,
         table_size: usize,
     ) -> Result<Self, HostError> {
+        let mut instance = Self::make(library, info, settings, extension, table_size)?;
+        let limits = abi::Limits { size: size_of::<abi::Limits>(), dt };
+        // SAFETY: [main & !active]; `make` checked it.
+        let status = unsafe { ((*instance.plugin).activate.expect("checked"))(instance.plugin, &limits) };
+        instance.taken("activate", status)?;
+        instance.active = true;
+        Ok(instance)
+    }
+
+    /// The same without activating it.
+    pub(super) fn make(
+        library: &'static Library,
+        info: &PluginInfo,
+        settings: &Settings,
+        extension: &CStr,
+        table_size: usize,
+    ) -> Result<Self, HostError> {
         let create = library.table.create.expect("checked when the library was opened");
         let id = CString::new(info.id.as_str()).expect("came from a C string");
         let inbox = Box::into_raw(Box::<Inbox>::default());
@@ -75,6 +93,7 @@ impl Instance {
             extension: std::ptr::null(),
             inbox,
             host,
+            active: false,
             quarantined: AtomicBool::new(false),
         };
         if plugin.is_null() {
@@ -83,13 +102,6 @@ impl Instance {
         instance.check_tables(extension, table_size)?;
         for (index, value) in settings {
             instance.set(info, *index, value)?;
-        }
-        let limits = abi::Limits { size: size_of::<abi::Limits>(), dt };
-        // SAFETY: [main & !active]; checked non-null.
-        let status = unsafe { ((*plugin).activate.expect("checked"))(plugin, &limits) };
-        if let Err(error) = instance.taken("activate", status) {
-            instance.extension = std::ptr::null(); // dropped without deactivation
-            return Err(error);
         }
         Ok(instance)
     }
@@ -237,7 +249,7 @@ impl Drop for Instance {
         // SAFETY: [main]; nobody else has the instance any more, so its host and inbox go after it.
         unsafe {
             if let Some(table) = self.plugin.as_ref() {
-                if let (false, Some(deactivate)) = (self.extension.is_null(), table.deactivate) {
+                if let (true, Some(deactivate)) = (self.active, table.deactivate) {
                     deactivate(self.plugin);
                 }
                 if let Some(destroy) = table.destroy {

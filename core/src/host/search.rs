@@ -5,7 +5,7 @@
 //! folder. A name is turned into file names; no library is opened to find out what it is called.
 
 use super::error::HostError;
-use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
+use std::env::consts::{DLL_PREFIX, DLL_SUFFIX, EXE_SUFFIX};
 use std::path::{Path, PathBuf};
 
 /// The folders, in order.
@@ -98,6 +98,21 @@ impl Search {
             files: files.join(" or "),
             places: self.folders.iter().map(place).collect::<Vec<_>>().join("\n"),
         })
+    }
+
+    /// The program that stands in for the hardware of device `name`: `pliant-twin-NAME`, in the same folders.
+    ///
+    /// # Errors
+    /// [`HostError::NotFound`], with every folder that was looked in.
+    pub fn twin(&self, name: &str) -> Result<PathBuf, HostError> {
+        let file = format!("pliant-twin-{name}{EXE_SUFFIX}");
+        let plain = !name.contains(['/', '\\', '.']);
+        if let Some(path) = self.folders.iter().find_map(|(folder, _)| real_file(&folder.join(&file))).filter(|_| plain)
+        {
+            return Ok(path);
+        }
+        let places = self.folders.iter().map(|(f, origin)| format!("  {} ({})", f.display(), origin.name()));
+        Err(HostError::NotFound { name: name.to_owned(), files: file, places: places.collect::<Vec<_>>().join("\n") })
     }
 
     /// Every library that may be a plugin, sorted by name, the first found of each; those that cannot be one, being folders

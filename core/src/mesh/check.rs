@@ -23,7 +23,7 @@ pub struct Finding {
 /// What can be wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
-    /// A triangle with an area of 1e-12 of its longest edge squared, or less.
+    /// A triangle with an area of 1e-9 of its longest edge squared, or less.
     ZeroArea,
     /// A triangle with the same three vertices as an earlier one, in any order.
     Duplicate,
@@ -122,7 +122,7 @@ pub fn require_for_mesh_elements(findings: &[Finding]) -> Result<(), MeshError> 
     if refused.is_empty() { Ok(()) } else { Err(MeshError::Refused(refused)) }
 }
 
-const SMALL_AREA: f64 = 1e-12; // of the longest edge squared
+const SMALL_AREA: f64 = 1e-9; // of the longest edge squared
 const SMALL_EDGE: f64 = 1e-12; // of the longest edge of the box
 const FOLDED: f64 = -0.999_847_695; // cosine of 179 degrees
 
@@ -230,7 +230,7 @@ impl Kind {
     /// The trouble in plural, and what is allowed instead.
     fn words(self) -> (&'static str, &'static str) {
         match self {
-            Self::ZeroArea => ("triangles without area", "an area above 1e-12 of the longest edge squared"),
+            Self::ZeroArea => ("triangles without area", "an area above 1e-9 of the longest edge squared"),
             Self::Duplicate => ("duplicate triangles", "one triangle on the same three vertices"),
             Self::ZeroEdge => ("edges of no length", "vertices of a face apart from each other"),
             Self::NonManifold => ("edges of more than two triangles", "one or two triangles on an edge"),
@@ -306,7 +306,7 @@ mod tests {
         let sliver = only(&format!("{SQUARE}v 0.5 0 0\nf 1 5 2\n"), Kind::ZeroArea);
         assert_eq!(sliver.places, [Place::Face { number: 3, line: 8 }]);
         let message = require_for_mesh_elements(std::slice::from_ref(&sliver)).unwrap_err().to_string();
-        assert!(message.contains("face 3 (line 8)") && message.contains("allowed: an area above 1e-12"), "{message}");
+        assert!(message.contains("face 3 (line 8)") && message.contains("allowed: an area above 1e-9"), "{message}");
         assert!(refused(sliver));
         let thin = findings(&format!("{SQUARE}v 0.5 -1e-11 0\nf 1 5 2\n"));
         assert!(thin.iter().all(|finding| finding.kind == Kind::Border), "thin is not nothing");

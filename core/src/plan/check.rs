@@ -177,6 +177,9 @@ impl Check<'_> {
         self.above(tool.radius.get_ref().si, tool.radius.span(), "radius", " m")?;
         self.above(tool.speed.get_ref().si, tool.speed.span(), "speed", " m/s")?;
         self.above(tool.slew.get_ref().si, tool.slew.span(), "slew", " N/s")?;
+        if let Some(mass) = &tool.mass {
+            self.above(mass.get_ref().si, mass.span(), "mass", " kg")?;
+        }
         if let Some(k) = &tool.stiffness {
             self.above(k.get_ref().si, k.span(), "stiffness", " N/m")?;
         }

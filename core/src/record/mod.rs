@@ -8,6 +8,7 @@ mod machine;
 mod model;
 mod probe;
 mod recorder;
+mod recording;
 mod summary;
 mod trace;
 
@@ -16,4 +17,7 @@ pub use machine::Machine;
 pub use model::write_model;
 pub use probe::ProbeResult;
 pub use recorder::Recorder;
+pub use recording::{
+    Digest, Header, RecordedFile, RecordedStep, Recording, RecordingError, RecordingWriter, state_digest,
+};
 pub use summary::{BodySummary, CutSummary, StepSeconds, Summary, bodies};

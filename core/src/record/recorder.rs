@@ -6,6 +6,7 @@ use super::model::write_model;
 use super::probe::Meter;
 use super::summary::{CutSummary, StepSeconds, Summary, bodies};
 use super::trace;
+use crate::live::LiveSummary;
 use crate::scene::{OutputScene, Scene, Source};
 use crate::session::{EventKind, Session};
 use crate::step::dot;
@@ -34,6 +35,8 @@ pub struct Recorder {
     iterations: u64,
     largest_residual: f64,
     pictures: u64,
+    /// How a live session kept its time.
+    pub live: Option<LiveSummary>,
 }
 
 /// Steps over which growth is measured.
@@ -72,6 +75,7 @@ impl Recorder {
             iterations: 0,
             largest_residual: 0.0,
             pictures: 0,
+            live: None,
         })
     }
 
@@ -180,6 +184,7 @@ impl Recorder {
             choices: session.choices.clone(),
             step_seconds: StepSeconds::of(&mut self.seconds),
             cut: cut(session),
+            live: self.live.take(),
             loaded: session.loaded.clone(),
             left_out: session.left_out.clone(),
             bodies: bodies(session),

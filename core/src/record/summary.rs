@@ -2,6 +2,7 @@
 
 use super::machine::Machine;
 use super::probe::ProbeResult;
+use crate::live::LiveSummary;
 use crate::plan::LeftOut;
 use crate::session::{Choices, Event, EventKind, Loaded, Session};
 use serde::Serialize;
@@ -92,6 +93,9 @@ pub struct Summary {
     pub choices: Choices,
     /// Seconds of the steps.
     pub step_seconds: Option<StepSeconds>,
+    /// How it kept its time and its limits, if it was live.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub live: Option<LiveSummary>,
     /// What blades did, if they did.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cut: Option<CutSummary>,

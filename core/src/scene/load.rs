@@ -97,6 +97,18 @@ pub fn load(path: &Path, set: &[(String, String)]) -> Result<(Scene, Source), Sc
     }
     let text = String::from_utf8(bytes).expect("just looked");
     source.text = text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text);
+    parse(source, set)
+}
+
+/// The same from a text that stood in `path`.
+///
+/// # Errors
+/// A text that is not TOML, or says something a scene cannot.
+pub fn load_text(path: &Path, text: String, set: &[(String, String)]) -> Result<(Scene, Source), SceneError> {
+    parse(Source { path: path.to_path_buf(), text, changed: false }, set)
+}
+
+fn parse(mut source: Source, set: &[(String, String)]) -> Result<(Scene, Source), SceneError> {
     if !set.is_empty() {
         source.text = set::apply(&source, set)?;
         source.changed = true;

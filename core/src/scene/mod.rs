@@ -9,7 +9,7 @@ mod schema;
 mod set;
 mod units;
 
-pub use load::{SceneError, Source, load};
+pub use load::{SceneError, Source, load, load_text};
 pub use params::settings;
 pub use schema::*;
 pub use units::{Quantity, parse_quantity};

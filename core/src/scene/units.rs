@@ -140,6 +140,8 @@ dimensions! {
     LengthUnit Length "m";
     /// s
     TimeUnit Time "s";
+    /// kg
+    MassUnit Mass "kg";
     /// N
     ForceUnit Force "N";
     /// N/m

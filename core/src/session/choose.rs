@@ -1,11 +1,11 @@
 //! Choosing how the bodies of an opened scene are moved: how fast they can move, and which scheme and step that bears.
 
-use super::{EventKind, Session, SessionError, StepCost};
+use super::{EventKind, PreconditionerChosen, Session, SessionError, StepCost};
 use crate::body::{Body, Fixing};
 use crate::contact::Samples;
 use crate::plan::LeftOut;
-use crate::scene::{IntegratorChoice, Scene};
-use crate::step::{Frequencies, Integrator, Scheme, StepLimit};
+use crate::scene::{IntegratorChoice, PreconditionerChoice, Scene};
+use crate::step::{Frequencies, Integrator, Preconditioner, Scheme, StepLimit};
 use crate::tool::Tool;
 use pliant_plugin_api::abi::Ball;
 use std::sync::Arc;
@@ -21,6 +21,10 @@ const STEP_SHARE: f64 = 0.9;
 const LONG_STEP: f64 = 0.05;
 /// Substeps up to which an explicit integrator is preferred.
 const FEW_SUBSTEPS: usize = 8;
+/// Nodes below which levels are not worth their setup.
+const FEW_NODES: usize = 200;
+/// Step times fastest frequency below which block Jacobi needs few iterations.
+const SHORT_REACH: f64 = 6.0;
 
 impl Session {
     /// Samples the surfaces that a ball may touch.
@@ -124,6 +128,9 @@ impl Session {
             integrator.resize(body.system.nodes.len());
         }
         self.scheme = scheme;
+        if scheme.is_implicit() {
+            self.choose_preconditioners(solver.preconditioner);
+        }
         self.choices.integrator = scheme.name();
         self.choices.why = why;
         self.choices.step_limit = limit;
@@ -131,6 +138,37 @@ impl Session {
         self.choices.substeps = substeps;
         self.costs.iter_mut().for_each(|c| c.seconds *= substeps as f64);
         Ok(())
+    }
+
+    /// The levels pay where a wave crosses many nodes in a step, and need a body whose nodes stay the same.
+    fn choose_preconditioners(&mut self, choice: PreconditionerChoice) {
+        for ((body, integrator), found) in self.bodies.iter().zip(&mut self.integrators).zip(&self.frequencies) {
+            let nodes = body.system.nodes.len();
+            let reach = if self.scheme == Scheme::QuasiStatic { f64::INFINITY } else { self.dt * found.stiffness };
+            let (preconditioner, why) = match choice {
+                PreconditionerChoice::BlockJacobi => (Preconditioner::BlockJacobi, "the scene asks for it".into()),
+                PreconditionerChoice::Multilevel => (Preconditioner::Multilevel, "the scene asks for it".into()),
+                PreconditionerChoice::Auto if !body.carrier.is_whole() => {
+                    (Preconditioner::BlockJacobi, "its nodes change with the region of a touch".into())
+                }
+                PreconditionerChoice::Auto if nodes < FEW_NODES => {
+                    (Preconditioner::BlockJacobi, format!("{nodes} nodes are fewer than {FEW_NODES}"))
+                }
+                PreconditionerChoice::Auto if reach < SHORT_REACH => (
+                    Preconditioner::BlockJacobi,
+                    format!("a step is {reach:.1} over its fastest frequency, less than {SHORT_REACH}"),
+                ),
+                PreconditionerChoice::Auto => (
+                    Preconditioner::Multilevel,
+                    format!(
+                        "{nodes} nodes, and a step is {reach:.1} over its fastest frequency: {SHORT_REACH} or more"
+                    ),
+                ),
+            };
+            integrator.set_preconditioner(preconditioner);
+            let preconditioner = preconditioner.name();
+            self.choices.preconditioners.push(PreconditionerChosen { body: body.name.clone(), preconditioner, why });
+        }
     }
 
     fn substeps(&mut self, scene: &Scene, scheme: Scheme, limit: Option<f64>) -> Result<usize, SessionError> {

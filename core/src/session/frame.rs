@@ -46,6 +46,8 @@ pub struct Frame {
     pub seconds: f64,
     /// s, of it: moving regions with the hands, contact, integration
     pub parts: [f64; 3],
+    /// s, of the integration: forces and matrix of the elements, and the solves
+    pub work: [f64; 2],
 }
 
 impl Frame {

@@ -1,26 +1,31 @@
 //! A scene, opened: live objects and nothing optional inside.
 
 mod choose;
+mod contact_models;
+mod devices;
 mod edits;
 mod error;
 mod event;
 mod frame;
 mod history;
+mod lapse;
 mod open;
 mod place;
 mod step;
+mod tactile;
 
 pub use error::SessionError;
 pub use event::{Event, EventKind, Events};
 pub use frame::{Frame, ToolFrame};
+pub use lapse::{Lapse, Stage};
 pub use open::Options;
 
 use crate::body::{Body, Model};
 use crate::contact::Spheres;
-use crate::host::Device;
+use crate::host::{Device, DeviceInfo, Pose};
 use crate::plan::{Edit, LeftOut, Plan};
 use crate::step::{Frequencies, Integrator, NodeSprings, Pool, Scheme};
-use crate::tool::{ForceSafety, Frame as DeviceFrame, Hand, Tool};
+use crate::tool::{ForceSafety, Frame as DeviceFrame, Hand, TactilePad, TipMass, Tool};
 use pliant_plugin_api::abi::Ball;
 use serde::Serialize;
 
@@ -28,11 +33,20 @@ use serde::Serialize;
 pub struct DeviceSlot {
     /// As the scene calls it.
     pub name: String,
-    /// `None` once it is lost.
+    /// `None` once it is lost, and where somebody else has it.
     pub device: Option<Device>,
+    /// What it said of itself.
+    pub facts: DeviceInfo,
     /// Its axes in the scene.
     pub frame: DeviceFrame,
-    poses: Vec<crate::host::Pose>,
+    poses: Vec<Pose>,
+}
+
+impl DeviceSlot {
+    /// The hands of the last step.
+    pub fn poses(&self) -> &[Pose] {
+        &self.poses
+    }
 }
 
 /// A tool and what is between it and its device.
@@ -43,8 +57,14 @@ pub struct ToolSlot {
     pub hand: Hand,
     /// What the force passes last.
     pub safety: ForceSafety,
-    device: usize,
-    effector: usize,
+    /// What its tactile array shows, if its device has one.
+    pub pad: Option<TactilePad>,
+    /// m, where on a body it was in contact, in the rest shape.
+    slid_from: Option<(u32, [f64; 3])>,
+    /// Place of its device, and which of its effectors.
+    pub device: usize,
+    /// See `device`.
+    pub effector: usize,
     edit: Option<usize>,
     /// The edit that was under way when something was taken back: it does not go on.
     taken_back: Option<usize>,
@@ -52,6 +72,14 @@ pub struct ToolSlot {
     advances: usize,
     /// m, where the tool was, if it was there
     was: Option<[f64; 3]>,
+    /// Its tip on sheets, where that has a mass.
+    tip: Option<TipMass>,
+    /// m, where the hand was, if a tip hung on it
+    hand_was: Option<[f64; 3]>,
+    /// N, what sheets did to the tip in the last step
+    on_sheets: [f64; 3],
+    /// m/s, how what holds the hand moves
+    drift: [f64; 3],
 }
 
 /// What blades have done.
@@ -82,6 +110,19 @@ pub struct Choices {
     pub substeps: usize,
     /// Threads that work.
     pub threads: usize,
+    /// Of each body, if the integrator solves.
+    pub preconditioners: Vec<PreconditionerChosen>,
+}
+
+/// What stands for the inverse of a body's matrix.
+#[derive(Clone, Debug, Serialize)]
+pub struct PreconditionerChosen {
+    /// As the scene calls it.
+    pub body: String,
+    /// Which.
+    pub preconditioner: &'static str,
+    /// Why.
+    pub why: String,
 }
 
 /// What a step of a body costs under a tool, measured when the session was opened.
@@ -152,6 +193,7 @@ pub struct Session {
     balls: Vec<Ball>,
     frame: Frame,
     history: history::History,
+    lapses: lapse::Lapses,
     /// Of the plan's steps back, those taken.
     stepped_back: usize,
     cuts: CutCounts,
@@ -231,6 +273,7 @@ impl Session {
 
     /// Bytes of the largest parts.
     pub fn bytes(&self) -> usize {
-        self.bodies.iter().map(Body::bytes).sum()
+        let solvers = self.integrators.iter().map(Integrator::bytes).sum::<usize>();
+        solvers + self.bodies.iter().map(Body::bytes).sum::<usize>()
     }
 }

@@ -4,13 +4,13 @@ use super::{Choices, DeviceSlot, EventKind, Events, Frame, Loaded, Session, Sess
 use crate::body::{Body, Carrier, Lattice, LatticeError, Model, RegionSettings, Sheet, Skin};
 use crate::contact::{Friction, Spheres};
 use crate::cut::CutMesh;
-use crate::host::{Device, Grid, HostError, Kind, Library, Material, PluginInfo, Pose, Search, Settings};
+use crate::host::{Device, DeviceInfo, Grid, HostError, Kind, Library, Material, PluginInfo, Pose, Search, Settings};
 use crate::mesh::check::{Severity, Use};
 use crate::mesh::require_for_mesh_elements;
 use crate::plan::Plan;
 use crate::scene::{BladeScene, BodyScene, Extent, Scene, Source, ToolScene, settings};
 use crate::step::{NodeSprings, Pool, Scheme, System};
-use crate::tool::{Coupling, Edge, ForceLimits, ForceSafety, Hand, Knife, Tool};
+use crate::tool::{Coupling, Edge, ForceLimits, ForceSafety, Hand, Knife, TactilePad, TipMass, Tool};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -26,6 +26,8 @@ pub struct Options {
     pub threads: usize,
     /// Another model in the place of the first body's.
     pub mesh: Option<PathBuf>,
+    /// What devices say of themselves, by name: these are not opened, as somebody else has their hands.
+    pub recorded: Option<Vec<(String, DeviceInfo)>>,
 }
 
 /// Cells of a local region's radius, where the scene gives none.
@@ -82,6 +84,7 @@ impl Session {
                 certain_step_limit: None,
                 substeps: 1,
                 threads,
+                preconditioners: Vec::new(),
             },
             loaded: opening.loaded,
             left_out: plan.left_out.clone(),
@@ -105,9 +108,11 @@ impl Session {
             balls: Vec::new(),
             frame: Frame::default(),
             history: super::history::History::default(),
+            lapses: super::lapse::Lapses::default(),
             stepped_back: 0,
             cuts: super::CutCounts::default(),
         };
+        session.open_pads();
         session.history.kept = !session.plan.steps_back.is_empty();
         session.sample()?;
         session.measure()?;
@@ -164,11 +169,24 @@ impl Opening<'_> {
         let device = &scene.device[index];
         let at = (self.source, device.name.span());
         let frame = place::frame(&device.frame, at, models, self.options.mesh.is_some())?;
-        let (library, info, settings) = self.plugin(Kind::Device, &device.plugin, &device.params)?;
-        let opened = Device::open(library, &info.id, &settings, self.dt)
-            .map_err(|error| self.refused(span_of(&error, &device.params, device.name.span()), error))?;
-        let poses = vec![Pose::default(); opened.facts().effectors as usize];
-        Ok(DeviceSlot { name: device.name.get_ref().clone(), device: Some(opened), frame, poses })
+        let name = device.name.get_ref().clone();
+        let (opened, facts) = match &self.options.recorded {
+            Some(recorded) => {
+                let of = |(recorded, _): &&(String, DeviceInfo)| *recorded == name;
+                let known = || recorded.iter().map(|(name, _)| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+                let missing = || format!("no hands of device `{name}` were recorded; there are those of {}", known());
+                (None, recorded.iter().find(of).ok_or_else(|| self.source.error(device.name.span(), missing()))?.1)
+            }
+            None => {
+                let (library, info, settings) = self.plugin(Kind::Device, &device.plugin, &device.params)?;
+                let opened = Device::open(library, &info.id, &settings, self.dt)
+                    .map_err(|error| self.refused(span_of(&error, &device.params, device.name.span()), error))?;
+                let facts = *opened.facts();
+                (Some(opened), facts)
+            }
+        };
+        let poses = vec![Pose::default(); facts.effectors as usize];
+        Ok(DeviceSlot { name, device: opened, facts, frame, poses })
     }
 
     fn body(&mut self, scene: &BodyScene, name: String, model: Model, cuts: bool) -> Result<Body, SessionError> {
@@ -239,7 +257,7 @@ impl Opening<'_> {
     ) -> Result<ToolSlot, SessionError> {
         let of = |d: &usize| whole.device[*d].name.get_ref() == scene.device.get_ref();
         let device = plan.devices.iter().position(of).expect("the plan opens the device of every tool in use");
-        let facts = *devices[device].device.as_ref().expect("just opened").facts();
+        let facts = devices[device].facts;
         let effector = scene.effector.as_ref().map_or(0, |e| *e.get_ref());
         if effector >= facts.effectors {
             let span = scene.effector.as_ref().map_or(0..0, |e| e.span());
@@ -261,13 +279,23 @@ impl Opening<'_> {
         Ok(ToolSlot {
             tool,
             hand: Hand::new(scene.speed.get_ref().si),
-            safety: ForceSafety::new(ForceLimits { peak: facts.peak_force, slew: scene.slew.get_ref().si }),
+            safety: ForceSafety::new(ForceLimits {
+                peak: facts.peak_force,
+                continuous: facts.continuous_force,
+                slew: scene.slew.get_ref().si,
+            }),
+            pad: TactilePad::of(&facts),
+            slid_from: None,
             device,
             effector: effector as usize,
             edit: None,
             taken_back: None,
             advances: 0,
             was: None,
+            tip: scene.mass.as_ref().map(|mass| TipMass::new(mass.get_ref().si)),
+            hand_was: None,
+            on_sheets: [0.0; 3],
+            drift: [0.0; 3],
         })
     }
 

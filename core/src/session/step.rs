@@ -3,25 +3,19 @@
 
 use super::event::EventKind;
 use super::frame::{Frame, ToolFrame};
-use super::{DeviceSlot, Session};
+use super::{Session, Stage};
 use crate::body::Body;
 use crate::contact::Tip;
-use crate::host::{MOST_EFFECTORS, Output};
 use crate::step::{Frequencies, Holds, HoldsNothing, Loads, StepError, axpy};
 use crate::tool::{Mode, Tool};
-use pliant_plugin_api::abi::Pose;
 use std::time::Instant;
 
-/// ns, how long a device may go on with a force after the step it was meant for.
-const VALID: u64 = 50_000_000;
-
 impl Session {
-    /// Takes one step. Whatever a plugin does wrong is contained: its body stands still, its device is lost, and the rest
-    /// goes on; the events say so.
-    pub fn step(&mut self) {
+    /// What comes between reading the devices and writing to them.
+    pub(super) fn advance(&mut self) {
         let start = Instant::now();
         let time = (self.time(), self.dt);
-        self.read_devices(time);
+        self.sample_hands(time);
         self.change_modes(time.0);
         self.cut(time.0);
         self.move_regions(time.0);
@@ -38,33 +32,6 @@ impl Session {
         frame.parts = [regions, contact - regions, start.elapsed() - contact].map(|d| d.as_secs_f64());
         self.weigh_energies(&mut frame);
         self.frame = frame;
-    }
-
-    fn read_devices(&mut self, (time, dt): (f64, f64)) {
-        let now = time + dt;
-        for slot in &mut self.devices {
-            slot.poses.fill(Pose::default());
-            let Some(device) = &mut slot.device else { continue };
-            if let Err(error) = device.read(nanoseconds(now), &mut slot.poses) {
-                self.events.add(EventKind::DeviceLost, now, || error.to_string());
-                slot.device = None;
-                slot.poses.fill(Pose::default());
-            }
-        }
-        for slot in &mut self.tools {
-            let DeviceSlot { poses, frame, .. } = &self.devices[slot.device];
-            let before = (slot.hand.dropped, slot.hand.slowed);
-            slot.hand.sample(&poses[slot.effector], frame, (now, dt));
-            let name = &slot.tool.name;
-            let dropped = slot.hand.dropped - before.0;
-            self.events.add_many(EventKind::SampleDropped, dropped, now, || {
-                format!("hand of tool `{name}`: a sample that is not valid or not finite")
-            });
-            let slowed = slot.hand.slowed - before.1;
-            self.events.add_many(EventKind::SpeedLimit, slowed, now, || {
-                format!("hand of tool `{name}`: followed at {} m/s", slot.hand.fastest)
-            });
-        }
     }
 
     /// The nodes of a body have changed: nothing found or solved before holds.
@@ -101,7 +68,7 @@ impl Session {
                 Ok(false) => {}
                 Err(error) => self.freeze(index, time, error.to_string()),
             }
-            self.lose_patience(index, time, start);
+            self.lose_patience(index, time, (Stage::Region, start));
         }
         self.balls = balls;
     }
@@ -116,6 +83,7 @@ impl Session {
             let slipped = slot.tool.slipped - lost;
             self.events.add_many(EventKind::GripLost, slipped, time, || format!("tool `{}`", slot.tool.name));
         }
+        self.move_tips(self.dt);
     }
 
     fn move_bodies(&mut self, time: (f64, f64), frame: &mut Frame) {
@@ -132,22 +100,8 @@ impl Session {
                 Ok(fastest) => self.moved[index] = fastest * self.dt,
                 Err(error) => self.freeze(index, time.0, error),
             }
-            self.lose_patience(index, time.0, start);
+            self.lose_patience(index, time.0, (Stage::Step, start));
         }
-    }
-
-    /// Gives up on a body whose plugins took too long over what began at `start`.
-    fn lose_patience(&mut self, index: usize, time: f64, start: Instant) {
-        let (took, body) = (start.elapsed().as_secs_f64(), &self.bodies[index]);
-        if took <= self.patience || body.frozen.is_some() {
-            return;
-        }
-        let material = &body.system.material.info().id;
-        let carrier = body.carrier.lattice().map_or("its mesh", |lattice| lattice.grid.info().id.as_str());
-        let allowed = self.patience;
-        let why =
-            format!("`{material}` on `{carrier}` took {took:.3} s over a step; allowed is {allowed} s (`patience`)");
-        self.freeze(index, time, why);
     }
 
     fn move_body(&mut self, index: usize, time: (f64, f64), frame: &mut Frame) -> Result<f64, String> {
@@ -201,6 +155,7 @@ impl Session {
         frame.substeps = frame.substeps.max(substeps);
         frame.iterations += report.iterations;
         frame.residual = frame.residual.max(report.residual);
+        (0..2).for_each(|part| frame.work[part] += report.seconds[part]);
         Ok(report.fastest)
     }
 
@@ -225,11 +180,7 @@ impl Session {
 
     /// N, on a tool by the sheets it touches, and the last of them.
     fn felt_on_sheets(&self, tool: usize) -> ([f64; 3], Option<u32>) {
-        let touches = |slot: &&super::ToolSlot| slot.tool.mode == Mode::Touch && slot.hand.present;
-        if !touches(&&self.tools[tool]) {
-            return ([0.0; 3], None);
-        }
-        let place = self.tools[..tool].iter().filter(touches).count();
+        let Some(place) = self.place_of_tip(tool) else { return ([0.0; 3], None) };
         let (mut force, mut of) = ([0.0; 3], None);
         for (index, spheres) in self.spheres.iter().enumerate() {
             if let Some(tip) = spheres.tips.get(place).filter(|tip| tip.held > 0) {
@@ -244,8 +195,16 @@ impl Session {
         for tool in 0..self.tools.len() {
             let (on_sheets, sheet) = self.felt_on_sheets(tool);
             let slot = &mut self.tools[tool];
-            slot.was = slot.hand.present.then_some(slot.tool.proxy.position);
-            let force = axpy(slot.tool.reaction(&self.bodies), 1.0, on_sheets);
+            let place = slot.tool.proxy.position;
+            slot.drift = slot.was.map_or([0.0; 3], |was| axpy(place, -1.0, was).map(|c| c / dt));
+            slot.was = slot.hand.present.then_some(place);
+            slot.on_sheets = on_sheets;
+            let of_sheets = match &slot.tip {
+                Some(tip) if slot.tool.proxy.touch.is_none() => tip.felt(slot.hand.position, &slot.tool.coupling),
+                _ => on_sheets,
+            };
+            let on_bodies = slot.tool.reaction(&self.bodies);
+            let force = axpy(on_bodies, 1.0, of_sheets);
             let to_device = &self.devices[slot.device].frame;
             let before: u64 = slot.safety.counts().map(|(_, c)| c).sum();
             let device_force = slot.safety.pass(to_device.to_device(force), dt);
@@ -257,21 +216,7 @@ impl Session {
             let mut felt = tool_frame(&slot.tool, slot.hand.position, force, device_force);
             felt.contact = felt.contact.or(sheet);
             frame.tools.push(felt);
-        }
-        let now = nanoseconds(time + dt);
-        for (index, slot) in self.devices.iter_mut().enumerate() {
-            let Some(device) = &mut slot.device else { continue };
-            let mut outputs = [Output::default(); MOST_EFFECTORS];
-            for (tool, felt) in self.tools.iter().zip(&frame.tools) {
-                if tool.device == index {
-                    outputs[tool.effector].force = felt.device_force;
-                }
-            }
-            outputs.iter_mut().for_each(|o| o.valid_until = now + VALID);
-            if let Err(error) = device.write(now, &outputs[..slot.poses.len()]) {
-                self.events.add(EventKind::DeviceLost, time + dt, || error.to_string());
-                slot.device = None;
-            }
+            self.show(tool, on_bodies, dt);
         }
     }
 
@@ -302,8 +247,4 @@ fn tool_frame(tool: &Tool, hand: [f64; 3], force: [f64; 3], device_force: [f64; 
         force,
         device_force,
     }
-}
-
-fn nanoseconds(seconds: f64) -> u64 {
-    (seconds * 1e9).round() as u64
 }

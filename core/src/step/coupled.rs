@@ -8,6 +8,7 @@
 
 use super::chunk::Chunk;
 use super::elements::ElementSet;
+use super::pool::Pool;
 use super::system::Nodes;
 use super::{Block, Constraint, V3, axpy};
 use crate::host::{HostError, Material};
@@ -19,10 +20,10 @@ use pliant_plugin_api::abi;
 pub struct Coupled {
     /// Hinge of each triangle's sides 01, 12, 20, or `u32::MAX` (t x 3).
     pub sides: Vec<[u32; 3]>,
-    /// Rows of G without its diagonal.
-    row: Vec<u32>,
-    column: Vec<u32>,
-    value: Vec<f64>,
+    /// G without its diagonal, over that of the row: a hinge's partners in its two triangles, itself with 0 where there are
+    /// less (h x 4)
+    column: Vec<[u32; 4]>,
+    value: Vec<[f64; 4]>,
     /// m/N
     diagonal: Vec<f64>,
     /// Least and greatest eigenvalue of the scaled matrix, at the widest.
@@ -34,14 +35,15 @@ pub struct Coupled {
     moment: Vec<f64>,
     residual: Vec<f64>,
     step: Vec<f64>,
+    next: Vec<f64>,
 }
 
 /// Relative accuracy of the polynomial inverse.
 const ACCURACY: f64 = 1e-6;
 /// Terms of it, at most: slivers ask for more than is worth it.
 const MOST: usize = 200;
-/// What stands for the inverse of G in a matrix is this over its diagonal: at least half the exact stiffness, as a step that is
-/// linearised once needs, on all but slivers.
+/// What stands for the inverse of G in a matrix is at least this over its diagonal, and more where slivers ask for it: at least
+/// half the exact stiffness, as a step of backward Euler that is linearised once needs.
 const STAND_IN: f64 = 2.2;
 /// Planes of a hinge.
 const PLANES: usize = 13;
@@ -91,9 +93,14 @@ impl Coupled {
             self.spectrum = [self.spectrum[0].min(bounds[0]), self.spectrum[1].max(bounds[1])];
         }
         entries.sort_by_key(|(i, j, _)| (*i, *j));
-        self.row = (0..=hinges as u32).map(|h| entries.partition_point(|e| e.0 < h) as u32).collect();
-        self.column = entries.iter().map(|e| e.1).collect();
-        self.value = entries.iter().map(|e| e.2).collect();
+        self.column = (0..hinges as u32).map(|h| [h; 4]).collect();
+        self.value = vec![[0.0; 4]; hinges];
+        for partners in entries.chunk_by(|a, b| a.0 == b.0) {
+            for (at, (hinge, partner, g)) in partners.iter().enumerate() {
+                let hinge = *hinge as usize;
+                (self.column[hinge][at], self.value[hinge][at]) = (*partner, g / self.diagonal[hinge]);
+            }
+        }
         // A hinge between two triangles that are held has no compliance at all, and no moment.
         let [low, high] = self.spectrum;
         let rate = ((high / low).sqrt() - 1.0) / ((high / low).sqrt() + 1.0);
@@ -103,12 +110,14 @@ impl Coupled {
         self.moment = vec![0.0; hinges];
         self.residual = vec![0.0; hinges];
         self.step = vec![0.0; hinges];
+        self.next = vec![0.0; hinges];
         Ok(())
     }
 
     /// Finds strains and their gradients, and the moments that belong to them.
     fn load(
         &mut self,
+        pool: &Pool,
         material: &Material,
         set: &ElementSet,
         nodes: &Nodes,
@@ -117,16 +126,18 @@ impl Coupled {
         for chunk in set.schedule.chunks() {
             material.strain(&set.call(chunk, nodes, &nodes.v, time), &mut self.planes)?;
         }
-        self.solve();
+        self.solve(pool);
         Ok(())
     }
 
-    /// `m = p(G) s`, by Chebyshev's iteration from zero.
-    fn solve(&mut self) {
-        let n = self.moment.len();
+    /// `m = p(G) s`, by Chebyshev's iteration from zero on the rows over their diagonal.
+    fn solve(&mut self, pool: &Pool) {
         let [low, high] = self.spectrum;
         let (centre, half) = (0.5 * (high + low), 0.5 * (high - low));
-        self.residual.copy_from_slice(&self.planes[..n]);
+        let diagonal = &self.diagonal;
+        for ((residual, strain), diagonal) in self.residual.iter_mut().zip(&self.planes).zip(diagonal) {
+            *residual = if *diagonal > 0.0 { strain / diagonal } else { 0.0 };
+        }
         self.moment.fill(0.0);
         let mut alpha = 1.0 / centre;
         for k in 0..self.iterations {
@@ -138,23 +149,31 @@ impl Coupled {
             if k > 0 {
                 alpha = 1.0 / (centre - beta / alpha);
             }
-            for i in 0..n {
-                let scaled = if self.diagonal[i] > 0.0 { self.residual[i] / self.diagonal[i] } else { 0.0 };
-                self.step[i] = alpha * scaled + if k > 0 { beta * self.step[i] } else { 0.0 };
-                self.moment[i] += self.step[i];
-            }
-            for i in 0..n {
-                let row = self.row[i] as usize..self.row[i + 1] as usize;
-                let off = self.column[row.clone()].iter().zip(&self.value[row]);
-                let sum = off.fold(self.diagonal[i] * self.step[i], |sum, (j, g)| sum + g * self.step[*j as usize]);
-                self.residual[i] -= sum;
-            }
+            // One pass: the next step needs the residual of this one, which needs this step of the partners.
+            let (step, column, value) = (&self.step, &self.column, &self.value);
+            let parts = (&mut self.residual[..], (&mut self.moment[..], &mut self.next[..]));
+            pool.fold(parts, &|first, (residual, (moment, next))| {
+                let (column, value) = (&column[first..], &value[first..]);
+                for i in 0..residual.len() {
+                    if k > 0 {
+                        let [a, b, c, d] = column[i].map(|j| step[j as usize]);
+                        let v = value[i];
+                        residual[i] -= step[first + i] + ((v[0] * a + v[1] * b) + (v[2] * c + v[3] * d));
+                    }
+                    next[i] = alpha * residual[i] + if k > 0 { beta * step[first + i] } else { 0.0 };
+                    moment[i] += next[i];
+                }
+                0.0
+            });
+            std::mem::swap(&mut self.step, &mut self.next);
         }
     }
 
+    #[inline(always)]
     fn gradient(&self, hinge: usize, corner: usize) -> V3 {
         let n = self.moment.len();
-        std::array::from_fn(|i| self.planes[(1 + 3 * corner + i) * n + hinge])
+        let at = (1 + 3 * corner) * n + hinge;
+        [self.planes[at], self.planes[at + n], self.planes[at + 2 * n]]
     }
 
     /// Adds `-m ds/dx`, N (n x 3).
@@ -163,20 +182,24 @@ impl Coupled {
     /// What the material says.
     pub fn forces(
         &mut self,
+        pool: &Pool,
         material: &Material,
         set: &ElementSet,
         nodes: &Nodes,
         time: (f64, f64),
         force: &mut [V3],
     ) -> Result<(), HostError> {
-        self.load(material, set, nodes, time)?;
-        for (hinge, corners) in set.nodes().chunks_exact(4).enumerate() {
-            for (corner, &node) in corners.iter().enumerate() {
-                let f = &mut force[node as usize];
-                *f = axpy(*f, -self.moment[hinge], self.gradient(hinge, corner));
+        self.load(pool, material, set, nodes, time)?;
+        let this = &*self;
+        set.schedule.run(pool, force, &|node| node, &|chunk, window| {
+            for hinge in chunk.range.clone() {
+                for (corner, &node) in set.nodes()[4 * hinge..4 * hinge + 4].iter().enumerate() {
+                    let f = &mut window[node as usize - chunk.window.start];
+                    *f = axpy(*f, -this.moment[hinge], this.gradient(hinge, corner));
+                }
             }
-        }
-        Ok(())
+            Ok(())
+        })
     }
 
     /// J
@@ -185,44 +208,65 @@ impl Coupled {
     /// What the material says.
     pub fn energy(
         &mut self,
+        pool: &Pool,
         material: &Material,
         set: &ElementSet,
         nodes: &Nodes,
         time: (f64, f64),
     ) -> Result<f64, HostError> {
-        self.load(material, set, nodes, time)?;
+        self.load(pool, material, set, nodes, time)?;
         Ok(0.5 * self.moment.iter().zip(&self.planes).map(|(m, s)| m * s).sum::<f64>())
     }
 
     /// Adds `factor` times a stand-in for the stiffness: the diagonal of G in the place of G, and no geometric part. With
-    /// `certain`, one that is nowhere below the exact one.
+    /// `certain`, one that is nowhere below the exact one; with `is_loaded`, at the strains [`Coupled::forces`] has just found.
     ///
     /// # Errors
     /// What the material says.
     pub fn tangent(
         &mut self,
+        pool: &Pool,
         material: &Material,
         (set, nodes, time): (&ElementSet, &Nodes, (f64, f64)),
-        (factor, certain): (f64, bool),
-        mut add: impl FnMut(u32, &Block),
+        (factor, certain, is_loaded): (f64, bool, bool),
+        (bound, blocks): (&(impl Fn(usize) -> usize + Sync), &mut [Block]),
     ) -> Result<(), HostError> {
-        for chunk in set.schedule.chunks() {
-            material.strain(&set.call(chunk, nodes, &nodes.v, time), &mut self.planes)?;
-        }
-        let stand_in = if certain { 1.0 / self.spectrum[0] } else { STAND_IN };
-        let mut slot = 0;
-        for hinge in 0..self.moment.len() {
-            let k = if self.diagonal[hinge] > 0.0 { factor * stand_in / self.diagonal[hinge] } else { 0.0 };
-            let gradients: [V3; 4] = std::array::from_fn(|corner| self.gradient(hinge, corner));
-            for a in 0..4 {
-                for b in a..4 {
-                    let block = std::array::from_fn(|e| k * gradients[a][e / 3] * gradients[b][e % 3]);
-                    add(set.slots[slot], &block);
-                    slot += 1;
-                }
+        if !is_loaded {
+            for chunk in set.schedule.chunks() {
+                material.strain(&set.call(chunk, nodes, &nodes.v, time), &mut self.planes)?;
             }
         }
-        Ok(())
+        let exact = 1.0 / self.spectrum[0];
+        let stand_in = if certain { exact } else { STAND_IN.max(0.5 * exact) };
+        let this = &*self;
+        set.schedule.run(pool, blocks, bound, &|chunk, blocks| {
+            let first = bound(chunk.window.start);
+            for hinge in chunk.range.clone() {
+                let diagonal = this.diagonal[hinge];
+                let k = if diagonal > 0.0 { factor * stand_in / diagonal } else { 0.0 };
+                let mut g = [[0.0; 3]; 4];
+                let mut scaled = [[0.0; 3]; 4];
+                for corner in 0..4 {
+                    g[corner] = this.gradient(hinge, corner);
+                    scaled[corner] = axpy([0.0; 3], k, g[corner]);
+                }
+                let mut slots = set.slots[10 * hinge..10 * hinge + 10].iter();
+                for a in 0..4 {
+                    for (b, &slot) in (a..4).zip(&mut slots) {
+                        let to = &mut blocks[(slot & !abi::TRANSPOSED) as usize - first];
+                        // The transpose of g_a g_b^T is g_b g_a^T.
+                        let (left, right) =
+                            if slot & abi::TRANSPOSED == 0 { (scaled[a], g[b]) } else { (scaled[b], g[a]) };
+                        for i in 0..3 {
+                            for j in 0..3 {
+                                to[3 * i + j] += left[i] * right[j];
+                            }
+                        }
+                    }
+                }
+            }
+            Ok(())
+        })
     }
 }
 
@@ -248,17 +292,18 @@ mod tests {
         let n = 40;
         let mut coupled = Coupled { diagonal: vec![2.0; n], spectrum: [0.3, 1.7], ..Coupled::default() };
         for i in 0..n {
-            coupled.row.push(coupled.column.len() as u32);
-            for j in [i.checked_sub(1), (i + 1 < n).then_some(i + 1)].into_iter().flatten() {
-                coupled.column.push(j as u32);
-                coupled.value.push(0.7);
+            let (mut column, mut value) = ([i as u32; 4], [0.0; 4]);
+            for (at, j) in [i.checked_sub(1), (i + 1 < n).then_some(i + 1)].into_iter().flatten().enumerate() {
+                (column[at], value[at]) = (j as u32, 0.35);
             }
+            coupled.column.push(column);
+            coupled.value.push(value);
         }
-        coupled.row.push(coupled.column.len() as u32);
         coupled.iterations = 30;
         coupled.planes = (0..PLANES * n).map(|i| ((i * i) as f64).sin()).collect();
-        (coupled.moment, coupled.residual, coupled.step) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
-        coupled.solve();
+        let zeros = || vec![0.0; n];
+        (coupled.moment, coupled.residual, coupled.step, coupled.next) = (zeros(), zeros(), zeros(), zeros());
+        coupled.solve(&Pool::new(1));
         for i in 0..n {
             let beside = |j: Option<usize>| j.and_then(|j| coupled.moment.get(j)).map_or(0.0, |m| 0.7 * m);
             let back = 2.0 * coupled.moment[i] + beside(i.checked_sub(1)) + beside(Some(i + 1));

@@ -5,13 +5,14 @@
 //! X = x, V = v, g = dt; BDF2 (Gear 1971) the same with two states behind it; implicit midpoint solves for the velocity
 //! halfway. One Newton step, linearised where the body is, is what a hand can wait for (Baraff and Witkin 1998).
 
-use super::pcg::{Pcg, Solve};
+use super::pcg::{Pcg, Preconditioner, Solve};
 use super::pool::Pool;
 use super::settle::HoldsNothing;
 use super::springs::NodeSprings;
 use super::system::System;
-use super::{Constraint, Factors, V3, axpy, dot};
+use super::{Constraint, Factors, Matrix, V3, axpy, dot};
 use crate::host::HostError;
+use std::time::Instant;
 use thiserror::Error;
 
 /// How positions and velocities are advanced.
@@ -88,11 +89,13 @@ pub struct StepReport {
     pub fastest: f64,
     /// Newton iterations.
     pub newton: usize,
+    /// s, wall clock: forces and matrix of the elements, and the solves
+    pub seconds: [f64; 2],
 }
 
 impl Default for StepReport {
     fn default() -> Self {
-        Self { iterations: 0, residual: 0.0, converged: true, fastest: 0.0, newton: 0 }
+        Self { iterations: 0, residual: 0.0, converged: true, fastest: 0.0, newton: 0, seconds: [0.0; 2] }
     }
 }
 
@@ -166,6 +169,16 @@ impl Integrator {
             has_past: false,
             pcg: Pcg::default(),
         }
+    }
+
+    /// Which preconditioner solves take.
+    pub fn set_preconditioner(&mut self, preconditioner: Preconditioner) {
+        self.pcg.preconditioner = preconditioner;
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        self.force.len() * 8 * size_of::<V3>() + self.pcg.bytes()
     }
 
     /// Room for `n` nodes. After a change of nodes or elements, also forgets the last solution.
@@ -345,21 +358,19 @@ impl Integrator {
                 system.nodes.x[i] = axpy(if form.carry > 0.0 { carried } else { x }, g, system.nodes.v[i]);
             }
         }
-        let mut matrix = system.matrix.take().unwrap_or_default();
-        let factors = Factors { mass: 1.0, stiffness: g * g, damping: g, certain: false };
-        let state = (&system.nodes, system.coupled.as_mut());
-        let assembled = matrix.assemble(pool, &system.material, &system.sets, state, factors, now);
+        // Backward Euler bears a matrix of half the stiffness; one step of the others would grow with a softer one than exact.
+        let certain = form.carry > 0.0 || g < dt;
+        let factors = Factors { mass: 1.0, stiffness: g * g, damping: g, certain, after_forces: true };
+        let start = Instant::now();
         let still = if here { Some(&self.still[..]) } else { None };
-        let ready = assembled.and_then(|()| system.forces(pool, still, now, &mut self.force));
-        if let Err(error) = ready {
-            system.matrix = Some(matrix);
-            return Err(error.into());
-        }
+        let mut matrix = linearise(pool, system, (still, &mut self.force), factors, now)?;
+        report.seconds[0] += start.elapsed().as_secs_f64();
         for springs in loads.tools {
             matrix.add_diagonal(springs, (g * g, g));
         }
         let v = (!here).then_some(&system.nodes.v[..]);
         add_loads(&mut self.force, loads, &system.nodes.x, v);
+        self.pcg.prepare(&matrix, &system.sets);
         let mut size = 0.0_f64;
         for pass in 0..PASSES {
             if here {
@@ -397,10 +408,14 @@ impl Integrator {
                 b: &self.b,
                 z: &self.z,
                 constraints: &nodes.constraint,
+                motion: (&nodes.x, g),
+                again: pass > 0,
                 tolerance: self.tolerance,
                 most: self.most_iterations,
             };
+            let start = Instant::now();
             let solved = self.pcg.solve(pool, &solve);
+            report.seconds[1] += start.elapsed().as_secs_f64();
             if !solved.residual.is_finite() {
                 let odd = |i: &usize| !is_finite(self.b[*i]) || !matrix.diagonal(*i).iter().all(|k| k.is_finite());
                 let node = (0..self.b.len()).find(odd).unwrap_or(0);
@@ -416,11 +431,15 @@ impl Integrator {
             report.residual = report.residual.max(solved.residual);
             report.converged &= solved.converged;
             if nodes.constraint.iter().all(Constraint::is_free) {
+                self.reaction.fill([0.0; 3]);
                 break;
             }
-            matrix.product(pool, &self.pcg.x, &mut self.z);
-            for i in 0..self.reaction.len() {
-                self.reaction[i] = axpy(self.z[i], -1.0, self.b[i]).map(|c| c / g);
+            for (i, constraint) in nodes.constraint.iter().enumerate() {
+                self.reaction[i] = if constraint.is_free() {
+                    [0.0; 3]
+                } else {
+                    axpy(matrix.row_product(i, &self.pcg.x), -1.0, self.b[i]).map(|c| c / g)
+                };
             }
             if !holds.revise(system, &self.reaction) {
                 break;
@@ -458,8 +477,33 @@ impl Integrator {
     }
 }
 
+/// The matrix and the forces of `system` as it stands, with velocities `v` in the forces. The matrix is lent: it has to be put
+/// back.
+///
+/// # Errors
+/// What the material says; then nothing is lent.
+pub(super) fn linearise(
+    pool: &Pool,
+    system: &mut System,
+    (v, force): (Option<&[V3]>, &mut [V3]),
+    factors: Factors,
+    now: (f64, f64),
+) -> Result<Matrix, HostError> {
+    system.forces(pool, v, now, force)?;
+    let mut matrix = system.matrix.take().unwrap_or_default();
+    let state = (&system.nodes, system.coupled.as_mut());
+    let assembled = matrix.assemble(pool, &system.material, &system.sets, state, factors, now);
+    match assembled {
+        Ok(()) => Ok(matrix),
+        Err(error) => {
+            system.matrix = Some(matrix);
+            Err(error)
+        }
+    }
+}
+
 /// Refuses velocities that are not finite; gives the fastest, m/s.
-fn check(system: &mut System) -> Result<f64, StepError> {
+pub(super) fn check(system: &mut System) -> Result<f64, StepError> {
     let nodes = &mut system.nodes;
     let mut fastest = 0.0_f64;
     for i in 0..nodes.v.len() {

@@ -62,7 +62,7 @@ impl Frequencies {
         let nodes = &system.nodes;
         let mut highest = |factors: (f64, f64)| -> Result<(f64, f64), HostError> {
             let (k, c) = factors;
-            let factors = Factors { mass: 0.0, stiffness: k, damping: c, certain: true };
+            let factors = Factors { mass: 0.0, stiffness: k, damping: c, certain: true, after_forces: false };
             let state = (nodes, coupled.as_deref_mut());
             matrix.assemble(pool, &system.material, &system.sets, state, factors, (0.0, 0.0))?;
             let bound = matrix.gershgorin(&nodes.mass, &nodes.constraint);

@@ -35,6 +35,8 @@ pub struct Factors {
     pub damping: f64,
     /// Where something stands for the stiffness, take what is nowhere below it: for step limits.
     pub certain: bool,
+    /// Whether the forces of the same state were found last.
+    pub after_forces: bool,
 }
 
 fn has_stiffness(set: &ElementSet) -> bool {
@@ -47,25 +49,30 @@ const ROWS: usize = 256;
 impl Matrix {
     /// Finds the pattern of the sets that have stiffness, for `n` nodes, and tells each set its slots.
     pub fn rebuild(&mut self, n: usize, sets: &mut [ElementSet]) {
-        let pairs = |set: &ElementSet, mut visit: Box<dyn FnMut(u32, u32) + '_>| {
-            for element in set.list.nodes.chunks_exact(set.corners) {
-                for a in 0..set.corners {
-                    for b in a + 1..set.corners {
-                        visit(element[a].min(element[b]), element[a].max(element[b]));
+        let sets_before: &[ElementSet] = sets;
+        self.set_pattern(n, |visit| {
+            for set in sets_before.iter().filter(|s| has_stiffness(s)) {
+                for element in set.list.nodes.chunks_exact(set.corners) {
+                    for a in 0..set.corners {
+                        for b in a + 1..set.corners {
+                            visit(element[a].min(element[b]), element[a].max(element[b]));
+                        }
                     }
                 }
             }
-        };
-        let forced = |s: &&ElementSet| has_stiffness(s);
-        let mut count = vec![1_usize; n + 1];
-        for set in sets.iter().filter(forced) {
-            pairs(set, Box::new(|i, _| count[i as usize] += 1));
+        });
+        for set in sets.iter_mut() {
+            self.list_slots(set);
         }
-        let mut next = Vec::with_capacity(n + 1);
+    }
+
+    /// Takes the pattern that `pairs` visits, i < j, with repetitions, and the diagonal.
+    pub(super) fn set_pattern(&mut self, n: usize, pairs: impl Fn(&mut dyn FnMut(u32, u32))) {
+        let mut next = vec![1_usize; n];
+        pairs(&mut |i, _| next[i as usize] += 1);
         let mut total = 0;
-        for c in &count[..n] {
-            next.push(total);
-            total += c;
+        for count in &mut next {
+            total += std::mem::replace(count, total);
         }
         let starts = next.clone();
         let mut columns = vec![0_u32; total];
@@ -73,15 +80,10 @@ impl Matrix {
             columns[next[i]] = i as u32;
             next[i] += 1;
         }
-        for set in sets.iter().filter(forced) {
-            pairs(
-                set,
-                Box::new(|i, j| {
-                    columns[next[i as usize]] = j;
-                    next[i as usize] += 1;
-                }),
-            );
-        }
+        pairs(&mut |i, j| {
+            columns[next[i as usize]] = j;
+            next[i as usize] += 1;
+        });
         self.row.clear();
         self.column.clear();
         for i in 0..n {
@@ -98,9 +100,6 @@ impl Matrix {
         self.values.clear();
         self.values.resize(self.column.len(), [0.0; 9]);
         self.list_lower(n);
-        for set in sets.iter_mut() {
-            self.list_slots(set);
-        }
     }
 
     fn list_lower(&mut self, n: usize) {
@@ -124,7 +123,7 @@ impl Matrix {
     }
 
     /// (row, (column, slot)) of every block above the diagonal.
-    fn off_diagonal(&self) -> impl Iterator<Item = (u32, (u32, u32))> + '_ {
+    pub(super) fn off_diagonal(&self) -> impl Iterator<Item = (u32, (u32, u32))> + '_ {
         (0..self.rows()).flat_map(move |i| {
             (self.row[i] + 1..self.row[i + 1]).map(move |slot| (i as u32, (self.column[slot], slot as u32)))
         })
@@ -147,9 +146,24 @@ impl Matrix {
     }
 
     /// Where block (i, j), i <= j, is. It must be part of the pattern.
-    fn slot(&self, i: u32, j: u32) -> usize {
+    pub(super) fn slot(&self, i: u32, j: u32) -> usize {
         let row = &self.column[self.row[i as usize]..self.row[i as usize + 1]];
         self.row[i as usize] + row.binary_search(&j).expect("every pair of an element is in the pattern")
+    }
+
+    /// Where the diagonal block of row i is.
+    pub(super) fn diagonal_slot(&self, i: usize) -> usize {
+        self.row[i]
+    }
+
+    /// Blocks on and above the diagonal.
+    pub(super) fn values(&self) -> &[Block] {
+        &self.values
+    }
+
+    /// See [`Matrix::values`].
+    pub(super) fn values_mut(&mut self) -> &mut [Block] {
+        &mut self.values
     }
 
     /// Rows.
@@ -172,7 +186,7 @@ impl Matrix {
         material: &Material,
         sets: &[ElementSet],
         (nodes, coupled): (&Nodes, Option<&mut Coupled>),
-        Factors { mass, stiffness, damping, certain }: Factors,
+        Factors { mass, stiffness, damping, certain, after_forces }: Factors,
         time: (f64, f64),
     ) -> Result<(), HostError> {
         self.values.fill([0.0; 9]);
@@ -189,13 +203,9 @@ impl Matrix {
         }
         let hinges = sets.iter().find(|set| is_coupled_hinges(set));
         if let (Some(coupled), Some(set), true) = (coupled, hinges, stiffness != 0.0) {
-            let values = &mut self.values;
-            coupled.tangent(material, (set, nodes, time), (stiffness, certain), |slot, block| {
-                let to = &mut values[(slot & !abi::TRANSPOSED) as usize];
-                for e in 0..9 {
-                    to[e] += if slot & abi::TRANSPOSED == 0 { block[e] } else { block[3 * (e % 3) + e / 3] };
-                }
-            })?;
+            let factors = (stiffness, certain, after_forces);
+            let blocks = (&|node: usize| row[node], &mut self.values[..]);
+            coupled.tangent(pool, material, (set, nodes, time), factors, blocks)?;
         }
         Ok(())
     }
@@ -212,15 +222,19 @@ impl Matrix {
 
     /// `out = A x`
     pub fn product(&self, pool: &Pool, x: &[V3], out: &mut [V3]) {
-        pool.pieces(out, ROWS, &|first, out| {
-            for (i, y) in out.iter_mut().enumerate() {
-                *y = self.row_product(first + i, x);
-            }
-        });
+        pool.pieces(out, ROWS, &|first, out| self.rows_product(first, x, out));
     }
 
+    /// Its rows from `first` on.
+    pub fn rows_product(&self, first: usize, x: &[V3], out: &mut [V3]) {
+        for (i, y) in out.iter_mut().enumerate() {
+            *y = self.row_product(first + i, x);
+        }
+    }
+
+    /// One row of [`Matrix::product`].
     #[inline(always)]
-    fn row_product(&self, i: usize, x: &[V3]) -> V3 {
+    pub fn row_product(&self, i: usize, x: &[V3]) -> V3 {
         let mut y = [0.0; 3];
         for &(j, slot) in &self.lower[self.lower_row[i]..self.lower_row[i + 1]] {
             y = axpy(y, 1.0, transposed_times(&self.values[slot as usize], x[j as usize]));

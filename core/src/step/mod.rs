@@ -3,6 +3,7 @@
 //! Nothing here knows what a material is made of, or what a scene is. A [`System`] holds nodes and elements; an
 //! [`Integrator`] moves them by one step.
 
+mod aggregate;
 mod chunk;
 mod constraint;
 mod coupled;
@@ -10,6 +11,7 @@ mod elements;
 mod integrate;
 mod limit;
 mod matrix;
+mod multilevel;
 mod pcg;
 mod pool;
 mod settle;
@@ -22,8 +24,8 @@ pub use elements::{ElementList, ElementSet};
 pub use integrate::{Holds, Integrator, Loads, Scheme, StepError, StepReport};
 pub use limit::{Frequencies, StepLimit};
 pub use matrix::{Factors, Matrix};
-pub use pcg::{Pcg, Solve, SolveReport};
-pub use pool::Pool;
+pub use pcg::{Pcg, Preconditioner, Solve, SolveReport};
+pub use pool::{Parts, Pool};
 pub use settle::HoldsNothing;
 pub use springs::NodeSprings;
 pub use system::{Nodes, System};

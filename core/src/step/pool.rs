@@ -1,7 +1,5 @@
 //! Threads for a step. What they compute never depends on how many there are.
 
-use std::ops::Range;
-
 /// A fixed number of threads; one means the caller's own.
 pub struct Pool {
     threads: usize,
@@ -9,7 +7,9 @@ pub struct Pool {
 }
 
 /// Items in a block of a sum: fixed, so that sums have one order.
-const SUM_BLOCK: usize = 1024;
+const SUM_BLOCK: usize = 256;
+/// Blocks that are worth another thread.
+const PARALLEL_BLOCKS: usize = 4;
 
 impl Pool {
     /// A pool of `threads`, at least one. Falls back to the caller's thread where the system gives no more.
@@ -51,23 +51,51 @@ impl Pool {
         self.join(|| self.piece(first, left, least, work), || self.piece(first + half, right, least, work));
     }
 
-    /// The sum of `term` over blocks of `0..count`, always added in the same tree.
-    pub fn sum(&self, count: usize, term: &(impl Fn(Range<usize>) -> f64 + Sync)) -> f64 {
-        self.sum_blocks(0, count.div_ceil(SUM_BLOCK), count, term)
+    /// Runs `work` on blocks of `parts`, each with the place of its first item, and adds up what it gives: always the same
+    /// blocks, added in the same tree.
+    pub fn fold<P: Parts>(&self, parts: P, work: &(impl Fn(usize, P) -> f64 + Sync)) -> f64 {
+        self.fold_blocks(0, parts, work)
     }
 
-    fn sum_blocks(&self, begin: usize, end: usize, count: usize, term: &(impl Fn(Range<usize>) -> f64 + Sync)) -> f64 {
-        match end - begin {
-            0 => 0.0,
-            1 => term(begin * SUM_BLOCK..count.min(end * SUM_BLOCK)),
-            blocks => {
-                let middle = begin + blocks / 2;
-                let left = || self.sum_blocks(begin, middle, count, term);
-                let right = || self.sum_blocks(middle, end, count, term);
-                let (left, right) = if blocks > 8 { self.join(left, right) } else { (left(), right()) };
-                left + right
-            }
+    fn fold_blocks<P: Parts>(&self, first: usize, parts: P, work: &(impl Fn(usize, P) -> f64 + Sync)) -> f64 {
+        let blocks = parts.count().div_ceil(SUM_BLOCK);
+        if blocks <= 1 {
+            return if blocks == 0 { 0.0 } else { work(first, parts) };
         }
+        let middle = blocks / 2 * SUM_BLOCK;
+        let (left, right) = parts.part(middle);
+        let (left, right) = (|| self.fold_blocks(first, left, work), || self.fold_blocks(first + middle, right, work));
+        let (left, right) = if blocks >= PARALLEL_BLOCKS { self.join(left, right) } else { (left(), right()) };
+        left + right
+    }
+}
+
+/// Slices of one length that are cut at the same place.
+pub trait Parts: Send + Sized {
+    /// Items there are.
+    fn count(&self) -> usize;
+    /// The items before a place, and those from it on.
+    fn part(self, at: usize) -> (Self, Self);
+}
+
+impl<T: Send> Parts for &mut [T] {
+    fn count(&self) -> usize {
+        self.len()
+    }
+
+    fn part(self, at: usize) -> (Self, Self) {
+        self.split_at_mut(at)
+    }
+}
+
+impl<A: Parts, B: Parts> Parts for (A, B) {
+    fn count(&self) -> usize {
+        self.0.count()
+    }
+
+    fn part(self, at: usize) -> (Self, Self) {
+        let ((a, c), (b, d)) = (self.0.part(at), self.1.part(at));
+        ((a, b), (c, d))
     }
 }
 
@@ -78,7 +106,13 @@ mod tests {
     #[test]
     fn sums_have_the_same_bytes_for_any_number_of_threads() {
         let terms: Vec<f64> = (0..100_003).map(|i| (i as f64).sin() * 1e3_f64.powi(i % 7)).collect();
-        let sum = |threads| Pool::new(threads).sum(terms.len(), &|range| terms[range].iter().sum());
+        let sum = |threads| {
+            let mut seen = vec![0.0; terms.len()];
+            Pool::new(threads).fold(&mut seen[..], &|first, seen| {
+                seen.copy_from_slice(&terms[first..first + seen.len()]);
+                seen.iter().sum()
+            })
+        };
         let one = sum(1);
         assert_eq!(one.to_bits(), sum(2).to_bits());
         assert_eq!(one.to_bits(), sum(4).to_bits());

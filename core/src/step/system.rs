@@ -190,7 +190,7 @@ impl System {
             })?;
         }
         match (&mut self.coupled, self.sets.iter().find(|set| is_coupled_hinges(set))) {
-            (Some(coupled), Some(set)) => coupled.forces(&self.material, set, &self.nodes, time, force),
+            (Some(coupled), Some(set)) => coupled.forces(pool, &self.material, set, &self.nodes, time, force),
             _ => Ok(()),
         }
     }
@@ -207,7 +207,7 @@ impl System {
             }
         }
         if let (Some(coupled), Some(set)) = (&mut self.coupled, self.sets.iter().find(|set| is_coupled_hinges(set))) {
-            energy += coupled.energy(&self.material, set, &self.nodes, time)?;
+            energy += coupled.energy(&Pool::new(1), &self.material, set, &self.nodes, time)?;
         }
         Ok(energy)
     }

@@ -72,6 +72,8 @@ pub struct Tool {
     pub knife: Option<Knife>,
     /// m, how far in the surface was pushed, or out it was pulled, at the contact point
     pub depth: f64,
+    /// Where it presses on a body and with what share of the whole: directions from its centre, of unit length.
+    pub presses: Vec<(V3, f64)>,
     /// Grips that were lost to too much force.
     pub slipped: u64,
     near: Vec<NearSurface>,
@@ -102,6 +104,7 @@ impl Tool {
             grip: None,
             knife: None,
             depth: 0.0,
+            presses: Vec::new(),
             slipped: 0,
             still: vec![0.0; bodies],
             near: (0..bodies).map(|_| NearSurface::default()).collect(),
@@ -207,6 +210,7 @@ impl Tool {
     /// What a grid says.
     pub fn follow(&mut self, hand: &Hand, bodies: &mut [Body], moved: &[f64]) -> Result<(), ToolError> {
         self.springs.iter_mut().for_each(NodeSprings::clear);
+        self.presses.clear();
         self.depth = 0.0;
         if !hand.present || self.mode == Mode::Idle {
             self.release(hand);
@@ -247,6 +251,7 @@ impl Tool {
         let free = self.proxy.position;
         let p = anchor.map_or(free, |anchor| hold(free, anchor, hand.position, touch.normal, self.friction));
         self.proxy.position = p;
+        self.presses.extend(direction(touch.normal).map(|normal| (normal.map(|c| -c), 1.0)));
         let (now, settled) = body.carry_one(touch.rest)?;
         self.depth = dot(axpy(settled, -1.0, now), touch.normal);
         let pulled = axpy(hand.position, -1.0, p).map(|c| self.coupling.stiffness * c);
@@ -286,6 +291,7 @@ impl Tool {
         self.loads.clear();
         for push in layer.pushes(near, p) {
             let share = push.size / total;
+            self.presses.extend(direction(axpy(push.point, -1.0, p)).map(|towards| (towards, share)));
             let sideways = diagonal(share * coupling.stiffness);
             let stiffness = std::array::from_fn(|e| spring * (push.stiffness[e] + sideways[e]));
             let force = axpy(push.force, share, friction).map(|f| scale * f);

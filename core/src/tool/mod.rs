@@ -4,9 +4,15 @@ mod hand;
 mod haptic;
 mod knife;
 mod meeting;
+mod model;
 mod safety;
+mod tactile;
+mod tip;
 
 pub use hand::{Frame, Hand};
 pub use haptic::{Coupling, Grip, Mode, Tool, ToolError};
 pub use knife::{CutStep, Edge, Inside, Knife};
-pub use safety::{Cause, ForceLimits, ForceSafety};
+pub use model::{Blend, ContactModel};
+pub use safety::{Budget, Cause, FADES, ForceLimits, ForceSafety, Moment, PATIENCE, Passivity};
+pub use tactile::{TactilePad, TaxelArray, Texture};
+pub use tip::{TipMass, part};

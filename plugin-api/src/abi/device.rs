@@ -1,13 +1,19 @@
 //! `pliant.device/1`.
 
 use super::{Plugin, Status};
-use core::ffi::CStr;
+use core::ffi::{CStr, c_char, c_void};
 
 /// Extension id of a device.
 pub const DEVICE: &CStr = c"pliant.device/1";
 
 /// Extension id of what a device really renders; optional.
 pub const RENDERED: &CStr = c"pliant.rendered/1";
+
+/// Extension id of what a device has counted; optional.
+pub const COUNTERS: &CStr = c"pliant.counters/1";
+
+/// Extension id of looking for what a device needs; optional.
+pub const PROBE: &CStr = c"pliant.probe/1";
 
 pub const POSE_VALID: u32 = 1;
 pub const POSE_VELOCITY: u32 = 2;
@@ -83,4 +89,26 @@ pub struct Rendered {
     pub size: usize,
     pub rendered:
         Option<unsafe extern "C" fn(*const Plugin, time_ns: u64, outputs: *mut Output, count: usize) -> Status>,
+}
+
+#[repr(C)]
+pub struct Counters {
+    pub size: usize,
+    pub counter:
+        Option<unsafe extern "C" fn(*const Plugin, index: u32, name: *mut *const c_char, value: *mut u64) -> Status>,
+}
+
+/// Takes one finding of a probe.
+pub type Say = unsafe extern "C" fn(
+    data: *mut c_void,
+    severity: u32,
+    what: *const c_char,
+    found: *const c_char,
+    remedy: *const c_char,
+);
+
+#[repr(C)]
+pub struct Probe {
+    pub size: usize,
+    pub probe: Option<unsafe extern "C" fn(*const Plugin, data: *mut c_void, say: Say) -> Status>,
 }

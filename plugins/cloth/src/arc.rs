@@ -1,20 +1,28 @@
 //! The angle of a point, from sums, products and quotients alone: the system's own has other last digits on other processors.
 
+use crate::real::Real;
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
+
 /// rad, in [-pi, pi], of (`x`, `y`); 0 at the origin. Rational approximation of Moshier (1989), within 1e-15 of the angle.
-pub(crate) fn angle_of(y: f64, x: f64) -> f64 {
-    use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
-    let (up, right) = (y.abs(), x.abs());
-    let (most, least) = (up.max(right), up.min(right));
-    // In [0, 1]; beyond 0.66 as 45 degrees and a rest. What is not finite stays so: `max` alone would lose it.
-    let slope = if most > 0.0 { least / most } else { 0.0 } + 0.0 * x + 0.0 * y;
-    let (base, rest) = if slope > 0.66 { (FRAC_PI_4, (slope - 1.0) / (slope + 1.0)) } else { (0.0, slope) };
+#[inline(always)]
+pub(crate) fn angle_of<T: Real>(y: T, x: T) -> T {
+    let (up, right, zero) = (y.abs(), x.abs(), x.of(0.0));
+    let (most, least) = (right.if_less(up, up, right), right.if_less(up, right, up));
+    // In [0, 1]; beyond 0.66 as 45 degrees and a rest. What is not finite stays so: comparing alone would lose it.
+    let slope = zero.if_less(most, least / most, zero) + zero * x + zero * y;
+    let (one, steep) = (x.of(1.0), x.of(0.66));
+    let base = steep.if_less(slope, x.of(FRAC_PI_4), zero);
+    let rest = steep.if_less(slope, (slope - one) / (slope + one), slope);
     let z = rest * rest;
-    let top = P.iter().fold(0.0, |sum, p| sum * z + p);
-    let bottom = Q.iter().fold(1.0, |sum, q| sum * z + q);
+    let (mut top, mut bottom) = (zero, one);
+    for i in 0..P.len() {
+        top = top * z + x.of(P[i]);
+        bottom = bottom * z + x.of(Q[i]);
+    }
     let small = base + (rest * (z * top / bottom) + rest);
-    let quarter = if up > right { FRAC_PI_2 - small } else { small };
-    let half = if x < 0.0 { PI - quarter } else { quarter };
-    if y < 0.0 { -half } else { half }
+    let quarter = right.if_less(up, x.of(FRAC_PI_2) - small, small);
+    let half = x.if_less(zero, x.of(PI) - quarter, quarter);
+    y.if_less(zero, -half, half)
 }
 
 const P: [f64; 5] =
@@ -40,7 +48,6 @@ mod tests {
 
     #[test]
     fn axes_and_nothing() {
-        use std::f64::consts::{FRAC_PI_2, PI};
         for (y, x, want) in
             [(0.0, 0.0, 0.0), (0.0, 2.0, 0.0), (3.0, 0.0, FRAC_PI_2), (-3.0, 0.0, -FRAC_PI_2), (0.0, -1.0, PI)]
         {

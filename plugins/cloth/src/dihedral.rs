@@ -1,6 +1,7 @@
 //! The angle between two triangles that share an edge.
 
 use crate::arc::angle_of;
+use crate::real::Real;
 use crate::small::{V3, cross, dot, minus, mixed, scaled};
 
 /// Least height of a triangle over its edge's length for which the gradient is exact.
@@ -8,31 +9,35 @@ const FLAT: f64 = 1e-6;
 
 /// Of corners a, b, o, p, with the triangle a, b, o counter-clockwise seen from the front: rad, 0 when flat, positive where the
 /// front is the outer side of the fold.
-pub(crate) fn angle(x: [V3; 4]) -> f64 {
+#[inline(always)]
+pub(crate) fn angle<T: Real>(x: [V3<T>; 4]) -> T {
     let (edge, left, right) = normals(x);
-    let size = dot(edge, edge).sqrt().max(f64::MIN_POSITIVE);
+    let size = dot(edge, edge).sqrt();
+    let size = size.max(size.of(f64::MIN_POSITIVE));
     angle_of(dot(cross(left, right), edge) / size, dot(left, right))
 }
 
 /// Its gradient, 1/m, by corner: 1 over the height at the two corners off the edge, and at the edge's ends what holds the sum
 /// and the torque at zero.
-pub(crate) fn gradient(x: [V3; 4]) -> [V3; 4] {
+#[inline(always)]
+pub(crate) fn gradient<T: Real>(x: [V3<T>; 4]) -> [V3<T>; 4] {
     let (edge, left, right) = normals(x);
     let [a, _, o, p] = x;
     let square = dot(edge, edge);
     let size = square.sqrt();
-    let square = square.max(f64::MIN_POSITIVE);
-    let floor = FLAT * FLAT * square * square;
-    let steep = |n: V3| scaled(n, -size / dot(n, n).max(floor).max(f64::MIN_POSITIVE));
-    let (go, gp) = (steep(left), steep(right));
+    let (least, one) = (square.of(f64::MIN_POSITIVE), square.of(1.0));
+    let square = square.max(least);
+    let floor = square * square * (FLAT * FLAT);
+    let go = scaled(left, -size / dot(left, left).max(floor).max(least));
+    let gp = scaled(right, -size / dot(right, right).max(floor).max(least));
     // Where the foot of each height is along the edge.
     let (so, sp) = (dot(minus(o, a), edge) / square, dot(minus(p, a), edge) / square);
-    let end = |s: f64, t: f64| mixed(-s, go, -t, gp);
-    [end(1.0 - so, 1.0 - sp), end(so, sp), go, gp]
+    [mixed(-(one - so), go, -(one - sp), gp), mixed(-so, go, -sp, gp), go, gp]
 }
 
 /// The edge, m, and twice the area of each side along its normal, m^2.
-fn normals([a, b, o, p]: [V3; 4]) -> (V3, V3, V3) {
+#[inline(always)]
+fn normals<T: Real>([a, b, o, p]: [V3<T>; 4]) -> (V3<T>, V3<T>, V3<T>) {
     let edge = minus(b, a);
     (edge, cross(edge, minus(o, a)), cross(minus(p, a), edge))
 }
@@ -71,7 +76,7 @@ mod tests {
 
     #[test]
     fn collapsed_corners_stay_finite() {
-        for x in [[[0.0; 3]; 4], [[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.5, 0.0, 0.0]]] {
+        for x in [[[0.0_f64; 3]; 4], [[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.5, 0.0, 0.0]]] {
             assert!(gradient(x).iter().flatten().all(|c| c.is_finite()) && angle(x).is_finite());
         }
     }

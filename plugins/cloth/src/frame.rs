@@ -9,6 +9,7 @@
 //! derivative, so forces made with it are the slope of the energy; leaving w out, as is often done, is right for isotropic
 //! sheets only.
 
+use crate::real::Real;
 use crate::small::{M2, V2, V3, across, cross, dot, length, mixed, scaled};
 
 /// Below this area over area at rest a triangle counts as collapsed.
@@ -21,46 +22,17 @@ pub(crate) enum Rule {
     Edge,
 }
 
-pub(crate) struct Frame {
+pub(crate) struct Frame<T = f64> {
     /// The columns of T: where warp and weft point, in space.
-    pub(crate) axes: [V3; 2],
-    pub(crate) normal: V3,
+    pub(crate) axes: [V3<T>; 2],
+    pub(crate) normal: V3<T>,
     /// L
-    pub(crate) stretch: M2,
+    pub(crate) stretch: M2<T>,
     /// K
-    condition: M2,
+    condition: M2<T>,
 }
 
 impl Frame {
-    /// Of a deformation gradient's columns; `third` is the gradient of the last corner's weight, across the first edge.
-    pub(crate) fn new(rule: Rule, f: [V3; 2], third: V2) -> Self {
-        let area = cross(f[0], f[1]);
-        let d = length(area);
-        if d < COLLAPSED {
-            return Self::collapsed(rule, f, third);
-        }
-        let normal = scaled(area, 1.0 / d);
-        match rule {
-            Rule::Polar => {
-                let (a, b, c) = (dot(f[0], f[0]), dot(f[0], f[1]), dot(f[1], f[1]));
-                let trace = (a + c + 2.0 * d).sqrt();
-                let s = [[(a + d) / trace, b / trace], [b / trace, (c + d) / trace]];
-                // The inverse of a 2 x 2 matrix, with det S = d.
-                let axes = [mixed(s[1][1] / d, f[0], -s[0][1] / d, f[1]), mixed(-s[0][1] / d, f[0], s[0][0] / d, f[1])];
-                Self { axes, normal, stretch: s, condition: condition(rule, third) }
-            }
-            Rule::Edge => {
-                let (u, v) = edge(third);
-                let along = mixed(u[0], f[0], u[1], f[1]);
-                let e = scaled(along, 1.0 / length(along));
-                let left = cross(normal, e);
-                let axes = [mixed(u[0], e, v[0], left), mixed(u[1], e, v[1], left)];
-                let stretch = [0, 1].map(|i| [dot(axes[i], f[0]), dot(axes[i], f[1])]);
-                Self { axes, normal, stretch, condition: condition(rule, third) }
-            }
-        }
-    }
-
     /// Any frame along what length is left: the normal of a line or a point is nobody's.
     #[cold]
     fn collapsed(rule: Rule, f: [V3; 2], third: V2) -> Self {
@@ -79,45 +51,125 @@ impl Frame {
         Self { axes, normal: cross(e, left), stretch, condition: condition(rule, third) }
     }
 
+    /// Axes, normal, stretch and condition in a row.
+    fn values(&self) -> [f64; VALUES] {
+        let Self { axes: [t, u], normal: n, stretch: [l, m], condition: [k, j] } = self;
+        let vectors = [t, u, n].into_iter().flatten();
+        let mut values = vectors.chain([l, m, k, j].into_iter().flatten());
+        core::array::from_fn(|_| *values.next().expect("three vectors and two matrices"))
+    }
+}
+
+/// Numbers in a frame.
+const VALUES: usize = 17;
+
+impl<T: Real> Frame<T> {
+    /// Of a deformation gradient's columns; `third` is the gradient of the last corner's weight, across the first edge.
+    #[inline(always)]
+    pub(crate) fn new(rule: Rule, f: [V3<T>; 2], third: V2<T>) -> Self {
+        if length(cross(f[0], f[1])).any_below(COLLAPSED) {
+            return Self::one_by_one(rule, f, third);
+        }
+        Self::regular(rule, f, third)
+    }
+
+    /// The same where some have collapsed.
+    #[cold]
+    fn one_by_one(rule: Rule, f: [V3<T>; 2], third: V2<T>) -> Self {
+        let mut given = [third[0]; VALUES];
+        given[..3].copy_from_slice(&f[0]);
+        given[3..6].copy_from_slice(&f[1]);
+        given[6..8].copy_from_slice(&third);
+        let v = T::each(given, |v| {
+            let (f, third) = ([[v[0], v[1], v[2]], [v[3], v[4], v[5]]], [v[6], v[7]]);
+            let whole = length(cross(f[0], f[1])) >= COLLAPSED;
+            if whole { Frame::regular(rule, f, third) } else { Frame::collapsed(rule, f, third) }.values()
+        });
+        Self {
+            axes: [[v[0], v[1], v[2]], [v[3], v[4], v[5]]],
+            normal: [v[6], v[7], v[8]],
+            stretch: [[v[9], v[10]], [v[11], v[12]]],
+            condition: [[v[13], v[14]], [v[15], v[16]]],
+        }
+    }
+
+    #[inline(always)]
+    fn regular(rule: Rule, f: [V3<T>; 2], third: V2<T>) -> Self {
+        let area = cross(f[0], f[1]);
+        let d = length(area);
+        let normal = scaled(area, d.of(1.0) / d);
+        match rule {
+            Rule::Polar => {
+                let (a, b, c) = (dot(f[0], f[0]), dot(f[0], f[1]), dot(f[1], f[1]));
+                let trace = (a + c + d * 2.0).sqrt();
+                let s = [[(a + d) / trace, b / trace], [b / trace, (c + d) / trace]];
+                // The inverse of a 2 x 2 matrix, with det S = d.
+                let axes = [mixed(s[1][1] / d, f[0], -s[0][1] / d, f[1]), mixed(-s[0][1] / d, f[0], s[0][0] / d, f[1])];
+                Self { axes, normal, stretch: s, condition: condition(rule, third) }
+            }
+            Rule::Edge => {
+                let (u, v) = edge(third);
+                let along = mixed(u[0], f[0], u[1], f[1]);
+                let e = scaled(along, d.of(1.0) / length(along));
+                let left = cross(normal, e);
+                let axes = [mixed(u[0], e, v[0], left), mixed(u[1], e, v[1], left)];
+                let [t, u] = axes;
+                let stretch = [[dot(t, f[0]), dot(t, f[1])], [dot(u, f[0]), dot(u, f[1])]];
+                Self { axes, normal, stretch, condition: condition(rule, third) }
+            }
+        }
+    }
+
     /// (11, 22, gamma)
-    pub(crate) fn strain(&self) -> [f64; 3] {
+    #[inline(always)]
+    pub(crate) fn strain(&self) -> [T; 3] {
         let l = &self.stretch;
-        [l[0][0] - 1.0, l[1][1] - 1.0, l[0][1] + l[1][0]]
+        let one = l[0][0].of(1.0);
+        [l[0][0] - one, l[1][1] - one, l[0][1] + l[1][0]]
     }
 
     /// What the strain would change by for a turn of the frame alone: `sym(J L)`.
-    pub(crate) fn turned_strain(&self) -> [f64; 3] {
+    #[inline(always)]
+    pub(crate) fn turned_strain(&self) -> [T; 3] {
         let l = &self.stretch;
         [-l[1][0], l[0][1], l[0][0] - l[1][1]]
     }
 
     /// w as a function of A: `w = turn : A`.
-    pub(crate) fn turn(&self) -> M2 {
+    #[inline(always)]
+    pub(crate) fn turn(&self) -> M2<T> {
         let (k, l) = (&self.condition, &self.stretch);
         let size = k[1][0] * l[0][0] + k[1][1] * l[0][1] - k[0][0] * l[1][0] - k[0][1] * l[1][1];
         // A triangle drawn together to a point has no direction to turn.
-        let inverse = 1.0 / if size.abs() < COLLAPSED { COLLAPSED } else { size };
-        k.map(|row| row.map(|c| c * inverse))
+        let least = size.of(COLLAPSED);
+        let inverse = size.of(1.0) / size.abs().if_less(least, least, size);
+        [[k[0][0] * inverse, k[0][1] * inverse], [k[1][0] * inverse, k[1][1] * inverse]]
     }
 
     /// K as (11, 22, 12), over `K : J`; for the second derivative.
-    pub(crate) fn condition(&self) -> [f64; 3] {
+    #[inline(always)]
+    pub(crate) fn condition(&self) -> [T; 3] {
         let k = &self.condition;
         let size = k[1][0] - k[0][1];
-        [k[0][0] / size, k[1][1] / size, 0.5 * (k[0][1] + k[1][0]) / size]
+        [k[0][0] / size, k[1][1] / size, (k[0][1] + k[1][0]) * 0.5 / size]
     }
 }
 
 /// The direction of the first edge in the sheet, and the one to its left.
-fn edge(third: V2) -> (V2, V2) {
+#[inline(always)]
+fn edge<T: Real>(third: V2<T>) -> (V2<T>, V2<T>) {
     let size = (third[0] * third[0] + third[1] * third[1]).sqrt();
     let v = [third[0] / size, third[1] / size];
     ([v[1], -v[0]], v)
 }
 
-fn condition(rule: Rule, third: V2) -> M2 {
+#[inline(always)]
+fn condition<T: Real>(rule: Rule, third: V2<T>) -> M2<T> {
     match rule {
-        Rule::Polar => [[0.0, -1.0], [1.0, 0.0]],
+        Rule::Polar => {
+            let (zero, one) = (third[0].of(0.0), third[0].of(1.0));
+            [[zero, -one], [one, zero]]
+        }
         Rule::Edge => {
             let (u, v) = edge(third);
             [[v[0] * u[0], v[0] * u[1]], [v[1] * u[0], v[1] * u[1]]]

@@ -9,8 +9,10 @@ mod bending;
 mod dihedral;
 mod fabric;
 mod frame;
+mod kernel;
 pub mod kes;
 mod membrane;
+mod real;
 mod settings;
 mod small;
 mod tension;
@@ -27,7 +29,7 @@ use small::{V3, dot, scaled};
 use triangle::Triangle;
 
 /// The material.
-pub struct Cloth(Settings);
+pub struct Cloth(Settings, pulp::Arch);
 
 impl Material for Cloth {
     const INFO: Info = Info {
@@ -39,7 +41,7 @@ impl Material for Cloth {
     };
 
     fn new(params: &Params<'_>) -> Result<Self, Fault> {
-        Settings::new(params).map(Self)
+        Ok(Self(Settings::new(params)?, pulp::Arch::new()))
     }
 
     fn elements(&self) -> Vec<ElementRequest> {
@@ -104,13 +106,15 @@ impl Material for Cloth {
     }
 
     fn forces(&self, at: &Elements<'_>, out: &mut NodeVectors<'_>) -> Result<(), Fault> {
-        if at.kind() == abi::HINGE { self.hinge_forces(at, out) } else { self.sheet_forces(at, out) }
+        if at.kind() == abi::HINGE {
+            return self.hinge_forces(at, out);
+        }
+        finite(self.1.dispatch(kernel::Forces { membrane: &self.0.membrane, at, out })).map(drop)
     }
 
     fn tangent(&self, at: &Elements<'_>, scale: Tangent, out: &mut Blocks<'_>) -> Result<(), Fault> {
-        let x = at.x();
         if at.kind() == abi::HINGE {
-            let stiffness = at.rest_data(1);
+            let (x, stiffness) = (at.x(), at.rest_data(1));
             let factor = scale.stiffness + scale.damping * self.0.membrane.damping;
             for (e, &nodes) in at.corners::<4>().iter().enumerate() {
                 let (g, size) = (dihedral::gradient(corners(nodes, x)), factor * stiffness[e]);
@@ -120,28 +124,13 @@ impl Material for Cloth {
             }
             return Ok(());
         }
-        let planes = std::array::from_fn(|s| at.rest_data(s));
-        for (e, &nodes) in at.corners::<3>().iter().enumerate() {
-            let shape = Triangle::read(&planes, e);
-            let f = shape.derivative(corners(nodes, x));
-            let linear = self.0.membrane.linear(&shape, f, scale.stiffness, scale.damping);
-            linear.blocks(&shape, |pair, block| out.add(e, pair, &block));
-        }
+        let factors = (scale.stiffness, scale.damping);
+        self.1.dispatch(kernel::Stiffness { membrane: &self.0.membrane, at, factors, out });
         Ok(())
     }
 
     fn strain(&self, at: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
-        let (x, angles, lengths) = (at.x(), at.rest_data(0), at.rest_data(1));
-        let out = out.first::<13>();
-        let mut seen = 0.0;
-        for (e, &nodes) in at.corners::<4>().iter().enumerate() {
-            let (place, l) = (corners(nodes, x), lengths[e]);
-            out[0][e] = l * (dihedral::angle(place) - angles[e]);
-            let gradient = dihedral::gradient(place);
-            (0..12).for_each(|i| out[i + 1][e] = l * gradient[i / 3][i % 3]);
-            seen += out[0][e] + out[1][e] + out[7][e] + out[10][e];
-        }
-        finite(seen).map(drop)
+        finite(self.1.dispatch(kernel::Strains { at, out: out.first::<13>() })).map(drop)
     }
 
     fn compliance(&self, at: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
@@ -158,23 +147,6 @@ impl Material for Cloth {
 }
 
 impl Cloth {
-    fn sheet_forces(&self, at: &Elements<'_>, out: &mut NodeVectors<'_>) -> Result<(), Fault> {
-        let (x, v) = (at.x(), at.v());
-        let planes = std::array::from_fn(|s| at.rest_data(s));
-        let mut seen = 0.0;
-        for (e, &nodes) in at.corners::<3>().iter().enumerate() {
-            let shape = Triangle::read(&planes, e);
-            let (f, rate) = (shape.derivative(corners(nodes, x)), shape.derivative(corners(nodes, v)));
-            let [p, q] = self.0.membrane.stress(&shape, f, rate);
-            for a in 0..3 {
-                let g = shape.gradient[a].map(|c| -shape.area * c);
-                out.add(nodes[a], small::mixed(g[0], p, g[1], q));
-            }
-            seen += p[0] + p[1] + p[2] + q[0] + q[1] + q[2];
-        }
-        finite(seen).map(drop)
-    }
-
     fn hinge_forces(&self, at: &Elements<'_>, out: &mut NodeVectors<'_>) -> Result<(), Fault> {
         let (x, v) = (at.x(), at.v());
         let (angles, stiffness) = (at.rest_data(0), at.rest_data(1));

@@ -4,7 +4,8 @@
 //! shear and softens in compression.
 
 use crate::frame::{Frame, Rule};
-use crate::small::{M3, V3, dot, mixed, scaled};
+use crate::real::Real;
+use crate::small::{M2, V3, dot, mixed, scaled, times};
 use crate::tension::relaxed;
 use crate::tensor::Tensor;
 use crate::triangle::{Linear, Triangle, positive};
@@ -32,8 +33,6 @@ pub(crate) struct Membrane {
 /// Least area over area at rest for which tension is divided by it; in the matrix only.
 const THIN: f64 = 1e-3;
 
-const NO_TURN: M3 = [[0.0; 3]; 3];
-
 impl Membrane {
     /// J/m^2
     pub(crate) fn energy(&self, shape: &Triangle, f: [V3; 2]) -> f64 {
@@ -41,29 +40,38 @@ impl Membrane {
             Strain::Frame(rule) => Frame::new(rule, f, shape.gradient[2]).strain(),
             Strain::Green => green(f),
         };
-        self.elastic(e).1
+        let [_, _, _, energy] = self.elastic(e);
+        energy
     }
 
-    /// Stress, N/m, and energy, J/m^2: of the whole tensor, less what wrinkles take.
-    fn elastic(&self, e: [f64; 3]) -> ([f64; 3], f64) {
+    /// Stress (11, 22, 12), N/m, and energy, J/m^2: of the whole tensor, less what wrinkles take.
+    #[inline(always)]
+    fn elastic<T: Real>(&self, e: [T; 3]) -> [T; 4] {
         let q = self.tensor.stress(e);
-        let whole = (q, 0.5 * inner(e, q));
+        let whole = [q[0], q[1], q[2], inner(e, q) * 0.5];
         let kept = self.compression;
         if kept == 1.0 {
             return whole;
         }
-        let (line, energy) = relaxed(&self.tensor, e);
-        ([0, 1, 2].map(|i| kept * q[i] + (1.0 - kept) * line[i]), kept * whole.1 + (1.0 - kept) * energy)
+        let [e11, e22, gamma] = e;
+        let relaxed = T::each([e11, e22, gamma, e11], |[a, b, c, _]| {
+            let (q, energy) = relaxed(&self.tensor, [a, b, c]);
+            [q[0], q[1], q[2], energy]
+        });
+        let (a, b, lost) = (whole, relaxed, 1.0 - kept);
+        [a[0] * kept + b[0] * lost, a[1] * kept + b[1] * lost, a[2] * kept + b[2] * lost, a[3] * kept + b[3] * lost]
     }
 
     /// Stress with the viscous one of the rate of strain, N/m.
-    fn moving(&self, e: [f64; 3], rate: [f64; 3]) -> [f64; 3] {
-        let (q, viscous) = (self.elastic(e).0, self.tensor.stress(rate));
-        [0, 1, 2].map(|i| q[i] + self.damping * viscous[i])
+    #[inline(always)]
+    fn moving<T: Real>(&self, e: [T; 3], rate: [T; 3]) -> [T; 3] {
+        let (q, viscous) = (self.elastic(e), times(self.tensor.stress(rate), self.damping));
+        [q[0] + viscous[0], q[1] + viscous[1], q[2] + viscous[2]]
     }
 
     /// First Piola-Kirchhoff stress by columns, N/m, with the viscous one of the rate of F.
-    pub(crate) fn stress(&self, shape: &Triangle, f: [V3; 2], rate: [V3; 2]) -> [V3; 2] {
+    #[inline(always)]
+    pub(crate) fn stress<T: Real>(&self, shape: &Triangle<T>, f: [V3<T>; 2], rate: [V3<T>; 2]) -> [V3<T>; 2] {
         match self.strain {
             Strain::Frame(rule) => {
                 let frame = Frame::new(rule, f, shape.gradient[2]);
@@ -71,7 +79,7 @@ impl Membrane {
                 let turn = frame.turn();
                 let [t, u] = frame.axes;
                 let a = [[dot(t, rate[0]), dot(t, rate[1])], [dot(u, rate[0]), dot(u, rate[1])]];
-                let w = (0..4).map(|i| turn[i / 2][i % 2] * a[i / 2][i % 2]).sum::<f64>();
+                let w = turn[0][0] * a[0][0] + turn[0][1] * a[0][1] + turn[1][0] * a[1][0] + turn[1][1] * a[1][1];
                 let speed = [a[0][0] - w * turned[0], a[1][1] - w * turned[1], a[0][1] + a[1][0] - w * turned[2]];
                 let q = self.moving(frame.strain(), speed);
                 let p = local(q, inner(q, turned), turn);
@@ -88,53 +96,68 @@ impl Membrane {
 
     /// `stiffness` K + `damping` C, before the area.
     ///
-    /// K is the exact second derivative if not `project`, but for wrinkles, which only soften it. With it, tension alone resists turning out of the plane, and the turn
-    /// of the frame gets at least what keeps the rest positive: never softer than the exact one.
-    pub(crate) fn linear(&self, shape: &Triangle, f: [V3; 2], stiffness: f64, damping: f64) -> Linear {
+    /// K is the exact second derivative if not `project`, but for wrinkles, which only soften it. With it, tension alone resists
+    /// turning out of the plane, and the turn of the frame gets at least what keeps the rest positive: never softer than exact.
+    #[inline(always)]
+    pub(crate) fn linear<T: Real>(
+        &self,
+        shape: &Triangle<T>,
+        f: [V3<T>; 2],
+        (stiffness, damping): (f64, f64),
+    ) -> Linear<T> {
         let c = &self.tensor;
         let size = stiffness + damping * self.damping;
-        let mut h = [[0.0; 4]; 4];
-        (h[0][0], h[0][1], h[1][0], h[1][1]) = (size * c.c11, size * c.c12, size * c.c12, size * c.c22);
-        h[2][2] = size * c.shear;
+        let (zero, one) = (f[0][0].of(0.0), f[0][0].of(1.0));
+        let mut h = [[zero; 4]; 4];
+        (h[0][0], h[0][1]) = (zero.of(size * c.c11), zero.of(size * c.c12));
+        (h[1][0], h[1][1]) = (zero.of(size * c.c12), zero.of(size * c.c22));
+        h[2][2] = zero.of(size * c.shear);
         match self.strain {
             Strain::Green => {
-                let (s, _) = self.elastic(green(f));
-                let tension = if self.project { positive(s) } else { s }.map(|t| stiffness * t);
-                let turning = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-                let rows = shape
-                    .gradient
-                    .map(|g| [scaled(f[0], g[0]), scaled(f[1], g[1]), mixed(g[1], f[0], g[0], f[1]), [0.0; 3]]);
+                let [s11, s22, s12, _] = self.elastic(green(f));
+                let s = [s11, s22, s12];
+                let tension = times(if self.project { positive(s) } else { s }, stiffness);
+                let turning = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
+                let mut rows = [[[zero; 3]; 4]; 3];
+                for corner in 0..3 {
+                    let g = shape.gradient[corner];
+                    rows[corner] = [scaled(f[0], g[0]), scaled(f[1], g[1]), mixed(g[1], f[0], g[0], f[1]), [zero; 3]];
+                }
                 Linear { rows, inner: h, tension, turning }
             }
             Strain::Frame(rule) => {
                 let frame = Frame::new(rule, f, shape.gradient[2]);
                 let (turned, turn) = (frame.turned_strain(), frame.turn());
                 let [t, u] = frame.axes;
-                let rows = shape.gradient.map(|g| {
+                let mut rows = [[[zero; 3]; 4]; 3];
+                for corner in 0..3 {
+                    let g = shape.gradient[corner];
                     let w = mixed(turn[0][0] * g[0] + turn[0][1] * g[1], t, turn[1][0] * g[0] + turn[1][1] * g[1], u);
-                    [
+                    rows[corner] = [
                         mixed(g[0], t, -turned[0], w),
                         mixed(g[1], u, -turned[1], w),
-                        mixed(1.0, mixed(g[1], t, g[0], u), -turned[2], w),
+                        mixed(one, mixed(g[1], t, g[0], u), -turned[2], w),
                         w,
-                    ]
-                });
-                let (q, _) = self.elastic(frame.strain());
+                    ];
+                }
+                let [q11, q22, q12, _] = self.elastic(frame.strain());
+                let q = [q11, q22, q12];
                 let l = &frame.stretch;
                 let p = local(q, inner(q, turned), turn);
                 let k = frame.condition();
                 let trace = p[0][0] + p[1][1];
-                let m = [-p[1][0] - trace * k[0], p[0][1] - trace * k[1], 0.5 * (p[0][0] - p[1][1]) - trace * k[2]];
+                let m = [-p[1][0] - trace * k[0], p[0][1] - trace * k[1], (p[0][0] - p[1][1]) * 0.5 - trace * k[2]];
                 let own = q[0] * l[0][0] + q[1] * l[1][1] + q[2] * (l[0][1] + l[1][0]);
                 let own = if self.project { own.max(c.compliant(m, m)) } else { own };
                 for i in 0..3 {
-                    (h[i][3], h[3][i]) = (stiffness * m[i], stiffness * m[i]);
+                    (h[i][3], h[3][i]) = (m[i] * stiffness, m[i] * stiffness);
                 }
-                h[3][3] = stiffness * own;
+                h[3][3] = own * stiffness;
                 let s = second(l, &p);
-                let tension = if self.project { positive(s) } else { s }.map(|t| stiffness * t);
+                let tension = times(if self.project { positive(s) } else { s }, stiffness);
                 let n = frame.normal;
-                let turning = if stiffness == 0.0 { NO_TURN } else { n.map(|a| n.map(|b| a * b)) };
+                let turning =
+                    if stiffness == 0.0 { [[zero; 3]; 3] } else { [scaled(n, n[0]), scaled(n, n[1]), scaled(n, n[2])] };
                 Linear { rows, inner: h, tension, turning }
             }
         }
@@ -142,25 +165,30 @@ impl Membrane {
 }
 
 /// (11, 22, gamma)
-fn green(f: [V3; 2]) -> [f64; 3] {
-    [0.5 * (dot(f[0], f[0]) - 1.0), 0.5 * (dot(f[1], f[1]) - 1.0), dot(f[0], f[1])]
+#[inline(always)]
+fn green<T: Real>(f: [V3<T>; 2]) -> [T; 3] {
+    let one = f[0][0].of(1.0);
+    [(dot(f[0], f[0]) - one) * 0.5, (dot(f[1], f[1]) - one) * 0.5, dot(f[0], f[1])]
 }
 
-fn inner(a: [f64; 3], b: [f64; 3]) -> f64 {
+#[inline(always)]
+fn inner<T: Real>(a: [T; 3], b: [T; 3]) -> T {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// First Piola-Kirchhoff stress in the frame, from the frame's stress and what a turn of the frame takes.
-fn local(q: [f64; 3], taken: f64, turn: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
+#[inline(always)]
+fn local<T: Real>(q: [T; 3], taken: T, turn: M2<T>) -> M2<T> {
     [[q[0] - taken * turn[0][0], q[2] - taken * turn[0][1]], [q[2] - taken * turn[1][0], q[1] - taken * turn[1][1]]]
 }
 
 /// Second Piola-Kirchhoff stress L^-1 P, (11, 22, 12).
-fn second(l: &[[f64; 2]; 2], p: &[[f64; 2]; 2]) -> [f64; 3] {
-    let det = (l[0][0] * l[1][1] - l[0][1] * l[1][0]).max(THIN);
-    let s = |i: usize, j: usize| {
-        let row = if i == 0 { [l[1][1], -l[0][1]] } else { [-l[1][0], l[0][0]] };
-        (row[0] * p[0][j] + row[1] * p[1][j]) / det
-    };
-    [s(0, 0), s(1, 1), 0.5 * (s(0, 1) + s(1, 0))]
+#[inline(always)]
+fn second<T: Real>(l: &M2<T>, p: &M2<T>) -> [T; 3] {
+    let det = l[0][0] * l[1][1] - l[0][1] * l[1][0];
+    let det = det.max(det.of(THIN));
+    let [[a, b], [c, d]] = [[l[1][1], -l[0][1]], [-l[1][0], l[0][0]]];
+    let (s11, s12) = ((a * p[0][0] + b * p[1][0]) / det, (a * p[0][1] + b * p[1][1]) / det);
+    let (s21, s22) = ((c * p[0][0] + d * p[1][0]) / det, (c * p[0][1] + d * p[1][1]) / det);
+    [s11, s22, (s12 + s21) * 0.5]
 }

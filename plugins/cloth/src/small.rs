@@ -1,34 +1,48 @@
 //! Vectors of space and of the sheet.
 
-pub(crate) type V2 = [f64; 2];
-pub(crate) type V3 = [f64; 3];
+use crate::real::Real;
+
+pub(crate) type V2<T = f64> = [T; 2];
+pub(crate) type V3<T = f64> = [T; 3];
 
 /// `m[row][column]`
-pub(crate) type M2 = [[f64; 2]; 2];
-pub(crate) type M3 = [[f64; 3]; 3];
+pub(crate) type M2<T = f64> = [[T; 2]; 2];
+pub(crate) type M3<T = f64> = [[T; 3]; 3];
 
-pub(crate) fn dot(a: V3, b: V3) -> f64 {
+#[inline(always)]
+pub(crate) fn dot<T: Real>(a: V3<T>, b: V3<T>) -> T {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-pub(crate) fn cross(a: V3, b: V3) -> V3 {
+#[inline(always)]
+pub(crate) fn cross<T: Real>(a: V3<T>, b: V3<T>) -> V3<T> {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-pub(crate) fn minus(a: V3, b: V3) -> V3 {
+#[inline(always)]
+pub(crate) fn minus<T: Real>(a: V3<T>, b: V3<T>) -> V3<T> {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-pub(crate) fn scaled(a: V3, by: f64) -> V3 {
+#[inline(always)]
+pub(crate) fn scaled<T: Real>(a: V3<T>, by: T) -> V3<T> {
     [by * a[0], by * a[1], by * a[2]]
 }
 
 /// `p a + q b`
-pub(crate) fn mixed(p: f64, a: V3, q: f64, b: V3) -> V3 {
+#[inline(always)]
+pub(crate) fn mixed<T: Real>(p: T, a: V3<T>, q: T, b: V3<T>) -> V3<T> {
     [p * a[0] + q * b[0], p * a[1] + q * b[1], p * a[2] + q * b[2]]
 }
 
-pub(crate) fn length(a: V3) -> f64 {
+/// All of them `by` times.
+#[inline(always)]
+pub(crate) fn times<T: Real>(a: [T; 3], by: f64) -> [T; 3] {
+    [a[0] * by, a[1] * by, a[2] * by]
+}
+
+#[inline(always)]
+pub(crate) fn length<T: Real>(a: V3<T>) -> T {
     dot(a, a).sqrt()
 }
 

@@ -2,6 +2,7 @@
 //!
 //! Strain and stress of the sheet are three numbers, (11, 22, 12): of strain the last is gamma = 2 e12.
 
+use crate::real::Real;
 use pliant_plugin_api::Fault;
 
 /// N/m. `sigma = C e`.
@@ -39,15 +40,17 @@ impl Tensor {
     }
 
     /// N/m
-    pub(crate) fn stress(&self, e: [f64; 3]) -> [f64; 3] {
-        [self.c11 * e[0] + self.c12 * e[1], self.c12 * e[0] + self.c22 * e[1], self.shear * e[2]]
+    #[inline(always)]
+    pub(crate) fn stress<T: Real>(&self, e: [T; 3]) -> [T; 3] {
+        [e[0] * self.c11 + e[1] * self.c12, e[0] * self.c12 + e[1] * self.c22, e[2] * self.shear]
     }
 
     /// `m C^-1 n` of two stresses
-    pub(crate) fn compliant(&self, m: [f64; 3], n: [f64; 3]) -> f64 {
+    #[inline(always)]
+    pub(crate) fn compliant<T: Real>(&self, m: [T; 3], n: [T; 3]) -> T {
         let det = self.c11 * self.c22 - self.c12 * self.c12;
-        let plane = self.c22 * m[0] * n[0] - self.c12 * (m[0] * n[1] + m[1] * n[0]) + self.c11 * m[1] * n[1];
-        plane / det + m[2] * n[2] / self.shear
+        let plane = m[0] * self.c22 * n[0] - (m[0] * n[1] + m[1] * n[0]) * self.c12 + m[1] * self.c11 * n[1];
+        plane / plane.of(det) + m[2] * n[2] / plane.of(self.shear)
     }
 }
 

@@ -1,5 +1,6 @@
 //! A triangle of linear weights at rest: one deformation gradient.
 
+use crate::real::Real;
 use crate::small::{M3, V2, V3, minus, mixed};
 use pliant_plugin_api::{Elements, Fault};
 
@@ -10,11 +11,11 @@ pub(crate) const STRIDE: usize = 5;
 const FLAT: f64 = 1e-9;
 
 #[derive(Clone, Copy)]
-pub(crate) struct Triangle {
+pub(crate) struct Triangle<T = f64> {
     /// 1/m, gradient of each corner's weight, along warp and weft
-    pub(crate) gradient: [V2; 3],
+    pub(crate) gradient: [V2<T>; 3],
     /// m^2
-    pub(crate) area: f64,
+    pub(crate) area: T,
 }
 
 impl Triangle {
@@ -43,10 +44,6 @@ impl Triangle {
         })
     }
 
-    fn whole([b, c]: [V2; 2], area: f64) -> Self {
-        Self { gradient: [[-(b[0] + c[0]), -(b[1] + c[1])], b, c], area }
-    }
-
     pub(crate) fn values(&self) -> [f64; STRIDE] {
         let [_, b, c] = self.gradient;
         [b[0], b[1], c[0], c[1], self.area]
@@ -55,60 +52,88 @@ impl Triangle {
     pub(crate) fn read(planes: &[&[f64]; STRIDE], e: usize) -> Self {
         Self::whole([[planes[0][e], planes[1][e]], [planes[2][e], planes[3][e]]], planes[4][e])
     }
+}
+
+impl<T: Real> Triangle<T> {
+    #[inline(always)]
+    pub(crate) fn whole([b, c]: [V2<T>; 2], area: T) -> Self {
+        Self { gradient: [[-(b[0] + c[0]), -(b[1] + c[1])], b, c], area }
+    }
 
     /// `sum_a p_a gradient_a^T` by columns: of positions the deformation gradient, of velocities its rate.
-    pub(crate) fn derivative(&self, p: [V3; 3]) -> [V3; 2] {
+    #[inline(always)]
+    pub(crate) fn derivative(&self, p: [V3<T>; 3]) -> [V3<T>; 2] {
         let [_, b, c] = self.gradient;
         let (along, aside) = (minus(p[1], p[0]), minus(p[2], p[0]));
         [mixed(b[0], along, c[0], aside), mixed(b[1], along, c[1], aside)]
     }
+
+    /// N, on each corner, of a stress (first Piola-Kirchhoff, by columns, N/m)
+    #[inline(always)]
+    pub(crate) fn forces(&self, [p, q]: [V3<T>; 2]) -> [V3<T>; 3] {
+        let (size, [a, b, c]) = (-self.area, self.gradient);
+        [
+            mixed(size * a[0], p, size * a[1], q),
+            mixed(size * b[0], p, size * b[1], q),
+            mixed(size * c[0], p, size * c[1], q),
+        ]
+    }
 }
 
 /// How the strain of a triangle changes with its corners, and what its energy makes of that.
-pub(crate) struct Linear {
+pub(crate) struct Linear<T = f64> {
     /// 1/m, by corner: change of (11, 22, gamma) and of the frame's turn w for a step of the corner (3 x 4 x 3)
-    pub(crate) rows: [[V3; 4]; 3],
+    pub(crate) rows: [[V3<T>; 4]; 3],
     /// N/m, second derivative of the energy in those four
-    pub(crate) inner: [[f64; 4]; 4],
+    pub(crate) inner: [[T; 4]; 4],
     /// N/m, stress (11, 22, 12) that resists turning, and the directions in which it does
-    pub(crate) tension: [f64; 3],
-    pub(crate) turning: M3,
+    pub(crate) tension: [T; 3],
+    pub(crate) turning: M3<T>,
 }
 
-impl Linear {
-    /// Blocks (a, b), a <= b, times the area: given to `out` with their number.
-    pub(crate) fn blocks(&self, shape: &Triangle, mut out: impl FnMut(usize, M3)) {
-        let (g, s) = (&shape.gradient, self.tension);
+impl<T: Real> Linear<T> {
+    /// Blocks (a, b), a <= b, times the area.
+    #[inline(always)]
+    pub(crate) fn blocks(&self, shape: &Triangle<T>) -> [M3<T>; 6] {
+        let (g, s, h) = (&shape.gradient, self.tension, &self.inner);
+        let zero = shape.area.of(0.0);
+        let mut blocks = [[[zero; 3]; 3]; 6];
         let mut pair = 0;
         for a in 0..3 {
             // inner^T rows, N/m^2
-            let left: [V3; 4] = std::array::from_fn(|q| {
-                let r = &self.rows[a];
-                let m = |i: usize| (0..4).map(|p| self.inner[p][q] * r[p][i]).sum::<f64>();
-                [m(0), m(1), m(2)]
-            });
+            let (r, mut left) = (&self.rows[a], [[zero; 3]; 4]);
+            for q in 0..4 {
+                for i in 0..3 {
+                    left[q][i] = h[0][q] * r[0][i] + h[1][q] * r[1][i] + h[2][q] * r[2][i] + h[3][q] * r[3][i];
+                }
+            }
             let pull = [s[0] * g[a][0] + s[2] * g[a][1], s[2] * g[a][0] + s[1] * g[a][1]];
             for b in a..3 {
-                let right = &self.rows[b];
+                let r = &self.rows[b];
                 let turn = pull[0] * g[b][0] + pull[1] * g[b][1];
-                let at = |i: usize, j: usize| {
-                    let inner: f64 = (0..4).map(|q| left[q][i] * right[q][j]).sum();
-                    shape.area * (inner + turn * self.turning[i][j])
-                };
-                out(pair, [0, 1, 2].map(|i| [0, 1, 2].map(|j| at(i, j))));
+                for i in 0..3 {
+                    for j in 0..3 {
+                        let inner =
+                            left[0][i] * r[0][j] + left[1][i] * r[1][j] + left[2][i] * r[2][j] + left[3][i] * r[3][j];
+                        blocks[pair][i][j] = shape.area * (inner + turn * self.turning[i][j]);
+                    }
+                }
                 pair += 1;
             }
         }
+        blocks
     }
 }
 
 /// The positive part of a symmetric 2 x 2 matrix (11, 22, 12).
-pub(crate) fn positive(s: [f64; 3]) -> [f64; 3] {
-    let (mean, half) = (0.5 * (s[0] + s[1]), 0.5 * (s[0] - s[1]));
+#[inline(always)]
+pub(crate) fn positive<T: Real>(s: [T; 3]) -> [T; 3] {
+    let zero = s[0].of(0.0);
+    let (mean, half) = ((s[0] + s[1]) * 0.5, (s[0] - s[1]) * 0.5);
     let radius = (half * half + s[2] * s[2]).sqrt();
     let (most, least) = (mean + radius, mean - radius);
-    let share = (most.max(0.0) - least.max(0.0)) / (2.0 * radius).max(f64::MIN_POSITIVE);
-    let base = least.max(0.0) - share * least;
+    let share = (most.max(zero) - least.max(zero)) / (radius * 2.0).max(zero.of(f64::MIN_POSITIVE));
+    let base = least.max(zero) - share * least;
     [base + share * s[0], base + share * s[1], share * s[2]]
 }
 

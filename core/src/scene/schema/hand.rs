@@ -1,6 +1,6 @@
 //! Where hands are, and what they hold.
 
-use super::{Damping, Force, ForceRate, Length, RotationScene, Speed, Stiffness, Toughness};
+use super::{Damping, Force, ForceRate, Length, Mass, RotationScene, Speed, Stiffness, Toughness};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -73,6 +73,10 @@ pub struct ToolScene {
     /// Of the same; none by default.
     #[schemars(with = "Option<Damping>")]
     pub damping: Option<Spanned<Damping>>,
+    /// Of its tip on sheets, which then hangs on the hand by that spring; by default the tip is where the hand is, but 10 g
+    /// (an assumption) in a live run.
+    #[schemars(with = "Option<Mass>")]
+    pub mass: Option<Spanned<Mass>>,
     /// To start sliding, and while sliding. The default, 0.35 and 0.3, is an assumption.
     #[serde(default = "default_friction")]
     #[schemars(with = "[f64; 2]")]

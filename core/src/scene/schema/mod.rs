@@ -9,7 +9,7 @@ pub use edit::*;
 pub use hand::*;
 
 use super::units::{
-    Acceleration, Angle, Damping, Force, ForceRate, Frequency, Length, Speed, Stiffness, Time, Toughness,
+    Acceleration, Angle, Damping, Force, ForceRate, Frequency, Length, Mass, Speed, Stiffness, Time, Toughness,
 };
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -122,6 +122,19 @@ pub enum IntegratorChoice {
     QuasiStatic,
 }
 
+/// What stands for the inverse of the matrix while it is solved with.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum PreconditionerChoice {
+    /// By size, stiffness and step.
+    #[default]
+    Auto,
+    /// Each node by itself.
+    BlockJacobi,
+    /// Levels of ever coarser bodies.
+    Multilevel,
+}
+
 /// The solver of implicit integrators.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
@@ -138,6 +151,8 @@ pub struct SolverScene {
     /// Of the first residual of a step, where Newton's method stops.
     #[schemars(with = "f64")]
     pub newton_tolerance: Spanned<f64>,
+    /// What stands for the inverse of the matrix.
+    pub preconditioner: PreconditionerChoice,
 }
 
 impl Default for SolverScene {
@@ -147,6 +162,7 @@ impl Default for SolverScene {
             iterations: Spanned::new(0..0, 1000),
             newton: None,
             newton_tolerance: Spanned::new(0..0, 1e-6),
+            preconditioner: PreconditionerChoice::Auto,
         }
     }
 }

@@ -1,0 +1,125 @@
+//! Which nodes go together on a coarser level, and how much of each.
+//!
+//! Aggregates are a node and its neighbours, taken greedily in the order of the nodes (Vanek, Mandel and Brezina 1996). What is
+//! carried over is smoothed by averaging over neighbours, with weights from the mesh alone: as good here as smoothing by the
+//! matrix, and it does not change from step to step.
+
+use super::elements::ElementSet;
+use pliant_plugin_api::abi;
+
+/// Neighbours of each node, without itself, rising.
+#[derive(Debug, Default)]
+pub struct Graph {
+    start: Vec<usize>,
+    neighbour: Vec<u32>,
+}
+
+/// From a coarser level to a finer one: weights that add up to one on each node.
+#[derive(Debug, Default)]
+pub struct Weights {
+    /// (n + 1)
+    pub start: Vec<u32>,
+    /// Coarse nodes of each fine one, rising.
+    pub coarse: Vec<u32>,
+    /// 1
+    pub weight: Vec<f64>,
+}
+
+impl Graph {
+    /// Of `n` nodes and the pairs that `visit` is given.
+    fn new(n: usize, mut pairs: Vec<[u32; 2]>) -> Self {
+        pairs.sort_unstable();
+        pairs.dedup();
+        let start = (0..=n as u32).map(|i| pairs.partition_point(|p| p[0] < i)).collect();
+        Self { start, neighbour: pairs.iter().map(|p| p[1]).collect() }
+    }
+
+    /// Of the elements that have stiffness; hinges reach further than their triangles and are left out.
+    pub fn of_elements(n: usize, sets: &[ElementSet]) -> Self {
+        let mut pairs = Vec::new();
+        for set in sets.iter().filter(|set| set.has(abi::HAS_FORCES) && set.request().kind != abi::HINGE) {
+            for element in set.nodes().chunks_exact(set.corners) {
+                for &a in element {
+                    pairs.extend(element.iter().filter(|b| **b != a).map(|&b| [a, b]));
+                }
+            }
+        }
+        Self::new(n, pairs)
+    }
+
+    /// Nodes there are.
+    pub fn len(&self) -> usize {
+        self.start.len() - 1
+    }
+
+    fn of(&self, node: usize) -> &[u32] {
+        &self.neighbour[self.start[node]..self.start[node + 1]]
+    }
+
+    /// The aggregate of each node, and how many there are.
+    fn aggregates(&self) -> (Vec<u32>, usize) {
+        const NONE: u32 = u32::MAX;
+        let mut of = vec![NONE; self.len()];
+        let mut count = 0_u32;
+        for node in 0..self.len() {
+            if of[node] == NONE && self.of(node).iter().all(|&j| of[j as usize] == NONE) {
+                of[node] = count;
+                self.of(node).iter().for_each(|&j| of[j as usize] = count);
+                count += 1;
+            }
+        }
+        // What is left lies between: each joins a neighbour that was taken above.
+        let first = of.clone();
+        for node in 0..self.len() {
+            if of[node] == NONE {
+                of[node] = self.of(node).iter().map(|&j| first[j as usize]).find(|&a| a != NONE).unwrap_or(NONE);
+            }
+            if of[node] == NONE {
+                of[node] = count;
+                count += 1;
+            }
+        }
+        (of, count as usize)
+    }
+
+    /// The coarser graph, and what carries it over.
+    pub fn coarsen(&self) -> (Self, Weights) {
+        let (of, count) = self.aggregates();
+        let mut weights = Weights { start: vec![0], ..Weights::default() };
+        let mut pairs = Vec::new();
+        for node in 0..self.len() {
+            let around = self.of(node);
+            let share = 1.0 / (1 + around.len()) as f64;
+            let mut met: Vec<u32> = around.iter().map(|&j| of[j as usize]).chain([of[node]]).collect();
+            pairs.extend(met.iter().filter(|a| **a != of[node]).map(|&a| [of[node], a]));
+            met.sort_unstable();
+            for group in met.chunk_by(|a, b| a == b) {
+                weights.coarse.push(group[0]);
+                weights.weight.push(share * group.len() as f64);
+            }
+            weights.start.push(weights.coarse.len() as u32);
+        }
+        (Self::new(count, pairs), weights)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_chain_falls_into_threes_and_weights_add_up() {
+        let n = 90;
+        let pairs = (0..n - 1).flat_map(|i| [[i, i + 1], [i + 1, i]]).collect();
+        let (coarse, weights) = Graph::new(n as usize, pairs).coarsen();
+        assert!((25..=45).contains(&coarse.len()), "{}", coarse.len());
+        for i in 0..n as usize {
+            let row = weights.start[i] as usize..weights.start[i + 1] as usize;
+            let sum: f64 = weights.weight[row.clone()].iter().sum();
+            assert!((sum - 1.0).abs() < 1e-15 && weights.coarse[row].iter().all(|&c| (c as usize) < coarse.len()));
+        }
+        // Nobody alone: every coarse node has a neighbour, in both directions.
+        assert!((0..coarse.len()).all(|a| !coarse.of(a).is_empty()));
+        assert!((0..coarse.len()).all(|a| coarse.of(a).iter().all(|&b| coarse.of(b as usize).contains(&(a as u32)))));
+    }
+}

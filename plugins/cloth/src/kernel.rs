@@ -1,0 +1,197 @@
+//! Passes over the elements of a call, as many at once as the vector unit takes.
+//!
+//! Corners are gathered into planes of lanes, the kernels are those of one element ([`crate::real`]), and results are added
+//! element by element in their order.
+
+use crate::dihedral;
+use crate::membrane::Membrane;
+use crate::real::{MOST_LANES, Wide};
+use crate::small::V3;
+use crate::triangle::{self, Triangle};
+use pliant_plugin_api::{Blocks, Elements, NodeVectors};
+use pulp::{Simd, WithSimd};
+
+/// The corners of elements `e ..` of `nodes`, by corner and axis; lanes past the end repeat the last element.
+#[inline(always)]
+fn gather<S: Simd, const K: usize>(simd: S, nodes: &[[u32; K]], e: usize, of: &[V3]) -> [V3<Wide<S>>; K] {
+    let mut planes = [[[0.0; MOST_LANES]; 3]; K];
+    for lane in 0..S::F64_LANES {
+        let element = nodes[(e + lane).min(nodes.len() - 1)];
+        for corner in 0..K {
+            let place = of[element[corner] as usize];
+            (0..3).for_each(|i| planes[corner][i][lane] = place[i]);
+        }
+    }
+    let mut all = [[Wide::load(simd, &planes[0][0]); 3]; K];
+    for corner in 0..K {
+        for i in 0..3 {
+            all[corner][i] = Wide::load(simd, &planes[corner][i]);
+        }
+    }
+    all
+}
+
+/// Values `e ..` of a plane; lanes past the end repeat the last one.
+#[inline(always)]
+fn read<S: Simd>(simd: S, plane: &[f64], e: usize) -> Wide<S> {
+    if e + S::F64_LANES <= plane.len() {
+        return Wide::load(simd, &plane[e..]);
+    }
+    let mut lanes = [0.0; MOST_LANES];
+    for lane in 0..S::F64_LANES {
+        lanes[lane] = plane[(e + lane).min(plane.len() - 1)];
+    }
+    Wide::load(simd, &lanes)
+}
+
+#[inline(always)]
+fn triangles<S: Simd>(simd: S, planes: &[&[f64]; triangle::STRIDE], e: usize) -> Triangle<Wide<S>> {
+    let (b, c) =
+        ([read(simd, planes[0], e), read(simd, planes[1], e)], [read(simd, planes[2], e), read(simd, planes[3], e)]);
+    Triangle::whole([b, c], read(simd, planes[4], e))
+}
+
+/// Adds the forces of triangles. Gives the sum of their stresses, to see whether all is finite.
+pub(crate) struct Forces<'a, 'b> {
+    pub(crate) membrane: &'a Membrane,
+    pub(crate) at: &'a Elements<'a>,
+    pub(crate) out: &'a mut NodeVectors<'b>,
+}
+
+impl WithSimd for Forces<'_, '_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        let Self { membrane, at, out } = self;
+        let (x, v, nodes) = (at.x(), at.v(), at.corners::<3>());
+        let planes = core::array::from_fn(|s| at.rest_data(s));
+        let mut seen = 0.0;
+        for e in (0..nodes.len()).step_by(S::F64_LANES) {
+            let shape = triangles(simd, &planes, e);
+            let (f, rate) = (shape.derivative(gather(simd, nodes, e, x)), shape.derivative(gather(simd, nodes, e, v)));
+            let count = S::F64_LANES.min(nodes.len() - e);
+            let wide = shape.forces(membrane.stress(&shape, f, rate));
+            let mut forces = [[[0.0; MOST_LANES]; 3]; 3];
+            for corner in 0..3 {
+                for i in 0..3 {
+                    forces[corner][i] = wide[corner][i].lanes();
+                }
+            }
+            for lane in 0..count {
+                for corner in 0..3 {
+                    let planes = &forces[corner];
+                    let force = [planes[0][lane], planes[1][lane], planes[2][lane]];
+                    out.add(nodes[e + lane][corner], force);
+                    seen += force[0] + force[1] + force[2];
+                }
+            }
+        }
+        seen
+    }
+}
+
+/// Adds `factors.0` K + `factors.1` C of triangles.
+pub(crate) struct Stiffness<'a, 'b> {
+    pub(crate) membrane: &'a Membrane,
+    pub(crate) at: &'a Elements<'a>,
+    pub(crate) factors: (f64, f64),
+    pub(crate) out: &'a mut Blocks<'b>,
+}
+
+impl WithSimd for Stiffness<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { membrane, at, factors, out } = self;
+        let (x, nodes) = (at.x(), at.corners::<3>());
+        let planes = core::array::from_fn(|s| at.rest_data(s));
+        for e in (0..nodes.len()).step_by(S::F64_LANES) {
+            let shape = triangles(simd, &planes, e);
+            let f = shape.derivative(gather(simd, nodes, e, x));
+            let count = S::F64_LANES.min(nodes.len() - e);
+            let blocks = membrane.linear(&shape, f, factors).blocks(&shape);
+            for pair in 0..6 {
+                let mut planes = [[0.0; MOST_LANES]; 9];
+                for i in 0..9 {
+                    planes[i] = blocks[pair][i / 3][i % 3].lanes();
+                }
+                for lane in 0..count {
+                    let p = |i: usize| planes[i][lane];
+                    out.add(e + lane, pair, &[[p(0), p(1), p(2)], [p(3), p(4), p(5)], [p(6), p(7), p(8)]]);
+                }
+            }
+        }
+    }
+}
+
+/// Writes angles of hinges in the place of those at rest, and their gradients, over their length: 13 planes.
+pub(crate) struct Strains<'a> {
+    pub(crate) at: &'a Elements<'a>,
+    pub(crate) out: [&'a mut [f64]; 13],
+}
+
+impl WithSimd for Strains<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        let Self { at, out } = self;
+        let (x, nodes, angles, lengths) = (at.x(), at.corners::<4>(), at.rest_data(0), at.rest_data(1));
+        let mut seen = 0.0;
+        for e in (0..nodes.len()).step_by(S::F64_LANES) {
+            let place = gather(simd, nodes, e, x);
+            let l = read(simd, lengths, e);
+            let gradient = dihedral::gradient(place);
+            let count = S::F64_LANES.min(nodes.len() - e);
+            let strain = l * (dihedral::angle(place) - read(simd, angles, e));
+            for plane in 0..13 {
+                let value = if plane == 0 { strain } else { l * gradient[(plane - 1) / 3][(plane - 1) % 3] };
+                let lanes = value.lanes();
+                out[plane][e..e + count].copy_from_slice(&lanes[..count]);
+            }
+            let lanes = strain.lanes();
+            for lane in 0..count {
+                seen += lanes[lane];
+            }
+        }
+        seen
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::Cloth;
+    use pliant_plugin_api::Tangent;
+    use pliant_plugin_api::kit::{self, Body};
+
+    #[test]
+    fn every_vector_unit_gives_the_same_bytes() {
+        let sheet = kit::sheet([7, 5], 0.01);
+        for (frame, compression) in [(0.0, 1.0), (1.0, 1.0), (2.0, 1.0), (0.0, 0.2)] {
+            let given = [("frame", frame), ("compression", compression), ("damping-time", 1e-2), ("poisson", 0.3)];
+            let mut material: Cloth = kit::material(&given).unwrap();
+            let mut body = Body::new(&material, sheet.rest.clone(), |r| sheet.given(r.kind)).unwrap();
+            for (i, (x, v)) in body.x.iter_mut().zip(&mut body.v).enumerate() {
+                let i = i as f64;
+                *x = [x[0] + 2e-3 * i.sin(), x[1] - 1e-3 * (2.0 * i).cos(), 3e-3 * (0.7 * i).sin()];
+                *v = [i.cos(), 0.5, -i.sin()];
+            }
+            body.x[9] = body.x[8]; // triangles that have collapsed
+            body.x[1] = body.x[0];
+            body.x[2] = body.x[0];
+            let mut results = Vec::new();
+            for arch in [pulp::Arch::new(), pulp::Arch::Scalar] {
+                material.1 = arch;
+                let tangent = body.tangent(&material, Tangent { stiffness: 0.7, damping: 0.3 }).unwrap();
+                let (strains, _) = body.strains(&material).unwrap();
+                let forces = body.forces(&material).unwrap().into_iter().flatten();
+                results.push(forces.chain(tangent).chain(strains).map(f64::to_bits).collect::<Vec<_>>());
+            }
+            let first = results[0].iter().zip(&results[1]).position(|(a, b)| a != b);
+            assert_eq!(first, None, "frame {frame}, compression {compression}");
+            assert!(results[0].iter().all(|&bits| f64::from_bits(bits).is_finite()));
+        }
+    }
+}
