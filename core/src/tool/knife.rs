@@ -276,9 +276,9 @@ impl Knife {
             self.heading = self.heading.or_else(|| (turn * middle_way(&before, &blade)).try_normalize(0.0));
             if let Err(error) = body.take_cut(&advance) {
                 if let Some(state) = state {
-                    body.restore(&state).map_err(|error| Stopped::Failed(error.into()))?;
+                    body.restore(&state).map_err(Stopped::Failed)?;
                 }
-                return Err(Stopped::Failed(error.into()));
+                return Err(Stopped::Failed(error));
             }
         }
         let force = if way > 0.0 { force / way } else { 0.0 };
