@@ -28,6 +28,8 @@ pub enum Command {
     Plan(SceneArgs),
     /// What plugins there are and what they take
     Plugin(PluginArgs),
+    /// Measure error against run time, stability, or cost, and say what misses what it should meet
+    Report(ReportArgs),
     /// What devices there are, what they lack, and stand-ins for them
     Device(DeviceArgs),
     /// Print the JSON Schema of scene files
@@ -102,6 +104,65 @@ pub struct ReplayArgs {
     /// Say nothing while it runs
     #[arg(long, short)]
     pub quiet: bool,
+}
+
+#[derive(Args)]
+pub struct ReportArgs {
+    /// Which
+    #[arg(value_enum)]
+    pub kind: ReportKind,
+    /// Only cases whose name contains this; may be given more than once
+    #[arg(long, value_name = "NAME")]
+    pub case: Vec<String>,
+    /// Accuracy or performance of a scene of your own instead
+    #[arg(long, value_name = "FILE")]
+    pub scene: Option<PathBuf>,
+    /// Another catalogue in the place of the program's own; its scenes are files beside it
+    #[arg(long, value_name = "FILE", conflicts_with = "scene")]
+    pub catalogue: Option<PathBuf>,
+    /// With --scene: put a value in the place of the scene's
+    #[arg(long, value_name = "PATH=VALUE", value_parser = setting, requires = "scene")]
+    pub set: Vec<(String, String)>,
+    /// Fewer resolutions: under a minute
+    #[arg(long)]
+    pub quick: bool,
+    /// Where results go; by default out/report-KIND
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// A report.json of before: what got worse is named, and the exit code is 1
+    #[arg(long, value_name = "FILE")]
+    pub baseline: Option<PathBuf>,
+    /// How much worse counts, as a share
+    #[arg(long, value_name = "SHARE", default_value_t = 0.1)]
+    pub margin: f64,
+    /// Exit with 1 when a result misses what it must meet
+    #[arg(long)]
+    pub strict: bool,
+    /// Begin anew, whatever a report that was stopped left behind
+    #[arg(long)]
+    pub fresh: bool,
+    /// Print the tables as Markdown
+    #[arg(long, conflicts_with = "json")]
+    pub markdown: bool,
+    /// Threads of a run; 0 takes what the machine has
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub threads: usize,
+    /// Of the order in which timed runs are interleaved
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// Say nothing while it runs
+    #[arg(long, short)]
+    pub quiet: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ReportKind {
+    /// Error against run time, of known answers
+    Accuracy,
+    /// What holds, up to where, and what happens beyond
+    Stability,
+    /// What a step costs
+    Performance,
 }
 
 #[derive(Args)]

@@ -14,6 +14,7 @@ mod outcome;
 mod plan;
 mod plugin;
 mod replay;
+mod report;
 mod run;
 mod sample;
 mod text;
@@ -30,6 +31,7 @@ fn main() -> ExitCode {
         Command::Replay(args) => replay::replay(&cli, args),
         Command::Plan(args) => plan::plan(&cli, args),
         Command::Plugin(args) => plugin::plugin(&cli, &args.what),
+        Command::Report(args) => report::report(&cli, args),
         Command::Device(args) => device::device(&cli, &args.what),
         Command::Schema => text::out(&pretty(&pliant_core::scene::json_schema())),
         Command::Completions { shell } => {

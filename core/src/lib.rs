@@ -12,6 +12,7 @@ pub mod live;
 pub mod mesh;
 pub mod plan;
 pub mod record;
+pub mod report;
 pub mod scene;
 pub mod session;
 pub mod step;

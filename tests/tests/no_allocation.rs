@@ -27,10 +27,39 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static COUNTING: Counting = Counting;
 
+/// An implicit cloth with a fingertip on it.
+const CLOTH: &str = r#"
+format = 1
+gravity = [0, 0, 0]
+[time]
+duration = 1
+integrator = "backward-euler"
+[[body]]
+shape = { kind = "sheet", cells = 20, rows = 20, pattern = "alternating", size = [0.2, 0.2, 0] }
+sheet = { warp = [1, 0, 0] }
+material = { plugin = "cloth", params = { damping-time = 1e-2 } }
+[[body.fixed]]
+box = [[-1, 0.1999, -1], [1, 1, 1]]
+[[body.fixed]]
+box = [[-1, -1, -1], [1, 0.0001, 1]]
+[[device]]
+name = "hand"
+params = { path = [[0, 0.1, 0.1, 0.009], [0.1, 0.1, 0.1, -0.002]] }
+[[tool]]
+name = "finger"
+device = "hand"
+radius = "8 mm"
+[[edit]]
+kind = "touch"
+tool = "finger"
+"#;
+
 #[test]
 fn steps_in_contact_do_not_allocate() {
-    for integrator in ["symplectic-euler", "backward-euler"] {
-        let mut session = open(&box_scene(&format!("integrator = \"{integrator}\""), "", ""), 1);
+    let block = |integrator: &str| box_scene(&format!("integrator = \"{integrator}\""), "", "");
+    let scenes = [("symplectic-euler", block("symplectic-euler")), ("backward-euler", block("backward-euler"))];
+    for (integrator, scene) in scenes.into_iter().chain([("cloth", CLOTH.into())]) {
+        let mut session = open(&scene, 1);
         // Past the approach and the first looks at what has been left behind, into the steady press.
         (0..200).for_each(|_| session.step());
         assert!(session.frame().tools[0].contact.is_some());

@@ -10,7 +10,7 @@ use super::pool::Pool;
 use super::settle::HoldsNothing;
 use super::springs::NodeSprings;
 use super::system::System;
-use super::{Constraint, Factors, Matrix, V3, axpy, dot};
+use super::{Constraint, Factors, Matrix, V3, axpy, dot, without_dust};
 use crate::host::HostError;
 use std::time::Instant;
 use thiserror::Error;
@@ -270,7 +270,7 @@ impl Integrator {
             for i in 0..nodes.len() {
                 let a = axpy(loads.gravity, 1.0 / nodes.mass[i], axpy(self.force[i], 1.0, self.still[i]));
                 let free = axpy(nodes.v[i], dt, a);
-                let held = nodes.constraint[i].merge(free, nodes.prescribed[i]);
+                let held = without_dust(nodes.constraint[i].merge(free, nodes.prescribed[i]));
                 self.reaction[i] = axpy(held, -1.0, free).map(|c| c * nodes.mass[i] / dt);
                 self.still[i] = held;
             }
@@ -445,8 +445,9 @@ impl Integrator {
                 break;
             }
         }
-        for (v, dv) in system.nodes.v.iter_mut().zip(&self.pcg.x) {
-            *v = axpy(*v, 1.0, *dv);
+        for (v, dv) in system.nodes.v.iter_mut().zip(&mut self.pcg.x) {
+            *dv = without_dust(*dv);
+            *v = without_dust(axpy(*v, 1.0, *dv));
         }
         if iteration > 0 || self.newton > 1 {
             // What is left to do next time has nothing to do with what was done.

@@ -7,9 +7,10 @@
 use super::coupled::{Coupled, is_coupled_hinges};
 use super::elements::ElementSet;
 use super::pool::Pool;
+use super::product::{Row, row_product, rows_product};
 use super::springs::NodeSprings;
 use super::system::Nodes;
-use super::{Block, Constraint, V3, axpy, times, transposed_times};
+use super::{Block, Constraint, V3};
 use crate::host::{HostError, Material};
 use pliant_plugin_api::abi;
 
@@ -227,23 +228,20 @@ impl Matrix {
 
     /// Its rows from `first` on.
     pub fn rows_product(&self, first: usize, x: &[V3], out: &mut [V3]) {
-        for (i, y) in out.iter_mut().enumerate() {
-            *y = self.row_product(first + i, x);
-        }
+        rows_product(out, x, |i| self.row_at(first + i));
     }
 
     /// One row of [`Matrix::product`].
     #[inline(always)]
     pub fn row_product(&self, i: usize, x: &[V3]) -> V3 {
-        let mut y = [0.0; 3];
-        for &(j, slot) in &self.lower[self.lower_row[i]..self.lower_row[i + 1]] {
-            y = axpy(y, 1.0, transposed_times(&self.values[slot as usize], x[j as usize]));
-        }
+        row_product(self.row_at(i), x)
+    }
+
+    #[inline(always)]
+    fn row_at(&self, i: usize) -> Row<'_> {
         let upper = self.row[i]..self.row[i + 1];
-        for (block, &j) in self.values[upper.clone()].iter().zip(&self.column[upper]) {
-            y = axpy(y, 1.0, times(block, x[j as usize]));
-        }
-        y
+        let lower = &self.lower[self.lower_row[i]..self.lower_row[i + 1]];
+        Row { values: &self.values, lower, upper: &self.values[upper.clone()], columns: &self.column[upper] }
     }
 
     /// The diagonal block of a node.

@@ -44,6 +44,9 @@ pub mod fault {
     pub const HINGE_SLOPE_OFF: u8 = 35;
     pub const HINGE_DOES_NOT_TURN: u8 = 36;
     pub const COMPLIANCE_INDEFINITE: u8 = 37;
+    // What a report must notice and a conformance suite cannot.
+    pub const TOO_SOFT: u8 = 38;
+    pub const SLOW: u8 = 39;
     pub const WEIGHTS_TOO_LARGE: u8 = 40;
     pub const WEIGHTS_SWAPPED: u8 = 41;
     pub const PULLS_BACK_MORE: u8 = 42;
@@ -91,6 +94,8 @@ export_plugins!(
     AsMaterial<Springs<SWALLOWS_NAN>>,
     AsMaterial<Springs<ALLOCATES>>,
     AsMaterial<Springs<TAKES_LONG>>,
+    AsMaterial<Springs<TOO_SOFT>>,
+    AsMaterial<Springs<SLOW>>,
     AsMaterial<Net<NONE>>,
     AsMaterial<Net<HINGE_SLOPE_OFF>>,
     AsMaterial<Net<HINGE_DOES_NOT_TURN>>,

@@ -43,6 +43,7 @@ impl<const F: u8> Springs<F> {
         match F {
             fault::SHARES => 1.0 + f64::from_bits(TOLD.load(Ordering::Relaxed)),
             fault::DIVIDES_BY_ZERO => 1.0 / (1e3 - self.after),
+            fault::TOO_SOFT => 0.95,
             fault::REMEMBERS => {
                 let now = at.x().first().map_or(0, |x| x[0].to_bits());
                 if self.seen.swap(now, Ordering::Relaxed) != now {
@@ -116,6 +117,8 @@ impl<const F: u8> Material for Springs<F> {
             fault::SWALLOWS_NAN => c"swallows-nan",
             fault::ALLOCATES => c"allocates",
             fault::TAKES_LONG => c"takes-long",
+            fault::TOO_SOFT => c"too-soft",
+            fault::SLOW => c"slow",
             _ => c"sound-springs",
         },
         const { &[AFTER] as &[Param] },
@@ -171,6 +174,9 @@ impl<const F: u8> Material for Springs<F> {
         assert!(!self.is_due(fault::PANIC, at), "panicked on purpose, in forces");
         if self.is_due(fault::TAKES_LONG, at) {
             std::thread::sleep(std::time::Duration::from_millis(1200));
+        }
+        if F == fault::SLOW {
+            std::thread::sleep(std::time::Duration::from_millis(2));
         }
         if F == fault::ALLOCATES {
             std::hint::black_box(vec![0_u8; 64]);

@@ -1,0 +1,93 @@
+//! What was already measured, kept while a report is made, so that one that was stopped goes on where it was.
+
+use super::Row;
+use std::collections::HashMap;
+use std::fs::{File, OpenOptions};
+use std::io::{self, BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+
+/// Rows by key, in a file beside the report: a line of settings, then a line a row.
+#[derive(Default)]
+pub struct Journal {
+    rows: HashMap<String, Row>,
+    file: Option<(PathBuf, File)>,
+    /// Rows that were there when it was opened.
+    pub resumed: usize,
+}
+
+impl Journal {
+    /// One that keeps nothing.
+    pub fn none() -> Self {
+        Self::default()
+    }
+
+    /// Opens `path`. What it holds counts if it was begun with the same `settings`; else it begins anew.
+    ///
+    /// # Errors
+    /// What the file system says.
+    pub fn open(path: &Path, settings: &str) -> io::Result<Self> {
+        let mut rows = HashMap::new();
+        if let Ok(old) = File::open(path) {
+            let mut lines = BufReader::new(old).lines();
+            if lines.next().transpose()?.as_deref() == Some(settings) {
+                // A last line that was cut off is no row.
+                let read = lines.map_while(Result::ok).filter_map(|line| serde_json::from_str::<Row>(&line).ok());
+                rows.extend(read.map(|row| (row.key(), row)));
+            }
+        }
+        if let Some(folder) = path.parent() {
+            std::fs::create_dir_all(folder)?;
+        }
+        let mut file = OpenOptions::new().create(true).write(true).truncate(true).open(path)?;
+        writeln!(file, "{settings}")?;
+        let resumed = rows.len();
+        let mut journal = Self { rows, file: Some((path.to_path_buf(), file)), resumed };
+        let known: Vec<Row> = journal.rows.values().cloned().collect();
+        known.iter().for_each(|row| journal.put(row));
+        Ok(journal)
+    }
+
+    /// A row that was already measured.
+    pub fn get(&self, key: &str) -> Option<Row> {
+        self.rows.get(key).cloned()
+    }
+
+    /// Keeps a row. A file that cannot be written costs the resuming, not the report.
+    pub fn put(&mut self, row: &Row) {
+        if let (Some((_, file)), Ok(line)) = (&mut self.file, serde_json::to_string(row)) {
+            let _ = writeln!(file, "{line}");
+        }
+    }
+
+    /// The report is whole: nothing is left to go on with.
+    pub fn finish(self) {
+        if let Some((path, _)) = self.file {
+            let _ = std::fs::remove_file(path);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn goes_on_with_the_same_settings_only_and_bears_a_cut_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("deep/journal.jsonl");
+        let row = |n| Row { case: "c".into(), n, error: Some(0.5), ..Row::default() };
+        let mut first = Journal::open(&path, "a").unwrap();
+        first.put(&row(1));
+        first.put(&row(2));
+        drop(first);
+        let mut text = std::fs::read_to_string(&path).unwrap();
+        text.truncate(text.len() - 9);
+        std::fs::write(&path, text).unwrap();
+        let again = Journal::open(&path, "a").unwrap();
+        assert_eq!((again.resumed, again.get(&row(1).key()), again.get(&row(2).key())), (1, Some(row(1)), None));
+        drop(again);
+        assert_eq!(Journal::open(&path, "b").unwrap().resumed, 0);
+        Journal::open(&path, "b").unwrap().finish();
+        assert!(!path.exists());
+    }
+}

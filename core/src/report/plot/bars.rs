@@ -1,0 +1,57 @@
+//! Stacked bars: what a whole is made of.
+
+use super::svg::{Anchor, COLOURS, Svg, short};
+
+/// Bars side by side, each a stack.
+#[derive(Clone, Debug, Default)]
+pub struct Bars {
+    /// Above it.
+    pub title: String,
+    /// What the bars are.
+    pub x: String,
+    /// Name and unit of their height.
+    pub y: String,
+    /// Of the stacked parts.
+    pub parts: Vec<String>,
+    /// Name and parts of each bar.
+    pub bars: Vec<(String, Vec<f64>)>,
+}
+
+const LEFT: f64 = 78.0;
+const TOP: f64 = 44.0;
+const HEIGHT: f64 = 260.0;
+const BAR: f64 = 64.0;
+
+impl Bars {
+    /// The picture; each bar is as high as the others, its whole stands above it.
+    pub fn svg(&self) -> String {
+        let width = BAR * self.bars.len() as f64;
+        let mut svg = Svg::new((LEFT + width + 230.0).max(460.0), TOP + HEIGHT + 66.0, &self.title);
+        for tick in [0.0, 25.0, 50.0, 75.0, 100.0] {
+            let y = TOP + 16.0 + (HEIGHT - 16.0) * (1.0 - tick / 100.0);
+            svg.line((LEFT, y), (LEFT + width, y), "stroke=\"#e4e4e4\"");
+            svg.text((LEFT - 7.0, y + 4.0), Anchor::End, "", &format!("{tick}"));
+        }
+        for (i, (name, parts)) in self.bars.iter().enumerate() {
+            let (x, whole) = (LEFT + BAR * i as f64, parts.iter().sum::<f64>());
+            let mut y = TOP + HEIGHT;
+            for (part, value) in parts.iter().enumerate() {
+                let high = (HEIGHT - 16.0) * value / whole.max(f64::MIN_POSITIVE);
+                y -= high;
+                let style = format!("fill=\"{}\"", COLOURS[part % COLOURS.len()]);
+                svg.rect((x + 10.0, y), (BAR - 20.0, high), &style);
+            }
+            let middle = x + 0.5 * BAR;
+            svg.text((middle, TOP + 10.0), Anchor::Middle, "", &format!("{} ms", short(1e3 * whole)));
+            svg.text((middle, TOP + HEIGHT + 17.0), Anchor::Middle, "", name);
+        }
+        svg.text((LEFT + 0.5 * width, TOP + HEIGHT + 42.0), Anchor::Middle, "", &self.x);
+        svg.text_up((20.0, TOP + 0.5 * HEIGHT), &self.y);
+        for (i, part) in self.parts.iter().enumerate() {
+            let (x, y) = (LEFT + width + 18.0, TOP + 22.0 * i as f64);
+            svg.rect((x, y), (16.0, 14.0), &format!("fill=\"{}\"", COLOURS[i % COLOURS.len()]));
+            svg.text((x + 24.0, y + 11.0), Anchor::Start, "", part);
+        }
+        svg.finish()
+    }
+}

@@ -1,0 +1,90 @@
+//! Maps: a state for every pair of two things that were varied.
+
+use super::svg::{Anchor, Svg, short};
+
+/// A map.
+#[derive(Clone, Debug, Default)]
+pub struct Heat {
+    /// Above it.
+    pub title: String,
+    /// Name and unit along.
+    pub x: String,
+    /// Name and unit up.
+    pub y: String,
+    /// Along, rising.
+    pub columns: Vec<f64>,
+    /// Up, rising.
+    pub rows: Vec<f64>,
+    /// Of each row, of each column.
+    pub states: Vec<Vec<String>>,
+    /// The predicted limit in each column, in values of the rows.
+    pub predicted: Vec<Option<f64>>,
+}
+
+/// What a state looks like: colour and the letter in it, so that colour alone says nothing.
+const LOOKS: [(&str, &str, &str); 6] = [
+    ("stable", "#9fd3b5", "s"),
+    ("damped", "#cfe8f7", "d"),
+    ("growing", "#f0a07c", "G"),
+    ("refused", "#d9d9d9", "r"),
+    ("not converged", "#f5dc8f", "n"),
+    ("long step", "#e8d4ee", "l"),
+];
+
+const LEFT: f64 = 78.0;
+const TOP: f64 = 40.0;
+const CELL: (f64, f64) = (46.0, 24.0);
+
+impl Heat {
+    /// The picture.
+    pub fn svg(&self) -> String {
+        let size = (CELL.0 * self.columns.len() as f64, CELL.1 * self.rows.len() as f64);
+        let height = (TOP + size.1 + 62.0).max(TOP + 24.0 * (LOOKS.len() + 2) as f64);
+        let mut svg = Svg::new((LEFT + size.0 + 170.0).max(460.0), height, &self.title);
+        let up = |row: f64| TOP + size.1 - CELL.1 * row;
+        for (r, row) in self.states.iter().enumerate() {
+            svg.text((LEFT - 7.0, up(r as f64 + 0.5) + 4.0), Anchor::End, "", &short(self.rows[r]));
+            for (c, state) in row.iter().enumerate() {
+                let look = LOOKS.iter().find(|l| l.0 == state).unwrap_or(&("", "#ffffff", "?"));
+                let at = (LEFT + CELL.0 * c as f64, up(r as f64 + 1.0));
+                svg.rect(at, CELL, &format!("fill=\"{}\" stroke=\"#fff\"", look.1));
+                svg.text((at.0 + 0.5 * CELL.0, at.1 + 16.0), Anchor::Middle, "fill=\"#333\"", look.2);
+            }
+        }
+        for (c, value) in self.columns.iter().enumerate() {
+            let at = (LEFT + CELL.0 * (c as f64 + 0.5), TOP + size.1 + 17.0);
+            svg.text(at, Anchor::Middle, "", &short(*value));
+        }
+        for (c, limit) in self.predicted.iter().enumerate() {
+            let Some(at) = limit.and_then(|l| self.place(l)) else { continue };
+            let (x, y) = (LEFT + CELL.0 * c as f64, up(at));
+            svg.line((x, y), (x + CELL.0, y), "stroke=\"#000\" stroke-width=\"3\"");
+        }
+        svg.text((LEFT + 0.5 * size.0, TOP + size.1 + 42.0), Anchor::Middle, "", &self.x);
+        svg.text_up((20.0, TOP + 0.5 * size.1), &self.y);
+        let right = LEFT + size.0 + 18.0;
+        let seen = |l: &&(&str, &str, &str)| self.states.iter().flatten().any(|s| s == l.0);
+        let looks: Vec<_> = LOOKS.iter().filter(seen).collect();
+        for (i, look) in looks.iter().enumerate() {
+            let y = TOP + 24.0 * i as f64;
+            svg.rect((right, y), (26.0, 18.0), &format!("fill=\"{}\"", look.1));
+            svg.text((right + 13.0, y + 13.0), Anchor::Middle, "fill=\"#333\"", look.2);
+            svg.text((right + 34.0, y + 13.0), Anchor::Start, "", look.0);
+        }
+        if self.predicted.iter().any(Option::is_some) {
+            let y = TOP + 24.0 * looks.len() as f64 + 9.0;
+            svg.line((right, y), (right + 26.0, y), "stroke=\"#000\" stroke-width=\"3\"");
+            svg.text((right + 34.0, y + 4.0), Anchor::Start, "", "predicted limit");
+        }
+        svg.finish()
+    }
+
+    /// Where a value stands among the rows, in cells from below: the middle of a row is its value, between them logarithmic.
+    fn place(&self, value: f64) -> Option<f64> {
+        let logs: Vec<f64> = self.rows.iter().map(|r| r.ln()).collect();
+        let (first, last) = (*logs.first()?, *logs.last()?);
+        let spacing = (last - first) / (logs.len().max(2) - 1) as f64;
+        let at = (value.ln() - first) / spacing + 0.5;
+        (0.0..=logs.len() as f64).contains(&at).then_some(at)
+    }
+}

@@ -1,0 +1,137 @@
+//! Rows of a product, a block at a time.
+//!
+//! The nine products of a block with a vector are nine sums that run along the row and come together at its end. AVX-512 takes
+//! eight of them at once; the portable path does the same operations in the same order, so bytes do not depend on the vector
+//! unit found at run time.
+
+use super::{Block, V3};
+
+/// What a row is made of: blocks below the diagonal by column and slot, to be transposed, and those from it on.
+#[derive(Clone, Copy)]
+pub struct Row<'a> {
+    pub values: &'a [Block],
+    pub lower: &'a [(u32, u32)],
+    pub upper: &'a [Block],
+    pub columns: &'a [u32],
+}
+
+/// The ninth of the sums is apart.
+type Sums = ([f64; 8], f64);
+
+#[inline(always)]
+fn ends(turned: Sums, straight: Sums) -> V3 {
+    let ([a, b, c, d, e, f, g, h], i) = turned;
+    let ([j, k, l, m, n, o, p, q], r) = straight;
+    [(a + d + g) + (j + k + l), (b + e + h) + (m + n + o), (c + f + i) + (p + q + r)]
+}
+
+/// The portable path.
+#[inline(always)]
+pub fn row_product(row: Row<'_>, x: &[V3]) -> V3 {
+    let (mut turned, mut straight) = (([0.0; 8], 0.0), ([0.0; 8], 0.0));
+    for &(j, slot) in row.lower {
+        add(&mut turned, &row.values[slot as usize], x[j as usize], |x| {
+            [x[0], x[0], x[0], x[1], x[1], x[1], x[2], x[2]]
+        });
+    }
+    for (block, &j) in row.upper.iter().zip(row.columns) {
+        add(&mut straight, block, x[j as usize], |x| [x[0], x[1], x[2], x[0], x[1], x[2], x[0], x[1]]);
+    }
+    ends(turned, straight)
+}
+
+#[inline(always)]
+fn add(sums: &mut Sums, block: &Block, x: V3, spread: impl Fn(V3) -> [f64; 8]) {
+    let spread = spread(x);
+    for e in 0..8 {
+        sums.0[e] += block[e] * spread[e];
+    }
+    sums.1 += block[8] * x[2];
+}
+
+/// `out[i] = row(first + i) x`, with the widest vector unit there is.
+pub fn rows_product<'a>(out: &mut [V3], x: &[V3], row: impl Fn(usize) -> Row<'a>) {
+    #[cfg(target_arch = "x86_64")]
+    if let pulp::Arch::V4(simd) = pulp::Arch::new() {
+        return simd.vectorize(wide::Rows { simd, out, x, row });
+    }
+    for (i, out) in out.iter_mut().enumerate() {
+        *out = row_product(row(i), x);
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+mod wide {
+    use super::{Block, Row, V3, ends};
+    use pulp::x86::V4;
+    use pulp::{Simd, cast, f64x8, u64x8};
+
+    /// For a transposed block and for one as it is.
+    const TURNED: u64x8 = u64x8(0, 0, 0, 1, 1, 1, 2, 2);
+    const STRAIGHT: u64x8 = u64x8(0, 1, 2, 0, 1, 2, 0, 1);
+
+    pub struct Rows<'o, F> {
+        pub simd: V4,
+        pub out: &'o mut [V3],
+        pub x: &'o [V3],
+        pub row: F,
+    }
+
+    impl<'a, F: Fn(usize) -> Row<'a>> pulp::NullaryFnOnce for Rows<'_, F> {
+        type Output = ();
+
+        #[inline(always)]
+        fn call(self) {
+            let Self { simd, out, x, row } = self;
+            for i in 0..out.len() {
+                let Row { values, lower, upper, columns } = row(i);
+                let (mut turned, mut straight) = ((simd.splat_f64x8(0.0), 0.0), (simd.splat_f64x8(0.0), 0.0));
+                for &(j, slot) in lower {
+                    turned = add(simd, turned, &values[slot as usize], &x[j as usize], TURNED);
+                }
+                for (block, &j) in upper.iter().zip(columns) {
+                    straight = add(simd, straight, block, &x[j as usize], STRAIGHT);
+                }
+                out[i] = ends((cast(turned.0), turned.1), (cast(straight.0), straight.1));
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn add(simd: V4, sums: (f64x8, f64), block: &Block, x: &V3, spread: u64x8) -> (f64x8, f64) {
+        let three: f64x8 = simd.partial_load_f64s(x);
+        let spread: f64x8 = cast(simd.avx512f._mm512_permutexvar_pd(cast(spread), cast(three)));
+        let [a, b, c, d, e, f, g, h, last] = *block;
+        let eight: f64x8 = cast([a, b, c, d, e, f, g, h]);
+        (simd.add_f64x8(sums.0, simd.mul_f64x8(eight, spread)), sums.1 + last * x[2])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_vector_unit_gives_the_same_bytes_and_the_product() {
+        let wave = |i: usize| (1.7 * i as f64).sin() * 10_f64.powi((i % 7) as i32 - 3);
+        let values: Vec<Block> = (0..40).map(|b| std::array::from_fn(|e| wave(9 * b + e))).collect();
+        let x: Vec<V3> = (0..30).map(|j| std::array::from_fn(|e| wave(1000 + 3 * j + e))).collect();
+        let lower: Vec<(u32, u32)> = (0..12).map(|k| (29 - k, 3 * k)).collect();
+        let columns: Vec<u32> = (0..9).map(|k| 2 * k + 3).collect();
+        let row =
+            |i: usize| Row { values: &values, lower: &lower[i..], upper: &values[20 + i..29], columns: &columns[i..] };
+        let mut out = vec![[0.0; 3]; 9];
+        rows_product(&mut out, &x, row);
+        for (i, out) in out.iter().enumerate() {
+            assert_eq!(out.map(f64::to_bits), row_product(row(i), &x).map(f64::to_bits));
+            let mut want = [0.0; 3];
+            for &(j, slot) in row(i).lower {
+                (0..9).for_each(|e| want[e % 3] += values[slot as usize][e] * x[j as usize][e / 3]);
+            }
+            for (block, &j) in row(i).upper.iter().zip(row(i).columns) {
+                (0..9).for_each(|e| want[e / 3] += block[e] * x[j as usize][e % 3]);
+            }
+            assert!((0..3).all(|c| (out[c] - want[c]).abs() < 1e-6), "{out:?} {want:?}");
+        }
+    }
+}
