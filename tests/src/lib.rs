@@ -5,11 +5,14 @@
 
 #![allow(clippy::print_stderr, reason = "a test that is skipped says so")]
 
+pub mod arm;
+pub mod bout;
 pub mod cloth;
 pub mod models;
 pub mod native;
 pub mod solid;
 pub mod twin;
+pub mod wall;
 
 use pliant_core::host::{Library, Search};
 use serde_json::Value;
@@ -33,6 +36,16 @@ fn deps() -> PathBuf {
 pub fn program() -> PathBuf {
     let path = deps().parent().expect("deps/ is in a folder").join(format!("pliant{}", std::env::consts::EXE_SUFFIX));
     assert!(path.is_file(), "{} is not there: run `cargo test --workspace`, which builds it", path.display());
+    path
+}
+
+/// A file cargo has built beside this test, by its name.
+///
+/// # Panics
+/// If it was not built.
+pub fn built(name: &str) -> PathBuf {
+    let path = deps().join(name);
+    assert!(path.is_file(), "{} is not there", path.display());
     path
 }
 

@@ -5,6 +5,16 @@ use serde_json::Value;
 use std::io::{BufRead, BufReader};
 use std::process::{Child, ChildStdout, Command, Stdio};
 
+/// What the conformance suite asks of a device besides what it asks of every plugin.
+pub const CASES_OF_A_DEVICE: [&str; 6] = [
+    "limits-make-sense",
+    "poses-are-sound",
+    "force-stays-in-limits",
+    "stop-is-at-once",
+    "stale-force-expires",
+    "unplugged-is-silent",
+];
+
 /// A running twin; ended when dropped.
 pub struct Twin {
     child: Child,
@@ -19,8 +29,16 @@ impl Twin {
     /// # Panics
     /// If it does not start.
     pub fn exoskeleton(args: &[&str]) -> Self {
+        Self::at("127.0.0.1:0", args)
+    }
+
+    /// The same at an address.
+    ///
+    /// # Panics
+    /// If it does not start.
+    pub fn at(address: &str, args: &[&str]) -> Self {
         let mut command = Command::new(program());
-        command.args(["device", "emulate", "exoskeleton", "--address", "127.0.0.1:0"]).args(args);
+        command.args(["device", "emulate", "exoskeleton", "--address", address]).args(args);
         let mut child = command.stdout(Stdio::piped()).spawn().expect("the twin starts");
         let lines = BufReader::new(child.stdout.take().expect("piped"));
         let mut twin = Self { child, lines, address: String::new() };

@@ -29,7 +29,7 @@ const STATIC: &str = r#"
         [solver]
         tolerance = 1e-8
         newton = 400
-        newton-tolerance = 1e-6
+        newton-tolerance = 1e-8
         iterations = 20000"#;
 
 /// Vertices that rest where `wanted` says, where they are now.
@@ -52,10 +52,13 @@ fn elastica(pattern: &str, n: u32, gamma: f64, [h, w]: [f64; 2]) -> f64 {
     let width = 4.0 * cell * if pattern == "equilateral" { 0.75_f64.sqrt() } else { 1.0 };
     let material = format!("density = {rho}, young-warp = 2000, poisson = 0, bending-warp = {rigidity}");
     let held = "[[body.fixed]]\nbox = [[-1, -1, -1], [1e-9, 1, 1]]\nclamp = true";
-    let time = format!("gravity = [0, 0, -9.81]{STATIC}");
+    // What is stiff to bend is known to some 1e-6 of its forces and no better.
+    let statics =
+        STATIC.replace("newton-tolerance = 1e-8", "newton-tolerance = 1e-5").replace("newton = 400", "newton = 2000");
+    let time = format!("gravity = [0, 0, -9.81]{statics}");
     let mut session = sheet(pattern, [n, 4], [l, width], &material, &time, held);
     session.step();
-    assert_eq!(session.events.count(EventKind::NotConverged), 0, "{pattern} {n} {gamma}");
+    assert_eq!(session.events.count(EventKind::NotConverged), 0, "{pattern} {n} {gamma}: {:?}", session.events.told());
     let tip = places(&mut session, |p| p[0] > l - 1e-9);
     (-mean(&tip, 2) / l - h).hypot(mean(&tip, 0) / l - w)
 }

@@ -154,3 +154,44 @@ fn the_scenes_that_are_given_have_the_same_bytes_for_any_number_of_threads() {
         the_same_for_any_number_of_threads(&bench, &settings, name);
     }
 }
+
+#[test]
+fn a_cloth_with_contact_gives_the_same_bytes_for_any_number_of_threads() {
+    let bench = Bench::new();
+    bench.write(
+        "scene.toml",
+        r#"format = 1
+gravity = [0, -9.81, 0]
+[time]
+duration = 0.03
+integrator = "backward-euler"
+[solver]
+tolerance = 1e-4
+[[body]]
+name = "cloth"
+shape = { kind = "sheet", cells = 52, size = [0.2, 0.2, 0], pattern = "irregular" }
+sheet = { warp = [1, 0.3, 0] }
+material = { plugin = "cloth", params = { fabric = "denim" } }
+[[body.fixed]]
+box = [[-1, 0.199, -1], [1, 1, 1]]
+clamp = true
+[[device]]
+name = "hand"
+params = { path = [[0, 0.1, 0.1, 0.0085], [0.01, 0.1, 0.1, 0.006], [0.03, 0.104, 0.1, 0.004]] }
+[[tool]]
+name = "finger"
+device = "hand"
+radius = "8 mm"
+[[edit]]
+kind = "touch"
+tool = "finger"
+[output]
+frames = 100
+forces = true
+"#,
+    );
+    for bending in ["coupled", "hinge"] {
+        let set = format!("body.0.material.params={{ fabric = \"denim\", bending = \"{bending}\" }}");
+        the_same_for_any_number_of_threads(&bench, &[&set], bending);
+    }
+}

@@ -1,10 +1,12 @@
 //! The exoskeleton against its twin as a process of its own: a bad network is counted, and whoever is left falls to zero.
 
 use pliant_exoskeleton::Exoskeleton;
+use pliant_exoskeleton::link::DEFAULT_PEER;
 use pliant_plugin_api::Device;
 use pliant_plugin_api::abi::{Output, Pose};
 use pliant_plugin_api::param::{self, Params, Value};
-use pliant_tests::{Bench, root, twin::Twin};
+use pliant_tests::twin::{CASES_OF_A_DEVICE, Twin};
+use pliant_tests::{Bench, built, root};
 use serde_json::Value as Json;
 use std::time::{Duration, Instant};
 
@@ -191,4 +193,20 @@ fn doctor_says_what_is_missing_and_how_to_get_it() {
     let listed = bench.pliant(&["device", "list", "--json"]).expect(0).json();
     let ids: Vec<&str> = listed["devices"].as_array().unwrap().iter().filter_map(|d| d["id"].as_str()).collect();
     assert!(ids.contains(&"exoskeleton") && ids.contains(&"scripted"), "{ids:?}");
+}
+
+#[test]
+fn it_and_the_pointer_keep_the_promises_of_a_device() {
+    let bench = Bench::new();
+    for plugin in ["exoskeleton", "pointer"] {
+        let library = built(&format!("libpliant_{plugin}.so"));
+        // Its address is the default one: where that is taken, what answers there is as good.
+        let free = std::net::UdpSocket::bind(DEFAULT_PEER).is_ok();
+        let twin = free.then(|| Twin::at(DEFAULT_PEER, &[]));
+        for case in CASES_OF_A_DEVICE {
+            let ran = bench.pliant(&["plugin", "check", library.to_str().unwrap(), "--case", case]).expect(0);
+            assert!(ran.out.contains("ok ") && !ran.out.contains("skipped"), "{}", ran.out);
+        }
+        drop(twin);
+    }
 }

@@ -1,4 +1,4 @@
-//! R10, R11, R23, R29, R30 and R32: what must hold of any sheet, how large a step may be, and what a solve costs.
+//! R10, R11, R22, R23, R29, R30 and R32: what must hold of any sheet, how large a step may be, and what a solve costs.
 
 #![allow(clippy::print_stdout, reason = "the table of errors")]
 
@@ -334,6 +334,49 @@ fn r32_iterations_of_a_solve() {
         let free = if name == "stiff" { 1.25 } else { 1.1 };
         for i in 0..2 {
             assert!((found[i][1] as f64) < free * f64::from(wanted[i]) + 1.0, "{n} {dt} {name}: {found:?} {wanted:?}");
+        }
+    }
+}
+
+/// Energy of bending a sheet of 0.2 m to a cylinder of 0.3 m along a direction, over that of a plate.
+fn cylinder(pattern: Pattern, n: u32, degrees: f64, bending: &str) -> f64 {
+    let (radius, d) = (0.3, 15e-6);
+    let (s, c) = degrees.to_radians().sin_cos();
+    let surface = sheet(pattern, [n, n], [0.2, 0.2]);
+    let high = surface.points.iter().fold(0.0, |m: f64, p| m.max(p[1]));
+    let energy = |bending: &str| {
+        let mut piece = Piece::new(&surface, &format!("{STILL}, bending = \"{bending}\""), |_| false, false);
+        piece.put(|p| {
+            let (along, across) = (c * p[0] + s * p[1], c * p[1] - s * p[0]);
+            let (sine, cosine) = (along / radius).sin_cos();
+            let bent = radius * sine;
+            [c * bent - s * across, s * bent + c * across, radius * (1.0 - cosine)]
+        });
+        piece.energies()[1]
+    };
+    (energy(bending) - energy("none")) / (0.5 * d / (radius * radius) * 0.2 * high)
+}
+
+#[test]
+fn r22_rigidity_of_a_cylinder_by_mesh_and_direction() {
+    // Of hinges alone, by another program.
+    let tabled = [
+        (Pattern::Regular, [1.0, 2.61595685, 2.99989584, 1.0]),
+        (Pattern::Alternating, [1.0, 1.3749745, 1.49996239, 1.0]),
+        (Pattern::Equilateral, [1.01851199, 1.02083333, 1.01851526, 1.0]),
+        (Pattern::Irregular, [f64::NAN; 4]),
+    ];
+    for (pattern, wanted) in tabled {
+        for (i, degrees) in [0.0, 30.0, 45.0, 90.0].into_iter().enumerate() {
+            // The border, free of moment, costs as much as it is wide: half of it at half the width of the cells.
+            let [coupled, hinge] = ["coupled", "hinge"]
+                .map(|b| 2.0 * cylinder(pattern, 40, degrees, b) - cylinder(pattern, 20, degrees, b));
+            println!(
+                "R22 {pattern:?} {degrees}: coupled {coupled:.4}, hinge {hinge:.4}, reference of the hinge {}",
+                wanted[i]
+            );
+            assert!((coupled - 1.0).abs() < 0.05, "{pattern:?} {degrees}: {coupled}");
+            assert!(wanted[i].is_nan() || (hinge / wanted[i] - 1.0).abs() < 0.05, "{pattern:?} {degrees}: {hinge}");
         }
     }
 }

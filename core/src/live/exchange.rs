@@ -33,15 +33,27 @@ pub struct Models {
 pub struct Exchange {
     pub(super) samples: Output<Samples>,
     pub(super) models: Input<Models>,
+    /// ns, the samples of the step before
+    before: Option<u64>,
 }
 
 impl Exchange {
+    pub(super) fn new(samples: Output<Samples>, models: Input<Models>) -> Self {
+        Self { samples, models, before: None }
+    }
+
     /// Takes a step under the newest hands and tells what it felt; gives those hands.
     pub fn step(&mut self, session: &mut Session) -> &Samples {
         let samples = self.samples.read();
         session.step_with(&samples.poses);
         let models = self.models.input_buffer_mut();
         session.contact_models(samples.time, &mut models.contacts);
+        // A simulation that does not keep up has moved things in less time of its own than the hand had.
+        let passed = self.before.replace(samples.time).map_or(0, |before| samples.time.saturating_sub(before));
+        let pace = if passed > 0 { (session.dt() / (passed as f64 * 1e-9)).min(1.0) } else { 0.0 };
+        for contact in &mut models.contacts {
+            contact.drift = contact.drift.map(|v| pace * v);
+        }
         for (to, slot) in models.taxels.iter_mut().zip(&session.tools) {
             if let Some(pad) = &slot.pad {
                 to.copy_from_slice(&pad.taxels);

@@ -24,6 +24,9 @@ pub struct LiveSettings {
     pub viewer: Option<Box<dyn Viewer>>,
 }
 
+/// ns, that the first tick is waited for
+const FIRST: u64 = 500_000_000;
+
 /// A session under way. The simulation is the caller's thread; dropping this stops the devices and ends the others, also
 /// while a panic goes by.
 pub struct Live {
@@ -70,6 +73,10 @@ impl Live {
         let (rate, shared, clock) = (servo.rate(), Arc::new(Shared::default()), Clock::start());
         let watchdog = Watchdog::start(servo.stoppers(), Arc::clone(&shared))?;
         let haptic = Some(thread::start(servo, clock, Arc::clone(&shared))?);
+        // The first step has a hand: nobody waits for another from here on.
+        while shared.beats.load(Ordering::Relaxed) < 2 && clock.now() < FIRST {
+            sleep(Duration::from_millis(1));
+        }
         let (began, dt) = (clock.now(), session.dt());
         let pacer = Pacer::new(began, dt);
         Ok(Self { clock, shared, haptic, watchdog, exchange, display, pacer, rate, began, steps: 0, dt, told })

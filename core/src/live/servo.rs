@@ -99,7 +99,7 @@ pub fn servo(session: &Session, devices: Vec<Box<dyn Haptic>>, rate: Option<f64>
     });
     let age = Histogram::default();
     let servo = Servo { arms, tools, models: models_out, samples, rate, tick: 0, before: None, age };
-    (servo, Exchange { samples: samples_out, models })
+    (servo, Exchange::new(samples_out, models))
 }
 
 impl Servo {

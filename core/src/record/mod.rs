@@ -4,6 +4,7 @@
 //! results of the one before it as they were.
 
 mod atomic;
+mod forces;
 mod machine;
 mod model;
 mod probe;

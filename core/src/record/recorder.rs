@@ -1,6 +1,7 @@
 //! Following a run from its first step to its last file.
 
 use super::atomic::{AtomicFile, AtomicFolder, with_path};
+use super::forces::write_forces;
 use super::machine::Machine;
 use super::model::write_model;
 use super::probe::Meter;
@@ -10,6 +11,7 @@ use crate::live::LiveSummary;
 use crate::scene::{OutputScene, Scene, Source};
 use crate::session::{EventKind, Session};
 use crate::step::dot;
+use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -135,6 +137,10 @@ impl Recorder {
             trace::nodes(session, &mut file)?;
             file.finish()?;
         }
+        if self.output.forces {
+            let bodies = session.bodies.iter().enumerate().map(|(i, body)| (body, session.reactions(i)));
+            write_forces(bodies, &folder.join("forces.svg"))?;
+        }
         let summary = self.summary(session, interrupted);
         let path = folder.join("summary.json");
         serde_json::to_writer_pretty(&mut self.summary, &summary).map_err(|e| with_path(&path, e.into()))?;
@@ -187,6 +193,7 @@ impl Recorder {
             live: self.live.take(),
             loaded: session.loaded.clone(),
             left_out: session.left_out.clone(),
+            devices: counted(session),
             bodies: bodies(session),
             most_nodes: self.most.0,
             most_elements: self.most.1,
@@ -208,4 +215,13 @@ fn cut(session: &Session) -> Option<CutSummary> {
     let cuts = session.cuts();
     let seconds = StepSeconds::of(&mut cuts.seconds.clone())?;
     Some(CutSummary { advances: cuts.advances, area: cuts.area, length: cuts.length, seconds })
+}
+
+/// What the devices of a session have counted.
+fn counted(session: &Session) -> BTreeMap<String, BTreeMap<String, u64>> {
+    let of = |slot: &crate::session::DeviceSlot| {
+        let counters = slot.device.as_ref()?.counters();
+        (!counters.is_empty()).then(|| (slot.name.clone(), counters.into_iter().collect()))
+    };
+    session.devices.iter().filter_map(of).collect()
 }

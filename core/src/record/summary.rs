@@ -103,6 +103,9 @@ pub struct Summary {
     pub loaded: Vec<Loaded>,
     /// What was left out, and why.
     pub left_out: Vec<LeftOut>,
+    /// What devices counted, by their names; those that count nothing, or were lost, are not here.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub devices: BTreeMap<String, BTreeMap<String, u64>>,
     /// Bodies that moved.
     pub bodies: Vec<BodySummary>,
     /// The most nodes and elements that were active at once.

@@ -26,6 +26,8 @@ pub struct Coupled {
     value: Vec<[f64; 4]>,
     /// m/N
     diagonal: Vec<f64>,
+    /// m/N, of a diagonal matrix that is nowhere above G
+    least: Vec<f64>,
     /// Least and greatest eigenvalue of the scaled matrix, at the widest.
     spectrum: [f64; 2],
     iterations: usize,
@@ -72,6 +74,7 @@ impl Coupled {
             material.compliance(&triangles.call(&whole, nodes, &nodes.v, (0.0, 0.0)), &mut compliance)?;
         }
         self.diagonal = vec![0.0; hinges];
+        self.least = vec![0.0; hinges];
         self.spectrum = [1.0, 1.0];
         let mut entries: Vec<(u32, u32, f64)> = Vec::new();
         for (t, corners) in triangles.nodes().chunks_exact(3).enumerate() {
@@ -90,6 +93,7 @@ impl Coupled {
                 }
             }
             let bounds = scaled_spectrum(&g, &inner);
+            inner.iter().for_each(|&i| self.least[sides[i] as usize] += bounds[0] * g[i][i]);
             self.spectrum = [self.spectrum[0].min(bounds[0]), self.spectrum[1].max(bounds[1])];
         }
         entries.sort_by_key(|(i, j, _)| (*i, *j));
@@ -236,14 +240,13 @@ impl Coupled {
                 material.strain(&set.call(chunk, nodes, &nodes.v, time), &mut self.planes)?;
             }
         }
-        let exact = 1.0 / self.spectrum[0];
-        let stand_in = if certain { exact } else { STAND_IN.max(0.5 * exact) };
         let this = &*self;
         set.schedule.run(pool, blocks, bound, &|chunk, blocks| {
             let first = bound(chunk.window.start);
             for hinge in chunk.range.clone() {
-                let diagonal = this.diagonal[hinge];
-                let k = if diagonal > 0.0 { factor * stand_in / diagonal } else { 0.0 };
+                let (diagonal, most) = (this.diagonal[hinge], 1.0 / this.least[hinge]);
+                let stand_in = if certain { most } else { (STAND_IN / diagonal).max(0.5 * most) };
+                let k = if diagonal > 0.0 { factor * stand_in } else { 0.0 };
                 let mut g = [[0.0; 3]; 4];
                 let mut scaled = [[0.0; 3]; 4];
                 for corner in 0..4 {

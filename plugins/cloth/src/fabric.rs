@@ -85,6 +85,10 @@ pub(crate) const FABRICS: [Fabric; 21] = [
     penava("polyester", 0.1646, 120.0, 0.381),
 ];
 
+/// What a file of one's own is measured against: nothing. Poisson's ratio, which is rarely measured, is 0.
+pub(crate) const OWN: Fabric =
+    Fabric { name: "own", density: None, membrane: Stretch::Moduli(0.0, 0.0), shear: None, bending: None };
+
 #[cfg(test)]
 mod tests {
     use super::*;

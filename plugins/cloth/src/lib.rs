@@ -8,6 +8,7 @@ mod arc;
 mod bending;
 mod dihedral;
 mod fabric;
+mod file;
 mod frame;
 mod kernel;
 pub mod kes;

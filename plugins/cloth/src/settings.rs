@@ -1,7 +1,8 @@
 //! The parameters, and what they come to: a fabric's numbers, with what is given in their place.
 
 use crate::bending::Rigidity;
-use crate::fabric::{CHOICES, FABRICS, Fabric, Stretch};
+use crate::fabric::{CHOICES, FABRICS, Fabric, OWN, Stretch};
+use crate::file::FabricFile;
 use crate::frame::Rule;
 use crate::membrane::{Membrane, Strain};
 use crate::tensor::Tensor;
@@ -16,6 +17,7 @@ const NO_RATIO: f64 = -1.0;
 
 pub(crate) const PARAMS: &[Param] = &[
     Param::choice(c"fabric", CHOICES, c"measured numbers for all that is not given; none: a light cloth's"),
+    Param::path(c"fabric-file", c"instead of `fabric`: a TOML file with numbers of your own, and their `source`"),
     Param::number(c"density", c"kg/m^2", (0.0, 1e4), 0.0, c"mass per area; 0: the fabric's"),
     Param::number(c"young-warp", c"N/m", STIFFNESS, 0.0, c"Young's modulus along warp; 0: the fabric's"),
     Param::number(c"young-weft", c"N/m", STIFFNESS, 0.0, c"Young's modulus along weft; 0: as warp, else the fabric's"),
@@ -78,10 +80,17 @@ pub(crate) struct Settings {
 
 impl Settings {
     pub(crate) fn new(params: &Params<'_>) -> Result<Self, Fault> {
-        let fabric = &FABRICS[params.choice("fabric")];
-        let given = |key: &str| Some(params.number(key)).filter(|value| *value > 0.0);
+        let file = params.text("fabric-file").map(FabricFile::read).transpose()?;
+        let fabric = match (&file, params.choice("fabric")) {
+            (None, choice) => &FABRICS[choice],
+            (Some(_), 0) => &OWN,
+            _ => return Err(Fault::bad_argument("`fabric` and `fabric-file`; allowed is one of them")),
+        };
+        let of_file = |key: &str| file.as_ref().and_then(|file| file.number(key));
+        let given = |key: &str| Some(params.number(key)).filter(|value| *value > 0.0).or(of_file(key));
+        let name = file.as_ref().map_or(fabric.name, |file| &file.path);
         let unknown = |what: &str, key: &str| {
-            Fault::bad_argument(format!("the {what} of fabric `{}` is not known: give `{key}`", fabric.name))
+            Fault::bad_argument(format!("the {what} of fabric `{name}` is not known: give `{key}`"))
         };
         let strain = [Strain::Frame(Rule::Polar), Strain::Frame(Rule::Edge), Strain::Green][params.choice("frame")];
         let bending = [Bending::Coupled, Bending::Hinge, Bending::None][params.choice("bending")];
@@ -98,9 +107,14 @@ impl Settings {
             let shear = shear.ok_or_else(|| {
                 Fault::bad_argument("c11, c12 and c22 leave the shear open: give `shear`, or a fabric that has it")
             })?;
-            Tensor::new(params.number("c11"), params.number("c12"), params.number("c22"), shear)?
+            let c12 = Some(params.number("c12")).filter(|c| *c != 0.0).or(of_file("c12"));
+            Tensor::new(given("c11").unwrap_or(0.0), c12.unwrap_or(0.0), given("c22").unwrap_or(0.0), shear)?
         } else {
-            let (warp, weft, ratio) = moduli(fabric, params.number("poisson"), given);
+            if file.is_some() && given("young-warp").is_none() {
+                return Err(unknown("stretch", "young-warp"));
+            }
+            let poisson = Some(params.number("poisson")).filter(|ratio| *ratio > NO_RATIO).or(of_file("poisson"));
+            let (warp, weft, ratio) = moduli(fabric, poisson, given);
             let isotropic = (fabric.name == "none").then(|| isotropic(warp, weft, ratio));
             let shear = shear.or(isotropic).ok_or_else(|| unknown("shear", "shear"))?;
             Tensor::from_moduli(warp, weft, ratio, shear)?
@@ -122,14 +136,13 @@ impl Settings {
 }
 
 /// Young's moduli, N/m, and Poisson's ratio.
-fn moduli(fabric: &Fabric, poisson: f64, given: impl Fn(&str) -> Option<f64>) -> (f64, f64, f64) {
+fn moduli(fabric: &Fabric, poisson: Option<f64>, given: impl Fn(&str) -> Option<f64>) -> (f64, f64, f64) {
     let (warp, weft, ratio) = match fabric.membrane {
         Stretch::Moduli(young, ratio) => (young, young, ratio),
         Stretch::Tensor(c11, c12, c22) => (c11 - c12 * c12 / c22, c22 - c12 * c12 / c11, c12 / c22),
     };
     let (w, f) = (given("young-warp"), given("young-weft"));
-    let ratio = if poisson > NO_RATIO { poisson } else { ratio };
-    (w.unwrap_or(warp), f.or(w).unwrap_or(weft), ratio)
+    (w.unwrap_or(warp), f.or(w).unwrap_or(weft), poisson.unwrap_or(ratio))
 }
 
 /// N/m, the shear an isotropic sheet has, with the means of an orthotropic one (Huber 1923).

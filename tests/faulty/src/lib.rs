@@ -25,6 +25,7 @@ pub mod fault {
     pub const BLOWS_UP: u8 = 7;
     pub const FALLING_IDS: u8 = 8;
     pub const LINK_TO_NOWHERE: u8 = 9;
+    pub const MAKES_ENERGY: u8 = 10;
     // One for each case of the conformance suite.
     pub const MASS_BELOW_ZERO: u8 = 20;
     pub const PULLS_AT_REST: u8 = 21;
@@ -79,6 +80,7 @@ export_plugins!(
     AsMaterial<Springs<UNKNOWN_KIND>>,
     AsMaterial<Springs<NOTHING>>,
     AsMaterial<Springs<BLOWS_UP>>,
+    AsMaterial<Springs<MAKES_ENERGY>>,
     AsMaterial<Springs<MASS_BELOW_ZERO>>,
     AsMaterial<Springs<PULLS_AT_REST>>,
     AsMaterial<Springs<ENERGY_OFF>>,

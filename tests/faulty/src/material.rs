@@ -102,6 +102,7 @@ impl<const F: u8> Material for Springs<F> {
             fault::UNKNOWN_KIND => c"unknown-elements",
             fault::NOTHING => c"no-mass",
             fault::BLOWS_UP => c"blows-up",
+            fault::MAKES_ENERGY => c"makes-energy",
             fault::MASS_BELOW_ZERO => c"mass-below-zero",
             fault::PULLS_AT_REST => c"pulls-at-rest",
             fault::ENERGY_OFF => c"energy-off",
@@ -187,11 +188,14 @@ impl<const F: u8> Material for Springs<F> {
             _ => 1.0,
         };
         let damping = if F == fault::DAMPING_GAINS { -DAMPING } else { DAMPING };
+        // It swells and shrinks twelve times a second, whoever holds it.
+        let swell = if self.is_due(fault::MAKES_ENERGY, at) { 0.1 * (75.0 * at.time().0).sin() } else { 0.0 };
         for (e, &[a, b]) in at.corners::<2>().iter().enumerate() {
             let spring = self.spring(at, e, [a, b]);
             let [va, vb] = [a, b].map(|node| at.v()[node as usize]);
             let speed: f64 = (0..3).map(|i| (vb[i] - va[i]) * spring.along[i]).sum();
-            let mut pull = factor * (spring.stiffness * spring.stretch + damping * speed);
+            let swollen = spring.stretch - swell * at.rest_data(0)[e];
+            let mut pull = factor * (spring.stiffness * swollen + damping * speed);
             let mut along = spring.along;
             if F == fault::SWALLOWS_NAN && !along.iter().all(|c| c.is_finite()) {
                 (pull, along) = (0.0, [0.0; 3]);

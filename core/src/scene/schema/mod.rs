@@ -177,6 +177,8 @@ pub struct OutputScene {
     pub energy: bool,
     /// `nodes.csv`, the final nodes.
     pub nodes: bool,
+    /// `forces.svg`, what it takes to hold nodes at the end, as arrows.
+    pub forces: bool,
     /// OBJ files of the deforming surface, so many a second.
     #[schemars(with = "Option<Frequency>")]
     pub frames: Option<Spanned<Frequency>>,
@@ -184,6 +186,6 @@ pub struct OutputScene {
 
 impl Default for OutputScene {
     fn default() -> Self {
-        Self { trace: true, energy: true, nodes: true, frames: None }
+        Self { trace: true, energy: true, nodes: true, forces: false, frames: None }
     }
 }

@@ -1,0 +1,159 @@
+//! A simulated arm with a hand on it, for loops that are closed: mass and friction of the arm, encoders that count, a hand that
+//! is a spring and a damper between the arm and where it wants to be. It moves in the time it is read at, not the clock's.
+
+use pliant_core::host::{DeviceInfo, Output, Pose};
+use pliant_core::live::{Haptic, StopNow};
+use pliant_core::step::{V3, axpy, dot};
+use pliant_plugin_api::abi::{POSE_VALID, Status};
+use std::sync::{Arc, Mutex};
+
+/// s, of a step of the arm's own motion
+const STEP: f64 = 2e-5;
+
+/// What does not change.
+#[derive(Clone)]
+pub struct ArmModel {
+    /// Hz
+    pub rate: f64,
+    /// kg, arm and hand
+    pub mass: f64,
+    /// N s/m, of the arm
+    pub damping: f64,
+    /// m
+    pub resolution: f64,
+    /// N, and N for as long as one likes
+    pub peak: (f64, f64),
+    /// N/m and N s/m, of the hand's hold
+    pub grip: (f64, f64),
+    /// m, where the hand wants to be at a time (s)
+    pub target: Arc<dyn Fn(f64) -> V3 + Send + Sync>,
+    /// m, of the next sample alone: a sensor's glitch
+    pub glitch: Arc<Mutex<Option<V3>>>,
+}
+
+/// What a test may look at.
+#[derive(Clone, Debug, Default)]
+pub struct ArmState {
+    /// m
+    pub position: V3,
+    /// m/s
+    pub velocity: V3,
+    /// N, rendered
+    pub force: V3,
+    /// ns
+    pub valid_until: u64,
+    /// J, the rendered force has given so far
+    pub given: f64,
+    /// N, every force it was told to render
+    pub forces: Vec<V3>,
+    /// Whether it was stopped.
+    pub stopped: bool,
+    time: f64,
+}
+
+/// A desktop arm of 3.3 N.
+pub struct Arm {
+    model: ArmModel,
+    state: Arc<Mutex<ArmState>>,
+}
+
+impl ArmModel {
+    /// 45 g on 0.2 N s/m with 0.055 mm counts at 1 kHz (assumptions, but for the counts), led along a path by a soft hand.
+    pub fn desktop(target: impl Fn(f64) -> V3 + Send + Sync + 'static) -> Self {
+        Self {
+            rate: 1000.0,
+            mass: 0.045,
+            damping: 0.2,
+            resolution: 5.5e-5,
+            peak: (3.3, 0.88),
+            grip: (300.0, 3.0),
+            target: Arc::new(target),
+            glitch: Arc::default(),
+        }
+    }
+}
+
+impl Arm {
+    /// At rest where the hand wants to be.
+    pub fn new(model: ArmModel) -> (Self, Arc<Mutex<ArmState>>) {
+        let position = (model.target)(0.0);
+        let state = Arc::new(Mutex::new(ArmState { position, ..ArmState::default() }));
+        (Self { model, state: Arc::clone(&state) }, state)
+    }
+}
+
+/// As the border asks, in the place of a lock that could be poisoned.
+fn state(of: &Mutex<ArmState>) -> std::sync::MutexGuard<'_, ArmState> {
+    of.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+}
+
+impl ArmState {
+    fn go_to(&mut self, model: &ArmModel, time: f64) {
+        while self.time < time {
+            let h = STEP.min(time - self.time);
+            let force = if self.time * 1e9 <= self.valid_until as f64 { self.force } else { [0.0; 3] };
+            let away = axpy((model.target)(self.time), -1.0, self.position);
+            let (k, c) = model.grip;
+            let d = c + model.damping;
+            // Implicit in the damping, so that any damping is borne.
+            let pushed = axpy(force, k, away);
+            let velocity = axpy(self.velocity, h / model.mass, pushed).map(|v| v / (1.0 + h * d / model.mass));
+            let before = self.position;
+            self.position = axpy(self.position, h, velocity);
+            self.velocity = velocity;
+            self.given += dot(force, axpy(self.position, -1.0, before));
+            self.time += h;
+            if time - self.time < 1e-12 {
+                self.time = time;
+            }
+        }
+    }
+}
+
+impl Haptic for Arm {
+    fn facts(&self) -> DeviceInfo {
+        DeviceInfo {
+            size: size_of::<DeviceInfo>(),
+            effectors: 1,
+            buttons: 1,
+            driven_axes: 3,
+            taxel_rows: 0,
+            taxel_columns: 0,
+            rate: self.model.rate,
+            peak_force: self.model.peak.0,
+            continuous_force: self.model.peak.1,
+            stiffness: 700.0,
+            damping: 5.0,
+            resolution: self.model.resolution,
+            workspace: [-0.1, -0.1, -0.1, 0.1, 0.1, 0.1],
+            taxel_pitch: 0.0,
+            taxel_force: 0.0,
+        }
+    }
+
+    fn read(&mut self, time: u64, poses: &mut [Pose]) -> Status {
+        let mut state = state(&self.state);
+        state.go_to(&self.model, time as f64 * 1e-9);
+        let step = self.model.resolution;
+        let counted = if step > 0.0 { state.position.map(|c| (c / step).floor() * step) } else { state.position };
+        let glitch = self.model.glitch.lock().ok().and_then(|mut glitch| glitch.take());
+        let position = glitch.map_or(counted, |aside| axpy(counted, 1.0, aside));
+        poses.fill(Pose { time_ns: time, flags: POSE_VALID, position, ..Pose::default() });
+        Status::OK
+    }
+
+    fn write(&mut self, _: u64, outputs: &[Output<'_>]) -> Status {
+        let mut state = state(&self.state);
+        (state.force, state.valid_until) = (outputs[0].force, outputs[0].valid_until);
+        state.forces.push(outputs[0].force);
+        Status::OK
+    }
+
+    fn stopper(&self) -> StopNow {
+        let of_arm = Arc::clone(&self.state);
+        Box::new(move || {
+            let mut state = state(&of_arm);
+            (state.force, state.stopped) = ([0.0; 3], true);
+        })
+    }
+}

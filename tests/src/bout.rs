@@ -1,0 +1,86 @@
+//! Hands and a session in a time of their own: the haptic tick and the step, taken in turn, so that what a test sees does not
+//! depend on the machine.
+
+use crate::arm::{Arm, ArmModel, ArmState};
+use pliant_core::live::{Exchange, Haptic, Servo, servo};
+use pliant_core::session::Session;
+use pliant_core::step::V3;
+use std::sync::{Arc, Mutex};
+
+/// A session with arms in the place of its devices.
+pub struct Bout {
+    /// The session.
+    pub session: Session,
+    /// The haptic side.
+    pub servo: Servo,
+    /// The simulation's side.
+    pub exchange: Exchange,
+    /// In the order of the session's devices.
+    pub arms: Vec<Arc<Mutex<ArmState>>>,
+    tick: u64,
+}
+
+impl Bout {
+    /// Takes the devices of a session out and puts arms in.
+    pub fn new(mut session: Session, models: Vec<ArmModel>) -> Self {
+        drop(session.take_devices());
+        session.lead_tips();
+        let (mut devices, mut arms) = (Vec::<Box<dyn Haptic>>::new(), Vec::new());
+        for model in models {
+            let (arm, state) = Arm::new(model);
+            devices.push(Box::new(arm));
+            arms.push(state);
+        }
+        let (servo, exchange) = servo(&session, devices, None);
+        Self { session, servo, exchange, arms, tick: 0 }
+    }
+
+    /// s
+    pub fn time(&self) -> f64 {
+        self.tick as f64 / self.servo.rate()
+    }
+
+    /// `ticks` of the haptic side, with a step in every `every`-th; none where that is 0.
+    pub fn run(&mut self, ticks: u64, every: u64) {
+        for _ in 0..ticks {
+            self.tick += 1;
+            self.servo.tick((self.time() * 1e9).round() as u64);
+            if every > 0 && self.tick.is_multiple_of(every) {
+                self.exchange.step(&mut self.session);
+            }
+        }
+    }
+
+    /// `ticks` in which nobody does anything.
+    pub fn skip(&mut self, ticks: u64) {
+        self.tick += ticks;
+    }
+
+    /// A copy of what an arm is at.
+    ///
+    /// # Panics
+    /// If a thread that had it panicked.
+    pub fn arm(&self, index: usize) -> ArmState {
+        self.arms[index].lock().expect("nobody panicked").clone()
+    }
+
+    /// Looks at every force an arm was told: finite, within the peak and the slew of a tick.
+    ///
+    /// # Panics
+    /// If one is not.
+    pub fn forces_are_safe(&self, index: usize, slew: f64) {
+        let (forces, mut last) = (self.arm(index).forces, [0.0; 3]);
+        assert!(forces.len() > 100, "{} forces", forces.len());
+        for (tick, force) in forces.into_iter().enumerate() {
+            let norm = |f: V3| f.iter().map(|c| c * c).sum::<f64>().sqrt();
+            let jump = norm([0, 1, 2].map(|i| force[i] - last[i]));
+            assert!(norm(force) <= 3.3 + 1e-9, "tick {tick}: {force:?} N");
+            // To zero, one may let go at once.
+            assert!(
+                jump <= slew / self.servo.rate() + 1e-9 || force == [0.0; 3],
+                "tick {tick}: {last:?} to {force:?} N"
+            );
+            last = force;
+        }
+    }
+}
