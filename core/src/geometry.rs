@@ -126,7 +126,7 @@ pub fn cast(points: &[V3], triangles: &[[u32; 3]], origin: V3, direction: V3) ->
 }
 
 /// Time and weights of the point where a ray meets a triangle (Möller and Trumbore 1997), both sides.
-fn meet(corners: [V3; 3], origin: V3, direction: V3) -> Option<(f64, V3)> {
+pub(crate) fn meet(corners: [V3; 3], origin: V3, direction: V3) -> Option<(f64, V3)> {
     use nalgebra::Vector3;
     let [a, b, c] = corners.map(Vector3::from);
     let (ab, ac, d) = (b - a, c - a, Vector3::from(direction));

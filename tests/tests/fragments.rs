@@ -33,7 +33,7 @@ fn cut(body: &mut Body, swept: &[[V3; 3]]) {
     let points = body.model.surface.points.clone();
     // Just inside of the body: towards its middle, and away from the wall.
     let inside = |v: u32| points[v as usize].map(|c| c * (1.0 - 1e-3));
-    body.carrier.lattice_mut().unwrap().cut(swept, std::iter::empty(), inside, &Everywhere).unwrap();
+    body.carrier.lattice_mut().unwrap().cut(swept, std::iter::empty(), inside, |_| Vec::new(), &Everywhere).unwrap();
     let Body { model, skin, system, carrier, fixings, .. } = body;
     assert!(carrier.follow(&[], model, fixings, skin, system).unwrap());
 }

@@ -41,6 +41,14 @@ impl Carrier {
         }
     }
 
+    /// The sheet, if it is one.
+    pub fn sheet_mut(&mut self) -> Option<&mut Sheet> {
+        match self {
+            Self::Lattice(_) => None,
+            Self::Sheet(sheet) => Some(sheet),
+        }
+    }
+
     /// m, the distance of neighbouring nodes
     pub fn edge(&self) -> f64 {
         match self {

@@ -1,6 +1,7 @@
 //! A body under a blade: its mesh is cut, and everything that hangs on the mesh takes the cut over.
 
-use super::{Body, LatticeError};
+use super::sheet::Before;
+use super::{Body, Carrier, LatticeError};
 use crate::cut::{Advance, CutMesh, Origin};
 use crate::mesh::Surface;
 use crate::step::{V3, axpy, dot};
@@ -21,40 +22,55 @@ const APRON: f64 = 0.1;
 pub type Aprons = HashMap<[u64; 3], V3>;
 
 impl Body {
-    /// Takes over what an advance of a blade has done to the mesh. Nodes are copied with the next [`super::Lattice::follow`].
+    /// Takes over what an advance of a blade has done to the mesh. Nodes of a lattice are copied with the next
+    /// [`super::Lattice::follow`], those of a sheet at once.
     ///
     /// # Errors
-    /// What the grid says.
+    /// What grid or material say.
     pub fn take_cut(&mut self, advance: &Advance) -> Result<(), LatticeError> {
-        let (Some(mesh), Some(lattice)) = (&self.cut, self.carrier.lattice_mut()) else { return Ok(()) };
+        let Some(mesh) = &self.cut else { return Ok(()) };
         let mut settled = std::mem::take(&mut self.skin.settled);
         let list = Arc::make_mut(&mut settled);
         for vertex in advance.first_vertex..mesh.surface().points.len() as u32 {
             let place = mesh.surface().points[vertex as usize];
             let kept = |v: u32| axpy(list[v as usize], -1.0, mesh.surface().points[v as usize]);
-            let moved = match mesh.origin(vertex) {
-                Origin::Original => [0.0; 3],
-                Origin::Edge { ends, t } => {
+            let moved = match (mesh.origin(vertex), &self.carrier) {
+                (Origin::Edge { ends, t }, _) => {
                     let [from, to] = ends.map(kept);
                     axpy(from, t, axpy(to, -1.0, from))
                 }
-                Origin::Face { corners, weights } => super::weigh(corners.map(kept), weights),
-                Origin::Copy { of } => kept(of),
-                Origin::Cap { .. } => lattice.kept_at(place)?,
+                (Origin::Face { corners, weights }, _) => super::weigh(corners.map(kept), weights),
+                (Origin::Copy { of }, _) => kept(of),
+                (Origin::Cap { .. }, Carrier::Lattice(lattice)) => lattice.kept_at(place)?,
+                _ => [0.0; 3],
             };
             list.push(axpy(place, 1.0, moved));
         }
+        let triangles = &self.model.surface.triangles;
+        let before: Before = advance.changed.iter().filter_map(|t| Some((*t, *triangles.get(*t as usize)?))).collect();
         self.model.take_cut(mesh.surface(), &advance.changed);
         let new = advance.first_triangle..mesh.surface().triangles.len() as u32;
         let moved: Vec<u32> = advance.changed.iter().copied().chain(new.clone()).collect();
         self.skin.take_cut(&self.model, settled, &moved, 0..0);
+        let lattice = match &mut self.carrier {
+            Carrier::Lattice(lattice) => lattice,
+            Carrier::Sheet(sheet) => {
+                sheet.take_cut(mesh, advance, &before, &mut self.system)?;
+                sheet.embed(&self.system.nodes, &mut self.skin);
+                return Ok(());
+            }
+        };
         let caps = caps(mesh, new, &advance.facets, APRON * lattice.edge(), &mut self.aprons);
         let closed = !caps.is_empty();
         let swept = if closed { &caps } else { &advance.facets };
         let (model, edge) = (&self.model, lattice.edge());
         let side = |vertex: u32| beside(mesh, model, vertex, closed, edge);
         let new = advance.first_vertex..mesh.surface().points.len() as u32;
-        let cells = lattice.cut(swept, new, side, mesh.as_ref())?;
+        let neighbours = |vertex: u32| {
+            let around = model.around(vertex).iter().flat_map(|t| model.surface.triangles[*t as usize]);
+            around.filter(|other| *other != vertex).collect()
+        };
+        let cells = lattice.cut(swept, new, side, neighbours, mesh.as_ref())?;
         if !self.samples.is_empty()
             && let Some(samples) = Arc::get_mut(&mut self.samples)
         {

@@ -9,6 +9,7 @@ mod bound;
 mod cut;
 mod embed;
 mod fragments;
+mod mend;
 mod region;
 mod state;
 

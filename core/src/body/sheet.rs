@@ -12,8 +12,10 @@ use nalgebra::Vector3;
 use pliant_plugin_api::abi;
 use std::sync::Arc;
 
+mod cut;
 mod state;
 
+pub use cut::Before;
 pub use state::SheetState;
 
 /// Where the warp of a fabric runs.
@@ -39,6 +41,8 @@ pub struct Sheet {
     clamped: Arc<Vec<[u32; 2]>>,
     led: Vec<(u32, u32)>,
     active: bool,
+    /// A blade has changed nodes and elements since they were last asked for.
+    cut: bool,
 }
 
 /// No node.
@@ -66,6 +70,7 @@ impl Sheet {
             clamped: Arc::default(),
             led: Vec::new(),
             active: false,
+            cut: false,
         }
     }
 
@@ -79,13 +84,13 @@ impl Sheet {
         self.node_of[vertex as usize]
     }
 
-    /// Makes nodes and elements, if there are none yet. Gives whether it did.
+    /// Makes nodes and elements, if there are none yet. Gives whether there are others than before.
     ///
     /// # Errors
     /// What the material says; a vertex without mass.
     pub fn activate(&mut self, model: &Model, fixings: &[Fixing], system: &mut System) -> Result<bool, LatticeError> {
         if self.active {
-            return Ok(false);
+            return Ok(std::mem::take(&mut self.cut));
         }
         self.active = true;
         self.number(&model.surface);

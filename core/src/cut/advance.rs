@@ -4,18 +4,25 @@ use std::collections::HashMap;
 
 use super::blade::Facet;
 use super::cap::{Sheet, bodies};
-use super::lines::Lines;
-use super::mesh::{CutMesh, NONE};
+use super::lines::{Half, Lines};
+use super::mesh::{CutMesh, NONE, OPEN};
 use super::part::{Fresh, part, tell_apart};
 use super::trace::{Snap, Trace};
 use super::{Advance, Blade, Refusal, Refused, Stroke, bind, subdivide};
 
 /// How close is on: at first, when that was refused, and at last: next to nothing, with triangles as sharp as they come. A
 /// blade that stuck for good in front of one triangle would be worse than a sharp one.
-const SNAPS: [Snap; 3] = [
+pub(super) const SNAPS: [Snap; 3] = [
     Snap { on: 2e-3, ends: 2e-3, reach: 0.1, sharpest: 0.1 },
     Snap { on: 0.02, ends: 0.05, reach: 0.1, sharpest: 0.1 },
     Snap { on: 1e-7, ends: 1e-7, reach: 0.1, sharpest: 1e-4 },
+];
+
+/// The same for a sheet, whose triangles are elements: what would be a splinter is a step of the cut instead.
+pub(super) const SHEET_SNAPS: [Snap; 3] = [
+    Snap { on: 0.05, ends: 0.1, reach: 0.2, sharpest: 2.0 },
+    Snap { on: 0.02, ends: 0.05, reach: 0.1, sharpest: 1.0 },
+    Snap { on: 2e-3, ends: 2e-3, reach: 0.1, sharpest: 0.1 },
 ];
 
 /// What a facet did.
@@ -42,13 +49,14 @@ impl CutMesh {
             return Ok(Advance { first_triangle: first[0], first_vertex: first[1], ..Advance::default() });
         }
         let mut refused = None;
-        for snap in SNAPS {
+        for snap in self.snaps {
             self.open_step();
             match self.sweep(&facets, &stroke.seam, snap) {
                 Ok(done) => {
                     let after =
                         Stroke { blade: next, seam: done.seam, travel: stroke.travel + stroke.blade.way(&next) };
                     let changed = self.changed().0;
+                    let pieces_of = self.pieces_of();
                     if changed.is_empty() {
                         self.drop_step();
                     } else {
@@ -59,6 +67,7 @@ impl CutMesh {
                         area: done.area,
                         length: done.length,
                         changed,
+                        pieces_of,
                         first_triangle: first[0],
                         first_vertex: first[1],
                         parted: done.parted,
@@ -92,6 +101,10 @@ impl CutMesh {
     fn cut(&mut self, facet: &Facet, seam: &[u32], snap: Snap) -> Result<Done, Refused> {
         let near = self.near(facet);
         let trace = Trace::new(self, &near, facet, seam, snap);
+        let is_last = snap.on <= self.snaps[2].on;
+        if let Some(node) = trace.beside_seam.filter(|_| !is_last) {
+            return Err(Refused { reason: Refusal::Crossed, entity: "seam at node", value: f64::from(node) });
+        }
         let first = self.surface.triangles.len();
         let split = subdivide::subdivide(self, &trace, &near, snap.sharpest)?;
         let first = self.enter(first);
@@ -127,6 +140,10 @@ impl CutMesh {
             }
             fresh.extend(sheet.points.iter().map(|point| Fresh { x: point.x, strip: facet.texture_at(point.flat) }));
         }
+        if let Some(triangle) = self.left_joined(&trace, &lines, facet).filter(|_| !is_last) {
+            let value = f64::from(triangle);
+            return Err(Refused { reason: Refusal::Broken, entity: "line at triangle", value });
+        }
         let mut corners: Vec<u32> = point_of.keys().copied().collect();
         corners.extend(lines.halves.values().flatten().flat_map(|half| {
             let half = half.half;
@@ -151,6 +168,26 @@ impl CutMesh {
         done.seam.sort_unstable();
         done.seam.dedup();
         Ok(done)
+    }
+
+    /// A triangle whose side lies on a line of the facet, with the inside of a body to one side of it, and that is still joined
+    /// to the one on the other side of the plane. At the front the next facet may have to open it, at the seam this one.
+    fn left_joined(&self, trace: &Trace, lines: &Lines, facet: &Facet) -> Option<u32> {
+        let open = trace.runs.iter().filter(|run| !run.is_open_already());
+        open.filter(|run| run.members.iter().any(|member| member.flow != 0 && member.body != OPEN)).find_map(|run| {
+            let [a, b] = run.piece?;
+            let [from, to] = [a, b].map(|node| trace.nodes[node as usize].rim);
+            let on_rim = |side: usize| from[side] == 0 && to[side] == 0;
+            if (0..3).any(|side| on_rim(side) && !(side == 0 && facet.goes_on)) {
+                return None;
+            }
+            let halves = lines.halves.get(&[a.min(b), a.max(b)])?;
+            let joined = |below: &&Half| {
+                let other = self.link_of(below.half);
+                below.side == -1 && halves.iter().any(|above| above.side == 1 && above.half == other)
+            };
+            halves.iter().find(joined).map(|half| half.half / 3)
+        })
     }
 
     /// Triangles a facet may meet, rising.

@@ -34,6 +34,7 @@ pub(super) struct Facet {
     across: [Vector3<f64>; 2],  // unit, along side 0 and to its left
     pub flat: [[f64; 2]; 3],    // corners in the frame of the facet, m
     pub front: usize,           // side where the strip goes on
+    pub goes_on: bool,          // side 0 is where a facet before it ended, not where the stroke begins
 }
 
 impl Stroke {
@@ -58,7 +59,10 @@ impl Stroke {
         let (deep, deeper) = (self.blade.length(), next.length());
         let near = Facet::new([a, b, c], [[0.0, from], [deep, from], [deeper, to]], 2);
         let far = Facet::new([a, c, d], [[0.0, from], [deeper, to], [0.0, to]], 1);
-        [near, far].into_iter().flatten().collect()
+        let mut facets: Vec<Facet> = [near, far].into_iter().flatten().collect();
+        let began = self.travel > 0.0;
+        facets.iter_mut().enumerate().for_each(|(at, facet)| facet.goes_on = began || at > 0);
+        facets
     }
 }
 
@@ -94,7 +98,7 @@ impl Facet {
         let normal = (b - a).cross(&(c - a)).try_normalize(1e-6 * longest * longest)?;
         let along = (b - a).try_normalize(0.0)?;
         let across = [along, normal.cross(&along)];
-        let mut facet = Self { corners, normal, texture, across, flat: [[0.0; 2]; 3], front };
+        let mut facet = Self { corners, normal, texture, across, flat: [[0.0; 2]; 3], front, goes_on: false };
         facet.flat = corners.map(|corner| facet.flatten(corner));
         Some(facet)
     }

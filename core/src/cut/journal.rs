@@ -3,7 +3,7 @@
 //! Vertices and rows are only ever added, so taking back means cutting the arrays off; of a triangle that changed, the old
 //! record is kept. The cost goes with the change, not with the mesh.
 
-use super::mesh::{CutMesh, Origin, Triangle};
+use super::mesh::{CutMesh, NONE, Origin, Triangle};
 use super::{Stroke, V3};
 
 #[derive(Default)]
@@ -16,6 +16,7 @@ pub(super) struct Journal {
 #[derive(Default)]
 struct Step {
     before: Lengths,
+    pieces_of: Vec<u32>,          // of each new triangle the one it was cut from, or `NONE`
     saved: Vec<(u32, Triangle)>,  // in the order of change; a triangle may come twice
     tail: Tail,                   // empty while done
     strokes: Option<[Stroke; 2]>, // before and after
@@ -133,7 +134,26 @@ impl CutMesh {
     pub(super) fn add_triangle(&mut self, triangle: Triangle) -> u32 {
         let number = self.surface.triangles.len() as u32;
         self.append(Triangle { links: [3 * number, 3 * number + 1, 3 * number + 2], ..triangle });
+        if let Some(step) = self.journal.done.last_mut() {
+            step.pieces_of.push(NONE);
+        }
         number
+    }
+
+    /// Adds a triangle that is cut from another one.
+    pub(super) fn add_piece(&mut self, of: u32, triangle: Triangle) -> u32 {
+        let number = self.add_triangle(triangle);
+        if let Some(step) = self.journal.done.last_mut() {
+            let new = (of as usize).checked_sub(step.before.triangles);
+            let whole = new.map_or(of, |new| step.pieces_of[new]);
+            step.pieces_of[number as usize - step.before.triangles] = whole;
+        }
+        number
+    }
+
+    /// Of each new triangle of the open step the one it was cut from, or [`NONE`].
+    pub(super) fn pieces_of(&self) -> Vec<u32> {
+        self.journal.done.last().map_or(Vec::new(), |step| step.pieces_of.clone())
     }
 
     pub(super) fn set_triangle(&mut self, number: u32, triangle: Triangle) {

@@ -1,9 +1,11 @@
 //! The mesh a blade cuts.
 
+use super::advance::{SHEET_SNAPS, SNAPS};
 use super::journal::Journal;
 use super::lids;
 use super::solid::{self, Body};
-use crate::geometry::{TriangleTree, V3};
+use super::trace::Snap;
+use crate::geometry::{TriangleTree, V3, meet};
 use crate::mesh::{ObjDocument, Placement, Surface};
 use nalgebra::Vector3;
 
@@ -27,6 +29,7 @@ pub struct CutMesh {
     pub(super) placement: Placement,
     pub(super) whole: Whole,
     pub(super) journal: Journal,
+    pub(super) snaps: [Snap; 3], // tried one after the other
 }
 
 /// Where a vertex came from.
@@ -88,9 +91,19 @@ const MOST_AROUND: usize = 256;
 impl CutMesh {
     /// The document's triangles in place, uncut.
     pub fn new(document: &ObjDocument, placement: &Placement) -> Self {
+        Self::build(document, placement, true)
+    }
+
+    /// The same as a sheet: what it encloses has no substance, and no hole is closed. Its triangles are elements, so a cut goes
+    /// rather through a vertex than past it.
+    pub fn sheet(document: &ObjDocument, placement: &Placement) -> Self {
+        Self { snaps: SHEET_SNAPS, ..Self::build(document, placement, false) }
+    }
+
+    fn build(document: &ObjDocument, placement: &Placement, encloses: bool) -> Self {
         let mut surface = Surface::from_document(document).placed(placement);
         let mut links = link(&surface);
-        let mut lids = lids::find(&surface, &links);
+        let mut lids = if encloses { lids::find(&surface, &links) } else { Vec::new() };
         let (mut texture, mut shading) = corner_rows(document, &surface);
         if !lids.is_empty() {
             surface.triangles.append(&mut lids);
@@ -100,7 +113,8 @@ impl CutMesh {
             shading.resize(count, [NONE; 3]);
             links = link(&surface);
         }
-        let (body, bodies) = solid::find(&surface, &links);
+        let (body, bodies) =
+            if encloses { solid::find(&surface, &links) } else { (vec![OPEN; surface.triangles.len()], Vec::new()) };
         Self {
             tree: TriangleTree::new(&surface.points, &surface.triangles),
             texcoords: document.texcoords().to_vec(),
@@ -115,6 +129,7 @@ impl CutMesh {
                 normals: document.normals().len(),
                 reach: solid::reach(&surface),
             },
+            snaps: SNAPS,
             surface,
             links,
             texture,
@@ -163,6 +178,14 @@ impl CutMesh {
     /// several where the surface branches.
     pub fn neighbours(&self, triangle: u32) -> [u32; 3] {
         self.links[triangle as usize].map(|half| half / 3)
+    }
+
+    /// Whether a segment goes through the mesh, m.
+    pub fn is_crossed(&self, from: V3, to: V3) -> bool {
+        let way = std::array::from_fn(|i| to[i] - from[i]);
+        let mut crossed = false;
+        self.tree.along(from, to, |t| crossed |= meet(self.corners_of(t), from, way).is_some_and(|(s, _)| s <= 1.0));
+        crossed
     }
 
     pub(super) fn point(&self, vertex: u32) -> Vector3<f64> {

@@ -59,6 +59,8 @@ pub struct Advance {
     pub changed: Vec<u32>,
     /// New triangles have this number and above.
     pub first_triangle: u32,
+    /// The triangle there was before that each new one is a piece of; `u32::MAX` for one of a wall.
+    pub pieces_of: Vec<u32>,
     /// New vertices have this number and above.
     pub first_vertex: u32,
     /// Vertices that came apart, each with the new one at the same place.

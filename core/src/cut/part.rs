@@ -198,7 +198,7 @@ fn halve(mesh: &mut CutMesh, class: &[u32], middle: u32) -> Vec<u32> {
         far.shading[corner] = old.shading[next];
         near.shading[next] = old.shading[next];
         let before = (corner + 2) % 3;
-        let made = mesh.add_triangle(far);
+        let made = mesh.add_piece(triangle, far);
         near.links = old.links;
         mesh.set_triangle(triangle, near);
         // The side from the next corner on now belongs to the new triangle.

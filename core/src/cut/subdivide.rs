@@ -263,7 +263,7 @@ fn replace(mesh: &mut CutMesh, triangle: u32, polygons: &[Vec<Item>], sharpest: 
                 mesh.set_triangle(triangle, new);
                 made.push(triangle);
             } else {
-                made.push(mesh.add_triangle(new));
+                made.push(mesh.add_piece(triangle, new));
             }
         }
     }

@@ -205,12 +205,13 @@ impl Opening<'_> {
             }
             None => Carrier::Lattice(Box::new(self.lattice(scene, &name, &model, &material)?)),
         };
+        let made = if scene.sheet.is_some() { CutMesh::sheet } else { CutMesh::new };
         let skin = Skin::new(&model);
         let fixings = scene.fixed.iter().map(|f| place::fixing(f.get_ref())).collect();
         Ok(Body {
             name,
             aprons: std::collections::HashMap::default(),
-            cut: cuts.then(|| Box::new(CutMesh::new(&model.document, &model.placement))),
+            cut: cuts.then(|| Box::new(made(&model.document, &model.placement))),
             model,
             skin,
             system: System::new(material),

@@ -4,7 +4,7 @@ use super::coupled::{Coupled, is_coupled_hinges};
 use super::elements::ElementSet;
 use super::matrix::Matrix;
 use super::pool::Pool;
-use super::{Constraint, V3, dot};
+use super::{Constraint, V3, axpy, dot};
 use crate::host::{HostError, Material};
 use pliant_plugin_api::abi;
 
@@ -58,6 +58,30 @@ impl Nodes {
         self.constraint.push(Constraint::Free);
         self.prescribed.push([0.0; 3]);
         self.len() as u32 - 1
+    }
+
+    /// One more between others, given with weights: held if they all are. Gives its number.
+    pub fn add_between(&mut self, of: &[(u32, f64)]) -> u32 {
+        let mean = |field: &[V3]| of.iter().fold([0.0; 3], |sum, (n, w)| axpy(sum, *w, field[*n as usize]));
+        let (rest, x, v, prescribed) = (mean(&self.rest), mean(&self.x), mean(&self.v), mean(&self.prescribed));
+        let held = of.iter().all(|(n, _)| self.constraint[*n as usize] == Constraint::Fixed);
+        let node = self.add(rest);
+        let i = node as usize;
+        (self.x[i], self.v[i], self.prescribed[i]) = (x, v, prescribed);
+        self.constraint[i] = if held { Constraint::Fixed } else { Constraint::Free };
+        node
+    }
+
+    /// Takes off all from `at` on.
+    pub fn split_off(&mut self, at: usize) -> Self {
+        Self {
+            rest: self.rest.split_off(at),
+            x: self.x.split_off(at),
+            v: self.v.split_off(at),
+            mass: self.mass.split_off(at),
+            constraint: self.constraint.split_off(at),
+            prescribed: self.prescribed.split_off(at),
+        }
     }
 
     /// J

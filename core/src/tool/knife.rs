@@ -8,10 +8,11 @@
 
 use super::hand::Hand;
 use super::haptic::ToolError;
-use crate::body::{Body, Lattice};
+use super::meeting::Meeting;
+use crate::body::{Body, Carrier, Lattice};
 use crate::cut::{Blade, Refused, Stroke};
 use crate::step::{V3, axpy};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 /// What a blade is.
 #[derive(Clone, Debug)]
@@ -51,14 +52,16 @@ pub struct Inside {
     pub body: u32,
     /// m, rest places along the edge
     pub places: Vec<V3>,
-    /// m, rest place of the tip
+    /// m, rest place of the tip, or on a sheet where the tip is from the place the blade goes through
     tip: V3,
+    /// From the rest shape to now.
+    turn: Matrix3<f64>,
 }
 
 impl Inside {
     /// m, a rest place along the edge, a little ahead of it: where nothing is cut yet
     pub fn ahead(&self, place: V3, heading: Option<Vector3<f64>>, edge: f64) -> V3 {
-        heading.map_or(place, |heading| axpy(place, STRIDE * edge, heading.into()))
+        heading.map_or(place, |heading| axpy(place, STRIDE * edge, (self.turn.transpose() * heading).into()))
     }
 }
 
@@ -110,17 +113,28 @@ impl Knife {
         let along = hand.rotation * Vector3::from(self.edge.direction);
         self.follow(hand, &along, stiffness, bodies)?;
         let mut step = CutStep::default();
-        self.inside = None;
-        let mut resistance = None;
+        let was = self.inside.take();
+        let (mut resistance, mut waits) = (None, false);
         for (index, body) in bodies.iter_mut().enumerate() {
             if body.cut.is_none() || body.frozen.is_some() {
                 continue;
             }
-            let (blade, places) = self.at_rest(&along, body)?;
-            if self.inside.is_none() && !places.is_empty() {
-                self.inside = Some(Inside { body: index as u32, places, tip: blade.tip });
+            let last_place = was.as_ref().filter(|i| i.body as usize == index).map(|i| i.places[0]);
+            let Some(seen) = self.at_rest(&along, body, last_place)? else {
+                self.strokes[index] = None;
+                continue;
+            };
+            if seen.in_gap {
+                waits = true;
+                continue;
             }
-            match self.advance(index, blade, body, last) {
+            let (blade, turn) = (seen.blade, seen.turn);
+            if self.inside.is_none() && !seen.places.is_empty() {
+                self.inside = Some(Inside { body: index as u32, places: seen.places, tip: seen.tip, turn });
+            }
+            // What is left of a stride when the blade leaves a sheet is not cut by a later one.
+            let leaves = self.heading.is_some() && self.inside.is_none() && body.carrier.sheet().is_some();
+            match self.advance(index, (blade, turn), body, last || leaves) {
                 Ok(None) => {}
                 Ok(Some(advanced)) => {
                     step.advances += usize::from(advanced.has_cut);
@@ -134,7 +148,7 @@ impl Knife {
         }
         if self.inside.is_some() {
             self.resistance = resistance.unwrap_or(self.resistance);
-        } else if self.heading.is_some() {
+        } else if self.heading.is_some() && !waits {
             self.lift();
         }
         Ok(step)
@@ -151,6 +165,10 @@ impl Knife {
             && let Some(moved) = lattice.carried_by(inside.tip, &body.system.nodes)?
         {
             self.tip = axpy(inside.tip, 1.0, moved);
+        }
+        if let Carrier::Sheet(_) = &body.carrier {
+            let (now, _) = body.carry_one(inside.places[0])?;
+            self.tip = axpy(now, 1.0, inside.tip);
         }
         let gap = Vector3::from(hand.position) - Vector3::from(self.tip);
         let slide = gap.dot(along) * along;
@@ -169,12 +187,21 @@ impl Knife {
         Ok(())
     }
 
-    /// The blade in the rest shape of a body, and rest places along it that are inside of its cells. A place in the gap
-    /// between parts that have moved away is in neither.
-    fn at_rest(&self, along: &Vector3<f64>, body: &Body) -> Result<(Blade, Vec<V3>), ToolError> {
+    /// The blade in the rest shape of a body, and rest places along it that are inside of its cells, or where it goes through a
+    /// sheet. A place in the gap between parts that have moved away is in neither. `None` far from a sheet.
+    fn at_rest(&self, along: &Vector3<f64>, body: &Body, last: Option<V3>) -> Result<Option<Seen>, ToolError> {
         let mut places = Vec::new();
         let heel = (Vector3::from(self.tip) + self.edge.length * along).into();
-        let Some(lattice) = body.carrier.lattice() else { return Ok((Blade { tip: self.tip, heel }, places)) };
+        let lattice = match &body.carrier {
+            Carrier::Lattice(lattice) => lattice,
+            Carrier::Sheet(sheet) => {
+                let Some(met) = Meeting::find(self.tip, heel, body, sheet, last) else { return Ok(None) };
+                let (now, _) = body.carry_one(met.place)?;
+                let tip = axpy(self.tip, -1.0, now);
+                let places = if met.through { vec![met.place] } else { places };
+                return Ok(Some(Seen { blade: met.blade, places, tip, in_gap: met.in_gap, turn: met.turn }));
+            }
+        };
         let (mut first, mut last, mut drift) = (None, [0.0; 3], None);
         for i in 0..PLACES {
             let s = self.edge.length * i as f64 / (PLACES - 1) as f64;
@@ -195,34 +222,40 @@ impl Knife {
             }
         }
         let blade = Blade { tip: axpy(self.tip, -1.0, first.unwrap_or_default()), heel: axpy(heel, -1.0, last) };
-        Ok((blade, places))
+        Ok(Some(Seen { blade, places, tip: blade.tip, in_gap: false, turn: Matrix3::identity() }))
     }
 
     /// Cuts up to where the blade is, if it has gone far enough.
     fn advance(
         &mut self,
         index: usize,
-        blade: Blade,
+        (blade, turn): (Blade, Matrix3<f64>),
         body: &mut Body,
         last: bool,
     ) -> Result<Option<Advanced>, Stopped> {
+        let at_rest = |heading: Vector3<f64>| turn.transpose() * heading;
         let Some((stroke, tried)) = &mut self.strokes[index] else {
             self.strokes[index] = Some((Stroke::begin(blade).map_err(Stopped::Refused)?, blade));
             return Ok(None);
         };
         let stride = STRIDE * body.carrier.edge();
         if let Some(heading) = self.heading {
-            let gone = ahead(&stroke.blade(), &blade, &heading);
+            let gone = ahead(&stroke.blade(), &blade, &at_rest(heading));
             self.back = gone < -0.5 * stride;
             if gone <= 0.0 {
                 return Ok(None);
             }
         }
         let due = way(tried, &blade) >= stride || (last && way(&stroke.blade(), &blade) > 0.0);
-        let (true, Some(mesh)) = (due, &mut body.cut) else { return Ok(None) };
+        if !due {
+            return Ok(None);
+        }
+        // A sheet can only be taken back as a whole, should its material not take the pieces.
+        let state = body.carrier.sheet().is_some().then(|| body.save());
+        let Some(mesh) = &mut body.cut else { return Ok(None) };
         *tried = blade;
         let before = stroke.blade();
-        let heading = self.heading.unwrap_or_else(Vector3::zeros);
+        let heading = self.heading.map_or_else(Vector3::zeros, at_rest);
         let advance = mesh.advance(stroke, blade).or_else(|refused| {
             // Where it cannot go on from the very edge of its own slit, it starts a little behind, and else where it is.
             let step: V3 = (-0.2 * stride * heading).into();
@@ -240,8 +273,13 @@ impl Knife {
             if advance.area > 0.0 { self.edge.toughness * advance.area } else { self.edge.tear * advance.length };
         let has_cut = advance.has_cut();
         if has_cut {
-            self.heading = self.heading.or_else(|| middle_way(&before, &blade).try_normalize(0.0));
-            body.take_cut(&advance).map_err(Stopped::Failed)?;
+            self.heading = self.heading.or_else(|| (turn * middle_way(&before, &blade)).try_normalize(0.0));
+            if let Err(error) = body.take_cut(&advance) {
+                if let Some(state) = state {
+                    body.restore(&state).map_err(Stopped::Failed)?;
+                }
+                return Err(Stopped::Failed(error));
+            }
         }
         let force = if way > 0.0 { force / way } else { 0.0 };
         Ok(Some(Advanced { force, area: advance.area, length: advance.length, has_cut }))
@@ -264,6 +302,16 @@ fn mean_displacement(lattice: &Lattice, body: &Body) -> V3 {
     let (nodes, rest) = (&body.system.nodes, &lattice.region().node_rest);
     let sum = nodes.x.iter().zip(rest).fold([0.0; 3], |sum, (x, rest)| axpy(sum, 1.0, axpy(*x, -1.0, *rest)));
     sum.map(|c| c / nodes.len().max(1) as f64)
+}
+
+/// A blade in the rest shape of a body.
+struct Seen {
+    blade: Blade,
+    places: Vec<V3>,
+    tip: V3,
+    /// Of a sheet: the stroke waits at its end until the blade goes through the sheet again.
+    in_gap: bool,
+    turn: Matrix3<f64>,
 }
 
 /// An advance that was made.

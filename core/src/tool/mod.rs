@@ -3,6 +3,7 @@
 mod hand;
 mod haptic;
 mod knife;
+mod meeting;
 mod model;
 mod safety;
 mod tactile;

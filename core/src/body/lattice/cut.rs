@@ -1,13 +1,16 @@
 //! A blade has passed: which cells are parted, and which part carries each point of the surface.
 
 use super::fragments::Inner;
+use super::mend::Hosts;
 use super::{Lattice, LatticeError};
 use crate::step::{V3, axpy, dot};
 use pliant_plugin_api::abi;
+use std::collections::BTreeMap;
 
 impl Lattice {
     /// Takes in what a blade has swept, as triangles in the rest shape (m). `new` are the points of the surface the cut has
-    /// made; `side` gives a rest place beside a point, on its own side of the cut; `inner` knows where the body is. The cells
+    /// made; `side` gives a rest place beside a point, on its own side of the cut, `neighbours` the points it shares a triangle
+    /// with; `inner` knows where the body is. The cells
     /// change with the next [`Lattice::follow`]. Gives the ids of those whose parts or points are others now.
     ///
     /// # Errors
@@ -17,6 +20,7 @@ impl Lattice {
         swept: &[[V3; 3]],
         new: impl Iterator<Item = u32>,
         side: impl Fn(u32) -> V3,
+        neighbours: impl Fn(u32) -> Vec<u32>,
         inner: &impl Inner,
     ) -> Result<Vec<u64>, LatticeError> {
         let level = self.settings.level;
@@ -39,6 +43,7 @@ impl Lattice {
         }
         points.sort_unstable();
         points.dedup();
+        let (mut hosts, mut owns) = (Hosts::new(), BTreeMap::new());
         for (point, own) in points {
             if let Some(host) = self.bound.leave(point) {
                 self.fragments.release_point(host, point);
@@ -46,7 +51,10 @@ impl Lattice {
             let anchor = self.fragments.anchor(own, side(point));
             self.fragments.bind(&anchor, point);
             self.bound.bind(point, own, anchor.cell, anchor.place);
+            hosts.insert(point, (anchor.cell, anchor.fragment));
+            owns.insert(point, own);
         }
+        self.mend(hosts, &owns, side, neighbours);
         self.balls.clear();
         self.stale = true;
         Ok(changed)

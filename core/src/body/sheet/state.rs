@@ -40,6 +40,7 @@ impl Sheet {
         let same = Arc::ptr_eq(&self.material, &state.material) && system.nodes.rest == nodes.rest;
         let SheetState { material, clamped, led, active } = state.clone();
         (self.material, self.clamped, self.led, self.active) = (material, clamped, led, active);
+        self.cut = false;
         system.nodes.clone_from(nodes);
         if same || !self.active {
             return Ok(());

@@ -5,6 +5,7 @@ mod checks;
 mod exact;
 mod random;
 mod shared;
+mod through;
 mod undo;
 
 use super::*;

@@ -47,6 +47,8 @@ pub(super) struct Trace {
     on_edge: HashMap<[u32; 2], Vec<u32>>, // nodes on the edge between two sites, from the lower on
     at_site: Vec<u32>,                    // node of each site, or `NONE`
     chord: HashMap<[u32; 2], u32>,        // run between two nodes, lower first
+    /// A node where a line goes on that was not cut up to there: next to the seam, and so past it.
+    pub beside_seam: Option<u32>,
 }
 
 /// A place on the mesh that the facet passes.
@@ -110,6 +112,7 @@ impl Trace {
             on_edge: HashMap::new(),
             at_site,
             chord: HashMap::new(),
+            beside_seam: None,
         };
         let mut rims = Vec::new();
         for (&triangle, corners) in near.iter().zip(&triangles) {
@@ -290,7 +293,10 @@ impl Trace {
                     Place::Face(..) => 0.0,
                 };
             for side in 0..3 {
-                let near = depth(facet, side, node.flat).abs() <= margin;
+                // What is on the side that two facets share was decided with the first of them: those are in `seam`. With
+                // another margin here, what lies between would be cut by neither.
+                let decided = side == 0 && facet.goes_on;
+                let near = !decided && depth(facet, side, node.flat).abs() <= margin;
                 let [a, b] = facet.rim(side);
                 node.rim[side] = if near { 0 } else { turn(a, b, node.flat) };
             }
@@ -315,6 +321,23 @@ impl Trace {
         for (node, side) in near {
             self.nodes[node as usize].rim[side] = 0;
         }
+        self.go_back_to_border(facet);
+    }
+
+    /// On a sheet a line that the facet before did not reach, so little of it was within, is cut from where it begins.
+    fn go_back_to_border(&mut self, facet: &Facet) {
+        if !facet.goes_on {
+            return;
+        }
+        let mut back = Vec::new();
+        for run in self.runs.iter().filter(|run| run.members.iter().all(|member| member.body == OPEN)) {
+            match run.ends.map(|end| self.nodes[end as usize].rim[0]) {
+                [-1, 1] => back.push(run.ends[0]),
+                [1, -1] => back.push(run.ends[1]),
+                _ => {}
+            }
+        }
+        back.into_iter().for_each(|node| self.nodes[node as usize].rim[0] = 0);
     }
 
     fn clip_run(&mut self, run: usize, facet: &Facet) {
@@ -323,7 +346,13 @@ impl Trace {
         let depths = ends.map(|end| [0, 1, 2].map(|side| depth(facet, side, self.nodes[end as usize].flat)));
         match clip(rim, depths, LEAST) {
             Left::Nothing | Left::Place => {}
+            // The front of the cut so far must be met as it is. The edge of a face in the plane, with the inside on neither side
+            // of it, may pass beside its end; it is left as it is.
+            Left::Piece(piece) if facet.goes_on && piece.iter().any(is_on_seam) && self.is_idle(run) => {}
             Left::Piece(piece) => {
+                if facet.goes_on && piece.iter().any(is_on_seam) {
+                    self.beside_seam = Some(ends[0]);
+                }
                 let node = |trace: &mut Self, own: u32, end: End| match end {
                     End::Own => own,
                     End::Crossing { side, t } => {
@@ -338,6 +367,11 @@ impl Trace {
                 self.runs[run].piece = Some([from, to]);
             }
         }
+    }
+
+    /// Whether the inside of no body begins or ends at a run.
+    fn is_idle(&self, run: usize) -> bool {
+        self.runs[run].members.iter().all(|member| member.body != OPEN && member.flow == 0)
     }
 
     /// A new node on a run, `t` of the way along.
@@ -361,6 +395,10 @@ impl Trace {
         nodes.sort_by(|a, b| at(a).total_cmp(&at(b)));
         node
     }
+}
+
+fn is_on_seam(end: &End) -> bool {
+    matches!(end, End::Crossing { side: 0, .. })
 }
 
 fn depth(facet: &Facet, side: usize, flat: [f64; 2]) -> f64 {

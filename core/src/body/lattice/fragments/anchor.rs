@@ -46,15 +46,30 @@ impl Fragments {
                 {
                     continue;
                 }
-                let within = |i: usize| {
-                    let (low, spare) = (next.reference[i], WITHIN * self.edge);
-                    place[i].clamp(low + spare, low + self.edge - spare)
-                };
-                let place = std::array::from_fn(within);
-                best = Some((away, Anchor { cell: other, fragment: next.voxels.fragment(voxel), place }));
+                best = Some((away, self.anchor_in((other, next.voxels.fragment(voxel)), place)));
             }
         }
         best.map_or_else(|| own(cell.voxels.fragment_at(self.edge, place)), |(_, anchor)| anchor)
+    }
+
+    /// A place carried by a fragment of a cell, wherever it lies.
+    pub fn anchor_in(&self, (cell, fragment): (u64, usize), place: V3) -> Anchor {
+        let within = |i: usize| {
+            let (low, spare) = (self.cells[&cell].reference[i], WITHIN * self.edge);
+            place[i].clamp(low + spare, low + self.edge - spare)
+        };
+        Anchor { cell, fragment, place: std::array::from_fn(within) }
+    }
+
+    /// Whether two fragments, each with its cell, share nodes; `None` where their cells have none in common.
+    pub fn hang_together(&self, a: (u64, usize), b: (u64, usize)) -> Option<bool> {
+        if a.0 == b.0 {
+            return Some(a.1 == b.1);
+        }
+        let [one, other] = [a, b].map(|(cell, f)| self.cells.get(&cell).and_then(|cell| cell.fragments.get(f)));
+        let (one, other) = (one?, other?);
+        let common = one.nodes.iter().flat_map(|x| other.nodes.iter().filter(|y| y.0 == x.0).map(move |y| x == y));
+        common.reduce(|any, same| any || same)
     }
 
     /// Cells at most two faces away.

@@ -24,6 +24,10 @@ use pliant_plugin_api::abi;
 use std::collections::{BTreeMap, HashMap};
 use voxels::Voxels;
 
+/// How far from a cell, in voxels, its links may go: to the middle of the next cell's first voxel, and from there on to the
+/// place in it that is inside of the body.
+const MARGIN: f64 = 1.5;
+
 /// A node of the grid, or a copy of one: 0 is the node itself.
 pub type NodeKey = (u64, u32);
 
@@ -108,7 +112,7 @@ impl Fragments {
         let mut met = Vec::new(); // cells a triangle may part, with the triangle
         for (number, triangle) in swept.iter().enumerate() {
             let mut cells = Vec::new();
-            self.list_near(grid, level, triangle, 0.5 / voxels::SIDE as f64 * self.edge, &mut cells)?;
+            self.list_near(grid, level, triangle, MARGIN / voxels::SIDE as f64 * self.edge, &mut cells)?;
             met.extend(cells.into_iter().map(|id| (id, number)));
         }
         met.sort_unstable();

@@ -1,0 +1,168 @@
+//! What hangs together in the drawn surface hangs together in the lattice, and of bodies that nowhere come near themselves the
+//! other way round too: every connected part of the shell goes with one part of the lattice.
+
+use pliant_core::body::Body;
+use pliant_core::cut::{Blade, Stroke};
+use pliant_core::session::Session;
+use pliant_tests::{Bench, open, root, shared_mesh};
+use std::collections::BTreeSet;
+
+type V3 = [f64; 3];
+
+/// A body of 100 mm, all of it active.
+fn whole(body: &str, level: u32) -> Session {
+    let mut session = open(
+        &format!(
+            r#"
+            format = 1
+            gravity = [0, -9.81, 0]
+            [time]
+            duration = "1 s"
+            [[body]]
+            {body}
+            material = {{ plugin = "mass-spring" }}
+            grid = {{ level = {level}, region = "whole" }}
+            [[device]]
+            name = "hand"
+            params = {{ path = [[0.0, 1.0, 1.0, 1.0]] }}
+            [[tool]]
+            name = "knife"
+            device = "hand"
+            radius = "1 mm"
+            blade = {{ length = "200 mm", direction = [0, 1, 0] }}
+            [[edit]]
+            kind = "cut"
+            tool = "knife"
+            "#
+        ),
+        1,
+    );
+    session.step();
+    session
+}
+
+/// A blade swept across the whole body in `steps` advances, along a plane of random place and direction, or a little bent.
+struct Sweep {
+    at: V3,
+    along: V3,
+    way: V3,
+    across: V3,
+    bend: f64,
+}
+
+struct Random(u64);
+
+impl Random {
+    /// Uniform from -1 to 1.
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+
+    fn direction(&mut self) -> V3 {
+        loop {
+            let d = [self.next(), self.next(), self.next()];
+            let length = d.iter().map(|c| c * c).sum::<f64>().sqrt();
+            if length > 0.1 && length < 1.0 {
+                return d.map(|c| c / length);
+            }
+        }
+    }
+
+    fn sweep(&mut self) -> Sweep {
+        let along = self.direction();
+        let d = self.direction();
+        let cross =
+            |a: V3, b: V3| -> V3 { [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]] };
+        let across = cross(along, d);
+        let length = across.iter().map(|c| c * c).sum::<f64>().sqrt();
+        let across = across.map(|c| c / length);
+        let at = [self.next(), self.next(), self.next()].map(|c| 0.02 * c);
+        Sweep { at, along, way: cross(across, along), across, bend: 0.02 * self.next() }
+    }
+}
+
+impl Sweep {
+    fn blade(&self, t: f64) -> Blade {
+        let at = |s: f64| -> V3 {
+            let bend = self.bend * (t * t - 0.3);
+            std::array::from_fn(|i| self.at[i] + s * self.along[i] + 0.12 * t * self.way[i] + bend * self.across[i])
+        };
+        Blade { tip: at(-0.15), heel: at(0.15) }
+    }
+}
+
+/// Cuts the body right through.
+fn cut(body: &mut Body, sweep: &Sweep, steps: u32) {
+    let mut stroke = Stroke::begin(sweep.blade(-1.0)).unwrap();
+    for step in 1..=steps {
+        let blade = sweep.blade(2.0 * f64::from(step) / f64::from(steps) - 1.0);
+        let advance = body.cut.as_mut().unwrap().advance(&mut stroke, blade); // one refused is made with the next
+        if let Some(advance) = advance.ok().filter(|advance| advance.has_cut()) {
+            body.take_cut(&advance).unwrap();
+        }
+    }
+    let Body { model, skin, system, carrier, fixings, .. } = body;
+    carrier.follow(&[], model, fixings, skin, system).unwrap();
+}
+
+/// (pairs of a shell and a part of the lattice that carries some of it, places of triangles whose corners go with several)
+fn agreement(body: &Body) -> (BTreeSet<(u32, u32)>, Vec<V3>) {
+    let lattice = body.carrier.lattice().unwrap();
+    let parts = lattice.parts();
+    let part = |v: u32| parts[lattice.region().cell_corners[body.skin.cell[v as usize] as usize][0] as usize];
+    let surface = &body.model.surface;
+    let corners = || surface.triangles.iter().map(|t| t.map(part));
+    let pairs = corners().zip(surface.shells()).flat_map(|(of, shell)| of.map(|part| (shell, part))).collect();
+    let torn = corners().zip(&surface.triangles).filter(|(of, _)| of[0] != of[1] || of[0] != of[2]);
+    (pairs, torn.map(|(_, t)| surface.points[t[0] as usize]).collect())
+}
+
+/// Cuts that leave the surface joined to two parts; or, where nothing but what is cut comes near itself, two shells one part.
+fn check(name: &str, body: &str, level: u32, seeds: std::ops::Range<u64>, is_convex: bool) -> Vec<String> {
+    let mut wrong = Vec::new();
+    for seed in seeds {
+        let mut session = whole(body, level);
+        let sweep = Random(seed.wrapping_mul(977) + 5).sweep();
+        cut(&mut session.bodies[0], &sweep, 60);
+        let (pairs, torn) = agreement(&session.bodies[0]);
+        let [straight, crossed] = [[(0, 0), (1, 1)], [(0, 1), (1, 0)]].map(BTreeSet::from);
+        if !torn.is_empty() || (is_convex && pairs != straight && pairs != crossed) {
+            let count = torn.len();
+            wrong.push(format!("{name}, level {level}, seed {seed}: {pairs:?}, {count} torn, at {:?}", torn.first()));
+        }
+    }
+    wrong
+}
+
+#[test]
+fn generated_models() {
+    let folder = Bench::new();
+    let elephant = folder.write("elephant.obj", std::fs::read(root().join("scenes/elephant.obj")).unwrap());
+    let bodies = [
+        (
+            "sphere",
+            "shape = { kind = \"sphere\", cells = 24, size = [\"100 mm\", \"100 mm\", \"100 mm\"] }".to_string(),
+        ),
+        ("box", "shape = { kind = \"box\", cells = 40, size = [\"100 mm\", \"90 mm\", \"80 mm\"] }".to_string()),
+        ("elephant", format!("mesh = {:?}\nsize = \"100 mm\"", elephant.display().to_string())),
+    ];
+    let mut wrong = Vec::new();
+    for (name, body) in &bodies {
+        let is_convex = *name != "elephant"; // its legs share cells
+        wrong.extend(check(name, body, 5, 0..6, is_convex));
+        wrong.extend(check(name, body, 6, 0..2, is_convex));
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn shared_models() {
+    let mut wrong = Vec::new();
+    for name in ["stanford-bunny.obj", "spot.obj", "suzanne.obj", "teapot.obj"] {
+        let Some(path) = shared_mesh(name) else { return };
+        let body = format!("mesh = {:?}\nsize = \"100 mm\"", path.display().to_string());
+        wrong.extend(check(name, &body, 5, 0..6, false));
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
