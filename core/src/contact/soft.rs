@@ -10,7 +10,7 @@ use super::closest::{Closest, closest_point};
 use super::reach::Reach;
 use super::sphere::Tip;
 use super::sums::Sums;
-use crate::step::{Block, NodeSprings, Nodes, V3, axpy, dot};
+use crate::step::{Block, NodeSprings, Nodes, V3, axpy, dot, times};
 
 /// Where a soft tip meets a sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,6 +24,8 @@ pub enum Meets {
 /// A tip of one tool on one sheet.
 pub struct SoftTip {
     meets: Meets,
+    /// Whether forces last: between two tips they would grow against each other.
+    pub learns: bool,
     near: Reach,
     found: Vec<Found>,
     stays: Vec<bool>,
@@ -70,6 +72,7 @@ impl SoftTip {
     pub fn new(meets: Meets) -> Self {
         Self {
             meets,
+            learns: true,
             near: Reach::default(),
             found: Vec::new(),
             stays: Vec::new(),
@@ -95,7 +98,17 @@ impl SoftTip {
         self.spots.len()
     }
 
-    /// Finds what `tip` spots on, with springs of `stiffness` (N/m), in a step of `dt` (s), and gives it to `out`. Nodes of
+    /// What it presses on: the direction from its centre, N, and how fast the sheet slides past it, m/s, once nodes have moved.
+    pub fn pressed<'a>(&'a self, tip: &'a Tip, nodes: &'a Nodes) -> impl Iterator<Item = (V3, f64, V3)> + 'a {
+        self.spots.iter().map(|spot| {
+            let v = carried(&nodes.v, spot.corners, spot.bary);
+            let slip = axpy(v, -1.0, tip.velocity);
+            let size = dot(axpy(spot.felt(&nodes.x), -1.0, times(&spot.damping, v)), spot.normal);
+            (spot.normal, size.max(0.0), axpy(slip, -dot(slip, spot.normal), spot.normal))
+        })
+    }
+
+    /// Finds what `tip` presses on, with springs of `stiffness` (N/m), in a step of `dt` (s), and gives it to `out`. Nodes of
     /// the sheet, of `count` triangles, may have moved by `moved` (m) since the last step.
     pub fn press(
         &mut self,
@@ -200,7 +213,8 @@ impl SoftTip {
                 found.corners.iter().zip(found.bary).map(|(n, w)| w * w / nodes.mass[*n as usize]).sum::<f64>().recip();
             let drag = (k * mass).sqrt();
             let lasts = LASTS.min(0.5 * dt * (k / mass).sqrt());
-            let lasting = if self.meets == Meets::Triangles { old.map_or(0.0, |spot| spot.lasting) } else { 0.0 };
+            let lasting =
+                if self.meets == Meets::Triangles && self.learns { old.map_or(0.0, |spot| spot.lasting) } else { 0.0 };
             let push = lasting + k * depth + drag * dot(slip, normal);
             if push <= 0.0 || (old.is_none() && depth <= 0.0) {
                 continue;
@@ -245,7 +259,7 @@ impl Spot {
     /// N, on the sheet, now that its nodes are at `x`.
     fn felt(&self, x: &[V3]) -> V3 {
         let moved = axpy(carried(x, self.corners, self.bary), -1.0, self.point);
-        axpy(self.force, -1.0, crate::step::times(&self.stiffness, moved))
+        axpy(self.force, -1.0, times(&self.stiffness, moved))
     }
 }
 

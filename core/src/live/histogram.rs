@@ -98,7 +98,7 @@ mod tests {
     fn every_value_has_one_place_and_places_rise() {
         let mut before = 0;
         for value in
-            (0..70_u64).chain((6..64).flat_map(|bit| [(1 << bit) - 1, 1 << bit, (1 << bit) + (1 << (bit - 2))]))
+            (0..70_u64).chain((7..64).flat_map(|bit| [(1 << bit) - 1, 1 << bit, (1 << bit) + (1 << (bit - 2))]))
         {
             let at = place(value);
             assert!(at >= before && end(at) >= value, "{value}");

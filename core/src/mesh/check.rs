@@ -308,7 +308,7 @@ mod tests {
         let message = require_for_mesh_elements(std::slice::from_ref(&sliver)).unwrap_err().to_string();
         assert!(message.contains("face 3 (line 8)") && message.contains("allowed: an area above 1e-9"), "{message}");
         assert!(refused(sliver));
-        let thin = findings(&format!("{SQUARE}v 0.5 -1e-11 0\nf 1 5 2\n"));
+        let thin = findings(&format!("{SQUARE}v 0.5 -1e-8 0\nf 1 5 2\n"));
         assert!(thin.iter().all(|finding| finding.kind == Kind::Border), "thin is not nothing");
     }
 

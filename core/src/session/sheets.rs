@@ -7,7 +7,7 @@ use crate::step::{V3, axpy};
 use crate::tool::Mode;
 
 /// Edges of a sheet over the radius of a tip, up to which its vertices are close enough to hold it.
-const FINE: f64 = 0.5;
+const FINE: f64 = 1.0;
 
 impl Session {
     /// Chooses how each tool meets each sheet.
@@ -36,6 +36,7 @@ impl Session {
 
     /// Presses soft tips on sheets.
     pub(super) fn press_sheets(&mut self) {
+        let touching = self.tools.iter().filter(|slot| slot.touches()).count();
         for slot in &mut self.tools {
             let tip = slot.fingertip(self.dt);
             for (index, body) in self.bodies.iter().enumerate() {
@@ -47,6 +48,7 @@ impl Session {
                 let count = body.model.surface.triangles.len() as u32;
                 let triangles = |t| sheet.nodes_of(&body.model, t);
                 let how = (slot.tool.coupling.stiffness, self.moved[index], self.dt);
+                soft.learns = touching == 1;
                 soft.press(&tip, (triangles, count), &body.system.nodes, how, slot.tool.springs_mut(index));
             }
         }
@@ -100,7 +102,7 @@ impl ToolSlot {
     }
 
     /// Its fingertip at the end of a step of `dt` (s), if it touches.
-    fn fingertip(&self, dt: f64) -> Option<Tip> {
+    pub(super) fn fingertip(&self, dt: f64) -> Option<Tip> {
         self.touches().then(|| {
             let position = self.tool.proxy.position;
             let velocity = self.was.map_or([0.0; 3], |was| axpy(position, -1.0, was).map(|c| c / dt));

@@ -21,6 +21,7 @@ impl Session {
     /// Shows each pad what its tool presses on, with `force` (N) on the tool by bodies that are not sheets.
     pub(super) fn show(&mut self, tool: usize, force: V3, dt: f64) {
         let place = self.place_of_tip(tool);
+        let tip = self.tools[tool].fingertip(dt);
         let slot = &mut self.tools[tool];
         let Some(pad) = &mut slot.pad else { return };
         let (rotation, radius) = (slot.hand.rotation, slot.tool.proxy.radius);
@@ -30,6 +31,14 @@ impl Session {
             pad.press(&rotation, radius, press.direction, press.size);
             slip = axpy(slip, press.size, press.slip);
             total += press.size;
+        }
+        for (soft, body) in slot.soft.iter().zip(&self.bodies) {
+            let (Some(soft), Some(tip)) = (soft, &tip) else { continue };
+            for (direction, size, past) in soft.pressed(tip, &body.system.nodes) {
+                pad.press(&rotation, radius, direction, size);
+                slip = axpy(slip, size, past);
+                total += size;
+            }
         }
         let touch = slot.tool.proxy.touch.filter(|_| !slot.tool.presses.is_empty());
         let whole = slot.tool.presses.iter().fold([0.0; 3], |sum, (towards, share)| axpy(sum, *share, *towards));

@@ -81,7 +81,8 @@ fn friction_is_felt_while_the_arm_moves() {
     }
     let drag = felt.0 / felt.1;
     println!("drag at 50 mm/s: {drag:.3} N, of {} N friction at the tip", arm.friction);
-    assert!((0.15..0.35).contains(&drag), "{drag}");
+    // Each joint that turns takes its own: between one of them and all three at right angles.
+    assert!((0.7 * arm.friction..3.0_f64.sqrt() * arm.friction + 0.01).contains(&drag), "{drag}");
 }
 
 #[test]

@@ -105,7 +105,7 @@ pub struct ToolScene {
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "kebab-case")]
 pub enum SheetContact {
-    /// Vertices inside are held on its surface: exact, where edges are shorter than half its radius.
+    /// Vertices inside are held on its surface: exact, best where edges are shorter than half its radius.
     Vertices,
     /// Points of triangles are pushed out, by springs of its `stiffness` that learn the force they need.
     Triangles,
