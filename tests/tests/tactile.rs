@@ -22,6 +22,7 @@ params = {{ peer = "{peer}", patience = 20 }}
 name = "index"
 device = "hand"
 radius = "{radius}"
+sheets = "vertices"
 [[edit]]
 kind = "touch"
 tool = "index"

@@ -28,7 +28,7 @@ fn place(value: u64) -> usize {
 fn end(place: usize) -> u64 {
     let octave = (place >> BITS).saturating_sub(1);
     let part = (place - (octave << BITS)) as u64;
-    ((part + 1) << octave) - 1
+    ((part + 1) << octave).wrapping_sub(1)
 }
 
 impl Histogram {

@@ -18,7 +18,7 @@ unsafe extern "C" {
 pub struct Numeric(CString);
 
 impl Numeric {
-    /// Sets it. Called from [main] only.
+    /// Sets it. Called from `main` only.
     pub fn c() -> Self {
         // SAFETY: asking gives a C string that lives until the next call, so it is copied first.
         unsafe {
