@@ -254,7 +254,7 @@ pub enum DeviceCommand {
     List,
     /// Say what devices need, what is missing, and how to get it
     Doctor(DoctorArgs),
-    /// Run a stand-in for a device's hardware, a program of its own: `pliant device emulate exoskeleton --help`
+    /// Run a stand-in for a device's hardware, a program of its own: `pliant device emulate exoskeleton -- --help`
     Emulate {
         /// Which device
         name: String,
