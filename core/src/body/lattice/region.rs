@@ -36,20 +36,40 @@ impl Lattice {
         let whole = [Ball { centre: self.facts.origin, radius: f64::INFINITY }];
         let wanted = if self.is_whole() { &whole } else { wanted };
         self.steps += 1;
-        if !self.stale && self.is_covered(wanted) {
+        let is_covered = self.is_covered(wanted);
+        if !self.stale && is_covered {
             let waiting = !self.is_whole() && !self.region.cell_id.is_empty() && self.steps >= PATIENCE;
             if !(waiting && self.has_left_something(wanted, &system.nodes)) {
                 return Ok(false);
             }
         }
+        let only_cut = self.stale && is_covered && !self.uncut.cell_id.is_empty();
         (self.steps, self.stale) = (0, false);
-        let keep: Vec<u64> = self.unfinished(&system.nodes).collect();
-        self.grid.region(self.settings.level, self.families, wanted, &keep, &mut self.spare)?;
-        self.fragments.apply(&mut self.spare, self.families);
-        self.balls.clear();
-        self.balls.extend_from_slice(wanted);
+        if !only_cut {
+            self.ask(wanted, &system.nodes)?;
+        }
+        if self.has_cuts() {
+            self.fragments.apply(&self.uncut, self.families, &mut self.spare);
+        }
         self.exchange(model, fixings, skin, system)?;
         Ok(true)
+    }
+
+    /// Has the grid list the cells around contacts and those that are not yet back at rest: to be cut, if there are cuts.
+    fn ask(&mut self, wanted: &[Ball], nodes: &Nodes) -> Result<(), LatticeError> {
+        let keep: Vec<u64> = self.unfinished(nodes).collect();
+        let is_cut = self.has_cuts();
+        let region = if is_cut { &mut self.uncut } else { &mut self.spare };
+        self.grid.region(self.settings.level, self.families, wanted, &keep, region)?;
+        if !is_cut {
+            region.node_copy.clear();
+            region.node_copy.resize(region.node_id.len(), 0);
+            region.cell_fragment.clear();
+            region.cell_fragment.resize(region.cell_id.len(), 0);
+        }
+        self.balls.clear();
+        self.balls.extend_from_slice(wanted);
+        Ok(())
     }
 
     fn is_covered(&self, wanted: &[Ball]) -> bool {
@@ -57,7 +77,9 @@ impl Lattice {
             let d = axpy(a.centre, -1.0, b.centre);
             a.radius == b.radius && (a.radius == f64::INFINITY || dot(d, d).sqrt() <= SLACK * a.radius)
         };
-        wanted.len() == self.balls.len() && wanted.iter().zip(&self.balls).all(|(a, b)| near(a, b))
+        // A blade is in the body in more places, or in less, from one step to the next.
+        let among = |ball: &Ball, balls: &[Ball]| balls.iter().any(|other| near(ball, other));
+        wanted.iter().all(|ball| among(ball, &self.balls)) && self.balls.iter().all(|ball| among(ball, wanted))
     }
 
     /// Ids of cells with a node that is not at rest.

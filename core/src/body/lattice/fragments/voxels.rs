@@ -58,12 +58,24 @@ impl Voxels {
     /// Cuts the links a triangle passes through.
     pub(super) fn cut(&mut self, triangle: &[V3; 3]) {
         self.blade.push(*triangle);
+        // Most links have both ends on one side of it: each end is asked once, not for every link it has.
+        let above =
+            |places: &[V3]| places.iter().rev().fold(0_u64, |bits, p| bits << 1 | u64::from(above(p, triangle)));
+        let own = above(&self.places.own);
         for axis in 0..3 {
-            let mut far = self.places.far[axis].iter();
+            let far_above = above(&self.places.far[axis]);
+            let mut far = 0;
             for voxel in 0..COUNT {
-                let to = next(voxel, axis).map_or_else(|| far.next().copied(), |other| Some(self.places.own[other]));
-                let from = self.places.own[voxel];
-                if self.joined[axis] >> voxel & 1 == 1 && to.is_some_and(|to| crosses(from, to, triangle)) {
+                let (to, to_above) = if let Some(other) = next(voxel, axis) {
+                    (self.places.own[other], own >> other & 1)
+                } else if let Some(place) = self.places.far[axis].get(far) {
+                    far += 1;
+                    (*place, far_above >> (far - 1) & 1)
+                } else {
+                    continue;
+                };
+                let is_asked = self.joined[axis] >> voxel & 1 == 1 && own >> voxel & 1 != to_above;
+                if is_asked && meets(self.places.own[voxel], to, triangle) {
                     self.joined[axis] &= !(1 << voxel);
                 }
             }
@@ -249,16 +261,25 @@ pub(super) fn middle(reference: V3, size: f64, voxel: usize) -> V3 {
 }
 
 /// Whether a segment passes through a triangle, edges included: decided exactly.
-pub(super) fn crosses(from: V3, to: V3, [a, b, c]: &[V3; 3]) -> bool {
-    let coord = |p: &V3| Coord3D { x: p[0], y: p[1], z: p[2] };
-    let side = |p: &V3, q: &V3, r: &V3, s: &V3| orient3d(coord(p), coord(q), coord(r), coord(s));
-    let (start, end) = (side(a, b, c, &from), side(a, b, c, &to));
-    // A middle on the blade itself counts as on its positive side, from wherever it is looked at.
-    if (start >= 0.0) == (end >= 0.0) {
-        return false;
-    }
+pub(super) fn crosses(from: V3, to: V3, triangle: &[V3; 3]) -> bool {
+    above(&from, triangle) != above(&to, triangle) && meets(from, to, triangle)
+}
+
+/// Which side of a triangle's plane a place is on. A middle on the blade itself counts as on its positive side, from wherever
+/// it is looked at.
+fn above(place: &V3, [a, b, c]: &[V3; 3]) -> bool {
+    side(a, b, c, place) >= 0.0
+}
+
+/// Whether the line through two places passes through a triangle.
+fn meets(from: V3, to: V3, [a, b, c]: &[V3; 3]) -> bool {
     let turns = [side(&from, &to, a, b), side(&from, &to, b, c), side(&from, &to, c, a)];
     turns.iter().all(|t| *t >= 0.0) || turns.iter().all(|t| *t <= 0.0)
+}
+
+fn side(p: &V3, q: &V3, r: &V3, s: &V3) -> f64 {
+    let coord = |p: &V3| Coord3D { x: p[0], y: p[1], z: p[2] };
+    orient3d(coord(p), coord(q), coord(r), coord(s))
 }
 
 /// Whether the plane of a triangle meets a cube, and the boxes of both meet: never no where they touch.
