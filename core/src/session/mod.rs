@@ -41,9 +41,21 @@ pub struct DeviceSlot {
     /// Its axes in the scene.
     pub frame: DeviceFrame,
     poses: Vec<Pose>,
+    /// What it had counted when it was lost.
+    counted: Vec<(String, u64)>,
 }
 
 impl DeviceSlot {
+    /// What it has counted since it was opened, also where it was lost since; nothing while somebody else has it.
+    pub fn counters(&self) -> Vec<(String, u64)> {
+        self.device.as_ref().map_or_else(|| self.counted.clone(), Device::counters)
+    }
+
+    fn lose(&mut self) {
+        self.counted = self.counters();
+        self.device = None;
+    }
+
     /// The hands of the last step.
     pub fn poses(&self) -> &[Pose] {
         &self.poses
