@@ -68,8 +68,17 @@ pub fn tell(live: &LiveSummary) {
         live.ticks,
         live.rate,
         live.missed,
-        live.priority
+        live.footing.priority
     ));
+    text::note(&format!("  timer {}; memory {}", live.footing.timer, live.footing.memory));
+    if let Some(took) = live.took {
+        let [ran, waited, stolen] = [took.ran, took.waited, took.stolen].map(text::seconds);
+        text::note(&format!(
+            "  the haptic thread ran {ran}, was ready without a processor for {waited}, preempted {} times, {} page \
+             faults; {stolen} of all processors went to other machines",
+            took.preempted, took.faults
+        ));
+    }
     spread("  period", live.period);
     spread("  late", live.lateness);
     spread("  device to force", live.latency);
@@ -79,8 +88,12 @@ pub fn tell(live: &LiveSummary) {
         text::note(&format!("the watchdog stopped the devices {} times", live.watchdog));
     }
     for hand in &live.hands {
-        for (cause, count) in &hand.changed {
+        for (cause, count) in hand.changed.iter().filter(|(_, count)| **count > 0) {
             text::note(&format!("hand of tool `{}`: {cause}, {count} times", hand.tool));
+        }
+        if hand.dropped + hand.slowed > 0 {
+            let (name, dropped, slowed) = (&hand.tool, hand.dropped, hand.slowed);
+            text::note(&format!("hand of tool `{name}`: {dropped} samples dropped, {slowed} followed at its speed"));
         }
     }
 }

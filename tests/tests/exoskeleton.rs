@@ -210,3 +210,63 @@ fn it_and_the_pointer_keep_the_promises_of_a_device() {
         drop(twin);
     }
 }
+
+/// A block of few cells, so that it is open at once, and both fingers of an exoskeleton.
+const BLOCK: &str = r#"
+format = 1
+[time]
+duration = "60 s"
+dt = "2 ms"
+[[body]]
+shape = { kind = "box", cells = 4, size = [0.04, 0.04, 0.04] }
+material = { plugin = "mass-spring", params = { young = "20 kPa", damping-time = "5 ms" } }
+grid = { level = 3 }
+[[device]]
+name = "hand"
+plugin = "exoskeleton"
+[[tool]]
+name = "index"
+device = "hand"
+effector = 0
+radius = "8 mm"
+[[edit]]
+kind = "touch"
+tool = "index"
+"#;
+
+#[test]
+fn a_live_run_tells_what_its_device_counted() {
+    let weather = ["--loss", "0.2", "--jitter", "5", "--duplicates", "0.1", "--reorder", "0.1", "--for", "6"];
+    let mut twin = Twin::exoskeleton(&weather);
+    let bench = Bench::new();
+    bench.write("scene.toml", BLOCK);
+    let peer = format!("device.0.params.peer=\"{}\"", twin.address);
+    // It outlives the twin, whose last word is thus heard, and does not give it up.
+    let args = ["run", "scene.toml", "-q", "--live", "--out", "out", "--set", &peer];
+    let more = ["--set", "device.0.params.lost-after=60", "--duration", "600 s"];
+    let mut host = bench.command(&args).args(more).spawn().unwrap();
+    let peer = twin.until("met")["peer"].as_str().unwrap().to_owned();
+    let end = twin.until("end");
+    std::thread::sleep(Duration::from_millis(200));
+    let dropped = dropped_by_the_system(peer.rsplit(':').next().unwrap().parse().unwrap());
+    let kill = std::process::Command::new("kill").args(["-INT", &host.id().to_string()]).status().unwrap();
+    assert!(kill.success() && host.wait().unwrap().code() == Some(130));
+    let summary = bench.summary("out/interrupted");
+    let counted = |name: &str| number(&summary["devices"]["hand"], name);
+    let (poses, received) = (&end["injected"]["poses"], &end["received"]);
+    println!("{end}\n{}\nthe system dropped {dropped}", summary["devices"]);
+    assert_eq!(dropped, 0, "the machine is too busy for this test");
+    assert!(number(poses, "sent") > 500 && number(poses, "lost") > 50 && number(poses, "late") > 20, "{end}");
+    assert_eq!(counted("poses lost"), number(poses, "lost") + number(poses, "lost_last"));
+    assert_eq!(counted("poses duplicate"), number(poses, "duplicate"));
+    assert_eq!(counted("poses late"), number(poses, "late"));
+    let arrived = counted("poses taken") + counted("poses late");
+    assert_eq!(arrived, number(poses, "sent") - counted("poses lost") + 1, "and the last word");
+    assert_eq!((counted("datagrams malformed"), counted("datagrams foreign")), (0, 0));
+    assert!(counted("commands sent") >= number(received, "taken") + number(&end["injected"]["commands"], "lost"));
+    assert!(counted("reads without a pose") > 0, "after the twin's end");
+    // And every cause that may change a force has its counter.
+    let hand = &summary["live"]["hands"][0];
+    assert_eq!(hand["changed"].as_object().unwrap().len(), 6, "{hand}");
+    assert!(number(hand, "dropped") > 0, "no pose after the twin's end: {hand}");
+}

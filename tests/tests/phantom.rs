@@ -8,7 +8,7 @@ use pliant_phantom::errors::{CODES, Class};
 use pliant_plugin_api::abi::{Output, Pose};
 use pliant_plugin_api::param::{self, Params, Value};
 use pliant_plugin_api::{Device, Fault};
-use pliant_tests::{Bench, built, root, twin::CASES_OF_A_DEVICE};
+use pliant_tests::{Bench, built, root, shared_mesh, twin::CASES_OF_A_DEVICE};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -347,15 +347,42 @@ fn the_scene_is_touched_through_the_stand_in() {
 }
 
 #[test]
-fn it_keeps_the_promises_of_a_device() {
+fn the_bunny_is_touched_live_through_the_stand_in() {
+    let Some(mesh) = shared_mesh("stanford-bunny.obj") else { return };
+    drop(Stub::new());
+    let bench = Bench::new();
+    let scene = root().join("scenes/phantom-touch.toml");
+    let set = format!("device.0.params.library=\"{}\"", built("libHD.so").display());
+    let args = ["run", scene.to_str().unwrap(), "--mesh", mesh.to_str().unwrap(), "-q", "--live", "--out", "out"];
+    // However slow the simulation is here, the hand comes down every two seconds.
+    bench.pliant(&[&args[..], &["--duration", "6 s", "--set", &set]].concat()).expect(0);
+    let summary = bench.summary("out");
+    let (live, arm) = (&summary["live"], &summary["devices"]["arm"]);
+    let force = summary["probes"][0]["value"].as_f64().unwrap();
+    println!("largest force {force} N\n{live}\n{arm}");
+    assert!((0.01..=3.3).contains(&force), "{}", summary["probes"]);
+    assert!(live["contact_age"].is_object() && live["panicked"] == false, "{live}");
+    let count = |name: &str| arm[name].as_u64().unwrap_or_else(|| panic!("{name} in {arm}"));
+    assert!(count("servo ticks") > 1000, "{arm}");
+    assert_eq!(["force errors", "losses", "usage and frame errors", "recoveries"].map(count), [0; 4], "{arm}");
+}
+
+#[test]
+fn it_keeps_the_promises_of_a_plugin_and_of_a_device() {
     drop(Stub::new());
     let bench = Bench::new();
     let folder = built("libHD.so").parent().unwrap().to_path_buf();
     let plugin = built("libpliant_phantom.so");
-    for case in CASES_OF_A_DEVICE {
-        let mut command = bench.command(&["plugin", "check", plugin.to_str().unwrap(), "--case", case]);
+    let check = |more: &[&str]| {
+        let mut command = bench.command(&[&["plugin", "check", plugin.to_str().unwrap()], more].concat());
         let ran = command.env("LD_LIBRARY_PATH", &folder).output().unwrap();
-        let text = String::from_utf8_lossy(&ran.stdout);
+        let text = String::from_utf8_lossy(&ran.stdout).into_owned();
         assert!(ran.status.success() && text.contains("ok ") && !text.contains("skipped"), "{text}");
+        text
+    };
+    // The whole suite, which opens it more often than there are drivers; and that the list of cases is not empty.
+    let text = check(&[]);
+    for case in CASES_OF_A_DEVICE.iter().chain(&["opens-many-times", "opens-with-defaults"]) {
+        assert!(text.contains(case), "{case} in {text}");
     }
 }

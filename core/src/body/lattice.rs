@@ -86,6 +86,8 @@ pub struct Lattice {
     families: u32,
     region: Region,
     spare: Region,
+    /// Of a body with cuts, the region as the grid has it.
+    uncut: Region,
     balls: Vec<Ball>,
     /// Nodes on their way back to rest, or there.
     returning: Vec<u32>,
@@ -128,6 +130,7 @@ impl Lattice {
             families,
             region: Region::default(),
             spare: Region::default(),
+            uncut: Region::default(),
             balls: Vec::new(),
             returning: Vec::new(),
             led: Vec::new(),

@@ -39,6 +39,13 @@ pub struct Region {
 }
 
 impl Region {
+    /// Empties it; its buffers keep their room.
+    pub fn clear(&mut self) {
+        self.resize(0, 0, 0);
+        self.node_copy.clear();
+        self.cell_fragment.clear();
+    }
+
     fn resize(&mut self, nodes: usize, cells: usize, links: usize) {
         self.node_id.resize(nodes, 0);
         self.node_rest.resize(nodes, [0.0; 3]);

@@ -22,6 +22,11 @@ pub trait Haptic: Send {
     /// Its emergency stop.
     fn stopper(&self) -> StopNow;
 
+    /// What it has counted since it was opened, where it counts; outside of the haptic thread.
+    fn counters(&self) -> Vec<(String, u64)> {
+        Vec::new()
+    }
+
     /// In words, why `call` gave `status`; outside of the haptic thread.
     fn told(&self, call: &'static str, status: Status) -> String {
         format!("{call}: {}", status.meaning())
@@ -44,6 +49,10 @@ impl Haptic for Device {
     fn stopper(&self) -> StopNow {
         let stopper = Device::stopper(self);
         Box::new(move || stopper.stop())
+    }
+
+    fn counters(&self) -> Vec<(String, u64)> {
+        Device::counters(self)
     }
 
     fn told(&self, call: &'static str, status: Status) -> String {

@@ -7,6 +7,7 @@
 
 mod deadline;
 mod exchange;
+mod footing;
 mod haptic;
 mod histogram;
 mod picture;
@@ -20,10 +21,11 @@ mod watchdog;
 
 pub use deadline::{Deadlines, Pacer};
 pub use exchange::{Exchange, Models, Samples};
+pub use footing::{Footing, Took};
 pub use haptic::{Haptic, StopNow};
 pub use histogram::{Histogram, Spread};
 pub use picture::{Picture, Viewer};
 pub use pointer::{Pointer, PointerHand};
 pub use run::{Live, LiveSettings};
 pub use servo::{Servo, servo};
-pub use summary::{HandSummary, LiveSummary};
+pub use summary::{DeviceCounts, HandSummary, LiveSummary};

@@ -2,10 +2,11 @@
 
 use super::deadline::Pacer;
 use super::exchange::{Exchange, Samples};
+use super::footing::Footing;
 use super::haptic::Haptic;
 use super::picture::{Display, Viewer};
 use super::servo::servo;
-use super::summary::{HandSummary, LiveSummary};
+use super::summary::{DeviceCounts, HandSummary, LiveSummary};
 use super::thread::{self, Clock, Ended, Shared};
 use super::watchdog::Watchdog;
 use crate::session::{EventKind, Session};
@@ -42,6 +43,8 @@ pub struct Live {
     steps: u64,
     dt: f64,
     told: Vec<bool>,
+    /// Of the devices, in their order.
+    names: Vec<String>,
 }
 
 impl Live {
@@ -68,6 +71,7 @@ impl Live {
     ) -> io::Result<Self> {
         session.lead_tips();
         let told = vec![false; devices.len()];
+        let names = session.devices.iter().map(|slot| slot.name.clone()).collect();
         let (servo, exchange) = servo(session, devices, settings.rate);
         let display = settings.viewer.map(Display::start).transpose()?;
         let (rate, shared, clock) = (servo.rate(), Arc::new(Shared::default()), Clock::start());
@@ -79,7 +83,7 @@ impl Live {
         }
         let (began, dt) = (clock.now(), session.dt());
         let pacer = Pacer::new(began, dt);
-        Ok(Self { clock, shared, haptic, watchdog, exchange, display, pacer, rate, began, steps: 0, dt, told })
+        Ok(Self { clock, shared, haptic, watchdog, exchange, display, pacer, rate, began, steps: 0, dt, told, names })
     }
 
     /// s, wall clock, since the start
@@ -123,7 +127,8 @@ impl Live {
         let mut summary = LiveSummary {
             seconds,
             rate: self.rate,
-            priority: String::new(),
+            footing: Footing::default(),
+            took: None,
             ticks: 0,
             missed: 0,
             period: None,
@@ -135,22 +140,26 @@ impl Live {
             watchdog,
             panicked: true,
             hands: Vec::new(),
+            devices: DeviceCounts::new(),
         };
         if let Some(ended) = ended {
-            summary.priority.clone_from(&ended.priority);
+            (summary.footing, summary.took) = (ended.footing, ended.took);
             (summary.ticks, summary.missed, summary.panicked) = (ended.ticks, ended.missed, ended.panicked);
             (summary.period, summary.lateness) = (ended.period.spread(), ended.lateness.spread());
             (summary.latency, summary.contact_age) = (ended.latency.spread(), ended.servo.age.spread());
             summary.hands = ended.servo.tools.iter().map(hand).collect();
+            let counted = self.names.iter().cloned().zip(ended.servo.counters());
+            let counted = counted.filter(|(_, counters)| !counters.is_empty());
+            summary.devices = counted.map(|(name, counters)| (name, counters.into_iter().collect())).collect();
         }
         summary
     }
 }
 
 fn hand(tool: &super::servo::ServoTool) -> HandSummary {
-    let changed = tool.safety.counts().filter(|(_, count)| *count > 0);
-    let changed = changed.map(|(cause, count)| (cause.name(), count)).collect();
-    HandSummary { tool: tool.name.clone(), changed, energy: tool.safety.energy() }
+    let changed = tool.safety.counts().map(|(cause, count)| (cause.name(), count)).collect();
+    let (dropped, slowed) = (tool.hand.dropped, tool.hand.slowed);
+    HandSummary { tool: tool.name.clone(), changed, dropped, slowed, energy: tool.safety.energy() }
 }
 
 impl Drop for Live {

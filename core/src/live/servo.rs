@@ -42,7 +42,7 @@ pub(super) struct ServoTool {
     pub(super) name: String,
     arm: usize,
     effector: usize,
-    hand: Hand,
+    pub(super) hand: Hand,
     blend: Blend,
     pub(super) safety: ForceSafety,
     given: V3,
@@ -131,6 +131,11 @@ impl Servo {
         })
     }
 
+    /// What each device has counted since it was opened, lost or not, by place; outside of the haptic thread.
+    pub fn counters(&self) -> impl Iterator<Item = Vec<(String, u64)>> {
+        self.arms.iter().map(|arm| arm.device.counters())
+    }
+
     /// Serves every device that is due at `now` (ns).
     pub fn tick(&mut self, now: u64) {
         let gap = self.before.map_or(0, |before| now.saturating_sub(before));
@@ -217,7 +222,10 @@ impl ServoTool {
             self.safety.release();
             return [0.0; 3];
         }
-        let force = frame.to_device(self.blend.force(self.hand.position, now));
+        let in_scene = self.blend.force(self.hand.position, now);
+        let force = frame.to_device(in_scene);
+        // A metre of the hand is `scale` of the scene's.
+        let compliance = self.blend.compliance(in_scene) / frame.scale;
         let mut age = 0.0;
         if self.blend.is_contact() {
             age = self.blend.age(now);
@@ -225,6 +233,6 @@ impl ServoTool {
         }
         let place = axpy(self.hand.position, -1.0, frame.origin);
         let position = frame.to_device(place).map(|c| c / frame.scale);
-        self.safety.pass_live(force, Moment { position, age }, dt)
+        self.safety.pass_live(force, Moment { position, age, compliance }, dt)
     }
 }

@@ -1,16 +1,24 @@
 //! How well a live session kept its time and its limits.
 
+use super::footing::{Footing, Took};
 use super::histogram::Spread;
 use serde::Serialize;
 use std::collections::BTreeMap;
+
+/// What devices have counted, by their names; those that count nothing are not here.
+pub type DeviceCounts = BTreeMap<String, BTreeMap<String, u64>>;
 
 /// One tool's hand.
 #[derive(Clone, Debug, Serialize)]
 pub struct HandSummary {
     /// As the scene calls the tool.
     pub tool: String,
-    /// How often each cause changed its force, those that did.
+    /// How often each cause changed its force.
     pub changed: BTreeMap<&'static str, u64>,
+    /// Samples of the haptic thread that were not valid or not finite.
+    pub dropped: u64,
+    /// Samples that were followed at the limit of speed.
+    pub slowed: u64,
     /// J, what the hand has given and not got back; below zero: made by the force
     pub energy: f64,
 }
@@ -22,8 +30,11 @@ pub struct LiveSummary {
     pub seconds: f64,
     /// Hz, of the haptic loop, as asked for
     pub rate: f64,
-    /// What priority its thread got.
-    pub priority: String,
+    /// What its thread was given.
+    #[serde(flatten)]
+    pub footing: Footing,
+    /// What its thread went without, where the system tells.
+    pub took: Option<Took>,
     /// Ticks done.
     pub ticks: u64,
     /// Ticks that were not done before the next was due.
@@ -46,4 +57,7 @@ pub struct LiveSummary {
     pub panicked: bool,
     /// In the order of the tools.
     pub hands: Vec<HandSummary>,
+    /// What the devices counted, by their names: in the summary of a run they stand where those of other runs do.
+    #[serde(skip)]
+    pub devices: DeviceCounts,
 }

@@ -1,8 +1,8 @@
 //! The haptic thread: ticks at absolute deadlines, and what is known of how well it kept them.
 
 use super::deadline::Deadlines;
+use super::footing::{self, Footing, Took};
 use super::histogram::Histogram;
-use super::priority;
 use super::servo::Servo;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -50,7 +50,8 @@ pub(super) struct Shared {
 /// How it went.
 pub(super) struct Ended {
     pub(super) servo: Servo,
-    pub(super) priority: String,
+    pub(super) footing: Footing,
+    pub(super) took: Option<Took>,
     pub(super) ticks: u64,
     pub(super) missed: u64,
     pub(super) period: Histogram,
@@ -68,8 +69,18 @@ pub(super) fn start(servo: Servo, clock: Clock, shared: Arc<Shared>) -> std::io:
 fn run(servo: Servo, clock: Clock, shared: &Shared) -> Ended {
     let (period, lateness, latency) = (Histogram::default(), Histogram::default(), Histogram::default());
     let rate = servo.rate();
-    let mut ended =
-        Ended { servo, priority: priority::raise(), ticks: 0, missed: 0, period, lateness, latency, panicked: false };
+    let mut ended = Ended {
+        servo,
+        footing: footing::take(),
+        took: None,
+        ticks: 0,
+        missed: 0,
+        period,
+        lateness,
+        latency,
+        panicked: false,
+    };
+    let before = footing::so_far();
     let looped = catch_unwind(AssertUnwindSafe(|| {
         let mut deadlines = Deadlines::new(clock.now(), rate);
         let mut before = None;
@@ -92,5 +103,7 @@ fn run(servo: Servo, clock: Clock, shared: &Shared) -> Ended {
     // Here the way out of a panic and of an orderly end are one.
     ended.servo.stop();
     ended.panicked = looped.is_err();
+    ended.took = footing::so_far().zip(before).map(|(now, before)| now.since(before));
+    footing::leave();
     ended
 }

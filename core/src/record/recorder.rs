@@ -7,11 +7,10 @@ use super::model::write_model;
 use super::probe::Meter;
 use super::summary::{CutSummary, StepSeconds, Summary, bodies};
 use super::trace;
-use crate::live::LiveSummary;
+use crate::live::{DeviceCounts, LiveSummary};
 use crate::scene::{OutputScene, Scene, Source};
 use crate::session::{EventKind, Session};
 use crate::step::dot;
-use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -177,7 +176,12 @@ impl Recorder {
     }
 
     fn summary(&mut self, session: &Session, interrupted: bool) -> Summary {
+        let mut devices = counted(session);
+        if let Some(live) = &mut self.live {
+            devices.append(&mut live.devices);
+        }
         Summary {
+            devices,
             program: format!("pliant {}", env!("CARGO_PKG_VERSION")),
             scene: self.scene.clone(),
             settings: self.settings.clone(),
@@ -193,7 +197,6 @@ impl Recorder {
             live: self.live.take(),
             loaded: session.loaded.clone(),
             left_out: session.left_out.clone(),
-            devices: counted(session),
             bodies: bodies(session),
             most_nodes: self.most.0,
             most_elements: self.most.1,
@@ -218,9 +221,9 @@ fn cut(session: &Session) -> Option<CutSummary> {
 }
 
 /// What the devices of a session have counted.
-fn counted(session: &Session) -> BTreeMap<String, BTreeMap<String, u64>> {
+fn counted(session: &Session) -> DeviceCounts {
     let of = |slot: &crate::session::DeviceSlot| {
-        let counters = slot.device.as_ref()?.counters();
+        let counters = slot.counters();
         (!counters.is_empty()).then(|| (slot.name.clone(), counters.into_iter().collect()))
     };
     session.devices.iter().filter_map(of).collect()

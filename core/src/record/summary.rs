@@ -2,7 +2,7 @@
 
 use super::machine::Machine;
 use super::probe::ProbeResult;
-use crate::live::LiveSummary;
+use crate::live::{DeviceCounts, LiveSummary};
 use crate::plan::LeftOut;
 use crate::session::{Choices, Event, EventKind, Loaded, Session};
 use serde::Serialize;
@@ -103,9 +103,9 @@ pub struct Summary {
     pub loaded: Vec<Loaded>,
     /// What was left out, and why.
     pub left_out: Vec<LeftOut>,
-    /// What devices counted, by their names; those that count nothing, or were lost, are not here.
+    /// What devices counted, by their names; those that count nothing are not here.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-    pub devices: BTreeMap<String, BTreeMap<String, u64>>,
+    pub devices: DeviceCounts,
     /// Bodies that moved.
     pub bodies: Vec<BodySummary>,
     /// The most nodes and elements that were active at once.

@@ -50,7 +50,7 @@ impl Session {
             let Some(device) = &mut slot.device else { continue };
             if let Err(error) = device.read(nanoseconds(now), &mut slot.poses) {
                 self.events.add(EventKind::DeviceLost, now, || error.to_string());
-                slot.device = None;
+                slot.lose();
                 slot.poses.fill(Pose::default());
             }
         }
@@ -89,7 +89,7 @@ impl Session {
             outputs.iter_mut().for_each(|o| o.valid_until = now + VALID);
             if let Err(error) = device.write(now, &outputs[..slot.poses.len()]) {
                 self.events.add(EventKind::DeviceLost, time, || error.to_string());
-                slot.device = None;
+                slot.lose();
             }
         }
     }

@@ -41,9 +41,21 @@ pub struct DeviceSlot {
     /// Its axes in the scene.
     pub frame: DeviceFrame,
     poses: Vec<Pose>,
+    /// What it had counted when it was lost.
+    counted: Vec<(String, u64)>,
 }
 
 impl DeviceSlot {
+    /// What it has counted since it was opened, also where it was lost since; nothing while somebody else has it.
+    pub fn counters(&self) -> Vec<(String, u64)> {
+        self.device.as_ref().map_or_else(|| self.counted.clone(), Device::counters)
+    }
+
+    fn lose(&mut self) {
+        self.counted = self.counters();
+        self.device = None;
+    }
+
     /// The hands of the last step.
     pub fn poses(&self) -> &[Pose] {
         &self.poses
@@ -285,7 +297,7 @@ impl Session {
         running.find(|edit| slot.taken_back != Some(*edit))
     }
 
-    /// N, what it took to hold each node of a body in the last step: fixings and fingertips (n x 3); zero where nothing did.
+    /// N, what fixings and, on sheets, tools did to each node of a body in the last step (n x 3); zero where nothing did.
     pub fn reactions(&self, body: usize) -> &[[f64; 3]] {
         self.integrators.get(body).map_or(&[], |integrator| &integrator.reaction)
     }

@@ -188,7 +188,7 @@ impl Opening<'_> {
             }
         };
         let poses = vec![Pose::default(); facts.effectors as usize];
-        Ok(DeviceSlot { name, device: opened, facts, frame, poses })
+        Ok(DeviceSlot { name, device: opened, facts, frame, poses, counted: Vec::new() })
     }
 
     fn body(&mut self, scene: &BodyScene, name: String, model: Model, cuts: bool) -> Result<Body, SessionError> {

@@ -71,6 +71,14 @@ impl Blend {
         axpy(old, share, axpy(new, -1.0, old))
     }
 
+    /// m/N, of the newest coupling along `force` (N): inverse of what it resists with in that direction; 0 without any
+    pub fn compliance(&self, force: V3) -> f64 {
+        let k = &self.now.stiffness;
+        let resisted: V3 = std::array::from_fn(|i| dot([k[3 * i], k[3 * i + 1], k[3 * i + 2]], force));
+        let (size, along) = (dot(force, force), dot(force, resisted));
+        if along > 0.0 && size > 0.0 { size / along } else { 0.0 }
+    }
+
     /// s, since the sample of the hand that the newest model answers
     pub fn age(&self, time: u64) -> f64 {
         seconds(time.saturating_sub(self.now.time))

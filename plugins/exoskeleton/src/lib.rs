@@ -32,6 +32,8 @@ pub struct Exoskeleton {
     /// Outputs that were not finite, and those over a limit.
     refused: AtomicU64,
     clamped: AtomicU64,
+    /// Reads at which the last pose had expired.
+    poseless: AtomicU64,
 }
 
 impl Exoskeleton {
@@ -103,6 +105,7 @@ impl Device for Exoskeleton {
             until: AtomicU64::new(0),
             refused: AtomicU64::new(0),
             clamped: AtomicU64::new(0),
+            poseless: AtomicU64::new(0),
         })
     }
 
@@ -115,6 +118,7 @@ impl Device for Exoskeleton {
         if news.age > self.patience {
             return Err(Fault::io("the exoskeleton has fallen silent"));
         }
+        self.poseless.fetch_add(u64::from(!news.holds), Ordering::Relaxed);
         for (pose, finger) in poses.iter_mut().zip(&news.fingers) {
             let sensed = news.holds && finger.flags & 1 != 0;
             let velocity = if finger.flags & 2 != 0 { POSE_VELOCITY } else { 0 };
@@ -170,6 +174,8 @@ impl Device for Exoskeleton {
             (c"datagrams malformed", c.malformed),
             (c"datagrams unauthentic", c.unauthentic),
             (c"datagrams foreign", c.foreign),
+            (c"reads without a pose", self.poseless.load(Ordering::Relaxed)),
+            (c"commands sent", self.link.sent()),
             (c"commands unsent", self.link.unsent()),
             (c"forces refused", self.refused.load(Ordering::Relaxed)),
             (c"forces clamped", self.clamped.load(Ordering::Relaxed)),

@@ -138,6 +138,11 @@ impl Link {
         self.socket.local_addr().ok()
     }
 
+    /// Datagrams handed to the system, those it did not take among them.
+    pub fn sent(&self) -> u64 {
+        self.sequence.load(Ordering::Relaxed)
+    }
+
     /// Datagrams the system did not take.
     pub fn unsent(&self) -> u64 {
         self.unsent.load(Ordering::Relaxed)

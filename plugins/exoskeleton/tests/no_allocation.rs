@@ -51,18 +51,21 @@ fn read_and_write_take_no_memory() {
     };
     let mut poses = [Pose::default(); EFFECTORS];
     let before = allocations().expect("counted");
-    let mut valid = 0;
-    for tick in 0..300 {
+    let (mut valid, mut ticks) = (0, 0);
+    // A busy machine may let the other side answer late; all ticks count alike.
+    while ticks < 300 || (valid <= 100 && ticks < 100_000) {
+        let tick = ticks;
         exoskeleton.read(tick, &mut poses).unwrap();
         valid += poses.iter().filter(|p| p.flags & 1 == 1 && p.position == [0.01, 0.02, 0.03]).count();
         exoskeleton.write(tick, &[output(1.0), output(f64::NAN)]).unwrap();
         exoskeleton.stop();
         std::thread::sleep(Duration::from_micros(200));
+        ticks += 1;
     }
     // Asking for the count takes one.
     assert_eq!(allocations().expect("counted") - before, 1);
     assert!(valid > 100, "{valid} poses that hold");
-    assert_eq!(exoskeleton.counter(9), Some((c"forces refused", 300)));
+    assert_eq!(exoskeleton.counter(9), Some((c"forces refused", ticks)));
     drop(exoskeleton);
     thread.join().unwrap();
 }

@@ -53,6 +53,8 @@ pub struct Twin {
     limits: Limits,
     peer: Option<Peer>,
     own: u64,
+    /// The host that has said goodbye: what of it was still on its way begins nothing.
+    gone: u64,
     sequence: u64,
     feels: [Feel; EFFECTORS],
     /// ns
@@ -84,6 +86,7 @@ impl Twin {
             limits,
             peer: None,
             own: nonce(),
+            gone: 0,
             sequence: 0,
             feels: [Feel::default(); EFFECTORS],
             arrived: 0,
@@ -146,7 +149,7 @@ impl Twin {
         let silence = |p: &Peer| now.saturating_sub(p.heard);
         let free = self.peer.as_ref().is_none_or(|p| silence(p) > if p.confirmed { LET_GO } else { UNCONFIRMED });
         let known = self.peer.as_ref().is_some_and(|p| p.address == address && p.from == header.from);
-        let begins = free && !(known && header.to == self.own);
+        let begins = free && !(known && header.to == self.own) && header.from != self.gone;
         if begins && !header.last {
             self.own = nonce();
             self.sequence = 0;
@@ -171,6 +174,7 @@ impl Twin {
     fn obey(&mut self, header: &Header, mut feels: [Feel; EFFECTORS], deadline: u64, now: u64) {
         if header.last {
             self.peer = None;
+            self.gone = header.from;
             self.own = nonce();
         }
         if header.stop {

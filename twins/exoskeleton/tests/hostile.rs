@@ -140,6 +140,22 @@ fn the_same_with_a_key() {
 }
 
 #[test]
+fn what_a_host_sent_before_its_goodbye_begins_nothing_after_it() {
+    let (mut twin, header) = pressed(None);
+    let goodbye = Header { sequence: 50_000, time: 2 * MS, stop: true, last: true, ..header };
+    twin.take(&command(&goodbye, 0.0, LAYOUT, None), host(), 2 * MS);
+    let before = twin.counts().0;
+    let late = Header { sequence: 49_990, time: 2 * MS, ..header };
+    assert!(!twin.take(&command(&late, 1.0, LAYOUT, None), host(), 3 * MS), "no conversation");
+    let after = twin.counts().0;
+    assert_eq!((after.lost, after.foreign), (before.lost, before.foreign + 1), "one datagram of nobody, none lost");
+    assert!(twin.force(3 * MS) == [[0.0; 3]; 2] && twin.peer().is_none());
+    // Another host is answered.
+    let hello = Header { from: 78, sequence: 1, time: 1, ..Header::default() };
+    assert!(twin.take(&command(&hello, 0.0, LAYOUT, None), host(), 4 * MS));
+}
+
+#[test]
 fn poses_that_are_not_sound_are_refused_by_the_host_too() {
     let (mut twin, _) = pressed(None);
     let mut bytes = [0; MOST_BYTES];

@@ -55,7 +55,6 @@ impl Lattice {
             owns.insert(point, own);
         }
         self.mend(hosts, &owns, side, neighbours);
-        self.balls.clear();
         self.stale = true;
         Ok(changed)
     }

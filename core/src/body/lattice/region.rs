@@ -36,26 +36,48 @@ impl Lattice {
         let whole = [Ball { centre: self.facts.origin, radius: f64::INFINITY }];
         let wanted = if self.is_whole() { &whole } else { wanted };
         self.steps += 1;
-        if !self.stale && self.is_covered(wanted) {
+        let is_covered = self.is_covered(wanted);
+        if !self.stale && is_covered {
             let waiting = !self.is_whole() && !self.region.cell_id.is_empty() && self.steps >= PATIENCE;
             if !(waiting && self.has_left_something(wanted, &system.nodes)) {
                 return Ok(false);
             }
         }
+        let only_cut = self.stale && is_covered && !self.uncut.cell_id.is_empty();
         (self.steps, self.stale) = (0, false);
-        let keep: Vec<u64> = self.unfinished(&system.nodes).collect();
-        self.grid.region(self.settings.level, self.families, wanted, &keep, &mut self.spare)?;
-        self.fragments.apply(&mut self.spare, self.families);
-        self.balls.clear();
-        self.balls.extend_from_slice(wanted);
+        if !only_cut {
+            self.ask(wanted, &system.nodes)?;
+        }
+        if self.has_cuts() {
+            self.fragments.apply(&self.uncut, self.families, &mut self.spare);
+        }
         self.exchange(model, fixings, skin, system)?;
         Ok(true)
+    }
+
+    /// Has the grid list the cells around contacts and those that are not yet back at rest: to be cut, if there are cuts.
+    fn ask(&mut self, wanted: &[Ball], nodes: &Nodes) -> Result<(), LatticeError> {
+        let keep: Vec<u64> = self.unfinished(nodes).collect();
+        let is_cut = self.has_cuts();
+        let region = if is_cut { &mut self.uncut } else { &mut self.spare };
+        self.grid.region(self.settings.level, self.families, wanted, &keep, region)?;
+        if !is_cut {
+            region.node_copy.clear();
+            region.node_copy.resize(region.node_id.len(), 0);
+            region.cell_fragment.clear();
+            region.cell_fragment.resize(region.cell_id.len(), 0);
+        }
+        self.balls.clear();
+        self.balls.extend_from_slice(wanted);
+        Ok(())
     }
 
     fn is_covered(&self, wanted: &[Ball]) -> bool {
         let near = |a: &Ball, b: &Ball| {
             let d = axpy(a.centre, -1.0, b.centre);
-            a.radius == b.radius && (a.radius == f64::INFINITY || dot(d, d).sqrt() <= SLACK * a.radius)
+            // That of a blade follows what of it is inside.
+            let moved = dot(d, d).sqrt() + (a.radius - b.radius).abs();
+            a.radius == f64::INFINITY && b.radius == f64::INFINITY || moved <= SLACK * a.radius.min(b.radius)
         };
         wanted.len() == self.balls.len() && wanted.iter().zip(&self.balls).all(|(a, b)| near(a, b))
     }

@@ -50,6 +50,7 @@ impl Lattice {
     ) -> Result<(), LatticeError> {
         let LatticeState { region, balls, kept, fragments, bound, stale, steps } = state.clone();
         (self.region, self.spare) = (Region::default(), region);
+        self.uncut.clear();
         (self.balls, self.kept, self.fragments) = (balls, kept, fragments);
         (self.bound, self.stale, self.steps) = (bound, stale, steps);
         self.exchange(model, fixings, skin, system)

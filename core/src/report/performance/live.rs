@@ -51,6 +51,6 @@ pub(super) fn live(haptic: &Haptic, scenes: crate::report::Scenes<'_>, setup: &S
     row.found.insert("share of real time kept".into(), lived.kept);
     row.error = lived.lateness.map(|s| s.p99);
     row.passed = Some(row.error.is_some_and(|e| e <= haptic.late) && !lived.panicked);
-    row.note = format!("99 % of ticks begin within the error, in seconds; priority {}", lived.priority);
+    row.note = format!("99 % of ticks begin within the error, in seconds; priority {}", lived.footing.priority);
     row
 }

@@ -68,6 +68,8 @@ pub struct Moment {
     pub position: V3,
     /// s, since the sample of the hand that the simulation last answered
     pub age: f64,
+    /// m/N, of the coupling along the force: it holds half of it times the square of the force; 0 where that is not known
+    pub compliance: f64,
 }
 
 /// The force last given to one effector, and what was changed on the way.
@@ -131,8 +133,9 @@ impl ForceSafety {
                 self.count(Cause::Stale);
                 force = force.map(|f| f * share);
             }
+            let size = dot(force, force).sqrt().min(self.limits.peak).min(self.budget.allowed());
             if let Some(passivity) = &mut self.passivity
-                && let Some(damping) = passivity.control(moment.position, dt)
+                && let Some(damping) = passivity.control(moment.position, (size, moment.compliance), dt)
             {
                 self.counts[Cause::Passivity as usize] += 1;
                 force = axpy(force, 1.0, damping);
@@ -230,7 +233,7 @@ mod tests {
     #[test]
     fn a_silent_simulation_is_at_zero_after_150_ms() {
         let mut safety = safety();
-        let still = |age| Moment { position: [0.0; 3], age };
+        let still = |age| Moment { position: [0.0; 3], age, compliance: 0.0 };
         let mut given = |age| safety.pass_live([0.0, 0.0, 1.0], still(age), 1e-2)[2];
         assert_eq!([0.0, 0.049, 0.1, 0.151, 60.0].map(&mut given), [1.0, 1.0, 0.5, 0.0, 0.0]);
         assert_eq!(count(&safety, Cause::Stale), 3);

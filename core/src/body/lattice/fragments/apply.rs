@@ -33,53 +33,42 @@ impl Places {
 }
 
 impl Fragments {
-    /// Copies nodes, parts cells and lists links anew where the region has cut cells.
-    pub fn apply(&self, region: &mut Region, families: u32) {
-        region.node_copy.clear();
-        region.node_copy.resize(region.node_id.len(), 0);
-        region.cell_fragment.clear();
-        region.cell_fragment.resize(region.cell_id.len(), 0);
-        let cut: Vec<Option<&CutCell>> = region.cell_id.iter().map(|id| self.cells.get(id)).collect();
-        if cut.iter().all(Option::is_none) {
-            return;
-        }
-        let touched = touched(region, &cut);
-        let places = copy_nodes(region, &cut);
+    /// The region `whole` of the grid with nodes copied, cells parted and links listed anew where it has cut cells.
+    pub fn apply(&self, whole: &Region, families: u32, region: &mut Region) {
+        region.clear();
+        let mut cells = self.cells.iter().peekable();
+        let cut = whole.cell_id.iter().map(|id| {
+            while cells.next_if(|(other, _)| *other < id).is_some() {}
+            cells.next_if(|(other, _)| *other == id).map(|(_, cell)| cell)
+        });
+        let cut: Vec<Option<&CutCell>> = cut.collect();
+        let touched = touched(whole, &cut);
+        let places = copy_nodes(whole, &cut);
         // Links between nodes no cut cell stands on stay the grid's; all others follow from the fragments.
-        let keep = |l: &usize| region.link_nodes[*l].iter().all(|n| !touched[*n as usize]);
-        let mut links: Vec<([u32; 2], u32, f64)> = (0..region.link_family.len())
-            .filter(keep)
-            .map(|l| {
-                let ends = region.link_nodes[l].map(|n| places.own[n as usize]);
-                (ends, region.link_family[l], region.link_measure[l])
-            })
-            .collect();
-        let shares = part_cells(region, &cut, &places);
-        let touched: Vec<bool> = places.keys.iter().map(|(row, _)| touched[*row as usize]).collect();
-        list_links(region, &touched, &shares, families, &mut links);
-        self.finish_nodes(region, &places, &shares);
-        region.link_nodes.clear();
-        region.link_family.clear();
-        region.link_measure.clear();
-        for (ends, family, measure) in links {
-            region.link_nodes.push(ends);
-            region.link_family.push(family);
-            region.link_measure.push(measure);
+        for (l, ends) in whole.link_nodes.iter().enumerate() {
+            if ends.iter().all(|n| !touched[*n as usize]) {
+                region.link_nodes.push(ends.map(|n| places.own[n as usize]));
+                region.link_family.push(whole.link_family[l]);
+                region.link_measure.push(whole.link_measure[l]);
+            }
         }
+        let shares = part_cells(whole, &cut, &places, region);
+        let touched: Vec<bool> = places.keys.iter().map(|(row, _)| touched[*row as usize]).collect();
+        list_links(region, &touched, &shares, families);
+        self.list_nodes(whole, &places, &shares, region);
     }
 
-    fn finish_nodes(&self, region: &mut Region, places: &Places, shares: &[f64]) {
+    fn list_nodes(&self, whole: &Region, places: &Places, shares: &[f64], region: &mut Region) {
         let volume = self.edge.powi(3) / 8.0;
-        let mut measure = vec![0.0; places.keys.len()];
+        region.node_measure.resize(places.keys.len(), 0.0);
         for (corners, share) in region.cell_corners.iter().zip(shares) {
-            corners.iter().for_each(|n| measure[*n as usize] += share * volume);
+            corners.iter().for_each(|n| region.node_measure[*n as usize] += share * volume);
         }
         let rows = || places.keys.iter().map(|(row, _)| *row as usize);
-        region.node_rest = rows().map(|row| region.node_rest[row]).collect();
-        region.node_border = rows().map(|row| region.node_border[row]).collect();
-        region.node_id = rows().map(|row| region.node_id[row]).collect();
-        region.node_copy = places.keys.iter().map(|(_, copy)| *copy).collect();
-        region.node_measure = measure;
+        region.node_rest.extend(rows().map(|row| whole.node_rest[row]));
+        region.node_border.extend(rows().map(|row| whole.node_border[row]));
+        region.node_id.extend(rows().map(|row| whole.node_id[row]));
+        region.node_copy.extend(places.keys.iter().map(|(_, copy)| *copy));
     }
 }
 
@@ -123,17 +112,16 @@ fn copy_nodes(region: &Region, cut: &[Option<&CutCell>]) -> Places {
 }
 
 /// Replaces each cut cell by its fragments. Gives the share of each cell.
-fn part_cells(region: &mut Region, cut: &[Option<&CutCell>], places: &Places) -> Vec<f64> {
-    let (mut ids, mut corners, mut points, mut states) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    let (mut fragments, mut shares) = (Vec::new(), Vec::new());
-    for (cell, &id) in region.cell_id.iter().enumerate() {
-        let rows = region.cell_corners[cell];
+fn part_cells(whole: &Region, cut: &[Option<&CutCell>], places: &Places, region: &mut Region) -> Vec<f64> {
+    let mut shares = Vec::with_capacity(whole.cell_id.len());
+    for (cell, &id) in whole.cell_id.iter().enumerate() {
+        let rows = whole.cell_corners[cell];
         let mut push = |nodes: [u32; 8], fragment: usize, share: f64| {
-            ids.push(id);
-            corners.push(nodes);
-            points.push(region.cell_points[cell]);
-            states.push(region.cell_state[cell]);
-            fragments.push(fragment as u8);
+            region.cell_id.push(id);
+            region.cell_corners.push(nodes);
+            region.cell_points.push(whole.cell_points[cell]);
+            region.cell_state.push(whole.cell_state[cell]);
+            region.cell_fragment.push(fragment as u8);
             shares.push(share);
         };
         match cut[cell] {
@@ -143,16 +131,11 @@ fn part_cells(region: &mut Region, cut: &[Option<&CutCell>], places: &Places) ->
             None => push(rows.map(|row| places.own[row as usize]), 0, 1.0),
         }
     }
-    region.cell_id = ids;
-    region.cell_corners = corners;
-    region.cell_points = points;
-    region.cell_state = states;
-    region.cell_fragment = fragments;
     shares
 }
 
 /// Adds the links of cells around touched nodes: each cell gives its share of every link along it.
-fn list_links(region: &Region, touched: &[bool], shares: &[f64], families: u32, links: &mut Vec<([u32; 2], u32, f64)>) {
+fn list_links(region: &mut Region, touched: &[bool], shares: &[f64], families: u32) {
     let mut found: Shares = Vec::new();
     let near = |cell: &usize| region.cell_corners[*cell].iter().any(|n| touched[*n as usize]);
     let near: Vec<usize> = (0..region.cell_corners.len()).filter(near).collect();
@@ -171,11 +154,29 @@ fn list_links(region: &Region, touched: &[bool], shares: &[f64], families: u32, 
     if families & abi::FLEXION != 0 {
         flexion(region, touched, &near, shares, &mut found);
     }
-    found.sort_by_key(|(link, _)| *link);
+    let found = in_order(found, touched.len());
     for link in found.chunk_by(|a, b| a.0 == b.0) {
         let (family, i, j) = link[0].0;
-        links.push(([i, j], family, link.iter().fold(0.0, |sum, (_, share)| sum + share)));
+        region.link_nodes.push([i, j]);
+        region.link_family.push(family);
+        region.link_measure.push(link.iter().fold(0.0, |sum, (_, share)| sum + share));
     }
+}
+
+/// Sorted by the lower of `nodes` first, which is a place in a list: most of the order costs one pass. Shares of one link stay in
+/// the order they were found in.
+fn in_order(found: Shares, nodes: usize) -> Shares {
+    let mut next = vec![0_u32; nodes + 1];
+    found.iter().for_each(|((_, i, _), _)| next[*i as usize + 1] += 1);
+    (0..nodes).for_each(|i| next[i + 1] += next[i]);
+    let mut sorted = vec![((0, 0, 0), 0.0); found.len()];
+    for share in found {
+        let place = &mut next[share.0.1 as usize];
+        sorted[*place as usize] = share;
+        *place += 1;
+    }
+    sorted.chunk_by_mut(|a, b| a.0.1 == b.0.1).for_each(|links| links.sort_by_key(|(link, _)| *link));
+    sorted
 }
 
 /// Links over two cells in a row: cells that share the four nodes of a face are joined through it. `near` are the cells

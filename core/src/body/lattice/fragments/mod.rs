@@ -12,6 +12,7 @@
 mod anchor;
 mod apply;
 mod classes;
+mod crossing;
 mod places;
 mod slivers;
 mod voxels;
@@ -171,7 +172,7 @@ impl Fragments {
                 index[0] = range[0].0;
                 while index[0] <= range[0].1 {
                     let middle: V3 = std::array::from_fn(|i| facts.origin[i] + (index[i] + 0.5) * facts.edge);
-                    if voxels::plane_meets_box(triangle, middle, 0.5 * self.edge + margin) {
+                    if crossing::plane_meets_box(triangle, middle, 0.5 * self.edge + margin) {
                         let (id, _) = grid.locate(level, middle)?;
                         if grid.cell(level, id)?.state != abi::CELL_EMPTY {
                             out.push(id);

@@ -4,7 +4,8 @@
 //! where that is outside the point of the surface closest to it, moved in a little.
 
 use super::Inner;
-use super::voxels::{COUNT, SIDE, index, middle, next, plane_meets_box};
+use super::crossing::plane_meets_box;
+use super::voxels::{COUNT, SIDE, index, middle, next};
 use crate::contact::closest_point;
 use crate::step::{V3, axpy, dot};
 use nalgebra::Vector3;

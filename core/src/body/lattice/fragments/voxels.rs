@@ -1,9 +1,8 @@
 //! The voxels of one cell, and which of them hang together.
 
+use super::crossing::{Plane, are_apart, crosses, meets};
 use super::places::Places;
 use crate::step::{V3, axpy, dot};
-use nalgebra::Vector3;
-use robust::{Coord3D, orient3d};
 
 /// Voxels along the edge of a cell.
 pub(super) const SIDE: usize = 4;
@@ -28,6 +27,21 @@ pub(super) struct Voxels {
     /// Where the blade has passed, m.
     blade: Vec<[V3; 3]>,
 }
+
+/// Voxels that are last along each axis, rising.
+const LAST: [[usize; SIDE * SIDE]; 3] = {
+    let mut last = [[0; SIDE * SIDE]; 3];
+    let mut i = 0;
+    while i < SIDE * SIDE {
+        let (low, high) = (i % SIDE, i / SIDE);
+        let end = SIDE - 1;
+        last[0][i] = end + SIDE * i;
+        last[1][i] = low + SIDE * end + SIDE * SIDE * high;
+        last[2][i] = i + SIDE * SIDE * end;
+        i += 1;
+    }
+    last
+};
 
 /// Place of a voxel along each axis.
 pub(super) fn index(voxel: usize) -> [usize; 3] {
@@ -58,12 +72,25 @@ impl Voxels {
     /// Cuts the links a triangle passes through.
     pub(super) fn cut(&mut self, triangle: &[V3; 3]) {
         self.blade.push(*triangle);
+        // Most links have both ends on one side of it: each end is asked once, not for every link it has.
+        let plane = Plane::new(triangle);
+        let above = |places: &[V3]| places.iter().rev().fold(0_u64, |bits, p| bits << 1 | u64::from(plane.is_above(p)));
+        let own = above(&self.places.own);
         for axis in 0..3 {
-            let mut far = self.places.far[axis].iter();
+            let far_above = above(&self.places.far[axis]);
+            let mut far = 0;
             for voxel in 0..COUNT {
-                let to = next(voxel, axis).map_or_else(|| far.next().copied(), |other| Some(self.places.own[other]));
+                let (to, to_above) = if let Some(other) = next(voxel, axis) {
+                    (self.places.own[other], own >> other & 1)
+                } else if let Some(place) = self.places.far[axis].get(far) {
+                    far += 1;
+                    (*place, far_above >> (far - 1) & 1)
+                } else {
+                    continue;
+                };
+                let is_asked = self.joined[axis] >> voxel & 1 == 1 && own >> voxel & 1 != to_above;
                 let from = self.places.own[voxel];
-                if self.joined[axis] >> voxel & 1 == 1 && to.is_some_and(|to| crosses(from, to, triangle)) {
+                if is_asked && !are_apart(&from, &to, triangle) && meets(from, to, triangle) {
                     self.joined[axis] &= !(1 << voxel);
                 }
             }
@@ -189,8 +216,7 @@ impl Voxels {
 
     /// (voxel of this cell, voxel of the next cell along `axis`, whether they are joined), for the 16 of the common face.
     pub(super) fn face(&self, axis: usize) -> impl Iterator<Item = (usize, usize, bool)> + '_ {
-        let last = (0..COUNT).filter(move |v| index(*v)[axis] == SIDE - 1);
-        last.map(move |v| (v, v - (SIDE - 1) * SIDE.pow(axis as u32), self.is_joined(v, axis)))
+        LAST[axis].iter().map(move |&v| (v, v - (SIDE - 1) * SIDE.pow(axis as u32), self.is_joined(v, axis)))
     }
 
     /// The fragment a place belongs to: that of the nearest voxel the blade does not part it from, or just the nearest.
@@ -246,34 +272,6 @@ impl Voxels {
 pub(super) fn middle(reference: V3, size: f64, voxel: usize) -> V3 {
     let at = index(voxel);
     std::array::from_fn(|i| reference[i] + (at[i] as f64 + 0.5) * size)
-}
-
-/// Whether a segment passes through a triangle, edges included: decided exactly.
-pub(super) fn crosses(from: V3, to: V3, [a, b, c]: &[V3; 3]) -> bool {
-    let coord = |p: &V3| Coord3D { x: p[0], y: p[1], z: p[2] };
-    let side = |p: &V3, q: &V3, r: &V3, s: &V3| orient3d(coord(p), coord(q), coord(r), coord(s));
-    let (start, end) = (side(a, b, c, &from), side(a, b, c, &to));
-    // A middle on the blade itself counts as on its positive side, from wherever it is looked at.
-    if (start >= 0.0) == (end >= 0.0) {
-        return false;
-    }
-    let turns = [side(&from, &to, a, b), side(&from, &to, b, c), side(&from, &to, c, a)];
-    turns.iter().all(|t| *t >= 0.0) || turns.iter().all(|t| *t <= 0.0)
-}
-
-/// Whether the plane of a triangle meets a cube, and the boxes of both meet: never no where they touch.
-pub(super) fn plane_meets_box(triangle: &[V3; 3], middle: V3, half: f64) -> bool {
-    for i in 0..3 {
-        let low = triangle.iter().fold(f64::INFINITY, |m, p| m.min(p[i]));
-        let high = triangle.iter().fold(-f64::INFINITY, |m, p| m.max(p[i]));
-        if low > middle[i] + half || high < middle[i] - half {
-            return false;
-        }
-    }
-    let [a, b, c] = triangle.map(Vector3::from);
-    let normal: V3 = (b - a).cross(&(c - a)).into();
-    let distance = dot(normal, axpy(middle, -1.0, triangle[0])).abs();
-    distance <= half * (normal[0].abs() + normal[1].abs() + normal[2].abs())
 }
 
 #[cfg(test)]
@@ -332,20 +330,6 @@ mod tests {
             assert_eq!(voxels.count(), count);
             assert_eq!(voxels.share(0), 1.0 / count as f64);
             assert_eq!(voxels.fragment_at(1.0, [0.95, 0.5, 0.5]), count - 1);
-        }
-    }
-
-    #[test]
-    fn crossings_are_the_same_from_both_ends() {
-        let triangle = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-        for (p, q, expected) in [
-            ([0.2, 0.2, -1.0], [0.2, 0.2, 1.0], true),
-            ([0.2, 0.2, 0.0], [0.2, 0.2, 1.0], true),
-            ([0.2, 0.2, 0.0], [0.2, 0.2, -1.0], false),
-            ([0.8, 0.8, -1.0], [0.8, 0.8, 1.0], false),
-        ] {
-            assert_eq!(crosses(p, q, &triangle), expected);
-            assert_eq!(crosses(q, p, &triangle), expected);
         }
     }
 }
