@@ -151,7 +151,8 @@ fn lattice(cells: usize, memory: f64) {
     let library = library("mass-spring");
     let place = |key: &str| library.plugins()[0].params.iter().position(|p| p.key == key).unwrap();
     for scheme in [Scheme::SymplecticEuler, Scheme::BackwardEuler] {
-        let settings = [("flexion", 0.125), ("damping-time", 1e-4)].map(|(key, v)| (place(key), ParamValue::Number(v)));
+        let settings =
+            [("flexion", 0.125), ("damping-time", 1e-4)].map(|(key, v)| (place(key), ParamValue::Number(v))).to_vec();
         let material = Material::open(library, "mass-spring", &settings, 1e-4).unwrap();
         let mut system = System::new(material);
         let block = kit::block([cells as u32; 3], 2.5e-3, abi::STRUCTURAL | abi::SHEAR | abi::FLEXION);
