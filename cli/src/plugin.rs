@@ -3,8 +3,9 @@
 use crate::args::{Cli, PluginCommand};
 use crate::outcome::{Failure, Outcome};
 use crate::text;
-use pliant_core::host::{Library, ParamInfo, ParamKind, PluginInfo, Search};
+use pliant_core::host::{ChoiceSource, Kind, Library, ParamInfo, ParamKind, PluginInfo, Search, sources};
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 pub fn plugin(cli: &Cli, what: &PluginCommand) -> Result<Outcome, Failure> {
@@ -25,7 +26,7 @@ fn list(cli: &Cli, search: &Search) -> Result<Outcome, Failure> {
             Ok(library) => {
                 for p in library.plugins() {
                     lines.push(format!("{:<9} {:<20} {:<8} {}", p.kind.name(), p.id, p.version, found.path.display()));
-                    rows.push(describe(p, &found.path));
+                    rows.push(describe(p, &found.path, &[]));
                 }
             }
             Err(error) => {
@@ -46,7 +47,7 @@ fn info(cli: &Cli, search: &Search, name: &str) -> Result<Outcome, Failure> {
     let found = search.find(name, Path::new("."))?;
     let library = Library::open(&found.path)?;
     if cli.json {
-        let rows: Vec<Value> = library.plugins().iter().map(|p| describe(p, &found.path)).collect();
+        let rows: Vec<Value> = library.plugins().iter().map(|p| describe(p, &found.path, &cited(library, p))).collect();
         return text::out(&crate::pretty(&json!({ "plugins": rows })));
     }
     let mut lines = Vec::new();
@@ -54,12 +55,38 @@ fn info(cli: &Cli, search: &Search, name: &str) -> Result<Outcome, Failure> {
         lines.push(format!("{} `{}` {}: {}", p.kind.name(), p.id, p.version, p.name));
         lines.push(format!("  {}", p.summary));
         lines.push(format!("  {}", found.path.display()));
-        for param in &p.params {
+        let cited = cited(library, p);
+        for (place, param) in p.params.iter().enumerate() {
             lines.push(format!("  {:<18} {}", param.key, param.summary));
             lines.push(format!("  {:<18}   {}{}", "", param.takes(), default(param)));
+            for (choices, source) in by_source(place, param, &cited) {
+                lines.push(format!("  {:<18}   {}: {}", "", choices.join(", "), source.source));
+                if !source.unknown.is_empty() {
+                    lines.push(format!("  {:<18}     not known: {}", "", source.unknown));
+                }
+            }
         }
     }
     text::out(&lines.join("\n"))
+}
+
+/// Where the numbers behind a plugin's choices come from. One that cannot say is listed all the same.
+fn cited(library: &'static Library, p: &PluginInfo) -> Vec<ChoiceSource> {
+    if p.kind == Kind::Material { sources(library, &p.id).unwrap_or_default() } else { Vec::new() }
+}
+
+/// The choices of a parameter that share a source, with it.
+fn by_source<'a>(place: usize, param: &'a ParamInfo, all: &'a [ChoiceSource]) -> Vec<(Vec<&'a str>, &'a ChoiceSource)> {
+    let ParamKind::Choice { choices, .. } = &param.kind else { return Vec::new() };
+    let mut groups: Vec<(Vec<&str>, &ChoiceSource)> = Vec::new();
+    for one in all.iter().filter(|one| one.param == place) {
+        let Some(name) = choices.get(one.choice) else { continue };
+        match groups.last_mut().filter(|(_, s)| (&s.source, &s.unknown) == (&one.source, &one.unknown)) {
+            Some((names, _)) => names.push(name),
+            None => groups.push((vec![name], one)),
+        }
+    }
+    groups
 }
 
 fn default(param: &ParamInfo) -> String {
@@ -70,8 +97,8 @@ fn default(param: &ParamInfo) -> String {
     }
 }
 
-fn describe(p: &PluginInfo, path: &Path) -> Value {
-    let param = |q: &ParamInfo| {
+fn describe(p: &PluginInfo, path: &Path, cited: &[ChoiceSource]) -> Value {
+    let param = |(place, q): (usize, &ParamInfo)| {
         let mut row = json!({ "key": q.key, "unit": q.unit, "summary": q.summary });
         match &q.kind {
             ParamKind::Number { min, max, default } => {
@@ -83,6 +110,13 @@ fn describe(p: &PluginInfo, path: &Path) -> Value {
             ParamKind::Choice { choices, default } => {
                 row["type"] = "choice".into();
                 row["choices"] = json!(choices);
+                let of = cited.iter().filter(|one| one.param == place && one.choice < choices.len());
+                let of: BTreeMap<&str, Value> = of
+                    .map(|one| (&*choices[one.choice], json!({ "source": one.source, "unknown": one.unknown })))
+                    .collect();
+                if !of.is_empty() {
+                    row["sources"] = json!(of);
+                }
                 row["default"] = json!(choices[*default]);
             }
             ParamKind::Text => row["type"] = "text".into(),
@@ -103,6 +137,6 @@ fn describe(p: &PluginInfo, path: &Path) -> Value {
         "path": path,
         "real_time": p.real_time,
         "deterministic": p.deterministic,
-        "params": p.params.iter().map(param).collect::<Vec<_>>(),
+        "params": p.params.iter().enumerate().map(param).collect::<Vec<_>>(),
     })
 }

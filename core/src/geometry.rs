@@ -125,6 +125,9 @@ pub fn cast(points: &[V3], triangles: &[[u32; 3]], origin: V3, direction: V3) ->
     first
 }
 
+/// What a weight may be below zero, so that a ray along the edge of two triangles does not pass between them by rounding.
+const EDGE: f64 = 1e-9;
+
 /// Time and weights of the point where a ray meets a triangle (Möller and Trumbore 1997), both sides.
 pub(crate) fn meet(corners: [V3; 3], origin: V3, direction: V3) -> Option<(f64, V3)> {
     use nalgebra::Vector3;
@@ -140,7 +143,7 @@ pub(crate) fn meet(corners: [V3; 3], origin: V3, direction: V3) -> Option<(f64, 
     let q = s.cross(&ab);
     let v = d.dot(&q) / det;
     let time = ac.dot(&q) / det;
-    let inside = u >= 0.0 && v >= 0.0 && u + v <= 1.0 && time >= 0.0;
+    let inside = u >= -EDGE && v >= -EDGE && u + v <= 1.0 + EDGE && time >= 0.0;
     inside.then_some((time, [1.0 - u - v, u, v]))
 }
 

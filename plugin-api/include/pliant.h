@@ -207,6 +207,16 @@ typedef struct pliant_coupled {
   pliant_status (*compliance)(const pliant_plugin *, const pliant_batch *, double *planes);
 } pliant_coupled;
 
+/* Optional: where the numbers behind a choice come from: `pliant plugin info`. */
+#define PLIANT_SOURCES "pliant.sources/1"
+typedef struct pliant_sources {
+  size_t size;
+  /* The source at a place, UNSUPPORTED past the last: that of choice `choice` of parameter `param`, both by their places,
+   * and what it leaves open, empty where nothing. Texts live as long as the library. [main & !active] */
+  pliant_status (*source)(const pliant_plugin *, uint32_t index, uint32_t *param, uint32_t *choice, const char **source,
+                          const char **unknown);
+} pliant_sources;
+
 /* ---- grid: which nodes carry a surface, and how it follows them. -------------------------------------------------- */
 #define PLIANT_GRID "pliant.grid/1"
 

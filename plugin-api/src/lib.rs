@@ -30,5 +30,5 @@ pub use device::{AsDevice, Device, Finding};
 pub use fault::Fault;
 pub use grid::{AsGrid, Grid, Location, RegionRequest, RegionSink, SurfaceView};
 pub use info::Info;
-pub use material::{AsMaterial, ElementRequest, Material, Tangent};
+pub use material::{AsMaterial, ElementRequest, Material, Source, Tangent};
 pub use param::{Param, Params};

@@ -4,9 +4,9 @@ use crate::abi::{self, Status};
 use crate::batch::{Blocks, Elements, NodeScalars, NodeVectors, Planes};
 use crate::fault::Fault;
 use crate::info::Info;
-use crate::instance::{Role, call};
-use crate::param::Params;
-use core::ffi::{CStr, c_void};
+use crate::instance::{Role, call, with_params};
+use crate::param::{Params, position};
+use core::ffi::{CStr, c_char, c_void};
 use core::marker::PhantomData;
 
 /// The elements a material wants of a body, of one kind.
@@ -33,6 +33,19 @@ pub struct Tangent {
     pub damping: f64,
 }
 
+/// Where the numbers behind a choice come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Source {
+    /// Key of the parameter.
+    pub param: &'static CStr,
+    /// Place of the choice.
+    pub choice: u32,
+    /// Who measured what, and when.
+    pub source: &'static CStr,
+    /// What it leaves open; empty where nothing.
+    pub unknown: &'static CStr,
+}
+
 /// Energy, force and stiffness of a deformed body.
 ///
 /// A material is a function of its arguments: the host owns positions, velocities, rest data and history, calls several
@@ -41,6 +54,9 @@ pub struct Tangent {
 pub trait Material: Send + Sync + Sized + 'static {
     /// Facts for the descriptor.
     const INFO: Info;
+
+    /// Where the numbers behind choices come from, for whoever reads `pliant plugin info`.
+    const SOURCES: &'static [Source] = &[];
 
     /// Takes the parameters.
     ///
@@ -123,7 +139,11 @@ impl<T: Material> Role for AsMaterial<T> {
     }
 
     fn other_table(id: &CStr) -> *const c_void {
-        if id == abi::COUPLED { (&raw const *Self::COUPLED).cast() } else { core::ptr::null() }
+        match id {
+            _ if id == abi::COUPLED => (&raw const *Self::COUPLED).cast(),
+            _ if id == abi::SOURCES && !T::SOURCES.is_empty() => (&raw const *Self::CITED).cast(),
+            _ => core::ptr::null(),
+        }
     }
 
     fn open(params: &Params<'_>, _limits: &abi::Limits) -> Result<T, Fault> {
@@ -150,6 +170,29 @@ impl<T: Material> AsMaterial<T> {
         strain: Some(Self::strain),
         compliance: Some(Self::compliance),
     };
+
+    const CITED: &'static abi::Sources = &abi::Sources { size: size_of::<abi::Sources>(), source: Some(Self::source) };
+
+    unsafe extern "C" fn source(
+        plugin: *const abi::Plugin,
+        index: u32,
+        param: *mut u32,
+        choice: *mut u32,
+        source: *mut *const c_char,
+        unknown: *mut *const c_char,
+    ) -> Status {
+        // SAFETY: a live instance of this role on [main]; the host's to fill.
+        unsafe {
+            with_params::<Self, _>(plugin, |_| {
+                let found = T::SOURCES.get(index as usize).ok_or(Fault::unsupported(""))?;
+                let key = found.param.to_str().unwrap_or_default();
+                let place = position(T::INFO.params, key).ok_or(Fault::bad_argument("no such parameter"))?;
+                (*param, *choice) = (place as u32, found.choice);
+                (*source, *unknown) = (found.source.as_ptr(), found.unknown.as_ptr());
+                Ok(())
+            })
+        }
+    }
 
     unsafe extern "C" fn strain(plugin: *const abi::Plugin, batch: *const abi::Batch, out: *mut f64) -> Status {
         // SAFETY: as in `rest`.

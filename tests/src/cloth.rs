@@ -147,6 +147,35 @@ impl Piece {
         all.iter().fold([0.0; 3], |sum, x| axpy(sum, 1.0 / all.len() as f64, *x))
     }
 
+    /// Mean place along the line that rests at `x` (m) across the sheet, m: of the surface, whatever its triangles are.
+    ///
+    /// # Panics
+    /// If no triangle is there.
+    pub fn mean_across(&mut self, x: f64) -> V3 {
+        const PLACES: usize = 256;
+        let surface = &self.session.bodies[0].model.surface;
+        let nodes = &self.session.bodies[0].system.nodes;
+        let [low, high] = [f64::min, f64::max].map(|pick| surface.points.iter().map(|p| p[1]).reduce(pick).unwrap());
+        let mut sum = [0.0; 3];
+        for i in 0..PLACES {
+            let y = low + (high - low) * (i as f64 + 0.5) / PLACES as f64;
+            let weights = |t: &[u32; 3]| {
+                let [a, b, c] = t.map(|v| [surface.points[v as usize][0] - x, surface.points[v as usize][1] - y]);
+                let turn = |p: [f64; 2], q: [f64; 2]| p[0] * q[1] - p[1] * q[0];
+                let areas = [turn(b, c), turn(c, a), turn(a, b)];
+                let all: f64 = areas.iter().sum();
+                areas.map(|area| area / all)
+            };
+            let least = |w: &[f64; 3]| w[0].min(w[1]).min(w[2]);
+            let all = surface.triangles.iter().map(|t| (t, weights(t)));
+            let (t, w) = all.max_by(|a, b| least(&a.1).total_cmp(&least(&b.1))).expect("a sheet has triangles");
+            for (v, w) in t.iter().zip(w) {
+                sum = axpy(sum, w / PLACES as f64, nodes.x[*v as usize]);
+            }
+        }
+        sum
+    }
+
     /// J, kinetic, elastic and of gravity.
     ///
     /// # Panics

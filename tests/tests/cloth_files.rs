@@ -108,3 +108,20 @@ fn forces_that_hold_nodes_are_drawn_as_arrows() {
     other.write("scene.toml", SCENE.replace("forces = true", "forces = 1"));
     other.pliant(&["run", "scene.toml", "-q", "--out", "out"]).expect(2).says(&["scene.toml:21:", "forces"]);
 }
+
+#[test]
+fn each_fabric_says_where_its_numbers_come_from_and_what_is_not_known() {
+    let bench = Bench::new();
+    bench.pliant(&["plugin", "info", "cloth"]).expect(0).out.find("Wang, O'Brien and Ramamoorthi 2011").expect("named");
+    let told = bench.pliant(&["plugin", "info", "cloth", "--json"]).expect(0).json();
+    let params = told["plugins"][0]["params"].as_array().expect("parameters");
+    let fabric = params.iter().find(|p| p["key"] == "fabric").expect("fabric");
+    let choices = fabric["choices"].as_array().expect("choices");
+    for choice in choices {
+        let source = &fabric["sources"][choice.as_str().expect("a name")];
+        assert!(["source", "unknown"].iter().all(|k| source[k].as_str().is_some_and(|t| !t.is_empty())), "{choice}");
+    }
+    let sweater = fabric["sources"]["sweater"]["unknown"].as_str().expect("told");
+    assert!(sweater.contains("not positive definite"), "{sweater}");
+    assert!(params.iter().filter(|p| p["key"] != "fabric").all(|p| p["sources"].is_null()));
+}

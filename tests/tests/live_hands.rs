@@ -69,7 +69,7 @@ fn the_device_gives_what_the_body_is_held_with() {
     }
 }
 
-/// A sheet held at its border, and two tools.
+/// A sheet held at its border, with edges shorter than half of the tips, and tools.
 fn sheet(tools: &str) -> Session {
     let sides = "[[-1, -1, -1], [1e-6, 1, 1]] }, { box = [[0.199999, -1, -1], [1, 1, 1]]";
     let scene = format!(
@@ -82,7 +82,7 @@ fn sheet(tools: &str) -> Session {
         tolerance = 1e-8
         [[body]]
         name = "cloth"
-        shape = {{ kind = "sheet", cells = 20, size = [0.2, 0.2, 0] }}
+        shape = {{ kind = "sheet", cells = 30, size = [0.2, 0.2, 0] }}
         sheet = {{ warp = [1, 0, 0] }}
         material = {{ plugin = "cloth", params = {{ fabric = "denim" }} }}
         fixed = [{{ box = {sides} }}]

@@ -53,7 +53,8 @@ fn r02_elastic_catenary() {
                 // The ends come together, and what is between hangs down in a parabola.
                 piece.put(|p| [p[0] * span / l, p[1], -0.24 * p[0] / l * (1.0 - p[0] / l)]);
                 piece.settle(1e-8);
-                let low = piece.mean(|p| (p[0] - 0.5 * l).abs() < 1e-9);
+                // The mean over the width, not over vertices: those of the border have half the width of the others.
+                let low = piece.mean_across(0.5 * l);
                 let end = piece.reaction(|p| p[0] < 1e-9).map(|f| f / wide);
                 [-low[2] / exact[1] - 1.0, -end[0] / exact[0] - 1.0, end[2] / (0.5 * rho * G * l) - 1.0]
             });
@@ -63,9 +64,8 @@ fn r02_elastic_catenary() {
             assert!(worst < 2e-3, "{young} {pattern:?}: {errors:?}");
             let of_span = errors[2][0] * exact[1] / span;
             let aligned = [Pattern::Regular, Pattern::Equilateral].contains(&pattern);
-            assert!(of_span < if aligned { 1.5e-4 } else { 2e-4 }, "{young} {pattern:?}: {of_span} of the span");
-            // Without bending stiffness what lies between the lines of an alternating mesh hangs a little lower.
-            assert!((slope - 2.0).abs() < if aligned { 0.1 } else { 0.5 }, "{young} {pattern:?}: {errors:?}");
+            assert!(of_span.abs() < 1.5e-4, "{young} {pattern:?}: {of_span} of the span");
+            assert!((slope - 2.0).abs() < if aligned { 0.1 } else { 0.4 }, "{young} {pattern:?}: {errors:?}");
         }
     }
 }

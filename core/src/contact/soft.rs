@@ -108,6 +108,17 @@ impl SoftTip {
         })
     }
 
+    /// J, what friction takes in a step of `dt` (s) where the sheet slides, once nodes have moved.
+    pub fn rubbed(&self, tip: &Tip, nodes: &Nodes, dt: f64) -> f64 {
+        let sliding = self.spots.iter().filter(|spot| !spot.sticks);
+        let lost = sliding.map(|spot| {
+            let slip = axpy(carried(&nodes.v, spot.corners, spot.bary), -1.0, tip.velocity);
+            let along = axpy(spot.force, -dot(spot.force, spot.normal), spot.normal);
+            -dot(along, slip) * dt
+        });
+        lost.sum()
+    }
+
     /// Finds what `tip` presses on, with springs of `stiffness` (N/m), in a step of `dt` (s), and gives it to `out`. Nodes of
     /// the sheet, of `count` triangles, may have moved by `moved` (m) since the last step.
     pub fn press(

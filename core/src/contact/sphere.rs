@@ -4,7 +4,7 @@
 //! have to be pulled is let go; one that would take more than friction gives slides, with the friction of Coulomb (1785) as a
 //! force and its normal motion still held (Tripicchio, D'Avella and Ruffaldi 2022, with the reaction of the unfiltered system
 //! in the place of their work). Sticking is tried first; one that slid in the last step goes on sliding with the friction of that
-//! step, until that would speed it up.
+//! step, and sticks where that would move it.
 
 use super::proxy::Friction;
 use super::reach::Reach;
@@ -54,6 +54,8 @@ pub struct Spheres {
     pub tips: Vec<Tip>,
     /// m, how far a vertex may have moved since the last step
     pub moved: f64,
+    /// J, what friction took in the last step
+    pub rubbed: f64,
     near: Vec<Reach>,
     held: Vec<Held>,
     /// s, of the step
@@ -81,6 +83,8 @@ struct Held {
     caught: bool,
     /// N, friction while it slides
     friction: V3,
+    /// It sticks again in this step, having slid the way friction pushed it.
+    returned: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -146,7 +150,9 @@ impl Spheres {
         self.before.binary_search_by_key(&node, |(n, _)| *n).ok().map(|at| self.before[at].1)
     }
 
-    /// N, on a vertex that slides on, by the force it is held with now; none if it would speed it up: then it sticks.
+    /// N, on a vertex that slides on, by the force it is held with now; none if it would speed it up: then it sticks. It turns
+    /// into the slip no faster than the vertex's own inertia has it: a light vertex of a taut sheet would else be thrown to and
+    /// fro across its way.
     fn next_friction(&self, held: &Held, system: &System, reaction: V3) -> V3 {
         let tip = &self.tips[held.tips.0];
         let slip = axpy(system.nodes.v[held.node as usize], -1.0, tip.velocity);
@@ -155,7 +161,10 @@ impl Spheres {
         if dot(slip, held.friction) >= 0.0 || speed == 0.0 {
             return [0.0; 3];
         }
-        slip.map(|c| -tip.friction.sliding * push / speed * c)
+        let (most, size) = (tip.friction.sliding * push, dot(held.friction, held.friction).sqrt());
+        let turned = held.friction.map(|c| most / size * c);
+        let turned = axpy(turned, -system.nodes.mass[held.node as usize] / self.dt, slip);
+        turned.map(|c| most / dot(turned, turned).sqrt() * c)
     }
 
     /// A vertex at `x` that moves with `v` and meets a tip at `normal`.
@@ -176,6 +185,7 @@ impl Spheres {
             stuck_before: before == Some(None),
             caught: before.is_none() && self.is_far(t, v),
             friction: before.flatten().map_or([0.0; 3], |f| axpy(f, -dot(f, normal), normal)),
+            returned: false,
         }
     }
 
@@ -312,6 +322,14 @@ impl Holds for Spheres {
                 } else {
                     continue;
                 }
+            } else if held.state == State::Slides && held.tips.1.is_none() && !held.returned {
+                let slip = axpy(after(system, held.node as usize), -1.0, self.tips[held.tips.0].velocity);
+                if dot(slip, held.friction) <= 0.0 {
+                    continue;
+                }
+                // Friction does not push: where it would, the vertex sticks.
+                (held.state, held.friction, held.returned) = (State::Sticks, [0.0; 3], true);
+                changed = true;
             } else {
                 continue;
             }
@@ -329,7 +347,8 @@ impl Holds for Spheres {
         !self.held.is_empty()
     }
 
-    fn end(&mut self, system: &mut System, reaction: &[V3]) {
+    fn end(&mut self, system: &mut System, reaction: &mut [V3]) {
+        self.rubbed = 0.0;
         for tip in &mut self.tips {
             (tip.force, tip.held) = ([0.0; 3], 0);
         }
@@ -369,7 +388,14 @@ impl Holds for Spheres {
                 let (n, tip) = (held.normal, &mut self.tips[held.tips.0]);
                 let excess = (dot(axpy(system.nodes.v[i], -1.0, tip.velocity), n) - held.rebound).max(0.0);
                 system.nodes.v[i] = axpy(system.nodes.v[i], -excess, n);
-                tip.force = axpy(tip.force, system.nodes.mass[i] * excess / self.dt, n);
+                let push = system.nodes.mass[i] * excess / self.dt;
+                tip.force = axpy(tip.force, push, n);
+                reaction[i] = axpy(reaction[i], -push, n);
+            }
+            if held.state == State::Slides {
+                let slip = axpy(system.nodes.v[i], -1.0, self.tips[held.tips.0].velocity);
+                self.rubbed -= dot(held.friction, slip) * self.dt;
+                reaction[i] = axpy(reaction[i], 1.0, held.friction);
             }
             system.nodes.constraint[i] = Constraint::Free;
             system.nodes.prescribed[i] = [0.0; 3];

@@ -16,6 +16,7 @@ mod probe;
 mod report;
 mod rights;
 mod search;
+mod sources;
 
 pub(crate) use device::MOST_EFFECTORS;
 pub use device::{Device, DeviceInfo, Output, Pose, Stopper};
@@ -29,3 +30,4 @@ pub use probe::{Finding, probe};
 pub use report::Message;
 pub use rights::real_time;
 pub use search::{Found, Search};
+pub use sources::{ChoiceSource, sources};

@@ -36,6 +36,8 @@ pub struct Frame {
     pub kinetic_energy: f64,
     /// J
     pub elastic_energy: f64,
+    /// J, what friction between tips and sheets took in the step
+    pub rubbed: f64,
     /// Substeps of each body.
     pub substeps: usize,
     /// Iterations of all solves.

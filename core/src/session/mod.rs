@@ -297,7 +297,7 @@ impl Session {
         running.find(|edit| slot.taken_back != Some(*edit))
     }
 
-    /// N, what it took to hold each node of a body in the last step: fixings and fingertips (n x 3); zero where nothing did.
+    /// N, what fixings and, on sheets, tools did to each node of a body in the last step (n x 3); zero where nothing did.
     pub fn reactions(&self, body: usize) -> &[[f64; 3]] {
         self.integrators.get(body).map_or(&[], |integrator| &integrator.reaction)
     }

@@ -61,11 +61,26 @@ impl Session {
         }
         let spheres = &mut self.spheres[index];
         spheres.tips.clear();
+        spheres.rubbed = 0.0;
         spheres.moved = self.moved[index];
         spheres.tips.extend(self.tools.iter().filter_map(|slot| {
             let holds = slot.soft[index].is_none();
             slot.fingertip(self.dt).map(|tip| Tip { holds, ..tip })
         }));
+    }
+
+    /// J, what friction between tips and sheets took in the last step.
+    pub(super) fn rubbed(&self) -> f64 {
+        let mut sum = 0.0;
+        for (index, body) in self.bodies.iter().enumerate().filter(|(_, body)| body.frozen.is_none()) {
+            sum += self.spheres[index].rubbed;
+            for slot in &self.tools {
+                if let (Some(soft), Some(tip)) = (&slot.soft[index], slot.fingertip(self.dt)) {
+                    sum += soft.rubbed(&tip, &body.system.nodes, self.dt);
+                }
+            }
+        }
+        sum
     }
 
     /// N, on a tool by the sheets whose vertices it holds, and the last of the sheets it touches.

@@ -26,6 +26,7 @@ impl Session {
         frame.begin();
         self.move_bodies(time, &mut frame);
         self.steps += 1;
+        frame.rubbed = self.rubbed();
         self.feel(time, &mut frame);
         frame.time = self.time();
         frame.seconds = start.elapsed().as_secs_f64();
@@ -143,6 +144,10 @@ impl Session {
         let holds: &mut (dyn Holds + Send) = if spheres.tips.is_empty() { &mut nothing } else { spheres };
         let system = &mut body.system;
         let stepped = pool.install(|| integrator.step_held(pool, system, (&loads, holds), time, substeps));
+        if body.carrier.sheet().is_some() {
+            let nodes = &system.nodes;
+            self.springs.iter().for_each(|s| s.add_to(&mut integrator.reaction, &nodes.x, Some(&nodes.v)));
+        }
         let report = stepped.map_err(|error| match error {
             StepError::Diverged { node } => {
                 let (at, material) = (body.system.nodes.rest[node], &body.system.material.info().id);

@@ -64,8 +64,8 @@ pub trait Holds {
     fn is_near(&self) -> bool;
     /// Whether it holds any node.
     fn is_holding(&self) -> bool;
-    /// Lets go of all nodes; what it took stays known.
-    fn end(&mut self, system: &mut System, reaction: &[V3]);
+    /// Lets go of all nodes. To what it took to hold each, N (n x 3), it adds what it did to them besides.
+    fn end(&mut self, system: &mut System, reaction: &mut [V3]);
 }
 
 /// What acts on a body during a step, besides itself.
@@ -289,7 +289,7 @@ impl Integrator {
                 *x = axpy(*x, dt, *v);
             }
         }
-        holds.end(system, &self.reaction);
+        holds.end(system, &mut self.reaction);
         Ok(())
     }
 
@@ -338,7 +338,7 @@ impl Integrator {
             }
         }
         report.fastest = check(system).inspect_err(|_| system.nodes.x.copy_from_slice(&self.before[0]))?;
-        holds.end(system, &self.reaction);
+        holds.end(system, &mut self.reaction);
         Ok(())
     }
 

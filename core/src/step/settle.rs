@@ -84,7 +84,7 @@ impl Integrator {
             nodes.v[i] = axpy(nodes.x[i], -1.0, start[i]).map(|c| c / dt);
         }
         report.fastest = check(system).inspect_err(|_| system.nodes.x.copy_from_slice(&start))?;
-        holds.end(system, &self.reaction);
+        holds.end(system, &mut self.reaction);
         system.nodes.v.fill([0.0; 3]);
         Ok(())
     }
@@ -176,5 +176,5 @@ impl Holds for HoldsNothing {
         false
     }
 
-    fn end(&mut self, _: &mut System, _: &[V3]) {}
+    fn end(&mut self, _: &mut System, _: &mut [V3]) {}
 }

@@ -1,7 +1,7 @@
 //! `pliant.material/1`.
 
 use super::{Plugin, Status};
-use core::ffi::CStr;
+use core::ffi::{CStr, c_char};
 
 /// Extension id of a material.
 pub const MATERIAL: &CStr = c"pliant.material/1";
@@ -104,4 +104,22 @@ pub struct Coupled {
     pub size: usize,
     pub strain: Option<unsafe extern "C" fn(*const Plugin, *const Batch, planes: *mut f64) -> Status>,
     pub compliance: Option<unsafe extern "C" fn(*const Plugin, *const Batch, planes: *mut f64) -> Status>,
+}
+
+/// Extension id of the sources of choices; optional.
+pub const SOURCES: &CStr = c"pliant.sources/1";
+
+#[repr(C)]
+pub struct Sources {
+    pub size: usize,
+    pub source: Option<
+        unsafe extern "C" fn(
+            *const Plugin,
+            index: u32,
+            param: *mut u32,
+            choice: *mut u32,
+            source: *mut *const c_char,
+            unknown: *mut *const c_char,
+        ) -> Status,
+    >,
 }

@@ -64,12 +64,16 @@ pub(crate) struct Hinge {
     pub(crate) length: f64,
     /// rad
     pub(crate) angle: f64,
+    /// m^2, of both sides
+    pub(crate) area: f64,
     /// N m, energy over angle squared, twice
     pub(crate) stiffness: f64,
 }
 
 /// Values of rest data of a hinge: angle, then length if coupled, else stiffness.
 pub(crate) const STRIDE: usize = 2;
+/// With friction, also the stiffness and limit of its catch.
+pub(crate) const STRIDE_WITH_SLIP: usize = 4;
 
 impl Hinge {
     /// From the rest places of its corners; `warp` is where the warp points in space.
@@ -87,7 +91,7 @@ impl Hinge {
         let size = (along * along + aside * aside).sqrt();
         let direction = if size > 1e-9 { [aside / size, along / size] } else { [1.0, 0.0] };
         let d = rigidity.along(direction);
-        Some(Self { length: l, angle: dihedral::angle(x), stiffness: 2.0 * d * l * l / twice })
+        Some(Self { length: l, angle: dihedral::angle(x), area: 0.5 * twice, stiffness: 2.0 * d * l * l / twice })
     }
 }
 

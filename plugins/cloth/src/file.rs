@@ -6,7 +6,7 @@ use std::ops::Range;
 use toml::{Spanned, Value};
 
 /// Numbers a fabric may have: key, and the range that is allowed, in the unit of the parameter of that name.
-const KEYS: [(&str, f64, f64); 11] = [
+const KEYS: [(&str, f64, f64); 12] = [
     ("density", 1e-9, 1e4),
     ("young-warp", 1e-9, 1e12),
     ("young-weft", 1e-9, 1e12),
@@ -18,6 +18,7 @@ const KEYS: [(&str, f64, f64); 11] = [
     ("bending-warp", 1e-15, 1e3),
     ("bending-weft", 1e-15, 1e3),
     ("bending-bias", 1e-15, 1e3),
+    ("bending-hysteresis", 0.0, 1e3),
 ];
 
 /// A fabric file.

@@ -15,6 +15,7 @@ pub mod kes;
 mod membrane;
 mod real;
 mod settings;
+mod slip;
 mod small;
 mod tension;
 mod tensor;
@@ -23,9 +24,10 @@ mod triangle;
 use bending::Hinge;
 use pliant_plugin_api::{
     AsMaterial, Blocks, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, Params, Planes,
-    Tangent, abi, export_plugins, pair,
+    Source, Tangent, abi, export_plugins, pair,
 };
 use settings::{Bending, PARAMS, Settings};
+use slip::Catch;
 use small::{V3, dot, scaled};
 use triangle::Triangle;
 
@@ -40,6 +42,7 @@ impl Material for Cloth {
         summary: c"orthotropic sheets: corotated triangles, and bending that any mesh converges with",
         params: PARAMS,
     };
+    const SOURCES: &'static [Source] = fabric::SOURCES;
 
     fn new(params: &Params<'_>) -> Result<Self, Fault> {
         Ok(Self(Settings::new(params)?, pulp::Arch::new()))
@@ -57,6 +60,15 @@ impl Material for Cloth {
         };
         let flags = if coupled != 0 { coupled } else { abi::HAS_FORCES | damping };
         let hinge = ElementRequest { kind: abi::HINGE, flags, rest_stride: bending::STRIDE as u32, ..sheet };
+        let hinge = match self.0.slip {
+            None => hinge,
+            Some(_) => ElementRequest {
+                flags: flags | abi::HAS_FORCES | abi::HAS_HISTORY,
+                rest_stride: bending::STRIDE_WITH_SLIP as u32,
+                history_stride: 1,
+                ..hinge
+            },
+        };
         if self.0.bending == Bending::None { vec![sheet] } else { vec![sheet, hinge] }
     }
 
@@ -67,6 +79,15 @@ impl Material for Cloth {
                 Triangle::of(at, e)?.values().into_iter().enumerate().for_each(|(s, value)| out[s][e] = value);
             }
             return Ok(());
+        }
+        if let Some(slip) = self.0.slip {
+            let [_, _, stiffness, limit] = out.first::<{ bending::STRIDE_WITH_SLIP }>();
+            for (e, &nodes) in at.corners::<4>().iter().enumerate() {
+                let hinge = Hinge::new(corners(nodes, at.rest()), &self.0.rigidity, self.0.warp);
+                let catch =
+                    hinge.map_or(Catch { stiffness: 1.0, limit: 0.0 }, |hinge| slip.on(hinge.length, hinge.area));
+                (stiffness[e], limit[e]) = (catch.stiffness, catch.limit);
+            }
         }
         let [angles, sizes] = out.first::<{ bending::STRIDE }>();
         for (e, &nodes) in at.corners::<4>().iter().enumerate() {
@@ -91,10 +112,11 @@ impl Material for Cloth {
     fn energy(&self, at: &Elements<'_>) -> Result<f64, Fault> {
         let x = at.x();
         if at.kind() == abi::HINGE {
-            let (angles, stiffness) = (at.rest_data(0), at.rest_data(1));
+            let hinges = self.hinges(at);
             let energies = at.corners::<4>().iter().enumerate().map(|(e, &nodes)| {
-                let folded = dihedral::angle(corners(nodes, x)) - angles[e];
-                0.5 * stiffness[e] * folded * folded
+                let folded = dihedral::angle(corners(nodes, x)) - hinges.angles[e];
+                let sprung = 0.5 * hinges.stiffness(e) * folded * folded;
+                sprung + hinges.catch(e).map_or(0.0, |(catch, slipped)| catch.energy(folded - slipped))
             });
             return finite(energies.sum());
         }
@@ -115,10 +137,13 @@ impl Material for Cloth {
 
     fn tangent(&self, at: &Elements<'_>, scale: Tangent, out: &mut Blocks<'_>) -> Result<(), Fault> {
         if at.kind() == abi::HINGE {
-            let (x, stiffness) = (at.x(), at.rest_data(1));
+            let (x, hinges) = (at.x(), self.hinges(at));
             let factor = scale.stiffness + scale.damping * self.0.membrane.damping;
             for (e, &nodes) in at.corners::<4>().iter().enumerate() {
-                let (g, size) = (dihedral::gradient(corners(nodes, x)), factor * stiffness[e]);
+                let place = corners(nodes, x);
+                let folded = dihedral::angle(place) - hinges.angles[e];
+                let held = hinges.catch(e).map_or(0.0, |(catch, slipped)| catch.slope(folded - slipped));
+                let (g, size) = (dihedral::gradient(place), factor * hinges.stiffness(e) + scale.stiffness * held);
                 for (a, b) in (0..4).flat_map(|a| (a..4).map(move |b| (a, b))) {
                     out.add(e, pair(a, b, 4), &g[a].map(|p| g[b].map(|q| size * p * q)));
                 }
@@ -127,6 +152,17 @@ impl Material for Cloth {
         }
         let factors = (scale.stiffness, scale.damping);
         self.1.dispatch(kernel::Stiffness { membrane: &self.0.membrane, at, factors, out });
+        Ok(())
+    }
+
+    fn advance(&self, at: &Elements<'_>, history: &mut Planes<'_>) -> Result<(), Fault> {
+        let (x, hinges) = (at.x(), self.hinges(at));
+        let [slipped] = history.first::<1>();
+        for (e, &nodes) in at.corners::<4>().iter().enumerate() {
+            let Some((catch, before)) = hinges.catch(e) else { continue };
+            let folded = dihedral::angle(corners(nodes, x)) - hinges.angles[e];
+            slipped[e] = folded - catch.caught(folded - before);
+        }
         Ok(())
     }
 
@@ -148,19 +184,45 @@ impl Material for Cloth {
 }
 
 impl Cloth {
+    /// What is known of the hinges of a call.
+    fn hinges<'a>(&self, at: &Elements<'a>) -> Hinges<'a> {
+        let slip = self.0.slip.map(|_| [at.rest_data(2), at.rest_data(3), at.history(0)]);
+        Hinges { angles: at.rest_data(0), stiffness: (self.0.bending == Bending::Hinge).then(|| at.rest_data(1)), slip }
+    }
+
     fn hinge_forces(&self, at: &Elements<'_>, out: &mut NodeVectors<'_>) -> Result<(), Fault> {
-        let (x, v) = (at.x(), at.v());
-        let (angles, stiffness) = (at.rest_data(0), at.rest_data(1));
+        let (x, v, hinges) = (at.x(), at.v(), self.hinges(at));
         let mut seen = 0.0;
         for (e, &nodes) in at.corners::<4>().iter().enumerate() {
             let place = corners(nodes, x);
             let (gradient, speeds) = (dihedral::gradient(place), corners(nodes, v));
             let speed: f64 = (0..4).map(|a| dot(gradient[a], speeds[a])).sum();
-            let folded = dihedral::angle(place) - angles[e] + self.0.membrane.damping * speed;
-            (0..4).for_each(|a| out.add(nodes[a], scaled(gradient[a], -stiffness[e] * folded)));
-            seen += folded;
+            let folded = dihedral::angle(place) - hinges.angles[e];
+            let caught = hinges.catch(e).map_or(0.0, |(catch, slipped)| catch.torque(folded - slipped));
+            let torque = hinges.stiffness(e) * (folded + self.0.membrane.damping * speed) + caught;
+            (0..4).for_each(|a| out.add(nodes[a], scaled(gradient[a], -torque)));
+            seen += folded + speed;
         }
         finite(seen).map(drop)
+    }
+}
+
+/// Of a call's hinges: rest angles, stiffness where each is alone, and what friction has to go by.
+struct Hinges<'a> {
+    angles: &'a [f64],
+    stiffness: Option<&'a [f64]>,
+    slip: Option<[&'a [f64]; 3]>,
+}
+
+impl Hinges<'_> {
+    /// N m
+    fn stiffness(&self, e: usize) -> f64 {
+        self.stiffness.map_or(0.0, |all| all[e])
+    }
+
+    /// The catch of a hinge, and rad, by how much it has given way.
+    fn catch(&self, e: usize) -> Option<(Catch, f64)> {
+        self.slip.map(|[stiffness, limit, slipped]| (Catch { stiffness: stiffness[e], limit: limit[e] }, slipped[e]))
     }
 }
 

@@ -5,6 +5,7 @@ use crate::fabric::{CHOICES, FABRICS, Fabric, OWN, Stretch};
 use crate::file::FabricFile;
 use crate::frame::Rule;
 use crate::membrane::{Membrane, Strain};
+use crate::slip::Slip;
 use crate::tensor::Tensor;
 use pliant_plugin_api::{Fault, Param, Params};
 
@@ -12,6 +13,8 @@ use pliant_plugin_api::{Fault, Param, Params};
 const STIFFNESS: (f64, f64) = (0.0, 1e12);
 /// Range of bending rigidities, N m; 0 is what is not given.
 const BENDING: (f64, f64) = (0.0, 1e3);
+/// Hysteresis that is the fabric's.
+const NOT_OURS: f64 = -1.0;
 /// Poisson's ratio that is not given.
 const NO_RATIO: f64 = -1.0;
 
@@ -56,6 +59,20 @@ pub(crate) const PARAMS: &[Param] = &[
         0.0,
         c"the same at 45 degrees; 0: from the others, or the fabric's",
     ),
+    Param::number(
+        c"bending-hysteresis",
+        c"N",
+        (NOT_OURS, 1e3),
+        0.0,
+        c"width of the moment's loop between bending to and fro, 2HB; 0: none, -1: the fabric's",
+    ),
+    Param::number(
+        c"slip-curvature",
+        c"1/m",
+        (1e-3, 1e6),
+        10.0,
+        c"how far yarns bend before they slide, with bending-hysteresis; the default is an assumption",
+    ),
     Param::table(c"warp", c"x|y|z", c"where the warp points in space, for bending = hinge: one row; none: along x"),
 ];
 
@@ -75,6 +92,7 @@ pub(crate) struct Settings {
     pub(crate) membrane: Membrane,
     pub(crate) bending: Bending,
     pub(crate) rigidity: Rigidity,
+    pub(crate) slip: Option<Slip>,
     pub(crate) warp: [f64; 3],
 }
 
@@ -99,6 +117,13 @@ impl Settings {
             (Bending::None, None) => Rigidity { warp: 1.0, weft: 1.0, twist: 1.0 },
             (_, None) => return Err(unknown("bending", "bending-warp")),
         };
+        let loops = match params.number("bending-hysteresis") {
+            width if width >= 0.0 => width,
+            _ => of_file("bending-hysteresis")
+                .or(fabric.hysteresis)
+                .ok_or_else(|| unknown("hysteresis", "bending-hysteresis"))?,
+        };
+        let slip = Slip { moment: 0.5 * loops, curvature: params.number("slip-curvature") };
         if params.choice("tangent") == 1 && params.number("compression") < 1.0 {
             return Err(Fault::bad_argument("tangent = exact wants compression = 1"));
         }
@@ -130,6 +155,7 @@ impl Settings {
             },
             bending,
             rigidity,
+            slip: (loops > 0.0 && bending != Bending::None).then_some(slip),
             warp: direction(params)?,
         })
     }

@@ -72,6 +72,7 @@ fn account(ledger: &Ledger, row: &mut Row) {
         ("work in (J)".into(), ledger.work),
         ("kinetic (J)".into(), kinetic),
         ("elastic (J)".into(), elastic),
+        ("friction (J)".into(), ledger.rubbed),
         ("dissipated (J)".into(), ledger.work - kinetic - elastic),
         ("from nothing at most (J)".into(), ledger.injected.max(0.0)),
     ]);

@@ -97,8 +97,8 @@ fn balances(catalogue: &StabilityCatalogue, rows: &[Row]) -> Option<Section> {
         section.tables.push(table);
     }
     section.text.push(
-        "Work in is what gravity, hands and led nodes do. What is neither kinetic nor elastic at the end was dissipated; a body \
-         that holds more than was put in has made energy."
+        "Work in is what gravity, hands and led nodes do. What is neither kinetic nor elastic at the end was dissipated, some of \
+         it by friction between tips and sheets; a body that holds more than was put in has made energy."
             .into(),
     );
     (!section.tables.is_empty()).then_some(section)

@@ -45,8 +45,10 @@ pub(super) struct Ledger {
     /// Nodes of each body before the step.
     before: Vec<Vec<V3>>,
     proxies: Vec<V3>,
-    /// Done by gravity, by what holds and leads nodes, and by tools on lattices.
+    /// Done by gravity, by what holds and leads nodes, and by tools.
     pub(super) work: f64,
+    /// Of it, what friction between tips and sheets took.
+    pub(super) rubbed: f64,
     /// The largest sum of what was done and taken, whatever its sign.
     pub(super) scale: f64,
     /// Kinetic and elastic, at the end of each step.
@@ -94,8 +96,11 @@ impl Ledger {
             }
         }
         self.proxies = frame.tools.iter().map(|t| t.hand).collect();
+        // What is done to the sheet is what the hand does, less friction.
+        (self.work, self.rubbed) = (self.work + frame.rubbed, self.rubbed + frame.rubbed);
         let held = frame.kinetic_energy + frame.elastic_energy;
-        self.injected = if held.is_finite() { self.injected.max(held - self.work) } else { f64::INFINITY };
+        self.injected =
+            if held.is_finite() { self.injected.max(held + self.rubbed - self.work) } else { f64::INFINITY };
         self.kinetic.push(frame.kinetic_energy);
         self.elastic.push(frame.elastic_energy);
     }
