@@ -22,7 +22,7 @@ pub struct Weights {
     /// Coarse nodes of each fine one, rising.
     pub coarse: Vec<u32>,
     /// 1
-    pub weight: Vec<f64>,
+    pub weight: Vec<f32>,
 }
 
 impl Graph {
@@ -89,13 +89,13 @@ impl Graph {
         let mut pairs = Vec::new();
         for node in 0..self.len() {
             let around = self.of(node);
-            let share = 1.0 / (1 + around.len()) as f64;
+            let share = 1.0 / (1 + around.len()) as f32;
             let mut met: Vec<u32> = around.iter().map(|&j| of[j as usize]).chain([of[node]]).collect();
             pairs.extend(met.iter().filter(|a| **a != of[node]).map(|&a| [of[node], a]));
             met.sort_unstable();
             for group in met.chunk_by(|a, b| a == b) {
                 weights.coarse.push(group[0]);
-                weights.weight.push(share * group.len() as f64);
+                weights.weight.push(share * group.len() as f32);
             }
             weights.start.push(weights.coarse.len() as u32);
         }
@@ -115,8 +115,8 @@ mod tests {
         assert!((25..=45).contains(&coarse.len()), "{}", coarse.len());
         for i in 0..n as usize {
             let row = weights.start[i] as usize..weights.start[i + 1] as usize;
-            let sum: f64 = weights.weight[row.clone()].iter().sum();
-            assert!((sum - 1.0).abs() < 1e-15 && weights.coarse[row].iter().all(|&c| (c as usize) < coarse.len()));
+            let sum: f32 = weights.weight[row.clone()].iter().sum();
+            assert!((sum - 1.0).abs() < 1e-6 && weights.coarse[row].iter().all(|&c| (c as usize) < coarse.len()));
         }
         // Nobody alone: every coarse node has a neighbour, in both directions.
         assert!((0..coarse.len()).all(|a| !coarse.of(a).is_empty()));

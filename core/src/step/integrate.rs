@@ -134,6 +134,8 @@ pub struct Integrator {
     pub reaction: Vec<V3>,
     pub(super) force: Vec<V3>,
     still: Vec<V3>,
+    /// Matrix times velocity, N s.
+    moving: Vec<V3>,
     pub(super) b: Vec<V3>,
     pub(super) z: Vec<V3>,
     /// Where the step began, and the step before it.
@@ -165,6 +167,7 @@ impl Integrator {
             reaction: Vec::new(),
             force: Vec::new(),
             still: Vec::new(),
+            moving: Vec::new(),
             b: Vec::new(),
             z: Vec::new(),
             from: Default::default(),
@@ -181,7 +184,7 @@ impl Integrator {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        self.force.len() * 8 * size_of::<V3>() + self.pcg.bytes()
+        self.force.len() * 9 * size_of::<V3>() + self.pcg.bytes()
     }
 
     /// Room for `n` nodes. After a change of nodes or elements, also forgets the last solution.
@@ -193,7 +196,7 @@ impl Integrator {
         if self.scheme.is_implicit() {
             let [x, v] = &mut self.from;
             let [x_before, v_before] = &mut self.before;
-            for field in [&mut self.still, &mut self.b, &mut self.z, x, v, x_before, v_before] {
+            for field in [&mut self.still, &mut self.moving, &mut self.b, &mut self.z, x, v, x_before, v_before] {
                 field.clear();
                 field.resize(n, [0.0; 3]);
             }
@@ -375,12 +378,12 @@ impl Integrator {
         let v = (!here).then_some(&system.nodes.v[..]);
         add_loads(&mut self.force, loads, &system.nodes.x, v);
         self.pcg.prepare(&matrix, &system.sets);
+        if here {
+            // With one product: b = M v + g f_elastic - A v.
+            matrix.product(pool, &system.nodes.v, &mut self.moving);
+        }
         let mut size = 0.0_f64;
         for pass in 0..PASSES {
-            if here {
-                // With one product: b = M v + g f_elastic - A v.
-                matrix.product(pool, &system.nodes.v, &mut self.b);
-            }
             self.z.fill([0.0; 3]);
             holds.add_forces(&mut self.z);
             let nodes = &system.nodes;
@@ -388,7 +391,7 @@ impl Integrator {
                 let pull = axpy(axpy(self.force[i], 1.0, self.z[i]), nodes.mass[i], loads.gravity);
                 let v = nodes.v[i];
                 self.b[i] = if here {
-                    axpy(axpy(pull.map(|f| g * f), nodes.mass[i], v), -1.0, self.b[i])
+                    axpy(axpy(pull.map(|f| g * f), nodes.mass[i], v), -1.0, self.moving[i])
                 } else {
                     let was = self.from[1][i];
                     let carried = axpy(was, form.carry, axpy(was, -1.0, self.before[1][i]));

@@ -10,7 +10,7 @@ use super::pool::Pool;
 use super::product::{Row, row_product, rows_product};
 use super::springs::NodeSprings;
 use super::system::Nodes;
-use super::{Block, Constraint, V3};
+use super::{Block, Constraint, V3, axpy, times};
 use crate::host::{HostError, Material};
 use pliant_plugin_api::abi;
 
@@ -23,6 +23,24 @@ pub struct Matrix {
     lower_row: Vec<usize>,
     /// column and slot
     lower: Vec<(u32, u32)>,
+}
+
+/// Where the blocks of a matrix are.
+#[derive(Clone, Copy)]
+pub(super) struct Rows<'a> {
+    row: &'a [usize],
+    column: &'a [u32],
+    lower_row: &'a [usize],
+    lower: &'a [(u32, u32)],
+}
+
+impl<'a> Rows<'a> {
+    /// Blocks of row i below the diagonal by column and slot, the slot of the first one above it, and the columns of those.
+    #[inline(always)]
+    pub(super) fn around(&self, i: usize) -> (&'a [(u32, u32)], usize, &'a [u32]) {
+        let above = self.row[i] + 1..self.row[i + 1];
+        (&self.lower[self.lower_row[i]..self.lower_row[i + 1]], above.start, &self.column[above])
+    }
 }
 
 /// What may stand for the stiffness of coupled hinges, whose own matrix is full.
@@ -173,14 +191,14 @@ impl Matrix {
         &self.values
     }
 
-    /// See [`Matrix::values`].
-    pub(super) fn values_mut(&mut self) -> &mut [Block] {
-        &mut self.values
-    }
-
     /// Rows.
     pub fn rows(&self) -> usize {
         self.row.len().saturating_sub(1)
+    }
+
+    /// Blocks on and above the diagonal.
+    pub fn blocks(&self) -> usize {
+        self.values.len()
     }
 
     /// Bytes held.
@@ -253,6 +271,24 @@ impl Matrix {
         let upper = self.row[i]..self.row[i + 1];
         let lower = &self.lower[self.lower_row[i]..self.lower_row[i + 1]];
         Row { values: &self.values, lower, upper: &self.values[upper.clone()], columns: &self.column[upper] }
+    }
+
+    /// Where its blocks are.
+    pub(super) fn pattern(&self) -> Rows<'_> {
+        Rows { row: &self.row, column: &self.column, lower_row: &self.lower_row, lower: &self.lower }
+    }
+
+    /// Adds `A u` to `out`, where `u` is zero but for `u_j`.
+    pub(super) fn add_column(&self, j: usize, u: V3, out: &mut [V3]) {
+        let (lower, above, columns) = self.pattern().around(j);
+        out[j] = axpy(out[j], 1.0, times(self.diagonal(j), u));
+        for &(i, slot) in lower {
+            out[i as usize] = axpy(out[i as usize], 1.0, times(&self.values[slot as usize], u));
+        }
+        for (&i, b) in columns.iter().zip(&self.values[above..]) {
+            let turned = [b[0], b[3], b[6], b[1], b[4], b[7], b[2], b[5], b[8]];
+            out[i as usize] = axpy(out[i as usize], 1.0, times(&turned, u));
+        }
     }
 
     /// The diagonal block of a node.

@@ -7,7 +7,9 @@ mod aggregate;
 mod chunk;
 mod constraint;
 mod coupled;
+mod double;
 mod elements;
+mod inner;
 mod integrate;
 mod limit;
 mod matrix;
@@ -16,6 +18,8 @@ mod pcg;
 mod pool;
 mod product;
 mod settle;
+mod single;
+mod single_product;
 mod springs;
 mod system;
 
@@ -28,6 +32,7 @@ pub use matrix::{Factors, Matrix, StandIn};
 pub use pcg::{Pcg, Preconditioner, Solve, SolveReport};
 pub use pool::{Parts, Pool};
 pub use settle::HoldsNothing;
+pub use single::{Quad, Single};
 pub use springs::NodeSprings;
 pub use system::{Nodes, System};
 

@@ -3,12 +3,14 @@
 //! Coarse matrices are those of Galerkin, `P^T A P`, with weights that the mesh alone decides ([`super::aggregate`]). A sum of
 //! positive parts is positive whatever the matrix is, so nothing has to be estimated; a level costs its transfer and no product.
 
+use super::Block;
 use super::aggregate::{Graph, Weights};
 use super::elements::ElementSet;
+use super::inner::is_narrow;
 use super::matrix::Matrix;
 use super::pcg::symmetric_inverse;
 use super::pool::Pool;
-use super::{Block, Constraint, V3, axpy, dot, times};
+use super::single::{Quad, Single, SingleBlock};
 
 /// Share of block Jacobi on all levels but the coarsest.
 const SHARE: f64 = 0.6;
@@ -28,25 +30,40 @@ pub struct Multilevel {
 #[derive(Debug, Default)]
 struct Level {
     weights: Weights,
-    /// `weights.weight`, without nodes that do not move.
-    moving: Vec<f64>,
-    /// By coarse node: fine node and place in `moving`.
+    /// By coarse node: fine node and weight.
     start: Vec<u32>,
-    fine: Vec<(u32, u32)>,
-    matrix: Matrix,
+    fine: Vec<(u32, f32)>,
+    /// Where the diagonal blocks of the coarse matrix are, and the matrix.
+    diagonal: Vec<u32>,
+    values: Vec<SingleBlock>,
     products: Products,
-    inverse: Vec<Block>,
-    r: Vec<V3>,
-    h: Vec<V3>,
+    inverse: Vec<Inverse>,
+    r: Vec<Quad>,
+    h: Vec<Quad>,
 }
+
+/// Columns of a 3 x 3 block, with zeros behind them.
+pub type Inverse = [Quad; 3];
 
 /// What a block of the coarse matrix is made of: fine blocks as they are, then transposed ones.
 #[derive(Debug, Default)]
 struct Products {
     /// (coarse blocks x 2 + 1)
     start: Vec<u32>,
-    /// Fine slot and the places of its two weights.
-    terms: Vec<[u32; 3]>,
+    /// Fine slot and its weight.
+    terms: Vec<(u32, f32)>,
+}
+
+/// Block times vector.
+#[inline(always)]
+pub fn turned(m: &Inverse, v: Quad) -> Quad {
+    std::array::from_fn(|c| m[0][c] * v[0] + m[1][c] * v[1] + m[2][c] * v[2])
+}
+
+/// `a + s b`
+#[inline(always)]
+pub fn plus(a: Quad, s: f32, b: Quad) -> Quad {
+    std::array::from_fn(|c| a[c] + s * b[c])
 }
 
 impl Multilevel {
@@ -54,14 +71,15 @@ impl Multilevel {
     pub fn new(matrix: &Matrix, sets: &[ElementSet]) -> Self {
         let mut levels: Vec<Level> = Vec::new();
         let mut graph = Graph::of_elements(matrix.rows(), sets);
+        let mut finer: Option<Matrix> = None;
         while graph.len() > COARSEST {
             let (coarse, weights) = graph.coarsen();
             if coarse.len() as f64 > KEPT * graph.len() as f64 {
                 break;
             }
-            let level = Level::new(levels.last().map_or(matrix, |level| &level.matrix), coarse.len(), weights);
+            let (level, pattern) = Level::new(finer.as_ref().unwrap_or(matrix), coarse.len(), weights);
             levels.push(level);
-            graph = coarse;
+            (graph, finer) = (coarse, Some(pattern));
         }
         Self { levels }
     }
@@ -69,36 +87,24 @@ impl Multilevel {
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         let of = |level: &Level| {
-            let lists = level.weights.weight.len() * 28 + level.products.terms.len() * 12 + level.h.len() * 120;
-            lists + level.products.start.len() * 4 + level.matrix.bytes()
+            let lists = level.weights.weight.len() * 20 + level.products.terms.len() * 8 + level.h.len() * 88;
+            lists + level.products.start.len() * 4 + level.values.len() * size_of::<SingleBlock>()
         };
         self.levels.iter().map(of).sum()
     }
 
-    /// Takes over new values; `again` where the matrix is that of the last time, and only constraints may differ.
-    pub fn update(&mut self, pool: &Pool, matrix: &Matrix, constraints: &[Constraint], again: bool) {
-        let Some(first) = self.levels.first_mut() else { return };
-        let mut changed = !again;
-        for i in 0..constraints.len() {
-            let row = first.weights.start[i] as usize..first.weights.start[i + 1] as usize;
-            let moves = constraints[i] != Constraint::Fixed;
-            changed |= (first.moving[row.start] != 0.0) != moves;
-            for at in row {
-                first.moving[at] = if moves { first.weights.weight[at] } else { 0.0 };
-            }
-        }
-        if !changed {
-            return;
-        }
+    /// Takes over new values.
+    pub fn update(&mut self, pool: &Pool, matrix: &Single) {
         for at in 0..self.levels.len() {
             let (finer, rest) = self.levels.split_at_mut(at);
             let last = rest.len() == 1;
-            rest[0].update(pool, finer.last().map_or(matrix, |level| &level.matrix), last);
+            rest[0].update(pool, finer.last().map_or(matrix.values(), |level| &level.values), last);
         }
     }
 
-    /// Adds to `h`, which has the share of the finest level, what the others make of `r`; gives `r.h`.
-    pub fn add(&mut self, pool: &Pool, r: &[V3], h: &mut [V3], constraints: &[Constraint]) -> f64 {
+    /// Adds to `h`, which has the share of the finest level, what the others make of `r`; gives `r.h`, where `r` is zero for what
+    /// may not move.
+    pub fn add(&mut self, pool: &Pool, r: &[Quad], h: &mut [Quad]) -> f64 {
         for at in 0..self.levels.len() {
             let (finer, rest) = self.levels.split_at_mut(at);
             rest[0].restrict(pool, finer.last().map_or(r, |level| &level.r));
@@ -113,11 +119,7 @@ impl Multilevel {
             if let Some(level) = self.levels.first() {
                 level.prolong_piece(first, h);
             }
-            let rows = h.iter_mut().zip(&r[first..]).zip(&constraints[first..]);
-            rows.fold(0.0, |sum, ((h, r), constraint)| {
-                *h = constraint.filter(*h);
-                sum + dot(*r, *h)
-            })
+            dot(h, &r[first..])
         })
     }
 
@@ -127,26 +129,38 @@ impl Multilevel {
     }
 }
 
+/// Sum of products, in lanes of single precision: for a few hundred vectors.
+#[inline(always)]
+pub fn dot(a: &[Quad], b: &[Quad]) -> f64 {
+    let mut sum = [0.0; 4];
+    for (a, b) in a.iter().zip(b) {
+        (0..4).for_each(|c| sum[c] += a[c] * b[c]);
+    }
+    f64::from(sum[0]) + f64::from(sum[1]) + f64::from(sum[2])
+}
+
 impl Level {
-    fn new(fine: &Matrix, coarse: usize, weights: Weights) -> Self {
+    /// And the pattern of its matrix.
+    fn new(fine: &Matrix, coarse: usize, weights: Weights) -> (Self, Matrix) {
         let mut level = Self {
-            inverse: vec![[0.0; 9]; coarse],
-            r: vec![[0.0; 3]; coarse],
-            h: vec![[0.0; 3]; coarse],
+            inverse: vec![[[0.0; 4]; 3]; coarse],
+            r: vec![[0.0; 4]; coarse],
+            h: vec![[0.0; 4]; coarse],
             ..Self::default()
         };
-        let mut by_coarse: Vec<(u32, u32, u32)> = Vec::with_capacity(weights.coarse.len());
+        let mut by_coarse: Vec<(u32, u32, f32)> = Vec::with_capacity(weights.coarse.len());
         for i in 0..weights.start.len() - 1 {
-            let row = weights.start[i]..weights.start[i + 1];
-            by_coarse.extend(row.map(|at| (weights.coarse[at as usize], i as u32, at)));
+            let row = weights.start[i] as usize..weights.start[i + 1] as usize;
+            by_coarse.extend(row.map(|at| (weights.coarse[at], i as u32, weights.weight[at])));
         }
-        by_coarse.sort_unstable();
+        by_coarse.sort_unstable_by_key(|t| (t.0, t.1));
         level.start = (0..=coarse as u32).map(|a| by_coarse.partition_point(|t| t.0 < a) as u32).collect();
         level.fine = by_coarse.iter().map(|t| (t.1, t.2)).collect();
-        level.moving.clone_from(&weights.weight);
         level.weights = weights;
-        level.list_products(fine, coarse);
-        level
+        let pattern = level.list_products(fine, coarse);
+        level.diagonal = (0..coarse).map(|a| pattern.diagonal_slot(a) as u32).collect();
+        level.values = vec![[0.0; 9]; pattern.values().len() + 1];
+        (level, pattern)
     }
 
     /// Every fine block with two weights: (a, b, slot, place of a, place of b).
@@ -167,7 +181,7 @@ impl Level {
         }
     }
 
-    fn list_products(&mut self, fine: &Matrix, coarse: usize) {
+    fn list_products(&mut self, fine: &Matrix, coarse: usize) -> Matrix {
         let mut matrix = Matrix::default();
         matrix.set_pattern(coarse, |pair| {
             self.visit(fine, |a, b, _| {
@@ -198,13 +212,13 @@ impl Level {
             start[list] += start[list - 1];
         }
         let mut next = start.clone();
-        let mut terms = vec![[0; 3]; start[start.len() - 1] as usize];
-        lists(&mut |list, term| {
-            terms[next[list] as usize] = term;
+        let mut terms = vec![(0, 0.0); start[start.len() - 1] as usize];
+        lists(&mut |list, [slot, a, b]| {
+            terms[next[list] as usize] = (slot, self.weights.weight[a as usize] * self.weights.weight[b as usize]);
             next[list] += 1;
         });
         self.products = Products { start, terms };
-        self.matrix = matrix;
+        matrix
     }
 
     /// The fine node a weight belongs to.
@@ -212,53 +226,84 @@ impl Level {
         self.weights.start.partition_point(|start| *start <= at)
     }
 
-    fn update(&mut self, pool: &Pool, fine: &Matrix, is_last: bool) {
-        let (products, moving, values) = (&self.products, &self.moving, fine.values());
-        pool.pieces(self.matrix.values_mut(), PIECE, &|first, out| {
-            for (at, block) in out.iter_mut().enumerate() {
-                let [direct, turned] = [0, 1].map(|k| {
-                    let list = 2 * (first + at) + k;
-                    let range = products.start[list] as usize..products.start[list + 1] as usize;
-                    let mut sum = [0.0; 9];
-                    for &[slot, a, b] in &products.terms[range] {
-                        let weight = moving[a as usize] * moving[b as usize];
-                        let from = &values[slot as usize];
-                        (0..9).for_each(|e| sum[e] += weight * from[e]);
-                    }
-                    sum
-                });
-                *block = std::array::from_fn(|e| direct[e] + turned[3 * (e % 3) + e / 3]);
-            }
+    fn update(&mut self, pool: &Pool, fine: &[SingleBlock], is_last: bool) {
+        let (products, fine, count) = (&self.products, fine.as_flattened(), self.values.len() - 1);
+        pool.pieces(&mut self.values[..count], PIECE, &|first, out| {
+            pulp::Arch::new().dispatch(Galerkin { products, fine, first, out });
         });
         let share = if is_last { 1.0 } else { SHARE };
-        for (i, inverse) in self.inverse.iter_mut().enumerate() {
-            // Where nothing moves there is nothing to add.
-            *inverse = symmetric_inverse(self.matrix.diagonal(i)).map_or([0.0; 9], |m| m.map(|c| share * c));
-        }
-    }
-
-    fn restrict(&mut self, pool: &Pool, r: &[V3]) {
-        let (start, fine, moving) = (&self.start, &self.fine, &self.moving);
-        pool.pieces(&mut self.r, PIECE, &|first, out| {
-            for (a, out) in out.iter_mut().enumerate() {
-                let range = start[first + a] as usize..start[first + a + 1] as usize;
-                *out = fine[range].iter().fold([0.0; 3], |sum, &(i, at)| axpy(sum, moving[at as usize], r[i as usize]));
+        let (values, diagonal) = (&self.values, &self.diagonal);
+        pool.pieces(&mut self.inverse, PIECE, &|first, out| {
+            for (inverse, &slot) in out.iter_mut().zip(&diagonal[first..]) {
+                // Where nothing moves, or rounding has left too little, there is nothing to add.
+                let block = values[slot as usize].map(f64::from);
+                let least = |b: &Block| b[0].min(b[4]).min(b[8]);
+                let sound = |m: &Block| least(&block).min(least(m)) > 0.0 && is_narrow(&block, m);
+                let inner = symmetric_inverse(&block).filter(sound);
+                *inverse = columns(&inner.map_or([0.0; 9], |m| m.map(|c| share * c)));
             }
         });
-        for i in 0..self.h.len() {
-            self.h[i] = times(&self.inverse[i], self.r[i]);
-        }
     }
 
-    fn prolong(&self, pool: &Pool, h: &mut [V3]) {
+    fn restrict(&mut self, pool: &Pool, r: &[Quad]) {
+        let (start, fine, inverse) = (&self.start, &self.fine, &self.inverse);
+        pool.fold((&mut self.r[..], &mut self.h[..]), &|first, (r_coarse, h)| {
+            for a in 0..h.len() {
+                let range = start[first + a] as usize..start[first + a + 1] as usize;
+                let sum = fine[range].iter().fold([0.0; 4], |sum, &(i, weight)| plus(sum, weight, r[i as usize]));
+                (r_coarse[a], h[a]) = (sum, turned(&inverse[first + a], sum));
+            }
+            0.0
+        });
+    }
+
+    fn prolong(&self, pool: &Pool, h: &mut [Quad]) {
         pool.pieces(h, PIECE, &|first, h| self.prolong_piece(first, h));
     }
 
-    fn prolong_piece(&self, first: usize, h: &mut [V3]) {
+    fn prolong_piece(&self, first: usize, h: &mut [Quad]) {
+        let Weights { start, coarse, weight } = &self.weights;
         for (i, h) in h.iter_mut().enumerate() {
-            for at in self.weights.start[first + i] as usize..self.weights.start[first + i + 1] as usize {
-                *h = axpy(*h, self.moving[at], self.h[self.weights.coarse[at] as usize]);
-            }
+            let range = start[first + i] as usize..start[first + i + 1] as usize;
+            let terms = coarse[range.clone()].iter().zip(&weight[range]);
+            *h = terms.fold(*h, |sum, (&a, &weight)| plus(sum, weight, self.h[a as usize]));
         }
     }
+}
+
+/// Columns of a symmetric block, in single precision.
+pub fn columns(m: &Block) -> Inverse {
+    [0, 1, 2].map(|c| [m[3 * c] as f32, m[3 * c + 1] as f32, m[3 * c + 2] as f32, 0.0])
+}
+
+/// `P^T A P`, blocks `first` on.
+struct Galerkin<'a> {
+    products: &'a Products,
+    fine: &'a [f32],
+    first: usize,
+    out: &'a mut [SingleBlock],
+}
+
+impl pulp::NullaryFnOnce for Galerkin<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        for (at, block) in self.out.iter_mut().enumerate() {
+            let list = 2 * (self.first + at);
+            let (direct, turned) = (sum(self.products, list, self.fine), sum(self.products, list + 1, self.fine));
+            *block = std::array::from_fn(|e| direct[e] + turned[3 * (e % 3) + e / 3]);
+        }
+    }
+}
+
+/// Of one list; numbers past the ninth belong to other blocks and are not looked at.
+#[inline(always)]
+fn sum(Products { start, terms }: &Products, list: usize, fine: &[f32]) -> [f32; 16] {
+    let mut sum = [0.0_f32; 16];
+    for &(slot, weight) in &terms[start[list] as usize..start[list + 1] as usize] {
+        let block: &[f32; 16] = fine[9 * slot as usize..].first_chunk().expect("blocks have one behind them");
+        (0..16).for_each(|e| sum[e] += weight * block[e]);
+    }
+    sum
 }

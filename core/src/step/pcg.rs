@@ -3,15 +3,16 @@
 //! The method of Baraff and Witkin (1998) in the form of Ascher and Boxerman (2003): PCG on the projected system, warm
 //! started, with the right scale in its stopping test. The preconditioner is block Jacobi of the *constrained* blocks,
 //! `S (S A_ii S + I - S)^-1 S`, which halves the iterations against the unconstrained ones, alone or as the finest level of
-//! [`Multilevel`]. A residual that would move no position by its last digit is nothing: without that a body at rest would
-//! iterate on rounding.
+//! [`super::multilevel`]. A residual that would move no position by its last digit is nothing: without that a body at rest
+//! would iterate on rounding. Iterations are in single precision ([`super::inner`]), residuals in double.
 
 use super::constraint::Constraint;
+use super::double::Double;
 use super::elements::ElementSet;
+use super::inner::Inner;
 use super::matrix::Matrix;
-use super::multilevel::Multilevel;
 use super::pool::Pool;
-use super::{Block, V3, axpy, dot, times};
+use super::{Block, V3, axpy};
 use nalgebra::Matrix3;
 
 /// What stands for the inverse of the matrix.
@@ -41,12 +42,11 @@ pub struct Pcg {
     pub preconditioner: Preconditioner,
     /// The solution; on entry the guess.
     pub x: Vec<V3>,
+    /// `A x` of the last solve.
+    product: Vec<V3>,
     r: Vec<V3>,
-    p: Vec<V3>,
-    s: Vec<V3>,
-    h: Vec<V3>,
-    inverse: Vec<Block>,
-    levels: Option<Multilevel>,
+    inner: Inner,
+    double: Double,
 }
 
 /// `S A x = S b`, `(I - S) x = (I - S) z`.
@@ -82,15 +82,34 @@ pub struct SolveReport {
     pub broken: bool,
 }
 
+impl SolveReport {
+    /// Fills in how it ended, with `r . P r` and the scale of its stopping test.
+    pub(super) fn close(&mut self, d: f64, scale: f64, (enough, floor): (f64, f64)) {
+        self.broken |= !d.is_finite();
+        // A scale that is not finite, or overflowed, measures nothing; one below the floor is zero.
+        self.residual = match scale {
+            _ if !scale.is_finite() => f64::NAN,
+            _ if d <= floor && scale <= floor => 0.0,
+            _ => (d / scale).sqrt(),
+        };
+        self.converged = d <= enough && d >= 0.0 && !self.broken;
+    }
+}
+
+/// Of what is enough, what a correction is asked for: what it says of itself is off by the rounding of its own.
+const MARGIN: f64 = 0.95;
+/// Of a residual, squared, what a correction has to leave less than: twice in a row more, and it is as good as it gets.
+const SLOWEST: f64 = 0.25;
+
 impl Pcg {
     /// Room for `n` nodes; the guess is zero.
     pub fn resize(&mut self, n: usize) {
-        for field in [&mut self.x, &mut self.r, &mut self.p, &mut self.s, &mut self.h] {
+        for field in [&mut self.x, &mut self.product, &mut self.r] {
             field.clear();
             field.resize(n, [0.0; 3]);
         }
-        self.inverse.resize(n, [0.0; 9]);
-        self.levels = None;
+        self.inner.resize(n);
+        self.double.resize(n);
     }
 
     /// The next guess is zero.
@@ -100,139 +119,92 @@ impl Pcg {
 
     /// Finds the levels, if they are wanted and not there since the nodes or elements changed.
     pub fn prepare(&mut self, matrix: &Matrix, sets: &[ElementSet]) {
-        if self.preconditioner == Preconditioner::Multilevel && self.levels.is_none() {
-            self.levels = Some(Multilevel::new(matrix, sets));
+        if self.preconditioner == Preconditioner::Multilevel {
+            self.inner.prepare(matrix, sets);
         }
     }
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        self.x.len() * (5 * size_of::<V3>() + size_of::<Block>()) + self.levels.as_ref().map_or(0, Multilevel::bytes)
+        3 * self.x.len() * size_of::<V3>() + self.inner.bytes() + self.double.bytes()
     }
 
     /// Solves, starting from `self.x`.
     pub fn solve(&mut self, pool: &Pool, system: &Solve<'_>) -> SolveReport {
-        let n = system.b.len();
         let (z, s) = (system.z, system.constraints);
-        let floor = self.precondition(pool, system);
-        for i in 0..n {
-            self.x[i] = s[i].merge(self.x[i], z[i]);
-            // Scale: the right side as the prescribed part alone leaves it.
-            self.p[i] = axpy(z[i], -1.0, s[i].filter(z[i]));
+        let last_digit = (f64::EPSILON / system.motion.1) * (f64::EPSILON / system.motion.1);
+        let (size, fits) = self.inner.update(pool, system);
+        let floor = last_digit * if size.is_finite() { size } else { 0.0 };
+        if !fits {
+            return self.in_double(pool, system, floor, 0);
         }
-        let scale = self.start(pool, system);
-        self.p.copy_from_slice(&self.x);
-        let mut d = self.start(pool, system);
-        self.p.copy_from_slice(&self.h);
+        // Scale: the right side as the prescribed part alone leaves it.
+        self.r.fill([0.0; 3]);
+        for (i, constraint) in s.iter().enumerate().filter(|(_, c)| !c.is_free()) {
+            let (held, before) = (axpy(z[i], -1.0, constraint.filter(z[i])), self.x[i]);
+            self.x[i] = constraint.merge(before, z[i]);
+            let change = axpy(self.x[i], -1.0, before);
+            if held != [0.0; 3] {
+                system.matrix.add_column(i, held, &mut self.r);
+            }
+            if system.again && change != [0.0; 3] {
+                system.matrix.add_column(i, change, &mut self.product);
+            }
+        }
+        self.left(system, false);
+        let scale = self.inner.weigh(pool, &self.r);
+        if !system.again {
+            system.matrix.product(pool, &self.x, &mut self.product);
+        }
+        let mut d = self.residual(pool, system);
         let enough = (system.tolerance * system.tolerance * scale).max(floor);
         let mut report = SolveReport::default();
-        while d > enough && report.iterations < system.most {
-            let q = self.apply(pool, system);
-            if !(q > 0.0 && q.is_finite()) {
-                report.broken = true;
+        let mut slow = 0;
+        while d > enough && report.iterations < system.most && slow < 2 {
+            let before = (report.iterations, d);
+            let most = system.most - report.iterations;
+            let done = self.inner.correct(pool, (system, &mut self.x), (d, MARGIN * enough), most);
+            report.iterations += done.iterations;
+            system.matrix.product(pool, &self.x, &mut self.product);
+            d = self.residual(pool, system);
+            slow = if d > SLOWEST * before.1 { slow + 1 } else { 0 };
+            report.broken = done.broken && d > enough;
+            if done.iterations == 0 || !d.is_finite() {
                 break;
             }
-            let next = self.descend(pool, system, d / q);
-            let (h, beta) = (&self.h, next / d);
-            pool.pieces(&mut self.p, PIECE, &|first, p| {
-                p.iter_mut().zip(&h[first..]).for_each(|(p, h)| *p = axpy(*h, beta, *p));
-            });
-            d = next;
-            report.iterations += 1;
         }
-        report.broken |= !d.is_finite();
-        // A scale that is not finite, or overflowed, measures nothing; one below the floor is zero.
-        report.residual = match scale {
-            _ if !scale.is_finite() => f64::NAN,
-            _ if d <= floor && scale <= floor => 0.0,
-            _ => (d / scale).sqrt(),
-        };
-        report.converged = d <= enough && !report.broken;
-        report
-    }
-
-    /// `s = S A p`; gives `p.s`.
-    fn apply(&mut self, pool: &Pool, system: &Solve<'_>) -> f64 {
-        let (p, constraints) = (&self.p, system.constraints);
-        pool.fold(&mut self.s[..], &|first, s| {
-            system.matrix.rows_product(first, p, s);
-            let rows = s.iter_mut().zip(&p[first..]).zip(&constraints[first..]);
-            rows.fold(0.0, |sum, ((s, p), constraint)| {
-                *s = constraint.filter(*s);
-                sum + dot(*p, *s)
-            })
-        })
-    }
-
-    /// `r = S (b - A p)`, `h = P r`; gives `r.h`.
-    fn start(&mut self, pool: &Pool, system: &Solve<'_>) -> f64 {
-        self.apply(pool, system);
-        for i in 0..system.b.len() {
-            self.r[i] = axpy(system.constraints[i].filter(system.b[i]), -1.0, self.s[i]);
+        report.close(d, scale, (enough, floor));
+        if report.converged || (report.iterations >= system.most && !report.broken) {
+            return report;
         }
-        self.descend_nowhere(pool, system)
+        // Single precision was too short, or the system has no solution: double precision tells.
+        self.in_double(pool, system, floor, report.iterations)
     }
 
-    fn descend_nowhere(&mut self, pool: &Pool, system: &Solve<'_>) -> f64 {
-        let (r, inverse) = (&self.r, &self.inverse);
-        let sum = pool.fold(&mut self.h[..], &|first, h| {
-            let rows = h.iter_mut().zip(&r[first..]).zip(&inverse[first..]);
-            rows.fold(0.0, |sum, ((h, r), inverse)| {
-                *h = times(inverse, *r);
-                sum + dot(*r, *h)
-            })
-        });
-        self.add_levels(pool, system).unwrap_or(sum)
+    fn in_double(&mut self, pool: &Pool, system: &Solve<'_>, floor: f64, before: usize) -> SolveReport {
+        let report = self.double.solve(pool, system, (&mut self.x, &mut self.r), floor);
+        system.matrix.product(pool, &self.x, &mut self.product);
+        SolveReport { iterations: before + report.iterations, ..report }
     }
 
-    /// `x += a p`, `r -= a s`, `h = P r`; gives `r.h`.
-    fn descend(&mut self, pool: &Pool, system: &Solve<'_>, a: f64) -> f64 {
-        let (p, s, inverse) = (&self.p, &self.s, &self.inverse);
-        let sum = pool.fold((&mut self.x[..], (&mut self.r[..], &mut self.h[..])), &|first, (x, (r, h))| {
-            let mut sum = 0.0;
-            for i in 0..x.len() {
-                x[i] = axpy(x[i], a, p[first + i]);
-                r[i] = axpy(r[i], -a, s[first + i]);
-                h[i] = times(&inverse[first + i], r[i]);
-                sum += dot(r[i], h[i]);
-            }
-            sum
-        });
-        self.add_levels(pool, system).unwrap_or(sum)
+    /// `r = S (b - A x)`; gives `r . P r`.
+    fn residual(&mut self, pool: &Pool, system: &Solve<'_>) -> f64 {
+        self.left(system, true);
+        self.inner.weigh(pool, &self.r)
     }
 
-    /// Adds the coarse levels to `h`, if there are any; gives `r.h`.
-    fn add_levels(&mut self, pool: &Pool, system: &Solve<'_>) -> Option<f64> {
-        let (r, constraints) = (&self.r, system.constraints);
-        self.levels.as_mut().map(|levels| levels.add(pool, r, &mut self.h, constraints))
-    }
-
-    /// Takes over the matrix. Gives the floor of the stopping test.
-    fn precondition(&mut self, pool: &Pool, system: &Solve<'_>) -> f64 {
-        let (mut share, (x, unit)) = (1.0, system.motion);
-        if let Some(levels) = &mut self.levels {
-            levels.update(pool, system.matrix, system.constraints, system.again);
-            share = levels.share();
+    /// `r = S (b - r)`, or with the product in the place of r.
+    fn left(&mut self, system: &Solve<'_>, of_product: bool) {
+        let rows = self.r.iter_mut().zip(&self.product).zip(system.b).zip(system.constraints);
+        for (((r, product), b), constraint) in rows {
+            let taken = if of_product { *product } else { *r };
+            *r = constraint.filter(axpy(*b, -1.0, taken));
         }
-        let last_digit = (f64::EPSILON / unit) * (f64::EPSILON / unit);
-        let size = pool.fold(&mut self.inverse[..], &|first, inverse| {
-            let mut size = 0.0;
-            for (i, inverse) in inverse.iter_mut().enumerate() {
-                let block = system.matrix.diagonal(first + i);
-                *inverse = constrained_inverse(block, &system.constraints[first + i]).map(|c| share * c);
-                size += dot(x[first + i], times(block, x[first + i]));
-            }
-            size
-        });
-        last_digit * if size.is_finite() { size } else { 0.0 }
     }
 }
 
-/// Nodes in a piece of a vector for a thread.
-const PIECE: usize = 1024;
-
 /// `S (S A S + I - S)^-1 S`
-fn constrained_inverse(block: &Block, constraint: &Constraint) -> Block {
+pub(super) fn constrained_inverse(block: &Block, constraint: &Constraint) -> Block {
     match constraint {
         Constraint::Fixed => return [0.0; 9],
         Constraint::Free => {

@@ -1,0 +1,223 @@
+//! Conjugate gradients in single precision, inside a solve that counts in double.
+//!
+//! An iteration is bound by what it reads, and single precision halves that. What is solved for is a correction, so its last
+//! digits are not those of the solution: [`super::pcg`] finds the residual in double precision and asks again until it is small
+//! enough (iterative refinement: Wilkinson 1963). Matrix and residual are scaled by powers of two, so no unit is too small.
+
+use super::elements::ElementSet;
+use super::matrix::Matrix;
+use super::multilevel::{Inverse, Multilevel, columns, dot, plus, turned};
+use super::pcg::{Solve, constrained_inverse};
+use super::pool::Pool;
+use super::single::{Held, Quad, Single, power_of_two, without_dust};
+use super::{Block, Constraint, V3, dot as dot3, times};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Vectors and matrices of the corrections.
+#[derive(Debug, Default)]
+pub struct Inner {
+    matrix: Single,
+    inverse: Vec<Inverse>,
+    levels: Option<Multilevel>,
+    held: Vec<Held>,
+    /// Of the last solve.
+    constraints: Vec<Constraint>,
+    /// Nodes held altogether when the levels were made.
+    fixed: Vec<u32>,
+    /// Of block Jacobi, over the scale of the matrix.
+    share: f64,
+    /// What `update` gave.
+    size: f64,
+    fits: bool,
+    x: Vec<Quad>,
+    r: Vec<Quad>,
+    p: Vec<Quad>,
+    s: Vec<Quad>,
+    h: Vec<Quad>,
+    /// Of the residual in `r`.
+    scale: f64,
+}
+
+/// How far the residual of one correction is brought down: single precision has no more to give.
+const DEEPEST: f64 = 1e-10;
+/// Nodes in a piece of a vector for a thread.
+const PIECE: usize = 1024;
+
+/// Condition of a block up to which rounding its inverse leaves the least of it, by a fifth.
+const WIDEST: f64 = 1e6;
+
+/// Whether a block and its inverse can be rounded.
+pub fn is_narrow(block: &Block, inverse: &Block) -> bool {
+    let most = |b: &Block| b[0].max(b[4]).max(b[8]);
+    most(block) * most(inverse) <= WIDEST
+}
+
+/// What a correction took.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Corrected {
+    /// Products.
+    pub iterations: usize,
+    /// Whether a direction of no or negative curvature was met, or a number that is not finite.
+    pub broken: bool,
+}
+
+impl Inner {
+    /// Room for `n` nodes.
+    pub fn resize(&mut self, n: usize) {
+        for field in [&mut self.x, &mut self.r, &mut self.p, &mut self.s, &mut self.h] {
+            field.clear();
+            field.resize(n, [0.0; 4]);
+        }
+        self.inverse.resize(n, [[0.0; 4]; 3]);
+        self.held.reserve(n);
+        self.fixed.reserve(n);
+        self.constraints.resize(n, Constraint::Free);
+        self.levels = None;
+    }
+
+    /// Finds the levels, if they are not there since the nodes or elements changed.
+    pub fn prepare(&mut self, matrix: &Matrix, sets: &[ElementSet]) {
+        self.levels.get_or_insert_with(|| Multilevel::new(matrix, sets));
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        let vectors = self.x.len() * (5 * size_of::<Quad>() + size_of::<Inverse>());
+        vectors + self.matrix.bytes() + self.levels.as_ref().map_or(0, Multilevel::bytes)
+    }
+
+    /// Takes over the matrix. Gives `sum_i x_i . A_ii x_i` of positions, m (n x 3), and whether single precision has room for it.
+    pub fn update(&mut self, pool: &Pool, system: &Solve<'_>) -> (f64, bool) {
+        let constraints = system.constraints;
+        Held::list(constraints, &mut self.held);
+        if system.again {
+            // Levels that still know other nodes as held do as well.
+            for i in (0..constraints.len()).filter(|i| constraints[*i] != self.constraints[*i]) {
+                self.inverse[i] =
+                    columns(&constrained_inverse(system.matrix.diagonal(i), &constraints[i]).map(|c| self.share * c));
+            }
+            self.constraints.copy_from_slice(constraints);
+            return (self.size, self.fits);
+        }
+        self.constraints.copy_from_slice(constraints);
+        self.matrix.update(pool, system.matrix);
+        self.share = 1.0 / self.matrix.scale();
+        if let Some(levels) = &mut self.levels {
+            self.fixed.clear();
+            self.fixed.extend((0..constraints.len() as u32).filter(|i| constraints[*i as usize] == Constraint::Fixed));
+            self.matrix.without_fixed(system.matrix, &self.fixed, |matrix| levels.update(pool, matrix));
+            self.share *= levels.share();
+        }
+        let (x, matrix, share) = (system.motion.0, system.matrix, self.share);
+        let fits = AtomicBool::new(true);
+        self.size = pool.fold(&mut self.inverse[..], &|first, inverse| {
+            let (mut size, mut narrow) = (0.0, true);
+            for (i, inverse) in inverse.iter_mut().enumerate() {
+                let block = matrix.diagonal(first + i);
+                let exact = constrained_inverse(block, &constraints[first + i]);
+                narrow &= is_narrow(block, &exact);
+                *inverse = columns(&exact.map(|c| share * c));
+                size += dot3(x[first + i], times(block, x[first + i]));
+            }
+            if !narrow {
+                fits.store(false, Ordering::Relaxed);
+            }
+            size
+        });
+        self.fits = fits.into_inner();
+        (self.size, self.fits)
+    }
+
+    /// Takes over a residual, filtered; gives `r . P r`, where P stands for the inverse of A.
+    pub fn weigh(&mut self, pool: &Pool, r: &[V3]) -> f64 {
+        let mut most = [0.0_f64; 3];
+        for r in r {
+            (0..3).for_each(|c| most[c] = if r[c].abs() > most[c] { r[c].abs() } else { most[c] });
+        }
+        let largest = most[0].max(most[1]).max(most[2]);
+        self.scale = if largest.is_normal() { power_of_two(largest) } else { 1.0 };
+        let down = 1.0 / self.scale;
+        pool.pieces(&mut self.r, PIECE, &|first, to| {
+            for (to, r) in to.iter_mut().zip(&r[first..]) {
+                *to = without_dust([(down * r[0]) as f32, (down * r[1]) as f32, (down * r[2]) as f32, 0.0]);
+            }
+        });
+        let (r, inverse) = (&self.r, &self.inverse);
+        let sum = pool.fold(&mut self.h[..], &|first, h| {
+            let rows = h.iter_mut().zip(&r[first..]).zip(&inverse[first..]);
+            rows.for_each(|((h, r), inverse)| *h = turned(inverse, *r));
+            dot(h, &r[first..])
+        });
+        self.unit() * self.add_levels(pool).unwrap_or(sum)
+    }
+
+    /// Of `r . P r`, as it is counted here.
+    fn unit(&self) -> f64 {
+        self.scale * self.scale * self.matrix.scale()
+    }
+
+    /// Adds a correction of what was weighed last to `x`, until `r . P r` is `enough` or at most `most` iterations are done.
+    pub fn correct(
+        &mut self,
+        pool: &Pool,
+        (system, x): (&Solve<'_>, &mut [V3]),
+        (d, enough): (f64, f64),
+        most: usize,
+    ) -> Corrected {
+        let mut d = d / self.unit();
+        let enough = (enough / self.unit()).max(DEEPEST * d);
+        self.p.copy_from_slice(&self.h);
+        self.x.fill([0.0; 4]);
+        let mut done = Corrected::default();
+        while d > enough && done.iterations < most {
+            let q = self.apply(pool, system.matrix);
+            if !(q > 0.0 && q.is_finite()) {
+                done.broken = true;
+                break;
+            }
+            let next = self.descend(pool, (d / q) as f32);
+            let (h, beta) = (&self.h, (next / d) as f32);
+            pool.pieces(&mut self.p, PIECE, &|first, p| {
+                p.iter_mut().zip(&h[first..]).for_each(|(p, h)| *p = without_dust(plus(*h, beta, *p)));
+            });
+            d = next;
+            done.iterations += 1;
+        }
+        let (up, correction) = (self.scale * self.matrix.scale(), &self.x);
+        pool.pieces(x, PIECE, &|first, x| {
+            for (x, c) in x.iter_mut().zip(&correction[first..]) {
+                (0..3).for_each(|k| x[k] += up * f64::from(c[k]));
+            }
+        });
+        done
+    }
+
+    /// `s = S A p`; gives `p.s`.
+    fn apply(&mut self, pool: &Pool, matrix: &Matrix) -> f64 {
+        let (p, single) = (&self.p, &self.matrix);
+        let sum = pool.fold(&mut self.s[..], &|first, s| single.rows_product(matrix, first, p, s));
+        Held::filter(&self.held, &mut self.s);
+        sum
+    }
+
+    /// `x += a p`, `r -= a s`, `h = P r`; gives `r.h`.
+    fn descend(&mut self, pool: &Pool, a: f32) -> f64 {
+        let (p, s, inverse) = (&self.p, &self.s, &self.inverse);
+        let sum = pool.fold((&mut self.x[..], (&mut self.r[..], &mut self.h[..])), &|first, (x, (r, h))| {
+            for i in 0..x.len() {
+                x[i] = plus(x[i], a, p[first + i]);
+                r[i] = without_dust(plus(r[i], -a, s[first + i]));
+                h[i] = turned(&inverse[first + i], r[i]);
+            }
+            dot(r, h)
+        });
+        self.add_levels(pool).unwrap_or(sum)
+    }
+
+    /// Adds the coarse levels to `h`, if there are any; gives `r.h`.
+    fn add_levels(&mut self, pool: &Pool) -> Option<f64> {
+        let sum = self.levels.as_mut().map(|levels| levels.add(pool, &self.r, &mut self.h));
+        Held::filter(&self.held, &mut self.h);
+        sum
+    }
+}

@@ -1,0 +1,199 @@
+//! How far the hot loops are from what the machine can do: a triad, a loop of fused multiply-adds, and beside them the products of
+//! a cloth's matrix, its assembly, and lattices: `cargo build --release && cargo bench -p pliant-tests --bench limits`.
+#![allow(clippy::print_stdout, reason = "a bench prints its figures")]
+
+use pliant_core::host::{Material, ParamValue};
+use pliant_core::step::{Factors, Integrator, Loads, Matrix, Nodes, Pool, Quad, Scheme, Single, StandIn, System};
+use pliant_plugin_api::{abi, kit};
+use pliant_tests::{library, open};
+use pulp::{Simd, WithSimd};
+use std::hint::black_box;
+use std::time::Instant;
+
+fn main() {
+    let triad: Vec<f64> = [1 << 14, 1 << 16, 1 << 18, 1 << 23].map(triad).into();
+    let peak = pulp::Arch::new().dispatch(MultiplyAdds) / 1e9;
+    println!("one core, pulp::Arch::{:?}: {peak:.1} GFLOP/s of fused multiply-adds", pulp::Arch::new());
+    [1 << 14, 1 << 16, 1 << 18, 1 << 23].iter().zip(&triad).for_each(|(n, rate): (&usize, _)| {
+        println!("triad of 3 x {:8.3} MB: {rate:6.1} GB/s", *n as f64 * 8e-6);
+    });
+    [32, 64, 128].into_iter().for_each(cloth);
+    [15, 31, 63].into_iter().for_each(|cells| lattice(cells, triad[3]));
+}
+
+/// The least of `times` runs, s.
+fn least(times: usize, mut run: impl FnMut()) -> f64 {
+    let once = |_| {
+        let start = Instant::now();
+        run();
+        start.elapsed().as_secs_f64()
+    };
+    (0..times).map(once).fold(f64::INFINITY, f64::min)
+}
+
+/// `a = b + s c` of `n` numbers, GB/s.
+fn triad(n: usize) -> f64 {
+    let (mut a, b, c) = (vec![0.0; n], vec![1.0; n], vec![2.0; n]);
+    let seconds = least(1 + (1 << 25) / n, || {
+        pulp::Arch::new().dispatch(|| a.iter_mut().zip(&b).zip(&c).for_each(|((a, b), c)| *a = b + 3.0 * c));
+        black_box(&mut a);
+    });
+    24e-9 * n as f64 / seconds
+}
+
+/// FLOP/s of chains that do not wait for each other.
+struct MultiplyAdds;
+
+impl WithSimd for MultiplyAdds {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        const CHAINS: usize = 12;
+        const ROUNDS: usize = 100_000;
+        let (a, b) = (simd.splat_f64s(black_box(0.999)), simd.splat_f64s(black_box(1e-3)));
+        let mut sums = [simd.splat_f64s(black_box(1.0)); CHAINS];
+        let seconds = least(20, || {
+            for _ in 0..ROUNDS {
+                (0..CHAINS).for_each(|c| sums[c] = simd.mul_add_f64s(sums[c], a, b));
+            }
+            black_box(&mut sums);
+        });
+        (2 * CHAINS * ROUNDS * S::F64_LANES) as f64 / seconds
+    }
+}
+
+/// One line: what is done at which rates.
+fn line(what: &str, seconds: f64, bytes: f64, flops: f64) {
+    println!(
+        "{what:52} {:9.1} us, {:8.3} MB {:6.1} GB/s, {:7.3} MFLOP {:6.2} GFLOP/s",
+        1e6 * seconds,
+        1e-6 * bytes,
+        1e-9 * bytes / seconds,
+        1e-6 * flops,
+        1e-9 * flops / seconds
+    );
+}
+
+/// Products and assembly of a hanging cloth of `n` vertices a side.
+fn cloth(n: usize) {
+    let cells = n - 1;
+    let mut session = open(
+        &format!(
+            r#"
+            format = 1
+            gravity = [0, -9.81, 0]
+            [time]
+            integrator = "backward-euler"
+            [[body]]
+            shape = {{ kind = "sheet", cells = {cells}, rows = {cells}, pattern = "alternating", size = [0.2, 0.2, 0] }}
+            sheet = {{ warp = [1, 0, 0] }}
+            material = {{ plugin = "cloth", params = {{ density = 0.15, young-warp = 500, poisson = 0.3, bending-warp = 10e-6 }} }}
+            [[body.fixed]]
+            box = [[-1, 0.19999, -1], [1, 1, 1]]
+            "#
+        ),
+        1,
+    );
+    (0..5).for_each(|_| session.step());
+    let (pool, system) = (Pool::new(1), &mut session.bodies[0].system);
+    let mut matrix = system.matrix.take().unwrap();
+    let (rows, blocks) = (matrix.rows() as f64, matrix.blocks() as f64);
+    let off = 2.0 * (blocks - rows);
+    let x: Vec<[f64; 3]> = (0..matrix.rows()).map(|i| [(i as f64).sin(), (2.0 * i as f64).cos(), 1.0]).collect();
+    let mut out = x.clone();
+    let seconds = least(200, || matrix.product(&pool, &x, black_box(&mut out)));
+    line(&format!("cloth {n}: product"), seconds, matrix.bytes() as f64 + 48.0 * rows, 18.0 * (off + rows));
+    let mut single = Single::default();
+    let seconds = least(50, || single.update(&pool, black_box(&matrix)));
+    let bytes = (matrix.bytes() + single.bytes()) as f64;
+    line(&format!("cloth {n}: its matrix in single precision"), seconds, bytes, 9.0 * (off + 2.0 * blocks));
+    let quads: Vec<Quad> = x.iter().map(|x| [x[0] as f32, x[1] as f32, x[2] as f32, 0.0]).collect();
+    let mut result = quads.clone();
+    let seconds = least(200, || {
+        black_box(single.rows_product(&matrix, 0, &quads, black_box(&mut result)));
+    });
+    let pattern = matrix.bytes() as f64 - 72.0 * blocks;
+    let flops = 18.0 * (off + rows) + 3.0 * off + 6.0 * rows;
+    line(
+        &format!("cloth {n}: product in single precision"),
+        seconds,
+        single.bytes() as f64 + pattern + 32.0 * rows,
+        flops,
+    );
+    let mut force = out;
+    let seconds = least(50, || system.forces(&pool, None, (0.0, 1e-3), black_box(&mut force)).unwrap());
+    let of_elements: f64 = system
+        .sets
+        .iter()
+        .map(|set| {
+            (set.count() * (4 * set.nodes().len() / set.count().max(1) + 8 * set.request().rest_stride as usize)) as f64
+        })
+        .sum();
+    line(&format!("cloth {n}: forces (elements and nodes read once)"), seconds, of_elements + 96.0 * rows, 0.0);
+    let factors = Factors { mass: 1.0, stiffness: 1e-6, damping: 1e-3, stand_in: StandIn::Half, after_forces: true };
+    let seconds = least(50, || assemble(&mut matrix, &pool, system, factors));
+    line(
+        &format!("cloth {n}: assembly (and the matrix written)"),
+        seconds,
+        of_elements + 96.0 * rows + 144.0 * blocks,
+        0.0,
+    );
+}
+
+fn assemble(matrix: &mut Matrix, pool: &Pool, system: &mut System, factors: Factors) {
+    let state = (&system.nodes, system.coupled.as_mut());
+    matrix.assemble(pool, &system.material, &system.sets, state, factors, (0.0, 1e-3)).unwrap();
+}
+
+/// A block of springs, `cells` a side, explicit and implicit; beside the explicit step what memory alone asks for.
+fn lattice(cells: usize, memory: f64) {
+    let library = library("mass-spring");
+    let place = |key: &str| library.plugins()[0].params.iter().position(|p| p.key == key).unwrap();
+    for scheme in [Scheme::SymplecticEuler, Scheme::BackwardEuler] {
+        let settings =
+            [("flexion", 0.125), ("damping-time", 1e-4)].map(|(key, v)| (place(key), ParamValue::Number(v))).to_vec();
+        let material = Material::open(library, "mass-spring", &settings, 1e-4).unwrap();
+        let mut system = System::new(material);
+        let block = kit::block([cells as u32; 3], 2.5e-3, abi::STRUCTURAL | abi::SHEAR | abi::FLEXION);
+        system.nodes = Nodes::at_rest(block.rest.clone());
+        for set in &mut system.sets {
+            let given = block.given(set.request().kind);
+            let list = set.list_mut();
+            (list.nodes, list.family, list.measure) = (given.nodes, given.family, given.measure);
+        }
+        system.prepare().unwrap();
+        if scheme.is_implicit() {
+            system.enable_matrix();
+        }
+        for (i, v) in system.nodes.v.iter_mut().enumerate() {
+            *v = [0.01 * (i as f64).sin(), 0.01 * (2.0 * i as f64).cos(), 0.0];
+        }
+        let pool = Pool::new(1);
+        let mut integrator = Integrator::new(scheme, 1e-4, 1000);
+        let n = system.nodes.len();
+        integrator.resize(n);
+        let dt = if scheme.is_implicit() { 1e-3 } else { 1e-4 };
+        let (mut at, mut iterations) = (0, 0);
+        let steps = (400_000 / n).clamp(5, 100);
+        let seconds = least(steps, || {
+            let report = integrator.step(&pool, &mut system, &Loads::default(), (f64::from(at) * dt, dt), 1).unwrap();
+            (at, iterations) = (at + 1, iterations + report.iterations);
+        });
+        let per_element = |set: &pliant_core::step::ElementSet| {
+            let list = set.nodes().len() * 4 + set.count() * (12 + 8 * set.request().rest_stride as usize);
+            list as f64
+        };
+        // Of a node: place, speed, force and what it was, each read and written, mass and constraint.
+        let bytes: f64 = system.sets.iter().map(per_element).sum::<f64>() + n as f64 * (6.0 * 24.0 + 48.0 + 8.0 + 32.0);
+        let limit = 1e-9 * bytes / memory;
+        println!(
+            "lattice {n:7} particles, {:16} {:9.3} ms, {:6.1} ns a particle, {:5.1} iterations; memory alone {:5.1} ns",
+            scheme.name(),
+            1e3 * seconds,
+            1e9 * seconds / n as f64,
+            iterations as f64 / f64::from(at),
+            1e9 * limit / n as f64,
+        );
+    }
+}
