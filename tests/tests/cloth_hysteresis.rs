@@ -91,6 +91,6 @@ fn a_fabric_gives_its_loop_where_it_was_measured() {
     };
     open("fabric = \"kes-denim-e\", density = 0.3, bending-hysteresis = -1").expect(0);
     open("fabric = \"denim\", bending-hysteresis = -1")
-        .expect(3)
+        .expect(2)
         .says(&["the hysteresis of fabric `denim` is not known"]);
 }
