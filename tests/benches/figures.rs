@@ -1,19 +1,17 @@
-//! The figures the project promises, measured: `cargo build --release && cargo bench -p pliant-tests`.
+//! The figures the project promises of models and cuts, measured: `cargo build --release && cargo bench -p pliant-tests --bench
+//! figures`. Those of steps are in the other benches.
 #![allow(clippy::print_stdout, reason = "a bench prints its figures")]
 
-use pliant_core::host::{Grid, Material, Search};
+use pliant_core::host::{Grid, Search};
 use pliant_core::mesh::{ObjDocument, Placement, Surface, generate};
 use pliant_core::plan::Plan;
 use pliant_core::scene;
 use pliant_core::session::{Options, Session};
-use pliant_core::step::{Integrator, Loads, Nodes, Pool, Scheme, System};
-use pliant_plugin_api::{abi, kit};
 use pliant_tests::{Bench, library, root, shared_mesh};
 use std::path::Path;
 use std::time::Instant;
 
 fn main() {
-    lattice_step();
     loading();
     hierarchy();
     growth_with_the_mesh();
@@ -24,54 +22,6 @@ fn main() {
 fn median(mut seconds: Vec<f64>) -> f64 {
     seconds.sort_by(f64::total_cmp);
     seconds[seconds.len() / 2]
-}
-
-/// 16^3 particles, 43,872 springs, symplectic, one core.
-fn lattice_step() {
-    let library = library("mass-spring");
-    let place = |key: &str| library.plugins()[0].params.iter().position(|p| p.key == key).unwrap();
-    let number = |v| pliant_core::host::ParamValue::Number(v);
-    for scheme in [Scheme::SymplecticEuler, Scheme::BackwardEuler] {
-        let settings = vec![(place("flexion"), number(0.125)), (place("damping-time"), number(1e-4))];
-        let material = Material::open(library, "mass-spring", &settings, 1e-4).unwrap();
-        let mut system = System::new(material);
-        let block = kit::block([15; 3], 2.5e-3, abi::STRUCTURAL | abi::SHEAR | abi::FLEXION);
-        system.nodes = Nodes::at_rest(block.rest.clone());
-        for set in &mut system.sets {
-            let given = block.given(set.request().kind);
-            let list = set.list_mut();
-            (list.nodes, list.family, list.measure) = (given.nodes, given.family, given.measure);
-        }
-        system.prepare().unwrap();
-        if scheme.is_implicit() {
-            system.enable_matrix();
-        }
-        for (i, v) in system.nodes.v.iter_mut().enumerate() {
-            *v = [0.01 * (i as f64).sin(), 0.01 * (2.0 * i as f64).cos(), 0.0];
-        }
-        let pool = Pool::new(1);
-        let mut integrator = Integrator::new(scheme, 1e-4, 1000);
-        integrator.resize(system.nodes.len());
-        let dt = if scheme.is_implicit() { 1e-3 } else { 1e-4 };
-        let steps = if scheme.is_implicit() { 100 } else { 3000 };
-        let mut iterations = 0;
-        let seconds = (0..steps)
-            .map(|i| {
-                let start = Instant::now();
-                let now = (f64::from(i) * dt, dt);
-                iterations += integrator.step(&pool, &mut system, &Loads::default(), now, 1).unwrap().iterations;
-                start.elapsed().as_secs_f64()
-            })
-            .collect();
-        println!(
-            "block of {} particles, {} springs, {}: {:.1} us a step, {} iterations on average",
-            system.nodes.len(),
-            system.elements(),
-            scheme.name(),
-            1e6 * median(seconds),
-            iterations / steps as usize
-        );
-    }
 }
 
 fn bunny(times: u32) -> Option<Vec<u8>> {

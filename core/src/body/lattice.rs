@@ -182,7 +182,8 @@ impl Lattice {
     /// Bytes of the largest parts.
     pub fn bytes(&self) -> usize {
         let occupied = (self.facts.surface_cells + self.facts.inside_cells) as usize;
-        occupied * 16 + self.weights.len() * 64 + self.region.link_family.capacity() * 2 * 20
+        let links = 2 * self.region.link_family.capacity() + self.uncut.link_family.capacity();
+        occupied * 16 + self.weights.len() * 64 + links * 20
     }
 }
 

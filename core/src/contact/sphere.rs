@@ -100,7 +100,7 @@ fn meets(tip: &Tip, (x, v): (V3, V3), dt: f64, before: bool) -> Option<V3> {
     let way = Vector3::from(axpy(v, -1.0, tip.velocity)) * dt;
     let end = Vector3::from(axpy(x, -1.0, tip.position));
     let reach = tip.radius * if before { 1.0 + 1e-3 } else { 1.0 };
-    if way.norm() > SWEEP * tip.radius {
+    if goes_far(tip, v, dt) {
         // Seen from the tip, as it was when the step began: |start + s way| = reach.
         let start = end + Vector3::from(tip.velocity) * dt;
         let (a, b, c) = (way.norm_squared(), start.dot(&way), start.norm_squared() - reach * reach);
@@ -111,9 +111,14 @@ fn meets(tip: &Tip, (x, v): (V3, V3), dt: f64, before: bool) -> Option<V3> {
         }
     }
     // Against a tip that goes far a vertex is looked at where it is going itself.
-    let far = dot(tip.velocity, tip.velocity).sqrt() * dt > SWEEP * tip.radius;
-    let end = if far { end + Vector3::from(v) * dt } else { end };
+    let end = if goes_far(tip, [0.0; 3], dt) { end + Vector3::from(v) * dt } else { end };
     (end.norm() <= reach).then(|| end.try_normalize(1e-9).unwrap_or_else(Vector3::z).into())
+}
+
+/// Whether a tip and a vertex that moves with `v` go so far against each other in a step that the vertex is looked for on its way.
+fn goes_far(tip: &Tip, v: V3, dt: f64) -> bool {
+    let way = axpy(v, -1.0, tip.velocity).map(|c| c * dt);
+    dot(way, way).sqrt() > SWEEP * tip.radius
 }
 
 /// m/s, how fast a vertex is pushed out at most, besides the motion of the tip
@@ -183,16 +188,10 @@ impl Spheres {
             rebound,
             state: if let Some(Some(_)) = before { State::Slides } else { State::Sticks },
             stuck_before: before == Some(None),
-            caught: before.is_none() && self.is_far(t, v),
+            caught: before.is_none() && goes_far(tip, v, self.dt),
             friction: before.flatten().map_or([0.0; 3], |f| axpy(f, -dot(f, normal), normal)),
             returned: false,
         }
-    }
-
-    /// Whether a vertex that moves with `v` goes so far against a tip in a step that it is looked for on its way.
-    fn is_far(&self, t: usize, v: V3) -> bool {
-        let way = axpy(v, -1.0, self.tips[t].velocity).map(|c| c * self.dt);
-        dot(way, way).sqrt() > SWEEP * self.tips[t].radius
     }
 
     /// Holds vertices that would come to the far side of a tip in this step, moving as `after` says.
@@ -202,7 +201,7 @@ impl Spheres {
             for at in 0..self.near[t].list.len() * usize::from(self.tips[t].holds) {
                 let (node, tip) = (self.near[t].list[at], &self.tips[t]);
                 let (x, v) = (system.nodes.x[node as usize], after(system, node as usize));
-                if !self.is_far(t, v)
+                if !goes_far(tip, v, self.dt)
                     || !system.nodes.constraint[node as usize].is_free()
                     || self.held.iter().any(|h| h.node == node)
                 {

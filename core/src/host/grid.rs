@@ -263,6 +263,10 @@ impl Grid {
                 raw.cell_count.min(raw.cell_capacity),
                 raw.link_count.min(raw.link_capacity),
             );
+            out.node_copy.clear();
+            out.node_copy.resize(out.node_id.len(), 0);
+            out.cell_fragment.clear();
+            out.cell_fragment.resize(out.cell_id.len(), 0);
             let points = self.points(level)?.len();
             return out.check(points).map_err(|reason| self.instance.error("region", &reason));
         }

@@ -58,15 +58,8 @@ impl Lattice {
     /// Has the grid list the cells around contacts and those that are not yet back at rest: to be cut, if there are cuts.
     fn ask(&mut self, wanted: &[Ball], nodes: &Nodes) -> Result<(), LatticeError> {
         let keep: Vec<u64> = self.unfinished(nodes).collect();
-        let is_cut = self.has_cuts();
-        let region = if is_cut { &mut self.uncut } else { &mut self.spare };
+        let region = if self.has_cuts() { &mut self.uncut } else { &mut self.spare };
         self.grid.region(self.settings.level, self.families, wanted, &keep, region)?;
-        if !is_cut {
-            region.node_copy.clear();
-            region.node_copy.resize(region.node_id.len(), 0);
-            region.cell_fragment.clear();
-            region.cell_fragment.resize(region.cell_id.len(), 0);
-        }
         self.balls.clear();
         self.balls.extend_from_slice(wanted);
         Ok(())
