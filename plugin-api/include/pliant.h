@@ -131,6 +131,7 @@ extern PLIANT_EXPORT const pliant_library pliant_entry;
 #define PLIANT_HAS_DAMPING 4u
 #define PLIANT_HAS_HISTORY 8u /* `advance` is called after each accepted step */
 #define PLIANT_IS_COUPLED 16u /* hinges and triangles: bending by pliant_coupled, which must be there */
+#define PLIANT_WANTS_NORMALS 32u /* triangles and hinges: an energy of vertex normals by pliant_normals, which must be there */
 
 typedef struct pliant_element_request {
   size_t size;
@@ -206,6 +207,23 @@ typedef struct pliant_coupled {
    * (1,2) (2,2). Positive definite. [sim & active] */
   pliant_status (*compliance)(const pliant_plugin *, const pliant_batch *, double *planes);
 } pliant_coupled;
+
+/* Optional, for energies of triangles that depend on the sheet's normals at their corners: E(x, n). The host finds the unit
+ * normals n(x), the sums of the area vectors of the triangles around each vertex over their lengths, and pulls the slopes dE/dn
+ * back through them: the force is -dE/dx at fixed n and what the normals add, so all of it is the slope of E(x, n(x)). In the matrix
+ * a fold of every hinge stands for the energy, as stiff as `tilt` asks for. */
+#define PLIANT_NORMALS "pliant.normals/1"
+typedef struct pliant_normals {
+  size_t size;
+  /* For triangles; normals (n x 3). *energy += J. [sim & active] */
+  pliant_status (*energy)(const pliant_plugin *, const pliant_batch *, const double *normals, double *energy);
+  /* For triangles; out (n x 6): out[6 node + i] += -dE/dx_i at fixed normals, N; out[6 node + 3 + i] += dE/dn_i, J.
+   * [sim & active] */
+  pliant_status (*forces)(const pliant_plugin *, const pliant_batch *, const double *normals, double *out);
+  /* For triangles, from rest alone: three planes, N m: d2E/dn2 of a corner's normal that tilts across the side 01, 12, 20, at
+   * the stiffest corner. Not negative. [sim & active] */
+  pliant_status (*tilt)(const pliant_plugin *, const pliant_batch *, double *planes);
+} pliant_normals;
 
 /* Optional: where the numbers behind a choice come from: `pliant plugin info`. */
 #define PLIANT_SOURCES "pliant.sources/1"

@@ -22,6 +22,7 @@ mod info;
 pub mod instance;
 pub mod kit;
 mod material;
+mod normals;
 pub mod param;
 
 pub use batch::{Blocks, Elements, NodeScalars, NodeVectors, Planes, pair};
@@ -31,4 +32,5 @@ pub use fault::Fault;
 pub use grid::{AsGrid, Grid, Location, RegionRequest, RegionSink, SurfaceView};
 pub use info::Info;
 pub use material::{AsMaterial, ElementRequest, Material, Source, Tangent};
+pub use normals::NormalForces;
 pub use param::{Param, Params};

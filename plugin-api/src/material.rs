@@ -5,6 +5,7 @@ use crate::batch::{Blocks, Elements, NodeScalars, NodeVectors, Planes};
 use crate::fault::Fault;
 use crate::info::Info;
 use crate::instance::{Role, call, with_params};
+use crate::normals::{NormalForces, unit_normals};
 use crate::param::{Params, position};
 use core::ffi::{CStr, c_char, c_void};
 use core::marker::PhantomData;
@@ -123,6 +124,37 @@ pub trait Material: Send + Sync + Sized + 'static {
     fn compliance(&self, _at: &Elements<'_>, _out: &mut Planes<'_>) -> Result<(), Fault> {
         Err(Fault::unsupported("no coupled hinges"))
     }
+
+    /// Of triangles with [`abi::WANTS_NORMALS`], the energy E(x, n) that depends on the sheet's unit normals, J. `normals` are
+    /// those of all nodes (n x 3), sums of the area vectors around each over their lengths.
+    ///
+    /// # Errors
+    /// A value that is not finite.
+    fn normals_energy(&self, _at: &Elements<'_>, _normals: &[[f64; 3]]) -> Result<f64, Fault> {
+        Err(Fault::unsupported("no energy of normals"))
+    }
+
+    /// Adds its -dE/dx at fixed normals, N, and dE/dn, J. The host adds what the normals do to the force as they turn.
+    ///
+    /// # Errors
+    /// A value that is not finite.
+    fn normals_forces(
+        &self,
+        _at: &Elements<'_>,
+        _normals: &[[f64; 3]],
+        _out: &mut NormalForces<'_>,
+    ) -> Result<(), Fault> {
+        Err(Fault::unsupported("no energy of normals"))
+    }
+
+    /// From rest positions alone, in three planes, N m: d2E/dn2 of a corner's normal that tilts across the side 01, 12 and 20
+    /// of its triangle, at the stiffest corner. The host makes the matrix of hinges from it that stands for E.
+    ///
+    /// # Errors
+    /// An element whose rest shape cannot be used.
+    fn tilt(&self, _at: &Elements<'_>, _out: &mut Planes<'_>) -> Result<(), Fault> {
+        Err(Fault::unsupported("no energy of normals"))
+    }
 }
 
 /// A [`Material`] as [`crate::export_plugins`] hands it over.
@@ -141,6 +173,7 @@ impl<T: Material> Role for AsMaterial<T> {
     fn other_table(id: &CStr) -> *const c_void {
         match id {
             _ if id == abi::COUPLED => (&raw const *Self::COUPLED).cast(),
+            _ if id == abi::NORMALS => (&raw const *Self::NORMALS).cast(),
             _ if id == abi::SOURCES && !T::SOURCES.is_empty() => (&raw const *Self::CITED).cast(),
             _ => core::ptr::null(),
         }
@@ -169,6 +202,13 @@ impl<T: Material> AsMaterial<T> {
         size: size_of::<abi::Coupled>(),
         strain: Some(Self::strain),
         compliance: Some(Self::compliance),
+    };
+
+    const NORMALS: &'static abi::Normals = &abi::Normals {
+        size: size_of::<abi::Normals>(),
+        energy: Some(Self::normals_energy),
+        forces: Some(Self::normals_forces),
+        tilt: Some(Self::tilt),
     };
 
     const CITED: &'static abi::Sources = &abi::Sources { size: size_of::<abi::Sources>(), source: Some(Self::source) };
@@ -206,6 +246,41 @@ impl<T: Material> AsMaterial<T> {
         unsafe {
             call::<Self, _>(plugin, |material| material.compliance(&Elements(&*batch), &mut Planes::new(&*batch, out)))
         }
+    }
+
+    unsafe extern "C" fn normals_energy(
+        plugin: *const abi::Plugin,
+        batch: *const abi::Batch,
+        normals: *const f64,
+        energy: *mut f64,
+    ) -> Status {
+        // SAFETY: as in `rest`; a normal for each node of the batch.
+        unsafe {
+            call::<Self, _>(plugin, |material| {
+                *energy += material.normals_energy(&Elements(&*batch), unit_normals(&*batch, normals))?;
+                Ok(())
+            })
+        }
+    }
+
+    unsafe extern "C" fn normals_forces(
+        plugin: *const abi::Plugin,
+        batch: *const abi::Batch,
+        normals: *const f64,
+        out: *mut f64,
+    ) -> Status {
+        // SAFETY: as in `rest`; a normal for each node of the batch, and six doubles for each of its window.
+        unsafe {
+            call::<Self, _>(plugin, |material| {
+                let normals = unit_normals(&*batch, normals);
+                material.normals_forces(&Elements(&*batch), normals, &mut NormalForces::new(&*batch, out))
+            })
+        }
+    }
+
+    unsafe extern "C" fn tilt(plugin: *const abi::Plugin, batch: *const abi::Batch, out: *mut f64) -> Status {
+        // SAFETY: as in `rest`.
+        unsafe { call::<Self, _>(plugin, |material| material.tilt(&Elements(&*batch), &mut Planes::new(&*batch, out))) }
     }
 
     unsafe extern "C" fn elements(plugin: *const abi::Plugin, index: u32, out: *mut abi::ElementRequest) -> Status {

@@ -30,6 +30,7 @@ fn rust_layout() -> String {
         Blocks = "pliant_blocks" { size, values, slots, slot_begin, slot_end }
         Material = "pliant_material" { size, elements, rest, mass, energy, forces, tangent, product, advance }
         Coupled = "pliant_coupled" { size, strain, compliance }
+        Normals = "pliant_normals" { size, energy, forces, tilt }
         Sources = "pliant_sources" { size, source }
         Surface = "pliant_surface" { size, points, point_count, triangles, triangle_count }
         Level = "pliant_level" { size, level, cells_per_axis, edge, origin, surface_cells, inside_cells, nodes }

@@ -191,6 +191,28 @@ impl Piece {
     }
 }
 
+/// Energy of bending a sheet of 0.2 m and 15 uN m, of `n` cells, to a cylinder of `radius` (m) along a direction, over that of a
+/// plate.
+pub fn cylinder(pattern: Pattern, n: u32, degrees: f64, bending: &str, radius: f64) -> f64 {
+    let d = 15e-6;
+    let (s, c) = degrees.to_radians().sin_cos();
+    let surface = sheet(pattern, [n, n], [0.2, 0.2]);
+    let high = surface.points.iter().fold(0.0, |m: f64, p| m.max(p[1]));
+    let energy = |bending: &str| {
+        let params =
+            format!("young-warp = 1000, poisson = 0, damping-time = 0, bending-warp = {d}, bending = \"{bending}\"");
+        let mut piece = Piece::new(&surface, &params, |_| false, false);
+        piece.put(|p| {
+            let (along, across) = (c * p[0] + s * p[1], c * p[1] - s * p[0]);
+            let (sine, cosine) = (along / radius).sin_cos();
+            let bent = radius * sine;
+            [c * bent - s * across, s * bent + c * across, radius * (1.0 - cosine)]
+        });
+        piece.energies()[1]
+    };
+    (energy(bending) - energy("none")) / (0.5 * d / (radius * radius) * 0.2 * high)
+}
+
 /// The order observed between errors of a mesh and of one twice as fine.
 pub fn order(coarse: f64, fine: f64) -> f64 {
     (coarse / fine).abs().log2()

@@ -190,7 +190,7 @@ frames = 100
 forces = true
 "#,
     );
-    for bending in ["coupled", "hinge"] {
+    for bending in ["coupled", "hinge", "projected-laplacian"] {
         let set = format!("body.0.material.params={{ fabric = \"denim\", bending = \"{bending}\" }}");
         the_same_for_any_number_of_threads(&bench, &[&set], bending);
     }

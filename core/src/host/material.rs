@@ -45,7 +45,7 @@ pub struct Call<'a> {
 
 impl Call<'_> {
     /// Checks in debug builds what the border promises to plugins.
-    fn batch(&self) -> Batch {
+    pub(super) fn batch(&self) -> Batch {
         let count = self.elements.len() / self.corners;
         debug_assert!(self.range.end <= count && self.window.end <= self.x.len());
         debug_assert!(self.family.is_empty() || self.family.len() == count);
@@ -85,10 +85,11 @@ impl Call<'_> {
 
 /// An active material.
 pub struct Material {
-    instance: Instance,
+    pub(super) instance: Instance,
     table: &'static abi::Material,
-    requests: Vec<ElementRequest>,
+    pub(super) requests: Vec<ElementRequest>,
     coupled: Option<&'static abi::Coupled>,
+    pub(super) normals: Option<&'static abi::Normals>,
 }
 
 /// The most kinds of elements a material may want.
@@ -115,7 +116,7 @@ impl Material {
         if !whole {
             return Err(instance.error("extension", "the material's table has a null in it"));
         }
-        let mut material = Self { instance, table, requests: Vec::new(), coupled: None };
+        let mut material = Self { instance, table, requests: Vec::new(), coupled: None, normals: None };
         material.read_requests()?;
         if material.requests.iter().any(|r| r.flags & abi::IS_COUPLED != 0) {
             let found = material.instance.other_table(abi::COUPLED, size_of::<abi::Coupled>());
@@ -126,6 +127,7 @@ impl Material {
                 return Err(material.instance.error("extension", "coupled hinges without `pliant.coupled/1`"));
             }
         }
+        material.read_normals()?;
         Ok(material)
     }
 

@@ -11,6 +11,7 @@ mod grid;
 mod instance;
 mod library;
 mod material;
+mod normals;
 mod plugin;
 mod probe;
 mod report;

@@ -8,6 +8,7 @@
 
 use super::chunk::Chunk;
 use super::elements::ElementSet;
+use super::hinge::add_outer;
 use super::pool::Pool;
 use super::system::Nodes;
 use super::{Block, Constraint, StandIn, V3, axpy};
@@ -251,26 +252,8 @@ impl Coupled {
                     StandIn::Certain => most,
                 };
                 let k = if diagonal > 0.0 { factor * stand_in } else { 0.0 };
-                let mut g = [[0.0; 3]; 4];
-                let mut scaled = [[0.0; 3]; 4];
-                for corner in 0..4 {
-                    g[corner] = this.gradient(hinge, corner);
-                    scaled[corner] = axpy([0.0; 3], k, g[corner]);
-                }
-                let mut slots = set.slots[10 * hinge..10 * hinge + 10].iter();
-                for a in 0..4 {
-                    for (b, &slot) in (a..4).zip(&mut slots) {
-                        let to = &mut blocks[(slot & !abi::TRANSPOSED) as usize - first];
-                        // The transpose of g_a g_b^T is g_b g_a^T.
-                        let (left, right) =
-                            if slot & abi::TRANSPOSED == 0 { (scaled[a], g[b]) } else { (scaled[b], g[a]) };
-                        for i in 0..3 {
-                            for j in 0..3 {
-                                to[3 * i + j] += left[i] * right[j];
-                            }
-                        }
-                    }
-                }
+                let g = [0, 1, 2, 3].map(|corner| this.gradient(hinge, corner));
+                add_outer(&set.slots[10 * hinge..10 * hinge + 10], &g, k, first, blocks);
             }
             Ok(())
         })

@@ -502,6 +502,9 @@ pub(super) fn linearise(
     let mut matrix = system.matrix.take().unwrap_or_default();
     let state = (&system.nodes, system.coupled.as_mut());
     let assembled = matrix.assemble(pool, &system.material, &system.sets, state, factors, now);
+    if let (Some(normals), Ok(())) = (&system.normals, &assembled) {
+        matrix.add_normals(pool, normals, (&system.sets, &system.nodes), factors);
+    }
     match assembled {
         Ok(()) => Ok(matrix),
         Err(error) => {

@@ -66,6 +66,9 @@ impl Frequencies {
                 Factors { mass: 0.0, stiffness: k, damping: c, stand_in: StandIn::Certain, after_forces: false };
             let state = (nodes, coupled.as_deref_mut());
             matrix.assemble(pool, &system.material, &system.sets, state, factors, (0.0, 0.0))?;
+            if let Some(normals) = &system.normals {
+                matrix.add_normals(pool, normals, (&system.sets, nodes), factors);
+            }
             let bound = matrix.gershgorin(&nodes.mass, &nodes.constraint);
             Ok((bound.min(MARGIN * power(matrix, pool, nodes)), bound))
         };

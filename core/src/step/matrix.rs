@@ -6,6 +6,7 @@
 
 use super::coupled::{Coupled, is_coupled_hinges};
 use super::elements::ElementSet;
+use super::normals::{Normals, wants_normals};
 use super::pool::Pool;
 use super::product::{Row, row_product, rows_product};
 use super::springs::NodeSprings;
@@ -43,7 +44,8 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// What may stand for the stiffness of coupled hinges, whose own matrix is full.
+/// What may stand for the stiffness of coupled hinges, whose own matrix is full, and of an energy of normals, whose matrix joins
+/// nodes that share no element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StandIn {
     /// Good enough where a line search follows.
@@ -70,7 +72,7 @@ pub struct Factors {
 }
 
 fn has_stiffness(set: &ElementSet) -> bool {
-    set.has(abi::HAS_FORCES) || is_coupled_hinges(set)
+    set.has(abi::HAS_FORCES) || is_coupled_hinges(set) || wants_normals(set)
 }
 
 /// Rows in a piece of a product.
@@ -238,6 +240,18 @@ impl Matrix {
             coupled.tangent(pool, material, (set, nodes, time), factors, blocks)?;
         }
         Ok(())
+    }
+
+    /// Adds what stands for the stiffness of an energy of normals, which [`Matrix::assemble`] leaves out.
+    pub fn add_normals(
+        &mut self,
+        pool: &Pool,
+        normals: &Normals,
+        (sets, nodes): (&[ElementSet], &Nodes),
+        factors: Factors,
+    ) {
+        let row = &self.row;
+        normals.tangent(pool, (sets, nodes), factors, (&|node: usize| row[node], &mut self.values));
     }
 
     /// Adds `stiffness` and `damping` times what the tools do to the diagonal.

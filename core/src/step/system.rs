@@ -3,6 +3,7 @@
 use super::coupled::{Coupled, is_coupled_hinges};
 use super::elements::ElementSet;
 use super::matrix::Matrix;
+use super::normals::{Normals, wants_normals};
 use super::pool::Pool;
 use super::{Constraint, V3, axpy, dot};
 use crate::host::{HostError, Material};
@@ -102,6 +103,8 @@ pub struct System {
     pub matrix: Option<Matrix>,
     /// Hinges that act on each other, where the material wants them.
     pub coupled: Option<Coupled>,
+    /// An energy of vertex normals, where the material has one.
+    pub normals: Option<Normals>,
 }
 
 impl System {
@@ -110,7 +113,8 @@ impl System {
         let sets = material.requests().iter().map(|r| ElementSet::new(*r)).collect();
         let sets: Vec<ElementSet> = sets;
         let coupled = sets.iter().any(is_coupled_hinges).then(Coupled::default);
-        Self { nodes: Nodes::default(), sets, material, matrix: None, coupled }
+        let normals = sets.iter().any(wants_normals).then(Normals::default);
+        Self { nodes: Nodes::default(), sets, material, matrix: None, coupled, normals }
     }
 
     /// Keeps a matrix from now on.
@@ -121,6 +125,9 @@ impl System {
 
     /// Tells the hinge of each triangle's sides, or `u32::MAX`; then comes [`System::prepare`].
     pub fn set_sides(&mut self, sides: Vec<[u32; 3]>) {
+        if let Some(normals) = &mut self.normals {
+            normals.sides.clone_from(&sides);
+        }
         if let Some(coupled) = &mut self.coupled {
             coupled.sides = sides;
         }
@@ -137,6 +144,9 @@ impl System {
         self.weigh()?;
         if let Some(coupled) = &mut self.coupled {
             coupled.prepare(&self.material, &self.sets, &self.nodes)?;
+        }
+        if let Some(normals) = &mut self.normals {
+            normals.prepare(&self.material, &self.sets, &self.nodes)?;
         }
         if let Some(matrix) = &mut self.matrix {
             matrix.rebuild(self.nodes.len(), &mut self.sets);
@@ -189,6 +199,9 @@ impl System {
                 self.material.forces(&set.call(chunk, &self.nodes, v, time), window)
             })?;
         }
+        if let Some(normals) = &mut self.normals {
+            normals.forces(pool, &self.material, (&self.sets, &self.nodes, time), force)?;
+        }
         match (&mut self.coupled, self.sets.iter().find(|set| is_coupled_hinges(set))) {
             (Some(coupled), Some(set)) => coupled.forces(pool, &self.material, set, &self.nodes, time, force),
             _ => Ok(()),
@@ -208,6 +221,9 @@ impl System {
         }
         if let (Some(coupled), Some(set)) = (&mut self.coupled, self.sets.iter().find(|set| is_coupled_hinges(set))) {
             energy += coupled.energy(&Pool::new(1), &self.material, set, &self.nodes, time)?;
+        }
+        if let Some(normals) = &mut self.normals {
+            energy += normals.energy(&self.material, &self.sets, &self.nodes, time)?;
         }
         Ok(energy)
     }

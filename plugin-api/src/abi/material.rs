@@ -22,6 +22,7 @@ pub const HAS_FORCES: u32 = 2;
 pub const HAS_DAMPING: u32 = 4;
 pub const HAS_HISTORY: u32 = 8;
 pub const IS_COUPLED: u32 = 16;
+pub const WANTS_NORMALS: u32 = 32;
 
 /// Set in a slot whose block is stored transposed.
 pub const TRANSPOSED: u32 = 0x8000_0000;
@@ -104,6 +105,19 @@ pub struct Coupled {
     pub size: usize,
     pub strain: Option<unsafe extern "C" fn(*const Plugin, *const Batch, planes: *mut f64) -> Status>,
     pub compliance: Option<unsafe extern "C" fn(*const Plugin, *const Batch, planes: *mut f64) -> Status>,
+}
+
+/// Extension id of energies of vertex normals; optional.
+pub const NORMALS: &CStr = c"pliant.normals/1";
+
+type NormalsFn = unsafe extern "C" fn(*const Plugin, *const Batch, normals: *const f64, out: *mut f64) -> Status;
+
+#[repr(C)]
+pub struct Normals {
+    pub size: usize,
+    pub energy: Option<NormalsFn>,
+    pub forces: Option<NormalsFn>,
+    pub tilt: Option<WriteFn>,
 }
 
 /// Extension id of the sources of choices; optional.

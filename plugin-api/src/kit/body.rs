@@ -110,7 +110,7 @@ impl Body {
     }
 
     /// Runs `run` on every part with `flag`, in ranges of at most `most` elements.
-    fn each(
+    pub(super) fn each(
         &self,
         flag: u32,
         most: usize,
@@ -220,7 +220,7 @@ impl Body {
     /// # Errors
     /// What the material says.
     pub fn strains<S: Subject + ?Sized>(&self, material: &S) -> Result<(Vec<f64>, Vec<[u32; 4]>), Fault> {
-        self.planes(abi::HINGE, 13, |call, out| material.strain_of(call, out))
+        self.planes((abi::HINGE, abi::IS_COUPLED), 13, |call, out| material.strain_of(call, out))
     }
 
     /// Coupled triangles: compliances between the sides, m/N (6 x m, plane-major), and their corners (m).
@@ -228,21 +228,25 @@ impl Body {
     /// # Errors
     /// What the material says.
     pub fn compliances<S: Subject + ?Sized>(&self, material: &S) -> Result<(Vec<f64>, Vec<[u32; 3]>), Fault> {
-        self.planes(abi::TRIANGLE, 6, |call, out| material.compliance_of(call, out))
+        self.planes((abi::TRIANGLE, abi::IS_COUPLED), 6, |call, out| material.compliance_of(call, out))
     }
 
     /// NaN where nothing was written.
-    fn planes<const K: usize>(
+    pub(super) fn planes<const K: usize>(
         &self,
-        kind: u32,
+        (kind, flag): (u32, u32),
         planes: usize,
         mut fill: impl FnMut(&Call<'_>, &mut [f64]) -> Result<(), Fault>,
     ) -> Result<(Vec<f64>, Vec<[u32; K]>), Fault> {
         let Some(part) = self.parts.iter().find(|p| p.request.kind == kind) else { return Ok(Default::default()) };
         let mut out = vec![f64::NAN; planes * part.count()];
-        self.each(abi::IS_COUPLED, usize::MAX, |p, call| {
-            if self.parts[p].request.kind == kind { fill(call, &mut out) } else { Ok(()) }
-        })?;
+        self.each(
+            flag,
+            usize::MAX,
+            |p, call| {
+                if self.parts[p].request.kind == kind { fill(call, &mut out) } else { Ok(()) }
+            },
+        )?;
         Ok((out, part.nodes.as_chunks::<K>().0.to_vec()))
     }
 

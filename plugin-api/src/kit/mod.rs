@@ -8,6 +8,7 @@ mod block;
 mod body;
 mod candidate;
 mod cases;
+mod normals;
 mod opened;
 mod opened_device;
 mod opened_grid;

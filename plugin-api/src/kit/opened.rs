@@ -141,6 +141,10 @@ impl Opened {
     fn coupled(&self) -> Result<&'static abi::Coupled, Fault> {
         self.extension::<abi::Coupled>(abi::COUPLED)?.ok_or(Fault::unsupported("`pliant.coupled/1` is not offered"))
     }
+
+    fn normals(&self) -> Result<&'static abi::Normals, Fault> {
+        self.extension::<abi::Normals>(abi::NORMALS)?.ok_or(Fault::unsupported("`pliant.normals/1` is not offered"))
+    }
 }
 
 impl Drop for Opened {
@@ -235,5 +239,26 @@ impl Subject for Opened {
         let compliance = there(self.coupled()?.compliance)?;
         // SAFETY: see above.
         self.done(unsafe { compliance(self.plugin, &call.batch, out.as_mut_ptr()) })
+    }
+
+    fn normals_energy_of(&self, call: &Call<'_>, normals: &[[f64; 3]]) -> Result<f64, Fault> {
+        assert!(normals.len() >= call.batch.nodes, "one normal a node");
+        let (energy, mut sum) = (there(self.normals()?.energy)?, 0.0);
+        // SAFETY: see above.
+        self.done(unsafe { energy(self.plugin, &call.batch, normals.as_ptr().cast(), &mut sum) }).map(|()| sum)
+    }
+
+    fn normals_forces_of(&self, call: &Call<'_>, normals: &[[f64; 3]], out: &mut [[f64; 6]]) -> Result<(), Fault> {
+        assert!(normals.len() >= call.batch.nodes && out.len() >= call.batch.nodes, "one normal and result a node");
+        let forces = there(self.normals()?.forces)?;
+        // SAFETY: see above.
+        self.done(unsafe { forces(self.plugin, &call.batch, normals.as_ptr().cast(), out.as_mut_ptr().cast()) })
+    }
+
+    fn tilt_of(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault> {
+        assert!(out.len() >= 3 * call.batch.count, "three planes");
+        let tilt = there(self.normals()?.tilt)?;
+        // SAFETY: see above.
+        self.done(unsafe { tilt(self.plugin, &call.batch, out.as_mut_ptr()) })
     }
 }

@@ -4,6 +4,7 @@ use crate::abi;
 use crate::batch::{Blocks, Elements, NodeScalars, NodeVectors, Planes};
 use crate::fault::Fault;
 use crate::material::{ElementRequest, Material, Tangent};
+use crate::normals::NormalForces;
 use core::marker::PhantomData;
 
 /// One call: only a test body makes them, so the spans in it hold.
@@ -68,6 +69,24 @@ pub trait Subject {
     /// # Errors
     /// What the material says.
     fn compliance_of(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault>;
+
+    /// Energy of the sheet's unit `normals` (n x 3), J.
+    ///
+    /// # Errors
+    /// What the material says.
+    fn normals_energy_of(&self, call: &Call<'_>, normals: &[[f64; 3]]) -> Result<f64, Fault>;
+
+    /// Adds its forces at fixed normals, N, and its slopes in them, J (n x 6).
+    ///
+    /// # Errors
+    /// What the material says.
+    fn normals_forces_of(&self, call: &Call<'_>, normals: &[[f64; 3]], out: &mut [[f64; 6]]) -> Result<(), Fault>;
+
+    /// Writes how stiffly normals tilt across the sides of triangles, N m (3 x m).
+    ///
+    /// # Errors
+    /// What the material says.
+    fn tilt_of(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault>;
 }
 
 /// The blocks of a call as they cross the border.
@@ -120,5 +139,20 @@ impl<M: Material> Subject for M {
     fn compliance_of(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault> {
         assert!(out.len() >= 6 * call.batch.count, "six planes");
         self.compliance(&call.elements(), &mut Planes::new(&call.batch, out.as_mut_ptr()))
+    }
+
+    fn normals_energy_of(&self, call: &Call<'_>, normals: &[[f64; 3]]) -> Result<f64, Fault> {
+        assert!(normals.len() >= call.batch.nodes, "one normal a node");
+        self.normals_energy(&call.elements(), normals)
+    }
+
+    fn normals_forces_of(&self, call: &Call<'_>, normals: &[[f64; 3]], out: &mut [[f64; 6]]) -> Result<(), Fault> {
+        assert!(normals.len() >= call.batch.nodes && out.len() >= call.batch.nodes, "one normal and result a node");
+        self.normals_forces(&call.elements(), normals, &mut NormalForces::new(&call.batch, out.as_mut_ptr().cast()))
+    }
+
+    fn tilt_of(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault> {
+        assert!(out.len() >= 3 * call.batch.count, "three planes");
+        self.tilt(&call.elements(), &mut Planes::new(&call.batch, out.as_mut_ptr()))
     }
 }

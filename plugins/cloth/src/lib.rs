@@ -12,6 +12,7 @@ mod file;
 mod frame;
 mod kernel;
 pub mod kes;
+mod laplacian;
 mod membrane;
 mod real;
 mod settings;
@@ -23,8 +24,8 @@ mod triangle;
 
 use bending::Hinge;
 use pliant_plugin_api::{
-    AsMaterial, Blocks, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, Params, Planes,
-    Source, Tangent, abi, export_plugins, pair,
+    AsMaterial, Blocks, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, NormalForces,
+    Params, Planes, Source, Tangent, abi, export_plugins, pair,
 };
 use settings::{Bending, PARAMS, Settings};
 use slip::Catch;
@@ -58,6 +59,14 @@ impl Material for Cloth {
             rest_stride: triangle::STRIDE as u32,
             history_stride: 0,
         };
+        if self.0.bending == Bending::Laplacian {
+            let flags = sheet.flags | abi::WANTS_NORMALS;
+            let sheet = ElementRequest { flags, rest_stride: laplacian::STRIDE as u32, ..sheet };
+            return vec![
+                sheet,
+                ElementRequest { kind: abi::HINGE, flags: abi::WANTS_NORMALS, rest_stride: 1, ..sheet },
+            ];
+        }
         let flags = if coupled != 0 { coupled } else { abi::HAS_FORCES | damping };
         let hinge = ElementRequest { kind: abi::HINGE, flags, rest_stride: bending::STRIDE as u32, ..sheet };
         let hinge = match self.0.slip {
@@ -74,11 +83,20 @@ impl Material for Cloth {
 
     fn rest(&self, at: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
         if at.kind() == abi::TRIANGLE {
-            let out = out.first::<{ triangle::STRIDE }>();
+            let values = out.first::<{ triangle::STRIDE }>();
             for e in 0..at.len() {
-                Triangle::of(at, e)?.values().into_iter().enumerate().for_each(|(s, value)| out[s][e] = value);
+                Triangle::of(at, e)?.values().into_iter().enumerate().for_each(|(s, value)| values[s][e] = value);
+            }
+            if self.0.bending == Bending::Laplacian {
+                let [.., warp, weft] = out.first::<{ laplacian::STRIDE }>();
+                for (e, &u) in at.material::<3>().iter().enumerate() {
+                    [warp[e], weft[e]] = laplacian::stiffness(&Triangle::of(at, e)?, u, &self.0.rigidity);
+                }
             }
             return Ok(());
+        }
+        if self.0.bending == Bending::Laplacian {
+            return laplacian::flat(at, out.first::<1>());
         }
         if let Some(slip) = self.0.slip {
             let [_, _, stiffness, limit] = out.first::<{ bending::STRIDE_WITH_SLIP }>();
@@ -178,6 +196,24 @@ impl Material for Cloth {
                 return Err(Fault::bad_argument(format!("triangle {} is too thin to bend: {u:?}", at.first() + e)));
             };
             (0..6).for_each(|s| out[s][e] = values[s]);
+        }
+        Ok(())
+    }
+
+    fn normals_energy(&self, at: &Elements<'_>, normals: &[V3]) -> Result<f64, Fault> {
+        finite(laplacian::Sheet::new(at, normals).energy())
+    }
+
+    fn normals_forces(&self, at: &Elements<'_>, normals: &[V3], out: &mut NormalForces<'_>) -> Result<(), Fault> {
+        finite(laplacian::Sheet::new(at, normals).forces(out)).map(drop)
+    }
+
+    fn tilt(&self, at: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
+        let out = out.first::<3>();
+        for (e, &u) in at.material::<3>().iter().enumerate() {
+            let shape = Triangle::of(at, e)?;
+            let tilts = laplacian::tilt(&shape, u, laplacian::stiffness(&shape, u, &self.0.rigidity));
+            (0..3).for_each(|s| out[s][e] = tilts[s]);
         }
         Ok(())
     }

@@ -47,8 +47,8 @@ pub(crate) const PARAMS: &[Param] = &[
     Param::choice(c"tangent", c"projected|exact", c"the membrane's matrix: without its negative part, or exact"),
     Param::choice(
         c"bending",
-        c"coupled|hinge|none",
-        c"edges act on each other and any mesh is right, edges alone, or none",
+        c"coupled|hinge|none|projected-laplacian",
+        c"edges act on each other and any mesh is right, edges alone, none, or triangles against vertex normals (flat sheets)",
     ),
     Param::number(c"bending-warp", c"N m", BENDING, 0.0, c"rigidity against curvature along warp; 0: the fabric's"),
     Param::number(c"bending-weft", c"N m", BENDING, 0.0, c"the same along weft; 0: as warp, else the fabric's"),
@@ -82,6 +82,7 @@ pub(crate) enum Bending {
     Coupled,
     Hinge,
     None,
+    Laplacian,
 }
 
 /// The parameters, resolved.
@@ -111,7 +112,7 @@ impl Settings {
             Fault::bad_argument(format!("the {what} of fabric `{name}` is not known: give `{key}`"))
         };
         let strain = [Strain::Frame(Rule::Polar), Strain::Frame(Rule::Edge), Strain::Green][params.choice("frame")];
-        let bending = [Bending::Coupled, Bending::Hinge, Bending::None][params.choice("bending")];
+        let bending = [Bending::Coupled, Bending::Hinge, Bending::None, Bending::Laplacian][params.choice("bending")];
         let rigidity = match (bending, rigidity(fabric, given)) {
             (_, Some(rigidity)) => rigidity?,
             (Bending::None, None) => Rigidity { warp: 1.0, weft: 1.0, twist: 1.0 },
@@ -123,6 +124,16 @@ impl Settings {
                 .or(fabric.hysteresis)
                 .ok_or_else(|| unknown("hysteresis", "bending-hysteresis"))?,
         };
+        if bending == Bending::Laplacian {
+            let refused = [
+                (loops > 0.0, "bending-hysteresis", "its triangles have no edges that could rub"),
+                (params.number("bending-bias") > 0.0, "bending-bias", "it knows warp and weft alone"),
+            ];
+            if let Some((_, key, why)) = refused.iter().find(|(given, ..)| *given) {
+                let text = format!("`{key}` with bending = projected-laplacian: {why}; allowed is coupled or hinge");
+                return Err(Fault::bad_argument(text));
+            }
+        }
         let slip = Slip { moment: 0.5 * loops, curvature: params.number("slip-curvature") };
         if params.choice("tangent") == 1 && params.number("compression") < 1.0 {
             return Err(Fault::bad_argument("tangent = exact wants compression = 1"));

@@ -3,6 +3,7 @@
 mod device;
 mod grid;
 mod material;
+mod normals;
 mod sheet;
 
 use device::Finger;
@@ -60,6 +61,11 @@ pub mod fault {
     pub const IGNORES_STOP: u8 = 53;
     pub const NEVER_EXPIRES: u8 = 54;
     pub const OUTLIVES_ITSELF: u8 = 55;
+    pub const NORMALS_FORCE_OFF: u8 = 60;
+    pub const NORMALS_SLOPE_OFF: u8 = 61;
+    pub const NORMALS_DO_NOT_TURN: u8 = 62;
+    pub const NORMALS_PULL_AT_REST: u8 = 63;
+    pub const TILT_TOO_SOFT: u8 = 64;
 }
 
 use fault::*;
@@ -102,6 +108,11 @@ export_plugins!(
     AsMaterial<Net<HINGE_SLOPE_OFF>>,
     AsMaterial<Net<HINGE_DOES_NOT_TURN>>,
     AsMaterial<Net<COMPLIANCE_INDEFINITE>>,
+    AsMaterial<Net<NORMALS_FORCE_OFF>>,
+    AsMaterial<Net<NORMALS_SLOPE_OFF>>,
+    AsMaterial<Net<NORMALS_DO_NOT_TURN>>,
+    AsMaterial<Net<NORMALS_PULL_AT_REST>>,
+    AsMaterial<Net<TILT_TOO_SOFT>>,
     AsGrid<Brick<NONE>>,
     AsGrid<Brick<PANIC>>,
     AsGrid<Brick<NOT_A_NUMBER>>,

@@ -1,10 +1,11 @@
-//! A sheet of springs along the sides of its triangles, with coupled hinges: springs between the corners off an edge.
+//! A sheet of springs along the sides of its triangles, with coupled hinges, springs between the corners off an edge, and an
+//! energy of normals.
 
 use crate::material::{Spring, span};
-use crate::{AFTER, fault, info};
+use crate::{AFTER, fault, info, normals};
 use pliant_plugin_api::{
-    Blocks, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, Param, Params, Planes, Tangent,
-    abi, pair,
+    Blocks, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, NormalForces, Param, Params,
+    Planes, Tangent, abi, pair,
 };
 
 /// N/m, of every side of every triangle.
@@ -29,6 +30,11 @@ impl<const F: u8> Material for Net<F> {
             fault::HINGE_SLOPE_OFF => c"hinge-slope-off",
             fault::HINGE_DOES_NOT_TURN => c"hinge-does-not-turn",
             fault::COMPLIANCE_INDEFINITE => c"compliance-indefinite",
+            fault::NORMALS_FORCE_OFF => c"normals-force-off",
+            fault::NORMALS_SLOPE_OFF => c"normals-slope-off",
+            fault::NORMALS_DO_NOT_TURN => c"normals-do-not-turn",
+            fault::NORMALS_PULL_AT_REST => c"normals-pull-at-rest",
+            fault::TILT_TOO_SOFT => c"tilt-too-soft",
             _ => c"sound-net",
         },
         const { &[AFTER] as &[Param] },
@@ -39,9 +45,10 @@ impl<const F: u8> Material for Net<F> {
     }
 
     fn elements(&self) -> Vec<ElementRequest> {
-        let flags = abi::HAS_MASS | abi::HAS_FORCES | abi::IS_COUPLED;
+        let both = abi::IS_COUPLED | abi::WANTS_NORMALS;
+        let flags = abi::HAS_MASS | abi::HAS_FORCES | both;
         let triangle = ElementRequest { kind: abi::TRIANGLE, families: 0, flags, rest_stride: 0, history_stride: 0 };
-        vec![triangle, ElementRequest { kind: abi::HINGE, flags: abi::IS_COUPLED, ..triangle }]
+        vec![triangle, ElementRequest { kind: abi::HINGE, flags: both, ..triangle }]
     }
 
     fn rest(&self, _: &Elements<'_>, _: &mut Planes<'_>) -> Result<(), Fault> {
@@ -105,6 +112,23 @@ impl<const F: u8> Material for Net<F> {
         let out = out.first::<6>();
         for e in 0..at.len() {
             [1.0, others, others, 1.0, others, 1.0].into_iter().enumerate().for_each(|(s, g)| out[s][e] = g);
+        }
+        Ok(())
+    }
+
+    fn normals_energy(&self, at: &Elements<'_>, of: &[[f64; 3]]) -> Result<f64, Fault> {
+        Ok(normals::energy(F, at, of))
+    }
+
+    fn normals_forces(&self, at: &Elements<'_>, of: &[[f64; 3]], out: &mut NormalForces<'_>) -> Result<(), Fault> {
+        normals::forces(F, at, of, out);
+        Ok(())
+    }
+
+    fn tilt(&self, at: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
+        let out = out.first::<3>();
+        for e in 0..at.len() {
+            normals::tilt(F, at, e).into_iter().enumerate().for_each(|(s, tilt)| out[s][e] = tilt);
         }
         Ok(())
     }

@@ -10,7 +10,7 @@ use super::derivatives::{damping, force_slope, stiffness_slope};
 use super::invariance::{order, rotation, translation};
 use super::linear::largest;
 use super::repeat::{allocates, instances, ranges, same_bytes};
-use super::{Case, Verdict, judge, told};
+use super::{Case, Verdict, judge, normals, told};
 use crate::abi;
 use crate::material::Tangent;
 
@@ -42,6 +42,31 @@ pub(super) const CASES: &[Case] = &[
         name: "compliance-is-definite",
         promise: "the compliance between coupled hinges is positive definite, in each triangle and in sum",
         run: definite,
+    },
+    Case {
+        name: "normals-force-has-its-slope",
+        promise: "at fixed normals, the force of an energy of normals is minus its slope",
+        run: normals::force_slope,
+    },
+    Case {
+        name: "normals-slope-has-its-slope",
+        promise: "what is given as the slope in the normals is that of the energy",
+        run: normals::normal_slope,
+    },
+    Case {
+        name: "normals-turn",
+        promise: "a body elsewhere and turned has the same energy of normals, and turned forces and slopes",
+        run: normals::turns,
+    },
+    Case {
+        name: "normals-rest-is-force-free",
+        promise: "a flat body at rest is left alone by its normals",
+        run: normals::rest,
+    },
+    Case {
+        name: "tilt-is-stiff-enough",
+        promise: "a normal tilts across a side no stiffer than is said",
+        run: normals::tilt,
     },
     Case { name: "translation-changes-nothing", promise: "energy and force do not depend on where", run: translation },
     Case {

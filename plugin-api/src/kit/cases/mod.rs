@@ -8,6 +8,7 @@ mod grid;
 mod invariance;
 mod linear;
 mod material;
+mod normals;
 mod repeat;
 
 use super::candidate::{Candidate, Kind};

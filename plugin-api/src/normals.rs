@@ -1,0 +1,49 @@
+//! Safe views of an energy of vertex normals: the normals of a call, and where its forces and slopes go.
+
+use crate::abi;
+use core::slice::{from_raw_parts, from_raw_parts_mut};
+
+/// Unit normals of all nodes (n x 3).
+///
+/// # Safety
+/// `ptr` is null, or has three doubles for each node of the batch behind it that nobody writes to during the call.
+#[allow(unsafe_code, reason = "turns the host's span into a slice")]
+pub(crate) unsafe fn unit_normals(batch: &abi::Batch, ptr: *const f64) -> &[[f64; 3]] {
+    if ptr.is_null() || batch.nodes == 0 {
+        return &[];
+    }
+    // SAFETY: promised by the caller; `[f64; 3]` has the layout of three doubles.
+    unsafe { from_raw_parts(ptr.cast(), batch.nodes) }
+}
+
+/// Where forces at fixed normals, N, and slopes in the normals, J, go. Covers the nodes of this call's elements.
+pub struct NormalForces<'a> {
+    first: usize,
+    /// force, then slope
+    window: &'a mut [[f64; 6]],
+}
+
+#[allow(unsafe_code, reason = "turns the host's span into a slice")]
+impl<'a> NormalForces<'a> {
+    pub(crate) fn new(batch: &'a abi::Batch, ptr: *mut f64) -> Self {
+        let (first, len) = (batch.node_begin, batch.node_end - batch.node_begin);
+        let window = if ptr.is_null() || len == 0 {
+            <&mut [[f64; 6]]>::default()
+        } else {
+            // SAFETY: the host gives node_end times six doubles behind `ptr`, of which this call alone uses
+            // [node_begin, node_end).
+            unsafe { from_raw_parts_mut(ptr.wrapping_add(6 * first).cast(), len) }
+        };
+        Self { first, window }
+    }
+
+    /// Adds to one node: -dE/dx at fixed normals, N, and dE/dn, J.
+    #[inline]
+    pub fn add(&mut self, node: u32, force: [f64; 3], slope: [f64; 3]) {
+        let at = &mut self.window[node as usize - self.first];
+        for i in 0..3 {
+            at[i] += force[i];
+            at[3 + i] += slope[i];
+        }
+    }
+}
