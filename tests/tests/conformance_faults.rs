@@ -76,8 +76,10 @@ fn sound_plugins_fail_none() {
 /// Allocations are seen of a plugin that is linked in, by the counter of this program.
 #[test]
 fn allocation_is_seen_in_a_linked_plugin() {
-    use faulty_plugins::{Springs, fault};
+    use faulty_plugins::{Net, Springs, fault};
     use pliant_plugin_api::AsMaterial;
     assert_eq!(failed(&Candidate::of::<AsMaterial<Springs<{ fault::ALLOCATES }>>>()), ["no-allocation-in-a-step"]);
+    assert_eq!(failed(&Candidate::of::<AsMaterial<Net<{ fault::ALLOCATES }>>>()), ["no-allocation-in-a-step"]);
     assert_eq!(failed(&Candidate::of::<AsMaterial<Springs<{ fault::NONE }>>>()), [""; 0]);
+    assert_eq!(failed(&Candidate::of::<AsMaterial<Net<{ fault::NONE }>>>()), [""; 0]);
 }

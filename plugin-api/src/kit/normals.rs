@@ -25,7 +25,7 @@ impl Body {
     /// What the material says.
     pub fn normals_energy<S: Subject + ?Sized>(&self, material: &S, normals: &[[f64; 3]]) -> Result<f64, Fault> {
         let mut energy = 0.0;
-        self.each_triangle(|call| {
+        self.each_triangle(usize::MAX, |call| {
             energy += material.normals_energy_of(call, normals)?;
             Ok(())
         })?;
@@ -42,8 +42,22 @@ impl Body {
         normals: &[[f64; 3]],
     ) -> Result<Vec<[f64; 6]>, Fault> {
         let mut out = vec![[0.0; 6]; self.x.len()];
-        self.each_triangle(|call| material.normals_forces_of(call, normals, &mut out))?;
+        self.add_normals_forces_in(material, usize::MAX, normals, &mut out)?;
         Ok(out)
+    }
+
+    /// Adds the same to `out`, in ranges of at most `most` triangles.
+    ///
+    /// # Errors
+    /// What the material says.
+    pub fn add_normals_forces_in<S: Subject + ?Sized>(
+        &self,
+        material: &S,
+        most: usize,
+        normals: &[[f64; 3]],
+        out: &mut [[f64; 6]],
+    ) -> Result<(), Fault> {
+        self.each_triangle(most, |call| material.normals_forces_of(call, normals, out))
     }
 
     /// How stiffly normals tilt across the sides of triangles, N m (3 x m, plane-major), and their corners (m).
@@ -54,9 +68,17 @@ impl Body {
         self.planes((abi::TRIANGLE, abi::WANTS_NORMALS), 3, |call, out| material.tilt_of(call, out))
     }
 
-    fn each_triangle(&self, mut run: impl FnMut(&super::Call<'_>) -> Result<(), Fault>) -> Result<(), Fault> {
-        self.each(abi::WANTS_NORMALS, usize::MAX, |_, call| {
-            if call.elements().kind() == abi::TRIANGLE { run(call) } else { Ok(()) }
-        })
+    fn each_triangle(
+        &self,
+        most: usize,
+        mut run: impl FnMut(&super::Call<'_>) -> Result<(), Fault>,
+    ) -> Result<(), Fault> {
+        self.each(
+            abi::WANTS_NORMALS,
+            most,
+            |_, call| {
+                if call.elements().kind() == abi::TRIANGLE { run(call) } else { Ok(()) }
+            },
+        )
     }
 }

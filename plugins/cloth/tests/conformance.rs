@@ -1,8 +1,11 @@
-//! The promises of the border.
+//! The promises of the border, of cloth as it comes and of its other kind of bending that needs the host.
 
 use pliant_cloth::Cloth;
-use pliant_plugin_api::AsMaterial;
 use pliant_plugin_api::kit::{self, CountingAllocator};
+use pliant_plugin_api::{
+    AsMaterial, Blocks, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, NormalForces,
+    Params, Planes, Tangent,
+};
 
 #[global_allocator]
 static COUNTING: CountingAllocator = CountingAllocator;
@@ -10,4 +13,56 @@ static COUNTING: CountingAllocator = CountingAllocator;
 #[test]
 fn conformance() {
     kit::check::<AsMaterial<Cloth>>();
+}
+
+/// Cloth that bends by the projected Laplacian, whatever its parameters say but for the membrane's matrix.
+struct Laplacian(Cloth);
+
+impl Material for Laplacian {
+    const INFO: Info = Cloth::INFO;
+
+    fn new(params: &Params<'_>) -> Result<Self, Fault> {
+        kit::material(&[("bending", 3.0), ("tangent", params.choice("tangent") as f64)]).map(Self)
+    }
+
+    fn elements(&self) -> Vec<ElementRequest> {
+        self.0.elements()
+    }
+
+    fn rest(&self, at: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
+        self.0.rest(at, out)
+    }
+
+    fn mass(&self, at: &Elements<'_>, out: &mut NodeScalars<'_>) -> Result<(), Fault> {
+        self.0.mass(at, out)
+    }
+
+    fn energy(&self, at: &Elements<'_>) -> Result<f64, Fault> {
+        self.0.energy(at)
+    }
+
+    fn forces(&self, at: &Elements<'_>, out: &mut NodeVectors<'_>) -> Result<(), Fault> {
+        self.0.forces(at, out)
+    }
+
+    fn tangent(&self, at: &Elements<'_>, scale: Tangent, out: &mut Blocks<'_>) -> Result<(), Fault> {
+        self.0.tangent(at, scale, out)
+    }
+
+    fn normals_energy(&self, at: &Elements<'_>, normals: &[[f64; 3]]) -> Result<f64, Fault> {
+        self.0.normals_energy(at, normals)
+    }
+
+    fn normals_forces(&self, at: &Elements<'_>, of: &[[f64; 3]], out: &mut NormalForces<'_>) -> Result<(), Fault> {
+        self.0.normals_forces(at, of, out)
+    }
+
+    fn tilt(&self, at: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
+        self.0.tilt(at, out)
+    }
+}
+
+#[test]
+fn conformance_of_the_projected_laplacian() {
+    kit::check::<AsMaterial<Laplacian>>();
 }

@@ -17,7 +17,21 @@ fn bits(material: &Opened, body: &Body, most: usize) -> Result<Vec<u64>, Fault> 
     let mut force = vec![[0.0; 3]; body.x.len()];
     body.add_forces_in(material, most, &mut force)?;
     let blocks = body.blocks(material, BOTH, most)?;
-    Ok(force.iter().flatten().chain(blocks.iter().flatten().flatten()).map(|v| v.to_bits()).collect())
+    let mut parts = vec![[0.0; 6]; body.x.len()];
+    if let Some(normals) = normals_of(material, body)? {
+        body.add_normals_forces_in(material, most, &normals, &mut parts)?;
+    }
+    let all = force.iter().flatten().chain(blocks.iter().flatten().flatten()).chain(parts.iter().flatten());
+    Ok(all.map(|v| v.to_bits()).collect())
+}
+
+/// Normals of the body, if the material wants them.
+fn normals_of(material: &Opened, body: &Body) -> Result<Option<Vec<[f64; 3]>>, Fault> {
+    if !body.has(abi::WANTS_NORMALS) {
+        return Ok(None);
+    }
+    let (_, triangles) = body.tilts(material)?;
+    Ok(Some(body.normals(&triangles)))
 }
 
 fn moving(c: &Candidate) -> Result<(Opened, Body), String> {
@@ -91,6 +105,14 @@ pub(super) fn allocates(c: &Candidate) -> Result<Verdict, String> {
     // The counter's own question takes one.
     judge(forces <= 1, || format!("`forces` took memory {} times", forces - 1))?;
     judge(energy <= 1, || format!("`energy` took memory {} times", energy - 1))?;
+    if let Some(normals) = normals_of(&material, &body).map_err(told)? {
+        let mut parts = vec![[0.0; 6]; body.x.len()];
+        let before = allocations().unwrap_or(0);
+        body.add_normals_forces_in(&material, usize::MAX, &normals, &mut parts).map_err(told)?;
+        body.normals_energy(&material, &normals).map_err(told)?;
+        let taken = allocations().unwrap_or(0) - before;
+        judge(taken <= 1, || format!("an energy of normals took memory {} times", taken - 1))?;
+    }
     // Blocks go into buffers made for them: what one call takes more than many small ones is not the plugin's, what many
     // small ones take more than one is.
     let (one, many) = (taken(|| body.blocks(&material, BOTH, usize::MAX))?, taken(|| body.blocks(&material, BOTH, 1))?);
