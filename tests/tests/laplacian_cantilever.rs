@@ -11,13 +11,20 @@ const STRIP: [f64; 2] = [0.2, 0.2];
 
 /// A strip clamped at x = 0, `n` cells long, of dimensionless load `gamma`.
 fn strip(pattern: Pattern, n: u32, gamma: f64) -> Piece {
+    held(pattern, n, 0, gamma)
+}
+
+/// The same with `more` cells before that are held altogether, in the place of the clamp.
+fn held(pattern: Pattern, n: u32, more: u32, gamma: f64) -> Piece {
     let [rho, l] = STRIP;
-    let rigidity = rho * G * l.powi(3) / gamma;
-    let high = 4.0 * l / f64::from(n) * if pattern == Pattern::Equilateral { 0.75_f64.sqrt() } else { 1.0 };
+    let (rigidity, cell) = (rho * G * l.powi(3) / gamma, l / f64::from(n));
+    let high = 4.0 * cell * if pattern == Pattern::Equilateral { 0.75_f64.sqrt() } else { 1.0 };
     let params = format!(
         "density = {rho}, young-warp = 2000, poisson = 0, bending = \"projected-laplacian\", bending-warp = {rigidity}"
     );
-    let mut piece = Piece::new(&sheet(pattern, [n, 4], [l, high]), &params, |p| p[0] < 1e-9, true);
+    let before = f64::from(more) * cell;
+    let surface = sheet(pattern, [n + more, 4], [l + before, high]);
+    let mut piece = Piece::new(&surface, &params, |p| p[0] < before + 1e-9, more == 0);
     piece.gravity = [0.0, 0.0, -G];
     piece
 }
@@ -66,5 +73,19 @@ fn it_swings_out_to_the_same_rest() {
         let off = error(&mut moving, [0.0, 0.0]) - error(&mut still, [0.0, 0.0]);
         println!("{pattern:?}: {off:.1e} lengths from rest, {fastest:.1e} m/s");
         assert!(off.abs() < 1e-4 && fastest < 2e-3, "{pattern:?}: {off} {fastest}");
+    }
+}
+
+#[test]
+fn what_is_held_altogether_clamps_where_it_ends() {
+    let tip = |mut piece: Piece| {
+        piece.settle(1e-8);
+        let far = piece.system().nodes.rest.iter().fold(0.0, |m: f64, x| m.max(x[0]));
+        piece.mean(|p| p[0] > far - 1e-9)[2] / STRIP[1]
+    };
+    for pattern in [Pattern::Regular, Pattern::Alternating] {
+        let [clamped, walled] = [0, 2].map(|more| tip(held(pattern, 16, more, 1.0)));
+        println!("{pattern:?}: {clamped:.6} clamped, {walled:.6} held over two cells");
+        assert!((clamped / walled - 1.0).abs() < 1e-4, "{pattern:?}: {clamped} {walled}");
     }
 }
