@@ -24,7 +24,7 @@ pub struct Schedule {
 }
 
 /// Elements in a chunk.
-const CHUNK: usize = 2048;
+const CHUNK: usize = 1024;
 
 impl Schedule {
     /// Cuts elements of `corners` nodes each. Keeps the buffers of an earlier cut.

@@ -41,7 +41,7 @@ pub struct Inner {
 /// How far the residual of one correction is brought down: single precision has no more to give.
 const DEEPEST: f64 = 1e-10;
 /// Nodes in a piece of a vector for a thread.
-const PIECE: usize = 1024;
+const PIECE: usize = 2048;
 
 /// Condition of a block up to which rounding its inverse leaves the least of it, by a fifth.
 const WIDEST: f64 = 1e6;
@@ -73,6 +73,7 @@ impl Inner {
         self.fixed.reserve(n);
         self.constraints.resize(n, Constraint::Free);
         self.levels = None;
+        self.matrix.forget();
     }
 
     /// Finds the levels, if they are not there since the nodes or elements changed.
@@ -137,7 +138,7 @@ impl Inner {
         let largest = most[0].max(most[1]).max(most[2]);
         self.scale = if largest.is_normal() { power_of_two(largest) } else { 1.0 };
         let down = 1.0 / self.scale;
-        pool.pieces(&mut self.r, PIECE, &|first, to| {
+        pool.pieces(&mut self.r[..], PIECE, &|first, to| {
             for (to, r) in to.iter_mut().zip(&r[first..]) {
                 *to = without_dust([(down * r[0]) as f32, (down * r[1]) as f32, (down * r[2]) as f32, 0.0]);
             }
@@ -177,8 +178,8 @@ impl Inner {
             }
             let next = self.descend(pool, (d / q) as f32);
             let (h, beta) = (&self.h, (next / d) as f32);
-            pool.pieces(&mut self.p, PIECE, &|first, p| {
-                p.iter_mut().zip(&h[first..]).for_each(|(p, h)| *p = without_dust(plus(*h, beta, *p)));
+            pool.pieces(&mut self.p[..], PIECE, &|first, p: &mut [Quad]| {
+                pulp::Arch::new().dispatch(Turn { h: &h[first..], beta, p });
             });
             d = next;
             done.iterations += 1;
@@ -194,8 +195,7 @@ impl Inner {
 
     /// `s = S A p`; gives `p.s`.
     fn apply(&mut self, pool: &Pool, matrix: &Matrix) -> f64 {
-        let (p, single) = (&self.p, &self.matrix);
-        let sum = pool.fold(&mut self.s[..], &|first, s| single.rows_product(matrix, first, p, s));
+        let sum = self.matrix.product(pool, matrix, &self.p, &mut self.s);
         Held::filter(&self.held, &mut self.s);
         sum
     }
@@ -204,12 +204,8 @@ impl Inner {
     fn descend(&mut self, pool: &Pool, a: f32) -> f64 {
         let (p, s, inverse) = (&self.p, &self.s, &self.inverse);
         let sum = pool.fold((&mut self.x[..], (&mut self.r[..], &mut self.h[..])), &|first, (x, (r, h))| {
-            for i in 0..x.len() {
-                x[i] = plus(x[i], a, p[first + i]);
-                r[i] = without_dust(plus(r[i], -a, s[first + i]));
-                h[i] = turned(&inverse[first + i], r[i]);
-            }
-            dot(r, h)
+            let (p, s, inverse) = (&p[first..], &s[first..], &inverse[first..]);
+            pulp::Arch::new().dispatch(Descend { a, p, s, inverse, x, r, h })
         });
         self.add_levels(pool).unwrap_or(sum)
     }
@@ -219,5 +215,48 @@ impl Inner {
         let sum = self.levels.as_mut().map(|levels| levels.add(pool, &self.r, &mut self.h));
         Held::filter(&self.held, &mut self.h);
         sum
+    }
+}
+
+/// `p = h + beta p`
+struct Turn<'a> {
+    h: &'a [Quad],
+    beta: f32,
+    p: &'a mut [Quad],
+}
+
+impl pulp::NullaryFnOnce for Turn<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let beta = self.beta;
+        self.p.iter_mut().zip(self.h).for_each(|(p, h)| *p = without_dust(plus(*h, beta, *p)));
+    }
+}
+
+/// `x += a p`, `r -= a s`, `h = P r` with the finest level's part of P; gives `r . h`.
+struct Descend<'a> {
+    a: f32,
+    p: &'a [Quad],
+    s: &'a [Quad],
+    inverse: &'a [Inverse],
+    x: &'a mut [Quad],
+    r: &'a mut [Quad],
+    h: &'a mut [Quad],
+}
+
+impl pulp::NullaryFnOnce for Descend<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn call(self) -> f64 {
+        let Self { a, p, s, inverse, x, r, h } = self;
+        x.iter_mut().zip(p).for_each(|(x, p)| *x = plus(*x, a, *p));
+        for (((r, s), h), inverse) in r.iter_mut().zip(s).zip(&mut *h).zip(inverse) {
+            *r = without_dust(plus(*r, -a, *s));
+            *h = turned(inverse, *r);
+        }
+        dot(r, h)
     }
 }

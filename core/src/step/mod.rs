@@ -12,6 +12,7 @@ mod elements;
 mod hinge;
 mod inner;
 mod integrate;
+mod lanes;
 mod limit;
 mod matrix;
 mod multilevel;
@@ -22,6 +23,8 @@ mod product;
 mod settle;
 mod single;
 mod single_product;
+mod sliced;
+mod sliced_product;
 mod springs;
 mod system;
 

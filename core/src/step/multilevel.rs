@@ -20,6 +20,8 @@ const COARSEST: usize = 12;
 const KEPT: f64 = 0.7;
 /// Items in a piece of work for a thread.
 const PIECE: usize = 512;
+/// The same of coarse nodes, which sum over many finer ones.
+const COARSE_PIECE: usize = 128;
 
 /// The levels above the finest, finer ones first.
 #[derive(Debug, Default)]
@@ -233,7 +235,7 @@ impl Level {
         });
         let share = if is_last { 1.0 } else { SHARE };
         let (values, diagonal) = (&self.values, &self.diagonal);
-        pool.pieces(&mut self.inverse, PIECE, &|first, out| {
+        pool.pieces(&mut self.inverse[..], PIECE, &|first, out| {
             for (inverse, &slot) in out.iter_mut().zip(&diagonal[first..]) {
                 // Where nothing moves, or rounding has left too little, there is nothing to add.
                 let block = values[slot as usize].map(f64::from);
@@ -247,14 +249,17 @@ impl Level {
 
     fn restrict(&mut self, pool: &Pool, r: &[Quad]) {
         let (start, fine, inverse) = (&self.start, &self.fine, &self.inverse);
-        pool.fold((&mut self.r[..], &mut self.h[..]), &|first, (r_coarse, h)| {
-            for a in 0..h.len() {
-                let range = start[first + a] as usize..start[first + a + 1] as usize;
-                let sum = fine[range].iter().fold([0.0; 4], |sum, &(i, weight)| plus(sum, weight, r[i as usize]));
-                (r_coarse[a], h[a]) = (sum, turned(&inverse[first + a], sum));
-            }
-            0.0
-        });
+        pool.pieces(
+            (&mut self.r[..], &mut self.h[..]),
+            COARSE_PIECE,
+            &|first, (r_coarse, h): (&mut [Quad], &mut [Quad])| {
+                for a in 0..h.len() {
+                    let range = start[first + a] as usize..start[first + a + 1] as usize;
+                    let sum = fine[range].iter().fold([0.0; 4], |sum, &(i, weight)| plus(sum, weight, r[i as usize]));
+                    (r_coarse[a], h[a]) = (sum, turned(&inverse[first + a], sum));
+                }
+            },
+        );
     }
 
     fn prolong(&self, pool: &Pool, h: &mut [Quad]) {

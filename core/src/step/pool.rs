@@ -1,5 +1,10 @@
 //! Threads for a step. What they compute never depends on how many there are.
 
+use std::cell::Cell;
+use std::hint::spin_loop;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
 /// A fixed number of threads; one means the caller's own.
 pub struct Pool {
     threads: usize,
@@ -9,7 +14,11 @@ pub struct Pool {
 /// Items in a block of a sum: fixed, so that sums have one order.
 const SUM_BLOCK: usize = 256;
 /// Blocks that are worth another thread.
-const PARALLEL_BLOCKS: usize = 4;
+const PARALLEL_BLOCKS: usize = 8;
+/// How long a thread without work looks for more of a step before it sleeps: waking one takes as long as a small product.
+const ATTENTIVE: Duration = Duration::from_micros(300);
+/// Looks after which it lets others have its processor.
+const POLITE: u32 = 64;
 
 impl Pool {
     /// A pool of `threads`, at least one. Falls back to the caller's thread where the system gives no more.
@@ -24,12 +33,11 @@ impl Pool {
         self.threads
     }
 
-    /// Runs `work` on the pool, so that [`Pool::join`] inside it does not have to wake anyone from outside.
+    /// Runs `work` on the pool; until it is done the other threads stay awake, as long as there is something for them now and
+    /// then.
     pub fn install<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
-        match &self.workers {
-            Some(workers) => workers.install(work),
-            None => work(),
-        }
+        let Some(workers) = &self.workers else { return work() };
+        workers.install(|| Done(AtomicBool::new(false)).attended(self.threads - 1, work))
     }
 
     /// Both, at once if there are threads.
@@ -37,17 +45,17 @@ impl Pool {
         if self.threads > 1 { rayon::join(a, b) } else { (a(), b()) }
     }
 
-    /// Splits `out` into pieces of at least `least` items and runs `work` on each with the place of its first item.
-    pub fn pieces<T: Send>(&self, out: &mut [T], least: usize, work: &(impl Fn(usize, &mut [T]) + Sync)) {
-        self.piece(0, out, least.max(1), work);
+    /// Splits `parts` into pieces of at least `least` items and runs `work` on each with the place of its first item.
+    pub fn pieces<P: Parts>(&self, parts: P, least: usize, work: &(impl Fn(usize, P) + Sync)) {
+        self.piece(0, parts, least.max(1), work);
     }
 
-    fn piece<T: Send>(&self, first: usize, out: &mut [T], least: usize, work: &(impl Fn(usize, &mut [T]) + Sync)) {
-        if self.threads == 1 || out.len() < 2 * least {
-            return work(first, out);
+    fn piece<P: Parts>(&self, first: usize, parts: P, least: usize, work: &(impl Fn(usize, P) + Sync)) {
+        if self.threads == 1 || parts.count() < 2 * least {
+            return work(first, parts);
         }
-        let half = out.len() / 2;
-        let (left, right) = out.split_at_mut(half);
+        let half = parts.count() / 2;
+        let (left, right) = parts.part(half);
         self.join(|| self.piece(first, left, least, work), || self.piece(first + half, right, least, work));
     }
 
@@ -67,6 +75,54 @@ impl Pool {
         let (left, right) = (|| self.fold_blocks(first, left, work), || self.fold_blocks(first + middle, right, work));
         let (left, right) = if blocks >= PARALLEL_BLOCKS { self.join(left, right) } else { (left(), right()) };
         left + right
+    }
+}
+
+thread_local! {
+    /// Whether this thread is needed elsewhere and must not start to attend.
+    static ATTENDS: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Whether there will be no more work.
+struct Done(AtomicBool);
+
+impl Done {
+    /// Does `work` while up to `others` threads attend.
+    fn attended<R: Send>(&self, others: usize, work: impl FnOnce() -> R + Send) -> R {
+        if others > 0 {
+            return rayon::join(|| self.attended(others - 1, work), || self.attend()).0;
+        }
+        ATTENDS.set(true);
+        let _finish = Finish(self);
+        work()
+    }
+
+    /// Does what others leave to be done. A thread that works already, and only waits for another, is not held up.
+    fn attend(&self) {
+        if ATTENDS.replace(true) {
+            return;
+        }
+        let (mut last, mut looked) = (Instant::now(), 0_u32);
+        while !self.0.load(Ordering::Acquire) && last.elapsed() < ATTENTIVE {
+            looked += 1;
+            match rayon::yield_now() {
+                Some(rayon::Yield::Executed) => last = Instant::now(),
+                // There may be more threads than processors.
+                _ if looked.is_multiple_of(POLITE) => std::thread::yield_now(),
+                _ => spin_loop(),
+            }
+        }
+        ATTENDS.set(false);
+    }
+}
+
+/// Says so, also if the work panics.
+struct Finish<'a>(&'a Done);
+
+impl Drop for Finish<'_> {
+    fn drop(&mut self) {
+        ATTENDS.set(false);
+        self.0.0.store(true, Ordering::Release);
     }
 }
 
@@ -123,7 +179,7 @@ mod tests {
     fn pieces_cover_everything_once() {
         for threads in [1, 3] {
             let mut out = vec![0_usize; 10_000];
-            Pool::new(threads).pieces(&mut out, 64, &|first, piece| {
+            Pool::new(threads).pieces(&mut out[..], 64, &|first, piece: &mut [usize]| {
                 for (i, o) in piece.iter_mut().enumerate() {
                     *o += first + i;
                 }

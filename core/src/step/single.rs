@@ -8,6 +8,7 @@ use super::Constraint;
 use super::matrix::Matrix;
 use super::pool::Pool;
 use super::single_product::{Blocks, rows_product};
+use super::sliced::Sliced;
 
 /// A vector with a zero behind it.
 pub type Quad = [f32; 4];
@@ -34,6 +35,9 @@ pub struct Single {
     values: Vec<SingleBlock>,
     /// (n + 1), `D`
     own: Vec<SingleBlock>,
+    /// The same once more where rows lie alike, and whether that was asked.
+    sliced: Option<Sliced>,
+    is_sorted: bool,
 }
 
 /// The power of two at or below a number above zero.
@@ -54,13 +58,22 @@ impl Single {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        (self.values.len() + self.own.len()) * size_of::<SingleBlock>()
+        let sliced = self.sliced.as_ref().map_or(0, Sliced::bytes);
+        (self.values.len() + self.own.len()) * size_of::<SingleBlock>() + sliced
+    }
+
+    /// The next matrix has another pattern.
+    pub fn forget(&mut self) {
+        (self.sliced, self.is_sorted) = (None, false);
     }
 
     /// Room for the blocks of `matrix`.
     fn resize(&mut self, matrix: &Matrix) {
         self.values.resize(matrix.values().len() + 1, [0.0; 9]);
         self.own.resize(matrix.rows() + 1, [0.0; 9]);
+        if !self.is_sorted {
+            (self.sliced, self.is_sorted) = (Sliced::new(matrix.rows(), matrix.pattern()), true);
+        }
     }
 
     /// Takes over new values.
@@ -78,13 +91,19 @@ impl Single {
         pool.pieces(&mut self.own[..n], PIECE, &|first, out| {
             pulp::Arch::new().dispatch(Sums { scale, matrix, first, out });
         });
+        if let Some(sliced) = &mut self.sliced {
+            sliced.update(pool, matrix.pattern(), &self.values, &self.own, n);
+        }
     }
 
-    /// `out = scale A x`, rows `first` on.
-    pub fn rows_product(&self, matrix: &Matrix, first: usize, x: &[Quad], out: &mut [Quad]) -> f64 {
+    /// `out = scale A x`; gives `x . out`.
+    pub fn product(&mut self, pool: &Pool, matrix: &Matrix, x: &[Quad], out: &mut [Quad]) -> f64 {
+        if let Some(sliced) = &mut self.sliced {
+            return sliced.product(pool, x, out);
+        }
         let blocks =
             Blocks { values: self.values.as_flattened(), own: self.own.as_flattened(), rows: matrix.pattern() };
-        rows_product(first, out, x, blocks)
+        pool.fold(out, &|first, out| rows_product(first, out, x, blocks))
     }
 
     /// Runs `work` on the blocks as they would be if fixed nodes were joined to no other and to nothing.
