@@ -42,7 +42,7 @@ pub struct Coupled {
 }
 
 /// Relative accuracy of the polynomial inverse.
-const ACCURACY: f64 = 1e-6;
+const ACCURACY: f64 = 1e-4;
 /// Terms of it, at most: slivers ask for more than is worth it.
 const MOST: usize = 200;
 /// What stands for the inverse of G in a matrix is at least this over its diagonal, and more where slivers ask for it: at least
