@@ -110,8 +110,8 @@ fn meets(tip: &Tip, (x, v): (V3, V3), dt: f64, before: bool) -> Option<V3> {
             return Some((start + s * way).try_normalize(1e-9).unwrap_or_else(Vector3::z).into());
         }
     }
-    // Against a tip that goes far a vertex is looked at where it is going itself.
-    let end = if goes_far(tip, [0.0; 3], dt) { end + Vector3::from(v) * dt } else { end };
+    // One that is held goes with the tip. Another is looked at where it is going: what leaves by itself is not held.
+    let end = if before && !goes_far(tip, [0.0; 3], dt) { end } else { end + Vector3::from(v) * dt };
     (end.norm() <= reach).then(|| end.try_normalize(1e-9).unwrap_or_else(Vector3::z).into())
 }
 
