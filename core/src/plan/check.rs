@@ -71,6 +71,9 @@ impl Check<'_> {
         self.above(dt, time.dt.span(), "dt", " s")?;
         self.above(duration, time.duration.span(), "duration", " s")?;
         self.above(time.patience.get_ref().si, time.patience.span(), "patience", " s")?;
+        if let Some(sleep) = &time.sleep {
+            self.above(sleep.get_ref().si, sleep.span(), "sleep", " m/s")?;
+        }
         for (what, time) in [("dt", &time.dt), ("duration", &time.duration)] {
             if time.get_ref().si > MOST_SECONDS {
                 let text = format!("{what} is {:e} s; allowed is {MOST_SECONDS:e} s at most", time.get_ref().si);

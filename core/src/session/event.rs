@@ -33,6 +33,8 @@ pub enum EventKind {
     LongStep,
     /// An explicit integrator was forced over its limit.
     Unstable,
+    /// A body came to rest and sleeps.
+    Asleep,
     /// Something about a model.
     Model,
 }

@@ -12,6 +12,7 @@ mod lapse;
 mod open;
 mod place;
 mod sheets;
+mod sleep;
 mod step;
 mod tactile;
 
@@ -216,6 +217,9 @@ pub struct Session {
     dt: f64,
     steps: u64,
     energy: bool,
+    /// m/s, below which a body falls asleep; 0 for never
+    sleep: f64,
+    rests: Vec<sleep::Rest>,
     moved: Vec<f64>,
     /// Tips on each body that is a sheet.
     spheres: Vec<Spheres>,

@@ -103,6 +103,8 @@ impl Session {
             patience: scene.time.patience.get_ref().si,
             dt,
             steps: 0,
+            sleep: scene.time.sleep.as_ref().map_or(0.0, |s| s.get_ref().si),
+            rests: vec![Default::default(); count],
             moved: vec![0.0; count],
             spheres: (0..count).map(|_| Spheres::default()).collect(),
             springs,

@@ -38,6 +38,7 @@ impl Session {
     /// The nodes of a body have changed: nothing found or solved before holds.
     pub fn changed(&mut self, index: usize) {
         self.integrators[index].resize(self.bodies[index].system.nodes.len());
+        self.rests[index] = Default::default();
         self.spheres[index].forget();
         for slot in &mut self.tools {
             slot.tool.forget(index);
@@ -100,7 +101,10 @@ impl Session {
             }
             let start = Instant::now();
             match self.move_body(index, time, frame) {
-                Ok(fastest) => self.moved[index] = fastest * self.dt,
+                Ok(fastest) => {
+                    self.moved[index] = fastest * self.dt;
+                    self.rest(index, fastest, time);
+                }
                 Err(error) => self.freeze(index, time.0, error),
             }
             self.lose_patience(index, time.0, (Stage::Step, start));
@@ -136,6 +140,10 @@ impl Session {
         self.place_tips(index);
         let body = &mut self.bodies[index];
         body.carrier.prescribe(&mut body.system.nodes, &body.fixings, time);
+        if self.sleeps(index) {
+            return Ok(0.0);
+        }
+        let body = &mut self.bodies[index];
         let gravity = if body.carrier.is_whole() { self.plan.gravity } else { [0.0; 3] };
         let loads = Loads { gravity, forces: &[], tools: &self.springs };
         let (pool, integrator) = (&self.pool, &mut self.integrators[index]);

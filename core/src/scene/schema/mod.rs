@@ -77,6 +77,9 @@ pub struct TimeScene {
     /// Wall-clock time a step of a body may take; past it the body stands still and the rest goes on.
     #[schemars(with = "Time")]
     pub patience: Spanned<Time>,
+    /// Bodies slower than this for 0.1 s stand still until a tool comes near or a fixing moves. Absent, no body sleeps.
+    #[schemars(with = "Option<Speed>")]
+    pub sleep: Option<Spanned<Speed>>,
 }
 
 impl TimeScene {
@@ -97,6 +100,7 @@ impl Default for TimeScene {
             most_substeps: Spanned::new(0..0, 64),
             force_unstable: false,
             patience: Spanned::new(0..0, Time::new(10.0)),
+            sleep: None,
         }
     }
 }
