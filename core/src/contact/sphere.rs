@@ -94,8 +94,8 @@ enum State {
     Free,
 }
 
-/// The normal at which a vertex that is at `x` and moves with `v` meets a tip in a step, if it does: where it is inside of it, or,
-/// if it goes far against it, where it comes in on its way. One that touched `before` may be a little off.
+/// The normal at which a vertex that is at `x` and moves with `v` meets a tip in a step, if it does: where it is inside of it when
+/// the step ends, or, if it goes far against it, where it comes in on its way. One that touched `before` may be a little off.
 fn meets(tip: &Tip, (x, v): (V3, V3), dt: f64, before: bool) -> Option<V3> {
     let way = Vector3::from(axpy(v, -1.0, tip.velocity)) * dt;
     let end = Vector3::from(axpy(x, -1.0, tip.position));

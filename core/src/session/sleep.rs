@@ -42,6 +42,8 @@ impl Session {
         rest.asleep = Some(bounds);
         nodes.v.fill([0.0; 3]);
         self.integrators[index].forget_past();
+        // What is near its tips is kept by how far it has moved, and nobody counts that while it sleeps.
+        self.spheres[index].forget();
         let name = &body.name;
         self.events.add(EventKind::Asleep, time + dt, || format!("body `{name}`: below {below} m/s for {SLOW_FOR} s"));
     }

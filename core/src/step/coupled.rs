@@ -48,6 +48,8 @@ const MOST: usize = 200;
 /// What stands for the inverse of G in a matrix is at least this over its diagonal, and more where slivers ask for it: at least
 /// half the exact stiffness, as a step of backward Euler that is linearised once needs.
 const STAND_IN: f64 = 2.2;
+/// Hinges in a piece of work for a thread.
+const PIECE: usize = 1024;
 /// Planes of a hinge.
 const PLANES: usize = 13;
 
@@ -157,7 +159,7 @@ impl Coupled {
             // One pass: the next step needs the residual of this one, which needs this step of the partners.
             let (step, column, value) = (&self.step, &self.column, &self.value);
             let parts = (&mut self.residual[..], (&mut self.moment[..], &mut self.next[..]));
-            pool.fold(parts, &|first, (residual, (moment, next))| {
+            pool.pieces(parts, PIECE, &|first, (residual, (moment, next))| {
                 let (column, value) = (&column[first..], &value[first..]);
                 for i in 0..residual.len() {
                     if k > 0 {
@@ -168,7 +170,6 @@ impl Coupled {
                     next[i] = alpha * residual[i] + if k > 0 { beta * step[first + i] } else { 0.0 };
                     moment[i] += next[i];
                 }
-                0.0
             });
             std::mem::swap(&mut self.step, &mut self.next);
         }

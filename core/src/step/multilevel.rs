@@ -249,17 +249,13 @@ impl Level {
 
     fn restrict(&mut self, pool: &Pool, r: &[Quad]) {
         let (start, fine, inverse) = (&self.start, &self.fine, &self.inverse);
-        pool.pieces(
-            (&mut self.r[..], &mut self.h[..]),
-            COARSE_PIECE,
-            &|first, (r_coarse, h): (&mut [Quad], &mut [Quad])| {
-                for a in 0..h.len() {
-                    let range = start[first + a] as usize..start[first + a + 1] as usize;
-                    let sum = fine[range].iter().fold([0.0; 4], |sum, &(i, weight)| plus(sum, weight, r[i as usize]));
-                    (r_coarse[a], h[a]) = (sum, turned(&inverse[first + a], sum));
-                }
-            },
-        );
+        pool.pieces((&mut self.r[..], &mut self.h[..]), COARSE_PIECE, &|first, (r_coarse, h)| {
+            for a in 0..h.len() {
+                let range = start[first + a] as usize..start[first + a + 1] as usize;
+                let sum = fine[range].iter().fold([0.0; 4], |sum, &(i, weight)| plus(sum, weight, r[i as usize]));
+                (r_coarse[a], h[a]) = (sum, turned(&inverse[first + a], sum));
+            }
+        });
     }
 
     fn prolong(&self, pool: &Pool, h: &mut [Quad]) {

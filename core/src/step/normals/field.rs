@@ -12,6 +12,8 @@ use super::super::{V3, axpy, dot};
 /// Of the rest area around a node, the least over which its area vector still counts as a direction: below, a normal is shorter
 /// than 1, for the normal of a sheet that is folded onto itself turns faster than anything can follow.
 const CRUMPLED: f64 = 1e-2;
+/// Nodes in a piece of work for a thread.
+const PIECE: usize = 1024;
 
 /// Triangles with the corners whose normals they are part of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,18 +65,17 @@ impl Field {
             }
             Ok::<(), std::convert::Infallible>(())
         });
-        pool.fold((&mut normal[..], &mut inverse[..]), &|first, (normal, inverse)| {
+        pool.pieces((&mut normal[..], &mut inverse[..]), PIECE, &|first, (normal, inverse)| {
             for (i, (n, inverse)) in normal.iter_mut().zip(inverse).enumerate() {
                 *inverse = 1.0 / dot(*n, *n).sqrt().max(least[first + i]);
                 *n = n.map(|c| *inverse * c);
             }
-            0.0
         });
     }
 
     /// To `force` adds that of `parts`: forces at fixed normals, N, and slopes in the normals, J, which become slopes in N.
     pub(super) fn pull_back(&self, pool: &Pool, x: &[V3], parts: &mut [[f64; 6]], force: &mut [V3]) {
-        pool.fold((&mut *parts, &mut *force), &|first, (parts, force)| {
+        pool.pieces((&mut *parts, &mut *force), PIECE, &|first, (parts, force)| {
             for (i, ([fx, fy, fz, p, q, r], f)) in parts.iter_mut().zip(force).enumerate() {
                 *f = axpy(*f, 1.0, [*fx, *fy, *fz]);
                 let (n, inverse, slope) = (self.normal[first + i], self.inverse[first + i], [*p, *q, *r]);
@@ -82,7 +83,6 @@ impl Field {
                 let turning = if whole { axpy(slope, -dot(n, slope), n) } else { slope };
                 [*p, *q, *r] = turning.map(|c| inverse * c);
             }
-            0.0
         });
         let parts = &*parts;
         let Ok(()) = self.schedule.run(pool, force, &|node| node, &|chunk, window| {
