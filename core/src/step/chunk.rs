@@ -23,16 +23,19 @@ pub struct Schedule {
     colours: Vec<Vec<Chunk>>,
 }
 
-/// Elements in a chunk.
-const CHUNK: usize = 1024;
+/// Elements in a chunk: the more the better for memory, but a few chunks for each thread.
+const CHUNK: std::ops::RangeInclusive<usize> = 512..=2048;
+/// Chunks of a short list.
+const CHUNKS: usize = 16;
 
 impl Schedule {
     /// Cuts elements of `corners` nodes each. Keeps the buffers of an earlier cut.
     pub fn cut(&mut self, nodes: &[u32], corners: usize) {
         self.colours.iter_mut().for_each(Vec::clear);
         let count = nodes.len() / corners;
-        for begin in (0..count).step_by(CHUNK) {
-            let range = begin..count.min(begin + CHUNK);
+        let size = (count / CHUNKS).clamp(*CHUNK.start(), *CHUNK.end());
+        for begin in (0..count).step_by(size) {
+            let range = begin..count.min(begin + size);
             let (mut low, mut high) = (usize::MAX, 0);
             for &node in &nodes[range.start * corners..range.end * corners] {
                 low = low.min(node as usize);
