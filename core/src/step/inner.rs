@@ -4,13 +4,15 @@
 //! digits are not those of the solution: [`super::pcg`] finds the residual in double precision and asks again until it is small
 //! enough (iterative refinement: Wilkinson 1963). Matrix and residual are scaled by powers of two, so no unit is too small.
 
+use super::age::Age;
 use super::elements::ElementSet;
+use super::inverses::Inverses;
 use super::matrix::Matrix;
-use super::multilevel::{Inverse, Multilevel, columns, dot, plus, turned};
+use super::multilevel::{Inverse, Multilevel, columns, plus};
 use super::pcg::{Solve, constrained_inverse};
 use super::pool::Pool;
 use super::single::{Held, Quad, Single, power_of_two, without_dust};
-use super::{Block, Constraint, V3, dot as dot3, times};
+use super::{Block, Constraint, V3};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Vectors and matrices of the corrections.
@@ -19,6 +21,7 @@ pub struct Inner {
     matrix: Single,
     inverse: Vec<Inverse>,
     levels: Option<Multilevel>,
+    age: Age,
     held: Vec<Held>,
     /// Of the last solve.
     constraints: Vec<Constraint>,
@@ -32,7 +35,6 @@ pub struct Inner {
     x: Vec<Quad>,
     r: Vec<Quad>,
     p: Vec<Quad>,
-    s: Vec<Quad>,
     h: Vec<Quad>,
     /// Of the residual in `r`.
     scale: f64,
@@ -44,7 +46,7 @@ const DEEPEST: f64 = 1e-10;
 const PIECE: usize = 2048;
 
 /// Condition of a block up to which rounding its inverse leaves the least of it, by a fifth.
-const WIDEST: f64 = 1e6;
+pub const WIDEST: f64 = 1e6;
 
 /// Whether a block and its inverse can be rounded.
 pub fn is_narrow(block: &Block, inverse: &Block) -> bool {
@@ -64,7 +66,7 @@ pub struct Corrected {
 impl Inner {
     /// Room for `n` nodes.
     pub fn resize(&mut self, n: usize) {
-        for field in [&mut self.x, &mut self.r, &mut self.p, &mut self.s, &mut self.h] {
+        for field in [&mut self.x, &mut self.r, &mut self.p, &mut self.h] {
             field.clear();
             field.resize(n, [0.0; 4]);
         }
@@ -73,6 +75,7 @@ impl Inner {
         self.fixed.reserve(n);
         self.constraints.resize(n, Constraint::Free);
         self.levels = None;
+        self.age.end();
         self.matrix.forget();
     }
 
@@ -83,7 +86,7 @@ impl Inner {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        let vectors = self.x.len() * (5 * size_of::<Quad>() + size_of::<Inverse>());
+        let vectors = self.x.len() * (4 * size_of::<Quad>() + size_of::<Inverse>());
         vectors + self.matrix.bytes() + self.levels.as_ref().map_or(0, Multilevel::bytes)
     }
 
@@ -104,22 +107,17 @@ impl Inner {
         self.matrix.update(pool, system.matrix);
         self.share = 1.0 / self.matrix.scale();
         if let Some(levels) = &mut self.levels {
-            self.fixed.clear();
-            self.fixed.extend((0..constraints.len() as u32).filter(|i| constraints[*i as usize] == Constraint::Fixed));
-            self.matrix.without_fixed(system.matrix, &self.fixed, |matrix| levels.update(pool, matrix));
+            if self.age.is_over(self.matrix.scale()) {
+                let is_fixed = |i: &u32| constraints[*i as usize] == Constraint::Fixed;
+                self.fixed.clear();
+                self.fixed.extend((0..constraints.len() as u32).filter(is_fixed));
+                self.matrix.without_fixed(system.matrix, &self.fixed, |matrix| levels.update(pool, matrix));
+            }
             self.share *= levels.share();
         }
-        let (x, matrix, share) = (system.motion.0, system.matrix, self.share);
-        let fits = AtomicBool::new(true);
-        self.size = pool.fold(&mut self.inverse[..], &|first, inverse| {
-            let (mut size, mut narrow) = (0.0, true);
-            for (i, inverse) in inverse.iter_mut().enumerate() {
-                let block = matrix.diagonal(first + i);
-                let exact = constrained_inverse(block, &constraints[first + i]);
-                narrow &= is_narrow(block, &exact);
-                *inverse = columns(&exact.map(|c| share * c));
-                size += dot3(x[first + i], times(block, x[first + i]));
-            }
+        let (share, fits) = (self.share, AtomicBool::new(true));
+        self.size = pool.fold(&mut self.inverse[..], &|first, out| {
+            let (size, narrow) = pulp::Arch::new().dispatch(Inverses { system, share, first, out });
             if !narrow {
                 fits.store(false, Ordering::Relaxed);
             }
@@ -127,6 +125,16 @@ impl Inner {
         });
         self.fits = fits.into_inner();
         (self.size, self.fits)
+    }
+
+    /// What the last solve has to do with the next is not known.
+    pub fn forget(&mut self) {
+        self.age.end();
+    }
+
+    /// Tells what the first solve with a matrix took.
+    pub fn took(&mut self, iterations: usize) {
+        self.age.took(iterations);
     }
 
     /// Takes over a residual, filtered; gives `r . P r`, where P stands for the inverse of A.
@@ -143,13 +151,7 @@ impl Inner {
                 *to = without_dust([(down * r[0]) as f32, (down * r[1]) as f32, (down * r[2]) as f32, 0.0]);
             }
         });
-        let (r, inverse) = (&self.r, &self.inverse);
-        let sum = pool.fold(&mut self.h[..], &|first, h| {
-            let rows = h.iter_mut().zip(&r[first..]).zip(&inverse[first..]);
-            rows.for_each(|((h, r), inverse)| *h = turned(inverse, *r));
-            dot(h, &r[first..])
-        });
-        self.unit() * self.add_levels(pool).unwrap_or(sum)
+        self.unit() * self.precondition(pool)
     }
 
     /// Of `r . P r`, as it is counted here.
@@ -171,7 +173,7 @@ impl Inner {
         self.x.fill([0.0; 4]);
         let mut done = Corrected::default();
         while d > enough && done.iterations < most {
-            let q = self.apply(pool, system.matrix);
+            let q = self.matrix.product(pool, system.matrix, &self.p);
             if !(q > 0.0 && q.is_finite()) {
                 done.broken = true;
                 break;
@@ -193,26 +195,22 @@ impl Inner {
         done
     }
 
-    /// `s = S A p`; gives `p.s`.
-    fn apply(&mut self, pool: &Pool, matrix: &Matrix) -> f64 {
-        let sum = self.matrix.product(pool, matrix, &self.p, &mut self.s);
-        Held::filter(&self.held, &mut self.s);
-        sum
-    }
-
-    /// `x += a p`, `r -= a s`, `h = P r`; gives `r.h`.
+    /// `x += a p`, `r -= a S A p`, `h = P r`; gives `r.h`.
     fn descend(&mut self, pool: &Pool, a: f32) -> f64 {
-        let (p, s, inverse) = (&self.p, &self.s, &self.inverse);
-        let sum = pool.fold((&mut self.x[..], (&mut self.r[..], &mut self.h[..])), &|first, (x, (r, h))| {
-            let (p, s, inverse) = (&p[first..], &s[first..], &inverse[first..]);
-            pulp::Arch::new().dispatch(Descend { a, p, s, inverse, x, r, h })
+        let (p, matrix) = (&self.p, &self.matrix);
+        pool.pieces((&mut self.x[..], &mut self.r[..]), PIECE, &|first, (x, r)| {
+            pulp::Arch::new().dispatch(Step { a, p: &p[first..], x });
+            matrix.take(first, a, r);
         });
-        self.add_levels(pool).unwrap_or(sum)
+        Held::filter(&self.held, &mut self.r);
+        self.precondition(pool)
     }
 
-    /// Adds the coarse levels to `h`, if there are any; gives `r.h`.
-    fn add_levels(&mut self, pool: &Pool) -> Option<f64> {
-        let sum = self.levels.as_mut().map(|levels| levels.add(pool, &self.r, &mut self.h));
+    /// `h = P r`; gives `r.h`.
+    fn precondition(&mut self, pool: &Pool) -> f64 {
+        let mut none = Multilevel::default();
+        let levels = self.levels.as_mut().unwrap_or(&mut none);
+        let sum = levels.apply(pool, &self.inverse, &self.r, &mut self.h);
         Held::filter(&self.held, &mut self.h);
         sum
     }
@@ -235,28 +233,20 @@ impl pulp::NullaryFnOnce for Turn<'_> {
     }
 }
 
-/// `x += a p`, `r -= a s`, `h = P r` with the finest level's part of P; gives `r . h`.
-struct Descend<'a> {
+/// `x += a p`
+struct Step<'a> {
     a: f32,
     p: &'a [Quad],
-    s: &'a [Quad],
-    inverse: &'a [Inverse],
     x: &'a mut [Quad],
-    r: &'a mut [Quad],
-    h: &'a mut [Quad],
 }
 
-impl pulp::NullaryFnOnce for Descend<'_> {
-    type Output = f64;
+impl pulp::NullaryFnOnce for Step<'_> {
+    type Output = ();
 
     #[inline(always)]
-    fn call(self) -> f64 {
-        let Self { a, p, s, inverse, x, r, h } = self;
-        x.iter_mut().zip(p).for_each(|(x, p)| *x = plus(*x, a, *p));
-        for (((r, s), h), inverse) in r.iter_mut().zip(s).zip(&mut *h).zip(inverse) {
-            *r = without_dust(plus(*r, -a, *s));
-            *h = turned(inverse, *r);
+    fn call(self) {
+        for (x, p) in self.x.iter_mut().zip(self.p) {
+            *x = plus(*x, self.a, *p);
         }
-        dot(r, h)
     }
 }

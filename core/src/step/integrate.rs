@@ -378,10 +378,9 @@ impl Integrator {
         let v = (!here).then_some(&system.nodes.v[..]);
         add_loads(&mut self.force, loads, &system.nodes.x, v);
         self.pcg.prepare(&matrix, &system.sets);
-        if here {
-            // With one product: b = M v + g f_elastic - A v.
-            matrix.product(pool, &system.nodes.v, &mut self.moving);
-        }
+        // Where the body is: b = M v + g f_elastic - A v.
+        let moving = here.then_some((&system.nodes.v[..], &mut self.moving[..]));
+        self.pcg.guess(pool, &matrix, moving);
         let mut size = 0.0_f64;
         for pass in 0..PASSES {
             self.z.fill([0.0; 3]);

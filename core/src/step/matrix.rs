@@ -14,6 +14,7 @@ use super::system::Nodes;
 use super::{Block, Constraint, V3, axpy, times};
 use crate::host::{HostError, Material};
 use pliant_plugin_api::abi;
+use std::ops::Range;
 
 /// `A`, with room for every pair of nodes that an element joins.
 #[derive(Debug, Default)]
@@ -41,6 +42,11 @@ impl<'a> Rows<'a> {
     pub(super) fn around(&self, i: usize) -> (&'a [(u32, u32)], usize, &'a [u32]) {
         let above = self.row[i] + 1..self.row[i + 1];
         (&self.lower[self.lower_row[i]..self.lower_row[i + 1]], above.start, &self.column[above])
+    }
+
+    /// Where the blocks of some rows are, the diagonal's among them.
+    pub(super) fn slots(&self, rows: Range<usize>) -> Range<usize> {
+        self.row[rows.start]..self.row[rows.end]
     }
 }
 
@@ -269,9 +275,17 @@ impl Matrix {
         pool.pieces(out, ROWS, &|first, out| self.rows_product(first, x, out));
     }
 
+    /// Two products, with the matrix read once.
+    pub fn products(&self, pool: &Pool, x: [&[V3]; 2], out: [&mut [V3]; 2]) {
+        let [left, right] = out;
+        pool.pieces((left, right), ROWS, &|first, (left, right)| {
+            rows_product([left, right], x, |i| self.row_at(first + i));
+        });
+    }
+
     /// Its rows from `first` on.
     pub fn rows_product(&self, first: usize, x: &[V3], out: &mut [V3]) {
-        rows_product(out, x, |i| self.row_at(first + i));
+        rows_product([out], [x], |i| self.row_at(first + i));
     }
 
     /// One row of [`Matrix::product`].
@@ -308,6 +322,11 @@ impl Matrix {
     /// The diagonal block of a node.
     pub fn diagonal(&self, i: usize) -> &Block {
         &self.values[self.row[i]]
+    }
+
+    #[cfg(test)]
+    pub(super) fn diagonal_mut(&mut self, i: usize) -> &mut Block {
+        &mut self.values[self.row[i]]
     }
 
     /// The largest `sum_j |A_ij| / m_i` over scalar rows i of nodes that are not fixed: an upper bound for the eigenvalues of

@@ -3,15 +3,18 @@
 //! Nothing here knows what a material is made of, or what a scene is. A [`System`] holds nodes and elements; an
 //! [`Integrator`] moves them by one step.
 
+mod age;
 mod aggregate;
 mod chunk;
 mod constraint;
 mod coupled;
 mod double;
 mod elements;
+mod galerkin;
 mod hinge;
 mod inner;
 mod integrate;
+mod inverses;
 mod lanes;
 mod limit;
 mod matrix;
@@ -27,6 +30,7 @@ mod sliced;
 mod sliced_product;
 mod springs;
 mod system;
+mod transfer;
 
 pub use chunk::{Chunk, Schedule};
 pub use constraint::Constraint;

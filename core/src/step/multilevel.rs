@@ -6,11 +6,13 @@
 use super::Block;
 use super::aggregate::{Graph, Weights};
 use super::elements::ElementSet;
+use super::galerkin::Galerkin;
 use super::inner::is_narrow;
 use super::matrix::Matrix;
 use super::pcg::symmetric_inverse;
 use super::pool::Pool;
 use super::single::{Quad, Single, SingleBlock};
+use super::transfer::{Rows, Transfer};
 
 /// Share of block Jacobi on all levels but the coarsest.
 const SHARE: f64 = 0.6;
@@ -31,14 +33,11 @@ pub struct Multilevel {
 
 #[derive(Debug, Default)]
 struct Level {
-    weights: Weights,
-    /// By coarse node: fine node and weight.
-    start: Vec<u32>,
-    fine: Vec<(u32, f32)>,
+    transfer: Transfer,
+    galerkin: Galerkin,
     /// Where the diagonal blocks of the coarse matrix are, and the matrix.
     diagonal: Vec<u32>,
     values: Vec<SingleBlock>,
-    products: Products,
     inverse: Vec<Inverse>,
     r: Vec<Quad>,
     h: Vec<Quad>,
@@ -47,25 +46,24 @@ struct Level {
 /// Columns of a 3 x 3 block, with zeros behind them.
 pub type Inverse = [Quad; 3];
 
-/// What a block of the coarse matrix is made of: fine blocks as they are, then transposed ones.
-#[derive(Debug, Default)]
-struct Products {
-    /// (coarse blocks x 2 + 1)
-    start: Vec<u32>,
-    /// Fine slot and its weight.
-    terms: Vec<(u32, f32)>,
-}
-
 /// Block times vector.
 #[inline(always)]
 pub fn turned(m: &Inverse, v: Quad) -> Quad {
-    std::array::from_fn(|c| m[0][c] * v[0] + m[1][c] * v[1] + m[2][c] * v[2])
+    let mut out = [0.0; 4];
+    for c in 0..4 {
+        out[c] = m[0][c] * v[0] + m[1][c] * v[1] + m[2][c] * v[2];
+    }
+    out
 }
 
 /// `a + s b`
 #[inline(always)]
 pub fn plus(a: Quad, s: f32, b: Quad) -> Quad {
-    std::array::from_fn(|c| a[c] + s * b[c])
+    let mut out = a;
+    for c in 0..4 {
+        out[c] += s * b[c];
+    }
+    out
 }
 
 impl Multilevel {
@@ -79,7 +77,7 @@ impl Multilevel {
             if coarse.len() as f64 > KEPT * graph.len() as f64 {
                 break;
             }
-            let (level, pattern) = Level::new(finer.as_ref().unwrap_or(matrix), coarse.len(), weights);
+            let (level, pattern) = Level::new(finer.as_ref().unwrap_or(matrix), coarse.len(), &weights);
             levels.push(level);
             (graph, finer) = (coarse, Some(pattern));
         }
@@ -89,8 +87,9 @@ impl Multilevel {
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         let of = |level: &Level| {
-            let lists = level.weights.weight.len() * 20 + level.products.terms.len() * 8 + level.h.len() * 88;
-            lists + level.products.start.len() * 4 + level.values.len() * size_of::<SingleBlock>()
+            let lists = level.transfer.bytes() + level.galerkin.bytes() + level.diagonal.len() * 4;
+            let vectors = level.h.len() * (2 * size_of::<Quad>() + size_of::<Inverse>());
+            lists + vectors + level.values.len() * size_of::<SingleBlock>()
         };
         self.levels.iter().map(of).sum()
     }
@@ -104,24 +103,20 @@ impl Multilevel {
         }
     }
 
-    /// Adds to `h`, which has the share of the finest level, what the others make of `r`; gives `r.h`, where `r` is zero for what
-    /// may not move.
-    pub fn add(&mut self, pool: &Pool, r: &[Quad], h: &mut [Quad]) -> f64 {
+    /// `h = P r`, with `inverse` for the share of the finest level; gives `r.h`, where `r` is zero for what may not move.
+    pub fn apply(&mut self, pool: &Pool, inverse: &[Inverse], r: &[Quad], h: &mut [Quad]) -> f64 {
         for at in 0..self.levels.len() {
             let (finer, rest) = self.levels.split_at_mut(at);
             rest[0].restrict(pool, finer.last().map_or(r, |level| &level.r));
         }
-        for at in (0..self.levels.len()).rev() {
+        for at in (1..self.levels.len()).rev() {
             let (finer, rest) = self.levels.split_at_mut(at);
-            if let Some(finer) = finer.last_mut() {
-                rest[0].prolong(pool, &mut finer.h);
-            }
+            rest[0].prolong(pool, &mut finer[at - 1].h);
         }
+        let coarse = self.levels.first();
         pool.fold(h, &|first, h| {
-            if let Some(level) = self.levels.first() {
-                level.prolong_piece(first, h);
-            }
-            dot(h, &r[first..])
+            let (inverse, r) = (&inverse[first..], &r[first..]);
+            pulp::Arch::new().dispatch(Finest { coarse, first, inverse, r, h })
         })
     }
 
@@ -131,108 +126,31 @@ impl Multilevel {
     }
 }
 
-/// Sum of products, in lanes of single precision: for a few hundred vectors.
+/// The last, nothing, is added too: without it the compiler would take lanes apart.
 #[inline(always)]
-pub fn dot(a: &[Quad], b: &[Quad]) -> f64 {
-    let mut sum = [0.0; 4];
-    for (a, b) in a.iter().zip(b) {
-        (0..4).for_each(|c| sum[c] += a[c] * b[c]);
-    }
-    f64::from(sum[0]) + f64::from(sum[1]) + f64::from(sum[2])
+fn total(sum: Quad) -> f64 {
+    (f64::from(sum[0]) + f64::from(sum[1])) + (f64::from(sum[2]) + f64::from(sum[3]))
 }
 
 impl Level {
     /// And the pattern of its matrix.
-    fn new(fine: &Matrix, coarse: usize, weights: Weights) -> (Self, Matrix) {
-        let mut level = Self {
+    fn new(fine: &Matrix, coarse: usize, weights: &Weights) -> (Self, Matrix) {
+        let (galerkin, pattern) = Galerkin::new(fine, coarse, weights);
+        let level = Self {
+            transfer: Transfer::new(weights, coarse),
+            galerkin,
+            diagonal: (0..coarse).map(|a| pattern.diagonal_slot(a) as u32).collect(),
+            values: vec![[0.0; 9]; pattern.values().len() + 1],
             inverse: vec![[[0.0; 4]; 3]; coarse],
             r: vec![[0.0; 4]; coarse],
             h: vec![[0.0; 4]; coarse],
-            ..Self::default()
         };
-        let mut by_coarse: Vec<(u32, u32, f32)> = Vec::with_capacity(weights.coarse.len());
-        for i in 0..weights.start.len() - 1 {
-            let row = weights.start[i] as usize..weights.start[i + 1] as usize;
-            by_coarse.extend(row.map(|at| (weights.coarse[at], i as u32, weights.weight[at])));
-        }
-        by_coarse.sort_unstable_by_key(|t| (t.0, t.1));
-        level.start = (0..=coarse as u32).map(|a| by_coarse.partition_point(|t| t.0 < a) as u32).collect();
-        level.fine = by_coarse.iter().map(|t| (t.1, t.2)).collect();
-        level.weights = weights;
-        let pattern = level.list_products(fine, coarse);
-        level.diagonal = (0..coarse).map(|a| pattern.diagonal_slot(a) as u32).collect();
-        level.values = vec![[0.0; 9]; pattern.values().len() + 1];
         (level, pattern)
     }
 
-    /// Every fine block with two weights: (a, b, slot, place of a, place of b).
-    fn visit(&self, fine: &Matrix, mut visit: impl FnMut(u32, u32, [u32; 3])) {
-        let row = |i: u32| self.weights.start[i as usize]..self.weights.start[i as usize + 1];
-        let mut pair = |i: u32, j: u32, slot: u32| {
-            for at in row(i) {
-                for bt in row(j) {
-                    visit(self.weights.coarse[at as usize], self.weights.coarse[bt as usize], [slot, at, bt]);
-                }
-            }
-        };
-        for i in 0..fine.rows() as u32 {
-            pair(i, i, fine.diagonal_slot(i as usize) as u32);
-        }
-        for (i, (j, slot)) in fine.off_diagonal() {
-            pair(i, j, slot);
-        }
-    }
-
-    fn list_products(&mut self, fine: &Matrix, coarse: usize) -> Matrix {
-        let mut matrix = Matrix::default();
-        matrix.set_pattern(coarse, |pair| {
-            self.visit(fine, |a, b, _| {
-                if a != b {
-                    pair(a.min(b), a.max(b));
-                }
-            });
-        });
-        // Of a block on the fine diagonal, (a, b) and (b, a) are both visited: one of them is enough.
-        let on_diagonal = |term: &[u32; 3]| self.node_of(term[1]) == self.node_of(term[2]);
-        let lists = |visit: &mut dyn FnMut(usize, [u32; 3])| {
-            self.visit(fine, |a, b, term| {
-                let slot = matrix.slot(a.min(b), a.max(b));
-                match (a.cmp(&b), on_diagonal(&term)) {
-                    (std::cmp::Ordering::Less, _) | (std::cmp::Ordering::Equal, true) => visit(2 * slot, term),
-                    (std::cmp::Ordering::Greater, false) => visit(2 * slot + 1, term),
-                    (std::cmp::Ordering::Greater, true) => {}
-                    (std::cmp::Ordering::Equal, false) => {
-                        visit(2 * slot, term);
-                        visit(2 * slot + 1, term);
-                    }
-                }
-            });
-        };
-        let mut start = vec![0_u32; 2 * matrix.values().len() + 1];
-        lists(&mut |list, _| start[list + 1] += 1);
-        for list in 1..start.len() {
-            start[list] += start[list - 1];
-        }
-        let mut next = start.clone();
-        let mut terms = vec![(0, 0.0); start[start.len() - 1] as usize];
-        lists(&mut |list, [slot, a, b]| {
-            terms[next[list] as usize] = (slot, self.weights.weight[a as usize] * self.weights.weight[b as usize]);
-            next[list] += 1;
-        });
-        self.products = Products { start, terms };
-        matrix
-    }
-
-    /// The fine node a weight belongs to.
-    fn node_of(&self, at: u32) -> usize {
-        self.weights.start.partition_point(|start| *start <= at)
-    }
-
     fn update(&mut self, pool: &Pool, fine: &[SingleBlock], is_last: bool) {
-        let (products, fine, count) = (&self.products, fine.as_flattened(), self.values.len() - 1);
-        pool.pieces(&mut self.values[..count], PIECE, &|first, out| {
-            pulp::Arch::new().dispatch(Galerkin { products, fine, first, out });
-        });
+        let count = self.values.len() - 1;
+        self.galerkin.update(pool, fine, &mut self.values[..count]);
         let share = if is_last { 1.0 } else { SHARE };
         let (values, diagonal) = (&self.values, &self.diagonal);
         pool.pieces(&mut self.inverse[..], PIECE, &|first, out| {
@@ -247,28 +165,15 @@ impl Level {
         });
     }
 
-    fn restrict(&mut self, pool: &Pool, r: &[Quad]) {
-        let (start, fine, inverse) = (&self.start, &self.fine, &self.inverse);
-        pool.pieces((&mut self.r[..], &mut self.h[..]), COARSE_PIECE, &|first, (r_coarse, h)| {
-            for a in 0..h.len() {
-                let range = start[first + a] as usize..start[first + a + 1] as usize;
-                let sum = fine[range].iter().fold([0.0; 4], |sum, &(i, weight)| plus(sum, weight, r[i as usize]));
-                (r_coarse[a], h[a]) = (sum, turned(&inverse[first + a], sum));
-            }
+    fn restrict(&mut self, pool: &Pool, from: &[Quad]) {
+        let (transfer, inverse) = (&self.transfer, &self.inverse);
+        pool.pieces((&mut self.r[..], &mut self.h[..]), COARSE_PIECE, &|first, (r, h)| {
+            pulp::Arch::new().dispatch(Restrict { transfer, first, inverse: &inverse[first..], from, r, h });
         });
     }
 
     fn prolong(&self, pool: &Pool, h: &mut [Quad]) {
-        pool.pieces(h, PIECE, &|first, h| self.prolong_piece(first, h));
-    }
-
-    fn prolong_piece(&self, first: usize, h: &mut [Quad]) {
-        let Weights { start, coarse, weight } = &self.weights;
-        for (i, h) in h.iter_mut().enumerate() {
-            let range = start[first + i] as usize..start[first + i + 1] as usize;
-            let terms = coarse[range.clone()].iter().zip(&weight[range]);
-            *h = terms.fold(*h, |sum, (&a, &weight)| plus(sum, weight, self.h[a as usize]));
-        }
+        pool.pieces(h, PIECE, &|first, h| self.transfer.spread(first, &self.h, &mut More(h)));
     }
 }
 
@@ -277,34 +182,97 @@ pub fn columns(m: &Block) -> Inverse {
     [0, 1, 2].map(|c| [m[3 * c] as f32, m[3 * c + 1] as f32, m[3 * c + 2] as f32, 0.0])
 }
 
-/// `P^T A P`, blocks `first` on.
-struct Galerkin<'a> {
-    products: &'a Products,
-    fine: &'a [f32],
+/// Coarse nodes `first` on: what they get, and the level's own part of P.
+struct Restrict<'a> {
+    transfer: &'a Transfer,
     first: usize,
-    out: &'a mut [SingleBlock],
+    inverse: &'a [Inverse],
+    from: &'a [Quad],
+    r: &'a mut [Quad],
+    h: &'a mut [Quad],
 }
 
-impl pulp::NullaryFnOnce for Galerkin<'_> {
+impl pulp::NullaryFnOnce for Restrict<'_> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
-        for (at, block) in self.out.iter_mut().enumerate() {
-            let list = 2 * (self.first + at);
-            let (direct, turned) = (sum(self.products, list, self.fine), sum(self.products, list + 1, self.fine));
-            *block = std::array::from_fn(|e| direct[e] + turned[3 * (e % 3) + e / 3]);
+        let Self { transfer, first, inverse, from, r, h } = self;
+        for (a, ((r, h), inverse)) in r.iter_mut().zip(h).zip(inverse).enumerate() {
+            *r = transfer.gathered(first + a, from);
+            *h = turned(inverse, *r);
         }
     }
 }
 
-/// Of one list; numbers past the ninth belong to other blocks and are not looked at.
-#[inline(always)]
-fn sum(Products { start, terms }: &Products, list: usize, fine: &[f32]) -> [f32; 16] {
-    let mut sum = [0.0_f32; 16];
-    for &(slot, weight) in &terms[start[list] as usize..start[list + 1] as usize] {
-        let block: &[f32; 16] = fine[9 * slot as usize..].first_chunk().expect("blocks have one behind them");
-        (0..16).for_each(|e| sum[e] += weight * block[e]);
+/// Fine nodes `first` on: their own part of P, and that of all coarser levels; gives `r . h`.
+struct Finest<'a> {
+    coarse: Option<&'a Level>,
+    first: usize,
+    inverse: &'a [Inverse],
+    r: &'a [Quad],
+    h: &'a mut [Quad],
+}
+
+impl pulp::NullaryFnOnce for Finest<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn call(self) -> f64 {
+        let Self { coarse, first, inverse, r, h } = self;
+        let mut rows = Share { inverse, r, h, product: [0.0; 4] };
+        match coarse {
+            Some(level) => level.transfer.spread(first, &level.h, &mut rows),
+            None => (0..rows.count()).for_each(|i| rows.put(i, rows.own(i))),
+        }
+        total(rows.product)
     }
-    sum
+}
+
+/// Fine nodes get their share of block Jacobi, and `r . h` is added up.
+struct Share<'a> {
+    inverse: &'a [Inverse],
+    r: &'a [Quad],
+    h: &'a mut [Quad],
+    product: Quad,
+}
+
+impl Rows for Share<'_> {
+    #[inline(always)]
+    fn count(&self) -> usize {
+        self.h.len()
+    }
+
+    #[inline(always)]
+    fn own(&self, i: usize) -> Quad {
+        turned(&self.inverse[i], self.r[i])
+    }
+
+    #[inline(always)]
+    fn put(&mut self, i: usize, sum: Quad) {
+        self.h[i] = sum;
+        for c in 0..4 {
+            self.product[c] += sum[c] * self.r[i][c];
+        }
+    }
+}
+
+/// Nodes of a coarser level have theirs already.
+struct More<'a>(&'a mut [Quad]);
+
+impl Rows for More<'_> {
+    #[inline(always)]
+    fn count(&self) -> usize {
+        self.0.len()
+    }
+
+    #[inline(always)]
+    fn own(&self, i: usize) -> Quad {
+        self.0[i]
+    }
+
+    #[inline(always)]
+    fn put(&mut self, i: usize, sum: Quad) {
+        self.0[i] = sum;
+    }
 }

@@ -118,6 +118,7 @@ impl Pcg {
     pub fn forget(&mut self) {
         self.x.fill([0.0; 3]);
         self.before.fill([0.0; 3]);
+        self.inner.forget();
     }
 
     /// Finds the levels, if they are wanted and not there since the nodes or elements changed.
@@ -132,7 +133,17 @@ impl Pcg {
         4 * self.x.len() * size_of::<V3>() + self.inner.bytes() + self.double.bytes()
     }
 
-    /// Solves, starting from `self.x`.
+    /// Before the first solve with a matrix: the guess, and what the matrix makes of it; and of `also` besides, which it puts into
+    /// the second.
+    pub fn guess(&mut self, pool: &Pool, matrix: &Matrix, also: Option<(&[V3], &mut [V3])>) {
+        self.extrapolate();
+        match also {
+            Some((x, out)) => matrix.products(pool, [&self.x, x], [&mut self.product, out]),
+            None => matrix.product(pool, &self.x, &mut self.product),
+        }
+    }
+
+    /// Solves, starting from [`Pcg::guess`] or the last solution with the same matrix.
     pub fn solve(&mut self, pool: &Pool, system: &Solve<'_>) -> SolveReport {
         let (z, s) = (system.z, system.constraints);
         let last_digit = (f64::EPSILON / system.motion.1) * (f64::EPSILON / system.motion.1);
@@ -140,9 +151,6 @@ impl Pcg {
         let floor = last_digit * if size.is_finite() { size } else { 0.0 };
         if !fits {
             return self.in_double(pool, system, floor, 0);
-        }
-        if !system.again {
-            self.extrapolate();
         }
         // Scale: the right side as the prescribed part alone leaves it.
         self.r.fill([0.0; 3]);
@@ -153,15 +161,12 @@ impl Pcg {
             if held != [0.0; 3] {
                 system.matrix.add_column(i, held, &mut self.r);
             }
-            if system.again && change != [0.0; 3] {
+            if change != [0.0; 3] {
                 system.matrix.add_column(i, change, &mut self.product);
             }
         }
         self.left(system, false);
         let scale = self.inner.weigh(pool, &self.r);
-        if !system.again {
-            system.matrix.product(pool, &self.x, &mut self.product);
-        }
         let mut d = self.residual(pool, system);
         let enough = (system.tolerance * system.tolerance * scale).max(floor);
         let mut report = SolveReport::default();
@@ -178,6 +183,9 @@ impl Pcg {
             if done.iterations == 0 || !d.is_finite() {
                 break;
             }
+        }
+        if !system.again {
+            self.inner.took(report.iterations);
         }
         report.close(d, scale, (enough, floor));
         if report.converged || (report.iterations >= system.most && !report.broken) {

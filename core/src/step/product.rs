@@ -49,14 +49,16 @@ fn add(sums: &mut Sums, block: &Block, x: V3, spread: impl Fn(V3) -> [f64; 8]) {
     sums.1 += block[8] * x[2];
 }
 
-/// `out[i] = row(first + i) x`, with the widest vector unit there is.
-pub fn rows_product<'a>(out: &mut [V3], x: &[V3], row: impl Fn(usize) -> Row<'a>) {
+/// `out[k][i] = row(first + i) x[k]`, with the widest vector unit there is.
+pub fn rows_product<'a, const K: usize>(out: [&mut [V3]; K], x: [&[V3]; K], row: impl Fn(usize) -> Row<'a>) {
     #[cfg(target_arch = "x86_64")]
     if let pulp::Arch::V4(simd) = pulp::Arch::new() {
         return simd.vectorize(wide::Rows { simd, out, x, row });
     }
-    for (i, out) in out.iter_mut().enumerate() {
-        *out = row_product(row(i), x);
+    for (out, x) in out.into_iter().zip(x) {
+        for (i, out) in out.iter_mut().enumerate() {
+            *out = row_product(row(i), x);
+        }
     }
 }
 
@@ -64,46 +66,55 @@ pub fn rows_product<'a>(out: &mut [V3], x: &[V3], row: impl Fn(usize) -> Row<'a>
 mod wide {
     use super::{Block, Row, V3, ends};
     use pulp::x86::V4;
-    use pulp::{Simd, cast, f64x8, u64x8};
+    use pulp::{cast, f64x8, u64x8};
 
     /// For a transposed block and for one as it is.
     const TURNED: u64x8 = u64x8(0, 0, 0, 1, 1, 1, 2, 2);
     const STRAIGHT: u64x8 = u64x8(0, 1, 2, 0, 1, 2, 0, 1);
 
-    pub struct Rows<'o, F> {
+    pub struct Rows<'o, F, const K: usize> {
         pub simd: V4,
-        pub out: &'o mut [V3],
-        pub x: &'o [V3],
+        pub out: [&'o mut [V3]; K],
+        pub x: [&'o [V3]; K],
         pub row: F,
     }
 
-    impl<'a, F: Fn(usize) -> Row<'a>> pulp::NullaryFnOnce for Rows<'_, F> {
+    impl<'a, F: Fn(usize) -> Row<'a>, const K: usize> pulp::NullaryFnOnce for Rows<'_, F, K> {
         type Output = ();
 
         #[inline(always)]
         fn call(self) {
             let Self { simd, out, x, row } = self;
-            for i in 0..out.len() {
+            for i in 0..out.first().map_or(0, |out| out.len()) {
                 let Row { values, lower, upper, columns } = row(i);
-                let (mut turned, mut straight) = ((simd.splat_f64x8(0.0), 0.0), (simd.splat_f64x8(0.0), 0.0));
+                let zero = (simd.splat_f64x8(0.0), 0.0);
+                let (mut turned, mut straight) = ([zero; K], [zero; K]);
                 for &(j, slot) in lower {
-                    turned = add(simd, turned, &values[slot as usize], &x[j as usize], TURNED);
+                    let block = &values[slot as usize];
+                    for k in 0..K {
+                        turned[k] = add(simd, turned[k], block, &x[k][j as usize], TURNED);
+                    }
                 }
                 for (block, &j) in upper.iter().zip(columns) {
-                    straight = add(simd, straight, block, &x[j as usize], STRAIGHT);
+                    for k in 0..K {
+                        straight[k] = add(simd, straight[k], block, &x[k][j as usize], STRAIGHT);
+                    }
                 }
-                out[i] = ends((cast(turned.0), turned.1), (cast(straight.0), straight.1));
+                for k in 0..K {
+                    out[k][i] = ends((cast(turned[k].0), turned[k].1), (cast(straight[k].0), straight[k].1));
+                }
             }
         }
     }
 
     #[inline(always)]
     fn add(simd: V4, sums: (f64x8, f64), block: &Block, x: &V3, spread: u64x8) -> (f64x8, f64) {
-        let three: f64x8 = simd.partial_load_f64s(x);
+        let [x0, x1, x2] = *x;
+        let three: f64x8 = cast([x0, x1, x2, 0.0, 0.0, 0.0, 0.0, 0.0]);
         let spread: f64x8 = cast(simd.avx512f._mm512_permutexvar_pd(cast(spread), cast(three)));
         let [a, b, c, d, e, f, g, h, last] = *block;
         let eight: f64x8 = cast([a, b, c, d, e, f, g, h]);
-        (simd.add_f64x8(sums.0, simd.mul_f64x8(eight, spread)), sums.1 + last * x[2])
+        (simd.add_f64x8(sums.0, simd.mul_f64x8(eight, spread)), sums.1 + last * x2)
     }
 }
 
@@ -115,15 +126,16 @@ mod tests {
     fn every_vector_unit_gives_the_same_bytes_and_the_product() {
         let wave = |i: usize| (1.7 * i as f64).sin() * 10_f64.powi((i % 7) as i32 - 3);
         let values: Vec<Block> = (0..40).map(|b| std::array::from_fn(|e| wave(9 * b + e))).collect();
-        let x: Vec<V3> = (0..30).map(|j| std::array::from_fn(|e| wave(1000 + 3 * j + e))).collect();
+        let x: Vec<V3> = (0..31).map(|j| std::array::from_fn(|e| wave(1000 + 3 * j + e))).collect();
         let lower: Vec<(u32, u32)> = (0..12).map(|k| (29 - k, 3 * k)).collect();
         let columns: Vec<u32> = (0..9).map(|k| 2 * k + 3).collect();
         let row =
             |i: usize| Row { values: &values, lower: &lower[i..], upper: &values[20 + i..29], columns: &columns[i..] };
-        let mut out = vec![[0.0; 3]; 9];
-        rows_product(&mut out, &x, row);
+        let (mut out, mut other) = (vec![[0.0; 3]; 9], vec![[0.0; 3]; 9]);
+        rows_product([&mut out, &mut other], [&x, &x[1..]], row);
         for (i, out) in out.iter().enumerate() {
             assert_eq!(out.map(f64::to_bits), row_product(row(i), &x).map(f64::to_bits));
+            assert_eq!(other[i].map(f64::to_bits), row_product(row(i), &x[1..]).map(f64::to_bits));
             let mut want = [0.0; 3];
             for &(j, slot) in row(i).lower {
                 (0..9).for_each(|e| want[e % 3] += values[slot as usize][e] * x[j as usize][e / 3]);

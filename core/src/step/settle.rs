@@ -124,6 +124,7 @@ impl Integrator {
         }
         self.pcg.forget();
         self.pcg.prepare(&matrix, &system.sets);
+        self.pcg.guess(pool, &matrix, None);
         let solve = Solve {
             matrix: &matrix,
             b: &self.b,

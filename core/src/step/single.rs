@@ -6,9 +6,10 @@
 
 use super::Constraint;
 use super::matrix::Matrix;
+use super::multilevel::plus;
 use super::pool::Pool;
 use super::single_product::{Blocks, rows_product};
-use super::sliced::Sliced;
+use super::sliced::{Band, Sliced};
 
 /// A vector with a zero behind it.
 pub type Quad = [f32; 4];
@@ -17,13 +18,16 @@ pub type SingleBlock = [f32; 9];
 
 /// What is smaller than this beside 1 is zero: processors take a hundred times as long over the smallest numbers.
 pub const TINY: f32 = 1e-18;
-/// Items in a piece of work for a thread.
-const PIECE: usize = 512;
+/// Rows in a piece of work for a thread.
+const ROWS: usize = 256;
 
 /// A vector in single precision, without what is next to nothing.
 #[inline(always)]
-pub fn without_dust(q: Quad) -> Quad {
-    q.map(|c| if c.abs() < TINY { 0.0 } else { c })
+pub fn without_dust(mut q: Quad) -> Quad {
+    for c in &mut q {
+        *c = if c.abs() < TINY { 0.0 } else { *c };
+    }
+    q
 }
 
 /// `scale A`
@@ -38,6 +42,8 @@ pub struct Single {
     /// The same once more where rows lie alike, and whether that was asked.
     sliced: Option<Sliced>,
     is_sorted: bool,
+    /// Of the last product, where rows do not lie alike.
+    product: Vec<Quad>,
 }
 
 /// The power of two at or below a number above zero.
@@ -59,7 +65,8 @@ impl Single {
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         let sliced = self.sliced.as_ref().map_or(0, Sliced::bytes);
-        (self.values.len() + self.own.len()) * size_of::<SingleBlock>() + sliced
+        let blocks = (self.values.len() + self.own.len()) * size_of::<SingleBlock>();
+        blocks + self.product.len() * size_of::<Quad>() + sliced
     }
 
     /// The next matrix has another pattern.
@@ -84,26 +91,40 @@ impl Single {
         let normal = largest.is_normal() && largest > 0.0;
         let scale = if normal { 1.0 / power_of_two(largest) } else { 1.0 };
         self.scale = scale;
-        let (count, values) = (matrix.values().len(), matrix.values());
-        pool.pieces(&mut self.values[..count], PIECE, &|first, out| {
-            pulp::Arch::new().dispatch(Rounded { scale, from: &values[first..], out });
-        });
-        pool.pieces(&mut self.own[..n], PIECE, &|first, out| {
-            pulp::Arch::new().dispatch(Sums { scale, matrix, first, out });
-        });
-        if let Some(sliced) = &mut self.sliced {
-            sliced.update(pool, matrix.pattern(), &self.values, &self.own, n);
+        // What is read in one part of the work is still at hand in the next.
+        let rows = matrix.pattern();
+        let height = self.sliced.as_ref().map_or(ROWS, Sliced::height);
+        let mut bands = self.sliced.as_mut().map(|sliced| sliced.bands_mut().iter_mut());
+        let (mut values, mut pieces) = (&mut self.values[..], Vec::with_capacity(n.div_ceil(height)));
+        for (at, own) in self.own[..n].chunks_mut(height).enumerate() {
+            let first = at * height;
+            let slots = rows.slots(first..first + own.len());
+            let (mine, others) = values.split_at_mut(slots.len());
+            pieces.push(Piece { first, values: mine, own, band: bands.as_mut().and_then(Iterator::next) });
+            values = others;
         }
+        pool.pieces(&mut pieces[..], 1, &|_, pieces| {
+            pieces.iter_mut().for_each(|piece| piece.update(scale, matrix));
+        });
     }
 
-    /// `out = scale A x`; gives `x . out`.
-    pub fn product(&mut self, pool: &Pool, matrix: &Matrix, x: &[Quad], out: &mut [Quad]) -> f64 {
+    /// Finds `scale A x`, for [`Single::take`]; gives `x . scale A x`.
+    pub fn product(&mut self, pool: &Pool, matrix: &Matrix, x: &[Quad]) -> f64 {
         if let Some(sliced) = &mut self.sliced {
-            return sliced.product(pool, x, out);
+            return sliced.product(pool, x);
         }
         let blocks =
             Blocks { values: self.values.as_flattened(), own: self.own.as_flattened(), rows: matrix.pattern() };
-        pool.fold(out, &|first, out| rows_product(first, out, x, blocks))
+        self.product.resize(x.len(), [0.0; 4]);
+        pool.fold(&mut self.product[..], &|first, out| rows_product(first, out, x, blocks))
+    }
+
+    /// `r -= a scale A x`, rows `first` on, of the last product.
+    pub fn take(&self, first: usize, a: f32, r: &mut [Quad]) {
+        match &self.sliced {
+            Some(sliced) => sliced.take(first, a, r),
+            None => pulp::Arch::new().dispatch(Take { product: &self.product[first..], a, r }),
+        }
     }
 
     /// Runs `work` on the blocks as they would be if fixed nodes were joined to no other and to nothing.
@@ -120,6 +141,27 @@ impl Single {
             self.values[slot] = matrix.values()[slot].map(|value| rounded(scale * value));
         }
         done
+    }
+}
+
+/// Some rows, with their blocks.
+struct Piece<'a> {
+    first: usize,
+    values: &'a mut [SingleBlock],
+    own: &'a mut [SingleBlock],
+    band: Option<&'a mut Band>,
+}
+
+impl Piece<'_> {
+    fn update(&mut self, scale: f64, matrix: &Matrix) {
+        let (arch, first) = (pulp::Arch::new(), self.first);
+        let slots = matrix.pattern().slots(first..first + self.own.len());
+        let from = &matrix.values()[slots.clone()];
+        arch.dispatch(Rounded { scale, from, out: self.values });
+        arch.dispatch(Sums { scale, matrix, first, out: self.own });
+        if let Some(band) = &mut self.band {
+            band.update(matrix.pattern(), (slots.start, self.values), self.own);
+        }
     }
 }
 
@@ -171,6 +213,24 @@ impl pulp::NullaryFnOnce for Sums<'_> {
                 (0..9).for_each(|e| turned[e] += block[e]);
             }
             *out = std::array::from_fn(|e| (self.scale * (straight[e] + turned[3 * (e % 3) + e / 3])) as f32);
+        }
+    }
+}
+
+/// `r -= a product`
+struct Take<'a> {
+    product: &'a [Quad],
+    a: f32,
+    r: &'a mut [Quad],
+}
+
+impl pulp::NullaryFnOnce for Take<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        for (r, product) in self.r.iter_mut().zip(self.product) {
+            *r = without_dust(plus(*r, -self.a, *product));
         }
     }
 }

@@ -9,14 +9,14 @@ use super::lanes::widest;
 use super::matrix::Rows;
 use super::pool::Pool;
 use super::single::{Quad, SingleBlock};
-use super::sliced_product::{Join, Multiply, Spread};
+use super::sliced_product::{Multiply, Spread, Take};
 
 /// Rows of a slice.
 pub const LANES: usize = 16;
 /// Numbers of a slice's blocks at one distance.
 const BLOCKS: usize = 9 * LANES;
 /// Rows of a band, at least.
-const BAND: usize = 1024;
+const BAND: usize = 512;
 /// What slices may hold for a block of the matrix: past this they read more than they save.
 const FULLEST: f64 = 1.3;
 
@@ -41,6 +41,8 @@ pub struct Band {
     /// Of its rows and what they reach, by component.
     pub x: [Vec<f32>; 3],
     pub y: [Vec<f32>; 3],
+    /// `x . y`
+    pub dot: f64,
 }
 
 impl Sliced {
@@ -64,7 +66,7 @@ impl Sliced {
             return None;
         }
         // What a band gives to rows past its end belongs to the next one.
-        let height = BAND.max((reach + LANES).next_multiple_of(BAND / 4));
+        let height = BAND.max((reach + LANES).next_multiple_of(BAND / 2));
         let bands = slices.chunks(height / LANES).enumerate().map(|(at, slices)| Band::new(at * height, slices, reach));
         Some(Self { height, bands: bands.collect() })
     }
@@ -74,27 +76,41 @@ impl Sliced {
         self.bands.iter().map(|b| 4 * (b.values.len() + b.distance.len() + 6 * b.x[0].len()) + 8 * b.start.len()).sum()
     }
 
-    /// Takes over new values: blocks by slot, and those of the diagonal by row.
-    pub fn update(&mut self, pool: &Pool, rows: Rows<'_>, values: &[SingleBlock], own: &[SingleBlock], n: usize) {
-        pool.pieces(&mut self.bands[..], 1, &|_, bands| {
-            bands.iter_mut().for_each(|band| band.update(rows, values, own, n))
-        });
+    /// Rows of all bands but the last.
+    pub fn height(&self) -> usize {
+        self.height
     }
 
-    /// `out = A x`; gives `x . out`.
-    pub fn product(&mut self, pool: &Pool, x: &[Quad], out: &mut [Quad]) -> f64 {
+    /// To be given new values.
+    pub fn bands_mut(&mut self) -> &mut [Band] {
+        &mut self.bands
+    }
+
+    /// Finds `A x`, for [`Sliced::take`]; gives `x . A x`.
+    pub fn product(&mut self, pool: &Pool, x: &[Quad]) -> f64 {
         pool.pieces(&mut self.bands[..], 1, &|_, bands| {
             for band in bands {
                 pulp::Arch::new().dispatch(Spread { band, x });
                 widest(Multiply(band));
             }
         });
-        let (bands, height) = (&self.bands, self.height);
-        pool.fold(out, &|first, out| {
-            let (at, row) = (first / height, first % height);
-            let before = at.checked_sub(1).map(|before| &bands[before].y);
-            pulp::Arch::new().dispatch(Join { y: &bands[at].y, row, before, height, x: &x[first..], out })
-        })
+        self.bands.iter().map(|band| band.dot).sum()
+    }
+
+    /// `r -= a A x`, rows `first` on.
+    pub fn take(&self, first: usize, a: f32, r: &mut [Quad]) {
+        let (mut at, mut rest) = (first, r);
+        while !rest.is_empty() {
+            let (band, row) = (at / self.height, at % self.height);
+            let (r, more) = rest.split_at_mut(rest.len().min(self.height - row));
+            let before = band.checked_sub(1).map(|before| &self.bands[before].y);
+            // What the band before gave to its first rows.
+            let before = before.map(|y| y.each_ref().map(|y| y.get(self.height + row..).unwrap_or_default()));
+            let y = self.bands[band].y.each_ref().map(|y| &y[row..]);
+            at += r.len();
+            pulp::Arch::new().dispatch(Take { y, before: before.unwrap_or_default(), a, r });
+            rest = more;
+        }
     }
 }
 
@@ -108,24 +124,26 @@ impl Band {
         let distance = slices.concat();
         let values = vec![0.0; BLOCKS * (slices.len() + distance.len())];
         let plane = || vec![0.0; LANES * slices.len() + reach];
-        Self { first, start, distance, values, x: [(); 3].map(|()| plane()), y: [(); 3].map(|()| plane()) }
+        let planes = || [(); 3].map(|()| plane());
+        Self { first, start, distance, values, x: planes(), y: planes(), dot: 0.0 }
     }
 
-    fn update(&mut self, rows: Rows<'_>, values: &[SingleBlock], own: &[SingleBlock], n: usize) {
+    /// Takes over new values: blocks from a slot on, and those of the diagonal, both of its rows alone.
+    pub fn update(&mut self, rows: Rows<'_>, (slot, values): (usize, &[SingleBlock]), own: &[SingleBlock]) {
         for slice in 0..self.start.len() - 1 {
             let distances = &self.distance[self.start[slice]..self.start[slice + 1]];
             let to = &mut self.values[BLOCKS * (self.start[slice] + slice)..][..BLOCKS * (1 + distances.len())];
-            let first = self.first + LANES * slice;
-            for i in first..n.min(first + LANES) {
-                let lane = i - first;
-                (0..9).for_each(|e| to[LANES * e + lane] = own[i][e]);
+            for (lane, own) in own[LANES * slice..].iter().take(LANES).enumerate() {
+                (0..9).for_each(|e| to[LANES * e + lane] = own[e]);
+                let i = self.first + LANES * slice + lane;
                 let (_, above, columns) = rows.around(i);
                 let mut at = 0;
-                for (block, j) in values[above..].iter().zip(columns) {
+                for (block, j) in values[above - slot..].iter().zip(columns) {
                     while distances[at] != j - i as u32 {
                         at += 1;
                     }
-                    (0..9).for_each(|e| to[BLOCKS * (1 + at) + LANES * e + lane] = block[e]);
+                    let to = &mut to[BLOCKS * (1 + at)..][..BLOCKS];
+                    (0..9).for_each(|e| to[LANES * e + lane] = block[e]);
                 }
             }
         }
@@ -172,8 +190,18 @@ mod tests {
         let mut out = vec![vec![[1.0; 4]; n]; 2];
         let sums = [1, 3].map(|threads| {
             let pool = Pool::new(threads);
-            sliced.update(&pool, rows, &values, &own, n);
-            sliced.product(&pool, &x, &mut out[threads / 2])
+            for band in &mut sliced.bands {
+                let rows_of = band.first..n.min(band.first + sliced.height);
+                let slots = rows.slots(rows_of.clone());
+                band.update(rows, (slots.start, &values[slots]), &own[rows_of]);
+            }
+            let sum = sliced.product(&pool, &x);
+            let out = &mut out[threads / 2];
+            out.fill([0.0; 4]);
+            let (low, high) = out.split_at_mut(n / 3);
+            sliced.take(0, -1.0, low);
+            sliced.take(n / 3, -1.0, high);
+            sum
         });
         let bits = |out: &[Quad]| out.iter().flatten().map(|v| v.to_bits()).collect::<Vec<_>>();
         assert_eq!((sums[0].to_bits(), bits(&out[0])), (sums[1].to_bits(), bits(&out[1])));

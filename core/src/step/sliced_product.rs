@@ -1,8 +1,8 @@
 //! The hot loops of a product with rows that lie alike ([`super::sliced`]).
 
 use super::lanes::{Lanes, Sixteen, Work};
-use super::multilevel::dot;
-use super::single::Quad;
+use super::multilevel::plus;
+use super::single::{Quad, without_dust};
 use super::sliced::{Band, LANES};
 
 /// Takes the vector of a band's rows apart; what it gives starts from nothing.
@@ -32,10 +32,11 @@ pub struct Multiply<'a>(pub &'a mut Band);
 impl Work for Multiply<'_> {
     #[inline(always)]
     fn on(self, unit: impl Lanes) {
-        let Band { start, distance, values, x, y, .. } = self.0;
+        let Band { start, distance, values, x, y, dot, .. } = self.0;
         let x = [&x[0][..], &x[1][..], &x[2][..]];
         let [y0, y1, y2] = y;
         let mut y = [&mut y0[..], &mut y1[..], &mut y2[..]];
+        let mut all = unit.load(&[0.0; LANES]);
         let mut blocks = values.as_chunks::<LANES>().0.chunks_exact(9);
         for (slice, ends) in start.windows(2).enumerate() {
             let at = LANES * slice;
@@ -54,9 +55,33 @@ impl Work for Multiply<'_> {
                 put(unit, &mut y, there, [unit.sub(d, a), unit.sub(e, b), unit.sub(f, c)]);
             }
             let [a, b, c] = three(unit, [&*y[0], &*y[1], &*y[2]], at);
-            put(unit, &mut y, at, [unit.add(a, sum[0]), unit.add(b, sum[1]), unit.add(c, sum[2])]);
+            // Rows before have given all they give to these.
+            let [a, b, c] = [unit.add(a, sum[0]), unit.add(b, sum[1]), unit.add(c, sum[2])];
+            put(unit, &mut y, at, [a, b, c]);
+            all = unit.add(all, unit.mul(here[0], a));
+            all = unit.add(all, unit.mul(here[1], b));
+            all = unit.add(all, unit.mul(here[2], c));
+        }
+        let past = LANES * (start.len() - 1);
+        *dot = total(&unit.store(all)) + (0..3).map(|c| product(&x[c][past..], &y[c][past..])).sum::<f64>();
+    }
+}
+
+/// `a . b`
+#[inline(always)]
+fn product(a: &[f32], b: &[f32]) -> f64 {
+    let ((a, rest), (b, others)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
+    let mut sum = [0.0; LANES];
+    for (a, b) in a.iter().zip(b) {
+        for lane in 0..LANES {
+            sum[lane] += a[lane] * b[lane];
         }
     }
+    rest.iter().zip(others).fold(total(&sum), |sum, (a, b)| sum + f64::from(a * b))
+}
+
+fn total(lanes: &Sixteen) -> f64 {
+    lanes.iter().map(|v| f64::from(*v)).sum()
 }
 
 #[inline(always)]
@@ -89,34 +114,27 @@ fn row<U: Lanes>(unit: U, block: &[Sixteen], [a, b, c]: [usize; 3], [x, y, z]: T
     unit.add(unit.add(unit.mul(a, x), unit.mul(b, y)), unit.mul(c, z))
 }
 
-/// Rows of a band, with what the band before gave to them.
-pub struct Join<'a> {
-    pub y: &'a [Vec<f32>; 3],
-    /// The first, in its band.
-    pub row: usize,
-    /// What the band before has, with `height` rows of its own.
-    pub before: Option<&'a [Vec<f32>; 3]>,
-    pub height: usize,
-    pub x: &'a [Quad],
-    pub out: &'a mut [Quad],
+/// `r -= a y` of a band's rows, with what the band before gave to the first of them.
+pub struct Take<'a> {
+    pub y: [&'a [f32]; 3],
+    pub before: [&'a [f32]; 3],
+    pub a: f32,
+    pub r: &'a mut [Quad],
 }
 
-impl pulp::NullaryFnOnce for Join<'_> {
-    type Output = f64;
+impl pulp::NullaryFnOnce for Take<'_> {
+    type Output = ();
 
     #[inline(always)]
-    fn call(self) -> f64 {
-        let [y0, y1, y2] = self.y;
-        let (y0, y1, y2) = (&y0[self.row..], &y1[self.row..], &y2[self.row..]);
-        for (((out, y0), y1), y2) in self.out.iter_mut().zip(y0).zip(y1).zip(y2) {
-            *out = [*y0, *y1, *y2, 0.0];
+    fn call(self) {
+        let Self { y: [y0, y1, y2], before: [b0, b1, b2], a, r } = self;
+        let both = b0.len().min(r.len());
+        let (first, rest) = r.split_at_mut(both);
+        for (i, r) in first.iter_mut().enumerate() {
+            *r = without_dust(plus(*r, -a, [y0[i] + b0[i], y1[i] + b1[i], y2[i] + b2[i], 0.0]));
         }
-        if let Some(before) = self.before {
-            let [y0, y1, y2] = before.each_ref().map(|y| y.get(self.height + self.row..).unwrap_or_default());
-            for (((out, y0), y1), y2) in self.out.iter_mut().zip(y0).zip(y1).zip(y2) {
-                (out[0], out[1], out[2]) = (out[0] + y0, out[1] + y1, out[2] + y2);
-            }
+        for (((r, y0), y1), y2) in rest.iter_mut().zip(&y0[both..]).zip(&y1[both..]).zip(&y2[both..]) {
+            *r = without_dust(plus(*r, -a, [*y0, *y1, *y2, 0.0]));
         }
-        dot(self.x, self.out)
     }
 }

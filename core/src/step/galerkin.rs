@@ -1,0 +1,146 @@
+//! The matrix of a coarser level, `P^T A P` (Galerkin), from lists of what each of its blocks is made of.
+//!
+//! Weights that are small beside the largest of their node add most of the terms and little else: the matrix is made without
+//! them. Only its diagonal is used on a level, and to make the next one.
+
+use super::aggregate::Weights;
+use super::matrix::Matrix;
+use super::pool::Pool;
+use super::single::SingleBlock;
+use std::cmp::Ordering;
+
+/// What a block of the coarse matrix is made of: fine blocks as they are, then transposed ones.
+#[derive(Debug, Default)]
+pub struct Galerkin {
+    /// (coarse blocks x 2 + 1)
+    start: Vec<u32>,
+    /// Fine slot and its weight.
+    terms: Vec<(u32, f32)>,
+}
+
+/// Of a node's largest weight, what one that counts here has at least.
+const LEAST: f32 = 0.26;
+/// Blocks in a piece of work for a thread.
+const PIECE: usize = 256;
+
+impl Galerkin {
+    /// Of a fine pattern and weights that lead to `coarse` nodes; and the coarse pattern.
+    pub fn new(fine: &Matrix, coarse: usize, weights: &Weights) -> (Self, Matrix) {
+        let weights = &weights.without_small(LEAST);
+        let mut matrix = Matrix::default();
+        matrix.set_pattern(coarse, |pair| {
+            visit(fine, weights, |a, b, _, _| {
+                if a != b {
+                    pair(a.min(b), a.max(b));
+                }
+            });
+        });
+        // Of a block on the fine diagonal, (a, b) and (b, a) are both visited: one of them is enough.
+        let lists = |add: &mut dyn FnMut(usize, (u32, f32))| {
+            visit(fine, weights, |a, b, is_diagonal, term| {
+                let slot = matrix.slot(a.min(b), a.max(b));
+                match (a.cmp(&b), is_diagonal) {
+                    (Ordering::Less, _) | (Ordering::Equal, true) => add(2 * slot, term),
+                    (Ordering::Greater, false) => add(2 * slot + 1, term),
+                    (Ordering::Greater, true) => {}
+                    (Ordering::Equal, false) => {
+                        add(2 * slot, term);
+                        add(2 * slot + 1, term);
+                    }
+                }
+            });
+        };
+        let mut start = vec![0_u32; 2 * matrix.values().len() + 1];
+        lists(&mut |list, _| start[list + 1] += 1);
+        for list in 1..start.len() {
+            start[list] += start[list - 1];
+        }
+        let mut next = start.clone();
+        let mut terms = vec![(0, 0.0); start[start.len() - 1] as usize];
+        lists(&mut |list, term| {
+            terms[next[list] as usize] = term;
+            next[list] += 1;
+        });
+        (Self { start, terms }, matrix)
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        self.terms.len() * 8 + self.start.len() * 4
+    }
+
+    /// Blocks of the coarse matrix from those of the fine one, which has one more behind them.
+    pub fn update(&self, pool: &Pool, fine: &[SingleBlock], coarse: &mut [SingleBlock]) {
+        let fine = fine.as_flattened();
+        pool.pieces(coarse, PIECE, &|first, out| {
+            pulp::Arch::new().dispatch(Sums { galerkin: self, fine, first, out });
+        });
+    }
+}
+
+/// Every fine block with two weights: (a, b, whether it is on the diagonal, (slot, weight)).
+fn visit(fine: &Matrix, weights: &Weights, mut visit: impl FnMut(u32, u32, bool, (u32, f32))) {
+    let mut pair = |i: u32, j: u32, slot: u32| {
+        for (a, left) in weights.of(i as usize) {
+            for (b, right) in weights.of(j as usize) {
+                visit(a, b, i == j, (slot, left * right));
+            }
+        }
+    };
+    for i in 0..fine.rows() as u32 {
+        pair(i, i, fine.diagonal_slot(i as usize) as u32);
+    }
+    for (i, (j, slot)) in fine.off_diagonal() {
+        pair(i, j, slot);
+    }
+}
+
+/// Blocks `first` on.
+struct Sums<'a> {
+    galerkin: &'a Galerkin,
+    fine: &'a [f32],
+    first: usize,
+    out: &'a mut [SingleBlock],
+}
+
+impl pulp::NullaryFnOnce for Sums<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        for (at, block) in self.out.iter_mut().enumerate() {
+            let list = 2 * (self.first + at);
+            let direct = sum(self.galerkin, list, self.fine);
+            let turned = sum(self.galerkin, list + 1, self.fine);
+            for e in 0..9 {
+                block[e] = direct[e] + turned[3 * (e % 3) + e / 3];
+            }
+        }
+    }
+}
+
+/// Of one list, in two sums that do not wait for each other; numbers past the ninth belong to other blocks and are not looked at.
+#[inline(always)]
+fn sum(Galerkin { start, terms }: &Galerkin, list: usize, fine: &[f32]) -> [f32; 16] {
+    let (pairs, last) = terms[start[list] as usize..start[list + 1] as usize].as_chunks::<2>();
+    let (mut even, mut odd) = ([0.0_f32; 16], [0.0_f32; 16]);
+    for [first, second] in pairs {
+        add(&mut even, first, fine);
+        add(&mut odd, second, fine);
+    }
+    if let [last] = last {
+        add(&mut even, last, fine);
+    }
+    for e in 0..16 {
+        even[e] += odd[e];
+    }
+    even
+}
+
+#[inline(always)]
+fn add(sum: &mut [f32; 16], &(slot, weight): &(u32, f32), fine: &[f32]) {
+    let block: &[f32; 16] = fine[9 * slot as usize..].first_chunk().expect("blocks have one behind them");
+    for e in 0..16 {
+        sum[e] += weight * block[e];
+    }
+}
