@@ -4,6 +4,7 @@
 //! [`Integrator`] moves them by one step.
 
 mod aggregate;
+mod chebyshev;
 mod chunk;
 mod constraint;
 mod coupled;
@@ -17,6 +18,7 @@ mod limit;
 mod matrix;
 mod multilevel;
 mod normals;
+mod outer;
 mod pcg;
 mod pool;
 mod product;
