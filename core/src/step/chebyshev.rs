@@ -12,7 +12,7 @@ const LANES: usize = 8;
 /// Numbers of the rows of a slice.
 type Slice = [f64; LANES];
 /// Distances of a row in its slice, on average, past which going row by row is faster.
-const MOST: f64 = 12.0;
+const MOST: usize = 12;
 /// Bytes that memory comes in.
 const LINE: usize = 64;
 /// Slices in a piece of work for a thread.
@@ -88,18 +88,15 @@ impl Chebyshev {
     /// row and column, rising, at most four a row. Rows without a diagonal are as if they were not there.
     pub fn new(diagonal: &[f64], entries: &[(u32, u32, f64)], spectrum: [f64; 2], terms: usize) -> Self {
         let n = diagonal.len();
-        let mut partners = vec![Vec::new(); n];
-        for &(i, j, value) in entries {
-            partners[i as usize].push((j as usize, value / diagonal[i as usize]));
-        }
-        let order = by_kind(&partners);
+        let partners = Partners::new(n, entries);
+        let order = partners.by_kind();
         let mut this = Self { spectrum, terms, ..Self::default() };
         this.take_order(order, diagonal);
-        match this.alike(&partners) {
+        match this.alike(&partners, diagonal) {
             Some(alike) => this.rows = alike,
             None => {
                 this.take_order((0..n as u32).collect(), diagonal);
-                this.rows = this.each(&partners);
+                this.rows = Self::each(&partners, diagonal);
             }
         }
         let nothing = vec![[0.0; LANES]; n.div_ceil(LANES) + 2];
@@ -117,38 +114,38 @@ impl Chebyshev {
         self.row = row;
     }
 
-    fn alike(&self, partners: &[Vec<(usize, f64)>]) -> Option<Rows> {
+    fn alike(&self, partners: &Partners<'_>, diagonal: &[f64]) -> Option<Rows> {
         let (mut start, mut partner, mut value) = (vec![0], Vec::new(), Vec::new());
         for (slice, rows) in self.row.chunks(LANES).enumerate() {
             // Where the first row's partner would be, counted with the slice of nothing before all: a lane's is as many places on.
-            let first = |lane: usize, j: usize| self.place[j] + (LANES - lane) as u32;
-            let all = |lane: usize| partners[rows[lane] as usize].iter().map(move |p| (lane, p));
-            let mut firsts: Vec<u32> = (0..rows.len()).flat_map(all).map(|(lane, (j, _))| first(lane, *j)).collect();
+            let first = |lane: usize, j: u32| self.place[j as usize] + (LANES - lane) as u32;
+            let all = |lane: usize| partners.of(rows[lane] as usize).iter().map(move |p| (lane, p));
+            let mut firsts: Vec<u32> = (0..rows.len()).flat_map(all).map(|(lane, (_, j, _))| first(lane, *j)).collect();
             firsts.sort_unstable();
             firsts.dedup();
             let own = value.len();
             value.resize(own + firsts.len(), [0.0; LANES]);
-            for (lane, (j, v)) in (0..rows.len()).flat_map(all) {
+            for (lane, (i, j, v)) in (0..rows.len()).flat_map(all) {
                 let at = firsts.binary_search(&first(lane, *j)).expect("it is among them");
-                value[own + at][lane] += v;
+                value[own + at][lane] += v / diagonal[*i as usize];
             }
             partner.extend(firsts);
             start.push(partner.len());
             debug_assert_eq!(start.len(), slice + 2);
         }
-        (partner.len() * LANES <= (MOST * partners.len() as f64) as usize).then(|| Rows::Alike {
+        (partner.len() * LANES <= MOST * diagonal.len()).then(|| Rows::Alike {
             start,
             partner,
             value: Slices::new(&value),
         })
     }
 
-    fn each(&self, partners: &[Vec<(usize, f64)>]) -> Rows {
-        let room = partners.len().next_multiple_of(LANES);
+    fn each(partners: &Partners<'_>, diagonal: &[f64]) -> Rows {
+        let room = diagonal.len().next_multiple_of(LANES);
         let (mut partner, mut value) = (vec![[0; 4]; room], vec![[0.0; 4]; room]);
-        for (i, partners) in partners.iter().enumerate() {
-            for (at, (j, v)) in partners.iter().enumerate() {
-                (partner[i][at], value[i][at]) = ((j + LANES) as u32, *v);
+        for (row, diagonal) in diagonal.iter().enumerate() {
+            for (at, (_, j, v)) in partners.of(row).iter().enumerate() {
+                (partner[row][at], value[row][at]) = (j + LANES as u32, v / diagonal);
             }
         }
         Rows::Each { partner, value }
@@ -193,20 +190,40 @@ impl Chebyshev {
     }
 }
 
-/// Rows in an order in which those of one kind are together: whose partners are at the same distances.
-fn by_kind(partners: &[Vec<(usize, f64)>]) -> Vec<u32> {
-    let kind = |i: usize| {
-        let mut kind = [i64::MAX; 4];
-        for (kind, (j, _)) in kind.iter_mut().zip(&partners[i]) {
-            *kind = *j as i64 - i as i64;
-        }
-        kind
-    };
-    let mut order: Vec<([i64; 4], u32)> = (0..partners.len()).map(|i| (kind(i), i as u32)).collect();
-    order.sort_unstable();
-    let mut kinds: Vec<&[([i64; 4], u32)]> = order.chunk_by(|a, b| a.0 == b.0).collect();
-    kinds.sort_unstable_by_key(|rows| rows[0].1);
-    kinds.iter().flat_map(|rows| rows.iter().map(|(_, row)| *row)).collect()
+/// Entries beside the diagonal, by row.
+struct Partners<'a> {
+    entries: &'a [(u32, u32, f64)],
+    /// (n + 1)
+    start: Vec<usize>,
+}
+
+impl<'a> Partners<'a> {
+    fn new(n: usize, entries: &'a [(u32, u32, f64)]) -> Self {
+        let mut start = vec![0; n + 1];
+        entries.iter().for_each(|(i, ..)| start[*i as usize + 1] += 1);
+        (0..n).for_each(|i| start[i + 1] += start[i]);
+        Self { entries, start }
+    }
+
+    fn of(&self, row: usize) -> &'a [(u32, u32, f64)] {
+        &self.entries[self.start[row]..self.start[row + 1]]
+    }
+
+    /// Rows in an order in which those of one kind are together: whose partners are at the same distances.
+    fn by_kind(&self) -> Vec<u32> {
+        let kind = |row: usize| {
+            let mut kind = [i64::MAX; 4];
+            for (kind, (i, j, _)) in kind.iter_mut().zip(self.of(row)) {
+                *kind = i64::from(*j) - i64::from(*i);
+            }
+            kind
+        };
+        let mut order: Vec<([i64; 4], u32)> = (0..self.start.len() - 1).map(|row| (kind(row), row as u32)).collect();
+        order.sort_unstable();
+        let mut kinds: Vec<&[([i64; 4], u32)]> = order.chunk_by(|a, b| a.0 == b.0).collect();
+        kinds.sort_unstable_by_key(|rows| rows[0].1);
+        kinds.iter().flat_map(|rows| rows.iter().map(|(_, row)| *row)).collect()
+    }
 }
 
 /// From the solution so far, and the one before in whose place it is put, the next one.
@@ -330,9 +347,7 @@ mod tests {
         assert!(matches!(sliced.rows, Rows::Alike { .. }) && sliced.row.windows(2).any(|rows| rows[1] != rows[0] + 1));
         let mut each = Chebyshev::new(&diagonal, &entries, SPECTRUM, 12);
         each.take_order((0..n as u32).collect(), &diagonal);
-        let mut partners = vec![Vec::new(); n];
-        entries.iter().for_each(|&(i, j, v)| partners[i as usize].push((j as usize, v / diagonal[i as usize])));
-        each.rows = each.each(&partners);
+        each.rows = Chebyshev::each(&Partners::new(n, &entries), &diagonal);
         for inverse in [&mut sliced, &mut each] {
             let mut first = vec![0.0; n];
             inverse.apply(&Pool::new(1), &b, &mut first);

@@ -35,11 +35,10 @@ fn add_each(slots: &[u32], first: usize, blocks: &mut [Block], hinges: &impl Hin
         for a in 0..4 {
             for (b, &slot) in (a..4).zip(&mut slots) {
                 let (to, transposed) = place(slot, first, blocks);
-                // The transpose of g_a g_b^T is g_b g_a^T.
-                let (left, right) = if transposed { (scaled[b], g[a]) } else { (scaled[a], g[b]) };
+                let (left, right) = (scaled[a], g[b]);
                 for i in 0..3 {
                     for j in 0..3 {
-                        to[3 * i + j] += left[i] * right[j];
+                        to[if transposed { 3 * j + i } else { 3 * i + j }] += left[i] * right[j];
                     }
                 }
             }
@@ -85,6 +84,10 @@ mod wide {
         u64x8(6, 7, 8, 6, 7, 8, 6, 7),
         u64x8(9, 10, 11, 9, 10, 11, 9, 10),
     ];
+
+    /// Where each of the first eight numbers of a block comes from, as it is and transposed: looked up, for which it is to be cannot
+    /// be guessed.
+    const PLACES: [u64x8; 2] = [u64x8(0, 1, 2, 3, 4, 5, 6, 7), u64x8(0, 3, 6, 1, 4, 7, 2, 5)];
 
     pub struct Outer<'a, H> {
         pub simd: V4,
@@ -144,17 +147,13 @@ mod wide {
         for a in 0..4 {
             for b in a..4 {
                 let (to, transposed) = place(slots[pair], first, blocks);
-                // The transpose of g_a g_b^T is g_b g_a^T.
-                let (more, last) = if transposed {
-                    (simd.mul_f64x8(left[b], right[a]), numbers[12 + b] * numbers[3 * a + 2])
-                } else {
-                    (simd.mul_f64x8(left[a], right[b]), numbers[12 + a] * numbers[3 * b + 2])
-                };
+                let more = cast(simd.mul_f64x8(left[a], right[b]));
+                let more = cast(simd.avx512f._mm512_permutexvar_pd(cast(PLACES[usize::from(transposed)]), more));
                 let [c0, c1, c2, c3, c4, c5, c6, c7, c8] = to;
                 let eight: f64x8 = cast([*c0, *c1, *c2, *c3, *c4, *c5, *c6, *c7]);
                 let sum: [f64; 8] = cast(simd.add_f64x8(eight, more));
                 [*c0, *c1, *c2, *c3, *c4, *c5, *c6, *c7] = sum;
-                *c8 += last;
+                *c8 += numbers[12 + a] * numbers[3 * b + 2];
                 pair += 1;
             }
         }

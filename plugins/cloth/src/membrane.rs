@@ -117,7 +117,7 @@ impl Membrane {
                 let [s11, s22, s12, _] = self.elastic(green(f));
                 let s = [s11, s22, s12];
                 let tension = times(if self.project { positive(s) } else { s }, stiffness);
-                // In the axes F, which it is `F diag(1, 1)` of.
+                // A step along a column of F changes the strain by the weight's gradient.
                 let rows = [
                     [[b[0], zero], [zero, b[1]], [b[1], b[0]], [zero; 2]],
                     [[c[0], zero], [zero, c[1]], [c[1], c[0]], [zero; 2]],

@@ -120,26 +120,26 @@ pub(crate) fn rows<S: Simd>(simd: S, numbers: [Wide<S>; 8]) -> [[f64; 8]; MOST_L
     rows
 }
 
-/// Where each of the first eight numbers of a block is in its transpose.
-const TRANSPOSE: [u64; 8] = [0, 3, 6, 1, 4, 7, 2, 5];
+/// Where each of the first eight numbers of a block comes from, as it is and transposed: looked up, for which it is to be cannot
+/// be guessed.
+const PLACES: [[u64; 8]; 2] = [[0, 1, 2, 3, 4, 5, 6, 7], [0, 3, 6, 1, 4, 7, 2, 5]];
 
 /// Adds a block, its last number apart, or its transpose.
 #[inline(always)]
 pub(crate) fn add<S: Simd>(simd: S, to: &mut [f64; 9], (eight, last): (&[f64; 8], f64), transposed: bool) {
     let [a, b, c, d, e, f, g, h, i] = to;
     *i += last;
+    let places = &PLACES[usize::from(transposed)];
     #[cfg(target_arch = "x86_64")]
     if let Some(unit) = known::<S, Avx512>(simd) {
-        let straight = cast(*eight);
-        let turned = unit.avx512f._mm512_permutexvar_pd(cast(TRANSPOSE), straight);
-        let eight = if transposed { turned } else { straight };
+        let eight = unit.avx512f._mm512_permutexvar_pd(cast(*places), cast(*eight));
         let sum: [f64; 8] = cast(unit.avx512f._mm512_add_pd(cast([*a, *b, *c, *d, *e, *f, *g, *h]), eight));
         [*a, *b, *c, *d, *e, *f, *g, *h] = sum;
         return;
     }
     let to = [a, b, c, d, e, f, g, h];
     for (k, to) in to.into_iter().enumerate() {
-        *to += eight[if transposed { TRANSPOSE[k] as usize } else { k }];
+        *to += eight[places[k] as usize];
     }
 }
 
