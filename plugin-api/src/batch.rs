@@ -245,6 +245,13 @@ impl<'a> Blocks<'a> {
         }
     }
 
+    /// Slots of each element's pairs (range x PAIRS), empty if it has not as many, the slot of the first block of the window, and
+    /// the window itself (by rows), for loops that know what they do.
+    pub fn window<const PAIRS: usize>(&mut self) -> (&[[u32; PAIRS]], usize, &mut [[f64; 9]]) {
+        let slots = if self.pairs == PAIRS { self.slots.as_chunks().0 } else { &[] };
+        (slots, self.first, self.window)
+    }
+
     /// Adds what a link with the symmetric stiffness `block` gives its two nodes.
     #[inline]
     pub fn add_link(&mut self, e: usize, block: &[[f64; 3]; 3]) {

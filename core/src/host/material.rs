@@ -3,6 +3,7 @@
 use super::error::HostError;
 use super::instance::{Instance, Settings};
 use super::library::Library;
+use super::planes::Planes;
 use super::plugin::{Kind, PluginInfo};
 use super::report::Message;
 use pliant_plugin_api::ElementRequest;
@@ -252,14 +253,16 @@ impl Material {
         self.instance.error(call, &format!("the result for node {node} is not finite"))
     }
 
-    /// Writes strain and its gradient of the call's range of coupled hinges into `planes` (13 x m). `[sim]`
+    /// Writes strain and its gradient of the call's range of coupled hinges into `planes`, 13. `[sim]`
     ///
     /// # Errors
     /// What the material says.
-    pub fn strain(&self, call: &Call<'_>, planes: &mut [f64]) -> Result<(), HostError> {
+    pub fn strain(&self, call: &Call<'_>, planes: &mut Planes<'_>) -> Result<(), HostError> {
         let strain = self.coupled.and_then(|table| table.strain).expect("checked when it was opened");
-        // SAFETY: [sim & active]; `planes` holds the planes of all elements.
-        self.instance.done("strain", unsafe { strain(self.instance.plugin(), &call.batch(), planes.as_mut_ptr()) })
+        let base = planes.base_for(&call.range, (13, call.elements.len() / call.corners));
+        // SAFETY: [sim & active]; `planes` holds the planes of all elements, and those of the call's range, which are all that the
+        // call writes, are ours.
+        self.instance.done("strain", unsafe { strain(self.instance.plugin(), &call.batch(), base) })
     }
 
     /// Writes the compliance of the call's range of coupled triangles into `planes` (6 x m). `[sim]`

@@ -6,6 +6,7 @@
 //! number of threads.
 
 use super::pool::Pool;
+use crate::host::Planes;
 use std::ops::Range;
 
 /// A range of elements and the nodes they touch.
@@ -74,6 +75,42 @@ impl Schedule {
         work: &(impl Fn(&Chunk, &mut [T]) -> Result<(), E> + Sync),
     ) -> Result<(), E> {
         self.colours.iter().try_for_each(|colour| colour_run(pool, colour, 0, out, bound, work))
+    }
+
+    /// Runs `work` on every chunk with the planes of its elements.
+    ///
+    /// # Errors
+    /// The first error in chunk order; other chunks may have run.
+    pub fn run_planes<E: Send>(
+        &self,
+        pool: &Pool,
+        mut planes: Planes<'_>,
+        work: &(impl Fn(&Chunk, &mut Planes<'_>) -> Result<(), E> + Sync),
+    ) -> Result<(), E> {
+        self.colours.iter().try_for_each(|colour| {
+            if colour.is_sorted_by_key(|chunk| chunk.range.start) {
+                return colour_planes(pool, colour, planes.again(), work);
+            }
+            colour.iter().try_for_each(|chunk| work(chunk, &mut planes))
+        })
+    }
+}
+
+fn colour_planes<E: Send>(
+    pool: &Pool,
+    chunks: &[Chunk],
+    mut planes: Planes<'_>,
+    work: &(impl Fn(&Chunk, &mut Planes<'_>) -> Result<(), E> + Sync),
+) -> Result<(), E> {
+    match chunks {
+        [] => Ok(()),
+        [chunk] => work(chunk, &mut planes),
+        _ => {
+            let (left, right) = chunks.split_at(chunks.len() / 2);
+            let (low, high) = planes.part(right[0].range.start);
+            let (a, b) = pool.join(|| colour_planes(pool, left, low, work), || colour_planes(pool, right, high, work));
+            a.and(b)
+        }
     }
 }
 

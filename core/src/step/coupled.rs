@@ -6,39 +6,32 @@
 //! eigenvalue of the Jacobi-scaled matrix lies outside those of the single triangles. So a fixed Chebyshev polynomial in G
 //! takes the place of its inverse: one linear map, the same in every call, whose energy and forces belong together exactly.
 
+use super::chebyshev::Chebyshev;
 use super::chunk::Chunk;
 use super::elements::ElementSet;
-use super::hinge::add_outer;
+use super::outer::{Hinges, add_outer};
 use super::pool::Pool;
 use super::system::Nodes;
 use super::{Block, Constraint, StandIn, V3, axpy};
-use crate::host::{HostError, Material};
+use crate::host::{HostError, Material, Planes};
 use nalgebra::Matrix3;
 use pliant_plugin_api::abi;
+use std::ops::Range;
 
 /// The coupled hinges of a body.
 #[derive(Debug, Default)]
 pub struct Coupled {
     /// Hinge of each triangle's sides 01, 12, 20, or `u32::MAX` (t x 3).
     pub sides: Vec<[u32; 3]>,
-    /// G without its diagonal, over that of the row: a hinge's partners in its two triangles, itself with 0 where there are
-    /// less (h x 4)
-    column: Vec<[u32; 4]>,
-    value: Vec<[f64; 4]>,
-    /// m/N
-    diagonal: Vec<f64>,
-    /// m/N, of a diagonal matrix that is nowhere above G
-    least: Vec<f64>,
-    /// Least and greatest eigenvalue of the scaled matrix, at the widest.
-    spectrum: [f64; 2],
-    iterations: usize,
+    /// What takes the place of the inverse of G.
+    inverse: Chebyshev,
+    /// N/m, what stands for the inverse of the diagonal of G, and of a diagonal matrix that is nowhere above G; 0 without one
+    stand_in: Vec<f64>,
+    most: Vec<f64>,
     /// Plane 0 strain, m; 1 to 12 its gradient.
     planes: Vec<f64>,
     /// N
     moment: Vec<f64>,
-    residual: Vec<f64>,
-    step: Vec<f64>,
-    next: Vec<f64>,
 }
 
 /// Relative accuracy of the polynomial inverse.
@@ -48,8 +41,6 @@ const MOST: usize = 200;
 /// What stands for the inverse of G in a matrix is at least this over its diagonal, and more where slivers ask for it: at least
 /// half the exact stiffness, as a step of backward Euler that is linearised once needs.
 const STAND_IN: f64 = 2.2;
-/// Hinges in a piece of work for a thread.
-const PIECE: usize = 1024;
 /// Planes of a hinge.
 const PLANES: usize = 13;
 
@@ -76,9 +67,10 @@ impl Coupled {
         if count > 0 {
             material.compliance(&triangles.call(&whole, nodes, &nodes.v, (0.0, 0.0)), &mut compliance)?;
         }
-        self.diagonal = vec![0.0; hinges];
-        self.least = vec![0.0; hinges];
-        self.spectrum = [1.0, 1.0];
+        // m/N
+        let (mut diagonal, mut least) = (vec![0.0; hinges], vec![0.0; hinges]);
+        // Least and greatest eigenvalue of the scaled matrix, at the widest.
+        let mut spectrum = [1.0_f64, 1.0];
         let mut entries: Vec<(u32, u32, f64)> = Vec::new();
         for (t, corners) in triangles.nodes().chunks_exact(3).enumerate() {
             // A triangle that is held altogether does not bend.
@@ -90,35 +82,39 @@ impl Coupled {
             let sides = self.sides[t];
             let inner: Vec<usize> = (0..3).filter(|i| sides[*i] != u32::MAX).collect();
             for &i in &inner {
-                self.diagonal[sides[i] as usize] += g[i][i];
+                diagonal[sides[i] as usize] += g[i][i];
                 for &j in inner.iter().filter(|j| **j != i) {
                     entries.push((sides[i], sides[j], g[i][j]));
                 }
             }
             let bounds = scaled_spectrum(&g, &inner);
-            inner.iter().for_each(|&i| self.least[sides[i] as usize] += bounds[0] * g[i][i]);
-            self.spectrum = [self.spectrum[0].min(bounds[0]), self.spectrum[1].max(bounds[1])];
+            inner.iter().for_each(|&i| least[sides[i] as usize] += bounds[0] * g[i][i]);
+            spectrum = [spectrum[0].min(bounds[0]), spectrum[1].max(bounds[1])];
         }
         entries.sort_by_key(|(i, j, _)| (*i, *j));
-        self.column = (0..hinges as u32).map(|h| [h; 4]).collect();
-        self.value = vec![[0.0; 4]; hinges];
-        for partners in entries.chunk_by(|a, b| a.0 == b.0) {
-            for (at, (hinge, partner, g)) in partners.iter().enumerate() {
-                let hinge = *hinge as usize;
-                (self.column[hinge][at], self.value[hinge][at]) = (*partner, g / self.diagonal[hinge]);
-            }
-        }
         // A hinge between two triangles that are held has no compliance at all, and no moment.
-        let [low, high] = self.spectrum;
+        let [low, high] = spectrum;
         let rate = ((high / low).sqrt() - 1.0) / ((high / low).sqrt() + 1.0);
         let needed = if rate > 0.0 { (0.5 * ACCURACY).ln() / rate.ln() } else { 1.0 };
-        self.iterations = (needed.ceil() as usize).clamp(1, MOST);
+        let terms = (needed.ceil() as usize).clamp(1, MOST);
+        self.inverse = Chebyshev::new(&diagonal, &entries, spectrum, terms);
+        let over = |of: f64, all: &[f64]| all.iter().map(|c| if *c > 0.0 { of / c } else { 0.0 }).collect();
+        (self.stand_in, self.most) = (over(STAND_IN, &diagonal), over(1.0, &least));
         self.planes = vec![0.0; PLANES * hinges];
         self.moment = vec![0.0; hinges];
-        self.residual = vec![0.0; hinges];
-        self.step = vec![0.0; hinges];
-        self.next = vec![0.0; hinges];
         Ok(())
+    }
+
+    /// Finds strains and their gradients.
+    fn strains(
+        &mut self,
+        pool: &Pool,
+        material: &Material,
+        (set, nodes, time): (&ElementSet, &Nodes, (f64, f64)),
+    ) -> Result<(), HostError> {
+        set.schedule.run_planes(pool, Planes::new(&mut self.planes, PLANES), &|chunk, planes| {
+            material.strain(&set.call(chunk, nodes, &nodes.v, time), planes)
+        })
     }
 
     /// Finds strains and their gradients, and the moments that belong to them.
@@ -130,49 +126,10 @@ impl Coupled {
         nodes: &Nodes,
         time: (f64, f64),
     ) -> Result<(), HostError> {
-        for chunk in set.schedule.chunks() {
-            material.strain(&set.call(chunk, nodes, &nodes.v, time), &mut self.planes)?;
-        }
-        self.solve(pool);
+        self.strains(pool, material, (set, nodes, time))?;
+        let strain = &self.planes[..self.moment.len()];
+        self.inverse.apply(pool, strain, &mut self.moment);
         Ok(())
-    }
-
-    /// `m = p(G) s`, by Chebyshev's iteration from zero on the rows over their diagonal.
-    fn solve(&mut self, pool: &Pool) {
-        let [low, high] = self.spectrum;
-        let (centre, half) = (0.5 * (high + low), 0.5 * (high - low));
-        let diagonal = &self.diagonal;
-        for ((residual, strain), diagonal) in self.residual.iter_mut().zip(&self.planes).zip(diagonal) {
-            *residual = if *diagonal > 0.0 { strain / diagonal } else { 0.0 };
-        }
-        self.moment.fill(0.0);
-        let mut alpha = 1.0 / centre;
-        for k in 0..self.iterations {
-            let beta = match k {
-                0 => 0.0,
-                1 => 0.5 * (half * alpha).powi(2),
-                _ => (0.5 * half * alpha).powi(2),
-            };
-            if k > 0 {
-                alpha = 1.0 / (centre - beta / alpha);
-            }
-            // One pass: the next step needs the residual of this one, which needs this step of the partners.
-            let (step, column, value) = (&self.step, &self.column, &self.value);
-            let parts = (&mut self.residual[..], (&mut self.moment[..], &mut self.next[..]));
-            pool.pieces(parts, PIECE, &|first, (residual, (moment, next))| {
-                let (column, value) = (&column[first..], &value[first..]);
-                for i in 0..residual.len() {
-                    if k > 0 {
-                        let [a, b, c, d] = column[i].map(|j| step[j as usize]);
-                        let v = value[i];
-                        residual[i] -= step[first + i] + ((v[0] * a + v[1] * b) + (v[2] * c + v[3] * d));
-                    }
-                    next[i] = alpha * residual[i] + if k > 0 { beta * step[first + i] } else { 0.0 };
-                    moment[i] += next[i];
-                }
-            });
-            std::mem::swap(&mut self.step, &mut self.next);
-        }
     }
 
     #[inline(always)]
@@ -238,26 +195,50 @@ impl Coupled {
         (bound, blocks): (&(impl Fn(usize) -> usize + Sync), &mut [Block]),
     ) -> Result<(), HostError> {
         if !is_loaded {
-            for chunk in set.schedule.chunks() {
-                material.strain(&set.call(chunk, nodes, &nodes.v, time), &mut self.planes)?;
-            }
+            self.strains(pool, material, (set, nodes, time))?;
         }
         let this = &*self;
         set.schedule.run(pool, blocks, bound, &|chunk, blocks| {
-            let first = bound(chunk.window.start);
-            for hinge in chunk.range.clone() {
-                let (diagonal, most) = (this.diagonal[hinge], 1.0 / this.least[hinge]);
-                let stand_in = match which {
-                    StandIn::Searched => STAND_IN / diagonal,
-                    StandIn::Half => (STAND_IN / diagonal).max(0.5 * most),
-                    StandIn::Certain => most,
-                };
-                let k = if diagonal > 0.0 { factor * stand_in } else { 0.0 };
-                let g = [0, 1, 2, 3].map(|corner| this.gradient(hinge, corner));
-                add_outer(&set.slots[10 * hinge..10 * hinge + 10], &g, k, first, blocks);
-            }
+            let range = chunk.range.clone();
+            let slots = &set.slots[10 * range.start..10 * range.end];
+            add_outer(slots, bound(chunk.window.start), blocks, &this.stand_ins(range, factor, which));
             Ok(())
         })
+    }
+
+    fn stand_ins(&self, range: Range<usize>, factor: f64, which: StandIn) -> StandIns<'_> {
+        let mut gradient: [&[f64]; 12] = [&[]; 12];
+        for (plane, gradient) in self.planes.chunks_exact(self.moment.len()).skip(1).zip(&mut gradient) {
+            *gradient = &plane[range.clone()];
+        }
+        StandIns { gradient, usual: &self.stand_in[range.clone()], most: &self.most[range], factor, which }
+    }
+}
+
+/// What stands for the stiffness of a range of hinges.
+struct StandIns<'a> {
+    gradient: [&'a [f64]; 12],
+    usual: &'a [f64],
+    most: &'a [f64],
+    factor: f64,
+    which: StandIn,
+}
+
+impl Hinges for StandIns<'_> {
+    #[inline(always)]
+    fn hinge(&self, e: usize) -> ([V3; 4], f64) {
+        let stand_in = match self.which {
+            StandIn::Searched => self.usual[e],
+            StandIn::Half => self.usual[e].max(0.5 * self.most[e]),
+            StandIn::Certain => self.most[e],
+        };
+        let mut g = [[0.0; 3]; 4];
+        for corner in 0..4 {
+            for i in 0..3 {
+                g[corner][i] = self.gradient[3 * corner + i][e];
+            }
+        }
+        (g, self.factor * stand_in)
     }
 }
 
@@ -271,34 +252,4 @@ fn scaled_spectrum(g: &[[f64; 3]; 3], inner: &[usize]) -> [f64; 2] {
     }
     let eigenvalues = scaled.symmetric_eigenvalues();
     [eigenvalues.min().max(1e-6), eigenvalues.max()]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_polynomial_is_the_inverse_to_its_accuracy() {
-        // A chain of hinges, each coupled to the next.
-        let n = 40;
-        let mut coupled = Coupled { diagonal: vec![2.0; n], spectrum: [0.3, 1.7], ..Coupled::default() };
-        for i in 0..n {
-            let (mut column, mut value) = ([i as u32; 4], [0.0; 4]);
-            for (at, j) in [i.checked_sub(1), (i + 1 < n).then_some(i + 1)].into_iter().flatten().enumerate() {
-                (column[at], value[at]) = (j as u32, 0.35);
-            }
-            coupled.column.push(column);
-            coupled.value.push(value);
-        }
-        coupled.iterations = 30;
-        coupled.planes = (0..PLANES * n).map(|i| ((i * i) as f64).sin()).collect();
-        let zeros = || vec![0.0; n];
-        (coupled.moment, coupled.residual, coupled.step, coupled.next) = (zeros(), zeros(), zeros(), zeros());
-        coupled.solve(&Pool::new(1));
-        for i in 0..n {
-            let beside = |j: Option<usize>| j.and_then(|j| coupled.moment.get(j)).map_or(0.0, |m| 0.7 * m);
-            let back = 2.0 * coupled.moment[i] + beside(i.checked_sub(1)) + beside(Some(i + 1));
-            assert!((back - coupled.planes[i]).abs() < 1e-5, "{i}: {back} {}", coupled.planes[i]);
-        }
-    }
 }

@@ -1,7 +1,6 @@
-//! What a hinge does to its four corners: the gradient of its angle, and its part of a matrix.
+//! What a hinge does to its four corners: the gradient of its angle.
 
-use super::{Block, V3, axpy, dot};
-use pliant_plugin_api::abi;
+use super::{V3, axpy, dot};
 
 /// Least height of a triangle over its edge's length for which the gradient is exact.
 const FLAT: f64 = 1e-6;
@@ -24,25 +23,6 @@ pub fn gradient([a, b, o, p]: [V3; 4]) -> [V3; 4] {
     let (so, sp) = (dot(to_left, edge) / square, dot(to_right, edge) / square);
     let between = |s: f64, t: f64| axpy(go.map(|c| -s * c), -t, gp);
     [between(1.0 - so, 1.0 - sp), between(so, sp), go, gp]
-}
-
-/// Adds `k g g^T` of a hinge with ten `slots`; `first` is the slot of the first of `blocks`.
-#[inline(always)]
-pub fn add_outer(slots: &[u32], g: &[V3; 4], k: f64, first: usize, blocks: &mut [Block]) {
-    let scaled = g.map(|g| axpy([0.0; 3], k, g));
-    let mut slots = slots.iter();
-    for a in 0..4 {
-        for (b, &slot) in (a..4).zip(&mut slots) {
-            let to = &mut blocks[(slot & !abi::TRANSPOSED) as usize - first];
-            // The transpose of g_a g_b^T is g_b g_a^T.
-            let (left, right) = if slot & abi::TRANSPOSED == 0 { (scaled[a], g[b]) } else { (scaled[b], g[a]) };
-            for i in 0..3 {
-                for j in 0..3 {
-                    to[3 * i + j] += left[i] * right[j];
-                }
-            }
-        }
-    }
 }
 
 #[cfg(test)]

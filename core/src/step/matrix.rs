@@ -83,6 +83,8 @@ fn has_stiffness(set: &ElementSet) -> bool {
 
 /// Rows in a piece of a product.
 const ROWS: usize = 256;
+/// Blocks in a piece of clearing.
+const BLOCKS: usize = 4096;
 
 impl Matrix {
     /// Finds the pattern of the sets that have stiffness, for `n` nodes, and tells each set its slots.
@@ -227,7 +229,7 @@ impl Matrix {
         Factors { mass, stiffness, damping, stand_in, after_forces }: Factors,
         time: (f64, f64),
     ) -> Result<(), HostError> {
-        self.values.fill([0.0; 9]);
+        pool.pieces(&mut self.values[..], BLOCKS, &|_, values: &mut [Block]| values.as_flattened_mut().fill(0.0));
         for (i, m) in nodes.mass.iter().enumerate() {
             let diagonal = &mut self.values[self.row[i]];
             (diagonal[0], diagonal[4], diagonal[8]) = (mass * m, mass * m, mass * m);

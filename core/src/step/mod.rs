@@ -5,6 +5,7 @@
 
 mod age;
 mod aggregate;
+mod chebyshev;
 mod chunk;
 mod constraint;
 mod coupled;
@@ -20,6 +21,7 @@ mod limit;
 mod matrix;
 mod multilevel;
 mod normals;
+mod outer;
 mod pcg;
 mod pool;
 mod product;

@@ -8,11 +8,12 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 pub(crate) fn angle_of<T: Real>(y: T, x: T) -> T {
     let (up, right, zero) = (y.abs(), x.abs(), x.of(0.0));
     let (most, least) = (right.if_less(up, up, right), right.if_less(up, right, up));
-    // In [0, 1]; beyond 0.66 as 45 degrees and a rest. What is not finite stays so: comparing alone would lose it.
-    let slope = zero.if_less(most, least / most, zero) + zero * x + zero * y;
-    let (one, steep) = (x.of(1.0), x.of(0.66));
-    let base = steep.if_less(slope, x.of(FRAC_PI_4), zero);
-    let rest = steep.if_less(slope, (slope - one) / (slope + one), slope);
+    // Their quotient is in [0, 1]; beyond 0.66 it is taken as 45 degrees and a rest. What is not finite stays so: comparing alone
+    // would lose it.
+    let (one, steep) = (x.of(1.0), most * 0.66);
+    let base = steep.if_less(least, x.of(FRAC_PI_4), zero);
+    let (above, below) = (steep.if_less(least, least - most, least), steep.if_less(least, least + most, most));
+    let rest = zero.if_less(most, above / below, zero) + zero * x + zero * y;
     let z = rest * rest;
     let (mut top, mut bottom) = (zero, one);
     for i in 0..P.len() {

@@ -31,7 +31,8 @@ pub(crate) fn gradient<T: Real>(x: [V3<T>; 4]) -> [V3<T>; 4] {
     let go = scaled(left, -size / dot(left, left).max(floor).max(least));
     let gp = scaled(right, -size / dot(right, right).max(floor).max(least));
     // Where the foot of each height is along the edge.
-    let (so, sp) = (dot(minus(o, a), edge) / square, dot(minus(p, a), edge) / square);
+    let over = one / square;
+    let (so, sp) = (dot(minus(o, a), edge) * over, dot(minus(p, a), edge) * over);
     [mixed(-(one - so), go, -(one - sp), gp), mixed(-so, go, -sp, gp), go, gp]
 }
 

@@ -97,14 +97,16 @@ impl<T: Real> Frame<T> {
     fn regular(rule: Rule, f: [V3<T>; 2], third: V2<T>) -> Self {
         let area = cross(f[0], f[1]);
         let d = length(area);
-        let normal = scaled(area, d.of(1.0) / d);
+        let inverse = d.of(1.0) / d;
+        let normal = scaled(area, inverse);
         match rule {
             Rule::Polar => {
                 let (a, b, c) = (dot(f[0], f[0]), dot(f[0], f[1]), dot(f[1], f[1]));
-                let trace = (a + c + d * 2.0).sqrt();
-                let s = [[(a + d) / trace, b / trace], [b / trace, (c + d) / trace]];
+                let over = d.of(1.0) / (a + c + d * 2.0).sqrt();
+                let s = [[(a + d) * over, b * over], [b * over, (c + d) * over]];
                 // The inverse of a 2 x 2 matrix, with det S = d.
-                let axes = [mixed(s[1][1] / d, f[0], -s[0][1] / d, f[1]), mixed(-s[0][1] / d, f[0], s[0][0] / d, f[1])];
+                let (p, q, r) = (s[1][1] * inverse, -s[0][1] * inverse, s[0][0] * inverse);
+                let axes = [mixed(p, f[0], q, f[1]), mixed(q, f[0], r, f[1])];
                 Self { axes, normal, stretch: s, condition: condition(rule, third) }
             }
             Rule::Edge => {

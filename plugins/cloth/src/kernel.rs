@@ -8,25 +8,26 @@ use crate::membrane::Membrane;
 use crate::real::{MOST_LANES, Wide};
 use crate::small::V3;
 use crate::triangle::{self, Triangle};
-use pliant_plugin_api::{Blocks, Elements, NodeVectors};
+use crate::turn::{self, Points};
+use pliant_plugin_api::{Blocks, Elements, NodeVectors, abi};
 use pulp::{Simd, WithSimd};
 
-/// The corners of elements `e ..` of `nodes`, by corner and axis; lanes past the end repeat the last element.
+/// What is known of the corners of elements `e ..` of `nodes`, by corner and axis; lanes past the end repeat the last element.
 #[inline(always)]
-fn gather<S: Simd, const K: usize>(simd: S, nodes: &[[u32; K]], e: usize, of: &[V3]) -> [V3<Wide<S>>; K] {
-    let mut planes = [[[0.0; MOST_LANES]; 3]; K];
-    for lane in 0..S::F64_LANES {
-        let element = nodes[(e + lane).min(nodes.len() - 1)];
-        for corner in 0..K {
-            let place = of[element[corner] as usize];
-            (0..3).for_each(|i| planes[corner][i][lane] = place[i]);
+fn gather<S: Simd, const K: usize>(simd: S, nodes: &[[u32; K]], e: usize, of: Points<'_>) -> [V3<Wide<S>>; K] {
+    let mut end = [[0; K]; MOST_LANES];
+    let elements = match nodes.get(e..e + S::F64_LANES) {
+        Some(elements) => elements,
+        None => {
+            for lane in 0..S::F64_LANES {
+                end[lane] = nodes[(e + lane).min(nodes.len() - 1)];
+            }
+            &end[..S::F64_LANES]
         }
-    }
-    let mut all = [[Wide::load(simd, &planes[0][0]); 3]; K];
-    for corner in 0..K {
-        for i in 0..3 {
-            all[corner][i] = Wide::load(simd, &planes[corner][i]);
-        }
+    };
+    let mut all = [of.of(simd, elements, 0); K];
+    for corner in 1..K {
+        all[corner] = of.of(simd, elements, corner);
     }
     all
 }
@@ -42,6 +43,23 @@ fn read<S: Simd>(simd: S, plane: &[f64], e: usize) -> Wide<S> {
         lanes[lane] = plane[(e + lane).min(plane.len() - 1)];
     }
     Wide::load(simd, &lanes)
+}
+
+/// Writes values `e ..` of a plane.
+#[inline(always)]
+fn write<S: Simd>(plane: &mut [f64], e: usize, values: Wide<S>) {
+    if e + S::F64_LANES <= plane.len() {
+        return values.store(&mut plane[e..]);
+    }
+    let lanes = values.lanes();
+    let rest = &mut plane[e..];
+    rest.copy_from_slice(&lanes[..rest.len()]);
+}
+
+/// A number that is finite only if all are, which they are if their sum is.
+#[inline(always)]
+fn sum<S: Simd>(values: Wide<S>) -> f64 {
+    values.lanes().iter().sum()
 }
 
 #[inline(always)]
@@ -64,9 +82,9 @@ impl WithSimd for Forces<'_, '_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
         let Self { membrane, at, out } = self;
-        let (x, v, nodes) = (at.x(), at.v(), at.corners::<3>());
+        let (x, v, nodes) = (Points::new(at.x()), Points::new(at.v()), at.corners::<3>());
         let planes = core::array::from_fn(|s| at.rest_data(s));
-        let mut seen = 0.0;
+        let mut seen = Wide(simd.splat_f64s(0.0), simd);
         for e in (0..nodes.len()).step_by(S::F64_LANES) {
             let shape = triangles(simd, &planes, e);
             let (f, rate) = (shape.derivative(gather(simd, nodes, e, x)), shape.derivative(gather(simd, nodes, e, v)));
@@ -77,17 +95,17 @@ impl WithSimd for Forces<'_, '_> {
                 for i in 0..3 {
                     forces[corner][i] = wide[corner][i].lanes();
                 }
+                seen = seen + (wide[corner][0] + wide[corner][1] + wide[corner][2]);
             }
             for lane in 0..count {
                 for corner in 0..3 {
                     let planes = &forces[corner];
                     let force = [planes[0][lane], planes[1][lane], planes[2][lane]];
                     out.add(nodes[e + lane][corner], force);
-                    seen += force[0] + force[1] + force[2];
                 }
             }
         }
-        seen
+        sum(seen)
     }
 }
 
@@ -105,7 +123,9 @@ impl WithSimd for Stiffness<'_, '_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { membrane, at, factors, out } = self;
-        let (x, nodes) = (at.x(), at.corners::<3>());
+        let (x, nodes) = (Points::new(at.x()), at.corners::<3>());
+        let (slots, first, window) = out.window::<6>();
+        let (mut rows, mut last) = ([[[0.0; 8]; MOST_LANES]; 6], [[0.0; MOST_LANES]; 6]);
         let planes = core::array::from_fn(|s| at.rest_data(s));
         for e in (0..nodes.len()).step_by(S::F64_LANES) {
             let shape = triangles(simd, &planes, e);
@@ -113,13 +133,15 @@ impl WithSimd for Stiffness<'_, '_> {
             let count = S::F64_LANES.min(nodes.len() - e);
             let blocks = membrane.linear(&shape, f, factors).blocks(&shape);
             for pair in 0..6 {
-                let mut planes = [[0.0; MOST_LANES]; 9];
-                for i in 0..9 {
-                    planes[i] = blocks[pair][i / 3][i % 3].lanes();
-                }
-                for lane in 0..count {
-                    let p = |i: usize| planes[i][lane];
-                    out.add(e + lane, pair, &[[p(0), p(1), p(2)], [p(3), p(4), p(5)], [p(6), p(7), p(8)]]);
+                let [[a, b, c], [d, e, f], [g, h, i]] = blocks[pair];
+                (rows[pair], last[pair]) = (turn::rows(simd, [a, b, c, d, e, f, g, h]), i.lanes());
+            }
+            for lane in 0..count {
+                let slots = &slots[e + lane];
+                for pair in 0..6 {
+                    let to = &mut window[(slots[pair] & !abi::TRANSPOSED) as usize - first];
+                    let transposed = slots[pair] & abi::TRANSPOSED != 0;
+                    turn::add(simd, to, (&rows[pair][lane], last[pair][lane]), transposed);
                 }
             }
         }
@@ -138,25 +160,22 @@ impl WithSimd for Strains<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
         let Self { at, out } = self;
-        let (x, nodes, angles, lengths) = (at.x(), at.corners::<4>(), at.rest_data(0), at.rest_data(1));
-        let mut seen = 0.0;
+        let (x, nodes, angles, lengths) = (Points::new(at.x()), at.corners::<4>(), at.rest_data(0), at.rest_data(1));
+        let mut seen = Wide(simd.splat_f64s(0.0), simd);
         for e in (0..nodes.len()).step_by(S::F64_LANES) {
             let place = gather(simd, nodes, e, x);
             let l = read(simd, lengths, e);
             let gradient = dihedral::gradient(place);
-            let count = S::F64_LANES.min(nodes.len() - e);
             let strain = l * (dihedral::angle(place) - read(simd, angles, e));
-            for plane in 0..13 {
-                let value = if plane == 0 { strain } else { l * gradient[(plane - 1) / 3][(plane - 1) % 3] };
-                let lanes = value.lanes();
-                out[plane][e..e + count].copy_from_slice(&lanes[..count]);
+            write(out[0], e, strain);
+            for corner in 0..4 {
+                for i in 0..3 {
+                    write(out[1 + 3 * corner + i], e, l * gradient[corner][i]);
+                }
             }
-            let lanes = strain.lanes();
-            for lane in 0..count {
-                seen += lanes[lane];
-            }
+            seen = seen + strain;
         }
-        seen
+        sum(seen)
     }
 }
 

@@ -21,6 +21,7 @@ mod small;
 mod tension;
 mod tensor;
 mod triangle;
+mod turn;
 
 use bending::Hinge;
 use pliant_plugin_api::{

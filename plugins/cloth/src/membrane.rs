@@ -5,7 +5,7 @@
 
 use crate::frame::{Frame, Rule};
 use crate::real::Real;
-use crate::small::{M2, V3, dot, mixed, scaled, times};
+use crate::small::{M2, V2, V3, dot, mixed, times};
 use crate::tension::relaxed;
 use crate::tensor::Tensor;
 use crate::triangle::{Linear, Triangle, positive};
@@ -48,7 +48,7 @@ impl Membrane {
     #[inline(always)]
     fn elastic<T: Real>(&self, e: [T; 3]) -> [T; 4] {
         let q = self.tensor.stress(e);
-        let whole = [q[0], q[1], q[2], inner(e, q) * 0.5];
+        let whole = [q[0], q[1], q[2], contracted(e, q) * 0.5];
         let kept = self.compression;
         if kept == 1.0 {
             return whole;
@@ -82,7 +82,7 @@ impl Membrane {
                 let w = turn[0][0] * a[0][0] + turn[0][1] * a[0][1] + turn[1][0] * a[1][0] + turn[1][1] * a[1][1];
                 let speed = [a[0][0] - w * turned[0], a[1][1] - w * turned[1], a[0][1] + a[1][0] - w * turned[2]];
                 let q = self.moving(frame.strain(), speed);
-                let p = local(q, inner(q, turned), turn);
+                let p = local(q, contracted(q, turned), turn);
                 [mixed(p[0][0], t, p[1][0], u), mixed(p[0][1], t, p[1][1], u)]
             }
             Strain::Green => {
@@ -105,63 +105,59 @@ impl Membrane {
         f: [V3<T>; 2],
         (stiffness, damping): (f64, f64),
     ) -> Linear<T> {
-        let c = &self.tensor;
+        let tensor = &self.tensor;
         let size = stiffness + damping * self.damping;
         let (zero, one) = (f[0][0].of(0.0), f[0][0].of(1.0));
-        let mut h = [[zero; 4]; 4];
-        (h[0][0], h[0][1]) = (zero.of(size * c.c11), zero.of(size * c.c12));
-        (h[1][0], h[1][1]) = (zero.of(size * c.c12), zero.of(size * c.c22));
-        h[2][2] = zero.of(size * c.shear);
+        let inner = [tensor.c11, tensor.c22, tensor.c12, tensor.shear];
+        let inner =
+            [zero.of(size * inner[0]), zero.of(size * inner[1]), zero.of(size * inner[2]), zero.of(size * inner[3])];
+        let [_, b, c] = shape.gradient;
         match self.strain {
             Strain::Green => {
                 let [s11, s22, s12, _] = self.elastic(green(f));
                 let s = [s11, s22, s12];
                 let tension = times(if self.project { positive(s) } else { s }, stiffness);
-                let turning = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
-                let mut rows = [[[zero; 3]; 4]; 3];
-                for corner in 0..3 {
-                    let g = shape.gradient[corner];
-                    rows[corner] = [scaled(f[0], g[0]), scaled(f[1], g[1]), mixed(g[1], f[0], g[0], f[1]), [zero; 3]];
-                }
-                Linear { rows, inner: h, tension, turning }
+                // A step along a column of F changes the strain by the weight's gradient.
+                let rows = [
+                    [[b[0], zero], [zero, b[1]], [b[1], b[0]], [zero; 2]],
+                    [[c[0], zero], [zero, c[1]], [c[1], c[0]], [zero; 2]],
+                ];
+                Linear { axes: f, rows, inner, turn: [zero; 4], tension, turning: [one, one, one, zero, zero, zero] }
             }
             Strain::Frame(rule) => {
                 let frame = Frame::new(rule, f, shape.gradient[2]);
                 let (turned, turn) = (frame.turned_strain(), frame.turn());
-                let [t, u] = frame.axes;
-                let mut rows = [[[zero; 3]; 4]; 3];
-                for corner in 0..3 {
-                    let g = shape.gradient[corner];
-                    let w = mixed(turn[0][0] * g[0] + turn[0][1] * g[1], t, turn[1][0] * g[0] + turn[1][1] * g[1], u);
-                    rows[corner] = [
-                        mixed(g[0], t, -turned[0], w),
-                        mixed(g[1], u, -turned[1], w),
-                        mixed(one, mixed(g[1], t, g[0], u), -turned[2], w),
-                        w,
-                    ];
-                }
+                let rows = [local_rows(b, turned, turn), local_rows(c, turned, turn)];
                 let [q11, q22, q12, _] = self.elastic(frame.strain());
                 let q = [q11, q22, q12];
                 let l = &frame.stretch;
-                let p = local(q, inner(q, turned), turn);
+                let p = local(q, contracted(q, turned), turn);
                 let k = frame.condition();
                 let trace = p[0][0] + p[1][1];
                 let m = [-p[1][0] - trace * k[0], p[0][1] - trace * k[1], (p[0][0] - p[1][1]) * 0.5 - trace * k[2]];
                 let own = q[0] * l[0][0] + q[1] * l[1][1] + q[2] * (l[0][1] + l[1][0]);
-                let own = if self.project { own.max(c.compliant(m, m)) } else { own };
-                for i in 0..3 {
-                    (h[i][3], h[3][i]) = (m[i] * stiffness, m[i] * stiffness);
-                }
-                h[3][3] = own * stiffness;
+                let own = if self.project { own.max(tensor.compliant(m, m)) } else { own };
                 let s = second(l, &p);
                 let tension = times(if self.project { positive(s) } else { s }, stiffness);
                 let n = frame.normal;
-                let turning =
-                    if stiffness == 0.0 { [[zero; 3]; 3] } else { [scaled(n, n[0]), scaled(n, n[1]), scaled(n, n[2])] };
-                Linear { rows, inner: h, tension, turning }
+                let turning = [n[0] * n[0], n[1] * n[1], n[2] * n[2], n[0] * n[1], n[0] * n[2], n[1] * n[2]];
+                let turn = [m[0] * stiffness, m[1] * stiffness, m[2] * stiffness, own * stiffness];
+                Linear { axes: frame.axes, rows, inner, turn, tension, turning }
             }
         }
     }
+}
+
+/// Change of (11, 22, gamma) and of the frame's turn, for a step of a corner along the frame's axes.
+#[inline(always)]
+fn local_rows<T: Real>(g: V2<T>, turned: [T; 3], turn: M2<T>) -> [V2<T>; 4] {
+    let w = [turn[0][0] * g[0] + turn[0][1] * g[1], turn[1][0] * g[0] + turn[1][1] * g[1]];
+    [
+        [g[0] - turned[0] * w[0], -(turned[0] * w[1])],
+        [-(turned[1] * w[0]), g[1] - turned[1] * w[1]],
+        [g[1] - turned[2] * w[0], g[0] - turned[2] * w[1]],
+        w,
+    ]
 }
 
 /// (11, 22, gamma)
@@ -172,7 +168,7 @@ fn green<T: Real>(f: [V3<T>; 2]) -> [T; 3] {
 }
 
 #[inline(always)]
-fn inner<T: Real>(a: [T; 3], b: [T; 3]) -> T {
+fn contracted<T: Real>(a: [T; 3], b: [T; 3]) -> T {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
@@ -186,9 +182,9 @@ fn local<T: Real>(q: [T; 3], taken: T, turn: M2<T>) -> M2<T> {
 #[inline(always)]
 fn second<T: Real>(l: &M2<T>, p: &M2<T>) -> [T; 3] {
     let det = l[0][0] * l[1][1] - l[0][1] * l[1][0];
-    let det = det.max(det.of(THIN));
+    let over = det.of(1.0) / det.max(det.of(THIN));
     let [[a, b], [c, d]] = [[l[1][1], -l[0][1]], [-l[1][0], l[0][0]]];
-    let (s11, s12) = ((a * p[0][0] + b * p[1][0]) / det, (a * p[0][1] + b * p[1][1]) / det);
-    let (s21, s22) = ((c * p[0][0] + d * p[1][0]) / det, (c * p[0][1] + d * p[1][1]) / det);
-    [s11, s22, (s12 + s21) * 0.5]
+    let (s11, s12) = ((a * p[0][0] + b * p[1][0]) * over, a * p[0][1] + b * p[1][1]);
+    let (s21, s22) = (c * p[0][0] + d * p[1][0], (c * p[0][1] + d * p[1][1]) * over);
+    [s11, s22, (s12 + s21) * 0.5 * over]
 }

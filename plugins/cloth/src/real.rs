@@ -69,7 +69,7 @@ impl Real for f64 {
 
 /// As many numbers as `S` takes at once.
 #[derive(Clone, Copy)]
-pub(crate) struct Wide<S: Simd>(S::f64s, S);
+pub(crate) struct Wide<S: Simd>(pub(crate) S::f64s, pub(crate) S);
 
 /// Lanes there are at most.
 pub(crate) const MOST_LANES: usize = 8;
@@ -82,12 +82,18 @@ impl<S: Simd> Wide<S> {
         Self(pulp::bytemuck::pod_read_unaligned(bytes), simd)
     }
 
+    /// Its numbers to the beginning of a buffer.
+    #[inline(always)]
+    pub(crate) fn store(self, to: &mut [f64]) {
+        let bytes = pulp::bytemuck::bytes_of(&self.0);
+        pulp::bytemuck::cast_slice_mut::<f64, u8>(&mut to[..S::F64_LANES]).copy_from_slice(bytes);
+    }
+
     /// Its numbers, and zeros where there are less lanes.
     #[inline(always)]
     pub(crate) fn lanes(self) -> [f64; MOST_LANES] {
         let mut lanes = [0.0; MOST_LANES];
-        let bytes = pulp::bytemuck::bytes_of(&self.0);
-        pulp::bytemuck::cast_slice_mut::<f64, u8>(&mut lanes[..S::F64_LANES]).copy_from_slice(bytes);
+        self.store(&mut lanes);
         lanes
     }
 }

@@ -50,7 +50,7 @@ impl Tensor {
     pub(crate) fn compliant<T: Real>(&self, m: [T; 3], n: [T; 3]) -> T {
         let det = self.c11 * self.c22 - self.c12 * self.c12;
         let plane = m[0] * self.c22 * n[0] - (m[0] * n[1] + m[1] * n[0]) * self.c12 + m[1] * self.c11 * n[1];
-        plane / plane.of(det) + m[2] * n[2] / plane.of(self.shear)
+        plane * (1.0 / det) + m[2] * n[2] * (1.0 / self.shear)
     }
 }
 

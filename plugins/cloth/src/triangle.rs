@@ -1,7 +1,7 @@
 //! A triangle of linear weights at rest: one deformation gradient.
 
 use crate::real::Real;
-use crate::small::{M3, V2, V3, minus, mixed};
+use crate::small::{M2, M3, V2, V3, minus, mixed};
 use pliant_plugin_api::{Elements, Fault};
 
 /// Values of rest data: the gradients of the last two corners' weights, 1/m, and the area, m^2.
@@ -82,47 +82,89 @@ impl<T: Real> Triangle<T> {
 
 /// How the strain of a triangle changes with its corners, and what its energy makes of that.
 pub(crate) struct Linear<T = f64> {
-    /// 1/m, by corner: change of (11, 22, gamma) and of the frame's turn w for a step of the corner (3 x 4 x 3)
-    pub(crate) rows: [[V3<T>; 4]; 3],
-    /// N/m, second derivative of the energy in those four
-    pub(crate) inner: [[T; 4]; 4],
-    /// N/m, stress (11, 22, 12) that resists turning, and the directions in which it does
+    /// Directions in the plane, in which the rest is.
+    pub(crate) axes: [V3<T>; 2],
+    /// 1/m, of the last two corners: change of (11, 22, gamma) and of the frame's turn w for a step of the corner (2 x 4 x 2)
+    pub(crate) rows: [[V2<T>; 4]; 2],
+    /// N/m, second derivative of the energy in the strains alone: of (11, 22) as (11, 22, 12), and of gamma
+    pub(crate) inner: [T; 4],
+    /// N/m, the rest of it: of each strain with the turn, and of the turn
+    pub(crate) turn: [T; 4],
+    /// N/m, stress (11, 22, 12) that resists turning, and the directions in which it does, as (11, 22, 33, 12, 13, 23)
     pub(crate) tension: [T; 3],
-    pub(crate) turning: M3<T>,
+    pub(crate) turning: [T; 6],
 }
 
 impl<T: Real> Linear<T> {
-    /// Blocks (a, b), a <= b, times the area.
+    /// Blocks (a, b), a <= b, times the area. Those of the first corner are what the others leave: moving all of the triangle
+    /// changes nothing.
     #[inline(always)]
     pub(crate) fn blocks(&self, shape: &Triangle<T>) -> [M3<T>; 6] {
-        let (g, s, h) = (&shape.gradient, self.tension, &self.inner);
-        let zero = shape.area.of(0.0);
-        let mut blocks = [[[zero; 3]; 3]; 6];
-        let mut pair = 0;
-        for a in 0..3 {
-            // inner^T rows, N/m^2
-            let (r, mut left) = (&self.rows[a], [[zero; 3]; 4]);
-            for q in 0..4 {
-                for i in 0..3 {
-                    left[q][i] = h[0][q] * r[0][i] + h[1][q] * r[1][i] + h[2][q] * r[2][i] + h[3][q] * r[3][i];
-                }
-            }
-            let pull = [s[0] * g[a][0] + s[2] * g[a][1], s[2] * g[a][0] + s[1] * g[a][1]];
-            for b in a..3 {
-                let r = &self.rows[b];
-                let turn = pull[0] * g[b][0] + pull[1] * g[b][1];
-                for i in 0..3 {
-                    for j in 0..3 {
-                        let inner =
-                            left[0][i] * r[0][j] + left[1][i] * r[1][j] + left[2][i] * r[2][j] + left[3][i] * r[3][j];
-                        blocks[pair][i][j] = shape.area * (inner + turn * self.turning[i][j]);
-                    }
-                }
-                pair += 1;
+        let ([_, b, c], [at_b, at_c]) = (shape.gradient, &self.rows);
+        let (of_b, of_c) = (self.stress(at_b, shape.area), self.stress(at_c, shape.area));
+        let (pull_b, pull_c) = (self.pull(b, shape.area), self.pull(c, shape.area));
+        let bb = self.in_space(product(at_b, &of_b), pull_b[0] * b[0] + pull_b[1] * b[1]);
+        let bc = self.in_space(product(at_b, &of_c), pull_b[0] * c[0] + pull_b[1] * c[1]);
+        let cc = self.in_space(product(at_c, &of_c), pull_c[0] * c[0] + pull_c[1] * c[1]);
+        let (mut aa, mut ab, mut ac) = (bb, bb, bb);
+        for i in 0..3 {
+            for j in 0..3 {
+                aa[i][j] = (bb[i][j] + cc[i][j]) + (bc[i][j] + bc[j][i]);
+                ab[i][j] = -(bb[i][j] + bc[j][i]);
+                ac[i][j] = -(bc[i][j] + cc[i][j]);
             }
         }
-        blocks
+        [aa, ab, ac, bb, bc, cc]
     }
+
+    /// Change of stresses for a step of a corner, N/m, times the area (4 x 2)
+    #[inline(always)]
+    fn stress(&self, rows: &[V2<T>; 4], area: T) -> [V2<T>; 4] {
+        let (h, m, r) = (self.inner, self.turn, rows);
+        let mut out = *rows;
+        for i in 0..2 {
+            out[0][i] = area * (h[0] * r[0][i] + h[2] * r[1][i] + m[0] * r[3][i]);
+            out[1][i] = area * (h[2] * r[0][i] + h[1] * r[1][i] + m[1] * r[3][i]);
+            out[2][i] = area * (h[3] * r[2][i] + m[2] * r[3][i]);
+            out[3][i] = area * (m[0] * r[0][i] + m[1] * r[1][i] + m[2] * r[2][i] + m[3] * r[3][i]);
+        }
+        out
+    }
+
+    /// What resists a corner's turn, N, times the area.
+    #[inline(always)]
+    fn pull(&self, g: V2<T>, area: T) -> V2<T> {
+        let s = self.tension;
+        [area * (s[0] * g[0] + s[2] * g[1]), area * (s[2] * g[0] + s[1] * g[1])]
+    }
+
+    /// `axes m axes^T`, and `turn` in the directions of turning.
+    #[inline(always)]
+    fn in_space(&self, m: M2<T>, turn: T) -> M3<T> {
+        let ([t, u], n) = (self.axes, self.turning);
+        let (p, q) = (mixed(m[0][0], t, m[0][1], u), mixed(m[1][0], t, m[1][1], u));
+        let (n12, n13, n23) = (turn * n[3], turn * n[4], turn * n[5]);
+        let n = [[turn * n[0], n12, n13], [n12, turn * n[1], n23], [n13, n23, turn * n[2]]];
+        let mut out = n;
+        for i in 0..3 {
+            for j in 0..3 {
+                out[i][j] = t[i] * p[j] + u[i] * q[j] + n[i][j];
+            }
+        }
+        out
+    }
+}
+
+/// `left^T right`
+#[inline(always)]
+fn product<T: Real>(l: &[V2<T>; 4], r: &[V2<T>; 4]) -> M2<T> {
+    let mut out = [r[0], r[0]];
+    for i in 0..2 {
+        for j in 0..2 {
+            out[i][j] = l[0][i] * r[0][j] + l[1][i] * r[1][j] + l[2][i] * r[2][j] + l[3][i] * r[3][j];
+        }
+    }
+    out
 }
 
 /// The positive part of a symmetric 2 x 2 matrix (11, 22, 12).

@@ -10,6 +10,7 @@ mod stand_in;
 
 use super::elements::ElementSet;
 use super::hinge;
+use super::outer::{Hinges, add_outer};
 use super::pool::Pool;
 use super::system::Nodes;
 use super::{Block, Factors, V3};
@@ -95,13 +96,26 @@ impl Normals {
             return;
         }
         let Ok(()) = set.schedule.run(pool, blocks, bound, &|chunk, blocks| {
-            let first = bound(chunk.window.start);
-            for (e, corners) in set.nodes().as_chunks::<4>().0[chunk.range.clone()].iter().enumerate() {
-                let e = e + chunk.range.start;
-                let g = hinge::gradient(corners.map(|n| nodes.x[n as usize]));
-                hinge::add_outer(&set.slots[10 * e..10 * e + 10], &g, factor * self.stiffness[e], first, blocks);
-            }
+            let range = chunk.range.clone();
+            let corners = &set.nodes().as_chunks::<4>().0[range.clone()];
+            let folds = Folds { corners, x: &nodes.x, stiffness: &self.stiffness[range.clone()], factor };
+            add_outer(&set.slots[10 * range.start..10 * range.end], bound(chunk.window.start), blocks, &folds);
             Ok::<(), std::convert::Infallible>(())
         });
+    }
+}
+
+/// Hinges that stand for the energy.
+struct Folds<'a> {
+    corners: &'a [[u32; 4]],
+    x: &'a [V3],
+    stiffness: &'a [f64],
+    factor: f64,
+}
+
+impl Hinges for Folds<'_> {
+    #[inline(always)]
+    fn hinge(&self, e: usize) -> ([V3; 4], f64) {
+        (hinge::gradient(self.corners[e].map(|n| self.x[n as usize])), self.factor * self.stiffness[e])
     }
 }
