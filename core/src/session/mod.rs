@@ -203,6 +203,8 @@ pub struct Session {
     pub events: Events,
     plan: Plan,
     pool: Pool,
+    /// Of small bodies: one thread.
+    alone: Pool,
     integrators: Vec<Integrator>,
     /// Of each body by itself, and with a tool on it.
     frequencies: Vec<Frequencies>,

@@ -93,6 +93,7 @@ impl Session {
             energy: plan.energy,
             plan,
             pool: Pool::new(threads),
+            alone: Pool::new(1),
             integrators: Vec::new(),
             frequencies: Vec::new(),
             planned: Vec::new(),

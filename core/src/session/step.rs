@@ -10,6 +10,9 @@ use crate::step::{Frequencies, Holds, HoldsNothing, Loads, StepError, axpy};
 use crate::tool::Tool;
 use std::time::Instant;
 
+/// Elements of a body that one thread has done sooner than it has called others.
+const SMALL: usize = 2500;
+
 impl Session {
     /// What comes between reading the devices and writing to them.
     pub(super) fn advance(&mut self) {
@@ -146,7 +149,8 @@ impl Session {
         let body = &mut self.bodies[index];
         let gravity = if body.carrier.is_whole() { self.plan.gravity } else { [0.0; 3] };
         let loads = Loads { gravity, forces: &[], tools: &self.springs };
-        let (pool, integrator) = (&self.pool, &mut self.integrators[index]);
+        let pool = if body.system.elements() < SMALL { &self.alone } else { &self.pool };
+        let integrator = &mut self.integrators[index];
         let spheres = &mut self.spheres[index];
         let mut nothing = HoldsNothing;
         let holds: &mut (dyn Holds + Send) = if spheres.tips.is_empty() { &mut nothing } else { spheres };

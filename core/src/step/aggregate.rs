@@ -31,20 +31,6 @@ impl Weights {
         let row = self.start[node] as usize..self.start[node + 1] as usize;
         self.coarse[row.clone()].iter().copied().zip(self.weight[row].iter().copied())
     }
-
-    /// Without those of a node that are below a share of its largest; what is left adds up to one again.
-    pub fn without_small(&self, share: f32) -> Self {
-        let mut out = Self { start: vec![0], ..Self::default() };
-        for node in 0..self.start.len() - 1 {
-            let least = share * self.of(node).fold(0.0, |most: f32, (_, weight)| most.max(weight));
-            let kept = || self.of(node).filter(|(_, weight)| *weight >= least);
-            let sum: f32 = kept().map(|(_, weight)| weight).sum();
-            out.coarse.extend(kept().map(|(coarse, _)| coarse));
-            out.weight.extend(kept().map(|(_, weight)| weight / sum));
-            out.start.push(out.coarse.len() as u32);
-        }
-        out
-    }
 }
 
 impl Graph {
@@ -140,9 +126,6 @@ mod tests {
             let sum: f32 = weights.weight[row.clone()].iter().sum();
             assert!((sum - 1.0).abs() < 1e-6 && weights.coarse[row].iter().all(|&c| (c as usize) < coarse.len()));
         }
-        let few = weights.without_small(0.9);
-        assert!((0..n as usize).all(|i| (few.of(i).map(|(_, w)| w).sum::<f32>() - 1.0).abs() < 1e-6));
-        assert!(few.coarse.len() < weights.coarse.len() && weights.without_small(0.0).coarse == weights.coarse);
         // Nobody alone: every coarse node has a neighbour, in both directions.
         assert!((0..coarse.len()).all(|a| !coarse.of(a).is_empty()));
         assert!((0..coarse.len()).all(|a| coarse.of(a).iter().all(|&b| coarse.of(b as usize).contains(&(a as u32)))));

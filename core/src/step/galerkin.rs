@@ -1,7 +1,4 @@
 //! The matrix of a coarser level, `P^T A P` (Galerkin), from lists of what each of its blocks is made of.
-//!
-//! Weights that are small beside the largest of their node add most of the terms and little else: the matrix is made without
-//! them. Only its diagonal is used on a level, and to make the next one.
 
 use super::aggregate::Weights;
 use super::matrix::Matrix;
@@ -18,15 +15,12 @@ pub struct Galerkin {
     terms: Vec<(u32, f32)>,
 }
 
-/// Of a node's largest weight, what one that counts here has at least.
-const LEAST: f32 = 0.26;
 /// Blocks in a piece of work for a thread.
 const PIECE: usize = 256;
 
 impl Galerkin {
     /// Of a fine pattern and weights that lead to `coarse` nodes; and the coarse pattern.
     pub fn new(fine: &Matrix, coarse: usize, weights: &Weights) -> (Self, Matrix) {
-        let weights = &weights.without_small(LEAST);
         let mut matrix = Matrix::default();
         matrix.set_pattern(coarse, |pair| {
             visit(fine, weights, |a, b, _, _| {

@@ -14,8 +14,9 @@ use super::pool::Pool;
 use super::single::{Quad, Single, SingleBlock};
 use super::transfer::{Rows, Transfer};
 
-/// Share of block Jacobi on all levels but the coarsest.
-const SHARE: f64 = 0.6;
+/// Share of block Jacobi on the finest level, and on all others: what is least for many cloths and steps.
+const FINEST: f64 = 0.6;
+const COARSE: f64 = 0.4;
 /// Nodes of the coarsest level, at most.
 const COARSEST: usize = 12;
 /// A level that keeps more of the nodes than this is not worth it.
@@ -98,8 +99,7 @@ impl Multilevel {
     pub fn update(&mut self, pool: &Pool, matrix: &Single) {
         for at in 0..self.levels.len() {
             let (finer, rest) = self.levels.split_at_mut(at);
-            let last = rest.len() == 1;
-            rest[0].update(pool, finer.last().map_or(matrix.values(), |level| &level.values), last);
+            rest[0].update(pool, finer.last().map_or(matrix.values(), |level| &level.values));
         }
     }
 
@@ -122,7 +122,7 @@ impl Multilevel {
 
     /// Share of block Jacobi on the finest level.
     pub fn share(&self) -> f64 {
-        if self.levels.is_empty() { 1.0 } else { SHARE }
+        if self.levels.is_empty() { 1.0 } else { FINEST }
     }
 }
 
@@ -148,10 +148,9 @@ impl Level {
         (level, pattern)
     }
 
-    fn update(&mut self, pool: &Pool, fine: &[SingleBlock], is_last: bool) {
+    fn update(&mut self, pool: &Pool, fine: &[SingleBlock]) {
         let count = self.values.len() - 1;
         self.galerkin.update(pool, fine, &mut self.values[..count]);
-        let share = if is_last { 1.0 } else { SHARE };
         let (values, diagonal) = (&self.values, &self.diagonal);
         pool.pieces(&mut self.inverse[..], PIECE, &|first, out| {
             for (inverse, &slot) in out.iter_mut().zip(&diagonal[first..]) {
@@ -160,7 +159,7 @@ impl Level {
                 let least = |b: &Block| b[0].min(b[4]).min(b[8]);
                 let sound = |m: &Block| least(&block).min(least(m)) > 0.0 && is_narrow(&block, m);
                 let inner = symmetric_inverse(&block).filter(sound);
-                *inverse = columns(&inner.map_or([0.0; 9], |m| m.map(|c| share * c)));
+                *inverse = columns(&inner.map_or([0.0; 9], |m| m.map(|c| COARSE * c)));
             }
         });
     }
