@@ -138,3 +138,57 @@ fn add(sum: &mut [f32; 16], &(slot, weight): &(u32, f32), fine: &[f32]) {
         sum[e] += weight * block[e];
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_coarse_matrix_is_that_of_the_weights() {
+        let (n, coarse) = (40_usize, 9_usize);
+        let mut matrix = Matrix::default();
+        matrix.set_pattern(n, |pair| {
+            (0..n as u32).for_each(|i| (1..6).filter(|k| i + k * k < n as u32).for_each(|k| pair(i, i + k * k)));
+        });
+        let mut weights = Weights { start: vec![0], ..Weights::default() };
+        for i in 0..n {
+            weights.coarse.extend((0..1 + i % 3).map(|k| ((i / 5 + 2 * k) % coarse) as u32));
+            weights.weight.extend((0..1 + i % 3).map(|k| 0.2 + 0.1 * (i + k) as f32 / n as f32));
+            weights.start.push(weights.coarse.len() as u32);
+        }
+        let mut fine: Vec<SingleBlock> =
+            (0..=matrix.blocks()).map(|b| std::array::from_fn(|e| (1.7 * (9 * b + e) as f32).sin())).collect();
+        for i in 0..n {
+            let b = fine[matrix.diagonal_slot(i)];
+            fine[matrix.diagonal_slot(i)] = [b[0], b[1], b[2], b[1], b[4], b[5], b[2], b[5], b[8]];
+        }
+        let (galerkin, pattern) = Galerkin::new(&matrix, coarse, &weights);
+        let mut got = vec![[0.0; 9]; pattern.blocks()];
+        galerkin.update(&Pool::new(1), &fine, &mut got);
+        let mut want = vec![[0.0_f64; 9]; coarse * coarse];
+        let mut add = |i: usize, j: usize, block: &dyn Fn(usize) -> f32| {
+            for (a, left) in weights.of(i) {
+                for (b, right) in weights.of(j) {
+                    let to = &mut want[a as usize * coarse + b as usize];
+                    (0..9).for_each(|e| to[e] += f64::from(left * right * block(e)));
+                }
+            }
+        };
+        for i in 0..n {
+            add(i, i, &|e| fine[matrix.diagonal_slot(i)][e]);
+        }
+        for (i, (j, slot)) in matrix.off_diagonal() {
+            add(i as usize, j as usize, &|e| fine[slot as usize][e]);
+            add(j as usize, i as usize, &|e| fine[slot as usize][3 * (e % 3) + e / 3]);
+        }
+        for a in 0..coarse as u32 {
+            for b in a..coarse as u32 {
+                let want = want[a as usize * coarse + b as usize];
+                if want != [0.0; 9] {
+                    let got = got[pattern.slot(a, b)];
+                    assert!((0..9).all(|e| (f64::from(got[e]) - want[e]).abs() < 1e-5), "{a} {b}: {got:?} {want:?}");
+                }
+            }
+        }
+    }
+}

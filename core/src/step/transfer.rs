@@ -126,3 +126,61 @@ fn add(to: &mut Quad, &(node, weight): &Term, from: &[Quad]) {
         to[c] += weight * from[c];
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Plain(Vec<Quad>);
+
+    impl Rows for Plain {
+        fn count(&self) -> usize {
+            self.0.len()
+        }
+
+        fn own(&self, i: usize) -> Quad {
+            self.0[i]
+        }
+
+        fn put(&mut self, i: usize, sum: Quad) {
+            self.0[i] = sum;
+        }
+    }
+
+    #[test]
+    fn both_ways_are_the_weights_from_any_node_on() {
+        let (n, coarse) = (75, 11);
+        let mut weights = Weights { start: vec![0], ..Weights::default() };
+        for i in 0..n {
+            // One to seven terms, each slice with a longest of its own.
+            let count = 1 + (i * i + i / ROWS) % (2 + 2 * (i / ROWS)).min(7);
+            weights.coarse.extend((0..count).map(|k| ((i + k) % coarse) as u32));
+            weights.weight.extend((0..count).map(|k| 0.1 + (i * k % 7) as f32));
+            weights.start.push(weights.coarse.len() as u32);
+        }
+        let wave = |i: usize| [(i as f32).sin(), (2.0 * i as f32).cos(), 0.3 * i as f32, 0.0];
+        let (fine, rough): (Vec<Quad>, Vec<Quad>) = ((0..n).map(wave).collect(), (50..50 + coarse).map(wave).collect());
+        let transfer = Transfer::new(&weights, coarse);
+        let close = |a: Quad, b: [f64; 4]| (0..4).all(|c| (f64::from(a[c]) - b[c]).abs() < 1e-3);
+        for a in 0..coarse {
+            let mut want = [0.0; 4];
+            for i in 0..n {
+                for (_, weight) in weights.of(i).filter(|(to, _)| *to == a as u32) {
+                    (0..4).for_each(|c| want[c] += f64::from(weight * fine[i][c]));
+                }
+            }
+            assert!(close(transfer.gathered(a, &fine), want), "{a}");
+        }
+        for first in [0, 5, 16, 37, 74] {
+            let mut rows = Plain(fine[first..].to_vec());
+            transfer.spread(first, &rough, &mut rows);
+            for (i, got) in (first..n).zip(rows.0) {
+                let mut want = fine[i].map(f64::from);
+                for (a, weight) in weights.of(i) {
+                    (0..4).for_each(|c| want[c] += f64::from(weight * rough[a as usize][c]));
+                }
+                assert!(close(got, want), "{first} {i}: {got:?} {want:?}");
+            }
+        }
+    }
+}
