@@ -6,12 +6,13 @@
 
 use super::age::Age;
 use super::elements::ElementSet;
+use super::held::Held;
 use super::inverses::Inverses;
 use super::matrix::Matrix;
 use super::multilevel::{Inverse, Multilevel, columns, plus};
 use super::pcg::{Solve, constrained_inverse};
 use super::pool::Pool;
-use super::single::{Held, Quad, Single, power_of_two, without_dust};
+use super::single::{Quad, Single, power_of_two, without_dust};
 use super::{Block, Constraint, V3};
 use std::sync::atomic::{AtomicBool, Ordering};
 

@@ -4,12 +4,12 @@
 //! is one of differences, `y_i = D_i x_i + sum_j A_ij (x_j - x_i)`: so a motion of the whole costs what its masses say, however
 //! stiff the body is, where plain rounding would drown them.
 
-use super::Constraint;
 use super::matrix::Matrix;
 use super::multilevel::plus;
 use super::pool::Pool;
 use super::single_product::{Blocks, rows_product};
-use super::sliced::{Band, Sliced};
+use super::single_update::{Pieces, rounded};
+use super::sliced::Sliced;
 
 /// A vector with a zero behind it.
 pub type Quad = [f32; 4];
@@ -91,21 +91,11 @@ impl Single {
         let normal = largest.is_normal() && largest > 0.0;
         let scale = if normal { 1.0 / power_of_two(largest) } else { 1.0 };
         self.scale = scale;
-        // What is read in one part of the work is still at hand in the next.
-        let rows = matrix.pattern();
-        let height = self.sliced.as_ref().map_or(ROWS, Sliced::height);
-        let mut bands = self.sliced.as_mut().map(|sliced| sliced.bands_mut().iter_mut());
-        let (mut values, mut pieces) = (&mut self.values[..], Vec::with_capacity(n.div_ceil(height)));
-        for (at, own) in self.own[..n].chunks_mut(height).enumerate() {
-            let first = at * height;
-            let slots = rows.slots(first..first + own.len());
-            let (mine, others) = values.split_at_mut(slots.len());
-            pieces.push(Piece { first, values: mine, own, band: bands.as_mut().and_then(Iterator::next) });
-            values = others;
-        }
-        pool.pieces(&mut pieces[..], 1, &|_, pieces| {
-            pieces.iter_mut().for_each(|piece| piece.update(scale, matrix));
-        });
+        let (rows, height) = (matrix.pattern(), self.sliced.as_ref().map_or(ROWS, Sliced::height));
+        let bands = self.sliced.as_mut().map_or(&mut [][..], Sliced::bands_mut);
+        let (values, own) = (&mut self.values[..], &mut self.own[..n]);
+        let pieces = Pieces { rows, height, first: 0, values, own, bands };
+        pool.pieces(pieces, 1, &|_, pieces: Pieces<'_>| pieces.update(scale, matrix));
     }
 
     /// Finds `scale A x`, for [`Single::take`]; gives `x . scale A x`.
@@ -144,79 +134,6 @@ impl Single {
     }
 }
 
-/// Some rows, with their blocks.
-struct Piece<'a> {
-    first: usize,
-    values: &'a mut [SingleBlock],
-    own: &'a mut [SingleBlock],
-    band: Option<&'a mut Band>,
-}
-
-impl Piece<'_> {
-    fn update(&mut self, scale: f64, matrix: &Matrix) {
-        let (arch, first) = (pulp::Arch::new(), self.first);
-        let slots = matrix.pattern().slots(first..first + self.own.len());
-        let from = &matrix.values()[slots.clone()];
-        arch.dispatch(Rounded { scale, from, out: self.values });
-        arch.dispatch(Sums { scale, matrix, first, out: self.own });
-        if let Some(band) = &mut self.band {
-            band.update(matrix.pattern(), (slots.start, self.values), self.own);
-        }
-    }
-}
-
-#[inline(always)]
-fn rounded(value: f64) -> f32 {
-    let value = value as f32;
-    if value.abs() < TINY { 0.0 } else { value }
-}
-
-struct Rounded<'a> {
-    scale: f64,
-    from: &'a [super::Block],
-    out: &'a mut [SingleBlock],
-}
-
-impl pulp::NullaryFnOnce for Rounded<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        let (from, out) = (self.from.as_flattened(), self.out.as_flattened_mut());
-        for (out, from) in out.iter_mut().zip(from) {
-            *out = rounded(self.scale * from);
-        }
-    }
-}
-
-struct Sums<'a> {
-    scale: f64,
-    matrix: &'a Matrix,
-    first: usize,
-    out: &'a mut [SingleBlock],
-}
-
-impl pulp::NullaryFnOnce for Sums<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        let (values, rows) = (self.matrix.values(), self.matrix.pattern());
-        for (at, out) in self.out.iter_mut().enumerate() {
-            let (lower, above, columns) = rows.around(self.first + at);
-            let (mut straight, mut turned) = ([0.0; 9], [0.0; 9]);
-            for block in &values[above - 1..above + columns.len()] {
-                (0..9).for_each(|e| straight[e] += block[e]);
-            }
-            for &(_, slot) in lower {
-                let block = &values[slot as usize];
-                (0..9).for_each(|e| turned[e] += block[e]);
-            }
-            *out = std::array::from_fn(|e| (self.scale * (straight[e] + turned[3 * (e % 3) + e / 3])) as f32);
-        }
-    }
-}
-
 /// `r -= a product`
 struct Take<'a> {
     product: &'a [Quad],
@@ -231,34 +148,6 @@ impl pulp::NullaryFnOnce for Take<'_> {
     fn call(self) {
         for (r, product) in self.r.iter_mut().zip(self.product) {
             *r = without_dust(plus(*r, -self.a, *product));
-        }
-    }
-}
-
-/// What a held node may still do, as a matrix.
-#[derive(Clone, Copy, Debug)]
-pub struct Held {
-    node: u32,
-    filter: SingleBlock,
-}
-
-impl Held {
-    /// Of those that are not free.
-    pub fn list(constraints: &[Constraint], held: &mut Vec<Self>) {
-        held.clear();
-        for (node, constraint) in constraints.iter().enumerate().filter(|(_, c)| !c.is_free()) {
-            let columns = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|axis| constraint.filter(axis));
-            let filter = std::array::from_fn(|e| columns[e % 3][e / 3] as f32);
-            held.push(Self { node: node as u32, filter });
-        }
-    }
-
-    /// Takes out of `field` what held nodes may not do.
-    pub fn filter(held: &[Self], field: &mut [Quad]) {
-        for Self { node, filter: m } in held {
-            let [x, y, z, _] = field[*node as usize];
-            let row = |r: usize| m[3 * r] * x + m[3 * r + 1] * y + m[3 * r + 2] * z;
-            field[*node as usize] = [row(0), row(1), row(2), 0.0];
         }
     }
 }

@@ -1,0 +1,32 @@
+//! Nodes that are held, in single precision.
+
+use super::Constraint;
+use super::single::{Quad, SingleBlock};
+
+/// What a held node may still do, as a matrix.
+#[derive(Clone, Copy, Debug)]
+pub struct Held {
+    node: u32,
+    filter: SingleBlock,
+}
+
+impl Held {
+    /// Of those that are not free.
+    pub fn list(constraints: &[Constraint], held: &mut Vec<Self>) {
+        held.clear();
+        for (node, constraint) in constraints.iter().enumerate().filter(|(_, c)| !c.is_free()) {
+            let columns = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|axis| constraint.filter(axis));
+            let filter = std::array::from_fn(|e| columns[e % 3][e / 3] as f32);
+            held.push(Self { node: node as u32, filter });
+        }
+    }
+
+    /// Takes out of `field` what held nodes may not do.
+    pub fn filter(held: &[Self], field: &mut [Quad]) {
+        for Self { node, filter: m } in held {
+            let [x, y, z, _] = field[*node as usize];
+            let row = |r: usize| m[3 * r] * x + m[3 * r + 1] * y + m[3 * r + 2] * z;
+            field[*node as usize] = [row(0), row(1), row(2), 0.0];
+        }
+    }
+}
