@@ -30,7 +30,7 @@ impl<'a> Planes<'a> {
 
     /// The same for a while.
     pub fn again(&mut self) -> Planes<'_> {
-        Planes { base: self.base, size: self.size, range: self.range.clone(), borrowed: PhantomData }
+        self.copy()
     }
 
     /// Those of the elements before `at`, and those from it on.

@@ -12,7 +12,7 @@ use super::matrix::Matrix;
 use super::pcg::symmetric_inverse;
 use super::pool::Pool;
 use super::single::{Quad, Single, SingleBlock};
-use super::transfer::{Rows, Transfer};
+use super::transfer::{Receiver, Transfer};
 
 /// Share of block Jacobi on the finest level, and on all others: what is least for many cloths and steps.
 const FINEST: f64 = 0.6;
@@ -236,7 +236,7 @@ struct Share<'a> {
     product: Quad,
 }
 
-impl Rows for Share<'_> {
+impl Receiver for Share<'_> {
     #[inline(always)]
     fn count(&self) -> usize {
         self.h.len()
@@ -259,7 +259,7 @@ impl Rows for Share<'_> {
 /// Nodes of a coarser level have theirs already.
 struct More<'a>(&'a mut [Quad]);
 
-impl Rows for More<'_> {
+impl Receiver for More<'_> {
     #[inline(always)]
     fn count(&self) -> usize {
         self.0.len()

@@ -80,6 +80,7 @@ impl Single {
         self.own.resize(matrix.rows() + 1, [0.0; 9]);
         if !self.is_sorted {
             (self.sliced, self.is_sorted) = (Sliced::new(matrix.rows(), matrix.pattern()), true);
+            self.product.resize(if self.sliced.is_none() { matrix.rows() } else { 0 }, [0.0; 4]);
         }
     }
 
@@ -105,7 +106,6 @@ impl Single {
         }
         let blocks =
             Blocks { values: self.values.as_flattened(), own: self.own.as_flattened(), rows: matrix.pattern() };
-        self.product.resize(x.len(), [0.0; 4]);
         pool.fold(&mut self.product[..], &|first, out| rows_product(first, out, x, blocks))
     }
 

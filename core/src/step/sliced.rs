@@ -205,11 +205,13 @@ mod tests {
         });
         let bits = |out: &[Quad]| out.iter().flatten().map(|v| v.to_bits()).collect::<Vec<_>>();
         assert_eq!((sums[0].to_bits(), bits(&out[0])), (sums[1].to_bits(), bits(&out[1])));
-        let before: Vec<_> = sliced.bands[1].y.concat().iter().map(|v| v.to_bits()).collect();
+        let (before, dot) = (sliced.bands[1].y.concat(), sliced.bands[1].dot.to_bits());
+        let before: Vec<_> = before.iter().map(|v| v.to_bits()).collect();
         let mut again = |multiply: &dyn Fn(Multiply<'_>)| {
             sliced.bands[1].y.iter_mut().for_each(|y| y.fill(0.0));
             multiply(Multiply(&mut sliced.bands[1]));
             assert_eq!(before, sliced.bands[1].y.concat().iter().map(|v| v.to_bits()).collect::<Vec<_>>());
+            assert_eq!(dot, sliced.bands[1].dot.to_bits());
         };
         again(&|multiply| multiply.on(Plain));
         #[cfg(target_arch = "x86_64")]

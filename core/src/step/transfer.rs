@@ -72,7 +72,7 @@ impl Transfer {
 
     /// Adds to fine nodes `first` on what they get of `from` coarse ones.
     #[inline(always)]
-    pub fn spread(&self, first: usize, from: &[Quad], rows: &mut impl Rows) {
+    pub fn spread(&self, first: usize, from: &[Quad], rows: &mut impl Receiver) {
         let (mut at, end) = (first, first + rows.count());
         while at < end {
             let (slice, row) = (at / ROWS, at % ROWS);
@@ -99,7 +99,7 @@ impl Transfer {
 }
 
 /// Vectors of fine nodes to which something is added.
-pub trait Rows {
+pub trait Receiver {
     /// How many.
     fn count(&self) -> usize;
     /// What one has by itself.
@@ -109,7 +109,7 @@ pub trait Rows {
 }
 
 #[inline(always)]
-fn spread<const WIDTH: usize>(terms: &[Term], from: &[Quad], here: Range<usize>, rows: &mut impl Rows) {
+fn spread<const WIDTH: usize>(terms: &[Term], from: &[Quad], here: Range<usize>, rows: &mut impl Receiver) {
     for (i, terms) in here.zip(terms.as_chunks::<WIDTH>().0) {
         let mut sum = rows.own(i);
         for term in terms {
@@ -133,7 +133,7 @@ mod tests {
 
     struct Plain(Vec<Quad>);
 
-    impl Rows for Plain {
+    impl Receiver for Plain {
         fn count(&self) -> usize {
             self.0.len()
         }
