@@ -7,12 +7,14 @@
 use super::age::Age;
 use super::elements::ElementSet;
 use super::held::Held;
-use super::inverses::Inverses;
+use super::inverses::{Inverses, put_inverse};
+use super::lines::Lines;
 use super::matrix::Matrix;
-use super::multilevel::{Inverse, Multilevel, columns, plus};
+use super::multilevel::Multilevel;
 use super::pcg::{Solve, constrained_inverse};
-use super::pool::Pool;
+use super::pool::{Parts, Pool};
 use super::single::{Quad, Single, power_of_two, without_dust};
+use super::sliced::LANES;
 use super::{Block, Constraint, V3};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -20,7 +22,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 #[derive(Debug, Default)]
 pub struct Inner {
     matrix: Single,
-    inverse: Vec<Inverse>,
+    /// Of the blocks of the diagonal, by sixteen nodes: six numbers of each.
+    inverse: Lines<f32>,
     levels: Option<Multilevel>,
     age: Age,
     held: Vec<Held>,
@@ -33,9 +36,8 @@ pub struct Inner {
     /// What `update` gave.
     size: f64,
     fits: bool,
-    x: Vec<Quad>,
+    /// Of as many nodes as sixteens of them have room for.
     r: Vec<Quad>,
-    p: Vec<Quad>,
     h: Vec<Quad>,
     /// Of the residual in `r`.
     scale: f64,
@@ -67,11 +69,12 @@ pub struct Corrected {
 impl Inner {
     /// Room for `n` nodes.
     pub fn resize(&mut self, n: usize) {
-        for field in [&mut self.x, &mut self.r, &mut self.p, &mut self.h] {
+        let room = n.next_multiple_of(LANES);
+        for field in [&mut self.r, &mut self.h] {
             field.clear();
-            field.resize(n, [0.0; 4]);
+            field.resize(room, [0.0; 4]);
         }
-        self.inverse.resize(n, [[0.0; 4]; 3]);
+        self.inverse = Lines::new(6 * room);
         self.held.reserve(n);
         self.fixed.reserve(n);
         self.constraints.resize(n, Constraint::Free);
@@ -87,7 +90,7 @@ impl Inner {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        let vectors = self.x.len() * (4 * size_of::<Quad>() + size_of::<Inverse>());
+        let vectors = self.r.len() * 2 * size_of::<Quad>() + self.inverse.bytes();
         vectors + self.matrix.bytes() + self.levels.as_ref().map_or(0, Multilevel::bytes)
     }
 
@@ -98,8 +101,8 @@ impl Inner {
         if system.again {
             // Levels that still know other nodes as held do as well.
             for i in (0..constraints.len()).filter(|i| constraints[*i] != self.constraints[*i]) {
-                self.inverse[i] =
-                    columns(&constrained_inverse(system.matrix.diagonal(i), &constraints[i]).map(|c| self.share * c));
+                let inverse = constrained_inverse(system.matrix.diagonal(i), &constraints[i]);
+                put_inverse(self.inverse.flat_mut(), i, &inverse.map(|c| self.share * c));
             }
             self.constraints.copy_from_slice(constraints);
             return (self.size, self.fits);
@@ -112,12 +115,13 @@ impl Inner {
                 let is_fixed = |i: &u32| constraints[*i as usize] == Constraint::Fixed;
                 self.fixed.clear();
                 self.fixed.extend((0..constraints.len() as u32).filter(is_fixed));
-                self.matrix.without_fixed(system.matrix, &self.fixed, |matrix| levels.update(pool, matrix));
+                self.matrix.without_fixed(pool, system.matrix, &self.fixed, |matrix| levels.update(pool, matrix));
             }
             self.share *= levels.share();
         }
         let (share, fits) = (self.share, AtomicBool::new(true));
-        self.size = pool.fold(&mut self.inverse[..], &|first, out| {
+        let all = Sixteens(self.inverse.flat_mut().as_chunks_mut().0.as_chunks_mut().0);
+        self.size = pool.fold(all, &|first, Sixteens(out)| {
             let (size, narrow) = pulp::Arch::new().dispatch(Inverses { system, share, first, out });
             if !narrow {
                 fits.store(false, Ordering::Relaxed);
@@ -170,39 +174,30 @@ impl Inner {
     ) -> Corrected {
         let mut d = d / self.unit();
         let enough = (enough / self.unit()).max(DEEPEST * d);
-        self.p.copy_from_slice(&self.h);
-        self.x.fill([0.0; 4]);
+        self.matrix.start();
+        self.matrix.turn(pool, self.h.as_chunks().0, 0.0, 0.0);
         let mut done = Corrected::default();
         while d > enough && done.iterations < most {
-            let q = self.matrix.product(pool, system.matrix, &self.p);
+            let q = self.matrix.product(pool, system.matrix);
             if !(q > 0.0 && q.is_finite()) {
                 done.broken = true;
                 break;
             }
-            let next = self.descend(pool, (d / q) as f32);
-            let (h, beta) = (&self.h, (next / d) as f32);
-            pool.pieces(&mut self.p[..], PIECE, &|first, p: &mut [Quad]| {
-                pulp::Arch::new().dispatch(Turn { h: &h[first..], beta, p });
-            });
+            let a = (d / q) as f32;
+            let next = self.descend(pool, a);
+            self.matrix.turn(pool, self.h.as_chunks().0, a, (next / d) as f32);
             d = next;
             done.iterations += 1;
         }
-        let (up, correction) = (self.scale * self.matrix.scale(), &self.x);
-        pool.pieces(x, PIECE, &|first, x| {
-            for (x, c) in x.iter_mut().zip(&correction[first..]) {
-                (0..3).for_each(|k| x[k] += up * f64::from(c[k]));
-            }
-        });
+        let (up, matrix) = (self.scale * self.matrix.scale(), &self.matrix);
+        pool.pieces(x, PIECE, &|first, x| matrix.add_to(first, up, x));
         done
     }
 
-    /// `x += a p`, `r -= a S A p`, `h = P r`; gives `r.h`.
+    /// `r -= a S A p`, `h = P r`; gives `r.h`.
     fn descend(&mut self, pool: &Pool, a: f32) -> f64 {
-        let (p, matrix) = (&self.p, &self.matrix);
-        pool.pieces((&mut self.x[..], &mut self.r[..]), PIECE, &|first, (x, r)| {
-            pulp::Arch::new().dispatch(Step { a, p: &p[first..], x });
-            matrix.take(first, a, r);
-        });
+        let matrix = &self.matrix;
+        pool.pieces(self.r.as_chunks_mut().0, PIECE / LANES, &|first, r| matrix.take(first, a, r));
         Held::filter(&self.held, &mut self.r);
         self.precondition(pool)
     }
@@ -211,43 +206,22 @@ impl Inner {
     fn precondition(&mut self, pool: &Pool) -> f64 {
         let mut none = Multilevel::default();
         let levels = self.levels.as_mut().unwrap_or(&mut none);
-        let sum = levels.apply(pool, &self.inverse, &self.r, &mut self.h);
+        let sum = levels.apply(pool, self.inverse.flat(), &self.r, &mut self.h);
         Held::filter(&self.held, &mut self.h);
         sum
     }
 }
 
-/// `p = h + beta p`
-struct Turn<'a> {
-    h: &'a [Quad],
-    beta: f32,
-    p: &'a mut [Quad],
-}
+/// Nodes, sixteen by sixteen.
+struct Sixteens<'a, T>(&'a mut [T]);
 
-impl pulp::NullaryFnOnce for Turn<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        let beta = self.beta;
-        self.p.iter_mut().zip(self.h).for_each(|(p, h)| *p = without_dust(plus(*h, beta, *p)));
+impl<T: Send> Parts for Sixteens<'_, T> {
+    fn count(&self) -> usize {
+        LANES * self.0.len()
     }
-}
 
-/// `x += a p`
-struct Step<'a> {
-    a: f32,
-    p: &'a [Quad],
-    x: &'a mut [Quad],
-}
-
-impl pulp::NullaryFnOnce for Step<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        for (x, p) in self.x.iter_mut().zip(self.p) {
-            *x = plus(*x, self.a, *p);
-        }
+    fn part(self, at: usize) -> (Self, Self) {
+        let (left, right) = self.0.split_at_mut(at / LANES);
+        (Self(left), Self(right))
     }
 }

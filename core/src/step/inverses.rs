@@ -1,9 +1,9 @@
 //! The inverses of all diagonal blocks, for block Jacobi: eight free nodes at a time.
 
 use super::inner::{WIDEST, is_narrow};
-use super::multilevel::{Inverse, columns};
+use super::lanes::Sixteen;
 use super::pcg::{Solve, constrained_inverse};
-use super::{Constraint, dot, times};
+use super::{Block, Constraint, dot, times};
 
 /// Nodes at a time.
 const LANES: usize = 8;
@@ -14,7 +14,19 @@ pub struct Inverses<'a> {
     pub system: &'a Solve<'a>,
     pub share: f64,
     pub first: usize,
-    pub out: &'a mut [Inverse],
+    pub out: &'a mut [[Sixteen; 6]],
+}
+
+/// Where the six numbers of a symmetric block are in it.
+const PLACES: [usize; 6] = [0, 1, 2, 4, 5, 8];
+
+/// Puts the inverse of node `i` into those of all, which are given by sixteen nodes.
+pub fn put_inverse(all: &mut [f32], i: usize, inverse: &Block) {
+    put(&mut all.as_chunks_mut().0.as_chunks_mut().0[i / 16], i % 16, inverse);
+}
+
+fn put(sixteen: &mut [Sixteen; 6], lane: usize, inverse: &Block) {
+    (0..6).for_each(|e| sixteen[e][lane] = inverse[PLACES[e]] as f32);
 }
 
 type Plane = [f64; LANES];
@@ -25,13 +37,14 @@ impl pulp::NullaryFnOnce for Inverses<'_> {
     #[inline(always)]
     fn call(self) -> (f64, bool) {
         let Self { system: Solve { matrix, constraints, motion, .. }, share, first, out } = self;
-        let (mut size, mut narrow) = (0.0, true);
-        for (at, out) in out.chunks_mut(LANES).enumerate() {
-            let first = first + at * LANES;
+        let (mut size, mut narrow, n) = (0.0, true, constraints.len());
+        for at in 0..2 * out.len() {
+            let (out, half, first) = (&mut out[at / 2], at % 2 * LANES, first + at * LANES);
+            let count = n.saturating_sub(first).min(LANES);
             let (mut m, mut x): ([Plane; 6], [Plane; 3]) = ([[1.0; LANES]; 6], [[0.0; LANES]; 3]);
-            for lane in 0..out.len() {
+            for lane in 0..count {
                 let (block, place) = (matrix.diagonal(first + lane), motion.0[first + lane]);
-                for (e, from) in [0, 1, 2, 4, 5, 8].into_iter().enumerate() {
+                for (e, from) in PLACES.into_iter().enumerate() {
                     m[e][lane] = block[from];
                 }
                 for c in 0..3 {
@@ -40,21 +53,25 @@ impl pulp::NullaryFnOnce for Inverses<'_> {
             }
             let (inverse, spread) = inverted(&m, share);
             let sizes = sizes(&m, &x);
-            for (lane, out) in out.iter_mut().enumerate() {
+            for e in 0..6 {
+                out[e][half..half + LANES].copy_from_slice(&inverse[e]);
+            }
+            for lane in 0..count {
                 let (block, constraint) = (matrix.diagonal(first + lane), &constraints[first + lane]);
                 // Singular blocks are neither: they are seen to one by one, as what is held.
                 let is_plain = matches!(constraint, Constraint::Free) && spread[lane].is_finite();
                 if is_plain {
-                    let e = |e: usize| inverse[e][lane];
-                    *out = [[e(0), e(1), e(2), 0.0], [e(1), e(3), e(4), 0.0], [e(2), e(4), e(5), 0.0]];
                     narrow &= spread[lane] <= WIDEST;
                     size += sizes[lane];
                 } else {
                     let exact = constrained_inverse(block, constraint);
                     narrow &= is_narrow(block, &exact);
-                    *out = columns(&exact.map(|c| share * c));
+                    put(out, half + lane, &exact.map(|c| share * c));
                     size += dot(motion.0[first + lane], times(block, motion.0[first + lane]));
                 }
+            }
+            for lane in count..LANES {
+                put(out, half + lane, &[0.0; 9]);
             }
         }
         (size, narrow)
@@ -114,7 +131,7 @@ mod tests {
         let mut constraints = vec![Constraint::Free; n];
         (constraints[2], constraints[11]) = (Constraint::Fixed, Constraint::Plane([0.0, 0.6, 0.8]));
         let x: Vec<_> = (0..n).map(|i| [wave(i), wave(i + 50), wave(i + 90)]).collect();
-        let mut out = vec![[[0.0; 4]; 3]; n];
+        let mut out = vec![[[7.0; 16]; 6]; n.div_ceil(16)];
         let mut run = |matrix: &Matrix| {
             let (b, constraints, motion) = (&x[..], &constraints[..], (&x[..], 1.0));
             let system = Solve { matrix, b, z: b, constraints, motion, again: false, tolerance: 1.0, most: 1 };
@@ -130,10 +147,12 @@ mod tests {
         *matrix.diagonal_mut(7) = before;
         assert!(run(&matrix).1);
         for i in 0..n {
-            let exact = columns(&constrained_inverse(matrix.diagonal(i), &constraints[i]).map(|c| 0.5 * c));
-            for (out, exact) in out[i].iter().flatten().zip(exact.iter().flatten()) {
-                assert!((out - exact).abs() <= 1e-6 * exact.abs().max(1e-4), "{i}: {:?} {exact:?}", out);
+            let exact = constrained_inverse(matrix.diagonal(i), &constraints[i]).map(|c| 0.5 * c);
+            for (e, place) in PLACES.into_iter().enumerate() {
+                let (got, exact) = (f64::from(out[i / 16][e][i % 16]), exact[place]);
+                assert!((got - exact).abs() <= 1e-6 * exact.abs().max(1e-4), "{i}: {got} {exact}");
             }
         }
+        assert!((n..32).all(|i| (0..6).all(|e| out[i / 16][e][i % 16] == 0.0)));
     }
 }

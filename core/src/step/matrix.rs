@@ -14,7 +14,6 @@ use super::system::Nodes;
 use super::{Block, Constraint, V3, axpy, times};
 use crate::host::{HostError, Material};
 use pliant_plugin_api::abi;
-use std::ops::Range;
 
 /// `A`, with room for every pair of nodes that an element joins.
 #[derive(Debug, Default)]
@@ -44,9 +43,10 @@ impl<'a> Rows<'a> {
         (&self.lower[self.lower_row[i]..self.lower_row[i + 1]], above.start, &self.column[above])
     }
 
-    /// Where the blocks of some rows are, the diagonal's among them.
-    pub(super) fn slots(&self, rows: Range<usize>) -> Range<usize> {
-        self.row[rows.start]..self.row[rows.end]
+    /// The column of the block in a slot.
+    #[inline(always)]
+    pub(super) fn column(&self, slot: usize) -> u32 {
+        self.column[slot]
     }
 }
 
@@ -324,6 +324,11 @@ impl Matrix {
     /// The diagonal block of a node.
     pub fn diagonal(&self, i: usize) -> &Block {
         &self.values[self.row[i]]
+    }
+
+    #[cfg(test)]
+    pub(super) fn values_mut(&mut self) -> &mut [Block] {
+        &mut self.values
     }
 
     #[cfg(test)]

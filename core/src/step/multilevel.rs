@@ -8,10 +8,12 @@ use super::aggregate::{Graph, Weights};
 use super::elements::ElementSet;
 use super::galerkin::Galerkin;
 use super::inner::is_narrow;
+use super::lanes::{Lanes, Sixteen, Work, load, store, widest};
 use super::matrix::Matrix;
 use super::pcg::symmetric_inverse;
 use super::pool::Pool;
 use super::single::{Quad, Single, SingleBlock};
+use super::sliced::LANES;
 use super::transfer::{Receiver, Transfer};
 
 /// Share of block Jacobi on the finest level, and on all others: what is least for many cloths and steps.
@@ -103,8 +105,8 @@ impl Multilevel {
         }
     }
 
-    /// `h = P r`, with `inverse` for the share of the finest level; gives `r.h`, where `r` is zero for what may not move.
-    pub fn apply(&mut self, pool: &Pool, inverse: &[Inverse], r: &[Quad], h: &mut [Quad]) -> f64 {
+    /// `h = P r`, with `inverse` for the share of the finest level, by sixteen nodes; gives `r.h`, where `r` is zero for what may not move.
+    pub fn apply(&mut self, pool: &Pool, inverse: &[f32], r: &[Quad], h: &mut [Quad]) -> f64 {
         for at in 0..self.levels.len() {
             let (finer, rest) = self.levels.split_at_mut(at);
             rest[0].restrict(pool, finer.last().map_or(r, |level| &level.r));
@@ -113,10 +115,10 @@ impl Multilevel {
             let (finer, rest) = self.levels.split_at_mut(at);
             rest[0].prolong(pool, &mut finer[at - 1].h);
         }
-        let coarse = self.levels.first();
+        let (coarse, inverse) = (self.levels.first(), inverse.as_chunks().0.as_chunks().0);
         pool.fold(h, &|first, h| {
-            let (inverse, r) = (&inverse[first..], &r[first..]);
-            pulp::Arch::new().dispatch(Finest { coarse, first, inverse, r, h })
+            let (inverse, r) = (&inverse[first / LANES..], &r[first..]);
+            widest(Finest { coarse, first, inverse, r, h })
         })
     }
 
@@ -208,18 +210,28 @@ impl pulp::NullaryFnOnce for Restrict<'_> {
 struct Finest<'a> {
     coarse: Option<&'a Level>,
     first: usize,
-    inverse: &'a [Inverse],
+    inverse: &'a [[Sixteen; 6]],
     r: &'a [Quad],
     h: &'a mut [Quad],
 }
 
-impl pulp::NullaryFnOnce for Finest<'_> {
+impl Work for Finest<'_> {
     type Output = f64;
 
     #[inline(always)]
-    fn call(self) -> f64 {
+    fn on(self, unit: impl Lanes) -> f64 {
         let Self { coarse, first, inverse, r, h } = self;
-        let mut rows = Share { inverse, r, h, product: [0.0; 4] };
+        for ((h, r), m) in h.as_chunks_mut().0.iter_mut().zip(r.as_chunks().0).zip(inverse) {
+            let r = unit.planes(load(unit, r));
+            let mut own = [r[0]; 3];
+            for (c, places) in [[0, 1, 2], [1, 3, 4], [2, 4, 5]].into_iter().enumerate() {
+                own[c] = unit.mul(unit.load(&m[places[0]]), r[0]);
+                own[c] = unit.fma(unit.load(&m[places[1]]), r[1], own[c]);
+                own[c] = unit.fma(unit.load(&m[places[2]]), r[2], own[c]);
+            }
+            store(unit, h, unit.vectors(own));
+        }
+        let mut rows = Share { r, h, product: [0.0; 4] };
         match coarse {
             Some(level) => level.transfer.spread(first, &level.h, &mut rows),
             None => (0..rows.count()).for_each(|i| rows.put(i, rows.own(i))),
@@ -228,9 +240,8 @@ impl pulp::NullaryFnOnce for Finest<'_> {
     }
 }
 
-/// Fine nodes get their share of block Jacobi, and `r . h` is added up.
+/// Fine nodes have their share of block Jacobi already, and `r . h` is added up.
 struct Share<'a> {
-    inverse: &'a [Inverse],
     r: &'a [Quad],
     h: &'a mut [Quad],
     product: Quad,
@@ -244,7 +255,7 @@ impl Receiver for Share<'_> {
 
     #[inline(always)]
     fn own(&self, i: usize) -> Quad {
-        turned(&self.inverse[i], self.r[i])
+        self.h[i]
     }
 
     #[inline(always)]

@@ -1,0 +1,110 @@
+//! Sixteen numbers in single precision, in whatever vector unit there is.
+//!
+//! Operations are on each number by itself, and each is rounded once: a product that is added to something is not rounded before.
+//! Where no unit does that it is done in double precision, so every unit gives the same bytes.
+
+mod plain;
+#[cfg(test)]
+mod tests;
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+use super::Block;
+use super::single::Quad;
+use pulp::NullaryFnOnce;
+
+pub use plain::Plain;
+
+/// In memory.
+pub type Sixteen = [f32; 16];
+
+/// A vector unit.
+pub trait Lanes: Copy {
+    /// Sixteen numbers in its registers.
+    type V: Copy;
+    /// From memory.
+    fn load(self, from: &Sixteen) -> Self::V;
+    /// To memory.
+    fn store(self, v: Self::V) -> Sixteen;
+    /// `a + b`
+    fn add(self, a: Self::V, b: Self::V) -> Self::V;
+    /// `a - b`
+    fn sub(self, a: Self::V, b: Self::V) -> Self::V;
+    /// `a b`
+    fn mul(self, a: Self::V, b: Self::V) -> Self::V;
+    /// `a b + c`
+    fn fma(self, a: Self::V, b: Self::V, c: Self::V) -> Self::V;
+    /// `c - a b`
+    fn fnma(self, a: Self::V, b: Self::V, c: Self::V) -> Self::V;
+    /// Without what is next to nothing.
+    fn without_dust(self, v: Self::V) -> Self::V;
+    /// The components of sixteen vectors.
+    fn planes(self, vectors: [Self::V; 4]) -> [Self::V; 3];
+    /// The vectors of such components, with zeros behind them.
+    fn vectors(self, planes: [Self::V; 3]) -> [Self::V; 4];
+
+    /// The entries of sixteen blocks, times `scale`.
+    #[inline(always)]
+    fn entries(self, blocks: [&Block; 16], scale: f64) -> [Self::V; 9] {
+        let mut planes = [[0.0; 16]; 9];
+        for lane in 0..16 {
+            for e in 0..9 {
+                planes[e][lane] = (scale * blocks[lane][e]) as f32;
+            }
+        }
+        let mut all = [self.load(&planes[0]); 9];
+        for e in 1..9 {
+            all[e] = self.load(&planes[e]);
+        }
+        all
+    }
+}
+
+/// Sixteen vectors from memory.
+#[inline(always)]
+pub fn load<U: Lanes>(unit: U, from: &[Quad; 16]) -> [U::V; 4] {
+    let flat = from.as_flattened().as_chunks().0;
+    [unit.load(&flat[0]), unit.load(&flat[1]), unit.load(&flat[2]), unit.load(&flat[3])]
+}
+
+/// Sixteen vectors to memory.
+#[inline(always)]
+pub fn store<U: Lanes>(unit: U, to: &mut [Quad; 16], vectors: [U::V; 4]) {
+    let flat = to.as_flattened_mut().as_chunks_mut().0;
+    for k in 0..4 {
+        flat[k] = unit.store(vectors[k]);
+    }
+}
+
+/// Work that any vector unit can do.
+pub trait Work {
+    /// What it gives.
+    type Output;
+    /// Does it.
+    fn on(self, unit: impl Lanes) -> Self::Output;
+}
+
+/// Does `work` on the widest vector unit there is.
+pub fn widest<W: Work>(work: W) -> W::Output {
+    match pulp::Arch::new() {
+        #[cfg(target_arch = "x86_64")]
+        pulp::Arch::V4(unit) => unit.vectorize(On { work, unit }),
+        #[cfg(target_arch = "x86_64")]
+        pulp::Arch::V3(unit) => unit.vectorize(On { work, unit }),
+        _ => work.on(Plain),
+    }
+}
+
+struct On<W, U> {
+    work: W,
+    unit: U,
+}
+
+impl<W: Work, U: Lanes> NullaryFnOnce for On<W, U> {
+    type Output = W::Output;
+
+    #[inline(always)]
+    fn call(self) -> W::Output {
+        self.work.on(self.unit)
+    }
+}

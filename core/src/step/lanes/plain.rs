@@ -1,0 +1,94 @@
+//! No vector unit that is known here.
+
+use super::{Lanes, Sixteen};
+use crate::step::single::dusted;
+
+/// One number after the other.
+#[derive(Clone, Copy)]
+pub struct Plain;
+
+impl Lanes for Plain {
+    type V = Sixteen;
+
+    #[inline(always)]
+    fn load(self, from: &Sixteen) -> Sixteen {
+        *from
+    }
+
+    #[inline(always)]
+    fn store(self, v: Sixteen) -> Sixteen {
+        v
+    }
+
+    #[inline(always)]
+    fn add(self, mut a: Sixteen, b: Sixteen) -> Sixteen {
+        (0..16).for_each(|l| a[l] += b[l]);
+        a
+    }
+
+    #[inline(always)]
+    fn sub(self, mut a: Sixteen, b: Sixteen) -> Sixteen {
+        (0..16).for_each(|l| a[l] -= b[l]);
+        a
+    }
+
+    #[inline(always)]
+    fn mul(self, mut a: Sixteen, b: Sixteen) -> Sixteen {
+        (0..16).for_each(|l| a[l] *= b[l]);
+        a
+    }
+
+    #[inline(always)]
+    fn fma(self, mut a: Sixteen, b: Sixteen, c: Sixteen) -> Sixteen {
+        (0..16).for_each(|l| a[l] = fused(a[l], b[l], c[l]));
+        a
+    }
+
+    #[inline(always)]
+    fn fnma(self, mut a: Sixteen, b: Sixteen, c: Sixteen) -> Sixteen {
+        (0..16).for_each(|l| a[l] = fused(-a[l], b[l], c[l]));
+        a
+    }
+
+    #[inline(always)]
+    fn without_dust(self, v: Sixteen) -> Sixteen {
+        v.map(dusted)
+    }
+
+    #[inline(always)]
+    fn planes(self, vectors: [Sixteen; 4]) -> [Sixteen; 3] {
+        let mut planes = [[0.0; 16]; 3];
+        (0..16).for_each(|l| (0..3).for_each(|c| planes[c][l] = vectors[l / 4][l % 4 * 4 + c]));
+        planes
+    }
+
+    #[inline(always)]
+    fn vectors(self, planes: [Sixteen; 3]) -> [Sixteen; 4] {
+        let mut vectors = [[0.0; 16]; 4];
+        (0..16).for_each(|l| (0..3).for_each(|c| vectors[l / 4][l % 4 * 4 + c] = planes[c][l]));
+        vectors
+    }
+}
+
+/// `a b + c`, rounded once.
+#[inline(always)]
+pub fn fused(a: f32, b: f32, c: f32) -> f32 {
+    if cfg!(any(target_arch = "aarch64", target_feature = "fma")) {
+        return a.mul_add(b, c);
+    }
+    in_double(a, b, c)
+}
+
+/// The same where no unit does it: the product is exact, and the sum is rounded to an odd last digit, so that rounding it again
+/// does no harm (Boldo and Melquiond 2008).
+#[inline(always)]
+pub fn in_double(a: f32, b: f32, c: f32) -> f32 {
+    let (product, c) = (f64::from(a) * f64::from(b), f64::from(c));
+    let sum = product + c;
+    let added = sum - product;
+    let lost = (product - (sum - added)) + (c - added);
+    let bits = sum.to_bits();
+    let is_even = lost != 0.0 && sum.is_finite() && bits & 1 == 0;
+    let odd = if (lost > 0.0) == (sum > 0.0) { bits + 1 } else { bits.wrapping_sub(1) };
+    f64::from_bits(if is_even { odd } else { bits }) as f32
+}

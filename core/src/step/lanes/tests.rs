@@ -1,0 +1,62 @@
+use super::plain::in_double;
+use super::*;
+
+fn wave(i: usize) -> f32 {
+    (1.7 * i as f32).sin() * 10_f32.powi((i % 7) as i32 - 3)
+}
+
+#[test]
+fn a_sum_with_a_product_is_rounded_once() {
+    let odd = [0.0, -0.0, 1.0, f32::MIN_POSITIVE, 1e-42, f32::MAX, -f32::MAX, f32::INFINITY, 1.0 + f32::EPSILON];
+    let near = |i: usize| f32::from_bits(0x3f80_0000 + (i as u32 * 2_654_435_761) % 64);
+    let mut cases: Vec<[f32; 3]> = (0..20_000).map(|i| [wave(i), wave(3 * i + 1), wave(7 * i + 2)]).collect();
+    // Where the product all but cancels, and where the rest is far below the last digit.
+    cases.extend((0..20_000).map(|i| [near(i), near(i / 7), -near(i / 3)]));
+    cases.extend((0..20_000).map(|i| [near(i), near(i / 5), near(i / 3) * 2_f32.powi(-(20 + i as i32 % 30))]));
+    cases.extend(odd.iter().flat_map(|a| odd.iter().flat_map(move |b| odd.map(|c| [*a, *b, c]))));
+    for [a, b, c] in cases {
+        let (got, want) = (in_double(a, b, c), a.mul_add(b, c));
+        assert!(
+            got.to_bits() == want.to_bits() || (got.is_nan() && want.is_nan()),
+            "{a:e} {b:e} {c:e}: {got:e} {want:e}"
+        );
+    }
+}
+
+struct All;
+
+impl Work for All {
+    type Output = Vec<u32>;
+
+    #[inline(always)]
+    fn on(self, unit: impl Lanes) -> Vec<u32> {
+        let of = |first: usize| std::array::from_fn::<_, 16, _>(|l| wave(first + l));
+        let [a, b, mut c] = [of(0), of(20), of(40)].map(|v| unit.load(&v));
+        let tiny = unit.load(&std::array::from_fn(|l| 10_f32.powi(-10 - l as i32) * wave(l)));
+        c = unit.fnma(a, unit.mul(b, c), unit.fma(a, b, unit.sub(c, unit.add(a, b))));
+        let vectors: [Quad; 16] = std::array::from_fn(|i| [wave(3 * i), wave(3 * i + 1), wave(3 * i + 2), 0.0]);
+        let planes = unit.planes(load(unit, &vectors));
+        for (component, plane) in planes.into_iter().enumerate() {
+            assert_eq!(unit.store(plane), vectors.map(|v| v[component]));
+        }
+        let mut again = [[1.0; 4]; 16];
+        store(unit, &mut again, unit.vectors(planes));
+        assert_eq!(again, vectors);
+        let blocks: [Block; 16] = std::array::from_fn(|i| std::array::from_fn(|e| (1.3 * (9 * i + e) as f64).sin()));
+        let entries = unit.entries(blocks.each_ref(), 0.25);
+        for (e, entries) in entries.into_iter().enumerate() {
+            assert_eq!(unit.store(entries), blocks.map(|block| (0.25 * block[e]) as f32));
+        }
+        [c, unit.without_dust(tiny)].map(|v| unit.store(v).map(f32::to_bits)).concat()
+    }
+}
+
+#[test]
+fn every_vector_unit_does_the_same() {
+    let first = All.on(Plain);
+    assert_eq!(first, widest(All));
+    #[cfg(target_arch = "x86_64")]
+    if let Some(unit) = pulp::x86::V3::try_new() {
+        assert_eq!(first, unit.vectorize(On { work: All, unit }));
+    }
+}

@@ -1,0 +1,54 @@
+//! Numbers that begin where memory is read at once.
+
+/// Bytes that memory comes in.
+const LINE: usize = 64;
+
+/// Numbers that begin at the beginning of a line of memory.
+#[derive(Debug, Default)]
+pub struct Lines<T> {
+    numbers: Vec<T>,
+    first: usize,
+    len: usize,
+}
+
+impl<T: Copy + Default> Lines<T> {
+    /// So many zeros.
+    pub fn new(len: usize) -> Self {
+        let spare = LINE / size_of::<T>();
+        let numbers = vec![T::default(); len + spare];
+        // Where the system does not say, anywhere will do.
+        let first = numbers.as_ptr().align_offset(LINE).min(spare);
+        Self { numbers, first, len }
+    }
+
+    /// All of them.
+    #[inline(always)]
+    pub fn flat(&self) -> &[T] {
+        &self.numbers[self.first..self.first + self.len]
+    }
+
+    /// All of them.
+    #[inline(always)]
+    pub fn flat_mut(&mut self) -> &mut [T] {
+        &mut self.numbers[self.first..self.first + self.len]
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        self.numbers.len() * size_of::<T>()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_begin_where_memory_is_read_at_once() {
+        for len in [1, 16, 1000] {
+            let mut lines = Lines::<f32>::new(len);
+            assert_eq!(lines.flat().as_ptr().align_offset(LINE), 0);
+            assert!(lines.flat() == vec![0.0; len] && lines.flat_mut().len() == len && lines.bytes() >= 4 * len);
+        }
+    }
+}

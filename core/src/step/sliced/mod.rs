@@ -1,0 +1,166 @@
+//! A product with rows that lie alike, sixteen at a time.
+//!
+//! On a regular mesh the neighbours of consecutive nodes are consecutive too: a slice of sixteen rows has its blocks at a few
+//! distances from the diagonal. Then a lane of a vector unit is a row, nothing has to be gathered, and a block is read once for
+//! both of the rows it joins (sliced ELLPACK: Kreutzer et al. 2014, with the distances in the place of columns). Lanes never meet,
+//! so every vector unit gives the same bytes; bands of rows are added up in one order, so does any number of threads.
+
+mod product;
+#[cfg(test)]
+mod tests;
+mod update;
+mod vectors;
+
+use super::V3;
+use super::lanes::{Sixteen, widest};
+use super::lines::Lines;
+use super::matrix::{Matrix, Rows};
+use super::pool::Pool;
+use super::single::Quad;
+use product::Multiply;
+use update::Fill;
+use vectors::{Take, Turn};
+
+/// Rows of a slice.
+pub const LANES: usize = 16;
+/// Numbers of a slice's blocks at one distance.
+pub const BLOCKS: usize = 9 * LANES;
+/// Slices in a piece of a vector for a thread.
+const PIECE: usize = 128;
+/// Rows of a band, at least.
+const BAND: usize = 512;
+/// What slices may hold for a block of the matrix: past this they read more than they save.
+const FULLEST: f64 = 1.3;
+
+/// Blocks of a matrix with rows that lie alike, and the vectors that are multiplied with it.
+#[derive(Debug)]
+pub struct Sliced {
+    /// Rows of all bands but the last.
+    height: usize,
+    bands: Vec<Band>,
+    /// The direction of descent, by component, as far as the rows reach.
+    p: [Lines<f32>; 3],
+    /// How far it has gone in all, by slice and component.
+    sum: Lines<f32>,
+}
+
+/// Rows that are multiplied by one thread.
+#[derive(Debug)]
+pub struct Band {
+    pub first: usize,
+    /// Of each slice's distances (slices + 1).
+    pub start: Vec<usize>,
+    /// Distances above the diagonal, rising.
+    pub distance: Vec<u32>,
+    /// By slice: blocks of the diagonal, then those of each distance (9 x 16).
+    pub values: Lines<f32>,
+    /// Of its rows and what they reach, by component.
+    pub y: [Lines<f32>; 3],
+    /// `p . y`
+    pub dot: f64,
+}
+
+impl Sliced {
+    /// For a pattern; `None` where its rows do not lie alike.
+    pub fn new(n: usize, rows: Rows<'_>) -> Option<Self> {
+        let (mut slices, mut room, mut blocks, mut reach) = (Vec::new(), n, n, 0);
+        for first in (0..n).step_by(LANES) {
+            let mut distances: Vec<u32> = Vec::new();
+            for i in first..n.min(first + LANES) {
+                let (_, _, columns) = rows.around(i);
+                blocks += columns.len();
+                distances.extend(columns.iter().map(|j| j - i as u32));
+            }
+            distances.sort_unstable();
+            distances.dedup();
+            room += LANES * distances.len();
+            reach = distances.last().map_or(reach, |last| reach.max(*last as usize));
+            slices.push(distances);
+        }
+        if n == 0 || room as f64 > FULLEST * blocks as f64 {
+            return None;
+        }
+        // What a band gives to rows past its end belongs to the next one.
+        let height = BAND.max((reach + LANES).next_multiple_of(BAND / 2));
+        let bands = slices.chunks(height / LANES).enumerate().map(|(at, slices)| Band::new(at * height, slices, reach));
+        let p = [(); 3].map(|()| Lines::new((LANES * slices.len() + reach).next_multiple_of(LANES)));
+        Some(Self { height, bands: bands.collect(), p, sum: Lines::new(3 * LANES * slices.len()) })
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        let vectors = 3 * self.p[0].bytes() + self.sum.bytes();
+        let of = |b: &Band| b.values.bytes() + 4 * b.distance.len() + 3 * b.y[0].bytes() + 8 * b.start.len();
+        vectors + self.bands.iter().map(of).sum::<usize>()
+    }
+
+    /// Takes over new values, times `scale`.
+    pub fn update(&mut self, pool: &Pool, matrix: &Matrix, scale: f64) {
+        pool.pieces(&mut self.bands[..], 1, &|_, bands| {
+            bands.iter_mut().for_each(|band| widest(Fill { matrix, scale, band }));
+        });
+    }
+
+    /// `p = 0`, and nothing gone.
+    pub fn start(&mut self) {
+        self.p.iter_mut().for_each(|p| p.flat_mut().fill(0.0));
+        self.sum.flat_mut().fill(0.0);
+    }
+
+    /// Finds `A p`, for [`Sliced::take`]; gives `p . A p`.
+    pub fn product(&mut self, pool: &Pool) -> f64 {
+        let p = self.p.each_ref().map(Lines::flat);
+        pool.pieces(&mut self.bands[..], 1, &|_, bands| {
+            bands.iter_mut().for_each(|band| widest(Multiply { band, p }));
+        });
+        self.bands.iter().map(|band| band.dot).sum()
+    }
+
+    /// `r -= a A p`, slices `first` on.
+    pub fn take(&self, first: usize, a: f32, r: &mut [[Quad; LANES]]) {
+        let (mut at, mut rest) = (LANES * first, r);
+        while !rest.is_empty() {
+            let (band, row) = (at / self.height, at % self.height);
+            let (r, more) = rest.split_at_mut(rest.len().min((self.height - row) / LANES));
+            // What the band before gave to its first rows.
+            let before = band.checked_sub(1).map(|before| &self.bands[before].y);
+            let before = before.map(|y| y.each_ref().map(|y| y.flat().get(self.height + row..).unwrap_or_default()));
+            let y = self.bands[band].y.each_ref().map(|y| &y.flat()[row..]);
+            at += LANES * r.len();
+            widest(Take { y, before: before.unwrap_or_default(), a, r });
+            rest = more;
+        }
+    }
+
+    /// Goes by `a`, then `p = h + beta p`.
+    pub fn turn(&mut self, pool: &Pool, h: &[[Quad; LANES]], a: f32, beta: f32) {
+        let rows = LANES * h.len();
+        let [p0, p1, p2] = self.p.each_mut().map(|p| p.flat_mut()[..rows].as_chunks_mut().0);
+        let sum = self.sum.flat_mut().as_chunks_mut().0.as_chunks_mut().0;
+        pool.pieces(((p0, p1), (p2, sum)), PIECE, &|first, ((p0, p1), (p2, sum))| {
+            widest(Turn { h: &h[first..], a, beta, p: [p0, p1, p2], sum });
+        });
+    }
+
+    /// Adds `scale` times all that was gone to rows `first` on.
+    pub fn add_to(&self, first: usize, scale: f64, x: &mut [V3]) {
+        let sum: &[[Sixteen; 3]] = self.sum.flat().as_chunks().0.as_chunks().0;
+        for (i, x) in (first..).zip(x) {
+            (0..3).for_each(|c| x[c] += scale * f64::from(sum[i / LANES][c][i % LANES]));
+        }
+    }
+}
+
+impl Band {
+    fn new(first: usize, slices: &[Vec<u32>], reach: usize) -> Self {
+        let mut start = vec![0];
+        start.extend(slices.iter().scan(0, |end, slice| {
+            *end += slice.len();
+            Some(*end)
+        }));
+        let distance = slices.concat();
+        let values = Lines::new(BLOCKS * (slices.len() + distance.len()));
+        let y = [(); 3].map(|()| Lines::new((LANES * slices.len() + reach).next_multiple_of(LANES)));
+        Self { first, start, distance, values, y, dot: 0.0 }
+    }
+}
