@@ -19,11 +19,10 @@ impl Work for Multiply<'_> {
     fn on(self, unit: impl Lanes) {
         let Band { first, start, distance, values, y, dot } = self.band;
         let [y0, y1, y2] = y;
-        let (y0, y1, y2) = (y0.flat_mut(), y1.flat_mut(), y2.flat_mut());
-        (y0.fill(0.0), y1.fill(0.0), y2.fill(0.0));
-        let (all, values) = (*first..*first + y0.len(), values.flat());
+        let mut y = [y0.flat_mut(), y1.flat_mut(), y2.flat_mut()];
+        y.iter_mut().for_each(|y| y.fill(0.0));
+        let (all, values) = (*first..*first + y[0].len(), values.flat());
         let x = [&self.p[0][all.clone()], &self.p[1][all.clone()], &self.p[2][all]];
-        let mut y = [y0, y1, y2];
         let mut all = unit.load(&[0.0; LANES]);
         let mut blocks = values.as_chunks::<LANES>().0.chunks_exact(9);
         for (slice, ends) in start.windows(2).enumerate() {
