@@ -169,12 +169,12 @@ impl Level {
     fn restrict(&mut self, pool: &Pool, from: &[Quad]) {
         let (transfer, inverse) = (&self.transfer, &self.inverse);
         pool.pieces((&mut self.r[..], &mut self.h[..]), COARSE_PIECE, &|first, (r, h)| {
-            widest(Restrict { transfer, first, inverse: &inverse[first..], from, r, h });
+            pulp::Arch::new().dispatch(Restrict { transfer, first, inverse: &inverse[first..], from, r, h });
         });
     }
 
     fn prolong(&self, pool: &Pool, h: &mut [Quad]) {
-        pool.pieces(h, PIECE, &|first, h| widest(Prolong { level: self, first, h }));
+        pool.pieces(h, PIECE, &|first, h| self.transfer.spread(first, &self.h, &mut More(h)));
     }
 }
 
@@ -193,14 +193,14 @@ struct Restrict<'a> {
     h: &'a mut [Quad],
 }
 
-impl Work for Restrict<'_> {
+impl pulp::NullaryFnOnce for Restrict<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn on(self, unit: impl Lanes) {
+    fn call(self) {
         let Self { transfer, first, inverse, from, r, h } = self;
-        transfer.gather(unit, first, from, r);
-        for ((r, h), inverse) in r.iter().zip(h).zip(inverse) {
+        for (a, ((r, h), inverse)) in r.iter_mut().zip(h).zip(inverse).enumerate() {
+            *r = transfer.gathered(first + a, from);
             *h = turned(inverse, *r);
         }
     }
@@ -233,7 +233,7 @@ impl Work for Finest<'_> {
         }
         let mut rows = Share { r, h, product: [0.0; 4] };
         match coarse {
-            Some(level) => level.transfer.spread(unit, first, &level.h, &mut rows),
+            Some(level) => level.transfer.spread(first, &level.h, &mut rows),
             None => (0..rows.count()).for_each(|i| rows.put(i, rows.own(i))),
         }
         total(rows.product)
@@ -264,22 +264,6 @@ impl Receiver for Share<'_> {
         for c in 0..4 {
             self.product[c] += sum[c] * self.r[i][c];
         }
-    }
-}
-
-/// Nodes `first` on of a level get what the next coarser one has for them.
-struct Prolong<'a> {
-    level: &'a Level,
-    first: usize,
-    h: &'a mut [Quad],
-}
-
-impl Work for Prolong<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn on(self, unit: impl Lanes) {
-        self.level.transfer.spread(unit, self.first, &self.level.h, &mut More(self.h));
     }
 }
 

@@ -1,28 +1,23 @@
 //! From fine nodes to coarse ones and back.
 //!
-//! What a node takes is listed row by row, as many terms in each of sixteen rows as the longest of them has: lists of one
+//! What a fine node takes is listed row by row, as many terms in each of sixteen rows as the longest of them has: lists of one
 //! length have no end that a processor could guess wrong.
 
 use super::aggregate::Weights;
-use super::lanes::Lanes;
 use super::single::Quad;
 use std::ops::Range;
 
 /// Weights, listed both ways.
 #[derive(Debug, Default)]
 pub struct Transfer {
-    /// Of each coarse node, fine nodes.
-    fine: Lists,
-    /// Of each fine node, coarse nodes.
-    coarse: Lists,
-}
-
-/// Of rows, others and weights.
-#[derive(Debug, Default)]
-struct Lists {
-    /// Of each sixteen rows' terms.
+    /// Of each coarse node's terms (coarse nodes + 1).
     start: Vec<u32>,
-    terms: Vec<Term>,
+    /// Fine nodes and weights.
+    fine: Vec<Term>,
+    /// Of each sixteen fine nodes' terms.
+    slice: Vec<u32>,
+    /// Coarse nodes and weights, by fine node.
+    coarse: Vec<Term>,
 }
 
 type Term = (u32, f32);
@@ -30,93 +25,71 @@ type Term = (u32, f32);
 /// Rows with lists of one length.
 const ROWS: usize = 16;
 
-impl Lists {
-    /// With lengths that are multiples of `step`.
-    fn new<'a>(rows: impl Iterator<Item = Vec<Term>> + 'a, step: usize) -> Self {
-        let (mut this, rows) = (Self { start: vec![0], ..Self::default() }, rows.collect::<Vec<_>>());
-        for slice in rows.chunks(ROWS) {
-            let longest = slice.iter().map(Vec::len).max().unwrap_or(0);
-            let width = longest.max(1).next_multiple_of(step);
-            for row in slice {
-                this.terms.extend(row.iter().copied().chain(std::iter::repeat((0, 0.0))).take(width));
-            }
-            this.terms.resize(this.start[this.start.len() - 1] as usize + ROWS * width, (0, 0.0));
-            this.start.push(this.terms.len() as u32);
-        }
-        this
-    }
-
-    fn bytes(&self) -> usize {
-        self.terms.len() * size_of::<Term>() + self.start.len() * 4
-    }
-
-    /// Rows from one on that have lists of one length, up to an end; these lists and their length.
-    #[inline(always)]
-    fn alike(&self, from: usize, end: usize) -> (Range<usize>, &[Term], usize) {
-        let (slice, row) = (from / ROWS, from % ROWS);
-        let terms = &self.terms[self.start[slice] as usize..self.start[slice + 1] as usize];
-        let width = terms.len() / ROWS;
-        (from..(from + ROWS - row).min(end), &terms[row * width..], width)
-    }
-}
-
 impl Transfer {
     /// To `coarse` nodes.
     pub fn new(weights: &Weights, coarse: usize) -> Self {
         let count = weights.start.len() - 1;
-        let mut fine = vec![Vec::new(); coarse];
-        for i in 0..count {
-            weights.of(i).for_each(|(a, weight)| fine[a as usize].push((i as u32, weight)));
+        let mut by_coarse: Vec<(u32, u32, f32)> = Vec::with_capacity(weights.coarse.len());
+        let mut this = Self { slice: vec![0], ..Self::default() };
+        for first in (0..count).step_by(ROWS) {
+            let rows = first..count.min(first + ROWS);
+            let width = rows.clone().map(|i| weights.of(i).count()).max().unwrap_or(0);
+            for i in rows {
+                by_coarse.extend(weights.of(i).map(|(a, weight)| (a, i as u32, weight)));
+                this.coarse.extend(weights.of(i).chain(std::iter::repeat((0, 0.0))).take(width));
+            }
+            this.coarse.resize((this.slice[first / ROWS] as usize) + ROWS * width, (0, 0.0));
+            this.slice.push(this.coarse.len() as u32);
         }
-        let by_fine = (0..count).map(|i| weights.of(i).collect());
-        Self { fine: Lists::new(fine.into_iter(), 2), coarse: Lists::new(by_fine, 1) }
+        by_coarse.sort_unstable_by_key(|t| (t.0, t.1));
+        this.start = (0..=coarse as u32).map(|a| by_coarse.partition_point(|t| t.0 < a) as u32).collect();
+        this.fine = by_coarse.iter().map(|t| (t.1, t.2)).collect();
+        this
     }
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        self.fine.bytes() + self.coarse.bytes()
+        (self.fine.len() + self.coarse.len()) * size_of::<Term>() + (self.start.len() + self.slice.len()) * 4
     }
 
-    /// What coarse nodes `first` on get of `from` fine ones, in two sums that do not wait for each other.
+    /// What a coarse node gets of `from` fine ones, in two sums that do not wait for each other.
     #[inline(always)]
-    pub fn gather<U: Lanes>(&self, unit: U, first: usize, from: &[Quad], out: &mut [Quad]) {
-        let (mut at, end) = (first, first + out.len());
-        while at < end {
-            let (here, terms, width) = self.fine.alike(at, end);
-            at = here.end;
-            for (node, terms) in here.zip(terms.chunks_exact(width)) {
-                let (mut even, mut odd) = ([0.0; 4], [0.0; 4]);
-                for [one, other] in terms.as_chunks::<2>().0 {
-                    even = add(unit, even, one, from);
-                    odd = add(unit, odd, other, from);
-                }
-                for c in 0..4 {
-                    even[c] += odd[c];
-                }
-                out[node - first] = even;
-            }
+    pub fn gathered(&self, node: usize, from: &[Quad]) -> Quad {
+        let (pairs, last) = self.fine[self.start[node] as usize..self.start[node + 1] as usize].as_chunks::<2>();
+        let (mut even, mut odd) = ([0.0; 4], [0.0; 4]);
+        for [first, second] in pairs {
+            add(&mut even, first, from);
+            add(&mut odd, second, from);
         }
+        if let [last] = last {
+            add(&mut even, last, from);
+        }
+        for c in 0..4 {
+            even[c] += odd[c];
+        }
+        even
     }
 
     /// Adds to fine nodes `first` on what they get of `from` coarse ones.
     #[inline(always)]
-    pub fn spread<U: Lanes>(&self, unit: U, first: usize, from: &[Quad], rows: &mut impl Receiver) {
+    pub fn spread(&self, first: usize, from: &[Quad], rows: &mut impl Receiver) {
         let (mut at, end) = (first, first + rows.count());
         while at < end {
-            let (here, terms, width) = self.coarse.alike(at, end);
-            at = here.end;
-            let here = here.start - first..here.end - first;
+            let (slice, row) = (at / ROWS, at % ROWS);
+            let here = at - first..(at - first + ROWS - row).min(end - first);
+            let terms = &self.coarse[self.slice[slice] as usize..self.slice[slice + 1] as usize];
+            let width = terms.len() / ROWS;
+            let terms = &terms[row * width..];
+            at += here.len();
             match width {
-                1 => spread::<1, U>(unit, terms, from, here, rows),
-                2 => spread::<2, U>(unit, terms, from, here, rows),
-                3 => spread::<3, U>(unit, terms, from, here, rows),
-                4 => spread::<4, U>(unit, terms, from, here, rows),
+                1 => spread::<1>(terms, from, here, rows),
+                2 => spread::<2>(terms, from, here, rows),
+                3 => spread::<3>(terms, from, here, rows),
+                4 => spread::<4>(terms, from, here, rows),
                 _ => {
                     for (i, terms) in here.zip(terms.chunks_exact(width)) {
                         let mut sum = rows.own(i);
-                        for term in terms {
-                            sum = add(unit, sum, term, from);
-                        }
+                        terms.iter().for_each(|term| add(&mut sum, term, from));
                         rows.put(i, sum);
                     }
                 }
@@ -136,35 +109,31 @@ pub trait Receiver {
 }
 
 #[inline(always)]
-fn spread<const WIDTH: usize, U: Lanes>(
-    unit: U,
-    terms: &[Term],
-    from: &[Quad],
-    here: Range<usize>,
-    rows: &mut impl Receiver,
-) {
+fn spread<const WIDTH: usize>(terms: &[Term], from: &[Quad], here: Range<usize>, rows: &mut impl Receiver) {
     for (i, terms) in here.zip(terms.as_chunks::<WIDTH>().0) {
         let mut sum = rows.own(i);
         for term in terms {
-            sum = add(unit, sum, term, from);
+            add(&mut sum, term, from);
         }
         rows.put(i, sum);
     }
 }
 
 #[inline(always)]
-fn add<U: Lanes>(unit: U, to: Quad, &(node, weight): &Term, from: &[Quad]) -> Quad {
-    unit.vector_fma(weight, from[node as usize], to)
+fn add(to: &mut Quad, &(node, weight): &Term, from: &[Quad]) {
+    let from = from[node as usize];
+    for c in 0..4 {
+        to[c] += weight * from[c];
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::lanes::Plain;
     use super::*;
 
-    struct Sums(Vec<Quad>);
+    struct Plain(Vec<Quad>);
 
-    impl Receiver for Sums {
+    impl Receiver for Plain {
         fn count(&self) -> usize {
             self.0.len()
         }
@@ -180,7 +149,7 @@ mod tests {
 
     #[test]
     fn both_ways_are_the_weights_from_any_node_on() {
-        let (n, coarse) = (75, 21);
+        let (n, coarse) = (75, 11);
         let mut weights = Weights { start: vec![0], ..Weights::default() };
         for i in 0..n {
             // One to seven terms, each slice with a longest of its own.
@@ -193,10 +162,6 @@ mod tests {
         let (fine, rough): (Vec<Quad>, Vec<Quad>) = ((0..n).map(wave).collect(), (50..50 + coarse).map(wave).collect());
         let transfer = Transfer::new(&weights, coarse);
         let close = |a: Quad, b: [f64; 4]| (0..4).all(|c| (f64::from(a[c]) - b[c]).abs() < 1e-3);
-        let mut rough_of_fine = vec![[9.0; 4]; coarse];
-        let (low, high) = rough_of_fine.split_at_mut(5);
-        transfer.gather(Plain, 0, &fine, low);
-        transfer.gather(Plain, 5, &fine, high);
         for a in 0..coarse {
             let mut want = [0.0; 4];
             for i in 0..n {
@@ -204,11 +169,11 @@ mod tests {
                     (0..4).for_each(|c| want[c] += f64::from(weight * fine[i][c]));
                 }
             }
-            assert!(close(rough_of_fine[a], want), "{a}");
+            assert!(close(transfer.gathered(a, &fine), want), "{a}");
         }
         for first in [0, 5, 16, 37, 74] {
-            let mut rows = Sums(fine[first..].to_vec());
-            transfer.spread(Plain, first, &rough, &mut rows);
+            let mut rows = Plain(fine[first..].to_vec());
+            transfer.spread(first, &rough, &mut rows);
             for (i, got) in (first..n).zip(rows.0) {
                 let mut want = fine[i].map(f64::from);
                 for (a, weight) in weights.of(i) {

@@ -36,8 +36,6 @@ pub trait Lanes: Copy {
     fn fma(self, a: Self::V, b: Self::V, c: Self::V) -> Self::V;
     /// `c - a b`
     fn fnma(self, a: Self::V, b: Self::V, c: Self::V) -> Self::V;
-    /// `s b + c` of a vector.
-    fn vector_fma(self, s: f32, b: Quad, c: Quad) -> Quad;
     /// Without what is next to nothing.
     fn without_dust(self, v: Self::V) -> Self::V;
     /// The components of sixteen vectors.

@@ -1,6 +1,6 @@
 //! No vector unit that is known here.
 
-use super::{Lanes, Quad, Sixteen};
+use super::{Lanes, Sixteen};
 use crate::step::single::dusted;
 
 /// One number after the other.
@@ -48,12 +48,6 @@ impl Lanes for Plain {
     fn fnma(self, mut a: Sixteen, b: Sixteen, c: Sixteen) -> Sixteen {
         (0..16).for_each(|l| a[l] = fused(-a[l], b[l], c[l]));
         a
-    }
-
-    #[inline(always)]
-    fn vector_fma(self, s: f32, b: Quad, mut c: Quad) -> Quad {
-        (0..4).for_each(|l| c[l] = fused(s, b[l], c[l]));
-        c
     }
 
     #[inline(always)]

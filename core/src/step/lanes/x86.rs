@@ -1,6 +1,6 @@
 //! AVX2 with FMA, and AVX-512.
 
-use super::{Block, Lanes, Quad, Sixteen};
+use super::{Block, Lanes, Sixteen};
 use crate::step::single::TINY;
 use pulp::x86::{V3, V4};
 use pulp::{Simd, cast, f32x8, f32x16, f64x8, u32x16};
@@ -46,11 +46,6 @@ impl Lanes for V3 {
             cast(fma._mm256_fnmadd_ps(cast(a[0]), cast(b[0]), cast(c[0]))),
             cast(fma._mm256_fnmadd_ps(cast(a[1]), cast(b[1]), cast(c[1]))),
         ]
-    }
-
-    #[inline(always)]
-    fn vector_fma(self, s: f32, b: Quad, c: Quad) -> Quad {
-        cast(self.fma._mm_fmadd_ps(cast(self.splat_f32x4(s)), cast(b), cast(c)))
     }
 
     #[inline(always)]
@@ -162,11 +157,6 @@ impl Lanes for V4 {
     #[inline(always)]
     fn fnma(self, a: f32x16, b: f32x16, c: f32x16) -> f32x16 {
         cast(self.avx512f._mm512_fnmadd_ps(cast(a), cast(b), cast(c)))
-    }
-
-    #[inline(always)]
-    fn vector_fma(self, s: f32, b: Quad, c: Quad) -> Quad {
-        cast(self.fma._mm_fmadd_ps(cast(self.splat_f32x4(s)), cast(b), cast(c)))
     }
 
     #[inline(always)]
