@@ -142,14 +142,10 @@ impl Inner {
         self.age.took(iterations);
     }
 
-    /// Takes over a residual, filtered; gives `r . P r`, where P stands for the inverse of A.
-    pub fn weigh(&mut self, pool: &Pool, r: &[V3]) -> f64 {
-        let mut most = [0.0_f64; 3];
-        for r in r {
-            (0..3).for_each(|c| most[c] = if r[c].abs() > most[c] { r[c].abs() } else { most[c] });
-        }
-        let largest = most[0].max(most[1]).max(most[2]);
-        self.scale = if largest.is_normal() { power_of_two(largest) } else { 1.0 };
+    /// Takes over a residual, filtered, with the sum of its squares; gives `r . P r`, where P stands for the inverse of A.
+    pub fn weigh(&mut self, pool: &Pool, r: &[V3], squares: f64) -> f64 {
+        let size = squares.sqrt();
+        self.scale = if size.is_normal() { power_of_two(size) } else { 1.0 };
         let down = 1.0 / self.scale;
         pool.pieces(&mut self.r[..], PIECE, &|first, to| {
             for (to, r) in to.iter_mut().zip(&r[first..]) {

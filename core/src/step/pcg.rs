@@ -12,7 +12,7 @@ use super::elements::ElementSet;
 use super::inner::Inner;
 use super::matrix::Matrix;
 use super::pool::Pool;
-use super::{Block, V3, axpy};
+use super::{Block, V3, axpy, dot};
 use nalgebra::Matrix3;
 
 /// What stands for the inverse of the matrix.
@@ -102,6 +102,8 @@ impl SolveReport {
 const MARGIN: f64 = 0.95;
 /// Of a residual, squared, what a correction has to leave less than: twice in a row more, and it is as good as it gets.
 const SLOWEST: f64 = 0.25;
+/// Nodes in a piece of a vector for a thread.
+const PIECE: usize = 1024;
 
 impl Pcg {
     /// Room for `n` nodes; the guess is zero.
@@ -136,7 +138,7 @@ impl Pcg {
     /// Before the first solve with a matrix: the guess, and what the matrix makes of it; and of `also` besides, which it puts into
     /// the second.
     pub fn guess(&mut self, pool: &Pool, matrix: &Matrix, also: Option<(&[V3], &mut [V3])>) {
-        self.extrapolate();
+        self.extrapolate(pool);
         match also {
             Some((x, out)) => matrix.products(pool, [&self.x, x], [&mut self.product, out]),
             None => matrix.product(pool, &self.x, &mut self.product),
@@ -165,8 +167,8 @@ impl Pcg {
                 system.matrix.add_column(i, change, &mut self.product);
             }
         }
-        self.left(system, false);
-        let scale = self.inner.weigh(pool, &self.r);
+        let squares = self.left(pool, system, false);
+        let scale = self.inner.weigh(pool, &self.r, squares);
         let mut d = self.residual(pool, system);
         let enough = (system.tolerance * system.tolerance * scale).max(floor);
         let mut report = SolveReport::default();
@@ -197,11 +199,13 @@ impl Pcg {
 
     /// Solutions change smoothly from step to step: the guess goes on as the last two went, which leaves a third to an eighth of
     /// what the last one alone does.
-    fn extrapolate(&mut self) {
-        for (x, before) in self.x.iter_mut().zip(&mut self.before) {
-            let next = axpy(axpy(*x, 1.0, *x), -1.0, *before);
-            *before = std::mem::replace(x, next);
-        }
+    fn extrapolate(&mut self, pool: &Pool) {
+        pool.pieces((&mut self.x[..], &mut self.before[..]), PIECE, &|_, (x, before): (&mut [V3], &mut [V3])| {
+            for (x, before) in x.iter_mut().zip(before) {
+                let next = axpy(axpy(*x, 1.0, *x), -1.0, *before);
+                *before = std::mem::replace(x, next);
+            }
+        });
     }
 
     fn in_double(&mut self, pool: &Pool, system: &Solve<'_>, floor: f64, before: usize) -> SolveReport {
@@ -212,17 +216,23 @@ impl Pcg {
 
     /// `r = S (b - A x)`; gives `r . P r`.
     fn residual(&mut self, pool: &Pool, system: &Solve<'_>) -> f64 {
-        self.left(system, true);
-        self.inner.weigh(pool, &self.r)
+        let squares = self.left(pool, system, true);
+        self.inner.weigh(pool, &self.r, squares)
     }
 
-    /// `r = S (b - r)`, or with the product in the place of r.
-    fn left(&mut self, system: &Solve<'_>, of_product: bool) {
-        let rows = self.r.iter_mut().zip(&self.product).zip(system.b).zip(system.constraints);
-        for (((r, product), b), constraint) in rows {
-            let taken = if of_product { *product } else { *r };
-            *r = constraint.filter(axpy(*b, -1.0, taken));
-        }
+    /// `r = S (b - r)`, or with the product in the place of r; gives `r . r`.
+    fn left(&mut self, pool: &Pool, system: &Solve<'_>, of_product: bool) -> f64 {
+        let product = &self.product;
+        pool.fold(&mut self.r[..], &|first, r| {
+            let rows = r.iter_mut().zip(&product[first..]).zip(&system.b[first..]).zip(&system.constraints[first..]);
+            let mut squares = 0.0;
+            for (((r, product), b), constraint) in rows {
+                let taken = if of_product { *product } else { *r };
+                *r = constraint.filter(axpy(*b, -1.0, taken));
+                squares += dot(*r, *r);
+            }
+            squares
+        })
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::cell::Cell;
 use std::hint::spin_loop;
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -126,7 +127,7 @@ impl Drop for Finish<'_> {
     }
 }
 
-/// Slices of one length that are cut at the same place.
+/// Items that can be cut, such as slices of one length at the same place.
 pub trait Parts: Send + Sized {
     /// Items there are.
     fn count(&self) -> usize;
@@ -141,6 +142,16 @@ impl<T: Send> Parts for &mut [T] {
 
     fn part(self, at: usize) -> (Self, Self) {
         self.split_at_mut(at)
+    }
+}
+
+impl Parts for Range<usize> {
+    fn count(&self) -> usize {
+        self.len()
+    }
+
+    fn part(self, at: usize) -> (Self, Self) {
+        (self.start..self.start + at, self.start + at..self.end)
     }
 }
 

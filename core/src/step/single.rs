@@ -11,6 +11,7 @@ use super::matrix::Matrix;
 use super::pool::Pool;
 use super::single_update::round;
 use super::sliced::{LANES, Sliced};
+use std::ops::Range;
 
 /// A vector with a zero behind it.
 pub type Quad = [f32; 4];
@@ -38,7 +39,7 @@ pub fn without_dust(mut q: Quad) -> Quad {
 /// `scale A`, and how far a descent with it has come.
 #[derive(Debug, Default)]
 pub struct Single {
-    /// A power of two that brings the largest entry of the diagonal to about 1.
+    /// A power of two that brings the mean of the diagonal to about 1.
     scale: f64,
     /// As in [`Matrix`], and one more that is never used: blocks are read 16 numbers at a time.
     values: Vec<SingleBlock>,
@@ -87,9 +88,11 @@ impl Single {
     /// Takes over new values.
     pub fn update(&mut self, pool: &Pool, matrix: &Matrix) {
         let n = matrix.rows();
-        let largest = (0..n).map(|i| matrix.diagonal(i)).fold(0.0_f64, |m, b| m.max(b[0]).max(b[4]).max(b[8]));
-        let normal = largest.is_normal() && largest > 0.0;
-        self.scale = if normal { 1.0 / power_of_two(largest) } else { 1.0 };
+        let traces = pool.fold(0..n, &|_, rows: Range<usize>| {
+            rows.map(|i| matrix.diagonal(i)).map(|block| block[0] + block[4] + block[8]).sum::<f64>()
+        });
+        let mean = traces / (3 * n) as f64;
+        self.scale = if mean.is_normal() && mean > 0.0 { 1.0 / power_of_two(mean) } else { 1.0 };
         self.values.resize(matrix.values().len() + 1, [0.0; 9]);
         let descent = self.descent.get_or_insert_with(|| match Sliced::new(n, matrix.pattern()) {
             Some(sliced) => Descent::Alike(sliced),
