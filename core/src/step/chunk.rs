@@ -74,7 +74,7 @@ impl Schedule {
         bound: &(impl Fn(usize) -> usize + Sync),
         work: &(impl Fn(&Chunk, &mut [T]) -> Result<(), E> + Sync),
     ) -> Result<(), E> {
-        self.colours.iter().try_for_each(|colour| colour_run(pool, colour, 0, out, bound, work))
+        self.colours.iter().try_for_each(|colour| colour_run((pool, pool.halvings()), colour, 0, out, bound, work))
     }
 
     /// Runs `work` on every chunk with the planes of its elements.
@@ -89,7 +89,7 @@ impl Schedule {
     ) -> Result<(), E> {
         self.colours.iter().try_for_each(|colour| {
             if colour.is_sorted_by_key(|chunk| chunk.range.start) {
-                return colour_planes(pool, colour, planes.again(), work);
+                return colour_planes((pool, pool.halvings()), colour, planes.again(), work);
             }
             colour.iter().try_for_each(|chunk| work(chunk, &mut planes))
         })
@@ -97,46 +97,44 @@ impl Schedule {
 }
 
 fn colour_planes<E: Send>(
-    pool: &Pool,
+    (pool, halvings): (&Pool, u32),
     chunks: &[Chunk],
     mut planes: Planes<'_>,
     work: &(impl Fn(&Chunk, &mut Planes<'_>) -> Result<(), E> + Sync),
 ) -> Result<(), E> {
-    match chunks {
-        [] => Ok(()),
-        [chunk] => work(chunk, &mut planes),
-        _ => {
-            let (left, right) = chunks.split_at(chunks.len() / 2);
-            let (low, high) = planes.part(right[0].range.start);
-            let (a, b) = pool.join(|| colour_planes(pool, left, low, work), || colour_planes(pool, right, high, work));
-            a.and(b)
-        }
+    if halvings == 0 || chunks.len() < 2 {
+        return chunks.iter().try_for_each(|chunk| work(chunk, &mut planes));
     }
+    let (left, right) = chunks.split_at(chunks.len() / 2);
+    let (low, high) = planes.part(right[0].range.start);
+    let less = (pool, halvings - 1);
+    let (a, b) = pool.join(|| colour_planes(less, left, low, work), || colour_planes(less, right, high, work));
+    a.and(b)
 }
 
 /// `out` starts at item `first`.
 fn colour_run<T: Send, E: Send>(
-    pool: &Pool,
+    (pool, halvings): (&Pool, u32),
     chunks: &[Chunk],
     first: usize,
     out: &mut [T],
     bound: &(impl Fn(usize) -> usize + Sync),
     work: &(impl Fn(&Chunk, &mut [T]) -> Result<(), E> + Sync),
 ) -> Result<(), E> {
-    match chunks {
-        [] => Ok(()),
-        [chunk] => work(chunk, &mut out[bound(chunk.window.start) - first..bound(chunk.window.end) - first]),
-        _ => {
-            let (left, right) = chunks.split_at(chunks.len() / 2);
-            let middle = bound(right[0].window.start);
-            let (low, high) = out.split_at_mut(middle - first);
-            let (a, b) = pool.join(
-                || colour_run(pool, left, first, low, bound, work),
-                || colour_run(pool, right, middle, high, bound, work),
-            );
-            a.and(b)
-        }
+    if halvings == 0 || chunks.len() < 2 {
+        return chunks.iter().try_for_each(|chunk| {
+            work(chunk, &mut out[bound(chunk.window.start) - first..bound(chunk.window.end) - first])
+        });
     }
+    let (left, right) = chunks.split_at(chunks.len() / 2);
+    let middle = bound(right[0].window.start);
+    let (low, high) = out.split_at_mut(middle - first);
+    let less = (pool, halvings - 1);
+    let (a, b) = pool.join(
+        || colour_run(less, left, first, low, bound, work),
+        || colour_run(less, right, middle, high, bound, work),
+    );
+    a.and(b)
 }
 
 #[cfg(test)]

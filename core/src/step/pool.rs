@@ -9,6 +9,8 @@ use std::time::{Duration, Instant};
 /// A fixed number of threads; one means the caller's own.
 pub struct Pool {
     threads: usize,
+    /// How often work is halved until each thread has a part of it: the same part of each, whose numbers are near it then.
+    halvings: u32,
     workers: Option<rayon::ThreadPool>,
 }
 
@@ -20,18 +22,26 @@ const PARALLEL_BLOCKS: usize = 8;
 const ATTENTIVE: Duration = Duration::from_micros(300);
 /// Looks after which it lets others have its processor.
 const POLITE: u32 = 64;
+/// The same while it waits for a part of its own work.
+const PATIENT: u32 = 1024;
 
 impl Pool {
     /// A pool of `threads`, at least one. Falls back to the caller's thread where the system gives no more.
     pub fn new(threads: usize) -> Self {
         let build = || rayon::ThreadPoolBuilder::new().num_threads(threads).build().ok();
         let workers = if threads > 1 { build() } else { None };
-        Self { threads: if workers.is_some() { threads } else { 1 }, workers }
+        let threads = if workers.is_some() { threads } else { 1 };
+        Self { threads, halvings: threads.next_power_of_two().ilog2(), workers }
     }
 
     /// Threads that work.
     pub fn threads(&self) -> usize {
         self.threads
+    }
+
+    /// How often work is halved until each thread has a part of it.
+    pub fn halvings(&self) -> u32 {
+        self.halvings
     }
 
     /// Runs `work` on the pool; until it is done the other threads stay awake, as long as there is something for them now and
@@ -43,39 +53,90 @@ impl Pool {
 
     /// Both, at once if there are threads.
     pub fn join<A: Send, B: Send>(&self, a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
-        if self.threads > 1 { rayon::join(a, b) } else { (a(), b()) }
+        if self.threads == 1 {
+            return (a(), b());
+        }
+        let other = Taken::default();
+        rayon::join(
+            || {
+                let done = a();
+                other.wait();
+                done
+            },
+            || other.run(b),
+        )
     }
 
     /// Splits `parts` into pieces of at least `least` items and runs `work` on each with the place of its first item.
     pub fn pieces<P: Parts>(&self, parts: P, least: usize, work: &(impl Fn(usize, P) + Sync)) {
-        self.piece(0, parts, least.max(1), work);
+        self.piece((0, parts), least.max(1), self.halvings, work);
     }
 
-    fn piece<P: Parts>(&self, first: usize, parts: P, least: usize, work: &(impl Fn(usize, P) + Sync)) {
-        if self.threads == 1 || parts.count() < 2 * least {
+    fn piece<P: Parts>(
+        &self,
+        (first, parts): (usize, P),
+        least: usize,
+        halvings: u32,
+        work: &(impl Fn(usize, P) + Sync),
+    ) {
+        if halvings == 0 || parts.count() < 2 * least {
             return work(first, parts);
         }
         let half = parts.count() / 2;
         let (left, right) = parts.part(half);
-        self.join(|| self.piece(first, left, least, work), || self.piece(first + half, right, least, work));
+        let (left, right) = ((first, left), (first + half, right));
+        self.join(|| self.piece(left, least, halvings - 1, work), || self.piece(right, least, halvings - 1, work));
     }
 
     /// Runs `work` on blocks of `parts`, each with the place of its first item, and adds up what it gives: always the same
     /// blocks, added in the same tree.
     pub fn fold<P: Parts>(&self, parts: P, work: &(impl Fn(usize, P) -> f64 + Sync)) -> f64 {
-        self.fold_blocks(0, parts, work)
+        self.fold_blocks((0, parts), self.halvings, work)
     }
 
-    fn fold_blocks<P: Parts>(&self, first: usize, parts: P, work: &(impl Fn(usize, P) -> f64 + Sync)) -> f64 {
+    fn fold_blocks<P: Parts>(
+        &self,
+        (first, parts): (usize, P),
+        halvings: u32,
+        work: &(impl Fn(usize, P) -> f64 + Sync),
+    ) -> f64 {
         let blocks = parts.count().div_ceil(SUM_BLOCK);
         if blocks <= 1 {
             return if blocks == 0 { 0.0 } else { work(first, parts) };
         }
         let middle = blocks / 2 * SUM_BLOCK;
         let (left, right) = parts.part(middle);
-        let (left, right) = (|| self.fold_blocks(first, left, work), || self.fold_blocks(first + middle, right, work));
-        let (left, right) = if blocks >= PARALLEL_BLOCKS { self.join(left, right) } else { (left(), right()) };
+        let (left, right, less) = ((first, left), (first + middle, right), halvings.saturating_sub(1));
+        let (left, right) = (|| self.fold_blocks(left, less, work), || self.fold_blocks(right, less, work));
+        let apart = halvings > 0 && blocks >= PARALLEL_BLOCKS;
+        let (left, right) = if apart { self.join(left, right) } else { (left(), right()) };
         left + right
+    }
+}
+
+/// Whether a part of the work was taken by another thread, and is done.
+#[derive(Default)]
+struct Taken {
+    begun: AtomicBool,
+    over: AtomicBool,
+}
+
+impl Taken {
+    fn run<R>(&self, work: impl FnOnce() -> R) -> R {
+        self.begun.store(true, Ordering::Release);
+        let _finish = Finish(&self.over);
+        work()
+    }
+
+    /// Waits for it, if another thread is at it: left to the system's scheduler, a wait of more than some microseconds ends in
+    /// a sleep.
+    fn wait(&self) {
+        let mut looked = 0_u32;
+        while self.begun.load(Ordering::Acquire) && !self.over.load(Ordering::Acquire) {
+            looked += 1;
+            // There may be more threads than processors.
+            if looked.is_multiple_of(PATIENT) { std::thread::yield_now() } else { spin_loop() }
+        }
     }
 }
 
@@ -93,37 +154,52 @@ impl Done {
         if others > 0 {
             return rayon::join(|| self.attended(others - 1, work), || self.attend()).0;
         }
-        ATTENDS.set(true);
-        let _finish = Finish(self);
+        let (_busy, _finish) = (Busy::new(), Finish(&self.0));
         work()
     }
 
     /// Does what others leave to be done. A thread that works already, and only waits for another, is not held up.
     fn attend(&self) {
-        if ATTENDS.replace(true) {
+        if ATTENDS.get() {
             return;
         }
+        let _busy = Busy::new();
         let (mut last, mut looked) = (Instant::now(), 0_u32);
-        while !self.0.load(Ordering::Acquire) && last.elapsed() < ATTENTIVE {
+        while !self.0.load(Ordering::Acquire) {
             looked += 1;
             match rayon::yield_now() {
                 Some(rayon::Yield::Executed) => last = Instant::now(),
+                _ if !looked.is_multiple_of(POLITE) => spin_loop(),
+                _ if last.elapsed() > ATTENTIVE => break,
                 // There may be more threads than processors.
-                _ if looked.is_multiple_of(POLITE) => std::thread::yield_now(),
-                _ => spin_loop(),
+                _ => std::thread::yield_now(),
             }
         }
+    }
+}
+
+/// Marks a thread as one that does not attend elsewhere.
+struct Busy;
+
+impl Busy {
+    fn new() -> Self {
+        ATTENDS.set(true);
+        Self
+    }
+}
+
+impl Drop for Busy {
+    fn drop(&mut self) {
         ATTENDS.set(false);
     }
 }
 
 /// Says so, also if the work panics.
-struct Finish<'a>(&'a Done);
+struct Finish<'a>(&'a AtomicBool);
 
 impl Drop for Finish<'_> {
     fn drop(&mut self) {
-        ATTENDS.set(false);
-        self.0.0.store(true, Ordering::Release);
+        self.0.store(true, Ordering::Release);
     }
 }
 
@@ -169,6 +245,17 @@ impl<A: Parts, B: Parts> Parts for (A, B) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_panics_in_one_part_ends_the_whole() {
+        let pool = Pool::new(2);
+        for (left, right) in [(true, false), (false, true)] {
+            let part = |fails: bool| move || assert!(!fails, "on purpose");
+            let run = || pool.install(|| pool.join(part(left), part(right)));
+            assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(run)).is_err());
+        }
+        assert_eq!(pool.install(|| pool.join(|| 1, || 2)), (1, 2));
+    }
 
     #[test]
     fn sums_have_the_same_bytes_for_any_number_of_threads() {
