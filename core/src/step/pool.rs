@@ -249,9 +249,23 @@ mod tests {
     #[test]
     fn what_panics_in_one_part_ends_the_whole() {
         let pool = Pool::new(2);
-        for (left, right) in [(true, false), (false, true)] {
-            let part = |fails: bool| move || assert!(!fails, "on purpose");
-            let run = || pool.install(|| pool.join(part(left), part(right)));
+        for fails in [[true, false], [false, true]] {
+            let taken = AtomicBool::new(false);
+            let run = || {
+                pool.install(|| {
+                    let left = || {
+                        while !taken.load(Ordering::Acquire) {
+                            spin_loop();
+                        }
+                        assert!(!fails[0], "on purpose");
+                    };
+                    let right = || {
+                        taken.store(true, Ordering::Release);
+                        assert!(!fails[1], "on purpose");
+                    };
+                    pool.join(left, right)
+                })
+            };
             assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(run)).is_err());
         }
         assert_eq!(pool.install(|| pool.join(|| 1, || 2)), (1, 2));

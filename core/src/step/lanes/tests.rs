@@ -13,6 +13,9 @@ fn a_sum_with_a_product_is_rounded_once() {
     // Where the product all but cancels, and where the rest is far below the last digit.
     cases.extend((0..20_000).map(|i| [near(i), near(i / 7), -near(i / 3)]));
     cases.extend((0..20_000).map(|i| [near(i), near(i / 5), near(i / 3) * 2_f32.powi(-(20 + i as i32 % 30))]));
+    // A little less than half a digit more, which double precision makes a half.
+    let less = |k: usize| [1.0 + 2_f32.powi(-15 - k as i32 % 5), 1.0 - 2_f32.powi(-15 - k as i32 % 5)];
+    cases.extend((0..100).map(|k| [less(k)[0], less(k)[1] * 2_f32.powi(-24), 1.0 + (k / 5) as f32 * f32::EPSILON]));
     cases.extend(odd.iter().flat_map(|a| odd.iter().flat_map(move |b| odd.map(|c| [*a, *b, c]))));
     for [a, b, c] in cases {
         let (got, want) = (in_double(a, b, c), a.mul_add(b, c));
