@@ -1,33 +1,30 @@
-//! Numbers eight at a time, where memory is read at once.
+//! Numbers eight at a time.
+
+use crate::step::lines::Lines;
 
 /// Rows of a slice.
 pub const LANES: usize = 8;
 /// Numbers of the rows of a slice.
 pub type Slice = [f64; LANES];
-/// Bytes that memory comes in.
-const LINE: usize = 64;
 
 /// Slices that lie where memory is read at once.
 #[derive(Debug, Default)]
 pub struct Slices {
-    numbers: Vec<f64>,
-    first: usize,
+    numbers: Lines<f64>,
     /// Slices.
     pub count: usize,
 }
 
 impl Slices {
     pub fn new(of: &[Slice]) -> Self {
-        let mut numbers = vec![0.0; LANES * (of.len() + 1)];
-        // Where the system does not say, anywhere will do.
-        let first = numbers.as_ptr().align_offset(LINE).min(LANES);
-        numbers[first..first + LANES * of.len()].copy_from_slice(of.as_flattened());
-        Self { numbers, first, count: of.len() }
+        let mut numbers = Lines::new(LANES * of.len());
+        numbers.flat_mut().copy_from_slice(of.as_flattened());
+        Self { numbers, count: of.len() }
     }
 
     #[inline(always)]
     pub fn flat(&self) -> &[f64] {
-        &self.numbers[self.first..self.first + LANES * self.count]
+        self.numbers.flat()
     }
 
     #[inline(always)]
@@ -36,6 +33,6 @@ impl Slices {
     }
 
     pub fn all_mut(&mut self) -> &mut [Slice] {
-        self.numbers[self.first..self.first + LANES * self.count].as_chunks_mut().0
+        self.numbers.flat_mut().as_chunks_mut().0
     }
 }
