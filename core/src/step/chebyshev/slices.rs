@@ -9,22 +9,18 @@ pub type Slice = [f64; LANES];
 
 /// Slices that lie where memory is read at once.
 #[derive(Debug, Default)]
-pub struct Slices {
-    numbers: Lines<f64>,
-    /// Slices.
-    pub count: usize,
-}
+pub struct Slices(Lines<f64>);
 
 impl Slices {
     pub fn new(of: &[Slice]) -> Self {
         let mut numbers = Lines::new(LANES * of.len());
         numbers.flat_mut().copy_from_slice(of.as_flattened());
-        Self { numbers, count: of.len() }
+        Self(numbers)
     }
 
     #[inline(always)]
     pub fn flat(&self) -> &[f64] {
-        self.numbers.flat()
+        self.0.flat()
     }
 
     #[inline(always)]
@@ -33,6 +29,6 @@ impl Slices {
     }
 
     pub fn all_mut(&mut self) -> &mut [Slice] {
-        self.numbers.flat_mut().as_chunks_mut().0
+        self.0.flat_mut().as_chunks_mut().0
     }
 }

@@ -65,7 +65,7 @@ fn every_vector_unit_gives_the_same_bytes() {
     let b: Vec<f64> = (0..n).map(|i| ((i * i) as f64).sin()).collect();
     of.apply(&Pool::new(1), &b, &mut vec![0.0; n]);
     let term = |arch: pulp::Arch| {
-        let mut next = of.before.all()[1..of.before.count - 1].to_vec();
+        let mut next = of.before.all()[1..of.before.all().len() - 1].to_vec();
         arch.dispatch(Term { of: &of, first: 0, next: &mut next, factors: (0.7, 0.2) });
         next.into_iter().flatten().map(f64::to_bits).collect::<Vec<_>>()
     };
