@@ -8,7 +8,7 @@ fn wave(i: usize) -> f32 {
 #[test]
 fn a_sum_with_a_product_is_rounded_once() {
     let odd = [0.0, -0.0, 1.0, f32::MIN_POSITIVE, 1e-42, f32::MAX, -f32::MAX, f32::INFINITY, 1.0 + f32::EPSILON];
-    let near = |i: usize| f32::from_bits(0x3f80_0000 + (i as u32 * 2_654_435_761) % 64);
+    let near = |i: usize| f32::from_bits(0x3f80_0000 + (i as u32).wrapping_mul(2_654_435_761) % 64);
     let mut cases: Vec<[f32; 3]> = (0..20_000).map(|i| [wave(i), wave(3 * i + 1), wave(7 * i + 2)]).collect();
     // Where the product all but cancels, and where the rest is far below the last digit.
     cases.extend((0..20_000).map(|i| [near(i), near(i / 7), -near(i / 3)]));
