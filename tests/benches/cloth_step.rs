@@ -26,6 +26,7 @@ fn pressed(n: u32, pattern: &str, material: &str, time: &str, slides: bool, thre
         &format!(
             r#"
             format = 1
+            output = {{ energy = false }}
             gravity = [0, -9.81, 0]
             [time]
             duration = 2

@@ -9,7 +9,7 @@ use super::pcg::{Pcg, Preconditioner, Solve};
 use super::pool::Pool;
 use super::settle::HoldsNothing;
 use super::springs::NodeSprings;
-use super::system::System;
+use super::system::{Nodes, System};
 use super::{Constraint, Factors, Matrix, StandIn, V3, axpy, dot, without_dust};
 use crate::host::HostError;
 use std::time::Instant;
@@ -147,6 +147,8 @@ pub struct Integrator {
 
 /// Times contacts are looked at anew in a step, at most.
 const PASSES: usize = 4;
+/// Nodes in a piece of a vector for a thread.
+const PIECE: usize = 1024;
 
 /// `M (v - V) = g f(X + g v)`, where `X = x + carry (x - x_before)` and V likewise.
 struct Form {
@@ -305,8 +307,11 @@ impl Integrator {
         report: &mut StepReport,
     ) -> Result<(), StepError> {
         let dt = now.1;
-        self.from[0].copy_from_slice(&system.nodes.x);
-        self.from[1].copy_from_slice(&system.nodes.v);
+        let (nodes, [x, v]) = (&system.nodes, &mut self.from);
+        pool.pieces((&mut x[..], &mut v[..]), PIECE, &|first, (x, v)| {
+            x.copy_from_slice(&nodes.x[first..first + x.len()]);
+            v.copy_from_slice(&nodes.v[first..first + v.len()]);
+        });
         holds.begin(system, dt);
         let two = self.scheme == Scheme::Bdf2 && self.has_past && !holds.is_holding();
         let form = match self.scheme {
@@ -327,19 +332,20 @@ impl Integrator {
         }
         std::mem::swap(&mut self.from, &mut self.before);
         self.has_past = true;
-        let (nodes, [x, v]) = (&mut system.nodes, &self.before);
-        for i in 0..nodes.len() {
-            let speed = nodes.v[i];
-            let x_before =
-                if form.carry > 0.0 { axpy(x[i], form.carry, axpy(x[i], -1.0, self.from[0][i])) } else { x[i] };
-            if self.scheme == Scheme::ImplicitMidpoint {
-                nodes.x[i] = axpy(x[i], dt, speed);
-                let after = axpy(speed.map(|c| 2.0 * c), -1.0, v[i]);
-                nodes.v[i] = nodes.constraint[i].merge(after, nodes.prescribed[i]);
-            } else {
-                nodes.x[i] = axpy(x_before, form.g, speed);
+        let (Nodes { x: to, v: speed, constraint, prescribed, .. }, [x, v], past) =
+            (&mut system.nodes, &self.before, &self.from[0]);
+        pool.pieces((&mut to[..], &mut speed[..]), PIECE, &|first, (to, speed)| {
+            for (i, (to, speed)) in (first..).zip(to.iter_mut().zip(speed)) {
+                let x_before = if form.carry > 0.0 { axpy(x[i], form.carry, axpy(x[i], -1.0, past[i])) } else { x[i] };
+                if self.scheme == Scheme::ImplicitMidpoint {
+                    *to = axpy(x[i], dt, *speed);
+                    let after = axpy(speed.map(|c| 2.0 * c), -1.0, v[i]);
+                    *speed = constraint[i].merge(after, prescribed[i]);
+                } else {
+                    *to = axpy(x_before, form.g, *speed);
+                }
             }
-        }
+        });
         report.fastest = check(system).inspect_err(|_| system.nodes.x.copy_from_slice(&self.before[0]))?;
         holds.end(system, &mut self.reaction);
         Ok(())
@@ -386,28 +392,32 @@ impl Integrator {
             self.z.fill([0.0; 3]);
             holds.add_forces(&mut self.z);
             let nodes = &system.nodes;
-            for i in 0..nodes.len() {
-                let pull = axpy(axpy(self.force[i], 1.0, self.z[i]), nodes.mass[i], loads.gravity);
-                let v = nodes.v[i];
-                self.b[i] = if here {
-                    axpy(axpy(pull.map(|f| g * f), nodes.mass[i], v), -1.0, self.moving[i])
-                } else {
-                    let was = self.from[1][i];
-                    let carried = axpy(was, form.carry, axpy(was, -1.0, self.before[1][i]));
-                    let target = if form.carry > 0.0 { carried } else { was };
-                    axpy(pull.map(|f| g * f), nodes.mass[i], axpy(target, -1.0, v))
-                };
-                self.z[i] = match nodes.constraint[i] {
-                    Constraint::Free => [0.0; 3],
-                    _ => axpy(self.prescribed(i, nodes.prescribed[i], form, dt), -1.0, v),
-                };
-            }
+            let (mut b, mut z) = (std::mem::take(&mut self.b), std::mem::take(&mut self.z));
+            let squares = pool.fold((&mut b[..], &mut z[..]), &|first, (b, z)| {
+                let mut squares = 0.0;
+                for (i, (b, z)) in (first..).zip(b.iter_mut().zip(z)) {
+                    let pull = axpy(axpy(self.force[i], 1.0, *z), nodes.mass[i], loads.gravity);
+                    let (v, constraint) = (nodes.v[i], &nodes.constraint[i]);
+                    *b = if here {
+                        axpy(axpy(pull.map(|f| g * f), nodes.mass[i], v), -1.0, self.moving[i])
+                    } else {
+                        let was = self.from[1][i];
+                        let carried = axpy(was, form.carry, axpy(was, -1.0, self.before[1][i]));
+                        let target = if form.carry > 0.0 { carried } else { was };
+                        axpy(pull.map(|f| g * f), nodes.mass[i], axpy(target, -1.0, v))
+                    };
+                    *z = match constraint {
+                        Constraint::Free => [0.0; 3],
+                        _ => axpy(self.prescribed(i, nodes.prescribed[i], form, dt), -1.0, v),
+                    };
+                    let left = constraint.filter(*b);
+                    squares += dot(left, left);
+                }
+                squares
+            });
+            (self.b, self.z) = (b, z);
             if pass == 0 {
-                size = (0..nodes.len())
-                    .map(|i| nodes.constraint[i].filter(self.b[i]))
-                    .map(|b| dot(b, b))
-                    .sum::<f64>()
-                    .sqrt();
+                size = squares.sqrt();
             }
             let solve = Solve {
                 matrix: &matrix,
@@ -440,22 +450,26 @@ impl Integrator {
                 self.reaction.fill([0.0; 3]);
                 break;
             }
-            for (i, constraint) in nodes.constraint.iter().enumerate() {
-                self.reaction[i] = if constraint.is_free() {
-                    [0.0; 3]
-                } else {
-                    axpy(matrix.row_product(i, &self.pcg.x), -1.0, self.b[i]).map(|c| c / g)
-                };
-            }
+            let (b, change) = (&self.b, &self.pcg.x);
+            pool.pieces(&mut self.reaction[..], PIECE, &|first, reaction| {
+                for (i, reaction) in (first..).zip(reaction) {
+                    *reaction = match nodes.constraint[i] {
+                        Constraint::Free => [0.0; 3],
+                        _ => axpy(matrix.row_product(i, change), -1.0, b[i]).map(|c| c / g),
+                    };
+                }
+            });
             let change = &self.pcg.x;
             if !holds.revise(system, &|s, i| axpy(s.nodes.v[i], 1.0, change[i]), &self.reaction) {
                 break;
             }
         }
-        for (v, dv) in system.nodes.v.iter_mut().zip(&mut self.pcg.x) {
-            *dv = without_dust(*dv);
-            *v = without_dust(axpy(*v, 1.0, *dv));
-        }
+        pool.pieces((&mut system.nodes.v[..], &mut self.pcg.x[..]), PIECE, &|_, (v, dv): (&mut [V3], &mut [V3])| {
+            for (v, dv) in v.iter_mut().zip(dv) {
+                *dv = without_dust(*dv);
+                *v = without_dust(axpy(*v, 1.0, *dv));
+            }
+        });
         if iteration > 0 || self.newton > 1 {
             // What is left to do next time has nothing to do with what was done.
             self.pcg.forget();

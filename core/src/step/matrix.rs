@@ -7,7 +7,7 @@
 use super::coupled::{Coupled, is_coupled_hinges};
 use super::elements::ElementSet;
 use super::normals::{Normals, wants_normals};
-use super::pool::Pool;
+use super::pool::{Parts, Pool};
 use super::product::{Row, row_product, rows_product};
 use super::springs::NodeSprings;
 use super::system::Nodes;
@@ -83,8 +83,23 @@ fn has_stiffness(set: &ElementSet) -> bool {
 
 /// Rows in a piece of a product.
 const ROWS: usize = 256;
-/// Blocks in a piece of clearing.
-const BLOCKS: usize = 4096;
+
+/// Blocks that are cut between rows, with where each row begins, and the last one ends.
+struct WholeRows<'a> {
+    row: &'a [usize],
+    values: &'a mut [Block],
+}
+
+impl Parts for WholeRows<'_> {
+    fn count(&self) -> usize {
+        self.row.len().saturating_sub(1)
+    }
+
+    fn part(self, at: usize) -> (Self, Self) {
+        let (left, right) = self.values.split_at_mut(self.row[at] - self.row[0]);
+        (Self { row: &self.row[..=at], values: left }, Self { row: &self.row[at..], values: right })
+    }
+}
 
 impl Matrix {
     /// Finds the pattern of the sets that have stiffness, for `n` nodes, and tells each set its slots.
@@ -229,12 +244,14 @@ impl Matrix {
         Factors { mass, stiffness, damping, stand_in, after_forces }: Factors,
         time: (f64, f64),
     ) -> Result<(), HostError> {
-        pool.pieces(&mut self.values[..], BLOCKS, &|_, values: &mut [Block]| values.as_flattened_mut().fill(0.0));
-        for (i, m) in nodes.mass.iter().enumerate() {
-            let diagonal = &mut self.values[self.row[i]];
-            (diagonal[0], diagonal[4], diagonal[8]) = (mass * m, mass * m, mass * m);
-        }
         let row = &self.row;
+        pool.pieces(WholeRows { row, values: &mut self.values }, ROWS, &|first, rows| {
+            rows.values.as_flattened_mut().fill(0.0);
+            for (start, m) in rows.row.iter().zip(&nodes.mass[first..first + rows.count()]) {
+                let diagonal = &mut rows.values[start - rows.row[0]];
+                (diagonal[0], diagonal[4], diagonal[8]) = (mass * m, mass * m, mass * m);
+            }
+        });
         for set in sets.iter().filter(|s| s.has(abi::HAS_FORCES)) {
             set.schedule.run(pool, &mut self.values, &|node| row[node], &|chunk, blocks| {
                 let call = set.call(chunk, nodes, &nodes.v, time);

@@ -9,6 +9,7 @@
 use super::constraint::Constraint;
 use super::double::Double;
 use super::elements::ElementSet;
+use super::guess::Guess;
 use super::inner::Inner;
 use super::matrix::Matrix;
 use super::pool::Pool;
@@ -42,8 +43,7 @@ pub struct Pcg {
     pub preconditioner: Preconditioner,
     /// The solution; on entry the guess.
     pub x: Vec<V3>,
-    /// The solution before the last.
-    before: Vec<V3>,
+    guess: Guess,
     /// `A x` of the last solve.
     product: Vec<V3>,
     r: Vec<V3>,
@@ -102,16 +102,15 @@ impl SolveReport {
 const MARGIN: f64 = 0.95;
 /// Of a residual, squared, what a correction has to leave less than: twice in a row more, and it is as good as it gets.
 const SLOWEST: f64 = 0.25;
-/// Nodes in a piece of a vector for a thread.
-const PIECE: usize = 1024;
 
 impl Pcg {
     /// Room for `n` nodes; the guess is zero.
     pub fn resize(&mut self, n: usize) {
-        for field in [&mut self.x, &mut self.before, &mut self.product, &mut self.r] {
+        for field in [&mut self.x, &mut self.product, &mut self.r] {
             field.clear();
             field.resize(n, [0.0; 3]);
         }
+        self.guess.resize(n);
         self.inner.resize(n);
         self.double.resize(n);
     }
@@ -119,7 +118,7 @@ impl Pcg {
     /// The next guess is zero.
     pub fn forget(&mut self) {
         self.x.fill([0.0; 3]);
-        self.before.fill([0.0; 3]);
+        self.guess.forget();
         self.inner.forget();
     }
 
@@ -132,13 +131,13 @@ impl Pcg {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        4 * self.x.len() * size_of::<V3>() + self.inner.bytes() + self.double.bytes()
+        3 * self.x.len() * size_of::<V3>() + self.guess.bytes() + self.inner.bytes() + self.double.bytes()
     }
 
     /// Before the first solve with a matrix: the guess, and what the matrix makes of it; and of `also` besides, which it puts into
     /// the second.
     pub fn guess(&mut self, pool: &Pool, matrix: &Matrix, also: Option<(&[V3], &mut [V3])>) {
-        self.extrapolate(pool);
+        self.guess.go_on(pool, &mut self.x);
         match also {
             Some((x, out)) => matrix.products(pool, [&self.x, x], [&mut self.product, out]),
             None => matrix.product(pool, &self.x, &mut self.product),
@@ -188,6 +187,7 @@ impl Pcg {
         }
         if !system.again {
             self.inner.took(report.iterations);
+            self.guess.took(report.iterations);
         }
         report.close(d, scale, (enough, floor));
         if report.converged || (report.iterations >= system.most && !report.broken) {
@@ -195,17 +195,6 @@ impl Pcg {
         }
         // Single precision was too short, or the system has no solution: double precision tells.
         self.in_double(pool, system, floor, report.iterations)
-    }
-
-    /// Solutions change smoothly from step to step: the guess goes on as the last two went, which leaves a third to an eighth of
-    /// what the last one alone does.
-    fn extrapolate(&mut self, pool: &Pool) {
-        pool.pieces((&mut self.x[..], &mut self.before[..]), PIECE, &|_, (x, before): (&mut [V3], &mut [V3])| {
-            for (x, before) in x.iter_mut().zip(before) {
-                let next = axpy(axpy(*x, 1.0, *x), -1.0, *before);
-                *before = std::mem::replace(x, next);
-            }
-        });
     }
 
     fn in_double(&mut self, pool: &Pool, system: &Solve<'_>, floor: f64, before: usize) -> SolveReport {

@@ -1,37 +1,35 @@
 //! Threads for a step. What they compute never depends on how many there are.
 
-use std::cell::Cell;
+use super::crew::Crew;
 use std::hint::spin_loop;
 use std::ops::Range;
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
 
 /// A fixed number of threads; one means the caller's own.
 pub struct Pool {
     threads: usize,
     /// How often work is halved until each thread has a part of it: the same part of each, whose numbers are near it then.
     halvings: u32,
-    workers: Option<rayon::ThreadPool>,
+    /// For a thread that works elsewhere already.
+    apart: OnceLock<Option<Crew>>,
+    /// Whether the system gave no threads.
+    alone: AtomicBool,
 }
 
 /// Items in a block of a sum: fixed, so that sums have one order.
 const SUM_BLOCK: usize = 256;
 /// Blocks that are worth another thread.
 const PARALLEL_BLOCKS: usize = 8;
-/// How long a thread without work looks for more of a step before it sleeps: waking one takes as long as a small product.
-const ATTENTIVE: Duration = Duration::from_micros(300);
-/// Looks after which it lets others have its processor.
-const POLITE: u32 = 64;
-/// The same while it waits for a part of its own work.
+/// Looks after which a thread that waits for a part of its own work lets others have its processor.
 const PATIENT: u32 = 1024;
 
 impl Pool {
-    /// A pool of `threads`, at least one. Falls back to the caller's thread where the system gives no more.
+    /// A pool of `threads`, at least one.
     pub fn new(threads: usize) -> Self {
-        let build = || rayon::ThreadPoolBuilder::new().num_threads(threads).build().ok();
-        let workers = if threads > 1 { build() } else { None };
-        let threads = if workers.is_some() { threads } else { 1 };
-        Self { threads, halvings: threads.next_power_of_two().ilog2(), workers }
+        let threads = threads.max(1);
+        let halvings = threads.next_power_of_two().ilog2();
+        Self { threads, halvings, apart: OnceLock::new(), alone: AtomicBool::new(false) }
     }
 
     /// Threads that work.
@@ -44,16 +42,29 @@ impl Pool {
         self.halvings
     }
 
-    /// Runs `work` on the pool; until it is done the other threads stay awake, as long as there is something for them now and
-    /// then.
+    /// Runs `work` on the pool: on this thread and others, which stay awake for some time, or on this one alone where the system
+    /// gives no more.
+    ///
+    /// The first time a thread comes here it becomes one of its pool's for good: what it gives to `rayon` itself runs there too.
     pub fn install<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
-        let Some(workers) = &self.workers else { return work() };
-        workers.install(|| Done(AtomicBool::new(false)).attended(self.threads - 1, work))
+        if self.threads == 1 {
+            return work();
+        }
+        if let Some(crew) = Crew::here(self.threads) {
+            return crew.run(work);
+        }
+        match self.apart.get_or_init(|| Crew::apart(self.threads)) {
+            Some(crew) => crew.run(work),
+            None => {
+                self.alone.store(true, Ordering::Relaxed);
+                work()
+            }
+        }
     }
 
     /// Both, at once if there are threads.
     pub fn join<A: Send, B: Send>(&self, a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
-        if self.threads == 1 {
+        if self.threads == 1 || self.alone.load(Ordering::Relaxed) {
             return (a(), b());
         }
         let other = Taken::default();
@@ -137,60 +148,6 @@ impl Taken {
             // There may be more threads than processors.
             if looked.is_multiple_of(PATIENT) { std::thread::yield_now() } else { spin_loop() }
         }
-    }
-}
-
-thread_local! {
-    /// Whether this thread is needed elsewhere and must not start to attend.
-    static ATTENDS: Cell<bool> = const { Cell::new(false) };
-}
-
-/// Whether there will be no more work.
-struct Done(AtomicBool);
-
-impl Done {
-    /// Does `work` while up to `others` threads attend.
-    fn attended<R: Send>(&self, others: usize, work: impl FnOnce() -> R + Send) -> R {
-        if others > 0 {
-            return rayon::join(|| self.attended(others - 1, work), || self.attend()).0;
-        }
-        let (_busy, _finish) = (Busy::new(), Finish(&self.0));
-        work()
-    }
-
-    /// Does what others leave to be done. A thread that works already, and only waits for another, is not held up.
-    fn attend(&self) {
-        if ATTENDS.get() {
-            return;
-        }
-        let _busy = Busy::new();
-        let (mut last, mut looked) = (Instant::now(), 0_u32);
-        while !self.0.load(Ordering::Acquire) {
-            looked += 1;
-            match rayon::yield_now() {
-                Some(rayon::Yield::Executed) => last = Instant::now(),
-                _ if !looked.is_multiple_of(POLITE) => spin_loop(),
-                _ if last.elapsed() > ATTENTIVE => break,
-                // There may be more threads than processors.
-                _ => std::thread::yield_now(),
-            }
-        }
-    }
-}
-
-/// Marks a thread as one that does not attend elsewhere.
-struct Busy;
-
-impl Busy {
-    fn new() -> Self {
-        ATTENDS.set(true);
-        Self
-    }
-}
-
-impl Drop for Busy {
-    fn drop(&mut self) {
-        ATTENDS.set(false);
     }
 }
 

@@ -9,6 +9,9 @@ use super::{Constraint, V3, axpy, dot};
 use crate::host::{HostError, Material};
 use pliant_plugin_api::abi;
 
+/// Nodes in a piece of a vector for a thread.
+const PIECE: usize = 1024;
+
 /// Nodes and their state.
 #[derive(Clone, Debug, Default)]
 pub struct Nodes {
@@ -193,7 +196,7 @@ impl System {
         force: &mut [V3],
     ) -> Result<(), HostError> {
         let v = v.unwrap_or(&self.nodes.v);
-        force.fill([0.0; 3]);
+        pool.pieces(&mut *force, PIECE, &|_, force: &mut [V3]| force.fill([0.0; 3]));
         for set in self.sets.iter().filter(|s| s.has(abi::HAS_FORCES)) {
             set.schedule.run(pool, force, &|node| node, &|chunk, window| {
                 self.material.forces(&set.call(chunk, &self.nodes, v, time), window)

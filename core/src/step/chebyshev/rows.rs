@@ -4,6 +4,9 @@ use super::slices::{LANES, Slices};
 
 /// Distances of a row in its slice, on average, past which going row by row is faster.
 const MOST: usize = 12;
+/// Bands at most, and rows of one at least.
+const BANDS: usize = 4;
+const BAND: usize = 2048;
 
 /// What is beside the diagonal, over that of the row.
 #[derive(Debug)]
@@ -80,7 +83,8 @@ impl<'a> Partners<'a> {
         &self.entries[self.start[row]..self.start[row + 1]]
     }
 
-    /// Rows in an order in which those of one kind are together: whose partners are at the same distances.
+    /// Rows in an order in which, in each of a few bands, those of one kind are together: whose partners are at the same distances.
+    /// A row's partners are in its own band or in one beside it, near to whatever thread has it.
     pub fn by_kind(&self) -> Vec<u32> {
         let kind = |row: usize| {
             let mut kind = [i64::MAX; 4];
@@ -89,10 +93,16 @@ impl<'a> Partners<'a> {
             }
             kind
         };
-        let mut order: Vec<([i64; 4], u32)> = (0..self.start.len() - 1).map(|row| (kind(row), row as u32)).collect();
-        order.sort_unstable();
-        let mut kinds: Vec<&[([i64; 4], u32)]> = order.chunk_by(|a, b| a.0 == b.0).collect();
-        kinds.sort_unstable_by_key(|rows| rows[0].1);
-        kinds.iter().flat_map(|rows| rows.iter().map(|(_, row)| *row)).collect()
+        let n = self.start.len() - 1;
+        let band = n.div_ceil(BANDS).max(BAND);
+        let mut order: Vec<([i64; 4], u32)> = (0..n).map(|row| (kind(row), row as u32)).collect();
+        let mut out = Vec::with_capacity(n);
+        for rows in order.chunks_mut(band) {
+            rows.sort_unstable();
+            let mut kinds: Vec<&[([i64; 4], u32)]> = rows.chunk_by(|a, b| a.0 == b.0).collect();
+            kinds.sort_unstable_by_key(|rows| rows[0].1);
+            out.extend(kinds.iter().flat_map(|rows| rows.iter().map(|(_, row)| *row)));
+        }
+        out
     }
 }
