@@ -11,7 +11,7 @@ use crate::tool::Tool;
 use std::time::Instant;
 
 /// Elements of a body that one thread has done sooner than it has called others.
-const SMALL: usize = 2500;
+const SMALL: usize = 1500;
 
 impl Session {
     /// What comes between reading the devices and writing to them.

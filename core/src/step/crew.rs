@@ -63,11 +63,11 @@ impl Crew {
     /// Does `work`, whose parts any of the threads may take.
     pub fn run<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
         self.call();
-        let busy = || {
+        // Where this thread is one of them, here.
+        self.workers.install(|| {
             let _busy = Busy::new();
             work()
-        };
-        if self.leads { busy() } else { self.workers.install(busy) }
+        })
     }
 
     /// Tells the threads that there is work, and those that sleep to look for it.

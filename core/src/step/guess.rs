@@ -82,6 +82,8 @@ struct Choice {
 
 /// Guesses from one trial to the next.
 const TRIAL: u32 = 16;
+/// Share of the iterations that another order has to save.
+const WORTH: f64 = 0.05;
 /// Share of an average that the newest number has.
 const NEWEST: f64 = 0.25;
 
@@ -102,7 +104,7 @@ impl Choice {
             return;
         }
         self.gain += NEWEST * (self.iterations - iterations - self.gain);
-        if self.gain > 0.0 {
+        if self.gain > WORTH * self.iterations {
             (self.second, self.iterations, self.gain) = (!self.second, self.iterations - self.gain, -self.gain);
         }
     }
@@ -133,7 +135,7 @@ mod tests {
         let parabola = |t: f64| 1e-5 * t * t;
         let (error, second) = left(parabola, count, many);
         assert!(second && error < 2e-6, "the second order leaves nothing of a parabola: {error}");
-        let jumps = |t: f64| if t as u64 % 2 == 0 { 1.0 } else { -1.0 };
+        let jumps = |t: f64| if (t as u64).is_multiple_of(2) { 1.0 } else { -1.0 };
         assert!(!left(jumps, count, many).1);
         let (first, trial) = (left(parabola, |_| 10, 10).0, left(parabola, |_| 10, TRIAL as usize).0);
         assert!((first - 2e-5).abs() < 1e-6 && trial < 1e-6, "{first} {trial}");

@@ -29,6 +29,8 @@ pub const BLOCKS: usize = 9 * LANES;
 const PIECE: usize = 128;
 /// Rows of a band, at least.
 const BAND: usize = 512;
+/// Bands that are worth another thread in a product.
+const BANDS: usize = 2;
 /// What slices may hold for a block of the matrix: past this they read more than they save.
 const FULLEST: f64 = 1.3;
 
@@ -110,7 +112,7 @@ impl Sliced {
     /// Finds `A p`, for [`Sliced::take`]; gives `p . A p`.
     pub fn product(&mut self, pool: &Pool) -> f64 {
         let p = self.p.each_ref().map(Lines::flat);
-        pool.pieces(&mut self.bands[..], 1, &|_, bands| {
+        pool.pieces(&mut self.bands[..], BANDS, &|_, bands| {
             bands.iter_mut().for_each(|band| widest(Multiply { band, p }));
         });
         self.bands.iter().map(|band| band.dot).sum()
