@@ -43,7 +43,7 @@ impl Crew {
     /// `threads` of which the current one is the first; `None` where it is one of another crew already.
     pub fn here(threads: usize) -> Option<Arc<Self>> {
         OWN.with_borrow_mut(|own| {
-            if own.is_none() {
+            if own.is_none() && rayon::current_thread_index().is_none() {
                 *own =
                     Self::new(ThreadPoolBuilder::new().num_threads(threads).use_current_thread(), true).map(Arc::new);
             }
@@ -146,6 +146,8 @@ mod tests {
         let here = || std::thread::current().id();
         assert_eq!(own.run(here), me);
         assert_ne!(Crew::apart(2).unwrap().run(here), me);
+        let nested = Crew::apart(2).unwrap();
+        assert!(nested.run(|| Crew::here(2).is_none()), "nor is a thread of another one");
         // Both halves wait for each other, so they have two threads.
         let met = std::sync::Barrier::new(2);
         let meet = || {

@@ -47,7 +47,7 @@ impl Pool {
     ///
     /// The first time a thread comes here it becomes one of its pool's for good: what it gives to `rayon` itself runs there too.
     pub fn install<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
-        if self.threads == 1 {
+        if self.threads == 1 || self.alone.load(Ordering::Relaxed) {
             return work();
         }
         if let Some(crew) = Crew::here(self.threads) {
