@@ -18,7 +18,7 @@ const POLITE: u32 = 64;
 /// Threads that work together.
 pub struct Crew {
     workers: ThreadPool,
-    /// Whether the thread that made it is the first of them.
+    /// Whether the thread that made it is the first of them, and looks for no work.
     leads: bool,
     watch: Arc<Watch>,
 }
@@ -73,16 +73,14 @@ impl Crew {
     /// Tells the threads that there is work, and those that sleep to look for it.
     fn call(&self) {
         self.watch.calls.fetch_add(1, Ordering::Relaxed);
-        let (leader, others) = match self.leads {
-            true => (Some(0), self.workers.current_num_threads() - 1),
-            false => (None, self.workers.current_num_threads()),
-        };
+        let leads = self.leads;
+        let others = self.workers.current_num_threads() - usize::from(leads);
         if self.watch.awake.compare_exchange(0, others, Ordering::AcqRel, Ordering::Relaxed).is_err() {
             return;
         }
         let watch = Arc::clone(&self.watch);
         self.workers.spawn_broadcast(move |thread| {
-            if Some(thread.index()) != leader {
+            if !(leads && thread.index() == 0) {
                 watch.attend();
                 watch.awake.fetch_sub(1, Ordering::AcqRel);
             }

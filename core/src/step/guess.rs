@@ -5,7 +5,7 @@
 //! is left tells which takes fewer iterations, so the other is tried now and then, and kept if it did better.
 
 use super::V3;
-use super::pool::Pool;
+use super::pool::{NODES, Pool};
 
 /// Guesses for one body's solves.
 #[derive(Debug, Default)]
@@ -15,9 +15,6 @@ pub struct Guess {
     step: Vec<[f32; 3]>,
     choice: Choice,
 }
-
-/// Numbers in a piece of a vector for a thread.
-const PIECE: usize = 3 * 1024;
 
 type Numbers<'a> = (&'a mut [f64], (&'a mut [f32], &'a mut [f32]));
 
@@ -40,7 +37,7 @@ impl Guess {
     pub fn go_on(&mut self, pool: &Pool, x: &mut [V3]) {
         let second = self.choice.next();
         let [before, last] = [&mut self.before, &mut self.step].map(|field| field.as_flattened_mut());
-        pool.pieces((x.as_flattened_mut(), (before, last)), PIECE, &|_, (x, (before, last)): Numbers<'_>| {
+        pool.pieces((x.as_flattened_mut(), (before, last)), 3 * NODES, &|_, (x, (before, last)): Numbers<'_>| {
             for ((x, before), last) in x.iter_mut().zip(before).zip(last) {
                 let step = *x - f64::from(*before);
                 let turn = if second { step - f64::from(*last) } else { 0.0 };

@@ -6,7 +6,7 @@
 //! halfway. One Newton step, linearised where the body is, is what a hand can wait for (Baraff and Witkin 1998).
 
 use super::pcg::{Pcg, Preconditioner, Solve};
-use super::pool::Pool;
+use super::pool::{NODES, Pool};
 use super::settle::HoldsNothing;
 use super::springs::NodeSprings;
 use super::system::{Nodes, System};
@@ -147,8 +147,6 @@ pub struct Integrator {
 
 /// Times contacts are looked at anew in a step, at most.
 const PASSES: usize = 4;
-/// Nodes in a piece of a vector for a thread.
-const PIECE: usize = 1024;
 
 /// `M (v - V) = g f(X + g v)`, where `X = x + carry (x - x_before)` and V likewise.
 struct Form {
@@ -308,7 +306,7 @@ impl Integrator {
     ) -> Result<(), StepError> {
         let dt = now.1;
         let (nodes, [x, v]) = (&system.nodes, &mut self.from);
-        pool.pieces((&mut x[..], &mut v[..]), PIECE, &|first, (x, v)| {
+        pool.pieces((&mut x[..], &mut v[..]), NODES, &|first, (x, v)| {
             x.copy_from_slice(&nodes.x[first..first + x.len()]);
             v.copy_from_slice(&nodes.v[first..first + v.len()]);
         });
@@ -334,7 +332,7 @@ impl Integrator {
         self.has_past = true;
         let (Nodes { x: to, v: speed, constraint, prescribed, .. }, [x, v], past) =
             (&mut system.nodes, &self.before, &self.from[0]);
-        pool.pieces((&mut to[..], &mut speed[..]), PIECE, &|first, (to, speed)| {
+        pool.pieces((&mut to[..], &mut speed[..]), NODES, &|first, (to, speed)| {
             for (i, (to, speed)) in (first..).zip(to.iter_mut().zip(speed)) {
                 let x_before = if form.carry > 0.0 { axpy(x[i], form.carry, axpy(x[i], -1.0, past[i])) } else { x[i] };
                 if self.scheme == Scheme::ImplicitMidpoint {
@@ -451,7 +449,7 @@ impl Integrator {
                 break;
             }
             let (b, change) = (&self.b, &self.pcg.x);
-            pool.pieces(&mut self.reaction[..], PIECE, &|first, reaction| {
+            pool.pieces(&mut self.reaction[..], NODES, &|first, reaction| {
                 for (i, reaction) in (first..).zip(reaction) {
                     *reaction = match nodes.constraint[i] {
                         Constraint::Free => [0.0; 3],
@@ -459,12 +457,11 @@ impl Integrator {
                     };
                 }
             });
-            let change = &self.pcg.x;
             if !holds.revise(system, &|s, i| axpy(s.nodes.v[i], 1.0, change[i]), &self.reaction) {
                 break;
             }
         }
-        pool.pieces((&mut system.nodes.v[..], &mut self.pcg.x[..]), PIECE, &|_, (v, dv): (&mut [V3], &mut [V3])| {
+        pool.pieces((&mut system.nodes.v[..], &mut self.pcg.x[..]), NODES, &|_, (v, dv): (&mut [V3], &mut [V3])| {
             for (v, dv) in v.iter_mut().zip(dv) {
                 *dv = without_dust(*dv);
                 *v = without_dust(axpy(*v, 1.0, *dv));

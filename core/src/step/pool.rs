@@ -17,6 +17,8 @@ pub struct Pool {
     alone: AtomicBool,
 }
 
+/// Nodes in a piece of a vector for a thread.
+pub const NODES: usize = 1024;
 /// Items in a block of a sum: fixed, so that sums have one order.
 const SUM_BLOCK: usize = 256;
 /// Blocks that are worth another thread.
@@ -32,7 +34,7 @@ impl Pool {
         Self { threads, halvings, apart: OnceLock::new(), alone: AtomicBool::new(false) }
     }
 
-    /// Threads that work.
+    /// Threads that work, where the system gives them.
     pub fn threads(&self) -> usize {
         self.threads
     }

@@ -4,13 +4,10 @@ use super::coupled::{Coupled, is_coupled_hinges};
 use super::elements::ElementSet;
 use super::matrix::Matrix;
 use super::normals::{Normals, wants_normals};
-use super::pool::Pool;
+use super::pool::{NODES, Pool};
 use super::{Constraint, V3, axpy, dot};
 use crate::host::{HostError, Material};
 use pliant_plugin_api::abi;
-
-/// Nodes in a piece of a vector for a thread.
-const PIECE: usize = 1024;
 
 /// Nodes and their state.
 #[derive(Clone, Debug, Default)]
@@ -196,7 +193,7 @@ impl System {
         force: &mut [V3],
     ) -> Result<(), HostError> {
         let v = v.unwrap_or(&self.nodes.v);
-        pool.pieces(&mut *force, PIECE, &|_, force: &mut [V3]| force.fill([0.0; 3]));
+        pool.pieces(&mut *force, NODES, &|_, force: &mut [V3]| force.fill([0.0; 3]));
         for set in self.sets.iter().filter(|s| s.has(abi::HAS_FORCES)) {
             set.schedule.run(pool, force, &|node| node, &|chunk, window| {
                 self.material.forces(&set.call(chunk, &self.nodes, v, time), window)
