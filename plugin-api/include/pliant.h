@@ -132,6 +132,7 @@ extern PLIANT_EXPORT const pliant_library pliant_entry;
 #define PLIANT_HAS_HISTORY 8u /* `advance` is called after each accepted step */
 #define PLIANT_IS_COUPLED 16u /* hinges and triangles: bending by pliant_coupled, which must be there */
 #define PLIANT_WANTS_NORMALS 32u /* triangles and hinges: an energy of vertex normals by pliant_normals, which must be there */
+#define PLIANT_HAS_SINGLE 64u /* with HAS_FORCES: stiffness by pliant_single too, which must be there */
 
 typedef struct pliant_element_request {
   size_t size;
@@ -224,6 +225,24 @@ typedef struct pliant_normals {
    * the stiffest corner. Not negative. [sim & active] */
   pliant_status (*tilt)(const pliant_plugin *, const pliant_batch *, double *planes);
 } pliant_normals;
+
+/* Optional, for speed: stiffness in single precision, of elements that resist no motion of all of their corners alike. Only
+ * blocks of two corners are written, a < b; the host finds those of the diagonal, which are what the others of a row leave.
+ * It asks for this where rounding matters less than what its solver leaves, and for `tangent` elsewhere. */
+#define PLIANT_SINGLE "pliant.single/1"
+typedef struct pliant_single_blocks {
+  size_t size;
+  float *values;           /* block s at [9 s] */
+  const uint32_t *slots;   /* as in pliant_blocks, those of the diagonal too */
+  size_t slot_begin, slot_end;
+} pliant_single_blocks;
+
+typedef struct pliant_single {
+  size_t size;
+  /* As `tangent`, without blocks (a, a), each number as exact as single precision has it. [sim & active] */
+  pliant_status (*tangent)(const pliant_plugin *, const pliant_batch *, double stiffness, double damping,
+                           const pliant_single_blocks *);
+} pliant_single;
 
 /* Optional: where the numbers behind a choice come from: `pliant plugin info`. */
 #define PLIANT_SOURCES "pliant.sources/1"

@@ -11,6 +11,7 @@
 
 pub mod abi;
 pub mod batch;
+pub mod blocks;
 mod cell;
 mod device;
 #[doc(hidden)]
@@ -25,7 +26,8 @@ mod material;
 mod normals;
 pub mod param;
 
-pub use batch::{Blocks, Elements, NodeScalars, NodeVectors, Planes, pair};
+pub use batch::{Elements, NodeScalars, NodeVectors, Planes};
+pub use blocks::{Blocks, SingleBlocks, pair};
 pub use cell::CELL_TETRAHEDRA;
 pub use device::{AsDevice, Device, Finding};
 pub use fault::Fault;

@@ -1,7 +1,8 @@
 //! The trait of a material, and its side of the wire.
 
 use crate::abi::{self, Status};
-use crate::batch::{Blocks, Elements, NodeScalars, NodeVectors, Planes};
+use crate::batch::{Elements, NodeScalars, NodeVectors, Planes};
+use crate::blocks::{Blocks, SingleBlocks};
 use crate::fault::Fault;
 use crate::info::Info;
 use crate::instance::{Role, call, with_params};
@@ -98,6 +99,15 @@ pub trait Material: Send + Sync + Sized + 'static {
     /// A value that is not finite.
     fn tangent(&self, at: &Elements<'_>, scale: Tangent, out: &mut Blocks<'_>) -> Result<(), Fault>;
 
+    /// The same in single precision, of kinds with [`abi::HAS_SINGLE`], and only the blocks (a, b), a < b. Such an element resists no
+    /// motion of all of its corners alike: the host finds the blocks of the diagonal as what the others of a row leave.
+    ///
+    /// # Errors
+    /// As for [`Material::tangent`].
+    fn single_tangent(&self, _at: &Elements<'_>, _scale: Tangent, _out: &mut SingleBlocks<'_>) -> Result<(), Fault> {
+        Err(Fault::unsupported("no stiffness in single precision"))
+    }
+
     /// Brings the history of an accepted step up to date; asked only of kinds with [`abi::HAS_HISTORY`].
     ///
     /// # Errors
@@ -173,6 +183,7 @@ impl<T: Material> Role for AsMaterial<T> {
     fn other_table(id: &CStr) -> *const c_void {
         match id {
             _ if id == abi::COUPLED => (&raw const *Self::COUPLED).cast(),
+            _ if id == abi::SINGLE => (&raw const *Self::SINGLE).cast(),
             _ if id == abi::NORMALS => (&raw const *Self::NORMALS).cast(),
             _ if id == abi::SOURCES && !T::SOURCES.is_empty() => (&raw const *Self::CITED).cast(),
             _ => core::ptr::null(),
@@ -203,6 +214,9 @@ impl<T: Material> AsMaterial<T> {
         strain: Some(Self::strain),
         compliance: Some(Self::compliance),
     };
+
+    const SINGLE: &'static abi::Single =
+        &abi::Single { size: size_of::<abi::Single>(), tangent: Some(Self::single_tangent) };
 
     const NORMALS: &'static abi::Normals = &abi::Normals {
         size: size_of::<abi::Normals>(),
@@ -345,6 +359,22 @@ impl<T: Material> AsMaterial<T> {
             call::<Self, _>(plugin, |material| {
                 let mut blocks = Blocks::new(&*batch, &*blocks);
                 material.tangent(&Elements(&*batch), Tangent { stiffness, damping }, &mut blocks)
+            })
+        }
+    }
+
+    unsafe extern "C" fn single_tangent(
+        plugin: *const abi::Plugin,
+        batch: *const abi::Batch,
+        stiffness: f64,
+        damping: f64,
+        blocks: *const abi::SingleBlocks,
+    ) -> Status {
+        // SAFETY: as in `rest`.
+        unsafe {
+            call::<Self, _>(plugin, |material| {
+                let mut blocks = SingleBlocks::single(&*batch, &*blocks);
+                material.single_tangent(&Elements(&*batch), Tangent { stiffness, damping }, &mut blocks)
             })
         }
     }

@@ -31,6 +31,8 @@ fn rust_layout() -> String {
         Material = "pliant_material" { size, elements, rest, mass, energy, forces, tangent, product, advance }
         Coupled = "pliant_coupled" { size, strain, compliance }
         Normals = "pliant_normals" { size, energy, forces, tilt }
+        SingleBlocks = "pliant_single_blocks" { size, values, slots, slot_begin, slot_end }
+        Single = "pliant_single" { size, tangent }
         Sources = "pliant_sources" { size, source }
         Surface = "pliant_surface" { size, points, point_count, triangles, triangle_count }
         Level = "pliant_level" { size, level, cells_per_axis, edge, origin, surface_cells, inside_cells, nodes }

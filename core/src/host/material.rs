@@ -91,6 +91,7 @@ pub struct Material {
     pub(super) requests: Vec<ElementRequest>,
     coupled: Option<&'static abi::Coupled>,
     pub(super) normals: Option<&'static abi::Normals>,
+    pub(super) single: Option<&'static abi::Single>,
 }
 
 /// The most kinds of elements a material may want.
@@ -117,7 +118,7 @@ impl Material {
         if !whole {
             return Err(instance.error("extension", "the material's table has a null in it"));
         }
-        let mut material = Self { instance, table, requests: Vec::new(), coupled: None, normals: None };
+        let mut material = Self { instance, table, requests: Vec::new(), coupled: None, normals: None, single: None };
         material.read_requests()?;
         if material.requests.iter().any(|r| r.flags & abi::IS_COUPLED != 0) {
             let found = material.instance.other_table(abi::COUPLED, size_of::<abi::Coupled>());
@@ -129,6 +130,7 @@ impl Material {
             }
         }
         material.read_normals()?;
+        material.read_single()?;
         Ok(material)
     }
 

@@ -18,6 +18,7 @@ mod probe;
 mod report;
 mod rights;
 mod search;
+mod single;
 mod sources;
 
 pub(crate) use device::MOST_EFFECTORS;

@@ -9,10 +9,10 @@
 use super::chebyshev::Chebyshev;
 use super::chunk::Chunk;
 use super::elements::ElementSet;
-use super::outer::{Hinges, add_outer};
+use super::outer::{GROUP, Hinges, Precision};
 use super::pool::Pool;
 use super::system::Nodes;
-use super::{Block, Constraint, StandIn, V3, axpy};
+use super::{Constraint, StandIn, V3, axpy};
 use crate::host::{HostError, Material, Planes};
 use nalgebra::Matrix3;
 use pliant_plugin_api::abi;
@@ -186,13 +186,13 @@ impl Coupled {
     ///
     /// # Errors
     /// What the material says.
-    pub fn tangent(
+    pub fn tangent<T: Precision>(
         &mut self,
         pool: &Pool,
         material: &Material,
         (set, nodes, time): (&ElementSet, &Nodes, (f64, f64)),
         (factor, which, is_loaded): (f64, StandIn, bool),
-        (bound, blocks): (&(impl Fn(usize) -> usize + Sync), &mut [Block]),
+        (bound, blocks): (&(impl Fn(usize) -> usize + Sync), &mut [[T; 9]]),
     ) -> Result<(), HostError> {
         if !is_loaded {
             self.strains(pool, material, (set, nodes, time))?;
@@ -201,7 +201,7 @@ impl Coupled {
         set.schedule.run(pool, blocks, bound, &|chunk, blocks| {
             let range = chunk.range.clone();
             let slots = &set.slots[10 * range.start..10 * range.end];
-            add_outer(slots, bound(chunk.window.start), blocks, &this.stand_ins(range, factor, which));
+            T::add_outer(slots, bound(chunk.window.start), blocks, &this.stand_ins(range, factor, which));
             Ok(())
         })
     }
@@ -224,21 +224,40 @@ struct StandIns<'a> {
     which: StandIn,
 }
 
-impl Hinges for StandIns<'_> {
+impl StandIns<'_> {
     #[inline(always)]
-    fn hinge(&self, e: usize) -> ([V3; 4], f64) {
+    fn stiffness(&self, e: usize) -> f64 {
         let stand_in = match self.which {
             StandIn::Searched => self.usual[e],
             StandIn::Half => self.usual[e].max(0.5 * self.most[e]),
             StandIn::Certain => self.most[e],
         };
+        self.factor * stand_in
+    }
+}
+
+impl Hinges for StandIns<'_> {
+    #[inline(always)]
+    fn hinge(&self, e: usize) -> ([V3; 4], f64) {
         let mut g = [[0.0; 3]; 4];
         for corner in 0..4 {
             for i in 0..3 {
                 g[corner][i] = self.gradient[3 * corner + i][e];
             }
         }
-        (g, self.factor * stand_in)
+        (g, self.stiffness(e))
+    }
+
+    #[inline(always)]
+    fn eight(&self, e: usize) -> ([[f64; GROUP]; 12], [f64; GROUP]) {
+        let (mut planes, mut k) = ([[0.0; GROUP]; 12], [0.0; GROUP]);
+        for (plane, from) in planes.iter_mut().zip(&self.gradient) {
+            plane.copy_from_slice(&from[e..e + GROUP]);
+        }
+        for lane in 0..GROUP {
+            k[lane] = self.stiffness(e + lane);
+        }
+        (planes, k)
     }
 }
 

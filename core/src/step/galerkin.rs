@@ -44,7 +44,7 @@ impl Galerkin {
                 }
             });
         };
-        let mut start = vec![0_u32; 2 * matrix.values().len() + 1];
+        let mut start = vec![0_u32; 2 * matrix.blocks() + 1];
         lists(&mut |list, _| start[list + 1] += 1);
         for list in 1..start.len() {
             start[list] += start[list - 1];

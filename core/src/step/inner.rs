@@ -16,7 +16,7 @@ use super::pool::{Parts, Pool};
 use super::single::{Quad, Single, power_of_two, without_dust};
 use super::sliced::LANES;
 use super::{Block, Constraint, V3};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Vectors and matrices of the corrections.
 #[derive(Debug, Default)]
@@ -35,7 +35,8 @@ pub struct Inner {
     share: f64,
     /// What `update` gave.
     size: f64,
-    fits: bool,
+    /// Of all blocks of the diagonal, or infinity before the first.
+    width: f64,
     /// Of as many nodes as sixteens of them have room for.
     r: Vec<Quad>,
     h: Vec<Quad>,
@@ -51,10 +52,17 @@ const PIECE: usize = 2048;
 /// Condition of a block up to which rounding its inverse leaves the least of it, by a fifth.
 pub const WIDEST: f64 = 1e6;
 
-/// Whether a block and its inverse can be rounded.
-pub fn is_narrow(block: &Block, inverse: &Block) -> bool {
+/// Of the tolerance of a solve, the width of blocks up to which the matrix may be rounded: then neighbours that move against each
+/// other meet some 1e-3 of the tolerance more or less.
+const ROUGH: f64 = 1e10;
+/// The same, at most: the least of a block is 1 % off.
+const ROUGHEST: f64 = 1e5;
+
+/// The largest of a block's diagonal times that of its inverse.
+pub fn width(block: &Block, inverse: &Block) -> f64 {
     let most = |b: &Block| b[0].max(b[4]).max(b[8]);
-    most(block) * most(inverse) <= WIDEST
+    let width = most(block) * most(inverse);
+    if width.is_nan() { f64::INFINITY } else { width }
 }
 
 /// What a correction took.
@@ -81,6 +89,7 @@ impl Inner {
         self.levels = None;
         self.age.end();
         self.matrix.forget();
+        self.width = f64::INFINITY;
     }
 
     /// Finds the levels, if they are not there since the nodes or elements changed.
@@ -94,7 +103,17 @@ impl Inner {
         vectors + self.matrix.bytes() + self.levels.as_ref().map_or(0, Multilevel::bytes)
     }
 
-    /// Takes over the matrix. Gives `sum_i x_i . A_ii x_i` of positions, m (n x 3), and whether single precision has room for it.
+    /// Takes over the values of a matrix.
+    pub fn load(&mut self, pool: &Pool, matrix: &Matrix) {
+        self.matrix.update(pool, matrix);
+    }
+
+    /// `out[k] = A x[k]` in double precision.
+    pub fn products<const K: usize>(&mut self, pool: &Pool, matrix: &Matrix, x: [&[V3]; K], out: [&mut [V3]; K]) {
+        self.matrix.exact_products(pool, matrix, x, out);
+    }
+
+    /// Prepares for solves with the matrix that was loaded. Gives `sum_i x_i . A_ii x_i` of positions, m (n x 3), and whether single precision has room for it.
     pub fn update(&mut self, pool: &Pool, system: &Solve<'_>) -> (f64, bool) {
         let constraints = system.constraints;
         Held::list(constraints, &mut self.held);
@@ -105,10 +124,9 @@ impl Inner {
                 put_inverse(self.inverse.flat_mut(), i, &inverse.map(|c| self.share * c));
             }
             self.constraints.copy_from_slice(constraints);
-            return (self.size, self.fits);
+            return (self.size, self.width <= WIDEST);
         }
         self.constraints.copy_from_slice(constraints);
-        self.matrix.update(pool, system.matrix);
         self.share = 1.0 / self.matrix.scale();
         if let Some(levels) = &mut self.levels {
             if self.age.is_over(self.matrix.scale()) {
@@ -119,17 +137,22 @@ impl Inner {
             }
             self.share *= levels.share();
         }
-        let (share, fits) = (self.share, AtomicBool::new(true));
+        // Widths are not negative, so they are in the order of their bits.
+        let (share, width) = (self.share, AtomicU64::new(0));
         let all = Sixteens(self.inverse.flat_mut().as_chunks_mut().0.as_chunks_mut().0);
         self.size = pool.fold(all, &|first, Sixteens(out)| {
-            let (size, narrow) = pulp::Arch::new().dispatch(Inverses { system, share, first, out });
-            if !narrow {
-                fits.store(false, Ordering::Relaxed);
-            }
+            let (size, widest) = pulp::Arch::new().dispatch(Inverses { system, share, first, out });
+            width.fetch_max(widest.to_bits(), Ordering::Relaxed);
             size
         });
-        self.fits = fits.into_inner();
-        (self.size, self.fits)
+        self.width = f64::from_bits(width.into_inner());
+        (self.size, self.width <= WIDEST)
+    }
+
+    /// Whether rounding the blocks of the next matrix changes less than a solve to a tolerance leaves, going by the last one.
+    pub fn bears_rounding(&self, tolerance: f64) -> bool {
+        let is_usual = |scale: f64| (1e-20..1e20).contains(&scale);
+        self.width <= (tolerance * ROUGH).min(ROUGHEST) && is_usual(self.matrix.scale())
     }
 
     /// What the last solve has to do with the next is not known.

@@ -371,7 +371,8 @@ impl Integrator {
         }
         // Backward Euler bears a matrix of half the stiffness; one step of the others would grow with a softer one than exact.
         let stand_in = if form.carry > 0.0 || g < dt { StandIn::Certain } else { StandIn::Half };
-        let factors = Factors { mass: 1.0, stiffness: g * g, damping: g, stand_in, after_forces: true };
+        let rounded = here && self.newton == 1 && self.pcg.bears_rounding(self.tolerance);
+        let factors = Factors { mass: 1.0, stiffness: g * g, damping: g, stand_in, after_forces: true, rounded };
         let start = Instant::now();
         let still = if here { Some(&self.still[..]) } else { None };
         let mut matrix = linearise(pool, system, (still, &mut self.force), factors, now)?;
@@ -386,7 +387,8 @@ impl Integrator {
         let moving = here.then_some((&system.nodes.v[..], &mut self.moving[..]));
         self.pcg.guess(pool, &matrix, moving);
         let mut size = 0.0_f64;
-        for pass in 0..PASSES {
+        let (mut pass, mut again) = (0, false);
+        while pass < PASSES {
             self.z.fill([0.0; 3]);
             holds.add_forces(&mut self.z);
             let nodes = &system.nodes;
@@ -414,7 +416,7 @@ impl Integrator {
                 squares
             });
             (self.b, self.z) = (b, z);
-            if pass == 0 {
+            if !again {
                 size = squares.sqrt();
             }
             let solve = Solve {
@@ -423,13 +425,26 @@ impl Integrator {
                 z: &self.z,
                 constraints: &nodes.constraint,
                 motion: (&nodes.x, g),
-                again: pass > 0,
+                again,
                 tolerance: self.tolerance,
                 most: self.most_iterations,
             };
             let start = Instant::now();
             let solved = self.pcg.solve(pool, &solve);
             report.seconds[1] += start.elapsed().as_secs_f64();
+            if solved.too_rough {
+                let start = Instant::now();
+                matrix = assemble(pool, system, matrix, Factors { rounded: false, ..factors }, now)?;
+                report.seconds[0] += start.elapsed().as_secs_f64();
+                for springs in loads.tools {
+                    matrix.add_diagonal(springs, (g * g, g));
+                }
+                let moving = here.then_some((&system.nodes.v[..], &mut self.moving[..]));
+                self.pcg.weigh(pool, &matrix, moving);
+                again = false;
+                continue;
+            }
+            (pass, again) = (pass + 1, true);
             if !solved.residual.is_finite() {
                 let odd = |i: &usize| !is_finite(self.b[*i]) || !matrix.diagonal(*i).iter().all(|k| k.is_finite());
                 let node = (0..self.b.len()).find(odd).unwrap_or(0);
@@ -509,7 +524,18 @@ pub(super) fn linearise(
     now: (f64, f64),
 ) -> Result<Matrix, HostError> {
     system.forces(pool, v, now, force)?;
-    let mut matrix = system.matrix.take().unwrap_or_default();
+    let matrix = system.matrix.take().unwrap_or_default();
+    assemble(pool, system, matrix, factors, now)
+}
+
+/// A matrix of `system` takes on the values of its state; it is put back if that fails.
+fn assemble(
+    pool: &Pool,
+    system: &mut System,
+    mut matrix: Matrix,
+    factors: Factors,
+    now: (f64, f64),
+) -> Result<Matrix, HostError> {
     let state = (&system.nodes, system.coupled.as_mut());
     let assembled = matrix.assemble(pool, &system.material, &system.sets, state, factors, now);
     if let (Some(normals), Ok(())) = (&system.normals, &assembled) {

@@ -1,6 +1,6 @@
 //! The inverses of all diagonal blocks, for block Jacobi: eight free nodes at a time.
 
-use super::inner::{WIDEST, is_narrow};
+use super::inner::width;
 use super::lanes::Sixteen;
 use super::pcg::{Solve, constrained_inverse};
 use super::{Block, Constraint, dot, times};
@@ -8,8 +8,8 @@ use super::{Block, Constraint, dot, times};
 /// Nodes at a time.
 const LANES: usize = 8;
 
-/// Inverses of nodes `first` on, times `share`. Gives `sum_i x_i . A_ii x_i` of positions, m^2 times the unit of A, and whether
-/// single precision has room for all of them.
+/// Inverses of nodes `first` on, times `share`. Gives `sum_i x_i . A_ii x_i` of positions, m^2 times the unit of A, and the widest
+/// of the blocks: the largest of its diagonal times that of its inverse.
 pub struct Inverses<'a> {
     pub system: &'a Solve<'a>,
     pub share: f64,
@@ -32,12 +32,12 @@ fn put(sixteen: &mut [Sixteen; 6], lane: usize, inverse: &Block) {
 type Plane = [f64; LANES];
 
 impl pulp::NullaryFnOnce for Inverses<'_> {
-    type Output = (f64, bool);
+    type Output = (f64, f64);
 
     #[inline(always)]
-    fn call(self) -> (f64, bool) {
+    fn call(self) -> (f64, f64) {
         let Self { system: Solve { matrix, constraints, motion, .. }, share, first, out } = self;
-        let (mut size, mut narrow, n) = (0.0, true, constraints.len());
+        let (mut size, mut widest, n) = (0.0, 0.0_f64, constraints.len());
         for at in 0..2 * out.len() {
             let (out, half, first) = (&mut out[at / 2], at % 2 * LANES, first + at * LANES);
             let count = n.saturating_sub(first).min(LANES);
@@ -61,11 +61,11 @@ impl pulp::NullaryFnOnce for Inverses<'_> {
                 // Singular blocks are neither: they are seen to one by one, as what is held.
                 let is_plain = matches!(constraint, Constraint::Free) && spread[lane].is_finite();
                 if is_plain {
-                    narrow &= spread[lane] <= WIDEST;
+                    widest = widest.max(spread[lane]);
                     size += sizes[lane];
                 } else {
                     let exact = constrained_inverse(block, constraint);
-                    narrow &= is_narrow(block, &exact);
+                    widest = widest.max(width(block, &exact));
                     put(out, half + lane, &exact.map(|c| share * c));
                     size += dot(motion.0[first + lane], times(block, motion.0[first + lane]));
                 }
@@ -74,7 +74,7 @@ impl pulp::NullaryFnOnce for Inverses<'_> {
                 put(out, half + lane, &[0.0; 9]);
             }
         }
-        (size, narrow)
+        (size, widest)
     }
 }
 

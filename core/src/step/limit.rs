@@ -62,8 +62,14 @@ impl Frequencies {
         let nodes = &system.nodes;
         let mut highest = |factors: (f64, f64)| -> Result<(f64, f64), HostError> {
             let (k, c) = factors;
-            let factors =
-                Factors { mass: 0.0, stiffness: k, damping: c, stand_in: StandIn::Certain, after_forces: false };
+            let factors = Factors {
+                mass: 0.0,
+                stiffness: k,
+                damping: c,
+                stand_in: StandIn::Certain,
+                after_forces: false,
+                rounded: false,
+            };
             let state = (nodes, coupled.as_deref_mut());
             matrix.assemble(pool, &system.material, &system.sets, state, factors, (0.0, 0.0))?;
             if let Some(normals) = &system.normals {

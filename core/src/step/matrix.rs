@@ -8,7 +8,8 @@ use super::coupled::{Coupled, is_coupled_hinges};
 use super::elements::ElementSet;
 use super::normals::{Normals, wants_normals};
 use super::pool::{Parts, Pool};
-use super::product::{Row, row_product, rows_product};
+use super::product::{Row, rows_product};
+use super::rounded::Rounded;
 use super::springs::NodeSprings;
 use super::system::Nodes;
 use super::{Block, Constraint, V3, axpy, times};
@@ -20,10 +21,14 @@ use pliant_plugin_api::abi;
 pub struct Matrix {
     row: Vec<usize>,
     column: Vec<u32>,
+    /// As many as there are columns, if it was ever assembled in double precision.
     values: Vec<Block>,
     lower_row: Vec<usize>,
     /// column and slot
     lower: Vec<(u32, u32)>,
+    /// What it is if it `is_rounded`.
+    rounded: Rounded,
+    is_rounded: bool,
 }
 
 /// Where the blocks of a matrix are.
@@ -36,6 +41,11 @@ pub(super) struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
+    /// Rows there are.
+    pub(super) fn count(&self) -> usize {
+        self.row.len() - 1
+    }
+
     /// Blocks of row i below the diagonal by column and slot, the slot of the first one above it, and the columns of those.
     #[inline(always)]
     pub(super) fn around(&self, i: usize) -> (&'a [(u32, u32)], usize, &'a [u32]) {
@@ -48,6 +58,13 @@ impl<'a> Rows<'a> {
     pub(super) fn column(&self, slot: usize) -> u32 {
         self.column[slot]
     }
+}
+
+/// What is at the slots.
+#[derive(Clone, Copy)]
+pub(super) enum Values<'a> {
+    Exact(&'a [Block]),
+    Rounded(&'a Rounded),
 }
 
 /// What may stand for the stiffness of coupled hinges, whose own matrix is full, and of an energy of normals, whose matrix joins
@@ -75,6 +92,18 @@ pub struct Factors {
     pub stand_in: StandIn,
     /// Whether the forces of the same state were found last.
     pub after_forces: bool,
+    /// Whether blocks may be in single precision, if the material has them.
+    pub rounded: bool,
+}
+
+/// What a matrix is assembled from.
+#[derive(Clone, Copy)]
+pub(super) struct Assembly<'a> {
+    pub(super) material: &'a Material,
+    pub(super) sets: &'a [ElementSet],
+    pub(super) nodes: &'a Nodes,
+    /// s, of the state, and of the step
+    pub(super) time: (f64, f64),
 }
 
 fn has_stiffness(set: &ElementSet) -> bool {
@@ -85,12 +114,12 @@ fn has_stiffness(set: &ElementSet) -> bool {
 const ROWS: usize = 256;
 
 /// Blocks that are cut between rows, with where each row begins, and the last one ends.
-struct WholeRows<'a> {
-    row: &'a [usize],
-    values: &'a mut [Block],
+pub(super) struct WholeRows<'a, T> {
+    pub(super) row: &'a [usize],
+    pub(super) values: &'a mut [T],
 }
 
-impl Parts for WholeRows<'_> {
+impl<T: Send> Parts for WholeRows<'_, T> {
     fn count(&self) -> usize {
         self.row.len().saturating_sub(1)
     }
@@ -153,7 +182,8 @@ impl Matrix {
         }
         self.row.push(self.column.len());
         self.values.clear();
-        self.values.resize(self.column.len(), [0.0; 9]);
+        self.rounded.forget();
+        self.is_rounded = false;
         self.list_lower(n);
     }
 
@@ -212,8 +242,13 @@ impl Matrix {
     }
 
     /// Blocks on and above the diagonal.
-    pub(super) fn values(&self) -> &[Block] {
-        &self.values
+    pub(super) fn values(&self) -> Values<'_> {
+        if self.is_rounded { Values::Rounded(&self.rounded) } else { Values::Exact(&self.values) }
+    }
+
+    /// Whether its blocks are in single precision.
+    pub fn is_rounded(&self) -> bool {
+        self.is_rounded
     }
 
     /// Rows.
@@ -223,12 +258,13 @@ impl Matrix {
 
     /// Blocks on and above the diagonal.
     pub fn blocks(&self) -> usize {
-        self.values.len()
+        self.column.len()
     }
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        self.values.len() * size_of::<Block>() + self.column.len() * 4 + self.lower.len() * 8 + self.row.len() * 16
+        let values = self.values.len() * size_of::<Block>() + self.rounded.bytes();
+        values + self.column.len() * 4 + self.lower.len() * 8 + self.row.len() * 16
     }
 
     /// Becomes `mass M + stiffness K + damping C` in the state of `nodes`.
@@ -241,11 +277,23 @@ impl Matrix {
         material: &Material,
         sets: &[ElementSet],
         (nodes, coupled): (&Nodes, Option<&mut Coupled>),
-        Factors { mass, stiffness, damping, stand_in, after_forces }: Factors,
+        factors: Factors,
         time: (f64, f64),
     ) -> Result<(), HostError> {
+        let Factors { mass, stiffness, damping, stand_in, after_forces, rounded } = factors;
+        let hinges = sets.iter().find(|set| is_coupled_hinges(set)).filter(|_| stiffness != 0.0);
+        let hinges = coupled.zip(hinges);
+        self.is_rounded = rounded && material.has_single();
+        if self.is_rounded {
+            let mut values = std::mem::take(&mut self.rounded);
+            let from = Assembly { material, sets, nodes, time };
+            let done = values.assemble(pool, (&self.row, self.pattern()), from, hinges, factors);
+            self.rounded = values;
+            return done;
+        }
         let row = &self.row;
-        pool.pieces(WholeRows { row, values: &mut self.values }, ROWS, &|first, rows| {
+        self.values.resize(self.column.len(), [0.0; 9]);
+        pool.pieces(WholeRows { row, values: &mut self.values[..] }, ROWS, &|first, rows| {
             rows.values.as_flattened_mut().fill(0.0);
             for (start, m) in rows.row.iter().zip(&nodes.mass[first..first + rows.count()]) {
                 let diagonal = &mut rows.values[start - rows.row[0]];
@@ -258,8 +306,7 @@ impl Matrix {
                 material.tangent(&call, (stiffness, damping), &set.slots, row[chunk.window.start], blocks)
             })?;
         }
-        let hinges = sets.iter().find(|set| is_coupled_hinges(set));
-        if let (Some(coupled), Some(set), true) = (coupled, hinges, stiffness != 0.0) {
+        if let Some((coupled, set)) = hinges {
             let factors = (stiffness, stand_in, after_forces);
             let blocks = (&|node: usize| row[node], &mut self.values[..]);
             coupled.tangent(pool, material, (set, nodes, time), factors, blocks)?;
@@ -282,35 +329,46 @@ impl Matrix {
     /// Adds `stiffness` and `damping` times what the tools do to the diagonal.
     pub fn add_diagonal(&mut self, springs: &NodeSprings, (stiffness, damping): (f64, f64)) {
         for (i, &node) in springs.nodes.iter().enumerate() {
-            let diagonal = &mut self.values[self.row[node as usize]];
+            let mut more = [0.0; 9];
             for e in 0..9 {
-                diagonal[e] += stiffness * springs.stiffness[i][e] + damping * springs.damping[i][e];
+                more[e] = stiffness * springs.stiffness[i][e] + damping * springs.damping[i][e];
             }
+            if self.is_rounded {
+                self.rounded.add_own(node as usize, &more);
+                continue;
+            }
+            let diagonal = &mut self.values[self.row[node as usize]];
+            (0..9).for_each(|e| diagonal[e] += more[e]);
         }
     }
 
     /// `out = A x`
     pub fn product(&self, pool: &Pool, x: &[V3], out: &mut [V3]) {
-        pool.pieces(out, ROWS, &|first, out| self.rows_product(first, x, out));
+        self.products(pool, [x], [out]);
     }
 
-    /// Two products, with the matrix read once.
-    pub fn products(&self, pool: &Pool, x: [&[V3]; 2], out: [&mut [V3]; 2]) {
-        let [left, right] = out;
-        pool.pieces((left, right), ROWS, &|first, (left, right)| {
-            rows_product([left, right], x, |i| self.row_at(first + i));
-        });
+    /// Several products, with the matrix read once.
+    pub fn products<const K: usize>(&self, pool: &Pool, x: [&[V3]; K], out: [&mut [V3]; K]) {
+        pool.pieces(out, ROWS, &|first, out| self.rows_products(first, x, out));
     }
 
     /// Its rows from `first` on.
     pub fn rows_product(&self, first: usize, x: &[V3], out: &mut [V3]) {
-        rows_product([out], [x], |i| self.row_at(first + i));
+        self.rows_products(first, [x], [out]);
+    }
+
+    fn rows_products<const K: usize>(&self, first: usize, x: [&[V3]; K], out: [&mut [V3]; K]) {
+        match self.is_rounded {
+            true => self.rounded.rows_product(self.pattern(), first, x, out),
+            false => rows_product(out, x, |i| self.row_at(first + i)),
+        }
     }
 
     /// One row of [`Matrix::product`].
-    #[inline(always)]
     pub fn row_product(&self, i: usize, x: &[V3]) -> V3 {
-        row_product(self.row_at(i), x)
+        let mut out = [[0.0; 3]];
+        self.rows_product(i, x, &mut out);
+        out[0]
     }
 
     #[inline(always)]
@@ -329,28 +387,36 @@ impl Matrix {
     pub(super) fn add_column(&self, j: usize, u: V3, out: &mut [V3]) {
         let (lower, above, columns) = self.pattern().around(j);
         out[j] = axpy(out[j], 1.0, times(self.diagonal(j), u));
+        let block = |slot: usize| match self.is_rounded {
+            true => self.rounded.blocks()[slot].map(f64::from),
+            false => self.values[slot],
+        };
         for &(i, slot) in lower {
-            out[i as usize] = axpy(out[i as usize], 1.0, times(&self.values[slot as usize], u));
+            out[i as usize] = axpy(out[i as usize], 1.0, times(&block(slot as usize), u));
         }
-        for (&i, b) in columns.iter().zip(&self.values[above..]) {
+        for (slot, &i) in (above..).zip(columns) {
+            let b = block(slot);
             let turned = [b[0], b[3], b[6], b[1], b[4], b[7], b[2], b[5], b[8]];
             out[i as usize] = axpy(out[i as usize], 1.0, times(&turned, u));
         }
     }
 
     /// The diagonal block of a node.
+    #[inline(always)]
     pub fn diagonal(&self, i: usize) -> &Block {
-        &self.values[self.row[i]]
+        if self.is_rounded { self.rounded.diagonal(i) } else { &self.values[self.row[i]] }
     }
 
     #[cfg(test)]
     pub(super) fn values_mut(&mut self) -> &mut [Block] {
+        self.values.resize(self.column.len(), [0.0; 9]);
         &mut self.values
     }
 
     #[cfg(test)]
     pub(super) fn diagonal_mut(&mut self, i: usize) -> &mut Block {
-        &mut self.values[self.row[i]]
+        let at = self.row[i];
+        &mut self.values_mut()[at]
     }
 
     /// The largest `sum_j |A_ij| / m_i` over scalar rows i of nodes that are not fixed: an upper bound for the eigenvalues of

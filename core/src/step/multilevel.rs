@@ -7,7 +7,7 @@ use super::Block;
 use super::aggregate::{Graph, Weights};
 use super::elements::ElementSet;
 use super::galerkin::Galerkin;
-use super::inner::is_narrow;
+use super::inner::{WIDEST, width};
 use super::lanes::{Lanes, Sixteen, Work, load, store, widest};
 use super::matrix::Matrix;
 use super::pcg::symmetric_inverse;
@@ -142,7 +142,7 @@ impl Level {
             transfer: Transfer::new(weights, coarse),
             galerkin,
             diagonal: (0..coarse).map(|a| pattern.diagonal_slot(a) as u32).collect(),
-            values: vec![[0.0; 9]; pattern.values().len() + 1],
+            values: vec![[0.0; 9]; pattern.blocks() + 1],
             inverse: vec![[[0.0; 4]; 3]; coarse],
             r: vec![[0.0; 4]; coarse],
             h: vec![[0.0; 4]; coarse],
@@ -159,7 +159,7 @@ impl Level {
                 // Where nothing moves, or rounding has left too little, there is nothing to add.
                 let block = values[slot as usize].map(f64::from);
                 let least = |b: &Block| b[0].min(b[4]).min(b[8]);
-                let sound = |m: &Block| least(&block).min(least(m)) > 0.0 && is_narrow(&block, m);
+                let sound = |m: &Block| least(&block).min(least(m)) > 0.0 && width(&block, m) <= WIDEST;
                 let inner = symmetric_inverse(&block).filter(sound);
                 *inverse = columns(&inner.map_or([0.0; 9], |m| m.map(|c| COARSE * c)));
             }

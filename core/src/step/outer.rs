@@ -3,17 +3,52 @@
 //! AVX-512 takes eight of a block's nine numbers at once; the portable path does the same operations on each number, so bytes do
 //! not depend on the vector unit found at run time.
 
-use super::{Block, V3};
+use super::single::SingleBlock;
+use super::{Block, V3, single_outer};
 use pliant_plugin_api::abi;
 
 /// Slots of a hinge.
 const PAIRS: usize = 10;
+
+/// Hinges that are read before any is added.
+pub const GROUP: usize = 8;
+
+/// What blocks are made of.
+pub trait Precision: Copy + Send {
+    /// Adds `k g g^T` of each hinge where `slots` (hinges x 10) say; `first` is the slot of the first of `blocks`.
+    fn add_outer(slots: &[u32], first: usize, blocks: &mut [[Self; 9]], hinges: &impl Hinges);
+}
+
+impl Precision for f64 {
+    fn add_outer(slots: &[u32], first: usize, blocks: &mut [Block], hinges: &impl Hinges) {
+        add_outer(slots, first, blocks, hinges);
+    }
+}
+
+impl Precision for f32 {
+    fn add_outer(slots: &[u32], first: usize, blocks: &mut [SingleBlock], hinges: &impl Hinges) {
+        single_outer::add_outer(slots, first, blocks, hinges);
+    }
+}
 
 /// Hinges of a call.
 pub trait Hinges {
     /// Gradients g at the corners of hinge `e`, and the factor k of their products; `inline(always)`, so that it is compiled for the
     /// vector unit too.
     fn hinge(&self, e: usize) -> ([V3; 4], f64);
+    /// The same of eight from `e` on, by corner and axis.
+    #[inline(always)]
+    fn eight(&self, e: usize) -> ([[f64; GROUP]; 12], [f64; GROUP]) {
+        let (mut planes, mut factors) = ([[0.0; GROUP]; 12], [0.0; GROUP]);
+        for lane in 0..GROUP {
+            let (g, k) = self.hinge(e + lane);
+            factors[lane] = k;
+            for (plane, value) in planes.iter_mut().zip(g.as_flattened()) {
+                plane[lane] = *value;
+            }
+        }
+        (planes, factors)
+    }
 }
 
 /// Adds `k g g^T` of each hinge where `slots` (hinges x 10) say; `first` is the slot of the first of
@@ -65,12 +100,10 @@ fn scaled(k: f64, g: &[V3; 4]) -> [V3; 4] {
 
 #[cfg(target_arch = "x86_64")]
 mod wide {
-    use super::{Block, Hinges, PAIRS, place};
+    use super::{Block, GROUP, Hinges, PAIRS, place};
     use pulp::x86::V4;
     use pulp::{cast, f64x8, u64x8};
 
-    /// Hinges that are read before any is added.
-    const GROUP: usize = 8;
     /// Which of a hinge's numbers the first eight of a block are made of, on the left and on the right, for each corner.
     const LEFT: [u64x8; 4] = [
         u64x8(0, 0, 0, 1, 1, 1, 2, 2),

@@ -82,6 +82,8 @@ pub struct SolveReport {
     pub converged: bool,
     /// Whether a direction of no or negative curvature was met, or a number that is not finite.
     pub broken: bool,
+    /// Whether the matrix was rounded and must not be; then nothing is solved.
+    pub too_rough: bool,
 }
 
 impl SolveReport {
@@ -138,9 +140,15 @@ impl Pcg {
     /// the second.
     pub fn guess(&mut self, pool: &Pool, matrix: &Matrix, also: Option<(&[V3], &mut [V3])>) {
         self.guess.go_on(pool, &mut self.x);
+        self.weigh(pool, matrix, also);
+    }
+
+    /// The second half of that: what another matrix makes of the guess.
+    pub fn weigh(&mut self, pool: &Pool, matrix: &Matrix, also: Option<(&[V3], &mut [V3])>) {
+        self.inner.load(pool, matrix);
         match also {
-            Some((x, out)) => matrix.products(pool, [&self.x, x], [&mut self.product, out]),
-            None => matrix.product(pool, &self.x, &mut self.product),
+            Some((x, out)) => self.inner.products(pool, matrix, [&self.x, x], [&mut self.product, out]),
+            None => self.inner.products(pool, matrix, [&self.x], [&mut self.product]),
         }
     }
 
@@ -177,7 +185,7 @@ impl Pcg {
             let most = system.most - report.iterations;
             let done = self.inner.correct(pool, (system, &mut self.x), (d, MARGIN * enough), most);
             report.iterations += done.iterations;
-            system.matrix.product(pool, &self.x, &mut self.product);
+            self.inner.products(pool, system.matrix, [&self.x], [&mut self.product]);
             d = self.residual(pool, system);
             slow = if d > SLOWEST * before.1 { slow + 1 } else { 0 };
             report.broken = done.broken && d > enough;
@@ -197,7 +205,15 @@ impl Pcg {
         self.in_double(pool, system, floor, report.iterations)
     }
 
+    /// Whether the next matrix may be rounded for a solve to a tolerance, going by the last one.
+    pub fn bears_rounding(&self, tolerance: f64) -> bool {
+        self.inner.bears_rounding(tolerance)
+    }
+
     fn in_double(&mut self, pool: &Pool, system: &Solve<'_>, floor: f64, before: usize) -> SolveReport {
+        if system.matrix.is_rounded() {
+            return SolveReport { iterations: before, too_rough: true, residual: f64::NAN, ..SolveReport::default() };
+        }
         let report = self.double.solve(pool, system, (&mut self.x, &mut self.r), floor);
         system.matrix.product(pool, &self.x, &mut self.product);
         SolveReport { iterations: before + report.iterations, ..report }

@@ -190,6 +190,25 @@ impl Parts for Range<usize> {
     }
 }
 
+impl<A: Parts, const K: usize> Parts for [A; K] {
+    fn count(&self) -> usize {
+        self.first().map_or(0, A::count)
+    }
+
+    fn part(self, at: usize) -> (Self, Self) {
+        let mut right = [const { None }; K];
+        let mut rest = right.iter_mut();
+        let left = self.map(|parts| {
+            let (left, right) = parts.part(at);
+            if let Some(place) = rest.next() {
+                *place = Some(right);
+            }
+            left
+        });
+        (left, right.map(|part| part.expect("one for each")))
+    }
+}
+
 impl<A: Parts, B: Parts> Parts for (A, B) {
     fn count(&self) -> usize {
         self.0.count()

@@ -16,10 +16,11 @@ pub struct Row<'a> {
 }
 
 /// The ninth of the sums is apart.
-type Sums = ([f64; 8], f64);
+pub type Sums = ([f64; 8], f64);
 
+/// Sums come together.
 #[inline(always)]
-fn ends(turned: Sums, straight: Sums) -> V3 {
+pub fn ends(turned: Sums, straight: Sums) -> V3 {
     let ([a, b, c, d, e, f, g, h], i) = turned;
     let ([j, k, l, m, n, o, p, q], r) = straight;
     [(a + d + g) + (j + k + l), (b + e + h) + (m + n + o), (c + f + i) + (p + q + r)]

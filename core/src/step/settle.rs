@@ -100,8 +100,14 @@ impl Integrator {
         report: &mut StepReport,
     ) -> Result<((f64, f64), bool), StepError> {
         system.nodes.v.fill([0.0; 3]);
-        let factors =
-            Factors { mass: damping, stiffness: 1.0, damping: 0.0, stand_in: StandIn::Searched, after_forces: true };
+        let factors = Factors {
+            mass: damping,
+            stiffness: 1.0,
+            damping: 0.0,
+            stand_in: StandIn::Searched,
+            after_forces: true,
+            rounded: false,
+        };
         let began = Instant::now();
         let mut matrix = linearise(pool, system, (None, &mut self.force), factors, now)?;
         report.seconds[0] += began.elapsed().as_secs_f64();

@@ -7,9 +7,9 @@
 
 use super::V3;
 use super::each::Each;
-use super::matrix::Matrix;
+use super::matrix::{Matrix, Values};
 use super::pool::Pool;
-use super::single_update::round;
+use super::single_update::{round, rounded};
 use super::sliced::{LANES, Sliced};
 use std::ops::Range;
 
@@ -93,7 +93,7 @@ impl Single {
         });
         let mean = traces / (3 * n) as f64;
         self.scale = if mean.is_normal() && mean > 0.0 { 1.0 / power_of_two(mean) } else { 1.0 };
-        self.values.resize(matrix.values().len() + 1, [0.0; 9]);
+        self.values.resize(matrix.blocks() + 1, [0.0; 9]);
         let descent = self.descent.get_or_insert_with(|| match Sliced::new(n, matrix.pattern()) {
             Some(sliced) => Descent::Alike(sliced),
             None => Descent::Each(Each::new(n)),
@@ -108,7 +108,7 @@ impl Single {
     }
 
     fn round(&mut self, pool: &Pool, matrix: &Matrix) {
-        round(pool, self.scale, matrix.values(), &mut self.values[..matrix.values().len()]);
+        round(pool, self.scale, matrix, &mut self.values[..matrix.blocks()]);
     }
 
     /// A descent begins, with the direction zero.
@@ -135,6 +135,16 @@ impl Single {
             Some(Descent::Alike(sliced)) => sliced.product(pool),
             Some(Descent::Each(each)) => each.product(pool, self.values.as_flattened(), matrix.pattern()),
             None => 0.0,
+        }
+    }
+
+    /// `out[k] = A x[k]` in double precision, of the matrix that was taken over last.
+    pub fn exact_products<const K: usize>(&mut self, pool: &Pool, matrix: &Matrix, x: [&[V3]; K], out: [&mut [V3]; K]) {
+        match (&mut self.descent, matrix.values()) {
+            (Some(Descent::Alike(sliced)), Values::Rounded(of)) => {
+                sliced.exact_products(pool, (of, 1.0 / self.scale), x, out);
+            }
+            _ => matrix.products(pool, x, out),
         }
     }
 
@@ -176,7 +186,13 @@ impl Single {
         let done = work(self);
         let scale = self.scale;
         for slot in fixed.iter().flat_map(|i| slots(*i)) {
-            self.values[slot] = matrix.values()[slot].map(|value| dusted((scale * value) as f32));
+            self.values[slot] = match matrix.values() {
+                Values::Exact(blocks) => rounded(scale, &blocks[slot]),
+                Values::Rounded(of) => rounded(scale, &of.blocks()[slot]),
+            };
+        }
+        for &i in fixed {
+            self.values[matrix.diagonal_slot(i as usize)] = rounded(scale, matrix.diagonal(i as usize));
         }
         done
     }

@@ -1,7 +1,8 @@
 //! New values for a matrix in single precision ([`super::single`]).
 
 use super::Block;
-use super::matrix::Matrix;
+use super::lanes::Entry;
+use super::matrix::{Matrix, Rows, Values};
 use super::pool::Pool;
 use super::single::{SingleBlock, dusted};
 
@@ -10,39 +11,65 @@ const BLOCKS: usize = 1024;
 /// Rows in a piece.
 const ROWS: usize = 256;
 
-/// `out = scale of`, rounded.
-pub fn round(pool: &Pool, scale: f64, of: &[Block], out: &mut [SingleBlock]) {
+/// All blocks times `scale`, rounded.
+pub fn round(pool: &Pool, scale: f64, matrix: &Matrix, out: &mut [SingleBlock]) {
+    match matrix.values() {
+        Values::Exact(from) => copy(pool, scale, from, out),
+        Values::Rounded(from) => {
+            copy(pool, scale, from.blocks(), out);
+            for i in 0..matrix.rows() {
+                out[matrix.diagonal_slot(i)] = rounded(scale, from.diagonal(i));
+            }
+        }
+    }
+}
+
+fn copy<T: Entry>(pool: &Pool, scale: f64, from: &[[T; 9]], out: &mut [SingleBlock]) {
     pool.pieces(out, BLOCKS, &|first, out: &mut [SingleBlock]| {
-        pulp::Arch::new().dispatch(Rounded { scale, from: &of[first..first + out.len()], out });
+        pulp::Arch::new().dispatch(Rounded { scale, from: &from[first..first + out.len()], out });
     });
+}
+
+/// A block times `scale`, rounded.
+pub fn rounded<T: Entry>(scale: f64, block: &[T; 9]) -> SingleBlock {
+    block.map(|value| dusted(value.rounded(scale)))
 }
 
 /// What the blocks of each row leave of the diagonal, times `scale`.
 pub fn row_sums(pool: &Pool, scale: f64, matrix: &Matrix, out: &mut [SingleBlock]) {
-    pool.pieces(out, ROWS, &|first, out| pulp::Arch::new().dispatch(Sums { scale, matrix, first, out }));
+    let rows = matrix.pattern();
+    pool.pieces(out, ROWS, &|first, out| match matrix.values() {
+        Values::Exact(blocks) => pulp::Arch::new().dispatch(Sums { scale, rows, blocks, first, out }),
+        Values::Rounded(of) => {
+            for (i, out) in (first..).zip(out) {
+                *out = of.own(i).map(|value| value.rounded(scale));
+            }
+        }
+    });
 }
 
-struct Rounded<'a> {
+struct Rounded<'a, T> {
     scale: f64,
-    from: &'a [Block],
+    from: &'a [[T; 9]],
     out: &'a mut [SingleBlock],
 }
 
-impl pulp::NullaryFnOnce for Rounded<'_> {
+impl<T: Entry> pulp::NullaryFnOnce for Rounded<'_, T> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
         let (from, out) = (self.from.as_flattened(), self.out.as_flattened_mut());
         for (out, from) in out.iter_mut().zip(from) {
-            *out = dusted((self.scale * from) as f32);
+            *out = dusted(from.rounded(self.scale));
         }
     }
 }
 
 struct Sums<'a> {
     scale: f64,
-    matrix: &'a Matrix,
+    rows: Rows<'a>,
+    blocks: &'a [Block],
     first: usize,
     out: &'a mut [SingleBlock],
 }
@@ -53,7 +80,7 @@ impl pulp::NullaryFnOnce for Sums<'_> {
     #[inline(always)]
     fn call(self) {
         for (at, out) in self.out.iter_mut().enumerate() {
-            let sum = row_sum(self.matrix, self.first + at);
+            let sum = row_sum(self.rows, self.blocks, self.first + at);
             (0..9).for_each(|e| out[e] = (self.scale * sum[e]) as f32);
         }
     }
@@ -61,15 +88,29 @@ impl pulp::NullaryFnOnce for Sums<'_> {
 
 /// Sum of all blocks of a row.
 #[inline(always)]
-pub fn row_sum(matrix: &Matrix, row: usize) -> Block {
-    let (values, (lower, above, columns)) = (matrix.values(), matrix.pattern().around(row));
+pub fn row_sum(rows: Rows<'_>, blocks: &[Block], row: usize) -> Block {
+    let (_, above, _) = rows.around(row);
+    sum(rows, blocks, row, above - 1)
+}
+
+/// Sum of the blocks of a row off the diagonal.
+#[inline(always)]
+pub fn others_sum(rows: Rows<'_>, blocks: &[SingleBlock], row: usize) -> Block {
+    let (_, above, _) = rows.around(row);
+    sum(rows, blocks, row, above)
+}
+
+/// Sum of the blocks below the diagonal, and of those from a slot on.
+#[inline(always)]
+fn sum<T: Entry>(rows: Rows<'_>, blocks: &[[T; 9]], row: usize, from: usize) -> Block {
+    let (lower, above, columns) = rows.around(row);
     let (mut straight, mut turned) = ([0.0; 9], [0.0; 9]);
-    for block in &values[above - 1..above + columns.len()] {
-        (0..9).for_each(|e| straight[e] += block[e]);
+    for block in &blocks[from..above + columns.len()] {
+        (0..9).for_each(|e| straight[e] += block[e].exact());
     }
     for &(_, slot) in lower {
-        let block = &values[slot as usize];
-        (0..9).for_each(|e| turned[e] += block[e]);
+        let block = &blocks[slot as usize];
+        (0..9).for_each(|e| turned[e] += block[e].exact());
     }
     (0..9).for_each(|e| straight[e] += turned[3 * (e % 3) + e / 3]);
     straight

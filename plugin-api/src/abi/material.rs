@@ -23,6 +23,7 @@ pub const HAS_DAMPING: u32 = 4;
 pub const HAS_HISTORY: u32 = 8;
 pub const IS_COUPLED: u32 = 16;
 pub const WANTS_NORMALS: u32 = 32;
+pub const HAS_SINGLE: u32 = 64;
 
 /// Set in a slot whose block is stored transposed.
 pub const TRANSPOSED: u32 = 0x8000_0000;
@@ -118,6 +119,26 @@ pub struct Normals {
     pub energy: Option<NormalsFn>,
     pub forces: Option<NormalsFn>,
     pub tilt: Option<WriteFn>,
+}
+
+/// Extension id of stiffness in single precision; optional.
+pub const SINGLE: &CStr = c"pliant.single/1";
+
+#[repr(C)]
+pub struct SingleBlocks {
+    pub size: usize,
+    pub values: *mut f32,
+    pub slots: *const u32,
+    pub slot_begin: usize,
+    pub slot_end: usize,
+}
+
+#[repr(C)]
+pub struct Single {
+    pub size: usize,
+    pub tangent: Option<
+        unsafe extern "C" fn(*const Plugin, *const Batch, stiffness: f64, damping: f64, *const SingleBlocks) -> Status,
+    >,
 }
 
 /// Extension id of the sources of choices; optional.

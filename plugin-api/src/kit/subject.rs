@@ -1,7 +1,8 @@
 //! What a test body asks of a material, whether it is a Rust type or an instance behind the border.
 
 use crate::abi;
-use crate::batch::{Blocks, Elements, NodeScalars, NodeVectors, Planes};
+use crate::batch::{Elements, NodeScalars, NodeVectors, Planes};
+use crate::blocks::Blocks;
 use crate::fault::Fault;
 use crate::material::{ElementRequest, Material, Tangent};
 use crate::normals::NormalForces;

@@ -6,10 +6,11 @@
 use crate::dihedral;
 use crate::membrane::Membrane;
 use crate::real::{MOST_LANES, Wide};
+use crate::single::MOST_SINGLES;
 use crate::small::V3;
 use crate::triangle::{self, Triangle};
 use crate::turn::{self, Points};
-use pliant_plugin_api::{Blocks, Elements, NodeVectors, abi};
+use pliant_plugin_api::{Blocks, Elements, NodeVectors, SingleBlocks, abi};
 use pulp::{Simd, WithSimd};
 
 /// What is known of the corners of elements `e ..` of `nodes`, by corner and axis; lanes past the end repeat the last element.
@@ -142,6 +143,61 @@ impl WithSimd for Stiffness<'_, '_> {
                     let to = &mut window[(slots[pair] & !abi::TRANSPOSED) as usize - first];
                     let transposed = slots[pair] & abi::TRANSPOSED != 0;
                     turn::add(simd, to, (&rows[pair][lane], last[pair][lane]), transposed);
+                }
+            }
+        }
+    }
+}
+
+/// The same in single precision, of two corners alone.
+pub(crate) struct SingleStiffness<'a, 'b> {
+    pub(crate) membrane: &'a Membrane,
+    pub(crate) at: &'a Elements<'a>,
+    pub(crate) factors: (f64, f64),
+    pub(crate) out: &'a mut SingleBlocks<'b>,
+}
+
+/// Pairs of two corners among all.
+const BETWEEN: [usize; 3] = [1, 2, 4];
+
+impl WithSimd for SingleStiffness<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { membrane, at, factors, out } = self;
+        let (x, nodes) = (Points::new(at.x()), at.corners::<3>());
+        let (slots, first, window) = out.window::<6>();
+        let planes = core::array::from_fn(|s| at.rest_data(s));
+        let (mut rows, mut last) = ([[[0.0; 8]; MOST_SINGLES]; 3], [[0.0; MOST_SINGLES]; 3]);
+        for e in (0..nodes.len()).step_by(S::F32_LANES) {
+            // Differences of places are rounded, not places.
+            let (low, high) = (triangles(simd, &planes, e), triangles(simd, &planes, e + S::F64_LANES));
+            let (f, g) =
+                (low.derivative(gather(simd, nodes, e, x)), high.derivative(gather(simd, nodes, e + S::F64_LANES, x)));
+            let mut both = [[turn::rounded(f[0][0], g[0][0]); 3]; 2];
+            for k in 0..2 {
+                for i in 0..3 {
+                    both[k][i] = turn::rounded(f[k][i], g[k][i]);
+                }
+            }
+            let ([_, b, c], [_, p, q]) = (low.gradient, high.gradient);
+            let gradients = [
+                [turn::rounded(b[0], p[0]), turn::rounded(b[1], p[1])],
+                [turn::rounded(c[0], q[0]), turn::rounded(c[1], q[1])],
+            ];
+            let shape = Triangle::whole(gradients, turn::rounded(low.area, high.area));
+            let blocks = membrane.linear(&shape, both, factors).between(&shape);
+            for k in 0..3 {
+                let [[a, b, c], [d, e, f], [g, h, i]] = blocks[k];
+                (rows[k], last[k]) = (turn::single_rows(simd, [a, b, c, d, e, f, g, h]), i.lanes());
+            }
+            for lane in 0..S::F32_LANES.min(nodes.len() - e) {
+                for k in 0..3 {
+                    let slot = slots[e + lane][BETWEEN[k]];
+                    let to = &mut window[(slot & !abi::TRANSPOSED) as usize - first];
+                    let block = (&rows[k][lane], last[k][lane]);
+                    turn::single_add(simd, to, block, slot & abi::TRANSPOSED != 0);
                 }
             }
         }

@@ -16,6 +16,7 @@ mod laplacian;
 mod membrane;
 mod real;
 mod settings;
+mod single;
 mod slip;
 mod small;
 mod tension;
@@ -26,7 +27,7 @@ mod turn;
 use bending::Hinge;
 use pliant_plugin_api::{
     AsMaterial, Blocks, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, NormalForces,
-    Params, Planes, Source, Tangent, abi, export_plugins, pair,
+    Params, Planes, SingleBlocks, Source, Tangent, abi, export_plugins, pair,
 };
 use settings::{Bending, PARAMS, Settings};
 use slip::Catch;
@@ -56,7 +57,7 @@ impl Material for Cloth {
         let sheet = ElementRequest {
             kind: abi::TRIANGLE,
             families: 0,
-            flags: abi::HAS_MASS | abi::HAS_FORCES | damping | coupled,
+            flags: abi::HAS_MASS | abi::HAS_FORCES | abi::HAS_SINGLE | damping | coupled,
             rest_stride: triangle::STRIDE as u32,
             history_stride: 0,
         };
@@ -171,6 +172,12 @@ impl Material for Cloth {
         }
         let factors = (scale.stiffness, scale.damping);
         self.1.dispatch(kernel::Stiffness { membrane: &self.0.membrane, at, factors, out });
+        Ok(())
+    }
+
+    fn single_tangent(&self, at: &Elements<'_>, scale: Tangent, out: &mut SingleBlocks<'_>) -> Result<(), Fault> {
+        let factors = (scale.stiffness, scale.damping);
+        self.1.dispatch(kernel::SingleStiffness { membrane: &self.0.membrane, at, factors, out });
         Ok(())
     }
 

@@ -1,8 +1,8 @@
 //! Numbers a kernel is written for: one, or as many as the vector unit takes at once.
 //!
-//! A kernel is written once, for [`Real`]. On `f64` it is the scalar path; on [`Wide`] each operation is that of all lanes. Both
-//! do the same operations in the same order on each element, and there is no fused multiply-add, so bytes do not depend on the
-//! vector unit found at run time.
+//! A kernel is written once, for [`Real`]. On `f64` it is the scalar path; on [`Wide`] each operation is that of all lanes, in
+//! double precision, on [`Single`] the same in single. They do the same operations in the same order on each element, and there is no
+//! fused multiply-add, so bytes do not depend on the vector unit found at run time.
 //!
 //! What stands between a kernel and the vector unit has to be inlined into it, and closures are not always: kernels have none.
 
@@ -21,6 +21,8 @@ pub(crate) trait Real:
 {
     /// A constant, as many times as there are lanes.
     fn of(self, value: f64) -> Self;
+    /// The least number above zero that all can tell from it.
+    fn least(self) -> Self;
     fn sqrt(self) -> Self;
     /// `less` where `self < other`, else `not`.
     fn if_less(self, other: Self, less: Self, not: Self) -> Self;
@@ -44,6 +46,11 @@ impl Real for f64 {
     #[inline(always)]
     fn of(self, value: f64) -> Self {
         value
+    }
+
+    #[inline(always)]
+    fn least(self) -> Self {
+        Self::MIN_POSITIVE
     }
 
     #[inline(always)]
@@ -134,6 +141,11 @@ impl<S: Simd> Real for Wide<S> {
     #[inline(always)]
     fn of(self, value: f64) -> Self {
         Self(self.1.splat_f64s(value), self.1)
+    }
+
+    #[inline(always)]
+    fn least(self) -> Self {
+        self.of(f64::MIN_POSITIVE)
     }
 
     #[inline(always)]

@@ -100,21 +100,34 @@ impl<T: Real> Linear<T> {
     /// changes nothing.
     #[inline(always)]
     pub(crate) fn blocks(&self, shape: &Triangle<T>) -> [M3<T>; 6] {
+        let [bb, bc, cc] = self.last(shape);
+        let ([ab, ac], mut aa) = (first([bb, bc, cc]), bb);
+        for i in 0..3 {
+            for j in 0..3 {
+                aa[i][j] = (bb[i][j] + cc[i][j]) + (bc[i][j] + bc[j][i]);
+            }
+        }
+        [aa, ab, ac, bb, bc, cc]
+    }
+
+    /// Those of two corners, a < b.
+    #[inline(always)]
+    pub(crate) fn between(&self, shape: &Triangle<T>) -> [M3<T>; 3] {
+        let all = self.last(shape);
+        let [ab, ac] = first(all);
+        [ab, ac, all[1]]
+    }
+
+    /// Those of the last two corners.
+    #[inline(always)]
+    fn last(&self, shape: &Triangle<T>) -> [M3<T>; 3] {
         let ([_, b, c], [at_b, at_c]) = (shape.gradient, &self.rows);
         let (of_b, of_c) = (self.stress(at_b, shape.area), self.stress(at_c, shape.area));
         let (pull_b, pull_c) = (self.pull(b, shape.area), self.pull(c, shape.area));
         let bb = self.in_space(product(at_b, &of_b), pull_b[0] * b[0] + pull_b[1] * b[1]);
         let bc = self.in_space(product(at_b, &of_c), pull_b[0] * c[0] + pull_b[1] * c[1]);
         let cc = self.in_space(product(at_c, &of_c), pull_c[0] * c[0] + pull_c[1] * c[1]);
-        let (mut aa, mut ab, mut ac) = (bb, bb, bb);
-        for i in 0..3 {
-            for j in 0..3 {
-                aa[i][j] = (bb[i][j] + cc[i][j]) + (bc[i][j] + bc[j][i]);
-                ab[i][j] = -(bb[i][j] + bc[j][i]);
-                ac[i][j] = -(bc[i][j] + cc[i][j]);
-            }
-        }
-        [aa, ab, ac, bb, bc, cc]
+        [bb, bc, cc]
     }
 
     /// Change of stresses for a step of a corner, N/m, times the area (4 x 2)
@@ -155,6 +168,19 @@ impl<T: Real> Linear<T> {
     }
 }
 
+/// What the blocks of the last two corners leave of those of the first with them.
+#[inline(always)]
+fn first<T: Real>([bb, bc, cc]: [M3<T>; 3]) -> [M3<T>; 2] {
+    let (mut ab, mut ac) = (bb, bb);
+    for i in 0..3 {
+        for j in 0..3 {
+            ab[i][j] = -(bb[i][j] + bc[j][i]);
+            ac[i][j] = -(bc[i][j] + cc[i][j]);
+        }
+    }
+    [ab, ac]
+}
+
 /// `left^T right`
 #[inline(always)]
 fn product<T: Real>(l: &[V2<T>; 4], r: &[V2<T>; 4]) -> M2<T> {
@@ -174,7 +200,7 @@ pub(crate) fn positive<T: Real>(s: [T; 3]) -> [T; 3] {
     let (mean, half) = ((s[0] + s[1]) * 0.5, (s[0] - s[1]) * 0.5);
     let radius = (half * half + s[2] * s[2]).sqrt();
     let (most, least) = (mean + radius, mean - radius);
-    let share = (most.max(zero) - least.max(zero)) / (radius * 2.0).max(zero.of(f64::MIN_POSITIVE));
+    let share = (most.max(zero) - least.max(zero)) / (radius * 2.0).max(radius.least());
     let base = least.max(zero) - share * least;
     [base + share * s[0], base + share * s[1], share * s[2]]
 }

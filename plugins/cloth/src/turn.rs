@@ -4,6 +4,7 @@
 //! single sums, so bytes do not depend on it.
 
 use crate::real::{MOST_LANES, Wide};
+use crate::single::{MOST_SINGLES, Single};
 use crate::small::V3;
 use core::any::Any;
 use pulp::Simd;
@@ -18,6 +19,16 @@ use pulp::{
 #[inline(always)]
 fn known<S: Simd, U: Copy + 'static>(simd: S) -> Option<U> {
     (&simd as &dyn Any).downcast_ref().copied()
+}
+
+/// One that has what AVX2 has.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn avx2<S: Simd>(simd: S) -> Option<Avx2> {
+    match known::<S, Avx512>(simd) {
+        Some(unit) => Some(*unit),
+        None => known(simd),
+    }
 }
 
 /// What is known of each node, to be read four numbers at a time.
@@ -120,9 +131,71 @@ pub(crate) fn rows<S: Simd>(simd: S, numbers: [Wide<S>; 8]) -> [[f64; 8]; MOST_L
     rows
 }
 
+/// In single precision, one register behind the other; where there are no more lanes than in double precision, the first.
+#[inline(always)]
+pub(crate) fn rounded<S: Simd>(low: Wide<S>, high: Wide<S>) -> Single<S> {
+    let simd = low.1;
+    #[cfg(target_arch = "x86_64")]
+    if let Some(unit) = known::<S, Avx512>(simd) {
+        let (low, high) = (unit.avx512f._mm512_cvtpd_ps(cast(low.0)), unit.avx512f._mm512_cvtpd_ps(cast(high.0)));
+        let both = unit.avx512dq._mm512_insertf32x8::<1>(unit.avx512f._mm512_castps256_ps512(low), high);
+        return Single(cast(both), simd);
+    }
+    #[cfg(target_arch = "x86_64")]
+    if let Some(unit) = known::<S, Avx2>(simd) {
+        let (low, high) = (unit.avx._mm256_cvtpd_ps(cast(low.0)), unit.avx._mm256_cvtpd_ps(cast(high.0)));
+        return Single(cast([low, high]), simd);
+    }
+    let (low, high, mut both) = (low.lanes(), high.lanes(), [0.0; MOST_SINGLES]);
+    for lane in 0..S::F64_LANES {
+        both[lane] = low[lane] as f32;
+    }
+    for lane in S::F64_LANES..S::F32_LANES {
+        both[lane] = high[lane - S::F64_LANES] as f32;
+    }
+    Single::load(simd, &both)
+}
+
+/// [`rows`] in single precision.
+#[inline(always)]
+pub(crate) fn single_rows<S: Simd>(simd: S, numbers: [Single<S>; 8]) -> [[f32; 8]; MOST_SINGLES] {
+    let mut rows = [[0.0; 8]; MOST_SINGLES];
+    #[cfg(target_arch = "x86_64")]
+    if let Some(unit) = known::<S, Avx512>(simd) {
+        let mut eight = [cast([0.0_f32; 16]); 8];
+        for k in 0..8 {
+            eight[k] = cast(numbers[k].0);
+        }
+        for (k, sixteen) in x86::sixteen_rows(unit, eight).into_iter().enumerate() {
+            let [low, high]: [[f32; 8]; 2] = cast(sixteen);
+            (rows[k % 4 + k / 4 * 8], rows[k % 4 + k / 4 * 8 + 4]) = (low, high);
+        }
+        return rows;
+    }
+    #[cfg(target_arch = "x86_64")]
+    if let Some(unit) = known::<S, Avx2>(simd) {
+        let mut eight = [cast([0.0_f32; 8]); 8];
+        for k in 0..8 {
+            eight[k] = cast(numbers[k].0);
+        }
+        for (lane, row) in x86::eight_rows(unit, eight).into_iter().enumerate() {
+            rows[lane] = cast(row);
+        }
+        return rows;
+    }
+    for k in 0..8 {
+        let lanes = numbers[k].lanes();
+        for lane in 0..S::F32_LANES {
+            rows[lane][k] = lanes[lane];
+        }
+    }
+    rows
+}
+
 /// Where each of the first eight numbers of a block comes from, as it is and transposed: looked up, for which it is to be cannot
 /// be guessed.
 const PLACES: [[u64; 8]; 2] = [[0, 1, 2, 3, 4, 5, 6, 7], [0, 3, 6, 1, 4, 7, 2, 5]];
+const SINGLE_PLACES: [[u32; 8]; 2] = [[0, 1, 2, 3, 4, 5, 6, 7], [0, 3, 6, 1, 4, 7, 2, 5]];
 
 /// Adds a block, its last number apart, or its transpose.
 #[inline(always)]
@@ -143,10 +216,29 @@ pub(crate) fn add<S: Simd>(simd: S, to: &mut [f64; 9], (eight, last): (&[f64; 8]
     }
 }
 
+/// [`add`] in single precision.
+#[inline(always)]
+pub(crate) fn single_add<S: Simd>(simd: S, to: &mut [f32; 9], (eight, last): (&[f32; 8], f32), transposed: bool) {
+    let [a, b, c, d, e, f, g, h, i] = to;
+    *i += last;
+    let places = &SINGLE_PLACES[usize::from(transposed)];
+    #[cfg(target_arch = "x86_64")]
+    if let Some(unit) = avx2(simd) {
+        let eight = unit.avx2._mm256_permutevar8x32_ps(cast(*eight), cast(*places));
+        let sum: [f32; 8] = cast(unit.avx._mm256_add_ps(cast([*a, *b, *c, *d, *e, *f, *g, *h]), eight));
+        [*a, *b, *c, *d, *e, *f, *g, *h] = sum;
+        return;
+    }
+    let to = [a, b, c, d, e, f, g, h];
+    for (k, to) in to.into_iter().enumerate() {
+        *to += eight[places[k] as usize];
+    }
+}
+
 #[cfg(target_arch = "x86_64")]
 mod x86 {
     use super::{Avx2, Avx512, cast};
-    use core::arch::x86_64::{__m256d, __m512d};
+    use core::arch::x86_64::{__m256, __m256d, __m512, __m512d};
 
     /// Four rows become four columns.
     #[inline(always)]
@@ -159,6 +251,60 @@ mod x86 {
             unit._mm256_permute2f128_pd::<0x20>(odd, other_odd),
             unit._mm256_permute2f128_pd::<0x31>(even, other_even),
             unit._mm256_permute2f128_pd::<0x31>(odd, other_odd),
+        ]
+    }
+
+    /// Eight rows of sixteen become sixteen of eight: 0 and 4, 1 and 5, 2 and 6, 3 and 7, then the others.
+    #[inline(always)]
+    pub(super) fn sixteen_rows(unit: Avx512, [a, b, c, d, e, f, g, h]: [__m512; 8]) -> [__m512; 8] {
+        const LOW: [u32; 16] = [0, 1, 2, 3, 16, 17, 18, 19, 4, 5, 6, 7, 20, 21, 22, 23];
+        const HIGH: [u32; 16] = [8, 9, 10, 11, 24, 25, 26, 27, 12, 13, 14, 15, 28, 29, 30, 31];
+        let (left, right) = (quarters(unit, [a, b, c, d]), quarters(unit, [e, f, g, h]));
+        let mut out = [a; 8];
+        for k in 0..4 {
+            out[k] = unit.avx512f._mm512_permutex2var_ps(left[k], cast(LOW), right[k]);
+            out[4 + k] = unit.avx512f._mm512_permutex2var_ps(left[k], cast(HIGH), right[k]);
+        }
+        out
+    }
+
+    /// In each quarter, four rows become four columns.
+    #[inline(always)]
+    fn quarters(unit: Avx512, [a, b, c, d]: [__m512; 4]) -> [__m512; 4] {
+        let avx = unit.avx512f;
+        let (ab, other_ab) = (cast(avx._mm512_unpacklo_ps(a, b)), cast(avx._mm512_unpackhi_ps(a, b)));
+        let (cd, other_cd) = (cast(avx._mm512_unpacklo_ps(c, d)), cast(avx._mm512_unpackhi_ps(c, d)));
+        [
+            cast(avx._mm512_unpacklo_pd(ab, cd)),
+            cast(avx._mm512_unpackhi_pd(ab, cd)),
+            cast(avx._mm512_unpacklo_pd(other_ab, other_cd)),
+            cast(avx._mm512_unpackhi_pd(other_ab, other_cd)),
+        ]
+    }
+
+    /// Eight rows of eight become eight columns.
+    #[inline(always)]
+    pub(super) fn eight_rows(unit: Avx2, [a, b, c, d, e, f, g, h]: [__m256; 8]) -> [__m256; 8] {
+        let (left, right) = (halves(unit, [a, b, c, d]), halves(unit, [e, f, g, h]));
+        let mut out = [a; 8];
+        for k in 0..4 {
+            out[k] = unit.avx._mm256_permute2f128_ps::<0x20>(left[k], right[k]);
+            out[4 + k] = unit.avx._mm256_permute2f128_ps::<0x31>(left[k], right[k]);
+        }
+        out
+    }
+
+    /// In each half, four rows become four columns.
+    #[inline(always)]
+    fn halves(unit: Avx2, [a, b, c, d]: [__m256; 4]) -> [__m256; 4] {
+        let avx = unit.avx;
+        let (ab, other_ab) = (cast(avx._mm256_unpacklo_ps(a, b)), cast(avx._mm256_unpackhi_ps(a, b)));
+        let (cd, other_cd) = (cast(avx._mm256_unpacklo_ps(c, d)), cast(avx._mm256_unpackhi_ps(c, d)));
+        [
+            cast(avx._mm256_unpacklo_pd(ab, cd)),
+            cast(avx._mm256_unpackhi_pd(ab, cd)),
+            cast(avx._mm256_unpacklo_pd(other_ab, other_cd)),
+            cast(avx._mm256_unpackhi_pd(other_ab, other_cd)),
         ]
     }
 

@@ -3,16 +3,17 @@
 //! Operations are on each number by itself, and each is rounded once: a product that is added to something is not rounded before.
 //! Where no unit does that it is done in double precision, so every unit gives the same bytes.
 
+mod entry;
 mod plain;
 #[cfg(test)]
 mod tests;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
-use super::Block;
 use super::single::Quad;
 use pulp::NullaryFnOnce;
 
+pub use entry::Entry;
 pub use plain::Plain;
 
 /// In memory.
@@ -22,6 +23,10 @@ pub type Sixteen = [f32; 16];
 pub trait Lanes: Copy {
     /// Sixteen numbers in its registers.
     type V: Copy;
+    /// Numbers in double precision, as many as it takes at once.
+    type D: Copy;
+    /// How many: 16 or a share of it.
+    const EXACT: usize;
     /// From memory.
     fn load(self, from: &Sixteen) -> Self::V;
     /// To memory.
@@ -38,18 +43,30 @@ pub trait Lanes: Copy {
     fn fnma(self, a: Self::V, b: Self::V, c: Self::V) -> Self::V;
     /// Without what is next to nothing.
     fn without_dust(self, v: Self::V) -> Self::V;
+    /// The first [`Lanes::EXACT`] numbers of a slice, in double precision.
+    fn exact(self, from: &[f32]) -> Self::D;
+    /// The same of a slice that is.
+    fn load_exact(self, from: &[f64]) -> Self::D;
+    /// To the beginning of a slice.
+    fn store_exact(self, v: Self::D, to: &mut [f64]);
+    /// `a - b`
+    fn sub_exact(self, a: Self::D, b: Self::D) -> Self::D;
+    /// `a b + c`, where the product is rounded before: these are for results that are compared.
+    fn add_product(self, a: Self::D, b: Self::D, c: Self::D) -> Self::D;
+    /// `c - a b`, likewise.
+    fn take_product(self, a: Self::D, b: Self::D, c: Self::D) -> Self::D;
     /// The components of sixteen vectors.
     fn planes(self, vectors: [Self::V; 4]) -> [Self::V; 3];
     /// The vectors of such components, with zeros behind them.
     fn vectors(self, planes: [Self::V; 3]) -> [Self::V; 4];
 
-    /// The entries of sixteen blocks, times `scale`.
+    /// The entries of sixteen blocks, times `scale`, a power of two.
     #[inline(always)]
-    fn entries(self, blocks: [&Block; 16], scale: f64) -> [Self::V; 9] {
+    fn entries<T: Entry>(self, blocks: [&[T; 9]; 16], scale: f64) -> [Self::V; 9] {
         let mut planes = [[0.0; 16]; 9];
         for lane in 0..16 {
             for e in 0..9 {
-                planes[e][lane] = (scale * blocks[lane][e]) as f32;
+                planes[e][lane] = blocks[lane][e].rounded(scale);
             }
         }
         let mut all = [self.load(&planes[0]); 9];

@@ -9,6 +9,8 @@ pub struct Plain;
 
 impl Lanes for Plain {
     type V = Sixteen;
+    type D = f64;
+    const EXACT: usize = 1;
 
     #[inline(always)]
     fn load(self, from: &Sixteen) -> Sixteen {
@@ -53,6 +55,36 @@ impl Lanes for Plain {
     #[inline(always)]
     fn without_dust(self, v: Sixteen) -> Sixteen {
         v.map(dusted)
+    }
+
+    #[inline(always)]
+    fn exact(self, from: &[f32]) -> f64 {
+        f64::from(from[0])
+    }
+
+    #[inline(always)]
+    fn load_exact(self, from: &[f64]) -> f64 {
+        from[0]
+    }
+
+    #[inline(always)]
+    fn store_exact(self, v: f64, to: &mut [f64]) {
+        to[0] = v;
+    }
+
+    #[inline(always)]
+    fn sub_exact(self, a: f64, b: f64) -> f64 {
+        a - b
+    }
+
+    #[inline(always)]
+    fn add_product(self, a: f64, b: f64, c: f64) -> f64 {
+        a * b + c
+    }
+
+    #[inline(always)]
+    fn take_product(self, a: f64, b: f64, c: f64) -> f64 {
+        c - a * b
     }
 
     #[inline(always)]

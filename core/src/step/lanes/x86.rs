@@ -1,13 +1,15 @@
 //! AVX2 with FMA, and AVX-512.
 
-use super::{Block, Lanes, Sixteen};
+use super::{Entry, Lanes, Sixteen};
 use crate::step::single::TINY;
 use pulp::x86::{V3, V4};
-use pulp::{Simd, cast, f32x8, f32x16, f64x8, u32x16};
+use pulp::{Simd, cast, f32x8, f32x16, f64x4, f64x8, u32x16};
 use std::arch::x86_64::{__m256, __m512};
 
 impl Lanes for V3 {
     type V = [f32x8; 2];
+    type D = f64x4;
+    const EXACT: usize = 4;
 
     #[inline(always)]
     fn load(self, from: &Sixteen) -> [f32x8; 2] {
@@ -58,6 +60,36 @@ impl Lanes for V3 {
     }
 
     #[inline(always)]
+    fn exact(self, from: &[f32]) -> f64x4 {
+        cast(self.avx._mm256_cvtps_pd(cast(*first::<f32, 4>(from))))
+    }
+
+    #[inline(always)]
+    fn load_exact(self, from: &[f64]) -> f64x4 {
+        cast(*first::<f64, 4>(from))
+    }
+
+    #[inline(always)]
+    fn store_exact(self, v: f64x4, to: &mut [f64]) {
+        to[..4].copy_from_slice(&cast::<_, [f64; 4]>(v));
+    }
+
+    #[inline(always)]
+    fn sub_exact(self, a: f64x4, b: f64x4) -> f64x4 {
+        self.sub_f64s(a, b)
+    }
+
+    #[inline(always)]
+    fn add_product(self, a: f64x4, b: f64x4, c: f64x4) -> f64x4 {
+        self.add_f64s(self.mul_f64s(a, b), c)
+    }
+
+    #[inline(always)]
+    fn take_product(self, a: f64x4, b: f64x4, c: f64x4) -> f64x4 {
+        self.sub_f64s(c, self.mul_f64s(a, b))
+    }
+
+    #[inline(always)]
     fn planes(self, vectors: [[f32x8; 2]; 4]) -> [[f32x8; 2]; 3] {
         let mut planes = [[cast([0.0_f32; 8]); 2]; 3];
         for half in 0..2 {
@@ -95,6 +127,11 @@ impl Lanes for V3 {
     }
 }
 
+#[inline(always)]
+fn first<T, const N: usize>(from: &[T]) -> &[T; N] {
+    from.first_chunk().expect("as many as registers take")
+}
+
 /// The first halves of both, and the second ones.
 #[inline(always)]
 fn turned_halves(unit: V3, a: __m256, b: __m256) -> [__m256; 2] {
@@ -123,6 +160,8 @@ const fn with_third(k: u32) -> u32x16 {
 
 impl Lanes for V4 {
     type V = f32x16;
+    type D = f64x8;
+    const EXACT: usize = 8;
 
     #[inline(always)]
     fn load(self, from: &Sixteen) -> f32x16 {
@@ -166,6 +205,36 @@ impl Lanes for V4 {
     }
 
     #[inline(always)]
+    fn exact(self, from: &[f32]) -> f64x8 {
+        cast(self.avx512f._mm512_cvtps_pd(cast(*first::<f32, 8>(from))))
+    }
+
+    #[inline(always)]
+    fn load_exact(self, from: &[f64]) -> f64x8 {
+        cast(*first::<f64, 8>(from))
+    }
+
+    #[inline(always)]
+    fn store_exact(self, v: f64x8, to: &mut [f64]) {
+        to[..8].copy_from_slice(&cast::<_, [f64; 8]>(v));
+    }
+
+    #[inline(always)]
+    fn sub_exact(self, a: f64x8, b: f64x8) -> f64x8 {
+        self.sub_f64s(a, b)
+    }
+
+    #[inline(always)]
+    fn add_product(self, a: f64x8, b: f64x8, c: f64x8) -> f64x8 {
+        self.add_f64s(self.mul_f64s(a, b), c)
+    }
+
+    #[inline(always)]
+    fn take_product(self, a: f64x8, b: f64x8, c: f64x8) -> f64x8 {
+        self.sub_f64s(c, self.mul_f64s(a, b))
+    }
+
+    #[inline(always)]
     fn planes(self, vectors: [f32x16; 4]) -> [f32x16; 3] {
         let ([a, b, c, d], avx) = (vectors, self.avx512f);
         let (low, high) = (both(self, a, FIRST_TWO, b), both(self, c, FIRST_TWO, d));
@@ -188,15 +257,15 @@ impl Lanes for V4 {
     }
 
     #[inline(always)]
-    fn entries(self, blocks: [&Block; 16], scale: f64) -> [f32x16; 9] {
-        let (avx, scale) = (self.avx512f, self.splat_f64x8(scale));
+    fn entries<T: Entry>(self, blocks: [&[T; 9]; 16], scale: f64) -> [f32x16; 9] {
+        let avx = self.avx512f;
         let (mut rows, mut last) = ([cast(self.splat_f32x16(0.0)); 8], [0.0; 16]);
         for lane in 0..8 {
             let (low, high) = (blocks[lane], blocks[lane + 8]);
-            rows[lane] = rounded(self, scale, [eight(low), eight(high)]);
-            (last[lane], last[lane + 8]) = (low[8], high[8]);
+            rows[lane] = cast(T::eights(self, low, high, scale));
+            (last[lane], last[lane + 8]) = (low[8].rounded(scale), high[8].rounded(scale));
         }
-        let mut all = [cast(rounded(self, scale, cast(last))); 9];
+        let mut all = [cast(last); 9];
         let (four, other_four) = (
             quarters(self, [rows[0], rows[1], rows[2], rows[3]]),
             quarters(self, [rows[4], rows[5], rows[6], rows[7]]),
@@ -207,19 +276,6 @@ impl Lanes for V4 {
         }
         all
     }
-}
-
-#[inline(always)]
-fn eight(block: &Block) -> f64x8 {
-    cast([block[0], block[1], block[2], block[3], block[4], block[5], block[6], block[7]])
-}
-
-/// Times `scale`, in single precision.
-#[inline(always)]
-fn rounded(unit: V4, scale: f64x8, [low, high]: [f64x8; 2]) -> __m512 {
-    let low = unit.avx512f._mm512_cvtpd_ps(cast(unit.mul_f64x8(scale, low)));
-    let high = unit.avx512f._mm512_cvtpd_ps(cast(unit.mul_f64x8(scale, high)));
-    unit.avx512dq._mm512_insertf32x8::<1>(unit.avx512f._mm512_castps256_ps512(low), high)
 }
 
 #[inline(always)]

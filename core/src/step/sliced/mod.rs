@@ -5,18 +5,21 @@
 //! both of the rows it joins (sliced ELLPACK: Kreutzer et al. 2014, with the distances in the place of columns). Lanes never meet,
 //! so every vector unit gives the same bytes; bands of rows are added up in one order, so does any number of threads.
 
+mod exact;
 mod product;
 #[cfg(test)]
 mod tests;
 mod update;
 mod vectors;
 
-use super::V3;
-use super::lanes::{Sixteen, widest};
+use super::lanes::{Entry, Sixteen, widest};
 use super::lines::Lines;
-use super::matrix::{Matrix, Rows};
+use super::matrix::{Matrix, Rows, Values};
 use super::pool::Pool;
 use super::single::Quad;
+use super::single_update::row_sum;
+use super::{Block, V3};
+use exact::Exact;
 use product::Multiply;
 use update::Fill;
 use vectors::{Take, Turn};
@@ -60,6 +63,7 @@ pub struct Band {
     pub y: [Lines<f32>; 3],
     /// `p . y`
     pub dot: f64,
+    exact: Exact,
 }
 
 impl Sliced {
@@ -92,14 +96,30 @@ impl Sliced {
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         let vectors = 3 * self.p[0].bytes() + self.sum.bytes();
-        let of = |b: &Band| b.values.bytes() + 4 * b.distance.len() + 3 * b.y[0].bytes() + 8 * b.start.len();
+        let of = |b: &Band| {
+            b.values.bytes() + 4 * b.distance.len() + 3 * b.y[0].bytes() + 8 * b.start.len() + b.exact.bytes()
+        };
         vectors + self.bands.iter().map(of).sum::<usize>()
     }
 
     /// Takes over new values, times `scale`.
     pub fn update(&mut self, pool: &Pool, matrix: &Matrix, scale: f64) {
+        let rows = matrix.pattern();
+        match matrix.values() {
+            Values::Exact(blocks) => self.fill(pool, (rows, blocks), |i| row_sum(rows, blocks, i), scale),
+            Values::Rounded(of) => self.fill(pool, (rows, of.blocks()), |i| *of.own(i), scale),
+        }
+    }
+
+    fn fill<T: Entry>(
+        &mut self,
+        pool: &Pool,
+        (rows, blocks): (Rows<'_>, &[[T; 9]]),
+        own: impl Fn(usize) -> Block + Sync + Copy,
+        scale: f64,
+    ) {
         pool.pieces(&mut self.bands[..], 1, &|_, bands| {
-            bands.iter_mut().for_each(|band| widest(Fill { matrix, scale, band }));
+            bands.iter_mut().for_each(|band| widest(Fill { rows, blocks, own, scale, band }));
         });
     }
 
@@ -163,6 +183,6 @@ impl Band {
         let distance = slices.concat();
         let values = Lines::new(BLOCKS * (slices.len() + distance.len()));
         let y = [(); 3].map(|()| Lines::new((LANES * slices.len() + reach).next_multiple_of(LANES)));
-        Self { first, start, distance, values, y, dot: 0.0 }
+        Self { first, start, distance, values, y, dot: 0.0, exact: Exact::default() }
     }
 }

@@ -17,7 +17,7 @@ impl Work for Multiply<'_> {
 
     #[inline(always)]
     fn on(self, unit: impl Lanes) {
-        let Band { first, start, distance, values, y, dot } = self.band;
+        let Band { first, start, distance, values, y, dot, .. } = self.band;
         let [y0, y1, y2] = y;
         let mut y = [y0.flat_mut(), y1.flat_mut(), y2.flat_mut()];
         y.iter_mut().for_each(|y| y.fill(0.0));

@@ -1,0 +1,56 @@
+//! What the blocks are made of that are taken over.
+
+#[cfg(target_arch = "x86_64")]
+use pulp::{cast, f32x16, x86::V4};
+
+/// A number in one precision or the other.
+pub trait Entry: Copy + Default + Sync {
+    /// Times `scale`, a power of two, in single precision.
+    fn rounded(self, scale: f64) -> f32;
+    /// In double precision.
+    fn exact(self) -> f64;
+    /// The first eight of two blocks, [`Entry::rounded`].
+    #[cfg(target_arch = "x86_64")]
+    fn eights(unit: V4, low: &[Self; 9], high: &[Self; 9], scale: f64) -> f32x16;
+}
+
+impl Entry for f64 {
+    #[inline(always)]
+    fn rounded(self, scale: f64) -> f32 {
+        (scale * self) as f32
+    }
+
+    #[inline(always)]
+    fn exact(self) -> f64 {
+        self
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[inline(always)]
+    fn eights(unit: V4, low: &[f64; 9], high: &[f64; 9], scale: f64) -> f32x16 {
+        let (avx, scale) = (unit.avx512f, unit.splat_f64x8(scale));
+        let ([a, b, c, d, e, f, g, h, _], [i, j, k, l, m, n, o, p, _]) = (*low, *high);
+        let low = avx._mm512_cvtpd_ps(cast(unit.mul_f64x8(scale, cast([a, b, c, d, e, f, g, h]))));
+        let high = avx._mm512_cvtpd_ps(cast(unit.mul_f64x8(scale, cast([i, j, k, l, m, n, o, p]))));
+        cast(unit.avx512dq._mm512_insertf32x8::<1>(avx._mm512_castps256_ps512(low), high))
+    }
+}
+
+impl Entry for f32 {
+    #[inline(always)]
+    fn rounded(self, scale: f64) -> f32 {
+        scale as f32 * self
+    }
+
+    #[inline(always)]
+    fn exact(self) -> f64 {
+        f64::from(self)
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[inline(always)]
+    fn eights(unit: V4, low: &[f32; 9], high: &[f32; 9], scale: f64) -> f32x16 {
+        let ([a, b, c, d, e, f, g, h, _], [i, j, k, l, m, n, o, p, _]) = (*low, *high);
+        unit.mul_f32x16(unit.splat_f32x16(scale as f32), cast([a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p]))
+    }
+}

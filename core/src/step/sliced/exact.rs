@@ -1,0 +1,156 @@
+//! Products in double precision with blocks in single, of rows that lie alike ([`super`]).
+
+use super::{BLOCKS, Band, LANES, Sliced};
+use crate::step::lanes::{Lanes, Work, widest};
+use crate::step::pool::{NODES, Pool};
+use crate::step::rounded::Rounded;
+use crate::step::{V3, axpy, times};
+
+/// Vectors by component, of a band's rows and what they reach: what is multiplied, and what comes of it.
+#[derive(Debug, Default)]
+pub struct Exact([Planes; 2]);
+
+#[derive(Debug, Default)]
+struct Planes {
+    x: [Vec<f64>; 3],
+    y: [Vec<f64>; 3],
+}
+
+impl Exact {
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        self.0.iter().map(|of| 8 * 6 * of.x[0].len()).sum()
+    }
+}
+
+impl Sliced {
+    /// `out[k] = A x[k]`, where `matrix` is what was taken over times a scale, whose inverse is `up`.
+    pub fn exact_products<const K: usize>(
+        &mut self,
+        pool: &Pool,
+        (matrix, up): (&Rounded, f64),
+        x: [&[V3]; K],
+        out: [&mut [V3]; K],
+    ) {
+        pool.pieces(&mut self.bands[..], 1, &|_, bands| {
+            bands.iter_mut().for_each(|band| widest(Multiply { band, x }));
+        });
+        let this = &*self;
+        for (k, out) in out.into_iter().enumerate() {
+            pool.pieces(out, NODES, &|first, out| {
+                for (i, out) in (first..).zip(out) {
+                    *out = axpy(times(matrix.own(i), x[k][i]), up, this.exact_row(k, i));
+                }
+            });
+        }
+    }
+
+    /// What the bands have for a row.
+    #[inline(always)]
+    fn exact_row(&self, k: usize, i: usize) -> V3 {
+        let (band, row) = (i / self.height, i % self.height);
+        let y = &self.bands[band].exact.0[k].y;
+        let mut sum = [y[0][row], y[1][row], y[2][row]];
+        if let Some(before) = band.checked_sub(1) {
+            let (y, row) = (&self.bands[before].exact.0[k].y, self.height + row);
+            if row < y[0].len() {
+                (0..3).for_each(|c| sum[c] += y[c][row]);
+            }
+        }
+        sum
+    }
+}
+
+/// A band's share of the products of its blocks off the diagonal with differences.
+struct Multiply<'a, const K: usize> {
+    band: &'a mut Band,
+    x: [&'a [V3]; K],
+}
+
+impl<const K: usize> Work for Multiply<'_, K> {
+    type Output = ();
+
+    #[inline(always)]
+    fn on(self, unit: impl Lanes) {
+        let Self { band: Band { first, start, distance, values, y, exact, .. }, x: of } = self;
+        let reach = y[0].flat().len();
+        for (k, planes) in exact.0.iter_mut().enumerate().take(K) {
+            planes.start(&of[k][*first..], reach);
+        }
+        let mut blocks = values.flat().as_chunks::<BLOCKS>().0.iter();
+        for (slice, ends) in start.windows(2).enumerate() {
+            let (at, mut sums) = (LANES * slice, [[[0.0; LANES]; 3]; K]);
+            blocks.next().expect("a slice has a diagonal");
+            for (distance, block) in distance[ends[0]..ends[1]].iter().zip(&mut blocks) {
+                for (planes, sums) in exact.0.iter_mut().zip(&mut sums) {
+                    for lane in (0..LANES).step_by(lanes(unit)) {
+                        add(unit, (&block[lane..], lane), planes, (at, at + *distance as usize), sums);
+                    }
+                }
+            }
+            // Rows before have given all they give to these.
+            for (planes, sums) in exact.0.iter_mut().zip(&sums) {
+                for c in 0..3 {
+                    for (y, sum) in planes.y[c][at..].iter_mut().zip(&sums[c]) {
+                        *y += sum;
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn lanes<U: Lanes>(_: U) -> usize {
+    U::EXACT
+}
+
+impl Planes {
+    /// Takes over vectors from their first row on, and zeros the result.
+    #[inline(always)]
+    fn start(&mut self, of: &[V3], len: usize) {
+        for c in 0..3 {
+            self.x[c].resize(len, 0.0);
+            self.y[c].resize(len, 0.0);
+            self.y[c].fill(0.0);
+        }
+        let [a, b, c] = &mut self.x;
+        for (((a, b), c), v) in a.iter_mut().zip(b).zip(c).zip(of) {
+            [*a, *b, *c] = *v;
+        }
+    }
+}
+
+/// Adds what blocks between rows `at` and `there` do, from a lane on: to the sums of those, and to these.
+#[inline(always)]
+fn add<U: Lanes>(
+    unit: U,
+    (block, lane): (&[f32], usize),
+    Planes { x: [x0, x1, x2], y: [y0, y1, y2] }: &mut Planes,
+    (at, there): (usize, usize),
+    [s0, s1, s2]: &mut [[f64; LANES]; 3],
+) {
+    let (at, there) = (at + lane, there + lane);
+    let away = [
+        unit.sub_exact(unit.load_exact(&x0[there..]), unit.load_exact(&x0[at..])),
+        unit.sub_exact(unit.load_exact(&x1[there..]), unit.load_exact(&x1[at..])),
+        unit.sub_exact(unit.load_exact(&x2[there..]), unit.load_exact(&x2[at..])),
+    ];
+    let (mut here, mut other) = (
+        [unit.load_exact(&s0[lane..]), unit.load_exact(&s1[lane..]), unit.load_exact(&s2[lane..])],
+        [unit.load_exact(&y0[there..]), unit.load_exact(&y1[there..]), unit.load_exact(&y2[there..])],
+    );
+    for row in 0..3 {
+        for c in 0..3 {
+            let entry = unit.exact(&block[(3 * row + c) * LANES..]);
+            here[row] = unit.add_product(entry, away[c], here[row]);
+            // The block below the diagonal: transposed, and from there to here.
+            other[c] = unit.take_product(entry, away[row], other[c]);
+        }
+    }
+    unit.store_exact(here[0], &mut s0[lane..]);
+    unit.store_exact(here[1], &mut s1[lane..]);
+    unit.store_exact(here[2], &mut s2[lane..]);
+    unit.store_exact(other[0], &mut y0[there..]);
+    unit.store_exact(other[1], &mut y1[there..]);
+    unit.store_exact(other[2], &mut y2[there..]);
+}

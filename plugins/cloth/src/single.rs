@@ -1,0 +1,98 @@
+//! As many numbers in single precision as the vector unit takes at once: see [`crate::real`].
+
+use crate::real::Real;
+use core::ops::{Add, Div, Mul, Neg, Sub};
+use pulp::{Simd, bytemuck};
+
+/// Lanes there are at most.
+pub(crate) const MOST_SINGLES: usize = 16;
+
+/// See above.
+#[derive(Clone, Copy)]
+pub(crate) struct Single<S: Simd>(pub(crate) S::f32s, pub(crate) S);
+
+impl<S: Simd> Single<S> {
+    /// The first numbers of a buffer.
+    #[inline(always)]
+    pub(crate) fn load(simd: S, from: &[f32; MOST_SINGLES]) -> Self {
+        Self(bytemuck::pod_read_unaligned(bytemuck::cast_slice(&from[..S::F32_LANES])), simd)
+    }
+
+    /// Its numbers, and zeros where there are less lanes.
+    #[inline(always)]
+    pub(crate) fn lanes(self) -> [f32; MOST_SINGLES] {
+        let mut lanes = [0.0; MOST_SINGLES];
+        bytemuck::cast_slice_mut::<f32, u8>(&mut lanes[..S::F32_LANES]).copy_from_slice(bytemuck::bytes_of(&self.0));
+        lanes
+    }
+}
+
+macro_rules! operator {
+    ($operator:ident, $method:ident, $simd:ident) => {
+        impl<S: Simd> $operator for Single<S> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                Self(self.1.$simd(self.0, other.0), self.1)
+            }
+        }
+    };
+}
+operator!(Add, add, add_f32s);
+operator!(Sub, sub, sub_f32s);
+operator!(Mul, mul, mul_f32s);
+operator!(Div, div, div_f32s);
+
+impl<S: Simd> Mul<f64> for Single<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: f64) -> Self {
+        self * self.of(other)
+    }
+}
+
+impl<S: Simd> Neg for Single<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self(self.1.neg_f32s(self.0), self.1)
+    }
+}
+
+impl<S: Simd> Real for Single<S> {
+    #[inline(always)]
+    fn of(self, value: f64) -> Self {
+        Self(self.1.splat_f32s(value as f32), self.1)
+    }
+
+    #[inline(always)]
+    fn least(self) -> Self {
+        Self(self.1.splat_f32s(f32::MIN_POSITIVE), self.1)
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(self.1.sqrt_f32s(self.0), self.1)
+    }
+
+    #[inline(always)]
+    fn if_less(self, other: Self, less: Self, not: Self) -> Self {
+        Self(self.1.select_f32s(self.1.less_than_f32s(self.0, other.0), less.0, not.0), self.1)
+    }
+
+    #[inline(always)]
+    fn any_below(self, value: f64) -> bool {
+        let below = self.1.less_than_f32s(self.0, self.1.splat_f32s(value as f32));
+        self.1.first_true_m32s(below) < S::F32_LANES
+    }
+
+    #[cold]
+    fn each<const N: usize>(of: [Self; N], f: impl Fn([f64; N]) -> [f64; N]) -> [Self; N] {
+        let mut lanes = of.map(Self::lanes);
+        for lane in 0..S::F32_LANES {
+            let out = f(core::array::from_fn(|i| f64::from(lanes[i][lane])));
+            (0..N).for_each(|i| lanes[i][lane] = out[i] as f32);
+        }
+        core::array::from_fn(|i| Self::load(of[i].1, &lanes[i]))
+    }
+}
