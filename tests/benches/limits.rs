@@ -134,14 +134,25 @@ fn cloth(n: usize) {
         })
         .sum();
     line(&format!("cloth {n}: forces (elements and nodes read once)"), seconds, of_elements + 96.0 * rows, 0.0);
-    let factors = Factors { mass: 1.0, stiffness: 1e-6, damping: 1e-3, stand_in: StandIn::Half, after_forces: true };
-    let seconds = least(50, || assemble(&mut matrix, &pool, system, factors));
-    line(
-        &format!("cloth {n}: assembly (and the matrix written)"),
-        seconds,
-        of_elements + 96.0 * rows + 144.0 * blocks,
-        0.0,
-    );
+    let exact = Factors {
+        mass: 1.0,
+        stiffness: 1e-6,
+        damping: 1e-3,
+        stand_in: StandIn::Half,
+        after_forces: true,
+        rounded: false,
+    };
+    for (how, rounded, block) in [("assembly", false, 72.0), ("assembly in single precision", true, 36.0)] {
+        let factors = Factors { rounded, ..exact };
+        let seconds = least(50, || assemble(&mut matrix, &pool, system, factors));
+        let bytes = of_elements + 96.0 * rows + 2.0 * block * blocks;
+        line(&format!("cloth {n}: {how} (and the matrix written)"), seconds, bytes, 0.0);
+    }
+    let seconds = least(50, || single.update(&pool, &matrix));
+    line(&format!("cloth {n}: that taken over"), seconds, 72.0 * blocks, 0.0);
+    let mut out = vec![[0.0; 3]; x.len()];
+    let seconds = least(200, || single.exact_products(&pool, &matrix, [black_box(&x)], [black_box(&mut out)]));
+    line(&format!("cloth {n}: product of that, in double precision"), seconds, bytes, flops);
 }
 
 fn assemble(matrix: &mut Matrix, pool: &Pool, system: &mut System, factors: Factors) {

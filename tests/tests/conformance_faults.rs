@@ -12,6 +12,7 @@ const TABLE: &[(&str, &str)] = &[
     ("pulls-at-rest", "rest-is-force-free"),
     ("energy-off", "force-is-energy-slope"),
     ("stiffness-off", "stiffness-is-force-slope"),
+    ("single-off", "single-stiffness-is-the-stiffness"),
     ("damping-gains", "damping-dissipates"),
     ("knows-where", "translation-changes-nothing"),
     ("does-not-turn", "rotation-turns-the-force"),

@@ -34,7 +34,8 @@ fn stiffness(piece: &mut Piece, which: StandIn) -> [Vec<Vec<f64>>; 2] {
         exact.push(up.iter().zip(down).map(|(u, d)| (d - u) / (2.0 * STEP)).collect());
     }
     let (pool, mut matrix) = (Pool::new(1), system.matrix.take().unwrap());
-    let factors = Factors { mass: 0.0, stiffness: 1.0, damping: 0.0, stand_in: which, after_forces: false };
+    let factors =
+        Factors { mass: 0.0, stiffness: 1.0, damping: 0.0, stand_in: which, after_forces: false, rounded: false };
     matrix.assemble(&pool, &system.material, &system.sets, (&system.nodes, None), factors, (0.0, 0.0)).unwrap();
     matrix.add_normals(&pool, system.normals.as_ref().unwrap(), (&system.sets, &system.nodes), factors);
     let column = |i: &usize| {

@@ -408,6 +408,22 @@ impl Matrix {
     }
 
     #[cfg(test)]
+    pub(super) fn round(&mut self) {
+        self.rounded = Rounded::of(self.pattern(), &self.values);
+        self.is_rounded = true;
+    }
+
+    #[cfg(test)]
+    pub(super) fn own(&self, i: usize) -> &Block {
+        self.rounded.own(i)
+    }
+
+    #[cfg(test)]
+    pub(super) fn portable_row(&self, i: usize, x: &[V3]) -> V3 {
+        self.rounded.portable_row(self.pattern(), i, x)
+    }
+
+    #[cfg(test)]
     pub(super) fn values_mut(&mut self) -> &mut [Block] {
         self.values.resize(self.column.len(), [0.0; 9]);
         &mut self.values

@@ -65,6 +65,15 @@ impl Rounded {
         }
     }
 
+    #[cfg(test)]
+    pub fn of(rows: Rows<'_>, exact: &[Block]) -> Self {
+        let blocks: Vec<SingleBlock> = exact.iter().map(|block| block.map(|v| v as f32)).collect();
+        let own: Vec<Block> = (0..rows.count()).map(|i| super::single_update::row_sum(rows, exact, i)).collect();
+        let mut diagonal = own.clone();
+        pulp::Arch::new().dispatch(Diagonal { first: 0, own: &own, blocks: &blocks, rows, diagonal: &mut diagonal });
+        Self { blocks, own, diagonal }
+    }
+
     /// Becomes `mass M + stiffness K + damping C`, with `row` for where each row begins.
     ///
     /// # Errors
@@ -112,6 +121,11 @@ impl Rounded {
         rows_product(out, first, x, |i| self.row(rows, first + i));
     }
 
+    #[cfg(test)]
+    pub fn portable_row(&self, rows: Rows<'_>, i: usize, x: &[V3]) -> V3 {
+        super::rounded_product::row_product(self.row(rows, i), i, x)
+    }
+
     #[inline(always)]
     fn row<'a>(&'a self, rows: Rows<'a>, i: usize) -> Row<'a> {
         let (lower, above, columns) = rows.around(i);
@@ -138,6 +152,68 @@ impl pulp::NullaryFnOnce for Diagonal<'_> {
         for (i, diagonal) in (first..).zip(diagonal) {
             let others = others_sum(rows, blocks, i);
             (0..9).for_each(|e| diagonal[e] = own[i][e] - others[e]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::step::{Matrix, V3};
+
+    fn wave(i: usize) -> f64 {
+        (1.7 * i as f64).sin() * 10_f64.powi((i % 7) as i32 - 3)
+    }
+
+    /// Rows that do not lie alike, with symmetric blocks on the diagonal.
+    fn rounded(n: usize) -> Matrix {
+        let mut matrix = Matrix::default();
+        matrix.set_pattern(n, |pair| {
+            for i in 0..n as u32 {
+                (i + 1..n as u32).step_by(1 + i as usize % 5).take(9).for_each(|j| pair(i, j));
+            }
+        });
+        for (slot, block) in matrix.values_mut().iter_mut().enumerate() {
+            *block = std::array::from_fn(|e| wave(9 * slot + e));
+        }
+        matrix.round();
+        matrix
+    }
+
+    #[test]
+    fn a_product_is_that_of_its_columns() {
+        let (n, matrix) = (31, rounded(31));
+        let x: Vec<V3> = (0..n).map(|j| std::array::from_fn(|c| wave(500 + 3 * j + c))).collect();
+        let (mut out, mut columns) = (vec![[0.0; 3]; n], vec![[0.0; 3]; n]);
+        matrix.rows_product(0, &x, &mut out);
+        (0..n).for_each(|j| matrix.add_column(j, x[j], &mut columns));
+        let most = out.iter().flatten().fold(0.0_f64, |most, v| most.max(v.abs()));
+        assert!(out.iter().flatten().zip(columns.iter().flatten()).all(|(a, b)| (a - b).abs() < 1e-13 * most));
+        assert_eq!(matrix.row_product(7, &x), out[7]);
+    }
+
+    #[test]
+    fn a_motion_of_the_whole_meets_what_rows_leave_and_nothing_else() {
+        let (n, matrix) = (31, rounded(31));
+        let x = vec![[3.0, -1.0, 0.1]; n];
+        let mut out = vec![[0.0; 3]; n];
+        matrix.rows_product(0, &x, &mut out);
+        for (i, out) in out.iter().enumerate() {
+            let own = matrix.own(i);
+            let want: V3 =
+                std::array::from_fn(|r| own[3 * r] * x[0][0] + own[3 * r + 1] * x[0][1] + own[3 * r + 2] * x[0][2]);
+            assert!((0..3).all(|c| (out[c] - want[c]).abs() <= 1e-15 * (1.0 + want[c].abs())), "{out:?} {want:?}");
+        }
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[test]
+    fn every_vector_unit_gives_the_same_bytes() {
+        let (n, matrix) = (31, rounded(31));
+        let x: Vec<V3> = (0..n).map(|j| std::array::from_fn(|c| wave(900 + 3 * j + c))).collect();
+        let mut out = vec![[0.0; 3]; n];
+        matrix.rows_product(0, &x, &mut out);
+        for (i, out) in out.iter().enumerate() {
+            assert_eq!(out.map(f64::to_bits), matrix.portable_row(i, &x).map(f64::to_bits));
         }
     }
 }

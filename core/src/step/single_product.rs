@@ -175,7 +175,7 @@ mod tests {
                 (i + 1..n as u32).step_by(1 + i as usize % 5).take(9).for_each(|j| pair(i, j));
             }
         });
-        let values: Vec<f32> = (0..9 * matrix.values().len() + 9).map(wave).collect();
+        let values: Vec<f32> = (0..9 * matrix.blocks() + 9).map(wave).collect();
         let own: Vec<f32> = (0..9 * n + 9).map(|i| wave(7 * i)).collect();
         let x: Vec<Quad> = (0..n).map(|j| [wave(3 * j + 1), wave(3 * j + 2), wave(3 * j + 3), 0.0]).collect();
         let blocks = Blocks { values: &values, own: &own, rows: matrix.pattern() };

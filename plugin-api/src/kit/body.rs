@@ -215,6 +215,23 @@ impl Body {
         Ok(out)
     }
 
+    /// The same in single precision, of elements that have it: only blocks of two corners.
+    ///
+    /// # Errors
+    /// What the material says.
+    pub fn single_blocks<S: Subject + ?Sized>(
+        &self,
+        material: &S,
+        scale: Tangent,
+        most: usize,
+    ) -> Result<Vec<Vec<[f32; 9]>>, Fault> {
+        let size = |p: &Part| p.count() * p.corners * (p.corners + 1) / 2;
+        let slots: Vec<Vec<u32>> = self.parts.iter().map(|p| (0..size(p) as u32).collect()).collect();
+        let mut out: Vec<Vec<[f32; 9]>> = self.parts.iter().map(|p| vec![[0.0; 9]; size(p)]).collect();
+        self.each(abi::HAS_SINGLE, most, |p, call| material.single_tangent_of(call, scale, &slots[p], &mut out[p]))?;
+        Ok(out)
+    }
+
     /// Coupled hinges: strains, m, and their gradients by corner and axis (13 x m, plane-major), and their corners (m).
     ///
     /// # Errors

@@ -2,7 +2,7 @@
 #![allow(unsafe_code, reason = "plays the host")]
 
 use super::candidate::Candidate;
-use super::subject::{Call, Subject, raw_blocks};
+use super::subject::{Call, Subject, raw_blocks, raw_single_blocks};
 use crate::abi::{self, Status};
 use crate::fault::Fault;
 use crate::material::{ElementRequest, Tangent};
@@ -223,6 +223,20 @@ impl Subject for Opened {
     fn tangent_of(&self, call: &Call<'_>, scale: Tangent, slots: &[u32], out: &mut [[f64; 9]]) -> Result<(), Fault> {
         let tangent = there(self.material()?.tangent)?;
         let raw = raw_blocks(call, slots, out);
+        // SAFETY: see above.
+        self.done(unsafe { tangent(self.plugin, &call.batch, scale.stiffness, scale.damping, &raw) })
+    }
+
+    fn single_tangent_of(
+        &self,
+        call: &Call<'_>,
+        scale: Tangent,
+        slots: &[u32],
+        out: &mut [[f32; 9]],
+    ) -> Result<(), Fault> {
+        let table = self.extension::<abi::Single>(abi::SINGLE)?;
+        let tangent = there(table.ok_or(Fault::unsupported("`pliant.single/1` is not offered"))?.tangent)?;
+        let raw = raw_single_blocks(call, slots, out);
         // SAFETY: see above.
         self.done(unsafe { tangent(self.plugin, &call.batch, scale.stiffness, scale.damping, &raw) })
     }

@@ -2,7 +2,7 @@
 
 use crate::abi;
 use crate::batch::{Elements, NodeScalars, NodeVectors, Planes};
-use crate::blocks::Blocks;
+use crate::blocks::{Blocks, SingleBlocks};
 use crate::fault::Fault;
 use crate::material::{ElementRequest, Material, Tangent};
 use crate::normals::NormalForces;
@@ -59,6 +59,18 @@ pub trait Subject {
     /// What the material says.
     fn tangent_of(&self, call: &Call<'_>, scale: Tangent, slots: &[u32], out: &mut [[f64; 9]]) -> Result<(), Fault>;
 
+    /// Adds blocks of two corners in single precision, N/m, likewise.
+    ///
+    /// # Errors
+    /// What the material says.
+    fn single_tangent_of(
+        &self,
+        call: &Call<'_>,
+        scale: Tangent,
+        slots: &[u32],
+        out: &mut [[f32; 9]],
+    ) -> Result<(), Fault>;
+
     /// Writes strains of coupled hinges and their gradients (13 x m).
     ///
     /// # Errors
@@ -90,11 +102,28 @@ pub trait Subject {
     fn tilt_of(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault>;
 }
 
-/// The blocks of a call as they cross the border.
-pub(super) fn raw_blocks(call: &Call<'_>, slots: &[u32], out: &mut [[f64; 9]]) -> abi::Blocks {
+/// Checks the slots of a call.
+fn check(call: &Call<'_>, slots: &[u32], blocks: usize) {
     let corners = call.batch.corners as usize;
     assert!(slots.len() >= call.batch.count * corners * (corners + 1) / 2, "a slot for every pair of every element");
-    assert!(slots.iter().all(|s| ((s & !abi::TRANSPOSED) as usize) < out.len()), "a slot there is not");
+    assert!(slots.iter().all(|s| ((s & !abi::TRANSPOSED) as usize) < blocks), "a slot there is not");
+}
+
+/// The blocks of a call as they cross the border in single precision.
+pub(super) fn raw_single_blocks(call: &Call<'_>, slots: &[u32], out: &mut [[f32; 9]]) -> abi::SingleBlocks {
+    check(call, slots, out.len());
+    abi::SingleBlocks {
+        size: size_of::<abi::SingleBlocks>(),
+        values: out.as_mut_ptr().cast(),
+        slots: slots.as_ptr(),
+        slot_begin: 0,
+        slot_end: out.len(),
+    }
+}
+
+/// The blocks of a call as they cross the border.
+pub(super) fn raw_blocks(call: &Call<'_>, slots: &[u32], out: &mut [[f64; 9]]) -> abi::Blocks {
+    check(call, slots, out.len());
     abi::Blocks {
         size: size_of::<abi::Blocks>(),
         values: out.as_mut_ptr().cast(),
@@ -130,6 +159,17 @@ impl<M: Material> Subject for M {
     fn tangent_of(&self, call: &Call<'_>, scale: Tangent, slots: &[u32], out: &mut [[f64; 9]]) -> Result<(), Fault> {
         let raw = raw_blocks(call, slots, out);
         self.tangent(&call.elements(), scale, &mut Blocks::new(&call.batch, &raw))
+    }
+
+    fn single_tangent_of(
+        &self,
+        call: &Call<'_>,
+        scale: Tangent,
+        slots: &[u32],
+        out: &mut [[f32; 9]],
+    ) -> Result<(), Fault> {
+        let raw = raw_single_blocks(call, slots, out);
+        self.single_tangent(&call.elements(), scale, &mut SingleBlocks::single(&call.batch, &raw))
     }
 
     fn strain_of(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault> {

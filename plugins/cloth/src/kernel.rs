@@ -263,9 +263,12 @@ mod tests {
             for arch in units {
                 material.1 = arch;
                 let tangent = body.tangent(&material, Tangent { stiffness: 0.7, damping: 0.3 }).unwrap();
+                let single =
+                    body.single_blocks(&material, Tangent { stiffness: 0.7, damping: 0.3 }, usize::MAX).unwrap();
+                let single = single.iter().flatten().flatten().map(|v| f64::from(*v));
                 let (strains, _) = body.strains(&material).unwrap();
                 let forces = body.forces(&material).unwrap().into_iter().flatten();
-                results.push(forces.chain(tangent).chain(strains).map(f64::to_bits).collect::<Vec<_>>());
+                results.push(forces.chain(tangent).chain(strains).chain(single).map(f64::to_bits).collect::<Vec<_>>());
             }
             for result in &results[1..] {
                 let first = results[0].iter().zip(result).position(|(a, b)| a != b);

@@ -46,6 +46,7 @@ pub mod fault {
     pub const HINGE_SLOPE_OFF: u8 = 35;
     pub const HINGE_DOES_NOT_TURN: u8 = 36;
     pub const COMPLIANCE_INDEFINITE: u8 = 37;
+    pub const SINGLE_OFF: u8 = 46;
     // What a report must notice and a conformance suite cannot.
     pub const TOO_SOFT: u8 = 38;
     pub const SLOW: u8 = 39;
@@ -91,6 +92,7 @@ export_plugins!(
     AsMaterial<Springs<PULLS_AT_REST>>,
     AsMaterial<Springs<ENERGY_OFF>>,
     AsMaterial<Springs<STIFFNESS_OFF>>,
+    AsMaterial<Springs<SINGLE_OFF>>,
     AsMaterial<Springs<DAMPING_GAINS>>,
     AsMaterial<Springs<KNOWS_WHERE>>,
     AsMaterial<Springs<DOES_NOT_TURN>>,

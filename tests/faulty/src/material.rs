@@ -2,8 +2,8 @@
 
 use crate::{AFTER, fault, info};
 use pliant_plugin_api::{
-    Blocks, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, Param, Params, Planes, Tangent,
-    abi,
+    Blocks, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, Param, Params, Planes,
+    SingleBlocks, Tangent, abi,
 };
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -107,6 +107,7 @@ impl<const F: u8> Material for Springs<F> {
             fault::PULLS_AT_REST => c"pulls-at-rest",
             fault::ENERGY_OFF => c"energy-off",
             fault::STIFFNESS_OFF => c"stiffness-off",
+            fault::SINGLE_OFF => c"single-off",
             fault::DAMPING_GAINS => c"damping-gains",
             fault::KNOWS_WHERE => c"knows-where",
             fault::DOES_NOT_TURN => c"does-not-turn",
@@ -135,7 +136,8 @@ impl<const F: u8> Material for Springs<F> {
     fn elements(&self) -> Vec<ElementRequest> {
         let plain =
             ElementRequest { kind: abi::POINT, families: 0, flags: abi::HAS_MASS, rest_stride: 0, history_stride: 0 };
-        let (families, flags) = (abi::STRUCTURAL | abi::SHEAR, abi::HAS_FORCES | abi::HAS_DAMPING);
+        let single = if F == fault::SINGLE_OFF { abi::HAS_SINGLE } else { 0 };
+        let (families, flags) = (abi::STRUCTURAL | abi::SHEAR, abi::HAS_FORCES | abi::HAS_DAMPING | single);
         let kind = if F == fault::UNKNOWN_KIND { 99 } else { abi::LINK };
         vec![plain, ElementRequest { kind, families, flags, rest_stride: 2, ..plain }]
     }
@@ -221,6 +223,14 @@ impl<const F: u8> Material for Springs<F> {
                 let quarter = Self::anchor(at, ends).block(0.25 * scale.stiffness, 0.0);
                 (0..3).for_each(|pair| out.add(e, pair, &quarter));
             }
+        }
+        Ok(())
+    }
+
+    fn single_tangent(&self, at: &Elements<'_>, scale: Tangent, out: &mut SingleBlocks<'_>) -> Result<(), Fault> {
+        for (e, &ends) in at.corners::<2>().iter().enumerate() {
+            let block = self.spring(at, e, ends).block(1.01 * scale.stiffness, scale.damping * DAMPING);
+            out.add(e, 1, &block.map(|row| row.map(|k| -k as f32)));
         }
         Ok(())
     }

@@ -48,12 +48,31 @@ impl Work for All<'_> {
         let mut again = [[1.0; 4]; 16];
         store(unit, &mut again, unit.vectors(planes));
         assert_eq!(again, vectors);
-        let blocks: [Block; 16] = std::array::from_fn(|i| std::array::from_fn(|e| (1.3 * (9 * i + e) as f64).sin()));
-        let entries = unit.entries(blocks.each_ref(), 0.25);
-        for (e, entries) in entries.into_iter().enumerate() {
+        let blocks: [[f64; 9]; 16] = std::array::from_fn(|i| std::array::from_fn(|e| (1.3 * (9 * i + e) as f64).sin()));
+        let single = blocks.map(|block| block.map(|value| value as f32));
+        let both = [unit.entries(blocks.each_ref(), 0.25), unit.entries(single.each_ref(), 0.25)];
+        for (e, entries) in both.into_iter().flat_map(|entries| entries.into_iter().enumerate()) {
             assert_eq!(unit.store(entries), blocks.map(|block| (0.25 * block[e]) as f32));
         }
+        exact(unit, self.0);
         [c, unit.without_dust(tiny)].map(|v| unit.store(v).map(f32::to_bits)).concat()
+    }
+}
+
+/// In double precision, whatever is taken at once.
+fn exact<U: Lanes>(unit: U, numbers: &[f32]) {
+    let wide: Vec<f64> = numbers.iter().map(|v| 1.1 * f64::from(*v)).collect();
+    for at in (0..16).step_by(U::EXACT) {
+        let (a, b) = (unit.exact(&numbers[at..]), unit.load_exact(&wide[at + 7..]));
+        let c = unit.sub_exact(unit.load_exact(&wide[at + 30..]), b);
+        let (mut sum, mut rest) = ([0.0; 16], [0.0; 16]);
+        unit.store_exact(unit.add_product(a, b, c), &mut sum);
+        unit.store_exact(unit.take_product(a, b, c), &mut rest);
+        for lane in 0..U::EXACT {
+            let product = f64::from(numbers[at + lane]) * wide[at + 7 + lane];
+            let c = wide[at + 30 + lane] - wide[at + 7 + lane];
+            assert_eq!([sum[lane], rest[lane]], [product + c, c - product]);
+        }
     }
 }
 

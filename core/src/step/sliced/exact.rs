@@ -35,36 +35,36 @@ impl Sliced {
         pool.pieces(&mut self.bands[..], 1, &|_, bands| {
             bands.iter_mut().for_each(|band| widest(Multiply { band, x }));
         });
-        let this = &*self;
+        let bands = (&self.bands[..], self.height);
         for (k, out) in out.into_iter().enumerate() {
             pool.pieces(out, NODES, &|first, out| {
                 for (i, out) in (first..).zip(out) {
-                    *out = axpy(times(matrix.own(i), x[k][i]), up, this.exact_row(k, i));
+                    *out = axpy(times(matrix.own(i), x[k][i]), up, row(bands, k, i));
                 }
             });
         }
     }
+}
 
-    /// What the bands have for a row.
-    #[inline(always)]
-    fn exact_row(&self, k: usize, i: usize) -> V3 {
-        let (band, row) = (i / self.height, i % self.height);
-        let y = &self.bands[band].exact.0[k].y;
-        let mut sum = [y[0][row], y[1][row], y[2][row]];
-        if let Some(before) = band.checked_sub(1) {
-            let (y, row) = (&self.bands[before].exact.0[k].y, self.height + row);
-            if row < y[0].len() {
-                (0..3).for_each(|c| sum[c] += y[c][row]);
-            }
+/// What bands of a height have for a row of a product.
+#[inline(always)]
+pub fn row((bands, height): (&[Band], usize), k: usize, i: usize) -> V3 {
+    let (band, row) = (i / height, i % height);
+    let y = &bands[band].exact.0[k].y;
+    let mut sum = [y[0][row], y[1][row], y[2][row]];
+    if let Some(before) = band.checked_sub(1) {
+        let (y, row) = (&bands[before].exact.0[k].y, height + row);
+        if row < y[0].len() {
+            (0..3).for_each(|c| sum[c] += y[c][row]);
         }
-        sum
     }
+    sum
 }
 
 /// A band's share of the products of its blocks off the diagonal with differences.
-struct Multiply<'a, const K: usize> {
-    band: &'a mut Band,
-    x: [&'a [V3]; K],
+pub struct Multiply<'a, const K: usize> {
+    pub band: &'a mut Band,
+    pub x: [&'a [V3]; K],
 }
 
 impl<const K: usize> Work for Multiply<'_, K> {

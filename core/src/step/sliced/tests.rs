@@ -69,7 +69,7 @@ fn a_descent_is_that_of_the_rows_for_any_number_of_threads() {
     let mut each = Each::new(n);
     each.update(&pool, &matrix, SCALE);
     let mut values: Vec<SingleBlock> = vec![[0.0; 9]; matrix.blocks() + 1];
-    round(&pool, SCALE, matrix.values(), &mut values[..matrix.blocks()]);
+    round(&pool, SCALE, &matrix, &mut values[..matrix.blocks()]);
     each.start();
     each.turn(&pool, &h[..n], 0.0, 0.0);
     let dot = each.product(&pool, values.as_flattened(), matrix.pattern());
@@ -97,7 +97,14 @@ impl Work for Shares<'_> {
     #[inline(always)]
     fn on(self, unit: impl Lanes) -> Vec<u32> {
         let Self(Sliced { bands, p, sum, height }, matrix, h) = self;
-        bands.iter_mut().for_each(|band| Fill { matrix, scale: SCALE, band }.on(unit));
+        let (rows, Values::Rounded(of)) = (matrix.pattern(), matrix.values()) else { panic!("it was rounded") };
+        let (blocks, own) = (of.blocks(), |i: usize| *of.own(i));
+        bands.iter_mut().for_each(|band| Fill { rows, blocks, own, scale: SCALE, band }.on(unit));
+        let exact: Vec<V3> =
+            h.as_flattened()[..matrix.rows()].iter().map(|q| [1.1, 0.3, 7.7].map(|s| s * f64::from(q[1]))).collect();
+        bands.iter_mut().for_each(|band| exact::Multiply { band, x: [&exact[..]] }.on(unit));
+        let products =
+            (0..matrix.rows()).flat_map(|i| exact::row((bands, *height), 0, i)).map(f64::to_bits).collect::<Vec<_>>();
         let [p0, p1, p2] = p.each_mut().map(|p| p.flat_mut().as_chunks_mut().0);
         let turned = sum.flat_mut().as_chunks_mut().0.as_chunks_mut().0;
         Turn { h, a: 0.3, beta: 0.6, p: [p0, p1, p2], sum: turned }.on(unit);
@@ -108,13 +115,15 @@ impl Work for Shares<'_> {
         Take { y, before, a: 0.7, r: &mut r }.on(unit);
         let values = bands.iter().flat_map(|band| band.values.flat().iter().chain(band.y[1].flat()));
         let all = values.chain(p[2]).chain(sum.flat()).chain(r.iter().flatten().flatten());
-        all.map(|v| v.to_bits()).chain(bands.iter().map(|band| (band.dot as f32).to_bits())).collect()
+        let products = products.into_iter().flat_map(|bits| [bits as u32, (bits >> 32) as u32]);
+        all.map(|v| v.to_bits()).chain(products).chain(bands.iter().map(|band| (band.dot as f32).to_bits())).collect()
     }
 }
 
 #[test]
 fn every_vector_unit_gives_the_same_bytes() {
-    let matrix = grid(53, 45);
+    let mut matrix = grid(53, 45);
+    matrix.round();
     let n = matrix.rows();
     let vector = |j: usize| [wave(3 * j + 1), wave(3 * j + 2), wave(3 * j + 3), 0.0];
     let h: Vec<Quad> = (0..n.next_multiple_of(LANES)).map(|j| if j < n { vector(j) } else { [0.0; 4] }).collect();
@@ -128,6 +137,35 @@ fn every_vector_unit_gives_the_same_bytes() {
     #[cfg(target_arch = "x86_64")]
     if let Some(unit) = pulp::x86::V3::try_new() {
         assert_eq!(first, run(&|work| work.on(unit)));
+    }
+}
+
+#[test]
+fn exact_products_are_those_of_the_rows() {
+    let mut matrix = grid(53, 45);
+    matrix.round();
+    let n = matrix.rows();
+    let wide =
+        |seed: usize| (0..n).map(|i| [0, 1, 2].map(|c| (1.3 * (seed + 3 * i + c) as f64).sin())).collect::<Vec<V3>>();
+    let x = [wide(0), wide(77)];
+    let products = |threads: usize| {
+        let (pool, mut out) = (Pool::new(threads), [vec![[0.0; 3]; n], vec![[1.0; 3]; n]]);
+        let mut sliced = Sliced::new(n, matrix.pattern()).expect("rows of a grid lie alike");
+        sliced.update(&pool, &matrix, SCALE);
+        let Values::Rounded(of) = matrix.values() else { panic!("it was rounded") };
+        let [a, b] = &mut out;
+        sliced.exact_products(&pool, (of, 1.0 / SCALE), [&x[0], &x[1]], [a, b]);
+        out
+    };
+    let out = products(1);
+    assert_eq!(out, products(3));
+    for (x, out) in x.iter().zip(&out) {
+        let mut want = vec![[0.0; 3]; n];
+        matrix.rows_product(0, x, &mut want);
+        let most = want.iter().flatten().fold(0.0_f64, |most, v| most.max(v.abs()));
+        for (out, want) in out.iter().flatten().zip(want.iter().flatten()) {
+            assert!((out - want).abs() < 1e-13 * most, "{out} {want}");
+        }
     }
 }
 

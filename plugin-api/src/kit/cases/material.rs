@@ -10,7 +10,7 @@ use super::derivatives::{damping, force_slope, stiffness_slope};
 use super::invariance::{order, rotation, translation};
 use super::linear::largest;
 use super::repeat::{allocates, instances, ranges, same_bytes};
-use super::{Case, Verdict, judge, normals, told};
+use super::{Case, Verdict, judge, normals, single, told};
 use crate::abi;
 use crate::material::Tangent;
 
@@ -22,6 +22,11 @@ pub(super) const CASES: &[Case] = &[
         name: "stiffness-is-force-slope",
         promise: "the stiffness is minus the slope of the force, or a stand-in that is nowhere softer",
         run: stiffness_slope,
+    },
+    Case {
+        name: "single-stiffness-is-the-stiffness",
+        promise: "in single precision the stiffness is the same, of two corners alone, and the others are what those leave",
+        run: single::stiffness,
     },
     Case {
         name: "damping-dissipates",

@@ -10,6 +10,7 @@ mod linear;
 mod material;
 mod normals;
 mod repeat;
+mod single;
 
 use super::candidate::{Candidate, Kind};
 use crate::fault::Fault;

@@ -17,12 +17,14 @@ fn bits(material: &Opened, body: &Body, most: usize) -> Result<Vec<u64>, Fault> 
     let mut force = vec![[0.0; 3]; body.x.len()];
     body.add_forces_in(material, most, &mut force)?;
     let blocks = body.blocks(material, BOTH, most)?;
+    let single = body.single_blocks(material, BOTH, most)?;
     let mut parts = vec![[0.0; 6]; body.x.len()];
     if let Some(normals) = normals_of(material, body)? {
         body.add_normals_forces_in(material, most, &normals, &mut parts)?;
     }
     let all = force.iter().flatten().chain(blocks.iter().flatten().flatten()).chain(parts.iter().flatten());
-    Ok(all.map(|v| v.to_bits()).collect())
+    let all = all.map(|v| v.to_bits());
+    Ok(all.chain(single.iter().flatten().flatten().map(|v| u64::from(v.to_bits()))).collect())
 }
 
 /// Normals of the body, if the material wants them.
@@ -117,6 +119,9 @@ pub(super) fn allocates(c: &Candidate) -> Result<Verdict, String> {
     // small ones take more than one is.
     let (one, many) = (taken(|| body.blocks(&material, BOTH, usize::MAX))?, taken(|| body.blocks(&material, BOTH, 1))?);
     judge(many <= one, || format!("`tangent` took memory {} times", many - one))?;
+    let single = |most: usize| taken(|| body.single_blocks(&material, BOTH, most));
+    let (one, many) = (single(usize::MAX)?, single(1)?);
+    judge(many <= one, || format!("`single_tangent` took memory {} times", many - one))?;
     Ok(Verdict::Passed)
 }
 
