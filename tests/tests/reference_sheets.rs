@@ -191,7 +191,14 @@ fn r29_slivers() {
         let mut piece = Piece::new(&triangle(third), own, |_| false, false);
         let system = piece.system();
         let mut matrix = system.matrix.take().unwrap();
-        let factors = Factors { mass: 0.0, stiffness: 1.0, damping: 0.0, stand_in: StandIn::Half, after_forces: false };
+        let factors = Factors {
+            mass: 0.0,
+            stiffness: 1.0,
+            damping: 0.0,
+            stand_in: StandIn::Half,
+            after_forces: false,
+            rounded: false,
+        };
         let pool = Pool::new(1);
         matrix.assemble(&pool, &system.material, &system.sets, (&system.nodes, None), factors, (0.0, 0.0)).unwrap();
         // By power iteration; all corners have the same mass.
@@ -289,7 +296,14 @@ fn iterations(n: u32, dt: f64, fabric: [f64; 5], tolerance: f64, seed: usize) ->
     let force = forces(piece.system());
     let system = piece.system();
     let mut matrix = system.matrix.take().unwrap();
-    let factors = Factors { mass: 1.0, stiffness: dt * dt, damping: dt, stand_in: StandIn::Half, after_forces: false };
+    let factors = Factors {
+        mass: 1.0,
+        stiffness: dt * dt,
+        damping: dt,
+        stand_in: StandIn::Half,
+        after_forces: false,
+        rounded: false,
+    };
     let state = (&system.nodes, system.coupled.as_mut());
     matrix.assemble(&pool, &system.material, &system.sets, state, factors, (0.0, dt)).unwrap();
     let nodes = &mut system.nodes;

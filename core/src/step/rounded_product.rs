@@ -55,7 +55,7 @@ pub fn rows_product<'a, const K: usize>(
     row: impl Fn(usize) -> Row<'a>,
 ) {
     #[cfg(target_arch = "x86_64")]
-    if let pulp::Arch::V4(simd) = pulp::Arch::new() {
+    if let Some(simd) = pulp::x86::V3::try_new() {
         return simd.vectorize(wide::Rows { simd, out, first, x, row });
     }
     for (out, x) in out.into_iter().zip(x) {
@@ -67,15 +67,13 @@ pub fn rows_product<'a, const K: usize>(
 
 #[cfg(target_arch = "x86_64")]
 mod wide {
-    use super::{Row, SingleBlock, V3, ends, minus};
-    use pulp::x86::V4;
-    use pulp::{cast, f64x8, u64x8};
-
-    const TURNED: u64x8 = u64x8(0, 0, 0, 1, 1, 1, 2, 2);
-    const STRAIGHT: u64x8 = u64x8(0, 1, 2, 0, 1, 2, 0, 1);
+    use super::{Row, V3, ends, minus};
+    use crate::step::product::avx2::{Nine, add, spread, zero};
+    use crate::step::single::SingleBlock;
+    use pulp::{cast, x86};
 
     pub struct Rows<'o, F, const K: usize> {
-        pub simd: V4,
+        pub simd: x86::V3,
         pub out: [&'o mut [V3]; K],
         pub first: usize,
         pub x: [&'o [V3]; K],
@@ -90,42 +88,36 @@ mod wide {
             let Self { simd, out, first, x, row } = self;
             for i in 0..out.first().map_or(0, |out| out.len()) {
                 let Row { own, values, lower, upper, columns } = row(i);
-                let zero = (simd.splat_f64x8(0.0), 0.0);
-                let (mut turned, mut straight, mut here) = ([zero; K], [zero; K], [[0.0; 3]; K]);
-                let [a, b, c, d, e, f, g, h, last] = *own;
+                let (mut turned, mut straight, mut here) = ([zero(simd); K], [zero(simd); K], [[0.0; 3]; K]);
                 for k in 0..K {
                     here[k] = x[k][first + i];
-                    straight[k] = add(simd, zero, (cast([a, b, c, d, e, f, g, h]), last), here[k], STRAIGHT);
+                    straight[k] = add(simd, zero(simd), Nine::of(own), spread::<false>(simd, here[k]));
                 }
                 for &(j, slot) in lower {
-                    let block = wide(simd, &values[slot as usize]);
+                    let block = widened(simd, &values[slot as usize]);
                     for k in 0..K {
-                        turned[k] = add(simd, turned[k], block, minus(x[k][j as usize], here[k]), TURNED);
+                        let away = minus(x[k][j as usize], here[k]);
+                        turned[k] = add(simd, turned[k], block, spread::<true>(simd, away));
                     }
                 }
                 for (block, &j) in upper.iter().zip(columns) {
-                    let block = wide(simd, block);
+                    let block = widened(simd, block);
                     for k in 0..K {
-                        straight[k] = add(simd, straight[k], block, minus(x[k][j as usize], here[k]), STRAIGHT);
+                        let away = minus(x[k][j as usize], here[k]);
+                        straight[k] = add(simd, straight[k], block, spread::<false>(simd, away));
                     }
                 }
                 for k in 0..K {
-                    out[k][i] = ends((cast(turned[k].0), turned[k].1), (cast(straight[k].0), straight[k].1));
+                    out[k][i] = ends(turned[k].sums(), straight[k].sums());
                 }
             }
         }
     }
 
     #[inline(always)]
-    fn wide(simd: V4, block: &SingleBlock) -> (f64x8, f64) {
+    fn widened(simd: x86::V3, block: &SingleBlock) -> Nine {
         let [a, b, c, d, e, f, g, h, last] = *block;
-        (cast(simd.avx512f._mm512_cvtps_pd(cast([a, b, c, d, e, f, g, h]))), f64::from(last))
-    }
-
-    #[inline(always)]
-    fn add(simd: V4, sums: (f64x8, f64), (eight, last): (f64x8, f64), x: V3, spread: u64x8) -> (f64x8, f64) {
-        let three: f64x8 = cast([x[0], x[1], x[2], 0.0, 0.0, 0.0, 0.0, 0.0]);
-        let spread: f64x8 = cast(simd.avx512f._mm512_permutexvar_pd(cast(spread), cast(three)));
-        (simd.add_f64x8(sums.0, simd.mul_f64x8(eight, spread)), sums.1 + last * x[2])
+        let (low, high) = (simd.avx._mm256_cvtps_pd(cast([a, b, c, d])), simd.avx._mm256_cvtps_pd(cast([e, f, g, h])));
+        Nine { low: cast(low), high: cast(high), last: f64::from(last) }
     }
 }

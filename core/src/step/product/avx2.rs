@@ -1,0 +1,92 @@
+//! Rows of a product, four of a block's nine numbers at once.
+
+use super::{Block, Row, Sums, V3, ends};
+use pulp::{cast, f64x4, x86};
+
+/// Nine numbers.
+#[derive(Clone, Copy)]
+pub struct Nine {
+    pub low: f64x4,
+    pub high: f64x4,
+    pub last: f64,
+}
+
+impl Nine {
+    /// Of a block.
+    #[inline(always)]
+    pub fn of(block: &Block) -> Self {
+        let [a, b, c, d, e, f, g, h, last] = *block;
+        Self { low: cast([a, b, c, d]), high: cast([e, f, g, h]), last }
+    }
+
+    /// As sums of a row.
+    #[inline(always)]
+    pub fn sums(self) -> Sums {
+        (cast([self.low, self.high]), self.last)
+    }
+}
+
+/// Nothing yet.
+#[inline(always)]
+pub fn zero(simd: x86::V3) -> Nine {
+    Nine { low: simd.splat_f64x4(0.0), high: simd.splat_f64x4(0.0), last: 0.0 }
+}
+
+/// A vector as the numbers of a block meet it, or those of its transpose.
+#[inline(always)]
+pub fn spread<const TURNED: bool>(simd: x86::V3, x: V3) -> Nine {
+    let (three, avx2) = (cast([x[0], x[1], x[2], 0.0]), simd.avx2);
+    let (low, high) = match TURNED {
+        true => {
+            (avx2._mm256_permute4x64_pd::<0b01_00_00_00>(three), avx2._mm256_permute4x64_pd::<0b10_10_01_01>(three))
+        }
+        false => {
+            (avx2._mm256_permute4x64_pd::<0b00_10_01_00>(three), avx2._mm256_permute4x64_pd::<0b01_00_10_01>(three))
+        }
+    };
+    Nine { low: cast(low), high: cast(high), last: x[2] }
+}
+
+/// `sums + block x`, number by number.
+#[inline(always)]
+pub fn add(simd: x86::V3, sums: Nine, block: Nine, x: Nine) -> Nine {
+    Nine {
+        low: simd.add_f64x4(sums.low, simd.mul_f64x4(block.low, x.low)),
+        high: simd.add_f64x4(sums.high, simd.mul_f64x4(block.high, x.high)),
+        last: sums.last + block.last * x.last,
+    }
+}
+
+pub struct Rows<'o, F, const K: usize> {
+    pub simd: x86::V3,
+    pub out: [&'o mut [V3]; K],
+    pub x: [&'o [V3]; K],
+    pub row: F,
+}
+
+impl<'a, F: Fn(usize) -> Row<'a>, const K: usize> pulp::NullaryFnOnce for Rows<'_, F, K> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { simd, out, x, row } = self;
+        for i in 0..out.first().map_or(0, |out| out.len()) {
+            let Row { values, lower, upper, columns } = row(i);
+            let (mut turned, mut straight) = ([zero(simd); K], [zero(simd); K]);
+            for &(j, slot) in lower {
+                let block = Nine::of(&values[slot as usize]);
+                for k in 0..K {
+                    turned[k] = add(simd, turned[k], block, spread::<true>(simd, x[k][j as usize]));
+                }
+            }
+            for (block, &j) in upper.iter().zip(columns) {
+                for k in 0..K {
+                    straight[k] = add(simd, straight[k], Nine::of(block), spread::<false>(simd, x[k][j as usize]));
+                }
+            }
+            for k in 0..K {
+                out[k][i] = ends(turned[k].sums(), straight[k].sums());
+            }
+        }
+    }
+}
