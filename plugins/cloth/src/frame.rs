@@ -50,14 +50,6 @@ impl Frame {
         };
         Self { axes, normal: cross(e, left), stretch, condition: condition(rule, third) }
     }
-
-    /// Axes, normal, stretch and condition in a row.
-    fn values(&self) -> [f64; VALUES] {
-        let Self { axes: [t, u], normal: n, stretch: [l, m], condition: [k, j] } = self;
-        let vectors = [t, u, n].into_iter().flatten();
-        let mut values = vectors.chain([l, m, k, j].into_iter().flatten());
-        core::array::from_fn(|_| *values.next().expect("three vectors and two matrices"))
-    }
 }
 
 /// Numbers in a frame.
@@ -73,24 +65,38 @@ impl<T: Real> Frame<T> {
         Self::regular(rule, f, third)
     }
 
-    /// The same where some have collapsed.
+    /// The same where some have collapsed. Others are as they would be beside any: their numbers do not depend on who is near.
     #[cold]
     fn one_by_one(rule: Rule, f: [V3<T>; 2], third: V2<T>) -> Self {
         let mut given = [third[0]; VALUES];
         given[..3].copy_from_slice(&f[0]);
         given[3..6].copy_from_slice(&f[1]);
         given[6..8].copy_from_slice(&third);
-        let v = T::each(given, |v| {
-            let (f, third) = ([[v[0], v[1], v[2]], [v[3], v[4], v[5]]], [v[6], v[7]]);
-            let whole = length(cross(f[0], f[1])) >= COLLAPSED;
-            if whole { Frame::regular(rule, f, third) } else { Frame::collapsed(rule, f, third) }.values()
-        });
+        let collapsed =
+            T::each(given, |v| Frame::collapsed(rule, [[v[0], v[1], v[2]], [v[3], v[4], v[5]]], [v[6], v[7]]).values());
+        let (size, mut v) = (length(cross(f[0], f[1])), Self::regular(rule, f, third).values());
+        for i in 0..VALUES {
+            v[i] = size.if_less(size.of(COLLAPSED), collapsed[i], v[i]);
+        }
         Self {
             axes: [[v[0], v[1], v[2]], [v[3], v[4], v[5]]],
             normal: [v[6], v[7], v[8]],
             stretch: [[v[9], v[10]], [v[11], v[12]]],
             condition: [[v[13], v[14]], [v[15], v[16]]],
         }
+    }
+
+    /// Axes, normal, stretch and condition in a row.
+    fn values(&self) -> [T; VALUES] {
+        let Self { axes: [t, u], normal: n, stretch: [l, m], condition: [k, j] } = self;
+        let mut values = [t[0]; VALUES];
+        for (at, vector) in [t, u, n].into_iter().enumerate() {
+            values[3 * at..3 * at + 3].copy_from_slice(vector);
+        }
+        for (at, row) in [l, m, k, j].into_iter().enumerate() {
+            values[9 + 2 * at..11 + 2 * at].copy_from_slice(row);
+        }
+        values
     }
 
     #[inline(always)]

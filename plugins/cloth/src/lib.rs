@@ -62,7 +62,7 @@ impl Material for Cloth {
             history_stride: 0,
         };
         if self.0.bending == Bending::Laplacian {
-            let flags = sheet.flags | abi::WANTS_NORMALS;
+            let flags = sheet.flags & !abi::HAS_SINGLE | abi::WANTS_NORMALS;
             let sheet = ElementRequest { flags, rest_stride: laplacian::STRIDE as u32, ..sheet };
             return vec![
                 sheet,
