@@ -3,7 +3,7 @@
 #![allow(clippy::print_stdout, reason = "a bench prints its figures")]
 
 use pliant_core::session::{EventKind, Session};
-use pliant_tests::open;
+use pliant_tests::{Bench, models, open_file};
 
 /// Name, and the cloth's parameters.
 const FABRICS: [(&str, &str); 5] = [
@@ -17,13 +17,27 @@ const FABRICS: [(&str, &str); 5] = [
     ),
 ];
 
+/// Meshes: sheets of a scene, the first one without a word for it, and files of scattered vertices, row by row and in no order.
+const MESHES: [&str; 4] = ["alternating", "irregular", "scattered", "shuffled"];
+
 /// A cloth of `n` vertices a side that hangs by its top row, and a tip that presses 10 mm into its middle and then stays or
 /// slides along at 5 cm/s.
-fn pressed(n: u32, pattern: &str, material: &str, time: &str, slides: bool, threads: usize) -> Session {
+fn pressed(n: u32, mesh: &str, material: &str, time: &str, slides: bool, threads: usize) -> Session {
     let cells = n - 1;
+    let bench = Bench::new();
+    let body = match mesh {
+        "scattered" | "shuffled" => {
+            bench.write("mesh.obj", models::scattered(n, 0.2, mesh == "shuffled"));
+            "mesh = \"mesh.obj\"".to_owned()
+        }
+        _ => format!(
+            r#"shape = {{ kind = "sheet", cells = {cells}, rows = {cells}, pattern = "{mesh}", size = [0.2, 0.2, 0] }}"#
+        ),
+    };
     let (to, until) = if slides { (0.14, 1.0) } else { (0.1, 1.0) };
-    open(
-        &format!(
+    let scene = bench.write(
+        "scene.toml",
+        format!(
             r#"
             format = 1
             output = {{ energy = false }}
@@ -33,7 +47,7 @@ fn pressed(n: u32, pattern: &str, material: &str, time: &str, slides: bool, thre
             integrator = "backward-euler"
             {time}
             [[body]]
-            shape = {{ kind = "sheet", cells = {cells}, rows = {cells}, pattern = "{pattern}", size = [0.2, 0.2, 0] }}
+            {body}
             sheet = {{ warp = [1, 0, 0] }}
             material = {{ plugin = "cloth", params = {{ {material} }} }}
             [[body.fixed]]
@@ -52,8 +66,8 @@ fn pressed(n: u32, pattern: &str, material: &str, time: &str, slides: bool, thre
             tool = "finger"
             "#
         ),
-        threads,
-    )
+    );
+    open_file(&scene, threads, None)
 }
 
 fn quantile(sorted: &[f64], q: f64) -> f64 {
@@ -92,14 +106,20 @@ fn report(name: &str, session: &mut Session, steps: usize) {
 fn main() {
     let solver = std::env::var("SOLVER").unwrap_or_default();
     let wanted: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
-    for (fabric, material) in FABRICS {
+    let is_wanted = |mesh: &&str| wanted.iter().flat_map(|w| w.split('|')).any(|w| w == *mesh);
+    let mut meshes: Vec<&str> = MESHES.into_iter().filter(is_wanted).collect();
+    if meshes.is_empty() {
+        meshes.push(MESHES[0]);
+    }
+    for (mesh, (fabric, material)) in meshes.iter().flat_map(|mesh| FABRICS.iter().map(move |fabric| (mesh, fabric))) {
         for (motion, slides) in [("pressed", false), ("sliding", true)] {
             for (dt, time) in [("1ms", "dt = 0.001"), ("10ms", "dt = 0.01")] {
                 for tolerance in ["1e-4", "1e-8"] {
                     for n in [16, 32, 64, 128, 256] {
                         for threads in [1, 2] {
                             let name = format!("{fabric} {motion} {n} {dt} {tolerance} {threads}-threads");
-                            let words: Vec<&str> = name.split(' ').collect();
+                            let name = if *mesh == MESHES[0] { name } else { format!("{mesh} {name}") };
+                            let words: Vec<&str> = name.split(' ').chain([*mesh]).collect();
                             let usual =
                                 ["generic", "pressed", "1ms", "1e-4"].iter().all(|w| words.contains(w)) && n < 256;
                             let all = wanted.iter().all(|w| w.split('|').any(|w| words.contains(&w)));
@@ -107,7 +127,7 @@ fn main() {
                                 let time =
                                     format!("{time}\n[solver]\ntolerance = {tolerance}\niterations = 20000\n{solver}");
                                 let steps = if n > 64 { 100 } else { 200 };
-                                report(&name, &mut pressed(n, "alternating", material, &time, slides, threads), steps);
+                                report(&name, &mut pressed(n, mesh, material, &time, slides, threads), steps);
                             }
                         }
                     }

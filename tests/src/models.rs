@@ -1,6 +1,8 @@
 //! OBJ texts for tests.
 
 use pliant_core::mesh::sample::sample;
+use spade::{DelaunayTriangulation, Point2, Triangulation};
+use std::fmt::Write;
 
 /// A cube of quads with nothing else in the file: 14 lines.
 pub const CUBE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
@@ -33,4 +35,38 @@ pub fn moved_lines(before: &[u8], after: &[u8]) -> usize {
         assert!(allowed && blanks(a) == blanks(b), "line {}: {}", i + 1, String::from_utf8_lossy(b));
         count + 1
     })
+}
+
+/// A square sheet with `n` vertices a side and edges of `size` (m), as OBJ text: vertices lie scattered about a grid, and triangles are
+/// Delaunay's, so that they have more and fewer neighbours than six, as in a garment. Vertices go row by row, or `shuffled` in no order.
+///
+/// # Panics
+/// If it has less than two vertices a side.
+pub fn scattered(n: u32, size: f64, shuffled: bool) -> String {
+    let (last, mut seed) = (n - 1, 1_u64);
+    let mut random = || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    let mut places = Vec::new();
+    for (row, column) in (0..n).flat_map(|row| (0..n).map(move |column| (row, column))) {
+        // Up to two fifths of a cell away, on the border along it.
+        let mut moved = |at: u32| {
+            let away = 0.8 * (random() - 0.5);
+            size / f64::from(last) * (f64::from(at) + if at == 0 || at == last { 0.0 } else { away })
+        };
+        places.push(Point2::new(moved(column), moved(row)));
+    }
+    if shuffled {
+        for i in (1..places.len()).rev() {
+            places.swap(i, (random() * (i + 1) as f64) as usize);
+        }
+    }
+    let mut text: String = places.iter().map(|p| format!("v {} {} 0\n", p.x, p.y)).collect();
+    let mesh = DelaunayTriangulation::<Point2<f64>>::bulk_load_stable(places).expect("places are numbers");
+    for face in mesh.inner_faces() {
+        let [a, b, c] = face.vertices().map(|v| v.index() + 1);
+        _ = writeln!(text, "f {a} {b} {c}");
+    }
+    text
 }

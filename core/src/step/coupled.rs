@@ -3,12 +3,14 @@
 //!
 //! The material gives the strain of each hinge and the compliance of each triangle; here `G m = s` is solved for the moments
 //! m, so that the energy is s . m / 2. G couples a hinge to the four others of its two triangles and is well conditioned: no
-//! eigenvalue of the Jacobi-scaled matrix lies outside those of the single triangles. So a fixed Chebyshev polynomial in G
-//! takes the place of its inverse: one linear map, the same in every call, whose energy and forces belong together exactly.
+//! eigenvalue of the Jacobi-scaled matrix lies outside those of the single triangles, and where triangles differ, the least is well
+//! above theirs ([`super::lanczos`]). So a fixed Chebyshev polynomial in G takes the place of its inverse: one linear map, the
+//! same in every call, whose energy and forces belong together exactly.
 
 use super::chebyshev::Chebyshev;
 use super::chunk::Chunk;
 use super::elements::ElementSet;
+use super::lanczos::least_eigenvalue;
 use super::outer::{GROUP, Hinges, Precision};
 use super::pool::Pool;
 use super::system::Nodes;
@@ -38,6 +40,10 @@ pub struct Coupled {
 const ACCURACY: f64 = 1e-4;
 /// Terms of it, at most: slivers ask for more than is worth it.
 const MOST: usize = 200;
+/// Terms for which no better bound is looked for.
+const FEW: usize = 16;
+/// Of the least eigenvalue found, what is counted on.
+const SURE: f64 = 0.9;
 /// What stands for the inverse of G in a matrix is at least this over its diagonal, and more where slivers ask for it: at least
 /// half the exact stiffness, as a step of backward Euler that is linearised once needs.
 const STAND_IN: f64 = 2.2;
@@ -51,6 +57,13 @@ pub fn is_coupled_hinges(set: &ElementSet) -> bool {
 
 fn is_coupled_triangles(set: &ElementSet) -> bool {
     set.request().kind == abi::TRIANGLE && set.has(abi::IS_COUPLED)
+}
+
+/// Terms that an inverse takes where eigenvalues lie between two bounds.
+fn terms([low, high]: [f64; 2]) -> usize {
+    let root = (high / low).sqrt();
+    let rate = (root - 1.0) / (root + 1.0);
+    if rate > 0.0 { ((0.5 * ACCURACY).ln() / rate.ln()).ceil().max(1.0) as usize } else { 1 }
 }
 
 impl Coupled {
@@ -72,6 +85,8 @@ impl Coupled {
         // Least and greatest eigenvalue of the scaled matrix, at the widest.
         let mut spectrum = [1.0_f64, 1.0];
         let mut entries: Vec<(u32, u32, f64)> = Vec::new();
+        // Nearly the eigenvector of the least: those of the triangles, the more the less theirs is.
+        let mut near = vec![0.0; hinges];
         for (t, corners) in triangles.nodes().chunks_exact(3).enumerate() {
             // A triangle that is held altogether does not bend.
             if corners.iter().all(|n| nodes.constraint[*n as usize] == Constraint::Fixed) {
@@ -87,16 +102,21 @@ impl Coupled {
                     entries.push((sides[i], sides[j], g[i][j]));
                 }
             }
-            let bounds = scaled_spectrum(&g, &inner);
-            inner.iter().for_each(|&i| least[sides[i] as usize] += bounds[0] * g[i][i]);
+            let (bounds, own) = scaled_spectrum(&g, &inner);
+            for &i in &inner {
+                least[sides[i] as usize] += bounds[0] * g[i][i];
+                near[sides[i] as usize] += own[i] / (bounds[0] * g[i][i].sqrt());
+            }
             spectrum = [spectrum[0].min(bounds[0]), spectrum[1].max(bounds[1])];
         }
         entries.sort_by_key(|(i, j, _)| (*i, *j));
-        // A hinge between two triangles that are held has no compliance at all, and no moment.
-        let [low, high] = spectrum;
-        let rate = ((high / low).sqrt() - 1.0) / ((high / low).sqrt() + 1.0);
-        let needed = if rate > 0.0 { (0.5 * ACCURACY).ln() / rate.ln() } else { 1.0 };
-        let terms = (needed.ceil() as usize).clamp(1, MOST);
+        // Where triangles differ the whole is far from as uneven as the worst of them. If it is a little worse than found, the polynomial
+        // is less accurate there, and still positive. A hinge between two triangles that are held has no compliance, and no moment.
+        if terms(spectrum) > FEW {
+            let found = least_eigenvalue(&diagonal, &entries, near);
+            spectrum[0] = found.map_or(spectrum[0], |found| spectrum[0].max(SURE * found));
+        }
+        let terms = terms(spectrum).min(MOST);
         self.inverse = Chebyshev::new(&diagonal, &entries, spectrum, terms);
         let over = |of: f64, all: &[f64]| all.iter().map(|c| if *c > 0.0 { of / c } else { 0.0 }).collect();
         (self.stand_in, self.most) = (over(STAND_IN, &diagonal), over(1.0, &least));
@@ -261,14 +281,15 @@ impl Hinges for StandIns<'_> {
     }
 }
 
-/// Least and greatest eigenvalue of the rows and columns `inner` of `g`, scaled by its diagonal.
-fn scaled_spectrum(g: &[[f64; 3]; 3], inner: &[usize]) -> [f64; 2] {
+/// Least and greatest eigenvalue of the rows and columns `inner` of `g`, scaled by its diagonal, and the eigenvector of the least.
+fn scaled_spectrum(g: &[[f64; 3]; 3], inner: &[usize]) -> ([f64; 2], V3) {
     let mut scaled = Matrix3::identity();
     for &i in inner {
         for &j in inner {
             scaled[(i, j)] = g[i][j] / (g[i][i] * g[j][j]).sqrt();
         }
     }
-    let eigenvalues = scaled.symmetric_eigenvalues();
-    [eigenvalues.min().max(1e-6), eigenvalues.max()]
+    let eigen = scaled.symmetric_eigen();
+    let (at, least) = eigen.eigenvalues.argmin();
+    ([least.max(1e-6), eigen.eigenvalues.max()], eigen.eigenvectors.column(at).into_owned().into())
 }

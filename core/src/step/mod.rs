@@ -20,6 +20,7 @@ mod hinge;
 mod inner;
 mod integrate;
 mod inverses;
+mod lanczos;
 mod lanes;
 mod limit;
 mod lines;
