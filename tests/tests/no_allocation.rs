@@ -5,6 +5,7 @@
 use pliant_tests::{box_scene, open};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
 
 struct Counting;
 
@@ -54,14 +55,21 @@ kind = "touch"
 tool = "finger"
 "#;
 
+/// Ticks of a loop that rests in between: the other threads of a step have gone to sleep by then.
+const PAUSE: Duration = Duration::from_millis(3);
+
 #[test]
 fn steps_in_contact_do_not_allocate() {
     let block = |integrator: &str| box_scene(&format!("integrator = \"{integrator}\""), "", "");
     let scenes = [("symplectic-euler", block("symplectic-euler")), ("backward-euler", block("backward-euler"))];
     let normals = CLOTH.replace("damping-time = 1e-2", "damping-time = 1e-2, bending = \"projected-laplacian\"");
     assert_ne!(normals, CLOTH);
-    for (integrator, scene) in scenes.into_iter().chain([("cloth", CLOTH.into()), ("cloth, normals", normals)]) {
-        let mut session = open(&scene, 1);
+    let fine = CLOTH.replace("cells = 20, rows = 20", "cells = 30, rows = 30");
+    let one = scenes.into_iter().chain([("cloth", CLOTH.into()), ("cloth, normals", normals)]);
+    for (integrator, scene, threads) in
+        one.map(|(name, scene)| (name, scene, 1)).chain([("cloth, two threads", fine, 2)])
+    {
+        let mut session = open(&scene, threads);
         // Past the approach and the first looks at what has been left behind, into the steady press.
         (0..200).for_each(|_| session.step());
         assert!(session.frame().tools[0].contact.is_some());
@@ -70,6 +78,16 @@ fn steps_in_contact_do_not_allocate() {
         let taken = ALLOCATIONS.load(Ordering::Relaxed) - before;
         assert_eq!(session.frame().nodes, nodes, "the region stayed");
         assert_eq!(taken, 0, "{integrator}: {taken} allocations in 50 steps");
+        if threads > 1 {
+            let before = ALLOCATIONS.load(Ordering::Relaxed);
+            for _ in 0..20 {
+                std::thread::sleep(PAUSE);
+                session.step();
+            }
+            let taken = ALLOCATIONS.load(Ordering::Relaxed) - before;
+            assert_eq!(taken, 0, "{integrator}: {taken} allocations in 20 steps with pauses");
+            assert_eq!(session.choices.threads, threads);
+        }
         // And the count is not blind.
         let before = ALLOCATIONS.load(Ordering::Relaxed);
         session.update_surface();

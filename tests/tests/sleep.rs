@@ -58,7 +58,8 @@ fn a_cloth_at_rest_costs_nothing_and_is_there_when_it_is_touched() {
     sleeping.step();
     waking.step();
     assert_eq!(sleeping.frame().iterations, 0);
-    assert_ne!(waking.frame().iterations, 0);
+    // A body at rest may need no iterations, but the one that wakes finds its forces.
+    assert!(sleeping.frame().work[0] == 0.0 && waking.frame().work[0] > 0.0);
     assert!(x == sleeping.bodies[0].system.nodes.x && x != sleeping.bodies[0].system.nodes.rest);
     for session in [&mut sleeping, &mut waking] {
         run_to(session, 2.5);

@@ -1,6 +1,7 @@
 //! Contact of a tool with a surface: what is near, where the proxy may stand, and what it presses on.
 
 mod closest;
+mod judge;
 mod layer;
 mod loads;
 mod near;

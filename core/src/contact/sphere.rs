@@ -6,9 +6,10 @@
 //! in the place of their work). Sticking is tried first; one that slid in the last step goes on sliding with the friction of that
 //! step, and sticks where that would move it.
 
+use super::judge::{Held, State, is_settled};
 use super::proxy::Friction;
 use super::reach::Reach;
-use crate::step::{Constraint, Holds, System, V3, axpy, dot};
+use crate::step::{Constraint, Holds, Outcome, System, V3, axpy, dot};
 use nalgebra::Vector3;
 
 /// A fingertip at the end of a step.
@@ -62,36 +63,6 @@ pub struct Spheres {
     dt: f64,
     /// Vertices held in the last step, rising, and their friction, N, if they slid.
     before: Vec<(u32, Option<V3>)>,
-}
-
-/// A vertex that is held.
-#[derive(Clone, Copy, Debug)]
-struct Held {
-    node: u32,
-    /// First tip, and another one.
-    tips: (usize, Option<usize>),
-    normal: V3,
-    /// The other tip's.
-    other: V3,
-    /// m/s, along the normals
-    target: [f64; 2],
-    /// m/s, along the first normal, of a vertex that bounces
-    rebound: f64,
-    state: State,
-    stuck_before: bool,
-    /// It was caught on its way, and is not let go in the same step.
-    caught: bool,
-    /// N, friction while it slides
-    friction: V3,
-    /// It sticks again in this step, having slid the way friction pushed it.
-    returned: bool,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum State {
-    Sticks,
-    Slides,
-    Free,
 }
 
 /// The normal at which a vertex that is at `x` and moves with `v` meets a tip in a step, if it does: where it is inside of it when
@@ -294,48 +265,22 @@ impl Holds for Spheres {
         }
     }
 
-    fn revise(&mut self, system: &mut System, after: &dyn Fn(&System, usize) -> V3, reaction: &[V3]) -> bool {
-        let mut changed = self.catch(system, after);
+    fn revise(&mut self, system: &mut System, outcome: &Outcome<'_>) -> bool {
+        let mut changed = outcome.doubt.is_none() && self.catch(system, outcome.after);
         let mut all = std::mem::take(&mut self.held);
-        for held in all.iter_mut().filter(|held| held.state != State::Free) {
-            let lambda = reaction[held.node as usize];
-            // A pinch is pushed from both sides: it is held by whichever pushes.
-            let pushes = held.tips.1.map_or(dot(lambda, held.normal), |_| {
-                let (a, b) = (dot(lambda, held.normal), dot(lambda, held.other));
-                if dot(held.normal, held.other) < 0.0 { a.abs().max(b.abs()) } else { a.max(b) }
-            });
-            let friction = self.tips[held.tips.0].friction;
-            if held.caught {
-                continue;
-            } else if pushes < 0.0 {
-                held.state = State::Free;
+        for held in &mut all {
+            if let Some((next, true)) = held.judge(&self.tips[held.tips.0], system, outcome) {
+                *held = next;
+                self.hold(held, system);
                 changed = true;
-            } else if held.state == State::Sticks && held.tips.1.is_none() {
-                let along = axpy(lambda, -pushes, held.normal);
-                let size = dot(along, along).sqrt();
-                let most = if held.stuck_before { friction.fixed } else { friction.sliding };
-                if size > most * pushes {
-                    held.state = State::Slides;
-                    held.friction = along.map(|c| friction.sliding * pushes / size * c);
-                    changed = true;
-                } else {
-                    continue;
-                }
-            } else if held.state == State::Slides && held.tips.1.is_none() && !held.returned {
-                let slip = axpy(after(system, held.node as usize), -1.0, self.tips[held.tips.0].velocity);
-                if dot(slip, held.friction) <= 0.0 {
-                    continue;
-                }
-                // Friction does not push: where it would, the vertex sticks.
-                (held.state, held.friction, held.returned) = (State::Sticks, [0.0; 3], true);
-                changed = true;
-            } else {
-                continue;
             }
-            self.hold(held, system);
         }
         self.held = all;
         changed
+    }
+
+    fn foresees(&self, system: &System, outcome: &Outcome<'_>) -> bool {
+        is_settled(self.held.iter().map(|held| held.judge(&self.tips[held.tips.0], system, outcome)))
     }
 
     fn is_near(&self) -> bool {

@@ -156,6 +156,7 @@ impl Session {
         let holds: &mut (dyn Holds + Send) = if spheres.tips.is_empty() { &mut nothing } else { spheres };
         let system = &mut body.system;
         let stepped = pool.install(|| integrator.step_held(pool, system, (&loads, holds), time, substeps));
+        self.choices.threads = self.pool.threads();
         if body.carrier.sheet().is_some() {
             let nodes = &system.nodes;
             self.springs.iter().for_each(|s| s.add_to(&mut integrator.reaction, &nodes.x, Some(&nodes.v)));

@@ -1,42 +1,46 @@
 //! Threads that stay awake from one step to the next.
 //!
 //! Waking a thread takes as long as a small step. So whoever steps works along, where it can, and waits for no other to begin with
-//! or to be woken by at the end; and the others look for more for a while before they sleep.
+//! or to be woken by at the end; and the others look for more for a while before they sleep. What they look in is one job of
+//! `rayon`'s for the life of the crew, so that neither sleep nor waking takes memory.
 
 use rayon::{ThreadPool, ThreadPoolBuilder, Yield};
-use std::cell::{Cell, RefCell};
+use std::cell::RefCell;
 use std::hint::spin_loop;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// How long a thread without work looks for more before it sleeps: the period of a haptic loop.
 const ATTENTIVE: Duration = Duration::from_millis(1);
 /// Looks after which it lets others have its processor.
 const POLITE: u32 = 64;
+/// Between two looks of a thread that has found nothing for long, while others are at work.
+const NAP: Duration = Duration::from_micros(100);
 
 /// Threads that work together.
 pub struct Crew {
     workers: ThreadPool,
-    /// Whether the thread that made it is the first of them, and looks for no work.
-    leads: bool,
     watch: Arc<Watch>,
 }
 
 /// What keeps threads awake.
 #[derive(Default)]
 struct Watch {
-    /// Threads that look for work, or were told to.
-    awake: AtomicUsize,
-    /// Times there was work.
+    /// Whoever has work done now.
     calls: AtomicUsize,
+    /// Times there was work.
+    called: AtomicUsize,
+    /// Threads that sleep, or are about to.
+    asleep: AtomicUsize,
+    over: AtomicBool,
+    door: Mutex<()>,
+    bell: Condvar,
 }
 
 thread_local! {
     /// Kept as long as the thread lives, for a thread can be one of a single crew.
     static OWN: RefCell<Option<Arc<Crew>>> = const { RefCell::new(None) };
-    /// Whether this thread is at work, or looks for some.
-    static BUSY: Cell<bool> = const { Cell::new(false) };
 }
 
 impl Crew {
@@ -56,57 +60,73 @@ impl Crew {
         Self::new(ThreadPoolBuilder::new().num_threads(threads), false)
     }
 
+    /// `leads`: the current thread is the first of them, and looks for no work.
     fn new(builder: ThreadPoolBuilder, leads: bool) -> Option<Self> {
-        Some(Self { workers: builder.build().ok()?, leads, watch: Arc::default() })
+        let crew = Self { workers: builder.build().ok()?, watch: Arc::default() };
+        let watch = Arc::clone(&crew.watch);
+        crew.workers.spawn_broadcast(move |thread| {
+            if !(leads && thread.index() == 0) {
+                watch.attend();
+            }
+        });
+        if leads {
+            // Takes the one that is for this thread out of the way.
+            crew.workers.install(rayon::yield_now);
+        }
+        Some(crew)
     }
 
     /// Does `work`, whose parts any of the threads may take.
     pub fn run<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
-        self.call();
+        let _call = Call::new(&self.watch);
         // Where this thread is one of them, here.
-        self.workers.install(|| {
-            let _busy = Busy::new();
-            work()
-        })
+        self.workers.install(work)
     }
+}
 
-    /// Tells the threads that there is work, and those that sleep to look for it.
-    fn call(&self) {
-        self.watch.calls.fetch_add(1, Ordering::Relaxed);
-        let leads = self.leads;
-        let others = self.workers.current_num_threads() - usize::from(leads);
-        if self.watch.awake.compare_exchange(0, others, Ordering::AcqRel, Ordering::Relaxed).is_err() {
-            return;
+impl Drop for Crew {
+    fn drop(&mut self) {
+        self.watch.over.store(true, Ordering::SeqCst);
+        self.watch.wake();
+    }
+}
+
+/// Keeps threads from sleeping.
+struct Call<'a>(&'a Watch);
+
+impl<'a> Call<'a> {
+    fn new(watch: &'a Watch) -> Self {
+        watch.called.fetch_add(1, Ordering::Relaxed);
+        // Either this sees that a thread is about to sleep, or that one sees this.
+        watch.calls.fetch_add(1, Ordering::SeqCst);
+        if watch.asleep.load(Ordering::SeqCst) > 0 {
+            watch.wake();
         }
-        let watch = Arc::clone(&self.watch);
-        self.workers.spawn_broadcast(move |thread| {
-            if !(leads && thread.index() == 0) {
-                watch.attend();
-                watch.awake.fetch_sub(1, Ordering::AcqRel);
-            }
-        });
+        Self(watch)
+    }
+}
+
+impl Drop for Call<'_> {
+    fn drop(&mut self) {
+        self.0.calls.fetch_sub(1, Ordering::SeqCst);
     }
 }
 
 impl Watch {
-    /// Does what others leave to be done. A thread that works already, and only waits for another, is not held up.
+    /// Does what others leave to be done, until the crew is no more.
     fn attend(&self) {
-        if BUSY.get() {
-            return;
-        }
-        let _busy = Busy::new();
-        let (mut last, mut looked, mut calls) = (Instant::now(), 0_u32, 0);
-        loop {
-            looked += 1;
+        let (mut last, mut looked, mut called) = (Instant::now(), 0_u32, 0);
+        while !self.over.load(Ordering::Relaxed) {
+            looked = looked.wrapping_add(1);
             match rayon::yield_now() {
                 Some(Yield::Executed) => last = Instant::now(),
                 _ if !looked.is_multiple_of(POLITE) => spin_loop(),
                 _ => {
-                    let before = std::mem::replace(&mut calls, self.calls.load(Ordering::Relaxed));
-                    if calls != before {
+                    let before = std::mem::replace(&mut called, self.called.load(Ordering::Relaxed));
+                    if called != before {
                         last = Instant::now();
                     } else if last.elapsed() > ATTENTIVE {
-                        break;
+                        self.rest();
                     }
                     // There may be more threads than processors.
                     std::thread::yield_now();
@@ -114,20 +134,27 @@ impl Watch {
             }
         }
     }
-}
 
-/// Marks a thread as one that does not attend elsewhere.
-struct Busy(bool);
-
-impl Busy {
-    fn new() -> Self {
-        Self(BUSY.replace(true))
+    /// Sleeps until there is work; for a moment where some is being done, which may come to have parts for others.
+    fn rest(&self) {
+        if self.calls.load(Ordering::SeqCst) > 0 {
+            return std::thread::sleep(NAP);
+        }
+        let mut inside = self.door();
+        self.asleep.fetch_add(1, Ordering::SeqCst);
+        while self.calls.load(Ordering::SeqCst) == 0 && !self.over.load(Ordering::SeqCst) {
+            inside = self.bell.wait(inside).unwrap_or_else(PoisonError::into_inner);
+        }
+        self.asleep.fetch_sub(1, Ordering::SeqCst);
     }
-}
 
-impl Drop for Busy {
-    fn drop(&mut self) {
-        BUSY.set(self.0);
+    fn wake(&self) {
+        drop(self.door());
+        self.bell.notify_all();
+    }
+
+    fn door(&self) -> MutexGuard<'_, ()> {
+        self.door.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -156,16 +183,48 @@ mod tests {
         assert!(left == me && right != me, "{left:?} {right:?}");
     }
 
-    #[test]
-    fn threads_without_work_sleep() {
-        let crew = Crew::apart(2).unwrap();
-        crew.run(|| ());
-        assert!(crew.watch.awake.load(Ordering::Acquire) > 0);
+    fn until(what: &str, is: impl Fn() -> bool) {
         let begun = Instant::now();
-        while crew.watch.awake.load(Ordering::Acquire) > 0 {
-            assert!(begun.elapsed() < Duration::from_secs(60), "they still look for work");
+        while !is() {
+            assert!(begun.elapsed() < Duration::from_secs(60), "{what}");
             std::thread::yield_now();
         }
-        assert_eq!(crew.run(|| 7), 7);
+    }
+
+    #[test]
+    fn threads_without_work_sleep_and_are_woken() {
+        for crew in [Crew::here(2).unwrap(), Arc::new(Crew::apart(2).unwrap())] {
+            let others =
+                crew.workers.current_num_threads() - usize::from(crew.workers.current_thread_index().is_some());
+            for _ in 0..20 {
+                until("they still look for work", || crew.watch.asleep.load(Ordering::SeqCst) == others);
+                let met = std::sync::Barrier::new(2);
+                crew.run(|| rayon::join(|| met.wait(), || met.wait()));
+            }
+        }
+    }
+
+    #[test]
+    fn threads_end_with_the_one_that_leads_them() {
+        for asleep in [0, 1] {
+            let lead = move || {
+                let crew = Crew::here(2).unwrap();
+                assert_eq!(crew.run(|| 7), 7);
+                until("it does not sleep", || crew.watch.asleep.load(Ordering::SeqCst) >= asleep);
+                Arc::downgrade(&crew.watch)
+            };
+            let watch = std::thread::spawn(lead).join().unwrap();
+            until("a thread without a leader is still there", || watch.strong_count() == 0);
+        }
+    }
+
+    #[test]
+    fn a_thread_that_finds_nothing_for_long_still_takes_what_comes() {
+        let crew = Crew::here(2).unwrap();
+        let met = std::sync::Barrier::new(2);
+        crew.run(|| {
+            std::thread::sleep(5 * ATTENTIVE);
+            rayon::join(|| met.wait(), || met.wait())
+        });
     }
 }

@@ -12,6 +12,7 @@ use super::lines::Lines;
 use super::matrix::Matrix;
 use super::multilevel::Multilevel;
 use super::pcg::{Solve, constrained_inverse};
+use super::peek::Peek;
 use super::pool::{Parts, Pool};
 use super::single::{Quad, Single, power_of_two, without_dust};
 use super::sliced::LANES;
@@ -65,6 +66,14 @@ pub fn width(block: &Block, inverse: &Block) -> f64 {
     if width.is_nan() { f64::INFINITY } else { width }
 }
 
+/// Of `r . P r`, what is left of it when it is looked at again.
+const LOOK: f64 = 0.1;
+/// Times what is enough: with less to do, what is begun is ended sooner than begun anew.
+const LATE: f64 = 20.0;
+
+/// Tells whether a correction is to stop.
+pub type Watch<'a> = dyn FnMut(&Peek<'_>) -> bool + 'a;
+
 /// What a correction took.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Corrected {
@@ -72,6 +81,8 @@ pub struct Corrected {
     pub iterations: usize,
     /// Whether a direction of no or negative curvature was met, or a number that is not finite.
     pub broken: bool,
+    /// Whether it was told to stop.
+    pub stopped: bool,
 }
 
 impl Inner {
@@ -183,20 +194,29 @@ impl Inner {
         self.scale * self.scale * self.matrix.scale()
     }
 
-    /// Adds a correction of what was weighed last to `x`, until `r . P r` is `enough` or at most `most` iterations are done.
+    /// Adds a correction of what was weighed last to `x`, until `r . P r` is `enough`, at most `most` iterations are done,
+    /// or `watch`, which is given what was there of `x` and `r . P r` as it comes down, says that it is to stop.
     pub fn correct(
         &mut self,
         pool: &Pool,
         (system, x): (&Solve<'_>, &mut [V3]),
         (d, enough): (f64, f64),
         most: usize,
+        watch: &mut Watch<'_>,
     ) -> Corrected {
-        let mut d = d / self.unit();
+        let (mut d, mut look) = (d / self.unit(), f64::INFINITY);
         let enough = (enough / self.unit()).max(DEEPEST * d);
         self.matrix.start();
         self.matrix.turn(pool, self.h.as_chunks().0, 0.0, 0.0);
         let mut done = Corrected::default();
         while d > enough && done.iterations < most {
+            if d < look && d > LATE * enough {
+                done.stopped = watch(&Peek::new(system, x, self, d * self.unit()));
+                look = LOOK * d;
+                if done.stopped {
+                    break;
+                }
+            }
             let q = self.matrix.product(pool, system.matrix);
             if !(q > 0.0 && q.is_finite()) {
                 done.broken = true;
@@ -208,9 +228,14 @@ impl Inner {
             d = next;
             done.iterations += 1;
         }
-        let (up, matrix) = (self.scale * self.matrix.scale(), &self.matrix);
-        pool.pieces(x, PIECE, &|first, x| matrix.add_to(first, up, x));
+        let this = &*self;
+        pool.pieces(x, PIECE, &|first, x| this.add_to(first, x));
         done
+    }
+
+    /// Adds the correction to that part of a solution that begins at a node.
+    pub fn add_to(&self, first: usize, x: &mut [V3]) {
+        self.matrix.add_to(first, self.scale * self.matrix.scale(), x);
     }
 
     /// `r -= a S A p`, `h = P r`; gives `r.h`.

@@ -6,6 +6,7 @@
 //! halfway. One Newton step, linearised where the body is, is what a hand can wait for (Baraff and Witkin 1998).
 
 use super::pcg::{Pcg, Preconditioner, Solve};
+use super::peek::doubt;
 use super::pool::{NODES, Pool};
 use super::settle::HoldsNothing;
 use super::springs::NodeSprings;
@@ -57,9 +58,13 @@ pub trait Holds {
     fn begin(&mut self, system: &mut System, dt: f64);
     /// Adds what it does besides, N.
     fn add_forces(&self, force: &mut [V3]);
-    /// Looks at what velocity the step gives a node, m/s, and what it took to hold each, N (n x 3). Gives whether other nodes are held now,
-    /// or other forces act.
-    fn revise(&mut self, system: &mut System, after: &dyn Fn(&System, usize) -> V3, reaction: &[V3]) -> bool;
+    /// Looks at what a step does. Gives whether other nodes are held now, or other forces act. Where the step is not solved to the end,
+    /// only what is certain changes.
+    fn revise(&mut self, system: &mut System, outcome: &Outcome<'_>) -> bool;
+    /// Whether it is certain, from a step that is being solved, what [`Holds::revise`] is going to change, and that it is something.
+    fn foresees(&self, _: &System, _: &Outcome<'_>) -> bool {
+        false
+    }
     /// Whether it may come to hold a node in this step.
     fn is_near(&self) -> bool;
     /// Whether it holds any node.
@@ -67,6 +72,19 @@ pub trait Holds {
     /// Lets go of all nodes. To what it took to hold each, N (n x 3), it adds what it did to them besides.
     fn end(&mut self, system: &mut System, reaction: &mut [V3]);
 }
+
+/// What a step does to nodes.
+pub struct Outcome<'a> {
+    /// m/s, the velocity it gives a node
+    pub after: &'a dyn Fn(&System, usize) -> V3,
+    /// N, what it takes to hold a node
+    pub reaction: &'a dyn Fn(usize) -> V3,
+    /// How far they may be off, where the step is not solved to the end.
+    pub doubt: Option<&'a Doubt<'a>>,
+}
+
+/// N, how far what it takes to hold a node may be off along a unit vector, and m/s, its velocity.
+pub type Doubt<'a> = dyn Fn(&System, usize, V3) -> [f64; 2] + 'a;
 
 /// What acts on a body during a step, besides itself.
 #[derive(Clone, Copy, Debug, Default)]
@@ -147,6 +165,8 @@ pub struct Integrator {
 
 /// Times contacts are looked at anew in a step, at most.
 const PASSES: usize = 4;
+/// Times a solve of a step is stopped, at most, for it will not be the last.
+const STOPS: usize = 8;
 
 /// `M (v - V) = g f(X + g v)`, where `X = x + carry (x - x_before)` and V likewise.
 struct Form {
@@ -280,8 +300,9 @@ impl Integrator {
                 self.reaction[i] = axpy(held, -1.0, free).map(|c| c * nodes.mass[i] / dt);
                 self.still[i] = held;
             }
-            let still = &self.still;
-            if !holds.revise(system, &|_, i| still[i], &self.reaction) {
+            let (still, reaction) = (&self.still, &self.reaction);
+            let outcome = Outcome { after: &|_, i| still[i], reaction: &|i| reaction[i], doubt: None };
+            if !holds.revise(system, &outcome) {
                 break;
             }
         }
@@ -387,7 +408,7 @@ impl Integrator {
         let moving = here.then_some((&system.nodes.v[..], &mut self.moving[..]));
         self.pcg.guess(pool, &matrix, moving);
         let mut size = 0.0_f64;
-        let (mut pass, mut again) = (0, false);
+        let (mut pass, mut stops, mut again) = (0, 0, false);
         while pass < PASSES {
             self.z.fill([0.0; 3]);
             holds.add_forces(&mut self.z);
@@ -430,7 +451,15 @@ impl Integrator {
                 most: self.most_iterations,
             };
             let start = Instant::now();
-            let solved = self.pcg.solve(pool, &solve);
+            let (near, known) = (holds.is_near(), &*holds);
+            let solved = self.pcg.solve_watched(pool, &solve, &mut |peek| {
+                let outcome = Outcome {
+                    after: &|s, i| axpy(s.nodes.v[i], 1.0, peek.at(i)),
+                    reaction: &|i| peek.reaction(i).map(|c| c / g),
+                    doubt: Some(&doubt(&matrix, peek.left(), g)),
+                };
+                near && stops < STOPS && known.foresees(system, &outcome)
+            });
             report.seconds[1] += start.elapsed().as_secs_f64();
             if solved.too_rough {
                 let start = Instant::now();
@@ -440,11 +469,11 @@ impl Integrator {
                     matrix.add_diagonal(springs, (g * g, g));
                 }
                 let moving = here.then_some((&system.nodes.v[..], &mut self.moving[..]));
-                self.pcg.weigh(pool, &matrix, moving);
+                self.pcg.load(pool, &matrix, moving);
                 again = false;
                 continue;
             }
-            (pass, again) = (pass + 1, true);
+            again = true;
             if !solved.residual.is_finite() {
                 let odd = |i: &usize| !is_finite(self.b[*i]) || !matrix.diagonal(*i).iter().all(|k| k.is_finite());
                 let node = (0..self.b.len()).find(odd).unwrap_or(0);
@@ -457,9 +486,14 @@ impl Integrator {
                 });
             }
             report.iterations += solved.iterations;
-            report.residual = report.residual.max(solved.residual);
-            report.converged &= solved.converged;
-            if !holds.is_near() && nodes.constraint.iter().all(Constraint::is_free) {
+            if solved.stopped.is_some() {
+                stops += 1;
+            } else {
+                pass += 1;
+                report.residual = report.residual.max(solved.residual);
+                report.converged &= solved.converged;
+            }
+            if !near && nodes.constraint.iter().all(Constraint::is_free) {
                 self.reaction.fill([0.0; 3]);
                 break;
             }
@@ -472,7 +506,13 @@ impl Integrator {
                     };
                 }
             });
-            if !holds.revise(system, &|s, i| axpy(s.nodes.v[i], 1.0, change[i]), &self.reaction) {
+            let (reaction, doubt) = (&self.reaction, doubt(&matrix, solved.stopped.unwrap_or(0.0), g));
+            let outcome = Outcome {
+                after: &|s, i| axpy(s.nodes.v[i], 1.0, change[i]),
+                reaction: &|i| reaction[i],
+                doubt: solved.stopped.map(|_| &doubt as &Doubt<'_>),
+            };
+            if !holds.revise(system, &outcome) && solved.stopped.is_none() {
                 break;
             }
         }

@@ -110,6 +110,10 @@ fn has_stiffness(set: &ElementSet) -> bool {
     set.has(abi::HAS_FORCES) || is_coupled_hinges(set) || wants_normals(set)
 }
 
+fn transposed(b: &Block) -> Block {
+    [b[0], b[3], b[6], b[1], b[4], b[7], b[2], b[5], b[8]]
+}
+
 /// Rows in a piece of a product.
 const ROWS: usize = 256;
 
@@ -387,18 +391,30 @@ impl Matrix {
     pub(super) fn add_column(&self, j: usize, u: V3, out: &mut [V3]) {
         let (lower, above, columns) = self.pattern().around(j);
         out[j] = axpy(out[j], 1.0, times(self.diagonal(j), u));
-        let block = |slot: usize| match self.is_rounded {
-            true => self.rounded.blocks()[slot].map(f64::from),
-            false => self.values[slot],
-        };
         for &(i, slot) in lower {
-            out[i as usize] = axpy(out[i as usize], 1.0, times(&block(slot as usize), u));
+            out[i as usize] = axpy(out[i as usize], 1.0, times(&self.block(slot as usize), u));
         }
         for (slot, &i) in (above..).zip(columns) {
-            let b = block(slot);
-            let turned = [b[0], b[3], b[6], b[1], b[4], b[7], b[2], b[5], b[8]];
-            out[i as usize] = axpy(out[i as usize], 1.0, times(&turned, u));
+            out[i as usize] = axpy(out[i as usize], 1.0, times(&transposed(&self.block(slot)), u));
         }
+    }
+
+    /// One row of a product with what `x` says of each node.
+    pub(super) fn row_of(&self, i: usize, x: impl Fn(usize) -> V3) -> V3 {
+        let (lower, above, columns) = self.pattern().around(i);
+        let mut sum = times(self.diagonal(i), x(i));
+        for &(j, slot) in lower {
+            sum = axpy(sum, 1.0, times(&transposed(&self.block(slot as usize)), x(j as usize)));
+        }
+        for (slot, &j) in (above..).zip(columns) {
+            sum = axpy(sum, 1.0, times(&self.block(slot), x(j as usize)));
+        }
+        sum
+    }
+
+    /// A block off the diagonal.
+    fn block(&self, slot: usize) -> Block {
+        if self.is_rounded { self.rounded.blocks()[slot].map(f64::from) } else { self.values[slot] }
     }
 
     /// The diagonal block of a node.

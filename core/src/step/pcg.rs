@@ -10,9 +10,9 @@ use super::constraint::Constraint;
 use super::double::Double;
 use super::elements::ElementSet;
 use super::guess::Guess;
-use super::inner::Inner;
+use super::inner::{Inner, Watch};
 use super::matrix::Matrix;
-use super::pool::Pool;
+use super::pool::{NODES, Pool};
 use super::{Block, V3, axpy, dot};
 use nalgebra::Matrix3;
 
@@ -84,6 +84,8 @@ pub struct SolveReport {
     pub broken: bool,
     /// Whether the matrix was rounded and must not be; then nothing is solved.
     pub too_rough: bool,
+    /// Whether it was told to stop before it was done, and `r . P r` as it was then.
+    pub stopped: Option<f64>,
 }
 
 impl SolveReport {
@@ -140,11 +142,11 @@ impl Pcg {
     /// the second.
     pub fn guess(&mut self, pool: &Pool, matrix: &Matrix, also: Option<(&[V3], &mut [V3])>) {
         self.guess.go_on(pool, &mut self.x);
-        self.weigh(pool, matrix, also);
+        self.load(pool, matrix, also);
     }
 
-    /// The second half of that: what another matrix makes of the guess.
-    pub fn weigh(&mut self, pool: &Pool, matrix: &Matrix, also: Option<(&[V3], &mut [V3])>) {
+    /// The second half of that: takes over a matrix, and finds what it makes of the guess.
+    pub fn load(&mut self, pool: &Pool, matrix: &Matrix, also: Option<(&[V3], &mut [V3])>) {
         self.inner.load(pool, matrix);
         match also {
             Some((x, out)) => self.inner.products(pool, matrix, [&self.x, x], [&mut self.product, out]),
@@ -154,6 +156,11 @@ impl Pcg {
 
     /// Solves, starting from [`Pcg::guess`] or the last solution with the same matrix.
     pub fn solve(&mut self, pool: &Pool, system: &Solve<'_>) -> SolveReport {
+        self.solve_watched(pool, system, &mut |_| false)
+    }
+
+    /// The same, unless `watch` has seen enough before it is done.
+    pub fn solve_watched(&mut self, pool: &Pool, system: &Solve<'_>, watch: &mut Watch<'_>) -> SolveReport {
         let (z, s) = (system.z, system.constraints);
         let last_digit = (f64::EPSILON / system.motion.1) * (f64::EPSILON / system.motion.1);
         let (size, fits) = self.inner.update(pool, system);
@@ -161,44 +168,46 @@ impl Pcg {
         if !fits {
             return self.in_double(pool, system, floor, 0);
         }
-        // Scale: the right side as the prescribed part alone leaves it.
-        self.r.fill([0.0; 3]);
         for (i, constraint) in s.iter().enumerate().filter(|(_, c)| !c.is_free()) {
-            let (held, before) = (axpy(z[i], -1.0, constraint.filter(z[i])), self.x[i]);
+            let before = self.x[i];
             self.x[i] = constraint.merge(before, z[i]);
             let change = axpy(self.x[i], -1.0, before);
-            if held != [0.0; 3] {
-                system.matrix.add_column(i, held, &mut self.r);
-            }
             if change != [0.0; 3] {
                 system.matrix.add_column(i, change, &mut self.product);
             }
         }
+        // Scale: the right side as the prescribed part alone leaves it.
+        self.product_of_held(system);
         let squares = self.left(pool, system, false);
         let scale = self.inner.weigh(pool, &self.r, squares);
         let mut d = self.residual(pool, system);
+        if d > scale {
+            self.shorten(pool, system);
+            d = self.residual(pool, system);
+        }
         let enough = (system.tolerance * system.tolerance * scale).max(floor);
         let mut report = SolveReport::default();
         let mut slow = 0;
-        while d > enough && report.iterations < system.most && slow < 2 {
+        while d > enough && report.iterations < system.most && slow < 2 && report.stopped.is_none() {
             let before = (report.iterations, d);
             let most = system.most - report.iterations;
-            let done = self.inner.correct(pool, (system, &mut self.x), (d, MARGIN * enough), most);
+            let done = self.inner.correct(pool, (system, &mut self.x), (d, MARGIN * enough), most, watch);
             report.iterations += done.iterations;
             self.inner.products(pool, system.matrix, [&self.x], [&mut self.product]);
             d = self.residual(pool, system);
             slow = if d > SLOWEST * before.1 { slow + 1 } else { 0 };
             report.broken = done.broken && d > enough;
+            report.stopped = done.stopped.then_some(d);
             if done.iterations == 0 || !d.is_finite() {
                 break;
             }
         }
-        if !system.again {
+        if !system.again && report.stopped.is_none() {
             self.inner.took(report.iterations);
             self.guess.took(report.iterations);
         }
         report.close(d, scale, (enough, floor));
-        if report.converged || (report.iterations >= system.most && !report.broken) {
+        if report.converged || report.stopped.is_some() || (report.iterations >= system.most && !report.broken) {
             return report;
         }
         // Single precision was too short, or the system has no solution: double precision tells.
@@ -217,6 +226,41 @@ impl Pcg {
         let report = self.double.solve(pool, system, (&mut self.x, &mut self.r), floor);
         system.matrix.product(pool, &self.x, &mut self.product);
         SolveReport { iterations: before + report.iterations, ..report }
+    }
+
+    /// `r = A (I - S) z`
+    fn product_of_held(&mut self, system: &Solve<'_>) {
+        self.r.fill([0.0; 3]);
+        for (i, constraint) in system.constraints.iter().enumerate().filter(|(_, c)| !c.is_free()) {
+            let held = axpy(system.z[i], -1.0, constraint.filter(system.z[i]));
+            if held != [0.0; 3] {
+                system.matrix.add_column(i, held, &mut self.r);
+            }
+        }
+    }
+
+    /// A guess that is worse than none, as after a jump, is made as long as serves best: `s = S x` is scaled so that what is wrong is
+    /// least in the norm of the matrix, and `A x` with it.
+    fn shorten(&mut self, pool: &Pool, system: &Solve<'_>) {
+        self.product_of_held(system);
+        let (x, product, constraints, r) = (&mut self.x, &mut self.product, system.constraints, &self.r);
+        let (x_now, product_now) = (&x[..], &product[..]);
+        let sum = |of: &(dyn Fn(usize) -> V3 + Sync)| {
+            pool.fold(0..x_now.len(), &|_, part: std::ops::Range<usize>| {
+                part.map(|i| dot(constraints[i].filter(x_now[i]), of(i))).sum()
+            })
+        };
+        let (wanted, has) = (sum(&|i| axpy(system.b[i], -1.0, r[i])), sum(&|i| axpy(product_now[i], -1.0, r[i])));
+        let more = wanted / has - 1.0;
+        if !(has > 0.0 && more.is_finite()) {
+            return;
+        }
+        pool.pieces((&mut x[..], &mut product[..]), NODES, &|first, (x, product): (&mut [V3], &mut [V3])| {
+            for (i, (x, product)) in (first..).zip(x.iter_mut().zip(product)) {
+                *x = axpy(*x, more, constraints[i].filter(*x));
+                *product = axpy(*product, more, axpy(*product, -1.0, r[i]));
+            }
+        });
     }
 
     /// `r = S (b - A x)`; gives `r . P r`.

@@ -34,9 +34,9 @@ impl Pool {
         Self { threads, halvings, apart: OnceLock::new(), alone: AtomicBool::new(false) }
     }
 
-    /// Threads that work, where the system gives them.
+    /// Threads that work: one where the system gave no more, which is known once they were needed.
     pub fn threads(&self) -> usize {
-        self.threads
+        if self.alone.load(Ordering::Relaxed) { 1 } else { self.threads }
     }
 
     /// How often work is halved until each thread has a part of it.
@@ -247,6 +247,16 @@ mod tests {
             assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(run)).is_err());
         }
         assert_eq!(pool.install(|| pool.join(|| 1, || 2)), (1, 2));
+    }
+
+    #[test]
+    fn where_the_system_gives_no_threads_one_works() {
+        let pool = Pool::new(3);
+        assert_eq!(pool.threads(), 3);
+        pool.apart.set(None).ok();
+        // A thread of another crew is none of this one.
+        Pool::new(2).install(|| assert_eq!(pool.install(|| pool.join(|| 1, || 2)), (1, 2)));
+        assert_eq!(pool.threads(), 1);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 //! Newton's method on the forces, damped as Levenberg (1944) does it by a share of the masses that falls while it goes well,
 //! and held back until the potential energy does not rise.
 
-use super::integrate::{Holds, Integrator, Loads, StepError, StepReport, add_loads, check, linearise};
+use super::integrate::{Holds, Integrator, Loads, Outcome, StepError, StepReport, add_loads, check, linearise};
 use super::pcg::Solve;
 use super::pool::Pool;
 use super::system::System;
@@ -171,7 +171,7 @@ impl Holds for HoldsNothing {
 
     fn add_forces(&self, _: &mut [V3]) {}
 
-    fn revise(&mut self, _: &mut System, _: &dyn Fn(&System, usize) -> V3, _: &[V3]) -> bool {
+    fn revise(&mut self, _: &mut System, _: &Outcome<'_>) -> bool {
         false
     }
 
