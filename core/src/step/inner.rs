@@ -36,7 +36,7 @@ pub struct Inner {
     share: f64,
     /// What `update` gave.
     size: f64,
-    /// Of all blocks of the diagonal, or infinity before the first.
+    /// Of the widest block of the diagonal; 0 before the first.
     width: f64,
     /// Of as many nodes as sixteens of them have room for.
     r: Vec<Quad>,
@@ -100,7 +100,7 @@ impl Inner {
         self.levels = None;
         self.age.end();
         self.matrix.forget();
-        self.width = f64::INFINITY;
+        self.width = 0.0;
     }
 
     /// Finds the levels, if they are not there since the nodes or elements changed.
@@ -160,10 +160,11 @@ impl Inner {
         (self.size, self.width <= WIDEST)
     }
 
-    /// Whether rounding the blocks of the next matrix changes less than a solve to a tolerance leaves, going by the last one.
+    /// Whether rounding the blocks of a matrix as the last one changes less than a solve to a tolerance leaves; of the first one that is
+    /// hoped for.
     pub fn bears_rounding(&self, tolerance: f64) -> bool {
-        let is_usual = |scale: f64| (1e-20..1e20).contains(&scale);
-        self.width <= (tolerance * ROUGH).min(ROUGHEST) && is_usual(self.matrix.scale())
+        let scale = self.matrix.scale();
+        self.width <= (tolerance * ROUGH).min(ROUGHEST) && (scale == 0.0 || (1e-20..1e20).contains(&scale))
     }
 
     /// What the last solve has to do with the next is not known.

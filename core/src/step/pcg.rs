@@ -165,7 +165,7 @@ impl Pcg {
         let last_digit = (f64::EPSILON / system.motion.1) * (f64::EPSILON / system.motion.1);
         let (size, fits) = self.inner.update(pool, system);
         let floor = last_digit * if size.is_finite() { size } else { 0.0 };
-        if !fits {
+        if !fits || (system.matrix.is_rounded() && !self.inner.bears_rounding(system.tolerance)) {
             return self.in_double(pool, system, floor, 0);
         }
         for (i, constraint) in s.iter().enumerate().filter(|(_, c)| !c.is_free()) {

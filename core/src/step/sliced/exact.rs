@@ -37,28 +37,35 @@ impl Sliced {
         });
         let bands = (&self.bands[..], self.height);
         for (k, out) in out.into_iter().enumerate() {
-            pool.pieces(out, NODES, &|first, out| {
+            pool.pieces(out, NODES, &|first, out: &mut [V3]| {
+                rows(bands, k, first, out);
                 for (i, out) in (first..).zip(out) {
-                    *out = axpy(times(matrix.own(i), x[k][i]), up, row(bands, k, i));
+                    *out = axpy(times(matrix.own(i), x[k][i]), up, *out);
                 }
             });
         }
     }
 }
 
-/// What bands of a height have for a row of a product.
-#[inline(always)]
-pub fn row((bands, height): (&[Band], usize), k: usize, i: usize) -> V3 {
-    let (band, row) = (i / height, i % height);
-    let y = &bands[band].exact.0[k].y;
-    let mut sum = [y[0][row], y[1][row], y[2][row]];
-    if let Some(before) = band.checked_sub(1) {
-        let (y, row) = (&bands[before].exact.0[k].y, height + row);
-        if row < y[0].len() {
-            (0..3).for_each(|c| sum[c] += y[c][row]);
+/// What bands of a height have for rows `first` on of a product.
+pub fn rows((bands, height): (&[Band], usize), k: usize, first: usize, out: &mut [V3]) {
+    let (mut at, mut rest) = (first, out);
+    while !rest.is_empty() {
+        let (band, row) = (at / height, at % height);
+        let (out, more) = rest.split_at_mut(rest.len().min(height - row));
+        let y = &bands[band].exact.0[k].y;
+        for (i, out) in (row..).zip(&mut *out) {
+            *out = [y[0][i], y[1][i], y[2][i]];
         }
+        // What the band before gave to its first rows.
+        if let Some(before) = band.checked_sub(1) {
+            let y = &bands[before].exact.0[k].y;
+            for (i, out) in (height + row..y[0].len()).zip(&mut *out) {
+                (0..3).for_each(|c| out[c] += y[c][i]);
+            }
+        }
+        (at, rest) = (at + out.len(), more);
     }
-    sum
 }
 
 /// A band's share of the products of its blocks off the diagonal with differences.

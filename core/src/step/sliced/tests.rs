@@ -103,8 +103,9 @@ impl Work for Shares<'_> {
         let exact: Vec<V3> =
             h.as_flattened()[..matrix.rows()].iter().map(|q| [1.1, 0.3, 7.7].map(|s| s * f64::from(q[1]))).collect();
         bands.iter_mut().for_each(|band| exact::Multiply { band, x: [&exact[..]] }.on(unit));
-        let products =
-            (0..matrix.rows()).flat_map(|i| exact::row((bands, *height), 0, i)).map(f64::to_bits).collect::<Vec<_>>();
+        let mut products = vec![[0.0; 3]; matrix.rows()];
+        exact::rows((bands, *height), 0, 0, &mut products);
+        let products: Vec<u64> = products.iter().flatten().map(|v| v.to_bits()).collect();
         let [p0, p1, p2] = p.each_mut().map(|p| p.flat_mut().as_chunks_mut().0);
         let turned = sum.flat_mut().as_chunks_mut().0.as_chunks_mut().0;
         Turn { h, a: 0.3, beta: 0.6, p: [p0, p1, p2], sum: turned }.on(unit);
