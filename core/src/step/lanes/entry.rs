@@ -1,7 +1,10 @@
 //! What the blocks are made of that are taken over.
 
 #[cfg(target_arch = "x86_64")]
-use pulp::{cast, f32x16, x86::V4};
+use pulp::{
+    cast, f32x8, f32x16,
+    x86::{V3, V4},
+};
 
 /// A number in one precision or the other.
 pub trait Entry: Copy + Default + Sync {
@@ -12,6 +15,9 @@ pub trait Entry: Copy + Default + Sync {
     /// The first eight of two blocks, [`Entry::rounded`].
     #[cfg(target_arch = "x86_64")]
     fn eights(unit: V4, low: &[Self; 9], high: &[Self; 9], scale: f64) -> f32x16;
+    /// Those of one.
+    #[cfg(target_arch = "x86_64")]
+    fn eight(unit: V3, block: &[Self; 9], scale: f64) -> f32x8;
 }
 
 impl Entry for f64 {
@@ -34,6 +40,14 @@ impl Entry for f64 {
         let high = avx._mm512_cvtpd_ps(cast(unit.mul_f64x8(scale, cast([i, j, k, l, m, n, o, p]))));
         cast(unit.avx512dq._mm512_insertf32x8::<1>(avx._mm512_castps256_ps512(low), high))
     }
+
+    #[cfg(target_arch = "x86_64")]
+    #[inline(always)]
+    fn eight(unit: V3, block: &[f64; 9], scale: f64) -> f32x8 {
+        let ([a, b, c, d, e, f, g, h, _], scale) = (*block, unit.splat_f64x4(scale));
+        let low = unit.avx._mm256_cvtpd_ps(cast(unit.mul_f64x4(scale, cast([a, b, c, d]))));
+        cast([low, unit.avx._mm256_cvtpd_ps(cast(unit.mul_f64x4(scale, cast([e, f, g, h]))))])
+    }
 }
 
 impl Entry for f32 {
@@ -52,5 +66,12 @@ impl Entry for f32 {
     fn eights(unit: V4, low: &[f32; 9], high: &[f32; 9], scale: f64) -> f32x16 {
         let ([a, b, c, d, e, f, g, h, _], [i, j, k, l, m, n, o, p, _]) = (*low, *high);
         unit.mul_f32x16(unit.splat_f32x16(scale as f32), cast([a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p]))
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[inline(always)]
+    fn eight(unit: V3, block: &[f32; 9], scale: f64) -> f32x8 {
+        let [a, b, c, d, e, f, g, h, _] = *block;
+        unit.mul_f32x8(unit.splat_f32x8(scale as f32), cast([a, b, c, d, e, f, g, h]))
     }
 }

@@ -125,6 +125,50 @@ impl Lanes for V3 {
         }
         vectors
     }
+
+    #[inline(always)]
+    fn entries<T: Entry>(self, blocks: [&[T; 9]; 16], scale: f64) -> [[f32x8; 2]; 9] {
+        let (mut all, mut last) = ([[self.splat_f32x8(0.0); 2]; 9], [[0.0; 8]; 2]);
+        for half in 0..2 {
+            let mut rows = [cast([0.0_f32; 8]); 8];
+            for lane in 0..8 {
+                let block = blocks[8 * half + lane];
+                rows[lane] = cast(T::eight(self, block, scale));
+                last[half][lane] = block[8].rounded(scale);
+            }
+            for (e, entries) in columns(self, rows).into_iter().enumerate() {
+                all[e][half] = cast(entries);
+            }
+            all[8][half] = cast(last[half]);
+        }
+        all
+    }
+}
+
+/// Eight rows become eight columns.
+#[inline(always)]
+fn columns(unit: V3, [a, b, c, d, e, f, g, h]: [__m256; 8]) -> [__m256; 8] {
+    let (left, right) = (quarter_columns(unit, [a, b, c, d]), quarter_columns(unit, [e, f, g, h]));
+    let mut out = [a; 8];
+    for k in 0..4 {
+        out[k] = unit.avx._mm256_permute2f128_ps::<0x20>(left[k], right[k]);
+        out[k + 4] = unit.avx._mm256_permute2f128_ps::<0x31>(left[k], right[k]);
+    }
+    out
+}
+
+/// In each half, four rows become four columns.
+#[inline(always)]
+fn quarter_columns(unit: V3, [a, b, c, d]: [__m256; 4]) -> [__m256; 4] {
+    let avx = unit.avx;
+    let (ab, other_ab) = (cast(avx._mm256_unpacklo_ps(a, b)), cast(avx._mm256_unpackhi_ps(a, b)));
+    let (cd, other_cd) = (cast(avx._mm256_unpacklo_ps(c, d)), cast(avx._mm256_unpackhi_ps(c, d)));
+    [
+        cast(avx._mm256_unpacklo_pd(ab, cd)),
+        cast(avx._mm256_unpackhi_pd(ab, cd)),
+        cast(avx._mm256_unpacklo_pd(other_ab, other_cd)),
+        cast(avx._mm256_unpackhi_pd(other_ab, other_cd)),
+    ]
 }
 
 #[inline(always)]
