@@ -43,6 +43,7 @@ mod sliced;
 mod springs;
 mod system;
 mod transfer;
+mod windows;
 
 pub use chunk::{Chunk, Schedule};
 pub use constraint::Constraint;

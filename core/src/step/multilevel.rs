@@ -15,6 +15,7 @@ use super::pool::Pool;
 use super::single::{Quad, Single, SingleBlock};
 use super::sliced::LANES;
 use super::transfer::{Receiver, Transfer};
+use super::windows::Windows;
 
 /// Share of block Jacobi on the finest level, and on all others: what is least for many cloths and steps.
 const FINEST: f64 = 0.6;
@@ -37,6 +38,8 @@ pub struct Multilevel {
 #[derive(Debug, Default)]
 struct Level {
     transfer: Transfer,
+    /// Of the finest transfer, where its mesh is regular.
+    windows: Option<Windows>,
     galerkin: Galerkin,
     /// Where the diagonal blocks of the coarse matrix are, and the matrix.
     diagonal: Vec<u32>,
@@ -80,7 +83,10 @@ impl Multilevel {
             if coarse.len() as f64 > KEPT * graph.len() as f64 {
                 break;
             }
-            let (level, pattern) = Level::new(finer.as_ref().unwrap_or(matrix), coarse.len(), &weights);
+            let (mut level, pattern) = Level::new(finer.as_ref().unwrap_or(matrix), coarse.len(), &weights);
+            if levels.is_empty() {
+                level.windows = Windows::new(&weights, coarse.len());
+            }
             levels.push(level);
             (graph, finer) = (coarse, Some(pattern));
         }
@@ -92,7 +98,8 @@ impl Multilevel {
         let of = |level: &Level| {
             let lists = level.transfer.bytes() + level.galerkin.bytes() + level.diagonal.len() * 4;
             let vectors = level.h.len() * (2 * size_of::<Quad>() + size_of::<Inverse>());
-            lists + vectors + level.values.len() * size_of::<SingleBlock>()
+            let windows = level.windows.as_ref().map_or(0, Windows::bytes);
+            lists + vectors + windows + level.values.len() * size_of::<SingleBlock>()
         };
         self.levels.iter().map(of).sum()
     }
@@ -114,6 +121,9 @@ impl Multilevel {
         for at in (1..self.levels.len()).rev() {
             let (finer, rest) = self.levels.split_at_mut(at);
             rest[0].prolong(pool, &mut finer[at - 1].h);
+        }
+        if let Some(Level { windows: Some(windows), h, .. }) = self.levels.first_mut() {
+            widest(TakeOver { windows, h });
         }
         let (coarse, inverse) = (self.levels.first(), inverse.as_chunks().0.as_chunks().0);
         pool.fold(h, &|first, h| {
@@ -140,6 +150,7 @@ impl Level {
         let (galerkin, pattern) = Galerkin::new(fine, coarse, weights);
         let level = Self {
             transfer: Transfer::new(weights, coarse),
+            windows: None,
             galerkin,
             diagonal: (0..coarse).map(|a| pattern.diagonal_slot(a) as u32).collect(),
             values: vec![[0.0; 9]; pattern.blocks() + 1],
@@ -206,6 +217,21 @@ impl pulp::NullaryFnOnce for Restrict<'_> {
     }
 }
 
+/// What is coarse, to where it is looked up.
+struct TakeOver<'a> {
+    windows: &'a mut Windows,
+    h: &'a [Quad],
+}
+
+impl Work for TakeOver<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn on(self, unit: impl Lanes) {
+        self.windows.take(unit, self.h);
+    }
+}
+
 /// Fine nodes `first` on: their own part of P, and that of all coarser levels; gives `r . h`.
 struct Finest<'a> {
     coarse: Option<&'a Level>,
@@ -221,7 +247,10 @@ impl Work for Finest<'_> {
     #[inline(always)]
     fn on(self, unit: impl Lanes) -> f64 {
         let Self { coarse, first, inverse, r, h } = self;
-        for ((h, r), m) in h.as_chunks_mut().0.iter_mut().zip(r.as_chunks().0).zip(inverse) {
+        let windows = coarse.and_then(|level| level.windows.as_ref());
+        let mut all = unit.load(&[0.0; LANES]);
+        let slices = h.as_chunks_mut().0.iter_mut().zip(r.as_chunks().0).zip(inverse);
+        for (slice, ((h, r), m)) in (first / LANES..).zip(slices) {
             let r = unit.planes(load(unit, r));
             let mut own = [r[0]; 3];
             for (c, places) in [[0, 1, 2], [1, 3, 4], [2, 4, 5]].into_iter().enumerate() {
@@ -229,7 +258,16 @@ impl Work for Finest<'_> {
                 own[c] = unit.fma(unit.load(&m[places[1]]), r[1], own[c]);
                 own[c] = unit.fma(unit.load(&m[places[2]]), r[2], own[c]);
             }
+            if let Some(windows) = windows {
+                own = windows.add(unit, slice, own);
+                for c in 0..3 {
+                    all = unit.fma(own[c], r[c], all);
+                }
+            }
             store(unit, h, unit.vectors(own));
+        }
+        if windows.is_some() {
+            return unit.store(all).iter().map(|v| f64::from(*v)).sum();
         }
         let mut rows = Share { r, h, product: [0.0; 4] };
         match coarse {

@@ -16,6 +16,8 @@ use pulp::NullaryFnOnce;
 pub use entry::Entry;
 pub use plain::Plain;
 
+/// Numbers among which one can be looked up.
+pub const LOOKED_UP: usize = 32;
 /// In memory.
 pub type Sixteen = [f32; 16];
 
@@ -41,6 +43,8 @@ pub trait Lanes: Copy {
     fn fma(self, a: Self::V, b: Self::V, c: Self::V) -> Self::V;
     /// `c - a b`
     fn fnma(self, a: Self::V, b: Self::V, c: Self::V) -> Self::V;
+    /// Of the numbers of two rows of lanes, those at some places, each below [`LOOKED_UP`].
+    fn lookup(self, from: [Self::V; 2], places: &[u32; 16]) -> Self::V;
     /// Without what is next to nothing.
     fn without_dust(self, v: Self::V) -> Self::V;
     /// The first [`Lanes::EXACT`] numbers of a slice, in double precision.

@@ -53,6 +53,11 @@ impl Lanes for Plain {
     }
 
     #[inline(always)]
+    fn lookup(self, from: [Sixteen; 2], places: &[u32; 16]) -> Sixteen {
+        places.map(|at| from[at as usize / 16 % 2][at as usize % 16])
+    }
+
+    #[inline(always)]
     fn without_dust(self, v: Sixteen) -> Sixteen {
         v.map(dusted)
     }

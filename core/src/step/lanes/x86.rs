@@ -4,7 +4,7 @@ use super::{Entry, Lanes, Sixteen};
 use crate::step::single::TINY;
 use pulp::x86::{V3, V4};
 use pulp::{Simd, cast, f32x8, f32x16, f64x4, f64x8, u32x16};
-use std::arch::x86_64::{__m256, __m512};
+use std::arch::x86_64::{__m256, __m256i, __m512};
 
 impl Lanes for V3 {
     type V = [f32x8; 2];
@@ -48,6 +48,20 @@ impl Lanes for V3 {
             cast(fma._mm256_fnmadd_ps(cast(a[0]), cast(b[0]), cast(c[0]))),
             cast(fma._mm256_fnmadd_ps(cast(a[1]), cast(b[1]), cast(c[1]))),
         ]
+    }
+
+    #[inline(always)]
+    fn lookup(self, [low, high]: [[f32x8; 2]; 2], places: &[u32; 16]) -> [f32x8; 2] {
+        let (avx, mut out) = (self.avx, low);
+        for (out, at) in out.iter_mut().zip(cast::<_, [__m256i; 2]>(*places)) {
+            let [a, b, c, d] =
+                [low[0], low[1], high[0], high[1]].map(|eight| self.avx2._mm256_permutevar8x32_ps(cast(eight), at));
+            // Which eight of the thirty-two, by the two bits above those of the place in it.
+            let (odd, second) = (cast(self.avx2._mm256_slli_epi32::<28>(at)), cast(self.avx2._mm256_slli_epi32::<27>(at)));
+            let (first, last) = (avx._mm256_blendv_ps(a, b, odd), avx._mm256_blendv_ps(c, d, odd));
+            *out = cast(avx._mm256_blendv_ps(first, last, second));
+        }
+        out
     }
 
     #[inline(always)]
@@ -240,6 +254,11 @@ impl Lanes for V4 {
     #[inline(always)]
     fn fnma(self, a: f32x16, b: f32x16, c: f32x16) -> f32x16 {
         cast(self.avx512f._mm512_fnmadd_ps(cast(a), cast(b), cast(c)))
+    }
+
+    #[inline(always)]
+    fn lookup(self, [low, high]: [f32x16; 2], places: &[u32; 16]) -> f32x16 {
+        cast(self.avx512f._mm512_permutex2var_ps(cast(low), cast(*places), cast(high)))
     }
 
     #[inline(always)]
