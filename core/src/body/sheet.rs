@@ -13,10 +13,13 @@ use pliant_plugin_api::abi;
 use std::sync::Arc;
 
 mod cut;
+mod order;
 mod state;
 
 pub use cut::Before;
 pub use state::SheetState;
+
+use order::{Order, places};
 
 /// Where the warp of a fabric runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,14 +33,18 @@ pub enum Warp {
 /// A mesh as the carrier of itself.
 pub struct Sheet {
     warp: Warp,
+    /// Vertices and triangles as they became nodes and elements.
+    order: Arc<Order>,
     /// Node of each vertex, or `NONE` where no triangle uses it.
     node_of: Vec<u32>,
     vertex_of: Vec<u32>,
+    /// Triangle of each element.
+    triangle_of: Vec<u32>,
     /// m, mean
     edge: f64,
-    /// m, corners of each triangle at rest in its own plane, warp first (m x 3 x 2)
+    /// m, corners of each triangle at rest in its own plane, warp first, by element (m x 3 x 2)
     material: Arc<Vec<f64>>,
-    /// Clamped edges by their vertices, rising: beyond each a node behind all others lends it a direction.
+    /// Clamped edges by their vertices, lower first: beyond each a node behind all others, in the same order, lends it a direction.
     clamped: Arc<Vec<[u32; 2]>>,
     led: Vec<(u32, u32)>,
     active: bool,
@@ -63,8 +70,10 @@ impl Sheet {
         let edge = sum / f64::from(count.max(1));
         Self {
             warp,
+            order: Arc::default(),
             node_of: Vec::new(),
             vertex_of: Vec::new(),
+            triangle_of: Vec::new(),
             edge,
             material: Arc::default(),
             clamped: Arc::default(),
@@ -93,6 +102,7 @@ impl Sheet {
             return Ok(std::mem::take(&mut self.cut));
         }
         self.active = true;
+        self.order = Arc::new(Order::of(&model.surface));
         self.number(&model.surface);
         system.nodes = Nodes::at_rest(self.vertex_of.iter().map(|v| model.surface.points[*v as usize]).collect());
         self.material = Arc::new(self.material_coordinates(model));
@@ -101,7 +111,7 @@ impl Sheet {
         let clamped = clamped(fixings, nodes, |node| numbers[node as usize]);
         let triangles = self.triangles(&model.surface);
         let edges = Edges::new(&triangles, |ends| ends.iter().all(|n| clamped[*n as usize]), nodes);
-        self.clamped = Arc::new(edges.clamped.iter().map(|ends| ends.map(|n| numbers[n as usize])).collect());
+        self.clamped = Arc::new(edges.clamped.iter().map(|ends| self.vertices(*ends)).collect());
         self.led = constrain_led(fixings, nodes, |node| numbers.get(node as usize).copied().unwrap_or(NONE));
         for ghost in own..nodes.len() {
             nodes.constraint[ghost] = Constraint::Fixed;
@@ -114,19 +124,22 @@ impl Sheet {
         Ok(true)
     }
 
-    /// A node for each vertex that a triangle uses.
+    /// A node for each vertex that a triangle uses, and an element for each triangle.
     fn number(&mut self, surface: &Surface) {
-        self.node_of = vec![NONE; surface.points.len()];
-        surface.triangles.iter().flatten().for_each(|v| self.node_of[*v as usize] = 0);
-        self.vertex_of = (0..self.node_of.len() as u32).filter(|v| self.node_of[*v as usize] == 0).collect();
-        for (node, vertex) in self.vertex_of.iter().enumerate() {
-            self.node_of[*vertex as usize] = node as u32;
-        }
+        let Order { vertices, triangles, .. } = self.order.and_more(surface);
+        (self.vertex_of, self.triangle_of) = (vertices, triangles);
+        self.node_of = places(&self.vertex_of, surface.points.len());
     }
 
-    /// Nodes of each triangle.
+    /// Nodes of the triangle of each element.
     fn triangles(&self, surface: &Surface) -> Vec<[u32; 3]> {
-        surface.triangles.iter().map(|t| t.map(|v| self.node_of[v as usize])).collect()
+        let nodes = |t: &u32| surface.triangles[*t as usize].map(|v| self.node_of[v as usize]);
+        self.triangle_of.iter().map(nodes).collect()
+    }
+
+    /// Vertices of the ends of an edge, lower first.
+    fn vertices(&self, ends: [u32; 2]) -> [u32; 2] {
+        rising(ends.map(|n| self.vertex_of[n as usize]))
     }
 
     fn list_elements(&self, system: &mut System, triangles: &[[u32; 3]], edges: Edges) -> Result<(), LatticeError> {
@@ -170,8 +183,8 @@ impl Sheet {
     /// Corners of each triangle in its own plane, warp first, m (m x 3 x 2). Lengths and angles are those of the rest shape.
     fn material_coordinates(&self, model: &Model) -> Vec<f64> {
         let mut out = Vec::with_capacity(6 * model.surface.triangles.len());
-        for (t, triangle) in model.surface.triangles.iter().enumerate() {
-            let [a, b, c] = triangle.map(|v| Vector3::from(model.surface.points[v as usize]));
+        for t in self.triangle_of.iter().map(|t| *t as usize) {
+            let [a, b, c] = model.surface.triangles[t].map(|v| Vector3::from(model.surface.points[v as usize]));
             let normal = (b - a).cross(&(c - a)).normalize();
             let wanted = match self.warp {
                 Warp::Axis(axis) => Vector3::from(axis),
@@ -266,6 +279,11 @@ impl Sheet {
     pub fn bytes(&self) -> usize {
         4 * (self.node_of.len() + self.vertex_of.len())
     }
+}
+
+/// Lower first.
+fn rising([a, b]: [u32; 2]) -> [u32; 2] {
+    [a.min(b), a.max(b)]
 }
 
 /// Places in the plane of a triangle, from its first corner, warp first, m.

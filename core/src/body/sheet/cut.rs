@@ -4,7 +4,7 @@
 //! fabric. All of them are linear there, so mass, momentum and the energy of the membrane stay what they were. The moment of
 //! inertia of masses in the corners depends on the mesh: angular momentum changes by that, less the finer the mesh.
 
-use super::{Edges, NONE, Sheet};
+use super::{Edges, NONE, Sheet, places, rising};
 use crate::body::lattice::LatticeError;
 use crate::cut::{Advance, CutMesh, Origin};
 use crate::step::{Constraint, ElementSet, Nodes, System, V3, axpy};
@@ -58,13 +58,13 @@ impl Sheet {
         }
         self.material = Arc::new(self.pieces(mesh, advance, before));
         let triangles = self.triangles(surface);
-        let clamped = std::mem::take(&mut self.clamped);
+        let clamped: HashMap<[u32; 2], usize> = self.clamped.iter().copied().zip(0..).collect();
         let own = system.nodes.len();
-        let vertices = |ends: [u32; 2]| ends.map(|n| self.vertex_of[n as usize]);
-        let descends = |ends: [u32; 2]| lineage.edge(vertices(ends)).filter(|edge| clamped.binary_search(edge).is_ok());
+        let vertices = |ends: [u32; 2]| rising(ends.map(|n| self.vertex_of[n as usize]));
+        let descends = |ends: [u32; 2]| lineage.edge(vertices(ends)).and_then(|edge| clamped.get(&edge).copied());
         let edges = Edges::new(&triangles, |ends| descends(ends).is_some(), &mut system.nodes);
         for (ghost, &ends) in edges.clamped.iter().enumerate() {
-            let of = descends(ends).and_then(|edge| clamped.binary_search(&edge).ok()).unwrap_or(0);
+            let of = descends(ends).unwrap_or(0);
             lay_beyond(&mut system.nodes, (own + ghost) as u32, ends, (&old.ghosts, of));
             if let Some(led) = fixing_of.get(&ends[0]) {
                 self.led.push(((own + ghost) as u32, *led));
@@ -72,12 +72,13 @@ impl Sheet {
         }
         self.clamped = Arc::new(edges.clamped.iter().map(|ends| vertices(*ends)).collect());
         self.list_elements(system, &triangles, edges)?;
-        let number = |edge: [u32; 2]| edge.map(|v| self.node_of[v as usize]);
+        let number = |edge: [u32; 2]| rising(edge.map(|v| self.node_of[v as usize]));
+        let element_of = places(&self.triangle_of, self.triangle_of.len());
         for (set, (history, on_edge)) in system.sets.iter_mut().zip(old.history.iter().zip(&old.on_edge)) {
-            let edge_of = |ends: &[u32]| lineage.edge([ends[0], ends[1]].map(|n| self.vertex_of[n as usize]));
+            let edge_of = |ends: &[u32]| lineage.edge(vertices([ends[0], ends[1]]));
             let from = |e: usize, nodes: &[u32]| match nodes.len() {
                 1 => (nodes[0] < old.nodes as u32).then_some(e),
-                3 => Some(parent(advance, e as u32) as usize),
+                3 => Some(element_of[parent(advance, self.triangle_of[e]) as usize] as usize),
                 _ => edge_of(nodes).and_then(|edge| on_edge.get(&number(edge)).copied()),
             };
             carry_history(set, history, from);
@@ -89,6 +90,8 @@ impl Sheet {
     /// Places in the fabric of the corners of every triangle: a piece has its part of what it was cut from.
     fn pieces(&self, mesh: &CutMesh, advance: &Advance, before: &Before) -> Vec<f64> {
         let surface = mesh.surface();
+        let element_of = places(&self.triangle_of, surface.triangles.len());
+        let place = |t: u32| 6 * element_of[t as usize] as usize;
         let mut material = self.material.to_vec();
         material.resize(6 * surface.triangles.len(), 0.0);
         let point = |v: u32| surface.points[v as usize];
@@ -97,11 +100,11 @@ impl Sheet {
         {
             let of = parent(advance, t);
             let corners = before[&of].map(point);
-            let u = &self.material[6 * of as usize..][..6];
+            let u = &self.material[place(of)..][..6];
             for (corner, vertex) in surface.triangles[t as usize].into_iter().enumerate() {
                 let weights = weights_in(corners, point(vertex));
                 for i in 0..2 {
-                    material[6 * t as usize + 2 * corner + i] = (0..3).map(|c| weights[c] * u[2 * c + i]).sum();
+                    material[place(t) + 2 * corner + i] = (0..3).map(|c| weights[c] * u[2 * c + i]).sum();
                 }
             }
         }
@@ -115,8 +118,8 @@ impl Old {
         let on_edge = |set: &ElementSet| match set.request().kind {
             abi::LINK | abi::HINGE if !set.history().is_empty() => {
                 let corners = if set.request().kind == abi::LINK { 2 } else { 4 };
-                let key = |nodes: &[u32]| [nodes[0].min(nodes[1]), nodes[0].max(nodes[1])];
-                set.nodes().chunks_exact(corners).enumerate().map(|(e, nodes)| (key(nodes), e)).collect()
+                let edges = set.nodes().chunks_exact(corners).enumerate();
+                edges.map(|(e, nodes)| (rising([nodes[0], nodes[1]]), e)).collect()
             }
             _ => HashMap::new(),
         };

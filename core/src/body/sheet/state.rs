@@ -1,14 +1,17 @@
 //! What of a sheet can be taken back.
 
+use super::order::Order;
 use super::{Edges, Sheet};
 use crate::body::lattice::LatticeError;
 use crate::body::model::Model;
 use crate::step::{Nodes, System};
+use std::collections::HashSet;
 use std::sync::Arc;
 
 /// A sheet at one moment; its large parts are shared until they change.
 #[derive(Clone)]
 pub struct SheetState {
+    order: Arc<Order>,
     material: Arc<Vec<f64>>,
     clamped: Arc<Vec<[u32; 2]>>,
     led: Vec<(u32, u32)>,
@@ -19,6 +22,7 @@ impl Sheet {
     /// As it is now.
     pub fn save(&self) -> SheetState {
         SheetState {
+            order: Arc::clone(&self.order),
             material: Arc::clone(&self.material),
             clamped: Arc::clone(&self.clamped),
             led: self.led.clone(),
@@ -38,8 +42,8 @@ impl Sheet {
         system: &mut System,
     ) -> Result<(), LatticeError> {
         let same = Arc::ptr_eq(&self.material, &state.material) && system.nodes.rest == nodes.rest;
-        let SheetState { material, clamped, led, active } = state.clone();
-        (self.material, self.clamped, self.led, self.active) = (material, clamped, led, active);
+        let SheetState { order, material, clamped, led, active } = state.clone();
+        (self.order, self.material, self.clamped, self.led, self.active) = (order, material, clamped, led, active);
         self.cut = false;
         system.nodes.clone_from(nodes);
         if same || !self.active {
@@ -55,7 +59,7 @@ impl Sheet {
 
     /// Edges of the mesh; the clamped ones are known.
     pub(super) fn edges(&self, triangles: &[[u32; 3]], nodes: &mut Nodes) -> Edges {
-        let vertices = |ends: [u32; 2]| ends.map(|n| self.vertex_of[n as usize]);
-        Edges::new(triangles, |ends| self.clamped.binary_search(&vertices(ends)).is_ok(), nodes)
+        let clamped: HashSet<[u32; 2]> = self.clamped.iter().copied().collect();
+        Edges::new(triangles, |ends| clamped.contains(&self.vertices(ends)), nodes)
     }
 }

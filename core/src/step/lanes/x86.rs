@@ -57,7 +57,8 @@ impl Lanes for V3 {
             let [a, b, c, d] =
                 [low[0], low[1], high[0], high[1]].map(|eight| self.avx2._mm256_permutevar8x32_ps(cast(eight), at));
             // Which eight of the thirty-two, by the two bits above those of the place in it.
-            let (odd, second) = (cast(self.avx2._mm256_slli_epi32::<28>(at)), cast(self.avx2._mm256_slli_epi32::<27>(at)));
+            let (odd, second) =
+                (cast(self.avx2._mm256_slli_epi32::<28>(at)), cast(self.avx2._mm256_slli_epi32::<27>(at)));
             let (first, last) = (avx._mm256_blendv_ps(a, b, odd), avx._mm256_blendv_ps(c, d, odd));
             *out = cast(avx._mm256_blendv_ps(first, last, second));
         }
