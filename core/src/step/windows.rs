@@ -97,3 +97,62 @@ impl Windows {
         sum
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::step::lanes::{Work, widest};
+
+    /// One to four terms each, of coarse nodes around two places that move on.
+    fn weights(n: usize, far: u32) -> Weights {
+        let mut weights = Weights { start: vec![0], ..Weights::default() };
+        for i in 0..n as u32 {
+            let count = 1 + (i * i + i / 4) % 4;
+            weights.coarse.extend((0..count).map(|k| i / 3 + 2 * k + if k > 1 { far } else { 0 }));
+            weights.weight.extend((0..count).map(|k| 0.1 + (i * k % 7) as f32));
+            weights.start.push(weights.coarse.len() as u32);
+        }
+        weights
+    }
+
+    struct All<'a>(&'a mut Windows, &'a [Quad], usize);
+
+    impl Work for All<'_> {
+        type Output = Vec<[f32; 3]>;
+
+        #[inline(always)]
+        fn on(self, unit: impl Lanes) -> Vec<[f32; 3]> {
+            self.0.take(unit, self.1);
+            let own = [1.0, 2.0, 3.0].map(|c| unit.load(&[c; LANES]));
+            let slices = (0..self.2.div_ceil(LANES)).map(|slice| self.0.add(unit, slice, own).map(|v| unit.store(v)));
+            slices.flat_map(|planes| (0..LANES).map(move |l| planes.map(|plane| plane[l]))).take(self.2).collect()
+        }
+    }
+
+    #[test]
+    fn every_vector_unit_adds_what_the_weights_say() {
+        let (n, coarse, weights) = (75, 150, weights(75, 100));
+        let mut windows = Windows::new(&weights, coarse).expect("two windows");
+        let from: Vec<Quad> = (0..coarse).map(|i| [i as f32, (1.7 * i as f32).sin(), 0.3, 0.0]).collect();
+        let found = widest(All(&mut windows, &from, n));
+        assert_eq!(found, All(&mut windows, &from, n).on(crate::step::lanes::Plain));
+        for (i, found) in found.iter().enumerate() {
+            for c in 0..3 {
+                let more: f64 = weights.of(i).map(|(a, w)| f64::from(w * from[a as usize][c])).sum();
+                let want = 1.0 + c as f64 + more;
+                assert!((f64::from(found[c]) - want).abs() < 1e-5 * (1.0 + want.abs()), "{i}: {found:?}, {want}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_too_far_or_too_much_is_left_to_others() {
+        assert!(Windows::new(&weights(75, 100), 150).is_some());
+        let (mut scattered, mut many) = (weights(75, 100), weights(75, 100));
+        // Between both windows.
+        scattered.coarse[20] = 60;
+        assert!(Windows::new(&scattered, 190).is_none());
+        many.start.remove(70);
+        assert!(Windows::new(&many, 150).is_none(), "five terms");
+    }
+}

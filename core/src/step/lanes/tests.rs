@@ -54,6 +54,11 @@ impl Work for All<'_> {
         for (e, entries) in both.into_iter().flat_map(|entries| entries.into_iter().enumerate()) {
             assert_eq!(unit.store(entries), blocks.map(|block| (0.25 * block[e]) as f32));
         }
+        for first in [0, 16] {
+            let places = std::array::from_fn(|l| (11 * (first + l) as u32 + 3) % LOOKED_UP as u32);
+            let found = unit.store(unit.lookup([unit.load(&of(7)), unit.load(&of(23))], &places));
+            assert_eq!(found, places.map(|at| wave(7 + at as usize)));
+        }
         exact(unit, self.0);
         [c, unit.without_dust(tiny)].map(|v| unit.store(v).map(f32::to_bits)).concat()
     }
