@@ -8,7 +8,7 @@ use super::NONE;
 use crate::mesh::Surface;
 
 /// How many times nearer numbers have to be for another order than that of the file.
-const WORTH: usize = 2;
+const WORTH: usize = 4;
 
 /// The vertices and triangles of a mesh in the order in which they are nodes and elements.
 #[derive(Clone, Debug, Default, PartialEq)]
