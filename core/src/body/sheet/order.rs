@@ -7,7 +7,9 @@
 use super::NONE;
 use crate::mesh::Surface;
 
-/// How many times nearer numbers have to be for another order than that of the file.
+/// How far the numbers of neighbours are from each other, on average, that are near in any order.
+const NEAR: usize = 64;
+/// How many times nearer they have to be for another order than that of the file.
 const WORTH: usize = 4;
 
 /// The vertices and triangles of a mesh in the order in which they are nodes and elements.
@@ -28,8 +30,12 @@ impl Order {
         let vertices: Vec<u32> = (0..surface.points.len() as u32).filter(|v| !graph.of(*v).is_empty()).collect();
         let file =
             Self { vertices, triangles: (0..surface.triangles.len() as u32).collect(), count: surface.points.len() };
+        let span = graph.span(&file.vertices);
+        if span <= NEAR * graph.neighbour.len() {
+            return file;
+        }
         let layers = graph.layers(&file.vertices);
-        if graph.span(&file.vertices) < WORTH * graph.span(&layers) {
+        if span < WORTH * graph.span(&layers) {
             return file;
         }
         let place = places(&layers, file.count);
@@ -154,6 +160,9 @@ mod tests {
     fn what_a_file_has_in_order_stays() {
         let order = Order::of(&sheet(20, |v| v));
         assert_eq!((order.vertices, order.triangles), ((0..400).collect(), (0..722).collect()));
+        // Neighbours are 37 from each other at most, which is near.
+        let order = Order::of(&sheet(6, |v| v * 5 % 36));
+        assert_eq!((order.vertices, order.triangles), ((0..36).collect(), (0..50).collect()));
     }
 
     #[test]
