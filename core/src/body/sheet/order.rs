@@ -160,7 +160,7 @@ mod tests {
     fn what_a_file_has_in_order_stays() {
         let order = Order::of(&sheet(20, |v| v));
         assert_eq!((order.vertices, order.triangles), ((0..400).collect(), (0..722).collect()));
-        // Neighbours are 37 from each other at most, which is near.
+        // With 36 vertices none is far from any other.
         let order = Order::of(&sheet(6, |v| v * 5 % 36));
         assert_eq!((order.vertices, order.triangles), ((0..36).collect(), (0..50).collect()));
     }
