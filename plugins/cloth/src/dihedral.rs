@@ -11,10 +11,17 @@ const FLAT: f64 = 1e-6;
 /// front is the outer side of the fold.
 #[inline(always)]
 pub(crate) fn angle<T: Real>(x: [V3<T>; 4]) -> T {
+    let [y, x] = fold(x);
+    angle_of(y, x)
+}
+
+/// Sine and cosine of that angle, times twice the areas of both sides, m^4.
+#[inline(always)]
+pub(crate) fn fold<T: Real>(x: [V3<T>; 4]) -> [T; 2] {
     let (edge, left, right) = normals(x);
-    let size = dot(edge, edge).sqrt();
-    let size = size.max(size.of(f64::MIN_POSITIVE));
-    angle_of(dot(cross(left, right), edge) / size, dot(left, right))
+    let [a, _, _, p] = x;
+    // The product of both normals is along the edge, and by its length what all three sides from a span.
+    [-(dot(edge, edge).sqrt() * dot(left, minus(p, a))), dot(left, right)]
 }
 
 /// Its gradient, 1/m, by corner: 1 over the height at the two corners off the edge, and at the edge's ends what holds the sum

@@ -3,6 +3,7 @@
 //! Corners are gathered into planes of lanes, the kernels are those of one element ([`crate::real`]), and results are added
 //! element by element in their order.
 
+use crate::arc::angle_of;
 use crate::dihedral;
 use crate::membrane::Membrane;
 use crate::real::{MOST_LANES, Wide};
@@ -204,6 +205,9 @@ impl WithSimd for SingleStiffness<'_, '_> {
     }
 }
 
+/// Hinges whose angles are found together: an angle is a long way from sum to sum, and processors look ahead only so far.
+const FOLDS: usize = 64;
+
 /// Writes angles of hinges in the place of those at rest, and their gradients, over their length: 13 planes.
 pub(crate) struct Strains<'a> {
     pub(crate) at: &'a Elements<'a>,
@@ -218,18 +222,27 @@ impl WithSimd for Strains<'_> {
         let Self { at, out } = self;
         let (x, nodes, angles, lengths) = (Points::new(at.x()), at.corners::<4>(), at.rest_data(0), at.rest_data(1));
         let mut seen = Wide(simd.splat_f64s(0.0), simd);
-        for e in (0..nodes.len()).step_by(S::F64_LANES) {
-            let place = gather(simd, nodes, e, x);
-            let l = read(simd, lengths, e);
-            let gradient = dihedral::gradient(place);
-            let strain = l * (dihedral::angle(place) - read(simd, angles, e));
-            write(out[0], e, strain);
-            for corner in 0..4 {
-                for i in 0..3 {
-                    write(out[1 + 3 * corner + i], e, l * gradient[corner][i]);
+        let (mut sine, mut cosine) = ([0.0; FOLDS], [0.0; FOLDS]);
+        for begin in (0..nodes.len()).step_by(FOLDS) {
+            let end = nodes.len().min(begin + FOLDS);
+            for e in (begin..end).step_by(S::F64_LANES) {
+                let place = gather(simd, nodes, e, x);
+                let l = read(simd, lengths, e);
+                let ([y, x], gradient) = (dihedral::fold(place), dihedral::gradient(place));
+                y.store(&mut sine[e - begin..]);
+                x.store(&mut cosine[e - begin..]);
+                for corner in 0..4 {
+                    for i in 0..3 {
+                        write(out[1 + 3 * corner + i], e, l * gradient[corner][i]);
+                    }
                 }
             }
-            seen = seen + strain;
+            for e in (begin..end).step_by(S::F64_LANES) {
+                let (y, x) = (Wide::load(simd, &sine[e - begin..]), Wide::load(simd, &cosine[e - begin..]));
+                let strain = read(simd, lengths, e) * (angle_of(y, x) - read(simd, angles, e));
+                write(out[0], e, strain);
+                seen = seen + strain;
+            }
         }
         sum(seen)
     }
