@@ -246,13 +246,18 @@ struct StandIns<'a> {
 
 impl StandIns<'_> {
     #[inline(always)]
-    fn stiffness(&self, e: usize) -> f64 {
-        let stand_in = match self.which {
-            StandIn::Searched => self.usual[e],
-            StandIn::Half => self.usual[e].max(0.5 * self.most[e]),
-            StandIn::Certain => self.most[e],
-        };
-        self.factor * stand_in
+    fn stiffness<const N: usize>(&self, e: usize) -> [f64; N] {
+        let (usual, most) = (&self.usual[e..e + N], &self.most[e..e + N]);
+        let mut stiffness = [0.0; N];
+        for i in 0..N {
+            let stand_in = match self.which {
+                StandIn::Searched => usual[i],
+                StandIn::Half => usual[i].max(0.5 * most[i]),
+                StandIn::Certain => most[i],
+            };
+            stiffness[i] = self.factor * stand_in;
+        }
+        stiffness
     }
 }
 
@@ -265,19 +270,16 @@ impl Hinges for StandIns<'_> {
                 g[corner][i] = self.gradient[3 * corner + i][e];
             }
         }
-        (g, self.stiffness(e))
+        (g, self.stiffness::<1>(e)[0])
     }
 
     #[inline(always)]
     fn eight(&self, e: usize) -> ([[f64; GROUP]; 12], [f64; GROUP]) {
-        let (mut planes, mut k) = ([[0.0; GROUP]; 12], [0.0; GROUP]);
+        let mut planes = [[0.0; GROUP]; 12];
         for (plane, from) in planes.iter_mut().zip(&self.gradient) {
             plane.copy_from_slice(&from[e..e + GROUP]);
         }
-        for lane in 0..GROUP {
-            k[lane] = self.stiffness(e + lane);
-        }
-        (planes, k)
+        (planes, self.stiffness(e))
     }
 }
 
