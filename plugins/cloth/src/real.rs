@@ -76,6 +76,7 @@ impl Real for f64 {
 
 /// As many numbers as `S` takes at once.
 #[derive(Clone, Copy)]
+#[repr(align(64))]
 pub(crate) struct Wide<S: Simd>(pub(crate) S::f64s, pub(crate) S);
 
 /// Lanes there are at most.

@@ -9,6 +9,7 @@ pub(crate) const MOST_SINGLES: usize = 16;
 
 /// See above.
 #[derive(Clone, Copy)]
+#[repr(align(64))]
 pub(crate) struct Single<S: Simd>(pub(crate) S::f32s, pub(crate) S);
 
 impl<S: Simd> Single<S> {
