@@ -53,12 +53,11 @@ impl WithSimd for Term<'_> {
                 }
             }
             Rows::Each { partner, value } => {
-                let own = LANES * first;
-                let rows = next.as_flattened_mut().iter_mut().zip(load.as_flattened());
-                for ((next, load), i) in rows.zip(own..) {
-                    let (m, [a, b, c, d], v) = (solution[LANES + i], &partner[i], &value[i]);
-                    let sum = (v[0] * solution[*a as usize] + v[1] * solution[*b as usize])
-                        + (v[2] * solution[*c as usize] + v[3] * solution[*d as usize]);
+                let from = LANES * first;
+                let rows = next.as_flattened_mut().iter_mut().zip(load.as_flattened()).zip(&solution[LANES + from..]);
+                for (((next, load), m), (at, v)) in rows.zip(partner[from..].iter().zip(&value[from..])) {
+                    let sum = (v[0] * solution[at[0] as usize] + v[1] * solution[at[1] as usize])
+                        + (v[2] * solution[at[2] as usize] + v[3] * solution[at[3] as usize]);
                     let step = factors.0 * (load - (m + sum)) + factors.1 * (m - *next);
                     *next = m + step;
                 }
