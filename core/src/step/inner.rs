@@ -218,7 +218,7 @@ impl Inner {
                     break;
                 }
             }
-            let q = self.matrix.product(pool, system.matrix);
+            let q = self.matrix.product(pool);
             if !(q > 0.0 && q.is_finite()) {
                 done.broken = true;
                 break;

@@ -37,7 +37,6 @@ mod rounded_product;
 mod settle;
 mod single;
 mod single_outer;
-mod single_product;
 mod single_update;
 mod sliced;
 mod springs;

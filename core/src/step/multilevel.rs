@@ -138,12 +138,6 @@ impl Multilevel {
     }
 }
 
-/// The last, nothing, is added too: without it the compiler would take lanes apart.
-#[inline(always)]
-fn total(sum: Quad) -> f64 {
-    (f64::from(sum[0]) + f64::from(sum[1])) + (f64::from(sum[2]) + f64::from(sum[3]))
-}
-
 impl Level {
     /// And the pattern of its matrix.
     fn new(fine: &Matrix, coarse: usize, weights: &Weights) -> (Self, Matrix) {
@@ -266,46 +260,20 @@ impl Work for Finest<'_> {
             }
             store(unit, h, unit.vectors(own));
         }
-        if windows.is_some() {
-            return unit.store(all).iter().map(|v| f64::from(*v)).sum();
+        if windows.is_none() {
+            if let Some(level) = coarse {
+                level.transfer.spread(first, &level.h, &mut More(h));
+            }
+            let (h, r) = (h.as_flattened().as_chunks().0, r.as_flattened().as_chunks().0);
+            for (h, r) in h.iter().zip(r) {
+                all = unit.fma(unit.load(h), unit.load(r), all);
+            }
         }
-        let mut rows = Share { r, h, product: [0.0; 4] };
-        match coarse {
-            Some(level) => level.transfer.spread(first, &level.h, &mut rows),
-            None => (0..rows.count()).for_each(|i| rows.put(i, rows.own(i))),
-        }
-        total(rows.product)
+        unit.store(all).iter().map(|v| f64::from(*v)).sum()
     }
 }
 
-/// Fine nodes have their share of block Jacobi already, and `r . h` is added up.
-struct Share<'a> {
-    r: &'a [Quad],
-    h: &'a mut [Quad],
-    product: Quad,
-}
-
-impl Receiver for Share<'_> {
-    #[inline(always)]
-    fn count(&self) -> usize {
-        self.h.len()
-    }
-
-    #[inline(always)]
-    fn own(&self, i: usize) -> Quad {
-        self.h[i]
-    }
-
-    #[inline(always)]
-    fn put(&mut self, i: usize, sum: Quad) {
-        self.h[i] = sum;
-        for c in 0..4 {
-            self.product[c] += sum[c] * self.r[i][c];
-        }
-    }
-}
-
-/// Nodes of a coarser level have theirs already.
+/// Nodes have their own part already.
 struct More<'a>(&'a mut [Quad]);
 
 impl Receiver for More<'_> {

@@ -96,19 +96,12 @@ impl Single {
         self.values.resize(matrix.blocks() + 1, [0.0; 9]);
         let descent = self.descent.get_or_insert_with(|| match Sliced::new(n, matrix.pattern()) {
             Some(sliced) => Descent::Alike(sliced),
-            None => Descent::Each(Each::new(n)),
+            None => Descent::Each(Each::new(n, matrix.pattern())),
         });
         match descent {
             Descent::Alike(sliced) => sliced.update(pool, matrix, self.scale),
-            Descent::Each(each) => {
-                each.update(pool, matrix, self.scale);
-                self.round(pool, matrix);
-            }
+            Descent::Each(each) => each.update(pool, matrix, self.scale),
         }
-    }
-
-    fn round(&mut self, pool: &Pool, matrix: &Matrix) {
-        round(pool, self.scale, matrix, &mut self.values[..matrix.blocks()]);
     }
 
     /// A descent begins, with the direction zero.
@@ -130,10 +123,10 @@ impl Single {
     }
 
     /// Finds `scale A p`, for [`Single::take`]; gives `p . scale A p`.
-    pub fn product(&mut self, pool: &Pool, matrix: &Matrix) -> f64 {
+    pub fn product(&mut self, pool: &Pool) -> f64 {
         match &mut self.descent {
             Some(Descent::Alike(sliced)) => sliced.product(pool),
-            Some(Descent::Each(each)) => each.product(pool, self.values.as_flattened(), matrix.pattern()),
+            Some(Descent::Each(each)) => each.product(pool),
             None => 0.0,
         }
     }
@@ -174,9 +167,7 @@ impl Single {
         fixed: &[u32],
         work: impl FnOnce(&Self) -> R,
     ) -> R {
-        if let Some(Descent::Alike(_)) = self.descent {
-            self.round(pool, matrix);
-        }
+        round(pool, self.scale, matrix, &mut self.values[..matrix.blocks()]);
         let rows = matrix.pattern();
         let slots = |i: u32| {
             let (lower, above, columns) = rows.around(i as usize);

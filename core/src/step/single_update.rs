@@ -8,8 +8,6 @@ use super::single::{SingleBlock, dusted};
 
 /// Blocks in a piece of work for a thread.
 const BLOCKS: usize = 1024;
-/// Rows in a piece.
-const ROWS: usize = 256;
 
 /// All blocks times `scale`, rounded.
 pub fn round(pool: &Pool, scale: f64, matrix: &Matrix, out: &mut [SingleBlock]) {
@@ -35,19 +33,6 @@ pub fn rounded<T: Entry>(scale: f64, block: &[T; 9]) -> SingleBlock {
     block.map(|value| dusted(value.rounded(scale)))
 }
 
-/// What the blocks of each row leave of the diagonal, times `scale`.
-pub fn row_sums(pool: &Pool, scale: f64, matrix: &Matrix, out: &mut [SingleBlock]) {
-    let rows = matrix.pattern();
-    pool.pieces(out, ROWS, &|first, out| match matrix.values() {
-        Values::Exact(blocks) => pulp::Arch::new().dispatch(Sums { scale, rows, blocks, first, out }),
-        Values::Rounded(of) => {
-            for (i, out) in (first..).zip(out) {
-                *out = of.own(i).map(|value| value.rounded(scale));
-            }
-        }
-    });
-}
-
 struct Rounded<'a, T> {
     scale: f64,
     from: &'a [[T; 9]],
@@ -62,26 +47,6 @@ impl<T: Entry> pulp::NullaryFnOnce for Rounded<'_, T> {
         let (from, out) = (self.from.as_flattened(), self.out.as_flattened_mut());
         for (out, from) in out.iter_mut().zip(from) {
             *out = dusted(from.rounded(self.scale));
-        }
-    }
-}
-
-struct Sums<'a> {
-    scale: f64,
-    rows: Rows<'a>,
-    blocks: &'a [Block],
-    first: usize,
-    out: &'a mut [SingleBlock],
-}
-
-impl pulp::NullaryFnOnce for Sums<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        for (at, out) in self.out.iter_mut().enumerate() {
-            let sum = row_sum(self.rows, self.blocks, self.first + at);
-            (0..9).for_each(|e| out[e] = (self.scale * sum[e]) as f32);
         }
     }
 }

@@ -43,6 +43,8 @@ pub trait Lanes: Copy {
     fn fma(self, a: Self::V, b: Self::V, c: Self::V) -> Self::V;
     /// `c - a b`
     fn fnma(self, a: Self::V, b: Self::V, c: Self::V) -> Self::V;
+    /// Four vectors from where they are.
+    fn four(self, vectors: [&Quad; 4]) -> Self::V;
     /// Of the numbers of two rows of lanes, those at some places, each below [`LOOKED_UP`].
     fn lookup(self, from: [Self::V; 2], places: &[u32; 16]) -> Self::V;
     /// Without what is next to nothing.

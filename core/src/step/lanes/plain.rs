@@ -1,7 +1,7 @@
 //! No vector unit that is known here.
 
 use super::{Lanes, Sixteen};
-use crate::step::single::dusted;
+use crate::step::single::{Quad, dusted};
 
 /// One number after the other.
 #[derive(Clone, Copy)]
@@ -50,6 +50,13 @@ impl Lanes for Plain {
     fn fnma(self, mut a: Sixteen, b: Sixteen, c: Sixteen) -> Sixteen {
         (0..16).for_each(|l| a[l] = fused(-a[l], b[l], c[l]));
         a
+    }
+
+    #[inline(always)]
+    fn four(self, vectors: [&Quad; 4]) -> Sixteen {
+        let mut all = [0.0; 16];
+        (0..16).for_each(|l| all[l] = vectors[l / 4][l % 4]);
+        all
     }
 
     #[inline(always)]

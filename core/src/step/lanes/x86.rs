@@ -1,7 +1,7 @@
 //! AVX2 with FMA, and AVX-512.
 
 use super::{Entry, Lanes, Sixteen};
-use crate::step::single::TINY;
+use crate::step::single::{Quad, TINY};
 use pulp::x86::{V3, V4};
 use pulp::{Simd, cast, f32x8, f32x16, f64x4, f64x8, u32x16};
 use std::arch::x86_64::{__m256, __m256i, __m512};
@@ -48,6 +48,14 @@ impl Lanes for V3 {
             cast(fma._mm256_fnmadd_ps(cast(a[0]), cast(b[0]), cast(c[0]))),
             cast(fma._mm256_fnmadd_ps(cast(a[1]), cast(b[1]), cast(c[1]))),
         ]
+    }
+
+    #[inline(always)]
+    fn four(self, [a, b, c, d]: [&Quad; 4]) -> [f32x8; 2] {
+        // In registers all the way: from memory they would have to wait until all have got there.
+        let (avx, wide) =
+            (self.avx, [self.avx._mm256_castps128_ps256(cast(*a)), self.avx._mm256_castps128_ps256(cast(*c))]);
+        [cast(avx._mm256_insertf128_ps::<1>(wide[0], cast(*b))), cast(avx._mm256_insertf128_ps::<1>(wide[1], cast(*d)))]
     }
 
     #[inline(always)]
@@ -255,6 +263,13 @@ impl Lanes for V4 {
     #[inline(always)]
     fn fnma(self, a: f32x16, b: f32x16, c: f32x16) -> f32x16 {
         cast(self.avx512f._mm512_fnmadd_ps(cast(a), cast(b), cast(c)))
+    }
+
+    #[inline(always)]
+    fn four(self, [a, b, c, d]: [&Quad; 4]) -> f32x16 {
+        let avx = self.avx512f;
+        let two = avx._mm512_insertf32x4::<1>(avx._mm512_castps128_ps512(cast(*a)), cast(*b));
+        cast(avx._mm512_insertf32x4::<3>(avx._mm512_insertf32x4::<2>(two, cast(*c)), cast(*d)))
     }
 
     #[inline(always)]

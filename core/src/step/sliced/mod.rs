@@ -6,10 +6,10 @@
 //! so every vector unit gives the same bytes; bands of rows are added up in one order, so does any number of threads.
 
 mod exact;
-mod product;
+pub mod product;
 #[cfg(test)]
 mod tests;
-mod update;
+pub mod update;
 mod vectors;
 
 use super::lanes::{Entry, Sixteen, widest};
@@ -119,7 +119,7 @@ impl Sliced {
         scale: f64,
     ) {
         pool.pieces(&mut self.bands[..], 1, &|_, bands| {
-            bands.iter_mut().for_each(|band| widest(Fill { rows, blocks, own, scale, band }));
+            bands.iter_mut().for_each(|band| widest(band.fill((rows, blocks), own, scale)));
         });
     }
 
@@ -184,5 +184,17 @@ impl Band {
         let values = Lines::new(BLOCKS * (slices.len() + distance.len()));
         let y = [(); 3].map(|()| Lines::new((LANES * slices.len() + reach).next_multiple_of(LANES)));
         Self { first, start, distance, values, y, dot: 0.0, exact: Exact::default() }
+    }
+
+    /// What takes over new values.
+    fn fill<'a, T: Entry, F: Fn(usize) -> Block>(
+        &'a mut self,
+        (rows, blocks): (Rows<'a>, &'a [[T; 9]]),
+        own: F,
+        scale: f64,
+    ) -> Fill<'a, T, F, impl Fn(usize, usize, u32) -> bool> {
+        let Self { first, start, distance, values, .. } = self;
+        let takes = |place: usize, i: usize, column: u32| column == i as u32 + distance[place];
+        Fill { rows, blocks, own, scale, first: *first, start, takes, values: values.flat_mut() }
     }
 }

@@ -4,7 +4,7 @@ use super::{Band, LANES};
 use crate::step::lanes::{Lanes, Sixteen, Work};
 
 /// Three rows of lanes.
-type Three<U> = [<U as Lanes>::V; 3];
+pub type Three<U> = [<U as Lanes>::V; 3];
 
 /// A band's share of the product with `p`, into its planes.
 pub struct Multiply<'a> {
@@ -30,15 +30,15 @@ impl Work for Multiply<'_> {
             let here = three(unit, x, at);
             let own = blocks.next().expect("a slice has a diagonal");
             let mut sum = [unit.load(&[0.0; LANES]); 3];
-            add(unit, own, [0, 1, 2, 3, 4, 5, 6, 7, 8], here, &mut sum);
+            add(unit, own, STRAIGHT, here, &mut sum);
             for (distance, block) in distance[ends[0]..ends[1]].iter().zip(&mut blocks) {
                 let there = at + *distance as usize;
                 let [a, b, c] = three(unit, x, there);
                 let away = [unit.sub(a, here[0]), unit.sub(b, here[1]), unit.sub(c, here[2])];
-                add(unit, block, [0, 1, 2, 3, 4, 5, 6, 7, 8], away, &mut sum);
+                add(unit, block, STRAIGHT, away, &mut sum);
                 // The block below the diagonal: transposed, and from there to here.
                 let mut other = three(unit, [&*y[0], &*y[1], &*y[2]], there);
-                take(unit, block, [0, 3, 6, 1, 4, 7, 2, 5, 8], away, &mut other);
+                take(unit, block, TURNED, away, &mut other);
                 put(unit, &mut y, there, other);
             }
             let [a, b, c] = three(unit, [&*y[0], &*y[1], &*y[2]], at);
@@ -89,9 +89,13 @@ fn put<U: Lanes>(unit: U, to: &mut [&mut [f32]; 3], at: usize, [a, b, c]: Three<
     to[2][at..at + LANES].copy_from_slice(&unit.store(c));
 }
 
+/// A block as it is, and transposed.
+pub const STRAIGHT: [usize; 9] = [0, 1, 2, 3, 4, 5, 6, 7, 8];
+pub const TURNED: [usize; 9] = [0, 3, 6, 1, 4, 7, 2, 5, 8];
+
 /// Adds blocks, with their entries in an order, times a vector, in each lane.
 #[inline(always)]
-fn add<U: Lanes>(unit: U, block: &[Sixteen], order: [usize; 9], v: Three<U>, to: &mut Three<U>) {
+pub fn add<U: Lanes>(unit: U, block: &[Sixteen], order: [usize; 9], v: Three<U>, to: &mut Three<U>) {
     for row in 0..3 {
         for c in 0..3 {
             to[row] = unit.fma(unit.load(&block[order[3 * row + c]]), v[c], to[row]);
@@ -101,7 +105,7 @@ fn add<U: Lanes>(unit: U, block: &[Sixteen], order: [usize; 9], v: Three<U>, to:
 
 /// Takes the same away.
 #[inline(always)]
-fn take<U: Lanes>(unit: U, block: &[Sixteen], order: [usize; 9], v: Three<U>, from: &mut Three<U>) {
+pub fn take<U: Lanes>(unit: U, block: &[Sixteen], order: [usize; 9], v: Three<U>, from: &mut Three<U>) {
     for row in 0..3 {
         for c in 0..3 {
             from[row] = unit.fnma(unit.load(&block[order[3 * row + c]]), v[c], from[row]);

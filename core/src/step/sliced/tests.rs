@@ -1,8 +1,6 @@
 use super::*;
 use crate::step::each::Each;
 use crate::step::lanes::{Lanes, Plain, Work};
-use crate::step::single::SingleBlock;
-use crate::step::single_update::round;
 
 fn wave(i: usize) -> f32 {
     (1.7 * i as f32).sin() * 10_f32.powi((i % 7) as i32 - 3)
@@ -66,17 +64,15 @@ fn a_descent_is_that_of_the_rows_for_any_number_of_threads() {
     let (pool, first) = (Pool::new(1), sliced_way(&matrix, 1, slices));
     assert_eq!(first.0, sliced_way(&matrix, 3, slices).0);
 
-    let mut each = Each::new(n);
+    let mut each = Each::new(n, matrix.pattern());
     each.update(&pool, &matrix, SCALE);
-    let mut values: Vec<SingleBlock> = vec![[0.0; 9]; matrix.blocks() + 1];
-    round(&pool, SCALE, &matrix, &mut values[..matrix.blocks()]);
     each.start();
-    each.turn(&pool, &h[..n], 0.0, 0.0);
-    let dot = each.product(&pool, values.as_flattened(), matrix.pattern());
-    let (mut r, mut x) = (h[..n].to_vec(), vec![[1.0; 3]; n]);
+    each.turn(&pool, &h, 0.0, 0.0);
+    let dot = each.product(&pool);
+    let (mut r, mut x) = (h.clone(), vec![[1.0; 3]; n]);
     each.take(0, 0.7, &mut r);
     each.turn(&pool, &r, 0.3, 0.9);
-    each.turn(&pool, &h[..n], 2.0, 0.5);
+    each.turn(&pool, &h, 2.0, 0.5);
     each.add_to(0, 0.5, &mut x);
     assert!((dot - first.3).abs() < 1e-4 * dot.abs(), "{dot} {}", first.3);
     let close = |a: &[f64], b: &[f64]| {
@@ -85,7 +81,7 @@ fn a_descent_is_that_of_the_rows_for_any_number_of_threads() {
     };
     assert!(close(x.as_flattened(), first.1.as_flattened()));
     let wide = |r: &[Quad]| r.iter().flatten().map(|v| f64::from(*v)).collect::<Vec<_>>();
-    assert!(close(&wide(&r), &wide(&first.2)));
+    assert!(close(&wide(&r[..n]), &wide(&first.2)));
 }
 
 /// All work on a band, on one vector unit.
@@ -99,7 +95,7 @@ impl Work for Shares<'_> {
         let Self(Sliced { bands, p, sum, height }, matrix, h) = self;
         let (rows, Values::Rounded(of)) = (matrix.pattern(), matrix.values()) else { panic!("it was rounded") };
         let (blocks, own) = (of.blocks(), |i: usize| *of.own(i));
-        bands.iter_mut().for_each(|band| Fill { rows, blocks, own, scale: SCALE, band }.on(unit));
+        bands.iter_mut().for_each(|band| band.fill((rows, blocks), own, SCALE).on(unit));
         let exact: Vec<V3> =
             h.as_flattened()[..matrix.rows()].iter().map(|q| [1.1, 0.3, 7.7].map(|s| s * f64::from(q[1]))).collect();
         bands.iter_mut().for_each(|band| exact::Multiply { band, x: [&exact[..]] }.on(unit));

@@ -1,31 +1,38 @@
-//! New values for a matrix with rows that lie alike ([`super`]).
+//! New values for a matrix whose rows are multiplied sixteen at a time.
 
-use super::{BLOCKS, Band, LANES};
+use super::{BLOCKS, LANES};
 use crate::step::Block;
 use crate::step::lanes::{Entry, Lanes, Work};
 use crate::step::matrix::Rows;
 
-/// A band takes over new values, times `scale`: `blocks` off the diagonal, and what they leave there.
-pub struct Fill<'a, T, F> {
+/// Slices take over new values, times `scale`: `blocks` off the diagonal, and what they leave there.
+pub struct Fill<'a, T, F, P> {
     pub rows: Rows<'a>,
     pub blocks: &'a [[T; 9]],
     pub own: F,
     pub scale: f64,
-    pub band: &'a mut Band,
+    /// The first row.
+    pub first: usize,
+    /// Of each slice's places (slices + 1).
+    pub start: &'a [usize],
+    /// Whether a place is for the next block of a row, by its column.
+    pub takes: P,
+    /// By slice: blocks of the diagonal, then those of each place (9 x 16).
+    pub values: &'a mut [f32],
 }
 
-/// Where a row has no block at a distance.
+/// Where a row has no block in a place.
 const NOTHING: Block = [0.0; 9];
 
-impl<T: Entry, F: Fn(usize) -> Block> Work for Fill<'_, T, F> {
+impl<T: Entry, F: Fn(usize) -> Block, P: Fn(usize, usize, u32) -> bool> Work for Fill<'_, T, F, P> {
     type Output = ();
 
     #[inline(always)]
     fn on(self, unit: impl Lanes) {
-        let Self { rows, blocks, own: of, scale, band: Band { first, start, distance, values, .. } } = self;
-        let mut slices = values.flat_mut().as_chunks_mut::<LANES>().0.chunks_exact_mut(BLOCKS / LANES);
+        let Self { rows, blocks, own: of, scale, first, start, takes, values } = self;
+        let mut slices = values.as_chunks_mut::<LANES>().0.chunks_exact_mut(BLOCKS / LANES);
         for (slice, ends) in start.windows(2).enumerate() {
-            let (first, distances) = (*first + LANES * slice, &distance[ends[0]..ends[1]]);
+            let first = first + LANES * slice;
             let here = first..rows.count().min(first + LANES);
             let mut own = [NOTHING; LANES];
             // Of each row's blocks above the diagonal: the first one that was not taken yet, and one past the last.
@@ -40,10 +47,10 @@ impl<T: Entry, F: Fn(usize) -> Block> Work for Fill<'_, T, F> {
                 diagonal[lane] = &own[lane];
             }
             put(unit, diagonal, scale, slices.next().expect("a slice has a diagonal"));
-            for (distance, to) in distances.iter().zip(&mut slices) {
+            for (place, to) in (ends[0]..ends[1]).zip(&mut slices) {
                 let mut refs = [&nothing; LANES];
                 for (lane, i) in here.clone().enumerate() {
-                    if next[lane] < end[lane] && rows.column(next[lane]) == i as u32 + distance {
+                    if next[lane] < end[lane] && takes(place, i, rows.column(next[lane])) {
                         refs[lane] = &blocks[next[lane]];
                         next[lane] += 1;
                     }

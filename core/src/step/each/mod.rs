@@ -1,0 +1,214 @@
+//! A descent with rows that do not lie alike.
+//!
+//! Sixteen rows are multiplied at a time, a lane with the next block of its row, wherever that is: what it is multiplied with is put
+//! together in registers. A block is read once for both of its rows (sliced ELLPACK: Kreutzer et al. 2014).
+
+mod product;
+#[cfg(test)]
+mod tests;
+
+use super::lanes::{Entry, widest};
+use super::lines::Lines;
+use super::matrix::{Matrix, Rows, Values};
+use super::multilevel::plus;
+use super::pool::Pool;
+use super::single::{Quad, without_dust};
+use super::single_update::row_sum;
+use super::sliced::update::Fill;
+use super::sliced::{BLOCKS, LANES};
+use super::{Block, V3};
+use product::Multiply;
+
+/// Nodes in a piece of a vector for a thread.
+const PIECE: usize = 2048;
+/// Rows of a band, at least.
+const BAND: usize = 512;
+/// Bands that are worth another thread in a product.
+const BANDS: usize = 2;
+
+/// Blocks of a matrix, and the vectors that are multiplied with it.
+#[derive(Debug)]
+pub struct Each {
+    /// Rows of all bands but the last.
+    height: usize,
+    bands: Vec<Band>,
+    /// The direction of descent, as far as rows reach, and how far it has gone in all.
+    p: Vec<Quad>,
+    sum: Vec<Quad>,
+}
+
+/// Rows that are multiplied by one thread.
+#[derive(Debug)]
+struct Band {
+    first: usize,
+    /// Of each slice's places (slices + 1).
+    start: Vec<usize>,
+    /// By place and lane, counted from the first row; rows without a block there have their own.
+    column: Vec<[u32; LANES]>,
+    /// By slice: blocks of the diagonal, then those of each place (9 x 16).
+    values: Lines<f32>,
+    /// Of its rows and what they reach.
+    y: Vec<Quad>,
+    /// `p . y`
+    dot: f64,
+}
+
+impl Each {
+    /// For a pattern.
+    pub fn new(n: usize, rows: Rows<'_>) -> Self {
+        let far = |i: usize| rows.around(i).2.last().map_or(0, |last| *last as usize - i);
+        let reach = (0..n).map(far).max().unwrap_or(0);
+        // What a band gives to rows past its end belongs to the next one.
+        let height = BAND.max((reach + LANES).next_multiple_of(BAND / 2));
+        let bands = (0..n).step_by(height).map(|first| Band::new(first..n.min(first + height), reach, rows)).collect();
+        let room = n.next_multiple_of(LANES);
+        Self { height, bands, p: vec![[0.0; 4]; (room + reach).next_multiple_of(LANES)], sum: vec![[0.0; 4]; room] }
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        let of = |b: &Band| b.values.bytes() + 4 * LANES * b.column.len() + 16 * b.y.len() + 8 * b.start.len();
+        16 * (self.p.len() + self.sum.len()) + self.bands.iter().map(of).sum::<usize>()
+    }
+
+    /// Takes over new values, times `scale`.
+    pub fn update(&mut self, pool: &Pool, matrix: &Matrix, scale: f64) {
+        let rows = matrix.pattern();
+        match matrix.values() {
+            Values::Exact(blocks) => self.fill(pool, (rows, blocks), |i| row_sum(rows, blocks, i), scale),
+            Values::Rounded(of) => self.fill(pool, (rows, of.blocks()), |i| *of.own(i), scale),
+        }
+    }
+
+    fn fill<T: Entry>(
+        &mut self,
+        pool: &Pool,
+        (rows, blocks): (Rows<'_>, &[[T; 9]]),
+        own: impl Fn(usize) -> Block + Sync + Copy,
+        scale: f64,
+    ) {
+        pool.pieces(&mut self.bands[..], 1, &|_, bands| {
+            for Band { first, start, values, .. } in bands {
+                let (first, values, takes) = (*first, values.flat_mut(), |_, _, _| true);
+                widest(Fill { rows, blocks, own, scale, first, start, takes, values });
+            }
+        });
+    }
+
+    /// `p = 0`, and nothing gone.
+    pub fn start(&mut self) {
+        self.p.fill([0.0; 4]);
+        self.sum.fill([0.0; 4]);
+    }
+
+    /// Finds `A p`, for [`Each::take`]; gives `p . A p`.
+    pub fn product(&mut self, pool: &Pool) -> f64 {
+        let p = &self.p[..];
+        pool.pieces(&mut self.bands[..], BANDS, &|_, bands| {
+            bands.iter_mut().for_each(|band| widest(Multiply { band, p }));
+        });
+        self.bands.iter().map(|band| band.dot).sum()
+    }
+
+    /// `r -= a A p`, rows `first` on.
+    pub fn take(&self, first: usize, a: f32, r: &mut [Quad]) {
+        let (mut at, mut rest) = (first, r);
+        while !rest.is_empty() {
+            let (band, row) = (at / self.height, at % self.height);
+            let (r, more) = rest.split_at_mut(rest.len().min(self.height - row));
+            // What the band before gave to its first rows.
+            let before = band.checked_sub(1).and_then(|before| self.bands[before].y.get(self.height + row..));
+            at += r.len();
+            pulp::Arch::new().dispatch(Take {
+                y: &self.bands[band].y[row..],
+                before: before.unwrap_or_default(),
+                a,
+                r,
+            });
+            rest = more;
+        }
+    }
+
+    /// Goes by `a`, then `p = h + beta p`.
+    pub fn turn(&mut self, pool: &Pool, h: &[Quad], a: f32, beta: f32) {
+        pool.pieces((&mut self.p[..h.len()], &mut self.sum[..]), PIECE, &|first, (p, sum)| {
+            pulp::Arch::new().dispatch(Turn { h: &h[first..], a, beta, p, sum });
+        });
+    }
+
+    /// Adds `scale` times all that was gone to rows `first` on.
+    pub fn add_to(&self, first: usize, scale: f64, x: &mut [V3]) {
+        for (x, sum) in x.iter_mut().zip(&self.sum[first..]) {
+            (0..3).for_each(|c| x[c] += scale * f64::from(sum[c]));
+        }
+    }
+}
+
+impl Band {
+    fn new(all: std::ops::Range<usize>, reach: usize, rows: Rows<'_>) -> Self {
+        let (mut start, mut column) = (vec![0], Vec::new());
+        for first in all.clone().step_by(LANES) {
+            let here = first..all.end.min(first + LANES);
+            let places = here.clone().map(|i| rows.around(i).2.len()).max().unwrap_or(0);
+            for place in 0..places {
+                let mut columns = [0; LANES];
+                for (lane, i) in (first..first + LANES).enumerate() {
+                    let there = here.contains(&i).then(|| rows.around(i).2.get(place)).flatten();
+                    columns[lane] = there.map_or(i, |j| *j as usize) as u32 - all.start as u32;
+                }
+                column.push(columns);
+            }
+            start.push(column.len());
+        }
+        let slices = start.len() - 1;
+        let values = Lines::new(BLOCKS * (slices + column.len()));
+        let y = vec![[0.0; 4]; (LANES * slices + reach).next_multiple_of(LANES)];
+        Self { first: all.start, start, column, values, y, dot: 0.0 }
+    }
+}
+
+/// `r -= a y` of a band's rows, with what the band before gave to the first of them.
+struct Take<'a> {
+    y: &'a [Quad],
+    before: &'a [Quad],
+    a: f32,
+    r: &'a mut [Quad],
+}
+
+impl pulp::NullaryFnOnce for Take<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { y, before, a, r } = self;
+        let (both, rest) = r.split_at_mut(before.len().min(r.len()));
+        for ((r, y), before) in both.iter_mut().zip(y).zip(before) {
+            *r = without_dust(plus(*r, -a, plus(*y, 1.0, *before)));
+        }
+        for (r, y) in rest.iter_mut().zip(&y[both.len()..]) {
+            *r = without_dust(plus(*r, -a, *y));
+        }
+    }
+}
+
+/// `sum += a p`, then `p = h + beta p`.
+struct Turn<'a> {
+    h: &'a [Quad],
+    a: f32,
+    beta: f32,
+    p: &'a mut [Quad],
+    sum: &'a mut [Quad],
+}
+
+impl pulp::NullaryFnOnce for Turn<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { h, a, beta, p, sum } = self;
+        for ((p, sum), h) in p.iter_mut().zip(sum).zip(h) {
+            *sum = plus(*sum, a, *p);
+            *p = without_dust(plus(*h, beta, *p));
+        }
+    }
+}
