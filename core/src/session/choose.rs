@@ -7,7 +7,7 @@ use crate::plan::LeftOut;
 use crate::scene::{IntegratorChoice, PreconditionerChoice, Scene};
 use crate::step::{Frequencies, Integrator, Preconditioner, Scheme, StepLimit};
 use crate::tool::Tool;
-use pliant_plugin_api::abi::Ball;
+use pliant_plugin_api::abi::{self, Ball};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -19,8 +19,9 @@ const HELD_LAYER: f64 = 10.0;
 const STEP_SHARE: f64 = 0.9;
 /// s, longest step that is not remarked on.
 const LONG_STEP: f64 = 0.05;
-/// Substeps up to which an explicit integrator is preferred.
-const FEW_SUBSTEPS: usize = 8;
+/// Substeps up to which explicit steps cost less than an implicit one (docs/numerics.md): of springs, and of all else.
+const FEW_OF_SPRINGS: usize = 16;
+const FEW_SUBSTEPS: usize = 4;
 /// Nodes below which levels are not worth their setup.
 const FEW_NODES: usize = 200;
 /// Step times fastest frequency below which block Jacobi needs few iterations.
@@ -89,7 +90,6 @@ impl Session {
         let time = &scene.time;
         let symplectic = self.limit(Scheme::SymplecticEuler);
         let needed = |limit: f64| (self.dt / (STEP_SHARE * limit)).ceil().max(1.0);
-        let few = FEW_SUBSTEPS as f64;
         let (scheme, why) = match time.integrator {
             IntegratorChoice::ExplicitEuler => (Scheme::ExplicitEuler, "the scene asks for it".into()),
             IntegratorChoice::SymplecticEuler => (Scheme::SymplecticEuler, "the scene asks for it".into()),
@@ -97,13 +97,13 @@ impl Session {
             IntegratorChoice::Bdf2 => (Scheme::Bdf2, "the scene asks for it".into()),
             IntegratorChoice::ImplicitMidpoint => (Scheme::ImplicitMidpoint, "the scene asks for it".into()),
             IntegratorChoice::QuasiStatic => (Scheme::QuasiStatic, "the scene asks for it".into()),
-            IntegratorChoice::Auto => match symplectic {
-                Some(limit) if needed(limit) > few => (
-                    Scheme::BackwardEuler,
-                    format!("explicit steps would need {} substeps, more than {FEW_SUBSTEPS}", needed(limit)),
-                ),
-                _ => (Scheme::SymplecticEuler, format!("explicit steps need at most {FEW_SUBSTEPS} substeps")),
-            },
+            IntegratorChoice::Auto => {
+                let (substeps, few) = (symplectic.map_or(1.0, needed), self.few_substeps());
+                let why =
+                    format!("explicit steps need {substeps} substeps, and cost less than an implicit one up to {few}");
+                let cheap = substeps <= few as f64;
+                (if cheap { Scheme::SymplecticEuler } else { Scheme::BackwardEuler }, why)
+            }
         };
         let limit = self.limit(scheme);
         let certain = self.certain_limit(scheme);
@@ -138,6 +138,13 @@ impl Session {
         self.choices.substeps = substeps;
         self.costs.iter_mut().for_each(|c| c.seconds *= substeps as f64);
         Ok(())
+    }
+
+    /// Substeps that explicit steps may take.
+    fn few_substeps(&self) -> usize {
+        let mut forces = self.bodies.iter().flat_map(|b| &b.system.sets).filter(|set| set.has(abi::HAS_FORCES));
+        let springs = forces.all(|set| set.request().kind == abi::LINK);
+        if springs { FEW_OF_SPRINGS } else { FEW_SUBSTEPS }
     }
 
     /// The levels pay where a wave crosses many nodes in a step, and need a body whose nodes stay the same.

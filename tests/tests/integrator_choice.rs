@@ -1,0 +1,55 @@
+//! Explicit steps are chosen where they cost less than an implicit one.
+
+use pliant_core::session::Choices;
+use pliant_tests::open;
+
+const FINGER: &str = r#"
+[[device]]
+name = "hand"
+params = { path = [[0, 0.1, 0.1, 0.2]] }
+[[tool]]
+name = "finger"
+device = "hand"
+radius = "8 mm"
+[[edit]]
+kind = "touch"
+tool = "finger"
+"#;
+
+fn chosen(body: &str) -> Choices {
+    let scene = format!("format = 1\n[time]\nduration = 0.1\ndt = \"1 ms\"\n[[body]]\n{body}\n{FINGER}");
+    open(&scene, 1).choices.clone()
+}
+
+fn sheet(young: f64) -> Choices {
+    chosen(&format!(
+        "shape = {{ kind = \"sheet\", cells = 15, rows = 15, size = [0.2, 0.2, 0] }}\nsheet = {{ warp = [1, 0, 0] }}\n\
+         material = {{ plugin = \"cloth\", params = {{ density = 0.15, young-warp = {young}, bending-warp = 1e-6 }} }}"
+    ))
+}
+
+fn solid(plugin: &str, level: u32, young: f64) -> Choices {
+    chosen(&format!(
+        "shape = {{ kind = \"box\", size = [0.1, 0.1, 0.1] }}\ngrid = {{ plugin = \"octree-grid\", level = {level} }}\n\
+         material = {{ plugin = \"{plugin}\", params = {{ young = {young}, density = 1000 }} }}"
+    ))
+}
+
+#[test]
+fn of_sheets_and_tetrahedra_up_to_four_substeps_of_springs_up_to_sixteen() {
+    for (choices, span, few) in [
+        (sheet(20.0), 2..=4, 4),
+        (sheet(200.0), 5..=15, 4),
+        (solid("neo-hookean", 4, 1e4), 2..=4, 4),
+        (solid("neo-hookean", 4, 3e5), 5..=15, 4),
+        (solid("mass-spring", 4, 1e6), 5..=15, 16),
+        (solid("mass-spring", 5, 2e6), 17..=40, 16),
+    ] {
+        let numbers: Vec<usize> = choices.why.split(' ').filter_map(|word| word.parse().ok()).collect();
+        let [substeps, up_to] = numbers[..] else { panic!("{}", choices.why) };
+        assert!(up_to == few && span.contains(&substeps), "{}", choices.why);
+        let is_explicit = substeps <= few;
+        assert_eq!(choices.integrator, if is_explicit { "symplectic-euler" } else { "backward-euler" });
+        assert_eq!(choices.substeps, if is_explicit { substeps } else { 1 });
+    }
+}
