@@ -85,11 +85,17 @@ mod tests {
         let mut blocks: Vec<SingleBlock> =
             (0..23).map(|b| std::array::from_fn(|i| wave(2000 + 9 * b + i) as f32)).collect();
         let mut want: Vec<[f64; 9]> = blocks.iter().map(|block| block.map(f64::from)).collect();
-        let (mut size, mut plain) = (want.clone(), blocks.clone());
+        let (mut size, mut plain, before) = (want.clone(), blocks.clone(), blocks.clone());
         add_outer(&slots, 5, &mut blocks, &Waves);
         add_each(&slots, 5, &mut plain, &Waves);
         let bits = |blocks: &[SingleBlock]| blocks.iter().flatten().map(|v| v.to_bits()).collect::<Vec<_>>();
         assert_eq!(bits(&blocks), bits(&plain));
+        #[cfg(target_arch = "x86_64")]
+        if let Some(simd) = pulp::x86::V3::try_new() {
+            let mut again = before;
+            simd.vectorize(avx2::Outer { simd, slots: &slots, first: 5, blocks: &mut again, hinges: &Waves });
+            assert_eq!(bits(&again), bits(&plain));
+        }
         for (e, (pair, a, b)) in (0..19).flat_map(|e| BETWEEN.map(|pair| (e, pair))) {
             let ((g, k), slot) = (Waves.hinge(e), slots[10 * e + pair]);
             for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
