@@ -10,6 +10,7 @@ use super::each::Each;
 use super::matrix::{Matrix, Values};
 use super::pool::Pool;
 use super::single_update::{round, rounded};
+use super::sliced::update::Update;
 use super::sliced::{LANES, Sliced};
 use std::ops::Range;
 

@@ -6,18 +6,18 @@
 mod product;
 #[cfg(test)]
 mod tests;
+mod vectors;
 
 use super::lanes::{Entry, widest};
 use super::lines::Lines;
-use super::matrix::{Matrix, Rows, Values};
-use super::multilevel::plus;
+use super::matrix::Rows;
 use super::pool::Pool;
-use super::single::{Quad, without_dust};
-use super::single_update::row_sum;
-use super::sliced::update::Fill;
+use super::single::Quad;
+use super::sliced::update::{Fill, Update};
 use super::sliced::{BLOCKS, LANES};
 use super::{Block, V3};
 use product::Multiply;
+use vectors::{Take, Turn};
 
 /// Nodes in a piece of a vector for a thread.
 const PIECE: usize = 2048;
@@ -71,30 +71,6 @@ impl Each {
         16 * (self.p.len() + self.sum.len()) + self.bands.iter().map(of).sum::<usize>()
     }
 
-    /// Takes over new values, times `scale`.
-    pub fn update(&mut self, pool: &Pool, matrix: &Matrix, scale: f64) {
-        let rows = matrix.pattern();
-        match matrix.values() {
-            Values::Exact(blocks) => self.fill(pool, (rows, blocks), |i| row_sum(rows, blocks, i), scale),
-            Values::Rounded(of) => self.fill(pool, (rows, of.blocks()), |i| *of.own(i), scale),
-        }
-    }
-
-    fn fill<T: Entry>(
-        &mut self,
-        pool: &Pool,
-        (rows, blocks): (Rows<'_>, &[[T; 9]]),
-        own: impl Fn(usize) -> Block + Sync + Copy,
-        scale: f64,
-    ) {
-        pool.pieces(&mut self.bands[..], 1, &|_, bands| {
-            for Band { first, start, values, .. } in bands {
-                let (first, values, takes) = (*first, values.flat_mut(), |_, _, _| true);
-                widest(Fill { rows, blocks, own, scale, first, start, takes, values });
-            }
-        });
-    }
-
     /// `p = 0`, and nothing gone.
     pub fn start(&mut self) {
         self.p.fill([0.0; 4]);
@@ -144,6 +120,23 @@ impl Each {
     }
 }
 
+impl Update for Each {
+    fn fill<T: Entry>(
+        &mut self,
+        pool: &Pool,
+        (rows, blocks): (Rows<'_>, &[[T; 9]]),
+        own: impl Fn(usize) -> Block + Sync + Copy,
+        scale: f64,
+    ) {
+        pool.pieces(&mut self.bands[..], 1, &|_, bands| {
+            for Band { first, start, values, .. } in bands {
+                let (first, values, takes) = (*first, values.flat_mut(), |_, _, _| true);
+                widest(Fill { rows, blocks, own, scale, first, start, takes, values });
+            }
+        });
+    }
+}
+
 impl Band {
     fn new(all: std::ops::Range<usize>, reach: usize, rows: Rows<'_>) -> Self {
         let (mut start, mut column) = (vec![0], Vec::new());
@@ -164,51 +157,5 @@ impl Band {
         let values = Lines::new(BLOCKS * (slices + column.len()));
         let y = vec![[0.0; 4]; (LANES * slices + reach).next_multiple_of(LANES)];
         Self { first: all.start, start, column, values, y, dot: 0.0 }
-    }
-}
-
-/// `r -= a y` of a band's rows, with what the band before gave to the first of them.
-struct Take<'a> {
-    y: &'a [Quad],
-    before: &'a [Quad],
-    a: f32,
-    r: &'a mut [Quad],
-}
-
-impl pulp::NullaryFnOnce for Take<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        let Self { y, before, a, r } = self;
-        let (both, rest) = r.split_at_mut(before.len().min(r.len()));
-        for ((r, y), before) in both.iter_mut().zip(y).zip(before) {
-            *r = without_dust(plus(*r, -a, plus(*y, 1.0, *before)));
-        }
-        for (r, y) in rest.iter_mut().zip(&y[both.len()..]) {
-            *r = without_dust(plus(*r, -a, *y));
-        }
-    }
-}
-
-/// `sum += a p`, then `p = h + beta p`.
-struct Turn<'a> {
-    h: &'a [Quad],
-    a: f32,
-    beta: f32,
-    p: &'a mut [Quad],
-    sum: &'a mut [Quad],
-}
-
-impl pulp::NullaryFnOnce for Turn<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        let Self { h, a, beta, p, sum } = self;
-        for ((p, sum), h) in p.iter_mut().zip(sum).zip(h) {
-            *sum = plus(*sum, a, *p);
-            *p = without_dust(plus(*h, beta, *p));
-        }
     }
 }

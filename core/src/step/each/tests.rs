@@ -1,5 +1,6 @@
 use super::*;
 use crate::step::lanes::{Lanes, Plain, Work};
+use crate::step::matrix::{Matrix, Values};
 
 fn wave(i: usize) -> f32 {
     (1.7 * i as f32).sin() * 10_f32.powi((i % 7) as i32 - 3)

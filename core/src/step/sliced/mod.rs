@@ -14,14 +14,13 @@ mod vectors;
 
 use super::lanes::{Entry, Sixteen, widest};
 use super::lines::Lines;
-use super::matrix::{Matrix, Rows, Values};
+use super::matrix::Rows;
 use super::pool::Pool;
 use super::single::Quad;
-use super::single_update::row_sum;
 use super::{Block, V3};
 use exact::Exact;
 use product::Multiply;
-use update::Fill;
+use update::{Fill, Update};
 use vectors::{Take, Turn};
 
 /// Rows of a slice.
@@ -102,27 +101,6 @@ impl Sliced {
         vectors + self.bands.iter().map(of).sum::<usize>()
     }
 
-    /// Takes over new values, times `scale`.
-    pub fn update(&mut self, pool: &Pool, matrix: &Matrix, scale: f64) {
-        let rows = matrix.pattern();
-        match matrix.values() {
-            Values::Exact(blocks) => self.fill(pool, (rows, blocks), |i| row_sum(rows, blocks, i), scale),
-            Values::Rounded(of) => self.fill(pool, (rows, of.blocks()), |i| *of.own(i), scale),
-        }
-    }
-
-    fn fill<T: Entry>(
-        &mut self,
-        pool: &Pool,
-        (rows, blocks): (Rows<'_>, &[[T; 9]]),
-        own: impl Fn(usize) -> Block + Sync + Copy,
-        scale: f64,
-    ) {
-        pool.pieces(&mut self.bands[..], 1, &|_, bands| {
-            bands.iter_mut().for_each(|band| widest(band.fill((rows, blocks), own, scale)));
-        });
-    }
-
     /// `p = 0`, and nothing gone.
     pub fn start(&mut self) {
         self.p.iter_mut().for_each(|p| p.flat_mut().fill(0.0));
@@ -170,6 +148,20 @@ impl Sliced {
         for (i, x) in (first..).zip(x) {
             (0..3).for_each(|c| x[c] += scale * f64::from(sum[i / LANES][c][i % LANES]));
         }
+    }
+}
+
+impl Update for Sliced {
+    fn fill<T: Entry>(
+        &mut self,
+        pool: &Pool,
+        (rows, blocks): (Rows<'_>, &[[T; 9]]),
+        own: impl Fn(usize) -> Block + Sync + Copy,
+        scale: f64,
+    ) {
+        pool.pieces(&mut self.bands[..], 1, &|_, bands| {
+            bands.iter_mut().for_each(|band| widest(band.fill((rows, blocks), own, scale)));
+        });
     }
 }
 

@@ -3,7 +3,30 @@
 use super::{BLOCKS, LANES};
 use crate::step::Block;
 use crate::step::lanes::{Entry, Lanes, Work};
-use crate::step::matrix::Rows;
+use crate::step::matrix::{Matrix, Rows, Values};
+use crate::step::pool::Pool;
+use crate::step::single_update::row_sum;
+
+/// What holds the values of a matrix by slices.
+pub trait Update {
+    /// Takes over `blocks` off the diagonal and what they leave there, times `scale`.
+    fn fill<T: Entry>(
+        &mut self,
+        pool: &Pool,
+        blocks: (Rows<'_>, &[[T; 9]]),
+        own: impl Fn(usize) -> Block + Sync + Copy,
+        scale: f64,
+    );
+
+    /// Takes over new values, times `scale`.
+    fn update(&mut self, pool: &Pool, matrix: &Matrix, scale: f64) {
+        let rows = matrix.pattern();
+        match matrix.values() {
+            Values::Exact(blocks) => self.fill(pool, (rows, blocks), |i| row_sum(rows, blocks, i), scale),
+            Values::Rounded(of) => self.fill(pool, (rows, of.blocks()), |i| *of.own(i), scale),
+        }
+    }
+}
 
 /// Slices take over new values, times `scale`: `blocks` off the diagonal, and what they leave there.
 pub struct Fill<'a, T, F, P> {
