@@ -46,7 +46,7 @@ fn of_sheets_and_tetrahedra_up_to_four_substeps_of_springs_up_to_sixteen() {
         (solid("mass-spring", 5, 2e6), 17..=40, 16),
     ] {
         let numbers: Vec<usize> = choices.why.split(' ').filter_map(|word| word.parse().ok()).collect();
-        let [substeps, up_to] = numbers[..] else { panic!("{}", choices.why) };
+        let [up_to, substeps] = numbers[..] else { panic!("{}", choices.why) };
         assert!(up_to == few && span.contains(&substeps), "{}", choices.why);
         let is_explicit = substeps <= few;
         assert_eq!(choices.integrator, if is_explicit { "symplectic-euler" } else { "backward-euler" });

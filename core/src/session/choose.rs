@@ -100,7 +100,7 @@ impl Session {
             IntegratorChoice::Auto => {
                 let (substeps, few) = (symplectic.map_or(1.0, needed), self.few_substeps());
                 let why =
-                    format!("explicit steps need {substeps} substeps, and cost less than an implicit one up to {few}");
+                    format!("explicit steps cost less than an implicit one up to {few} substeps, and need {substeps}");
                 let cheap = substeps <= few as f64;
                 (if cheap { Scheme::SymplecticEuler } else { Scheme::BackwardEuler }, why)
             }

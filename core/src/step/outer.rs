@@ -51,12 +51,21 @@ pub trait Hinges {
     }
 }
 
+/// What a vector unit does of it.
+pub struct Outer<'a, S, T, H> {
+    pub simd: S,
+    pub slots: &'a [u32],
+    pub first: usize,
+    pub blocks: &'a mut [[T; 9]],
+    pub hinges: &'a H,
+}
+
 /// Adds `k g g^T` of each hinge where `slots` (hinges x 10) say; `first` is the slot of the first of
 /// `blocks`.
 pub fn add_outer(slots: &[u32], first: usize, blocks: &mut [Block], hinges: &impl Hinges) {
     #[cfg(target_arch = "x86_64")]
     if let pulp::Arch::V4(simd) = pulp::Arch::new() {
-        return simd.vectorize(wide::Outer { simd, slots, first, blocks, hinges });
+        return simd.vectorize(Outer { simd, slots, first, blocks, hinges });
     }
     add_each(slots, first, blocks, hinges);
 }
@@ -100,7 +109,7 @@ fn scaled(k: f64, g: &[V3; 4]) -> [V3; 4] {
 
 #[cfg(target_arch = "x86_64")]
 mod wide {
-    use super::{Block, GROUP, Hinges, PAIRS, place};
+    use super::{Block, GROUP, Hinges, Outer, PAIRS, place};
     use pulp::x86::V4;
     use pulp::{cast, f64x8, u64x8};
 
@@ -122,15 +131,7 @@ mod wide {
     /// be guessed.
     const PLACES: [u64x8; 2] = [u64x8(0, 1, 2, 3, 4, 5, 6, 7), u64x8(0, 3, 6, 1, 4, 7, 2, 5)];
 
-    pub struct Outer<'a, H> {
-        pub simd: V4,
-        pub slots: &'a [u32],
-        pub first: usize,
-        pub blocks: &'a mut [Block],
-        pub hinges: &'a H,
-    }
-
-    impl<H: Hinges> pulp::NullaryFnOnce for Outer<'_, H> {
+    impl<H: Hinges> pulp::NullaryFnOnce for Outer<'_, V4, f64, H> {
         type Output = ();
 
         #[inline(always)]
@@ -199,14 +200,14 @@ mod wide {
 }
 
 #[cfg(test)]
-mod tests {
+pub mod tests {
     use super::*;
 
-    fn wave(i: usize) -> f64 {
+    pub fn wave(i: usize) -> f64 {
         (1.7 * i as f64).sin() * 10_f64.powi((i % 7) as i32 - 3)
     }
 
-    struct Waves;
+    pub struct Waves;
 
     impl Hinges for Waves {
         #[inline(always)]

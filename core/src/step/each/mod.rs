@@ -14,17 +14,13 @@ use super::matrix::Rows;
 use super::pool::Pool;
 use super::single::Quad;
 use super::sliced::update::{Fill, Update};
-use super::sliced::{BLOCKS, LANES};
+use super::sliced::{BANDS, BLOCKS, LANES, height};
 use super::{Block, V3};
 use product::Multiply;
 use vectors::{Take, Turn};
 
 /// Nodes in a piece of a vector for a thread.
 const PIECE: usize = 2048;
-/// Rows of a band, at least.
-const BAND: usize = 512;
-/// Bands that are worth another thread in a product.
-const BANDS: usize = 2;
 
 /// Blocks of a matrix, and the vectors that are multiplied with it.
 #[derive(Debug)]
@@ -58,8 +54,7 @@ impl Each {
     pub fn new(n: usize, rows: Rows<'_>) -> Self {
         let far = |i: usize| rows.around(i).2.last().map_or(0, |last| *last as usize - i);
         let reach = (0..n).map(far).max().unwrap_or(0);
-        // What a band gives to rows past its end belongs to the next one.
-        let height = BAND.max((reach + LANES).next_multiple_of(BAND / 2));
+        let height = height(reach);
         let bands = (0..n).step_by(height).map(|first| Band::new(first..n.min(first + height), reach, rows)).collect();
         let room = n.next_multiple_of(LANES);
         Self { height, bands, p: vec![[0.0; 4]; (room + reach).next_multiple_of(LANES)], sum: vec![[0.0; 4]; room] }

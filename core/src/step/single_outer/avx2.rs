@@ -1,6 +1,6 @@
 //! Eight numbers of a block at once.
 
-use super::{BETWEEN, GROUP, Hinges, Numbers, PAIRS, SingleBlock, place, rounded};
+use super::{BETWEEN, GROUP, Hinges, Numbers, Outer, PAIRS, SingleBlock, place, rounded};
 use pulp::cast;
 use pulp::x86::V3;
 use std::arch::x86_64::{__m128, __m256};
@@ -11,15 +11,7 @@ const RIGHT: [u32; 8] = [0, 1, 2, 0, 1, 2, 0, 1];
 /// Where each of the first eight comes from, as it is and transposed: looked up, for which it is to be cannot be guessed.
 const PLACES: [[u32; 8]; 2] = [[0, 1, 2, 3, 4, 5, 6, 7], [0, 3, 6, 1, 4, 7, 2, 5]];
 
-pub struct Outer<'a, H> {
-    pub simd: V3,
-    pub slots: &'a [u32],
-    pub first: usize,
-    pub blocks: &'a mut [SingleBlock],
-    pub hinges: &'a H,
-}
-
-impl<H: Hinges> pulp::NullaryFnOnce for Outer<'_, H> {
+impl<H: Hinges> pulp::NullaryFnOnce for Outer<'_, V3, f32, H> {
     type Output = ();
 
     #[inline(always)]

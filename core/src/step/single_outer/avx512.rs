@@ -1,7 +1,7 @@
 //! A block at once, and all numbers of a hinge in one register.
 
 use super::avx2::rows;
-use super::{BETWEEN, GROUP, Hinges, PAIRS, SingleBlock, place, rounded};
+use super::{BETWEEN, GROUP, Hinges, Outer, PAIRS, SingleBlock, place, rounded};
 use pulp::x86::V4;
 use pulp::{cast, f32x16, u32x16};
 
@@ -19,15 +19,7 @@ const fn right(k: u32) -> u32x16 {
     u32x16(k, k + 1, k + 2, k, k + 1, k + 2, k, k + 1, k + 2, 15, 15, 15, 15, 15, 15, 15)
 }
 
-pub struct Outer<'a, H> {
-    pub simd: V4,
-    pub slots: &'a [u32],
-    pub first: usize,
-    pub blocks: &'a mut [SingleBlock],
-    pub hinges: &'a H,
-}
-
-impl<H: Hinges> pulp::NullaryFnOnce for Outer<'_, H> {
+impl<H: Hinges> pulp::NullaryFnOnce for Outer<'_, V4, f32, H> {
     type Output = ();
 
     #[inline(always)]

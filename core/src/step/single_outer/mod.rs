@@ -5,7 +5,7 @@ mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
 
-use super::outer::{GROUP, Hinges};
+use super::outer::{GROUP, Hinges, Outer};
 use super::single::SingleBlock;
 use pliant_plugin_api::abi;
 
@@ -19,8 +19,8 @@ type Numbers = [f32; 20];
 pub fn add_outer(slots: &[u32], first: usize, blocks: &mut [SingleBlock], hinges: &impl Hinges) {
     #[cfg(target_arch = "x86_64")]
     match pulp::Arch::new() {
-        pulp::Arch::V4(simd) => return simd.vectorize(avx512::Outer { simd, slots, first, blocks, hinges }),
-        pulp::Arch::V3(simd) => return simd.vectorize(avx2::Outer { simd, slots, first, blocks, hinges }),
+        pulp::Arch::V4(simd) => return simd.vectorize(Outer { simd, slots, first, blocks, hinges }),
+        pulp::Arch::V3(simd) => return simd.vectorize(Outer { simd, slots, first, blocks, hinges }),
         _ => {}
     }
     add_each(slots, first, blocks, hinges);
@@ -63,20 +63,7 @@ fn place(slot: u32, first: usize, blocks: &mut [SingleBlock]) -> (&mut SingleBlo
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::step::V3;
-
-    fn wave(i: usize) -> f64 {
-        (1.7 * i as f64).sin() * 10_f64.powi((i % 7) as i32 - 3)
-    }
-
-    struct Waves;
-
-    impl Hinges for Waves {
-        #[inline(always)]
-        fn hinge(&self, e: usize) -> ([V3; 4], f64) {
-            (std::array::from_fn(|a| std::array::from_fn(|i| wave(12 * e + 3 * a + i))), wave(900 + e))
-        }
-    }
+    use crate::step::outer::tests::{Waves, wave};
 
     #[test]
     fn every_vector_unit_gives_the_same_bytes_and_the_products() {
@@ -93,7 +80,7 @@ mod tests {
         #[cfg(target_arch = "x86_64")]
         if let Some(simd) = pulp::x86::V3::try_new() {
             let mut again = before;
-            simd.vectorize(avx2::Outer { simd, slots: &slots, first: 5, blocks: &mut again, hinges: &Waves });
+            simd.vectorize(Outer { simd, slots: &slots, first: 5, blocks: &mut again, hinges: &Waves });
             assert_eq!(bits(&again), bits(&plain));
         }
         for (e, (pair, a, b)) in (0..19).flat_map(|e| BETWEEN.map(|pair| (e, pair))) {

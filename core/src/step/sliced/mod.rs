@@ -32,9 +32,14 @@ const PIECE: usize = 128;
 /// Rows of a band, at least.
 const BAND: usize = 512;
 /// Bands that are worth another thread in a product.
-const BANDS: usize = 2;
+pub const BANDS: usize = 2;
 /// What slices may hold for a block of the matrix: past this they read more than they save.
 const FULLEST: f64 = 1.3;
+
+/// Rows of a band where they reach so far: what one gives to rows past its end belongs to the next.
+pub fn height(reach: usize) -> usize {
+    BAND.max((reach + LANES).next_multiple_of(BAND / 2))
+}
 
 /// Blocks of a matrix with rows that lie alike, and the vectors that are multiplied with it.
 #[derive(Debug)]
@@ -85,8 +90,7 @@ impl Sliced {
         if n == 0 || room as f64 > FULLEST * blocks as f64 {
             return None;
         }
-        // What a band gives to rows past its end belongs to the next one.
-        let height = BAND.max((reach + LANES).next_multiple_of(BAND / 2));
+        let height = height(reach);
         let bands = slices.chunks(height / LANES).enumerate().map(|(at, slices)| Band::new(at * height, slices, reach));
         let p = [(); 3].map(|()| Lines::new((LANES * slices.len() + reach).next_multiple_of(LANES)));
         Some(Self { height, bands: bands.collect(), p, sum: Lines::new(3 * LANES * slices.len()) })
