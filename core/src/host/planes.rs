@@ -28,9 +28,9 @@ impl<'a> Planes<'a> {
         Self { base: numbers.as_mut_ptr(), size: (planes, count), range: 0..count, borrowed: PhantomData }
     }
 
-    /// The same for a while.
-    pub fn again(&mut self) -> Planes<'_> {
-        self.copy()
+    /// Whose they are.
+    pub fn range(&self) -> Range<usize> {
+        self.range.clone()
     }
 
     /// Those of the elements before `at`, and those from it on.
@@ -67,7 +67,7 @@ mod tests {
         let base = numbers.as_mut_ptr();
         let (mut left, right) = Planes::new(&mut numbers, 3).part(6);
         let (mut middle, _) = right.part(8);
-        assert_eq!(left.again().base_for(&(2..6), (3, 10)), base);
+        assert_eq!(left.base_for(&(2..6), (3, 10)), base);
         assert_eq!(middle.base_for(&(6..8), (3, 10)), base);
         let refuses = |planes: &mut Planes<'_>, range: Range<usize>, size| {
             let asked = std::panic::AssertUnwindSafe(|| planes.base_for(&range, size));

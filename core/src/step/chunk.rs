@@ -6,7 +6,6 @@
 //! number of threads.
 
 use super::pool::Pool;
-use crate::host::Planes;
 use std::ops::Range;
 
 /// A range of elements and the nodes they touch.
@@ -28,25 +27,48 @@ pub struct Schedule {
 const CHUNK: std::ops::RangeInclusive<usize> = 512..=2048;
 /// Chunks of a short list.
 const CHUNKS: usize = 16;
+/// Chunks that two threads share evenly where neighbours have two colours.
+const EVEN: usize = 4;
+
+/// How many chunks a list of elements is worth.
+pub fn chunks(count: usize) -> usize {
+    let chunks = count.div_ceil((count / CHUNKS).clamp(*CHUNK.start(), *CHUNK.end()));
+    if chunks > EVEN / 2 { chunks.next_multiple_of(EVEN) } else { chunks }
+}
+
+/// Nodes between the first and the last of a range of elements of `corners` nodes each.
+pub fn window(nodes: &[u32], corners: usize, range: &Range<usize>) -> Range<usize> {
+    let nodes = &nodes[range.start * corners..range.end * corners];
+    let low = nodes.iter().min().map_or(0, |low| *low as usize);
+    low..nodes.iter().max().map_or(0, |high| *high as usize + 1)
+}
+
+/// Number `k` of `pieces` of about one length that `count` is cut into.
+pub fn part(count: usize, pieces: usize, k: usize) -> Range<usize> {
+    k * count / pieces..(k + 1) * count / pieces
+}
 
 impl Schedule {
     /// Cuts elements of `corners` nodes each. Keeps the buffers of an earlier cut.
     pub fn cut(&mut self, nodes: &[u32], corners: usize) {
-        self.colours.iter_mut().for_each(Vec::clear);
         let count = nodes.len() / corners;
-        let size = (count / CHUNKS).clamp(*CHUNK.start(), *CHUNK.end());
-        for begin in (0..count).step_by(size) {
-            let range = begin..count.min(begin + size);
-            let (mut low, mut high) = (usize::MAX, 0);
-            for &node in &nodes[range.start * corners..range.end * corners] {
-                low = low.min(node as usize);
-                high = high.max(node as usize + 1);
-            }
-            self.place(Chunk { range, window: low..high });
-        }
+        let pieces = chunks(count);
+        let ranges = (0..pieces).map(|k| part(count, pieces, k));
+        self.take(ranges.map(|range| Chunk { window: window(nodes, corners, &range), range }));
+    }
+
+    /// Takes over chunks. Keeps the buffers of those before.
+    pub fn take(&mut self, chunks: impl Iterator<Item = Chunk>) {
+        self.colours.iter_mut().for_each(Vec::clear);
+        chunks.for_each(|chunk| self.place(chunk));
         for colour in &mut self.colours {
             colour.sort_by_key(|c| c.window.start);
         }
+    }
+
+    /// Colours there are.
+    pub fn colours(&self) -> usize {
+        self.colours.iter().filter(|colour| !colour.is_empty()).count()
     }
 
     /// Puts a chunk into the first colour it fits.
@@ -76,40 +98,6 @@ impl Schedule {
     ) -> Result<(), E> {
         self.colours.iter().try_for_each(|colour| colour_run((pool, pool.halvings()), colour, 0, out, bound, work))
     }
-
-    /// Runs `work` on every chunk with the planes of its elements.
-    ///
-    /// # Errors
-    /// The first error in chunk order; other chunks may have run.
-    pub fn run_planes<E: Send>(
-        &self,
-        pool: &Pool,
-        mut planes: Planes<'_>,
-        work: &(impl Fn(&Chunk, &mut Planes<'_>) -> Result<(), E> + Sync),
-    ) -> Result<(), E> {
-        self.colours.iter().try_for_each(|colour| {
-            if colour.is_sorted_by_key(|chunk| chunk.range.start) {
-                return colour_planes((pool, pool.halvings()), colour, planes.again(), work);
-            }
-            colour.iter().try_for_each(|chunk| work(chunk, &mut planes))
-        })
-    }
-}
-
-fn colour_planes<E: Send>(
-    (pool, halvings): (&Pool, u32),
-    chunks: &[Chunk],
-    mut planes: Planes<'_>,
-    work: &(impl Fn(&Chunk, &mut Planes<'_>) -> Result<(), E> + Sync),
-) -> Result<(), E> {
-    if halvings == 0 || chunks.len() < 2 {
-        return chunks.iter().try_for_each(|chunk| work(chunk, &mut planes));
-    }
-    let (left, right) = chunks.split_at(chunks.len() / 2);
-    let (low, high) = planes.part(right[0].range.start);
-    let less = (pool, halvings - 1);
-    let (a, b) = pool.join(|| colour_planes(less, left, low, work), || colour_planes(less, right, high, work));
-    a.and(b)
 }
 
 /// `out` starts at item `first`.

@@ -49,6 +49,9 @@ const SURE: f64 = 0.9;
 const STAND_IN: f64 = 2.2;
 /// Planes of a hinge.
 const PLANES: usize = 13;
+/// Hinges in a piece of work for a thread, and of how many numbers lie in a line of memory.
+const PIECE: usize = 256;
+const LANES: usize = 8;
 
 /// Whether a set is of hinges that are coupled.
 pub fn is_coupled_hinges(set: &ElementSet) -> bool {
@@ -126,14 +129,18 @@ impl Coupled {
     }
 
     /// Finds strains and their gradients.
-    fn strains(
+    ///
+    /// # Errors
+    /// What the material says.
+    pub fn strains(
         &mut self,
         pool: &Pool,
         material: &Material,
         (set, nodes, time): (&ElementSet, &Nodes, (f64, f64)),
     ) -> Result<(), HostError> {
-        set.schedule.run_planes(pool, Planes::new(&mut self.planes, PLANES), &|chunk, planes| {
-            material.strain(&set.call(chunk, nodes, &nodes.v, time), planes)
+        in_parts((pool, pool.halvings()), Planes::new(&mut self.planes, PLANES), &|planes| {
+            let whole = Chunk { range: planes.range(), window: 0..nodes.len() };
+            material.strain(&set.call(&whole, nodes, &nodes.v, time), planes)
         })
     }
 
@@ -201,29 +208,17 @@ impl Coupled {
         Ok(0.5 * self.moment.iter().zip(&self.planes).map(|(m, s)| m * s).sum::<f64>())
     }
 
-    /// Adds `factor` times a stand-in for the stiffness: the diagonal of G in the place of G, and no geometric part. With
-    /// `is_loaded`, at the strains [`Coupled::forces`] has just found.
-    ///
-    /// # Errors
-    /// What the material says.
-    pub fn tangent<T: Precision>(
-        &mut self,
-        pool: &Pool,
-        material: &Material,
-        (set, nodes, time): (&ElementSet, &Nodes, (f64, f64)),
-        (factor, which, is_loaded): (f64, StandIn, bool),
-        (bound, blocks): (&(impl Fn(usize) -> usize + Sync), &mut [[T; 9]]),
-    ) -> Result<(), HostError> {
-        if !is_loaded {
-            self.strains(pool, material, (set, nodes, time))?;
-        }
-        let this = &*self;
-        set.schedule.run(pool, blocks, bound, &|chunk, blocks| {
-            let range = chunk.range.clone();
-            let slots = &set.slots[10 * range.start..10 * range.end];
-            T::add_outer(slots, bound(chunk.window.start), blocks, &this.stand_ins(range, factor, which));
-            Ok(())
-        })
+    /// Adds `factor` times a stand-in for the stiffness of a range of hinges, at the strains found last, to blocks of which the first is
+    /// in slot `first`: the diagonal of G in the place of G, and no geometric part.
+    pub fn add_tangent<T: Precision>(
+        &self,
+        set: &ElementSet,
+        range: Range<usize>,
+        (factor, which): (f64, StandIn),
+        (first, blocks): (usize, &mut [[T; 9]]),
+    ) {
+        let slots = &set.slots[10 * range.start..10 * range.end];
+        T::add_outer(slots, first, blocks, &self.stand_ins(range, factor, which));
     }
 
     fn stand_ins(&self, range: Range<usize>, factor: f64, which: StandIn) -> StandIns<'_> {
@@ -281,6 +276,22 @@ impl Hinges for StandIns<'_> {
         }
         (planes, self.stiffness(e))
     }
+}
+
+/// Runs `work` on the planes of ranges of elements, one for each thread.
+fn in_parts<E: Send>(
+    (pool, halvings): (&Pool, u32),
+    mut planes: Planes<'_>,
+    work: &(impl Fn(&mut Planes<'_>) -> Result<(), E> + Sync),
+) -> Result<(), E> {
+    let range = planes.range();
+    if halvings == 0 || range.len() < 2 * PIECE {
+        return work(&mut planes);
+    }
+    let (low, high) = planes.part(range.start.midpoint(range.end).next_multiple_of(LANES));
+    let less = (pool, halvings - 1);
+    let (a, b) = pool.join(|| in_parts(less, low, work), || in_parts(less, high, work));
+    a.and(b)
 }
 
 /// Least and greatest eigenvalue of the rows and columns `inner` of `g`, scaled by its diagonal, and the eigenvector of the least.

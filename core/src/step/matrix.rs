@@ -4,17 +4,20 @@
 //! diagonal by where their transposes are stored, so that a product computes every row in one place and in one order: no
 //! scatter, and the same bytes for any number of threads.
 
+use super::assembly::Assembly;
 use super::coupled::{Coupled, is_coupled_hinges};
 use super::elements::ElementSet;
 use super::normals::{Normals, wants_normals};
-use super::pool::{Parts, Pool};
+use super::pool::Pool;
 use super::product::{Row, rows_product};
 use super::rounded::Rounded;
 use super::springs::NodeSprings;
+use super::strips::Strips;
 use super::system::Nodes;
 use super::{Block, Constraint, V3, axpy, times};
 use crate::host::{HostError, Material};
 use pliant_plugin_api::abi;
+use std::ops::Range;
 
 /// `A`, with room for every pair of nodes that an element joins.
 #[derive(Debug, Default)]
@@ -26,6 +29,7 @@ pub struct Matrix {
     lower_row: Vec<usize>,
     /// column and slot
     lower: Vec<(u32, u32)>,
+    strips: Strips,
     /// What it is if it `is_rounded`.
     rounded: Rounded,
     is_rounded: bool,
@@ -96,16 +100,6 @@ pub struct Factors {
     pub rounded: bool,
 }
 
-/// What a matrix is assembled from.
-#[derive(Clone, Copy)]
-pub(super) struct Assembly<'a> {
-    pub(super) material: &'a Material,
-    pub(super) sets: &'a [ElementSet],
-    pub(super) nodes: &'a Nodes,
-    /// s, of the state, and of the step
-    pub(super) time: (f64, f64),
-}
-
 fn has_stiffness(set: &ElementSet) -> bool {
     set.has(abi::HAS_FORCES) || is_coupled_hinges(set) || wants_normals(set)
 }
@@ -116,23 +110,6 @@ fn transposed(b: &Block) -> Block {
 
 /// Rows in a piece of a product.
 const ROWS: usize = 256;
-
-/// Blocks that are cut between rows, with where each row begins, and the last one ends.
-pub(super) struct WholeRows<'a, T> {
-    pub(super) row: &'a [usize],
-    pub(super) values: &'a mut [T],
-}
-
-impl<T: Send> Parts for WholeRows<'_, T> {
-    fn count(&self) -> usize {
-        self.row.len().saturating_sub(1)
-    }
-
-    fn part(self, at: usize) -> (Self, Self) {
-        let (left, right) = self.values.split_at_mut(self.row[at] - self.row[0]);
-        (Self { row: &self.row[..=at], values: left }, Self { row: &self.row[at..], values: right })
-    }
-}
 
 impl Matrix {
     /// Finds the pattern of the sets that have stiffness, for `n` nodes, and tells each set its slots.
@@ -152,6 +129,7 @@ impl Matrix {
         for set in sets.iter_mut() {
             self.list_slots(set);
         }
+        self.strips = Strips::cut(n, sets, |set| set.has(abi::HAS_FORCES) || is_coupled_hinges(set));
     }
 
     /// Takes the pattern that `pairs` visits, i < j, with repetitions, and the diagonal.
@@ -284,38 +262,33 @@ impl Matrix {
         factors: Factors,
         time: (f64, f64),
     ) -> Result<(), HostError> {
-        let Factors { mass, stiffness, damping, stand_in, after_forces, rounded } = factors;
-        let hinges = sets.iter().find(|set| is_coupled_hinges(set)).filter(|_| stiffness != 0.0);
-        let hinges = coupled.zip(hinges);
-        self.is_rounded = rounded && material.has_single();
-        if self.is_rounded {
-            let mut values = std::mem::take(&mut self.rounded);
-            let from = Assembly { material, sets, nodes, time };
-            let done = values.assemble(pool, (&self.row, self.pattern()), from, hinges, factors);
-            self.rounded = values;
-            return done;
-        }
-        let row = &self.row;
-        self.values.resize(self.column.len(), [0.0; 9]);
-        pool.pieces(WholeRows { row, values: &mut self.values[..] }, ROWS, &|first, rows| {
-            rows.values.as_flattened_mut().fill(0.0);
-            for (start, m) in rows.row.iter().zip(&nodes.mass[first..first + rows.count()]) {
-                let diagonal = &mut rows.values[start - rows.row[0]];
-                (diagonal[0], diagonal[4], diagonal[8]) = (mass * m, mass * m, mass * m);
+        self.is_rounded = factors.rounded && material.has_single();
+        let coupled = match (coupled, sets.iter().find(|set| is_coupled_hinges(set))) {
+            (Some(coupled), Some(set)) if factors.stiffness != 0.0 => {
+                if !factors.after_forces {
+                    coupled.strains(pool, material, (set, nodes, time))?;
+                }
+                Some(&*coupled)
             }
-        });
-        for set in sets.iter().filter(|s| s.has(abi::HAS_FORCES)) {
-            set.schedule.run(pool, &mut self.values, &|node| row[node], &|chunk, blocks| {
-                let call = set.call(chunk, nodes, &nodes.v, time);
-                material.tangent(&call, (stiffness, damping), &set.slots, row[chunk.window.start], blocks)
-            })?;
+            _ => None,
+        };
+        let from = Assembly { material, sets, nodes, time, coupled, factors };
+        if self.is_rounded {
+            let pattern = Rows { row: &self.row, column: &self.column, lower_row: &self.lower_row, lower: &self.lower };
+            return self.rounded.assemble(pool, (&self.row, pattern, &self.strips), &from);
         }
-        if let Some((coupled, set)) = hinges {
-            let factors = (stiffness, stand_in, after_forces);
-            let blocks = (&|node: usize| row[node], &mut self.values[..]);
-            coupled.tangent(pool, material, (set, nodes, time), factors, blocks)?;
-        }
-        Ok(())
+        let (row, mass) = (&self.row, &nodes.mass);
+        self.values.resize(self.column.len(), [0.0; 9]);
+        let clear = |nodes: Range<usize>, blocks: &mut [Block]| {
+            blocks.as_flattened_mut().fill(0.0);
+            for (start, m) in row[nodes.clone()].iter().zip(&mass[nodes.clone()]) {
+                let (diagonal, m) = (&mut blocks[start - row[nodes.start]], factors.mass * m);
+                (diagonal[0], diagonal[4], diagonal[8]) = (m, m, m);
+            }
+        };
+        self.strips.run((pool, row), &mut self.values, &clear, &|set, chunk, blocks| {
+            from.add(set, chunk, (row[chunk.window.start], blocks))
+        })
     }
 
     /// Adds what stands for the stiffness of an energy of normals, which [`Matrix::assemble`] leaves out.
@@ -430,7 +403,7 @@ impl Matrix {
     }
 
     #[cfg(test)]
-    pub(super) fn own(&self, i: usize) -> &Block {
+    pub(super) fn own(&self, i: usize) -> Block {
         self.rounded.own(i)
     }
 

@@ -5,6 +5,7 @@
 
 mod age;
 mod aggregate;
+mod assembly;
 mod chebyshev;
 mod chunk;
 mod constraint;
@@ -40,6 +41,7 @@ mod single_outer;
 mod single_update;
 mod sliced;
 mod springs;
+mod strips;
 mod system;
 mod transfer;
 mod windows;

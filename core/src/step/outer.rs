@@ -5,6 +5,7 @@
 
 use super::single::SingleBlock;
 use super::{Block, V3, single_outer};
+use crate::host::{Call, HostError, Material};
 use pliant_plugin_api::abi;
 
 /// Slots of a hinge.
@@ -17,17 +18,49 @@ pub const GROUP: usize = 8;
 pub trait Precision: Copy + Send {
     /// Adds `k g g^T` of each hinge where `slots` (hinges x 10) say; `first` is the slot of the first of `blocks`.
     fn add_outer(slots: &[u32], first: usize, blocks: &mut [[Self; 9]], hinges: &impl Hinges);
+
+    /// Adds what a call of the material does, where `slots` say.
+    ///
+    /// # Errors
+    /// What the material says.
+    fn add_tangent(
+        material: &Material,
+        call: &Call<'_>,
+        scale: (f64, f64),
+        places: (&[u32], usize),
+        blocks: &mut [[Self; 9]],
+    ) -> Result<(), HostError>;
 }
 
 impl Precision for f64 {
     fn add_outer(slots: &[u32], first: usize, blocks: &mut [Block], hinges: &impl Hinges) {
         add_outer(slots, first, blocks, hinges);
     }
+
+    fn add_tangent(
+        material: &Material,
+        call: &Call<'_>,
+        scale: (f64, f64),
+        (slots, first): (&[u32], usize),
+        blocks: &mut [Block],
+    ) -> Result<(), HostError> {
+        material.tangent(call, scale, slots, first, blocks)
+    }
 }
 
 impl Precision for f32 {
     fn add_outer(slots: &[u32], first: usize, blocks: &mut [SingleBlock], hinges: &impl Hinges) {
         single_outer::add_outer(slots, first, blocks, hinges);
+    }
+
+    fn add_tangent(
+        material: &Material,
+        call: &Call<'_>,
+        scale: (f64, f64),
+        (slots, first): (&[u32], usize),
+        blocks: &mut [SingleBlock],
+    ) -> Result<(), HostError> {
+        material.single_tangent(call, scale, slots, first, blocks)
     }
 }
 

@@ -5,24 +5,25 @@
 //! diagonal are what those of their rows leave, in double precision, and products are of differences:
 //! `y_i = own_i x_i + sum_j A_ij (x_j - x_i)`. Materials write half as much, and half as much is read.
 
-use super::coupled::Coupled;
-use super::elements::ElementSet;
-use super::matrix::{Assembly, Rows, WholeRows};
+use super::assembly::Assembly;
+use super::matrix::Rows;
 use super::pool::Pool;
 use super::rounded_product::{Row, rows_product};
 use super::single::SingleBlock;
 use super::single_update::others_sum;
-use super::{Block, Factors, V3};
+use super::strips::Strips;
+use super::{Block, V3};
 use crate::host::HostError;
-use pliant_plugin_api::abi;
+use std::ops::Range;
 
 /// See above. Where blocks are, the matrix knows.
 #[derive(Debug, Default)]
 pub struct Rounded {
     /// Those of the diagonal are not used.
     blocks: Vec<SingleBlock>,
-    /// What the blocks of a row leave: masses, and what tools do (n).
-    own: Vec<Block>,
+    /// What the blocks of a row leave: masses, kg (n), and what tools do to some nodes, by node, rising.
+    mass: Vec<f64>,
+    tools: Vec<(u32, Block)>,
     /// (n)
     diagonal: Vec<Block>,
 }
@@ -33,7 +34,7 @@ const ROWS: usize = 256;
 impl Rounded {
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        self.blocks.len() * size_of::<SingleBlock>() + 2 * self.own.len() * size_of::<Block>()
+        self.blocks.len() * size_of::<SingleBlock>() + self.mass.len() * (8 + size_of::<Block>())
     }
 
     /// In the places of the matrix's blocks.
@@ -42,8 +43,29 @@ impl Rounded {
     }
 
     /// What the blocks of row `i` leave.
-    pub fn own(&self, i: usize) -> &Block {
-        &self.own[i]
+    #[inline(always)]
+    pub fn own(&self, i: usize) -> Block {
+        let m = self.mass[i];
+        let mut own = [m, 0.0, 0.0, 0.0, m, 0.0, 0.0, 0.0, m];
+        if let [(_, more)] = self.tools(i..i + 1) {
+            (0..9).for_each(|e| own[e] += more[e]);
+        }
+        own
+    }
+
+    /// The two parts of it: masses, kg.
+    pub fn mass(&self) -> &[f64] {
+        &self.mass
+    }
+
+    /// And what tools do to some of a range of nodes.
+    #[inline(always)]
+    pub fn tools(&self, nodes: Range<usize>) -> &[(u32, Block)] {
+        if self.tools.is_empty() {
+            return &[];
+        }
+        let before = |node: usize| self.tools.partition_point(|(i, _)| (*i as usize) < node);
+        &self.tools[before(nodes.start)..before(nodes.end)]
     }
 
     /// The diagonal block of row `i`.
@@ -57,21 +79,26 @@ impl Rounded {
         self.blocks.clear();
     }
 
-    /// Adds to the diagonal.
+    /// Adds what a tool does to the diagonal.
     pub fn add_own(&mut self, i: usize, block: &Block) {
+        let at = self.tools.partition_point(|(node, _)| (*node as usize) < i);
+        if self.tools.get(at).is_none_or(|(node, _)| *node as usize != i) {
+            self.tools.insert(at, (i as u32, [0.0; 9]));
+        }
         for e in 0..9 {
-            self.own[i][e] += block[e];
+            self.tools[at].1[e] += block[e];
             self.diagonal[i][e] += block[e];
         }
     }
 
     #[cfg(test)]
     pub fn of(rows: Rows<'_>, exact: &[Block]) -> Self {
-        let blocks: Vec<SingleBlock> = exact.iter().map(|block| block.map(|v| v as f32)).collect();
-        let own: Vec<Block> = (0..rows.count()).map(|i| super::single_update::row_sum(rows, exact, i)).collect();
-        let mut diagonal = own.clone();
-        pulp::Arch::new().dispatch(Diagonal { first: 0, own: &own, blocks: &blocks, rows, diagonal: &mut diagonal });
-        Self { blocks, own, diagonal }
+        let (blocks, n) = (exact.iter().map(|block| block.map(|v| v as f32)).collect(), rows.count());
+        let (mass, diagonal) = ((0..n).map(|i| 0.1 + i as f64).collect(), vec![[0.0; 9]; n]);
+        let mut this = Self { blocks, mass, tools: Vec::new(), diagonal };
+        this.find_diagonal(&Pool::new(1), rows);
+        (0..n).filter(|i| i % 3 > 0).for_each(|i| this.add_own(i, &super::single_update::row_sum(rows, exact, i)));
+        this
     }
 
     /// Becomes `mass M + stiffness K + damping C`, with `row` for where each row begins.
@@ -81,39 +108,29 @@ impl Rounded {
     pub fn assemble(
         &mut self,
         pool: &Pool,
-        (row, rows): (&[usize], Rows<'_>),
-        Assembly { material, sets, nodes, time }: Assembly<'_>,
-        coupled: Option<(&mut Coupled, &ElementSet)>,
-        factors: Factors,
+        (row, rows, strips): (&[usize], Rows<'_>, &Strips),
+        from: &Assembly<'_>,
     ) -> Result<(), HostError> {
-        let n = nodes.len();
+        let n = from.nodes.len();
         self.blocks.resize(row[n], [0.0; 9]);
-        self.own.resize(n, [0.0; 9]);
         self.diagonal.resize(n, [0.0; 9]);
-        let all = (WholeRows { row, values: &mut self.blocks[..] }, &mut self.own[..]);
-        pool.pieces(all, ROWS, &|first, (rows, own)| {
-            rows.values.as_flattened_mut().fill(0.0);
-            for (own, m) in own.iter_mut().zip(&nodes.mass[first..]) {
-                let m = factors.mass * m;
-                *own = [m, 0.0, 0.0, 0.0, m, 0.0, 0.0, 0.0, m];
-            }
-        });
-        for set in sets.iter().filter(|s| s.has(abi::HAS_FORCES)) {
-            set.schedule.run(pool, &mut self.blocks, &|node| row[node], &|chunk, blocks| {
-                let (call, scale) = (set.call(chunk, nodes, &nodes.v, time), (factors.stiffness, factors.damping));
-                material.single_tangent(&call, scale, &set.slots, row[chunk.window.start], blocks)
-            })?;
-        }
-        if let Some((coupled, set)) = coupled {
-            let factors = (factors.stiffness, factors.stand_in, factors.after_forces);
-            let blocks = (&|node: usize| row[node], &mut self.blocks[..]);
-            coupled.tangent(pool, material, (set, nodes, time), factors, blocks)?;
-        }
-        let (blocks, own) = (&self.blocks[..], &self.own[..]);
-        pool.pieces(&mut self.diagonal[..], ROWS, &|first, diagonal| {
-            pulp::Arch::new().dispatch(Diagonal { first, own, blocks, rows, diagonal });
-        });
+        self.tools.clear();
+        self.mass.clear();
+        self.mass.extend(from.nodes.mass.iter().map(|m| from.factors.mass * m));
+        let clear = |_: Range<usize>, blocks: &mut [SingleBlock]| blocks.as_flattened_mut().fill(0.0);
+        strips.run((pool, row), &mut self.blocks, &clear, &|set, chunk, blocks| {
+            from.add(set, chunk, (row[chunk.window.start], blocks))
+        })?;
+        self.find_diagonal(pool, rows);
         Ok(())
+    }
+
+    /// Of masses alone.
+    fn find_diagonal(&mut self, pool: &Pool, rows: Rows<'_>) {
+        let (blocks, mass) = (&self.blocks[..], &self.mass[..]);
+        pool.pieces(&mut self.diagonal[..], ROWS, &|first, diagonal| {
+            pulp::Arch::new().dispatch(Diagonal { first, mass: &mass[first..], blocks, rows, diagonal });
+        });
     }
 
     /// `out[k] = A x[k]`, rows `first` on.
@@ -130,14 +147,14 @@ impl Rounded {
     fn row<'a>(&'a self, rows: Rows<'a>, i: usize) -> Row<'a> {
         let (lower, above, columns) = rows.around(i);
         let upper = &self.blocks[above..above + columns.len()];
-        Row { own: &self.own[i], values: &self.blocks, lower, upper, columns }
+        Row { own: self.own(i), values: &self.blocks, lower, upper, columns }
     }
 }
 
-/// What the blocks of rows leave, from row `first` on.
+/// What the blocks of rows leave of masses, from row `first` on.
 struct Diagonal<'a> {
     first: usize,
-    own: &'a [Block],
+    mass: &'a [f64],
     blocks: &'a [SingleBlock],
     rows: Rows<'a>,
     diagonal: &'a mut [Block],
@@ -148,10 +165,11 @@ impl pulp::NullaryFnOnce for Diagonal<'_> {
 
     #[inline(always)]
     fn call(self) {
-        let Self { first, own, blocks, rows, diagonal } = self;
-        for (i, diagonal) in (first..).zip(diagonal) {
+        let Self { first, mass, blocks, rows, diagonal } = self;
+        for (i, (mass, diagonal)) in (first..).zip(mass.iter().zip(diagonal)) {
             let others = others_sum(rows, blocks, i);
-            (0..9).for_each(|e| diagonal[e] = own[i][e] - others[e]);
+            let own = [*mass, 0.0, 0.0, 0.0, *mass, 0.0, 0.0, 0.0, *mass];
+            (0..9).for_each(|e| diagonal[e] = own[e] - others[e]);
         }
     }
 }

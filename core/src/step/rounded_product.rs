@@ -9,7 +9,7 @@ use super::{Block, V3};
 /// What a row is made of: what its blocks leave, blocks below the diagonal by column and slot, to be transposed, and those above it.
 #[derive(Clone, Copy)]
 pub struct Row<'a> {
-    pub own: &'a Block,
+    pub own: Block,
     pub values: &'a [SingleBlock],
     pub lower: &'a [(u32, u32)],
     pub upper: &'a [SingleBlock],
@@ -20,7 +20,7 @@ pub struct Row<'a> {
 #[inline(always)]
 pub fn row_product(row: Row<'_>, i: usize, x: &[V3]) -> V3 {
     let (mut turned, mut straight, here) = (([0.0; 8], 0.0), ([0.0; 8], 0.0), x[i]);
-    add(&mut straight, row.own, here, STRAIGHT);
+    add(&mut straight, &row.own, here, STRAIGHT);
     for &(j, slot) in row.lower {
         add(&mut turned, &row.values[slot as usize].map(f64::from), minus(x[j as usize], here), TURNED);
     }
@@ -91,7 +91,7 @@ mod wide {
                 let (mut turned, mut straight, mut here) = ([zero(simd); K], [zero(simd); K], [[0.0; 3]; K]);
                 for k in 0..K {
                     here[k] = x[k][first + i];
-                    straight[k] = add(simd, zero(simd), Nine::of(own), spread::<false>(simd, here[k]));
+                    straight[k] = add(simd, zero(simd), Nine::of(&own), spread::<false>(simd, here[k]));
                 }
                 for &(j, slot) in lower {
                     let block = widened(simd, &values[slot as usize]);

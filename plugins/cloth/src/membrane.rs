@@ -62,32 +62,38 @@ impl Membrane {
         [a[0] * kept + b[0] * lost, a[1] * kept + b[1] * lost, a[2] * kept + b[2] * lost, a[3] * kept + b[3] * lost]
     }
 
-    /// Stress with the viscous one of the rate of strain, N/m.
+    /// Stress, N/m, with the viscous one of the rate of strain, where there is one.
     #[inline(always)]
-    fn moving<T: Real>(&self, e: [T; 3], rate: [T; 3]) -> [T; 3] {
-        let (q, viscous) = (self.elastic(e), times(self.tensor.stress(rate), self.damping));
-        [q[0] + viscous[0], q[1] + viscous[1], q[2] + viscous[2]]
+    fn moving<T: Real>(&self, e: [T; 3], rate: Option<[T; 3]>) -> [T; 3] {
+        let [a, b, c, _] = self.elastic(e);
+        let Some(rate) = rate else { return [a, b, c] };
+        let viscous = times(self.tensor.stress(rate), self.damping);
+        [a + viscous[0], b + viscous[1], c + viscous[2]]
     }
 
-    /// First Piola-Kirchhoff stress by columns, N/m, with the viscous one of the rate of F.
+    /// First Piola-Kirchhoff stress by columns, N/m, with the viscous one of the rate of F, where there is one.
     #[inline(always)]
-    pub(crate) fn stress<T: Real>(&self, shape: &Triangle<T>, f: [V3<T>; 2], rate: [V3<T>; 2]) -> [V3<T>; 2] {
+    pub(crate) fn stress<T: Real>(&self, shape: &Triangle<T>, f: [V3<T>; 2], rate: Option<[V3<T>; 2]>) -> [V3<T>; 2] {
         match self.strain {
             Strain::Frame(rule) => {
                 let frame = Frame::new(rule, f, shape.gradient[2]);
                 let turned = frame.turned_strain();
                 let turn = frame.turn();
                 let [t, u] = frame.axes;
-                let a = [[dot(t, rate[0]), dot(t, rate[1])], [dot(u, rate[0]), dot(u, rate[1])]];
-                let w = turn[0][0] * a[0][0] + turn[0][1] * a[0][1] + turn[1][0] * a[1][0] + turn[1][1] * a[1][1];
-                let speed = [a[0][0] - w * turned[0], a[1][1] - w * turned[1], a[0][1] + a[1][0] - w * turned[2]];
+                let speed = rate.map(|rate| {
+                    let a = [[dot(t, rate[0]), dot(t, rate[1])], [dot(u, rate[0]), dot(u, rate[1])]];
+                    let w = turn[0][0] * a[0][0] + turn[0][1] * a[0][1] + turn[1][0] * a[1][0] + turn[1][1] * a[1][1];
+                    [a[0][0] - w * turned[0], a[1][1] - w * turned[1], a[0][1] + a[1][0] - w * turned[2]]
+                });
                 let q = self.moving(frame.strain(), speed);
                 let p = local(q, contracted(q, turned), turn);
                 [mixed(p[0][0], t, p[1][0], u), mixed(p[0][1], t, p[1][1], u)]
             }
             Strain::Green => {
-                let cross = dot(f[0], rate[1]) + dot(f[1], rate[0]);
-                let speed = [dot(f[0], rate[0]), dot(f[1], rate[1]), cross];
+                let speed = rate.map(|rate| {
+                    let cross = dot(f[0], rate[1]) + dot(f[1], rate[0]);
+                    [dot(f[0], rate[0]), dot(f[1], rate[1]), cross]
+                });
                 let q = self.moving(green(f), speed);
                 [mixed(q[0], f[0], q[2], f[1]), mixed(q[2], f[0], q[1], f[1])]
             }

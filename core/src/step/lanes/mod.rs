@@ -55,6 +55,8 @@ pub trait Lanes: Copy {
     fn load_exact(self, from: &[f64]) -> Self::D;
     /// To the beginning of a slice.
     fn store_exact(self, v: Self::D, to: &mut [f64]);
+    /// `a + b`
+    fn add_exact(self, a: Self::D, b: Self::D) -> Self::D;
     /// `a - b`
     fn sub_exact(self, a: Self::D, b: Self::D) -> Self::D;
     /// `a b + c`, where the product is rounded before: these are for results that are compared.

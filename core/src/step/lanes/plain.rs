@@ -85,6 +85,11 @@ impl Lanes for Plain {
     }
 
     #[inline(always)]
+    fn add_exact(self, a: f64, b: f64) -> f64 {
+        a + b
+    }
+
+    #[inline(always)]
     fn sub_exact(self, a: f64, b: f64) -> f64 {
         a - b
     }

@@ -98,6 +98,11 @@ impl Lanes for V3 {
     }
 
     #[inline(always)]
+    fn add_exact(self, a: f64x4, b: f64x4) -> f64x4 {
+        self.add_f64s(a, b)
+    }
+
+    #[inline(always)]
     fn sub_exact(self, a: f64x4, b: f64x4) -> f64x4 {
         self.sub_f64s(a, b)
     }
@@ -296,6 +301,11 @@ impl Lanes for V4 {
     #[inline(always)]
     fn store_exact(self, v: f64x8, to: &mut [f64]) {
         to[..8].copy_from_slice(&cast::<_, [f64; 8]>(v));
+    }
+
+    #[inline(always)]
+    fn add_exact(self, a: f64x8, b: f64x8) -> f64x8 {
+        self.add_f64s(a, b)
     }
 
     #[inline(always)]

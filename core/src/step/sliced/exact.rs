@@ -6,6 +6,9 @@ use crate::step::pool::{NODES, Pool};
 use crate::step::rounded::Rounded;
 use crate::step::{V3, axpy, times};
 
+/// Rows that are multiplied together: as many as the widest unit takes in double precision.
+const HALF: usize = 8;
+
 /// Vectors by component, of a band's rows and what they reach: what is multiplied, and what comes of it.
 #[derive(Debug, Default)]
 pub struct Exact([Planes; 2]);
@@ -39,8 +42,12 @@ impl Sliced {
         for (k, out) in out.into_iter().enumerate() {
             pool.pieces(out, NODES, &|first, out: &mut [V3]| {
                 rows(bands, k, first, out);
-                for (i, out) in (first..).zip(out) {
-                    *out = axpy(times(matrix.own(i), x[k][i]), up, *out);
+                for ((out, x), mass) in out.iter_mut().zip(&x[k][first..]).zip(&matrix.mass()[first..]) {
+                    (0..3).for_each(|c| out[c] = mass * x[c] + up * out[c]);
+                }
+                for (i, block) in matrix.tools(first..first + out.len()) {
+                    let (i, out) = (*i as usize, &mut out[*i as usize - first]);
+                    *out = axpy(*out, 1.0, times(block, x[k][i]));
                 }
             });
         }
@@ -84,22 +91,36 @@ impl<const K: usize> Work for Multiply<'_, K> {
         for (k, planes) in exact.0.iter_mut().enumerate().take(K) {
             planes.start(&of[k][*first..], reach);
         }
-        let mut blocks = values.flat().as_chunks::<BLOCKS>().0.iter();
+        let mut blocks = values.flat().as_chunks::<BLOCKS>().0;
         for (slice, ends) in start.windows(2).enumerate() {
-            let (at, mut sums) = (LANES * slice, [[[0.0; LANES]; 3]; K]);
-            blocks.next().expect("a slice has a diagonal");
-            for (distance, block) in distance[ends[0]..ends[1]].iter().zip(&mut blocks) {
-                for (planes, sums) in exact.0.iter_mut().zip(&mut sums) {
-                    for lane in (0..LANES).step_by(lanes(unit)) {
-                        add(unit, (&block[lane..], lane), planes, (at, at + *distance as usize), sums);
+            let ([_, places @ ..], rest) = blocks.split_at(1 + ends[1] - ends[0]) else {
+                unreachable!("a slice has a diagonal")
+            };
+            blocks = rest;
+            // Half by half, for all units: rows are given to in one order.
+            for half in (0..LANES).step_by(HALF) {
+                let at = LANES * slice + half;
+                let mut here = [[[unit.load_exact(&[0.0; HALF]); 3]; HALF]; K];
+                for (distance, block) in distance[ends[0]..ends[1]].iter().zip(places) {
+                    for (part, lane) in (0..HALF).step_by(lanes(unit)).enumerate() {
+                        let mut entries = [unit.exact(&block[half + lane..]); 9];
+                        for e in 1..9 {
+                            entries[e] = unit.exact(&block[LANES * e + half + lane..]);
+                        }
+                        for k in 0..K {
+                            let rows = (at + lane, at + lane + *distance as usize);
+                            here[k][part] = add(unit, &entries, &mut exact.0[k], rows, here[k][part]);
+                        }
                     }
                 }
-            }
-            // Rows before have given all they give to these.
-            for (planes, sums) in exact.0.iter_mut().zip(&sums) {
-                for c in 0..3 {
-                    for (y, sum) in planes.y[c][at..].iter_mut().zip(&sums[c]) {
-                        *y += sum;
+                // Rows before have given all they give to these.
+                for k in 0..K {
+                    for (part, lane) in (0..HALF).step_by(lanes(unit)).enumerate() {
+                        for c in 0..3 {
+                            let y = &mut exact.0[k].y[c][at + lane..];
+                            let sum = unit.add_exact(unit.load_exact(y), here[k][part][c]);
+                            unit.store_exact(sum, y);
+                        }
                     }
                 }
             }
@@ -127,37 +148,31 @@ impl Planes {
     }
 }
 
-/// Adds what blocks between rows `at` and `there` do, from a lane on: to the sums of those, and to these.
+/// Adds what blocks between rows do: to those further on in memory, and to what these have so far.
 #[inline(always)]
 fn add<U: Lanes>(
     unit: U,
-    (block, lane): (&[f32], usize),
+    entries: &[U::D; 9],
     Planes { x: [x0, x1, x2], y: [y0, y1, y2] }: &mut Planes,
     (at, there): (usize, usize),
-    [s0, s1, s2]: &mut [[f64; LANES]; 3],
-) {
-    let (at, there) = (at + lane, there + lane);
+    mut here: [U::D; 3],
+) -> [U::D; 3] {
     let away = [
         unit.sub_exact(unit.load_exact(&x0[there..]), unit.load_exact(&x0[at..])),
         unit.sub_exact(unit.load_exact(&x1[there..]), unit.load_exact(&x1[at..])),
         unit.sub_exact(unit.load_exact(&x2[there..]), unit.load_exact(&x2[at..])),
     ];
-    let (mut here, mut other) = (
-        [unit.load_exact(&s0[lane..]), unit.load_exact(&s1[lane..]), unit.load_exact(&s2[lane..])],
-        [unit.load_exact(&y0[there..]), unit.load_exact(&y1[there..]), unit.load_exact(&y2[there..])],
-    );
+    let mut other = [unit.load_exact(&y0[there..]), unit.load_exact(&y1[there..]), unit.load_exact(&y2[there..])];
     for row in 0..3 {
         for c in 0..3 {
-            let entry = unit.exact(&block[(3 * row + c) * LANES..]);
+            let entry = entries[3 * row + c];
             here[row] = unit.add_product(entry, away[c], here[row]);
             // The block below the diagonal: transposed, and from there to here.
             other[c] = unit.take_product(entry, away[row], other[c]);
         }
     }
-    unit.store_exact(here[0], &mut s0[lane..]);
-    unit.store_exact(here[1], &mut s1[lane..]);
-    unit.store_exact(here[2], &mut s2[lane..]);
     unit.store_exact(other[0], &mut y0[there..]);
     unit.store_exact(other[1], &mut y1[there..]);
     unit.store_exact(other[2], &mut y2[there..]);
+    here
 }

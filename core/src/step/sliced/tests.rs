@@ -95,7 +95,7 @@ impl Work for Shares<'_> {
     fn on(self, unit: impl Lanes) -> Vec<u32> {
         let Self(Sliced { bands, p, sum, height }, matrix, h) = self;
         let (rows, Values::Rounded(of)) = (matrix.pattern(), matrix.values()) else { panic!("it was rounded") };
-        let (blocks, own) = (of.blocks(), |i: usize| *of.own(i));
+        let (blocks, own) = (of.blocks(), |i: usize| of.own(i));
         bands.iter_mut().for_each(|band| band.fill((rows, blocks), own, SCALE).on(unit));
         let exact: Vec<V3> =
             h.as_flattened()[..matrix.rows()].iter().map(|q| [1.1, 0.3, 7.7].map(|s| s * f64::from(q[1]))).collect();

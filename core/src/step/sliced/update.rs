@@ -23,7 +23,7 @@ pub trait Update {
         let rows = matrix.pattern();
         match matrix.values() {
             Values::Exact(blocks) => self.fill(pool, (rows, blocks), |i| row_sum(rows, blocks, i), scale),
-            Values::Rounded(of) => self.fill(pool, (rows, of.blocks()), |i| *of.own(i), scale),
+            Values::Rounded(of) => self.fill(pool, (rows, of.blocks()), |i| of.own(i), scale),
         }
     }
 }
