@@ -49,8 +49,9 @@ const SURE: f64 = 0.9;
 const STAND_IN: f64 = 2.2;
 /// Planes of a hinge.
 const PLANES: usize = 13;
-/// Hinges in a piece of work for a thread, and of how many numbers lie in a line of memory.
+/// Hinges in a piece of work for a thread.
 const PIECE: usize = 256;
+/// Numbers in a line of memory: threads write to none in common, if planes begin where lines do.
 const LANES: usize = 8;
 
 /// Whether a set is of hinges that are coupled.
