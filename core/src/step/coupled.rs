@@ -51,8 +51,6 @@ const STAND_IN: f64 = 2.2;
 const PLANES: usize = 13;
 /// Hinges in a piece of work for a thread.
 const PIECE: usize = 256;
-/// Numbers in a line of memory: threads write to none in common, if planes begin where lines do.
-const LANES: usize = 8;
 
 /// Whether a set is of hinges that are coupled.
 pub fn is_coupled_hinges(set: &ElementSet) -> bool {
@@ -289,7 +287,7 @@ fn in_parts<E: Send>(
     if halvings == 0 || range.len() < 2 * PIECE {
         return work(&mut planes);
     }
-    let (low, high) = planes.part(range.start.midpoint(range.end).next_multiple_of(LANES));
+    let (low, high) = planes.part(range.start.midpoint(range.end));
     let less = (pool, halvings - 1);
     let (a, b) = pool.join(|| in_parts(less, low, work), || in_parts(less, high, work));
     a.and(b)

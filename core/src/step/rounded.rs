@@ -21,20 +21,24 @@ use std::ops::Range;
 pub struct Rounded {
     /// Those of the diagonal are not used.
     blocks: Vec<SingleBlock>,
-    /// What the blocks of a row leave: masses, kg (n), and what tools do to some nodes, by node, rising.
+    /// What the blocks of a row leave: masses, kg (n), and what tools do to some nodes.
     mass: Vec<f64>,
     tools: Vec<(u32, Block)>,
+    /// Of each node's among those, or [`NONE`] (n).
+    tool: Vec<u32>,
     /// (n)
     diagonal: Vec<Block>,
 }
 
 /// Rows in a piece of work for a thread.
 const ROWS: usize = 256;
+/// Of a node that no tool has to do with.
+const NONE: u32 = u32::MAX;
 
 impl Rounded {
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        self.blocks.len() * size_of::<SingleBlock>() + self.mass.len() * (8 + size_of::<Block>())
+        self.blocks.len() * size_of::<SingleBlock>() + self.mass.len() * (12 + size_of::<Block>())
     }
 
     /// In the places of the matrix's blocks.
@@ -47,7 +51,8 @@ impl Rounded {
     pub fn own(&self, i: usize) -> Block {
         let m = self.mass[i];
         let mut own = [m, 0.0, 0.0, 0.0, m, 0.0, 0.0, 0.0, m];
-        if let [(_, more)] = self.tools(i..i + 1) {
+        if self.tool[i] != NONE {
+            let (_, more) = &self.tools[self.tool[i] as usize];
             (0..9).for_each(|e| own[e] += more[e]);
         }
         own
@@ -58,14 +63,9 @@ impl Rounded {
         &self.mass
     }
 
-    /// And what tools do to some of a range of nodes.
-    #[inline(always)]
-    pub fn tools(&self, nodes: Range<usize>) -> &[(u32, Block)] {
-        if self.tools.is_empty() {
-            return &[];
-        }
-        let before = |node: usize| self.tools.partition_point(|(i, _)| (*i as usize) < node);
-        &self.tools[before(nodes.start)..before(nodes.end)]
+    /// And what tools do, by node.
+    pub fn tools(&self) -> &[(u32, Block)] {
+        &self.tools
     }
 
     /// The diagonal block of row `i`.
@@ -81,10 +81,11 @@ impl Rounded {
 
     /// Adds what a tool does to the diagonal.
     pub fn add_own(&mut self, i: usize, block: &Block) {
-        let at = self.tools.partition_point(|(node, _)| (*node as usize) < i);
-        if self.tools.get(at).is_none_or(|(node, _)| *node as usize != i) {
-            self.tools.insert(at, (i as u32, [0.0; 9]));
+        if self.tool[i] == NONE {
+            self.tool[i] = self.tools.len() as u32;
+            self.tools.push((i as u32, [0.0; 9]));
         }
+        let at = self.tool[i] as usize;
         for e in 0..9 {
             self.tools[at].1[e] += block[e];
             self.diagonal[i][e] += block[e];
@@ -95,9 +96,12 @@ impl Rounded {
     pub fn of(rows: Rows<'_>, exact: &[Block]) -> Self {
         let (blocks, n) = (exact.iter().map(|block| block.map(|v| v as f32)).collect(), rows.count());
         let (mass, diagonal) = ((0..n).map(|i| 0.1 + i as f64).collect(), vec![[0.0; 9]; n]);
-        let mut this = Self { blocks, mass, tools: Vec::new(), diagonal };
+        let mut this = Self { blocks, mass, tools: Vec::new(), tool: vec![NONE; n], diagonal };
         this.find_diagonal(&Pool::new(1), rows);
-        (0..n).filter(|i| i % 3 > 0).for_each(|i| this.add_own(i, &super::single_update::row_sum(rows, exact, i)));
+        // In no order, and by two tools.
+        for i in (0..n).rev().chain(0..n).filter(|i| i % 3 > 0) {
+            this.add_own(i, &super::single_update::row_sum(rows, exact, i).map(|v| 0.5 * v));
+        }
         this
     }
 
@@ -114,7 +118,11 @@ impl Rounded {
         let n = from.nodes.len();
         self.blocks.resize(row[n], [0.0; 9]);
         self.diagonal.resize(n, [0.0; 9]);
+        // Room for all of them, which is not touched before they are: a step takes no memory.
         self.tools.clear();
+        self.tools.reserve(n);
+        self.tool.clear();
+        self.tool.resize(n, NONE);
         self.mass.clear();
         self.mass.extend(from.nodes.mass.iter().map(|m| from.factors.mass * m));
         let clear = |_: Range<usize>, blocks: &mut [SingleBlock]| blocks.as_flattened_mut().fill(0.0);

@@ -84,7 +84,7 @@ impl WithSimd for Forces<'_, '_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
         let (first, window) = self.out.window();
-        // As implicit steps ask for forces; in the window nothing else looks at velocities.
+        // Implicit steps ask for forces at rest; all nodes of the call are in the window.
         let still = self.at.v()[first..first + window.len()].as_flattened().iter().all(|v| *v == 0.0);
         if still || self.membrane.damping == 0.0 { self.add::<S, false>(simd) } else { self.add::<S, true>(simd) }
     }

@@ -45,9 +45,10 @@ impl Sliced {
                 for ((out, x), mass) in out.iter_mut().zip(&x[k][first..]).zip(&matrix.mass()[first..]) {
                     (0..3).for_each(|c| out[c] = mass * x[c] + up * out[c]);
                 }
-                for (i, block) in matrix.tools(first..first + out.len()) {
-                    let (i, out) = (*i as usize, &mut out[*i as usize - first]);
-                    *out = axpy(*out, 1.0, times(block, x[k][i]));
+                for (i, block) in matrix.tools() {
+                    if let Some(out) = (*i as usize).checked_sub(first).and_then(|at| out.get_mut(at)) {
+                        *out = axpy(*out, 1.0, times(block, x[k][*i as usize]));
+                    }
                 }
             });
         }
