@@ -64,8 +64,11 @@ impl Session {
                 continue;
             }
             balls.clear();
-            for slot in &mut self.tools {
-                balls.extend(slot.tool.wants(index, body, &slot.hand, time));
+            // A body that is simulated as a whole has nothing to look for.
+            if !body.carrier.is_whole() {
+                for slot in &mut self.tools {
+                    balls.extend(slot.tool.wants(index, body, &slot.hand, time));
+                }
             }
             let Body { model, skin, system, carrier, fixings, .. } = body;
             let start = Instant::now();

@@ -11,7 +11,7 @@ use super::chebyshev::Chebyshev;
 use super::chunk::Chunk;
 use super::elements::ElementSet;
 use super::lanczos::least_eigenvalue;
-use super::outer::{GROUP, Hinges, Precision};
+use super::outer::{self, GROUP, Hinges, Precision};
 use super::pool::Pool;
 use super::system::Nodes;
 use super::{Constraint, StandIn, V3, axpy};
@@ -149,12 +149,12 @@ impl Coupled {
         pool: &Pool,
         material: &Material,
         set: &ElementSet,
-        nodes: &Nodes,
-        time: (f64, f64),
+        (nodes, time): (&Nodes, (f64, f64)),
+        rounded: bool,
     ) -> Result<(), HostError> {
         self.strains(pool, material, (set, nodes, time))?;
         let strain = &self.planes[..self.moment.len()];
-        self.inverse.apply(pool, strain, &mut self.moment);
+        self.inverse.apply(pool, strain, &mut self.moment, rounded);
         Ok(())
     }
 
@@ -165,7 +165,7 @@ impl Coupled {
         [self.planes[at], self.planes[at + n], self.planes[at + 2 * n]]
     }
 
-    /// Adds `-m ds/dx`, N (n x 3).
+    /// Adds `-m ds/dx`, N (n x 3); if `rounded`, with moments to six digits.
     ///
     /// # Errors
     /// What the material says.
@@ -174,11 +174,10 @@ impl Coupled {
         pool: &Pool,
         material: &Material,
         set: &ElementSet,
-        nodes: &Nodes,
-        time: (f64, f64),
-        force: &mut [V3],
+        (nodes, time): (&Nodes, (f64, f64)),
+        (force, rounded): (&mut [V3], bool),
     ) -> Result<(), HostError> {
-        self.load(pool, material, set, nodes, time)?;
+        self.load(pool, material, set, (nodes, time), rounded)?;
         let this = &*self;
         set.schedule.run(pool, force, &|node| node, &|chunk, window| {
             for hinge in chunk.range.clone() {
@@ -203,7 +202,7 @@ impl Coupled {
         nodes: &Nodes,
         time: (f64, f64),
     ) -> Result<f64, HostError> {
-        self.load(pool, material, set, nodes, time)?;
+        self.load(pool, material, set, (nodes, time), false)?;
         Ok(0.5 * self.moment.iter().zip(&self.planes).map(|(m, s)| m * s).sum::<f64>())
     }
 
@@ -268,10 +267,10 @@ impl Hinges for StandIns<'_> {
     }
 
     #[inline(always)]
-    fn eight(&self, e: usize) -> ([[f64; GROUP]; 12], [f64; GROUP]) {
-        let mut planes = [[0.0; GROUP]; 12];
+    fn eight<'a>(&'a self, e: usize, room: &'a mut outer::Planes) -> ([&'a [f64; GROUP]; 12], [f64; GROUP]) {
+        let mut planes = [&room[0]; 12];
         for (plane, from) in planes.iter_mut().zip(&self.gradient) {
-            plane.copy_from_slice(&from[e..e + GROUP]);
+            *plane = from[e..].first_chunk().expect("there are eight");
         }
         (planes, self.stiffness(e))
     }

@@ -8,6 +8,7 @@
 use super::pcg::{Pcg, Preconditioner, Solve};
 use super::peek::doubt;
 use super::pool::{NODES, Pool};
+use super::right_side::{RightSide, Start};
 use super::settle::HoldsNothing;
 use super::springs::NodeSprings;
 use super::system::{Nodes, System};
@@ -414,27 +415,14 @@ impl Integrator {
             holds.add_forces(&mut self.z);
             let nodes = &system.nodes;
             let (mut b, mut z) = (std::mem::take(&mut self.b), std::mem::take(&mut self.z));
+            let start = match here {
+                true => Start::Here(&self.moving),
+                false => Start::There([&self.from[1], &self.before[1]], form.carry),
+            };
+            let (force, gravity) = (&self.force[..], loads.gravity);
             let squares = pool.fold((&mut b[..], &mut z[..]), &|first, (b, z)| {
-                let mut squares = 0.0;
-                for (i, (b, z)) in (first..).zip(b.iter_mut().zip(z)) {
-                    let pull = axpy(axpy(self.force[i], 1.0, *z), nodes.mass[i], loads.gravity);
-                    let (v, constraint) = (nodes.v[i], &nodes.constraint[i]);
-                    *b = if here {
-                        axpy(axpy(pull.map(|f| g * f), nodes.mass[i], v), -1.0, self.moving[i])
-                    } else {
-                        let was = self.from[1][i];
-                        let carried = axpy(was, form.carry, axpy(was, -1.0, self.before[1][i]));
-                        let target = if form.carry > 0.0 { carried } else { was };
-                        axpy(pull.map(|f| g * f), nodes.mass[i], axpy(target, -1.0, v))
-                    };
-                    *z = match constraint {
-                        Constraint::Free => [0.0; 3],
-                        _ => axpy(self.prescribed(i, nodes.prescribed[i], form, dt), -1.0, v),
-                    };
-                    let left = constraint.filter(*b);
-                    squares += dot(left, left);
-                }
-                squares
+                let prescribed = |i: usize| self.prescribed(i, nodes.prescribed[i], form, dt);
+                pulp::Arch::new().dispatch(RightSide { nodes, force, gravity, g, start, prescribed, first, b, z })
             });
             (self.b, self.z) = (b, z);
             if !again {
@@ -563,7 +551,7 @@ pub(super) fn linearise(
     factors: Factors,
     now: (f64, f64),
 ) -> Result<Matrix, HostError> {
-    system.forces(pool, v, now, force)?;
+    system.forces_rounded(pool, v, now, (force, factors.rounded))?;
     let matrix = system.matrix.take().unwrap_or_default();
     assemble(pool, system, matrix, factors, now)
 }

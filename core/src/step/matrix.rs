@@ -404,7 +404,7 @@ impl Matrix {
 
     #[cfg(test)]
     pub(super) fn own(&self, i: usize) -> Block {
-        self.rounded.own(i)
+        self.rounded.own(i).block()
     }
 
     #[cfg(test)]

@@ -33,6 +33,7 @@ mod pcg;
 mod peek;
 mod pool;
 mod product;
+mod right_side;
 mod rounded;
 mod rounded_product;
 mod settle;

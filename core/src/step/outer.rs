@@ -14,6 +14,9 @@ const PAIRS: usize = 10;
 /// Hinges that are read before any is added.
 pub const GROUP: usize = 8;
 
+/// Numbers of as many, by corner and axis.
+pub type Planes = [[f64; GROUP]; 12];
+
 /// What blocks are made of.
 pub trait Precision: Copy + Send {
     /// Adds `k g g^T` of each hinge where `slots` (hinges x 10) say; `first` is the slot of the first of `blocks`.
@@ -69,18 +72,18 @@ pub trait Hinges {
     /// Gradients g at the corners of hinge `e`, and the factor k of their products; `inline(always)`, so that it is compiled for the
     /// vector unit too.
     fn hinge(&self, e: usize) -> ([V3; 4], f64);
-    /// The same of eight from `e` on, by corner and axis.
+    /// The same of eight from `e` on, by corner and axis: where they are, or in `room`.
     #[inline(always)]
-    fn eight(&self, e: usize) -> ([[f64; GROUP]; 12], [f64; GROUP]) {
-        let (mut planes, mut factors) = ([[0.0; GROUP]; 12], [0.0; GROUP]);
+    fn eight<'a>(&'a self, e: usize, room: &'a mut Planes) -> ([&'a [f64; GROUP]; 12], [f64; GROUP]) {
+        let mut factors = [0.0; GROUP];
         for lane in 0..GROUP {
             let (g, k) = self.hinge(e + lane);
             factors[lane] = k;
-            for (plane, value) in planes.iter_mut().zip(g.as_flattened()) {
+            for (plane, value) in room.iter_mut().zip(g.as_flattened()) {
                 plane[lane] = *value;
             }
         }
-        (planes, factors)
+        (room.each_ref(), factors)
     }
 }
 

@@ -16,6 +16,25 @@ use super::{Block, V3};
 use crate::host::HostError;
 use std::ops::Range;
 
+/// What the blocks of a row leave.
+pub enum Own {
+    /// kg
+    Mass(f64),
+    /// Where there is more than that.
+    Block(Block),
+}
+
+impl Own {
+    /// As a block.
+    #[inline(always)]
+    pub fn block(self) -> Block {
+        match self {
+            Self::Mass(m) => [m, 0.0, 0.0, 0.0, m, 0.0, 0.0, 0.0, m],
+            Self::Block(block) => block,
+        }
+    }
+}
+
 /// See above. Where blocks are, the matrix knows.
 #[derive(Debug, Default)]
 pub struct Rounded {
@@ -48,14 +67,13 @@ impl Rounded {
 
     /// What the blocks of row `i` leave.
     #[inline(always)]
-    pub fn own(&self, i: usize) -> Block {
-        let m = self.mass[i];
-        let mut own = [m, 0.0, 0.0, 0.0, m, 0.0, 0.0, 0.0, m];
-        if self.tool[i] != NONE {
-            let (_, more) = &self.tools[self.tool[i] as usize];
-            (0..9).for_each(|e| own[e] += more[e]);
+    pub fn own(&self, i: usize) -> Own {
+        if self.tool[i] == NONE {
+            return Own::Mass(self.mass[i]);
         }
-        own
+        let (mut own, (_, more)) = (Own::Mass(self.mass[i]).block(), &self.tools[self.tool[i] as usize]);
+        (0..9).for_each(|e| own[e] += more[e]);
+        Own::Block(own)
     }
 
     /// The two parts of it: masses, kg.
@@ -98,8 +116,8 @@ impl Rounded {
         let (mass, diagonal) = ((0..n).map(|i| 0.1 + i as f64).collect(), vec![[0.0; 9]; n]);
         let mut this = Self { blocks, mass, tools: Vec::new(), tool: vec![NONE; n], diagonal };
         this.find_diagonal(&Pool::new(1), rows);
-        // In no order, and by two tools.
-        for i in (0..n).rev().chain(0..n).filter(|i| i % 3 > 0) {
+        // In no order, by two tools, and in stretches.
+        for i in (0..n).rev().chain(0..n).filter(|i| i % 3 > 0 && i / 70 % 2 == 0) {
             this.add_own(i, &super::single_update::row_sum(rows, exact, i).map(|v| 0.5 * v));
         }
         this
@@ -155,7 +173,7 @@ impl Rounded {
     fn row<'a>(&'a self, rows: Rows<'a>, i: usize) -> Row<'a> {
         let (lower, above, columns) = rows.around(i);
         let upper = &self.blocks[above..above + columns.len()];
-        Row { own: self.own(i), values: &self.blocks, lower, upper, columns }
+        Row { own: self.own(i).block(), values: &self.blocks, lower, upper, columns }
     }
 }
 
@@ -176,7 +194,7 @@ impl pulp::NullaryFnOnce for Diagonal<'_> {
         let Self { first, mass, blocks, rows, diagonal } = self;
         for (i, (mass, diagonal)) in (first..).zip(mass.iter().zip(diagonal)) {
             let others = others_sum(rows, blocks, i);
-            let own = [*mass, 0.0, 0.0, 0.0, *mass, 0.0, 0.0, 0.0, *mass];
+            let own = Own::Mass(*mass).block();
             (0..9).for_each(|e| diagonal[e] = own[e] - others[e]);
         }
     }

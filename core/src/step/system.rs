@@ -192,6 +192,20 @@ impl System {
         time: (f64, f64),
         force: &mut [V3],
     ) -> Result<(), HostError> {
+        self.forces_rounded(pool, v, time, (force, false))
+    }
+
+    /// The same; if `rounded`, with moments of coupled hinges to six digits, for a step that is solved to fewer.
+    ///
+    /// # Errors
+    /// As [`System::forces`].
+    pub(super) fn forces_rounded(
+        &mut self,
+        pool: &Pool,
+        v: Option<&[V3]>,
+        time: (f64, f64),
+        (force, rounded): (&mut [V3], bool),
+    ) -> Result<(), HostError> {
         let v = v.unwrap_or(&self.nodes.v);
         pool.pieces(&mut *force, NODES, &|_, force: &mut [V3]| force.fill([0.0; 3]));
         for set in self.sets.iter().filter(|s| s.has(abi::HAS_FORCES)) {
@@ -203,7 +217,9 @@ impl System {
             normals.forces(pool, &self.material, (&self.sets, &self.nodes, time), force)?;
         }
         match (&mut self.coupled, self.sets.iter().find(|set| is_coupled_hinges(set))) {
-            (Some(coupled), Some(set)) => coupled.forces(pool, &self.material, set, &self.nodes, time, force),
+            (Some(coupled), Some(set)) => {
+                coupled.forces(pool, &self.material, set, (&self.nodes, time), (force, rounded))
+            }
             _ => Ok(()),
         }
     }

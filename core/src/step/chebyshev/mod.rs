@@ -9,14 +9,11 @@ mod slices;
 mod term;
 #[cfg(test)]
 mod tests;
+mod vectors;
 
 use super::pool::Pool;
 use rows::{Partners, Rows};
-use slices::{LANES, Slices};
-use term::Term;
-
-/// Slices in a piece of work for a thread.
-const PIECE: usize = 128;
+use vectors::Vectors;
 
 /// A matrix with a unit diagonal, rows by place, and vectors in its order.
 #[derive(Debug, Default)]
@@ -30,31 +27,29 @@ pub struct Chebyshev {
     /// (n)
     place: Vec<u32>,
     rows: Rows,
-    /// All between two slices of nothing.
-    load: Slices,
-    solution: Slices,
-    before: Slices,
+    double: Vectors<f64>,
+    /// From the first time it was asked for on.
+    single: Option<Vectors<f32>>,
 }
 
 impl Chebyshev {
     /// Of a matrix with this diagonal, whose rows over their diagonal have eigenvalues within `spectrum`; `entries` are the others by
     /// row and column, rising, at most four a row. Rows without a diagonal are as if they were not there.
     pub fn new(diagonal: &[f64], entries: &[(u32, u32, f64)], spectrum: [f64; 2], terms: usize) -> Self {
-        let n = diagonal.len();
-        let partners = Partners::new(n, entries);
-        let order = partners.by_kind();
+        let partners = Partners::new(diagonal.len(), entries);
         let mut this = Self { spectrum, terms, ..Self::default() };
-        this.take_order(order, diagonal);
+        this.take_order(partners.by_kind(), diagonal);
         match Rows::alike(&partners, diagonal, (&this.row, &this.place)) {
-            Some(alike) => this.rows = alike,
-            None => {
-                this.take_order((0..n as u32).collect(), diagonal);
-                this.rows = Rows::each(&partners, diagonal);
-            }
+            Some(alike) => this.take_rows(alike),
+            None => this.take_each(&partners, diagonal),
         }
-        let nothing = vec![[0.0; LANES]; n.div_ceil(LANES) + 2];
-        (this.load, this.solution, this.before) = (Slices::new(&nothing), Slices::new(&nothing), Slices::new(&nothing));
         this
+    }
+
+    /// Row by row, in the order of the matrix.
+    fn take_each(&mut self, partners: &Partners<'_>, diagonal: &[f64]) {
+        self.take_order((0..diagonal.len() as u32).collect(), diagonal);
+        self.take_rows(Rows::each(partners, diagonal));
     }
 
     fn take_order(&mut self, row: Vec<u32>, diagonal: &[f64]) {
@@ -67,41 +62,36 @@ impl Chebyshev {
         self.row = row;
     }
 
-    /// `out = p(A) b`
-    pub fn apply(&mut self, pool: &Pool, b: &[f64], out: &mut [f64]) {
-        let [low, high] = self.spectrum;
-        let (centre, half) = (0.5 * (high + low), 0.5 * (high - low));
-        let (mut alpha, n) = (1.0 / centre, self.row.len());
-        let (row, over) = (&self.row, &self.over);
-        let inner = 1..n.div_ceil(LANES) + 1;
-        let vectors = (
-            &mut self.load.all_mut()[inner.clone()],
-            (&mut self.solution.all_mut()[inner.clone()], &mut self.before.all_mut()[inner.clone()]),
-        );
-        pool.pieces(vectors, PIECE, &|first, (load, (solution, before))| {
-            let places = row[LANES * first..].iter().zip(&over[LANES * first..]);
-            for ((load, solution), (row, over)) in
-                load.as_flattened_mut().iter_mut().zip(solution.as_flattened_mut()).zip(places)
-            {
-                *load = b[*row as usize] * over;
-                *solution = alpha * *load;
-            }
-            before.fill([0.0; LANES]);
-        });
-        for k in 1..self.terms {
-            let beta = (if k == 1 { 0.5_f64.sqrt() } else { 0.5 } * half * alpha).powi(2);
-            alpha = 1.0 / (centre - beta / alpha);
-            let mut before = std::mem::take(&mut self.before);
-            pool.pieces(&mut before.all_mut()[inner.clone()], PIECE, &|first, next| {
-                pulp::Arch::new().dispatch(Term { of: self, first, next, factors: (alpha, beta) });
-            });
-            self.before = std::mem::replace(&mut self.solution, before);
-        }
-        let (place, solution) = (&self.place, &self.solution.flat()[LANES..]);
-        pool.pieces(out, LANES * PIECE, &|first, out| {
-            for (out, place) in out.iter_mut().zip(&place[first..]) {
-                *out = solution[*place as usize];
-            }
-        });
+    fn take_rows(&mut self, (rows, values): (Rows, Vec<f64>)) {
+        (self.rows, self.double, self.single) = (rows, Vectors::new(self.row.len(), &values), None);
     }
+
+    /// `out = p(A) b`; in single precision, if that will do.
+    pub fn apply(&mut self, pool: &Pool, b: &[f64], out: &mut [f64], single: bool) {
+        let Self { rows, row, over, place, double, .. } = self;
+        let (of, factors) = ((&*rows, (&row[..], &over[..]), &place[..]), factors(self.spectrum, self.terms));
+        if single {
+            let single = self.single.get_or_insert_with(|| Vectors::new(row.len(), double.value.flat()));
+            single.apply(pool, of, factors, (b, out));
+        } else {
+            double.apply(pool, of, factors, (b, out));
+        }
+    }
+}
+
+/// What each term takes of what is left, and of the step before.
+fn factors([low, high]: [f64; 2], terms: usize) -> impl Iterator<Item = [f64; 2]> {
+    let (centre, half) = (0.5 * (high + low), 0.5 * (high - low));
+    let mut alpha = 1.0 / centre;
+    (0..terms.max(1)).map(move |k| {
+        let beta = match k {
+            0 => 0.0,
+            1 => 0.5 * (half * alpha).powi(2),
+            _ => (0.5 * half * alpha).powi(2),
+        };
+        if k > 0 {
+            alpha = 1.0 / (centre - beta / alpha);
+        }
+        [alpha, beta]
+    })
 }

@@ -1,6 +1,6 @@
 //! What is beside the diagonal of a matrix, put kind by kind where rows lie alike.
 
-use super::slices::{LANES, Slices};
+use super::slices::LANES;
 
 /// Distances of a row in its slice, on average, past which going row by row is faster.
 const MOST: usize = 12;
@@ -8,25 +8,30 @@ const MOST: usize = 12;
 const BANDS: usize = 4;
 const BAND: usize = 2048;
 
-/// What is beside the diagonal, over that of the row.
+/// Where what is beside the diagonal has its partners.
 #[derive(Debug)]
 pub enum Rows {
-    /// Of each slice's distances (slices + 1), by distance where the partners of its first row are, and values.
-    Alike { start: Vec<usize>, partner: Vec<u32>, value: Slices },
-    /// Places of up to four partners, and values.
-    Each { partner: Vec<[u32; 4]>, value: Vec<[f64; 4]> },
+    /// Of each slice's distances (slices + 1), and by distance where the partners of its first row are.
+    Alike { start: Vec<usize>, partner: Vec<u32> },
+    /// Places of up to four partners.
+    Each { partner: Vec<[u32; 4]> },
 }
 
 impl Default for Rows {
     fn default() -> Self {
-        Self::Each { partner: Vec::new(), value: Vec::new() }
+        Self::Each { partner: Vec::new() }
     }
 }
 
 impl Rows {
-    /// With the rows of `order`, whose places are `place`, eight at a time; `None` where they do not lie alike.
-    pub fn alike(partners: &Partners<'_>, diagonal: &[f64], (order, place): (&[u32], &[u32])) -> Option<Self> {
-        let (mut start, mut partner, mut value) = (vec![0], Vec::new(), Vec::new());
+    /// With the rows of `order`, whose places are `place`, eight at a time, and what is there over the diagonal of the row; `None`
+    /// where they do not lie alike.
+    pub fn alike(
+        partners: &Partners<'_>,
+        diagonal: &[f64],
+        (order, place): (&[u32], &[u32]),
+    ) -> Option<(Self, Vec<f64>)> {
+        let (mut start, mut partner, mut value) = (vec![0], Vec::new(), Vec::<[f64; LANES]>::new());
         for rows in order.chunks(LANES) {
             // Where the first row's partner would be, counted with the slice of nothing before all: a lane's is as many places on.
             let first = |lane: usize, j: u32| place[j as usize] + (LANES - lane) as u32;
@@ -43,15 +48,12 @@ impl Rows {
             partner.extend(firsts);
             start.push(partner.len());
         }
-        (partner.len() * LANES <= MOST * diagonal.len()).then(|| Self::Alike {
-            start,
-            partner,
-            value: Slices::new(&value),
-        })
+        let few = partner.len() * LANES <= MOST * diagonal.len();
+        few.then(|| (Self::Alike { start, partner }, value.into_flattened()))
     }
 
     /// Each row by itself, in the order of the matrix.
-    pub fn each(partners: &Partners<'_>, diagonal: &[f64]) -> Self {
+    pub fn each(partners: &Partners<'_>, diagonal: &[f64]) -> (Self, Vec<f64>) {
         let room = diagonal.len().next_multiple_of(LANES);
         let (mut partner, mut value) = (vec![[0; 4]; room], vec![[0.0; 4]; room]);
         for (row, diagonal) in diagonal.iter().enumerate() {
@@ -59,7 +61,7 @@ impl Rows {
                 (partner[row][at], value[row][at]) = (j + LANES as u32, v / diagonal);
             }
         }
-        Self::Each { partner, value }
+        (Self::Each { partner }, value.into_flattened())
     }
 }
 

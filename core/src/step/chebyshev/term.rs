@@ -1,65 +1,72 @@
 //! One term of the iteration, on any vector unit.
 
-use super::Chebyshev;
 use super::rows::Rows;
-use super::slices::{LANES, Slice};
-use pulp::{Simd, WithSimd, bytemuck};
+use super::slices::{LANES, Number, Slice};
+use super::vectors::Vectors;
+use pulp::bytemuck::{bytes_of, cast_slice, cast_slice_mut, pod_read_unaligned};
+use pulp::{Simd, WithSimd};
 
 /// From the solution so far, and the one before in whose place it is put, the next one.
-pub struct Term<'a> {
-    pub of: &'a Chebyshev,
+pub struct Term<'a, T> {
+    pub rows: &'a Rows,
+    pub of: &'a Vectors<T>,
     pub first: usize,
-    pub next: &'a mut [Slice],
-    pub factors: (f64, f64),
+    pub next: &'a mut [Slice<T>],
+    pub factors: (T, T),
 }
 
-impl WithSimd for Term<'_> {
+impl<T: Number> WithSimd for Term<'_, T> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { of, first, next, factors } = self;
-        let (load, solution) = (&of.load.all()[1 + first..], of.solution.flat());
-        match &of.rows {
-            Rows::Alike { start, partner, value } => {
+        let Self { rows, of: Vectors { value, load, solution, .. }, first, next, factors } = self;
+        let (load, solution) = (&load.all()[1 + first..], solution.flat());
+        match rows {
+            Rows::Alike { start, partner } => {
                 let value = value.all();
                 for (at, (next, load)) in next.iter_mut().zip(load).enumerate() {
                     let (slice, own) = (first + at, LANES * (first + at + 1));
                     let all = start[slice]..start[slice + 1];
                     let (partner, value) = (&partner[all.clone()], &value[all]);
-                    for half in (0..LANES).step_by(S::F64_LANES) {
-                        let m = read(simd, &solution[own..own + LANES], half);
+                    for part in (0..LANES).step_by(lanes::<S, T>()) {
+                        let m = read::<S, T>(solution, own + part);
                         let mut sum = m;
                         if let ([a, b, c, d], [u, v, w, x]) = (partner, value) {
                             // Most slices: without a loop, whose end is guessed wrong where the next one is longer.
-                            let one = simd
-                                .add_f64s(product(simd, solution, *a, u, half), product(simd, solution, *b, v, half));
-                            let two = simd
-                                .add_f64s(product(simd, solution, *c, w, half), product(simd, solution, *d, x, half));
-                            sum = simd.add_f64s(sum, simd.add_f64s(one, two));
+                            let one = T::plus(
+                                simd,
+                                product(simd, solution, *a, u, part),
+                                product(simd, solution, *b, v, part),
+                            );
+                            let two = T::plus(
+                                simd,
+                                product(simd, solution, *c, w, part),
+                                product(simd, solution, *d, x, part),
+                            );
+                            sum = T::plus(simd, sum, T::plus(simd, one, two));
                         } else {
                             for (&partner, value) in partner.iter().zip(value) {
-                                sum = simd.add_f64s(sum, product(simd, solution, partner, value, half));
+                                sum = T::plus(simd, sum, product(simd, solution, partner, value, part));
                             }
                         }
-                        let before = read(simd, next, half);
-                        let rest = simd.sub_f64s(read(simd, load, half), sum);
-                        let turn = simd.mul_f64s(simd.splat_f64s(factors.1), simd.sub_f64s(m, before));
-                        let step = simd.add_f64s(simd.mul_f64s(simd.splat_f64s(factors.0), rest), turn);
-                        let whole = simd.add_f64s(m, step);
-                        let bytes = bytemuck::cast_slice_mut::<f64, u8>(&mut next[half..half + S::F64_LANES]);
-                        bytes.copy_from_slice(bytemuck::bytes_of(&whole));
+                        let rest = T::minus(simd, read::<S, T>(load, part), sum);
+                        let change = T::minus(simd, m, read::<S, T>(next, part));
+                        let turn = T::times(simd, T::all(simd, factors.1), change);
+                        let step = T::plus(simd, T::times(simd, T::all(simd, factors.0), rest), turn);
+                        let whole = T::plus(simd, m, step);
+                        let bytes = cast_slice_mut::<T, u8>(&mut next[part..part + lanes::<S, T>()]);
+                        bytes.copy_from_slice(bytes_of(&whole));
                     }
                 }
             }
-            Rows::Each { partner, value } => {
-                let from = LANES * first;
+            Rows::Each { partner } => {
+                let (from, value) = (LANES * first, value.flat().as_chunks::<4>().0);
                 let rows = next.as_flattened_mut().iter_mut().zip(load.as_flattened()).zip(&solution[LANES + from..]);
                 for (((next, load), m), (at, v)) in rows.zip(partner[from..].iter().zip(&value[from..])) {
                     let sum = (v[0] * solution[at[0] as usize] + v[1] * solution[at[1] as usize])
                         + (v[2] * solution[at[2] as usize] + v[3] * solution[at[3] as usize]);
-                    let step = factors.0 * (load - (m + sum)) + factors.1 * (m - *next);
-                    *next = m + step;
+                    *next = *m + (factors.0 * (*load - (*m + sum)) + factors.1 * (*m - *next));
                 }
             }
         }
@@ -68,11 +75,17 @@ impl WithSimd for Term<'_> {
 
 /// Values times what partners have.
 #[inline(always)]
-fn product<S: Simd>(simd: S, solution: &[f64], partner: u32, value: &Slice, half: usize) -> S::f64s {
-    simd.mul_f64s(read(simd, value, half), read(simd, solution, partner as usize + half))
+fn product<S: Simd, T: Number>(simd: S, solution: &[T], partner: u32, value: &Slice<T>, part: usize) -> T::V<S> {
+    T::times(simd, read::<S, T>(value, part), read::<S, T>(solution, partner as usize + part))
+}
+
+/// Numbers in a register.
+#[inline(always)]
+fn lanes<S: Simd, T: Number>() -> usize {
+    size_of::<T::V<S>>() / size_of::<T>()
 }
 
 #[inline(always)]
-fn read<S: Simd>(_: S, from: &[f64], at: usize) -> S::f64s {
-    bytemuck::pod_read_unaligned(bytemuck::cast_slice::<f64, u8>(&from[at..at + S::F64_LANES]))
+fn read<S: Simd, T: Number>(from: &[T], at: usize) -> T::V<S> {
+    pod_read_unaligned(cast_slice::<T, u8>(&from[at..at + lanes::<S, T>()]))
 }

@@ -8,14 +8,15 @@ mod product;
 mod tests;
 mod vectors;
 
+use super::V3;
 use super::lanes::{Entry, widest};
 use super::lines::Lines;
 use super::matrix::Rows;
 use super::pool::Pool;
+use super::rounded::Own;
 use super::single::Quad;
 use super::sliced::update::{Fill, Update};
 use super::sliced::{BANDS, BLOCKS, LANES, height};
-use super::{Block, V3};
 use product::Multiply;
 use vectors::{Take, Turn};
 
@@ -43,6 +44,8 @@ struct Band {
     column: Vec<[u32; LANES]>,
     /// By slice: blocks of the diagonal, then those of each place (9 x 16).
     values: Lines<f32>,
+    /// Whether the first of a slice are masses alone, which are the first of their entries then (slices).
+    masses: Vec<bool>,
     /// Of its rows and what they reach.
     y: Vec<Quad>,
     /// `p . y`
@@ -120,13 +123,13 @@ impl Update for Each {
         &mut self,
         pool: &Pool,
         (rows, blocks): (Rows<'_>, &[[T; 9]]),
-        own: impl Fn(usize) -> Block + Sync + Copy,
+        own: impl Fn(usize) -> Own + Sync + Copy,
         scale: f64,
     ) {
         pool.pieces(&mut self.bands[..], 1, &|_, bands| {
-            for Band { first, start, values, .. } in bands {
+            for Band { first, start, values, masses, .. } in bands {
                 let (first, values, takes) = (*first, values.flat_mut(), |_, _, _| true);
-                widest(Fill { rows, blocks, own, scale, first, start, takes, values });
+                widest(Fill { rows, blocks, own, scale, first, start, takes, values, masses });
             }
         });
     }
@@ -151,6 +154,6 @@ impl Band {
         let slices = start.len() - 1;
         let values = Lines::new(BLOCKS * (slices + column.len()));
         let y = vec![[0.0; 4]; (LANES * slices + reach).next_multiple_of(LANES)];
-        Self { first: all.start, start, column, values, y, dot: 0.0 }
+        Self { first: all.start, start, column, values, masses: vec![false; slices], y, dot: 0.0 }
     }
 }

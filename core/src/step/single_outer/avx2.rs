@@ -20,8 +20,9 @@ impl<H: Hinges> pulp::NullaryFnOnce for Outer<'_, V3, f32, H> {
         let (mut numbers, mut factors) = ([[0.0; 20]; GROUP], [0.0; GROUP]);
         let (groups, rest) = slots.as_chunks::<PAIRS>().0.as_chunks::<GROUP>();
         for (at, slots) in groups.iter().enumerate() {
-            let (planes, k) = hinges.eight(GROUP * at);
-            turned(simd, &planes, &mut numbers);
+            let mut room = [[0.0; GROUP]; 12];
+            let (planes, k) = hinges.eight(GROUP * at, &mut room);
+            turned(simd, planes, &mut numbers);
             for lane in 0..GROUP {
                 factors[lane] = k[lane] as f32;
             }
@@ -38,7 +39,7 @@ impl<H: Hinges> pulp::NullaryFnOnce for Outer<'_, V3, f32, H> {
 
 /// Rounds what is there plane by plane, and puts it hinge by hinge.
 #[inline(always)]
-fn turned(simd: V3, planes: &[[f64; GROUP]; 12], to: &mut [Numbers; GROUP]) {
+fn turned(simd: V3, planes: [&[f64; GROUP]; 12], to: &mut [Numbers; GROUP]) {
     for (third, half) in (0..3).flat_map(|third| [(third, 0), (third, 1)]) {
         let rows = rows(simd, planes, (third, half));
         for lane in 0..4 {
@@ -49,10 +50,10 @@ fn turned(simd: V3, planes: &[[f64; GROUP]; 12], to: &mut [Numbers; GROUP]) {
 
 /// Four numbers of four hinges: which third of the numbers, and which half of the hinges.
 #[inline(always)]
-pub(super) fn rows(simd: V3, planes: &[[f64; GROUP]; 12], (third, half): (usize, usize)) -> [[f32; 4]; 4] {
+fn rows(simd: V3, planes: [&[f64; GROUP]; 12], (third, half): (usize, usize)) -> [[f32; 4]; 4] {
     let mut four: [__m128; 4] = [cast([0.0_f32; 4]); 4];
     for k in 0..4 {
-        let [low, high]: [[f64; 4]; 2] = cast(planes[4 * third + k]);
+        let [low, high]: [[f64; 4]; 2] = cast(*planes[4 * third + k]);
         four[k] = simd.avx._mm256_cvtpd_ps(cast(if half == 0 { low } else { high }));
     }
     let ([a, b, c, d], sse) = (four, simd.sse);

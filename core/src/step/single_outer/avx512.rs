@@ -1,9 +1,9 @@
 //! A block at once, and all numbers of a hinge in one register.
 
-use super::avx2::rows;
 use super::{BETWEEN, GROUP, Hinges, Outer, PAIRS, SingleBlock, place, rounded};
 use pulp::x86::V4;
 use pulp::{cast, f32x16, u32x16};
+use std::arch::x86_64::__m512;
 
 /// Which of a hinge's numbers a block is made of: on the left those of the first three corners, on the right of the last three.
 const LEFT: [u32x16; 3] = [left(0), left(3), left(6)];
@@ -27,15 +27,11 @@ impl<H: Hinges> pulp::NullaryFnOnce for Outer<'_, V4, f32, H> {
         let Self { simd, slots, first, blocks, hinges } = self;
         let (groups, rest) = slots.as_chunks::<PAIRS>().0.as_chunks::<GROUP>();
         for (at, slots) in groups.iter().enumerate() {
-            let (planes, k) = hinges.eight(GROUP * at);
-            for half in 0..2 {
-                let thirds =
-                    [rows(*simd, &planes, (0, half)), rows(*simd, &planes, (1, half)), rows(*simd, &planes, (2, half))];
-                for lane in 0..4 {
-                    let numbers = joined(simd, [thirds[0][lane], thirds[1][lane], thirds[2][lane]]);
-                    let e = 4 * half + lane;
-                    add(simd, &slots[e], first, blocks, (numbers, k[e] as f32));
-                }
+            let mut room = [[0.0; GROUP]; 12];
+            let (planes, k) = hinges.eight(GROUP * at, &mut room);
+            let numbers = turned(simd, planes);
+            for lane in 0..GROUP {
+                add(simd, &slots[lane], first, blocks, (numbers[lane], k[lane] as f32));
             }
         }
         for (slots, e) in rest.iter().zip(GROUP * groups.len()..) {
@@ -46,12 +42,42 @@ impl<H: Hinges> pulp::NullaryFnOnce for Outer<'_, V4, f32, H> {
     }
 }
 
-/// In a register all the way: through memory it would have to wait until all three have got there.
+/// Rounds what is there plane by plane, and puts it hinge by hinge, in registers all the way: through memory it would have to wait
+/// until all has got there. What is behind the twelve numbers means nothing.
 #[inline(always)]
-fn joined(simd: V4, [a, b, c]: [[f32; 4]; 3]) -> f32x16 {
-    let (simd, zero) = (simd.avx512f, cast([0.0_f32; 16]));
-    let two = simd._mm512_insertf32x4::<1>(simd._mm512_insertf32x4::<0>(zero, cast(a)), cast(b));
-    cast(simd._mm512_insertf32x4::<2>(two, cast(c)))
+fn turned(simd: V4, planes: [&[f64; GROUP]; 12]) -> [f32x16; GROUP] {
+    let avx = simd.avx512f;
+    let mut thirds = [[cast([0.0_f32; 16]); 3]; 2];
+    for third in 0..3 {
+        let (ab, cd) = (
+            both(simd, planes[4 * third], planes[4 * third + 1]),
+            both(simd, planes[4 * third + 2], planes[4 * third + 3]),
+        );
+        thirds[0][third] = avx._mm512_permutex2var_ps(ab, cast(COLUMNS[0]), cd);
+        thirds[1][third] = avx._mm512_permutex2var_ps(ab, cast(COLUMNS[1]), cd);
+    }
+    let mut all = [cast([0.0_f32; 16]); GROUP];
+    for (half, [a, b, c]) in thirds.into_iter().enumerate() {
+        let (low, high) = (avx._mm512_shuffle_f32x4::<0x44>(a, b), avx._mm512_shuffle_f32x4::<0xee>(a, b));
+        all[4 * half] = cast(avx._mm512_shuffle_f32x4::<0x08>(low, c));
+        all[4 * half + 1] = cast(avx._mm512_shuffle_f32x4::<0x5d>(low, c));
+        all[4 * half + 2] = cast(avx._mm512_shuffle_f32x4::<0xa8>(high, c));
+        all[4 * half + 3] = cast(avx._mm512_shuffle_f32x4::<0xfd>(high, c));
+    }
+    all
+}
+
+/// Of four planes, two in each of two registers, the numbers of the first four hinges, and those of the last.
+const COLUMNS: [u32x16; 2] = [
+    u32x16(0, 8, 16, 24, 1, 9, 17, 25, 2, 10, 18, 26, 3, 11, 19, 27),
+    u32x16(4, 12, 20, 28, 5, 13, 21, 29, 6, 14, 22, 30, 7, 15, 23, 31),
+];
+
+/// Two planes, rounded.
+#[inline(always)]
+fn both(simd: V4, a: &[f64; GROUP], b: &[f64; GROUP]) -> __m512 {
+    let (avx, low) = (simd.avx512f, simd.avx512f._mm512_cvtpd_ps(cast(*a)));
+    simd.avx512dq._mm512_insertf32x8::<1>(avx._mm512_castps256_ps512(low), avx._mm512_cvtpd_ps(cast(*b)))
 }
 
 #[inline(always)]

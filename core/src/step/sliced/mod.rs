@@ -12,12 +12,13 @@ mod tests;
 pub mod update;
 mod vectors;
 
+use super::V3;
 use super::lanes::{Entry, Sixteen, widest};
 use super::lines::Lines;
 use super::matrix::Rows;
 use super::pool::Pool;
+use super::rounded::Own;
 use super::single::Quad;
-use super::{Block, V3};
 use exact::Exact;
 use product::Multiply;
 use update::{Fill, Update};
@@ -63,6 +64,8 @@ pub struct Band {
     pub distance: Vec<u32>,
     /// By slice: blocks of the diagonal, then those of each distance (9 x 16).
     pub values: Lines<f32>,
+    /// Whether the first of a slice are masses alone, which are the first of their entries then (slices).
+    pub masses: Vec<bool>,
     /// Of its rows and what they reach, by component.
     pub y: [Lines<f32>; 3],
     /// `p . y`
@@ -160,7 +163,7 @@ impl Update for Sliced {
         &mut self,
         pool: &Pool,
         (rows, blocks): (Rows<'_>, &[[T; 9]]),
-        own: impl Fn(usize) -> Block + Sync + Copy,
+        own: impl Fn(usize) -> Own + Sync + Copy,
         scale: f64,
     ) {
         pool.pieces(&mut self.bands[..], 1, &|_, bands| {
@@ -179,18 +182,19 @@ impl Band {
         let distance = slices.concat();
         let values = Lines::new(BLOCKS * (slices.len() + distance.len()));
         let y = [(); 3].map(|()| Lines::new((LANES * slices.len() + reach).next_multiple_of(LANES)));
-        Self { first, start, distance, values, y, dot: 0.0, exact: Exact::default() }
+        let masses = vec![false; slices.len()];
+        Self { first, start, distance, values, masses, y, dot: 0.0, exact: Exact::default() }
     }
 
     /// What takes over new values.
-    fn fill<'a, T: Entry, F: Fn(usize) -> Block>(
+    fn fill<'a, T: Entry, F: Fn(usize) -> Own>(
         &'a mut self,
         (rows, blocks): (Rows<'a>, &'a [[T; 9]]),
         own: F,
         scale: f64,
     ) -> Fill<'a, T, F, impl Fn(usize, usize, u32) -> bool> {
-        let Self { first, start, distance, values, .. } = self;
+        let Self { first, start, distance, values, masses, .. } = self;
         let takes = |place: usize, i: usize, column: u32| column == i as u32 + distance[place];
-        Fill { rows, blocks, own, scale, first: *first, start, takes, values: values.flat_mut() }
+        Fill { rows, blocks, own, scale, first: *first, start, takes, values: values.flat_mut(), masses }
     }
 }

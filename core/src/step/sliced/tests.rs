@@ -168,6 +168,40 @@ fn exact_products_are_those_of_the_rows() {
 }
 
 #[test]
+fn products_with_masses_and_tools_are_those_of_the_rows() {
+    let mut matrix = grid(53, 45);
+    matrix.round();
+    let n = matrix.rows();
+    let mut p: Vec<Quad> = (0..n).map(|i| [0, 1, 2, 9].map(|c| (1.3 * (3 * i + c) as f32).sin())).collect();
+    p.iter_mut().for_each(|p| p[3] = 0.0);
+    p.resize(n.next_multiple_of(LANES), [0.0; 4]);
+    let (mut sliced, mut each) =
+        (Sliced::new(n, matrix.pattern()).expect("rows lie alike"), Each::new(n, matrix.pattern()));
+    let (pool, exact) = (Pool::new(1), p[..n].iter().map(|p| [p[0], p[1], p[2]].map(f64::from)).collect::<Vec<V3>>());
+    let mut want = vec![[0.0; 3]; n];
+    matrix.rows_product(0, &exact, &mut want);
+    let most = want.iter().flatten().fold(0.0_f64, |most, v| most.max(v.abs()));
+    let mut products = [vec![[0.0; 4]; p.len()], vec![[0.0; 4]; p.len()]];
+    sliced.update(&pool, &matrix, SCALE);
+    sliced.start();
+    sliced.turn(&pool, p.as_chunks().0, 0.0, 0.0);
+    sliced.product(&pool);
+    sliced.take(0, -1.0, products[0].as_chunks_mut().0);
+    each.update(&pool, &matrix, SCALE);
+    each.start();
+    each.turn(&pool, &p, 0.0, 0.0);
+    each.product(&pool);
+    each.take(0, -1.0, &mut products[1]);
+    let masses: Vec<bool> = sliced.bands.iter().flat_map(|band| band.masses.clone()).collect();
+    assert!(masses.contains(&true) && masses.contains(&false));
+    for product in &products {
+        for (got, want) in product.iter().zip(&want) {
+            assert!((0..3).all(|c| (f64::from(got[c]) - SCALE * want[c]).abs() < 1e-6 * most), "{got:?} {want:?}");
+        }
+    }
+}
+
+#[test]
 fn rows_that_do_not_lie_alike_are_left_to_others() {
     let mut matrix = Matrix::default();
     matrix.set_pattern(300, |pair| {

@@ -5,6 +5,7 @@ use crate::step::Block;
 use crate::step::lanes::{Entry, Lanes, Work};
 use crate::step::matrix::{Matrix, Rows, Values};
 use crate::step::pool::Pool;
+use crate::step::rounded::Own;
 use crate::step::single_update::row_sum;
 
 /// What holds the values of a matrix by slices.
@@ -14,7 +15,7 @@ pub trait Update {
         &mut self,
         pool: &Pool,
         blocks: (Rows<'_>, &[[T; 9]]),
-        own: impl Fn(usize) -> Block + Sync + Copy,
+        own: impl Fn(usize) -> Own + Sync + Copy,
         scale: f64,
     );
 
@@ -22,7 +23,7 @@ pub trait Update {
     fn update(&mut self, pool: &Pool, matrix: &Matrix, scale: f64) {
         let rows = matrix.pattern();
         match matrix.values() {
-            Values::Exact(blocks) => self.fill(pool, (rows, blocks), |i| row_sum(rows, blocks, i), scale),
+            Values::Exact(blocks) => self.fill(pool, (rows, blocks), |i| Own::Block(row_sum(rows, blocks, i)), scale),
             Values::Rounded(of) => self.fill(pool, (rows, of.blocks()), |i| of.own(i), scale),
         }
     }
@@ -42,34 +43,31 @@ pub struct Fill<'a, T, F, P> {
     pub takes: P,
     /// By slice: blocks of the diagonal, then those of each place (9 x 16).
     pub values: &'a mut [f32],
+    /// Whether the first of a slice are masses alone: then the other eight of their entries are left as they are (slices).
+    pub masses: &'a mut [bool],
 }
 
 /// Where a row has no block in a place.
 const NOTHING: Block = [0.0; 9];
 
-impl<T: Entry, F: Fn(usize) -> Block, P: Fn(usize, usize, u32) -> bool> Work for Fill<'_, T, F, P> {
+impl<T: Entry, F: Fn(usize) -> Own, P: Fn(usize, usize, u32) -> bool> Work for Fill<'_, T, F, P> {
     type Output = ();
 
     #[inline(always)]
     fn on(self, unit: impl Lanes) {
-        let Self { rows, blocks, own: of, scale, first, start, takes, values } = self;
+        let Self { rows, blocks, own: of, scale, first, start, takes, values, masses } = self;
         let mut slices = values.as_chunks_mut::<LANES>().0.chunks_exact_mut(BLOCKS / LANES);
-        for (slice, ends) in start.windows(2).enumerate() {
+        for ((slice, ends), masses) in start.windows(2).enumerate().zip(masses) {
             let first = first + LANES * slice;
             let here = first..rows.count().min(first + LANES);
-            let mut own = [NOTHING; LANES];
             // Of each row's blocks above the diagonal: the first one that was not taken yet, and one past the last.
             let (mut next, mut end) = ([0; LANES], [0; LANES]);
             for (lane, i) in here.clone().enumerate() {
-                own[lane] = of(i);
                 let (_, above, columns) = rows.around(i);
                 (next[lane], end[lane]) = (above, above + columns.len());
             }
-            let (mut diagonal, nothing) = ([&NOTHING; LANES], [T::default(); 9]);
-            for lane in 0..LANES {
-                diagonal[lane] = &own[lane];
-            }
-            put(unit, diagonal, scale, slices.next().expect("a slice has a diagonal"));
+            let (diagonal, nothing) = (slices.next().expect("a slice has a diagonal"), [T::default(); 9]);
+            *masses = put_own(unit, here.clone().map(&of), scale, diagonal);
             for (place, to) in (ends[0]..ends[1]).zip(&mut slices) {
                 let mut refs = [&nothing; LANES];
                 for (lane, i) in here.clone().enumerate() {
@@ -82,6 +80,28 @@ impl<T: Entry, F: Fn(usize) -> Block, P: Fn(usize, usize, u32) -> bool> Work for
             }
         }
     }
+}
+
+/// Puts what the blocks of rows leave; gives whether that is masses alone.
+#[inline(always)]
+fn put_own<U: Lanes>(unit: U, rows: impl Iterator<Item = Own>, scale: f64, to: &mut [[f32; LANES]]) -> bool {
+    let (mut masses, mut blocks, mut all) = ([0.0; LANES], [NOTHING; LANES], true);
+    for ((mass, block), own) in masses.iter_mut().zip(&mut blocks).zip(rows) {
+        match own {
+            Own::Mass(m) => (*mass, block[0], block[4], block[8]) = (m.rounded(scale), m, m, m),
+            Own::Block(own) => (*block, all) = (own, false),
+        }
+    }
+    if all {
+        to[0] = unit.store(unit.without_dust(unit.load(&masses)));
+        return true;
+    }
+    let mut refs = [&NOTHING; LANES];
+    for lane in 0..LANES {
+        refs[lane] = &blocks[lane];
+    }
+    put(unit, refs, scale, to);
+    false
 }
 
 #[inline(always)]
