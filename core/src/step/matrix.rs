@@ -56,12 +56,6 @@ impl<'a> Rows<'a> {
         let above = self.row[i] + 1..self.row[i + 1];
         (&self.lower[self.lower_row[i]..self.lower_row[i + 1]], above.start, &self.column[above])
     }
-
-    /// The column of the block in a slot.
-    #[inline(always)]
-    pub(super) fn column(&self, slot: usize) -> u32 {
-        self.column[slot]
-    }
 }
 
 /// What is at the slots.

@@ -15,7 +15,7 @@ use super::matrix::Rows;
 use super::pool::Pool;
 use super::rounded::Own;
 use super::single::Quad;
-use super::sliced::update::{Fill, Update};
+use super::sliced::update::{Fill, NONE, Slots, Update};
 use super::sliced::{BANDS, BLOCKS, LANES, height};
 use product::Multiply;
 use vectors::{Take, Turn};
@@ -40,8 +40,9 @@ struct Band {
     first: usize,
     /// Of each slice's places (slices + 1).
     start: Vec<usize>,
-    /// By place and lane, counted from the first row; rows without a block there have their own.
+    /// By place and lane, counted from the first row, and which blocks; rows without one there have their own column.
     column: Vec<[u32; LANES]>,
+    slots: Vec<Slots>,
     /// By slice: blocks of the diagonal, then those of each place (9 x 16).
     values: Lines<f32>,
     /// Whether the first of a slice are masses alone, which are the first of their entries then (slices).
@@ -65,7 +66,7 @@ impl Each {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        let of = |b: &Band| b.values.bytes() + 4 * LANES * b.column.len() + 16 * b.y.len() + 8 * b.start.len();
+        let of = |b: &Band| b.values.bytes() + 8 * LANES * b.column.len() + 16 * b.y.len() + 8 * b.start.len();
         16 * (self.p.len() + self.sum.len()) + self.bands.iter().map(of).sum::<usize>()
     }
 
@@ -122,14 +123,14 @@ impl Update for Each {
     fn fill<T: Entry>(
         &mut self,
         pool: &Pool,
-        (rows, blocks): (Rows<'_>, &[[T; 9]]),
+        (n, blocks): (usize, &[[T; 9]]),
         own: impl Fn(usize) -> Own + Sync + Copy,
         scale: f64,
     ) {
         pool.pieces(&mut self.bands[..], 1, &|_, bands| {
-            for Band { first, start, values, masses, .. } in bands {
-                let (first, values, takes) = (*first, values.flat_mut(), |_, _, _| true);
-                widest(Fill { rows, blocks, own, scale, first, start, takes, values, masses });
+            for Band { first, start, slots, values, masses, .. } in bands {
+                let (all, values) = (*first..n.min(*first + LANES * (start.len() - 1)), values.flat_mut());
+                widest(Fill { blocks, own, scale, all, start, slots, values, masses });
             }
         });
     }
@@ -137,23 +138,25 @@ impl Update for Each {
 
 impl Band {
     fn new(all: std::ops::Range<usize>, reach: usize, rows: Rows<'_>) -> Self {
-        let (mut start, mut column) = (vec![0], Vec::new());
+        let (mut start, mut column, mut slots) = (vec![0], Vec::new(), Vec::new());
         for first in all.clone().step_by(LANES) {
             let here = first..all.end.min(first + LANES);
             let places = here.clone().map(|i| rows.around(i).2.len()).max().unwrap_or(0);
             for place in 0..places {
-                let mut columns = [0; LANES];
+                let (mut columns, mut slots_here) = ([0; LANES], [NONE; LANES]);
                 for (lane, i) in (first..first + LANES).enumerate() {
-                    let there = here.contains(&i).then(|| rows.around(i).2.get(place)).flatten();
-                    columns[lane] = there.map_or(i, |j| *j as usize) as u32 - all.start as u32;
+                    let there = here.contains(&i).then(|| rows.around(i)).filter(|(.., row)| place < row.len());
+                    columns[lane] = there.map_or(i, |(.., row)| row[place] as usize) as u32 - all.start as u32;
+                    slots_here[lane] = there.map_or(NONE, |(_, above, _)| (above + place) as u32);
                 }
                 column.push(columns);
+                slots.push(slots_here);
             }
             start.push(column.len());
         }
         let slices = start.len() - 1;
         let values = Lines::new(BLOCKS * (slices + column.len()));
         let y = vec![[0.0; 4]; (LANES * slices + reach).next_multiple_of(LANES)];
-        Self { first: all.start, start, column, values, masses: vec![false; slices], y, dot: 0.0 }
+        Self { first: all.start, start, column, slots, values, masses: vec![false; slices], y, dot: 0.0 }
     }
 }

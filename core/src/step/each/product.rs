@@ -17,7 +17,7 @@ impl Work for Multiply<'_> {
 
     #[inline(always)]
     fn on(self, unit: impl Lanes) {
-        let Band { first, start, column, values, masses, y, dot } = self.band;
+        let Band { first, start, column, values, masses, y, dot, .. } = self.band;
         y.fill([0.0; 4]);
         let x = &self.p[*first..*first + y.len()];
         let zero = unit.load(&[0.0; LANES]);

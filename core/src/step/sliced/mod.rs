@@ -21,7 +21,7 @@ use super::rounded::Own;
 use super::single::Quad;
 use exact::Exact;
 use product::Multiply;
-use update::{Fill, Update};
+use update::{Fill, NONE, Slots, Update};
 use vectors::{Take, Turn};
 
 /// Rows of a slice.
@@ -60,8 +60,9 @@ pub struct Band {
     pub first: usize,
     /// Of each slice's distances (slices + 1).
     pub start: Vec<usize>,
-    /// Distances above the diagonal, rising.
+    /// Distances above the diagonal, rising, and which blocks are there.
     pub distance: Vec<u32>,
+    slots: Vec<Slots>,
     /// By slice: blocks of the diagonal, then those of each distance (9 x 16).
     pub values: Lines<f32>,
     /// Whether the first of a slice are masses alone, which are the first of their entries then (slices).
@@ -94,7 +95,8 @@ impl Sliced {
             return None;
         }
         let height = height(reach);
-        let bands = slices.chunks(height / LANES).enumerate().map(|(at, slices)| Band::new(at * height, slices, reach));
+        let bands = slices.chunks(height / LANES).enumerate();
+        let bands = bands.map(|(at, slices)| Band::new(at * height, slices, reach, rows));
         let p = [(); 3].map(|()| Lines::new((LANES * slices.len() + reach).next_multiple_of(LANES)));
         Some(Self { height, bands: bands.collect(), p, sum: Lines::new(3 * LANES * slices.len()) })
     }
@@ -103,7 +105,11 @@ impl Sliced {
     pub fn bytes(&self) -> usize {
         let vectors = 3 * self.p[0].bytes() + self.sum.bytes();
         let of = |b: &Band| {
-            b.values.bytes() + 4 * b.distance.len() + 3 * b.y[0].bytes() + 8 * b.start.len() + b.exact.bytes()
+            b.values.bytes()
+                + 4 * (LANES + 1) * b.distance.len()
+                + 3 * b.y[0].bytes()
+                + 8 * b.start.len()
+                + b.exact.bytes()
         };
         vectors + self.bands.iter().map(of).sum::<usize>()
     }
@@ -162,39 +168,50 @@ impl Update for Sliced {
     fn fill<T: Entry>(
         &mut self,
         pool: &Pool,
-        (rows, blocks): (Rows<'_>, &[[T; 9]]),
+        (n, blocks): (usize, &[[T; 9]]),
         own: impl Fn(usize) -> Own + Sync + Copy,
         scale: f64,
     ) {
         pool.pieces(&mut self.bands[..], 1, &|_, bands| {
-            bands.iter_mut().for_each(|band| widest(band.fill((rows, blocks), own, scale)));
+            bands.iter_mut().for_each(|band| widest(band.fill((n, blocks), own, scale)));
         });
     }
 }
 
 impl Band {
-    fn new(first: usize, slices: &[Vec<u32>], reach: usize) -> Self {
+    fn new(first: usize, slices: &[Vec<u32>], reach: usize, rows: Rows<'_>) -> Self {
         let mut start = vec![0];
         start.extend(slices.iter().scan(0, |end, slice| {
             *end += slice.len();
             Some(*end)
         }));
         let distance = slices.concat();
+        let slot = |i: usize, distance: u32| {
+            let (_, above, columns) = (i < rows.count()).then(|| rows.around(i))?;
+            columns.binary_search(&(i as u32 + distance)).ok().map(|at| (above + at) as u32)
+        };
+        let places = (first..).step_by(LANES).zip(slices);
+        let places = places.flat_map(|(first, slice)| slice.iter().map(move |distance| (first, *distance)));
+        let slots = places.map(|(first, distance)| {
+            let mut slots = [NONE; LANES];
+            (0..LANES).for_each(|lane| slots[lane] = slot(first + lane, distance).unwrap_or(NONE));
+            slots
+        });
         let values = Lines::new(BLOCKS * (slices.len() + distance.len()));
         let y = [(); 3].map(|()| Lines::new((LANES * slices.len() + reach).next_multiple_of(LANES)));
         let masses = vec![false; slices.len()];
-        Self { first, start, distance, values, masses, y, dot: 0.0, exact: Exact::default() }
+        Self { first, start, slots: slots.collect(), distance, values, masses, y, dot: 0.0, exact: Exact::default() }
     }
 
-    /// What takes over new values.
+    /// What takes over new values, of a matrix of `n` rows.
     fn fill<'a, T: Entry, F: Fn(usize) -> Own>(
         &'a mut self,
-        (rows, blocks): (Rows<'a>, &'a [[T; 9]]),
+        (n, blocks): (usize, &'a [[T; 9]]),
         own: F,
         scale: f64,
-    ) -> Fill<'a, T, F, impl Fn(usize, usize, u32) -> bool> {
-        let Self { first, start, distance, values, masses, .. } = self;
-        let takes = |place: usize, i: usize, column: u32| column == i as u32 + distance[place];
-        Fill { rows, blocks, own, scale, first: *first, start, takes, values: values.flat_mut(), masses }
+    ) -> Fill<'a, T, F> {
+        let Self { first, start, slots, values, masses, .. } = self;
+        let all = *first..n.min(*first + LANES * (start.len() - 1));
+        Fill { blocks, own, scale, all, start, slots, values: values.flat_mut(), masses }
     }
 }

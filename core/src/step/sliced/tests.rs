@@ -94,9 +94,9 @@ impl Work for Shares<'_> {
     #[inline(always)]
     fn on(self, unit: impl Lanes) -> Vec<u32> {
         let Self(Sliced { bands, p, sum, height }, matrix, h) = self;
-        let (rows, Values::Rounded(of)) = (matrix.pattern(), matrix.values()) else { panic!("it was rounded") };
+        let (n, Values::Rounded(of)) = (matrix.rows(), matrix.values()) else { panic!("it was rounded") };
         let (blocks, own) = (of.blocks(), |i: usize| of.own(i));
-        bands.iter_mut().for_each(|band| band.fill((rows, blocks), own, SCALE).on(unit));
+        bands.iter_mut().for_each(|band| band.fill((n, blocks), own, SCALE).on(unit));
         let exact: Vec<V3> =
             h.as_flattened()[..matrix.rows()].iter().map(|q| [1.1, 0.3, 7.7].map(|s| s * f64::from(q[1]))).collect();
         bands.iter_mut().for_each(|band| exact::Multiply { band, x: [&exact[..]] }.on(unit));

@@ -3,18 +3,19 @@
 use super::{BLOCKS, LANES};
 use crate::step::Block;
 use crate::step::lanes::{Entry, Lanes, Work};
-use crate::step::matrix::{Matrix, Rows, Values};
+use crate::step::matrix::{Matrix, Values};
 use crate::step::pool::Pool;
 use crate::step::rounded::Own;
 use crate::step::single_update::row_sum;
+use std::ops::Range;
 
 /// What holds the values of a matrix by slices.
 pub trait Update {
-    /// Takes over `blocks` off the diagonal and what they leave there, times `scale`.
+    /// Takes over `blocks` off the diagonal of so many rows and what they leave there, times `scale`.
     fn fill<T: Entry>(
         &mut self,
         pool: &Pool,
-        blocks: (Rows<'_>, &[[T; 9]]),
+        blocks: (usize, &[[T; 9]]),
         own: impl Fn(usize) -> Own + Sync + Copy,
         scale: f64,
     );
@@ -23,24 +24,30 @@ pub trait Update {
     fn update(&mut self, pool: &Pool, matrix: &Matrix, scale: f64) {
         let rows = matrix.pattern();
         match matrix.values() {
-            Values::Exact(blocks) => self.fill(pool, (rows, blocks), |i| Own::Block(row_sum(rows, blocks, i)), scale),
-            Values::Rounded(of) => self.fill(pool, (rows, of.blocks()), |i| of.own(i), scale),
+            Values::Exact(blocks) => {
+                self.fill(pool, (matrix.rows(), blocks), |i| Own::Block(row_sum(rows, blocks, i)), scale)
+            }
+            Values::Rounded(of) => self.fill(pool, (matrix.rows(), of.blocks()), |i| of.own(i), scale),
         }
     }
 }
 
+/// Slots of the blocks that sixteen rows have in one place.
+pub type Slots = [u32; LANES];
+
+/// Of a row that has none there.
+pub const NONE: u32 = u32::MAX;
+
 /// Slices take over new values, times `scale`: `blocks` off the diagonal, and what they leave there.
-pub struct Fill<'a, T, F, P> {
-    pub rows: Rows<'a>,
+pub struct Fill<'a, T, F> {
     pub blocks: &'a [[T; 9]],
     pub own: F,
     pub scale: f64,
-    /// The first row.
-    pub first: usize,
+    /// Rows.
+    pub all: Range<usize>,
     /// Of each slice's places (slices + 1).
     pub start: &'a [usize],
-    /// Whether a place is for the next block of a row, by its column.
-    pub takes: P,
+    pub slots: &'a [Slots],
     /// By slice: blocks of the diagonal, then those of each place (9 x 16).
     pub values: &'a mut [f32],
     /// Whether the first of a slice are masses alone: then the other eight of their entries are left as they are (slices).
@@ -50,31 +57,20 @@ pub struct Fill<'a, T, F, P> {
 /// Where a row has no block in a place.
 const NOTHING: Block = [0.0; 9];
 
-impl<T: Entry, F: Fn(usize) -> Own, P: Fn(usize, usize, u32) -> bool> Work for Fill<'_, T, F, P> {
+impl<T: Entry, F: Fn(usize) -> Own> Work for Fill<'_, T, F> {
     type Output = ();
 
     #[inline(always)]
     fn on(self, unit: impl Lanes) {
-        let Self { rows, blocks, own: of, scale, first, start, takes, values, masses } = self;
-        let mut slices = values.as_chunks_mut::<LANES>().0.chunks_exact_mut(BLOCKS / LANES);
-        for ((slice, ends), masses) in start.windows(2).enumerate().zip(masses) {
-            let first = first + LANES * slice;
-            let here = first..rows.count().min(first + LANES);
-            // Of each row's blocks above the diagonal: the first one that was not taken yet, and one past the last.
-            let (mut next, mut end) = ([0; LANES], [0; LANES]);
-            for (lane, i) in here.clone().enumerate() {
-                let (_, above, columns) = rows.around(i);
-                (next[lane], end[lane]) = (above, above + columns.len());
-            }
-            let (diagonal, nothing) = (slices.next().expect("a slice has a diagonal"), [T::default(); 9]);
-            *masses = put_own(unit, here.clone().map(&of), scale, diagonal);
-            for (place, to) in (ends[0]..ends[1]).zip(&mut slices) {
+        let Self { blocks, own: of, scale, all, start, slots, values, masses } = self;
+        let (nothing, mut slices) = ([T::default(); 9], values.as_chunks_mut().0.chunks_exact_mut(BLOCKS / LANES));
+        for ((ends, masses), first) in start.windows(2).zip(masses).zip(all.clone().step_by(LANES)) {
+            let diagonal = slices.next().expect("a slice has a diagonal");
+            *masses = put_own(unit, (first..all.end.min(first + LANES)).map(&of), scale, diagonal);
+            for (slots, to) in slots[ends[0]..ends[1]].iter().zip(&mut slices) {
                 let mut refs = [&nothing; LANES];
-                for (lane, i) in here.clone().enumerate() {
-                    if next[lane] < end[lane] && takes(place, i, rows.column(next[lane])) {
-                        refs[lane] = &blocks[next[lane]];
-                        next[lane] += 1;
-                    }
+                for lane in 0..LANES {
+                    refs[lane] = blocks.get(slots[lane] as usize).unwrap_or(&nothing);
                 }
                 put(unit, refs, scale, to);
             }
