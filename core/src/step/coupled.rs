@@ -158,13 +158,6 @@ impl Coupled {
         Ok(())
     }
 
-    #[inline(always)]
-    fn gradient(&self, hinge: usize, corner: usize) -> V3 {
-        let n = self.moment.len();
-        let at = (1 + 3 * corner) * n + hinge;
-        [self.planes[at], self.planes[at + n], self.planes[at + 2 * n]]
-    }
-
     /// Adds `-m ds/dx`, N (n x 3); if `rounded`, with moments to six digits.
     ///
     /// # Errors
@@ -180,12 +173,10 @@ impl Coupled {
         self.load(pool, material, set, (nodes, time), rounded)?;
         let this = &*self;
         set.schedule.run(pool, force, &|node| node, &|chunk, window| {
-            for hinge in chunk.range.clone() {
-                for (corner, &node) in set.nodes()[4 * hinge..4 * hinge + 4].iter().enumerate() {
-                    let f = &mut window[node as usize - chunk.window.start];
-                    *f = axpy(*f, -this.moment[hinge], this.gradient(hinge, corner));
-                }
-            }
+            let (moments, gradients) = (&this.moment[chunk.range.clone()], this.gradients(chunk.range.clone()));
+            let nodes = set.nodes().as_chunks().0;
+            let nodes = &nodes[chunk.range.clone()];
+            pulp::Arch::new().dispatch(Pulls { nodes, moments, gradients, first: chunk.window.start, window });
             Ok(())
         })
     }
@@ -219,12 +210,46 @@ impl Coupled {
         T::add_outer(slots, first, blocks, &self.stand_ins(range, factor, which));
     }
 
-    fn stand_ins(&self, range: Range<usize>, factor: f64, which: StandIn) -> StandIns<'_> {
-        let mut gradient: [&[f64]; 12] = [&[]; 12];
-        for (plane, gradient) in self.planes.chunks_exact(self.moment.len()).skip(1).zip(&mut gradient) {
+    /// Planes of gradients, by corner and axis.
+    fn gradients(&self, range: Range<usize>) -> [&[f64]; 12] {
+        let mut gradients: [&[f64]; 12] = [&[]; 12];
+        for (plane, gradient) in self.planes.chunks_exact(self.moment.len()).skip(1).zip(&mut gradients) {
             *gradient = &plane[range.clone()];
         }
+        gradients
+    }
+
+    fn stand_ins(&self, range: Range<usize>, factor: f64, which: StandIn) -> StandIns<'_> {
+        let gradient = self.gradients(range.clone());
         StandIns { gradient, usual: &self.stand_in[range.clone()], most: &self.most[range], factor, which }
+    }
+}
+
+/// What hinges do to nodes: `-m ds/dx`, from node `first` on.
+struct Pulls<'a> {
+    nodes: &'a [[u32; 4]],
+    moments: &'a [f64],
+    gradients: [&'a [f64]; 12],
+    first: usize,
+    window: &'a mut [V3],
+}
+
+impl pulp::NullaryFnOnce for Pulls<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { nodes, moments, gradients, first, window } = self;
+        let mut all = gradients;
+        all.iter_mut().for_each(|plane| *plane = &plane[..moments.len()]);
+        for (e, (nodes, m)) in nodes.iter().zip(moments).enumerate() {
+            for corner in 0..4 {
+                let f = &mut window[nodes[corner] as usize - first];
+                for c in 0..3 {
+                    f[c] += -m * all[3 * corner + c][e];
+                }
+            }
+        }
     }
 }
 
