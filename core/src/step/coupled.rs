@@ -14,7 +14,7 @@ use super::lanczos::least_eigenvalue;
 use super::outer::{self, GROUP, Hinges, Precision};
 use super::pool::Pool;
 use super::system::Nodes;
-use super::{Constraint, StandIn, V3, axpy};
+use super::{Constraint, StandIn, V3};
 use crate::host::{HostError, Material, Planes};
 use nalgebra::Matrix3;
 use pliant_plugin_api::abi;

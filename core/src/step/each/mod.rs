@@ -15,6 +15,7 @@ use super::matrix::Rows;
 use super::pool::Pool;
 use super::rounded::Own;
 use super::single::Quad;
+use super::sliced::diagonal::Diagonal;
 use super::sliced::update::{Fill, NONE, Slots, Update};
 use super::sliced::{BANDS, BLOCKS, LANES, height};
 use product::Multiply;
@@ -43,10 +44,9 @@ struct Band {
     /// By place and lane, counted from the first row, and which blocks; rows without one there have their own column.
     column: Vec<[u32; LANES]>,
     slots: Vec<Slots>,
-    /// By slice: blocks of the diagonal, then those of each place (9 x 16).
+    /// By slice and place (9 x 16).
     values: Lines<f32>,
-    /// Whether the first of a slice are masses alone, which are the first of their entries then (slices).
-    masses: Vec<bool>,
+    diagonal: Diagonal,
     /// Of its rows and what they reach.
     y: Vec<Quad>,
     /// `p . y`
@@ -66,7 +66,9 @@ impl Each {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        let of = |b: &Band| b.values.bytes() + 8 * LANES * b.column.len() + 16 * b.y.len() + 8 * b.start.len();
+        let of = |b: &Band| {
+            b.values.bytes() + b.diagonal.bytes() + 8 * LANES * b.column.len() + 16 * b.y.len() + 8 * b.start.len()
+        };
         16 * (self.p.len() + self.sum.len()) + self.bands.iter().map(of).sum::<usize>()
     }
 
@@ -128,9 +130,9 @@ impl Update for Each {
         scale: f64,
     ) {
         pool.pieces(&mut self.bands[..], 1, &|_, bands| {
-            for Band { first, start, slots, values, masses, .. } in bands {
+            for Band { first, start, slots, values, diagonal, .. } in bands {
                 let (all, values) = (*first..n.min(*first + LANES * (start.len() - 1)), values.flat_mut());
-                widest(Fill { blocks, own, scale, all, start, slots, values, masses });
+                widest(Fill { blocks, own, scale, all, start, slots, values, diagonal });
             }
         });
     }
@@ -155,8 +157,8 @@ impl Band {
             start.push(column.len());
         }
         let slices = start.len() - 1;
-        let values = Lines::new(BLOCKS * (slices + column.len()));
+        let values = Lines::new(BLOCKS * column.len());
         let y = vec![[0.0; 4]; (LANES * slices + reach).next_multiple_of(LANES)];
-        Self { first: all.start, start, column, slots, values, masses: vec![false; slices], y, dot: 0.0 }
+        Self { first: all.start, start, column, slots, values, diagonal: Diagonal::new(slices), y, dot: 0.0 }
     }
 }

@@ -4,7 +4,7 @@ use super::Band;
 use crate::step::lanes::{Lanes, Work, load, store};
 use crate::step::single::Quad;
 use crate::step::sliced::LANES;
-use crate::step::sliced::product::{STRAIGHT, TURNED, add, own, take};
+use crate::step::sliced::product::{STRAIGHT, TURNED, add, take};
 
 /// A band's share of the product with `p`.
 pub struct Multiply<'a> {
@@ -17,16 +17,16 @@ impl Work for Multiply<'_> {
 
     #[inline(always)]
     fn on(self, unit: impl Lanes) {
-        let Band { first, start, column, values, masses, y, dot, .. } = self.band;
+        let Band { first, start, column, values, diagonal, y, dot, .. } = self.band;
         y.fill([0.0; 4]);
         let x = &self.p[*first..*first + y.len()];
         let zero = unit.load(&[0.0; LANES]);
         let mut all = zero;
         let mut blocks = values.flat().as_chunks::<LANES>().0.chunks_exact(9);
-        for ((slice, ends), masses) in start.windows(2).enumerate().zip(masses) {
+        for (slice, ends) in start.windows(2).enumerate() {
             let at = LANES * slice;
             let here = unit.planes(load(unit, x[at..].first_chunk().expect("vectors reach past the rows")));
-            let mut sum = own(unit, (blocks.next().expect("a slice has a diagonal"), *masses), here);
+            let mut sum = diagonal.times(unit, slice, here);
             for (column, block) in column[ends[0]..ends[1]].iter().zip(&mut blocks) {
                 let [a, b, c] = unit.planes(found(unit, x, column));
                 let away = [unit.sub(a, here[0]), unit.sub(b, here[1]), unit.sub(c, here[2])];

@@ -5,6 +5,7 @@
 //! both of the rows it joins (sliced ELLPACK: Kreutzer et al. 2014, with the distances in the place of columns). Lanes never meet,
 //! so every vector unit gives the same bytes; bands of rows are added up in one order, so does any number of threads.
 
+pub mod diagonal;
 mod exact;
 pub mod product;
 #[cfg(test)]
@@ -19,6 +20,7 @@ use super::matrix::Rows;
 use super::pool::Pool;
 use super::rounded::Own;
 use super::single::Quad;
+use diagonal::Diagonal;
 use exact::Exact;
 use product::Multiply;
 use update::{Fill, NONE, Slots, Update};
@@ -63,10 +65,9 @@ pub struct Band {
     /// Distances above the diagonal, rising, and which blocks are there.
     pub distance: Vec<u32>,
     slots: Vec<Slots>,
-    /// By slice: blocks of the diagonal, then those of each distance (9 x 16).
+    /// By slice and distance (9 x 16).
     pub values: Lines<f32>,
-    /// Whether the first of a slice are masses alone, which are the first of their entries then (slices).
-    pub masses: Vec<bool>,
+    pub diagonal: Diagonal,
     /// Of its rows and what they reach, by component.
     pub y: [Lines<f32>; 3],
     /// `p . y`
@@ -106,6 +107,7 @@ impl Sliced {
         let vectors = 3 * self.p[0].bytes() + self.sum.bytes();
         let of = |b: &Band| {
             b.values.bytes()
+                + b.diagonal.bytes()
                 + 4 * (LANES + 1) * b.distance.len()
                 + 3 * b.y[0].bytes()
                 + 8 * b.start.len()
@@ -197,10 +199,10 @@ impl Band {
             (0..LANES).for_each(|lane| slots[lane] = slot(first + lane, distance).unwrap_or(NONE));
             slots
         });
-        let values = Lines::new(BLOCKS * (slices.len() + distance.len()));
+        let values = Lines::new(BLOCKS * distance.len());
         let y = [(); 3].map(|()| Lines::new((LANES * slices.len() + reach).next_multiple_of(LANES)));
-        let masses = vec![false; slices.len()];
-        Self { first, start, slots: slots.collect(), distance, values, masses, y, dot: 0.0, exact: Exact::default() }
+        let diagonal = Diagonal::new(slices.len());
+        Self { first, start, slots: slots.collect(), distance, values, diagonal, y, dot: 0.0, exact: Exact::default() }
     }
 
     /// What takes over new values, of a matrix of `n` rows.
@@ -210,8 +212,8 @@ impl Band {
         own: F,
         scale: f64,
     ) -> Fill<'a, T, F> {
-        let Self { first, start, slots, values, masses, .. } = self;
+        let Self { first, start, slots, values, diagonal, .. } = self;
         let all = *first..n.min(*first + LANES * (start.len() - 1));
-        Fill { blocks, own, scale, all, start, slots, values: values.flat_mut(), masses }
+        Fill { blocks, own, scale, all, start, slots, values: values.flat_mut(), diagonal }
     }
 }

@@ -17,7 +17,7 @@ impl Work for Multiply<'_> {
 
     #[inline(always)]
     fn on(self, unit: impl Lanes) {
-        let Band { first, start, distance, values, masses, y, dot, .. } = self.band;
+        let Band { first, start, distance, values, diagonal, y, dot, .. } = self.band;
         let [y0, y1, y2] = y;
         let mut y = [y0.flat_mut(), y1.flat_mut(), y2.flat_mut()];
         y.iter_mut().for_each(|y| y.fill(0.0));
@@ -25,10 +25,10 @@ impl Work for Multiply<'_> {
         let x = [&self.p[0][all.clone()], &self.p[1][all.clone()], &self.p[2][all]];
         let mut all = unit.load(&[0.0; LANES]);
         let mut blocks = values.as_chunks::<LANES>().0.chunks_exact(9);
-        for ((slice, ends), masses) in start.windows(2).enumerate().zip(masses) {
+        for (slice, ends) in start.windows(2).enumerate() {
             let at = LANES * slice;
             let here = three(unit, x, at);
-            let mut sum = own(unit, (blocks.next().expect("a slice has a diagonal"), *masses), here);
+            let mut sum = diagonal.times(unit, slice, here);
             for (distance, block) in distance[ends[0]..ends[1]].iter().zip(&mut blocks) {
                 let there = at + *distance as usize;
                 let [a, b, c] = three(unit, x, there);
@@ -90,18 +90,6 @@ fn put<U: Lanes>(unit: U, to: &mut [&mut [f32]; 3], at: usize, [a, b, c]: Three<
 /// A block as it is, and transposed.
 pub const STRAIGHT: [usize; 9] = [0, 1, 2, 3, 4, 5, 6, 7, 8];
 pub const TURNED: [usize; 9] = [0, 3, 6, 1, 4, 7, 2, 5, 8];
-
-/// What the blocks of rows leave, most often masses alone, times a vector, in each lane.
-#[inline(always)]
-pub fn own<U: Lanes>(unit: U, (block, masses): (&[Sixteen], bool), v: Three<U>) -> Three<U> {
-    if masses {
-        let m = unit.load(&block[0]);
-        return [unit.mul(m, v[0]), unit.mul(m, v[1]), unit.mul(m, v[2])];
-    }
-    let mut sum = [unit.load(&[0.0; LANES]); 3];
-    add(unit, block, STRAIGHT, v, &mut sum);
-    sum
-}
 
 /// Adds blocks, with their entries in an order, times a vector, in each lane.
 #[inline(always)]

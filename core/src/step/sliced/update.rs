@@ -1,7 +1,7 @@
 //! New values for a matrix whose rows are multiplied sixteen at a time.
 
+use super::diagonal::Diagonal;
 use super::{BLOCKS, LANES};
-use crate::step::Block;
 use crate::step::lanes::{Entry, Lanes, Work};
 use crate::step::matrix::{Matrix, Values};
 use crate::step::pool::Pool;
@@ -48,26 +48,22 @@ pub struct Fill<'a, T, F> {
     /// Of each slice's places (slices + 1).
     pub start: &'a [usize],
     pub slots: &'a [Slots],
-    /// By slice: blocks of the diagonal, then those of each place (9 x 16).
+    /// By place (9 x 16).
     pub values: &'a mut [f32],
-    /// Whether the first of a slice are masses alone: then the other eight of their entries are left as they are (slices).
-    pub masses: &'a mut [bool],
+    pub diagonal: &'a mut Diagonal,
 }
-
-/// Where a row has no block in a place.
-const NOTHING: Block = [0.0; 9];
 
 impl<T: Entry, F: Fn(usize) -> Own> Work for Fill<'_, T, F> {
     type Output = ();
 
     #[inline(always)]
     fn on(self, unit: impl Lanes) {
-        let Self { blocks, own: of, scale, all, start, slots, values, masses } = self;
-        let (nothing, mut slices) = ([T::default(); 9], values.as_chunks_mut().0.chunks_exact_mut(BLOCKS / LANES));
-        for ((ends, masses), first) in start.windows(2).zip(masses).zip(all.clone().step_by(LANES)) {
-            let diagonal = slices.next().expect("a slice has a diagonal");
-            *masses = put_own(unit, (first..all.end.min(first + LANES)).map(&of), scale, diagonal);
-            for (slots, to) in slots[ends[0]..ends[1]].iter().zip(&mut slices) {
+        let Self { blocks, own: of, scale, all, start, slots, values, diagonal } = self;
+        let (nothing, values) = ([T::default(); 9], values.as_chunks_mut().0.chunks_exact_mut(BLOCKS / LANES));
+        let mut places = slots.iter().zip(values);
+        for ((slice, ends), first) in start.windows(2).enumerate().zip(all.clone().step_by(LANES)) {
+            diagonal.put(unit, slice, (first..all.end.min(first + LANES)).map(&of), scale);
+            for (slots, to) in places.by_ref().take(ends[1] - ends[0]) {
                 let mut refs = [&nothing; LANES];
                 for lane in 0..LANES {
                     refs[lane] = blocks.get(slots[lane] as usize).unwrap_or(&nothing);
@@ -78,30 +74,9 @@ impl<T: Entry, F: Fn(usize) -> Own> Work for Fill<'_, T, F> {
     }
 }
 
-/// Puts what the blocks of rows leave; gives whether that is masses alone.
+/// Puts the entries of blocks, times `scale`.
 #[inline(always)]
-fn put_own<U: Lanes>(unit: U, rows: impl Iterator<Item = Own>, scale: f64, to: &mut [[f32; LANES]]) -> bool {
-    let (mut masses, mut blocks, mut all) = ([0.0; LANES], [NOTHING; LANES], true);
-    for ((mass, block), own) in masses.iter_mut().zip(&mut blocks).zip(rows) {
-        match own {
-            Own::Mass(m) => (*mass, block[0], block[4], block[8]) = (m.rounded(scale), m, m, m),
-            Own::Block(own) => (*block, all) = (own, false),
-        }
-    }
-    if all {
-        to[0] = unit.store(unit.without_dust(unit.load(&masses)));
-        return true;
-    }
-    let mut refs = [&NOTHING; LANES];
-    for lane in 0..LANES {
-        refs[lane] = &blocks[lane];
-    }
-    put(unit, refs, scale, to);
-    false
-}
-
-#[inline(always)]
-fn put<U: Lanes, T: Entry>(unit: U, blocks: [&[T; 9]; LANES], scale: f64, to: &mut [[f32; LANES]]) {
+pub fn put<U: Lanes, T: Entry>(unit: U, blocks: [&[T; 9]; LANES], scale: f64, to: &mut [[f32; LANES]]) {
     let entries = unit.entries(blocks, scale);
     for e in 0..9 {
         to[e] = unit.store(unit.without_dust(entries[e]));
