@@ -5,7 +5,7 @@
 //! m, so that the energy is s . m / 2. G couples a hinge to the four others of its two triangles and is well conditioned: no
 //! eigenvalue of the Jacobi-scaled matrix lies outside those of the single triangles, and where triangles differ, the least is well
 //! above theirs ([`super::lanczos`]). So a fixed Chebyshev polynomial in G takes the place of its inverse: one linear map, the
-//! same in every call, whose energy and forces belong together exactly.
+//! same in every call, whose energy and forces belong together exactly, but for rounding where a step asks for fewer digits.
 
 use super::chebyshev::Chebyshev;
 use super::chunk::Chunk;

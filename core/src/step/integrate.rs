@@ -152,7 +152,7 @@ pub struct Integrator {
     /// N, what it took to hold each node in the last step (n x 3)
     pub reaction: Vec<V3>,
     pub(super) force: Vec<V3>,
-    still: Vec<V3>,
+    pub(super) still: Vec<V3>,
     /// Matrix times velocity, N s.
     moving: Vec<V3>,
     pub(super) b: Vec<V3>,
@@ -165,7 +165,9 @@ pub struct Integrator {
 }
 
 /// Times contacts are looked at anew in a step, at most.
-const PASSES: usize = 4;
+pub(super) const PASSES: usize = 4;
+/// Tolerance of a solve from which on moments of hinges are found to six digits.
+const SIX_DIGITS: f64 = 1e-5;
 /// Times a solve of a step is stopped, at most, for it will not be the last.
 const STOPS: usize = 8;
 
@@ -272,52 +274,6 @@ impl Integrator {
         Ok(report)
     }
 
-    fn explicit(
-        &mut self,
-        pool: &Pool,
-        system: &mut System,
-        (loads, holds): (&Loads<'_>, &mut dyn Holds),
-        now: (f64, f64),
-        report: &mut StepReport,
-    ) -> Result<(), StepError> {
-        system.forces(pool, None, now, &mut self.force)?;
-        add_loads(&mut self.force, loads, &system.nodes.x, Some(&system.nodes.v));
-        holds.begin(system, now.1);
-        let dt = now.1;
-        if self.scheme == Scheme::ExplicitEuler {
-            for (x, v) in system.nodes.x.iter_mut().zip(&system.nodes.v) {
-                *x = axpy(*x, dt, *v);
-            }
-        }
-        for _ in 0..PASSES {
-            self.still.clear();
-            self.still.resize(self.force.len(), [0.0; 3]);
-            holds.add_forces(&mut self.still);
-            let nodes = &system.nodes;
-            for i in 0..nodes.len() {
-                let a = axpy(loads.gravity, 1.0 / nodes.mass[i], axpy(self.force[i], 1.0, self.still[i]));
-                let free = axpy(nodes.v[i], dt, a);
-                let held = without_dust(nodes.constraint[i].merge(free, nodes.prescribed[i]));
-                self.reaction[i] = axpy(held, -1.0, free).map(|c| c * nodes.mass[i] / dt);
-                self.still[i] = held;
-            }
-            let (still, reaction) = (&self.still, &self.reaction);
-            let outcome = Outcome { after: &|_, i| still[i], reaction: &|i| reaction[i], doubt: None };
-            if !holds.revise(system, &outcome) {
-                break;
-            }
-        }
-        std::mem::swap(&mut system.nodes.v, &mut self.still);
-        report.fastest = check(system)?;
-        if self.scheme != Scheme::ExplicitEuler {
-            for (x, v) in system.nodes.x.iter_mut().zip(&system.nodes.v) {
-                *x = axpy(*x, dt, *v);
-            }
-        }
-        holds.end(system, &mut self.reaction);
-        Ok(())
-    }
-
     fn implicit(
         &mut self,
         pool: &Pool,
@@ -397,7 +353,8 @@ impl Integrator {
         let factors = Factors { mass: 1.0, stiffness: g * g, damping: g, stand_in, after_forces: true, rounded };
         let start = Instant::now();
         let still = if here { Some(&self.still[..]) } else { None };
-        let mut matrix = linearise(pool, system, (still, &mut self.force), factors, now)?;
+        let force = (&mut self.force[..], rounded && self.tolerance >= SIX_DIGITS);
+        let mut matrix = linearise(pool, system, (still, force), factors, now)?;
         report.seconds[0] += start.elapsed().as_secs_f64();
         for springs in loads.tools {
             matrix.add_diagonal(springs, (g * g, g));
@@ -539,19 +496,19 @@ impl Integrator {
     }
 }
 
-/// The matrix and the forces of `system` as it stands, with velocities `v` in the forces. The matrix is lent: it has to be put
-/// back.
+/// The matrix and the forces of `system` as it stands, with velocities `v` in the forces, which may be those of
+/// [`System::forces_rounded`]. The matrix is lent: it has to be put back.
 ///
 /// # Errors
 /// What the material says; then nothing is lent.
 pub(super) fn linearise(
     pool: &Pool,
     system: &mut System,
-    (v, force): (Option<&[V3]>, &mut [V3]),
+    (v, force): (Option<&[V3]>, (&mut [V3], bool)),
     factors: Factors,
     now: (f64, f64),
 ) -> Result<Matrix, HostError> {
-    system.forces_rounded(pool, v, now, (force, factors.rounded))?;
+    system.forces_rounded(pool, v, now, force)?;
     let matrix = system.matrix.take().unwrap_or_default();
     assemble(pool, system, matrix, factors, now)
 }

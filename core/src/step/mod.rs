@@ -14,6 +14,7 @@ mod crew;
 mod double;
 mod each;
 mod elements;
+mod explicit;
 mod galerkin;
 mod guess;
 mod held;

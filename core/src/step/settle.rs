@@ -109,7 +109,7 @@ impl Integrator {
             rounded: false,
         };
         let began = Instant::now();
-        let mut matrix = linearise(pool, system, (None, &mut self.force), factors, now)?;
+        let mut matrix = linearise(pool, system, (None, (&mut self.force, false)), factors, now)?;
         report.seconds[0] += began.elapsed().as_secs_f64();
         for springs in loads.tools {
             matrix.add_diagonal(springs, (1.0, 0.0));

@@ -195,7 +195,7 @@ impl System {
         self.forces_rounded(pool, v, time, (force, false))
     }
 
-    /// The same; if `rounded`, with moments of coupled hinges to six digits, for a step that is solved to fewer.
+    /// The same; if `rounded`, with moments of coupled hinges to six digits.
     ///
     /// # Errors
     /// As [`System::forces`].

@@ -125,14 +125,14 @@ impl Update for Each {
     fn fill<T: Entry>(
         &mut self,
         pool: &Pool,
-        (n, blocks): (usize, &[[T; 9]]),
+        (rows, blocks): (usize, &[[T; 9]]),
         own: impl Fn(usize) -> Own + Sync + Copy,
         scale: f64,
     ) {
         pool.pieces(&mut self.bands[..], 1, &|_, bands| {
             for Band { first, start, slots, values, diagonal, .. } in bands {
-                let (all, values) = (*first..n.min(*first + LANES * (start.len() - 1)), values.flat_mut());
-                widest(Fill { blocks, own, scale, all, start, slots, values, diagonal });
+                let (first, values) = (*first, values.flat_mut());
+                widest(Fill { blocks, own, scale, first, rows, start, slots, values, diagonal });
             }
         });
     }

@@ -2,7 +2,7 @@
 
 #[cfg(target_arch = "x86_64")]
 use pulp::{
-    cast, f32x8, f32x16, f64x8,
+    cast, f32x8, f32x16,
     x86::{V3, V4},
 };
 
@@ -15,10 +15,7 @@ pub trait Entry: Copy + Default + Sync {
     /// The first eight of two blocks, [`Entry::rounded`].
     #[cfg(target_arch = "x86_64")]
     fn eights(unit: V4, low: &[Self; 9], high: &[Self; 9], scale: f64) -> f32x16;
-    /// Sixteen numbers, [`Entry::rounded`].
-    #[cfg(target_arch = "x86_64")]
-    fn sixteen(unit: V4, numbers: [Self; 16], scale: f64) -> f32x16;
-    /// The first eight of one block.
+    /// Those of one.
     #[cfg(target_arch = "x86_64")]
     fn eight(unit: V3, block: &[Self; 9], scale: f64) -> f32x8;
 }
@@ -41,15 +38,6 @@ impl Entry for f64 {
         let ([a, b, c, d, e, f, g, h, _], [i, j, k, l, m, n, o, p, _]) = (*low, *high);
         let low = avx._mm512_cvtpd_ps(cast(unit.mul_f64x8(scale, cast([a, b, c, d, e, f, g, h]))));
         let high = avx._mm512_cvtpd_ps(cast(unit.mul_f64x8(scale, cast([i, j, k, l, m, n, o, p]))));
-        cast(unit.avx512dq._mm512_insertf32x8::<1>(avx._mm512_castps256_ps512(low), high))
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[inline(always)]
-    fn sixteen(unit: V4, numbers: [f64; 16], scale: f64) -> f32x16 {
-        let (avx, scale, [low, high]) = (unit.avx512f, unit.splat_f64x8(scale), cast::<_, [f64x8; 2]>(numbers));
-        let low = avx._mm512_cvtpd_ps(cast(unit.mul_f64x8(scale, low)));
-        let high = avx._mm512_cvtpd_ps(cast(unit.mul_f64x8(scale, high)));
         cast(unit.avx512dq._mm512_insertf32x8::<1>(avx._mm512_castps256_ps512(low), high))
     }
 
@@ -78,12 +66,6 @@ impl Entry for f32 {
     fn eights(unit: V4, low: &[f32; 9], high: &[f32; 9], scale: f64) -> f32x16 {
         let ([a, b, c, d, e, f, g, h, _], [i, j, k, l, m, n, o, p, _]) = (*low, *high);
         unit.mul_f32x16(unit.splat_f32x16(scale as f32), cast([a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p]))
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[inline(always)]
-    fn sixteen(unit: V4, numbers: [f32; 16], scale: f64) -> f32x16 {
-        unit.mul_f32x16(unit.splat_f32x16(scale as f32), cast(numbers))
     }
 
     #[cfg(target_arch = "x86_64")]

@@ -348,13 +348,13 @@ impl Lanes for V4 {
     #[inline(always)]
     fn entries<T: Entry>(self, blocks: [&[T; 9]; 16], scale: f64) -> [f32x16; 9] {
         let avx = self.avx512f;
-        let (mut rows, mut last) = ([cast(self.splat_f32x16(0.0)); 8], [T::default(); 16]);
+        let (mut rows, mut last) = ([cast(self.splat_f32x16(0.0)); 8], [0.0; 16]);
         for lane in 0..8 {
             let (low, high) = (blocks[lane], blocks[lane + 8]);
             rows[lane] = cast(T::eights(self, low, high, scale));
-            (last[lane], last[lane + 8]) = (low[8], high[8]);
+            (last[lane], last[lane + 8]) = (low[8].rounded(scale), high[8].rounded(scale));
         }
-        let mut all = [cast(T::sixteen(self, last, scale)); 9];
+        let mut all = [cast(last); 9];
         let (four, other_four) = (
             quarters(self, [rows[0], rows[1], rows[2], rows[3]]),
             quarters(self, [rows[4], rows[5], rows[6], rows[7]]),

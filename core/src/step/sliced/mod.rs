@@ -170,12 +170,12 @@ impl Update for Sliced {
     fn fill<T: Entry>(
         &mut self,
         pool: &Pool,
-        (n, blocks): (usize, &[[T; 9]]),
+        (rows, blocks): (usize, &[[T; 9]]),
         own: impl Fn(usize) -> Own + Sync + Copy,
         scale: f64,
     ) {
         pool.pieces(&mut self.bands[..], 1, &|_, bands| {
-            bands.iter_mut().for_each(|band| widest(band.fill((n, blocks), own, scale)));
+            bands.iter_mut().for_each(|band| widest(band.fill((rows, blocks), own, scale)));
         });
     }
 }
@@ -205,15 +205,14 @@ impl Band {
         Self { first, start, slots: slots.collect(), distance, values, diagonal, y, dot: 0.0, exact: Exact::default() }
     }
 
-    /// What takes over new values, of a matrix of `n` rows.
+    /// What takes over new values, of a matrix of so many rows.
     fn fill<'a, T: Entry, F: Fn(usize) -> Own>(
         &'a mut self,
-        (n, blocks): (usize, &'a [[T; 9]]),
+        (rows, blocks): (usize, &'a [[T; 9]]),
         own: F,
         scale: f64,
     ) -> Fill<'a, T, F> {
         let Self { first, start, slots, values, diagonal, .. } = self;
-        let all = *first..n.min(*first + LANES * (start.len() - 1));
-        Fill { blocks, own, scale, all, start, slots, values: values.flat_mut(), diagonal }
+        Fill { blocks, own, scale, first: *first, rows, start, slots, values: values.flat_mut(), diagonal }
     }
 }

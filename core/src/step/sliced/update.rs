@@ -7,7 +7,6 @@ use crate::step::matrix::{Matrix, Values};
 use crate::step::pool::Pool;
 use crate::step::rounded::Own;
 use crate::step::single_update::row_sum;
-use std::ops::Range;
 
 /// What holds the values of a matrix by slices.
 pub trait Update {
@@ -43,8 +42,9 @@ pub struct Fill<'a, T, F> {
     pub blocks: &'a [[T; 9]],
     pub own: F,
     pub scale: f64,
-    /// Rows.
-    pub all: Range<usize>,
+    /// The first row, and how many the matrix has.
+    pub first: usize,
+    pub rows: usize,
     /// Of each slice's places (slices + 1).
     pub start: &'a [usize],
     pub slots: &'a [Slots],
@@ -58,11 +58,11 @@ impl<T: Entry, F: Fn(usize) -> Own> Work for Fill<'_, T, F> {
 
     #[inline(always)]
     fn on(self, unit: impl Lanes) {
-        let Self { blocks, own: of, scale, all, start, slots, values, diagonal } = self;
+        let Self { blocks, own: of, scale, first, rows, start, slots, values, diagonal } = self;
         let (nothing, values) = ([T::default(); 9], values.as_chunks_mut().0.chunks_exact_mut(BLOCKS / LANES));
         let mut places = slots.iter().zip(values);
-        for ((slice, ends), first) in start.windows(2).enumerate().zip(all.clone().step_by(LANES)) {
-            diagonal.put(unit, slice, (first..all.end.min(first + LANES)).map(&of), scale);
+        for ((slice, ends), first) in start.windows(2).enumerate().zip((first..).step_by(LANES)) {
+            diagonal.put(unit, slice, (first..rows.min(first + LANES)).map(&of), scale);
             for (slots, to) in places.by_ref().take(ends[1] - ends[0]) {
                 let mut refs = [&nothing; LANES];
                 for lane in 0..LANES {
