@@ -14,7 +14,8 @@ mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
 
-use pliant_plugin_api::{Elements, NodeVectors};
+use crate::stiffness::{Entry, Stiffness};
+use pliant_plugin_api::{Blocks, Elements, NodeVectors, Tangent};
 
 /// Springs in a block.
 const LANES: usize = 8;
@@ -98,6 +99,11 @@ impl Kernel {
             pulp::Arch::V3(simd) => simd.vectorize(Pass { block: simd, springs, first, force }),
             arch => arch.dispatch(Pass { block: Portable, springs, first, force }),
         }
+    }
+
+    /// Adds the stiffness of each spring, as [`Stiffness`] has it.
+    pub fn stiffness<T: Entry>(&self, at: &Elements<'_>, scale: Tangent, damping_time: f64, out: &mut Blocks<'_, T>) {
+        self.arch.dispatch(Stiffness::new(at, scale, damping_time, out));
     }
 }
 
@@ -227,7 +233,11 @@ mod tests {
                 material.kernel = Kernel { arch };
                 let mut force = vec![[0.0; 3]; body.x.len()];
                 body.add_forces(&material, &mut force).unwrap();
-                results.push(force.into_iter().flatten().map(f64::to_bits).collect::<Vec<_>>());
+                let both = Tangent { stiffness: 0.7, damping: 0.3 };
+                let single = body.single_blocks(&material, both, usize::MAX).unwrap();
+                let stiffness = body.tangent(&material, both).unwrap();
+                let stiffness = stiffness.into_iter().chain(single.into_iter().flatten().flatten().map(f64::from));
+                results.push(force.into_iter().flatten().chain(stiffness).map(f64::to_bits).collect::<Vec<_>>());
             }
             assert!(results.iter().all(|result| *result == results[0]));
             assert!(results[0].iter().any(|&bits| f64::from_bits(bits) != 0.0));

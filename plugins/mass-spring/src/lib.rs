@@ -7,11 +7,11 @@
 //! The paper's mode stays for comparison.
 
 mod kernel;
-mod spring;
+mod stiffness;
 
 use pliant_plugin_api::{
     AsMaterial, Blocks, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, Param, Params,
-    Planes, Tangent, abi, export_plugins,
+    Planes, SingleBlocks, Tangent, abi, export_plugins,
 };
 
 /// Parameters, resolved.
@@ -100,7 +100,7 @@ impl Material for MassSpring {
         let damping = if self.damping_time > 0.0 { abi::HAS_DAMPING } else { 0 };
         let point =
             ElementRequest { kind: abi::POINT, families: 0, flags: abi::HAS_MASS, rest_stride: 0, history_stride: 0 };
-        let (flags, families) = (abi::HAS_FORCES | damping, self.families());
+        let (flags, families) = (abi::HAS_FORCES | abi::HAS_SINGLE | damping, self.families());
         vec![point, ElementRequest { kind: abi::LINK, families, flags, rest_stride: 2, history_stride: 0 }]
     }
 
@@ -135,7 +135,9 @@ impl Material for MassSpring {
         let (x, length, stiffness) = (at.x(), at.rest_data(0), at.rest_data(1));
         let mut energy = 0.0;
         for (e, ends) in at.corners::<2>().iter().enumerate() {
-            energy += spring::energy(ends.map(|node| x[node as usize]), stiffness[e], length[e]);
+            let [a, b] = ends.map(|node| x[node as usize]);
+            let stretch = kernel::length(a, b) - length[e];
+            energy += 0.5 * stiffness[e] * stretch * stretch;
         }
         Ok(energy)
     }
@@ -146,12 +148,12 @@ impl Material for MassSpring {
     }
 
     fn tangent(&self, at: &Elements<'_>, scale: Tangent, out: &mut Blocks<'_>) -> Result<(), Fault> {
-        let (x, length, stiffness) = (at.x(), at.rest_data(0), at.rest_data(1));
-        for (e, ends) in at.corners::<2>().iter().enumerate() {
-            let ends = ends.map(|node| x[node as usize]);
-            let damping = scale.damping * self.damping_time * stiffness[e];
-            out.add_link(e, &spring::hessian(ends, scale.stiffness * stiffness[e], length[e], damping));
-        }
+        self.kernel.stiffness(at, scale, self.damping_time, out);
+        Ok(())
+    }
+
+    fn single_tangent(&self, at: &Elements<'_>, scale: Tangent, out: &mut SingleBlocks<'_>) -> Result<(), Fault> {
+        self.kernel.stiffness(at, scale, self.damping_time, out);
         Ok(())
     }
 }

@@ -1,0 +1,171 @@
+//! Stiffness of many springs at a time: in double precision, or, where two nodes meet alone, in single.
+//!
+//! Each spring has `k (n n' + max(0, 1 - l0/l) (I - n n')) + c n n'`, N/m, with n its axis and c its damping: what moving the second
+//! end does to the force on the first. The transverse part of a compressed spring is left out, so that the matrix stays positive
+//! semi-definite. Where the ends meet it is zero, for want of a direction. All is computed in double precision, with the same
+//! operations for any vector unit; what goes to a matrix in single precision is rounded last.
+
+use crate::kernel::NO_DIRECTION;
+use pliant_plugin_api::{Blocks, Elements, Tangent, abi, pair};
+use pulp::{Simd, WithSimd, bytemuck};
+use std::ops::{AddAssign, SubAssign};
+
+/// Numbers a vector has at most.
+const LANES: usize = 8;
+/// As many of them as of springs.
+type Lanes = [f64; LANES];
+
+/// Where entries of an upper triangle are in a block.
+const PLACES: [[usize; 2]; 6] = [[0, 0], [1, 3], [2, 6], [4, 4], [5, 7], [8, 8]];
+
+/// What a block is made of.
+pub trait Entry: Copy + AddAssign + SubAssign {
+    /// Whether blocks of one node are wanted.
+    const DIAGONAL: bool;
+    /// The nearest.
+    fn of(value: f64) -> Self;
+}
+
+impl Entry for f64 {
+    const DIAGONAL: bool = true;
+    #[inline(always)]
+    fn of(value: f64) -> Self {
+        value
+    }
+}
+
+impl Entry for f32 {
+    const DIAGONAL: bool = false;
+    #[inline(always)]
+    fn of(value: f64) -> Self {
+        value as f32
+    }
+}
+
+/// Adds the stiffness of each spring of a call.
+pub struct Stiffness<'a, T> {
+    ends: &'a [[u32; 2]],
+    x: &'a [[f64; 3]],
+    length: &'a [f64],
+    stiffness: &'a [f64],
+    /// 1, and over the stiffness
+    factors: [f64; 2],
+    slots: &'a [[u32; 3]],
+    /// The slot of the first block.
+    first: usize,
+    blocks: &'a mut [[T; 9]],
+}
+
+impl<'a, T: Entry> Stiffness<'a, T> {
+    /// `scale.stiffness` K + `scale.damping` C, where C is `damping_time` (s) times K along the axis.
+    pub fn new(at: &'a Elements<'_>, scale: Tangent, damping_time: f64, out: &'a mut Blocks<'_, T>) -> Self {
+        let (slots, first, blocks) = out.window();
+        let (length, stiffness) = (at.rest_data(0), at.rest_data(1));
+        let factors = [scale.stiffness, scale.damping * damping_time];
+        Self { ends: at.corners(), x: at.x(), length, stiffness, factors, slots, first, blocks }
+    }
+}
+
+impl<T: Entry> WithSimd for Stiffness<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, simd: S) {
+        let (mut upper, mut rows) = ([[0.0; LANES]; 6], [[T::of(0.0); 9]; LANES]);
+        for e in (0..self.ends.len()).step_by(S::F64_LANES) {
+            self.upper(simd, e, &mut upper);
+            for (plane, places) in upper.iter().zip(PLACES) {
+                for lane in 0..S::F64_LANES {
+                    let value = T::of(plane[lane]);
+                    rows[lane][places[0]] = value;
+                    rows[lane][places[1]] = value;
+                }
+            }
+            for lane in 0..S::F64_LANES.min(self.ends.len() - e) {
+                let slots = self.slots[e + lane];
+                if T::DIAGONAL {
+                    self.add(slots[pair(0, 0, 2)], &rows[lane]);
+                    self.add(slots[pair(1, 1, 2)], &rows[lane]);
+                }
+                self.subtract(slots[pair(0, 1, 2)], &rows[lane]);
+            }
+        }
+    }
+}
+
+impl<T: Entry> Stiffness<'_, T> {
+    /// Transposed or not: blocks are symmetric.
+    #[inline(always)]
+    fn at(&mut self, slot: u32) -> &mut [T; 9] {
+        &mut self.blocks[(slot & !abi::TRANSPOSED) as usize - self.first]
+    }
+
+    #[inline(always)]
+    fn add(&mut self, slot: u32, block: &[T; 9]) {
+        let to = self.at(slot);
+        let mut sum = *to;
+        for i in 0..9 {
+            sum[i] += block[i];
+        }
+        *to = sum;
+    }
+
+    #[inline(always)]
+    fn subtract(&mut self, slot: u32, block: &[T; 9]) {
+        let to = self.at(slot);
+        let mut sum = *to;
+        for i in 0..9 {
+            sum[i] -= block[i];
+        }
+        *to = sum;
+    }
+
+    /// The upper triangles, row by row, of springs from `e` on; past the end as of the last.
+    #[inline(always)]
+    fn upper<S: Simd>(&self, simd: S, e: usize, out: &mut [Lanes; 6]) {
+        let (mut d, mut l0, mut k) = ([[0.0; LANES]; 3], [0.0; LANES], [0.0; LANES]);
+        for lane in 0..S::F64_LANES {
+            let e = (e + lane).min(self.ends.len() - 1);
+            let (from, to) = (self.x[self.ends[e][0] as usize], self.x[self.ends[e][1] as usize]);
+            for i in 0..3 {
+                d[i][lane] = to[i] - from[i];
+            }
+            (l0[lane], k[lane]) = (self.length[e], self.stiffness[e]);
+        }
+        let ([x, y, z], l0, k) =
+            ([load(simd, &d[0]), load(simd, &d[1]), load(simd, &d[2])], load(simd, &l0), load(simd, &k));
+        let square = simd.add_f64s(simd.add_f64s(simd.mul_f64s(x, x), simd.mul_f64s(y, y)), simd.mul_f64s(z, z));
+        let (zero, one) = (simd.splat_f64s(0.0), simd.splat_f64s(1.0));
+        let over = simd.div_f64s(one, square);
+        // l0 / l
+        let short = simd.mul_f64s(simd.mul_f64s(l0, simd.sqrt_f64s(square)), over);
+        let most = simd.mul_f64s(simd.splat_f64s(self.factors[0]), k);
+        let across = simd.mul_f64s(most, simd.max_f64s(simd.sub_f64s(one, short), zero));
+        let along = simd.add_f64s(most, simd.mul_f64s(simd.splat_f64s(self.factors[1]), k));
+        let along = simd.mul_f64s(simd.sub_f64s(along, across), over);
+        let [u, v, w] = [simd.mul_f64s(along, x), simd.mul_f64s(along, y), simd.mul_f64s(along, z)];
+        let all = [
+            simd.add_f64s(simd.mul_f64s(u, x), across),
+            simd.mul_f64s(u, y),
+            simd.mul_f64s(u, z),
+            simd.add_f64s(simd.mul_f64s(v, y), across),
+            simd.mul_f64s(v, z),
+            simd.add_f64s(simd.mul_f64s(w, z), across),
+        ];
+        let shortest = simd.mul_f64s(simd.splat_f64s(NO_DIRECTION), l0);
+        let none = simd.less_than_f64s(square, simd.mul_f64s(shortest, shortest));
+        for i in 0..6 {
+            store(simd, simd.select_f64s(none, zero, all[i]), &mut out[i]);
+        }
+    }
+}
+
+#[inline(always)]
+fn load<S: Simd>(_: S, from: &Lanes) -> S::f64s {
+    bytemuck::pod_read_unaligned(bytemuck::cast_slice(&from[..S::F64_LANES]))
+}
+
+#[inline(always)]
+fn store<S: Simd>(_: S, values: S::f64s, to: &mut Lanes) {
+    bytemuck::cast_slice_mut::<f64, u8>(&mut to[..S::F64_LANES]).copy_from_slice(bytemuck::bytes_of(&values));
+}
