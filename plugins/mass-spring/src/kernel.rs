@@ -14,11 +14,12 @@ mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
 
+use crate::gather::Energy;
 use crate::stiffness::{Entry, Stiffness};
 use pliant_plugin_api::{Blocks, Elements, NodeVectors, Tangent};
 
 /// Springs in a block.
-const LANES: usize = 8;
+pub const LANES: usize = 8;
 /// A spring shorter than this share of its rest length has no direction, and no force.
 pub const NO_DIRECTION: f64 = 1e-9;
 
@@ -65,14 +66,22 @@ pub struct Kernel {
 
 /// What a call reads, sliced once.
 #[derive(Clone, Copy)]
-struct Springs<'a> {
-    ends: &'a [[u32; 2]],
-    x: &'a [[f64; 3]],
+pub struct Springs<'a> {
+    pub ends: &'a [[u32; 2]],
+    pub x: &'a [[f64; 3]],
     v: &'a [[f64; 3]],
-    length: &'a [f64],
-    stiffness: &'a [f64],
+    pub length: &'a [f64],
+    pub stiffness: &'a [f64],
     /// s
-    damping_time: f64,
+    pub damping_time: f64,
+}
+
+impl<'a> Springs<'a> {
+    /// Damping along each spring's axis is `damping_time` (s) times its stiffness.
+    pub fn new(at: &'a Elements<'_>, damping_time: f64) -> Self {
+        let (length, stiffness) = (at.rest_data(0), at.rest_data(1));
+        Self { ends: at.corners(), x: at.x(), v: at.v(), length, stiffness, damping_time }
+    }
 }
 
 /// How a block is computed.
@@ -88,9 +97,7 @@ impl Kernel {
     }
 
     /// Adds the force of each spring, `k ((l - l0) + tau dl/dt)` along its axis, to its ends.
-    pub fn forces(&self, at: &Elements<'_>, damping_time: f64, out: &mut NodeVectors<'_>) {
-        let (ends, length, stiffness) = (at.corners::<2>(), at.rest_data(0), at.rest_data(1));
-        let springs = Springs { ends, x: at.x(), v: at.v(), length, stiffness, damping_time };
+    pub fn forces(&self, springs: Springs<'_>, out: &mut NodeVectors<'_>) {
         let (first, force) = out.window();
         match self.arch {
             #[cfg(target_arch = "x86_64")]
@@ -102,8 +109,13 @@ impl Kernel {
     }
 
     /// Adds the stiffness of each spring, as [`Stiffness`] has it.
-    pub fn stiffness<T: Entry>(&self, at: &Elements<'_>, scale: Tangent, damping_time: f64, out: &mut Blocks<'_, T>) {
-        self.arch.dispatch(Stiffness::new(at, scale, damping_time, out));
+    pub fn stiffness<T: Entry>(&self, springs: Springs<'_>, scale: Tangent, out: &mut Blocks<'_, T>) {
+        self.arch.dispatch(Stiffness::new(springs, scale, out));
+    }
+
+    /// J
+    pub fn energy(&self, springs: Springs<'_>) -> f64 {
+        self.arch.dispatch(Energy(springs))
     }
 }
 
@@ -236,8 +248,11 @@ mod tests {
                 let both = Tangent { stiffness: 0.7, damping: 0.3 };
                 let single = body.single_blocks(&material, both, usize::MAX).unwrap();
                 let stiffness = body.tangent(&material, both).unwrap();
+                let energy = body.energy(&material).unwrap();
                 let stiffness = stiffness.into_iter().chain(single.into_iter().flatten().flatten().map(f64::from));
-                results.push(force.into_iter().flatten().chain(stiffness).map(f64::to_bits).collect::<Vec<_>>());
+                results.push(
+                    force.into_iter().flatten().chain(stiffness).chain([energy]).map(f64::to_bits).collect::<Vec<_>>(),
+                );
             }
             assert!(results.iter().all(|result| *result == results[0]));
             assert!(results[0].iter().any(|&bits| f64::from_bits(bits) != 0.0));

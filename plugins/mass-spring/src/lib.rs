@@ -6,9 +6,11 @@
 //! and Poisson's ratio 1/4 at every level, exactly. Central springs cannot have another Poisson's ratio (Cauchy relation).
 //! The paper's mode stays for comparison.
 
+mod gather;
 mod kernel;
 mod stiffness;
 
+use kernel::Springs;
 use pliant_plugin_api::{
     AsMaterial, Blocks, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, Param, Params,
     Planes, SingleBlocks, Tangent, abi, export_plugins,
@@ -132,29 +134,28 @@ impl Material for MassSpring {
     }
 
     fn energy(&self, at: &Elements<'_>) -> Result<f64, Fault> {
-        let (x, length, stiffness) = (at.x(), at.rest_data(0), at.rest_data(1));
-        let mut energy = 0.0;
-        for (e, ends) in at.corners::<2>().iter().enumerate() {
-            let [a, b] = ends.map(|node| x[node as usize]);
-            let stretch = kernel::length(a, b) - length[e];
-            energy += 0.5 * stiffness[e] * stretch * stretch;
-        }
-        Ok(energy)
+        Ok(self.kernel.energy(self.springs(at)))
     }
 
     fn forces(&self, at: &Elements<'_>, out: &mut NodeVectors<'_>) -> Result<(), Fault> {
-        self.kernel.forces(at, self.damping_time, out);
+        self.kernel.forces(self.springs(at), out);
         Ok(())
     }
 
     fn tangent(&self, at: &Elements<'_>, scale: Tangent, out: &mut Blocks<'_>) -> Result<(), Fault> {
-        self.kernel.stiffness(at, scale, self.damping_time, out);
+        self.kernel.stiffness(self.springs(at), scale, out);
         Ok(())
     }
 
     fn single_tangent(&self, at: &Elements<'_>, scale: Tangent, out: &mut SingleBlocks<'_>) -> Result<(), Fault> {
-        self.kernel.stiffness(at, scale, self.damping_time, out);
+        self.kernel.stiffness(self.springs(at), scale, out);
         Ok(())
+    }
+}
+
+impl MassSpring {
+    fn springs<'a>(&self, at: &'a Elements<'_>) -> Springs<'a> {
+        Springs::new(at, self.damping_time)
     }
 }
 

@@ -5,15 +5,11 @@
 //! semi-definite. Where the ends meet it is zero, for want of a direction. All is computed in double precision, with the same
 //! operations for any vector unit; what goes to a matrix in single precision is rounded last.
 
-use crate::kernel::NO_DIRECTION;
-use pliant_plugin_api::{Blocks, Elements, Tangent, abi, pair};
-use pulp::{Simd, WithSimd, bytemuck};
+use crate::gather::{Gathered, Lanes, store};
+use crate::kernel::{LANES, NO_DIRECTION, Springs};
+use pliant_plugin_api::{Blocks, Tangent, abi, pair};
+use pulp::{Simd, WithSimd};
 use std::ops::{AddAssign, SubAssign};
-
-/// Numbers a vector has at most.
-const LANES: usize = 8;
-/// As many of them as of springs.
-type Lanes = [f64; LANES];
 
 /// Where entries of an upper triangle are in a block.
 const PLACES: [[usize; 2]; 6] = [[0, 0], [1, 3], [2, 6], [4, 4], [5, 7], [8, 8]];
@@ -44,10 +40,7 @@ impl Entry for f32 {
 
 /// Adds the stiffness of each spring of a call.
 pub struct Stiffness<'a, T> {
-    ends: &'a [[u32; 2]],
-    x: &'a [[f64; 3]],
-    length: &'a [f64],
-    stiffness: &'a [f64],
+    springs: Springs<'a>,
     /// 1, and over the stiffness
     factors: [f64; 2],
     slots: &'a [[u32; 3]],
@@ -57,12 +50,10 @@ pub struct Stiffness<'a, T> {
 }
 
 impl<'a, T: Entry> Stiffness<'a, T> {
-    /// `scale.stiffness` K + `scale.damping` C, where C is `damping_time` (s) times K along the axis.
-    pub fn new(at: &'a Elements<'_>, scale: Tangent, damping_time: f64, out: &'a mut Blocks<'_, T>) -> Self {
+    /// `scale.stiffness` K + `scale.damping` C.
+    pub fn new(springs: Springs<'a>, scale: Tangent, out: &'a mut Blocks<'_, T>) -> Self {
         let (slots, first, blocks) = out.window();
-        let (length, stiffness) = (at.rest_data(0), at.rest_data(1));
-        let factors = [scale.stiffness, scale.damping * damping_time];
-        Self { ends: at.corners(), x: at.x(), length, stiffness, factors, slots, first, blocks }
+        Self { springs, factors: [scale.stiffness, scale.damping * springs.damping_time], slots, first, blocks }
     }
 }
 
@@ -72,7 +63,7 @@ impl<T: Entry> WithSimd for Stiffness<'_, T> {
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
         let (mut upper, mut rows) = ([[0.0; LANES]; 6], [[T::of(0.0); 9]; LANES]);
-        for e in (0..self.ends.len()).step_by(S::F64_LANES) {
+        for e in (0..self.springs.ends.len()).step_by(S::F64_LANES) {
             self.upper(simd, e, &mut upper);
             for (plane, places) in upper.iter().zip(PLACES) {
                 for lane in 0..S::F64_LANES {
@@ -81,7 +72,7 @@ impl<T: Entry> WithSimd for Stiffness<'_, T> {
                     rows[lane][places[1]] = value;
                 }
             }
-            for lane in 0..S::F64_LANES.min(self.ends.len() - e) {
+            for lane in 0..S::F64_LANES.min(self.springs.ends.len() - e) {
                 let slots = self.slots[e + lane];
                 if T::DIAGONAL {
                     self.add(slots[pair(0, 0, 2)], &rows[lane]);
@@ -120,21 +111,10 @@ impl<T: Entry> Stiffness<'_, T> {
         *to = sum;
     }
 
-    /// The upper triangles, row by row, of springs from `e` on; past the end as of the last.
+    /// The upper triangles, row by row, of springs from `e` on.
     #[inline(always)]
     fn upper<S: Simd>(&self, simd: S, e: usize, out: &mut [Lanes; 6]) {
-        let (mut d, mut l0, mut k) = ([[0.0; LANES]; 3], [0.0; LANES], [0.0; LANES]);
-        for lane in 0..S::F64_LANES {
-            let e = (e + lane).min(self.ends.len() - 1);
-            let (from, to) = (self.x[self.ends[e][0] as usize], self.x[self.ends[e][1] as usize]);
-            for i in 0..3 {
-                d[i][lane] = to[i] - from[i];
-            }
-            (l0[lane], k[lane]) = (self.length[e], self.stiffness[e]);
-        }
-        let ([x, y, z], l0, k) =
-            ([load(simd, &d[0]), load(simd, &d[1]), load(simd, &d[2])], load(simd, &l0), load(simd, &k));
-        let square = simd.add_f64s(simd.add_f64s(simd.mul_f64s(x, x), simd.mul_f64s(y, y)), simd.mul_f64s(z, z));
+        let Gathered { d: [x, y, z], square, l0, k } = self.springs.gather(simd, e);
         let (zero, one) = (simd.splat_f64s(0.0), simd.splat_f64s(1.0));
         let over = simd.div_f64s(one, square);
         // l0 / l
@@ -158,14 +138,4 @@ impl<T: Entry> Stiffness<'_, T> {
             store(simd, simd.select_f64s(none, zero, all[i]), &mut out[i]);
         }
     }
-}
-
-#[inline(always)]
-fn load<S: Simd>(_: S, from: &Lanes) -> S::f64s {
-    bytemuck::pod_read_unaligned(bytemuck::cast_slice(&from[..S::F64_LANES]))
-}
-
-#[inline(always)]
-fn store<S: Simd>(_: S, values: S::f64s, to: &mut Lanes) {
-    bytemuck::cast_slice_mut::<f64, u8>(&mut to[..S::F64_LANES]).copy_from_slice(bytemuck::bytes_of(&values));
 }
