@@ -176,13 +176,11 @@ impl<B: Block> Pass<'_, B> {
                 continue;
             }
             let f = block.forces::<DAMPED>(&springs, e, a, b, run);
-            if a.abs_diff(b) < LANES {
-                // A node is the second end of one lane and the first of another: spring by spring, so that the bytes do not
-                // depend on where a call's range begins.
-                for (lane, f) in f.into_iter().enumerate().take(run) {
-                    add(&mut force[a + lane - first], f, 1.0);
-                    add(&mut force[b + lane - first], f, -1.0);
-                }
+            // Where a node is the second end of one spring and the first of another, it gets what it would spring by spring, in that
+            // order: bytes do not depend on where a call's range begins.
+            if a < b {
+                add_all(&mut force[b - first..], &f, -1.0);
+                add_all(&mut force[a - first..], &f, 1.0);
             } else {
                 add_all(&mut force[a - first..], &f, 1.0);
                 add_all(&mut force[b - first..], &f, -1.0);
