@@ -8,6 +8,30 @@ pub const fn pair(a: usize, b: usize, corners: usize) -> usize {
     a * corners - a * (a + 1) / 2 + b
 }
 
+/// What a block is made of.
+pub trait Entry: Copy + core::ops::AddAssign + core::ops::SubAssign {
+    /// Whether blocks of one node with itself are wanted.
+    const OF_ONE_NODE: bool;
+    /// The nearest.
+    fn of(value: f64) -> Self;
+}
+
+impl Entry for f64 {
+    const OF_ONE_NODE: bool = true;
+    #[inline(always)]
+    fn of(value: f64) -> Self {
+        value
+    }
+}
+
+impl Entry for f32 {
+    const OF_ONE_NODE: bool = false;
+    #[inline(always)]
+    fn of(value: f64) -> Self {
+        value as f32
+    }
+}
+
 /// Where stiffness goes: the host's symmetric matrix of 3 x 3 blocks, N/m.
 pub struct Blocks<'a, T = f64> {
     /// (range x pairs)
@@ -40,7 +64,7 @@ impl<'a> SingleBlocks<'a> {
     }
 }
 
-impl<'a, T: Copy + core::ops::AddAssign> Blocks<'a, T> {
+impl<'a, T: Entry> Blocks<'a, T> {
     #[allow(unsafe_code, reason = "turns the host's spans into slices")]
     fn of(batch: &'a abi::Batch, values: *mut [T; 9], slots: *const u32, [first, end]: [usize; 2]) -> Self {
         let pairs = batch.corners as usize * (batch.corners as usize + 1) / 2;
@@ -61,11 +85,13 @@ impl<'a, T: Copy + core::ops::AddAssign> Blocks<'a, T> {
         let slot = self.slots[e * self.pairs + pair];
         let at = &mut self.window[(slot & !abi::TRANSPOSED) as usize - self.first];
         let transposed = slot & abi::TRANSPOSED != 0;
+        let mut sum = *at;
         for i in 0..3 {
             for j in 0..3 {
-                at[3 * i + j] += if transposed { block[j][i] } else { block[i][j] };
+                sum[3 * i + j] += if transposed { block[j][i] } else { block[i][j] };
             }
         }
+        *at = sum;
     }
 
     /// Slots of each element's pairs (range x PAIRS), empty if it has not as many, the slot of the first block of the window, and

@@ -22,12 +22,14 @@ mod info;
 #[doc(hidden)]
 pub mod instance;
 pub mod kit;
+#[cfg(feature = "lanes")]
+pub mod lanes;
 mod material;
 mod normals;
 pub mod param;
 
 pub use batch::{Elements, NodeScalars, NodeVectors, Planes};
-pub use blocks::{Blocks, SingleBlocks, pair};
+pub use blocks::{Blocks, Entry, SingleBlocks, pair};
 pub use cell::CELL_TETRAHEDRA;
 pub use device::{AsDevice, Device, Finding};
 pub use fault::Fault;

@@ -1,6 +1,6 @@
 //! The angle of a point, from sums, products and quotients alone: the system's own has other last digits on other processors.
 
-use crate::real::Real;
+use pliant_plugin_api::lanes::Real;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 /// rad, in [-pi, pi], of (`x`, `y`); 0 at the origin. Rational approximation of Moshier (1989), within 1e-15 of the angle.

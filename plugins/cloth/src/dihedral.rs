@@ -1,8 +1,8 @@
 //! The angle between two triangles that share an edge.
 
 use crate::arc::angle_of;
-use crate::real::Real;
 use crate::small::{V3, cross, dot, minus, mixed, scaled};
+use pliant_plugin_api::lanes::Real;
 
 /// Least height of a triangle over its edge's length for which the gradient is exact.
 const FLAT: f64 = 1e-6;

@@ -9,8 +9,8 @@
 //! derivative, so forces made with it are the slope of the energy; leaving w out, as is often done, is right for isotropic
 //! sheets only.
 
-use crate::real::Real;
 use crate::small::{M2, V2, V3, across, cross, dot, length, mixed, scaled};
+use pliant_plugin_api::lanes::Real;
 
 /// Below this area over area at rest a triangle counts as collapsed.
 const COLLAPSED: f64 = 1e-6;

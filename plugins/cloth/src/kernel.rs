@@ -1,16 +1,16 @@
 //! Passes over the elements of a call, as many at once as the vector unit takes.
 //!
-//! Corners are gathered into planes of lanes, the kernels are those of one element ([`crate::real`]), and results are added
+//! Corners are gathered into planes of lanes, the kernels are those of one element ([`pliant_plugin_api::lanes`]), and results are added
 //! element by element in their order.
 
 use crate::arc::angle_of;
 use crate::dihedral;
 use crate::membrane::Membrane;
-use crate::real::{MOST_LANES, Wide};
 use crate::single::MOST_SINGLES;
 use crate::small::V3;
 use crate::triangle::{self, Triangle};
 use crate::turn::{self, Points};
+use pliant_plugin_api::lanes::{MOST_LANES, Wide};
 use pliant_plugin_api::{Blocks, Elements, NodeVectors, SingleBlocks, abi};
 use pulp::{Simd, WithSimd};
 

@@ -14,7 +14,6 @@ mod kernel;
 pub mod kes;
 mod laplacian;
 mod membrane;
-mod real;
 mod settings;
 mod single;
 mod slip;

@@ -4,11 +4,11 @@
 //! shear and softens in compression.
 
 use crate::frame::{Frame, Rule};
-use crate::real::Real;
 use crate::small::{M2, V2, V3, dot, mixed, times};
 use crate::tension::relaxed;
 use crate::tensor::Tensor;
 use crate::triangle::{Linear, Triangle, positive};
+use pliant_plugin_api::lanes::Real;
 
 /// Which strain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,7 +1,7 @@
-//! As many numbers in single precision as the vector unit takes at once: see [`crate::real`].
+//! As many numbers in single precision as the vector unit takes at once: see [`pliant_plugin_api::lanes`].
 
-use crate::real::Real;
 use core::ops::{Add, Div, Mul, Neg, Sub};
+use pliant_plugin_api::lanes::Real;
 use pulp::{Simd, bytemuck};
 
 /// Lanes there are at most.

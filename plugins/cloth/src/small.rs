@@ -1,6 +1,6 @@
 //! Vectors of space and of the sheet.
 
-use crate::real::Real;
+use pliant_plugin_api::lanes::Real;
 
 pub(crate) type V2<T = f64> = [T; 2];
 pub(crate) type V3<T = f64> = [T; 3];

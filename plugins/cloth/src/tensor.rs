@@ -2,8 +2,8 @@
 //!
 //! Strain and stress of the sheet are three numbers, (11, 22, 12): of strain the last is gamma = 2 e12.
 
-use crate::real::Real;
 use pliant_plugin_api::Fault;
+use pliant_plugin_api::lanes::Real;
 
 /// N/m. `sigma = C e`.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,7 +1,7 @@
 //! A triangle of linear weights at rest: one deformation gradient.
 
-use crate::real::Real;
 use crate::small::{M2, M3, V2, V3, minus, mixed};
+use pliant_plugin_api::lanes::Real;
 use pliant_plugin_api::{Elements, Fault};
 
 /// Values of rest data: the gradients of the last two corners' weights, 1/m, and the area, m^2.

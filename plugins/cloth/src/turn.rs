@@ -3,10 +3,10 @@
 //! Registers are turned among themselves where the vector unit is known here, and through memory elsewhere. Nothing is computed but
 //! single sums, so bytes do not depend on it.
 
-use crate::real::{MOST_LANES, Wide};
 use crate::single::{MOST_SINGLES, Single};
 use crate::small::V3;
 use core::any::Any;
+use pliant_plugin_api::lanes::{MOST_LANES, Wide};
 use pulp::Simd;
 #[cfg(target_arch = "x86_64")]
 use pulp::{

@@ -15,8 +15,8 @@ mod avx2;
 mod avx512;
 
 use crate::gather::Energy;
-use crate::stiffness::{Entry, Stiffness};
-use pliant_plugin_api::{Blocks, Elements, NodeVectors, Tangent};
+use crate::stiffness::Stiffness;
+use pliant_plugin_api::{Blocks, Elements, Entry, NodeVectors, Tangent};
 
 /// Springs in a block.
 pub const LANES: usize = 8;

@@ -7,36 +7,11 @@
 
 use crate::gather::{Gathered, Lanes, store};
 use crate::kernel::{LANES, NO_DIRECTION, Springs};
-use pliant_plugin_api::{Blocks, Tangent, abi, pair};
+use pliant_plugin_api::{Blocks, Entry, Tangent, abi, pair};
 use pulp::{Simd, WithSimd};
-use std::ops::{AddAssign, SubAssign};
 
 /// Where entries of an upper triangle are in a block.
 const PLACES: [[usize; 2]; 6] = [[0, 0], [1, 3], [2, 6], [4, 4], [5, 7], [8, 8]];
-
-/// What a block is made of.
-pub trait Entry: Copy + AddAssign + SubAssign {
-    /// Whether blocks of one node are wanted.
-    const DIAGONAL: bool;
-    /// The nearest.
-    fn of(value: f64) -> Self;
-}
-
-impl Entry for f64 {
-    const DIAGONAL: bool = true;
-    #[inline(always)]
-    fn of(value: f64) -> Self {
-        value
-    }
-}
-
-impl Entry for f32 {
-    const DIAGONAL: bool = false;
-    #[inline(always)]
-    fn of(value: f64) -> Self {
-        value as f32
-    }
-}
 
 /// Adds the stiffness of each spring of a call.
 pub struct Stiffness<'a, T> {
@@ -74,7 +49,7 @@ impl<T: Entry> WithSimd for Stiffness<'_, T> {
             }
             for lane in 0..S::F64_LANES.min(self.springs.ends.len() - e) {
                 let slots = self.slots[e + lane];
-                if T::DIAGONAL {
+                if T::OF_ONE_NODE {
                     self.add(slots[pair(0, 0, 2)], &rows[lane]);
                     self.add(slots[pair(1, 1, 2)], &rows[lane]);
                 }

@@ -7,6 +7,7 @@
 //! ratio.
 
 use crate::matrix::{M3, cofactors, determinant, eigen, singular, squared};
+use pliant_plugin_api::lanes::Real;
 
 /// Constants of the model, Pa.
 #[derive(Clone, Copy, Debug)]
@@ -17,15 +18,15 @@ pub(crate) struct Moduli {
 }
 
 /// How the energy bends around a state, in the frames of its principal stretches.
-pub(crate) struct Curvature {
+pub(crate) struct Curvature<T = f64> {
     /// `F = U diag(s) V^T`
-    pub(crate) u: M3,
-    pub(crate) v: M3,
+    pub(crate) u: M3<T>,
+    pub(crate) v: M3<T>,
     /// Between stretches, Pa.
-    pub(crate) scaling: M3,
+    pub(crate) scaling: M3<T>,
     /// Of the entries (i, j) and (j, i), i not j: with itself, and with the other; Pa.
-    pub(crate) own: M3,
-    pub(crate) other: M3,
+    pub(crate) own: M3<T>,
+    pub(crate) other: M3<T>,
 }
 
 impl Moduli {
@@ -45,42 +46,56 @@ impl Moduli {
     }
 
     /// First Piola-Kirchhoff stress dpsi/dF, Pa.
-    pub(crate) fn stress(&self, f: &M3) -> M3 {
+    #[inline(always)]
+    pub(crate) fn stress<T: Real>(&self, f: &M3<T>) -> M3<T> {
         let shear = self.shear(squared(f));
         let pressure = self.pressure(determinant(f));
         let cofactors = cofactors(f);
-        [0, 1, 2].map(|i| [0, 1, 2].map(|j| shear * f[i][j] + pressure * cofactors[i][j]))
+        let mut stress = *f;
+        for i in 0..3 {
+            for j in 0..3 {
+                stress[i][j] = shear * f[i][j] + pressure * cofactors[i][j];
+            }
+        }
+        stress
     }
 
-    fn shear(&self, ic: f64) -> f64 {
-        self.mu * (1.0 - 1.0 / (ic + 1.0))
+    #[inline(always)]
+    fn shear<T: Real>(&self, ic: T) -> T {
+        let one = ic.of(1.0);
+        (one - one / (ic + one)) * self.mu
     }
 
-    fn pressure(&self, j: f64) -> f64 {
-        self.lambda * (j - self.alpha)
+    #[inline(always)]
+    fn pressure<T: Real>(&self, j: T) -> T {
+        (j - j.of(self.alpha)) * self.lambda
     }
 
     /// d2psi/dF2 in closed form (their section 4; Smith, de Goes and Kim 2019); with `project`, without its negative part.
-    pub(crate) fn curvature(&self, f: &M3, project: bool) -> Curvature {
+    #[inline(always)]
+    pub(crate) fn curvature<T: Real>(&self, f: &M3<T>, project: bool) -> Curvature<T> {
         let (u, s, v) = singular(f);
         let ic = s[0] * s[0] + s[1] * s[1] + s[2] * s[2];
+        let (zero, one) = (ic.of(0.0), ic.of(1.0));
         let shear = self.shear(ic);
         let pressure = self.pressure(s[0] * s[1] * s[2]);
-        let growth = 2.0 * self.mu / ((ic + 1.0) * (ic + 1.0));
+        let growth = ic.of(2.0 * self.mu) / ((ic + one) * (ic + one));
         let slope = [s[1] * s[2], s[2] * s[0], s[0] * s[1]]; // dJ/ds
-        let (mut scaling, mut own, mut other) = ([[0.0; 3]; 3], [[0.0; 3]; 3], [[0.0; 3]; 3]);
+        let (mut scaling, mut own, mut other) = ([[zero; 3]; 3], [[zero; 3]; 3], [[zero; 3]; 3]);
         for i in 0..3 {
             for j in 0..3 {
-                scaling[i][j] = growth * s[i] * s[j] + self.lambda * slope[i] * slope[j];
+                scaling[i][j] = growth * s[i] * s[j] + slope[i] * slope[j] * self.lambda;
                 if i == j {
-                    scaling[i][j] += shear;
+                    scaling[i][j] = scaling[i][j] + shear;
                     continue;
                 }
-                let third = 3 - i - j;
-                scaling[i][j] += pressure * s[third];
-                let (flip, twist) = (shear - pressure * s[third], shear + pressure * s[third]);
-                let (flip, twist) = if project { (flip.max(0.0), twist.max(0.0)) } else { (flip, twist) };
-                (own[i][j], other[i][j]) = (0.5 * (flip + twist), 0.5 * (flip - twist));
+                let third = pressure * s[3 - i - j];
+                scaling[i][j] = scaling[i][j] + third;
+                let (mut flip, mut twist) = (shear - third, shear + third);
+                if project {
+                    (flip, twist) = (flip.max(zero), twist.max(zero));
+                }
+                (own[i][j], other[i][j]) = ((flip + twist) * 0.5, (flip - twist) * 0.5);
             }
         }
         if project {
@@ -91,15 +106,24 @@ impl Moduli {
 }
 
 /// The nearest positive semi-definite matrix to a symmetric one.
-fn without_negative(a: M3) -> M3 {
-    // Sylvester's criterion first: most states need no eigenvalues.
-    if a[0][0] > 0.0 && a[0][0] * a[1][1] > a[0][1] * a[0][1] && determinant(&a) > 0.0 {
+#[inline(always)]
+fn without_negative<T: Real>(a: M3<T>) -> M3<T> {
+    let zero = a[0][0].of(0.0);
+    let (first, second, third) = (a[0][0], a[0][0] * a[1][1] - a[0][1] * a[0][1], determinant(&a));
+    let surely = zero.if_less(first, zero.if_less(second, third, zero), zero);
+    if !surely.any_below(f64::MIN_POSITIVE) {
         return a;
     }
     let (values, v) = eigen(a);
-    if values.iter().all(|w| *w >= 0.0) {
-        return a;
+    let w = [values[0].max(zero), values[1].max(zero), values[2].max(zero)];
+    let mut out = a;
+    for i in 0..3 {
+        for j in 0..3 {
+            let (p, q) = (v[i], v[j]);
+            let near = w[0] * p[0] * q[0] + w[1] * p[1] * q[1] + w[2] * p[2] * q[2];
+            // One that is positive must not depend on others that are not.
+            out[i][j] = zero.if_less(surely, a[i][j], near);
+        }
     }
-    let w = values.map(|w| w.max(0.0));
-    v.map(|p| v.map(|q| w[0] * p[0] * q[0] + w[1] * p[1] * q[1] + w[2] * p[2] * q[2]))
+    out
 }

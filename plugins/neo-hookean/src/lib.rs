@@ -5,15 +5,16 @@
 //! Green's strain, so rotation is not braked; its coefficients are `damping-time` times the Lame constants.
 
 mod energy;
+mod kernel;
 mod matrix;
 mod tetrahedron;
 
 use energy::Moduli;
 use pliant_plugin_api::{
     AsMaterial, Blocks, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, Param, Params,
-    Planes, Tangent, abi, export_plugins,
+    Planes, SingleBlocks, Tangent, abi, export_plugins,
 };
-use tetrahedron::{STRIDE, Tetrahedron, corners, planes, viscous_stress};
+use tetrahedron::{STRIDE, Tetrahedron, corners, planes};
 
 /// Parameters, resolved.
 pub struct NeoHookean {
@@ -23,6 +24,7 @@ pub struct NeoHookean {
     /// Pa s, shear and dilation
     viscosity: (f64, f64),
     project: bool,
+    arch: pulp::Arch,
 }
 
 const PARAMS: &[Param] = &[
@@ -64,6 +66,7 @@ impl Material for NeoHookean {
             density: params.number("density"),
             viscosity: (time * shear, time * dilation),
             project: params.choice("tangent") == 0,
+            arch: pulp::Arch::new(),
         })
     }
 
@@ -71,7 +74,7 @@ impl Material for NeoHookean {
         let damping = if self.is_damped() { abi::HAS_DAMPING } else { 0 };
         let point =
             ElementRequest { kind: abi::POINT, families: 0, flags: abi::HAS_MASS, rest_stride: 0, history_stride: 0 };
-        let (kind, flags) = (abi::TETRAHEDRON, abi::HAS_FORCES | damping);
+        let (kind, flags) = (abi::TETRAHEDRON, abi::HAS_FORCES | abi::HAS_SINGLE | damping);
         vec![point, ElementRequest { kind, flags, rest_stride: STRIDE as u32, ..point }]
     }
 
@@ -103,39 +106,16 @@ impl Material for NeoHookean {
     }
 
     fn forces(&self, at: &Elements<'_>, out: &mut NodeVectors<'_>) -> Result<(), Fault> {
-        let (planes, x, v) = (planes(at), at.x(), at.v());
-        let mut seen = 0.0;
-        for (e, &nodes) in at.corners::<4>().iter().enumerate() {
-            let shape = Tetrahedron::read(&planes, e);
-            let f = shape.derivative(corners(nodes, x));
-            let mut stress = self.moduli.stress(&f);
-            if self.is_damped() {
-                let viscous = viscous_stress(&f, &shape.derivative(corners(nodes, v)), self.viscosity);
-                (0..3).for_each(|i| (0..3).for_each(|j| stress[i][j] += viscous[i][j]));
-            }
-            let force = shape.gradient.map(|g| matrix::times(&stress, g).map(|f| -shape.volume * f));
-            (0..4).for_each(|a| out.add(nodes[a], force[a]));
-            seen += force[1][0] + force[2][1] + force[3][2];
-        }
-        finite(seen).map(drop)
+        finite(self.arch.dispatch(kernel::Forces { material: self, at, out })).map(drop)
     }
 
     fn tangent(&self, at: &Elements<'_>, scale: Tangent, out: &mut Blocks<'_>) -> Result<(), Fault> {
-        let (planes, x) = (planes(at), at.x());
-        let damped = self.is_damped() && scale.damping != 0.0;
-        let (eta, zeta) = self.viscosity;
-        let viscosity = (scale.damping * eta, scale.damping * zeta);
-        for (e, &nodes) in at.corners::<4>().iter().enumerate() {
-            let shape = Tetrahedron::read(&planes, e);
-            let f = shape.derivative(corners(nodes, x));
-            if scale.stiffness != 0.0 {
-                let curvature = self.moduli.curvature(&f, self.project);
-                shape.stiffness(scale.stiffness, &curvature, |pair, block| out.add(e, pair, &block));
-            }
-            if damped {
-                shape.viscosity(&f, viscosity, |pair, block| out.add(e, pair, &block));
-            }
-        }
+        self.arch.dispatch(kernel::Tangents { material: self, at, scale, out });
+        Ok(())
+    }
+
+    fn single_tangent(&self, at: &Elements<'_>, scale: Tangent, out: &mut SingleBlocks<'_>) -> Result<(), Fault> {
+        self.arch.dispatch(kernel::Tangents { material: self, at, scale, out });
         Ok(())
     }
 }

@@ -1,77 +1,98 @@
-//! 3 x 3 matrices, and what of them an element needs. Row-major; nothing allocates.
+//! 3 x 3 matrices, and what of them an element needs. Row-major; nothing allocates, and nothing branches on a lane.
+
+use pliant_plugin_api::lanes::Real;
+
+pub(crate) type V3<T = f64> = [T; 3];
 
 /// `m[row][column]`
-pub(crate) type M3 = [[f64; 3]; 3];
+pub(crate) type M3<T = f64> = [[T; 3]; 3];
 
-pub(crate) const IDENTITY: M3 = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+#[cfg(test)]
+const IDENTITY: M3 = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 #[inline(always)]
-pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+pub(crate) fn dot<T: Real>(a: V3<T>, b: V3<T>) -> T {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[inline(always)]
-pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+pub(crate) fn cross<T: Real>(a: V3<T>, b: V3<T>) -> V3<T> {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+#[inline(always)]
+fn scaled<T: Real>(a: V3<T>, by: T) -> V3<T> {
+    [a[0] * by, a[1] * by, a[2] * by]
 }
 
 /// `m v`
 #[inline(always)]
-pub(crate) fn times(m: &M3, v: [f64; 3]) -> [f64; 3] {
+pub(crate) fn times<T: Real>(m: &M3<T>, v: V3<T>) -> V3<T> {
     [dot(m[0], v), dot(m[1], v), dot(m[2], v)]
 }
 
 /// `a b`
 #[inline(always)]
-pub(crate) fn product(a: &M3, b: &M3) -> M3 {
-    a.map(|row| [0, 1, 2].map(|j| row[0] * b[0][j] + row[1] * b[1][j] + row[2] * b[2][j]))
+pub(crate) fn product<T: Real>(a: &M3<T>, b: &M3<T>) -> M3<T> {
+    product_transposed(a, &transposed(b))
 }
 
 /// `a b^T`
 #[inline(always)]
-pub(crate) fn product_transposed(a: &M3, b: &M3) -> M3 {
-    a.map(|row| b.map(|other| dot(row, other)))
+pub(crate) fn product_transposed<T: Real>(a: &M3<T>, b: &M3<T>) -> M3<T> {
+    let mut out = *a;
+    for i in 0..3 {
+        for j in 0..3 {
+            out[i][j] = dot(a[i], b[j]);
+        }
+    }
+    out
 }
 
 #[inline(always)]
-pub(crate) fn transposed(m: &M3) -> M3 {
-    [0, 1, 2].map(|j| [m[0][j], m[1][j], m[2][j]])
+pub(crate) fn transposed<T: Real>(m: &M3<T>) -> M3<T> {
+    [[m[0][0], m[1][0], m[2][0]], [m[0][1], m[1][1], m[2][1]], [m[0][2], m[1][2], m[2][2]]]
 }
 
 #[inline(always)]
-pub(crate) fn determinant(m: &M3) -> f64 {
+pub(crate) fn determinant<T: Real>(m: &M3<T>) -> T {
     dot(m[0], cross(m[1], m[2]))
 }
 
 /// The matrix of cofactors, dJ/dF.
 #[inline(always)]
-pub(crate) fn cofactors(m: &M3) -> M3 {
+pub(crate) fn cofactors<T: Real>(m: &M3<T>) -> M3<T> {
     [cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1])]
 }
 
 /// Sum of squares.
 #[inline(always)]
-pub(crate) fn squared(m: &M3) -> f64 {
+pub(crate) fn squared<T: Real>(m: &M3<T>) -> T {
     dot(m[0], m[0]) + dot(m[1], m[1]) + dot(m[2], m[2])
 }
 
 /// Sweeps of Jacobi's method. It converges quadratically: five are plenty, and a matrix of NaN must end too.
 const SWEEPS: usize = 10;
+/// Of the sum of all squares, that of entries off the diagonal that are as good as none.
+const NONE: f64 = 1e-32;
 
-/// One rotation of Jacobi's: makes entry (p, q) zero. Inlined, so that the indices are known where it is called.
+/// One rotation of Jacobi's: makes entry (p, q) zero, unless `off` is not above `none`. Inlined, so that the indices are known where it
+/// is called.
 #[inline(always)]
-fn turn(a: &mut M3, v: &mut M3, p: usize, q: usize, r: usize) {
-    if a[p][q] == 0.0 {
-        return;
-    }
-    let theta = 0.5 * (a[q][q] - a[p][p]) / a[p][q];
-    let t = theta.signum() / (theta.abs() + (theta * theta + 1.0).sqrt());
-    let c = 1.0 / (t * t + 1.0).sqrt();
+fn turn<T: Real>((a, v): (&mut M3<T>, &mut M3<T>), (p, q, r): (usize, usize, usize), (none, off): (T, T)) {
+    let (zero, one, apq) = (off.of(0.0), off.of(1.0), a[p][q]);
+    let (apart, twice) = (a[q][q] - a[p][p], apq + apq);
+    let below = apart.abs() + (apart * apart + twice * twice).sqrt();
+    let t = apart.if_less(zero, -twice, twice) / below.max(below.least());
+    // One that is done must not depend on others that are not.
+    let t = none.if_less(off, t, zero);
+    let c = one / (t * t + one).sqrt();
     let s = t * c;
-    let (apq, arp, arq) = (a[p][q], a[r][p], a[r][q]);
-    a[p][p] -= t * apq;
-    a[q][q] += t * apq;
-    (a[p][q], a[q][p]) = (0.0, 0.0);
+    let (arp, arq) = (a[r][p], a[r][q]);
+    a[p][p] = a[p][p] - t * apq;
+    a[q][q] = a[q][q] + t * apq;
+    let left = none.if_less(off, zero, apq);
+    (a[p][q], a[q][p]) = (left, left);
     (a[r][p], a[r][q]) = (c * arp - s * arq, s * arp + c * arq);
     (a[p][r], a[q][r]) = (a[r][p], a[r][q]);
     for row in v {
@@ -80,52 +101,84 @@ fn turn(a: &mut M3, v: &mut M3, p: usize, q: usize, r: usize) {
 }
 
 /// Eigenvalues of a symmetric matrix, and its eigenvectors as columns of a rotation (Jacobi 1846).
-pub(crate) fn eigen(mut a: M3) -> ([f64; 3], M3) {
-    let mut v = IDENTITY;
-    let size = squared(&a);
+#[inline(always)]
+pub(crate) fn eigen<T: Real>(mut a: M3<T>) -> (V3<T>, M3<T>) {
+    let none = squared(&a) * NONE;
+    let (zero, one) = (none.of(0.0), none.of(1.0));
+    let mut v = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
     for _ in 0..SWEEPS {
         let off = a[0][1] * a[0][1] + a[0][2] * a[0][2] + a[1][2] * a[1][2];
-        if off <= 1e-32 * size {
+        if !(none - off).any_below(0.0) {
             break;
         }
-        turn(&mut a, &mut v, 0, 1, 2);
-        turn(&mut a, &mut v, 0, 2, 1);
-        turn(&mut a, &mut v, 1, 2, 0);
+        turn((&mut a, &mut v), (0, 1, 2), (none, off));
+        turn((&mut a, &mut v), (0, 2, 1), (none, off));
+        turn((&mut a, &mut v), (1, 2, 0), (none, off));
     }
     ([a[0][0], a[1][1], a[2][2]], v)
 }
 
+/// Puts the greater of two values first, and its vector.
+#[inline(always)]
+fn ordered<T: Real>(values: &mut V3<T>, vectors: &mut M3<T>, i: usize, j: usize) {
+    let (a, b) = (values[i], values[j]);
+    (values[i], values[j]) = (a.if_less(b, b, a), a.if_less(b, a, b));
+    for k in 0..3 {
+        let (p, q) = (vectors[i][k], vectors[j][k]);
+        (vectors[i][k], vectors[j][k]) = (a.if_less(b, q, p), a.if_less(b, p, q));
+    }
+}
+
 /// `F = U diag(s) V^T` with U and V rotations: the least of s has the sign of det F (Irving, Teran and Fedkiw 2004).
-pub(crate) fn singular(f: &M3) -> (M3, [f64; 3], M3) {
-    let (values, v) = eigen(product(&transposed(f), f));
-    let columns = transposed(&v);
-    let mut order = [0, 1, 2];
-    for (i, j) in [(0, 1), (1, 2), (0, 1)] {
-        if values[order[i]] < values[order[j]] {
-            order.swap(i, j);
+#[inline(always)]
+pub(crate) fn singular<T: Real>(f: &M3<T>) -> (M3<T>, V3<T>, M3<T>) {
+    let columns = transposed(f);
+    let (mut values, v) = eigen(product_transposed(&columns, &columns));
+    let mut v = transposed(&v);
+    ordered(&mut values, &mut v, 0, 1);
+    ordered(&mut values, &mut v, 1, 2);
+    ordered(&mut values, &mut v, 0, 1);
+    v[2] = cross(v[0], v[1]);
+    let (zero, one, least) = (values[0].of(0.0), values[0].of(1.0), values[0].least());
+    let longest = times(f, v[0]);
+    let s0 = dot(longest, longest).sqrt();
+    let u0 = scaled(longest, one / s0.max(least));
+    let w = times(f, v[1]);
+    let along = dot(u0, w);
+    let rest = [w[0] - along * u0[0], w[1] - along * u0[1], w[2] - along * u0[2]];
+    let left = dot(rest, rest).sqrt();
+    let mut u1 = scaled(rest, one / left.max(least));
+    let flat = s0 * 1e-14;
+    if (left - flat).any_below(f64::MIN_POSITIVE) {
+        // Flat to a line: any direction across it will do.
+        let other = across(u0);
+        for k in 0..3 {
+            u1[k] = flat.if_less(left, u1[k], other[k]);
         }
     }
-    let (v0, v1) = (columns[order[0]], columns[order[1]]);
-    let v2 = cross(v0, v1);
-    let unit = |w: [f64; 3]| {
-        let length = dot(w, w).sqrt();
-        (length, w.map(|c| c / length))
-    };
-    let (s0, u0) = unit(times(f, v0));
-    if s0 == 0.0 {
-        return (IDENTITY, [0.0; 3], IDENTITY);
-    }
-    let w = times(f, v1);
-    let along = dot(w, u0);
-    let (left, mut u1) = unit([0, 1, 2].map(|i| w[i] - along * u0[i]));
-    if left <= 1e-14 * s0 {
-        // Flat to a line: any direction across it will do.
-        let least = [0, 1, 2].into_iter().min_by(|a, b| u0[*a].abs().total_cmp(&u0[*b].abs())).unwrap_or(0);
-        u1 = unit(cross(u0, IDENTITY[least])).1;
-    }
     let u2 = cross(u0, u1);
-    let s = [s0, dot(u1, w), dot(u2, times(f, v2))];
-    (transposed(&[u0, u1, u2]), s, transposed(&[v0, v1, v2]))
+    let s = [s0, dot(u1, w), dot(u2, times(f, v[2]))];
+    // Where there is no direction at all, those of the axes.
+    let (mut u, mut v) = (transposed(&[u0, u1, u2]), transposed(&v));
+    for i in 0..3 {
+        for j in 0..3 {
+            let axis = if i == j { one } else { zero };
+            (u[i][j], v[i][j]) = (zero.if_less(s0, u[i][j], axis), zero.if_less(s0, v[i][j], axis));
+        }
+    }
+    (u, s, v)
+}
+
+/// A unit vector across one.
+#[inline(always)]
+fn across<T: Real>(a: V3<T>) -> V3<T> {
+    let (zero, one, half) = (a[0].of(0.0), a[0].of(1.0), a[0].of(0.5));
+    let [x, y, z] = [a[0].abs(), a[1].abs(), a[2].abs()];
+    // The axis it has the least of.
+    let first = y.if_less(x, zero, z.if_less(x, zero, one));
+    let second = half.if_less(first, zero, z.if_less(y, zero, one));
+    let b = cross(a, [first, second, one - first - second]);
+    scaled(b, one / dot(b, b).sqrt().max(zero.least()))
 }
 
 #[cfg(test)]

@@ -1,18 +1,19 @@
 //! A tetrahedron with linear shape functions: one deformation gradient.
 
 use crate::energy::Curvature;
-use crate::matrix::{M3, cofactors, determinant, dot, product, product_transposed, times, transposed};
+use crate::matrix::{M3, V3, cofactors, determinant, dot, product, product_transposed, times, transposed};
 use pliant_plugin_api::Elements;
+use pliant_plugin_api::lanes::Real;
 
 /// Values of rest data of an element: the gradients of the last three corners' weights, then its volume.
 pub(crate) const STRIDE: usize = 10;
 
 /// The rest shape of one.
-pub(crate) struct Tetrahedron {
+pub(crate) struct Tetrahedron<T = f64> {
     /// 1/m, gradient of each corner's weight (4 x 3)
-    pub(crate) gradient: [[f64; 3]; 4],
+    pub(crate) gradient: [V3<T>; 4],
     /// m^3
-    pub(crate) volume: f64,
+    pub(crate) volume: T,
 }
 
 impl Tetrahedron {
@@ -28,12 +29,6 @@ impl Tetrahedron {
         Some(Self::whole(gradients, share * six / 6.0))
     }
 
-    #[inline(always)]
-    fn whole([b, c, d]: M3, volume: f64) -> Self {
-        let a = [0, 1, 2].map(|i| -(b[i] + c[i] + d[i]));
-        Self { gradient: [a, b, c, d], volume }
-    }
-
     /// As values of rest data.
     pub(crate) fn values(&self) -> [f64; STRIDE] {
         let g = &self.gradient;
@@ -47,68 +42,146 @@ impl Tetrahedron {
         let gradients = [0, 3, 6].map(|s| [at(s), at(s + 1), at(s + 2)]);
         Self::whole(gradients, at(9))
     }
+}
+
+impl<T: Real> Tetrahedron<T> {
+    /// From the gradients of the last three corners' weights.
+    #[inline(always)]
+    pub(crate) fn whole([b, c, d]: M3<T>, volume: T) -> Self {
+        let a = [-(b[0] + c[0] + d[0]), -(b[1] + c[1] + d[1]), -(b[2] + c[2] + d[2])];
+        Self { gradient: [a, b, c, d], volume }
+    }
 
     /// `sum_a p_a gradient_a^T`: of positions the deformation gradient, of velocities its rate.
     #[inline(always)]
-    pub(crate) fn derivative(&self, p: [[f64; 3]; 4]) -> M3 {
-        let [a, b, c] = [1, 2, 3].map(|k| [p[k][0] - p[0][0], p[k][1] - p[0][1], p[k][2] - p[0][2]]);
-        let [_, g, h, k] = self.gradient;
-        [0, 1, 2].map(|i| [0, 1, 2].map(|j| a[i] * g[j] + b[i] * h[j] + c[i] * k[j]))
-    }
-
-    /// Blocks (a, b), a <= b, of volume times a curvature, N/m: given to `out` with their number.
-    pub(crate) fn stiffness(&self, scale: f64, c: &Curvature, mut out: impl FnMut(usize, M3)) {
-        let factor = scale * self.volume;
-        let g = self.gradient.map(|g| [0, 1, 2].map(|j| dot(g, [c.v[0][j], c.v[1][j], c.v[2][j]])));
-        let mut pair = 0;
-        for a in 0..4 {
-            for b in a..4 {
-                let mut k = [[0.0; 3]; 3];
-                for i in 0..3 {
-                    for j in 0..3 {
-                        if i == j {
-                            k[i][i] += c.scaling[i][i] * g[a][i] * g[b][i];
-                        } else {
-                            k[i][j] += c.scaling[i][j] * g[a][i] * g[b][j] + c.other[i][j] * g[a][j] * g[b][i];
-                            k[i][i] += c.own[i][j] * g[a][j] * g[b][j];
-                        }
-                    }
-                }
-                let k = k.map(|row| row.map(|v| factor * v));
-                out(pair, product(&c.u, &product_transposed(&k, &c.u)));
-                pair += 1;
+    pub(crate) fn derivative(&self, p: [V3<T>; 4]) -> M3<T> {
+        let mut out = [p[0]; 3];
+        for i in 0..3 {
+            let (a, b, c) = (p[1][i] - p[0][i], p[2][i] - p[0][i], p[3][i] - p[0][i]);
+            for j in 0..3 {
+                out[i][j] = a * self.gradient[1][j] + b * self.gradient[2][j] + c * self.gradient[3][j];
             }
         }
+        out
     }
 
-    /// The same of a viscosity that acts on the rate of Green's strain, N s/m: with shear `eta` and dilation `zeta`, Pa s.
-    pub(crate) fn viscosity(&self, f: &M3, (eta, zeta): (f64, f64), mut out: impl FnMut(usize, M3)) {
-        let (eta, zeta) = (eta * self.volume, zeta * self.volume);
-        let g = self.gradient;
-        let fg = g.map(|g| times(f, g));
-        let ff = product_transposed(f, f);
-        let mut pair = 0;
-        for a in 0..4 {
-            for b in a..4 {
-                let gg = dot(g[a], g[b]);
-                let block =
-                    |i: usize, j: usize| eta * (ff[i][j] * gg + fg[b][i] * fg[a][j]) + zeta * fg[a][i] * fg[b][j];
-                out(pair, [0, 1, 2].map(|i| [0, 1, 2].map(|j| block(i, j))));
-                pair += 1;
+    /// N, on each corner under a stress, Pa
+    #[inline(always)]
+    pub(crate) fn forces(&self, stress: &M3<T>) -> [V3<T>; 4] {
+        let mut forces = self.gradient;
+        for corner in 0..4 {
+            let f = times(stress, self.gradient[corner]);
+            for i in 0..3 {
+                forces[corner][i] = -self.volume * f[i];
+            }
+        }
+        forces
+    }
+}
+
+/// What blocks of stiffness are made of, once for all pairs of corners.
+pub(crate) struct Stiffness<T> {
+    curvature: Curvature<T>,
+    /// 1/m, gradients in the frame of stretches
+    gradient: [V3<T>; 4],
+    /// m^3, volume times a factor
+    factor: T,
+}
+
+impl<T: Real> Stiffness<T> {
+    /// Of `scale` times a curvature.
+    #[inline(always)]
+    pub(crate) fn new(shape: &Tetrahedron<T>, scale: f64, curvature: Curvature<T>) -> Self {
+        let (columns, mut gradient) = (transposed(&curvature.v), shape.gradient);
+        for corner in 0..4 {
+            gradient[corner] = times(&columns, shape.gradient[corner]);
+        }
+        Self { curvature, gradient, factor: shape.volume * scale }
+    }
+
+    /// Block (a, b), N/m.
+    #[inline(always)]
+    pub(crate) fn block(&self, a: usize, b: usize) -> M3<T> {
+        let (c, a, b) = (&self.curvature, self.gradient[a], self.gradient[b]);
+        let mut k = c.scaling;
+        for i in 0..3 {
+            k[i][i] = c.scaling[i][i] * a[i] * b[i];
+            for j in 0..3 {
+                if i != j {
+                    k[i][j] = c.scaling[i][j] * a[i] * b[j] + c.other[i][j] * a[j] * b[i];
+                    k[i][i] = k[i][i] + c.own[i][j] * a[j] * b[j];
+                }
+            }
+        }
+        for row in &mut k {
+            for entry in row {
+                *entry = self.factor * *entry;
+            }
+        }
+        product(&c.u, &product_transposed(&k, &c.u))
+    }
+}
+
+/// The same of a viscosity that acts on the rate of Green's strain, with shear `eta` and dilation `zeta`, Pa s.
+pub(crate) struct Viscosity<T> {
+    /// F F^T, and F times gradients, 1/m
+    square: M3<T>,
+    turned: [V3<T>; 4],
+    gradient: [V3<T>; 4],
+    /// Pa s m^3
+    eta: T,
+    zeta: T,
+}
+
+impl<T: Real> Viscosity<T> {
+    /// At the deformation gradient `f`.
+    #[inline(always)]
+    pub(crate) fn new(shape: &Tetrahedron<T>, f: &M3<T>, (eta, zeta): (f64, f64)) -> Self {
+        let (gradient, mut turned) = (shape.gradient, shape.gradient);
+        for corner in 0..4 {
+            turned[corner] = times(f, gradient[corner]);
+        }
+        let (eta, zeta) = (shape.volume * eta, shape.volume * zeta);
+        Self { square: product_transposed(f, f), turned, gradient, eta, zeta }
+    }
+
+    /// Adds block (a, b), N s/m, to another.
+    #[inline(always)]
+    pub(crate) fn add(&self, a: usize, b: usize, to: &mut M3<T>) {
+        let (p, q) = (self.turned[a], self.turned[b]);
+        let both = dot(self.gradient[a], self.gradient[b]);
+        for i in 0..3 {
+            for j in 0..3 {
+                let shear = self.square[i][j] * both + q[i] * p[j];
+                to[i][j] = to[i][j] + self.eta * shear + self.zeta * p[i] * q[j];
             }
         }
     }
 }
 
-/// Stress of that viscosity, Pa: `F (2 eta E' + zeta tr(E') I)`, with `E'` the rate of Green's strain.
+/// Adds the stress of that viscosity, Pa, to another: `F (2 eta E' + zeta tr(E') I)`, with `E'` the rate of Green's strain.
 #[inline(always)]
-pub(crate) fn viscous_stress(f: &M3, rate: &M3, (eta, zeta): (f64, f64)) -> M3 {
-    let (ft, rt) = (transposed(f), transposed(rate));
-    let strain = [0, 1, 2].map(|i| [0, 1, 2].map(|j| 0.5 * (dot(ft[i], rt[j]) + dot(rt[i], ft[j]))));
-    let pressure = zeta * (strain[0][0] + strain[1][1] + strain[2][2]);
-    let mut stress = strain.map(|row| row.map(|c| 2.0 * eta * c));
-    (0..3).for_each(|i| stress[i][i] += pressure);
-    product(f, &stress)
+pub(crate) fn add_viscous<T: Real>(f: &M3<T>, rate: &M3<T>, (eta, zeta): (f64, f64), stress: &mut M3<T>) {
+    let (columns, rates) = (transposed(f), transposed(rate));
+    let mut strain = *f;
+    for i in 0..3 {
+        for j in 0..3 {
+            strain[i][j] = (dot(columns[i], rates[j]) + dot(rates[i], columns[j])) * 0.5;
+        }
+    }
+    let pressure = (strain[0][0] + strain[1][1] + strain[2][2]) * zeta;
+    for i in 0..3 {
+        for j in 0..3 {
+            strain[i][j] = strain[i][j] * (2.0 * eta);
+        }
+        strain[i][i] = strain[i][i] + pressure;
+    }
+    let viscous = product(f, &strain);
+    for i in 0..3 {
+        for j in 0..3 {
+            stress[i][j] = stress[i][j] + viscous[i][j];
+        }
+    }
 }
 
 /// Values of the corners of an element.

@@ -1,8 +1,8 @@
 //! Numbers a kernel is written for: one, or as many as the vector unit takes at once.
 //!
-//! A kernel is written once, for [`Real`]. On `f64` it is the scalar path; on [`Wide`] each operation is that of all lanes, in
-//! double precision, on [`Single`] the same in single. They do the same operations in the same order on each element, and there is no
-//! fused multiply-add, so bytes do not depend on the vector unit found at run time.
+//! A kernel is written once, for [`Real`]. On `f64` it is the scalar path; on [`Wide`] each operation is that of all lanes. Both do the
+//! same operations in the same order on each element, and there is no fused multiply-add, so bytes do not depend on the vector
+//! unit found at run time (`pulp::Arch::new().dispatch`).
 //!
 //! What stands between a kernel and the vector unit has to be inlined into it, and closures are not always: kernels have none.
 
@@ -10,7 +10,7 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 use pulp::Simd;
 
 /// See above.
-pub(crate) trait Real:
+pub trait Real:
     Copy
     + Add<Output = Self>
     + Sub<Output = Self>
@@ -23,6 +23,7 @@ pub(crate) trait Real:
     fn of(self, value: f64) -> Self;
     /// The least number above zero that all can tell from it.
     fn least(self) -> Self;
+    /// Of each.
     fn sqrt(self) -> Self;
     /// `less` where `self < other`, else `not`.
     fn if_less(self, other: Self, less: Self, not: Self) -> Self;
@@ -31,11 +32,13 @@ pub(crate) trait Real:
     /// What `f` makes of each lane.
     fn each<const N: usize>(of: [Self; N], f: impl Fn([f64; N]) -> [f64; N]) -> [Self; N];
 
+    /// The greater one.
     #[inline(always)]
     fn max(self, other: Self) -> Self {
         other.if_less(self, self, other)
     }
 
+    /// Without its sign.
     #[inline(always)]
     fn abs(self) -> Self {
         self.if_less(self.of(0.0), -self, self)
@@ -77,29 +80,29 @@ impl Real for f64 {
 /// As many numbers as `S` takes at once.
 #[derive(Clone, Copy)]
 #[repr(align(64))]
-pub(crate) struct Wide<S: Simd>(pub(crate) S::f64s, pub(crate) S);
+pub struct Wide<S: Simd>(pub S::f64s, pub S);
 
 /// Lanes there are at most.
-pub(crate) const MOST_LANES: usize = 8;
+pub const MOST_LANES: usize = 8;
 
 impl<S: Simd> Wide<S> {
     /// The first numbers of a buffer.
     #[inline(always)]
-    pub(crate) fn load(simd: S, from: &[f64]) -> Self {
+    pub fn load(simd: S, from: &[f64]) -> Self {
         let bytes = pulp::bytemuck::cast_slice::<f64, u8>(&from[..S::F64_LANES]);
         Self(pulp::bytemuck::pod_read_unaligned(bytes), simd)
     }
 
     /// Its numbers to the beginning of a buffer.
     #[inline(always)]
-    pub(crate) fn store(self, to: &mut [f64]) {
+    pub fn store(self, to: &mut [f64]) {
         let bytes = pulp::bytemuck::bytes_of(&self.0);
         pulp::bytemuck::cast_slice_mut::<f64, u8>(&mut to[..S::F64_LANES]).copy_from_slice(bytes);
     }
 
     /// Its numbers, and zeros where there are less lanes.
     #[inline(always)]
-    pub(crate) fn lanes(self) -> [f64; MOST_LANES] {
+    pub fn lanes(self) -> [f64; MOST_LANES] {
         let mut lanes = [0.0; MOST_LANES];
         self.store(&mut lanes);
         lanes

@@ -1,0 +1,198 @@
+//! Passes over the elements of a call, as many at once as the vector unit takes; results are added element by element in their order.
+
+use crate::NeoHookean;
+use crate::matrix::{M3, V3};
+use crate::tetrahedron::{STRIDE, Stiffness, Tetrahedron, Viscosity, add_viscous, planes};
+use pliant_plugin_api::lanes::{MOST_LANES, Wide};
+use pliant_plugin_api::{Blocks, Elements, Entry, NodeVectors, Tangent, pair};
+use pulp::{Simd, WithSimd};
+
+/// Which of them are read for a lane: past the end the last one again.
+#[inline(always)]
+fn element(lane: usize, e: usize, count: usize) -> usize {
+    (e + lane).min(count - 1)
+}
+
+/// What is known of the corners of elements `e ..`.
+#[inline(always)]
+fn gather<S: Simd>(simd: S, nodes: &[[u32; 4]], e: usize, of: &[[f64; 3]]) -> [V3<Wide<S>>; 4] {
+    let mut lanes = [[[0.0; MOST_LANES]; 3]; 4];
+    for lane in 0..S::F64_LANES {
+        let nodes = nodes[element(lane, e, nodes.len())];
+        for corner in 0..4 {
+            let value = of[nodes[corner] as usize];
+            for i in 0..3 {
+                lanes[corner][i][lane] = value[i];
+            }
+        }
+    }
+    let mut all = [[Wide(simd.splat_f64s(0.0), simd); 3]; 4];
+    for corner in 0..4 {
+        for i in 0..3 {
+            all[corner][i] = Wide::load(simd, &lanes[corner][i]);
+        }
+    }
+    all
+}
+
+/// Values `e ..` of a plane.
+#[inline(always)]
+fn read<S: Simd>(simd: S, plane: &[f64], e: usize) -> Wide<S> {
+    if e + S::F64_LANES <= plane.len() {
+        return Wide::load(simd, &plane[e..]);
+    }
+    let mut lanes = [0.0; MOST_LANES];
+    for lane in 0..S::F64_LANES {
+        lanes[lane] = plane[element(lane, e, plane.len())];
+    }
+    Wide::load(simd, &lanes)
+}
+
+#[inline(always)]
+fn shapes<S: Simd>(simd: S, planes: &[&[f64]; STRIDE], e: usize) -> Tetrahedron<Wide<S>> {
+    let mut gradients = [[Wide(simd.splat_f64s(0.0), simd); 3]; 3];
+    for corner in 0..3 {
+        for i in 0..3 {
+            gradients[corner][i] = read(simd, planes[3 * corner + i], e);
+        }
+    }
+    Tetrahedron::whole(gradients, read(simd, planes[9], e))
+}
+
+/// Adds forces. Gives a sum of them, to see whether all is finite.
+pub(crate) struct Forces<'a, 'b> {
+    pub(crate) material: &'a NeoHookean,
+    pub(crate) at: &'a Elements<'a>,
+    pub(crate) out: &'a mut NodeVectors<'b>,
+}
+
+impl WithSimd for Forces<'_, '_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        let Self { material, at, out } = self;
+        let (nodes, planes, mut seen) = (at.corners::<4>(), planes(at), 0.0);
+        for e in (0..nodes.len()).step_by(S::F64_LANES) {
+            let shape = shapes(simd, &planes, e);
+            let f = shape.derivative(gather(simd, nodes, e, at.x()));
+            let mut stress = material.moduli.stress(&f);
+            if material.is_damped() {
+                let rate = shape.derivative(gather(simd, nodes, e, at.v()));
+                add_viscous(&f, &rate, material.viscosity, &mut stress);
+            }
+            let forces = shape.forces(&stress);
+            let mut lanes = [[[0.0; MOST_LANES]; 3]; 4];
+            for corner in 0..4 {
+                for i in 0..3 {
+                    lanes[corner][i] = forces[corner][i].lanes();
+                }
+            }
+            for lane in 0..S::F64_LANES.min(nodes.len() - e) {
+                for corner in 0..4 {
+                    let [x, y, z] = &lanes[corner];
+                    out.add(nodes[e + lane][corner], [x[lane], y[lane], z[lane]]);
+                }
+                seen += lanes[1][0][lane] + lanes[2][1][lane] + lanes[3][2][lane];
+            }
+        }
+        seen
+    }
+}
+
+/// Adds `scale.stiffness` K + `scale.damping` C.
+pub(crate) struct Tangents<'a, 'b, T> {
+    pub(crate) material: &'a NeoHookean,
+    pub(crate) at: &'a Elements<'a>,
+    pub(crate) scale: Tangent,
+    pub(crate) out: &'a mut Blocks<'b, T>,
+}
+
+impl<T: Entry> WithSimd for Tangents<'_, '_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { material, at, scale, out } = self;
+        let (nodes, planes) = (at.corners::<4>(), planes(at));
+        let (eta, zeta) = material.viscosity;
+        let viscosity = (scale.damping * eta, scale.damping * zeta);
+        for e in (0..nodes.len()).step_by(S::F64_LANES) {
+            let shape = shapes(simd, &planes, e);
+            let f = shape.derivative(gather(simd, nodes, e, at.x()));
+            let stiffness = Stiffness::new(&shape, scale.stiffness, material.moduli.curvature(&f, material.project));
+            let viscous = Viscosity::new(&shape, &f, viscosity);
+            let count = S::F64_LANES.min(nodes.len() - e);
+            for a in 0..4 {
+                for b in a..4 {
+                    if a == b && !T::OF_ONE_NODE {
+                        continue;
+                    }
+                    let mut block = stiffness.block(a, b);
+                    if viscosity.0 != 0.0 {
+                        viscous.add(a, b, &mut block);
+                    }
+                    add(out, (e, count, pair(a, b, 4)), &block);
+                }
+            }
+        }
+    }
+}
+
+/// Adds blocks of `count` elements from `e` on.
+#[inline(always)]
+fn add<S: Simd, T: Entry>(out: &mut Blocks<'_, T>, (e, count, pair): (usize, usize, usize), block: &M3<Wide<S>>) {
+    let mut rows = [[[T::of(0.0); 3]; 3]; MOST_LANES];
+    for i in 0..3 {
+        for j in 0..3 {
+            let entries = block[i][j].lanes();
+            for lane in 0..S::F64_LANES {
+                rows[lane][i][j] = T::of(entries[lane]);
+            }
+        }
+    }
+    for lane in 0..count {
+        out.add(e + lane, pair, &rows[lane]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::NeoHookean;
+    use pliant_plugin_api::{Tangent, abi, kit};
+
+    #[test]
+    fn every_vector_unit_gives_the_same_bytes() {
+        let block = kit::block([3, 3, 2], 0.01, abi::STRUCTURAL);
+        for (tangent, tau) in [(0.0, 1e-3), (1.0, 0.0)] {
+            let mut material: NeoHookean = kit::material(&[("tangent", tangent), ("damping-time", tau)]).unwrap();
+            let mut body = kit::Body::new(&material, block.rest.clone(), |r| block.given(r.kind)).unwrap();
+            for (i, (x, v)) in body.x.iter_mut().zip(&mut body.v).enumerate() {
+                let i = i as f64;
+                *x = [x[0] + 3e-3 * i.sin(), 0.8 * x[1] - 2e-3 * (2.0 * i).cos(), x[2] + 2e-3 * (0.7 * i).sin()];
+                *v = [i.cos(), 0.5, -i.sin()];
+            }
+            body.x[1] = body.x[0]; // some that have collapsed, to a plane, a line and a point
+            body.x[4] = body.x[0];
+            body.x[5] = body.x[0];
+            let units = [Some(pulp::Arch::Scalar), Some(pulp::Arch::new())].into_iter();
+            #[cfg(target_arch = "x86_64")]
+            let units = units.chain([pulp::x86::V3::try_new().map(pulp::Arch::V3)]);
+            let mut results = Vec::new();
+            for arch in units.flatten() {
+                material.arch = arch;
+                let both = Tangent { stiffness: 0.7, damping: 0.3 };
+                let single = body.single_blocks(&material, both, usize::MAX).unwrap();
+                let single = single.into_iter().flatten().flatten().map(f64::from);
+                let forces = body.forces(&material).unwrap().into_iter().flatten();
+                let all = forces.chain(body.tangent(&material, both).unwrap()).chain(single);
+                results.push(all.map(f64::to_bits).collect::<Vec<_>>());
+            }
+            for result in &results[1..] {
+                assert_eq!(results[0].iter().zip(result).position(|(a, b)| a != b), None, "tangent {tangent}");
+            }
+            assert!(results[0].iter().all(|&bits| f64::from_bits(bits).is_finite()));
+            assert!(results[0].iter().filter(|&&bits| f64::from_bits(bits) != 0.0).count() > 1000);
+        }
+    }
+}
