@@ -36,12 +36,14 @@ fn solid(plugin: &str, level: u32, young: f64) -> Choices {
 }
 
 #[test]
-fn of_sheets_and_tetrahedra_up_to_four_substeps_of_springs_up_to_sixteen() {
+fn up_to_as_many_substeps_as_what_a_body_is_of_asks_for() {
     for (choices, span, few) in [
         (sheet(20.0), 2..=4, 4),
         (sheet(200.0), 5..=15, 4),
-        (solid("neo-hookean", 4, 1e4), 2..=4, 4),
-        (solid("neo-hookean", 4, 3e5), 5..=15, 4),
+        (solid("corotational", 4, 1e5), 2..=4, 4),
+        (solid("corotational", 4, 6e5), 5..=15, 4),
+        (solid("neo-hookean", 4, 3e5), 5..=12, 12),
+        (solid("neo-hookean", 4, 1e6), 13..=60, 12),
         (solid("mass-spring", 4, 1e6), 5..=15, 16),
         (solid("mass-spring", 5, 2e6), 17..=40, 16),
     ] {

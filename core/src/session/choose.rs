@@ -5,7 +5,7 @@ use crate::body::{Body, Fixing};
 use crate::contact::Samples;
 use crate::plan::LeftOut;
 use crate::scene::{IntegratorChoice, PreconditionerChoice, Scene};
-use crate::step::{Frequencies, Integrator, Preconditioner, Scheme, StepLimit};
+use crate::step::{ElementSet, Frequencies, Integrator, Preconditioner, Scheme, StepLimit};
 use crate::tool::Tool;
 use pliant_plugin_api::abi::{self, Ball};
 use std::sync::Arc;
@@ -19,8 +19,10 @@ const HELD_LAYER: f64 = 10.0;
 const STEP_SHARE: f64 = 0.9;
 /// s, longest step that is not remarked on.
 const LONG_STEP: f64 = 0.05;
-/// Substeps up to which explicit steps cost less than an implicit one (docs/numerics.md): of springs, and of all else.
+/// Substeps up to which explicit steps cost less than an implicit one (docs/numerics.md): of springs, of solids whose stiffness is there
+/// in single precision too, and of all else.
 const FEW_OF_SPRINGS: usize = 16;
+const FEW_OF_SOLIDS: usize = 12;
 const FEW_SUBSTEPS: usize = 4;
 /// Nodes below which levels are not worth their setup.
 const FEW_NODES: usize = 200;
@@ -142,9 +144,13 @@ impl Session {
 
     /// Substeps that explicit steps may take.
     fn few_substeps(&self) -> usize {
-        let mut forces = self.bodies.iter().flat_map(|b| &b.system.sets).filter(|set| set.has(abi::HAS_FORCES));
-        let springs = forces.all(|set| set.request().kind == abi::LINK);
-        if springs { FEW_OF_SPRINGS } else { FEW_SUBSTEPS }
+        let few = |set: &ElementSet| match set.request().kind {
+            abi::LINK => FEW_OF_SPRINGS,
+            abi::TETRAHEDRON if set.has(abi::HAS_SINGLE) => FEW_OF_SOLIDS,
+            _ => FEW_SUBSTEPS,
+        };
+        let forces = self.bodies.iter().flat_map(|b| &b.system.sets).filter(|set| set.has(abi::HAS_FORCES));
+        forces.map(few).min().unwrap_or(FEW_OF_SPRINGS)
     }
 
     /// The levels pay where a wave crosses many nodes in a step, and need a body whose nodes stay the same.
