@@ -93,6 +93,19 @@ impl<S: Simd> Wide<S> {
         Self(pulp::bytemuck::pod_read_unaligned(bytes), simd)
     }
 
+    /// Numbers `e ..` of as many as there are elements; lanes past the end repeat the last one.
+    #[inline(always)]
+    pub fn read(simd: S, of: &[f64], e: usize) -> Self {
+        if e + S::F64_LANES <= of.len() {
+            return Self::load(simd, &of[e..]);
+        }
+        let mut lanes = [0.0; MOST_LANES];
+        for lane in 0..S::F64_LANES {
+            lanes[lane] = of[(e + lane).min(of.len() - 1)];
+        }
+        Self::load(simd, &lanes)
+    }
+
     /// Its numbers to the beginning of a buffer.
     #[inline(always)]
     pub fn store(self, to: &mut [f64]) {

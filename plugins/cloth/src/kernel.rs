@@ -34,19 +34,6 @@ fn gather<S: Simd, const K: usize>(simd: S, nodes: &[[u32; K]], e: usize, of: Po
     all
 }
 
-/// Values `e ..` of a plane; lanes past the end repeat the last one.
-#[inline(always)]
-fn read<S: Simd>(simd: S, plane: &[f64], e: usize) -> Wide<S> {
-    if e + S::F64_LANES <= plane.len() {
-        return Wide::load(simd, &plane[e..]);
-    }
-    let mut lanes = [0.0; MOST_LANES];
-    for lane in 0..S::F64_LANES {
-        lanes[lane] = plane[(e + lane).min(plane.len() - 1)];
-    }
-    Wide::load(simd, &lanes)
-}
-
 /// Writes values `e ..` of a plane.
 #[inline(always)]
 fn write<S: Simd>(plane: &mut [f64], e: usize, values: Wide<S>) {
@@ -66,9 +53,11 @@ fn sum<S: Simd>(values: Wide<S>) -> f64 {
 
 #[inline(always)]
 fn triangles<S: Simd>(simd: S, planes: &[&[f64]; triangle::STRIDE], e: usize) -> Triangle<Wide<S>> {
-    let (b, c) =
-        ([read(simd, planes[0], e), read(simd, planes[1], e)], [read(simd, planes[2], e), read(simd, planes[3], e)]);
-    Triangle::whole([b, c], read(simd, planes[4], e))
+    let (b, c) = (
+        [Wide::read(simd, planes[0], e), Wide::read(simd, planes[1], e)],
+        [Wide::read(simd, planes[2], e), Wide::read(simd, planes[3], e)],
+    );
+    Triangle::whole([b, c], Wide::read(simd, planes[4], e))
 }
 
 /// Adds the forces of triangles. Gives the sum of their stresses, to see whether all is finite.
@@ -238,7 +227,7 @@ impl WithSimd for Strains<'_> {
             let end = nodes.len().min(begin + FOLDS);
             for e in (begin..end).step_by(S::F64_LANES) {
                 let place = gather(simd, nodes, e, x);
-                let l = read(simd, lengths, e);
+                let l = Wide::read(simd, lengths, e);
                 let ([y, x], gradient) = (dihedral::fold(place), dihedral::gradient(place));
                 y.store(&mut sine[e - begin..]);
                 x.store(&mut cosine[e - begin..]);
@@ -250,7 +239,7 @@ impl WithSimd for Strains<'_> {
             }
             for e in (begin..end).step_by(S::F64_LANES) {
                 let (y, x) = (Wide::load(simd, &sine[e - begin..]), Wide::load(simd, &cosine[e - begin..]));
-                let strain = read(simd, lengths, e) * (angle_of(y, x) - read(simd, angles, e));
+                let strain = Wide::read(simd, lengths, e) * (angle_of(y, x) - Wide::read(simd, angles, e));
                 write(out[0], e, strain);
                 seen = seen + strain;
             }

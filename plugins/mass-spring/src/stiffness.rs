@@ -5,8 +5,9 @@
 //! semi-definite. Where the ends meet it is zero, for want of a direction. All is computed in double precision, with the same
 //! operations for any vector unit; what goes to a matrix in single precision is rounded last.
 
-use crate::gather::{Gathered, Lanes, store};
-use crate::kernel::{LANES, NO_DIRECTION, Springs};
+use crate::gather::Gathered;
+use crate::kernel::{NO_DIRECTION, Springs};
+use pliant_plugin_api::lanes::{MOST_LANES, Real};
 use pliant_plugin_api::{Blocks, Entry, Tangent, abi, pair};
 use pulp::{Simd, WithSimd};
 
@@ -37,7 +38,7 @@ impl<T: Entry> WithSimd for Stiffness<'_, T> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
-        let (mut upper, mut rows) = ([[0.0; LANES]; 6], [[T::of(0.0); 9]; LANES]);
+        let (mut upper, mut rows) = ([[0.0; MOST_LANES]; 6], [[T::of(0.0); 9]; MOST_LANES]);
         for e in (0..self.springs.ends.len()).step_by(S::F64_LANES) {
             self.upper(simd, e, &mut upper);
             for (plane, places) in upper.iter().zip(PLACES) {
@@ -88,29 +89,20 @@ impl<T: Entry> Stiffness<'_, T> {
 
     /// The upper triangles, row by row, of springs from `e` on.
     #[inline(always)]
-    fn upper<S: Simd>(&self, simd: S, e: usize, out: &mut [Lanes; 6]) {
+    fn upper<S: Simd>(&self, simd: S, e: usize, out: &mut [[f64; MOST_LANES]; 6]) {
         let Gathered { d: [x, y, z], square, l0, k } = self.springs.gather(simd, e);
-        let (zero, one) = (simd.splat_f64s(0.0), simd.splat_f64s(1.0));
-        let over = simd.div_f64s(one, square);
+        let (zero, one) = (square.of(0.0), square.of(1.0));
+        let over = one / square;
         // l0 / l
-        let short = simd.mul_f64s(simd.mul_f64s(l0, simd.sqrt_f64s(square)), over);
-        let most = simd.mul_f64s(simd.splat_f64s(self.factors[0]), k);
-        let across = simd.mul_f64s(most, simd.max_f64s(simd.sub_f64s(one, short), zero));
-        let along = simd.add_f64s(most, simd.mul_f64s(simd.splat_f64s(self.factors[1]), k));
-        let along = simd.mul_f64s(simd.sub_f64s(along, across), over);
-        let [u, v, w] = [simd.mul_f64s(along, x), simd.mul_f64s(along, y), simd.mul_f64s(along, z)];
-        let all = [
-            simd.add_f64s(simd.mul_f64s(u, x), across),
-            simd.mul_f64s(u, y),
-            simd.mul_f64s(u, z),
-            simd.add_f64s(simd.mul_f64s(v, y), across),
-            simd.mul_f64s(v, z),
-            simd.add_f64s(simd.mul_f64s(w, z), across),
-        ];
-        let shortest = simd.mul_f64s(simd.splat_f64s(NO_DIRECTION), l0);
-        let none = simd.less_than_f64s(square, simd.mul_f64s(shortest, shortest));
+        let short = l0 * square.sqrt() * over;
+        let most = k * self.factors[0];
+        let across = most * (one - short).max(zero);
+        let along = (most + k * self.factors[1] - across) * over;
+        let [u, v, w] = [along * x, along * y, along * z];
+        let shortest = l0 * NO_DIRECTION;
+        let all = [u * x + across, u * y, u * z, v * y + across, v * z, w * z + across];
         for i in 0..6 {
-            store(simd, simd.select_f64s(none, zero, all[i]), &mut out[i]);
+            out[i] = square.if_less(shortest * shortest, zero, all[i]).lanes();
         }
     }
 }

@@ -7,18 +7,12 @@ use pliant_plugin_api::lanes::{MOST_LANES, Wide};
 use pliant_plugin_api::{Blocks, Elements, Entry, NodeVectors, Tangent, pair};
 use pulp::{Simd, WithSimd};
 
-/// Which of them are read for a lane: past the end the last one again.
-#[inline(always)]
-fn element(lane: usize, e: usize, count: usize) -> usize {
-    (e + lane).min(count - 1)
-}
-
-/// What is known of the corners of elements `e ..`.
+/// What is known of the corners of elements `e ..`; lanes past the end repeat the last element.
 #[inline(always)]
 fn gather<S: Simd>(simd: S, nodes: &[[u32; 4]], e: usize, of: &[[f64; 3]]) -> [V3<Wide<S>>; 4] {
     let mut lanes = [[[0.0; MOST_LANES]; 3]; 4];
     for lane in 0..S::F64_LANES {
-        let nodes = nodes[element(lane, e, nodes.len())];
+        let nodes = nodes[(e + lane).min(nodes.len() - 1)];
         for corner in 0..4 {
             let value = of[nodes[corner] as usize];
             for i in 0..3 {
@@ -35,28 +29,15 @@ fn gather<S: Simd>(simd: S, nodes: &[[u32; 4]], e: usize, of: &[[f64; 3]]) -> [V
     all
 }
 
-/// Values `e ..` of a plane.
-#[inline(always)]
-fn read<S: Simd>(simd: S, plane: &[f64], e: usize) -> Wide<S> {
-    if e + S::F64_LANES <= plane.len() {
-        return Wide::load(simd, &plane[e..]);
-    }
-    let mut lanes = [0.0; MOST_LANES];
-    for lane in 0..S::F64_LANES {
-        lanes[lane] = plane[element(lane, e, plane.len())];
-    }
-    Wide::load(simd, &lanes)
-}
-
 #[inline(always)]
 fn shapes<S: Simd>(simd: S, planes: &[&[f64]; STRIDE], e: usize) -> Tetrahedron<Wide<S>> {
     let mut gradients = [[Wide(simd.splat_f64s(0.0), simd); 3]; 3];
     for corner in 0..3 {
         for i in 0..3 {
-            gradients[corner][i] = read(simd, planes[3 * corner + i], e);
+            gradients[corner][i] = Wide::read(simd, planes[3 * corner + i], e);
         }
     }
-    Tetrahedron::whole(gradients, read(simd, planes[9], e))
+    Tetrahedron::whole(gradients, Wide::read(simd, planes[9], e))
 }
 
 /// Adds forces. Gives a sum of them, to see whether all is finite.
