@@ -4,9 +4,11 @@
 //! same operations in the same order on each element, and there is no fused multiply-add, so bytes do not depend on the vector
 //! unit found at run time (`pulp::Arch::new().dispatch`).
 //!
-//! What stands between a kernel and the vector unit has to be inlined into it, and closures are not always: kernels have none.
+//! What stands between a kernel and the vector unit has to be inlined into it, and closures are not always: kernels have none, but
+//! where few elements go ([`Real::each`]).
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
+pub use pulp;
 use pulp::Simd;
 
 /// See above.

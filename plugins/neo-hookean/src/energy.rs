@@ -93,7 +93,7 @@ impl Moduli {
                 scaling[i][j] = scaling[i][j] + third;
                 let (mut flip, mut twist) = (shear - third, shear + third);
                 if project {
-                    (flip, twist) = (flip.max(zero), twist.max(zero));
+                    (flip, twist) = (zero.max(flip), zero.max(twist));
                 }
                 (own[i][j], other[i][j]) = ((flip + twist) * 0.5, (flip - twist) * 0.5);
             }
@@ -108,9 +108,10 @@ impl Moduli {
 /// The nearest positive semi-definite matrix to a symmetric one.
 #[inline(always)]
 fn without_negative<T: Real>(a: M3<T>) -> M3<T> {
-    let zero = a[0][0].of(0.0);
+    let (zero, least) = (a[0][0].of(0.0), a[0][0].least());
     let (first, second, third) = (a[0][0], a[0][0] * a[1][1] - a[0][1] * a[0][1], determinant(&a));
-    let surely = zero.if_less(first, zero.if_less(second, third, zero), zero);
+    // What is no number stays as it is.
+    let surely = first.if_less(least, zero, second.if_less(least, zero, third));
     if !surely.any_below(f64::MIN_POSITIVE) {
         return a;
     }
@@ -122,7 +123,7 @@ fn without_negative<T: Real>(a: M3<T>) -> M3<T> {
             let (p, q) = (v[i], v[j]);
             let near = w[0] * p[0] * q[0] + w[1] * p[1] * q[1] + w[2] * p[2] * q[2];
             // One that is positive must not depend on others that are not.
-            out[i][j] = zero.if_less(surely, a[i][j], near);
+            out[i][j] = surely.if_less(least, near, a[i][j]);
         }
     }
     out

@@ -101,16 +101,23 @@ impl<T: Entry> WithSimd for Tangents<'_, '_, T> {
         for e in (0..nodes.len()).step_by(S::F64_LANES) {
             let shape = shapes(simd, &planes, e);
             let f = shape.derivative(gather(simd, nodes, e, at.x()));
-            let stiffness = Stiffness::new(&shape, scale.stiffness, material.moduli.curvature(&f, material.project));
-            let viscous = Viscosity::new(&shape, &f, viscosity);
+            let stiffness = if scale.stiffness == 0.0 {
+                None
+            } else {
+                Some(Stiffness::new(&shape, scale.stiffness, material.moduli.curvature(&f, material.project)))
+            };
+            let viscous = if viscosity.0 == 0.0 { None } else { Some(Viscosity::new(&shape, &f, viscosity)) };
             let count = S::F64_LANES.min(nodes.len() - e);
             for a in 0..4 {
                 for b in a..4 {
                     if a == b && !T::OF_ONE_NODE {
                         continue;
                     }
-                    let mut block = stiffness.block(a, b);
-                    if viscosity.0 != 0.0 {
+                    let mut block = [[Wide(simd.splat_f64s(0.0), simd); 3]; 3];
+                    if let Some(stiffness) = &stiffness {
+                        block = stiffness.block(a, b);
+                    }
+                    if let Some(viscous) = &viscous {
                         viscous.add(a, b, &mut block);
                     }
                     add(out, (e, count, pair(a, b, 4)), &block);
@@ -153,9 +160,8 @@ mod tests {
                 *x = [x[0] + 3e-3 * i.sin(), 0.8 * x[1] - 2e-3 * (2.0 * i).cos(), x[2] + 2e-3 * (0.7 * i).sin()];
                 *v = [i.cos(), 0.5, -i.sin()];
             }
-            body.x[1] = body.x[0]; // some that have collapsed, to a plane, a line and a point
-            body.x[4] = body.x[0];
-            body.x[5] = body.x[0];
+            // Some that have collapsed, to a plane, a line and a point.
+            [1, 4, 5, 16].into_iter().for_each(|node| body.x[node] = body.x[0]);
             let units = [Some(pulp::Arch::Scalar), Some(pulp::Arch::new())].into_iter();
             #[cfg(target_arch = "x86_64")]
             let units = units.chain([pulp::x86::V3::try_new().map(pulp::Arch::V3)]);
@@ -175,5 +181,23 @@ mod tests {
             assert!(results[0].iter().all(|&bits| f64::from_bits(bits).is_finite()));
             assert!(results[0].iter().filter(|&&bits| f64::from_bits(bits) != 0.0).count() > 1000);
         }
+    }
+
+    #[test]
+    fn stiffness_of_what_is_no_number_is_none_and_that_of_others_stays() {
+        let block = kit::block([3, 3, 2], 0.01, abi::STRUCTURAL);
+        let material: NeoHookean = kit::material(&[("damping-time", 0.0)]).unwrap();
+        let mut body = kit::Body::new(&material, block.rest.clone(), |r| block.given(r.kind)).unwrap();
+        let of = |body: &kit::Body| {
+            let scale = Tangent { stiffness: 1.0, damping: 0.0 };
+            let single = body.single_blocks(&material, scale, usize::MAX).unwrap();
+            single.into_iter().flatten().flatten().map(f32::to_bits).collect::<Vec<_>>()
+        };
+        let before = of(&body);
+        body.x[0][1] = f64::NAN;
+        let after = of(&body);
+        assert!(after.iter().any(|bits| f32::from_bits(*bits).is_nan()));
+        assert!(before.iter().zip(&after).all(|(a, b)| a == b || f32::from_bits(*b).is_nan()));
+        assert!(before.iter().zip(&after).filter(|(a, b)| a == b).count() > before.len() / 2);
     }
 }

@@ -83,7 +83,7 @@ fn turn<T: Real>((a, v): (&mut M3<T>, &mut M3<T>), (p, q, r): (usize, usize, usi
     let (zero, one, apq) = (off.of(0.0), off.of(1.0), a[p][q]);
     let (apart, twice) = (a[q][q] - a[p][p], apq + apq);
     let below = apart.abs() + (apart * apart + twice * twice).sqrt();
-    let t = apart.if_less(zero, -twice, twice) / below.max(below.least());
+    let t = apart.if_less(zero, -twice, twice) / below.max(twice.abs()).max(below.least());
     // One that is done must not depend on others that are not.
     let t = none.if_less(off, t, zero);
     let c = one / (t * t + one).sqrt();
@@ -163,7 +163,7 @@ pub(crate) fn singular<T: Real>(f: &M3<T>) -> (M3<T>, V3<T>, M3<T>) {
     for i in 0..3 {
         for j in 0..3 {
             let axis = if i == j { one } else { zero };
-            (u[i][j], v[i][j]) = (zero.if_less(s0, u[i][j], axis), zero.if_less(s0, v[i][j], axis));
+            (u[i][j], v[i][j]) = (s0.if_less(least, axis, u[i][j]), s0.if_less(least, axis, v[i][j]));
         }
     }
     (u, s, v)

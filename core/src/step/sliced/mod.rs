@@ -37,7 +37,7 @@ const BAND: usize = 512;
 /// Bands that are worth another thread in a product.
 pub const BANDS: usize = 2;
 /// What slices may hold for a block of the matrix: past this they read more than they save. With AVX-512 solves at 1.4 to 1.7 take 0.65
-/// to 1 of the time of those that go block by block, at 4.2 to 4.7 1.4 to 1.5; with AVX2 the same at 1.7.
+/// to 1 of the time of those that go block by block, with AVX2 as long; at 4.2 to 4.7 they take 1.4 to 1.5 of it.
 const FULLEST: f64 = 1.8;
 
 /// Rows of a band where they reach so far: what one gives to rows past its end belongs to the next.
