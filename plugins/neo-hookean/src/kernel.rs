@@ -188,6 +188,8 @@ mod tests {
         let block = kit::block([3, 3, 2], 0.01, abi::STRUCTURAL);
         let material: NeoHookean = kit::material(&[("damping-time", 0.0)]).unwrap();
         let mut body = kit::Body::new(&material, block.rest.clone(), |r| block.given(r.kind)).unwrap();
+        // Turned inside out, so that it has to be made positive.
+        body.x.iter_mut().for_each(|x| *x = [-0.5 * x[0], 0.4 * x[1] + 0.3 * x[0], 0.9 * x[2]]);
         let of = |body: &kit::Body| {
             let scale = Tangent { stiffness: 1.0, damping: 0.0 };
             let single = body.single_blocks(&material, scale, usize::MAX).unwrap();
