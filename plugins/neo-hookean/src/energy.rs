@@ -18,7 +18,7 @@ pub(crate) struct Moduli {
 }
 
 /// How the energy bends around a state, in the frames of its principal stretches.
-pub(crate) struct Curvature<T = f64> {
+pub(crate) struct Curvature<T> {
     /// `F = U diag(s) V^T`
     pub(crate) u: M3<T>,
     pub(crate) v: M3<T>,
