@@ -234,8 +234,8 @@ kind = "touch"
 tool = "index"
 "#;
 
-#[test]
-fn a_live_run_tells_what_its_device_counted() {
+/// The twin's last word and the summary of a live run with it, unless the system itself dropped datagrams, as a busy one does.
+fn live_run_in_bad_weather() -> Option<(Json, Json)> {
     let weather = ["--loss", "0.2", "--jitter", "5", "--duplicates", "0.1", "--reorder", "0.1", "--for", "6"];
     let mut twin = Twin::exoskeleton(&weather);
     let bench = Bench::new();
@@ -252,10 +252,16 @@ fn a_live_run_tells_what_its_device_counted() {
     let kill = std::process::Command::new("kill").args(["-INT", &host.id().to_string()]).status().unwrap();
     assert!(kill.success() && host.wait().unwrap().code() == Some(130));
     let summary = bench.summary("out/interrupted");
+    println!("{end}\n{}\nthe system dropped {dropped}", summary["devices"]);
+    (dropped == 0).then_some((end, summary))
+}
+
+#[test]
+fn a_live_run_tells_what_its_device_counted() {
+    let runs = (0..4).find_map(|_| live_run_in_bad_weather());
+    let (end, summary) = runs.expect("the machine is too busy for this test");
     let counted = |name: &str| number(&summary["devices"]["hand"], name);
     let (poses, received) = (&end["injected"]["poses"], &end["received"]);
-    println!("{end}\n{}\nthe system dropped {dropped}", summary["devices"]);
-    assert_eq!(dropped, 0, "the machine is too busy for this test");
     assert!(number(poses, "sent") > 500 && number(poses, "lost") > 50 && number(poses, "late") > 20, "{end}");
     assert_eq!(counted("poses lost"), number(poses, "lost") + number(poses, "lost_last"));
     assert_eq!(counted("poses duplicate"), number(poses, "duplicate"));
