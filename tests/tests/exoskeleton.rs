@@ -252,7 +252,6 @@ fn live_run_in_bad_weather() -> Option<(Json, Json)> {
     let kill = std::process::Command::new("kill").args(["-INT", &host.id().to_string()]).status().unwrap();
     assert!(kill.success() && host.wait().unwrap().code() == Some(130));
     let summary = bench.summary("out/interrupted");
-    println!("{end}\n{}\nthe system dropped {dropped}", summary["devices"]);
     (dropped == 0).then_some((end, summary))
 }
 
@@ -262,6 +261,7 @@ fn a_live_run_tells_what_its_device_counted() {
     let (end, summary) = runs.expect("the machine is too busy for this test");
     let counted = |name: &str| number(&summary["devices"]["hand"], name);
     let (poses, received) = (&end["injected"]["poses"], &end["received"]);
+    println!("{end}\n{}", summary["devices"]);
     assert!(number(poses, "sent") > 500 && number(poses, "lost") > 50 && number(poses, "late") > 20, "{end}");
     assert_eq!(counted("poses lost"), number(poses, "lost") + number(poses, "lost_last"));
     assert_eq!(counted("poses duplicate"), number(poses, "duplicate"));
