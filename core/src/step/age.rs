@@ -1,36 +1,51 @@
 //! How long what was made for one matrix serves those after it.
 //!
-//! A body changes little from step to step, so the coarse levels of a preconditioner are good for a few. They are made anew
-//! before that where iterations have grown, or where the matrix has another scale.
+//! A body changes little from step to step, so the coarse levels of a preconditioner are good for a few. Part by part they are made
+//! anew, so that no step takes longer than others; all of it where iterations have grown, or where the matrix has another scale.
 
 /// Of something that was made for a matrix.
 #[derive(Debug, Default)]
 pub struct Age {
-    /// Matrices it may still serve.
-    left: u32,
+    /// Whether it serves at all.
+    serves: bool,
+    /// Next part to be made anew.
+    part: usize,
     /// Of the matrix it was made for.
     scale: f64,
-    /// Iterations that the first of them took.
+    /// Iterations that the first solve took since a round began.
     first: Option<usize>,
 }
 
-/// Matrices served, at most.
-const MOST: u32 = 8;
+/// What is to be made anew for the next matrix.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Due {
+    /// Everything.
+    All,
+    /// One of [`PARTS`].
+    Part(usize),
+}
+
+/// Matrices until all of it was made anew.
+pub const PARTS: usize = 8;
 
 impl Age {
     /// It is not to serve any longer.
     pub fn end(&mut self) {
-        self.left = 0;
+        self.serves = false;
     }
 
-    /// Whether it has to be made anew for the next matrix, which is taken for done.
-    pub fn is_over(&mut self, scale: f64) -> bool {
-        let over = self.left == 0 || self.scale != scale;
-        if over {
-            *self = Self { left: MOST, scale, first: None };
+    /// What has to be made anew for the next matrix, which is taken for done.
+    pub fn due(&mut self, scale: f64) -> Due {
+        if !self.serves || self.scale != scale {
+            *self = Self { serves: true, part: 0, scale, first: None };
+            return Due::All;
         }
-        self.left -= 1;
-        over
+        let part = self.part;
+        self.part = (part + 1) % PARTS;
+        if self.part == 0 {
+            self.first = None;
+        }
+        Due::Part(part)
     }
 
     /// Tells what the solve with it took.
@@ -47,21 +62,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_serves_until_it_is_old_slow_or_of_another_scale() {
+    fn it_serves_until_it_is_slow_or_of_another_scale_and_is_made_anew_part_by_part() {
         let mut age = Age::default();
-        let made = |age: &mut Age, iterations: &[usize]| -> Vec<bool> {
+        let made = |age: &mut Age, iterations: &[usize]| -> Vec<Due> {
             let serve = |&count: &usize| {
-                let over = age.is_over(0.5);
+                let due = age.due(0.5);
                 age.took(count);
-                over
+                due
             };
             iterations.iter().map(serve).collect()
         };
-        let mut want = vec![false; 20];
-        (want[0], want[8], want[16]) = (true, true, true);
-        assert_eq!(made(&mut age, &[20; 20]), want);
+        let rounds: Vec<Due> = (0..19).map(|k| Due::Part(k % PARTS)).collect();
+        assert_eq!(made(&mut age, &[20; 20]), [&[Due::All], &rounds[..]].concat());
         age.end();
-        assert_eq!(made(&mut age, &[20, 21, 27, 28, 20]), [true, false, false, false, true]);
-        assert!(age.is_over(1.0) && !age.is_over(1.0));
+        let slow = [Due::All, Due::Part(0), Due::Part(1), Due::Part(2), Due::All];
+        assert_eq!(made(&mut age, &[20, 21, 27, 28, 20]), slow);
+        assert_eq!((age.due(1.0), age.due(1.0)), (Due::All, Due::Part(0)));
     }
 }

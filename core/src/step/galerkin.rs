@@ -5,6 +5,7 @@ use super::matrix::Matrix;
 use super::pool::Pool;
 use super::single::SingleBlock;
 use std::cmp::Ordering;
+use std::ops::Range;
 
 /// What a block of the coarse matrix is made of: fine blocks as they are, then transposed ones.
 #[derive(Debug, Default)]
@@ -63,11 +64,24 @@ impl Galerkin {
         self.terms.len() * 8 + self.start.len() * 4
     }
 
-    /// Blocks of the coarse matrix from those of the fine one, which has one more behind them.
-    pub fn update(&self, pool: &Pool, fine: &[SingleBlock], coarse: &mut [SingleBlock]) {
+    /// Terms of the coarse blocks before one.
+    pub fn terms_before(&self, block: usize) -> usize {
+        self.start[2 * block] as usize
+    }
+
+    /// Fine blocks that some coarse ones are made of are among these.
+    pub fn sources(&self, blocks: Range<usize>) -> Range<usize> {
+        let slots = self.terms[self.terms_before(blocks.start)..self.terms_before(blocks.end)]
+            .iter()
+            .map(|term| term.0 as usize);
+        slots.clone().min().map_or(0..0, |least| least..slots.max().map_or(0, |most| most + 1))
+    }
+
+    /// Blocks `first` on of the coarse matrix from those of the fine one, which has one more behind them.
+    pub fn update(&self, pool: &Pool, fine: &[SingleBlock], first: usize, coarse: &mut [SingleBlock]) {
         let fine = fine.as_flattened();
-        pool.pieces(coarse, PIECE, &|first, out| {
-            pulp::Arch::new().dispatch(Sums { galerkin: self, fine, first, out });
+        pool.pieces(coarse, PIECE, &|at, out| {
+            pulp::Arch::new().dispatch(Sums { galerkin: self, fine, first: first + at, out });
         });
     }
 }
@@ -164,7 +178,7 @@ mod tests {
         }
         let (galerkin, pattern) = Galerkin::new(&matrix, coarse, &weights);
         let mut got = vec![[0.0; 9]; pattern.blocks()];
-        galerkin.update(&Pool::new(1), &fine, &mut got);
+        galerkin.update(&Pool::new(1), &fine, 0, &mut got);
         let mut want = vec![[0.0_f64; 9]; coarse * coarse];
         let mut add = |i: usize, j: usize, block: &dyn Fn(usize) -> f32| {
             for (a, left) in weights.of(i) {

@@ -30,7 +30,7 @@ pub struct Inner {
     held: Vec<Held>,
     /// Of the last solve.
     constraints: Vec<Constraint>,
-    /// Nodes held altogether when the levels were made.
+    /// Nodes held altogether.
     fixed: Vec<u32>,
     /// Of block Jacobi, over the scale of the matrix.
     share: f64,
@@ -140,12 +140,12 @@ impl Inner {
         self.constraints.copy_from_slice(constraints);
         self.share = 1.0 / self.matrix.scale();
         if let Some(levels) = &mut self.levels {
-            if self.age.is_over(self.matrix.scale()) {
-                let is_fixed = |i: &u32| constraints[*i as usize] == Constraint::Fixed;
-                self.fixed.clear();
-                self.fixed.extend((0..constraints.len() as u32).filter(is_fixed));
-                self.matrix.without_fixed(pool, system.matrix, &self.fixed, |matrix| levels.update(pool, matrix));
-            }
+            let is_fixed = |i: &u32| constraints[*i as usize] == Constraint::Fixed;
+            self.fixed.clear();
+            self.fixed.extend((0..constraints.len() as u32).filter(is_fixed));
+            let due = self.age.due(self.matrix.scale());
+            self.matrix.without_fixed(pool, system.matrix, &self.fixed, levels.sources(due));
+            levels.update(pool, self.matrix.values(), due);
             self.share *= levels.share();
         }
         // Widths are not negative, so they are in the order of their bits.

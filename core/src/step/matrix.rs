@@ -217,6 +217,12 @@ impl Matrix {
         self.row[i]
     }
 
+    /// Rows whose diagonal blocks are in `slots`, with where those are.
+    pub(super) fn diagonals(&self, slots: Range<usize>) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let first = self.row.partition_point(|start| *start < slots.start);
+        (first..self.rows()).map(|i| (i, self.row[i])).take_while(move |(_, slot)| *slot < slots.end)
+    }
+
     /// Blocks on and above the diagonal.
     pub(super) fn values(&self) -> Values<'_> {
         if self.is_rounded { Values::Rounded(&self.rounded) } else { Values::Exact(&self.values) }

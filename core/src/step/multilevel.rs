@@ -4,6 +4,7 @@
 //! positive parts is positive whatever the matrix is, so nothing has to be estimated; a level costs its transfer and no product.
 
 use super::Block;
+use super::age::{Due, PARTS};
 use super::aggregate::{Graph, Weights};
 use super::elements::ElementSet;
 use super::galerkin::Galerkin;
@@ -12,10 +13,11 @@ use super::lanes::{Lanes, Sixteen, Work, load, store, widest};
 use super::matrix::Matrix;
 use super::pcg::symmetric_inverse;
 use super::pool::Pool;
-use super::single::{Quad, Single, SingleBlock};
+use super::single::{Quad, SingleBlock};
 use super::sliced::LANES;
 use super::transfer::{Receiver, Transfer};
 use super::windows::Windows;
+use std::ops::Range;
 
 /// Share of block Jacobi on the finest level, and on all others: what is least for many cloths and steps.
 const FINEST: f64 = 0.6;
@@ -33,6 +35,8 @@ const COARSE_PIECE: usize = 128;
 #[derive(Debug, Default)]
 pub struct Multilevel {
     levels: Vec<Level>,
+    /// Of every part, coarse nodes by level, and the blocks of the finest level that they are made of.
+    parts: Vec<(Vec<Range<usize>>, Range<usize>)>,
 }
 
 #[derive(Debug, Default)]
@@ -90,7 +94,8 @@ impl Multilevel {
             levels.push(level);
             (graph, finer) = (coarse, Some(pattern));
         }
-        Self { levels }
+        let parts = parts(&levels);
+        Self { levels, parts }
     }
 
     /// Bytes held.
@@ -104,11 +109,23 @@ impl Multilevel {
         self.levels.iter().map(of).sum()
     }
 
-    /// Takes over new values.
-    pub fn update(&mut self, pool: &Pool, matrix: &Single) {
+    /// Blocks of the finest level that are needed for what is due.
+    pub fn sources(&self, due: Due) -> Range<usize> {
+        match due {
+            Due::All => 0..self.parts.iter().map(|(_, slots)| slots.end).max().unwrap_or(0),
+            Due::Part(part) => self.parts[part].1.clone(),
+        }
+    }
+
+    /// Makes what is due from values of the finest level.
+    pub fn update(&mut self, pool: &Pool, values: &[SingleBlock], due: Due) {
         for at in 0..self.levels.len() {
+            let nodes = match due {
+                Due::All => 0..self.levels[at].h.len(),
+                Due::Part(part) => self.parts[part].0[at].clone(),
+            };
             let (finer, rest) = self.levels.split_at_mut(at);
-            rest[0].update(pool, finer.last().map_or(matrix.values(), |level| &level.values));
+            rest[0].update(pool, finer.last().map_or(values, |level| &level.values), nodes);
         }
     }
 
@@ -138,6 +155,28 @@ impl Multilevel {
     }
 }
 
+/// Cuts levels into parts that take about as long to make, finer levels first.
+fn parts(levels: &[Level]) -> Vec<(Vec<Range<usize>>, Range<usize>)> {
+    let mut total = 0;
+    let mut ends: Vec<Vec<usize>> = Vec::with_capacity(levels.len());
+    for level in levels {
+        let terms = |node: usize| total + level.galerkin.terms_before(level.block(node));
+        ends.push((0..=level.h.len()).map(terms).collect());
+        total = terms(level.h.len());
+    }
+    let part = |part: usize| {
+        let cut =
+            |ends: &[usize], part: usize| ends.partition_point(|end| end * PARTS < part * total).min(ends.len() - 1);
+        let nodes: Vec<_> = ends.iter().map(|ends| cut(ends, part)..cut(ends, part + 1)).collect();
+        let sources = levels
+            .first()
+            .zip(nodes.first())
+            .map_or(0..0, |(level, nodes)| level.galerkin.sources(level.block(nodes.start)..level.block(nodes.end)));
+        (nodes, sources)
+    };
+    (0..PARTS).map(part).collect()
+}
+
 impl Level {
     /// And the pattern of its matrix.
     fn new(fine: &Matrix, coarse: usize, weights: &Weights) -> (Self, Matrix) {
@@ -155,11 +194,16 @@ impl Level {
         (level, pattern)
     }
 
-    fn update(&mut self, pool: &Pool, fine: &[SingleBlock]) {
-        let count = self.values.len() - 1;
-        self.galerkin.update(pool, fine, &mut self.values[..count]);
-        let (values, diagonal) = (&self.values, &self.diagonal);
-        pool.pieces(&mut self.inverse[..], PIECE, &|first, out| {
+    /// Where the blocks of coarse nodes from one on begin.
+    fn block(&self, node: usize) -> usize {
+        self.diagonal.get(node).map_or(self.values.len() - 1, |slot| *slot as usize)
+    }
+
+    fn update(&mut self, pool: &Pool, fine: &[SingleBlock], nodes: Range<usize>) {
+        let blocks = self.block(nodes.start)..self.block(nodes.end);
+        self.galerkin.update(pool, fine, blocks.start, &mut self.values[blocks]);
+        let (values, diagonal) = (&self.values, &self.diagonal[nodes.clone()]);
+        pool.pieces(&mut self.inverse[nodes], PIECE, &|first, out| {
             for (inverse, &slot) in out.iter_mut().zip(&diagonal[first..]) {
                 // Where nothing moves, or rounding has left too little, there is nothing to add.
                 let block = values[slot as usize].map(f64::from);

@@ -9,7 +9,7 @@ use super::V3;
 use super::each::Each;
 use super::matrix::{Matrix, Values};
 use super::pool::Pool;
-use super::single_update::{round, rounded};
+use super::single_update::round;
 use super::sliced::update::Update;
 use super::sliced::{LANES, Sliced};
 use std::ops::Range;
@@ -42,7 +42,7 @@ pub fn without_dust(mut q: Quad) -> Quad {
 pub struct Single {
     /// A power of two that brings the mean of the diagonal to about 1.
     scale: f64,
-    /// As in [`Matrix`], and one more that is never used: blocks are read 16 numbers at a time.
+    /// What coarse levels are made of, as in [`Matrix`], and one more that is never used: blocks are read 16 numbers at a time.
     values: Vec<SingleBlock>,
     /// `None` until the pattern is known.
     descent: Option<Descent>,
@@ -160,32 +160,14 @@ impl Single {
         }
     }
 
-    /// Runs `work` on the blocks as they would be if fixed nodes were joined to no other and to nothing.
-    pub fn without_fixed<R>(
-        &mut self,
-        pool: &Pool,
-        matrix: &Matrix,
-        fixed: &[u32],
-        work: impl FnOnce(&Self) -> R,
-    ) -> R {
-        round(pool, self.scale, matrix, &mut self.values[..matrix.blocks()]);
+    /// Rounds the blocks in `slots` as they would be if fixed nodes were joined to no other and to nothing.
+    pub fn without_fixed(&mut self, pool: &Pool, matrix: &Matrix, fixed: &[u32], slots: Range<usize>) {
+        round(pool, (self.scale, matrix), slots.clone(), &mut self.values[slots]);
         let rows = matrix.pattern();
         let slots = |i: u32| {
             let (lower, above, columns) = rows.around(i as usize);
             lower.iter().map(|(_, slot)| *slot as usize).chain(above - 1..above + columns.len())
         };
         fixed.iter().flat_map(|i| slots(*i)).for_each(|slot| self.values[slot] = [0.0; 9]);
-        let done = work(self);
-        let scale = self.scale;
-        for slot in fixed.iter().flat_map(|i| slots(*i)) {
-            self.values[slot] = match matrix.values() {
-                Values::Exact(blocks) => rounded(scale, &blocks[slot]),
-                Values::Rounded(of) => rounded(scale, &of.blocks()[slot]),
-            };
-        }
-        for &i in fixed {
-            self.values[matrix.diagonal_slot(i as usize)] = rounded(scale, matrix.diagonal(i as usize));
-        }
-        done
     }
 }

@@ -5,18 +5,19 @@ use super::lanes::Entry;
 use super::matrix::{Matrix, Rows, Values};
 use super::pool::Pool;
 use super::single::{SingleBlock, dusted};
+use std::ops::Range;
 
 /// Blocks in a piece of work for a thread.
 const BLOCKS: usize = 1024;
 
-/// All blocks times `scale`, rounded.
-pub fn round(pool: &Pool, scale: f64, matrix: &Matrix, out: &mut [SingleBlock]) {
+/// The blocks in `slots` times `scale`, rounded.
+pub fn round(pool: &Pool, (scale, matrix): (f64, &Matrix), slots: Range<usize>, out: &mut [SingleBlock]) {
     match matrix.values() {
-        Values::Exact(from) => copy(pool, scale, from, out),
+        Values::Exact(from) => copy(pool, scale, &from[slots], out),
         Values::Rounded(from) => {
-            copy(pool, scale, from.blocks(), out);
-            for i in 0..matrix.rows() {
-                out[matrix.diagonal_slot(i)] = rounded(scale, from.diagonal(i));
+            copy(pool, scale, &from.blocks()[slots.clone()], out);
+            for (i, slot) in matrix.diagonals(slots.clone()) {
+                out[slot - slots.start] = from.diagonal(i).map(|value| dusted(value.rounded(scale)));
             }
         }
     }
@@ -26,11 +27,6 @@ fn copy<T: Entry>(pool: &Pool, scale: f64, from: &[[T; 9]], out: &mut [SingleBlo
     pool.pieces(out, BLOCKS, &|first, out: &mut [SingleBlock]| {
         pulp::Arch::new().dispatch(Rounded { scale, from: &from[first..first + out.len()], out });
     });
-}
-
-/// A block times `scale`, rounded.
-pub fn rounded<T: Entry>(scale: f64, block: &[T; 9]) -> SingleBlock {
-    block.map(|value| dusted(value.rounded(scale)))
 }
 
 struct Rounded<'a, T> {
