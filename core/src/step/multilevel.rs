@@ -218,7 +218,7 @@ impl Level {
     fn restrict(&mut self, pool: &Pool, from: &[Quad]) {
         let (transfer, inverse) = (&self.transfer, &self.inverse);
         pool.pieces((&mut self.r[..], &mut self.h[..]), COARSE_PIECE, &|first, (r, h)| {
-            pulp::Arch::new().dispatch(Restrict { transfer, first, inverse: &inverse[first..], from, r, h });
+            widest(Restrict { transfer, first, inverse: &inverse[first..], from, r, h });
         });
     }
 
@@ -242,14 +242,14 @@ struct Restrict<'a> {
     h: &'a mut [Quad],
 }
 
-impl pulp::NullaryFnOnce for Restrict<'_> {
+impl Work for Restrict<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn call(self) {
+    fn on(self, unit: impl Lanes) {
         let Self { transfer, first, inverse, from, r, h } = self;
         for (a, ((r, h), inverse)) in r.iter_mut().zip(h).zip(inverse).enumerate() {
-            *r = transfer.gathered(first + a, from);
+            *r = transfer.gathered(unit, first + a, from);
             *h = turned(inverse, *r);
         }
     }

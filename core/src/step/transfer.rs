@@ -4,16 +4,17 @@
 //! length have no end that a processor could guess wrong.
 
 use super::aggregate::Weights;
+use super::lanes::Lanes;
 use super::single::Quad;
 use std::ops::Range;
 
 /// Weights, listed both ways.
 #[derive(Debug, Default)]
 pub struct Transfer {
-    /// Of each coarse node's terms (coarse nodes + 1).
+    /// Of each coarse node's runs (coarse nodes + 1).
     start: Vec<u32>,
-    /// Fine nodes and weights.
-    fine: Vec<Term>,
+    /// The first of four fine nodes in a row, and weights.
+    fine: Vec<(u32, Quad)>,
     /// Of each sixteen fine nodes' terms.
     slice: Vec<u32>,
     /// Coarse nodes and weights, by fine node.
@@ -42,32 +43,45 @@ impl Transfer {
             this.slice.push(this.coarse.len() as u32);
         }
         by_coarse.sort_unstable_by_key(|t| (t.0, t.1));
-        this.start = (0..=coarse as u32).map(|a| by_coarse.partition_point(|t| t.0 < a) as u32).collect();
-        this.fine = by_coarse.iter().map(|t| (t.1, t.2)).collect();
+        this.start.push(0);
+        // There are at least four.
+        let last = count as u32 - 4;
+        for terms in by_coarse.chunk_by(|a, b| a.0 == b.0) {
+            let begun = this.fine.len();
+            for &(_, node, weight) in terms {
+                if this.fine[begun..].last().is_none_or(|run| node >= run.0 + 4) {
+                    this.fine.push((node.min(last), [0.0; 4]));
+                }
+                let run = this.fine.last_mut().expect("one at least");
+                run.1[(node - run.0) as usize] = weight;
+            }
+            // Weights add up to one, so every coarse node has some.
+            this.start.push(this.fine.len() as u32);
+        }
+        debug_assert_eq!(this.start.len(), coarse + 1);
         this
     }
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        (self.fine.len() + self.coarse.len()) * size_of::<Term>() + (self.start.len() + self.slice.len()) * 4
+        self.fine.len() * size_of::<(u32, Quad)>()
+            + self.coarse.len() * size_of::<Term>()
+            + (self.start.len() + self.slice.len()) * 4
     }
 
     /// What a coarse node gets of `from` fine ones, in two sums that do not wait for each other.
     #[inline(always)]
-    pub fn gathered(&self, node: usize, from: &[Quad]) -> Quad {
+    pub fn gathered(&self, unit: impl Lanes, node: usize, from: &[Quad]) -> Quad {
         let (pairs, last) = self.fine[self.start[node] as usize..self.start[node + 1] as usize].as_chunks::<2>();
-        let (mut even, mut odd) = ([0.0; 4], [0.0; 4]);
+        let (mut even, mut odd) = (unit.load(&[0.0; 16]), unit.load(&[0.0; 16]));
         for [first, second] in pairs {
-            add(&mut even, first, from);
-            add(&mut odd, second, from);
+            even = unit.fma(unit.each_four(&first.1), four(unit, from, first.0), even);
+            odd = unit.fma(unit.each_four(&second.1), four(unit, from, second.0), odd);
         }
         if let [last] = last {
-            add(&mut even, last, from);
+            even = unit.fma(unit.each_four(&last.1), four(unit, from, last.0), even);
         }
-        for c in 0..4 {
-            even[c] += odd[c];
-        }
-        even
+        unit.sum_of_four(unit.add(even, odd))
     }
 
     /// Adds to fine nodes `first` on what they get of `from` coarse ones.
@@ -119,6 +133,12 @@ fn spread<const WIDTH: usize>(terms: &[Term], from: &[Quad], here: Range<usize>,
     }
 }
 
+/// Four in a row.
+#[inline(always)]
+fn four<U: Lanes>(unit: U, from: &[Quad], at: u32) -> U::V {
+    unit.load(from[at as usize..].as_flattened().first_chunk().expect("runs end with the last at most"))
+}
+
 #[inline(always)]
 fn add(to: &mut Quad, &(node, weight): &Term, from: &[Quad]) {
     let from = from[node as usize];
@@ -130,10 +150,11 @@ fn add(to: &mut Quad, &(node, weight): &Term, from: &[Quad]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::step::lanes::{Plain, Work, widest};
 
-    struct Plain(Vec<Quad>);
+    struct Rows(Vec<Quad>);
 
-    impl Receiver for Plain {
+    impl Receiver for Rows {
         fn count(&self) -> usize {
             self.0.len()
         }
@@ -144,6 +165,17 @@ mod tests {
 
         fn put(&mut self, i: usize, sum: Quad) {
             self.0[i] = sum;
+        }
+    }
+
+    struct Gather<'a>(&'a Transfer, usize, &'a [Quad]);
+
+    impl Work for Gather<'_> {
+        type Output = Quad;
+
+        #[inline(always)]
+        fn on(self, unit: impl Lanes) -> Quad {
+            self.0.gathered(unit, self.1, self.2)
         }
     }
 
@@ -169,10 +201,11 @@ mod tests {
                     (0..4).for_each(|c| want[c] += f64::from(weight * fine[i][c]));
                 }
             }
-            assert!(close(transfer.gathered(a, &fine), want), "{a}");
+            let [found, plain] = [widest(Gather(&transfer, a, &fine)), Gather(&transfer, a, &fine).on(Plain)];
+            assert!(close(found, want) && found == plain, "{a}");
         }
         for first in [0, 5, 16, 37, 74] {
-            let mut rows = Plain(fine[first..].to_vec());
+            let mut rows = Rows(fine[first..].to_vec());
             transfer.spread(first, &rough, &mut rows);
             for (i, got) in (first..n).zip(rows.0) {
                 let mut want = fine[i].map(f64::from);

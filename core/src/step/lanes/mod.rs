@@ -45,6 +45,10 @@ pub trait Lanes: Copy {
     fn fnma(self, a: Self::V, b: Self::V, c: Self::V) -> Self::V;
     /// Four vectors from where they are.
     fn four(self, vectors: [&Quad; 4]) -> Self::V;
+    /// Each of four numbers four times.
+    fn each_four(self, numbers: &Quad) -> Self::V;
+    /// The sum of four vectors, in the order `(0 + 2) + (1 + 3)`.
+    fn sum_of_four(self, vectors: Self::V) -> Quad;
     /// Of the numbers of two rows of lanes, those at some places, each below [`LOOKED_UP`].
     fn lookup(self, from: [Self::V; 2], places: &[u32; 16]) -> Self::V;
     /// Without what is next to nothing.

@@ -60,6 +60,20 @@ impl Lanes for Plain {
     }
 
     #[inline(always)]
+    fn each_four(self, numbers: &Quad) -> Sixteen {
+        let mut all = [0.0; 16];
+        (0..16).for_each(|l| all[l] = numbers[l / 4]);
+        all
+    }
+
+    #[inline(always)]
+    fn sum_of_four(self, v: Sixteen) -> Quad {
+        let mut sum = [0.0; 4];
+        (0..4).for_each(|c| sum[c] = (v[c] + v[8 + c]) + (v[4 + c] + v[12 + c]));
+        sum
+    }
+
+    #[inline(always)]
     fn lookup(self, from: [Sixteen; 2], places: &[u32; 16]) -> Sixteen {
         places.map(|at| from[at as usize / 16 % 2][at as usize % 16])
     }

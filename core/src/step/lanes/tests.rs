@@ -48,6 +48,11 @@ impl Work for All<'_> {
         let mut again = [[1.0; 4]; 16];
         store(unit, &mut again, unit.vectors(planes));
         assert_eq!(again, vectors);
+        let numbers: Quad = std::array::from_fn(|k| wave(5 * k + 2));
+        assert_eq!(unit.store(unit.each_four(&numbers)), std::array::from_fn(|l| numbers[l / 4]));
+        let [at_0, at_1, at_2, at_3]: [Quad; 4] = std::array::from_fn(|k| std::array::from_fn(|c| wave(4 * k + c)));
+        let sum = std::array::from_fn(|k| (at_0[k] + at_2[k]) + (at_1[k] + at_3[k]));
+        assert_eq!(unit.sum_of_four(a), sum);
         let blocks: [[f64; 9]; 16] = std::array::from_fn(|i| std::array::from_fn(|e| (1.3 * (9 * i + e) as f64).sin()));
         let single = blocks.map(|block| block.map(|value| value as f32));
         let both = [unit.entries(blocks.each_ref(), 0.25), unit.entries(single.each_ref(), 0.25)];

@@ -6,6 +6,9 @@ use pulp::x86::{V3, V4};
 use pulp::{Simd, cast, f32x8, f32x16, f64x4, f64x8, u32x16};
 use std::arch::x86_64::{__m256, __m256i, __m512};
 
+/// Places of each of four numbers, four times.
+const EACH_FOUR: [[u32; 8]; 2] = [[0, 0, 0, 0, 1, 1, 1, 1], [2, 2, 2, 2, 3, 3, 3, 3]];
+
 impl Lanes for V3 {
     type V = [f32x8; 2];
     type D = f64x4;
@@ -56,6 +59,18 @@ impl Lanes for V3 {
         let (avx, wide) =
             (self.avx, [self.avx._mm256_castps128_ps256(cast(*a)), self.avx._mm256_castps128_ps256(cast(*c))]);
         [cast(avx._mm256_insertf128_ps::<1>(wide[0], cast(*b))), cast(avx._mm256_insertf128_ps::<1>(wide[1], cast(*d)))]
+    }
+
+    #[inline(always)]
+    fn each_four(self, numbers: &Quad) -> [f32x8; 2] {
+        let wide = self.avx._mm256_castps128_ps256(cast(*numbers));
+        EACH_FOUR.map(|at| cast(self.avx2._mm256_permutevar8x32_ps(wide, cast(at))))
+    }
+
+    #[inline(always)]
+    fn sum_of_four(self, v: [f32x8; 2]) -> Quad {
+        let (avx, two) = (self.avx, cast(self.add_f32s(v[0], v[1])));
+        cast(self.sse._mm_add_ps(avx._mm256_castps256_ps128(two), avx._mm256_extractf128_ps::<1>(two)))
     }
 
     #[inline(always)]
@@ -275,6 +290,19 @@ impl Lanes for V4 {
         let avx = self.avx512f;
         let two = avx._mm512_insertf32x4::<1>(avx._mm512_castps128_ps512(cast(*a)), cast(*b));
         cast(avx._mm512_insertf32x4::<3>(avx._mm512_insertf32x4::<2>(two, cast(*c)), cast(*d)))
+    }
+
+    #[inline(always)]
+    fn each_four(self, numbers: &Quad) -> f32x16 {
+        let avx = self.avx512f;
+        cast(avx._mm512_permutexvar_ps(cast(EACH_FOUR), avx._mm512_castps128_ps512(cast(*numbers))))
+    }
+
+    #[inline(always)]
+    fn sum_of_four(self, v: f32x16) -> Quad {
+        let ([low, high], avx): ([__m256; 2], _) = (cast(v), self.avx);
+        let two = avx._mm256_add_ps(low, high);
+        cast(self.sse._mm_add_ps(avx._mm256_castps256_ps128(two), avx._mm256_extractf128_ps::<1>(two)))
     }
 
     #[inline(always)]
