@@ -4,7 +4,9 @@
 //! carried over is smoothed by averaging over neighbours, with weights from the mesh alone: as good here as smoothing by the
 //! matrix, and it does not change from step to step.
 
+use super::V3;
 use super::elements::ElementSet;
+use super::squares::{Place, corners, places};
 use pliant_plugin_api::abi;
 
 /// Neighbours of each node, without itself, rising.
@@ -12,7 +14,12 @@ use pliant_plugin_api::abi;
 pub struct Graph {
     start: Vec<usize>,
     neighbour: Vec<u32>,
+    /// Of a sheet that squares are laid over.
+    places: Option<Vec<Place>>,
 }
+
+/// A level that keeps more of the nodes than this is not worth it.
+const KEPT: f64 = 0.7;
 
 /// From a coarser level to a finer one: weights that add up to one on each node.
 #[derive(Debug, Default)]
@@ -39,11 +46,11 @@ impl Graph {
         pairs.sort_unstable();
         pairs.dedup();
         let start = (0..=n as u32).map(|i| pairs.partition_point(|p| p[0] < i)).collect();
-        Self { start, neighbour: pairs.iter().map(|p| p[1]).collect() }
+        Self { start, neighbour: pairs.iter().map(|p| p[1]).collect(), places: None }
     }
 
-    /// Of the elements that have stiffness; hinges reach further than their triangles and are left out.
-    pub fn of_elements(n: usize, sets: &[ElementSet]) -> Self {
+    /// Of nodes at rest, m (n x 3), and the elements that have stiffness; hinges reach further than their triangles and are left out.
+    pub fn of_elements(rest: &[V3], sets: &[ElementSet]) -> Self {
         let mut pairs = Vec::new();
         for set in sets.iter().filter(|set| set.has(abi::HAS_FORCES) && set.request().kind != abi::HINGE) {
             for element in set.nodes().chunks_exact(set.corners) {
@@ -52,7 +59,12 @@ impl Graph {
                 }
             }
         }
-        Self::new(n, pairs)
+        Self { places: places(rest, sets), ..Self::new(rest.len(), pairs) }
+    }
+
+    /// Whether squares are laid over it.
+    pub fn is_level(&self) -> bool {
+        self.places.is_some()
     }
 
     /// Nodes there are.
@@ -60,7 +72,8 @@ impl Graph {
         self.start.len() - 1
     }
 
-    fn of(&self, node: usize) -> &[u32] {
+    /// Neighbours of a node.
+    pub fn of(&self, node: usize) -> &[u32] {
         &self.neighbour[self.start[node]..self.start[node + 1]]
     }
 
@@ -90,8 +103,32 @@ impl Graph {
         (of, count as usize)
     }
 
-    /// The coarser graph, and what carries it over.
-    pub fn coarsen(&self) -> (Self, Weights) {
+    /// The coarser graph, and what carries it over; `None` if it is hardly coarser.
+    pub fn coarsen(&self) -> Option<(Self, Weights)> {
+        let (coarse, weights) = self.places.as_ref().map_or_else(|| self.gathered(), |places| self.squared(places));
+        (coarse.len() as f64 <= KEPT * self.len() as f64).then_some((coarse, weights))
+    }
+
+    /// By squares, whose corners are joined where they give to the same node.
+    fn squared(&self, places: &[Place]) -> (Self, Weights) {
+        let (places, weights) = corners(places, self);
+        let mut pairs = Vec::new();
+        for node in 0..self.len() {
+            for (a, _) in weights.of(node) {
+                pairs.extend(weights.of(node).filter(|(b, _)| *b != a).map(|(b, _)| [a, b]));
+            }
+        }
+        (
+            Self {
+                places: Some(places),
+                ..Self::new(weights.coarse.iter().max().map_or(0, |a| *a as usize + 1), pairs)
+            },
+            weights,
+        )
+    }
+
+    /// By aggregates.
+    fn gathered(&self) -> (Self, Weights) {
         let (of, count) = self.aggregates();
         let mut weights = Weights { start: vec![0], ..Weights::default() };
         let mut pairs = Vec::new();
@@ -119,7 +156,7 @@ mod tests {
     fn a_chain_falls_into_threes_and_weights_add_up() {
         let n = 90;
         let pairs = (0..n - 1).flat_map(|i| [[i, i + 1], [i + 1, i]]).collect();
-        let (coarse, weights) = Graph::new(n as usize, pairs).coarsen();
+        let (coarse, weights) = Graph::new(n as usize, pairs).coarsen().expect("coarser");
         assert!((25..=45).contains(&coarse.len()), "{}", coarse.len());
         for i in 0..n as usize {
             let row = weights.start[i] as usize..weights.start[i + 1] as usize;

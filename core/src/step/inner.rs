@@ -104,8 +104,8 @@ impl Inner {
     }
 
     /// Finds the levels, if they are not there since the nodes or elements changed.
-    pub fn prepare(&mut self, matrix: &Matrix, sets: &[ElementSet]) {
-        self.levels.get_or_insert_with(|| Multilevel::new(matrix, sets));
+    pub fn prepare(&mut self, matrix: &Matrix, sets: &[ElementSet], rest: &[V3]) {
+        self.levels.get_or_insert_with(|| Multilevel::new(matrix, sets, rest));
     }
 
     /// Bytes held.

@@ -361,7 +361,7 @@ impl Integrator {
         }
         let v = (!here).then_some(&system.nodes.v[..]);
         add_loads(&mut self.force, loads, &system.nodes.x, v);
-        self.pcg.prepare(&matrix, &system.sets);
+        self.pcg.prepare(&matrix, &system.sets, &system.nodes.rest);
         // Where the body is: b = M v + g f_elastic - A v.
         let moving = here.then_some((&system.nodes.v[..], &mut self.moving[..]));
         self.pcg.guess(pool, &matrix, moving);

@@ -43,6 +43,7 @@ mod single_outer;
 mod single_update;
 mod sliced;
 mod springs;
+mod squares;
 mod strips;
 mod system;
 mod transfer;

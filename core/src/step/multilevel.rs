@@ -3,7 +3,6 @@
 //! Coarse matrices are those of Galerkin, `P^T A P`, with weights that the mesh alone decides ([`super::aggregate`]). A sum of
 //! positive parts is positive whatever the matrix is, so nothing has to be estimated; a level costs its transfer and no product.
 
-use super::Block;
 use super::age::{Due, PARTS};
 use super::aggregate::{Graph, Weights};
 use super::elements::ElementSet;
@@ -17,15 +16,14 @@ use super::single::{Quad, SingleBlock};
 use super::sliced::LANES;
 use super::transfer::{Receiver, Transfer};
 use super::windows::Windows;
+use super::{Block, V3};
 use std::ops::Range;
 
-/// Share of block Jacobi on the finest level, and on all others: what is least for many cloths and steps.
-const FINEST: f64 = 0.6;
-const COARSE: f64 = 0.4;
+/// Share of block Jacobi on the finest level, and on all others: what takes the fewest iterations for many cloths and steps.
+const OF_SQUARES: [f64; 2] = [0.5, 0.25];
+const OF_AGGREGATES: [f64; 2] = [0.6, 0.4];
 /// Nodes of the coarsest level, at most.
 const COARSEST: usize = 12;
-/// A level that keeps more of the nodes than this is not worth it.
-const KEPT: f64 = 0.7;
 /// Items in a piece of work for a thread.
 const PIECE: usize = 512;
 /// The same of coarse nodes, which sum over many finer ones.
@@ -35,6 +33,7 @@ const COARSE_PIECE: usize = 128;
 #[derive(Debug, Default)]
 pub struct Multilevel {
     levels: Vec<Level>,
+    shares: [f64; 2],
     /// Of every part, coarse nodes by level, and the blocks of the finest level that they are made of.
     parts: Vec<(Vec<Range<usize>>, Range<usize>)>,
 }
@@ -77,16 +76,14 @@ pub fn plus(a: Quad, s: f32, b: Quad) -> Quad {
 }
 
 impl Multilevel {
-    /// For a body's elements and the pattern of its matrix.
-    pub fn new(matrix: &Matrix, sets: &[ElementSet]) -> Self {
+    /// For a body's elements, its nodes at rest, m (n x 3), and the pattern of its matrix.
+    pub fn new(matrix: &Matrix, sets: &[ElementSet], rest: &[V3]) -> Self {
         let mut levels: Vec<Level> = Vec::new();
-        let mut graph = Graph::of_elements(matrix.rows(), sets);
+        let mut graph = Graph::of_elements(rest, sets);
+        let shares = if graph.is_level() { OF_SQUARES } else { OF_AGGREGATES };
         let mut finer: Option<Matrix> = None;
-        while graph.len() > COARSEST {
-            let (coarse, weights) = graph.coarsen();
-            if coarse.len() as f64 > KEPT * graph.len() as f64 {
-                break;
-            }
+        while let Some((coarse, weights)) = Some(&graph).filter(|graph| graph.len() > COARSEST).and_then(Graph::coarsen)
+        {
             let (mut level, pattern) = Level::new(finer.as_ref().unwrap_or(matrix), coarse.len(), &weights);
             if levels.is_empty() {
                 level.windows = Windows::new(&weights, coarse.len());
@@ -95,7 +92,7 @@ impl Multilevel {
             (graph, finer) = (coarse, Some(pattern));
         }
         let parts = parts(&levels);
-        Self { levels, parts }
+        Self { levels, shares, parts }
     }
 
     /// Bytes held.
@@ -125,7 +122,7 @@ impl Multilevel {
                 Due::Part(part) => self.parts[part].0[at].clone(),
             };
             let (finer, rest) = self.levels.split_at_mut(at);
-            rest[0].update(pool, finer.last().map_or(values, |level| &level.values), nodes);
+            rest[0].update(pool, finer.last().map_or(values, |level| &level.values), nodes, self.shares[1]);
         }
     }
 
@@ -151,7 +148,7 @@ impl Multilevel {
 
     /// Share of block Jacobi on the finest level.
     pub fn share(&self) -> f64 {
-        if self.levels.is_empty() { 1.0 } else { FINEST }
+        if self.levels.is_empty() { 1.0 } else { self.shares[0] }
     }
 }
 
@@ -199,7 +196,7 @@ impl Level {
         self.diagonal.get(node).map_or(self.values.len() - 1, |slot| *slot as usize)
     }
 
-    fn update(&mut self, pool: &Pool, fine: &[SingleBlock], nodes: Range<usize>) {
+    fn update(&mut self, pool: &Pool, fine: &[SingleBlock], nodes: Range<usize>, share: f64) {
         let blocks = self.block(nodes.start)..self.block(nodes.end);
         self.galerkin.update(pool, fine, blocks.start, &mut self.values[blocks]);
         let (values, diagonal) = (&self.values, &self.diagonal[nodes.clone()]);
@@ -210,7 +207,7 @@ impl Level {
                 let least = |b: &Block| b[0].min(b[4]).min(b[8]);
                 let sound = |m: &Block| least(&block).min(least(m)) > 0.0 && width(&block, m) <= WIDEST;
                 let inner = symmetric_inverse(&block).filter(sound);
-                *inverse = columns(&inner.map_or([0.0; 9], |m| m.map(|c| COARSE * c)));
+                *inverse = columns(&inner.map_or([0.0; 9], |m| m.map(|c| share * c)));
             }
         });
     }

@@ -127,9 +127,9 @@ impl Pcg {
     }
 
     /// Finds the levels, if they are wanted and not there since the nodes or elements changed.
-    pub fn prepare(&mut self, matrix: &Matrix, sets: &[ElementSet]) {
+    pub fn prepare(&mut self, matrix: &Matrix, sets: &[ElementSet], rest: &[V3]) {
         if self.preconditioner == Preconditioner::Multilevel {
-            self.inner.prepare(matrix, sets);
+            self.inner.prepare(matrix, sets, rest);
         }
     }
 

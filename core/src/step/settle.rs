@@ -129,7 +129,7 @@ impl Integrator {
             self.z[i] = [0.0; 3];
         }
         self.pcg.forget();
-        self.pcg.prepare(&matrix, &system.sets);
+        self.pcg.prepare(&matrix, &system.sets, &system.nodes.rest);
         self.pcg.guess(pool, &matrix, None);
         let solve = Solve {
             matrix: &matrix,
