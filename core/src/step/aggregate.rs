@@ -33,9 +33,22 @@ pub struct Weights {
 }
 
 impl Weights {
-    /// Coarse nodes of a fine one, with their weights.
+    /// The same the other way, from `coarse` nodes: fine ones of each.
+    pub fn transposed(&self, coarse: usize) -> Self {
+        let fine = 0..self.start.len() as u32 - 1;
+        let mut terms: Vec<_> = fine.flat_map(|i| self.of(i as usize).map(move |(a, weight)| (a, i, weight))).collect();
+        terms.sort_unstable_by_key(|term| (term.0, term.1));
+        Self {
+            start: (0..=coarse as u32).map(|a| terms.partition_point(|term| term.0 < a) as u32).collect(),
+            coarse: terms.iter().map(|term| term.1).collect(),
+            weight: terms.iter().map(|term| term.2).collect(),
+        }
+    }
+
+    /// Coarse nodes of a fine one, with their weights; none of one past the last.
     pub fn of(&self, node: usize) -> impl Iterator<Item = (u32, f32)> {
-        let row = self.start[node] as usize..self.start[node + 1] as usize;
+        let end = |at: usize| self.start[at.min(self.start.len() - 1)] as usize;
+        let row = end(node)..end(node + 1);
         self.coarse[row.clone()].iter().copied().zip(self.weight[row].iter().copied())
     }
 }

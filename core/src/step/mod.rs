@@ -46,8 +46,6 @@ mod springs;
 mod squares;
 mod strips;
 mod system;
-mod transfer;
-mod windows;
 
 pub use chunk::{Chunk, Schedule};
 pub use constraint::Constraint;

@@ -1,7 +1,16 @@
 //! Vectors in a solve with rows that do not lie alike ([`super`]).
 
-use crate::step::multilevel::plus;
 use crate::step::single::{Quad, without_dust};
+
+/// `a + s b`
+#[inline(always)]
+fn plus(a: Quad, s: f32, b: Quad) -> Quad {
+    let mut out = a;
+    for c in 0..4 {
+        out[c] += s * b[c];
+    }
+    out
+}
 
 /// `r -= a y` of a band's rows, with what the band before gave to the first of them.
 pub struct Take<'a> {

@@ -17,6 +17,7 @@ pub use entry::Entry;
 pub use plain::Plain;
 
 /// Numbers among which one can be looked up.
+#[cfg(test)]
 pub const LOOKED_UP: usize = 32;
 /// In memory.
 pub type Sixteen = [f32; 16];
@@ -50,7 +51,7 @@ pub trait Lanes: Copy {
     /// The sum of four vectors, in the order `(0 + 2) + (1 + 3)`.
     fn sum_of_four(self, vectors: Self::V) -> Quad;
     /// Of the numbers of two rows of lanes, those at some places, each below [`LOOKED_UP`].
-    fn lookup(self, from: [Self::V; 2], places: &[u32; 16]) -> Self::V;
+    fn lookup(self, from: [Self::V; 2], places: &[u8; 16]) -> Self::V;
     /// Without what is next to nothing.
     fn without_dust(self, v: Self::V) -> Self::V;
     /// The first [`Lanes::EXACT`] numbers of a slice, in double precision.

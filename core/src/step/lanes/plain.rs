@@ -74,7 +74,7 @@ impl Lanes for Plain {
     }
 
     #[inline(always)]
-    fn lookup(self, from: [Sixteen; 2], places: &[u32; 16]) -> Sixteen {
+    fn lookup(self, from: [Sixteen; 2], places: &[u8; 16]) -> Sixteen {
         places.map(|at| from[at as usize / 16 % 2][at as usize % 16])
     }
 

@@ -60,7 +60,7 @@ impl Work for All<'_> {
             assert_eq!(unit.store(entries), blocks.map(|block| (0.25 * block[e]) as f32));
         }
         for first in [0, 16] {
-            let places = std::array::from_fn(|l| (11 * (first + l) as u32 + 3) % LOOKED_UP as u32);
+            let places = std::array::from_fn(|l| ((11 * (first + l) + 3) % LOOKED_UP) as u8);
             let found = unit.store(unit.lookup([unit.load(&of(7)), unit.load(&of(23))], &places));
             assert_eq!(found, places.map(|at| wave(7 + at as usize)));
         }

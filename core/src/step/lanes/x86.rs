@@ -4,7 +4,7 @@ use super::{Entry, Lanes, Sixteen};
 use crate::step::single::{Quad, TINY};
 use pulp::x86::{V3, V4};
 use pulp::{Simd, cast, f32x8, f32x16, f64x4, f64x8, u32x16};
-use std::arch::x86_64::{__m256, __m256i, __m512};
+use std::arch::x86_64::{__m256, __m512};
 
 /// Places of each of four numbers, four times.
 const EACH_FOUR: [[u32; 8]; 2] = [[0, 0, 0, 0, 1, 1, 1, 1], [2, 2, 2, 2, 3, 3, 3, 3]];
@@ -74,9 +74,11 @@ impl Lanes for V3 {
     }
 
     #[inline(always)]
-    fn lookup(self, [low, high]: [[f32x8; 2]; 2], places: &[u32; 16]) -> [f32x8; 2] {
+    fn lookup(self, [low, high]: [[f32x8; 2]; 2], places: &[u8; 16]) -> [f32x8; 2] {
         let (avx, mut out) = (self.avx, low);
-        for (out, at) in out.iter_mut().zip(cast::<_, [__m256i; 2]>(*places)) {
+        let eights = cast::<_, [u64; 2]>(*places);
+        for (out, eight) in out.iter_mut().zip(eights) {
+            let at = self.avx2._mm256_cvtepu8_epi32(cast([eight, 0]));
             let [a, b, c, d] =
                 [low[0], low[1], high[0], high[1]].map(|eight| self.avx2._mm256_permutevar8x32_ps(cast(eight), at));
             // Which eight of the thirty-two, by the two bits above those of the place in it.
@@ -306,8 +308,9 @@ impl Lanes for V4 {
     }
 
     #[inline(always)]
-    fn lookup(self, [low, high]: [f32x16; 2], places: &[u32; 16]) -> f32x16 {
-        cast(self.avx512f._mm512_permutex2var_ps(cast(low), cast(*places), cast(high)))
+    fn lookup(self, [low, high]: [f32x16; 2], places: &[u8; 16]) -> f32x16 {
+        let at = self.avx512f._mm512_cvtepu8_epi32(cast(*places));
+        cast(self.avx512f._mm512_permutex2var_ps(cast(low), at, cast(high)))
     }
 
     #[inline(always)]

@@ -3,9 +3,9 @@
 //! What a fine node takes is listed row by row, as many terms in each of sixteen rows as the longest of them has: lists of one
 //! length have no end that a processor could guess wrong.
 
-use super::aggregate::Weights;
-use super::lanes::Lanes;
-use super::single::Quad;
+use crate::step::aggregate::Weights;
+use crate::step::lanes::Lanes;
+use crate::step::single::Quad;
 use std::ops::Range;
 
 /// Weights, listed both ways.
@@ -30,35 +30,30 @@ impl Transfer {
     /// To `coarse` nodes.
     pub fn new(weights: &Weights, coarse: usize) -> Self {
         let count = weights.start.len() - 1;
-        let mut by_coarse: Vec<(u32, u32, f32)> = Vec::with_capacity(weights.coarse.len());
-        let mut this = Self { slice: vec![0], ..Self::default() };
+        let mut this = Self { slice: vec![0], start: vec![0], ..Self::default() };
         for first in (0..count).step_by(ROWS) {
             let rows = first..count.min(first + ROWS);
             let width = rows.clone().map(|i| weights.of(i).count()).max().unwrap_or(0);
             for i in rows {
-                by_coarse.extend(weights.of(i).map(|(a, weight)| (a, i as u32, weight)));
                 this.coarse.extend(weights.of(i).chain(std::iter::repeat((0, 0.0))).take(width));
             }
             this.coarse.resize((this.slice[first / ROWS] as usize) + ROWS * width, (0, 0.0));
             this.slice.push(this.coarse.len() as u32);
         }
-        by_coarse.sort_unstable_by_key(|t| (t.0, t.1));
-        this.start.push(0);
         // There are at least four.
         let last = count as u32 - 4;
-        for terms in by_coarse.chunk_by(|a, b| a.0 == b.0) {
+        let fine = weights.transposed(coarse);
+        for node in 0..coarse {
             let begun = this.fine.len();
-            for &(_, node, weight) in terms {
-                if this.fine[begun..].last().is_none_or(|run| node >= run.0 + 4) {
-                    this.fine.push((node.min(last), [0.0; 4]));
+            for (at, weight) in fine.of(node) {
+                if this.fine[begun..].last().is_none_or(|run| at >= run.0 + 4) {
+                    this.fine.push((at.min(last), [0.0; 4]));
                 }
                 let run = this.fine.last_mut().expect("one at least");
-                run.1[(node - run.0) as usize] = weight;
+                run.1[(at - run.0) as usize] = weight;
             }
-            // Weights add up to one, so every coarse node has some.
             this.start.push(this.fine.len() as u32);
         }
-        debug_assert_eq!(this.start.len(), coarse + 1);
         this
     }
 

@@ -1,0 +1,134 @@
+//! Sums of a few vectors each, sixteen at a time, where what is summed lies together.
+//!
+//! What sixteen sums take next is within two windows of sixteen vectors each, which registers hold: so a shuffle finds it, and nothing is
+//! gathered from memory.
+
+use super::planes::Planes;
+use crate::step::aggregate::Weights;
+use crate::step::lanes::Lanes;
+use crate::step::sliced::LANES;
+
+/// Sums by sixteen, and what they are sums of.
+#[derive(Debug)]
+pub struct Looks {
+    /// Of each sixteen's looks (sixteens + 1).
+    start: Vec<u32>,
+    looks: Vec<Look>,
+}
+
+/// What sixteen sums take next.
+#[derive(Debug)]
+struct Look {
+    /// Where two windows begin.
+    window: [u32; 2],
+    /// By sum, a place in them and a weight.
+    place: [u8; LANES],
+    weight: [f32; LANES],
+}
+
+impl Looks {
+    /// For weights of vectors, by sum.
+    pub fn new(weights: &Weights) -> Self {
+        let count = weights.start.len() - 1;
+        let mut this = Self { start: vec![0], looks: Vec::new() };
+        for first in (0..count).step_by(LANES) {
+            let mut next: [_; LANES] = std::array::from_fn(|lane| weights.of((first + lane).min(count)).peekable());
+            while let Some(low) = next.iter_mut().filter_map(|terms| terms.peek()).map(|term| term.0).min() {
+                let past = |term: &&(u32, f32)| term.0 >= low + LANES as u32;
+                let high = next.iter_mut().filter_map(|terms| terms.peek().filter(past)).map(|term| term.0).min();
+                let mut look = Look { window: [low, high.unwrap_or(low)], place: [0; LANES], weight: [0.0; LANES] };
+                for (lane, terms) in next.iter_mut().enumerate() {
+                    let within =
+                        |at: u32| look.window.iter().position(|start| (*start..start + LANES as u32).contains(&at));
+                    let found = terms.peek().and_then(|term| within(term.0));
+                    if let (Some(window), Some((at, weight))) = (found, found.and_then(|_| terms.next())) {
+                        look.place[lane] = (LANES * window) as u8 + (at - look.window[window]) as u8;
+                        look.weight[lane] = weight;
+                    }
+                }
+                this.looks.push(look);
+            }
+            this.start.push(this.looks.len() as u32);
+        }
+        this
+    }
+
+    /// The share of what looks have room for that they need for so many terms.
+    pub fn fullness(&self, terms: usize) -> f64 {
+        terms as f64 / (LANES * self.looks.len()).max(1) as f64
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        4 * self.start.len() + size_of::<Look>() * self.looks.len()
+    }
+
+    /// Adds what sixteen sums take.
+    #[inline(always)]
+    pub fn add<U: Lanes>(&self, unit: U, sixteen: usize, from: &Planes, mut sum: [U::V; 3]) -> [U::V; 3] {
+        for look in &self.looks[self.start[sixteen] as usize..self.start[sixteen + 1] as usize] {
+            let weight = unit.load(&look.weight);
+            for (sum, plane) in sum.iter_mut().zip(from.all()) {
+                let window =
+                    |at: u32| unit.load(plane[at as usize..].first_chunk().expect("planes reach past the last"));
+                let found = unit.lookup([window(look.window[0]), window(look.window[1])], &look.place);
+                *sum = unit.fma(weight, found, *sum);
+            }
+        }
+        sum
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::step::lanes::{Plain, Work, widest};
+
+    /// One to four terms each, of vectors around some places that move on.
+    fn weights(n: usize, far: u32) -> Weights {
+        let mut weights = Weights { start: vec![0], ..Weights::default() };
+        for i in 0..n as u32 {
+            let count = 1 + (i * i + i / 4) % 4;
+            weights.coarse.extend((0..count).map(|k| i / 3 + 2 * k + far * k.saturating_sub(1)));
+            weights.weight.extend((0..count).map(|k| 0.1 + (i * k % 7) as f32));
+            weights.start.push(weights.coarse.len() as u32);
+        }
+        weights
+    }
+
+    struct All<'a>(&'a Looks, &'a Planes, usize);
+
+    impl Work for All<'_> {
+        type Output = Vec<[f32; 3]>;
+
+        #[inline(always)]
+        fn on(self, unit: impl Lanes) -> Vec<[f32; 3]> {
+            let own = [1.0, 2.0, 3.0].map(|c| unit.load(&[c; LANES]));
+            let sums = (0..self.2.div_ceil(LANES)).map(|at| self.0.add(unit, at, self.1, own).map(|v| unit.store(v)));
+            sums.flat_map(|planes| (0..LANES).map(move |l| planes.map(|plane| plane[l]))).take(self.2).collect()
+        }
+    }
+
+    #[test]
+    fn every_vector_unit_adds_what_the_weights_say() {
+        for far in [0, 40, 100] {
+            let (n, count, weights) = (75, 240, weights(75, far));
+            let looks = Looks::new(&weights);
+            assert!(looks.fullness(weights.coarse.len()) > 0.3, "{far}");
+            let mut from = Planes::new(count);
+            for i in 0..count {
+                from.put(i, [i as f32, (1.7 * i as f32).sin(), 0.3]);
+            }
+            let found = widest(All(&looks, &from, n));
+            assert_eq!(found, All(&looks, &from, n).on(Plain));
+            for (i, found) in found.iter().enumerate() {
+                for c in 0..3 {
+                    let of = |a: u32| [a as f32, (1.7 * a as f32).sin(), 0.3][c];
+                    let more: f64 = weights.of(i).map(|(a, w)| f64::from(w * of(a))).sum();
+                    let want = 1.0 + c as f64 + more;
+                    assert!((f64::from(found[c]) - want).abs() < 1e-5 * (1.0 + want.abs()), "{i}: {found:?}, {want}");
+                }
+            }
+        }
+    }
+}

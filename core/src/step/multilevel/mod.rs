@@ -1,0 +1,198 @@
+//! An additive multilevel preconditioner: on every level a share of block Jacobi, added up (Bramble, Pasciak and Xu 1990).
+//!
+//! Coarse matrices are those of Galerkin, `P^T A P`, with weights that the mesh alone decides ([`super::aggregate`],
+//! [`super::squares`]). A sum of positive parts is positive whatever the matrix is, so nothing has to be estimated; a level costs its
+//! transfer and no product.
+
+mod alike;
+mod each;
+mod looks;
+mod planes;
+mod transfer;
+
+use super::age::{Due, PARTS};
+use super::aggregate::{Graph, Weights};
+use super::elements::ElementSet;
+use super::galerkin::Galerkin;
+use super::inner::{WIDEST, width};
+use super::lanes::{Lanes, Sixteen};
+use super::matrix::Matrix;
+use super::pcg::symmetric_inverse;
+use super::pool::Pool;
+use super::single::{Quad, SingleBlock};
+use super::{Block, V3};
+use alike::Alike;
+use each::Each;
+use std::ops::Range;
+
+/// Share of block Jacobi on the finest level, and on all others: what takes the fewest iterations for many cloths and steps.
+const OF_SQUARES: [f64; 2] = [0.5, 0.25];
+const OF_AGGREGATES: [f64; 2] = [0.6, 0.4];
+/// Nodes of the coarsest level, at most.
+const COARSEST: usize = 12;
+/// Coarse nodes in a piece of work for a thread: they sum over many finer ones.
+const COARSE_PIECE: usize = 128;
+
+/// The levels above the finest, finer ones first.
+#[derive(Debug, Default)]
+pub struct Multilevel {
+    levels: Vec<Level>,
+    shares: [f64; 2],
+    /// Of every part, coarse nodes by level, and the blocks of the finest level that they are made of.
+    parts: Vec<(Vec<Range<usize>>, Range<usize>)>,
+    way: Way,
+}
+
+/// A level's matrix.
+#[derive(Debug)]
+struct Level {
+    galerkin: Galerkin,
+    /// Where the diagonal blocks are.
+    diagonal: Vec<u32>,
+    values: Vec<SingleBlock>,
+}
+
+/// How to go up the levels and down again.
+#[derive(Debug)]
+enum Way {
+    Alike(Alike),
+    Each(Each),
+}
+
+impl Default for Way {
+    fn default() -> Self {
+        Self::Each(Each::default())
+    }
+}
+
+/// Blocks, given by six numbers, times vectors.
+#[inline(always)]
+fn times<U: Lanes>(unit: U, m: &[Sixteen; 6], v: [U::V; 3]) -> [U::V; 3] {
+    let mut out = v;
+    for (out, places) in out.iter_mut().zip([[0, 1, 2], [1, 3, 4], [2, 4, 5]]) {
+        *out = unit.mul(unit.load(&m[places[0]]), v[0]);
+        *out = unit.fma(unit.load(&m[places[1]]), v[1], *out);
+        *out = unit.fma(unit.load(&m[places[2]]), v[2], *out);
+    }
+    out
+}
+
+impl Multilevel {
+    /// For a body's elements, its nodes at rest, m (n x 3), and the pattern of its matrix.
+    pub fn new(matrix: &Matrix, sets: &[ElementSet], rest: &[V3]) -> Self {
+        let mut graph = Graph::of_elements(rest, sets);
+        let shares = if graph.is_level() { OF_SQUARES } else { OF_AGGREGATES };
+        let (mut levels, mut transfers, mut finer) = (Vec::new(), Vec::new(), None);
+        while let Some((coarse, weights)) = Some(&graph).filter(|graph| graph.len() > COARSEST).and_then(Graph::coarsen)
+        {
+            let (level, pattern) = Level::new(finer.as_ref().unwrap_or(matrix), coarse.len(), &weights);
+            levels.push(level);
+            transfers.push((weights, coarse.len()));
+            (graph, finer) = (coarse, Some(pattern));
+        }
+        let way = Alike::new(&transfers).map_or_else(|| Way::Each(Each::new(&transfers)), Way::Alike);
+        Self { parts: parts(&levels), levels, shares, way }
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        let of = |level: &Level| {
+            level.galerkin.bytes() + level.diagonal.len() * 4 + level.values.len() * size_of::<SingleBlock>()
+        };
+        let way = match &self.way {
+            Way::Alike(way) => way.bytes(),
+            Way::Each(way) => way.bytes(),
+        };
+        way + self.levels.iter().map(of).sum::<usize>()
+    }
+
+    /// Blocks of the finest level that are needed for what is due.
+    pub fn sources(&self, due: Due) -> Range<usize> {
+        match due {
+            Due::All => 0..self.parts.iter().map(|(_, slots)| slots.end).max().unwrap_or(0),
+            Due::Part(part) => self.parts[part].1.clone(),
+        }
+    }
+
+    /// Makes what is due from values of the finest level.
+    pub fn update(&mut self, pool: &Pool, values: &[SingleBlock], due: Due) {
+        for at in 0..self.levels.len() {
+            let nodes = match due {
+                Due::All => 0..self.levels[at].diagonal.len(),
+                Due::Part(part) => self.parts[part].0[at].clone(),
+            };
+            let (finer, rest) = self.levels.split_at_mut(at);
+            rest[0].update(pool, finer.last().map_or(values, |level| &level.values), nodes.clone());
+            for node in nodes {
+                let inverse = rest[0].inverse(node, self.shares[1]);
+                match &mut self.way {
+                    Way::Alike(way) => way.put(at, node, &inverse),
+                    Way::Each(way) => way.put(at, node, &inverse),
+                }
+            }
+        }
+    }
+
+    /// `h = P r`, with `inverse` for the share of the finest level, by sixteen nodes; gives `r.h`, where `r` is zero for what may not move.
+    pub fn apply(&mut self, pool: &Pool, inverse: &[f32], r: &[Quad], h: &mut [Quad]) -> f64 {
+        match &mut self.way {
+            Way::Alike(way) => way.apply(pool, inverse, r, h),
+            Way::Each(way) => way.apply(pool, inverse, r, h),
+        }
+    }
+
+    /// Share of block Jacobi on the finest level.
+    pub fn share(&self) -> f64 {
+        if self.levels.is_empty() { 1.0 } else { self.shares[0] }
+    }
+}
+
+/// Cuts levels into parts that take about as long to make, finer levels first.
+fn parts(levels: &[Level]) -> Vec<(Vec<Range<usize>>, Range<usize>)> {
+    let mut total = 0;
+    let mut ends: Vec<Vec<usize>> = Vec::with_capacity(levels.len());
+    for level in levels {
+        let terms = |node: usize| total + level.galerkin.terms_before(level.block(node));
+        ends.push((0..=level.diagonal.len()).map(terms).collect());
+        total = terms(level.diagonal.len());
+    }
+    let part = |part: usize| {
+        let cut =
+            |ends: &[usize], part: usize| ends.partition_point(|end| end * PARTS < part * total).min(ends.len() - 1);
+        let nodes: Vec<_> = ends.iter().map(|ends| cut(ends, part)..cut(ends, part + 1)).collect();
+        let sources = levels
+            .first()
+            .zip(nodes.first())
+            .map_or(0..0, |(level, nodes)| level.galerkin.sources(level.block(nodes.start)..level.block(nodes.end)));
+        (nodes, sources)
+    };
+    (0..PARTS).map(part).collect()
+}
+
+impl Level {
+    /// And the pattern of its matrix.
+    fn new(fine: &Matrix, coarse: usize, weights: &Weights) -> (Self, Matrix) {
+        let (galerkin, pattern) = Galerkin::new(fine, coarse, weights);
+        let diagonal = (0..coarse).map(|a| pattern.diagonal_slot(a) as u32).collect();
+        (Self { galerkin, diagonal, values: vec![[0.0; 9]; pattern.blocks() + 1] }, pattern)
+    }
+
+    /// Where the blocks of coarse nodes from one on begin.
+    fn block(&self, node: usize) -> usize {
+        self.diagonal.get(node).map_or(self.values.len() - 1, |slot| *slot as usize)
+    }
+
+    fn update(&mut self, pool: &Pool, fine: &[SingleBlock], nodes: Range<usize>) {
+        let blocks = self.block(nodes.start)..self.block(nodes.end);
+        self.galerkin.update(pool, fine, blocks.start, &mut self.values[blocks]);
+    }
+
+    /// Of a coarse node, times `share`.
+    fn inverse(&self, node: usize, share: f64) -> Block {
+        // Where nothing moves, or rounding has left too little, there is nothing to add.
+        let block = self.values[self.diagonal[node] as usize].map(f64::from);
+        let least = |b: &Block| b[0].min(b[4]).min(b[8]);
+        let sound = |m: &Block| least(&block).min(least(m)) > 0.0 && width(&block, m) <= WIDEST;
+        symmetric_inverse(&block).filter(sound).map_or([0.0; 9], |m| m.map(|c| share * c))
+    }
+}
