@@ -1,12 +1,11 @@
 //! Up the levels and down again where a mesh is regular, sixteen nodes at a time.
 
-use super::looks::Looks;
-use super::planes::{Planes, Sixteens, store};
+use super::looks::{Looks, Vectors};
 use super::{COARSE_PIECE, times};
 use crate::step::Block;
 use crate::step::aggregate::Weights;
 use crate::step::inverses::put_inverse;
-use crate::step::lanes::{self, Lanes, Sixteen, Work, load, widest};
+use crate::step::lanes::{Lanes, Sixteen, Work, load, store, widest};
 use crate::step::lines::Lines;
 use crate::step::pool::Pool;
 use crate::step::single::Quad;
@@ -21,7 +20,7 @@ const FULL: f64 = 0.35;
 #[derive(Debug)]
 pub struct Alike {
     /// Of the finest level.
-    r: Planes,
+    r: Lines<f32>,
     stages: Vec<Stage>,
 }
 
@@ -32,8 +31,8 @@ struct Stage {
     down: Looks,
     /// By sixteen nodes, six numbers of each.
     inverse: Lines<f32>,
-    r: Planes,
-    h: Planes,
+    r: Lines<f32>,
+    h: Lines<f32>,
 }
 
 impl Alike {
@@ -46,11 +45,11 @@ impl Alike {
             if stages.is_empty() && up.fullness(terms).min(down.fullness(terms)) < FULL {
                 return None;
             }
-            let inverse = Lines::new(6 * coarse.next_multiple_of(LANES));
-            stages.push(Stage { up, down, inverse, r: Planes::new(*coarse), h: Planes::new(*coarse) });
+            let room = |numbers: usize| Lines::new(numbers * coarse.next_multiple_of(LANES));
+            stages.push(Stage { up, down, inverse: room(6), r: room(3), h: room(3) });
         }
         let finest = levels.first().map_or(0, |(weights, _)| weights.start.len() - 1);
-        Some(Self { r: Planes::new(finest), stages })
+        Some(Self { r: Lines::new(3 * finest.next_multiple_of(LANES)), stages })
     }
 
     /// Bytes held.
@@ -67,42 +66,57 @@ impl Alike {
     /// See [`super::Multilevel::apply`].
     pub fn apply(&mut self, pool: &Pool, inverse: &[f32], r: &[Quad], h: &mut [Quad]) -> f64 {
         let r = r.as_chunks().0;
-        pool.pieces(self.r.sixteens(), PIECE, &|first, to| widest(Turn { from: &r[first..], to }));
+        pool.pieces(vectors_mut(&mut self.r), PIECE, &|first, to| widest(Turn { from: &r[first..], to }));
         for at in 0..self.stages.len() {
             let (finer, rest) = self.stages.split_at_mut(at);
             let (from, Stage { up, inverse, r, h, .. }) =
                 (finer.last().map_or(&self.r, |stage| &stage.r), &mut rest[0]);
-            let inverse = inverse.flat().as_chunks().0.as_chunks().0;
-            pool.pieces((r.sixteens(), h.sixteens()), COARSE_PIECE / LANES, &|first, (r, h)| {
+            let (from, inverse) = (vectors(from), inverse.flat().as_chunks().0.as_chunks().0);
+            pool.pieces((vectors_mut(r), vectors_mut(h)), COARSE_PIECE / LANES, &|first, (r, h)| {
                 widest(Restrict { up, first, inverse: &inverse[first..], from, r, h });
             });
         }
         for at in (1..self.stages.len()).rev() {
             let (finer, rest) = self.stages.split_at_mut(at);
-            let (down, from, h) = (&rest[0].down, &rest[0].h, finer[at - 1].h.sixteens());
-            pool.pieces(h, PIECE, &|first, h| widest(Prolong { down, first, from, h }));
+            let (down, from) = (&rest[0].down, vectors(&rest[0].h));
+            pool.pieces(vectors_mut(&mut finer[at - 1].h), PIECE, &|first, h| widest(Prolong { down, first, from, h }));
         }
-        let (inverse, r, coarse) = (inverse.as_chunks().0.as_chunks().0, &self.r, self.stages.first());
+        let (inverse, r) = (inverse.as_chunks().0.as_chunks().0, vectors(&self.r));
+        let coarse = self.stages.first().map(|stage| (&stage.down, vectors(&stage.h)));
         pool.fold(h, &|first, h| {
             let first = first / LANES;
-            widest(Finest { coarse, first, inverse: &inverse[first..], r, h: h.as_chunks_mut().0 })
+            let (inverse, r) = (&inverse[first..], &r[first..]);
+            widest(Finest { coarse, first, inverse, r, h: h.as_chunks_mut().0 })
         })
     }
+}
+
+fn vectors(of: &Lines<f32>) -> &[Vectors] {
+    of.flat().as_chunks().0.as_chunks().0
+}
+
+fn vectors_mut(of: &mut Lines<f32>) -> &mut [Vectors] {
+    of.flat_mut().as_chunks_mut().0.as_chunks_mut().0
+}
+
+#[inline(always)]
+fn three<U: Lanes>(unit: U, from: &Vectors) -> [U::V; 3] {
+    from.each_ref().map(|plane| unit.load(plane))
 }
 
 /// Vectors by component.
 struct Turn<'a> {
     from: &'a [[Quad; LANES]],
-    to: Sixteens<'a>,
+    to: &'a mut [Vectors],
 }
 
 impl Work for Turn<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn on(mut self, unit: impl Lanes) {
-        for (at, from) in self.from.iter().enumerate().take(self.to[0].len()) {
-            store(unit, &mut self.to, at, unit.planes(load(unit, from)));
+    fn on(self, unit: impl Lanes) {
+        for (to, from) in self.to.iter_mut().zip(self.from) {
+            *to = unit.planes(load(unit, from)).map(|plane| unit.store(plane));
         }
     }
 }
@@ -112,21 +126,21 @@ struct Restrict<'a> {
     up: &'a Looks,
     first: usize,
     inverse: &'a [[Sixteen; 6]],
-    from: &'a Planes,
-    r: Sixteens<'a>,
-    h: Sixteens<'a>,
+    from: &'a [Vectors],
+    r: &'a mut [Vectors],
+    h: &'a mut [Vectors],
 }
 
 impl Work for Restrict<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn on(mut self, unit: impl Lanes) {
+    fn on(self, unit: impl Lanes) {
         let zero = unit.load(&[0.0; LANES]);
-        for (at, inverse) in self.inverse.iter().enumerate().take(self.r[0].len()) {
-            let sum = self.up.add(unit, self.first + at, self.from, [zero; 3]);
-            store(unit, &mut self.r, at, sum);
-            store(unit, &mut self.h, at, times(unit, inverse, sum));
+        for (sixteen, ((r, h), inverse)) in (self.first..).zip(self.r.iter_mut().zip(self.h).zip(self.inverse)) {
+            let sum = self.up.add(unit, sixteen, self.from, [zero; 3]);
+            *r = sum.map(|plane| unit.store(plane));
+            *h = times(unit, inverse, sum).map(|plane| unit.store(plane));
         }
     }
 }
@@ -135,28 +149,27 @@ impl Work for Restrict<'_> {
 struct Prolong<'a> {
     down: &'a Looks,
     first: usize,
-    from: &'a Planes,
-    h: Sixteens<'a>,
+    from: &'a [Vectors],
+    h: &'a mut [Vectors],
 }
 
 impl Work for Prolong<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn on(mut self, unit: impl Lanes) {
-        for at in 0..self.h[0].len() {
-            let own = self.h.each_ref().map(|plane| unit.load(&plane[at]));
-            store(unit, &mut self.h, at, self.down.add(unit, self.first + at, self.from, own));
+    fn on(self, unit: impl Lanes) {
+        for (sixteen, h) in (self.first..).zip(self.h) {
+            *h = self.down.add(unit, sixteen, self.from, three(unit, h)).map(|plane| unit.store(plane));
         }
     }
 }
 
 /// Nodes of the finest level, from a sixteen on: their own part of P, and that of all coarser ones; gives `r . h`.
 struct Finest<'a> {
-    coarse: Option<&'a Stage>,
+    coarse: Option<(&'a Looks, &'a [Vectors])>,
     first: usize,
     inverse: &'a [[Sixteen; 6]],
-    r: &'a Planes,
+    r: &'a [Vectors],
     h: &'a mut [[Quad; LANES]],
 }
 
@@ -165,18 +178,17 @@ impl Work for Finest<'_> {
 
     #[inline(always)]
     fn on(self, unit: impl Lanes) -> f64 {
-        let Self { coarse, first, inverse, r, h } = self;
         let mut all = unit.load(&[0.0; LANES]);
-        for (sixteen, (h, inverse)) in (first..).zip(h.iter_mut().zip(inverse)) {
-            let r = r.load(unit, sixteen);
+        for (sixteen, ((h, r), inverse)) in (self.first..).zip(self.h.iter_mut().zip(self.r).zip(self.inverse)) {
+            let r = three(unit, r);
             let mut sum = times(unit, inverse, r);
-            if let Some(coarse) = coarse {
-                sum = coarse.down.add(unit, sixteen, &coarse.h, sum);
+            if let Some((down, from)) = self.coarse {
+                sum = down.add(unit, sixteen, from, sum);
             }
             for c in 0..3 {
                 all = unit.fma(sum[c], r[c], all);
             }
-            lanes::store(unit, h, unit.vectors(sum));
+            store(unit, h, unit.vectors(sum));
         }
         unit.store(all).iter().map(|v| f64::from(*v)).sum()
     }

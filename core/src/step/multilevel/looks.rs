@@ -1,11 +1,10 @@
 //! Sums of a few vectors each, sixteen at a time, where what is summed lies together.
 //!
-//! What sixteen sums take next is within two windows of sixteen vectors each, which registers hold: so a shuffle finds it, and nothing is
-//! gathered from memory.
+//! What sixteen sums take next is among two sixteens of vectors, which registers hold: so a shuffle finds it, and nothing is gathered
+//! from memory.
 
-use super::planes::Planes;
 use crate::step::aggregate::Weights;
-use crate::step::lanes::Lanes;
+use crate::step::lanes::{Lanes, Sixteen};
 use crate::step::sliced::LANES;
 
 /// Sums by sixteen, and what they are sums of.
@@ -16,12 +15,15 @@ pub struct Looks {
     looks: Vec<Look>,
 }
 
+/// Sixteen vectors, by component.
+pub type Vectors = [Sixteen; 3];
+
 /// What sixteen sums take next.
 #[derive(Debug)]
 struct Look {
-    /// Where two windows begin.
-    window: [u32; 2],
-    /// By sum, a place in them and a weight.
+    /// Two sixteens of vectors.
+    from: [u32; 2],
+    /// By sum, a place in those and a weight.
     place: [u8; LANES],
     weight: [f32; LANES],
 }
@@ -32,18 +34,16 @@ impl Looks {
         let count = weights.start.len() - 1;
         let mut this = Self { start: vec![0], looks: Vec::new() };
         for first in (0..count).step_by(LANES) {
-            let mut next: [_; LANES] = std::array::from_fn(|lane| weights.of((first + lane).min(count)).peekable());
-            while let Some(low) = next.iter_mut().filter_map(|terms| terms.peek()).map(|term| term.0).min() {
-                let past = |term: &&(u32, f32)| term.0 >= low + LANES as u32;
-                let high = next.iter_mut().filter_map(|terms| terms.peek().filter(past)).map(|term| term.0).min();
-                let mut look = Look { window: [low, high.unwrap_or(low)], place: [0; LANES], weight: [0.0; LANES] };
+            let mut next: [_; LANES] = std::array::from_fn(|lane| weights.of(first + lane).peekable());
+            let sixteen = |term: &(u32, f32)| term.0 / LANES as u32;
+            while let Some(low) = next.iter_mut().filter_map(|terms| terms.peek().map(sixteen)).min() {
+                let high = next.iter_mut().filter_map(|terms| terms.peek().map(sixteen).filter(|at| *at > low)).min();
+                let mut look = Look { from: [low, high.unwrap_or(low)], place: [0; LANES], weight: [0.0; LANES] };
                 for (lane, terms) in next.iter_mut().enumerate() {
-                    let within =
-                        |at: u32| look.window.iter().position(|start| (*start..start + LANES as u32).contains(&at));
-                    let found = terms.peek().and_then(|term| within(term.0));
-                    if let (Some(window), Some((at, weight))) = (found, found.and_then(|_| terms.next())) {
-                        look.place[lane] = (LANES * window) as u8 + (at - look.window[window]) as u8;
-                        look.weight[lane] = weight;
+                    if let Some(term) = terms.next_if(|term| look.from.contains(&sixteen(term))) {
+                        let half = u32::from(sixteen(&term) != low) * LANES as u32;
+                        look.place[lane] = (half + term.0 % LANES as u32) as u8;
+                        look.weight[lane] = term.1;
                     }
                 }
                 this.looks.push(look);
@@ -65,14 +65,12 @@ impl Looks {
 
     /// Adds what sixteen sums take.
     #[inline(always)]
-    pub fn add<U: Lanes>(&self, unit: U, sixteen: usize, from: &Planes, mut sum: [U::V; 3]) -> [U::V; 3] {
+    pub fn add<U: Lanes>(&self, unit: U, sixteen: usize, from: &[Vectors], mut sum: [U::V; 3]) -> [U::V; 3] {
         for look in &self.looks[self.start[sixteen] as usize..self.start[sixteen + 1] as usize] {
-            let weight = unit.load(&look.weight);
-            for (sum, plane) in sum.iter_mut().zip(from.all()) {
-                let window =
-                    |at: u32| unit.load(plane[at as usize..].first_chunk().expect("planes reach past the last"));
-                let found = unit.lookup([window(look.window[0]), window(look.window[1])], &look.place);
-                *sum = unit.fma(weight, found, *sum);
+            let (weight, [low, high]) = (unit.load(&look.weight), look.from.map(|at| &from[at as usize]));
+            for c in 0..3 {
+                let found = unit.lookup([unit.load(&low[c]), unit.load(&high[c])], &look.place);
+                sum[c] = unit.fma(weight, found, sum[c]);
             }
         }
         sum
@@ -96,7 +94,7 @@ mod tests {
         weights
     }
 
-    struct All<'a>(&'a Looks, &'a Planes, usize);
+    struct All<'a>(&'a Looks, &'a [Vectors], usize);
 
     impl Work for All<'_> {
         type Output = Vec<[f32; 3]>;
@@ -115,16 +113,14 @@ mod tests {
             let (n, count, weights) = (75, 240, weights(75, far));
             let looks = Looks::new(&weights);
             assert!(looks.fullness(weights.coarse.len()) > 0.3, "{far}");
-            let mut from = Planes::new(count);
-            for i in 0..count {
-                from.put(i, [i as f32, (1.7 * i as f32).sin(), 0.3]);
-            }
+            let vector = |i: usize| [i as f32, (1.7 * i as f32).sin(), 0.3];
+            let sixteen = |at: usize| [0, 1, 2].map(|c| std::array::from_fn(|lane| vector(LANES * at + lane)[c]));
+            let from: Vec<Vectors> = (0..count / LANES).map(sixteen).collect();
             let found = widest(All(&looks, &from, n));
             assert_eq!(found, All(&looks, &from, n).on(Plain));
             for (i, found) in found.iter().enumerate() {
                 for c in 0..3 {
-                    let of = |a: u32| [a as f32, (1.7 * a as f32).sin(), 0.3][c];
-                    let more: f64 = weights.of(i).map(|(a, w)| f64::from(w * of(a))).sum();
+                    let more: f64 = weights.of(i).map(|(a, w)| f64::from(w * vector(a as usize)[c])).sum();
                     let want = 1.0 + c as f64 + more;
                     assert!((f64::from(found[c]) - want).abs() < 1e-5 * (1.0 + want.abs()), "{i}: {found:?}, {want}");
                 }

@@ -7,7 +7,6 @@
 mod alike;
 mod each;
 mod looks;
-mod planes;
 mod transfer;
 
 use super::age::{Due, PARTS};
