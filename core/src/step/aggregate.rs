@@ -75,9 +75,15 @@ impl Graph {
         Self { places: places(rest, sets), ..Self::new(rest.len(), pairs) }
     }
 
-    /// Whether squares are laid over it.
-    pub fn is_level(&self) -> bool {
-        self.places.is_some()
+    #[cfg(test)]
+    pub fn of_triangles(places: Option<Vec<Place>>, n: usize, triangles: &[[u32; 3]]) -> Self {
+        let pairs = triangles.iter().flat_map(|[a, b, c]| [[*a, *b], [*b, *a], [*b, *c], [*c, *b], [*c, *a], [*a, *c]]);
+        Self { places, ..Self::new(n, pairs.collect()) }
+    }
+
+    /// Where its nodes are, if squares are laid over it.
+    pub fn places(&self) -> Option<&[Place]> {
+        self.places.as_deref()
     }
 
     /// Nodes there are.

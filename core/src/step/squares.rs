@@ -26,28 +26,14 @@ const CROWD: usize = 16;
 /// Where nodes at rest are in a sheet; `None` for anything else, and where it is not level or not of one fineness.
 pub fn places(rest: &[V3], sets: &[ElementSet]) -> Option<Vec<Place>> {
     let with_forces = || sets.iter().filter(|set| set.has(abi::HAS_FORCES));
-    if with_forces().any(|set| ![abi::TRIANGLE, abi::HINGE].contains(&set.request().kind)) {
-        return None;
-    }
-    let of = |node: u32| Vector3::from(rest[node as usize]);
-    let triangles = || with_forces().filter(|set| set.corners == 3).flat_map(|set| set.nodes().as_chunks().0);
-    let twice_area = |[a, b, c]: &[u32; 3]| (of(*b) - of(*a)).cross(&(of(*c) - of(*a)));
-    let (sum, count) = triangles().fold((Vector3::zeros(), 0), |(sum, count), t| (sum + twice_area(t), count + 1));
-    let normal = sum.try_normalize(0.0)?;
-    if !triangles().map(twice_area).all(|area| area.dot(&normal) >= LEVEL * area.norm()) {
-        return None;
-    }
-    let axes =
-        Axes::of_triangle(triangles().max_by(|a, b| twice_area(a).norm().total_cmp(&twice_area(b).norm()))?.map(of));
-    let mean = (sum.norm() / f64::from(count)).sqrt();
-    let across = normal.cross(&axes.along).try_normalize(0.0)?;
-    let along = across.cross(&normal);
-    let measured = |widths: [f64; 2]| -> Vec<Place> {
-        let place = |x: &V3| Vector3::from(*x) - axes.origin;
-        rest.iter().map(|x| [place(x).dot(&along) / widths[0], place(x).dot(&across) / widths[1]]).collect()
-    };
-    let is_grid = |places: &[Place]| places.as_flattened().iter().all(|at| (at - at.round()).abs() <= ROUGH);
-    let mut places = axes.widths.map(measured).filter(|places| is_grid(places)).unwrap_or_else(|| measured([mean; 2]));
+    let is_sheet = with_forces().all(|set| [abi::TRIANGLE, abi::HINGE].contains(&set.request().kind));
+    let triangles = with_forces().filter(|set| set.corners == 3).flat_map(|set| set.nodes().as_chunks().0);
+    if is_sheet { laid(rest, &triangles.copied().collect::<Vec<_>>()) } else { None }
+}
+
+fn laid(rest: &[V3], triangles: &[[u32; 3]]) -> Option<Vec<Place>> {
+    let mut places =
+        Plane::of(triangles.iter().map(|corners| corners.map(|node| rest[node as usize].into())))?.places(rest);
     let steps = |c: usize| places.windows(2).map(|pair| (pair[1][c] - pair[0][c]).abs()).sum::<f64>();
     if steps(1) > steps(0) {
         // Rows of corners as those of nodes.
@@ -62,20 +48,43 @@ pub fn places(rest: &[V3], sets: &[ElementSet]) -> Option<Vec<Place>> {
     squares.chunk_by(|a, b| a == b).all(|square| square.len() <= CROWD).then_some(places)
 }
 
-/// Where the corner of a triangle that is next to square is, one of its sides, and how long both are if it is square.
-struct Axes {
+/// The plane a sheet is next to.
+struct Plane {
+    /// A node, and directions from it.
     origin: Vector3<f64>,
-    along: Vector3<f64>,
-    widths: Option<[f64; 2]>,
+    axes: [Vector3<f64>; 2],
+    /// Of a mesh of right triangles: the sides of the largest.
+    sides: Option<[f64; 2]>,
+    /// Of a square as large as two triangles on average.
+    width: f64,
 }
 
-impl Axes {
-    fn of_triangle(corners: [Vector3<f64>; 3]) -> Self {
-        let sides = |k: usize| [corners[(k + 1) % 3] - corners[k], corners[(k + 2) % 3] - corners[k]];
-        let cosine = |k: &usize| sides(*k)[0].normalize().dot(&sides(*k)[1].normalize()).abs();
-        let at = (0..3).min_by(|a, b| cosine(a).total_cmp(&cosine(b))).unwrap_or(0);
-        let ([along, other], is_square) = (sides(at), cosine(&at) <= ROUGH);
-        Self { origin: corners[at], along, widths: is_square.then(|| [along.norm(), other.norm()]) }
+impl Plane {
+    fn of(triangles: impl Iterator<Item = [Vector3<f64>; 3]> + Clone) -> Option<Self> {
+        let twice_area = |[a, b, c]: [Vector3<f64>; 3]| (b - a).cross(&(c - a));
+        let (sum, count) = triangles.clone().fold((Vector3::zeros(), 0), |(sum, n), t| (sum + twice_area(t), n + 1));
+        let normal = sum.try_normalize(0.0)?;
+        if !triangles.clone().map(twice_area).all(|area| area.dot(&normal) >= LEVEL * area.norm()) {
+            return None;
+        }
+        let largest = triangles.max_by(|a, b| twice_area(*a).norm().total_cmp(&twice_area(*b).norm()))?;
+        let from = |k: usize| [largest[(k + 1) % 3] - largest[k], largest[(k + 2) % 3] - largest[k]];
+        let cosine = |k: &usize| from(*k)[0].normalize().dot(&from(*k)[1].normalize()).abs();
+        // Its corner that is next to square.
+        let corner = (0..3).min_by(|a, b| cosine(a).total_cmp(&cosine(b)))?;
+        let across = normal.cross(&from(corner)[0]).try_normalize(0.0)?;
+        let sides = (cosine(&corner) <= ROUGH).then(|| from(corner).map(|side| side.norm()));
+        let width = (sum.norm() / f64::from(count)).sqrt();
+        Some(Self { origin: largest[corner], axes: [across.cross(&normal), across], sides, width })
+    }
+
+    fn places(&self, rest: &[V3]) -> Vec<Place> {
+        let measured = |widths: [f64; 2]| -> Vec<Place> {
+            let place = |x: Vector3<f64>| [0, 1].map(|c| (x - self.origin).dot(&self.axes[c]) / widths[c]);
+            rest.iter().map(|x| place((*x).into())).collect()
+        };
+        let is_grid = |places: &Vec<Place>| places.as_flattened().iter().all(|at| (at - at.round()).abs() <= ROUGH);
+        self.sides.map(measured).filter(is_grid).unwrap_or_else(|| measured([self.width; 2]))
     }
 }
 
@@ -132,4 +141,107 @@ fn parts(nodes: &[u32], graph: &Graph) -> Vec<u32> {
         count += 1;
     }
     part
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A sheet of `n` by `m` nodes at places that `at` gives, in triangles whose diagonals alternate.
+    fn sheet(n: u32, m: u32, at: impl Fn(u32, u32) -> V3) -> (Vec<V3>, Vec<[u32; 3]>) {
+        let rest = (0..m).flat_map(|j| (0..n).map(move |i| (i, j))).map(|(i, j)| at(i, j)).collect();
+        let mut triangles = Vec::new();
+        for (i, j) in (0..m - 1).flat_map(|j| (0..n - 1).map(move |i| (i, j))) {
+            let [a, b, c, d] = [n * j + i, n * j + i + 1, n * (j + 1) + i, n * (j + 1) + i + 1];
+            triangles.extend(if (i + j) % 2 == 0 { [[a, b, d], [a, d, c]] } else { [[a, b, c], [b, d, c]] });
+        }
+        (rest, triangles)
+    }
+
+    fn graph((rest, triangles): &(Vec<V3>, Vec<[u32; 3]>)) -> Graph {
+        Graph::of_triangles(laid(rest, triangles), rest.len(), triangles)
+    }
+
+    /// Corners of levels, after their weights were looked at.
+    fn levels(mut graph: Graph) -> Vec<usize> {
+        let mut counts = Vec::new();
+        while let Some(places) = graph.places().map(<[Place]>::to_vec) {
+            let (coarse, weights) = corners(&places, &graph);
+            for (node, place) in places.iter().enumerate() {
+                let mut sum = [0.0; 3];
+                for (a, weight) in weights.of(node) {
+                    let (corner, weight) = (coarse[a as usize], f64::from(weight));
+                    sum = [sum[0] + weight, sum[1] + weight * 2.0 * corner[0], sum[2] + weight * 2.0 * corner[1]];
+                }
+                let linear = (0..2).all(|c| (sum[c + 1] - place[c]).abs() < 1e-4 * (1.0 + place[c]));
+                assert!((sum[0] - 1.0).abs() < 1e-5 && linear, "{node}: {sum:?} {place:?}");
+                assert!(weights.of(node).count() <= 4);
+            }
+            counts.push(coarse.len());
+            match graph.coarsen().filter(|_| coarse.len() > 12) {
+                Some((next, _)) => graph = next,
+                None => break,
+            }
+        }
+        counts
+    }
+
+    #[test]
+    fn of_a_grid_every_second_node_is_a_corner_and_weights_are_linear_up_to_the_border() {
+        // Cells of 2 by 3, tilted.
+        let grid = sheet(33, 21, |i, j| [2.0 * f64::from(i), 3.0 * 0.6 * f64::from(j), 3.0 * 0.8 * f64::from(j) + 7.0]);
+        let graph = graph(&grid);
+        let (_, weights) = corners(graph.places().expect("level"), &graph);
+        let shares = |i: usize, j: usize| weights.of(33 * j + i).map(|term| term.1).collect::<Vec<_>>();
+        assert_eq!((shares(6, 4), shares(7, 4), shares(7, 5)), (vec![1.0], vec![0.5; 2], vec![0.25; 4]));
+        assert_eq!(levels(graph), [17 * 11, 9 * 6, 5 * 4, 3 * 3]);
+    }
+
+    #[test]
+    fn scattered_nodes_have_squares_about_as_wide() {
+        let wave = |i: u32, j: u32, k: f64| 0.3 * (k * f64::from(17 * i + 29 * j)).sin();
+        let at = |i, j| [f64::from(i) + wave(i, j, 1.3), f64::from(j) + wave(i, j, 1.7), 0.2 * wave(i, j, 0.1)];
+        let found = levels(graph(&sheet(40, 40, at)));
+        assert!((400..=484).contains(&found[0]) && (121..=150).contains(&found[1]), "{found:?}");
+    }
+
+    #[test]
+    fn what_hangs_together_elsewhere_only_has_corners_of_its_own() {
+        // Two layers; and one that is cut from one side to its middle.
+        let (mut rest, mut triangles) = sheet(16, 16, |i, j| [f64::from(i), f64::from(j), 0.0]);
+        let whole = levels(graph(&(rest.clone(), triangles.clone())))[0];
+        rest.extend(rest.clone().iter().map(|x| [x[0], x[1], 0.01]));
+        triangles.extend(triangles.clone().iter().map(|nodes| nodes.map(|node| node + 256)));
+        assert_eq!(levels(graph(&(rest, triangles)))[0], 2 * whole);
+        let (mut rest, mut triangles) = sheet(16, 16, |i, j| [f64::from(i), f64::from(j), 0.0]);
+        for i in 0..8 {
+            let (old, new) = (16 * 7 + i, rest.len() as u32);
+            rest.push(rest[old as usize]);
+            let above = |nodes: &[u32; 3]| nodes.iter().any(|node| *node < 256 && *node / 16 > 7);
+            triangles
+                .iter_mut()
+                .filter(|nodes| above(nodes))
+                .flatten()
+                .filter(|node| **node == old)
+                .for_each(|node| *node = new);
+        }
+        let cut = graph(&(rest, triangles));
+        let (_, weights) = corners(cut.places().expect("level"), &cut);
+        let shares = |a: usize, b: usize| weights.of(a).any(|(at, _)| weights.of(b).any(|(other, _)| at == other));
+        assert!(!shares(16 * 7, 256) && !shares(16 * 6 + 2, 16 * 8 + 2) && shares(16 * 6 + 12, 16 * 8 + 12));
+    }
+
+    #[test]
+    fn what_is_bent_or_much_finer_somewhere_is_left_to_aggregates() {
+        let bent = |angle: f64| {
+            sheet(30, 30, |i, j| {
+                let turn = angle * (f64::from(i) / 29.0 - 0.5);
+                [29.0 / angle * turn.sin(), f64::from(j), 29.0 / angle * turn.cos()]
+            })
+        };
+        assert!(graph(&bent(1.5)).places().is_some() && graph(&bent(3.0)).places().is_none());
+        let fine = |i: u32| f64::from(i).powi(3) / 900.0;
+        assert!(graph(&sheet(30, 30, |i, j| [fine(i), fine(j), 0.0])).places().is_none());
+        assert!(graph(&sheet(30, 30, |i, j| [f64::from(i), f64::NAN * f64::from(j), 0.0])).places().is_none());
+    }
 }

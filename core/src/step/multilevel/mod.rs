@@ -80,7 +80,7 @@ impl Multilevel {
     /// For a body's elements, its nodes at rest, m (n x 3), and the pattern of its matrix.
     pub fn new(matrix: &Matrix, sets: &[ElementSet], rest: &[V3]) -> Self {
         let mut graph = Graph::of_elements(rest, sets);
-        let shares = if graph.is_level() { OF_SQUARES } else { OF_AGGREGATES };
+        let shares = if graph.places().is_some() { OF_SQUARES } else { OF_AGGREGATES };
         let (mut levels, mut transfers, mut finer) = (Vec::new(), Vec::new(), None);
         while let Some((coarse, weights)) = Some(&graph).filter(|graph| graph.len() > COARSEST).and_then(Graph::coarsen)
         {
