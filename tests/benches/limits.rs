@@ -3,7 +3,7 @@
 #![allow(clippy::print_stdout, reason = "a bench prints its figures")]
 
 use pliant_core::host::{Material, ParamValue};
-use pliant_core::step::{Factors, Integrator, Loads, Matrix, Nodes, Pool, Quad, Scheme, Single, StandIn, System};
+use pliant_core::step::{Factors, Integrator, Loads, Matrix, Nodes, Pool, Scheme, Single, StandIn, System};
 use pliant_plugin_api::{abi, kit};
 use pliant_tests::{library, open};
 use pulp::{Simd, WithSimd};
@@ -114,9 +114,10 @@ fn cloth(n: usize) {
     let seconds = least(50, || single.update(&pool, black_box(&matrix)));
     let bytes = (matrix.bytes() + single.bytes()) as f64;
     line(&format!("cloth {n}: its matrix in single precision"), seconds, bytes, 9.0 * (off + 2.0 * blocks));
-    let quads: Vec<Quad> = x.iter().map(|x| [x[0] as f32, x[1] as f32, x[2] as f32, 0.0]).collect();
+    let sixteens = x.as_chunks::<16>().0.iter();
+    let vectors = sixteens.map(|all| [0, 1, 2].map(|c| all.map(|x| x[c] as f32)));
     single.start();
-    single.turn(&pool, quads.as_chunks().0, 0.0, 0.0);
+    single.turn(&pool, &vectors.collect::<Vec<_>>(), 0.0, 0.0);
     let seconds = least(200, || {
         black_box(single.product(black_box(&pool)));
     });

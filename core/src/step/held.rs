@@ -1,7 +1,9 @@
 //! Nodes that are held, in single precision.
 
 use super::Constraint;
-use super::single::{Quad, SingleBlock};
+use super::lanes::Vectors;
+use super::single::SingleBlock;
+use super::sliced::LANES;
 
 /// What a held node may still do, as a matrix.
 #[derive(Clone, Copy, Debug)]
@@ -22,11 +24,11 @@ impl Held {
     }
 
     /// Takes out of `field` what held nodes may not do.
-    pub fn filter(held: &[Self], field: &mut [Quad]) {
+    pub fn filter(held: &[Self], field: &mut [Vectors]) {
         for Self { node, filter: m } in held {
-            let [x, y, z, _] = field[*node as usize];
-            let row = |r: usize| m[3 * r] * x + m[3 * r + 1] * y + m[3 * r + 2] * z;
-            field[*node as usize] = [row(0), row(1), row(2), 0.0];
+            let (sixteen, lane) = (&mut field[*node as usize / LANES], *node as usize % LANES);
+            let [x, y, z] = [0, 1, 2].map(|c: usize| sixteen[c][lane]);
+            (0..3).for_each(|r| sixteen[r][lane] = m[3 * r] * x + m[3 * r + 1] * y + m[3 * r + 2] * z);
         }
     }
 }

@@ -14,7 +14,7 @@ use super::multilevel::Multilevel;
 use super::pcg::{Solve, constrained_inverse};
 use super::peek::Peek;
 use super::pool::{Parts, Pool};
-use super::single::{Quad, Single, power_of_two, without_dust};
+use super::single::{Single, dusted, power_of_two};
 use super::sliced::LANES;
 use super::{Block, Constraint, V3};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -38,17 +38,17 @@ pub struct Inner {
     size: f64,
     /// Of the widest block of the diagonal; 0 before the first.
     width: f64,
-    /// Of as many nodes as sixteens of them have room for.
-    r: Vec<Quad>,
-    h: Vec<Quad>,
+    /// Vectors by sixteen.
+    r: Lines<f32>,
+    h: Lines<f32>,
     /// Of the residual in `r`.
     scale: f64,
 }
 
 /// How far the residual of one correction is brought down: single precision has no more to give.
 const DEEPEST: f64 = 1e-10;
-/// Nodes in a piece of a vector for a thread.
-const PIECE: usize = 2048;
+/// Sixteens of nodes in a piece of a vector for a thread.
+const PIECE: usize = 128;
 
 /// Condition of a block up to which rounding its inverse leaves the least of it, by a fifth.
 pub const WIDEST: f64 = 1e6;
@@ -89,10 +89,7 @@ impl Inner {
     /// Room for `n` nodes.
     pub fn resize(&mut self, n: usize) {
         let room = n.next_multiple_of(LANES);
-        for field in [&mut self.r, &mut self.h] {
-            field.clear();
-            field.resize(room, [0.0; 4]);
-        }
+        (self.r, self.h) = (Lines::new(3 * room), Lines::new(3 * room));
         self.inverse = Lines::new(6 * room);
         self.held.reserve(n);
         self.fixed.reserve(n);
@@ -110,7 +107,7 @@ impl Inner {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        let vectors = self.r.len() * 2 * size_of::<Quad>() + self.inverse.bytes();
+        let vectors = 2 * self.r.bytes() + self.inverse.bytes();
         vectors + self.matrix.bytes() + self.levels.as_ref().map_or(0, Multilevel::bytes)
     }
 
@@ -182,9 +179,11 @@ impl Inner {
         let size = squares.sqrt();
         self.scale = if size.is_normal() { power_of_two(size) } else { 1.0 };
         let down = 1.0 / self.scale;
-        pool.pieces(&mut self.r[..], PIECE, &|first, to| {
-            for (to, r) in to.iter_mut().zip(&r[first..]) {
-                *to = without_dust([(down * r[0]) as f32, (down * r[1]) as f32, (down * r[2]) as f32, 0.0]);
+        pool.pieces(self.r.vectors_mut(), PIECE, &|first, to| {
+            for (to, r) in to.iter_mut().zip(r[LANES * first..].chunks(LANES)) {
+                for (lane, r) in r.iter().enumerate() {
+                    (0..3).for_each(|c| to[c][lane] = dusted((down * r[c]) as f32));
+                }
             }
         });
         self.unit() * self.precondition(pool)
@@ -208,7 +207,7 @@ impl Inner {
         let (mut d, mut look) = (d / self.unit(), f64::INFINITY);
         let enough = (enough / self.unit()).max(DEEPEST * d);
         self.matrix.start();
-        self.matrix.turn(pool, self.h.as_chunks().0, 0.0, 0.0);
+        self.matrix.turn(pool, self.h.vectors(), 0.0, 0.0);
         let mut done = Corrected::default();
         while d > enough && done.iterations < most {
             if d < look && d > LATE * enough {
@@ -225,12 +224,12 @@ impl Inner {
             }
             let a = (d / q) as f32;
             let next = self.descend(pool, a);
-            self.matrix.turn(pool, self.h.as_chunks().0, a, (next / d) as f32);
+            self.matrix.turn(pool, self.h.vectors(), a, (next / d) as f32);
             d = next;
             done.iterations += 1;
         }
         let this = &*self;
-        pool.pieces(x, PIECE, &|first, x| this.add_to(first, x));
+        pool.pieces(x, LANES * PIECE, &|first, x| this.add_to(first, x));
         done
     }
 
@@ -242,8 +241,8 @@ impl Inner {
     /// `r -= a S A p`, `h = P r`; gives `r.h`.
     fn descend(&mut self, pool: &Pool, a: f32) -> f64 {
         let matrix = &self.matrix;
-        pool.pieces(self.r.as_chunks_mut().0, PIECE / LANES, &|first, r| matrix.take(first, a, r));
-        Held::filter(&self.held, &mut self.r);
+        pool.pieces(self.r.vectors_mut(), PIECE, &|first, r| matrix.take(first, a, r));
+        Held::filter(&self.held, self.r.vectors_mut());
         self.precondition(pool)
     }
 
@@ -251,14 +250,14 @@ impl Inner {
     fn precondition(&mut self, pool: &Pool) -> f64 {
         let mut none = Multilevel::default();
         let levels = self.levels.as_mut().unwrap_or(&mut none);
-        let sum = levels.apply(pool, self.inverse.flat(), &self.r, &mut self.h);
-        Held::filter(&self.held, &mut self.h);
+        let sum = levels.apply(pool, self.inverse.flat(), self.r.vectors(), self.h.vectors_mut());
+        Held::filter(&self.held, self.h.vectors_mut());
         sum
     }
 }
 
 /// Nodes, sixteen by sixteen.
-struct Sixteens<'a, T>(&'a mut [T]);
+pub struct Sixteens<'a, T>(pub &'a mut [T]);
 
 impl<T: Send> Parts for Sixteens<'_, T> {
     fn count(&self) -> usize {

@@ -1,5 +1,7 @@
 //! Numbers that begin where memory is read at once.
 
+use super::lanes::Vectors;
+
 /// Bytes that memory comes in.
 const LINE: usize = 64;
 
@@ -36,6 +38,20 @@ impl<T: Copy + Default> Lines<T> {
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         self.numbers.len() * size_of::<T>()
+    }
+}
+
+impl Lines<f32> {
+    /// As vectors by sixteen.
+    #[inline(always)]
+    pub fn vectors(&self) -> &[Vectors] {
+        self.flat().as_chunks().0.as_chunks().0
+    }
+
+    /// As vectors by sixteen.
+    #[inline(always)]
+    pub fn vectors_mut(&mut self) -> &mut [Vectors] {
+        self.flat_mut().as_chunks_mut().0.as_chunks_mut().0
     }
 }
 

@@ -7,11 +7,12 @@
 
 use super::V3;
 use super::each::Each;
+use super::lanes::Vectors;
 use super::matrix::{Matrix, Values};
 use super::pool::Pool;
 use super::single_update::round;
+use super::sliced::Sliced;
 use super::sliced::update::Update;
-use super::sliced::{LANES, Sliced};
 use std::ops::Range;
 
 /// A vector with a zero behind it.
@@ -26,15 +27,6 @@ pub const TINY: f32 = 1e-18;
 #[inline(always)]
 pub fn dusted(value: f32) -> f32 {
     if value.abs() < TINY { 0.0 } else { value }
-}
-
-/// A vector in single precision, without what is next to nothing.
-#[inline(always)]
-pub fn without_dust(mut q: Quad) -> Quad {
-    for c in &mut q {
-        *c = dusted(*c);
-    }
-    q
 }
 
 /// `scale A`, and how far a descent with it has come.
@@ -115,10 +107,10 @@ impl Single {
     }
 
     /// Goes by `a` along the direction p, which then becomes `h + beta p`.
-    pub fn turn(&mut self, pool: &Pool, h: &[[Quad; LANES]], a: f32, beta: f32) {
+    pub fn turn(&mut self, pool: &Pool, h: &[Vectors], a: f32, beta: f32) {
         match &mut self.descent {
             Some(Descent::Alike(sliced)) => sliced.turn(pool, h, a, beta),
-            Some(Descent::Each(each)) => each.turn(pool, h.as_flattened(), a, beta),
+            Some(Descent::Each(each)) => each.turn(pool, h, a, beta),
             None => {}
         }
     }
@@ -143,10 +135,10 @@ impl Single {
     }
 
     /// `r -= a scale A p` of the last product, sixteens of rows from `first` on.
-    pub fn take(&self, first: usize, a: f32, r: &mut [[Quad; LANES]]) {
+    pub fn take(&self, first: usize, a: f32, r: &mut [Vectors]) {
         match &self.descent {
             Some(Descent::Alike(sliced)) => sliced.take(first, a, r),
-            Some(Descent::Each(each)) => each.take(LANES * first, a, r.as_flattened_mut()),
+            Some(Descent::Each(each)) => each.take(first, a, r),
             None => {}
         }
     }

@@ -9,7 +9,7 @@ mod tests;
 mod vectors;
 
 use super::V3;
-use super::lanes::{Entry, widest};
+use super::lanes::{Entry, Vectors, widest};
 use super::lines::Lines;
 use super::matrix::Rows;
 use super::pool::Pool;
@@ -21,8 +21,8 @@ use super::sliced::{BANDS, BLOCKS, LANES, height};
 use product::Multiply;
 use vectors::{Take, Turn};
 
-/// Nodes in a piece of a vector for a thread.
-const PIECE: usize = 2048;
+/// Sixteens of nodes in a piece of a vector for a thread.
+const PIECE: usize = 128;
 
 /// Blocks of a matrix, and the vectors that are multiplied with it.
 #[derive(Debug)]
@@ -87,29 +87,26 @@ impl Each {
         self.bands.iter().map(|band| band.dot).sum()
     }
 
-    /// `r -= a A p`, rows `first` on.
-    pub fn take(&self, first: usize, a: f32, r: &mut [Quad]) {
-        let (mut at, mut rest) = (first, r);
+    /// `r -= a A p`, sixteens of rows from `first` on.
+    pub fn take(&self, first: usize, a: f32, r: &mut [Vectors]) {
+        let (mut at, mut rest) = (LANES * first, r);
         while !rest.is_empty() {
             let (band, row) = (at / self.height, at % self.height);
-            let (r, more) = rest.split_at_mut(rest.len().min(self.height - row));
+            let (r, more) = rest.split_at_mut(rest.len().min((self.height - row) / LANES));
             // What the band before gave to its first rows.
             let before = band.checked_sub(1).and_then(|before| self.bands[before].y.get(self.height + row..));
-            at += r.len();
-            pulp::Arch::new().dispatch(Take {
-                y: &self.bands[band].y[row..],
-                before: before.unwrap_or_default(),
-                a,
-                r,
-            });
+            let (y, before) = (self.bands[band].y[row..].as_chunks().0, before.unwrap_or_default().as_chunks().0);
+            at += LANES * r.len();
+            widest(Take { y, before, a, r });
             rest = more;
         }
     }
 
     /// Goes by `a`, then `p = h + beta p`.
-    pub fn turn(&mut self, pool: &Pool, h: &[Quad], a: f32, beta: f32) {
-        pool.pieces((&mut self.p[..h.len()], &mut self.sum[..]), PIECE, &|first, (p, sum)| {
-            pulp::Arch::new().dispatch(Turn { h: &h[first..], a, beta, p, sum });
+    pub fn turn(&mut self, pool: &Pool, h: &[Vectors], a: f32, beta: f32) {
+        let p = self.p[..LANES * h.len()].as_chunks_mut().0;
+        pool.pieces((p, self.sum.as_chunks_mut().0), PIECE, &|first, (p, sum)| {
+            widest(Turn { h: &h[first..], a, beta, p, sum });
         });
     }
 

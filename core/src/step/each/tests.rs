@@ -1,5 +1,5 @@
 use super::*;
-use crate::step::lanes::{Lanes, Plain, Work};
+use crate::step::lanes::{Lanes, Plain, Work, by_sixteen, one_by_one};
 use crate::step::matrix::{Matrix, Values};
 
 fn wave(i: usize) -> f32 {
@@ -21,9 +21,8 @@ fn matrix(n: usize, far: u32) -> Matrix {
     matrix
 }
 
-fn vectors(n: usize) -> Vec<Quad> {
-    let vector = |j: usize| [wave(3 * j + 1), wave(3 * j + 2), wave(3 * j + 3), 0.0];
-    (0..n.next_multiple_of(LANES)).map(|j| if j < n { vector(j) } else { [0.0; 4] }).collect()
+fn vectors(n: usize) -> Vec<[f32; 3]> {
+    (0..n).map(|j| [wave(3 * j + 1), wave(3 * j + 2), wave(3 * j + 3)]).collect()
 }
 
 const SCALE: f64 = 0.25;
@@ -31,7 +30,7 @@ const SCALE: f64 = 0.25;
 #[test]
 fn a_descent_is_that_of_the_matrix_for_any_number_of_threads() {
     for (n, far, bands) in [(2003, 97, 4), (2003, 900, 2), (5, 3, 1)] {
-        let (matrix, h) = (matrix(n, far), vectors(n));
+        let (matrix, h) = (matrix(n, far), by_sixteen(&vectors(n)));
         let way = |threads: usize| {
             let (pool, mut each) = (Pool::new(threads), Each::new(n, matrix.pattern()));
             assert!(each.bands.len() == bands && each.bytes() > 36 * matrix.blocks());
@@ -39,8 +38,8 @@ fn a_descent_is_that_of_the_matrix_for_any_number_of_threads() {
             each.start();
             each.turn(&pool, &h, 0.0, 0.0);
             let dot = each.product(&pool);
-            let mut r = vec![[0.0; 4]; h.len()];
-            let (low, high) = r.split_at_mut(n / 3 / LANES * LANES);
+            let mut r = vec![[[0.0; LANES]; 3]; h.len()];
+            let (low, high) = r.split_at_mut(h.len() / 3);
             each.take(0, -0.5, low);
             each.take(low.len(), -0.5, high);
             each.turn(&pool, &r, 0.3, 0.9);
@@ -53,7 +52,7 @@ fn a_descent_is_that_of_the_matrix_for_any_number_of_threads() {
         let first = way(1);
         assert!(first == way(3));
         let (dot, r, x) = first;
-        let h: Vec<V3> = h[..n].iter().map(|q| [0, 1, 2].map(|c| f64::from(q[c]))).collect();
+        let (r, h) = (one_by_one(&r), vectors(n).iter().map(|h| h.map(f64::from)).collect::<Vec<V3>>());
         let mut product = vec![[0.0; 3]; n];
         matrix.rows_product(0, &h, &mut product);
         // What each is a sum of, at most.
@@ -103,7 +102,7 @@ fn every_vector_unit_gives_the_same_bytes() {
     let (n, matrix) = (1003, matrix(1003, 60));
     let mut each = Each::new(n, matrix.pattern());
     each.update(&Pool::new(1), &matrix, SCALE);
-    let mut p = vectors(n);
+    let mut p: Vec<Quad> = vectors(n).iter().map(|[x, y, z]| [*x, *y, *z, 0.0]).collect();
     p.resize(each.p.len(), [0.0; 4]);
     let first = Shares(&mut each, &p).on(Plain);
     assert_eq!(first, widest(Shares(&mut each, &p)));

@@ -21,6 +21,8 @@ pub use plain::Plain;
 pub const LOOKED_UP: usize = 32;
 /// In memory.
 pub type Sixteen = [f32; 16];
+/// Sixteen vectors, by component.
+pub type Vectors = [Sixteen; 3];
 
 /// A vector unit.
 pub trait Lanes: Copy {
@@ -104,6 +106,31 @@ pub fn store<U: Lanes>(unit: U, to: &mut [Quad; 16], vectors: [U::V; 4]) {
     for k in 0..4 {
         flat[k] = unit.store(vectors[k]);
     }
+}
+
+/// The components of sixteen vectors, from memory.
+#[inline(always)]
+pub fn three<U: Lanes>(unit: U, from: &Vectors) -> [U::V; 3] {
+    [unit.load(&from[0]), unit.load(&from[1]), unit.load(&from[2])]
+}
+
+/// To memory.
+#[inline(always)]
+pub fn put<U: Lanes>(unit: U, [x, y, z]: [U::V; 3]) -> Vectors {
+    [unit.store(x), unit.store(y), unit.store(z)]
+}
+
+/// Vectors by sixteen, with zeros behind them.
+#[cfg(test)]
+pub fn by_sixteen(vectors: &[[f32; 3]]) -> Vec<Vectors> {
+    let sixteen = |all: &[[f32; 3]]| [0, 1, 2].map(|c| std::array::from_fn(|lane| all.get(lane).map_or(0.0, |v| v[c])));
+    vectors.chunks(16).map(sixteen).collect()
+}
+
+/// One by one.
+#[cfg(test)]
+pub fn one_by_one(sixteens: &[Vectors]) -> Vec<[f32; 3]> {
+    sixteens.iter().flat_map(|planes| (0..16).map(move |lane| planes.map(|plane| plane[lane]))).collect()
 }
 
 /// Work that any vector unit can do.

@@ -1,14 +1,14 @@
 //! Up the levels and down again where a mesh is regular, sixteen nodes at a time.
 
-use super::looks::{Looks, Vectors};
+use super::looks::Looks;
 use super::{COARSE_PIECE, times};
 use crate::step::Block;
 use crate::step::aggregate::Weights;
+use crate::step::inner::Sixteens;
 use crate::step::inverses::put_inverse;
-use crate::step::lanes::{Lanes, Sixteen, Work, load, store, widest};
+use crate::step::lanes::{Lanes, Sixteen, Vectors, Work, put, three, widest};
 use crate::step::lines::Lines;
 use crate::step::pool::Pool;
-use crate::step::single::Quad;
 use crate::step::sliced::LANES;
 
 /// Sixteens in a piece of work for a thread.
@@ -16,13 +16,9 @@ const PIECE: usize = 64;
 /// What looks have to need of their room on the finest level: below that they shuffle more than they save.
 const FULL: f64 = 0.35;
 
-/// Vectors of all levels, and what leads from one to the next.
+/// Vectors of all levels but the finest, and what leads from one to the next.
 #[derive(Debug)]
-pub struct Alike {
-    /// Of the finest level.
-    r: Lines<f32>,
-    stages: Vec<Stage>,
-}
+pub struct Alike(Vec<Stage>);
 
 #[derive(Debug)]
 struct Stage {
@@ -48,76 +44,41 @@ impl Alike {
             let room = |numbers: usize| Lines::new(numbers * coarse.next_multiple_of(LANES));
             stages.push(Stage { up, down, inverse: room(6), r: room(3), h: room(3) });
         }
-        let finest = levels.first().map_or(0, |(weights, _)| weights.start.len() - 1);
-        Some(Self { r: Lines::new(3 * finest.next_multiple_of(LANES)), stages })
+        Some(Self(stages))
     }
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         let of = |s: &Stage| s.up.bytes() + s.down.bytes() + s.inverse.bytes() + s.r.bytes() + s.h.bytes();
-        self.r.bytes() + self.stages.iter().map(of).sum::<usize>()
+        self.0.iter().map(of).sum()
     }
 
     /// Takes over an inverse.
     pub fn put(&mut self, level: usize, node: usize, inverse: &Block) {
-        put_inverse(self.stages[level].inverse.flat_mut(), node, inverse);
+        put_inverse(self.0[level].inverse.flat_mut(), node, inverse);
     }
 
     /// See [`super::Multilevel::apply`].
-    pub fn apply(&mut self, pool: &Pool, inverse: &[f32], r: &[Quad], h: &mut [Quad]) -> f64 {
-        let r = r.as_chunks().0;
-        pool.pieces(vectors_mut(&mut self.r), PIECE, &|first, to| widest(Turn { from: &r[first..], to }));
-        for at in 0..self.stages.len() {
-            let (finer, rest) = self.stages.split_at_mut(at);
+    pub fn apply(&mut self, pool: &Pool, inverse: &[f32], r: &[Vectors], h: &mut [Vectors]) -> f64 {
+        for at in 0..self.0.len() {
+            let (finer, rest) = self.0.split_at_mut(at);
             let (from, Stage { up, inverse, r, h, .. }) =
-                (finer.last().map_or(&self.r, |stage| &stage.r), &mut rest[0]);
-            let (from, inverse) = (vectors(from), inverse.flat().as_chunks().0.as_chunks().0);
-            pool.pieces((vectors_mut(r), vectors_mut(h)), COARSE_PIECE / LANES, &|first, (r, h)| {
+                (finer.last().map_or(r, |stage| stage.r.vectors()), &mut rest[0]);
+            let inverse = inverse.flat().as_chunks().0.as_chunks().0;
+            pool.pieces((r.vectors_mut(), h.vectors_mut()), COARSE_PIECE / LANES, &|first, (r, h)| {
                 widest(Restrict { up, first, inverse: &inverse[first..], from, r, h });
             });
         }
-        for at in (1..self.stages.len()).rev() {
-            let (finer, rest) = self.stages.split_at_mut(at);
-            let (down, from) = (&rest[0].down, vectors(&rest[0].h));
-            pool.pieces(vectors_mut(&mut finer[at - 1].h), PIECE, &|first, h| widest(Prolong { down, first, from, h }));
+        for at in (1..self.0.len()).rev() {
+            let (finer, rest) = self.0.split_at_mut(at);
+            let (down, from) = (&rest[0].down, rest[0].h.vectors());
+            pool.pieces(finer[at - 1].h.vectors_mut(), PIECE, &|first, h| widest(Prolong { down, first, from, h }));
         }
-        let (inverse, r) = (inverse.as_chunks().0.as_chunks().0, vectors(&self.r));
-        let coarse = self.stages.first().map(|stage| (&stage.down, vectors(&stage.h)));
-        pool.fold(h, &|first, h| {
+        let (coarse, inverse) = (self.0.first(), inverse.as_chunks().0.as_chunks().0);
+        pool.fold(Sixteens(h), &|first, Sixteens(h)| {
             let first = first / LANES;
-            let (inverse, r) = (&inverse[first..], &r[first..]);
-            widest(Finest { coarse, first, inverse, r, h: h.as_chunks_mut().0 })
+            widest(Finest { coarse, first, inverse: &inverse[first..], r: &r[first..], h })
         })
-    }
-}
-
-fn vectors(of: &Lines<f32>) -> &[Vectors] {
-    of.flat().as_chunks().0.as_chunks().0
-}
-
-fn vectors_mut(of: &mut Lines<f32>) -> &mut [Vectors] {
-    of.flat_mut().as_chunks_mut().0.as_chunks_mut().0
-}
-
-#[inline(always)]
-fn three<U: Lanes>(unit: U, from: &Vectors) -> [U::V; 3] {
-    from.each_ref().map(|plane| unit.load(plane))
-}
-
-/// Vectors by component.
-struct Turn<'a> {
-    from: &'a [[Quad; LANES]],
-    to: &'a mut [Vectors],
-}
-
-impl Work for Turn<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn on(self, unit: impl Lanes) {
-        for (to, from) in self.to.iter_mut().zip(self.from) {
-            *to = unit.planes(load(unit, from)).map(|plane| unit.store(plane));
-        }
     }
 }
 
@@ -139,8 +100,8 @@ impl Work for Restrict<'_> {
         let zero = unit.load(&[0.0; LANES]);
         for (sixteen, ((r, h), inverse)) in (self.first..).zip(self.r.iter_mut().zip(self.h).zip(self.inverse)) {
             let sum = self.up.add(unit, sixteen, self.from, [zero; 3]);
-            *r = sum.map(|plane| unit.store(plane));
-            *h = times(unit, inverse, sum).map(|plane| unit.store(plane));
+            *r = put(unit, sum);
+            *h = put(unit, times(unit, inverse, sum));
         }
     }
 }
@@ -159,18 +120,18 @@ impl Work for Prolong<'_> {
     #[inline(always)]
     fn on(self, unit: impl Lanes) {
         for (sixteen, h) in (self.first..).zip(self.h) {
-            *h = self.down.add(unit, sixteen, self.from, three(unit, h)).map(|plane| unit.store(plane));
+            *h = put(unit, self.down.add(unit, sixteen, self.from, three(unit, h)));
         }
     }
 }
 
 /// Nodes of the finest level, from a sixteen on: their own part of P, and that of all coarser ones; gives `r . h`.
 struct Finest<'a> {
-    coarse: Option<(&'a Looks, &'a [Vectors])>,
+    coarse: Option<&'a Stage>,
     first: usize,
     inverse: &'a [[Sixteen; 6]],
     r: &'a [Vectors],
-    h: &'a mut [[Quad; LANES]],
+    h: &'a mut [Vectors],
 }
 
 impl Work for Finest<'_> {
@@ -182,13 +143,13 @@ impl Work for Finest<'_> {
         for (sixteen, ((h, r), inverse)) in (self.first..).zip(self.h.iter_mut().zip(self.r).zip(self.inverse)) {
             let r = three(unit, r);
             let mut sum = times(unit, inverse, r);
-            if let Some((down, from)) = self.coarse {
-                sum = down.add(unit, sixteen, from, sum);
+            if let Some(Stage { down, h, .. }) = self.coarse {
+                sum = down.add(unit, sixteen, h.vectors(), sum);
             }
             for c in 0..3 {
                 all = unit.fma(sum[c], r[c], all);
             }
-            store(unit, h, unit.vectors(sum));
+            *h = put(unit, sum);
         }
         unit.store(all).iter().map(|v| f64::from(*v)).sum()
     }

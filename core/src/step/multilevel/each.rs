@@ -4,7 +4,8 @@ use super::COARSE_PIECE;
 use super::transfer::{Receiver, Transfer};
 use crate::step::Block;
 use crate::step::aggregate::Weights;
-use crate::step::lanes::{Lanes, Sixteen, Work, load, store, widest};
+use crate::step::inner::Sixteens;
+use crate::step::lanes::{Lanes, Sixteen, Vectors, Work, load, put, store, three, widest};
 use crate::step::pool::Pool;
 use crate::step::single::Quad;
 use crate::step::sliced::LANES;
@@ -12,9 +13,13 @@ use crate::step::sliced::LANES;
 /// Nodes in a piece of work for a thread.
 const PIECE: usize = 512;
 
-/// Vectors of all levels but the finest, and what leads from one to the next.
+/// Vectors of all levels, and what leads from one to the next.
 #[derive(Debug, Default)]
-pub struct Each(Vec<Stage>);
+pub struct Each {
+    /// Of the finest level, which has them by component elsewhere.
+    r: Vec<Quad>,
+    stages: Vec<Stage>,
+}
 
 #[derive(Debug)]
 struct Stage {
@@ -36,40 +41,61 @@ impl Each {
             r: vec![[0.0; 4]; *coarse],
             h: vec![[0.0; 4]; *coarse],
         };
-        Self(levels.iter().map(stage).collect())
+        let finest = levels.first().map_or(0, |(weights, _)| weights.start.len() - 1);
+        Self { r: vec![[0.0; 4]; finest.next_multiple_of(LANES)], stages: levels.iter().map(stage).collect() }
     }
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         let vectors = |stage: &Stage| stage.h.len() * (2 * size_of::<Quad>() + size_of::<Inverse>());
-        self.0.iter().map(|stage| stage.transfer.bytes() + vectors(stage)).sum()
+        16 * self.r.len() + self.stages.iter().map(|stage| stage.transfer.bytes() + vectors(stage)).sum::<usize>()
     }
 
     /// Takes over an inverse.
     pub fn put(&mut self, level: usize, node: usize, m: &Block) {
         let columns = [0, 1, 2].map(|c| [m[3 * c] as f32, m[3 * c + 1] as f32, m[3 * c + 2] as f32, 0.0]);
-        self.0[level].inverse[node] = columns;
+        self.stages[level].inverse[node] = columns;
     }
 
     /// See [`super::Multilevel::apply`].
-    pub fn apply(&mut self, pool: &Pool, inverse: &[f32], r: &[Quad], h: &mut [Quad]) -> f64 {
-        for at in 0..self.0.len() {
-            let (finer, rest) = self.0.split_at_mut(at);
-            let (from, Stage { transfer, inverse, r, h }) = (finer.last().map_or(r, |stage| &stage.r), &mut rest[0]);
+    pub fn apply(&mut self, pool: &Pool, inverse: &[f32], r: &[Vectors], h: &mut [Vectors]) -> f64 {
+        let Self { r: finest, stages } = self;
+        pool.pieces(finest.as_chunks_mut().0, PIECE / LANES, &|first, to| widest(Turn { from: &r[first..], to }));
+        for at in 0..stages.len() {
+            let (finer, rest) = stages.split_at_mut(at);
+            let (from, Stage { transfer, inverse, r, h }) =
+                (finer.last().map_or(&*finest, |stage| &stage.r), &mut rest[0]);
             pool.pieces((&mut r[..], &mut h[..]), COARSE_PIECE, &|first, (r, h)| {
                 widest(Restrict { transfer, first, inverse: &inverse[first..], from, r, h });
             });
         }
-        for at in (1..self.0.len()).rev() {
-            let (finer, rest) = self.0.split_at_mut(at);
+        for at in (1..stages.len()).rev() {
+            let (finer, rest) = stages.split_at_mut(at);
             let (transfer, from) = (&rest[0].transfer, &rest[0].h);
             pool.pieces(&mut finer[at - 1].h[..], PIECE, &|first, h| transfer.spread(first, from, &mut More(h)));
         }
-        let (coarse, inverse) = (self.0.first(), inverse.as_chunks().0.as_chunks().0);
-        pool.fold(h, &|first, h| {
-            let (inverse, r) = (&inverse[first / LANES..], &r[first..]);
-            widest(Finest { coarse, first, inverse, r, h })
+        let (coarse, inverse) = (stages.first(), inverse.as_chunks().0.as_chunks().0);
+        pool.fold(Sixteens(h), &|first, Sixteens(h)| {
+            let first = first / LANES;
+            widest(Finest { coarse, first, inverse: &inverse[first..], r: &r[first..], h })
         })
+    }
+}
+
+/// Vectors one by one.
+struct Turn<'a> {
+    from: &'a [Vectors],
+    to: &'a mut [[Quad; LANES]],
+}
+
+impl Work for Turn<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn on(self, unit: impl Lanes) {
+        for (to, from) in self.to.iter_mut().zip(self.from) {
+            store(unit, to, unit.vectors(three(unit, from)));
+        }
     }
 }
 
@@ -106,13 +132,13 @@ impl Work for Restrict<'_> {
     }
 }
 
-/// Fine nodes `first` on: their own part of P, and that of all coarser levels; gives `r . h`.
+/// Nodes of the finest level, from a sixteen on: their own part of P, and that of all coarser ones; gives `r . h`.
 struct Finest<'a> {
     coarse: Option<&'a Stage>,
     first: usize,
     inverse: &'a [[Sixteen; 6]],
-    r: &'a [Quad],
-    h: &'a mut [Quad],
+    r: &'a [Vectors],
+    h: &'a mut [Vectors],
 }
 
 impl Work for Finest<'_> {
@@ -120,17 +146,20 @@ impl Work for Finest<'_> {
 
     #[inline(always)]
     fn on(self, unit: impl Lanes) -> f64 {
-        let Self { coarse, first, inverse, r, h } = self;
-        for ((h, r), m) in h.as_chunks_mut().0.iter_mut().zip(r.as_chunks().0).zip(inverse) {
-            store(unit, h, unit.vectors(super::times(unit, m, unit.planes(load(unit, r)))));
-        }
-        if let Some(stage) = coarse {
-            stage.transfer.spread(first, &stage.h, &mut More(h));
-        }
         let mut all = unit.load(&[0.0; LANES]);
-        let (h, r) = (h.as_flattened().as_chunks().0, r.as_flattened().as_chunks().0);
-        for (h, r) in h.iter().zip(r) {
-            all = unit.fma(unit.load(h), unit.load(r), all);
+        for (sixteen, ((h, r), m)) in (self.first..).zip(self.h.iter_mut().zip(self.r).zip(self.inverse)) {
+            let r = three(unit, r);
+            let mut sum = super::times(unit, m, r);
+            if let Some(stage) = self.coarse {
+                let mut vectors = [[0.0; 4]; LANES];
+                store(unit, &mut vectors, unit.vectors(sum));
+                stage.transfer.spread(LANES * sixteen, &stage.h, &mut More(&mut vectors));
+                sum = unit.planes(load(unit, &vectors));
+            }
+            for c in 0..3 {
+                all = unit.fma(sum[c], r[c], all);
+            }
+            *h = put(unit, sum);
         }
         unit.store(all).iter().map(|v| f64::from(*v)).sum()
     }

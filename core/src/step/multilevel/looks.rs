@@ -4,8 +4,12 @@
 //! from memory.
 
 use crate::step::aggregate::Weights;
-use crate::step::lanes::{Lanes, Sixteen};
+use crate::step::lanes::{Lanes, Vectors};
 use crate::step::sliced::LANES;
+use std::cmp::Reverse;
+
+/// Sixteens that are looked at for two that serve together.
+const CANDIDATES: usize = 8;
 
 /// Sums by sixteen, and what they are sums of.
 #[derive(Debug)]
@@ -14,9 +18,6 @@ pub struct Looks {
     start: Vec<u32>,
     looks: Vec<Look>,
 }
-
-/// Sixteen vectors, by component.
-pub type Vectors = [Sixteen; 3];
 
 /// What sixteen sums take next.
 #[derive(Debug)]
@@ -34,14 +35,13 @@ impl Looks {
         let count = weights.start.len() - 1;
         let mut this = Self { start: vec![0], looks: Vec::new() };
         for first in (0..count).step_by(LANES) {
-            let mut next: [_; LANES] = std::array::from_fn(|lane| weights.of(first + lane).peekable());
-            let sixteen = |term: &(u32, f32)| term.0 / LANES as u32;
-            while let Some(low) = next.iter_mut().filter_map(|terms| terms.peek().map(sixteen)).min() {
-                let high = next.iter_mut().filter_map(|terms| terms.peek().map(sixteen).filter(|at| *at > low)).min();
-                let mut look = Look { from: [low, high.unwrap_or(low)], place: [0; LANES], weight: [0.0; LANES] };
-                for (lane, terms) in next.iter_mut().enumerate() {
-                    if let Some(term) = terms.next_if(|term| look.from.contains(&sixteen(term))) {
-                        let half = u32::from(sixteen(&term) != low) * LANES as u32;
+            let mut left: [Vec<(u32, f32)>; LANES] = std::array::from_fn(|lane| weights.of(first + lane).collect());
+            while let Some(from) = pair(&left) {
+                let mut look = Look { from, place: [0; LANES], weight: [0.0; LANES] };
+                for (lane, terms) in left.iter_mut().enumerate() {
+                    if let Some(at) = terms.iter().position(|term| from.contains(&sixteen(term))) {
+                        let term = terms.remove(at);
+                        let half = u32::from(sixteen(&term) != from[0]) * LANES as u32;
                         look.place[lane] = (half + term.0 % LANES as u32) as u8;
                         look.weight[lane] = term.1;
                     }
@@ -75,6 +75,27 @@ impl Looks {
         }
         sum
     }
+}
+
+/// Where the vector of a term is.
+fn sixteen(term: &(u32, f32)) -> u32 {
+    term.0 / LANES as u32
+}
+
+/// The first sixteen that some term is in, and the one that together with it serves the sums with the most terms left; `None` when none
+/// are.
+fn pair(left: &[Vec<(u32, f32)>; LANES]) -> Option<[u32; 2]> {
+    let of = |from: [u32; 2]| {
+        let served = left.iter().filter(|terms| terms.iter().any(|term| from.contains(&sixteen(term))));
+        served.map(Vec::len).sum::<usize>()
+    };
+    let mut all: Vec<u32> = left.iter().flatten().map(sixteen).collect();
+    all.sort_unstable();
+    all.dedup();
+    let low = *all.first()?;
+    // The first of the best.
+    all.truncate(CANDIDATES);
+    all.into_iter().map(|high| [low, high]).min_by_key(|pair| Reverse(of(*pair)))
 }
 
 #[cfg(test)]

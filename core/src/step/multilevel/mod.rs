@@ -14,11 +14,11 @@ use super::aggregate::{Graph, Weights};
 use super::elements::ElementSet;
 use super::galerkin::Galerkin;
 use super::inner::{WIDEST, width};
-use super::lanes::{Lanes, Sixteen};
+use super::lanes::{Lanes, Sixteen, Vectors};
 use super::matrix::Matrix;
 use super::pcg::symmetric_inverse;
 use super::pool::Pool;
-use super::single::{Quad, SingleBlock};
+use super::single::SingleBlock;
 use super::{Block, V3};
 use alike::Alike;
 use each::Each;
@@ -133,7 +133,7 @@ impl Multilevel {
     }
 
     /// `h = P r`, with `inverse` for the share of the finest level, by sixteen nodes; gives `r.h`, where `r` is zero for what may not move.
-    pub fn apply(&mut self, pool: &Pool, inverse: &[f32], r: &[Quad], h: &mut [Quad]) -> f64 {
+    pub fn apply(&mut self, pool: &Pool, inverse: &[f32], r: &[Vectors], h: &mut [Vectors]) -> f64 {
         match &mut self.way {
             Way::Alike(way) => way.apply(pool, inverse, r, h),
             Way::Each(way) => way.apply(pool, inverse, r, h),

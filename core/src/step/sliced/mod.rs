@@ -14,12 +14,11 @@ pub mod update;
 mod vectors;
 
 use super::V3;
-use super::lanes::{Entry, Sixteen, widest};
+use super::lanes::{Entry, Vectors, widest};
 use super::lines::Lines;
 use super::matrix::Rows;
 use super::pool::Pool;
 use super::rounded::Own;
-use super::single::Quad;
 use diagonal::Diagonal;
 use exact::Exact;
 use product::Multiply;
@@ -133,7 +132,7 @@ impl Sliced {
     }
 
     /// `r -= a A p`, slices `first` on.
-    pub fn take(&self, first: usize, a: f32, r: &mut [[Quad; LANES]]) {
+    pub fn take(&self, first: usize, a: f32, r: &mut [Vectors]) {
         let (mut at, mut rest) = (LANES * first, r);
         while !rest.is_empty() {
             let (band, row) = (at / self.height, at % self.height);
@@ -149,10 +148,10 @@ impl Sliced {
     }
 
     /// Goes by `a`, then `p = h + beta p`.
-    pub fn turn(&mut self, pool: &Pool, h: &[[Quad; LANES]], a: f32, beta: f32) {
+    pub fn turn(&mut self, pool: &Pool, h: &[Vectors], a: f32, beta: f32) {
         let rows = LANES * h.len();
         let [p0, p1, p2] = self.p.each_mut().map(|p| p.flat_mut()[..rows].as_chunks_mut().0);
-        let sum = self.sum.flat_mut().as_chunks_mut().0.as_chunks_mut().0;
+        let sum = self.sum.vectors_mut();
         pool.pieces(((p0, p1), (p2, sum)), PIECE, &|first, ((p0, p1), (p2, sum))| {
             widest(Turn { h: &h[first..], a, beta, p: [p0, p1, p2], sum });
         });
@@ -160,7 +159,7 @@ impl Sliced {
 
     /// Adds `scale` times all that was gone to rows `first` on.
     pub fn add_to(&self, first: usize, scale: f64, x: &mut [V3]) {
-        let sum: &[[Sixteen; 3]] = self.sum.flat().as_chunks().0.as_chunks().0;
+        let sum = self.sum.vectors();
         for (i, x) in (first..).zip(x) {
             (0..3).for_each(|c| x[c] += scale * f64::from(sum[i / LANES][c][i % LANES]));
         }

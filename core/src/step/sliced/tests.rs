@@ -1,6 +1,6 @@
 use super::*;
 use crate::step::each::Each;
-use crate::step::lanes::{Lanes, Plain, Work};
+use crate::step::lanes::{Lanes, Plain, Work, by_sixteen, one_by_one};
 use crate::step::matrix::{Matrix, Values};
 
 fn wave(i: usize) -> f32 {
@@ -29,9 +29,9 @@ fn grid(n: usize, rows: usize) -> Matrix {
 const SCALE: f64 = 0.25;
 
 /// A descent from zero along two directions, with a product after the first one; where it came to and what it took.
-struct Way(Vec<u32>, Vec<V3>, Vec<Quad>, f64);
+struct Way(Vec<u32>, Vec<V3>, Vec<[f32; 3]>, f64);
 
-fn sliced_way(matrix: &Matrix, threads: usize, h: &[[Quad; LANES]]) -> Way {
+fn sliced_way(matrix: &Matrix, threads: usize, h: &[Vectors]) -> Way {
     let (n, pool) = (matrix.rows(), Pool::new(threads));
     let mut sliced = Sliced::new(n, matrix.pattern()).expect("rows of a grid lie alike");
     assert!(sliced.bands.len() > 2 && sliced.bytes() > 36 * matrix.blocks());
@@ -48,7 +48,7 @@ fn sliced_way(matrix: &Matrix, threads: usize, h: &[[Quad; LANES]]) -> Way {
     let mut x = vec![[1.0; 3]; n];
     sliced.add_to(0, 0.5, &mut x[..n / 2]);
     sliced.add_to(n / 2, 0.5, &mut x[n / 2..]);
-    let r = r.as_flattened();
+    let r = one_by_one(&r);
     let all = x.iter().flatten().map(|v| *v as f32).chain(r.iter().flatten().copied());
     let all = all.chain(sliced.p.iter().flat_map(|p| p.flat().to_vec()));
     let bits = all.map(f32::to_bits).chain([dot as f32].map(f32::to_bits)).collect();
@@ -59,11 +59,10 @@ fn sliced_way(matrix: &Matrix, threads: usize, h: &[[Quad; LANES]]) -> Way {
 fn a_descent_is_that_of_the_rows_for_any_number_of_threads() {
     let matrix = grid(53, 45);
     let n = matrix.rows();
-    let mut h: Vec<Quad> = (0..n).map(|j| [wave(3 * j + 1), wave(3 * j + 2), wave(3 * j + 3), 0.0]).collect();
-    h.resize(n.next_multiple_of(LANES), [0.0; 4]);
-    let slices = h.as_chunks().0;
-    let (pool, first) = (Pool::new(1), sliced_way(&matrix, 1, slices));
-    assert_eq!(first.0, sliced_way(&matrix, 3, slices).0);
+    let h: Vec<[f32; 3]> = (0..n).map(|j| [wave(3 * j + 1), wave(3 * j + 2), wave(3 * j + 3)]).collect();
+    let h = by_sixteen(&h);
+    let (pool, first) = (Pool::new(1), sliced_way(&matrix, 1, &h));
+    assert_eq!(first.0, sliced_way(&matrix, 3, &h).0);
 
     let mut each = Each::new(n, matrix.pattern());
     each.update(&pool, &matrix, SCALE);
@@ -81,12 +80,12 @@ fn a_descent_is_that_of_the_rows_for_any_number_of_threads() {
         a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-5 * most)
     };
     assert!(close(x.as_flattened(), first.1.as_flattened()));
-    let wide = |r: &[Quad]| r.iter().flatten().map(|v| f64::from(*v)).collect::<Vec<_>>();
-    assert!(close(&wide(&r[..n]), &wide(&first.2)));
+    let wide = |r: &[[f32; 3]]| r.iter().flatten().map(|v| f64::from(*v)).collect::<Vec<_>>();
+    assert!(close(&wide(&one_by_one(&r)[..n]), &wide(&first.2)));
 }
 
 /// All work on a band, on one vector unit.
-struct Shares<'a>(&'a mut Sliced, &'a Matrix, &'a [[Quad; LANES]]);
+struct Shares<'a>(&'a mut Sliced, &'a Matrix, &'a [Vectors]);
 
 impl Work for Shares<'_> {
     type Output = Vec<u32>;
@@ -98,13 +97,13 @@ impl Work for Shares<'_> {
         let (blocks, own) = (of.blocks(), |i: usize| of.own(i));
         bands.iter_mut().for_each(|band| band.fill((n, blocks), own, SCALE).on(unit));
         let exact: Vec<V3> =
-            h.as_flattened()[..matrix.rows()].iter().map(|q| [1.1, 0.3, 7.7].map(|s| s * f64::from(q[1]))).collect();
+            one_by_one(h)[..matrix.rows()].iter().map(|q| [1.1, 0.3, 7.7].map(|s| s * f64::from(q[1]))).collect();
         bands.iter_mut().for_each(|band| exact::Multiply { band, x: [&exact[..]] }.on(unit));
         let mut products = vec![[0.0; 3]; matrix.rows()];
         exact::rows((bands, *height), 0, 0, &mut products);
         let products: Vec<u64> = products.iter().flatten().map(|v| v.to_bits()).collect();
         let [p0, p1, p2] = p.each_mut().map(|p| p.flat_mut().as_chunks_mut().0);
-        let turned = sum.flat_mut().as_chunks_mut().0.as_chunks_mut().0;
+        let turned = sum.vectors_mut();
         Turn { h, a: 0.3, beta: 0.6, p: [p0, p1, p2], sum: turned }.on(unit);
         let p = p.each_ref().map(Lines::flat);
         bands.iter_mut().for_each(|band| Multiply { band, p }.on(unit));
@@ -123,12 +122,12 @@ fn every_vector_unit_gives_the_same_bytes() {
     let mut matrix = grid(53, 45);
     matrix.round();
     let n = matrix.rows();
-    let vector = |j: usize| [wave(3 * j + 1), wave(3 * j + 2), wave(3 * j + 3), 0.0];
-    let h: Vec<Quad> = (0..n.next_multiple_of(LANES)).map(|j| if j < n { vector(j) } else { [0.0; 4] }).collect();
+    let h: Vec<[f32; 3]> = (0..n).map(|j| [wave(3 * j + 1), wave(3 * j + 2), wave(3 * j + 3)]).collect();
+    let h = by_sixteen(&h);
     let mut sliced = Sliced::new(n, matrix.pattern()).expect("rows of a grid lie alike");
     let mut run = |on: &dyn Fn(Shares<'_>) -> Vec<u32>| {
         sliced.start();
-        on(Shares(&mut sliced, &matrix, h.as_chunks().0))
+        on(Shares(&mut sliced, &matrix, &h))
     };
     let first = run(&|work| work.on(Plain));
     assert_eq!(first, run(&|work| widest(work)));
@@ -172,21 +171,20 @@ fn products_with_masses_and_tools_are_those_of_the_rows() {
     let mut matrix = grid(53, 45);
     matrix.round();
     let n = matrix.rows();
-    let mut p: Vec<Quad> = (0..n).map(|i| [0, 1, 2, 9].map(|c| (1.3 * (3 * i + c) as f32).sin())).collect();
-    p.iter_mut().for_each(|p| p[3] = 0.0);
-    p.resize(n.next_multiple_of(LANES), [0.0; 4]);
+    let p: Vec<[f32; 3]> = (0..n).map(|i| [0, 1, 2].map(|c| (1.3 * (3 * i + c) as f32).sin())).collect();
     let (mut sliced, mut each) =
         (Sliced::new(n, matrix.pattern()).expect("rows lie alike"), Each::new(n, matrix.pattern()));
-    let (pool, exact) = (Pool::new(1), p[..n].iter().map(|p| [p[0], p[1], p[2]].map(f64::from)).collect::<Vec<V3>>());
+    let (pool, exact) = (Pool::new(1), p.iter().map(|p| p.map(f64::from)).collect::<Vec<V3>>());
     let mut want = vec![[0.0; 3]; n];
     matrix.rows_product(0, &exact, &mut want);
     let most = want.iter().flatten().fold(0.0_f64, |most, v| most.max(v.abs()));
-    let mut products = [vec![[0.0; 4]; p.len()], vec![[0.0; 4]; p.len()]];
+    let p = by_sixteen(&p);
+    let mut products = [vec![[[0.0; LANES]; 3]; p.len()], vec![[[0.0; LANES]; 3]; p.len()]];
     sliced.update(&pool, &matrix, SCALE);
     sliced.start();
-    sliced.turn(&pool, p.as_chunks().0, 0.0, 0.0);
+    sliced.turn(&pool, &p, 0.0, 0.0);
     sliced.product(&pool);
-    sliced.take(0, -1.0, products[0].as_chunks_mut().0);
+    sliced.take(0, -1.0, &mut products[0]);
     each.update(&pool, &matrix, SCALE);
     each.start();
     each.turn(&pool, &p, 0.0, 0.0);
@@ -196,7 +194,7 @@ fn products_with_masses_and_tools_are_those_of_the_rows() {
         sliced.bands.iter().flat_map(|b| (1..b.start.len()).map(|slice| b.diagonal.is_mass(slice - 1))).collect();
     assert!(masses.contains(&true) && masses.contains(&false));
     for product in &products {
-        for (got, want) in product.iter().zip(&want) {
+        for (got, want) in one_by_one(product).iter().zip(&want) {
             assert!((0..3).all(|c| (f64::from(got[c]) - SCALE * want[c]).abs() < 1e-6 * most), "{got:?} {want:?}");
         }
     }

@@ -1,15 +1,14 @@
 //! Vectors in a solve with rows that lie alike ([`super`]): sixteen at a time, by component where they are multiplied.
 
 use super::LANES;
-use crate::step::lanes::{Lanes, Sixteen, Work, load, store};
-use crate::step::single::Quad;
+use crate::step::lanes::{self, Lanes, Sixteen, Vectors, Work};
 
 /// `r -= a y` of a band's rows, with what the band before gave to the first of them.
 pub struct Take<'a> {
     pub y: [&'a [f32]; 3],
     pub before: [&'a [f32]; 3],
     pub a: f32,
-    pub r: &'a mut [[Quad; LANES]],
+    pub r: &'a mut [Vectors],
 }
 
 impl Work for Take<'_> {
@@ -28,22 +27,20 @@ impl Work for Take<'_> {
                     taken[c] = unit.add(taken[c], before[c]);
                 }
             }
-            let (taken, mut left) = (unit.vectors(taken), load(unit, r));
-            for k in 0..4 {
-                left[k] = unit.without_dust(unit.fnma(a, taken[k], left[k]));
+            for (r, taken) in r.iter_mut().zip(taken) {
+                *r = unit.store(unit.without_dust(unit.fnma(a, taken, unit.load(r))));
             }
-            store(unit, r, left);
         }
     }
 }
 
 /// `sum += a p`, then `p = h + beta p`.
 pub struct Turn<'a> {
-    pub h: &'a [[Quad; LANES]],
+    pub h: &'a [Vectors],
     pub a: f32,
     pub beta: f32,
     pub p: [&'a mut [Sixteen]; 3],
-    pub sum: &'a mut [[Sixteen; 3]],
+    pub sum: &'a mut [Vectors],
 }
 
 impl Work for Turn<'_> {
@@ -54,7 +51,7 @@ impl Work for Turn<'_> {
         let Self { h, a, beta, p: [p0, p1, p2], sum } = self;
         let (a, beta) = (unit.load(&[a; LANES]), unit.load(&[beta; LANES]));
         for ((((p0, p1), p2), sum), h) in p0.iter_mut().zip(p1).zip(p2).zip(sum).zip(h) {
-            let (h, p) = (unit.planes(load(unit, h)), [p0, p1, p2]);
+            let (h, p) = (lanes::three(unit, h), [p0, p1, p2]);
             for c in 0..3 {
                 let before = unit.load(p[c]);
                 sum[c] = unit.store(unit.fma(a, before, unit.load(&sum[c])));
