@@ -28,6 +28,9 @@ pub enum Due {
 /// Matrices until all of it was made anew.
 pub const PARTS: usize = 8;
 
+/// Iterations that are no sign of age.
+const FEW: usize = 8;
+
 impl Age {
     /// It is not to serve any longer.
     pub fn end(&mut self) {
@@ -51,7 +54,7 @@ impl Age {
     /// Tells what the solve with it took.
     pub fn took(&mut self, iterations: usize) {
         let first = *self.first.get_or_insert(iterations);
-        if iterations > first + first / 4 + 2 {
+        if iterations > 2 * first + FEW {
             self.end();
         }
     }
@@ -76,7 +79,7 @@ mod tests {
         assert_eq!(made(&mut age, &[20; 20]), [&[Due::All], &rounds[..]].concat());
         age.end();
         let slow = [Due::All, Due::Part(0), Due::Part(1), Due::Part(2), Due::All];
-        assert_eq!(made(&mut age, &[20, 21, 27, 28, 20]), slow);
+        assert_eq!(made(&mut age, &[20, 21, 48, 49, 20]), slow);
         assert_eq!((age.due(1.0), age.due(1.0)), (Due::All, Due::Part(0)));
     }
 }
