@@ -1,7 +1,7 @@
 //! How long what was made for one matrix serves those after it.
 //!
 //! A body changes little from step to step, so the coarse levels of a preconditioner are good for a few. Part by part they are made
-//! anew, so that no step takes longer than others; all of it where iterations have grown, or where the matrix has another scale.
+//! anew, so that no step takes longer than others; all of it where iterations have doubled, or where the matrix has another scale.
 
 /// Of something that was made for a matrix.
 #[derive(Debug, Default)]

@@ -30,7 +30,7 @@ const OF_AGGREGATES: [f64; 2] = [0.6, 0.4];
 /// Nodes of the coarsest level, at most.
 const COARSEST: usize = 12;
 /// Coarse nodes in a piece of work for a thread: they sum over many finer ones.
-const COARSE_PIECE: usize = 128;
+const COARSE_PIECE: usize = 256;
 
 /// The levels above the finest, finer ones first.
 #[derive(Debug, Default)]
