@@ -8,12 +8,12 @@ use super::age::Age;
 use super::elements::ElementSet;
 use super::held::Held;
 use super::inverses::{Inverses, put_inverse};
-use super::lines::Lines;
+use super::lines::{Lines, Sixteens};
 use super::matrix::Matrix;
 use super::multilevel::Multilevel;
 use super::pcg::{Solve, constrained_inverse};
 use super::peek::Peek;
-use super::pool::{Parts, Pool};
+use super::pool::Pool;
 use super::single::{Single, dusted, power_of_two};
 use super::sliced::LANES;
 use super::{Block, Constraint, V3};
@@ -253,19 +253,5 @@ impl Inner {
         let sum = levels.apply(pool, self.inverse.flat(), self.r.vectors(), self.h.vectors_mut());
         Held::filter(&self.held, self.h.vectors_mut());
         sum
-    }
-}
-
-/// Nodes, sixteen by sixteen.
-pub struct Sixteens<'a, T>(pub &'a mut [T]);
-
-impl<T: Send> Parts for Sixteens<'_, T> {
-    fn count(&self) -> usize {
-        LANES * self.0.len()
-    }
-
-    fn part(self, at: usize) -> (Self, Self) {
-        let (left, right) = self.0.split_at_mut(at / LANES);
-        (Self(left), Self(right))
     }
 }

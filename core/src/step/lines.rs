@@ -1,6 +1,8 @@
 //! Numbers that begin where memory is read at once.
 
 use super::lanes::Vectors;
+use super::pool::Parts;
+use super::sliced::LANES;
 
 /// Bytes that memory comes in.
 const LINE: usize = 64;
@@ -52,6 +54,20 @@ impl Lines<f32> {
     #[inline(always)]
     pub fn vectors_mut(&mut self) -> &mut [Vectors] {
         self.flat_mut().as_chunks_mut().0.as_chunks_mut().0
+    }
+}
+
+/// Nodes, sixteen by sixteen.
+pub struct Sixteens<'a, T>(pub &'a mut [T]);
+
+impl<T: Send> Parts for Sixteens<'_, T> {
+    fn count(&self) -> usize {
+        LANES * self.0.len()
+    }
+
+    fn part(self, at: usize) -> (Self, Self) {
+        let (left, right) = self.0.split_at_mut(at / LANES);
+        (Self(left), Self(right))
     }
 }
 

@@ -51,13 +51,14 @@ pub use chunk::{Chunk, Schedule};
 pub use constraint::Constraint;
 pub use elements::{ElementList, ElementSet};
 pub use integrate::{Doubt, Holds, Integrator, Loads, Outcome, Scheme, StepError, StepReport};
+pub use lanes::Vectors;
 pub use limit::{Frequencies, StepLimit};
 pub use matrix::{Factors, Matrix, StandIn};
 pub use pcg::{Pcg, Preconditioner, Solve, SolveReport};
 pub use peek::Peek;
 pub use pool::{Parts, Pool};
 pub use settle::HoldsNothing;
-pub use single::{Quad, Single};
+pub use single::Single;
 pub use springs::NodeSprings;
 pub use system::{Nodes, System};
 

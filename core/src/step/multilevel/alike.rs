@@ -4,10 +4,9 @@ use super::looks::Looks;
 use super::{COARSE_PIECE, times};
 use crate::step::Block;
 use crate::step::aggregate::Weights;
-use crate::step::inner::Sixteens;
 use crate::step::inverses::put_inverse;
 use crate::step::lanes::{Lanes, Sixteen, Vectors, Work, put, three, widest};
-use crate::step::lines::Lines;
+use crate::step::lines::{Lines, Sixteens};
 use crate::step::pool::Pool;
 use crate::step::sliced::LANES;
 
@@ -36,11 +35,8 @@ impl Alike {
     pub fn new(levels: &[(Weights, usize)]) -> Option<Self> {
         let mut stages = Vec::with_capacity(levels.len());
         for (weights, coarse) in levels {
-            let (up, down) = (Looks::new(&weights.transposed(*coarse)), Looks::new(weights));
-            let terms = weights.coarse.len();
-            if stages.is_empty() && up.fullness(terms).min(down.fullness(terms)) < FULL {
-                return None;
-            }
+            let least = if stages.is_empty() { FULL } else { 0.0 };
+            let (down, up) = (Looks::new(weights, least)?, Looks::new(&weights.transposed(*coarse), least)?);
             let room = |numbers: usize| Lines::new(numbers * coarse.next_multiple_of(LANES));
             stages.push(Stage { up, down, inverse: room(6), r: room(3), h: room(3) });
         }

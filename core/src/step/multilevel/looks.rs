@@ -10,6 +10,8 @@ use std::cmp::Reverse;
 
 /// Sixteens that are looked at for two that serve together.
 const CANDIDATES: usize = 8;
+/// Looks that tell nothing yet.
+const FEW: usize = 32;
 
 /// Sums by sixteen, and what they are sums of.
 #[derive(Debug)]
@@ -30,12 +32,13 @@ struct Look {
 }
 
 impl Looks {
-    /// For weights of vectors, by sum.
-    pub fn new(weights: &Weights) -> Self {
+    /// For weights of vectors, by sum; `None` where less than `least` of what looks have room for would be needed.
+    pub fn new(weights: &Weights, least: f64) -> Option<Self> {
         let count = weights.start.len() - 1;
-        let mut this = Self { start: vec![0], looks: Vec::new() };
+        let (mut this, mut terms) = (Self { start: vec![0], looks: Vec::new() }, 0);
         for first in (0..count).step_by(LANES) {
             let mut left: [Vec<(u32, f32)>; LANES] = std::array::from_fn(|lane| weights.of(first + lane).collect());
+            terms += left.iter().map(Vec::len).sum::<usize>();
             while let Some(from) = pair(&left) {
                 let mut look = Look { from, place: [0; LANES], weight: [0.0; LANES] };
                 for (lane, terms) in left.iter_mut().enumerate() {
@@ -49,13 +52,12 @@ impl Looks {
                 this.looks.push(look);
             }
             this.start.push(this.looks.len() as u32);
+            // Soon enough that it does not take long.
+            if least * (LANES * this.looks.len().saturating_sub(FEW)) as f64 > terms as f64 {
+                return None;
+            }
         }
-        this
-    }
-
-    /// The share of what looks have room for that they need for so many terms.
-    pub fn fullness(&self, terms: usize) -> f64 {
-        terms as f64 / (LANES * self.looks.len()).max(1) as f64
+        Some(this)
     }
 
     /// Bytes held.
@@ -132,8 +134,7 @@ mod tests {
     fn every_vector_unit_adds_what_the_weights_say() {
         for far in [0, 40, 100] {
             let (n, count, weights) = (75, 240, weights(75, far));
-            let looks = Looks::new(&weights);
-            assert!(looks.fullness(weights.coarse.len()) > 0.3, "{far}");
+            let looks = Looks::new(&weights, 0.3).expect("near each other");
             let vector = |i: usize| [i as f32, (1.7 * i as f32).sin(), 0.3];
             let sixteen = |at: usize| [0, 1, 2].map(|c| std::array::from_fn(|lane| vector(LANES * at + lane)[c]));
             let from: Vec<Vectors> = (0..count / LANES).map(sixteen).collect();
@@ -147,5 +148,13 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn what_lies_anywhere_is_left_to_others() {
+        let n = 1000_u32;
+        let coarse = (0..4 * n).map(|k| k * 7919 % 4001).collect();
+        let anywhere = Weights { start: (0..=n).map(|i| 4 * i).collect(), coarse, weight: vec![0.25; 4 * n as usize] };
+        assert!(Looks::new(&anywhere, 0.3).is_none() && Looks::new(&anywhere, 0.0).is_some());
     }
 }
