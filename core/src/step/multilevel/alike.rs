@@ -13,7 +13,7 @@ use crate::step::sliced::LANES;
 /// Sixteens in a piece of work for a thread.
 const PIECE: usize = 64;
 /// What looks have to need of their room on the finest level: below that they shuffle more than they save.
-const FULL: f64 = 0.35;
+const FULL: f64 = 0.25;
 
 /// Vectors of all levels but the finest, and what leads from one to the next.
 #[derive(Debug)]
