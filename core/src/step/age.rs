@@ -1,7 +1,7 @@
 //! How long what was made for one matrix serves those after it.
 //!
 //! A body changes little from step to step, so the coarse levels of a preconditioner are good for a few. Part by part they are made
-//! anew, so that no step takes longer than others; all of it where iterations have doubled, or where the matrix has another scale.
+//! anew, so that no step takes longer than others; all of it where iterations have grown, or where the matrix has another scale.
 
 /// Of something that was made for a matrix.
 #[derive(Debug, Default)]
@@ -54,7 +54,7 @@ impl Age {
     /// Tells what the solve with it took.
     pub fn took(&mut self, iterations: usize) {
         let first = *self.first.get_or_insert(iterations);
-        if iterations > 2 * first + FEW {
+        if iterations > first + first / 4 + FEW {
             self.end();
         }
     }
@@ -79,7 +79,7 @@ mod tests {
         assert_eq!(made(&mut age, &[20; 20]), [&[Due::All], &rounds[..]].concat());
         age.end();
         let slow = [Due::All, Due::Part(0), Due::Part(1), Due::Part(2), Due::All];
-        assert_eq!(made(&mut age, &[20, 21, 48, 49, 20]), slow);
+        assert_eq!(made(&mut age, &[20, 21, 33, 34, 20]), slow);
         assert_eq!((age.due(1.0), age.due(1.0)), (Due::All, Due::Part(0)));
     }
 }
