@@ -1,7 +1,8 @@
 //! Up the levels and down again where a mesh is regular, sixteen nodes at a time.
 
+use super::COARSE_PIECE;
+use super::finest::{Coarser, Finest, times};
 use super::looks::Looks;
-use super::{COARSE_PIECE, times};
 use crate::step::Block;
 use crate::step::aggregate::Weights;
 use crate::step::inverses::put_inverse;
@@ -70,11 +71,18 @@ impl Alike {
             let (down, from) = (&rest[0].down, rest[0].h.vectors());
             pool.pieces(finer[at - 1].h.vectors_mut(), PIECE, &|first, h| widest(Prolong { down, first, from, h }));
         }
-        let (coarse, inverse) = (self.0.first(), inverse.as_chunks().0.as_chunks().0);
+        let (coarser, inverse) = (self.0.first(), inverse.as_chunks().0.as_chunks().0);
         pool.fold(Sixteens(h), &|first, Sixteens(h)| {
             let first = first / LANES;
-            widest(Finest { coarse, first, inverse: &inverse[first..], r: &r[first..], h })
+            widest(Finest { coarser, first, inverse: &inverse[first..], r: &r[first..], h })
         })
+    }
+}
+
+impl Coarser for Stage {
+    #[inline(always)]
+    fn add<U: Lanes>(&self, unit: U, sixteen: usize, sum: [U::V; 3]) -> [U::V; 3] {
+        self.down.add(unit, sixteen, self.h.vectors(), sum)
     }
 }
 
@@ -118,35 +126,5 @@ impl Work for Prolong<'_> {
         for (sixteen, h) in (self.first..).zip(self.h) {
             *h = put(unit, self.down.add(unit, sixteen, self.from, three(unit, h)));
         }
-    }
-}
-
-/// Nodes of the finest level, from a sixteen on: their own part of P, and that of all coarser ones; gives `r . h`.
-struct Finest<'a> {
-    coarse: Option<&'a Stage>,
-    first: usize,
-    inverse: &'a [[Sixteen; 6]],
-    r: &'a [Vectors],
-    h: &'a mut [Vectors],
-}
-
-impl Work for Finest<'_> {
-    type Output = f64;
-
-    #[inline(always)]
-    fn on(self, unit: impl Lanes) -> f64 {
-        let mut all = unit.load(&[0.0; LANES]);
-        for (sixteen, ((h, r), inverse)) in (self.first..).zip(self.h.iter_mut().zip(self.r).zip(self.inverse)) {
-            let r = three(unit, r);
-            let mut sum = times(unit, inverse, r);
-            if let Some(Stage { down, h, .. }) = self.coarse {
-                sum = down.add(unit, sixteen, h.vectors(), sum);
-            }
-            for c in 0..3 {
-                all = unit.fma(sum[c], r[c], all);
-            }
-            *h = put(unit, sum);
-        }
-        unit.store(all).iter().map(|v| f64::from(*v)).sum()
     }
 }

@@ -1,10 +1,11 @@
 //! Up the levels and down again where a mesh is not regular, node by node.
 
 use super::COARSE_PIECE;
+use super::finest::{Coarser, Finest};
 use super::transfer::{Receiver, Transfer};
 use crate::step::Block;
 use crate::step::aggregate::Weights;
-use crate::step::lanes::{Lanes, Sixteen, Vectors, Work, load, put, store, three, widest};
+use crate::step::lanes::{Lanes, Vectors, Work, load, store, three, widest};
 use crate::step::lines::Sixteens;
 use crate::step::pool::Pool;
 use crate::step::single::Quad;
@@ -74,10 +75,10 @@ impl Each {
             let (transfer, from) = (&rest[0].transfer, &rest[0].h);
             pool.pieces(&mut finer[at - 1].h[..], PIECE, &|first, h| transfer.spread(first, from, &mut More(h)));
         }
-        let (coarse, inverse) = (stages.first(), inverse.as_chunks().0.as_chunks().0);
+        let (coarser, inverse) = (stages.first(), inverse.as_chunks().0.as_chunks().0);
         pool.fold(Sixteens(h), &|first, Sixteens(h)| {
             let first = first / LANES;
-            widest(Finest { coarse, first, inverse: &inverse[first..], r: &r[first..], h })
+            widest(Finest { coarser, first, inverse: &inverse[first..], r: &r[first..], h })
         })
     }
 }
@@ -132,36 +133,13 @@ impl Work for Restrict<'_> {
     }
 }
 
-/// Nodes of the finest level, from a sixteen on: their own part of P, and that of all coarser ones; gives `r . h`.
-struct Finest<'a> {
-    coarse: Option<&'a Stage>,
-    first: usize,
-    inverse: &'a [[Sixteen; 6]],
-    r: &'a [Vectors],
-    h: &'a mut [Vectors],
-}
-
-impl Work for Finest<'_> {
-    type Output = f64;
-
+impl Coarser for Stage {
     #[inline(always)]
-    fn on(self, unit: impl Lanes) -> f64 {
-        let mut all = unit.load(&[0.0; LANES]);
-        for (sixteen, ((h, r), m)) in (self.first..).zip(self.h.iter_mut().zip(self.r).zip(self.inverse)) {
-            let r = three(unit, r);
-            let mut sum = super::times(unit, m, r);
-            if let Some(stage) = self.coarse {
-                let mut vectors = [[0.0; 4]; LANES];
-                store(unit, &mut vectors, unit.vectors(sum));
-                stage.transfer.spread(LANES * sixteen, &stage.h, &mut More(&mut vectors));
-                sum = unit.planes(load(unit, &vectors));
-            }
-            for c in 0..3 {
-                all = unit.fma(sum[c], r[c], all);
-            }
-            *h = put(unit, sum);
-        }
-        unit.store(all).iter().map(|v| f64::from(*v)).sum()
+    fn add<U: Lanes>(&self, unit: U, sixteen: usize, sum: [U::V; 3]) -> [U::V; 3] {
+        let mut vectors = [[0.0; 4]; LANES];
+        store(unit, &mut vectors, unit.vectors(sum));
+        self.transfer.spread(LANES * sixteen, &self.h, &mut More(&mut vectors));
+        unit.planes(load(unit, &vectors))
     }
 }
 

@@ -6,6 +6,7 @@
 
 mod alike;
 mod each;
+mod finest;
 mod looks;
 mod transfer;
 
@@ -14,7 +15,7 @@ use super::aggregate::{Graph, Weights};
 use super::elements::ElementSet;
 use super::galerkin::Galerkin;
 use super::inner::{WIDEST, width};
-use super::lanes::{Lanes, Sixteen, Vectors};
+use super::lanes::Vectors;
 use super::matrix::Matrix;
 use super::pcg::symmetric_inverse;
 use super::pool::Pool;
@@ -64,32 +65,29 @@ impl Default for Way {
     }
 }
 
-/// Blocks, given by six numbers, times vectors.
-#[inline(always)]
-fn times<U: Lanes>(unit: U, m: &[Sixteen; 6], v: [U::V; 3]) -> [U::V; 3] {
-    let mut out = v;
-    for (out, places) in out.iter_mut().zip([[0, 1, 2], [1, 3, 4], [2, 4, 5]]) {
-        *out = unit.mul(unit.load(&m[places[0]]), v[0]);
-        *out = unit.fma(unit.load(&m[places[1]]), v[1], *out);
-        *out = unit.fma(unit.load(&m[places[2]]), v[2], *out);
-    }
-    out
-}
-
 impl Multilevel {
     /// For a body's elements, its nodes at rest, m (n x 3), and the pattern of its matrix.
     pub fn new(matrix: &Matrix, sets: &[ElementSet], rest: &[V3]) -> Self {
         let mut graph = Graph::of_elements(rest, sets);
         let shares = if graph.places().is_some() { OF_SQUARES } else { OF_AGGREGATES };
-        let (mut levels, mut transfers, mut finer) = (Vec::new(), Vec::new(), None);
+        let mut transfers = Vec::new();
         while let Some((coarse, weights)) = Some(&graph).filter(|graph| graph.len() > COARSEST).and_then(Graph::coarsen)
         {
-            let (level, pattern) = Level::new(finer.as_ref().unwrap_or(matrix), coarse.len(), &weights);
-            levels.push(level);
             transfers.push((weights, coarse.len()));
-            (graph, finer) = (coarse, Some(pattern));
+            graph = coarse;
         }
-        let way = Alike::new(&transfers).map_or_else(|| Way::Each(Each::new(&transfers)), Way::Alike);
+        Self::of(matrix, &transfers, shares)
+    }
+
+    /// For levels that are led to by these weights, with how many nodes they have.
+    fn of(matrix: &Matrix, transfers: &[(Weights, usize)], shares: [f64; 2]) -> Self {
+        let (mut levels, mut finer) = (Vec::with_capacity(transfers.len()), None);
+        for (weights, coarse) in transfers {
+            let (level, pattern) = Level::new(finer.as_ref().unwrap_or(matrix), *coarse, weights);
+            levels.push(level);
+            finer = Some(pattern);
+        }
+        let way = Alike::new(transfers).map_or_else(|| Way::Each(Each::new(transfers)), Way::Alike);
         Self { parts: parts(&levels), levels, shares, way }
     }
 
@@ -193,5 +191,87 @@ impl Level {
         let least = |b: &Block| b[0].min(b[4]).min(b[8]);
         let sound = |m: &Block| least(&block).min(least(m)) > 0.0 && width(&block, m) <= WIDEST;
         symmetric_inverse(&block).filter(sound).map_or([0.0; 9], |m| m.map(|c| share * c))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::step::lanes::{by_sixteen, one_by_one};
+    use crate::step::sliced::LANES;
+
+    const N: usize = 900;
+
+    fn wave(i: usize) -> f32 {
+        (1.7 * i as f32).sin()
+    }
+
+    /// Two levels, whose weights lie together or anywhere, and the values of a matrix.
+    fn levels(is_regular: bool) -> (Multilevel, Vec<SingleBlock>) {
+        let mut matrix = Matrix::default();
+        matrix.set_pattern(N, |pair| {
+            (0..N as u32 - 7).for_each(|i| [1, 2, 7].into_iter().for_each(|k| pair(i, i + k)));
+        });
+        let weights = |n: usize, coarse: usize| {
+            let mut weights = Weights { start: vec![0], ..Weights::default() };
+            for i in 0..n {
+                let first = if is_regular { i * (coarse - 1) / n } else { i * 7919 % (coarse - 1) };
+                weights.coarse.extend([first as u32, first as u32 + 1]);
+                weights.weight.extend([0.25, 0.75]);
+                weights.start.push(2 * (i + 1) as u32);
+            }
+            (weights, coarse)
+        };
+        let mut values: Vec<SingleBlock> =
+            (0..=matrix.blocks()).map(|slot| std::array::from_fn(|e| 0.1 * wave(9 * slot + e))).collect();
+        for i in 0..N {
+            let b = values[matrix.diagonal_slot(i)];
+            values[matrix.diagonal_slot(i)] = [4.0 + b[0], b[1], b[2], b[1], 5.0 + b[4], b[5], b[2], b[5], 6.0 + b[8]];
+        }
+        (Multilevel::of(&matrix, &[weights(N, 230), weights(230, 60)], [0.5, 0.25]), values)
+    }
+
+    /// `P r`, and `r . P r`.
+    fn applied(levels: &mut Multilevel, threads: usize, r: &[[f32; 3]]) -> (Vec<[f32; 3]>, f64) {
+        let (r, inverse) = (by_sixteen(r), vec![0.25; 6 * N.next_multiple_of(LANES)]);
+        let mut h = r.clone();
+        let dot = levels.apply(&Pool::new(threads), &inverse, &r, &mut h);
+        (one_by_one(&h), dot)
+    }
+
+    #[test]
+    fn part_by_part_everything_is_made_of_what_it_needs() {
+        for is_regular in [true, false] {
+            let ((mut whole, values), mut parts) = (levels(is_regular), levels(is_regular).0);
+            assert_eq!(matches!(whole.way, Way::Alike(_)), is_regular);
+            let pool = Pool::new(1);
+            whole.update(&pool, &values[..], Due::All);
+            for part in 0..PARTS {
+                let sources = parts.sources(Due::Part(part));
+                let mut known = vec![[f32::NAN; 9]; values.len()];
+                known[sources.clone()].copy_from_slice(&values[sources]);
+                parts.update(&pool, &known, Due::Part(part));
+            }
+            let r: Vec<[f32; 3]> = (0..N).map(|i| [wave(i), wave(3 * i), wave(5 * i)]).collect();
+            let (first, second) = (applied(&mut whole, 1, &r), applied(&mut parts, 3, &r));
+            assert!(first == second && first.1 > 0.0, "{}, {}", first.1, second.1);
+        }
+    }
+
+    #[test]
+    fn both_ways_are_symmetric_and_the_same_sum() {
+        let r: Vec<[f32; 3]> = (0..N).map(|i| [wave(i), wave(3 * i), wave(5 * i)]).collect();
+        let s: Vec<[f32; 3]> = (0..N).map(|i| [wave(7 * i), wave(2 * i), 1.0]).collect();
+        let dot = |a: &[[f32; 3]], b: &[[f32; 3]]| -> f64 {
+            a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum()
+        };
+        for is_regular in [true, false] {
+            let (mut levels, values) = levels(is_regular);
+            levels.update(&Pool::new(1), &values, Due::All);
+            let (of_r, of_s) = (applied(&mut levels, 1, &r), applied(&mut levels, 1, &s));
+            let (one, other) = (dot(&of_r.0, &s), dot(&r, &of_s.0));
+            assert!((one - other).abs() < 1e-4 * (of_r.1 * of_s.1).sqrt(), "{one} {other}");
+            assert!((dot(&of_r.0, &r) - of_r.1).abs() < 1e-5 * of_r.1);
+        }
     }
 }
