@@ -17,7 +17,6 @@ pub use entry::Entry;
 pub use plain::Plain;
 
 /// Numbers among which one can be looked up.
-#[cfg(test)]
 pub const LOOKED_UP: usize = 32;
 /// In memory.
 pub type Sixteen = [f32; 16];

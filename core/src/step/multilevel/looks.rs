@@ -4,7 +4,7 @@
 //! from memory.
 
 use crate::step::aggregate::Weights;
-use crate::step::lanes::{Lanes, Vectors};
+use crate::step::lanes::{LOOKED_UP, Lanes, Vectors};
 use crate::step::sliced::LANES;
 use std::cmp::Reverse;
 
@@ -30,6 +30,8 @@ struct Look {
     place: [u8; LANES],
     weight: [f32; LANES],
 }
+
+const _: () = assert!(2 * LANES == LOOKED_UP, "places of two sixteens can be looked up");
 
 impl Looks {
     /// For weights of vectors, by sum; `None` where less than `least` of what looks have room for would be needed.
