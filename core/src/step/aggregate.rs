@@ -137,13 +137,8 @@ impl Graph {
                 pairs.extend(weights.of(node).filter(|(b, _)| *b != a).map(|(b, _)| [a, b]));
             }
         }
-        (
-            Self {
-                places: Some(places),
-                ..Self::new(weights.coarse.iter().max().map_or(0, |a| *a as usize + 1), pairs)
-            },
-            weights,
-        )
+        let graph = Self::new(places.len(), pairs);
+        (Self { places: Some(places), ..graph }, weights)
     }
 
     /// By aggregates.

@@ -2,7 +2,7 @@
 
 use super::COARSE_PIECE;
 use super::finest::{Coarser, Finest};
-use super::transfer::{Receiver, Transfer};
+use super::transfer::Transfer;
 use crate::step::Block;
 use crate::step::aggregate::Weights;
 use crate::step::lanes::{Lanes, Vectors, Work, load, store, three, widest};
@@ -73,7 +73,7 @@ impl Each {
         for at in (1..stages.len()).rev() {
             let (finer, rest) = stages.split_at_mut(at);
             let (transfer, from) = (&rest[0].transfer, &rest[0].h);
-            pool.pieces(&mut finer[at - 1].h[..], PIECE, &|first, h| transfer.spread(first, from, &mut More(h)));
+            pool.pieces(&mut finer[at - 1].h[..], PIECE, &|first, h| transfer.spread(first, from, h));
         }
         let (coarser, inverse) = (stages.first(), inverse.as_chunks().0.as_chunks().0);
         pool.fold(Sixteens(h), &|first, Sixteens(h)| {
@@ -138,27 +138,7 @@ impl Coarser for Stage {
     fn add<U: Lanes>(&self, unit: U, sixteen: usize, sum: [U::V; 3]) -> [U::V; 3] {
         let mut vectors = [[0.0; 4]; LANES];
         store(unit, &mut vectors, unit.vectors(sum));
-        self.transfer.spread(LANES * sixteen, &self.h, &mut More(&mut vectors));
+        self.transfer.spread(LANES * sixteen, &self.h, &mut vectors);
         unit.planes(load(unit, &vectors))
-    }
-}
-
-/// Nodes have their own part already.
-struct More<'a>(&'a mut [Quad]);
-
-impl Receiver for More<'_> {
-    #[inline(always)]
-    fn count(&self) -> usize {
-        self.0.len()
-    }
-
-    #[inline(always)]
-    fn own(&self, i: usize) -> Quad {
-        self.0[i]
-    }
-
-    #[inline(always)]
-    fn put(&mut self, i: usize, sum: Quad) {
-        self.0[i] = sum;
     }
 }

@@ -6,7 +6,6 @@
 use crate::step::aggregate::Weights;
 use crate::step::lanes::Lanes;
 use crate::step::single::Quad;
-use std::ops::Range;
 
 /// Weights, listed both ways.
 #[derive(Debug, Default)]
@@ -81,8 +80,8 @@ impl Transfer {
 
     /// Adds to fine nodes `first` on what they get of `from` coarse ones.
     #[inline(always)]
-    pub fn spread(&self, first: usize, from: &[Quad], rows: &mut impl Receiver) {
-        let (mut at, end) = (first, first + rows.count());
+    pub fn spread(&self, first: usize, from: &[Quad], rows: &mut [Quad]) {
+        let (mut at, end) = (first, first + rows.len());
         while at < end {
             let (slice, row) = (at / ROWS, at % ROWS);
             let here = at - first..(at - first + ROWS - row).min(end - first);
@@ -91,15 +90,13 @@ impl Transfer {
             let terms = &terms[row * width..];
             at += here.len();
             match width {
-                1 => spread::<1>(terms, from, here, rows),
-                2 => spread::<2>(terms, from, here, rows),
-                3 => spread::<3>(terms, from, here, rows),
-                4 => spread::<4>(terms, from, here, rows),
+                1 => spread::<1>(terms, from, &mut rows[here]),
+                2 => spread::<2>(terms, from, &mut rows[here]),
+                3 => spread::<3>(terms, from, &mut rows[here]),
+                4 => spread::<4>(terms, from, &mut rows[here]),
                 _ => {
-                    for (i, terms) in here.zip(terms.chunks_exact(width)) {
-                        let mut sum = rows.own(i);
-                        terms.iter().for_each(|term| add(&mut sum, term, from));
-                        rows.put(i, sum);
+                    for (row, terms) in rows[here].iter_mut().zip(terms.chunks_exact(width)) {
+                        terms.iter().for_each(|term| add(row, term, from));
                     }
                 }
             }
@@ -107,24 +104,14 @@ impl Transfer {
     }
 }
 
-/// Vectors of fine nodes to which something is added.
-pub trait Receiver {
-    /// How many.
-    fn count(&self) -> usize;
-    /// What one has by itself.
-    fn own(&self, i: usize) -> Quad;
-    /// Takes what it comes to.
-    fn put(&mut self, i: usize, sum: Quad);
-}
-
 #[inline(always)]
-fn spread<const WIDTH: usize>(terms: &[Term], from: &[Quad], here: Range<usize>, rows: &mut impl Receiver) {
-    for (i, terms) in here.zip(terms.as_chunks::<WIDTH>().0) {
-        let mut sum = rows.own(i);
+fn spread<const WIDTH: usize>(terms: &[Term], from: &[Quad], rows: &mut [Quad]) {
+    for (row, terms) in rows.iter_mut().zip(terms.as_chunks::<WIDTH>().0) {
+        let mut sum = *row;
         for term in terms {
             add(&mut sum, term, from);
         }
-        rows.put(i, sum);
+        *row = sum;
     }
 }
 
@@ -146,22 +133,6 @@ fn add(to: &mut Quad, &(node, weight): &Term, from: &[Quad]) {
 mod tests {
     use super::*;
     use crate::step::lanes::{Plain, Work, widest};
-
-    struct Rows(Vec<Quad>);
-
-    impl Receiver for Rows {
-        fn count(&self) -> usize {
-            self.0.len()
-        }
-
-        fn own(&self, i: usize) -> Quad {
-            self.0[i]
-        }
-
-        fn put(&mut self, i: usize, sum: Quad) {
-            self.0[i] = sum;
-        }
-    }
 
     struct Gather<'a>(&'a Transfer, usize, &'a [Quad]);
 
@@ -200,9 +171,9 @@ mod tests {
             assert!(close(found, want) && found == plain, "{a}");
         }
         for first in [0, 5, 16, 37, 74] {
-            let mut rows = Rows(fine[first..].to_vec());
+            let mut rows = fine[first..].to_vec();
             transfer.spread(first, &rough, &mut rows);
-            for (i, got) in (first..n).zip(rows.0) {
+            for (i, got) in (first..n).zip(rows) {
                 let mut want = fine[i].map(f64::from);
                 for (a, weight) in weights.of(i) {
                     (0..4).for_each(|c| want[c] += f64::from(weight * rough[a as usize][c]));
