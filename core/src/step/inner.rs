@@ -30,8 +30,6 @@ pub struct Inner {
     held: Vec<Held>,
     /// Of the last solve.
     constraints: Vec<Constraint>,
-    /// Nodes held altogether.
-    fixed: Vec<u32>,
     /// Of block Jacobi, over the scale of the matrix.
     share: f64,
     /// What `update` gave.
@@ -92,7 +90,6 @@ impl Inner {
         (self.r, self.h) = (Lines::new(3 * room), Lines::new(3 * room));
         self.inverse = Lines::new(6 * room);
         self.held.reserve(n);
-        self.fixed.reserve(n);
         self.constraints.resize(n, Constraint::Free);
         self.levels = None;
         self.age.end();
@@ -137,11 +134,8 @@ impl Inner {
         self.constraints.copy_from_slice(constraints);
         self.share = 1.0 / self.matrix.scale();
         if let Some(levels) = &mut self.levels {
-            let is_fixed = |i: &u32| constraints[*i as usize] == Constraint::Fixed;
-            self.fixed.clear();
-            self.fixed.extend((0..constraints.len() as u32).filter(is_fixed));
             let due = self.age.due(self.matrix.scale());
-            self.matrix.without_fixed(pool, system.matrix, &self.fixed, levels.sources(due));
+            self.matrix.without_fixed(pool, system.matrix, constraints, levels.sources(due));
             levels.update(pool, self.matrix.values(), due);
             self.share *= levels.share();
         }

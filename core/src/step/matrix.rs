@@ -217,10 +217,16 @@ impl Matrix {
         self.row[i]
     }
 
-    /// Rows whose diagonal blocks are in `slots`, with where those are.
-    pub(super) fn diagonals(&self, slots: Range<usize>) -> impl Iterator<Item = (usize, usize)> + '_ {
-        let first = self.row.partition_point(|start| *start < slots.start);
-        (first..self.rows()).map(|i| (i, self.row[i])).take_while(move |(_, slot)| *slot < slots.end)
+    /// Rows that have some of `slots`, and which.
+    pub(super) fn rows_of(&self, slots: Range<usize>) -> impl Iterator<Item = (usize, Range<usize>)> + '_ {
+        let first = self.row.partition_point(|start| *start <= slots.start).saturating_sub(1);
+        let of_row = move |i: usize| (i, self.row[i].max(slots.start)..self.row[i + 1].min(slots.end));
+        (first..self.rows()).map(of_row).take_while(|(_, slots)| !slots.is_empty())
+    }
+
+    /// In which column a block is.
+    pub(super) fn column(&self, slot: usize) -> usize {
+        self.column[slot] as usize
     }
 
     /// Blocks on and above the diagonal.

@@ -5,7 +5,6 @@
 //! is one of differences, `y_i = D_i x_i + sum_j A_ij (x_j - x_i)`: so a motion of the whole costs what its masses say, however
 //! stiff the body is, where plain rounding would drown them.
 
-use super::V3;
 use super::each::Each;
 use super::lanes::Vectors;
 use super::matrix::{Matrix, Values};
@@ -13,6 +12,7 @@ use super::pool::Pool;
 use super::single_update::round;
 use super::sliced::Sliced;
 use super::sliced::update::Update;
+use super::{Constraint, V3};
 use std::ops::Range;
 
 /// A vector with a zero behind it.
@@ -153,13 +153,54 @@ impl Single {
     }
 
     /// Rounds the blocks in `slots` as they would be if fixed nodes were joined to no other and to nothing.
-    pub fn without_fixed(&mut self, pool: &Pool, matrix: &Matrix, fixed: &[u32], slots: Range<usize>) {
-        round(pool, (self.scale, matrix), slots.clone(), &mut self.values[slots]);
-        let rows = matrix.pattern();
-        let slots = |i: u32| {
-            let (lower, above, columns) = rows.around(i as usize);
-            lower.iter().map(|(_, slot)| *slot as usize).chain(above - 1..above + columns.len())
-        };
-        fixed.iter().flat_map(|i| slots(*i)).for_each(|slot| self.values[slot] = [0.0; 9]);
+    pub fn without_fixed(&mut self, pool: &Pool, matrix: &Matrix, constraints: &[Constraint], slots: Range<usize>) {
+        round(pool, (self.scale, matrix), slots.clone(), &mut self.values[slots.clone()]);
+        let is_fixed = |i: usize| constraints[i] == Constraint::Fixed;
+        for (i, of_row) in matrix.rows_of(slots) {
+            for slot in of_row.filter(|slot| is_fixed(i) || is_fixed(matrix.column(*slot))) {
+                self.values[slot] = [0.0; 9];
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fixed_nodes_are_joined_to_nothing_and_other_blocks_stay() {
+        let n = 40_u32;
+        let mut matrix = Matrix::default();
+        matrix.set_pattern(n as usize, |pair| (0..n - 5).for_each(|i| (1..6).for_each(|k| pair(i, i + k))));
+        matrix.values_mut().iter_mut().enumerate().for_each(|(slot, block)| *block = [1.0 + slot as f64; 9]);
+        let constraint = |i: usize| if i % 4 == 1 { Constraint::Fixed } else { Constraint::Free };
+        let constraints: Vec<Constraint> = (0..n as usize).map(constraint).collect();
+        for is_rounded in [false, true] {
+            if is_rounded {
+                matrix.round();
+            }
+            let (pool, mut single) = (Pool::new(1), Single::default());
+            single.update(&pool, &matrix);
+            let all = matrix.blocks();
+            // From within a row to within another.
+            for slots in [0..all, 20..all - 30, 20..21, 7..7] {
+                single.values.fill([7.0; 9]);
+                single.without_fixed(&pool, &matrix, &constraints, slots.clone());
+                for (i, of_row) in matrix.rows_of(0..all) {
+                    for slot in of_row {
+                        let j = matrix.column(slot);
+                        let exact = if j == i { *matrix.diagonal(i) } else { [1.0 + slot as f64; 9] };
+                        let block =
+                            if i % 4 == 1 || j % 4 == 1 { [0.0; 9] } else { exact.map(|v| (single.scale * v) as f32) };
+                        assert_eq!(
+                            single.values[slot],
+                            if slots.contains(&slot) { block } else { [7.0; 9] },
+                            "{i} {j}"
+                        );
+                    }
+                }
+            }
+        }
     }
 }

@@ -16,8 +16,9 @@ pub fn round(pool: &Pool, (scale, matrix): (f64, &Matrix), slots: Range<usize>, 
         Values::Exact(from) => copy(pool, scale, &from[slots], out),
         Values::Rounded(from) => {
             copy(pool, scale, &from.blocks()[slots.clone()], out);
-            for (i, slot) in matrix.diagonals(slots.clone()) {
-                out[slot - slots.start] = from.diagonal(i).map(|value| dusted(value.rounded(scale)));
+            let is_diagonal = |(i, of_row): &(usize, Range<usize>)| matrix.diagonal_slot(*i) == of_row.start;
+            for (i, of_row) in matrix.rows_of(slots.clone()).filter(is_diagonal) {
+                out[of_row.start - slots.start] = from.diagonal(i).map(|value| dusted(value.rounded(scale)));
             }
         }
     }
