@@ -23,6 +23,11 @@ impl Held {
         }
     }
 
+    /// Which one it is.
+    pub fn node(&self) -> usize {
+        self.node as usize
+    }
+
     /// Takes out of `field` what held nodes may not do.
     pub fn filter(held: &[Self], field: &mut [Vectors]) {
         for Self { node, filter: m } in held {

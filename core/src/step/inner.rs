@@ -8,13 +8,15 @@ use super::age::Age;
 use super::elements::ElementSet;
 use super::held::Held;
 use super::inverses::{Inverses, put_inverse};
+use super::lanes::widest;
 use super::lines::{Lines, Sixteens};
 use super::matrix::Matrix;
 use super::multilevel::Multilevel;
 use super::pcg::{Solve, constrained_inverse};
 use super::peek::Peek;
 use super::pool::Pool;
-use super::single::{Single, dusted, power_of_two};
+use super::residual::Rounded;
+use super::single::{Single, power_of_two};
 use super::sliced::LANES;
 use super::{Block, Constraint, V3};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -28,8 +30,8 @@ pub struct Inner {
     levels: Option<Multilevel>,
     age: Age,
     held: Vec<Held>,
-    /// Of the last solve.
-    constraints: Vec<Constraint>,
+    /// Constraints of nodes that were held in the last solve.
+    was: Vec<(usize, Constraint)>,
     /// Of block Jacobi, over the scale of the matrix.
     share: f64,
     /// What `update` gave.
@@ -90,7 +92,7 @@ impl Inner {
         (self.r, self.h) = (Lines::new(3 * room), Lines::new(3 * room));
         self.inverse = Lines::new(6 * room);
         self.held.reserve(n);
-        self.constraints.resize(n, Constraint::Free);
+        self.was.reserve(n);
         self.levels = None;
         self.age.end();
         self.matrix.forget();
@@ -113,6 +115,11 @@ impl Inner {
         self.matrix.update(pool, matrix);
     }
 
+    /// Nodes that are not free, as of the last update.
+    pub fn held(&self) -> &[Held] {
+        &self.held
+    }
+
     /// `out[k] = A x[k]` in double precision.
     pub fn products<const K: usize>(&mut self, pool: &Pool, matrix: &Matrix, x: [&[V3]; K], out: [&mut [V3]; K]) {
         self.matrix.exact_products(pool, matrix, x, out);
@@ -124,14 +131,21 @@ impl Inner {
         Held::list(constraints, &mut self.held);
         if system.again {
             // Levels that still know other nodes as held do as well.
-            for i in (0..constraints.len()).filter(|i| constraints[*i] != self.constraints[*i]) {
+            let before = |i: usize| match self.was.binary_search_by_key(&i, |(node, _)| *node) {
+                Ok(at) => self.was[at].1,
+                Err(_) => Constraint::Free,
+            };
+            let nodes = self.was.iter().map(|(node, _)| *node).chain(self.held.iter().map(Held::node));
+            for i in nodes.filter(|i| constraints[*i] != before(*i)) {
                 let inverse = constrained_inverse(system.matrix.diagonal(i), &constraints[i]);
                 put_inverse(self.inverse.flat_mut(), i, &inverse.map(|c| self.share * c));
             }
-            self.constraints.copy_from_slice(constraints);
+        }
+        self.was.clear();
+        self.was.extend(self.held.iter().map(|held| (held.node(), constraints[held.node()])));
+        if system.again {
             return (self.size, self.width <= WIDEST);
         }
-        self.constraints.copy_from_slice(constraints);
         self.share = 1.0 / self.matrix.scale();
         if let Some(levels) = &mut self.levels {
             let due = self.age.due(self.matrix.scale());
@@ -173,13 +187,7 @@ impl Inner {
         let size = squares.sqrt();
         self.scale = if size.is_normal() { power_of_two(size) } else { 1.0 };
         let down = 1.0 / self.scale;
-        pool.pieces(self.r.vectors_mut(), PIECE, &|first, to| {
-            for (to, r) in to.iter_mut().zip(r[LANES * first..].chunks(LANES)) {
-                for (lane, r) in r.iter().enumerate() {
-                    (0..3).for_each(|c| to[c][lane] = dusted((down * r[c]) as f32));
-                }
-            }
-        });
+        pool.pieces(self.r.vectors_mut(), PIECE, &|first, to| widest(Rounded { down, r: &r[LANES * first..], to }));
         self.unit() * self.precondition(pool)
     }
 

@@ -443,14 +443,10 @@ impl Integrator {
                 break;
             }
             let (b, change) = (&self.b, &self.pcg.x);
-            pool.pieces(&mut self.reaction[..], NODES, &|first, reaction| {
-                for (i, reaction) in (first..).zip(reaction) {
-                    *reaction = match nodes.constraint[i] {
-                        Constraint::Free => [0.0; 3],
-                        _ => axpy(matrix.row_product(i, change), -1.0, b[i]).map(|c| c / g),
-                    };
-                }
-            });
+            self.reaction.fill([0.0; 3]);
+            for (i, product) in self.pcg.held() {
+                self.reaction[i] = axpy(product, -1.0, b[i]).map(|c| c / g);
+            }
             let (reaction, doubt) = (&self.reaction, doubt(&matrix, solved.stopped.unwrap_or(0.0), g));
             let outcome = Outcome {
                 after: &|s, i| axpy(s.nodes.v[i], 1.0, change[i]),

@@ -348,6 +348,7 @@ impl Matrix {
     }
 
     /// One row of [`Matrix::product`].
+    #[cfg(test)]
     pub fn row_product(&self, i: usize, x: &[V3]) -> V3 {
         let mut out = [[0.0; 3]];
         self.rows_product(i, x, &mut out);

@@ -34,6 +34,7 @@ mod pcg;
 mod peek;
 mod pool;
 mod product;
+mod residual;
 mod right_side;
 mod rounded;
 mod rounded_product;

@@ -10,9 +10,11 @@ use super::constraint::Constraint;
 use super::double::Double;
 use super::elements::ElementSet;
 use super::guess::Guess;
+use super::held::Held;
 use super::inner::{Inner, Watch};
 use super::matrix::Matrix;
 use super::pool::{NODES, Pool};
+use super::residual::{Left, Squares};
 use super::{Block, V3, axpy, dot};
 use nalgebra::Matrix3;
 
@@ -133,6 +135,11 @@ impl Pcg {
         }
     }
 
+    /// Nodes that were not free in the last solve, and what the matrix makes there of the solution.
+    pub fn held(&self) -> impl Iterator<Item = (usize, V3)> {
+        self.inner.held().iter().map(|held| (held.node(), self.product[held.node()]))
+    }
+
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         3 * self.x.len() * size_of::<V3>() + self.guess.bytes() + self.inner.bytes() + self.double.bytes()
@@ -168,9 +175,9 @@ impl Pcg {
         if !fits || (system.matrix.is_rounded() && !self.inner.bears_rounding(system.tolerance)) {
             return self.in_double(pool, system, floor, 0);
         }
-        for (i, constraint) in s.iter().enumerate().filter(|(_, c)| !c.is_free()) {
+        for i in self.inner.held().iter().map(Held::node) {
             let before = self.x[i];
-            self.x[i] = constraint.merge(before, z[i]);
+            self.x[i] = s[i].merge(before, z[i]);
             let change = axpy(self.x[i], -1.0, before);
             if change != [0.0; 3] {
                 system.matrix.add_column(i, change, &mut self.product);
@@ -231,8 +238,8 @@ impl Pcg {
     /// `r = A (I - S) z`
     fn product_of_held(&mut self, system: &Solve<'_>) {
         self.r.fill([0.0; 3]);
-        for (i, constraint) in system.constraints.iter().enumerate().filter(|(_, c)| !c.is_free()) {
-            let held = axpy(system.z[i], -1.0, constraint.filter(system.z[i]));
+        for i in self.inner.held().iter().map(Held::node) {
+            let held = axpy(system.z[i], -1.0, system.constraints[i].filter(system.z[i]));
             if held != [0.0; 3] {
                 system.matrix.add_column(i, held, &mut self.r);
             }
@@ -271,16 +278,14 @@ impl Pcg {
 
     /// `r = S (b - r)`, or with the product in the place of r; gives `r . r`.
     fn left(&mut self, pool: &Pool, system: &Solve<'_>, of_product: bool) -> f64 {
-        let product = &self.product;
-        pool.fold(&mut self.r[..], &|first, r| {
-            let rows = r.iter_mut().zip(&product[first..]).zip(&system.b[first..]).zip(&system.constraints[first..]);
-            let mut squares = 0.0;
-            for (((r, product), b), constraint) in rows {
-                let taken = if of_product { *product } else { *r };
-                *r = constraint.filter(axpy(*b, -1.0, taken));
-                squares += dot(*r, *r);
+        let (product, held, arch) = (of_product.then_some(&self.product), self.inner.held(), pulp::Arch::new());
+        pool.fold(&mut self.r[..], &|first, r: &mut [V3]| {
+            arch.dispatch(Left { b: &system.b[first..], taken: product.map(|product| &product[first..]), r: &mut *r });
+            let (from, end) = (held.partition_point(|held| held.node() < first), first + r.len());
+            for i in held[from..].iter().map(Held::node).take_while(|i| *i < end) {
+                r[i - first] = system.constraints[i].filter(r[i - first]);
             }
-            squares
+            arch.dispatch(Squares(r))
         })
     }
 }

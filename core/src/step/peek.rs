@@ -157,6 +157,26 @@ mod tests {
     }
 
     #[test]
+    fn nodes_that_are_let_go_and_others_that_are_held_are_solved_for_again() {
+        let (mut case, pool) = (Case::new(), Pool::new(1));
+        let mut pcg = case.pcg(&pool, |_| [0.0; 3]);
+        assert!(pcg.solve(&pool, &case.solve(1e-6, false)).converged);
+        (case.constraints[815], case.constraints[855]) = (Constraint::Free, Constraint::Line([0.6, 0.0, 0.8]));
+        (case.constraints[700], case.z[700]) = (Constraint::Fixed, [0.1, 0.0, 0.0]);
+        let mut fresh = case.pcg(&pool, |i| pcg.x[i]);
+        let want = fresh.solve(&pool, &case.solve(1e-6, false));
+        let again = pcg.solve(&pool, &case.solve(1e-6, true));
+        assert!(again.converged && again.iterations <= want.iterations + 2, "{again:?} {want:?}");
+        assert!(pcg.x.iter().zip(&fresh.x).all(|(a, b)| (0..3).all(|c| (a[c] - b[c]).abs() < 1e-5)));
+        let held: Vec<usize> = pcg.held().map(|(i, _)| i).skip_while(|i| *i < N).collect();
+        assert_eq!(held, [700, 816, 855, 856]);
+        for (i, product) in pcg.held() {
+            let want = case.matrix.row_product(i, &pcg.x);
+            assert!((0..3).all(|c| (product[c] - want[c]).abs() < 1e-12), "{i}: {product:?} {want:?}");
+        }
+    }
+
+    #[test]
     fn a_guess_that_is_worse_than_none_is_made_as_long_as_serves_best() {
         let (case, pool) = (Case::new(), Pool::new(1));
         let mut pcg = case.pcg(&pool, |_| [0.0; 3]);

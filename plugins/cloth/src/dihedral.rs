@@ -35,10 +35,13 @@ pub(crate) fn gradient<T: Real>(x: [V3<T>; 4]) -> [V3<T>; 4] {
     let (least, one) = (square.of(f64::MIN_POSITIVE), square.of(1.0));
     let square = square.max(least);
     let floor = square * square * (FLAT * FLAT);
-    let go = scaled(left, -size / dot(left, left).max(floor).max(least));
-    let gp = scaled(right, -size / dot(right, right).max(floor).max(least));
+    let (l, r) = (dot(left, left).max(floor), dot(right, right).max(floor));
+    // A division takes as long as ten products.
+    let all = one / (l * r * square).max(least);
+    let go = scaled(left, -(size * (r * square) * all));
+    let gp = scaled(right, -(size * (l * square) * all));
     // Where the foot of each height is along the edge.
-    let over = one / square;
+    let over = l * r * all;
     let (so, sp) = (dot(minus(o, a), edge) * over, dot(minus(p, a), edge) * over);
     [mixed(-(one - so), go, -(one - sp), gp), mixed(-so, go, -sp, gp), go, gp]
 }

@@ -30,6 +30,8 @@ pub(crate) struct Frame<T = f64> {
     pub(crate) stretch: M2<T>,
     /// K
     condition: M2<T>,
+    /// `1 / K:JL`
+    turning: T,
 }
 
 impl Frame {
@@ -48,26 +50,28 @@ impl Frame {
             Rule::Polar => [[size * v[0] * v[0], size * v[0] * v[1]], [size * v[0] * v[1], size * v[1] * v[1]]],
             Rule::Edge => [0, 1].map(|i| [dot(axes[i], f[0]), dot(axes[i], f[1])]),
         };
-        Self { axes, normal: cross(e, left), stretch, condition: condition(rule, third) }
+        let condition = condition(rule, third);
+        Self { axes, normal: cross(e, left), stretch, condition, turning: turning(&condition, &stretch) }
     }
 }
 
 /// Numbers in a frame.
-const VALUES: usize = 17;
+const VALUES: usize = 18;
 
 impl<T: Real> Frame<T> {
     /// Of a deformation gradient's columns; `third` is the gradient of the last corner's weight, across the first edge.
     #[inline(always)]
     pub(crate) fn new(rule: Rule, f: [V3<T>; 2], third: V2<T>) -> Self {
-        if length(cross(f[0], f[1])).any_below(COLLAPSED) {
-            return Self::one_by_one(rule, f, third);
+        let regular = Self::regular(rule, f, third);
+        if !length(cross(f[0], f[1])).any_below(COLLAPSED) {
+            return regular;
         }
-        Self::regular(rule, f, third)
+        Self::of(Self::one_by_one(rule, f, third))
     }
 
     /// The same where some have collapsed. Others are as they would be beside any: their numbers do not depend on who is near.
     #[cold]
-    fn one_by_one(rule: Rule, f: [V3<T>; 2], third: V2<T>) -> Self {
+    fn one_by_one(rule: Rule, f: [V3<T>; 2], third: V2<T>) -> [T; VALUES] {
         let mut given = [third[0]; VALUES];
         given[..3].copy_from_slice(&f[0]);
         given[3..6].copy_from_slice(&f[1]);
@@ -78,17 +82,23 @@ impl<T: Real> Frame<T> {
         for i in 0..VALUES {
             v[i] = size.if_less(size.of(COLLAPSED), collapsed[i], v[i]);
         }
+        v
+    }
+
+    #[inline(always)]
+    fn of(v: [T; VALUES]) -> Self {
         Self {
             axes: [[v[0], v[1], v[2]], [v[3], v[4], v[5]]],
             normal: [v[6], v[7], v[8]],
             stretch: [[v[9], v[10]], [v[11], v[12]]],
             condition: [[v[13], v[14]], [v[15], v[16]]],
+            turning: v[17],
         }
     }
 
-    /// Axes, normal, stretch and condition in a row.
+    /// All of it in a row.
     fn values(&self) -> [T; VALUES] {
-        let Self { axes: [t, u], normal: n, stretch: [l, m], condition: [k, j] } = self;
+        let Self { axes: [t, u], normal: n, stretch: [l, m], condition: [k, j], turning } = self;
         let mut values = [t[0]; VALUES];
         for (at, vector) in [t, u, n].into_iter().enumerate() {
             values[3 * at..3 * at + 3].copy_from_slice(vector);
@@ -96,6 +106,7 @@ impl<T: Real> Frame<T> {
         for (at, row) in [l, m, k, j].into_iter().enumerate() {
             values[9 + 2 * at..11 + 2 * at].copy_from_slice(row);
         }
+        values[17] = *turning;
         values
     }
 
@@ -103,27 +114,29 @@ impl<T: Real> Frame<T> {
     fn regular(rule: Rule, f: [V3<T>; 2], third: V2<T>) -> Self {
         let area = cross(f[0], f[1]);
         let d = length(area);
-        let inverse = d.of(1.0) / d;
-        let normal = scaled(area, inverse);
+        let condition = condition(rule, third);
         match rule {
             Rule::Polar => {
                 let (a, b, c) = (dot(f[0], f[0]), dot(f[0], f[1]), dot(f[1], f[1]));
-                let over = d.of(1.0) / (a + c + d * 2.0).sqrt();
+                let trace = (a + c + d * 2.0).sqrt();
+                // A division takes as long as ten products.
+                let both = d.of(1.0) / (d * trace);
+                let (inverse, over) = (both * trace, both * d);
                 let s = [[(a + d) * over, b * over], [b * over, (c + d) * over]];
                 // The inverse of a 2 x 2 matrix, with det S = d.
                 let (p, q, r) = (s[1][1] * inverse, -s[0][1] * inverse, s[0][0] * inverse);
                 let axes = [mixed(p, f[0], q, f[1]), mixed(q, f[0], r, f[1])];
-                Self { axes, normal, stretch: s, condition: condition(rule, third) }
+                Self { axes, normal: scaled(area, inverse), stretch: s, condition, turning: over }
             }
             Rule::Edge => {
                 let (u, v) = edge(third);
                 let along = mixed(u[0], f[0], u[1], f[1]);
-                let e = scaled(along, d.of(1.0) / length(along));
+                let (e, normal) = (scaled(along, d.of(1.0) / length(along)), scaled(area, d.of(1.0) / d));
                 let left = cross(normal, e);
                 let axes = [mixed(u[0], e, v[0], left), mixed(u[1], e, v[1], left)];
                 let [t, u] = axes;
                 let stretch = [[dot(t, f[0]), dot(t, f[1])], [dot(u, f[0]), dot(u, f[1])]];
-                Self { axes, normal, stretch, condition: condition(rule, third) }
+                Self { axes, normal, stretch, condition, turning: turning(&condition, &stretch) }
             }
         }
     }
@@ -146,11 +159,7 @@ impl<T: Real> Frame<T> {
     /// w as a function of A: `w = turn : A`.
     #[inline(always)]
     pub(crate) fn turn(&self) -> M2<T> {
-        let (k, l) = (&self.condition, &self.stretch);
-        let size = k[1][0] * l[0][0] + k[1][1] * l[0][1] - k[0][0] * l[1][0] - k[0][1] * l[1][1];
-        // A triangle drawn together to a point has no direction to turn.
-        let least = size.of(COLLAPSED);
-        let inverse = size.of(1.0) / size.abs().if_less(least, least, size);
+        let (k, inverse) = (&self.condition, self.turning);
         [[k[0][0] * inverse, k[0][1] * inverse], [k[1][0] * inverse, k[1][1] * inverse]]
     }
 
@@ -161,6 +170,15 @@ impl<T: Real> Frame<T> {
         let size = k[1][0] - k[0][1];
         [k[0][0] / size, k[1][1] / size, (k[0][1] + k[1][0]) * 0.5 / size]
     }
+}
+
+/// `1 / K:JL`
+#[inline(always)]
+fn turning<T: Real>(k: &M2<T>, l: &M2<T>) -> T {
+    let size = k[1][0] * l[0][0] + k[1][1] * l[0][1] - k[0][0] * l[1][0] - k[0][1] * l[1][1];
+    // A triangle drawn together to a point has no direction to turn.
+    let least = size.of(COLLAPSED);
+    size.of(1.0) / size.abs().if_less(least, least, size)
 }
 
 /// The direction of the first edge in the sheet, and the one to its left.

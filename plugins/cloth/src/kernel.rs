@@ -27,9 +27,20 @@ fn gather<S: Simd, const K: usize>(simd: S, nodes: &[[u32; K]], e: usize, of: Po
             &end[..S::F64_LANES]
         }
     };
-    let mut all = [of.of(simd, elements, 0); K];
-    for corner in 1..K {
-        all[corner] = of.of(simd, elements, corner);
+    let nothing = [Wide(simd.splat_f64s(0.0), simd); 3];
+    let mut all = [nothing; K];
+    // Written out, for a loop would keep all of it in memory.
+    if K > 0 {
+        all[0] = of.of(simd, elements, 0);
+    }
+    if K > 1 {
+        all[1] = of.of(simd, elements, 1);
+    }
+    if K > 2 {
+        all[2] = of.of(simd, elements, 2);
+    }
+    if K > 3 {
+        all[3] = of.of(simd, elements, 3);
     }
     all
 }

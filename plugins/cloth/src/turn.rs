@@ -49,11 +49,11 @@ impl<'a> Points<'a> {
     /// Of a node, and a number that means nothing.
     #[inline(always)]
     fn four(&self, node: u32) -> &[f64; 4] {
-        let rest = &self.flat[3 * node as usize..];
-        match rest.first_chunk() {
+        let at = 3 * node as usize;
+        match self.flat.get(at..at + 4).and_then(<[f64]>::first_chunk) {
             Some(four) => four,
             None => {
-                assert_eq!(rest.len(), 3);
+                assert_eq!(self.flat.len(), at + 3, "a corner is one of the nodes");
                 &self.last
             }
         }

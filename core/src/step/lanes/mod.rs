@@ -7,6 +7,7 @@ mod entry;
 mod plain;
 #[cfg(test)]
 mod tests;
+pub mod threes;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
