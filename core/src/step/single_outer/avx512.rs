@@ -26,13 +26,19 @@ impl<H: Hinges> pulp::NullaryFnOnce for Outer<'_, V4, f32, H> {
     fn call(self) {
         let Self { simd, slots, first, blocks, hinges } = self;
         let (groups, rest) = slots.as_chunks::<PAIRS>().0.as_chunks::<GROUP>();
+        let mut room = [[0.0; GROUP]; 12];
         for (at, slots) in groups.iter().enumerate() {
-            let mut room = [[0.0; GROUP]; 12];
             let (planes, k) = hinges.eight(GROUP * at, &mut room);
-            let numbers = turned(simd, planes);
-            for lane in 0..GROUP {
-                add(simd, &slots[lane], first, blocks, (numbers[lane], k[lane] as f32));
-            }
+            // One by one: from a loop they would go through memory.
+            let [a, b, c, d, e, f, g, h] = turned(simd, planes);
+            add(simd, &slots[0], first, blocks, (a, k[0] as f32));
+            add(simd, &slots[1], first, blocks, (b, k[1] as f32));
+            add(simd, &slots[2], first, blocks, (c, k[2] as f32));
+            add(simd, &slots[3], first, blocks, (d, k[3] as f32));
+            add(simd, &slots[4], first, blocks, (e, k[4] as f32));
+            add(simd, &slots[5], first, blocks, (f, k[5] as f32));
+            add(simd, &slots[6], first, blocks, (g, k[6] as f32));
+            add(simd, &slots[7], first, blocks, (h, k[7] as f32));
         }
         for (slots, e) in rest.iter().zip(GROUP * groups.len()..) {
             let (numbers, k) = rounded(hinges, e);

@@ -37,21 +37,22 @@ impl Diagonal {
 
     /// Takes over what the rows of a slice have, times `scale`.
     #[inline(always)]
-    pub fn put<U: Lanes>(&mut self, unit: U, slice: usize, rows: impl Iterator<Item = Own>, scale: f64) {
-        let (mut masses, mut blocks, mut all) = ([0.0; LANES], [[0.0; 9]; LANES], true);
-        for ((mass, block), own) in masses.iter_mut().zip(&mut blocks).zip(rows) {
-            match own {
-                Own::Mass(m) => (*mass, block[0], block[4], block[8]) = (m.rounded(scale), m, m, m),
-                Own::Block(own) => (*block, all) = (own, false),
+    pub fn put<U: Lanes>(&mut self, unit: U, slice: usize, rows: impl Iterator<Item = Own> + Clone, scale: f64) {
+        let mut masses = [0.0; LANES];
+        self.masses[slice] = masses.iter_mut().zip(rows.clone()).all(|(mass, own)| match own {
+            Own::Mass(m) => {
+                *mass = m.rounded(scale);
+                true
             }
-        }
-        self.masses[slice] = all;
-        if all {
+            Own::Block(_) => false,
+        });
+        if self.masses[slice] {
             let to = &mut self.mass.flat_mut().as_chunks_mut::<LANES>().0[slice];
             *to = unit.store(unit.without_dust(unit.load(&masses)));
             return;
         }
-        let nothing: Block = [0.0; 9];
+        let (mut blocks, nothing): (_, Block) = ([[0.0; 9]; LANES], [0.0; 9]);
+        blocks.iter_mut().zip(rows).for_each(|(block, own)| *block = own.block());
         let mut refs = [&nothing; LANES];
         for lane in 0..LANES {
             refs[lane] = &blocks[lane];
