@@ -71,6 +71,10 @@ fn triangles<S: Simd>(simd: S, planes: &[&[f64]; triangle::STRIDE], e: usize) ->
     Triangle::whole([b, c], Wide::read(simd, planes[4], e))
 }
 
+/// What begins where memory is read at once.
+#[repr(align(64))]
+struct Lines<T>(T);
+
 /// Adds the forces of triangles. Gives the sum of their stresses, to see whether all is finite.
 pub(crate) struct Forces<'a, 'b> {
     pub(crate) membrane: &'a Membrane,
@@ -181,7 +185,8 @@ impl WithSimd for SingleStiffness<'_, '_> {
         let (x, nodes) = (Points::new(at.x()), at.corners::<3>());
         let (slots, first, window) = out.window::<6>();
         let planes = core::array::from_fn(|s| at.rest_data(s));
-        let (mut rows, mut last) = ([[[0.0; 8]; MOST_SINGLES]; 3], [[0.0; MOST_SINGLES]; 3]);
+        let (mut rows, mut last) = (Lines([[[0.0; 8]; MOST_SINGLES]; 3]), Lines([[0.0; MOST_SINGLES]; 3]));
+        let (rows, last) = (&mut rows.0, &mut last.0);
         for e in (0..nodes.len()).step_by(S::F32_LANES) {
             // Differences of places are rounded, not places.
             let (low, high) = (triangles(simd, &planes, e), triangles(simd, &planes, e + S::F64_LANES));
