@@ -32,21 +32,15 @@ impl<T: Number> WithSimd for Term<'_, T> {
                     for part in (0..LANES).step_by(lanes::<S, T>()) {
                         let m = read::<S, T>(solution, own + part);
                         let mut sum = m;
-                        if let ([a, b, c, d], [u, v, w, x]) = (partner, value) {
+                        if let (Ok(partner), Ok(value)) = (partner.try_into(), value.try_into()) {
                             // Most slices: without a loop, whose end is guessed wrong where the next one is longer.
-                            let one = T::plus(
-                                simd,
-                                product(simd, solution, *a, u, part),
-                                product(simd, solution, *b, v, part),
-                            );
-                            let two = T::plus(
-                                simd,
-                                product(simd, solution, *c, w, part),
-                                product(simd, solution, *d, x, part),
-                            );
-                            sum = T::plus(simd, sum, T::plus(simd, one, two));
+                            sum = T::plus(simd, sum, four(simd, solution, partner, value, part));
                         } else {
-                            for (&partner, value) in partner.iter().zip(value) {
+                            let ((fours, rest), (of_four, of_rest)) = (partner.as_chunks(), value.as_chunks());
+                            for (partner, value) in fours.iter().zip(of_four) {
+                                sum = T::plus(simd, sum, four(simd, solution, partner, value, part));
+                            }
+                            for (&partner, value) in rest.iter().zip(of_rest) {
                                 sum = T::plus(simd, sum, product(simd, solution, partner, value, part));
                             }
                         }
@@ -71,6 +65,20 @@ impl<T: Number> WithSimd for Term<'_, T> {
             }
         }
     }
+}
+
+/// Values times what four partners have, in all.
+#[inline(always)]
+fn four<S: Simd, T: Number>(
+    simd: S,
+    solution: &[T],
+    [a, b, c, d]: &[u32; 4],
+    [u, v, w, x]: &[Slice<T>; 4],
+    part: usize,
+) -> T::V<S> {
+    let one = T::plus(simd, product(simd, solution, *a, u, part), product(simd, solution, *b, v, part));
+    let two = T::plus(simd, product(simd, solution, *c, w, part), product(simd, solution, *d, x, part));
+    T::plus(simd, one, two)
 }
 
 /// Values times what partners have.
