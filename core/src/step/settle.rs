@@ -3,11 +3,13 @@
 //! Newton's method on the forces, damped as Levenberg (1944) does it by a share of the masses that falls while it goes well,
 //! and held back until the potential energy does not rise.
 
-use super::integrate::{Holds, Integrator, Loads, Outcome, StepError, StepReport, add_loads, check, linearise};
+use super::holds::Holds;
+use super::implicit::linearise;
+use super::integrate::{Integrator, Loads, StepError, StepReport, add_loads, check};
 use super::pcg::Solve;
 use super::pool::Pool;
 use super::system::System;
-use super::{Constraint, Factors, StandIn, V3, axpy, dot};
+use super::{Constraint, Factors, StandIn, axpy, dot};
 use std::time::Instant;
 
 /// Damping at the start, 1/s^2, the largest before it gives up, and the least.
@@ -161,27 +163,4 @@ impl Integrator {
         }
         Ok(energy + loads.tools.iter().map(|springs| springs.potential(&system.nodes.x)).sum::<f64>())
     }
-}
-
-/// Nothing is held.
-pub struct HoldsNothing;
-
-impl Holds for HoldsNothing {
-    fn begin(&mut self, _: &mut System, _: f64) {}
-
-    fn add_forces(&self, _: &mut [V3]) {}
-
-    fn revise(&mut self, _: &mut System, _: &Outcome<'_>) -> bool {
-        false
-    }
-
-    fn is_near(&self) -> bool {
-        false
-    }
-
-    fn is_holding(&self) -> bool {
-        false
-    }
-
-    fn end(&mut self, _: &mut System, _: &mut [V3]) {}
 }
