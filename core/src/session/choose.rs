@@ -1,5 +1,6 @@
 //! Choosing how the bodies of an opened scene are moved: how fast they can move, and which scheme and step that bears.
 
+use super::company::Company;
 use super::{EventKind, PreconditionerChosen, Session, SessionError, StepCost};
 use crate::body::{Body, Fixing};
 use crate::contact::Samples;
@@ -122,6 +123,7 @@ impl Session {
         }
         let solver = &scene.solver;
         let (tolerance, most) = (*solver.tolerance.get_ref(), *solver.iterations.get_ref() as usize);
+        self.companies = vec![Company::default(); self.bodies.len()];
         self.integrators = self.bodies.iter().map(|_| Integrator::new(scheme, tolerance, most)).collect();
         for (integrator, body) in self.integrators.iter_mut().zip(&self.bodies) {
             integrator.newton = scene.solver.newton.as_ref().map_or(integrator.newton, |n| *n.get_ref() as usize);

@@ -1,6 +1,7 @@
 //! A scene, opened: live objects and nothing optional inside.
 
 mod choose;
+mod company;
 mod contact_models;
 mod devices;
 mod edits;
@@ -28,6 +29,7 @@ use crate::host::{Device, DeviceInfo, Pose};
 use crate::plan::{Edit, LeftOut, Plan};
 use crate::step::{Frequencies, Integrator, NodeSprings, Pool, Scheme};
 use crate::tool::{ForceSafety, Frame as DeviceFrame, Hand, TactilePad, TipMass, Tool};
+use company::Company;
 use pliant_plugin_api::abi::Ball;
 use serde::Serialize;
 
@@ -203,8 +205,9 @@ pub struct Session {
     pub events: Events,
     plan: Plan,
     pool: Pool,
-    /// Of small bodies: one thread.
+    /// Of small bodies, and where threads are a hindrance: one.
     alone: Pool,
+    companies: Vec<Company>,
     integrators: Vec<Integrator>,
     /// Of each body by itself, and with a tool on it.
     frequencies: Vec<Frequencies>,

@@ -94,6 +94,7 @@ impl Session {
             plan,
             pool: Pool::new(threads),
             alone: Pool::new(1),
+            companies: Vec::new(),
             integrators: Vec::new(),
             frequencies: Vec::new(),
             planned: Vec::new(),

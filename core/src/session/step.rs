@@ -152,13 +152,16 @@ impl Session {
         let body = &mut self.bodies[index];
         let gravity = if body.carrier.is_whole() { self.plan.gravity } else { [0.0; 3] };
         let loads = Loads { gravity, forces: &[], tools: &self.springs };
-        let pool = if body.system.elements() < SMALL { &self.alone } else { &self.pool };
+        let (small, company) = (body.system.elements() < SMALL, &mut self.companies[index]);
+        let pool = if small || company.is_alone() { &self.alone } else { &self.pool };
         let integrator = &mut self.integrators[index];
         let spheres = &mut self.spheres[index];
         let mut nothing = HoldsNothing;
         let holds: &mut (dyn Holds + Send) = if spheres.tips.is_empty() { &mut nothing } else { spheres };
         let system = &mut body.system;
+        let start = Instant::now();
         let stepped = pool.install(|| integrator.step_held(pool, system, (&loads, holds), time, substeps));
+        company.took(start.elapsed().as_secs_f64());
         self.choices.threads = self.pool.threads();
         if body.carrier.sheet().is_some() {
             let nodes = &system.nodes;
