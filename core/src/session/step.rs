@@ -10,8 +10,9 @@ use crate::step::{Frequencies, Holds, HoldsNothing, Loads, StepError, axpy};
 use crate::tool::Tool;
 use std::time::Instant;
 
-/// Elements of a body that one thread has done sooner than it has called others.
+/// Elements of a body that one thread has done sooner than it has called others, and from which on others help wherever they are.
 const SMALL: usize = 1500;
+const LARGE: usize = 5000;
 
 impl Session {
     /// What comes between reading the devices and writing to them.
@@ -152,8 +153,9 @@ impl Session {
         let body = &mut self.bodies[index];
         let gravity = if body.carrier.is_whole() { self.plan.gravity } else { [0.0; 3] };
         let loads = Loads { gravity, forces: &[], tools: &self.springs };
-        let (small, company) = (body.system.elements() < SMALL, &mut self.companies[index]);
-        let pool = if small || company.is_alone() { &self.alone } else { &self.pool };
+        let (elements, company) = (body.system.elements(), &mut self.companies[index]);
+        let alone = elements < SMALL || (elements < LARGE && company.is_alone());
+        let pool = if alone { &self.alone } else { &self.pool };
         let integrator = &mut self.integrators[index];
         let spheres = &mut self.spheres[index];
         let mut nothing = HoldsNothing;
