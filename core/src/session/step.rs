@@ -10,8 +10,9 @@ use crate::step::{Frequencies, Holds, HoldsNothing, Loads, StepError, axpy};
 use crate::tool::Tool;
 use std::time::Instant;
 
-/// Elements of a body that one thread has done sooner than it has called others, and from which on others help wherever they are.
+/// Elements of a body that one thread has done sooner than it has called others.
 const SMALL: usize = 1500;
+/// Elements of a body from which on others help wherever they are.
 const LARGE: usize = 5000;
 
 impl Session {
