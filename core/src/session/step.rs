@@ -1,6 +1,7 @@
 //! One step: hands, edits, regions, contact, integration, reaction, coupling, force safety, devices. One way, no stage calls
 //! back up.
 
+use super::company::Company;
 use super::event::EventKind;
 use super::frame::{Frame, ToolFrame};
 use super::{Session, Stage};
@@ -155,7 +156,8 @@ impl Session {
         let gravity = if body.carrier.is_whole() { self.plan.gravity } else { [0.0; 3] };
         let loads = Loads { gravity, forces: &[], tools: &self.springs };
         let (elements, company) = (body.system.elements(), &mut self.companies[index]);
-        let alone = elements < SMALL || (elements < LARGE && company.is_alone());
+        let has_choice = (SMALL..LARGE).contains(&elements) && self.pool.threads() > 1;
+        let alone = elements < SMALL || (has_choice && company.is_alone());
         let pool = if alone { &self.alone } else { &self.pool };
         let integrator = &mut self.integrators[index];
         let spheres = &mut self.spheres[index];
@@ -164,7 +166,10 @@ impl Session {
         let system = &mut body.system;
         let start = Instant::now();
         let stepped = pool.install(|| integrator.step_held(pool, system, (&loads, holds), time, substeps));
-        company.took(start.elapsed().as_secs_f64());
+        match has_choice {
+            true => company.took(start.elapsed().as_secs_f64()),
+            false => *company = Company::default(),
+        }
         self.choices.threads = self.pool.threads();
         if body.carrier.sheet().is_some() {
             let nodes = &system.nodes;

@@ -1,7 +1,7 @@
 //! Explicit steps: new velocities from the forces where the body is.
 
-use super::holds::{Holds, Outcome};
-use super::integrate::{Integrator, Loads, PASSES, Scheme, StepError, StepReport, add_loads, check};
+use super::holds::{Holds, Outcome, PASSES};
+use super::integrate::{Integrator, Loads, Scheme, StepError, StepReport, add_loads, check};
 use super::pool::Pool;
 use super::system::System;
 use super::{axpy, without_dust};

@@ -1,4 +1,4 @@
-//! Nodes that are held, in single precision.
+//! Nodes that are held, and what they may still do in single precision.
 
 use super::Constraint;
 use super::lanes::Vectors;

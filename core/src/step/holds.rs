@@ -3,6 +3,9 @@
 use super::V3;
 use super::system::System;
 
+/// Times contacts are looked at anew in a step, at most.
+pub const PASSES: usize = 4;
+
 /// What holds nodes during a step and lets them go again, such as a sphere in contact.
 pub trait Holds {
     /// Constrains nodes, from the positions they have. `dt` (s) is how long the velocities of the step last.

@@ -1,13 +1,13 @@
 //! Steps of the implicit schemes but equilibria: Newton's method, contacts looked at again while it goes.
 
-use super::holds::{Doubt, Holds, Outcome};
-use super::integrate::{Integrator, Loads, PASSES, Scheme, StepError, StepReport, add_loads, check, is_finite};
+use super::holds::{Doubt, Holds, Outcome, PASSES};
+use super::integrate::{Integrator, Loads, Scheme, StepError, StepReport, add_loads, check, is_finite};
 use super::pcg::Solve;
 use super::peek::doubt;
 use super::pool::{NODES, Pool};
 use super::right_side::{RightSide, Start};
 use super::system::{Nodes, System};
-use super::{Constraint, Factors, Matrix, StandIn, V3, axpy, without_dust};
+use super::{Factors, Matrix, StandIn, V3, axpy, without_dust};
 use crate::host::HostError;
 use std::time::Instant;
 
@@ -187,12 +187,11 @@ impl Integrator {
                 report.residual = report.residual.max(solved.residual);
                 report.converged &= solved.converged;
             }
-            if !near && nodes.constraint.iter().all(Constraint::is_free) {
-                self.reaction.fill([0.0; 3]);
+            self.reaction.fill([0.0; 3]);
+            if !near && self.pcg.held().next().is_none() {
                 break;
             }
             let (b, change) = (&self.b, &self.pcg.x);
-            self.reaction.fill([0.0; 3]);
             for (i, product) in self.pcg.held() {
                 self.reaction[i] = axpy(product, -1.0, b[i]).map(|c| c / g);
             }

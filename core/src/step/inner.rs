@@ -91,7 +91,9 @@ impl Inner {
         let room = n.next_multiple_of(LANES);
         (self.r, self.h) = (Lines::new(3 * room), Lines::new(3 * room));
         self.inverse = Lines::new(6 * room);
+        self.held.clear();
         self.held.reserve(n);
+        self.was.clear();
         self.was.reserve(n);
         self.levels = None;
         self.age.end();

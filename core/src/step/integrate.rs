@@ -127,8 +127,6 @@ pub struct Integrator {
     pub(super) pcg: Pcg,
 }
 
-/// Times contacts are looked at anew in a step, at most.
-pub(super) const PASSES: usize = 4;
 impl Integrator {
     /// With room for nothing yet.
     pub fn new(scheme: Scheme, tolerance: f64, most_iterations: usize) -> Self {

@@ -27,6 +27,7 @@ fn gather<S: Simd, const K: usize>(simd: S, nodes: &[[u32; K]], e: usize, of: Po
             &end[..S::F64_LANES]
         }
     };
+    const { assert!(K <= 4, "corners are written out") };
     let nothing = [Wide(simd.splat_f64s(0.0), simd); 3];
     let mut all = [nothing; K];
     // Written out, for a loop would keep all of it in memory.
