@@ -15,7 +15,7 @@ use super::multilevel::Multilevel;
 use super::pcg::{Solve, constrained_inverse};
 use super::peek::Peek;
 use super::pool::Pool;
-use super::residual::Rounded;
+use super::residual::BySixteen;
 use super::single::{Single, power_of_two};
 use super::sliced::LANES;
 use super::{Block, Constraint, V3};
@@ -189,7 +189,7 @@ impl Inner {
         let size = squares.sqrt();
         self.scale = if size.is_normal() { power_of_two(size) } else { 1.0 };
         let down = 1.0 / self.scale;
-        pool.pieces(self.r.vectors_mut(), PIECE, &|first, to| widest(Rounded { down, r: &r[LANES * first..], to }));
+        pool.pieces(self.r.vectors_mut(), PIECE, &|first, to| widest(BySixteen { down, r: &r[LANES * first..], to }));
         self.unit() * self.precondition(pool)
     }
 

@@ -46,14 +46,14 @@ impl pulp::NullaryFnOnce for Squares<'_> {
     }
 }
 
-/// Vectors times a number, by sixteen.
-pub struct Rounded<'a> {
+/// Vectors times a number, rounded, to where iterations have them.
+pub struct BySixteen<'a> {
     pub down: f64,
     pub r: &'a [V3],
     pub to: &'a mut [Vectors],
 }
 
-impl Work for Rounded<'_> {
+impl Work for BySixteen<'_> {
     type Output = ();
 
     #[inline(always)]

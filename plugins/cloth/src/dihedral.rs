@@ -36,7 +36,7 @@ pub(crate) fn gradient<T: Real>(x: [V3<T>; 4]) -> [V3<T>; 4] {
     let square = square.max(least);
     let floor = square * square * (FLAT * FLAT);
     let (l, r) = (dot(left, left).max(floor), dot(right, right).max(floor));
-    // A division takes as long as ten products.
+    // One division for three: products take less.
     let all = one / (l * r * square).max(least);
     let go = scaled(left, -(size * (r * square) * all));
     let gp = scaled(right, -(size * (l * square) * all));

@@ -119,7 +119,7 @@ impl<T: Real> Frame<T> {
             Rule::Polar => {
                 let (a, b, c) = (dot(f[0], f[0]), dot(f[0], f[1]), dot(f[1], f[1]));
                 let trace = (a + c + d * 2.0).sqrt();
-                // A division takes as long as ten products.
+                // One division for two: products take less.
                 let both = d.of(1.0) / (d * trace);
                 let (inverse, over) = (both * trace, both * d);
                 let s = [[(a + d) * over, b * over], [b * over, (c + d) * over]];
