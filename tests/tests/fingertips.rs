@@ -87,6 +87,25 @@ fn a_tip_that_is_fast_does_not_jump_over_a_sheet() {
 }
 
 #[test]
+fn a_tip_that_slides_meets_vertices_where_they_come_to_it() {
+    // Held fast by friction for a step, a vertex of a taut sheet would be pulled at, and let into the tip.
+    let hung = "fixed = [{ box = [[-1, 0.1999, -1], [1, 1, 1]] }]";
+    let path = "[[0, 0.1, 0.1, 0.009], [0.2, 0.1, 0.1, -0.002], [1, 0.14, 0.1, -0.002]]";
+    let tool = "radius = \"8 mm\"\nfriction = [0.35, 0.3]\nsheets = \"vertices\"";
+    let mut session = scene(31, 0.0, hung, path, tool, "duration = 1\ndt = 0.001\nintegrator = \"backward-euler\"");
+    let (mut deepest, mut met) = (0.0_f64, 0);
+    for _ in 0..500 {
+        session.step();
+        let tip = session.frame().tools[0];
+        let depth = |x: &V3| 0.008 - size(axpy(*x, -1.0, tip.proxy));
+        deepest = session.bodies[0].system.nodes.x.iter().map(depth).fold(deepest, f64::max);
+        met += usize::from(tip.contact.is_some());
+    }
+    assert!(met > 200, "it touches in {met} steps");
+    assert!(deepest < 1e-6, "{deepest} m inside");
+}
+
+#[test]
 fn triangles_hold_a_tip_that_fits_between_vertices() {
     // Cells of 50 mm: no vertex comes near a tip of 8 mm.
     let path = "[[0, 0.11, 0.12, 0.012], [0.1, 0.11, 0.12, 0.002], [9, 0.11, 0.12, 0.002]]";

@@ -72,7 +72,11 @@ impl Held {
             }
         };
         if pushes < 0.0 {
-            return Some((Self { state: State::Free, ..*self }, pushes < -pushes_off));
+            // What pulls may be what keeps it from sliding, in a taut sheet: then it is let slide first.
+            let along = axpy(lambda, -pushes, self.normal);
+            let torn = self.state == State::Sticks && self.tips.1.is_none() && dot(along, along) > pushes * pushes;
+            let state = if torn { State::Slides } else { State::Free };
+            return Some((Self { state, ..*self }, pushes < -pushes_off));
         }
         if self.tips.1.is_some() {
             return None;
@@ -141,6 +145,9 @@ mod tests {
         assert_eq!(next(HELD, [0.0, 0.0, 1.0], [0.0; 3], [0.0, 2.0]), [None; 2], "what is pushed stays");
         let pulled = next(HELD, [0.9, 0.0, -1.0], [0.0; 3], [0.0, 0.99, 1.01]);
         assert_eq!(pulled, [true, true, false].map(|certain| Some((free, certain))));
+        let taut = next(HELD, [1.1, 0.0, -1.0], [0.0; 3], [0.0, 0.99, 1.01]);
+        assert_eq!(taut, [true, true, false].map(|certain| Some((slides, certain))), "friction may be what pulls");
+        assert_eq!(next(Held { state: slides, ..HELD }, [1.1, 0.0, -1.0], [0.0; 3], [0.0]), [Some((free, true))]);
         // Of 1 N a half sticks. Both may be off; and friction follows from what pushes, which has to be known to a tenth.
         let torn = next(HELD, [0.6, 0.0, 1.0], [0.0; 3], [0.0, 0.06, 0.07]);
         assert_eq!(torn, [true, true, false].map(|certain| Some((slides, certain))));

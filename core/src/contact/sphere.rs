@@ -92,6 +92,15 @@ fn goes_far(tip: &Tip, v: V3, dt: f64) -> bool {
     dot(way, way).sqrt() > SWEEP * tip.radius
 }
 
+/// Whether a vertex that was not held and moves with `v` goes past a tip faster than friction would end in a step, by what it
+/// takes to turn the vertex alone: the friction of the step before, none, is what it begins with.
+fn slips(tip: &Tip, v: V3, normal: V3, target: f64) -> bool {
+    let past = axpy(v, -1.0, tip.velocity);
+    let slip = axpy(past, -dot(past, normal), normal);
+    let turn = (target - dot(v, normal)).max(0.0);
+    dot(slip, slip).sqrt() > tip.friction.sliding * turn
+}
+
 /// m/s, how fast a vertex is pushed out at most, besides the motion of the tip
 const CORRECTION: f64 = 0.5;
 /// Normals less apart than this, as the sine, count as one line.
@@ -134,11 +143,11 @@ impl Spheres {
         let slip = axpy(system.nodes.v[held.node as usize], -1.0, tip.velocity);
         let slip = axpy(slip, -dot(slip, held.normal), held.normal);
         let (speed, push) = (dot(slip, slip).sqrt(), dot(reaction, held.normal).max(0.0));
-        if dot(slip, held.friction) >= 0.0 || speed == 0.0 {
+        if dot(slip, held.friction) > 0.0 || speed == 0.0 {
             return [0.0; 3];
         }
         let (most, size) = (tip.friction.sliding * push, dot(held.friction, held.friction).sqrt());
-        let turned = held.friction.map(|c| most / size * c);
+        let turned = if size > 0.0 { held.friction.map(|c| most / size * c) } else { [0.0; 3] };
         let turned = axpy(turned, -system.nodes.mass[held.node as usize] / self.dt, slip);
         turned.map(|c| most / dot(turned, turned).sqrt() * c)
     }
@@ -150,6 +159,11 @@ impl Spheres {
         let target = ((tip.radius - deep) / self.dt).min(towards.max(0.0) + CORRECTION);
         let speed = towards - dot(v, normal);
         let rebound = if before.is_none() && speed > RESTS { tip.restitution * speed } else { 0.0 };
+        let caught = before.is_none() && goes_far(tip, v, self.dt);
+        let slips = match before {
+            None => !caught && slips(tip, v, normal, target),
+            Some(friction) => friction.is_some(),
+        };
         Held {
             node,
             tips: (t, None),
@@ -157,9 +171,9 @@ impl Spheres {
             other: [0.0; 3],
             target: [if rebound > 0.0 { target.max(towards + rebound) } else { target }, 0.0],
             rebound,
-            state: if let Some(Some(_)) = before { State::Slides } else { State::Sticks },
+            state: if slips { State::Slides } else { State::Sticks },
             stuck_before: before == Some(None),
-            caught: before.is_none() && goes_far(tip, v, self.dt),
+            caught,
             friction: before.flatten().map_or([0.0; 3], |f| axpy(f, -dot(f, normal), normal)),
             returned: false,
         }
@@ -245,10 +259,17 @@ impl Holds for Spheres {
                     continue; // what is fixed stays so
                 }
                 let (x, v) = (system.nodes.x[node as usize], system.nodes.v[node as usize]);
-                let Some(normal) = meets(&self.tips[t], (x, v), dt, self.before(node).is_some()) else { continue };
+                let before = self.before(node).is_some();
+                let Some(normal) = meets(&self.tips[t], (x, v), dt, before) else { continue };
                 let one = self.touch(t, node, (x, v), normal);
                 match self.held.iter_mut().find(|held| held.node == node) {
-                    Some(held) => (held.tips.1, held.other, held.target[1]) = (Some(t), normal, one.target[0]),
+                    Some(held) => {
+                        (held.tips.1, held.other, held.target[1]) = (Some(t), normal, one.target[0]);
+                        // A pinch does not turn from sliding to sticking.
+                        if !before {
+                            held.state = State::Sticks;
+                        }
+                    }
                     None => self.held.push(one),
                 }
             }
