@@ -66,11 +66,12 @@ pub struct Spheres {
 }
 
 /// The normal at which a vertex that is at `x` and moves with `v` meets a tip in a step, if it does: where it is inside of it when
-/// the step ends, or, if it goes far against it, where it comes in on its way. One that touched `before` may be a little off.
+/// the step ends, or, if it goes far against it, where it comes in on its way. One that touched `before` follows a tip that draws
+/// back, while it goes on being pushed.
 fn meets(tip: &Tip, (x, v): (V3, V3), dt: f64, before: bool) -> Option<V3> {
     let way = Vector3::from(axpy(v, -1.0, tip.velocity)) * dt;
     let end = Vector3::from(axpy(x, -1.0, tip.position));
-    let reach = tip.radius * if before { 1.0 + 1e-3 } else { 1.0 };
+    let reach = tip.radius + if before { (CORRECTION * dt).min(SWEEP * tip.radius) } else { 0.0 };
     if goes_far(tip, v, dt) {
         // Seen from the tip, as it was when the step began: |start + s way| = reach.
         let start = end + Vector3::from(tip.velocity) * dt;
