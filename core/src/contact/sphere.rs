@@ -4,7 +4,8 @@
 //! have to be pulled is let go; one that would take more than friction gives slides, with the friction of Coulomb (1785) as a
 //! force and its normal motion still held (Tripicchio, D'Avella and Ruffaldi 2022, with the reaction of the unfiltered system
 //! in the place of their work). Sticking is tried first; one that slid in the last step goes on sliding with the friction of that
-//! step, and sticks where that would move it.
+//! step, and sticks where that would move it. One that comes to a tip past which it slips slides at once: stuck in a taut sheet it would be
+//! pulled at, and let into the tip.
 
 use super::judge::{Held, State, is_settled};
 use super::proxy::Friction;
