@@ -23,16 +23,16 @@ pub struct Schedule {
     colours: Vec<Vec<Chunk>>,
 }
 
-/// Elements in a chunk: the more the better for memory, but a few chunks for each thread.
-const CHUNK: std::ops::RangeInclusive<usize> = 512..=2048;
-/// Chunks of a short list.
+/// Elements of a chunk, at least.
+const LEAST: usize = 512;
+/// Chunks of a list: a few for each thread, and as long as can be, for each colour goes through all nodes anew.
 const CHUNKS: usize = 16;
 /// Chunks that two threads share evenly where neighbours have two colours.
 const EVEN: usize = 4;
 
 /// How many chunks a list of elements is worth.
 pub fn chunks(count: usize) -> usize {
-    let chunks = count.div_ceil((count / CHUNKS).clamp(*CHUNK.start(), *CHUNK.end()));
+    let chunks = count.div_ceil((count / CHUNKS).max(LEAST));
     if chunks > EVEN / 2 { chunks.next_multiple_of(EVEN) } else { chunks }
 }
 

@@ -163,13 +163,15 @@ impl Integrator {
     /// Room for `n` nodes. After a change of nodes or elements, also forgets the last solution.
     pub fn resize(&mut self, n: usize) {
         self.force.resize(n, [0.0; 3]);
-        self.reaction.clear();
-        self.reaction.resize(n, [0.0; 3]);
+        for field in [&mut self.reaction, &mut self.still] {
+            field.clear();
+            field.resize(n, [0.0; 3]);
+        }
         self.has_past = false;
         if self.scheme.is_implicit() {
             let [x, v] = &mut self.from;
             let [x_before, v_before] = &mut self.before;
-            for field in [&mut self.still, &mut self.moving, &mut self.b, &mut self.z, x, v, x_before, v_before] {
+            for field in [&mut self.moving, &mut self.b, &mut self.z, x, v, x_before, v_before] {
                 field.clear();
                 field.resize(n, [0.0; 3]);
             }

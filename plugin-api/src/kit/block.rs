@@ -10,7 +10,8 @@ pub struct Block {
     pub rest: Vec<[f64; 3]>,
     /// One per node, with its share of the volume, m^3.
     pub points: Given,
-    /// With boundary weights, in the order a grid gives: slab by slab, family by family, direction by direction.
+    /// With boundary weights, in the order a grid gives: two rows of lower nodes after the other, in these family by family, direction
+    /// by direction.
     pub links: Given,
     /// Five a cell, cells x fastest.
     pub tetrahedra: Given,
@@ -35,6 +36,9 @@ const DIRECTIONS: [(u32, [i64; 3]); 16] = [
     (abi::BODY_DIAGONAL, [-1, -1, 1]),
 ];
 
+/// Rows of lower nodes whose links come one direction after the other.
+const ROWS: usize = 2;
+
 /// A block of `cells` cubic cells with edge `h` (m) and links of the given `families`.
 pub fn block(cells: [u32; 3], h: f64, families: u32) -> Block {
     let count = cells.map(|c| i64::from(c) + 1);
@@ -47,9 +51,10 @@ pub fn block(cells: [u32; 3], h: f64, families: u32) -> Block {
         out.points.nodes.push(number(p));
         out.points.measure.push(h * h * h / f64::from(1 << on_faces));
     }
-    for z in 0..count[2] {
+    let strips = (0..count[2]).flat_map(|z| (0..count[1]).step_by(ROWS).map(move |y| [y, z]));
+    for [y, z] in strips {
         for (family, d) in DIRECTIONS.into_iter().filter(|(family, _)| family & families != 0) {
-            for p in places([count[0], count[1], 1]).map(|p| [p[0], p[1], z]) {
+            for p in places([count[0], count[1].min(y + ROWS as i64) - y, 1]).map(|p| [p[0], y + p[1], z]) {
                 let q = [p[0] + d[0], p[1] + d[1], p[2] + d[2]];
                 if !inside(q) {
                     continue;

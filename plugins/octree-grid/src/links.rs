@@ -14,12 +14,17 @@ const FAMILIES: [(u32, usize, i32); 4] = [(STRUCTURAL, 1, 1), (SHEAR, 2, 1), (FL
 /// Bits of every family.
 pub(crate) const ALL_FAMILIES: u32 = STRUCTURAL | SHEAR | FLEXION | BODY_DIAGONAL;
 
-/// Pushes the links of `families`: layer by layer of the lower node, in a layer direction by direction, in a direction
+/// Rows of lower nodes whose links come one direction after the other: what these and their neighbours have is still near
+/// when the next direction asks for it.
+const ROWS: usize = 2;
+
+/// Pushes the links of `families`: strip by strip of the lower node, in a strip direction by direction, in a direction
 /// by rising lower node, so that along a row both ends of consecutive links are consecutive. Links between two border
 /// nodes, which are held, are left out.
 pub(crate) fn links(nodes: &Nodes, families: u32, out: &mut RegionSink<'_>) {
     let layer = |node: u32| node as usize / nodes.strides[2];
-    for layer in nodes.list.chunk_by(|&a, &b| layer(a) == layer(b)) {
+    let strip = |node: u32| (layer(node), node as usize % nodes.strides[2] / (ROWS * nodes.strides[1]));
+    for strip in nodes.list.chunk_by(|&a, &b| strip(a) == strip(b)) {
         let wanted = FAMILIES.into_iter().filter(|(family, ..)| families & family != 0);
         for (family, step, far) in
             wanted.flat_map(|(family, axes, far)| steps(axes).map(move |step| (family, step, far)))
@@ -27,7 +32,7 @@ pub(crate) fn links(nodes: &Nodes, families: u32, out: &mut RegionSink<'_>) {
             let along = sharing(step);
             let share = 1.0 / f64::from(along.count_ones());
             let next: isize = (0..3).map(|axis| step[axis] as isize * nodes.strides[axis] as isize).sum();
-            for &node in layer {
+            for &node in strip {
                 let node = node as usize;
                 let other = node.wrapping_add_signed(next * far as isize);
                 let mut cells = nodes.around[node] & along;

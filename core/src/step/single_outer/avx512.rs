@@ -91,14 +91,14 @@ fn add(simd: V4, slots: &[u32; PAIRS], first: usize, blocks: &mut [SingleBlock],
     let scaled = simd.mul_f32x16(simd.splat_f32x16(k), numbers);
     let left = [spread(simd, scaled, LEFT[0]), spread(simd, scaled, LEFT[1]), spread(simd, scaled, LEFT[2])];
     let right = [spread(simd, numbers, RIGHT[0]), spread(simd, numbers, RIGHT[1]), spread(simd, numbers, RIGHT[2])];
-    // One by one: from a loop they would go through memory.
-    let [ab, ao, ap, bo, bp, op] = BETWEEN.map(|(pair, ..)| slots[pair]);
-    put(simd, place(ab, first, blocks), left[0], right[0]);
-    put(simd, place(ao, first, blocks), left[0], right[1]);
-    put(simd, place(ap, first, blocks), left[0], right[2]);
-    put(simd, place(bo, first, blocks), left[1], right[1]);
-    put(simd, place(bp, first, blocks), left[1], right[2]);
-    put(simd, place(op, first, blocks), left[2], right[2]);
+    // One by one: from a loop, or an array that is mapped, they would go through memory.
+    let slot = |k: usize| slots[BETWEEN[k].0];
+    put(simd, place(slot(0), first, blocks), left[0], right[0]);
+    put(simd, place(slot(1), first, blocks), left[0], right[1]);
+    put(simd, place(slot(2), first, blocks), left[0], right[2]);
+    put(simd, place(slot(3), first, blocks), left[1], right[1]);
+    put(simd, place(slot(4), first, blocks), left[1], right[2]);
+    put(simd, place(slot(5), first, blocks), left[2], right[2]);
 }
 
 #[inline(always)]
