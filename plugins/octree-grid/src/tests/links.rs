@@ -59,7 +59,7 @@ fn weights_are_halved_on_faces_and_quartered_on_edges() {
 }
 
 #[test]
-fn links_come_layer_by_layer_and_row_by_row() {
+fn links_come_strip_by_strip_and_row_by_row() {
     let m = 16;
     let host = Host::with(&sphere(1.0, 3), 5);
     let whole = host.region(5, ALL, &[WHOLE], &[]).unwrap();
@@ -68,14 +68,14 @@ fn links_come_layer_by_layer_and_row_by_row() {
             let [a, b] = ends.map(|end| end.map(|x| x as i64));
             assert!(places[0] < places[1], "the first place is lower");
             let step = [0, 1, 2].map(|axis| b[axis] - a[axis]);
-            (a[2], *family, step, places[0])
+            ([a[2], (a[1] + 1) / 2], *family, step, places[0])
         });
     let keys: Vec<_> = keys.collect();
-    // Runs of one layer and direction never come back, and places rise inside of a run.
-    let mut runs: Vec<_> = keys.iter().map(|(layer, family, step, _)| (*layer, *family, *step)).collect();
+    // Runs of one strip, two rows of a layer from the one before the first on, and direction never come back, and places rise inside of a run.
+    let mut runs: Vec<_> = keys.iter().map(|(strip, family, step, _)| (*strip, *family, *step)).collect();
     runs.dedup();
     assert_eq!(runs.iter().collect::<std::collections::BTreeSet<_>>().len(), runs.len());
-    assert!(runs.is_sorted_by_key(|(layer, family, _)| (*layer, *family)));
+    assert!(runs.is_sorted_by_key(|(strip, family, _)| (*strip, *family)));
     for pair in keys.windows(2).filter(|p| (p[0].0, p[0].1, p[0].2) == (p[1].0, p[1].1, p[1].2)) {
         assert!(pair[0].3 < pair[1].3);
     }
