@@ -10,8 +10,8 @@ pub struct Block {
     pub rest: Vec<[f64; 3]>,
     /// One per node, with its share of the volume, m^3.
     pub points: Given,
-    /// With boundary weights, in the order a grid gives: two rows of lower nodes after the other, in these family by family, direction
-    /// by direction.
+    /// With boundary weights, in the order a grid gives: strips of two rows of lower nodes, in a strip family by family, direction by
+    /// direction.
     pub links: Given,
     /// Five a cell, cells x fastest.
     pub tetrahedra: Given,
