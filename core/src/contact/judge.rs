@@ -74,9 +74,16 @@ impl Held {
         if pushes < 0.0 {
             // What pulls may be what keeps it from sliding, in a taut sheet: then it is let slide first.
             let along = axpy(lambda, -pushes, self.normal);
-            let torn = self.state == State::Sticks && self.tips.1.is_none() && dot(along, along) > pushes * pushes;
+            let size = dot(along, along).sqrt();
+            let torn = self.state == State::Sticks && self.tips.1.is_none() && size > -pushes;
+            let known = match self.state {
+                State::Sticks if self.tips.1.is_none() && size > 0.0 => {
+                    (size + pushes).abs() >= pushes_off + off(along.map(|c| c / size))[0]
+                }
+                _ => true,
+            };
             let state = if torn { State::Slides } else { State::Free };
-            return Some((Self { state, ..*self }, pushes < -pushes_off));
+            return Some((Self { state, ..*self }, pushes < -pushes_off && known));
         }
         if self.tips.1.is_some() {
             return None;
@@ -143,9 +150,11 @@ mod tests {
     fn what_changes_is_certain_where_it_is_more_than_the_doubt() {
         let (free, slides, sticks) = (State::Free, State::Slides, State::Sticks);
         assert_eq!(next(HELD, [0.0, 0.0, 1.0], [0.0; 3], [0.0, 2.0]), [None; 2], "what is pushed stays");
-        let pulled = next(HELD, [0.9, 0.0, -1.0], [0.0; 3], [0.0, 0.99, 1.01]);
+        let pulled = next(HELD, [0.0, 0.0, -1.0], [0.0; 3], [0.0, 0.99, 1.01]);
         assert_eq!(pulled, [true, true, false].map(|certain| Some((free, certain))));
-        let taut = next(HELD, [1.1, 0.0, -1.0], [0.0; 3], [0.0, 0.99, 1.01]);
+        // It may be pulled less, and be let slide.
+        assert_eq!(next(HELD, [0.9, 0.0, -1.0], [0.0; 3], [0.06]), [Some((free, false))]);
+        let taut = next(HELD, [3.1, 0.0, -1.0], [0.0; 3], [0.0, 0.99, 1.06]);
         assert_eq!(taut, [true, true, false].map(|certain| Some((slides, certain))), "friction may be what pulls");
         assert_eq!(next(Held { state: slides, ..HELD }, [1.1, 0.0, -1.0], [0.0; 3], [0.0]), [Some((free, true))]);
         // Of 1 N a half sticks. Both may be off; and friction follows from what pushes, which has to be known to a tenth.

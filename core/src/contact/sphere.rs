@@ -3,7 +3,7 @@
 //! A vertex inside a tip is held on its surface for the step: it sticks, and the solver says what that takes. One that would
 //! have to be pulled is let go; one that would take more than friction gives slides, with the friction of Coulomb (1785) as a
 //! force and its normal motion still held (Tripicchio, D'Avella and Ruffaldi 2022, with the reaction of the unfiltered system
-//! in the place of their work). Sticking is tried first; one that slid in the last step goes on sliding with the friction of that
+//! in the place of their work). Sticking is tried before sliding; one that slid in the last step goes on sliding with the friction of that
 //! step, and sticks where that would move it. One that comes to a tip past which it slips slides at once: stuck in a taut sheet it would be
 //! pulled at, and let into the tip.
 
@@ -62,17 +62,25 @@ pub struct Spheres {
     held: Vec<Held>,
     /// s, of the step
     dt: f64,
-    /// Vertices held in the last step, rising, and their friction, N, if they slid.
-    before: Vec<(u32, Option<V3>)>,
+    /// Vertices held in the last step, rising.
+    before: Vec<Last>,
+}
+
+/// What a vertex did in the last step.
+#[derive(Clone, Copy)]
+struct Last {
+    node: u32,
+    tips: (usize, Option<usize>),
+    /// N, if it slides on.
+    friction: Option<V3>,
 }
 
 /// The normal at which a vertex that is at `x` and moves with `v` meets a tip in a step, if it does: where it is inside of it when
-/// the step ends, or, if it goes far against it, where it comes in on its way. One that touched `before` follows a tip that draws
-/// back, while it goes on being pushed.
-fn meets(tip: &Tip, (x, v): (V3, V3), dt: f64, before: bool) -> Option<V3> {
+/// the step ends, or, if it goes far against it, where it comes in on its way. One that touched before may be off by a `gap`, m.
+fn meets(tip: &Tip, (x, v): (V3, V3), dt: f64, gap: Option<f64>) -> Option<V3> {
     let way = Vector3::from(axpy(v, -1.0, tip.velocity)) * dt;
     let end = Vector3::from(axpy(x, -1.0, tip.position));
-    let reach = tip.radius + if before { (CORRECTION * dt).min(SWEEP * tip.radius) } else { 0.0 };
+    let (reach, before) = (tip.radius + gap.unwrap_or(0.0), gap.is_some());
     if goes_far(tip, v, dt) {
         // Seen from the tip, as it was when the step began: |start + s way| = reach.
         let start = end + Vector3::from(tip.velocity) * dt;
@@ -105,6 +113,8 @@ fn slips(tip: &Tip, v: V3, normal: V3, target: f64) -> bool {
 
 /// m/s, how fast a vertex is pushed out at most, besides the motion of the tip
 const CORRECTION: f64 = 0.5;
+/// Radii: how far off a vertex may be that two tips held, or another one.
+const NEAR: f64 = 1e-3;
 /// Normals less apart than this, as the sine, count as one line.
 const PARALLEL: f64 = 0.02;
 /// m/s, slower than this a vertex does not leave a tip again by itself.
@@ -132,26 +142,33 @@ impl Spheres {
         }
     }
 
-    /// What a vertex did in the last step, if it was held: the friction it slid with, or that it stuck.
-    fn before(&self, node: u32) -> Option<Option<V3>> {
-        self.before.binary_search_by_key(&node, |(n, _)| *n).ok().map(|at| self.before[at].1)
+    /// What a vertex did in the last step, if it was held.
+    fn before(&self, node: u32) -> Option<Last> {
+        self.before.binary_search_by_key(&node, |last| last.node).ok().map(|at| self.before[at])
+    }
+
+    /// m, how far from a tip a vertex may be that was held in the last step. It follows a tip that draws back, while it goes on being
+    /// pushed; where two tips let go of it, or it comes to another, it does not.
+    fn gap(&self, t: usize, last: Last) -> f64 {
+        let radius = self.tips[t].radius;
+        if last.tips == (t, None) { (CORRECTION * self.dt).min(SWEEP * radius) } else { NEAR * radius }
     }
 
     /// N, on a vertex that slides on, by the force it is held with now; none if it would speed it up: then it sticks. It turns
     /// into the slip no faster than the vertex's own inertia has it: a light vertex of a taut sheet would else be thrown to and
     /// fro across its way.
-    fn next_friction(&self, held: &Held, system: &System, reaction: V3) -> V3 {
+    fn next_friction(&self, held: &Held, system: &System, reaction: V3) -> Option<V3> {
         let tip = &self.tips[held.tips.0];
         let slip = axpy(system.nodes.v[held.node as usize], -1.0, tip.velocity);
         let slip = axpy(slip, -dot(slip, held.normal), held.normal);
         let (speed, push) = (dot(slip, slip).sqrt(), dot(reaction, held.normal).max(0.0));
         if dot(slip, held.friction) > 0.0 || speed == 0.0 {
-            return [0.0; 3];
+            return None;
         }
         let (most, size) = (tip.friction.sliding * push, dot(held.friction, held.friction).sqrt());
         let turned = if size > 0.0 { held.friction.map(|c| most / size * c) } else { [0.0; 3] };
         let turned = axpy(turned, -system.nodes.mass[held.node as usize] / self.dt, slip);
-        turned.map(|c| most / dot(turned, turned).sqrt() * c)
+        Some(turned.map(|c| most / dot(turned, turned).sqrt() * c))
     }
 
     /// A vertex at `x` that moves with `v` and meets a tip at `normal`.
@@ -164,7 +181,7 @@ impl Spheres {
         let caught = before.is_none() && goes_far(tip, v, self.dt);
         let slips = match before {
             None => !caught && slips(tip, v, normal, target),
-            Some(friction) => friction.is_some(),
+            Some(last) => last.friction.is_some(),
         };
         Held {
             node,
@@ -174,9 +191,9 @@ impl Spheres {
             target: [if rebound > 0.0 { target.max(towards + rebound) } else { target }, 0.0],
             rebound,
             state: if slips { State::Slides } else { State::Sticks },
-            stuck_before: before == Some(None),
+            stuck_before: before.is_some() && !slips,
             caught,
-            friction: before.flatten().map_or([0.0; 3], |f| axpy(f, -dot(f, normal), normal)),
+            friction: before.and_then(|last| last.friction).map_or([0.0; 3], |f| axpy(f, -dot(f, normal), normal)),
             returned: false,
         }
     }
@@ -194,7 +211,7 @@ impl Spheres {
                 {
                     continue;
                 }
-                if let Some(normal) = meets(tip, (x, v), self.dt, false) {
+                if let Some(normal) = meets(tip, (x, v), self.dt, None) {
                     let one = self.touch(t, node, (x, v), normal);
                     self.hold(&one, system);
                     self.held.push(one);
@@ -261,15 +278,16 @@ impl Holds for Spheres {
                     continue; // what is fixed stays so
                 }
                 let (x, v) = (system.nodes.x[node as usize], system.nodes.v[node as usize]);
-                let before = self.before(node).is_some();
-                let Some(normal) = meets(&self.tips[t], (x, v), dt, before) else { continue };
+                let before = self.before(node);
+                let gap = before.map(|last| self.gap(t, last));
+                let Some(normal) = meets(&self.tips[t], (x, v), dt, gap) else { continue };
                 let one = self.touch(t, node, (x, v), normal);
                 match self.held.iter_mut().find(|held| held.node == node) {
                     Some(held) => {
                         (held.tips.1, held.other, held.target[1]) = (Some(t), normal, one.target[0]);
-                        // A pinch does not turn from sliding to sticking.
-                        if !before {
-                            held.state = State::Sticks;
+                        // A pinch does not turn from sliding to sticking, so it begins with that.
+                        if before.is_none_or(|last| last.tips.1.is_none()) {
+                            (held.state, held.friction) = (State::Sticks, [0.0; 3]);
                         }
                     }
                     None => self.held.push(one),
@@ -347,8 +365,9 @@ impl Holds for Spheres {
                         presses.push(Press { tip, direction, size: (share * dot(on_node, direction)).max(0.0), slip });
                     }
                 }
-                let slid = (held.state == State::Slides).then(|| self.next_friction(held, system, reaction[i]));
-                self.before.push((held.node, slid.filter(|friction| *friction != [0.0; 3])));
+                let slides = held.state == State::Slides;
+                let friction = slides.then(|| self.next_friction(held, system, reaction[i])).flatten();
+                self.before.push(Last { node: held.node, tips: held.tips, friction });
             }
             if held.state != State::Free && held.tips.1.is_none() {
                 // What moved it out of the tip was a correction of its place; it leaves no velocity behind.
@@ -367,5 +386,33 @@ impl Holds for Spheres {
             system.nodes.constraint[i] = Constraint::Free;
             system.nodes.prescribed[i] = [0.0; 3];
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tip(sliding: f64) -> Tip {
+        let friction = Friction { fixed: sliding, sliding };
+        let (still, radius) = ([0.0; 3], 8e-3);
+        Tip { position: still, velocity: still, radius, friction, restitution: 0.0, holds: true, force: still, held: 0 }
+    }
+
+    #[test]
+    fn what_one_tip_held_follows_it_and_what_two_held_does_not() {
+        let spheres = Spheres { tips: vec![tip(0.3), tip(0.3)], dt: 1e-3, ..Spheres::default() };
+        let gap = |t: usize, tips: (usize, Option<usize>)| spheres.gap(t, Last { node: 0, tips, friction: None });
+        assert_eq!((gap(0, (0, None)), gap(1, (0, None)), gap(0, (0, Some(1)))), (0.5e-3, 8e-6, 8e-6));
+        let outside = |gap| meets(&spheres.tips[0], ([0.0, 0.0, 8.4e-3], [0.0; 3]), 1e-3, gap).is_some();
+        assert!(outside(Some(gap(0, (0, None)))) && !outside(Some(gap(1, (0, None)))) && !outside(None));
+    }
+
+    #[test]
+    fn what_comes_to_a_tip_slides_where_it_slips_more_than_friction_ends() {
+        let normal = [0.0, 0.0, 1.0];
+        let slides = |sliding: f64, v: V3| slips(&tip(sliding), v, normal, 0.0);
+        assert!(!slides(0.3, [0.02, 0.0, -0.1]) && slides(0.3, [0.04, 0.0, -0.1]), "a tenth is turned, 0.3 of it ends");
+        assert!(slides(0.0, [1e-6, 0.0, -0.1]) && !slides(0.0, [0.0, 0.0, -0.1]));
     }
 }

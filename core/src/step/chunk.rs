@@ -25,7 +25,7 @@ pub struct Schedule {
 
 /// Elements of a chunk, at least.
 const LEAST: usize = 512;
-/// Chunks of a list: a few for each thread, and as long as can be, for each colour goes through all nodes anew.
+/// Chunks of a list, or a few more: some for each thread, and as long as can be, for each colour goes through all nodes anew.
 const CHUNKS: usize = 16;
 /// Chunks that two threads share evenly where neighbours have two colours.
 const EVEN: usize = 4;
