@@ -71,29 +71,23 @@ impl Held {
                 (most, off(self.normal)[0].max(off(self.other)[0]))
             }
         };
+        let sticks = self.state == State::Sticks && self.tips.1.is_none();
+        let along = axpy(lambda, -pushes, self.normal);
+        let size = dot(along, along).sqrt();
+        let along_off = || if size > 0.0 { off(along.map(|c| c / size))[0] } else { 0.0 };
         if pushes < 0.0 {
             // What pulls may be what keeps it from sliding, in a taut sheet: then it is let slide first.
-            let along = axpy(lambda, -pushes, self.normal);
-            let size = dot(along, along).sqrt();
-            let torn = self.state == State::Sticks && self.tips.1.is_none() && size > -pushes;
-            let known = match self.state {
-                State::Sticks if self.tips.1.is_none() && size > 0.0 => {
-                    (size + pushes).abs() >= pushes_off + off(along.map(|c| c / size))[0]
-                }
-                _ => true,
-            };
-            let state = if torn { State::Slides } else { State::Free };
+            let state = if sticks && size > -pushes { State::Slides } else { State::Free };
+            let known = !sticks || (size + pushes).abs() >= pushes_off + along_off();
             return Some((Self { state, ..*self }, pushes < -pushes_off && known));
         }
         if self.tips.1.is_some() {
             return None;
         }
-        if self.state == State::Sticks {
-            let along = axpy(lambda, -pushes, self.normal);
-            let size = dot(along, along).sqrt();
+        if sticks {
             let most = if self.stuck_before { tip.friction.fixed } else { tip.friction.sliding };
             (size > most * pushes).then(|| {
-                let is_more = size - off(along.map(|c| c / size))[0] > most * (pushes + pushes_off);
+                let is_more = size - along_off() > most * (pushes + pushes_off);
                 let certain = is_more && pushes_off <= WELL_KNOWN * pushes;
                 let friction = along.map(|c| tip.friction.sliding * pushes / size * c);
                 (Self { state: State::Slides, friction, ..*self }, certain)

@@ -22,8 +22,8 @@ const ROWS: usize = 2;
 /// by rising lower node, so that along a row both ends of consecutive links are consecutive. Links between two border
 /// nodes, which are held, are left out.
 pub(crate) fn links(nodes: &Nodes, families: u32, out: &mut RegionSink<'_>) {
-    let layer = |node: u32| node as usize / nodes.strides[2];
-    let strip = |node: u32| (layer(node), node as usize % nodes.strides[2] / (ROWS * nodes.strides[1]));
+    let [_, row, layer] = nodes.strides;
+    let strip = |node: u32| (node as usize / layer, node as usize % layer / (ROWS * row));
     for strip in nodes.list.chunk_by(|&a, &b| strip(a) == strip(b)) {
         let wanted = FAMILIES.into_iter().filter(|(family, ..)| families & family != 0);
         for (family, step, far) in

@@ -71,7 +71,8 @@ fn links_come_strip_by_strip_and_row_by_row() {
             ([a[2], (a[1] + 1) / 2], *family, step, places[0])
         });
     let keys: Vec<_> = keys.collect();
-    // Runs of one strip, two rows of a layer from the one before the first on, and direction never come back, and places rise inside of a run.
+    // Runs of one strip, two rows of a layer from the one before the first on, and direction never come back, and places rise inside
+    // of a run.
     let mut runs: Vec<_> = keys.iter().map(|(strip, family, step, _)| (*strip, *family, *step)).collect();
     runs.dedup();
     assert_eq!(runs.iter().collect::<std::collections::BTreeSet<_>>().len(), runs.len());
