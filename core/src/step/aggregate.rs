@@ -6,7 +6,7 @@
 
 use super::V3;
 use super::elements::ElementSet;
-use super::squares::{Place, corners, places};
+use super::squares::{BOTH, Laid, Ways, laid};
 use pliant_plugin_api::abi;
 
 /// Neighbours of each node, without itself, rising.
@@ -14,12 +14,22 @@ use pliant_plugin_api::abi;
 pub struct Graph {
     start: Vec<usize>,
     neighbour: Vec<u32>,
-    /// Of a sheet that squares are laid over.
-    places: Option<Vec<Place>>,
+    laid: Option<Laid>,
 }
 
-/// A level that keeps more of the nodes than this is not worth it.
+/// A level that keeps more of the nodes than this is not worth it; and one that is coarser one way only.
 const KEPT: f64 = 0.7;
+const KEPT_ONE_WAY: f64 = 0.8;
+
+/// A coarser level.
+#[derive(Debug)]
+pub struct Coarser {
+    pub graph: Graph,
+    /// What carries it over.
+    pub weights: Weights,
+    /// Which ways it is coarser.
+    pub ways: Ways,
+}
 
 /// From a coarser level to a finer one: weights that add up to one on each node.
 #[derive(Debug, Default)]
@@ -59,7 +69,7 @@ impl Graph {
         pairs.sort_unstable();
         pairs.dedup();
         let start = (0..=n as u32).map(|i| pairs.partition_point(|p| p[0] < i)).collect();
-        Self { start, neighbour: pairs.iter().map(|p| p[1]).collect(), places: None }
+        Self { start, neighbour: pairs.iter().map(|p| p[1]).collect(), laid: None }
     }
 
     /// Of nodes at rest, m (n x 3), and the elements that have stiffness; hinges reach further than their triangles and are left out.
@@ -72,18 +82,18 @@ impl Graph {
                 }
             }
         }
-        Self { places: places(rest, sets), ..Self::new(rest.len(), pairs) }
+        Self { laid: laid(rest, sets), ..Self::new(rest.len(), pairs) }
     }
 
     #[cfg(test)]
-    pub fn of_triangles(places: Option<Vec<Place>>, n: usize, triangles: &[[u32; 3]]) -> Self {
+    pub fn of_triangles(laid: Option<Laid>, n: usize, triangles: &[[u32; 3]]) -> Self {
         let pairs = triangles.iter().flat_map(|[a, b, c]| [[*a, *b], [*b, *a], [*b, *c], [*c, *b], [*c, *a], [*a, *c]]);
-        Self { places, ..Self::new(n, pairs.collect()) }
+        Self { laid, ..Self::new(n, pairs.collect()) }
     }
 
     /// Where its nodes are, if squares are laid over it.
-    pub fn places(&self) -> Option<&[Place]> {
-        self.places.as_deref()
+    pub fn laid(&self) -> Option<&Laid> {
+        self.laid.as_ref()
     }
 
     /// Nodes there are.
@@ -123,26 +133,36 @@ impl Graph {
     }
 
     /// The coarser graph, and what carries it over; `None` if it is hardly coarser.
-    pub fn coarsen(&self) -> Option<(Self, Weights)> {
-        let (coarse, weights) = self.places.as_ref().map_or_else(|| self.gathered(), |places| self.squared(places));
-        (coarse.len() as f64 <= KEPT * self.len() as f64).then_some((coarse, weights))
+    pub fn coarsen(&self) -> Option<Coarser> {
+        let is_worth = |coarser: &Coarser| {
+            let kept = if coarser.ways == BOTH { KEPT } else { KEPT_ONE_WAY };
+            coarser.graph.len() as f64 <= kept * self.len() as f64
+        };
+        match &self.laid {
+            Some(laid) => laid.ways().iter().map(|ways| self.squared(laid, *ways)).find(is_worth),
+            None => Some(self.gathered()).filter(is_worth),
+        }
     }
 
-    /// By squares, whose corners are joined where they give to the same node.
-    fn squared(&self, places: &[Place]) -> (Self, Weights) {
-        let (places, weights) = corners(places, self);
+    /// By squares, whose corners are joined where what they give to is.
+    fn squared(&self, laid: &Laid, ways: Ways) -> Coarser {
+        let (laid, weights) = laid.corners(ways, self);
         let mut pairs = Vec::new();
         for node in 0..self.len() {
-            for (a, _) in weights.of(node) {
-                pairs.extend(weights.of(node).filter(|(b, _)| *b != a).map(|(b, _)| [a, b]));
+            // Corners of squares that are joined have a node in common, as long as widths are doubled both ways.
+            let around = if ways == BOTH { &[] } else { self.of(node) };
+            for near in around.iter().map(|near| *near as usize).chain([node]) {
+                for (a, _) in weights.of(node) {
+                    pairs.extend(weights.of(near).filter(|(b, _)| *b != a).map(|(b, _)| [a, b]));
+                }
             }
         }
-        let graph = Self::new(places.len(), pairs);
-        (Self { places: Some(places), ..graph }, weights)
+        let graph = Self::new(laid.len(), pairs);
+        Coarser { graph: Self { laid: Some(laid), ..graph }, weights, ways }
     }
 
     /// By aggregates.
-    fn gathered(&self) -> (Self, Weights) {
+    fn gathered(&self) -> Coarser {
         let (of, count) = self.aggregates();
         let mut weights = Weights { start: vec![0], ..Weights::default() };
         let mut pairs = Vec::new();
@@ -158,7 +178,7 @@ impl Graph {
             }
             weights.start.push(weights.coarse.len() as u32);
         }
-        (Self::new(count, pairs), weights)
+        Coarser { graph: Self::new(count, pairs), weights, ways: BOTH }
     }
 }
 
@@ -170,7 +190,7 @@ mod tests {
     fn a_chain_falls_into_threes_and_weights_add_up() {
         let n = 90;
         let pairs = (0..n - 1).flat_map(|i| [[i, i + 1], [i + 1, i]]).collect();
-        let (coarse, weights) = Graph::new(n as usize, pairs).coarsen().expect("coarser");
+        let Coarser { graph: coarse, weights, .. } = Graph::new(n as usize, pairs).coarsen().expect("coarser");
         assert!((25..=45).contains(&coarse.len()), "{}", coarse.len());
         for i in 0..n as usize {
             let row = weights.start[i] as usize..weights.start[i + 1] as usize;

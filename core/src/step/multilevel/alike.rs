@@ -25,34 +25,40 @@ struct Stage {
     /// From the finer level to this one, and back.
     up: Looks,
     down: Looks,
-    /// By sixteen nodes, six numbers of each.
-    inverse: Lines<f32>,
+    /// By sixteen nodes, six numbers of each; nothing where a level only leads to the next.
+    inverse: Option<Lines<f32>>,
     r: Lines<f32>,
     h: Lines<f32>,
 }
 
 impl Alike {
-    /// For levels that are led to by these weights; `None` where the mesh is not regular.
-    pub fn new(levels: &[(Weights, usize)]) -> Option<Self> {
+    /// For levels that are led to by these weights, and their shares; `None` where the mesh is not regular.
+    pub fn new(levels: &[(Weights, usize)], shares: &[f64]) -> Option<Self> {
         let mut stages = Vec::with_capacity(levels.len());
-        for (weights, coarse) in levels {
+        for ((weights, coarse), share) in levels.iter().zip(shares) {
             let least = if stages.is_empty() { FULL } else { 0.0 };
             let (down, up) = (Looks::new(weights, least)?, Looks::new(&weights.transposed(*coarse), least)?);
             let room = |numbers: usize| Lines::new(numbers * coarse.next_multiple_of(LANES));
-            stages.push(Stage { up, down, inverse: room(6), r: room(3), h: room(3) });
+            let inverse = (*share > 0.0).then(|| room(6));
+            stages.push(Stage { up, down, inverse, r: room(3), h: room(3) });
         }
         Some(Self(stages))
     }
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        let of = |s: &Stage| s.up.bytes() + s.down.bytes() + s.inverse.bytes() + s.r.bytes() + s.h.bytes();
+        let of = |s: &Stage| {
+            let inverse = s.inverse.as_ref().map_or(0, Lines::bytes);
+            s.up.bytes() + s.down.bytes() + inverse + s.r.bytes() + s.h.bytes()
+        };
         self.0.iter().map(of).sum()
     }
 
     /// Takes over an inverse.
     pub fn put(&mut self, level: usize, node: usize, inverse: &Block) {
-        put_inverse(self.0[level].inverse.flat_mut(), node, inverse);
+        if let Some(all) = &mut self.0[level].inverse {
+            put_inverse(all.flat_mut(), node, inverse);
+        }
     }
 
     /// See [`super::Multilevel::apply`].
@@ -61,6 +67,10 @@ impl Alike {
             let (finer, rest) = self.0.split_at_mut(at);
             let (from, Stage { up, inverse, r, h, .. }) =
                 (finer.last().map_or(r, |stage| stage.r.vectors()), &mut rest[0]);
+            let Some(inverse) = inverse else {
+                pool.pieces(r.vectors_mut(), PIECE, &|first, to| widest(Sum { looks: up, first, from, to }));
+                continue;
+            };
             let inverse = inverse.flat().as_chunks().0.as_chunks().0;
             pool.pieces((r.vectors_mut(), h.vectors_mut()), COARSE_PIECE / LANES, &|first, (r, h)| {
                 widest(Restrict { up, first, inverse: &inverse[first..], from, r, h });
@@ -68,8 +78,11 @@ impl Alike {
         }
         for at in (1..self.0.len()).rev() {
             let (finer, rest) = self.0.split_at_mut(at);
-            let (down, from) = (&rest[0].down, rest[0].h.vectors());
-            pool.pieces(finer[at - 1].h.vectors_mut(), PIECE, &|first, h| widest(Prolong { down, first, from, h }));
+            let (down, from, Stage { inverse, h, .. }) = (&rest[0].down, rest[0].h.vectors(), &mut finer[at - 1]);
+            pool.pieces(h.vectors_mut(), PIECE, &|first, to| match inverse {
+                Some(_) => widest(Prolong { down, first, from, h: to }),
+                None => widest(Sum { looks: down, first, from, to }),
+            });
         }
         let (coarser, inverse) = (self.0.first(), inverse.as_chunks().0.as_chunks().0);
         pool.fold(Sixteens(h), &|first, Sixteens(h)| {
@@ -106,6 +119,26 @@ impl Work for Restrict<'_> {
             let sum = self.up.add(unit, sixteen, self.from, [zero; 3]);
             *r = put(unit, sum);
             *h = put(unit, times(unit, inverse, sum));
+        }
+    }
+}
+
+/// Nodes of a level that only leads to another, from a sixteen on: what they get of the one before.
+struct Sum<'a> {
+    looks: &'a Looks,
+    first: usize,
+    from: &'a [Vectors],
+    to: &'a mut [Vectors],
+}
+
+impl Work for Sum<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn on(self, unit: impl Lanes) {
+        let zero = unit.load(&[0.0; LANES]);
+        for (sixteen, to) in (self.first..).zip(self.to) {
+            *to = put(unit, self.looks.add(unit, sixteen, self.from, [zero; 3]));
         }
     }
 }

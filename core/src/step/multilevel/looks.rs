@@ -7,6 +7,7 @@ use crate::step::aggregate::Weights;
 use crate::step::lanes::{LOOKED_UP, Lanes, Vectors};
 use crate::step::sliced::LANES;
 use std::cmp::Reverse;
+use std::collections::HashMap;
 
 /// Sixteens that are looked at for two that serve together.
 const CANDIDATES: usize = 8;
@@ -19,16 +20,22 @@ pub struct Looks {
     /// Of each sixteen's looks (sixteens + 1).
     start: Vec<u32>,
     looks: Vec<Look>,
+    /// Few, as they come again and again: what a whole mesh looks at is read in every iteration.
+    patterns: Vec<Pattern>,
 }
 
-/// What sixteen sums take next.
+/// What sixteen sums take next: of two sixteens of vectors.
 #[derive(Debug)]
 struct Look {
-    /// Two sixteens of vectors.
     from: [u32; 2],
-    /// By sum, a place in those and a weight.
-    place: [u8; LANES],
+    pattern: u32,
+}
+
+/// By sum, a place in two sixteens and a weight.
+#[derive(Debug)]
+struct Pattern {
     weight: [f32; LANES],
+    place: [u8; LANES],
 }
 
 const _: () = assert!(2 * LANES == LOOKED_UP, "places of two sixteens can be looked up");
@@ -37,21 +44,27 @@ impl Looks {
     /// For weights of vectors, by sum; `None` where less than `least` of what looks have room for would be needed.
     pub fn new(weights: &Weights, least: f64) -> Option<Self> {
         let count = weights.start.len() - 1;
-        let (mut this, mut terms) = (Self { start: vec![0], looks: Vec::new() }, 0);
+        let (mut this, mut terms) = (Self { start: vec![0], looks: Vec::new(), patterns: Vec::new() }, 0);
+        let mut known = HashMap::new();
         for first in (0..count).step_by(LANES) {
             let mut left: [Vec<(u32, f32)>; LANES] = std::array::from_fn(|lane| weights.of(first + lane).collect());
             terms += left.iter().map(Vec::len).sum::<usize>();
             while let Some(from) = pair(&left) {
-                let mut look = Look { from, place: [0; LANES], weight: [0.0; LANES] };
+                let mut pattern = Pattern { weight: [0.0; LANES], place: [0; LANES] };
                 for (lane, terms) in left.iter_mut().enumerate() {
                     if let Some(at) = terms.iter().position(|term| from.contains(&sixteen(term))) {
                         let term = terms.remove(at);
                         let half = u32::from(sixteen(&term) != from[0]) * LANES as u32;
-                        look.place[lane] = (half + term.0 % LANES as u32) as u8;
-                        look.weight[lane] = term.1;
+                        pattern.place[lane] = (half + term.0 % LANES as u32) as u8;
+                        pattern.weight[lane] = term.1;
                     }
                 }
-                this.looks.push(look);
+                let found =
+                    *known.entry((pattern.place, pattern.weight.map(f32::to_bits))).or_insert(this.patterns.len());
+                if found == this.patterns.len() {
+                    this.patterns.push(pattern);
+                }
+                this.looks.push(Look { from, pattern: found as u32 });
             }
             this.start.push(this.looks.len() as u32);
             // Soon enough that it does not take long.
@@ -64,16 +77,17 @@ impl Looks {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        4 * self.start.len() + size_of::<Look>() * self.looks.len()
+        4 * self.start.len() + size_of_val(&self.looks[..]) + size_of_val(&self.patterns[..])
     }
 
     /// Adds what sixteen sums take.
     #[inline(always)]
     pub fn add<U: Lanes>(&self, unit: U, sixteen: usize, from: &[Vectors], mut sum: [U::V; 3]) -> [U::V; 3] {
         for look in &self.looks[self.start[sixteen] as usize..self.start[sixteen + 1] as usize] {
-            let (weight, [low, high]) = (unit.load(&look.weight), look.from.map(|at| &from[at as usize]));
+            let Pattern { weight, place } = &self.patterns[look.pattern as usize];
+            let (weight, [low, high]) = (unit.load(weight), look.from.map(|at| &from[at as usize]));
             for c in 0..3 {
-                let found = unit.lookup([unit.load(&low[c]), unit.load(&high[c])], &look.place);
+                let found = unit.lookup([unit.load(&low[c]), unit.load(&high[c])], place);
                 sum[c] = unit.fma(weight, found, sum[c]);
             }
         }

@@ -11,7 +11,7 @@ mod looks;
 mod transfer;
 
 use super::age::{Due, PARTS};
-use super::aggregate::{Graph, Weights};
+use super::aggregate::{Coarser, Graph, Weights};
 use super::elements::ElementSet;
 use super::galerkin::Galerkin;
 use super::inner::{WIDEST, width};
@@ -20,14 +20,40 @@ use super::matrix::Matrix;
 use super::pcg::symmetric_inverse;
 use super::pool::Pool;
 use super::single::SingleBlock;
+use super::squares::{ACROSS, ALONG, Ways};
 use super::{Block, V3};
 use alike::Alike;
 use each::Each;
 use std::ops::Range;
 
-/// Share of block Jacobi on the finest level, and on all others: what takes the fewest iterations for many cloths and steps.
-const OF_SQUARES: [f64; 2] = [0.5, 0.25];
-const OF_AGGREGATES: [f64; 2] = [0.6, 0.4];
+/// Shares of block Jacobi: what takes the fewest iterations for many cloths and steps.
+#[derive(Clone, Copy, Debug)]
+struct Shares {
+    finest: f64,
+    /// On the next level.
+    first: f64,
+    /// On each one after that, times the one before it.
+    ratio: f64,
+}
+
+const OF_SQUARES: Shares = Shares { finest: 0.5, first: 0.25, ratio: 1.0 };
+const OF_SMOOTH_SQUARES: Shares = Shares { finest: 0.5, first: 0.2, ratio: 0.8 };
+const OF_AGGREGATES: Shares = Shares { finest: 0.6, first: 0.4, ratio: 1.0 };
+
+impl Shares {
+    /// Of levels above the finest, by the ways in which each is coarser than the one before: where it takes two for both ways, the first
+    /// one only leads to the second.
+    fn of(&self, ways: &[Ways]) -> Vec<f64> {
+        let (mut share, mut shares) = (self.first, Vec::with_capacity(ways.len()));
+        for at in 0..ways.len() {
+            let is_halfway = ways[at..].starts_with(&[ACROSS, ALONG]);
+            shares.push(if is_halfway { 0.0 } else { share });
+            share *= if is_halfway { 1.0 } else { self.ratio };
+        }
+        shares
+    }
+}
+
 /// Nodes of the coarsest level, at most.
 const COARSEST: usize = 12;
 /// Coarse nodes in a piece of work for a thread: they sum over many finer ones.
@@ -37,7 +63,8 @@ const COARSE_PIECE: usize = 256;
 #[derive(Debug, Default)]
 pub struct Multilevel {
     levels: Vec<Level>,
-    shares: [f64; 2],
+    /// Share of block Jacobi on the finest level.
+    finest: f64,
     /// Of every part, coarse nodes by level, and the blocks of the finest level that they are made of.
     parts: Vec<(Vec<Range<usize>>, Range<usize>)>,
     way: Way,
@@ -47,6 +74,8 @@ pub struct Multilevel {
 #[derive(Debug)]
 struct Level {
     galerkin: Galerkin,
+    /// Of block Jacobi; none of what only leads to the next level.
+    share: f64,
     /// Where the diagonal blocks are.
     diagonal: Vec<u32>,
     values: Vec<SingleBlock>,
@@ -69,26 +98,32 @@ impl Multilevel {
     /// For a body's elements, its nodes at rest, m (n x 3), and the pattern of its matrix.
     pub fn new(matrix: &Matrix, sets: &[ElementSet], rest: &[V3]) -> Self {
         let mut graph = Graph::of_elements(rest, sets);
-        let shares = if graph.places().is_some() { OF_SQUARES } else { OF_AGGREGATES };
-        let mut transfers = Vec::new();
-        while let Some((coarse, weights)) = Some(&graph).filter(|graph| graph.len() > COARSEST).and_then(Graph::coarsen)
+        let shares = match graph.laid() {
+            Some(laid) if laid.is_smooth() => OF_SMOOTH_SQUARES,
+            Some(_) => OF_SQUARES,
+            None => OF_AGGREGATES,
+        };
+        let (mut transfers, mut all_ways) = (Vec::new(), Vec::new());
+        while let Some(Coarser { graph: next, weights, ways }) =
+            Some(&graph).filter(|graph| graph.len() > COARSEST).and_then(Graph::coarsen)
         {
-            transfers.push((weights, coarse.len()));
-            graph = coarse;
+            transfers.push((weights, next.len()));
+            all_ways.push(ways);
+            graph = next;
         }
-        Self::of(matrix, &transfers, shares)
+        Self::of(matrix, &transfers, shares.finest, &shares.of(&all_ways))
     }
 
-    /// For levels that are led to by these weights, with how many nodes they have.
-    fn of(matrix: &Matrix, transfers: &[(Weights, usize)], shares: [f64; 2]) -> Self {
+    /// For levels that are led to by these weights, with how many nodes they have, and shares of block Jacobi.
+    fn of(matrix: &Matrix, transfers: &[(Weights, usize)], finest: f64, shares: &[f64]) -> Self {
         let (mut levels, mut finer) = (Vec::with_capacity(transfers.len()), None);
-        for (weights, coarse) in transfers {
-            let (level, pattern) = Level::new(finer.as_ref().unwrap_or(matrix), *coarse, weights);
+        for ((weights, coarse), share) in transfers.iter().zip(shares) {
+            let (level, pattern) = Level::new(finer.as_ref().unwrap_or(matrix), *coarse, weights, *share);
             levels.push(level);
             finer = Some(pattern);
         }
-        let way = Alike::new(transfers).map_or_else(|| Way::Each(Each::new(transfers)), Way::Alike);
-        Self { parts: parts(&levels), levels, shares, way }
+        let way = Alike::new(transfers, shares).map_or_else(|| Way::Each(Each::new(transfers)), Way::Alike);
+        Self { parts: parts(&levels), levels, finest, way }
     }
 
     /// Bytes held.
@@ -120,8 +155,8 @@ impl Multilevel {
             };
             let (finer, rest) = self.levels.split_at_mut(at);
             rest[0].update(pool, finer.last().map_or(values, |level| &level.values), nodes.clone());
-            for node in nodes {
-                let inverse = rest[0].inverse(node, self.shares[1]);
+            for node in nodes.filter(|_| rest[0].share > 0.0) {
+                let inverse = rest[0].inverse(node);
                 match &mut self.way {
                     Way::Alike(way) => way.put(at, node, &inverse),
                     Way::Each(way) => way.put(at, node, &inverse),
@@ -140,7 +175,7 @@ impl Multilevel {
 
     /// Share of block Jacobi on the finest level.
     pub fn share(&self) -> f64 {
-        if self.levels.is_empty() { 1.0 } else { self.shares[0] }
+        if self.levels.is_empty() { 1.0 } else { self.finest }
     }
 }
 
@@ -168,10 +203,10 @@ fn parts(levels: &[Level]) -> Vec<(Vec<Range<usize>>, Range<usize>)> {
 
 impl Level {
     /// And the pattern of its matrix.
-    fn new(fine: &Matrix, coarse: usize, weights: &Weights) -> (Self, Matrix) {
+    fn new(fine: &Matrix, coarse: usize, weights: &Weights, share: f64) -> (Self, Matrix) {
         let (galerkin, pattern) = Galerkin::new(fine, coarse, weights);
         let diagonal = (0..coarse).map(|a| pattern.diagonal_slot(a) as u32).collect();
-        (Self { galerkin, diagonal, values: vec![[0.0; 9]; pattern.blocks() + 1] }, pattern)
+        (Self { galerkin, share, diagonal, values: vec![[0.0; 9]; pattern.blocks() + 1] }, pattern)
     }
 
     /// Where the blocks of coarse nodes from one on begin.
@@ -184,13 +219,13 @@ impl Level {
         self.galerkin.update(pool, fine, blocks.start, &mut self.values[blocks]);
     }
 
-    /// Of a coarse node, times `share`.
-    fn inverse(&self, node: usize, share: f64) -> Block {
+    /// Of a coarse node, times the level's share.
+    fn inverse(&self, node: usize) -> Block {
         // Where nothing moves, or rounding has left too little, there is nothing to add.
         let block = self.values[self.diagonal[node] as usize].map(f64::from);
         let least = |b: &Block| b[0].min(b[4]).min(b[8]);
         let sound = |m: &Block| least(&block).min(least(m)) > 0.0 && width(&block, m) <= WIDEST;
-        symmetric_inverse(&block).filter(sound).map_or([0.0; 9], |m| m.map(|c| share * c))
+        symmetric_inverse(&block).filter(sound).map_or([0.0; 9], |m| m.map(|c| self.share * c))
     }
 }
 
@@ -206,29 +241,38 @@ mod tests {
         (1.7 * i as f32).sin()
     }
 
-    /// Two levels, whose weights lie together or anywhere, and the values of a matrix.
-    fn levels(is_regular: bool) -> (Multilevel, Vec<SingleBlock>) {
+    /// Weights that lie together or anywhere.
+    fn weights(is_regular: bool, n: usize, coarse: usize) -> Weights {
+        let mut weights = Weights { start: vec![0], ..Weights::default() };
+        for i in 0..n {
+            let first = if is_regular { i * (coarse - 1) / n } else { i * 7919 % (coarse - 1) };
+            weights.coarse.extend([first as u32, first as u32 + 1]);
+            weights.weight.extend([0.25, 0.75]);
+            weights.start.push(2 * (i + 1) as u32);
+        }
+        weights
+    }
+
+    /// A matrix and its values.
+    fn matrix() -> (Matrix, Vec<SingleBlock>) {
         let mut matrix = Matrix::default();
         matrix.set_pattern(N, |pair| {
             (0..N as u32 - 7).for_each(|i| [1, 2, 7].into_iter().for_each(|k| pair(i, i + k)));
         });
-        let weights = |n: usize, coarse: usize| {
-            let mut weights = Weights { start: vec![0], ..Weights::default() };
-            for i in 0..n {
-                let first = if is_regular { i * (coarse - 1) / n } else { i * 7919 % (coarse - 1) };
-                weights.coarse.extend([first as u32, first as u32 + 1]);
-                weights.weight.extend([0.25, 0.75]);
-                weights.start.push(2 * (i + 1) as u32);
-            }
-            (weights, coarse)
-        };
         let mut values: Vec<SingleBlock> =
             (0..=matrix.blocks()).map(|slot| std::array::from_fn(|e| 0.1 * wave(9 * slot + e))).collect();
         for i in 0..N {
             let b = values[matrix.diagonal_slot(i)];
             values[matrix.diagonal_slot(i)] = [4.0 + b[0], b[1], b[2], b[1], 5.0 + b[4], b[5], b[2], b[5], 6.0 + b[8]];
         }
-        (Multilevel::of(&matrix, &[weights(N, 230), weights(230, 60)], [0.5, 0.25]), values)
+        (matrix, values)
+    }
+
+    /// Two levels.
+    fn levels(is_regular: bool) -> (Multilevel, Vec<SingleBlock>) {
+        let (matrix, values) = matrix();
+        let transfers = [(weights(is_regular, N, 230), 230), (weights(is_regular, 230, 60), 60)];
+        (Multilevel::of(&matrix, &transfers, 0.5, &[0.25; 2]), values)
     }
 
     /// `P r`, and `r . P r`.
@@ -255,6 +299,38 @@ mod tests {
             let r: Vec<[f32; 3]> = (0..N).map(|i| [wave(i), wave(3 * i), wave(5 * i)]).collect();
             let (first, second) = (applied(&mut whole, 1, &r), applied(&mut parts, 3, &r));
             assert!(first == second && first.1 > 0.0, "{}, {}", first.1, second.1);
+        }
+    }
+
+    #[test]
+    fn a_level_that_only_leads_to_another_is_as_one_step_with_the_weights_of_both() {
+        let (matrix, values) = matrix();
+        let r: Vec<[f32; 3]> = (0..N).map(|i| [wave(i), wave(3 * i), wave(5 * i)]).collect();
+        for is_regular in [true, false] {
+            let two = [weights(is_regular, N, 230), weights(is_regular, 230, 60)];
+            let mut one = Weights { start: vec![0], ..Weights::default() };
+            for i in 0..N {
+                let mut sums = std::collections::BTreeMap::new();
+                for (a, first) in two[0].of(i) {
+                    two[1].of(a as usize).for_each(|(b, second)| *sums.entry(b).or_insert(0.0) += first * second);
+                }
+                one.coarse.extend(sums.keys());
+                one.weight.extend(sums.values());
+                one.start.push(one.coarse.len() as u32);
+            }
+            let [first, second] = two;
+            let mut halves = Multilevel::of(&matrix, &[(first, 230), (second, 60)], 0.5, &[0.0, 0.25]);
+            let mut whole = Multilevel::of(&matrix, &[(one, 60)], 0.5, &[0.25]);
+            assert_eq!(matches!(halves.way, Way::Alike(_)), is_regular);
+            for levels in [&mut halves, &mut whole] {
+                levels.update(&Pool::new(1), &values, Due::All);
+            }
+            // What was there before is not to be added to.
+            applied(&mut halves, 1, &r);
+            let (halves, whole) = (applied(&mut halves, 2, &r), applied(&mut whole, 1, &r));
+            let close = |a: &f32, b: &f32| (a - b).abs() < 1e-5 * (1.0 + b.abs());
+            assert!(halves.0.iter().flatten().zip(whole.0.iter().flatten()).all(|(a, b)| close(a, b)));
+            assert!((halves.1 - whole.1).abs() < 1e-5 * whole.1);
         }
     }
 
