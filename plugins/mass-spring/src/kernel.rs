@@ -35,13 +35,14 @@ pub fn length(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 /// `1 / sqrt(l2)` to the last bit or two, several times as fast as a division and a root: a seed from the exponent bits,
-/// then four Newton steps (3e-2, 2e-3, 5e-6, 3e-11, 1e-16). The same on every processor.
+/// then four Newton steps (3e-2, 2e-3, 5e-6, 3e-11, 1e-16), whose products do not wait for each other: a block waits for these steps
+/// longer than for anything else. The same on every processor.
 #[inline(always)]
 fn inverse_sqrt(l2: f64) -> f64 {
     let half = 0.5 * l2;
     let mut y = f64::from_bits(SEED.wrapping_sub(l2.to_bits() >> 1));
     for _ in 0..NEWTON_STEPS {
-        y *= 1.5 - half * y * y;
+        y = 1.5 * y - (half * y) * (y * y);
     }
     y
 }
@@ -49,14 +50,13 @@ fn inverse_sqrt(l2: f64) -> f64 {
 const SEED: u64 = 0x5fe6_eb50_c7b5_37a9;
 const NEWTON_STEPS: usize = 4;
 
-/// The force over the spring's vector, N/m: `k ((l - l0) + tau d.w / l) / l`.
+/// The force over the spring's vector, N/m: `k ((l^2 + tau d.w) / l - l0) / l`, which waits for `1 / l` as briefly as it can.
 #[inline(always)]
 fn law<const DAMPED: bool>(l2: f64, rate: f64, l0: f64, k: f64, damping_time: f64) -> f64 {
     let inverse = inverse_sqrt(l2);
-    let l = l2 * inverse;
-    let stretch = if DAMPED { (l - l0) + damping_time * rate * inverse } else { l - l0 };
+    let ahead = if DAMPED { l2 + damping_time * rate } else { l2 };
     let shortest = NO_DIRECTION * l0;
-    if l2 < shortest * shortest { 0.0 } else { k * stretch * inverse }
+    if l2 < shortest * shortest { 0.0 } else { (k * inverse) * (ahead * inverse - l0) }
 }
 
 /// The widest vector unit of this machine.
@@ -193,13 +193,16 @@ impl<B: Block> Pass<'_, B> {
 /// Springs from the first on whose ends follow each other, at most a block.
 #[inline(always)]
 fn run_length(ends: &[[u32; 2]]) -> usize {
+    // Both ends in one number, and no branch: most runs are as long as a block.
+    if let Some(block) = ends.first_chunk::<LANES>() {
+        let (pairs, next): ([u64; LANES], u64) = (pulp::cast(*block), pulp::cast([1_u32; 2]));
+        let follower = |lane: usize| pairs[0].wrapping_add(next.wrapping_mul(lane as u64));
+        if (0..LANES).fold(0, |apart, lane| apart | (pairs[lane] ^ follower(lane))) == 0 {
+            return LANES;
+        }
+    }
     let [a, b] = ends[0];
     let follows = |lane: usize, pair: [u32; 2]| pair == [a + lane as u32, b + lane as u32];
-    if let Some(block) = ends.first_chunk::<LANES>()
-        && (0..LANES).fold(true, |all, lane| all & follows(lane, block[lane]))
-    {
-        return LANES;
-    }
     ends.iter().take(LANES).enumerate().take_while(|(lane, pair)| follows(*lane, **pair)).count()
 }
 

@@ -90,18 +90,17 @@ fn law<const DAMPED: bool>(simd: V3, l2: f64x4, rate: f64x4, l0: f64x4, k: f64x4
     let shifted = simd.avx2._mm256_srli_epi64::<1>(cast(l2));
     let mut inverse: f64x4 = cast(simd.avx2._mm256_sub_epi64(cast([SEED; HALF]), shifted));
     for _ in 0..NEWTON_STEPS {
-        let product = simd.mul_f64x4(simd.mul_f64x4(half, inverse), inverse);
-        inverse = simd.mul_f64x4(inverse, simd.sub_f64x4(simd.splat_f64x4(1.5), product));
+        let cube = simd.mul_f64x4(simd.mul_f64x4(half, inverse), simd.mul_f64x4(inverse, inverse));
+        inverse = simd.sub_f64x4(simd.mul_f64x4(simd.splat_f64x4(1.5), inverse), cube);
     }
-    let mut stretch = simd.sub_f64x4(simd.mul_f64x4(l2, inverse), l0);
-    if DAMPED {
-        let speed = simd.mul_f64x4(simd.mul_f64x4(simd.splat_f64x4(damping_time), rate), inverse);
-        stretch = simd.add_f64x4(stretch, speed);
-    }
+    let ahead = match DAMPED {
+        true => simd.add_f64x4(l2, simd.mul_f64x4(simd.splat_f64x4(damping_time), rate)),
+        false => l2,
+    };
+    let factor = simd.mul_f64x4(simd.mul_f64x4(k, inverse), simd.sub_f64x4(simd.mul_f64x4(ahead, inverse), l0));
     let shortest = simd.mul_f64x4(simd.splat_f64x4(NO_DIRECTION), l0);
     let shortest = simd.mul_f64x4(shortest, shortest);
     let directed = simd.avx._mm256_cmp_pd::<_CMP_NLT_UQ>(cast(l2), cast(shortest));
-    let factor = simd.mul_f64x4(simd.mul_f64x4(k, stretch), inverse);
     cast(simd.avx._mm256_and_pd(directed, cast(factor)))
 }
 

@@ -69,14 +69,12 @@ fn law<const DAMPED: bool>(simd: V4, l2: f64x8, rate: f64x8, l0: f64x8, k: f64x8
     let shifted = simd.avx512f._mm512_srli_epi64::<1>(cast(l2));
     let mut inverse: f64x8 = cast(simd.avx512f._mm512_sub_epi64(cast(simd.splat_u64x8(SEED)), shifted));
     for _ in 0..NEWTON_STEPS {
-        let correction = simd.sub_f64x8(simd.splat_f64x8(1.5), mul(mul(half, inverse), inverse));
-        inverse = mul(inverse, correction);
+        let cube = mul(mul(half, inverse), mul(inverse, inverse));
+        inverse = simd.sub_f64x8(mul(simd.splat_f64x8(1.5), inverse), cube);
     }
-    let mut stretch = simd.sub_f64x8(mul(l2, inverse), l0);
-    if DAMPED {
-        stretch = simd.add_f64x8(stretch, mul(mul(simd.splat_f64x8(damping_time), rate), inverse));
-    }
+    let ahead = if DAMPED { simd.add_f64x8(l2, mul(simd.splat_f64x8(damping_time), rate)) } else { l2 };
+    let factor = mul(mul(k, inverse), simd.sub_f64x8(mul(ahead, inverse), l0));
     let shortest = mul(simd.splat_f64x8(NO_DIRECTION), l0);
     let directed = simd.avx512f._mm512_cmp_pd_mask::<_CMP_NLT_UQ>(cast(l2), cast(mul(shortest, shortest)));
-    cast(simd.avx512f._mm512_maskz_mov_pd(directed, cast(mul(mul(k, stretch), inverse))))
+    cast(simd.avx512f._mm512_maskz_mov_pd(directed, cast(factor)))
 }
