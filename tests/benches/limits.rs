@@ -200,7 +200,8 @@ fn lattice(cells: usize, memory: f64) {
             (set.nodes().len() * 4 + set.count() * 8 * set.request().rest_stride as usize) as f64
         };
         // Of a node: place, speed, force and what it was, each read and written, mass and constraint.
-        let bytes: f64 = system.sets.iter().map(per_element).sum::<f64>() + n as f64 * (6.0 * 24.0 + 48.0 + 8.0 + 32.0);
+        let springs = system.sets.iter().filter(|set| set.has(abi::HAS_FORCES));
+        let bytes: f64 = springs.map(per_element).sum::<f64>() + n as f64 * (6.0 * 24.0 + 48.0 + 8.0 + 32.0);
         let limit = 1e-9 * bytes / memory;
         println!(
             "lattice {n:7} particles, {:16} {:9.3} ms, {:6.1} ns a particle, {:5.1} iterations; memory alone {:5.1} ns",

@@ -203,3 +203,10 @@ fn a_body_that_one_thread_may_step_sooner_has_the_same_bytes() {
     // One thread is tried after 64 steps.
     the_same_for_any_number_of_threads(&bench, &["body.0.shape.cells=31", "time.duration=0.15"], "31 cells");
 }
+
+#[test]
+fn a_large_cloth_whose_levels_are_halved_one_way_at_a_time_has_the_same_bytes() {
+    let bench = Bench::new();
+    bench.write("scene.toml", CLOTH);
+    the_same_for_any_number_of_threads(&bench, &["body.0.shape.cells=95", "time.duration=0.02"], "95 cells");
+}

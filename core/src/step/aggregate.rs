@@ -6,7 +6,7 @@
 
 use super::V3;
 use super::elements::ElementSet;
-use super::squares::{BOTH, Laid, Ways, laid};
+use super::squares::{Doubled, Laid, laid};
 use pliant_plugin_api::abi;
 
 /// Neighbours of each node, without itself, rising.
@@ -23,12 +23,12 @@ const KEPT_ONE_WAY: f64 = 0.8;
 
 /// A coarser level.
 #[derive(Debug)]
-pub struct Coarser {
+pub struct Coarsened {
     pub graph: Graph,
     /// What carries it over.
     pub weights: Weights,
     /// Which ways it is coarser.
-    pub ways: Ways,
+    pub doubled: Doubled,
 }
 
 /// From a coarser level to a finer one: weights that add up to one on each node.
@@ -133,36 +133,38 @@ impl Graph {
     }
 
     /// The coarser graph, and what carries it over; `None` if it is hardly coarser.
-    pub fn coarsen(&self) -> Option<Coarser> {
-        let is_worth = |coarser: &Coarser| {
-            let kept = if coarser.ways == BOTH { KEPT } else { KEPT_ONE_WAY };
-            coarser.graph.len() as f64 <= kept * self.len() as f64
+    pub fn coarsen(&self) -> Option<Coarsened> {
+        let is_worth = |nodes: usize, doubled| {
+            let kept = if doubled == Doubled::Both { KEPT } else { KEPT_ONE_WAY };
+            nodes as f64 <= kept * self.len() as f64
         };
-        match &self.laid {
-            Some(laid) => laid.ways().iter().map(|ways| self.squared(laid, *ways)).find(is_worth),
-            None => Some(self.gathered()).filter(is_worth),
-        }
+        let Some(laid) = &self.laid else {
+            return Some(self.gathered()).filter(|coarse| is_worth(coarse.graph.len(), coarse.doubled));
+        };
+        laid.next().iter().find_map(|&doubled| {
+            let (corners, weights) = laid.corners(doubled, self);
+            is_worth(corners.len(), doubled).then(|| self.squared(corners, weights, doubled))
+        })
     }
 
     /// By squares, whose corners are joined where what they give to is.
-    fn squared(&self, laid: &Laid, ways: Ways) -> Coarser {
-        let (laid, weights) = laid.corners(ways, self);
+    fn squared(&self, corners: Laid, weights: Weights, doubled: Doubled) -> Coarsened {
         let mut pairs = Vec::new();
         for node in 0..self.len() {
             // Corners of squares that are joined have a node in common, as long as widths are doubled both ways.
-            let around = if ways == BOTH { &[] } else { self.of(node) };
+            let around = if doubled == Doubled::Both { &[] } else { self.of(node) };
             for near in around.iter().map(|near| *near as usize).chain([node]) {
                 for (a, _) in weights.of(node) {
                     pairs.extend(weights.of(near).filter(|(b, _)| *b != a).map(|(b, _)| [a, b]));
                 }
             }
         }
-        let graph = Self::new(laid.len(), pairs);
-        Coarser { graph: Self { laid: Some(laid), ..graph }, weights, ways }
+        let graph = Self::new(corners.len(), pairs);
+        Coarsened { graph: Self { laid: Some(corners), ..graph }, weights, doubled }
     }
 
     /// By aggregates.
-    fn gathered(&self) -> Coarser {
+    fn gathered(&self) -> Coarsened {
         let (of, count) = self.aggregates();
         let mut weights = Weights { start: vec![0], ..Weights::default() };
         let mut pairs = Vec::new();
@@ -178,7 +180,7 @@ impl Graph {
             }
             weights.start.push(weights.coarse.len() as u32);
         }
-        Coarser { graph: Self::new(count, pairs), weights, ways: BOTH }
+        Coarsened { graph: Self::new(count, pairs), weights, doubled: Doubled::Both }
     }
 }
 
@@ -190,7 +192,7 @@ mod tests {
     fn a_chain_falls_into_threes_and_weights_add_up() {
         let n = 90;
         let pairs = (0..n - 1).flat_map(|i| [[i, i + 1], [i + 1, i]]).collect();
-        let Coarser { graph: coarse, weights, .. } = Graph::new(n as usize, pairs).coarsen().expect("coarser");
+        let Coarsened { graph: coarse, weights, .. } = Graph::new(n as usize, pairs).coarsen().expect("coarser");
         assert!((25..=45).contains(&coarse.len()), "{}", coarse.len());
         for i in 0..n as usize {
             let row = weights.start[i] as usize..weights.start[i + 1] as usize;

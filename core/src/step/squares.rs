@@ -1,4 +1,4 @@
-//! Coarser levels of a sheet that lies about in a plane: the corners of squares, twice as wide from level to level.
+//! Coarser levels of a sheet that lies about in a plane: the corners of squares, twice as wide from level to level, or one way only.
 //!
 //! Weights are linear along both sides of a square, also at the border, beyond which there are corners too. What is carried over
 //! is then as smooth as on a coarser mesh. Bending, which goes with the fourth power of a length, asks for it: averages over
@@ -12,6 +12,7 @@
 use super::V3;
 use super::aggregate::{Graph, Weights};
 use super::elements::ElementSet;
+use Doubled::{Across, Along, Both};
 use nalgebra::Vector3;
 use pliant_plugin_api::abi;
 
@@ -26,22 +27,32 @@ pub struct Laid {
     /// Of a square's width, where the first one begins before the nodes.
     begin: f64,
     /// How it can be coarsened, the best first; places are whole numbers where that is one way at a time.
-    ways: &'static [Ways],
+    next: &'static [Doubled],
 }
 
-/// Which ways widths are doubled: along rows, across them.
-pub type Ways = [bool; 2];
-pub const BOTH: Ways = [true; 2];
-pub const ALONG: Ways = [true, false];
-pub const ACROSS: Ways = [false, true];
+/// Which ways widths are doubled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Doubled {
+    Both,
+    /// Along rows.
+    Along,
+    Across,
+}
+
+impl Doubled {
+    /// Along rows, across them.
+    fn ways(self) -> [bool; 2] {
+        [self != Self::Across, self != Self::Along]
+    }
+}
 
 /// Nodes from which on fewer iterations are worth more terms in each.
 const MANY: usize = 8192;
 const QUARTER: f64 = 0.25;
 /// Cosine of the angle between a triangle and the plane of the sheet, at least.
 const LEVEL: f64 = 0.5;
-/// Of a place, what is none beside a width.
-const ROUGH: f64 = 1e-3;
+/// Of a place or a cosine, what is none: coordinates of a file have few digits.
+const ROUGH: f64 = 1e-2;
 /// Of a weight, what is none.
 const NOTHING: f64 = 1e-6;
 /// Nodes in a square of two by two widths, at most: a mesh that is much finer somewhere is left to aggregates.
@@ -71,8 +82,8 @@ fn over(rest: &[V3], triangles: &[[u32; 3]]) -> Option<Laid> {
     squares.sort_unstable();
     let is_even = squares.chunk_by(|a, b| a == b).all(|square| square.len() <= CROWD);
     let is_large = places.len() >= MANY;
-    let ways: &[Ways] = if is_large && is_grid { &[ACROSS, ALONG] } else { &[BOTH] };
-    is_even.then_some(Laid { places, begin: if is_large { QUARTER } else { 0.0 }, ways })
+    let next: &[Doubled] = if is_large && is_grid { &[Across, Along] } else { &[Both] };
+    is_even.then_some(Laid { places, begin: if is_large { QUARTER } else { 0.0 }, next })
 }
 
 /// The plane a sheet is next to.
@@ -111,18 +122,35 @@ impl Plane {
             let place = |x: Vector3<f64>| [0, 1].map(|c| (x - self.origin).dot(&self.axes[c]) / widths[c]);
             rest.iter().map(|x| place((*x).into())).collect()
         };
-        let is_grid = |places: &Vec<Place>| places.as_flattened().iter().all(|at| (at - at.round()).abs() <= ROUGH);
-        match self.sides.map(measured).filter(is_grid) {
+        match self.sides.and_then(|sides| whole(measured(sides))) {
             Some(places) => (places, true),
             None => (measured([self.width; 2]), false),
         }
     }
 }
 
+/// Places as whole numbers, if they are next to them.
+fn whole(mut places: Vec<Place>) -> Option<Vec<Place>> {
+    for c in 0..2 {
+        let [least, most] = [f64::min, f64::max].map(|of| places.iter().map(|place| place[c]).reduce(of));
+        let (least, extent) = (least?, most? - least?);
+        // Numbers in a file are rounded, and a sheet has more of them between its ends than one of its sides.
+        let stretch = extent.round() / extent;
+        for place in &mut places {
+            let at = (place[c] - least) * stretch;
+            if !((at - at.round()).abs() <= ROUGH) {
+                return None;
+            }
+            place[c] = at.round();
+        }
+    }
+    Some(places)
+}
+
 impl Laid {
     /// How it can be coarsened, the best first.
-    pub fn ways(&self) -> &'static [Ways] {
-        self.ways
+    pub fn next(&self) -> &'static [Doubled] {
+        self.next
     }
 
     /// Whether squares begin before the nodes.
@@ -135,53 +163,54 @@ impl Laid {
         self.places.len()
     }
 
-    /// The corners of squares of two widths: where they are, in those, and what they give to nodes.
-    pub fn corners(&self, ways: Ways, graph: &Graph) -> (Self, Weights) {
-        let (places, weights) = corners((&self.places, self.begin), ways, graph);
-        let next: &[Ways] = match ways {
-            ACROSS => &[ALONG, ACROSS],
-            ALONG => &[ACROSS, ALONG],
-            _ => self.ways,
+    /// The corners of squares whose widths are doubled: where they are, in those, and what they give to nodes.
+    pub fn corners(&self, doubled: Doubled, graph: &Graph) -> (Self, Weights) {
+        let (places, weights) = self.given(doubled.ways(), graph);
+        let next: &[Doubled] = match doubled {
+            Across => &[Along, Across],
+            Along => &[Across, Along],
+            Both => self.next,
         };
-        (Self { places, ways: next, ..*self }, weights)
+        (Self { places, next, ..*self }, weights)
     }
-}
 
-fn corners((places, begin): (&[Place], f64), ways: Ways, graph: &Graph) -> (Vec<Place>, Weights) {
-    // By row, place in it and node.
-    let mut shares: Vec<(i64, i64, u32, f64)> = Vec::with_capacity(4 * places.len());
-    for (node, place) in (0_u32..).zip(places) {
-        let [(i, u), (j, v)] = [0, 1].map(|c| {
-            let at = if ways[c] { place[c] / 2.0 + begin } else { place[c].round() };
-            let first = (at + NOTHING).floor();
-            (first as i64, (at - first).max(0.0))
-        });
-        let four = [
-            (i, j, (1.0 - u) * (1.0 - v)),
-            (i + 1, j, u * (1.0 - v)),
-            (i, j + 1, (1.0 - u) * v),
-            (i + 1, j + 1, u * v),
-        ];
-        shares.extend(four.into_iter().filter(|four| four.2 > NOTHING).map(|(i, j, share)| (j, i, node, share)));
+    fn given(&self, ways: [bool; 2], graph: &Graph) -> (Vec<Place>, Weights) {
+        let places = &self.places;
+        // By row, place in it and node.
+        let mut shares: Vec<(i64, i64, u32, f64)> = Vec::with_capacity(4 * places.len());
+        for (node, place) in (0_u32..).zip(places) {
+            let [(i, u), (j, v)] = [0, 1].map(|c| {
+                let at = if ways[c] { place[c] / 2.0 + self.begin } else { place[c] };
+                let first = (at + NOTHING).floor();
+                (first as i64, (at - first).max(0.0))
+            });
+            let four = [
+                (i, j, (1.0 - u) * (1.0 - v)),
+                (i + 1, j, u * (1.0 - v)),
+                (i, j + 1, (1.0 - u) * v),
+                (i + 1, j + 1, u * v),
+            ];
+            shares.extend(four.into_iter().filter(|four| four.2 > NOTHING).map(|(i, j, share)| (j, i, node, share)));
+        }
+        shares.sort_unstable_by_key(|(j, i, node, _)| (*j, *i, *node));
+        let (mut corners, mut terms) = (Vec::new(), Vec::with_capacity(shares.len()));
+        for around in shares.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+            let nodes: Vec<u32> = around.iter().map(|share| share.2).collect();
+            let part = parts(&nodes, graph);
+            let first = corners.len() as u32;
+            terms.extend(around.iter().zip(&part).map(|(share, part)| (share.2, first + part, share.3 as f32)));
+            let count = part.iter().max().map_or(0, |last| last + 1);
+            corners.extend((0..count).map(|_| [around[0].1 as f64, around[0].0 as f64]));
+        }
+        terms.sort_unstable_by_key(|(node, corner, _)| (*node, *corner));
+        let ends = |node: u32| terms.partition_point(|term| term.0 < node) as u32;
+        let weights = Weights {
+            start: (0..=places.len() as u32).map(ends).collect(),
+            coarse: terms.iter().map(|term| term.1).collect(),
+            weight: terms.iter().map(|term| term.2).collect(),
+        };
+        (corners, weights)
     }
-    shares.sort_unstable_by_key(|(j, i, node, _)| (*j, *i, *node));
-    let (mut corners, mut terms) = (Vec::new(), Vec::with_capacity(shares.len()));
-    for around in shares.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
-        let nodes: Vec<u32> = around.iter().map(|share| share.2).collect();
-        let part = parts(&nodes, graph);
-        let first = corners.len() as u32;
-        terms.extend(around.iter().zip(&part).map(|(share, part)| (share.2, first + part, share.3 as f32)));
-        let count = part.iter().max().map_or(0, |last| last + 1);
-        corners.extend((0..count).map(|_| [around[0].1 as f64, around[0].0 as f64]));
-    }
-    terms.sort_unstable_by_key(|(node, corner, _)| (*node, *corner));
-    let ends = |node: u32| terms.partition_point(|term| term.0 < node) as u32;
-    let weights = Weights {
-        start: (0..=places.len() as u32).map(ends).collect(),
-        coarse: terms.iter().map(|term| term.1).collect(),
-        weight: terms.iter().map(|term| term.2).collect(),
-    };
-    (corners, weights)
 }
 
 /// Of some nodes, in their order, which part of them each hangs together with.
@@ -205,7 +234,7 @@ fn parts(nodes: &[u32], graph: &Graph) -> Vec<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::step::aggregate::Coarser;
+    use crate::step::aggregate::Coarsened;
 
     /// A sheet of `n` by `m` nodes at places that `at` gives, in triangles whose diagonals alternate.
     fn sheet(n: u32, m: u32, at: impl Fn(u32, u32) -> V3) -> (Vec<V3>, Vec<[u32; 3]>) {
@@ -225,7 +254,7 @@ mod tests {
     /// Corners of levels, after their weights were looked at.
     fn levels(mut graph: Graph) -> Vec<usize> {
         let mut counts = Vec::new();
-        while let Some(Coarser { graph: coarse, weights, ways }) =
+        while let Some(Coarsened { graph: coarse, weights, doubled }) =
             Some(&graph).filter(|g| g.len() > 12).and_then(Graph::coarsen)
         {
             let [fine, rough] = [&graph, &coarse].map(|graph| graph.laid().expect("level"));
@@ -233,12 +262,12 @@ mod tests {
                 let mut sum = [0.0; 3];
                 for (a, weight) in weights.of(node) {
                     let (corner, weight) = (rough.places[a as usize], f64::from(weight));
-                    let at = |c: usize| if ways[c] { 2.0 * (corner[c] - rough.begin) } else { corner[c] };
+                    let at = |c: usize| if doubled.ways()[c] { 2.0 * (corner[c] - rough.begin) } else { corner[c] };
                     sum = [sum[0] + weight, sum[1] + weight * at(0), sum[2] + weight * at(1)];
                 }
                 let linear = (0..2).all(|c| (sum[c + 1] - place[c]).abs() < 1e-4 * (1.0 + place[c]));
                 assert!((sum[0] - 1.0).abs() < 1e-5 && linear, "{node}: {sum:?} {place:?}");
-                assert!(weights.of(node).count() <= if ways == BOTH { 4 } else { 2 });
+                assert!(weights.of(node).count() <= if doubled == Both { 4 } else { 2 });
             }
             counts.push(coarse.len());
             graph = coarse;
@@ -274,11 +303,24 @@ mod tests {
     }
 
     #[test]
+    fn a_grid_of_a_file_with_few_digits_is_one() {
+        let rounded = |at: u32| (0.2 / 127.0 * f64::from(at) * 1e6).round() * 1e-6;
+        let (rest, triangles) = sheet(128, 128, |i, j| [rounded(i), rounded(j), 0.0]);
+        let laid = over(&rest, &triangles).expect("level");
+        let mut places: Vec<[i64; 2]> = laid.places.iter().map(|place| place.map(|at| at as i64)).collect();
+        assert!(laid.places.as_flattened().iter().all(|at| *at == at.round()) && laid.next == [Across, Along]);
+        places.sort_unstable();
+        assert!(places.iter().copied().eq((0..128).flat_map(|i| (0..128).map(move |j| [i, j]))));
+    }
+
+    #[test]
     fn scattered_nodes_have_squares_about_as_wide() {
         let wave = |i: u32, j: u32, k: f64| 0.3 * (k * f64::from(17 * i + 29 * j)).sin();
         let at = |i, j| [f64::from(i) + wave(i, j, 1.3), f64::from(j) + wave(i, j, 1.7), 0.2 * wave(i, j, 0.1)];
         let found = levels(graph(&sheet(40, 40, at)));
         assert!((400..=484).contains(&found[0]) && (121..=150).contains(&found[1]), "{found:?}");
+        let found = levels(graph(&sheet(96, 96, at)));
+        assert!((2304..=2601).contains(&found[0]) && (625..=729).contains(&found[1]), "{found:?}");
     }
 
     #[test]

@@ -6,7 +6,7 @@
 //! the rest goes spring by spring. Every path does the same operations in the same order on each spring, and no fused
 //! multiply-add, so the bytes do not depend on the vector unit found at run time.
 //!
-//! The block is written out for AVX-512, where it runs at 2.5 ns a spring, and for AVX2; left to the compiler's own vectors the same
+//! The block is written out for AVX-512, where a spring takes less than 2 ns, and for AVX2; left to the compiler's own vectors the same
 //! loop was found to come out four times slower after harmless edits.
 
 #[cfg(target_arch = "x86_64")]
@@ -36,7 +36,8 @@ pub fn length(a: [f64; 3], b: [f64; 3]) -> f64 {
 
 /// `1 / sqrt(l2)` to the last bit or two, several times as fast as a division and a root: a seed from the exponent bits,
 /// then four Newton steps (3e-2, 2e-3, 5e-6, 3e-11, 1e-16), whose products do not wait for each other: a block waits for these steps
-/// longer than for anything else. The same on every processor.
+/// longer than for anything else. The same on every processor. Not a number where `l2` is 0: such a spring has no direction, and none is
+/// made.
 #[inline(always)]
 fn inverse_sqrt(l2: f64) -> f64 {
     let half = 0.5 * l2;

@@ -28,6 +28,7 @@ struct Stage {
     /// By sixteen nodes, six numbers of each; nothing where a level only leads to the next.
     inverse: Option<Lines<f32>>,
     r: Lines<f32>,
+    /// Nothing without inverses: `r` has room for it once it is not needed any more.
     h: Lines<f32>,
 }
 
@@ -40,7 +41,8 @@ impl Alike {
             let (down, up) = (Looks::new(weights, least)?, Looks::new(&weights.transposed(*coarse), least)?);
             let room = |numbers: usize| Lines::new(numbers * coarse.next_multiple_of(LANES));
             let inverse = (*share > 0.0).then(|| room(6));
-            stages.push(Stage { up, down, inverse, r: room(3), h: room(3) });
+            let h = if inverse.is_some() { room(3) } else { Lines::new(0) };
+            stages.push(Stage { up, down, inverse, r: room(3), h });
         }
         Some(Self(stages))
     }
@@ -56,9 +58,8 @@ impl Alike {
 
     /// Takes over an inverse.
     pub fn put(&mut self, level: usize, node: usize, inverse: &Block) {
-        if let Some(all) = &mut self.0[level].inverse {
-            put_inverse(all.flat_mut(), node, inverse);
-        }
+        let all = self.0[level].inverse.as_mut().expect("only levels with a share have inverses");
+        put_inverse(all.flat_mut(), node, inverse);
     }
 
     /// See [`super::Multilevel::apply`].
@@ -78,11 +79,15 @@ impl Alike {
         }
         for at in (1..self.0.len()).rev() {
             let (finer, rest) = self.0.split_at_mut(at);
-            let (down, from, Stage { inverse, h, .. }) = (&rest[0].down, rest[0].h.vectors(), &mut finer[at - 1]);
-            pool.pieces(h.vectors_mut(), PIECE, &|first, to| match inverse {
-                Some(_) => widest(Prolong { down, first, from, h: to }),
-                None => widest(Sum { looks: down, first, from, to }),
-            });
+            let (down, from, to) = (&rest[0].down, rest[0].given(), &mut finer[at - 1]);
+            match to.inverse {
+                Some(_) => {
+                    pool.pieces(to.h.vectors_mut(), PIECE, &|first, h| widest(Prolong { down, first, from, h }));
+                }
+                None => {
+                    pool.pieces(to.r.vectors_mut(), PIECE, &|first, to| widest(Sum { looks: down, first, from, to }));
+                }
+            }
         }
         let (coarser, inverse) = (self.0.first(), inverse.as_chunks().0.as_chunks().0);
         pool.fold(Sixteens(h), &|first, Sixteens(h)| {
@@ -92,10 +97,17 @@ impl Alike {
     }
 }
 
+impl Stage {
+    /// What finer nodes take of it.
+    fn given(&self) -> &[Vectors] {
+        if self.inverse.is_some() { self.h.vectors() } else { self.r.vectors() }
+    }
+}
+
 impl Coarser for Stage {
     #[inline(always)]
     fn add<U: Lanes>(&self, unit: U, sixteen: usize, sum: [U::V; 3]) -> [U::V; 3] {
-        self.down.add(unit, sixteen, self.h.vectors(), sum)
+        self.down.add(unit, sixteen, self.given(), sum)
     }
 }
 

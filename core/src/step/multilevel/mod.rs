@@ -1,4 +1,5 @@
-//! An additive multilevel preconditioner: on every level a share of block Jacobi, added up (Bramble, Pasciak and Xu 1990).
+//! An additive multilevel preconditioner: on every level a share of block Jacobi, added up (Bramble, Pasciak and Xu 1990), but for those
+//! that only lead to the next.
 //!
 //! Coarse matrices are those of Galerkin, `P^T A P`, with weights that the mesh alone decides ([`super::aggregate`],
 //! [`super::squares`]). A sum of positive parts is positive whatever the matrix is, so nothing has to be estimated; a level costs its
@@ -11,7 +12,7 @@ mod looks;
 mod transfer;
 
 use super::age::{Due, PARTS};
-use super::aggregate::{Coarser, Graph, Weights};
+use super::aggregate::{Coarsened, Graph, Weights};
 use super::elements::ElementSet;
 use super::galerkin::Galerkin;
 use super::inner::{WIDEST, width};
@@ -20,7 +21,7 @@ use super::matrix::Matrix;
 use super::pcg::symmetric_inverse;
 use super::pool::Pool;
 use super::single::SingleBlock;
-use super::squares::{ACROSS, ALONG, Ways};
+use super::squares::Doubled;
 use super::{Block, V3};
 use alike::Alike;
 use each::Each;
@@ -43,12 +44,15 @@ const OF_AGGREGATES: Shares = Shares { finest: 0.6, first: 0.4, ratio: 1.0 };
 impl Shares {
     /// Of levels above the finest, by the ways in which each is coarser than the one before: where it takes two for both ways, the first
     /// one only leads to the second.
-    fn of(&self, ways: &[Ways]) -> Vec<f64> {
-        let (mut share, mut shares) = (self.first, Vec::with_capacity(ways.len()));
-        for at in 0..ways.len() {
-            let is_halfway = ways[at..].starts_with(&[ACROSS, ALONG]);
-            shares.push(if is_halfway { 0.0 } else { share });
-            share *= if is_halfway { 1.0 } else { self.ratio };
+    fn of(&self, doubled: &[Doubled]) -> Vec<f64> {
+        let (mut share, mut shares) = (self.first, Vec::with_capacity(doubled.len()));
+        for at in 0..doubled.len() {
+            if doubled[at..].starts_with(&[Doubled::Across, Doubled::Along]) {
+                shares.push(0.0);
+            } else {
+                shares.push(share);
+                share *= self.ratio;
+            }
         }
         shares
     }
@@ -103,15 +107,15 @@ impl Multilevel {
             Some(_) => OF_SQUARES,
             None => OF_AGGREGATES,
         };
-        let (mut transfers, mut all_ways) = (Vec::new(), Vec::new());
-        while let Some(Coarser { graph: next, weights, ways }) =
+        let (mut transfers, mut all_doubled) = (Vec::new(), Vec::new());
+        while let Some(Coarsened { graph: next, weights, doubled }) =
             Some(&graph).filter(|graph| graph.len() > COARSEST).and_then(Graph::coarsen)
         {
             transfers.push((weights, next.len()));
-            all_ways.push(ways);
+            all_doubled.push(doubled);
             graph = next;
         }
-        Self::of(matrix, &transfers, shares.finest, &shares.of(&all_ways))
+        Self::of(matrix, &transfers, shares.finest, &shares.of(&all_doubled))
     }
 
     /// For levels that are led to by these weights, with how many nodes they have, and shares of block Jacobi.
@@ -155,7 +159,8 @@ impl Multilevel {
             };
             let (finer, rest) = self.levels.split_at_mut(at);
             rest[0].update(pool, finer.last().map_or(values, |level| &level.values), nodes.clone());
-            for node in nodes.filter(|_| rest[0].share > 0.0) {
+            // Inverses of levels that only lead to the next stay zero.
+            for node in if rest[0].share > 0.0 { nodes } else { 0..0 } {
                 let inverse = rest[0].inverse(node);
                 match &mut self.way {
                     Way::Alike(way) => way.put(at, node, &inverse),
@@ -235,7 +240,9 @@ mod tests {
     use crate::step::lanes::{by_sixteen, one_by_one};
     use crate::step::sliced::LANES;
 
-    const N: usize = 900;
+    // Enough for more than one piece of every pass.
+    const N: usize = 9000;
+    const FEWER: [usize; 2] = [4500, 2250];
 
     fn wave(i: usize) -> f32 {
         (1.7 * i as f32).sin()
@@ -271,7 +278,8 @@ mod tests {
     /// Two levels.
     fn levels(is_regular: bool) -> (Multilevel, Vec<SingleBlock>) {
         let (matrix, values) = matrix();
-        let transfers = [(weights(is_regular, N, 230), 230), (weights(is_regular, 230, 60), 60)];
+        let [some, few] = FEWER;
+        let transfers = [(weights(is_regular, N, some), some), (weights(is_regular, some, few), few)];
         (Multilevel::of(&matrix, &transfers, 0.5, &[0.25; 2]), values)
     }
 
@@ -303,11 +311,21 @@ mod tests {
     }
 
     #[test]
+    fn of_two_levels_that_are_coarser_one_way_each_the_second_one_has_the_share() {
+        use Doubled::{Across, Along, Both};
+        let shares = Shares { finest: 0.5, first: 1.0, ratio: 0.5 };
+        let of_each = [(Across, 0.0), (Along, 1.0), (Across, 0.0), (Along, 0.5), (Along, 0.25), (Across, 0.125)];
+        assert_eq!(shares.of(&of_each.map(|each| each.0)), of_each.map(|each| each.1));
+        assert_eq!(shares.of(&[Both, Both]), [1.0, 0.5]);
+    }
+
+    #[test]
     fn a_level_that_only_leads_to_another_is_as_one_step_with_the_weights_of_both() {
         let (matrix, values) = matrix();
         let r: Vec<[f32; 3]> = (0..N).map(|i| [wave(i), wave(3 * i), wave(5 * i)]).collect();
         for is_regular in [true, false] {
-            let two = [weights(is_regular, N, 230), weights(is_regular, 230, 60)];
+            let [some, few] = FEWER;
+            let two = [weights(is_regular, N, some), weights(is_regular, some, few)];
             let mut one = Weights { start: vec![0], ..Weights::default() };
             for i in 0..N {
                 let mut sums = std::collections::BTreeMap::new();
@@ -319,15 +337,17 @@ mod tests {
                 one.start.push(one.coarse.len() as u32);
             }
             let [first, second] = two;
-            let mut halves = Multilevel::of(&matrix, &[(first, 230), (second, 60)], 0.5, &[0.0, 0.25]);
-            let mut whole = Multilevel::of(&matrix, &[(one, 60)], 0.5, &[0.25]);
+            let mut halves = Multilevel::of(&matrix, &[(first, some), (second, few)], 0.5, &[0.0, 0.25]);
+            let mut whole = Multilevel::of(&matrix, &[(one, few)], 0.5, &[0.25]);
             assert_eq!(matches!(halves.way, Way::Alike(_)), is_regular);
             for levels in [&mut halves, &mut whole] {
                 levels.update(&Pool::new(1), &values, Due::All);
             }
             // What was there before is not to be added to.
             applied(&mut halves, 1, &r);
-            let (halves, whole) = (applied(&mut halves, 2, &r), applied(&mut whole, 1, &r));
+            let serial = applied(&mut halves, 1, &r);
+            let (halves, whole) = (applied(&mut halves, 4, &r), applied(&mut whole, 1, &r));
+            assert!(halves == serial);
             let close = |a: &f32, b: &f32| (a - b).abs() < 1e-5 * (1.0 + b.abs());
             assert!(halves.0.iter().flatten().zip(whole.0.iter().flatten()).all(|(a, b)| close(a, b)));
             assert!((halves.1 - whole.1).abs() < 1e-5 * whole.1);
