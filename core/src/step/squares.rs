@@ -138,7 +138,8 @@ fn whole(mut places: Vec<Place>) -> Option<Vec<Place>> {
         let stretch = extent.round() / extent;
         for place in &mut places {
             let at = (place[c] - least) * stretch;
-            if !((at - at.round()).abs() <= ROUGH) {
+            let off = (at - at.round()).abs();
+            if off.is_nan() || off > ROUGH {
                 return None;
             }
             place[c] = at.round();
