@@ -66,7 +66,8 @@ impl Weights {
 impl Graph {
     /// Of `n` nodes and the pairs that `visit` is given.
     fn new(n: usize, mut pairs: Vec<[u32; 2]>) -> Self {
-        pairs.sort_unstable();
+        // One number is compared sooner than two.
+        pairs.sort_unstable_by_key(|[a, b]| u64::from(*a) << 32 | u64::from(*b));
         pairs.dedup();
         let start = (0..=n as u32).map(|i| pairs.partition_point(|p| p[0] < i)).collect();
         Self { start, neighbour: pairs.iter().map(|p| p[1]).collect(), laid: None }

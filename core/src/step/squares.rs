@@ -203,7 +203,7 @@ impl Laid {
             let count = part.iter().max().map_or(0, |last| last + 1);
             corners.extend((0..count).map(|_| [around[0].1 as f64, around[0].0 as f64]));
         }
-        terms.sort_unstable_by_key(|(node, corner, _)| (*node, *corner));
+        terms.sort_unstable_by_key(|(node, corner, _)| u64::from(*node) << 32 | u64::from(*corner));
         let ends = |node: u32| terms.partition_point(|term| term.0 < node) as u32;
         let weights = Weights {
             start: (0..=places.len() as u32).map(ends).collect(),
