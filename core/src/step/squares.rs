@@ -46,8 +46,9 @@ impl Doubled {
     }
 }
 
-/// Nodes from which on fewer iterations are worth more terms in each.
+/// Nodes from which on fewer iterations are worth more terms in each; and widths of the shorter side.
 const MANY: usize = 8192;
+const LONG: f64 = 48.0;
 const QUARTER: f64 = 0.25;
 /// Cosine of the angle between a triangle and the plane of the sheet, at least.
 const LEVEL: f64 = 0.5;
@@ -81,7 +82,8 @@ fn over(rest: &[V3], triangles: &[[u32; 3]]) -> Option<Laid> {
     let mut squares: Vec<_> = places.iter().map(|place| place.map(|at| (at / 2.0 + NOTHING) as i64)).collect();
     squares.sort_unstable();
     let is_even = squares.chunk_by(|a, b| a == b).all(|square| square.len() <= CROWD);
-    let is_large = places.len() >= MANY;
+    let is_long = |c: usize| places.iter().any(|place| place[c] >= LONG);
+    let is_large = places.len() >= MANY && is_long(0) && is_long(1);
     let next: &[Doubled] = if is_large && is_grid { &[Across, Along] } else { &[Both] };
     is_even.then_some(Laid { places, begin: if is_large { QUARTER } else { 0.0 }, next })
 }
@@ -296,11 +298,10 @@ mod tests {
         assert!((0..9000).all(|node| shares(node) == [0.25, 0.75]));
         let [a, b, c, d, e] = [[51, 46], [27, 24], [15, 13], [9, 8], [6, 5]].map(|[n, m]| n * m);
         assert_eq!(levels(graph), [100 * 46, a, 51 * 24, b, 27 * 13, c, 15 * 8, d, 9 * 5, e, 6 * 4, 4 * 4, 4 * 3]);
-        // Of a strip, rows only.
-        assert_eq!(
-            levels(self::graph(&sheet(3000, 3, |i, j| [f64::from(i), 0.0, f64::from(j)])))[..2],
-            [3 * 1501, 3 * 752]
-        );
+        // Of a strip only what is long is halved at last; one of a few rows takes fewer iterations with corners among its nodes.
+        let strip = |n, m| self::graph(&sheet(n, m, |i, j| [f64::from(i), 0.0, f64::from(j)]));
+        assert!(levels(strip(400, 50)).ends_with(&[9 * 3, 6 * 3, 4 * 3]));
+        assert_eq!(levels(strip(3000, 3))[..2], [1501 * 2, 751 * 2]);
     }
 
     #[test]

@@ -38,7 +38,7 @@ struct Shares {
 }
 
 const OF_SQUARES: Shares = Shares { finest: 0.5, first: 0.25, ratio: 1.0 };
-const OF_SMOOTH_SQUARES: Shares = Shares { finest: 0.5, first: 0.2, ratio: 0.75 };
+const OF_SMOOTH_SQUARES: Shares = Shares { finest: 0.5, first: 0.2, ratio: 0.85 };
 const OF_AGGREGATES: Shares = Shares { finest: 0.6, first: 0.4, ratio: 1.0 };
 
 impl Shares {
