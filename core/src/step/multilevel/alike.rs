@@ -69,7 +69,9 @@ impl Alike {
             let (from, Stage { up, inverse, r, h, .. }) =
                 (finer.last().map_or(r, |stage| stage.r.vectors()), &mut rest[0]);
             let Some(inverse) = inverse else {
-                pool.pieces(r.vectors_mut(), PIECE, &|first, to| widest(Sum { looks: up, first, from, to }));
+                pool.pieces(r.vectors_mut(), PIECE, &|first, to| {
+                    widest(Take { looks: up, first, from, to, adds: false });
+                });
                 continue;
             };
             let inverse = inverse.flat().as_chunks().0.as_chunks().0;
@@ -79,15 +81,10 @@ impl Alike {
         }
         for at in (1..self.0.len()).rev() {
             let (finer, rest) = self.0.split_at_mut(at);
-            let (down, from, to) = (&rest[0].down, rest[0].given(), &mut finer[at - 1]);
-            match to.inverse {
-                Some(_) => {
-                    pool.pieces(to.h.vectors_mut(), PIECE, &|first, h| widest(Prolong { down, first, from, h }));
-                }
-                None => {
-                    pool.pieces(to.r.vectors_mut(), PIECE, &|first, to| widest(Sum { looks: down, first, from, to }));
-                }
-            }
+            let (looks, from, Stage { inverse, r, h, .. }) = (&rest[0].down, rest[0].given(), &mut finer[at - 1]);
+            let adds = inverse.is_some();
+            let to = if adds { h } else { r };
+            pool.pieces(to.vectors_mut(), PIECE, &|first, to| widest(Take { looks, first, from, to, adds }));
         }
         let (coarser, inverse) = (self.0.first(), inverse.as_chunks().0.as_chunks().0);
         pool.fold(Sixteens(h), &|first, Sixteens(h)| {
@@ -135,41 +132,24 @@ impl Work for Restrict<'_> {
     }
 }
 
-/// Nodes of a level that only leads to another, from a sixteen on: what they get of the one before.
-struct Sum<'a> {
+/// Nodes of a level, from a sixteen on: what they get of another one, and if it `adds`, what they had.
+struct Take<'a> {
     looks: &'a Looks,
     first: usize,
     from: &'a [Vectors],
     to: &'a mut [Vectors],
+    adds: bool,
 }
 
-impl Work for Sum<'_> {
+impl Work for Take<'_> {
     type Output = ();
 
     #[inline(always)]
     fn on(self, unit: impl Lanes) {
         let zero = unit.load(&[0.0; LANES]);
         for (sixteen, to) in (self.first..).zip(self.to) {
-            *to = put(unit, self.looks.add(unit, sixteen, self.from, [zero; 3]));
-        }
-    }
-}
-
-/// Nodes of a level that is not the finest, from a sixteen on: what they get of the coarser one.
-struct Prolong<'a> {
-    down: &'a Looks,
-    first: usize,
-    from: &'a [Vectors],
-    h: &'a mut [Vectors],
-}
-
-impl Work for Prolong<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn on(self, unit: impl Lanes) {
-        for (sixteen, h) in (self.first..).zip(self.h) {
-            *h = put(unit, self.down.add(unit, sixteen, self.from, three(unit, h)));
+            let had = if self.adds { three(unit, to) } else { [zero; 3] };
+            *to = put(unit, self.looks.add(unit, sixteen, self.from, had));
         }
     }
 }

@@ -20,7 +20,7 @@ pub struct Looks {
     /// Of each sixteen's looks (sixteens + 1).
     start: Vec<u32>,
     looks: Vec<Look>,
-    /// Few, as they come again and again: what a whole mesh looks at is read in every iteration.
+    /// Few where a mesh is regular, as they come again and again: what all of it looks at is read in every iteration.
     patterns: Vec<Pattern>,
 }
 
