@@ -1,5 +1,4 @@
-//! Springs in lanes of a vector unit, wherever their ends are. Their length is found by a root, that at rest and in forces without one:
-//! the last digit may differ, so at rest an energy is 1e-32 of what the spring holds at twice its length.
+//! Springs in lanes of a vector unit, wherever their ends are.
 
 use crate::kernel::{LANES, Springs};
 use pliant_plugin_api::lanes::{MOST_LANES, Real, Wide};

@@ -1,6 +1,6 @@
 //! A block of eight springs in AVX2, four at once, operation by operation the same as [`super::one`].
 
-use super::{Block, LANES, NEWTON_STEPS, NO_DIRECTION, SEED, Springs, Vectors};
+use super::{Block, LANES, NO_DIRECTION, Springs, Vectors};
 use pulp::x86::V3;
 use pulp::{cast, f64x4};
 use std::arch::x86_64::{__m256d, _CMP_NLT_UQ};
@@ -86,18 +86,13 @@ fn dot(simd: V3, a: Planes, b: Planes) -> f64x4 {
 
 #[inline(always)]
 fn law<const DAMPED: bool>(simd: V3, l2: f64x4, rate: f64x4, l0: f64x4, k: f64x4, damping_time: f64) -> f64x4 {
-    let half = simd.mul_f64x4(simd.splat_f64x4(0.5), l2);
-    let shifted = simd.avx2._mm256_srli_epi64::<1>(cast(l2));
-    let mut inverse: f64x4 = cast(simd.avx2._mm256_sub_epi64(cast([SEED; HALF]), shifted));
-    for _ in 0..NEWTON_STEPS {
-        let cube = simd.mul_f64x4(simd.mul_f64x4(half, inverse), simd.mul_f64x4(inverse, inverse));
-        inverse = simd.sub_f64x4(simd.mul_f64x4(simd.splat_f64x4(1.5), inverse), cube);
-    }
+    let l: f64x4 = cast(simd.avx._mm256_sqrt_pd(cast(l2)));
+    let stretched = simd.mul_f64x4(simd.sub_f64x4(l, l0), l);
     let ahead = match DAMPED {
-        true => simd.add_f64x4(l2, simd.mul_f64x4(simd.splat_f64x4(damping_time), rate)),
-        false => l2,
+        true => simd.add_f64x4(stretched, simd.mul_f64x4(simd.splat_f64x4(damping_time), rate)),
+        false => stretched,
     };
-    let factor = simd.mul_f64x4(simd.mul_f64x4(k, inverse), simd.sub_f64x4(simd.mul_f64x4(ahead, inverse), l0));
+    let factor = simd.mul_f64x4(simd.div_f64x4(k, l2), ahead);
     let shortest = simd.mul_f64x4(simd.splat_f64x4(NO_DIRECTION), l0);
     let shortest = simd.mul_f64x4(shortest, shortest);
     let directed = simd.avx._mm256_cmp_pd::<_CMP_NLT_UQ>(cast(l2), cast(shortest));

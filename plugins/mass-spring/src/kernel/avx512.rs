@@ -1,6 +1,6 @@
 //! A block of eight springs in AVX-512, operation by operation the same as [`super::one`].
 
-use super::{Block, LANES, NEWTON_STEPS, NO_DIRECTION, SEED, Springs, Vectors};
+use super::{Block, LANES, NO_DIRECTION, Springs, Vectors};
 use pulp::x86::V4;
 use pulp::{cast, f64x8, u64x8};
 use std::arch::x86_64::_CMP_NLT_UQ;
@@ -65,15 +65,10 @@ fn dot(simd: V4, a: Rows, b: Rows) -> f64x8 {
 #[inline(always)]
 fn law<const DAMPED: bool>(simd: V4, l2: f64x8, rate: f64x8, l0: f64x8, k: f64x8, damping_time: f64) -> f64x8 {
     let mul = |a, b| simd.mul_f64x8(a, b);
-    let half = mul(simd.splat_f64x8(0.5), l2);
-    let shifted = simd.avx512f._mm512_srli_epi64::<1>(cast(l2));
-    let mut inverse: f64x8 = cast(simd.avx512f._mm512_sub_epi64(cast(simd.splat_u64x8(SEED)), shifted));
-    for _ in 0..NEWTON_STEPS {
-        let cube = mul(mul(half, inverse), mul(inverse, inverse));
-        inverse = simd.sub_f64x8(mul(simd.splat_f64x8(1.5), inverse), cube);
-    }
-    let ahead = if DAMPED { simd.add_f64x8(l2, mul(simd.splat_f64x8(damping_time), rate)) } else { l2 };
-    let factor = mul(mul(k, inverse), simd.sub_f64x8(mul(ahead, inverse), l0));
+    let l: f64x8 = cast(simd.avx512f._mm512_sqrt_pd(cast(l2)));
+    let stretched = mul(simd.sub_f64x8(l, l0), l);
+    let ahead = if DAMPED { simd.add_f64x8(stretched, mul(simd.splat_f64x8(damping_time), rate)) } else { stretched };
+    let factor = mul(simd.div_f64x8(k, l2), ahead);
     let shortest = mul(simd.splat_f64x8(NO_DIRECTION), l0);
     let directed = simd.avx512f._mm512_cmp_pd_mask::<_CMP_NLT_UQ>(cast(l2), cast(mul(shortest, shortest)));
     cast(simd.avx512f._mm512_maskz_mov_pd(directed, cast(factor)))
