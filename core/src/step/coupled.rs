@@ -18,6 +18,7 @@ use super::{Constraint, StandIn, V3};
 use crate::host::{HostError, Material, Planes};
 use nalgebra::Matrix3;
 use pliant_plugin_api::abi;
+use pliant_plugin_api::lanes::prefetch;
 use std::ops::Range;
 
 /// The coupled hinges of a body.
@@ -253,6 +254,9 @@ impl pulp::NullaryFnOnce for Pulls<'_> {
     }
 }
 
+/// Hinges ahead that memory is asked for.
+const AHEAD: usize = 256;
+
 /// What stands for the stiffness of a range of hinges.
 struct StandIns<'a> {
     gradient: [&'a [f64]; 12],
@@ -293,8 +297,11 @@ impl Hinges for StandIns<'_> {
 
     #[inline(always)]
     fn eight<'a>(&'a self, e: usize, room: &'a mut outer::Planes) -> ([&'a [f64; GROUP]; 12], [f64; GROUP]) {
+        prefetch(self.usual, e + AHEAD);
+        prefetch(self.most, e + AHEAD);
         let mut planes = [&room[0]; 12];
         for (plane, from) in planes.iter_mut().zip(&self.gradient) {
+            prefetch(from, e + AHEAD);
             *plane = from[e..].first_chunk().expect("there are eight");
         }
         (planes, self.stiffness(e))

@@ -10,9 +10,22 @@ use crate::single::MOST_SINGLES;
 use crate::small::V3;
 use crate::triangle::{self, Triangle};
 use crate::turn::{self, Points};
-use pliant_plugin_api::lanes::{MOST_LANES, Wide};
+use pliant_plugin_api::lanes::{MOST_LANES, Wide, prefetch};
 use pliant_plugin_api::{Blocks, Elements, NodeVectors, SingleBlocks, abi};
 use pulp::{Simd, WithSimd};
+
+/// Elements ahead that memory is asked for: a page of a plane.
+const AHEAD: usize = 512;
+
+/// Asks memory for corners and planes of as many elements as are done at once, so much further on than element `e`.
+#[inline(always)]
+fn ask_ahead<S: Simd, const K: usize, const P: usize>(nodes: &[[u32; K]], planes: &[&[f64]; P], e: usize) {
+    prefetch(nodes, e + AHEAD);
+    prefetch(nodes, e + AHEAD + S::F64_LANES - 1);
+    for plane in planes {
+        prefetch(plane, e + AHEAD);
+    }
+}
 
 /// What is known of the corners of elements `e ..` of `nodes`, by corner and axis; lanes past the end repeat the last element.
 #[inline(always)]
@@ -103,6 +116,7 @@ impl Forces<'_, '_> {
         let planes = core::array::from_fn(|s| at.rest_data(s));
         let mut seen = Wide(simd.splat_f64s(0.0), simd);
         for e in (0..nodes.len()).step_by(S::F64_LANES) {
+            ask_ahead::<S, 3, { triangle::STRIDE }>(nodes, &planes, e);
             let shape = triangles(simd, &planes, e);
             let f = shape.derivative(gather(simd, nodes, e, x));
             let rate = if VISCOUS { Some(shape.derivative(gather(simd, nodes, e, v))) } else { None };
@@ -146,6 +160,7 @@ impl WithSimd for Stiffness<'_, '_> {
         let (mut rows, mut last) = ([[[0.0; 8]; MOST_LANES]; 6], [[0.0; MOST_LANES]; 6]);
         let planes = core::array::from_fn(|s| at.rest_data(s));
         for e in (0..nodes.len()).step_by(S::F64_LANES) {
+            ask_ahead::<S, 3, { triangle::STRIDE }>(nodes, &planes, e);
             let shape = triangles(simd, &planes, e);
             let f = shape.derivative(gather(simd, nodes, e, x));
             let count = S::F64_LANES.min(nodes.len() - e);
@@ -189,6 +204,11 @@ impl WithSimd for SingleStiffness<'_, '_> {
         let (mut rows, mut last) = (Lines([[[0.0; 8]; MOST_SINGLES]; 3]), Lines([[0.0; MOST_SINGLES]; 3]));
         let (rows, last) = (&mut rows.0, &mut last.0);
         for e in (0..nodes.len()).step_by(S::F32_LANES) {
+            ask_ahead::<S, 3, { triangle::STRIDE }>(nodes, &planes, e);
+            ask_ahead::<S, 3, { triangle::STRIDE }>(nodes, &planes, e + S::F64_LANES);
+            for line in 0..6 * S::F32_LANES / 16 {
+                prefetch(slots.as_flattened(), 6 * (e + AHEAD) + 16 * line);
+            }
             // Differences of places are rounded, not places.
             let (low, high) = (triangles(simd, &planes, e), triangles(simd, &planes, e + S::F64_LANES));
             let (f, g) =
@@ -243,6 +263,10 @@ impl WithSimd for Strains<'_> {
         for begin in (0..nodes.len()).step_by(FOLDS) {
             let end = nodes.len().min(begin + FOLDS);
             for e in (begin..end).step_by(S::F64_LANES) {
+                ask_ahead::<S, 4, 2>(nodes, &[angles, lengths], e);
+                for plane in &out {
+                    prefetch(plane, e + AHEAD);
+                }
                 let place = gather(simd, nodes, e, x);
                 let l = Wide::read(simd, lengths, e);
                 let ([y, x], gradient) = (dihedral::fold(place), dihedral::gradient(place));

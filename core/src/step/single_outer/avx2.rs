@@ -1,6 +1,7 @@
 //! Eight numbers of a block at once.
 
 use super::{BETWEEN, GROUP, Hinges, Numbers, Outer, PAIRS, SingleBlock, place, rounded};
+use crate::step::outer::ask_ahead;
 use pulp::cast;
 use pulp::x86::V3;
 use std::arch::x86_64::{__m128, __m256};
@@ -21,6 +22,7 @@ impl<H: Hinges> pulp::NullaryFnOnce for Outer<'_, V3, f32, H> {
         let (groups, rest) = slots.as_chunks::<PAIRS>().0.as_chunks::<GROUP>();
         for (at, slots) in groups.iter().enumerate() {
             let mut room = [[0.0; GROUP]; 12];
+            ask_ahead(slots);
             let (planes, k) = hinges.eight(GROUP * at, &mut room);
             turned(simd, planes, &mut numbers);
             for lane in 0..GROUP {

@@ -1,6 +1,7 @@
 //! A block at once, and all numbers of a hinge in one register.
 
 use super::{BETWEEN, GROUP, Hinges, Outer, PAIRS, SingleBlock, place, rounded};
+use crate::step::outer::ask_ahead;
 use pulp::x86::V4;
 use pulp::{cast, f32x16, u32x16};
 use std::arch::x86_64::__m512;
@@ -28,6 +29,7 @@ impl<H: Hinges> pulp::NullaryFnOnce for Outer<'_, V4, f32, H> {
         let (groups, rest) = slots.as_chunks::<PAIRS>().0.as_chunks::<GROUP>();
         let mut room = [[0.0; GROUP]; 12];
         for (at, slots) in groups.iter().enumerate() {
+            ask_ahead(slots);
             let (planes, k) = hinges.eight(GROUP * at, &mut room);
             // One by one: from a loop they would go through memory.
             let [a, b, c, d, e, f, g, h] = turned(simd, planes);

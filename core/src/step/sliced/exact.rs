@@ -1,6 +1,6 @@
 //! Products in double precision with blocks in single, of rows that lie alike ([`super`]).
 
-use super::{BLOCKS, Band, LANES, Sliced};
+use super::{BLOCKS, Band, LANES, Sliced, ask_ahead};
 use crate::step::lanes::{Lanes, Work, widest};
 use crate::step::pool::{NODES, Pool};
 use crate::step::rounded::Rounded;
@@ -101,6 +101,9 @@ impl<const K: usize> Work for Multiply<'_, K> {
                 let at = LANES * slice + half;
                 let mut here = [[[unit.load_exact(&[0.0; HALF]); 3]; HALF]; K];
                 for (distance, block) in distance[ends[0]..ends[1]].iter().zip(places) {
+                    if half == 0 {
+                        ask_ahead(block);
+                    }
                     for (part, lane) in (0..HALF).step_by(lanes(unit)).enumerate() {
                         let mut entries = [unit.exact(&block[half + lane..]); 9];
                         for e in 1..9 {

@@ -1,6 +1,6 @@
 //! The hot loops of a product with rows that lie alike ([`super`]).
 
-use super::{Band, LANES};
+use super::{Band, LANES, ask_ahead};
 use crate::step::lanes::{Lanes, Sixteen, Work};
 
 /// Three rows of lanes.
@@ -30,6 +30,7 @@ impl Work for Multiply<'_> {
             let here = three(unit, x, at);
             let mut sum = diagonal.times(unit, slice, here);
             for (distance, block) in distance[ends[0]..ends[1]].iter().zip(&mut blocks) {
+                ask_ahead(block.as_flattened());
                 let there = at + *distance as usize;
                 let [a, b, c] = three(unit, x, there);
                 let away = [unit.sub(a, here[0]), unit.sub(b, here[1]), unit.sub(c, here[2])];

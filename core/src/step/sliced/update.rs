@@ -1,12 +1,13 @@
 //! New values for a matrix whose rows are multiplied sixteen at a time.
 
 use super::diagonal::Diagonal;
-use super::{BLOCKS, LANES};
+use super::{AHEAD, BLOCKS, LANES, ask_ahead};
 use crate::step::lanes::{Entry, Lanes, Work};
 use crate::step::matrix::{Matrix, Values};
 use crate::step::pool::Pool;
 use crate::step::rounded::Own;
 use crate::step::single_update::row_sum;
+use pliant_plugin_api::lanes::prefetch;
 
 /// What holds the values of a matrix by slices.
 pub trait Update {
@@ -64,6 +65,12 @@ impl<T: Entry, F: Fn(usize) -> Own> Work for Fill<'_, T, F> {
         for ((slice, ends), first) in start.windows(2).enumerate().zip((first..).step_by(LANES)) {
             diagonal.put(unit, slice, (first..rows.min(first + LANES)).map(&of), scale);
             for (slots, to) in places.by_ref().take(ends[1] - ends[0]) {
+                ask_ahead(to.as_flattened());
+                prefetch(slots, LANES * 4 * AHEAD);
+                let flat = blocks.as_flattened();
+                for line in 0..9 {
+                    prefetch(flat, 9 * (slots[0] as usize + LANES * AHEAD) + 16 * line);
+                }
                 let mut refs = [&nothing; LANES];
                 for lane in 0..LANES {
                     refs[lane] = blocks.get(slots[lane] as usize).unwrap_or(&nothing);
