@@ -264,9 +264,6 @@ impl WithSimd for Strains<'_> {
             let end = nodes.len().min(begin + FOLDS);
             for e in (begin..end).step_by(S::F64_LANES) {
                 ask_ahead::<S, 4, 2>(nodes, &[angles, lengths], e);
-                for plane in &out {
-                    prefetch(plane, e + AHEAD);
-                }
                 let place = gather(simd, nodes, e, x);
                 let l = Wide::read(simd, lengths, e);
                 let ([y, x], gradient) = (dihedral::fold(place), dihedral::gradient(place));
