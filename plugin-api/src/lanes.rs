@@ -47,22 +47,6 @@ pub trait Real:
     }
 }
 
-/// Asks memory for `list[at]`, and does not wait: what is gone through once in a step is then near when its turn comes. A processor
-/// does so by itself within a page (4 KiB), but not across its end, so ask for what is a page or two ahead. Past the end of the list it
-/// asks for what happens to be there, which does no harm.
-#[inline(always)]
-#[allow(unsafe_code, reason = "a prefetch reads nothing")]
-pub fn prefetch<T>(list: &[T], at: usize) {
-    let place = list.as_ptr().wrapping_add(at);
-    #[cfg(target_arch = "x86_64")]
-    // SAFETY: a hint that takes any address: nothing is read, and nothing faults.
-    unsafe {
-        core::arch::x86_64::_mm_prefetch::<{ core::arch::x86_64::_MM_HINT_T0 }>(place.cast());
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    let _ = place;
-}
-
 impl Real for f64 {
     #[inline(always)]
     fn of(self, value: f64) -> Self {

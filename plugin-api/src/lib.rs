@@ -27,6 +27,7 @@ pub mod lanes;
 mod material;
 mod normals;
 pub mod param;
+mod prefetch;
 
 pub use batch::{Elements, NodeScalars, NodeVectors, Planes};
 pub use blocks::{Blocks, Entry, SingleBlocks, pair};
@@ -38,3 +39,4 @@ pub use info::Info;
 pub use material::{AsMaterial, ElementRequest, Material, Source, Tangent};
 pub use normals::NormalForces;
 pub use param::{Param, Params};
+pub use prefetch::prefetch;

@@ -214,7 +214,7 @@ fn lattice(pool: &Pool, cells: usize, memory: f64) {
         let bytes: f64 = springs.map(per_element).sum::<f64>() + n as f64 * (6.0 * 24.0 + 48.0 + 8.0 + 32.0);
         let limit = 1e-9 * bytes / memory;
         println!(
-            "{} thread, lattice {n:7} particles, {:16} {:9.3} ms, {:6.1} ns a particle, {:5.1} iterations; memory alone {:5.1} ns",
+            "{} threads, lattice {n:7} particles, {:16} {:9.3} ms, {:6.1} ns a particle, {:5.1} iterations; memory alone {:5.1} ns",
             pool.threads(),
             scheme.name(),
             1e3 * seconds,

@@ -11,14 +11,13 @@ use super::chebyshev::Chebyshev;
 use super::chunk::Chunk;
 use super::elements::ElementSet;
 use super::lanczos::least_eigenvalue;
-use super::outer::{self, GROUP, Hinges, Precision};
+use super::outer::{self, AHEAD, GROUP, Hinges, Precision};
 use super::pool::Pool;
 use super::system::Nodes;
 use super::{Constraint, StandIn, V3};
 use crate::host::{HostError, Material, Planes};
 use nalgebra::Matrix3;
-use pliant_plugin_api::abi;
-use pliant_plugin_api::lanes::prefetch;
+use pliant_plugin_api::{abi, prefetch};
 use std::ops::Range;
 
 /// The coupled hinges of a body.
@@ -253,9 +252,6 @@ impl pulp::NullaryFnOnce for Pulls<'_> {
         }
     }
 }
-
-/// Hinges ahead that memory is asked for.
-const AHEAD: usize = 256;
 
 /// What stands for the stiffness of a range of hinges.
 struct StandIns<'a> {

@@ -7,7 +7,6 @@ use super::single::SingleBlock;
 use super::{Block, V3, single_outer};
 use crate::host::{Call, HostError, Material};
 use pliant_plugin_api::abi;
-use pliant_plugin_api::lanes::prefetch;
 
 /// Slots of a hinge.
 const PAIRS: usize = 10;
@@ -15,13 +14,8 @@ const PAIRS: usize = 10;
 /// Hinges that are read before any is added.
 pub const GROUP: usize = 8;
 
-/// Asks memory for the slots of hinges that come some pages later than a group.
-#[inline(always)]
-pub fn ask_ahead(slots: &[[u32; PAIRS]; GROUP]) {
-    for line in 0..GROUP * PAIRS / 16 {
-        prefetch(slots.as_flattened(), 32 * GROUP * PAIRS + 16 * line);
-    }
-}
+/// Hinges ahead that memory is asked for.
+pub const AHEAD: usize = 256;
 
 /// Numbers of as many, by corner and axis.
 pub type Planes = [[f64; GROUP]; 12];

@@ -10,8 +10,8 @@ use crate::single::MOST_SINGLES;
 use crate::small::V3;
 use crate::triangle::{self, Triangle};
 use crate::turn::{self, Points};
-use pliant_plugin_api::lanes::{MOST_LANES, Wide, prefetch};
-use pliant_plugin_api::{Blocks, Elements, NodeVectors, SingleBlocks, abi};
+use pliant_plugin_api::lanes::{MOST_LANES, Wide};
+use pliant_plugin_api::{Blocks, Elements, NodeVectors, SingleBlocks, abi, prefetch};
 use pulp::{Simd, WithSimd};
 
 /// Elements ahead that memory is asked for: a page of a plane.
@@ -24,6 +24,14 @@ fn ask_ahead<S: Simd, const K: usize, const P: usize>(nodes: &[[u32; K]], planes
     prefetch(nodes, e + AHEAD + S::F64_LANES - 1);
     for plane in planes {
         prefetch(plane, e + AHEAD);
+    }
+}
+
+/// The same of where the blocks of `count` triangles go.
+#[inline(always)]
+fn ask_for_slots(slots: &[[u32; 6]], e: usize, count: usize) {
+    for line in 0..(6 * count).div_ceil(16) {
+        prefetch(slots.as_flattened(), 6 * (e + AHEAD) + 16 * line);
     }
 }
 
@@ -161,6 +169,7 @@ impl WithSimd for Stiffness<'_, '_> {
         let planes = core::array::from_fn(|s| at.rest_data(s));
         for e in (0..nodes.len()).step_by(S::F64_LANES) {
             ask_ahead::<S, 3, { triangle::STRIDE }>(nodes, &planes, e);
+            ask_for_slots(slots, e, S::F64_LANES);
             let shape = triangles(simd, &planes, e);
             let f = shape.derivative(gather(simd, nodes, e, x));
             let count = S::F64_LANES.min(nodes.len() - e);
@@ -206,9 +215,7 @@ impl WithSimd for SingleStiffness<'_, '_> {
         for e in (0..nodes.len()).step_by(S::F32_LANES) {
             ask_ahead::<S, 3, { triangle::STRIDE }>(nodes, &planes, e);
             ask_ahead::<S, 3, { triangle::STRIDE }>(nodes, &planes, e + S::F64_LANES);
-            for line in 0..6 * S::F32_LANES / 16 {
-                prefetch(slots.as_flattened(), 6 * (e + AHEAD) + 16 * line);
-            }
+            ask_for_slots(slots, e, S::F32_LANES);
             // Differences of places are rounded, not places.
             let (low, high) = (triangles(simd, &planes, e), triangles(simd, &planes, e + S::F64_LANES));
             let (f, g) =

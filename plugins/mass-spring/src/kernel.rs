@@ -16,13 +16,13 @@ mod avx512;
 
 use crate::gather::Energy;
 use crate::stiffness::Stiffness;
-use pliant_plugin_api::lanes::prefetch;
-use pliant_plugin_api::{Blocks, Elements, Entry, NodeVectors, Tangent};
+use pliant_plugin_api::{Blocks, Elements, Entry, NodeVectors, Tangent, prefetch};
 
 /// Springs in a block.
 pub const LANES: usize = 8;
-/// Springs ahead whose lists memory is asked for, two pages of each, and whose ends it is asked for, a row or so of a grid.
+/// Springs ahead whose lists memory is asked for, two pages of each.
 const AHEAD: usize = 1024;
+/// And springs ahead whose second ends it is asked for, a row of a grid or so: the first ends of a grid have been second ones before.
 const NEXT: usize = 64;
 /// A spring shorter than this share of its rest length has no direction, and no force.
 pub const NO_DIRECTION: f64 = 1e-9;
@@ -71,22 +71,19 @@ impl<'a> Springs<'a> {
         let (length, stiffness) = (at.rest_data(0), at.rest_data(1));
         Self { ends: at.corners(), x: at.x(), v: at.v(), length, stiffness, damping_time }
     }
-}
 
-impl Springs<'_> {
-    /// Asks memory for what a block needs later: a body of more than some ten thousand nodes is not near when its turn comes.
+    /// Asks memory for what a block needs later: of a body of more than some ten thousand nodes it is not near when its turn comes.
     #[inline(always)]
-    fn ask_ahead(&self, e: usize) {
+    fn ask_ahead<const DAMPED: bool>(&self, e: usize) {
         prefetch(self.ends, e + AHEAD);
         prefetch(self.length, e + AHEAD);
         prefetch(self.stiffness, e + AHEAD);
-        if let Some(&[_, b]) = self.ends.get(e + NEXT) {
-            for field in [self.x, self.v] {
-                let flat = field.as_flattened();
-                prefetch(flat, 3 * b as usize);
-                prefetch(flat, 3 * b as usize + LANES);
-                prefetch(flat, 3 * b as usize + 2 * LANES);
-            }
+        let Some(&[_, b]) = self.ends.get(e + NEXT) else { return };
+        let from = 3 * b as usize;
+        for field in [Some(self.x), DAMPED.then_some(self.v)].into_iter().flatten() {
+            prefetch(field.as_flattened(), from);
+            prefetch(field.as_flattened(), from + LANES);
+            prefetch(field.as_flattened(), from + 2 * LANES);
         }
     }
 }
@@ -182,7 +179,7 @@ impl<B: Block> Pass<'_, B> {
                 e += 1;
                 continue;
             }
-            springs.ask_ahead(e);
+            springs.ask_ahead::<DAMPED>(e);
             let f = block.forces::<DAMPED>(&springs, e, a, b, run);
             // Where a node is the second end of one spring and the first of another, it gets what it would spring by spring, in that
             // order: bytes do not depend on where a call's range begins.
@@ -235,6 +232,13 @@ mod tests {
     use crate::MassSpring;
     use pliant_plugin_api::{abi, kit};
 
+    fn units() -> Vec<pulp::Arch> {
+        let mut units = vec![pulp::Arch::Scalar, pulp::Arch::new()];
+        #[cfg(target_arch = "x86_64")]
+        units.extend(pulp::x86::V3::try_new().map(pulp::Arch::V3));
+        units
+    }
+
     #[test]
     fn every_vector_unit_gives_the_same_bytes() {
         let block = kit::block([11, 4, 3], 0.01, abi::STRUCTURAL | abi::SHEAR);
@@ -247,10 +251,7 @@ mod tests {
             }
             body.x[7] = body.x[6]; // a spring without direction
             let mut results = Vec::new();
-            let mut units = vec![pulp::Arch::Scalar, pulp::Arch::new()];
-            #[cfg(target_arch = "x86_64")]
-            units.extend(pulp::x86::V3::try_new().map(pulp::Arch::V3));
-            for arch in units {
+            for arch in units() {
                 material.kernel = Kernel { arch };
                 let mut force = vec![[0.0; 3]; body.x.len()];
                 body.add_forces(&material, &mut force).unwrap();
@@ -264,6 +265,7 @@ mod tests {
                 );
             }
             assert!(results.iter().all(|result| *result == results[0]));
+            assert!(results[0].iter().all(|&bits| f64::from_bits(bits).is_finite()));
             assert!(results[0].iter().any(|&bits| f64::from_bits(bits) != 0.0));
         }
     }
@@ -274,12 +276,31 @@ mod tests {
         for (i, x) in block.rest.iter_mut().enumerate() {
             *x = [0, 1, 2].map(|axis| x[axis] + 2e-3 * ((3 * i + axis) as f64).sin());
         }
-        for tau in [0.0, 0.01] {
-            let material: MassSpring = kit::material(&[("damping-time", tau)]).unwrap();
+        for (tau, arch) in [0.0, 0.01].into_iter().flat_map(|tau| units().into_iter().map(move |arch| (tau, arch))) {
+            let mut material: MassSpring = kit::material(&[("damping-time", tau)]).unwrap();
             let mut body = kit::Body::new(&material, block.rest.clone(), |r| block.given(r.kind)).unwrap();
+            material.kernel = Kernel { arch };
             assert!(body.forces(&material).unwrap().as_flattened().iter().all(|f| *f == 0.0));
-            body.x[20][1] += 1e-15;
-            assert!(body.forces(&material).unwrap().as_flattened().iter().any(|f| *f != 0.0), "one digit further");
+            body.x[20][1] *= 1.0 + 1e-12;
+            assert!(body.forces(&material).unwrap().as_flattened().iter().any(|f| *f != 0.0), "a little off it");
+        }
+    }
+
+    #[test]
+    fn a_spring_without_length_has_no_direction_and_one_a_little_longer_has() {
+        let block = kit::block([9, 1, 1], 1.0, abi::STRUCTURAL);
+        for (tau, arch) in [0.0, 0.01].into_iter().flat_map(|tau| units().into_iter().map(move |arch| (tau, arch))) {
+            let mut material: MassSpring = kit::material(&[("damping-time", tau)]).unwrap();
+            let mut body = kit::Body::new(&material, block.rest.clone(), |r| block.given(r.kind)).unwrap();
+            material.kernel = Kernel { arch };
+            for (apart, pushed) in [(0.0, false), (0.9 * NO_DIRECTION, false), (1.1 * NO_DIRECTION, true)] {
+                // All along one line, so that what is across it is what springs in blocks and alone push.
+                body.x.iter_mut().enumerate().for_each(|(i, x)| *x = [0.0, apart * (i % 2) as f64, 0.0]);
+                let force = body.forces(&material).unwrap();
+                assert!(force.as_flattened().iter().all(|f| f.is_finite()), "{apart}");
+                assert_eq!(force[4][1] != 0.0, pushed, "{apart}");
+                assert_eq!(force[9][1] != 0.0, pushed, "{apart}");
+            }
         }
     }
 }

@@ -1,7 +1,6 @@
 //! Eight numbers of a block at once.
 
-use super::{BETWEEN, GROUP, Hinges, Numbers, Outer, PAIRS, SingleBlock, place, rounded};
-use crate::step::outer::ask_ahead;
+use super::{BETWEEN, GROUP, Hinges, Numbers, Outer, PAIRS, SingleBlock, ask_ahead, place, rounded};
 use pulp::cast;
 use pulp::x86::V3;
 use std::arch::x86_64::{__m128, __m256};

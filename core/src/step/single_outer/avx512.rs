@@ -1,7 +1,6 @@
 //! A block at once, and all numbers of a hinge in one register.
 
-use super::{BETWEEN, GROUP, Hinges, Outer, PAIRS, SingleBlock, place, rounded};
-use crate::step::outer::ask_ahead;
+use super::{BETWEEN, GROUP, Hinges, Outer, PAIRS, SingleBlock, ask_ahead, place, rounded};
 use pulp::x86::V4;
 use pulp::{cast, f32x16, u32x16};
 use std::arch::x86_64::__m512;

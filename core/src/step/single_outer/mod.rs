@@ -5,9 +5,9 @@ mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
 
-use super::outer::{GROUP, Hinges, Outer};
+use super::outer::{AHEAD, GROUP, Hinges, Outer};
 use super::single::SingleBlock;
-use pliant_plugin_api::abi;
+use pliant_plugin_api::{abi, prefetch};
 
 /// Slots of a hinge, and which of them are of two corners.
 const PAIRS: usize = 10;
@@ -24,6 +24,14 @@ pub fn add_outer(slots: &[u32], first: usize, blocks: &mut [SingleBlock], hinges
         _ => {}
     }
     add_each(slots, first, blocks, hinges);
+}
+
+/// Asks memory for the slots of a group that comes so much later.
+#[inline(always)]
+fn ask_ahead(slots: &[[u32; PAIRS]; GROUP]) {
+    for line in 0..GROUP * PAIRS / 16 {
+        prefetch(slots.as_flattened(), AHEAD * PAIRS + 16 * line);
+    }
 }
 
 /// The portable path.

@@ -101,6 +101,7 @@ impl<const K: usize> Work for Multiply<'_, K> {
                 let at = LANES * slice + half;
                 let mut here = [[[unit.load_exact(&[0.0; HALF]); 3]; HALF]; K];
                 for (distance, block) in distance[ends[0]..ends[1]].iter().zip(places) {
+                    // The other half reads the same blocks.
                     if half == 0 {
                         ask_ahead(block);
                     }

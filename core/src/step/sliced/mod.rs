@@ -21,7 +21,7 @@ use super::pool::Pool;
 use super::rounded::Own;
 use diagonal::Diagonal;
 use exact::Exact;
-use pliant_plugin_api::lanes::prefetch;
+use pliant_plugin_api::prefetch;
 use product::Multiply;
 use update::{Fill, NONE, Slots, Update};
 use vectors::{Take, Turn};
@@ -41,7 +41,7 @@ pub const BANDS: usize = 2;
 const FULLEST: f64 = 1.8;
 
 /// Distances of slices ahead that memory is asked for, two pages of values.
-pub const AHEAD: usize = 16;
+const AHEAD: usize = 16;
 
 /// Asks memory for the blocks that come so much later than those `values` begin with.
 #[inline(always)]

@@ -1,13 +1,13 @@
 //! New values for a matrix whose rows are multiplied sixteen at a time.
 
 use super::diagonal::Diagonal;
-use super::{AHEAD, BLOCKS, LANES, ask_ahead};
+use super::{AHEAD, BLOCKS, LANES};
 use crate::step::lanes::{Entry, Lanes, Work};
 use crate::step::matrix::{Matrix, Values};
 use crate::step::pool::Pool;
 use crate::step::rounded::Own;
 use crate::step::single_update::row_sum;
-use pliant_plugin_api::lanes::prefetch;
+use pliant_plugin_api::prefetch;
 
 /// What holds the values of a matrix by slices.
 pub trait Update {
@@ -61,22 +61,31 @@ impl<T: Entry, F: Fn(usize) -> Own> Work for Fill<'_, T, F> {
     fn on(self, unit: impl Lanes) {
         let Self { blocks, own: of, scale, first, rows, start, slots, values, diagonal } = self;
         let (nothing, values) = ([T::default(); 9], values.as_chunks_mut().0.chunks_exact_mut(BLOCKS / LANES));
-        let mut places = slots.iter().zip(values);
+        let (mut places, mut begin) = (slots.iter().zip(values), NONE);
         for ((slice, ends), first) in start.windows(2).enumerate().zip((first..).step_by(LANES)) {
             diagonal.put(unit, slice, (first..rows.min(first + LANES)).map(&of), scale);
-            for (slots, to) in places.by_ref().take(ends[1] - ends[0]) {
-                ask_ahead(to.as_flattened());
-                prefetch(slots, LANES * 4 * AHEAD);
-                let flat = blocks.as_flattened();
-                for line in 0..9 {
-                    prefetch(flat, 9 * (slots[0] as usize + LANES * AHEAD) + 16 * line);
-                }
+            for (place, (slots, to)) in places.by_ref().take(ends[1] - ends[0]).enumerate() {
+                begin = if place == 0 { slots[0] } else { begin };
+                ask_ahead(blocks, (slots, begin, place));
                 let mut refs = [&nothing; LANES];
                 for lane in 0..LANES {
                     refs[lane] = blocks.get(slots[lane] as usize).unwrap_or(&nothing);
                 }
                 put(unit, refs, scale, to);
             }
+        }
+    }
+}
+
+/// Asks memory for slots a page ahead, and for the blocks that come so much later than the `first` of a slice, of whose rows all have
+/// theirs one behind the other.
+#[inline(always)]
+fn ask_ahead<T>(blocks: &[[T; 9]], (slots, first, place): (&Slots, u32, usize)) {
+    prefetch(slots, LANES * 4 * AHEAD);
+    if first != NONE {
+        let from = 9 * (first as usize + LANES * (place + AHEAD));
+        for entry in (0..BLOCKS).step_by(64 / size_of::<T>()) {
+            prefetch(blocks.as_flattened(), from + entry);
         }
     }
 }
