@@ -61,31 +61,22 @@ impl<T: Entry, F: Fn(usize) -> Own> Work for Fill<'_, T, F> {
     fn on(self, unit: impl Lanes) {
         let Self { blocks, own: of, scale, first, rows, start, slots, values, diagonal } = self;
         let (nothing, values) = ([T::default(); 9], values.as_chunks_mut().0.chunks_exact_mut(BLOCKS / LANES));
-        let (mut places, mut begin) = (slots.iter().zip(values), NONE);
+        let (flat, mut places) = (blocks.as_flattened(), slots.iter().zip(values));
         for ((slice, ends), first) in start.windows(2).enumerate().zip((first..).step_by(LANES)) {
             diagonal.put(unit, slice, (first..rows.min(first + LANES)).map(&of), scale);
             for (place, (slots, to)) in places.by_ref().take(ends[1] - ends[0]).enumerate() {
-                begin = if place == 0 { slots[0] } else { begin };
-                ask_ahead(blocks, (slots, begin, place));
+                // Of a slice's rows all have their blocks one behind the other. Where a row has none this asks for what is nowhere.
+                let from = (slots[0] as usize).wrapping_add(LANES * (place + AHEAD)).wrapping_mul(9);
+                for entry in (0..BLOCKS).step_by(64 / size_of::<T>()) {
+                    prefetch(flat, from.wrapping_add(entry));
+                }
+                prefetch(slots, LANES * 4 * AHEAD);
                 let mut refs = [&nothing; LANES];
                 for lane in 0..LANES {
                     refs[lane] = blocks.get(slots[lane] as usize).unwrap_or(&nothing);
                 }
                 put(unit, refs, scale, to);
             }
-        }
-    }
-}
-
-/// Asks memory for slots a page ahead, and for the blocks that come so much later than the `first` of a slice, of whose rows all have
-/// theirs one behind the other.
-#[inline(always)]
-fn ask_ahead<T>(blocks: &[[T; 9]], (slots, first, place): (&Slots, u32, usize)) {
-    prefetch(slots, LANES * 4 * AHEAD);
-    if first != NONE {
-        let from = 9 * (first as usize + LANES * (place + AHEAD));
-        for entry in (0..BLOCKS).step_by(64 / size_of::<T>()) {
-            prefetch(blocks.as_flattened(), from + entry);
         }
     }
 }
