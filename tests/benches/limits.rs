@@ -1,5 +1,5 @@
 //! How far the hot loops are from what the machine can do: a triad, a loop of fused multiply-adds, and beside them the products of
-//! a cloth's matrix, its assembly, and lattices: `cargo build --release && cargo bench -p pliant-tests --bench limits`.
+//! a cloth's matrix, its assembly, and lattices on one thread and two: `cargo build --release && cargo bench -p pliant-tests --bench limits`.
 #![allow(clippy::print_stdout, reason = "a bench prints its figures")]
 
 use pliant_core::host::{Material, ParamValue};

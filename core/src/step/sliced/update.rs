@@ -70,6 +70,7 @@ impl<T: Entry, F: Fn(usize) -> Own> Work for Fill<'_, T, F> {
                 for entry in (0..BLOCKS).step_by(64 / size_of::<T>()) {
                     prefetch(flat, from.wrapping_add(entry));
                 }
+                // A page of slots.
                 prefetch(slots, LANES * 4 * AHEAD);
                 let mut refs = [&nothing; LANES];
                 for lane in 0..LANES {
