@@ -79,12 +79,18 @@ impl<'a> Springs<'a> {
         prefetch(self.length, e + AHEAD);
         prefetch(self.stiffness, e + AHEAD);
         let Some(&[_, b]) = self.ends.get(e + NEXT) else { return };
-        let from = 3 * b as usize;
-        for field in [Some(self.x), DAMPED.then_some(self.v)].into_iter().flatten() {
-            prefetch(field.as_flattened(), from);
-            prefetch(field.as_flattened(), from + LANES);
-            prefetch(field.as_flattened(), from + 2 * LANES);
+        ask_for_eight(self.x, b as usize);
+        if DAMPED {
+            ask_for_eight(self.v, b as usize);
         }
+    }
+}
+
+/// Asks memory for eight vectors.
+#[inline(always)]
+fn ask_for_eight(of: &[[f64; 3]], from: usize) {
+    for row in 0..3 {
+        prefetch(of.as_flattened(), 3 * from + LANES * row);
     }
 }
 
