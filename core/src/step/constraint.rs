@@ -1,6 +1,7 @@
 //! What a node may still do.
 
-use super::{V3, axpy, dot};
+use super::algebra::{Block, V3, axpy, dot, symmetric_inverse};
+use nalgebra::Matrix3;
 
 /// The directions a node is free in. What it does in the others is prescribed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -44,6 +45,31 @@ impl Constraint {
     pub fn is_free(&self) -> bool {
         matches!(self, Self::Free)
     }
+}
+
+/// `S (S A S + I - S)^-1 S`
+pub fn constrained_inverse(block: &Block, constraint: &Constraint) -> Block {
+    match constraint {
+        Constraint::Fixed => return [0.0; 9],
+        Constraint::Free => {
+            if let Some(inverse) = symmetric_inverse(block) {
+                return inverse;
+            }
+        }
+        _ => {}
+    }
+    let filter = |m: Matrix3<f64>| {
+        Matrix3::from_columns(&[0, 1, 2].map(|c| {
+            let column = m.column(c);
+            constraint.filter([column[0], column[1], column[2]]).into()
+        }))
+    };
+    let a = Matrix3::from_row_slice(block);
+    let s = filter(Matrix3::identity());
+    let inner = s * a * s + Matrix3::identity() - s;
+    let inverse = inner.try_inverse().unwrap_or_else(Matrix3::identity);
+    let out = s * inverse * s;
+    std::array::from_fn(|e| out[(e / 3, e % 3)])
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@
 //! over weighted nodes is lumped: each gets its share of the stiffness, which is never less stiff than the exact low-rank
 //! matrix, so what is stable with the one is stable with the other.
 
-use super::{Block, V3, axpy, dot, times};
+use super::algebra::{Block, V3, axpy, dot, times};
 
 /// Forces on nodes that follow them.
 #[derive(Debug, Default)]

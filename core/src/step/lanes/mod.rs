@@ -3,26 +3,40 @@
 //! Operations are on each number by itself, and each is rounded once: a product that is added to something is not rounded before.
 //! Where no unit does that it is done in double precision, so every unit gives the same bytes.
 
+pub mod aligned;
 mod entry;
 mod plain;
+pub mod symmetric;
 #[cfg(test)]
 mod tests;
 pub mod threes;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
-use super::single::Quad;
 use pulp::NullaryFnOnce;
 
 pub use entry::Entry;
 pub use plain::Plain;
 
+/// Numbers of a register, and rows or nodes that go together.
+pub const LANES: usize = 16;
 /// Numbers among which one can be looked up.
 pub const LOOKED_UP: usize = 32;
+/// A vector with a zero behind it.
+pub type Quad = [f32; 4];
 /// In memory.
 pub type Sixteen = [f32; 16];
 /// Sixteen vectors, by component.
 pub type Vectors = [Sixteen; 3];
+
+/// What is smaller than this beside 1 is zero: processors take a hundred times as long over the smallest numbers.
+pub const TINY: f32 = 1e-18;
+
+/// A number in single precision, or zero if it is next to nothing.
+#[inline(always)]
+pub fn dusted(value: f32) -> f32 {
+    if value.abs() < TINY { 0.0 } else { value }
+}
 
 /// A vector unit.
 pub trait Lanes: Copy {

@@ -1,7 +1,6 @@
 //! No vector unit that is known here.
 
-use super::{Lanes, Sixteen};
-use crate::step::single::{Quad, dusted};
+use super::{Lanes, Quad, Sixteen, dusted};
 
 /// One number after the other.
 #[derive(Clone, Copy)]

@@ -1,7 +1,6 @@
 //! AVX2 with FMA, and AVX-512.
 
-use super::{Entry, Lanes, Sixteen};
-use crate::step::single::{Quad, TINY};
+use super::{Entry, Lanes, Quad, Sixteen, TINY};
 use pulp::x86::{V3, V4};
 use pulp::{Simd, cast, f32x8, f32x16, f64x4, f64x8, u32x16};
 use std::arch::x86_64::{__m256, __m512};

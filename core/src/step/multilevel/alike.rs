@@ -1,15 +1,14 @@
 //! Up the levels and down again where a mesh is regular, sixteen nodes at a time.
 
 use super::COARSE_PIECE;
-use super::finest::{Coarser, Finest, times};
+use super::aggregate::Weights;
+use super::finest::{Coarser, Finest};
 use super::looks::Looks;
-use crate::step::Block;
-use crate::step::aggregate::Weights;
-use crate::step::inverses::put_inverse;
-use crate::step::lanes::{Lanes, Sixteen, Vectors, Work, put, three, widest};
-use crate::step::lines::{Lines, Sixteens};
-use crate::step::pool::Pool;
-use crate::step::sliced::LANES;
+use crate::step::algebra::Block;
+use crate::step::lanes::aligned::{Lines, Sixteens};
+use crate::step::lanes::symmetric::{put_inverse, times};
+use crate::step::lanes::{LANES, Lanes, Sixteen, Vectors, Work, put, three, widest};
+use crate::step::threads::Pool;
 
 /// Sixteens in a piece of work for a thread.
 const PIECE: usize = 64;

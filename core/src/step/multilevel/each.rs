@@ -1,15 +1,13 @@
 //! Up the levels and down again where a mesh is not regular, node by node.
 
 use super::COARSE_PIECE;
+use super::aggregate::Weights;
 use super::finest::{Coarser, Finest};
 use super::transfer::Transfer;
-use crate::step::Block;
-use crate::step::aggregate::Weights;
-use crate::step::lanes::{Lanes, Vectors, Work, load, store, three, widest};
-use crate::step::lines::Sixteens;
-use crate::step::pool::Pool;
-use crate::step::single::Quad;
-use crate::step::sliced::LANES;
+use crate::step::algebra::Block;
+use crate::step::lanes::aligned::Sixteens;
+use crate::step::lanes::{LANES, Lanes, Quad, Vectors, Work, load, store, three, widest};
+use crate::step::threads::Pool;
 
 /// Nodes in a piece of work for a thread.
 const PIECE: usize = 512;

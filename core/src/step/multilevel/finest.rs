@@ -1,7 +1,7 @@
 //! The finest level of P: block Jacobi's share, and what comes from the coarser ones.
 
-use crate::step::lanes::{Lanes, Sixteen, Vectors, Work, put, three};
-use crate::step::sliced::LANES;
+use crate::step::lanes::symmetric::times;
+use crate::step::lanes::{LANES, Lanes, Sixteen, Vectors, Work, put, three};
 
 /// A level above the finest.
 pub trait Coarser {
@@ -37,16 +37,4 @@ impl<C: Coarser> Work for Finest<'_, C> {
         }
         unit.store(all).iter().map(|v| f64::from(*v)).sum()
     }
-}
-
-/// Blocks, given by six numbers, times vectors.
-#[inline(always)]
-pub fn times<U: Lanes>(unit: U, m: &[Sixteen; 6], v: [U::V; 3]) -> [U::V; 3] {
-    let mut out = v;
-    for (out, places) in out.iter_mut().zip([[0, 1, 2], [1, 3, 4], [2, 4, 5]]) {
-        *out = unit.mul(unit.load(&m[places[0]]), v[0]);
-        *out = unit.fma(unit.load(&m[places[1]]), v[1], *out);
-        *out = unit.fma(unit.load(&m[places[2]]), v[2], *out);
-    }
-    out
 }

@@ -3,9 +3,8 @@
 //! What sixteen sums take next is among two sixteens of vectors, which registers hold: so a shuffle finds it, and nothing is gathered
 //! from memory.
 
-use crate::step::aggregate::Weights;
-use crate::step::lanes::{LOOKED_UP, Lanes, Vectors};
-use crate::step::sliced::LANES;
+use super::aggregate::Weights;
+use crate::step::lanes::{LANES, LOOKED_UP, Lanes, Vectors};
 use std::cmp::Reverse;
 use std::collections::HashMap;
 

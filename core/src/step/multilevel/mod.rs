@@ -1,30 +1,31 @@
 //! An additive multilevel preconditioner: on every level a share of block Jacobi, added up (Bramble, Pasciak and Xu 1990), but for those
 //! that only lead to the next.
 //!
-//! Coarse matrices are those of Galerkin, `P^T A P`, with weights that the mesh alone decides ([`super::aggregate`],
-//! [`super::squares`]). A sum of positive parts is positive whatever the matrix is, so nothing has to be estimated; a level costs its
+//! Coarse matrices are those of Galerkin, `P^T A P`, with weights that the mesh alone decides ([`self::aggregate`],
+//! [`self::squares`]). A sum of positive parts is positive whatever the matrix is, so nothing has to be estimated; a level costs its
 //! transfer and no product.
 
+pub mod age;
+mod aggregate;
 mod alike;
 mod each;
 mod finest;
+mod galerkin;
 mod looks;
+mod squares;
 mod transfer;
 
-use super::age::{Due, PARTS};
-use super::aggregate::{Coarsened, Graph, Weights};
+use super::algebra::{Block, SingleBlock, V3, WIDEST, symmetric_inverse, width};
 use super::elements::ElementSet;
-use super::galerkin::Galerkin;
-use super::inner::{WIDEST, width};
 use super::lanes::Vectors;
 use super::matrix::Matrix;
-use super::pcg::symmetric_inverse;
-use super::pool::Pool;
-use super::single::SingleBlock;
-use super::squares::Doubled;
-use super::{Block, V3};
+use super::threads::Pool;
+use age::{Due, PARTS};
+use aggregate::{Coarsened, Graph, Weights};
 use alike::Alike;
 use each::Each;
+use galerkin::Galerkin;
+use squares::Doubled;
 use std::ops::Range;
 
 /// Shares of block Jacobi: what takes the fewest iterations for many cloths and steps.
@@ -237,8 +238,8 @@ impl Level {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::step::lanes::LANES;
     use crate::step::lanes::{by_sixteen, one_by_one};
-    use crate::step::sliced::LANES;
 
     // Enough for more than one piece of every pass.
     const N: usize = 9000;

@@ -3,9 +3,8 @@
 //! What a fine node takes is listed row by row, as many terms in each of sixteen rows as the longest of them has: lists of one
 //! length have no end that a processor could guess wrong.
 
-use crate::step::aggregate::Weights;
-use crate::step::lanes::Lanes;
-use crate::step::single::Quad;
+use super::aggregate::Weights;
+use crate::step::lanes::{Lanes, Quad};
 
 /// Weights, listed both ways.
 #[derive(Debug, Default)]

@@ -4,10 +4,10 @@
 //! does to the nodes is -dE/dx and, by way of the normals, the transpose of dn/dx on -dE/dn: exact, so that all of it is
 //! the slope of one energy and keeps momentum, linear and angular.
 
-use super::super::chunk::Schedule;
-use super::super::hinge::cross;
-use super::super::pool::Pool;
-use super::super::{V3, axpy, dot};
+use super::hinge::cross;
+use crate::step::algebra::{V3, axpy, dot};
+use crate::step::elements::chunk::Schedule;
+use crate::step::threads::Pool;
 
 /// Of the rest area around a node, the least over which its area vector still counts as a direction: below, a normal is shorter
 /// than 1, for the normal of a sheet that is folded onto itself turns faster than anything can follow.

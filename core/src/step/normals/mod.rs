@@ -5,15 +5,16 @@
 //! matrix the former alone would brake every turn, so hinges stand for all of it.
 
 mod field;
+mod hinge;
 mod prepare;
 mod stand_in;
 
+use super::algebra::{Block, V3};
 use super::elements::ElementSet;
-use super::hinge;
+use super::factors::Factors;
+use super::nodes::Nodes;
 use super::outer::{Hinges, add_outer};
-use super::pool::Pool;
-use super::system::Nodes;
-use super::{Block, Factors, V3};
+use super::threads::Pool;
 use crate::host::{HostError, Material};
 use field::Field;
 use pliant_plugin_api::abi;

@@ -3,14 +3,14 @@
 //! The normal of a clamped edge is that of the mirror image beyond it, which is held; a normal at a triangle that is held altogether
 //! is that of the triangle. So a clamp is where it was set, not half a cell on.
 
-use super::super::Constraint;
-use super::super::chunk::Chunk;
-use super::super::elements::ElementSet;
-use super::super::system::Nodes;
 use super::field::{Facet, Field};
 use super::stand_in::Around;
 use super::{Normals, of_kind};
 use crate::host::{HostError, Material};
+use crate::step::constraint::Constraint;
+use crate::step::elements::ElementSet;
+use crate::step::elements::chunk::Chunk;
+use crate::step::nodes::Nodes;
 use pliant_plugin_api::abi;
 
 impl Normals {

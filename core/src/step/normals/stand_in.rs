@@ -10,7 +10,7 @@
 //! they resist no turn. Measured: the energy is 0.26 to 1.0 of them on regular, alternating and equilateral meshes and on one
 //! moved by a quarter of a cell, 1.03 on one moved by a third, with rigidities as 1 to 100.
 
-use super::super::StandIn;
+use crate::step::factors::StandIn;
 use std::f64::consts::PI;
 
 /// Of the stiffness above, where no bound is needed: halfway, as a share, between the least and the largest there is, so that
