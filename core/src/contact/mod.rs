@@ -1,7 +1,8 @@
 //! Contact of a tool with a surface: what is near, where the proxy may stand, and what it presses on.
 
 mod closest;
-mod judge;
+mod fingertip;
+mod held;
 mod layer;
 mod loads;
 mod near;
@@ -14,6 +15,7 @@ mod sphere;
 mod sums;
 
 pub use closest::{Closest, closest_point};
+pub use fingertip::{Press, Tip};
 pub use layer::{Layer, Push};
 pub use loads::PlaceLoads;
 pub use near::{Near, NearSurface, normal_of};
@@ -21,4 +23,4 @@ pub use patch::Patch;
 pub use proxy::{Friction, Proxy, Touch, hold};
 pub use samples::Samples;
 pub use soft::{Meets, SoftTip};
-pub use sphere::{Press, Spheres, Tip};
+pub use sphere::Spheres;

@@ -7,8 +7,8 @@
 //! Coulomb's law says so.
 
 use super::closest::{Closest, closest_point};
+use super::fingertip::Tip;
 use super::reach::Reach;
-use super::sphere::Tip;
 use super::sums::Sums;
 use crate::step::{Block, NodeSprings, Nodes, V3, axpy, dot, times};
 

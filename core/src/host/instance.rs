@@ -1,12 +1,12 @@
 //! One instance of a plugin: made, given its parameters, active until dropped.
 
 use super::error::HostError;
+use super::face::host_table;
 use super::library::Library;
 use super::plugin::{Kind, ParamKind, ParamValue, PluginInfo};
-use super::report::{Inbox, Message, receive};
+use super::report::{Inbox, Message};
 use pliant_plugin_api::abi::{self, Status};
 use std::ffi::{CStr, CString, c_void};
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Parameters by place in the plugin's list; those not named keep their defaults.
@@ -31,26 +31,6 @@ unsafe impl Send for Instance {}
 #[allow(unsafe_code, reason = "as above")]
 // SAFETY: as above: what can be called through `&self` is [any], [sim] or [servo], each within its class.
 unsafe impl Sync for Instance {}
-
-fn host_table(data: *mut c_void) -> abi::Host {
-    abi::Host {
-        size: size_of::<abi::Host>(),
-        abi_major: abi::ABI_MAJOR,
-        abi_minor: abi::ABI_MINOR,
-        data,
-        report: Some(receive),
-    }
-}
-
-/// A host for a library's `init`, before any instance: what is said goes to an inbox nobody reads.
-pub(super) fn quiet_host() -> *const abi::Host {
-    static HOST: OnceLock<abi::Shared<usize>> = OnceLock::new();
-    let make = || {
-        let inbox = Box::into_raw(Box::<Inbox>::default());
-        abi::Shared(Box::into_raw(Box::new(host_table(inbox.cast()))) as usize)
-    };
-    HOST.get_or_init(make).0 as *const abi::Host
-}
 
 #[allow(unsafe_code, reason = "calls the instance's functions")]
 impl Instance {

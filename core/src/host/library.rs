@@ -67,7 +67,7 @@ impl Library {
         let folder = self.path.parent().unwrap_or(Path::new("/")).to_string_lossy().into_owned();
         let folder = CString::new(folder).unwrap_or_default();
         // SAFETY: [main], once, first; a null host is not allowed, so one that swallows what is said.
-        let status = unsafe { init(super::instance::quiet_host(), folder.as_ptr()) };
+        let status = unsafe { init(super::face::quiet_host(), folder.as_ptr()) };
         if status == abi::Status::OK {
             return Ok(());
         }

@@ -7,6 +7,7 @@
 mod device;
 mod elf;
 mod error;
+mod face;
 mod grid;
 mod instance;
 mod library;

@@ -7,11 +7,13 @@ mod load;
 mod params;
 mod schema;
 mod set;
+mod source;
 mod units;
 
-pub use load::{SceneError, Source, load, load_text};
+pub use load::{load, load_text};
 pub use params::settings;
 pub use schema::*;
+pub use source::{SceneError, Source};
 pub use units::{Quantity, parse_quantity};
 
 /// The JSON Schema of a scene.

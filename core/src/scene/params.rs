@@ -1,6 +1,6 @@
 //! Parameters of a plugin as a scene gives them, checked against the plugin's declarations before any of its code runs.
 
-use super::load::{SceneError, Source};
+use super::source::{SceneError, Source};
 use super::units::parse_quantity;
 use crate::host::{ParamInfo, ParamKind, ParamValue, PluginInfo, Settings};
 use std::collections::BTreeMap;

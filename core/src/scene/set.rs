@@ -1,6 +1,6 @@
 //! `--set PATH=VALUE`: another value in the place of what a file says.
 
-use super::load::{SceneError, Source};
+use super::source::{SceneError, Source};
 use toml_edit::{DocumentMut, Item, Value};
 
 /// The text with every setting in it; other lines stay as they are.

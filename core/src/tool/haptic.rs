@@ -4,17 +4,15 @@
 //! the surface in a touch and is anchored in a pull. The force on the hand is K (P_s - P_t), the opposite is spread over a
 //! disc of the body.
 
+use super::error::ToolError;
 use super::hand::Hand;
 use super::knife::{CutStep, Knife, PLACES};
-use crate::body::{Body, LatticeError, Sheet, weigh};
+use crate::body::{Body, Sheet, weigh};
 use crate::contact::{
     Friction, Layer, Near, NearSurface, Patch, PlaceLoads, Proxy, Touch, closest_point, hold, normal_of,
 };
 use crate::step::{Block, NodeSprings, V3, axpy, dot};
 use pliant_plugin_api::abi::Ball;
-
-/// What can fail while a tool moves.
-pub type ToolError = LatticeError;
 
 /// The spring between hand and surface.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,8 +6,8 @@
 //! faces it has parted. It cuts ahead only: one that is drawn back and pushed in again goes on where it stopped. What the
 //! hand feels the body feels too, just ahead of the part of the edge that is inside.
 
+use super::error::ToolError;
 use super::hand::Hand;
-use super::haptic::ToolError;
 use super::meeting::Meeting;
 use crate::body::{Body, Carrier, Lattice};
 use crate::cut::{Blade, Refused, Stroke};

@@ -1,5 +1,6 @@
 //! A tool: what a hand holds in the scene, and the force that comes back to it.
 
+mod error;
 mod hand;
 mod haptic;
 mod knife;
@@ -9,8 +10,9 @@ mod safety;
 mod tactile;
 mod tip;
 
+pub use error::ToolError;
 pub use hand::{Frame, Hand};
-pub use haptic::{Coupling, Grip, Mode, Tool, ToolError};
+pub use haptic::{Coupling, Grip, Mode, Tool};
 pub use knife::{CutStep, Edge, Inside, Knife};
 pub use model::{Blend, ContactModel};
 pub use safety::{Budget, Cause, FADES, ForceLimits, ForceSafety, Moment, PATIENCE, Passivity};

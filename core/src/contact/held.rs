@@ -3,7 +3,7 @@
 //! A solve whose outcome changes what is held is not the last of its step, and need not go to its end: it is stopped as soon as all
 //! that changes is certain.
 
-use super::sphere::Tip;
+use super::fingertip::Tip;
 use crate::step::{Outcome, System, V3, axpy, dot};
 
 /// A vertex that is held.

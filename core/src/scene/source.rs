@@ -1,0 +1,78 @@
+//! The text of a scene, and saying where something in it is wrong.
+
+use std::fmt;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// The text a scene came from.
+#[derive(Clone, Debug)]
+pub struct Source {
+    /// The file.
+    pub path: PathBuf,
+    /// Its text, after `--set`.
+    pub text: String,
+    /// Whether `--set` changed it: lines may then have other numbers than in the file.
+    pub changed: bool,
+}
+
+/// Something wrong with a scene: file, line, what was found, what is allowed.
+#[derive(Debug, Error)]
+pub struct SceneError {
+    path: PathBuf,
+    /// 1-based; 0: the whole file
+    line: usize,
+    column: usize,
+    /// The line itself.
+    excerpt: String,
+    message: String,
+}
+
+impl fmt::Display for SceneError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.line == 0 {
+            return write!(f, "{}: {}", self.path.display(), self.message);
+        }
+        write!(f, "{}:{}:{}: {}", self.path.display(), self.line, self.column, self.message)?;
+        if self.excerpt.trim().is_empty() {
+            return Ok(());
+        }
+        write!(f, "\n  {:>4} | {}\n       | {:>width$}", self.line, self.excerpt, "^", width = self.column)
+    }
+}
+
+impl SceneError {
+    /// 1-based line, 0 for the whole file.
+    pub fn line(&self) -> usize {
+        self.line
+    }
+}
+
+impl Source {
+    /// An error at a span of the text. An empty span at the start is a default that stands nowhere.
+    pub fn error(&self, span: Range<usize>, message: impl Into<String>) -> SceneError {
+        let (path, mut message) = (self.path.clone(), message.into());
+        if self.changed {
+            message.push_str(" (as --set leaves the scene)");
+        }
+        if span == (0..0) {
+            return SceneError { path, line: 0, column: 0, excerpt: String::new(), message };
+        }
+        let at = (0..=span.start.min(self.text.len())).rev().find(|&i| self.text.is_char_boundary(i)).unwrap_or(0);
+        let before = &self.text[..at];
+        let start = before.rfind('\n').map_or(0, |i| i + 1);
+        let excerpt: String = self.text[start..].lines().next().unwrap_or_default().chars().take(160).collect();
+        let column = self.text[start..at].chars().count() + 1;
+        SceneError { path, line: before.matches('\n').count() + 1, column, excerpt, message }
+    }
+
+    /// An error about the scene as a whole.
+    pub fn whole(&self, message: impl Into<String>) -> SceneError {
+        self.error(0..0, message)
+    }
+
+    /// The folder paths in the scene are relative to.
+    pub fn folder(&self) -> &Path {
+        self.path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
+    }
+}
