@@ -146,7 +146,7 @@ fn triangles_hold_a_tip_that_fits_between_vertices() {
         .surface
         .triangles
         .iter()
-        .map(|t| size(axpy(pliant_core::contact::closest_point(felt.proxy, corners(t)).point, -1.0, felt.proxy)));
+        .map(|t| size(axpy(pliant_core::geometry::closest_point(felt.proxy, corners(t)).point, -1.0, felt.proxy)));
     let nearest = nearest.fold(f64::INFINITY, f64::min);
     assert!((nearest / 0.008 - 1.0).abs() < 1e-3, "the sheet lies on the tip: {nearest} m from its centre");
     assert_eq!(session.events.count(EventKind::NotConverged) + session.events.count(EventKind::Quarantine), 0);

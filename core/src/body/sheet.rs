@@ -5,7 +5,7 @@ use super::fixing::Fixing;
 use super::lattice::{LatticeError, check_mass, constrain_led, lead};
 use super::model::Model;
 use super::skin::Skin;
-use crate::contact::closest_point;
+use crate::geometry::closest_point;
 use crate::mesh::{ObjDocument, Surface};
 use crate::step::{Constraint, ElementList, Nodes, System, V3, axpy};
 use nalgebra::Vector3;

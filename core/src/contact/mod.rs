@@ -1,6 +1,5 @@
 //! Contact of a tool with a surface: what is near, where the proxy may stand, and what it presses on.
 
-mod closest;
 mod fingertip;
 mod held;
 mod layer;
@@ -9,18 +8,15 @@ mod near;
 mod patch;
 mod proxy;
 mod reach;
-mod samples;
 mod soft;
 mod sphere;
 mod sums;
 
-pub use closest::{Closest, closest_point};
 pub use fingertip::{Press, Tip};
 pub use layer::{Layer, Push};
 pub use loads::PlaceLoads;
 pub use near::{Near, NearSurface, normal_of};
 pub use patch::Patch;
 pub use proxy::{Friction, Proxy, Touch, hold};
-pub use samples::Samples;
 pub use soft::{Meets, SoftTip};
 pub use sphere::Spheres;

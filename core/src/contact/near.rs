@@ -4,9 +4,9 @@
 //! few. Both are looked up through the cells that carry them: a point lies in the hull of its cell's eight corners, so a
 //! cell whose box is out of reach holds none that is within. What is settled and not carried is found in the tree.
 
-use super::closest::closest_point;
-use super::samples::Samples;
+use crate::body::Samples;
 use crate::body::{Body, LatticeError, NOT_CARRIED, weigh};
+use crate::geometry::closest_point;
 use crate::step::{V3, axpy, dot};
 use nalgebra::{Matrix3, Vector3};
 use pliant_plugin_api::abi;

@@ -6,10 +6,10 @@
 //! inside the tip push for what they are deep, and no more. Friction is a spring along the surface that gives way where
 //! Coulomb's law says so.
 
-use super::closest::{Closest, closest_point};
 use super::fingertip::Tip;
 use super::reach::Reach;
 use super::sums::Sums;
+use crate::geometry::{Closest, closest_point};
 use crate::step::{Block, NodeSprings, Nodes, V3, axpy, dot, times};
 
 /// Where a soft tip meets a sheet.

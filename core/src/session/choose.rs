@@ -2,8 +2,8 @@
 
 use super::company::Company;
 use super::{EventKind, PreconditionerChosen, Session, SessionError, StepCost};
+use crate::body::Samples;
 use crate::body::{Body, Fixing};
-use crate::contact::Samples;
 use crate::plan::LeftOut;
 use crate::scene::{IntegratorChoice, PreconditionerChoice, Scene};
 use crate::step::{ElementSet, Frequencies, Integrator, Preconditioner, Scheme, StepLimit};

@@ -1,17 +1,11 @@
 //! Vectors and 3 x 3 blocks, and what is done with one of them.
 
-/// A point or vector, m, m/s or N.
-pub type V3 = [f64; 3];
+pub use crate::geometry::{V3, axpy, dot};
+
 /// A 3 x 3 block, row-major.
 pub type Block = [f64; 9];
 /// The same in single precision.
 pub type SingleBlock = [f32; 9];
-
-/// Sum of products.
-#[inline(always)]
-pub fn dot(a: V3, b: V3) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
 
 /// Block times vector.
 #[inline(always)]
@@ -21,12 +15,6 @@ pub fn times(m: &Block, v: V3) -> V3 {
         m[3] * v[0] + m[4] * v[1] + m[5] * v[2],
         m[6] * v[0] + m[7] * v[1] + m[8] * v[2],
     ]
-}
-
-/// `a + s b`
-#[inline(always)]
-pub fn axpy(a: V3, s: f64, b: V3) -> V3 {
-    [a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]]
 }
 
 /// m/s; what is slower stands still.

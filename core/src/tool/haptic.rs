@@ -8,9 +8,8 @@ use super::error::ToolError;
 use super::hand::Hand;
 use super::knife::{CutStep, Knife, PLACES};
 use crate::body::{Body, Sheet, weigh};
-use crate::contact::{
-    Friction, Layer, Near, NearSurface, Patch, PlaceLoads, Proxy, Touch, closest_point, hold, normal_of,
-};
+use crate::contact::{Friction, Layer, Near, NearSurface, Patch, PlaceLoads, Proxy, Touch, hold, normal_of};
+use crate::geometry::closest_point;
 use crate::step::{Block, NodeSprings, V3, axpy, dot};
 use pliant_plugin_api::abi::Ball;
 

@@ -4,8 +4,8 @@
 //! back with the triangle there: by where it meets it, and by how the triangle has turned.
 
 use crate::body::{Body, Sheet, weigh};
-use crate::contact::closest_point;
 use crate::cut::Blade;
+use crate::geometry::closest_point;
 use crate::step::{V3, axpy, dot};
 use nalgebra::{Matrix3, Vector3};
 

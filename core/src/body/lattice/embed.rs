@@ -1,9 +1,9 @@
 //! How the surface follows the nodes, and how loads on it go back: by the transpose.
 
 use super::{Lattice, LatticeError, NO_WEIGHTS};
+use crate::body::Samples;
 use crate::body::model::Model;
 use crate::body::skin::Skin;
-use crate::contact::Samples;
 use crate::step::{Nodes, Pool, V3, axpy};
 use pliant_plugin_api::abi;
 

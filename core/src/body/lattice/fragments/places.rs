@@ -6,7 +6,7 @@
 use super::Inner;
 use super::crossing::plane_meets_box;
 use super::voxels::{COUNT, SIDE, index, middle, next};
-use crate::contact::closest_point;
+use crate::geometry::closest_point;
 use crate::step::{V3, axpy, dot};
 use nalgebra::Vector3;
 

@@ -4,7 +4,7 @@
 //! box of that size and look the same way become one sample. So a contact costs the same on a model of a thousand triangles
 //! and on one of a million.
 
-use crate::body::{Lattice, LatticeError, Model, Skin};
+use super::{Lattice, LatticeError, Model, Skin};
 use crate::mesh::Surface;
 use crate::step::{V3, axpy, dot};
 use nalgebra::Vector3;
@@ -194,7 +194,7 @@ fn cut(corners: [V3; 3], size: f64, out: &mut Vec<Part>) {
     let axis = whole.iamax();
     let side = 2 * axis as u8 + u8::from(whole[axis] < 0.0);
     for bary in middles(parts) {
-        let middle = crate::body::weigh(corners, bary);
+        let middle = super::weigh(corners, bary);
         let [x, y, z] = middle.map(|m| (m / size).floor() as i32);
         let number = out.len() as u32;
         out.push(Part { key: (x, y, z, side), number, middle, area });

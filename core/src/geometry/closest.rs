@@ -1,6 +1,6 @@
 //! The closest point of a triangle (Ericson 2005, by its seven regions).
 
-use crate::step::{V3, axpy, dot};
+use super::{V3, axpy, dot};
 
 /// A point of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]

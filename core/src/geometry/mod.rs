@@ -1,0 +1,9 @@
+//! Points, triangles and rays.
+
+mod closest;
+mod tree;
+mod vector;
+
+pub use closest::{Closest, closest_point};
+pub use tree::{RayHit, TriangleTree, cast, meet};
+pub use vector::{V3, axpy, dot};
