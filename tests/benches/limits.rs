@@ -3,9 +3,9 @@
 #![allow(clippy::print_stdout, reason = "a bench prints its figures")]
 
 use pliant_core::host::{Material, ParamValue};
-use pliant_core::step::{Factors, Integrator, Loads, Matrix, Nodes, Pool, Scheme, Single, StandIn, System};
+use pliant_core::step::{Factors, Integrator, Loads, Matrix, Nodes, Pool, Scheme, Single, StandIn, StepTime, System};
 use pliant_plugin_api::{abi, kit};
-use pliant_tests::{library, open};
+use pliant_tests::{NOW, library, open};
 use pulp::{Simd, WithSimd};
 use std::hint::black_box;
 use std::time::Instant;
@@ -136,7 +136,7 @@ fn cloth(n: usize) {
     let flops = 18.0 * (off + rows) + 3.0 * off + 6.0 * rows;
     line(&format!("cloth {n}: product in single precision"), seconds, bytes, flops);
     let mut force = out;
-    let seconds = least(50, || system.forces(&pool, None, (0.0, 1e-3), black_box(&mut force)).unwrap());
+    let seconds = least(50, || system.forces(&pool, None, NOW, black_box(&mut force)).unwrap());
     let of_elements: f64 = system
         .sets
         .iter()
@@ -168,7 +168,7 @@ fn cloth(n: usize) {
 
 fn assemble(matrix: &mut Matrix, pool: &Pool, system: &mut System, factors: Factors) {
     let state = (&system.nodes, system.coupled.as_mut());
-    matrix.assemble(pool, &system.material, &system.sets, state, factors, (0.0, 1e-3)).unwrap();
+    matrix.assemble(pool, &system.material, &system.sets, state, factors, NOW).unwrap();
 }
 
 /// A block of springs, `cells` a side, explicit and implicit; beside the explicit step what memory alone asks for.
@@ -201,7 +201,7 @@ fn lattice(pool: &Pool, cells: usize, memory: f64) {
         let (mut at, mut iterations) = (0, 0);
         let steps = (400_000 / n).clamp(5, 100);
         let seconds = least(steps, || {
-            let now = (f64::from(at) * dt, dt);
+            let now = StepTime { start: f64::from(at) * dt, dt };
             let report = pool.install(|| integrator.step(pool, &mut system, &Loads::default(), now, 1)).unwrap();
             (at, iterations) = (at + 1, iterations + report.iterations);
         });

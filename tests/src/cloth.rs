@@ -4,7 +4,7 @@ use crate::{Bench, open_file};
 use pliant_core::mesh::Surface;
 use pliant_core::mesh::generate::{Pattern, equilateral_rows, grid};
 use pliant_core::session::Session;
-use pliant_core::step::{Integrator, Loads, Pool, Scheme, StepError, StepReport, System, V3, axpy, dot};
+use pliant_core::step::{Integrator, Loads, Pool, Scheme, StepError, StepReport, StepTime, System, V3, axpy, dot};
 use std::fmt::Write;
 
 /// The patterns of reference cases.
@@ -110,7 +110,7 @@ impl Piece {
     pub fn try_step(&mut self, dt: f64) -> Result<StepReport, StepError> {
         let loads = Loads { gravity: self.gravity, forces: &self.forces, tools: &[] };
         let system = &mut self.session.bodies[0].system;
-        let report = self.integrator.step(&Pool::new(1), system, &loads, (self.time, dt), 1);
+        let report = self.integrator.step(&Pool::new(1), system, &loads, StepTime { start: self.time, dt }, 1);
         self.time += dt;
         report
     }
@@ -183,7 +183,7 @@ impl Piece {
     pub fn energies(&mut self) -> [f64; 3] {
         let (gravity, time) = (self.gravity, self.time);
         let system = self.system();
-        let elastic = system.energy((time, 0.0)).unwrap_or_else(|e| panic!("{e}"));
+        let elastic = system.energy(StepTime { start: time, dt: 0.0 }).unwrap_or_else(|e| panic!("{e}"));
         let nodes = &system.nodes;
         let free = nodes.mass.iter().zip(&nodes.x).zip(&nodes.constraint).filter(|(_, c)| c.is_free());
         let height = free.map(|((m, x), _)| -m * dot(gravity, *x)).sum();

@@ -15,9 +15,13 @@ pub mod twin;
 pub mod wall;
 
 use pliant_core::host::{Library, Search};
+use pliant_core::step::StepTime;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+
+/// A step of a millisecond, where a test asks for what a body is in it.
+pub const NOW: StepTime = StepTime { start: 0.0, dt: 1e-3 };
 
 /// The root of the repository.
 pub fn root() -> PathBuf {

@@ -2,7 +2,7 @@
 
 use crate::library;
 use pliant_core::host::{Material, ParamValue};
-use pliant_core::step::{Constraint, Integrator, Loads, Nodes, Pool, Scheme, System, V3};
+use pliant_core::step::{Constraint, Integrator, Loads, Nodes, Pool, Scheme, StepTime, System, V3};
 use pliant_plugin_api::kit;
 
 /// Opens a material with numbers for its parameters.
@@ -61,7 +61,9 @@ pub fn settle(system: &mut System, forces: &[V3], newton_steps: usize) -> f64 {
     for _ in 0..newton_steps {
         system.nodes.v.fill([0.0; 3]);
         let loads = Loads { forces, ..Loads::default() };
-        let report = integrator.step(&pool, system, &loads, (0.0, 1e4), 1).unwrap_or_else(|e| panic!("{e}"));
+        let report = integrator
+            .step(&pool, system, &loads, StepTime { start: 0.0, dt: 1e4 }, 1)
+            .unwrap_or_else(|e| panic!("{e}"));
         assert!(report.converged, "{report:?}");
     }
     system.nodes.v.fill([0.0; 3]);
@@ -79,7 +81,7 @@ pub fn settle(system: &mut System, forces: &[V3], newton_steps: usize) -> f64 {
 pub fn forces(system: &mut System) -> Vec<V3> {
     let mut force = vec![[0.0; 3]; system.nodes.len()];
     system
-        .forces(&Pool::new(1), Some(&vec![[0.0; 3]; force.len()]), (0.0, 0.0), &mut force)
+        .forces(&Pool::new(1), Some(&vec![[0.0; 3]; force.len()]), StepTime::default(), &mut force)
         .unwrap_or_else(|e| panic!("{e}"));
     force
 }

@@ -4,7 +4,7 @@ use pliant_core::body::Body;
 use pliant_core::record::write_model;
 use pliant_core::session::{EventKind, Session};
 use pliant_core::step::{Constraint, V3, axpy, dot};
-use pliant_tests::{Bench, open, open_file, root};
+use pliant_tests::{Bench, NOW, open, open_file, root};
 
 fn run(session: &mut Session, seconds: f64) {
     for _ in 0..(seconds / session.dt()).round() as usize {
@@ -49,7 +49,7 @@ fn parts(session: &Session) -> u32 {
 }
 
 fn energy(body: &mut Body) -> f64 {
-    body.system.energy((0.0, 1e-3)).unwrap() + body.system.nodes.kinetic_energy()
+    body.system.energy(NOW).unwrap() + body.system.nodes.kinetic_energy()
 }
 
 /// kg, kg m/s, kg m^2/s, kg m: mass, momentum, angular momentum and first moment
@@ -180,7 +180,7 @@ fn taken_back_and_made_again_to_the_bit() {
         let bits = rows.map(|v| v.to_bits()).collect::<Vec<_>>();
         let system = &mut session.bodies[0].system;
         let mut force = vec![[0.0; 3]; system.nodes.len()];
-        system.forces(&pliant_core::step::Pool::new(1), None, (0.0, 1e-3), &mut force).unwrap();
+        system.forces(&pliant_core::step::Pool::new(1), None, NOW, &mut force).unwrap();
         (bits, force.into_iter().flatten().map(f64::to_bits).collect::<Vec<_>>(), bench.read("final.obj"))
     };
     let before = bytes(&mut session);
@@ -206,7 +206,7 @@ fn hinges_keep_how_far_their_yarns_have_slipped() {
         let [x, y, _] = body.system.nodes.rest[i];
         body.system.nodes.x[i] = [(50.0 * x).sin() / 50.0, y, (1.0 - (50.0 * x).cos()) / 50.0];
     }
-    body.system.advance((0.0, 1e-3)).unwrap();
+    body.system.advance(NOW).unwrap();
     let slipped = |body: &Body| -> Vec<u64> {
         let set = body.system.sets.iter().find(|set| !set.history().is_empty()).expect("hinges that slip");
         set.history().iter().map(|h| h.to_bits()).collect()

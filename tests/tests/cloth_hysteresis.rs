@@ -2,6 +2,7 @@
 
 use pliant_core::mesh::generate::Pattern;
 use pliant_core::step::{Pool, V3, axpy, dot};
+use pliant_tests::NOW;
 use pliant_tests::cloth::{Piece, sheet};
 
 /// N m, N and 1/m
@@ -33,10 +34,10 @@ fn moments(bending: &str, pattern: Pattern, hysteresis: f64, curvatures: &[f64])
         piece.put(|p| bent(p, k));
         let system = piece.system();
         let mut force = vec![[0.0; 3]; system.nodes.len()];
-        system.forces(&Pool::new(1), None, (0.0, 1e-3), &mut force).unwrap();
+        system.forces(&Pool::new(1), None, NOW, &mut force).unwrap();
         let work: f64 = force.iter().zip(&system.nodes.rest).map(|(f, rest)| dot(*f, turn(*rest))).sum();
         found.push(-work / area);
-        system.advance((0.0, 1e-3)).unwrap();
+        system.advance(NOW).unwrap();
     }
     found
 }

@@ -3,7 +3,7 @@
 use pliant_core::body::Body;
 use pliant_core::session::Session;
 use pliant_core::step::{axpy, dot};
-use pliant_tests::{Everywhere, box_scene, open};
+use pliant_tests::{Everywhere, NOW, box_scene, open};
 
 type V3 = [f64; 3];
 
@@ -47,7 +47,7 @@ struct State {
 }
 
 fn state(body: &mut Body) -> State {
-    let elastic = body.system.energy((0.0, 1e-3)).unwrap();
+    let elastic = body.system.energy(NOW).unwrap();
     let nodes = &body.system.nodes;
     let momentum = (0..nodes.len()).fold([0.0; 3], |sum, i| axpy(sum, nodes.mass[i], nodes.v[i]));
     State {

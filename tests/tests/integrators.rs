@@ -1,7 +1,7 @@
 //! R09: the integrators on one oscillator, the mass-spring plugin's own spring, against the closed forms.
 
 use pliant_core::host::Material;
-use pliant_core::step::{Constraint, Frequencies, Integrator, Loads, Nodes, Pool, Scheme, StepLimit, System};
+use pliant_core::step::{Constraint, Frequencies, Integrator, Loads, Nodes, Pool, Scheme, StepLimit, StepTime, System};
 use pliant_plugin_api::abi;
 use pliant_tests::library;
 
@@ -58,7 +58,8 @@ impl Oscillator {
         nodes.v = vec![[0.0; 3], [v, 0.0, 0.0]];
         let mut integrator = Integrator::new(scheme, 1e-15, 100);
         integrator.resize(2);
-        let report = integrator.step(&pool, &mut self.system, &Loads::default(), (0.0, dt), 1).unwrap();
+        let report =
+            integrator.step(&pool, &mut self.system, &Loads::default(), StepTime { start: 0.0, dt }, 1).unwrap();
         assert!(report.converged);
         let nodes = &self.system.nodes;
         assert_eq!((nodes.x[0], nodes.v[0]), ([0.0; 3], [0.0; 3]), "the held end stays");
@@ -164,7 +165,9 @@ fn free_fall_is_exact_for_each_scheme() {
         let (dt, g) = (1e-3, -9.81);
         let loads = Loads { gravity: [0.0, 0.0, g], ..Loads::default() };
         for i in 0..100 {
-            integrator.step(&pool, &mut oscillator.system, &loads, (f64::from(i) * dt, dt), 1).unwrap();
+            integrator
+                .step(&pool, &mut oscillator.system, &loads, StepTime { start: f64::from(i) * dt, dt }, 1)
+                .unwrap();
         }
         for x in &oscillator.system.nodes.x {
             let fall = g * expected(0.1, dt);

@@ -2,7 +2,7 @@
 
 #![allow(clippy::print_stdout, reason = "the table of bounds")]
 
-use pliant_core::step::{Factors, Pool, StandIn, V3};
+use pliant_core::step::{Factors, Pool, StandIn, StepTime, V3};
 use pliant_tests::cloth::{PATTERNS, Piece, sheet};
 use pliant_tests::solid::forces;
 
@@ -36,7 +36,9 @@ fn stiffness(piece: &mut Piece, which: StandIn) -> [Vec<Vec<f64>>; 2] {
     let (pool, mut matrix) = (Pool::new(1), system.matrix.take().unwrap());
     let factors =
         Factors { mass: 0.0, stiffness: 1.0, damping: 0.0, stand_in: which, after_forces: false, rounded: false };
-    matrix.assemble(&pool, &system.material, &system.sets, (&system.nodes, None), factors, (0.0, 0.0)).unwrap();
+    matrix
+        .assemble(&pool, &system.material, &system.sets, (&system.nodes, None), factors, StepTime::default())
+        .unwrap();
     matrix.add_normals(&pool, system.normals.as_ref().unwrap(), (&system.sets, &system.nodes), factors);
     let column = |i: &usize| {
         let (mut unit, mut out) = (vec![[0.0; 3]; system.nodes.len()], vec![[0.0; 3]; system.nodes.len()]);

@@ -5,7 +5,7 @@
 use pliant_core::mesh::Surface;
 use pliant_core::mesh::generate::Pattern;
 use pliant_core::step::{
-    Constraint, Factors, Frequencies, Pcg, Pool, Scheme, Solve, StandIn, StepLimit, V3, axpy, dot,
+    Constraint, Factors, Frequencies, Pcg, Pool, Scheme, Solve, StandIn, StepLimit, StepTime, V3, axpy, dot,
 };
 use pliant_tests::cloth::{G, PATTERNS, Piece, cylinder, sheet};
 use pliant_tests::solid::{forces, random};
@@ -200,7 +200,9 @@ fn r29_slivers() {
             rounded: false,
         };
         let pool = Pool::new(1);
-        matrix.assemble(&pool, &system.material, &system.sets, (&system.nodes, None), factors, (0.0, 0.0)).unwrap();
+        matrix
+            .assemble(&pool, &system.material, &system.sets, (&system.nodes, None), factors, StepTime::default())
+            .unwrap();
         // By power iteration; all corners have the same mass.
         let mut u = vec![[1.0, 0.3, 0.0], [-0.2, 0.5, 0.0], [0.1, -0.7, 0.0]];
         let (mut a, mut highest) = (u.clone(), 0.0);
@@ -305,7 +307,7 @@ fn iterations(n: u32, dt: f64, fabric: [f64; 5], tolerance: f64, seed: usize) ->
         rounded: false,
     };
     let state = (&system.nodes, system.coupled.as_mut());
-    matrix.assemble(&pool, &system.material, &system.sets, state, factors, (0.0, dt)).unwrap();
+    matrix.assemble(&pool, &system.material, &system.sets, state, factors, StepTime { start: 0.0, dt }).unwrap();
     let nodes = &mut system.nodes;
     let b: Vec<V3> = (0..nodes.len()).map(|i| axpy(force[i], nodes.mass[i], [0.0, 0.0, -G]).map(|f| dt * f)).collect();
     let mut z = vec![[0.0; 3]; b.len()];

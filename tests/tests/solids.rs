@@ -1,6 +1,6 @@
 //! The two solids against closed forms, through the engine's own steps: patch test, bent and twisted bars, inversion.
 
-use pliant_core::step::{Integrator, Loads, Pool, Scheme, System, V3};
+use pliant_core::step::{Integrator, Loads, Pool, Scheme, StepTime, System, V3};
 use pliant_plugin_api::abi;
 use pliant_tests::solid::{block, forces, hold, material, random, settle};
 
@@ -168,7 +168,9 @@ fn inversion_recovery() {
         integrator.resize(system.nodes.len());
         let pool = Pool::new(1);
         for i in 0..600 {
-            integrator.step(&pool, &mut system, &Loads::default(), (f64::from(i) * 1e-2, 1e-2), 1).unwrap();
+            integrator
+                .step(&pool, &mut system, &Loads::default(), StepTime { start: f64::from(i) * 1e-2, dt: 1e-2 }, 1)
+                .unwrap();
         }
         let nodes = &system.nodes;
         let off = (0..nodes.len()).flat_map(|i| (0..3).map(move |c| (i, c)));

@@ -1,7 +1,7 @@
 //! Tetrahedra of a lattice: they fill its cells, and those of cells a blade has parted weigh what is left of them.
 
 use pliant_core::body::Body;
-use pliant_core::step::V3;
+use pliant_core::step::{StepTime, V3};
 use pliant_plugin_api::abi;
 use pliant_tests::{Everywhere, box_scene, open};
 
@@ -23,7 +23,7 @@ fn a_cut_keeps_the_energy_of_a_solid() {
             body.system.sets.iter().find(|s| s.request().kind == abi::TETRAHEDRON).map_or(0, |s| s.count())
         };
         assert_eq!(tetrahedra(body), 5 * body.carrier.lattice().unwrap().region().cell_id.len());
-        let before = (body.system.energy((0.0, 0.0)).unwrap(), tetrahedra(body));
+        let before = (body.system.energy(StepTime::default()).unwrap(), tetrahedra(body));
 
         // A wall beside the middle of a cell: it parts cells into a quarter and three.
         let (at, low, high) = (0.0013, -0.03, 0.03);
@@ -38,7 +38,7 @@ fn a_cut_keeps_the_energy_of_a_solid() {
             .unwrap();
         let Body { model, skin, system, carrier, fixings, .. } = body;
         assert!(carrier.follow(&[], model, fixings, skin, system).unwrap());
-        let after = (body.system.energy((0.0, 0.0)).unwrap(), tetrahedra(body));
+        let after = (body.system.energy(StepTime::default()).unwrap(), tetrahedra(body));
         assert!(after.1 > before.1, "{material}: cells were parted: {before:?} {after:?}");
         assert!((after.0 / before.0 - 1.0).abs() < 1e-11, "{material}: {before:?} {after:?}");
     }

@@ -2,7 +2,7 @@
 
 use pliant_core::session::Session;
 use pliant_core::step::{Pool, axpy, dot};
-use pliant_tests::{box_scene, open};
+use pliant_tests::{NOW, box_scene, open};
 
 /// A block touched from above; `path` of the hand relative to the top, z up.
 fn touched(time: &str, tool: &str, edit: &str, path: &str) -> Session {
@@ -64,7 +64,7 @@ fn at_rest_the_hand_carries_what_the_border_holds() {
     let system = &mut session.bodies[0].system;
     let mut elastic = vec![[0.0; 3]; system.nodes.len()];
     let still = elastic.clone();
-    system.forces(&Pool::new(1), Some(&still), (0.0, 1e-3), &mut elastic).unwrap();
+    system.forces(&Pool::new(1), Some(&still), NOW, &mut elastic).unwrap();
     let held = (0..elastic.len()).filter(|&i| !system.nodes.constraint[i].is_free());
     let border = held.fold([0.0; 3], |sum, i| axpy(sum, 1.0, elastic[i]));
     let off = size(axpy(border, 1.0, force)) / size(force);

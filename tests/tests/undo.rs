@@ -2,7 +2,7 @@
 
 use pliant_core::body::Body;
 use pliant_core::session::{EventKind, Session};
-use pliant_tests::{Bench, open, open_file};
+use pliant_tests::{Bench, NOW, open, open_file};
 
 fn run(session: &mut Session, seconds: f64) {
     for _ in 0..(seconds / session.dt()).round() as usize {
@@ -66,7 +66,7 @@ fn state(session: &mut Session) -> Vec<u64> {
     let (body, pool) = (&mut session.bodies[0], pliant_core::step::Pool::new(1));
     let Body { system, skin, .. } = body;
     let mut force = vec![[0.0; 3]; system.nodes.len()];
-    system.forces(&pool, None, (0.0, 1e-3), &mut force).unwrap();
+    system.forces(&pool, None, NOW, &mut force).unwrap();
     let nodes = &system.nodes;
     let rows = [&nodes.rest, &nodes.x, &nodes.v, &force, &*skin.settled].into_iter().flatten().flatten();
     rows.chain(&nodes.mass).map(|value| value.to_bits()).collect()
@@ -78,11 +78,11 @@ fn a_kept_pull_on_a_sheet_is_taken_back_and_made_again_to_the_bit() {
         let mut session = pulled(sheet);
         let before = state(&mut session);
         run(&mut session, 0.08);
-        let energy = session.bodies[0].system.energy((0.0, 1e-3)).unwrap();
+        let energy = session.bodies[0].system.energy(NOW).unwrap();
         assert!(energy > 1e-5, "{energy} J");
         run(&mut session, 0.03);
         assert_eq!(session.history(), (1, 0));
-        let kept = session.bodies[0].system.energy((0.0, 1e-3)).unwrap();
+        let kept = session.bodies[0].system.energy(NOW).unwrap();
         assert!(kept < 1e-12 * energy, "{sheet}: the shape kept is at rest: {kept} J of {energy} J");
         let after = state(&mut session);
         assert_ne!(before, after);
@@ -95,7 +95,7 @@ fn a_kept_pull_on_a_sheet_is_taken_back_and_made_again_to_the_bit() {
         assert!(session.undo());
         run(&mut session, 0.05);
         assert_eq!(session.events.count(EventKind::Quarantine), 0);
-        let still = session.bodies[0].system.energy((0.0, 1e-3)).unwrap();
+        let still = session.bodies[0].system.energy(NOW).unwrap();
         assert!(still < 1e-9 * energy, "{sheet}: it rests where it was handed in: {still} J");
     }
 }

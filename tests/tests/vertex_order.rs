@@ -4,7 +4,7 @@ use pliant_core::body::Body;
 use pliant_core::record::write_model;
 use pliant_core::session::{EventKind, Session};
 use pliant_core::step::{Pool, V3, axpy, dot};
-use pliant_tests::{Bench, open_file};
+use pliant_tests::{Bench, NOW, open_file};
 use std::fmt::Write;
 
 /// Vertices a side, and in all.
@@ -134,7 +134,7 @@ fn a_blade_cuts_the_same_pieces_and_history_goes_with_them() {
             body.system.nodes.x[i] = [1.05 * (50.0 * x).sin() / 50.0, y, (1.0 - (50.0 * x).cos()) / 50.0];
             body.system.nodes.v[i] = [0.4 - 3.0 * y, 0.2 + 3.0 * x, 0.5];
         }
-        body.system.advance((0.0, 1e-3)).unwrap();
+        body.system.advance(NOW).unwrap();
         let was = history(body);
         let blade = |x: f64| pliant_core::cut::Blade { tip: [x, 0.0481, -0.01], heel: [x, 0.0502, 0.01] };
         let mut stroke = pliant_core::cut::Stroke::begin(blade(-0.01)).unwrap();
@@ -146,7 +146,7 @@ fn a_blade_cuts_the_same_pieces_and_history_goes_with_them() {
         }
         let surface = &body.model.surface;
         let parts = surface.shells().into_iter().max().unwrap() + 1;
-        let [elastic, kinetic] = [body.system.energy((0.0, 1e-3)).unwrap(), body.system.nodes.kinetic_energy()];
+        let [elastic, kinetic] = [body.system.energy(NOW).unwrap(), body.system.nodes.kinetic_energy()];
         ([surface.triangles.len(), body.system.nodes.len(), parts as usize], [was, history(body), elastic, kinetic])
     });
     let [(sizes, plain), (others, shuffled)] = cut;
@@ -165,7 +165,7 @@ fn taken_back_and_made_again_to_the_bit() {
         session.update_surface();
         let body = &mut session.bodies[0];
         let mut force = vec![[0.0; 3]; body.system.nodes.len()];
-        body.system.forces(&Pool::new(1), None, (0.0, 1e-3), &mut force).unwrap();
+        body.system.forces(&Pool::new(1), None, NOW, &mut force).unwrap();
         let nodes = &body.system.nodes;
         let rows = [&nodes.rest, &nodes.x, &nodes.v, &force, &body.skin.x].into_iter().flatten().flatten();
         rows.chain(&nodes.mass).map(|v| v.to_bits()).collect::<Vec<_>>()

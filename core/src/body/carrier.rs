@@ -5,7 +5,7 @@ use super::lattice::{Lattice, LatticeError};
 use super::model::Model;
 use super::sheet::Sheet;
 use super::skin::Skin;
-use crate::step::{Nodes, Pool, System, V3};
+use crate::step::{Nodes, Pool, StepTime, System, V3};
 use pliant_plugin_api::abi::Ball;
 
 /// The nodes of a body.
@@ -86,7 +86,7 @@ impl Carrier {
     }
 
     /// Sets what led and returning nodes do in the step from `time` of `dt` (s).
-    pub fn prescribe(&self, nodes: &mut Nodes, fixings: &[Fixing], time: (f64, f64)) {
+    pub fn prescribe(&self, nodes: &mut Nodes, fixings: &[Fixing], time: StepTime) {
         match self {
             Self::Lattice(lattice) => lattice.prescribe(nodes, fixings, time),
             Self::Sheet(sheet) => sheet.prescribe(nodes, fixings, time),

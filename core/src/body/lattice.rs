@@ -16,7 +16,7 @@ mod state;
 use super::fixing::Fixing;
 use super::model::Model;
 use crate::host::{Grid, HostError, Region};
-use crate::step::{Constraint, Nodes, System, V3, axpy};
+use crate::step::{Constraint, Nodes, StepTime, System, V3, axpy};
 use bound::Bound;
 pub use fragments::Inner;
 use fragments::{Fragments, NodeKey};
@@ -166,9 +166,9 @@ impl Lattice {
         self.edge_of[cell as usize]
     }
 
-    /// Sets what led and returning nodes do in the step from `time` of `dt` (s).
-    pub fn prescribe(&self, nodes: &mut Nodes, fixings: &[Fixing], (time, dt): (f64, f64)) {
-        let rate = 1.0 / self.settings.relaxation;
+    /// Sets what led and returning nodes do in a step.
+    pub fn prescribe(&self, nodes: &mut Nodes, fixings: &[Fixing], time: StepTime) {
+        let (dt, rate) = (time.dt, 1.0 / self.settings.relaxation);
         for &node in &self.returning {
             let i = node as usize;
             // u'' = -2 w u' - w^2 u, implicitly: stable at any step, and u goes to zero without passing it.
@@ -176,7 +176,7 @@ impl Lattice {
             let slowed = (1.0 + rate * dt).powi(2);
             nodes.prescribed[i] = axpy(nodes.v[i], -dt * rate * rate, u).map(|v| v / slowed);
         }
-        lead(&self.led, nodes, fixings, (time, dt));
+        lead(&self.led, nodes, fixings, time);
     }
 
     /// Bytes of the largest parts.
@@ -201,12 +201,12 @@ pub(super) fn constrain_led(fixings: &[Fixing], nodes: &mut Nodes, number: impl 
     led
 }
 
-/// Sets the velocity of led nodes in the step from `time` of `dt` (s).
-pub(super) fn lead(led: &[(u32, u32)], nodes: &mut Nodes, fixings: &[Fixing], (time, dt): (f64, f64)) {
+/// Sets the velocity of led nodes in a step.
+pub(super) fn lead(led: &[(u32, u32)], nodes: &mut Nodes, fixings: &[Fixing], time: StepTime) {
     for &(node, fixing) in led {
         let fixing = &fixings[fixing as usize];
-        let (from, to) = (fixing.displacement(time), fixing.displacement(time + dt));
-        nodes.prescribed[node as usize] = axpy(to, -1.0, from).map(|d| d / dt);
+        let (from, to) = (fixing.displacement(time.start), fixing.displacement(time.end()));
+        nodes.prescribed[node as usize] = axpy(to, -1.0, from).map(|d| d / time.dt);
     }
 }
 

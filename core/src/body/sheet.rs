@@ -7,7 +7,7 @@ use super::model::Model;
 use super::skin::Skin;
 use crate::geometry::closest_point;
 use crate::mesh::{ObjDocument, Surface};
-use crate::step::{Constraint, ElementList, Nodes, System, V3, axpy};
+use crate::step::{Constraint, ElementList, Nodes, StepTime, System, V3, axpy};
 use nalgebra::Vector3;
 use pliant_plugin_api::abi;
 use std::sync::Arc;
@@ -199,7 +199,7 @@ impl Sheet {
     }
 
     /// Sets what led nodes do in the step from `time` of `dt` (s).
-    pub fn prescribe(&self, nodes: &mut Nodes, fixings: &[Fixing], time: (f64, f64)) {
+    pub fn prescribe(&self, nodes: &mut Nodes, fixings: &[Fixing], time: StepTime) {
         lead(&self.led, nodes, fixings, time);
     }
 

@@ -6,8 +6,8 @@ use super::library::Library;
 use super::planes::Planes;
 use super::plugin::{Kind, PluginInfo};
 use super::report::Message;
-use pliant_plugin_api::ElementRequest;
 use pliant_plugin_api::abi::{self, Batch, Status};
+use pliant_plugin_api::{ElementRequest, Tangent};
 use std::ops::Range;
 use std::ptr::null;
 
@@ -40,8 +40,24 @@ pub struct Call<'a> {
     pub rest_data: &'a [f64],
     /// (stride x m)
     pub history: &'a [f64],
-    /// s, of the state, and of the step
-    pub time: (f64, f64),
+    /// Of the state.
+    pub time: StepTime,
+}
+
+/// When a step begins and how long it is, s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StepTime {
+    /// When the state is that of the nodes.
+    pub start: f64,
+    /// From there to the next.
+    pub dt: f64,
+}
+
+impl StepTime {
+    /// s
+    pub fn end(self) -> f64 {
+        self.start + self.dt
+    }
 }
 
 impl Call<'_> {
@@ -78,8 +94,8 @@ impl Call<'_> {
             v: self.v.as_ptr().cast(),
             rest_data: or_null(self.rest_data),
             history: or_null(self.history),
-            time: self.time.0,
-            dt: self.time.1,
+            time: self.time.start,
+            dt: self.time.dt,
         }
     }
 }
@@ -221,7 +237,7 @@ impl Material {
     pub fn tangent(
         &self,
         call: &Call<'_>,
-        (stiffness, damping): (f64, f64),
+        Tangent { stiffness, damping }: Tangent,
         slots: &[u32],
         first: usize,
         values: &mut [[f64; 9]],

@@ -28,7 +28,7 @@ pub use error::HostError;
 pub use grid::{Grid, Region};
 pub use instance::Settings;
 pub use library::Library;
-pub use material::{Call, Material};
+pub use material::{Call, Material, StepTime};
 pub use planes::Planes;
 pub use plugin::{Kind, ParamInfo, ParamKind, ParamValue, PluginInfo};
 pub use probe::{Finding, probe};

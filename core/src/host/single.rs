@@ -2,7 +2,7 @@
 
 use super::error::HostError;
 use super::material::{Call, Material};
-use pliant_plugin_api::abi;
+use pliant_plugin_api::{Tangent, abi};
 
 #[allow(unsafe_code, reason = "calls the material's functions")]
 impl Material {
@@ -38,7 +38,7 @@ impl Material {
     pub fn single_tangent(
         &self,
         call: &Call<'_>,
-        (stiffness, damping): (f64, f64),
+        Tangent { stiffness, damping }: Tangent,
         slots: &[u32],
         first: usize,
         values: &mut [[f32; 9]],

@@ -1,7 +1,7 @@
 //! What is measured in a run, and what it should be.
 
 use crate::session::Session;
-use crate::step::{V3, dot};
+use crate::step::{StepTime, V3, dot};
 use serde::Deserialize;
 
 /// Quantities there are.
@@ -117,7 +117,7 @@ impl Reader {
                 self.nodes.iter().map(|&i| dot(reaction[i], unit(axis))).sum()
             }
             Quantity::ElasticEnergy => {
-                let time = (session.time(), session.dt());
+                let time = StepTime { start: session.time(), dt: session.dt() };
                 session.bodies[0].system.energy(time).unwrap_or(f64::NAN)
             }
             Quantity::Force => session.frame().tools.first().map_or(f64::NAN, |t| dot(t.force, t.force).sqrt()),

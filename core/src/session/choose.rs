@@ -6,7 +6,7 @@ use crate::body::Samples;
 use crate::body::{Body, Fixing};
 use crate::plan::LeftOut;
 use crate::scene::{IntegratorChoice, PreconditionerChoice, Scene};
-use crate::step::{ElementSet, Frequencies, Integrator, Preconditioner, Scheme, StepLimit};
+use crate::step::{ElementSet, Frequencies, Integrator, Preconditioner, Scheme, StepLimit, StepTime};
 use crate::tool::Tool;
 use pliant_plugin_api::abi::{self, Ball};
 use std::sync::Arc;
@@ -68,7 +68,7 @@ impl Session {
             self.frequencies.push(found);
             let pass = Instant::now();
             let mut force = vec![[0.0; 3]; system.nodes.len()];
-            system.forces(&self.pool, None, (0.0, self.dt), &mut force)?;
+            system.forces(&self.pool, None, StepTime { start: 0.0, dt: self.dt }, &mut force)?;
             let seconds = pass.elapsed().as_secs_f64();
             let (nodes, elements) = (system.nodes.len(), system.elements());
             self.costs.push(StepCost { body: body.name.clone(), nodes, elements, seconds });

@@ -3,6 +3,7 @@
 use super::event::EventKind;
 use super::{DeviceSlot, Session};
 use crate::host::{Device, MOST_EFFECTORS, Output, Pose};
+use crate::step::StepTime;
 
 /// ns, how long a device may go on with a force after the step it was meant for.
 const VALID: u64 = 50_000_000;
@@ -56,7 +57,7 @@ impl Session {
         }
     }
 
-    pub(super) fn sample_hands(&mut self, (time, dt): (f64, f64)) {
+    pub(super) fn sample_hands(&mut self, StepTime { start: time, dt }: StepTime) {
         let now = time + dt;
         for slot in &mut self.tools {
             let DeviceSlot { poses, frame, .. } = &self.devices[slot.device];

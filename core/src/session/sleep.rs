@@ -1,7 +1,7 @@
 //! Bodies that have come to rest stand still until something comes near, if the scene asks for it.
 
 use super::{EventKind, Session};
-use crate::step::{Constraint, Holds, V3, dot};
+use crate::step::{Constraint, Holds, StepTime, V3, dot};
 
 /// How long a body has to be slow, s.
 const SLOW_FOR: f64 = 0.1;
@@ -28,7 +28,7 @@ impl Session {
     }
 
     /// Takes note of a step, with the speed of the fastest node, m/s; a body that has been slow for long falls asleep.
-    pub(super) fn rest(&mut self, index: usize, fastest: f64, (time, dt): (f64, f64)) {
+    pub(super) fn rest(&mut self, index: usize, fastest: f64, StepTime { start: time, dt }: StepTime) {
         let rest = &mut self.rests[index];
         rest.slow = if fastest < self.sleep { rest.slow + dt } else { 0.0 };
         if self.sleep <= 0.0 || rest.slow < SLOW_FOR || rest.asleep.is_some() {

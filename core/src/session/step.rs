@@ -7,7 +7,7 @@ use super::frame::{Frame, ToolFrame};
 use super::{Session, Stage};
 use crate::body::Body;
 use crate::contact::SoftTip;
-use crate::step::{Frequencies, Holds, HoldsNothing, Loads, StepError, axpy};
+use crate::step::{Frequencies, Holds, HoldsNothing, Loads, StepError, StepTime, axpy};
 use crate::tool::Tool;
 use std::time::Instant;
 
@@ -20,13 +20,13 @@ impl Session {
     /// What comes between reading the devices and writing to them.
     pub(super) fn advance(&mut self) {
         let start = Instant::now();
-        let time = (self.time(), self.dt);
+        let time = StepTime { start: self.time(), dt: self.dt };
         self.sample_hands(time);
-        self.change_modes(time.0);
-        self.cut(time.0);
-        self.move_regions(time.0);
+        self.change_modes(time.start);
+        self.cut(time.start);
+        self.move_regions(time.start);
         let regions = start.elapsed();
-        self.touch(time.0);
+        self.touch(time.start);
         let contact = start.elapsed();
         let mut frame = std::mem::take(&mut self.frame);
         frame.begin();
@@ -99,7 +99,7 @@ impl Session {
         self.press_sheets();
     }
 
-    fn move_bodies(&mut self, time: (f64, f64), frame: &mut Frame) {
+    fn move_bodies(&mut self, time: StepTime, frame: &mut Frame) {
         for index in 0..self.bodies.len() {
             self.moved[index] = 0.0;
             let body = &self.bodies[index];
@@ -114,13 +114,13 @@ impl Session {
                     self.moved[index] = fastest * self.dt;
                     self.rest(index, fastest, time);
                 }
-                Err(error) => self.freeze(index, time.0, error),
+                Err(error) => self.freeze(index, time.start, error),
             }
-            self.lose_patience(index, time.0, (Stage::Step, start));
+            self.lose_patience(index, time.start, (Stage::Step, start));
         }
     }
 
-    fn move_body(&mut self, index: usize, time: (f64, f64), frame: &mut Frame) -> Result<f64, String> {
+    fn move_body(&mut self, index: usize, time: StepTime, frame: &mut Frame) -> Result<f64, String> {
         let mut frequencies = self.frequencies[index];
         // Lent for the step: they stay the tools', and are read again for the reaction.
         for (slot, springs) in self.tools.iter_mut().zip(&mut self.springs) {
@@ -138,13 +138,14 @@ impl Session {
     fn move_under(
         &mut self,
         index: usize,
-        time: (f64, f64),
+        time: StepTime,
         frequencies: &Frequencies,
         frame: &mut Frame,
     ) -> Result<f64, String> {
         let substeps = self.substeps_for(frequencies);
         if substeps > self.choices.substeps {
-            self.events.add(EventKind::Substeps, time.0, || format!("{substeps} instead of {}", self.choices.substeps));
+            self.events
+                .add(EventKind::Substeps, time.start, || format!("{substeps} instead of {}", self.choices.substeps));
         }
         self.place_tips(index);
         let body = &mut self.bodies[index];
@@ -184,7 +185,7 @@ impl Session {
         })?;
         if !report.converged {
             let text = || format!("relative residual {:.2e} after {} iterations", report.residual, report.iterations);
-            self.events.add(EventKind::NotConverged, time.0, text);
+            self.events.add(EventKind::NotConverged, time.start, text);
         }
         frame.substeps = frame.substeps.max(substeps);
         frame.iterations += report.iterations;
@@ -194,7 +195,7 @@ impl Session {
     }
 
     /// Gives the hands what they feel.
-    fn feel(&mut self, (time, dt): (f64, f64), frame: &mut Frame) {
+    fn feel(&mut self, StepTime { start: time, dt }: StepTime, frame: &mut Frame) {
         for tool in 0..self.tools.len() {
             let (held, sheet) = self.felt_on_sheets(tool);
             let pressed = self.felt_softly(tool);
@@ -233,7 +234,7 @@ impl Session {
         for index in 0..self.bodies.len() {
             let system = &mut self.bodies[index].system;
             frame.kinetic_energy += system.nodes.kinetic_energy();
-            match system.energy((frame.time, self.dt)) {
+            match system.energy(StepTime { start: frame.time, dt: self.dt }) {
                 Ok(energy) => frame.elastic_energy += energy,
                 Err(error) if self.bodies[index].frozen.is_none() => self.freeze(index, frame.time, error.to_string()),
                 Err(_) => {}

@@ -21,6 +21,7 @@ mod springs;
 mod system;
 mod threads;
 
+pub use crate::host::StepTime;
 pub use algebra::{Block, V3, axpy, dot, times};
 pub use constraint::Constraint;
 pub use elements::chunk::{Chunk, Schedule};

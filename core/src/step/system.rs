@@ -7,6 +7,7 @@ use super::matrix::Matrix;
 use super::nodes::Nodes;
 use super::normals::{Normals, wants_normals};
 use super::threads::{NODES, Pool};
+use crate::host::StepTime;
 use crate::host::{HostError, Material};
 use pliant_plugin_api::abi;
 
@@ -87,7 +88,7 @@ impl System {
         mass.resize(self.nodes.len(), 0.0);
         for set in self.sets.iter().filter(|s| s.has(abi::HAS_MASS)) {
             for chunk in set.schedule.chunks() {
-                let call = set.call(chunk, &self.nodes, &self.nodes.v, (0.0, 0.0));
+                let call = set.call(chunk, &self.nodes, &self.nodes.v, StepTime::default());
                 self.material.mass(&call, &mut mass[chunk.window.clone()])?;
             }
         }
@@ -104,13 +105,7 @@ impl System {
     ///
     /// # Errors
     /// What the material says.
-    pub fn forces(
-        &mut self,
-        pool: &Pool,
-        v: Option<&[V3]>,
-        time: (f64, f64),
-        force: &mut [V3],
-    ) -> Result<(), HostError> {
+    pub fn forces(&mut self, pool: &Pool, v: Option<&[V3]>, time: StepTime, force: &mut [V3]) -> Result<(), HostError> {
         self.forces_rounded(pool, v, time, (force, false))
     }
 
@@ -122,7 +117,7 @@ impl System {
         &mut self,
         pool: &Pool,
         v: Option<&[V3]>,
-        time: (f64, f64),
+        time: StepTime,
         (force, rounded): (&mut [V3], bool),
     ) -> Result<(), HostError> {
         let v = v.unwrap_or(&self.nodes.v);
@@ -147,7 +142,7 @@ impl System {
     ///
     /// # Errors
     /// What the material says.
-    pub fn energy(&mut self, time: (f64, f64)) -> Result<f64, HostError> {
+    pub fn energy(&mut self, time: StepTime) -> Result<f64, HostError> {
         let mut energy = 0.0;
         for set in self.sets.iter().filter(|s| s.has(abi::HAS_FORCES)) {
             for chunk in set.schedule.chunks() {
@@ -167,7 +162,7 @@ impl System {
     ///
     /// # Errors
     /// What the material says.
-    pub fn advance(&mut self, time: (f64, f64)) -> Result<(), HostError> {
+    pub fn advance(&mut self, time: StepTime) -> Result<(), HostError> {
         for set in self.sets.iter_mut().filter(|s| s.has(abi::HAS_HISTORY)) {
             let mut next = std::mem::take(&mut set.next_history);
             next.copy_from_slice(&set.history);

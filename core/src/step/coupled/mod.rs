@@ -18,6 +18,7 @@ use super::factors::StandIn;
 use super::nodes::Nodes;
 use super::outer::{self, AHEAD, GROUP, Hinges, Precision};
 use super::threads::Pool;
+use crate::host::StepTime;
 use crate::host::{HostError, Material, Planes};
 use chebyshev::Chebyshev;
 use lanczos::least_eigenvalue;
@@ -85,7 +86,7 @@ impl Coupled {
         let mut compliance = vec![0.0; 6 * count];
         let whole = Chunk { range: 0..count, window: 0..nodes.len() };
         if count > 0 {
-            material.compliance(&triangles.call(&whole, nodes, &nodes.v, (0.0, 0.0)), &mut compliance)?;
+            material.compliance(&triangles.call(&whole, nodes, &nodes.v, StepTime::default()), &mut compliance)?;
         }
         // m/N
         let (mut diagonal, mut least) = (vec![0.0; hinges], vec![0.0; hinges]);
@@ -140,7 +141,7 @@ impl Coupled {
         &mut self,
         pool: &Pool,
         material: &Material,
-        (set, nodes, time): (&ElementSet, &Nodes, (f64, f64)),
+        (set, nodes, time): (&ElementSet, &Nodes, StepTime),
     ) -> Result<(), HostError> {
         in_parts((pool, pool.halvings()), Planes::new(&mut self.planes, PLANES), &|planes| {
             let whole = Chunk { range: planes.range(), window: 0..nodes.len() };
@@ -154,7 +155,7 @@ impl Coupled {
         pool: &Pool,
         material: &Material,
         set: &ElementSet,
-        (nodes, time): (&Nodes, (f64, f64)),
+        (nodes, time): (&Nodes, StepTime),
         rounded: bool,
     ) -> Result<(), HostError> {
         self.strains(pool, material, (set, nodes, time))?;
@@ -172,7 +173,7 @@ impl Coupled {
         pool: &Pool,
         material: &Material,
         set: &ElementSet,
-        (nodes, time): (&Nodes, (f64, f64)),
+        (nodes, time): (&Nodes, StepTime),
         (force, rounded): (&mut [V3], bool),
     ) -> Result<(), HostError> {
         self.load(pool, material, set, (nodes, time), rounded)?;
@@ -196,7 +197,7 @@ impl Coupled {
         material: &Material,
         set: &ElementSet,
         nodes: &Nodes,
-        time: (f64, f64),
+        time: StepTime,
     ) -> Result<f64, HostError> {
         self.load(pool, material, set, (nodes, time), false)?;
         Ok(0.5 * self.moment.iter().zip(&self.planes).map(|(m, s)| m * s).sum::<f64>())

@@ -4,6 +4,7 @@ pub mod chunk;
 pub mod strips;
 
 use super::nodes::Nodes;
+use crate::host::StepTime;
 use crate::host::{Call, HostError, Material};
 use chunk::{Chunk, Schedule};
 use pliant_plugin_api::{ElementRequest, abi};
@@ -113,14 +114,14 @@ impl ElementSet {
         data.resize(count * self.request.rest_stride as usize, 0.0);
         if count > 0 && self.request.rest_stride > 0 {
             let whole = Chunk { range: 0..count, window: 0..nodes.x.len() };
-            material.rest(&self.call(&whole, nodes, &nodes.v, (0.0, 0.0)), &mut data)?;
+            material.rest(&self.call(&whole, nodes, &nodes.v, StepTime::default()), &mut data)?;
         }
         self.rest_data = data;
         Ok(())
     }
 
     /// The call for one chunk, with velocities `v`.
-    pub(super) fn call<'a>(&'a self, chunk: &Chunk, nodes: &'a Nodes, v: &'a [[f64; 3]], time: (f64, f64)) -> Call<'a> {
+    pub(super) fn call<'a>(&'a self, chunk: &Chunk, nodes: &'a Nodes, v: &'a [[f64; 3]], time: StepTime) -> Call<'a> {
         Call {
             kind: self.request.kind,
             corners: self.corners,

@@ -2,6 +2,7 @@
 
 use super::holds::{Holds, Outcome, PASSES};
 use super::{Integrator, Loads, Scheme, StepError, StepReport, add_loads, check};
+use crate::host::StepTime;
 use crate::step::algebra::{V3, axpy, without_dust};
 use crate::step::system::System;
 use crate::step::threads::{NODES, Pool};
@@ -12,13 +13,13 @@ impl Integrator {
         pool: &Pool,
         system: &mut System,
         (loads, holds): (&Loads<'_>, &mut dyn Holds),
-        now: (f64, f64),
+        now: StepTime,
         report: &mut StepReport,
     ) -> Result<(), StepError> {
         system.forces(pool, None, now, &mut self.force)?;
         add_loads(&mut self.force, loads, &system.nodes.x, Some(&system.nodes.v));
-        holds.begin(system, now.1);
-        let dt = now.1;
+        holds.begin(system, now.dt);
+        let dt = now.dt;
         if self.scheme == Scheme::ExplicitEuler {
             go_on(pool, system, dt);
         }

@@ -4,6 +4,7 @@ use super::holds::{Doubt, Holds, Outcome, PASSES};
 use super::right_side::{RightSide, Start};
 use super::{Integrator, Loads, Scheme, StepError, StepReport, add_loads, check, is_finite};
 use crate::host::HostError;
+use crate::host::StepTime;
 use crate::step::algebra::{V3, axpy, without_dust};
 use crate::step::factors::{Factors, StandIn};
 use crate::step::matrix::Matrix;
@@ -12,6 +13,7 @@ use crate::step::solver::peek::doubt;
 use crate::step::solver::solve::Solve;
 use crate::step::system::System;
 use crate::step::threads::{NODES, Pool};
+use pliant_plugin_api::Tangent;
 use std::time::Instant;
 
 /// Tolerance of a solve from which on moments of hinges are found to six digits.
@@ -31,10 +33,10 @@ impl Integrator {
         pool: &Pool,
         system: &mut System,
         (loads, holds): (&Loads<'_>, &mut dyn Holds),
-        now: (f64, f64),
+        now: StepTime,
         report: &mut StepReport,
     ) -> Result<(), StepError> {
-        let dt = now.1;
+        let dt = now.dt;
         let (nodes, [x, v]) = (&system.nodes, &mut self.from);
         pool.pieces((&mut x[..], &mut v[..]), NODES, &|first, (x, v)| {
             x.copy_from_slice(&nodes.x[first..first + x.len()]);
@@ -85,11 +87,11 @@ impl Integrator {
         pool: &Pool,
         system: &mut System,
         (loads, holds): (&Loads<'_>, &mut dyn Holds),
-        (now, form): ((f64, f64), &Form),
+        (now, form): (StepTime, &Form),
         iteration: usize,
         report: &mut StepReport,
     ) -> Result<f64, StepError> {
-        let (g, dt) = (form.g, now.1);
+        let (g, dt) = (form.g, now.dt);
         // The first step of backward Euler is linearised where the body is, all others where it is expected to be.
         let here = iteration == 0 && form.carry == 0.0 && g == dt;
         if !here {
@@ -109,7 +111,7 @@ impl Integrator {
         let mut matrix = linearise(pool, system, (still, force), factors, now)?;
         report.seconds[0] += start.elapsed().as_secs_f64();
         for springs in loads.tools {
-            matrix.add_diagonal(springs, (g * g, g));
+            matrix.add_diagonal(springs, Tangent { stiffness: g * g, damping: g });
         }
         let v = (!here).then_some(&system.nodes.v[..]);
         add_loads(&mut self.force, loads, &system.nodes.x, v);
@@ -163,7 +165,7 @@ impl Integrator {
                 matrix = assemble(pool, system, matrix, Factors { rounded: false, ..factors }, now)?;
                 report.seconds[0] += start.elapsed().as_secs_f64();
                 for springs in loads.tools {
-                    matrix.add_diagonal(springs, (g * g, g));
+                    matrix.add_diagonal(springs, Tangent { stiffness: g * g, damping: g });
                 }
                 let moving = here.then_some((&system.nodes.v[..], &mut self.moving[..]));
                 self.pcg.load(pool, &matrix, moving);
@@ -243,7 +245,7 @@ pub fn linearise(
     system: &mut System,
     (v, force): (Option<&[V3]>, (&mut [V3], bool)),
     factors: Factors,
-    now: (f64, f64),
+    now: StepTime,
 ) -> Result<Matrix, HostError> {
     system.forces_rounded(pool, v, now, force)?;
     let matrix = system.matrix.take().unwrap_or_default();
@@ -256,7 +258,7 @@ fn assemble(
     system: &mut System,
     mut matrix: Matrix,
     factors: Factors,
-    now: (f64, f64),
+    now: StepTime,
 ) -> Result<Matrix, HostError> {
     let state = (&system.nodes, system.coupled.as_mut());
     let assembled = matrix.assemble(pool, &system.material, &system.sets, state, factors, now);

@@ -2,6 +2,7 @@
 
 use super::Scheme;
 use crate::host::HostError;
+use crate::host::StepTime;
 use crate::step::algebra::{V3, dot};
 use crate::step::coupled::Coupled;
 use crate::step::factors::{Factors, StandIn};
@@ -76,7 +77,7 @@ impl Frequencies {
                 rounded: false,
             };
             let state = (nodes, coupled.as_deref_mut());
-            matrix.assemble(pool, &system.material, &system.sets, state, factors, (0.0, 0.0))?;
+            matrix.assemble(pool, &system.material, &system.sets, state, factors, StepTime::default())?;
             if let Some(normals) = &system.normals {
                 matrix.add_normals(pool, normals, (&system.sets, nodes), factors);
             }

@@ -18,6 +18,7 @@ use super::springs::NodeSprings;
 use super::system::System;
 use super::threads::Pool;
 use crate::host::HostError;
+use crate::host::StepTime;
 use holds::{Holds, HoldsNothing};
 use thiserror::Error;
 
@@ -191,7 +192,7 @@ impl Integrator {
         self.has_past = false;
     }
 
-    /// Moves `system` from `time` by `substeps` steps that come to `dt` (s) together.
+    /// Moves `system` by `substeps` steps that take as long as `time` says together.
     ///
     /// # Errors
     /// A material that fails, or a state that is no longer finite.
@@ -200,7 +201,7 @@ impl Integrator {
         pool: &Pool,
         system: &mut System,
         loads: &Loads<'_>,
-        time: (f64, f64),
+        time: StepTime,
         substeps: usize,
     ) -> Result<StepReport, StepError> {
         self.step_held(pool, system, (loads, &mut HoldsNothing), time, substeps)
@@ -215,20 +216,20 @@ impl Integrator {
         pool: &Pool,
         system: &mut System,
         (loads, holds): (&Loads<'_>, &mut dyn Holds),
-        (time, dt): (f64, f64),
+        time: StepTime,
         substeps: usize,
     ) -> Result<StepReport, StepError> {
-        let h = dt / substeps as f64;
+        let dt = time.dt / substeps as f64;
         let mut report = StepReport::default();
         for sub in 0..substeps {
-            let now = (time + sub as f64 * h, h);
+            let now = StepTime { start: time.start + sub as f64 * dt, dt };
             let stepped = match self.scheme {
                 Scheme::QuasiStatic => self.settle(pool, system, (loads, holds), now, &mut report),
                 scheme if scheme.is_implicit() => self.implicit(pool, system, (loads, holds), now, &mut report),
                 _ => self.explicit(pool, system, (loads, holds), now, &mut report),
             };
             stepped.map_err(|error| self.blame(error, system))?;
-            system.advance((now.0 + h, h))?;
+            system.advance(StepTime { start: now.end(), dt })?;
         }
         Ok(report)
     }

@@ -6,12 +6,14 @@
 use super::holds::Holds;
 use super::implicit::linearise;
 use super::{Integrator, Loads, StepError, StepReport, add_loads, check};
+use crate::host::StepTime;
 use crate::step::algebra::{axpy, dot};
 use crate::step::constraint::Constraint;
 use crate::step::factors::{Factors, StandIn};
 use crate::step::solver::solve::Solve;
 use crate::step::system::System;
 use crate::step::threads::Pool;
+use pliant_plugin_api::Tangent;
 use std::time::Instant;
 
 /// Damping at the start, 1/s^2, the largest before it gives up, and the least.
@@ -30,10 +32,10 @@ impl Integrator {
         pool: &Pool,
         system: &mut System,
         (loads, holds): (&Loads<'_>, &mut dyn Holds),
-        now: (f64, f64),
+        now: StepTime,
         report: &mut StepReport,
     ) -> Result<(), StepError> {
-        let dt = now.1;
+        let dt = now.dt;
         let start = system.nodes.x.clone();
         holds.begin(system, dt);
         for i in 0..start.len() {
@@ -99,7 +101,7 @@ impl Integrator {
         pool: &Pool,
         system: &mut System,
         (loads, holds): (&Loads<'_>, &mut dyn Holds),
-        now: (f64, f64),
+        now: StepTime,
         damping: f64,
         report: &mut StepReport,
     ) -> Result<((f64, f64), bool), StepError> {
@@ -116,7 +118,7 @@ impl Integrator {
         let mut matrix = linearise(pool, system, (None, (&mut self.force, false)), factors, now)?;
         report.seconds[0] += began.elapsed().as_secs_f64();
         for springs in loads.tools {
-            matrix.add_diagonal(springs, (1.0, 0.0));
+            matrix.add_diagonal(springs, Tangent { stiffness: 1.0, damping: 0.0 });
         }
         add_loads(&mut self.force, loads, &system.nodes.x, None);
         holds.add_forces(&mut self.force);
@@ -155,7 +157,7 @@ impl Integrator {
     }
 
     /// Potential energy of body and loads, J.
-    fn potential(&mut self, system: &mut System, loads: &Loads<'_>, now: (f64, f64)) -> Result<f64, StepError> {
+    fn potential(&mut self, system: &mut System, loads: &Loads<'_>, now: StepTime) -> Result<f64, StepError> {
         let mut energy = system.energy(now)?;
         for (x, mass) in system.nodes.x.iter().zip(&system.nodes.mass) {
             energy -= mass * dot(loads.gravity, *x);

@@ -1,5 +1,6 @@
 //! What a matrix is assembled from.
 
+use crate::host::StepTime;
 use crate::host::{HostError, Material};
 use crate::step::coupled::{Coupled, is_coupled_hinges};
 use crate::step::elements::ElementSet;
@@ -7,15 +8,15 @@ use crate::step::elements::chunk::Chunk;
 use crate::step::factors::Factors;
 use crate::step::nodes::Nodes;
 use crate::step::outer::Precision;
-use pliant_plugin_api::abi;
+use pliant_plugin_api::{Tangent, abi};
 
 /// A state, and what is to be made of it.
 pub struct Assembly<'a> {
     pub material: &'a Material,
     pub sets: &'a [ElementSet],
     pub nodes: &'a Nodes,
-    /// s, of the state, and of the step
-    pub time: (f64, f64),
+    /// Of the state.
+    pub time: StepTime,
     /// With the strains of the state, where hinges are coupled and have a part in it.
     pub coupled: Option<&'a Coupled>,
     pub factors: Factors,
@@ -35,7 +36,7 @@ impl Assembly<'_> {
         let set = &self.sets[set];
         if set.has(abi::HAS_FORCES) {
             let call = set.call(chunk, self.nodes, &self.nodes.v, self.time);
-            let scale = (self.factors.stiffness, self.factors.damping);
+            let scale = Tangent { stiffness: self.factors.stiffness, damping: self.factors.damping };
             T::add_tangent(self.material, &call, scale, (&set.slots, first), blocks)?;
         }
         if let Some(coupled) = self.coupled.filter(|_| is_coupled_hinges(set)) {

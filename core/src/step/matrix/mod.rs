@@ -19,9 +19,10 @@ use super::nodes::Nodes;
 use super::normals::{Normals, wants_normals};
 use super::springs::NodeSprings;
 use super::threads::Pool;
+use crate::host::StepTime;
 use crate::host::{HostError, Material};
 use assembly::Assembly;
-use pliant_plugin_api::abi;
+use pliant_plugin_api::{Tangent, abi};
 use product::{Row, rows_product};
 use rounded::Rounded;
 use rows::Rows;
@@ -222,7 +223,7 @@ impl Matrix {
         sets: &[ElementSet],
         (nodes, coupled): (&Nodes, Option<&mut Coupled>),
         factors: Factors,
-        time: (f64, f64),
+        time: StepTime,
     ) -> Result<(), HostError> {
         self.is_rounded = factors.rounded && material.has_single();
         let coupled = match (coupled, sets.iter().find(|set| is_coupled_hinges(set))) {
@@ -266,7 +267,7 @@ impl Matrix {
     }
 
     /// Adds `stiffness` and `damping` times what the tools do to the diagonal.
-    pub fn add_diagonal(&mut self, springs: &NodeSprings, (stiffness, damping): (f64, f64)) {
+    pub fn add_diagonal(&mut self, springs: &NodeSprings, Tangent { stiffness, damping }: Tangent) {
         for (i, &node) in springs.nodes.iter().enumerate() {
             let mut more = [0.0; 9];
             for e in 0..9 {

@@ -15,6 +15,7 @@ use super::factors::Factors;
 use super::nodes::Nodes;
 use super::outer::{Hinges, add_outer};
 use super::threads::Pool;
+use crate::host::StepTime;
 use crate::host::{HostError, Material};
 use field::Field;
 use pliant_plugin_api::abi;
@@ -50,7 +51,7 @@ impl Normals {
         &mut self,
         pool: &Pool,
         material: &Material,
-        (sets, nodes, time): (&[ElementSet], &Nodes, (f64, f64)),
+        (sets, nodes, time): (&[ElementSet], &Nodes, StepTime),
         force: &mut [V3],
     ) -> Result<(), HostError> {
         let Some(set) = of_kind(sets, abi::TRIANGLE) else { return Ok(()) };
@@ -73,7 +74,7 @@ impl Normals {
         material: &Material,
         sets: &[ElementSet],
         nodes: &Nodes,
-        time: (f64, f64),
+        time: StepTime,
     ) -> Result<f64, HostError> {
         let Some(set) = of_kind(sets, abi::TRIANGLE) else { return Ok(0.0) };
         self.field.load(&Pool::new(1), &nodes.x);

@@ -6,6 +6,7 @@
 use super::field::{Facet, Field};
 use super::stand_in::Around;
 use super::{Normals, of_kind};
+use crate::host::StepTime;
 use crate::host::{HostError, Material};
 use crate::step::constraint::Constraint;
 use crate::step::elements::ElementSet;
@@ -26,7 +27,7 @@ impl Normals {
         let mut tilt = vec![0.0; 3 * count];
         if count > 0 {
             let whole = Chunk { range: 0..count, window: 0..nodes.len() };
-            material.tilt(&triangles.call(&whole, nodes, &nodes.v, (0.0, 0.0)), &mut tilt)?;
+            material.tilt(&triangles.call(&whole, nodes, &nodes.v, StepTime::default()), &mut tilt)?;
         }
         let held = |corners: &[u32; 3]| corners.iter().all(|n| nodes.constraint[*n as usize] == Constraint::Fixed);
         let triangles = triangles.nodes().as_chunks::<3>().0;

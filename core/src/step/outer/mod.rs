@@ -7,7 +7,7 @@ mod single;
 
 use super::algebra::{Block, SingleBlock, V3};
 use crate::host::{Call, HostError, Material};
-use pliant_plugin_api::abi;
+use pliant_plugin_api::{Tangent, abi};
 
 /// Slots of a hinge.
 const PAIRS: usize = 10;
@@ -33,7 +33,7 @@ pub trait Precision: Copy + Send {
     fn add_tangent(
         material: &Material,
         call: &Call<'_>,
-        scale: (f64, f64),
+        scale: Tangent,
         places: (&[u32], usize),
         blocks: &mut [[Self; 9]],
     ) -> Result<(), HostError>;
@@ -47,7 +47,7 @@ impl Precision for f64 {
     fn add_tangent(
         material: &Material,
         call: &Call<'_>,
-        scale: (f64, f64),
+        scale: Tangent,
         (slots, first): (&[u32], usize),
         blocks: &mut [Block],
     ) -> Result<(), HostError> {
@@ -63,7 +63,7 @@ impl Precision for f32 {
     fn add_tangent(
         material: &Material,
         call: &Call<'_>,
-        scale: (f64, f64),
+        scale: Tangent,
         (slots, first): (&[u32], usize),
         blocks: &mut [SingleBlock],
     ) -> Result<(), HostError> {
