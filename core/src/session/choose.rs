@@ -1,6 +1,6 @@
 //! Choosing how the bodies of an opened scene are moved: how fast they can move, and which scheme and step that bears.
 
-use super::company::Company;
+use super::thread_choice::ThreadChoice;
 use super::{EventKind, PreconditionerChosen, Session, SessionError, StepCost};
 use crate::body::Samples;
 use crate::body::{Body, Fixing};
@@ -20,7 +20,7 @@ const HELD_LAYER: f64 = 10.0;
 const STEP_SHARE: f64 = 0.9;
 /// s, longest step that is not remarked on.
 const LONG_STEP: f64 = 0.05;
-/// Substeps up to which explicit steps cost less than an implicit one (docs/numerics.md): of springs, of solids whose stiffness is there
+/// Substeps up to which explicit steps cost less than an implicit one (docs/performance.md): of springs, of solids whose stiffness is there
 /// in single precision too, and of all else.
 const FEW_OF_SPRINGS: usize = 16;
 const FEW_OF_SOLIDS: usize = 12;
@@ -123,7 +123,7 @@ impl Session {
         }
         let solver = &scene.solver;
         let (tolerance, most) = (*solver.tolerance.get_ref(), *solver.iterations.get_ref() as usize);
-        self.companies = vec![Company::default(); self.bodies.len()];
+        self.thread_choices = vec![ThreadChoice::default(); self.bodies.len()];
         self.integrators = self.bodies.iter().map(|_| Integrator::new(scheme, tolerance, most)).collect();
         for (integrator, body) in self.integrators.iter_mut().zip(&self.bodies) {
             integrator.newton = scene.solver.newton.as_ref().map_or(integrator.newton, |n| *n.get_ref() as usize);

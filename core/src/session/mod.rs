@@ -1,7 +1,6 @@
 //! A scene, opened: live objects and nothing optional inside.
 
 mod choose;
-mod company;
 mod contact_models;
 mod devices;
 mod edits;
@@ -16,6 +15,7 @@ mod sheets;
 mod sleep;
 mod step;
 mod tactile;
+mod thread_choice;
 
 pub use error::SessionError;
 pub use event::{Event, EventKind, Events};
@@ -29,9 +29,9 @@ use crate::host::{Device, DeviceInfo, Pose};
 use crate::plan::{Edit, LeftOut, Plan};
 use crate::step::{Frequencies, Integrator, NodeSprings, Pool, Scheme};
 use crate::tool::{ForceSafety, Frame as DeviceFrame, Hand, TactilePad, TipMass, Tool};
-use company::Company;
 use pliant_plugin_api::abi::Ball;
 use serde::Serialize;
+use thread_choice::ThreadChoice;
 
 /// An opened device.
 pub struct DeviceSlot {
@@ -207,7 +207,7 @@ pub struct Session {
     pool: Pool,
     /// Of small bodies, and where threads are a hindrance: one.
     alone: Pool,
-    companies: Vec<Company>,
+    thread_choices: Vec<ThreadChoice>,
     integrators: Vec<Integrator>,
     /// Of each body by itself, and with a tool on it.
     frequencies: Vec<Frequencies>,

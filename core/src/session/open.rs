@@ -94,7 +94,7 @@ impl Session {
             plan,
             pool: Pool::new(threads),
             alone: Pool::new(1),
-            companies: Vec::new(),
+            thread_choices: Vec::new(),
             integrators: Vec::new(),
             frequencies: Vec::new(),
             planned: Vec::new(),

@@ -1,9 +1,9 @@
 //! One step: hands, edits, regions, contact, integration, reaction, coupling, force safety, devices. One way, no stage calls
 //! back up.
 
-use super::company::Company;
 use super::event::EventKind;
 use super::frame::{Frame, ToolFrame};
+use super::thread_choice::ThreadChoice;
 use super::{Session, Stage};
 use crate::body::Body;
 use crate::contact::SoftTip;
@@ -156,9 +156,9 @@ impl Session {
         let body = &mut self.bodies[index];
         let gravity = if body.carrier.is_whole() { self.plan.gravity } else { [0.0; 3] };
         let loads = Loads { gravity, forces: &[], tools: &self.springs };
-        let (elements, company) = (body.system.elements(), &mut self.companies[index]);
+        let (elements, choice) = (body.system.elements(), &mut self.thread_choices[index]);
         let has_choice = (SMALL..LARGE).contains(&elements) && self.pool.threads() > 1;
-        let alone = elements < SMALL || (has_choice && company.is_alone());
+        let alone = elements < SMALL || (has_choice && choice.is_alone());
         let pool = if alone { &self.alone } else { &self.pool };
         let integrator = &mut self.integrators[index];
         let spheres = &mut self.spheres[index];
@@ -168,8 +168,8 @@ impl Session {
         let start = Instant::now();
         let stepped = pool.install(|| integrator.step_held(pool, system, (&loads, holds), time, substeps));
         match has_choice {
-            true => company.took(start.elapsed().as_secs_f64()),
-            false => *company = Company::default(),
+            true => choice.took(start.elapsed().as_secs_f64()),
+            false => *choice = ThreadChoice::default(),
         }
         self.choices.threads = self.pool.threads();
         if body.carrier.sheet().is_some() {

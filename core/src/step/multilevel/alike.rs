@@ -3,7 +3,7 @@
 use super::COARSE_PIECE;
 use super::aggregate::Weights;
 use super::finest::{Coarser, Finest};
-use super::looks::Looks;
+use super::lookups::Lookups;
 use crate::step::algebra::Block;
 use crate::step::lanes::aligned::{Lines, Sixteens};
 use crate::step::lanes::symmetric::{put_inverse, times};
@@ -12,7 +12,7 @@ use crate::step::threads::Pool;
 
 /// Sixteens in a piece of work for a thread.
 const PIECE: usize = 64;
-/// What looks have to need of their room on the finest level: below that they shuffle more than they save.
+/// What lookups have to need of their room on the finest level: below that they shuffle more than they save.
 const FULL: f64 = 0.25;
 
 /// Vectors of all levels but the finest, and what leads from one to the next.
@@ -22,8 +22,8 @@ pub struct Alike(Vec<Stage>);
 #[derive(Debug)]
 struct Stage {
     /// From the finer level to this one, and back.
-    up: Looks,
-    down: Looks,
+    up: Lookups,
+    down: Lookups,
     /// By sixteen nodes, six numbers of each; nothing where a level only leads to the next.
     inverse: Option<Lines<f32>>,
     r: Lines<f32>,
@@ -37,7 +37,7 @@ impl Alike {
         let mut stages = Vec::with_capacity(levels.len());
         for ((weights, coarse), share) in levels.iter().zip(shares) {
             let least = if stages.is_empty() { FULL } else { 0.0 };
-            let (down, up) = (Looks::new(weights, least)?, Looks::new(&weights.transposed(*coarse), least)?);
+            let (down, up) = (Lookups::new(weights, least)?, Lookups::new(&weights.transposed(*coarse), least)?);
             let room = |numbers: usize| Lines::new(numbers * coarse.next_multiple_of(LANES));
             let inverse = (*share > 0.0).then(|| room(6));
             let h = if inverse.is_some() { room(3) } else { Lines::new(0) };
@@ -69,7 +69,7 @@ impl Alike {
                 (finer.last().map_or(r, |stage| stage.r.vectors()), &mut rest[0]);
             let Some(inverse) = inverse else {
                 pool.pieces(r.vectors_mut(), PIECE, &|first, to| {
-                    widest(Take { looks: up, first, from, to, adds: false });
+                    widest(Take { lookups: up, first, from, to, adds: false });
                 });
                 continue;
             };
@@ -80,10 +80,10 @@ impl Alike {
         }
         for at in (1..self.0.len()).rev() {
             let (finer, rest) = self.0.split_at_mut(at);
-            let (looks, from, Stage { inverse, r, h, .. }) = (&rest[0].down, rest[0].given(), &mut finer[at - 1]);
+            let (lookups, from, Stage { inverse, r, h, .. }) = (&rest[0].down, rest[0].given(), &mut finer[at - 1]);
             let adds = inverse.is_some();
             let to = if adds { h } else { r };
-            pool.pieces(to.vectors_mut(), PIECE, &|first, to| widest(Take { looks, first, from, to, adds }));
+            pool.pieces(to.vectors_mut(), PIECE, &|first, to| widest(Take { lookups, first, from, to, adds }));
         }
         let (coarser, inverse) = (self.0.first(), inverse.as_chunks().0.as_chunks().0);
         pool.fold(Sixteens(h), &|first, Sixteens(h)| {
@@ -109,7 +109,7 @@ impl Coarser for Stage {
 
 /// Coarse nodes, from a sixteen on: what they get, and the level's own part of P.
 struct Restrict<'a> {
-    up: &'a Looks,
+    up: &'a Lookups,
     first: usize,
     inverse: &'a [[Sixteen; 6]],
     from: &'a [Vectors],
@@ -133,7 +133,7 @@ impl Work for Restrict<'_> {
 
 /// Nodes of a level, from a sixteen on: what they get of another one, and if it `adds`, what they had.
 struct Take<'a> {
-    looks: &'a Looks,
+    lookups: &'a Lookups,
     first: usize,
     from: &'a [Vectors],
     to: &'a mut [Vectors],
@@ -148,7 +148,7 @@ impl Work for Take<'_> {
         let zero = unit.load(&[0.0; LANES]);
         for (sixteen, to) in (self.first..).zip(self.to) {
             let had = if self.adds { three(unit, to) } else { [zero; 3] };
-            *to = put(unit, self.looks.add(unit, sixteen, self.from, had));
+            *to = put(unit, self.lookups.add(unit, sixteen, self.from, had));
         }
     }
 }

@@ -5,13 +5,13 @@
 //! [`self::squares`]). A sum of positive parts is positive whatever the matrix is, so nothing has to be estimated; a level costs its
 //! transfer and no product.
 
-pub mod age;
 mod aggregate;
 mod alike;
 mod each;
 mod finest;
 mod galerkin;
-mod looks;
+mod lookups;
+pub mod refresh;
 mod squares;
 mod transfer;
 
@@ -20,11 +20,11 @@ use super::elements::ElementSet;
 use super::lanes::Vectors;
 use super::matrix::Matrix;
 use super::threads::Pool;
-use age::{Due, PARTS};
 use aggregate::{Coarsened, Graph, Weights};
 use alike::Alike;
 use each::Each;
 use galerkin::Galerkin;
+use refresh::{Due, PARTS};
 use squares::Doubled;
 use std::ops::Range;
 

@@ -17,7 +17,7 @@ use crate::step::lanes::symmetric::put_inverse;
 use crate::step::lanes::{LANES, widest};
 use crate::step::matrix::Matrix;
 use crate::step::multilevel::Multilevel;
-use crate::step::multilevel::age::Age;
+use crate::step::multilevel::refresh::Refresh;
 use crate::step::single::{Single, power_of_two};
 use crate::step::threads::Pool;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -29,7 +29,7 @@ pub struct Inner {
     /// Of the blocks of the diagonal, by sixteen nodes: six numbers of each.
     inverse: Lines<f32>,
     levels: Option<Multilevel>,
-    age: Age,
+    refresh: Refresh,
     held: Vec<Held>,
     /// Constraints of nodes that were held in the last solve.
     was: Vec<(usize, Constraint)>,
@@ -87,7 +87,7 @@ impl Inner {
         self.was.clear();
         self.was.reserve(n);
         self.levels = None;
-        self.age.end();
+        self.refresh.end();
         self.matrix.forget();
         self.width = 0.0;
     }
@@ -141,7 +141,7 @@ impl Inner {
         }
         self.share = 1.0 / self.matrix.scale();
         if let Some(levels) = &mut self.levels {
-            let due = self.age.due(self.matrix.scale());
+            let due = self.refresh.due(self.matrix.scale());
             self.matrix.without_fixed(pool, system.matrix, constraints, levels.sources(due));
             levels.update(pool, self.matrix.values(), due);
             self.share *= levels.share();
@@ -167,12 +167,12 @@ impl Inner {
 
     /// What the last solve has to do with the next is not known.
     pub fn forget(&mut self) {
-        self.age.end();
+        self.refresh.end();
     }
 
     /// Tells what the first solve with a matrix took.
     pub fn took(&mut self, iterations: usize) {
-        self.age.took(iterations);
+        self.refresh.took(iterations);
     }
 
     /// Takes over a residual, filtered, with the sum of its squares; gives `r . P r`, where P stands for the inverse of A.

@@ -13,7 +13,7 @@ const WORTH: f64 = 0.1;
 
 /// How a body's steps are done, and what they took of late.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Company {
+pub(super) struct ThreadChoice {
     /// Whether one thread is usual.
     alone: bool,
     /// Steps since the last trial ended, and from then to the next.
@@ -23,13 +23,13 @@ pub(super) struct Company {
     least: [f64; 2],
 }
 
-impl Default for Company {
+impl Default for ThreadChoice {
     fn default() -> Self {
         Self { alone: false, steps: 0, between: BETWEEN[0], least: [f64::INFINITY; 2] }
     }
 }
 
-impl Company {
+impl ThreadChoice {
     /// Whether one thread does the next step.
     pub(super) fn is_alone(&self) -> bool {
         self.alone != self.is_trial()
@@ -61,26 +61,26 @@ mod tests {
 
     /// Goes on for so many steps that take so long with all threads and with one, but for some that take long for other reasons. Gives
     /// how many were alone.
-    fn go(company: &mut Company, steps: usize, [all, one]: [f64; 2]) -> usize {
+    fn go(choice: &mut ThreadChoice, steps: usize, [all, one]: [f64; 2]) -> usize {
         let mut alone = 0;
         for step in 0..steps {
-            alone += usize::from(company.is_alone());
+            alone += usize::from(choice.is_alone());
             let slow = if step % 3 == 0 { 2.0 } else { 1.0 };
-            company.took(slow * if company.is_alone() { one } else { all });
+            choice.took(slow * if choice.is_alone() { one } else { all });
         }
         alone
     }
 
     #[test]
     fn the_quicker_way_is_taken_and_the_other_tried_now_and_then() {
-        let mut company = Company::default();
+        let mut choice = ThreadChoice::default();
         // Threads help, or as good as: one is tried three times after 64, 128, 256 ... steps.
-        assert_eq!(go(&mut company, 1100, [0.27e-3, 0.34e-3]), 4 * 3);
-        assert_eq!(go(&mut company, 1000, [0.34e-3, 0.32e-3]), 3);
+        assert_eq!(go(&mut choice, 1100, [0.27e-3, 0.34e-3]), 4 * 3);
+        assert_eq!(go(&mut choice, 1000, [0.34e-3, 0.32e-3]), 3);
         // They are moved apart, and together again.
-        let alone = go(&mut company, 8000, [0.47e-3, 0.34e-3]);
-        assert!(company.alone && alone > 6000 && alone < 7990, "{alone}");
-        let alone = go(&mut company, 8000, [0.27e-3, 0.34e-3]);
-        assert!(!company.alone && alone < 2100, "{alone}");
+        let alone = go(&mut choice, 8000, [0.47e-3, 0.34e-3]);
+        assert!(choice.alone && alone > 6000 && alone < 7990, "{alone}");
+        let alone = go(&mut choice, 8000, [0.27e-3, 0.34e-3]);
+        assert!(!choice.alone && alone < 2100, "{alone}");
     }
 }

@@ -1,11 +1,11 @@
-//! How long what was made for one matrix serves those after it.
+//! When what was made for one matrix is made anew.
 //!
 //! A body changes little from step to step, so the coarse levels of a preconditioner are good for a few. Part by part they are made
 //! anew, so that no step takes longer than others; all of it where iterations have grown, or where the matrix has another scale.
 
 /// Of something that was made for a matrix.
 #[derive(Debug, Default)]
-pub struct Age {
+pub struct Refresh {
     /// Whether it serves at all.
     serves: bool,
     /// Next part to be made anew.
@@ -31,7 +31,7 @@ pub const PARTS: usize = 8;
 /// Iterations that are no sign of age.
 const FEW: usize = 8;
 
-impl Age {
+impl Refresh {
     /// It is not to serve any longer.
     pub fn end(&mut self) {
         self.serves = false;
@@ -66,8 +66,8 @@ mod tests {
 
     #[test]
     fn it_serves_until_it_is_slow_or_of_another_scale_and_is_made_anew_part_by_part() {
-        let mut age = Age::default();
-        let made = |age: &mut Age, iterations: &[usize]| -> Vec<Due> {
+        let mut age = Refresh::default();
+        let made = |age: &mut Refresh, iterations: &[usize]| -> Vec<Due> {
             let serve = |&count: &usize| {
                 let due = age.due(0.5);
                 age.took(count);

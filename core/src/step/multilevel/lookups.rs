@@ -10,22 +10,22 @@ use std::collections::HashMap;
 
 /// Sixteens that are looked at for two that serve together.
 const CANDIDATES: usize = 8;
-/// Looks that tell nothing yet.
+/// Lookups that tell nothing yet.
 const FEW: usize = 32;
 
 /// Sums by sixteen, and what they are sums of.
 #[derive(Debug)]
-pub struct Looks {
-    /// Of each sixteen's looks (sixteens + 1).
+pub struct Lookups {
+    /// Of each sixteen's lookups (sixteens + 1).
     start: Vec<u32>,
-    looks: Vec<Look>,
+    lookups: Vec<Lookup>,
     /// Few where a mesh is regular, as they come again and again: what all of it looks at is read in every iteration.
     patterns: Vec<Pattern>,
 }
 
 /// What sixteen sums take next: of two sixteens of vectors.
 #[derive(Debug)]
-struct Look {
+struct Lookup {
     from: [u32; 2],
     pattern: u32,
 }
@@ -39,11 +39,11 @@ struct Pattern {
 
 const _: () = assert!(2 * LANES == LOOKED_UP, "places of two sixteens can be looked up");
 
-impl Looks {
-    /// For weights of vectors, by sum; `None` where less than `least` of what looks have room for would be needed.
+impl Lookups {
+    /// For weights of vectors, by sum; `None` where less than `least` of what lookups have room for would be needed.
     pub fn new(weights: &Weights, least: f64) -> Option<Self> {
         let count = weights.start.len() - 1;
-        let (mut this, mut terms) = (Self { start: vec![0], looks: Vec::new(), patterns: Vec::new() }, 0);
+        let (mut this, mut terms) = (Self { start: vec![0], lookups: Vec::new(), patterns: Vec::new() }, 0);
         let mut known = HashMap::new();
         for first in (0..count).step_by(LANES) {
             let mut left: [Vec<(u32, f32)>; LANES] = std::array::from_fn(|lane| weights.of(first + lane).collect());
@@ -63,11 +63,11 @@ impl Looks {
                 if found == this.patterns.len() {
                     this.patterns.push(pattern);
                 }
-                this.looks.push(Look { from, pattern: found as u32 });
+                this.lookups.push(Lookup { from, pattern: found as u32 });
             }
-            this.start.push(this.looks.len() as u32);
+            this.start.push(this.lookups.len() as u32);
             // Soon enough that it does not take long.
-            if least * (LANES * this.looks.len().saturating_sub(FEW)) as f64 > terms as f64 {
+            if least * (LANES * this.lookups.len().saturating_sub(FEW)) as f64 > terms as f64 {
                 return None;
             }
         }
@@ -76,15 +76,15 @@ impl Looks {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        4 * self.start.len() + size_of_val(&self.looks[..]) + size_of_val(&self.patterns[..])
+        4 * self.start.len() + size_of_val(&self.lookups[..]) + size_of_val(&self.patterns[..])
     }
 
     /// Adds what sixteen sums take.
     #[inline(always)]
     pub fn add<U: Lanes>(&self, unit: U, sixteen: usize, from: &[Vectors], mut sum: [U::V; 3]) -> [U::V; 3] {
-        for look in &self.looks[self.start[sixteen] as usize..self.start[sixteen + 1] as usize] {
-            let Pattern { weight, place } = &self.patterns[look.pattern as usize];
-            let (weight, [low, high]) = (unit.load(weight), look.from.map(|at| &from[at as usize]));
+        for lookup in &self.lookups[self.start[sixteen] as usize..self.start[sixteen + 1] as usize] {
+            let Pattern { weight, place } = &self.patterns[lookup.pattern as usize];
+            let (weight, [low, high]) = (unit.load(weight), lookup.from.map(|at| &from[at as usize]));
             for c in 0..3 {
                 let found = unit.lookup([unit.load(&low[c]), unit.load(&high[c])], place);
                 sum[c] = unit.fma(weight, found, sum[c]);
@@ -132,7 +132,7 @@ mod tests {
         weights
     }
 
-    struct All<'a>(&'a Looks, &'a [Vectors], usize);
+    struct All<'a>(&'a Lookups, &'a [Vectors], usize);
 
     impl Work for All<'_> {
         type Output = Vec<[f32; 3]>;
@@ -149,12 +149,12 @@ mod tests {
     fn every_vector_unit_adds_what_the_weights_say() {
         for far in [0, 40, 100] {
             let (n, count, weights) = (75, 240, weights(75, far));
-            let looks = Looks::new(&weights, 0.3).expect("near each other");
+            let lookups = Lookups::new(&weights, 0.3).expect("near each other");
             let vector = |i: usize| [i as f32, (1.7 * i as f32).sin(), 0.3];
             let sixteen = |at: usize| [0, 1, 2].map(|c| std::array::from_fn(|lane| vector(LANES * at + lane)[c]));
             let from: Vec<Vectors> = (0..count / LANES).map(sixteen).collect();
-            let found = widest(All(&looks, &from, n));
-            assert_eq!(found, All(&looks, &from, n).on(Plain));
+            let found = widest(All(&lookups, &from, n));
+            assert_eq!(found, All(&lookups, &from, n).on(Plain));
             for (i, found) in found.iter().enumerate() {
                 for c in 0..3 {
                     let more: f64 = weights.of(i).map(|(a, w)| f64::from(w * vector(a as usize)[c])).sum();
@@ -170,6 +170,6 @@ mod tests {
         let n = 1000_u32;
         let coarse = (0..4 * n).map(|k| k * 7919 % 4001).collect();
         let anywhere = Weights { start: (0..=n).map(|i| 4 * i).collect(), coarse, weight: vec![0.25; 4 * n as usize] };
-        assert!(Looks::new(&anywhere, 0.3).is_none() && Looks::new(&anywhere, 0.0).is_some());
+        assert!(Lookups::new(&anywhere, 0.3).is_none() && Lookups::new(&anywhere, 0.0).is_some());
     }
 }
