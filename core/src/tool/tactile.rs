@@ -1,7 +1,7 @@
 //! What a tactile array under a fingertip shows of a contact: where it presses, and the buzz of threads that slip by.
 //!
 //! The pressed places of a ball are laid out on the pad by arc length, and each force goes to the four pins around its place with
-//! bilinear shares, so forces are kept, and a contact that moves takes the centroid with it (docs/numerics.md). What lies beside the
+//! bilinear shares, so forces are kept, and a contact that moves takes the centroid with it (docs/devices.md). What lies beside the
 //! array is counted and not shown. Close to the limit of a pin the response bends and never passes it. Slip over a weave of
 //! period L at speed u modulates the pins with the frequency u/L (Tripicchio, D'Avella and Ruffaldi 2022 describe the array; the
 //! rendering is ours).
