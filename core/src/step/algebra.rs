@@ -27,7 +27,7 @@ pub fn without_dust(v: V3) -> V3 {
     v.map(|c| if c.abs() < STILL { 0.0 } else { c })
 }
 
-/// By cofactors; `None` where there is none.
+/// The inverse of a symmetric block, by cofactors; `None` where there is none.
 pub fn symmetric_inverse(m: &Block) -> Option<Block> {
     let (c0, c1, c2) = (m[4] * m[8] - m[5] * m[5], m[5] * m[2] - m[1] * m[8], m[1] * m[5] - m[4] * m[2]);
     let det = m[0] * c0 + m[1] * c1 + m[2] * c2;

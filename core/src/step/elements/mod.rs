@@ -91,7 +91,7 @@ impl ElementSet {
         self.request.flags & flag != 0
     }
 
-    /// The list, to be refilled; then comes [`super::system::System::prepare`].
+    /// The list, to be refilled; then comes `System::prepare`.
     pub fn list_mut(&mut self) -> &mut ElementList {
         &mut self.list
     }

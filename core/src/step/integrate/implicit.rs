@@ -95,11 +95,7 @@ impl Integrator {
         // The first step of backward Euler is linearised where the body is, all others where it is expected to be.
         let here = iteration == 0 && form.carry == 0.0 && g == dt;
         if !here {
-            for i in 0..system.nodes.len() {
-                let x = self.from[0][i];
-                let carried = axpy(x, form.carry, axpy(x, -1.0, self.before[0][i]));
-                system.nodes.x[i] = axpy(if form.carry > 0.0 { carried } else { x }, g, system.nodes.v[i]);
-            }
+            self.expect(&mut system.nodes, form);
         }
         // Backward Euler bears a matrix of half the stiffness; one step of the others would grow with a softer one than exact.
         let stand_in = if form.carry > 0.0 || g < dt { StandIn::Certain } else { StandIn::Half };
@@ -110,9 +106,7 @@ impl Integrator {
         let force = (&mut self.force[..], rounded && self.tolerance >= SIX_DIGITS);
         let mut matrix = linearise(pool, system, (still, force), factors, now)?;
         report.seconds[0] += start.elapsed().as_secs_f64();
-        for springs in loads.tools {
-            matrix.add_diagonal(springs, Tangent { stiffness: g * g, damping: g });
-        }
+        add_tools(&mut matrix, loads, g);
         let v = (!here).then_some(&system.nodes.v[..]);
         add_loads(&mut self.force, loads, &system.nodes.x, v);
         self.pcg.prepare(&matrix, &system.sets, &system.nodes.rest);
@@ -122,23 +116,11 @@ impl Integrator {
         let mut size = 0.0_f64;
         let (mut pass, mut stops, mut again) = (0, 0, false);
         while pass < PASSES {
-            self.z.fill([0.0; 3]);
-            holds.add_forces(&mut self.z);
-            let nodes = &system.nodes;
-            let (mut b, mut z) = (std::mem::take(&mut self.b), std::mem::take(&mut self.z));
-            let start = match here {
-                true => Start::Here(&self.moving),
-                false => Start::There([&self.from[1], &self.before[1]], form.carry),
-            };
-            let (force, gravity) = (&self.force[..], loads.gravity);
-            let squares = pool.fold((&mut b[..], &mut z[..]), &|first, (b, z)| {
-                let prescribed = |i: usize| self.prescribed(i, nodes.prescribed[i], form, dt);
-                pulp::Arch::new().dispatch(RightSide { nodes, force, gravity, g, start, prescribed, first, b, z })
-            });
-            (self.b, self.z) = (b, z);
+            let squares = self.right_side(pool, &system.nodes, (loads, &*holds), (form, now.dt), here);
             if !again {
                 size = squares.sqrt();
             }
+            let nodes = &system.nodes;
             let solve = Solve {
                 matrix: &matrix,
                 b: &self.b,
@@ -164,9 +146,7 @@ impl Integrator {
                 let start = Instant::now();
                 matrix = assemble(pool, system, matrix, Factors { rounded: false, ..factors }, now)?;
                 report.seconds[0] += start.elapsed().as_secs_f64();
-                for springs in loads.tools {
-                    matrix.add_diagonal(springs, Tangent { stiffness: g * g, damping: g });
-                }
+                add_tools(&mut matrix, loads, g);
                 let moving = here.then_some((&system.nodes.v[..], &mut self.moving[..]));
                 self.pcg.load(pool, &matrix, moving);
                 again = false;
@@ -174,15 +154,10 @@ impl Integrator {
             }
             again = true;
             if !solved.residual.is_finite() {
-                let odd = |i: &usize| !is_finite(self.b[*i]) || !matrix.diagonal(*i).iter().all(|k| k.is_finite());
-                let node = (0..self.b.len()).find(odd).unwrap_or(0);
-                let stiff = matrix.diagonal(node).iter().all(|k| k.is_finite());
+                let error = self.diverged(system, &matrix);
                 system.matrix = Some(matrix);
                 system.nodes.x.copy_from_slice(&self.from[0]);
-                return Err(match stiff {
-                    true => StepError::Diverged { node },
-                    false => system.material.not_finite("tangent", node).into(),
-                });
+                return Err(error);
             }
             report.iterations += solved.iterations;
             if solved.stopped.is_some() {
@@ -224,6 +199,47 @@ impl Integrator {
         Ok(size)
     }
 
+    /// Puts nodes where they are expected to be at the time the scheme looks at.
+    fn expect(&self, nodes: &mut Nodes, form: &Form) {
+        for (i, (to, v)) in nodes.x.iter_mut().zip(&nodes.v).enumerate() {
+            let x = self.from[0][i];
+            let carried = axpy(x, form.carry, axpy(x, -1.0, self.before[0][i]));
+            *to = axpy(if form.carry > 0.0 { carried } else { x }, form.g, *v);
+        }
+    }
+
+    /// The right side, and what is prescribed of held nodes, for what holds them now. Gives the sum of squares of the free part.
+    fn right_side(
+        &mut self,
+        pool: &Pool,
+        nodes: &Nodes,
+        (loads, holds): (&Loads<'_>, &dyn Holds),
+        (form, dt): (&Form, f64),
+        here: bool,
+    ) -> f64 {
+        let (mut b, mut z) = (std::mem::take(&mut self.b), std::mem::take(&mut self.z));
+        z.fill([0.0; 3]);
+        holds.add_forces(&mut z);
+        let start = match here {
+            true => Start::Here(&self.moving),
+            false => Start::There([&self.from[1], &self.before[1]], form.carry),
+        };
+        let (force, gravity, g) = (&self.force[..], loads.gravity, form.g);
+        let squares = pool.fold((&mut b[..], &mut z[..]), &|first, (b, z)| {
+            let prescribed = |i: usize| self.prescribed(i, nodes.prescribed[i], form, dt);
+            pulp::Arch::new().dispatch(RightSide { nodes, force, gravity, g, start, prescribed, first, b, z })
+        });
+        (self.b, self.z) = (b, z);
+        squares
+    }
+
+    /// Whose doing it is that a system has no finite solution: the material's where its stiffness is not finite.
+    fn diverged(&self, system: &System, matrix: &Matrix) -> StepError {
+        let is_stiff = |i: usize| matrix.diagonal(i).iter().all(|k| k.is_finite());
+        let node = (0..self.b.len()).find(|i| !is_finite(self.b[*i]) || !is_stiff(*i)).unwrap_or(0);
+        if is_stiff(node) { StepError::Diverged { node } } else { system.material.not_finite("tangent", node).into() }
+    }
+
     /// The velocity of a held node that takes it where it has to be at the end of the step.
     fn prescribed(&self, i: usize, p: V3, form: &Form, dt: f64) -> V3 {
         if form.carry == 0.0 {
@@ -232,6 +248,13 @@ impl Integrator {
         let x = self.from[0][i];
         let carried = axpy(x, form.carry, axpy(x, -1.0, self.before[0][i]));
         axpy(axpy(x, dt, p), -1.0, carried).map(|c| c / form.g)
+    }
+}
+
+/// Adds what tools do to nodes, linearly, to the matrix of a step that moves positions by `g` (s) times velocities.
+fn add_tools(matrix: &mut Matrix, loads: &Loads<'_>, g: f64) {
+    for springs in loads.tools {
+        matrix.add_diagonal(springs, Tangent { stiffness: g * g, damping: g });
     }
 }
 

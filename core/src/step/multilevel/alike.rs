@@ -1,8 +1,8 @@
 //! Up the levels and down again where a mesh is regular, sixteen nodes at a time.
 
 use super::COARSE_PIECE;
-use super::aggregate::Weights;
 use super::finest::{Coarser, Finest};
+use super::graph::Weights;
 use super::lookups::Lookups;
 use crate::step::algebra::Block;
 use crate::step::lanes::aligned::{Lines, Sixteens};

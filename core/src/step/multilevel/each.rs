@@ -1,8 +1,8 @@
 //! Up the levels and down again where a mesh is not regular, node by node.
 
 use super::COARSE_PIECE;
-use super::aggregate::Weights;
 use super::finest::{Coarser, Finest};
+use super::graph::Weights;
 use super::transfer::Transfer;
 use crate::step::algebra::Block;
 use crate::step::lanes::aligned::Sixteens;

@@ -1,6 +1,6 @@
 //! The matrix of a coarser level, `P^T A P` (Galerkin), from lists of what each of its blocks is made of.
 
-use super::aggregate::Weights;
+use super::graph::Weights;
 use crate::step::algebra::SingleBlock;
 use crate::step::matrix::Matrix;
 use crate::step::threads::Pool;

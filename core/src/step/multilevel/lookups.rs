@@ -3,7 +3,7 @@
 //! What sixteen sums take next is among two sixteens of vectors, which registers hold: so a shuffle finds it, and nothing is gathered
 //! from memory.
 
-use super::aggregate::Weights;
+use super::graph::Weights;
 use crate::step::lanes::{LANES, LOOKED_UP, Lanes, Vectors};
 use std::cmp::Reverse;
 use std::collections::HashMap;

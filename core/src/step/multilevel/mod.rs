@@ -1,15 +1,16 @@
 //! An additive multilevel preconditioner: on every level a share of block Jacobi, added up (Bramble, Pasciak and Xu 1990), but for those
 //! that only lead to the next.
 //!
-//! Coarse matrices are those of Galerkin, `P^T A P`, with weights that the mesh alone decides ([`self::aggregate`],
-//! [`self::squares`]). A sum of positive parts is positive whatever the matrix is, so nothing has to be estimated; a level costs its
-//! transfer and no product.
+//! Coarse matrices are those of Galerkin, `P^T A P`, with weights that the mesh alone decides ([`coarsen`]). A sum of positive parts is
+//! positive whatever the matrix is, so nothing has to be estimated; a level costs its transfer and no product.
 
 mod aggregate;
 mod alike;
+mod coarsen;
 mod each;
 mod finest;
 mod galerkin;
+mod graph;
 mod lookups;
 pub mod refresh;
 mod squares;
@@ -20,10 +21,11 @@ use super::elements::ElementSet;
 use super::lanes::Vectors;
 use super::matrix::Matrix;
 use super::threads::Pool;
-use aggregate::{Coarsened, Graph, Weights};
 use alike::Alike;
+use coarsen::{Coarsened, Layout};
 use each::Each;
 use galerkin::Galerkin;
+use graph::Weights;
 use refresh::{Due, PARTS};
 use squares::Doubled;
 use std::ops::Range;
@@ -102,19 +104,19 @@ impl Default for Way {
 impl Multilevel {
     /// For a body's elements, its nodes at rest, m (n x 3), and the pattern of its matrix.
     pub fn new(matrix: &Matrix, sets: &[ElementSet], rest: &[V3]) -> Self {
-        let mut graph = Graph::of_elements(rest, sets);
-        let shares = match graph.laid() {
+        let mut layout = Layout::of_elements(rest, sets);
+        let shares = match layout.laid() {
             Some(laid) if laid.is_smooth() => OF_SMOOTH_SQUARES,
             Some(_) => OF_SQUARES,
             None => OF_AGGREGATES,
         };
         let (mut transfers, mut all_doubled) = (Vec::new(), Vec::new());
-        while let Some(Coarsened { graph: next, weights, doubled }) =
-            Some(&graph).filter(|graph| graph.len() > COARSEST).and_then(Graph::coarsen)
+        while let Some(Coarsened { layout: next, weights, doubled }) =
+            Some(&layout).filter(|layout| layout.len() > COARSEST).and_then(Layout::coarsen)
         {
             transfers.push((weights, next.len()));
             all_doubled.push(doubled);
-            graph = next;
+            layout = next;
         }
         Self::of(matrix, &transfers, shares.finest, &shares.of(&all_doubled))
     }

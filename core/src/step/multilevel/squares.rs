@@ -9,7 +9,7 @@
 //! quarters of a width from corners then, and what is carried over many levels is as smooth as quadratic splines (Chaikin 1974), which
 //! takes fewer iterations, of more terms. A grid is halved one way at a time there: that needs fewer terms for the same weights.
 
-use super::aggregate::{Graph, Weights};
+use super::graph::{Graph, Weights};
 use crate::step::algebra::V3;
 use crate::step::elements::ElementSet;
 use Doubled::{Across, Along, Both};
@@ -161,20 +161,16 @@ impl Laid {
         self.begin > 0.0
     }
 
-    /// Nodes.
-    pub fn len(&self) -> usize {
-        self.places.len()
-    }
-
-    /// The corners of squares whose widths are doubled: where they are, in those, and what they give to nodes.
-    pub fn corners(&self, doubled: Doubled, graph: &Graph) -> (Self, Weights) {
+    /// The corners of squares whose widths are doubled: where they are, in those, which are joined, and what they give to nodes.
+    pub fn coarsened(&self, doubled: Doubled, graph: &Graph) -> (Self, Graph, Weights) {
         let (places, weights) = self.given(doubled.ways(), graph);
         let next: &[Doubled] = match doubled {
             Across => &[Along, Across],
             Along => &[Across, Along],
             Both => self.next,
         };
-        (Self { places, next, ..*self }, weights)
+        let joined = joined(places.len(), graph, &weights, doubled);
+        (Self { places, next, ..*self }, joined, weights)
     }
 
     fn given(&self, ways: [bool; 2], graph: &Graph) -> (Vec<Place>, Weights) {
@@ -216,6 +212,21 @@ impl Laid {
     }
 }
 
+/// Corners that are joined where what they give to is.
+fn joined(corners: usize, graph: &Graph, weights: &Weights, doubled: Doubled) -> Graph {
+    let mut pairs = Vec::new();
+    for node in 0..graph.len() {
+        // Corners of squares that are joined have a node in common, as long as widths are doubled both ways.
+        let around = if doubled == Both { &[] } else { graph.of(node) };
+        for near in around.iter().map(|near| *near as usize).chain([node]) {
+            for (a, _) in weights.of(node) {
+                pairs.extend(weights.of(near).filter(|(b, _)| *b != a).map(|(b, _)| [a, b]));
+            }
+        }
+    }
+    Graph::new(corners, pairs)
+}
+
 /// Of some nodes, in their order, which part of them each hangs together with.
 fn parts(nodes: &[u32], graph: &Graph) -> Vec<u32> {
     let (mut part, mut count, mut open) = (vec![u32::MAX; nodes.len()], 0, Vec::new());
@@ -237,7 +248,7 @@ fn parts(nodes: &[u32], graph: &Graph) -> Vec<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::step::multilevel::aggregate::Coarsened;
+    use crate::step::multilevel::coarsen::{Coarsened, Layout};
 
     /// A sheet of `n` by `m` nodes at places that `at` gives, in triangles whose diagonals alternate.
     fn sheet(n: u32, m: u32, at: impl Fn(u32, u32) -> V3) -> (Vec<V3>, Vec<[u32; 3]>) {
@@ -250,17 +261,17 @@ mod tests {
         (rest, triangles)
     }
 
-    fn graph((rest, triangles): &(Vec<V3>, Vec<[u32; 3]>)) -> Graph {
-        Graph::of_triangles(over(rest, triangles), rest.len(), triangles)
+    fn layout((rest, triangles): &(Vec<V3>, Vec<[u32; 3]>)) -> Layout {
+        Layout::of_triangles(over(rest, triangles), rest.len(), triangles)
     }
 
     /// Corners of levels, after their weights were looked at.
-    fn levels(mut graph: Graph) -> Vec<usize> {
+    fn levels(mut layout: Layout) -> Vec<usize> {
         let mut counts = Vec::new();
-        while let Some(Coarsened { graph: coarse, weights, doubled }) =
-            Some(&graph).filter(|g| g.len() > 12).and_then(Graph::coarsen)
+        while let Some(Coarsened { layout: coarse, weights, doubled }) =
+            Some(&layout).filter(|layout| layout.len() > 12).and_then(Layout::coarsen)
         {
-            let [fine, rough] = [&graph, &coarse].map(|graph| graph.laid().expect("level"));
+            let [fine, rough] = [&layout, &coarse].map(|layout| layout.laid().expect("level"));
             for (node, place) in fine.places.iter().enumerate() {
                 let mut sum = [0.0; 3];
                 for (a, weight) in weights.of(node) {
@@ -273,7 +284,7 @@ mod tests {
                 assert!(weights.of(node).count() <= if doubled == Both { 4 } else { 2 });
             }
             counts.push(coarse.len());
-            graph = coarse;
+            layout = coarse;
         }
         counts
     }
@@ -282,24 +293,24 @@ mod tests {
     fn of_a_grid_every_second_node_is_a_corner_and_weights_are_linear_up_to_the_border() {
         // Cells of 2 by 3, tilted.
         let grid = sheet(33, 21, |i, j| [2.0 * f64::from(i), 3.0 * 0.6 * f64::from(j), 3.0 * 0.8 * f64::from(j) + 7.0]);
-        let graph = graph(&grid);
-        let weights = graph.coarsen().expect("level").weights;
+        let layout = layout(&grid);
+        let weights = layout.coarsen().expect("level").weights;
         let shares = |i: usize, j: usize| weights.of(33 * j + i).map(|term| term.1).collect::<Vec<_>>();
         assert_eq!((shares(6, 4), shares(7, 4), shares(7, 5)), (vec![1.0], vec![0.5; 2], vec![0.25; 4]));
-        assert_eq!(levels(graph), [17 * 11, 9 * 6, 5 * 4, 3 * 3]);
+        assert_eq!(levels(layout), [17 * 11, 9 * 6, 5 * 4, 3 * 3]);
     }
 
     #[test]
     fn a_large_grid_is_halved_one_way_at_a_time_and_its_nodes_are_a_quarter_from_lines() {
-        let graph = graph(&sheet(100, 90, |i, j| [f64::from(i), 0.0, 2.0 * f64::from(j)]));
-        let weights = graph.coarsen().expect("level").weights;
+        let layout = layout(&sheet(100, 90, |i, j| [f64::from(i), 0.0, 2.0 * f64::from(j)]));
+        let weights = layout.coarsen().expect("level").weights;
         let shares =
             |node: usize| weights.of(node).map(|term| term.1).fold([1.0_f32, 0.0], |[a, b], c| [a.min(c), b.max(c)]);
         assert!((0..9000).all(|node| shares(node) == [0.25, 0.75]));
         let [a, b, c, d, e] = [[51, 46], [27, 24], [15, 13], [9, 8], [6, 5]].map(|[n, m]| n * m);
-        assert_eq!(levels(graph), [100 * 46, a, 51 * 24, b, 27 * 13, c, 15 * 8, d, 9 * 5, e, 6 * 4, 4 * 4, 4 * 3]);
+        assert_eq!(levels(layout), [100 * 46, a, 51 * 24, b, 27 * 13, c, 15 * 8, d, 9 * 5, e, 6 * 4, 4 * 4, 4 * 3]);
         // Of a strip only what is long is halved at last; one of a few rows takes fewer iterations with corners among its nodes.
-        let strip = |n, m| self::graph(&sheet(n, m, |i, j| [f64::from(i), 0.0, f64::from(j)]));
+        let strip = |n, m| self::layout(&sheet(n, m, |i, j| [f64::from(i), 0.0, f64::from(j)]));
         assert!(levels(strip(400, 50)).ends_with(&[9 * 3, 6 * 3, 4 * 3]));
         assert_eq!(levels(strip(3000, 3))[..2], [1501 * 2, 751 * 2]);
     }
@@ -319,9 +330,9 @@ mod tests {
     fn scattered_nodes_have_squares_about_as_wide() {
         let wave = |i: u32, j: u32, k: f64| 0.3 * (k * f64::from(17 * i + 29 * j)).sin();
         let at = |i, j| [f64::from(i) + wave(i, j, 1.3), f64::from(j) + wave(i, j, 1.7), 0.2 * wave(i, j, 0.1)];
-        let found = levels(graph(&sheet(40, 40, at)));
+        let found = levels(layout(&sheet(40, 40, at)));
         assert!((400..=484).contains(&found[0]) && (121..=150).contains(&found[1]), "{found:?}");
-        let found = levels(graph(&sheet(96, 96, at)));
+        let found = levels(layout(&sheet(96, 96, at)));
         assert!((2304..=2601).contains(&found[0]) && (625..=729).contains(&found[1]), "{found:?}");
     }
 
@@ -331,10 +342,10 @@ mod tests {
         for n in [16, 96] {
             let all = n * n;
             let (mut rest, mut triangles) = sheet(n, n, |i, j| [f64::from(i), f64::from(j), 0.0]);
-            let whole = levels(graph(&(rest.clone(), triangles.clone())))[0];
+            let whole = levels(layout(&(rest.clone(), triangles.clone())))[0];
             rest.extend(rest.clone().iter().map(|x| [x[0], x[1], 0.01]));
             triangles.extend(triangles.clone().iter().map(|nodes| nodes.map(|node| node + all)));
-            assert_eq!(levels(graph(&(rest, triangles)))[0], 2 * whole);
+            assert_eq!(levels(layout(&(rest, triangles)))[0], 2 * whole);
             let (mut rest, mut triangles) = sheet(n, n, |i, j| [f64::from(i), f64::from(j), 0.0]);
             let row = n / 2 - 1;
             for i in 0..n / 2 {
@@ -344,7 +355,7 @@ mod tests {
                 let there = triangles.iter_mut().filter(|nodes| above(nodes)).flatten();
                 there.filter(|node| **node == old).for_each(|node| *node = new);
             }
-            let weights = graph(&(rest, triangles)).coarsen().expect("level").weights;
+            let weights = layout(&(rest, triangles)).coarsen().expect("level").weights;
             let shares = |a: u32, b: u32| {
                 weights.of(a as usize).any(|(at, _)| weights.of(b as usize).any(|(other, _)| at == other))
             };
@@ -361,9 +372,9 @@ mod tests {
                 [29.0 / angle * turn.sin(), f64::from(j), 29.0 / angle * turn.cos()]
             })
         };
-        assert!(graph(&bent(1.5)).laid().is_some() && graph(&bent(3.0)).laid().is_none());
+        assert!(layout(&bent(1.5)).laid().is_some() && layout(&bent(3.0)).laid().is_none());
         let fine = |i: u32| f64::from(i).powi(3) / 900.0;
-        assert!(graph(&sheet(30, 30, |i, j| [fine(i), fine(j), 0.0])).laid().is_none());
-        assert!(graph(&sheet(30, 30, |i, j| [f64::from(i), f64::NAN * f64::from(j), 0.0])).laid().is_none());
+        assert!(layout(&sheet(30, 30, |i, j| [fine(i), fine(j), 0.0])).laid().is_none());
+        assert!(layout(&sheet(30, 30, |i, j| [f64::from(i), f64::NAN * f64::from(j), 0.0])).laid().is_none());
     }
 }

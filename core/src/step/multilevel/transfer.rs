@@ -3,7 +3,7 @@
 //! What a fine node takes is listed row by row, as many terms in each of sixteen rows as the longest of them has: lists of one
 //! length have no end that a processor could guess wrong.
 
-use super::aggregate::Weights;
+use super::graph::Weights;
 use crate::step::lanes::{Lanes, Quad};
 
 /// Weights, listed both ways.

@@ -1,4 +1,4 @@
-//! The matrix of a body in single precision, for the iterations of a solve ([`super::solver::inner`]), and the vectors it is multiplied
+//! The matrix of a body in single precision, for the iterations of a solve, and the vectors it is multiplied
 //! with.
 //!
 //! Blocks off the diagonal are those of [`Matrix`], rounded. On the diagonal stands what the others leave of it, and the product

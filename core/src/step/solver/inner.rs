@@ -206,7 +206,7 @@ impl Inner {
         let mut done = Corrected::default();
         while d > enough && done.iterations < most {
             if d < look && d > LATE * enough {
-                done.stopped = watch(&Peek::new(system, x, self, d * self.unit()));
+                done.stopped = watch(&Peek::new(system, x, (&self.matrix, self.step()), d * self.unit()));
                 look = LOOK * d;
                 if done.stopped {
                     break;
@@ -223,14 +223,14 @@ impl Inner {
             d = next;
             done.iterations += 1;
         }
-        let this = &*self;
-        pool.pieces(x, LANES * PIECE, &|first, x| this.add_to(first, x));
+        let (matrix, step) = (&self.matrix, self.step());
+        pool.pieces(x, LANES * PIECE, &|first, x| matrix.add_to(first, step, x));
         done
     }
 
-    /// Adds the correction to that part of a solution that begins at a node.
-    pub fn add_to(&self, first: usize, x: &mut [V3]) {
-        self.matrix.add_to(first, self.scale * self.matrix.scale(), x);
+    /// Of the solution, what a unit of the correction is.
+    fn step(&self) -> f64 {
+        self.scale * self.matrix.scale()
     }
 
     /// `r -= a S A p`, `h = P r`; gives `r.h`.

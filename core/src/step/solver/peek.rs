@@ -1,30 +1,32 @@
 //! What can be told of a solution while it is being found.
 
-use super::inner::Inner;
 use super::solve::Solve;
 use crate::step::algebra::{V3, axpy, dot, times};
 use crate::step::matrix::Matrix;
+use crate::step::single::Single;
 use crate::step::system::System;
 
 /// A solution on its way, and how far it can be from the end of it.
 pub struct Peek<'a> {
     system: &'a Solve<'a>,
-    /// Before the correction that `inner` is at.
+    /// Before the correction that is under way.
     x: &'a [V3],
-    inner: &'a Inner,
+    /// How far the correction has come, and its scale.
+    correction: (&'a Single, f64),
     /// `r . P r` of what is left.
     d: f64,
 }
 
 impl<'a> Peek<'a> {
-    pub(super) fn new(system: &'a Solve<'a>, x: &'a [V3], inner: &'a Inner, d: f64) -> Self {
-        Self { system, x, inner, d }
+    pub(super) fn new(system: &'a Solve<'a>, x: &'a [V3], correction: (&'a Single, f64), d: f64) -> Self {
+        Self { system, x, correction, d }
     }
 
     /// The solution at a node.
     pub fn at(&self, i: usize) -> V3 {
         let mut x = [self.x[i]];
-        self.inner.add_to(i, &mut x);
+        let (descent, scale) = self.correction;
+        descent.add_to(i, scale, &mut x);
         x[0]
     }
 

@@ -1,0 +1,61 @@
+//! Which nodes of a level are joined, and what carries a coarser level over to it.
+
+/// Neighbours of each node, without itself, rising.
+#[derive(Debug, Default)]
+pub struct Graph {
+    start: Vec<usize>,
+    neighbour: Vec<u32>,
+}
+
+impl Graph {
+    /// Of `n` nodes and the pairs of them that are joined, each both ways.
+    pub fn new(n: usize, mut pairs: Vec<[u32; 2]>) -> Self {
+        // One number is compared sooner than two.
+        pairs.sort_unstable_by_key(|[a, b]| u64::from(*a) << 32 | u64::from(*b));
+        pairs.dedup();
+        let start = (0..=n as u32).map(|i| pairs.partition_point(|p| p[0] < i)).collect();
+        Self { start, neighbour: pairs.iter().map(|p| p[1]).collect() }
+    }
+
+    /// Nodes there are.
+    pub fn len(&self) -> usize {
+        self.start.len() - 1
+    }
+
+    /// Neighbours of a node.
+    pub fn of(&self, node: usize) -> &[u32] {
+        &self.neighbour[self.start[node]..self.start[node + 1]]
+    }
+}
+
+/// From a coarser level to a finer one: weights that add up to one on each node.
+#[derive(Debug, Default)]
+pub struct Weights {
+    /// (n + 1)
+    pub start: Vec<u32>,
+    /// Coarse nodes of each fine one, rising.
+    pub coarse: Vec<u32>,
+    /// 1
+    pub weight: Vec<f32>,
+}
+
+impl Weights {
+    /// The same the other way, from `coarse` nodes: fine ones of each.
+    pub fn transposed(&self, coarse: usize) -> Self {
+        let fine = 0..self.start.len() as u32 - 1;
+        let mut terms: Vec<_> = fine.flat_map(|i| self.of(i as usize).map(move |(a, weight)| (a, i, weight))).collect();
+        terms.sort_unstable_by_key(|term| (term.0, term.1));
+        Self {
+            start: (0..=coarse as u32).map(|a| terms.partition_point(|term| term.0 < a) as u32).collect(),
+            coarse: terms.iter().map(|term| term.1).collect(),
+            weight: terms.iter().map(|term| term.2).collect(),
+        }
+    }
+
+    /// Coarse nodes of a fine one, with their weights; none of one past the last.
+    pub fn of(&self, node: usize) -> impl Iterator<Item = (u32, f32)> {
+        let end = |at: usize| self.start[at.min(self.start.len() - 1)] as usize;
+        let row = end(node)..end(node + 1);
+        self.coarse[row.clone()].iter().copied().zip(self.weight[row].iter().copied())
+    }
+}
