@@ -12,7 +12,7 @@ pub trait Holds {
     fn begin(&mut self, system: &mut System, dt: f64);
     /// Adds what it does besides, N.
     fn add_forces(&self, force: &mut [V3]);
-    /// Lookups at what a step does. Gives whether other nodes are held now, or other forces act. Where the step is not solved to the end,
+    /// Looks at what a step does. Gives whether other nodes are held now, or other forces act. Where the step is not solved to the end,
     /// only what is certain changes.
     fn revise(&mut self, system: &mut System, outcome: &Outcome<'_>) -> bool;
     /// Whether it is certain, from a step that is being solved, what [`Holds::revise`] is going to change, and that it is something.

@@ -27,6 +27,13 @@ struct Form {
     carry: f64,
 }
 
+impl Form {
+    /// X of a node that is at `x` and was at `before` a step ago.
+    fn carried(&self, x: V3, before: V3) -> V3 {
+        if self.carry > 0.0 { axpy(x, self.carry, axpy(x, -1.0, before)) } else { x }
+    }
+}
+
 impl Integrator {
     pub(super) fn implicit(
         &mut self,
@@ -66,13 +73,12 @@ impl Integrator {
             (&mut system.nodes, &self.before, &self.from[0]);
         pool.pieces((&mut to[..], &mut speed[..]), NODES, &|first, (to, speed)| {
             for (i, (to, speed)) in (first..).zip(to.iter_mut().zip(speed)) {
-                let x_before = if form.carry > 0.0 { axpy(x[i], form.carry, axpy(x[i], -1.0, past[i])) } else { x[i] };
                 if self.scheme == Scheme::ImplicitMidpoint {
                     *to = axpy(x[i], dt, *speed);
                     let after = axpy(speed.map(|c| 2.0 * c), -1.0, v[i]);
                     *speed = constraint[i].merge(after, prescribed[i]);
                 } else {
-                    *to = axpy(x_before, form.g, *speed);
+                    *to = axpy(form.carried(x[i], past[i]), form.g, *speed);
                 }
             }
         });
@@ -202,9 +208,7 @@ impl Integrator {
     /// Puts nodes where they are expected to be at the time the scheme looks at.
     fn expect(&self, nodes: &mut Nodes, form: &Form) {
         for (i, (to, v)) in nodes.x.iter_mut().zip(&nodes.v).enumerate() {
-            let x = self.from[0][i];
-            let carried = axpy(x, form.carry, axpy(x, -1.0, self.before[0][i]));
-            *to = axpy(if form.carry > 0.0 { carried } else { x }, form.g, *v);
+            *to = axpy(form.carried(self.from[0][i], self.before[0][i]), form.g, *v);
         }
     }
 
@@ -246,8 +250,7 @@ impl Integrator {
             return p;
         }
         let x = self.from[0][i];
-        let carried = axpy(x, form.carry, axpy(x, -1.0, self.before[0][i]));
-        axpy(axpy(x, dt, p), -1.0, carried).map(|c| c / form.g)
+        axpy(axpy(x, dt, p), -1.0, form.carried(x, self.before[0][i])).map(|c| c / form.g)
     }
 }
 

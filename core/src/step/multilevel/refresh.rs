@@ -66,20 +66,20 @@ mod tests {
 
     #[test]
     fn it_serves_until_it_is_slow_or_of_another_scale_and_is_made_anew_part_by_part() {
-        let mut age = Refresh::default();
-        let made = |age: &mut Refresh, iterations: &[usize]| -> Vec<Due> {
+        let mut refresh = Refresh::default();
+        let made = |refresh: &mut Refresh, iterations: &[usize]| -> Vec<Due> {
             let serve = |&count: &usize| {
-                let due = age.due(0.5);
-                age.took(count);
+                let due = refresh.due(0.5);
+                refresh.took(count);
                 due
             };
             iterations.iter().map(serve).collect()
         };
         let rounds: Vec<Due> = (0..19).map(|k| Due::Part(k % PARTS)).collect();
-        assert_eq!(made(&mut age, &[20; 20]), [&[Due::All], &rounds[..]].concat());
-        age.end();
+        assert_eq!(made(&mut refresh, &[20; 20]), [&[Due::All], &rounds[..]].concat());
+        refresh.end();
         let slow = [Due::All, Due::Part(0), Due::Part(1), Due::Part(2), Due::All];
-        assert_eq!(made(&mut age, &[20, 21, 33, 34, 20]), slow);
-        assert_eq!((age.due(1.0), age.due(1.0)), (Due::All, Due::Part(0)));
+        assert_eq!(made(&mut refresh, &[20, 21, 33, 34, 20]), slow);
+        assert_eq!((refresh.due(1.0), refresh.due(1.0)), (Due::All, Due::Part(0)));
     }
 }

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 /// How long a thread without work looks for more before it sleeps: the period of a haptic loop.
 const ATTENTIVE: Duration = Duration::from_millis(1);
-/// Lookups after which it lets others have its processor.
+/// Looks after which it lets others have its processor.
 const POLITE: u32 = 64;
 /// Between two looks of a thread that has found nothing for long, while others are at work.
 const NAP: Duration = Duration::from_micros(100);

@@ -25,7 +25,7 @@ pub const NODES: usize = 1024;
 const SUM_BLOCK: usize = 256;
 /// Blocks that are worth another thread.
 const PARALLEL_BLOCKS: usize = 8;
-/// Lookups after which a thread that waits for a part of its own work lets others have its processor.
+/// Looks after which a thread that waits for a part of its own work lets others have its processor.
 const PATIENT: u32 = 1024;
 
 impl Pool {
