@@ -1,7 +1,7 @@
 //! What may be typed.
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use pliant_core::scene::parse_quantity;
+use pliant_engine::scene::parse_quantity;
 use std::path::PathBuf;
 
 /// Haptic shape editing: touch, pull and cut meshes, feel the force, get the numbers.
@@ -276,13 +276,13 @@ pub struct DoctorArgs {
 #[derive(Args)]
 pub struct SampleArgs {
     /// Which model
-    #[arg(default_value = pliant_core::mesh::sample::NAMES[0], value_parser = pliant_core::mesh::sample::NAMES.to_vec())]
+    #[arg(default_value = pliant_mesh::sample::NAMES[0], value_parser = pliant_mesh::sample::NAMES.to_vec())]
     pub name: String,
     /// Where to write it; by default NAME.obj
     #[arg(long, short, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// How finely it is made: each step quarters its faces
-    #[arg(long, default_value_t = pliant_core::mesh::sample::DEFAULT_DETAIL)]
+    #[arg(long, default_value_t = pliant_mesh::sample::DEFAULT_DETAIL)]
     pub detail: u32,
     /// Write over files that are there
     #[arg(long)]

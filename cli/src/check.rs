@@ -7,7 +7,7 @@ use crate::args::{CheckArgs, Cli};
 use crate::child::{Ended, wait};
 use crate::outcome::{Failure, Outcome};
 use crate::text;
-use pliant_core::host::{Library, Search};
+use pliant_host::{Library, Search};
 use pliant_plugin_api::kit::{Kind, Verdict, cases};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -41,7 +41,7 @@ fn child(path: &Path, what: &str) -> Result<Outcome, Failure> {
     let library = Library::open(path)?;
     if what == "list" {
         let seconds = start.elapsed().as_secs_f64();
-        let row = |p: &pliant_core::host::PluginInfo| json!({ "id": p.id, "kind": p.kind.name() });
+        let row = |p: &pliant_host::PluginInfo| json!({ "id": p.id, "kind": p.kind.name() });
         let plugins: Vec<Value> = library.plugins().iter().map(row).collect();
         return text::out(&json!({ "seconds": seconds, "plugins": plugins }).to_string());
     }

@@ -3,9 +3,7 @@
 use crate::args::{Cli, DeviceCommand, DoctorArgs};
 use crate::outcome::{Failure, Outcome};
 use crate::text;
-use pliant_core::host::{
-    Finding, Kind, Library, ParamKind, ParamValue, PluginInfo, Search, Settings, probe, real_time,
-};
+use pliant_host::{Finding, Kind, Library, ParamKind, ParamValue, PluginInfo, Search, Settings, probe, real_time};
 use pliant_plugin_api::abi;
 use serde_json::{Value, json};
 use std::ffi::OsString;

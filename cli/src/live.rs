@@ -5,8 +5,8 @@ use crate::open::open;
 use crate::outcome::{Failure, Outcome};
 use crate::run::{default_folder, outcome, stop_flag};
 use crate::text;
-use pliant_core::live::{Live, LiveSettings, LiveSummary, Spread};
-use pliant_core::record::{Recorder, RecordingWriter};
+use pliant_live::{Live, LiveSettings, LiveSummary, Spread};
+use pliant_record::{Recorder, RecordingWriter};
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 

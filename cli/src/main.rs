@@ -33,7 +33,7 @@ fn main() -> ExitCode {
         Command::Plugin(args) => plugin::plugin(&cli, &args.what),
         Command::Report(args) => report::report(&cli, args),
         Command::Device(args) => device::device(&cli, &args.what),
-        Command::Schema => text::out(&pretty(&pliant_core::scene::json_schema())),
+        Command::Schema => text::out(&pretty(&pliant_engine::scene::json_schema())),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(*shell, &mut Cli::command(), "pliant", &mut script);

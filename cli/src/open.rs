@@ -2,10 +2,10 @@
 
 use crate::args::{Cli, SceneArgs};
 use crate::outcome::Failure;
-use pliant_core::host::Search;
-use pliant_core::plan::Plan;
-use pliant_core::scene::{self, Scene, Source};
-use pliant_core::session::{Options, Session};
+use pliant_engine::plan::Plan;
+use pliant_engine::scene::{self, Scene, Source};
+use pliant_engine::session::{Options, Session};
+use pliant_host::Search;
 
 /// Reads, plans and opens.
 pub fn open(cli: &Cli, args: &SceneArgs) -> Result<(Scene, Source, Session), Failure> {

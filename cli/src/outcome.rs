@@ -1,9 +1,9 @@
 //! How a command ends.
 
-use pliant_core::host::HostError;
-use pliant_core::record::RecordingError;
-use pliant_core::scene::SceneError;
-use pliant_core::session::SessionError;
+use pliant_engine::scene::SceneError;
+use pliant_engine::session::SessionError;
+use pliant_host::HostError;
+use pliant_record::RecordingError;
 use std::fmt::Display;
 
 /// Exit codes.

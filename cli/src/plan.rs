@@ -4,7 +4,7 @@ use crate::args::{Cli, SceneArgs};
 use crate::open::open;
 use crate::outcome::{Failure, Outcome};
 use crate::text;
-use pliant_core::session::Session;
+use pliant_engine::session::Session;
 use serde::Serialize;
 use std::time::Instant;
 
@@ -13,14 +13,14 @@ use std::time::Instant;
 struct Report<'a> {
     steps: u64,
     dt: f64,
-    choices: &'a pliant_core::session::Choices,
-    loaded: &'a [pliant_core::session::Loaded],
-    left_out: &'a [pliant_core::plan::LeftOut],
-    bodies: Vec<pliant_core::record::BodySummary>,
+    choices: &'a pliant_engine::session::Choices,
+    loaded: &'a [pliant_engine::session::Loaded],
+    left_out: &'a [pliant_engine::plan::LeftOut],
+    bodies: Vec<pliant_record::BodySummary>,
     /// Bytes of the largest parts, before a tool touches anything.
     memory: usize,
     open_seconds: f64,
-    step_cost: Vec<pliant_core::session::StepCost>,
+    step_cost: Vec<pliant_engine::session::StepCost>,
 }
 
 pub fn plan(cli: &Cli, args: &SceneArgs) -> Result<Outcome, Failure> {
@@ -32,7 +32,7 @@ pub fn plan(cli: &Cli, args: &SceneArgs) -> Result<Outcome, Failure> {
         choices: &session.choices,
         loaded: &session.loaded,
         left_out: &session.left_out,
-        bodies: pliant_core::record::bodies(&session),
+        bodies: pliant_record::bodies(&session),
         memory: session.bytes(),
         open_seconds: began.elapsed().as_secs_f64(),
         step_cost: session.step_costs().to_vec(),

@@ -3,7 +3,7 @@
 use crate::args::{Cli, PluginCommand};
 use crate::outcome::{Failure, Outcome};
 use crate::text;
-use pliant_core::host::{ChoiceSource, Kind, Library, ParamInfo, ParamKind, PluginInfo, Search, sources};
+use pliant_host::{ChoiceSource, Kind, Library, ParamInfo, ParamKind, PluginInfo, Search, sources};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -7,7 +7,7 @@ use crate::open::open;
 use crate::outcome::{Failure, Outcome};
 use crate::text;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use pliant_core::record::{CutSummary, Recorder, RecordingWriter, Summary};
+use pliant_record::{CutSummary, Recorder, RecordingWriter, Summary};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Arc;

@@ -3,8 +3,8 @@
 use crate::args::{Cli, SampleArgs};
 use crate::outcome::{Failure, Outcome};
 use crate::text;
-use pliant_core::mesh::sample::{sample as make, sample_materials};
-use pliant_core::record::AtomicFile;
+use pliant_mesh::sample::{sample as make, sample_materials};
+use pliant_record::AtomicFile;
 use serde_json::json;
 use std::io::Write;
 use std::path::{Path, PathBuf};

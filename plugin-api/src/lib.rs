@@ -27,6 +27,7 @@ pub mod lanes;
 mod material;
 mod normals;
 pub mod param;
+mod planes_mut;
 mod prefetch;
 
 pub use batch::{Elements, NodeScalars, NodeVectors, Planes};
@@ -39,4 +40,5 @@ pub use info::Info;
 pub use material::{AsMaterial, ElementRequest, Material, Source, Tangent};
 pub use normals::NormalForces;
 pub use param::{Param, Params};
+pub use planes_mut::PlanesMut;
 pub use prefetch::prefetch;

@@ -1,10 +1,10 @@
 //! What the border costs, and a touch with each material: `cargo build --release && cargo bench -p pliant-tests --bench border`.
 #![allow(clippy::print_stdout, reason = "a bench prints its figures")]
 
-use pliant_core::host::Search;
-use pliant_core::plan::Plan;
-use pliant_core::scene;
-use pliant_core::session::{Options, Session};
+use pliant_engine::plan::Plan;
+use pliant_engine::scene;
+use pliant_engine::session::{Options, Session};
+use pliant_host::Search;
 use pliant_neo_hookean::NeoHookean;
 use pliant_plugin_api::kit::{self, Body, Subject};
 use pliant_plugin_api::{Tangent, abi};

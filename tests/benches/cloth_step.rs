@@ -4,7 +4,7 @@
 //! sleeps for 3 ms before each step.
 #![allow(clippy::print_stdout, reason = "a bench prints its figures")]
 
-use pliant_core::session::{EventKind, Session};
+use pliant_engine::session::{EventKind, Session};
 use pliant_tests::{Bench, models, open_file};
 use std::time::Duration;
 

@@ -2,11 +2,11 @@
 //! figures`. Those of steps are in the other benches.
 #![allow(clippy::print_stdout, reason = "a bench prints its figures")]
 
-use pliant_core::host::{Grid, Search};
-use pliant_core::mesh::{ObjDocument, Placement, Surface, generate};
-use pliant_core::plan::Plan;
-use pliant_core::scene;
-use pliant_core::session::{Options, Session};
+use pliant_engine::plan::Plan;
+use pliant_engine::scene;
+use pliant_engine::session::{Options, Session};
+use pliant_host::{Grid, Search};
+use pliant_mesh::{ObjDocument, Placement, Surface, generate};
 use pliant_tests::{Bench, library, root, shared_mesh};
 use std::path::Path;
 use std::time::Instant;

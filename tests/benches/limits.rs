@@ -2,9 +2,9 @@
 //! a cloth's matrix, its assembly, and lattices on one thread and two: `cargo build --release && cargo bench -p pliant-tests --bench limits`.
 #![allow(clippy::print_stdout, reason = "a bench prints its figures")]
 
-use pliant_core::host::{Material, ParamValue};
-use pliant_core::step::{Factors, Integrator, Loads, Matrix, Nodes, Pool, Scheme, Single, StandIn, StepTime, System};
+use pliant_host::{Material, ParamValue};
 use pliant_plugin_api::{abi, kit};
+use pliant_solver::{Factors, Integrator, Loads, Matrix, Nodes, Pool, Scheme, Single, StandIn, StepTime, System};
 use pliant_tests::{NOW, library, open};
 use pulp::{Simd, WithSimd};
 use std::hint::black_box;
@@ -168,7 +168,7 @@ fn cloth(n: usize) {
 
 fn assemble(matrix: &mut Matrix, pool: &Pool, system: &mut System, factors: Factors) {
     let state = (&system.nodes, system.coupled.as_mut());
-    matrix.assemble(pool, &system.material, &system.sets, state, factors, NOW).unwrap();
+    matrix.assemble(pool, &*system.material, &system.sets, state, factors, NOW).unwrap();
 }
 
 /// A block of springs, `cells` a side, explicit and implicit; beside the explicit step what memory alone asks for.
@@ -179,7 +179,7 @@ fn lattice(pool: &Pool, cells: usize, memory: f64) {
         let settings =
             [("flexion", 0.125), ("damping-time", 1e-4)].map(|(key, v)| (place(key), ParamValue::Number(v))).to_vec();
         let material = Material::open(library, "mass-spring", &settings, 1e-4).unwrap();
-        let mut system = System::new(material);
+        let mut system = System::new(Box::new(material));
         let block = kit::block([cells as u32; 3], 2.5e-3, abi::STRUCTURAL | abi::SHEAR | abi::FLEXION);
         system.nodes = Nodes::at_rest(block.rest.clone());
         for set in &mut system.sets {
@@ -206,7 +206,7 @@ fn lattice(pool: &Pool, cells: usize, memory: f64) {
             (at, iterations) = (at + 1, iterations + report.iterations);
         });
         // Of a spring: its ends and what it is at rest; family and measure are not looked at in a step.
-        let per_element = |set: &pliant_core::step::ElementSet| {
+        let per_element = |set: &pliant_solver::ElementSet| {
             (set.nodes().len() * 4 + set.count() * 8 * set.request().rest_stride as usize) as f64
         };
         // Of a node: place, speed, force and what it was, each read and written, mass and constraint.

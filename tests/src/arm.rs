@@ -1,10 +1,10 @@
 //! A simulated arm with a hand on it, for loops that are closed: mass and friction of the arm, encoders that count, a hand that
 //! is a spring and a damper between the arm and where it wants to be. It moves in the time it is read at, not the clock's.
 
-use pliant_core::host::{DeviceInfo, Output, Pose};
-use pliant_core::live::{Haptic, StopNow};
-use pliant_core::step::{V3, axpy, dot};
+use pliant_host::{DeviceInfo, Output, Pose};
+use pliant_live::{Haptic, StopNow};
 use pliant_plugin_api::abi::{POSE_VALID, Status};
+use pliant_solver::{V3, axpy, dot};
 use std::sync::{Arc, Mutex};
 
 /// s, of a step of the arm's own motion

@@ -2,9 +2,9 @@
 //! depend on the machine.
 
 use crate::arm::{Arm, ArmModel, ArmState};
-use pliant_core::live::{Exchange, Haptic, Servo, servo};
-use pliant_core::session::Session;
-use pliant_core::step::V3;
+use pliant_engine::session::Session;
+use pliant_live::{Exchange, Haptic, Servo, servo};
+use pliant_solver::V3;
 use std::sync::{Arc, Mutex};
 
 /// A session with arms in the place of its devices.

@@ -1,10 +1,10 @@
 //! Pieces of cloth under loads and integrators of a test's own.
 
 use crate::{Bench, open_file};
-use pliant_core::mesh::Surface;
-use pliant_core::mesh::generate::{Pattern, equilateral_rows, grid};
-use pliant_core::session::Session;
-use pliant_core::step::{Integrator, Loads, Pool, Scheme, StepError, StepReport, StepTime, System, V3, axpy, dot};
+use pliant_engine::session::Session;
+use pliant_mesh::Surface;
+use pliant_mesh::generate::{Pattern, equilateral_rows, grid};
+use pliant_solver::{Integrator, Loads, Pool, Scheme, StepError, StepReport, StepTime, System, V3, axpy, dot};
 use std::fmt::Write;
 
 /// The patterns of reference cases.

@@ -14,8 +14,8 @@ pub mod solid;
 pub mod twin;
 pub mod wall;
 
-use pliant_core::host::{Library, Search};
-use pliant_core::step::StepTime;
+use pliant_host::{Library, Search};
+use pliant_solver::StepTime;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -253,7 +253,7 @@ tool = "finger"
 #[derive(Debug)]
 pub struct Everywhere;
 
-impl pliant_core::body::Inner for Everywhere {
+impl pliant_engine::body::Inner for Everywhere {
     fn near(&self, _: [f64; 3], _: f64) -> Vec<[[f64; 3]; 3]> {
         Vec::new()
     }
@@ -267,7 +267,7 @@ impl pliant_core::body::Inner for Everywhere {
 ///
 /// # Panics
 /// If it cannot be opened.
-pub fn open(text: &str, threads: usize) -> pliant_core::session::Session {
+pub fn open(text: &str, threads: usize) -> pliant_engine::session::Session {
     let bench = Bench::new();
     open_file(&bench.write("scene.toml", text), threads, None)
 }
@@ -276,8 +276,10 @@ pub fn open(text: &str, threads: usize) -> pliant_core::session::Session {
 ///
 /// # Panics
 /// If it cannot be.
-pub fn open_file(path: &Path, threads: usize, mesh: Option<PathBuf>) -> pliant_core::session::Session {
-    use pliant_core::{plan::Plan, scene, session};
+pub fn open_file(path: &Path, threads: usize, mesh: Option<PathBuf>) -> pliant_engine::session::Session {
+    use pliant_engine::plan::Plan;
+    use pliant_engine::scene;
+    use pliant_engine::session;
     let (scene, source) = scene::load(path, &[]).unwrap_or_else(|e| panic!("{e}"));
     let plan = Plan::new(&scene, &source).unwrap_or_else(|e| panic!("{e}"));
     let options = session::Options { search: Search::new(&[deps()]), threads, mesh, recorded: None };

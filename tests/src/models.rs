@@ -1,6 +1,6 @@
 //! OBJ texts for tests.
 
-use pliant_core::mesh::sample::sample;
+use pliant_mesh::sample::sample;
 use spade::{DelaunayTriangulation, Point2, Triangulation};
 use std::fmt::Write;
 

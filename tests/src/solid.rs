@@ -1,9 +1,9 @@
 //! Blocks of a solid material, as the engine moves them.
 
 use crate::library;
-use pliant_core::host::{Material, ParamValue};
-use pliant_core::step::{Constraint, Integrator, Loads, Nodes, Pool, Scheme, StepTime, System, V3};
+use pliant_host::{Material, ParamValue};
 use pliant_plugin_api::kit;
+use pliant_solver::{Constraint, Integrator, Loads, Nodes, Pool, Scheme, StepTime, System, V3};
 
 /// Opens a material with numbers for its parameters.
 ///
@@ -22,7 +22,7 @@ pub fn material(name: &str, numbers: &[(&str, f64)], dt: f64) -> Material {
 /// # Panics
 /// If the material refuses it.
 pub fn block(material: Material, cells: [u32; 3], h: f64) -> System {
-    let mut system = System::new(material);
+    let mut system = System::new(Box::new(material));
     let families = system.sets.iter().fold(0, |all, set| all | set.request().families);
     let block = kit::block(cells, h, families);
     system.nodes = Nodes::at_rest(block.rest.clone());

@@ -1,9 +1,9 @@
 //! An arm that leans on a virtual wall: the smallest closed loop there is.
 
 use crate::arm::{Arm, ArmModel};
-use pliant_core::live::{Haptic, servo};
-use pliant_core::step::axpy;
-use pliant_core::tool::ContactModel;
+use pliant_engine::tool::ContactModel;
+use pliant_live::{Haptic, servo};
+use pliant_solver::axpy;
 
 /// A wall and who leans on it.
 pub struct Wall {
@@ -40,8 +40,11 @@ pub fn swing(wall: &Wall) -> f64 {
     let mut session = crate::open(&crate::box_scene("", "", ""), 1);
     drop(session.take_devices());
     session.tools[0].hand.fastest = 1e3;
-    session.tools[0].safety =
-        pliant_core::tool::ForceSafety::new(pliant_core::tool::ForceLimits { peak: PEAK, continuous: PEAK, slew: 1e9 });
+    session.tools[0].safety = pliant_engine::tool::ForceSafety::new(pliant_engine::tool::ForceLimits {
+        peak: PEAK,
+        continuous: PEAK,
+        slew: 1e9,
+    });
     // The lean is the hold of a hand as soft as air, far away.
     let soft = 1e-3;
     let frame = session.devices[0].frame;

@@ -1,7 +1,7 @@
 //! Cloth against closed forms and high-accuracy values.
 
-use pliant_core::session::{EventKind, Session};
-use pliant_core::step::{axpy, dot};
+use pliant_engine::session::{EventKind, Session};
+use pliant_solver::{axpy, dot};
 use pliant_tests::open;
 
 /// A sheet of `cells` along x and y, of `size` (m), with `material` parameters and more lines.

@@ -1,9 +1,9 @@
 //! A blade through a sheet that its own mesh carries: what is kept, what is let go, what comes apart.
 
-use pliant_core::body::Body;
-use pliant_core::record::write_model;
-use pliant_core::session::{EventKind, Session};
-use pliant_core::step::{Constraint, V3, axpy, dot};
+use pliant_engine::body::Body;
+use pliant_engine::session::{EventKind, Session};
+use pliant_record::write_model;
+use pliant_solver::{Constraint, V3, axpy, dot};
 use pliant_tests::{Bench, NOW, open, open_file, root};
 
 fn run(session: &mut Session, seconds: f64) {
@@ -79,8 +79,8 @@ fn an_advance_keeps_mass_momentum_and_membrane_energy() {
         nodes.x[i] = [1.1 * x + 0.2 * y, 0.95 * y, 0.3 * x + 0.1 * y]; // stretched and turned, flat
         nodes.v[i] = [0.4 - 3.0 * y, 0.2 + 3.0 * x, 0.5 + 2.0 * x * y];
     }
-    let blade = |x: f64| pliant_core::cut::Blade { tip: [x, 0.0481, -0.01], heel: [x, 0.0502, 0.01] };
-    let mut stroke = pliant_core::cut::Stroke::begin(blade(-0.01)).unwrap();
+    let blade = |x: f64| pliant_cut::Blade { tip: [x, 0.0481, -0.01], heel: [x, 0.0502, 0.01] };
+    let mut stroke = pliant_cut::Stroke::begin(blade(-0.01)).unwrap();
     let (mut advances, mut x) = (0, -0.01);
     while x < 0.11 {
         x += 0.0017;
@@ -180,7 +180,7 @@ fn taken_back_and_made_again_to_the_bit() {
         let bits = rows.map(|v| v.to_bits()).collect::<Vec<_>>();
         let system = &mut session.bodies[0].system;
         let mut force = vec![[0.0; 3]; system.nodes.len()];
-        system.forces(&pliant_core::step::Pool::new(1), None, NOW, &mut force).unwrap();
+        system.forces(&pliant_solver::Pool::new(1), None, NOW, &mut force).unwrap();
         (bits, force.into_iter().flatten().map(f64::to_bits).collect::<Vec<_>>(), bench.read("final.obj"))
     };
     let before = bytes(&mut session);
@@ -214,8 +214,8 @@ fn hinges_keep_how_far_their_yarns_have_slipped() {
     let before = slipped(body);
     let many = |all: &[u64]| all.iter().filter(|h| f64::from_bits(**h).abs() > 1e-3).count();
     let state = body.save();
-    let blade = |x: f64| pliant_core::cut::Blade { tip: [x, 0.0481, -0.01], heel: [x, 0.0502, 0.01] };
-    let mut stroke = pliant_core::cut::Stroke::begin(blade(-0.01)).unwrap();
+    let blade = |x: f64| pliant_cut::Blade { tip: [x, 0.0481, -0.01], heel: [x, 0.0502, 0.01] };
+    let mut stroke = pliant_cut::Stroke::begin(blade(-0.01)).unwrap();
     for x in (0..60).map(|i| 0.002 * f64::from(i)) {
         let advance = body.cut.as_mut().unwrap().advance(&mut stroke, blade(x));
         if let Some(advance) = advance.ok().filter(|advance| advance.has_cut()) {
@@ -285,7 +285,7 @@ fn texture_coordinates_stay_where_they_are_on_the_cloth() {
     assert!(parts(&session) == 2 && session.cuts().length > 0.1, "{} m", session.cuts().length);
     let mesh = session.bodies[0].cut.as_ref().unwrap();
     write_model(&session.bodies[0], "cut", &bench.path("final.obj")).unwrap();
-    let document = pliant_core::mesh::ObjDocument::read(&bench.path("final.obj")).unwrap();
+    let document = pliant_mesh::ObjDocument::read(&bench.path("final.obj")).unwrap();
     let mut seen = 0;
     for face in 0..document.face_count() {
         for corner in document.face(face).unwrap().corners {

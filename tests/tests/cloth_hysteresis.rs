@@ -1,7 +1,7 @@
 //! Bending to and fro with friction between the yarns: the loop of moment against curvature, and what is kept of it.
 
-use pliant_core::mesh::generate::Pattern;
-use pliant_core::step::{Pool, V3, axpy, dot};
+use pliant_mesh::generate::Pattern;
+use pliant_solver::{Pool, V3, axpy, dot};
 use pliant_tests::NOW;
 use pliant_tests::cloth::{Piece, sheet};
 

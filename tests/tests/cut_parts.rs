@@ -1,9 +1,9 @@
 //! What hangs together in the drawn surface hangs together in the lattice, and of bodies that nowhere come near themselves the
 //! other way round too: every connected part of the shell goes with one part of the lattice.
 
-use pliant_core::body::Body;
-use pliant_core::cut::{Blade, Stroke};
-use pliant_core::session::Session;
+use pliant_cut::{Blade, Stroke};
+use pliant_engine::body::Body;
+use pliant_engine::session::Session;
 use pliant_tests::{Bench, open, root, shared_mesh};
 use std::collections::BTreeSet;
 

@@ -1,8 +1,8 @@
 //! Cuts of whole scenes: what comes apart, what a blade feels, and how it is taken back.
 
-use pliant_core::record::write_model;
-use pliant_core::session::{EventKind, Session};
-use pliant_core::step::{axpy, dot};
+use pliant_engine::session::{EventKind, Session};
+use pliant_record::write_model;
+use pliant_solver::{axpy, dot};
 use pliant_tests::{Bench, open, open_file, root};
 use std::collections::BTreeSet;
 

@@ -1,9 +1,9 @@
 //! What a cut must not change: mass, momentum, energy, what is fixed, and what else goes on in a scene.
 
-use pliant_core::body::Body;
-use pliant_core::record::write_model;
-use pliant_core::session::{EventKind, Session};
-use pliant_core::step::{Constraint, V3, axpy, dot};
+use pliant_engine::body::Body;
+use pliant_engine::session::{EventKind, Session};
+use pliant_record::write_model;
+use pliant_solver::{Constraint, V3, axpy, dot};
 use pliant_tests::{Bench, open};
 use std::collections::BTreeSet;
 

@@ -2,8 +2,8 @@
 
 #![allow(clippy::print_stdout, reason = "the table of errors")]
 
-use pliant_core::mesh::generate::Pattern;
-use pliant_core::step::{Integrator, Scheme, V3};
+use pliant_mesh::generate::Pattern;
+use pliant_solver::{Integrator, Scheme, V3};
 use pliant_tests::Bench;
 use pliant_tests::cloth::{G, PATTERNS, Piece, sheet};
 use pliant_tests::solid::random;

@@ -1,7 +1,7 @@
 //! Fingertips on sheets: rebound, fast tips, sheets that are coarse against the tip, penalty.
 
-use pliant_core::session::{EventKind, Session};
-use pliant_core::step::{V3, axpy, dot};
+use pliant_engine::session::{EventKind, Session};
+use pliant_solver::{V3, axpy, dot};
 use pliant_tests::open;
 
 const DENSITY: f64 = 0.15;
@@ -146,7 +146,7 @@ fn triangles_hold_a_tip_that_fits_between_vertices() {
         .surface
         .triangles
         .iter()
-        .map(|t| size(axpy(pliant_core::geometry::closest_point(felt.proxy, corners(t)).point, -1.0, felt.proxy)));
+        .map(|t| size(axpy(pliant_mesh::geometry::closest_point(felt.proxy, corners(t)).point, -1.0, felt.proxy)));
     let nearest = nearest.fold(f64::INFINITY, f64::min);
     assert!((nearest / 0.008 - 1.0).abs() < 1e-3, "the sheet lies on the tip: {nearest} m from its centre");
     assert_eq!(session.events.count(EventKind::NotConverged) + session.events.count(EventKind::Quarantine), 0);

@@ -1,8 +1,8 @@
 //! A lattice that a blade passes through: what is conserved, what hangs together.
 
-use pliant_core::body::Body;
-use pliant_core::session::Session;
-use pliant_core::step::{axpy, dot};
+use pliant_engine::body::Body;
+use pliant_engine::session::Session;
+use pliant_solver::{axpy, dot};
 use pliant_tests::{Everywhere, NOW, box_scene, open};
 
 type V3 = [f64; 3];

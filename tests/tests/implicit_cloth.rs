@@ -1,7 +1,7 @@
 //! Implicit steps of a pressed cloth: preconditioners agree, threads agree, and what is nothing stays nothing.
 
-use pliant_core::session::Session;
-use pliant_core::step::{axpy, dot};
+use pliant_engine::session::Session;
+use pliant_solver::{axpy, dot};
 use pliant_tests::open;
 
 /// A cloth of `n` cells a side that hangs by its top row, pressed by a fingertip from the start.

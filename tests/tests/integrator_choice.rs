@@ -1,6 +1,6 @@
 //! Explicit steps are chosen where they cost less than an implicit one.
 
-use pliant_core::session::Choices;
+use pliant_engine::session::Choices;
 use pliant_tests::open;
 
 const FINGER: &str = r#"

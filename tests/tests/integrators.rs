@@ -1,8 +1,8 @@
 //! R09: the integrators on one oscillator, the mass-spring plugin's own spring, against the closed forms.
 
-use pliant_core::host::Material;
-use pliant_core::step::{Constraint, Frequencies, Integrator, Loads, Nodes, Pool, Scheme, StepLimit, StepTime, System};
+use pliant_host::Material;
 use pliant_plugin_api::abi;
+use pliant_solver::{Constraint, Frequencies, Integrator, Loads, Nodes, Pool, Scheme, StepLimit, StepTime, System};
 use pliant_tests::library;
 
 /// A mass on one spring along x, held at the other end: w = 100 rad/s.
@@ -16,7 +16,7 @@ const LENGTH: f64 = 0.01;
 impl Oscillator {
     fn new(zeta: f64) -> Self {
         let w = 100.0;
-        let number = |value| pliant_core::host::ParamValue::Number(value);
+        let number = |value| pliant_host::ParamValue::Number(value);
         let library = library("mass-spring");
         let info = &library.plugins()[0];
         let place = |key: &str| info.params.iter().position(|p| p.key == key).unwrap();
@@ -27,7 +27,7 @@ impl Oscillator {
             (place("damping-time"), number(2.0 * zeta / w)),
         ];
         let material = Material::open(library, "mass-spring", &settings, 1.0).unwrap();
-        let mut system = System::new(material);
+        let mut system = System::new(Box::new(material));
         system.nodes = Nodes::at_rest(vec![[0.0; 3], [LENGTH, 0.0, 0.0]]);
         system.nodes.constraint[0] = Constraint::Fixed;
         let stiffness = 0.4 * 1e4 * LENGTH;

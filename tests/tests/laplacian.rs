@@ -3,8 +3,8 @@
 
 #![allow(clippy::print_stdout, reason = "the table of rigidities")]
 
-use pliant_core::mesh::generate::Pattern;
-use pliant_core::step::{Scheme, V3, axpy, dot};
+use pliant_mesh::generate::Pattern;
+use pliant_solver::{Scheme, V3, axpy, dot};
 use pliant_tests::cloth::{PATTERNS, Piece, cylinder, sheet};
 use pliant_tests::solid::{forces, random};
 

@@ -3,7 +3,7 @@
 
 #![allow(clippy::print_stdout, reason = "the table of errors")]
 
-use pliant_core::mesh::generate::Pattern;
+use pliant_mesh::generate::Pattern;
 use pliant_tests::cloth::{G, PATTERNS, Piece, sheet};
 
 /// Density, kg/m^2, and length, m.

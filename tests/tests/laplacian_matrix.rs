@@ -2,7 +2,7 @@
 
 #![allow(clippy::print_stdout, reason = "the table of bounds")]
 
-use pliant_core::step::{Factors, Pool, StandIn, StepTime, V3};
+use pliant_solver::{Factors, Pool, StandIn, StepTime, V3};
 use pliant_tests::cloth::{PATTERNS, Piece, sheet};
 use pliant_tests::solid::forces;
 
@@ -10,7 +10,7 @@ use pliant_tests::solid::forces;
 const STEP: f64 = 1e-8;
 
 /// A flat sheet with next to nothing in its plane, clamped along x = 0 or free.
-fn flat(pattern: pliant_core::mesh::generate::Pattern, weft: f64, clamp: bool) -> Piece {
+fn flat(pattern: pliant_mesh::generate::Pattern, weft: f64, clamp: bool) -> Piece {
     let params = format!(
         "young-warp = 1e-9, poisson = 0, damping-time = 0, bending = \"projected-laplacian\", bending-warp = 15e-6, \
          bending-weft = {weft}"
@@ -37,7 +37,7 @@ fn stiffness(piece: &mut Piece, which: StandIn) -> [Vec<Vec<f64>>; 2] {
     let factors =
         Factors { mass: 0.0, stiffness: 1.0, damping: 0.0, stand_in: which, after_forces: false, rounded: false };
     matrix
-        .assemble(&pool, &system.material, &system.sets, (&system.nodes, None), factors, StepTime::default())
+        .assemble(&pool, &*system.material, &system.sets, (&system.nodes, None), factors, StepTime::default())
         .unwrap();
     matrix.add_normals(&pool, system.normals.as_ref().unwrap(), (&system.sets, &system.nodes), factors);
     let column = |i: &usize| {

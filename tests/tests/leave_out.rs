@@ -1,8 +1,9 @@
 //! What a scene does not need is not there: not opened, not mapped, not in the step; and plan and summary say so.
 
-use pliant_core::host::Search;
-use pliant_core::session::{Options, Session};
-use pliant_core::{plan::Plan, scene};
+use pliant_engine::plan::Plan;
+use pliant_engine::scene;
+use pliant_engine::session::{Options, Session};
+use pliant_host::Search;
 use pliant_tests::{Bench, box_scene, root};
 use serde_json::Value;
 use std::path::{Path, PathBuf};

@@ -1,8 +1,8 @@
 //! A hand that gives way, in a closed loop with a simulation: what it feels, and that it is safe whatever the simulation does.
 
-use pliant_core::session::Session;
-use pliant_core::step::{V3, axpy, dot};
-use pliant_core::tool::Cause;
+use pliant_engine::session::Session;
+use pliant_engine::tool::Cause;
+use pliant_solver::{V3, axpy, dot};
 use pliant_tests::arm::ArmModel;
 use pliant_tests::bout::Bout;
 use pliant_tests::{box_scene, open};
@@ -235,13 +235,13 @@ fn a_live_session_is_replayed_by_its_samples_alone() {
     for _ in 0..1200 {
         bout.run(1, 0);
         let samples = bout.exchange.step(&mut bout.session);
-        stream.push((samples.poses.clone(), pliant_core::record::state_digest(&bout.session)));
+        stream.push((samples.poses.clone(), pliant_record::state_digest(&bout.session)));
     }
     assert!(norm(bout.arm(0).force) > 0.05, "{:?}", bout.arm(0).force);
     let mut again = open(&box_scene("", "", ""), 1);
     again.lead_tips();
     for (poses, digest) in stream {
         again.step_with(&poses);
-        assert_eq!(pliant_core::record::state_digest(&again), digest, "at {} s", again.time());
+        assert_eq!(pliant_record::state_digest(&again), digest, "at {} s", again.time());
     }
 }

@@ -1,9 +1,9 @@
 //! The threads of a live session: nothing of the haptic one takes memory, and every way out stops the devices.
 #![allow(unsafe_code, reason = "a counting allocator passes every call on")]
 
-use pliant_core::host::{DeviceInfo, Output, Pose};
-use pliant_core::live::{Haptic, Live, LiveSettings, Picture, Pointer, StopNow, Viewer};
-use pliant_core::session::{EventKind, Session};
+use pliant_engine::session::{EventKind, Session};
+use pliant_host::{DeviceInfo, Output, Pose};
+use pliant_live::{Haptic, Live, LiveSettings, Picture, Pointer, StopNow, Viewer};
 use pliant_plugin_api::abi::{POSE_VALID, Status};
 use pliant_tests::{Bench, box_scene, open};
 use std::alloc::{GlobalAlloc, Layout, System};

@@ -3,7 +3,7 @@
 //! `tests/old/material-1.0.so` is the C material of `pliant plugin new` as of interface 1.0, built with its own Makefile and
 //! stripped. A new minor adds one and takes none away.
 
-use pliant_core::host::Library;
+use pliant_host::Library;
 use pliant_plugin_api::kit::{Verdict, cases};
 use pliant_tests::{Bench, root};
 

@@ -2,8 +2,8 @@
 
 #![allow(clippy::print_stdout, reason = "the table of errors")]
 
-use pliant_core::session::{EventKind, Session};
-use pliant_core::step::{V3, axpy, dot};
+use pliant_engine::session::{EventKind, Session};
+use pliant_solver::{V3, axpy, dot};
 use pliant_tests::cloth::G;
 use pliant_tests::{Bench, open, open_file};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};

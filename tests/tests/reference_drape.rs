@@ -3,7 +3,7 @@
 
 #![allow(clippy::print_stdout, reason = "the table of results")]
 
-use pliant_core::mesh::Surface;
+use pliant_mesh::Surface;
 use pliant_tests::cloth::{G, Piece};
 use pliant_tests::solid::random;
 use std::f64::consts::PI;
@@ -68,7 +68,7 @@ fn drape(bending_length: f64) -> (f64, usize) {
         format!("density = {rho}, young-warp = 500, poisson = 0.3, bending-warp = {rigidity:e}, damping-time = 0.03");
     let surface = disc(15);
     let mut piece = Piece::new(&surface, &params, |p| p[0].hypot(p[1]) < DISC + 1e-9, false);
-    piece.integrator = pliant_core::step::Integrator::new(pliant_core::step::Scheme::BackwardEuler, 1e-4, 2000);
+    piece.integrator = pliant_solver::Integrator::new(pliant_solver::Scheme::BackwardEuler, 1e-4, 2000);
     piece.integrator.resize(surface.points.len());
     piece.gravity = [0.0, 0.0, -G];
     let mut random = random();

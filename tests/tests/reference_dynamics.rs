@@ -2,9 +2,9 @@
 
 #![allow(clippy::print_stdout, reason = "the table of errors")]
 
-use pliant_core::mesh::Surface;
-use pliant_core::mesh::generate::Pattern;
-use pliant_core::step::{Scheme, V3, axpy, dot};
+use pliant_mesh::Surface;
+use pliant_mesh::generate::Pattern;
+use pliant_solver::{Scheme, V3, axpy, dot};
 use pliant_tests::cloth::{G, PATTERNS, Piece, order, sheet};
 use std::f64::consts::PI;
 

@@ -2,9 +2,9 @@
 
 #![allow(clippy::print_stdout, reason = "the table of errors")]
 
-use pliant_core::mesh::Surface;
-use pliant_core::mesh::generate::Pattern;
-use pliant_core::step::{
+use pliant_mesh::Surface;
+use pliant_mesh::generate::Pattern;
+use pliant_solver::{
     Constraint, Factors, Frequencies, Pcg, Pool, Scheme, Solve, StandIn, StepLimit, StepTime, V3, axpy, dot,
 };
 use pliant_tests::cloth::{G, PATTERNS, Piece, cylinder, sheet};
@@ -201,7 +201,7 @@ fn r29_slivers() {
         };
         let pool = Pool::new(1);
         matrix
-            .assemble(&pool, &system.material, &system.sets, (&system.nodes, None), factors, StepTime::default())
+            .assemble(&pool, &*system.material, &system.sets, (&system.nodes, None), factors, StepTime::default())
             .unwrap();
         // By power iteration; all corners have the same mass.
         let mut u = vec![[1.0, 0.3, 0.0], [-0.2, 0.5, 0.0], [0.1, -0.7, 0.0]];
@@ -250,7 +250,7 @@ fn r30_a_vertex_that_jumps_100_mm_in_a_millisecond() {
         let params = format!("{STILL}, frame = \"{frame}\"");
         let mut piece =
             Piece::new(&sheet(Pattern::Alternating, [15, 15], [0.0968, 0.0968]), &params, |p| p[1] < 1e-9, false);
-        piece.integrator = pliant_core::step::Integrator::new(Scheme::BackwardEuler, 1e-6, 1000);
+        piece.integrator = pliant_solver::Integrator::new(Scheme::BackwardEuler, 1e-6, 1000);
         piece.integrator.newton = newton;
         piece.integrator.resize(piece.session.bodies[0].system.nodes.len());
         let nodes = &mut piece.system().nodes;
@@ -307,7 +307,7 @@ fn iterations(n: u32, dt: f64, fabric: [f64; 5], tolerance: f64, seed: usize) ->
         rounded: false,
     };
     let state = (&system.nodes, system.coupled.as_mut());
-    matrix.assemble(&pool, &system.material, &system.sets, state, factors, StepTime { start: 0.0, dt }).unwrap();
+    matrix.assemble(&pool, &*system.material, &system.sets, state, factors, StepTime { start: 0.0, dt }).unwrap();
     let nodes = &mut system.nodes;
     let b: Vec<V3> = (0..nodes.len()).map(|i| axpy(force[i], nodes.mass[i], [0.0, 0.0, -G]).map(|f| dt * f)).collect();
     let mut z = vec![[0.0; 3]; b.len()];

@@ -2,8 +2,8 @@
 
 #![allow(clippy::print_stdout, reason = "the table of errors")]
 
-use pliant_core::mesh::Surface;
-use pliant_core::mesh::generate::Pattern;
+use pliant_mesh::Surface;
+use pliant_mesh::generate::Pattern;
 use pliant_tests::cloth::{G, PATTERNS, Piece, order, sheet};
 
 /// Rows that make cells of a strip as wide as they are long, for a strip of `n` cells and so many across.
@@ -225,7 +225,7 @@ const POST: f64 = 0.1;
 
 fn post(pattern: Pattern, n: u32, held: impl Fn([f64; 3]) -> bool, clamp: bool) -> Piece {
     let params = format!("density = 0.2, young-warp = 1000, poisson = 0, damping-time = 0, bending-warp = {D:e}");
-    Piece::new(&strip(pattern, n, 2, POST), &params, held, clamp).moved_by(pliant_core::step::Scheme::ImplicitMidpoint)
+    Piece::new(&strip(pattern, n, 2, POST), &params, held, clamp).moved_by(pliant_solver::Scheme::ImplicitMidpoint)
 }
 
 /// Whether a small deflection `shape` (of x / L) grows, in 20 times the inverse of `w`, 1/s.

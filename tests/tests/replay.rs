@@ -1,6 +1,6 @@
 //! A recorded session comes back to the bit, and a file that is not whole is refused with what is wrong.
 
-use pliant_core::record::{Digest, Recording};
+use pliant_record::{Digest, Recording};
 use pliant_tests::{Bench, box_scene};
 
 /// A folder with a scene, run and recorded.

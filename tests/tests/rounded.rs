@@ -1,6 +1,6 @@
 //! Where the matrix is in single precision, and that nobody can tell.
 
-use pliant_core::session::Session;
+use pliant_engine::session::Session;
 use pliant_tests::open;
 
 /// A free sheet of 0.2 m that turns and is bent as it falls.

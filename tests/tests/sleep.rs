@@ -1,6 +1,6 @@
 //! Bodies that have come to rest sleep where the scene asks for it, and wake when something comes near.
 
-use pliant_core::session::{EventKind, Session};
+use pliant_engine::session::{EventKind, Session};
 use pliant_tests::open;
 
 /// A damped cloth that is held all around; a finger comes down on it after a second and stays.

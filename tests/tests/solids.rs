@@ -1,7 +1,7 @@
 //! The two solids against closed forms, through the engine's own steps: patch test, bent and twisted bars, inversion.
 
-use pliant_core::step::{Integrator, Loads, Pool, Scheme, StepTime, System, V3};
 use pliant_plugin_api::abi;
+use pliant_solver::{Integrator, Loads, Pool, Scheme, StepTime, System, V3};
 use pliant_tests::solid::{block, forces, hold, material, random, settle};
 
 const SOLIDS: [&str; 2] = ["neo-hookean", "corotational"];

@@ -1,6 +1,6 @@
 //! What a tactile array shows of a contact in a session: the normal force, where the contact is.
 
-use pliant_core::session::Session;
+use pliant_engine::session::Session;
 use pliant_tests::{open, twin::Twin};
 
 /// A scene with the index of an exoskeleton over a body, and the thumb away from it.

@@ -1,8 +1,8 @@
 //! Tetrahedra of a lattice: they fill its cells, and those of cells a blade has parted weigh what is left of them.
 
-use pliant_core::body::Body;
-use pliant_core::step::{StepTime, V3};
+use pliant_engine::body::Body;
 use pliant_plugin_api::abi;
+use pliant_solver::{StepTime, V3};
 use pliant_tests::{Everywhere, box_scene, open};
 
 #[test]

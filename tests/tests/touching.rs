@@ -1,7 +1,7 @@
 //! What a hand does to a body and feels of it, step by step.
 
-use pliant_core::session::Session;
-use pliant_core::step::{Pool, axpy, dot};
+use pliant_engine::session::Session;
+use pliant_solver::{Pool, axpy, dot};
 use pliant_tests::{NOW, box_scene, open};
 
 /// A block touched from above; `path` of the hand relative to the top, z up.

@@ -1,7 +1,7 @@
 //! Taking back and making again: what a sheet was, and what becomes of an edit that is still under way.
 
-use pliant_core::body::Body;
-use pliant_core::session::{EventKind, Session};
+use pliant_engine::body::Body;
+use pliant_engine::session::{EventKind, Session};
 use pliant_tests::{Bench, NOW, open, open_file};
 
 fn run(session: &mut Session, seconds: f64) {
@@ -63,7 +63,7 @@ fn pulled(sheet: &str) -> Session {
 
 /// Everything that moves a body, as bits: places, velocities, masses and the force of its elements.
 fn state(session: &mut Session) -> Vec<u64> {
-    let (body, pool) = (&mut session.bodies[0], pliant_core::step::Pool::new(1));
+    let (body, pool) = (&mut session.bodies[0], pliant_solver::Pool::new(1));
     let Body { system, skin, .. } = body;
     let mut force = vec![[0.0; 3]; system.nodes.len()];
     system.forces(&pool, None, NOW, &mut force).unwrap();

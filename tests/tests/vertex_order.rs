@@ -1,9 +1,9 @@
 //! A sheet from a file whose vertices and faces come in no order: it is worked on in another order, and nothing else shows.
 
-use pliant_core::body::Body;
-use pliant_core::record::write_model;
-use pliant_core::session::{EventKind, Session};
-use pliant_core::step::{Pool, V3, axpy, dot};
+use pliant_engine::body::Body;
+use pliant_engine::session::{EventKind, Session};
+use pliant_record::write_model;
+use pliant_solver::{Pool, V3, axpy, dot};
 use pliant_tests::{Bench, NOW, open_file};
 use std::fmt::Write;
 
@@ -136,8 +136,8 @@ fn a_blade_cuts_the_same_pieces_and_history_goes_with_them() {
         }
         body.system.advance(NOW).unwrap();
         let was = history(body);
-        let blade = |x: f64| pliant_core::cut::Blade { tip: [x, 0.0481, -0.01], heel: [x, 0.0502, 0.01] };
-        let mut stroke = pliant_core::cut::Stroke::begin(blade(-0.01)).unwrap();
+        let blade = |x: f64| pliant_cut::Blade { tip: [x, 0.0481, -0.01], heel: [x, 0.0502, 0.01] };
+        let mut stroke = pliant_cut::Stroke::begin(blade(-0.01)).unwrap();
         for x in (0..60).map(|i| 0.002 * f64::from(i)) {
             let advance = body.cut.as_mut().unwrap().advance(&mut stroke, blade(x));
             if let Some(advance) = advance.ok().filter(|advance| advance.has_cut()) {

@@ -6,9 +6,9 @@ use crate::args::{Cli, ReportArgs, ReportKind};
 use crate::outcome::{Failure, Outcome};
 use crate::text;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use pliant_core::host::Search;
-use pliant_core::report::{
-    self, Catalogue, Clock, Document, Journal, Kind, Measured, Opened, PerformanceCatalogue, Regression, Row, Setup,
+use pliant_host::Search;
+use pliant_report::{
+    Catalogue, Clock, Document, Journal, Kind, Measured, Opened, PerformanceCatalogue, Regression, Row, Setup,
     StabilityCatalogue,
 };
 use scenes::Source;
@@ -63,11 +63,11 @@ pub fn report(cli: &Cli, args: &ReportArgs) -> Result<Outcome, Failure> {
     bar.finish_and_clear();
     let interrupted = document.interrupted;
     let into = if interrupted { folder.join("interrupted") } else { folder };
-    let written = report::write(&document, &into)?;
+    let written = pliant_report::write(&document, &into)?;
     if !interrupted {
         journal.finish();
     }
-    let worse = before.map(|rows| report::compare(&rows, &document.rows, args.margin));
+    let worse = before.map(|rows| pliant_report::compare(&rows, &document.rows, args.margin));
     if cli.json {
         let mut value = serde_json::to_value(&document).map_err(Failure::input)?;
         if let Some((compared, worse)) = &worse {
@@ -76,7 +76,7 @@ pub fn report(cli: &Cli, args: &ReportArgs) -> Result<Outcome, Failure> {
         }
         text::out(&crate::pretty(&value))?;
     } else if args.markdown {
-        text::out(&report::markdown(&document))?;
+        text::out(&pliant_report::markdown(&document))?;
     }
     if !args.quiet && !cli.json {
         tell(&document, worse.as_ref(), &written.page);
@@ -98,15 +98,15 @@ fn measure(
     match (kind, &args.scene) {
         (Kind::Accuracy, Some(path)) => {
             let text = std::fs::read_to_string(path).map_err(|e| Failure::input(format!("{}: {e}", path.display())))?;
-            Ok(report::own_scene((path, &text, &args.set), setup, journal)?)
+            Ok(pliant_report::own_scene((path, &text, &args.set), setup, journal)?)
         }
         (_, Some(_)) => Err(Failure::input("--scene: allowed with `report accuracy`")),
         (Kind::Accuracy, None) => {
             let source = Source::new(args.catalogue.as_deref(), scenes::ACCURACY)?;
             let catalogue = Catalogue::read(&source.catalogue).map_err(Failure::input)?;
             asked_for(&setup.only, catalogue.case.iter().map(|c| c.name.as_str()))?;
-            let rows = report::accuracy(&catalogue, &|name| source.scene(name), setup, journal);
-            let sections = report::accuracy_page(&catalogue, &rows);
+            let rows = pliant_report::accuracy(&catalogue, &|name| source.scene(name), setup, journal);
+            let sections = pliant_report::accuracy_page(&catalogue, &rows);
             Ok((rows, sections, catalogue.not_run))
         }
         (Kind::Stability, None) => {
@@ -115,8 +115,8 @@ fn measure(
             let named = catalogue.map.iter().flat_map(|m| [m.name.clone(), format!("limit-{}", m.name)]);
             let named: Vec<String> = named.chain(catalogue.balance.iter().map(|b| b.name.clone())).collect();
             asked_for(&setup.only, named.iter().map(String::as_str).chain(["extreme", "coupling"]))?;
-            let rows = report::stability((&catalogue, folder), &|name| source.scene(name), setup, journal)?;
-            let sections = report::stability_page(&catalogue, &rows);
+            let rows = pliant_report::stability((&catalogue, folder), &|name| source.scene(name), setup, journal)?;
+            let sections = pliant_report::stability_page(&catalogue, &rows);
             Ok((rows, sections, catalogue.not_run))
         }
         (Kind::Performance, None) => {
@@ -125,9 +125,9 @@ fn measure(
             let named = catalogue.pair.iter().map(|p| format!("left-out: {}", p.name));
             let named: Vec<String> = named.chain(catalogue.sweep.iter().map(|s| s.name.clone())).collect();
             asked_for(&setup.only, named.iter().map(String::as_str).chain(["start-up", "haptic-loop"]))?;
-            let mut rows = report::performance(&catalogue, &|name| source.scene(name), setup, journal);
+            let mut rows = pliant_report::performance(&catalogue, &|name| source.scene(name), setup, journal);
             rows.extend(start_up(setup));
-            let sections = report::performance_page(&catalogue, &rows);
+            let sections = pliant_report::performance_page(&catalogue, &rows);
             Ok((rows, sections, catalogue.not_run))
         }
     }
@@ -142,8 +142,8 @@ fn start_up(setup: &Setup<'_>) -> Option<Row> {
         ended.is_ok_and(|s| s.success()).then(|| (setup.clock.wall)() - began)
     };
     let seconds: Vec<f64> = (0..9).filter_map(|_| once()).collect();
-    let (middle, most) = (report::median(&seconds), report::percentile(&seconds, 1.0));
-    let spread = (most - report::percentile(&seconds, 0.0)) / middle;
+    let (middle, most) = (pliant_report::median(&seconds), pliant_report::percentile(&seconds, 1.0));
+    let spread = (most - pliant_report::percentile(&seconds, 0.0)) / middle;
     let method = "pliant --version".to_owned();
     let row = Row { case: "start-up".into(), method, threads: 1, wall_seconds: middle, ..Row::default() };
     Some(Row { spread: Some(spread), ..row })

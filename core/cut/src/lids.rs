@@ -1,0 +1,192 @@
+//! Lids: triangles of no file over the small holes of what is nearly closed.
+//!
+//! Scans have holes where the object stood, and models where nobody looks. A component that closes with little more area
+//! than it has is a body; its lids are cut like all else, so whatever holds for closed bodies holds for it. They are not
+//! written and not felt: the hole stays a hole, and the rim of a cut surface goes straight across it.
+
+use std::collections::{HashMap, HashSet};
+
+use nalgebra::Vector3;
+
+use super::polygon::least_angle;
+use super::solid;
+use pliant_mesh::Surface;
+
+/// Of a component's area, the most that lids may add.
+const MOST_AREA: f64 = 0.05;
+/// Vertices around a hole.
+const MOST_VERTICES: usize = 200;
+/// Degrees, the sharpest lid.
+const SHARPEST: f64 = 0.5;
+/// Area that a squared circumference counts as: among equal areas, the better triangles.
+const SHAPE: f64 = 0.01;
+
+/// The lids of all components that can be closed.
+pub(super) fn find(surface: &Surface, links: &[[u32; 3]]) -> Vec<[u32; 3]> {
+    let mut lids = Vec::new();
+    let on_border = border_vertices(surface, links);
+    if on_border.is_empty() {
+        return lids;
+    }
+    // A lid's side along an edge that is there already would be a third face on it.
+    let mut taken: HashSet<[u32; 2]> = HashSet::new();
+    for [a, b, c] in &surface.triangles {
+        let sides =
+            [(a, b), (b, c), (c, a)].into_iter().filter(|(a, b)| on_border.contains(a) && on_border.contains(b));
+        taken.extend(sides.map(|(a, b)| [*a.min(b), *a.max(b)]));
+    }
+    for component in components(links) {
+        let Some(holes) = holes(surface, links, &component).filter(|holes| !holes.is_empty()) else { continue };
+        let mut own = Vec::new();
+        let mut sides = taken.clone();
+        let closed = holes.iter().all(|hole| close(surface, hole, &mut sides, &mut own));
+        let corners = |triangle: &[u32; 3]| triangle.map(|vertex| surface.points[vertex as usize]);
+        let skin = || component.iter().map(|&t| corners(&surface.triangles[t as usize]));
+        let (_, area) = solid::measure(skin());
+        let (volume, whole) = solid::measure(skin().chain(own.iter().map(corners)));
+        if closed && whole - area <= MOST_AREA * area && !solid::is_flat(volume, whole) {
+            lids.append(&mut own);
+            taken = sides;
+        }
+    }
+    lids
+}
+
+fn border_vertices(surface: &Surface, links: &[[u32; 3]]) -> HashSet<u32> {
+    let halves = (0..3 * links.len() as u32).filter(|half| links[*half as usize / 3][*half as usize % 3] == *half);
+    halves.flat_map(|half| ends(surface, half)).collect()
+}
+
+fn ends(surface: &Surface, half: u32) -> [u32; 2] {
+    let triangle = surface.triangles[half as usize / 3];
+    [triangle[half as usize % 3], triangle[(half as usize + 1) % 3]]
+}
+
+/// Triangles that hang together by edges.
+fn components(links: &[[u32; 3]]) -> Vec<Vec<u32>> {
+    let mut seen = vec![false; links.len()];
+    let mut all = Vec::new();
+    for seed in 0..links.len() {
+        if std::mem::replace(&mut seen[seed], true) {
+            continue;
+        }
+        let mut component = vec![seed as u32];
+        let mut at = 0;
+        while at < component.len() {
+            for other in links[component[at] as usize].map(|half| half / 3) {
+                if !std::mem::replace(&mut seen[other as usize], true) {
+                    component.push(other);
+                }
+            }
+            at += 1;
+        }
+        all.push(component);
+    }
+    all
+}
+
+/// The loops of border edges of a component; `None` where it branches, turns over, or has loops that touch.
+fn holes(surface: &Surface, links: &[[u32; 3]], component: &[u32]) -> Option<Vec<Vec<u32>>> {
+    let mut next: HashMap<u32, u32> = HashMap::new();
+    let mut order = Vec::new();
+    for half in component.iter().flat_map(|t| 3 * t..3 * t + 3) {
+        let other = links[half as usize / 3][half as usize % 3];
+        let [tail, head] = ends(surface, half);
+        if other == half {
+            order.push(tail);
+            if next.insert(tail, head).is_some() {
+                return None;
+            }
+        } else if links[other as usize / 3][other as usize % 3] != half || ends(surface, other) != [head, tail] {
+            return None;
+        }
+    }
+    let mut holes = Vec::new();
+    for start in order {
+        let mut hole = Vec::new();
+        let mut at = start;
+        while let Some(head) = next.remove(&at) {
+            hole.push(at);
+            at = head;
+        }
+        if !hole.is_empty() {
+            if at != start {
+                return None;
+            }
+            hole.reverse(); // a lid runs against what it lies on
+            holes.push(hole);
+        }
+    }
+    Some(holes)
+}
+
+/// Adds the triangulation of least area of a polygon in space (Klincsek 1980; Barequet and Sharir 1995), without sides that
+/// are `taken`. Gives whether there is one.
+fn close(surface: &Surface, hole: &[u32], taken: &mut HashSet<[u32; 2]>, lids: &mut Vec<[u32; 3]>) -> bool {
+    let n = hole.len();
+    if !(3..=MOST_VERTICES).contains(&n) {
+        return false;
+    }
+    let point = |i: usize| Vector3::from(surface.points[hole[i] as usize]);
+    let side = |i: usize, j: usize| [hole[i].min(hole[j]), hole[i].max(hole[j])];
+    let cost = |i: usize, j: usize, k: usize| {
+        let [a, b, c] = [point(i), point(j), point(k)];
+        let round = (b - a).norm() + (c - b).norm() + (a - c).norm();
+        let sharp = least_angle([a, b, c]) < SHARPEST;
+        if sharp { f64::INFINITY } else { 0.5 * (b - a).cross(&(c - a)).norm() + SHAPE * round * round }
+    };
+    // Row i, column k: the least cost of the part from vertex i on to vertex k, and its triangle's third corner.
+    let mut best = vec![(0.0_f64, 0); n * n];
+    for span in 2..n {
+        for i in 0..n - span {
+            let k = i + span;
+            let barred = span < n - 1 && taken.contains(&side(i, k));
+            let costs = (i + 1..k).map(|j| (best[i * n + j].0 + best[j * n + k].0, j));
+            let open = costs.filter(|(so_far, _)| !barred && so_far.is_finite());
+            let least = open.map(|(so_far, j)| (so_far + cost(i, j, k), j)).min_by(|a, b| a.0.total_cmp(&b.0));
+            best[i * n + k] = least.unwrap_or((f64::INFINITY, 0));
+        }
+    }
+    if !best[n - 1].0.is_finite() {
+        return false;
+    }
+    let mut waiting = vec![(0, n - 1)];
+    while let Some((i, k)) = waiting.pop() {
+        let j = best[i * n + k].1;
+        lids.push([hole[i], hole[j], hole[k]]);
+        taken.extend([side(i, j), side(j, k), side(i, k)]);
+        waiting.extend([(i, j), (j, k)].into_iter().filter(|(from, to)| to - from > 1));
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::mesh::{CutMesh, OPEN};
+    use pliant_mesh::testing::without;
+    use pliant_mesh::{Placement, generate};
+
+    #[test]
+    fn small_holes_get_lids_and_large_ones_do_not() {
+        let sphere = generate::sphere(8, 0.5).unwrap();
+        let count = sphere.face_count();
+        for (gone, closed) in
+            [(vec![], true), (vec![3], true), (vec![0, 1, 2, 40, 41], true), ((0..count / 4).collect(), false)]
+        {
+            let mesh = CutMesh::new(&without(&sphere, &gone), &Placement::default());
+            assert_eq!(mesh.body.iter().all(|body| *body != OPEN), closed, "{} of {count} faces gone", gone.len());
+            assert_eq!(mesh.surface().triangles.len() > sphere_triangles(&mesh), closed && !gone.is_empty());
+        }
+    }
+
+    fn sphere_triangles(mesh: &CutMesh) -> usize {
+        (0..mesh.surface().triangles.len() as u32).filter(|t| !mesh.is_lid(*t)).count()
+    }
+
+    #[test]
+    fn an_open_sheet_with_a_hole_stays_open() {
+        let sheet = generate::grid([8, 8], [1.0, 1.0], generate::Pattern::Regular).unwrap();
+        let mesh = CutMesh::new(&without(&sheet, &[60]), &Placement::default());
+        assert!(mesh.body.iter().all(|body| *body == OPEN));
+    }
+}

@@ -1,0 +1,260 @@
+//! The mesh a blade cuts.
+
+use super::advance::{SHEET_SNAPS, SNAPS};
+use super::journal::Journal;
+use super::lids;
+use super::solid::{self, Body};
+use super::trace::Snap;
+use nalgebra::Vector3;
+use pliant_mesh::geometry::{TriangleTree, V3, meet};
+use pliant_mesh::{ObjDocument, Placement, Surface};
+
+/// A mesh that can be cut, step by step, and made whole again.
+///
+/// Vertices and triangles are numbered like those of the [`Surface`] it was made from. Lids and what a cut adds come after;
+/// of the pieces of a triangle the first keeps its number. So nothing is ever dead, and nothing untouched changes its number.
+pub struct CutMesh {
+    pub(super) surface: Surface,
+    /// Next half-edge around the same edge; the half-edge itself on a border (m x 3). Half-edge 3 t + c goes from corner c
+    /// of triangle t to the next corner.
+    pub(super) links: Vec<[u32; 3]>,
+    pub(super) texture: Vec<[u32; 3]>, // row of `texcoords` at each corner, or `NONE` (m x 3)
+    pub(super) shading: Vec<[u32; 3]>, // row of `normals` at each corner, or `NONE` (m x 3)
+    pub(super) body: Vec<u32>,         // closed body of each triangle, or `OPEN` (m)
+    pub(super) texcoords: Vec<[f64; 2]>,
+    pub(super) normals: Vec<V3>, // as in the file, not placed
+    pub(super) origins: Vec<Origin>,
+    pub(super) bodies: Vec<Body>,
+    pub(super) tree: TriangleTree,
+    pub(super) placement: Placement,
+    pub(super) whole: Whole,
+    pub(super) journal: Journal,
+    pub(super) snaps: [Snap; 3], // tried one after the other
+}
+
+/// Where a vertex came from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Origin {
+    /// It was there before any cut: the vertex of the document with the same number.
+    Original,
+    /// On an edge, `t` of the way from its first end to its second.
+    Edge {
+        /// The ends.
+        ends: [u32; 2],
+        /// 0 to 1.
+        t: f64,
+    },
+    /// In a triangle.
+    Face {
+        /// Its corners.
+        corners: [u32; 3],
+        /// Their weights.
+        weights: V3,
+    },
+    /// The other side of a vertex that was parted: at the same rest place when it was made.
+    Copy {
+        /// The vertex.
+        of: u32,
+    },
+    /// On the cut surface, inside a body.
+    Cap {
+        /// Along the blade from the tip, and along its way since the stroke began, m.
+        strip: [f64; 2],
+    },
+}
+
+/// The mesh before any cut.
+pub(super) struct Whole {
+    pub points: usize,
+    pub faces: usize,
+    pub texcoords: usize,
+    pub normals: usize,
+    pub reach: f64, // m, leads out of the mesh from everywhere in it
+}
+
+/// All there is to know of a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Triangle {
+    pub corners: [u32; 3],
+    pub links: [u32; 3],
+    pub texture: [u32; 3],
+    pub shading: [u32; 3],
+    pub face: u32,
+    pub body: u32,
+}
+
+pub(super) const NONE: u32 = u32::MAX;
+pub(super) const OPEN: u32 = u32::MAX;
+/// Half-edges around an edge; more of them are a ring that does not close, which no check lets pass.
+const MOST_AROUND: usize = 256;
+
+impl CutMesh {
+    /// The document's triangles in place, uncut.
+    pub fn new(document: &ObjDocument, placement: &Placement) -> Self {
+        Self::build(document, placement, true)
+    }
+
+    /// The same as a sheet: what it encloses has no substance, and no hole is closed. Its triangles are elements, so a cut goes
+    /// rather through a vertex than past it.
+    pub fn sheet(document: &ObjDocument, placement: &Placement) -> Self {
+        Self { snaps: SHEET_SNAPS, ..Self::build(document, placement, false) }
+    }
+
+    fn build(document: &ObjDocument, placement: &Placement, encloses: bool) -> Self {
+        let mut surface = Surface::from_document(document).placed(placement);
+        let mut links = link(&surface);
+        let mut lids = if encloses { lids::find(&surface, &links) } else { Vec::new() };
+        let (mut texture, mut shading) = corner_rows(document, &surface);
+        if !lids.is_empty() {
+            surface.triangles.append(&mut lids);
+            let count = surface.triangles.len();
+            surface.face_of.resize(count, document.face_count() as u32 + 1);
+            texture.resize(count, [NONE; 3]);
+            shading.resize(count, [NONE; 3]);
+            links = link(&surface);
+        }
+        let (body, bodies) =
+            if encloses { solid::find(&surface, &links) } else { (vec![OPEN; surface.triangles.len()], Vec::new()) };
+        Self {
+            tree: TriangleTree::new(&surface.points, &surface.triangles),
+            texcoords: document.texcoords().to_vec(),
+            normals: document.normals().to_vec(),
+            origins: Vec::new(),
+            placement: *placement,
+            journal: Journal::default(),
+            whole: Whole {
+                points: surface.points.len(),
+                faces: document.face_count(),
+                texcoords: document.texcoords().len(),
+                normals: document.normals().len(),
+                reach: solid::reach(&surface),
+            },
+            snaps: SNAPS,
+            surface,
+            links,
+            texture,
+            shading,
+            body,
+            bodies,
+        }
+    }
+
+    /// Rest points, triangles, and the face of the document each came from: the number of faces for a triangle of a cap, one
+    /// more for one of a lid.
+    pub fn surface(&self) -> &Surface {
+        &self.surface
+    }
+
+    /// Where a vertex came from.
+    pub fn origin(&self, vertex: u32) -> Origin {
+        match (vertex as usize).checked_sub(self.whole.points) {
+            Some(new) => self.origins.get(new).copied().unwrap_or(Origin::Original),
+            None => Origin::Original,
+        }
+    }
+
+    /// Rows of texture coordinates: those of the document, then those cuts have made. A cut surface has metres along the
+    /// blade and along its way.
+    pub fn texcoords(&self) -> &[[f64; 2]] {
+        &self.texcoords
+    }
+
+    /// Rows of normals in the axes of the file: those of the document, then those cuts have made.
+    pub fn normals(&self) -> &[V3] {
+        &self.normals
+    }
+
+    /// Whether a triangle is part of the cut surface inside a body.
+    pub fn is_cap(&self, triangle: u32) -> bool {
+        self.surface.face_of[triangle as usize] as usize == self.whole.faces
+    }
+
+    /// Whether a triangle is part of a lid, which closes a hole for the cut and is in no file.
+    pub fn is_lid(&self, triangle: u32) -> bool {
+        self.surface.face_of[triangle as usize] as usize > self.whole.faces
+    }
+
+    /// The triangles across the sides of a triangle, the side from corner 0 to corner 1 first: itself on a border, one of
+    /// several where the surface branches.
+    pub fn neighbours(&self, triangle: u32) -> [u32; 3] {
+        self.links[triangle as usize].map(|half| half / 3)
+    }
+
+    /// Whether a segment goes through the mesh, m.
+    pub fn is_crossed(&self, from: V3, to: V3) -> bool {
+        let way = std::array::from_fn(|i| to[i] - from[i]);
+        let mut crossed = false;
+        self.tree.along(from, to, |t| crossed |= meet(self.corners_of(t), from, way).is_some_and(|(s, _)| s <= 1.0));
+        crossed
+    }
+
+    pub(super) fn point(&self, vertex: u32) -> Vector3<f64> {
+        self.surface.points[vertex as usize].into()
+    }
+
+    pub(super) fn corners_of(&self, triangle: u32) -> [V3; 3] {
+        self.surface.triangles[triangle as usize].map(|vertex| self.surface.points[vertex as usize])
+    }
+
+    pub(super) fn tail(&self, half: u32) -> u32 {
+        self.surface.triangles[half as usize / 3][half as usize % 3]
+    }
+
+    pub(super) fn head(&self, half: u32) -> u32 {
+        self.surface.triangles[half as usize / 3][(half as usize + 1) % 3]
+    }
+
+    pub(super) fn link_of(&self, half: u32) -> u32 {
+        self.links[half as usize / 3][half as usize % 3]
+    }
+
+    /// All half-edges around the edge of `half`, itself first.
+    pub(super) fn around(&self, half: u32) -> impl Iterator<Item = u32> + '_ {
+        let following = move |at: &u32| Some(self.link_of(*at)).filter(|&next| next != half);
+        std::iter::successors(Some(half), following).take(MOST_AROUND)
+    }
+
+    pub(super) fn triangle(&self, triangle: u32) -> Triangle {
+        let t = triangle as usize;
+        Triangle {
+            corners: self.surface.triangles[t],
+            links: self.links[t],
+            texture: self.texture[t],
+            shading: self.shading[t],
+            face: self.surface.face_of[t],
+            body: self.body[t],
+        }
+    }
+
+    /// Twice the area of a triangle along its normal.
+    pub(super) fn cross(&self, triangle: u32) -> Vector3<f64> {
+        let [a, b, c] = self.corners_of(triangle).map(Vector3::from);
+        (b - a).cross(&(c - a))
+    }
+}
+
+/// Texture and normal rows of the corners of each triangle.
+fn corner_rows(document: &ObjDocument, surface: &Surface) -> (Vec<[u32; 3]>, Vec<[u32; 3]>) {
+    let mut rows = (Vec::with_capacity(surface.triangles.len()), Vec::with_capacity(surface.triangles.len()));
+    let mut known = (u32::MAX, &[][..]);
+    for (triangle, &face) in surface.triangles.iter().zip(&surface.face_of) {
+        if known.0 != face {
+            known = (face, document.face(face as usize).map_or(&[][..], |face| face.corners));
+        }
+        let corner = triangle.map(|vertex| known.1.iter().find(|corner| corner.v == vertex));
+        rows.0.push(corner.map(|corner| corner.and_then(|corner| corner.vt()).unwrap_or(NONE)));
+        rows.1.push(corner.map(|corner| corner.and_then(|corner| corner.vn()).unwrap_or(NONE)));
+    }
+    rows
+}
+
+fn link(surface: &Surface) -> Vec<[u32; 3]> {
+    let mut links = vec![[0; 3]; surface.triangles.len()];
+    for (_, sides) in surface.edges().iter() {
+        for (at, side) in sides.iter().enumerate() {
+            let next = sides[(at + 1) % sides.len()];
+            links[side.triangle as usize][usize::from(side.corner)] = 3 * next.triangle + u32::from(next.corner);
+        }
+    }
+    links
+}

@@ -1,0 +1,40 @@
+//! Whether cuts keep what they promise, on many meshes and blades.
+
+mod awkward;
+mod checks;
+mod exact;
+mod random;
+mod shared;
+mod through;
+mod undo;
+
+use super::*;
+use checks::Sums;
+use pliant_mesh::testing::{Random, document, without};
+use pliant_mesh::{ObjDocument, Placement};
+
+fn cut_mesh(document: &ObjDocument) -> CutMesh {
+    CutMesh::new(document, &Placement::default())
+}
+
+fn blade(tip: V3, heel: V3) -> Blade {
+    Blade { tip, heel }
+}
+
+/// A stroke from blade to blade in `steps` advances; every one is checked. Gives the refusals.
+fn stroke(mesh: &mut CutMesh, from: Blade, to: Blade, steps: u32, sums: &Sums) -> Vec<Refused> {
+    let mut refused = Vec::new();
+    let mut stroke = match Stroke::begin(from) {
+        Ok(stroke) => stroke,
+        Err(reason) => return vec![reason],
+    };
+    for step in 1..=steps {
+        let t = f64::from(step) / f64::from(steps);
+        let mix = |a: V3, b: V3| std::array::from_fn(|i| a[i] + t * (b[i] - a[i]));
+        match mesh.advance(&mut stroke, blade(mix(from.tip, to.tip), mix(from.heel, to.heel))) {
+            Ok(_) => sums.check(mesh),
+            Err(reason) => refused.push(reason),
+        }
+    }
+    refused
+}

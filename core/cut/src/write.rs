@@ -1,0 +1,135 @@
+//! The cut model as a document.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::Write;
+use std::iter::zip;
+
+use super::mesh::{CutMesh, NONE};
+use pliant_mesh::geometry::V3;
+use pliant_mesh::obj::{Patch, WriteError};
+use pliant_mesh::{ObjDocument, Surface};
+
+/// Group and material of cut surfaces, unless a name is given.
+pub const MATERIAL: &str = "pliant_cut";
+
+impl CutMesh {
+    /// Writes the cut model: `document` is what the mesh was made from, `points` (n x 3, m) are where the vertices of
+    /// [`CutMesh::surface`] are now, `normals` (k x 3) rows for [`CutMesh::normals`] or `None` for those of the rest shape.
+    ///
+    /// A mesh without a cut comes back byte for byte where nothing moved. Faces the blade did not pass keep their lines;
+    /// those it passed become triangles with the same group, object, material and smoothing; cut surfaces get a group and a
+    /// material of the name `material`.
+    ///
+    /// # Errors
+    /// [`WriteError`] as for [`ObjDocument::write`].
+    pub fn write(
+        &self,
+        document: &ObjDocument,
+        points: &[V3],
+        normals: Option<&[V3]>,
+        material: &str,
+        out: &mut impl Write,
+    ) -> Result<(), WriteError> {
+        let original = Surface::from_document(document);
+        let count = original.points.len();
+        same("document's v", original.points.len(), self.whole.points)?;
+        same("points", points.len(), self.surface.points.len())?;
+        let own = self.placement.bring_back(&original.points, &self.surface.points[..count], points);
+        let number = self.numbers();
+        let visible = zip(&points[count..], &number[count..]).filter(|(_, number)| **number != NONE);
+        let new: Vec<V3> = visible.map(|(&point, _)| self.placement.apply_inverse(point)).collect();
+        let rows = normals.unwrap_or(&self.normals);
+        same("vn", rows.len(), self.normals.len())?;
+        let patch = Patch {
+            positions: &new,
+            texcoords: &self.texcoords[self.whole.texcoords..],
+            normals: &rows[self.whole.normals..],
+            faces: self.changed_faces(document, &original, &number),
+            added: (0..self.surface.triangles.len() as u32)
+                .filter(|&t| self.is_cap(t))
+                .map(|t| self.rows(t, &number))
+                .collect(),
+            name: material,
+        };
+        document.write_patched(&own, normals.map(|rows| &rows[..self.whole.normals]), &patch, out)
+    }
+
+    /// Rows of the vertices in the file: all but those that cuts have made on lids alone.
+    fn numbers(&self) -> Vec<u32> {
+        let mut number = vec![NONE; self.surface.points.len()];
+        number[..self.whole.points].fill(0);
+        for triangle in (0..self.surface.triangles.len() as u32).filter(|&t| !self.is_lid(t)) {
+            self.surface.triangles[triangle as usize].iter().for_each(|&vertex| number[vertex as usize] = 0);
+        }
+        let written = number.iter_mut().filter(|number| **number != NONE);
+        written.enumerate().for_each(|(row, number)| *number = row as u32);
+        number
+    }
+
+    /// What has become of every face that is not as it was. One that is whole but for copies of its vertices stays whole.
+    fn changed_faces(
+        &self,
+        document: &ObjDocument,
+        original: &Surface,
+        number: &[u32],
+    ) -> BTreeMap<u32, Vec<Vec<[u32; 3]>>> {
+        let mut changed: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+        let before = original.triangles.len();
+        for (number, (now, then)) in zip(&self.surface.triangles, &original.triangles).enumerate() {
+            if now != then {
+                changed.insert(original.face_of[number], Vec::new());
+            }
+        }
+        let split =
+            (before as u32..self.surface.triangles.len() as u32).filter(|&t| !self.is_cap(t) && !self.is_lid(t));
+        let split: BTreeSet<u32> = split.map(|t| self.surface.face_of[t as usize]).collect();
+        changed.extend(split.iter().map(|&face| (face, Vec::new())));
+        for (number, face) in self.surface.face_of.iter().enumerate() {
+            if let Some(triangles) = changed.get_mut(face) {
+                triangles.push(number as u32);
+            }
+        }
+        let polygons = |(face, triangles): (u32, Vec<u32>)| {
+            let whole =
+                if split.contains(&face) { None } else { self.renamed(document, original, face, &triangles, number) };
+            let pieces = || triangles.iter().map(|&t| self.rows(t, number).to_vec()).collect();
+            (face, whole.map_or_else(pieces, |polygon| vec![polygon]))
+        };
+        changed.into_iter().map(polygons).collect()
+    }
+
+    /// A face with the vertices its triangles have now; `None` when they have come apart at one.
+    fn renamed(
+        &self,
+        document: &ObjDocument,
+        original: &Surface,
+        face: u32,
+        triangles: &[u32],
+        number: &[u32],
+    ) -> Option<Vec<[u32; 3]>> {
+        let mut name: BTreeMap<u32, u32> = BTreeMap::new();
+        for &triangle in triangles {
+            let (then, now) = (original.triangles[triangle as usize], self.surface.triangles[triangle as usize]);
+            for (then, now) in zip(then, now) {
+                if *name.entry(then).or_insert(now) != now {
+                    return None;
+                }
+            }
+        }
+        let corners = document.face(face as usize)?.corners.iter();
+        corners
+            .map(|c| Some([number[*name.get(&c.v)? as usize], c.vt().unwrap_or(NONE), c.vn().unwrap_or(NONE)]))
+            .collect()
+    }
+
+    /// Position, texture coordinate and normal of the corners of a triangle.
+    fn rows(&self, triangle: u32, number: &[u32]) -> [[u32; 3]; 3] {
+        let record = self.triangle(triangle);
+        [0, 1, 2]
+            .map(|corner| [number[record.corners[corner] as usize], record.texture[corner], record.shading[corner]])
+    }
+}
+
+fn same(entity: &'static str, found: usize, expected: usize) -> Result<(), WriteError> {
+    if found == expected { Ok(()) } else { Err(WriteError::Length { entity, found, expected }) }
+}

@@ -1,0 +1,230 @@
+//! The nodes that carry a body, from a grid plugin: all of them, or those around the hand.
+//!
+//! A local region is the cells around each contact, and those the hand has left that are not yet back at rest. Nodes near
+//! a contact move freely; nodes on the region's border, and those the hand has left, return to their rest positions along a
+//! critically damped path and are then given up, so nothing ever snaps (Qi, Zhu and Fan 2019 leave this open). Cost grows
+//! with the region, never with the model.
+
+mod bound;
+mod cut;
+mod embed;
+mod fragments;
+mod mend;
+mod region;
+mod state;
+
+use super::fixing::Fixing;
+use super::model::Model;
+use bound::Bound;
+pub use fragments::Inner;
+use fragments::{Fragments, NodeKey};
+use pliant_host::{Grid, HostError, Region};
+use pliant_plugin_api::abi::{self, Ball, Level};
+use pliant_solver::ForceError;
+use pliant_solver::{Constraint, Nodes, StepTime, System, V3, axpy};
+pub use state::LatticeState;
+use std::collections::HashMap;
+use thiserror::Error;
+
+/// How much of a body is simulated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RegionSettings {
+    /// Level of the grid, 1 the root.
+    pub level: u32,
+    /// m; infinite: the whole body
+    pub radius: f64,
+    /// s, time constant of the return to rest of what the hand has left
+    pub relaxation: f64,
+}
+
+/// Why a body cannot be carried.
+#[derive(Debug, Error)]
+pub enum LatticeError {
+    /// The grid or the material failed.
+    #[error(transparent)]
+    Host(#[from] HostError),
+    /// The material failed.
+    #[error(transparent)]
+    Force(#[from] ForceError),
+    /// A material wants what its carrier does not give.
+    #[error("material `{material}` wants {wanted}, which a {carrier} does not give")]
+    Unsupported {
+        /// grid or sheet
+        carrier: &'static str,
+        /// Its id.
+        material: String,
+        /// The kind of element.
+        wanted: &'static str,
+    },
+    /// A node without mass.
+    #[error("{origin}: node {node} at {at:?} m has mass {mass} kg; allowed is a finite mass above 0")]
+    Massless {
+        /// The material and its file.
+        origin: String,
+        /// Which.
+        node: usize,
+        /// Where.
+        at: V3,
+        /// What the material gave it.
+        mass: f64,
+    },
+    /// No cell of the level is occupied.
+    #[error("level {level} of the grid has no occupied cell")]
+    Empty {
+        /// Which.
+        level: u32,
+    },
+}
+
+/// The carrier of a body.
+pub struct Lattice {
+    /// The plugin.
+    pub grid: Grid,
+    /// How much is simulated.
+    pub settings: RegionSettings,
+    /// Facts about the working level.
+    pub facts: Level,
+    families: u32,
+    region: Region,
+    spare: Region,
+    /// Of a body with cuts, the region as the grid has it.
+    uncut: Region,
+    balls: Vec<Ball>,
+    /// Nodes on their way back to rest, or there.
+    returning: Vec<u32>,
+    /// Nodes that are led, and by which fixing.
+    led: Vec<(u32, u32)>,
+    /// m, where the rest position of a node was moved by keeping a shape
+    kept: HashMap<NodeKey, V3>,
+    /// What a blade has cut.
+    fragments: Fragments,
+    /// Points of the surface that a cut has made or moved to another cell.
+    bound: Bound,
+    /// The cells must be listed anew.
+    stale: bool,
+    /// First of each cell's weights, or `NO_WEIGHTS` (c)
+    weights_of: Vec<u32>,
+    weights: Vec<[f64; 8]>,
+    /// m, the longest edge at a vertex of each cell (c)
+    edge_of: Vec<f64>,
+    scratch: embed::Scratch,
+    steps: u32,
+}
+
+const NO_WEIGHTS: u32 = u32::MAX;
+
+impl Lattice {
+    /// Builds the grid around a model. No node is active yet.
+    ///
+    /// # Errors
+    /// What the grid says; a level without an occupied cell.
+    pub fn new(mut grid: Grid, settings: RegionSettings, families: u32, model: &Model) -> Result<Self, LatticeError> {
+        grid.build(&model.surface.points, &model.surface.triangles, settings.level)?;
+        let facts = grid.level(settings.level)?;
+        if facts.surface_cells + facts.inside_cells == 0 {
+            return Err(LatticeError::Empty { level: settings.level });
+        }
+        Ok(Self {
+            grid,
+            settings,
+            facts,
+            families,
+            region: Region::default(),
+            spare: Region::default(),
+            uncut: Region::default(),
+            balls: Vec::new(),
+            returning: Vec::new(),
+            led: Vec::new(),
+            kept: HashMap::new(),
+            fragments: Fragments::new(facts.edge),
+            bound: Bound::default(),
+            stale: false,
+            weights_of: Vec::new(),
+            weights: Vec::new(),
+            edge_of: Vec::new(),
+            scratch: embed::Scratch::default(),
+            steps: 0,
+        })
+    }
+
+    /// Whether the whole body is simulated.
+    pub fn is_whole(&self) -> bool {
+        self.settings.radius == f64::INFINITY
+    }
+
+    /// Nodes and cells that are active now.
+    pub fn region(&self) -> &Region {
+        &self.region
+    }
+
+    /// m, the edge of a cell.
+    pub fn edge(&self) -> f64 {
+        self.facts.edge
+    }
+
+    /// m, the longest edge of the surface at a vertex of an active cell.
+    pub fn longest_edge(&self, cell: u32) -> f64 {
+        self.edge_of[cell as usize]
+    }
+
+    /// Sets what led and returning nodes do in a step.
+    pub fn prescribe(&self, nodes: &mut Nodes, fixings: &[Fixing], time: StepTime) {
+        let (dt, rate) = (time.dt, 1.0 / self.settings.relaxation);
+        for &node in &self.returning {
+            let i = node as usize;
+            // u'' = -2 w u' - w^2 u, implicitly: stable at any step, and u goes to zero without passing it.
+            let u = axpy(nodes.x[i], -1.0, nodes.rest[i]);
+            let slowed = (1.0 + rate * dt).powi(2);
+            nodes.prescribed[i] = axpy(nodes.v[i], -dt * rate * rate, u).map(|v| v / slowed);
+        }
+        lead(&self.led, nodes, fixings, time);
+    }
+
+    /// Bytes of the largest parts.
+    pub fn bytes(&self) -> usize {
+        let occupied = (self.facts.surface_cells + self.facts.inside_cells) as usize;
+        let links = 2 * self.region.link_family.capacity() + self.uncut.link_family.capacity();
+        occupied * 16 + self.weights.len() * 64 + links * 20
+    }
+}
+
+/// Holds the nodes that fixings hold, by their number and rest position. Gives those that are led, and by which fixing.
+pub(super) fn constrain_led(fixings: &[Fixing], nodes: &mut Nodes, number: impl Fn(u32) -> u32) -> Vec<(u32, u32)> {
+    let mut led = Vec::new();
+    for i in 0..nodes.len() {
+        if let Some(fixing) = fixings.iter().position(|f| f.place.holds(number(i as u32), nodes.rest[i])) {
+            nodes.constraint[i] = Constraint::Fixed;
+            if fixings[fixing].moves() {
+                led.push((i as u32, fixing as u32));
+            }
+        }
+    }
+    led
+}
+
+/// Sets the velocity of led nodes in a step.
+pub(super) fn lead(led: &[(u32, u32)], nodes: &mut Nodes, fixings: &[Fixing], time: StepTime) {
+    for &(node, fixing) in led {
+        let fixing = &fixings[fixing as usize];
+        let (from, to) = (fixing.displacement(time.start), fixing.displacement(time.end()));
+        nodes.prescribed[node as usize] = axpy(to, -1.0, from).map(|d| d / time.dt);
+    }
+}
+
+/// Refuses a node without a finite mass above zero.
+pub(super) fn check_mass(system: &System) -> Result<(), LatticeError> {
+    let Some(node) = system.massless() else { return Ok(()) };
+    let (at, mass) = (system.nodes.rest[node], system.nodes.mass[node]);
+    Err(LatticeError::Massless { origin: system.material.origin(), node, at, mass })
+}
+
+/// What an element kind is called.
+fn kind_name(kind: u32) -> &'static str {
+    match kind {
+        abi::POINT => "points",
+        abi::LINK => "links",
+        abi::TRIANGLE => "triangles",
+        abi::HINGE => "hinges",
+        _ => "tetrahedra",
+    }
+}

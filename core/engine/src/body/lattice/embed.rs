@@ -1,0 +1,290 @@
+//! How the surface follows the nodes, and how loads on it go back: by the transpose.
+
+use super::{Lattice, LatticeError, NO_WEIGHTS};
+use crate::body::Samples;
+use crate::body::model::Model;
+use crate::body::skin::Skin;
+use pliant_plugin_api::abi;
+use pliant_solver::{Nodes, Pool, V3, axpy};
+
+/// Buffers of one embedding.
+#[derive(Default)]
+pub(super) struct Scratch {
+    places: Vec<V3>,
+    cells: Vec<u64>,
+    corners: Vec<[V3; 8]>,
+    now: Vec<V3>,
+    rest: Vec<V3>,
+}
+
+impl Lattice {
+    /// Corner positions or other vectors of a cell.
+    pub fn corners(&self, cell: u32, field: &[V3]) -> [V3; 8] {
+        self.region.cell_corners[cell as usize].map(|n| field[n as usize])
+    }
+
+    /// Surface points of an active cell.
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn points(&self, cell: u32) -> Result<&[u32], LatticeError> {
+        let (id, fragment) = (self.region.cell_id[cell as usize], self.region.cell_fragment[cell as usize]);
+        if let Some(own) = self.fragments.points(id, fragment as usize) {
+            return Ok(own);
+        }
+        let [begin, end] = self.region.cell_points[cell as usize];
+        Ok(&self.grid.points(self.settings.level)?[begin as usize..end as usize])
+    }
+
+    /// The active cell, or part of one, that carries a rest place of the cell with this id.
+    fn cell_at(&self, id: u64, place: V3) -> Option<usize> {
+        let first = self.region.cell_id.partition_point(|c| *c < id);
+        if self.region.cell_id.get(first) != Some(&id) {
+            return None;
+        }
+        let fragment = self.fragments.fragment_at(id, place);
+        (first..self.region.cell_id.len())
+            .take_while(|c| self.region.cell_id[*c] == id)
+            .find(|c| self.region.cell_fragment[*c] as usize == fragment)
+    }
+
+    /// m, how far the corners of a cell are from where the grid has them.
+    pub fn displacements(&self, cell: u32, nodes: &Nodes) -> [V3; 8] {
+        self.region.cell_corners[cell as usize]
+            .map(|n| axpy(nodes.x[n as usize], -1.0, self.region.node_rest[n as usize]))
+    }
+
+    /// Weights of rest places.
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn weights_in(&mut self, places: &[V3], weights: &mut [[f64; 8]]) -> Result<(), LatticeError> {
+        self.scratch.cells.resize(places.len(), 0);
+        let cells = &mut self.scratch.cells[..places.len()];
+        Ok(self.grid.weights(self.settings.level, places, cells, weights)?)
+    }
+
+    /// Where the nodes carry rest places of one cell.
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn carry(
+        &self,
+        cell: u32,
+        places: &[V3],
+        weights: &[[f64; 8]],
+        nodes: &Nodes,
+        out: &mut Vec<V3>,
+    ) -> Result<(), LatticeError> {
+        out.clear();
+        if self.grid.is_nonlinear() {
+            let corners = vec![self.corners(cell, &nodes.x); places.len()];
+            out.resize(places.len(), [0.0; 3]);
+            return Ok(self.grid.place(self.settings.level, places, &corners, out)?);
+        }
+        let moved = self.displacements(cell, nodes);
+        let carried = |(place, weights): (&V3, &[f64; 8])| {
+            weights.iter().zip(&moved).fold(*place, |sum, (w, u)| axpy(sum, *w, *u))
+        };
+        out.extend(places.iter().zip(weights).map(carried));
+        Ok(())
+    }
+
+    /// m, how far a rest place is from there when its nodes are at rest, by shapes that were kept.
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn kept_at(&self, place: V3) -> Result<V3, LatticeError> {
+        if self.kept.is_empty() {
+            return Ok([0.0; 3]);
+        }
+        let (mut id, mut weights) = ([abi::NO_CELL], [[0.0; 8]]);
+        self.grid.weights(self.settings.level, &[place], &mut id, &mut weights)?;
+        let Some(cell) = self.cell_at(id[0], place) else { return Ok([0.0; 3]) };
+        let corners = self.region.cell_corners[cell].iter().zip(&weights[0]);
+        Ok(corners.fold([0.0; 3], |sum, (&n, w)| {
+            let key = (self.region.node_id[n as usize], self.region.node_copy[n as usize]);
+            self.kept.get(&key).map_or(sum, |kept| axpy(sum, *w, *kept))
+        }))
+    }
+
+    /// m, how far the nodes carry a rest place; `None` where no active cell does.
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn carried_by(&self, place: V3, nodes: &Nodes) -> Result<Option<V3>, LatticeError> {
+        let (mut id, mut weights) = ([abi::NO_CELL], [[0.0; 8]]);
+        self.grid.weights(self.settings.level, &[place], &mut id, &mut weights)?;
+        match self.cell_at(id[0], place) {
+            Some(_) => Ok(Some(axpy(self.carry_one(place, nodes)?.0, -1.0, place))),
+            None => Ok(None),
+        }
+    }
+
+    /// Samples of an active cell, or of the part of one.
+    pub fn samples_of(&self, samples: &Samples, cell: u32) -> std::ops::Range<usize> {
+        let id = self.region.cell_id[cell as usize];
+        samples.of_cell(id, self.region.cell_fragment[cell as usize], self.fragments.has(id))
+    }
+
+    /// Whether a blade has come near any cell.
+    pub fn has_cuts(&self) -> bool {
+        self.fragments.ids().next().is_some()
+    }
+
+    /// Where the nodes carry one rest place, and where they would if they were at rest. A place that no active cell carries
+    /// stays.
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn carry_one(&self, place: V3, nodes: &Nodes) -> Result<(V3, V3), LatticeError> {
+        let (mut id, mut weights) = ([abi::NO_CELL], [[0.0; 8]]);
+        self.grid.weights(self.settings.level, &[place], &mut id, &mut weights)?;
+        let Some(cell) = self.cell_at(id[0], place) else { return Ok((place, place)) };
+        let at = |field: &[V3]| -> Result<V3, LatticeError> {
+            if self.grid.is_nonlinear() {
+                let mut out = [[0.0; 3]];
+                self.grid.place(self.settings.level, &[place], &[self.corners(cell as u32, field)], &mut out)?;
+                return Ok(out[0]);
+            }
+            let corners = self.region.cell_corners[cell].iter().zip(&weights[0]);
+            Ok(corners.fold(place, |sum, (&n, w)| {
+                axpy(sum, *w, axpy(field[n as usize], -1.0, self.region.node_rest[n as usize]))
+            }))
+        };
+        Ok((at(&nodes.x)?, at(&nodes.rest)?))
+    }
+
+    /// Brings the points of one cell up to date.
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn embed(&mut self, cell: u32, nodes: &Nodes, model: &Model, skin: &mut Skin) -> Result<(), LatticeError> {
+        if self.grid.is_nonlinear() {
+            return self.embed_nonlinear(cell, nodes, model, skin);
+        }
+        let first = self.weigh(cell, model)?;
+        // Displacements, not positions: a point whose nodes are at rest keeps its very bits.
+        let corners = self.region.cell_corners[cell as usize];
+        let moved = corners.map(|n| axpy(nodes.x[n as usize], -1.0, nodes.rest[n as usize]));
+        for (i, &v) in self.points(cell)?.iter().enumerate() {
+            let weights = &self.weights[first + i];
+            let u = weights.iter().zip(&moved).fold([0.0; 3], |sum, (w, u)| axpy(sum, *w, *u));
+            skin.x[v as usize] = axpy(skin.settled[v as usize], 1.0, u);
+        }
+        Ok(())
+    }
+
+    /// Brings every active point up to date.
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn embed_all(
+        &mut self,
+        _pool: &Pool,
+        nodes: &Nodes,
+        model: &Model,
+        skin: &mut Skin,
+    ) -> Result<(), LatticeError> {
+        (0..self.region.cell_id.len() as u32).try_for_each(|cell| {
+            if self.points(cell)?.is_empty() { Ok(()) } else { self.embed(cell, nodes, model, skin) }
+        })
+    }
+
+    /// Where the weights of a cell's points start; computed when first asked for.
+    fn weigh(&mut self, cell: u32, model: &Model) -> Result<usize, LatticeError> {
+        let known = self.weights_of[cell as usize];
+        if known != NO_WEIGHTS {
+            return Ok(known as usize);
+        }
+        let first = self.weights.len();
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let points = self.points(cell)?;
+        scratch.places.clear();
+        scratch.places.extend(points.iter().map(|&v| self.bound_at(v, model.surface.points[v as usize])));
+        scratch.cells.clear();
+        scratch.cells.resize(points.len(), 0);
+        self.weights.resize(first + scratch.places.len(), [0.0; 8]);
+        let (places, cells) = (&scratch.places, &mut scratch.cells);
+        self.grid.weights(self.settings.level, places, cells, &mut self.weights[first..])?;
+        self.weights_of[cell as usize] = first as u32;
+        self.scratch = scratch;
+        Ok(first)
+    }
+
+    fn embed_nonlinear(
+        &mut self,
+        cell: u32,
+        nodes: &Nodes,
+        model: &Model,
+        skin: &mut Skin,
+    ) -> Result<(), LatticeError> {
+        let mut s = std::mem::take(&mut self.scratch);
+        let points = self.points(cell)?;
+        s.places.clear();
+        s.places.extend(points.iter().map(|&v| model.surface.points[v as usize]));
+        s.now.resize(points.len(), [0.0; 3]);
+        s.rest.resize(points.len(), [0.0; 3]);
+        for (field, out) in [(&nodes.rest, &mut s.rest), (&nodes.x, &mut s.now)] {
+            s.corners.clear();
+            s.corners.resize(points.len(), self.corners(cell, field));
+            self.grid.place(self.settings.level, &s.places, &s.corners, out)?;
+        }
+        for (i, &v) in points.iter().enumerate() {
+            let u = axpy(s.now[i], -1.0, s.rest[i]);
+            skin.x[v as usize] = axpy(skin.settled[v as usize], 1.0, u);
+        }
+        self.scratch = s;
+        Ok(())
+    }
+
+    /// Weighted nodes of rest places: `visit(place, node, weight)`. Places outside the active cells are passed over.
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn stencils(
+        &mut self,
+        places: &[V3],
+        weights: &mut Vec<[f64; 8]>,
+        mut visit: impl FnMut(usize, u32, f64),
+    ) -> Result<(), LatticeError> {
+        let mut cells = std::mem::take(&mut self.scratch.cells);
+        cells.clear();
+        cells.resize(places.len(), abi::NO_CELL);
+        weights.clear();
+        weights.resize(places.len(), [0.0; 8]);
+        let done = self.grid.weights(self.settings.level, places, &mut cells, weights);
+        for (place, id) in cells.iter().enumerate() {
+            let Some(cell) = self.cell_at(*id, places[place]) else { continue };
+            for (node, weight) in self.region.cell_corners[cell].iter().zip(&weights[place]) {
+                visit(place, *node, *weight);
+            }
+        }
+        self.scratch.cells = cells;
+        Ok(done?)
+    }
+
+    /// What loads (N) on rest places come to on the nodes, where the embedding is not linear: `visit(node, force)`.
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn pull_back(
+        &mut self,
+        places: &[V3],
+        loads: &[V3],
+        nodes: &Nodes,
+        mut visit: impl FnMut(u32, V3),
+    ) -> Result<(), LatticeError> {
+        for (place, load) in places.iter().zip(loads) {
+            let (id, _) = self.grid.locate(self.settings.level, *place)?;
+            let Some(cell) = self.cell_at(id, *place) else { continue };
+            let corners = [self.corners(cell as u32, &nodes.x)];
+            let mut out = [[[0.0; 3]; 8]];
+            self.grid.pull_back(self.settings.level, &[*place], &corners, &[*load], &mut out)?;
+            for (node, f) in self.region.cell_corners[cell].iter().zip(out[0]) {
+                visit(*node, f);
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,283 @@
+//! Moving the region with the hand.
+
+use super::{Lattice, LatticeError, NO_WEIGHTS, kind_name};
+use crate::body::fixing::Fixing;
+use crate::body::lattice::fragments::NodeKey;
+use crate::body::model::Model;
+use crate::body::skin::{NOT_CARRIED, Skin};
+use pliant_host::Region;
+use pliant_plugin_api::CELL_TETRAHEDRA;
+use pliant_plugin_api::abi::{self, Ball};
+use pliant_solver::{Constraint, ElementList, Nodes, System, V3, axpy, dot};
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// A contact may move by this share of the radius before the region follows.
+const SLACK: f64 = 0.25;
+/// Displacement, in edges of a cell, and speed, in edges a second, below which a node counts as back at rest.
+const AT_REST: f64 = 1e-6;
+const STILL: f64 = 1e-3;
+/// Steps between two looks at whether what the hand has left is back at rest.
+const PATIENCE: u32 = 32;
+
+impl Lattice {
+    /// Makes the cells around `wanted` contacts active, or the whole body. Gives whether anything changed.
+    ///
+    /// # Errors
+    /// What grid or material say; the region is then as it was.
+    pub fn follow(
+        &mut self,
+        wanted: &[Ball],
+        model: &Model,
+        fixings: &[Fixing],
+        skin: &mut Skin,
+        system: &mut System,
+    ) -> Result<bool, LatticeError> {
+        let whole = [Ball { centre: self.facts.origin, radius: f64::INFINITY }];
+        let wanted = if self.is_whole() { &whole } else { wanted };
+        self.steps += 1;
+        let is_covered = self.is_covered(wanted);
+        if !self.stale && is_covered {
+            let waiting = !self.is_whole() && !self.region.cell_id.is_empty() && self.steps >= PATIENCE;
+            if !(waiting && self.has_left_something(wanted, &system.nodes)) {
+                return Ok(false);
+            }
+        }
+        let only_cut = self.stale && is_covered && !self.uncut.cell_id.is_empty();
+        (self.steps, self.stale) = (0, false);
+        if !only_cut {
+            self.ask(wanted, &system.nodes)?;
+        }
+        if self.has_cuts() {
+            self.fragments.apply(&self.uncut, self.families, &mut self.spare);
+        }
+        self.exchange(model, fixings, skin, system)?;
+        Ok(true)
+    }
+
+    /// Has the grid list the cells around contacts and those that are not yet back at rest: to be cut, if there are cuts.
+    fn ask(&mut self, wanted: &[Ball], nodes: &Nodes) -> Result<(), LatticeError> {
+        let keep: Vec<u64> = self.unfinished(nodes).collect();
+        let region = if self.has_cuts() { &mut self.uncut } else { &mut self.spare };
+        self.grid.region(self.settings.level, self.families, wanted, &keep, region)?;
+        self.balls.clear();
+        self.balls.extend_from_slice(wanted);
+        Ok(())
+    }
+
+    fn is_covered(&self, wanted: &[Ball]) -> bool {
+        let near = |a: &Ball, b: &Ball| {
+            let d = axpy(a.centre, -1.0, b.centre);
+            // That of a blade follows what of it is inside.
+            let moved = dot(d, d).sqrt() + (a.radius - b.radius).abs();
+            a.radius == f64::INFINITY && b.radius == f64::INFINITY || moved <= SLACK * a.radius.min(b.radius)
+        };
+        wanted.len() == self.balls.len() && wanted.iter().zip(&self.balls).all(|(a, b)| near(a, b))
+    }
+
+    /// Ids of cells with a node that is not at rest.
+    fn unfinished(&self, nodes: &Nodes) -> impl Iterator<Item = u64> {
+        let (far, fast) = (AT_REST * self.facts.edge, STILL * self.facts.edge);
+        let moving = move |i: usize| {
+            let (u, v) = (axpy(nodes.x[i], -1.0, nodes.rest[i]), nodes.v[i]);
+            dot(u, u) > far * far || dot(v, v) > fast * fast
+        };
+        let cells = self.region.cell_id.iter().zip(&self.region.cell_corners);
+        cells.filter(move |(_, corners)| corners.iter().any(|&n| moving(n as usize))).map(|(id, _)| *id)
+    }
+
+    /// Whether a cell outside the wanted balls has come to rest, and can be given up.
+    fn has_left_something(&self, wanted: &[Ball], nodes: &Nodes) -> bool {
+        let mut unfinished = self.unfinished(nodes).peekable();
+        self.region.cell_id.iter().zip(&self.region.cell_corners).any(|(id, corners)| {
+            while unfinished.peek().is_some_and(|u| u < id) {
+                unfinished.next();
+            }
+            let outside = |ball: &Ball| {
+                let rest = self.region.node_rest[corners[0] as usize];
+                let d = axpy(rest, -1.0, ball.centre);
+                dot(d, d).sqrt() > ball.radius + 2.0 * self.facts.edge
+            };
+            unfinished.peek() != Some(id) && wanted.iter().all(outside)
+        })
+    }
+
+    /// Takes over the region in `spare`, with the state of the nodes that stay.
+    pub(super) fn exchange(
+        &mut self,
+        model: &Model,
+        fixings: &[Fixing],
+        skin: &mut Skin,
+        system: &mut System,
+    ) -> Result<(), LatticeError> {
+        let settled = |v: u32, skin: &mut Skin| {
+            skin.cell[v as usize] = NOT_CARRIED;
+            skin.x[v as usize] = skin.settled[v as usize];
+        };
+        for cell in 0..self.region.cell_id.len() as u32 {
+            self.points(cell)?.iter().for_each(|&v| settled(v, skin));
+        }
+        std::mem::swap(&mut self.region, &mut self.spare);
+        let mut edge_of = std::mem::take(&mut self.edge_of);
+        edge_of.clear();
+        for cell in 0..self.region.cell_id.len() as u32 {
+            let mut longest = 0.0_f64;
+            for &v in self.points(cell)? {
+                skin.cell[v as usize] = cell;
+                longest = longest.max(model.longest_edge(v));
+            }
+            edge_of.push(longest);
+        }
+        self.edge_of = edge_of;
+        self.weights.clear();
+        self.weights_of.clear();
+        self.weights_of.resize(self.region.cell_id.len(), NO_WEIGHTS);
+        self.exchange_nodes(&mut system.nodes);
+        self.constrain(fixings, &mut system.nodes);
+        self.list_elements(system)?;
+        system.prepare()?;
+        super::check_mass(system)
+    }
+
+    /// The region before is in `spare`: both lists of keys rise, so one pass pairs them. A copy a cut has just made begins
+    /// where what it was copied from is.
+    fn exchange_nodes(&mut self, nodes: &mut Nodes) {
+        let n = self.region.node_id.len();
+        let (mut x, mut v): (Vec<V3>, Vec<V3>) = (Vec::with_capacity(n), Vec::with_capacity(n));
+        let born: HashMap<NodeKey, NodeKey> = self.fragments.born.drain(..).collect();
+        for (copy, from) in &born {
+            if let Some(kept) = self.kept.get(from).copied() {
+                self.kept.insert(*copy, kept);
+            }
+        }
+        let key = |region: &Region, i: usize| (region.node_id[i], region.node_copy[i]);
+        let old = |wanted: NodeKey| -> Option<usize> {
+            let (mut low, mut high) = (0, self.spare.node_id.len());
+            while low < high {
+                let middle = low.midpoint(high);
+                if key(&self.spare, middle) < wanted { low = middle + 1 } else { high = middle }
+            }
+            (low < self.spare.node_id.len() && key(&self.spare, low) == wanted).then_some(low)
+        };
+        nodes.rest.clear();
+        let mut at = 0;
+        for i in 0..n {
+            let wanted = key(&self.region, i);
+            while at < self.spare.node_id.len() && key(&self.spare, at) < wanted {
+                at += 1;
+            }
+            let stays = at < self.spare.node_id.len() && key(&self.spare, at) == wanted;
+            let from = if stays { Some(at) } else { born.get(&wanted).and_then(|parent| old(*parent)) };
+            let rest = self.region.node_rest[i];
+            let rest = self.kept.get(&wanted).map_or(rest, |kept| axpy(rest, 1.0, *kept));
+            nodes.rest.push(rest);
+            x.push(from.map_or(rest, |old| nodes.x[old]));
+            v.push(from.map_or([0.0; 3], |old| nodes.v[old]));
+        }
+        (nodes.x, nodes.v) = (x, v);
+    }
+
+    /// Who is free, who is led and who returns.
+    fn constrain(&mut self, fixings: &[Fixing], nodes: &mut Nodes) {
+        let n = nodes.x.len();
+        nodes.constraint.clear();
+        nodes.constraint.resize(n, Constraint::Free);
+        nodes.prescribed.clear();
+        nodes.prescribed.resize(n, [0.0; 3]);
+        self.returning.clear();
+        self.led.clear();
+        for i in 0..n {
+            let rest = self.region.node_rest[i];
+            let inside = |ball: &Ball| {
+                let d = axpy(rest, -1.0, ball.centre);
+                dot(d, d) <= (ball.radius + 2.0 * self.facts.edge).powi(2)
+            };
+            if let Some(fixing) = fixings.iter().position(|f| f.place.holds(i as u32, rest)) {
+                nodes.constraint[i] = Constraint::Fixed;
+                if fixings[fixing].moves() {
+                    self.led.push((i as u32, fixing as u32));
+                }
+            } else if self.region.node_border[i] != 0 || !self.balls.iter().any(inside) {
+                nodes.constraint[i] = Constraint::Fixed;
+                self.returning.push(i as u32);
+            }
+        }
+    }
+
+    fn list_elements(&self, system: &mut System) -> Result<(), LatticeError> {
+        let region = &self.region;
+        for set in &mut system.sets {
+            let request = *set.request();
+            let list = set.list_mut();
+            list.nodes.clear();
+            list.family.clear();
+            list.measure.clear();
+            match request.kind {
+                abi::POINT => {
+                    list.nodes.extend(0..region.node_id.len() as u32);
+                    list.measure.extend_from_slice(&region.node_measure);
+                }
+                abi::LINK => {
+                    let wanted = |l: &usize| region.link_family[*l] & request.families != 0;
+                    for l in (0..region.link_family.len()).filter(wanted) {
+                        list.nodes.extend(region.link_nodes[l]);
+                        list.family.push(region.link_family[l]);
+                        list.measure.push(region.link_measure[l]);
+                    }
+                }
+                abi::TETRAHEDRON => self.list_tetrahedra(list),
+                kind => {
+                    let material = system.material.name().to_owned();
+                    return Err(LatticeError::Unsupported { material, wanted: kind_name(kind), carrier: "grid" });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Five for each cell or fragment of one, in the order of the cells.
+    fn list_tetrahedra(&self, list: &mut ElementList) {
+        let region = &self.region;
+        for (cell, corners) in region.cell_corners.iter().enumerate() {
+            let least = region.node_rest[corners[0] as usize];
+            let index = |i: usize| ((least[i] - self.facts.origin[i]) / self.facts.edge).round() as i64;
+            let parity = (index(0) + index(1) + index(2)) & 1;
+            let share = self.fragments.share(region.cell_id[cell], region.cell_fragment[cell] as usize);
+            for tetrahedron in CELL_TETRAHEDRA[parity as usize] {
+                list.nodes.extend(tetrahedron.map(|c| corners[c as usize]));
+                list.measure.push(share);
+            }
+        }
+    }
+
+    /// Makes the present shape of the active nodes their rest shape, at rest. Gives the triangles that have moved.
+    ///
+    /// # Errors
+    /// What the material says of the new rest shape.
+    pub fn keep(&mut self, model: &Model, skin: &mut Skin, system: &mut System) -> Result<Vec<u32>, LatticeError> {
+        let nodes = &mut system.nodes;
+        for i in 0..nodes.x.len() {
+            let moved = axpy(nodes.x[i], -1.0, self.region.node_rest[i]);
+            if moved != [0.0; 3] {
+                self.kept.insert((self.region.node_id[i], self.region.node_copy[i]), moved);
+            }
+            nodes.v[i] = [0.0; 3];
+        }
+        let mut triangles = Vec::new();
+        let (settled, x) = (Arc::make_mut(&mut skin.settled), &skin.x);
+        for cell in 0..self.region.cell_id.len() as u32 {
+            for &v in self.points(cell)? {
+                if settled[v as usize] != x[v as usize] {
+                    settled[v as usize] = x[v as usize];
+                    triangles.extend_from_slice(model.around(v));
+                }
+            }
+        }
+        triangles.sort_unstable();
+        triangles.dedup();
+        skin.tree.refit(&skin.settled, &model.surface.triangles, &triangles);
+        nodes.rest.copy_from_slice(&nodes.x);
+        system.rest()?;
+        Ok(triangles)
+    }
+}

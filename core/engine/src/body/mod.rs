@@ -1,0 +1,75 @@
+//! A body of a scene: the model an artist handed in, the nodes that carry it, and how its surface follows them.
+
+mod carrier;
+mod cutting;
+mod fixing;
+mod lattice;
+mod model;
+mod samples;
+mod sheet;
+mod skin;
+mod state;
+
+pub use carrier::Carrier;
+pub use fixing::{Fixing, Place};
+pub use lattice::{Inner, Lattice, LatticeError, RegionSettings};
+pub use model::Model;
+pub use samples::Samples;
+pub use sheet::{Sheet, Warp};
+pub use skin::{NOT_CARRIED, Skin, weigh};
+pub use state::BodyState;
+
+use cutting::Aprons;
+use pliant_cut::CutMesh;
+use pliant_solver::{Pool, System};
+
+/// Everything about one body.
+pub struct Body {
+    /// As the scene calls it.
+    pub name: String,
+    /// What does not change while it deforms.
+    pub model: Model,
+    /// The mesh a blade cuts; none where no edit is a cut.
+    pub cut: Option<Box<CutMesh>>,
+    pub(crate) aprons: Aprons,
+    /// Where its surface is now.
+    pub skin: Skin,
+    /// Nodes, elements and material.
+    pub system: System,
+    /// Which nodes there are, and how the surface follows them.
+    pub carrier: Carrier,
+    /// Its surface as a ball feels it; none where no tool is a ball.
+    pub samples: std::sync::Arc<Samples>,
+    /// N/m for a m^2, of the soft layer a tool lies in on its surface
+    pub layer_stiffness: f64,
+    /// Nodes that are held.
+    pub fixings: Vec<Fixing>,
+    /// Why it no longer moves, once its material failed or its state was no longer finite.
+    pub frozen: Option<String>,
+}
+
+impl Body {
+    /// Brings the surface of every node up to date: for a picture, a file or the end of a run.
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn update_skin(&mut self, pool: &Pool) -> Result<(), LatticeError> {
+        self.carrier.embed_all(pool, &self.system.nodes, &self.model, &mut self.skin)
+    }
+
+    /// Where the nodes carry one rest place, and where they would if they were at rest. What no node carries stays.
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn carry_one(&self, place: pliant_solver::V3) -> Result<(pliant_solver::V3, pliant_solver::V3), LatticeError> {
+        self.carrier.carry_one(place, &self.model, &self.skin, &self.system.nodes)
+    }
+
+    /// Bytes of the largest parts.
+    pub fn bytes(&self) -> usize {
+        let nodes = self.system.nodes.len() * 200;
+        let elements: usize = self.system.sets.iter().map(|s| s.count() * 40).sum();
+        let matrix = self.system.matrix.as_ref().map_or(0, pliant_solver::Matrix::bytes);
+        nodes + elements + matrix + self.model.bytes() + self.carrier.bytes()
+    }
+}

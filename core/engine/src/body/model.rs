@@ -1,0 +1,145 @@
+//! What does not change while a body deforms: the document, its placed surface, and what is around each vertex.
+
+use pliant_mesh::geometry::TriangleTree;
+use pliant_mesh::{Finding, ObjDocument, Placement, Surface, check};
+use std::collections::HashMap;
+
+/// A placed model.
+pub struct Model {
+    /// The file.
+    pub document: ObjDocument,
+    /// File units to metres.
+    pub placement: Placement,
+    /// The surface as it was handed in, m.
+    pub surface: Surface,
+    /// What is wrong with it, if anything.
+    pub findings: Vec<Finding>,
+    /// Triangles around vertex v: `around[start[v]..start[v + 1]]`.
+    start: Vec<u32>,
+    around: Vec<u32>,
+    /// The same for vertices near a cut.
+    recut: HashMap<u32, Vec<u32>>,
+    /// m, the longest edge at each vertex (n)
+    longest_edge: Vec<f32>,
+}
+
+impl Model {
+    /// Places a document.
+    pub fn new(document: ObjDocument, placement: Placement) -> Self {
+        let surface = Surface::from_document(&document);
+        let findings = check(&surface, &document);
+        let surface = surface.placed(&placement);
+        let n = surface.points.len();
+        let mut start = vec![0_u32; n + 1];
+        for &v in surface.triangles.iter().flatten() {
+            start[v as usize + 1] += 1;
+        }
+        for v in 0..n {
+            start[v + 1] += start[v];
+        }
+        let mut next = start.clone();
+        let mut around = vec![0; surface.triangles.len() * 3];
+        let mut longest_edge = vec![0.0_f32; n];
+        for (t, corners) in surface.triangles.iter().enumerate() {
+            for i in 0..3 {
+                let (a, b) = (corners[i] as usize, corners[(i + 1) % 3] as usize);
+                around[next[a] as usize] = t as u32;
+                next[a] += 1;
+                let edge = distance(surface.points[a], surface.points[b]) as f32;
+                longest_edge[a] = longest_edge[a].max(edge);
+                longest_edge[b] = longest_edge[b].max(edge);
+            }
+        }
+        Self { document, placement, surface, findings, start, around, recut: HashMap::new(), longest_edge }
+    }
+
+    /// Triangles around a vertex.
+    pub fn around(&self, vertex: u32) -> &[u32] {
+        if let Some(list) = self.recut.get(&vertex) {
+            return list;
+        }
+        match self.start.get(vertex as usize + 1) {
+            Some(&end) => &self.around[self.start[vertex as usize] as usize..end as usize],
+            None => &[], // of lids alone
+        }
+    }
+
+    /// m, the longest edge at a vertex.
+    pub fn longest_edge(&self, vertex: u32) -> f64 {
+        f64::from(self.longest_edge[vertex as usize])
+    }
+
+    /// Takes over a surface that a blade has changed: `changed` triangles that were there before, and whatever is more or
+    /// less than there was.
+    pub fn take_cut(&mut self, surface: &Surface, changed: &[u32]) {
+        let (known, count) = (self.surface.triangles.len(), surface.triangles.len());
+        let stays = |t: &u32| (*t as usize) < known.min(count);
+        let gone = count as u32..known as u32;
+        for t in changed.iter().copied().filter(stays).chain(gone) {
+            for v in self.surface.triangles[t as usize] {
+                self.around_mut(v).retain(|other| *other != t);
+            }
+        }
+        let points = self.surface.points.len().min(surface.points.len());
+        self.surface.points.truncate(points);
+        self.longest_edge.truncate(points);
+        self.recut.retain(|v, _| (*v as usize) < points);
+        self.surface.points.extend_from_slice(&surface.points[points..]);
+        self.longest_edge.resize(surface.points.len(), 0.0);
+        self.surface.triangles.truncate(count);
+        self.surface.face_of.truncate(count);
+        for t in changed.iter().copied().filter(stays) {
+            self.surface.triangles[t as usize] = surface.triangles[t as usize];
+            self.surface.face_of[t as usize] = surface.face_of[t as usize];
+        }
+        let first = self.surface.triangles.len();
+        self.surface.triangles.extend_from_slice(&surface.triangles[first..]);
+        self.surface.face_of.extend_from_slice(&surface.face_of[first..]);
+        for t in changed.iter().copied().filter(stays).chain(first as u32..count as u32) {
+            if self.is_lid(t) {
+                continue;
+            }
+            let corners = surface.triangles[t as usize];
+            for i in 0..3 {
+                let (a, b) = (corners[i], corners[(i + 1) % 3]);
+                let list = self.around_mut(a);
+                if let Err(place) = list.binary_search(&t) {
+                    list.insert(place, t);
+                }
+                let edge = distance(surface.points[a as usize], surface.points[b as usize]) as f32;
+                for v in [a, b] {
+                    let longest = &mut self.longest_edge[v as usize];
+                    *longest = longest.max(edge);
+                }
+            }
+        }
+    }
+
+    /// Whether a triangle is a lid over a hole, for a blade: it is neither seen nor felt.
+    pub fn is_lid(&self, triangle: u32) -> bool {
+        self.surface.face_of[triangle as usize] as usize > self.document.face_count()
+    }
+
+    fn around_mut(&mut self, vertex: u32) -> &mut Vec<u32> {
+        let (start, around) = (&self.start, &self.around);
+        self.recut.entry(vertex).or_insert_with(|| match start.get(vertex as usize + 1) {
+            Some(&end) => around[start[vertex as usize] as usize..end as usize].to_vec(),
+            None => Vec::new(),
+        })
+    }
+
+    /// A tree over the surface as it was handed in.
+    pub fn tree(&self) -> TriangleTree {
+        TriangleTree::new(&self.surface.points, &self.surface.triangles)
+    }
+
+    /// Bytes of the largest parts.
+    pub fn bytes(&self) -> usize {
+        let s = &self.surface;
+        self.document.bytes().len() + s.points.len() * (24 + 8) + s.triangles.len() * (12 + 4 + 12)
+    }
+}
+
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
+}

@@ -1,0 +1,69 @@
+//! Where the surface is.
+
+use pliant_mesh::geometry::TriangleTree;
+use pliant_solver::V3;
+
+use super::model::Model;
+use std::sync::Arc;
+
+/// The cell of a vertex that no cell of the region carries.
+pub const NOT_CARRIED: u32 = u32::MAX;
+
+/// Current positions of the surface.
+///
+/// A vertex in a cell of the region follows its nodes, but only when asked: a step needs those near the tools, a picture
+/// needs all. Every other vertex is settled and costs nothing.
+pub struct Skin {
+    /// m, as of the last embedding of each vertex (n x 3)
+    pub x: Vec<V3>,
+    /// m, where each vertex is when its nodes are at rest (n x 3); shared with what can be undone, copied when it changes
+    pub settled: Arc<Vec<V3>>,
+    /// Place in the region of the cell that carries each vertex, or [`NOT_CARRIED`] (n)
+    pub cell: Vec<u32>,
+    /// Over the settled surface.
+    pub tree: TriangleTree,
+}
+
+impl Skin {
+    /// At rest.
+    pub fn new(model: &Model) -> Self {
+        let settled = model.surface.points.clone();
+        let (x, cell) = (settled.clone(), vec![NOT_CARRIED; settled.len()]);
+        Self { x, cell, settled: Arc::new(settled), tree: model.tree() }
+    }
+
+    /// Has as many vertices as `settled`, which is where those of the model are now at rest; those that were there stand
+    /// where they stood. `moved` are the triangles that are new or elsewhere, `gone` those that are no more.
+    pub fn take_cut(&mut self, model: &Model, settled: Arc<Vec<V3>>, moved: &[u32], gone: std::ops::Range<u32>) {
+        let known = self.x.len().min(settled.len());
+        self.x.truncate(known);
+        self.x.extend_from_slice(&settled[known..]);
+        self.cell.resize(settled.len(), NOT_CARRIED);
+        self.settled = settled;
+        gone.for_each(|t| self.tree.remove(t));
+        for &t in moved.iter().filter(|t| !model.is_lid(**t)) {
+            self.tree.set(t, model.surface.triangles[t as usize].map(|v| self.settled[v as usize]));
+        }
+    }
+
+    /// Forgets which cells carry it, and stands at rest.
+    pub fn settle(&mut self) {
+        self.x.copy_from_slice(&self.settled);
+        self.cell.fill(NOT_CARRIED);
+    }
+
+    /// Corners of a triangle as of their last embedding.
+    pub fn corners(&self, model: &Model, triangle: u32) -> [V3; 3] {
+        model.surface.triangles[triangle as usize].map(|v| self.x[v as usize])
+    }
+
+    /// A point of a triangle as of its last embedding.
+    pub fn point(&self, model: &Model, triangle: u32, bary: V3) -> V3 {
+        weigh(self.corners(model, triangle), bary)
+    }
+}
+
+/// `sum b x`
+pub fn weigh(corners: [V3; 3], bary: V3) -> V3 {
+    std::array::from_fn(|i| bary[0] * corners[0][i] + bary[1] * corners[1][i] + bary[2] * corners[2][i])
+}

@@ -1,0 +1,96 @@
+//! What of a body can be taken back: its shape, its motion, and the cuts through it.
+
+use super::lattice::LatticeState;
+use super::sheet::SheetState;
+use super::{Body, Carrier, LatticeError};
+use pliant_solver::{Nodes, V3};
+use std::sync::Arc;
+
+/// A body at one moment.
+#[derive(Clone)]
+pub struct BodyState {
+    nodes: Nodes,
+    /// Of each set of elements.
+    history: Vec<Vec<f64>>,
+    carrier: CarrierState,
+    settled: Arc<Vec<V3>>,
+    /// Advances of a blade.
+    cuts: usize,
+    frozen: Option<String>,
+}
+
+#[derive(Clone)]
+enum CarrierState {
+    Lattice(Box<LatticeState>),
+    Sheet(SheetState),
+}
+
+impl Body {
+    /// As it is now.
+    pub fn save(&self) -> BodyState {
+        BodyState {
+            nodes: self.system.nodes.clone(),
+            history: self.system.sets.iter().map(|set| set.history().to_vec()).collect(),
+            carrier: match &self.carrier {
+                Carrier::Lattice(lattice) => CarrierState::Lattice(Box::new(lattice.save())),
+                Carrier::Sheet(sheet) => CarrierState::Sheet(sheet.save()),
+            },
+            settled: Arc::clone(&self.skin.settled),
+            cuts: self.cut.as_ref().map_or(0, |mesh| mesh.depth()),
+            frozen: self.frozen.clone(),
+        }
+    }
+
+    /// As it was.
+    ///
+    /// # Errors
+    /// What grid or material say.
+    pub fn restore(&mut self, state: &BodyState) -> Result<(), LatticeError> {
+        let mut moved = Vec::new();
+        let known = self.model.surface.triangles.len();
+        if let Some(mesh) = &mut self.cut {
+            while mesh.depth() > state.cuts && mesh.undo().is_some() {}
+            while mesh.depth() < state.cuts && mesh.redo().is_some() {}
+            let pairs = self.model.surface.triangles.iter().zip(&mesh.surface().triangles);
+            moved = pairs.enumerate().filter(|(_, (a, b))| a != b).map(|(t, _)| t as u32).collect();
+            self.model.take_cut(mesh.surface(), &moved);
+        }
+        let count = self.model.surface.triangles.len();
+        moved.extend(known as u32..count as u32);
+        let pairs = self.skin.settled.iter().zip(state.settled.iter()).enumerate();
+        for (vertex, _) in pairs.filter(|(_, (a, b))| a != b) {
+            moved.extend_from_slice(self.model.around(vertex as u32));
+        }
+        moved.sort_unstable();
+        moved.dedup();
+        self.skin.take_cut(&self.model, Arc::clone(&state.settled), &moved, count as u32..known.max(count) as u32);
+        self.skin.settle();
+        match (&mut self.carrier, &state.carrier) {
+            (Carrier::Lattice(lattice), CarrierState::Lattice(state)) => {
+                lattice.restore(state, &self.model, &self.fixings, &mut self.skin, &mut self.system)?;
+            }
+            (Carrier::Sheet(sheet), CarrierState::Sheet(of_sheet)) => {
+                sheet.restore(of_sheet, &state.nodes, &self.model, &mut self.system)?;
+            }
+            _ => {} // a carrier stays what it is
+        }
+        self.system.nodes.rest.clone_from(&state.nodes.rest);
+        self.system.nodes.x.clone_from(&state.nodes.x);
+        self.system.nodes.v.clone_from(&state.nodes.v);
+        self.system.nodes.prescribed.clone_from(&state.nodes.prescribed);
+        for (set, history) in self.system.sets.iter_mut().zip(&state.history) {
+            set.set_history(history);
+        }
+        self.frozen.clone_from(&state.frozen);
+        if !self.samples.is_empty()
+            && let Some(samples) = Arc::get_mut(&mut self.samples)
+        {
+            samples.mend();
+            if let Some(lattice) = self.carrier.lattice() {
+                let cells: Vec<u64> = lattice.cut_cells().collect();
+                samples.take_cut(&cells, &self.model, &self.skin, lattice)?;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,138 @@
+//! The soft layer between a ball and a surface: how a touch is spread, and where the ball comes to rest in it.
+//!
+//! A hard ball in a dimple touches at one point now and at another the next moment. A thin elastic layer takes that away:
+//! each sample of the surface inside the ball is pushed out by `k d`, d its depth, and the massless ball stands where those
+//! pushes balance the pull of the hand. Its pressure follows the shape of both bodies, so a ball on a half-space comes out
+//! as Hertz (1881) has it. The layer is as stiff as the step bears: it adds to a node's stiffness about what the fastest
+//! mode of the body already has.
+
+use super::near::Near;
+use nalgebra::{Matrix3, Vector3};
+use pliant_solver::{Block, V3};
+
+/// Where a ball rests in the layer over a few samples.
+pub struct Layer {
+    /// m
+    pub radius: f64,
+    /// N/m, of the spring to the hand
+    pub pull: f64,
+    /// N/m for a m^2
+    pub stiffness: f64,
+}
+
+/// What a sample does.
+#[derive(Clone, Copy, Debug)]
+pub struct Push {
+    /// m, its rest place
+    pub rest: V3,
+    /// m, where it is
+    pub point: V3,
+    /// N, on the surface
+    pub force: V3,
+    /// N/m, of the force against moving the sample
+    pub stiffness: Block,
+    /// N, its size
+    pub size: f64,
+}
+
+/// Newton steps to balance, at most.
+const STEPS: usize = 20;
+
+impl Layer {
+    /// Where a ball at `p` comes to rest between the samples and a spring to `hand`; along one direction only, if one is
+    /// given. Gives its place and the force of the layer on it, N.
+    pub fn balance(&self, samples: &[Near], p: V3, hand: V3, along: Option<V3>) -> (V3, V3) {
+        let (mut p, hand) = (Vector3::from(p), Vector3::from(hand));
+        let mut layer = Vector3::zeros();
+        for _ in 0..STEPS {
+            let mut hessian = Matrix3::from_diagonal_element(self.pull);
+            layer = Vector3::zeros();
+            for s in samples {
+                let Some((n, depth)) = self.into(s, p) else { continue };
+                let k = self.stiffness * s.area;
+                layer -= k * depth * n;
+                hessian += k * n * n.transpose();
+            }
+            let force = self.pull * (hand - p) + layer;
+            let step = match along.map(Vector3::from) {
+                Some(d) => d * (d.dot(&force) / d.dot(&(hessian * d))),
+                None => hessian.try_inverse().map_or(Vector3::zeros(), |inverse| inverse * force),
+            };
+            // A sample that is let in or out changes the slope: short moves keep to it.
+            let (length, most) = (step.norm(), 0.1 * self.radius);
+            p += if length > most { step * (most / length) } else { step };
+            if length <= 1e-9 * self.radius {
+                break;
+            }
+        }
+        (p.into(), layer.into())
+    }
+
+    /// What each sample inside a ball at `p` does.
+    pub fn pushes<'a>(&'a self, samples: &'a [Near], p: V3) -> impl Iterator<Item = Push> + 'a {
+        let p = Vector3::from(p);
+        samples.iter().filter_map(move |s| {
+            let (n, depth) = self.into(s, p)?;
+            let k = self.stiffness * s.area;
+            let normal: V3 = n.into();
+            let stiffness = std::array::from_fn(|e| k * normal[e / 3] * normal[e % 3]);
+            let size = k * depth;
+            Some(Push { rest: s.rest, point: s.point, force: normal.map(|c| size * c), stiffness, size })
+        })
+    }
+
+    /// Direction from the ball to a sample, and how far inside the ball it is.
+    fn into(&self, s: &Near, p: Vector3<f64>) -> Option<(Vector3<f64>, f64)> {
+        let out = Vector3::from(s.point) - p;
+        let distance = out.norm();
+        (distance < self.radius && distance > 1e-12).then(|| (out / distance, self.radius - distance))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Samples of the plane z = 0, `spacing` apart.
+    fn plane(spacing: f64) -> Vec<Near> {
+        let mut samples = Vec::new();
+        for i in -20..20 {
+            for j in -20..20 {
+                let point = [(f64::from(i) + 0.5) * spacing, (f64::from(j) + 0.5) * spacing, 0.0];
+                samples.push(Near {
+                    body: 0,
+                    point,
+                    rest: point,
+                    normal: [0.0; 3],
+                    distance: 0.0,
+                    area: spacing * spacing,
+                });
+            }
+        }
+        samples
+    }
+
+    #[test]
+    fn a_ball_sinks_until_the_layer_balances_the_hand() {
+        let layer = Layer { radius: 0.01, pull: 200.0, stiffness: 1e7 };
+        let samples = plane(5e-4);
+        let hand = [0.0, 0.0, layer.radius - 2e-3];
+        let (p, force) = layer.balance(&samples, [0.0, 0.0, layer.radius], hand, None);
+        let pulled = layer.pull * (p[2] - hand[2]);
+        assert!((force[2] - pulled).abs() < 1e-9 && force[0].abs() < 1e-9 && force[1].abs() < 1e-9);
+        // Winkler's bed, pushes along the radius: F = pi k (R - d) d^2.
+        let depth = layer.radius - p[2];
+        let winkler = std::f64::consts::PI * layer.stiffness * (layer.radius - depth) * depth * depth;
+        assert!((force[2] / winkler - 1.0).abs() < 0.01, "{} {winkler}", force[2]);
+        let total: f64 = layer.pushes(&samples, p).map(|push| -push.force[2]).sum();
+        assert!((total - force[2]).abs() < 1e-9);
+    }
+
+    #[test]
+    fn along_a_direction_it_leaves_the_others_alone() {
+        let layer = Layer { radius: 0.01, pull: 200.0, stiffness: 1e7 };
+        let hand = [0.003, 0.0, layer.radius - 2e-3];
+        let (p, _) = layer.balance(&plane(5e-4), [0.001, 0.0, layer.radius], hand, Some([0.0, 0.0, 1.0]));
+        assert!(p[0] == 0.001 && p[1] == 0.0 && p[2] < layer.radius);
+    }
+}

@@ -1,0 +1,86 @@
+//! Loads on places of a body, and how they change as the body moves there.
+
+use super::sums::Sums;
+use crate::body::{Body, Carrier, LatticeError};
+use pliant_solver::{Block, NodeSprings, Nodes, V3, axpy};
+
+/// Loads on rest places.
+#[derive(Debug, Default)]
+pub struct PlaceLoads {
+    /// m, rest places (s x 3)
+    pub places: Vec<V3>,
+    /// N (s x 3)
+    pub force: Vec<V3>,
+    /// N/m (s blocks)
+    pub stiffness: Vec<Block>,
+    /// N s/m (s blocks)
+    pub damping: Vec<Block>,
+    sums: Sums,
+    weights: Vec<[f64; 8]>,
+}
+
+impl PlaceLoads {
+    /// No loads; keeps its buffers.
+    pub fn clear(&mut self) {
+        self.places.clear();
+        self.force.clear();
+        self.stiffness.clear();
+        self.damping.clear();
+    }
+
+    /// One more.
+    pub fn push(&mut self, place: V3, force: V3, stiffness: Block, damping: Block) {
+        self.places.push(place);
+        self.force.push(force);
+        self.stiffness.push(stiffness);
+        self.damping.push(damping);
+    }
+
+    /// Gives the loads to the nodes of a body, by the transpose of the embedding. Places beside the active cells are left out and the
+    /// others take their share, so that the whole load arrives.
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn attach(&mut self, body: &mut Body, out: &mut NodeSprings) -> Result<(), LatticeError> {
+        let Body { carrier, model, skin, system, .. } = body;
+        let nodes = &system.nodes;
+        let sums = &mut self.sums;
+        sums.begin(nodes.len());
+        let lattice = match carrier {
+            Carrier::Lattice(lattice) => lattice,
+            Carrier::Sheet(sheet) => {
+                for (i, place) in self.places.iter().enumerate() {
+                    let Some((triangle, bary)) = sheet.seat(*place, model, skin) else { continue };
+                    for (node, weight) in sheet.nodes_of(model, triangle).into_iter().zip(bary) {
+                        sums.add(node, weight, self.force[i], &self.stiffness[i], &self.damping[i]);
+                    }
+                }
+                self.give(nodes, out);
+                return Ok(());
+            }
+        };
+        if lattice.grid.is_nonlinear() {
+            lattice.pull_back(&self.places, &self.force, nodes, |node, f| {
+                let at = sums.touch(node).0;
+                *at = axpy(*at, 1.0, f);
+            })?;
+        } else {
+            let (force, stiffness, damping) = (&self.force, &self.stiffness, &self.damping);
+            let mut weights = std::mem::take(&mut self.weights);
+            lattice.stencils(&self.places, &mut weights, |place, node, weight| {
+                sums.add(node, weight, force[place], &stiffness[place], &damping[place]);
+            })?;
+            self.weights = weights;
+        }
+        self.give(nodes, out);
+        Ok(())
+    }
+
+    /// Scaled so that all of the load arrives.
+    fn give(&mut self, nodes: &Nodes, out: &mut NodeSprings) {
+        let size = |f: V3| f.iter().map(|c| c * c).sum::<f64>().sqrt();
+        let (wanted, arrived) =
+            (size(self.force.iter().fold([0.0; 3], |sum, f| axpy(sum, 1.0, *f))), size(self.sums.total()));
+        self.sums.give(if arrived > 0.0 { wanted / arrived } else { 1.0 }, &nodes.x, out);
+    }
+}

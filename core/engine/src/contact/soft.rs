@@ -1,0 +1,280 @@
+//! A fingertip on a sheet as springs: where vertices lie too far apart to hold it, and for comparison.
+//!
+//! Between vertices a tip meets the points of triangles, edges and vertices whose distance from its centre is a local
+//! minimum. Each pushes with a spring whose force is carried on from step to step, so that what is left of the depth goes to
+//! zero (the multiplier method of Hestenes 1969 and Powell 1969, one iteration a step). As a penalty, springs at the vertices
+//! inside the tip push for what they are deep, and no more. Friction is a spring along the surface that gives way where
+//! Coulomb's law says so.
+
+use super::fingertip::Tip;
+use super::reach::Reach;
+use super::sums::Sums;
+use pliant_mesh::geometry::{Closest, closest_point};
+use pliant_solver::{Block, NodeSprings, Nodes, V3, axpy, dot, times};
+
+/// Where a soft tip meets a sheet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Meets {
+    /// On triangles, edges and vertices, until it is not inside any more.
+    Triangles,
+    /// At vertices, with a force that stands for a depth.
+    Vertices,
+}
+
+/// A tip of one tool on one sheet.
+pub struct SoftTip {
+    meets: Meets,
+    /// Whether forces last: between two tips they would grow against each other.
+    pub learns: bool,
+    near: Reach,
+    found: Vec<Found>,
+    stays: Vec<bool>,
+    spots: Vec<Spot>,
+    before: Vec<Spot>,
+    sums: Sums,
+}
+
+/// A point of a sheet that may be pressed on.
+#[derive(Clone, Copy, Debug)]
+struct Found {
+    corners: [u32; 3],
+    bary: V3,
+    point: V3,
+    distance: f64,
+}
+
+/// A point that is pressed on: the force on it is `force - stiffness (x - point) - damping v`.
+#[derive(Clone, Copy, Debug)]
+struct Spot {
+    corners: [u32; 3],
+    bary: V3,
+    point: V3,
+    normal: V3,
+    force: V3,
+    stiffness: Block,
+    damping: Block,
+    /// N, what the spring of a depth has come to
+    lasting: f64,
+    sticks: bool,
+}
+
+/// Of a tip's radius: how far a point may have moved along the sheet and still be the same contact.
+const SAME: f64 = 0.5;
+/// Of what a depth adds to the force in a step, the most that lasts.
+const LASTS: f64 = 0.25;
+/// Of a tip's radius: how far off the sheet may be before what lasts of a force is forgotten.
+const GAP: f64 = 0.1;
+/// Of a distance: less than this apart, two are one.
+const TIE: f64 = 1e-9;
+
+impl SoftTip {
+    /// In contact with nothing.
+    pub fn new(meets: Meets) -> Self {
+        Self {
+            meets,
+            learns: true,
+            near: Reach::default(),
+            found: Vec::new(),
+            stays: Vec::new(),
+            spots: Vec::new(),
+            before: Vec::new(),
+            sums: Sums::default(),
+        }
+    }
+
+    /// The nodes of the body have changed.
+    pub fn forget(&mut self) {
+        self.near.forget();
+        self.leave();
+    }
+
+    /// It touches nothing any more.
+    pub fn leave(&mut self) {
+        self.spots.clear();
+    }
+
+    /// Points it pressed on in the last step.
+    pub fn held(&self) -> usize {
+        self.spots.len()
+    }
+
+    /// What it presses on: the direction from its centre, N, and how fast the sheet slides past it, m/s, once nodes have moved.
+    pub fn pressed<'a>(&'a self, tip: &'a Tip, nodes: &'a Nodes) -> impl Iterator<Item = (V3, f64, V3)> + 'a {
+        self.spots.iter().map(|spot| {
+            let v = carried(&nodes.v, spot.corners, spot.bary);
+            let slip = axpy(v, -1.0, tip.velocity);
+            let size = dot(axpy(spot.felt(&nodes.x), -1.0, times(&spot.damping, v)), spot.normal);
+            (spot.normal, size.max(0.0), axpy(slip, -dot(slip, spot.normal), spot.normal))
+        })
+    }
+
+    /// J, what friction takes in a step of `dt` (s) where the sheet slides, once nodes have moved.
+    pub fn rubbed(&self, tip: &Tip, nodes: &Nodes, dt: f64) -> f64 {
+        let sliding = self.spots.iter().filter(|spot| !spot.sticks);
+        let lost = sliding.map(|spot| {
+            let slip = axpy(carried(&nodes.v, spot.corners, spot.bary), -1.0, tip.velocity);
+            let along = axpy(spot.force, -dot(spot.force, spot.normal), spot.normal);
+            -dot(along, slip) * dt
+        });
+        lost.sum()
+    }
+
+    /// Finds what `tip` presses on, with springs of `stiffness` (N/m), in a step of `dt` (s), and gives it to `out`. Nodes of
+    /// the sheet, of `count` triangles, may have moved by `moved` (m) since the last step.
+    pub fn press(
+        &mut self,
+        tip: &Tip,
+        (triangles, count): (impl Fn(u32) -> [u32; 3], u32),
+        nodes: &Nodes,
+        (stiffness, moved, dt): (f64, f64, f64),
+        out: &mut NodeSprings,
+    ) {
+        std::mem::swap(&mut self.spots, &mut self.before);
+        self.spots.clear();
+        let drive = tip.velocity.map(|c| c * dt);
+        let travel = dot(drive, drive).sqrt();
+        if let Some(reach) = self.near.renew(tip.position, tip.radius, moved, travel) {
+            let within = |t: &u32| {
+                let at = closest_point(tip.position, triangles(*t).map(|n| nodes.x[n as usize])).point;
+                let d = axpy(at, -1.0, tip.position);
+                dot(d, d) <= reach * reach
+            };
+            self.near.list.extend((0..count).filter(within));
+        }
+        // A tip that goes far in a step is looked at on its way, so that it cannot jump over the sheet.
+        let looks = (2.0 * travel / tip.radius).ceil().clamp(1.0, 1000.0);
+        for look in 1..=looks as u32 {
+            let centre = axpy(tip.position, f64::from(look) / looks - 1.0, drive);
+            self.find(centre, tip.radius * if self.before.is_empty() { 1.0 } else { 1.0 + GAP }, &triangles, &nodes.x);
+            if !self.found.is_empty() {
+                self.judge(tip, centre, stiffness, (drive, dt), nodes);
+                break;
+            }
+        }
+        self.give(nodes, out);
+    }
+
+    /// Lists the points within `radius` of `centre`.
+    fn find(&mut self, centre: V3, radius: f64, triangles: &impl Fn(u32) -> [u32; 3], x: &[V3]) {
+        self.found.clear();
+        let mut add = |corners: [u32; 3], Closest { point, bary }| {
+            let d = axpy(point, -1.0, centre);
+            let distance = dot(d, d).sqrt();
+            if distance < radius {
+                self.found.push(Found { corners, bary, point, distance });
+            }
+        };
+        for corners in self.near.list.iter().map(|t| triangles(*t)) {
+            match self.meets {
+                Meets::Triangles => add(corners, closest_point(centre, corners.map(|n| x[n as usize]))),
+                Meets::Vertices => corners
+                    .into_iter()
+                    .for_each(|n| add([n; 3], Closest { point: x[n as usize], bary: [1.0, 0.0, 0.0] })),
+            }
+        }
+        match self.meets {
+            Meets::Triangles => self.keep_least(TIE * radius),
+            Meets::Vertices => {
+                self.found.sort_unstable_by_key(|f| f.corners[0]);
+                self.found.dedup_by_key(|f| f.corners[0]);
+            }
+        }
+    }
+
+    /// Keeps of points on shared edges and vertices one, and none where a triangle that shares it comes closer.
+    fn keep_least(&mut self, tie: f64) {
+        let all = &self.found;
+        let is_part = |f: &Found, g: &Found| {
+            let mut of = f.corners.iter().zip(f.bary).filter(|(_, w)| *w > 0.0);
+            of.all(|(n, _)| g.corners.contains(n))
+        };
+        self.stays.clear();
+        self.stays.extend((0..all.len()).map(|i| {
+            let f = &all[i];
+            let beats = |(j, g): (usize, &Found)| {
+                let same = (g.distance - f.distance).abs() <= tie;
+                j != i && is_part(f, g) && if same { j < i } else { g.distance < f.distance }
+            };
+            !all.iter().enumerate().any(beats)
+        }));
+        let mut stays = self.stays.iter();
+        self.found.retain(|_| *stays.next().expect("one for each"));
+    }
+
+    /// Decides what force each point found gets.
+    fn judge(&mut self, tip: &Tip, centre: V3, k: f64, (drive, dt): (V3, f64), nodes: &Nodes) {
+        for found in &self.found {
+            let out = axpy(found.point, -1.0, centre);
+            let mut normal =
+                if found.distance > TIE * tip.radius { out.map(|c| c / found.distance) } else { [0.0, 0.0, 1.0] };
+            let old = self.before.iter().filter_map(|spot| {
+                let d = axpy(carried(&nodes.x, spot.corners, spot.bary), -1.0, found.point);
+                let away = dot(d, d).sqrt();
+                (away <= SAME * tip.radius).then_some((away, spot))
+            });
+            let old = old.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, spot)| spot);
+            if old.is_some_and(|spot| dot(spot.normal, normal) < 0.0) {
+                normal = normal.map(|c| -c); // the sheet has come past the centre
+            }
+            let depth = tip.radius - dot(axpy(found.point, -1.0, tip.position), normal);
+            let last = old.map_or([0.0; 3], |spot| spot.felt(&nodes.x));
+            let slip = axpy(tip.velocity, -1.0, carried(&nodes.v, found.corners, found.bary));
+            // Critical for the mass at this point. What lasts grows no faster than this damping can follow.
+            let mass =
+                found.corners.iter().zip(found.bary).map(|(n, w)| w * w / nodes.mass[*n as usize]).sum::<f64>().recip();
+            let drag = (k * mass).sqrt();
+            let lasts = LASTS.min(0.5 * dt * (k / mass).sqrt());
+            let lasting =
+                if self.meets == Meets::Triangles && self.learns { old.map_or(0.0, |spot| spot.lasting) } else { 0.0 };
+            let push = lasting + k * depth + drag * dot(slip, normal);
+            if push <= 0.0 || (old.is_none() && depth <= 0.0) {
+                continue;
+            }
+            let lasting = (lasting + lasts * k * depth).max(0.0);
+            let tangent = |v: V3| axpy(v, -dot(v, normal), normal);
+            let rub = tangent(last);
+            let trial = axpy(rub, k * dt, tangent(slip));
+            let size = dot(trial, trial).sqrt();
+            let stuck = old.is_none_or(|spot| spot.sticks);
+            let most = push * if stuck { tip.friction.fixed } else { tip.friction.sliding };
+            let sticks = size <= most;
+            let along = if sticks {
+                axpy(rub, k, tangent(drive))
+            } else {
+                trial.map(|c| c * tip.friction.sliding * push / size)
+            };
+            let across: Block = std::array::from_fn(|e| normal[e / 3] * normal[e % 3]);
+            let stiffness =
+                if sticks { std::array::from_fn(|e| if e % 4 == 0 { k } else { 0.0 }) } else { across.map(|c| k * c) };
+            let damping = across.map(|c| drag * c);
+            let Found { corners, bary, point, .. } = *found;
+            // The drag is on a sheet that stands still; what moves it away from the tip is in `damping`.
+            let held = push + drag * dot(axpy(tip.velocity, -1.0, slip), normal);
+            let force = axpy(along, held, normal);
+            self.spots.push(Spot { corners, bary, point, normal, force, stiffness, damping, lasting, sticks });
+        }
+    }
+
+    fn give(&mut self, nodes: &Nodes, out: &mut NodeSprings) {
+        self.sums.begin(nodes.len());
+        for spot in &self.spots {
+            for (node, weight) in spot.corners.into_iter().zip(spot.bary).filter(|(_, w)| *w > 0.0) {
+                self.sums.add(node, weight, spot.force, &spot.stiffness, &spot.damping);
+            }
+        }
+        self.sums.give(1.0, &nodes.x, out);
+    }
+}
+
+impl Spot {
+    /// N, on the sheet, now that its nodes are at `x`.
+    fn felt(&self, x: &[V3]) -> V3 {
+        let moved = axpy(carried(x, self.corners, self.bary), -1.0, self.point);
+        axpy(self.force, -1.0, times(&self.stiffness, moved))
+    }
+}
+
+/// The value at a point of a triangle.
+fn carried(of: &[V3], corners: [u32; 3], bary: V3) -> V3 {
+    (0..3).fold([0.0; 3], |sum, i| axpy(sum, bary[i], of[corners[i] as usize]))
+}

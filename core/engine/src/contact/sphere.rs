@@ -1,0 +1,347 @@
+//! Sphere fingertips on the vertices of a sheet, as constraints.
+//!
+//! A vertex inside a tip is held on its surface for the step: it sticks, and the solver says what that takes. One that would
+//! have to be pulled is let go; one that would take more than friction gives slides, with the friction of Coulomb (1785) as a
+//! force and its normal motion still held (Tripicchio, D'Avella and Ruffaldi 2022, with the reaction of the unfiltered system
+//! in the place of their work). Sticking is tried before sliding; one that slid in the last step goes on sliding with the friction of that
+//! step, and sticks where that would move it. One that comes to a tip past which it slips slides at once: stuck in a taut sheet it would be
+//! pulled at, and let into the tip.
+
+use super::fingertip::{Press, SWEEP, Tip, goes_far, meets, slips};
+use super::held::{Held, State, is_settled};
+use super::reach::Reach;
+use nalgebra::Vector3;
+use pliant_solver::{Constraint, Holds, Outcome, System, V3, axpy, dot};
+
+/// The fingertips on one body.
+#[derive(Default)]
+pub struct Spheres {
+    /// Where each vertex of the last step pressed, if someone wants to know.
+    pub presses: Option<Vec<Press>>,
+    /// In the order of the tools.
+    pub tips: Vec<Tip>,
+    /// m, how far a vertex may have moved since the last step
+    pub moved: f64,
+    /// J, what friction took in the last step
+    pub rubbed: f64,
+    near: Vec<Reach>,
+    held: Vec<Held>,
+    /// s, of the step
+    dt: f64,
+    /// Vertices held in the last step, rising.
+    before: Vec<Last>,
+}
+
+/// What a vertex did in the last step.
+#[derive(Clone, Copy)]
+struct Last {
+    node: u32,
+    tips: (usize, Option<usize>),
+    /// N, if it slides on.
+    friction: Option<V3>,
+}
+
+/// m/s, how fast a vertex is pushed out at most, besides the motion of the tip
+const CORRECTION: f64 = 0.5;
+/// Radii: how far off a vertex may be that two tips held, or another one.
+const NEAR: f64 = 1e-3;
+/// Normals less apart than this, as the sine, count as one line.
+const PARALLEL: f64 = 0.02;
+/// m/s, slower than this a vertex does not leave a tip again by itself.
+const RESTS: f64 = 0.02;
+
+impl Spheres {
+    /// The nodes of the body have changed.
+    pub fn forget(&mut self) {
+        self.near.iter_mut().for_each(Reach::forget);
+        self.before.clear();
+    }
+
+    fn list(&mut self, x: &[V3], dt: f64) {
+        self.near.resize_with(self.tips.len(), Reach::default);
+        for (near, tip) in self.near.iter_mut().zip(&self.tips).filter(|(_, tip)| tip.holds) {
+            let travel = dt * dot(tip.velocity, tip.velocity).sqrt();
+            let Some(reach) = near.renew(tip.position, tip.radius, self.moved, travel) else { continue };
+            let within = |i: &u32| {
+                let d = axpy(x[*i as usize], -1.0, tip.position);
+                dot(d, d) <= reach * reach
+            };
+            near.list.extend((0..x.len() as u32).filter(within));
+        }
+    }
+
+    /// What a vertex did in the last step, if it was held.
+    fn before(&self, node: u32) -> Option<Last> {
+        self.before.binary_search_by_key(&node, |last| last.node).ok().map(|at| self.before[at])
+    }
+
+    /// m, how far from a tip a vertex may be that was held in the last step. It follows a tip that draws back, while it goes on being
+    /// pushed; where two tips let go of it, or it comes to another, it does not.
+    fn gap(&self, t: usize, last: Last) -> f64 {
+        let radius = self.tips[t].radius;
+        if last.tips == (t, None) { (CORRECTION * self.dt).min(SWEEP * radius) } else { NEAR * radius }
+    }
+
+    /// N, on a vertex that slides on, by the force it is held with now; none if it would speed it up: then it sticks. It turns
+    /// into the slip no faster than the vertex's own inertia has it: a light vertex of a taut sheet would else be thrown to and
+    /// fro across its way.
+    fn next_friction(&self, held: &Held, system: &System, reaction: V3) -> Option<V3> {
+        let tip = &self.tips[held.tips.0];
+        let slip = axpy(system.nodes.v[held.node as usize], -1.0, tip.velocity);
+        let slip = axpy(slip, -dot(slip, held.normal), held.normal);
+        let (speed, push) = (dot(slip, slip).sqrt(), dot(reaction, held.normal).max(0.0));
+        if dot(slip, held.friction) > 0.0 || speed == 0.0 {
+            return None;
+        }
+        let (most, size) = (tip.friction.sliding * push, dot(held.friction, held.friction).sqrt());
+        let turned = if size > 0.0 { held.friction.map(|c| most / size * c) } else { [0.0; 3] };
+        let turned = axpy(turned, -system.nodes.mass[held.node as usize] / self.dt, slip);
+        Some(turned.map(|c| most / dot(turned, turned).sqrt() * c))
+    }
+
+    /// A vertex at `x` that moves with `v` and meets a tip at `normal`.
+    fn touch(&self, t: usize, node: u32, (x, v): (V3, V3), normal: V3) -> Held {
+        let (tip, before) = (&self.tips[t], self.before(node));
+        let (towards, deep) = (dot(tip.velocity, normal), dot(axpy(x, -1.0, tip.position), normal));
+        let target = ((tip.radius - deep) / self.dt).min(towards.max(0.0) + CORRECTION);
+        let speed = towards - dot(v, normal);
+        let rebound = if before.is_none() && speed > RESTS { tip.restitution * speed } else { 0.0 };
+        let caught = before.is_none() && goes_far(tip, v, self.dt);
+        let slips = match before {
+            None => !caught && slips(tip, v, normal, target),
+            Some(last) => last.friction.is_some(),
+        };
+        Held {
+            node,
+            tips: (t, None),
+            normal,
+            other: [0.0; 3],
+            target: [if rebound > 0.0 { target.max(towards + rebound) } else { target }, 0.0],
+            rebound,
+            state: if slips { State::Slides } else { State::Sticks },
+            stuck_before: before.is_some() && !slips,
+            caught,
+            friction: before.and_then(|last| last.friction).map_or([0.0; 3], |f| axpy(f, -dot(f, normal), normal)),
+            returned: false,
+        }
+    }
+
+    /// Holds vertices that would come to the far side of a tip in this step, moving as `after` says.
+    fn catch(&mut self, system: &mut System, after: &dyn Fn(&System, usize) -> V3) -> bool {
+        let known = self.held.len();
+        for t in 0..self.tips.len() {
+            for at in 0..self.near[t].list.len() * usize::from(self.tips[t].holds) {
+                let (node, tip) = (self.near[t].list[at], &self.tips[t]);
+                let (x, v) = (system.nodes.x[node as usize], after(system, node as usize));
+                if !goes_far(tip, v, self.dt)
+                    || !system.nodes.constraint[node as usize].is_free()
+                    || self.held.iter().any(|h| h.node == node)
+                {
+                    continue;
+                }
+                if let Some(normal) = meets(tip, (x, v), self.dt, None) {
+                    let one = self.touch(t, node, (x, v), normal);
+                    self.hold(&one, system);
+                    self.held.push(one);
+                }
+            }
+        }
+        let caught = self.held.len() > known;
+        if caught {
+            self.held.sort_by_key(|held| held.node);
+        }
+        caught
+    }
+
+    fn hold(&self, held: &Held, system: &mut System) {
+        let i = held.node as usize;
+        let nodes = &mut system.nodes;
+        let (tip, n) = (&self.tips[held.tips.0], held.normal);
+        let Some(second) = held.tips.1 else {
+            (nodes.constraint[i], nodes.prescribed[i]) = match held.state {
+                State::Free => (Constraint::Free, [0.0; 3]),
+                State::Slides => (Constraint::Plane(n), n.map(|c| held.target[0] * c)),
+                State::Sticks => (Constraint::Fixed, axpy(tip.velocity, held.target[0] - dot(tip.velocity, n), n)),
+            };
+            return;
+        };
+        let other = &self.tips[second];
+        let along = Vector3::from(n).cross(&Vector3::from(held.other));
+        if held.state == State::Free {
+            (nodes.constraint[i], nodes.prescribed[i]) = (Constraint::Free, [0.0; 3]);
+        } else if along.norm() > PARALLEL {
+            // Both normal velocities: in the plane of the normals, from their 2 x 2 Gram system.
+            let (c, [a, b]) = (dot(n, held.other), held.target);
+            let determinant = 1.0 - c * c;
+            let (p, q) = ((a - c * b) / determinant, (b - c * a) / determinant);
+            let velocity = axpy(n.map(|x| p * x), q, held.other);
+            let line: V3 = along.normalize().into();
+            let mean = 0.5 * (dot(tip.velocity, line) + dot(other.velocity, line));
+            (nodes.constraint[i], nodes.prescribed[i]) = match held.state {
+                State::Slides => (Constraint::Line(line), velocity),
+                _ => (Constraint::Fixed, axpy(velocity, mean, line)),
+            };
+        } else {
+            // Only one direction is left: pushed from one side it goes with the deeper tip, pinched it goes midway.
+            let mean = axpy(tip.velocity, 1.0, other.velocity).map(|c| 0.5 * c);
+            let [a, b] = held.target;
+            let target = if dot(n, held.other) > 0.0 { a.max(b) } else { 0.5 * (a - b) };
+            (nodes.constraint[i], nodes.prescribed[i]) = match held.state {
+                State::Slides => (Constraint::Plane(n), n.map(|c| target * c)),
+                _ => (Constraint::Fixed, axpy(mean, target - dot(mean, n), n)),
+            };
+        }
+    }
+}
+
+impl Holds for Spheres {
+    fn begin(&mut self, system: &mut System, dt: f64) {
+        self.dt = dt;
+        self.list(&system.nodes.x, dt);
+        self.held.clear();
+        for t in 0..self.tips.len() {
+            for at in 0..self.near[t].list.len() * usize::from(self.tips[t].holds) {
+                let node = self.near[t].list[at];
+                if !system.nodes.constraint[node as usize].is_free() {
+                    continue; // what is fixed stays so
+                }
+                let (x, v) = (system.nodes.x[node as usize], system.nodes.v[node as usize]);
+                let before = self.before(node);
+                let gap = before.map(|last| self.gap(t, last));
+                let Some(normal) = meets(&self.tips[t], (x, v), dt, gap) else { continue };
+                let one = self.touch(t, node, (x, v), normal);
+                match self.held.iter_mut().find(|held| held.node == node) {
+                    Some(held) => {
+                        (held.tips.1, held.other, held.target[1]) = (Some(t), normal, one.target[0]);
+                        // A pinch does not turn from sliding to sticking, so it begins with that.
+                        if before.is_none_or(|last| last.tips.1.is_none()) {
+                            (held.state, held.friction) = (State::Sticks, [0.0; 3]);
+                        }
+                    }
+                    None => self.held.push(one),
+                }
+            }
+        }
+        self.held.sort_by_key(|held| held.node);
+        for held in &self.held {
+            self.hold(held, system);
+        }
+    }
+
+    fn add_forces(&self, force: &mut [V3]) {
+        for held in self.held.iter().filter(|held| held.state == State::Slides) {
+            force[held.node as usize] = axpy(force[held.node as usize], 1.0, held.friction);
+        }
+    }
+
+    fn revise(&mut self, system: &mut System, outcome: &Outcome<'_>) -> bool {
+        let mut changed = outcome.doubt.is_none() && self.catch(system, outcome.after);
+        let mut all = std::mem::take(&mut self.held);
+        for held in &mut all {
+            if let Some((next, true)) = held.judge(&self.tips[held.tips.0], system, outcome) {
+                *held = next;
+                self.hold(held, system);
+                changed = true;
+            }
+        }
+        self.held = all;
+        changed
+    }
+
+    fn foresees(&self, system: &System, outcome: &Outcome<'_>) -> bool {
+        is_settled(self.held.iter().map(|held| held.judge(&self.tips[held.tips.0], system, outcome)))
+    }
+
+    fn is_near(&self) -> bool {
+        self.near.iter().zip(&self.tips).any(|(near, tip)| tip.holds && !near.list.is_empty())
+    }
+
+    fn is_holding(&self) -> bool {
+        !self.held.is_empty()
+    }
+
+    fn end(&mut self, system: &mut System, reaction: &mut [V3]) {
+        self.rubbed = 0.0;
+        for tip in &mut self.tips {
+            (tip.force, tip.held) = ([0.0; 3], 0);
+        }
+        self.presses.iter_mut().for_each(Vec::clear);
+        self.before.clear();
+        for at in 0..self.held.len() {
+            let held = &self.held[at];
+            let i = held.node as usize;
+            if held.state != State::Free {
+                let on_node = axpy(reaction[i], 1.0, held.friction);
+                // What two tips do together is shared by how far each pushes along its own normal.
+                let shares = match held.tips.1 {
+                    None => [1.0, 0.0],
+                    Some(_) => {
+                        let [a, b] = [held.normal, held.other].map(|n| dot(on_node, n).max(0.0));
+                        if a + b > 0.0 { [a / (a + b), b / (a + b)] } else { [0.5, 0.5] }
+                    }
+                };
+                for (t, share) in [Some(held.tips.0), held.tips.1].into_iter().zip(shares) {
+                    let Some(tip) = t.map(|t| &mut self.tips[t]) else { continue };
+                    tip.force = axpy(tip.force, -share, on_node);
+                    tip.held += 1;
+                }
+                if let Some(presses) = &mut self.presses {
+                    let both = [Some((held.tips.0, held.normal)), held.tips.1.map(|t| (t, held.other))];
+                    for ((tip, direction), share) in both.into_iter().flatten().zip(shares) {
+                        let past = axpy(system.nodes.v[i], -1.0, self.tips[tip].velocity);
+                        let slip = axpy(past, -dot(past, direction), direction);
+                        presses.push(Press { tip, direction, size: (share * dot(on_node, direction)).max(0.0), slip });
+                    }
+                }
+                let slides = held.state == State::Slides;
+                let friction = slides.then(|| self.next_friction(held, system, reaction[i])).flatten();
+                self.before.push(Last { node: held.node, tips: held.tips, friction });
+            }
+            if held.state != State::Free && held.tips.1.is_none() {
+                // What moved it out of the tip was a correction of its place; it leaves no velocity behind.
+                let (n, tip) = (held.normal, &mut self.tips[held.tips.0]);
+                let excess = (dot(axpy(system.nodes.v[i], -1.0, tip.velocity), n) - held.rebound).max(0.0);
+                system.nodes.v[i] = axpy(system.nodes.v[i], -excess, n);
+                let push = system.nodes.mass[i] * excess / self.dt;
+                tip.force = axpy(tip.force, push, n);
+                reaction[i] = axpy(reaction[i], -push, n);
+            }
+            if held.state == State::Slides {
+                let slip = axpy(system.nodes.v[i], -1.0, self.tips[held.tips.0].velocity);
+                self.rubbed -= dot(held.friction, slip) * self.dt;
+                reaction[i] = axpy(reaction[i], 1.0, held.friction);
+            }
+            system.nodes.constraint[i] = Constraint::Free;
+            system.nodes.prescribed[i] = [0.0; 3];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::Friction;
+
+    fn tip(sliding: f64) -> Tip {
+        let friction = Friction { fixed: sliding, sliding };
+        let (still, radius) = ([0.0; 3], 8e-3);
+        Tip { position: still, velocity: still, radius, friction, restitution: 0.0, holds: true, force: still, held: 0 }
+    }
+
+    #[test]
+    fn what_one_tip_held_follows_it_and_what_two_held_does_not() {
+        let spheres = Spheres { tips: vec![tip(0.3), tip(0.3)], dt: 1e-3, ..Spheres::default() };
+        let gap = |t: usize, tips: (usize, Option<usize>)| spheres.gap(t, Last { node: 0, tips, friction: None });
+        assert_eq!((gap(0, (0, None)), gap(1, (0, None)), gap(0, (0, Some(1)))), (0.5e-3, 8e-6, 8e-6));
+        let outside = |gap| meets(&spheres.tips[0], ([0.0, 0.0, 8.4e-3], [0.0; 3]), 1e-3, gap).is_some();
+        assert!(outside(Some(gap(0, (0, None)))) && !outside(Some(gap(1, (0, None)))) && !outside(None));
+    }
+
+    #[test]
+    fn what_comes_to_a_tip_slides_where_it_slips_more_than_friction_ends() {
+        let normal = [0.0, 0.0, 1.0];
+        let slides = |sliding: f64, v: V3| slips(&tip(sliding), v, normal, 0.0);
+        assert!(!slides(0.3, [0.02, 0.0, -0.1]) && slides(0.3, [0.04, 0.0, -0.1]), "a tenth is turned, 0.3 of it ends");
+        assert!(slides(0.0, [1e-6, 0.0, -0.1]) && !slides(0.0, [0.0, 0.0, -0.1]));
+    }
+}

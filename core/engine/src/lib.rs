@@ -1,0 +1,11 @@
+//! The engine behind `pliant`.
+//!
+//! Data goes one way: a scene is parsed, planned, opened as a session and stepped;
+//! every step gives a frame. See `ARCHITECTURE.md` at the root of the repository.
+
+pub mod body;
+pub mod contact;
+pub mod plan;
+pub mod scene;
+pub mod session;
+pub mod tool;

@@ -1,0 +1,281 @@
+//! What a scene needs, what is left out, and why: decided before any plugin is opened.
+
+mod check;
+
+use crate::scene::{EditKind, Extent, ProbeQuantity, Release, Scene, SceneError, Source};
+use pliant_solver::V3;
+use serde::Serialize;
+
+/// A part that a scene could have and this one does without.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct LeftOut {
+    /// Which part.
+    pub what: String,
+    /// Why it is not needed.
+    pub why: String,
+}
+
+/// One thing done with a tool.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Edit {
+    /// What.
+    pub kind: EditKind,
+    /// Place among the plan's tools.
+    pub tool: usize,
+    /// s, from and until
+    pub span: (f64, f64),
+    /// Only while this button is down.
+    pub button: Option<u32>,
+    /// What becomes of the shape.
+    pub release: Release,
+    /// N, a pull lets go above it
+    pub limit: f64,
+}
+
+/// One thing measured.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Probe {
+    /// For the report.
+    pub name: String,
+    /// What.
+    pub quantity: ProbeQuantity,
+    /// Place among the plan's tools or bodies.
+    pub of: usize,
+    /// m, of the surface point nearest to it
+    pub at: Option<V3>,
+    /// s
+    pub time: f64,
+    /// The greatest until then.
+    pub greatest: bool,
+    /// What it should be.
+    pub expected: Option<f64>,
+    /// Relative.
+    pub tolerance: f64,
+    /// Where the expected value comes from.
+    pub source: String,
+}
+
+/// What will be opened, and what not.
+#[derive(Clone, Debug, Default)]
+pub struct Plan {
+    /// Places in the scene of the bodies that move; the rest only stand there.
+    pub moving: Vec<bool>,
+    /// Places in the scene of the devices that are opened.
+    pub devices: Vec<usize>,
+    /// Places in the scene of the tools that are used.
+    pub tools: Vec<usize>,
+    /// In the order of the scene.
+    pub edits: Vec<Edit>,
+    /// Name of the material of faces that a blade makes inside of a body.
+    pub cap_material: String,
+    /// s, rising: when something is taken back, or (true) made again
+    pub steps_back: Vec<(f64, bool)>,
+    /// In the order of the scene.
+    pub probes: Vec<Probe>,
+    /// m/s^2
+    pub gravity: V3,
+    /// Whether energies are computed.
+    pub energy: bool,
+    /// What is not there, and why.
+    pub left_out: Vec<LeftOut>,
+}
+
+impl Plan {
+    /// Looks at a scene.
+    ///
+    /// # Errors
+    /// A name that stands for nothing, or a time or number that makes no sense.
+    pub fn new(scene: &Scene, source: &Source) -> Result<Self, SceneError> {
+        check::check(scene, source)?;
+        let mut plan = Self { gravity: scene.gravity.map_or([0.0; 3], |g| g.map(|a| a.si)), ..Self::default() };
+        plan.find_tools(scene, source)?;
+        plan.find_devices(scene);
+        plan.find_moving(scene);
+        plan.find_probes(scene, source)?;
+        plan.list_gravity(scene);
+        plan.list_small_things(scene);
+        Ok(plan)
+    }
+
+    /// Whether anything is cut.
+    pub fn cuts(&self) -> bool {
+        self.edits.iter().any(|edit| edit.kind == EditKind::Cut)
+    }
+
+    fn leave(&mut self, what: impl Into<String>, why: impl Into<String>) {
+        self.left_out.push(LeftOut { what: what.into(), why: why.into() });
+    }
+
+    fn find_tools(&mut self, scene: &Scene, source: &Source) -> Result<(), SceneError> {
+        let duration = scene.time.duration.get_ref().si;
+        let names: Vec<&str> = scene.tool.iter().map(|t| t.name.get_ref().as_str()).collect();
+        for tool in &scene.tool {
+            if !scene.device.iter().any(|d| d.name.get_ref() == tool.device.get_ref()) {
+                let known = list(scene.device.iter().map(|d| d.name.get_ref().as_str()));
+                let text = format!("no device `{}`; allowed is {known}", tool.device.get_ref());
+                return Err(source.error(tool.device.span(), text));
+            }
+        }
+        for edit in &scene.edit {
+            let start = edit.start.as_ref().map_or(0.0, |t| t.get_ref().si);
+            let Some(wanted) = &edit.tool else {
+                self.steps_back.push((start, edit.kind == EditKind::Redo));
+                continue;
+            };
+            let Some(tool) = names.iter().position(|n| n == wanted.get_ref()) else {
+                let text = format!("no tool `{}`; allowed is {}", wanted.get_ref(), list(names.iter().copied()));
+                return Err(source.error(wanted.span(), text));
+            };
+            if edit.kind == EditKind::Cut {
+                let Some(blade) = &scene.tool[tool].blade else {
+                    return Err(source.error(wanted.span(), format!("tool `{}` cuts and has no `blade`", names[tool])));
+                };
+                self.cap_material.clone_from(blade.get_ref().material.get_ref());
+            }
+            let end = edit.end.as_ref().map_or(f64::INFINITY, |t| t.get_ref().si);
+            let limit = edit.limit.as_ref().map_or(3.0, |f| f.get_ref().si);
+            if start >= duration {
+                let what = format!("edit of tool `{}` from {start} s", names[tool]);
+                self.leave(what, format!("the scene ends at {duration} s"));
+                continue;
+            }
+            let place = self.tools.iter().position(|t| *t == tool).unwrap_or_else(|| {
+                self.tools.push(tool);
+                self.tools.len() - 1
+            });
+            let span = (start, end);
+            self.edits.push(Edit {
+                kind: edit.kind,
+                tool: place,
+                span,
+                button: edit.button.as_ref().map(|b| *b.get_ref()),
+                release: edit.release,
+                limit,
+            });
+        }
+        for (i, name) in names.iter().enumerate() {
+            if !self.tools.contains(&i) {
+                self.leave(format!("tool `{name}`"), "no edit uses it");
+            }
+        }
+        if !self.cuts() {
+            self.leave("cutting", "no edit is a cut");
+        }
+        if self.steps_back.is_empty() {
+            self.leave("the history of edits", "nothing is undone");
+        }
+        self.steps_back.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Ok(())
+    }
+
+    fn find_devices(&mut self, scene: &Scene) {
+        for (i, device) in scene.device.iter().enumerate() {
+            let name = device.name.get_ref();
+            if self.tools.iter().any(|&t| scene.tool[t].device.get_ref() == name) {
+                self.devices.push(i);
+            } else {
+                self.leave(format!("device `{name}` (plugin `{}`)", device.plugin.get_ref()), "no tool in use has it");
+            }
+        }
+        if self.tools.is_empty() {
+            self.leave("contact, coupling and force safety", "no tool is used");
+        }
+    }
+
+    fn find_moving(&mut self, scene: &Scene) {
+        for body in &scene.body {
+            let led = body.fixed.iter().any(|f| f.get_ref().path.iter().any(|row| row[1..] != [0.0; 3]));
+            let whole = body.sheet.is_some() || body.grid.region == Extent::Whole;
+            let falls = self.gravity != [0.0; 3] && whole;
+            let moving = !self.tools.is_empty() || led || falls;
+            self.moving.push(moving);
+            if !moving {
+                let (grid, material) = (body.grid.plugin.get_ref(), body.material.plugin.get_ref());
+                let what = format!("plugins `{grid}` and `{material}` of body `{}`", body.name.get_ref());
+                self.leave(what, "nothing acts on it: no tool, no gravity on the whole of it, nothing led");
+            }
+        }
+    }
+
+    fn find_probes(&mut self, scene: &Scene, source: &Source) -> Result<(), SceneError> {
+        let tools: Vec<&str> = self.tools.iter().map(|&t| scene.tool[t].name.get_ref().as_str()).collect();
+        let bodies: Vec<&str> = scene.body.iter().map(|b| b.name.get_ref().as_str()).collect();
+        for probe in &scene.probe {
+            let of_tool = matches!(probe.quantity, ProbeQuantity::Force | ProbeQuantity::Depth);
+            let (kind, names) = if of_tool { ("tool in use", &tools) } else { ("body", &bodies) };
+            let of = match &probe.of {
+                None if names.is_empty() => {
+                    return Err(source.error(probe.name.span(), format!("a probe of a {kind}, and there is none")));
+                }
+                None => 0,
+                Some(name) => names.iter().position(|n| n == name.get_ref()).ok_or_else(|| {
+                    let known = list(names.iter().copied());
+                    source.error(name.span(), format!("no {kind} `{}`; allowed is {known}", name.get_ref()))
+                })?,
+            };
+            if probe.quantity == ProbeQuantity::Displacement && probe.at.is_none() {
+                return Err(source.error(probe.name.span(), "a displacement needs `at`, a place"));
+            }
+            self.probes.push(Probe {
+                name: probe.name.get_ref().clone(),
+                quantity: probe.quantity,
+                of,
+                at: probe.at.map(|p| p.map(|c| c.si)),
+                time: probe.time.as_ref().map_or(f64::INFINITY, |t| t.get_ref().si),
+                greatest: probe.greatest,
+                expected: probe.expected.as_ref().map(|e| *e.get_ref()),
+                tolerance: *probe.tolerance.get_ref(),
+                source: probe.source.clone(),
+            });
+        }
+        Ok(())
+    }
+
+    fn list_gravity(&mut self, scene: &Scene) {
+        if self.gravity == [0.0; 3] {
+            self.leave("gravity", if scene.gravity.is_some() { "it is zero" } else { "the scene has none" });
+            return;
+        }
+        for body in scene.body.iter().filter(|b| b.sheet.is_none() && b.grid.region == Extent::Local) {
+            // A patch that is switched on under gravity would start out of equilibrium and jump.
+            let why = "its region is local: the shape handed in is the shape it has under its own weight";
+            self.leave(format!("gravity on body `{}`", body.name.get_ref()), why);
+        }
+    }
+
+    fn list_small_things(&mut self, scene: &Scene) {
+        for &t in &self.tools.clone() {
+            let (tool, name) = (&scene.tool[t], scene.tool[t].name.get_ref());
+            if *tool.friction.get_ref() == [0.0; 2] {
+                self.leave(format!("friction of tool `{name}`"), "its coefficients are zero");
+            }
+            if tool.damping.as_ref().is_none_or(|d| d.get_ref().si == 0.0) {
+                self.leave(format!("damping in the coupling of tool `{name}`"), "it is zero");
+            }
+        }
+        for body in &scene.body {
+            if body.sheet.is_some() {
+                self.leave(format!("grid of body `{}`", body.name.get_ref()), "its own mesh carries it");
+                continue;
+            }
+            let level = u64::from(*body.grid.level.get_ref());
+            self.leave(
+                format!("levels {} and finer of the grid of body `{}`", level + 1, body.name.get_ref()),
+                "nobody reads them",
+            );
+        }
+        let weighs = |p: &Probe| matches!(p.quantity, ProbeQuantity::KineticEnergy | ProbeQuantity::ElasticEnergy);
+        self.energy = scene.output.energy || scene.time.force_unstable || self.probes.iter().any(weighs);
+        if !self.energy {
+            self.leave("energies", "neither the output nor a probe asks for them");
+        }
+        if scene.output.frames.is_none() {
+            self.leave("pictures of the surface between start and end", "the output does not ask for them");
+        }
+    }
+}
+
+fn list<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    let names: Vec<String> = names.map(|n| format!("`{n}`")).collect();
+    if names.is_empty() { "nothing: there is none".into() } else { names.join(", ") }
+}

@@ -1,0 +1,252 @@
+//! Choosing how the bodies of an opened scene are moved: how fast they can move, and which scheme and step that bears.
+
+use super::thread_choice::ThreadChoice;
+use super::{EventKind, PreconditionerChosen, Session, SessionError, StepCost};
+use crate::body::Samples;
+use crate::body::{Body, Fixing};
+use crate::plan::LeftOut;
+use crate::scene::{IntegratorChoice, PreconditionerChoice, Scene};
+use crate::tool::Tool;
+use pliant_plugin_api::abi::{self, Ball};
+use pliant_solver::{ElementSet, Frequencies, Integrator, Preconditioner, Scheme, StepLimit, StepTime};
+use std::sync::Arc;
+use std::time::Instant;
+
+/// Square of the frequency the layer of a contact adds to a surface node, over that of the body's fastest mode.
+const LAYER_SHARE: f64 = 1.0;
+/// Stiffness of that layer over a tool's, on a body that is held everywhere.
+const HELD_LAYER: f64 = 10.0;
+/// Share of the step limit that is used.
+const STEP_SHARE: f64 = 0.9;
+/// s, longest step that is not remarked on.
+const LONG_STEP: f64 = 0.05;
+/// Substeps up to which explicit steps cost less than an implicit one (docs/performance.md): of springs, of solids whose stiffness is there
+/// in single precision too, and of all else.
+const FEW_OF_SPRINGS: usize = 16;
+const FEW_OF_SOLIDS: usize = 12;
+const FEW_SUBSTEPS: usize = 4;
+/// Nodes below which levels are not worth their setup.
+const FEW_NODES: usize = 200;
+/// Step times fastest frequency below which block Jacobi needs few iterations.
+const SHORT_REACH: f64 = 6.0;
+
+impl Session {
+    /// Samples the surfaces that a ball may touch.
+    pub(super) fn sample(&mut self) -> Result<(), SessionError> {
+        for body in &mut self.bodies {
+            if self.tools.iter().any(|slot| Tool::is_ball(slot.tool.proxy.radius, body.carrier.edge())) {
+                let of_body = |error| SessionError::Lattice { body: body.name.clone(), error };
+                let Some(lattice) = body.carrier.lattice() else { continue };
+                body.samples = Arc::new(Samples::new(&body.model.surface, lattice).map_err(of_body)?);
+            }
+        }
+        Ok(())
+    }
+
+    /// Finds how fast each body can move: on the whole of it, or on the cells around one of its points.
+    pub(super) fn measure(&mut self) -> Result<(), SessionError> {
+        let coupling = self.tools.iter().map(|slot| slot.tool.coupling.stiffness).fold(0.0, f64::max);
+        for body in &mut self.bodies {
+            let of_body = |error| SessionError::Lattice { body: body.name.clone(), error };
+            let radius = body.carrier.radius();
+            let centre = body.model.surface.points[body.model.surface.triangles[0][0] as usize];
+            let Body { model, skin, system, carrier, fixings, .. } = body;
+            // What is held in a local region depends on where it is; without it a body is fastest.
+            let held: &[Fixing] = if carrier.is_whole() { fixings } else { &[] };
+            carrier.follow(&[Ball { centre, radius }], model, held, skin, system).map_err(of_body)?;
+            let found = Frequencies::of(system, &self.pool)?;
+            // A surface node has half the mass of one inside; its share of the layer is that of a cell's face.
+            let mass = system.nodes.mass.iter().copied().fold(0.0, f64::max);
+            let layer = match found.stiffness {
+                // Held everywhere: the step bears anything.
+                0.0 => HELD_LAYER * coupling,
+                stiffness => LAYER_SHARE * stiffness.powi(2) * 0.5 * mass,
+            };
+            body.layer_stiffness = layer / carrier.edge().powi(2);
+            let touched = found.with_spring((LAYER_SHARE * found.stiffness.powi(2), 0.0));
+            self.planned.push(if self.tools.is_empty() { found } else { touched });
+            self.frequencies.push(found);
+            let pass = Instant::now();
+            let mut force = vec![[0.0; 3]; system.nodes.len()];
+            system.forces(&self.pool, None, StepTime { start: 0.0, dt: self.dt }, &mut force)?;
+            let seconds = pass.elapsed().as_secs_f64();
+            let (nodes, elements) = (system.nodes.len(), system.elements());
+            self.costs.push(StepCost { body: body.name.clone(), nodes, elements, seconds });
+            if !carrier.is_whole() {
+                let of_body = |error| SessionError::Lattice { body: body.name.clone(), error };
+                carrier.follow(&[], model, fixings, skin, system).map_err(of_body)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Chooses scheme and substeps, or refuses.
+    pub(super) fn choose(&mut self, scene: &Scene) -> Result<(), SessionError> {
+        if self.bodies.is_empty() {
+            self.left_out("integration", "nothing moves");
+            return Ok(());
+        }
+        if self.dt > LONG_STEP {
+            let text = || format!("dt is {} s; above {LONG_STEP} s a hand is followed in jumps", self.dt);
+            self.events.add(EventKind::LongStep, 0.0, text);
+        }
+        let time = &scene.time;
+        let symplectic = self.limit(Scheme::SymplecticEuler);
+        let needed = |limit: f64| (self.dt / (STEP_SHARE * limit)).ceil().max(1.0);
+        let (scheme, why) = match time.integrator {
+            IntegratorChoice::ExplicitEuler => (Scheme::ExplicitEuler, "the scene asks for it".into()),
+            IntegratorChoice::SymplecticEuler => (Scheme::SymplecticEuler, "the scene asks for it".into()),
+            IntegratorChoice::BackwardEuler => (Scheme::BackwardEuler, "the scene asks for it".into()),
+            IntegratorChoice::Bdf2 => (Scheme::Bdf2, "the scene asks for it".into()),
+            IntegratorChoice::ImplicitMidpoint => (Scheme::ImplicitMidpoint, "the scene asks for it".into()),
+            IntegratorChoice::QuasiStatic => (Scheme::QuasiStatic, "the scene asks for it".into()),
+            IntegratorChoice::Auto => {
+                let (substeps, few) = (symplectic.map_or(1.0, needed), self.few_substeps());
+                let why =
+                    format!("explicit steps cost less than an implicit one up to {few} substeps, and need {substeps}");
+                let cheap = substeps <= few as f64;
+                (if cheap { Scheme::SymplecticEuler } else { Scheme::BackwardEuler }, why)
+            }
+        };
+        let limit = self.limit(scheme);
+        let certain = self.certain_limit(scheme);
+        let substeps = self.substeps(scene, scheme, limit)?;
+        if scheme.is_implicit() {
+            for body in &mut self.bodies {
+                body.system.enable_matrix();
+            }
+        } else {
+            self.left_out("matrix and linear solver", "the integrator is explicit");
+        }
+        if self.bodies.iter().all(|b| !b.system.is_damped()) {
+            self.left_out("damping of the material", "its damping time is zero");
+        }
+        let solver = &scene.solver;
+        let (tolerance, most) = (*solver.tolerance.get_ref(), *solver.iterations.get_ref() as usize);
+        self.thread_choices = vec![ThreadChoice::default(); self.bodies.len()];
+        self.integrators = self.bodies.iter().map(|_| Integrator::new(scheme, tolerance, most)).collect();
+        for (integrator, body) in self.integrators.iter_mut().zip(&self.bodies) {
+            integrator.newton = scene.solver.newton.as_ref().map_or(integrator.newton, |n| *n.get_ref() as usize);
+            integrator.newton_tolerance = *scene.solver.newton_tolerance.get_ref();
+            integrator.longest_move = 0.5 * body.carrier.edge();
+            integrator.resize(body.system.nodes.len());
+        }
+        self.scheme = scheme;
+        if scheme.is_implicit() {
+            self.choose_preconditioners(solver.preconditioner);
+        }
+        self.choices.integrator = scheme.name();
+        self.choices.why = why;
+        self.choices.step_limit = limit;
+        self.choices.certain_step_limit = certain;
+        self.choices.substeps = substeps;
+        self.costs.iter_mut().for_each(|c| c.seconds *= substeps as f64);
+        Ok(())
+    }
+
+    /// Substeps that explicit steps may take.
+    fn few_substeps(&self) -> usize {
+        let few = |set: &ElementSet| match set.request().kind {
+            abi::LINK => FEW_OF_SPRINGS,
+            abi::TETRAHEDRON if set.has(abi::HAS_SINGLE) => FEW_OF_SOLIDS,
+            _ => FEW_SUBSTEPS,
+        };
+        let forces = self.bodies.iter().flat_map(|b| &b.system.sets).filter(|set| set.has(abi::HAS_FORCES));
+        forces.map(few).min().unwrap_or(FEW_OF_SPRINGS)
+    }
+
+    /// The levels pay where a wave crosses many nodes in a step, and need a body whose nodes stay the same.
+    fn choose_preconditioners(&mut self, choice: PreconditionerChoice) {
+        for ((body, integrator), found) in self.bodies.iter().zip(&mut self.integrators).zip(&self.frequencies) {
+            let nodes = body.system.nodes.len();
+            let reach = if self.scheme == Scheme::QuasiStatic { f64::INFINITY } else { self.dt * found.stiffness };
+            let (preconditioner, why) = match choice {
+                PreconditionerChoice::BlockJacobi => (Preconditioner::BlockJacobi, "the scene asks for it".into()),
+                PreconditionerChoice::Multilevel => (Preconditioner::Multilevel, "the scene asks for it".into()),
+                PreconditionerChoice::Auto if !body.carrier.is_whole() => {
+                    (Preconditioner::BlockJacobi, "its nodes change with the region of a touch".into())
+                }
+                PreconditionerChoice::Auto if nodes < FEW_NODES => {
+                    (Preconditioner::BlockJacobi, format!("{nodes} nodes are fewer than {FEW_NODES}"))
+                }
+                PreconditionerChoice::Auto if reach < SHORT_REACH => (
+                    Preconditioner::BlockJacobi,
+                    format!("a step is {reach:.1} over its fastest frequency, less than {SHORT_REACH}"),
+                ),
+                PreconditionerChoice::Auto => (
+                    Preconditioner::Multilevel,
+                    format!(
+                        "{nodes} nodes, and a step is {reach:.1} over its fastest frequency: {SHORT_REACH} or more"
+                    ),
+                ),
+            };
+            integrator.set_preconditioner(preconditioner);
+            let preconditioner = preconditioner.name();
+            self.choices.preconditioners.push(PreconditionerChosen { body: body.name.clone(), preconditioner, why });
+        }
+    }
+
+    fn substeps(&mut self, scene: &Scene, scheme: Scheme, limit: Option<f64>) -> Result<usize, SessionError> {
+        let time = &scene.time;
+        let given = *time.substeps.get_ref() as usize;
+        let Some(limit) = limit else { return Ok(given.max(1)) };
+        let h = self.dt / given.max(1) as f64;
+        if time.force_unstable {
+            if h > limit {
+                let text = || format!("{} at {h} s, over its limit of {limit:.3e} s", scheme.name());
+                self.events.add(EventKind::Unstable, 0.0, text);
+            }
+            return Ok(given.max(1));
+        }
+        let refuse = |reason: String| {
+            let text = format!(
+                "{} is stable up to a step of {limit:.4e} s here, and dt is {} s: {reason}. Allowed: a smaller dt, more \
+                 substeps, `integrator = \"backward-euler\"`, or `force-unstable = true` to see it grow",
+                scheme.name(),
+                self.dt
+            );
+            Err(SessionError::StepLimit(text))
+        };
+        if limit == 0.0 {
+            return refuse("without damping it grows at any step".into());
+        }
+        if given > 0 {
+            let stable = h <= limit;
+            return if stable { Ok(given) } else { refuse(format!("{given} substeps are too few")) };
+        }
+        let needed = (self.dt / (STEP_SHARE * limit)).ceil().max(1.0);
+        if needed > self.most_substeps as f64 {
+            return refuse(format!("{needed} substeps are more than the {} allowed", self.most_substeps));
+        }
+        Ok(needed as usize)
+    }
+
+    /// s, the step up to which `scheme` is stable for every body.
+    fn limit(&self, scheme: Scheme) -> Option<f64> {
+        least(self.planned.iter().map(|f| f.limit(scheme)))
+    }
+
+    fn certain_limit(&self, scheme: Scheme) -> Option<f64> {
+        least(self.planned.iter().map(|f| Frequencies { stiffness: f.bound, ..*f }.limit(scheme)))
+    }
+
+    /// Substeps that keep a body with these frequencies stable, at most what is allowed.
+    pub(super) fn substeps_for(&self, frequencies: &Frequencies) -> usize {
+        match frequencies.limit(self.scheme) {
+            StepLimit::At(limit) if limit > 0.0 && !self.forced => {
+                let needed = (self.dt / limit).ceil().min(self.most_substeps as f64) as usize;
+                needed.max(self.choices.substeps)
+            }
+            _ => self.choices.substeps,
+        }
+    }
+
+    fn left_out(&mut self, what: &str, why: &str) {
+        self.left_out.push(LeftOut { what: what.into(), why: why.into() });
+    }
+}
+
+fn least(limits: impl Iterator<Item = StepLimit>) -> Option<f64> {
+    let at = |limit| if let StepLimit::At(at) = limit { Some(at) } else { None };
+    limits.filter_map(at).reduce(f64::min)
+}

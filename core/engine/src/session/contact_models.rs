@@ -1,0 +1,77 @@
+//! What a step says to hands that are faster than it.
+
+use super::{Session, ToolSlot};
+use crate::tool::{ContactModel, Mode, TipMass, part};
+use pliant_solver::{Block, V3, axpy, dot};
+
+/// kg, of a tip on sheets that a live hand leads, where the scene gives none: an assumption
+const TIP_MASS: f64 = 0.01;
+
+impl Session {
+    /// Leads every tip on sheets by its hand through the spring of its tool, as a live hand must be.
+    pub fn lead_tips(&mut self) {
+        if self.bodies.iter().any(|body| body.carrier.sheet().is_some()) {
+            self.tools.iter_mut().for_each(|slot| slot.tip = slot.tip.or(Some(TipMass::new(TIP_MASS))));
+        }
+    }
+
+    /// Moves tips that are led; `dt` in s.
+    pub(super) fn move_tips(&mut self, dt: f64) {
+        for slot in &mut self.tools {
+            let Some(tip) = &mut slot.tip else { continue };
+            let hand = slot.hand.position;
+            if slot.tool.mode != Mode::Touch || !slot.hand.present {
+                tip.leave();
+                slot.hand_was = None;
+                continue;
+            }
+            let speed = slot.hand_was.map_or([0.0; 3], |was| axpy(hand, -1.0, was).map(|c| c / dt));
+            slot.hand_was = Some(hand);
+            tip.lead((hand, speed), &slot.tool.coupling, slot.on_sheets, dt);
+        }
+        for second in 1..self.tools.len() {
+            let (before, after) = self.tools.split_at_mut(second);
+            let b = &mut after[0];
+            for a in before {
+                if let (Some(tip_a), Some(tip_b)) = (&mut a.tip, &mut b.tip) {
+                    part((tip_a, a.tool.proxy.radius), (tip_b, b.tool.proxy.radius));
+                }
+            }
+        }
+        for slot in self.tools.iter_mut().filter(|slot| slot.tool.mode == Mode::Touch && slot.hand.present) {
+            if let (Some(tip), None) = (&slot.tip, slot.tool.proxy.touch) {
+                slot.tool.proxy.position = tip.position;
+            }
+        }
+    }
+
+    /// The contacts of the last step, in the order of the tools, of a hand sampled at `time` (ns).
+    ///
+    /// # Panics
+    /// If there is not a place for each tool.
+    pub fn contact_models(&self, time: u64, out: &mut [ContactModel]) {
+        assert_eq!(out.len(), self.tools.len(), "one for each tool");
+        for ((slot, felt), out) in self.tools.iter().zip(&self.frame.tools).zip(out) {
+            *out = ContactModel { time, at: felt.hand, ..ContactModel::default() };
+            if felt.contact.is_none() {
+                continue;
+            }
+            (out.force, out.drift) = (felt.force, slot.drift);
+            (out.stiffness, out.normal) = slope(slot, felt.force);
+        }
+    }
+}
+
+/// How a force changes with the hand while what holds it stays, and out of which surface it points.
+fn slope(slot: &ToolSlot, force: V3) -> (Block, Option<V3>) {
+    let k = slot.tool.coupling.stiffness;
+    let all = std::array::from_fn(|e| if e % 4 == 0 { k } else { 0.0 });
+    let Some(touch) = slot.tool.proxy.touch.filter(|_| slot.tool.mode == Mode::Touch) else { return (all, None) };
+    let n = touch.normal;
+    let press = dot(force, n);
+    let along = axpy(force, -press, n);
+    if dot(along, along).sqrt() < 0.99 * slot.tool.friction.sliding * press {
+        return (all, Some(n)); // it sticks
+    }
+    (std::array::from_fn(|e| k * n[e / 3] * n[e % 3]), Some(n))
+}

@@ -1,0 +1,101 @@
+//! The hands of a step: from devices, or from whoever has them.
+
+use super::event::EventKind;
+use super::{DeviceSlot, Session};
+use pliant_host::{Device, MOST_EFFECTORS, Output, Pose};
+use pliant_solver::StepTime;
+
+/// ns, how long a device may go on with a force after the step it was meant for.
+const VALID: u64 = 50_000_000;
+
+impl Session {
+    /// Takes one step. Whatever a plugin does wrong is contained: its body stands still, its device is lost, and the rest
+    /// goes on; the events say so.
+    pub fn step(&mut self) {
+        self.read_devices();
+        self.advance();
+        self.write_devices();
+    }
+
+    /// Takes one step with hands that come from elsewhere: the poses of each device, in their order. A device that is
+    /// missing or has too few poses has no hand there. What is felt is left in the frame.
+    pub fn step_with<P: AsRef<[Pose]>>(&mut self, poses: &[P]) {
+        for slot in &mut self.devices {
+            slot.poses.fill(Pose::default());
+        }
+        for (slot, given) in self.devices.iter_mut().zip(poses) {
+            for (to, from) in slot.poses.iter_mut().zip(given.as_ref()) {
+                *to = *from;
+            }
+        }
+        self.advance();
+    }
+
+    /// What the hands were really given while the last step was under way, N, in the axes of the devices, in the order of the
+    /// tools.
+    pub fn tell_given(&mut self, given: &[[f64; 3]]) {
+        for (felt, given) in self.frame.tools.iter_mut().zip(given) {
+            felt.device_force = *given;
+        }
+    }
+
+    /// Hands over the open devices, by place: the session goes on with [`Session::step_with`].
+    pub fn take_devices(&mut self) -> Vec<Option<Device>> {
+        self.devices.iter_mut().map(|slot| slot.device.take()).collect()
+    }
+
+    fn read_devices(&mut self) {
+        let now = self.time() + self.dt;
+        for slot in &mut self.devices {
+            slot.poses.fill(Pose::default());
+            let Some(device) = &mut slot.device else { continue };
+            if let Err(error) = device.read(nanoseconds(now), &mut slot.poses) {
+                self.events.add(EventKind::DeviceLost, now, || error.to_string());
+                slot.lose();
+                slot.poses.fill(Pose::default());
+            }
+        }
+    }
+
+    pub(super) fn sample_hands(&mut self, StepTime { start: time, dt }: StepTime) {
+        let now = time + dt;
+        for slot in &mut self.tools {
+            let DeviceSlot { poses, frame, .. } = &self.devices[slot.device];
+            let before = (slot.hand.dropped, slot.hand.slowed);
+            slot.hand.sample(&poses[slot.effector], frame, (now, dt));
+            let name = &slot.tool.name;
+            let dropped = slot.hand.dropped - before.0;
+            self.events.add_many(EventKind::SampleDropped, dropped, now, || {
+                format!("hand of tool `{name}`: a sample that is not valid or not finite")
+            });
+            let slowed = slot.hand.slowed - before.1;
+            self.events.add_many(EventKind::SpeedLimit, slowed, now, || {
+                format!("hand of tool `{name}`: followed at {} m/s", slot.hand.fastest)
+            });
+        }
+    }
+
+    fn write_devices(&mut self) {
+        let time = self.time();
+        let now = nanoseconds(time);
+        for (index, slot) in self.devices.iter_mut().enumerate() {
+            let Some(device) = &mut slot.device else { continue };
+            let mut outputs = [Output::default(); MOST_EFFECTORS];
+            for (tool, felt) in self.tools.iter().zip(&self.frame.tools) {
+                if tool.device == index {
+                    outputs[tool.effector].force = felt.device_force;
+                    outputs[tool.effector].taxels = tool.pad.as_ref().map_or(&[], |pad| &pad.taxels);
+                }
+            }
+            outputs.iter_mut().for_each(|o| o.valid_until = now + VALID);
+            if let Err(error) = device.write(now, &outputs[..slot.poses.len()]) {
+                self.events.add(EventKind::DeviceLost, time, || error.to_string());
+                slot.lose();
+            }
+        }
+    }
+}
+
+fn nanoseconds(seconds: f64) -> u64 {
+    (seconds * 1e9).round() as u64
+}

@@ -1,0 +1,60 @@
+//! Why a scene cannot be opened or goes no further.
+
+use crate::body::LatticeError;
+use crate::scene::SceneError;
+use pliant_host::HostError;
+use pliant_mesh::{MeshError, ObjError};
+use pliant_solver::ForceError;
+use std::path::PathBuf;
+use thiserror::Error;
+
+/// Why a scene cannot be opened.
+#[derive(Debug, Error)]
+pub enum SessionError {
+    /// The scene says something it cannot.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A model cannot be read.
+    #[error(transparent)]
+    Obj(#[from] ObjError),
+    /// A model cannot be used.
+    #[error("{}: body `{body}`: {error}", file.display())]
+    Mesh {
+        /// Its file.
+        file: PathBuf,
+        /// Which.
+        body: String,
+        /// Why.
+        error: Box<MeshError>,
+    },
+    /// A plugin cannot be used.
+    #[error(transparent)]
+    Host(#[from] HostError),
+    /// A material failed.
+    #[error(transparent)]
+    Force(#[from] ForceError),
+    /// A body cannot be carried.
+    #[error("body `{body}`: {error}")]
+    Lattice {
+        /// Which.
+        body: String,
+        /// Why.
+        error: LatticeError,
+    },
+    /// An explicit integrator would be unstable.
+    #[error("{0}")]
+    StepLimit(String),
+}
+
+impl SessionError {
+    /// Whether a plugin or device failed, rather than the input.
+    pub fn is_plugin(&self) -> bool {
+        match self {
+            Self::Host(error) | Self::Lattice { error: LatticeError::Host(error), .. } => !error.is_refusal(),
+            Self::Force(_) | Self::Lattice { error: LatticeError::Massless { .. } | LatticeError::Force(_), .. } => {
+                true
+            }
+            _ => false,
+        }
+    }
+}

@@ -1,0 +1,332 @@
+//! Opening a scene: models, plugins, bodies, tools.
+
+use super::{Choices, DeviceSlot, EventKind, Events, Frame, Loaded, Session, SessionError, ToolSlot, place};
+use crate::body::{Body, Carrier, Lattice, LatticeError, Model, RegionSettings, Sheet, Skin};
+use crate::contact::{Friction, Spheres};
+use crate::plan::Plan;
+use crate::scene::{BladeScene, BodyScene, Extent, Scene, Source, ToolScene, settings};
+use crate::tool::{Coupling, Edge, ForceLimits, ForceSafety, Hand, Knife, TactilePad, TipMass, Tool};
+use nalgebra::Vector3;
+use pliant_cut::CutMesh;
+use pliant_host::{Device, DeviceInfo, Grid, HostError, Kind, Library, Material, PluginInfo, Pose, Search, Settings};
+use pliant_mesh::check::{Severity, Use};
+use pliant_mesh::require_for_mesh_elements;
+use pliant_solver::ForceModel;
+use pliant_solver::{NodeSprings, Pool, Scheme, System};
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::PathBuf;
+use std::sync::Arc;
+use toml::Spanned;
+
+/// What the caller decides.
+pub struct Options {
+    /// Where plugins are looked for.
+    pub search: Search,
+    /// Threads; 0 takes what the machine has.
+    pub threads: usize,
+    /// Another model in the place of the first body's.
+    pub mesh: Option<PathBuf>,
+    /// What devices say of themselves, by name: these are not opened, as somebody else has their hands.
+    pub recorded: Option<Vec<(String, DeviceInfo)>>,
+}
+
+/// Cells of a local region's radius, where the scene gives none.
+const REGION_CELLS: f64 = 10.0;
+/// Share of a device's stiffness that a coupling takes, where the scene gives none.
+const COUPLING_SHARE: f64 = 0.3;
+
+type Given = BTreeMap<String, Spanned<toml::Value>>;
+
+impl Session {
+    /// Opens what `plan` needs of a scene, and nothing else.
+    ///
+    /// # Errors
+    /// A model or plugin that cannot be used; an explicit integrator over its limit.
+    pub fn open(scene: &Scene, source: &Source, plan: Plan, options: &Options) -> Result<Self, SessionError> {
+        let dt = scene.time.dt.get_ref().si;
+        let threads = match options.threads {
+            0 => std::thread::available_parallelism().map_or(1, usize::from),
+            given => given,
+        };
+        let mut opening = Opening { source, options, dt, loaded: Vec::new(), events: Events::default() };
+        let mut models = Vec::new();
+        for (i, body) in scene.body.iter().enumerate() {
+            let instead = options.mesh.as_deref().filter(|_| i == 0);
+            let model = place::model(body, source, instead)?;
+            opening.judge(body.name.get_ref(), &model);
+            models.push((body.name.get_ref().clone(), model));
+        }
+        let devices = plan.devices.iter().map(|&d| opening.device(scene, d, &models)).collect::<Result<Vec<_>, _>>()?;
+        let (mut bodies, mut standing) = (Vec::new(), Vec::new());
+        for (i, (name, model)) in models.into_iter().enumerate() {
+            if plan.moving[i] {
+                bodies.push(opening.body(&scene.body[i], name, model, plan.cuts())?);
+            } else {
+                standing.push((name, model));
+            }
+        }
+        let tools = plan
+            .tools
+            .iter()
+            .map(|&t| opening.tool(&scene.tool[t], &devices, scene, &plan, bodies.len()))
+            .collect::<Result<Vec<_>, _>>()?;
+        let count = bodies.len();
+        let springs = tools.iter().map(|_| NodeSprings::default()).collect();
+        let mut session = Self {
+            bodies,
+            standing,
+            devices,
+            tools,
+            choices: Choices {
+                integrator: "none",
+                why: "nothing moves".into(),
+                step_limit: None,
+                certain_step_limit: None,
+                substeps: 1,
+                threads,
+                contacts: Vec::new(),
+                preconditioners: Vec::new(),
+            },
+            loaded: opening.loaded,
+            left_out: plan.left_out.clone(),
+            events: opening.events,
+            energy: plan.energy,
+            plan,
+            pool: Pool::new(threads),
+            alone: Pool::new(1),
+            thread_choices: Vec::new(),
+            integrators: Vec::new(),
+            frequencies: Vec::new(),
+            planned: Vec::new(),
+            costs: Vec::new(),
+            scheme: Scheme::SymplecticEuler,
+            most_substeps: *scene.time.most_substeps.get_ref() as usize,
+            forced: scene.time.force_unstable,
+            patience: scene.time.patience.get_ref().si,
+            dt,
+            steps: 0,
+            sleep: scene.time.sleep.as_ref().map_or(0.0, |s| s.get_ref().si),
+            rests: vec![Default::default(); count],
+            moved: vec![0.0; count],
+            spheres: (0..count).map(|_| Spheres::default()).collect(),
+            springs,
+            balls: Vec::new(),
+            frame: Frame::default(),
+            history: super::history::History::default(),
+            lapses: super::lapse::Lapses::default(),
+            stepped_back: 0,
+            cuts: super::CutCounts::default(),
+        };
+        session.open_pads();
+        session.history.kept = !session.plan.steps_back.is_empty();
+        session.sample()?;
+        session.meet(scene);
+        session.measure()?;
+        session.choose(scene)?;
+        session.choices.threads = session.pool.threads();
+        Ok(session)
+    }
+}
+
+fn edge(blade: &BladeScene) -> Edge {
+    Edge {
+        length: blade.length.get_ref().si,
+        direction: Vector3::from(*blade.direction.get_ref()).normalize().into(),
+        toughness: blade.toughness.get_ref().si,
+        tear: blade.tear.get_ref().si,
+    }
+}
+
+struct Opening<'a> {
+    source: &'a Source,
+    options: &'a Options,
+    dt: f64,
+    loaded: Vec<Loaded>,
+    events: Events,
+}
+
+impl Opening<'_> {
+    /// Finds a plugin, checks its parameters and notes its file.
+    fn plugin(
+        &mut self,
+        kind: Kind,
+        name: &Spanned<String>,
+        given: &Given,
+    ) -> Result<(&'static Library, &'static PluginInfo, Settings), SessionError> {
+        let (file, id, id_given) = match name.get_ref().split_once('#') {
+            Some((file, id)) => (file, id, true),
+            None => (name.get_ref().as_str(), name.get_ref().as_str(), false),
+        };
+        let found = self.options.search.find(file, self.source.folder())?;
+        let library = Library::open(&found.path)?;
+        let id = if id.contains(['/', '\\']) { found.name.as_str() } else { id };
+        let only = || if id_given { None } else { library.only(kind) };
+        let info = library.plugin(kind, id).or_else(|error| only().ok_or(error))?;
+        let settings = settings(self.source, info, given)?;
+        let path = library.path().display().to_string();
+        if !self.loaded.iter().any(|l| l.path == path && l.id == info.id) {
+            let (kind, id, version) = (kind.name(), info.id.clone(), info.version.clone());
+            self.loaded.push(Loaded { kind, id, version, path });
+        }
+        Ok((library, info, settings))
+    }
+
+    fn device(&mut self, scene: &Scene, index: usize, models: &[(String, Model)]) -> Result<DeviceSlot, SessionError> {
+        let device = &scene.device[index];
+        let at = (self.source, device.name.span());
+        let frame = place::frame(&device.frame, at, models, self.options.mesh.is_some())?;
+        let name = device.name.get_ref().clone();
+        let (opened, facts) = match &self.options.recorded {
+            Some(recorded) => {
+                let of = |(recorded, _): &&(String, DeviceInfo)| *recorded == name;
+                let known = || recorded.iter().map(|(name, _)| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+                let missing = || format!("no hands of device `{name}` were recorded; there are those of {}", known());
+                (None, recorded.iter().find(of).ok_or_else(|| self.source.error(device.name.span(), missing()))?.1)
+            }
+            None => {
+                let (library, info, settings) = self.plugin(Kind::Device, &device.plugin, &device.params)?;
+                let opened = Device::open(library, &info.id, &settings, self.dt)
+                    .map_err(|error| self.refused(span_of(&error, &device.params, device.name.span()), error))?;
+                let facts = *opened.facts();
+                (Some(opened), facts)
+            }
+        };
+        let poses = vec![Pose::default(); facts.effectors as usize];
+        Ok(DeviceSlot { name, device: opened, facts, frame, poses, counted: Vec::new() })
+    }
+
+    fn body(&mut self, scene: &BodyScene, name: String, model: Model, cuts: bool) -> Result<Body, SessionError> {
+        let (library, info, settings) = self.plugin(Kind::Material, &scene.material.plugin, &scene.material.params)?;
+        let material = Material::open(library, &info.id, &settings, self.dt).map_err(|error| {
+            let material = &scene.material;
+            self.refused(span_of(&error, &material.params, material.plugin.span()), error)
+        })?;
+        let carrier = match &scene.sheet {
+            Some(sheet) => {
+                let of_mesh = |error| place::of_mesh(scene, &model.document, error);
+                require_for_mesh_elements(&model.findings).map_err(of_mesh)?;
+                Carrier::Sheet(Box::new(Sheet::new(&model, place::warp(sheet.get_ref()))))
+            }
+            None => Carrier::Lattice(Box::new(self.lattice(scene, &name, &model, &material)?)),
+        };
+        let made = if scene.sheet.is_some() { CutMesh::sheet } else { CutMesh::new };
+        let skin = Skin::new(&model);
+        let fixings = scene.fixed.iter().map(|f| place::fixing(f.get_ref())).collect();
+        Ok(Body {
+            name,
+            aprons: std::collections::HashMap::default(),
+            cut: cuts.then(|| Box::new(made(&model.document, &model.placement))),
+            model,
+            skin,
+            system: System::new(Box::new(material)),
+            carrier,
+            samples: Arc::default(),
+            layer_stiffness: 0.0,
+            fixings,
+            frozen: None,
+        })
+    }
+
+    fn lattice(
+        &mut self,
+        scene: &BodyScene,
+        name: &str,
+        model: &Model,
+        material: &Material,
+    ) -> Result<Lattice, SessionError> {
+        let families = material.requests().iter().fold(0, |all, r| all | r.families);
+        let (library, info, settings) = self.plugin(Kind::Grid, &scene.grid.plugin, &scene.grid.params)?;
+        let at_grid = |error| self.refused(scene.grid.level.span(), error);
+        let grid = Grid::open(library, &info.id, &settings, self.dt).map_err(at_grid)?;
+        let relaxation = scene.grid.relaxation.get_ref().si;
+        let level = *scene.grid.level.get_ref();
+        let whole = scene.grid.region == Extent::Whole;
+        let radius = if whole { f64::INFINITY } else { scene.grid.radius.as_ref().map_or(0.0, |r| r.get_ref().si) };
+        let region = RegionSettings { level, radius, relaxation };
+        let mut lattice = Lattice::new(grid, region, families, model).map_err(|error| match error {
+            LatticeError::Host(error) => at_grid(error),
+            error => SessionError::Lattice { body: name.into(), error },
+        })?;
+        if lattice.settings.radius == 0.0 {
+            lattice.settings.radius = REGION_CELLS * lattice.edge();
+        }
+        Ok(lattice)
+    }
+
+    fn tool(
+        &mut self,
+        scene: &ToolScene,
+        devices: &[DeviceSlot],
+        whole: &Scene,
+        plan: &Plan,
+        bodies: usize,
+    ) -> Result<ToolSlot, SessionError> {
+        let of = |d: &usize| whole.device[*d].name.get_ref() == scene.device.get_ref();
+        let device = plan.devices.iter().position(of).expect("the plan opens the device of every tool in use");
+        let facts = devices[device].facts;
+        let effector = scene.effector.as_ref().map_or(0, |e| *e.get_ref());
+        if effector >= facts.effectors {
+            let span = scene.effector.as_ref().map_or(0..0, |e| e.span());
+            let text =
+                format!("effector {effector}, from 0; allowed is below {}, as many as the device has", facts.effectors);
+            return Err(self.source.error(span, text).into());
+        }
+        let coupling = Coupling {
+            stiffness: scene.stiffness.as_ref().map_or(COUPLING_SHARE * facts.stiffness, |k| k.get_ref().si),
+            damping: scene.damping.as_ref().map_or(0.0, |b| b.get_ref().si),
+            most: facts.peak_force,
+        };
+        let restitution = scene.restitution.as_ref().map_or(0.0, |e| *e.get_ref());
+        let [fixed, sliding] = *scene.friction.get_ref();
+        let friction = Friction { fixed, sliding };
+        let (name, radius) = (scene.name.get_ref().clone(), scene.radius.get_ref().si);
+        let mut tool = Tool::new(name, radius, friction, coupling, bodies);
+        tool.knife =
+            scene.blade.as_ref().filter(|_| plan.cuts()).map(|blade| Knife::new(edge(blade.get_ref()), bodies));
+        Ok(ToolSlot {
+            tool,
+            hand: Hand::new(scene.speed.get_ref().si),
+            safety: ForceSafety::new(ForceLimits {
+                peak: facts.peak_force,
+                continuous: facts.continuous_force,
+                slew: scene.slew.get_ref().si,
+            }),
+            pad: TactilePad::of(&facts),
+            slid_from: None,
+            device,
+            effector: effector as usize,
+            edit: None,
+            soft: (0..bodies).map(|_| None).collect(),
+            restitution,
+            taken_back: None,
+            advances: 0,
+            was: None,
+            tip: scene.mass.as_ref().map(|mass| TipMass::new(mass.get_ref().si)),
+            hand_was: None,
+            on_sheets: [0.0; 3],
+            drift: [0.0; 3],
+        })
+    }
+
+    /// What a plugin does not take, it does not take from the scene.
+    fn refused(&self, span: Range<usize>, error: HostError) -> SessionError {
+        if error.is_refusal() { self.source.error(span, error.to_string()).into() } else { error.into() }
+    }
+
+    /// Tells what is wrong with a model that is carried by a grid: nothing that stops it.
+    fn judge(&mut self, name: &str, model: &Model) {
+        for finding in &model.findings {
+            if finding.severity(Use::Embedded) != Severity::Note {
+                self.events.add(EventKind::Model, 0.0, || format!("body `{name}`: {finding}"));
+            }
+        }
+    }
+}
+
+/// Where a plugin's refusal stands in the scene: at the first parameter it names, or at the plugin.
+fn span_of(error: &HostError, given: &Given, plugin: Range<usize>) -> Range<usize> {
+    let text = error.to_string();
+    let named = given.iter().filter_map(|(key, value)| Some((text.find(&format!("`{key}`"))?, value.span())));
+    named.min_by_key(|(at, _)| *at).map_or(plugin, |(_, span)| span)
+}

@@ -1,0 +1,187 @@
+//! Putting models and devices into a scene.
+
+use super::SessionError;
+use crate::body::{Fixing, Model, Place, Warp};
+use crate::scene::{
+    BodyScene, FixedScene, FrameScene, PatternScene, RotationScene, SceneError, ShapeKind, ShapeScene, SheetScene,
+    Source, WarpScene,
+};
+use crate::tool::Frame;
+use nalgebra::{Unit, UnitQuaternion, Vector3};
+use pliant_mesh::generate::Pattern;
+use pliant_mesh::geometry::cast;
+use pliant_mesh::{MeshError, ObjDocument, Placement, Surface, generate};
+use std::ops::Range;
+use std::path::Path;
+
+/// The model of a body; `instead` is another file, scaled to the box the body's own would have had.
+pub(super) fn model(scene: &BodyScene, source: &Source, instead: Option<&Path>) -> Result<Model, SessionError> {
+    let document = match (&scene.mesh, &scene.shape) {
+        (Some(mesh), _) => {
+            let path = source.folder().join(mesh.get_ref());
+            if !path.is_file() && instead.is_none() {
+                let text = format!("no file {}; paths are relative to the scene", path.display());
+                return Err(source.error(mesh.span(), text).into());
+            }
+            if path.is_file() { Some(ObjDocument::read(&path)?) } else { None }
+        }
+        (None, Some(shape)) => {
+            Some(shape_document(shape.get_ref()).map_err(|e| source.error(shape.span(), e.to_string()))?)
+        }
+        (None, None) => None,
+    };
+    let placement = document.as_ref().map(|d| placement(scene, source, d)).transpose()?;
+    match (document, placement, instead) {
+        (Some(document), Some(placement), None) => Ok(Model::new(document, placement)),
+        (own, placement, Some(path)) => {
+            let document = ObjDocument::read(path)?;
+            let rotation = placement.map_or(UnitQuaternion::identity(), |p| p.rotation);
+            let bounds = Surface::from_document(&document).bounds();
+            let (size, centre) = match own.zip(placement) {
+                Some((own, placement)) => {
+                    let bounds = Surface::from_document(&own).bounds();
+                    let centre = placement.apply(bounds.centre());
+                    (placement.scale * bounds.longest_edge(), Vector3::from(centre))
+                }
+                None => {
+                    let size = scene.size.as_ref().map_or(0.1, |s| s.get_ref().si);
+                    (size, position(scene))
+                }
+            };
+            let fit = Placement::fit(&bounds, size).map_err(|error| of_mesh(scene, &document, error))?;
+            let translation = rotation * fit.translation + centre;
+            Ok(Model::new(document, Placement { rotation, translation, ..fit }))
+        }
+        _ => Err(source.whole(format!("body `{}` has no model", scene.name.get_ref())).into()),
+    }
+}
+
+pub(super) fn of_mesh(scene: &BodyScene, document: &ObjDocument, error: MeshError) -> SessionError {
+    SessionError::Mesh { file: document.name().into(), body: scene.name.get_ref().clone(), error: Box::new(error) }
+}
+
+fn position(scene: &BodyScene) -> Vector3<f64> {
+    scene.position.map_or(Vector3::zeros(), |p| Vector3::from(p.map(|c| c.si)))
+}
+
+fn shape_document(shape: &ShapeScene) -> Result<ObjDocument, MeshError> {
+    let [x, y, z] = shape.size.map(|s| s.si);
+    match shape.kind {
+        ShapeKind::Box => generate::cuboid(shape.cells, [x, y, z]),
+        ShapeKind::Sphere => generate::sphere(shape.cells, 0.5 * x),
+        ShapeKind::Sheet => {
+            let rows = match shape.rows {
+                0 if shape.pattern == PatternScene::Equilateral => generate::equilateral_rows(shape.cells, [x, y]),
+                0 => (f64::from(shape.cells) * y / x).round().max(1.0) as u32,
+                rows => rows,
+            };
+            let pattern = match shape.pattern {
+                PatternScene::Regular => Pattern::Regular,
+                PatternScene::Alternating => Pattern::Alternating,
+                PatternScene::Equilateral => Pattern::Equilateral,
+                PatternScene::Irregular => Pattern::Irregular,
+            };
+            generate::grid([shape.cells, rows], [x, y], pattern)
+        }
+        ShapeKind::Cylinder => generate::cylinder(4 * shape.cells, shape.cells, 0.5 * x, z),
+    }
+}
+
+fn placement(scene: &BodyScene, source: &Source, document: &ObjDocument) -> Result<Placement, SessionError> {
+    let rotation = scene.rotation.as_ref().map_or(Ok(UnitQuaternion::identity()), |r| rotation(r, source))?;
+    let position = position(scene);
+    let Some(size) = &scene.size else {
+        let scale = scene.scale.as_ref().map_or(1.0, |s| *s.get_ref());
+        return Ok(Placement { scale, rotation, translation: position });
+    };
+    let bounds = Surface::from_document(document).bounds();
+    let fit = Placement::fit(&bounds, size.get_ref().si).map_err(|error| of_mesh(scene, document, error))?;
+    Ok(Placement { rotation, translation: rotation * fit.translation + position, ..fit })
+}
+
+fn rotation(scene: &RotationScene, source: &Source) -> Result<UnitQuaternion<f64>, SceneError> {
+    let axis = Unit::try_new(Vector3::from(*scene.axis.get_ref()), 1e-12).ok_or_else(|| {
+        let text = format!("rotation about {:?}; allowed is an axis with a length", scene.axis.get_ref());
+        source.error(scene.axis.span(), text)
+    })?;
+    Ok(UnitQuaternion::from_axis_angle(&axis, scene.angle.si))
+}
+
+/// Where the warp of a sheet runs.
+pub(super) fn warp(scene: &SheetScene) -> Warp {
+    match &scene.warp {
+        WarpScene::Axis(axis) => Warp::Axis(*axis),
+        WarpScene::Name(_) => Warp::Texture,
+    }
+}
+
+/// Nodes that are held or led.
+pub(super) fn fixing(scene: &FixedScene) -> Fixing {
+    let place = match (&scene.box_, &scene.ball, &scene.nodes) {
+        (Some([min, max]), _, _) => Place::Box { min: min.map(|c| c.si), max: max.map(|c| c.si) },
+        (_, Some(centre), _) => {
+            Place::Ball { centre: centre.map(|c| c.si), radius: scene.radius.map_or(0.0, |r| r.si) }
+        }
+        (_, _, nodes) => Place::Nodes(nodes.clone().unwrap_or_default()),
+    };
+    Fixing { place, clamp: scene.clamp, path: scene.path.iter().map(|&[t, x, y, z]| (t, [x, y, z])).collect() }
+}
+
+/// The axes of the device at a span: given, or standing where a ray meets a body. `near` takes the vertex closest to a
+/// ray that misses.
+pub(super) fn frame(
+    scene: &FrameScene,
+    (source, device): (&Source, Range<usize>),
+    bodies: &[(String, Model)],
+    near: bool,
+) -> Result<Frame, SceneError> {
+    let scale = scene.scale.as_ref().map_or(1.0, |s| *s.get_ref());
+    if !(scale.is_finite() && scale > 0.0) {
+        let span = scene.scale.as_ref().map_or(0..0, |s| s.span());
+        return Err(source.error(span, format!("scale {scale}; allowed is a number above 0")));
+    }
+    let turned = scene.rotation.as_ref().map_or(Ok(UnitQuaternion::identity()), |r| rotation(r, source))?;
+    let Some(name) = &scene.body else {
+        if scene.from.is_some() || scene.toward.is_some() {
+            let text = "`from` and `toward` without `body`; allowed is all three, or `origin` and `rotation`";
+            return Err(source.error(device, text));
+        }
+        let origin = scene.origin.map_or([0.0; 3], |o| o.map(|c| c.si));
+        return Ok(Frame { origin, rotation: turned, scale });
+    };
+    let wrong = |text: String| source.error(name.span(), text);
+    if scene.origin.is_some() {
+        return Err(wrong("`origin` and `body`; allowed is one of them".into()));
+    }
+    let Some((_, model)) = bodies.iter().find(|(n, _)| n == name.get_ref()) else {
+        let known: Vec<String> = bodies.iter().map(|(n, _)| format!("`{n}`")).collect();
+        return Err(wrong(format!("no body `{}`; allowed is {}", name.get_ref(), known.join(", "))));
+    };
+    let (Some(from), Some(toward)) = (scene.from, scene.toward) else {
+        return Err(wrong("`body` alone; allowed is `body` with `from` and `toward`, two places in its box".into()));
+    };
+    let bounds = model.surface.bounds();
+    let in_box = |p: [f64; 3]| Vector3::from_fn(|i, _| bounds.min[i] + p[i] * (bounds.max[i] - bounds.min[i]));
+    let (origin, ray) = (in_box(from), in_box(toward) - in_box(from));
+    let hit = cast(&model.surface.points, &model.surface.triangles, origin.into(), ray.into());
+    let met = hit.filter(|_| ray.norm() > 0.0).map(|hit| origin + hit.time * ray);
+    let missed = || near.then(|| closest_vertex(model, &origin, &ray));
+    let Some(met) = met.or_else(missed) else {
+        return Err(wrong(format!("the ray from {from:?} toward {toward:?} does not meet body `{}`", name.get_ref())));
+    };
+    let back = (-ray).normalize();
+    let rotation = turned_to(&back) * turned;
+    Ok(Frame { origin: met.into(), rotation, scale })
+}
+
+fn closest_vertex(model: &Model, origin: &Vector3<f64>, ray: &Vector3<f64>) -> Vector3<f64> {
+    let away = |p: &&[f64; 3]| (Vector3::from(**p) - origin).cross(ray).norm_squared();
+    let vertices = model.surface.triangles.iter().flatten().map(|&v| &model.surface.points[v as usize]);
+    vertices.min_by(|a, b| away(a).total_cmp(&away(b))).map_or(*origin, |p| Vector3::from(*p))
+}
+
+/// The smallest turn that takes z to `to`; half a turn about x where it is the opposite.
+fn turned_to(to: &Vector3<f64>) -> UnitQuaternion<f64> {
+    UnitQuaternion::rotation_between(&Vector3::z(), to)
+        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI))
+}

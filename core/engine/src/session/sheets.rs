@@ -1,0 +1,128 @@
+//! Tools on sheets: which contact each uses, and the tips of a step.
+
+use super::{ContactChoice, Session, ToolSlot};
+use crate::contact::{Meets, SoftTip, Tip};
+use crate::scene::{Scene, SheetContact};
+use crate::tool::Mode;
+use pliant_solver::{V3, axpy};
+
+/// Edges of a sheet over the radius of a tip, up to which its vertices are close enough to hold it.
+const FINE: f64 = 1.0;
+
+impl Session {
+    /// Chooses how each tool meets each sheet.
+    pub(super) fn meet(&mut self, scene: &Scene) {
+        for slot in &mut self.tools {
+            let wanted = scene.tool.iter().find(|t| *t.name.get_ref() == slot.tool.name).and_then(|t| t.sheets);
+            for (index, body) in self.bodies.iter().enumerate() {
+                let Some(sheet) = body.carrier.sheet() else { continue };
+                let share = sheet.edge() / slot.tool.proxy.radius;
+                let fits = if share <= FINE { SheetContact::Vertices } else { SheetContact::Triangles };
+                let (by, meets) = match wanted.unwrap_or(fits) {
+                    SheetContact::Vertices => ("vertices", None),
+                    SheetContact::Triangles => ("triangles", Some(Meets::Triangles)),
+                    SheetContact::Penalty => ("penalty", Some(Meets::Vertices)),
+                };
+                slot.soft[index] = meets.map(SoftTip::new);
+                let why = match wanted {
+                    Some(_) => "as the scene says".into(),
+                    None => format!("an edge is {share:.2} of the tip's radius; vertices hold it up to {FINE}"),
+                };
+                let (tool, body) = (slot.tool.name.clone(), body.name.clone());
+                self.choices.contacts.push(ContactChoice { tool, body, by, why });
+            }
+        }
+    }
+
+    /// Presses soft tips on sheets.
+    pub(super) fn press_sheets(&mut self) {
+        let touching = self.tools.iter().filter(|slot| slot.touches()).count();
+        for slot in &mut self.tools {
+            let tip = slot.fingertip(self.dt);
+            for (index, body) in self.bodies.iter().enumerate() {
+                let (Some(soft), Some(sheet)) = (&mut slot.soft[index], body.carrier.sheet()) else { continue };
+                let Some(tip) = tip.filter(|_| body.frozen.is_none()) else {
+                    soft.leave();
+                    continue;
+                };
+                let count = body.model.surface.triangles.len() as u32;
+                let triangles = |t| sheet.nodes_of(&body.model, t);
+                let how = (slot.tool.coupling.stiffness, self.moved[index], self.dt);
+                soft.learns = touching == 1;
+                soft.press(&tip, (triangles, count), &body.system.nodes, how, slot.tool.springs_mut(index));
+            }
+        }
+    }
+
+    /// Puts the tips of the tools that touch on a sheet.
+    pub(super) fn place_tips(&mut self, index: usize) {
+        if self.bodies[index].carrier.sheet().is_none() {
+            return;
+        }
+        let spheres = &mut self.spheres[index];
+        spheres.tips.clear();
+        spheres.rubbed = 0.0;
+        spheres.moved = self.moved[index];
+        spheres.tips.extend(self.tools.iter().filter_map(|slot| {
+            let holds = slot.soft[index].is_none();
+            slot.fingertip(self.dt).map(|tip| Tip { holds, ..tip })
+        }));
+    }
+
+    /// J, what friction between tips and sheets took in the last step.
+    pub(super) fn rubbed(&self) -> f64 {
+        let mut sum = 0.0;
+        for (index, body) in self.bodies.iter().enumerate().filter(|(_, body)| body.frozen.is_none()) {
+            sum += self.spheres[index].rubbed;
+            for slot in &self.tools {
+                if let (Some(soft), Some(tip)) = (&slot.soft[index], slot.fingertip(self.dt)) {
+                    sum += soft.rubbed(&tip, &body.system.nodes, self.dt);
+                }
+            }
+        }
+        sum
+    }
+
+    /// N, on a tool by the sheets whose vertices it holds, and the last of the sheets it touches.
+    pub(super) fn felt_on_sheets(&self, tool: usize) -> ([f64; 3], Option<u32>) {
+        let Some(place) = self.place_of_tip(tool) else { return ([0.0; 3], None) };
+        let (mut force, mut of) = ([0.0; 3], None);
+        for (index, spheres) in self.spheres.iter().enumerate() {
+            let soft = self.tools[tool].soft[index].as_ref().map_or(0, SoftTip::held);
+            if let Some(tip) = spheres.tips.get(place).filter(|tip| tip.held > 0 || soft > 0) {
+                (force, of) = (axpy(force, 1.0, tip.force), Some(index as u32));
+            }
+        }
+        (force, of)
+    }
+
+    /// N, on a tool by the sheets it presses on as a soft tip: part of its reaction.
+    pub(super) fn felt_softly(&self, tool: usize) -> V3 {
+        let slot = &self.tools[tool];
+        let each = slot.soft.iter().zip(&self.bodies).enumerate();
+        each.filter(|(_, (soft, _))| soft.as_ref().is_some_and(|soft| soft.held() > 0)).fold(
+            [0.0; 3],
+            |sum, (i, (_, body))| {
+                let nodes = &body.system.nodes;
+                axpy(sum, -1.0, slot.tool.springs(i).total(&nodes.x, &nodes.v))
+            },
+        )
+    }
+}
+
+impl ToolSlot {
+    /// Whether it is a fingertip now.
+    pub(super) fn touches(&self) -> bool {
+        self.tool.mode == Mode::Touch && self.hand.present
+    }
+
+    /// Its fingertip at the end of a step of `dt` (s), if it touches.
+    pub(super) fn fingertip(&self, dt: f64) -> Option<Tip> {
+        self.touches().then(|| {
+            let position = self.tool.proxy.position;
+            let velocity = self.was.map_or([0.0; 3], |was| axpy(position, -1.0, was).map(|c| c / dt));
+            let (radius, friction, restitution) = (self.tool.proxy.radius, self.tool.friction, self.restitution);
+            Tip { position, velocity, radius, friction, restitution, holds: true, force: [0.0; 3], held: 0 }
+        })
+    }
+}

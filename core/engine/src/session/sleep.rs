@@ -1,0 +1,68 @@
+//! Bodies that have come to rest stand still until something comes near, if the scene asks for it.
+
+use super::{EventKind, Session};
+use pliant_solver::{Constraint, Holds, StepTime, V3, dot};
+
+/// How long a body has to be slow, s.
+const SLOW_FOR: f64 = 0.1;
+
+/// How far a body is on its way to sleep.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Rest {
+    /// s, for which it has been slow with nothing that acts on it
+    slow: f64,
+    /// m, least and greatest coordinates of a body that sleeps
+    asleep: Option<[V3; 2]>,
+}
+
+impl Session {
+    /// Whether a body sleeps in this step, with tips placed and fixings prescribed. Wakes it if something acts on it.
+    pub(super) fn sleeps(&mut self, index: usize) -> bool {
+        if self.sleep <= 0.0 {
+            return false;
+        }
+        if self.is_disturbed(index) {
+            self.rests[index] = Rest::default();
+        }
+        self.rests[index].asleep.is_some()
+    }
+
+    /// Takes note of a step, with the speed of the fastest node, m/s; a body that has been slow for long falls asleep.
+    pub(super) fn rest(&mut self, index: usize, fastest: f64, StepTime { start: time, dt }: StepTime) {
+        let rest = &mut self.rests[index];
+        rest.slow = if fastest < self.sleep { rest.slow + dt } else { 0.0 };
+        if self.sleep <= 0.0 || rest.slow < SLOW_FOR || rest.asleep.is_some() {
+            return;
+        }
+        let (body, below) = (&mut self.bodies[index], self.sleep);
+        let nodes = &mut body.system.nodes;
+        let bounds = nodes.x.iter().fold([[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], |[low, high], x| {
+            [std::array::from_fn(|c| low[c].min(x[c])), std::array::from_fn(|c| high[c].max(x[c]))]
+        });
+        rest.asleep = Some(bounds);
+        nodes.v.fill([0.0; 3]);
+        self.integrators[index].forget_past();
+        // What is near its tips is kept by how far it has moved, and nobody counts that while it sleeps.
+        self.spheres[index].forget();
+        let name = &body.name;
+        self.events.add(EventKind::Asleep, time + dt, || format!("body `{name}`: below {below} m/s for {SLOW_FOR} s"));
+    }
+
+    /// Whether a tool pulls or is near, or a fixing moves.
+    fn is_disturbed(&self, index: usize) -> bool {
+        let nodes = &self.bodies[index].system.nodes;
+        let moves = |(p, c): (&V3, &Constraint)| !c.is_free() && dot(*p, *p) >= self.sleep * self.sleep;
+        let pulled = self.springs.iter().any(|springs| !springs.nodes.is_empty());
+        pulled || nodes.prescribed.iter().zip(&nodes.constraint).any(moves) || self.is_near(index)
+    }
+
+    /// Whether a tip could reach a sleeping body in two steps.
+    fn is_near(&self, index: usize) -> bool {
+        let Some([low, high]) = self.rests[index].asleep else { return self.spheres[index].is_holding() };
+        let edge = self.bodies[index].carrier.edge();
+        self.spheres[index].tips.iter().any(|tip| {
+            let reach = tip.radius + edge + 2.0 * self.dt * dot(tip.velocity, tip.velocity).sqrt();
+            (0..3).all(|c| tip.position[c] > low[c] - reach && tip.position[c] < high[c] + reach)
+        })
+    }
+}

@@ -1,0 +1,256 @@
+//! One step: hands, edits, regions, contact, integration, reaction, coupling, force safety, devices. One way, no stage calls
+//! back up.
+
+use super::event::EventKind;
+use super::frame::{Frame, ToolFrame};
+use super::thread_choice::ThreadChoice;
+use super::{Session, Stage};
+use crate::body::Body;
+use crate::contact::SoftTip;
+use crate::tool::Tool;
+use pliant_solver::{Frequencies, Holds, HoldsNothing, Loads, StepError, StepTime, axpy};
+use std::time::Instant;
+
+/// Elements of a body that one thread has done sooner than it has called others.
+const SMALL: usize = 1500;
+/// Elements of a body from which on others help wherever they are.
+const LARGE: usize = 5000;
+
+impl Session {
+    /// What comes between reading the devices and writing to them.
+    pub(super) fn advance(&mut self) {
+        let start = Instant::now();
+        let time = StepTime { start: self.time(), dt: self.dt };
+        self.sample_hands(time);
+        self.change_modes(time.start);
+        self.cut(time.start);
+        self.move_regions(time.start);
+        let regions = start.elapsed();
+        self.touch(time.start);
+        let contact = start.elapsed();
+        let mut frame = std::mem::take(&mut self.frame);
+        frame.begin();
+        self.move_bodies(time, &mut frame);
+        self.steps += 1;
+        frame.rubbed = self.rubbed();
+        self.feel(time, &mut frame);
+        frame.time = self.time();
+        frame.seconds = start.elapsed().as_secs_f64();
+        frame.parts = [regions, contact - regions, start.elapsed() - contact].map(|d| d.as_secs_f64());
+        self.weigh_energies(&mut frame);
+        self.frame = frame;
+    }
+
+    /// The nodes of a body have changed: nothing found or solved before holds.
+    pub fn changed(&mut self, index: usize) {
+        self.integrators[index].resize(self.bodies[index].system.nodes.len());
+        self.rests[index] = Default::default();
+        self.spheres[index].forget();
+        for slot in &mut self.tools {
+            slot.tool.forget(index);
+            slot.soft[index].iter_mut().for_each(SoftTip::forget);
+        }
+    }
+
+    pub(super) fn freeze(&mut self, index: usize, time: f64, why: String) {
+        let body = &mut self.bodies[index];
+        body.system.nodes.v.fill([0.0; 3]);
+        self.events.add(EventKind::Quarantine, time, || format!("body `{}` stands still: {why}", body.name));
+        body.frozen = Some(why);
+    }
+
+    fn move_regions(&mut self, time: f64) {
+        let mut balls = std::mem::take(&mut self.balls);
+        for index in 0..self.bodies.len() {
+            let body = &mut self.bodies[index];
+            if body.frozen.is_some() {
+                continue;
+            }
+            balls.clear();
+            // A body that is simulated as a whole has nothing to look for.
+            if !body.carrier.is_whole() {
+                for slot in &mut self.tools {
+                    balls.extend(slot.tool.wants(index, body, &slot.hand, time));
+                }
+            }
+            let Body { model, skin, system, carrier, fixings, .. } = body;
+            let start = Instant::now();
+            match carrier.follow(&balls, model, fixings, skin, system) {
+                Ok(true) => self.changed(index),
+                Ok(false) => {}
+                Err(error) => self.freeze(index, time, error.to_string()),
+            }
+            self.lose_patience(index, time, (Stage::Region, start));
+        }
+        self.balls = balls;
+    }
+
+    fn touch(&mut self, time: f64) {
+        for slot in &mut self.tools {
+            let lost = slot.tool.slipped;
+            if let Err(error) = slot.tool.follow(&slot.hand, &mut self.bodies, &self.moved) {
+                self.events.add(EventKind::Message, time, || error.to_string());
+                slot.tool.release(&slot.hand);
+            }
+            let slipped = slot.tool.slipped - lost;
+            self.events.add_many(EventKind::GripLost, slipped, time, || format!("tool `{}`", slot.tool.name));
+        }
+        self.move_tips(self.dt);
+        self.press_sheets();
+    }
+
+    fn move_bodies(&mut self, time: StepTime, frame: &mut Frame) {
+        for index in 0..self.bodies.len() {
+            self.moved[index] = 0.0;
+            let body = &self.bodies[index];
+            frame.nodes += body.system.nodes.len();
+            frame.elements += body.system.elements();
+            if body.frozen.is_some() || body.system.nodes.is_empty() {
+                continue;
+            }
+            let start = Instant::now();
+            match self.move_body(index, time, frame) {
+                Ok(fastest) => {
+                    self.moved[index] = fastest * self.dt;
+                    self.rest(index, fastest, time);
+                }
+                Err(error) => self.freeze(index, time.start, error),
+            }
+            self.lose_patience(index, time.start, (Stage::Step, start));
+        }
+    }
+
+    fn move_body(&mut self, index: usize, time: StepTime, frame: &mut Frame) -> Result<f64, String> {
+        let mut frequencies = self.frequencies[index];
+        // Lent for the step: they stay the tools', and are read again for the reaction.
+        for (slot, springs) in self.tools.iter_mut().zip(&mut self.springs) {
+            std::mem::swap(slot.tool.springs_mut(index), springs);
+            frequencies = frequencies.with_spring(springs.rates(&self.bodies[index].system.nodes.mass));
+        }
+        let moved = self.move_under(index, time, &frequencies, frame);
+        for (slot, springs) in self.tools.iter_mut().zip(&mut self.springs) {
+            std::mem::swap(slot.tool.springs_mut(index), springs);
+        }
+        moved
+    }
+
+    /// Moves a body under what is in `self.springs`.
+    fn move_under(
+        &mut self,
+        index: usize,
+        time: StepTime,
+        frequencies: &Frequencies,
+        frame: &mut Frame,
+    ) -> Result<f64, String> {
+        let substeps = self.substeps_for(frequencies);
+        if substeps > self.choices.substeps {
+            self.events
+                .add(EventKind::Substeps, time.start, || format!("{substeps} instead of {}", self.choices.substeps));
+        }
+        self.place_tips(index);
+        let body = &mut self.bodies[index];
+        body.carrier.prescribe(&mut body.system.nodes, &body.fixings, time);
+        if self.sleeps(index) {
+            return Ok(0.0);
+        }
+        let body = &mut self.bodies[index];
+        let gravity = if body.carrier.is_whole() { self.plan.gravity } else { [0.0; 3] };
+        let loads = Loads { gravity, forces: &[], tools: &self.springs };
+        let (elements, choice) = (body.system.elements(), &mut self.thread_choices[index]);
+        let has_choice = (SMALL..LARGE).contains(&elements) && self.pool.threads() > 1;
+        let alone = elements < SMALL || (has_choice && choice.is_alone());
+        let pool = if alone { &self.alone } else { &self.pool };
+        let integrator = &mut self.integrators[index];
+        let spheres = &mut self.spheres[index];
+        let mut nothing = HoldsNothing;
+        let holds: &mut (dyn Holds + Send) = if spheres.tips.is_empty() { &mut nothing } else { spheres };
+        let system = &mut body.system;
+        let start = Instant::now();
+        let stepped = pool.install(|| integrator.step_held(pool, system, (&loads, holds), time, substeps));
+        match has_choice {
+            true => choice.took(start.elapsed().as_secs_f64()),
+            false => *choice = ThreadChoice::default(),
+        }
+        self.choices.threads = self.pool.threads();
+        if body.carrier.sheet().is_some() {
+            let nodes = &system.nodes;
+            self.springs.iter().for_each(|s| s.add_to(&mut integrator.reaction, &nodes.x, Some(&nodes.v)));
+        }
+        let report = stepped.map_err(|error| match error {
+            StepError::Diverged { node } => {
+                let (at, material) = (body.system.nodes.rest[node], body.system.material.name());
+                format!("`{material}`: {error}, at {at:?} m; its step may be too long")
+            }
+            StepError::Force(error) => error.to_string(),
+        })?;
+        if !report.converged {
+            let text = || format!("relative residual {:.2e} after {} iterations", report.residual, report.iterations);
+            self.events.add(EventKind::NotConverged, time.start, text);
+        }
+        frame.substeps = frame.substeps.max(substeps);
+        frame.iterations += report.iterations;
+        frame.residual = frame.residual.max(report.residual);
+        (0..2).for_each(|part| frame.work[part] += report.seconds[part]);
+        Ok(report.fastest)
+    }
+
+    /// Gives the hands what they feel.
+    fn feel(&mut self, StepTime { start: time, dt }: StepTime, frame: &mut Frame) {
+        for tool in 0..self.tools.len() {
+            let (held, sheet) = self.felt_on_sheets(tool);
+            let pressed = self.felt_softly(tool);
+            let on_sheets = axpy(held, 1.0, pressed);
+            let slot = &mut self.tools[tool];
+            let place = slot.tool.proxy.position;
+            slot.drift = slot.was.map_or([0.0; 3], |was| axpy(place, -1.0, was).map(|c| c / dt));
+            slot.was = slot.hand.present.then_some(place);
+            slot.on_sheets = on_sheets;
+            let of_sheets = match &slot.tip {
+                Some(tip) if slot.tool.proxy.touch.is_none() => tip.felt(slot.hand.position, &slot.tool.coupling),
+                _ => on_sheets,
+            };
+            let on_bodies = axpy(slot.tool.reaction(&self.bodies), -1.0, pressed);
+            let force = axpy(on_bodies, 1.0, of_sheets);
+            let to_device = &self.devices[slot.device].frame;
+            let before: u64 = slot.safety.counts().map(|(_, c)| c).sum();
+            let device_force = slot.safety.pass(to_device.to_device(force), dt);
+            let changed = slot.safety.counts().map(|(_, c)| c).sum::<u64>() - before;
+            let name = &slot.tool.name;
+            self.events.add_many(EventKind::ForceSafety, changed, time + dt, || {
+                format!("tool `{name}`: {force:?} N became {device_force:?} N")
+            });
+            let mut felt = tool_frame(&slot.tool, slot.hand.position, force, device_force);
+            felt.contact = felt.contact.or(sheet);
+            frame.tools.push(felt);
+            self.show(tool, on_bodies, dt);
+        }
+    }
+
+    /// Not part of the step: what the output asks for besides.
+    fn weigh_energies(&mut self, frame: &mut Frame) {
+        if !self.energy {
+            return;
+        }
+        for index in 0..self.bodies.len() {
+            let system = &mut self.bodies[index].system;
+            frame.kinetic_energy += system.nodes.kinetic_energy();
+            match system.energy(StepTime { start: frame.time, dt: self.dt }) {
+                Ok(energy) => frame.elastic_energy += energy,
+                Err(error) if self.bodies[index].frozen.is_none() => self.freeze(index, frame.time, error.to_string()),
+                Err(_) => {}
+            }
+        }
+    }
+}
+
+fn tool_frame(tool: &Tool, hand: [f64; 3], force: [f64; 3], device_force: [f64; 3]) -> ToolFrame {
+    ToolFrame {
+        hand,
+        proxy: tool.proxy.position,
+        contact: tool.contact().map(|(body, _)| body),
+        grips: tool.grip.is_some(),
+        depth: tool.depth,
+        force,
+        device_force,
+    }
+}

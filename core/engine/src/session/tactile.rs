@@ -1,0 +1,69 @@
+//! What tactile arrays show of a step's contacts.
+
+use super::Session;
+use crate::contact::{Press, Spheres};
+use crate::plan::LeftOut;
+use pliant_solver::{V3, axpy, dot};
+
+impl Session {
+    /// Has the contacts of sheets told apart where a pad wants them; says so where there is none.
+    pub(super) fn open_pads(&mut self) {
+        if self.tools.iter().all(|slot| slot.pad.is_none()) {
+            if !self.tools.is_empty() {
+                let (what, why) = ("tactile rendering".into(), "no device in use has taxels".into());
+                self.left_out.push(LeftOut { what, why });
+            }
+            return;
+        }
+        self.spheres.iter_mut().for_each(|spheres| spheres.presses = Some(Vec::new()));
+    }
+
+    /// Shows each pad what its tool presses on, with `force` (N) on the tool by bodies that are not sheets.
+    pub(super) fn show(&mut self, tool: usize, force: V3, dt: f64) {
+        let place = self.place_of_tip(tool);
+        let tip = self.tools[tool].fingertip(dt);
+        let slot = &mut self.tools[tool];
+        let Some(pad) = &mut slot.pad else { return };
+        let (rotation, radius) = (slot.hand.rotation, slot.tool.proxy.radius);
+        pad.begin();
+        let (mut slip, mut total) = ([0.0; 3], 0.0);
+        for press in place.into_iter().flat_map(|place| presses_of(&self.spheres, place)) {
+            pad.press(&rotation, radius, press.direction, press.size);
+            slip = axpy(slip, press.size, press.slip);
+            total += press.size;
+        }
+        for (soft, body) in slot.soft.iter().zip(&self.bodies) {
+            let (Some(soft), Some(tip)) = (soft, &tip) else { continue };
+            for (direction, size, past) in soft.pressed(tip, &body.system.nodes) {
+                pad.press(&rotation, radius, direction, size);
+                slip = axpy(slip, size, past);
+                total += size;
+            }
+        }
+        let touch = slot.tool.proxy.touch.filter(|_| !slot.tool.presses.is_empty());
+        let whole = slot.tool.presses.iter().fold([0.0; 3], |sum, (towards, share)| axpy(sum, *share, *towards));
+        let size = dot(whole, whole).sqrt();
+        if let Some(touch) = touch.filter(|_| size > 0.0) {
+            let normal = (-dot(force, whole) / size).max(0.0);
+            for (towards, share) in &slot.tool.presses {
+                pad.press(&rotation, radius, *towards, share * normal);
+            }
+            // The contact goes over the rest shape one way, so the surface goes past the tip the other.
+            let from = slot.slid_from.filter(|(body, _)| *body == touch.body).map_or(touch.rest, |(_, from)| from);
+            slip = axpy(slip, normal / dt, axpy(from, -1.0, touch.rest));
+            total += normal;
+        }
+        slot.slid_from = touch.map(|touch| (touch.body, touch.rest));
+        let slip = if total > 0.0 { slip.map(|c| c / total) } else { [0.0; 3] };
+        pad.end(&rotation, slip, dt);
+    }
+
+    /// Among the tips on sheets, the place of a tool's.
+    pub(super) fn place_of_tip(&self, tool: usize) -> Option<usize> {
+        self.tools[tool].touches().then(|| self.tools[..tool].iter().filter(|slot| slot.touches()).count())
+    }
+}
+
+fn presses_of(spheres: &[Spheres], place: usize) -> impl Iterator<Item = &Press> {
+    spheres.iter().flat_map(|s| s.presses.iter().flatten()).filter(move |press| press.tip == place)
+}

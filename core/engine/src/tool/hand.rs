@@ -1,0 +1,144 @@
+//! Where a hand is: samples of a device, brought into the scene and made safe.
+//!
+//! A sample that is not valid or not finite is dropped and the last good one stands for 50 ms, then the hand is let go. A
+//! sample that is further off than a hand can move is followed at the speed limit.
+
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use pliant_plugin_api::abi::{POSE_VALID, Pose};
+use pliant_solver::{V3, axpy, dot};
+
+/// A device's place in the scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// m, where the device's origin is
+    pub origin: V3,
+    /// Turns device axes into scene axes.
+    pub rotation: UnitQuaternion<f64>,
+    /// Scene metres for a metre of the hand.
+    pub scale: f64,
+}
+
+impl Default for Frame {
+    fn default() -> Self {
+        Self { origin: [0.0; 3], rotation: UnitQuaternion::identity(), scale: 1.0 }
+    }
+}
+
+impl Frame {
+    /// A place of the device in the scene, m.
+    pub fn to_scene(&self, place: V3) -> V3 {
+        (self.rotation * (self.scale * Vector3::from(place)) + Vector3::from(self.origin)).into()
+    }
+
+    /// Axes of the hand in the scene, from a unit quaternion (x, y, z, w) of the device; its own where that is none.
+    pub fn turned(&self, [x, y, z, w]: [f64; 4]) -> UnitQuaternion<f64> {
+        match UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 1e-6) {
+            Some(turn) => self.rotation * turn,
+            None => self.rotation,
+        }
+    }
+
+    /// A direction of the scene in device axes: forces go this way, unscaled.
+    pub fn to_device(&self, vector: V3) -> V3 {
+        (self.rotation.inverse() * Vector3::from(vector)).into()
+    }
+}
+
+/// A hand as the scene sees it.
+#[derive(Clone, Debug)]
+pub struct Hand {
+    /// m
+    pub position: V3,
+    /// Turns axes of the hand into scene axes.
+    pub rotation: UnitQuaternion<f64>,
+    /// Bit i is button i.
+    pub buttons: u32,
+    /// Whether there is a hand at all.
+    pub present: bool,
+    /// m/s, at most
+    pub fastest: f64,
+    last_good: f64,
+    /// Samples that were dropped, and samples that were followed at the limit.
+    pub dropped: u64,
+    /// See `dropped`.
+    pub slowed: u64,
+}
+
+/// s, how long the last good sample stands.
+const PATIENCE: f64 = 0.05;
+
+impl Hand {
+    /// Not there yet.
+    pub fn new(fastest: f64) -> Self {
+        let (position, last_good) = ([0.0; 3], f64::NEG_INFINITY);
+        let rotation = UnitQuaternion::identity();
+        Self { position, rotation, buttons: 0, present: false, fastest, last_good, dropped: 0, slowed: 0 }
+    }
+
+    /// Takes a sample at `time`, `dt` (s) after the last.
+    pub fn sample(&mut self, pose: &Pose, frame: &Frame, (time, dt): (f64, f64)) {
+        let place = frame.to_scene(pose.position);
+        let good = pose.flags & POSE_VALID != 0 && place.iter().all(|c| c.is_finite());
+        if !good {
+            self.dropped += 1;
+            self.present &= time - self.last_good <= PATIENCE;
+            return;
+        }
+        self.buttons = pose.buttons;
+        if pose.orientation.iter().all(|c| c.is_finite()) {
+            self.rotation = frame.turned(pose.orientation);
+        }
+        self.last_good = time;
+        if !self.present {
+            self.present = true;
+            self.position = place;
+            return;
+        }
+        let move_ = axpy(place, -1.0, self.position);
+        let (length, most) = (dot(move_, move_).sqrt(), self.fastest * dt);
+        // A comparison with a length that overflowed still takes the second branch, and stays put.
+        if length <= most {
+            self.position = place;
+        } else {
+            self.slowed += 1;
+            let share = if length.is_finite() { most / length } else { 0.0 };
+            self.position = axpy(self.position, share, move_);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pose(x: f64) -> Pose {
+        Pose { flags: POSE_VALID, position: [x, 0.0, 0.0], ..Pose::default() }
+    }
+
+    #[test]
+    fn jumps_are_followed_at_the_limit_and_nonsense_is_dropped() {
+        let mut hand = Hand::new(2.0);
+        let frame = Frame::default();
+        hand.sample(&pose(0.0), &frame, (0.0, 1e-3));
+        hand.sample(&pose(0.1), &frame, (1e-3, 1e-3));
+        assert!((hand.position[0] - 2e-3).abs() < 1e-15 && hand.slowed == 1);
+        for wild in [1e6, 1e300, f64::MAX] {
+            let before = hand.position[0];
+            hand.sample(&pose(wild), &frame, (2e-3, 1e-3));
+            assert!(hand.position[0] - before <= 2e-3 + 1e-12);
+        }
+        hand.sample(&pose(f64::NAN), &frame, (3e-3, 1e-3));
+        assert!(hand.present && hand.dropped == 1 && hand.position[0].is_finite());
+        hand.sample(&pose(f64::NAN), &frame, (0.06, 1e-3));
+        assert!(!hand.present, "let go after 50 ms without a good sample");
+    }
+
+    #[test]
+    fn frames_turn_scale_and_move() {
+        let rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::FRAC_PI_2);
+        let frame = Frame { origin: [1.0, 0.0, 0.0], rotation, scale: 2.0 };
+        let at = frame.to_scene([1.0, 0.0, 0.0]);
+        assert!((at[0] - 1.0).abs() < 1e-15 && (at[1] - 2.0).abs() < 1e-15);
+        assert!((frame.to_device([0.0, 3.0, 0.0])[0] - 3.0).abs() < 1e-15);
+    }
+}

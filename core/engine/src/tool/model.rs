@@ -1,0 +1,142 @@
+//! What a simulation that is slower than the hand says about a contact: enough to render it until the next step.
+//!
+//! `F = F0 + Kc (x0 - x)`, with the place x0 that was felt at drifting as the surface under the tool does (the local model of
+//! Adachi, Kumano and Ogino 1995, with a stiffness in the place of a plane).
+
+use pliant_solver::{Block, V3, axpy, dot};
+
+/// A contact, as of one sample of the hand.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ContactModel {
+    /// ns, when that sample was taken
+    pub time: u64,
+    /// N, on the hand
+    pub force: V3,
+    /// m, where the hand was
+    pub at: V3,
+    /// m/s, how what holds the hand moves
+    pub drift: V3,
+    /// N/m, the force loses when the hand moves; symmetric
+    pub stiffness: Block,
+    /// Out of the surface: the force never pulls against it. `None`: it holds on both sides.
+    pub normal: Option<V3>,
+}
+
+impl ContactModel {
+    /// N, on a hand at `x` (m), `after` (s) the sample; it drifts for `drifts` (s) at most.
+    pub fn force(&self, x: V3, after: f64, drifts: f64) -> V3 {
+        let held = axpy(self.at, after.clamp(0.0, drifts), self.drift);
+        let moved = axpy(held, -1.0, x);
+        let k = &self.stiffness;
+        let force: V3 = std::array::from_fn(|i| self.force[i] + dot([k[3 * i], k[3 * i + 1], k[3 * i + 2]], moved));
+        match self.normal {
+            Some(n) if dot(force, n) <= 0.0 => [0.0; 3],
+            _ => force,
+        }
+    }
+}
+
+/// The newest contact, and the one before it for as long as it takes to change over.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Blend {
+    now: ContactModel,
+    before: ContactModel,
+    /// ns, when `now` came
+    came: u64,
+    /// s, between the last two, smoothed
+    period: f64,
+}
+
+/// s, the longest change-over, and the longest drift
+const LONGEST: f64 = 0.02;
+
+impl Blend {
+    /// Takes another contact at `time` (ns).
+    pub fn take(&mut self, model: ContactModel, time: u64) {
+        let since = seconds(time.saturating_sub(self.came)).min(LONGEST);
+        self.period = if self.period == 0.0 { since } else { 0.9 * self.period + 0.1 * since };
+        (self.before, self.now, self.came) = (self.now, model, time);
+    }
+
+    /// N, on a hand at `x` (m) at `time` (ns): from what the model before says there to what the newest says, over a period.
+    pub fn force(&self, x: V3, time: u64) -> V3 {
+        let after = |model: &ContactModel| seconds(time.saturating_sub(model.time));
+        let drifts = 2.0 * self.period;
+        let new = self.now.force(x, after(&self.now), drifts);
+        let share = if self.period > 0.0 { seconds(time.saturating_sub(self.came)) / self.period } else { 1.0 };
+        if share >= 1.0 {
+            return new;
+        }
+        let old = self.before.force(x, after(&self.before), drifts);
+        axpy(old, share, axpy(new, -1.0, old))
+    }
+
+    /// m/N, of the newest coupling along `force` (N): inverse of what it resists with in that direction; 0 without any
+    pub fn compliance(&self, force: V3) -> f64 {
+        let k = &self.now.stiffness;
+        let resisted: V3 = std::array::from_fn(|i| dot([k[3 * i], k[3 * i + 1], k[3 * i + 2]], force));
+        let (size, along) = (dot(force, force), dot(force, resisted));
+        if along > 0.0 && size > 0.0 { size / along } else { 0.0 }
+    }
+
+    /// s, since the sample of the hand that the newest model answers
+    pub fn age(&self, time: u64) -> f64 {
+        seconds(time.saturating_sub(self.now.time))
+    }
+
+    /// Whether it pushes at all.
+    pub fn is_contact(&self) -> bool {
+        self.now.force != [0.0; 3]
+    }
+}
+
+fn seconds(ns: u64) -> f64 {
+    ns as f64 * 1e-9
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: u64 = 1_000_000;
+
+    fn wall(height: f64, time: u64, x: f64) -> ContactModel {
+        let mut stiffness = [0.0; 9];
+        stiffness[0] = 500.0;
+        let force = [500.0 * (height - x).max(0.0), 0.0, 0.0];
+        ContactModel { time, force, at: [x, 0.0, 0.0], stiffness, normal: Some([1.0, 0.0, 0.0]), ..Default::default() }
+    }
+
+    #[test]
+    fn between_steps_the_hand_feels_the_wall_and_never_its_pull() {
+        let model = wall(0.0, 0, -1e-3);
+        assert!((model.force([-2e-3, 0.0, 0.0], 0.0, 0.0)[0] - 1.0).abs() < 1e-12);
+        assert_eq!(model.force([1e-3, 5.0, 0.0], 0.0, 0.0), [0.0; 3]);
+    }
+
+    #[test]
+    fn a_new_model_comes_in_over_a_period_without_a_jump() {
+        let (mut blend, x) = (Blend::default(), [-1e-3, 0.0, 0.0]);
+        for step in 1..200 {
+            blend.take(wall(0.0, step * 4 * MS, -1e-3), step * 4 * MS);
+        }
+        let at = 200 * 4 * MS;
+        let before = blend.force(x, at)[0];
+        blend.take(wall(1e-3, at, -1e-3), at);
+        let after: Vec<f64> = (0..5).map(|tick| blend.force(x, at + tick * MS)[0]).collect();
+        assert!((before - 0.5).abs() < 1e-12 && (after[0] - before).abs() < 1e-12, "{before} {after:?}");
+        assert!(
+            after.windows(2).all(|w| (w[1] - w[0] - 0.125).abs() < 1e-9) && (after[4] - 1.0).abs() < 1e-9,
+            "{after:?}"
+        );
+        assert!((blend.age(at + 7 * MS) - 7e-3).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_moves_with_the_hand_does_not_drag() {
+        let mut model = wall(0.0, 0, -1e-3);
+        model.drift = [0.1, 0.0, 0.0];
+        let moved = model.force([-1e-3 + 4e-4, 0.0, 0.0], 4e-3, 8e-3);
+        assert!((moved[0] - model.force[0]).abs() < 1e-12, "{moved:?}");
+    }
+}

@@ -1,0 +1,27 @@
+//! Safe calls into a material's stiffness in single precision.
+
+use super::error::HostError;
+use super::material::Material;
+use pliant_plugin_api::abi;
+
+#[allow(unsafe_code, reason = "calls the material's functions")]
+impl Material {
+    /// Takes the table where a request has it.
+    pub(super) fn read_single(&mut self) -> Result<(), HostError> {
+        let has = |flag: u32| self.requests.iter().filter(move |r| r.flags & flag != 0);
+        if has(abi::HAS_SINGLE).count() == 0 {
+            return Ok(());
+        }
+        if has(abi::HAS_SINGLE).any(|r| r.flags & abi::HAS_FORCES == 0 || r.kind == abi::POINT) {
+            return Err(self.instance.error("elements", "single precision without forces, or of points"));
+        }
+        let found = self.instance.other_table(abi::SINGLE, size_of::<abi::Single>());
+        // SAFETY: at least as large as the table, and lives as long as the library.
+        let table = found.map(|table| unsafe { &*table.cast::<abi::Single>() });
+        self.single = table.filter(|t| t.tangent.is_some());
+        if self.single.is_none() {
+            return Err(self.instance.error("extension", "single precision without `pliant.single/1`"));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,188 @@
+//! Where parry is met: a tree over the triangles of a surface; and rays.
+//!
+//! parry's maths is glam, ours is plain arrays and nalgebra; this is the one place that converts. Boxes of triangles are
+//! those of the settled surface and are refitted only when a shape is kept: what deforms is looked up through the cells of
+//! the grid instead, so no refit runs in a step (a full one costs 1.8 ms on 70,000 triangles).
+
+use super::V3;
+use parry3d_f64::bounding_volume::Aabb;
+use parry3d_f64::math::Vector;
+use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
+
+/// A bounding volume hierarchy over triangles.
+pub struct TriangleTree {
+    bvh: Bvh,
+}
+
+/// Where a ray meets a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RayHit {
+    /// Which.
+    pub triangle: u32,
+    /// Along the ray, in lengths of its direction.
+    pub time: f64,
+    /// Weights of the triangle's corners.
+    pub bary: V3,
+}
+
+fn bounds(points: &[V3], triangle: [u32; 3]) -> Aabb {
+    let [a, b, c] = triangle.map(|v| points[v as usize]);
+    let low = std::array::from_fn::<f64, 3, _>(|i| a[i].min(b[i]).min(c[i]));
+    let high = std::array::from_fn::<f64, 3, _>(|i| a[i].max(b[i]).max(c[i]));
+    Aabb::new(Vector::from(low), Vector::from(high))
+}
+
+impl TriangleTree {
+    /// Over all `triangles`.
+    pub fn new(points: &[V3], triangles: &[[u32; 3]]) -> Self {
+        let leaves: Vec<Aabb> = triangles.iter().map(|t| bounds(points, *t)).collect();
+        Self { bvh: Bvh::from_leaves(BvhBuildStrategy::Binned, &leaves) }
+    }
+
+    /// Calls `visit` with every triangle whose box meets the box around `centre` of half-size `reach`.
+    pub fn near(&self, centre: V3, reach: f64, mut visit: impl FnMut(u32)) {
+        let half = Vector::from([reach; 3]);
+        let query = Aabb::new(Vector::from(centre) - half, Vector::from(centre) + half);
+        self.bvh.intersect_aabb(&query).for_each(&mut visit);
+    }
+
+    /// Takes over the new places of some triangles.
+    pub fn refit(&mut self, points: &[V3], triangles: &[[u32; 3]], changed: &[u32]) {
+        for &t in changed {
+            self.bvh.insert_or_update_partially(bounds(points, triangles[t as usize]), t, 0.0);
+        }
+        self.bvh.refit_partial(&[], changed);
+    }
+
+    /// Puts a triangle in, or in its new place.
+    pub fn set(&mut self, triangle: u32, corners: [V3; 3]) {
+        self.bvh.insert(bounds(&corners, [0, 1, 2]), triangle);
+    }
+
+    /// Takes a triangle out.
+    pub fn remove(&mut self, triangle: u32) {
+        self.bvh.remove(triangle);
+    }
+
+    /// Calls `visit` with every triangle whose box comes within `margin` of the triangle `facet`. A box is passed over when
+    /// the plane of the facet, a plane through one of its sides, or its box parts the two; so the work goes with what lies
+    /// along a long thin facet, not with what lies in its box.
+    pub fn near_facet(&self, facet: [V3; 3], margin: f64, mut visit: impl FnMut(u32)) {
+        let [a, b, c] = facet.map(Vector::from);
+        let normal = (b - a).cross(c - a);
+        let axes = [normal, normal.cross(b - a), normal.cross(c - b), normal.cross(a - c)];
+        let slabs = axes.map(|axis| {
+            let reach = [a, b, c].map(|corner| axis.dot(corner));
+            let low = reach[0].min(reach[1]).min(reach[2]);
+            let high = reach[0].max(reach[1]).max(reach[2]);
+            (axis, axis.abs(), 0.5 * (low + high), 0.5 * (high - low) + margin * axis.length())
+        });
+        let own = bounds(&facet, [0, 1, 2]);
+        let (low, high) = (own.mins - Vector::from([margin; 3]), own.maxs + Vector::from([margin; 3]));
+        let leaves = self.bvh.leaves(|node| {
+            let (min, max) = (node.mins(), node.maxs());
+            let (middle, half) = (0.5 * (min + max), 0.5 * (max - min));
+            min.cmple(high).all()
+                && max.cmpge(low).all()
+                && slabs.iter().all(|(axis, size, at, reach)| (axis.dot(middle) - at).abs() <= reach + size.dot(half))
+        });
+        leaves.for_each(&mut visit);
+    }
+
+    /// Calls `visit` with every triangle whose box meets the segment, and few whose box does not. By separating axes with a
+    /// little to spare: parry's test of rays misses boxes without thickness by rounding.
+    pub fn along(&self, from: V3, to: V3, mut visit: impl FnMut(u32)) {
+        const SPARE: f64 = 1e-12;
+        let (from, to) = (Vector::from(from), Vector::from(to));
+        let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
+        let size = half.abs();
+        let spare = SPARE * (size.length() + middle.abs().length());
+        let leaves = self.bvh.leaves(|node| {
+            let (min, max) = (node.mins(), node.maxs());
+            let (away, reach) = (middle - 0.5 * (min + max), 0.5 * (max - min) + Vector::from([spare; 3]));
+            let turn = half.cross(away).abs();
+            away.abs().cmple(size + reach).all()
+                && turn.x <= reach.y * size.z + reach.z * size.y
+                && turn.y <= reach.x * size.z + reach.z * size.x
+                && turn.z <= reach.x * size.y + reach.y * size.x
+        });
+        leaves.for_each(&mut visit);
+    }
+}
+
+/// The first triangle a ray meets, from either side. Looks at all of them: for a single ray that is quicker than a tree.
+pub fn cast(points: &[V3], triangles: &[[u32; 3]], origin: V3, direction: V3) -> Option<RayHit> {
+    let mut first: Option<RayHit> = None;
+    for (triangle, corners) in triangles.iter().enumerate() {
+        if let Some((time, bary)) = meet(corners.map(|v| points[v as usize]), origin, direction)
+            && first.is_none_or(|f| time < f.time)
+        {
+            first = Some(RayHit { triangle: triangle as u32, time, bary });
+        }
+    }
+    first
+}
+
+/// What a weight may be below zero, so that a ray along the edge of two triangles does not pass between them by rounding.
+const EDGE: f64 = 1e-9;
+
+/// Time and weights of the point where a ray meets a triangle (Möller and Trumbore 1997), both sides.
+pub fn meet(corners: [V3; 3], origin: V3, direction: V3) -> Option<(f64, V3)> {
+    use nalgebra::Vector3;
+    let [a, b, c] = corners.map(Vector3::from);
+    let (ab, ac, d) = (b - a, c - a, Vector3::from(direction));
+    let p = d.cross(&ac);
+    let det = ab.dot(&p);
+    if det == 0.0 {
+        return None;
+    }
+    let s = Vector3::from(origin) - a;
+    let u = s.dot(&p) / det;
+    let q = s.cross(&ab);
+    let v = d.dot(&q) / det;
+    let time = ac.dot(&q) / det;
+    let inside = u >= -EDGE && v >= -EDGE && u + v <= 1.0 + EDGE && time >= 0.0;
+    inside.then_some((time, [1.0 - u - v, u, v]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Surface, generate};
+
+    #[test]
+    fn rays_and_boxes_find_the_same_triangles_as_looking_at_all() {
+        let surface = Surface::from_document(&generate::sphere(12, 0.05).unwrap());
+        let tree = TriangleTree::new(&surface.points, &surface.triangles);
+        let mut found = Vec::new();
+        tree.near([0.05, 0.0, 0.0], 0.01, |t| found.push(t));
+        found.sort_unstable();
+        let touches = |t: &[u32; 3]| {
+            (0..3).all(|i| {
+                let of = t.map(|v| surface.points[v as usize][i] - [0.05, 0.0, 0.0][i]);
+                of.iter().any(|c| *c <= 0.01) && of.iter().any(|c| *c >= -0.01)
+            })
+        };
+        let all: Vec<u32> =
+            (0..surface.triangles.len() as u32).filter(|&t| touches(&surface.triangles[t as usize])).collect();
+        assert!(!all.is_empty() && found == all);
+        let hit = cast(&surface.points, &surface.triangles, [1.0, 0.001, 0.002], [-1.0, 0.0, 0.0]).unwrap();
+        assert!((hit.time - 0.95).abs() < 1e-3 && (hit.bary.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        assert_eq!(cast(&surface.points, &surface.triangles, [1.0, 0.0, 0.0], [1.0, 0.0, 0.0]), None);
+    }
+
+    #[test]
+    fn a_refitted_triangle_is_found_where_it_went() {
+        let mut surface = Surface::from_document(&generate::sphere(6, 0.05).unwrap());
+        let mut tree = TriangleTree::new(&surface.points, &surface.triangles);
+        for v in surface.triangles[7] {
+            surface.points[v as usize][0] += 1.0;
+        }
+        let changed: Vec<u32> = (0..surface.triangles.len() as u32).collect();
+        tree.refit(&surface.points, &surface.triangles, &changed);
+        let mut found = false;
+        let centre = surface.points[surface.triangles[7][0] as usize];
+        tree.near(centre, 1e-4, |t| found |= t == 7);
+        assert!(found);
+    }
+}

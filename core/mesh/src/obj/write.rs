@@ -1,0 +1,190 @@
+//! Writing a document back: its own bytes, and new coordinates where a vertex moved.
+
+use std::io::{BufWriter, Write};
+use std::iter::zip;
+
+use super::cursor::Cursor;
+use super::{ObjDocument, WriteError, number};
+
+impl ObjDocument {
+    /// Writes the document with `positions` (n x 3, file units) and, if given, `normals` (k x 3) into `out`.
+    ///
+    /// A row whose bits equal the parsed ones keeps its bytes. On the line of any other only the three coordinates
+    /// are replaced; keyword, spacing, weight, colour, comment and line end stay.
+    ///
+    /// # Errors
+    /// [`WriteError`] when an array has not as many rows as the document, a changed row is not finite (nothing is
+    /// written then), or `out` fails.
+    pub fn write(
+        &self,
+        positions: &[[f64; 3]],
+        normals: Option<&[[f64; 3]]>,
+        out: &mut impl Write,
+    ) -> Result<(), WriteError> {
+        let parsed = &self.parsed;
+        let mut edits = edits("v", &parsed.position_at, &parsed.positions, positions)?;
+        if let Some(normals) = normals {
+            edits.extend(self::edits("vn", &parsed.normal_at, &parsed.normals, normals)?);
+            edits.sort_unstable_by_key(|&(at, _)| at);
+        }
+        let mut out = BufWriter::with_capacity(1 << 16, out);
+        let file = Cursor::new(&self.bytes);
+        let mut done = 0; // bytes of the document copied so far
+        for (at, row) in edits {
+            let mut line = file.moved_to(at as usize);
+            line.token();
+            for value in row {
+                line.skip_blanks();
+                out.write_all(&self.bytes[done..line.at()])?;
+                number::write(*value, &mut out)?;
+                line.token();
+                done = line.at();
+            }
+        }
+        out.write_all(&self.bytes[done..])?;
+        Ok(out.flush()?)
+    }
+}
+
+/// Offset of the line and new row of everything that changed.
+pub(super) fn edits<'a>(
+    entity: &'static str,
+    at: &[u32],
+    old: &[[f64; 3]],
+    new: &'a [[f64; 3]],
+) -> Result<Vec<(u32, &'a [f64; 3])>, WriteError> {
+    same_length(entity, new, old)?;
+    let mut edits = Vec::new();
+    for (index, (old, new)) in zip(old, new).enumerate() {
+        if same_bits(old, new) {
+            continue;
+        }
+        if !new.iter().all(|value| value.is_finite()) {
+            return Err(WriteError::NotFinite { entity, index: index + 1, value: *new });
+        }
+        edits.push((at[index], new));
+    }
+    Ok(edits)
+}
+
+pub(super) fn same_length(entity: &'static str, given: &[[f64; 3]], own: &[[f64; 3]]) -> Result<(), WriteError> {
+    if given.len() != own.len() {
+        return Err(WriteError::Length { entity, found: given.len(), expected: own.len() });
+    }
+    Ok(())
+}
+
+/// Whether two rows are the same number for number, zeros of either sign told apart.
+pub(super) fn same_bits(a: &[f64; 3], b: &[f64; 3]) -> bool {
+    a.map(f64::to_bits) == b.map(f64::to_bits)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{Random, document};
+
+    fn written(document: &ObjDocument, positions: &[[f64; 3]], normals: Option<&[[f64; 3]]>) -> String {
+        let mut out = Vec::new();
+        document.write(positions, normals, &mut out).unwrap();
+        String::from_utf8(out).unwrap()
+    }
+
+    #[test]
+    fn only_the_coordinates_that_changed_change() {
+        let text = "# kept \\\r\n\tv  1.0\t2.50 -3e0  0.5 # w\r\n\
+            v 1 0 0 .1 .2 .3\nvn 0 0 2.0\nv 0 \\\n 1\\\n0\nf  1//1 2 3\nv 9 9 9";
+        let document = document(text);
+        let mut positions = document.positions().to_vec();
+        positions[0] = [1.0, -0.1, 1e-7];
+        positions[2] = [0.0, 1.0, 1.0 / 3.0];
+        positions[3] = [-0.0, 1e300, 5e-324];
+        let expected = text
+            .replace("1.0\t2.50 -3e0 ", "1\t-0.1 1e-7 ")
+            .replace("1\\\n0", "1\\\n0.3333333333333333")
+            .replace("9 9 9", "-0 1e300 5e-324");
+        assert_eq!(written(&document, &positions, None), expected);
+        let normals = [[0.6, 0.0, 0.8]];
+        let expected = expected.replace("vn 0 0 2.0", "vn 0.6 0 0.8");
+        assert_eq!(written(&document, &positions, Some(&normals)), expected);
+    }
+
+    #[test]
+    fn refuses_what_does_not_fit_and_writes_nothing() {
+        let document = document("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+        let mut out = Vec::new();
+        let short = document.write(&[[0.0; 3]], None, &mut out).unwrap_err();
+        assert_eq!(short.to_string(), "1 v given; the document has 3");
+        let mut positions = document.positions().to_vec();
+        positions[1][2] = f64::NAN;
+        let nan = document.write(&positions, None, &mut out).unwrap_err();
+        assert_eq!(nan.to_string(), "v 2 is [1.0, 0.0, NaN]; allowed: finite numbers");
+        assert!(document.write(document.positions(), Some(&[[0.0; 3]]), &mut out).is_err());
+        assert!(out.is_empty());
+    }
+
+    /// A random document of awkward lines, with four vertices and a face at least.
+    fn awkward(random: &mut Random) -> String {
+        let line_end = random.pick(&["\n", "\r\n", "\r"]);
+        let lines = [
+            "v 1e0 +2. -.3",
+            "\tv\t0.10  00.20 3 ",
+            "v 1 2 3 1.0",
+            "v 1 2 3 .5 .5 .5 # red",
+            "v 1\\\n2 \\\n 3",
+            "vn 0 0 1",
+            "vt .5 .5",
+            "",
+            "   ",
+            "# v 1 2 3 \\",
+            "o Ü\\\n b",
+            "g a b",
+            "s off",
+            "unknown \\ line",
+            "l 1 2",
+            "f 1 2 3",
+            "f 4\\\n3 2",
+            "f -1 -2 -3 -4",
+            "v 0.1000000000000000055511151231257827 1E+2 -0",
+        ];
+        let mut text = if random.below(2) == 0 { "\u{feff}".to_owned() } else { String::new() };
+        text += "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n";
+        for _ in 0..random.below(12) {
+            text += random.pick(&lines);
+            text += "\n";
+        }
+        text += random.pick(&["f 1 2 3", "v 7 8 9\n", "# end"]);
+        text.replace('\n', line_end)
+    }
+
+    #[test]
+    fn unedited_documents_come_back_byte_for_byte() {
+        let mut random = Random(6);
+        for _ in 0..5000 {
+            let document = document(&awkward(&mut random));
+            let back = written(&document, document.positions(), Some(document.normals()));
+            assert_eq!(back.as_bytes(), document.bytes());
+        }
+    }
+
+    /// After an edit the document reads back as the edited numbers, bit for bit, with its faces where they were.
+    #[test]
+    fn edited_documents_read_back_as_edited() {
+        let mut random = Random(7);
+        for _ in 0..5000 {
+            let original = document(&awkward(&mut random));
+            let mut positions = original.positions().to_vec();
+            for _ in 0..random.below(4) {
+                let vertex = random.below(positions.len() as u64) as usize;
+                let scale = 10_f64.powi(random.below(40) as i32 - 20);
+                positions[vertex][random.below(3) as usize] = (random.unit() - 0.5) * scale;
+            }
+            let edited = document(&written(&original, &positions, None));
+            assert!(zip(edited.positions(), &positions).all(|(a, b)| same_bits(a, b)));
+            assert_eq!(edited.parsed.corners, original.parsed.corners);
+            assert_eq!(edited.parsed.face_line, original.parsed.face_line);
+            let again = written(&edited, &positions, None);
+            assert_eq!(again.as_bytes(), edited.bytes());
+        }
+    }
+}

@@ -1,0 +1,222 @@
+//! The triangles a simulation uses.
+
+use nalgebra::Vector3;
+
+use super::edges::EdgeTable;
+use super::triangulate::{split_otherwise, triangulate};
+use super::{ObjDocument, Placement};
+
+/// Points and triangles. Points are numbered like the vertices of the document, those no triangle uses included.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Surface {
+    /// Points, m once placed, file units before (n x 3).
+    pub points: Vec<[f64; 3]>,
+    /// Corners of each triangle, counter-clockwise seen from outside (m x 3).
+    pub triangles: Vec<[u32; 3]>,
+    /// The face of the document, from 0, that each triangle came from (m).
+    pub face_of: Vec<u32>,
+}
+
+/// An axis-aligned box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// Lower corner, in the units of the points.
+    pub min: [f64; 3],
+    /// Upper corner, in the units of the points.
+    pub max: [f64; 3],
+}
+
+impl Bounds {
+    /// Length of the longest edge.
+    pub fn longest_edge(&self) -> f64 {
+        (Vector3::from(self.max) - Vector3::from(self.min)).max()
+    }
+
+    /// The middle.
+    pub fn centre(&self) -> [f64; 3] {
+        Vector3::from(self.min).lerp(&Vector3::from(self.max), 0.5).into()
+    }
+}
+
+impl Surface {
+    /// The document's faces as triangles, in the order of the file.
+    ///
+    /// A quad is split along its shorter inner diagonal, a larger polygon by ear clipping in its plane; one without
+    /// area becomes a fan. An f-corner face gives f - 2 triangles, always.
+    pub fn from_document(document: &ObjDocument) -> Self {
+        let points = document.positions().to_vec();
+        let mut surface = Self { points, ..Self::default() };
+        let (mut polygon, mut pieces) = (Vec::new(), Vec::new());
+        for (index, face) in document.faces().enumerate() {
+            if let [a, b, c] = face.corners {
+                surface.triangles.push([a.v, b.v, c.v]);
+            } else {
+                polygon.clear();
+                polygon.extend(face.corners.iter().map(|corner| surface.point(corner.v)));
+                pieces.clear();
+                triangulate(&polygon, &mut pieces);
+                surface.triangles.extend(pieces.iter().map(|piece| piece.map(|corner| face.corners[corner].v)));
+            }
+            surface.face_of.resize(surface.triangles.len(), index as u32);
+        }
+        surface.part_twins(document);
+        surface
+    }
+
+    /// The same triangles with every point placed, m.
+    pub fn placed(&self, placement: &Placement) -> Self {
+        let points = self.points.iter().map(|&point| placement.apply(point)).collect();
+        Self { points, ..self.clone() }
+    }
+
+    /// The box around the points that triangles use. A surface without triangles has a box of zeros.
+    pub fn bounds(&self) -> Bounds {
+        let mut used = self.triangles.iter().flatten().map(|&vertex| self.point(vertex));
+        let first = used.next().unwrap_or_default();
+        let (min, max) = used.fold((first, first), |(min, max), point| (min.inf(&point), max.sup(&point)));
+        Bounds { min: min.into(), max: max.into() }
+    }
+
+    /// Area of each triangle, square units of the points (m).
+    pub fn areas(&self) -> Vec<f64> {
+        self.triangles.iter().map(|triangle| 0.5 * self.cross(triangle).norm()).collect()
+    }
+
+    /// Unit normal of each point: the mean of its triangles by area (n x 3). Zero where no triangle has an area.
+    pub fn vertex_normals(&self) -> Vec<[f64; 3]> {
+        let mut sums = vec![Vector3::zeros(); self.points.len()];
+        for triangle in &self.triangles {
+            let cross = self.cross(triangle);
+            triangle.iter().for_each(|&vertex| sums[vertex as usize] += cross);
+        }
+        sums.iter().map(|sum| sum.try_normalize(0.0).unwrap_or_default().into()).collect()
+    }
+
+    /// Enclosed volume, cubic units of the points; negative when turned inside out, meaningless when open.
+    pub fn volume(&self) -> f64 {
+        let origin = Vector3::from(self.bounds().centre()); // keeps the cones small, so far-away models lose no digits
+        let cone = |t: &[u32; 3]| (self.point(t[0]) - origin).dot(&self.cross(t)) / 6.0;
+        self.triangles.iter().map(cone).sum()
+    }
+
+    /// Every edge with the triangles on it.
+    pub fn edges(&self) -> EdgeTable {
+        EdgeTable::new(&self.triangles)
+    }
+
+    /// The connected part each triangle belongs to (m), parts numbered from 0 as triangles first meet them.
+    /// Triangles that share a vertex are connected.
+    pub fn shells(&self) -> Vec<u32> {
+        let mut parent: Vec<u32> = (0..self.points.len() as u32).collect();
+        for &[a, b, c] in &self.triangles {
+            for other in [b, c] {
+                let (a, b) = (root(&mut parent, a), root(&mut parent, other));
+                parent[a.max(b) as usize] = a.min(b);
+            }
+        }
+        let mut number = vec![u32::MAX; self.points.len()];
+        let mut count = 0;
+        let shell_of = |triangle: &[u32; 3]| {
+            let shell = &mut number[root(&mut parent, triangle[0]) as usize];
+            if *shell == u32::MAX {
+                *shell = count;
+                count += 1;
+            }
+            *shell
+        };
+        self.triangles.iter().map(shell_of).collect()
+    }
+
+    /// Two quads with two edges in common may each cut off the same three vertices, and so lay one triangle on the
+    /// other where the quads do not touch. Such quads take their other diagonal.
+    fn part_twins(&mut self, document: &ObjDocument) {
+        let mut faces_at = vec![0_u32; self.points.len()];
+        document.faces().flat_map(|face| face.corners).for_each(|corner| faces_at[corner.v as usize] += 1);
+        // The vertex a twin half cuts off has the two quads and no other face.
+        let mut halves = Vec::new();
+        for (index, pair) in self.face_of.windows(2).enumerate().filter(|(_, pair)| pair[0] == pair[1]) {
+            for (half, other) in [(index, index + 1), (index + 1, index)] {
+                let [mut key, other] = [half, other].map(|index| self.triangles[index]);
+                if key.iter().any(|vertex| faces_at[*vertex as usize] == 2 && !other.contains(vertex)) {
+                    key.sort_unstable();
+                    halves.push((key, index, pair[0]));
+                }
+            }
+        }
+        halves.sort_unstable();
+        let twins = halves.windows(2).filter(|pair| pair[0].0 == pair[1].0 && pair[0].2 != pair[1].2);
+        for &(_, first, face) in twins.flatten() {
+            let Some([a, b, c, d]) = document.face(face as usize).and_then(|face| face.corners.as_array()) else {
+                continue;
+            };
+            let quad = [a.v, b.v, c.v, d.v];
+            let half = self.triangles[first].map(|vertex| quad.iter().position(|&v| v == vertex).unwrap_or(0));
+            if let Some(split) = split_otherwise(&quad.map(|vertex| self.point(vertex)), half) {
+                self.triangles[first..first + 2].copy_from_slice(&split.map(|piece| piece.map(|corner| quad[corner])));
+            }
+        }
+    }
+
+    pub(super) fn point(&self, vertex: u32) -> Vector3<f64> {
+        self.points[vertex as usize].into()
+    }
+
+    /// Normal of a triangle with twice its area for length.
+    pub(super) fn cross(&self, triangle: &[u32; 3]) -> Vector3<f64> {
+        let [a, b, c] = triangle.map(|vertex| self.point(vertex));
+        (b - a).cross(&(c - a))
+    }
+}
+
+/// The vertex that stands for all connected to `vertex`. Halves the path on the way.
+fn root(parent: &mut [u32], mut vertex: u32) -> u32 {
+    while parent[vertex as usize] != vertex {
+        let above = parent[parent[vertex as usize] as usize];
+        parent[vertex as usize] = above;
+        vertex = above;
+    }
+    vertex
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check::Kind;
+    use crate::testing::document;
+
+    /// A unit tetrahedron about the origin corner, and a far triangle apart from it.
+    const TWO_SHELLS: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 5 0 0\nv 6 0 0\nv 5 2 0\nv 99 99 99\n\
+        f 1 3 2\nf 1 2 4\nf 5 6 7\nf 1 4 3\nf 2 3 4\n";
+
+    #[test]
+    fn measures() {
+        let mut surface = Surface::from_document(&document(TWO_SHELLS));
+        assert_eq!(surface.shells(), [0, 0, 1, 0, 0]);
+        assert_eq!(surface.face_of, [0, 1, 2, 3, 4]);
+        assert_eq!(surface.areas()[..4], [0.5, 0.5, 1.0, 0.5]);
+        assert_eq!(surface.bounds(), Bounds { min: [0.0; 3], max: [6.0, 2.0, 1.0] }, "the unused vertex is left out");
+        assert_eq!(surface.vertex_normals()[4], [0.0, 0.0, 1.0]);
+        assert_eq!(surface.vertex_normals()[7], [0.0; 3]);
+        surface.triangles.remove(2);
+        assert!((surface.volume() - 1.0 / 6.0).abs() < 1e-15);
+        surface.points.iter_mut().for_each(|point| point[0] += 1e6);
+        assert!((surface.volume() - 1.0 / 6.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn quads_that_share_two_edges_do_not_share_a_triangle() {
+        // Two squares bent along 1-2-3: without care both would cut off vertex 2.
+        let text = "v 0 0 0\nv 0.9 -0.1 0\nv 1 1 0\nv 0 1.4 0.9\nv 0 1.4 -0.9\nf 1 2 3 4\nf 3 2 1 5\n";
+        let document = document(text);
+        let surface = Surface::from_document(&document);
+        assert_eq!(surface.triangles, [[0, 1, 3], [1, 2, 3], [2, 1, 4], [1, 0, 4]]);
+        assert!(crate::check(&surface, &document).iter().all(|finding| finding.kind == Kind::Border));
+    }
+
+    #[test]
+    fn a_surface_of_nothing_is_harmless() {
+        let surface = Surface::default();
+        assert_eq!(surface.bounds().longest_edge(), 0.0);
+        assert_eq!((surface.volume(), surface.shells().len()), (0.0, 0));
+    }
+}

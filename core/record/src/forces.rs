@@ -1,0 +1,88 @@
+//! Forces as a picture: what it takes to hold nodes, as arrows on the mesh, in the manner of figure 8 of Tripicchio, D'Avella and
+//! Ruffaldi (2022).
+
+use super::atomic::AtomicFile;
+use pliant_engine::body::Body;
+use pliant_solver::{V3, dot};
+use std::io::{self, Write};
+use std::path::Path;
+
+/// Of the drawing, in its own units.
+const WIDTH: f64 = 800.0;
+/// Longest arrow over the width.
+const LONGEST: f64 = 0.2;
+/// Arrows shorter than this over the longest are left out.
+const SHORTEST: f64 = 1e-3;
+/// Sine and cosine of 30 degrees.
+const TURN: (f64, f64) = (0.5, 0.866_025_403_784_438_6);
+
+/// Writes one picture of all bodies, with `reactions` (N, n x 3) of each: dark blue where a node is held by the scene, red where a tip
+/// holds it. It is seen in isometric projection, z up, x to the lower right and y to the upper right.
+///
+/// # Errors
+/// What the file system says, with the path.
+pub(super) fn write_forces<'a>(bodies: impl Iterator<Item = (&'a Body, &'a [V3])>, path: &Path) -> io::Result<()> {
+    let bodies: Vec<(&Body, &[V3])> = bodies.collect();
+    let points = bodies.iter().flat_map(|(body, _)| &body.skin.x).map(|p| seen(*p));
+    let mut bounds = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
+    for p in points {
+        for i in 0..2 {
+            (bounds[0][i], bounds[1][i]) = (bounds[0][i].min(p[i]), bounds[1][i].max(p[i]));
+        }
+    }
+    let size = (bounds[1][0] - bounds[0][0]).max(bounds[1][1] - bounds[0][1]).max(f64::MIN_POSITIVE);
+    let most = bodies.iter().flat_map(|(_, all)| *all).map(|f| dot(*f, *f).sqrt()).fold(0.0, f64::max);
+    let margin = LONGEST * WIDTH;
+    let scale = (WIDTH - 2.0 * margin) / size;
+    let on_page = |p: [f64; 2]| [margin + scale * (p[0] - bounds[0][0]), margin + scale * (bounds[1][1] - p[1])];
+    let height = 2.0 * margin + scale * (bounds[1][1] - bounds[0][1]) + 30.0;
+    let mut file = AtomicFile::create(path)?;
+    writeln!(
+        file,
+        r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height:.0}" font-family="sans-serif" font-size="14">
+<title>forces that hold nodes, N</title>
+<rect width="{WIDTH}" height="{height:.0}" fill="white"/>
+<defs><marker id="held" viewBox="0 0 6 6" refX="5" refY="3" markerWidth="5" markerHeight="5" orient="auto"><path d="M0 0L6 3L0 6z" fill="#1f3c88"/></marker>
+<marker id="tip" viewBox="0 0 6 6" refX="5" refY="3" markerWidth="5" markerHeight="5" orient="auto"><path d="M0 0L6 3L0 6z" fill="#c0392b"/></marker></defs>"##
+    )?;
+    for (body, _) in &bodies {
+        write!(file, r##"<path fill="none" stroke="#b8b8b8" stroke-width="0.6" d=""##)?;
+        for (ends, _) in body.model.surface.edges().iter() {
+            let [a, b] = ends.map(|v| on_page(seen(body.skin.x[v as usize])));
+            write!(file, "M{:.2} {:.2}L{:.2} {:.2}", a[0], a[1], b[0], b[1])?;
+        }
+        writeln!(file, r#""/>"#)?;
+    }
+    for (body, reactions) in &bodies {
+        let nodes = &body.system.nodes;
+        for (i, force) in reactions.iter().enumerate() {
+            let size = dot(*force, *force).sqrt();
+            if most == 0.0 || size < SHORTEST * most {
+                continue;
+            }
+            let (from, along) = (on_page(seen(nodes.x[i])), seen(*force).map(|c| margin * c / most));
+            let (class, colour) = if nodes.constraint[i].is_free() { ("tip", "#c0392b") } else { ("held", "#1f3c88") };
+            writeln!(
+                file,
+                r#"<line class="{class}" x1="{:.2}" y1="{:.2}" x2="{:.2}" y2="{:.2}" stroke="{colour}" stroke-width="1.4" marker-end="url(#{class})"/>"#,
+                from[0],
+                from[1],
+                from[0] + along[0],
+                from[1] - along[1],
+            )?;
+        }
+    }
+    writeln!(
+        file,
+        r##"<text x="10" y="{:.0}">longest arrow {most:.4e} N; <tspan fill="#1f3c88">held nodes</tspan>, <tspan fill="#c0392b">nodes on a tip</tspan></text>
+</svg>"##,
+        height - 10.0
+    )?;
+    file.finish()
+}
+
+/// In isometric projection: to the right and up.
+fn seen(p: V3) -> [f64; 2] {
+    let (s, c) = TURN;
+    [c * (p[0] + p[1]), p[2] + s * (p[1] - p[0])]
+}

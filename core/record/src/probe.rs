@@ -1,0 +1,123 @@
+//! What a scene asks to be measured.
+
+use pliant_engine::plan::Probe;
+use pliant_engine::scene::ProbeQuantity;
+use pliant_engine::session::{Frame, Session};
+use pliant_solver::{axpy, dot};
+use serde::Serialize;
+
+/// A measured probe.
+#[derive(Clone, Debug, Serialize)]
+pub struct ProbeResult {
+    /// As the scene calls it.
+    pub name: String,
+    /// SI
+    pub value: f64,
+    /// s, when it was measured
+    pub time: f64,
+    /// What it should be.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub expected: Option<f64>,
+    /// `|value - expected| / |expected|`, or the difference itself where nothing is expected but zero
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<f64>,
+    /// What the error may be.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
+    /// Whether it is within.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub passed: Option<bool>,
+    /// Where the expected value comes from.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub source: String,
+}
+
+/// The probes of a run.
+pub(super) struct Meter {
+    readings: Vec<Reading>,
+}
+
+struct Reading {
+    probe: Probe,
+    vertex: usize,
+    value: f64,
+    time: f64,
+    done: bool,
+}
+
+impl Reading {
+    /// Whether this is the moment, and not one before.
+    fn is_due(&self, frame: &Frame, last: bool) -> bool {
+        self.probe.greatest || last || frame.time >= self.probe.time * (1.0 - 1e-12)
+    }
+}
+
+impl Meter {
+    pub(super) fn new(session: &Session) -> Self {
+        let reading = |probe: &Probe| {
+            let vertex = match (probe.at, session.body_of_scene(probe.of)) {
+                (Some(at), Some(body)) => {
+                    let away = |p: &[f64; 3]| dot(axpy(*p, -1.0, at), axpy(*p, -1.0, at));
+                    let points = body.model.surface.points.iter().enumerate();
+                    points.min_by(|a, b| away(a.1).total_cmp(&away(b.1))).map_or(0, |(v, _)| v)
+                }
+                _ => 0,
+            };
+            Reading { probe: probe.clone(), vertex, value: 0.0, time: 0.0, done: false }
+        };
+        Self { readings: session.plan().probes.iter().map(reading).collect() }
+    }
+
+    /// Whether the surface must be up to date for the next reading.
+    pub(super) fn needs_surface(&self, time: f64, last: bool) -> bool {
+        let of_surface = |r: &&Reading| r.probe.quantity == ProbeQuantity::Displacement && !r.done;
+        self.readings.iter().filter(of_surface).any(|r| r.probe.greatest || last || time >= r.probe.time)
+    }
+
+    pub(super) fn read(&mut self, session: &Session, frame: &Frame, last: bool) {
+        for reading in self.readings.iter_mut().filter(|r| !r.done) {
+            let of = reading.probe.of;
+            let value = match reading.probe.quantity {
+                ProbeQuantity::Force => frame.tools.get(of).map_or(0.0, |t| dot(t.force, t.force).sqrt()),
+                ProbeQuantity::Depth => frame.tools.get(of).map_or(0.0, |t| t.depth),
+                ProbeQuantity::KineticEnergy => frame.kinetic_energy,
+                ProbeQuantity::ElasticEnergy => frame.elastic_energy,
+                ProbeQuantity::CutArea => session.cuts().area,
+                ProbeQuantity::CutLength => session.cuts().length,
+                ProbeQuantity::Parts if !reading.is_due(frame, last) => continue,
+                ProbeQuantity::Parts => session.body_of_scene(of).map_or(1.0, |body| {
+                    body.model.surface.shells().into_iter().max().map_or(0.0, |last| f64::from(last) + 1.0)
+                }),
+                ProbeQuantity::Displacement => session.body_of_scene(of).map_or(0.0, |body| {
+                    let u = axpy(body.skin.x[reading.vertex], -1.0, body.model.surface.points[reading.vertex]);
+                    dot(u, u).sqrt()
+                }),
+            };
+            if !reading.probe.greatest || value > reading.value || !value.is_finite() {
+                (reading.value, reading.time) = (value, frame.time);
+            }
+            reading.done = frame.time >= reading.probe.time * (1.0 - 1e-12);
+        }
+    }
+
+    pub(super) fn results(&self) -> Vec<ProbeResult> {
+        let result = |r: &Reading| {
+            let error = r.probe.expected.map(|expected| {
+                let off = (r.value - expected).abs();
+                if expected == 0.0 { off } else { off / expected.abs() }
+            });
+            ProbeResult {
+                name: r.probe.name.clone(),
+                value: r.value,
+                time: r.time,
+                expected: r.probe.expected,
+                error,
+                tolerance: error.map(|_| r.probe.tolerance),
+                // A value that is not a number fails this, as it should.
+                passed: error.map(|e| e <= r.probe.tolerance),
+                source: r.probe.source.clone(),
+            }
+        };
+        self.readings.iter().map(result).collect()
+    }
+}

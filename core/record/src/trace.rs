@@ -1,0 +1,63 @@
+//! One row a step.
+
+use pliant_engine::session::{Frame, Session};
+use std::io::{self, Write};
+
+/// The names of the columns.
+pub(super) fn head(session: &Session, out: &mut impl Write) -> io::Result<()> {
+    write!(out, "time_s")?;
+    for slot in &session.tools {
+        let n = &slot.tool.name;
+        for group in ["hand", "proxy"] {
+            write!(out, ",{n}.{group}_x_m,{n}.{group}_y_m,{n}.{group}_z_m")?;
+        }
+        write!(out, ",{n}.contact,{n}.depth_m")?;
+        for group in ["force", "device_force"] {
+            write!(out, ",{n}.{group}_x_N,{n}.{group}_y_N,{n}.{group}_z_N")?;
+        }
+    }
+    writeln!(out, ",nodes,elements,kinetic_energy_J,elastic_energy_J,substeps,iterations,residual,step_seconds")
+}
+
+/// The row of a step.
+pub(super) fn row(frame: &Frame, out: &mut impl Write) -> io::Result<()> {
+    write!(out, "{}", frame.time)?;
+    for t in &frame.tools {
+        let contact = if t.grips {
+            "pull"
+        } else if t.contact.is_some() {
+            "touch"
+        } else {
+            ""
+        };
+        let ([hx, hy, hz], [px, py, pz]) = (t.hand, t.proxy);
+        let ([fx, fy, fz], [dx, dy, dz]) = (t.force, t.device_force);
+        write!(out, ",{hx},{hy},{hz},{px},{py},{pz},{contact},{},{fx},{fy},{fz},{dx},{dy},{dz}", t.depth)?;
+    }
+    writeln!(
+        out,
+        ",{},{},{:e},{:e},{},{},{:e},{:.3e}",
+        frame.nodes,
+        frame.elements,
+        frame.kinetic_energy,
+        frame.elastic_energy,
+        frame.substeps,
+        frame.iterations,
+        frame.residual,
+        frame.seconds
+    )
+}
+
+/// Final nodes of every body.
+pub(super) fn nodes(session: &Session, out: &mut impl Write) -> io::Result<()> {
+    writeln!(out, "body,node,rest_x_m,rest_y_m,rest_z_m,x_m,y_m,z_m,vx_m_s,vy_m_s,vz_m_s,mass_kg,constraint")?;
+    for body in &session.bodies {
+        let n = &body.system.nodes;
+        for i in 0..n.len() {
+            let ([a, b, c], [x, y, z], [u, v, w]) = (n.rest[i], n.x[i], n.v[i]);
+            let held = if n.constraint[i].is_free() { "free" } else { "held" };
+            writeln!(out, "{},{i},{a},{b},{c},{x},{y},{z},{u},{v},{w},{},{held}", body.name, n.mass[i])?;
+        }
+    }
+    Ok(())
+}

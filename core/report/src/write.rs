@@ -1,0 +1,36 @@
+//! The files of a report.
+
+use super::{Document, csv, page};
+use pliant_record::AtomicFile;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// Where they are.
+#[derive(Clone, Debug)]
+pub struct Written {
+    /// `report.html`
+    pub page: PathBuf,
+    /// `report.json`
+    pub json: PathBuf,
+}
+
+/// Writes `report.json`, `report.csv`, `report.html` and the pictures into a folder.
+///
+/// # Errors
+/// What the file system says, with the path.
+pub fn write(document: &Document, folder: &Path) -> io::Result<Written> {
+    let put = |name: &str, text: &str| -> io::Result<PathBuf> {
+        let path = folder.join(name);
+        let mut file = AtomicFile::create(&path)?;
+        file.write_all(text.as_bytes())?;
+        file.finish()?;
+        Ok(path)
+    };
+    for (name, svg) in document.sections.iter().flat_map(|s| &s.plots) {
+        put(&format!("{name}.svg"), svg)?;
+    }
+    put("report.csv", &csv(&document.rows))?;
+    let json = put("report.json", &serde_json::to_string_pretty(document).map_err(io::Error::other)?)?;
+    let page = put("report.html", &page(document))?;
+    Ok(Written { page, json })
+}

@@ -1,0 +1,66 @@
+//! Vectors and 3 x 3 blocks, and what is done with one of them.
+
+pub use pliant_mesh::geometry::{V3, axpy, dot};
+
+/// A 3 x 3 block, row-major.
+pub type Block = [f64; 9];
+/// The same in single precision.
+pub type SingleBlock = [f32; 9];
+
+/// Block times vector.
+#[inline(always)]
+pub fn times(m: &Block, v: V3) -> V3 {
+    [
+        m[0] * v[0] + m[1] * v[1] + m[2] * v[2],
+        m[3] * v[0] + m[4] * v[1] + m[5] * v[2],
+        m[6] * v[0] + m[7] * v[1] + m[8] * v[2],
+    ]
+}
+
+/// m/s; what is slower stands still.
+const STILL: f64 = 1e-40;
+
+/// A velocity without components that are nothing. A sheet's first touch spreads out of its plane as ever smaller numbers, and
+/// processors take a hundred times as long over the smallest.
+#[inline(always)]
+pub fn without_dust(v: V3) -> V3 {
+    v.map(|c| if c.abs() < STILL { 0.0 } else { c })
+}
+
+/// The inverse of a symmetric block, by cofactors; `None` where there is none.
+pub fn symmetric_inverse(m: &Block) -> Option<Block> {
+    let (c0, c1, c2) = (m[4] * m[8] - m[5] * m[5], m[5] * m[2] - m[1] * m[8], m[1] * m[5] - m[4] * m[2]);
+    let det = m[0] * c0 + m[1] * c1 + m[2] * c2;
+    if !(det.is_finite() && det != 0.0) {
+        return None;
+    }
+    let (c3, c4, c5) = (m[0] * m[8] - m[2] * m[2], m[2] * m[1] - m[0] * m[5], m[0] * m[4] - m[1] * m[1]);
+    let i = 1.0 / det;
+    Some([c0 * i, c1 * i, c2 * i, c1 * i, c3 * i, c4 * i, c2 * i, c4 * i, c5 * i])
+}
+
+/// Condition of a block up to which rounding its inverse leaves the least of it, by a fifth.
+pub const WIDEST: f64 = 1e6;
+
+/// The largest of a block's diagonal times that of its inverse.
+pub fn width(block: &Block, inverse: &Block) -> f64 {
+    let most = |b: &Block| b[0].max(b[4]).max(b[8]);
+    let width = most(block) * most(inverse);
+    if width.is_nan() { f64::INFINITY } else { width }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_inverse_is_one() {
+        let a = [4.0, 1.0, -0.5, 1.0, 3.0, 0.25, -0.5, 0.25, 2.0];
+        let b = symmetric_inverse(&a).unwrap();
+        for i in 0..9 {
+            let product: f64 = (0..3).map(|k| a[3 * (i / 3) + k] * b[3 * k + i % 3]).sum();
+            assert!((product - f64::from(u8::from(i % 4 == 0))).abs() < 1e-15, "{i}: {product}");
+        }
+        assert!(symmetric_inverse(&[0.0; 9]).is_none() && symmetric_inverse(&[f64::NAN; 9]).is_none());
+    }
+}

@@ -1,0 +1,340 @@
+//! Hinges that act on each other: bending of thin shells in the mixed form of Hellan (1967), Herrmann (1967) and Johnson
+//! (1973), in which moments are constant in each triangle and agree across edges only in what they do along the edge.
+//!
+//! The material gives the strain of each hinge and the compliance of each triangle; here `G m = s` is solved for the moments
+//! m, so that the energy is s . m / 2. G couples a hinge to the four others of its two triangles and is well conditioned: no
+//! eigenvalue of the Jacobi-scaled matrix lies outside those of the single triangles, and where triangles differ, the least is well
+//! above theirs ([`self::lanczos`]). So a fixed Chebyshev polynomial in G takes the place of its inverse: one linear map, the
+//! same in every call, whose energy and forces belong together exactly, but for rounding where a step asks for fewer digits.
+
+mod chebyshev;
+mod lanczos;
+
+use super::algebra::V3;
+use super::constraint::Constraint;
+use super::elements::ElementSet;
+use super::elements::chunk::Chunk;
+use super::factors::StandIn;
+use super::nodes::Nodes;
+use super::outer::{self, AHEAD, GROUP, Hinges, Precision};
+use super::threads::Pool;
+use crate::force_model::{ForceError, ForceModel, StepTime};
+use chebyshev::Chebyshev;
+use lanczos::least_eigenvalue;
+use nalgebra::Matrix3;
+use pliant_plugin_api::PlanesMut;
+use pliant_plugin_api::{abi, prefetch};
+use std::ops::Range;
+
+/// The coupled hinges of a body.
+#[derive(Debug, Default)]
+pub struct Coupled {
+    /// Hinge of each triangle's sides 01, 12, 20, or `u32::MAX` (t x 3).
+    pub sides: Vec<[u32; 3]>,
+    /// What takes the place of the inverse of G.
+    inverse: Chebyshev,
+    /// N/m, what stands for the inverse of the diagonal of G, and of a diagonal matrix that is nowhere above G; 0 without one
+    stand_in: Vec<f64>,
+    most: Vec<f64>,
+    /// Plane 0 strain, m; 1 to 12 its gradient.
+    planes: Vec<f64>,
+    /// N
+    moment: Vec<f64>,
+}
+
+/// Relative accuracy of the polynomial inverse.
+const ACCURACY: f64 = 1e-4;
+/// Terms of it, at most: slivers ask for more than is worth it.
+const MOST: usize = 200;
+/// Terms for which no better bound is looked for.
+const FEW: usize = 16;
+/// Of the least eigenvalue found, what is counted on.
+const SURE: f64 = 0.9;
+/// What stands for the inverse of G in a matrix is at least this over its diagonal, and more where slivers ask for it: at least
+/// half the exact stiffness, as a step of backward Euler that is linearised once needs.
+const STAND_IN: f64 = 2.2;
+/// PlanesMut of a hinge.
+const PLANES: usize = 13;
+/// Hinges in a piece of work for a thread.
+const PIECE: usize = 256;
+
+/// Whether a set is of hinges that are coupled.
+pub fn is_coupled_hinges(set: &ElementSet) -> bool {
+    set.request().kind == abi::HINGE && set.has(abi::IS_COUPLED)
+}
+
+fn is_coupled_triangles(set: &ElementSet) -> bool {
+    set.request().kind == abi::TRIANGLE && set.has(abi::IS_COUPLED)
+}
+
+/// Terms that an inverse takes where eigenvalues lie between two bounds.
+fn terms([low, high]: [f64; 2]) -> usize {
+    let root = (high / low).sqrt();
+    let rate = (root - 1.0) / (root + 1.0);
+    if rate > 0.0 { ((0.5 * ACCURACY).ln() / rate.ln()).ceil().max(1.0) as usize } else { 1 }
+}
+
+impl Coupled {
+    /// After nodes or elements have changed.
+    ///
+    /// # Errors
+    /// What the material says.
+    pub fn prepare(&mut self, material: &dyn ForceModel, sets: &[ElementSet], nodes: &Nodes) -> Result<(), ForceError> {
+        let hinges = sets.iter().find(|set| is_coupled_hinges(set)).map_or(0, ElementSet::count);
+        let Some(triangles) = sets.iter().find(|set| is_coupled_triangles(set)) else { return Ok(()) };
+        let count = triangles.count();
+        let mut compliance = vec![0.0; 6 * count];
+        let whole = Chunk { range: 0..count, window: 0..nodes.len() };
+        if count > 0 {
+            material.compliance(&triangles.call(&whole, nodes, &nodes.v, StepTime::default()), &mut compliance)?;
+        }
+        // m/N
+        let (mut diagonal, mut least) = (vec![0.0; hinges], vec![0.0; hinges]);
+        // Least and greatest eigenvalue of the scaled matrix, at the widest.
+        let mut spectrum = [1.0_f64, 1.0];
+        let mut entries: Vec<(u32, u32, f64)> = Vec::new();
+        // Nearly the eigenvector of the least: those of the triangles, the more the less theirs is.
+        let mut near = vec![0.0; hinges];
+        for (t, corners) in triangles.nodes().chunks_exact(3).enumerate() {
+            // A triangle that is held altogether does not bend.
+            if corners.iter().all(|n| nodes.constraint[*n as usize] == Constraint::Fixed) {
+                continue;
+            }
+            let c = |plane: usize| compliance[plane * count + t];
+            let g = [[c(0), c(1), c(2)], [c(1), c(3), c(4)], [c(2), c(4), c(5)]];
+            let sides = self.sides[t];
+            let inner: Vec<usize> = (0..3).filter(|i| sides[*i] != u32::MAX).collect();
+            for &i in &inner {
+                diagonal[sides[i] as usize] += g[i][i];
+                for &j in inner.iter().filter(|j| **j != i) {
+                    entries.push((sides[i], sides[j], g[i][j]));
+                }
+            }
+            let (bounds, own) = scaled_spectrum(&g, &inner);
+            for &i in &inner {
+                least[sides[i] as usize] += bounds[0] * g[i][i];
+                near[sides[i] as usize] += own[i] / (bounds[0] * g[i][i].sqrt());
+            }
+            spectrum = [spectrum[0].min(bounds[0]), spectrum[1].max(bounds[1])];
+        }
+        entries.sort_by_key(|(i, j, _)| (*i, *j));
+        // Where triangles differ the whole is far from as uneven as the worst of them. If it is a little worse than found, the polynomial
+        // is less accurate there, and still positive. A hinge between two triangles that are held has no compliance, and no moment.
+        if terms(spectrum) > FEW {
+            let found = least_eigenvalue(&diagonal, &entries, near);
+            spectrum[0] = found.map_or(spectrum[0], |found| spectrum[0].max(SURE * found));
+        }
+        let terms = terms(spectrum).min(MOST);
+        self.inverse = Chebyshev::new(&diagonal, &entries, spectrum, terms);
+        let over = |of: f64, all: &[f64]| all.iter().map(|c| if *c > 0.0 { of / c } else { 0.0 }).collect();
+        (self.stand_in, self.most) = (over(STAND_IN, &diagonal), over(1.0, &least));
+        self.planes = vec![0.0; PLANES * hinges];
+        self.moment = vec![0.0; hinges];
+        Ok(())
+    }
+
+    /// Finds strains and their gradients.
+    ///
+    /// # Errors
+    /// What the material says.
+    pub fn strains(
+        &mut self,
+        pool: &Pool,
+        material: &dyn ForceModel,
+        (set, nodes, time): (&ElementSet, &Nodes, StepTime),
+    ) -> Result<(), ForceError> {
+        in_parts((pool, pool.halvings()), PlanesMut::new(&mut self.planes, PLANES), &|planes| {
+            let whole = Chunk { range: planes.range(), window: 0..nodes.len() };
+            material.strain(&set.call(&whole, nodes, &nodes.v, time), planes)
+        })
+    }
+
+    /// Finds strains and their gradients, and the moments that belong to them.
+    fn load(
+        &mut self,
+        pool: &Pool,
+        material: &dyn ForceModel,
+        set: &ElementSet,
+        (nodes, time): (&Nodes, StepTime),
+        rounded: bool,
+    ) -> Result<(), ForceError> {
+        self.strains(pool, material, (set, nodes, time))?;
+        let strain = &self.planes[..self.moment.len()];
+        self.inverse.apply(pool, strain, &mut self.moment, rounded);
+        Ok(())
+    }
+
+    /// Adds `-m ds/dx`, N (n x 3); if `rounded`, with moments to six digits.
+    ///
+    /// # Errors
+    /// What the material says.
+    pub fn forces(
+        &mut self,
+        pool: &Pool,
+        material: &dyn ForceModel,
+        set: &ElementSet,
+        (nodes, time): (&Nodes, StepTime),
+        (force, rounded): (&mut [V3], bool),
+    ) -> Result<(), ForceError> {
+        self.load(pool, material, set, (nodes, time), rounded)?;
+        let this = &*self;
+        set.schedule.run(pool, force, &|node| node, &|chunk, window| {
+            let (moments, gradients) = (&this.moment[chunk.range.clone()], this.gradients(chunk.range.clone()));
+            let nodes = set.nodes().as_chunks().0;
+            let nodes = &nodes[chunk.range.clone()];
+            pulp::Arch::new().dispatch(Pulls { nodes, moments, gradients, first: chunk.window.start, window });
+            Ok(())
+        })
+    }
+
+    /// J
+    ///
+    /// # Errors
+    /// What the material says.
+    pub fn energy(
+        &mut self,
+        pool: &Pool,
+        material: &dyn ForceModel,
+        set: &ElementSet,
+        nodes: &Nodes,
+        time: StepTime,
+    ) -> Result<f64, ForceError> {
+        self.load(pool, material, set, (nodes, time), false)?;
+        Ok(0.5 * self.moment.iter().zip(&self.planes).map(|(m, s)| m * s).sum::<f64>())
+    }
+
+    /// Adds `factor` times a stand-in for the stiffness of a range of hinges, at the strains found last, to blocks of which the first is
+    /// in slot `first`: the diagonal of G in the place of G, and no geometric part.
+    pub fn add_tangent<T: Precision>(
+        &self,
+        set: &ElementSet,
+        range: Range<usize>,
+        (factor, which): (f64, StandIn),
+        (first, blocks): (usize, &mut [[T; 9]]),
+    ) {
+        let slots = &set.slots[10 * range.start..10 * range.end];
+        T::add_outer(slots, first, blocks, &self.stand_ins(range, factor, which));
+    }
+
+    /// PlanesMut of gradients, by corner and axis.
+    fn gradients(&self, range: Range<usize>) -> [&[f64]; 12] {
+        let mut gradients: [&[f64]; 12] = [&[]; 12];
+        for (plane, gradient) in self.planes.chunks_exact(self.moment.len()).skip(1).zip(&mut gradients) {
+            *gradient = &plane[range.clone()];
+        }
+        gradients
+    }
+
+    fn stand_ins(&self, range: Range<usize>, factor: f64, which: StandIn) -> StandIns<'_> {
+        let gradient = self.gradients(range.clone());
+        StandIns { gradient, usual: &self.stand_in[range.clone()], most: &self.most[range], factor, which }
+    }
+}
+
+/// What hinges do to nodes: `-m ds/dx`, from node `first` on.
+struct Pulls<'a> {
+    nodes: &'a [[u32; 4]],
+    moments: &'a [f64],
+    gradients: [&'a [f64]; 12],
+    first: usize,
+    window: &'a mut [V3],
+}
+
+impl pulp::NullaryFnOnce for Pulls<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { nodes, moments, gradients, first, window } = self;
+        let mut all = gradients;
+        all.iter_mut().for_each(|plane| *plane = &plane[..moments.len()]);
+        for (e, (nodes, m)) in nodes.iter().zip(moments).enumerate() {
+            for corner in 0..4 {
+                let f = &mut window[nodes[corner] as usize - first];
+                for c in 0..3 {
+                    f[c] += -m * all[3 * corner + c][e];
+                }
+            }
+        }
+    }
+}
+
+/// What stands for the stiffness of a range of hinges.
+struct StandIns<'a> {
+    gradient: [&'a [f64]; 12],
+    usual: &'a [f64],
+    most: &'a [f64],
+    factor: f64,
+    which: StandIn,
+}
+
+impl StandIns<'_> {
+    #[inline(always)]
+    fn stiffness<const N: usize>(&self, e: usize) -> [f64; N] {
+        let (usual, most) = (&self.usual[e..e + N], &self.most[e..e + N]);
+        let mut stiffness = [0.0; N];
+        for i in 0..N {
+            let stand_in = match self.which {
+                StandIn::Searched => usual[i],
+                StandIn::Half => usual[i].max(0.5 * most[i]),
+                StandIn::Certain => most[i],
+            };
+            stiffness[i] = self.factor * stand_in;
+        }
+        stiffness
+    }
+}
+
+impl Hinges for StandIns<'_> {
+    #[inline(always)]
+    fn hinge(&self, e: usize) -> ([V3; 4], f64) {
+        let mut g = [[0.0; 3]; 4];
+        for corner in 0..4 {
+            for i in 0..3 {
+                g[corner][i] = self.gradient[3 * corner + i][e];
+            }
+        }
+        (g, self.stiffness::<1>(e)[0])
+    }
+
+    #[inline(always)]
+    fn eight<'a>(&'a self, e: usize, room: &'a mut outer::PlanesMut) -> ([&'a [f64; GROUP]; 12], [f64; GROUP]) {
+        prefetch(self.usual, e + AHEAD);
+        prefetch(self.most, e + AHEAD);
+        let mut planes = [&room[0]; 12];
+        for (plane, from) in planes.iter_mut().zip(&self.gradient) {
+            prefetch(from, e + AHEAD);
+            *plane = from[e..].first_chunk().expect("there are eight");
+        }
+        (planes, self.stiffness(e))
+    }
+}
+
+/// Runs `work` on the planes of ranges of elements, one for each thread.
+fn in_parts<E: Send>(
+    (pool, halvings): (&Pool, u32),
+    mut planes: PlanesMut<'_>,
+    work: &(impl Fn(&mut PlanesMut<'_>) -> Result<(), E> + Sync),
+) -> Result<(), E> {
+    let range = planes.range();
+    if halvings == 0 || range.len() < 2 * PIECE {
+        return work(&mut planes);
+    }
+    let (low, high) = planes.part(range.start.midpoint(range.end));
+    let less = (pool, halvings - 1);
+    let (a, b) = pool.join(|| in_parts(less, low, work), || in_parts(less, high, work));
+    a.and(b)
+}
+
+/// Least and greatest eigenvalue of the rows and columns `inner` of `g`, scaled by its diagonal, and the eigenvector of the least.
+fn scaled_spectrum(g: &[[f64; 3]; 3], inner: &[usize]) -> ([f64; 2], V3) {
+    let mut scaled = Matrix3::identity();
+    for &i in inner {
+        for &j in inner {
+            scaled[(i, j)] = g[i][j] / (g[i][i] * g[j][j]).sqrt();
+        }
+    }
+    let eigen = scaled.symmetric_eigen();
+    let (at, least) = eigen.eigenvalues.argmin();
+    ([least.max(1e-6), eigen.eigenvalues.max()], eigen.eigenvectors.column(at).into_owned().into())
+}

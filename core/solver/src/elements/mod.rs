@@ -1,0 +1,147 @@
+//! The elements of one kind of a body.
+
+pub mod chunk;
+pub mod strips;
+
+use super::nodes::Nodes;
+use crate::force_model::{ElementCall, ForceError, ForceModel, StepTime};
+use chunk::{Chunk, Schedule};
+use pliant_plugin_api::{ElementRequest, abi};
+
+/// What a carrier gives for one request of a material.
+#[derive(Clone, Debug, Default)]
+pub struct ElementList {
+    /// (m x k)
+    pub nodes: Vec<u32>,
+    /// (m), or empty
+    pub family: Vec<u32>,
+    /// (m)
+    pub measure: Vec<f64>,
+    /// m (m x k x 2), or empty
+    pub material: Vec<f64>,
+}
+
+/// Elements with their rest data, history and cut into chunks.
+pub struct ElementSet {
+    pub(super) request: ElementRequest,
+    pub(super) corners: usize,
+    pub(super) list: ElementList,
+    pub(super) rest_data: Vec<f64>,
+    pub(super) history: Vec<f64>,
+    /// Where `advance` writes, before it becomes `history`.
+    pub(super) next_history: Vec<f64>,
+    pub(super) schedule: Schedule,
+    /// (m x pairs) places in the matrix; empty without one
+    pub(super) slots: Vec<u32>,
+}
+
+/// Nodes of an element of `kind`.
+pub fn corners(kind: u32) -> usize {
+    match kind {
+        abi::POINT => 1,
+        abi::LINK => 2,
+        abi::TRIANGLE => 3,
+        _ => 4,
+    }
+}
+
+impl ElementSet {
+    /// No elements yet.
+    pub fn new(request: ElementRequest) -> Self {
+        Self {
+            request,
+            corners: corners(request.kind),
+            list: ElementList::default(),
+            rest_data: Vec::new(),
+            history: Vec::new(),
+            next_history: Vec::new(),
+            schedule: Schedule::default(),
+            slots: Vec::new(),
+        }
+    }
+
+    /// Elements there are.
+    pub fn count(&self) -> usize {
+        self.list.nodes.len() / self.corners
+    }
+
+    /// What the material wants of them.
+    pub fn request(&self) -> &ElementRequest {
+        &self.request
+    }
+
+    /// (m x k)
+    pub fn nodes(&self) -> &[u32] {
+        &self.list.nodes
+    }
+
+    /// (stride x m)
+    pub fn history(&self) -> &[f64] {
+        &self.history
+    }
+
+    /// Takes over a history of the same elements (stride x m).
+    pub fn set_history(&mut self, history: &[f64]) {
+        self.history.copy_from_slice(history);
+    }
+
+    /// Whether the material asked for `flag`.
+    pub fn has(&self, flag: u32) -> bool {
+        self.request.flags & flag != 0
+    }
+
+    /// The list, to be refilled; then comes `System::prepare`.
+    pub fn list_mut(&mut self) -> &mut ElementList {
+        &mut self.list
+    }
+
+    /// Cuts the list and has the material write its rest data. History starts at zero.
+    pub(super) fn prepare(&mut self, material: &dyn ForceModel, nodes: &Nodes) -> Result<(), ForceError> {
+        let count = self.count();
+        self.schedule.cut(&self.list.nodes, self.corners);
+        self.history.clear();
+        self.history.resize(count * self.request.history_stride as usize, 0.0);
+        self.next_history.clone_from(&self.history);
+        self.rest(material, nodes)
+    }
+
+    /// Has the material write its rest data again, after the rest positions have changed.
+    pub(super) fn rest(&mut self, material: &dyn ForceModel, nodes: &Nodes) -> Result<(), ForceError> {
+        let count = self.count();
+        let mut data = std::mem::take(&mut self.rest_data);
+        data.clear();
+        data.resize(count * self.request.rest_stride as usize, 0.0);
+        if count > 0 && self.request.rest_stride > 0 {
+            let whole = Chunk { range: 0..count, window: 0..nodes.x.len() };
+            material.rest(&self.call(&whole, nodes, &nodes.v, StepTime::default()), &mut data)?;
+        }
+        self.rest_data = data;
+        Ok(())
+    }
+
+    /// The call for one chunk, with velocities `v`.
+    pub(super) fn call<'a>(
+        &'a self,
+        chunk: &Chunk,
+        nodes: &'a Nodes,
+        v: &'a [[f64; 3]],
+        time: StepTime,
+    ) -> ElementCall<'a> {
+        ElementCall {
+            kind: self.request.kind,
+            corners: self.corners,
+            range: chunk.range.clone(),
+            window: chunk.window.clone(),
+            elements: &self.list.nodes,
+            family: &self.list.family,
+            measure: &self.list.measure,
+            material: &self.list.material,
+            rest: &nodes.rest,
+            x: &nodes.x,
+            v,
+            rest_data: &self.rest_data,
+            history: &self.history,
+            time,
+        }
+    }
+}

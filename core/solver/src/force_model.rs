@@ -1,0 +1,207 @@
+//! What the solver asks of a material: element requests, rest data, masses, energy, forces and stiffness.
+//!
+//! The solver calls a [`ForceModel`] on ranges of elements ([`ElementCall`]) and never learns where it comes from: `pliant-host`
+//! implements it for a plugin, a test or a program may implement it directly.
+
+use pliant_plugin_api::{ElementRequest, PlanesMut, Tangent};
+use std::ops::Range;
+use thiserror::Error;
+
+/// One call: a range of the elements of one kind, and the state they are in.
+#[derive(Clone, Debug)]
+pub struct ElementCall<'a> {
+    /// [`abi::POINT`], [`abi::LINK`], ...
+    pub kind: u32,
+    /// Nodes of each element.
+    pub corners: usize,
+    /// Elements of this call.
+    pub range: Range<usize>,
+    /// Nodes they touch: all of their corners lie in it.
+    pub window: Range<usize>,
+    /// (m x k)
+    pub elements: &'a [u32],
+    /// (m), or empty
+    pub family: &'a [u32],
+    /// (m)
+    pub measure: &'a [f64],
+    /// m (m x k x 2), or empty
+    pub material: &'a [f64],
+    /// m (n x 3)
+    pub rest: &'a [[f64; 3]],
+    /// m (n x 3)
+    pub x: &'a [[f64; 3]],
+    /// m/s (n x 3)
+    pub v: &'a [[f64; 3]],
+    /// (stride x m)
+    pub rest_data: &'a [f64],
+    /// (stride x m)
+    pub history: &'a [f64],
+    /// Of the state.
+    pub time: StepTime,
+}
+
+/// When a step begins and how long it is, s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StepTime {
+    /// When the state is that of the nodes.
+    pub start: f64,
+    /// From there to the next.
+    pub dt: f64,
+}
+
+impl StepTime {
+    /// s
+    pub fn end(self) -> f64 {
+        self.start + self.dt
+    }
+}
+
+/// A call into the force model failed.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[error("{model}: {call}: {reason}")]
+pub struct ForceError {
+    /// The model's name and where it comes from.
+    pub model: String,
+    /// The function that failed.
+    pub call: &'static str,
+    /// What went wrong, with the model's own message.
+    pub reason: String,
+}
+
+/// Elastic and viscous forces of elements, with their derivatives.
+///
+/// Methods are called from several threads at once, each with a range of elements and the window of nodes they touch. Those with a
+/// default body are called only where a request carries the flag they are named for.
+pub trait ForceModel: Send + Sync {
+    /// Name for messages, for example `mass-spring`.
+    fn name(&self) -> &str;
+
+    /// Name and origin for errors, for example `mass-spring (/usr/lib/libpliant_mass_spring.so)`.
+    fn origin(&self) -> String {
+        self.name().to_owned()
+    }
+
+    /// Element kinds the model acts on, with what it computes for each.
+    fn requests(&self) -> &[ElementRequest];
+
+    /// Writes rest data of the call's range into `out` (stride x m).
+    ///
+    /// # Errors
+    /// What the model reports, or a value that is not finite.
+    fn rest(&self, call: &ElementCall<'_>, out: &mut [f64]) -> Result<(), ForceError>;
+
+    /// Adds masses, kg, to `out`, one per node of the call's window.
+    ///
+    /// # Errors
+    /// What the model reports.
+    fn mass(&self, call: &ElementCall<'_>, out: &mut [f64]) -> Result<(), ForceError>;
+
+    /// Elastic energy of the call's range, J.
+    ///
+    /// # Errors
+    /// What the model reports, or a value that is not finite.
+    fn energy(&self, call: &ElementCall<'_>) -> Result<f64, ForceError>;
+
+    /// Adds `-dE/dx - C v`, N, to `out`, one per node of the call's window.
+    ///
+    /// # Errors
+    /// What the model reports.
+    fn forces(&self, call: &ElementCall<'_>, out: &mut [[f64; 3]]) -> Result<(), ForceError>;
+
+    /// Adds `stiffness` K + `damping` C to the 3 x 3 blocks `first..` held by `values`; `slots` (m x pairs) says which pair of nodes goes
+    /// to which block.
+    ///
+    /// # Errors
+    /// What the model reports.
+    fn tangent(
+        &self,
+        call: &ElementCall<'_>,
+        tangent: Tangent,
+        slots: &[u32],
+        first: usize,
+        values: &mut [[f64; 9]],
+    ) -> Result<(), ForceError>;
+
+    /// Whether all stiffness is available in single precision (`HAS_SINGLE`).
+    fn has_single(&self) -> bool {
+        false
+    }
+
+    /// As [`ForceModel::tangent`], in single precision and without diagonal blocks (`HAS_SINGLE`).
+    ///
+    /// # Errors
+    /// What the model reports.
+    fn single_tangent(
+        &self,
+        _call: &ElementCall<'_>,
+        _tangent: Tangent,
+        _slots: &[u32],
+        _first: usize,
+        _values: &mut [[f32; 9]],
+    ) -> Result<(), ForceError> {
+        Err(self.not_offered("single_tangent"))
+    }
+
+    /// Brings history (stride x m) of the call's range up to date after a step (`HAS_HISTORY`).
+    ///
+    /// # Errors
+    /// What the model reports.
+    fn advance(&self, _call: &ElementCall<'_>, _history: &mut [f64]) -> Result<(), ForceError> {
+        Ok(())
+    }
+
+    /// Writes strain and its gradient of the call's range of coupled hinges into `planes` (13 x m) (`IS_COUPLED`).
+    ///
+    /// # Errors
+    /// What the model reports.
+    fn strain(&self, _call: &ElementCall<'_>, _planes: &mut PlanesMut<'_>) -> Result<(), ForceError> {
+        Err(self.not_offered("strain"))
+    }
+
+    /// Writes the compliance of the call's range of coupled triangles into `planes` (6 x m) (`IS_COUPLED`).
+    ///
+    /// # Errors
+    /// What the model reports.
+    fn compliance(&self, _call: &ElementCall<'_>, _planes: &mut [f64]) -> Result<(), ForceError> {
+        Err(self.not_offered("compliance"))
+    }
+
+    /// Energy of the call's triangles with unit vertex normals `normals` (n x 3), J (`WANTS_NORMALS`).
+    ///
+    /// # Errors
+    /// What the model reports, or a value that is not finite.
+    fn normals_energy(&self, _call: &ElementCall<'_>, _normals: &[[f64; 3]]) -> Result<f64, ForceError> {
+        Err(self.not_offered("normals_energy"))
+    }
+
+    /// Adds forces at fixed normals, N, and slopes in them, J, to `out`, the window of the call (w x 6) (`WANTS_NORMALS`).
+    ///
+    /// # Errors
+    /// What the model reports.
+    fn normals_forces(
+        &self,
+        _call: &ElementCall<'_>,
+        _normals: &[[f64; 3]],
+        _out: &mut [[f64; 6]],
+    ) -> Result<(), ForceError> {
+        Err(self.not_offered("normals_forces"))
+    }
+
+    /// Writes how stiffly normals tilt across the sides of the call's triangles, N m, into `planes` (3 x m) (`WANTS_NORMALS`).
+    ///
+    /// # Errors
+    /// What the model reports.
+    fn tilt(&self, _call: &ElementCall<'_>, _planes: &mut [f64]) -> Result<(), ForceError> {
+        Err(self.not_offered("tilt"))
+    }
+
+    /// The error of a result of `call` that is not finite at `node`.
+    fn not_finite(&self, call: &'static str, node: usize) -> ForceError {
+        ForceError { model: self.origin(), call, reason: format!("the result for node {node} is not finite") }
+    }
+
+    /// The error of a function that a request promises and the model lacks.
+    fn not_offered(&self, call: &'static str) -> ForceError {
+        ForceError { model: self.origin(), call, reason: "not offered".into() }
+    }
+}

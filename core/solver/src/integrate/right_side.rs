@@ -1,0 +1,154 @@
+//! The right side of a step's system, and what is prescribed of its solution.
+
+use crate::algebra::{V3, axpy, dot};
+use crate::constraint::Constraint;
+use crate::nodes::Nodes;
+use pulp::NullaryFnOnce;
+
+/// Nodes at a time.
+const LANES: usize = 8;
+type Numbers = [f64; 3 * LANES];
+
+/// Of nodes `first` on, `b = g f + M (target - v)`, where `z` are forces that are not in `f`; then `z` becomes what is prescribed.
+/// Gives `b . b` of what may move.
+pub struct RightSide<'a, P> {
+    pub nodes: &'a Nodes,
+    /// N
+    pub force: &'a [V3],
+    /// m/s^2
+    pub gravity: V3,
+    /// s
+    pub g: f64,
+    pub start: Start<'a>,
+    /// m/s, what is prescribed of a node's velocity
+    pub prescribed: P,
+    pub first: usize,
+    pub b: &'a mut [V3],
+    pub z: &'a mut [V3],
+}
+
+/// Where a step begins.
+#[derive(Clone, Copy)]
+pub enum Start<'a> {
+    /// Where the body is: `M (target - v)` is `M v - A v`, and this `A v`, N s.
+    Here(&'a [V3]),
+    /// Elsewhere: velocities of the last step and of the one before, and the share of their difference that goes on, m/s.
+    There([&'a [V3]; 2], f64),
+}
+
+impl<P: Fn(usize) -> V3> NullaryFnOnce for RightSide<'_, P> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn call(self) -> f64 {
+        let Self { nodes, force, gravity, g, start, prescribed, first, b, z } = self;
+        let all = first..first + b.len();
+        let (force, mass, v) = (&force[all.clone()], &nodes.mass[all.clone()], &nodes.v[all.clone()]);
+        match start {
+            Start::Here(moving) => here((b, z), (force, &moving[all.clone()]), (mass, v), (g, gravity)),
+            Start::There([was, before], carry) => {
+                for (at, i) in all.clone().enumerate() {
+                    let target = if carry > 0.0 { axpy(was[i], carry, axpy(was[i], -1.0, before[i])) } else { was[i] };
+                    let pull = axpy(axpy(force[at], 1.0, z[at]), mass[at], gravity);
+                    let change = axpy(target, -1.0, v[at]);
+                    (0..3).for_each(|c| b[at][c] = g * pull[c] + mass[at] * change[c]);
+                }
+            }
+        }
+        let mut squares = [0.0; 3 * LANES];
+        let constraints = &nodes.constraint[all];
+        for (at, constraints) in (0..).step_by(LANES).zip(constraints.chunks(LANES)) {
+            let (b, z) = (&b[at..at + constraints.len()], &mut z[at..at + constraints.len()]);
+            if let (Some(b), true) = (b.first_chunk::<LANES>(), constraints.iter().all(Constraint::is_free)) {
+                z.fill([0.0; 3]);
+                for (square, b) in squares.iter_mut().zip(b.as_flattened()) {
+                    *square += b * b;
+                }
+                continue;
+            }
+            for (lane, constraint) in constraints.iter().enumerate() {
+                z[lane] = match constraint {
+                    Constraint::Free => [0.0; 3],
+                    _ => axpy(prescribed(first + at + lane), -1.0, v[at + lane]),
+                };
+                let left = constraint.filter(b[lane]);
+                squares[lane] += dot(left, left);
+            }
+        }
+        squares.iter().sum()
+    }
+}
+
+/// Number by number: masses are laid out as what they belong to.
+#[inline(always)]
+fn here(
+    (b, z): (&mut [V3], &[V3]),
+    (force, moving): (&[V3], &[V3]),
+    (mass, v): (&[f64], &[V3]),
+    (g, gravity): (f64, V3),
+) {
+    let mut gravities: Numbers = [0.0; 3 * LANES];
+    for (at, to) in gravities.iter_mut().enumerate() {
+        *to = gravity[at % 3];
+    }
+    for (at, b) in (0..).step_by(LANES).zip(b.chunks_mut(LANES)) {
+        let nodes = at..at + b.len();
+        let mut masses: Numbers = [0.0; 3 * LANES];
+        for (masses, mass) in masses.as_chunks_mut::<3>().0.iter_mut().zip(&mass[nodes.clone()]) {
+            masses.fill(*mass);
+        }
+        let [z, force, v, moving] = [z, force, v, moving].map(|of| of[nodes.clone()].as_flattened());
+        let given = z.iter().zip(force).zip(v).zip(moving).zip(masses.iter().zip(&gravities));
+        for (b, ((((z, force), v), moving), (mass, gravity))) in b.as_flattened_mut().iter_mut().zip(given) {
+            *b = g * (force + z + mass * gravity) + mass * v - moving;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn wave(n: usize, seed: usize) -> Vec<V3> {
+        (0..n).map(|i| [0, 1, 2].map(|c| (1.7 * (seed + 3 * i + c) as f64).sin())).collect()
+    }
+
+    #[test]
+    fn it_is_that_of_each_node_wherever_the_step_begins() {
+        let n = 29;
+        let mut constraint = vec![Constraint::Free; n];
+        (constraint[1], constraint[10], constraint[28]) =
+            (Constraint::Fixed, Constraint::Plane([0.0, 0.6, 0.8]), Constraint::Line([1.0, 0.0, 0.0]));
+        let mass = (0..n).map(|i| 0.1 + i as f64).collect();
+        let nodes = Nodes { v: wave(n, 9), mass, constraint, ..Nodes::default() };
+        let (force, more, was) = (wave(n, 1), wave(n, 2), [wave(n, 3), wave(n, 4)]);
+        let (gravity, g) = ([0.1, -9.81, 0.3], 0.25);
+        for (start, carry) in [(Start::Here(&was[0]), 0.0)]
+            .into_iter()
+            .chain([0.0, 0.5].map(|carry| (Start::There([&was[0], &was[1]], carry), carry)))
+        {
+            let (mut b, mut z) = (vec![[7.0; 3]; n], more.clone());
+            let (mut squares, mut want) = (0.0, 0.0);
+            for (first, (b, z)) in (0..).step_by(16).zip(b.chunks_mut(16).zip(z.chunks_mut(16))) {
+                let (nodes, force, prescribed) = (&nodes, &force[..], |i: usize| [i as f64, 2.0, 3.0]);
+                squares +=
+                    pulp::Arch::new().dispatch(RightSide { nodes, force, gravity, g, start, prescribed, first, b, z });
+            }
+            for i in 0..n {
+                let (m, v) = (nodes.mass[i], nodes.v[i]);
+                for c in 0..3 {
+                    let pull = g * (force[i][c] + more[i][c] + m * gravity[c]);
+                    let target = was[0][i][c] + carry * (was[0][i][c] - was[1][i][c]);
+                    let right = pull
+                        + if matches!(start, Start::Here(_)) { m * v[c] - was[0][i][c] } else { m * (target - v[c]) };
+                    assert!((b[i][c] - right).abs() < 1e-12 * (1.0 + right.abs()), "{i}: {:?} {right}", b[i]);
+                }
+                let free = nodes.constraint[i].is_free();
+                assert_eq!(z[i], if free { [0.0; 3] } else { axpy([i as f64, 2.0, 3.0], -1.0, v) });
+                let left = nodes.constraint[i].filter(b[i]);
+                want += dot(left, left);
+            }
+            assert!((squares - want).abs() < 1e-12 * want, "{squares} {want}");
+        }
+    }
+}

@@ -1,0 +1,29 @@
+//! Symmetric blocks by sixteen: six numbers of each.
+
+use super::{Lanes, Sixteen};
+use crate::algebra::Block;
+
+/// Blocks, given by six numbers, times vectors.
+#[inline(always)]
+pub fn times<U: Lanes>(unit: U, m: &[Sixteen; 6], v: [U::V; 3]) -> [U::V; 3] {
+    let mut out = v;
+    for (out, places) in out.iter_mut().zip([[0, 1, 2], [1, 3, 4], [2, 4, 5]]) {
+        *out = unit.mul(unit.load(&m[places[0]]), v[0]);
+        *out = unit.fma(unit.load(&m[places[1]]), v[1], *out);
+        *out = unit.fma(unit.load(&m[places[2]]), v[2], *out);
+    }
+    out
+}
+
+/// Where the six numbers of a symmetric block are in it.
+pub const PLACES: [usize; 6] = [0, 1, 2, 4, 5, 8];
+
+/// Puts the inverse of node `i` into those of all, which are given by sixteen nodes.
+pub fn put_inverse(all: &mut [f32], i: usize, inverse: &Block) {
+    put_block(&mut all.as_chunks_mut().0.as_chunks_mut().0[i / 16], i % 16, inverse);
+}
+
+/// Puts it into one of sixteen.
+pub fn put_block(sixteen: &mut [Sixteen; 6], lane: usize, inverse: &Block) {
+    (0..6).for_each(|e| sixteen[e][lane] = inverse[PLACES[e]] as f32);
+}

@@ -1,0 +1,414 @@
+//! The sparse symmetric matrix of a body, in 3 x 3 blocks.
+//!
+//! Blocks on and above the diagonal are stored, row by row, the diagonal first. Each row also lists the blocks below the
+//! diagonal by where their transposes are stored, so that a product computes every row in one place and in one order: no
+//! scatter, and the same bytes for any number of threads.
+
+pub mod assembly;
+pub mod product;
+pub mod rounded;
+pub mod rows;
+
+use super::algebra::{Block, V3, axpy, times};
+use super::constraint::Constraint;
+use super::coupled::{Coupled, is_coupled_hinges};
+use super::elements::ElementSet;
+use super::elements::strips::Strips;
+use super::factors::Factors;
+use super::nodes::Nodes;
+use super::normals::{Normals, wants_normals};
+use super::springs::NodeSprings;
+use super::threads::Pool;
+use crate::force_model::{ForceError, ForceModel, StepTime};
+use assembly::Assembly;
+use pliant_plugin_api::{Tangent, abi};
+use product::{Row, rows_product};
+use rounded::Rounded;
+use rows::Rows;
+use std::ops::Range;
+
+/// `A`, with room for every pair of nodes that an element joins.
+#[derive(Debug, Default)]
+pub struct Matrix {
+    row: Vec<usize>,
+    column: Vec<u32>,
+    /// As many as there are columns, if it was ever assembled in double precision.
+    values: Vec<Block>,
+    lower_row: Vec<usize>,
+    /// column and slot
+    lower: Vec<(u32, u32)>,
+    strips: Strips,
+    /// What it is if it `is_rounded`.
+    rounded: Rounded,
+    is_rounded: bool,
+}
+
+/// What is at the slots.
+#[derive(Clone, Copy)]
+pub(super) enum Values<'a> {
+    Exact(&'a [Block]),
+    Rounded(&'a Rounded),
+}
+
+fn has_stiffness(set: &ElementSet) -> bool {
+    set.has(abi::HAS_FORCES) || is_coupled_hinges(set) || wants_normals(set)
+}
+
+fn transposed(b: &Block) -> Block {
+    [b[0], b[3], b[6], b[1], b[4], b[7], b[2], b[5], b[8]]
+}
+
+/// Rows in a piece of a product.
+const ROWS: usize = 256;
+
+impl Matrix {
+    /// Finds the pattern of the sets that have stiffness, for `n` nodes, and tells each set its slots.
+    pub fn rebuild(&mut self, n: usize, sets: &mut [ElementSet]) {
+        let sets_before: &[ElementSet] = sets;
+        self.set_pattern(n, |visit| {
+            for set in sets_before.iter().filter(|s| has_stiffness(s)) {
+                for element in set.list.nodes.chunks_exact(set.corners) {
+                    for a in 0..set.corners {
+                        for b in a + 1..set.corners {
+                            visit(element[a].min(element[b]), element[a].max(element[b]));
+                        }
+                    }
+                }
+            }
+        });
+        for set in sets.iter_mut() {
+            self.list_slots(set);
+        }
+        self.strips = Strips::cut(n, sets, |set| set.has(abi::HAS_FORCES) || is_coupled_hinges(set));
+    }
+
+    /// Takes the pattern that `pairs` visits, i < j, with repetitions, and the diagonal.
+    pub(super) fn set_pattern(&mut self, n: usize, pairs: impl Fn(&mut dyn FnMut(u32, u32))) {
+        let mut next = vec![1_usize; n];
+        pairs(&mut |i, _| next[i as usize] += 1);
+        let mut total = 0;
+        for count in &mut next {
+            total += std::mem::replace(count, total);
+        }
+        let starts = next.clone();
+        let mut columns = vec![0_u32; total];
+        for i in 0..n {
+            columns[next[i]] = i as u32;
+            next[i] += 1;
+        }
+        pairs(&mut |i, j| {
+            columns[next[i as usize]] = j;
+            next[i as usize] += 1;
+        });
+        self.row.clear();
+        self.column.clear();
+        for i in 0..n {
+            self.row.push(self.column.len());
+            let row = &mut columns[starts[i]..next[i]];
+            row.sort_unstable();
+            for (at, &column) in row.iter().enumerate() {
+                if at == 0 || row[at - 1] != column {
+                    self.column.push(column);
+                }
+            }
+        }
+        self.row.push(self.column.len());
+        self.values.clear();
+        self.rounded.forget();
+        self.is_rounded = false;
+        self.list_lower(n);
+    }
+
+    fn list_lower(&mut self, n: usize) {
+        let mut count = vec![0_usize; n + 1];
+        for (i, j) in self.off_diagonal() {
+            debug_assert!(i < j.0);
+            count[j.0 as usize] += 1;
+        }
+        self.lower_row.clear();
+        let mut total = 0;
+        for c in &mut count {
+            self.lower_row.push(total);
+            total += std::mem::replace(c, total);
+        }
+        let mut lower = vec![(0, 0); total];
+        for (i, (j, slot)) in self.off_diagonal() {
+            lower[count[j as usize]] = (i, slot);
+            count[j as usize] += 1;
+        }
+        self.lower = lower;
+    }
+
+    /// (row, (column, slot)) of every block above the diagonal.
+    pub(super) fn off_diagonal(&self) -> impl Iterator<Item = (u32, (u32, u32))> + '_ {
+        (0..self.rows()).flat_map(move |i| {
+            (self.row[i] + 1..self.row[i + 1]).map(move |slot| (i as u32, (self.column[slot], slot as u32)))
+        })
+    }
+
+    fn list_slots(&self, set: &mut ElementSet) {
+        set.slots.clear();
+        if !has_stiffness(set) {
+            return;
+        }
+        for element in set.list.nodes.chunks_exact(set.corners) {
+            for a in 0..set.corners {
+                for b in a..set.corners {
+                    let (i, j) = (element[a], element[b]);
+                    let slot = self.slot(i.min(j), i.max(j)) as u32;
+                    set.slots.push(if i > j { slot | abi::TRANSPOSED } else { slot });
+                }
+            }
+        }
+    }
+
+    /// Where block (i, j), i <= j, is. It must be part of the pattern.
+    pub(super) fn slot(&self, i: u32, j: u32) -> usize {
+        let row = &self.column[self.row[i as usize]..self.row[i as usize + 1]];
+        self.row[i as usize] + row.binary_search(&j).expect("every pair of an element is in the pattern")
+    }
+
+    /// Where the diagonal block of row i is.
+    pub(super) fn diagonal_slot(&self, i: usize) -> usize {
+        self.row[i]
+    }
+
+    /// Rows that have some of `slots`, and which.
+    pub(super) fn rows_of(&self, slots: Range<usize>) -> impl Iterator<Item = (usize, Range<usize>)> + '_ {
+        let first = self.row.partition_point(|start| *start <= slots.start).saturating_sub(1);
+        let of_row = move |i: usize| (i, self.row[i].max(slots.start)..self.row[i + 1].min(slots.end));
+        (first..self.rows()).map(of_row).take_while(|(_, slots)| !slots.is_empty())
+    }
+
+    /// In which column a block is.
+    pub(super) fn column(&self, slot: usize) -> usize {
+        self.column[slot] as usize
+    }
+
+    /// Blocks on and above the diagonal.
+    pub(super) fn values(&self) -> Values<'_> {
+        if self.is_rounded { Values::Rounded(&self.rounded) } else { Values::Exact(&self.values) }
+    }
+
+    /// Whether its blocks are in single precision.
+    pub fn is_rounded(&self) -> bool {
+        self.is_rounded
+    }
+
+    /// Rows.
+    pub fn rows(&self) -> usize {
+        self.row.len().saturating_sub(1)
+    }
+
+    /// Blocks on and above the diagonal.
+    pub fn blocks(&self) -> usize {
+        self.column.len()
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        let values = self.values.len() * size_of::<Block>() + self.rounded.bytes();
+        values + self.column.len() * 4 + self.lower.len() * 8 + self.row.len() * 16
+    }
+
+    /// Becomes `mass M + stiffness K + damping C` in the state of `nodes`.
+    ///
+    /// # Errors
+    /// What the material says.
+    pub fn assemble(
+        &mut self,
+        pool: &Pool,
+        material: &dyn ForceModel,
+        sets: &[ElementSet],
+        (nodes, coupled): (&Nodes, Option<&mut Coupled>),
+        factors: Factors,
+        time: StepTime,
+    ) -> Result<(), ForceError> {
+        self.is_rounded = factors.rounded && material.has_single();
+        let coupled = match (coupled, sets.iter().find(|set| is_coupled_hinges(set))) {
+            (Some(coupled), Some(set)) if factors.stiffness != 0.0 => {
+                if !factors.after_forces {
+                    coupled.strains(pool, material, (set, nodes, time))?;
+                }
+                Some(&*coupled)
+            }
+            _ => None,
+        };
+        let from = Assembly { material, sets, nodes, time, coupled, factors };
+        if self.is_rounded {
+            let pattern = Rows { row: &self.row, column: &self.column, lower_row: &self.lower_row, lower: &self.lower };
+            return self.rounded.assemble(pool, (&self.row, pattern, &self.strips), &from);
+        }
+        let (row, mass) = (&self.row, &nodes.mass);
+        self.values.resize(self.column.len(), [0.0; 9]);
+        let clear = |nodes: Range<usize>, blocks: &mut [Block]| {
+            blocks.as_flattened_mut().fill(0.0);
+            for (start, m) in row[nodes.clone()].iter().zip(&mass[nodes.clone()]) {
+                let (diagonal, m) = (&mut blocks[start - row[nodes.start]], factors.mass * m);
+                (diagonal[0], diagonal[4], diagonal[8]) = (m, m, m);
+            }
+        };
+        self.strips.run((pool, row), &mut self.values, &clear, &|set, chunk, blocks| {
+            from.add(set, chunk, (row[chunk.window.start], blocks))
+        })
+    }
+
+    /// Adds what stands for the stiffness of an energy of normals, which [`Matrix::assemble`] leaves out.
+    pub fn add_normals(
+        &mut self,
+        pool: &Pool,
+        normals: &Normals,
+        (sets, nodes): (&[ElementSet], &Nodes),
+        factors: Factors,
+    ) {
+        let row = &self.row;
+        normals.tangent(pool, (sets, nodes), factors, (&|node: usize| row[node], &mut self.values));
+    }
+
+    /// Adds `stiffness` and `damping` times what the tools do to the diagonal.
+    pub fn add_diagonal(&mut self, springs: &NodeSprings, Tangent { stiffness, damping }: Tangent) {
+        for (i, &node) in springs.nodes.iter().enumerate() {
+            let mut more = [0.0; 9];
+            for e in 0..9 {
+                more[e] = stiffness * springs.stiffness[i][e] + damping * springs.damping[i][e];
+            }
+            if self.is_rounded {
+                self.rounded.add_own(node as usize, &more);
+                continue;
+            }
+            let diagonal = &mut self.values[self.row[node as usize]];
+            (0..9).for_each(|e| diagonal[e] += more[e]);
+        }
+    }
+
+    /// `out = A x`
+    pub fn product(&self, pool: &Pool, x: &[V3], out: &mut [V3]) {
+        self.products(pool, [x], [out]);
+    }
+
+    /// Several products, with the matrix read once.
+    pub fn products<const K: usize>(&self, pool: &Pool, x: [&[V3]; K], out: [&mut [V3]; K]) {
+        pool.pieces(out, ROWS, &|first, out| self.rows_products(first, x, out));
+    }
+
+    /// Its rows from `first` on.
+    pub fn rows_product(&self, first: usize, x: &[V3], out: &mut [V3]) {
+        self.rows_products(first, [x], [out]);
+    }
+
+    fn rows_products<const K: usize>(&self, first: usize, x: [&[V3]; K], out: [&mut [V3]; K]) {
+        match self.is_rounded {
+            true => self.rounded.rows_product(self.pattern(), first, x, out),
+            false => rows_product(out, x, |i| self.row_at(first + i)),
+        }
+    }
+
+    /// One row of [`Matrix::product`].
+    #[cfg(test)]
+    pub fn row_product(&self, i: usize, x: &[V3]) -> V3 {
+        let mut out = [[0.0; 3]];
+        self.rows_product(i, x, &mut out);
+        out[0]
+    }
+
+    #[inline(always)]
+    fn row_at(&self, i: usize) -> Row<'_> {
+        let upper = self.row[i]..self.row[i + 1];
+        let lower = &self.lower[self.lower_row[i]..self.lower_row[i + 1]];
+        Row { values: &self.values, lower, upper: &self.values[upper.clone()], columns: &self.column[upper] }
+    }
+
+    /// Where its blocks are.
+    pub(super) fn pattern(&self) -> Rows<'_> {
+        Rows { row: &self.row, column: &self.column, lower_row: &self.lower_row, lower: &self.lower }
+    }
+
+    /// Adds `A u` to `out`, where `u` is zero but for `u_j`.
+    pub(super) fn add_column(&self, j: usize, u: V3, out: &mut [V3]) {
+        let (lower, above, columns) = self.pattern().around(j);
+        out[j] = axpy(out[j], 1.0, times(self.diagonal(j), u));
+        for &(i, slot) in lower {
+            out[i as usize] = axpy(out[i as usize], 1.0, times(&self.block(slot as usize), u));
+        }
+        for (slot, &i) in (above..).zip(columns) {
+            out[i as usize] = axpy(out[i as usize], 1.0, times(&transposed(&self.block(slot)), u));
+        }
+    }
+
+    /// One row of a product with what `x` says of each node.
+    pub(super) fn row_of(&self, i: usize, x: impl Fn(usize) -> V3) -> V3 {
+        let (lower, above, columns) = self.pattern().around(i);
+        let mut sum = times(self.diagonal(i), x(i));
+        for &(j, slot) in lower {
+            sum = axpy(sum, 1.0, times(&transposed(&self.block(slot as usize)), x(j as usize)));
+        }
+        for (slot, &j) in (above..).zip(columns) {
+            sum = axpy(sum, 1.0, times(&self.block(slot), x(j as usize)));
+        }
+        sum
+    }
+
+    /// A block off the diagonal.
+    fn block(&self, slot: usize) -> Block {
+        if self.is_rounded { self.rounded.blocks()[slot].map(f64::from) } else { self.values[slot] }
+    }
+
+    /// The diagonal block of a node.
+    #[inline(always)]
+    pub fn diagonal(&self, i: usize) -> &Block {
+        if self.is_rounded { self.rounded.diagonal(i) } else { &self.values[self.row[i]] }
+    }
+
+    #[cfg(test)]
+    pub(super) fn round(&mut self) {
+        self.rounded = Rounded::of(self.pattern(), &self.values);
+        self.is_rounded = true;
+    }
+
+    #[cfg(test)]
+    pub(super) fn own(&self, i: usize) -> Block {
+        self.rounded.own(i).block()
+    }
+
+    #[cfg(test)]
+    pub(super) fn portable_row(&self, i: usize, x: &[V3]) -> V3 {
+        self.rounded.portable_row(self.pattern(), i, x)
+    }
+
+    #[cfg(test)]
+    pub(super) fn values_mut(&mut self) -> &mut [Block] {
+        self.values.resize(self.column.len(), [0.0; 9]);
+        &mut self.values
+    }
+
+    #[cfg(test)]
+    pub(super) fn diagonal_mut(&mut self, i: usize) -> &mut Block {
+        let at = self.row[i];
+        &mut self.values_mut()[at]
+    }
+
+    /// The largest `sum_j |A_ij| / m_i` over scalar rows i of nodes that are not fixed: an upper bound for the eigenvalues of
+    /// `M^-1 A` (Gershgorin 1931).
+    pub fn gershgorin(&self, mass: &[f64], constraints: &[Constraint]) -> f64 {
+        let moves = |node: u32| constraints[node as usize] != Constraint::Fixed;
+        let mut bound = 0.0_f64;
+        for i in (0..self.rows()).filter(|i| moves(*i as u32)) {
+            let mut sums = [0.0; 3];
+            for &(_, slot) in self.lower[self.lower_row[i]..self.lower_row[i + 1]].iter().filter(|(j, _)| moves(*j)) {
+                let b = &self.values[slot as usize];
+                for c in 0..3 {
+                    sums[c] += b[c].abs() + b[3 + c].abs() + b[6 + c].abs();
+                }
+            }
+            let upper = self.row[i]..self.row[i + 1];
+            let blocks = self.values[upper.clone()].iter().zip(&self.column[upper]);
+            for (b, _) in blocks.filter(|(_, j)| moves(**j)) {
+                for c in 0..3 {
+                    sums[c] += b[3 * c].abs() + b[3 * c + 1].abs() + b[3 * c + 2].abs();
+                }
+            }
+            bound = sums.iter().fold(bound, |bound, s| bound.max(s / mass[i]));
+        }
+        bound
+    }
+}

@@ -1,0 +1,262 @@
+//! Blocks of a body's matrix in single precision.
+//!
+//! Where a matrix is not far from that of the masses, rounding its blocks changes less than a solve leaves: a 1e-7th of what
+//! neighbours do to each other. What has to be exact is that a motion of the whole meets nothing but masses, so the blocks of the
+//! diagonal are what those of their rows leave, in double precision, and products are of differences:
+//! `y_i = own_i x_i + sum_j A_ij (x_j - x_i)`. Materials write half as much, and half as much is read.
+
+use super::assembly::Assembly;
+use super::product::rounded::{Row, rows_product};
+use super::rows::{Rows, others_sum};
+use crate::algebra::{Block, SingleBlock, V3};
+use crate::elements::strips::Strips;
+use crate::force_model::ForceError;
+use crate::threads::Pool;
+use std::ops::Range;
+
+/// What the blocks of a row leave.
+pub enum Own {
+    /// kg
+    Mass(f64),
+    /// Where there is more than that.
+    Block(Block),
+}
+
+impl Own {
+    /// As a block.
+    #[inline(always)]
+    pub fn block(self) -> Block {
+        match self {
+            Self::Mass(m) => [m, 0.0, 0.0, 0.0, m, 0.0, 0.0, 0.0, m],
+            Self::Block(block) => block,
+        }
+    }
+}
+
+/// See above. Where blocks are, the matrix knows.
+#[derive(Debug, Default)]
+pub struct Rounded {
+    /// Those of the diagonal are not used.
+    blocks: Vec<SingleBlock>,
+    /// What the blocks of a row leave: masses, kg (n), and what tools do to some nodes.
+    mass: Vec<f64>,
+    tools: Vec<(u32, Block)>,
+    /// Of each node's among those, or [`NONE`] (n).
+    tool: Vec<u32>,
+    /// (n)
+    diagonal: Vec<Block>,
+}
+
+/// Rows in a piece of work for a thread.
+const ROWS: usize = 256;
+/// Of a node that no tool has to do with.
+const NONE: u32 = u32::MAX;
+
+impl Rounded {
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        self.blocks.len() * size_of::<SingleBlock>() + self.mass.len() * (12 + size_of::<Block>())
+    }
+
+    /// In the places of the matrix's blocks.
+    pub fn blocks(&self) -> &[SingleBlock] {
+        &self.blocks
+    }
+
+    /// What the blocks of row `i` leave.
+    #[inline(always)]
+    pub fn own(&self, i: usize) -> Own {
+        if self.tool[i] == NONE {
+            return Own::Mass(self.mass[i]);
+        }
+        let (mut own, (_, more)) = (Own::Mass(self.mass[i]).block(), &self.tools[self.tool[i] as usize]);
+        (0..9).for_each(|e| own[e] += more[e]);
+        Own::Block(own)
+    }
+
+    /// The two parts of it: masses, kg.
+    pub fn mass(&self) -> &[f64] {
+        &self.mass
+    }
+
+    /// And what tools do, by node.
+    pub fn tools(&self) -> &[(u32, Block)] {
+        &self.tools
+    }
+
+    /// The diagonal block of row `i`.
+    #[inline(always)]
+    pub fn diagonal(&self, i: usize) -> &Block {
+        &self.diagonal[i]
+    }
+
+    /// Another pattern comes.
+    pub fn forget(&mut self) {
+        self.blocks.clear();
+    }
+
+    /// Adds what a tool does to the diagonal.
+    pub fn add_own(&mut self, i: usize, block: &Block) {
+        if self.tool[i] == NONE {
+            self.tool[i] = self.tools.len() as u32;
+            self.tools.push((i as u32, [0.0; 9]));
+        }
+        let at = self.tool[i] as usize;
+        for e in 0..9 {
+            self.tools[at].1[e] += block[e];
+            self.diagonal[i][e] += block[e];
+        }
+    }
+
+    #[cfg(test)]
+    pub fn of(rows: Rows<'_>, exact: &[Block]) -> Self {
+        let (blocks, n) = (exact.iter().map(|block| block.map(|v| v as f32)).collect(), rows.count());
+        let (mass, diagonal) = ((0..n).map(|i| 0.1 + i as f64).collect(), vec![[0.0; 9]; n]);
+        let mut this = Self { blocks, mass, tools: Vec::new(), tool: vec![NONE; n], diagonal };
+        this.find_diagonal(&Pool::new(1), rows);
+        // In no order, by two tools, and in stretches.
+        for i in (0..n).rev().chain(0..n).filter(|i| i % 3 > 0 && i / 70 % 2 == 0) {
+            this.add_own(i, &crate::matrix::rows::row_sum(rows, exact, i).map(|v| 0.5 * v));
+        }
+        this
+    }
+
+    /// Becomes `mass M + stiffness K + damping C`, with `row` for where each row begins.
+    ///
+    /// # Errors
+    /// What the material says.
+    pub fn assemble(
+        &mut self,
+        pool: &Pool,
+        (row, rows, strips): (&[usize], Rows<'_>, &Strips),
+        from: &Assembly<'_>,
+    ) -> Result<(), ForceError> {
+        let n = from.nodes.len();
+        self.blocks.resize(row[n], [0.0; 9]);
+        self.diagonal.resize(n, [0.0; 9]);
+        // Room for all of them, which is not touched before they are: a step takes no memory.
+        self.tools.clear();
+        self.tools.reserve(n);
+        self.tool.clear();
+        self.tool.resize(n, NONE);
+        self.mass.clear();
+        self.mass.extend(from.nodes.mass.iter().map(|m| from.factors.mass * m));
+        let clear = |_: Range<usize>, blocks: &mut [SingleBlock]| blocks.as_flattened_mut().fill(0.0);
+        strips.run((pool, row), &mut self.blocks, &clear, &|set, chunk, blocks| {
+            from.add(set, chunk, (row[chunk.window.start], blocks))
+        })?;
+        self.find_diagonal(pool, rows);
+        Ok(())
+    }
+
+    /// Of masses alone.
+    fn find_diagonal(&mut self, pool: &Pool, rows: Rows<'_>) {
+        let (blocks, mass) = (&self.blocks[..], &self.mass[..]);
+        pool.pieces(&mut self.diagonal[..], ROWS, &|first, diagonal| {
+            pulp::Arch::new().dispatch(Diagonal { first, mass: &mass[first..], blocks, rows, diagonal });
+        });
+    }
+
+    /// `out[k] = A x[k]`, rows `first` on.
+    pub fn rows_product<const K: usize>(&self, rows: Rows<'_>, first: usize, x: [&[V3]; K], out: [&mut [V3]; K]) {
+        rows_product(out, first, x, |i| self.row(rows, first + i));
+    }
+
+    #[cfg(test)]
+    pub fn portable_row(&self, rows: Rows<'_>, i: usize, x: &[V3]) -> V3 {
+        super::product::rounded::row_product(self.row(rows, i), i, x)
+    }
+
+    #[inline(always)]
+    fn row<'a>(&'a self, rows: Rows<'a>, i: usize) -> Row<'a> {
+        let (lower, above, columns) = rows.around(i);
+        let upper = &self.blocks[above..above + columns.len()];
+        Row { own: self.own(i).block(), values: &self.blocks, lower, upper, columns }
+    }
+}
+
+/// What the blocks of rows leave of masses, from row `first` on.
+struct Diagonal<'a> {
+    first: usize,
+    mass: &'a [f64],
+    blocks: &'a [SingleBlock],
+    rows: Rows<'a>,
+    diagonal: &'a mut [Block],
+}
+
+impl pulp::NullaryFnOnce for Diagonal<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { first, mass, blocks, rows, diagonal } = self;
+        for (i, (mass, diagonal)) in (first..).zip(mass.iter().zip(diagonal)) {
+            let others = others_sum(rows, blocks, i);
+            let own = Own::Mass(*mass).block();
+            (0..9).for_each(|e| diagonal[e] = own[e] - others[e]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::algebra::V3;
+    use crate::matrix::Matrix;
+
+    fn wave(i: usize) -> f64 {
+        (1.7 * i as f64).sin() * 10_f64.powi((i % 7) as i32 - 3)
+    }
+
+    /// Rows that do not lie alike, with symmetric blocks on the diagonal.
+    fn rounded(n: usize) -> Matrix {
+        let mut matrix = Matrix::default();
+        matrix.set_pattern(n, |pair| {
+            for i in 0..n as u32 {
+                (i + 1..n as u32).step_by(1 + i as usize % 5).take(9).for_each(|j| pair(i, j));
+            }
+        });
+        for (slot, block) in matrix.values_mut().iter_mut().enumerate() {
+            *block = std::array::from_fn(|e| wave(9 * slot + e));
+        }
+        matrix.round();
+        matrix
+    }
+
+    #[test]
+    fn a_product_is_that_of_its_columns() {
+        let (n, matrix) = (31, rounded(31));
+        let x: Vec<V3> = (0..n).map(|j| std::array::from_fn(|c| wave(500 + 3 * j + c))).collect();
+        let (mut out, mut columns) = (vec![[0.0; 3]; n], vec![[0.0; 3]; n]);
+        matrix.rows_product(0, &x, &mut out);
+        (0..n).for_each(|j| matrix.add_column(j, x[j], &mut columns));
+        let most = out.iter().flatten().fold(0.0_f64, |most, v| most.max(v.abs()));
+        assert!(out.iter().flatten().zip(columns.iter().flatten()).all(|(a, b)| (a - b).abs() < 1e-13 * most));
+        assert_eq!(matrix.row_product(7, &x), out[7]);
+    }
+
+    #[test]
+    fn a_motion_of_the_whole_meets_what_rows_leave_and_nothing_else() {
+        let (n, matrix) = (31, rounded(31));
+        let x = vec![[3.0, -1.0, 0.1]; n];
+        let mut out = vec![[0.0; 3]; n];
+        matrix.rows_product(0, &x, &mut out);
+        for (i, out) in out.iter().enumerate() {
+            let own = matrix.own(i);
+            let want: V3 =
+                std::array::from_fn(|r| own[3 * r] * x[0][0] + own[3 * r + 1] * x[0][1] + own[3 * r + 2] * x[0][2]);
+            assert!((0..3).all(|c| (out[c] - want[c]).abs() <= 1e-15 * (1.0 + want[c].abs())), "{out:?} {want:?}");
+        }
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[test]
+    fn every_vector_unit_gives_the_same_bytes() {
+        let (n, matrix) = (31, rounded(31));
+        let x: Vec<V3> = (0..n).map(|j| std::array::from_fn(|c| wave(900 + 3 * j + c))).collect();
+        let mut out = vec![[0.0; 3]; n];
+        matrix.rows_product(0, &x, &mut out);
+        for (i, out) in out.iter().enumerate() {
+            assert_eq!(out.map(f64::to_bits), matrix.portable_row(i, &x).map(f64::to_bits));
+        }
+    }
+}

@@ -1,0 +1,376 @@
+//! An additive multilevel preconditioner: on every level a share of block Jacobi, added up (Bramble, Pasciak and Xu 1990), but for those
+//! that only lead to the next.
+//!
+//! Coarse matrices are those of Galerkin, `P^T A P`, with weights that the mesh alone decides ([`coarsen`]). A sum of positive parts is
+//! positive whatever the matrix is, so nothing has to be estimated; a level costs its transfer and no product.
+
+mod aggregate;
+mod alike;
+mod coarsen;
+mod each;
+mod finest;
+mod galerkin;
+mod graph;
+mod lookups;
+pub mod refresh;
+mod squares;
+mod transfer;
+
+use super::algebra::{Block, SingleBlock, V3, WIDEST, symmetric_inverse, width};
+use super::elements::ElementSet;
+use super::lanes::Vectors;
+use super::matrix::Matrix;
+use super::threads::Pool;
+use alike::Alike;
+use coarsen::{Coarsened, Layout};
+use each::Each;
+use galerkin::Galerkin;
+use graph::Weights;
+use refresh::{Due, PARTS};
+use squares::Doubled;
+use std::ops::Range;
+
+/// Shares of block Jacobi: what takes the fewest iterations for many cloths and steps.
+#[derive(Clone, Copy, Debug)]
+struct Shares {
+    finest: f64,
+    /// On the next level.
+    first: f64,
+    /// On each one after that, times the one before it.
+    ratio: f64,
+}
+
+const OF_SQUARES: Shares = Shares { finest: 0.5, first: 0.25, ratio: 1.0 };
+const OF_SMOOTH_SQUARES: Shares = Shares { finest: 0.5, first: 0.2, ratio: 0.85 };
+const OF_AGGREGATES: Shares = Shares { finest: 0.6, first: 0.4, ratio: 1.0 };
+
+impl Shares {
+    /// Of levels above the finest, by the ways in which each is coarser than the one before: where it takes two for both ways, the first
+    /// one only leads to the second.
+    fn of(&self, doubled: &[Doubled]) -> Vec<f64> {
+        let (mut share, mut shares) = (self.first, Vec::with_capacity(doubled.len()));
+        for at in 0..doubled.len() {
+            if doubled[at..].starts_with(&[Doubled::Across, Doubled::Along]) {
+                shares.push(0.0);
+            } else {
+                shares.push(share);
+                share *= self.ratio;
+            }
+        }
+        shares
+    }
+}
+
+/// Nodes of the coarsest level, at most.
+const COARSEST: usize = 12;
+/// Coarse nodes in a piece of work for a thread: they sum over many finer ones.
+const COARSE_PIECE: usize = 256;
+
+/// The levels above the finest, finer ones first.
+#[derive(Debug, Default)]
+pub struct Multilevel {
+    levels: Vec<Level>,
+    /// Share of block Jacobi on the finest level.
+    finest: f64,
+    /// Of every part, coarse nodes by level, and the blocks of the finest level that they are made of.
+    parts: Vec<(Vec<Range<usize>>, Range<usize>)>,
+    way: Way,
+}
+
+/// A level's matrix.
+#[derive(Debug)]
+struct Level {
+    galerkin: Galerkin,
+    /// Of block Jacobi; none of what only leads to the next level.
+    share: f64,
+    /// Where the diagonal blocks are.
+    diagonal: Vec<u32>,
+    values: Vec<SingleBlock>,
+}
+
+/// How to go up the levels and down again.
+#[derive(Debug)]
+enum Way {
+    Alike(Alike),
+    Each(Each),
+}
+
+impl Default for Way {
+    fn default() -> Self {
+        Self::Each(Each::default())
+    }
+}
+
+impl Multilevel {
+    /// For a body's elements, its nodes at rest, m (n x 3), and the pattern of its matrix.
+    pub fn new(matrix: &Matrix, sets: &[ElementSet], rest: &[V3]) -> Self {
+        let mut layout = Layout::of_elements(rest, sets);
+        let shares = match layout.laid() {
+            Some(laid) if laid.is_smooth() => OF_SMOOTH_SQUARES,
+            Some(_) => OF_SQUARES,
+            None => OF_AGGREGATES,
+        };
+        let (mut transfers, mut all_doubled) = (Vec::new(), Vec::new());
+        while let Some(Coarsened { layout: next, weights, doubled }) =
+            Some(&layout).filter(|layout| layout.len() > COARSEST).and_then(Layout::coarsen)
+        {
+            transfers.push((weights, next.len()));
+            all_doubled.push(doubled);
+            layout = next;
+        }
+        Self::of(matrix, &transfers, shares.finest, &shares.of(&all_doubled))
+    }
+
+    /// For levels that are led to by these weights, with how many nodes they have, and shares of block Jacobi.
+    fn of(matrix: &Matrix, transfers: &[(Weights, usize)], finest: f64, shares: &[f64]) -> Self {
+        let (mut levels, mut finer) = (Vec::with_capacity(transfers.len()), None);
+        for ((weights, coarse), share) in transfers.iter().zip(shares) {
+            let (level, pattern) = Level::new(finer.as_ref().unwrap_or(matrix), *coarse, weights, *share);
+            levels.push(level);
+            finer = Some(pattern);
+        }
+        let way = Alike::new(transfers, shares).map_or_else(|| Way::Each(Each::new(transfers)), Way::Alike);
+        Self { parts: parts(&levels), levels, finest, way }
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        let of = |level: &Level| {
+            level.galerkin.bytes() + level.diagonal.len() * 4 + level.values.len() * size_of::<SingleBlock>()
+        };
+        let way = match &self.way {
+            Way::Alike(way) => way.bytes(),
+            Way::Each(way) => way.bytes(),
+        };
+        way + self.levels.iter().map(of).sum::<usize>()
+    }
+
+    /// Blocks of the finest level that are needed for what is due.
+    pub fn sources(&self, due: Due) -> Range<usize> {
+        match due {
+            Due::All => 0..self.parts.iter().map(|(_, slots)| slots.end).max().unwrap_or(0),
+            Due::Part(part) => self.parts[part].1.clone(),
+        }
+    }
+
+    /// Makes what is due from values of the finest level.
+    pub fn update(&mut self, pool: &Pool, values: &[SingleBlock], due: Due) {
+        for at in 0..self.levels.len() {
+            let nodes = match due {
+                Due::All => 0..self.levels[at].diagonal.len(),
+                Due::Part(part) => self.parts[part].0[at].clone(),
+            };
+            let (finer, rest) = self.levels.split_at_mut(at);
+            rest[0].update(pool, finer.last().map_or(values, |level| &level.values), nodes.clone());
+            // Inverses of levels that only lead to the next stay zero.
+            for node in if rest[0].share > 0.0 { nodes } else { 0..0 } {
+                let inverse = rest[0].inverse(node);
+                match &mut self.way {
+                    Way::Alike(way) => way.put(at, node, &inverse),
+                    Way::Each(way) => way.put(at, node, &inverse),
+                }
+            }
+        }
+    }
+
+    /// `h = P r`, with `inverse` for the share of the finest level, by sixteen nodes; gives `r.h`, where `r` is zero for what may not move.
+    pub fn apply(&mut self, pool: &Pool, inverse: &[f32], r: &[Vectors], h: &mut [Vectors]) -> f64 {
+        match &mut self.way {
+            Way::Alike(way) => way.apply(pool, inverse, r, h),
+            Way::Each(way) => way.apply(pool, inverse, r, h),
+        }
+    }
+
+    /// Share of block Jacobi on the finest level.
+    pub fn share(&self) -> f64 {
+        if self.levels.is_empty() { 1.0 } else { self.finest }
+    }
+}
+
+/// Cuts levels into parts that take about as long to make, finer levels first.
+fn parts(levels: &[Level]) -> Vec<(Vec<Range<usize>>, Range<usize>)> {
+    let mut total = 0;
+    let mut ends: Vec<Vec<usize>> = Vec::with_capacity(levels.len());
+    for level in levels {
+        let terms = |node: usize| total + level.galerkin.terms_before(level.block(node));
+        ends.push((0..=level.diagonal.len()).map(terms).collect());
+        total = terms(level.diagonal.len());
+    }
+    let part = |part: usize| {
+        let cut =
+            |ends: &[usize], part: usize| ends.partition_point(|end| end * PARTS < part * total).min(ends.len() - 1);
+        let nodes: Vec<_> = ends.iter().map(|ends| cut(ends, part)..cut(ends, part + 1)).collect();
+        let sources = levels
+            .first()
+            .zip(nodes.first())
+            .map_or(0..0, |(level, nodes)| level.galerkin.sources(level.block(nodes.start)..level.block(nodes.end)));
+        (nodes, sources)
+    };
+    (0..PARTS).map(part).collect()
+}
+
+impl Level {
+    /// And the pattern of its matrix.
+    fn new(fine: &Matrix, coarse: usize, weights: &Weights, share: f64) -> (Self, Matrix) {
+        let (galerkin, pattern) = Galerkin::new(fine, coarse, weights);
+        let diagonal = (0..coarse).map(|a| pattern.diagonal_slot(a) as u32).collect();
+        (Self { galerkin, share, diagonal, values: vec![[0.0; 9]; pattern.blocks() + 1] }, pattern)
+    }
+
+    /// Where the blocks of coarse nodes from one on begin.
+    fn block(&self, node: usize) -> usize {
+        self.diagonal.get(node).map_or(self.values.len() - 1, |slot| *slot as usize)
+    }
+
+    fn update(&mut self, pool: &Pool, fine: &[SingleBlock], nodes: Range<usize>) {
+        let blocks = self.block(nodes.start)..self.block(nodes.end);
+        self.galerkin.update(pool, fine, blocks.start, &mut self.values[blocks]);
+    }
+
+    /// Of a coarse node, times the level's share.
+    fn inverse(&self, node: usize) -> Block {
+        // Where nothing moves, or rounding has left too little, there is nothing to add.
+        let block = self.values[self.diagonal[node] as usize].map(f64::from);
+        let least = |b: &Block| b[0].min(b[4]).min(b[8]);
+        let sound = |m: &Block| least(&block).min(least(m)) > 0.0 && width(&block, m) <= WIDEST;
+        symmetric_inverse(&block).filter(sound).map_or([0.0; 9], |m| m.map(|c| self.share * c))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lanes::LANES;
+    use crate::lanes::{by_sixteen, one_by_one};
+
+    // Enough for more than one piece of every pass.
+    const N: usize = 9000;
+    const FEWER: [usize; 2] = [4500, 2250];
+
+    fn wave(i: usize) -> f32 {
+        (1.7 * i as f32).sin()
+    }
+
+    /// Weights that lie together or anywhere.
+    fn weights(is_regular: bool, n: usize, coarse: usize) -> Weights {
+        let mut weights = Weights { start: vec![0], ..Weights::default() };
+        for i in 0..n {
+            let first = if is_regular { i * (coarse - 1) / n } else { i * 7919 % (coarse - 1) };
+            weights.coarse.extend([first as u32, first as u32 + 1]);
+            weights.weight.extend([0.25, 0.75]);
+            weights.start.push(2 * (i + 1) as u32);
+        }
+        weights
+    }
+
+    /// A matrix and its values.
+    fn matrix() -> (Matrix, Vec<SingleBlock>) {
+        let mut matrix = Matrix::default();
+        matrix.set_pattern(N, |pair| {
+            (0..N as u32 - 7).for_each(|i| [1, 2, 7].into_iter().for_each(|k| pair(i, i + k)));
+        });
+        let mut values: Vec<SingleBlock> =
+            (0..=matrix.blocks()).map(|slot| std::array::from_fn(|e| 0.1 * wave(9 * slot + e))).collect();
+        for i in 0..N {
+            let b = values[matrix.diagonal_slot(i)];
+            values[matrix.diagonal_slot(i)] = [4.0 + b[0], b[1], b[2], b[1], 5.0 + b[4], b[5], b[2], b[5], 6.0 + b[8]];
+        }
+        (matrix, values)
+    }
+
+    /// Two levels.
+    fn levels(is_regular: bool) -> (Multilevel, Vec<SingleBlock>) {
+        let (matrix, values) = matrix();
+        let [some, few] = FEWER;
+        let transfers = [(weights(is_regular, N, some), some), (weights(is_regular, some, few), few)];
+        (Multilevel::of(&matrix, &transfers, 0.5, &[0.25; 2]), values)
+    }
+
+    /// `P r`, and `r . P r`.
+    fn applied(levels: &mut Multilevel, threads: usize, r: &[[f32; 3]]) -> (Vec<[f32; 3]>, f64) {
+        let (r, inverse) = (by_sixteen(r), vec![0.25; 6 * N.next_multiple_of(LANES)]);
+        let mut h = r.clone();
+        let dot = levels.apply(&Pool::new(threads), &inverse, &r, &mut h);
+        (one_by_one(&h), dot)
+    }
+
+    #[test]
+    fn part_by_part_everything_is_made_of_what_it_needs() {
+        for is_regular in [true, false] {
+            let ((mut whole, values), mut parts) = (levels(is_regular), levels(is_regular).0);
+            assert_eq!(matches!(whole.way, Way::Alike(_)), is_regular);
+            let pool = Pool::new(1);
+            whole.update(&pool, &values[..], Due::All);
+            for part in 0..PARTS {
+                let sources = parts.sources(Due::Part(part));
+                let mut known = vec![[f32::NAN; 9]; values.len()];
+                known[sources.clone()].copy_from_slice(&values[sources]);
+                parts.update(&pool, &known, Due::Part(part));
+            }
+            let r: Vec<[f32; 3]> = (0..N).map(|i| [wave(i), wave(3 * i), wave(5 * i)]).collect();
+            let (first, second) = (applied(&mut whole, 1, &r), applied(&mut parts, 3, &r));
+            assert!(first == second && first.1 > 0.0, "{}, {}", first.1, second.1);
+        }
+    }
+
+    #[test]
+    fn of_two_levels_that_are_coarser_one_way_each_the_second_one_has_the_share() {
+        use Doubled::{Across, Along, Both};
+        let shares = Shares { finest: 0.5, first: 1.0, ratio: 0.5 };
+        let of_each = [(Across, 0.0), (Along, 1.0), (Across, 0.0), (Along, 0.5), (Along, 0.25), (Across, 0.125)];
+        assert_eq!(shares.of(&of_each.map(|each| each.0)), of_each.map(|each| each.1));
+        assert_eq!(shares.of(&[Both, Both]), [1.0, 0.5]);
+    }
+
+    #[test]
+    fn a_level_that_only_leads_to_another_is_as_one_step_with_the_weights_of_both() {
+        let (matrix, values) = matrix();
+        let r: Vec<[f32; 3]> = (0..N).map(|i| [wave(i), wave(3 * i), wave(5 * i)]).collect();
+        for is_regular in [true, false] {
+            let [some, few] = FEWER;
+            let two = [weights(is_regular, N, some), weights(is_regular, some, few)];
+            let mut one = Weights { start: vec![0], ..Weights::default() };
+            for i in 0..N {
+                let mut sums = std::collections::BTreeMap::new();
+                for (a, first) in two[0].of(i) {
+                    two[1].of(a as usize).for_each(|(b, second)| *sums.entry(b).or_insert(0.0) += first * second);
+                }
+                one.coarse.extend(sums.keys());
+                one.weight.extend(sums.values());
+                one.start.push(one.coarse.len() as u32);
+            }
+            let [first, second] = two;
+            let mut halves = Multilevel::of(&matrix, &[(first, some), (second, few)], 0.5, &[0.0, 0.25]);
+            let mut whole = Multilevel::of(&matrix, &[(one, few)], 0.5, &[0.25]);
+            assert_eq!(matches!(halves.way, Way::Alike(_)), is_regular);
+            for levels in [&mut halves, &mut whole] {
+                levels.update(&Pool::new(1), &values, Due::All);
+            }
+            // What was there before is not to be added to.
+            applied(&mut halves, 1, &r);
+            let serial = applied(&mut halves, 1, &r);
+            let (halves, whole) = (applied(&mut halves, 4, &r), applied(&mut whole, 1, &r));
+            assert!(halves == serial);
+            let close = |a: &f32, b: &f32| (a - b).abs() < 1e-5 * (1.0 + b.abs());
+            assert!(halves.0.iter().flatten().zip(whole.0.iter().flatten()).all(|(a, b)| close(a, b)));
+            assert!((halves.1 - whole.1).abs() < 1e-5 * whole.1);
+        }
+    }
+
+    #[test]
+    fn both_ways_are_symmetric_and_the_same_sum() {
+        let r: Vec<[f32; 3]> = (0..N).map(|i| [wave(i), wave(3 * i), wave(5 * i)]).collect();
+        let s: Vec<[f32; 3]> = (0..N).map(|i| [wave(7 * i), wave(2 * i), 1.0]).collect();
+        let dot = |a: &[[f32; 3]], b: &[[f32; 3]]| -> f64 {
+            a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum()
+        };
+        for is_regular in [true, false] {
+            let (mut levels, values) = levels(is_regular);
+            levels.update(&Pool::new(1), &values, Due::All);
+            let (of_r, of_s) = (applied(&mut levels, 1, &r), applied(&mut levels, 1, &s));
+            let (one, other) = (dot(&of_r.0, &s), dot(&r, &of_s.0));
+            assert!((one - other).abs() < 1e-4 * (of_r.1 * of_s.1).sqrt(), "{one} {other}");
+            assert!((dot(&of_r.0, &r) - of_r.1).abs() < 1e-5 * of_r.1);
+        }
+    }
+}

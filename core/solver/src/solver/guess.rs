@@ -1,0 +1,140 @@
+//! Where a solve begins: the last solutions, gone on with.
+//!
+//! A guess of first order goes on as the last two solutions went, one of second order as the last three did. Where a body moves
+//! smoothly the second leaves less to do; where fabrics stick and slip solutions jump, and it doubles the jumps. No norm of what
+//! is left tells which takes fewer iterations, so the other is tried now and then, and kept if it did better.
+
+use crate::algebra::V3;
+use crate::threads::{NODES, Pool};
+
+/// Guesses for one body's solves.
+#[derive(Debug, Default)]
+pub struct Guess {
+    /// The solution before the last one, and how it differed from the one before it (n x 3): a guess needs no more digits.
+    before: Vec<[f32; 3]>,
+    step: Vec<[f32; 3]>,
+    choice: Choice,
+}
+
+type Numbers<'a> = (&'a mut [f64], (&'a mut [f32], &'a mut [f32]));
+
+impl Guess {
+    /// Room for `n` nodes; all before was zero.
+    pub fn resize(&mut self, n: usize) {
+        for field in [&mut self.before, &mut self.step] {
+            field.clear();
+            field.resize(n, [0.0; 3]);
+        }
+        self.choice = Choice::default();
+    }
+
+    /// All before was zero.
+    pub fn forget(&mut self) {
+        self.resize(self.before.len());
+    }
+
+    /// Puts a guess in the place of the last solution.
+    pub fn go_on(&mut self, pool: &Pool, x: &mut [V3]) {
+        let second = self.choice.next();
+        let [before, last] = [&mut self.before, &mut self.step].map(|field| field.as_flattened_mut());
+        pool.pieces((x.as_flattened_mut(), (before, last)), 3 * NODES, &|_, (x, (before, last)): Numbers<'_>| {
+            for ((x, before), last) in x.iter_mut().zip(before).zip(last) {
+                let step = *x - f64::from(*before);
+                let turn = if second { step - f64::from(*last) } else { 0.0 };
+                (*before, *last) = (single(*x), single(step));
+                *x += step + turn;
+            }
+        });
+    }
+
+    /// Tells how many iterations it took from the last guess.
+    pub fn took(&mut self, iterations: usize) {
+        self.choice.took(iterations as f64);
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        2 * self.before.len() * size_of::<[f32; 3]>()
+    }
+}
+
+/// Rounded, and without the smallest numbers, which take a hundred times as long.
+#[inline(always)]
+fn single(value: f64) -> f32 {
+    if value.abs() < f64::from(f32::MIN_POSITIVE) { 0.0 } else { value as f32 }
+}
+
+/// Which order guesses have.
+#[derive(Debug, Default)]
+struct Choice {
+    /// Whether the second is usual.
+    second: bool,
+    /// Guesses since the other one was tried.
+    usual: u32,
+    /// Iterations from usual guesses of late, on average; 0 before the first.
+    iterations: f64,
+    /// How many fewer it took from the others, on average.
+    gain: f64,
+}
+
+/// Guesses from one trial to the next.
+const TRIAL: u32 = 16;
+/// Share of the iterations that another order has to save.
+const WORTH: f64 = 0.05;
+/// Share of an average that the newest number has.
+const NEWEST: f64 = 0.25;
+
+impl Choice {
+    fn next(&mut self) -> bool {
+        self.usual = (self.usual + 1) % TRIAL;
+        self.second != self.is_trial()
+    }
+
+    fn is_trial(&self) -> bool {
+        self.usual == 0
+    }
+
+    fn took(&mut self, iterations: f64) {
+        if !self.is_trial() {
+            let share = if self.iterations > 0.0 { NEWEST } else { 1.0 };
+            self.iterations += share * (iterations - self.iterations);
+            return;
+        }
+        self.gain += NEWEST * (self.iterations - iterations - self.gain);
+        if self.gain > WORTH * self.iterations {
+            (self.second, self.iterations, self.gain) = (!self.second, self.iterations - self.gain, -self.gain);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is left of solutions that go as `of` goes, after `steps`, and whether the second order is usual then.
+    fn left(of: impl Fn(f64) -> f64, iterations: impl Fn(f64) -> usize, steps: usize) -> (f64, bool) {
+        let (pool, mut guess, mut x) = (Pool::new(1), Guess::default(), vec![[0.0; 3]; 5]);
+        guess.resize(5);
+        let mut error = 0.0;
+        for step in 0..steps {
+            guess.go_on(&pool, &mut x);
+            let want = of(step as f64);
+            error = (x[3][1] - want).abs();
+            guess.took(iterations(error));
+            x.fill([want; 3]);
+        }
+        (error, guess.choice.second)
+    }
+
+    #[test]
+    fn smooth_solutions_are_gone_on_with_by_the_second_order_and_jumps_by_the_first() {
+        let (count, many) = (|error: f64| (error * 1e6) as usize, 40 * TRIAL as usize - 1);
+        let parabola = |t: f64| 1e-5 * t * t;
+        let (error, second) = left(parabola, count, many);
+        assert!(second && error < 2e-6, "the second order leaves nothing of a parabola: {error}");
+        let jumps = |t: f64| if (t as u64).is_multiple_of(2) { 1.0 } else { -1.0 };
+        assert!(!left(jumps, count, many).1);
+        let (first, trial) = (left(parabola, |_| 10, 10).0, left(parabola, |_| 10, TRIAL as usize).0);
+        assert!((first - 2e-5).abs() < 1e-6 && trial < 1e-6, "{first} {trial}");
+    }
+}
