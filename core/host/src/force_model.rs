@@ -8,6 +8,7 @@ use std::ptr::null;
 
 #[allow(unsafe_code, reason = "calls the material's functions")]
 impl ForceModel for Material {
+    #[allow(clippy::misnamed_getters, reason = "the solver's messages name a material by the id that scenes give it")]
     fn name(&self) -> &str {
         &self.info().id
     }

@@ -10,7 +10,7 @@ use thiserror::Error;
 /// One call: a range of the elements of one kind, and the state they are in.
 #[derive(Clone, Debug)]
 pub struct ElementCall<'a> {
-    /// [`abi::POINT`], [`abi::LINK`], ...
+    /// One of [`POINT`](pliant_plugin_api::abi::POINT), [`LINK`](pliant_plugin_api::abi::LINK) and the others of that module.
     pub kind: u32,
     /// Nodes of each element.
     pub corners: usize,

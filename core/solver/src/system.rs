@@ -58,14 +58,14 @@ impl System {
     /// What the material says; a node that an element needs but that has no mass.
     pub fn prepare(&mut self) -> Result<(), ForceError> {
         for set in &mut self.sets {
-            set.prepare(&*&*self.material, &self.nodes)?;
+            set.prepare(&*self.material, &self.nodes)?;
         }
         self.weigh()?;
         if let Some(coupled) = &mut self.coupled {
-            coupled.prepare(&*&*self.material, &self.sets, &self.nodes)?;
+            coupled.prepare(&*self.material, &self.sets, &self.nodes)?;
         }
         if let Some(normals) = &mut self.normals {
-            normals.prepare(&*&*self.material, &self.sets, &self.nodes)?;
+            normals.prepare(&*self.material, &self.sets, &self.nodes)?;
         }
         if let Some(matrix) = &mut self.matrix {
             matrix.rebuild(self.nodes.len(), &mut self.sets);
@@ -78,7 +78,7 @@ impl System {
     /// # Errors
     /// What the material says.
     pub fn rest(&mut self) -> Result<(), ForceError> {
-        self.sets.iter_mut().try_for_each(|set| set.rest(&*&*self.material, &self.nodes))
+        self.sets.iter_mut().try_for_each(|set| set.rest(&*self.material, &self.nodes))
     }
 
     fn weigh(&mut self) -> Result<(), ForceError> {
@@ -133,11 +133,11 @@ impl System {
             })?;
         }
         if let Some(normals) = &mut self.normals {
-            normals.forces(pool, &*&*self.material, (&self.sets, &self.nodes, time), force)?;
+            normals.forces(pool, &*self.material, (&self.sets, &self.nodes, time), force)?;
         }
         match (&mut self.coupled, self.sets.iter().find(|set| is_coupled_hinges(set))) {
             (Some(coupled), Some(set)) => {
-                coupled.forces(pool, &*&*self.material, set, (&self.nodes, time), (force, rounded))
+                coupled.forces(pool, &*self.material, set, (&self.nodes, time), (force, rounded))
             }
             _ => Ok(()),
         }
@@ -155,10 +155,10 @@ impl System {
             }
         }
         if let (Some(coupled), Some(set)) = (&mut self.coupled, self.sets.iter().find(|set| is_coupled_hinges(set))) {
-            energy += coupled.energy(&Pool::new(1), &*&*self.material, set, &self.nodes, time)?;
+            energy += coupled.energy(&Pool::new(1), &*self.material, set, &self.nodes, time)?;
         }
         if let Some(normals) = &mut self.normals {
-            energy += normals.energy(&*&*self.material, &self.sets, &self.nodes, time)?;
+            energy += normals.energy(&*self.material, &self.sets, &self.nodes, time)?;
         }
         Ok(energy)
     }
