@@ -1,14 +1,15 @@
-//! Safe views of one call of a material: the elements it is about, and where their results go.
+//! Safe views of one call of a material: the elements of the call, and the destinations of its results.
 //!
-//! A call sees a range of elements. Another thread may be running another range of the same instance, so the views that
-//! can be written to cover only the nodes and blocks of this range; the host sees to it that ranges which run together
-//! share neither.
+//! A call covers a range of elements. Another thread may run another range of the same instance, so a destination covers only the
+//! nodes and elements of its own range; the host runs two ranges at once only where these do not overlap.
 
 use crate::abi;
 use core::marker::PhantomData;
 use core::slice::{from_raw_parts, from_raw_parts_mut};
 
-/// The elements of one call, of one kind.
+/// The elements of one call, all of one kind.
+///
+/// "Range" in the shapes below is the number of elements of the call, n the number of nodes of the body.
 pub struct Elements<'a>(pub(crate) &'a abi::Batch);
 
 #[allow(unsafe_code, reason = "turns the host's spans into slices")]
@@ -18,31 +19,37 @@ impl<'a> Elements<'a> {
         self.0.kind
     }
 
-    /// Elements in this call.
+    /// Number of elements in this call.
     pub fn len(&self) -> usize {
         self.0.end - self.0.begin
     }
 
-    /// Whether there are none.
+    /// Whether the call has no elements.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The number of this call's first element among all of its kind, for messages.
-    pub fn first(&self) -> usize {
+    /// Index of this call's first element among all of its kind in the body, for messages.
+    pub fn first_index(&self) -> usize {
         self.0.begin
     }
 
-    /// Nodes of the whole body.
-    pub fn nodes(&self) -> usize {
+    /// Number of nodes of the body.
+    pub fn node_count(&self) -> usize {
         self.0.nodes
     }
 
-    /// s, of the state this call is about, and of the step it belongs to.
-    pub fn time(&self) -> (f64, f64) {
-        (self.0.time, self.0.dt)
+    /// Time of the state, s.
+    pub fn time(&self) -> f64 {
+        self.0.time
     }
 
+    /// Length of the step the call belongs to, s.
+    pub fn dt(&self) -> f64 {
+        self.0.dt
+    }
+
+    /// The values of this call's elements in an array of all elements, empty where `ptr` is null.
     fn range<T>(&self, ptr: *const T) -> &'a [T] {
         if ptr.is_null() || self.is_empty() {
             return &[];
@@ -51,7 +58,8 @@ impl<'a> Elements<'a> {
         unsafe { from_raw_parts(ptr.add(self.0.begin), self.len()) }
     }
 
-    fn points(&self, ptr: *const f64) -> &'a [[f64; 3]] {
+    /// An array of vectors on all nodes, empty where `ptr` is null.
+    fn node_vectors(&self, ptr: *const f64) -> &'a [[f64; 3]] {
         if ptr.is_null() || self.0.nodes == 0 {
             return &[];
         }
@@ -64,36 +72,37 @@ impl<'a> Elements<'a> {
         if K == self.0.corners as usize { self.range(self.0.elements.cast()) } else { &[] }
     }
 
-    /// Family of each link (range); empty for other kinds.
+    /// Family of each link (range): [`abi::STRUCTURAL`], [`abi::SHEAR`], ...; empty for other kinds.
     pub fn family(&self) -> &'a [u32] {
         self.range(self.0.family)
     }
 
-    /// Measure of each element (range); its unit depends on the kind, see the header.
+    /// Measure of each element (range), in the unit of its kind: see [`abi::POINT`], [`abi::LINK`], ...
     pub fn measure(&self) -> &'a [f64] {
         self.range(self.0.measure)
     }
 
-    /// Material coordinates of each corner, m (range x K x 2); empty for all but triangles.
-    pub fn material<const K: usize>(&self) -> &'a [[[f64; 2]; K]] {
+    /// Material coordinates of each corner, m (range x K x 2); empty for all kinds but triangles.
+    pub fn material_coordinates<const K: usize>(&self) -> &'a [[[f64; 2]; K]] {
         if K == self.0.corners as usize { self.range(self.0.material.cast()) } else { &[] }
     }
 
     /// Rest positions of all nodes, m (n x 3).
     pub fn rest(&self) -> &'a [[f64; 3]] {
-        self.points(self.0.rest)
+        self.node_vectors(self.0.rest)
     }
 
     /// Positions of all nodes, m (n x 3).
     pub fn x(&self) -> &'a [[f64; 3]] {
-        self.points(self.0.x)
+        self.node_vectors(self.0.x)
     }
 
     /// Velocities of all nodes, m/s (n x 3).
     pub fn v(&self) -> &'a [[f64; 3]] {
-        self.points(self.0.v)
+        self.node_vectors(self.0.v)
     }
 
+    /// Plane number `plane` of plane-major data (range), empty where `ptr` is null.
     fn plane(&self, ptr: *const f64, plane: usize) -> &'a [f64] {
         if ptr.is_null() {
             return &[];
@@ -114,11 +123,12 @@ impl<'a> Elements<'a> {
     }
 }
 
-/// Planes of rest data or history, to be written for the elements of this call.
+/// Destination of per-element data, plane-major (rest data, history, strains), for the elements of this call.
 pub struct Planes<'a> {
     ptr: *mut f64,
     begin: usize,
     len: usize,
+    /// Elements of this kind in the body: the distance of two planes.
     count: usize,
     borrowed: PhantomData<&'a mut [f64]>,
 }
@@ -130,8 +140,8 @@ impl<'a> Planes<'a> {
         Self { ptr, begin, len, count, borrowed: PhantomData }
     }
 
-    /// The first `N` planes (range each). `N` must not exceed the stride asked for.
-    pub fn first<const N: usize>(&mut self) -> [&mut [f64]; N] {
+    /// The first `N` planes (N x range). `N` must not exceed the stride the material asked for.
+    pub fn first_planes<const N: usize>(&mut self) -> [&mut [f64]; N] {
         core::array::from_fn(|s| {
             if self.ptr.is_null() || self.len == 0 {
                 return <&mut [f64]>::default();
@@ -142,62 +152,75 @@ impl<'a> Planes<'a> {
     }
 }
 
-/// Where vectors on nodes go: forces, N, or products. Covers the nodes of this call's elements.
+/// Destination of vectors on nodes (forces, N). Covers the nodes of this call's elements.
 pub struct NodeVectors<'a> {
-    first: usize,
-    window: &'a mut [[f64; 3]],
+    window: NodeWindow<'a>,
+}
+
+/// Vectors on consecutive nodes, for loops that index them directly.
+pub struct NodeWindow<'a> {
+    /// The node of `values[0]`.
+    pub first_node: usize,
+    /// One vector per node (len x 3).
+    pub values: &'a mut [[f64; 3]],
 }
 
 #[allow(unsafe_code, reason = "turns the host's spans into slices")]
 impl<'a> NodeVectors<'a> {
     pub(crate) fn new(batch: &'a abi::Batch, ptr: *mut f64) -> Self {
-        let (first, len) = (batch.node_begin, batch.node_end - batch.node_begin);
-        let window = if ptr.is_null() || len == 0 {
+        let (first_node, len) = (batch.node_begin, batch.node_end - batch.node_begin);
+        let values = if ptr.is_null() || len == 0 {
             <&mut [[f64; 3]]>::default()
         } else {
             // SAFETY: the host gives node_end points behind `ptr`, of which this call alone uses [node_begin, node_end).
-            unsafe { from_raw_parts_mut(ptr.wrapping_add(3 * first).cast(), len) }
+            unsafe { from_raw_parts_mut(ptr.wrapping_add(3 * first_node).cast(), len) }
         };
-        Self { first, window }
+        Self { window: NodeWindow { first_node, values } }
     }
 
-    /// Adds to one node.
+    /// Adds `value` to the vector of `node`.
+    ///
+    /// # Panics
+    /// If the node is not one of this call.
     #[inline]
     pub fn add(&mut self, node: u32, value: [f64; 3]) {
-        let at = &mut self.window[node as usize - self.first];
+        let sum = &mut self.window.values[node as usize - self.window.first_node];
         for i in 0..3 {
-            at[i] += value[i];
+            sum[i] += value[i];
         }
     }
 
-    /// The first node of the window, and the window itself (len x 3), for loops that know what they do.
-    pub fn window(&mut self) -> (usize, &mut [[f64; 3]]) {
-        (self.first, self.window)
+    /// The vectors of all nodes of this call.
+    pub fn window(&mut self) -> NodeWindow<'_> {
+        NodeWindow { first_node: self.window.first_node, values: self.window.values }
     }
 }
 
-/// Where scalars on nodes go: masses, kg.
+/// Destination of scalars on nodes (masses, kg). Covers the nodes of this call's elements.
 pub struct NodeScalars<'a> {
-    first: usize,
-    window: &'a mut [f64],
+    first_node: usize,
+    values: &'a mut [f64],
 }
 
 #[allow(unsafe_code, reason = "turns the host's spans into slices")]
 impl<'a> NodeScalars<'a> {
     pub(crate) fn new(batch: &'a abi::Batch, ptr: *mut f64) -> Self {
-        let (first, len) = (batch.node_begin, batch.node_end - batch.node_begin);
-        let window = if ptr.is_null() || len == 0 {
+        let (first_node, len) = (batch.node_begin, batch.node_end - batch.node_begin);
+        let values = if ptr.is_null() || len == 0 {
             <&mut [f64]>::default()
         } else {
             // SAFETY: as for `NodeVectors`.
-            unsafe { from_raw_parts_mut(ptr.wrapping_add(first), len) }
+            unsafe { from_raw_parts_mut(ptr.wrapping_add(first_node), len) }
         };
-        Self { first, window }
+        Self { first_node, values }
     }
 
-    /// Adds to one node.
+    /// Adds `value` to the scalar of `node`.
+    ///
+    /// # Panics
+    /// If the node is not one of this call.
     #[inline]
     pub fn add(&mut self, node: u32, value: f64) {
-        self.window[node as usize - self.first] += value;
+        self.values[node as usize - self.first_node] += value;
     }
 }

@@ -1,12 +1,12 @@
-//! How a cube of a grid falls into tetrahedra.
+//! Decomposition of a cubic cell into tetrahedra.
 
-/// Corners of the five tetrahedra of a cell, by the parity of the sum of its indices (2 x 5 x 4).
+/// Corners of the five tetrahedra of a cell, by the parity of the sum of the cell's indices (2 x 5 x 4).
 ///
-/// Corner c of a cell is at bits `(c & 1, c >> 1 & 1, c >> 2)`. Cells that share a face have different parity, and then agree
-/// on its diagonal. Every tetrahedron has positive volume: four of a sixth of the cell, one of a third.
+/// Corner c of a cell is at bits `(c & 1, c >> 1 & 1, c >> 2)`. Two cells that share a face have different parity and the same
+/// diagonal on that face. Every tetrahedron has positive volume: four have a sixth of the cell's, one a third.
 ///
-/// Six tetrahedra around one body diagonal need no parity, but lock: a cantilever four cells thick is 27 % too stiff
-/// (Poisson's ratio 0.3) or 247 % (0.49), against 13 % and 22 % with these five.
+/// A decomposition into six tetrahedra around one body diagonal needs no parity, but locks: a cantilever four cells thick is 27 %
+/// too stiff at a Poisson's ratio of 0.3 and 247 % at 0.49, against 13 % and 22 % with these five.
 pub const CELL_TETRAHEDRA: [[[u8; 4]; 5]; 2] = [
     [[0, 1, 2, 4], [3, 2, 1, 7], [5, 1, 4, 7], [6, 4, 2, 7], [1, 2, 4, 7]],
     [[1, 0, 5, 3], [2, 3, 6, 0], [4, 0, 6, 5], [7, 5, 6, 3], [0, 3, 6, 5]],
@@ -21,7 +21,7 @@ mod tests {
         [c & 1, c >> 1 & 1, c >> 2].map(i32::from)
     }
 
-    /// Six times the volume, of a unit cell.
+    /// Six times the volume of a tetrahedron of the unit cell.
     fn volume(t: [u8; 4]) -> i32 {
         let p = t.map(corner);
         let e = |a: usize| [0, 1, 2].map(|i| p[a][i] - p[0][i]);
@@ -29,7 +29,7 @@ mod tests {
         a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0])
     }
 
-    /// Edges within the face of cells at `side` of `axis`, with that axis left out.
+    /// Edges of tetrahedra in the face of a cell at `side` (0 or 1) of `axis`, projected along that axis.
     fn face_edges(parity: usize, axis: usize, side: i32) -> BTreeSet<[[i32; 3]; 2]> {
         let mut edges = BTreeSet::new();
         for t in CELL_TETRAHEDRA[parity] {
@@ -45,7 +45,7 @@ mod tests {
     }
 
     #[test]
-    fn they_fill_the_cell_and_have_positive_volume() {
+    fn tetrahedra_fill_the_cell_and_have_positive_volume() {
         for tetrahedra in CELL_TETRAHEDRA {
             let volumes = tetrahedra.map(volume);
             assert_eq!(volumes, [1, 1, 1, 1, 2]);
@@ -53,7 +53,7 @@ mod tests {
     }
 
     #[test]
-    fn neighbours_agree_on_the_diagonal_of_their_face() {
+    fn neighbouring_cells_have_the_same_face_diagonal() {
         for axis in 0..3 {
             assert_eq!(face_edges(0, axis, 1), face_edges(1, axis, 0), "axis {axis}");
             assert_eq!(face_edges(1, axis, 1), face_edges(0, axis, 0), "axis {axis}");

@@ -1,4 +1,4 @@
-//! The trait of a device, and its side of the wire.
+//! The trait of a device, and the C functions behind its tables.
 
 use crate::abi::{self, DeviceInfo, Output, Pose, Status};
 use crate::fault::Fault;
@@ -10,87 +10,90 @@ use core::marker::PhantomData;
 use core::slice::{from_raw_parts, from_raw_parts_mut};
 use std::ffi::CString;
 
-/// Where the hand is, and what force and touch to give it.
+/// A haptic device: it reads the pose of a hand and renders force, torque and touch on it.
 ///
-/// `stop` may come from any thread at any time, so everything takes `&self`: keep what changes in atomics.
+/// `stop` may be called from any thread at any time, so every method takes `&self`: keep what changes in atomics. Methods marked
+/// *Servo* are called at the device's rate, one at a time, and must not allocate, lock or do I/O.
 pub trait Device: Send + Sync + Sized + 'static {
-    /// Facts for the descriptor.
+    /// The plugin's descriptor.
     const INFO: Info;
 
     /// Opens the device.
     ///
     /// # Errors
-    /// No device, no driver, no rights, or parameters it cannot work with.
+    /// No device, no driver, no rights, or a combination of parameters it cannot work with.
     fn new(params: &Params<'_>) -> Result<Self, Fault>;
 
-    /// Its limits, which the host scales its gains to.
+    /// The device's limits; the host scales its gains to them.
     fn describe(&self) -> DeviceInfo;
 
-    /// One pose per effector, at `time` (ns). A real device gives its newest and leaves `time` alone. *Servo*.
+    /// Fills in one pose per effector for `time_ns`; hardware gives its newest sample and ignores the time. *Servo*.
     ///
     /// # Errors
-    /// The device is lost; the host lets go of everything it held.
-    fn read(&self, time: u64, poses: &mut [Pose]) -> Result<(), Fault>;
+    /// The connection is lost; the host then releases everything the hand held.
+    fn read(&self, time_ns: u64, poses: &mut [Pose]) -> Result<(), Fault>;
 
-    /// What each effector is to render from now on. *Servo*.
+    /// Sets what each effector is to render from `time_ns` on. *Servo*.
     ///
     /// # Errors
-    /// The device is lost.
-    fn write(&self, time: u64, outputs: &[Output]) -> Result<(), Fault>;
+    /// The connection is lost.
+    fn write(&self, time_ns: u64, outputs: &[Output]) -> Result<(), Fault>;
 
-    /// Zero force, at once, from any thread.
+    /// Renders zero at once. *Any thread*.
     fn stop(&self);
 
-    /// What each effector really renders at `time` (ns), where the device knows. *Servo*.
+    /// Fills in the force and torque each effector really renders at `time_ns`. *Servo*.
     ///
     /// # Errors
-    /// A device that does not know.
-    fn rendered(&self, _time: u64, _outputs: &mut [Output]) -> Result<(), Fault> {
+    /// `UNSUPPORTED`, the default, where the device cannot tell.
+    fn rendered(&self, _time_ns: u64, _outputs: &mut [Output]) -> Result<(), Fault> {
         Err(Fault::unsupported(""))
     }
 
-    /// What it has counted since it was opened, by place from 0 on; `None` past the last. *Any*.
+    /// Name and value of counter number `index` since the device was opened, such as datagrams lost; `None` past the last.
+    /// *Any thread*.
     fn counter(&self, _index: u32) -> Option<(&'static CStr, u64)> {
         None
     }
 
-    /// What it needs, whether that is there, and how to get it. Holds on to nothing it opens.
+    /// Checks what the device needs (driver, rights, cables), for `pliant device doctor`. Closes everything it opens.
     fn probe(_params: &Params<'_>) -> Vec<Finding> {
         Vec::new()
     }
 }
 
-/// One thing a device needs.
+/// The result of checking one requirement of a device.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
-    /// [`abi::INFO`] it is there, [`abi::WARNING`] it works worse without, [`abi::ERROR`] it does not work without.
+    /// [`abi::INFO`]: it is met; [`abi::WARNING`]: the device works worse without it; [`abi::ERROR`]: the device does not work without
+    /// it.
     pub severity: u32,
-    /// What was looked for.
+    /// The requirement, such as `driver library`.
     pub what: String,
     /// What was found.
     pub found: String,
-    /// How to get it; empty where nothing is to be done.
+    /// What the user can do; empty where nothing has to be done.
     pub remedy: String,
 }
 
 impl Finding {
-    /// It is there.
-    pub fn good(what: impl Into<String>, found: impl Into<String>) -> Self {
+    /// The requirement is met.
+    pub fn present(what: impl Into<String>, found: impl Into<String>) -> Self {
         Self { severity: abi::INFO, what: what.into(), found: found.into(), remedy: String::new() }
     }
 
-    /// It is not, and nothing works without.
+    /// The requirement is not met, and the device does not work without it.
     pub fn missing(what: impl Into<String>, found: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self { severity: abi::ERROR, what: what.into(), found: found.into(), remedy: remedy.into() }
     }
 
-    /// It is not, and the rest works without.
-    pub fn wanting(what: impl Into<String>, found: impl Into<String>, remedy: impl Into<String>) -> Self {
+    /// The requirement is not met, and the device works worse without it.
+    pub fn degraded(what: impl Into<String>, found: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self { severity: abi::WARNING, ..Self::missing(what, found, remedy) }
     }
 }
 
-/// A [`Device`] as [`crate::export_plugins`] hands it over.
+/// Adapter: a [`Device`] as a plugin, for [`crate::export_plugins`].
 pub struct AsDevice<T>(PhantomData<T>);
 
 impl<T: Device> Role for AsDevice<T> {
@@ -103,7 +106,7 @@ impl<T: Device> Role for AsDevice<T> {
         (&raw const *Self::TABLE).cast()
     }
 
-    fn other_table(id: &CStr) -> *const c_void {
+    fn optional_table(id: &CStr) -> *const c_void {
         match id {
             _ if id == abi::RENDERED => (&raw const *Self::RENDERED).cast(),
             _ if id == abi::COUNTERS => (&raw const *Self::COUNTERS).cast(),
@@ -112,7 +115,7 @@ impl<T: Device> Role for AsDevice<T> {
         }
     }
 
-    fn open(params: &Params<'_>, _limits: &abi::Limits) -> Result<T, Fault> {
+    fn activate(params: &Params<'_>) -> Result<T, Fault> {
         T::new(params)
     }
 }
@@ -122,9 +125,14 @@ impl<T: Device> AsDevice<T> {
     const RENDERED: &'static abi::Rendered =
         &abi::Rendered { size: size_of::<abi::Rendered>(), rendered: Some(Self::rendered) };
 
-    unsafe extern "C" fn rendered(plugin: *const abi::Plugin, time: u64, outputs: *mut Output, count: usize) -> Status {
+    unsafe extern "C" fn rendered(
+        plugin: *const abi::Plugin,
+        time_ns: u64,
+        outputs: *mut Output,
+        count: usize,
+    ) -> Status {
         // SAFETY: a live, active instance of this role; `count` outputs that are the host's to fill.
-        unsafe { call::<Self, _>(plugin, |device| device.rendered(time, from_raw_parts_mut(outputs, count))) }
+        unsafe { call::<Self, _>(plugin, |device| device.rendered(time_ns, from_raw_parts_mut(outputs, count))) }
     }
 
     const COUNTERS: &'static abi::Counters =
@@ -180,14 +188,19 @@ impl<T: Device> AsDevice<T> {
         }
     }
 
-    unsafe extern "C" fn read(plugin: *const abi::Plugin, time: u64, poses: *mut Pose, count: usize) -> Status {
+    unsafe extern "C" fn read(plugin: *const abi::Plugin, time_ns: u64, poses: *mut Pose, count: usize) -> Status {
         // SAFETY: as above, with `count` poses; [servo] calls are exclusive.
-        unsafe { call::<Self, _>(plugin, |device| device.read(time, from_raw_parts_mut(poses, count))) }
+        unsafe { call::<Self, _>(plugin, |device| device.read(time_ns, from_raw_parts_mut(poses, count))) }
     }
 
-    unsafe extern "C" fn write(plugin: *const abi::Plugin, time: u64, outputs: *const Output, count: usize) -> Status {
+    unsafe extern "C" fn write(
+        plugin: *const abi::Plugin,
+        time_ns: u64,
+        outputs: *const Output,
+        count: usize,
+    ) -> Status {
         // SAFETY: as above, with `count` outputs; [servo] calls are exclusive.
-        unsafe { call::<Self, _>(plugin, |device| device.write(time, from_raw_parts(outputs, count))) }
+        unsafe { call::<Self, _>(plugin, |device| device.write(time_ns, from_raw_parts(outputs, count))) }
     }
 
     unsafe extern "C" fn stop(plugin: *const abi::Plugin) -> Status {

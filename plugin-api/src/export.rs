@@ -1,4 +1,4 @@
-//! The exported symbol of a Rust plugin.
+//! The exported symbol of a Rust plugin library.
 
 use crate::abi;
 use crate::instance::Role;
@@ -7,21 +7,26 @@ use std::cell::RefCell;
 
 pub use crate::instance::{DescriptorOf, create};
 
-/// A descriptor and the function that makes an instance of it.
-pub type Exported = (fn() -> *const abi::Descriptor, fn(*const abi::Host) -> *const abi::Plugin);
+/// One plugin of a library, as [`crate::export_plugins`] lists it.
+pub struct ExportedPlugin {
+    /// Gives a pointer to the plugin's descriptor.
+    pub descriptor: fn() -> *const abi::Descriptor,
+    /// Makes an instance.
+    pub create: fn(*const abi::Host) -> *const abi::Plugin,
+}
 
-/// One row of the list [`crate::export_plugins`] makes.
-pub const fn exported<R: Role>() -> Exported {
-    (DescriptorOf::<R>::GET, create::<R>)
+/// The entry of a role in the list of exported plugins.
+pub const fn exported<R: Role>() -> ExportedPlugin {
+    ExportedPlugin { descriptor: DescriptorOf::<R>::GET, create: create::<R> }
 }
 
 thread_local! {
-    /// The text and place of the newest panic on this thread, left here by the hook.
+    /// Message and source location of the last panic on this thread, written by the hook.
     static PANIC: RefCell<String> = const { RefCell::new(String::new()) };
 }
 
-/// Replaces the panic hook of this library's own standard library: the default one would print from whichever thread
-/// panicked, and the host has a better place for the line.
+/// Replaces the panic hook of this library's copy of the standard library. The default hook prints to standard error from the thread
+/// that panicked; this one keeps the message for [`last_panic`], so that it reaches the host's report.
 pub fn install_panic_hook() {
     std::panic::set_hook(Box::new(|info| {
         PANIC.with(|text| {
@@ -32,22 +37,22 @@ pub fn install_panic_hook() {
     }));
 }
 
-/// What the hook left, or `fallback` where it is not installed.
+/// The message the hook kept, or `fallback` where the hook is not installed.
 pub(crate) fn last_panic(fallback: &str) -> String {
-    let left = PANIC.with(|text| std::mem::take(&mut *text.borrow_mut()));
-    if left.is_empty() { format!("panicked: {fallback}") } else { left }
+    let message = PANIC.with(|text| std::mem::take(&mut *text.borrow_mut()));
+    if message.is_empty() { format!("panicked: {fallback}") } else { message }
 }
 
-/// Finds the plugin `id` in `list` and makes an instance.
+/// Makes an instance of the plugin `id` in `list`; null where the list has no such plugin, or where it panics.
 ///
 /// # Safety
 /// `host` outlives the instance and `id` is a C string.
-#[allow(unsafe_code, reason = "behind the entry")]
-pub unsafe fn create_by_id(list: &[Exported], host: *const abi::Host, id: *const c_char) -> *const abi::Plugin {
+#[allow(unsafe_code, reason = "called by the exported entry")]
+pub unsafe fn create_by_id(list: &[ExportedPlugin], host: *const abi::Host, id: *const c_char) -> *const abi::Plugin {
     let make = || {
         // SAFETY: descriptors hold C strings that live as long as the library; `id` is the caller's promise.
-        let found = list.iter().find(|(d, _)| unsafe { CStr::from_ptr((*d()).id) == CStr::from_ptr(id) });
-        found.map_or(core::ptr::null(), |(_, create)| create(host))
+        let found = list.iter().find(|p| unsafe { CStr::from_ptr((*(p.descriptor)()).id) == CStr::from_ptr(id) });
+        found.map_or(core::ptr::null(), |plugin| (plugin.create)(host))
     };
     std::panic::catch_unwind(make).unwrap_or(core::ptr::null())
 }
@@ -64,12 +69,12 @@ macro_rules! export_plugins {
         mod pliant_export {
             use super::*;
 
-            static PLUGINS: &[$crate::export::Exported] = &[$($crate::export::exported::<$role>()),+];
+            static PLUGINS: &[$crate::export::ExportedPlugin] = &[$($crate::export::exported::<$role>()),+];
 
-            /// The entry the host looks for.
+            /// The entry the host looks up by name.
             #[allow(unsafe_code, reason = "the exported symbol of a plugin")]
             #[unsafe(no_mangle)]
-            #[allow(non_upper_case_globals, reason = "the name is the interface's")]
+            #[allow(non_upper_case_globals, reason = "the interface prescribes the name")]
             pub static pliant_entry: $crate::abi::Shared<$crate::abi::Library> =
                 $crate::abi::Shared($crate::abi::Library {
                     size: size_of::<$crate::abi::Library>(),
@@ -80,7 +85,7 @@ macro_rules! export_plugins {
                     create: Some(create),
                 });
 
-            #[allow(unsafe_code, reason = "behind the entry")]
+            #[allow(unsafe_code, reason = "called by the host")]
             unsafe extern "C" fn init(
                 _host: *const $crate::abi::Host,
                 _folder: *const ::core::ffi::c_char,
@@ -89,17 +94,17 @@ macro_rules! export_plugins {
                 $crate::abi::Status::OK
             }
 
-            #[allow(unsafe_code, reason = "behind the entry")]
+            #[allow(unsafe_code, reason = "called by the host")]
             unsafe extern "C" fn descriptor(index: u32) -> *const $crate::abi::Descriptor {
-                PLUGINS.get(index as usize).map_or(::core::ptr::null(), |(get, _)| get())
+                PLUGINS.get(index as usize).map_or(::core::ptr::null(), |plugin| (plugin.descriptor)())
             }
 
-            #[allow(unsafe_code, reason = "behind the entry")]
+            #[allow(unsafe_code, reason = "called by the host")]
             unsafe extern "C" fn create(
                 host: *const $crate::abi::Host,
                 id: *const ::core::ffi::c_char,
             ) -> *const $crate::abi::Plugin {
-                // SAFETY: passes on what the host promises.
+                // SAFETY: the host's promises are those of `create_by_id`.
                 unsafe { $crate::export::create_by_id(PLUGINS, host, id) }
             }
         }

@@ -1,4 +1,4 @@
-//! The trait of a grid, and its side of the wire.
+//! The trait of a grid, and the C functions behind its table.
 
 use crate::abi::{self, Ball, Cell, Level, Status};
 use crate::fault::Fault;
@@ -9,98 +9,101 @@ use core::ffi::{CStr, c_void};
 use core::marker::PhantomData;
 use core::slice::{from_raw_parts, from_raw_parts_mut};
 
-/// The surface a grid is built around.
+/// The triangulated surface a grid is built around.
 #[derive(Clone, Copy)]
 pub struct SurfaceView<'a> {
-    /// m (n x 3)
+    /// Vertices, m (n x 3).
     pub points: &'a [[f64; 3]],
-    /// (m x 3)
+    /// Indices of vertices (m x 3).
     pub triangles: &'a [[u32; 3]],
 }
 
-/// A place in a level.
+/// A point, as a cell of a level and coordinates in that cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Location {
     /// Id of the cell.
     pub cell: u64,
-    /// Where in the cell, each within [0, 1].
+    /// Coordinates in the cell, each in [0, 1].
     pub local: [f64; 3],
 }
 
-/// The part of a body that is asked for.
+/// The part of a body that [`Grid::region`] is to list.
 #[derive(Clone, Copy)]
 pub struct RegionRequest<'a> {
-    /// 1 is the root.
+    /// Level of the octree; 1 is the root.
     pub level: u32,
     /// Families of links wanted, or 0.
     pub families: u32,
-    /// Cells that these touch; an infinite radius takes the whole body.
+    /// Occupied cells that touch one of these belong to the region; an infinite radius takes the whole body.
     pub balls: &'a [Ball],
-    /// Ids of cells wanted besides.
+    /// Ids of further cells of the region.
     pub cells: &'a [u64],
 }
 
-/// Which nodes carry a surface, and how the surface follows them.
+/// A grid of cubic cells around a surface: it generates the nodes, cells and links a body is simulated with, and embeds the surface
+/// in them.
+///
+/// Methods marked *Real time* run inside a step and must not allocate, lock or do I/O.
 pub trait Grid: Send + Sync + Sized + 'static {
-    /// Facts for the descriptor.
+    /// The plugin's descriptor.
     const INFO: Info;
 
-    /// Takes the parameters.
+    /// A grid with these parameters, not built yet.
     ///
     /// # Errors
-    /// A combination of parameters that ranges could not exclude.
+    /// A combination of parameters that their ranges cannot exclude.
     fn new(params: &Params<'_>) -> Result<Self, Fault>;
 
-    /// Builds all levels up to `level`, the finest. May take its time.
+    /// Builds all levels up to `level`, the finest. May take seconds.
     ///
     /// # Errors
-    /// A surface or level it cannot build; what was there before stays.
+    /// A surface or level it cannot build; what was built before stays.
     fn build(&mut self, surface: &SurfaceView<'_>, level: u32) -> Result<(), Fault>;
 
-    /// Facts about a level.
+    /// Describes a level.
     ///
     /// # Errors
     /// A level that was not built.
     fn level(&self, level: u32) -> Result<Level, Fault>;
 
-    /// One node of the tree.
+    /// Describes one cell of the octree, occupied or not.
     ///
     /// # Errors
-    /// A level or cell there is not.
+    /// A level that was not built, or an id that lies outside the level.
     fn cell(&self, level: u32, id: u64) -> Result<Cell, Fault>;
 
-    /// The cell of a point, clamped onto the grid.
+    /// The cell that contains a `point`, m, which is clamped to the grid first.
     ///
     /// # Errors
     /// A level that was not built; a point that is not finite.
     fn locate(&self, level: u32, point: [f64; 3]) -> Result<Location, Fault>;
 
-    /// The surface points sorted by cell of `level`; ranges of it stand in [`Cell`] and in regions.
+    /// Indices of the surface points, sorted by cell of `level`. [`Cell`] and regions refer to ranges of this list.
     ///
     /// # Errors
     /// A level that was not built.
     fn points(&self, level: u32) -> Result<&[u32], Fault>;
 
-    /// Nodes, cells and links of a part of the body.
+    /// Writes the nodes, cells and links of a part of the body to `out`.
     ///
     /// # Errors
     /// A level that was not built.
     fn region(&self, request: &RegionRequest<'_>, out: &mut RegionSink<'_>) -> Result<(), Fault>;
 
-    /// Cell and weights (8, sum 1) of each rest place; [`abi::NO_CELL`] and zeros for one too far outside the body to
-    /// belong to a cell. *Real time*.
+    /// For each rest position (m): its cell and the interpolation weights over the cell's corners (8, sum 1). A position too far
+    /// outside the body to belong to a cell gets [`abi::NO_CELL`] and zeros. *Real time*.
     ///
     /// # Errors
     /// A level that was not built.
     fn weights(
         &self,
         level: u32,
-        places: &[[f64; 3]],
+        positions: &[[f64; 3]],
         cells: &mut [u64],
         weights: &mut [[f64; 8]],
     ) -> Result<(), Fault>;
 
-    /// Places from rest places and the current corners of their cells, m. *Real time*.
+    /// Nonlinear embedding: current positions from rest positions and the current corners of their cells, m. *Real time*.
     ///
     /// # Errors
     /// A level that was not built.
@@ -109,12 +112,13 @@ pub trait Grid: Send + Sync + Sized + 'static {
         _level: u32,
         _rest: &[[f64; 3]],
         _corners: &[[[f64; 3]; 8]],
-        _places: &mut [[f64; 3]],
+        _positions: &mut [[f64; 3]],
     ) -> Result<(), Fault> {
         Err(Fault::unsupported("the embedding is linear: use the weights"))
     }
 
-    /// Adds to the corners the transpose of the derivative of [`Grid::place`] times the loads, N. *Real time*.
+    /// Adds the loads on embedded points to the corners of their cells: the transpose of the derivative of [`Grid::place`] times
+    /// the loads, N. *Real time*.
     ///
     /// # Errors
     /// A level that was not built.
@@ -129,73 +133,76 @@ pub trait Grid: Send + Sync + Sized + 'static {
         Err(Fault::unsupported("the embedding is linear: use the weights"))
     }
 
-    /// Whether [`Grid::place`] must be used instead of the weights.
+    /// Whether the host must use [`Grid::place`] and [`Grid::pull_back`] in the place of the weights.
     fn is_nonlinear(&self) -> bool {
         false
     }
 }
 
-/// Takes a region into the host's buffers. Pushing past a capacity only counts; the host then comes back with more room.
+/// Writes a region to the host's buffers. Past the capacity of a buffer it only counts; the host then calls again with larger ones.
 pub struct RegionSink<'a> {
     raw: &'a mut abi::Region,
 }
 
 #[allow(unsafe_code, reason = "writes into the host's buffers")]
 impl RegionSink<'_> {
-    /// Adds a node; its place is the number of nodes before it. Ids must rise.
+    /// Appends a node: its id, rest position (m), share of the body's volume (m^3), and whether an occupied cell outside the region
+    /// has it as a corner. Ids must ascend. Cells and links refer to it by the number of nodes before it.
     #[inline]
     pub fn node(&mut self, id: u64, rest: [f64; 3], measure: f64, border: bool) {
-        let at = self.raw.node_count;
+        let index = self.raw.node_count;
         self.raw.node_count += 1;
-        if at < self.raw.node_capacity {
+        if index < self.raw.node_capacity {
             // SAFETY: the host's node buffers hold `node_capacity` entries each.
             unsafe {
-                *self.raw.node_id.add(at) = id;
-                *self.raw.node_rest.cast::<[f64; 3]>().add(at) = rest;
-                *self.raw.node_measure.add(at) = measure;
-                *self.raw.node_border.add(at) = u8::from(border);
+                *self.raw.node_id.add(index) = id;
+                *self.raw.node_rest.cast::<[f64; 3]>().add(index) = rest;
+                *self.raw.node_measure.add(index) = measure;
+                *self.raw.node_border.add(index) = u8::from(border);
             }
         }
     }
 
-    /// Adds a cell: places of its corners, its range of the level's points, its state. Ids must rise.
+    /// Appends a cell: its id, indices of its corners, range of [`Grid::points`], and state ([`abi::CELL_SURFACE`] or
+    /// [`abi::CELL_INSIDE`]). Ids must ascend.
     #[inline]
     pub fn cell(&mut self, id: u64, corners: [u32; 8], points: [u32; 2], state: u32) {
-        let at = self.raw.cell_count;
+        let index = self.raw.cell_count;
         self.raw.cell_count += 1;
-        if at < self.raw.cell_capacity {
+        if index < self.raw.cell_capacity {
             // SAFETY: the host's cell buffers hold `cell_capacity` entries each.
             unsafe {
-                *self.raw.cell_id.add(at) = id;
-                *self.raw.cell_corners.cast::<[u32; 8]>().add(at) = corners;
-                *self.raw.cell_points.cast::<[u32; 2]>().add(at) = points;
-                *self.raw.cell_state.add(at) = state as u8;
+                *self.raw.cell_id.add(index) = id;
+                *self.raw.cell_corners.cast::<[u32; 8]>().add(index) = corners;
+                *self.raw.cell_points.cast::<[u32; 2]>().add(index) = points;
+                *self.raw.cell_state.add(index) = state as u8;
             }
         }
     }
 
-    /// Adds a link between two places, the first lower.
+    /// Appends a link between two nodes, given by their indices, the lower first; `measure` is its boundary weight.
     #[inline]
     pub fn link(&mut self, nodes: [u32; 2], family: u32, measure: f64) {
-        let at = self.raw.link_count;
+        let index = self.raw.link_count;
         self.raw.link_count += 1;
-        if at < self.raw.link_capacity {
+        if index < self.raw.link_capacity {
             // SAFETY: the host's link buffers hold `link_capacity` entries each.
             unsafe {
-                *self.raw.link_nodes.cast::<[u32; 2]>().add(at) = nodes;
-                *self.raw.link_family.add(at) = family;
-                *self.raw.link_measure.add(at) = measure;
+                *self.raw.link_nodes.cast::<[u32; 2]>().add(index) = nodes;
+                *self.raw.link_family.add(index) = family;
+                *self.raw.link_measure.add(index) = measure;
             }
         }
     }
 
+    /// Whether a buffer was too small.
     fn overflowed(&self) -> bool {
         let r = &self.raw;
         r.node_count > r.node_capacity || r.cell_count > r.cell_capacity || r.link_count > r.link_capacity
     }
 }
 
-/// A [`Grid`] as [`crate::export_plugins`] hands it over.
+/// Adapter: a [`Grid`] as a plugin, for [`crate::export_plugins`].
 pub struct AsGrid<T>(PhantomData<T>);
 
 impl<T: Grid> Role for AsGrid<T> {
@@ -208,28 +215,32 @@ impl<T: Grid> Role for AsGrid<T> {
         (&raw const *Self::TABLE).cast()
     }
 
-    fn open(params: &Params<'_>, _limits: &abi::Limits) -> Result<T, Fault> {
+    fn activate(params: &Params<'_>) -> Result<T, Fault> {
         T::new(params)
     }
 }
 
-#[allow(unsafe_code, reason = "turns the host's spans into slices")]
+/// A span of the host as a slice.
+///
 /// # Safety
 /// `ptr` holds `len` values for as long as `'a`, or `len` is 0.
+#[allow(unsafe_code, reason = "turns the host's spans into slices")]
 unsafe fn slice<'a, T>(ptr: *const T, len: usize) -> &'a [T] {
     // SAFETY: the caller's promise.
     if len == 0 { &[] } else { unsafe { from_raw_parts(ptr, len) } }
 }
 
-#[allow(unsafe_code, reason = "turns the host's spans into slices")]
+/// A span of the host as a mutable slice.
+///
 /// # Safety
-/// `ptr` holds `len` values that nobody else uses for as long as `'a`, or `len` is 0.
+/// `ptr` holds `len` values that nothing else uses for as long as `'a`, or `len` is 0.
+#[allow(unsafe_code, reason = "turns the host's spans into slices")]
 unsafe fn slice_mut<'a, T>(ptr: *mut T, len: usize) -> &'a mut [T] {
     // SAFETY: the caller's promise.
     if len == 0 { Default::default() } else { unsafe { from_raw_parts_mut(ptr, len) } }
 }
 
-type P = *const abi::Plugin;
+type PluginPtr = *const abi::Plugin;
 
 #[allow(unsafe_code, reason = "the functions behind the table")]
 impl<T: Grid> AsGrid<T> {
@@ -249,41 +260,47 @@ impl<T: Grid> AsGrid<T> {
     // SAFETY of every body below: the host calls with a live, active instance of this role, spans borrowed for the call of
     // the lengths it states, and output it alone owns; `build` is exclusive.
 
-    unsafe extern "C" fn build(plugin: P, surface: *const abi::Surface, level: u32) -> Status {
+    unsafe extern "C" fn build(plugin: PluginPtr, surface: *const abi::Surface, level: u32) -> Status {
         // SAFETY: see above.
         unsafe {
             call_mut::<Self, _>(plugin, |grid| {
-                let s = &*surface;
-                let points = slice(s.points.cast(), s.point_count);
-                let triangles = slice(s.triangles.cast(), s.triangle_count);
+                let raw = &*surface;
+                let points = slice(raw.points.cast(), raw.point_count);
+                let triangles = slice(raw.triangles.cast(), raw.triangle_count);
                 grid.build(&SurfaceView { points, triangles }, level)
             })
         }
     }
 
-    unsafe extern "C" fn level(plugin: P, level: u32, out: *mut Level) -> Status {
+    unsafe extern "C" fn level(plugin: PluginPtr, level: u32, out: *mut Level) -> Status {
         // SAFETY: see above.
         unsafe { call::<Self, _>(plugin, |grid| grid.level(level).map(|l| *out = l)) }
     }
 
-    unsafe extern "C" fn cell(plugin: P, level: u32, id: u64, out: *mut Cell) -> Status {
+    unsafe extern "C" fn cell(plugin: PluginPtr, level: u32, id: u64, out: *mut Cell) -> Status {
         // SAFETY: see above.
         unsafe { call::<Self, _>(plugin, |grid| grid.cell(level, id).map(|c| *out = c)) }
     }
 
-    unsafe extern "C" fn locate(plugin: P, level: u32, point: *const f64, id: *mut u64, local: *mut f64) -> Status {
+    unsafe extern "C" fn locate(
+        plugin: PluginPtr,
+        level: u32,
+        point: *const f64,
+        id: *mut u64,
+        local: *mut f64,
+    ) -> Status {
         // SAFETY: see above.
         unsafe {
             call::<Self, _>(plugin, |grid| {
-                let at = grid.locate(level, *point.cast())?;
-                *id = at.cell;
-                *local.cast() = at.local;
+                let found = grid.locate(level, *point.cast())?;
+                *id = found.cell;
+                *local.cast() = found.local;
                 Ok(())
             })
         }
     }
 
-    unsafe extern "C" fn points(plugin: P, level: u32, points: *mut *const u32, count: *mut usize) -> Status {
+    unsafe extern "C" fn points(plugin: PluginPtr, level: u32, points: *mut *const u32, count: *mut usize) -> Status {
         // SAFETY: see above.
         unsafe {
             call::<Self, _>(plugin, |grid| {
@@ -295,7 +312,11 @@ impl<T: Grid> AsGrid<T> {
         }
     }
 
-    unsafe extern "C" fn region(plugin: P, request: *const abi::RegionRequest, out: *mut abi::Region) -> Status {
+    unsafe extern "C" fn region(
+        plugin: PluginPtr,
+        request: *const abi::RegionRequest,
+        out: *mut abi::Region,
+    ) -> Status {
         // SAFETY: see above.
         unsafe {
             call::<Self, _>(plugin, |grid| {
@@ -309,9 +330,9 @@ impl<T: Grid> AsGrid<T> {
     }
 
     unsafe extern "C" fn weights(
-        plugin: P,
+        plugin: PluginPtr,
         level: u32,
-        places: *const f64,
+        positions: *const f64,
         count: usize,
         cells: *mut u64,
         weights: *mut f64,
@@ -320,18 +341,18 @@ impl<T: Grid> AsGrid<T> {
         unsafe {
             call::<Self, _>(plugin, |grid| {
                 let (cells, weights) = (slice_mut(cells, count), slice_mut(weights.cast(), count));
-                grid.weights(level, slice(places.cast(), count), cells, weights)
+                grid.weights(level, slice(positions.cast(), count), cells, weights)
             })
         }
     }
 
     unsafe extern "C" fn place(
-        plugin: P,
+        plugin: PluginPtr,
         level: u32,
         rest: *const f64,
         count: usize,
         corners: *const f64,
-        places: *mut f64,
+        positions: *mut f64,
     ) -> Status {
         // SAFETY: see above.
         unsafe {
@@ -340,13 +361,13 @@ impl<T: Grid> AsGrid<T> {
                     return Err(Fault::unsupported(""));
                 }
                 let (rest, corners) = (slice(rest.cast(), count), slice(corners.cast(), count));
-                grid.place(level, rest, corners, slice_mut(places.cast(), count))
+                grid.place(level, rest, corners, slice_mut(positions.cast(), count))
             })
         }
     }
 
     unsafe extern "C" fn pull_back(
-        plugin: P,
+        plugin: PluginPtr,
         level: u32,
         rest: *const f64,
         count: usize,

@@ -1,25 +1,26 @@
-//! What a plugin says of itself before an instance exists.
+//! What is known of a plugin before an instance exists.
 
 use crate::abi;
 use crate::param::Param;
 use core::ffi::CStr;
 
-/// Facts about a plugin, all known at compile time.
+/// The descriptor of a plugin, known at compile time.
 #[derive(Clone, Copy)]
 pub struct Info {
     /// Kebab-case; third parties prefix a reversed domain: `c"org.lab.neo-hookean"`.
     pub id: &'static CStr,
-    /// For people.
+    /// Name for people.
     pub name: &'static CStr,
-    /// Of the plugin, not of the interface.
+    /// Version of the plugin, not of the interface.
     pub version: &'static CStr,
     /// One line: the model, and its source (author, year).
     pub summary: &'static CStr,
-    /// Every parameter a scene may set.
+    /// Every parameter a scene may set, in the order their indices count.
     pub params: &'static [Param],
 }
 
 impl Info {
+    /// The descriptor of a plugin of a `kind`, [`abi::KIND_MATERIAL`] and so on.
     pub(crate) const fn descriptor(self, kind: u32) -> abi::Descriptor {
         abi::Descriptor {
             size: size_of::<abi::Descriptor>(),

@@ -1,7 +1,8 @@
-//! One instance behind the wire: parameters first, then the object between `activate` and `deactivate`.
+//! An instance of a Rust plugin behind the C interface: it holds the parameter values, and between `activate` and `deactivate` the
+//! material, grid or device.
 //!
-//! Every function the host can call goes through one guard: it catches the panic (one that left an `extern "C"` function
-//! would abort the host), turns it into a status, tells the host what happened and poisons the instance.
+//! Every function the host can call goes through [`guarded`]: it catches a panic (one that left an `extern "C"` function would abort
+//! the host), turns it into a status, reports its message to the host and refuses all later calls of the instance.
 
 use crate::abi::{self, Plugin, Status};
 use crate::fault::Fault;
@@ -12,47 +13,51 @@ use core::ffi::{CStr, c_char, c_void};
 use core::sync::atomic::{AtomicBool, Ordering};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// What differs between a material, a grid and a device.
+/// What the instances of a material, a grid or a device have of their own: the type of the object and its function tables.
 pub trait Role: Sized + 'static {
     /// The object an active instance holds.
     type Object: 'static;
-    /// Facts for the descriptor.
+    /// The plugin's descriptor.
     const INFO: Info;
-    /// [`abi::KIND_MATERIAL`] and the like.
+    /// [`abi::KIND_MATERIAL`], [`abi::KIND_GRID`] or [`abi::KIND_DEVICE`].
     const KIND: u32;
     /// Id of the extension every instance of this kind offers.
     const EXTENSION: &'static CStr;
-    /// The extension's table.
+    /// Function table of that extension.
     fn table() -> *const c_void;
-    /// Another table this kind may offer, or null.
-    fn other_table(_id: &CStr) -> *const c_void {
+    /// Function table of an optional extension, or null where it is not offered.
+    fn optional_table(_id: &CStr) -> *const c_void {
         core::ptr::null()
     }
-    /// Makes the object.
+    /// Makes the object from its parameters.
     ///
     /// # Errors
-    /// Parameters it cannot work with.
-    fn open(params: &Params<'_>, limits: &abi::Limits) -> Result<Self::Object, Fault>;
+    /// A combination of parameters it cannot work with.
+    fn activate(params: &Params<'_>) -> Result<Self::Object, Fault>;
 }
 
-/// The descriptor of a role.
+/// Holds the descriptor of a role as a static.
 pub struct DescriptorOf<R>(core::marker::PhantomData<R>);
 
 impl<R: Role> DescriptorOf<R> {
     const SHARED: &'static abi::Shared<abi::Descriptor> = &abi::Shared(R::INFO.descriptor(R::KIND));
-    /// For the entry's list.
+    /// Function that gives a pointer to the descriptor.
     pub const GET: fn() -> *const abi::Descriptor = || &raw const Self::SHARED.0;
 }
 
+/// An instance, from `create` to `destroy`.
 struct Instance<R: Role> {
     plugin: Plugin,
     host: *const abi::Host,
+    /// Parameter values, in the order of the declarations.
     values: UnsafeCell<Vec<Value>>,
+    /// The material, grid or device while active.
     object: UnsafeCell<Option<R::Object>>,
+    /// Set by a panic: every later call is refused.
     poisoned: AtomicBool,
 }
 
-/// Makes an instance; it lives until the host calls its `destroy`.
+/// Makes an instance with default parameters. It lives until the host calls its `destroy`.
 pub fn create<R: Role>(host: *const abi::Host) -> *const Plugin {
     let plugin = Plugin {
         size: size_of::<Plugin>(),
@@ -73,7 +78,7 @@ pub fn create<R: Role>(host: *const abi::Host) -> *const Plugin {
         object: UnsafeCell::new(None),
         poisoned: AtomicBool::new(false),
     }));
-    #[allow(unsafe_code, reason = "the box is ours and nobody else has seen it")]
+    #[allow(unsafe_code, reason = "the box was just made and has no other user")]
     // SAFETY: `instance` was just made, so the writes and the reference to its first field are unique and in bounds.
     unsafe {
         (*instance).plugin.data = instance.cast();
@@ -81,11 +86,11 @@ pub fn create<R: Role>(host: *const abi::Host) -> *const Plugin {
     }
 }
 
-/// Runs `body` on the active object of `plugin`, shared.
+/// Runs `body` with a shared reference to the active object of `plugin`.
 ///
 /// # Safety
 /// `plugin` came from [`create`] with this role, is alive, and no `activate`, `deactivate` or exclusive call runs.
-#[allow(unsafe_code, reason = "the door through which every shared call enters")]
+#[allow(unsafe_code, reason = "dereferences the host's pointer")]
 pub unsafe fn call<R: Role, F: FnOnce(&R::Object) -> Result<(), Fault>>(plugin: *const Plugin, body: F) -> Status {
     // SAFETY: the caller's promise; nothing writes the object while shared calls run.
     unsafe {
@@ -96,7 +101,7 @@ pub unsafe fn call<R: Role, F: FnOnce(&R::Object) -> Result<(), Fault>>(plugin: 
     }
 }
 
-/// Runs `body` with the parameters `plugin` has so far, whether it is active or not.
+/// Runs `body` with the parameters set so far, whether the instance is active or not.
 ///
 /// # Safety
 /// As for [`call`], and no parameter is being set.
@@ -109,11 +114,11 @@ pub unsafe fn with_params<R: Role, F: FnOnce(&Params<'_>) -> Result<(), Fault>>(
     unsafe { guarded::<R>(plugin, |instance| body(&Params::new(R::INFO.params, &*instance.values.get()))) }
 }
 
-/// Runs `body` on the active object of `plugin`, exclusively.
+/// Runs `body` with an exclusive reference to the active object of `plugin`.
 ///
 /// # Safety
 /// As for [`call`], and no other call on this instance runs.
-#[allow(unsafe_code, reason = "the door through which every exclusive call enters")]
+#[allow(unsafe_code, reason = "as `call`")]
 pub unsafe fn call_mut<R: Role, F: FnOnce(&mut R::Object) -> Result<(), Fault>>(
     plugin: *const Plugin,
     body: F,
@@ -127,9 +132,11 @@ pub unsafe fn call_mut<R: Role, F: FnOnce(&mut R::Object) -> Result<(), Fault>>(
     }
 }
 
-#[allow(unsafe_code, reason = "the one guarded door")]
+/// Runs `body` on the instance; turns a fault into a status and a report, and a panic into [`Status::PANICKED`].
+///
 /// # Safety
 /// `plugin` came from [`create`] with this role and is alive.
+#[allow(unsafe_code, reason = "dereferences the host's pointer")]
 unsafe fn guarded<R: Role>(plugin: *const Plugin, body: impl FnOnce(&Instance<R>) -> Result<(), Fault>) -> Status {
     // SAFETY: `data` was set by `create` to the instance that holds `plugin`.
     let instance = unsafe { &*(*plugin).data.cast::<Instance<R>>() };
@@ -154,7 +161,7 @@ unsafe fn guarded<R: Role>(plugin: *const Plugin, body: impl FnOnce(&Instance<R>
     }
 }
 
-/// Sends one line to the host, cut to what it keeps. Does not allocate.
+/// Passes one line to the host, cut to the 255 bytes it keeps. Does not allocate.
 #[allow(unsafe_code, reason = "calls back into the host")]
 pub(crate) fn report(host: *const abi::Host, severity: u32, text: &str) {
     let mut line = [0_u8; 256];
@@ -175,13 +182,15 @@ pub(crate) fn report(host: *const abi::Host, severity: u32, text: &str) {
 #[allow(unsafe_code, reason = "frees what `create` made")]
 unsafe extern "C" fn destroy<R: Role>(plugin: *const Plugin) {
     // SAFETY: the host calls this once, last; `data` is the box of `create`.
-    let drop_it = || unsafe { drop(Box::from_raw((*plugin).data.cast::<Instance<R>>())) };
-    let _ = catch_unwind(AssertUnwindSafe(drop_it));
+    let free = || unsafe { drop(Box::from_raw((*plugin).data.cast::<Instance<R>>())) };
+    let _ = catch_unwind(AssertUnwindSafe(free));
 }
 
-#[allow(unsafe_code, reason = "writes a parameter")]
+/// Sets parameter `index`, if it is declared with one of the kinds `accepts`.
+///
 /// # Safety
 /// As [`guarded`], and no other call on this instance runs.
+#[allow(unsafe_code, reason = "writes a parameter")]
 unsafe fn set<R: Role>(
     plugin: *const Plugin,
     index: u32,
@@ -201,14 +210,14 @@ unsafe fn set<R: Role>(
     }
 }
 
-#[allow(unsafe_code, reason = "behind the table")]
+#[allow(unsafe_code, reason = "called by the host")]
 unsafe extern "C" fn set_number<R: Role>(plugin: *const Plugin, index: u32, value: f64) -> Status {
     let read = || match R::INFO.params[index as usize].0 {
         abi::Param { kind: abi::PARAM_NUMBER, min, max, .. } if !(min..=max).contains(&value) => {
             Err(Fault::bad_argument(format!("parameter {index}: {value} is outside {min} to {max}")))
         }
-        abi::Param { kind: abi::PARAM_CHOICE, choices, .. } if !is_place(value, choices) => {
-            Err(Fault::bad_argument(format!("parameter {index}: {value} is not the place of a choice")))
+        abi::Param { kind: abi::PARAM_CHOICE, choices, .. } if !is_choice_index(value, choices) => {
+            Err(Fault::bad_argument(format!("parameter {index}: {value} is not the index of a choice")))
         }
         _ if !value.is_finite() => Err(Fault::bad_argument(format!("parameter {index} is not finite"))),
         _ => Ok(Value::Number(value)),
@@ -217,15 +226,15 @@ unsafe extern "C" fn set_number<R: Role>(plugin: *const Plugin, index: u32, valu
     unsafe { set::<R>(plugin, index, &[abi::PARAM_NUMBER, abi::PARAM_CHOICE], read) }
 }
 
-/// Whether a number is the place of one of `choices`.
-fn is_place(value: f64, choices: *const c_char) -> bool {
+/// Whether a number is the index of one of `choices`, a list `one|two|three`.
+fn is_choice_index(value: f64, choices: *const c_char) -> bool {
     #[allow(unsafe_code, reason = "reads back a pointer the constructor took from a CStr")]
-    // SAFETY: a choice has a list, from a `&'static CStr`.
+    // SAFETY: a parameter of this kind has a list, from a `&'static CStr`.
     let count = unsafe { CStr::from_ptr(choices) }.to_bytes().split(|b| *b == b'|').count();
     value.fract() == 0.0 && value >= 0.0 && value < count as f64
 }
 
-#[allow(unsafe_code, reason = "behind the table")]
+#[allow(unsafe_code, reason = "called by the host")]
 unsafe extern "C" fn set_text<R: Role>(plugin: *const Plugin, index: u32, text: *const c_char) -> Status {
     // SAFETY: [main & !active]; `text` is a C string for the call.
     unsafe {
@@ -236,7 +245,7 @@ unsafe extern "C" fn set_text<R: Role>(plugin: *const Plugin, index: u32, text: 
     }
 }
 
-#[allow(unsafe_code, reason = "behind the table")]
+#[allow(unsafe_code, reason = "called by the host")]
 unsafe extern "C" fn set_table<R: Role>(
     plugin: *const Plugin,
     index: u32,
@@ -253,19 +262,19 @@ unsafe extern "C" fn set_table<R: Role>(
     }
 }
 
-#[allow(unsafe_code, reason = "behind the table")]
-unsafe extern "C" fn activate<R: Role>(plugin: *const Plugin, limits: *const abi::Limits) -> Status {
+#[allow(unsafe_code, reason = "called by the host")]
+unsafe extern "C" fn activate<R: Role>(plugin: *const Plugin, _limits: *const abi::Limits) -> Status {
     // SAFETY: [main & !active]: exclusive.
     unsafe {
         guarded::<R>(plugin, |instance| {
             let params = Params::new(R::INFO.params, &*instance.values.get());
-            *instance.object.get() = Some(R::open(&params, &*limits)?);
+            *instance.object.get() = Some(R::activate(&params)?);
             Ok(())
         })
     }
 }
 
-#[allow(unsafe_code, reason = "behind the table")]
+#[allow(unsafe_code, reason = "called by the host")]
 unsafe extern "C" fn deactivate<R: Role>(plugin: *const Plugin) {
     // SAFETY: [main & active]: exclusive.
     unsafe {
@@ -276,9 +285,9 @@ unsafe extern "C" fn deactivate<R: Role>(plugin: *const Plugin) {
     }
 }
 
-#[allow(unsafe_code, reason = "behind the table")]
+#[allow(unsafe_code, reason = "called by the host")]
 unsafe extern "C" fn extension<R: Role>(_plugin: *const Plugin, id: *const c_char) -> *const c_void {
     // SAFETY: `id` is a C string for the call.
     let id = unsafe { CStr::from_ptr(id) };
-    if id == R::EXTENSION { R::table() } else { R::other_table(id) }
+    if id == R::EXTENSION { R::table() } else { R::optional_table(id) }
 }

@@ -1,13 +1,13 @@
-//! What crosses the border between pliant and a plugin.
+//! The interface between pliant and its plugins.
 //!
-//! A plugin is a shared library with one exported symbol. It offers materials (what the force is), grids (which nodes carry
-//! a surface) or devices (where the hand is); the host does everything else. [`abi`] is the wire format, the same as in
-//! `include/pliant.h`; the rest is safe Rust on top of it: implement [`Material`], [`Grid`] or [`Device`], then call
-//! [`export_plugins`].
+//! A plugin is a shared library with one exported symbol. It offers materials (constitutive laws), grids (cells around a surface, and
+//! the embedding of the surface in them) or devices (haptic hardware); the host does everything else. [`abi`] is the binary
+//! interface, the same as in `include/pliant.h`. The rest is safe Rust on top of it: implement [`Material`], [`Grid`] or [`Device`],
+//! then call [`export_plugins`].
 //!
-//! The life of an instance: the host reads the descriptor and checks the scene's parameters against it, creates the
-//! instance, sets parameters, activates it (`new`: the last chance to allocate), calls it from the thread classes the header
-//! names, deactivates and destroys it. The library stays loaded until the program ends.
+//! The host reads a plugin's descriptor and checks the scene's parameters against it, creates an instance, sets its parameters,
+//! activates it (the trait's `new`: the last chance to allocate), calls it from the thread classes the header states, then
+//! deactivates and destroys it. The library stays loaded until the program ends.
 
 pub mod abi;
 pub mod batch;
@@ -30,14 +30,14 @@ pub mod param;
 mod planes_mut;
 mod prefetch;
 
-pub use batch::{Elements, NodeScalars, NodeVectors, Planes};
-pub use blocks::{Blocks, Entry, SingleBlocks, pair};
+pub use batch::{Elements, NodeScalars, NodeVectors, NodeWindow, Planes};
+pub use blocks::{BlockScalar, BlockWindow, Blocks, SingleBlocks, pair_index};
 pub use cell::CELL_TETRAHEDRA;
 pub use device::{AsDevice, Device, Finding};
 pub use fault::Fault;
 pub use grid::{AsGrid, Grid, Location, RegionRequest, RegionSink, SurfaceView};
 pub use info::Info;
-pub use material::{AsMaterial, ElementRequest, Material, Source, Tangent};
+pub use material::{AsMaterial, ElementRequest, Material, Source, TangentScale};
 pub use normals::NormalForces;
 pub use param::{Param, Params};
 pub use planes_mut::PlanesMut;

@@ -1,4 +1,4 @@
-//! The trait of a material, and its side of the wire.
+//! The trait of a material, and the C functions behind its tables.
 
 use crate::abi::{self, Status};
 use crate::batch::{Elements, NodeScalars, NodeVectors, Planes};
@@ -11,163 +11,171 @@ use crate::param::{Params, position};
 use core::ffi::{CStr, c_char, c_void};
 use core::marker::PhantomData;
 
-/// The elements a material wants of a body, of one kind.
+/// A kind of element a material works on, and what it offers for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ElementRequest {
     /// [`abi::POINT`], [`abi::LINK`], ...
     pub kind: u32,
-    /// Families of links, or 0.
+    /// Families of links ([`abi::STRUCTURAL`], ...), or 0 for other kinds.
     pub families: u32,
-    /// [`abi::HAS_MASS`] and the like: what is asked of the material for this kind, and nothing else is.
+    /// [`abi::HAS_MASS`], [`abi::HAS_FORCES`], ...: the host calls the material for these only.
     pub flags: u32,
-    /// Doubles of rest data per element.
+    /// Doubles of rest data per element, written by [`Material::rest`].
     pub rest_stride: u32,
-    /// Doubles of history per element.
+    /// Doubles of history per element, zero at the start.
     pub history_stride: u32,
 }
 
-/// How much of each goes into the matrix.
+/// Factors of stiffness and damping in a matrix `stiffness K + damping C`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tangent {
-    /// Factor of K = d2E/dx2.
+pub struct TangentScale {
+    /// Factor of K = d2E/dx2 (N/m).
     pub stiffness: f64,
-    /// Factor of C = -df/dv.
+    /// Factor of C = -df/dv (N s/m).
     pub damping: f64,
 }
 
-/// Where the numbers behind a choice come from.
+/// The source of the numbers behind a choice, printed by `pliant plugin info`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Source {
-    /// Key of the parameter.
+    /// Key of the parameter, one of kind [`abi::PARAM_CHOICE`].
     pub param: &'static CStr,
-    /// Place of the choice.
+    /// Index of the choice.
     pub choice: u32,
     /// Who measured what, and when.
-    pub source: &'static CStr,
-    /// What it leaves open; empty where nothing.
-    pub unknown: &'static CStr,
+    pub citation: &'static CStr,
+    /// What was not measured or is doubtful; empty where nothing is.
+    pub limitations: &'static CStr,
 }
 
-/// Energy, force and stiffness of a deformed body.
+/// A constitutive law: energy, force and stiffness of a deformed body.
 ///
-/// A material is a function of its arguments: the host owns positions, velocities, rest data and history, calls several
-/// ranges at once, and moves the body. *Real time*: everything but [`Material::new`] and [`Material::elements`] runs
-/// inside a step and must not allocate, lock or do I/O.
+/// A material is a function of its arguments: the host owns positions, velocities, rest data and history, may call several ranges
+/// of elements at once, and integrates the motion. *Real time*: every method but [`Material::new`] and [`Material::elements`]
+/// runs inside a step and must not allocate, lock or do I/O. Write to the nodes of the call's elements only.
 pub trait Material: Send + Sync + Sized + 'static {
-    /// Facts for the descriptor.
+    /// The plugin's descriptor.
     const INFO: Info;
 
-    /// Where the numbers behind choices come from, for whoever reads `pliant plugin info`.
+    /// Sources of the numbers behind choices.
     const SOURCES: &'static [Source] = &[];
 
-    /// Takes the parameters.
+    /// A material with these parameters. Its last chance to allocate.
     ///
     /// # Errors
-    /// A combination of parameters that ranges could not exclude.
+    /// A combination of parameters that their ranges cannot exclude.
     fn new(params: &Params<'_>) -> Result<Self, Fault>;
 
-    /// The kinds of elements wanted, given the parameters.
+    /// The kinds of elements the material works on, given its parameters.
     fn elements(&self) -> Vec<ElementRequest>;
 
-    /// Writes the rest data, from rest positions and measures alone; asked only of kinds with a rest stride.
+    /// Writes the rest data, from rest positions and measures alone. Called for kinds with a rest stride above 0.
     ///
     /// # Errors
     /// An element whose rest shape cannot be used.
-    fn rest(&self, at: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault>;
+    fn rest(&self, elements: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault>;
 
-    /// Adds the elements' masses, kg.
+    /// Adds the elements' lumped masses to their nodes, kg.
     ///
     /// # Errors
     /// As for [`Material::rest`].
-    fn mass(&self, at: &Elements<'_>, out: &mut NodeScalars<'_>) -> Result<(), Fault>;
+    fn mass(&self, elements: &Elements<'_>, out: &mut NodeScalars<'_>) -> Result<(), Fault>;
 
-    /// The elements' energy, J.
+    /// Elastic energy of the elements, J.
     ///
     /// # Errors
     /// A value that is not finite.
-    fn energy(&self, at: &Elements<'_>) -> Result<f64, Fault>;
+    fn energy(&self, elements: &Elements<'_>) -> Result<f64, Fault>;
 
-    /// Adds -dE/dx - C v, N.
+    /// Adds the nodal forces -dE/dx - C v, N.
     ///
     /// # Errors
     /// A value that is not finite.
-    fn forces(&self, at: &Elements<'_>, out: &mut NodeVectors<'_>) -> Result<(), Fault>;
+    fn forces(&self, elements: &Elements<'_>, out: &mut NodeVectors<'_>) -> Result<(), Fault>;
 
-    /// Adds `scale.stiffness` K + `scale.damping` C. K may be a positive semi-definite stand-in for the exact Hessian.
+    /// Adds `scale.stiffness` K + `scale.damping` C, N/m. K may be a positive semi-definite approximation of the exact Hessian.
     ///
     /// # Errors
     /// A value that is not finite.
-    fn tangent(&self, at: &Elements<'_>, scale: Tangent, out: &mut Blocks<'_>) -> Result<(), Fault>;
+    fn tangent(&self, elements: &Elements<'_>, scale: TangentScale, out: &mut Blocks<'_>) -> Result<(), Fault>;
 
-    /// The same in single precision, of kinds with [`abi::HAS_SINGLE`], and only the blocks (a, b), a < b. Such an element resists no
-    /// motion of all of its corners alike: the host finds the blocks of the diagonal as what the others of a row leave.
+    /// As [`Material::tangent`], in single precision and for the off-diagonal blocks (a, b), a < b, alone. Called for kinds with
+    /// [`abi::HAS_SINGLE`]. Such an element resists no translation, so the host computes a diagonal block as minus the sum of the
+    /// others of its row.
     ///
     /// # Errors
     /// As for [`Material::tangent`].
-    fn single_tangent(&self, _at: &Elements<'_>, _scale: Tangent, _out: &mut SingleBlocks<'_>) -> Result<(), Fault> {
+    fn single_tangent(
+        &self,
+        _elements: &Elements<'_>,
+        _scale: TangentScale,
+        _out: &mut SingleBlocks<'_>,
+    ) -> Result<(), Fault> {
         Err(Fault::unsupported("no stiffness in single precision"))
     }
 
-    /// Brings the history of an accepted step up to date; asked only of kinds with [`abi::HAS_HISTORY`].
+    /// Updates the history after an accepted step. Called for kinds with [`abi::HAS_HISTORY`].
     ///
     /// # Errors
     /// A value that is not finite.
-    fn advance(&self, _at: &Elements<'_>, _history: &mut Planes<'_>) -> Result<(), Fault> {
+    fn advance(&self, _elements: &Elements<'_>, _history: &mut Planes<'_>) -> Result<(), Fault> {
         Ok(())
     }
 
-    /// Of hinges with [`abi::IS_COUPLED`]: plane 0 the strain s, m; planes 1 to 12 its gradient, by corner and axis. The
-    /// host solves G m = s, G the sum of [`Material::compliance`], and applies the forces -m ds/dx; the energy is s . m / 2
-    /// (Hellan 1967, Herrmann 1967, Johnson 1973).
+    /// For hinges with [`abi::IS_COUPLED`]: writes plane 0, the strain s of each hinge, m, and planes 1 to 12, its gradient by corner
+    /// and axis. The host solves G m = s for the bending moments m (N), with G the sum of [`Material::compliance`], and applies the
+    /// forces -m ds/dx; the energy is s . m / 2 (Hellan 1967, Herrmann 1967, Johnson 1973).
     ///
     /// # Errors
     /// A value that is not finite.
-    fn strain(&self, _at: &Elements<'_>, _out: &mut Planes<'_>) -> Result<(), Fault> {
+    fn strain(&self, _elements: &Elements<'_>, _out: &mut Planes<'_>) -> Result<(), Fault> {
         Err(Fault::unsupported("no coupled hinges"))
     }
 
-    /// Of triangles with [`abi::IS_COUPLED`], from rest positions alone, m/N: compliance between the sides 01, 12 and 20, in
-    /// six planes (0,0) (0,1) (0,2) (1,1) (1,2) (2,2); positive definite.
+    /// For triangles with [`abi::IS_COUPLED`], from rest positions alone: writes the compliance between the sides 01, 12 and 20, m/N,
+    /// in six planes (0,0) (0,1) (0,2) (1,1) (1,2) (2,2). It must be positive definite.
     ///
     /// # Errors
     /// An element whose rest shape cannot be used.
-    fn compliance(&self, _at: &Elements<'_>, _out: &mut Planes<'_>) -> Result<(), Fault> {
+    fn compliance(&self, _elements: &Elements<'_>, _out: &mut Planes<'_>) -> Result<(), Fault> {
         Err(Fault::unsupported("no coupled hinges"))
     }
 
-    /// Of triangles with [`abi::WANTS_NORMALS`], the energy E(x, n) that depends on the sheet's unit normals, J. `normals` are
-    /// those of all nodes (n x 3), sums of the area vectors around each over their lengths.
+    /// For triangles with [`abi::WANTS_NORMALS`]: the energy E(x, n) that depends on the sheet's unit normals, J. `normals` (n x 3)
+    /// are those of all nodes, the normalised sums of the area vectors of the triangles around each.
     ///
     /// # Errors
     /// A value that is not finite.
-    fn normals_energy(&self, _at: &Elements<'_>, _normals: &[[f64; 3]]) -> Result<f64, Fault> {
+    fn normals_energy(&self, _elements: &Elements<'_>, _normals: &[[f64; 3]]) -> Result<f64, Fault> {
         Err(Fault::unsupported("no energy of normals"))
     }
 
-    /// Adds its -dE/dx at fixed normals, N, and dE/dn, J. The host adds what the normals do to the force as they turn.
+    /// For triangles with [`abi::WANTS_NORMALS`]: adds -dE/dx at fixed normals, N, and dE/dn, J. The host applies the chain rule
+    /// through n(x).
     ///
     /// # Errors
     /// A value that is not finite.
     fn normals_forces(
         &self,
-        _at: &Elements<'_>,
+        _elements: &Elements<'_>,
         _normals: &[[f64; 3]],
         _out: &mut NormalForces<'_>,
     ) -> Result<(), Fault> {
         Err(Fault::unsupported("no energy of normals"))
     }
 
-    /// From rest positions alone, in three planes, N m: d2E/dn2 of a corner's normal that tilts across the side 01, 12 and 20
-    /// of its triangle, at the stiffest corner. The host makes the matrix of hinges from it that stands for E.
+    /// For triangles with [`abi::WANTS_NORMALS`], from rest positions alone: writes three planes, N m, the second derivative of E by
+    /// the angle at which a corner's normal tilts across the side 01, 12 and 20, the largest over the corners. In the matrix, the host
+    /// approximates E by a spring against folding of each hinge with this stiffness.
     ///
     /// # Errors
     /// An element whose rest shape cannot be used.
-    fn tilt(&self, _at: &Elements<'_>, _out: &mut Planes<'_>) -> Result<(), Fault> {
+    fn tilt(&self, _elements: &Elements<'_>, _out: &mut Planes<'_>) -> Result<(), Fault> {
         Err(Fault::unsupported("no energy of normals"))
     }
 }
 
-/// A [`Material`] as [`crate::export_plugins`] hands it over.
+/// Adapter: a [`Material`] as a plugin, for [`crate::export_plugins`].
 pub struct AsMaterial<T>(PhantomData<T>);
 
 impl<T: Material> Role for AsMaterial<T> {
@@ -180,17 +188,17 @@ impl<T: Material> Role for AsMaterial<T> {
         (&raw const *Self::TABLE).cast()
     }
 
-    fn other_table(id: &CStr) -> *const c_void {
+    fn optional_table(id: &CStr) -> *const c_void {
         match id {
             _ if id == abi::COUPLED => (&raw const *Self::COUPLED).cast(),
             _ if id == abi::SINGLE => (&raw const *Self::SINGLE).cast(),
             _ if id == abi::NORMALS => (&raw const *Self::NORMALS).cast(),
-            _ if id == abi::SOURCES && !T::SOURCES.is_empty() => (&raw const *Self::CITED).cast(),
+            _ if id == abi::SOURCES && !T::SOURCES.is_empty() => (&raw const *Self::SOURCES).cast(),
             _ => core::ptr::null(),
         }
     }
 
-    fn open(params: &Params<'_>, _limits: &abi::Limits) -> Result<T, Fault> {
+    fn activate(params: &Params<'_>) -> Result<T, Fault> {
         T::new(params)
     }
 }
@@ -225,7 +233,8 @@ impl<T: Material> AsMaterial<T> {
         tilt: Some(Self::tilt),
     };
 
-    const CITED: &'static abi::Sources = &abi::Sources { size: size_of::<abi::Sources>(), source: Some(Self::source) };
+    const SOURCES: &'static abi::Sources =
+        &abi::Sources { size: size_of::<abi::Sources>(), source: Some(Self::source) };
 
     unsafe extern "C" fn source(
         plugin: *const abi::Plugin,
@@ -240,9 +249,9 @@ impl<T: Material> AsMaterial<T> {
             with_params::<Self, _>(plugin, |_| {
                 let found = T::SOURCES.get(index as usize).ok_or(Fault::unsupported(""))?;
                 let key = found.param.to_str().unwrap_or_default();
-                let place = position(T::INFO.params, key).ok_or(Fault::bad_argument("no such parameter"))?;
-                (*param, *choice) = (place as u32, found.choice);
-                (*source, *unknown) = (found.source.as_ptr(), found.unknown.as_ptr());
+                let declared = position(T::INFO.params, key).ok_or(Fault::bad_argument("no such parameter"))?;
+                (*param, *choice) = (declared as u32, found.choice);
+                (*source, *unknown) = (found.citation.as_ptr(), found.limitations.as_ptr());
                 Ok(())
             })
         }
@@ -358,7 +367,7 @@ impl<T: Material> AsMaterial<T> {
         unsafe {
             call::<Self, _>(plugin, |material| {
                 let mut blocks = Blocks::new(&*batch, &*blocks);
-                material.tangent(&Elements(&*batch), Tangent { stiffness, damping }, &mut blocks)
+                material.tangent(&Elements(&*batch), TangentScale { stiffness, damping }, &mut blocks)
             })
         }
     }
@@ -373,8 +382,8 @@ impl<T: Material> AsMaterial<T> {
         // SAFETY: as in `rest`.
         unsafe {
             call::<Self, _>(plugin, |material| {
-                let mut blocks = SingleBlocks::single(&*batch, &*blocks);
-                material.single_tangent(&Elements(&*batch), Tangent { stiffness, damping }, &mut blocks)
+                let mut blocks = SingleBlocks::new_single(&*batch, &*blocks);
+                material.single_tangent(&Elements(&*batch), TangentScale { stiffness, damping }, &mut blocks)
             })
         }
     }

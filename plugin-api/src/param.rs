@@ -1,13 +1,13 @@
-//! Declared parameters, and the values an instance was given.
+//! Declaration of parameters, and the values an instance was given.
 //!
-//! The host checks a scene against the declarations before any code of the plugin runs, so a plugin only checks what a
-//! range cannot say.
+//! The host checks a scene against the declarations before any code of the plugin runs, so a plugin only has to check what a range
+//! cannot express, such as combinations.
 
 use crate::abi;
 use core::ffi::CStr;
 use std::ptr::null;
 
-/// One declared parameter. Keys are kebab-case, units are SI text (`"Pa"`, `"kg/m^3"`, `"1"`).
+/// Declaration of one parameter. Keys are kebab-case, units are SI text (`"Pa"`, `"kg/m^3"`, `"1"`).
 #[repr(transparent)]
 pub struct Param(pub(crate) abi::Param);
 
@@ -16,12 +16,13 @@ pub struct Param(pub(crate) abi::Param);
 unsafe impl Sync for Param {}
 
 impl Param {
+    /// A declaration without range, default and choices.
     const fn raw(kind: u32, key: &'static CStr, unit: &'static CStr, summary: &'static CStr) -> abi::Param {
         let (key, unit, summary) = (key.as_ptr(), unit.as_ptr(), summary.as_ptr());
         abi::Param { kind, key, unit, summary, min: 0.0, max: 0.0, fallback: 0.0, choices: null() }
     }
 
-    /// A number within `[range.0, range.1]`, `default` when the scene does not give it.
+    /// A number within `[range.0, range.1]`, in `unit`; `default` where the scene does not give it.
     pub const fn number(
         key: &'static CStr,
         unit: &'static CStr,
@@ -39,22 +40,23 @@ impl Param {
         Self(abi::Param { choices: choices.as_ptr(), ..plain })
     }
 
-    /// A text; empty when the scene does not give it.
+    /// A text; empty where the scene does not give it.
     pub const fn text(key: &'static CStr, summary: &'static CStr) -> Self {
         Self(Self::raw(abi::PARAM_TEXT, key, c"1", summary))
     }
 
-    /// A file, absolute by the time the plugin sees it; empty when the scene does not give it.
+    /// A path, made absolute by the host; empty where the scene does not give it.
     pub const fn path(key: &'static CStr, summary: &'static CStr) -> Self {
         Self(Self::raw(abi::PARAM_PATH, key, c"1", summary))
     }
 
-    /// Rows of numbers under the named `columns`, written `c"time|x|y|z"`; no rows when the scene does not give it.
+    /// Rows of numbers under the named `columns`, written `c"time|x|y|z"`; no rows where the scene does not give it.
     pub const fn table(key: &'static CStr, columns: &'static CStr, summary: &'static CStr) -> Self {
         let plain = Self::raw(abi::PARAM_TABLE, key, c"1", summary);
         Self(abi::Param { choices: columns.as_ptr(), ..plain })
     }
 
+    /// Its key.
     fn key(&self) -> &'static CStr {
         #[allow(unsafe_code, reason = "reads back a pointer the constructor took from a CStr")]
         // SAFETY: every constructor stores the pointer of a `&'static CStr`.
@@ -64,46 +66,53 @@ impl Param {
     }
 }
 
-/// What a parameter was set to.
+/// Value of a parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
-    /// A number, or the place of a choice.
+    /// A number in the parameter's unit, or the index of a choice.
     Number(f64),
     /// A text or a path.
     Text(String),
-    /// Rows of numbers.
+    /// A table.
     Table(Table),
 }
 
-/// Rows of numbers, row-major.
+/// A table of numbers, row-major.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
-    /// Columns of each row.
+    /// Number of columns.
     pub columns: usize,
-    /// (rows x columns)
+    /// (rows x columns), row-major.
     pub values: Vec<f64>,
 }
 
 impl Table {
-    /// The rows, first to last.
+    /// The rows in order, each of `columns` numbers.
     pub fn rows(&self) -> impl ExactSizeIterator<Item = &[f64]> {
         self.values.chunks_exact(self.columns.max(1))
     }
 }
 
-/// The values of one instance, by key. Every key asked for must have been declared: asking for another panics.
+/// The parameter values of one instance, by key.
+///
+/// # Panics
+/// Every getter panics on a key that is not declared, or declared with another type: that is an error of the plugin's author.
 pub struct Params<'a> {
     declared: &'static [Param],
     values: &'a [Value],
 }
 
 impl<'a> Params<'a> {
-    /// `values` in the order of `declared`; how a test gives parameters to a plugin that is linked in.
+    /// Values of an instance, in the order of `declared`. Tests use it to give parameters to a plugin that is linked in.
+    ///
+    /// # Panics
+    /// If there is not one value for each declared parameter.
     pub fn new(declared: &'static [Param], values: &'a [Value]) -> Self {
         assert_eq!(declared.len(), values.len(), "one value for each declared parameter");
         Self { declared, values }
     }
 
+    /// The value of `key`.
     fn value(&self, key: &str) -> &'a Value {
         match self.declared.iter().position(|p| p.key().to_bytes() == key.as_bytes()) {
             Some(i) => &self.values[i],
@@ -111,7 +120,7 @@ impl<'a> Params<'a> {
         }
     }
 
-    /// A number in its unit.
+    /// A number, in the unit it was declared with.
     pub fn number(&self, key: &str) -> f64 {
         match self.value(key) {
             Value::Number(value) => *value,
@@ -119,12 +128,12 @@ impl<'a> Params<'a> {
         }
     }
 
-    /// The place of a choice among those declared.
+    /// Index of the choice among those declared.
     pub fn choice(&self, key: &str) -> usize {
         self.number(key) as usize
     }
 
-    /// A text or path; `None` when empty.
+    /// A text or path; `None` where it is empty.
     pub fn text(&self, key: &str) -> Option<&'a str> {
         match self.value(key) {
             Value::Text(text) => Some(text.as_str()).filter(|t| !t.is_empty()),
@@ -132,7 +141,7 @@ impl<'a> Params<'a> {
         }
     }
 
-    /// Rows of numbers; `None` when there are none.
+    /// A table; `None` where it has no rows.
     pub fn table(&self, key: &str) -> Option<&'a Table> {
         match self.value(key) {
             Value::Table(table) => Some(table).filter(|t| !t.values.is_empty()),
@@ -141,7 +150,7 @@ impl<'a> Params<'a> {
     }
 }
 
-/// What each parameter is before anyone sets it.
+/// The default of each declared parameter, in their order.
 pub fn defaults(declared: &[Param]) -> Vec<Value> {
     declared
         .iter()
@@ -153,7 +162,7 @@ pub fn defaults(declared: &[Param]) -> Vec<Value> {
         .collect()
 }
 
-/// The place of `key` among the declared parameters.
+/// Index of `key` among the declared parameters, or `None`.
 pub fn position(declared: &[Param], key: &str) -> Option<usize> {
     declared.iter().position(|p| p.key().to_bytes() == key.as_bytes())
 }

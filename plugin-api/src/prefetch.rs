@@ -1,17 +1,18 @@
-//! Memory asked for before its turn comes.
+//! Software prefetch.
 
-/// Asks memory for the line (64 bytes on most processors) in which `list[at]` begins, and does not wait. What is gone through once in
-/// a step is then near when its turn comes: a processor does so by itself within a page (4 KiB), but not across its end, so kernels
-/// ask for what is half a page to two pages ahead. Past the end of a list it asks for what happens to be there, which does no harm.
+/// Prefetches the cache line in which `list[index]` begins, without waiting for it. An index past the end is allowed.
+///
+/// Hardware prefetchers follow a stream within a page (4 KiB) but stop at its end, so a kernel that streams through large arrays
+/// prefetches half a page to two pages ahead.
 #[inline(always)]
-#[allow(unsafe_code, reason = "a prefetch reads nothing")]
-pub fn prefetch<T>(list: &[T], at: usize) {
-    let place = list.as_ptr().wrapping_add(at);
+#[allow(unsafe_code, reason = "a prefetch instruction reads nothing")]
+pub fn prefetch<T>(list: &[T], index: usize) {
+    let address = list.as_ptr().wrapping_add(index);
     #[cfg(target_arch = "x86_64")]
-    // SAFETY: a hint that takes any address: nothing is read, and nothing faults. Every processor of this architecture has it.
+    // SAFETY: the instruction is a hint that takes any address: it reads nothing and cannot fault. Every x86-64 processor has it.
     unsafe {
-        core::arch::x86_64::_mm_prefetch::<{ core::arch::x86_64::_MM_HINT_T0 }>(place.cast());
+        core::arch::x86_64::_mm_prefetch::<{ core::arch::x86_64::_MM_HINT_T0 }>(address.cast());
     }
     #[cfg(not(target_arch = "x86_64"))]
-    let _ = place;
+    let _ = address;
 }

@@ -6,8 +6,8 @@ use pliant_engine::scene;
 use pliant_engine::session::{Options, Session};
 use pliant_host::Search;
 use pliant_neo_hookean::NeoHookean;
-use pliant_plugin_api::kit::{self, Body, Subject};
-use pliant_plugin_api::{Tangent, abi};
+use pliant_plugin_api::kit::{self, Body, MaterialUnderTest};
+use pliant_plugin_api::{TangentScale, abi};
 use pliant_tests::{library, root, shared_mesh};
 use std::hint::black_box;
 use std::time::Instant;
@@ -28,10 +28,10 @@ fn least(runs: u32, mut run: impl FnMut()) -> f64 {
 }
 
 /// A block in a state that is not rest.
-fn body(material: &(impl Subject + ?Sized), cells: [u32; 3]) -> Body {
+fn body(material: &(impl MaterialUnderTest + ?Sized), cells: [u32; 3]) -> Body {
     let families = abi::STRUCTURAL | abi::SHEAR;
     let block = kit::block(cells, 0.01, families);
-    let mut body = Body::new(material, block.rest.clone(), |r| block.given(r.kind)).unwrap();
+    let mut body = Body::new(material, block.rest.clone(), |r| block.elements(r.kind)).unwrap();
     for (i, x) in body.x.iter_mut().enumerate() {
         *x = [1.1 * x[0] + 1e-3 * (i as f64).sin(), x[1] + 1e-3 * (2.0 * i as f64).cos(), 0.95 * x[2]];
     }
@@ -39,7 +39,7 @@ fn body(material: &(impl Subject + ?Sized), cells: [u32; 3]) -> Body {
 }
 
 /// s: one call for a single tetrahedron; forces and matrix of many elements.
-fn costs(material: &(impl Subject + ?Sized), cells: [u32; 3]) -> [f64; 3] {
+fn costs(material: &(impl MaterialUnderTest + ?Sized), cells: [u32; 3]) -> [f64; 3] {
     const CALLS: usize = 100_000;
     let (small, large) = (body(material, [1, 1, 1]), body(material, cells));
     let mut force = vec![[0.0; 3]; large.x.len()];
@@ -50,7 +50,7 @@ fn costs(material: &(impl Subject + ?Sized), cells: [u32; 3]) -> [f64; 3] {
         }
     });
     let forces = least(50, || large.add_forces(material, black_box(&mut force)).unwrap());
-    let scale = Tangent { stiffness: 1.0, damping: 1.0 };
+    let scale = TangentScale { stiffness: 1.0, damping: 1.0 };
     let tangent = least(10, || drop(black_box(large.blocks(material, scale, usize::MAX).unwrap())));
     [call / CALLS as f64, forces, tangent]
 }
@@ -76,7 +76,7 @@ fn border() {
     for name in ["neo-hookean", "corotational", "mass-spring"] {
         let material = library(name).candidate(0).open(&[]).unwrap();
         let count: usize = body(&material, cells)
-            .counts()
+            .element_counts()
             .filter(|(r, _)| r.flags & abi::HAS_FORCES != 0)
             .map(|(_, count)| count)
             .sum();

@@ -183,7 +183,7 @@ fn lattice(pool: &Pool, cells: usize, memory: f64) {
         let block = kit::block([cells as u32; 3], 2.5e-3, abi::STRUCTURAL | abi::SHEAR | abi::FLEXION);
         system.nodes = Nodes::at_rest(block.rest.clone());
         for set in &mut system.sets {
-            let given = block.given(set.request().kind);
+            let given = block.elements(set.request().kind);
             let list = set.list_mut();
             (list.nodes, list.family, list.measure) = (given.nodes, given.family, given.measure);
         }

@@ -28,7 +28,7 @@ pub fn block(material: Material, cells: [u32; 3], h: f64) -> System {
     system.nodes = Nodes::at_rest(block.rest.clone());
     for set in &mut system.sets {
         let kind = set.request().kind;
-        let given = block.given(kind);
+        let given = block.elements(kind);
         let list = set.list_mut();
         (list.nodes, list.family, list.measure) = (given.nodes, given.family, given.measure);
         list.measure.resize(list.nodes.len() / kit::corners(kind), 1.0);

@@ -7,12 +7,12 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 
 /// What the conformance suite asks of a device besides what it asks of every plugin.
 pub const CASES_OF_A_DEVICE: [&str; 6] = [
-    "limits-make-sense",
-    "poses-are-sound",
-    "force-stays-in-limits",
-    "stop-is-at-once",
+    "limits-are-valid",
+    "poses-are-valid",
+    "force-stays-within-limits",
+    "stop-is-immediate",
     "stale-force-expires",
-    "unplugged-is-silent",
+    "reopened-device-is-silent",
 ];
 
 /// A running twin; ended when dropped.

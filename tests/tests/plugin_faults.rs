@@ -55,8 +55,8 @@ fn a_plugin_that_fails_when_it_is_opened_ends_the_run_before_it_begins() {
         ([material, "panics-in-build", device], &["panics-in-build", "build", "panicked on purpose, in build"]),
         ([material, "refuses-in-build", device], &["refuses-in-build", "build", "refused on purpose"]),
         (
-            [material, "falling-ids", device],
-            &["body `block`", "falling-ids", "region", "ids of nodes or cells do not rise"],
+            [material, "descending-ids", device],
+            &["body `block`", "descending-ids", "region", "ids of nodes or cells do not rise"],
         ),
         ([material, "link-to-nowhere", device], &["link-to-nowhere", "region", "joins [0, 1073741824] of 125 nodes"]),
         (["not-there", grid, device], &["no material `not-there` in it; it has", "material `sound-springs`"]),
@@ -108,7 +108,7 @@ fn a_device_that_fails_is_lost_and_one_that_gives_nonsense_is_let_go() {
     for (device, said, code) in [
         ("panics-in-read", "panicked on purpose, in read", 3),
         ("lost-in-read", "unplugged on purpose", 3),
-        ("places-not-a-number", "", 0),
+        ("positions-not-a-number", "", 0),
     ] {
         let bench = Bench::new();
         // 50 ms after the last good sample the hand is let go.
@@ -163,11 +163,11 @@ fn what_one_plugin_does_wrong_changes_nothing_for_the_others() {
         ("panics-in-forces", "sound-finger"),
         ("forces-not-a-number", "sound-finger"),
         ("sound-springs", "panics-in-read"),
-        ("sound-springs", "places-not-a-number"),
+        ("sound-springs", "positions-not-a-number"),
         ("panics-in-forces", "lost-in-read"),
     ] {
         bench.write("scene.toml", beside(material, device));
-        bench.pliant(&args).expect(if device == "places-not-a-number" { 0 } else { 3 });
+        bench.pliant(&args).expect(if device == "positions-not-a-number" { 0 } else { 3 });
         let summary = bench.summary("out");
         assert!(summary["bodies"][0].get("frozen").is_none(), "{summary}");
         assert_eq!(summary["bodies"][1].get("frozen").is_some(), material != "sound-springs", "{summary}");

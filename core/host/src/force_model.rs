@@ -2,7 +2,7 @@
 
 use super::material::Material;
 use pliant_plugin_api::abi::{self, Batch};
-use pliant_plugin_api::{ElementRequest, PlanesMut, Tangent};
+use pliant_plugin_api::{ElementRequest, PlanesMut, TangentScale};
 use pliant_solver::{ElementCall, ForceError, ForceModel};
 use std::ptr::null;
 
@@ -56,7 +56,7 @@ impl ForceModel for Material {
     fn tangent(
         &self,
         call: &ElementCall<'_>,
-        Tangent { stiffness, damping }: Tangent,
+        TangentScale { stiffness, damping }: TangentScale,
         slots: &[u32],
         first: usize,
         values: &mut [[f64; 9]],
@@ -85,7 +85,7 @@ impl ForceModel for Material {
 
     fn strain(&self, call: &ElementCall<'_>, planes: &mut PlanesMut<'_>) -> Result<(), ForceError> {
         let strain = self.coupled.and_then(|table| table.strain).expect("checked when it was opened");
-        let base = planes.base_for(&call.range, (13, call.elements.len() / call.corners));
+        let base = planes.base_for(&call.range, 13, call.elements.len() / call.corners);
         // SAFETY: [sim & active]; `planes` holds the planes of all elements, and those of the call's range, which are all that the
         // call writes, are ours.
         Ok(self.instance.done("strain", unsafe { strain(self.instance.plugin(), &batch(call), base) })?)
@@ -136,7 +136,7 @@ impl ForceModel for Material {
     fn single_tangent(
         &self,
         call: &ElementCall<'_>,
-        Tangent { stiffness, damping }: Tangent,
+        TangentScale { stiffness, damping }: TangentScale,
         slots: &[u32],
         first: usize,
         values: &mut [[f32; 9]],

@@ -91,7 +91,7 @@ impl Library {
     pub fn candidate(&'static self, index: usize) -> Candidate {
         assert!(index < self.plugins.len(), "plugin {index} of {}", self.plugins.len());
         // SAFETY: the entry and every descriptor were checked when the library was opened.
-        unsafe { Candidate::exported(self.table, index as u32) }
+        unsafe { Candidate::from_library(self.table, index as u32) }
     }
 
     /// The plugin of `kind` called `name`: by its whole id or the last part of it.

@@ -16,18 +16,18 @@ pub fn real_time() -> Finding {
     let mask = status.lines().find_map(|l| l.strip_prefix("CapEff:")).unwrap_or_default();
     let mask = u64::from_str_radix(mask.trim(), 16).unwrap_or(0);
     match soft {
-        _ if mask >> SYS_NICE & 1 == 1 => Finding::good("real-time rights", "CAP_SYS_NICE"),
-        "0" => Finding::wanting(
+        _ if mask >> SYS_NICE & 1 == 1 => Finding::present("real-time rights", "CAP_SYS_NICE"),
+        "0" => Finding::degraded(
             "real-time rights",
             "the limit of the real-time priority is 0",
             "add `@USERS - rtprio 80` to /etc/security/limits.conf and log in again, or expect missed deadlines under load",
         ),
-        soft => Finding::good("real-time rights", format!("real-time priority up to {soft}")),
+        soft => Finding::present("real-time rights", format!("real-time priority up to {soft}")),
     }
 }
 
 /// Whether a haptic thread may run before everything else.
 #[cfg(not(target_os = "linux"))]
 pub fn real_time() -> Finding {
-    Finding::wanting("real-time rights", "not known how to ask on this system", "expect missed deadlines under load")
+    Finding::degraded("real-time rights", "not known how to ask on this system", "expect missed deadlines under load")
 }

@@ -3,7 +3,7 @@
 //! The solver calls a [`ForceModel`] on ranges of elements ([`ElementCall`]) and never learns where it comes from: `pliant-host`
 //! implements it for a plugin, a test or a program may implement it directly.
 
-use pliant_plugin_api::{ElementRequest, PlanesMut, Tangent};
+use pliant_plugin_api::{ElementRequest, PlanesMut, TangentScale};
 use std::ops::Range;
 use thiserror::Error;
 
@@ -116,7 +116,7 @@ pub trait ForceModel: Send + Sync {
     fn tangent(
         &self,
         call: &ElementCall<'_>,
-        tangent: Tangent,
+        tangent: TangentScale,
         slots: &[u32],
         first: usize,
         values: &mut [[f64; 9]],
@@ -134,7 +134,7 @@ pub trait ForceModel: Send + Sync {
     fn single_tangent(
         &self,
         _call: &ElementCall<'_>,
-        _tangent: Tangent,
+        _tangent: TangentScale,
         _slots: &[u32],
         _first: usize,
         _values: &mut [[f32; 9]],

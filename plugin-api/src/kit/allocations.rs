@@ -1,26 +1,29 @@
-//! Counting what a test takes from the system's memory.
-#![allow(unsafe_code, reason = "an allocator passes every call on")]
+//! Counts heap allocations of a test.
+#![allow(unsafe_code, reason = "an allocator that forwards every call")]
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// The system's allocator, counting calls: `#[global_allocator] static A: CountingAllocator = CountingAllocator;` in a test.
-/// It sees a plugin that is linked into the test, and not one in a shared library: that has an allocator of its own.
+/// The system allocator with a count of calls: `#[global_allocator] static A: CountingAllocator = CountingAllocator;` in a test.
+///
+/// It counts for plugins that are linked into the test; a plugin in a shared library has an allocator of its own.
 pub struct CountingAllocator;
 
+/// Whether this allocator is the global one: it has been called.
 static INSTALLED: AtomicBool = AtomicBool::new(false);
 
 thread_local! {
     static COUNT: Cell<u64> = const { Cell::new(0) };
 }
 
+/// Counts one allocation of this thread.
 fn count() {
     INSTALLED.store(true, Ordering::Relaxed);
     let _ = COUNT.try_with(|c| c.set(c.get() + 1));
 }
 
-// SAFETY: passes every call on to the system's allocator.
+// SAFETY: forwards every call to the system allocator.
 unsafe impl GlobalAlloc for CountingAllocator {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         count();
@@ -40,7 +43,7 @@ unsafe impl GlobalAlloc for CountingAllocator {
     }
 }
 
-/// Allocations of this thread so far; `None` without a [`CountingAllocator`].
+/// Allocations of this thread so far, one of its own included; `None` where [`CountingAllocator`] is not the global allocator.
 pub fn allocations() -> Option<u64> {
     std::hint::black_box(Vec::<u8>::with_capacity(1));
     INSTALLED.load(Ordering::Relaxed).then(|| COUNT.with(Cell::get))

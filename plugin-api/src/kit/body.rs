@@ -1,28 +1,47 @@
-//! Nodes and elements in a state, and what a material makes of them.
+//! A small body for tests, and what a material computes for it.
 
-use super::subject::{Call, Subject};
-use super::{Given, corners};
+use super::tested_material::{Call, MaterialUnderTest};
+use super::{ElementList, corners};
 use crate::abi;
 use crate::fault::Fault;
-use crate::material::{ElementRequest, Tangent};
+use crate::material::{ElementRequest, TangentScale};
 use core::marker::PhantomData;
 use std::ops::Range;
 use std::ptr::null;
 
-/// Nodes and elements in a state.
+/// Nodes in a state, and the elements between them: a body without a host. n is the number of its nodes.
 #[derive(Clone, Debug, Default)]
 pub struct Body {
-    /// m (n x 3)
+    /// Rest positions, m (n x 3).
     pub rest: Vec<[f64; 3]>,
-    /// m (n x 3)
+    /// Positions, m (n x 3).
     pub x: Vec<[f64; 3]>,
-    /// m/s (n x 3)
+    /// Velocities, m/s (n x 3).
     pub v: Vec<[f64; 3]>,
-    parts: Vec<Part>,
+    /// One set for each request of the material, in its order.
+    sets: Vec<ElementSet>,
 }
 
+/// Values of elements with K corners, plane-major.
+#[derive(Clone, Debug, Default)]
+pub struct ElementPlanes<const K: usize> {
+    /// (planes x m)
+    pub values: Vec<f64>,
+    /// Nodes of each element (m x K).
+    pub corners: Vec<[u32; K]>,
+}
+
+impl<const K: usize> ElementPlanes<K> {
+    /// One plane (m).
+    pub fn plane(&self, plane: usize) -> &[f64] {
+        let m = self.corners.len();
+        &self.values[plane * m..(plane + 1) * m]
+    }
+}
+
+/// The elements of one request, with their data.
 #[derive(Clone, Debug)]
-struct Part {
+struct ElementSet {
     request: ElementRequest,
     corners: usize,
     nodes: Vec<u32>,
@@ -33,157 +52,161 @@ struct Part {
     history: Vec<f64>,
 }
 
-impl Part {
+impl ElementSet {
+    /// Number of elements.
     fn count(&self) -> usize {
         self.nodes.len() / self.corners
+    }
+
+    /// Number of blocks: one for each pair of corners of each element.
+    fn block_count(&self) -> usize {
+        self.count() * self.corners * (self.corners + 1) / 2
     }
 }
 
 impl Body {
-    /// A body at rest with the elements `material` asks for, which `elements` gives by kind; rest data written.
+    /// A body at rest with the elements `elements` gives for each request of `material`, and their rest data.
     ///
     /// # Errors
-    /// What the material says of the rest shape.
-    pub fn new<S: Subject + ?Sized>(
+    /// The material's fault about the rest shape.
+    ///
+    /// # Panics
+    /// On an element with a node that does not exist.
+    pub fn new<S: MaterialUnderTest + ?Sized>(
         material: &S,
         rest: Vec<[f64; 3]>,
-        elements: impl Fn(&ElementRequest) -> Given,
+        elements: impl Fn(&ElementRequest) -> ElementList,
     ) -> Result<Self, Fault> {
-        let mut body = Self { x: rest.clone(), v: vec![[0.0; 3]; rest.len()], rest, parts: Vec::new() };
-        for request in material.wants()? {
-            let given = elements(&request);
+        let mut body = Self { x: rest.clone(), v: vec![[0.0; 3]; rest.len()], rest, sets: Vec::new() };
+        for request in material.element_requests()? {
+            let list = elements(&request);
             let corners = corners(request.kind);
-            let count = given.nodes.len() / corners;
-            assert!(given.nodes.iter().all(|n| (*n as usize) < body.rest.len()), "a node there is not");
-            let or = |list: Vec<f64>| if list.is_empty() { vec![1.0; count] } else { list };
-            body.parts.push(Part {
+            let count = list.nodes.len() / corners;
+            assert!(list.nodes.iter().all(|n| (*n as usize) < body.rest.len()), "every corner is a node");
+            body.sets.push(ElementSet {
                 request,
                 corners,
-                nodes: given.nodes,
-                family: if given.family.is_empty() { vec![abi::STRUCTURAL; count] } else { given.family },
-                measure: or(given.measure),
-                material: given.material,
+                nodes: list.nodes,
+                family: if list.family.is_empty() { vec![abi::STRUCTURAL; count] } else { list.family },
+                measure: if list.measure.is_empty() { vec![1.0; count] } else { list.measure },
+                material: list.material,
                 rest_data: vec![0.0; count * request.rest_stride as usize],
                 history: vec![0.0; count * request.history_stride as usize],
             });
         }
-        for p in 0..body.parts.len() {
-            if body.parts[p].request.rest_stride == 0 {
-                continue;
-            }
-            let mut data = std::mem::take(&mut body.parts[p].rest_data);
-            material.rest_of(&body.call(p, 0..body.parts[p].count()), &mut data)?;
-            body.parts[p].rest_data = data;
+        for s in (0..body.sets.len()).filter(|s| body.sets[*s].request.rest_stride > 0).collect::<Vec<_>>() {
+            let mut data = std::mem::take(&mut body.sets[s].rest_data);
+            material.call_rest(&body.call(s, 0..body.sets[s].count()), &mut data)?;
+            body.sets[s].rest_data = data;
         }
         Ok(body)
     }
 
-    /// The call for a range of a part's elements, with the span of nodes they touch.
-    fn call(&self, part: usize, range: Range<usize>) -> Call<'_> {
-        let p = &self.parts[part];
-        let touched = || p.nodes[range.start * p.corners..range.end * p.corners].iter().map(|n| *n as usize);
-        let window = (touched().min().unwrap_or(0), touched().max().map_or(0, |n| n + 1));
+    /// The call for a range of a set's elements, with the span of nodes these have.
+    fn call(&self, set: usize, range: Range<usize>) -> Call<'_> {
+        let set = &self.sets[set];
+        let nodes = || set.nodes[range.start * set.corners..range.end * set.corners].iter().map(|n| *n as usize);
         let or_null = |list: &[f64]| if list.is_empty() { null() } else { list.as_ptr() };
         let batch = abi::Batch {
             size: size_of::<abi::Batch>(),
-            kind: p.request.kind,
-            corners: p.corners as u32,
+            kind: set.request.kind,
+            corners: set.corners as u32,
             begin: range.start,
             end: range.end,
-            count: p.count(),
-            node_begin: window.0,
-            node_end: window.1,
+            count: set.count(),
+            node_begin: nodes().min().unwrap_or(0),
+            node_end: nodes().max().map_or(0, |n| n + 1),
             nodes: self.rest.len(),
-            elements: p.nodes.as_ptr(),
-            family: if p.request.kind == abi::LINK { p.family.as_ptr() } else { null() },
-            measure: p.measure.as_ptr(),
-            material: or_null(&p.material),
+            elements: set.nodes.as_ptr(),
+            family: if set.request.kind == abi::LINK { set.family.as_ptr() } else { null() },
+            measure: set.measure.as_ptr(),
+            material: or_null(&set.material),
             rest: self.rest.as_ptr().cast(),
             x: self.x.as_ptr().cast(),
             v: self.v.as_ptr().cast(),
-            rest_data: or_null(&p.rest_data),
-            history: or_null(&p.history),
+            rest_data: or_null(&set.rest_data),
+            history: or_null(&set.history),
             time: 0.0,
             dt: 1e-3,
         };
         Call { batch, borrowed: PhantomData }
     }
 
-    /// Runs `run` on every part with `flag`, in ranges of at most `most` elements.
-    pub(super) fn each(
+    /// Runs `run` (index of the set, call) for every set with `flag`, in calls of at most `max_elements` elements.
+    pub(super) fn for_each_call(
         &self,
         flag: u32,
-        most: usize,
+        max_elements: usize,
         mut run: impl FnMut(usize, &Call<'_>) -> Result<(), Fault>,
     ) -> Result<(), Fault> {
-        for p in (0..self.parts.len()).filter(|p| self.parts[*p].request.flags & flag != 0) {
-            let count = self.parts[p].count();
-            for begin in (0..count).step_by(most.clamp(1, count.max(1))) {
-                run(p, &self.call(p, begin..count.min(begin.saturating_add(most))))?;
+        for set in (0..self.sets.len()).filter(|s| self.sets[*s].request.flags & flag != 0) {
+            let count = self.sets[set].count();
+            for begin in (0..count).step_by(max_elements.clamp(1, count.max(1))) {
+                run(set, &self.call(set, begin..count.min(begin.saturating_add(max_elements))))?;
             }
         }
         Ok(())
     }
 
-    /// Whether any element has all of these flags.
+    /// Whether a kind of element has all of these flags ([`abi::HAS_MASS`], ...).
     pub fn has(&self, flags: u32) -> bool {
-        self.parts.iter().any(|p| p.request.flags & flags == flags)
+        self.sets.iter().any(|s| s.request.flags & flags == flags)
     }
 
-    /// Elements of every kind, and the flags of each.
-    pub fn counts(&self) -> impl Iterator<Item = (ElementRequest, usize)> + '_ {
-        self.parts.iter().map(|p| (p.request, p.count()))
+    /// Every request, with the number of its elements.
+    pub fn element_counts(&self) -> impl Iterator<Item = (ElementRequest, usize)> + '_ {
+        self.sets.iter().map(|s| (s.request, s.count()))
     }
 
-    /// kg (n)
+    /// Lumped masses, kg (n).
     ///
     /// # Errors
-    /// What the material says.
-    pub fn mass<S: Subject + ?Sized>(&self, material: &S) -> Result<Vec<f64>, Fault> {
+    /// The material's fault.
+    pub fn mass<S: MaterialUnderTest + ?Sized>(&self, material: &S) -> Result<Vec<f64>, Fault> {
         let mut mass = vec![0.0; self.rest.len()];
-        self.each(abi::HAS_MASS, usize::MAX, |_, call| material.mass_of(call, &mut mass))?;
+        self.for_each_call(abi::HAS_MASS, usize::MAX, |_, call| material.call_mass(call, &mut mass))?;
         Ok(mass)
     }
 
-    /// J
+    /// Elastic energy, J.
     ///
     /// # Errors
-    /// What the material says.
-    pub fn energy<S: Subject + ?Sized>(&self, material: &S) -> Result<f64, Fault> {
+    /// The material's fault.
+    pub fn energy<S: MaterialUnderTest + ?Sized>(&self, material: &S) -> Result<f64, Fault> {
         let mut energy = 0.0;
-        self.each(abi::HAS_FORCES, usize::MAX, |_, call| {
-            energy += material.energy_of(call)?;
+        self.for_each_call(abi::HAS_FORCES, usize::MAX, |_, call| {
+            energy += material.call_energy(call)?;
             Ok(())
         })?;
         Ok(energy)
     }
 
-    /// Adds to `force`, N (n x 3).
+    /// Adds nodal forces to `force`, N (n x 3).
     ///
     /// # Errors
-    /// What the material says.
-    pub fn add_forces<S: Subject + ?Sized>(&self, material: &S, force: &mut [[f64; 3]]) -> Result<(), Fault> {
-        self.add_forces_in(material, usize::MAX, force)
+    /// The material's fault.
+    pub fn add_forces<S: MaterialUnderTest + ?Sized>(&self, material: &S, force: &mut [[f64; 3]]) -> Result<(), Fault> {
+        self.add_forces_in_calls(material, usize::MAX, force)
     }
 
-    /// The same, in ranges of at most `most` elements.
+    /// Adds nodal forces to `force`, N (n x 3), in calls of at most `max_elements` elements.
     ///
     /// # Errors
-    /// What the material says.
-    pub fn add_forces_in<S: Subject + ?Sized>(
+    /// The material's fault.
+    pub fn add_forces_in_calls<S: MaterialUnderTest + ?Sized>(
         &self,
         material: &S,
-        most: usize,
+        max_elements: usize,
         force: &mut [[f64; 3]],
     ) -> Result<(), Fault> {
-        self.each(abi::HAS_FORCES, most, |_, call| material.forces_of(call, force))
+        self.for_each_call(abi::HAS_FORCES, max_elements, |_, call| material.call_forces(call, force))
     }
 
-    /// N (n x 3)
+    /// Nodal forces, N (n x 3).
     ///
     /// # Errors
-    /// What the material says.
-    pub fn forces<S: Subject + ?Sized>(&self, material: &S) -> Result<Vec<[f64; 3]>, Fault> {
+    /// The material's fault.
+    pub fn forces<S: MaterialUnderTest + ?Sized>(&self, material: &S) -> Result<Vec<[f64; 3]>, Fault> {
         let mut force = vec![[0.0; 3]; self.rest.len()];
         self.add_forces(material, &mut force)?;
         Ok(force)
@@ -192,88 +215,88 @@ impl Body {
     /// Dense `scale.stiffness K + scale.damping C`, N/m, (3n x 3n) row-major.
     ///
     /// # Errors
-    /// What the material says.
-    pub fn tangent<S: Subject + ?Sized>(&self, material: &S, scale: Tangent) -> Result<Vec<f64>, Fault> {
+    /// The material's fault.
+    pub fn tangent<S: MaterialUnderTest + ?Sized>(&self, material: &S, scale: TangentScale) -> Result<Vec<f64>, Fault> {
         let blocks = self.blocks(material, scale, usize::MAX)?;
         Ok(self.dense(&blocks))
     }
 
-    /// The blocks of every element with forces, N/m (m x pairs x 9 for each part), in ranges of at most `most` elements.
+    /// The blocks of every element with forces, N/m (sets x elements * pairs x 9), computed in calls of at most `max_elements` elements.
     ///
     /// # Errors
-    /// What the material says.
-    pub fn blocks<S: Subject + ?Sized>(
+    /// The material's fault.
+    pub fn blocks<S: MaterialUnderTest + ?Sized>(
         &self,
         material: &S,
-        scale: Tangent,
-        most: usize,
+        scale: TangentScale,
+        max_elements: usize,
     ) -> Result<Vec<Vec<[f64; 9]>>, Fault> {
-        let size = |p: &Part| p.count() * p.corners * (p.corners + 1) / 2;
-        let slots: Vec<Vec<u32>> = self.parts.iter().map(|p| (0..size(p) as u32).collect()).collect();
-        let mut out: Vec<Vec<[f64; 9]>> = self.parts.iter().map(|p| vec![[0.0; 9]; size(p)]).collect();
-        self.each(abi::HAS_FORCES, most, |p, call| material.tangent_of(call, scale, &slots[p], &mut out[p]))?;
+        let slots: Vec<Vec<u32>> = self.sets.iter().map(|s| (0..s.block_count() as u32).collect()).collect();
+        let mut out: Vec<Vec<[f64; 9]>> = self.sets.iter().map(|s| vec![[0.0; 9]; s.block_count()]).collect();
+        self.for_each_call(abi::HAS_FORCES, max_elements, |s, call| {
+            material.call_tangent(call, scale, &slots[s], &mut out[s])
+        })?;
         Ok(out)
     }
 
-    /// The same in single precision, of elements that have it: only blocks of two corners.
+    /// [`Body::blocks`] in single precision, of elements with [`abi::HAS_SINGLE`]: diagonal blocks are zero.
     ///
     /// # Errors
-    /// What the material says.
-    pub fn single_blocks<S: Subject + ?Sized>(
+    /// The material's fault.
+    pub fn single_blocks<S: MaterialUnderTest + ?Sized>(
         &self,
         material: &S,
-        scale: Tangent,
-        most: usize,
+        scale: TangentScale,
+        max_elements: usize,
     ) -> Result<Vec<Vec<[f32; 9]>>, Fault> {
-        let size = |p: &Part| p.count() * p.corners * (p.corners + 1) / 2;
-        let slots: Vec<Vec<u32>> = self.parts.iter().map(|p| (0..size(p) as u32).collect()).collect();
-        let mut out: Vec<Vec<[f32; 9]>> = self.parts.iter().map(|p| vec![[0.0; 9]; size(p)]).collect();
-        self.each(abi::HAS_SINGLE, most, |p, call| material.single_tangent_of(call, scale, &slots[p], &mut out[p]))?;
+        let slots: Vec<Vec<u32>> = self.sets.iter().map(|s| (0..s.block_count() as u32).collect()).collect();
+        let mut out: Vec<Vec<[f32; 9]>> = self.sets.iter().map(|s| vec![[0.0; 9]; s.block_count()]).collect();
+        self.for_each_call(abi::HAS_SINGLE, max_elements, |s, call| {
+            material.call_single_tangent(call, scale, &slots[s], &mut out[s])
+        })?;
         Ok(out)
     }
 
-    /// Coupled hinges: strains, m, and their gradients by corner and axis (13 x m, plane-major), and their corners (m).
+    /// Coupled hinges: plane 0 the strain, m, planes 1 to 12 its gradient by corner and axis. Values not written are NaN.
     ///
     /// # Errors
-    /// What the material says.
-    pub fn strains<S: Subject + ?Sized>(&self, material: &S) -> Result<(Vec<f64>, Vec<[u32; 4]>), Fault> {
-        self.planes((abi::HINGE, abi::IS_COUPLED), 13, |call, out| material.strain_of(call, out))
+    /// The material's fault.
+    pub fn strains<S: MaterialUnderTest + ?Sized>(&self, material: &S) -> Result<ElementPlanes<4>, Fault> {
+        self.element_planes(abi::HINGE, abi::IS_COUPLED, 13, |call, out| material.call_strain(call, out))
     }
 
-    /// Coupled triangles: compliances between the sides, m/N (6 x m, plane-major), and their corners (m).
+    /// Coupled triangles: compliance between the sides 01, 12, 20, m/N (6 planes). Values not written are NaN.
     ///
     /// # Errors
-    /// What the material says.
-    pub fn compliances<S: Subject + ?Sized>(&self, material: &S) -> Result<(Vec<f64>, Vec<[u32; 3]>), Fault> {
-        self.planes((abi::TRIANGLE, abi::IS_COUPLED), 6, |call, out| material.compliance_of(call, out))
+    /// The material's fault.
+    pub fn compliances<S: MaterialUnderTest + ?Sized>(&self, material: &S) -> Result<ElementPlanes<3>, Fault> {
+        self.element_planes(abi::TRIANGLE, abi::IS_COUPLED, 6, |call, out| material.call_compliance(call, out))
     }
 
-    /// NaN where nothing was written.
-    pub(super) fn planes<const K: usize>(
+    /// `plane_count` planes that `fill` writes for the elements of a kind with `flag`; NaN where nothing was written.
+    pub(super) fn element_planes<const K: usize>(
         &self,
-        (kind, flag): (u32, u32),
-        planes: usize,
+        kind: u32,
+        flag: u32,
+        plane_count: usize,
         mut fill: impl FnMut(&Call<'_>, &mut [f64]) -> Result<(), Fault>,
-    ) -> Result<(Vec<f64>, Vec<[u32; K]>), Fault> {
-        let Some(part) = self.parts.iter().find(|p| p.request.kind == kind) else { return Ok(Default::default()) };
-        let mut out = vec![f64::NAN; planes * part.count()];
-        self.each(
-            flag,
-            usize::MAX,
-            |p, call| {
-                if self.parts[p].request.kind == kind { fill(call, &mut out) } else { Ok(()) }
-            },
-        )?;
-        Ok((out, part.nodes.as_chunks::<K>().0.to_vec()))
+    ) -> Result<ElementPlanes<K>, Fault> {
+        let Some(set) = self.sets.iter().find(|s| s.request.kind == kind) else { return Ok(Default::default()) };
+        let mut values = vec![f64::NAN; plane_count * set.count()];
+        self.for_each_call(flag, usize::MAX, |s, call| {
+            if self.sets[s].request.kind == kind { fill(call, &mut values) } else { Ok(()) }
+        })?;
+        Ok(ElementPlanes { values, corners: set.nodes.as_chunks::<K>().0.to_vec() })
     }
 
+    /// The sum of all elements' blocks as a dense matrix (3n x 3n), row-major.
     fn dense(&self, blocks: &[Vec<[f64; 9]>]) -> Vec<f64> {
         let width = 3 * self.rest.len();
         let mut dense = vec![0.0; width * width];
-        for (part, blocks) in self.parts.iter().zip(blocks) {
-            let k = part.corners;
+        for (set, blocks) in self.sets.iter().zip(blocks) {
+            let k = set.corners;
             let pairs = (0..k).flat_map(|a| (a..k).map(move |b| (a, b)));
-            for (element, e) in part.nodes.chunks_exact(k).zip(0..) {
+            for (element, e) in set.nodes.chunks_exact(k).zip(0..) {
                 for ((a, b), pair) in pairs.clone().zip(0..) {
                     let (i, j) = (3 * element[a] as usize, 3 * element[b] as usize);
                     for (r, c) in (0..3).flat_map(|r| (0..3).map(move |c| (r, c))) {

@@ -1,27 +1,27 @@
-//! A plugin to be held against the suite: a descriptor, and a way to make instances.
+//! A plugin to run the conformance suite on: its descriptor, and a way to make instances.
 #![allow(unsafe_code, reason = "plays the host")]
 
-use super::opened::Opened;
+use super::instance::TestInstance;
 use crate::abi;
 use crate::fault::Fault;
 use crate::instance::{DescriptorOf, Role, create};
 use core::ffi::CStr;
 
-/// What a plugin is.
+/// Kind of a plugin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// See [`abi::KIND_GRID`].
+    /// [`abi::KIND_GRID`].
     Grid,
-    /// See [`abi::KIND_MATERIAL`].
+    /// [`abi::KIND_MATERIAL`].
     Material,
-    /// See [`abi::KIND_DEVICE`].
+    /// [`abi::KIND_DEVICE`].
     Device,
 }
 
 type Descriptor = Box<dyn Fn() -> *const abi::Descriptor>;
 type Create = Box<dyn Fn(*const abi::Host, &CStr) -> *const abi::Plugin>;
 
-/// A plugin of any language, behind its table.
+/// A plugin of any language, called through its C tables.
 pub struct Candidate {
     descriptor: Descriptor,
     create: Create,
@@ -35,11 +35,11 @@ impl Candidate {
         Self { descriptor: Box::new(DescriptorOf::<R>::GET), create: Box::new(make) }
     }
 
-    /// Plugin `index` of an opened library.
+    /// Plugin number `index` of an opened library.
     ///
     /// # Safety
     /// `entry` was checked as a host checks it: version, sizes, functions that are not null, and a descriptor at `index`.
-    pub unsafe fn exported(entry: &'static abi::Library, index: u32) -> Self {
+    pub unsafe fn from_library(entry: &'static abi::Library, index: u32) -> Self {
         let (descriptor, create) = (entry.descriptor.expect("checked"), entry.create.expect("checked"));
         Self {
             // SAFETY: [any].
@@ -49,19 +49,19 @@ impl Candidate {
         }
     }
 
-    /// What it says of itself. Asked anew each time.
+    /// The descriptor. Each call asks the plugin again.
     pub fn descriptor(&self) -> &'static abi::Descriptor {
         // SAFETY: a descriptor lives as long as its library, which is never unloaded.
         unsafe { &*(self.descriptor)() }
     }
 
-    /// Its id.
+    /// Id of the plugin.
     pub fn id(&self) -> &'static CStr {
         // SAFETY: strings of a descriptor live as long as the library.
         unsafe { CStr::from_ptr(self.descriptor().id) }
     }
 
-    /// What it is; a kind of a later version counts as none.
+    /// Kind of the plugin; `None` for one this version does not know.
     pub fn kind(&self) -> Option<Kind> {
         match self.descriptor().kind {
             abi::KIND_GRID => Some(Kind::Grid),
@@ -71,20 +71,20 @@ impl Candidate {
         }
     }
 
-    /// Its parameters.
+    /// The declared parameters, in the order their indices count.
     pub fn params(&self) -> Vec<&'static abi::Param> {
         let d = self.descriptor();
         // SAFETY: the header: parameters follow each other `param_size` apart and live as long as the library.
         (0..d.param_count).map(|i| unsafe { &*d.params.byte_add(i * d.param_size) }).collect()
     }
 
-    /// Key of a parameter.
+    /// Key of a parameter; `?` where it is not UTF-8.
     pub fn key(param: &abi::Param) -> &'static str {
         // SAFETY: strings of a descriptor live as long as the library.
         unsafe { CStr::from_ptr(param.key) }.to_str().unwrap_or("?")
     }
 
-    /// The choices of a parameter, or its columns.
+    /// The choices of a parameter, or the columns of a table; empty for other kinds.
     pub fn choices(param: &abi::Param) -> Vec<&'static str> {
         if param.choices.is_null() {
             return Vec::new();
@@ -93,21 +93,21 @@ impl Candidate {
         unsafe { CStr::from_ptr(param.choices) }.to_str().unwrap_or("").split('|').collect()
     }
 
-    /// The raw instance function.
+    /// Calls the plugin's `create`; null where it refuses.
     pub(super) fn create(&self, host: *const abi::Host, id: &CStr) -> *const abi::Plugin {
         (self.create)(host, id)
     }
 
-    /// Makes an instance, sets numbers by place, and activates it.
+    /// Makes an instance, sets numbers and choices by parameter index, and activates it.
     ///
     /// # Errors
-    /// What the plugin says.
-    pub fn open(&self, numbers: &[(usize, f64)]) -> Result<Opened, Fault> {
-        let mut opened = Opened::new(self)?;
-        for &(place, value) in numbers {
-            opened.set(place as u32, value)?;
+    /// The plugin's fault.
+    pub fn open(&self, numbers: &[(usize, f64)]) -> Result<TestInstance, Fault> {
+        let mut instance = TestInstance::new(self)?;
+        for &(index, value) in numbers {
+            instance.set(index as u32, value)?;
         }
-        opened.activate()?;
-        Ok(opened)
+        instance.activate()?;
+        Ok(instance)
     }
 }

@@ -1,67 +1,67 @@
-//! Tests for plugins: a small body to hold a material against, and the conformance suite every plugin is held to.
+//! The conformance kit: small test bodies for a material's physics, and the conformance suite for every plugin.
 //!
-//! An author's own tests use [`material`], [`block`] and [`Body`] for the physics, and [`check`] for the promises of the
-//! border. `pliant plugin check` runs the same suite on a library of any language.
+//! A plugin's own tests use [`material`], [`block`], [`sheet()`] and [`Body`] to compare a material with closed forms, and [`check`] to
+//! run the conformance suite. `pliant plugin check` runs the same suite on a library written in any language.
 
 mod allocations;
 mod block;
 mod body;
 mod candidate;
 mod cases;
+mod device;
+mod grid;
+mod instance;
 mod normals;
-mod opened;
-mod opened_device;
-mod opened_grid;
 mod sheet;
-mod subject;
+mod tested_material;
 
 pub use allocations::{CountingAllocator, allocations};
 pub use block::{Block, block};
-pub use body::Body;
+pub use body::{Body, ElementPlanes};
 pub use candidate::{Candidate, Kind};
 pub use cases::{Case, Verdict, cases, check};
-pub use opened::Opened;
+pub use instance::TestInstance;
 pub use sheet::{Sheet, sheet};
-pub use subject::{Call, Subject};
+pub use tested_material::{Call, MaterialUnderTest};
 
 use crate::abi;
 use crate::fault::Fault;
 use crate::material::Material;
 use crate::param::{Params, Value, defaults, position};
 
-/// Makes a material from its defaults and the given numbers, as a host would.
+/// A material with the given numbers, by parameter key and in the parameters' units, and defaults for the rest.
 ///
 /// # Errors
-/// What the material says of its parameters.
+/// The fault of [`Material::new`].
 ///
 /// # Panics
 /// On a key that is not declared.
 pub fn material<M: Material>(numbers: &[(&str, f64)]) -> Result<M, Fault> {
     let mut values = defaults(M::INFO.params);
     for &(key, value) in numbers {
-        let at = position(M::INFO.params, key).unwrap_or_else(|| panic!("parameter `{key}` is not declared"));
-        values[at] = Value::Number(value);
+        let index = position(M::INFO.params, key).unwrap_or_else(|| panic!("parameter `{key}` is not declared"));
+        values[index] = Value::Number(value);
     }
     M::new(&Params::new(M::INFO.params, &values))
 }
 
-/// Elements of one kind, as an author gives them.
+/// The m elements of one kind, with k corners each.
 #[derive(Clone, Debug, Default)]
-pub struct Given {
-    /// (m x k), k nodes each
+pub struct ElementList {
+    /// Nodes of each element (m x k).
     pub nodes: Vec<u32>,
-    /// (m), or empty for all structural
+    /// Family of each link (m); empty: all structural.
     pub family: Vec<u32>,
-    /// (m), or empty for all 1
+    /// Measure of each element (m), in the unit of its kind; empty: all 1.
     pub measure: Vec<f64>,
-    /// m (m x k x 2), or empty
+    /// Material coordinates of triangles, m (m x k x 2), or empty.
     pub material: Vec<f64>,
 }
 
-/// Corners of an element kind.
+/// Number of corners of an element kind ([`abi::POINT`], ...).
 ///
 /// # Panics
-/// On a kind there is not.
+/// On an unknown kind.
 pub fn corners(kind: u32) -> usize {
     match kind {
         abi::POINT => 1,

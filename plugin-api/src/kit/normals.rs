@@ -1,12 +1,12 @@
-//! What a test body makes of an energy of vertex normals.
+//! A test body's results for an energy of vertex normals.
 
-use super::body::Body;
-use super::subject::Subject;
+use super::body::{Body, ElementPlanes};
+use super::tested_material::MaterialUnderTest;
 use crate::abi;
 use crate::fault::Fault;
 
 impl Body {
-    /// Unit normals of nodes, of the area vectors of the `triangles` around each (n x 3).
+    /// Unit normals of nodes (n x 3): the normalised sum of the area vectors of the `triangles` around each.
     pub fn normals(&self, triangles: &[[u32; 3]]) -> Vec<[f64; 3]> {
         let mut sum = vec![[0.0; 3]; self.x.len()];
         for corners in triangles {
@@ -19,66 +19,67 @@ impl Body {
         sum.into_iter().map(unit).collect()
     }
 
-    /// Energy with these unit normals (n x 3), J.
+    /// Energy for unit `normals` (n x 3), J.
     ///
     /// # Errors
-    /// What the material says.
-    pub fn normals_energy<S: Subject + ?Sized>(&self, material: &S, normals: &[[f64; 3]]) -> Result<f64, Fault> {
+    /// The material's fault.
+    pub fn normals_energy<S: MaterialUnderTest + ?Sized>(
+        &self,
+        material: &S,
+        normals: &[[f64; 3]],
+    ) -> Result<f64, Fault> {
         let mut energy = 0.0;
-        self.each_triangle(usize::MAX, |call| {
-            energy += material.normals_energy_of(call, normals)?;
+        self.for_each_triangle_call(usize::MAX, |call| {
+            energy += material.call_normals_energy(call, normals)?;
             Ok(())
         })?;
         Ok(energy)
     }
 
-    /// Forces at fixed normals, N, and slopes in them, J (n x 6).
+    /// Forces at fixed normals, N, and derivatives by the normals, J (n x 6).
     ///
     /// # Errors
-    /// What the material says.
-    pub fn normals_forces<S: Subject + ?Sized>(
+    /// The material's fault.
+    pub fn normals_forces<S: MaterialUnderTest + ?Sized>(
         &self,
         material: &S,
         normals: &[[f64; 3]],
     ) -> Result<Vec<[f64; 6]>, Fault> {
         let mut out = vec![[0.0; 6]; self.x.len()];
-        self.add_normals_forces_in(material, usize::MAX, normals, &mut out)?;
+        self.add_normals_forces_in_calls(material, usize::MAX, normals, &mut out)?;
         Ok(out)
     }
 
-    /// Adds the same to `out`, in ranges of at most `most` triangles.
+    /// Adds [`Body::normals_forces`] to `out`, in calls of at most `max_elements` triangles.
     ///
     /// # Errors
-    /// What the material says.
-    pub fn add_normals_forces_in<S: Subject + ?Sized>(
+    /// The material's fault.
+    pub fn add_normals_forces_in_calls<S: MaterialUnderTest + ?Sized>(
         &self,
         material: &S,
-        most: usize,
+        max_elements: usize,
         normals: &[[f64; 3]],
         out: &mut [[f64; 6]],
     ) -> Result<(), Fault> {
-        self.each_triangle(most, |call| material.normals_forces_of(call, normals, out))
+        self.for_each_triangle_call(max_elements, |call| material.call_normals_forces(call, normals, out))
     }
 
-    /// How stiffly normals tilt across the sides of triangles, N m (3 x m, plane-major), and their corners (m).
+    /// Stiffness of normals against tilting across the sides 01, 12, 20 of triangles, N m (3 planes). Values not written are NaN.
     ///
     /// # Errors
-    /// What the material says.
-    pub fn tilts<S: Subject + ?Sized>(&self, material: &S) -> Result<(Vec<f64>, Vec<[u32; 3]>), Fault> {
-        self.planes((abi::TRIANGLE, abi::WANTS_NORMALS), 3, |call, out| material.tilt_of(call, out))
+    /// The material's fault.
+    pub fn tilts<S: MaterialUnderTest + ?Sized>(&self, material: &S) -> Result<ElementPlanes<3>, Fault> {
+        self.element_planes(abi::TRIANGLE, abi::WANTS_NORMALS, 3, |call, out| material.call_tilt(call, out))
     }
 
-    fn each_triangle(
+    /// Runs `run` on calls of at most `max_elements` triangles with [`abi::WANTS_NORMALS`].
+    fn for_each_triangle_call(
         &self,
-        most: usize,
+        max_elements: usize,
         mut run: impl FnMut(&super::Call<'_>) -> Result<(), Fault>,
     ) -> Result<(), Fault> {
-        self.each(
-            abi::WANTS_NORMALS,
-            most,
-            |_, call| {
-                if call.elements().kind() == abi::TRIANGLE { run(call) } else { Ok(()) }
-            },
-        )
+        self.for_each_call(abi::WANTS_NORMALS, max_elements, |_, call| {
+            if call.elements().kind() == abi::TRIANGLE { run(call) } else { Ok(()) }
+        })
     }
 }

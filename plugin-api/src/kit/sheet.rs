@@ -1,26 +1,26 @@
-//! A flat sheet of triangles, for materials of surfaces.
+//! A flat sheet of triangles, the test body for materials of surfaces.
 
-use super::Given;
+use super::ElementList;
 use crate::abi;
 use std::collections::BTreeMap;
 
 /// Nodes, points, triangles and hinges of a sheet in the plane z = 0.
 #[derive(Clone, Debug, Default)]
 pub struct Sheet {
-    /// m (n x 3), x fastest
+    /// Rest positions, m (n x 3), x fastest.
     pub rest: Vec<[f64; 3]>,
-    /// One per node, with its share of the area, m^2.
-    pub points: Given,
-    /// Two a square; material coordinates are x and y.
-    pub triangles: Given,
-    /// One per edge inside: its ends a, b, then the corner to the left of a to b, and the one to the right.
-    pub hinges: Given,
+    /// One point per node, with its share of the area, m^2.
+    pub points: ElementList,
+    /// Triangles, counter-clockwise; material coordinates are x and y.
+    pub triangles: ElementList,
+    /// One hinge per interior edge: its ends a, b, then the vertex to the left of a to b, and the one to the right.
+    pub hinges: ElementList,
 }
 
-/// A sheet of `squares` squares with edge `h` (m), each cut along a diagonal.
+/// A sheet of `squares` squares along x and y with edge `h` (m), each cut into two triangles along a diagonal.
 pub fn sheet(squares: [u32; 2], h: f64) -> Sheet {
-    let along = squares[0] + 1;
-    let number = |i: u32, j: u32| i + along * j;
+    let row = squares[0] + 1;
+    let node = |i: u32, j: u32| i + row * j;
     let mut rest = Vec::new();
     for j in 0..=squares[1] {
         for i in 0..=squares[0] {
@@ -30,7 +30,7 @@ pub fn sheet(squares: [u32; 2], h: f64) -> Sheet {
     let mut triangles = Vec::new();
     for j in 0..squares[1] {
         for i in 0..squares[0] {
-            let [a, b, c, d] = [number(i, j), number(i + 1, j), number(i + 1, j + 1), number(i, j + 1)];
+            let [a, b, c, d] = [node(i, j), node(i + 1, j), node(i + 1, j + 1), node(i, j + 1)];
             triangles.extend([[a, b, c], [a, c, d]]);
         }
     }
@@ -38,7 +38,7 @@ pub fn sheet(squares: [u32; 2], h: f64) -> Sheet {
 }
 
 impl Sheet {
-    /// A flat sheet of triangles, each counter-clockwise, at places in the plane z = 0, m (n x 3).
+    /// A flat sheet of counter-clockwise triangles, from positions in the plane z = 0, m (n x 3).
     ///
     /// # Panics
     /// On an edge with more than two triangles.
@@ -47,6 +47,7 @@ impl Sheet {
         let n = out.rest.len();
         out.points.nodes = (0..n as u32).collect();
         out.points.measure = vec![0.0; n];
+        // Each triangle's directed sides, with the opposite vertex, by the edge they lie on.
         let mut edges: BTreeMap<[u32; 2], Vec<[u32; 3]>> = BTreeMap::new();
         for &[a, b, c] in triangles {
             let [p, q, r] = [a, b, c].map(|n| out.rest[n as usize]);
@@ -62,21 +63,21 @@ impl Sheet {
         }
         for sides in edges.values() {
             assert!(sides.len() <= 2, "an edge of {} triangles", sides.len());
-            // The corners of a side's triangle go round counter-clockwise, so it is to the left of the side.
-            if let [[a, b, o], [_, _, p]] = sides[..] {
-                out.hinges.nodes.extend([a, b, o, p]);
+            // Triangles are counter-clockwise, so the opposite vertex lies to the left of a directed side.
+            if let [[a, b, left], [_, _, right]] = sides[..] {
+                out.hinges.nodes.extend([a, b, left, right]);
             }
         }
         out
     }
 
-    /// The elements of a kind, as [`super::Body::new`] wants them.
-    pub fn given(&self, kind: u32) -> Given {
+    /// The elements of a kind ([`abi::POINT`], ...), for [`super::Body::new`]; none for links and tetrahedra.
+    pub fn elements(&self, kind: u32) -> ElementList {
         match kind {
             abi::POINT => self.points.clone(),
             abi::TRIANGLE => self.triangles.clone(),
             abi::HINGE => self.hinges.clone(),
-            _ => Given::default(),
+            _ => ElementList::default(),
         }
     }
 }

@@ -6,23 +6,23 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 /// rad, in [-pi, pi], of (`x`, `y`); 0 at the origin. Rational approximation of Moshier (1989), within 1e-15 of the angle.
 #[inline(always)]
 pub(crate) fn angle_of<T: Real>(y: T, x: T) -> T {
-    let (up, right, zero) = (y.abs(), x.abs(), x.of(0.0));
+    let (up, right, zero) = (y.abs(), x.abs(), x.splat(0.0));
     let (most, least) = (right.if_less(up, up, right), right.if_less(up, right, up));
     // Their quotient is in [0, 1]; beyond 0.66 it is taken as 45 degrees and a rest. What is not finite stays so: comparing alone
     // would lose it.
-    let (one, steep) = (x.of(1.0), most * 0.66);
-    let base = steep.if_less(least, x.of(FRAC_PI_4), zero);
+    let (one, steep) = (x.splat(1.0), most * 0.66);
+    let base = steep.if_less(least, x.splat(FRAC_PI_4), zero);
     let (above, below) = (steep.if_less(least, least - most, least), steep.if_less(least, least + most, most));
     let rest = zero.if_less(most, above / below, zero) + zero * x + zero * y;
     let z = rest * rest;
     let (mut top, mut bottom) = (zero, one);
     for i in 0..P.len() {
-        top = top * z + x.of(P[i]);
-        bottom = bottom * z + x.of(Q[i]);
+        top = top * z + x.splat(P[i]);
+        bottom = bottom * z + x.splat(Q[i]);
     }
     let small = base + (rest * (z * top / bottom) + rest);
-    let quarter = right.if_less(up, x.of(FRAC_PI_2) - small, small);
-    let half = x.if_less(zero, x.of(PI) - quarter, quarter);
+    let quarter = right.if_less(up, x.splat(FRAC_PI_2) - small, small);
+    let half = x.if_less(zero, x.splat(PI) - quarter, quarter);
     y.if_less(zero, -half, half)
 }
 

@@ -32,7 +32,7 @@ pub(crate) fn gradient<T: Real>(x: [V3<T>; 4]) -> [V3<T>; 4] {
     let [a, _, o, p] = x;
     let square = dot(edge, edge);
     let size = square.sqrt();
-    let (least, one) = (square.of(f64::MIN_POSITIVE), square.of(1.0));
+    let (least, one) = (square.splat(f64::MIN_POSITIVE), square.splat(1.0));
     let square = square.max(least);
     let floor = square * square * (FLAT * FLAT);
     let (l, r) = (dot(left, left).max(floor), dot(right, right).max(floor));

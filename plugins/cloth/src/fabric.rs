@@ -133,11 +133,11 @@ pub(crate) const OWN: Fabric = Fabric {
 
 /// Where the numbers of each come from, in the order of [`FABRICS`].
 pub(crate) const SOURCES: &[Source] = &{
-    let mut list = [Source { param: c"fabric", choice: 0, source: c"", unknown: c"" }; FABRICS.len()];
+    let mut list = [Source { param: c"fabric", choice: 0, citation: c"", limitations: c"" }; FABRICS.len()];
     let mut i = 0;
     while i < list.len() {
         list[i].choice = i as u32;
-        (list[i].source, list[i].unknown) = (FABRICS[i].source, FABRICS[i].unknown);
+        (list[i].citation, list[i].limitations) = (FABRICS[i].source, FABRICS[i].unknown);
         i += 1;
     }
     list
@@ -153,8 +153,8 @@ mod tests {
         let choices: Vec<&str> = CHOICES.to_str().unwrap().split('|').collect();
         assert_eq!(choices, FABRICS.map(|f| f.name));
         for (i, source) in SOURCES.iter().enumerate() {
-            assert_eq!((source.choice, source.source), (i as u32, FABRICS[i].source));
-            assert!(!source.source.is_empty() && !source.unknown.is_empty(), "{}", choices[i]);
+            assert_eq!((source.choice, source.citation), (i as u32, FABRICS[i].source));
+            assert!(!source.citation.is_empty() && !source.limitations.is_empty(), "{}", choices[i]);
         }
     }
 

@@ -76,11 +76,12 @@ impl<T: Real> Frame<T> {
         given[..3].copy_from_slice(&f[0]);
         given[3..6].copy_from_slice(&f[1]);
         given[6..8].copy_from_slice(&third);
-        let collapsed =
-            T::each(given, |v| Frame::collapsed(rule, [[v[0], v[1], v[2]], [v[3], v[4], v[5]]], [v[6], v[7]]).values());
+        let collapsed = T::map_lanes(given, |v| {
+            Frame::collapsed(rule, [[v[0], v[1], v[2]], [v[3], v[4], v[5]]], [v[6], v[7]]).values()
+        });
         let (size, mut v) = (length(cross(f[0], f[1])), Self::regular(rule, f, third).values());
         for i in 0..VALUES {
-            v[i] = size.if_less(size.of(COLLAPSED), collapsed[i], v[i]);
+            v[i] = size.if_less(size.splat(COLLAPSED), collapsed[i], v[i]);
         }
         v
     }
@@ -120,7 +121,7 @@ impl<T: Real> Frame<T> {
                 let (a, b, c) = (dot(f[0], f[0]), dot(f[0], f[1]), dot(f[1], f[1]));
                 let trace = (a + c + d * 2.0).sqrt();
                 // One division for two: products take less.
-                let both = d.of(1.0) / (d * trace);
+                let both = d.splat(1.0) / (d * trace);
                 let (inverse, over) = (both * trace, both * d);
                 let s = [[(a + d) * over, b * over], [b * over, (c + d) * over]];
                 // The inverse of a 2 x 2 matrix, with det S = d.
@@ -131,7 +132,7 @@ impl<T: Real> Frame<T> {
             Rule::Edge => {
                 let (u, v) = edge(third);
                 let along = mixed(u[0], f[0], u[1], f[1]);
-                let (e, normal) = (scaled(along, d.of(1.0) / length(along)), scaled(area, d.of(1.0) / d));
+                let (e, normal) = (scaled(along, d.splat(1.0) / length(along)), scaled(area, d.splat(1.0) / d));
                 let left = cross(normal, e);
                 let axes = [mixed(u[0], e, v[0], left), mixed(u[1], e, v[1], left)];
                 let [t, u] = axes;
@@ -145,7 +146,7 @@ impl<T: Real> Frame<T> {
     #[inline(always)]
     pub(crate) fn strain(&self) -> [T; 3] {
         let l = &self.stretch;
-        let one = l[0][0].of(1.0);
+        let one = l[0][0].splat(1.0);
         [l[0][0] - one, l[1][1] - one, l[0][1] + l[1][0]]
     }
 
@@ -177,8 +178,8 @@ impl<T: Real> Frame<T> {
 fn turning<T: Real>(k: &M2<T>, l: &M2<T>) -> T {
     let size = k[1][0] * l[0][0] + k[1][1] * l[0][1] - k[0][0] * l[1][0] - k[0][1] * l[1][1];
     // A triangle drawn together to a point has no direction to turn.
-    let least = size.of(COLLAPSED);
-    size.of(1.0) / size.abs().if_less(least, least, size)
+    let least = size.splat(COLLAPSED);
+    size.splat(1.0) / size.abs().if_less(least, least, size)
 }
 
 /// The direction of the first edge in the sheet, and the one to its left.
@@ -193,7 +194,7 @@ fn edge<T: Real>(third: V2<T>) -> (V2<T>, V2<T>) {
 fn condition<T: Real>(rule: Rule, third: V2<T>) -> M2<T> {
     match rule {
         Rule::Polar => {
-            let (zero, one) = (third[0].of(0.0), third[0].of(1.0));
+            let (zero, one) = (third[0].splat(0.0), third[0].splat(1.0));
             [[zero, -one], [one, zero]]
         }
         Rule::Edge => {

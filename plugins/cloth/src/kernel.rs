@@ -6,12 +6,12 @@
 use crate::arc::angle_of;
 use crate::dihedral;
 use crate::membrane::Membrane;
-use crate::single::MOST_SINGLES;
+use crate::single::MAX_SINGLE_LANES;
 use crate::small::V3;
 use crate::triangle::{self, Triangle};
 use crate::turn::{self, Points};
-use pliant_plugin_api::lanes::{MOST_LANES, Wide};
-use pliant_plugin_api::{Blocks, Elements, NodeVectors, SingleBlocks, abi, prefetch};
+use pliant_plugin_api::lanes::{MAX_LANES, Wide};
+use pliant_plugin_api::{BlockWindow, Blocks, Elements, NodeVectors, NodeWindow, SingleBlocks, abi, prefetch};
 use pulp::{Simd, WithSimd};
 
 /// Elements ahead that memory is asked for: a page of a plane.
@@ -38,7 +38,7 @@ fn ask_for_slots(slots: &[[u32; 6]], e: usize, count: usize) {
 /// What is known of the corners of elements `e ..` of `nodes`, by corner and axis; lanes past the end repeat the last element.
 #[inline(always)]
 fn gather<S: Simd, const K: usize>(simd: S, nodes: &[[u32; K]], e: usize, of: Points<'_>) -> [V3<Wide<S>>; K] {
-    let mut end = [[0; K]; MOST_LANES];
+    let mut end = [[0; K]; MAX_LANES];
     let elements = match nodes.get(e..e + S::F64_LANES) {
         Some(elements) => elements,
         None => {
@@ -73,7 +73,7 @@ fn write<S: Simd>(plane: &mut [f64], e: usize, values: Wide<S>) {
     if e + S::F64_LANES <= plane.len() {
         return values.store(&mut plane[e..]);
     }
-    let lanes = values.lanes();
+    let lanes = values.to_array();
     let rest = &mut plane[e..];
     rest.copy_from_slice(&lanes[..rest.len()]);
 }
@@ -81,16 +81,16 @@ fn write<S: Simd>(plane: &mut [f64], e: usize, values: Wide<S>) {
 /// A number that is finite only if all are, which they are if their sum is.
 #[inline(always)]
 fn sum<S: Simd>(values: Wide<S>) -> f64 {
-    values.lanes().iter().sum()
+    values.to_array().iter().sum()
 }
 
 #[inline(always)]
 fn triangles<S: Simd>(simd: S, planes: &[&[f64]; triangle::STRIDE], e: usize) -> Triangle<Wide<S>> {
     let (b, c) = (
-        [Wide::read(simd, planes[0], e), Wide::read(simd, planes[1], e)],
-        [Wide::read(simd, planes[2], e), Wide::read(simd, planes[3], e)],
+        [Wide::load_clamped(simd, planes[0], e), Wide::load_clamped(simd, planes[1], e)],
+        [Wide::load_clamped(simd, planes[2], e), Wide::load_clamped(simd, planes[3], e)],
     );
-    Triangle::whole([b, c], Wide::read(simd, planes[4], e))
+    Triangle::whole([b, c], Wide::load_clamped(simd, planes[4], e))
 }
 
 /// What begins where memory is read at once.
@@ -109,9 +109,9 @@ impl WithSimd for Forces<'_, '_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        let (first, window) = self.out.window();
+        let NodeWindow { first_node, values } = self.out.window();
         // Implicit steps ask for forces at rest; all nodes of the call are in the window.
-        let still = self.at.v()[first..first + window.len()].as_flattened().iter().all(|v| *v == 0.0);
+        let still = self.at.v()[first_node..first_node + values.len()].as_flattened().iter().all(|v| *v == 0.0);
         if still || self.membrane.damping == 0.0 { self.add::<S, false>(simd) } else { self.add::<S, true>(simd) }
     }
 }
@@ -130,10 +130,10 @@ impl Forces<'_, '_> {
             let rate = if VISCOUS { Some(shape.derivative(gather(simd, nodes, e, v))) } else { None };
             let count = S::F64_LANES.min(nodes.len() - e);
             let wide = shape.forces(membrane.stress(&shape, f, rate));
-            let mut forces = [[[0.0; MOST_LANES]; 3]; 3];
+            let mut forces = [[[0.0; MAX_LANES]; 3]; 3];
             for corner in 0..3 {
                 for i in 0..3 {
-                    forces[corner][i] = wide[corner][i].lanes();
+                    forces[corner][i] = wide[corner][i].to_array();
                 }
                 seen = seen + (wide[corner][0] + wide[corner][1] + wide[corner][2]);
             }
@@ -164,8 +164,8 @@ impl WithSimd for Stiffness<'_, '_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { membrane, at, factors, out } = self;
         let (x, nodes) = (Points::new(at.x()), at.corners::<3>());
-        let (slots, first, window) = out.window::<6>();
-        let (mut rows, mut last) = ([[[0.0; 8]; MOST_LANES]; 6], [[0.0; MOST_LANES]; 6]);
+        let BlockWindow { slots, first_slot, blocks: targets } = out.window::<6>();
+        let (mut rows, mut last) = ([[[0.0; 8]; MAX_LANES]; 6], [[0.0; MAX_LANES]; 6]);
         let planes = core::array::from_fn(|s| at.rest_data(s));
         for e in (0..nodes.len()).step_by(S::F64_LANES) {
             ask_ahead::<S, 3, { triangle::STRIDE }>(nodes, &planes, e);
@@ -176,12 +176,12 @@ impl WithSimd for Stiffness<'_, '_> {
             let blocks = membrane.linear(&shape, f, factors).blocks(&shape);
             for pair in 0..6 {
                 let [[a, b, c], [d, e, f], [g, h, i]] = blocks[pair];
-                (rows[pair], last[pair]) = (turn::rows(simd, [a, b, c, d, e, f, g, h]), i.lanes());
+                (rows[pair], last[pair]) = (turn::rows(simd, [a, b, c, d, e, f, g, h]), i.to_array());
             }
             for lane in 0..count {
                 let slots = &slots[e + lane];
                 for pair in 0..6 {
-                    let to = &mut window[(slots[pair] & !abi::TRANSPOSED) as usize - first];
+                    let to = &mut targets[(slots[pair] & !abi::TRANSPOSED) as usize - first_slot];
                     let transposed = slots[pair] & abi::TRANSPOSED != 0;
                     turn::add(simd, to, (&rows[pair][lane], last[pair][lane]), transposed);
                 }
@@ -208,9 +208,9 @@ impl WithSimd for SingleStiffness<'_, '_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { membrane, at, factors, out } = self;
         let (x, nodes) = (Points::new(at.x()), at.corners::<3>());
-        let (slots, first, window) = out.window::<6>();
+        let BlockWindow { slots, first_slot, blocks: targets } = out.window::<6>();
         let planes = core::array::from_fn(|s| at.rest_data(s));
-        let (mut rows, mut last) = (Lines([[[0.0; 8]; MOST_SINGLES]; 3]), Lines([[0.0; MOST_SINGLES]; 3]));
+        let (mut rows, mut last) = (Lines([[[0.0; 8]; MAX_SINGLE_LANES]; 3]), Lines([[0.0; MAX_SINGLE_LANES]; 3]));
         let (rows, last) = (&mut rows.0, &mut last.0);
         for e in (0..nodes.len()).step_by(S::F32_LANES) {
             ask_ahead::<S, 3, { triangle::STRIDE }>(nodes, &planes, e);
@@ -235,12 +235,12 @@ impl WithSimd for SingleStiffness<'_, '_> {
             let blocks = membrane.linear(&shape, both, factors).between(&shape);
             for k in 0..3 {
                 let [[a, b, c], [d, e, f], [g, h, i]] = blocks[k];
-                (rows[k], last[k]) = (turn::single_rows(simd, [a, b, c, d, e, f, g, h]), i.lanes());
+                (rows[k], last[k]) = (turn::single_rows(simd, [a, b, c, d, e, f, g, h]), i.to_array());
             }
             for lane in 0..S::F32_LANES.min(nodes.len() - e) {
                 for k in 0..3 {
                     let slot = slots[e + lane][BETWEEN[k]];
-                    let to = &mut window[(slot & !abi::TRANSPOSED) as usize - first];
+                    let to = &mut targets[(slot & !abi::TRANSPOSED) as usize - first_slot];
                     let block = (&rows[k][lane], last[k][lane]);
                     turn::single_add(simd, to, block, slot & abi::TRANSPOSED != 0);
                 }
@@ -272,7 +272,7 @@ impl WithSimd for Strains<'_> {
             for e in (begin..end).step_by(S::F64_LANES) {
                 ask_ahead::<S, 4, 2>(nodes, &[angles, lengths], e);
                 let place = gather(simd, nodes, e, x);
-                let l = Wide::read(simd, lengths, e);
+                let l = Wide::load_clamped(simd, lengths, e);
                 let ([y, x], gradient) = (dihedral::fold(place), dihedral::gradient(place));
                 y.store(&mut sine[e - begin..]);
                 x.store(&mut cosine[e - begin..]);
@@ -284,7 +284,8 @@ impl WithSimd for Strains<'_> {
             }
             for e in (begin..end).step_by(S::F64_LANES) {
                 let (y, x) = (Wide::load(simd, &sine[e - begin..]), Wide::load(simd, &cosine[e - begin..]));
-                let strain = Wide::read(simd, lengths, e) * (angle_of(y, x) - Wide::read(simd, angles, e));
+                let strain =
+                    Wide::load_clamped(simd, lengths, e) * (angle_of(y, x) - Wide::load_clamped(simd, angles, e));
                 write(out[0], e, strain);
                 seen = seen + strain;
             }
@@ -296,7 +297,7 @@ impl WithSimd for Strains<'_> {
 #[cfg(test)]
 mod tests {
     use crate::Cloth;
-    use pliant_plugin_api::Tangent;
+    use pliant_plugin_api::TangentScale;
     use pliant_plugin_api::kit::{self, Body};
 
     #[test]
@@ -305,7 +306,7 @@ mod tests {
         for (frame, compression) in [(0.0, 1.0), (1.0, 1.0), (2.0, 1.0), (0.0, 0.2)] {
             let given = [("frame", frame), ("compression", compression), ("damping-time", 1e-2), ("poisson", 0.3)];
             let mut material: Cloth = kit::material(&given).unwrap();
-            let mut body = Body::new(&material, sheet.rest.clone(), |r| sheet.given(r.kind)).unwrap();
+            let mut body = Body::new(&material, sheet.rest.clone(), |r| sheet.elements(r.kind)).unwrap();
             for (i, (x, v)) in body.x.iter_mut().zip(&mut body.v).enumerate() {
                 let i = i as f64;
                 *x = [x[0] + 2e-3 * i.sin(), x[1] - 1e-3 * (2.0 * i).cos(), 3e-3 * (0.7 * i).sin()];
@@ -320,11 +321,11 @@ mod tests {
             units.extend(pulp::x86::V3::try_new().map(pulp::Arch::V3));
             for arch in units {
                 material.1 = arch;
-                let tangent = body.tangent(&material, Tangent { stiffness: 0.7, damping: 0.3 }).unwrap();
+                let tangent = body.tangent(&material, TangentScale { stiffness: 0.7, damping: 0.3 }).unwrap();
                 let single =
-                    body.single_blocks(&material, Tangent { stiffness: 0.7, damping: 0.3 }, usize::MAX).unwrap();
+                    body.single_blocks(&material, TangentScale { stiffness: 0.7, damping: 0.3 }, usize::MAX).unwrap();
                 let single = single.iter().flatten().flatten().map(|v| f64::from(*v));
-                let (strains, _) = body.strains(&material).unwrap();
+                let strains = body.strains(&material).unwrap().values;
                 let forces = body.forces(&material).unwrap().into_iter().flatten();
                 results.push(forces.chain(tangent).chain(strains).chain(single).map(f64::to_bits).collect::<Vec<_>>());
             }
@@ -340,7 +341,7 @@ mod tests {
         let sheet = kit::sheet([7, 5], 0.01);
         let bits = |forces: Vec<[f64; 3]>| forces.into_iter().map(|f| f.map(f64::to_bits)).collect::<Vec<_>>();
         let material = |time| kit::material::<Cloth>(&[("damping-time", time)]).unwrap();
-        let mut body = Body::new(&material(1e-2), sheet.rest.clone(), |r| sheet.given(r.kind)).unwrap();
+        let mut body = Body::new(&material(1e-2), sheet.rest.clone(), |r| sheet.elements(r.kind)).unwrap();
         for (i, x) in body.x.iter_mut().enumerate() {
             *x = [x[0] + 1e-3 * (i as f64).sin(), x[1], 2e-3 * (0.7 * i as f64).cos()];
         }

@@ -111,7 +111,7 @@ pub(crate) fn flat(at: &Elements<'_>, [angles]: [&mut [f64]; 1]) -> Result<(), F
     for (e, &nodes) in at.corners::<4>().iter().enumerate() {
         angles[e] = dihedral::angle(nodes.map(|n| at.rest()[n as usize]));
         if angles[e].is_nan() || angles[e].abs() > FLAT {
-            let (number, angle) = (at.first() + e, angles[e]);
+            let (number, angle) = (at.first_index() + e, angles[e]);
             return Err(Fault::bad_argument(format!(
                 "hinge {number} is folded by {angle:.3} rad at rest, nodes {nodes:?}; \
                  bending = projected-laplacian wants a sheet that is flat"

@@ -26,7 +26,7 @@ mod turn;
 use bending::Hinge;
 use pliant_plugin_api::{
     AsMaterial, Blocks, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, NormalForces,
-    Params, Planes, SingleBlocks, Source, Tangent, abi, export_plugins, pair,
+    Params, Planes, SingleBlocks, Source, TangentScale, abi, export_plugins, pair_index,
 };
 use settings::{Bending, PARAMS, Settings};
 use slip::Catch;
@@ -84,23 +84,23 @@ impl Material for Cloth {
 
     fn rest(&self, at: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
         if at.kind() == abi::TRIANGLE {
-            let values = out.first::<{ triangle::STRIDE }>();
+            let values = out.first_planes::<{ triangle::STRIDE }>();
             for e in 0..at.len() {
                 Triangle::of(at, e)?.values().into_iter().enumerate().for_each(|(s, value)| values[s][e] = value);
             }
             if self.0.bending == Bending::Laplacian {
-                let [.., warp, weft] = out.first::<{ laplacian::STRIDE }>();
-                for (e, &u) in at.material::<3>().iter().enumerate() {
+                let [.., warp, weft] = out.first_planes::<{ laplacian::STRIDE }>();
+                for (e, &u) in at.material_coordinates::<3>().iter().enumerate() {
                     [warp[e], weft[e]] = laplacian::stiffness(&Triangle::of(at, e)?, u, &self.0.rigidity);
                 }
             }
             return Ok(());
         }
         if self.0.bending == Bending::Laplacian {
-            return laplacian::flat(at, out.first::<1>());
+            return laplacian::flat(at, out.first_planes::<1>());
         }
         if let Some(slip) = self.0.slip {
-            let [_, _, stiffness, limit] = out.first::<{ bending::STRIDE_WITH_SLIP }>();
+            let [_, _, stiffness, limit] = out.first_planes::<{ bending::STRIDE_WITH_SLIP }>();
             for (e, &nodes) in at.corners::<4>().iter().enumerate() {
                 let hinge = Hinge::new(corners(nodes, at.rest()), &self.0.rigidity, self.0.warp);
                 let catch =
@@ -108,10 +108,10 @@ impl Material for Cloth {
                 (stiffness[e], limit[e]) = (catch.stiffness, catch.limit);
             }
         }
-        let [angles, sizes] = out.first::<{ bending::STRIDE }>();
+        let [angles, sizes] = out.first_planes::<{ bending::STRIDE }>();
         for (e, &nodes) in at.corners::<4>().iter().enumerate() {
             let Some(hinge) = Hinge::new(corners(nodes, at.rest()), &self.0.rigidity, self.0.warp) else {
-                let number = at.first() + e;
+                let number = at.first_index() + e;
                 return Err(Fault::bad_argument(format!("hinge {number} has a side without area: nodes {nodes:?}")));
             };
             angles[e] = hinge.angle;
@@ -154,7 +154,7 @@ impl Material for Cloth {
         finite(self.1.dispatch(kernel::Forces { membrane: &self.0.membrane, at, out })).map(drop)
     }
 
-    fn tangent(&self, at: &Elements<'_>, scale: Tangent, out: &mut Blocks<'_>) -> Result<(), Fault> {
+    fn tangent(&self, at: &Elements<'_>, scale: TangentScale, out: &mut Blocks<'_>) -> Result<(), Fault> {
         if at.kind() == abi::HINGE {
             let (x, hinges) = (at.x(), self.hinges(at));
             let factor = scale.stiffness + scale.damping * self.0.membrane.damping;
@@ -164,7 +164,7 @@ impl Material for Cloth {
                 let held = hinges.catch(e).map_or(0.0, |(catch, slipped)| catch.slope(folded - slipped));
                 let (g, size) = (dihedral::gradient(place), factor * hinges.stiffness(e) + scale.stiffness * held);
                 for (a, b) in (0..4).flat_map(|a| (a..4).map(move |b| (a, b))) {
-                    out.add(e, pair(a, b, 4), &g[a].map(|p| g[b].map(|q| size * p * q)));
+                    out.add(e, pair_index(a, b, 4), &g[a].map(|p| g[b].map(|q| size * p * q)));
                 }
             }
             return Ok(());
@@ -174,7 +174,7 @@ impl Material for Cloth {
         Ok(())
     }
 
-    fn single_tangent(&self, at: &Elements<'_>, scale: Tangent, out: &mut SingleBlocks<'_>) -> Result<(), Fault> {
+    fn single_tangent(&self, at: &Elements<'_>, scale: TangentScale, out: &mut SingleBlocks<'_>) -> Result<(), Fault> {
         let factors = (scale.stiffness, scale.damping);
         self.1.dispatch(kernel::SingleStiffness { membrane: &self.0.membrane, at, factors, out });
         Ok(())
@@ -182,7 +182,7 @@ impl Material for Cloth {
 
     fn advance(&self, at: &Elements<'_>, history: &mut Planes<'_>) -> Result<(), Fault> {
         let (x, hinges) = (at.x(), self.hinges(at));
-        let [slipped] = history.first::<1>();
+        let [slipped] = history.first_planes::<1>();
         for (e, &nodes) in at.corners::<4>().iter().enumerate() {
             let Some((catch, before)) = hinges.catch(e) else { continue };
             let folded = dihedral::angle(corners(nodes, x)) - hinges.angles[e];
@@ -192,15 +192,18 @@ impl Material for Cloth {
     }
 
     fn strain(&self, at: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
-        finite(self.1.dispatch(kernel::Strains { at, out: out.first::<13>() })).map(drop)
+        finite(self.1.dispatch(kernel::Strains { at, out: out.first_planes::<13>() })).map(drop)
     }
 
     fn compliance(&self, at: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
-        let out = out.first::<6>();
-        for (e, u) in at.material::<3>().iter().enumerate() {
+        let out = out.first_planes::<6>();
+        for (e, u) in at.material_coordinates::<3>().iter().enumerate() {
             let Some(values) = self.0.rigidity.compliance(*u) else {
                 Triangle::of(at, e)?;
-                return Err(Fault::bad_argument(format!("triangle {} is too thin to bend: {u:?}", at.first() + e)));
+                return Err(Fault::bad_argument(format!(
+                    "triangle {} is too thin to bend: {u:?}",
+                    at.first_index() + e
+                )));
             };
             (0..6).for_each(|s| out[s][e] = values[s]);
         }
@@ -216,8 +219,8 @@ impl Material for Cloth {
     }
 
     fn tilt(&self, at: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
-        let out = out.first::<3>();
-        for (e, &u) in at.material::<3>().iter().enumerate() {
+        let out = out.first_planes::<3>();
+        for (e, &u) in at.material_coordinates::<3>().iter().enumerate() {
             let shape = Triangle::of(at, e)?;
             let tilts = laplacian::tilt(&shape, u, laplacian::stiffness(&shape, u, &self.0.rigidity));
             (0..3).for_each(|s| out[s][e] = tilts[s]);

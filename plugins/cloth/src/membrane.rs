@@ -54,7 +54,7 @@ impl Membrane {
             return whole;
         }
         let [e11, e22, gamma] = e;
-        let relaxed = T::each([e11, e22, gamma, e11], |[a, b, c, _]| {
+        let relaxed = T::map_lanes([e11, e22, gamma, e11], |[a, b, c, _]| {
             let (q, energy) = relaxed(&self.tensor, [a, b, c]);
             [q[0], q[1], q[2], energy]
         });
@@ -113,10 +113,14 @@ impl Membrane {
     ) -> Linear<T> {
         let tensor = &self.tensor;
         let size = stiffness + damping * self.damping;
-        let (zero, one) = (f[0][0].of(0.0), f[0][0].of(1.0));
+        let (zero, one) = (f[0][0].splat(0.0), f[0][0].splat(1.0));
         let inner = [tensor.c11, tensor.c22, tensor.c12, tensor.shear];
-        let inner =
-            [zero.of(size * inner[0]), zero.of(size * inner[1]), zero.of(size * inner[2]), zero.of(size * inner[3])];
+        let inner = [
+            zero.splat(size * inner[0]),
+            zero.splat(size * inner[1]),
+            zero.splat(size * inner[2]),
+            zero.splat(size * inner[3]),
+        ];
         let [_, b, c] = shape.gradient;
         match self.strain {
             Strain::Green => {
@@ -169,7 +173,7 @@ fn local_rows<T: Real>(g: V2<T>, turned: [T; 3], turn: M2<T>) -> [V2<T>; 4] {
 /// (11, 22, gamma)
 #[inline(always)]
 fn green<T: Real>(f: [V3<T>; 2]) -> [T; 3] {
-    let one = f[0][0].of(1.0);
+    let one = f[0][0].splat(1.0);
     [(dot(f[0], f[0]) - one) * 0.5, (dot(f[1], f[1]) - one) * 0.5, dot(f[0], f[1])]
 }
 
@@ -188,7 +192,7 @@ fn local<T: Real>(q: [T; 3], taken: T, turn: M2<T>) -> M2<T> {
 #[inline(always)]
 fn second<T: Real>(l: &M2<T>, p: &M2<T>) -> [T; 3] {
     let det = l[0][0] * l[1][1] - l[0][1] * l[1][0];
-    let over = det.of(1.0) / det.max(det.of(THIN));
+    let over = det.splat(1.0) / det.max(det.splat(THIN));
     let [[a, b], [c, d]] = [[l[1][1], -l[0][1]], [-l[1][0], l[0][0]]];
     let (s11, s12) = ((a * p[0][0] + b * p[1][0]) * over, a * p[0][1] + b * p[1][1]);
     let (s21, s22) = (c * p[0][0] + d * p[1][0], (c * p[0][1] + d * p[1][1]) * over);

@@ -5,7 +5,7 @@ use pliant_plugin_api::lanes::Real;
 use pulp::{Simd, bytemuck};
 
 /// Lanes there are at most.
-pub(crate) const MOST_SINGLES: usize = 16;
+pub(crate) const MAX_SINGLE_LANES: usize = 16;
 
 /// See above.
 #[derive(Clone, Copy)]
@@ -15,14 +15,14 @@ pub(crate) struct Single<S: Simd>(pub(crate) S::f32s, pub(crate) S);
 impl<S: Simd> Single<S> {
     /// The first numbers of a buffer.
     #[inline(always)]
-    pub(crate) fn load(simd: S, from: &[f32; MOST_SINGLES]) -> Self {
+    pub(crate) fn load(simd: S, from: &[f32; MAX_SINGLE_LANES]) -> Self {
         Self(bytemuck::pod_read_unaligned(bytemuck::cast_slice(&from[..S::F32_LANES])), simd)
     }
 
     /// Its numbers, and zeros where there are less lanes.
     #[inline(always)]
-    pub(crate) fn lanes(self) -> [f32; MOST_SINGLES] {
-        let mut lanes = [0.0; MOST_SINGLES];
+    pub(crate) fn to_array(self) -> [f32; MAX_SINGLE_LANES] {
+        let mut lanes = [0.0; MAX_SINGLE_LANES];
         bytemuck::cast_slice_mut::<f32, u8>(&mut lanes[..S::F32_LANES]).copy_from_slice(bytemuck::bytes_of(&self.0));
         lanes
     }
@@ -48,7 +48,7 @@ impl<S: Simd> Mul<f64> for Single<S> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: f64) -> Self {
-        self * self.of(other)
+        self * self.splat(other)
     }
 }
 
@@ -62,12 +62,12 @@ impl<S: Simd> Neg for Single<S> {
 
 impl<S: Simd> Real for Single<S> {
     #[inline(always)]
-    fn of(self, value: f64) -> Self {
+    fn splat(self, value: f64) -> Self {
         Self(self.1.splat_f32s(value as f32), self.1)
     }
 
     #[inline(always)]
-    fn least(self) -> Self {
+    fn min_positive(self) -> Self {
         Self(self.1.splat_f32s(f32::MIN_POSITIVE), self.1)
     }
 
@@ -88,8 +88,8 @@ impl<S: Simd> Real for Single<S> {
     }
 
     #[cold]
-    fn each<const N: usize>(of: [Self; N], f: impl Fn([f64; N]) -> [f64; N]) -> [Self; N] {
-        let mut lanes = of.map(Self::lanes);
+    fn map_lanes<const N: usize>(of: [Self; N], f: impl Fn([f64; N]) -> [f64; N]) -> [Self; N] {
+        let mut lanes = of.map(Self::to_array);
         for lane in 0..S::F32_LANES {
             let out = f(core::array::from_fn(|i| f64::from(lanes[i][lane])));
             (0..N).for_each(|i| lanes[i][lane] = out[i] as f32);

@@ -33,11 +33,11 @@ impl Triangle {
 
     /// Of a call's element `e`, or a fault that names it.
     pub(crate) fn of(at: &Elements<'_>, e: usize) -> Result<Self, Fault> {
-        let Some(u) = at.material::<3>().get(e) else {
+        let Some(u) = at.material_coordinates::<3>().get(e) else {
             return Err(Fault::bad_argument("triangles of cloth need material coordinates"));
         };
         Self::new(*u).ok_or_else(|| {
-            let number = at.first() + e;
+            let number = at.first_index() + e;
             Fault::bad_argument(format!(
                 "triangle {number} has no area in the sheet, or its corners go clockwise: {u:?}"
             ))
@@ -196,11 +196,11 @@ fn product<T: Real>(l: &[V2<T>; 4], r: &[V2<T>; 4]) -> M2<T> {
 /// The positive part of a symmetric 2 x 2 matrix (11, 22, 12).
 #[inline(always)]
 pub(crate) fn positive<T: Real>(s: [T; 3]) -> [T; 3] {
-    let zero = s[0].of(0.0);
+    let zero = s[0].splat(0.0);
     let (mean, half) = ((s[0] + s[1]) * 0.5, (s[0] - s[1]) * 0.5);
     let radius = (half * half + s[2] * s[2]).sqrt();
     let (most, least) = (mean + radius, mean - radius);
-    let share = (most.max(zero) - least.max(zero)) / (radius * 2.0).max(radius.least());
+    let share = (most.max(zero) - least.max(zero)) / (radius * 2.0).max(radius.min_positive());
     let base = least.max(zero) - share * least;
     [base + share * s[0], base + share * s[1], share * s[2]]
 }

@@ -3,10 +3,10 @@
 //! Registers are turned among themselves where the vector unit is known here, and through memory elsewhere. Nothing is computed but
 //! single sums, so bytes do not depend on it.
 
-use crate::single::{MOST_SINGLES, Single};
+use crate::single::{MAX_SINGLE_LANES, Single};
 use crate::small::V3;
 use core::any::Any;
-use pliant_plugin_api::lanes::{MOST_LANES, Wide};
+use pliant_plugin_api::lanes::{MAX_LANES, Wide};
 use pulp::Simd;
 #[cfg(target_arch = "x86_64")]
 use pulp::{
@@ -81,7 +81,7 @@ impl<'a> Points<'a> {
             let planes = x86::four(unit, four);
             return [Wide(cast(planes[0]), simd), Wide(cast(planes[1]), simd), Wide(cast(planes[2]), simd)];
         }
-        let mut planes = [[0.0; MOST_LANES]; 3];
+        let mut planes = [[0.0; MAX_LANES]; 3];
         for lane in 0..S::F64_LANES {
             let four = self.four(elements[lane][corner]);
             for i in 0..3 {
@@ -94,8 +94,8 @@ impl<'a> Points<'a> {
 
 /// Of eight numbers of each element, those of one by lane.
 #[inline(always)]
-pub(crate) fn rows<S: Simd>(simd: S, numbers: [Wide<S>; 8]) -> [[f64; 8]; MOST_LANES] {
-    let mut rows = [[0.0; 8]; MOST_LANES];
+pub(crate) fn rows<S: Simd>(simd: S, numbers: [Wide<S>; 8]) -> [[f64; 8]; MAX_LANES] {
+    let mut rows = [[0.0; 8]; MAX_LANES];
     #[cfg(target_arch = "x86_64")]
     if let Some(unit) = known::<S, Avx512>(simd) {
         let mut eight = [cast([0.0; 8]); 8];
@@ -123,7 +123,7 @@ pub(crate) fn rows<S: Simd>(simd: S, numbers: [Wide<S>; 8]) -> [[f64; 8]; MOST_L
         return rows;
     }
     for k in 0..8 {
-        let lanes = numbers[k].lanes();
+        let lanes = numbers[k].to_array();
         for lane in 0..S::F64_LANES {
             rows[lane][k] = lanes[lane];
         }
@@ -146,7 +146,7 @@ pub(crate) fn rounded<S: Simd>(low: Wide<S>, high: Wide<S>) -> Single<S> {
         let (low, high) = (unit.avx._mm256_cvtpd_ps(cast(low.0)), unit.avx._mm256_cvtpd_ps(cast(high.0)));
         return Single(cast([low, high]), simd);
     }
-    let (low, high, mut both) = (low.lanes(), high.lanes(), [0.0; MOST_SINGLES]);
+    let (low, high, mut both) = (low.to_array(), high.to_array(), [0.0; MAX_SINGLE_LANES]);
     for lane in 0..S::F64_LANES {
         both[lane] = low[lane] as f32;
     }
@@ -158,8 +158,8 @@ pub(crate) fn rounded<S: Simd>(low: Wide<S>, high: Wide<S>) -> Single<S> {
 
 /// [`rows`] in single precision.
 #[inline(always)]
-pub(crate) fn single_rows<S: Simd>(simd: S, numbers: [Single<S>; 8]) -> [[f32; 8]; MOST_SINGLES] {
-    let mut rows = [[0.0; 8]; MOST_SINGLES];
+pub(crate) fn single_rows<S: Simd>(simd: S, numbers: [Single<S>; 8]) -> [[f32; 8]; MAX_SINGLE_LANES] {
+    let mut rows = [[0.0; 8]; MAX_SINGLE_LANES];
     #[cfg(target_arch = "x86_64")]
     if let Some(unit) = known::<S, Avx512>(simd) {
         let mut eight = [cast([0.0_f32; 16]); 8];
@@ -184,7 +184,7 @@ pub(crate) fn single_rows<S: Simd>(simd: S, numbers: [Single<S>; 8]) -> [[f32; 8
         return rows;
     }
     for k in 0..8 {
-        let lanes = numbers[k].lanes();
+        let lanes = numbers[k].to_array();
         for lane in 0..S::F32_LANES {
             rows[lane][k] = lanes[lane];
         }
@@ -377,7 +377,7 @@ mod tests {
         fn with_simd<S: Simd>(self, simd: S) {
             let points: Vec<[f64; 3]> = (0..9).map(|i| [wave(3 * i), wave(3 * i + 1), wave(3 * i + 2)]).collect();
             let elements = [8, 0, 5, 8, 3, 1, 7, 6].map(|node| [2, node]);
-            let planes = Points::new(&points).of(simd, &elements[..S::F64_LANES], 1).map(Wide::lanes);
+            let planes = Points::new(&points).of(simd, &elements[..S::F64_LANES], 1).map(Wide::to_array);
             for lane in 0..S::F64_LANES {
                 assert_eq!(planes.map(|plane| plane[lane]), points[elements[lane][1] as usize], "{lane}");
             }

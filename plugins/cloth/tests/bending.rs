@@ -5,7 +5,7 @@ mod strip;
 use pliant_cloth::Cloth;
 use pliant_plugin_api::kit::{self, Body, Sheet};
 use pliant_plugin_api::param::{Params, Table, Value, defaults, position};
-use pliant_plugin_api::{Material, Tangent};
+use pliant_plugin_api::{Material, TangentScale};
 use strip::{PATTERNS, Pattern, strip};
 
 /// N m
@@ -59,18 +59,18 @@ impl Factor {
 
 /// The compliance between coupled hinges, m/N.
 fn compliance(body: &Body, material: &Cloth) -> Factor {
-    let (planes, triangles) = body.compliances(material).unwrap();
-    let (_, hinges) = body.strains(material).unwrap();
-    let (m, n) = (triangles.len(), hinges.len());
+    let compliances = body.compliances(material).unwrap();
+    let hinges = body.strains(material).unwrap().corners;
+    let n = hinges.len();
     let places: std::collections::BTreeMap<[u32; 2], usize> =
         hinges.iter().zip(0..).map(|(h, e)| ([h[0].min(h[1]), h[0].max(h[1])], e)).collect();
     let mut sum = vec![0.0; n * n];
-    for (e, t) in triangles.iter().enumerate() {
+    for (e, t) in compliances.corners.iter().enumerate() {
         let side = |s: usize| places.get(&[t[s].min(t[(s + 1) % 3]), t[s].max(t[(s + 1) % 3])]);
         for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
             let plane = [[0, 1, 2], [1, 3, 4], [2, 4, 5]][i][j];
             if let (Some(p), Some(q)) = (side(i), side(j)) {
-                sum[p * n + q] += planes[plane * m + e];
+                sum[p * n + q] += compliances.plane(plane)[e];
             }
         }
     }
@@ -79,8 +79,7 @@ fn compliance(body: &Body, material: &Cloth) -> Factor {
 
 /// J, `s . m / 2`
 fn coupled_energy(body: &Body, material: &Cloth) -> f64 {
-    let (planes, hinges) = body.strains(material).unwrap();
-    let mut s = planes[..hinges.len()].to_vec();
+    let mut s = body.strains(material).unwrap().plane(0).to_vec();
     compliance(body, material).forward(&mut s);
     0.5 * s.iter().map(|v| v * v).sum::<f64>()
 }
@@ -111,7 +110,7 @@ fn coupled_cylinder_has_the_energy_of_a_plate() {
         let mut sheet = strip(pattern, 12);
         let real = sheet.rest.len();
         hold(&mut sheet, |x| x == 0.0 || x == 1.0);
-        let mut body = Body::new(&material, sheet.rest.clone(), |r| sheet.given(r.kind)).unwrap();
+        let mut body = Body::new(&material, sheet.rest.clone(), |r| sheet.elements(r.kind)).unwrap();
         for (n, x) in body.x.iter_mut().enumerate() {
             // Nodes that hold an end lie in the tangent there.
             let at = if n < real { x[0] } else { x[0].clamp(0.0, 1.0) };
@@ -140,8 +139,8 @@ fn hinged(pattern: Pattern, axis: usize, warp: [f64; 3], weft: f64) -> f64 {
         let (s, c) = (x[axis] / radius).sin_cos();
         (x[axis], x[2]) = (radius * s, radius * (1.0 - c));
     };
-    let mut body = Body::new(&material, sheet.rest.clone(), |r| sheet.given(r.kind)).unwrap();
-    let mut flat = Body::new(&membrane, sheet.rest.clone(), |r| sheet.given(r.kind)).unwrap();
+    let mut body = Body::new(&material, sheet.rest.clone(), |r| sheet.elements(r.kind)).unwrap();
+    let mut flat = Body::new(&membrane, sheet.rest.clone(), |r| sheet.elements(r.kind)).unwrap();
     body.x.iter_mut().for_each(bend);
     flat.x.clone_from(&body.x);
     let energy = body.energy(&material).unwrap() - flat.energy(&membrane).unwrap();
@@ -191,7 +190,7 @@ fn warp_weft_and_curved_rest_states() {
     across.triangles.material.chunks_mut(2).for_each(|u| (u[0], u[1]) = (u[1], -u[0]));
     for (sheet, rigidity) in [(&sheet, 1.0), (&across, 3.0)] {
         for (rest, x) in [(&sheet.rest, &bent), (&bent, &sheet.rest)] {
-            let mut body = Body::new(&material, rest.clone(), |r| sheet.given(r.kind)).unwrap();
+            let mut body = Body::new(&material, rest.clone(), |r| sheet.elements(r.kind)).unwrap();
             assert!(coupled_energy(&body, &material) < 1e-20 * plate);
             body.x.clone_from(x);
             let ratio = coupled_energy(&body, &material) / (rigidity * plate);
@@ -206,19 +205,18 @@ fn cantilever(pattern: Pattern, cells: usize) -> f64 {
     let mut sheet = strip(pattern, cells);
     let real = sheet.rest.len();
     hold(&mut sheet, |x| x == 0.0);
-    let body = Body::new(&material, sheet.rest.clone(), |r| sheet.given(r.kind)).unwrap();
+    let body = Body::new(&material, sheet.rest.clone(), |r| sheet.elements(r.kind)).unwrap();
     let factor = compliance(&body, &material);
-    let (planes, hinges) = body.strains(&material).unwrap();
-    let m = hinges.len();
+    let strains = body.strains(&material).unwrap();
     let free: Vec<usize> = (0..real).filter(|n| sheet.rest[*n][0] > 0.0).collect();
     // Columns L^-1 ds/dz: their products are the stiffness.
     let columns: Vec<Vec<f64>> = free
         .iter()
         .map(|node| {
-            let mut column = vec![0.0; m];
-            for (e, corners) in hinges.iter().enumerate() {
+            let mut column = vec![0.0; strains.corners.len()];
+            for (e, corners) in strains.corners.iter().enumerate() {
                 for corner in (0..4).filter(|c| corners[*c] as usize == *node) {
-                    column[e] += planes[(1 + 3 * corner + 2) * m + e];
+                    column[e] += strains.plane(1 + 3 * corner + 2)[e];
                 }
             }
             factor.forward(&mut column);
@@ -252,13 +250,13 @@ fn collapsed_folds_stay_finite() {
     for bending in [0.0, 1.0] {
         let material = cloth(bending);
         for squash in [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1e-12, 1e-12, 1.0], [1e9, 1.0, 1.0]] {
-            let mut body = Body::new(&material, sheet.rest.clone(), |r| sheet.given(r.kind)).unwrap();
+            let mut body = Body::new(&material, sheet.rest.clone(), |r| sheet.elements(r.kind)).unwrap();
             for (n, x) in body.x.iter_mut().enumerate() {
                 *x = [squash[0] * x[0], squash[1] * x[1], squash[2] * 0.01 * (n as f64).sin()];
             }
-            let (strains, _) = if bending == 0.0 { body.strains(&material).unwrap() } else { Default::default() };
+            let strains = if bending == 0.0 { body.strains(&material).unwrap().values } else { Vec::new() };
             let force = body.forces(&material).unwrap();
-            let k = body.tangent(&material, Tangent { stiffness: 1.0, damping: 1.0 }).unwrap();
+            let k = body.tangent(&material, TangentScale { stiffness: 1.0, damping: 1.0 }).unwrap();
             let finite = strains.iter().chain(force.iter().flatten()).chain(&k).all(|v| v.is_finite());
             assert!(finite, "{bending}: {squash:?}");
         }
@@ -270,7 +268,7 @@ fn hinges_without_a_side_are_refused_by_number() {
     let sheet = kit::sheet([1, 1], 0.01);
     let mut rest = sheet.rest.clone();
     rest[3] = rest[0];
-    let found = Body::new(&cloth(1.0), rest, |r| sheet.given(r.kind));
+    let found = Body::new(&cloth(1.0), rest, |r| sheet.elements(r.kind));
     let fault = found.map(drop).unwrap_err();
     assert!(fault.reason.starts_with("hinge 0 "), "{fault}");
 }

@@ -4,7 +4,7 @@ use pliant_cloth::Cloth;
 use pliant_plugin_api::kit::{self, CountingAllocator};
 use pliant_plugin_api::{
     AsMaterial, Blocks, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, NormalForces,
-    Params, Planes, Tangent,
+    Params, Planes, TangentScale,
 };
 
 #[global_allocator]
@@ -45,7 +45,7 @@ impl Material for Laplacian {
         self.0.forces(at, out)
     }
 
-    fn tangent(&self, at: &Elements<'_>, scale: Tangent, out: &mut Blocks<'_>) -> Result<(), Fault> {
+    fn tangent(&self, at: &Elements<'_>, scale: TangentScale, out: &mut Blocks<'_>) -> Result<(), Fault> {
         self.0.tangent(at, scale, out)
     }
 

@@ -1,10 +1,10 @@
 //! Energy, force and matrix against each other's differences, for every frame and a sheet that is far from isotropic.
 
 use pliant_cloth::Cloth;
-use pliant_plugin_api::Tangent;
+use pliant_plugin_api::TangentScale;
 use pliant_plugin_api::kit::{self, Body};
 
-const STIFFNESS: Tangent = Tangent { stiffness: 1.0, damping: 0.0 };
+const STIFFNESS: TangentScale = TangentScale { stiffness: 1.0, damping: 0.0 };
 const SHEET: [(&str, f64); 5] =
     [("young-warp", 1000.0), ("young-weft", 60.0), ("poisson", 0.9), ("shear", 25.0), ("damping-time", 0.0)];
 
@@ -27,7 +27,7 @@ fn wrinkling(frame: f64) -> Cloth {
 
 fn deformed(material: &Cloth, stretch: f64) -> Body {
     let sheet = kit::sheet([2, 2], 0.01);
-    let mut body = Body::new(material, sheet.rest.clone(), |r| sheet.given(r.kind)).unwrap();
+    let mut body = Body::new(material, sheet.rest.clone(), |r| sheet.elements(r.kind)).unwrap();
     for (n, x) in body.x.iter_mut().enumerate() {
         let wave = |i: usize| 0.0015 * (1.7 * n as f64 + 2.3 * i as f64).sin();
         *x = [stretch * x[0] + 0.3 * x[1] + wave(0), x[1] + wave(1), 0.2 * x[0] + wave(2)];
@@ -117,7 +117,7 @@ fn exact_matrix_is_the_slope_and_the_projected_one_is_nowhere_softer_nor_negativ
 fn hinge_matrix_at_rest_is_the_slope() {
     let material = cloth(0.0, 0.0, 1.0);
     let sheet = kit::sheet([2, 2], 0.01);
-    let body = Body::new(&material, sheet.rest.clone(), |r| sheet.given(r.kind)).unwrap();
+    let body = Body::new(&material, sheet.rest.clone(), |r| sheet.elements(r.kind)).unwrap();
     let (k, slope) = (body.tangent(&material, STIFFNESS).unwrap(), slopes(&material, &body));
     let off: Vec<f64> = k.iter().zip(&slope).map(|(k, s)| k - s).collect();
     assert!(largest(&off) < 1e-5 * largest(&k), "{}", largest(&off) / largest(&k));

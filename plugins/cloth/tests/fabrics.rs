@@ -8,7 +8,7 @@ fn measure(numbers: &[(&str, f64)]) -> Result<[f64; 3], String> {
     let still = [numbers, &[("bending", 2.0)]].concat();
     let material: Cloth = kit::material(&still).map_err(|fault| fault.reason.into_owned())?;
     let sheet = kit::sheet([1, 1], 1.0);
-    let mut body = Body::new(&material, sheet.rest.clone(), |r| sheet.given(r.kind)).unwrap();
+    let mut body = Body::new(&material, sheet.rest.clone(), |r| sheet.elements(r.kind)).unwrap();
     let mut energy = |f: [f64; 2]| {
         body.x = sheet.rest.iter().map(|x| [f[0] * x[0], f[1] * x[1], 0.0]).collect();
         2e4 * body.energy(&material).unwrap()

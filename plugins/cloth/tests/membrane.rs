@@ -3,7 +3,7 @@
 mod strip;
 
 use pliant_cloth::Cloth;
-use pliant_plugin_api::Tangent;
+use pliant_plugin_api::TangentScale;
 use pliant_plugin_api::kit::{self, Body, Sheet};
 use strip::{PATTERNS, WIDTH, strip};
 
@@ -28,7 +28,7 @@ fn square(pattern: strip::Pattern, material: &Cloth) -> (Sheet, Body) {
     sheet.rest.iter_mut().for_each(|x| *x = [0.1 * x[0], 0.1 * x[1] / wide, 0.0]);
     let triangles: Vec<[u32; 3]> = sheet.triangles.nodes.as_chunks::<3>().0.to_vec();
     let sheet = Sheet::new(sheet.rest, &triangles);
-    let body = Body::new(material, sheet.rest.clone(), |r| sheet.given(r.kind)).unwrap();
+    let body = Body::new(material, sheet.rest.clone(), |r| sheet.elements(r.kind)).unwrap();
     (sheet, body)
 }
 
@@ -160,7 +160,7 @@ fn trellis_shear_stretches_yarns_as_tabled() {
             let own =
                 [("young-warp", warp), ("young-weft", weft), ("shear", of_shear), ("poisson", 0.0), ("frame", frame)];
             let material = cloth(&own);
-            let mut body = Body::new(&material, sheet.rest.clone(), |r| sheet.given(r.kind)).unwrap();
+            let mut body = Body::new(&material, sheet.rest.clone(), |r| sheet.elements(r.kind)).unwrap();
             let (s, c) = (0.5 * f64::to_radians(gamma)).sin_cos();
             body.x = vec![[0.0; 3], [c, s, 0.0], [s, c, 0.0]];
             body.energy(&material).unwrap()
@@ -189,10 +189,10 @@ fn states_nobody_should_see_stay_finite() {
     for (frame, tangent) in [(0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (0.0, 1.0), (1.0, 1.0), (2.0, 1.0)] {
         let material = cloth(&[("frame", frame), ("tangent", tangent)]);
         for x in places {
-            let mut body = Body::new(&material, sheet.rest.clone(), |r| sheet.given(r.kind)).unwrap();
+            let mut body = Body::new(&material, sheet.rest.clone(), |r| sheet.elements(r.kind)).unwrap();
             (body.x, body.v) = (x.to_vec(), vec![[1.0, 2.0, 3.0], [0.0; 3], [-1.0, 0.0, 2.0]]);
             let force = body.forces(&material).unwrap();
-            let k = body.tangent(&material, Tangent { stiffness: 1.0, damping: 1.0 }).unwrap();
+            let k = body.tangent(&material, TangentScale { stiffness: 1.0, damping: 1.0 }).unwrap();
             let finite = force.iter().flatten().chain(&k).all(|v| v.is_finite());
             assert!(finite && body.energy(&material).unwrap().is_finite(), "{frame} {tangent}: {x:?}");
         }
@@ -205,7 +205,7 @@ fn unusable_triangles_are_refused_by_number() {
     let rest = vec![[0.0; 3], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.2, 0.0, 0.0]];
     for bad in [[1, 2, 0], [0, 1, 3], [0, 2, 1]] {
         let sheet = Sheet::new(rest.clone(), &[[0, 1, 2], bad]);
-        let found = Body::new(&material, rest.clone(), |r| sheet.given(r.kind));
+        let found = Body::new(&material, rest.clone(), |r| sheet.elements(r.kind));
         if bad == [1, 2, 0] {
             assert!(found.is_ok());
         } else {

@@ -100,7 +100,7 @@ pub(crate) fn probe(params: &Params<'_>) -> Vec<Finding> {
     };
     if key.is_none() && !settings.peer.ip().is_loopback() {
         let text = format!("{} is on a network and there is no key", settings.peer);
-        findings.push(Finding::wanting("key", text, "give `key`, or anyone there can move the hand"));
+        findings.push(Finding::degraded("key", text, "give `key`, or anyone there can move the hand"));
     }
     let met = Link::new(settings.peer, settings.layout, key)
         .map_err(|e| e.to_string())
@@ -108,7 +108,7 @@ pub(crate) fn probe(params: &Params<'_>) -> Vec<Finding> {
     findings.push(match met {
         Ok(link) => {
             link.send(&Default::default(), 0, crate::link::Say::Goodbye);
-            Finding::good("device", format!("answers at {}", settings.peer))
+            Finding::present("device", format!("answers at {}", settings.peer))
         }
         Err(text) => Finding::missing("device", text, REMEDY),
     });

@@ -11,7 +11,7 @@ fn main() {
     let springs = block.links.family.len();
     for tau in [0.0, 1e-4] {
         let material: MassSpring = kit::material(&[("flexion", 0.125), ("damping-time", tau)]).unwrap();
-        let mut body = kit::Body::new(&material, block.rest.clone(), |r| block.given(r.kind)).unwrap();
+        let mut body = kit::Body::new(&material, block.rest.clone(), |r| block.elements(r.kind)).unwrap();
         for (i, x) in body.x.iter_mut().enumerate() {
             x[0] += 1e-4 * (i as f64).sin();
         }

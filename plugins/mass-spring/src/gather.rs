@@ -1,7 +1,7 @@
 //! Springs in lanes of a vector unit, wherever their ends are.
 
 use crate::kernel::{LANES, Springs};
-use pliant_plugin_api::lanes::{MOST_LANES, Real, Wide};
+use pliant_plugin_api::lanes::{MAX_LANES, Real, Wide};
 use pulp::{Simd, WithSimd};
 
 /// As many springs as `S` has lanes.
@@ -19,7 +19,7 @@ impl Springs<'_> {
     /// Those from `e` on. Past the end they are the last one, without stiffness.
     #[inline(always)]
     pub fn gather<S: Simd>(&self, simd: S, e: usize) -> Gathered<S> {
-        let (mut d, mut l0, mut k) = ([[0.0; MOST_LANES]; 3], [0.0; MOST_LANES], [0.0; MOST_LANES]);
+        let (mut d, mut l0, mut k) = ([[0.0; MAX_LANES]; 3], [0.0; MAX_LANES], [0.0; MAX_LANES]);
         for lane in 0..S::F64_LANES {
             let at = (e + lane).min(self.ends.len() - 1);
             let (from, to) = (self.x[self.ends[at][0] as usize], self.x[self.ends[at][1] as usize]);

@@ -16,7 +16,7 @@ mod avx512;
 
 use crate::gather::Energy;
 use crate::stiffness::Stiffness;
-use pliant_plugin_api::{Blocks, Elements, Entry, NodeVectors, Tangent, prefetch};
+use pliant_plugin_api::{BlockScalar, Blocks, Elements, NodeVectors, NodeWindow, TangentScale, prefetch};
 
 /// Springs in a block.
 pub const LANES: usize = 8;
@@ -108,7 +108,7 @@ impl Kernel {
 
     /// Adds the force of each spring, `k ((l - l0) + tau dl/dt)` along its axis, to its ends.
     pub fn forces(&self, springs: Springs<'_>, out: &mut NodeVectors<'_>) {
-        let (first, force) = out.window();
+        let NodeWindow { first_node: first, values: force } = out.window();
         match self.arch {
             #[cfg(target_arch = "x86_64")]
             pulp::Arch::V4(simd) => simd.vectorize(Pass { block: simd, springs, first, force }),
@@ -119,7 +119,7 @@ impl Kernel {
     }
 
     /// Adds the stiffness of each spring, as [`Stiffness`] has it.
-    pub fn stiffness<T: Entry>(&self, springs: Springs<'_>, scale: Tangent, out: &mut Blocks<'_, T>) {
+    pub fn stiffness<T: BlockScalar>(&self, springs: Springs<'_>, scale: TangentScale, out: &mut Blocks<'_, T>) {
         self.arch.dispatch(Stiffness::new(springs, scale, out));
     }
 
@@ -250,7 +250,7 @@ mod tests {
         let block = kit::block([11, 4, 3], 0.01, abi::STRUCTURAL | abi::SHEAR);
         for tau in [0.0, 0.01] {
             let mut material: MassSpring = kit::material(&[("damping-time", tau)]).unwrap();
-            let mut body = kit::Body::new(&material, block.rest.clone(), |r| block.given(r.kind)).unwrap();
+            let mut body = kit::Body::new(&material, block.rest.clone(), |r| block.elements(r.kind)).unwrap();
             for (i, (x, v)) in body.x.iter_mut().zip(&mut body.v).enumerate() {
                 *x = [x[0] + 2e-3 * (i as f64).sin(), x[1] - 1e-3 * (2.0 * i as f64).cos(), x[2]];
                 *v = [(i as f64).cos(), 0.5, -(i as f64).sin()];
@@ -261,7 +261,7 @@ mod tests {
                 material.kernel = Kernel { arch };
                 let mut force = vec![[0.0; 3]; body.x.len()];
                 body.add_forces(&material, &mut force).unwrap();
-                let both = Tangent { stiffness: 0.7, damping: 0.3 };
+                let both = TangentScale { stiffness: 0.7, damping: 0.3 };
                 let single = body.single_blocks(&material, both, usize::MAX).unwrap();
                 let stiffness = body.tangent(&material, both).unwrap();
                 let energy = body.energy(&material).unwrap();
@@ -284,7 +284,7 @@ mod tests {
         }
         for (tau, arch) in [0.0, 0.01].into_iter().flat_map(|tau| units().into_iter().map(move |arch| (tau, arch))) {
             let mut material: MassSpring = kit::material(&[("damping-time", tau)]).unwrap();
-            let mut body = kit::Body::new(&material, block.rest.clone(), |r| block.given(r.kind)).unwrap();
+            let mut body = kit::Body::new(&material, block.rest.clone(), |r| block.elements(r.kind)).unwrap();
             material.kernel = Kernel { arch };
             assert!(body.forces(&material).unwrap().as_flattened().iter().all(|f| *f == 0.0));
             body.x[20][1] *= 1.0 + 1e-12;
@@ -297,7 +297,7 @@ mod tests {
         let block = kit::block([9, 1, 1], 1.0, abi::STRUCTURAL);
         for (tau, arch) in [0.0, 0.01].into_iter().flat_map(|tau| units().into_iter().map(move |arch| (tau, arch))) {
             let mut material: MassSpring = kit::material(&[("damping-time", tau)]).unwrap();
-            let mut body = kit::Body::new(&material, block.rest.clone(), |r| block.given(r.kind)).unwrap();
+            let mut body = kit::Body::new(&material, block.rest.clone(), |r| block.elements(r.kind)).unwrap();
             material.kernel = Kernel { arch };
             for (apart, pushed) in [(0.0, false), (0.9 * NO_DIRECTION, false), (1.1 * NO_DIRECTION, true)] {
                 // All along one line, so that what is across it is what springs in blocks and alone push.

@@ -13,7 +13,7 @@ mod stiffness;
 use kernel::Springs;
 use pliant_plugin_api::{
     AsMaterial, Blocks, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, Param, Params,
-    Planes, SingleBlocks, Tangent, abi, export_plugins,
+    Planes, SingleBlocks, TangentScale, abi, export_plugins,
 };
 
 /// Parameters, resolved.
@@ -108,7 +108,7 @@ impl Material for MassSpring {
 
     fn rest(&self, at: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
         let (ends, family, weight, rest) = (at.corners::<2>(), at.family(), at.measure(), at.rest());
-        let [length, stiffness] = out.first();
+        let [length, stiffness] = out.first_planes();
         for e in 0..at.len() {
             let [a, b] = ends[e].map(|node| rest[node as usize]);
             length[e] = kernel::length(a, b);
@@ -142,12 +142,12 @@ impl Material for MassSpring {
         Ok(())
     }
 
-    fn tangent(&self, at: &Elements<'_>, scale: Tangent, out: &mut Blocks<'_>) -> Result<(), Fault> {
+    fn tangent(&self, at: &Elements<'_>, scale: TangentScale, out: &mut Blocks<'_>) -> Result<(), Fault> {
         self.kernel.stiffness(self.springs(at), scale, out);
         Ok(())
     }
 
-    fn single_tangent(&self, at: &Elements<'_>, scale: Tangent, out: &mut SingleBlocks<'_>) -> Result<(), Fault> {
+    fn single_tangent(&self, at: &Elements<'_>, scale: TangentScale, out: &mut SingleBlocks<'_>) -> Result<(), Fault> {
         self.kernel.stiffness(self.springs(at), scale, out);
         Ok(())
     }

@@ -7,8 +7,8 @@
 
 use crate::gather::Gathered;
 use crate::kernel::{NO_DIRECTION, Springs};
-use pliant_plugin_api::lanes::{MOST_LANES, Real};
-use pliant_plugin_api::{Blocks, Entry, Tangent, abi, pair};
+use pliant_plugin_api::lanes::{MAX_LANES, Real};
+use pliant_plugin_api::{BlockScalar, BlockWindow, Blocks, TangentScale, abi, pair_index};
 use pulp::{Simd, WithSimd};
 
 /// Where entries of an upper triangle are in a block.
@@ -25,42 +25,42 @@ pub struct Stiffness<'a, T> {
     blocks: &'a mut [[T; 9]],
 }
 
-impl<'a, T: Entry> Stiffness<'a, T> {
+impl<'a, T: BlockScalar> Stiffness<'a, T> {
     /// `scale.stiffness` K + `scale.damping` C.
-    pub fn new(springs: Springs<'a>, scale: Tangent, out: &'a mut Blocks<'_, T>) -> Self {
-        let (slots, first, blocks) = out.window();
+    pub fn new(springs: Springs<'a>, scale: TangentScale, out: &'a mut Blocks<'_, T>) -> Self {
+        let BlockWindow { slots, first_slot: first, blocks } = out.window();
         Self { springs, factors: [scale.stiffness, scale.damping * springs.damping_time], slots, first, blocks }
     }
 }
 
-impl<T: Entry> WithSimd for Stiffness<'_, T> {
+impl<T: BlockScalar> WithSimd for Stiffness<'_, T> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
-        let (mut upper, mut rows) = ([[0.0; MOST_LANES]; 6], [[T::of(0.0); 9]; MOST_LANES]);
+        let (mut upper, mut rows) = ([[0.0; MAX_LANES]; 6], [[T::from_f64(0.0); 9]; MAX_LANES]);
         for e in (0..self.springs.ends.len()).step_by(S::F64_LANES) {
             self.upper(simd, e, &mut upper);
             for (plane, places) in upper.iter().zip(PLACES) {
                 for lane in 0..S::F64_LANES {
-                    let value = T::of(plane[lane]);
+                    let value = T::from_f64(plane[lane]);
                     rows[lane][places[0]] = value;
                     rows[lane][places[1]] = value;
                 }
             }
             for lane in 0..S::F64_LANES.min(self.springs.ends.len() - e) {
                 let slots = self.slots[e + lane];
-                if T::OF_ONE_NODE {
-                    self.add(slots[pair(0, 0, 2)], &rows[lane]);
-                    self.add(slots[pair(1, 1, 2)], &rows[lane]);
+                if T::HAS_DIAGONAL_BLOCKS {
+                    self.add(slots[pair_index(0, 0, 2)], &rows[lane]);
+                    self.add(slots[pair_index(1, 1, 2)], &rows[lane]);
                 }
-                self.subtract(slots[pair(0, 1, 2)], &rows[lane]);
+                self.subtract(slots[pair_index(0, 1, 2)], &rows[lane]);
             }
         }
     }
 }
 
-impl<T: Entry> Stiffness<'_, T> {
+impl<T: BlockScalar> Stiffness<'_, T> {
     /// Transposed or not: blocks are symmetric, which [`Blocks::add`] does not know; with it a step takes a twentieth longer.
     #[inline(always)]
     fn at(&mut self, slot: u32) -> &mut [T; 9] {
@@ -89,9 +89,9 @@ impl<T: Entry> Stiffness<'_, T> {
 
     /// The upper triangles, row by row, of springs from `e` on.
     #[inline(always)]
-    fn upper<S: Simd>(&self, simd: S, e: usize, out: &mut [[f64; MOST_LANES]; 6]) {
+    fn upper<S: Simd>(&self, simd: S, e: usize, out: &mut [[f64; MAX_LANES]; 6]) {
         let Gathered { d: [x, y, z], square, l0, k } = self.springs.gather(simd, e);
-        let (zero, one) = (square.of(0.0), square.of(1.0));
+        let (zero, one) = (square.splat(0.0), square.splat(1.0));
         let over = one / square;
         // l0 / l
         let short = l0 * square.sqrt() * over;
@@ -102,7 +102,7 @@ impl<T: Entry> Stiffness<'_, T> {
         let shortest = l0 * NO_DIRECTION;
         let all = [u * x + across, u * y, u * z, v * y + across, v * z, w * z + across];
         for i in 0..6 {
-            out[i] = square.if_less(shortest * shortest, zero, all[i]).lanes();
+            out[i] = square.if_less(shortest * shortest, zero, all[i]).to_array();
         }
     }
 }

@@ -2,14 +2,14 @@
 
 use pliant_mass_spring::MassSpring;
 use pliant_plugin_api::kit::{self, Block, Body};
-use pliant_plugin_api::{Material, Tangent, abi};
+use pliant_plugin_api::{Material, TangentScale, abi};
 
 const ALL: u32 = abi::STRUCTURAL | abi::SHEAR | abi::FLEXION;
 
 fn body(material: &MassSpring, block: &Block) -> Body {
     let families = material.elements().iter().fold(0, |all, r| all | r.families);
     assert_eq!(families & !ALL, 0);
-    Body::new(material, block.rest.clone(), |r| block.given(r.kind)).unwrap()
+    Body::new(material, block.rest.clone(), |r| block.elements(r.kind)).unwrap()
 }
 
 /// Moves every node by up to `size` (m), the same way on every run.
@@ -72,8 +72,8 @@ fn stiffness_and_damping_are_minus_the_slopes_of_the_force() {
         *x = x.map(|c| 1.2 * c); // all springs in tension, where the matrix is the exact Hessian
     }
     let width = 3 * body.x.len();
-    let k = body.tangent(&material, Tangent { stiffness: 1.0, damping: 0.0 }).unwrap();
-    let c = body.tangent(&material, Tangent { stiffness: 0.0, damping: 1.0 }).unwrap();
+    let k = body.tangent(&material, TangentScale { stiffness: 1.0, damping: 0.0 }).unwrap();
+    let c = body.tangent(&material, TangentScale { stiffness: 0.0, damping: 1.0 }).unwrap();
     let scale = k.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     for column in 0..width {
         let slope = |of_velocity: bool, eps: f64| {
@@ -165,7 +165,7 @@ fn pulled(material: &MassSpring, cells: u32) -> (f64, f64) {
     let block = kit::block([cells; 3], h, ALL);
     let body = body(material, &block);
     let width = 3 * body.x.len();
-    let k = body.tangent(material, Tangent { stiffness: 1.0, damping: 0.0 }).unwrap();
+    let k = body.tangent(material, TangentScale { stiffness: 1.0, damping: 0.0 }).unwrap();
     let strain = 1.0;
     let (top, side) = (f64::from(cells) * h, 1e-9);
     let fixed: Vec<Option<f64>> = (0..width)
@@ -248,7 +248,11 @@ fn r20_moduli_of_a_block() {
 #[test]
 fn parameters_out_of_range_are_refused() {
     let spring_of_no_length = Body::new(&kit::material::<MassSpring>(&[]).unwrap(), vec![[0.0; 3], [0.0; 3]], |r| {
-        if r.kind == abi::LINK { kit::Given { nodes: vec![0, 1], ..Default::default() } } else { kit::Given::default() }
+        if r.kind == abi::LINK {
+            kit::ElementList { nodes: vec![0, 1], ..Default::default() }
+        } else {
+            kit::ElementList::default()
+        }
     });
     assert!(spring_of_no_length.unwrap_err().reason.contains("rest length"));
 }

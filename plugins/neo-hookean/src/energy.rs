@@ -62,13 +62,13 @@ impl Moduli {
 
     #[inline(always)]
     fn shear<T: Real>(&self, ic: T) -> T {
-        let one = ic.of(1.0);
+        let one = ic.splat(1.0);
         (one - one / (ic + one)) * self.mu
     }
 
     #[inline(always)]
     fn pressure<T: Real>(&self, j: T) -> T {
-        (j - j.of(self.alpha)) * self.lambda
+        (j - j.splat(self.alpha)) * self.lambda
     }
 
     /// d2psi/dF2 in closed form (their section 4; Smith, de Goes and Kim 2019); with `project`, without its negative part.
@@ -76,10 +76,10 @@ impl Moduli {
     pub(crate) fn curvature<T: Real>(&self, f: &M3<T>, project: bool) -> Curvature<T> {
         let (u, s, v) = singular(f);
         let ic = s[0] * s[0] + s[1] * s[1] + s[2] * s[2];
-        let (zero, one) = (ic.of(0.0), ic.of(1.0));
+        let (zero, one) = (ic.splat(0.0), ic.splat(1.0));
         let shear = self.shear(ic);
         let pressure = self.pressure(s[0] * s[1] * s[2]);
-        let growth = ic.of(2.0 * self.mu) / ((ic + one) * (ic + one));
+        let growth = ic.splat(2.0 * self.mu) / ((ic + one) * (ic + one));
         let slope = [s[1] * s[2], s[2] * s[0], s[0] * s[1]]; // dJ/ds
         let (mut scaling, mut own, mut other) = ([[zero; 3]; 3], [[zero; 3]; 3], [[zero; 3]; 3]);
         for i in 0..3 {
@@ -108,7 +108,7 @@ impl Moduli {
 /// The nearest positive semi-definite matrix to a symmetric one.
 #[inline(always)]
 fn without_negative<T: Real>(a: M3<T>) -> M3<T> {
-    let (zero, least) = (a[0][0].of(0.0), a[0][0].least());
+    let (zero, least) = (a[0][0].splat(0.0), a[0][0].min_positive());
     let (first, second, third) = (a[0][0], a[0][0] * a[1][1] - a[0][1] * a[0][1], determinant(&a));
     // What is no number stays as it is.
     let surely = first.if_less(least, zero, second.if_less(least, zero, third));

@@ -3,14 +3,14 @@
 use crate::NeoHookean;
 use crate::matrix::{M3, V3};
 use crate::tetrahedron::{STRIDE, Stiffness, Tetrahedron, Viscosity, add_viscous, planes};
-use pliant_plugin_api::lanes::{MOST_LANES, Wide};
-use pliant_plugin_api::{Blocks, Elements, Entry, NodeVectors, Tangent, pair};
+use pliant_plugin_api::lanes::{MAX_LANES, Wide};
+use pliant_plugin_api::{BlockScalar, Blocks, Elements, NodeVectors, TangentScale, pair_index};
 use pulp::{Simd, WithSimd};
 
 /// What is known of the corners of elements `e ..`; lanes past the end repeat the last element.
 #[inline(always)]
 fn gather<S: Simd>(simd: S, nodes: &[[u32; 4]], e: usize, of: &[[f64; 3]]) -> [V3<Wide<S>>; 4] {
-    let mut lanes = [[[0.0; MOST_LANES]; 3]; 4];
+    let mut lanes = [[[0.0; MAX_LANES]; 3]; 4];
     for lane in 0..S::F64_LANES {
         let nodes = nodes[(e + lane).min(nodes.len() - 1)];
         for corner in 0..4 {
@@ -34,10 +34,10 @@ fn shapes<S: Simd>(simd: S, planes: &[&[f64]; STRIDE], e: usize) -> Tetrahedron<
     let mut gradients = [[Wide(simd.splat_f64s(0.0), simd); 3]; 3];
     for corner in 0..3 {
         for i in 0..3 {
-            gradients[corner][i] = Wide::read(simd, planes[3 * corner + i], e);
+            gradients[corner][i] = Wide::load_clamped(simd, planes[3 * corner + i], e);
         }
     }
-    Tetrahedron::whole(gradients, Wide::read(simd, planes[9], e))
+    Tetrahedron::whole(gradients, Wide::load_clamped(simd, planes[9], e))
 }
 
 /// Adds forces. Gives a sum of them, to see whether all is finite.
@@ -63,10 +63,10 @@ impl WithSimd for Forces<'_, '_> {
                 add_viscous(&f, &rate, material.viscosity, &mut stress);
             }
             let forces = shape.forces(&stress);
-            let mut lanes = [[[0.0; MOST_LANES]; 3]; 4];
+            let mut lanes = [[[0.0; MAX_LANES]; 3]; 4];
             for corner in 0..4 {
                 for i in 0..3 {
-                    lanes[corner][i] = forces[corner][i].lanes();
+                    lanes[corner][i] = forces[corner][i].to_array();
                 }
             }
             for lane in 0..S::F64_LANES.min(nodes.len() - e) {
@@ -85,11 +85,11 @@ impl WithSimd for Forces<'_, '_> {
 pub(crate) struct Tangents<'a, 'b, T> {
     pub(crate) material: &'a NeoHookean,
     pub(crate) at: &'a Elements<'a>,
-    pub(crate) scale: Tangent,
+    pub(crate) scale: TangentScale,
     pub(crate) out: &'a mut Blocks<'b, T>,
 }
 
-impl<T: Entry> WithSimd for Tangents<'_, '_, T> {
+impl<T: BlockScalar> WithSimd for Tangents<'_, '_, T> {
     type Output = ();
 
     #[inline(always)]
@@ -110,7 +110,7 @@ impl<T: Entry> WithSimd for Tangents<'_, '_, T> {
             let count = S::F64_LANES.min(nodes.len() - e);
             for a in 0..4 {
                 for b in a..4 {
-                    if a == b && !T::OF_ONE_NODE {
+                    if a == b && !T::HAS_DIAGONAL_BLOCKS {
                         continue;
                     }
                     let mut block = [[Wide(simd.splat_f64s(0.0), simd); 3]; 3];
@@ -120,7 +120,7 @@ impl<T: Entry> WithSimd for Tangents<'_, '_, T> {
                     if let Some(viscous) = &viscous {
                         viscous.add(a, b, &mut block);
                     }
-                    add(out, (e, count, pair(a, b, 4)), &block);
+                    add(out, (e, count, pair_index(a, b, 4)), &block);
                 }
             }
         }
@@ -129,13 +129,13 @@ impl<T: Entry> WithSimd for Tangents<'_, '_, T> {
 
 /// Adds blocks of `count` elements from `e` on.
 #[inline(always)]
-fn add<S: Simd, T: Entry>(out: &mut Blocks<'_, T>, (e, count, pair): (usize, usize, usize), block: &M3<Wide<S>>) {
-    let mut rows = [[[T::of(0.0); 3]; 3]; MOST_LANES];
+fn add<S: Simd, T: BlockScalar>(out: &mut Blocks<'_, T>, (e, count, pair): (usize, usize, usize), block: &M3<Wide<S>>) {
+    let mut rows = [[[T::from_f64(0.0); 3]; 3]; MAX_LANES];
     for i in 0..3 {
         for j in 0..3 {
-            let entries = block[i][j].lanes();
+            let entries = block[i][j].to_array();
             for lane in 0..S::F64_LANES {
-                rows[lane][i][j] = T::of(entries[lane]);
+                rows[lane][i][j] = T::from_f64(entries[lane]);
             }
         }
     }
@@ -147,14 +147,14 @@ fn add<S: Simd, T: Entry>(out: &mut Blocks<'_, T>, (e, count, pair): (usize, usi
 #[cfg(test)]
 mod tests {
     use crate::NeoHookean;
-    use pliant_plugin_api::{Tangent, abi, kit};
+    use pliant_plugin_api::{TangentScale, abi, kit};
 
     #[test]
     fn every_vector_unit_gives_the_same_bytes() {
         let block = kit::block([3, 3, 2], 0.01, abi::STRUCTURAL);
         for (tangent, tau) in [(0.0, 1e-3), (1.0, 0.0)] {
             let mut material: NeoHookean = kit::material(&[("tangent", tangent), ("damping-time", tau)]).unwrap();
-            let mut body = kit::Body::new(&material, block.rest.clone(), |r| block.given(r.kind)).unwrap();
+            let mut body = kit::Body::new(&material, block.rest.clone(), |r| block.elements(r.kind)).unwrap();
             for (i, (x, v)) in body.x.iter_mut().zip(&mut body.v).enumerate() {
                 let i = i as f64;
                 *x = [x[0] + 3e-3 * i.sin(), 0.8 * x[1] - 2e-3 * (2.0 * i).cos(), x[2] + 2e-3 * (0.7 * i).sin()];
@@ -168,7 +168,7 @@ mod tests {
             let mut results = Vec::new();
             for arch in units.flatten() {
                 material.arch = arch;
-                let both = Tangent { stiffness: 0.7, damping: 0.3 };
+                let both = TangentScale { stiffness: 0.7, damping: 0.3 };
                 let single = body.single_blocks(&material, both, usize::MAX).unwrap();
                 let single = single.into_iter().flatten().flatten().map(f64::from);
                 let forces = body.forces(&material).unwrap().into_iter().flatten();
@@ -187,11 +187,11 @@ mod tests {
     fn stiffness_of_what_is_no_number_is_none_and_that_of_others_stays() {
         let block = kit::block([3, 3, 2], 0.01, abi::STRUCTURAL);
         let material: NeoHookean = kit::material(&[("damping-time", 0.0)]).unwrap();
-        let mut body = kit::Body::new(&material, block.rest.clone(), |r| block.given(r.kind)).unwrap();
+        let mut body = kit::Body::new(&material, block.rest.clone(), |r| block.elements(r.kind)).unwrap();
         // Turned inside out, so that it has to be made positive.
         body.x.iter_mut().for_each(|x| *x = [-0.5 * x[0], 0.4 * x[1] + 0.3 * x[0], 0.9 * x[2]]);
         let of = |body: &kit::Body| {
-            let scale = Tangent { stiffness: 1.0, damping: 0.0 };
+            let scale = TangentScale { stiffness: 1.0, damping: 0.0 };
             let single = body.single_blocks(&material, scale, usize::MAX).unwrap();
             single.into_iter().flatten().flatten().map(f32::to_bits).collect::<Vec<_>>()
         };

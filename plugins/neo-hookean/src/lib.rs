@@ -12,7 +12,7 @@ mod tetrahedron;
 use energy::Moduli;
 use pliant_plugin_api::{
     AsMaterial, Blocks, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, Param, Params,
-    Planes, SingleBlocks, Tangent, abi, export_plugins,
+    Planes, SingleBlocks, TangentScale, abi, export_plugins,
 };
 use tetrahedron::{STRIDE, Tetrahedron, corners, planes};
 
@@ -79,7 +79,7 @@ impl Material for NeoHookean {
     }
 
     fn rest(&self, at: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
-        let out = out.first::<STRIDE>();
+        let out = out.first_planes::<STRIDE>();
         for (e, (&nodes, &share)) in at.corners::<4>().iter().zip(at.measure()).enumerate() {
             let Some(shape) = Tetrahedron::new(corners(nodes, at.rest()), share) else {
                 return Err(Fault::bad_argument("a tetrahedron has no volume at rest, or is inside out"));
@@ -109,12 +109,12 @@ impl Material for NeoHookean {
         finite(self.arch.dispatch(kernel::Forces { material: self, at, out })).map(drop)
     }
 
-    fn tangent(&self, at: &Elements<'_>, scale: Tangent, out: &mut Blocks<'_>) -> Result<(), Fault> {
+    fn tangent(&self, at: &Elements<'_>, scale: TangentScale, out: &mut Blocks<'_>) -> Result<(), Fault> {
         self.arch.dispatch(kernel::Tangents { material: self, at, scale, out });
         Ok(())
     }
 
-    fn single_tangent(&self, at: &Elements<'_>, scale: Tangent, out: &mut SingleBlocks<'_>) -> Result<(), Fault> {
+    fn single_tangent(&self, at: &Elements<'_>, scale: TangentScale, out: &mut SingleBlocks<'_>) -> Result<(), Fault> {
         self.arch.dispatch(kernel::Tangents { material: self, at, scale, out });
         Ok(())
     }

@@ -80,10 +80,10 @@ const NONE: f64 = 1e-32;
 /// is called.
 #[inline(always)]
 fn turn<T: Real>((a, v): (&mut M3<T>, &mut M3<T>), (p, q, r): (usize, usize, usize), (none, off): (T, T)) {
-    let (zero, one, apq) = (off.of(0.0), off.of(1.0), a[p][q]);
+    let (zero, one, apq) = (off.splat(0.0), off.splat(1.0), a[p][q]);
     let (apart, twice) = (a[q][q] - a[p][p], apq + apq);
     let below = apart.abs() + (apart * apart + twice * twice).sqrt();
-    let t = apart.if_less(zero, -twice, twice) / below.max(twice.abs()).max(below.least());
+    let t = apart.if_less(zero, -twice, twice) / below.max(twice.abs()).max(below.min_positive());
     // One that is done must not depend on others that are not.
     let t = none.if_less(off, t, zero);
     let c = one / (t * t + one).sqrt();
@@ -104,7 +104,7 @@ fn turn<T: Real>((a, v): (&mut M3<T>, &mut M3<T>), (p, q, r): (usize, usize, usi
 #[inline(always)]
 pub(crate) fn eigen<T: Real>(mut a: M3<T>) -> (V3<T>, M3<T>) {
     let none = squared(&a) * NONE;
-    let (zero, one) = (none.of(0.0), none.of(1.0));
+    let (zero, one) = (none.splat(0.0), none.splat(1.0));
     let mut v = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
     for _ in 0..SWEEPS {
         let off = a[0][1] * a[0][1] + a[0][2] * a[0][2] + a[1][2] * a[1][2];
@@ -139,7 +139,7 @@ pub(crate) fn singular<T: Real>(f: &M3<T>) -> (M3<T>, V3<T>, M3<T>) {
     ordered(&mut values, &mut v, 1, 2);
     ordered(&mut values, &mut v, 0, 1);
     v[2] = cross(v[0], v[1]);
-    let (zero, one, least) = (values[0].of(0.0), values[0].of(1.0), values[0].least());
+    let (zero, one, least) = (values[0].splat(0.0), values[0].splat(1.0), values[0].min_positive());
     let longest = times(f, v[0]);
     let s0 = dot(longest, longest).sqrt();
     let u0 = scaled(longest, one / s0.max(least));
@@ -172,13 +172,13 @@ pub(crate) fn singular<T: Real>(f: &M3<T>) -> (M3<T>, V3<T>, M3<T>) {
 /// A unit vector across one.
 #[inline(always)]
 fn across<T: Real>(a: V3<T>) -> V3<T> {
-    let (zero, one, half) = (a[0].of(0.0), a[0].of(1.0), a[0].of(0.5));
+    let (zero, one, half) = (a[0].splat(0.0), a[0].splat(1.0), a[0].splat(0.5));
     let [x, y, z] = [a[0].abs(), a[1].abs(), a[2].abs()];
     // The axis it has the least of.
     let first = y.if_less(x, zero, z.if_less(x, zero, one));
     let second = half.if_less(first, zero, z.if_less(y, zero, one));
     let b = cross(a, [first, second, one - first - second]);
-    scaled(b, one / dot(b, b).sqrt().max(zero.least()))
+    scaled(b, one / dot(b, b).sqrt().max(zero.min_positive()))
 }
 
 #[cfg(test)]

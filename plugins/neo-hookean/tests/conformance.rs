@@ -2,7 +2,7 @@
 
 use pliant_neo_hookean::NeoHookean;
 use pliant_plugin_api::kit::{self, Body, CountingAllocator};
-use pliant_plugin_api::{AsMaterial, Tangent};
+use pliant_plugin_api::{AsMaterial, TangentScale};
 
 #[global_allocator]
 static COUNTING: CountingAllocator = CountingAllocator;
@@ -16,9 +16,9 @@ fn conformance() {
 fn softest(tangent: f64) -> f64 {
     let material: NeoHookean = kit::material(&[("tangent", tangent), ("poisson", 0.49)]).unwrap();
     let block = kit::block([1, 1, 1], 0.01, 0);
-    let mut body = Body::new(&material, block.rest.clone(), |r| block.given(r.kind)).unwrap();
+    let mut body = Body::new(&material, block.rest.clone(), |r| block.elements(r.kind)).unwrap();
     body.x.iter_mut().for_each(|x| *x = [-0.5 * x[0], 0.4 * x[1] + 0.3 * x[0], 0.9 * x[2]]);
-    let k = body.tangent(&material, Tangent { stiffness: 1.0, damping: 0.0 }).unwrap();
+    let k = body.tangent(&material, TangentScale { stiffness: 1.0, damping: 0.0 }).unwrap();
     let n = 3 * body.x.len();
     let quotient = |u: &[f64]| {
         let ku = |i: usize| (0..n).map(|j| k[i * n + j] * u[j]).sum::<f64>();

@@ -72,13 +72,13 @@ pub(crate) fn probe(params: &Params<'_>) -> Vec<Finding> {
         findings.push(Finding::missing("driver library", text, INSTALL));
         return findings;
     }
-    findings.push(Finding::good("driver library", settings.library.display().to_string()));
+    findings.push(Finding::present("driver library", settings.library.display().to_string()));
     if std::env::var_os("GTDD_HOME").is_some_and(|home| !Path::new(&home).is_dir()) {
         let text = "GTDD_HOME names a folder that is not there";
         findings.push(Finding::missing("configuration", text, "correct it, or run the vendor's set-up"));
     }
     findings.push(match driver::look(&settings) {
-        Ok(found) => Finding::good("arm", found),
+        Ok(found) => Finding::present("arm", found),
         Err(text) => Finding::missing("arm", text, "plug it in, switch it on, and run the vendor's set-up"),
     });
     findings

@@ -185,7 +185,7 @@ impl Device for Pointer {
     fn probe(params: &Params<'_>) -> Vec<Finding> {
         let given = params.text("address").unwrap_or(ADDRESS);
         vec![match bind(params) {
-            Ok(_) => Finding::good("port", format!("{given} is free")),
+            Ok(_) => Finding::present("port", format!("{given} is free")),
             Err(fault) => Finding::missing("port", fault.reason, "end what uses it, or give another `address`"),
         }]
     }

@@ -1,43 +1,53 @@
-//! A hand that presses 3 mm into what is under it and stays.
+//! A device whose hand goes down from 6 mm to 1 mm and stays.
 
 use crate::{AFTER, fault, info};
 use pliant_plugin_api::abi::{DeviceInfo, Output, POSE_VALID, Pose};
 use pliant_plugin_api::{Device, Fault, Info, Param, Params};
 use std::sync::Mutex;
 
-/// A finger.
-pub struct Finger<const F: u8> {
+/// A device with the fault `F` (see [`fault`]).
+pub struct FingerDevice<const F: u8> {
+    /// s
     after: f64,
-    /// N, and until when, ns: what is rendered.
-    force: Mutex<([f64; 3], u64)>,
+    rendered: Mutex<Rendered>,
 }
 
-/// What the instance before rendered.
-static BEFORE: Mutex<([f64; 3], u64)> = Mutex::new(([0.0; 3], 0));
-/// N
+/// A force and the time it ends.
+#[derive(Clone, Copy)]
+struct Rendered {
+    /// N
+    force: [f64; 3],
+    valid_until_ns: u64,
+}
+
+const NO_FORCE: Rendered = Rendered { force: [0.0; 3], valid_until_ns: 0 };
+
+/// What the last instance rendered, for [`fault::KEEPS_FORCE_WHEN_REOPENED`].
+static LAST_INSTANCE: Mutex<Rendered> = Mutex::new(NO_FORCE);
+/// Peak force, N.
 const PEAK: f64 = 3.3;
 
-impl<const F: u8> Device for Finger<F> {
+impl<const F: u8> Device for FingerDevice<F> {
     const INFO: Info = info(
         match F {
             fault::PANIC => c"panics-in-read",
-            fault::NOT_A_NUMBER => c"places-not-a-number",
+            fault::NAN => c"positions-not-a-number",
             fault::REFUSES => c"lost-in-read",
-            fault::LIMITS_UPSIDE_DOWN => c"limits-upside-down",
+            fault::LIMITS_REVERSED => c"limits-reversed",
             fault::LEAVES_WORKSPACE => c"leaves-workspace",
             fault::OVER_PEAK => c"over-peak",
             fault::IGNORES_STOP => c"ignores-stop",
             fault::NEVER_EXPIRES => c"never-expires",
-            fault::OUTLIVES_ITSELF => c"outlives-itself",
+            fault::KEEPS_FORCE_WHEN_REOPENED => c"keeps-force-when-reopened",
             _ => c"sound-finger",
         },
         const { &[AFTER] as &[Param] },
     );
 
     fn new(params: &Params<'_>) -> Result<Self, Fault> {
-        let before = BEFORE.lock().map_or(([0.0; 3], 0), |b| *b);
-        let force = if F == fault::OUTLIVES_ITSELF { before } else { ([0.0; 3], 0) };
-        Ok(Self { after: params.number("after"), force: Mutex::new(force) })
+        let last = LAST_INSTANCE.lock().map_or(NO_FORCE, |last| *last);
+        let rendered = if F == fault::KEEPS_FORCE_WHEN_REOPENED { last } else { NO_FORCE };
+        Ok(Self { after: params.number("after"), rendered: Mutex::new(rendered) })
     }
 
     fn describe(&self) -> DeviceInfo {
@@ -50,7 +60,7 @@ impl<const F: u8> Device for Finger<F> {
             taxel_columns: 0,
             rate: 1000.0,
             peak_force: PEAK,
-            continuous_force: if F == fault::LIMITS_UPSIDE_DOWN { 2.0 * PEAK } else { 1.0 },
+            continuous_force: if F == fault::LIMITS_REVERSED { 2.0 * PEAK } else { 1.0 },
             stiffness: 700.0,
             damping: 5.0,
             resolution: 0.0,
@@ -60,51 +70,52 @@ impl<const F: u8> Device for Finger<F> {
         }
     }
 
-    fn read(&self, time: u64, poses: &mut [Pose]) -> Result<(), Fault> {
-        let seconds = time as f64 * 1e-9;
+    fn read(&self, time_ns: u64, poses: &mut [Pose]) -> Result<(), Fault> {
+        let seconds = time_ns as f64 * 1e-9;
         let due = seconds >= self.after;
         assert!(!(due && F == fault::PANIC), "panicked on purpose, in read");
         if due && F == fault::REFUSES {
             return Err(Fault::io("unplugged on purpose"));
         }
-        let height = if due && F == fault::NOT_A_NUMBER { f64::NAN } else { (0.006 - seconds).max(0.001) };
+        let height = if due && F == fault::NAN { f64::NAN } else { (0.006 - seconds).max(0.001) };
         let aside = if F == fault::LEAVES_WORKSPACE { 0.2 } else { 0.0 };
         let position = [aside, 0.0, height];
-        poses.fill(Pose { time_ns: time, flags: POSE_VALID, position, ..Pose::default() });
+        poses.fill(Pose { time_ns, flags: POSE_VALID, position, ..Pose::default() });
         Ok(())
     }
 
     fn write(&self, _: u64, outputs: &[Output]) -> Result<(), Fault> {
         let mut force = outputs[0].force;
-        let size = force.iter().map(|f| f * f).sum::<f64>().sqrt();
-        if !size.is_finite() {
+        let norm = force.iter().map(|f| f * f).sum::<f64>().sqrt();
+        if !norm.is_finite() {
             force = [0.0; 3];
-        } else if size > PEAK && F != fault::OVER_PEAK {
-            force = force.map(|f| f * PEAK / size);
+        } else if norm > PEAK && F != fault::OVER_PEAK {
+            force = force.map(|f| f * PEAK / norm);
         }
-        self.set((force, outputs[0].valid_until_ns));
+        self.set(Rendered { force, valid_until_ns: outputs[0].valid_until_ns });
         Ok(())
     }
 
     fn stop(&self) {
         if F != fault::IGNORES_STOP {
-            self.set(([0.0; 3], 0));
+            self.set(NO_FORCE);
         }
     }
 
-    fn rendered(&self, time: u64, outputs: &mut [Output]) -> Result<(), Fault> {
-        let (force, until) = self.force.lock().map_or(([0.0; 3], 0), |f| *f);
-        let stale = time > until && F != fault::NEVER_EXPIRES;
-        outputs[0].force = if stale { [0.0; 3] } else { force };
+    fn rendered(&self, time_ns: u64, outputs: &mut [Output]) -> Result<(), Fault> {
+        let rendered = self.rendered.lock().map_or(NO_FORCE, |rendered| *rendered);
+        let expired = time_ns > rendered.valid_until_ns && F != fault::NEVER_EXPIRES;
+        outputs[0].force = if expired { [0.0; 3] } else { rendered.force };
         Ok(())
     }
 }
 
-impl<const F: u8> Finger<F> {
-    fn set(&self, force: ([f64; 3], u64)) {
-        for to in [&self.force, &BEFORE] {
-            if let Ok(mut to) = to.lock() {
-                *to = force;
+impl<const F: u8> FingerDevice<F> {
+    /// Renders from now on, and remembers it for the next instance.
+    fn set(&self, rendered: Rendered) {
+        for target in [&self.rendered, &LAST_INSTANCE] {
+            if let Ok(mut target) = target.lock() {
+                *target = rendered;
             }
         }
     }

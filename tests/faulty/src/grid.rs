@@ -1,51 +1,56 @@
-//! A grid of one level: every cell of the surface's box.
+//! A grid of one level that occupies the whole bounding box of the surface.
 
 use crate::{AFTER, fault, info};
 use pliant_plugin_api::abi::{self, Cell, Level};
 use pliant_plugin_api::{Fault, Grid, Info, Location, Param, Params, RegionRequest, RegionSink, SurfaceView};
 
-/// Cells of a box, all of them the body's.
-pub struct Brick<const F: u8> {
-    /// Cells along each edge.
+/// A grid with the fault `F` (see [`fault`]), whose cells all belong to the body.
+pub struct BoxGrid<const F: u8> {
+    /// Cells along each axis.
     cells: u32,
-    /// m
+    /// Corner with the least coordinates, m.
     origin: [f64; 3],
-    /// m
+    /// Length of a cell's edge, m.
     edge: f64,
-    /// Points by cell, and where those of each cell begin.
+    /// Surface points, sorted by cell.
     points: Vec<u32>,
+    /// Where the points of each cell begin in `points`; one more than there are cells.
     start: Vec<u32>,
 }
 
-impl<const F: u8> Brick<F> {
-    /// Place of a cell, or with one more along each axis of a node.
-    fn place(along: u32, [i, j, k]: [u32; 3]) -> u32 {
-        i + along * (j + along * k)
+impl<const F: u8> BoxGrid<F> {
+    /// Index of a cell or node from its indices along the axes, with `count` of them along each axis, x fastest.
+    fn index(count: u32, [i, j, k]: [u32; 3]) -> u32 {
+        i + count * (j + count * k)
     }
 
-    fn each(along: u32) -> impl Iterator<Item = [u32; 3]> {
-        (0..along.pow(3)).map(move |at| [at % along, at / along % along, at / along / along])
+    /// Indices along the axes of every cell or node, in the order of [`Self::index`].
+    fn all(count: u32) -> impl Iterator<Item = [u32; 3]> {
+        (0..count.pow(3)).map(move |i| [i % count, i / count % count, i / count / count])
     }
 
+    /// Node at a corner of the cell `at`.
     fn corner(at: [u32; 3], corner: u32) -> [u32; 3] {
         [at[0] + (corner & 1), at[1] + (corner >> 1 & 1), at[2] + (corner >> 2)]
     }
 
-    fn seat(&self, point: [f64; 3]) -> ([u32; 3], [f64; 3]) {
+    /// Cell of a point, clamped to the grid, and coordinates in it.
+    fn locate_cell(&self, point: [f64; 3]) -> ([u32; 3], [f64; 3]) {
         let local: [f64; 3] = std::array::from_fn(|i| (point[i] - self.origin[i]) / self.edge);
         let cell = local.map(|c| (c.max(0.0) as u32).min(self.cells - 1));
         (cell, std::array::from_fn(|i| (local[i] - f64::from(cell[i])).clamp(0.0, 1.0)))
     }
 
+    /// Lists links along edges and face diagonals.
     fn links(&self, families: u32, out: &mut RegionSink<'_>) {
         let n = self.cells + 1;
         let steps = [[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0], [1, 0, 1], [0, 1, 1]];
-        for at in Self::each(n) {
+        for at in Self::all(n) {
             for step in steps {
                 let to = [at[0] + step[0], at[1] + step[1], at[2] + step[2]];
                 let family = if step.iter().sum::<u32>() == 1 { abi::STRUCTURAL } else { abi::SHEAR };
                 if to.iter().all(|c| *c < n) && families & family != 0 {
-                    out.link([Self::place(n, at), Self::place(n, to)], family, 1.0);
+                    out.link([Self::index(n, at), Self::index(n, to)], family, 1.0);
                 }
             }
         }
@@ -55,18 +60,18 @@ impl<const F: u8> Brick<F> {
     }
 }
 
-impl<const F: u8> Grid for Brick<F> {
+impl<const F: u8> Grid for BoxGrid<F> {
     const INFO: Info = info(
         match F {
             fault::PANIC => c"panics-in-build",
-            fault::NOT_A_NUMBER => c"weights-not-a-number",
+            fault::NAN => c"weights-not-a-number",
             fault::REFUSES => c"refuses-in-build",
-            fault::FALLING_IDS => c"falling-ids",
+            fault::DESCENDING_IDS => c"descending-ids",
             fault::LINK_TO_NOWHERE => c"link-to-nowhere",
             fault::WEIGHTS_TOO_LARGE => c"weights-too-large",
             fault::WEIGHTS_SWAPPED => c"weights-swapped",
             fault::PULLS_BACK_MORE => c"pulls-back-more",
-            fault::CELLS_ASKEW => c"cells-askew",
+            fault::CELLS_DISTORTED => c"cells-distorted",
             fault::REGION_OUTSIDE => c"region-outside",
             fault::HIDES_SURFACE => c"hides-surface",
             _ => c"sound-brick",
@@ -89,7 +94,7 @@ impl<const F: u8> Grid for Brick<F> {
         let longest = (0..3).map(|i| bound(i, f64::max) + 1e-6 - self.origin[i]).fold(0.0, f64::max);
         self.cells = 1 << (level.clamp(1, 6) - 1);
         self.edge = longest / f64::from(self.cells);
-        let cell_of = |v: &u32| Self::place(self.cells, self.seat(surface.points[*v as usize]).0);
+        let cell_of = |v: &u32| Self::index(self.cells, self.locate_cell(surface.points[*v as usize]).0);
         let mut points: Vec<u32> = (0..surface.points.len() as u32).collect();
         points.sort_by_key(cell_of);
         let begin = |cell: u32| points.partition_point(|v| cell_of(v) < cell) as u32;
@@ -110,8 +115,8 @@ impl<const F: u8> Grid for Brick<F> {
     }
 
     fn locate(&self, _: u32, point: [f64; 3]) -> Result<Location, Fault> {
-        let (cell, local) = self.seat(point);
-        Ok(Location { cell: u64::from(Self::place(self.cells, cell)), local })
+        let (cell, local) = self.locate_cell(point);
+        Ok(Location { cell: u64::from(Self::index(self.cells, cell)), local })
     }
 
     fn points(&self, _: u32) -> Result<&[u32], Fault> {
@@ -120,7 +125,7 @@ impl<const F: u8> Grid for Brick<F> {
 
     fn region(&self, request: &RegionRequest<'_>, out: &mut RegionSink<'_>) -> Result<(), Fault> {
         let (m, n) = (self.cells, self.cells + 1);
-        for (id, at) in Self::each(n).enumerate() {
+        for (id, at) in Self::all(n).enumerate() {
             let around: u32 = at.iter().map(|&c| if c == 0 || c == m { 1 } else { 2 }).product();
             let rest = std::array::from_fn(|i| self.origin[i] + self.edge * f64::from(at[i]));
             out.node(id as u64, rest, self.edge.powi(3) * f64::from(around) / 8.0, false);
@@ -128,14 +133,14 @@ impl<const F: u8> Grid for Brick<F> {
         if F == fault::REGION_OUTSIDE && request.balls.iter().any(|b| b.radius.is_finite()) {
             out.node(u64::from(n.pow(3)), self.origin.map(|c| c - self.edge), 1e-9, false);
         }
-        if F == fault::FALLING_IDS {
+        if F == fault::DESCENDING_IDS {
             out.node(0, self.origin, 1e-9, false);
         }
         let state = if F == fault::HIDES_SURFACE { abi::CELL_INSIDE } else { abi::CELL_SURFACE };
-        for (id, at) in Self::each(m).enumerate() {
-            let mut corners: [u32; 8] = std::array::from_fn(|c| Self::place(n, Self::corner(at, c as u32)));
-            if F == fault::CELLS_ASKEW && self.start[id] == self.start[id + 1] {
-                corners.swap(2, 3); // where no surface point would notice
+        for (id, at) in Self::all(m).enumerate() {
+            let mut corners: [u32; 8] = std::array::from_fn(|c| Self::index(n, Self::corner(at, c as u32)));
+            if F == fault::CELLS_DISTORTED && self.start[id] == self.start[id + 1] {
+                corners.swap(2, 3); // no surface point lies in this cell, so no other case notices
             }
             out.cell(id as u64, corners, [self.start[id], self.start[id + 1]], state);
         }
@@ -143,14 +148,20 @@ impl<const F: u8> Grid for Brick<F> {
         Ok(())
     }
 
-    fn weights(&self, _: u32, places: &[[f64; 3]], cells: &mut [u64], weights: &mut [[f64; 8]]) -> Result<(), Fault> {
-        for ((place, cell), weights) in places.iter().zip(cells).zip(weights) {
-            let (at, local) = self.seat(*place);
-            *cell = u64::from(Self::place(self.cells, at));
+    fn weights(
+        &self,
+        _: u32,
+        positions: &[[f64; 3]],
+        cells: &mut [u64],
+        weights: &mut [[f64; 8]],
+    ) -> Result<(), Fault> {
+        for ((position, cell), weights) in positions.iter().zip(cells).zip(weights) {
+            let (at, local) = self.locate_cell(*position);
+            *cell = u64::from(Self::index(self.cells, at));
             let share = |corner: usize, i: usize| if corner >> i & 1 == 1 { local[i] } else { 1.0 - local[i] };
             *weights = std::array::from_fn(|corner| (0..3).map(|i| share(corner, i)).product());
             match F {
-                fault::NOT_A_NUMBER => *weights = [f64::NAN; 8],
+                fault::NAN => *weights = [f64::NAN; 8],
                 fault::WEIGHTS_TOO_LARGE => *weights = weights.map(|w| 1.01 * w),
                 fault::WEIGHTS_SWAPPED => weights.swap(1, 2),
                 _ => {}
@@ -164,12 +175,12 @@ impl<const F: u8> Grid for Brick<F> {
         level: u32,
         rest: &[[f64; 3]],
         corners: &[[[f64; 3]; 8]],
-        places: &mut [[f64; 3]],
+        positions: &mut [[f64; 3]],
     ) -> Result<(), Fault> {
-        for ((rest, corners), place) in rest.iter().zip(corners).zip(places) {
+        for ((rest, corners), position) in rest.iter().zip(corners).zip(positions) {
             let (mut cell, mut w) = ([0], [[0.0; 8]]);
             self.weights(level, &[*rest], &mut cell, &mut w)?;
-            *place = [0, 1, 2].map(|i| (0..8).map(|c| w[0][c] * corners[c][i]).sum());
+            *position = [0, 1, 2].map(|i| (0..8).map(|c| w[0][c] * corners[c][i]).sum());
         }
         Ok(())
     }
@@ -182,15 +193,15 @@ impl<const F: u8> Grid for Brick<F> {
         loads: &[[f64; 3]],
         corner_loads: &mut [[[f64; 3]; 8]],
     ) -> Result<(), Fault> {
-        for ((rest, load), to) in rest.iter().zip(loads).zip(corner_loads) {
+        for ((rest, load), sum) in rest.iter().zip(loads).zip(corner_loads) {
             let (mut cell, mut w) = ([0], [[0.0; 8]]);
             self.weights(level, &[*rest], &mut cell, &mut w)?;
-            (0..8).for_each(|c| (0..3).for_each(|i| to[c][i] += 1.01 * w[0][c] * load[i]));
+            (0..8).for_each(|c| (0..3).for_each(|i| sum[c][i] += 1.01 * w[0][c] * load[i]));
         }
         Ok(())
     }
 
-    /// Its place is linear all the same, but the host must then use it.
+    /// `place` is linear, but with this fault the host is told to use it.
     fn is_nonlinear(&self) -> bool {
         F == fault::PULLS_BACK_MORE
     }

@@ -3,65 +3,70 @@
 use crate::{AFTER, fault, info};
 use pliant_plugin_api::{
     Blocks, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, Param, Params, Planes,
-    SingleBlocks, Tangent, abi,
+    SingleBlocks, TangentScale, abi,
 };
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// N/m, of every spring.
+/// Stiffness of every spring, N/m.
 const STIFFNESS: f64 = 20.0;
-/// N s/m, along every spring.
+/// Damping along every spring, N s/m.
 const DAMPING: f64 = 2e-2;
 
-/// What the newest instance was told.
-static TOLD: AtomicU64 = AtomicU64::new(0);
+/// Bits of the parameter `after` of the instance that was made last, for [`fault::SHARES_STATE`].
+static LAST_AFTER: AtomicU64 = AtomicU64::new(0);
 
-/// Springs along the edges and face diagonals of the cells.
-pub struct Springs<const F: u8> {
+/// Springs along the edges and face diagonals of cells, with the fault `F` (see [`fault`]).
+pub struct SpringMaterial<const F: u8> {
+    /// s
     after: f64,
-    /// Bits of the first coordinate seen last, and how often it was another one.
-    seen: AtomicU64,
-    changes: AtomicU64,
+    /// Bits of the first coordinate of the last call, for [`fault::KEEPS_STATE`].
+    last_state: AtomicU64,
+    /// How often that coordinate changed.
+    state_changes: AtomicU64,
 }
 
-/// A spring as it is: what it does is up to its fault.
+/// A spring in its current state.
 pub(crate) struct Spring {
-    /// Unit vector along it, and the share of `k (1 - l0/l)` across it.
+    /// Unit vector along it.
     pub(crate) along: [f64; 3],
+    /// Stiffness across it over the stiffness along it, `max(0, 1 - l0/l)`.
     pub(crate) across: f64,
+    /// Length less rest length, m.
     pub(crate) stretch: f64,
+    /// N/m
     pub(crate) stiffness: f64,
 }
 
-impl<const F: u8> Springs<F> {
-    /// Whether it is time for this fault.
-    fn is_due(&self, fault: u8, at: &Elements<'_>) -> bool {
-        F == fault && at.time().0 >= self.after
+impl<const F: u8> SpringMaterial<F> {
+    /// Whether the material has this fault and its time has come.
+    fn is_due(&self, fault: u8, elements: &Elements<'_>) -> bool {
+        F == fault && elements.time() >= self.after
     }
 
-    /// What every result of a call is multiplied by.
-    fn factor(&self, at: &Elements<'_>) -> f64 {
+    /// Factor of the stiffness of all springs of a call.
+    fn factor(&self, elements: &Elements<'_>) -> f64 {
         match F {
-            fault::SHARES => 1.0 + f64::from_bits(TOLD.load(Ordering::Relaxed)),
+            fault::SHARES_STATE => 1.0 + f64::from_bits(LAST_AFTER.load(Ordering::Relaxed)),
             fault::DIVIDES_BY_ZERO => 1.0 / (1e3 - self.after),
             fault::TOO_SOFT => 0.95,
-            fault::REMEMBERS => {
-                let now = at.x().first().map_or(0, |x| x[0].to_bits());
-                if self.seen.swap(now, Ordering::Relaxed) != now {
-                    self.changes.fetch_add(1, Ordering::Relaxed);
+            fault::KEEPS_STATE => {
+                let now = elements.x().first().map_or(0, |x| x[0].to_bits());
+                if self.last_state.swap(now, Ordering::Relaxed) != now {
+                    self.state_changes.fetch_add(1, Ordering::Relaxed);
                 }
-                1.0 + 1e-12 * self.changes.load(Ordering::Relaxed) as f64
+                1.0 + 1e-12 * self.state_changes.load(Ordering::Relaxed) as f64
             }
             _ => 1.0,
         }
     }
 
     /// Spring `e` of a call between the nodes `ends`.
-    fn spring(&self, at: &Elements<'_>, e: usize, ends: [u32; 2]) -> Spring {
-        let (x, rest) = (ends.map(|n| at.x()[n as usize]), ends.map(|n| at.rest()[n as usize]));
-        let ((along, length), l0) = (span(x), at.rest_data(0)[e]);
-        let first = if F == fault::KNOWS_RANGE && e == 0 { 1.0 + 1e-12 } else { 1.0 };
-        let stiffness = STIFFNESS * at.rest_data(1)[e] * first * self.factor(at);
-        if F == fault::DOES_NOT_TURN {
+    fn spring(&self, elements: &Elements<'_>, e: usize, ends: [u32; 2]) -> Spring {
+        let (x, rest) = (ends.map(|n| elements.x()[n as usize]), ends.map(|n| elements.rest()[n as usize]));
+        let ((along, length), l0) = (span(x), elements.rest_data(0)[e]);
+        let first = if F == fault::DEPENDS_ON_RANGE && e == 0 { 1.0 + 1e-12 } else { 1.0 };
+        let stiffness = STIFFNESS * elements.rest_data(1)[e] * first * self.factor(elements);
+        if F == fault::NOT_OBJECTIVE {
             let (along, _) = span(rest);
             let stretch = (0..3).map(|i| (x[1][i] - x[0][i]) * along[i]).sum::<f64>() - l0;
             return Spring { along, across: 0.0, stretch, stiffness };
@@ -69,21 +74,22 @@ impl<const F: u8> Springs<F> {
         Spring { along, across: (1.0 - l0 / length).max(0.0), stretch: length - l0, stiffness }
     }
 
-    /// A spring from the origin to the middle of a link, for the fault that knows where it is: like the others.
-    fn anchor(at: &Elements<'_>, ends: [u32; 2]) -> Spring {
+    /// A spring from the origin to the midpoint of a link, for [`fault::DEPENDS_ON_POSITION`].
+    fn anchor(elements: &Elements<'_>, ends: [u32; 2]) -> Spring {
         let middle = |p: [[f64; 3]; 2]| span([[0.0; 3], [0, 1, 2].map(|i| 0.5 * (p[0][i] + p[1][i]))]);
-        let (along, length) = middle(ends.map(|n| at.x()[n as usize]));
-        let (_, l0) = middle(ends.map(|n| at.rest()[n as usize]));
+        let (along, length) = middle(ends.map(|n| elements.x()[n as usize]));
+        let (_, l0) = middle(ends.map(|n| elements.rest()[n as usize]));
         Spring { along, across: (1.0 - l0 / length).max(0.0), stretch: length - l0, stiffness: STIFFNESS }
     }
 }
 
 impl Spring {
+    /// J
     pub(crate) fn energy(&self) -> f64 {
         0.5 * self.stiffness * self.stretch * self.stretch
     }
 
-    /// N/m, with `damping` (N s/m) along it
+    /// Block of the matrix, N/m: `stiffness` times its stiffness, and `damping` (N s/m) along it.
     pub(crate) fn block(&self, stiffness: f64, damping: f64) -> [[f64; 3]; 3] {
         let k = stiffness * self.stiffness;
         let (across, n) = (k * self.across, self.along);
@@ -92,15 +98,15 @@ impl Spring {
     }
 }
 
-impl<const F: u8> Material for Springs<F> {
+impl<const F: u8> Material for SpringMaterial<F> {
     const INFO: Info = info(
         match F {
             fault::PANIC_IN_NEW => c"panics-in-new",
             fault::PANIC => c"panics-in-forces",
-            fault::NOT_A_NUMBER => c"forces-not-a-number",
+            fault::NAN => c"forces-not-a-number",
             fault::REFUSES => c"refuses-in-rest",
             fault::UNKNOWN_KIND => c"unknown-elements",
-            fault::NOTHING => c"no-mass",
+            fault::NO_MASS => c"no-mass",
             fault::BLOWS_UP => c"blows-up",
             fault::MAKES_ENERGY => c"makes-energy",
             fault::MASS_BELOW_ZERO => c"mass-below-zero",
@@ -109,16 +115,16 @@ impl<const F: u8> Material for Springs<F> {
             fault::STIFFNESS_OFF => c"stiffness-off",
             fault::SINGLE_OFF => c"single-off",
             fault::DAMPING_GAINS => c"damping-gains",
-            fault::KNOWS_WHERE => c"knows-where",
-            fault::DOES_NOT_TURN => c"does-not-turn",
-            fault::KNOWS_ORDER => c"knows-order",
-            fault::KNOWS_RANGE => c"knows-range",
-            fault::REMEMBERS => c"remembers",
-            fault::SHARES => c"shares",
+            fault::DEPENDS_ON_POSITION => c"depends-on-position",
+            fault::NOT_OBJECTIVE => c"not-objective",
+            fault::DEPENDS_ON_ORDER => c"depends-on-order",
+            fault::DEPENDS_ON_RANGE => c"depends-on-range",
+            fault::KEEPS_STATE => c"keeps-state",
+            fault::SHARES_STATE => c"shares-state",
             fault::DIVIDES_BY_ZERO => c"divides-by-zero",
-            fault::SWALLOWS_NAN => c"swallows-nan",
+            fault::HIDES_NAN => c"swallows-nan",
             fault::ALLOCATES => c"allocates",
-            fault::TAKES_LONG => c"takes-long",
+            fault::SLOW_AFTER => c"takes-long",
             fault::TOO_SOFT => c"too-soft",
             fault::SLOW => c"slow",
             _ => c"sound-springs",
@@ -129,8 +135,8 @@ impl<const F: u8> Material for Springs<F> {
     fn new(params: &Params<'_>) -> Result<Self, Fault> {
         assert!(F != fault::PANIC_IN_NEW, "panicked on purpose, in new");
         let after = params.number("after");
-        TOLD.store(after.to_bits(), Ordering::Relaxed);
-        Ok(Self { after, seen: AtomicU64::new(0), changes: AtomicU64::new(0) })
+        LAST_AFTER.store(after.to_bits(), Ordering::Relaxed);
+        Ok(Self { after, last_state: AtomicU64::new(0), state_changes: AtomicU64::new(0) })
     }
 
     fn elements(&self) -> Vec<ElementRequest> {
@@ -142,40 +148,40 @@ impl<const F: u8> Material for Springs<F> {
         vec![plain, ElementRequest { kind, families, flags, rest_stride: 2, ..plain }]
     }
 
-    fn rest(&self, at: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
+    fn rest(&self, elements: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
         if F == fault::REFUSES {
             return Err(Fault::diverged("refused on purpose"));
         }
-        let [length, factor] = out.first();
+        let [length, factor] = out.first_planes();
         let shorter = if F == fault::PULLS_AT_REST { 0.99 } else { 1.0 };
-        for (e, ends) in at.corners::<2>().iter().enumerate() {
-            length[e] = shorter * span(ends.map(|node| at.rest()[node as usize])).1;
-            factor[e] = if F == fault::KNOWS_ORDER && e % 2 == 1 { 2.0 } else { 1.0 };
+        for (e, ends) in elements.corners::<2>().iter().enumerate() {
+            length[e] = shorter * span(ends.map(|node| elements.rest()[node as usize])).1;
+            factor[e] = if F == fault::DEPENDS_ON_ORDER && e % 2 == 1 { 2.0 } else { 1.0 };
         }
         Ok(())
     }
 
-    fn mass(&self, at: &Elements<'_>, out: &mut NodeScalars<'_>) -> Result<(), Fault> {
-        let density = if F == fault::NOTHING { 0.0 } else { 1e3 };
-        for (&[node], volume) in at.corners::<1>().iter().zip(at.measure()) {
+    fn mass(&self, elements: &Elements<'_>, out: &mut NodeScalars<'_>) -> Result<(), Fault> {
+        let density = if F == fault::NO_MASS { 0.0 } else { 1e3 };
+        for (&[node], volume) in elements.corners::<1>().iter().zip(elements.measure()) {
             let sign = if F == fault::MASS_BELOW_ZERO && node == 0 { -1.0 } else { 1.0 };
             out.add(node, sign * density * volume);
         }
         Ok(())
     }
 
-    fn energy(&self, at: &Elements<'_>) -> Result<f64, Fault> {
+    fn energy(&self, elements: &Elements<'_>) -> Result<f64, Fault> {
         let factor = if F == fault::ENERGY_OFF { 1.01 } else { 1.0 };
         let energy = |(e, ends): (usize, &[u32; 2])| {
-            let anchor = if F == fault::KNOWS_WHERE { Self::anchor(at, *ends).energy() } else { 0.0 };
-            self.spring(at, e, *ends).energy() + anchor
+            let anchor = if F == fault::DEPENDS_ON_POSITION { Self::anchor(elements, *ends).energy() } else { 0.0 };
+            self.spring(elements, e, *ends).energy() + anchor
         };
-        Ok(factor * at.corners::<2>().iter().enumerate().map(energy).sum::<f64>())
+        Ok(factor * elements.corners::<2>().iter().enumerate().map(energy).sum::<f64>())
     }
 
-    fn forces(&self, at: &Elements<'_>, out: &mut NodeVectors<'_>) -> Result<(), Fault> {
-        assert!(!self.is_due(fault::PANIC, at), "panicked on purpose, in forces");
-        if self.is_due(fault::TAKES_LONG, at) {
+    fn forces(&self, elements: &Elements<'_>, out: &mut NodeVectors<'_>) -> Result<(), Fault> {
+        assert!(!self.is_due(fault::PANIC, elements), "panicked on purpose, in forces");
+        if self.is_due(fault::SLOW_AFTER, elements) {
             std::thread::sleep(std::time::Duration::from_millis(1200));
         }
         if F == fault::SLOW {
@@ -185,27 +191,27 @@ impl<const F: u8> Material for Springs<F> {
             std::hint::black_box(vec![0_u8; 64]);
         }
         let factor = match F {
-            fault::NOT_A_NUMBER if self.is_due(F, at) => f64::NAN,
-            fault::BLOWS_UP if self.is_due(F, at) => -1e30,
+            fault::NAN if self.is_due(F, elements) => f64::NAN,
+            fault::BLOWS_UP if self.is_due(F, elements) => -1e30,
             _ => 1.0,
         };
         let damping = if F == fault::DAMPING_GAINS { -DAMPING } else { DAMPING };
-        // It swells and shrinks twelve times a second, whoever holds it.
-        let swell = if self.is_due(fault::MAKES_ENERGY, at) { 0.1 * (75.0 * at.time().0).sin() } else { 0.0 };
-        for (e, &[a, b]) in at.corners::<2>().iter().enumerate() {
-            let spring = self.spring(at, e, [a, b]);
-            let [va, vb] = [a, b].map(|node| at.v()[node as usize]);
+        // The rest length oscillates with 12 Hz (75 rad/s).
+        let swell = if self.is_due(fault::MAKES_ENERGY, elements) { 0.1 * (75.0 * elements.time()).sin() } else { 0.0 };
+        for (e, &[a, b]) in elements.corners::<2>().iter().enumerate() {
+            let spring = self.spring(elements, e, [a, b]);
+            let [va, vb] = [a, b].map(|node| elements.v()[node as usize]);
             let speed: f64 = (0..3).map(|i| (vb[i] - va[i]) * spring.along[i]).sum();
-            let swollen = spring.stretch - swell * at.rest_data(0)[e];
+            let swollen = spring.stretch - swell * elements.rest_data(0)[e];
             let mut pull = factor * (spring.stiffness * swollen + damping * speed);
             let mut along = spring.along;
-            if F == fault::SWALLOWS_NAN && !along.iter().all(|c| c.is_finite()) {
+            if F == fault::HIDES_NAN && !along.iter().all(|c| c.is_finite()) {
                 (pull, along) = (0.0, [0.0; 3]);
             }
             out.add(a, along.map(|d| pull * d));
             out.add(b, along.map(|d| -pull * d));
-            if F == fault::KNOWS_WHERE {
-                let anchor = Self::anchor(at, [a, b]);
+            if F == fault::DEPENDS_ON_POSITION {
+                let anchor = Self::anchor(elements, [a, b]);
                 let half = anchor.along.map(|d| -0.5 * anchor.stiffness * anchor.stretch * d);
                 [a, b].into_iter().for_each(|node| out.add(node, half));
             }
@@ -213,30 +219,35 @@ impl<const F: u8> Material for Springs<F> {
         Ok(())
     }
 
-    fn tangent(&self, at: &Elements<'_>, scale: Tangent, out: &mut Blocks<'_>) -> Result<(), Fault> {
+    fn tangent(&self, elements: &Elements<'_>, scale: TangentScale, out: &mut Blocks<'_>) -> Result<(), Fault> {
         let factor = if F == fault::STIFFNESS_OFF { 1.01 } else { 1.0 };
         let damping = if F == fault::DAMPING_GAINS { -DAMPING } else { DAMPING };
-        for (e, &ends) in at.corners::<2>().iter().enumerate() {
-            let spring = self.spring(at, e, ends);
+        for (e, &ends) in elements.corners::<2>().iter().enumerate() {
+            let spring = self.spring(elements, e, ends);
             out.add_link(e, &spring.block(factor * scale.stiffness, scale.damping * damping));
-            if F == fault::KNOWS_WHERE {
-                let quarter = Self::anchor(at, ends).block(0.25 * scale.stiffness, 0.0);
+            if F == fault::DEPENDS_ON_POSITION {
+                let quarter = Self::anchor(elements, ends).block(0.25 * scale.stiffness, 0.0);
                 (0..3).for_each(|pair| out.add(e, pair, &quarter));
             }
         }
         Ok(())
     }
 
-    fn single_tangent(&self, at: &Elements<'_>, scale: Tangent, out: &mut SingleBlocks<'_>) -> Result<(), Fault> {
-        for (e, &ends) in at.corners::<2>().iter().enumerate() {
-            let block = self.spring(at, e, ends).block(1.01 * scale.stiffness, scale.damping * DAMPING);
+    fn single_tangent(
+        &self,
+        elements: &Elements<'_>,
+        scale: TangentScale,
+        out: &mut SingleBlocks<'_>,
+    ) -> Result<(), Fault> {
+        for (e, &ends) in elements.corners::<2>().iter().enumerate() {
+            let block = self.spring(elements, e, ends).block(1.01 * scale.stiffness, scale.damping * DAMPING);
             out.add(e, 1, &block.map(|row| row.map(|k| -k as f32)));
         }
         Ok(())
     }
 }
 
-/// From one point to another: direction and length.
+/// Unit vector and distance from the first point to the second.
 pub(crate) fn span([a, b]: [[f64; 3]; 2]) -> ([f64; 3], f64) {
     let d = [b[0] - a[0], b[1] - a[1], b[2] - a[2]];
     let length = d.iter().map(|c| c * c).sum::<f64>().sqrt();

@@ -1,38 +1,39 @@
-//! A sheet of springs along the sides of its triangles, with coupled hinges, springs between the corners off an edge, and an
+//! A sheet of springs along the sides of its triangles, with coupled hinges (springs between the opposite vertices of an edge) and an
 //! energy of normals.
 
 use crate::material::{Spring, span};
 use crate::{AFTER, fault, info, normals};
 use pliant_plugin_api::{
     Blocks, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, NormalForces, Param, Params,
-    Planes, Tangent, abi, pair,
+    Planes, TangentScale, abi, pair_index,
 };
 
-/// N/m, of every side of every triangle.
+/// Stiffness of every side of every triangle, N/m.
 const STIFFNESS: f64 = 20.0;
+/// Corners at the ends of each side.
 const SIDES: [[usize; 2]; 3] = [[0, 1], [1, 2], [0, 2]];
 
-/// Sound but for what its fault says.
-pub struct Net<const F: u8>;
+/// A sheet with the fault `F` (see [`fault`]).
+pub struct SpringSheet<const F: u8>;
 
-/// The springs of triangle `e` of a call.
-fn springs(at: &Elements<'_>, nodes: [u32; 3]) -> [Spring; 3] {
+/// The springs along the sides of the triangle `nodes`.
+fn springs(elements: &Elements<'_>, nodes: [u32; 3]) -> [Spring; 3] {
     SIDES.map(|side| {
         let ends = side.map(|corner| nodes[corner] as usize);
-        let ((along, length), (_, l0)) = (span(ends.map(|n| at.x()[n])), span(ends.map(|n| at.rest()[n])));
+        let ((along, length), (_, l0)) = (span(ends.map(|n| elements.x()[n])), span(ends.map(|n| elements.rest()[n])));
         Spring { along, across: (1.0 - l0 / length).max(0.0), stretch: length - l0, stiffness: STIFFNESS }
     })
 }
 
-impl<const F: u8> Material for Net<F> {
+impl<const F: u8> Material for SpringSheet<F> {
     const INFO: Info = info(
         match F {
-            fault::HINGE_SLOPE_OFF => c"hinge-slope-off",
-            fault::HINGE_DOES_NOT_TURN => c"hinge-does-not-turn",
+            fault::HINGE_GRADIENT_OFF => c"hinge-gradient-off",
+            fault::HINGE_NOT_OBJECTIVE => c"hinge-not-objective",
             fault::COMPLIANCE_INDEFINITE => c"compliance-indefinite",
             fault::NORMALS_FORCE_OFF => c"normals-force-off",
-            fault::NORMALS_SLOPE_OFF => c"normals-slope-off",
-            fault::NORMALS_DO_NOT_TURN => c"normals-do-not-turn",
+            fault::NORMALS_DERIVATIVE_OFF => c"normals-derivative-off",
+            fault::NORMALS_NOT_OBJECTIVE => c"normals-not-objective",
             fault::NORMALS_PULL_AT_REST => c"normals-pull-at-rest",
             fault::TILT_TOO_SOFT => c"tilt-too-soft",
             _ => c"sound-net",
@@ -55,18 +56,23 @@ impl<const F: u8> Material for Net<F> {
         Ok(())
     }
 
-    fn mass(&self, at: &Elements<'_>, out: &mut NodeScalars<'_>) -> Result<(), Fault> {
-        at.corners::<3>().iter().flatten().for_each(|node| out.add(*node, 1e-3));
+    fn mass(&self, elements: &Elements<'_>, out: &mut NodeScalars<'_>) -> Result<(), Fault> {
+        elements.corners::<3>().iter().flatten().for_each(|node| out.add(*node, 1e-3));
         Ok(())
     }
 
-    fn energy(&self, at: &Elements<'_>) -> Result<f64, Fault> {
-        Ok(at.corners::<3>().iter().flat_map(|nodes| springs(at, *nodes)).map(|spring| spring.energy()).sum())
+    fn energy(&self, elements: &Elements<'_>) -> Result<f64, Fault> {
+        Ok(elements
+            .corners::<3>()
+            .iter()
+            .flat_map(|nodes| springs(elements, *nodes))
+            .map(|spring| spring.energy())
+            .sum())
     }
 
-    fn forces(&self, at: &Elements<'_>, out: &mut NodeVectors<'_>) -> Result<(), Fault> {
-        for nodes in at.corners::<3>() {
-            for (spring, [a, b]) in springs(at, *nodes).iter().zip(SIDES) {
+    fn forces(&self, elements: &Elements<'_>, out: &mut NodeVectors<'_>) -> Result<(), Fault> {
+        for nodes in elements.corners::<3>() {
+            for (spring, [a, b]) in springs(elements, *nodes).iter().zip(SIDES) {
                 let pull = spring.stiffness * spring.stretch;
                 out.add(nodes[a], spring.along.map(|d| pull * d));
                 out.add(nodes[b], spring.along.map(|d| -pull * d));
@@ -75,30 +81,31 @@ impl<const F: u8> Material for Net<F> {
         Ok(())
     }
 
-    fn tangent(&self, at: &Elements<'_>, scale: Tangent, out: &mut Blocks<'_>) -> Result<(), Fault> {
-        for (e, nodes) in at.corners::<3>().iter().enumerate() {
-            for (spring, [a, b]) in springs(at, *nodes).iter().zip(SIDES) {
+    fn tangent(&self, elements: &Elements<'_>, scale: TangentScale, out: &mut Blocks<'_>) -> Result<(), Fault> {
+        for (e, nodes) in elements.corners::<3>().iter().enumerate() {
+            for (spring, [a, b]) in springs(elements, *nodes).iter().zip(SIDES) {
                 let block = spring.block(scale.stiffness, 0.0);
-                out.add(e, pair(a, a, 3), &block);
-                out.add(e, pair(b, b, 3), &block);
-                out.add(e, pair(a, b, 3), &block.map(|row| row.map(|k| -k)));
+                out.add(e, pair_index(a, a, 3), &block);
+                out.add(e, pair_index(b, b, 3), &block);
+                out.add(e, pair_index(a, b, 3), &block.map(|row| row.map(|k| -k)));
             }
         }
         Ok(())
     }
 
-    fn strain(&self, at: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
-        let out = out.first::<13>();
-        for (e, &[_, _, o, p]) in at.corners::<4>().iter().enumerate() {
+    fn strain(&self, elements: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
+        let out = out.first_planes::<13>();
+        for (e, &[_, _, o, p]) in elements.corners::<4>().iter().enumerate() {
             let ends = [o, p].map(|node| node as usize);
-            let (mut along, length) = span(ends.map(|n| at.x()[n]));
-            let (rest, l0) = span(ends.map(|n| at.rest()[n]));
+            let (mut along, length) = span(ends.map(|n| elements.x()[n]));
+            let (rest, l0) = span(ends.map(|n| elements.rest()[n]));
             out[0][e] = length - l0;
-            if F == fault::HINGE_DOES_NOT_TURN {
+            if F == fault::HINGE_NOT_OBJECTIVE {
                 along = rest;
-                out[0][e] = (0..3).map(|i| (at.x()[ends[1]][i] - at.x()[ends[0]][i]) * rest[i]).sum::<f64>() - l0;
+                out[0][e] =
+                    (0..3).map(|i| (elements.x()[ends[1]][i] - elements.x()[ends[0]][i]) * rest[i]).sum::<f64>() - l0;
             }
-            let factor = if F == fault::HINGE_SLOPE_OFF { 1.01 } else { 1.0 };
+            let factor = if F == fault::HINGE_GRADIENT_OFF { 1.01 } else { 1.0 };
             for i in 0..3 {
                 (out[1 + i][e], out[4 + i][e]) = (0.0, 0.0);
                 (out[7 + i][e], out[10 + i][e]) = (-factor * along[i], factor * along[i]);
@@ -107,28 +114,33 @@ impl<const F: u8> Material for Net<F> {
         Ok(())
     }
 
-    fn compliance(&self, at: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
+    fn compliance(&self, elements: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
         let others = if F == fault::COMPLIANCE_INDEFINITE { 2.0 } else { 0.2 };
-        let out = out.first::<6>();
-        for e in 0..at.len() {
+        let out = out.first_planes::<6>();
+        for e in 0..elements.len() {
             [1.0, others, others, 1.0, others, 1.0].into_iter().enumerate().for_each(|(s, g)| out[s][e] = g);
         }
         Ok(())
     }
 
-    fn normals_energy(&self, at: &Elements<'_>, of: &[[f64; 3]]) -> Result<f64, Fault> {
-        Ok(normals::energy(F, at, of))
+    fn normals_energy(&self, elements: &Elements<'_>, unit_normals: &[[f64; 3]]) -> Result<f64, Fault> {
+        Ok(normals::energy(F, elements, unit_normals))
     }
 
-    fn normals_forces(&self, at: &Elements<'_>, of: &[[f64; 3]], out: &mut NormalForces<'_>) -> Result<(), Fault> {
-        normals::forces(F, at, of, out);
+    fn normals_forces(
+        &self,
+        elements: &Elements<'_>,
+        unit_normals: &[[f64; 3]],
+        out: &mut NormalForces<'_>,
+    ) -> Result<(), Fault> {
+        normals::forces(F, elements, unit_normals, out);
         Ok(())
     }
 
-    fn tilt(&self, at: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
-        let out = out.first::<3>();
-        for e in 0..at.len() {
-            normals::tilt(F, at, e).into_iter().enumerate().for_each(|(s, tilt)| out[s][e] = tilt);
+    fn tilt(&self, elements: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
+        let out = out.first_planes::<3>();
+        for e in 0..elements.len() {
+            normals::tilt(F, elements, e).into_iter().enumerate().for_each(|(s, tilt)| out[s][e] = tilt);
         }
         Ok(())
     }

@@ -320,7 +320,7 @@ fn in_parts<E: Send>(
     if halvings == 0 || range.len() < 2 * PIECE {
         return work(&mut planes);
     }
-    let (low, high) = planes.part(range.start.midpoint(range.end));
+    let (low, high) = planes.split_at(range.start.midpoint(range.end));
     let less = (pool, halvings - 1);
     let (a, b) = pool.join(|| in_parts(less, low, work), || in_parts(less, high, work));
     a.and(b)

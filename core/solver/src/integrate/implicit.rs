@@ -12,7 +12,7 @@ use crate::solver::peek::doubt;
 use crate::solver::solve::Solve;
 use crate::system::System;
 use crate::threads::{NODES, Pool};
-use pliant_plugin_api::Tangent;
+use pliant_plugin_api::TangentScale;
 use std::time::Instant;
 
 /// Tolerance of a solve from which on moments of hinges are found to six digits.
@@ -256,7 +256,7 @@ impl Integrator {
 /// Adds what tools do to nodes, linearly, to the matrix of a step that moves positions by `g` (s) times velocities.
 fn add_tools(matrix: &mut Matrix, loads: &Loads<'_>, g: f64) {
     for springs in loads.tools {
-        matrix.add_diagonal(springs, Tangent { stiffness: g * g, damping: g });
+        matrix.add_diagonal(springs, TangentScale { stiffness: g * g, damping: g });
     }
 }
 

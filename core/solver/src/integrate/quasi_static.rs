@@ -13,7 +13,7 @@ use crate::force_model::StepTime;
 use crate::solver::solve::Solve;
 use crate::system::System;
 use crate::threads::Pool;
-use pliant_plugin_api::Tangent;
+use pliant_plugin_api::TangentScale;
 use std::time::Instant;
 
 /// Damping at the start, 1/s^2, the largest before it gives up, and the least.
@@ -118,7 +118,7 @@ impl Integrator {
         let mut matrix = linearise(pool, system, (None, (&mut self.force, false)), factors, now)?;
         report.seconds[0] += began.elapsed().as_secs_f64();
         for springs in loads.tools {
-            matrix.add_diagonal(springs, Tangent { stiffness: 1.0, damping: 0.0 });
+            matrix.add_diagonal(springs, TangentScale { stiffness: 1.0, damping: 0.0 });
         }
         add_loads(&mut self.force, loads, &system.nodes.x, None);
         holds.add_forces(&mut self.force);

@@ -7,7 +7,7 @@ use crate::factors::Factors;
 use crate::force_model::{ForceError, ForceModel, StepTime};
 use crate::nodes::Nodes;
 use crate::outer::Precision;
-use pliant_plugin_api::{Tangent, abi};
+use pliant_plugin_api::{TangentScale, abi};
 
 /// A state, and what is to be made of it.
 pub struct Assembly<'a> {
@@ -35,7 +35,7 @@ impl Assembly<'_> {
         let set = &self.sets[set];
         if set.has(abi::HAS_FORCES) {
             let call = set.call(chunk, self.nodes, &self.nodes.v, self.time);
-            let scale = Tangent { stiffness: self.factors.stiffness, damping: self.factors.damping };
+            let scale = TangentScale { stiffness: self.factors.stiffness, damping: self.factors.damping };
             T::add_tangent(self.material, &call, scale, (&set.slots, first), blocks)?;
         }
         if let Some(coupled) = self.coupled.filter(|_| is_coupled_hinges(set)) {

@@ -21,7 +21,7 @@ use super::springs::NodeSprings;
 use super::threads::Pool;
 use crate::force_model::{ForceError, ForceModel, StepTime};
 use assembly::Assembly;
-use pliant_plugin_api::{Tangent, abi};
+use pliant_plugin_api::{TangentScale, abi};
 use product::{Row, rows_product};
 use rounded::Rounded;
 use rows::Rows;
@@ -266,7 +266,7 @@ impl Matrix {
     }
 
     /// Adds `stiffness` and `damping` times what the tools do to the diagonal.
-    pub fn add_diagonal(&mut self, springs: &NodeSprings, Tangent { stiffness, damping }: Tangent) {
+    pub fn add_diagonal(&mut self, springs: &NodeSprings, TangentScale { stiffness, damping }: TangentScale) {
         for (i, &node) in springs.nodes.iter().enumerate() {
             let mut more = [0.0; 9];
             for e in 0..9 {

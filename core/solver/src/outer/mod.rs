@@ -7,7 +7,7 @@ mod single;
 
 use super::algebra::{Block, SingleBlock, V3};
 use crate::force_model::{ElementCall, ForceError, ForceModel};
-use pliant_plugin_api::{Tangent, abi};
+use pliant_plugin_api::{TangentScale, abi};
 
 /// Slots of a hinge.
 const PAIRS: usize = 10;
@@ -33,7 +33,7 @@ pub trait Precision: Copy + Send {
     fn add_tangent(
         material: &dyn ForceModel,
         call: &ElementCall<'_>,
-        scale: Tangent,
+        scale: TangentScale,
         places: (&[u32], usize),
         blocks: &mut [[Self; 9]],
     ) -> Result<(), ForceError>;
@@ -47,7 +47,7 @@ impl Precision for f64 {
     fn add_tangent(
         material: &dyn ForceModel,
         call: &ElementCall<'_>,
-        scale: Tangent,
+        scale: TangentScale,
         (slots, first): (&[u32], usize),
         blocks: &mut [Block],
     ) -> Result<(), ForceError> {
@@ -63,7 +63,7 @@ impl Precision for f32 {
     fn add_tangent(
         material: &dyn ForceModel,
         call: &ElementCall<'_>,
-        scale: Tangent,
+        scale: TangentScale,
         (slots, first): (&[u32], usize),
         blocks: &mut [SingleBlock],
     ) -> Result<(), ForceError> {

@@ -1,9 +1,9 @@
-//! What every grid promises, around a ball of triangles.
+//! Cases for every grid, around a triangulated ball.
 
 use super::super::candidate::Candidate;
-use super::super::opened_grid::{OpenedGrid, Region};
-use super::material::random;
-use super::{Case, Verdict, judge, told};
+use super::super::grid::{Region, TestGrid};
+use super::material::random_numbers;
+use super::{Case, Verdict, describe_fault, ensure};
 use crate::abi::{Ball, CELL_SURFACE, NO_CELL};
 use std::collections::BTreeMap;
 
@@ -11,32 +11,43 @@ pub(super) const CASES: &[Case] = &[
     Case {
         name: "weights-sum-to-one",
         promise: "every surface point has a cell, and weights that sum to 1",
-        run: partition,
+        run: weights_sum_to_one,
     },
     Case {
         name: "affine-motion-is-exact",
-        promise: "a point follows a stretched and turned cell exactly",
-        run: affine,
+        promise: "a surface point follows an affine motion of its cell exactly",
+        run: affine_motion_is_exact,
     },
     Case {
         name: "pull-back-is-the-transpose",
-        promise: "loads on points do the work of the loads on corners",
-        run: transpose,
+        promise: "loads pulled back to the corners do the same work as the loads on the points",
+        run: pull_back_is_the_transpose,
     },
-    Case { name: "cells-are-cubes", promise: "a cell's corners are where the level says, and ids rise", run: cubes },
+    Case {
+        name: "cells-are-cubes",
+        promise: "corners lie where the level says, ids ascend, and the nodes share the volume",
+        run: cells_are_cubes,
+    },
     Case {
         name: "region-is-part-of-the-body",
-        promise: "a region around a place is a part of the whole, unchanged",
-        run: region,
+        promise: "the nodes and cells of a region are those of the whole body",
+        run: region_is_part_of_the_body,
     },
-    Case { name: "surface-can-be-touched", promise: "cells that the surface passes through say so", run: surface },
+    Case {
+        name: "surface-cells-are-marked",
+        promise: "cells that the surface passes through have the state PLIANT_CELL_SURFACE",
+        run: surface_cells_are_marked,
+    },
 ];
 
+/// The finest level built.
 const LEVEL: u32 = 4;
+/// Radius of the ball, m.
 const RADIUS: f64 = 0.05;
+/// Selects the whole body.
 const WHOLE: Ball = Ball { centre: [0.0; 3], radius: f64::INFINITY };
 
-/// A ball of 512 triangles (m), away from the origin.
+/// Vertices (m) and triangles of a ball away from the origin: an octahedron subdivided three times, 512 triangles.
 fn ball() -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
     let mut points: Vec<[f64; 3]> = Vec::new();
     for axis in 0..3 {
@@ -69,9 +80,9 @@ fn ball() -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
     (points.iter().map(|p| [RADIUS * p[0] + 0.2, RADIUS * p[1] - 0.1, RADIUS * p[2] + 0.03]).collect(), triangles)
 }
 
-/// A grid around the ball, its whole region, and its surface points with cells and weights.
+/// A grid around the ball, the region of the whole body, and the surface points with their cells and weights.
 struct Built {
-    grid: OpenedGrid,
+    grid: TestGrid,
     whole: Region,
     points: Vec<[f64; 3]>,
     cells: Vec<u64>,
@@ -80,140 +91,156 @@ struct Built {
 
 impl Built {
     fn new(c: &Candidate) -> Result<Self, String> {
-        let grid = OpenedGrid::new(c.open(&[]).map_err(told)?).map_err(told)?;
+        let grid = TestGrid::new(c.open(&[]).map_err(describe_fault)?).map_err(describe_fault)?;
         let (points, triangles) = ball();
-        grid.build(&points, &triangles, LEVEL).map_err(|fault| format!("a ball at level {LEVEL}: {}", told(fault)))?;
-        let whole = grid.region(LEVEL, WHOLE).map_err(told)?;
+        grid.build(&points, &triangles, LEVEL)
+            .map_err(|fault| format!("a ball at level {LEVEL}: {}", describe_fault(fault)))?;
+        let whole = grid.region(LEVEL, WHOLE).map_err(describe_fault)?;
         let nodes = whole.node_id.len() as u32;
-        let sound = whole.cell_corners.iter().flatten().all(|n| *n < nodes)
+        let valid = whole.cell_corners.iter().flatten().all(|n| *n < nodes)
             && whole.link_nodes.iter().all(|[a, b]| a < b && *b < nodes);
-        judge(sound && !whole.cell_id.is_empty(), || "the whole region has corners or links there are not".into())?;
-        let (cells, weights) = grid.weights(LEVEL, &points).map_err(told)?;
+        ensure(valid && !whole.cell_id.is_empty(), || {
+            "a corner or link of the whole body is not one of its nodes".into()
+        })?;
+        let (cells, weights) = grid.weights(LEVEL, &points).map_err(describe_fault)?;
         Ok(Self { grid, whole, points, cells, weights })
     }
 
-    /// Rest corners of the cell of point `i`, m.
+    /// Rest positions of the corners of the cell of point `i`, m.
     fn corners(&self, i: usize) -> Result<[[f64; 3]; 8], String> {
-        let at = self.whole.cell_id.iter().position(|id| *id == self.cells[i]);
-        let at = at.ok_or_else(|| format!("point {i} is in a cell that is not part of the body"))?;
-        Ok(self.whole.cell_corners[at].map(|n| self.whole.node_rest[n as usize]))
+        let cell = self.whole.cell_id.iter().position(|id| *id == self.cells[i]);
+        let cell = cell.ok_or_else(|| format!("the cell of point {i} is not part of the body"))?;
+        Ok(self.whole.cell_corners[cell].map(|n| self.whole.node_rest[n as usize]))
     }
 }
 
-fn partition(c: &Candidate) -> Result<Verdict, String> {
+fn weights_sum_to_one(c: &Candidate) -> Result<Verdict, String> {
     let built = Built::new(c)?;
     for (i, (cell, weights)) in built.cells.iter().zip(&built.weights).enumerate() {
-        judge(*cell != NO_CELL, || format!("point {i} of the surface has no cell"))?;
+        ensure(*cell != NO_CELL, || format!("point {i} of the surface has no cell"))?;
         let sum: f64 = weights.iter().sum();
-        judge((sum - 1.0).abs() <= 1e-9, || format!("the weights of point {i} sum to {sum}"))?;
+        ensure((sum - 1.0).abs() <= 1e-9, || format!("the weights of point {i} sum to {sum}"))?;
     }
     Ok(Verdict::Passed)
 }
 
-fn affine(c: &Candidate) -> Result<Verdict, String> {
+fn affine_motion_is_exact(c: &Candidate) -> Result<Verdict, String> {
     let built = Built::new(c)?;
     let map =
         |p: [f64; 3]| [1.2 * p[0] - 0.7 * p[1] + 0.1, 0.8 * p[0] + 0.9 * p[1] - 0.2 * p[2], 0.3 * p[1] + 1.1 * p[2]];
     for i in 0..built.points.len() {
         let (corners, w) = (built.corners(i)?.map(map), built.weights[i]);
         let sum: f64 = w.iter().sum();
-        let (wanted, mut off) = (map(built.points[i]), 0.0_f64);
+        let (expected, mut error) = (map(built.points[i]), 0.0_f64);
         for axis in 0..3 {
             let found: f64 = (0..8).map(|k| w[k] / sum * corners[k][axis]).sum();
-            off = off.max((found - wanted[axis]).abs());
+            error = error.max((found - expected[axis]).abs());
         }
-        judge(off <= 1e-9 * RADIUS, || format!("point {i} is {off:.3e} m from where it belongs"))?;
+        ensure(error <= 1e-9 * RADIUS, || format!("point {i} is off by {error:.3e} m"))?;
     }
     Ok(Verdict::Passed)
 }
 
-fn transpose(c: &Candidate) -> Result<Verdict, String> {
+fn pull_back_is_the_transpose(c: &Candidate) -> Result<Verdict, String> {
     let built = Built::new(c)?;
-    let (mut next, step) = (random(), 1e-6 * RADIUS);
+    let (mut next, step) = (random_numbers(), 1e-6 * RADIUS);
     let rest = &built.points[..32];
     let corners: Vec<[[f64; 3]; 8]> = (0..rest.len()).map(|i| built.corners(i)).collect::<Result<_, _>>()?;
-    let moved = |by: &[[[f64; 3]; 8]], size: f64| -> Vec<[[f64; 3]; 8]> {
-        let move_one = |(c, b): (&[[f64; 3]; 8], &[[f64; 3]; 8])| {
-            std::array::from_fn(|k| [0, 1, 2].map(|i| c[k][i] + size * b[k][i]))
-        };
-        corners.iter().zip(by).map(move_one).collect()
-    };
-    let by: Vec<[[f64; 3]; 8]> = corners.iter().map(|c| c.map(|p| p.map(|_| next()))).collect();
+    let direction: Vec<[[f64; 3]; 8]> = corners.iter().map(|c| c.map(|p| p.map(|_| next()))).collect();
     let loads: Vec<[f64; 3]> = rest.iter().map(|p| p.map(|_| next())).collect();
-    let place = |size: f64| built.grid.place(LEVEL, rest, &moved(&by, size)).map_err(told);
-    let (Some(plus), Some(minus)) = (place(step)?, place(-step)?) else {
-        return Ok(Verdict::Skipped("its embedding is linear: the weights are used both ways".into()));
+    let positions_at = |step: f64| {
+        let move_cell = |(cell, direction): (&[[f64; 3]; 8], &[[f64; 3]; 8])| {
+            std::array::from_fn(|k| [0, 1, 2].map(|i| cell[k][i] + step * direction[k][i]))
+        };
+        let moved: Vec<[[f64; 3]; 8]> = corners.iter().zip(&direction).map(move_cell).collect();
+        built.grid.place(LEVEL, rest, &moved).map_err(describe_fault)
     };
-    let pulled = built.grid.pull_back(LEVEL, rest, &corners, &loads).map_err(told)?;
-    let work = |i: usize| (0..3).map(|a| loads[i][a] * (plus[i][a] - minus[i][a]) / (2.0 * step)).sum::<f64>();
+    let (Some(plus), Some(minus)) = (positions_at(step)?, positions_at(-step)?) else {
+        return Ok(Verdict::Skipped(
+            "its embedding is linear: the host uses the weights for positions and loads".into(),
+        ));
+    };
+    let corner_loads = built.grid.pull_back(LEVEL, rest, &corners, &loads).map_err(describe_fault)?;
     for i in 0..rest.len() {
-        let theirs: f64 = pulled[i].iter().flatten().zip(by[i].iter().flatten()).map(|(f, d)| f * d).sum();
-        judge((work(i) - theirs).abs() <= 1e-5, || format!("point {i}: work {:.6e} and {theirs:.6e}", work(i)))?;
+        let on_points: f64 = (0..3).map(|a| loads[i][a] * (plus[i][a] - minus[i][a]) / (2.0 * step)).sum();
+        let terms = corner_loads[i].iter().flatten().zip(direction[i].iter().flatten());
+        let on_corners: f64 = terms.map(|(f, d)| f * d).sum();
+        ensure((on_points - on_corners).abs() <= 1e-5, || {
+            format!("point {i}: the loads do a work of {on_points:.6e} on the point, {on_corners:.6e} on the corners")
+        })?;
     }
     Ok(Verdict::Passed)
 }
 
-fn cubes(c: &Candidate) -> Result<Verdict, String> {
+fn cells_are_cubes(c: &Candidate) -> Result<Verdict, String> {
     let built = Built::new(c)?;
-    let level = built.grid.level(LEVEL).map_err(told)?;
+    let level = built.grid.level(LEVEL).map_err(describe_fault)?;
     let w = &built.whole;
-    let rises = |ids: &[u64]| ids.windows(2).all(|p| p[0] < p[1]);
-    judge(rises(&w.node_id) && rises(&w.cell_id), || "ids of nodes or cells do not rise".into())?;
+    let ascends = |ids: &[u64]| ids.windows(2).all(|p| p[0] < p[1]);
+    ensure(ascends(&w.node_id) && ascends(&w.cell_id), || "ids of nodes or cells do not ascend".into())?;
     let count = (level.surface_cells + level.inside_cells) as usize;
-    judge(count == w.cell_id.len(), || format!("the level has {count} cells, its region {}", w.cell_id.len()))?;
+    ensure(count == w.cell_id.len(), || format!("the level has {count} cells, the whole region {}", w.cell_id.len()))?;
     for (cell, corners) in w.cell_corners.iter().enumerate() {
         let least = w.node_rest[corners[0] as usize];
         for (k, n) in corners.iter().enumerate() {
-            let wanted = [0, 1, 2].map(|i| least[i] + level.edge * (k >> i & 1) as f64);
-            let off = (0..3).map(|i| (w.node_rest[*n as usize][i] - wanted[i]).abs()).fold(0.0, f64::max);
-            judge(off <= 1e-9 * level.edge, || format!("corner {k} of cell {cell} is {off:.3e} m off"))?;
+            let expected = [0, 1, 2].map(|i| least[i] + level.edge * (k >> i & 1) as f64);
+            let error = (0..3).map(|i| (w.node_rest[*n as usize][i] - expected[i]).abs()).fold(0.0, f64::max);
+            ensure(error <= 1e-9 * level.edge, || format!("corner {k} of cell {cell} is off by {error:.3e} m"))?;
         }
     }
     let (volume, sum) = (count as f64 * level.edge.powi(3), w.node_measure.iter().sum::<f64>());
-    judge((sum / volume - 1.0).abs() < 1e-6, || format!("nodes share {sum:.6e} m^3 of {volume:.6e} m^3"))?;
-    judge(w.node_border.iter().all(|b| *b == 0), || "the whole body has a border to itself".into())?;
+    ensure((sum / volume - 1.0).abs() < 1e-6, || {
+        format!("the measures of the nodes sum to {sum:.6e} m^3; the cells have {volume:.6e} m^3")
+    })?;
+    ensure(w.node_border.iter().all(|b| *b == 0), || {
+        "a node of the whole body is marked as bordering on cells outside the region".into()
+    })?;
     Ok(Verdict::Passed)
 }
 
-fn surface(c: &Candidate) -> Result<Verdict, String> {
+fn surface_cells_are_marked(c: &Candidate) -> Result<Verdict, String> {
     let built = Built::new(c)?;
     let (points, triangles) = ball();
-    let middle = |t: &[u32; 3]| [0, 1, 2].map(|i| t.iter().map(|v| points[*v as usize][i]).sum::<f64>() / 3.0);
-    let middles: Vec<[f64; 3]> = triangles.iter().map(middle).collect();
-    let (cells, _) = built.grid.weights(LEVEL, &middles).map_err(told)?;
+    let centroid = |t: &[u32; 3]| [0, 1, 2].map(|i| t.iter().map(|v| points[*v as usize][i]).sum::<f64>() / 3.0);
+    let centroids: Vec<[f64; 3]> = triangles.iter().map(centroid).collect();
+    let (cells, _) = built.grid.weights(LEVEL, &centroids).map_err(describe_fault)?;
     for (triangle, id) in cells.iter().enumerate().filter(|(_, id)| **id != NO_CELL) {
-        let at = built.whole.cell_id.iter().position(|c| c == id);
-        let state = at.map(|at| u32::from(built.whole.cell_state[at]));
-        judge(state == Some(CELL_SURFACE), || format!("the cell under triangle {triangle} is no surface cell"))?;
+        let cell = built.whole.cell_id.iter().position(|c| c == id);
+        let state = cell.map(|cell| u32::from(built.whole.cell_state[cell]));
+        ensure(state == Some(CELL_SURFACE), || {
+            format!("the cell of the centroid of triangle {triangle} is not marked as a surface cell")
+        })?;
     }
     Ok(Verdict::Passed)
 }
 
-fn region(c: &Candidate) -> Result<Verdict, String> {
+fn region_is_part_of_the_body(c: &Candidate) -> Result<Verdict, String> {
     let built = Built::new(c)?;
-    let level = built.grid.level(LEVEL).map_err(told)?;
+    let level = built.grid.level(LEVEL).map_err(describe_fault)?;
     let centre = built.points[0];
-    let part = built.grid.region(LEVEL, Ball { centre, radius: 1.5 * level.edge }).map_err(told)?;
+    let part = built.grid.region(LEVEL, Ball { centre, radius: 1.5 * level.edge }).map_err(describe_fault)?;
     let whole: BTreeMap<u64, [f64; 3]> =
         built.whole.node_id.iter().copied().zip(built.whole.node_rest.iter().copied()).collect();
-    judge(!part.cell_id.is_empty(), || "nothing around a point of the surface".into())?;
+    ensure(!part.cell_id.is_empty(), || "the region around a surface point has no cells".into())?;
     for (id, rest) in part.node_id.iter().zip(&part.node_rest) {
-        judge(whole.get(id) == Some(rest), || format!("node {id} at {rest:?} m is not one of the whole body"))?;
+        ensure(whole.get(id) == Some(rest), || format!("node {id} at {rest:?} m is not one of the whole body"))?;
     }
     if let Some(id) = part.cell_id.iter().find(|id| !built.whole.cell_id.contains(id)) {
         return Err(format!("cell {id} is not one of the whole body"));
     }
-    judge(part.cell_id.contains(&built.cells[0]), || "the cell of the place itself is missing".into())?;
-    // A node is on the border if one of its cells was left out, and only then.
-    let around = |r: &Region| {
+    ensure(part.cell_id.contains(&built.cells[0]), || "the cell of the ball's centre is missing".into())?;
+    // A node is on the border if and only if one of its cells is outside the region.
+    let cells_per_node = |r: &Region| {
         let mut count: BTreeMap<u64, u32> = BTreeMap::new();
         r.cell_corners.iter().flatten().for_each(|n| *count.entry(r.node_id[*n as usize]).or_default() += 1);
         count
     };
-    let (all, here) = (around(&built.whole), around(&part));
+    let (in_body, in_region) = (cells_per_node(&built.whole), cells_per_node(&part));
     for (id, border) in part.node_id.iter().zip(&part.node_border) {
-        let cut = here.get(id) != all.get(id);
-        judge((*border != 0) == cut, || format!("node {id}: border is {border}, and cells left out: {cut}"))?;
+        let on_border = in_region.get(id) != in_body.get(id);
+        ensure((*border != 0) == on_border, || {
+            format!("node {id}: border is {border}; some of its cells are outside the region: {on_border}")
+        })?;
     }
     Ok(Verdict::Passed)
 }

@@ -1,79 +1,101 @@
-//! What must not matter: where, which way round, in which order.
+//! Cases for what energy and forces must not depend on: rigid motions, and the order of elements.
 
 use super::super::body::Body;
 use super::super::candidate::Candidate;
-use super::super::opened::Opened;
-use super::super::subject::Subject;
-use super::super::{Given, block, corners, sheet};
-use super::material::{deform, nothing, size, sound};
-use super::{Verdict, judge, told};
+use super::super::instance::TestInstance;
+use super::super::tested_material::MaterialUnderTest;
+use super::super::{ElementList, block, corners, sheet};
+use super::material::{EDGE, default_body, deform, force_tolerance, max_component};
+use super::{Verdict, describe_fault, ensure};
 
-/// How far off energy and forces of `moved` are from those of `body`, turned: parts of their size.
-fn compare(material: &Opened, body: &Body, moved: &Body, turn: impl Fn([f64; 3]) -> [f64; 3]) -> Result<(), String> {
-    let energies = (body.energy(material).map_err(told)?, moved.energy(material).map_err(told)?);
-    let (before, after) = (body.forces(material).map_err(told)?, moved.forces(material).map_err(told)?);
-    let most = nothing(material, body)?.max(1e-9 * size(&before));
-    judge(size(&before) > most, || "no force in a deformed state".into())?;
-    let off =
-        before.iter().zip(&after).flat_map(|(b, a)| (0..3).map(|i| (turn(*b)[i] - a[i]).abs()).collect::<Vec<_>>());
-    let off = off.fold(0.0, f64::max);
-    judge(off <= 100.0 * most, || format!("a force changed by {off:.3e} N of {:.3e} N", size(&before)))?;
-    let scale = energies.0.abs().max(energies.1.abs());
-    let lost = (energies.0 - energies.1).abs();
-    judge(lost <= 1e-7 * scale, || format!("the energy changed from {:.9e} J to {:.9e} J", energies.0, energies.1))
+/// Requires that `moved` has the energy of `body`, and the forces of `body` with `rotation` applied.
+fn compare(
+    material: &TestInstance,
+    body: &Body,
+    moved: &Body,
+    rotation: impl Fn([f64; 3]) -> [f64; 3],
+) -> Result<(), String> {
+    let energy = |body: &Body| body.energy(material).map_err(describe_fault);
+    let (energy_before, energy_after) = (energy(body)?, energy(moved)?);
+    let forces = |body: &Body| body.forces(material).map_err(describe_fault);
+    let (before, after) = (forces(body)?, forces(moved)?);
+    let scale = max_component(&before);
+    let tolerance = force_tolerance(material, body)?.max(1e-9 * scale);
+    ensure(scale > tolerance, || "no force in a deformed state".into())?;
+    let differences = before.iter().zip(&after).flat_map(|(before, after)| {
+        let expected = rotation(*before);
+        [0, 1, 2].map(|i| (expected[i] - after[i]).abs())
+    });
+    let change = differences.fold(0.0, f64::max);
+    ensure(change <= 100.0 * tolerance, || format!("a force changed by {change:.3e} N of {scale:.3e} N"))?;
+    let change = (energy_before - energy_after).abs();
+    ensure(change <= 1e-7 * energy_before.abs().max(energy_after.abs()), || {
+        format!("the energy changed from {energy_before:.9e} J to {energy_after:.9e} J")
+    })
 }
 
+/// A translation changes neither energy nor forces.
 pub(super) fn translation(c: &Candidate) -> Result<Verdict, String> {
-    let (material, mut body) = sound(c)?;
+    let (material, mut body) = default_body(c)?;
     deform(&mut body, 1.05, 0.05);
     let mut moved = body.clone();
-    moved.x.iter_mut().for_each(|x| *x = [x[0] + 0.3, x[1] - 0.2, x[2] + 0.1]);
+    moved.x.iter_mut().for_each(|x| *x = translate(*x));
     compare(&material, &body, &moved, |f| f)?;
     Ok(Verdict::Passed)
 }
 
+/// A rotation keeps the energy and rotates the forces.
 pub(super) fn rotation(c: &Candidate) -> Result<Verdict, String> {
-    let (material, mut body) = sound(c)?;
+    let (material, mut body) = default_body(c)?;
     deform(&mut body, 1.05, 0.05);
     let mut turned = body.clone();
-    turned.x.iter_mut().for_each(|x| *x = turn(*x));
-    compare(&material, &body, &turned, turn)?;
+    turned.x.iter_mut().for_each(|x| *x = rotate(*x));
+    compare(&material, &body, &turned, rotate)?;
     Ok(Verdict::Passed)
 }
 
-pub(super) fn order(c: &Candidate) -> Result<Verdict, String> {
-    let (material, mut body) = sound(c)?;
+/// A body with its element lists reversed has the same energy and forces.
+pub(super) fn element_order(c: &Candidate) -> Result<Verdict, String> {
+    let (material, mut body) = default_body(c)?;
     deform(&mut body, 1.05, 0.05);
-    let wanted = material.wants().map_err(told)?;
-    let families = wanted.iter().fold(0, |all, r| all | r.families);
-    let (block, sheet) = (block([2, 2, 2], 0.01, families), sheet([3, 3], 0.01));
-    let given = |kind: u32| {
-        let surface = body.rest.len() == sheet.rest.len();
-        if surface { sheet.given(kind) } else { block.given(kind) }
-    };
-    let mut other =
-        Body::new(&material, body.rest.clone(), |r| backwards(given(r.kind), corners(r.kind))).map_err(told)?;
+    let requests = material.element_requests().map_err(describe_fault)?;
+    let families = requests.iter().fold(0, |all, r| all | r.families);
+    let (block, sheet) = (block([2, 2, 2], EDGE, families), sheet([3, 3], EDGE));
+    let is_sheet = body.rest.len() == sheet.rest.len();
+    let elements = |kind: u32| if is_sheet { sheet.elements(kind) } else { block.elements(kind) };
+    let mut other = Body::new(&material, body.rest.clone(), |r| reversed(elements(r.kind), corners(r.kind)))
+        .map_err(describe_fault)?;
     other.x.clone_from(&body.x);
     compare(&material, &body, &other, |f| f)?;
     Ok(Verdict::Passed)
 }
 
-/// The list the other way round, each element with its nodes as they were.
-fn backwards(given: Given, corners: usize) -> Given {
-    let turned = |list: &[f64], width: usize| list.chunks(width.max(1)).rev().flatten().copied().collect();
-    Given {
-        nodes: given.nodes.chunks(corners).rev().flatten().copied().collect(),
-        family: given.family.iter().rev().copied().collect(),
-        measure: turned(&given.measure, 1),
-        material: turned(&given.material, 2 * corners),
+/// The elements in reversed order, each with its corners in their order.
+fn reversed(list: ElementList, corners: usize) -> ElementList {
+    let reverse = |values: &[f64], width: usize| values.chunks(width.max(1)).rev().flatten().copied().collect();
+    ElementList {
+        nodes: list.nodes.chunks(corners).rev().flatten().copied().collect(),
+        family: list.family.iter().rev().copied().collect(),
+        measure: reverse(&list.measure, 1),
+        material: reverse(&list.material, 2 * corners),
     }
 }
 
-/// By 2.2 rad about (1, 2, 2)/3, through the origin.
-pub(super) fn turn(p: [f64; 3]) -> [f64; 3] {
+/// Rotates a vector by 2.2 rad about (1, 2, 2)/3 (Rodrigues' formula).
+pub(super) fn rotate(p: [f64; 3]) -> [f64; 3] {
     let (s, c) = 2.2_f64.sin_cos();
     let axis = [1.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0];
     let along: f64 = (0..3).map(|i| axis[i] * p[i]).sum();
     let cross = [axis[1] * p[2] - axis[2] * p[1], axis[2] * p[0] - axis[0] * p[2], axis[0] * p[1] - axis[1] * p[0]];
     [0, 1, 2].map(|i| c * p[i] + s * cross[i] + (1.0 - c) * along * axis[i])
+}
+
+/// Moves a point, m.
+fn translate(x: [f64; 3]) -> [f64; 3] {
+    [x[0] + 0.3, x[1] - 0.2, x[2] + 0.1]
+}
+
+/// Moves a point (m), then rotates it about the origin by [`rotate`].
+pub(super) fn rigid_motion(x: [f64; 3]) -> [f64; 3] {
+    rotate(translate(x))
 }

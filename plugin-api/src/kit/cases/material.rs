@@ -1,145 +1,161 @@
-//! What every material promises, and the bodies it is looked at in.
+//! Cases for every material, and the bodies they use.
 
 use super::super::body::Body;
 use super::super::candidate::Candidate;
-use super::super::opened::Opened;
-use super::super::subject::Subject;
+use super::super::instance::TestInstance;
+use super::super::tested_material::MaterialUnderTest;
 use super::super::{block, sheet};
-use super::coupled::{coupled_slope, coupled_turns, definite};
-use super::derivatives::{damping, force_slope, stiffness_slope};
-use super::invariance::{order, rotation, translation};
-use super::linear::largest;
-use super::repeat::{allocates, instances, ranges, same_bytes};
-use super::{Case, Verdict, judge, normals, single, told};
+use super::coupled::{compliance_is_positive_definite, strain_gradient, strain_is_objective};
+use super::derivatives::{damping_dissipates, force_is_energy_gradient, stiffness_is_force_gradient};
+use super::invariance::{element_order, rotation, translation};
+use super::matrix::max_abs;
+use super::repeatability::{calls_are_bit_identical, instances_are_independent, no_allocation, state_is_bit_identical};
+use super::{Case, Verdict, describe_fault, ensure, normals, single};
 use crate::abi;
-use crate::material::Tangent;
+use crate::material::TangentScale;
 
 pub(super) const CASES: &[Case] = &[
-    Case { name: "mass-is-positive", promise: "every node of a whole body has a finite mass above zero", run: mass },
-    Case { name: "rest-is-force-free", promise: "nothing pulls while the body is at rest", run: rest },
-    Case { name: "force-is-energy-slope", promise: "the force is minus the slope of the energy", run: force_slope },
     Case {
-        name: "stiffness-is-force-slope",
-        promise: "the stiffness is minus the slope of the force, or a stand-in that is nowhere softer",
-        run: stiffness_slope,
+        name: "mass-is-positive",
+        promise: "every node of a body has a finite mass above zero",
+        run: mass_is_positive,
     },
     Case {
-        name: "single-stiffness-is-the-stiffness",
-        promise: "in single precision the stiffness is the same, of two corners alone, and the others are what those leave",
-        run: single::stiffness,
+        name: "rest-is-force-free",
+        promise: "a body at rest has no forces, and a stretched one has",
+        run: rest_is_force_free,
+    },
+    Case {
+        name: "force-is-energy-gradient",
+        promise: "the force is minus the gradient of the energy",
+        run: force_is_energy_gradient,
+    },
+    Case {
+        name: "stiffness-is-force-gradient",
+        promise: "the stiffness is minus the gradient of the force at rest, and nowhere softer than it elsewhere",
+        run: stiffness_is_force_gradient,
+    },
+    Case {
+        name: "single-precision-stiffness-matches",
+        promise: "off-diagonal blocks in single precision are those in double precision, and the blocks of a row sum to zero",
+        run: single::stiffness_matches,
     },
     Case {
         name: "damping-dissipates",
-        promise: "damping is symmetric, takes energy, and is minus the slope of the force over velocity",
-        run: damping,
+        promise: "damping is symmetric, dissipates energy, and is minus the gradient of the force by the velocity",
+        run: damping_dissipates,
     },
     Case {
-        name: "coupled-strain-has-its-slope",
-        promise: "the gradient of a coupled hinge's strain is its slope, and there is no strain at rest",
-        run: coupled_slope,
+        name: "coupled-strain-gradient",
+        promise: "the gradient of a coupled hinge's strain is its derivative, and the strain is zero at rest",
+        run: strain_gradient,
     },
     Case {
-        name: "coupled-strain-turns",
-        promise: "a body elsewhere and turned has the same strains of coupled hinges, and turned gradients",
-        run: coupled_turns,
+        name: "coupled-strain-is-objective",
+        promise: "a rigid motion keeps the strains of coupled hinges and rotates their gradients",
+        run: strain_is_objective,
     },
     Case {
-        name: "compliance-is-definite",
-        promise: "the compliance between coupled hinges is positive definite, in each triangle and in sum",
-        run: definite,
+        name: "compliance-is-positive-definite",
+        promise: "the compliance between coupled hinges is positive definite, of each triangle and of the sum",
+        run: compliance_is_positive_definite,
     },
     Case {
-        name: "normals-force-has-its-slope",
-        promise: "at fixed normals, the force of an energy of normals is minus its slope",
-        run: normals::force_slope,
+        name: "normals-force-is-energy-gradient",
+        promise: "at fixed normals, the force of an energy of normals is minus its gradient",
+        run: normals::force_is_energy_gradient,
     },
     Case {
-        name: "normals-slope-has-its-slope",
-        promise: "what is given as the slope in the normals is that of the energy",
-        run: normals::normal_slope,
+        name: "normals-derivative-is-energy-gradient",
+        promise: "the derivative by the normals is that of the energy",
+        run: normals::derivative_is_energy_gradient,
     },
     Case {
-        name: "normals-turn",
-        promise: "a body elsewhere and turned has the same energy of normals, and turned forces and slopes",
-        run: normals::turns,
+        name: "normals-energy-is-objective",
+        promise: "a rigid motion keeps the energy of normals and rotates its forces and derivatives",
+        run: normals::energy_is_objective,
     },
     Case {
         name: "normals-rest-is-force-free",
-        promise: "a flat body at rest is left alone by its normals",
-        run: normals::rest,
+        promise: "an energy of normals has no forces on a flat body at rest",
+        run: normals::rest_is_force_free,
     },
     Case {
-        name: "tilt-is-stiff-enough",
-        promise: "a normal tilts across a side no stiffer than is said",
-        run: normals::tilt,
-    },
-    Case { name: "translation-changes-nothing", promise: "energy and force do not depend on where", run: translation },
-    Case {
-        name: "rotation-turns-the-force",
-        promise: "a turned body has the same energy and turned forces",
-        run: rotation,
-    },
-    Case { name: "order-changes-nothing", promise: "the order of the elements does not matter", run: order },
-    Case {
-        name: "ranges-give-the-same-bytes",
-        promise: "calls over parts of the list come to one call's bytes",
-        run: ranges,
+        name: "tilt-is-an-upper-bound",
+        promise: "no normal is stiffer against tilting across a side than `tilt` says",
+        run: normals::tilt_is_an_upper_bound,
     },
     Case {
-        name: "same-state-same-bytes",
-        promise: "a state gives the same bytes whatever was asked before",
-        run: same_bytes,
+        name: "translation-invariance",
+        promise: "a translation changes neither energy nor forces",
+        run: translation,
+    },
+    Case { name: "rotation-invariance", promise: "a rotation keeps the energy and rotates the forces", run: rotation },
+    Case {
+        name: "element-order-invariance",
+        promise: "energy and forces do not depend on the order of the elements",
+        run: element_order,
     },
     Case {
-        name: "instances-do-not-share",
-        promise: "what one instance is told does not reach another",
-        run: instances,
+        name: "ranges-are-bit-identical",
+        promise: "calls over ranges of the elements give the bytes of one call",
+        run: calls_are_bit_identical,
+    },
+    Case {
+        name: "results-are-deterministic",
+        promise: "a state gives the same bytes whatever was computed before",
+        run: state_is_bit_identical,
+    },
+    Case {
+        name: "instances-are-independent",
+        promise: "the parameters of one instance do not affect another",
+        run: instances_are_independent,
     },
     Case {
         name: "finite-at-extremes",
-        promise: "numbers at the ends of their ranges give finite results",
-        run: extremes,
+        promise: "parameters at the ends of their ranges give finite results",
+        run: finite_at_extremes,
     },
     Case {
         name: "nan-is-reported",
-        promise: "a place that is not a number does not vanish in a finite force",
-        run: nan,
+        promise: "a position that is NaN gives a fault or forces that are not finite",
+        run: nan_is_reported,
     },
-    Case { name: "no-allocation-in-a-step", promise: "calls of a step take no memory from the system", run: allocates },
+    Case { name: "no-allocation-in-a-step", promise: "calls inside a step do not allocate", run: no_allocation },
 ];
 
-/// m
-const EDGE: f64 = 0.01;
+/// Edge of a cell or square of the test bodies, m.
+pub(super) const EDGE: f64 = 0.01;
 
-/// A small body at rest with the elements the material wants.
-pub(super) fn specimen(material: &Opened) -> Result<Body, String> {
-    let wanted = material.wants().map_err(told)?;
-    let surface = wanted.iter().any(|r| [abi::TRIANGLE, abi::HINGE].contains(&r.kind));
-    let families = wanted.iter().fold(0, |all, r| all | r.families);
-    let body = if surface {
+/// A small body at rest with the elements the material works on: a sheet for triangles and hinges, else a block.
+pub(super) fn test_body(material: &TestInstance) -> Result<Body, String> {
+    let requests = material.element_requests().map_err(describe_fault)?;
+    let is_sheet = requests.iter().any(|r| [abi::TRIANGLE, abi::HINGE].contains(&r.kind));
+    let families = requests.iter().fold(0, |all, r| all | r.families);
+    let body = if is_sheet {
         let sheet = sheet([3, 3], EDGE);
-        Body::new(material, sheet.rest.clone(), |r| sheet.given(r.kind))
+        Body::new(material, sheet.rest.clone(), |r| sheet.elements(r.kind))
     } else {
         let block = block([2, 2, 2], EDGE, families);
-        Body::new(material, block.rest.clone(), |r| block.given(r.kind))
+        Body::new(material, block.rest.clone(), |r| block.elements(r.kind))
     };
-    let body = body.map_err(|fault| format!("at rest: {}", told(fault)))?;
-    let none = body.counts().find(|(_, count)| *count == 0);
-    match none {
-        Some((r, _)) => Err(format!("no elements of kind {} and families {} in a block", r.kind, r.families)),
+    let body = body.map_err(|fault| format!("at rest: {}", describe_fault(fault)))?;
+    let without_elements = body.element_counts().find(|(_, count)| *count == 0);
+    match without_elements {
+        Some((r, _)) => Err(format!("the test body has no elements of kind {} and families {}", r.kind, r.families)),
         None => Ok(body),
     }
 }
 
-/// An instance with its defaults and a small body of it.
-pub(super) fn sound(c: &Candidate) -> Result<(Opened, Body), String> {
-    let material = c.open(&[]).map_err(told)?;
-    let body = specimen(&material)?;
+/// An instance with its defaults, and its test body.
+pub(super) fn default_body(c: &Candidate) -> Result<(TestInstance, Body), String> {
+    let material = c.open(&[]).map_err(describe_fault)?;
+    let body = test_body(&material)?;
     Ok((material, body))
 }
 
-/// Numbers within [-1, 1], the same on every run.
-pub(super) fn random() -> impl FnMut() -> f64 {
+/// A linear congruential generator of numbers in [-1, 1), the same on every run (Knuth 1997).
+pub(super) fn random_numbers() -> impl FnMut() -> f64 {
     let mut seed = 1_u64;
     move || {
         seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
@@ -147,97 +163,99 @@ pub(super) fn random() -> impl FnMut() -> f64 {
     }
 }
 
-/// Moves every node by up to `share` of an edge, after a stretch by `stretch`.
-pub(super) fn deform(body: &mut Body, stretch: f64, share: f64) {
-    let mut next = random();
+/// Scales all positions by `stretch`, then moves every coordinate by a random part of `jitter` cell edges.
+pub(super) fn deform(body: &mut Body, stretch: f64, jitter: f64) {
+    let mut next = random_numbers();
     for x in &mut body.x {
-        *x = x.map(|c| stretch * c + share * EDGE * next());
+        *x = x.map(|c| stretch * c + jitter * EDGE * next());
     }
 }
 
-/// Velocities of up to 1 m/s.
+/// Sets random velocities with components of up to 1 m/s.
 pub(super) fn set_moving(body: &mut Body) {
-    let mut next = random();
+    let mut next = random_numbers();
     for v in &mut body.v {
         *v = [next(), next(), next()];
     }
 }
 
-/// N, a force that counts as none: what moves a node by 1e-9 of an edge.
-pub(super) fn nothing(material: &Opened, body: &Body) -> Result<f64, String> {
-    let k = body.tangent(material, Tangent { stiffness: 1.0, damping: 0.0 }).map_err(told)?;
-    Ok(1e-9 * EDGE * largest(&k))
+/// A force that counts as zero, N: what moves a node by 1e-9 of an edge.
+pub(super) fn force_tolerance(material: &TestInstance, body: &Body) -> Result<f64, String> {
+    let k = body.tangent(material, TangentScale { stiffness: 1.0, damping: 0.0 }).map_err(describe_fault)?;
+    Ok(1e-9 * EDGE * max_abs(&k))
 }
 
-/// The largest component of forces, N.
-pub(super) fn size(forces: &[[f64; 3]]) -> f64 {
-    largest(forces.iter().flatten())
+/// The largest absolute component of forces, N.
+pub(super) fn max_component(forces: &[[f64; 3]]) -> f64 {
+    max_abs(forces.iter().flatten())
 }
 
-fn mass(c: &Candidate) -> Result<Verdict, String> {
-    let (material, body) = sound(c)?;
-    let mass = body.mass(&material).map_err(told)?;
+fn mass_is_positive(c: &Candidate) -> Result<Verdict, String> {
+    let (material, body) = default_body(c)?;
+    let mass = body.mass(&material).map_err(describe_fault)?;
     match mass.iter().position(|m| !(m.is_finite() && *m > 0.0)) {
-        Some(node) => Err(format!("node {node} of a block has {} kg", mass[node])),
+        Some(node) => Err(format!("node {node} has a mass of {} kg", mass[node])),
         None => Ok(Verdict::Passed),
     }
 }
 
-fn rest(c: &Candidate) -> Result<Verdict, String> {
-    let (material, body) = sound(c)?;
-    let (found, most) = (size(&body.forces(&material).map_err(told)?), nothing(&material, &body)?);
-    judge(found <= most, || format!("a force of {found:.3e} N at rest"))?;
-    let mut moved = body;
-    deform(&mut moved, 1.02, 0.0);
-    let found = size(&moved.forces(&material).map_err(told)?);
-    judge(found > most, || "nothing pulls while it is stretched either".into())?;
+fn rest_is_force_free(c: &Candidate) -> Result<Verdict, String> {
+    let (material, body) = default_body(c)?;
+    let tolerance = force_tolerance(&material, &body)?;
+    let force = max_component(&body.forces(&material).map_err(describe_fault)?);
+    ensure(force <= tolerance, || format!("a force of {force:.3e} N at rest"))?;
+    let mut stretched = body;
+    deform(&mut stretched, 1.02, 0.0);
+    let force = max_component(&stretched.forces(&material).map_err(describe_fault)?);
+    ensure(force > tolerance, || "no force on a stretched body either".into())?;
     Ok(Verdict::Passed)
 }
 
-fn extremes(c: &Candidate) -> Result<Verdict, String> {
-    for (place, p) in c.params().iter().enumerate() {
+fn finite_at_extremes(c: &Candidate) -> Result<Verdict, String> {
+    for (index, p) in c.params().iter().enumerate() {
         let values = match p.kind {
             abi::PARAM_NUMBER => vec![p.min, p.max],
             abi::PARAM_CHOICE => (0..Candidate::choices(p).len()).map(|i| i as f64).collect(),
             _ => continue,
         };
         for value in values {
-            let at = || format!("`{}` = {value}", Candidate::key(p));
-            let material = match c.open(&[(place, value)]) {
+            let setting = || format!("`{}` = {value}", Candidate::key(p));
+            let material = match c.open(&[(index, value)]) {
                 Ok(material) => material,
-                // A refusal is an answer.
+                // A plugin may refuse a combination with the other defaults.
                 Err(fault) if fault.status == abi::Status::BAD_ARGUMENT => continue,
-                Err(fault) => return Err(format!("{}: {}", at(), told(fault))),
+                Err(fault) => return Err(format!("{}: {}", setting(), describe_fault(fault))),
             };
-            let mut body = specimen(&material).map_err(|why| format!("{}: {why}", at()))?;
+            let mut body = test_body(&material).map_err(|why| format!("{}: {why}", setting()))?;
             deform(&mut body, 1.1, 0.05);
             set_moving(&mut body);
             let results = || -> Result<[f64; 4], crate::Fault> {
-                let tangent = body.tangent(&material, Tangent { stiffness: 1.0, damping: 1.0 })?;
+                let tangent = body.tangent(&material, TangentScale { stiffness: 1.0, damping: 1.0 })?;
                 let (force, mass) = (body.forces(&material)?, body.mass(&material)?);
-                Ok([body.energy(&material)?, sum(force.iter().flatten()), sum(&tangent), sum(&mass)])
+                Ok([body.energy(&material)?, sum_abs(force.iter().flatten()), sum_abs(&tangent), sum_abs(&mass)])
             };
-            let results = results().map_err(|fault| format!("{}: {}", at(), told(fault)))?;
+            let results = results().map_err(|fault| format!("{}: {}", setting(), describe_fault(fault)))?;
             for (what, value) in ["energy", "force", "matrix", "mass"].iter().zip(results) {
-                judge(value.is_finite(), || format!("{}: the {what} is not finite", at()))?;
+                ensure(value.is_finite(), || format!("{}: the {what} is not finite", setting()))?;
             }
         }
     }
     Ok(Verdict::Passed)
 }
 
-fn sum<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
+/// Sum of absolute values, which is finite only if all are.
+fn sum_abs<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
     values.into_iter().map(|v| v.abs()).sum()
 }
 
-fn nan(c: &Candidate) -> Result<Verdict, String> {
-    let (material, body) = sound(c)?;
+fn nan_is_reported(c: &Candidate) -> Result<Verdict, String> {
+    let (material, body) = default_body(c)?;
     for node in [0, body.x.len() / 2, body.x.len() - 1] {
         let mut broken = body.clone();
         broken.x[node][1] = f64::NAN;
         if let Ok(force) = broken.forces(&material) {
-            let vanished = force.iter().flatten().all(|f| f.is_finite());
-            judge(!vanished, || format!("node {node} at NaN gave finite forces and no fault"))?;
+            let hidden = force.iter().flatten().all(|f| f.is_finite());
+            ensure(!hidden, || format!("node {node} at NaN gave finite forces and no fault"))?;
         }
     }
     Ok(Verdict::Passed)

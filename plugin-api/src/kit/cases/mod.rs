@@ -1,63 +1,63 @@
-//! The conformance suite: one promise a case, one sentence a case.
+//! The conformance suite: each case tests one promise of the interface and reports one sentence.
 
-mod border;
+mod common;
 mod coupled;
 mod derivatives;
 mod device;
 mod grid;
 mod invariance;
-mod linear;
 mod material;
+mod matrix;
 mod normals;
-mod repeat;
+mod repeatability;
 mod single;
 
 use super::candidate::{Candidate, Kind};
 use crate::fault::Fault;
 use crate::instance::Role;
 
-/// How a case ended.
+/// Result of a case.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// The promise holds.
+    /// The plugin keeps the promise.
     Passed,
-    /// It cannot be looked at here, and why.
+    /// The promise cannot be tested here; says why.
     Skipped(String),
-    /// It does not hold, and where.
+    /// The plugin breaks the promise; says where and by how much.
     Failed(String),
 }
 
-/// One promise.
+/// One promise of the interface, and its test.
 #[derive(Clone, Copy)]
 pub struct Case {
     /// Kebab-case.
     pub name: &'static str,
-    /// What is promised.
+    /// The promise, as a sentence.
     pub promise: &'static str,
     run: fn(&Candidate) -> Result<Verdict, String>,
 }
 
 impl Case {
-    /// Holds a plugin against it.
+    /// Tests a plugin.
     pub fn run(&self, candidate: &Candidate) -> Verdict {
         (self.run)(candidate).unwrap_or_else(Verdict::Failed)
     }
 }
 
-/// The cases for plugins of a kind: those of the border, then its own.
+/// The cases for plugins of a kind: those for every plugin, then those of the kind.
 pub fn cases(kind: Kind) -> Vec<Case> {
     let own = match kind {
         Kind::Material => material::CASES,
         Kind::Grid => grid::CASES,
         Kind::Device => device::CASES,
     };
-    border::CASES.iter().chain(own).copied().collect()
+    common::CASES.iter().chain(own).copied().collect()
 }
 
-/// Holds a plugin that is linked in against every case: `kit::check::<AsMaterial<Spring>>()` in a test.
+/// Runs every case on a plugin that is linked in: `kit::check::<AsMaterial<Spring>>()` in a test.
 ///
 /// # Panics
-/// If a promise does not hold, with a sentence for each.
+/// If a case fails, with a sentence for each.
 pub fn check<R: Role>() {
     let candidate = Candidate::of::<R>();
     let kind = candidate.kind().expect("a kind of this version");
@@ -65,18 +65,18 @@ pub fn check<R: Role>() {
         .iter()
         .filter_map(|case| match case.run(&candidate) {
             Verdict::Failed(why) => Some(format!("{}: {}: {why}", case.name, case.promise)),
-            _ => None,
+            Verdict::Passed | Verdict::Skipped(_) => None,
         })
         .collect();
     assert!(failed.is_empty(), "\n{}\n", failed.join("\n"));
 }
 
-/// What a plugin says, as a sentence.
-fn told(fault: Fault) -> String {
+/// A fault as a sentence.
+fn describe_fault(fault: Fault) -> String {
     if fault.reason.is_empty() { fault.status.meaning().into() } else { fault.to_string() }
 }
 
-/// Passed, or failed with a sentence.
-fn judge(holds: bool, why: impl FnOnce() -> String) -> Result<(), String> {
+/// Fails the case with a sentence unless `holds`.
+fn ensure(holds: bool, why: impl FnOnce() -> String) -> Result<(), String> {
     if holds { Ok(()) } else { Err(why()) }
 }

@@ -1,170 +1,202 @@
-//! Energies of vertex normals: forces at fixed normals, slopes in them, and how stiffly they tilt.
+//! Cases for energies of vertex normals: forces at fixed normals, derivatives by the normals, and their stiffness against tilting.
 
-use super::super::Given;
+use super::super::ElementList;
 use super::super::body::Body;
 use super::super::candidate::Candidate;
-use super::super::opened::Opened;
-use super::invariance::turn;
-use super::linear::largest;
-use super::material::{deform, random, sound};
-use super::{Verdict, judge, told};
+use super::super::instance::TestInstance;
+use super::invariance::{rigid_motion, rotate};
+use super::material::{default_body, deform, random_numbers};
+use super::matrix::max_abs;
+use super::{Verdict, describe_fault, ensure};
 use crate::abi;
 
-/// m, and rad
+/// Step of finite differences over positions, m.
 const STEP: f64 = 1e-5;
+/// Step of finite differences over angles, rad.
+const ANGLE_STEP: f64 = 1e-3;
 
-/// An instance, a body of it, and its triangles.
-type Found = (Opened, Body, Vec<[u32; 3]>);
+/// A body with an energy of normals.
+struct NormalsBody {
+    material: TestInstance,
+    body: Body,
+    triangles: Vec<[u32; 3]>,
+}
 
-/// A body with an energy of normals, if the material asks for them with its defaults.
-fn of_normals(c: &Candidate) -> Result<Option<Found>, String> {
-    let (material, body) = sound(c)?;
-    let flags =
-        |kind: u32| body.counts().find(|(r, _)| r.kind == kind).map_or(0, |(r, _)| r.flags & abi::WANTS_NORMALS);
-    let (hinges, triangles) = (flags(abi::HINGE), flags(abi::TRIANGLE));
-    judge(hinges == triangles, || "hinges and triangles want normals together, or neither does".into())?;
-    if triangles == 0 {
+/// Results of an energy of normals.
+struct NormalsResults {
+    energy: f64,
+    /// -dE/dx at fixed normals, N (n x 3).
+    forces: Vec<[f64; 3]>,
+    /// dE/dn, J (n x 3).
+    derivatives: Vec<[f64; 3]>,
+}
+
+/// A material with an energy of normals and its test body, or `None` if it does not ask for normals with its defaults.
+fn normals_body(c: &Candidate) -> Result<Option<NormalsBody>, String> {
+    let (material, body) = default_body(c)?;
+    let wants = |kind: u32| body.element_counts().any(|(r, _)| r.kind == kind && r.flags & abi::WANTS_NORMALS != 0);
+    let (hinges, triangles) = (wants(abi::HINGE), wants(abi::TRIANGLE));
+    ensure(hinges == triangles, || {
+        "the flag WANTS_NORMALS is set for one of hinges and triangles, and not for both".into()
+    })?;
+    if !triangles {
         return Ok(None);
     }
-    let (_, corners) = body.tilts(&material).map_err(told)?;
-    Ok(Some((material, body, corners)))
+    let triangles = body.tilts(&material).map_err(describe_fault)?.corners;
+    Ok(Some(NormalsBody { material, body, triangles }))
+}
+
+impl NormalsBody {
+    /// Unit normals of the body in its current state.
+    fn normals(&self) -> Vec<[f64; 3]> {
+        self.body.normals(&self.triangles)
+    }
+
+    /// Energy, forces and derivatives for given unit normals.
+    fn results(&self, normals: &[[f64; 3]]) -> Result<NormalsResults, String> {
+        let energy = self.body.normals_energy(&self.material, normals).map_err(describe_fault)?;
+        let all = self.body.normals_forces(&self.material, normals).map_err(describe_fault)?;
+        let (forces, derivatives) = all.iter().map(|[a, b, c, p, q, r]| ([*a, *b, *c], [*p, *q, *r])).unzip();
+        Ok(NormalsResults { energy, forces, derivatives })
+    }
 }
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-fn parts(all: &[[f64; 6]]) -> (Vec<[f64; 3]>, Vec<[f64; 3]>) {
-    all.iter().map(|[a, b, c, p, q, r]| ([*a, *b, *c], [*p, *q, *r])).unzip()
+fn normalised(a: [f64; 3]) -> [f64; 3] {
+    a.map(|c| c / dot(a, a).sqrt())
 }
 
-/// The slope of `at` at zero, of fourth order.
-fn slope(at: impl Fn(f64) -> Result<f64, String>, h: f64) -> Result<f64, String> {
-    Ok((8.0 * (at(h)? - at(-h)?) - (at(2.0 * h)? - at(-2.0 * h)?)) / (12.0 * h))
+/// Derivative of `f` at zero by a difference of fourth order with step `h`.
+fn derivative(f: impl Fn(f64) -> Result<f64, String>, h: f64) -> Result<f64, String> {
+    Ok((8.0 * (f(h)? - f(-h)?) - (f(2.0 * h)? - f(-2.0 * h)?)) / (12.0 * h))
 }
 
-pub(super) fn force_slope(c: &Candidate) -> Result<Verdict, String> {
-    let Some((material, mut body, triangles)) = of_normals(c)? else { return Ok(Verdict::Passed) };
-    deform(&mut body, 1.02, 0.2);
-    let normals = body.normals(&triangles);
-    let (force, _) = parts(&body.normals_forces(&material, &normals).map_err(told)?);
-    let (most, mut same) = (1e-6 * largest(force.iter().flatten()), true);
-    judge(most > 0.0, || "no force in a deformed state".into())?;
-    for node in 0..body.x.len() {
+const SAME_BITS: &str = "both are identical to the last bit: one is made of the other";
+
+pub(super) fn force_is_energy_gradient(c: &Candidate) -> Result<Verdict, String> {
+    let Some(mut sheet) = normals_body(c)? else { return Ok(Verdict::Passed) };
+    deform(&mut sheet.body, 1.02, 0.2);
+    let normals = sheet.normals();
+    let force = sheet.results(&normals)?.forces;
+    let (tolerance, mut bit_identical) = (1e-6 * max_abs(force.iter().flatten()), true);
+    ensure(tolerance > 0.0, || "no force in a deformed state".into())?;
+    for node in 0..sheet.body.x.len() {
         for axis in 0..3 {
-            let at = |step: f64| {
-                let mut moved = body.clone();
+            let energy_at = |step: f64| {
+                let mut moved = sheet.body.clone();
                 moved.x[node][axis] += step;
-                moved.normals_energy(&material, &normals).map_err(told)
+                moved.normals_energy(&sheet.material, &normals).map_err(describe_fault)
             };
-            let (found, given) = (slope(at, STEP)?, force[node][axis]);
-            same &= found == -given;
-            judge((found + given).abs() <= most, || {
-                format!("node {node}, axis {axis}: force {given:.6e} N, slope of the energy {found:.6e} N")
+            let (slope, force) = (derivative(energy_at, STEP)?, force[node][axis]);
+            bit_identical &= slope == -force;
+            ensure((slope + force).abs() <= tolerance, || {
+                format!("node {node}, axis {axis}: force {force:.6e} N, finite difference of the energy {slope:.6e} N")
             })?;
         }
     }
-    judge(!same, || "force and slope are the same to the last bit: a thing is compared with itself".into())?;
+    ensure(!bit_identical, || SAME_BITS.into())?;
     Ok(Verdict::Passed)
 }
 
-pub(super) fn normal_slope(c: &Candidate) -> Result<Verdict, String> {
-    let Some((material, mut body, triangles)) = of_normals(c)? else { return Ok(Verdict::Passed) };
-    deform(&mut body, 1.02, 0.2);
-    let normals = body.normals(&triangles);
-    let (_, slopes) = parts(&body.normals_forces(&material, &normals).map_err(told)?);
-    let (most, mut same, mut next) = (1e-6 * largest(slopes.iter().flatten()), true, random());
-    judge(most > 0.0, || "no slope in a deformed state".into())?;
+pub(super) fn derivative_is_energy_gradient(c: &Candidate) -> Result<Verdict, String> {
+    let Some(mut sheet) = normals_body(c)? else { return Ok(Verdict::Passed) };
+    deform(&mut sheet.body, 1.02, 0.2);
+    let normals = sheet.normals();
+    let derivatives = sheet.results(&normals)?.derivatives;
+    let (tolerance, mut bit_identical) = (1e-6 * max_abs(derivatives.iter().flatten()), true);
+    let mut next = random_numbers();
+    ensure(tolerance > 0.0, || "no derivative in a deformed state".into())?;
     for (node, n) in normals.iter().enumerate() {
-        // A unit normal only turns.
+        // A unit normal can only rotate, so the direction is perpendicular to it.
         let any = [next(), next(), next()];
-        let across = [0, 1, 2].map(|i| any[i] - dot(any, *n) * n[i]);
-        let across = across.map(|c| c / dot(across, across).sqrt());
-        let at = |angle: f64| {
-            let mut turned = normals.clone();
+        let tangent = normalised([0, 1, 2].map(|i| any[i] - dot(any, *n) * n[i]));
+        let energy_at = |angle: f64| {
+            let mut tilted = normals.clone();
             let (s, c) = angle.sin_cos();
-            turned[node] = [0, 1, 2].map(|i| c * n[i] + s * across[i]);
-            body.normals_energy(&material, &turned).map_err(told)
+            tilted[node] = [0, 1, 2].map(|i| c * n[i] + s * tangent[i]);
+            sheet.body.normals_energy(&sheet.material, &tilted).map_err(describe_fault)
         };
-        let (found, given) = (slope(at, 100.0 * STEP)?, dot(slopes[node], across));
-        same &= found == given;
-        judge((found - given).abs() <= most, || {
-            format!("the normal of node {node}: given {given:.6e} J, slope of the energy {found:.6e} J")
+        let (slope, along) = (derivative(energy_at, ANGLE_STEP)?, dot(derivatives[node], tangent));
+        bit_identical &= slope == along;
+        ensure((slope - along).abs() <= tolerance, || {
+            format!("normal of node {node}: derivative {along:.6e} J, finite difference of the energy {slope:.6e} J")
         })?;
     }
-    judge(!same, || "given and found are the same to the last bit: a thing is compared with itself".into())?;
+    ensure(!bit_identical, || SAME_BITS.into())?;
     Ok(Verdict::Passed)
 }
 
-pub(super) fn turns(c: &Candidate) -> Result<Verdict, String> {
-    let Some((material, mut body, triangles)) = of_normals(c)? else { return Ok(Verdict::Passed) };
-    deform(&mut body, 1.02, 0.2);
-    let mut moved = body.clone();
-    moved.x.iter_mut().for_each(|x| *x = turn([x[0] + 0.3, x[1] - 0.2, x[2] + 0.1]));
-    let of = |body: &Body| -> Result<_, String> {
-        let normals = body.normals(&triangles);
-        let all = parts(&body.normals_forces(&material, &normals).map_err(told)?);
-        Ok((body.normals_energy(&material, &normals).map_err(told)?, all))
-    };
-    let ((e0, (f0, s0)), (e1, (f1, s1))) = (of(&body)?, of(&moved)?);
-    judge((e0 - e1).abs() <= 1e-9 * e0, || format!("the energy changed from {e0:.9e} J to {e1:.9e} J"))?;
-    for (what, before, after) in [("force", &f0, &f1), ("slope", &s0, &s1)] {
-        let most = 1e-9 * largest(before.iter().flatten());
-        for (node, (b, a)) in before.iter().zip(after).enumerate() {
-            let off = (0..3).fold(0.0, |off: f64, i| off.max((turn(*b)[i] - a[i]).abs()));
-            judge(off <= most, || format!("the {what} of node {node} changed by {off:.3e}"))?;
+pub(super) fn energy_is_objective(c: &Candidate) -> Result<Verdict, String> {
+    let Some(mut sheet) = normals_body(c)? else { return Ok(Verdict::Passed) };
+    deform(&mut sheet.body, 1.02, 0.2);
+    let before = sheet.results(&sheet.normals())?;
+    sheet.body.x.iter_mut().for_each(|x| *x = rigid_motion(*x));
+    let after = sheet.results(&sheet.normals())?;
+    ensure((before.energy - after.energy).abs() <= 1e-9 * before.energy, || {
+        format!("the energy changed from {:.9e} J to {:.9e} J", before.energy, after.energy)
+    })?;
+    let fields = [("force", &before.forces, &after.forces), ("derivative", &before.derivatives, &after.derivatives)];
+    for (name, before, after) in fields {
+        let tolerance = 1e-9 * max_abs(before.iter().flatten());
+        for (node, (before, after)) in before.iter().zip(after).enumerate() {
+            let expected = rotate(*before);
+            let change = (0..3).fold(0.0, |max: f64, i| max.max((expected[i] - after[i]).abs()));
+            ensure(change <= tolerance, || format!("the {name} of node {node} changed by {change:.3e}"))?;
         }
     }
     Ok(Verdict::Passed)
 }
 
-pub(super) fn rest(c: &Candidate) -> Result<Verdict, String> {
-    let Some((material, body, triangles)) = of_normals(c)? else { return Ok(Verdict::Passed) };
-    let of = |body: &Body| -> Result<_, String> {
-        let normals = body.normals(&triangles);
-        let (force, slopes) = parts(&body.normals_forces(&material, &normals).map_err(told)?);
-        // What does not turn a normal does nothing.
-        let turning: Vec<f64> =
-            slopes.iter().zip(&normals).flat_map(|(s, n)| [0, 1, 2].map(|i| s[i] - dot(*s, *n) * n[i])).collect();
-        Ok((largest(force.iter().flatten()), largest(&turning)))
+pub(super) fn rest_is_force_free(c: &Candidate) -> Result<Verdict, String> {
+    let Some(mut sheet) = normals_body(c)? else { return Ok(Verdict::Passed) };
+    // The largest force, and the largest derivative perpendicular to its normal: along the normal it has no effect.
+    let largest = |sheet: &NormalsBody| -> Result<(f64, f64), String> {
+        let normals = sheet.normals();
+        let results = sheet.results(&normals)?;
+        let torques = results.derivatives.iter().zip(&normals);
+        let torques: Vec<f64> = torques.flat_map(|(d, n)| [0, 1, 2].map(|i| d[i] - dot(*d, *n) * n[i])).collect();
+        Ok((max_abs(results.forces.iter().flatten()), max_abs(&torques)))
     };
-    let mut bent = body.clone();
-    deform(&mut bent, 1.0, 0.2);
-    let ((force, slope), (more, steeper)) = (of(&body)?, of(&bent)?);
-    judge(force <= 1e-9 * more, || format!("a force of {force:.3e} N on a flat body at rest"))?;
-    judge(slope <= 1e-9 * steeper, || format!("a normal is turned by {slope:.3e} J on a flat body at rest"))?;
+    let (force, torque) = largest(&sheet)?;
+    deform(&mut sheet.body, 1.0, 0.2);
+    let (bent_force, bent_torque) = largest(&sheet)?;
+    ensure(force <= 1e-9 * bent_force, || format!("a force of {force:.3e} N on a flat body at rest"))?;
+    ensure(torque <= 1e-9 * bent_torque, || format!("a derivative of {torque:.3e} J rotates a normal at rest"))?;
     Ok(Verdict::Passed)
 }
 
-pub(super) fn tilt(c: &Candidate) -> Result<Verdict, String> {
-    let Some((material, ..)) = of_normals(c)? else { return Ok(Verdict::Passed) };
-    // One triangle, askew: its normals are tied to nothing else.
+pub(super) fn tilt_is_an_upper_bound(c: &Candidate) -> Result<Verdict, String> {
+    let Some(NormalsBody { material, .. }) = normals_body(c)? else { return Ok(Verdict::Passed) };
+    // A single scalene triangle, so that no other triangle depends on its normals.
     let corners = [[0.0, 0.0], [0.012, 0.001], [0.004, 0.009]];
-    let given = Given { nodes: vec![0, 1, 2], material: corners.concat(), ..Given::default() };
-    let place = |p: [f64; 2]| [p[0], p[1], 0.0];
-    let body = Body::new(&material, corners.map(place).to_vec(), |r| match r.kind {
-        abi::TRIANGLE => given.clone(),
-        _ => Given::default(),
+    let triangle = ElementList { nodes: vec![0, 1, 2], material: corners.concat(), ..ElementList::default() };
+    let rest = corners.map(|[x, y]: [f64; 2]| [x, y, 0.0]).to_vec();
+    let body = Body::new(&material, rest, |r| match r.kind {
+        abi::TRIANGLE => triangle.clone(),
+        _ => ElementList::default(),
     });
-    let body = body.map_err(told)?;
-    let (tilts, _) = body.tilts(&material).map_err(told)?;
-    judge(tilts.iter().all(|t| t.is_finite() && *t >= 0.0), || format!("{tilts:?} N m: negative or not written"))?;
-    let up = vec![[0.0, 0.0, 1.0]; 3];
+    let body = body.map_err(describe_fault)?;
+    let tilts = body.tilts(&material).map_err(describe_fault)?.values;
+    ensure(tilts.iter().all(|t| t.is_finite() && *t >= 0.0), || format!("{tilts:?} N m: negative or not written"))?;
     for (side, tilt) in tilts.iter().enumerate() {
         let (a, b) = (corners[side], corners[(side + 1) % 3]);
-        let across = [b[1] - a[1], a[0] - b[0], 0.0];
-        let across = across.map(|c| c / dot(across, across).sqrt());
+        let across = normalised([b[1] - a[1], a[0] - b[0], 0.0]);
         for corner in 0..3 {
-            let at = |angle: f64| -> Result<f64, String> {
-                let mut tilted = up.clone();
+            let torque_at = |angle: f64| -> Result<f64, String> {
+                let mut normals = vec![[0.0, 0.0, 1.0]; 3];
                 let (s, c) = angle.sin_cos();
-                tilted[corner] = [s * across[0], s * across[1], c];
-                let all = body.normals_forces(&material, &tilted).map_err(told)?;
+                normals[corner] = [s * across[0], s * across[1], c];
+                let all = body.normals_forces(&material, &normals).map_err(describe_fault)?;
                 Ok((0..3).map(|i| all[corner][3 + i] * across[i]).sum())
             };
-            let found = slope(at, 100.0 * STEP)?;
-            judge(found <= 1.0001 * tilt, || {
-                format!("side {side}, corner {corner}: {tilt:.6e} N m given, {found:.6e} found")
+            let stiffness = derivative(torque_at, ANGLE_STEP)?;
+            ensure(stiffness <= 1.0001 * tilt, || {
+                format!(
+                    "side {side}, corner {corner}: `tilt` gives {tilt:.6e} N m, and the energy has {stiffness:.6e} N m"
+                )
             })?;
         }
     }

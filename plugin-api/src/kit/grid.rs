@@ -1,17 +1,17 @@
 //! Safe calls into a grid under test.
 #![allow(unsafe_code, reason = "plays the host")]
 
-use super::opened::Opened;
+use super::instance::TestInstance;
 use crate::abi::{self, Ball, Level, Status};
 use crate::fault::Fault;
 
-/// An opened grid and its table.
-pub(super) struct OpenedGrid {
-    opened: Opened,
+/// An active grid and its table.
+pub(super) struct TestGrid {
+    instance: TestInstance,
     table: &'static abi::Grid,
 }
 
-/// A region in buffers of its own.
+/// A region of a grid: see [`abi::Region`] for each field.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Region {
     pub(super) node_id: Vec<u64>,
@@ -25,14 +25,17 @@ pub(super) struct Region {
 }
 
 // SAFETY of every call below: the thread class of the header on one thread, with buffers of the stated lengths.
-impl OpenedGrid {
-    pub(super) fn new(opened: Opened) -> Result<Self, Fault> {
+impl TestGrid {
+    /// Looks up the table.
+    pub(super) fn new(instance: TestInstance) -> Result<Self, Fault> {
         let missing = || Fault::bad_argument("`pliant.grid/1` is not offered or has a null in it");
-        let table: &'static abi::Grid = opened.extension(abi::GRID)?.ok_or_else(missing)?;
-        let whole = table.build.is_some() && table.level.is_some() && table.region.is_some() && table.weights.is_some();
-        if whole { Ok(Self { opened, table }) } else { Err(missing()) }
+        let table: &'static abi::Grid = instance.extension(abi::GRID)?.ok_or_else(missing)?;
+        let complete =
+            table.build.is_some() && table.level.is_some() && table.region.is_some() && table.weights.is_some();
+        if complete { Ok(Self { instance, table }) } else { Err(missing()) }
     }
 
+    /// Builds the levels up to `level` around a surface.
     pub(super) fn build(&self, points: &[[f64; 3]], triangles: &[[u32; 3]], level: u32) -> Result<(), Fault> {
         let surface = abi::Surface {
             size: size_of::<abi::Surface>(),
@@ -43,19 +46,21 @@ impl OpenedGrid {
         };
         let build = self.table.build.expect("checked");
         // SAFETY: see above.
-        self.opened.done(unsafe { build(self.opened.raw(), &surface, level) })
+        self.instance.check(unsafe { build(self.instance.raw(), &surface, level) })
     }
 
+    /// Describes a level.
     pub(super) fn level(&self, level: u32) -> Result<Level, Fault> {
         // SAFETY: a struct of numbers, to be filled.
         let mut out: Level = unsafe { core::mem::zeroed() };
         out.size = size_of::<Level>();
         let get = self.table.level.expect("checked");
         // SAFETY: see above.
-        self.opened.done(unsafe { get(self.opened.raw(), level, &mut out) })?;
+        self.instance.check(unsafe { get(self.instance.raw(), level, &mut out) })?;
         Ok(out)
     }
 
+    /// Nodes, cells and links of the cells that touch a ball, with buffers that grow until they fit.
     pub(super) fn region(&self, level: u32, ball: Ball) -> Result<Region, Fault> {
         let (mut nodes, mut cells, mut links) = (64, 64, 64);
         loop {
@@ -102,16 +107,18 @@ impl OpenedGrid {
             };
             let region = self.table.region.expect("checked");
             // SAFETY: see above.
-            let status = unsafe { region(self.opened.raw(), &request, &mut raw) };
+            let status = unsafe { region(self.instance.raw(), &request, &mut raw) };
             let counts = (raw.node_count, raw.cell_count, raw.link_count);
             let fits = counts.0 <= nodes && counts.1 <= cells && counts.2 <= links;
             if status == Status::TOO_SMALL && !fits && counts.0.max(counts.1).max(counts.2) < 1 << 24 {
                 (nodes, cells, links) = counts;
                 continue;
             }
-            self.opened.done(status)?;
+            self.instance.check(status)?;
             if !fits {
-                return Err(Fault::bad_argument("a region larger than its buffers, and no word of it"));
+                return Err(Fault::bad_argument(
+                    "`region` counted more than its buffers hold and did not return TOO_SMALL",
+                ));
             }
             r.node_id.truncate(counts.0);
             r.node_rest.truncate(counts.0);
@@ -125,17 +132,18 @@ impl OpenedGrid {
         }
     }
 
-    pub(super) fn weights(&self, level: u32, places: &[[f64; 3]]) -> Result<(Vec<u64>, Vec<[f64; 8]>), Fault> {
-        let (mut cells, mut weights) = (vec![abi::NO_CELL; places.len()], vec![[0.0; 8]; places.len()]);
+    /// Cell and interpolation weights of each rest position (m).
+    pub(super) fn weights(&self, level: u32, positions: &[[f64; 3]]) -> Result<(Vec<u64>, Vec<[f64; 8]>), Fault> {
+        let (mut cells, mut weights) = (vec![abi::NO_CELL; positions.len()], vec![[0.0; 8]; positions.len()]);
         let get = self.table.weights.expect("checked");
-        let (at, count) = (places.as_ptr().cast(), places.len());
+        let (rest, count) = (positions.as_ptr().cast(), positions.len());
         // SAFETY: see above.
         let status =
-            unsafe { get(self.opened.raw(), level, at, count, cells.as_mut_ptr(), weights.as_mut_ptr().cast()) };
-        self.opened.done(status).map(|()| (cells, weights))
+            unsafe { get(self.instance.raw(), level, rest, count, cells.as_mut_ptr(), weights.as_mut_ptr().cast()) };
+        self.instance.check(status).map(|()| (cells, weights))
     }
 
-    /// Places of an embedding that is not linear; `None` for one that is.
+    /// Positions (m) by the grid's nonlinear embedding; `None` where it uses the weights.
     pub(super) fn place(
         &self,
         level: u32,
@@ -144,15 +152,17 @@ impl OpenedGrid {
     ) -> Result<Option<Vec<[f64; 3]>>, Fault> {
         let Some(place) = self.table.place else { return Ok(None) };
         let mut out = vec![[0.0; 3]; rest.len()];
-        let (at, count) = (rest.as_ptr().cast(), rest.len());
+        let (points, count) = (rest.as_ptr().cast(), rest.len());
         // SAFETY: see above.
-        match unsafe { place(self.opened.raw(), level, at, count, corners.as_ptr().cast(), out.as_mut_ptr().cast()) } {
+        match unsafe {
+            place(self.instance.raw(), level, points, count, corners.as_ptr().cast(), out.as_mut_ptr().cast())
+        } {
             Status::UNSUPPORTED => Ok(None),
-            status => self.opened.done(status).map(|()| Some(out)),
+            status => self.instance.check(status).map(|()| Some(out)),
         }
     }
 
-    /// Loads on the corners from loads on places.
+    /// Loads on the corners (N) from loads on embedded points (N).
     pub(super) fn pull_back(
         &self,
         level: u32,
@@ -164,9 +174,11 @@ impl OpenedGrid {
         let Some(pull_back) = self.table.pull_back else {
             return Err(Fault::bad_argument("`place` without `pull_back`"));
         };
-        let (at, count, corners) = (rest.as_ptr().cast(), rest.len(), corners.as_ptr().cast());
+        let (points, count, corners) = (rest.as_ptr().cast(), rest.len(), corners.as_ptr().cast());
         let (loads, to) = (loads.as_ptr().cast(), out.as_mut_ptr().cast());
         // SAFETY: see above.
-        self.opened.done(unsafe { pull_back(self.opened.raw(), level, at, count, corners, loads, to) }).map(|()| out)
+        self.instance
+            .check(unsafe { pull_back(self.instance.raw(), level, points, count, corners, loads, to) })
+            .map(|()| out)
     }
 }

@@ -1,0 +1,130 @@
+//! Cases for repeatability: results do not depend on ranges, earlier calls or other instances, and need no allocation.
+
+use super::super::allocations;
+use super::super::body::Body;
+use super::super::candidate::Candidate;
+use super::super::instance::TestInstance;
+use super::material::{default_body, deform, set_moving, test_body};
+use super::{Verdict, describe_fault, ensure};
+use crate::abi;
+use crate::fault::Fault;
+use crate::material::TangentScale;
+
+const BOTH: TangentScale = TangentScale { stiffness: 1.0, damping: 0.5 };
+
+/// Bits of all per-node and per-element results in a state, computed in calls of at most `max_elements` elements. The energy is a
+/// sum over elements, so it depends on the calls and is left out.
+fn result_bits(material: &TestInstance, body: &Body, max_elements: usize) -> Result<Vec<u64>, Fault> {
+    let mut force = vec![[0.0; 3]; body.x.len()];
+    body.add_forces_in_calls(material, max_elements, &mut force)?;
+    let blocks = body.blocks(material, BOTH, max_elements)?;
+    let single = body.single_blocks(material, BOTH, max_elements)?;
+    let mut normals_forces = vec![[0.0; 6]; body.x.len()];
+    if let Some(normals) = normals(material, body)? {
+        body.add_normals_forces_in_calls(material, max_elements, &normals, &mut normals_forces)?;
+    }
+    let double = force.iter().flatten().chain(blocks.iter().flatten().flatten()).chain(normals_forces.iter().flatten());
+    let double = double.map(|v| v.to_bits());
+    Ok(double.chain(single.iter().flatten().flatten().map(|v| u64::from(v.to_bits()))).collect())
+}
+
+/// Unit normals of the body, if the material wants them.
+fn normals(material: &TestInstance, body: &Body) -> Result<Option<Vec<[f64; 3]>>, Fault> {
+    if !body.has(abi::WANTS_NORMALS) {
+        return Ok(None);
+    }
+    Ok(Some(body.normals(&body.tilts(material)?.corners)))
+}
+
+/// An instance with its defaults, and a deformed, moving body.
+fn moving_body(c: &Candidate) -> Result<(TestInstance, Body), String> {
+    let (material, mut body) = default_body(c)?;
+    deform(&mut body, 1.05, 0.05);
+    set_moving(&mut body);
+    Ok((material, body))
+}
+
+pub(super) fn calls_are_bit_identical(c: &Candidate) -> Result<Verdict, String> {
+    let (material, body) = moving_body(c)?;
+    let one_call = result_bits(&material, &body, usize::MAX).map_err(describe_fault)?;
+    for max_elements in [1, 3, 7, 16, 29] {
+        let several = result_bits(&material, &body, max_elements).map_err(describe_fault)?;
+        ensure(several == one_call, || format!("calls of {max_elements} elements give other bytes than one call"))?;
+    }
+    Ok(Verdict::Passed)
+}
+
+pub(super) fn state_is_bit_identical(c: &Candidate) -> Result<Verdict, String> {
+    if c.descriptor().flags & abi::FLAG_DETERMINISTIC == 0 {
+        return Ok(Verdict::Skipped("it does not declare itself deterministic".into()));
+    }
+    let (material, body) = moving_body(c)?;
+    let first = result_bits(&material, &body, usize::MAX).map_err(describe_fault)?;
+    let mut other = body.clone();
+    deform(&mut other, 0.9, 0.2);
+    for _ in 0..3 {
+        let between = result_bits(&material, &other, usize::MAX).map_err(describe_fault)?;
+        ensure(between != first, || "two states gave the same bytes".into())?;
+        let again = result_bits(&material, &body, usize::MAX).map_err(describe_fault)?;
+        ensure(again == first, || "a state gave other bytes after another state was computed".into())?;
+    }
+    Ok(Verdict::Passed)
+}
+
+pub(super) fn instances_are_independent(c: &Candidate) -> Result<Verdict, String> {
+    let (material, body) = moving_body(c)?;
+    let first = result_bits(&material, &body, usize::MAX).map_err(describe_fault)?;
+    for (index, p) in c.params().iter().enumerate().filter(|(_, p)| p.kind == abi::PARAM_NUMBER) {
+        let value = if p.fallback == p.max { p.min } else { 0.5 * (p.fallback + p.max) };
+        let Ok(other) = c.open(&[(index, value)]) else { continue };
+        if let Ok(mut other_body) = test_body(&other) {
+            other_body.x.clone_from(&body.x);
+            let _ = result_bits(&other, &other_body, usize::MAX);
+        }
+        let again = result_bits(&material, &body, usize::MAX).map_err(describe_fault)?;
+        ensure(again == first, || {
+            format!("a second instance with `{}` = {value} changed the results", Candidate::key(p))
+        })?;
+    }
+    Ok(Verdict::Passed)
+}
+
+pub(super) fn no_allocation(c: &Candidate) -> Result<Verdict, String> {
+    if allocations().is_none() {
+        let why = "allocations of a library cannot be counted from outside; a test with `kit::CountingAllocator` can";
+        return Ok(Verdict::Skipped(why.into()));
+    }
+    let (material, body) = moving_body(c)?;
+    let mut force = vec![[0.0; 3]; body.x.len()];
+    let mut add_forces = || body.add_forces(&material, &mut force);
+    add_forces().map_err(describe_fault)?; // the first call may initialise lazily
+    ensure_none("forces", count(add_forces)?)?;
+    body.energy(&material).map_err(describe_fault)?;
+    ensure_none("energy", count(|| body.energy(&material))?)?;
+    if let Some(normals) = normals(&material, &body).map_err(describe_fault)? {
+        let mut out = vec![[0.0; 6]; body.x.len()];
+        let calls = || {
+            body.add_normals_forces_in_calls(&material, usize::MAX, &normals, &mut out)?;
+            body.normals_energy(&material, &normals)
+        };
+        ensure_none("normals_energy and normals_forces", count(calls)?)?;
+    }
+    // The kit itself allocates the blocks, the same number of times for one call as for many: the difference is the plugin's.
+    let tangent = |max_elements: usize| count(|| body.blocks(&material, BOTH, max_elements));
+    ensure_none("tangent", tangent(1)?.saturating_sub(tangent(usize::MAX)?))?;
+    let single = |max_elements: usize| count(|| body.single_blocks(&material, BOTH, max_elements));
+    ensure_none("single_tangent", single(1)?.saturating_sub(single(usize::MAX)?))?;
+    Ok(Verdict::Passed)
+}
+
+/// Allocations while `run` runs.
+fn count<T>(run: impl FnOnce() -> Result<T, Fault>) -> Result<u64, String> {
+    let before = allocations().unwrap_or(0);
+    run().map_err(describe_fault)?;
+    // Asking for the count allocates once.
+    Ok((allocations().unwrap_or(0) - before).saturating_sub(1))
+}
+
+fn ensure_none(function: &str, count: u64) -> Result<(), String> {
+    ensure(count == 0, || format!("`{function}` allocated {count} times"))
+}
