@@ -1,75 +1,88 @@
-//! The angle between two triangles that share an edge.
+//! The dihedral angle between two triangles that share an edge.
 
-use crate::arc::angle_of;
-use crate::small::{V3, cross, dot, minus, mixed, scaled};
+use crate::atan2::atan2;
+use crate::vector::Vec3;
 use pliant_plugin_api::lanes::Real;
 
 /// Least height of a triangle over its edge's length for which the gradient is exact.
-const FLAT: f64 = 1e-6;
+const MIN_ASPECT: f64 = 1e-6;
 
-/// Of corners a, b, o, p, with the triangle a, b, o counter-clockwise seen from the front: rad, 0 when flat, positive where the
-/// front is the outer side of the fold.
+/// The angle at the corners a, b, o, p of a hinge, rad, where the triangle a, b, o is counter-clockwise seen from the front: 0 when flat,
+/// positive where the front is the outer side of the fold.
 #[inline(always)]
-pub(crate) fn angle<T: Real>(x: [V3<T>; 4]) -> T {
-    let [y, x] = fold(x);
-    angle_of(y, x)
+pub(crate) fn angle<T: Real>(x: [Vec3<T>; 4]) -> T {
+    let ScaledSinCos { sin, cos } = sin_cos(x);
+    atan2(sin, cos)
 }
 
-/// Sine and cosine of that angle, times twice the areas of both sides, m^4.
+/// Sine and cosine of an angle, times a common factor.
+pub(crate) struct ScaledSinCos<T> {
+    pub(crate) sin: T,
+    pub(crate) cos: T,
+}
+
+/// Sine and cosine of [`angle`], times 4 A1 A2 with the areas of both triangles, m^4.
 #[inline(always)]
-pub(crate) fn fold<T: Real>(x: [V3<T>; 4]) -> [T; 2] {
-    let (edge, left, right) = normals(x);
+pub(crate) fn sin_cos<T: Real>(x: [Vec3<T>; 4]) -> ScaledSinCos<T> {
+    let Normals { edge, left, right } = normals(x);
     let [a, _, _, p] = x;
-    // The product of both normals is along the edge, and by its length what all three sides from a span.
-    [-(dot(edge, edge).sqrt() * dot(left, minus(p, a))), dot(left, right)]
+    // The cross product of both normals points along the edge; its length is the edge's times the volume the three sides span.
+    ScaledSinCos { sin: -(edge.norm() * left.dot(p - a)), cos: left.dot(right) }
 }
 
-/// Its gradient, 1/m, by corner: 1 over the height at the two corners off the edge, and at the edge's ends what holds the sum
-/// and the torque at zero.
+/// Gradient of [`angle`] by each corner, 1/m: at the corners opposite to the edge, 1 over the height; at the ends of the edge, what
+/// makes the sum and the moment of the gradients zero.
 #[inline(always)]
-pub(crate) fn gradient<T: Real>(x: [V3<T>; 4]) -> [V3<T>; 4] {
-    let (edge, left, right) = normals(x);
+pub(crate) fn gradient<T: Real>(x: [Vec3<T>; 4]) -> [Vec3<T>; 4] {
+    let Normals { edge, left, right } = normals(x);
     let [a, _, o, p] = x;
-    let square = dot(edge, edge);
-    let size = square.sqrt();
+    let square = edge.dot(edge);
+    let norm = square.sqrt();
     let (least, one) = (square.splat(f64::MIN_POSITIVE), square.splat(1.0));
     let square = square.max(least);
-    let floor = square * square * (FLAT * FLAT);
-    let (l, r) = (dot(left, left).max(floor), dot(right, right).max(floor));
-    // One division for three: products take less.
-    let all = one / (l * r * square).max(least);
-    let go = scaled(left, -(size * (r * square) * all));
-    let gp = scaled(right, -(size * (l * square) * all));
-    // Where the foot of each height is along the edge.
-    let over = l * r * all;
-    let (so, sp) = (dot(minus(o, a), edge) * over, dot(minus(p, a), edge) * over);
-    [mixed(-(one - so), go, -(one - sp), gp), mixed(-so, go, -sp, gp), go, gp]
+    let floor = square * square * (MIN_ASPECT * MIN_ASPECT);
+    let (l, r) = (left.dot(left).max(floor), right.dot(right).max(floor));
+    // One division in the place of three: multiplications are cheaper.
+    let inverse = one / (l * r * square).max(least);
+    let go = left * -(norm * (r * square) * inverse);
+    let gp = right * -(norm * (l * square) * inverse);
+    // Position of the foot of each height along the edge: 0 at a, 1 at b.
+    let scale = l * r * inverse;
+    let (so, sp) = ((o - a).dot(edge) * scale, (p - a).dot(edge) * scale);
+    [go * -(one - so) + gp * -(one - sp), go * -so + gp * -sp, go, gp]
 }
 
-/// The edge, m, and twice the area of each side along its normal, m^2.
+/// The edge, m, and the normals of both triangles with a length of twice their areas, m^2.
+struct Normals<T> {
+    edge: Vec3<T>,
+    left: Vec3<T>,
+    right: Vec3<T>,
+}
+
 #[inline(always)]
-fn normals<T: Real>([a, b, o, p]: [V3<T>; 4]) -> (V3<T>, V3<T>, V3<T>) {
-    let edge = minus(b, a);
-    (edge, cross(edge, minus(o, a)), cross(minus(p, a), edge))
+fn normals<T: Real>([a, b, o, p]: [Vec3<T>; 4]) -> Normals<T> {
+    let edge = b - a;
+    Normals { edge, left: edge.cross(o - a), right: (p - a).cross(edge) }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const FOLD: [V3; 4] = [[0.1, 0.0, 0.05], [0.9, 0.2, 0.0], [0.4, 0.8, 0.3], [0.7, -0.6, 0.2]];
+    const FOLD: [Vec3; 4] =
+        [Vec3([0.1, 0.0, 0.05]), Vec3([0.9, 0.2, 0.0]), Vec3([0.4, 0.8, 0.3]), Vec3([0.7, -0.6, 0.2])];
 
     #[test]
-    fn gradient_is_the_slope() {
+    fn gradient_is_the_derivative_of_the_angle() {
         let g = gradient(FOLD);
         for corner in 0..4 {
             for i in 0..3 {
-                let at = |step: f64| {
+                let angle_at = |step: f64| {
                     let mut x = FOLD;
                     x[corner][i] += step;
                     angle(x)
                 };
-                let slope = (at(1e-6) - at(-1e-6)) / 2e-6;
+                let slope = (angle_at(1e-6) - angle_at(-1e-6)) / 2e-6;
                 assert!((slope - g[corner][i]).abs() < 1e-8, "{corner} {i}: {slope} {}", g[corner][i]);
                 assert_ne!(slope, g[corner][i]);
             }
@@ -77,18 +90,22 @@ mod tests {
     }
 
     #[test]
-    fn flat_and_folded() {
-        let at = |h: f64, y: f64| angle([[0.0; 3], [1.0, 0.0, 0.0], [0.3, 1.0, 0.0], [0.6, y, h]]);
-        assert_eq!(at(0.0, -1.0), 0.0);
-        // The front is up: a side that hangs down makes it the outer one.
-        assert!((at(-1.0, 0.0) - std::f64::consts::FRAC_PI_2).abs() < 1e-12, "{}", at(-1.0, 0.0));
-        assert!((at(1.0, 0.0) + std::f64::consts::FRAC_PI_2).abs() < 1e-12);
+    fn flat_and_right_angles() {
+        let angle_at = |y: f64, z: f64| angle([[0.0; 3], [1.0, 0.0, 0.0], [0.3, 1.0, 0.0], [0.6, y, z]].map(Vec3));
+        assert_eq!(angle_at(-1.0, 0.0), 0.0);
+        // The front is up; a side that hangs down makes the front the outer side.
+        let down = angle_at(0.0, -1.0);
+        assert!((down - std::f64::consts::FRAC_PI_2).abs() < 1e-12, "{down}");
+        assert!((angle_at(0.0, 1.0) + std::f64::consts::FRAC_PI_2).abs() < 1e-12);
     }
 
     #[test]
-    fn collapsed_corners_stay_finite() {
-        for x in [[[0.0_f64; 3]; 4], [[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.5, 0.0, 0.0]]] {
-            assert!(gradient(x).iter().flatten().all(|c| c.is_finite()) && angle(x).is_finite());
+    fn collapsed_corners_give_finite_results() {
+        let point = [[0.0; 3]; 4];
+        let line = [[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.5, 0.0, 0.0]];
+        for x in [point, line].map(|x| x.map(Vec3)) {
+            let finite = gradient(x).iter().all(|g| g.0.iter().all(|c| c.is_finite()));
+            assert!(finite && angle(x).is_finite());
         }
     }
 }

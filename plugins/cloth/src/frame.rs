@@ -1,57 +1,61 @@
-//! The frame that turns with a triangle, and the strain in it.
+//! The corotated frame of a triangle, and the strain in it.
 //!
-//! `F = T L`: T (3 x 2) has unit columns at right angles, L (2 x 2) is the stretch. One number is free, the turn of T about the
-//! normal, and a condition `K : L = 0` fixes it: L symmetric (polar, the default: Etzmuss, Keckeisen and Strasser 2003), or
-//! the first edge keeping its direction (Tripicchio, D'Avella and Ruffaldi 2022), which is cheaper and depends on the order of
+//! `F = T L`: T (3 x 2) has orthonormal columns, L (2 x 2) is the stretch. That leaves one number free, the rotation of T about the
+//! normal, which a condition `K : L = 0` fixes: L is symmetric (polar decomposition, the default: Etzmuss, Keckeisen and Strasser
+//! 2003), or the first edge keeps its direction (Tripicchio, D'Avella and Ruffaldi 2022), which is cheaper and depends on the order of
 //! the corners. The strain is `sym(L) - I`.
 //!
-//! With `A = T^T dF`, T turns by `w = K:A / K:JL` about the normal, and L changes by `A - w J L`. That is the whole first
-//! derivative, so forces made with it are the slope of the energy; leaving w out, as is often done, is right for isotropic
-//! sheets only.
+//! With `A = T^T dF` and J the rotation by 90 degrees, T rotates about the normal by the spin `w = K:A / K:JL`, and L changes by
+//! `A - w J L`. This is the whole first derivative, so forces made with it are the gradient of the energy. Without w, as often seen,
+//! they are the gradient for isotropic sheets only.
 
-use crate::small::{M2, V2, V3, across, cross, dot, length, mixed, scaled};
+use crate::vector::{Mat2, Vec2, Vec3, Voigt, perpendicular};
 use pliant_plugin_api::lanes::Real;
 
-/// Below this area over area at rest a triangle counts as collapsed.
+/// Area over rest area below which a triangle counts as collapsed.
 const COLLAPSED: f64 = 1e-6;
 
-/// Which condition.
+/// The condition that fixes the rotation of the frame about the normal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Rule {
+pub(crate) enum FrameRule {
+    /// L is symmetric.
     Polar,
+    /// The first edge keeps its direction.
     Edge,
 }
 
+/// The frame of a deformed triangle.
 pub(crate) struct Frame<T = f64> {
-    /// The columns of T: where warp and weft point, in space.
-    pub(crate) axes: [V3<T>; 2],
-    pub(crate) normal: V3<T>,
+    /// The columns of T: directions of warp and weft in space.
+    pub(crate) axes: [Vec3<T>; 2],
+    /// Unit normal.
+    pub(crate) normal: Vec3<T>,
     /// L
-    pub(crate) stretch: M2<T>,
+    pub(crate) stretch: Mat2<T>,
     /// K
-    condition: M2<T>,
+    condition: Mat2<T>,
     /// `1 / K:JL`
-    turning: T,
+    inverse_k_jl: T,
 }
 
 impl Frame {
-    /// Any frame along what length is left: the normal of a line or a point is nobody's.
+    /// A frame along the longest column of F. A line or a point has no normal, so any direction perpendicular to it is taken.
     #[cold]
-    fn collapsed(rule: Rule, f: [V3; 2], third: V2) -> Self {
-        let longest = if dot(f[0], f[0]) >= dot(f[1], f[1]) { f[0] } else { f[1] };
-        let size = length(longest);
-        let e = if size > f64::MIN_POSITIVE { scaled(longest, 1.0 / size) } else { [1.0, 0.0, 0.0] };
-        let rest = [dot(e, f[0]), dot(e, f[1])];
-        let size = (rest[0] * rest[0] + rest[1] * rest[1]).sqrt();
-        let v = if size > f64::MIN_POSITIVE { [rest[0] / size, rest[1] / size] } else { [1.0, 0.0] };
-        let left = across(e);
-        let axes = [mixed(v[0], e, -v[1], left), mixed(v[1], e, v[0], left)];
+    fn collapsed(rule: FrameRule, f: [Vec3; 2], third: Vec2) -> Self {
+        let longest = if f[0].dot(f[0]) >= f[1].dot(f[1]) { f[0] } else { f[1] };
+        let norm = longest.norm();
+        let e = if norm > f64::MIN_POSITIVE { longest * (1.0 / norm) } else { Vec3([1.0, 0.0, 0.0]) };
+        let along = [e.dot(f[0]), e.dot(f[1])];
+        let norm = (along[0] * along[0] + along[1] * along[1]).sqrt();
+        let v = if norm > f64::MIN_POSITIVE { [along[0] / norm, along[1] / norm] } else { [1.0, 0.0] };
+        let left = perpendicular(e);
+        let axes = [e * v[0] + left * -v[1], e * v[1] + left * v[0]];
         let stretch = match rule {
-            Rule::Polar => [[size * v[0] * v[0], size * v[0] * v[1]], [size * v[0] * v[1], size * v[1] * v[1]]],
-            Rule::Edge => [0, 1].map(|i| [dot(axes[i], f[0]), dot(axes[i], f[1])]),
+            FrameRule::Polar => [[norm * v[0] * v[0], norm * v[0] * v[1]], [norm * v[0] * v[1], norm * v[1] * v[1]]],
+            FrameRule::Edge => [0, 1].map(|i| [axes[i].dot(f[0]), axes[i].dot(f[1])]),
         };
         let condition = condition(rule, third);
-        Self { axes, normal: cross(e, left), stretch, condition, turning: turning(&condition, &stretch) }
+        Self { axes, normal: e.cross(left), stretch, condition, inverse_k_jl: inverse_k_jl(&condition, &stretch) }
     }
 }
 
@@ -59,146 +63,157 @@ impl Frame {
 const VALUES: usize = 18;
 
 impl<T: Real> Frame<T> {
-    /// Of a deformation gradient's columns; `third` is the gradient of the last corner's weight, across the first edge.
+    /// From the columns of a deformation gradient; `third` is the shape function gradient of the last corner, which is perpendicular
+    /// to the first edge.
     #[inline(always)]
-    pub(crate) fn new(rule: Rule, f: [V3<T>; 2], third: V2<T>) -> Self {
+    pub(crate) fn new(rule: FrameRule, f: [Vec3<T>; 2], third: Vec2<T>) -> Self {
         let regular = Self::regular(rule, f, third);
-        if !length(cross(f[0], f[1])).any_below(COLLAPSED) {
+        if !f[0].cross(f[1]).norm().any_below(COLLAPSED) {
             return regular;
         }
-        Self::of(Self::one_by_one(rule, f, third))
+        Self::from_values(Self::with_collapsed_lanes(rule, f, third))
     }
 
-    /// The same where some have collapsed. Others are as they would be beside any: their numbers do not depend on who is near.
+    /// The frame where some lanes have collapsed. The other lanes get the values [`Frame::regular`] gives, so that an element's
+    /// result does not depend on its neighbours in the register.
     #[cold]
-    fn one_by_one(rule: Rule, f: [V3<T>; 2], third: V2<T>) -> [T; VALUES] {
-        let mut given = [third[0]; VALUES];
-        given[..3].copy_from_slice(&f[0]);
-        given[3..6].copy_from_slice(&f[1]);
-        given[6..8].copy_from_slice(&third);
-        let collapsed = T::map_lanes(given, |v| {
-            Frame::collapsed(rule, [[v[0], v[1], v[2]], [v[3], v[4], v[5]]], [v[6], v[7]]).values()
+    fn with_collapsed_lanes(rule: FrameRule, f: [Vec3<T>; 2], third: Vec2<T>) -> [T; VALUES] {
+        let mut input = [third[0]; VALUES];
+        input[..3].copy_from_slice(&f[0].0);
+        input[3..6].copy_from_slice(&f[1].0);
+        input[6..8].copy_from_slice(&third);
+        let collapsed = T::map_lanes(input, |v| {
+            let f = [Vec3([v[0], v[1], v[2]]), Vec3([v[3], v[4], v[5]])];
+            Frame::collapsed(rule, f, [v[6], v[7]]).values()
         });
-        let (size, mut v) = (length(cross(f[0], f[1])), Self::regular(rule, f, third).values());
+        let (area, mut values) = (f[0].cross(f[1]).norm(), Self::regular(rule, f, third).values());
         for i in 0..VALUES {
-            v[i] = size.if_less(size.splat(COLLAPSED), collapsed[i], v[i]);
+            values[i] = area.if_less(area.splat(COLLAPSED), collapsed[i], values[i]);
         }
-        v
-    }
-
-    #[inline(always)]
-    fn of(v: [T; VALUES]) -> Self {
-        Self {
-            axes: [[v[0], v[1], v[2]], [v[3], v[4], v[5]]],
-            normal: [v[6], v[7], v[8]],
-            stretch: [[v[9], v[10]], [v[11], v[12]]],
-            condition: [[v[13], v[14]], [v[15], v[16]]],
-            turning: v[17],
-        }
-    }
-
-    /// All of it in a row.
-    fn values(&self) -> [T; VALUES] {
-        let Self { axes: [t, u], normal: n, stretch: [l, m], condition: [k, j], turning } = self;
-        let mut values = [t[0]; VALUES];
-        for (at, vector) in [t, u, n].into_iter().enumerate() {
-            values[3 * at..3 * at + 3].copy_from_slice(vector);
-        }
-        for (at, row) in [l, m, k, j].into_iter().enumerate() {
-            values[9 + 2 * at..11 + 2 * at].copy_from_slice(row);
-        }
-        values[17] = *turning;
         values
     }
 
+    /// Inverse of [`Frame::values`].
     #[inline(always)]
-    fn regular(rule: Rule, f: [V3<T>; 2], third: V2<T>) -> Self {
-        let area = cross(f[0], f[1]);
-        let d = length(area);
+    fn from_values(v: [T; VALUES]) -> Self {
+        Self {
+            axes: [Vec3([v[0], v[1], v[2]]), Vec3([v[3], v[4], v[5]])],
+            normal: Vec3([v[6], v[7], v[8]]),
+            stretch: [[v[9], v[10]], [v[11], v[12]]],
+            condition: [[v[13], v[14]], [v[15], v[16]]],
+            inverse_k_jl: v[17],
+        }
+    }
+
+    /// All numbers of the frame in one array.
+    fn values(&self) -> [T; VALUES] {
+        let Self { axes: [t, u], normal: n, stretch: [l, m], condition: [k, j], inverse_k_jl } = self;
+        let mut values = [t[0]; VALUES];
+        for (i, vector) in [t, u, n].into_iter().enumerate() {
+            values[3 * i..3 * i + 3].copy_from_slice(&vector.0);
+        }
+        for (i, row) in [l, m, k, j].into_iter().enumerate() {
+            values[9 + 2 * i..11 + 2 * i].copy_from_slice(row);
+        }
+        values[17] = *inverse_k_jl;
+        values
+    }
+
+    /// The frame of a triangle that has not collapsed.
+    #[inline(always)]
+    fn regular(rule: FrameRule, f: [Vec3<T>; 2], third: Vec2<T>) -> Self {
+        let area = f[0].cross(f[1]);
+        let d = area.norm();
         let condition = condition(rule, third);
         match rule {
-            Rule::Polar => {
-                let (a, b, c) = (dot(f[0], f[0]), dot(f[0], f[1]), dot(f[1], f[1]));
+            FrameRule::Polar => {
+                let (a, b, c) = (f[0].dot(f[0]), f[0].dot(f[1]), f[1].dot(f[1]));
                 let trace = (a + c + d * 2.0).sqrt();
-                // One division for two: products take less.
-                let both = d.splat(1.0) / (d * trace);
-                let (inverse, over) = (both * trace, both * d);
-                let s = [[(a + d) * over, b * over], [b * over, (c + d) * over]];
-                // The inverse of a 2 x 2 matrix, with det S = d.
-                let (p, q, r) = (s[1][1] * inverse, -s[0][1] * inverse, s[0][0] * inverse);
-                let axes = [mixed(p, f[0], q, f[1]), mixed(q, f[0], r, f[1])];
-                Self { axes, normal: scaled(area, inverse), stretch: s, condition, turning: over }
+                // One division in the place of two: multiplications are cheaper.
+                let inverse_product = d.splat(1.0) / (d * trace);
+                let (inverse_d, inverse_trace) = (inverse_product * trace, inverse_product * d);
+                // L = (F^T F + d I) / trace is the square root of F^T F, with det L = d.
+                let l = [[(a + d) * inverse_trace, b * inverse_trace], [b * inverse_trace, (c + d) * inverse_trace]];
+                let (p, q, r) = (l[1][1] * inverse_d, -l[0][1] * inverse_d, l[0][0] * inverse_d);
+                let axes = [f[0] * p + f[1] * q, f[0] * q + f[1] * r];
+                Self { axes, normal: area * inverse_d, stretch: l, condition, inverse_k_jl: inverse_trace }
             }
-            Rule::Edge => {
-                let (u, v) = edge(third);
-                let along = mixed(u[0], f[0], u[1], f[1]);
-                let (e, normal) = (scaled(along, d.splat(1.0) / length(along)), scaled(area, d.splat(1.0) / d));
-                let left = cross(normal, e);
-                let axes = [mixed(u[0], e, v[0], left), mixed(u[1], e, v[1], left)];
-                let [t, u] = axes;
-                let stretch = [[dot(t, f[0]), dot(t, f[1])], [dot(u, f[0]), dot(u, f[1])]];
-                Self { axes, normal, stretch, condition, turning: turning(&condition, &stretch) }
+            FrameRule::Edge => {
+                let EdgeDirections { along: u, left: v } = edge_directions(third);
+                let edge = f[0] * u[0] + f[1] * u[1];
+                let (e, normal) = (edge * (d.splat(1.0) / edge.norm()), area * (d.splat(1.0) / d));
+                let left = normal.cross(e);
+                let axes = [e * u[0] + left * v[0], e * u[1] + left * v[1]];
+                let [t, w] = axes;
+                let stretch = [[t.dot(f[0]), t.dot(f[1])], [w.dot(f[0]), w.dot(f[1])]];
+                Self { axes, normal, stretch, condition, inverse_k_jl: inverse_k_jl(&condition, &stretch) }
             }
         }
     }
 
-    /// (11, 22, gamma)
+    /// Strain `sym(L) - I`.
     #[inline(always)]
-    pub(crate) fn strain(&self) -> [T; 3] {
+    pub(crate) fn strain(&self) -> Voigt<T> {
         let l = &self.stretch;
         let one = l[0][0].splat(1.0);
         [l[0][0] - one, l[1][1] - one, l[0][1] + l[1][0]]
     }
 
-    /// What the strain would change by for a turn of the frame alone: `sym(J L)`.
+    /// Minus the derivative of the strain by the spin at fixed F, `sym(J L)`.
     #[inline(always)]
-    pub(crate) fn turned_strain(&self) -> [T; 3] {
+    pub(crate) fn spin_strain(&self) -> Voigt<T> {
         let l = &self.stretch;
         [-l[1][0], l[0][1], l[0][0] - l[1][1]]
     }
 
-    /// w as a function of A: `w = turn : A`.
+    /// The spin as a function of A: `w = spin_gradient : A`.
     #[inline(always)]
-    pub(crate) fn turn(&self) -> M2<T> {
-        let (k, inverse) = (&self.condition, self.turning);
+    pub(crate) fn spin_gradient(&self) -> Mat2<T> {
+        let (k, inverse) = (&self.condition, self.inverse_k_jl);
         [[k[0][0] * inverse, k[0][1] * inverse], [k[1][0] * inverse, k[1][1] * inverse]]
     }
 
-    /// K as (11, 22, 12), over `K : J`; for the second derivative.
+    /// `K / K:J` as (11, 22, 12), for the second derivative.
     #[inline(always)]
-    pub(crate) fn condition(&self) -> [T; 3] {
+    pub(crate) fn normalised_condition(&self) -> Voigt<T> {
         let k = &self.condition;
-        let size = k[1][0] - k[0][1];
-        [k[0][0] / size, k[1][1] / size, (k[0][1] + k[1][0]) * 0.5 / size]
+        let k_j = k[1][0] - k[0][1];
+        [k[0][0] / k_j, k[1][1] / k_j, (k[0][1] + k[1][0]) * 0.5 / k_j]
     }
 }
 
-/// `1 / K:JL`
+/// `1 / K:JL`, bounded where a triangle has collapsed to a point and has no rotation.
 #[inline(always)]
-fn turning<T: Real>(k: &M2<T>, l: &M2<T>) -> T {
-    let size = k[1][0] * l[0][0] + k[1][1] * l[0][1] - k[0][0] * l[1][0] - k[0][1] * l[1][1];
-    // A triangle drawn together to a point has no direction to turn.
-    let least = size.splat(COLLAPSED);
-    size.splat(1.0) / size.abs().if_less(least, least, size)
+fn inverse_k_jl<T: Real>(k: &Mat2<T>, l: &Mat2<T>) -> T {
+    let k_jl = k[1][0] * l[0][0] + k[1][1] * l[0][1] - k[0][0] * l[1][0] - k[0][1] * l[1][1];
+    let least = k_jl.splat(COLLAPSED);
+    k_jl.splat(1.0) / k_jl.abs().if_less(least, least, k_jl)
 }
 
-/// The direction of the first edge in the sheet, and the one to its left.
-#[inline(always)]
-fn edge<T: Real>(third: V2<T>) -> (V2<T>, V2<T>) {
-    let size = (third[0] * third[0] + third[1] * third[1]).sqrt();
-    let v = [third[0] / size, third[1] / size];
-    ([v[1], -v[0]], v)
+/// Unit vectors in the sheet along the first edge and to its left.
+struct EdgeDirections<T> {
+    along: Vec2<T>,
+    left: Vec2<T>,
 }
 
+/// From the shape function gradient of the last corner, which points to the left of the first edge.
 #[inline(always)]
-fn condition<T: Real>(rule: Rule, third: V2<T>) -> M2<T> {
+fn edge_directions<T: Real>(third: Vec2<T>) -> EdgeDirections<T> {
+    let norm = (third[0] * third[0] + third[1] * third[1]).sqrt();
+    let left = [third[0] / norm, third[1] / norm];
+    EdgeDirections { along: [left[1], -left[0]], left }
+}
+
+/// K of a rule.
+#[inline(always)]
+fn condition<T: Real>(rule: FrameRule, third: Vec2<T>) -> Mat2<T> {
     match rule {
-        Rule::Polar => {
+        FrameRule::Polar => {
             let (zero, one) = (third[0].splat(0.0), third[0].splat(1.0));
             [[zero, -one], [one, zero]]
         }
-        Rule::Edge => {
-            let (u, v) = edge(third);
+        FrameRule::Edge => {
+            let EdgeDirections { along: u, left: v } = edge_directions(third);
             [[v[0] * u[0], v[0] * u[1]], [v[1] * u[0], v[1] * u[1]]]
         }
     }

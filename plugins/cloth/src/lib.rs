@@ -1,283 +1,345 @@
-//! Cloth as a sheet of triangles that stretch and edges that bend.
+//! Cloth: a sheet of orthotropic triangles with bending stiffness at its edges.
 //!
-//! In the plane each triangle is orthotropic, with warp, weft and shear of its own, in a frame that turns with it; forces are
-//! the exact slope of the energy in every frame. Bending is the mixed method of Hellan, Herrmann and Johnson by default: its
-//! hinges are coupled by the host, and it is right on any mesh. Viscosity acts on the rate of strain, so rotation is not braked.
+//! In its plane each triangle has stiffness along warp, along weft and in shear, in a corotated frame; the forces are the exact gradient
+//! of the energy in every frame. The default bending model is the mixed method of Hellan, Herrmann and Johnson: its hinges are
+//! coupled by the host, and it converges on any mesh. Viscosity acts on the rate of strain, so it does not resist rotation.
 
-mod arc;
+mod atan2;
 mod bending;
 mod dihedral;
+mod elasticity;
 mod fabric;
-mod file;
+mod fabric_file;
 mod frame;
+mod friction;
 mod kernel;
 pub mod kes;
 mod laplacian;
 mod membrane;
 mod settings;
-mod single;
-mod slip;
-mod small;
-mod tension;
-mod tensor;
+mod tangent;
+mod transpose;
 mod triangle;
-mod turn;
+mod vector;
+mod wide_single;
+mod wrinkling;
 
 use bending::Hinge;
+use friction::FrictionElement;
 use pliant_plugin_api::{
     AsMaterial, Blocks, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, NormalForces,
     Params, Planes, SingleBlocks, Source, TangentScale, abi, export_plugins, pair_index,
 };
 use settings::{Bending, PARAMS, Settings};
-use slip::Catch;
-use small::{V3, dot, scaled};
 use triangle::Triangle;
+use vector::Vec3;
 
 /// The material.
-pub struct Cloth(Settings, pulp::Arch);
+pub struct Cloth {
+    settings: Settings,
+    /// The vector unit kernels are dispatched to.
+    arch: pulp::Arch,
+}
 
 impl Material for Cloth {
     const INFO: Info = Info {
         id: c"cloth",
         name: c"Cloth",
         version: c"0.1.0",
-        summary: c"orthotropic sheets: corotated triangles, and bending that any mesh converges with",
+        summary: c"orthotropic sheets: corotated triangles, and bending that converges on any mesh",
         params: PARAMS,
     };
     const SOURCES: &'static [Source] = fabric::SOURCES;
 
     fn new(params: &Params<'_>) -> Result<Self, Fault> {
-        Ok(Self(Settings::new(params)?, pulp::Arch::new()))
+        Ok(Self { settings: Settings::new(params)?, arch: pulp::Arch::new() })
     }
 
     fn elements(&self) -> Vec<ElementRequest> {
-        let damping = if self.0.membrane.damping > 0.0 { abi::HAS_DAMPING } else { 0 };
-        let coupled = if self.0.bending == Bending::Coupled { abi::IS_COUPLED } else { 0 };
-        let sheet = ElementRequest {
+        let damping = if self.settings.membrane.damping_time > 0.0 { abi::HAS_DAMPING } else { 0 };
+        let coupled = if self.settings.bending == Bending::Coupled { abi::IS_COUPLED } else { 0 };
+        let triangle = ElementRequest {
             kind: abi::TRIANGLE,
             families: 0,
             flags: abi::HAS_MASS | abi::HAS_FORCES | abi::HAS_SINGLE | damping | coupled,
             rest_stride: triangle::STRIDE as u32,
             history_stride: 0,
         };
-        if self.0.bending == Bending::Laplacian {
-            let flags = sheet.flags & !abi::HAS_SINGLE | abi::WANTS_NORMALS;
-            let sheet = ElementRequest { flags, rest_stride: laplacian::STRIDE as u32, ..sheet };
-            return vec![
-                sheet,
-                ElementRequest { kind: abi::HINGE, flags: abi::WANTS_NORMALS, rest_stride: 1, ..sheet },
-            ];
-        }
-        let flags = if coupled != 0 { coupled } else { abi::HAS_FORCES | damping };
-        let hinge = ElementRequest { kind: abi::HINGE, flags, rest_stride: bending::STRIDE as u32, ..sheet };
-        let hinge = match self.0.slip {
-            None => hinge,
-            Some(_) => ElementRequest {
-                flags: flags | abi::HAS_FORCES | abi::HAS_HISTORY,
-                rest_stride: bending::STRIDE_WITH_SLIP as u32,
-                history_stride: 1,
-                ..hinge
-            },
+        let hinge = ElementRequest { kind: abi::HINGE, rest_stride: bending::STRIDE as u32, ..triangle };
+        let hinge = match self.settings.bending {
+            Bending::None => return vec![triangle],
+            Bending::Laplacian => {
+                let flags = triangle.flags & !abi::HAS_SINGLE | abi::WANTS_NORMALS;
+                let triangle = ElementRequest { flags, rest_stride: laplacian::STRIDE as u32, ..triangle };
+                return vec![triangle, ElementRequest { flags: abi::WANTS_NORMALS, rest_stride: 1, ..hinge }];
+            }
+            Bending::Coupled => ElementRequest { flags: abi::IS_COUPLED, ..hinge },
+            Bending::Hinge => ElementRequest { flags: abi::HAS_FORCES | damping, ..hinge },
         };
-        if self.0.bending == Bending::None { vec![sheet] } else { vec![sheet, hinge] }
+        if self.settings.friction.is_none() {
+            return vec![triangle, hinge];
+        }
+        let hinge = ElementRequest {
+            flags: hinge.flags | abi::HAS_FORCES | abi::HAS_HISTORY,
+            rest_stride: bending::STRIDE_WITH_FRICTION as u32,
+            history_stride: 1,
+            ..hinge
+        };
+        vec![triangle, hinge]
     }
 
-    fn rest(&self, at: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
-        if at.kind() == abi::TRIANGLE {
-            let values = out.first_planes::<{ triangle::STRIDE }>();
-            for e in 0..at.len() {
-                Triangle::of(at, e)?.values().into_iter().enumerate().for_each(|(s, value)| values[s][e] = value);
+    fn rest(&self, elements: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
+        match elements.kind() {
+            abi::TRIANGLE => self.triangle_rest(elements, out),
+            _ if self.settings.bending == Bending::Laplacian => {
+                let [angles] = out.first_planes::<1>();
+                laplacian::write_flat_angles(elements, angles)
             }
-            if self.0.bending == Bending::Laplacian {
-                let [.., warp, weft] = out.first_planes::<{ laplacian::STRIDE }>();
-                for (e, &u) in at.material_coordinates::<3>().iter().enumerate() {
-                    [warp[e], weft[e]] = laplacian::stiffness(&Triangle::of(at, e)?, u, &self.0.rigidity);
-                }
-            }
-            return Ok(());
+            _ => self.hinge_rest(elements, out),
         }
-        if self.0.bending == Bending::Laplacian {
-            return laplacian::flat(at, out.first_planes::<1>());
-        }
-        if let Some(slip) = self.0.slip {
-            let [_, _, stiffness, limit] = out.first_planes::<{ bending::STRIDE_WITH_SLIP }>();
-            for (e, &nodes) in at.corners::<4>().iter().enumerate() {
-                let hinge = Hinge::new(corners(nodes, at.rest()), &self.0.rigidity, self.0.warp);
-                let catch =
-                    hinge.map_or(Catch { stiffness: 1.0, limit: 0.0 }, |hinge| slip.on(hinge.length, hinge.area));
-                (stiffness[e], limit[e]) = (catch.stiffness, catch.limit);
-            }
-        }
-        let [angles, sizes] = out.first_planes::<{ bending::STRIDE }>();
-        for (e, &nodes) in at.corners::<4>().iter().enumerate() {
-            let Some(hinge) = Hinge::new(corners(nodes, at.rest()), &self.0.rigidity, self.0.warp) else {
-                let number = at.first_index() + e;
-                return Err(Fault::bad_argument(format!("hinge {number} has a side without area: nodes {nodes:?}")));
-            };
-            angles[e] = hinge.angle;
-            sizes[e] = if self.0.bending == Bending::Coupled { hinge.length } else { hinge.stiffness };
-        }
-        Ok(())
     }
 
-    fn mass(&self, at: &Elements<'_>, out: &mut NodeScalars<'_>) -> Result<(), Fault> {
-        for (e, nodes) in at.corners::<3>().iter().enumerate() {
-            let share = self.0.density * Triangle::of(at, e)?.area / 3.0;
+    fn mass(&self, elements: &Elements<'_>, out: &mut NodeScalars<'_>) -> Result<(), Fault> {
+        for (e, nodes) in elements.corners::<3>().iter().enumerate() {
+            let share = self.settings.density * Triangle::of_element(elements, e)?.area / 3.0;
             nodes.iter().for_each(|&n| out.add(n, share));
         }
         Ok(())
     }
 
-    fn energy(&self, at: &Elements<'_>) -> Result<f64, Fault> {
-        let x = at.x();
-        if at.kind() == abi::HINGE {
-            let hinges = self.hinges(at);
-            let energies = at.corners::<4>().iter().enumerate().map(|(e, &nodes)| {
-                let folded = dihedral::angle(corners(nodes, x)) - hinges.angles[e];
-                let sprung = 0.5 * hinges.stiffness(e) * folded * folded;
-                sprung + hinges.catch(e).map_or(0.0, |(catch, slipped)| catch.energy(folded - slipped))
+    fn energy(&self, elements: &Elements<'_>) -> Result<f64, Fault> {
+        let x = elements.x();
+        if elements.kind() == abi::HINGE {
+            let hinges = self.hinges(elements);
+            let energies = elements.corners::<4>().iter().enumerate().map(|(e, &nodes)| {
+                let angle = dihedral::angle(at_corners(nodes, x)) - hinges.rest_angles[e];
+                let elastic = 0.5 * hinges.stiffness(e) * angle * angle;
+                elastic + hinges.friction(e).map_or(0.0, |f| f.element.energy(angle - f.slider))
             });
             return finite(energies.sum());
         }
-        let planes = std::array::from_fn(|s| at.rest_data(s));
-        let energies = at.corners::<3>().iter().enumerate().map(|(e, &nodes)| {
-            let shape = Triangle::read(&planes, e);
-            shape.area * self.0.membrane.energy(&shape, shape.derivative(corners(nodes, x)))
+        let planes = std::array::from_fn(|s| elements.rest_data(s));
+        let energies = elements.corners::<3>().iter().enumerate().map(|(e, &nodes)| {
+            let shape = Triangle::from_rest_data(&planes, e);
+            let f = shape.deformation_gradient(at_corners(nodes, x));
+            shape.area * self.settings.membrane.energy(&shape, f)
         });
         finite(energies.sum())
     }
 
-    fn forces(&self, at: &Elements<'_>, out: &mut NodeVectors<'_>) -> Result<(), Fault> {
-        if at.kind() == abi::HINGE {
-            return self.hinge_forces(at, out);
+    fn forces(&self, elements: &Elements<'_>, out: &mut NodeVectors<'_>) -> Result<(), Fault> {
+        if elements.kind() == abi::HINGE {
+            return self.hinge_forces(elements, out);
         }
-        finite(self.1.dispatch(kernel::Forces { membrane: &self.0.membrane, at, out })).map(drop)
+        let kernel = kernel::Forces { membrane: &self.settings.membrane, elements, out };
+        finite(self.arch.dispatch(kernel)).map(drop)
     }
 
-    fn tangent(&self, at: &Elements<'_>, scale: TangentScale, out: &mut Blocks<'_>) -> Result<(), Fault> {
-        if at.kind() == abi::HINGE {
-            let (x, hinges) = (at.x(), self.hinges(at));
-            let factor = scale.stiffness + scale.damping * self.0.membrane.damping;
-            for (e, &nodes) in at.corners::<4>().iter().enumerate() {
-                let place = corners(nodes, x);
-                let folded = dihedral::angle(place) - hinges.angles[e];
-                let held = hinges.catch(e).map_or(0.0, |(catch, slipped)| catch.slope(folded - slipped));
-                let (g, size) = (dihedral::gradient(place), factor * hinges.stiffness(e) + scale.stiffness * held);
-                for (a, b) in (0..4).flat_map(|a| (a..4).map(move |b| (a, b))) {
-                    out.add(e, pair_index(a, b, 4), &g[a].map(|p| g[b].map(|q| size * p * q)));
-                }
-            }
+    fn tangent(&self, elements: &Elements<'_>, scale: TangentScale, out: &mut Blocks<'_>) -> Result<(), Fault> {
+        if elements.kind() == abi::HINGE {
+            self.hinge_tangent(elements, scale, out);
             return Ok(());
         }
-        let factors = (scale.stiffness, scale.damping);
-        self.1.dispatch(kernel::Stiffness { membrane: &self.0.membrane, at, factors, out });
+        self.arch.dispatch(kernel::Stiffness { membrane: &self.settings.membrane, elements, scale, out });
         Ok(())
     }
 
-    fn single_tangent(&self, at: &Elements<'_>, scale: TangentScale, out: &mut SingleBlocks<'_>) -> Result<(), Fault> {
-        let factors = (scale.stiffness, scale.damping);
-        self.1.dispatch(kernel::SingleStiffness { membrane: &self.0.membrane, at, factors, out });
+    fn single_tangent(
+        &self,
+        elements: &Elements<'_>,
+        scale: TangentScale,
+        out: &mut SingleBlocks<'_>,
+    ) -> Result<(), Fault> {
+        self.arch.dispatch(kernel::SingleStiffness { membrane: &self.settings.membrane, elements, scale, out });
         Ok(())
     }
 
-    fn advance(&self, at: &Elements<'_>, history: &mut Planes<'_>) -> Result<(), Fault> {
-        let (x, hinges) = (at.x(), self.hinges(at));
-        let [slipped] = history.first_planes::<1>();
-        for (e, &nodes) in at.corners::<4>().iter().enumerate() {
-            let Some((catch, before)) = hinges.catch(e) else { continue };
-            let folded = dihedral::angle(corners(nodes, x)) - hinges.angles[e];
-            slipped[e] = folded - catch.caught(folded - before);
+    fn advance(&self, elements: &Elements<'_>, history: &mut Planes<'_>) -> Result<(), Fault> {
+        let (x, hinges) = (elements.x(), self.hinges(elements));
+        let [sliders] = history.first_planes::<1>();
+        for (e, &nodes) in elements.corners::<4>().iter().enumerate() {
+            let Some(FrictionState { element, slider }) = hinges.friction(e) else { continue };
+            let angle = dihedral::angle(at_corners(nodes, x)) - hinges.rest_angles[e];
+            sliders[e] = angle - element.angle_after_sliding(angle - slider);
         }
         Ok(())
     }
 
-    fn strain(&self, at: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
-        finite(self.1.dispatch(kernel::Strains { at, out: out.first_planes::<13>() })).map(drop)
+    fn strain(&self, elements: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
+        finite(self.arch.dispatch(kernel::Strains { elements, out: out.first_planes::<13>() })).map(drop)
     }
 
-    fn compliance(&self, at: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
-        let out = out.first_planes::<6>();
-        for (e, u) in at.material_coordinates::<3>().iter().enumerate() {
-            let Some(values) = self.0.rigidity.compliance(*u) else {
-                Triangle::of(at, e)?;
-                return Err(Fault::bad_argument(format!(
-                    "triangle {} is too thin to bend: {u:?}",
-                    at.first_index() + e
-                )));
+    fn compliance(&self, elements: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
+        let planes = out.first_planes::<6>();
+        for (e, u) in elements.material_coordinates::<3>().iter().enumerate() {
+            let Some(values) = self.settings.rigidity.compliance(*u) else {
+                Triangle::of_element(elements, e)?;
+                let number = elements.first_index() + e;
+                return Err(Fault::bad_argument(format!("triangle {number} is too thin to bend: {u:?}")));
             };
-            (0..6).for_each(|s| out[s][e] = values[s]);
+            (0..6).for_each(|s| planes[s][e] = values[s]);
         }
         Ok(())
     }
 
-    fn normals_energy(&self, at: &Elements<'_>, normals: &[V3]) -> Result<f64, Fault> {
-        finite(laplacian::Sheet::new(at, normals).energy())
+    fn normals_energy(&self, elements: &Elements<'_>, normals: &[[f64; 3]]) -> Result<f64, Fault> {
+        finite(laplacian::BendingTriangles::new(elements, normals).energy())
     }
 
-    fn normals_forces(&self, at: &Elements<'_>, normals: &[V3], out: &mut NormalForces<'_>) -> Result<(), Fault> {
-        finite(laplacian::Sheet::new(at, normals).forces(out)).map(drop)
+    fn normals_forces(
+        &self,
+        elements: &Elements<'_>,
+        normals: &[[f64; 3]],
+        out: &mut NormalForces<'_>,
+    ) -> Result<(), Fault> {
+        finite(laplacian::BendingTriangles::new(elements, normals).add_forces(out)).map(drop)
     }
 
-    fn tilt(&self, at: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
-        let out = out.first_planes::<3>();
-        for (e, &u) in at.material_coordinates::<3>().iter().enumerate() {
-            let shape = Triangle::of(at, e)?;
-            let tilts = laplacian::tilt(&shape, u, laplacian::stiffness(&shape, u, &self.0.rigidity));
-            (0..3).for_each(|s| out[s][e] = tilts[s]);
+    fn tilt(&self, elements: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
+        let planes = out.first_planes::<3>();
+        for (e, &u) in elements.material_coordinates::<3>().iter().enumerate() {
+            let shape = Triangle::of_element(elements, e)?;
+            let tilts = laplacian::tilt(&shape, u, laplacian::stiffness(&shape, u, &self.settings.rigidity));
+            (0..3).for_each(|s| planes[s][e] = tilts[s]);
         }
         Ok(())
     }
 }
 
 impl Cloth {
-    /// What is known of the hinges of a call.
-    fn hinges<'a>(&self, at: &Elements<'a>) -> Hinges<'a> {
-        let slip = self.0.slip.map(|_| [at.rest_data(2), at.rest_data(3), at.history(0)]);
-        Hinges { angles: at.rest_data(0), stiffness: (self.0.bending == Bending::Hinge).then(|| at.rest_data(1)), slip }
+    /// Writes the rest data of triangles.
+    fn triangle_rest(&self, elements: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
+        let planes = out.first_planes::<{ triangle::STRIDE }>();
+        for e in 0..elements.len() {
+            let values = Triangle::of_element(elements, e)?.rest_data();
+            (0..triangle::STRIDE).for_each(|s| planes[s][e] = values[s]);
+        }
+        if self.settings.bending == Bending::Laplacian {
+            let [.., warp, weft] = out.first_planes::<{ laplacian::STRIDE }>();
+            for (e, &u) in elements.material_coordinates::<3>().iter().enumerate() {
+                let shape = Triangle::of_element(elements, e)?;
+                [warp[e], weft[e]] = laplacian::stiffness(&shape, u, &self.settings.rigidity);
+            }
+        }
+        Ok(())
     }
 
-    fn hinge_forces(&self, at: &Elements<'_>, out: &mut NodeVectors<'_>) -> Result<(), Fault> {
-        let (x, v, hinges) = (at.x(), at.v(), self.hinges(at));
-        let mut seen = 0.0;
-        for (e, &nodes) in at.corners::<4>().iter().enumerate() {
-            let place = corners(nodes, x);
-            let (gradient, speeds) = (dihedral::gradient(place), corners(nodes, v));
-            let speed: f64 = (0..4).map(|a| dot(gradient[a], speeds[a])).sum();
-            let folded = dihedral::angle(place) - hinges.angles[e];
-            let caught = hinges.catch(e).map_or(0.0, |(catch, slipped)| catch.torque(folded - slipped));
-            let torque = hinges.stiffness(e) * (folded + self.0.membrane.damping * speed) + caught;
-            (0..4).for_each(|a| out.add(nodes[a], scaled(gradient[a], -torque)));
-            seen += folded + speed;
+    /// Writes the rest data of hinges.
+    fn hinge_rest(&self, elements: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
+        let hinge = |nodes| Hinge::new(at_corners(nodes, elements.rest()), &self.settings.rigidity, self.settings.warp);
+        for (e, &nodes) in elements.corners::<4>().iter().enumerate() {
+            let Some(hinge) = hinge(nodes) else {
+                let number = elements.first_index() + e;
+                return Err(Fault::bad_argument(format!("hinge {number} has a side without area: nodes {nodes:?}")));
+            };
+            let [angles, sizes] = out.first_planes::<{ bending::STRIDE }>();
+            angles[e] = hinge.angle;
+            sizes[e] = if self.settings.bending == Bending::Coupled { hinge.length } else { hinge.stiffness };
+            if let Some(friction) = self.settings.friction {
+                let [_, _, stiffness, limit] = out.first_planes::<{ bending::STRIDE_WITH_FRICTION }>();
+                let element = friction.element(hinge.length, hinge.area);
+                (stiffness[e], limit[e]) = (element.stiffness, element.limit);
+            }
         }
-        finite(seen).map(drop)
+        Ok(())
+    }
+
+    /// Rest data and history of the hinges of a call.
+    fn hinges<'a>(&self, elements: &Elements<'a>) -> Hinges<'a> {
+        Hinges {
+            rest_angles: elements.rest_data(0),
+            stiffness: (self.settings.bending == Bending::Hinge).then(|| elements.rest_data(1)),
+            friction: self.settings.friction.map(|_| FrictionPlanes {
+                stiffness: elements.rest_data(2),
+                limit: elements.rest_data(3),
+                slider: elements.history(0),
+            }),
+        }
+    }
+
+    /// Adds the forces of hinges that bend by themselves, and of yarn friction.
+    fn hinge_forces(&self, elements: &Elements<'_>, out: &mut NodeVectors<'_>) -> Result<(), Fault> {
+        let (x, v, hinges) = (elements.x(), elements.v(), self.hinges(elements));
+        let damping_time = self.settings.membrane.damping_time;
+        let mut sum = 0.0;
+        for (e, &nodes) in elements.corners::<4>().iter().enumerate() {
+            let corners = at_corners(nodes, x);
+            let (gradient, velocities) = (dihedral::gradient(corners), at_corners(nodes, v));
+            let rate: f64 = (0..4).map(|a| gradient[a].dot(velocities[a])).sum();
+            let angle = dihedral::angle(corners) - hinges.rest_angles[e];
+            let friction = hinges.friction(e).map_or(0.0, |f| f.element.torque(angle - f.slider));
+            let torque = hinges.stiffness(e) * (angle + damping_time * rate) + friction;
+            (0..4).for_each(|a| out.add(nodes[a], (gradient[a] * -torque).0));
+            sum += angle + rate;
+        }
+        finite(sum).map(drop)
+    }
+
+    /// Adds the stiffness of hinges that bend by themselves, and of yarn friction. It is that at fixed gradients of the angle, which is
+    /// positive semi-definite.
+    fn hinge_tangent(&self, elements: &Elements<'_>, scale: TangentScale, out: &mut Blocks<'_>) {
+        let (x, hinges) = (elements.x(), self.hinges(elements));
+        let factor = scale.stiffness + scale.damping * self.settings.membrane.damping_time;
+        for (e, &nodes) in elements.corners::<4>().iter().enumerate() {
+            let corners = at_corners(nodes, x);
+            let angle = dihedral::angle(corners) - hinges.rest_angles[e];
+            let friction = hinges.friction(e).map_or(0.0, |f| f.element.tangent(angle - f.slider));
+            let gradient = dihedral::gradient(corners);
+            let stiffness = factor * hinges.stiffness(e) + scale.stiffness * friction;
+            for (a, b) in (0..4).flat_map(|a| (a..4).map(move |b| (a, b))) {
+                let block = gradient[a].0.map(|p| gradient[b].0.map(|q| stiffness * p * q));
+                out.add(e, pair_index(a, b, 4), &block);
+            }
+        }
     }
 }
 
-/// Of a call's hinges: rest angles, stiffness where each is alone, and what friction has to go by.
+/// Rest data and history of the hinges of a call.
 struct Hinges<'a> {
-    angles: &'a [f64],
+    /// rad
+    rest_angles: &'a [f64],
+    /// N m, where each hinge bends by itself.
     stiffness: Option<&'a [f64]>,
-    slip: Option<[&'a [f64]; 3]>,
+    friction: Option<FrictionPlanes<'a>>,
+}
+
+/// Planes of the friction elements of hinges.
+#[derive(Clone, Copy)]
+struct FrictionPlanes<'a> {
+    /// N m
+    stiffness: &'a [f64],
+    /// N m
+    limit: &'a [f64],
+    /// Angle by which the slider has moved, rad.
+    slider: &'a [f64],
+}
+
+/// The friction element of one hinge, and the angle by which its slider has moved, rad.
+struct FrictionState {
+    element: FrictionElement,
+    slider: f64,
 }
 
 impl Hinges<'_> {
-    /// N m
+    /// Stiffness of a hinge against folding, N m; zero where hinges are coupled.
     fn stiffness(&self, e: usize) -> f64 {
         self.stiffness.map_or(0.0, |all| all[e])
     }
 
-    /// The catch of a hinge, and rad, by how much it has given way.
-    fn catch(&self, e: usize) -> Option<(Catch, f64)> {
-        self.slip.map(|[stiffness, limit, slipped]| (Catch { stiffness: stiffness[e], limit: limit[e] }, slipped[e]))
+    fn friction(&self, e: usize) -> Option<FrictionState> {
+        self.friction.map(|planes| FrictionState {
+            element: FrictionElement { stiffness: planes.stiffness[e], limit: planes.limit[e] },
+            slider: planes.slider[e],
+        })
     }
 }
 
-/// Values of the corners of an element.
-fn corners<const K: usize>(nodes: [u32; K], of: &[V3]) -> [V3; K] {
-    nodes.map(|n| of[n as usize])
+/// Vectors at the corners of an element.
+fn at_corners<const K: usize>(nodes: [u32; K], vectors: &[[f64; 3]]) -> [Vec3; K] {
+    nodes.map(|n| Vec3(vectors[n as usize]))
 }
 
-/// A value, if it is a number.
+/// `value`, or a fault if it is not finite.
 fn finite(value: f64) -> Result<f64, Fault> {
     if value.is_finite() { Ok(value) } else { Err(Fault::diverged("the state of the sheet is not finite")) }
 }

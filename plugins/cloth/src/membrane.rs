@@ -1,200 +1,232 @@
-//! Energy, forces and stiffness of a triangle in its plane: `area / 2 e : C : e`.
+//! Energy, forces and stiffness of a triangle in its plane: the energy is `area / 2 e : C : e`.
 //!
-//! Two strains: that of the frame (`sym(L) - I`), or Green's, `(F^T F - I) / 2`, which sees no false stretch of the yarns in
-//! shear and softens in compression.
+//! Two strain measures: that of the corotated frame (`sym(L) - I`), or Green's, `(F^T F - I) / 2`, in which shear does not stretch the
+//! yarns and which softens under compression.
 
-use crate::frame::{Frame, Rule};
-use crate::small::{M2, V2, V3, dot, mixed, times};
-use crate::tension::relaxed;
-use crate::tensor::Tensor;
-use crate::triangle::{Linear, Triangle, positive};
+use crate::elasticity::ElasticityTensor;
+use crate::frame::{Frame, FrameRule};
+use crate::tangent::{ElementTangent, positive_part};
+use crate::triangle::Triangle;
+use crate::vector::{Mat2, Vec2, Vec3, Voigt, contract, scale};
+use crate::wrinkling::{Relaxed, relax};
+use pliant_plugin_api::TangentScale;
 use pliant_plugin_api::lanes::Real;
 
-/// Which strain.
+/// The strain measure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Strain {
-    Frame(Rule),
+pub(crate) enum StrainMeasure {
+    /// `sym(L) - I` in the frame of a rule.
+    Corotated(FrameRule),
+    /// `(F^T F - I) / 2`
     Green,
 }
 
-/// What the sheet is made of.
+/// The constitutive law of the sheet in its plane.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Membrane {
-    pub(crate) strain: Strain,
-    pub(crate) tensor: Tensor,
-    /// s, viscosity over stiffness
-    pub(crate) damping: f64,
-    /// Share of compression that stays: 1 of a sheet that does not wrinkle, 0 of one that gives way.
+    pub(crate) strain: StrainMeasure,
+    pub(crate) elasticity: ElasticityTensor,
+    /// Viscosity over stiffness, s.
+    pub(crate) damping_time: f64,
+    /// Share of compressive stress that stays, 0 to 1: less than 1 for a sheet that wrinkles below the mesh.
     pub(crate) compression: f64,
-    /// Whether the matrix goes without its negative part.
+    /// Whether the matrix is made positive semi-definite.
     pub(crate) project: bool,
 }
 
-/// Least area over area at rest for which tension is divided by it; in the matrix only.
-const THIN: f64 = 1e-3;
+/// Least area over rest area by which tension is divided; used in the matrix only.
+const MIN_AREA_RATIO: f64 = 1e-3;
+
+/// Stress and energy density of a strain.
+struct Elastic<T> {
+    /// N/m
+    stress: Voigt<T>,
+    /// J/m^2
+    energy: T,
+}
 
 impl Membrane {
-    /// J/m^2
-    pub(crate) fn energy(&self, shape: &Triangle, f: [V3; 2]) -> f64 {
+    /// Energy density at a deformation gradient (columns), J/m^2.
+    pub(crate) fn energy(&self, shape: &Triangle, f: [Vec3; 2]) -> f64 {
         let e = match self.strain {
-            Strain::Frame(rule) => Frame::new(rule, f, shape.gradient[2]).strain(),
-            Strain::Green => green(f),
+            StrainMeasure::Corotated(rule) => Frame::new(rule, f, shape.gradient[2]).strain(),
+            StrainMeasure::Green => green_strain(f),
         };
-        let [_, _, _, energy] = self.elastic(e);
-        energy
+        self.elastic(e).energy
     }
 
-    /// Stress (11, 22, 12), N/m, and energy, J/m^2: of the whole tensor, less what wrinkles take.
+    /// Stress and energy of a strain, with the share of compression that wrinkles leave.
     #[inline(always)]
-    fn elastic<T: Real>(&self, e: [T; 3]) -> [T; 4] {
-        let q = self.tensor.stress(e);
-        let whole = [q[0], q[1], q[2], contracted(e, q) * 0.5];
+    fn elastic<T: Real>(&self, e: Voigt<T>) -> Elastic<T> {
+        let q = self.elasticity.stress(e);
+        let energy = contract(e, q) * 0.5;
         let kept = self.compression;
         if kept == 1.0 {
-            return whole;
+            return Elastic { stress: q, energy };
         }
         let [e11, e22, gamma] = e;
-        let relaxed = T::map_lanes([e11, e22, gamma, e11], |[a, b, c, _]| {
-            let (q, energy) = relaxed(&self.tensor, [a, b, c]);
-            [q[0], q[1], q[2], energy]
+        let relaxed = T::map_lanes([e11, e22, gamma, e11], |[e11, e22, gamma, _]| {
+            let Relaxed { stress: [s11, s22, s12], energy } = relax(&self.elasticity, [e11, e22, gamma]);
+            [s11, s22, s12, energy]
         });
-        let (a, b, lost) = (whole, relaxed, 1.0 - kept);
-        [a[0] * kept + b[0] * lost, a[1] * kept + b[1] * lost, a[2] * kept + b[2] * lost, a[3] * kept + b[3] * lost]
+        let (r, lost) = (relaxed, 1.0 - kept);
+        Elastic {
+            stress: [q[0] * kept + r[0] * lost, q[1] * kept + r[1] * lost, q[2] * kept + r[2] * lost],
+            energy: energy * kept + r[3] * lost,
+        }
     }
 
-    /// Stress, N/m, with the viscous one of the rate of strain, where there is one.
+    /// Elastic stress and, if a rate of strain (1/s) is given, viscous stress, N/m.
     #[inline(always)]
-    fn moving<T: Real>(&self, e: [T; 3], rate: Option<[T; 3]>) -> [T; 3] {
-        let [a, b, c, _] = self.elastic(e);
+    fn viscoelastic_stress<T: Real>(&self, e: Voigt<T>, rate: Option<Voigt<T>>) -> Voigt<T> {
+        let [a, b, c] = self.elastic(e).stress;
         let Some(rate) = rate else { return [a, b, c] };
-        let viscous = times(self.tensor.stress(rate), self.damping);
+        let viscous = scale(self.elasticity.stress(rate), self.damping_time);
         [a + viscous[0], b + viscous[1], c + viscous[2]]
     }
 
-    /// First Piola-Kirchhoff stress by columns, N/m, with the viscous one of the rate of F, where there is one.
+    /// First Piola-Kirchhoff stress by columns, N/m, at a deformation gradient and, if given, its rate (1/s).
     #[inline(always)]
-    pub(crate) fn stress<T: Real>(&self, shape: &Triangle<T>, f: [V3<T>; 2], rate: Option<[V3<T>; 2]>) -> [V3<T>; 2] {
+    pub(crate) fn stress<T: Real>(
+        &self,
+        shape: &Triangle<T>,
+        f: [Vec3<T>; 2],
+        rate: Option<[Vec3<T>; 2]>,
+    ) -> [Vec3<T>; 2] {
         match self.strain {
-            Strain::Frame(rule) => {
+            StrainMeasure::Corotated(rule) => {
                 let frame = Frame::new(rule, f, shape.gradient[2]);
-                let turned = frame.turned_strain();
-                let turn = frame.turn();
+                let spin_strain = frame.spin_strain();
+                let spin = frame.spin_gradient();
                 let [t, u] = frame.axes;
-                let speed = rate.map(|rate| {
-                    let a = [[dot(t, rate[0]), dot(t, rate[1])], [dot(u, rate[0]), dot(u, rate[1])]];
-                    let w = turn[0][0] * a[0][0] + turn[0][1] * a[0][1] + turn[1][0] * a[1][0] + turn[1][1] * a[1][1];
-                    [a[0][0] - w * turned[0], a[1][1] - w * turned[1], a[0][1] + a[1][0] - w * turned[2]]
+                let strain_rate = rate.map(|rate| {
+                    let a = [[t.dot(rate[0]), t.dot(rate[1])], [u.dot(rate[0]), u.dot(rate[1])]];
+                    let w = spin[0][0] * a[0][0] + spin[0][1] * a[0][1] + spin[1][0] * a[1][0] + spin[1][1] * a[1][1];
+                    [a[0][0] - w * spin_strain[0], a[1][1] - w * spin_strain[1], a[0][1] + a[1][0] - w * spin_strain[2]]
                 });
-                let q = self.moving(frame.strain(), speed);
-                let p = local(q, contracted(q, turned), turn);
-                [mixed(p[0][0], t, p[1][0], u), mixed(p[0][1], t, p[1][1], u)]
+                let q = self.viscoelastic_stress(frame.strain(), strain_rate);
+                let p = piola_in_frame(q, contract(q, spin_strain), spin);
+                [t * p[0][0] + u * p[1][0], t * p[0][1] + u * p[1][1]]
             }
-            Strain::Green => {
-                let speed = rate.map(|rate| {
-                    let cross = dot(f[0], rate[1]) + dot(f[1], rate[0]);
-                    [dot(f[0], rate[0]), dot(f[1], rate[1]), cross]
+            StrainMeasure::Green => {
+                let strain_rate = rate.map(|rate| {
+                    let shear = f[0].dot(rate[1]) + f[1].dot(rate[0]);
+                    [f[0].dot(rate[0]), f[1].dot(rate[1]), shear]
                 });
-                let q = self.moving(green(f), speed);
-                [mixed(q[0], f[0], q[2], f[1]), mixed(q[2], f[0], q[1], f[1])]
+                let q = self.viscoelastic_stress(green_strain(f), strain_rate);
+                [f[0] * q[0] + f[1] * q[2], f[0] * q[2] + f[1] * q[1]]
             }
         }
     }
 
-    /// `stiffness` K + `damping` C, before the area.
+    /// `factors.stiffness` K + `factors.damping` C per area.
     ///
-    /// K is the exact second derivative if not `project`, but for wrinkles, which only soften it. With it, tension alone resists
-    /// turning out of the plane, and the turn of the frame gets at least what keeps the rest positive: never softer than exact.
+    /// K is the exact second derivative where `project` is off and nothing wrinkles (wrinkling only softens it). With `project`, tension
+    /// alone resists rotation out of the plane, and the spin gets at least the stiffness that makes the rest positive
+    /// semi-definite: never softer than the exact K.
     #[inline(always)]
-    pub(crate) fn linear<T: Real>(
+    pub(crate) fn tangent<T: Real>(
         &self,
         shape: &Triangle<T>,
-        f: [V3<T>; 2],
-        (stiffness, damping): (f64, f64),
-    ) -> Linear<T> {
-        let tensor = &self.tensor;
-        let size = stiffness + damping * self.damping;
+        f: [Vec3<T>; 2],
+        factors: TangentScale,
+    ) -> ElementTangent<T> {
+        let TangentScale { stiffness, damping } = factors;
+        let c = &self.elasticity;
+        let factor = stiffness + damping * self.damping_time;
         let (zero, one) = (f[0][0].splat(0.0), f[0][0].splat(1.0));
-        let inner = [tensor.c11, tensor.c22, tensor.c12, tensor.shear];
-        let inner = [
-            zero.splat(size * inner[0]),
-            zero.splat(size * inner[1]),
-            zero.splat(size * inner[2]),
-            zero.splat(size * inner[3]),
+        let strain_stiffness = [
+            zero.splat(factor * c.c11),
+            zero.splat(factor * c.c22),
+            zero.splat(factor * c.c12),
+            zero.splat(factor * c.shear),
         ];
-        let [_, b, c] = shape.gradient;
+        let [_, gb, gc] = shape.gradient;
         match self.strain {
-            Strain::Green => {
-                let [s11, s22, s12, _] = self.elastic(green(f));
-                let s = [s11, s22, s12];
-                let tension = times(if self.project { positive(s) } else { s }, stiffness);
-                // A step along a column of F changes the strain by the weight's gradient.
-                let rows = [
-                    [[b[0], zero], [zero, b[1]], [b[1], b[0]], [zero; 2]],
-                    [[c[0], zero], [zero, c[1]], [c[1], c[0]], [zero; 2]],
+            StrainMeasure::Green => {
+                let s = self.elastic(green_strain(f)).stress;
+                let tension = scale(if self.project { positive_part(s) } else { s }, stiffness);
+                // A displacement along a column of F changes the strain by the shape function gradient.
+                let strain_rows = [
+                    [[gb[0], zero], [zero, gb[1]], [gb[1], gb[0]], [zero; 2]],
+                    [[gc[0], zero], [zero, gc[1]], [gc[1], gc[0]], [zero; 2]],
                 ];
-                Linear { axes: f, rows, inner, turn: [zero; 4], tension, turning: [one, one, one, zero, zero, zero] }
+                ElementTangent {
+                    axes: f,
+                    strain_rows,
+                    strain_stiffness,
+                    spin_stiffness: [zero; 4],
+                    tension,
+                    tension_projection: [one, one, one, zero, zero, zero],
+                }
             }
-            Strain::Frame(rule) => {
+            StrainMeasure::Corotated(rule) => {
                 let frame = Frame::new(rule, f, shape.gradient[2]);
-                let (turned, turn) = (frame.turned_strain(), frame.turn());
-                let rows = [local_rows(b, turned, turn), local_rows(c, turned, turn)];
-                let [q11, q22, q12, _] = self.elastic(frame.strain());
-                let q = [q11, q22, q12];
+                let (spin_strain, spin) = (frame.spin_strain(), frame.spin_gradient());
+                let strain_rows =
+                    [corotated_strain_rows(gb, spin_strain, spin), corotated_strain_rows(gc, spin_strain, spin)];
+                let q = self.elastic(frame.strain()).stress;
                 let l = &frame.stretch;
-                let p = local(q, contracted(q, turned), turn);
-                let k = frame.condition();
+                let p = piola_in_frame(q, contract(q, spin_strain), spin);
+                let k = frame.normalised_condition();
                 let trace = p[0][0] + p[1][1];
+                // Second derivatives by each strain and the spin, and by the spin.
                 let m = [-p[1][0] - trace * k[0], p[0][1] - trace * k[1], (p[0][0] - p[1][1]) * 0.5 - trace * k[2]];
                 let own = q[0] * l[0][0] + q[1] * l[1][1] + q[2] * (l[0][1] + l[1][0]);
-                let own = if self.project { own.max(tensor.compliant(m, m)) } else { own };
-                let s = second(l, &p);
-                let tension = times(if self.project { positive(s) } else { s }, stiffness);
+                let own = if self.project { own.max(c.compliance_product(m, m)) } else { own };
+                let s = second_piola_kirchhoff(l, &p);
+                let tension = scale(if self.project { positive_part(s) } else { s }, stiffness);
                 let n = frame.normal;
-                let turning = [n[0] * n[0], n[1] * n[1], n[2] * n[2], n[0] * n[1], n[0] * n[2], n[1] * n[2]];
-                let turn = [m[0] * stiffness, m[1] * stiffness, m[2] * stiffness, own * stiffness];
-                Linear { axes: frame.axes, rows, inner, turn, tension, turning }
+                let tension_projection = [n[0] * n[0], n[1] * n[1], n[2] * n[2], n[0] * n[1], n[0] * n[2], n[1] * n[2]];
+                let spin_stiffness = [m[0] * stiffness, m[1] * stiffness, m[2] * stiffness, own * stiffness];
+                ElementTangent {
+                    axes: frame.axes,
+                    strain_rows,
+                    strain_stiffness,
+                    spin_stiffness,
+                    tension,
+                    tension_projection,
+                }
             }
         }
     }
 }
 
-/// Change of (11, 22, gamma) and of the frame's turn, for a step of a corner along the frame's axes.
+/// Derivative of (11, 22, gamma, w) by a displacement of a corner along the frame's axes, 1/m; `g` is its shape function gradient.
 #[inline(always)]
-fn local_rows<T: Real>(g: V2<T>, turned: [T; 3], turn: M2<T>) -> [V2<T>; 4] {
-    let w = [turn[0][0] * g[0] + turn[0][1] * g[1], turn[1][0] * g[0] + turn[1][1] * g[1]];
+fn corotated_strain_rows<T: Real>(g: Vec2<T>, spin_strain: Voigt<T>, spin: Mat2<T>) -> [Vec2<T>; 4] {
+    let w = [spin[0][0] * g[0] + spin[0][1] * g[1], spin[1][0] * g[0] + spin[1][1] * g[1]];
     [
-        [g[0] - turned[0] * w[0], -(turned[0] * w[1])],
-        [-(turned[1] * w[0]), g[1] - turned[1] * w[1]],
-        [g[1] - turned[2] * w[0], g[0] - turned[2] * w[1]],
+        [g[0] - spin_strain[0] * w[0], -(spin_strain[0] * w[1])],
+        [-(spin_strain[1] * w[0]), g[1] - spin_strain[1] * w[1]],
+        [g[1] - spin_strain[2] * w[0], g[0] - spin_strain[2] * w[1]],
         w,
     ]
 }
 
-/// (11, 22, gamma)
+/// Green's strain of a deformation gradient's columns.
 #[inline(always)]
-fn green<T: Real>(f: [V3<T>; 2]) -> [T; 3] {
+fn green_strain<T: Real>(f: [Vec3<T>; 2]) -> Voigt<T> {
     let one = f[0][0].splat(1.0);
-    [(dot(f[0], f[0]) - one) * 0.5, (dot(f[1], f[1]) - one) * 0.5, dot(f[0], f[1])]
+    [(f[0].dot(f[0]) - one) * 0.5, (f[1].dot(f[1]) - one) * 0.5, f[0].dot(f[1])]
 }
 
+/// First Piola-Kirchhoff stress in the frame, N/m, from the stress `q` of the frame's strain and its product with the spin strain.
 #[inline(always)]
-fn contracted<T: Real>(a: [T; 3], b: [T; 3]) -> T {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+fn piola_in_frame<T: Real>(q: Voigt<T>, spin_product: T, spin: Mat2<T>) -> Mat2<T> {
+    [
+        [q[0] - spin_product * spin[0][0], q[2] - spin_product * spin[0][1]],
+        [q[2] - spin_product * spin[1][0], q[1] - spin_product * spin[1][1]],
+    ]
 }
 
-/// First Piola-Kirchhoff stress in the frame, from the frame's stress and what a turn of the frame takes.
+/// Second Piola-Kirchhoff stress `L^-1 P`, symmetrised, N/m.
 #[inline(always)]
-fn local<T: Real>(q: [T; 3], taken: T, turn: M2<T>) -> M2<T> {
-    [[q[0] - taken * turn[0][0], q[2] - taken * turn[0][1]], [q[2] - taken * turn[1][0], q[1] - taken * turn[1][1]]]
-}
-
-/// Second Piola-Kirchhoff stress L^-1 P, (11, 22, 12).
-#[inline(always)]
-fn second<T: Real>(l: &M2<T>, p: &M2<T>) -> [T; 3] {
+fn second_piola_kirchhoff<T: Real>(l: &Mat2<T>, p: &Mat2<T>) -> Voigt<T> {
     let det = l[0][0] * l[1][1] - l[0][1] * l[1][0];
-    let over = det.splat(1.0) / det.max(det.splat(THIN));
+    let inverse_det = det.splat(1.0) / det.max(det.splat(MIN_AREA_RATIO));
     let [[a, b], [c, d]] = [[l[1][1], -l[0][1]], [-l[1][0], l[0][0]]];
-    let (s11, s12) = ((a * p[0][0] + b * p[1][0]) * over, a * p[0][1] + b * p[1][1]);
-    let (s21, s22) = (c * p[0][0] + d * p[1][0], (c * p[0][1] + d * p[1][1]) * over);
-    [s11, s22, (s12 + s21) * 0.5 * over]
+    let (s11, s12) = ((a * p[0][0] + b * p[1][0]) * inverse_det, a * p[0][1] + b * p[1][1]);
+    let (s21, s22) = (c * p[0][0] + d * p[1][0], (c * p[0][1] + d * p[1][1]) * inverse_det);
+    [s11, s22, (s12 + s21) * 0.5 * inverse_det]
 }

@@ -1,44 +1,56 @@
-//! A fabric of one's own: a TOML file with the numbers of a preset, by the same keys.
+//! A user's fabric: a TOML file with the numbers of a preset, by the keys of the parameters.
 
 use pliant_plugin_api::Fault;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use toml::{Spanned, Value};
 
-/// Numbers a fabric may have: key, and the range that is allowed, in the unit of the parameter of that name.
-const KEYS: [(&str, f64, f64); 12] = [
-    ("density", 1e-9, 1e4),
-    ("young-warp", 1e-9, 1e12),
-    ("young-weft", 1e-9, 1e12),
-    ("poisson", -1.0, 10.0),
-    ("shear", 1e-9, 1e12),
-    ("c11", 1e-9, 1e12),
-    ("c12", -1e12, 1e12),
-    ("c22", 1e-9, 1e12),
-    ("bending-warp", 1e-15, 1e3),
-    ("bending-weft", 1e-15, 1e3),
-    ("bending-bias", 1e-15, 1e3),
-    ("bending-hysteresis", 0.0, 1e3),
+/// A number a fabric file may have, with its allowed range in the unit of the parameter of that name.
+struct Key {
+    name: &'static str,
+    min: f64,
+    max: f64,
+}
+
+const fn key(name: &'static str, min: f64, max: f64) -> Key {
+    Key { name, min, max }
+}
+
+const KEYS: [Key; 12] = [
+    key("density", 1e-9, 1e4),
+    key("young-warp", 1e-9, 1e12),
+    key("young-weft", 1e-9, 1e12),
+    key("poisson", -1.0, 10.0),
+    key("shear", 1e-9, 1e12),
+    key("c11", 1e-9, 1e12),
+    key("c12", -1e12, 1e12),
+    key("c22", 1e-9, 1e12),
+    key("bending-warp", 1e-15, 1e3),
+    key("bending-weft", 1e-15, 1e3),
+    key("bending-bias", 1e-15, 1e3),
+    key("bending-hysteresis", 0.0, 1e3),
 ];
 
-/// A fabric file.
+/// The numbers of a fabric file.
 #[derive(Clone, Debug)]
 pub(crate) struct FabricFile {
     pub(crate) path: String,
+    /// By key.
     numbers: BTreeMap<String, f64>,
 }
 
 impl FabricFile {
-    /// Reads a file: numbers, `source`, a text that says where they come from, and if wanted `unknown`, what was not measured.
+    /// Reads a file. It has numbers, the required text `source`, and the optional text `unknown`.
     pub(crate) fn read(path: &str) -> Result<Self, Fault> {
         let text = std::fs::read_to_string(path)
             .map_err(|error| Fault::bad_argument(format!("`fabric-file`: {path} cannot be read: {error}")))?;
         Self::parse(path, &text)
     }
 
+    /// Parses the text of a file; `path` is for messages, which also name the line.
     fn parse(path: &str, text: &str) -> Result<Self, Fault> {
-        let wrong = |at: Range<usize>, what: String| {
-            let line = text[..at.start.min(text.len())].matches('\n').count() + 1;
+        let wrong = |span: Range<usize>, what: String| {
+            let line = text[..span.start.min(text.len())].matches('\n').count() + 1;
             Fault::bad_argument(format!("`fabric-file`: {path}:{line}: {what}"))
         };
         let table: BTreeMap<Spanned<String>, Spanned<Value>> = toml::from_str(text)
@@ -47,15 +59,15 @@ impl FabricFile {
         for (key, value) in &table {
             let name = key.get_ref().as_str();
             if ["source", "unknown"].contains(&name) {
-                let said = value.get_ref().as_str().is_some_and(|text| !text.trim().is_empty());
-                if !said {
+                let is_text = value.get_ref().as_str().is_some_and(|text| !text.trim().is_empty());
+                if !is_text {
                     return Err(wrong(value.span(), format!("`{name}` is {}; allowed is a text", value.get_ref())));
                 }
                 has_source |= name == "source";
                 continue;
             }
-            let Some((_, least, most)) = KEYS.iter().find(|(known, _, _)| *known == name) else {
-                let known: Vec<&str> = KEYS.iter().map(|(known, _, _)| *known).collect();
+            let Some(Key { min, max, .. }) = KEYS.iter().find(|key| key.name == name) else {
+                let known: Vec<&str> = KEYS.iter().map(|key| key.name).collect();
                 let text = format!("no number `{name}`; allowed is source, unknown, {}", known.join(", "));
                 return Err(wrong(key.span(), text));
             };
@@ -64,8 +76,8 @@ impl FabricFile {
                 Value::Float(number) => Some(*number),
                 _ => None,
             };
-            let Some(number) = number.filter(|number| (*least..=*most).contains(number)) else {
-                let text = format!("`{name}` is {}; allowed is a number from {least:e} to {most:e}", value.get_ref());
+            let Some(number) = number.filter(|number| (*min..=*max).contains(number)) else {
+                let text = format!("`{name}` is {}; allowed is a number from {min:e} to {max:e}", value.get_ref());
                 return Err(wrong(value.span(), text));
             };
             numbers.insert(name.to_owned(), number);
@@ -76,6 +88,7 @@ impl FabricFile {
         Ok(Self { path: path.into(), numbers })
     }
 
+    /// The number of a key, in the unit of the parameter of that name.
     pub(crate) fn number(&self, key: &str) -> Option<f64> {
         self.numbers.get(key).copied()
     }
@@ -96,8 +109,8 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_told_with_its_line() {
-        for (text, said) in [
+    fn errors_name_the_line() {
+        for (text, expected) in [
             ("source = \"x\"\ndensity = -1\n", "wool.toml:2: `density` is -1; allowed is a number from"),
             ("source = \"x\"\n\nweight = 1\n", "wool.toml:3: no number `weight`; allowed is source"),
             ("source = \"x\"\nshear = \"stiff\"\n", "wool.toml:2: `shear` is \"stiff\""),
@@ -109,7 +122,7 @@ mod tests {
             ("", "no `source`"),
         ] {
             let fault = FabricFile::parse("wool.toml", text).unwrap_err();
-            assert!(fault.reason.contains(said), "{text}: {fault}");
+            assert!(fault.reason.contains(expected), "{text}: {fault}");
         }
     }
 }
