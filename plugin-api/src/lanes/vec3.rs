@@ -60,7 +60,7 @@ impl<T: Real> Mul<T> for Vec3<T> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, factor: T) -> Self {
-        Self([self[0] * factor, self[1] * factor, self[2] * factor])
+        Self([factor * self[0], factor * self[1], factor * self[2]])
     }
 }
 

@@ -1,39 +1,41 @@
-//! Springs in lanes of a vector unit, wherever their ends are.
+//! Springs gathered into vector registers, one per lane, wherever their ends are in memory; and their energy.
 
 use crate::kernel::{LANES, Springs};
-use pliant_plugin_api::lanes::{MAX_LANES, Real, Wide};
+use pliant_plugin_api::lanes::{MAX_LANES, Real, Vec3, Wide};
 use pulp::{Simd, WithSimd};
 
-/// As many springs as `S` has lanes.
-pub struct Gathered<S: Simd> {
-    /// m, from the first end to the second, and its square
-    pub d: [Wide<S>; 3],
-    pub square: Wide<S>,
-    /// m, the rest length
+/// One spring per lane of `S`.
+pub struct WideSprings<S: Simd> {
+    /// From the first end to the second, m.
+    pub d: Vec3<Wide<S>>,
+    /// Squared length, m^2.
+    pub l2: Wide<S>,
+    /// Rest length, m.
     pub l0: Wide<S>,
-    /// N/m, or nothing where there is no spring
+    /// Stiffness, N/m; 0 in lanes past the last spring.
     pub k: Wide<S>,
 }
 
 impl Springs<'_> {
-    /// Those from `e` on. Past the end they are the last one, without stiffness.
+    /// Springs `e, e + 1, ..`; lanes past the end repeat the last spring with a stiffness of 0.
     #[inline(always)]
-    pub fn gather<S: Simd>(&self, simd: S, e: usize) -> Gathered<S> {
+    pub fn gather<S: Simd>(&self, simd: S, e: usize) -> WideSprings<S> {
         let (mut d, mut l0, mut k) = ([[0.0; MAX_LANES]; 3], [0.0; MAX_LANES], [0.0; MAX_LANES]);
         for lane in 0..S::F64_LANES {
-            let at = (e + lane).min(self.ends.len() - 1);
-            let (from, to) = (self.x[self.ends[at][0] as usize], self.x[self.ends[at][1] as usize]);
+            let spring = (e + lane).min(self.ends.len() - 1);
+            let [from, to] = self.ends[spring].map(|node| self.x[node as usize]);
             for i in 0..3 {
                 d[i][lane] = to[i] - from[i];
             }
-            (l0[lane], k[lane]) = (self.length[at], if at == e + lane { self.stiffness[at] } else { 0.0 });
+            l0[lane] = self.rest_length[spring];
+            k[lane] = if spring == e + lane { self.stiffness[spring] } else { 0.0 };
         }
-        let d @ [x, y, z] = [Wide::load(simd, &d[0]), Wide::load(simd, &d[1]), Wide::load(simd, &d[2])];
-        Gathered { d, square: x * x + y * y + z * z, l0: Wide::load(simd, &l0), k: Wide::load(simd, &k) }
+        let d = Vec3([Wide::load(simd, &d[0]), Wide::load(simd, &d[1]), Wide::load(simd, &d[2])]);
+        WideSprings { d, l2: d.dot(d), l0: Wide::load(simd, &l0), k: Wide::load(simd, &k) }
     }
 }
 
-/// Finds the energy of a call's springs, J: `k/2 (l - l0)^2` of each.
+/// Computes the energy of a call's springs, J: the sum of `k/2 (l - l0)^2`.
 pub struct Energy<'a>(pub Springs<'a>);
 
 impl WithSimd for Energy<'_> {
@@ -41,18 +43,18 @@ impl WithSimd for Energy<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        // Of every eighth spring, so that the sum is that of any vector unit.
+        // One partial sum per spring index modulo 8, whatever the number of lanes, so that the bytes do not depend on the vector unit.
         let mut sums = [Wide(simd.splat_f64s(0.0), simd); LANES];
         for e in (0..self.0.ends.len()).step_by(LANES) {
-            for (at, sum) in sums[..LANES / S::F64_LANES].iter_mut().enumerate() {
-                let Gathered { square, l0, k, .. } = self.0.gather(simd, e + at * S::F64_LANES);
-                let stretch = square.sqrt() - l0;
+            for (i, sum) in sums[..LANES / S::F64_LANES].iter_mut().enumerate() {
+                let WideSprings { l2, l0, k, .. } = self.0.gather(simd, e + i * S::F64_LANES);
+                let stretch = l2.sqrt() - l0;
                 *sum = *sum + k * 0.5 * stretch * stretch;
             }
         }
         let mut all = [0.0; LANES];
-        for (at, sum) in sums[..LANES / S::F64_LANES].iter().enumerate() {
-            sum.store(&mut all[at * S::F64_LANES..]);
+        for (i, sum) in sums[..LANES / S::F64_LANES].iter().enumerate() {
+            sum.store(&mut all[i * S::F64_LANES..]);
         }
         all.iter().sum()
     }

@@ -1,39 +1,46 @@
-//! Mass-spring on a cubic lattice: the material of Qi, Zhu and Fan (2019), with parameters that mean something.
+//! Mass-spring lattice of cubic cells: the material of Qi, Zhu and Fan (2019), with physical parameters.
 //!
-//! The paper gives every spring one stiffness and every particle one mass, so both the modulus and the density change with
-//! the level of the grid. The default here keeps them: with structural and shear springs of equal stiffness
-//! `k = 0.4 E h`, weighted by the share of the cells around them that belong to the body, a block has Young's modulus `E`
-//! and Poisson's ratio 1/4 at every level, exactly. Central springs cannot have another Poisson's ratio (Cauchy relation).
-//! The paper's mode stays for comparison.
+//! The paper gives all springs one stiffness and all particles one mass, so the modulus and the density depend on the level of the grid.
+//! The default mode here keeps them: with structural springs of stiffness `k = 0.4 E h`, shear springs of `0.4 E l / sqrt(2)` (the same
+//! number, as their length l is `sqrt(2) h`), and weights for the share of the cells around a spring that belong to the body, a block has
+//! exactly Young's modulus E and Poisson's ratio 1/4 at every level. A lattice of central springs cannot have another ratio (Cauchy
+//! relation). The paper's mode is there for comparison.
 
 mod gather;
 mod kernel;
 mod stiffness;
 
 use kernel::Springs;
+use pliant_plugin_api::lanes::Vec3;
 use pliant_plugin_api::{
     AsMaterial, Blocks, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, Param, Params,
     Planes, SingleBlocks, TangentScale, abi, export_plugins,
 };
 
-/// Parameters, resolved.
+/// The material.
 pub struct MassSpring {
     law: Law,
-    /// s; damping along each spring's axis is `damping_time` times its stiffness, or in the paper's mode N s/m / (N/m).
+    /// Damping along each spring's axis over its stiffness, s.
     damping_time: f64,
-    weighted: bool,
+    /// Whether springs on the surface of the body have the boundary weight.
+    is_weighted: bool,
     kernel: kernel::Kernel,
 }
 
+/// Stiffness of springs and mass of particles.
 enum Law {
-    /// E (Pa), density (kg/m^3), flexion share r = kf / k2.
+    /// Young's modulus, Pa; density, kg/m^3; stiffness of flexion springs over that of shear springs.
     Physical { young: f64, density: f64, flexion: f64 },
-    /// K (N/m) of every spring, M (kg) of every particle.
+    /// Stiffness of every spring, N/m; mass of every particle, kg.
     Paper { stiffness: f64, mass: f64 },
 }
 
 const PARAMS: &[Param] = &[
-    Param::choice(c"mode", c"physical|paper", c"physical: from Young's modulus and density; paper: one K, M and C_d"),
+    Param::choice(
+        c"mode",
+        c"physical|paper",
+        c"physical: from Young's modulus and density; paper: one stiffness, mass and damping for all",
+    ),
     Param::number(c"young", c"Pa", (1e-6, 1e12), 1e4, c"Young's modulus; Poisson's ratio is 1/4"),
     Param::number(c"density", c"kg/m^3", (1e-6, 1e6), 1e3, c"mass per volume"),
     Param::number(
@@ -41,20 +48,27 @@ const PARAMS: &[Param] = &[
         c"s",
         (0.0, 10.0),
         2e-4,
-        c"damping over stiffness: a mode of w rad/s has ratio w/2 times this",
+        c"damping over stiffness: a mode of w rad/s has a damping ratio of w/2 times this",
     ),
-    Param::number(c"flexion", c"1", (0.0, 0.2), 0.0, c"share of flexion springs; the modulus stays"),
-    Param::number(c"spring", c"N/m", (1e-9, 1e12), 10.0, c"paper mode: K of every spring"),
-    Param::number(c"particle-mass", c"kg", (1e-12, 1e6), 1e-4, c"paper mode: M of every particle"),
-    Param::number(c"spring-damping", c"N s/m", (0.0, 1e9), 0.01, c"paper mode: C_d, along each spring's axis"),
+    Param::number(
+        c"flexion",
+        c"1",
+        (0.0, 0.2),
+        0.0,
+        c"stiffness of flexion springs over that of shear springs; the modulus stays",
+    ),
+    Param::number(c"spring", c"N/m", (1e-9, 1e12), 10.0, c"paper mode: stiffness K of every spring"),
+    Param::number(c"particle-mass", c"kg", (1e-12, 1e6), 1e-4, c"paper mode: mass M of every particle"),
+    Param::number(c"spring-damping", c"N s/m", (0.0, 1e9), 0.01, c"paper mode: damping C_d along each spring's axis"),
     Param::choice(
         c"boundary-weights",
         c"on|off",
-        c"halve and quarter springs on faces and edges of the body; off makes small blocks too stiff",
+        c"reduce springs on faces to 1/2 and on edges of the body to 1/4; off makes small blocks too stiff",
     ),
 ];
 
 impl MassSpring {
+    /// Families of links the law uses.
     fn families(&self) -> u32 {
         let flexion = match self.law {
             Law::Physical { flexion, .. } => flexion > 0.0,
@@ -63,7 +77,7 @@ impl MassSpring {
         abi::STRUCTURAL | abi::SHEAR | if flexion { abi::FLEXION } else { 0 }
     }
 
-    /// N/m, of a link of `family` with rest length `length` (m), before its weight.
+    /// Stiffness of a link of `family` with rest length `length` (m), before its weight, N/m.
     fn stiffness(&self, family: u32, length: f64) -> f64 {
         match self.law {
             Law::Paper { stiffness, .. } => stiffness,
@@ -86,16 +100,16 @@ impl Material for MassSpring {
     };
 
     fn new(params: &Params<'_>) -> Result<Self, Fault> {
-        let physical = params.choice("mode") == 0;
-        let (law, damping_time) = if physical {
+        let is_physical = params.choice("mode") == 0;
+        let (law, damping_time) = if is_physical {
             let (young, density) = (params.number("young"), params.number("density"));
             (Law::Physical { young, density, flexion: params.number("flexion") }, params.number("damping-time"))
         } else {
             let (stiffness, mass) = (params.number("spring"), params.number("particle-mass"));
             (Law::Paper { stiffness, mass }, params.number("spring-damping") / stiffness)
         };
-        let weighted = params.choice("boundary-weights") == 0;
-        Ok(Self { law, damping_time, weighted, kernel: kernel::Kernel::new() })
+        let is_weighted = params.choice("boundary-weights") == 0;
+        Ok(Self { law, damping_time, is_weighted, kernel: kernel::Kernel::new() })
     }
 
     fn elements(&self) -> Vec<ElementRequest> {
@@ -106,22 +120,23 @@ impl Material for MassSpring {
         vec![point, ElementRequest { kind: abi::LINK, families, flags, rest_stride: 2, history_stride: 0 }]
     }
 
-    fn rest(&self, at: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
-        let (ends, family, weight, rest) = (at.corners::<2>(), at.family(), at.measure(), at.rest());
+    fn rest(&self, elements: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
+        let (ends, family, weight, rest) =
+            (elements.corners::<2>(), elements.family(), elements.measure(), elements.rest());
         let [length, stiffness] = out.first_planes();
-        for e in 0..at.len() {
+        for e in 0..elements.len() {
             let [a, b] = ends[e].map(|node| rest[node as usize]);
-            length[e] = kernel::length(a, b);
+            length[e] = (Vec3(b) - Vec3(a)).norm();
             if !(length[e].is_finite() && length[e] > 0.0) {
                 return Err(Fault::bad_argument("a spring has no rest length"));
             }
-            stiffness[e] = self.stiffness(family[e], length[e]) * if self.weighted { weight[e] } else { 1.0 };
+            stiffness[e] = self.stiffness(family[e], length[e]) * if self.is_weighted { weight[e] } else { 1.0 };
         }
         Ok(())
     }
 
-    fn mass(&self, at: &Elements<'_>, out: &mut NodeScalars<'_>) -> Result<(), Fault> {
-        for (&[node], &volume) in at.corners::<1>().iter().zip(at.measure()) {
+    fn mass(&self, elements: &Elements<'_>, out: &mut NodeScalars<'_>) -> Result<(), Fault> {
+        for (&[node], &volume) in elements.corners::<1>().iter().zip(elements.measure()) {
             out.add(
                 node,
                 match self.law {
@@ -133,29 +148,35 @@ impl Material for MassSpring {
         Ok(())
     }
 
-    fn energy(&self, at: &Elements<'_>) -> Result<f64, Fault> {
-        Ok(self.kernel.energy(self.springs(at)))
+    fn energy(&self, elements: &Elements<'_>) -> Result<f64, Fault> {
+        Ok(self.kernel.energy(self.springs(elements)))
     }
 
-    fn forces(&self, at: &Elements<'_>, out: &mut NodeVectors<'_>) -> Result<(), Fault> {
-        self.kernel.forces(self.springs(at), out);
+    fn forces(&self, elements: &Elements<'_>, out: &mut NodeVectors<'_>) -> Result<(), Fault> {
+        self.kernel.forces(self.springs(elements), out);
         Ok(())
     }
 
-    fn tangent(&self, at: &Elements<'_>, scale: TangentScale, out: &mut Blocks<'_>) -> Result<(), Fault> {
-        self.kernel.stiffness(self.springs(at), scale, out);
+    fn tangent(&self, elements: &Elements<'_>, scale: TangentScale, out: &mut Blocks<'_>) -> Result<(), Fault> {
+        self.kernel.stiffness(self.springs(elements), scale, out);
         Ok(())
     }
 
-    fn single_tangent(&self, at: &Elements<'_>, scale: TangentScale, out: &mut SingleBlocks<'_>) -> Result<(), Fault> {
-        self.kernel.stiffness(self.springs(at), scale, out);
+    fn single_tangent(
+        &self,
+        elements: &Elements<'_>,
+        scale: TangentScale,
+        out: &mut SingleBlocks<'_>,
+    ) -> Result<(), Fault> {
+        self.kernel.stiffness(self.springs(elements), scale, out);
         Ok(())
     }
 }
 
 impl MassSpring {
-    fn springs<'a>(&self, at: &'a Elements<'_>) -> Springs<'a> {
-        Springs::new(at, self.damping_time)
+    /// The springs of a call.
+    fn springs<'a>(&self, elements: &'a Elements<'_>) -> Springs<'a> {
+        Springs::new(elements, self.damping_time)
     }
 }
 

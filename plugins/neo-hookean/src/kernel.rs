@@ -1,26 +1,29 @@
-//! Passes over the elements of a call, as many at once as the vector unit takes; results are added element by element in their order.
+//! SIMD kernels over the elements of a call: one element per lane of a vector register. Results are added element by element in the order
+//! of the list, so the bytes do not depend on the vector unit.
 
 use crate::NeoHookean;
-use crate::matrix::{M3, V3};
-use crate::tetrahedron::{STRIDE, Stiffness, Tetrahedron, Viscosity, add_viscous, planes};
+use crate::matrix::{Mat3, Vec3};
+use crate::tetrahedron::{
+    Damping, STRIDE, Stiffness, Tetrahedron, ViscosityCoefficients, add_viscous_stress, rest_planes,
+};
 use pliant_plugin_api::lanes::{MAX_LANES, Wide};
 use pliant_plugin_api::{BlockScalar, Blocks, Elements, NodeVectors, TangentScale, pair_index};
 use pulp::{Simd, WithSimd};
 
-/// What is known of the corners of elements `e ..`; lanes past the end repeat the last element.
+/// The vectors at the corners of elements `e, e + 1, ..`; lanes past the end repeat the last element.
 #[inline(always)]
-fn gather<S: Simd>(simd: S, nodes: &[[u32; 4]], e: usize, of: &[[f64; 3]]) -> [V3<Wide<S>>; 4] {
+fn gather<S: Simd>(simd: S, nodes: &[[u32; 4]], e: usize, vectors: &[[f64; 3]]) -> [Vec3<Wide<S>>; 4] {
     let mut lanes = [[[0.0; MAX_LANES]; 3]; 4];
     for lane in 0..S::F64_LANES {
         let nodes = nodes[(e + lane).min(nodes.len() - 1)];
         for corner in 0..4 {
-            let value = of[nodes[corner] as usize];
+            let vector = vectors[nodes[corner] as usize];
             for i in 0..3 {
-                lanes[corner][i][lane] = value[i];
+                lanes[corner][i][lane] = vector[i];
             }
         }
     }
-    let mut all = [[Wide(simd.splat_f64s(0.0), simd); 3]; 4];
+    let mut all = [Vec3([Wide(simd.splat_f64s(0.0), simd); 3]); 4];
     for corner in 0..4 {
         for i in 0..3 {
             all[corner][i] = Wide::load(simd, &lanes[corner][i]);
@@ -29,21 +32,22 @@ fn gather<S: Simd>(simd: S, nodes: &[[u32; 4]], e: usize, of: &[[f64; 3]]) -> [V
     all
 }
 
+/// Rest shapes of elements `e, e + 1, ..`
 #[inline(always)]
-fn shapes<S: Simd>(simd: S, planes: &[&[f64]; STRIDE], e: usize) -> Tetrahedron<Wide<S>> {
-    let mut gradients = [[Wide(simd.splat_f64s(0.0), simd); 3]; 3];
+fn load_shapes<S: Simd>(simd: S, planes: &[&[f64]; STRIDE], e: usize) -> Tetrahedron<Wide<S>> {
+    let mut gradients = [Vec3([Wide(simd.splat_f64s(0.0), simd); 3]); 3];
     for corner in 0..3 {
         for i in 0..3 {
             gradients[corner][i] = Wide::load_clamped(simd, planes[3 * corner + i], e);
         }
     }
-    Tetrahedron::whole(gradients, Wide::load_clamped(simd, planes[9], e))
+    Tetrahedron::from_gradients(gradients, Wide::load_clamped(simd, planes[9], e))
 }
 
-/// Adds forces. Gives a sum of them, to see whether all is finite.
+/// Adds forces. Returns a sum over the elements that is finite only if the forces are.
 pub(crate) struct Forces<'a, 'b> {
     pub(crate) material: &'a NeoHookean,
-    pub(crate) at: &'a Elements<'a>,
+    pub(crate) elements: &'a Elements<'a>,
     pub(crate) out: &'a mut NodeVectors<'b>,
 }
 
@@ -52,17 +56,18 @@ impl WithSimd for Forces<'_, '_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        let Self { material, at, out } = self;
-        let (nodes, planes, mut seen) = (at.corners::<4>(), planes(at), 0.0);
+        let Self { material, elements, out } = self;
+        let (nodes, planes, mut sum) = (elements.corners::<4>(), rest_planes(elements), 0.0);
         for e in (0..nodes.len()).step_by(S::F64_LANES) {
-            let shape = shapes(simd, &planes, e);
-            let f = shape.derivative(gather(simd, nodes, e, at.x()));
+            let shape = load_shapes(simd, &planes, e);
+            let f = shape.deformation_gradient(gather(simd, nodes, e, elements.x()));
             let mut stress = material.moduli.stress(&f);
             if material.is_damped() {
-                let rate = shape.derivative(gather(simd, nodes, e, at.v()));
-                add_viscous(&f, &rate, material.viscosity, &mut stress);
+                let f_rate = shape.deformation_gradient(gather(simd, nodes, e, elements.v()));
+                add_viscous_stress(&f, &f_rate, material.viscosity, &mut stress);
             }
             let forces = shape.forces(&stress);
+            // By corner, axis and lane.
             let mut lanes = [[[0.0; MAX_LANES]; 3]; 4];
             for corner in 0..4 {
                 for i in 0..3 {
@@ -74,73 +79,80 @@ impl WithSimd for Forces<'_, '_> {
                     let [x, y, z] = &lanes[corner];
                     out.add(nodes[e + lane][corner], [x[lane], y[lane], z[lane]]);
                 }
-                seen += lanes[1][0][lane] + lanes[2][1][lane] + lanes[3][2][lane];
+                sum += lanes[1][0][lane] + lanes[2][1][lane] + lanes[3][2][lane];
             }
         }
-        seen
+        sum
     }
 }
 
 /// Adds `scale.stiffness` K + `scale.damping` C.
-pub(crate) struct Tangents<'a, 'b, T> {
+pub(crate) struct Tangent<'a, 'b, T> {
     pub(crate) material: &'a NeoHookean,
-    pub(crate) at: &'a Elements<'a>,
+    pub(crate) elements: &'a Elements<'a>,
     pub(crate) scale: TangentScale,
     pub(crate) out: &'a mut Blocks<'b, T>,
 }
 
-impl<T: BlockScalar> WithSimd for Tangents<'_, '_, T> {
+impl<T: BlockScalar> WithSimd for Tangent<'_, '_, T> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { material, at, scale, out } = self;
-        let (nodes, planes) = (at.corners::<4>(), planes(at));
-        let (eta, zeta) = material.viscosity;
-        let viscosity = (scale.damping * eta, scale.damping * zeta);
+        let Self { material, elements, scale, out } = self;
+        let (nodes, planes) = (elements.corners::<4>(), rest_planes(elements));
+        let viscosity = ViscosityCoefficients {
+            shear: scale.damping * material.viscosity.shear,
+            dilatation: scale.damping * material.viscosity.dilatation,
+        };
         for e in (0..nodes.len()).step_by(S::F64_LANES) {
-            let shape = shapes(simd, &planes, e);
-            let f = shape.derivative(gather(simd, nodes, e, at.x()));
+            let shape = load_shapes(simd, &planes, e);
+            let f = shape.deformation_gradient(gather(simd, nodes, e, elements.x()));
             let stiffness = if scale.stiffness == 0.0 {
                 None
             } else {
-                Some(Stiffness::new(&shape, scale.stiffness, material.moduli.curvature(&f, material.project)))
+                Some(Stiffness::new(&shape, scale.stiffness, material.moduli.hessian(&f, material.project)))
             };
-            let viscous = if viscosity.0 == 0.0 { None } else { Some(Viscosity::new(&shape, &f, viscosity)) };
-            let count = S::F64_LANES.min(nodes.len() - e);
+            let damping = if viscosity.shear == 0.0 { None } else { Some(Damping::new(&shape, &f, viscosity)) };
+            let elements = e..nodes.len().min(e + S::F64_LANES);
             for a in 0..4 {
                 for b in a..4 {
                     if a == b && !T::HAS_DIAGONAL_BLOCKS {
                         continue;
                     }
-                    let mut block = [[Wide(simd.splat_f64s(0.0), simd); 3]; 3];
+                    let mut block = [Vec3([Wide(simd.splat_f64s(0.0), simd); 3]); 3];
                     if let Some(stiffness) = &stiffness {
                         block = stiffness.block(a, b);
                     }
-                    if let Some(viscous) = &viscous {
-                        viscous.add(a, b, &mut block);
+                    if let Some(damping) = &damping {
+                        damping.add_block(a, b, &mut block);
                     }
-                    add(out, (e, count, pair_index(a, b, 4)), &block);
+                    add_blocks(out, elements.clone(), pair_index(a, b, 4), &block);
                 }
             }
         }
     }
 }
 
-/// Adds blocks of `count` elements from `e` on.
+/// Adds the block of a pair of corners to the matrix for a range of elements, one per lane.
 #[inline(always)]
-fn add<S: Simd, T: BlockScalar>(out: &mut Blocks<'_, T>, (e, count, pair): (usize, usize, usize), block: &M3<Wide<S>>) {
-    let mut rows = [[[T::from_f64(0.0); 3]; 3]; MAX_LANES];
+fn add_blocks<S: Simd, T: BlockScalar>(
+    out: &mut Blocks<'_, T>,
+    elements: core::ops::Range<usize>,
+    pair: usize,
+    block: &Mat3<Wide<S>>,
+) {
+    let mut blocks = [[[T::from_f64(0.0); 3]; 3]; MAX_LANES];
     for i in 0..3 {
         for j in 0..3 {
             let entries = block[i][j].to_array();
             for lane in 0..S::F64_LANES {
-                rows[lane][i][j] = T::from_f64(entries[lane]);
+                blocks[lane][i][j] = T::from_f64(entries[lane]);
             }
         }
     }
-    for lane in 0..count {
-        out.add(e + lane, pair, &rows[lane]);
+    for (e, block) in elements.zip(&blocks) {
+        out.add(e, pair, block);
     }
 }
 
@@ -160,7 +172,7 @@ mod tests {
                 *x = [x[0] + 3e-3 * i.sin(), 0.8 * x[1] - 2e-3 * (2.0 * i).cos(), x[2] + 2e-3 * (0.7 * i).sin()];
                 *v = [i.cos(), 0.5, -i.sin()];
             }
-            // Some that have collapsed, to a plane, a line and a point.
+            // Elements that have collapsed to a plane, a line and a point.
             [1, 4, 5, 16].into_iter().for_each(|node| body.x[node] = body.x[0]);
             let units = [Some(pulp::Arch::Scalar), Some(pulp::Arch::new())].into_iter();
             #[cfg(target_arch = "x86_64")]
@@ -184,20 +196,20 @@ mod tests {
     }
 
     #[test]
-    fn stiffness_of_what_is_no_number_is_none_and_that_of_others_stays() {
+    fn nan_stays_and_does_not_reach_the_neighbouring_lanes() {
         let block = kit::block([3, 3, 2], 0.01, abi::STRUCTURAL);
         let material: NeoHookean = kit::material(&[("damping-time", 0.0)]).unwrap();
         let mut body = kit::Body::new(&material, block.rest.clone(), |r| block.elements(r.kind)).unwrap();
-        // Turned inside out, so that it has to be made positive.
+        // Inverted, so that the projection has something to do.
         body.x.iter_mut().for_each(|x| *x = [-0.5 * x[0], 0.4 * x[1] + 0.3 * x[0], 0.9 * x[2]]);
-        let of = |body: &kit::Body| {
+        let single_blocks = |body: &kit::Body| {
             let scale = TangentScale { stiffness: 1.0, damping: 0.0 };
             let single = body.single_blocks(&material, scale, usize::MAX).unwrap();
             single.into_iter().flatten().flatten().map(f32::to_bits).collect::<Vec<_>>()
         };
-        let before = of(&body);
+        let before = single_blocks(&body);
         body.x[0][1] = f64::NAN;
-        let after = of(&body);
+        let after = single_blocks(&body);
         assert!(after.iter().any(|bits| f32::from_bits(*bits).is_nan()));
         assert!(before.iter().zip(&after).all(|(a, b)| a == b || f32::from_bits(*b).is_nan()));
         assert!(before.iter().zip(&after).filter(|(a, b)| a == b).count() > before.len() / 2);

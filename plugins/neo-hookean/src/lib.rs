@@ -1,12 +1,13 @@
 //! Stable Neo-Hookean solids (Smith, de Goes and Kim 2018) on tetrahedra.
 //!
-//! Any Poisson's ratio up to 0.499, any deformation: elements that are squeezed flat or turned inside out come back. The
-//! matrix handed to an implicit step has no negative part unless the exact one is asked for. Damping acts on the rate of
-//! Green's strain, so rotation is not braked; its coefficients are `damping-time` times the Lame constants.
+//! Poisson's ratios up to 0.499 and any deformation: flattened and inverted elements recover. The matrix for implicit steps is positive
+//! semi-definite unless the exact one is asked for. Damping acts on the rate of Green's strain, so it does not resist rotation; its
+//! coefficients are `damping-time` times the Lame constants.
 
 mod energy;
 mod kernel;
 mod matrix;
+mod svd;
 mod tetrahedron;
 
 use energy::Moduli;
@@ -14,16 +15,17 @@ use pliant_plugin_api::{
     AsMaterial, Blocks, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, Param, Params,
     Planes, SingleBlocks, TangentScale, abi, export_plugins,
 };
-use tetrahedron::{STRIDE, Tetrahedron, corners, planes};
+use tetrahedron::{STRIDE, Tetrahedron, ViscosityCoefficients, at_corners, rest_planes};
 
-/// Parameters, resolved.
+/// The material.
 pub struct NeoHookean {
     moduli: Moduli,
     /// kg/m^3
     density: f64,
-    /// Pa s, shear and dilation
-    viscosity: (f64, f64),
+    viscosity: ViscosityCoefficients,
+    /// Whether the matrix is made positive semi-definite.
     project: bool,
+    /// The vector unit kernels are dispatched to.
     arch: pulp::Arch,
 }
 
@@ -36,14 +38,15 @@ const PARAMS: &[Param] = &[
         c"s",
         (0.0, 10.0),
         2e-4,
-        c"damping over stiffness: a mode of w rad/s has ratio w/2 times this",
+        c"damping over stiffness: a mode of w rad/s has a damping ratio of w/2 times this",
     ),
-    Param::choice(c"tangent", c"projected|exact", c"the matrix of implicit steps: without its negative part, or exact"),
+    Param::choice(c"tangent", c"projected|exact", c"matrix of implicit steps: made positive semi-definite, or exact"),
 ];
 
 impl NeoHookean {
+    /// Whether forces depend on velocity.
     fn is_damped(&self) -> bool {
-        self.viscosity.0 > 0.0
+        self.viscosity.shear > 0.0
     }
 }
 
@@ -59,12 +62,12 @@ impl Material for NeoHookean {
     fn new(params: &Params<'_>) -> Result<Self, Fault> {
         let (young, poisson) = (params.number("young"), params.number("poisson"));
         let shear = young / (2.0 * (1.0 + poisson));
-        let dilation = young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson));
+        let first_lame = young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson));
         let time = params.number("damping-time");
         Ok(Self {
-            moduli: Moduli::new(shear, dilation),
+            moduli: Moduli::new(shear, first_lame),
             density: params.number("density"),
-            viscosity: (time * shear, time * dilation),
+            viscosity: ViscosityCoefficients { shear: time * shear, dilatation: time * first_lame },
             project: params.choice("tangent") == 0,
             arch: pulp::Arch::new(),
         })
@@ -78,49 +81,54 @@ impl Material for NeoHookean {
         vec![point, ElementRequest { kind, flags, rest_stride: STRIDE as u32, ..point }]
     }
 
-    fn rest(&self, at: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
-        let out = out.first_planes::<STRIDE>();
-        for (e, (&nodes, &share)) in at.corners::<4>().iter().zip(at.measure()).enumerate() {
-            let Some(shape) = Tetrahedron::new(corners(nodes, at.rest()), share) else {
-                return Err(Fault::bad_argument("a tetrahedron has no volume at rest, or is inside out"));
+    fn rest(&self, elements: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
+        let planes = out.first_planes::<STRIDE>();
+        for (e, (&nodes, &share)) in elements.corners::<4>().iter().zip(elements.measure()).enumerate() {
+            let Some(shape) = Tetrahedron::new(at_corners(nodes, elements.rest()), share) else {
+                return Err(Fault::bad_argument("a tetrahedron has no volume at rest, or is inverted"));
             };
-            shape.values().into_iter().enumerate().for_each(|(s, value)| out[s][e] = value);
+            shape.rest_data().into_iter().enumerate().for_each(|(s, value)| planes[s][e] = value);
         }
         Ok(())
     }
 
-    fn mass(&self, at: &Elements<'_>, out: &mut NodeScalars<'_>) -> Result<(), Fault> {
-        for (&[node], &volume) in at.corners::<1>().iter().zip(at.measure()) {
+    fn mass(&self, elements: &Elements<'_>, out: &mut NodeScalars<'_>) -> Result<(), Fault> {
+        for (&[node], &volume) in elements.corners::<1>().iter().zip(elements.measure()) {
             out.add(node, self.density * volume);
         }
         Ok(())
     }
 
-    fn energy(&self, at: &Elements<'_>) -> Result<f64, Fault> {
-        let (planes, x) = (planes(at), at.x());
-        let energies = at.corners::<4>().iter().enumerate().map(|(e, &nodes)| {
-            let shape = Tetrahedron::read(&planes, e);
-            shape.volume * self.moduli.energy(&shape.derivative(corners(nodes, x)))
+    fn energy(&self, elements: &Elements<'_>) -> Result<f64, Fault> {
+        let (planes, x) = (rest_planes(elements), elements.x());
+        let energies = elements.corners::<4>().iter().enumerate().map(|(e, &nodes)| {
+            let shape = Tetrahedron::from_rest_data(&planes, e);
+            shape.volume * self.moduli.energy(&shape.deformation_gradient(at_corners(nodes, x)))
         });
         finite(energies.sum())
     }
 
-    fn forces(&self, at: &Elements<'_>, out: &mut NodeVectors<'_>) -> Result<(), Fault> {
-        finite(self.arch.dispatch(kernel::Forces { material: self, at, out })).map(drop)
+    fn forces(&self, elements: &Elements<'_>, out: &mut NodeVectors<'_>) -> Result<(), Fault> {
+        finite(self.arch.dispatch(kernel::Forces { material: self, elements, out })).map(drop)
     }
 
-    fn tangent(&self, at: &Elements<'_>, scale: TangentScale, out: &mut Blocks<'_>) -> Result<(), Fault> {
-        self.arch.dispatch(kernel::Tangents { material: self, at, scale, out });
+    fn tangent(&self, elements: &Elements<'_>, scale: TangentScale, out: &mut Blocks<'_>) -> Result<(), Fault> {
+        self.arch.dispatch(kernel::Tangent { material: self, elements, scale, out });
         Ok(())
     }
 
-    fn single_tangent(&self, at: &Elements<'_>, scale: TangentScale, out: &mut SingleBlocks<'_>) -> Result<(), Fault> {
-        self.arch.dispatch(kernel::Tangents { material: self, at, scale, out });
+    fn single_tangent(
+        &self,
+        elements: &Elements<'_>,
+        scale: TangentScale,
+        out: &mut SingleBlocks<'_>,
+    ) -> Result<(), Fault> {
+        self.arch.dispatch(kernel::Tangent { material: self, elements, scale, out });
         Ok(())
     }
 }
 
-/// A value, if it is a number.
+/// `value`, or a fault if it is not finite.
 fn finite(value: f64) -> Result<f64, Fault> {
     if value.is_finite() { Ok(value) } else { Err(Fault::diverged("a tetrahedron's state is not finite")) }
 }

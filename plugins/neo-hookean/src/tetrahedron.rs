@@ -1,60 +1,60 @@
-//! A tetrahedron with linear shape functions: one deformation gradient.
+//! A tetrahedron with linear shape functions: one constant deformation gradient.
 
-use crate::energy::Curvature;
-use crate::matrix::{M3, V3, cofactors, determinant, dot, product, product_transposed, times, transposed};
+use crate::energy::EnergyHessian;
+use crate::matrix::{Mat3, Vec3, apply, cofactors, determinant, product, product_transposed, transposed};
 use pliant_plugin_api::Elements;
 use pliant_plugin_api::lanes::Real;
 
-/// Values of rest data of an element: the gradients of the last three corners' weights, then its volume.
+/// Doubles of rest data per element: the shape function gradients of the last three corners (1/m), then the volume (m^3).
 pub(crate) const STRIDE: usize = 10;
 
-/// The rest shape of one.
+/// The rest shape of a tetrahedron.
 pub(crate) struct Tetrahedron<T = f64> {
-    /// 1/m, gradient of each corner's weight (4 x 3)
-    pub(crate) gradient: [V3<T>; 4],
+    /// Gradient of each corner's shape function, 1/m.
+    pub(crate) gradient: [Vec3<T>; 4],
     /// m^3
     pub(crate) volume: T,
 }
 
 impl Tetrahedron {
-    /// From the rest places of its corners, m; `None` where it has no volume.
-    pub(crate) fn new(x: [[f64; 3]; 4], share: f64) -> Option<Self> {
-        let edges = [1, 2, 3].map(|a| [0, 1, 2].map(|i| x[a][i] - x[0][i]));
-        let six = determinant(&edges);
-        if !(six.is_finite() && six > 0.0 && share > 0.0) {
+    /// From the rest positions of its corners, m, and the share of it that belongs to the body; `None` where the volume is not
+    /// positive.
+    pub(crate) fn new(x: [Vec3; 4], share: f64) -> Option<Self> {
+        let edges = [x[1] - x[0], x[2] - x[0], x[3] - x[0]];
+        let six_volumes = determinant(&edges);
+        if !(six_volumes.is_finite() && six_volumes > 0.0 && share > 0.0) {
             return None;
         }
-        // Edges as rows: the inverse has the gradients as columns, and its transpose is cofactors over determinant.
-        let gradients = cofactors(&edges).map(|row| row.map(|c| c / six));
-        Some(Self::whole(gradients, share * six / 6.0))
+        // With edges as rows, the columns of the inverse are the gradients: rows of the cofactors over the determinant.
+        let gradients = cofactors(&edges).map(|row| Vec3(row.0.map(|c| c / six_volumes)));
+        Some(Self::from_gradients(gradients, share * six_volumes / 6.0))
     }
 
-    /// As values of rest data.
-    pub(crate) fn values(&self) -> [f64; STRIDE] {
+    /// Its rest data.
+    pub(crate) fn rest_data(&self) -> [f64; STRIDE] {
         let g = &self.gradient;
         std::array::from_fn(|s| if s < 9 { g[1 + s / 3][s % 3] } else { self.volume })
     }
 
-    /// Back from planes of rest data.
+    /// Element `e` from the planes of rest data.
     #[inline(always)]
-    pub(crate) fn read(planes: &[&[f64]; STRIDE], e: usize) -> Self {
-        let at = |s: usize| planes[s][e];
-        let gradients = [0, 3, 6].map(|s| [at(s), at(s + 1), at(s + 2)]);
-        Self::whole(gradients, at(9))
+    pub(crate) fn from_rest_data(planes: &[&[f64]; STRIDE], e: usize) -> Self {
+        let value = |s: usize| planes[s][e];
+        let gradients = [0, 3, 6].map(|s| Vec3([value(s), value(s + 1), value(s + 2)]));
+        Self::from_gradients(gradients, value(9))
     }
 }
 
 impl<T: Real> Tetrahedron<T> {
-    /// From the gradients of the last three corners' weights.
+    /// From the shape function gradients of the last three corners, 1/m, and the volume, m^3.
     #[inline(always)]
-    pub(crate) fn whole([b, c, d]: M3<T>, volume: T) -> Self {
-        let a = [-(b[0] + c[0] + d[0]), -(b[1] + c[1] + d[1]), -(b[2] + c[2] + d[2])];
-        Self { gradient: [a, b, c, d], volume }
+    pub(crate) fn from_gradients([b, c, d]: [Vec3<T>; 3], volume: T) -> Self {
+        Self { gradient: [-(b + c + d), b, c, d], volume }
     }
 
-    /// `sum_a p_a gradient_a^T`: of positions the deformation gradient, of velocities its rate.
+    /// `sum_a p_a gradient_a^T`: the deformation gradient F from positions, or its rate from velocities.
     #[inline(always)]
-    pub(crate) fn derivative(&self, p: [V3<T>; 4]) -> M3<T> {
+    pub(crate) fn deformation_gradient(&self, p: [Vec3<T>; 4]) -> Mat3<T> {
         let mut out = [p[0]; 3];
         for i in 0..3 {
             let (a, b, c) = (p[1][i] - p[0][i], p[2][i] - p[0][i], p[3][i] - p[0][i]);
@@ -65,132 +65,140 @@ impl<T: Real> Tetrahedron<T> {
         out
     }
 
-    /// N, on each corner under a stress, Pa
+    /// Force on each corner, N, of a first Piola-Kirchhoff stress, Pa.
     #[inline(always)]
-    pub(crate) fn forces(&self, stress: &M3<T>) -> [V3<T>; 4] {
+    pub(crate) fn forces(&self, stress: &Mat3<T>) -> [Vec3<T>; 4] {
         let mut forces = self.gradient;
         for corner in 0..4 {
-            let f = times(stress, self.gradient[corner]);
-            for i in 0..3 {
-                forces[corner][i] = -self.volume * f[i];
-            }
+            forces[corner] = apply(stress, self.gradient[corner]) * -self.volume;
         }
         forces
     }
 }
 
-/// What blocks of stiffness are made of, once for all pairs of corners.
+/// The stiffness blocks of an element.
 pub(crate) struct Stiffness<T> {
-    curvature: Curvature<T>,
-    /// 1/m, gradients in the frame of stretches
-    gradient: [V3<T>; 4],
-    /// m^3, volume times a factor
-    factor: T,
+    hessian: EnergyHessian<T>,
+    /// Shape function gradients in the frame of the principal stretches, 1/m.
+    gradient: [Vec3<T>; 4],
+    /// Volume times the factor of the stiffness, m^3.
+    volume: T,
 }
 
 impl<T: Real> Stiffness<T> {
-    /// Of `scale` times a curvature.
+    /// Of `factor` times the Hessian of the energy density.
     #[inline(always)]
-    pub(crate) fn new(shape: &Tetrahedron<T>, scale: f64, curvature: Curvature<T>) -> Self {
-        let (columns, mut gradient) = (transposed(&curvature.v), shape.gradient);
+    pub(crate) fn new(shape: &Tetrahedron<T>, factor: f64, hessian: EnergyHessian<T>) -> Self {
+        let (columns, mut gradient) = (transposed(&hessian.v), shape.gradient);
         for corner in 0..4 {
-            gradient[corner] = times(&columns, shape.gradient[corner]);
+            gradient[corner] = apply(&columns, shape.gradient[corner]);
         }
-        Self { curvature, gradient, factor: shape.volume * scale }
+        Self { hessian, gradient, volume: shape.volume * factor }
     }
 
-    /// Block (a, b), N/m.
+    /// Block of corners a and b, N/m.
     #[inline(always)]
-    pub(crate) fn block(&self, a: usize, b: usize) -> M3<T> {
-        let (c, a, b) = (&self.curvature, self.gradient[a], self.gradient[b]);
-        let mut k = c.scaling;
+    pub(crate) fn block(&self, a: usize, b: usize) -> Mat3<T> {
+        let (h, a, b) = (&self.hessian, self.gradient[a], self.gradient[b]);
+        let mut k = h.stretch;
         for i in 0..3 {
-            k[i][i] = c.scaling[i][i] * a[i] * b[i];
+            k[i][i] = h.stretch[i][i] * a[i] * b[i];
             for j in 0..3 {
                 if i != j {
-                    k[i][j] = c.scaling[i][j] * a[i] * b[j] + c.other[i][j] * a[j] * b[i];
-                    k[i][i] = k[i][i] + c.own[i][j] * a[j] * b[j];
+                    k[i][j] = h.stretch[i][j] * a[i] * b[j] + h.shear_cross[i][j] * a[j] * b[i];
+                    k[i][i] = k[i][i] + h.shear_own[i][j] * a[j] * b[j];
                 }
             }
         }
         for row in &mut k {
-            for entry in row {
-                *entry = self.factor * *entry;
-            }
+            *row = *row * self.volume;
         }
-        product(&c.u, &product_transposed(&k, &c.u))
+        product(&h.u, &product_transposed(&k, &h.u))
     }
 }
 
-/// The same of a viscosity that acts on the rate of Green's strain, with shear `eta` and dilation `zeta`, Pa s.
-pub(crate) struct Viscosity<T> {
-    /// F F^T, and F times gradients, 1/m
-    square: M3<T>,
-    turned: [V3<T>; 4],
-    gradient: [V3<T>; 4],
-    /// Pa s m^3
-    eta: T,
-    zeta: T,
+/// Coefficients of a viscosity that acts on the rate of Green's strain, Pa s.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ViscosityCoefficients {
+    pub(crate) shear: f64,
+    pub(crate) dilatation: f64,
 }
 
-impl<T: Real> Viscosity<T> {
+/// The damping blocks of an element.
+pub(crate) struct Damping<T> {
+    /// `F F^T`
+    f_ft: Mat3<T>,
+    /// F times the shape function gradients, 1/m.
+    f_gradient: [Vec3<T>; 4],
+    /// Shape function gradients, 1/m.
+    gradient: [Vec3<T>; 4],
+    /// Coefficients times the volume, Pa s m^3.
+    shear: T,
+    dilatation: T,
+}
+
+impl<T: Real> Damping<T> {
     /// At the deformation gradient `f`.
     #[inline(always)]
-    pub(crate) fn new(shape: &Tetrahedron<T>, f: &M3<T>, (eta, zeta): (f64, f64)) -> Self {
-        let (gradient, mut turned) = (shape.gradient, shape.gradient);
+    pub(crate) fn new(shape: &Tetrahedron<T>, f: &Mat3<T>, viscosity: ViscosityCoefficients) -> Self {
+        let (gradient, mut f_gradient) = (shape.gradient, shape.gradient);
         for corner in 0..4 {
-            turned[corner] = times(f, gradient[corner]);
+            f_gradient[corner] = apply(f, gradient[corner]);
         }
-        let (eta, zeta) = (shape.volume * eta, shape.volume * zeta);
-        Self { square: product_transposed(f, f), turned, gradient, eta, zeta }
+        let (shear, dilatation) = (shape.volume * viscosity.shear, shape.volume * viscosity.dilatation);
+        Self { f_ft: product_transposed(f, f), f_gradient, gradient, shear, dilatation }
     }
 
-    /// Adds block (a, b), N s/m, to another.
+    /// Adds the block of corners a and b, N s/m.
     #[inline(always)]
-    pub(crate) fn add(&self, a: usize, b: usize, to: &mut M3<T>) {
-        let (p, q) = (self.turned[a], self.turned[b]);
-        let both = dot(self.gradient[a], self.gradient[b]);
+    pub(crate) fn add_block(&self, a: usize, b: usize, sum: &mut Mat3<T>) {
+        let (p, q) = (self.f_gradient[a], self.f_gradient[b]);
+        let gradients = self.gradient[a].dot(self.gradient[b]);
         for i in 0..3 {
             for j in 0..3 {
-                let shear = self.square[i][j] * both + q[i] * p[j];
-                to[i][j] = to[i][j] + self.eta * shear + self.zeta * p[i] * q[j];
+                let shear = self.f_ft[i][j] * gradients + q[i] * p[j];
+                sum[i][j] = sum[i][j] + self.shear * shear + self.dilatation * p[i] * q[j];
             }
         }
     }
 }
 
-/// Adds the stress of that viscosity, Pa, to another: `F (2 eta E' + zeta tr(E') I)`, with `E'` the rate of Green's strain.
+/// Adds the viscous first Piola-Kirchhoff stress, Pa: `F (2 eta E' + zeta tr(E') I)`, with E' the rate of Green's strain and eta, zeta the
+/// coefficients of shear and dilatation.
 #[inline(always)]
-pub(crate) fn add_viscous<T: Real>(f: &M3<T>, rate: &M3<T>, (eta, zeta): (f64, f64), stress: &mut M3<T>) {
-    let (columns, rates) = (transposed(f), transposed(rate));
+pub(crate) fn add_viscous_stress<T: Real>(
+    f: &Mat3<T>,
+    f_rate: &Mat3<T>,
+    viscosity: ViscosityCoefficients,
+    stress: &mut Mat3<T>,
+) {
+    let (columns, rates) = (transposed(f), transposed(f_rate));
     let mut strain = *f;
     for i in 0..3 {
         for j in 0..3 {
-            strain[i][j] = (dot(columns[i], rates[j]) + dot(rates[i], columns[j])) * 0.5;
+            strain[i][j] = (columns[i].dot(rates[j]) + rates[i].dot(columns[j])) * 0.5;
         }
     }
-    let pressure = (strain[0][0] + strain[1][1] + strain[2][2]) * zeta;
+    let pressure = (strain[0][0] + strain[1][1] + strain[2][2]) * viscosity.dilatation;
     for i in 0..3 {
         for j in 0..3 {
-            strain[i][j] = strain[i][j] * (2.0 * eta);
+            strain[i][j] = strain[i][j] * (2.0 * viscosity.shear);
         }
         strain[i][i] = strain[i][i] + pressure;
     }
     let viscous = product(f, &strain);
     for i in 0..3 {
-        for j in 0..3 {
-            stress[i][j] = stress[i][j] + viscous[i][j];
-        }
+        stress[i] = stress[i] + viscous[i];
     }
 }
 
-/// Values of the corners of an element.
+/// Vectors at the corners of an element.
 #[inline(always)]
-pub(crate) fn corners(nodes: [u32; 4], of: &[[f64; 3]]) -> [[f64; 3]; 4] {
-    nodes.map(|n| of[n as usize])
+pub(crate) fn at_corners(nodes: [u32; 4], vectors: &[[f64; 3]]) -> [Vec3; 4] {
+    nodes.map(|n| Vec3(vectors[n as usize]))
 }
 
 /// Planes of rest data of a call.
-pub(crate) fn planes<'a>(at: &Elements<'a>) -> [&'a [f64]; STRIDE] {
-    std::array::from_fn(|s| at.rest_data(s))
+pub(crate) fn rest_planes<'a>(elements: &Elements<'a>) -> [&'a [f64]; STRIDE] {
+    std::array::from_fn(|s| elements.rest_data(s))
 }
