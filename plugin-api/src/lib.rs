@@ -22,7 +22,6 @@ mod info;
 #[doc(hidden)]
 pub mod instance;
 pub mod kit;
-#[cfg(feature = "lanes")]
 pub mod lanes;
 mod material;
 mod normals;

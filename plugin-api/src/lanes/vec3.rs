@@ -3,7 +3,7 @@
 use super::Real;
 use core::ops::{Add, Index, IndexMut, Mul, Neg, Sub};
 
-/// A vector in space; with [`super::Wide`], one for each lane.
+/// A vector in space; with vector registers, one for each lane.
 ///
 /// An operator does what it does for each component, in the order x, y, z, without fused multiply-adds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,55 +1,65 @@
 //! The occupied cells of one level.
 //!
-//! Below level 7 one byte for every cube. From there on rows along x, each a sorted list of the cells in it: three
-//! bytes for an occupied cell, nothing for an empty one, and a stretch of a row is one slice. Sorted lists of whole ids
-//! take nine bytes for a cell: to find 4,913 cells of a ball at level 7 takes 5 us in rows, 13 us by linear and 91 us
-//! by Morton ids.
+//! Levels below 7 are dense: one byte per cube. Finer levels are sparse: for each row along x a sorted list of its occupied cells, three
+//! bytes per occupied cell, and a range of a row is one slice. Sorted lists of whole ids would take nine bytes per cell and more time:
+//! the 4,913 cells of a ball at level 7 are found in 5 us by rows, 13 us by linear ids and 91 us by Morton ids.
 
 use crate::lattice::Lattice;
 use crate::states::{EMPTY, INSIDE, SURFACE};
 use std::ops::Range;
 
-/// The first level that is stored sparse.
-const SPARSE: u32 = 7;
+/// The coarsest level that is stored sparse.
+const FIRST_SPARSE_LEVEL: u32 = 7;
 
-/// The occupied cells of one level, and how many there are.
+/// The occupied cells of one level, and their counts.
 pub(crate) struct Cells {
     pub(crate) lattice: Lattice,
+    /// Number of surface cells.
     pub(crate) surface: u64,
+    /// Number of inside cells.
     pub(crate) inside: u64,
-    /// Corners of occupied cells.
+    /// Number of corners of occupied cells.
     pub(crate) nodes: u64,
-    /// Least and greatest index of an occupied cell.
+    /// Least and greatest index of an occupied cell along each axis.
     pub(crate) bounds: [[u32; 3]; 2],
     store: Store,
 }
 
+/// Storage of the states.
 enum Store {
+    /// State of every cell, by id.
     Dense(Vec<u8>),
+    /// Occupied cells row by row.
     Rows {
-        /// (m^2 + 1): where each row starts.
+        /// Where each row starts (m^2 + 1).
         first: Vec<u32>,
+        /// Index of each occupied cell along x.
         columns: Vec<u16>,
+        /// State of each occupied cell.
         states: Vec<u8>,
     },
 }
 
 impl Cells {
-    /// `states` of every cell, by id; at least one is occupied.
+    /// From the states of all cells, by id. At least one must be occupied.
     pub(crate) fn new(lattice: Lattice, states: Vec<u8>) -> Self {
         let count = |state| states.iter().filter(|s| **s == state).count() as u64;
         let (surface, inside) = (count(SURFACE), count(INSIDE));
-        let (nodes, bounds) = (nodes(&states, lattice.cells as usize), bounds(&states, &lattice));
-        let store = if lattice.level < SPARSE { Store::Dense(states) } else { rows(&states, lattice.cells as usize) };
+        let (nodes, bounds) = (count_nodes(&states, lattice.cells as usize), bounds(&states, &lattice));
+        let store = if lattice.level < FIRST_SPARSE_LEVEL {
+            Store::Dense(states)
+        } else {
+            rows(&states, lattice.cells as usize)
+        };
         Self { lattice, surface, inside, nodes, bounds, store }
     }
 
-    /// Of a cell of the grid.
+    /// State of a cell.
     pub(crate) fn state(&self, [i, j, k]: [u32; 3]) -> u8 {
         self.row(j, k, i..i + 1).next().map_or(EMPTY, |(_, state)| state)
     }
 
-    /// The occupied cells of row (j, k) with i in `range`, rising, with their states.
+    /// The occupied cells of row (j, k) with i in `range`, in ascending order, with their states.
     pub(crate) fn row(&self, j: u32, k: u32, range: Range<u32>) -> impl Iterator<Item = (u32, u8)> {
         let row = (j + self.lattice.cells * k) as usize;
         let (columns, states): (&[u16], _) = match &self.store {
@@ -64,11 +74,12 @@ impl Cells {
                 (&columns[found.clone()], &states[found])
             }
         };
-        let index = move |at: usize| columns.get(at).map_or(range.start + at as u32, |&c| u32::from(c));
-        states.iter().enumerate().filter(|(_, s)| **s != EMPTY).map(move |(at, s)| (index(at), *s))
+        let index = move |n: usize| columns.get(n).map_or(range.start + n as u32, |&c| u32::from(c));
+        states.iter().enumerate().filter(|(_, s)| **s != EMPTY).map(move |(n, s)| (index(n), *s))
     }
 }
 
+/// Sparse storage of the states of a level with `m` cells per axis.
 fn rows(states: &[u8], m: usize) -> Store {
     let occupied = states.iter().filter(|s| **s != EMPTY).count();
     let (mut columns, mut kept) = (Vec::with_capacity(occupied), Vec::with_capacity(occupied));
@@ -83,8 +94,8 @@ fn rows(states: &[u8], m: usize) -> Store {
     Store::Rows { first, columns, states: kept }
 }
 
-/// Corners of occupied cells, counted row by row from the four rows of cells that meet at it.
-fn nodes(states: &[u8], m: usize) -> u64 {
+/// Number of corners of occupied cells, counted row by row of nodes from the four rows of cells that meet at it.
+fn count_nodes(states: &[u8], m: usize) -> u64 {
     let mut count = 0;
     let mut row = vec![0_u8; m + 2];
     for (j, k) in (0..=m).flat_map(|k| (0..=m).map(move |j| (j, k))) {
@@ -100,6 +111,7 @@ fn nodes(states: &[u8], m: usize) -> u64 {
     count
 }
 
+/// Least and greatest index of an occupied cell along each axis.
 fn bounds(states: &[u8], lattice: &Lattice) -> [[u32; 3]; 2] {
     let mut bounds = [[u32::MAX; 3], [0; 3]];
     for (row, cells) in states.chunks_exact(lattice.cells as usize).enumerate() {

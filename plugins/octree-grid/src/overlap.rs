@@ -1,19 +1,20 @@
-//! Which cells a triangle touches: the separating axis test of triangle and cube, exact but for a slack that only adds.
+//! The cells a triangle touches: the separating axis test of triangle and cube, exact except for a slack that only adds cells.
 //!
-//! The thirteen axes are taken as Schwarz and Seidel (2010) do: the cell box of the triangle, its plane, and its
-//! outline in the three projections. Along the axis on which the normal is largest the plane leaves a run of two or
-//! three cells, so the work grows with the area of the triangle and not with its box. The plain test of each cell in
-//! the box was rejected: one slanted triangle at level 9 has a box of 17 million cells.
+//! The thirteen axes are evaluated as by Schwarz and Seidel (2010): the bounding box of the triangle, its plane, and its edges in the
+//! three projections. Along the axis on which the normal is largest, the plane selects a run of two or three cells, so the work is
+//! proportional to the area of the triangle. Testing each cell of its bounding box is not: a slanted triangle at level 9 has a box of
+//! 17 million cells.
 
-use crate::vector::{Vector, cross, sub};
+use pliant_plugin_api::lanes::Vec3;
 
-/// Cells are grown by this part of an edge, so that round-off never loses one.
+/// Growth of cells in edges, so that rounding never loses one.
 const SLACK: f64 = 1e-9;
-/// Bound on the round-off of a plane, relative to the square of the triangle's size.
+/// Bound on the rounding error of the plane's equation over the square of the triangle's size.
 const PLANE_SLACK: f64 = 1e-12;
 
-/// Calls `touch` with the index of each cell whose closed cube the triangle meets; corners are counted in cells.
-pub(crate) fn touched(corners: &[Vector; 3], cells: u32, mut touch: impl FnMut([usize; 3])) {
+/// Calls `touch` with the indices of each cell whose closed cube the triangle meets. `corners` are in units of cells, with `cells` of them
+/// along each axis.
+pub(crate) fn for_each_touched_cell(corners: &[[f64; 3]; 3], cells: u32, mut touch: impl FnMut([usize; 3])) {
     let [p, q, r] = *corners;
     let last = cells as usize - 1;
     let min = [0, 1, 2].map(|axis| p[axis].min(q[axis]).min(r[axis]));
@@ -21,7 +22,7 @@ pub(crate) fn touched(corners: &[Vector; 3], cells: u32, mut touch: impl FnMut([
     let low = min.map(|x| ((x - SLACK) as usize).min(last));
     let high = max.map(|x| ((x + SLACK) as usize).min(last));
 
-    // A triangle that spans cells along one axis at most meets them all: most triangles of a fine model end here.
+    // A triangle whose box spans cells along at most one axis meets them all. This is the common case in a fine model.
     if (0..3).filter(|&axis| low[axis] < high[axis]).count() <= 1 {
         for k in low[2]..=high[2] {
             for j in low[1]..=high[1] {
@@ -31,7 +32,7 @@ pub(crate) fn touched(corners: &[Vector; 3], cells: u32, mut touch: impl FnMut([
         return;
     }
 
-    let normal = cross(sub(q, p), sub(r, p));
+    let normal = (Vec3(q) - Vec3(p)).cross(Vec3(r) - Vec3(p)).0;
     let axis = (0..3).fold(0, |best, axis| if normal[axis].abs() > normal[best].abs() { axis } else { best });
     let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
     let outlines = [0, 1, 2].map(|axis| Outline::new(corners, axis, normal[axis]));
@@ -41,8 +42,8 @@ pub(crate) fn touched(corners: &[Vector; 3], cells: u32, mut touch: impl FnMut([
         for a in (low[u]..=high[u]).filter(|&a| outlines[axis].meets(a, b)) {
             let (mut first, mut last) = (low[axis], high[axis]);
             if normal[axis] != 0.0 {
-                let slope = normal[u] * (a as f64 + 0.5 - p[u]) + normal[v] * (b as f64 + 0.5 - p[v]);
-                let (middle, half) = (p[axis] - slope / normal[axis] - 0.5, reach / normal[axis].abs());
+                let offset = normal[u] * (a as f64 + 0.5 - p[u]) + normal[v] * (b as f64 + 0.5 - p[v]);
+                let (middle, half) = (p[axis] - offset / normal[axis] - 0.5, reach / normal[axis].abs());
                 first = first.max((middle - half).ceil() as usize);
                 last = last.min((middle + half).floor() as usize);
             }
@@ -55,11 +56,12 @@ pub(crate) fn touched(corners: &[Vector; 3], cells: u32, mut touch: impl FnMut([
     }
 }
 
-/// The triangle seen along an axis: three half planes `e[0] a + e[1] b + e[2] >= 0` of the cells (a, b) in reach.
+/// Projection of the triangle along an axis: three half planes `e[0] a + e[1] b + e[2] >= 0` of the cells (a, b) it may touch.
 struct Outline([[f64; 3]; 3]);
 
 impl Outline {
-    fn new(corners: &[Vector; 3], axis: usize, facing: f64) -> Self {
+    /// `facing` is the component of the normal along the axis.
+    fn new(corners: &[[f64; 3]; 3], axis: usize, facing: f64) -> Self {
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
         let side = if facing < 0.0 { -1.0 } else { 1.0 };
         Self([0, 1, 2].map(|i| {
@@ -70,6 +72,7 @@ impl Outline {
         }))
     }
 
+    /// Whether cell (a, b) is in all half planes.
     fn meets(&self, a: usize, b: usize) -> bool {
         self.0.iter().all(|e| e[0] * a as f64 + e[1] * b as f64 + e[2] >= 0.0)
     }

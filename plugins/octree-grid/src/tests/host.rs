@@ -1,10 +1,9 @@
-//! The smallest host: an instance behind the exported symbol, and regions from it. The sink of a region can only be
-//! made there, so every test of regions goes through the border.
+//! A minimal host: an instance made through the exported symbol. Regions can only be written through the C table, so their tests use
+//! this host.
 #![allow(unsafe_code, reason = "plays the host")]
 
 use super::shapes::Mesh;
 use crate::pliant_export::pliant_entry;
-use crate::vector::Vector;
 use pliant_plugin_api::abi::{self, Ball, KIND_GRID, Limits, Plugin, Status};
 use pliant_plugin_api::{Fault, SurfaceView};
 use std::cell::RefCell;
@@ -15,16 +14,17 @@ use std::ptr::null;
 pub(super) struct Host {
     plugin: *const Plugin,
     table: *const abi::Grid,
-    /// What it reported; the instance keeps a pointer to `host`, so both are boxed.
+    /// Boxed, because the instance keeps a pointer to it.
     host: Box<abi::Host>,
+    /// Lines the instance reported.
     lines: Box<RefCell<Vec<String>>>,
 }
 
-/// A copy of all buffers of a region.
+/// The buffers of a region: see [`abi::Region`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Region {
     pub(super) node_id: Vec<u64>,
-    pub(super) node_rest: Vec<Vector>,
+    pub(super) node_rest: Vec<[f64; 3]>,
     pub(super) node_measure: Vec<f64>,
     pub(super) node_border: Vec<u8>,
     pub(super) cell_id: Vec<u64>,
@@ -36,12 +36,13 @@ pub(super) struct Region {
     pub(super) link_measure: Vec<f64>,
 }
 
-/// A ball that takes the whole body.
+/// Selects the whole body.
 pub(super) const WHOLE: Ball = Ball { centre: [0.0; 3], radius: f64::INFINITY };
-/// Every family of links.
+/// All families of links.
 pub(super) const ALL: u32 = abi::STRUCTURAL | abi::SHEAR | abi::FLEXION | abi::BODY_DIAGONAL;
 
 impl Host {
+    /// An active instance with default parameters, not built.
     pub(super) fn new() -> Self {
         let lines = Box::new(RefCell::new(Vec::new()));
         let host = Box::new(abi::Host {
@@ -65,13 +66,14 @@ impl Host {
         }
     }
 
-    /// With `mesh` built to `level`.
+    /// An instance with `mesh` built to `level`.
     pub(super) fn with(mesh: &Mesh, level: u32) -> Self {
         let host = Self::new();
         host.build(&mesh.view(), level).unwrap();
         host
     }
 
+    /// Calls `build`.
     pub(super) fn build(&self, surface: &SurfaceView<'_>, level: u32) -> Result<(), Fault> {
         let raw = abi::Surface {
             size: size_of::<abi::Surface>(),
@@ -84,7 +86,7 @@ impl Host {
         self.outcome(unsafe { (*self.table).build.unwrap()(self.plugin, &raw const raw, level) })
     }
 
-    /// A region, asked for twice: for its size, then for itself.
+    /// A region, by two calls: the first gives its size, the second its content.
     pub(super) fn region(&self, level: u32, families: u32, balls: &[Ball], cells: &[u64]) -> Result<Region, Fault> {
         let mut region = Region::default();
         match self.fill(level, families, balls, cells, &mut region) {
@@ -102,7 +104,7 @@ impl Host {
         }
     }
 
-    /// One call, into what `region` has room for, and what it says it needs: nodes, cells, links.
+    /// One call with the buffers `region` has. Returns the status and the counts it needs: nodes, cells, links.
     pub(super) fn fill(
         &self,
         level: u32,
@@ -145,6 +147,7 @@ impl Host {
         (status, [raw.node_count, raw.cell_count, raw.link_count])
     }
 
+    /// Turns a status into a fault with the last reported line.
     fn outcome(&self, status: Status) -> Result<(), Fault> {
         let reason = self.lines.borrow_mut().pop().unwrap_or_default();
         if status == Status::OK { Ok(()) } else { Err(Fault { status, reason: reason.into() }) }
@@ -163,7 +166,7 @@ impl Drop for Host {
 }
 
 impl Region {
-    /// Room for so many nodes, cells and links.
+    /// Makes buffers for these numbers of nodes, cells and links.
     pub(super) fn resize(&mut self, nodes: usize, cells: usize, links: usize) {
         self.node_id.resize(nodes, 0);
         self.node_rest.resize(nodes, [0.0; 3]);
@@ -179,6 +182,7 @@ impl Region {
     }
 }
 
+/// The host's `report`: keeps every line.
 unsafe extern "C" fn report(host: *const abi::Host, _severity: u32, text: *const c_char) {
     // SAFETY: `data` is the list of this host, used by one thread; the text is a C string for the call.
     unsafe {

@@ -1,11 +1,11 @@
-//! Links of solid blocks against R21 and the weights of `lattice()` in the project's reference values.
+//! Counts, weights and order of the links of solid blocks.
 
 use super::host::{ALL, Host, Region, WHOLE};
 use super::shapes::{cuboid, sphere};
 use pliant_plugin_api::abi::{BODY_DIAGONAL, FLEXION, SHEAR, STRUCTURAL};
 
-/// R21: structural, shear, flexion and body diagonal links of levels 1 to 6.
-const R21: [[usize; 4]; 6] = [
+/// Number of structural, shear, flexion and body diagonal links of a solid block at levels 1 to 6, by combinatorics.
+const LINK_COUNTS: [[usize; 4]; 6] = [
     [12, 12, 0, 4],
     [54, 72, 27, 32],
     [300, 480, 225, 256],
@@ -15,20 +15,21 @@ const R21: [[usize; 4]; 6] = [
 ];
 const FAMILIES: [u32; 4] = [STRUCTURAL, SHEAR, FLEXION, BODY_DIAGONAL];
 
-fn lattice_index(id: u64, m: u64) -> [u64; 3] {
+/// Indices of a node from its id, with `m` cells per axis.
+fn node_index(id: u64, m: u64) -> [u64; 3] {
     [id % (m + 1), id / (m + 1) % (m + 1), id / (m + 1) / (m + 1)]
 }
 
-/// The two ends of each link as lattice indices.
+/// Indices of both nodes of each link.
 fn ends(region: &Region, m: u64) -> Vec<[[u64; 3]; 2]> {
-    let end = |place: u32| lattice_index(region.node_id[place as usize], m);
+    let end = |node: u32| node_index(region.node_id[node as usize], m);
     region.link_nodes.iter().map(|link| link.map(end)).collect()
 }
 
 #[test]
-fn a_solid_block_has_the_counts_of_r21() {
+fn a_solid_block_has_the_expected_number_of_links() {
     let host = Host::with(&cuboid([2.0; 3]), 6);
-    for (level, counts) in (1..=6).zip(R21) {
+    for (level, counts) in (1..=6).zip(LINK_COUNTS) {
         let m = 1_usize << (level - 1);
         let whole = host.region(level, ALL, &[WHOLE], &[]).unwrap();
         assert_eq!((whole.cell_id.len(), whole.node_id.len()), (m.pow(3), (m + 1).pow(3)));
@@ -36,14 +37,14 @@ fn a_solid_block_has_the_counts_of_r21() {
             let found = whole.link_family.iter().filter(|f| **f == family).count();
             assert_eq!(found, count, "family {family} of level {level}");
             let alone = host.region(level, family, &[WHOLE], &[]).unwrap();
-            assert_eq!(alone.link_nodes.len(), count, "asked for family {family} alone");
+            assert_eq!(alone.link_nodes.len(), count, "family {family} by itself");
         }
         assert!(host.region(level, 0, &[WHOLE], &[]).unwrap().link_nodes.is_empty());
     }
 }
 
 #[test]
-fn weights_are_halved_on_faces_and_quartered_on_edges() {
+fn weights_are_one_half_on_faces_and_one_quarter_on_edges() {
     let m = 8;
     let host = Host::with(&cuboid([1.0; 3]), 4);
     let whole = host.region(4, ALL, &[WHOLE], &[]).unwrap();
@@ -59,20 +60,19 @@ fn weights_are_halved_on_faces_and_quartered_on_edges() {
 }
 
 #[test]
-fn links_come_strip_by_strip_and_row_by_row() {
+fn links_are_ordered_by_strip_direction_and_row() {
     let m = 16;
     let host = Host::with(&sphere(1.0, 3), 5);
     let whole = host.region(5, ALL, &[WHOLE], &[]).unwrap();
     let keys =
-        ends(&whole, m).into_iter().zip(&whole.link_nodes).zip(&whole.link_family).map(|((ends, places), family)| {
+        ends(&whole, m).into_iter().zip(&whole.link_nodes).zip(&whole.link_family).map(|((ends, nodes), family)| {
             let [a, b] = ends.map(|end| end.map(|x| x as i64));
-            assert!(places[0] < places[1], "the first place is lower");
+            assert!(nodes[0] < nodes[1], "the lower node is first");
             let step = [0, 1, 2].map(|axis| b[axis] - a[axis]);
-            ([a[2], (a[1] + 1) / 2], *family, step, places[0])
+            ([a[2], (a[1] + 1) / 2], *family, step, nodes[0])
         });
     let keys: Vec<_> = keys.collect();
-    // Runs of one strip, two rows of a layer from the one before the first on, and direction never come back, and places rise inside
-    // of a run.
+    // Each strip (two rows of a layer, counted from the row below the first) and direction forms one run, within which nodes ascend.
     let mut runs: Vec<_> = keys.iter().map(|(strip, family, step, _)| (*strip, *family, *step)).collect();
     runs.dedup();
     assert_eq!(runs.iter().collect::<std::collections::BTreeSet<_>>().len(), runs.len());
@@ -81,5 +81,9 @@ fn links_come_strip_by_strip_and_row_by_row() {
         assert!(pair[0].3 < pair[1].3);
     }
     let neighbours = whole.link_nodes.windows(2).filter(|w| w[1][0] == w[0][0] + 1 && w[1][1] == w[0][1] + 1).count();
-    assert!(neighbours * 10 > whole.link_nodes.len() * 7, "{neighbours} of {} are neighbours", whole.link_nodes.len());
+    assert!(
+        neighbours * 10 > whole.link_nodes.len() * 7,
+        "{neighbours} of {} links follow their predecessor at both nodes",
+        whole.link_nodes.len()
+    );
 }

@@ -1,8 +1,8 @@
-mod border;
 mod embedding;
 mod faults;
 mod hierarchy;
 mod host;
+mod interface;
 mod links;
 mod overlap;
 mod region;

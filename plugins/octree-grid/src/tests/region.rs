@@ -1,4 +1,4 @@
-//! Regions against a slow model of them: cells chosen one by one, links put together cell by cell.
+//! Regions against a brute-force reference: cells selected one by one, links assembled cell by cell.
 
 use super::host::{ALL, Host, Region, WHOLE};
 use super::shapes::{Mesh, cuboid, sheet, sphere};
@@ -6,8 +6,10 @@ use pliant_plugin_api::Grid;
 use pliant_plugin_api::abi::{BODY_DIAGONAL, Ball, CELL_EMPTY, Cell, FLEXION, SHEAR, STRUCTURAL};
 use std::collections::{BTreeMap, BTreeSet};
 
-type Node = [u32; 3]; // z, y, x: so that order is lattice order
+/// Indices of a node as z, y, x, so that they sort in the order of ids.
+type Node = [u32; 3];
 
+/// Whether a ball touches a cell.
 fn touches(cell: &Cell, ball: &Ball) -> bool {
     let gap = |axis: usize| {
         let nearest = ball.centre[axis].clamp(cell.reference[axis], cell.reference[axis] + cell.edge);
@@ -16,50 +18,52 @@ fn touches(cell: &Cell, ball: &Ball) -> bool {
     (0..3).map(|axis| gap(axis).powi(2)).sum::<f64>() <= ball.radius.powi(2)
 }
 
+/// Node at a corner of a cell.
 fn corner([i, j, k]: [u32; 3], c: u32) -> Node {
     [k + (c >> 2 & 1), j + (c >> 1 & 1), i + (c & 1)]
 }
 
-fn axis_bits(axis: u32) -> [u32; 4] {
+/// The four corners of a face perpendicular to an axis, as bits.
+fn face_corners(axis: u32) -> [u32; 4] {
     let (u, v) = (1 << ((axis + 1) % 3), 1 << ((axis + 2) % 3));
     [0, u, v, u | v]
 }
 
-/// What each cell gives to the links along and across it.
-fn shares(cells: &BTreeMap<u64, Cell>, by_index: &BTreeSet<[u32; 3]>) -> BTreeMap<(u32, Node, Node), f64> {
+/// Weights of all links of `cells`, summed over the cells that share a link.
+fn link_weights(cells: &BTreeMap<u64, Cell>, by_index: &BTreeSet<[u32; 3]>) -> BTreeMap<(u32, Node, Node), f64> {
     let mut links = BTreeMap::new();
-    let mut give = |family: u32, a: Node, b: Node, share: f64| {
+    let mut add = |family: u32, a: Node, b: Node, share: f64| {
         *links.entry((family, a.min(b), a.max(b))).or_insert(0.0) += share;
     };
     for cell in cells.values() {
         let at = |c: u32| corner(cell.index, c);
         for axis in 0..3 {
             let step = 1 << axis;
-            for c in axis_bits(axis) {
-                give(STRUCTURAL, at(c), at(c | step), 0.25);
+            for c in face_corners(axis) {
+                add(STRUCTURAL, at(c), at(c | step), 0.25);
                 let mut next = cell.index;
                 next[axis as usize] += 1;
                 if by_index.contains(&next) {
-                    give(FLEXION, at(c), corner(next, c | step), 0.25);
+                    add(FLEXION, at(c), corner(next, c | step), 0.25);
                 }
             }
             for side in [0, step] {
-                let [a, b, c, d] = axis_bits(axis).map(|c| at(c | side));
-                give(SHEAR, a, d, 0.5);
-                give(SHEAR, b, c, 0.5);
+                let [a, b, c, d] = face_corners(axis).map(|c| at(c | side));
+                add(SHEAR, a, d, 0.5);
+                add(SHEAR, b, c, 0.5);
             }
         }
-        (0..4).for_each(|c| give(BODY_DIAGONAL, at(c), at(7 - c), 1.0));
+        (0..4).for_each(|c| add(BODY_DIAGONAL, at(c), at(7 - c), 1.0));
     }
     links
 }
 
-/// Checks the region of `balls` and `listed` against the model and gives it back.
+/// Compares the region of `balls` and `listed` cells with the reference, and returns it.
 fn check(mesh: &Mesh, level: u32, balls: &[Ball], listed: &[u64]) -> Region {
     let region = Host::with(mesh, level).region(level, ALL, balls, listed).unwrap();
     let grid = mesh.grid(level);
-    let facts = grid.level(level).unwrap();
-    let (m, h) = (facts.cells_per_axis, facts.edge);
+    let info = grid.level(level).unwrap();
+    let (m, h) = (info.cells_per_axis, info.edge);
     let occupied = (0..u64::from(m).pow(3)).map(|id| grid.cell(level, id).unwrap()).filter(|c| c.state != CELL_EMPTY);
     let (inside, outside): (BTreeMap<u64, Cell>, BTreeMap<u64, Cell>) = occupied
         .map(|cell| (cell.id, cell))
@@ -74,7 +78,7 @@ fn check(mesh: &Mesh, level: u32, balls: &[Ball], listed: &[u64]) -> Region {
         let [k, j, i] = node.map(u64::from);
         let n = u64::from(m) + 1;
         assert_eq!(region.node_id[at], i + n * (j + n * k));
-        assert_eq!(region.node_rest[at], [i, j, k].zip_with(facts.origin, |x, o| o + h * x as f64));
+        assert_eq!(region.node_rest[at], [i, j, k].zip_with(info.origin, |x, o| o + h * x as f64));
         assert!((region.node_measure[at] / (f64::from(*count) * h.powi(3) / 8.0) - 1.0).abs() < 1e-14);
         assert_eq!(region.node_border[at] == 1, beyond.contains(node), "border of {node:?}");
     }
@@ -86,7 +90,7 @@ fn check(mesh: &Mesh, level: u32, balls: &[Ball], listed: &[u64]) -> Region {
         assert_eq!(u32::from(region.cell_state[at]), cell.state);
     }
 
-    let mut links = shares(&inside, &inside.values().map(|c| c.index).collect());
+    let mut links = link_weights(&inside, &inside.values().map(|c| c.index).collect());
     links.retain(|(_, a, b), _| !(beyond.contains(a) && beyond.contains(b)));
     let expected = links.into_iter().map(|((family, a, b), share)| (family, place[&a], place[&b], share.to_bits()));
     let found = region.link_nodes.iter().zip(&region.link_family).zip(&region.link_measure);
@@ -111,11 +115,11 @@ fn ball(centre: [f64; 3], radius: f64) -> Ball {
 }
 
 #[test]
-fn a_ball_on_dense_and_on_sparse_levels() {
+fn balls_on_dense_and_sparse_levels() {
     let mesh = sphere(1.0, 4);
     for (level, radius) in [(1, 0.1), (2, 0.3), (4, 0.4), (6, 0.3), (7, 0.2)] {
         let region = check(&mesh, level, &[ball([0.6, 0.7, 0.31], radius)], &[]);
-        assert_eq!(region.node_border.contains(&1), level > 1, "level {level} goes on beyond the ball");
+        assert_eq!(region.node_border.contains(&1), level > 1, "level {level} has cells outside the ball");
         assert!(region.node_border.contains(&0));
     }
 }
@@ -126,20 +130,20 @@ fn two_balls_listed_cells_and_the_whole_body() {
     let two = [ball([1.0, 0.0, 0.0], 0.2), ball([-0.6, -0.7, 0.3], 0.1)];
     let region = check(&mesh, 6, &two, &[]);
     let listed = [region.cell_id[3], region.cell_id[3], region.cell_id[40], region.cell_id[39]];
-    assert_eq!(check(&mesh, 6, &[], &listed).cell_id.len(), 3, "a cell named twice is there once");
+    assert_eq!(check(&mesh, 6, &[], &listed).cell_id.len(), 3, "a cell listed twice appears once");
     let block = cuboid([1.0; 3]);
     let middle = check(&block, 4, &[], &[3 + 8 * (4 + 8 * 3)]);
-    assert_eq!(middle.node_border, [1; 8], "its neighbours are on every side");
+    assert_eq!(middle.node_border, [1; 8], "all its neighbours are outside the region");
     assert!(middle.link_nodes.is_empty());
     let kept = check(&mesh, 6, &two[..1], &listed);
     assert!(kept.cell_id.contains(&region.cell_id[40]));
     let whole = check(&mesh, 6, &[WHOLE], &[]);
-    let facts = mesh.grid(6).level(6).unwrap();
-    assert_eq!(whole.cell_id.len() as u64, facts.surface_cells + facts.inside_cells);
-    assert_eq!(whole.node_id.len() as u64, facts.nodes);
-    assert!(!whole.node_border.contains(&1), "nothing is outside of the whole body");
-    let volume = whole.node_measure.iter().sum::<f64>() / (whole.cell_id.len() as f64 * facts.edge.powi(3));
-    assert!((volume - 1.0).abs() < 1e-12, "node volumes sum to that of the cells");
+    let info = mesh.grid(6).level(6).unwrap();
+    assert_eq!(whole.cell_id.len() as u64, info.surface_cells + info.inside_cells);
+    assert_eq!(whole.node_id.len() as u64, info.nodes);
+    assert!(!whole.node_border.contains(&1), "no cell is outside the region of the whole body");
+    let volume = whole.node_measure.iter().sum::<f64>() / (whole.cell_id.len() as f64 * info.edge.powi(3));
+    assert!((volume - 1.0).abs() < 1e-12, "the nodes' volumes sum to that of the cells");
 }
 
 #[test]
@@ -149,7 +153,7 @@ fn open_and_flat_surfaces() {
 }
 
 #[test]
-fn what_is_not_there_gives_nothing() {
+fn selections_outside_the_body_are_empty() {
     let mesh = sphere(1.0, 3);
     let host = Host::with(&mesh, 5);
     assert_eq!(host.region(5, ALL, &[], &[]).unwrap(), Region::default());
@@ -163,7 +167,7 @@ fn what_is_not_there_gives_nothing() {
 }
 
 #[test]
-fn a_growing_region_keeps_its_cells_and_the_names_of_its_nodes() {
+fn a_growing_region_keeps_its_cells_and_node_ids() {
     let host = Host::with(&sphere(1.0, 4), 7);
     let mut last = Region::default();
     for step in 1..8 {
@@ -171,12 +175,12 @@ fn a_growing_region_keeps_its_cells_and_the_names_of_its_nodes() {
         let next = host.region(7, ALL, &[ball([0.2, 0.1, 0.97], radius)], &[]).unwrap();
         assert!(last.cell_id.len() < next.cell_id.len() && last.cell_id.iter().all(|c| next.cell_id.contains(c)));
         for (id, rest) in last.node_id.iter().zip(&last.node_rest) {
-            let at = next.node_id.binary_search(id).expect("ids rise and stay");
-            assert_eq!(next.node_rest[at], *rest);
+            let index = next.node_id.binary_search(id).expect("ids ascend and persist");
+            assert_eq!(next.node_rest[index], *rest);
         }
         last = next;
     }
     let moved = host.region(7, ALL, &[ball([0.25, 0.1, 0.95], 0.35)], &[]).unwrap();
     let shared = last.node_id.iter().filter(|id| moved.node_id.binary_search(id).is_ok()).count();
-    assert!(shared * 10 > last.node_id.len() * 7, "{shared} nodes have the same id after the hand moved on");
+    assert!(shared * 10 > last.node_id.len() * 7, "{shared} nodes have the same id after the hand has moved");
 }

@@ -1,29 +1,30 @@
-//! Enclosure by counted crossings against the solid angle it stands for.
+//! Classification by crossings against the winding number by solid angles.
 
 use super::shapes::{Mesh, model, sheet, sphere};
-use crate::vector::{Vector, cross, dot, norm, sub};
 use pliant_plugin_api::Grid;
 use pliant_plugin_api::abi::{CELL_INSIDE, CELL_SURFACE};
+use pliant_plugin_api::lanes::Vec3;
 use std::f64::consts::PI;
 
-/// The generalised winding number by solid angles (van Oosterom and Strackee 1983).
-fn solid_angles(mesh: &Mesh, place: Vector) -> f64 {
+/// The generalised winding number around a point, by solid angles (van Oosterom and Strackee 1983).
+fn winding_number(mesh: &Mesh, point: Vec3) -> f64 {
     let sum = mesh.triangles.iter().map(|t| {
-        let [a, b, c] = t.map(|p| sub(mesh.points[p as usize], place));
-        let (la, lb, lc) = (norm(a), norm(b), norm(c));
-        2.0 * dot(a, cross(b, c)).atan2(la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb)
+        let [a, b, c] = t.map(|p| Vec3(mesh.points[p as usize]) - point);
+        let (la, lb, lc) = (a.norm(), b.norm(), c.norm());
+        2.0 * a.dot(b.cross(c)).atan2(la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb)
     });
     sum.sum::<f64>() / (4.0 * PI)
 }
 
-/// Of every `stride`-th free cell of level 6, those whose state differs from |w| >= 1/2 are within `margin` of it.
+/// Checks every `stride`-th cell of level 6 that no triangle touches: where its state differs from |w| >= 1/2, the winding number w is
+/// within `margin` of 1/2.
 fn check(name: &str, mesh: &Mesh, stride: usize, margin: f64) {
     let grid = mesh.grid(6);
     let cells = (0..32_u64.pow(3)).step_by(stride).map(|id| grid.cell(6, id).unwrap());
     let free: Vec<_> = cells.filter(|cell| cell.state != CELL_SURFACE).collect();
     let mut differ = 0;
     for cell in &free {
-        let w = solid_angles(mesh, cell.centre).abs();
+        let w = winding_number(mesh, Vec3(cell.centre)).abs();
         if (w >= 0.5) != (cell.state == CELL_INSIDE) {
             differ += 1;
             assert!((w - 0.5).abs() <= margin, "{name}: cell {} has winding number {w}", cell.id);
@@ -36,7 +37,7 @@ fn check(name: &str, mesh: &Mesh, stride: usize, margin: f64) {
 #[test]
 fn open_shapes_close_where_the_solid_angle_closes_them() {
     let axis = [0.3, 0.5, 0.8];
-    let up = move |p: Vector| dot(p, axis) / norm(axis);
+    let up = move |p: Vec3| p.dot(Vec3(axis)) / Vec3(axis).norm();
     check("small hole", &sphere(1.0, 4).without(move |p| up(p) > 0.8), 7, 0.1);
     check("hole on an axis", &sphere(1.0, 4).without(|p| p[0] > 0.8), 7, 0.1);
     check("bowl", &sphere(1.0, 4).without(move |p| up(p) > 0.1), 7, 0.1);

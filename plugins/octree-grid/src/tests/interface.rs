@@ -1,14 +1,14 @@
-//! The exported table itself: too little room, and what a C host would send.
+//! The C table: buffers that are too small, and a failing build.
 
 use super::host::{ALL, Host, Region, WHOLE};
 use super::shapes::{cuboid, sphere};
 use pliant_plugin_api::abi::{Ball, Status};
 
 #[test]
-fn too_small_buffers_count_and_stay_whole() {
+fn too_small_buffers_are_counted_and_filled_as_far_as_they_reach() {
     let host = Host::with(&sphere(1.0, 3), 4);
-    let ask = [Ball { centre: [1.0, 0.0, 0.0], radius: 0.4 }];
-    let full = host.region(4, ALL, &ask, &[]).unwrap();
+    let balls = [Ball { centre: [1.0, 0.0, 0.0], radius: 0.4 }];
+    let full = host.region(4, ALL, &balls, &[]).unwrap();
     let needed = [full.node_id.len(), full.cell_id.len(), full.link_nodes.len()];
     assert!(needed.iter().all(|&n| n > 10));
     for short in 0..4 {
@@ -18,17 +18,17 @@ fn too_small_buffers_count_and_stay_whole() {
         }
         let mut region = Region::default();
         region.resize(room[0], room[1], room[2]);
-        let (status, counts) = host.fill(4, ALL, &ask, &[], &mut region);
+        let (status, counts) = host.fill(4, ALL, &balls, &[], &mut region);
         assert_eq!(counts, needed);
         assert_eq!(status, if short < 3 { Status::TOO_SMALL } else { Status::OK });
-        assert_eq!(region.node_id, full.node_id[..room[0]], "what fits is right");
+        assert_eq!(region.node_id, full.node_id[..room[0]], "what fits is written");
         assert_eq!(region.cell_corners, full.cell_corners[..room[1]]);
         assert_eq!(region.link_nodes, full.link_nodes[..room[2]]);
     }
 }
 
 #[test]
-fn a_failing_build_leaves_the_previous_one() {
+fn a_failing_build_keeps_the_previous_one() {
     let host = Host::with(&cuboid([1.0; 3]), 3);
     let before = host.region(3, ALL, &[WHOLE], &[]).unwrap();
     let mut broken = cuboid([2.0; 3]);
