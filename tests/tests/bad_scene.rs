@@ -282,7 +282,7 @@ fn hands_that_make_no_sense_are_refused() {
             PARAMS,
             "params = { path = [[1, 0, 0, 0], [0, 0, 0, 0]] }",
             0,
-            &["`path`: row 2 is at 0 s, not after 1 s", "allowed is times that rise"],
+            &["`path`: row 2 is at 0 s, not after 1 s", "allowed are ascending times"],
         ),
         (PARAMS, "params = { path = [[0, 0, 0, 0], [0, 0, 0, 1]] }", 0, &["`path`: row 2 is at 0 s, not after 0 s"]),
         (PARAMS, "params = { path = [[0, 0, 0, nan]] }", 0, &["`path`: row 1 holds NaN; allowed is a finite number"]),

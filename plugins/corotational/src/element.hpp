@@ -1,151 +1,160 @@
-// A tetrahedron whose strain is measured in a frame that turns with it:
+// A tetrahedron whose strain is measured in a frame that rotates with it:
 //
 //   psi(F) = mu |F - R|^2 + lambda/2 tr(R^T F - 1)^2,  F = R S
 //
-// (Etzmuss, Keckeisen and Strasser 2003; Mueller and Gross 2004). The matrix is the whole second derivative, with the turning
-// of the frame in it (Chao et al. 2010), in closed form, and without its negative part unless the exact one is asked for.
+// (Etzmuss, Keckeisen and Strasser 2003; Mueller and Gross 2004). The matrix is the complete second derivative in closed form, with the
+// derivative of the rotation (Chao et al. 2010), made positive semi-definite unless the exact one is asked for.
 #pragma once
 #include "matrix.hpp"
 #include "pliant.h"
 
+#include <array>
+
 namespace corotational {
 
-// Values of rest data of an element: the gradients of the last three corners' weights, then its volume.
+// Doubles of rest data per element: the shape function gradients of the last three corners (1/m), then the volume (m^3).
 constexpr uint32_t STRIDE = 10;
 
 struct Law {
-  double mu, lambda;   // Pa
-  double density;      // kg/m^3
-  double eta, zeta;    // Pa s, viscosity on the rate of Green's strain: shear and dilation
-  bool project;
+  double mu, lambda;                                // Lame constants, Pa
+  double density;                                   // kg/m^3
+  double viscosity_shear, viscosity_dilatation;     // Pa s, on the rate of Green's strain
+  bool project;                                     // whether the matrix is made positive semi-definite
 };
 
-struct Tetrahedron {
-  std::array<V3, 4> gradient;  // 1/m
-  double volume;               // m^3
+using Corners = std::array<Vec3, 4>;
 
-  static bool measure(const std::array<V3, 4> &x, double share, double *out, size_t count) {
-    M3 edges;
-    for (int a = 0; a < 3; a++)
-      for (int i = 0; i < 3; i++) edges[a][i] = x[a + 1][i] - x[0][i];
-    const double six = dot(edges[0], cross(edges[1], edges[2]));
-    if (!(std::isfinite(six) && six > 0.0 && share > 0.0)) return false;
-    const M3 g = {cross(edges[1], edges[2]), cross(edges[2], edges[0]), cross(edges[0], edges[1])};
-    for (size_t s = 0; s < 9; s++) out[s * count] = g[s / 3][s % 3] / six;
-    out[9 * count] = share * six / 6.0;
+// The rest shape of an element.
+struct Tetrahedron {
+  Corners gradient;  // of each corner's shape function, 1/m
+  double volume;     // m^3
+
+  // Writes rest data with a distance of `count` between values, from rest positions (m) and the share of the volume that belongs to the
+  // body; false where the volume is not positive.
+  static bool write_rest_data(const Corners &x, double share, double *out, size_t count) {
+    const Vec3 a = x[1] - x[0], b = x[2] - x[0], c = x[3] - x[0];
+    const double six_volumes = dot(a, cross(b, c));
+    if (!(std::isfinite(six_volumes) && six_volumes > 0.0 && share > 0.0)) return false;
+    const Mat3 cofactors = {{cross(b, c), cross(c, a), cross(a, b)}};
+    for (size_t s = 0; s < 9; s++) out[s * count] = cofactors[s / 3][s % 3] / six_volumes;
+    out[9 * count] = share * six_volumes / 6.0;
     return true;
   }
 
-  Tetrahedron(const pliant_batch &b, size_t e) {
-    const double *data = b.rest_data + e;
-    for (size_t s = 0; s < 9; s++) gradient[1 + s / 3][s % 3] = data[s * b.count];
-    for (int i = 0; i < 3; i++) gradient[0][i] = -(gradient[1][i] + gradient[2][i] + gradient[3][i]);
-    volume = data[9 * b.count];
+  // Element `e` of a batch, from its rest data.
+  Tetrahedron(const pliant_batch &batch, size_t e) {
+    const double *data = batch.rest_data + e;
+    for (size_t s = 0; s < 9; s++) gradient[1 + s / 3][s % 3] = data[s * batch.count];
+    gradient[0] = -(gradient[1] + gradient[2] + gradient[3]);
+    volume = data[9 * batch.count];
   }
 
-  // Of positions the deformation gradient, of velocities its rate.
-  M3 derivative(const std::array<V3, 4> &p) const {
-    M3 f = {};
-    for (int a = 1; a < 4; a++)
-      for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++) f[i][j] += (p[a][i] - p[0][i]) * gradient[a][j];
+  // sum_a p_a gradient_a^T: the deformation gradient F from positions, or its rate from velocities.
+  Mat3 deformation_gradient(const Corners &p) const {
+    Mat3 f = {};
+    for (size_t a = 1; a < 4; a++) {
+      const Vec3 edge = p[a] - p[0];
+      for (size_t i = 0; i < 3; i++)
+        for (size_t j = 0; j < 3; j++) f[i][j] += edge[i] * gradient[a][j];
+    }
     return f;
   }
 };
 
-// The values of an element's corners.
-inline std::array<V3, 4> corners(const pliant_batch &b, size_t e, const double *of) {
-  std::array<V3, 4> p;
+// Vectors (n x 3) at the corners of element `e`.
+inline Corners at_corners(const pliant_batch &batch, size_t e, const double *vectors) {
+  Corners corners;
   for (size_t a = 0; a < 4; a++) {
-    const double *at = of + 3 * size_t{b.elements[4 * e + a]};
-    p[a] = {at[0], at[1], at[2]};
+    const double *v = vectors + 3 * size_t{batch.elements[4 * e + a]};
+    corners[a] = {{v[0], v[1], v[2]}};
   }
-  return p;
+  return corners;
 }
 
-inline double energy(const Law &law, const M3 &f) {
-  const Frame frame(f);
-  const V3 strain = {frame.s[0] - 1.0, frame.s[1] - 1.0, frame.s[2] - 1.0};
+// Energy density, J/m^3.
+inline double energy(const Law &law, const Mat3 &f) {
+  const PolarDecomposition polar(f);
+  const Vec3 strain = {{polar.s[0] - 1.0, polar.s[1] - 1.0, polar.s[2] - 1.0}};
   const double trace = strain[0] + strain[1] + strain[2];
   return law.mu * dot(strain, strain) + 0.5 * law.lambda * trace * trace;
 }
 
 // First Piola-Kirchhoff stress, Pa.
-inline M3 stress(const Law &law, const M3 &f) {
-  const Frame frame(f);
-  const double pressure = law.lambda * (frame.s[0] + frame.s[1] + frame.s[2] - 3.0);
-  M3 p;
-  for (int i = 0; i < 3; i++)
-    for (int j = 0; j < 3; j++) p[i][j] = 2.0 * law.mu * (f[i][j] - frame.r[i][j]) + pressure * frame.r[i][j];
+inline Mat3 stress(const Law &law, const Mat3 &f) {
+  const PolarDecomposition polar(f);
+  const double pressure = law.lambda * (polar.s[0] + polar.s[1] + polar.s[2] - 3.0);
+  Mat3 p;
+  for (size_t i = 0; i < 3; i++) p[i] = 2.0 * law.mu * (f[i] - polar.r[i]) + pressure * polar.r[i];
   return p;
 }
 
-// Adds the stress of the viscosity: F (2 eta E' + zeta tr(E') 1), E' the rate of Green's strain.
-inline void add_viscous_stress(const Law &law, const M3 &f, const M3 &rate, M3 &p) {
-  const M3 ft = transposed(f), rt = transposed(rate);
-  M3 strain;
-  for (int i = 0; i < 3; i++)
-    for (int j = 0; j < 3; j++) strain[i][j] = law.eta * (dot(ft[i], rt[j]) + dot(rt[i], ft[j]));
-  const double pressure = law.zeta * (dot(ft[0], rt[0]) + dot(ft[1], rt[1]) + dot(ft[2], rt[2]));
-  for (int i = 0; i < 3; i++) strain[i][i] += pressure;
-  const M3 viscous = product(f, strain);
-  for (int i = 0; i < 3; i++)
-    for (int j = 0; j < 3; j++) p[i][j] += viscous[i][j];
+// Viscous first Piola-Kirchhoff stress, Pa: F (2 eta E' + zeta tr(E') 1), with E' the rate of Green's strain and eta, zeta the
+// coefficients of shear and dilatation.
+inline Mat3 viscous_stress(const Law &law, const Mat3 &f, const Mat3 &f_rate) {
+  const Mat3 columns = transposed(f), rates = transposed(f_rate);
+  Mat3 second;
+  for (size_t i = 0; i < 3; i++)
+    for (size_t j = 0; j < 3; j++)
+      second[i][j] = law.viscosity_shear * (dot(columns[i], rates[j]) + dot(rates[i], columns[j]));
+  const double trace = dot(columns[0], rates[0]) + dot(columns[1], rates[1]) + dot(columns[2], rates[2]);
+  for (size_t i = 0; i < 3; i++) second[i][i] += law.viscosity_dilatation * trace;
+  return f * second;
 }
 
-// Adds the ten blocks of an element's stiffness, N/m.
-inline void add_stiffness(const Law &law, const Tetrahedron &t, const M3 &f, double scale,
-                          const pliant_blocks &to, size_t slot) {
-  const Frame frame(f);
-  const double turning = law.lambda * (frame.s[0] + frame.s[1] + frame.s[2] - 3.0) - 2.0 * law.mu;
+// Adds `scale` times the ten stiffness blocks of an element, N/m; `slot` is the index of its first slot.
+inline void add_stiffness(const Law &law, const Tetrahedron &t, const Mat3 &f, double scale, const pliant_blocks &out,
+                          size_t slot) {
+  const PolarDecomposition polar(f);
+  const double rotation_term = law.lambda * (polar.s[0] + polar.s[1] + polar.s[2] - 3.0) - 2.0 * law.mu;
   const double factor = scale * t.volume;
-  M3 own = {}, other = {};  // of the entries (i, j) and (j, i) of dF in the frame: with itself, and with the other
-  for (int i = 0; i < 3; i++)
-    for (int j = 0; j < 3; j++) {
+  // Of the off-diagonal entries (i, j) and (j, i) of U^T dF V: stiffness of an entry with itself, and with the other.
+  Mat3 own = {}, cross_term = {};
+  for (size_t i = 0; i < 3; i++)
+    for (size_t j = 0; j < 3; j++) {
       if (i == j) continue;
-      // Two opposite stretches make the frame turn without bound; there the exact matrix has a pole.
-      const double sum = frame.s[i] + frame.s[j], least = law.project ? 1e-9 : 1e-300;
-      double twist = 2.0 * (law.mu + turning / (std::fabs(sum) < least ? least : sum));
-      if (law.project && twist < 0.0) twist = 0.0;
-      own[i][j] = 0.5 * (2.0 * law.mu + twist);
-      other[i][j] = 0.5 * (2.0 * law.mu - twist);
+      // Where two singular values are opposite, R is not unique and the exact matrix has a pole.
+      const double sum = polar.s[i] + polar.s[j], least = law.project ? 1e-9 : 1e-300;
+      double antisymmetric = 2.0 * (law.mu + rotation_term / (std::fabs(sum) < least ? least : sum));
+      if (law.project && antisymmetric < 0.0) antisymmetric = 0.0;
+      own[i][j] = 0.5 * (2.0 * law.mu + antisymmetric);
+      cross_term[i][j] = 0.5 * (2.0 * law.mu - antisymmetric);
     }
-  std::array<V3, 4> g;
-  const M3 vt = transposed(frame.v);
-  for (int a = 0; a < 4; a++) g[a] = times(vt, t.gradient[a]);
-  for (int a = 0; a < 4; a++)
-    for (int b = a; b < 4; b++, slot++) {
-      M3 k = {};
-      for (int i = 0; i < 3; i++) {
+  Corners g;  // shape function gradients in the frame of V
+  const Mat3 vt = transposed(polar.v);
+  for (size_t a = 0; a < 4; a++) g[a] = vt * t.gradient[a];
+  for (size_t a = 0; a < 4; a++)
+    for (size_t b = a; b < 4; b++, slot++) {
+      Mat3 k = {};
+      for (size_t i = 0; i < 3; i++) {
         k[i][i] += (2.0 * law.mu + law.lambda) * g[a][i] * g[b][i];
-        for (int j = 0; j < 3; j++) {
+        for (size_t j = 0; j < 3; j++) {
           if (i == j) continue;
-          k[i][j] += law.lambda * g[a][i] * g[b][j] + other[i][j] * g[a][j] * g[b][i];
+          k[i][j] += law.lambda * g[a][i] * g[b][j] + cross_term[i][j] * g[a][j] * g[b][i];
           k[i][i] += own[i][j] * g[a][j] * g[b][j];
         }
       }
-      const M3 turned = product(frame.u, product_transposed(k, frame.u));
+      const Mat3 in_space = polar.u * product_transposed(k, polar.u);
       double block[9];
-      for (int i = 0; i < 9; i++) block[i] = factor * turned[i / 3][i % 3];
-      pliant_add_block(&to, slot, block);
+      for (size_t i = 0; i < 9; i++) block[i] = factor * in_space[i / 3][i % 3];
+      pliant_add_block(&out, slot, block);
     }
 }
 
-// Adds the ten blocks of its viscosity, N s/m.
-inline void add_viscosity(const Law &law, const Tetrahedron &t, const M3 &f, double scale,
-                          const pliant_blocks &to, size_t slot) {
-  const double eta = scale * t.volume * law.eta, zeta = scale * t.volume * law.zeta;
-  const M3 ff = product_transposed(f, f);
-  std::array<V3, 4> fg;
-  for (int a = 0; a < 4; a++) fg[a] = times(f, t.gradient[a]);
-  for (int a = 0; a < 4; a++)
-    for (int b = a; b < 4; b++, slot++) {
-      const double gg = dot(t.gradient[a], t.gradient[b]);
+// Adds `scale` times the ten damping blocks of an element, N s/m; `slot` is the index of its first slot.
+inline void add_damping(const Law &law, const Tetrahedron &t, const Mat3 &f, double scale, const pliant_blocks &out,
+                        size_t slot) {
+  const double eta = scale * t.volume * law.viscosity_shear, zeta = scale * t.volume * law.viscosity_dilatation;
+  const Mat3 f_ft = product_transposed(f, f);
+  Corners fg;  // F times the shape function gradients
+  for (size_t a = 0; a < 4; a++) fg[a] = f * t.gradient[a];
+  for (size_t a = 0; a < 4; a++)
+    for (size_t b = a; b < 4; b++, slot++) {
+      const double gradients = dot(t.gradient[a], t.gradient[b]);
       double block[9];
-      for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++)
-          block[3 * i + j] = eta * (ff[i][j] * gg + fg[b][i] * fg[a][j]) + zeta * fg[a][i] * fg[b][j];
-      pliant_add_block(&to, slot, block);
+      for (size_t i = 0; i < 3; i++)
+        for (size_t j = 0; j < 3; j++)
+          block[3 * i + j] = eta * (f_ft[i][j] * gradients + fg[b][i] * fg[a][j]) + zeta * fg[a][i] * fg[b][j];
+      pliant_add_block(&out, slot, block);
     }
 }
 

@@ -1,7 +1,7 @@
 //! Corotational tetrahedra (Etzmuss, Keckeisen and Strasser 2003; Müller and Gross 2004), written in C++.
 //!
-//! All of it is in `corotational.cpp`; this file only exports the table, because a library made by cargo exports what Rust
-//! names. A plugin built with a compiler of its own exports `pliant_entry` itself: see the plugin guide.
+//! The plugin is in `corotational.cpp`. This file exports the entry, because a library linked by cargo exports Rust symbols only. A plugin
+//! that is built with a C++ compiler alone exports `pliant_entry` itself: see the plugin guide.
 
 use core::ffi::c_char;
 use pliant_plugin_api::abi::{ABI_MAJOR, ABI_MINOR, Descriptor, Host, Library, Plugin, Shared, Status};
@@ -13,10 +13,10 @@ unsafe extern "C" {
     fn corotational_create(host: *const Host, id: *const c_char) -> *const Plugin;
 }
 
-/// The entry the host looks for.
+/// The entry the host looks up by name.
 #[allow(unsafe_code, reason = "the exported symbol of a plugin")]
 #[unsafe(no_mangle)]
-#[allow(non_upper_case_globals, reason = "the name is the interface's")]
+#[allow(non_upper_case_globals, reason = "the interface prescribes the name")]
 pub static pliant_entry: Shared<Library> = Shared(Library {
     size: size_of::<Library>(),
     abi_major: ABI_MAJOR,

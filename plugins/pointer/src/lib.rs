@@ -1,7 +1,8 @@
-//! A hand for anyone: whatever can send a line of text over UDP moves it, and gets back what it would feel.
+//! A device driven by lines of text over UDP, from any program.
 //!
-//! A datagram is `x y z`, or `x y z mask`: metres in device axes (x right, y up, z towards the user) and buttons. The newest to
-//! arrive counts. The answer to each write is `fx fy fz`, in newtons, to whoever sent last. It listens on loopback.
+//! A datagram is `x y z` or `x y z mask`: a position in m, device axes (x right, y up, z towards the user), and a button mask. The last one
+//! to arrive counts. Each write answers the last sender with `fx fy fz`, the force in N. By default it listens on the loopback
+//! interface.
 
 mod text;
 
@@ -14,56 +15,71 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Where it listens when nothing else is said.
+/// The default address.
 const ADDRESS: &str = "127.0.0.1:48630";
 
 const PARAMS: &[Param] = &[
-    Param::text(c"address", c"where it listens; 127.0.0.1:48630 when not given"),
-    Param::number(c"hold", c"s", (0.01, 3600.0), 0.5, c"how long a place stands without a new one"),
-    Param::number(c"reach", c"m", (1e-3, 100.0), 0.1, c"half an edge of its workspace"),
-    Param::number(c"peak-force", c"N", (1e-3, 1e4), 3.3, c"largest force it tells"),
-    Param::number(c"stiffness", c"N/m", (1e-3, 1e6), 700.0, c"largest stiffness it pretends to render"),
+    Param::text(c"address", c"address and port it listens on; default: 127.0.0.1:48630"),
+    Param::number(c"hold", c"s", (0.01, 3600.0), 0.5, c"time for which a position is valid without a new one"),
+    Param::number(c"reach", c"m", (1e-3, 100.0), 0.1, c"half the edge of its workspace"),
+    Param::number(c"peak-force", c"N", (1e-3, 1e4), 3.3, c"peak force it declares and sends"),
+    Param::number(c"stiffness", c"N/m", (1e-3, 1e6), 700.0, c"largest stable stiffness it declares"),
 ];
 
-/// What came last.
-struct Newest {
-    place: Option<([f64; 3], u32, Instant)>,
-    from: Option<SocketAddr>,
+/// A position and buttons, and when they arrived.
+#[derive(Clone, Copy)]
+struct Sample {
+    /// m
+    position: [f64; 3],
+    buttons: u32,
+    received: Instant,
 }
 
-/// A socket that is a hand.
+/// The last datagram.
+struct Latest {
+    sample: Option<Sample>,
+    sender: Option<SocketAddr>,
+}
+
+/// The device.
 pub struct Pointer {
     socket: UdpSocket,
-    facts: DeviceInfo,
+    info: DeviceInfo,
+    /// How long a sample is valid.
     hold: Duration,
-    newest: Mutex<Newest>,
-    /// N, as bits, and until when, ns.
+    latest: Mutex<Latest>,
+    /// Rendered force, N, as bits of f64.
     force: [AtomicU64; 3],
-    until: AtomicU64,
-    taken: AtomicU64,
-    refused: AtomicU64,
+    /// Until when the force is rendered, ns.
+    valid_until_ns: AtomicU64,
+    /// Datagrams accepted.
+    accepted: AtomicU64,
+    /// Datagrams that could not be parsed.
+    rejected: AtomicU64,
 }
 
-/// Most datagrams one read takes in.
-const MOST_AT_ONCE: usize = 256;
+/// The most datagrams one read receives, so that a flood cannot hold up the servo loop.
+const MAX_DATAGRAMS: usize = 256;
 
 impl Pointer {
-    /// Where it listens.
+    /// The address it listens on.
     pub fn address(&self) -> Option<SocketAddr> {
         self.socket.local_addr().ok()
     }
 
-    /// Never waited for inside of a servo loop: nothing else runs beside `read` and `write`.
-    fn newest(&self) -> MutexGuard<'_, Newest> {
-        self.newest.lock().unwrap_or_else(PoisonError::into_inner)
+    /// The lock is free in a servo loop: `read` and `write` are called one at a time, and nothing else takes it.
+    fn latest(&self) -> MutexGuard<'_, Latest> {
+        self.latest.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn keep(&self, force: [f64; 3], until: u64) {
-        self.force.iter().zip(force).for_each(|(to, f)| to.store(f.to_bits(), Ordering::Relaxed));
-        self.until.store(until, Ordering::Relaxed);
+    /// Renders a force (N) until a time (ns).
+    fn set_force(&self, force: [f64; 3], valid_until_ns: u64) {
+        self.force.iter().zip(force).for_each(|(bits, f)| bits.store(f.to_bits(), Ordering::Relaxed));
+        self.valid_until_ns.store(valid_until_ns, Ordering::Relaxed);
     }
 }
 
+/// A non-blocking socket on the parameter `address`.
 fn bind(params: &Params<'_>) -> Result<UdpSocket, Fault> {
     let given = params.text("address").unwrap_or(ADDRESS);
     let found = given.to_socket_addrs().ok().and_then(|mut all| all.next());
@@ -79,13 +95,13 @@ impl Device for Pointer {
         id: c"pointer",
         name: c"Pointer",
         version: c"0.1.0",
-        summary: c"a hand moved by lines of text over UDP",
+        summary: c"a device driven by lines of text over UDP",
         params: PARAMS,
     };
 
     fn new(params: &Params<'_>) -> Result<Self, Fault> {
         let (reach, peak) = (params.number("reach"), params.number("peak-force"));
-        let facts = DeviceInfo {
+        let info = DeviceInfo {
             size: size_of::<DeviceInfo>(),
             effectors: 1,
             buttons: 32,
@@ -104,81 +120,84 @@ impl Device for Pointer {
         };
         Ok(Self {
             socket: bind(params)?,
-            facts,
+            info,
             hold: Duration::from_secs_f64(params.number("hold")),
-            newest: Mutex::new(Newest { place: None, from: None }),
+            latest: Mutex::new(Latest { sample: None, sender: None }),
             force: Default::default(),
-            until: AtomicU64::new(0),
-            taken: AtomicU64::new(0),
-            refused: AtomicU64::new(0),
+            valid_until_ns: AtomicU64::new(0),
+            accepted: AtomicU64::new(0),
+            rejected: AtomicU64::new(0),
         })
     }
 
     fn describe(&self) -> DeviceInfo {
-        self.facts
+        self.info
     }
 
-    fn read(&self, time: u64, poses: &mut [Pose]) -> Result<(), Fault> {
-        let newest = &mut *self.newest();
-        let mut bytes = [0; text::MOST_BYTES + 1];
-        for _ in 0..MOST_AT_ONCE {
+    fn read(&self, time_ns: u64, poses: &mut [Pose]) -> Result<(), Fault> {
+        let latest = &mut *self.latest();
+        // One byte more than the longest line, so that a longer datagram is recognised.
+        let mut bytes = [0; text::MAX_BYTES + 1];
+        for _ in 0..MAX_DATAGRAMS {
             match self.socket.recv_from(&mut bytes) {
-                Ok((length, from)) => match text::place(&bytes[..length]) {
-                    Some((place, mask)) => {
-                        // A hand does not leave its workspace.
-                        let reach = self.facts.workspace[3];
-                        newest.place = Some((place.map(|c| c.clamp(-reach, reach)), mask, Instant::now()));
-                        newest.from = Some(from);
-                        self.taken.fetch_add(1, Ordering::Relaxed);
+                Ok((length, sender)) => match text::parse_pose(&bytes[..length]) {
+                    Some(text::PoseLine { position, buttons }) => {
+                        let reach = self.info.workspace[3];
+                        let position = position.map(|c| c.clamp(-reach, reach));
+                        latest.sample = Some(Sample { position, buttons, received: Instant::now() });
+                        latest.sender = Some(sender);
+                        self.accepted.fetch_add(1, Ordering::Relaxed);
                     }
                     None => {
-                        self.refused.fetch_add(1, Ordering::Relaxed);
+                        self.rejected.fetch_add(1, Ordering::Relaxed);
                     }
                 },
                 Err(e) if e.kind() == ErrorKind::WouldBlock => break,
+                // For instance an earlier answer that could not be delivered.
                 Err(_) => {}
             }
         }
-        let held = newest.place.filter(|(.., since)| since.elapsed() < self.hold);
+        let valid = latest.sample.filter(|sample| sample.received.elapsed() < self.hold);
         for pose in poses {
-            *pose = held.map_or_else(Pose::default, |(position, buttons, since)| {
-                let time_ns = time.saturating_sub(since.elapsed().as_nanos() as u64);
+            *pose = valid.map_or_else(Pose::default, |Sample { position, buttons, received }| {
+                let time_ns = time_ns.saturating_sub(received.elapsed().as_nanos() as u64);
                 Pose { time_ns, flags: POSE_VALID, buttons, position, ..Pose::default() }
             });
         }
         Ok(())
     }
 
-    fn write(&self, _time: u64, outputs: &[Output]) -> Result<(), Fault> {
+    fn write(&self, _time_ns: u64, outputs: &[Output]) -> Result<(), Fault> {
         let Some(output) = outputs.first() else { return Ok(()) };
-        let size = output.force.iter().map(|f| f * f).sum::<f64>().sqrt();
-        let scale = if !size.is_finite() { 0.0 } else { (self.facts.peak_force / size).min(1.0) };
+        let norm = output.force.iter().map(|f| f * f).sum::<f64>().sqrt();
+        let scale = if !norm.is_finite() { 0.0 } else { (self.info.peak_force / norm).min(1.0) };
         let force = if scale > 0.0 { output.force.map(|f| scale * f) } else { [0.0; 3] };
-        self.keep(force, output.valid_until_ns);
-        if let Some(to) = self.newest().from {
-            let mut bytes = [0; text::MOST_BYTES];
-            let length = text::force(force, &mut bytes);
-            // Whoever moves the hand may not care.
-            let _ = self.socket.send_to(&bytes[..length], to);
+        self.set_force(force, output.valid_until_ns);
+        if let Some(sender) = self.latest().sender {
+            let mut bytes = [0; text::MAX_BYTES];
+            let length = text::format_force(force, &mut bytes);
+            // The sender need not listen for forces.
+            let _ = self.socket.send_to(&bytes[..length], sender);
         }
         Ok(())
     }
 
     fn stop(&self) {
-        self.keep([0.0; 3], 0);
+        self.set_force([0.0; 3], 0);
     }
 
-    fn rendered(&self, time: u64, outputs: &mut [Output]) -> Result<(), Fault> {
-        let holds = time < self.until.load(Ordering::Relaxed);
+    fn rendered(&self, time_ns: u64, outputs: &mut [Output]) -> Result<(), Fault> {
+        let is_valid = time_ns < self.valid_until_ns.load(Ordering::Relaxed);
         for output in outputs {
-            let kept = |c: usize| if holds { f64::from_bits(self.force[c].load(Ordering::Relaxed)) } else { 0.0 };
-            output.force = std::array::from_fn(kept);
+            let component =
+                |c: usize| if is_valid { f64::from_bits(self.force[c].load(Ordering::Relaxed)) } else { 0.0 };
+            output.force = std::array::from_fn(component);
         }
         Ok(())
     }
 
     fn counter(&self, index: u32) -> Option<(&'static CStr, u64)> {
-        let all = [(c"places taken", &self.taken), (c"lines refused", &self.refused)];
+        let all = [(c"lines accepted", &self.accepted), (c"lines rejected", &self.rejected)];
         all.get(index as usize).map(|(name, count)| (*name, count.load(Ordering::Relaxed)))
     }
 
@@ -186,7 +205,9 @@ impl Device for Pointer {
         let given = params.text("address").unwrap_or(ADDRESS);
         vec![match bind(params) {
             Ok(_) => Finding::present("port", format!("{given} is free")),
-            Err(fault) => Finding::missing("port", fault.reason, "end what uses it, or give another `address`"),
+            Err(fault) => {
+                Finding::missing("port", fault.reason, "end the program that uses it, or give another `address`")
+            }
         }]
     }
 }

@@ -1,26 +1,30 @@
-//! A device without a hand: it goes where a table of keyframes or a recording says, and feels nothing.
+//! A device without hardware: its pose follows a table of keyframes or a recording, and it renders no force.
 //!
-//! It declares limits like those of a desktop arm, so that a scene gets the same gains as with a real one.
+//! It declares limits like those of a desktop arm, so that a scene gets the gains it would get with one.
 
 mod path;
 
-use path::{Interpolation, Path};
+use path::{Interpolation, Path, Sample};
 use pliant_plugin_api::abi::{DeviceInfo, Output, POSE_VALID, Pose};
 use pliant_plugin_api::{AsDevice, Device, Fault, Info, Param, Params, export_plugins};
 
-/// A path and the limits it pretends to have.
+/// The device.
 pub struct Scripted {
     path: Path,
-    facts: DeviceInfo,
+    info: DeviceInfo,
 }
 
 const PARAMS: &[Param] = &[
-    Param::table(c"path", c"time|x|y|z", c"keyframes: s, then m in device axes"),
-    Param::table(c"buttons", c"time|mask", c"from each time on, button i is bit i of the mask"),
-    Param::path(c"recording", c"instead of `path`: a CSV file of rows time,x,y,z or time,x,y,z,mask"),
-    Param::choice(c"interpolation", c"linear|smooth", c"smooth comes to rest at every keyframe"),
-    Param::number(c"peak-force", c"N", (1e-3, 1e4), 3.3, c"largest force it pretends to give"),
-    Param::number(c"stiffness", c"N/m", (1e-3, 1e6), 700.0, c"largest stiffness it pretends to render"),
+    Param::table(c"path", c"time|x|y|z", c"keyframes: time in s, position in m, device axes"),
+    Param::table(c"buttons", c"time|mask", c"pressed buttons from each time on: button i is bit i of the mask"),
+    Param::path(c"recording", c"in the place of `path`: a CSV file with rows time,x,y,z or time,x,y,z,mask"),
+    Param::choice(
+        c"interpolation",
+        c"linear|smooth",
+        c"linear: constant speed between keyframes; smooth: rest at every keyframe",
+    ),
+    Param::number(c"peak-force", c"N", (1e-3, 1e4), 3.3, c"peak force it declares"),
+    Param::number(c"stiffness", c"N/m", (1e-3, 1e6), 700.0, c"largest stable stiffness it declares"),
 ];
 
 impl Device for Scripted {
@@ -33,15 +37,16 @@ impl Device for Scripted {
     };
 
     fn new(params: &Params<'_>) -> Result<Self, Fault> {
-        let how = if params.choice("interpolation") == 0 { Interpolation::Linear } else { Interpolation::Smooth };
+        let interpolation =
+            if params.choice("interpolation") == 0 { Interpolation::Linear } else { Interpolation::Smooth };
         let path = match (params.table("path"), params.text("recording")) {
-            (Some(keys), None) => Path::from_keys(keys, params.table("buttons"), how)?,
-            (None, Some(file)) => Path::from_file(file, how)?,
+            (Some(keys), None) => Path::from_keys(keys, params.table("buttons"), interpolation)?,
+            (None, Some(file)) => Path::from_file(file, interpolation)?,
             (Some(_), Some(_)) => return Err(Fault::bad_argument("`path` and `recording`; allowed is one of them")),
             (None, None) => return Err(Fault::bad_argument("neither `path` nor `recording`; allowed is one of them")),
         };
         let (peak_force, stiffness) = (params.number("peak-force"), params.number("stiffness"));
-        let facts = DeviceInfo {
+        let info = DeviceInfo {
             size: size_of::<DeviceInfo>(),
             effectors: 1,
             buttons: 32,
@@ -58,22 +63,22 @@ impl Device for Scripted {
             taxel_pitch: 0.0,
             taxel_force: 0.0,
         };
-        Ok(Self { path, facts })
+        Ok(Self { path, info })
     }
 
     fn describe(&self) -> DeviceInfo {
-        self.facts
+        self.info
     }
 
-    fn read(&self, time: u64, poses: &mut [Pose]) -> Result<(), Fault> {
-        let (position, buttons) = self.path.at(time as f64 * 1e-9);
+    fn read(&self, time_ns: u64, poses: &mut [Pose]) -> Result<(), Fault> {
+        let Sample { position, buttons } = self.path.sample(time_ns as f64 * 1e-9);
         for pose in poses {
-            *pose = Pose { time_ns: time, flags: POSE_VALID, buttons, position, ..Pose::default() };
+            *pose = Pose { time_ns, flags: POSE_VALID, buttons, position, ..Pose::default() };
         }
         Ok(())
     }
 
-    fn write(&self, _time: u64, _outputs: &[Output]) -> Result<(), Fault> {
+    fn write(&self, _time_ns: u64, _outputs: &[Output]) -> Result<(), Fault> {
         Ok(())
     }
 

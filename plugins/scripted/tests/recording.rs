@@ -1,10 +1,11 @@
-//! Recordings, good and bad.
+//! Recordings from CSV files.
 
 use pliant_plugin_api::abi::Pose;
 use pliant_plugin_api::param::{Params, Value, defaults, position};
 use pliant_plugin_api::{Device, Fault};
 use pliant_scripted::Scripted;
 
+/// A device with a recording of this text.
 fn open(text: &str) -> Result<Scripted, Fault> {
     static COUNT: std::sync::atomic::AtomicU32 = std::sync::atomic::AtomicU32::new(0);
     let number = COUNT.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
@@ -18,7 +19,7 @@ fn open(text: &str) -> Result<Scripted, Fault> {
 }
 
 #[test]
-fn a_recording_is_followed() {
+fn poses_follow_the_recording() {
     let device = open("t,x,y,z,buttons\n# a comment\n0,0,0,0,0\r\n1, 0.1,0,0,2\n").unwrap();
     let mut poses = [Pose::default()];
     device.read(500_000_000, &mut poses).unwrap();
@@ -28,7 +29,7 @@ fn a_recording_is_followed() {
 }
 
 #[test]
-fn bad_rows_are_named() {
+fn invalid_rows_are_refused_by_line() {
     for (text, part) in [
         ("", "no row"),
         ("0,0,0\n", ":1: not 4 or 5"),

@@ -1,4 +1,4 @@
-//! Someone sends places and gets forces.
+//! A program sends positions and receives forces.
 
 use pliant_plugin_api::Device;
 use pliant_plugin_api::abi::{Output, Pose};
@@ -17,11 +17,11 @@ fn open(address: &str, hold: f64) -> Pointer {
     Pointer::new(&Params::new(Pointer::INFO.params, &values)).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Reads until a pose is there or not.
+/// Reads until a pose is valid, or until none is.
 fn read(pointer: &Pointer, valid: bool) -> Pose {
     let (begun, mut poses) = (Instant::now(), [Pose::default()]);
     while (poses[0].flags & 1 == 1) != valid || begun.elapsed() < Duration::from_millis(20) {
-        assert!(begun.elapsed() < Duration::from_secs(10), "it never comes");
+        assert!(begun.elapsed() < Duration::from_secs(10), "no such pose within 10 s");
         pointer.read(0, &mut poses).unwrap();
     }
     poses[0]
@@ -33,31 +33,31 @@ fn output(force: [f64; 3]) -> [Output; 1] {
 }
 
 #[test]
-fn places_go_in_and_forces_come_out() {
+fn positions_are_read_and_forces_answered() {
     let pointer = open("127.0.0.1:0", 0.3);
-    assert_eq!(read(&pointer, false).flags, 0, "nobody has moved it");
+    assert_eq!(read(&pointer, false).flags, 0, "no datagram has arrived");
     let user = UdpSocket::bind("127.0.0.1:0").unwrap();
     user.connect(pointer.address().unwrap()).unwrap();
     user.send(b"0.01 0.02 0.5 3").unwrap();
     let pose = read(&pointer, true);
-    assert_eq!((pose.position, pose.buttons), ([0.01, 0.02, 0.1], 3), "within its workspace");
+    assert_eq!((pose.position, pose.buttons), ([0.01, 0.02, 0.1], 3), "clamped to the workspace");
     user.send(b"nan 0 0").unwrap();
     assert_eq!(read(&pointer, true).position, pose.position);
-    assert_eq!(pointer.counter(1), Some((c"lines refused", 1)));
+    assert_eq!(pointer.counter(1), Some((c"lines rejected", 1)));
     pointer.write(1, &output([33.0, 0.0, 0.0])).unwrap();
     let mut bytes = [0; 64];
     let length = user.recv(&mut bytes).unwrap();
     assert_eq!(&bytes[..length], b"3.300000 0.000000 0.000000\n");
-    let mut felt = output([0.0; 3]);
-    pointer.rendered(99, &mut felt).unwrap();
-    assert!((felt[0].force[0] - 3.3).abs() < 1e-12);
-    pointer.rendered(100, &mut felt).unwrap();
-    assert_eq!(felt[0].force[0], 0.0, "over when its time is");
-    assert_eq!(read(&pointer, false).flags, 0, "let go");
+    let mut rendered = output([0.0; 3]);
+    pointer.rendered(99, &mut rendered).unwrap();
+    assert!((rendered[0].force[0] - 3.3).abs() < 1e-12);
+    pointer.rendered(100, &mut rendered).unwrap();
+    assert_eq!(rendered[0].force[0], 0.0, "the force has expired");
+    assert_eq!(read(&pointer, false).flags, 0, "the position has expired");
 }
 
 #[test]
-fn reading_and_writing_takes_no_memory() {
+fn reading_and_writing_do_not_allocate() {
     let pointer = open("127.0.0.1:0", 10.0);
     let user = UdpSocket::bind("127.0.0.1:0").unwrap();
     user.send_to(b"0 0 0", pointer.address().unwrap()).unwrap();
@@ -69,11 +69,11 @@ fn reading_and_writing_takes_no_memory() {
         pointer.read(0, &mut poses).unwrap();
         pointer.write(0, &output([f64::NAN, 1.0, 0.0])).unwrap();
     }
-    assert_eq!(allocations().expect("counted") - before, 1, "the count itself");
+    assert_eq!(allocations().expect("counted") - before, 1, "asking for the count allocates once");
 }
 
 #[test]
-fn a_port_in_use_is_told() {
+fn probe_reports_a_port_in_use() {
     let pointer = open("127.0.0.1:0", 1.0);
     let address = pointer.address().unwrap().to_string();
     let mut values = param::defaults(Pointer::INFO.params);
