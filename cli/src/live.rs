@@ -6,7 +6,7 @@ use crate::outcome::{Failure, Outcome};
 use crate::run::{default_folder, outcome, stop_flag};
 use crate::text;
 use pliant_live::{Live, LiveSettings, LiveSummary, Spread};
-use pliant_record::{Recorder, RecordingWriter};
+use pliant_record::{Recorder, RecordingInputs, RecordingWriter};
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
@@ -20,7 +20,9 @@ pub fn live(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
     let mut recorder = Recorder::new(&scene, &source, &session, &folder, began)?;
     let mut recording = match &args.record {
         Some(path) => {
-            Some(RecordingWriter::create(path, (&scene, &source), &session, args.scene.mesh.as_deref(), true)?)
+            let mesh = args.scene.mesh.as_deref();
+            let inputs = RecordingInputs { scene: &scene, source: &source, session: &session, mesh, live: true };
+            Some(RecordingWriter::create(path, &inputs)?)
         }
         None => None,
     };

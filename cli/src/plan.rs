@@ -32,7 +32,7 @@ pub fn plan(cli: &Cli, args: &SceneArgs) -> Result<Outcome, Failure> {
         choices: &session.choices,
         loaded: &session.loaded,
         left_out: &session.left_out,
-        bodies: pliant_record::bodies(&session),
+        bodies: pliant_record::summarize_bodies(&session),
         memory: session.bytes(),
         open_seconds: began.elapsed().as_secs_f64(),
         step_cost: session.step_costs().to_vec(),

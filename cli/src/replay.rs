@@ -31,7 +31,7 @@ pub fn replay(cli: &Cli, args: &ReplayArgs) -> Result<Outcome, Failure> {
     for (number, step) in recording.steps.iter().enumerate() {
         session.step_with(&step.poses);
         if args.set.is_empty() {
-            session.tell_given(&step.given);
+            session.tell_given(&step.device_forces);
         }
         stopped = stop.load(Ordering::Relaxed);
         if args.verify && different.is_none() && state_digest(&session) != step.digest {

@@ -7,7 +7,7 @@ use crate::open::open;
 use crate::outcome::{Failure, Outcome};
 use crate::text;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use pliant_record::{CutSummary, Recorder, RecordingWriter, Summary};
+use pliant_record::{CutSummary, Recorder, RecordingInputs, RecordingWriter, Summary};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Arc;
@@ -28,7 +28,9 @@ pub fn run(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
     let mut recorder = Recorder::new(&scene, &source, &session, &folder, began)?;
     let mut recording = match &args.record {
         Some(path) => {
-            Some(RecordingWriter::create(path, (&scene, &source), &session, args.scene.mesh.as_deref(), false)?)
+            let mesh = args.scene.mesh.as_deref();
+            let inputs = RecordingInputs { scene: &scene, source: &source, session: &session, mesh, live: false };
+            Some(RecordingWriter::create(path, &inputs)?)
         }
         None => None,
     };

@@ -2,6 +2,8 @@
 
 use pliant_tests::{Bench, box_scene};
 use std::collections::BTreeMap;
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
 
 /// Every file of a folder and of those in it, with its bytes.
 fn files(bench: &Bench, folder: &str) -> BTreeMap<String, Vec<u8>> {
@@ -59,22 +61,27 @@ fn a_folder_that_cannot_be_written_to_is_found_before_the_run() {
     assert!(files(&bench, "out") == before);
 }
 
+/// Waits until a run into `out` has written rows of its trace under a temporary name; they reach the file some dozens at a time.
+fn wait_for_rows(bench: &Bench, child: &mut Child) {
+    let written = |name: &String| {
+        let temporary = name.starts_with("trace.csv.pliant-") && name.ends_with(".partial");
+        temporary && bench.path(&format!("out/{name}")).metadata().is_ok_and(|m| m.len() > 0)
+    };
+    while !bench.names("out").iter().any(written) {
+        assert!(child.try_wait().expect("asked").is_none(), "it ended by itself");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
 #[test]
 #[cfg(unix)]
 fn a_run_that_is_stopped_puts_what_it_has_aside() {
     use std::os::unix::process::ExitStatusExt;
-    use std::process::{Command, Stdio};
-    use std::time::Duration;
 
     let (bench, before) = bench();
     let args = ["run", "scene.toml", "--out", "out", "--set", "time.duration=1000"];
     let mut child = bench.command(&args).stderr(Stdio::piped()).spawn().expect("starts");
-    // Rows of the trace reach the file some dozens at a time.
-    let partial = format!("out/trace.csv.{}.partial", child.id());
-    while std::fs::metadata(bench.path(&partial)).map_or(0, |m| m.len()) == 0 {
-        assert!(child.try_wait().expect("asked").is_none(), "it ended by itself");
-        std::thread::sleep(Duration::from_millis(5));
-    }
+    wait_for_rows(&bench, &mut child);
     assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill").success());
     let told = child.wait_with_output().expect("ends");
     assert_eq!((told.status.code(), told.status.signal()), (Some(130), None));
@@ -93,4 +100,27 @@ fn a_run_that_is_stopped_puts_what_it_has_aside() {
     assert_eq!(trace.lines().count() as u64, steps + 1);
     after.retain(|path, _| !aside.contains(path));
     assert!(after == before, "{:?}", after.keys());
+}
+
+#[test]
+fn what_a_killed_run_leaves_is_removed_by_the_next() {
+    let (bench, before) = bench();
+    let long = ["run", "scene.toml", "--out", "out", "--set", "time.duration=1000"];
+    let mut killed = bench.command(&long).stderr(Stdio::null()).spawn().expect("starts");
+    wait_for_rows(&bench, &mut killed);
+    // Another run into the same folder, which goes on: what it writes is not removed.
+    let mut other = bench.command(&long).stderr(Stdio::null()).spawn().expect("starts");
+    killed.kill().expect("killed");
+    killed.wait().expect("ended");
+    wait_for_rows(&bench, &mut other);
+    let temporary = || bench.names("out").into_iter().filter(|name| name.ends_with(".partial")).collect::<Vec<_>>();
+    let of_other = temporary();
+    bench.pliant(&["run", "scene.toml", "-q", "--out", "out"]).expect(0);
+    let left = temporary();
+    assert!(left.len() == 3 && left.iter().all(|name| of_other.contains(name)), "{left:?} of {of_other:?}");
+    other.kill().expect("killed");
+    other.wait().expect("ended");
+    bench.pliant(&["run", "scene.toml", "-q", "--out", "out"]).expect(0);
+    assert_eq!(temporary(), [""; 0]);
+    assert_eq!(files(&bench, "out").keys().collect::<Vec<_>>(), before.keys().collect::<Vec<_>>());
 }

@@ -1,10 +1,44 @@
-//! What a run leaves behind: the deformed model, a row a step, the final nodes, and a summary.
+//! The files a run leaves behind: the deformed model, a trace with a row per step, the final nodes, a summary, and recordings of whole
+//! sessions that can be run again.
 //!
-//! Everything is written under a temporary name and renamed when it is whole, so a run that fails or is stopped leaves the
-//! results of the one before it as they were.
+//! A [`Recorder`] follows a session step by step and writes its results into a folder; a [`RecordingWriter`] keeps what a replay
+//! needs, a [`Recording`] gives it back. Every file appears whole or not at all ([`AtomicFile`]), so a run that fails or is stopped
+//! leaves the results of the one before it as they were.
+//!
+//! This crate computes no physics and prints nothing. It reads a session and never steps it.
+//!
+//! # Example
+//! A session is run, recorded and summarised:
+//! ```no_run
+//! use pliant_engine::{plan::Plan, scene, session::{Options, Session}};
+//! use pliant_record::{Recorder, RecordingInputs, RecordingWriter};
+//! use std::{path::Path, time::Instant};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let began = Instant::now();
+//! let (scene, source) = scene::load(Path::new("scenes/touch.toml"), &[])?;
+//! let plan = Plan::new(&scene, &source)?;
+//! let search = pliant_host::Search::new(&[]);
+//! let options = Options { search, threads: 1, mesh: None, recorded: None };
+//! let mut session = Session::open(&scene, &source, plan, &options)?;
+//!
+//! let mut recorder = Recorder::new(&scene, &source, &session, Path::new("out/touch"), began)?;
+//! let inputs = RecordingInputs { scene: &scene, source: &source, session: &session, mesh: None, live: false };
+//! let mut recording = RecordingWriter::create(Path::new("touch.rec"), &inputs)?;
+//! for step in 1..=scene.time.steps() {
+//!     session.step();
+//!     recording.step(&session, session.frame().tools.iter().map(|tool| tool.device_force))?;
+//!     recorder.step(&mut session, step == scene.time.steps())?;
+//! }
+//! recording.finish()?;
+//! let summary = recorder.finish(&mut session, false)?;
+//! println!("largest force {} N", summary.largest_force);
+//! # Ok(())
+//! # }
+//! ```
 
 mod atomic;
-mod forces;
+mod force_plot;
 mod machine;
 mod model;
 mod probe;
@@ -13,12 +47,13 @@ mod recording;
 mod summary;
 mod trace;
 
-pub use atomic::AtomicFile;
+pub use atomic::{AtomicFile, remove_leftovers};
 pub use machine::Machine;
 pub use model::write_model;
 pub use probe::ProbeResult;
 pub use recorder::Recorder;
 pub use recording::{
-    Digest, Header, RecordedFile, RecordedStep, Recording, RecordingError, RecordingWriter, state_digest,
+    Digest, RecordedFile, RecordedStep, Recording, RecordingError, RecordingHeader, RecordingInputs, RecordingWriter,
+    state_digest,
 };
-pub use summary::{BodySummary, CutSummary, StepSeconds, Summary, bodies};
+pub use summary::{BodySummary, CutSummary, Durations, Summary, summarize_bodies};

@@ -1,23 +1,23 @@
-//! The machine a measurement was made on.
+//! The machine a run or measurement was made on.
 
 use serde::Serialize;
 
-/// What a measurement needs to be told with.
+/// What must be known of a machine to judge a measured time.
 #[derive(Clone, Debug, Serialize)]
 pub struct Machine {
-    /// Model of the processor.
+    /// Model name of the processor, or `unknown`.
     pub cpu: String,
     /// Logical processors the program may use.
     pub processors: usize,
-    /// System and architecture.
+    /// Operating system and architecture.
     pub system: String,
-    /// Average number of programs that wanted to run in the last minute, where the system tells.
+    /// Load average over the last minute; `None` where the system does not tell.
     pub load: Option<f64>,
 }
 
 impl Machine {
-    /// This one, now.
-    pub fn here() -> Self {
+    /// The machine this program runs on, with its load now.
+    pub fn current() -> Self {
         let read = |path| std::fs::read_to_string(path).unwrap_or_default();
         let info = read("/proc/cpuinfo");
         let model = info.lines().find_map(|l| l.strip_prefix("model name")?.split_once(':'));
@@ -29,7 +29,7 @@ impl Machine {
         }
     }
 
-    /// Bytes, the most memory the program has held so far, where the system tells.
+    /// Peak resident memory of the program so far, bytes; `None` where the system does not tell.
     pub fn peak_memory() -> Option<u64> {
         let status = std::fs::read_to_string("/proc/self/status").ok()?;
         let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;

@@ -1,4 +1,4 @@
-//! What a scene asks to be measured.
+//! Probes: quantities that a scene asks to be measured.
 
 use pliant_engine::plan::Probe;
 use pliant_engine::scene::ProbeQuantity;
@@ -6,60 +6,65 @@ use pliant_engine::session::{Frame, Session};
 use pliant_solver::{axpy, dot};
 use serde::Serialize;
 
-/// A measured probe.
+/// The result of a probe.
 #[derive(Clone, Debug, Serialize)]
 pub struct ProbeResult {
-    /// As the scene calls it.
+    /// Name in the scene.
     pub name: String,
-    /// SI
+    /// Measured value, SI.
     pub value: f64,
-    /// s, when it was measured
+    /// s, time of the measurement in the run
     pub time: f64,
-    /// What it should be.
+    /// Value the scene expects, if it does.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub expected: Option<f64>,
-    /// `|value - expected| / |expected|`, or the difference itself where nothing is expected but zero
+    /// `|value - expected| / |expected|`, or the absolute difference where zero is expected.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<f64>,
-    /// What the error may be.
+    /// Largest allowed error, in the measure of `error`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
-    /// Whether it is within.
+    /// Whether the error is within the tolerance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub passed: Option<bool>,
-    /// Where the expected value comes from.
+    /// Source of the expected value.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub source: String,
 }
 
-/// The probes of a run.
-pub(super) struct Meter {
+/// Reads the probes of a scene during a run.
+pub(crate) struct ProbeReader {
     readings: Vec<Reading>,
 }
 
+/// One probe and its value so far.
 struct Reading {
     probe: Probe,
+    /// Vertex of the rest surface nearest to the probe's point, for a displacement.
     vertex: usize,
     value: f64,
+    /// s, when `value` was measured
     time: f64,
+    /// Whether its time has come and gone.
     done: bool,
 }
 
 impl Reading {
-    /// Whether this is the moment, and not one before.
+    /// Whether the probe is to be read after this step: its time has come, the run ends, or it wants the largest value.
     fn is_due(&self, frame: &Frame, last: bool) -> bool {
         self.probe.greatest || last || frame.time >= self.probe.time * (1.0 - 1e-12)
     }
 }
 
-impl Meter {
-    pub(super) fn new(session: &Session) -> Self {
+impl ProbeReader {
+    /// Reads nothing yet; finds the vertices of displacement probes.
+    pub(crate) fn new(session: &Session) -> Self {
         let reading = |probe: &Probe| {
             let vertex = match (probe.at, session.body_of_scene(probe.of)) {
                 (Some(at), Some(body)) => {
-                    let away = |p: &[f64; 3]| dot(axpy(*p, -1.0, at), axpy(*p, -1.0, at));
+                    let distance = |p: &[f64; 3]| dot(axpy(*p, -1.0, at), axpy(*p, -1.0, at));
                     let points = body.model.surface.points.iter().enumerate();
-                    points.min_by(|a, b| away(a.1).total_cmp(&away(b.1))).map_or(0, |(v, _)| v)
+                    points.min_by(|a, b| distance(a.1).total_cmp(&distance(b.1))).map_or(0, |(v, _)| v)
                 }
                 _ => 0,
             };
@@ -69,12 +74,13 @@ impl Meter {
     }
 
     /// Whether the surface must be up to date for the next reading.
-    pub(super) fn needs_surface(&self, time: f64, last: bool) -> bool {
+    pub(crate) fn needs_surface(&self, time: f64, last: bool) -> bool {
         let of_surface = |r: &&Reading| r.probe.quantity == ProbeQuantity::Displacement && !r.done;
         self.readings.iter().filter(of_surface).any(|r| r.probe.greatest || last || time >= r.probe.time)
     }
 
-    pub(super) fn read(&mut self, session: &Session, frame: &Frame, last: bool) {
+    /// Reads every probe after a step. `last`: no step comes after it.
+    pub(crate) fn read(&mut self, session: &Session, frame: &Frame, last: bool) {
         for reading in self.readings.iter_mut().filter(|r| !r.done) {
             let of = reading.probe.of;
             let value = match reading.probe.quantity {
@@ -100,11 +106,12 @@ impl Meter {
         }
     }
 
-    pub(super) fn results(&self) -> Vec<ProbeResult> {
+    /// The results, in the order of the scene.
+    pub(crate) fn results(&self) -> Vec<ProbeResult> {
         let result = |r: &Reading| {
             let error = r.probe.expected.map(|expected| {
-                let off = (r.value - expected).abs();
-                if expected == 0.0 { off } else { off / expected.abs() }
+                let difference = (r.value - expected).abs();
+                if expected == 0.0 { difference } else { difference / expected.abs() }
             });
             ProbeResult {
                 name: r.probe.name.clone(),
@@ -113,7 +120,7 @@ impl Meter {
                 expected: r.probe.expected,
                 error,
                 tolerance: error.map(|_| r.probe.tolerance),
-                // A value that is not a number fails this, as it should.
+                // NaN fails this comparison, as it should.
                 passed: error.map(|e| e <= r.probe.tolerance),
                 source: r.probe.source.clone(),
             }

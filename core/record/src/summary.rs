@@ -1,7 +1,7 @@
-//! What a run came to, in one machine-readable document.
+//! The summary of a run: one machine-readable document, `summary.json`.
 
-use super::machine::Machine;
-use super::probe::ProbeResult;
+use crate::machine::Machine;
+use crate::probe::ProbeResult;
 use pliant_engine::plan::LeftOut;
 use pliant_engine::session::{Choices, Event, EventKind, Loaded, Session};
 use pliant_live::{DeviceCounts, LiveSummary};
@@ -9,21 +9,21 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// Seconds of the steps taken.
+/// Statistics of durations, s.
 #[derive(Clone, Debug, Serialize)]
-pub struct StepSeconds {
-    /// s
+pub struct Durations {
+    /// s, the shortest
     pub min: f64,
     /// s, the median
     pub p50: f64,
-    /// s
+    /// s, the 99th percentile
     pub p99: f64,
-    /// s
+    /// s, the longest
     pub max: f64,
 }
 
-impl StepSeconds {
-    /// Of a list in any order; `None` of an empty one.
+impl Durations {
+    /// Statistics of a list in any order, which is sorted; `None` of an empty one.
     pub fn of(seconds: &mut [f64]) -> Option<Self> {
         seconds.sort_by(f64::total_cmp);
         let at = |share: f64| seconds.get(((seconds.len() as f64 * share) as usize).min(seconds.len().max(1) - 1));
@@ -31,132 +31,134 @@ impl StepSeconds {
     }
 }
 
-/// What blades did.
+/// Cuts of a run.
 #[derive(Clone, Debug, Serialize)]
 pub struct CutSummary {
-    /// Advances that changed a mesh.
+    /// Number of advances of a blade that changed a mesh.
     pub advances: usize,
-    /// m^2, of new cut surface inside of closed bodies, one wall of two
+    /// m^2, area of new cut surface inside closed bodies, counted on one side
     pub area: f64,
-    /// m, of new edge, one side of two
+    /// m, length of new border edges on sheets, counted on one side
     pub length: f64,
-    /// Seconds of the advances: mesh, model, lattice and samples
-    pub seconds: StepSeconds,
+    /// Wall-clock time of the advances: mesh, model, lattice and samples.
+    pub seconds: Durations,
 }
 
-/// One body.
+/// One body of a session.
 #[derive(Clone, Debug, Serialize)]
 pub struct BodySummary {
-    /// As the scene calls it.
+    /// Name in the scene.
     pub name: String,
-    /// File of the model, or the kind of shape.
+    /// File of the model, or the kind of generated shape.
     pub model: String,
     /// Vertices of the model.
     pub vertices: usize,
     /// Triangles of the model.
     pub triangles: usize,
-    /// Level of the grid, if it has one.
+    /// Level of the grid, if the body has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub level: Option<u32>,
-    /// m, edge of a cell; of a sheet, the mean edge of its triangles
+    /// m, edge length of a cell; of a sheet, the mean edge of its triangles
     pub edge: f64,
-    /// Occupied cells of the level, if there is a grid.
+    /// Occupied cells of the level, if the body has a grid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cells: Option<u64>,
-    /// Why it stands still, if it does.
+    /// Why the body was frozen, if it was.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frozen: Option<String>,
 }
 
-/// What a run came to.
+/// Results of a run in numbers.
 #[derive(Clone, Debug, Serialize)]
 pub struct Summary {
-    /// The program that made it.
+    /// Program and version that made the run.
     pub program: String,
-    /// The scene's file.
+    /// File of the scene.
     pub scene: PathBuf,
-    /// What it says, `--set` included.
+    /// Content of the scene, `--set` included.
     pub settings: toml::Table,
-    /// Whether it was stopped before its end.
+    /// Whether the run was stopped before its end.
     pub interrupted: bool,
-    /// s
+    /// s, simulated time
     pub simulated_seconds: f64,
     /// s, wall clock, from opening to the last file
     pub wall_seconds: f64,
-    /// s, wall clock, of opening
+    /// s, wall clock, of opening the scene
     pub open_seconds: f64,
-    /// s
+    /// s, step
     pub dt: f64,
-    /// Steps taken.
+    /// Number of steps taken.
     pub steps: u64,
-    /// What was chosen.
+    /// Integrator, step limits, substeps and threads, and why they were chosen.
     pub choices: Choices,
-    /// Seconds of the steps.
-    pub step_seconds: Option<StepSeconds>,
-    /// How it kept its time and its limits, if it was live.
+    /// Wall-clock time of the steps; `None` if none was taken.
+    pub step_seconds: Option<Durations>,
+    /// Timing and force safety of a live run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub live: Option<LiveSummary>,
-    /// What blades did, if they did.
+    /// Cuts, if a blade changed a mesh.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cut: Option<CutSummary>,
-    /// Files that were opened.
+    /// Plugins that were opened.
     pub loaded: Vec<Loaded>,
-    /// What was left out, and why.
+    /// Parts the scene does without, and why.
     pub left_out: Vec<LeftOut>,
-    /// What devices counted, by their names; those that count nothing are not here.
+    /// Counters of the devices by their names, those without counters left out.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub devices: DeviceCounts,
-    /// Bodies that moved.
+    /// The simulated bodies.
     pub bodies: Vec<BodySummary>,
-    /// The most nodes and elements that were active at once.
+    /// Largest number of nodes active at once.
     pub most_nodes: usize,
-    /// See `most_nodes`.
+    /// Largest number of elements active at once.
     pub most_elements: usize,
-    /// Steps with a tool in contact.
+    /// Number of steps with a tool in contact.
     pub contact_steps: u64,
-    /// N, the largest force on a hand
+    /// N, largest force on a hand, before force safety
     pub largest_force: f64,
-    /// Iterations of all solves.
+    /// Iterations of all linear solves.
     pub iterations: u64,
-    /// The largest final relative residual of a solve.
+    /// Largest final relative residual of a solve.
     pub largest_residual: f64,
-    /// Energy of the last step over that of the step a hundred before, per step; of a scheme forced over its limit
+    /// Factor by which the energy grew in a step, over the last hundred steps; of an explicit integrator forced over its limit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub growth: Option<f64>,
-    /// What was measured.
+    /// Results of the probes.
     pub probes: Vec<ProbeResult>,
-    /// How often things happened.
+    /// Number of events of each kind.
     pub event_counts: BTreeMap<EventKind, u64>,
-    /// The first few of each, in full.
+    /// The first events of each kind, in full.
     pub events: Vec<Event>,
-    /// Bytes
+    /// Bytes, peak resident memory; `None` where the system does not tell.
     pub peak_memory: Option<u64>,
-    /// Where it was measured.
+    /// The machine the run was made on.
     pub machine: Machine,
 }
 
 impl Summary {
-    /// Whether every probe that expects something got it, and nothing blew up that was forced to run over its limit.
+    /// Whether every probe with an expected value met it, and no body was frozen in a run that was forced over its step limit.
     pub fn passed(&self) -> bool {
         self.probes.iter().all(|p| p.passed != Some(false)) && !(self.forced() && self.quarantined())
     }
 
+    /// Whether an explicit integrator was forced over its step limit.
     fn forced(&self) -> bool {
         self.event_counts.contains_key(&EventKind::Unstable)
     }
 
+    /// Whether a body was frozen because its material or state failed.
     fn quarantined(&self) -> bool {
         self.event_counts.contains_key(&EventKind::Quarantine)
     }
 
-    /// Whether a plugin or device failed on the way.
+    /// Whether a plugin or device failed during the run.
     pub fn plugin_failed(&self) -> bool {
         self.event_counts.contains_key(&EventKind::DeviceLost) || (self.quarantined() && !self.forced())
     }
 }
 
-/// The bodies of a session.
-pub fn bodies(session: &Session) -> Vec<BodySummary> {
+/// Summaries of the simulated bodies of a session.
+pub fn summarize_bodies(session: &Session) -> Vec<BodySummary> {
     let summary = |body: &pliant_engine::body::Body| BodySummary {
         name: body.name.clone(),
         model: body.model.document.name().display().to_string(),

@@ -1,10 +1,10 @@
-//! One row a step.
+//! CSV tables of a run: a row per step, and the final nodes.
 
 use pliant_engine::session::{Frame, Session};
 use std::io::{self, Write};
 
-/// The names of the columns.
-pub(super) fn head(session: &Session, out: &mut impl Write) -> io::Result<()> {
+/// Writes the line with the names of the columns.
+pub(crate) fn write_header(session: &Session, out: &mut impl Write) -> io::Result<()> {
     write!(out, "time_s")?;
     for slot in &session.tools {
         let n = &slot.tool.name;
@@ -19,8 +19,8 @@ pub(super) fn head(session: &Session, out: &mut impl Write) -> io::Result<()> {
     writeln!(out, ",nodes,elements,kinetic_energy_J,elastic_energy_J,substeps,iterations,residual,step_seconds")
 }
 
-/// The row of a step.
-pub(super) fn row(frame: &Frame, out: &mut impl Write) -> io::Result<()> {
+/// Writes the row of one step.
+pub(crate) fn write_row(frame: &Frame, out: &mut impl Write) -> io::Result<()> {
     write!(out, "{}", frame.time)?;
     for t in &frame.tools {
         let contact = if t.grips {
@@ -48,8 +48,8 @@ pub(super) fn row(frame: &Frame, out: &mut impl Write) -> io::Result<()> {
     )
 }
 
-/// Final nodes of every body.
-pub(super) fn nodes(session: &Session, out: &mut impl Write) -> io::Result<()> {
+/// Writes the nodes of every body as they are, with a line of names.
+pub(crate) fn write_nodes(session: &Session, out: &mut impl Write) -> io::Result<()> {
     writeln!(out, "body,node,rest_x_m,rest_y_m,rest_z_m,x_m,y_m,z_m,vx_m_s,vy_m_s,vz_m_s,mass_kg,constraint")?;
     for body in &session.bodies {
         let n = &body.system.nodes;

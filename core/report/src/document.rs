@@ -90,7 +90,7 @@ pub struct Opened {
 impl Opened {
     /// Looks at the machine, and starts the clock's check.
     pub fn start(setup: &Setup<'_>) -> Self {
-        Self { machine: Machine::here(), watch: Watch::start(setup.clock) }
+        Self { machine: Machine::current(), watch: Watch::start(setup.clock) }
     }
 
     /// Puts it together.

@@ -1,7 +1,10 @@
-//! A short number that tells whether two states or files are the same.
+//! A 64-bit digest that tells whether two states or files are the same.
 
-/// 64 bits of a sequence of words. Every step is one-to-one in the word and in what came before, so that two sequences of one
-/// length that differ in one word never agree, and others agree by chance in one of 2^64. No protection against forgery.
+use pliant_engine::session::Session;
+
+/// Digest of a sequence of 64-bit words. Every step is one-to-one in the word and in the digest before it, so two sequences of one
+/// length that differ in one word never agree, and others agree by chance in one case of 2^64. It gives no protection against
+/// forgery.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Digest(u64);
 
@@ -12,17 +15,17 @@ impl Default for Digest {
 }
 
 impl Digest {
-    /// One more word.
+    /// Adds one word.
     pub fn word(&mut self, word: u64) {
         self.0 = (self.0 ^ word).wrapping_mul(0xd6e8_feb8_6659_fd93).rotate_left(32);
     }
 
-    /// Numbers, by their bits.
+    /// Adds numbers by their bits.
     pub fn numbers(&mut self, numbers: &[f64]) {
         numbers.iter().for_each(|number| self.word(number.to_bits()));
     }
 
-    /// Bytes, and how many there are.
+    /// Adds bytes and their number.
     pub fn bytes(&mut self, bytes: &[u8]) {
         let (words, rest) = bytes.as_chunks::<8>();
         words.iter().for_each(|word| self.word(u64::from_le_bytes(*word)));
@@ -32,17 +35,32 @@ impl Digest {
         self.word(bytes.len() as u64);
     }
 
-    /// Of bytes alone.
+    /// Digest of bytes alone.
     pub fn of(bytes: &[u8]) -> u64 {
         let mut digest = Self::default();
         digest.bytes(bytes);
         digest.value()
     }
 
-    /// What it comes to.
+    /// The digest of what was added so far.
     pub fn value(self) -> u64 {
         self.0 ^ (self.0 >> 29)
     }
+}
+
+/// Digest of the state of a session: positions and velocities of the nodes of every body, proxies and forces of its tools.
+pub fn state_digest(session: &Session) -> u64 {
+    let mut digest = Digest::default();
+    for body in &session.bodies {
+        let nodes = &body.system.nodes;
+        digest.word(nodes.len() as u64);
+        nodes.x.iter().chain(&nodes.v).for_each(|of_node| digest.numbers(of_node));
+    }
+    for tool in &session.frame().tools {
+        digest.numbers(&tool.proxy);
+        digest.numbers(&tool.force);
+    }
+    digest.value()
 }
 
 #[cfg(test)]

@@ -1,39 +1,39 @@
-//! Forces as a picture: what it takes to hold nodes, as arrows on the mesh, in the manner of figure 8 of Tripicchio, D'Avella and
-//! Ruffaldi (2022).
+//! A picture of the forces that hold nodes, as arrows on the mesh, in the manner of figure 8 of Tripicchio, D'Avella and Ruffaldi
+//! (2022).
 
-use super::atomic::AtomicFile;
+use crate::atomic::AtomicFile;
 use pliant_engine::body::Body;
 use pliant_solver::{V3, dot};
 use std::io::{self, Write};
 use std::path::Path;
 
-/// Of the drawing, in its own units.
+/// Width of the drawing in its own units.
 const WIDTH: f64 = 800.0;
-/// Longest arrow over the width.
-const LONGEST: f64 = 0.2;
-/// Arrows shorter than this over the longest are left out.
-const SHORTEST: f64 = 1e-3;
-/// Sine and cosine of 30 degrees.
-const TURN: (f64, f64) = (0.5, 0.866_025_403_784_438_6);
+/// Length of the longest arrow as a share of the width.
+const LONGEST_ARROW: f64 = 0.2;
+/// Arrows shorter than this share of the longest are left out.
+const SHORTEST_ARROW: f64 = 1e-3;
+/// Sine and cosine of 30 degrees, the angle of both horizontal axes in isometric projection.
+const AXIS_ANGLE: (f64, f64) = (0.5, 0.866_025_403_784_438_6);
 
-/// Writes one picture of all bodies, with `reactions` (N, n x 3) of each: dark blue where a node is held by the scene, red where a tip
-/// holds it. It is seen in isometric projection, z up, x to the lower right and y to the upper right.
+/// Writes one picture of all bodies with their reactions (N, n x 3): dark blue where the scene holds a node, red where a tip holds it. The
+/// projection is isometric, z up, x to the lower right and y to the upper right.
 ///
 /// # Errors
 /// What the file system says, with the path.
-pub(super) fn write_forces<'a>(bodies: impl Iterator<Item = (&'a Body, &'a [V3])>, path: &Path) -> io::Result<()> {
+pub(super) fn write_force_plot<'a>(bodies: impl Iterator<Item = (&'a Body, &'a [V3])>, path: &Path) -> io::Result<()> {
     let bodies: Vec<(&Body, &[V3])> = bodies.collect();
-    let points = bodies.iter().flat_map(|(body, _)| &body.skin.x).map(|p| seen(*p));
+    let points = bodies.iter().flat_map(|(body, _)| &body.skin.x).map(|p| project(*p));
     let mut bounds = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
     for p in points {
         for i in 0..2 {
             (bounds[0][i], bounds[1][i]) = (bounds[0][i].min(p[i]), bounds[1][i].max(p[i]));
         }
     }
-    let size = (bounds[1][0] - bounds[0][0]).max(bounds[1][1] - bounds[0][1]).max(f64::MIN_POSITIVE);
-    let most = bodies.iter().flat_map(|(_, all)| *all).map(|f| dot(*f, *f).sqrt()).fold(0.0, f64::max);
-    let margin = LONGEST * WIDTH;
-    let scale = (WIDTH - 2.0 * margin) / size;
+    let extent = (bounds[1][0] - bounds[0][0]).max(bounds[1][1] - bounds[0][1]).max(f64::MIN_POSITIVE);
+    let largest = bodies.iter().flat_map(|(_, all)| *all).map(|f| dot(*f, *f).sqrt()).fold(0.0, f64::max);
+    let margin = LONGEST_ARROW * WIDTH;
+    let scale = (WIDTH - 2.0 * margin) / extent;
     let on_page = |p: [f64; 2]| [margin + scale * (p[0] - bounds[0][0]), margin + scale * (bounds[1][1] - p[1])];
     let height = 2.0 * margin + scale * (bounds[1][1] - bounds[0][1]) + 30.0;
     let mut file = AtomicFile::create(path)?;
@@ -48,7 +48,7 @@ pub(super) fn write_forces<'a>(bodies: impl Iterator<Item = (&'a Body, &'a [V3])
     for (body, _) in &bodies {
         write!(file, r##"<path fill="none" stroke="#b8b8b8" stroke-width="0.6" d=""##)?;
         for (ends, _) in body.model.surface.edges().iter() {
-            let [a, b] = ends.map(|v| on_page(seen(body.skin.x[v as usize])));
+            let [a, b] = ends.map(|v| on_page(project(body.skin.x[v as usize])));
             write!(file, "M{:.2} {:.2}L{:.2} {:.2}", a[0], a[1], b[0], b[1])?;
         }
         writeln!(file, r#""/>"#)?;
@@ -57,10 +57,10 @@ pub(super) fn write_forces<'a>(bodies: impl Iterator<Item = (&'a Body, &'a [V3])
         let nodes = &body.system.nodes;
         for (i, force) in reactions.iter().enumerate() {
             let size = dot(*force, *force).sqrt();
-            if most == 0.0 || size < SHORTEST * most {
+            if largest == 0.0 || size < SHORTEST_ARROW * largest {
                 continue;
             }
-            let (from, along) = (on_page(seen(nodes.x[i])), seen(*force).map(|c| margin * c / most));
+            let (from, along) = (on_page(project(nodes.x[i])), project(*force).map(|c| margin * c / largest));
             let (class, colour) = if nodes.constraint[i].is_free() { ("tip", "#c0392b") } else { ("held", "#1f3c88") };
             writeln!(
                 file,
@@ -74,15 +74,15 @@ pub(super) fn write_forces<'a>(bodies: impl Iterator<Item = (&'a Body, &'a [V3])
     }
     writeln!(
         file,
-        r##"<text x="10" y="{:.0}">longest arrow {most:.4e} N; <tspan fill="#1f3c88">held nodes</tspan>, <tspan fill="#c0392b">nodes on a tip</tspan></text>
+        r##"<text x="10" y="{:.0}">longest arrow {largest:.4e} N; <tspan fill="#1f3c88">held nodes</tspan>, <tspan fill="#c0392b">nodes on a tip</tspan></text>
 </svg>"##,
         height - 10.0
     )?;
     file.finish()
 }
 
-/// In isometric projection: to the right and up.
-fn seen(p: V3) -> [f64; 2] {
-    let (s, c) = TURN;
+/// A point (m) in isometric projection: to the right and up (m).
+fn project(p: V3) -> [f64; 2] {
+    let (s, c) = AXIS_ANGLE;
     [c * (p[0] + p[1]), p[2] + s * (p[1] - p[0])]
 }

@@ -1,13 +1,15 @@
-//! Poses, limits and lapses as bytes.
+//! Poses, device limits and lapses as little-endian bytes, and back.
 
 use pliant_engine::session::{Lapse, Stage};
 use pliant_host::{DeviceInfo, Pose};
 use pliant_solver::V3;
 
+/// Appends numbers, 8 bytes each.
 pub(super) fn put_numbers(out: &mut Vec<u8>, numbers: &[f64]) {
     numbers.iter().for_each(|n| out.extend_from_slice(&n.to_le_bytes()));
 }
 
+/// Appends a pose: time, flags, buttons, position, orientation, velocity.
 pub(super) fn put_pose(out: &mut Vec<u8>, pose: &Pose) {
     out.extend_from_slice(&pose.time_ns.to_le_bytes());
     out.extend_from_slice(&pose.flags.to_le_bytes());
@@ -17,51 +19,63 @@ pub(super) fn put_pose(out: &mut Vec<u8>, pose: &Pose) {
     put_numbers(out, &pose.velocity);
 }
 
+/// Appends a device: its counts, limits and workspace, then its name to the end of the block.
 pub(super) fn put_device(out: &mut Vec<u8>, name: &str, facts: &DeviceInfo) {
     let counts = [facts.effectors, facts.buttons, facts.driven_axes, facts.taxel_rows, facts.taxel_columns];
     counts.iter().for_each(|n| out.extend_from_slice(&n.to_le_bytes()));
-    put_numbers(out, &limits_of(facts));
+    put_numbers(out, &limits(facts));
     put_numbers(out, &facts.workspace);
     out.extend_from_slice(name.as_bytes());
 }
 
-fn limits_of(f: &DeviceInfo) -> [f64; 8] {
+/// The limits of a device that are single numbers, in the order of the file.
+fn limits(f: &DeviceInfo) -> [f64; 8] {
     [f.rate, f.peak_force, f.continuous_force, f.stiffness, f.damping, f.resolution, f.taxel_pitch, f.taxel_force]
 }
 
+/// Appends a lapse: step, body, stage, then its reason to the end of the block.
 pub(super) fn put_lapse(out: &mut Vec<u8>, lapse: &Lapse) {
     out.extend_from_slice(&lapse.step.to_le_bytes());
     out.extend_from_slice(&lapse.body.to_le_bytes());
-    out.push(u8::from(lapse.stage == Stage::Step));
+    out.push(match lapse.stage {
+        Stage::Region => 0,
+        Stage::Step => 1,
+    });
     out.extend_from_slice(lapse.why.as_bytes());
 }
 
-/// Takes things off the front of bytes; `None` where they end too soon.
-pub(super) struct Taker<'a>(pub(super) &'a [u8]);
+/// Reads values off the front of bytes. Each read gives `None` where the bytes end too soon.
+pub(super) struct ByteReader<'a>(pub(super) &'a [u8]);
 
-impl<'a> Taker<'a> {
+impl<'a> ByteReader<'a> {
+    /// The next `count` bytes.
     pub(super) fn bytes(&mut self, count: usize) -> Option<&'a [u8]> {
         let (taken, rest) = self.0.split_at_checked(count)?;
         self.0 = rest;
         Some(taken)
     }
 
+    /// The next `N` bytes.
     fn array<const N: usize>(&mut self) -> Option<[u8; N]> {
         self.bytes(N)?.try_into().ok()
     }
 
-    pub(super) fn byte(&mut self) -> Option<u8> {
+    /// The next byte.
+    fn byte(&mut self) -> Option<u8> {
         self.array::<1>().map(|[byte]| byte)
     }
 
+    /// The next 32-bit integer.
     pub(super) fn u32(&mut self) -> Option<u32> {
         self.array().map(u32::from_le_bytes)
     }
 
+    /// The next 64-bit integer.
     pub(super) fn u64(&mut self) -> Option<u64> {
         self.array().map(u64::from_le_bytes)
     }
 
+    /// The next `N` numbers.
     fn numbers<const N: usize>(&mut self) -> Option<[f64; N]> {
         let mut numbers = [0.0; N];
         for number in &mut numbers {
@@ -70,14 +84,17 @@ impl<'a> Taker<'a> {
         Some(numbers)
     }
 
+    /// The next vector.
     pub(super) fn vector(&mut self) -> Option<V3> {
         self.numbers()
     }
 
-    pub(super) fn text(&mut self) -> Option<String> {
+    /// The rest as text; `None` also where it is not UTF-8.
+    fn text(&mut self) -> Option<String> {
         String::from_utf8(std::mem::take(&mut self.0).to_vec()).ok()
     }
 
+    /// A pose as [`put_pose`] writes it.
     pub(super) fn pose(&mut self) -> Option<Pose> {
         Some(Pose {
             time_ns: self.u64()?,
@@ -90,6 +107,7 @@ impl<'a> Taker<'a> {
         })
     }
 
+    /// A device's name and limits as [`put_device`] writes them.
     pub(super) fn device(&mut self) -> Option<(String, DeviceInfo)> {
         let mut counts = [0; 5];
         for count in &mut counts {
@@ -118,6 +136,7 @@ impl<'a> Taker<'a> {
         Some((self.text()?, facts))
     }
 
+    /// A lapse as [`put_lapse`] writes it.
     pub(super) fn lapse(&mut self) -> Option<Lapse> {
         let (step, body) = (self.u64()?, self.u32()?);
         let stage = if self.byte()? == 0 { Stage::Region } else { Stage::Step };
