@@ -7,7 +7,7 @@ use crate::args::{CheckArgs, Cli};
 use crate::child::{Ended, wait};
 use crate::outcome::{Failure, Outcome};
 use crate::text;
-use pliant_host::{Library, Search};
+use pliant_host::{Library, SearchPath};
 use pliant_plugin_api::kit::{Kind, Verdict, cases};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -32,7 +32,7 @@ fn find(cli: &Cli, file: &Path) -> Result<PathBuf, Failure> {
         return file.canonicalize().map_err(Failure::from);
     }
     let name = file.to_string_lossy();
-    Ok(Search::new(&cli.plugin_path).find(&name, Path::new("."))?.path)
+    Ok(SearchPath::new(&cli.plugin_path).find(&name, Path::new("."))?.path)
 }
 
 /// In the child: `list`, or `PLACE/CASE`.

@@ -3,7 +3,10 @@
 use crate::args::{Cli, DeviceCommand, DoctorArgs};
 use crate::outcome::{Failure, Outcome};
 use crate::text;
-use pliant_host::{Finding, Kind, Library, ParamKind, ParamValue, PluginInfo, Search, Settings, probe, real_time};
+use pliant_host::{
+    Finding, Library, ParamKind, ParamSettings, ParamValue, PluginInfo, PluginKind, SearchPath, probe_device,
+    realtime_rights,
+};
 use pliant_plugin_api::abi;
 use serde_json::{Value, json};
 use std::ffi::OsString;
@@ -11,7 +14,7 @@ use std::path::Path;
 use std::process::Command;
 
 pub fn device(cli: &Cli, what: &DeviceCommand) -> Result<Outcome, Failure> {
-    let search = Search::new(&cli.plugin_path);
+    let search = SearchPath::new(&cli.plugin_path);
     match what {
         DeviceCommand::List => list(cli, &search),
         DeviceCommand::Doctor(args) => doctor(cli, &search, args),
@@ -27,9 +30,9 @@ struct Asked {
 }
 
 impl Asked {
-    fn ask(library: &'static Library, info: &'static PluginInfo, settings: &Settings) -> Self {
+    fn ask(library: &'static Library, info: &'static PluginInfo, settings: &ParamSettings) -> Self {
         let failed = |error: &dyn std::fmt::Display| vec![Finding::missing("plugin", error.to_string(), "")];
-        let findings = probe(library, &info.id, settings).unwrap_or_else(|error| Some(failed(&error)));
+        let findings = probe_device(library, &info.id, settings).unwrap_or_else(|error| Some(failed(&error)));
         Self { library, info, findings }
     }
 
@@ -55,16 +58,16 @@ fn state(finding: &Finding) -> &'static str {
     }
 }
 
-fn devices(search: &Search) -> Vec<Asked> {
+fn devices(search: &SearchPath) -> Vec<Asked> {
     let libraries = search.scan().into_iter().filter_map(|found| Library::open(&found.path).ok());
     let each = |library: &'static Library| {
-        let devices = library.plugins().iter().filter(|p| p.kind == Kind::Device);
-        devices.map(move |info| Asked::ask(library, info, &Settings::new()))
+        let devices = library.plugins().iter().filter(|p| p.kind == PluginKind::Device);
+        devices.map(move |info| Asked::ask(library, info, &ParamSettings::new()))
     };
     libraries.flat_map(each).collect()
 }
 
-fn list(cli: &Cli, search: &Search) -> Result<Outcome, Failure> {
+fn list(cli: &Cli, search: &SearchPath) -> Result<Outcome, Failure> {
     let all = devices(search);
     if cli.json {
         let rows: Vec<Value> = all.iter().map(Asked::json).collect();
@@ -79,20 +82,20 @@ fn list(cli: &Cli, search: &Search) -> Result<Outcome, Failure> {
 }
 
 /// Exit code 1 where something is missing.
-fn doctor(cli: &Cli, search: &Search, args: &DoctorArgs) -> Result<Outcome, Failure> {
+fn doctor(cli: &Cli, search: &SearchPath, args: &DoctorArgs) -> Result<Outcome, Failure> {
     let asked = match &args.name {
         None => devices(search),
         Some(name) => {
             let library = Library::open(&search.find(name, Path::new("."))?.path)?;
             let none = || Failure::input(format!("`{name}` is no device; `pliant device list` names those there are"));
-            let known = library.plugins().iter().find(|p| p.kind == Kind::Device && p.id == *name);
-            let info = known.or_else(|| library.only(Kind::Device)).ok_or_else(none)?;
+            let known = library.plugins().iter().find(|p| p.kind == PluginKind::Device && p.id == *name);
+            let info = known.or_else(|| library.only_plugin(PluginKind::Device)).ok_or_else(none)?;
             let settings =
                 args.set.iter().map(|s| setting(info, s)).collect::<Result<_, _>>().map_err(Failure::input)?;
             vec![Asked::ask(library, info, &settings)]
         }
     };
-    let host = real_time();
+    let host = realtime_rights();
     let outcome = if asked.iter().any(|a| a.lacks().is_some()) { Outcome::CheckFailed } else { Outcome::Done };
     if cli.json {
         let rows: Vec<Value> = asked.iter().map(Asked::json).collect();
@@ -124,7 +127,7 @@ fn setting(info: &PluginInfo, (key, text): &(String, String)) -> Result<(usize, 
     let place = place.ok_or_else(|| format!("`{}` has no parameter `{key}`; allowed is {}", info.id, known()))?;
     let param = &info.params[place];
     let value = match param.kind {
-        ParamKind::Number { .. } => text.parse().map(ParamValue::Number).map_err(|_| param.takes()),
+        ParamKind::Number { .. } => text.parse().map(ParamValue::Number).map_err(|_| param.allowed()),
         ParamKind::Table { .. } => Err("nothing here: tables are for scenes".into()),
         _ => Ok(ParamValue::Text(text.clone())),
     };
@@ -134,8 +137,8 @@ fn setting(info: &PluginInfo, (key, text): &(String, String)) -> Result<(usize, 
 }
 
 /// Becomes the stand-in: a process of its own, under this one's number where the system can.
-fn emulate(search: &Search, name: &str, args: &[OsString]) -> Result<Outcome, Failure> {
-    let program = search.twin(name)?;
+fn emulate(search: &SearchPath, name: &str, args: &[OsString]) -> Result<Outcome, Failure> {
+    let program = search.find_twin(name)?;
     let mut command = Command::new(&program);
     command.args(args);
     #[cfg(unix)]

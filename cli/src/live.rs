@@ -5,7 +5,7 @@ use crate::open::open;
 use crate::outcome::{Failure, Outcome};
 use crate::run::{default_folder, outcome, stop_flag};
 use crate::text;
-use pliant_live::{Live, LiveSettings, LiveSummary, Spread};
+use pliant_live::{LiveSession, LiveSettings, LiveSummary, Percentiles};
 use pliant_record::{Recorder, RecordingInputs, RecordingWriter};
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -28,12 +28,12 @@ pub fn live(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
     };
     let duration = args.duration.unwrap_or(scene.time.duration.get_ref().si);
     let stop = stop_flag();
-    let mut live = Live::start(&mut session, LiveSettings { rate: args.rate, viewer: None })?;
+    let mut live = LiveSession::start(&mut session, LiveSettings { rate: args.rate, viewer: None })?;
     let mut stopped = false;
     loop {
         let samples = live.step(&mut session);
         if let Some(recording) = &mut recording {
-            recording.step(&session, samples.given.iter().copied())?;
+            recording.step(&session, samples.device_forces.iter().copied())?;
         }
         stopped |= stop.load(Ordering::Relaxed);
         let last = stopped || !live.is_alive() || live.seconds() >= duration;
@@ -63,44 +63,44 @@ pub fn live(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
 
 /// What a person wants to know of it.
 pub fn tell(live: &LiveSummary) {
-    let kept = 100.0 * live.kept;
+    let kept = 100.0 * live.real_time_factor;
     text::note(&format!(
         "live for {}: {} ticks at {} Hz, {} missed; priority {}",
         text::seconds(live.seconds),
         live.ticks,
         live.rate,
         live.missed,
-        live.footing.priority
+        live.realtime.priority
     ));
-    text::note(&format!("  timer {}; memory {}", live.footing.timer, live.footing.memory));
-    if let Some(took) = live.took {
-        let [ran, waited, stolen] = [took.ran, took.waited, took.stolen].map(text::seconds);
+    text::note(&format!("  timer {}; memory {}", live.realtime.timer, live.realtime.memory));
+    if let Some(usage) = live.thread_usage {
+        let [ran, waited, stolen] = [usage.running, usage.waiting, usage.steal_time].map(text::seconds);
         text::note(&format!(
             "  the haptic thread ran {ran}, was ready without a processor for {waited}, preempted {} times, {} page \
              faults; {stolen} of all processors went to other machines",
-            took.preempted, took.faults
+            usage.preemptions, usage.page_faults
         ));
     }
     spread("  period", live.period);
     spread("  late", live.lateness);
     spread("  device to force", live.latency);
     spread("  age of contacts", live.contact_age);
-    text::note(&format!("the simulation kept {kept:.1} % of real time, {} were lost", text::seconds(live.lost)));
-    if live.watchdog > 0 {
-        text::note(&format!("the watchdog stopped the devices {} times", live.watchdog));
+    text::note(&format!("the simulation kept {kept:.1} % of real time, {} were lost", text::seconds(live.lost_time)));
+    if live.watchdog_trips > 0 {
+        text::note(&format!("the watchdog stopped the devices {} times", live.watchdog_trips));
     }
     for hand in &live.hands {
-        for (cause, count) in hand.changed.iter().filter(|(_, count)| **count > 0) {
+        for (cause, count) in hand.safety_counts.iter().filter(|(_, count)| **count > 0) {
             text::note(&format!("hand of tool `{}`: {cause}, {count} times", hand.tool));
         }
-        if hand.dropped + hand.slowed > 0 {
-            let (name, dropped, slowed) = (&hand.tool, hand.dropped, hand.slowed);
+        if hand.dropped_samples + hand.speed_limited_samples > 0 {
+            let (name, dropped, slowed) = (&hand.tool, hand.dropped_samples, hand.speed_limited_samples);
             text::note(&format!("hand of tool `{name}`: {dropped} samples dropped, {slowed} followed at its speed"));
         }
     }
 }
 
-fn spread(what: &str, spread: Option<Spread>) {
+fn spread(what: &str, spread: Option<Percentiles>) {
     if let Some(s) = spread {
         let [p50, p99, p999, max] = [s.p50, s.p99, s.p999, s.max].map(text::seconds);
         text::note(&format!("{what}: {p50} (p99 {p99}, p99.9 {p999}, most {max})"));

@@ -3,13 +3,13 @@
 use crate::args::{Cli, PluginCommand};
 use crate::outcome::{Failure, Outcome};
 use crate::text;
-use pliant_host::{ChoiceSource, Kind, Library, ParamInfo, ParamKind, PluginInfo, Search, sources};
+use pliant_host::{ChoiceSource, Library, ParamInfo, ParamKind, PluginInfo, PluginKind, SearchPath, choice_sources};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
 
 pub fn plugin(cli: &Cli, what: &PluginCommand) -> Result<Outcome, Failure> {
-    let search = Search::new(&cli.plugin_path);
+    let search = SearchPath::new(&cli.plugin_path);
     match what {
         PluginCommand::List => list(cli, &search),
         PluginCommand::Info { name } => info(cli, &search, name),
@@ -19,7 +19,7 @@ pub fn plugin(cli: &Cli, what: &PluginCommand) -> Result<Outcome, Failure> {
 }
 
 /// Every library that is found; one that cannot be opened is listed with its reason, and the exit code says so.
-fn list(cli: &Cli, search: &Search) -> Result<Outcome, Failure> {
+fn list(cli: &Cli, search: &SearchPath) -> Result<Outcome, Failure> {
     let (mut rows, mut lines, mut outcome) = (Vec::new(), Vec::new(), Outcome::Done);
     for found in search.scan() {
         match Library::open(&found.path) {
@@ -43,7 +43,7 @@ fn list(cli: &Cli, search: &Search) -> Result<Outcome, Failure> {
     text::out(&document).map(|_| outcome)
 }
 
-fn info(cli: &Cli, search: &Search, name: &str) -> Result<Outcome, Failure> {
+fn info(cli: &Cli, search: &SearchPath, name: &str) -> Result<Outcome, Failure> {
     let found = search.find(name, Path::new("."))?;
     let library = Library::open(&found.path)?;
     if cli.json {
@@ -58,7 +58,7 @@ fn info(cli: &Cli, search: &Search, name: &str) -> Result<Outcome, Failure> {
         let cited = cited(library, p);
         for (place, param) in p.params.iter().enumerate() {
             lines.push(format!("  {:<18} {}", param.key, param.summary));
-            lines.push(format!("  {:<18}   {}{}", "", param.takes(), default(param)));
+            lines.push(format!("  {:<18}   {}{}", "", param.allowed(), default(param)));
             for (choices, source) in by_source(place, param, &cited) {
                 lines.push(format!("  {:<18}   {}: {}", "", choices.join(", "), source.source));
                 if !source.unknown.is_empty() {
@@ -72,7 +72,7 @@ fn info(cli: &Cli, search: &Search, name: &str) -> Result<Outcome, Failure> {
 
 /// Where the numbers behind a plugin's choices come from. One that cannot say is listed all the same.
 fn cited(library: &'static Library, p: &PluginInfo) -> Vec<ChoiceSource> {
-    if p.kind == Kind::Material { sources(library, &p.id).unwrap_or_default() } else { Vec::new() }
+    if p.kind == PluginKind::Material { choice_sources(library, &p.id).unwrap_or_default() } else { Vec::new() }
 }
 
 /// The choices of a parameter that share a source, with it.

@@ -7,7 +7,7 @@ use crate::text;
 use pliant_engine::plan::Plan;
 use pliant_engine::scene::{self, Scene, Source};
 use pliant_engine::session::{Options, Session};
-use pliant_host::Search;
+use pliant_host::SearchPath;
 use pliant_record::{Recorder, Recording, state_digest};
 use std::path::Path;
 use std::sync::atomic::Ordering;
@@ -75,7 +75,7 @@ fn open(cli: &Cli, args: &ReplayArgs, recording: &Recording) -> Result<(Scene, S
     }
     let plan = Plan::new(&scene, &source)?;
     let options = Options {
-        search: Search::new(&cli.plugin_path),
+        search: SearchPath::new(&cli.plugin_path),
         threads: args.threads,
         mesh: header.mesh.clone(),
         recorded: Some(recording.devices.clone()),

@@ -4,7 +4,7 @@
 use pliant_engine::plan::Plan;
 use pliant_engine::scene;
 use pliant_engine::session::{Options, Session};
-use pliant_host::Search;
+use pliant_host::SearchPath;
 use pliant_neo_hookean::NeoHookean;
 use pliant_plugin_api::kit::{self, Body, MaterialUnderTest};
 use pliant_plugin_api::{TangentScale, abi};
@@ -99,7 +99,8 @@ fn touch() {
             let sets = [set("body.0.material.plugin", name), set("time.integrator", integrator)];
             let (scene, source) = scene::load(&root().join("scenes/touch.toml"), &sets).unwrap();
             let plan = Plan::new(&scene, &source).unwrap();
-            let options = Options { search: Search::new(&[]), threads: 1, mesh: Some(mesh.clone()), recorded: None };
+            let options =
+                Options { search: SearchPath::new(&[]), threads: 1, mesh: Some(mesh.clone()), recorded: None };
             let mut session = Session::open(&scene, &source, plan, &options).unwrap();
             let (mut seconds, mut force, mut iterations) = (Vec::new(), 0.0_f64, 0);
             for _ in 0..600 {

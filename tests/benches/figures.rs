@@ -5,7 +5,7 @@
 use pliant_engine::plan::Plan;
 use pliant_engine::scene;
 use pliant_engine::session::{Options, Session};
-use pliant_host::{Grid, Search};
+use pliant_host::{Grid, SearchPath};
 use pliant_mesh::{ObjDocument, Placement, Surface, generate};
 use pliant_tests::{Bench, library, root, shared_mesh};
 use std::path::Path;
@@ -84,7 +84,7 @@ fn growth_with_the_mesh() {
         let mesh = bench.write("bunny.obj", bytes);
         let (scene, source) = scene::load(&root().join("scenes/touch.toml"), &[]).unwrap();
         let plan = Plan::new(&scene, &source).unwrap();
-        let options = Options { search: Search::new(&[]), threads: 1, mesh: Some(mesh), recorded: None };
+        let options = Options { search: SearchPath::new(&[]), threads: 1, mesh: Some(mesh), recorded: None };
         let start = Instant::now();
         let mut session = Session::open(&scene, &source, plan, &options).unwrap();
         let open = start.elapsed().as_secs_f64();

@@ -1,8 +1,8 @@
 //! A simulated arm with a hand on it, for loops that are closed: mass and friction of the arm, encoders that count, a hand that
 //! is a spring and a damper between the arm and where it wants to be. It moves in the time it is read at, not the clock's.
 
-use pliant_host::{DeviceInfo, Output, Pose};
-use pliant_live::{Haptic, StopNow};
+use pliant_host::{DeviceInfo, EffectorOutput, Pose};
+use pliant_live::{HapticDevice, StopDevice};
 use pliant_plugin_api::abi::{POSE_VALID, Status};
 use pliant_solver::{V3, axpy, dot};
 use std::sync::{Arc, Mutex};
@@ -110,8 +110,8 @@ impl ArmState {
     }
 }
 
-impl Haptic for Arm {
-    fn facts(&self) -> DeviceInfo {
+impl HapticDevice for Arm {
+    fn device_info(&self) -> DeviceInfo {
         DeviceInfo {
             size: size_of::<DeviceInfo>(),
             effectors: 1,
@@ -142,14 +142,14 @@ impl Haptic for Arm {
         Status::OK
     }
 
-    fn write(&mut self, _: u64, outputs: &[Output<'_>]) -> Status {
+    fn write(&mut self, _: u64, outputs: &[EffectorOutput<'_>]) -> Status {
         let mut state = state(&self.state);
         (state.force, state.valid_until) = (outputs[0].force, outputs[0].valid_until);
         state.forces.push(outputs[0].force);
         Status::OK
     }
 
-    fn stopper(&self) -> StopNow {
+    fn stop_handle(&self) -> StopDevice {
         let of_arm = Arc::clone(&self.state);
         Box::new(move || {
             let mut state = state(&of_arm);

@@ -3,7 +3,7 @@
 
 use crate::arm::{Arm, ArmModel, ArmState};
 use pliant_engine::session::Session;
-use pliant_live::{Exchange, Haptic, Servo, servo};
+use pliant_live::{HapticDevice, Servo, SimulationPort};
 use pliant_solver::V3;
 use std::sync::{Arc, Mutex};
 
@@ -14,7 +14,7 @@ pub struct Bout {
     /// The haptic side.
     pub servo: Servo,
     /// The simulation's side.
-    pub exchange: Exchange,
+    pub port: SimulationPort,
     /// In the order of the session's devices.
     pub arms: Vec<Arc<Mutex<ArmState>>>,
     tick: u64,
@@ -25,14 +25,14 @@ impl Bout {
     pub fn new(mut session: Session, models: Vec<ArmModel>) -> Self {
         drop(session.take_devices());
         session.lead_tips();
-        let (mut devices, mut arms) = (Vec::<Box<dyn Haptic>>::new(), Vec::new());
+        let (mut devices, mut arms) = (Vec::<Box<dyn HapticDevice>>::new(), Vec::new());
         for model in models {
             let (arm, state) = Arm::new(model);
             devices.push(Box::new(arm));
             arms.push(state);
         }
-        let (servo, exchange) = servo(&session, devices, None);
-        Self { session, servo, exchange, arms, tick: 0 }
+        let (servo, port) = Servo::new(&session, devices, None);
+        Self { session, servo, port, arms, tick: 0 }
     }
 
     /// s
@@ -46,7 +46,7 @@ impl Bout {
             self.tick += 1;
             self.servo.tick((self.time() * 1e9).round() as u64);
             if every > 0 && self.tick.is_multiple_of(every) {
-                self.exchange.step(&mut self.session);
+                self.port.step(&mut self.session);
             }
         }
     }

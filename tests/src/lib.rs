@@ -14,7 +14,7 @@ pub mod solid;
 pub mod twin;
 pub mod wall;
 
-use pliant_host::{Library, Search};
+use pliant_host::{Library, SearchPath};
 use pliant_solver::StepTime;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -58,7 +58,7 @@ pub fn built(name: &str) -> PathBuf {
 /// # Panics
 /// If it was not built or cannot be opened.
 pub fn library(name: &str) -> &'static Library {
-    let found = Search::new(&[deps()]).find(name, Path::new(".")).unwrap_or_else(|e| panic!("{e}"));
+    let found = SearchPath::new(&[deps()]).find(name, Path::new(".")).unwrap_or_else(|e| panic!("{e}"));
     Library::open(&found.path).unwrap_or_else(|e| panic!("{e}"))
 }
 
@@ -282,6 +282,6 @@ pub fn open_file(path: &Path, threads: usize, mesh: Option<PathBuf>) -> pliant_e
     use pliant_engine::session;
     let (scene, source) = scene::load(path, &[]).unwrap_or_else(|e| panic!("{e}"));
     let plan = Plan::new(&scene, &source).unwrap_or_else(|e| panic!("{e}"));
-    let options = session::Options { search: Search::new(&[deps()]), threads, mesh, recorded: None };
+    let options = session::Options { search: SearchPath::new(&[deps()]), threads, mesh, recorded: None };
     session::Session::open(&scene, &source, plan, &options).unwrap_or_else(|e| panic!("{e}"))
 }

@@ -2,7 +2,7 @@
 
 use crate::arm::{Arm, ArmModel};
 use pliant_engine::tool::ContactModel;
-use pliant_live::{Haptic, servo};
+use pliant_live::{HapticDevice, Servo};
 use pliant_solver::axpy;
 
 /// A wall and who leans on it.
@@ -55,7 +55,7 @@ pub fn swing(wall: &Wall) -> f64 {
     let mass = model.mass;
     let (arm, state) = Arm::new(model);
     state.lock().expect("alone").position = [0.0, 0.0, 0.005];
-    let (mut servo, mut exchange) = servo(&session, vec![Box::new(arm) as Box<dyn Haptic>], Some(wall.rate));
+    let (mut servo, mut port) = Servo::new(&session, vec![Box::new(arm) as Box<dyn HapticDevice>], Some(wall.rate));
     servo.safety().for_each(|safety| safety.control(wall.controls));
     let seconds = 1.0 + 9.0 * 2.0 * mass / wall.damping;
     let (ticks, mut least, mut most) = ((seconds * wall.rate) as u64, f64::INFINITY, f64::NEG_INFINITY);
@@ -64,7 +64,7 @@ pub fn swing(wall: &Wall) -> f64 {
         let now = (tick as f64 / wall.rate * 1e9).round() as u64;
         servo.tick(now);
         if tick % wall.every == 0 {
-            let samples = exchange.samples();
+            let samples = port.latest();
             let (time, place) = (samples.time, samples.poses[0][0].position);
             let depth = (-place[2]).max(0.0);
             let k = if wall.slope { wall.stiffness } else { 0.0 };
@@ -76,7 +76,7 @@ pub fn swing(wall: &Wall) -> f64 {
                 normal: Some(normal),
                 ..ContactModel::default()
             };
-            exchange.tell(&[contact]);
+            port.publish(&[contact]);
         }
         let height = state.lock().expect("alone").position[2];
         if tick + (0.5 * wall.rate) as u64 > ticks {

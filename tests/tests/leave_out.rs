@@ -3,7 +3,7 @@
 use pliant_engine::plan::Plan;
 use pliant_engine::scene;
 use pliant_engine::session::{Options, Session};
-use pliant_host::Search;
+use pliant_host::SearchPath;
 use pliant_tests::{Bench, box_scene, root};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -31,7 +31,7 @@ fn opened(text: &str) -> Session {
     let (scene, source) = scene::load(&path, &[]).expect("a scene");
     let plan = Plan::new(&scene, &source).expect("a plan");
     let folder: PathBuf = std::env::current_exe().expect("a path").parent().expect("a folder").into();
-    let options = Options { search: Search::new(&[folder]), threads: 1, mesh: None, recorded: None };
+    let options = Options { search: SearchPath::new(&[folder]), threads: 1, mesh: None, recorded: None };
     Session::open(&scene, &source, plan, &options).unwrap_or_else(|e| panic!("{e}"))
 }
 

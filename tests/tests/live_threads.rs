@@ -2,8 +2,8 @@
 #![allow(unsafe_code, reason = "a counting allocator passes every call on")]
 
 use pliant_engine::session::{EventKind, Session};
-use pliant_host::{DeviceInfo, Output, Pose};
-use pliant_live::{Haptic, Live, LiveSettings, Picture, Pointer, StopNow, Viewer};
+use pliant_host::{DeviceInfo, EffectorOutput, Pose};
+use pliant_live::{HapticDevice, LiveSession, LiveSettings, PointerDevice, StopDevice, ViewFrame, Viewer};
 use pliant_plugin_api::abi::{POSE_VALID, Status};
 use pliant_tests::{Bench, box_scene, open};
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -65,8 +65,8 @@ struct Watching {
     before: Option<u64>,
 }
 
-impl Haptic for Watching {
-    fn facts(&self) -> DeviceInfo {
+impl HapticDevice for Watching {
+    fn device_info(&self) -> DeviceInfo {
         self.facts
     }
 
@@ -89,12 +89,12 @@ impl Haptic for Watching {
         Status::OK
     }
 
-    fn write(&mut self, _: u64, outputs: &[Output<'_>]) -> Status {
+    fn write(&mut self, _: u64, outputs: &[EffectorOutput<'_>]) -> Status {
         self.seen.pushes.store(outputs[0].force != [0.0; 3], Ordering::Relaxed);
         Status::OK
     }
 
-    fn stopper(&self) -> StopNow {
+    fn stop_handle(&self) -> StopDevice {
         let seen = Arc::clone(&self.seen);
         Box::new(move || {
             seen.stopped.store(true, Ordering::Relaxed);
@@ -104,19 +104,19 @@ impl Haptic for Watching {
 }
 
 /// A block under a device with a quirk.
-fn start(quirk: Quirk, viewer: Option<Box<dyn Viewer>>) -> (Session, Live, Arc<Seen>) {
+fn start(quirk: Quirk, viewer: Option<Box<dyn Viewer>>) -> (Session, LiveSession, Arc<Seen>) {
     let mut session = open(&box_scene("", "", ""), 1);
     let facts = session.devices[0].facts;
     drop(session.take_devices());
     let seen = Arc::new(Seen::default());
     let device = Watching { facts, quirk, seen: Arc::clone(&seen), before: None };
     let settings = LiveSettings { rate: None, viewer };
-    let live = Live::start_with(&mut session, vec![Box::new(device)], settings).expect("threads");
+    let live = LiveSession::start_with_devices(&mut session, vec![Box::new(device)], settings).expect("threads");
     (session, live, seen)
 }
 
 /// Steps until a number of ticks was done.
-fn until(ticks: u64, (session, live, seen): (&mut Session, &mut Live, &Seen)) {
+fn until(ticks: u64, (session, live, seen): (&mut Session, &mut LiveSession, &Seen)) {
     while seen.ticks.load(Ordering::Relaxed) < ticks {
         live.step(session);
     }
@@ -172,7 +172,7 @@ fn the_watchdog_stops_a_device_whose_driver_hangs() {
     until(60, (&mut session, &mut live, &seen));
     assert!(seen.stopped.load(Ordering::Relaxed), "while its driver hung");
     let summary = live.finish();
-    assert!(summary.watchdog >= 1 && summary.missed > 100, "{summary:?}");
+    assert!(summary.watchdog_trips >= 1 && summary.missed > 100, "{summary:?}");
 }
 
 #[test]
@@ -191,7 +191,7 @@ fn a_device_that_is_unplugged_is_told_and_the_session_goes_on() {
 struct Slow(Arc<AtomicU64>, Arc<AtomicU64>);
 
 impl Viewer for Slow {
-    fn show(&mut self, picture: &Picture) {
+    fn show(&mut self, picture: &ViewFrame) {
         let moved = picture.surfaces[0].len() > 100 && picture.tools.len() == 1;
         self.0.fetch_add(u64::from(moved), Ordering::Relaxed);
         let rising = self.1.swap(picture.time.to_bits(), Ordering::Relaxed) < picture.time.to_bits();
@@ -215,20 +215,21 @@ fn a_viewer_sees_whole_pictures_and_holds_nobody_up() {
 #[test]
 fn a_pointer_is_a_hand() {
     let mut session = open(&box_scene("", "", ""), 1);
-    let (pointer, mut hand) = Pointer::new(session.devices[0].facts);
+    let (pointer, mut hand) = PointerDevice::new(session.devices[0].facts);
     drop(session.take_devices());
-    let mut live = Live::start_with(&mut session, vec![Box::new(pointer)], LiveSettings::default()).expect("threads");
+    let mut live = LiveSession::start_with_devices(&mut session, vec![Box::new(pointer)], LiveSettings::default())
+        .expect("threads");
     live.step(&mut session);
     assert!(!session.tools[0].hand.present, "nobody has pointed yet");
     for step in 0..300 {
-        hand.go([0.0, 0.0, (0.006 - 1e-4 * f64::from(step)).max(0.001)], 0);
+        hand.move_to([0.0, 0.0, (0.006 - 1e-4 * f64::from(step)).max(0.001)], 0);
         live.step(&mut session);
     }
     while hand.force() == [0.0; 3] {
         live.step(&mut session);
     }
     assert!(hand.force()[2] > 0.0, "pushed back out: {:?}", hand.force());
-    hand.leave();
+    hand.remove();
     while session.tools[0].hand.present {
         live.step(&mut session);
     }

@@ -121,7 +121,7 @@ fn a_device_that_fails_is_lost_and_one_that_gives_nonsense_is_let_go() {
         } else {
             assert!(summary["event_counts"].get("device-lost").is_none());
         }
-        let told = events(&summary, &["hand of tool `finger`", "not valid or not finite"]);
+        let told = events(&summary, &["hand of tool `finger`", "device `hand`", device, "not valid or not finite"]);
         assert!(!told.is_empty() && summary["event_counts"]["sample-dropped"].as_u64() > Some(80), "{summary}");
         let trace = String::from_utf8(bench.read("out/trace.csv")).expect("UTF-8");
         let touches: Vec<bool> = trace.lines().skip(1).map(|row| row.contains(",touch,")).collect();

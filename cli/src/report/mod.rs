@@ -6,7 +6,7 @@ use crate::args::{Cli, ReportArgs, ReportKind};
 use crate::outcome::{Failure, Outcome};
 use crate::text;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use pliant_host::Search;
+use pliant_host::SearchPath;
 use pliant_report::{
     Catalogue, Clock, Document, Journal, Kind, Measured, Opened, PerformanceCatalogue, Regression, Row, Setup,
     StabilityCatalogue,
@@ -45,7 +45,7 @@ pub fn report(cli: &Cli, args: &ReportArgs) -> Result<Outcome, Failure> {
         given => given,
     };
     let mut setup = Setup {
-        search: Search::new(&cli.plugin_path),
+        search: SearchPath::new(&cli.plugin_path),
         threads,
         quick: args.quick,
         only: args.case.clone(),

@@ -1,52 +1,52 @@
-//! Safe calls into a device.
+//! An active device and safe calls into it.
 
-use super::error::HostError;
-use super::instance::{Instance, Settings};
-use super::library::Library;
-use super::plugin::{Kind, PluginInfo};
-use super::report::Message;
+use crate::error::HostError;
+use crate::instance::{Extension, Instance, ParamSettings};
+use crate::library::Library;
+use crate::messages::Message;
+use crate::plugin_info::{PluginInfo, PluginKind};
 use pliant_plugin_api::abi::{self, Status};
 use std::ffi::CStr;
 use std::sync::Arc;
 
 pub use pliant_plugin_api::abi::{DeviceInfo, Pose};
 
-/// What one effector is to render.
+/// Force, torque and taxels that one effector is to render.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Output<'a> {
-    /// N, on the hand
+pub struct EffectorOutput<'a> {
+    /// N (3), on the hand, in the axes of the device
     pub force: [f64; 3],
-    /// N m
+    /// N m (3), on the hand, in the axes of the device
     pub torque: [f64; 3],
-    /// N (rows x columns), or empty
+    /// N (rows x columns), normal force of each pin of the tactile array; empty without one
     pub taxels: &'a [f64],
-    /// ns; past this the device falls to zero by itself
+    /// ns, time after which the device goes to zero force by itself
     pub valid_until: u64,
 }
 
-/// The most effectors one device may have.
-pub const MOST_EFFECTORS: usize = 8;
+/// Largest number of effectors of one device.
+pub const MAX_EFFECTORS: usize = 8;
 
-/// The most counters that are asked for.
-const MOST_COUNTERS: u32 = 64;
+/// Largest number of counters that are read from one device.
+const MAX_COUNTERS: u32 = 64;
 
-/// An active device. Dropping it stops it first.
+/// An active device. Dropping it stops it (zero force) first.
 pub struct Device {
     instance: Arc<Instance>,
     table: &'static abi::Device,
     counters: Option<&'static abi::Counters>,
-    facts: DeviceInfo,
+    device_info: DeviceInfo,
 }
 
 #[allow(unsafe_code, reason = "calls the device's functions")]
 impl Device {
-    /// Opens a device. `dt` (s) is the time between two reads.
+    /// Opens the device `name` of a library. `dt` (s) is the time between two reads.
     ///
     /// # Errors
-    /// Whatever the plugin, its tables or the hardware have wrong.
-    pub fn open(library: &'static Library, name: &str, settings: &Settings, dt: f64) -> Result<Self, HostError> {
-        let info = library.plugin(Kind::Device, name)?;
-        let instance = Instance::open(library, info, settings, dt, abi::DEVICE, size_of::<abi::Device>())?;
+    /// A library without that device, a malformed table, refused parameters, or hardware that cannot be opened.
+    pub fn open(library: &'static Library, name: &str, settings: &ParamSettings, dt: f64) -> Result<Self, HostError> {
+        let info = library.plugin(PluginKind::Device, name)?;
+        let instance = Instance::open(library, info, settings, dt, Extension::new::<abi::Device>(abi::DEVICE))?;
         // SAFETY: opened with the device extension.
         let table: &'static abi::Device = unsafe { instance.table() };
         let (Some(describe), true) =
@@ -54,55 +54,56 @@ impl Device {
         else {
             return Err(instance.error("extension", "the device's table has a null in it"));
         };
-        let mut facts = empty_facts();
-        // SAFETY: [main & active]; `facts` is ours to fill.
-        instance.done("describe", unsafe { describe(instance.plugin(), &mut facts) })?;
-        let limits = [facts.rate, facts.peak_force, facts.continuous_force, facts.stiffness];
+        let mut device_info = empty_device_info();
+        // SAFETY: [main & active]; `device_info` is ours to fill.
+        instance.check("describe", unsafe { describe(instance.plugin(), &mut device_info) })?;
+        let DeviceInfo { rate, peak_force, continuous_force, stiffness, effectors, .. } = device_info;
+        let limits = [rate, peak_force, continuous_force, stiffness];
         if !limits.iter().all(|l| l.is_finite() && *l > 0.0) {
             return Err(instance.error("describe", "rate, forces and stiffness must be finite and above zero"));
         }
-        if !(1..=MOST_EFFECTORS as u32).contains(&facts.effectors) {
-            let text = format!("{} effectors; allowed is 1 to {MOST_EFFECTORS}", facts.effectors);
+        if !(1..=MAX_EFFECTORS as u32).contains(&effectors) {
+            let text = format!("{effectors} effectors; allowed is 1 to {MAX_EFFECTORS}");
             return Err(instance.error("describe", &text));
         }
-        let counters = instance.other_table(abi::COUNTERS, size_of::<abi::Counters>());
+        let counters = instance.extension_table(Extension::new::<abi::Counters>(abi::COUNTERS));
         // SAFETY: the table of that extension, of at least its size, for the life of the library.
         let counters = counters.map(|table| unsafe { &*table.cast() });
-        Ok(Self { instance: Arc::new(instance), table, counters, facts })
+        Ok(Self { instance: Arc::new(instance), table, counters, device_info })
     }
 
-    /// Its limits.
-    pub fn facts(&self) -> &DeviceInfo {
-        &self.facts
+    /// What the device says of itself: effectors, rate, limits, workspace, tactile array.
+    pub fn device_info(&self) -> &DeviceInfo {
+        &self.device_info
     }
 
-    /// One pose per effector at `time` (ns). `[servo]`
+    /// Reads one pose per effector at `time` (ns). `[servo]`
     ///
     /// # Errors
-    /// The device is lost.
+    /// The device is lost, with what it said.
     pub fn read(&mut self, time: u64, poses: &mut [Pose]) -> Result<(), HostError> {
-        let status = self.read_now(time, poses);
-        self.instance.done("read", status)
+        let status = self.read_realtime(time, poses);
+        self.instance.check("read", status)
     }
 
-    /// The same for a thread that may not allocate: a status, which [`Device::told`] puts into words later. `[servo]`
-    pub fn read_now(&mut self, time: u64, poses: &mut [Pose]) -> Status {
+    /// Reads like [`Device::read`] without allocating: gives the status, of which [`Device::check`] makes an error later. `[servo]`
+    pub fn read_realtime(&mut self, time: u64, poses: &mut [Pose]) -> Status {
         let read = self.table.read.expect("checked");
         // SAFETY: [servo & active], exclusive by `&mut`.
         unsafe { read(self.instance.plugin(), time, poses.as_mut_ptr(), poses.len()) }
     }
 
-    /// What each effector is to render from now on. `[servo]`
+    /// Tells each effector what to render from `time` (ns) on. `[servo]`
     ///
     /// # Errors
-    /// The device is lost.
-    pub fn write(&mut self, time: u64, outputs: &[Output<'_>]) -> Result<(), HostError> {
-        let status = self.write_now(time, outputs);
-        self.instance.done("write", status)
+    /// The device is lost, with what it said.
+    pub fn write(&mut self, time: u64, outputs: &[EffectorOutput<'_>]) -> Result<(), HostError> {
+        let status = self.write_realtime(time, outputs);
+        self.instance.check("write", status)
     }
 
-    /// The same for a thread that may not allocate. `[servo]`
-    pub fn write_now(&mut self, time: u64, outputs: &[Output<'_>]) -> Status {
+    /// Writes like [`Device::write`] without allocating: gives the status. `[servo]`
+    pub fn write_realtime(&mut self, time: u64, outputs: &[EffectorOutput<'_>]) -> Status {
         let nothing = abi::Output {
             size: size_of::<abi::Output>(),
             force: [0.0; 3],
@@ -110,7 +111,7 @@ impl Device {
             taxels: std::ptr::null(),
             valid_until_ns: 0,
         };
-        let mut raw = [nothing; MOST_EFFECTORS];
+        let mut raw = [nothing; MAX_EFFECTORS];
         for (to, from) in raw.iter_mut().zip(outputs) {
             to.force = from.force;
             to.torque = from.torque;
@@ -118,38 +119,38 @@ impl Device {
             to.valid_until_ns = from.valid_until;
         }
         let write = self.table.write.expect("checked");
-        let count = outputs.len().min(MOST_EFFECTORS);
+        let count = outputs.len().min(MAX_EFFECTORS);
         // SAFETY: [servo & active], exclusive by `&mut`; taxels are borrowed for the call.
         unsafe { write(self.instance.plugin(), time, raw.as_ptr(), count) }
     }
 
-    /// What a call of it that gave `status` comes to.
+    /// Makes a result of the status that `call` gave.
     ///
     /// # Errors
-    /// The device is lost.
-    pub fn told(&self, call: &'static str, status: Status) -> Result<(), HostError> {
-        self.instance.done(call, status)
+    /// Any status but OK, with what the device said.
+    pub fn check(&self, call: &'static str, status: Status) -> Result<(), HostError> {
+        self.instance.check(call, status)
     }
 
-    /// A handle that can stop it from any thread, at any time.
-    pub fn stopper(&self) -> Stopper {
-        Stopper { instance: Arc::clone(&self.instance), stop: self.table.stop.expect("checked") }
+    /// A handle that stops the device from any thread, at any time.
+    pub fn stop_handle(&self) -> StopHandle {
+        StopHandle { instance: Arc::clone(&self.instance), stop: self.table.stop.expect("checked") }
     }
 
-    /// Zero force, at once. `[any]`
+    /// Sets all forces to zero at once. `[any]`
     ///
     /// # Errors
     /// The device is lost.
     pub fn stop(&self) -> Result<(), HostError> {
         // SAFETY: [any & active].
-        self.instance.done("stop", unsafe { (self.table.stop.expect("checked"))(self.instance.plugin()) })
+        self.instance.check("stop", unsafe { (self.table.stop.expect("checked"))(self.instance.plugin()) })
     }
 
-    /// What it has counted since it was opened, where it counts; `[any]`.
+    /// Names and values of the device's counters since it was opened; empty where it has none. `[any]`
     pub fn counters(&self) -> Vec<(String, u64)> {
         let Some(counter) = self.counters.and_then(|table| table.counter) else { return Vec::new() };
         let mut found = Vec::new();
-        for index in 0..MOST_COUNTERS {
+        for index in 0..MAX_COUNTERS {
             let (mut name, mut value) = (std::ptr::null(), 0);
             // SAFETY: [any & active]; both are ours to fill.
             let status = unsafe { counter(self.instance.plugin(), index, &mut name, &mut value) };
@@ -162,30 +163,30 @@ impl Device {
         found
     }
 
-    /// What it said since the last time, and how many lines were lost.
+    /// Messages of the device since the last call, and the number of those that were lost.
     pub fn messages(&self) -> (Vec<Message>, u64) {
         self.instance.messages()
     }
 
-    /// Its descriptor.
+    /// Descriptor of the plugin.
     pub fn info(&self) -> &'static PluginInfo {
-        self.instance.info(Kind::Device)
+        self.instance.info(PluginKind::Device)
     }
 
-    /// Its library.
+    /// Library of the plugin.
     pub fn library(&self) -> &'static Library {
         self.instance.library()
     }
 }
 
-/// Stops a device from any thread.
-pub struct Stopper {
+/// Stops a device from any thread, at any time.
+pub struct StopHandle {
     instance: Arc<Instance>,
     stop: unsafe extern "C" fn(*const abi::Plugin) -> Status,
 }
 
-impl Stopper {
-    /// Zero force, at once. `[any]`
+impl StopHandle {
+    /// Sets all forces to zero at once. `[any]`
     #[allow(unsafe_code, reason = "calls the device's function")]
     pub fn stop(&self) {
         // SAFETY: [any & active]; the instance lives as long as this.
@@ -199,7 +200,8 @@ impl Drop for Device {
     }
 }
 
-fn empty_facts() -> DeviceInfo {
+/// A [`DeviceInfo`] for the plugin to fill.
+fn empty_device_info() -> DeviceInfo {
     DeviceInfo {
         size: size_of::<DeviceInfo>(),
         effectors: 0,

@@ -1,20 +1,20 @@
-//! Why a plugin cannot be used.
+//! Reasons why a plugin cannot be used.
 
 use pliant_solver::ForceError;
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// Every reason names the file or the plugin.
+/// Why a plugin cannot be used. Every reason names the file or the plugin.
 #[derive(Debug, Error)]
 pub enum HostError {
-    /// No file of that name in any folder.
+    /// No folder has a file for the plugin.
     #[error("no plugin `{name}`: looked for {files} in\n{places}")]
     NotFound {
-        /// As the scene names it.
+        /// Name of the plugin in the scene.
         name: String,
-        /// The file names that would have done.
+        /// File names that were looked for.
         files: String,
-        /// The folders, one a line, with what is wrong with each.
+        /// Folders that were searched, one per line, with what is wrong with each.
         places: String,
     },
     /// The dynamic linker refuses the file.
@@ -25,78 +25,78 @@ pub enum HostError {
         /// What the linker says.
         reason: String,
     },
-    /// A library, but not a plugin.
+    /// A shared library without the entry point of a plugin.
     #[error("{}: no symbol `pliant_entry`: a shared library, but not a pliant plugin", path.display())]
     NoEntry {
         /// The file.
         path: PathBuf,
     },
-    /// Made for another major version of the border.
+    /// The library was made for another major version of the plugin interface.
     #[error("{}: made for plugin interface {found}, this host has {expected}; rebuild the plugin", path.display())]
     Abi {
         /// The file.
         path: PathBuf,
-        /// Its version.
+        /// Version of the library.
         found: String,
-        /// Ours.
+        /// Version of this host.
         expected: String,
     },
-    /// Something in a table is missing or makes no sense.
+    /// A table of the library has a missing or meaningless entry.
     #[error("{}: {reason}", path.display())]
     Malformed {
         /// The file.
         path: PathBuf,
-        /// Which table, and what.
+        /// The table, and what is wrong with it.
         reason: String,
     },
-    /// The library has no such plugin.
-    #[error("{}: no {kind} `{id}` in it; it has {offered}", path.display())]
+    /// The library has no plugin of that kind and name.
+    #[error("{}: it has no {kind} `{id}`; it has {offered}", path.display())]
     NoSuchPlugin {
         /// The file.
         path: PathBuf,
-        /// grid, material or device.
+        /// `grid`, `material` or `device`.
         kind: &'static str,
-        /// What was asked for.
+        /// Id that was asked for.
         id: String,
-        /// What there is.
+        /// Plugins that the library has.
         offered: String,
     },
     /// A parameter of the scene does not fit the declaration.
     #[error("{plugin}: parameter `{key}`: {reason}")]
     Param {
-        /// Its id.
+        /// Id of the plugin.
         plugin: String,
-        /// The key, declared or not.
+        /// Key of the parameter, declared or not.
         key: String,
-        /// What is wrong, and what is allowed.
+        /// What is wrong with the value, and what is allowed.
         reason: String,
     },
-    /// It works, but not with what the scene gives it.
+    /// The plugin refuses what the scene gives it.
     #[error("{plugin} ({}): {reason}", path.display())]
     Refused {
-        /// Its id.
+        /// Id of the plugin.
         plugin: String,
-        /// Its file.
+        /// File of the plugin.
         path: PathBuf,
-        /// What it says.
+        /// What the plugin says.
         reason: String,
     },
-    /// A call failed.
+    /// A call into the plugin failed.
     #[error("{plugin} ({}): {call}: {reason}", path.display())]
     Call {
-        /// Its id.
+        /// Id of the plugin.
         plugin: String,
-        /// Its file.
+        /// File of the plugin.
         path: PathBuf,
-        /// Which function.
+        /// Function of the plugin interface.
         call: &'static str,
-        /// The status, and what the plugin said of it.
+        /// Meaning of the status, and what the plugin said.
         reason: String,
     },
 }
 
 impl HostError {
-    /// Whether the plugin only refuses what it is given.
+    /// Whether the input is at fault and not the plugin: it refuses a parameter or what the scene gives it.
     pub fn is_refusal(&self) -> bool {
         matches!(self, Self::Param { .. } | Self::Refused { .. })
     }

@@ -1,6 +1,6 @@
-//! The solver's calls, answered by a material plugin.
+//! A material plugin as a force model of the solver.
 
-use super::material::Material;
+use crate::material::Material;
 use pliant_plugin_api::abi::{self, Batch};
 use pliant_plugin_api::{ElementRequest, PlanesMut, TangentScale};
 use pliant_solver::{ElementCall, ForceError, ForceModel};
@@ -24,21 +24,21 @@ impl ForceModel for Material {
     fn rest(&self, call: &ElementCall<'_>, out: &mut [f64]) -> Result<(), ForceError> {
         let rest = self.table.rest.expect("checked");
         // SAFETY: [sim & active]; `out` holds the planes of all elements.
-        Ok(self.instance.done("rest", unsafe { rest(self.instance.plugin(), &batch(call), out.as_mut_ptr()) })?)
+        Ok(self.instance.check("rest", unsafe { rest(self.instance.plugin(), &batch(call), out.as_mut_ptr()) })?)
     }
 
     fn mass(&self, call: &ElementCall<'_>, out: &mut [f64]) -> Result<(), ForceError> {
         assert_eq!(out.len(), call.window.len());
         let (mass, base) = (self.table.mass.expect("checked"), out.as_mut_ptr().wrapping_sub(call.window.start));
         // SAFETY: [sim & active]; the window behind `base` is `out`, all ours.
-        Ok(self.instance.done("mass", unsafe { mass(self.instance.plugin(), &batch(call), base) })?)
+        Ok(self.instance.check("mass", unsafe { mass(self.instance.plugin(), &batch(call), base) })?)
     }
 
     fn energy(&self, call: &ElementCall<'_>) -> Result<f64, ForceError> {
         let (energy, mut sum) = (self.table.energy.expect("checked"), 0.0);
         // SAFETY: [sim & active]; `sum` is ours.
         let status = unsafe { energy(self.instance.plugin(), &batch(call), &mut sum) };
-        self.instance.done("energy", status)?;
+        self.instance.check("energy", status)?;
         if sum.is_finite() {
             Ok(sum)
         } else {
@@ -50,7 +50,7 @@ impl ForceModel for Material {
         assert_eq!(out.len(), call.window.len());
         let (forces, base) = (self.table.forces.expect("checked"), out.as_mut_ptr().wrapping_sub(call.window.start));
         // SAFETY: [sim & active]; the window behind `base` is `out`, all ours.
-        Ok(self.instance.done("forces", unsafe { forces(self.instance.plugin(), &batch(call), base.cast()) })?)
+        Ok(self.instance.check("forces", unsafe { forces(self.instance.plugin(), &batch(call), base.cast()) })?)
     }
 
     fn tangent(
@@ -72,7 +72,7 @@ impl ForceModel for Material {
         };
         // SAFETY: [sim & active]; the blocks behind `values` are ours for the call.
         let status = unsafe { tangent(self.instance.plugin(), &batch(call), stiffness, damping, &blocks) };
-        Ok(self.instance.done("tangent", status)?)
+        Ok(self.instance.check("tangent", status)?)
     }
 
     fn advance(&self, call: &ElementCall<'_>, history: &mut [f64]) -> Result<(), ForceError> {
@@ -80,7 +80,7 @@ impl ForceModel for Material {
         // SAFETY: [sim & active]; `history` holds the planes of all elements.
         Ok(self
             .instance
-            .done("advance", unsafe { advance(self.instance.plugin(), &batch(call), history.as_mut_ptr()) })?)
+            .check("advance", unsafe { advance(self.instance.plugin(), &batch(call), history.as_mut_ptr()) })?)
     }
 
     fn strain(&self, call: &ElementCall<'_>, planes: &mut PlanesMut<'_>) -> Result<(), ForceError> {
@@ -88,14 +88,14 @@ impl ForceModel for Material {
         let base = planes.base_for(&call.range, 13, call.elements.len() / call.corners);
         // SAFETY: [sim & active]; `planes` holds the planes of all elements, and those of the call's range, which are all that the
         // call writes, are ours.
-        Ok(self.instance.done("strain", unsafe { strain(self.instance.plugin(), &batch(call), base) })?)
+        Ok(self.instance.check("strain", unsafe { strain(self.instance.plugin(), &batch(call), base) })?)
     }
 
     fn compliance(&self, call: &ElementCall<'_>, planes: &mut [f64]) -> Result<(), ForceError> {
         let compliance = self.coupled.and_then(|table| table.compliance).expect("checked when it was opened");
         // SAFETY: [sim & active]; `planes` holds the planes of all elements.
         let status = unsafe { compliance(self.instance.plugin(), &batch(call), planes.as_mut_ptr()) };
-        Ok(self.instance.done("compliance", status)?)
+        Ok(self.instance.check("compliance", status)?)
     }
 
     fn normals_energy(&self, call: &ElementCall<'_>, normals: &[[f64; 3]]) -> Result<f64, ForceError> {
@@ -103,7 +103,7 @@ impl ForceModel for Material {
         let (energy, mut sum) = (self.normals().energy.expect("checked"), 0.0);
         // SAFETY: [sim & active]; a normal for each node; `sum` is ours.
         let status = unsafe { energy(self.instance.plugin(), &batch(call), normals.as_ptr().cast(), &mut sum) };
-        self.instance.done("normals_energy", status)?;
+        self.instance.check("normals_energy", status)?;
         let why = || self.instance.error("normals_energy", &format!("the result is {sum} J")).into();
         if sum.is_finite() { Ok(sum) } else { Err(why()) }
     }
@@ -119,13 +119,13 @@ impl ForceModel for Material {
             (self.normals().forces.expect("checked"), out.as_mut_ptr().wrapping_sub(call.window.start));
         // SAFETY: [sim & active]; a normal for each node; the window behind `base` is `out`, all ours.
         let status = unsafe { forces(self.instance.plugin(), &batch(call), normals.as_ptr().cast(), base.cast()) };
-        Ok(self.instance.done("normals_forces", status)?)
+        Ok(self.instance.check("normals_forces", status)?)
     }
 
     fn tilt(&self, call: &ElementCall<'_>, planes: &mut [f64]) -> Result<(), ForceError> {
         let tilt = self.normals().tilt.expect("checked");
         // SAFETY: [sim & active]; `planes` holds the planes of all elements.
-        Ok(self.instance.done("tilt", unsafe { tilt(self.instance.plugin(), &batch(call), planes.as_mut_ptr()) })?)
+        Ok(self.instance.check("tilt", unsafe { tilt(self.instance.plugin(), &batch(call), planes.as_mut_ptr()) })?)
     }
 
     fn has_single(&self) -> bool {
@@ -152,11 +152,11 @@ impl ForceModel for Material {
         };
         // SAFETY: [sim & active]; the blocks behind `values` are ours for the call.
         let status = unsafe { tangent(self.instance.plugin(), &batch(call), stiffness, damping, &blocks) };
-        Ok(self.instance.done("single_tangent", status)?)
+        Ok(self.instance.check("single_tangent", status)?)
     }
 }
 
-/// The plugin's view of a call. Debug builds check what the interface promises to plugins.
+/// The batch of elements of a call as the plugin sees it. Debug builds check what the interface promises to plugins.
 fn batch(call: &ElementCall<'_>) -> Batch {
     let count = call.elements.len() / call.corners;
     debug_assert!(call.range.end <= count && call.window.end <= call.x.len());

@@ -1,51 +1,53 @@
-//! Safe calls into a grid.
+//! An active grid and safe calls into it.
 
-use super::error::HostError;
-use super::instance::{Instance, Settings};
-use super::library::Library;
-use super::plugin::{Kind, PluginInfo};
+use crate::error::HostError;
+use crate::instance::{Extension, Instance, ParamSettings};
+use crate::library::Library;
+use crate::plugin_info::{PluginInfo, PluginKind};
 use pliant_plugin_api::abi::{self, Ball, Cell, Level, Status};
 use std::slice::from_raw_parts;
 
-/// A part of a body, in buffers that keep their room from one request to the next.
+/// The part of a grid that is simulated: n nodes, c cells and l links, in buffers that keep their capacity from one request to the
+/// next.
 #[derive(Clone, Debug, Default)]
 pub struct Region {
-    /// (n), rising; the same node has the same id in every region of a level
+    /// (n), rising; a node has the same id in every region of a level
     pub node_id: Vec<u64>,
-    /// m (n x 3)
+    /// m (n x 3), rest positions
     pub node_rest: Vec<[f64; 3]>,
-    /// m^3 (n)
+    /// m^3 (n), volume of the body around the node
     pub node_measure: Vec<f64>,
-    /// (n) 1: an occupied cell outside the region touches it
+    /// (n), 1 where an occupied cell outside the region touches the node, else 0
     pub node_border: Vec<u8>,
-    /// (n) 0, or which copy of the node a cut has made; the host's own
+    /// (n), number of the copy where a cut has doubled the node, else 0; set by the host
     pub node_copy: Vec<u32>,
-    /// (c), rising
+    /// (c), rising ids of the cells
     pub cell_id: Vec<u64>,
-    /// (c x 8) places in the lists above
+    /// (c x 8), indices of the corners in the lists of nodes
     pub cell_corners: Vec<[u32; 8]>,
-    /// (c x 2) range of [`Grid::points`]
+    /// (c x 2), begin and end of the cell's range of [`Grid::points`]
     pub cell_points: Vec<[u32; 2]>,
-    /// (c) [`abi::CELL_SURFACE`] or [`abi::CELL_INSIDE`]
+    /// (c), [`abi::CELL_SURFACE`] or [`abi::CELL_INSIDE`]
     pub cell_state: Vec<u8>,
-    /// (c) 0, or which part of the cell a cut has made; the host's own
+    /// (c), number of the fragment where a cut has divided the cell, else 0; set by the host
     pub cell_fragment: Vec<u8>,
-    /// (l x 2)
+    /// (l x 2), indices of the joined nodes, rising
     pub link_nodes: Vec<[u32; 2]>,
-    /// (l)
+    /// (l), family of the link, as a bit of the mask of the request
     pub link_family: Vec<u32>,
-    /// (l)
+    /// (l), boundary weight of the link, 1 inside the body
     pub link_measure: Vec<f64>,
 }
 
 impl Region {
-    /// Empties it; its buffers keep their room.
+    /// Empties the region; its buffers keep their capacity.
     pub fn clear(&mut self) {
         self.resize(0, 0, 0);
         self.node_copy.clear();
         self.cell_fragment.clear();
     }
 
+    /// Gives all lists of nodes, cells and links these lengths.
     fn resize(&mut self, nodes: usize, cells: usize, links: usize) {
         self.node_id.resize(nodes, 0);
         self.node_rest.resize(nodes, [0.0; 3]);
@@ -60,6 +62,7 @@ impl Region {
         self.link_measure.resize(links, 0.0);
     }
 
+    /// The region as the plugin fills it, with the lengths of the lists as capacities.
     fn raw(&mut self) -> abi::Region {
         abi::Region {
             size: size_of::<abi::Region>(),
@@ -83,23 +86,26 @@ impl Region {
         }
     }
 
-    /// What a plugin got wrong, if anything: the rest of the engine indexes without looking again.
+    /// Checks what the plugin filled in, of a surface with so many points: the rest of the engine indexes without further checks.
     fn check(&self, points: usize) -> Result<(), String> {
         let nodes = self.node_id.len() as u32;
         if !self.node_id.is_sorted_by(|a, b| a < b) || !self.cell_id.is_sorted_by(|a, b| a < b) {
-            return Err("ids of nodes or cells do not rise".into());
+            return Err("ids of nodes or cells are not in rising order".into());
         }
         if let Some(at) = self.node_rest.iter().flatten().position(|x| !x.is_finite()) {
             return Err(format!("rest position of node {} is not finite", at / 3));
         }
         if let Some(at) = self.cell_corners.iter().flatten().position(|&n| n >= nodes) {
-            return Err(format!("cell {} has a corner there is not", at / 8));
+            return Err(format!("cell {} has a corner that is not among the {nodes} nodes", at / 8));
         }
         if let Some(at) = self.cell_points.iter().position(|&[b, e]| b > e || e as usize > points) {
-            return Err(format!("cell {at} has points there are not"));
+            return Err(format!("cell {at} has points outside of the {points} of the surface"));
         }
         match self.link_nodes.iter().position(|&[a, b]| a >= b || b >= nodes) {
-            Some(at) => Err(format!("link {at} joins {:?} of {nodes} nodes", self.link_nodes[at])),
+            Some(at) => Err(format!(
+                "link {at} joins nodes {:?} of {nodes}; allowed are two in rising order",
+                self.link_nodes[at]
+            )),
             None => Ok(()),
         }
     }
@@ -114,13 +120,13 @@ pub struct Grid {
 
 #[allow(unsafe_code, reason = "calls the grid's functions")]
 impl Grid {
-    /// Opens a grid; nothing is built yet.
+    /// Opens the grid `name` of a library for steps of up to `dt` (s); nothing is built yet.
     ///
     /// # Errors
-    /// Whatever the plugin or its tables have wrong.
-    pub fn open(library: &'static Library, name: &str, settings: &Settings, dt: f64) -> Result<Self, HostError> {
-        let info = library.plugin(Kind::Grid, name)?;
-        let instance = Instance::open(library, info, settings, dt, abi::GRID, size_of::<abi::Grid>())?;
+    /// A library without that grid, a malformed table, or refused parameters.
+    pub fn open(library: &'static Library, name: &str, settings: &ParamSettings, dt: f64) -> Result<Self, HostError> {
+        let info = library.plugin(PluginKind::Grid, name)?;
+        let instance = Instance::open(library, info, settings, dt, Extension::new::<abi::Grid>(abi::GRID))?;
         // SAFETY: opened with the grid extension.
         let table: &'static abi::Grid = unsafe { instance.table() };
         let whole = table.build.is_some()
@@ -138,7 +144,7 @@ impl Grid {
         Ok(grid)
     }
 
-    /// Builds all levels up to `level` around a surface. `[worker]`
+    /// Builds all levels up to `level` around a surface of points (m) and triangles. `[worker]`
     ///
     /// # Errors
     /// What the grid says of the surface or the level.
@@ -152,10 +158,10 @@ impl Grid {
         };
         let build = self.table.build.expect("checked");
         // SAFETY: [worker & active], exclusive by `&mut`.
-        self.instance.taken("build", unsafe { build(self.instance.plugin(), &surface, level) })
+        self.instance.check_input("build", unsafe { build(self.instance.plugin(), &surface, level) })
     }
 
-    /// Facts about a level.
+    /// Origin, cell edge and numbers of cells and nodes of a level.
     ///
     /// # Errors
     /// A level that was not built.
@@ -165,14 +171,14 @@ impl Grid {
             Level { size, level, cells_per_axis: 0, edge: 0.0, origin, surface_cells: 0, inside_cells: 0, nodes: 0 };
         let get = self.table.level.expect("checked");
         // SAFETY: [any & active]; `out` is ours.
-        self.instance.done("level", unsafe { get(self.instance.plugin(), level, &mut out) })?;
+        self.instance.check("level", unsafe { get(self.instance.plugin(), level, &mut out) })?;
         Ok(out)
     }
 
-    /// One node of the tree.
+    /// One cell of the octree.
     ///
     /// # Errors
-    /// A level or cell there is not.
+    /// A level that was not built, or an id without a cell.
     pub fn cell(&self, level: u32, id: u64) -> Result<Cell, HostError> {
         let mut out = Cell {
             size: size_of::<Cell>(),
@@ -189,11 +195,11 @@ impl Grid {
         };
         let get = self.table.cell.expect("checked");
         // SAFETY: [any & active]; `out` is ours.
-        self.instance.done("cell", unsafe { get(self.instance.plugin(), level, id, &mut out) })?;
+        self.instance.check("cell", unsafe { get(self.instance.plugin(), level, id, &mut out) })?;
         Ok(out)
     }
 
-    /// The cell of a point and the place in it, within [0, 1] each.
+    /// The cell of a point (m), and the local coordinates in it, 0 to 1 each.
     ///
     /// # Errors
     /// A level that was not built; a point that is not finite.
@@ -202,10 +208,10 @@ impl Grid {
         let get = self.table.locate.expect("checked");
         // SAFETY: [any & active]; the outputs are ours.
         let status = unsafe { get(self.instance.plugin(), level, point.as_ptr(), &mut id, local.as_mut_ptr()) };
-        self.instance.done("locate", status).map(|()| (id, local))
+        self.instance.check("locate", status).map(|()| (id, local))
     }
 
-    /// Surface points sorted by cell of `level`.
+    /// Indices of the surface's points, sorted by cell of `level`.
     ///
     /// # Errors
     /// A level that was not built.
@@ -214,16 +220,16 @@ impl Grid {
         let get = self.table.points.expect("checked");
         // SAFETY: [any & active]; the list lives until the next `build`, which needs `&mut self`.
         unsafe {
-            self.instance.done("points", get(self.instance.plugin(), level, &mut list, &mut count))?;
+            self.instance.check("points", get(self.instance.plugin(), level, &mut list, &mut count))?;
             Ok(if count == 0 { &[] } else { from_raw_parts(list, count) })
         }
     }
 
-    /// Fills `out` with the cells of `level` that the balls touch and the listed ones, their nodes and the links of
-    /// `families`. `[worker]`
+    /// Fills `out` with the cells of `level` that the balls touch and those in `cells`, their nodes, and the links of `families` (a bit
+    /// mask). `[worker]`
     ///
     /// # Errors
-    /// A level that was not built; tables that make no sense.
+    /// A level that was not built; a region with meaningless entries.
     pub fn region(
         &self,
         level: u32,
@@ -257,7 +263,7 @@ impl Grid {
                 );
                 continue;
             }
-            self.instance.done("region", status)?;
+            self.instance.check("region", status)?;
             out.resize(
                 raw.node_count.min(raw.node_capacity),
                 raw.cell_count.min(raw.cell_capacity),
@@ -272,7 +278,7 @@ impl Grid {
         }
     }
 
-    /// Cell and corner weights of each rest place; [`abi::NO_CELL`] and zeros for one that belongs to no cell. `[sim]`
+    /// Cell and corner weights of each rest position (m); [`abi::NO_CELL`] and zeros for one in no cell. `[sim]`
     ///
     /// # Errors
     /// A level that was not built.
@@ -288,19 +294,19 @@ impl Grid {
         let (from, to) = (places.as_ptr().cast(), weights.as_mut_ptr().cast());
         // SAFETY: [sim & active]; the three lists have one length.
         let status = unsafe { get(self.instance.plugin(), level, from, places.len(), cells.as_mut_ptr(), to) };
-        self.instance.done("weights", status)?;
-        self.finite("weights", places, |i| weights[i].iter().all(|w| w.is_finite()))
+        self.instance.check("weights", status)?;
+        self.check_finite("weights", places, |i| weights[i].iter().all(|w| w.is_finite()))
     }
 
-    /// Whether points must be placed by [`Grid::place`] instead of by weights.
+    /// Whether the embedding is non-linear: points are then placed by [`Grid::place`] instead of by weights.
     pub fn is_nonlinear(&self) -> bool {
         self.nonlinear
     }
 
-    /// Places from rest places and the current corners of their cells, m. `[sim]`
+    /// Positions (m) of embedded points from their rest positions and the current corners of their cells. `[sim]`
     ///
     /// # Errors
-    /// What the grid says.
+    /// A grid that does not offer it, or fails.
     pub fn place(
         &self,
         level: u32,
@@ -312,14 +318,14 @@ impl Grid {
         let Some(place) = self.table.place else { return Err(self.instance.error("place", "not offered")) };
         let (r, c, o) = (rest.as_ptr().cast(), corners.as_ptr().cast(), out.as_mut_ptr().cast());
         // SAFETY: [sim & active]; the three lists have one length.
-        self.instance.done("place", unsafe { place(self.instance.plugin(), level, r, rest.len(), c, o) })?;
-        self.finite("place", rest, |i| out[i].iter().all(|x| x.is_finite()))
+        self.instance.check("place", unsafe { place(self.instance.plugin(), level, r, rest.len(), c, o) })?;
+        self.check_finite("place", rest, |i| out[i].iter().all(|x| x.is_finite()))
     }
 
-    /// Adds to the corners what loads (N) on the places come to. `[sim]`
+    /// Adds to the corners (N) the loads (N) on the embedded points: the transpose of the derivative of [`Grid::place`]. `[sim]`
     ///
     /// # Errors
-    /// What the grid says.
+    /// A grid that does not offer it, or fails.
     pub fn pull_back(
         &self,
         level: u32,
@@ -333,23 +339,28 @@ impl Grid {
         let (r, c) = (rest.as_ptr().cast(), corners.as_ptr().cast());
         let (l, o) = (loads.as_ptr().cast(), out.as_mut_ptr().cast());
         // SAFETY: [sim & active]; the four lists have one length.
-        self.instance.done("pull_back", unsafe { pull(self.instance.plugin(), level, r, rest.len(), c, l, o) })
+        self.instance.check("pull_back", unsafe { pull(self.instance.plugin(), level, r, rest.len(), c, l, o) })
     }
 
-    /// Refuses results that are not finite.
-    fn finite(&self, call: &'static str, places: &[[f64; 3]], is: impl Fn(usize) -> bool) -> Result<(), HostError> {
-        match (0..places.len()).find(|&i| !is(i)) {
+    /// Checks that the results of `call` for the rest positions `places` are finite.
+    fn check_finite(
+        &self,
+        call: &'static str,
+        places: &[[f64; 3]],
+        is_finite: impl Fn(usize) -> bool,
+    ) -> Result<(), HostError> {
+        match (0..places.len()).find(|&i| !is_finite(i)) {
             Some(i) => Err(self.instance.error(call, &format!("a result is not finite, for {:?} m", places[i]))),
             None => Ok(()),
         }
     }
 
-    /// Its descriptor.
+    /// Descriptor of the plugin.
     pub fn info(&self) -> &'static PluginInfo {
-        self.instance.info(Kind::Grid)
+        self.instance.info(PluginKind::Grid)
     }
 
-    /// Its library.
+    /// Library of the plugin.
     pub fn library(&self) -> &'static Library {
         self.instance.library()
     }

@@ -1,19 +1,35 @@
-//! One instance of a plugin: made, given its parameters, active until dropped.
+//! One instance of a plugin: created, given its parameters, activated, and destroyed when dropped.
 
-use super::error::HostError;
-use super::face::host_table;
-use super::library::Library;
-use super::plugin::{Kind, ParamKind, ParamValue, PluginInfo};
-use super::report::{Inbox, Message};
+use crate::error::HostError;
+use crate::host_table::host_table;
+use crate::library::Library;
+use crate::messages::{Inbox, Message};
+use crate::plugin_info::{ParamKind, ParamValue, PluginInfo, PluginKind};
 use pliant_plugin_api::abi::{self, Status};
 use std::ffi::{CStr, CString, c_void};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Parameters by place in the plugin's list; those not named keep their defaults.
-pub type Settings = Vec<(usize, ParamValue)>;
+/// Values of parameters by their index in [`PluginInfo::params`]; parameters that are not listed keep their defaults.
+pub type ParamSettings = Vec<(usize, ParamValue)>;
 
-/// An active instance, and the table of its kind.
-pub(super) struct Instance {
+/// A table of functions that an instance offers under a name.
+#[derive(Clone, Copy)]
+pub(crate) struct Extension {
+    /// Name in the interface, such as `pliant.grid/1`.
+    id: &'static CStr,
+    /// Smallest size of the table, bytes.
+    size: usize,
+}
+
+impl Extension {
+    /// The extension `id` with a table of type `T`.
+    pub(crate) const fn new<T>(id: &'static CStr) -> Self {
+        Self { id, size: size_of::<T>() }
+    }
+}
+
+/// An instance of a plugin and the table of its main extension.
+pub(crate) struct Instance {
     library: &'static Library,
     id: String,
     plugin: *const abi::Plugin,
@@ -34,31 +50,29 @@ unsafe impl Sync for Instance {}
 
 #[allow(unsafe_code, reason = "calls the instance's functions")]
 impl Instance {
-    /// Makes, sets and activates an instance that offers `extension`, a table of at least `table_size` bytes.
-    pub(super) fn open(
+    /// Creates an instance that offers `extension`, sets its parameters and activates it for steps of up to `dt` (s).
+    pub(crate) fn open(
         library: &'static Library,
         info: &PluginInfo,
-        settings: &Settings,
+        settings: &ParamSettings,
         dt: f64,
-        extension: &CStr,
-        table_size: usize,
+        extension: Extension,
     ) -> Result<Self, HostError> {
-        let mut instance = Self::make(library, info, settings, extension, table_size)?;
+        let mut instance = Self::create(library, info, settings, extension)?;
         let limits = abi::Limits { size: size_of::<abi::Limits>(), dt };
-        // SAFETY: [main & !active]; `make` checked it.
+        // SAFETY: [main & !active]; `create` checked it.
         let status = unsafe { ((*instance.plugin).activate.expect("checked"))(instance.plugin, &limits) };
-        instance.taken("activate", status)?;
+        instance.check_input("activate", status)?;
         instance.active = true;
         Ok(instance)
     }
 
-    /// The same without activating it.
-    pub(super) fn make(
+    /// Creates an instance and sets its parameters without activating it.
+    pub(crate) fn create(
         library: &'static Library,
         info: &PluginInfo,
-        settings: &Settings,
-        extension: &CStr,
-        table_size: usize,
+        settings: &ParamSettings,
+        extension: Extension,
     ) -> Result<Self, HostError> {
         let create = library.table.create.expect("checked when the library was opened");
         let id = CString::new(info.id.as_str()).expect("came from a C string");
@@ -79,14 +93,15 @@ impl Instance {
         if plugin.is_null() {
             return Err(instance.error("create", "refused"));
         }
-        instance.check_tables(extension, table_size)?;
+        instance.check_tables(extension)?;
         for (index, value) in settings {
-            instance.set(info, *index, value)?;
+            instance.set_param(info, *index, value)?;
         }
         Ok(instance)
     }
 
-    fn check_tables(&mut self, extension: &CStr, table_size: usize) -> Result<(), HostError> {
+    /// Checks the instance's own table and looks up that of its main extension.
+    fn check_tables(&mut self, Extension { id, size: needed }: Extension) -> Result<(), HostError> {
         // SAFETY: `create` gave it; only `size` is believed until checked.
         let table = unsafe { &*self.plugin };
         let whole = table.size >= size_of::<abi::Plugin>()
@@ -100,21 +115,22 @@ impl Instance {
             return Err(self.error("create", "the instance's table is too small or has a null in it"));
         };
         // SAFETY: [any]; null or a table that lives as long as the library, starting with its size.
-        let found = unsafe { get(self.plugin, extension.as_ptr()) };
+        let found = unsafe { get(self.plugin, id.as_ptr()) };
         if found.is_null() {
-            return Err(self.error("extension", &format!("`{}` is not offered", extension.to_string_lossy())));
+            return Err(self.error("extension", &format!("`{}` is not offered", id.to_string_lossy())));
         }
         // SAFETY: every table of the interface starts with its size.
         let size = unsafe { *found.cast::<usize>() };
-        if size < table_size {
-            let text = format!("`{}` has {size} bytes, {table_size} needed", extension.to_string_lossy());
+        if size < needed {
+            let text = format!("`{}` has {size} bytes, {needed} needed", id.to_string_lossy());
             return Err(self.error("extension", &text));
         }
         self.extension = found;
         Ok(())
     }
 
-    fn set(&self, info: &PluginInfo, index: usize, value: &ParamValue) -> Result<(), HostError> {
+    /// Sets the parameter `index`, after checking the value against its declaration.
+    fn set_param(&self, info: &PluginInfo, index: usize, value: &ParamValue) -> Result<(), HostError> {
         let param = &info.params[index];
         let refused = |reason| HostError::Param { plugin: info.id.clone(), key: param.key.clone(), reason };
         param.check(value).map_err(refused)?;
@@ -140,48 +156,49 @@ impl Instance {
                 }
             }
         };
-        if status == Status::OK { Ok(()) } else { Err(refused(self.reason(status.meaning()))) }
+        if status == Status::OK { Ok(()) } else { Err(refused(self.with_message(status.meaning()))) }
     }
 
-    /// Another table the instance may offer, of at least `size` bytes.
-    pub(super) fn other_table(&self, extension: &CStr, size: usize) -> Option<*const c_void> {
+    /// The table of another extension; `None` where the instance does not offer it or the table is too small.
+    pub(crate) fn extension_table(&self, Extension { id, size }: Extension) -> Option<*const c_void> {
         // SAFETY: only called after `check_tables`.
         let get = unsafe { (*self.plugin).extension }?;
         // SAFETY: [any]; null or a table that lives as long as the library, starting with its size.
-        let found = unsafe { get(self.plugin, extension.as_ptr()) };
+        let found = unsafe { get(self.plugin, id.as_ptr()) };
         // SAFETY: every table of the interface starts with its size.
         (!found.is_null() && unsafe { *found.cast::<usize>() } >= size).then_some(found)
     }
 
-    /// The table of the kind.
+    /// The table of the main extension.
     ///
     /// # Safety
-    /// `T` is the table of the extension this was opened with.
-    pub(super) unsafe fn table<T>(&self) -> &'static T {
-        // SAFETY: checked at `open` to be at least as large as `T`; lives as long as the library.
+    /// `T` is the table type of the extension this was created with.
+    pub(crate) unsafe fn table<T>(&self) -> &'static T {
+        // SAFETY: checked at `create` to be at least as large as `T`; lives as long as the library.
         unsafe { &*self.extension.cast() }
     }
 
-    /// What goes first into every call.
-    pub(super) fn plugin(&self) -> *const abi::Plugin {
+    /// The pointer that is the first argument of every call.
+    pub(crate) fn plugin(&self) -> *const abi::Plugin {
         self.plugin
     }
 
     /// Turns a status into a result. A panic quarantines the instance: it is not called again.
     #[inline]
-    pub(super) fn done(&self, call: &'static str, status: Status) -> Result<(), HostError> {
+    pub(crate) fn check(&self, call: &'static str, status: Status) -> Result<(), HostError> {
         if status == Status::OK { Ok(()) } else { Err(self.failed(call, status)) }
     }
 
-    /// The same, of a call that hands over what the scene says: a bad argument is the scene's.
-    pub(super) fn taken(&self, call: &'static str, status: Status) -> Result<(), HostError> {
+    /// Turns the status of a call that passes on what the scene says into a result: a bad argument is the fault of the scene.
+    pub(crate) fn check_input(&self, call: &'static str, status: Status) -> Result<(), HostError> {
         if status != Status::BAD_ARGUMENT {
-            return self.done(call, status);
+            return self.check(call, status);
         }
         let (plugin, path) = (self.id.clone(), self.library.path().to_path_buf());
-        Err(HostError::Refused { plugin, path, reason: self.reason(status.meaning()) })
+        Err(HostError::Refused { plugin, path, reason: self.with_message(status.meaning()) })
     }
 
+    /// The error of a call that failed.
     #[cold]
     fn failed(&self, call: &'static str, status: Status) -> HostError {
         if status == Status::PANICKED {
@@ -190,35 +207,36 @@ impl Instance {
         self.error(call, status.meaning())
     }
 
-    /// An error of this instance, with what the plugin said last.
-    pub(super) fn error(&self, call: &'static str, what: &str) -> HostError {
+    /// An error of this instance in `call`, with the last error message of the plugin.
+    pub(crate) fn error(&self, call: &'static str, what: &str) -> HostError {
         let (plugin, path) = (self.id.clone(), self.library.path().to_path_buf());
-        HostError::Call { plugin, path, call, reason: self.reason(what) }
+        HostError::Call { plugin, path, call, reason: self.with_message(what) }
     }
 
-    fn reason(&self, what: &str) -> String {
+    /// `what`, followed by the last error message of the plugin if there is one.
+    fn with_message(&self, what: &str) -> String {
         let said = self.messages().0.into_iter().rev().find(|m| m.severity == abi::ERROR);
         said.map_or_else(|| what.to_owned(), |m| format!("{what}: {}", m.text))
     }
 
-    /// Whether it panicked.
-    pub(super) fn is_quarantined(&self) -> bool {
+    /// Whether the plugin panicked in a call.
+    pub(crate) fn is_quarantined(&self) -> bool {
         self.quarantined.load(Ordering::Relaxed)
     }
 
-    /// What it said since the last time, and how many lines were lost.
-    pub(super) fn messages(&self) -> (Vec<Message>, u64) {
+    /// Messages of the plugin since the last call, and the number of those that were lost.
+    pub(crate) fn messages(&self) -> (Vec<Message>, u64) {
         // SAFETY: the inbox lives until this is dropped, and is made to be shared.
         unsafe { &*self.inbox }.take()
     }
 
-    /// The descriptor it was opened from.
-    pub(super) fn info(&self, kind: Kind) -> &'static PluginInfo {
+    /// Descriptor of the plugin, which is of `kind`.
+    pub(crate) fn info(&self, kind: PluginKind) -> &'static PluginInfo {
         self.library.plugin(kind, &self.id).expect("opened from it")
     }
 
-    /// The file it came from.
-    pub(super) fn library(&self) -> &'static Library {
+    /// Library of the plugin.
+    pub(crate) fn library(&self) -> &'static Library {
         self.library
     }
 }

@@ -1,37 +1,56 @@
-//! The host's side of the plugin border: where plugins are looked for, how they are opened, and safe calls into them.
+//! The host's side of the plugin interface: where plugins are looked for, how they are opened, and safe calls into them.
 //!
-//! This folder and `plugin-api` are the only places of the engine with `unsafe`. A library is opened with `RTLD_NOW |
-//! RTLD_LOCAL` by absolute path and stays mapped until the program ends: thread-locals, static strings and descriptors
-//! point into it.
+//! A [`SearchPath`] turns a name into the file of a [`Library`]; a library lists its plugins ([`PluginInfo`]) without running them. An
+//! active plugin is a [`Grid`], a [`Material`] or a [`Device`]. A material is a force model of the solver. What a plugin does wrong is a
+//! [`HostError`] that names its file and the call.
+//!
+//! This crate knows no scenes, meshes or bodies, and names no plugin. It and `plugin-api` are the only places of the engine with
+//! `unsafe`. A library is opened by absolute path, all symbols bound at once (`RTLD_NOW | RTLD_LOCAL`), and stays mapped until the
+//! program ends: thread-locals, static strings and descriptors point into it.
+//!
+//! # Example
+//! The parameters that a material takes:
+//! ```no_run
+//! use pliant_host::{Library, PluginKind, SearchPath};
+//! use std::path::Path;
+//!
+//! # fn main() -> Result<(), pliant_host::HostError> {
+//! let found = SearchPath::new(&[]).find("mass-spring", Path::new("."))?;
+//! let library = Library::open(&found.path)?;
+//! for param in &library.plugin(PluginKind::Material, "mass-spring")?.params {
+//!     println!("{}: {}, {}", param.key, param.summary, param.allowed());
+//! }
+//! # Ok(())
+//! # }
+//! ```
 
+mod choice_sources;
 mod device;
 mod elf;
 mod error;
-mod face;
+mod f32_tangent;
 mod force_model;
 mod grid;
+mod host_table;
 mod instance;
 mod library;
 mod material;
+mod messages;
 mod normals;
-mod plugin;
+mod plugin_info;
 mod probe;
-mod report;
-mod rights;
-mod search;
-mod single;
-mod sources;
+mod realtime_rights;
+mod search_path;
 
-pub use device::MOST_EFFECTORS;
-pub use device::{Device, DeviceInfo, Output, Pose, Stopper};
+pub use choice_sources::{ChoiceSource, choice_sources};
+pub use device::{Device, DeviceInfo, EffectorOutput, MAX_EFFECTORS, Pose, StopHandle};
 pub use error::HostError;
 pub use grid::{Grid, Region};
-pub use instance::Settings;
+pub use instance::ParamSettings;
 pub use library::Library;
 pub use material::Material;
-pub use plugin::{Kind, ParamInfo, ParamKind, ParamValue, PluginInfo};
-pub use probe::{Finding, probe};
-pub use report::Message;
-pub use rights::real_time;
-pub use search::{Found, Search};
-pub use sources::{ChoiceSource, sources};
+pub use messages::Message;
+pub use plugin_info::{ParamInfo, ParamKind, ParamValue, PluginInfo, PluginKind};
+pub use probe::{Finding, probe_device};
+pub use realtime_rights::realtime_rights;
+pub use search_path::{FoundLibrary, SearchPath};

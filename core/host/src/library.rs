@@ -1,44 +1,46 @@
-//! An opened plugin library.
+//! An opened library and the plugins in it.
 
-use super::elf;
-use super::error::HostError;
-use super::plugin::{Kind, PluginInfo};
+use crate::elf;
+use crate::error::HostError;
+use crate::host_table::host_for_init;
+use crate::plugin_info::{PluginInfo, PluginKind};
 use pliant_plugin_api::abi;
 use pliant_plugin_api::kit::Candidate;
 use std::ffi::CString;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-/// A library whose entry was checked. Open once, mapped until the program ends.
+/// An opened library whose entry table was checked. It is opened once and stays mapped until the program ends.
 pub struct Library {
     path: PathBuf,
     plugins: Vec<PluginInfo>,
-    pub(super) table: &'static abi::Library,
+    pub(crate) table: &'static abi::Library,
 }
 
-/// Every library opened so far. Opening one again gives the same.
+/// Every library opened so far; opening one again gives the same.
 static OPENED: Mutex<Vec<&'static Library>> = Mutex::new(Vec::new());
 
-/// The most plugins one library may hold.
-const MOST_PLUGINS: u32 = 256;
+/// Largest number of plugins in one library.
+const MAX_PLUGINS: u32 = 256;
 
 #[allow(unsafe_code, reason = "opens a library and reads its entry")]
 impl Library {
     /// Opens the library at an absolute path.
     ///
     /// # Errors
-    /// Not a library, no entry, wrong interface, malformed tables, or an `init` that fails.
+    /// A file that is not a shared library or was cut off, has no entry point, was made for another major version of the interface, has
+    /// malformed tables, or whose `init` fails.
     pub fn open(path: &Path) -> Result<&'static Self, HostError> {
         let mut opened = OPENED.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         if let Some(known) = opened.iter().find(|l| l.path == path) {
             return Ok(known);
         }
         let not_a_library = |reason: String| HostError::NotALibrary { path: path.into(), reason };
-        if let Some(missing) = elf::missing(path) {
-            return Err(not_a_library(missing));
+        if let Some(reason) = elf::truncation(path) {
+            return Err(not_a_library(reason));
         }
         // SAFETY: running a library's initialisers is what loading a plugin means; the user chose the folder.
-        let handle = unsafe { open_now(path) }.map_err(|e| not_a_library(why(&e)))?;
+        let handle = unsafe { open_now(path) }.map_err(|e| not_a_library(error_chain(&e)))?;
         // SAFETY: the symbol, if there, is the entry table; only `size` and the version are believed until checked.
         let table: &'static abi::Library = unsafe {
             match handle.get::<*const abi::Library>(abi::ENTRY_SYMBOL) {
@@ -46,7 +48,7 @@ impl Library {
                 _ => return Err(HostError::NoEntry { path: path.into() }),
             }
         };
-        std::mem::forget(handle); // never unmapped, see the head of the module
+        std::mem::forget(handle); // never unmapped, see the front page of the crate
         if table.abi_major != abi::ABI_MAJOR {
             return Err(HostError::Abi {
                 path: path.into(),
@@ -62,43 +64,44 @@ impl Library {
         Ok(library)
     }
 
+    /// Runs the library's `init`, if it has one, with the folder of its file.
     fn init(&'static self) -> Result<(), HostError> {
         let Some(init) = self.table.init else { return Ok(()) };
         let folder = self.path.parent().unwrap_or(Path::new("/")).to_string_lossy().into_owned();
         let folder = CString::new(folder).unwrap_or_default();
         // SAFETY: [main], once, first; a null host is not allowed, so one that swallows what is said.
-        let status = unsafe { init(super::face::quiet_host(), folder.as_ptr()) };
+        let status = unsafe { init(host_for_init(), folder.as_ptr()) };
         if status == abi::Status::OK {
             return Ok(());
         }
         Err(HostError::Malformed { path: self.path.clone(), reason: format!("`init` failed: {}", status.meaning()) })
     }
 
-    /// The file.
+    /// Path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Every plugin in it.
+    /// Every plugin in the library.
     pub fn plugins(&self) -> &[PluginInfo] {
         &self.plugins
     }
 
-    /// Plugin `index`, to be held against the conformance suite.
+    /// Plugin `index`, as the conformance suite takes it.
     ///
     /// # Panics
-    /// If there are fewer plugins in it.
+    /// If `index` is not below the number of plugins.
     pub fn candidate(&'static self, index: usize) -> Candidate {
         assert!(index < self.plugins.len(), "plugin {index} of {}", self.plugins.len());
         // SAFETY: the entry and every descriptor were checked when the library was opened.
         unsafe { Candidate::from_library(self.table, index as u32) }
     }
 
-    /// The plugin of `kind` called `name`: by its whole id or the last part of it.
+    /// The plugin of `kind` whose id, or last part of the id after a dot, is `name`.
     ///
     /// # Errors
-    /// [`HostError::NoSuchPlugin`], with what there is.
-    pub fn plugin(&self, kind: Kind, name: &str) -> Result<&PluginInfo, HostError> {
+    /// [`HostError::NoSuchPlugin`], with the plugins there are.
+    pub fn plugin(&self, kind: PluginKind, name: &str) -> Result<&PluginInfo, HostError> {
         let of_kind = || self.plugins.iter().filter(|p| p.kind == kind);
         let last = |id: &str| id.rsplit('.').next() == Some(name);
         let named = of_kind().find(|p| p.id == name).or_else(|| of_kind().find(|p| last(&p.id)));
@@ -113,19 +116,19 @@ impl Library {
         })
     }
 
-    /// The plugin of `kind`, if there is one and no other: the library's name then stands for it.
-    pub fn only(&self, kind: Kind) -> Option<&PluginInfo> {
+    /// The plugin of `kind` if the library has exactly one; the library's name then stands for it.
+    pub fn only_plugin(&self, kind: PluginKind) -> Option<&PluginInfo> {
         let mut of_kind = self.plugins.iter().filter(|p| p.kind == kind);
         of_kind.next().filter(|_| of_kind.next().is_none())
     }
 }
 
-/// An error with what is behind it: the linker's own words.
-fn why(error: &dyn std::error::Error) -> String {
-    error.source().map_or_else(|| error.to_string(), |source| format!("{error}: {}", why(source)))
+/// An error and its sources: the message of the linker is the innermost.
+fn error_chain(error: &dyn std::error::Error) -> String {
+    error.source().map_or_else(|| error.to_string(), |source| format!("{error}: {}", error_chain(source)))
 }
 
-/// Binds every symbol now: a first call inside a servo loop must not run the dynamic linker.
+/// Opens a library and binds every symbol at once: a first call inside a servo loop must not run the dynamic linker.
 #[allow(unsafe_code, reason = "opens a library")]
 unsafe fn open_now(path: &Path) -> Result<libloading::Library, libloading::Error> {
     #[cfg(unix)]
@@ -141,6 +144,7 @@ unsafe fn open_now(path: &Path) -> Result<libloading::Library, libloading::Error
     }
 }
 
+/// Descriptors of all plugins of a library, or what is wrong with its entry.
 #[allow(unsafe_code, reason = "calls the entry's functions")]
 fn read_plugins(table: &'static abi::Library) -> Result<Vec<PluginInfo>, String> {
     if table.size < size_of::<abi::Library>() {
@@ -151,7 +155,7 @@ fn read_plugins(table: &'static abi::Library) -> Result<Vec<PluginInfo>, String>
         return Err("entry: `create` is null".into());
     }
     let mut plugins: Vec<PluginInfo> = Vec::new();
-    for index in 0..=MOST_PLUGINS {
+    for index in 0..=MAX_PLUGINS {
         // SAFETY: [any]; the pointer is null or a descriptor that lives as long as the library.
         let Some(raw) = (unsafe { descriptor(index).as_ref() }) else { return Ok(plugins) };
         // SAFETY: as above.
@@ -161,5 +165,5 @@ fn read_plugins(table: &'static abi::Library) -> Result<Vec<PluginInfo>, String>
         }
         plugins.push(info);
     }
-    Err(format!("the list of plugins has no end within {MOST_PLUGINS}"))
+    Err(format!("the list of plugins has no end within {MAX_PLUGINS}"))
 }

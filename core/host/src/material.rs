@@ -1,36 +1,40 @@
-//! Safe calls into a material.
+//! An active material.
 
-use super::error::HostError;
-use super::instance::{Instance, Settings};
-use super::library::Library;
-use super::plugin::{Kind, PluginInfo};
-use super::report::Message;
+use crate::error::HostError;
+use crate::instance::{Extension, Instance, ParamSettings};
+use crate::library::Library;
+use crate::messages::Message;
+use crate::plugin_info::{PluginInfo, PluginKind};
 use pliant_plugin_api::ElementRequest;
 use pliant_plugin_api::abi::{self, Status};
 
-/// An active material.
+/// An active material; its force model is in `force_model.rs`.
 pub struct Material {
-    pub(super) instance: Instance,
-    pub(super) table: &'static abi::Material,
-    pub(super) requests: Vec<ElementRequest>,
-    pub(super) coupled: Option<&'static abi::Coupled>,
-    pub(super) normals: Option<&'static abi::Normals>,
-    pub(super) single: Option<&'static abi::Single>,
+    pub(crate) instance: Instance,
+    pub(crate) table: &'static abi::Material,
+    /// Elements the material wants.
+    pub(crate) requests: Vec<ElementRequest>,
+    /// Strains of coupled hinges, where a request has them.
+    pub(crate) coupled: Option<&'static abi::Coupled>,
+    /// Energy of vertex normals, where a request asks for normals.
+    pub(crate) normals: Option<&'static abi::Normals>,
+    /// Stiffness in single precision, where a request has it.
+    pub(crate) single: Option<&'static abi::Single>,
 }
 
-/// The most kinds of elements a material may want.
-const MOST_REQUESTS: u32 = 16;
+/// Largest number of kinds of elements a material may want.
+const MAX_REQUESTS: u32 = 16;
 
 #[allow(unsafe_code, reason = "calls the material's functions")]
 impl Material {
-    /// Opens a material. `dt` (s) is the longest step that will be asked for.
+    /// Opens the material `name` of a library for steps of up to `dt` (s).
     ///
     /// # Errors
-    /// Whatever the plugin or its tables have wrong.
-    pub fn open(library: &'static Library, name: &str, settings: &Settings, dt: f64) -> Result<Self, HostError> {
-        let info = library.plugin(Kind::Material, name)?;
-        let size = size_of::<abi::Material>();
-        let instance = Instance::open(library, info, settings, dt, abi::MATERIAL, size)?;
+    /// A library without that material, a malformed table or request, or refused parameters.
+    pub fn open(library: &'static Library, name: &str, settings: &ParamSettings, dt: f64) -> Result<Self, HostError> {
+        let info = library.plugin(PluginKind::Material, name)?;
+        let extension = Extension::new::<abi::Material>(abi::MATERIAL);
+        let instance = Instance::open(library, info, settings, dt, extension)?;
         // SAFETY: opened with the material extension.
         let table: &'static abi::Material = unsafe { instance.table() };
         let whole = table.elements.is_some()
@@ -45,7 +49,7 @@ impl Material {
         let mut material = Self { instance, table, requests: Vec::new(), coupled: None, normals: None, single: None };
         material.read_requests()?;
         if material.requests.iter().any(|r| r.flags & abi::IS_COUPLED != 0) {
-            let found = material.instance.other_table(abi::COUPLED, size_of::<abi::Coupled>());
+            let found = material.instance.extension_table(Extension::new::<abi::Coupled>(abi::COUPLED));
             // SAFETY: at least as large as the table, and lives as long as the library.
             let table = found.map(|table| unsafe { &*table.cast::<abi::Coupled>() });
             material.coupled = table.filter(|t| t.strain.is_some() && t.compliance.is_some());
@@ -58,9 +62,10 @@ impl Material {
         Ok(material)
     }
 
+    /// Reads the kinds of elements the material wants.
     fn read_requests(&mut self) -> Result<(), HostError> {
         let elements = self.table.elements.expect("checked");
-        for index in 0..MOST_REQUESTS {
+        for index in 0..MAX_REQUESTS {
             let mut raw = abi::ElementRequest {
                 size: size_of::<abi::ElementRequest>(),
                 kind: 0,
@@ -72,7 +77,7 @@ impl Material {
             // SAFETY: [main & active]; `raw` is ours to fill.
             match unsafe { elements(self.instance.plugin(), index, &mut raw) } {
                 Status::UNSUPPORTED => break,
-                status => self.instance.done("elements", status)?,
+                status => self.instance.check("elements", status)?,
             }
             if !(abi::POINT..=abi::TETRAHEDRON).contains(&raw.kind) {
                 return Err(self.instance.error("elements", &format!("unknown element kind {}", raw.kind)));
@@ -89,22 +94,22 @@ impl Material {
         Ok(())
     }
 
-    /// Whether it panicked and is not to be called again.
+    /// Whether the material panicked; it is not to be called again.
     pub fn is_quarantined(&self) -> bool {
         self.instance.is_quarantined()
     }
 
-    /// What it said since the last time, and how many lines were lost.
+    /// Messages of the material since the last call, and the number of those that were lost.
     pub fn messages(&self) -> (Vec<Message>, u64) {
         self.instance.messages()
     }
 
-    /// Its descriptor.
+    /// Descriptor of the plugin.
     pub fn info(&self) -> &'static PluginInfo {
-        self.instance.info(Kind::Material)
+        self.instance.info(PluginKind::Material)
     }
 
-    /// Its library.
+    /// Library of the plugin.
     pub fn library(&self) -> &'static Library {
         self.instance.library()
     }

@@ -1,20 +1,21 @@
-//! Safe calls into a material's energy of vertex normals.
+//! The table of a material's energy of vertex normals.
 
-use super::error::HostError;
-use super::material::Material;
+use crate::error::HostError;
+use crate::instance::Extension;
+use crate::material::Material;
 use pliant_plugin_api::abi;
 
 #[allow(unsafe_code, reason = "calls the material's functions")]
 impl Material {
-    /// Takes the table where a request asks for normals.
-    pub(super) fn read_normals(&mut self) -> Result<(), HostError> {
+    /// Looks up the table where a request asks for normals.
+    pub(crate) fn read_normals(&mut self) -> Result<(), HostError> {
         let wants = |kind: u32| self.requests.iter().any(|r| r.kind == kind && r.flags & abi::WANTS_NORMALS != 0);
         let (triangles, hinges) = (wants(abi::TRIANGLE), wants(abi::HINGE));
         if triangles != hinges {
             return Err(self.instance.error("elements", "triangles and hinges want normals together"));
         }
         if triangles {
-            let found = self.instance.other_table(abi::NORMALS, size_of::<abi::Normals>());
+            let found = self.instance.extension_table(Extension::new::<abi::Normals>(abi::NORMALS));
             // SAFETY: at least as large as the table, and lives as long as the library.
             let table = found.map(|table| unsafe { &*table.cast::<abi::Normals>() });
             self.normals = table.filter(|t| t.energy.is_some() && t.forces.is_some() && t.tilt.is_some());
@@ -25,7 +26,11 @@ impl Material {
         Ok(())
     }
 
-    pub(super) fn normals(&self) -> &'static abi::Normals {
+    /// The table of a material that has asked for normals.
+    ///
+    /// # Panics
+    /// If it has not.
+    pub(crate) fn normals(&self) -> &'static abi::Normals {
         self.normals.expect("checked when it was opened")
     }
 }

@@ -1,78 +1,81 @@
-//! Times by how often they occurred, in a fixed space: a session may last for hours.
+//! A histogram of times in fixed memory: a session may last for hours.
 
 use serde::Serialize;
 
-/// Counts of times in ns, to 0.2 % of each.
+/// Counts of times (ns) in logarithmic buckets of 0.2 % width.
 #[derive(Clone, Debug)]
 pub struct Histogram {
+    /// By bucket.
     counts: Vec<u64>,
     total: u64,
-    most: u64,
+    /// ns
+    longest: u64,
 }
 
-/// Parts of an octave, as a power of two.
-const BITS: u32 = 9;
+/// Buckets of an octave, as a power of two.
+const BUCKET_BITS: u32 = 9;
 
 impl Default for Histogram {
     fn default() -> Self {
-        Self { counts: vec![0; place(u64::MAX) + 1], total: 0, most: 0 }
+        Self { counts: vec![0; bucket(u64::MAX) + 1], total: 0, longest: 0 }
     }
 }
 
-fn place(value: u64) -> usize {
-    let octave = (u64::BITS - value.leading_zeros()).saturating_sub(BITS + 1);
-    ((octave as usize) << BITS) + (value >> octave) as usize
+/// The bucket of a value.
+fn bucket(value: u64) -> usize {
+    let octave = (u64::BITS - value.leading_zeros()).saturating_sub(BUCKET_BITS + 1);
+    ((octave as usize) << BUCKET_BITS) + (value >> octave) as usize
 }
 
-/// The largest value of a place.
-fn end(place: usize) -> u64 {
-    let octave = (place >> BITS).saturating_sub(1);
-    let part = (place - (octave << BITS)) as u64;
+/// The largest value of a bucket.
+fn upper_bound(bucket: usize) -> u64 {
+    let octave = (bucket >> BUCKET_BITS).saturating_sub(1);
+    let part = (bucket - (octave << BUCKET_BITS)) as u64;
     ((part + 1) << octave).wrapping_sub(1)
 }
 
 impl Histogram {
-    /// One more. *Real time*: no allocation.
+    /// Counts one time (ns). *Real time*: no allocation.
     pub fn add(&mut self, ns: u64) {
-        self.counts[place(ns)] += 1;
+        self.counts[bucket(ns)] += 1;
         self.total += 1;
-        self.most = self.most.max(ns);
+        self.longest = self.longest.max(ns);
     }
 
-    /// How many there are.
+    /// Number of times counted.
     pub fn total(&self) -> u64 {
         self.total
     }
 
-    /// ns, what this share of all does not exceed
-    fn at(&self, share: f64) -> u64 {
+    /// ns, time that this share (0 to 1) of all does not exceed
+    fn percentile(&self, share: f64) -> u64 {
         let wanted = ((self.total as f64 * share).ceil() as u64).max(1);
         let mut seen = 0;
         let found = self.counts.iter().position(|count| {
             seen += count;
             seen >= wanted
         });
-        found.map_or(0, |place| end(place).min(self.most))
+        found.map_or(0, |bucket| upper_bound(bucket).min(self.longest))
     }
 
-    /// `None` of none.
-    pub fn spread(&self) -> Option<Spread> {
-        let at = |share| self.at(share) as f64 * 1e-9;
-        let max = self.most as f64 * 1e-9;
-        (self.total > 0).then(|| Spread { p50: at(0.5), p99: at(0.99), p999: at(0.999), max })
+    /// Percentiles of all times counted; `None` without any.
+    pub fn percentiles(&self) -> Option<Percentiles> {
+        let at = |share| self.percentile(share) as f64 * 1e-9;
+        let max = self.longest as f64 * 1e-9;
+        (self.total > 0).then(|| Percentiles { p50: at(0.5), p99: at(0.99), p999: at(0.999), max })
     }
 }
 
-/// How times spread.
+/// Percentiles of a set of times.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Spread {
+pub struct Percentiles {
     /// s, the median
     pub p50: f64,
-    /// s
+    /// s, 99th percentile
     pub p99: f64,
-    /// s
+    /// s, 99.9th percentile
     pub p999: f64,
-    /// s
+    /// s, the longest
     pub max: f64,
 }
 
@@ -81,12 +84,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn shares_are_those_of_the_sorted_list_to_a_quarter_percent() {
+    fn percentiles_are_those_of_the_sorted_list_to_a_quarter_percent() {
         let mut histogram = Histogram::default();
         let mut list: Vec<u64> = (0..50_000_u64).map(|i| (i * i * 2_654_435_761) % 3_000_017 + i % 7).collect();
         list.iter().for_each(|ns| histogram.add(*ns));
         list.sort_unstable();
-        let spread = histogram.spread().unwrap();
+        let spread = histogram.percentiles().unwrap();
         for (share, found) in [(0.5, spread.p50), (0.99, spread.p99), (0.999, spread.p999), (1.0, spread.max)] {
             let exact = list[((list.len() as f64 * share) as usize).min(list.len() - 1)] as f64 * 1e-9;
             assert!((found / exact - 1.0).abs() < 2.5e-3, "{share}: {found} {exact}");
@@ -95,15 +98,15 @@ mod tests {
     }
 
     #[test]
-    fn every_value_has_one_place_and_places_rise() {
+    fn every_value_has_a_bucket_and_buckets_rise() {
         let mut before = 0;
         for value in
             (0..70_u64).chain((7..64).flat_map(|bit| [(1 << bit) - 1, 1 << bit, (1 << bit) + (1 << (bit - 2))]))
         {
-            let at = place(value);
-            assert!(at >= before && end(at) >= value, "{value}");
+            let at = bucket(value);
+            assert!(at >= before && upper_bound(at) >= value, "{value}");
             before = at;
         }
-        assert_eq!(end(place(u64::MAX)), u64::MAX);
+        assert_eq!(upper_bound(bucket(u64::MAX)), u64::MAX);
     }
 }

@@ -1,75 +1,78 @@
-//! A hand for whoever has no device: a mouse, a keyboard or a program says where it is, and feels nothing.
+//! A device that a program moves: for a mouse, a keyboard or a window. It renders no force.
 
-use super::haptic::{Haptic, StopNow};
-use pliant_host::{DeviceInfo, Output, Pose};
+use crate::device::{HapticDevice, StopDevice};
+use pliant_host::{DeviceInfo, EffectorOutput, Pose};
 use pliant_plugin_api::abi::{POSE_VALID, Status};
 use pliant_solver::V3;
 use triple_buffer::{Input, triple_buffer};
 
-/// The device's end: takes the place of a scene's device, with its limits.
-pub struct Pointer {
-    facts: DeviceInfo,
-    places: triple_buffer::Output<Place>,
+/// The device's end: takes the place of a scene's device in [`LiveSession::start_with_devices`](crate::LiveSession::start_with_devices).
+pub struct PointerDevice {
+    info: DeviceInfo,
+    hands: triple_buffer::Output<HandState>,
     force: Input<V3>,
 }
 
-/// The other end, for a window.
-pub struct PointerHand {
-    places: Input<Place>,
+/// The program's end: moves the hand and reads the force on it.
+pub struct PointerHandle {
+    hands: Input<HandState>,
     force: triple_buffer::Output<V3>,
 }
 
+/// Where the hand is.
 #[derive(Clone, Copy, Debug, Default)]
-struct Place {
+struct HandState {
+    /// m, in device axes
     position: V3,
+    /// Bit i is button i.
     buttons: u32,
-    there: bool,
+    present: bool,
 }
 
-impl Pointer {
-    /// One that has the limits of the device it stands in for.
-    pub fn new(facts: DeviceInfo) -> (Self, PointerHand) {
-        let (places, output) = triple_buffer(&Place::default());
+impl PointerDevice {
+    /// A device with the limits `info`, usually those of the device it stands in for, and the handle that moves it.
+    pub fn new(info: DeviceInfo) -> (Self, PointerHandle) {
+        let (hands, output) = triple_buffer(&HandState::default());
         let (force, felt) = triple_buffer(&[0.0; 3]);
-        (Self { facts, places: output, force }, PointerHand { places, force: felt })
+        (Self { info, hands: output, force }, PointerHandle { hands, force: felt })
     }
 }
 
-impl PointerHand {
-    /// It is at `position` (m, device axes), with these buttons.
-    pub fn go(&mut self, position: V3, buttons: u32) {
-        self.places.write(Place { position, buttons, there: true });
+impl PointerHandle {
+    /// Moves the hand to `position` (m, device axes) with these buttons (bit i is button i).
+    pub fn move_to(&mut self, position: V3, buttons: u32) {
+        self.hands.write(HandState { position, buttons, present: true });
     }
 
-    /// It is not there any more.
-    pub fn leave(&mut self) {
-        self.places.write(Place::default());
+    /// Takes the hand away: its poses are not valid until the next [`PointerHandle::move_to`].
+    pub fn remove(&mut self) {
+        self.hands.write(HandState::default());
     }
 
-    /// N, what a real hand would feel, device axes
+    /// N (3), the force a real hand would feel, in device axes
     pub fn force(&mut self) -> V3 {
         *self.force.read()
     }
 }
 
-impl Haptic for Pointer {
-    fn facts(&self) -> DeviceInfo {
-        self.facts
+impl HapticDevice for PointerDevice {
+    fn device_info(&self) -> DeviceInfo {
+        self.info
     }
 
     fn read(&mut self, time: u64, poses: &mut [Pose]) -> Status {
-        let Place { position, buttons, there } = *self.places.read();
-        let flags = if there { POSE_VALID } else { 0 };
+        let HandState { position, buttons, present } = *self.hands.read();
+        let flags = if present { POSE_VALID } else { 0 };
         poses.fill(Pose { time_ns: time, flags, buttons, position, ..Pose::default() });
         Status::OK
     }
 
-    fn write(&mut self, _time: u64, outputs: &[Output<'_>]) -> Status {
+    fn write(&mut self, _time: u64, outputs: &[EffectorOutput<'_>]) -> Status {
         self.force.write(outputs.first().map_or([0.0; 3], |output| output.force));
         Status::OK
     }
 
-    fn stopper(&self) -> StopNow {
-        Box::new(|| {}) // it moves nobody
+    fn stop_handle(&self) -> StopDevice {
+        Box::new(|| {}) // it renders no force
     }
 }

@@ -1,147 +1,133 @@
-//! One tick of the haptic thread: read the devices, render the contacts, write to the devices.
+//! The servo: each tick reads the devices, renders the newest contacts and writes to the devices.
 //!
-//! *Real time*: nothing here allocates, locks, logs or does I/O of its own, and nothing loops over a mesh.
+//! *Real time*: a tick does not allocate, lock, log or do I/O of its own, and does not loop over a mesh.
 
-use super::exchange::{Exchange, Models, Samples};
-use super::haptic::{Haptic, StopNow};
-use super::histogram::Histogram;
-use pliant_engine::session::Session;
+use crate::device::{HapticDevice, StopDevice};
+use crate::histogram::Histogram;
+use crate::snapshots::{ContactModels, DeviceLoss, HandSamples, SimulationPort};
+use pliant_engine::session::{DeviceSlot, Session, ToolSlot};
 use pliant_engine::tool::{Blend, ForceLimits, ForceSafety, Frame, Hand, Moment, PATIENCE, Passivity};
-use pliant_host::{MOST_EFFECTORS, Output, Pose};
+use pliant_host::{DeviceInfo, EffectorOutput, MAX_EFFECTORS, Pose};
 use pliant_plugin_api::abi::Status;
 use pliant_solver::{V3, axpy};
 use triple_buffer::triple_buffer;
 
-/// ns, how long a device may go on with a force when nothing comes after it
-const VALID: u64 = 50_000_000;
+/// ns, time after which a device goes to zero force by itself when no other command comes
+const FORCE_VALID: u64 = 50_000_000;
+/// Hz, highest rate of the haptic loop
+const MAX_RATE: f64 = 4000.0;
+/// Hz, rate of the haptic loop where no device declares one
+const DEFAULT_RATE: f64 = 1000.0;
 
-/// The devices and tools of a session, as the haptic thread has them.
+/// The devices and tools of a session on the haptic thread.
 pub struct Servo {
-    arms: Vec<Arm>,
-    /// In the order of the session's.
-    pub(super) tools: Vec<ServoTool>,
-    models: triple_buffer::Output<Models>,
-    samples: triple_buffer::Input<Samples>,
+    devices: Vec<ServoDevice>,
+    /// Tools in the order of the session's.
+    pub(crate) tools: Vec<ServoTool>,
+    models: triple_buffer::Output<ContactModels>,
+    samples: triple_buffer::Input<HandSamples>,
     rate: f64,
+    /// Number of the next tick.
     tick: u64,
-    before: Option<u64>,
-    /// s, that a rendered contact was behind the hand
-    pub(super) age: Histogram,
+    /// ns, time of the last tick
+    last_tick: Option<u64>,
+    /// Age of the rendered contacts: time since the sample of the hand they were computed for.
+    pub(crate) contact_age: Histogram,
 }
 
-struct Arm {
-    device: Box<dyn Haptic>,
+/// A device and how it is served.
+struct ServoDevice {
+    device: Box<dyn HapticDevice>,
     frame: Frame,
     poses: Vec<Pose>,
-    /// It is served in every so-manieth tick.
-    every: u64,
-    lost: Option<(&'static str, Status)>,
+    /// The device is served every n-th tick, n = haptic rate / its rate.
+    divider: u64,
+    loss: Option<DeviceLoss>,
 }
 
-pub(super) struct ServoTool {
-    pub(super) name: String,
-    arm: usize,
+/// A tool and what renders its force.
+pub(crate) struct ServoTool {
+    pub(crate) name: String,
+    /// Index of its device.
+    device: usize,
+    /// Index of the effector on the device.
     effector: usize,
-    pub(super) hand: Hand,
+    pub(crate) hand: Hand,
     blend: Blend,
-    pub(super) safety: ForceSafety,
-    given: V3,
-    /// N, of its tactile array
+    pub(crate) safety: ForceSafety,
+    /// N, force last given, in the axes of the device
+    device_force: V3,
+    /// N (rows x columns), pins of its tactile array
     taxels: Vec<f64>,
 }
 
-/// Hz, the fastest loop
-const FASTEST: f64 = 4000.0;
-
-/// The haptic side of a session over `devices`, in the order of the session's, and the simulation's end of what goes between.
-/// `rate` (Hz) is the loop's; by default that of the fastest device, up to 4 kHz.
-///
-/// # Panics
-/// If there is not one device for each of the session.
-pub fn servo(session: &Session, devices: Vec<Box<dyn Haptic>>, rate: Option<f64>) -> (Servo, Exchange) {
-    assert_eq!(devices.len(), session.devices.len(), "one for each of the session");
-    let fastest = devices.iter().map(|device| device.facts().rate).fold(0.0, f64::max);
-    let rate = rate.unwrap_or(if fastest > 0.0 { fastest } else { 1000.0 }).clamp(1.0, FASTEST);
-    let arm = |(device, slot): (Box<dyn Haptic>, &pliant_engine::session::DeviceSlot)| Arm {
-        poses: vec![Pose::default(); (device.facts().effectors as usize).min(MOST_EFFECTORS)],
-        every: (rate / device.facts().rate).round().max(1.0) as u64,
-        frame: slot.frame,
-        device,
-        lost: None,
-    };
-    let arms: Vec<Arm> = devices.into_iter().zip(&session.devices).map(arm).collect();
-    let tool = |slot: &pliant_engine::session::ToolSlot| {
-        let facts = arms[slot.device].device.facts();
-        let limits = ForceLimits { continuous: facts.continuous_force, ..slot.safety.limits() };
-        let stored = limits.peak * limits.peak / slot.tool.coupling.stiffness;
-        let passivity = Passivity::new(facts.damping, facts.resolution, stored);
-        ServoTool {
-            name: slot.tool.name.clone(),
-            arm: slot.device,
-            effector: slot.effector,
-            hand: Hand::new(slot.hand.fastest),
-            blend: Blend::default(),
-            safety: ForceSafety::new(limits).observed(passivity),
-            given: [0.0; 3],
-            taxels: slot.pad.as_ref().map_or_else(Vec::new, |pad| pad.taxels.clone()),
-        }
-    };
-    let tools: Vec<ServoTool> = session.tools.iter().map(tool).collect();
-    let (models, models_out) = triple_buffer(&Models {
-        contacts: vec![Default::default(); tools.len()],
-        taxels: tools.iter().map(|tool| tool.taxels.clone()).collect(),
-    });
-    let (samples, samples_out) = triple_buffer(&Samples {
-        time: 0,
-        poses: arms.iter().map(|arm| arm.poses.clone()).collect(),
-        given: vec![[0.0; 3]; tools.len()],
-        lost: vec![None; arms.len()],
-    });
-    let age = Histogram::default();
-    let servo = Servo { arms, tools, models: models_out, samples, rate, tick: 0, before: None, age };
-    (servo, Exchange::new(samples_out, models))
-}
-
 impl Servo {
-    /// Hz
+    /// The haptic side of a session over `devices`, which are in the order of the session's, and the simulation's end of the buffers
+    /// between both. `rate` (Hz) is that of the haptic loop; by default that of the fastest device, up to 4 kHz.
+    ///
+    /// # Panics
+    /// If `devices` are not as many as the session's.
+    pub fn new(session: &Session, devices: Vec<Box<dyn HapticDevice>>, rate: Option<f64>) -> (Self, SimulationPort) {
+        assert_eq!(devices.len(), session.devices.len(), "one for each of the session");
+        let fastest = devices.iter().map(|device| device.device_info().rate).fold(0.0, f64::max);
+        let rate = rate.unwrap_or(if fastest > 0.0 { fastest } else { DEFAULT_RATE }).clamp(1.0, MAX_RATE);
+        let slots = devices.into_iter().zip(&session.devices);
+        let devices: Vec<ServoDevice> = slots.map(|(device, slot)| ServoDevice::new(device, slot, rate)).collect();
+        let tools = session.tools.iter().map(|slot| ServoTool::new(slot, devices[slot.device].device.device_info()));
+        let tools: Vec<ServoTool> = tools.collect();
+        let (models, models_out) = triple_buffer(&ContactModels {
+            contacts: vec![Default::default(); tools.len()],
+            taxels: tools.iter().map(|tool| tool.taxels.clone()).collect(),
+        });
+        let (samples, samples_out) = triple_buffer(&HandSamples {
+            time: 0,
+            poses: devices.iter().map(|device| device.poses.clone()).collect(),
+            device_forces: vec![[0.0; 3]; tools.len()],
+            losses: vec![None; devices.len()],
+        });
+        let contact_age = Histogram::default();
+        let servo = Self { devices, tools, models: models_out, samples, rate, tick: 0, last_tick: None, contact_age };
+        (servo, SimulationPort::new(samples_out, models))
+    }
+
+    /// Hz, rate of the haptic loop
     pub fn rate(&self) -> f64 {
         self.rate
     }
 
-    /// N, what each tool's effector was given last, in the axes of its device
-    pub fn given(&self) -> impl Iterator<Item = V3> + '_ {
-        self.tools.iter().map(|tool| tool.given)
+    /// N, force last given to each tool's effector, in the axes of its device
+    pub fn device_forces(&self) -> impl Iterator<Item = V3> + '_ {
+        self.tools.iter().map(|tool| tool.device_force)
     }
 
-    /// The last thing each tool's force passes.
+    /// Force safety of each tool.
     pub fn safety(&mut self) -> impl Iterator<Item = &mut ForceSafety> {
         self.tools.iter_mut().map(|tool| &mut tool.safety)
     }
 
-    /// An emergency stop for each device.
-    pub fn stoppers(&self) -> Vec<StopNow> {
-        self.arms.iter().map(|arm| arm.device.stopper()).collect()
+    /// The emergency stop of each device.
+    pub fn stop_handles(&self) -> Vec<StopDevice> {
+        self.devices.iter().map(|device| device.device.stop_handle()).collect()
     }
 
-    /// What there is to say of lost devices, by place.
+    /// Index of each lost device, and a sentence on why it was lost. Not for the haptic thread.
     pub fn losses(&self) -> impl Iterator<Item = (usize, String)> {
-        self.arms.iter().enumerate().filter_map(|(i, arm)| {
-            let (call, status) = arm.lost?;
-            Some((i, arm.device.told(call, status)))
+        self.devices.iter().enumerate().filter_map(|(i, device)| {
+            let DeviceLoss { call, status } = device.loss?;
+            Some((i, device.device.describe_status(call, status)))
         })
     }
 
-    /// What each device has counted since it was opened, lost or not, by place; outside of the haptic thread.
+    /// Counters of each device since it was opened, also of lost ones. Not for the haptic thread.
     pub fn counters(&self) -> impl Iterator<Item = Vec<(String, u64)>> {
-        self.arms.iter().map(|arm| arm.device.counters())
+        self.devices.iter().map(|device| device.device.counters())
     }
 
-    /// Serves every device that is due at `now` (ns).
+    /// Takes in the newest contacts, serves every device that is due at `now` (ns), and publishes the poses.
     pub fn tick(&mut self, now: u64) {
-        let gap = self.before.map_or(0, |before| now.saturating_sub(before));
-        self.before = Some(now);
+        let gap = self.last_tick.replace(now).map_or(0, |last| now.saturating_sub(last));
         if gap as f64 * 1e-9 > PATIENCE {
-            // Everything may have changed; devices are at zero by themselves by now.
+            // The forces have expired: the devices are at zero by themselves.
             self.tools.iter_mut().for_each(|tool| tool.safety.release());
         }
         if self.models.update() {
@@ -151,61 +137,65 @@ impl Servo {
                 tool.taxels.copy_from_slice(taxels);
             }
         }
-        for index in 0..self.arms.len() {
-            if self.arms[index].lost.is_none() && self.tick.is_multiple_of(self.arms[index].every) {
+        for index in 0..self.devices.len() {
+            let device = &self.devices[index];
+            if device.loss.is_none() && self.tick.is_multiple_of(device.divider) {
                 self.serve(index, now);
             }
         }
         self.tick += 1;
         let samples = self.samples.input_buffer_mut();
         samples.time = now;
-        for (index, arm) in self.arms.iter().enumerate() {
-            samples.poses[index].copy_from_slice(&arm.poses);
-            samples.lost[index] = arm.lost;
+        for (index, device) in self.devices.iter().enumerate() {
+            samples.poses[index].copy_from_slice(&device.poses);
+            samples.losses[index] = device.loss;
         }
-        for (given, tool) in samples.given.iter_mut().zip(&self.tools) {
-            *given = tool.given;
+        for (force, tool) in samples.device_forces.iter_mut().zip(&self.tools) {
+            *force = tool.device_force;
         }
         self.samples.publish();
     }
 
+    /// Reads the device `index` at `now` (ns), renders the tools on it and writes to it.
     fn serve(&mut self, index: usize, now: u64) {
-        let arm = &mut self.arms[index];
-        arm.poses.fill(Pose::default());
-        let status = arm.device.read(now, &mut arm.poses);
+        let device = &mut self.devices[index];
+        device.poses.fill(Pose::default());
+        let status = device.device.read(now, &mut device.poses);
         if status != Status::OK {
             return self.lose(index, "read", status);
         }
-        let dt = arm.every as f64 / self.rate;
-        let mut outputs = [Output { valid_until: now + VALID, ..Output::default() }; MOST_EFFECTORS];
-        for tool in self.tools.iter_mut().filter(|tool| tool.arm == index) {
-            let Some(pose) = arm.poses.get(tool.effector) else { continue };
-            tool.hand.sample(pose, &arm.frame, (now as f64 * 1e-9, dt));
-            tool.given = tool.render(&arm.frame, now, dt, &mut self.age);
+        let dt = device.divider as f64 / self.rate;
+        let mut outputs =
+            [EffectorOutput { valid_until: now + FORCE_VALID, ..EffectorOutput::default() }; MAX_EFFECTORS];
+        for tool in self.tools.iter_mut().filter(|tool| tool.device == index) {
+            let Some(pose) = device.poses.get(tool.effector) else { continue };
+            tool.hand.sample(pose, &device.frame, (now as f64 * 1e-9, dt));
+            tool.device_force = tool.render(&device.frame, now, dt, &mut self.contact_age);
             if !tool.hand.present || tool.blend.age(now) > PATIENCE {
                 tool.taxels.fill(0.0);
             }
-            (outputs[tool.effector].force, outputs[tool.effector].taxels) = (tool.given, &tool.taxels);
+            (outputs[tool.effector].force, outputs[tool.effector].taxels) = (tool.device_force, &tool.taxels);
         }
-        let status = arm.device.write(now, &outputs[..arm.poses.len()]);
+        let status = device.device.write(now, &outputs[..device.poses.len()]);
         if status != Status::OK {
             self.lose(index, "write", status);
         }
     }
 
+    /// Gives the device `index` up: no poses, no forces.
     fn lose(&mut self, index: usize, call: &'static str, status: Status) {
-        let arm = &mut self.arms[index];
-        arm.lost = Some((call, status));
-        arm.poses.fill(Pose::default());
-        for tool in self.tools.iter_mut().filter(|tool| tool.arm == index) {
+        let device = &mut self.devices[index];
+        device.loss = Some(DeviceLoss { call, status });
+        device.poses.fill(Pose::default());
+        for tool in self.tools.iter_mut().filter(|tool| tool.device == index) {
             tool.safety.release();
-            tool.given = [0.0; 3];
+            tool.device_force = [0.0; 3];
         }
     }
 
-    /// Zero force on everything: the end, whatever led to it.
+    /// Sets all devices to zero force.
     pub fn stop(&mut self) {
-        self.stoppers().iter().for_each(|stop| stop());
+        self.stop_handles().iter().for_each(|stop| stop());
     }
 }
 
@@ -215,8 +205,40 @@ impl Drop for Servo {
     }
 }
 
+impl ServoDevice {
+    /// A device in the frame of its slot, in a loop of `rate` (Hz).
+    fn new(device: Box<dyn HapticDevice>, slot: &DeviceSlot, rate: f64) -> Self {
+        let info = device.device_info();
+        Self {
+            poses: vec![Pose::default(); (info.effectors as usize).min(MAX_EFFECTORS)],
+            divider: (rate / info.rate).round().max(1.0) as u64,
+            frame: slot.frame,
+            device,
+            loss: None,
+        }
+    }
+}
+
 impl ServoTool {
-    /// N, on the hand, in the axes of the device
+    /// A tool of the session on a device with these limits.
+    fn new(slot: &ToolSlot, device: DeviceInfo) -> Self {
+        let limits = ForceLimits { continuous: device.continuous_force, ..slot.safety.limits() };
+        // J, twice the energy that the coupling stores at the peak force
+        let stored = limits.peak * limits.peak / slot.tool.coupling.stiffness;
+        let passivity = Passivity::new(device.damping, device.resolution, stored);
+        Self {
+            name: slot.tool.name.clone(),
+            device: slot.device,
+            effector: slot.effector,
+            hand: Hand::new(slot.hand.fastest),
+            blend: Blend::default(),
+            safety: ForceSafety::new(limits).observed(passivity),
+            device_force: [0.0; 3],
+            taxels: slot.pad.as_ref().map_or_else(Vec::new, |pad| pad.taxels.clone()),
+        }
+    }
+
+    /// N (3), force on the hand at `now` (ns), `dt` (s) after the last, in the axes of the device. Ages of contacts go to `ages`.
     fn render(&mut self, frame: &Frame, now: u64, dt: f64, ages: &mut Histogram) -> V3 {
         if !self.hand.present {
             self.safety.release();
@@ -224,7 +246,7 @@ impl ServoTool {
         }
         let in_scene = self.blend.force(self.hand.position, now);
         let force = frame.to_device(in_scene);
-        // A metre of the hand is `scale` of the scene's.
+        // A metre of the hand is `scale` metres of the scene.
         let compliance = self.blend.compliance(in_scene) / frame.scale;
         let mut age = 0.0;
         if self.blend.is_contact() {

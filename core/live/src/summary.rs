@@ -1,63 +1,70 @@
-//! How well a live session kept its time and its limits.
+//! Timing and force safety of a live session in numbers. The keys in files are older than some names of fields; `serde` keeps them.
 
-use super::footing::{Footing, Took};
-use super::histogram::Spread;
+use crate::histogram::Percentiles;
+use crate::realtime::{RealtimeStatus, ThreadUsage};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// What devices have counted, by their names; those that count nothing are not here.
+/// Counters of the devices by their names, those without counters left out.
 pub type DeviceCounts = BTreeMap<String, BTreeMap<String, u64>>;
 
-/// One tool's hand.
+/// The hand of one tool.
 #[derive(Clone, Debug, Serialize)]
 pub struct HandSummary {
-    /// As the scene calls the tool.
+    /// Name of the tool in the scene.
     pub tool: String,
-    /// How often each cause changed its force.
-    pub changed: BTreeMap<&'static str, u64>,
-    /// Samples of the haptic thread that were not valid or not finite.
-    pub dropped: u64,
-    /// Samples that were followed at the limit of speed.
-    pub slowed: u64,
-    /// J, what the hand has given and not got back; below zero: made by the force
+    /// Number of times each measure of force safety changed the force, by cause.
+    #[serde(rename = "changed")]
+    pub safety_counts: BTreeMap<&'static str, u64>,
+    /// Number of samples of the haptic thread that were not valid or not finite.
+    #[serde(rename = "dropped")]
+    pub dropped_samples: u64,
+    /// Number of samples that were followed at the speed limit.
+    #[serde(rename = "slowed")]
+    pub speed_limited_samples: u64,
+    /// J, energy the hand has given and not got back; below zero the force has given the hand energy
     pub energy: f64,
 }
 
-/// A live session in numbers.
+/// Timing and force safety of a live session.
 #[derive(Clone, Debug, Serialize)]
 pub struct LiveSummary {
     /// s, wall clock
     pub seconds: f64,
-    /// Hz, of the haptic loop, as asked for
+    /// Hz, rate of the haptic loop as asked for
     pub rate: f64,
-    /// What its thread was given.
+    /// Real-time settings of the haptic thread.
     #[serde(flatten)]
-    pub footing: Footing,
-    /// What its thread went without, where the system tells.
-    pub took: Option<Took>,
-    /// Ticks done.
+    pub realtime: RealtimeStatus,
+    /// Use of the processor by the haptic thread; `None` where the system does not tell.
+    #[serde(rename = "took")]
+    pub thread_usage: Option<ThreadUsage>,
+    /// Number of ticks finished.
     pub ticks: u64,
-    /// Ticks that were not done before the next was due.
+    /// Number of ticks that were not finished before the next was due.
     pub missed: u64,
-    /// From the beginning of a tick to that of the next.
-    pub period: Option<Spread>,
-    /// From when a tick was due to its beginning.
-    pub lateness: Option<Spread>,
-    /// From reading the devices to having written the forces of those samples.
-    pub latency: Option<Spread>,
-    /// From the sample of the hand a contact was computed for to a force rendered from it.
-    pub contact_age: Option<Spread>,
-    /// s, that the simulation fell behind the clock for good
-    pub lost: f64,
-    /// Share of real time the simulation kept.
-    pub kept: f64,
-    /// How often the watchdog stopped the devices.
-    pub watchdog: u64,
+    /// Time from the beginning of a tick to that of the next.
+    pub period: Option<Percentiles>,
+    /// Time from the deadline of a tick to its beginning.
+    pub lateness: Option<Percentiles>,
+    /// Time from reading the devices to having written the forces for those samples.
+    pub latency: Option<Percentiles>,
+    /// Time from the sample of the hand that a contact was computed for to a force rendered from that contact.
+    pub contact_age: Option<Percentiles>,
+    /// s, time the simulation fell behind the clock and did not catch up
+    #[serde(rename = "lost")]
+    pub lost_time: f64,
+    /// Simulated time over wall-clock time: 1 keeps real time.
+    #[serde(rename = "kept")]
+    pub real_time_factor: f64,
+    /// Number of times the watchdog stopped the devices.
+    #[serde(rename = "watchdog")]
+    pub watchdog_trips: u64,
     /// Whether the haptic thread ended by a panic.
     pub panicked: bool,
-    /// In the order of the tools.
+    /// Hands in the order of the tools.
     pub hands: Vec<HandSummary>,
-    /// What the devices counted, by their names: in the summary of a run they stand where those of other runs do.
+    /// Counters of the devices. The summary of a run has them in its own `devices`, live or not.
     #[serde(skip)]
     pub devices: DeviceCounts,
 }

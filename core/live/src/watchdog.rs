@@ -1,47 +1,50 @@
-//! Stops the devices when the haptic thread no longer comes round: a driver that hangs, a machine that is starved.
+//! Stops the devices when the haptic thread makes no tick: a driver that hangs, a machine without a free processor.
 
-use super::haptic::StopNow;
-use super::thread::Shared;
+use crate::device::StopDevice;
+use crate::haptic_thread::ThreadSignals;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread::{Builder, JoinHandle, sleep};
 use std::time::{Duration, Instant};
 
-/// How long the haptic thread may be silent.
-const PATIENCE: Duration = Duration::from_millis(50);
-/// How often it is looked at.
-const LOOK: Duration = Duration::from_millis(5);
+/// Longest time without a tick before the devices are stopped.
+const TIMEOUT: Duration = Duration::from_millis(50);
+/// Time between two checks.
+const POLL_PERIOD: Duration = Duration::from_millis(5);
 
-pub(super) struct Watchdog {
+/// The watchdog thread. Dropping it ends the thread, and the haptic thread with it.
+pub(crate) struct Watchdog {
     thread: Option<JoinHandle<()>>,
-    shared: Arc<Shared>,
+    signals: Arc<ThreadSignals>,
+    /// Number of times the devices were stopped.
     trips: Arc<AtomicU64>,
 }
 
 impl Watchdog {
-    pub(super) fn start(stops: Vec<StopNow>, shared: Arc<Shared>) -> std::io::Result<Self> {
+    /// Starts watching; `stops` has the emergency stop of each device.
+    pub(crate) fn start(stops: Vec<StopDevice>, signals: Arc<ThreadSignals>) -> std::io::Result<Self> {
         let trips = Arc::new(AtomicU64::new(0));
-        let (of_thread, count) = (Arc::clone(&shared), Arc::clone(&trips));
+        let (of_thread, count) = (Arc::clone(&signals), Arc::clone(&trips));
         let watch = move || {
-            let (mut beats, mut since, mut stopped) = (u64::MAX, Instant::now(), false);
+            let (mut ticks, mut since, mut stopped) = (u64::MAX, Instant::now(), false);
             while !of_thread.stop.load(Ordering::Relaxed) {
-                let now = of_thread.beats.load(Ordering::Relaxed);
-                if now != beats {
-                    (beats, since, stopped) = (now, Instant::now(), false);
-                } else if since.elapsed() > PATIENCE && !stopped {
+                let now = of_thread.ticks_begun.load(Ordering::Relaxed);
+                if now != ticks {
+                    (ticks, since, stopped) = (now, Instant::now(), false);
+                } else if since.elapsed() > TIMEOUT && !stopped {
                     stops.iter().for_each(|stop| stop());
                     stopped = true;
                     count.fetch_add(1, Ordering::Relaxed);
                 }
-                sleep(LOOK);
+                sleep(POLL_PERIOD);
             }
         };
-        Ok(Self { thread: Some(Builder::new().name("watchdog".into()).spawn(watch)?), shared, trips })
+        Ok(Self { thread: Some(Builder::new().name("watchdog".into()).spawn(watch)?), signals, trips })
     }
 
-    /// Ends it; how often it had to stop the devices.
-    pub(super) fn end(&mut self) -> u64 {
-        self.shared.stop.store(true, Ordering::Relaxed);
+    /// Ends the thread and gives the number of times it stopped the devices.
+    pub(crate) fn end(&mut self) -> u64 {
+        self.signals.stop.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }

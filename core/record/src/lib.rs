@@ -18,7 +18,7 @@
 //! let began = Instant::now();
 //! let (scene, source) = scene::load(Path::new("scenes/touch.toml"), &[])?;
 //! let plan = Plan::new(&scene, &source)?;
-//! let search = pliant_host::Search::new(&[]);
+//! let search = pliant_host::SearchPath::new(&[]);
 //! let options = Options { search, threads: 1, mesh: None, recorded: None };
 //! let mut session = Session::open(&scene, &source, plan, &options)?;
 //!

@@ -43,7 +43,7 @@ pub use table::{csv, markdown};
 pub use trial::{Outcome, Trial};
 pub use write::{Written, write};
 
-use pliant_host::Search;
+use pliant_host::SearchPath;
 use std::collections::BTreeSet;
 
 /// Rows, what people read of them, and what was not run.
@@ -52,7 +52,7 @@ pub type Measured = (Vec<Row>, Vec<Section>, Vec<NotRun>);
 /// What a report is run with.
 pub struct Setup<'a> {
     /// Where plugins are looked for.
-    pub search: Search,
+    pub search: SearchPath,
     /// Threads of a run; performance tries others besides.
     pub threads: usize,
     /// Fewer levels and steps, within a minute.

@@ -5,7 +5,7 @@ use super::measure::{Measure, Reader};
 use pliant_engine::plan::Plan;
 use pliant_engine::scene;
 use pliant_engine::session::{Choices, EventKind, Options, Session, SessionError};
-use pliant_host::Search;
+use pliant_host::SearchPath;
 use std::path::Path;
 
 /// What is run.
@@ -19,7 +19,7 @@ pub struct Trial<'a> {
     /// Threads.
     pub threads: usize,
     /// Where plugins are.
-    pub search: &'a Search,
+    pub search: &'a SearchPath,
     /// What time is.
     pub clock: Clock,
 }

@@ -2,7 +2,7 @@
 
 use super::source::{SceneError, Source};
 use super::units::parse_quantity;
-use pliant_host::{ParamInfo, ParamKind, ParamValue, PluginInfo, Settings};
+use pliant_host::{ParamInfo, ParamKind, ParamSettings, ParamValue, PluginInfo};
 use std::collections::BTreeMap;
 use toml::{Spanned, Value};
 
@@ -14,8 +14,8 @@ pub fn settings(
     source: &Source,
     info: &PluginInfo,
     given: &BTreeMap<String, Spanned<Value>>,
-) -> Result<Settings, SceneError> {
-    let mut out = Settings::new();
+) -> Result<ParamSettings, SceneError> {
+    let mut out = ParamSettings::new();
     for (key, value) in given {
         let at = |reason: String| source.error(value.span(), format!("{} `{}`: {reason}", info.kind.name(), info.id));
         let Some(index) = info.params.iter().position(|p| p.key == *key) else {
@@ -33,7 +33,7 @@ pub fn settings(
 fn read(source: &Source, param: &ParamInfo, value: &Value) -> Result<ParamValue, String> {
     let wrong = || {
         let article = if matches!(value, Value::Integer(_) | Value::Array(_)) { "an" } else { "a" };
-        format!("{} is {article} {}; allowed is {}", shorten(value), value.type_str(), param.takes())
+        format!("{} is {article} {}; allowed is {}", shorten(value), value.type_str(), param.allowed())
     };
     match (&param.kind, value) {
         (ParamKind::Number { .. }, Value::String(text)) => parse_quantity(text, &param.unit).map(ParamValue::Number),

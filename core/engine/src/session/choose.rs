@@ -212,7 +212,14 @@ impl Session {
         }
         if given > 0 {
             let stable = h <= limit;
-            return if stable { Ok(given) } else { refuse(format!("{given} substeps are too few")) };
+            return if stable {
+                Ok(given)
+            } else {
+                refuse(match given {
+                    1 => "one step without substeps is too long".into(),
+                    more => format!("{more} substeps are too few"),
+                })
+            };
         }
         let needed = (self.dt / (STEP_SHARE * limit)).ceil().max(1.0);
         if needed > self.most_substeps as f64 {

@@ -1,8 +1,9 @@
 //! The hands of a step: from devices, or from whoever has them.
 
+use super::Session;
 use super::event::EventKind;
-use super::{DeviceSlot, Session};
-use pliant_host::{Device, MOST_EFFECTORS, Output, Pose};
+use super::hand_events::{SampleCounts, add_sample_events};
+use pliant_host::{Device, EffectorOutput, MAX_EFFECTORS, Pose};
 use pliant_solver::StepTime;
 
 /// ns, how long a device may go on with a force after the step it was meant for.
@@ -60,18 +61,10 @@ impl Session {
     pub(super) fn sample_hands(&mut self, StepTime { start: time, dt }: StepTime) {
         let now = time + dt;
         for slot in &mut self.tools {
-            let DeviceSlot { poses, frame, .. } = &self.devices[slot.device];
-            let before = (slot.hand.dropped, slot.hand.slowed);
-            slot.hand.sample(&poses[slot.effector], frame, (now, dt));
-            let name = &slot.tool.name;
-            let dropped = slot.hand.dropped - before.0;
-            self.events.add_many(EventKind::SampleDropped, dropped, now, || {
-                format!("hand of tool `{name}`: a sample that is not valid or not finite")
-            });
-            let slowed = slot.hand.slowed - before.1;
-            self.events.add_many(EventKind::SpeedLimit, slowed, now, || {
-                format!("hand of tool `{name}`: followed at {} m/s", slot.hand.fastest)
-            });
+            let device = &self.devices[slot.device];
+            let before = SampleCounts::of(slot);
+            slot.hand.sample(&device.poses[slot.effector], &device.frame, (now, dt));
+            add_sample_events(&mut self.events, slot, device, before, now);
         }
     }
 
@@ -80,7 +73,7 @@ impl Session {
         let now = nanoseconds(time);
         for (index, slot) in self.devices.iter_mut().enumerate() {
             let Some(device) = &mut slot.device else { continue };
-            let mut outputs = [Output::default(); MOST_EFFECTORS];
+            let mut outputs = [EffectorOutput::default(); MAX_EFFECTORS];
             for (tool, felt) in self.tools.iter().zip(&self.frame.tools) {
                 if tool.device == index {
                     outputs[tool.effector].force = felt.device_force;

@@ -76,6 +76,23 @@ impl Events {
         *count += many;
     }
 
+    /// `many` more of `kind` in a step, told when they begin: `ongoing` says whether the step before had some, and is set for this one.
+    pub(super) fn add_episode(
+        &mut self,
+        kind: EventKind,
+        many: u64,
+        ongoing: &mut bool,
+        time: f64,
+        text: impl FnOnce() -> String,
+    ) {
+        if *ongoing && many > 0 {
+            *self.counts.entry(kind).or_default() += many;
+        } else {
+            self.add_many(kind, many, time, text);
+        }
+        *ongoing = many > 0;
+    }
+
     /// How many there were of each kind.
     pub fn counts(&self) -> &BTreeMap<EventKind, u64> {
         &self.counts

@@ -7,6 +7,7 @@ mod edits;
 mod error;
 mod event;
 mod frame;
+mod hand_events;
 mod history;
 mod lapse;
 mod open;
@@ -27,6 +28,7 @@ use crate::body::{Body, Model};
 use crate::contact::{SoftTip, Spheres};
 use crate::plan::{Edit, LeftOut, Plan};
 use crate::tool::{ForceSafety, Frame as DeviceFrame, Hand, TactilePad, TipMass, Tool};
+use hand_events::Ongoing;
 use pliant_host::{Device, DeviceInfo, Pose};
 use pliant_plugin_api::abi::Ball;
 use pliant_solver::{Frequencies, Integrator, NodeSprings, Pool, Scheme};
@@ -43,6 +45,8 @@ pub struct DeviceSlot {
     pub facts: DeviceInfo,
     /// Its axes in the scene.
     pub frame: DeviceFrame,
+    /// Where samples come from, for messages: name, plugin and texts it was given, such as an address.
+    pub origin: String,
     poses: Vec<Pose>,
     /// What it had counted when it was lost.
     counted: Vec<(String, u64)>,
@@ -85,6 +89,8 @@ pub struct ToolSlot {
     /// For each body, how it meets it if not by holding vertices.
     soft: Vec<Option<SoftTip>>,
     restitution: f64,
+    /// Events of its hand that are under way.
+    ongoing: Ongoing,
     /// The edit that was under way when something was taken back: it does not go on.
     taken_back: Option<usize>,
     /// Of a blade, in the edit under way.

@@ -8,7 +8,10 @@ use crate::scene::{BladeScene, BodyScene, Extent, Scene, Source, ToolScene, sett
 use crate::tool::{Coupling, Edge, ForceLimits, ForceSafety, Hand, Knife, TactilePad, TipMass, Tool};
 use nalgebra::Vector3;
 use pliant_cut::CutMesh;
-use pliant_host::{Device, DeviceInfo, Grid, HostError, Kind, Library, Material, PluginInfo, Pose, Search, Settings};
+use pliant_host::{
+    Device, DeviceInfo, Grid, HostError, Library, Material, ParamKind, ParamSettings, ParamValue, PluginInfo,
+    PluginKind, Pose, SearchPath,
+};
 use pliant_mesh::check::{Severity, Use};
 use pliant_mesh::require_for_mesh_elements;
 use pliant_solver::ForceModel;
@@ -22,7 +25,7 @@ use toml::Spanned;
 /// What the caller decides.
 pub struct Options {
     /// Where plugins are looked for.
-    pub search: Search,
+    pub search: SearchPath,
     /// Threads; 0 takes what the machine has.
     pub threads: usize,
     /// Another model in the place of the first body's.
@@ -150,10 +153,10 @@ impl Opening<'_> {
     /// Finds a plugin, checks its parameters and notes its file.
     fn plugin(
         &mut self,
-        kind: Kind,
+        kind: PluginKind,
         name: &Spanned<String>,
         given: &Given,
-    ) -> Result<(&'static Library, &'static PluginInfo, Settings), SessionError> {
+    ) -> Result<(&'static Library, &'static PluginInfo, ParamSettings), SessionError> {
         let (file, id, id_given) = match name.get_ref().split_once('#') {
             Some((file, id)) => (file, id, true),
             None => (name.get_ref().as_str(), name.get_ref().as_str(), false),
@@ -161,7 +164,7 @@ impl Opening<'_> {
         let found = self.options.search.find(file, self.source.folder())?;
         let library = Library::open(&found.path)?;
         let id = if id.contains(['/', '\\']) { found.name.as_str() } else { id };
-        let only = || if id_given { None } else { library.only(kind) };
+        let only = || if id_given { None } else { library.only_plugin(kind) };
         let info = library.plugin(kind, id).or_else(|error| only().ok_or(error))?;
         let settings = settings(self.source, info, given)?;
         let path = library.path().display().to_string();
@@ -177,27 +180,29 @@ impl Opening<'_> {
         let at = (self.source, device.name.span());
         let frame = place::frame(&device.frame, at, models, self.options.mesh.is_some())?;
         let name = device.name.get_ref().clone();
-        let (opened, facts) = match &self.options.recorded {
+        let (opened, facts, origin) = match &self.options.recorded {
             Some(recorded) => {
                 let of = |(recorded, _): &&(String, DeviceInfo)| *recorded == name;
                 let known = || recorded.iter().map(|(name, _)| format!("`{name}`")).collect::<Vec<_>>().join(", ");
                 let missing = || format!("no hands of device `{name}` were recorded; there are those of {}", known());
-                (None, recorded.iter().find(of).ok_or_else(|| self.source.error(device.name.span(), missing()))?.1)
+                let found = recorded.iter().find(of).ok_or_else(|| self.source.error(device.name.span(), missing()))?;
+                (None, found.1, format!("the recorded device `{name}`"))
             }
             None => {
-                let (library, info, settings) = self.plugin(Kind::Device, &device.plugin, &device.params)?;
+                let (library, info, settings) = self.plugin(PluginKind::Device, &device.plugin, &device.params)?;
                 let opened = Device::open(library, &info.id, &settings, self.dt)
                     .map_err(|error| self.refused(span_of(&error, &device.params, device.name.span()), error))?;
-                let facts = *opened.facts();
-                (Some(opened), facts)
+                let facts = *opened.device_info();
+                (Some(opened), facts, device_origin(&name, info, &settings))
             }
         };
         let poses = vec![Pose::default(); facts.effectors as usize];
-        Ok(DeviceSlot { name, device: opened, facts, frame, poses, counted: Vec::new() })
+        Ok(DeviceSlot { name, device: opened, facts, frame, origin, poses, counted: Vec::new() })
     }
 
     fn body(&mut self, scene: &BodyScene, name: String, model: Model, cuts: bool) -> Result<Body, SessionError> {
-        let (library, info, settings) = self.plugin(Kind::Material, &scene.material.plugin, &scene.material.params)?;
+        let (library, info, settings) =
+            self.plugin(PluginKind::Material, &scene.material.plugin, &scene.material.params)?;
         let material = Material::open(library, &info.id, &settings, self.dt).map_err(|error| {
             let material = &scene.material;
             self.refused(span_of(&error, &material.params, material.plugin.span()), error)
@@ -236,7 +241,7 @@ impl Opening<'_> {
         material: &Material,
     ) -> Result<Lattice, SessionError> {
         let families = material.requests().iter().fold(0, |all, r| all | r.families);
-        let (library, info, settings) = self.plugin(Kind::Grid, &scene.grid.plugin, &scene.grid.params)?;
+        let (library, info, settings) = self.plugin(PluginKind::Grid, &scene.grid.plugin, &scene.grid.params)?;
         let at_grid = |error| self.refused(scene.grid.level.span(), error);
         let grid = Grid::open(library, &info.id, &settings, self.dt).map_err(at_grid)?;
         let relaxation = scene.grid.relaxation.get_ref().si;
@@ -299,6 +304,7 @@ impl Opening<'_> {
             edit: None,
             soft: (0..bodies).map(|_| None).collect(),
             restitution,
+            ongoing: Default::default(),
             taken_back: None,
             advances: 0,
             was: None,
@@ -329,4 +335,13 @@ fn span_of(error: &HostError, given: &Given, plugin: Range<usize>) -> Range<usiz
     let text = error.to_string();
     let named = given.iter().filter_map(|(key, value)| Some((text.find(&format!("`{key}`"))?, value.span())));
     named.min_by_key(|(at, _)| *at).map_or(plugin, |(_, span)| span)
+}
+
+/// A device in messages: its name, its plugin and the texts it was given, such as an address.
+fn device_origin(name: &str, info: &PluginInfo, settings: &ParamSettings) -> String {
+    let given = settings.iter().filter_map(|(index, value)| match (&info.params[*index].kind, value) {
+        (ParamKind::Text, ParamValue::Text(text)) => Some(format!(", {} {text}", info.params[*index].key)),
+        _ => None,
+    });
+    format!("device `{name}` ({}{})", info.id, given.collect::<String>())
 }

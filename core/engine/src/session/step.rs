@@ -3,11 +3,12 @@
 
 use super::event::EventKind;
 use super::frame::{Frame, ToolFrame};
+use super::hand_events::{SafetyPass, add_safety_events};
 use super::thread_choice::ThreadChoice;
 use super::{Session, Stage};
 use crate::body::Body;
 use crate::contact::SoftTip;
-use crate::tool::Tool;
+use crate::tool::{Cause, Tool};
 use pliant_solver::{Frequencies, Holds, HoldsNothing, Loads, StepError, StepTime, axpy};
 use std::time::Instant;
 
@@ -93,7 +94,9 @@ impl Session {
                 slot.tool.release(&slot.hand);
             }
             let slipped = slot.tool.slipped - lost;
-            self.events.add_many(EventKind::GripLost, slipped, time, || format!("tool `{}`", slot.tool.name));
+            self.events.add_many(EventKind::GripLost, slipped, time, || {
+                format!("tool `{}`: the pull let go: its force was over the `limit` of its edit", slot.tool.name)
+            });
         }
         self.move_tips(self.dt);
         self.press_sheets();
@@ -144,8 +147,12 @@ impl Session {
     ) -> Result<f64, String> {
         let substeps = self.substeps_for(frequencies);
         if substeps > self.choices.substeps {
-            self.events
-                .add(EventKind::Substeps, time.start, || format!("{substeps} instead of {}", self.choices.substeps));
+            self.events.add(EventKind::Substeps, time.start, || {
+                format!(
+                    "body `{}`: {substeps} substeps instead of {}, for the stiffness of a contact",
+                    self.bodies[index].name, self.choices.substeps
+                )
+            });
         }
         self.place_tips(index);
         let body = &mut self.bodies[index];
@@ -212,13 +219,12 @@ impl Session {
             let on_bodies = axpy(slot.tool.reaction(&self.bodies), -1.0, pressed);
             let force = axpy(on_bodies, 1.0, of_sheets);
             let to_device = &self.devices[slot.device].frame;
-            let before: u64 = slot.safety.counts().map(|(_, c)| c).sum();
-            let device_force = slot.safety.pass(to_device.to_device(force), dt);
-            let changed = slot.safety.counts().map(|(_, c)| c).sum::<u64>() - before;
-            let name = &slot.tool.name;
-            self.events.add_many(EventKind::ForceSafety, changed, time + dt, || {
-                format!("tool `{name}`: {force:?} N became {device_force:?} N")
-            });
+            let (last, wanted) = (slot.safety.last(), to_device.to_device(force));
+            let mut counts = [0; Cause::ALL.len()];
+            counts.iter_mut().zip(slot.safety.counts()).for_each(|(to, (_, count))| *to = count);
+            let device_force = slot.safety.pass(wanted, dt);
+            let pass = SafetyPass { counts, last, wanted, given: device_force };
+            add_safety_events(&mut self.events, slot, &pass, time + dt);
             let mut felt = tool_frame(&slot.tool, slot.hand.position, force, device_force);
             felt.contact = felt.contact.or(sheet);
             frame.tools.push(felt);

@@ -75,6 +75,11 @@ impl Hand {
         Self { position, rotation, buttons: 0, present: false, fastest, last_good, dropped: 0, slowed: 0 }
     }
 
+    /// Whether a valid sample has come so far.
+    pub fn was_seen(&self) -> bool {
+        self.last_good > f64::NEG_INFINITY
+    }
+
     /// Takes a sample at `time`, `dt` (s) after the last.
     pub fn sample(&mut self, pose: &Pose, frame: &Frame, (time, dt): (f64, f64)) {
         let place = frame.to_scene(pose.position);

@@ -3,7 +3,7 @@
 use super::catalogue::Haptic;
 use crate::catalogue::settings;
 use crate::{Row, Setup, Trial};
-use pliant_live::{Live, LiveSettings};
+use pliant_live::{LiveSession, LiveSettings};
 use std::path::Path;
 
 /// Runs one scene live for a while.
@@ -27,7 +27,7 @@ pub(super) fn live(haptic: &Haptic, scenes: crate::Scenes<'_>, setup: &Setup<'_>
             return row;
         }
     };
-    let mut live = match Live::start(&mut session, LiveSettings { rate: Some(haptic.rate), viewer: None }) {
+    let mut live = match LiveSession::start(&mut session, LiveSettings { rate: Some(haptic.rate), viewer: None }) {
         Ok(live) => live,
         Err(error) => {
             row.note = error.to_string();
@@ -48,9 +48,9 @@ pub(super) fn live(haptic: &Haptic, scenes: crate::Scenes<'_>, setup: &Setup<'_>
     }
     row.found.insert("ticks".into(), lived.ticks as f64);
     row.found.insert("missed ticks".into(), lived.missed as f64);
-    row.found.insert("share of real time kept".into(), lived.kept);
+    row.found.insert("share of real time kept".into(), lived.real_time_factor);
     row.error = lived.lateness.map(|s| s.p99);
     row.passed = Some(row.error.is_some_and(|e| e <= haptic.late) && !lived.panicked);
-    row.note = format!("99 % of ticks begin within the error, in seconds; priority {}", lived.footing.priority);
+    row.note = format!("99 % of ticks begin within the error, in seconds; priority {}", lived.realtime.priority);
     row
 }

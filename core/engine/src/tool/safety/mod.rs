@@ -94,6 +94,11 @@ impl ForceSafety {
         self.limits
     }
 
+    /// N, the force last given
+    pub fn last(&self) -> V3 {
+        self.last
+    }
+
     /// J, what the hand has given and not got back, where that is observed; below zero: made by the force
     pub fn energy(&self) -> f64 {
         self.passivity.as_ref().map_or(0.0, Passivity::energy)

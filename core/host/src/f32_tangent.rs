@@ -1,13 +1,14 @@
-//! Safe calls into a material's stiffness in single precision.
+//! The table of a material's stiffness in single precision.
 
-use super::error::HostError;
-use super::material::Material;
+use crate::error::HostError;
+use crate::instance::Extension;
+use crate::material::Material;
 use pliant_plugin_api::abi;
 
 #[allow(unsafe_code, reason = "calls the material's functions")]
 impl Material {
-    /// Takes the table where a request has it.
-    pub(super) fn read_single(&mut self) -> Result<(), HostError> {
+    /// Looks up the table where a request offers stiffness in single precision.
+    pub(crate) fn read_single(&mut self) -> Result<(), HostError> {
         let has = |flag: u32| self.requests.iter().filter(move |r| r.flags & flag != 0);
         if has(abi::HAS_SINGLE).count() == 0 {
             return Ok(());
@@ -15,7 +16,7 @@ impl Material {
         if has(abi::HAS_SINGLE).any(|r| r.flags & abi::HAS_FORCES == 0 || r.kind == abi::POINT) {
             return Err(self.instance.error("elements", "single precision without forces, or of points"));
         }
-        let found = self.instance.other_table(abi::SINGLE, size_of::<abi::Single>());
+        let found = self.instance.extension_table(Extension::new::<abi::Single>(abi::SINGLE));
         // SAFETY: at least as large as the table, and lives as long as the library.
         let table = found.map(|table| unsafe { &*table.cast::<abi::Single>() });
         self.single = table.filter(|t| t.tangent.is_some());

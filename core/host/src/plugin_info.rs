@@ -1,21 +1,24 @@
-//! What a library says of the plugins in it, copied out of its descriptors.
+//! Descriptions of plugins and their parameters, copied out of the descriptors of a library.
 
 use pliant_plugin_api::abi;
 use std::ffi::{CStr, c_char};
 
-/// What a plugin answers.
+/// Largest number of parameters of one plugin.
+const MAX_PARAMS: usize = 1000;
+
+/// The kinds of plugins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Kind {
-    /// Which nodes carry a surface.
+pub enum PluginKind {
+    /// Gives the cells and nodes that carry a surface.
     Grid,
-    /// What the force is.
+    /// Gives energies and forces.
     Material,
-    /// Where the hand is.
+    /// Gives poses of hands and renders forces.
     Device,
 }
 
-impl Kind {
-    /// In messages and listings.
+impl PluginKind {
+    /// The word in messages, listings and scenes.
     pub fn name(self) -> &'static str {
         match self {
             Self::Grid => "grid",
@@ -25,62 +28,62 @@ impl Kind {
     }
 }
 
-/// A plugin in a library.
+/// Description of one plugin of a library.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PluginInfo {
-    /// Kebab-case, third parties with a reversed domain before it.
+    /// Id in kebab-case; third parties put a reversed domain before it.
     pub id: String,
-    /// What it answers.
-    pub kind: Kind,
-    /// For people.
+    /// Kind of the plugin.
+    pub kind: PluginKind,
+    /// Name for people.
     pub name: String,
-    /// Its own version.
+    /// Version of the plugin.
     pub version: String,
-    /// One line.
+    /// One line on what the plugin is.
     pub summary: String,
-    /// It keeps the rules of step and servo loop.
+    /// Whether it keeps the real-time rules of the interface: no allocation, lock or I/O in a step or servo loop.
     pub real_time: bool,
-    /// Same inputs, same bytes, on the same binary.
+    /// Whether equal inputs give equal bytes on one binary.
     pub deterministic: bool,
-    /// Declared parameters, in order.
+    /// Declared parameters in order.
     pub params: Vec<ParamInfo>,
 }
 
 /// A declared parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParamInfo {
-    /// Kebab-case.
+    /// Key in kebab-case.
     pub key: String,
-    /// SI text.
+    /// SI unit as text, `1` without one.
     pub unit: String,
-    /// One line.
+    /// One line on what the parameter is.
     pub summary: String,
-    /// What it takes.
+    /// Type, range and default.
     pub kind: ParamKind,
 }
 
-/// What a parameter takes.
+/// Type, range and default of a parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ParamKind {
-    /// A number in `unit`.
+    /// A number in the unit of the parameter.
     Number {
-        /// Least.
+        /// Least allowed value.
         min: f64,
-        /// Greatest.
+        /// Greatest allowed value.
         max: f64,
-        /// When the scene does not give it.
+        /// Value where the scene gives none.
         default: f64,
     },
-    /// One of these.
+    /// One of several choices.
     Choice {
-        /// As scenes write them.
+        /// The choices as scenes write them.
         choices: Vec<String>,
-        /// Place of the one taken when the scene does not give it.
+        /// Index of the choice where the scene gives none.
         default: usize,
     },
-    /// A text.
+    /// Any text.
     Text,
-    /// A file.
+    /// Path of a file.
     Path,
     /// Rows of numbers.
     Table {
@@ -98,15 +101,15 @@ pub enum ParamValue {
     Text(String),
     /// Rows of numbers, row-major.
     Table {
-        /// Columns of each row.
+        /// Number of columns.
         columns: usize,
-        /// (rows x columns)
+        /// (rows x columns), row by row
         values: Vec<f64>,
     },
 }
 
 impl ParamInfo {
-    /// Whether `value` is allowed, or what would be.
+    /// Checks that `value` has the type and range of the parameter.
     ///
     /// # Errors
     /// A sentence with the value and what is allowed.
@@ -144,12 +147,19 @@ impl ParamInfo {
                     None => Ok(()),
                 }
             }
-            _ => Err(format!("wrong type; allowed is {}", self.takes())),
+            (
+                ParamKind::Number { .. }
+                | ParamKind::Choice { .. }
+                | ParamKind::Text
+                | ParamKind::Path
+                | ParamKind::Table { .. },
+                _,
+            ) => Err(format!("wrong type; allowed is {}", self.allowed())),
         }
     }
 
-    /// What it takes, in words.
-    pub fn takes(&self) -> String {
+    /// What is allowed, in words.
+    pub fn allowed(&self) -> String {
         match &self.kind {
             ParamKind::Number { min, max, .. } => format!("a number from {min} to {max} in {}", self.unit),
             ParamKind::Choice { choices, .. } => format!("one of {}", choices.join(", ")),
@@ -160,9 +170,11 @@ impl ParamInfo {
     }
 }
 
-#[allow(unsafe_code, reason = "reads the C strings of a descriptor")]
+/// The text behind `ptr`, called `what` in the error.
+///
 /// # Safety
 /// `ptr` is null or a C string that lives for the call.
+#[allow(unsafe_code, reason = "reads the C strings of a descriptor")]
 unsafe fn text(ptr: *const c_char, what: &str) -> Result<String, String> {
     if ptr.is_null() {
         return Err(format!("{what} is null"));
@@ -173,26 +185,26 @@ unsafe fn text(ptr: *const c_char, what: &str) -> Result<String, String> {
 }
 
 impl PluginInfo {
-    /// Copies a descriptor, or says what is wrong with it.
+    /// Copies a descriptor; the error says what is wrong with it.
     ///
     /// # Safety
     /// `raw` is a descriptor of a loaded library.
     #[allow(unsafe_code, reason = "reads a descriptor")]
-    pub(super) unsafe fn read(raw: &abi::Descriptor) -> Result<Self, String> {
+    pub(crate) unsafe fn read(raw: &abi::Descriptor) -> Result<Self, String> {
         if raw.size < size_of::<abi::Descriptor>() {
             return Err(format!("descriptor of {} bytes, at least {} needed", raw.size, size_of::<abi::Descriptor>()));
         }
         let kind = match raw.kind {
-            abi::KIND_GRID => Kind::Grid,
-            abi::KIND_MATERIAL => Kind::Material,
-            abi::KIND_DEVICE => Kind::Device,
+            abi::KIND_GRID => PluginKind::Grid,
+            abi::KIND_MATERIAL => PluginKind::Material,
+            abi::KIND_DEVICE => PluginKind::Device,
             other => return Err(format!("unknown plugin kind {other}")),
         };
         if raw.param_count > 0 && (raw.params.is_null() || raw.param_size < size_of::<abi::Param>()) {
             return Err(format!("{} parameters of {} bytes each", raw.param_count, raw.param_size));
         }
-        if raw.param_count > 1000 {
-            return Err(format!("{} parameters, at most 1000 allowed", raw.param_count));
+        if raw.param_count > MAX_PARAMS {
+            return Err(format!("{} parameters; allowed is at most {MAX_PARAMS}", raw.param_count));
         }
         // SAFETY: the header: strings live as long as the library, parameters follow each other `param_size` apart.
         unsafe {
@@ -212,9 +224,11 @@ impl PluginInfo {
 }
 
 impl ParamInfo {
-    #[allow(unsafe_code, reason = "reads a descriptor")]
+    /// Copies the declaration of a parameter; the error says what is wrong with it.
+    ///
     /// # Safety
     /// `raw` is a parameter of a loaded library.
+    #[allow(unsafe_code, reason = "reads a descriptor")]
     unsafe fn read(raw: &abi::Param) -> Result<Self, String> {
         // SAFETY: strings of a parameter live as long as the library.
         let (key, unit, summary) = unsafe {

@@ -1,12 +1,12 @@
-//! What plugins see of the host.
+//! The table of functions that plugins call on the host.
 
-use super::report::{Inbox, receive};
+use crate::messages::{Inbox, receive};
 use pliant_plugin_api::abi;
 use std::ffi::c_void;
 use std::sync::OnceLock;
 
-/// The table an instance is given; `data` is its inbox.
-pub(super) fn host_table(data: *mut c_void) -> abi::Host {
+/// The table for one instance; `data` is its inbox.
+pub(crate) fn host_table(data: *mut c_void) -> abi::Host {
     abi::Host {
         size: size_of::<abi::Host>(),
         abi_major: abi::ABI_MAJOR,
@@ -16,8 +16,8 @@ pub(super) fn host_table(data: *mut c_void) -> abi::Host {
     }
 }
 
-/// A host for a library's `init`, before any instance: what is said goes to an inbox nobody reads.
-pub(super) fn quiet_host() -> *const abi::Host {
+/// A host for the `init` of a library, before any instance; its messages are not read.
+pub(crate) fn host_for_init() -> *const abi::Host {
     static HOST: OnceLock<abi::Shared<usize>> = OnceLock::new();
     let make = || {
         let inbox = Box::into_raw(Box::<Inbox>::default());

@@ -1,28 +1,34 @@
-//! Where plugins are looked for.
+//! The folders that are searched for plugins.
 //!
 //! In order: the folders given to the program, `$PLIANT_PLUGIN_PATH`, the folder of the executable (in a build tree its
 //! `deps/` first: that one is always fresh, the copy beside the executable only after `cargo build`), the per-user data
-//! folder. A name is turned into file names; no library is opened to find out what it is called.
+//! folder. A name is turned into file names; no library is opened to find out its name.
 
-use super::error::HostError;
+use crate::error::HostError;
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX, EXE_SUFFIX};
 use std::path::{Path, PathBuf};
 
-/// The folders, in order.
+/// The folders that are searched for plugins, in order.
 #[derive(Clone, Debug)]
-pub struct Search {
+pub struct SearchPath {
     folders: Vec<(PathBuf, Origin)>,
 }
 
+/// Why a folder is searched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Origin {
+    /// `--plugin-path`
     Given,
+    /// `$PLIANT_PLUGIN_PATH`
     Environment,
+    /// The folder of the executable, or `deps/` in it.
     Executable,
+    /// The per-user data folder.
     User,
 }
 
 impl Origin {
+    /// In messages.
     fn name(self) -> &'static str {
         match self {
             Self::Given => "--plugin-path",
@@ -33,17 +39,17 @@ impl Origin {
     }
 }
 
-/// A library that is there.
+/// A library file that was found.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Found {
-    /// The plugin's name in a scene, from the file name.
+pub struct FoundLibrary {
+    /// Name of the plugin in a scene, from the file name.
     pub name: String,
-    /// Absolute, symlinks followed.
+    /// Absolute path of the file, links followed.
     pub path: PathBuf,
 }
 
-impl Search {
-    /// The usual folders, after those `given`.
+impl SearchPath {
+    /// The folders `given`, then the usual ones.
     pub fn new(given: &[PathBuf]) -> Self {
         let mut folders: Vec<_> = given.iter().map(|f| (f.clone(), Origin::Given)).collect();
         if let Some(list) = std::env::var_os("PLIANT_PLUGIN_PATH") {
@@ -60,15 +66,15 @@ impl Search {
         Self { folders }
     }
 
-    /// The file of plugin `name`; a name with a separator in it is a path, relative to `base`.
+    /// The library file of plugin `name`; a name with a separator in it is a path, relative to `base`.
     ///
     /// # Errors
-    /// [`HostError::NotFound`], with every folder that was looked in.
-    pub fn find(&self, name: &str, base: &Path) -> Result<Found, HostError> {
+    /// [`HostError::NotFound`], with every folder that was searched.
+    pub fn find(&self, name: &str, base: &Path) -> Result<FoundLibrary, HostError> {
         if name.contains(['/', '\\']) {
             let path = base.join(name);
             return match path.canonicalize() {
-                Ok(path) => Ok(Found { name: name_of(&path), path }),
+                Ok(path) => Ok(FoundLibrary { name: name_of(&path), path }),
                 Err(error) => Err(HostError::NotFound {
                     name: name.to_owned(),
                     files: path.display().to_string(),
@@ -80,7 +86,7 @@ impl Search {
         for (folder, _) in &self.folders {
             for file in &files {
                 if let Some(path) = real_file(&folder.join(file)) {
-                    return Ok(Found { name: name.to_owned(), path });
+                    return Ok(FoundLibrary { name: name.to_owned(), path });
                 }
             }
         }
@@ -100,14 +106,15 @@ impl Search {
         })
     }
 
-    /// The program that stands in for the hardware of device `name`: `pliant-twin-NAME`, in the same folders.
+    /// The program that emulates the hardware of device `name`: `pliant-twin-NAME`, in the same folders.
     ///
     /// # Errors
-    /// [`HostError::NotFound`], with every folder that was looked in.
-    pub fn twin(&self, name: &str) -> Result<PathBuf, HostError> {
+    /// [`HostError::NotFound`], with every folder that was searched.
+    pub fn find_twin(&self, name: &str) -> Result<PathBuf, HostError> {
         let file = format!("pliant-twin-{name}{EXE_SUFFIX}");
-        let plain = !name.contains(['/', '\\', '.']);
-        if let Some(path) = self.folders.iter().find_map(|(folder, _)| real_file(&folder.join(&file))).filter(|_| plain)
+        let is_name = !name.contains(['/', '\\', '.']);
+        if let Some(path) =
+            self.folders.iter().find_map(|(folder, _)| real_file(&folder.join(&file))).filter(|_| is_name)
         {
             return Ok(path);
         }
@@ -115,11 +122,11 @@ impl Search {
         Err(HostError::NotFound { name: name.to_owned(), files: file, places: places.collect::<Vec<_>>().join("\n") })
     }
 
-    /// Every library that may be a plugin, sorted by name, the first found of each; those that cannot be one, being folders
-    /// or links to nothing, where there is no other of their name. Folders of the user's choice may hold
-    /// any file name; beside the program only ours are considered, as a build folder is full of other libraries.
-    pub fn scan(&self) -> Vec<Found> {
-        let (mut all, mut broken): (Vec<Found>, Vec<Found>) = (Vec::new(), Vec::new());
+    /// Every library file that may hold plugins, sorted by name, the first found of each name. Folders and broken links with the
+    /// name of a library are listed too where no file has that name. In folders of the user's choice a library may have any name; beside
+    /// the program only `pliant_*` counts, as a build folder is full of other libraries.
+    pub fn scan(&self) -> Vec<FoundLibrary> {
+        let (mut all, mut broken): (Vec<FoundLibrary>, Vec<FoundLibrary>) = (Vec::new(), Vec::new());
         for (folder, origin) in &self.folders {
             let Ok(entries) = folder.read_dir() else { continue };
             let mut paths: Vec<PathBuf> = entries.flatten().map(|e| e.path()).collect();
@@ -132,9 +139,9 @@ impl Search {
                 }
                 let name = name_of(&path);
                 match real_file(&path) {
-                    Some(path) if all.iter().all(|f| f.name != name) => all.push(Found { name, path }),
+                    Some(path) if all.iter().all(|f| f.name != name) => all.push(FoundLibrary { name, path }),
                     Some(_) => {}
-                    None => broken.push(Found { name, path }),
+                    None => broken.push(FoundLibrary { name, path }),
                 }
             }
         }
@@ -148,12 +155,12 @@ impl Search {
     }
 }
 
-/// The file behind a path. A link to nothing or a folder is none, and no reason to stop looking.
+/// The file behind a path; `None` for a broken link or a folder, so that the search goes on.
 fn real_file(path: &Path) -> Option<PathBuf> {
     path.canonicalize().ok().filter(|p| p.is_file())
 }
 
-/// The files that may hold plugin `name`.
+/// Names of the files that may hold plugin `name`.
 fn file_names(name: &str) -> Vec<String> {
     let stem = name.replace('-', "_");
     let mut files = vec![format!("{DLL_PREFIX}pliant_{stem}{DLL_SUFFIX}"), format!("{DLL_PREFIX}{stem}{DLL_SUFFIX}")];
@@ -165,13 +172,14 @@ fn file_names(name: &str) -> Vec<String> {
     files
 }
 
-/// The name a scene uses for the library at `path`.
+/// The name of the library at `path` in a scene.
 fn name_of(path: &Path) -> String {
     let stem = path.file_stem().and_then(|s| s.to_str()).unwrap_or_default();
     let stem = stem.strip_prefix(DLL_PREFIX).unwrap_or(stem);
     stem.strip_prefix("pliant_").unwrap_or(stem).replace('_', "-")
 }
 
+/// The per-user data folder of the system, if the environment tells where it is.
 fn user_data_folder() -> Option<PathBuf> {
     let set = |key: &str| std::env::var_os(key).map(PathBuf::from).filter(|p| p.is_absolute());
     if cfg!(windows) {
@@ -198,7 +206,7 @@ mod tests {
 
     #[test]
     fn a_missing_plugin_names_every_folder() {
-        let search = Search { folders: vec![("/nowhere/at/all".into(), Origin::Given)] };
+        let search = SearchPath { folders: vec![("/nowhere/at/all".into(), Origin::Given)] };
         let text = search.find("mass-spring", Path::new(".")).unwrap_err().to_string();
         for part in ["mass-spring", "pliant_mass_spring", "/nowhere/at/all", "--plugin-path", "no such folder"] {
             assert!(text.contains(part), "{part} in {text}");

@@ -1,14 +1,14 @@
-//! What this process may do in real time.
+//! Whether the system allows this process real-time priority.
 
-use super::probe::Finding;
+use crate::probe::Finding;
 
 /// Bit of `CAP_SYS_NICE` in a capability mask.
 #[cfg(target_os = "linux")]
-const SYS_NICE: u32 = 23;
+const CAP_SYS_NICE: u32 = 23;
 
-/// Whether a haptic thread may run before everything else.
+/// Whether a haptic thread may have real-time priority, from the limits and capabilities of this process.
 #[cfg(target_os = "linux")]
-pub fn real_time() -> Finding {
+pub fn realtime_rights() -> Finding {
     let read = |file| std::fs::read_to_string(file).unwrap_or_default();
     let (limits, status) = (read("/proc/self/limits"), read("/proc/self/status"));
     let soft = limits.lines().find_map(|l| l.strip_prefix("Max realtime priority")).unwrap_or_default();
@@ -16,7 +16,7 @@ pub fn real_time() -> Finding {
     let mask = status.lines().find_map(|l| l.strip_prefix("CapEff:")).unwrap_or_default();
     let mask = u64::from_str_radix(mask.trim(), 16).unwrap_or(0);
     match soft {
-        _ if mask >> SYS_NICE & 1 == 1 => Finding::present("real-time rights", "CAP_SYS_NICE"),
+        _ if mask >> CAP_SYS_NICE & 1 == 1 => Finding::present("real-time rights", "CAP_SYS_NICE"),
         "0" => Finding::degraded(
             "real-time rights",
             "the limit of the real-time priority is 0",
@@ -26,8 +26,8 @@ pub fn real_time() -> Finding {
     }
 }
 
-/// Whether a haptic thread may run before everything else.
+/// Whether a haptic thread may have real-time priority, which is not known on this system.
 #[cfg(not(target_os = "linux"))]
-pub fn real_time() -> Finding {
-    Finding::degraded("real-time rights", "not known how to ask on this system", "expect missed deadlines under load")
+pub fn realtime_rights() -> Finding {
+    Finding::degraded("real-time rights", "unknown: this system does not tell", "expect missed deadlines under load")
 }

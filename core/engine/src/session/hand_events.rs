@@ -1,0 +1,100 @@
+//! Events of a tool's hand: dropped samples, limited speed, limited force. Every step counts; the text is told once when it begins, and
+//! again only after it has ended.
+
+use super::event::{EventKind, Events};
+use super::{DeviceSlot, ToolSlot};
+use crate::tool::{Cause, ForceLimits};
+use pliant_solver::{V3, dot};
+
+/// Which events of a hand the last step had.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Ongoing {
+    dropped: bool,
+    slowed: bool,
+    /// By cause, in the order of [`Cause::ALL`].
+    limited: [bool; Cause::ALL.len()],
+}
+
+/// Counts of a hand before a sample was taken.
+#[derive(Clone, Copy)]
+pub(super) struct SampleCounts {
+    dropped: u64,
+    slowed: u64,
+}
+
+impl SampleCounts {
+    /// The counts now.
+    pub(super) fn of(slot: &ToolSlot) -> Self {
+        Self { dropped: slot.hand.dropped, slowed: slot.hand.slowed }
+    }
+}
+
+/// A force before and after force safety, in device axes.
+#[derive(Clone, Copy)]
+pub(super) struct SafetyPass {
+    /// Number of changes by each cause before the force was passed.
+    pub(super) counts: [u64; Cause::ALL.len()],
+    /// N, the force that was given before this one
+    pub(super) last: V3,
+    /// N, the force that was wanted
+    pub(super) wanted: V3,
+    /// N, the force that was given
+    pub(super) given: V3,
+}
+
+/// Adds the events of the sample that a hand has just taken at `time` (s).
+pub(super) fn add_sample_events(
+    events: &mut Events,
+    slot: &mut ToolSlot,
+    device: &DeviceSlot,
+    before: SampleCounts,
+    time: f64,
+) {
+    let (name, hand) = (&slot.tool.name, &slot.hand);
+    let dropped = hand.dropped - before.dropped;
+    let text = || match hand.was_seen() {
+        false => format!("hand of tool `{name}`: nothing heard yet from {}", device.origin),
+        true => format!(
+            "hand of tool `{name}`: a sample of {} is not valid or not finite; the last good one stands for 50 ms, then the \
+             hand is let go",
+            device.origin
+        ),
+    };
+    events.add_episode(EventKind::SampleDropped, dropped, &mut slot.ongoing.dropped, time, text);
+    let slowed = hand.slowed - before.slowed;
+    let text =
+        || format!("hand of tool `{name}`: it moves faster than the {} m/s it is followed at (`speed`)", hand.fastest);
+    events.add_episode(EventKind::SpeedLimit, slowed, &mut slot.ongoing.slowed, time, text);
+}
+
+/// Adds the events of a force that has just passed force safety at `time` (s).
+pub(super) fn add_safety_events(events: &mut Events, slot: &mut ToolSlot, pass: &SafetyPass, time: f64) {
+    let (name, limits) = (&slot.tool.name, slot.safety.limits());
+    for (i, (cause, count)) in slot.safety.counts().enumerate() {
+        let text = || format!("tool `{name}`: {}", safety_text(cause, pass, limits));
+        events.add_episode(EventKind::ForceSafety, count - pass.counts[i], &mut slot.ongoing.limited[i], time, text);
+    }
+}
+
+/// What a cause did to a force, with the limit.
+fn safety_text(cause: Cause, pass: &SafetyPass, limits: ForceLimits) -> String {
+    let [last, wanted, given] = [pass.last, pass.wanted, pass.given].map(|force| dot(force, force).sqrt());
+    let ForceLimits { peak, continuous, slew } = limits;
+    match cause {
+        Cause::Slew if wanted == 0.0 => {
+            format!("released: force faded from {last:.3} N over {:.1} ms (slew limit, {slew} N/s)", 1e3 * last / slew)
+        }
+        Cause::Slew => {
+            format!(
+                "the device gets {given:.3} N instead of {wanted:.3} N: the force changes faster than {slew} N/s (`slew`)"
+            )
+        }
+        Cause::NotFinite => format!("the force {:?} N is not finite; the device gets 0 N", pass.wanted),
+        Cause::Magnitude => format!("the force of {wanted:.3} N is over the device's peak, {peak} N"),
+        Cause::Continuous => {
+            format!("the mean force over ten seconds comes near the device's continuous rating, {continuous} N")
+        }
+        Cause::Passivity => "the force had given the hand more energy than it took; it is damped".into(),
+        Cause::Stale => "the simulation behind the force was silent for 50 ms; the force fades".into(),
+    }
+}

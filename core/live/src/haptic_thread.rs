@@ -1,0 +1,122 @@
+//! The haptic thread: ticks at absolute deadlines, and statistics of how well it kept them.
+
+use crate::deadline::Deadlines;
+use crate::histogram::Histogram;
+use crate::realtime::{RealtimeStatus, ThreadUsage, release, request, thread_usage};
+use crate::servo::Servo;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread::{Builder, JoinHandle, sleep};
+use std::time::{Duration, Instant};
+
+/// A clock of ns since the start of a live session, shared by all of its threads.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Clock(Instant);
+
+impl Clock {
+    /// Starts at 0 ns.
+    pub(crate) fn start() -> Self {
+        Self(Instant::now())
+    }
+
+    /// ns since the start
+    pub(crate) fn now(&self) -> u64 {
+        self.0.elapsed().as_nanos() as u64
+    }
+
+    /// Sleeps until [`SPIN`] before `due` (ns), then spins.
+    fn wait_until(&self, due: u64) {
+        loop {
+            let now = self.now();
+            match due.checked_sub(now) {
+                None | Some(0) => return,
+                Some(left) if left > SPIN => sleep(Duration::from_nanos(left - SPIN)),
+                Some(_) => std::hint::spin_loop(),
+            }
+        }
+    }
+}
+
+/// ns before a deadline from which the thread spins: about as late as the system wakes a sleeping thread
+const SPIN: u64 = 60_000;
+
+/// Flags shared by the haptic thread, the watchdog and the simulation.
+#[derive(Default)]
+pub(crate) struct ThreadSignals {
+    /// Whether the threads are to end.
+    pub(crate) stop: AtomicBool,
+    /// Number of ticks begun.
+    pub(crate) ticks_begun: AtomicU64,
+}
+
+/// The servo and statistics of a haptic thread that has ended.
+pub(crate) struct HapticResult {
+    pub(crate) servo: Servo,
+    pub(crate) realtime: RealtimeStatus,
+    pub(crate) usage: Option<ThreadUsage>,
+    /// Number of ticks finished.
+    pub(crate) ticks: u64,
+    /// Number of ticks not finished before the next was due.
+    pub(crate) missed: u64,
+    /// From the beginning of a tick to that of the next.
+    pub(crate) period: Histogram,
+    /// From the time a tick was due to its beginning.
+    pub(crate) lateness: Histogram,
+    /// Duration of a tick.
+    pub(crate) latency: Histogram,
+    /// Whether the thread ended by a panic.
+    pub(crate) panicked: bool,
+}
+
+/// Starts the thread.
+pub(crate) fn start(
+    servo: Servo,
+    clock: Clock,
+    signals: Arc<ThreadSignals>,
+) -> std::io::Result<JoinHandle<HapticResult>> {
+    Builder::new().name("haptic".into()).spawn(move || run(servo, clock, &signals))
+}
+
+/// Ticks until told to stop or a panic, then stops the devices.
+fn run(servo: Servo, clock: Clock, signals: &ThreadSignals) -> HapticResult {
+    let (period, lateness, latency) = (Histogram::default(), Histogram::default(), Histogram::default());
+    let rate = servo.rate();
+    let mut result = HapticResult {
+        servo,
+        realtime: request(),
+        usage: None,
+        ticks: 0,
+        missed: 0,
+        period,
+        lateness,
+        latency,
+        panicked: false,
+    };
+    let usage_before = thread_usage();
+    let looped = catch_unwind(AssertUnwindSafe(|| {
+        let mut deadlines = Deadlines::new(clock.now(), rate);
+        let mut last_began = None;
+        while !signals.stop.load(Ordering::Relaxed) {
+            clock.wait_until(deadlines.due());
+            signals.ticks_begun.fetch_add(1, Ordering::Relaxed);
+            let began = clock.now();
+            result.servo.tick(began);
+            let done = clock.now();
+            result.lateness.add(began.saturating_sub(deadlines.due()));
+            result.latency.add(done - began);
+            if let Some(last) = last_began.replace(began) {
+                result.period.add(began - last);
+            }
+            result.ticks += 1;
+            deadlines.finish_tick(done);
+            result.missed = deadlines.missed;
+        }
+    }));
+    // A panic and an orderly end both come here.
+    result.servo.stop();
+    result.panicked = looped.is_err();
+    result.usage = thread_usage().zip(usage_before).map(|(now, before)| now.since(before));
+    release();
+    result
+}

@@ -1,0 +1,182 @@
+//! A live session: its threads from their start to their end.
+
+use crate::deadline::Pacer;
+use crate::device::HapticDevice;
+use crate::haptic_thread::{Clock, HapticResult, ThreadSignals, start};
+use crate::realtime::RealtimeStatus;
+use crate::servo::{Servo, ServoTool};
+use crate::snapshots::{DeviceLoss, HandSamples, SimulationPort};
+use crate::summary::{DeviceCounts, HandSummary, LiveSummary};
+use crate::viewer::{Viewer, ViewerThread};
+use crate::watchdog::Watchdog;
+use pliant_engine::session::{EventKind, Session};
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::thread::{JoinHandle, sleep};
+use std::time::Duration;
+
+/// Options of a live session.
+#[derive(Default)]
+pub struct LiveSettings {
+    /// Hz, rate of the haptic loop; by default that of the fastest device, up to 4 kHz
+    pub rate: Option<f64>,
+    /// Receives frames, if there is one.
+    pub viewer: Option<Box<dyn Viewer>>,
+}
+
+/// ns, longest time that the first tick is waited for
+const FIRST_TICK_TIMEOUT: u64 = 500_000_000;
+
+/// A session that runs in real time. The simulation runs on the caller's thread. Dropping this stops the devices and ends the other
+/// threads, also while a panic unwinds.
+pub struct LiveSession {
+    clock: Clock,
+    signals: Arc<ThreadSignals>,
+    haptic: Option<JoinHandle<HapticResult>>,
+    watchdog: Watchdog,
+    port: SimulationPort,
+    viewer: Option<ViewerThread>,
+    pacer: Pacer,
+    rate: f64,
+    /// ns, time of the clock at the first step
+    began: u64,
+    steps: u64,
+    dt: f64,
+    /// Whether the loss of each device was already reported.
+    reported: Vec<bool>,
+    /// Names of the devices in their order.
+    names: Vec<String>,
+}
+
+impl LiveSession {
+    /// Starts a session in real time with its own devices, which it gives up.
+    ///
+    /// # Errors
+    /// A device that is not open, or a system that gives no threads.
+    pub fn start(session: &mut Session, settings: LiveSettings) -> io::Result<Self> {
+        let missing = |index: usize| io::Error::other(format!("device {index} is not open"));
+        let taken = session.take_devices().into_iter().enumerate();
+        let devices =
+            taken.map(|(i, device)| device.map(|d| Box::new(d) as Box<dyn HapticDevice>).ok_or_else(|| missing(i)));
+        let devices = devices.collect::<io::Result<Vec<_>>>()?;
+        Self::start_with_devices(session, devices, settings)
+    }
+
+    /// Starts a session in real time with other devices, in the order of the session's.
+    ///
+    /// # Errors
+    /// A system that gives no threads.
+    pub fn start_with_devices(
+        session: &mut Session,
+        devices: Vec<Box<dyn HapticDevice>>,
+        settings: LiveSettings,
+    ) -> io::Result<Self> {
+        session.lead_tips();
+        let reported = vec![false; devices.len()];
+        let names = session.devices.iter().map(|slot| slot.name.clone()).collect();
+        let (servo, port) = Servo::new(session, devices, settings.rate);
+        let viewer = settings.viewer.map(ViewerThread::start).transpose()?;
+        let (rate, signals, clock) = (servo.rate(), Arc::new(ThreadSignals::default()), Clock::start());
+        let watchdog = Watchdog::start(servo.stop_handles(), Arc::clone(&signals))?;
+        let haptic = Some(start(servo, clock, Arc::clone(&signals))?);
+        // The first step has poses. From here on no thread waits for another.
+        while signals.ticks_begun.load(Ordering::Relaxed) < 2 && clock.now() < FIRST_TICK_TIMEOUT {
+            sleep(Duration::from_millis(1));
+        }
+        let (began, dt) = (clock.now(), session.dt());
+        let pacer = Pacer::new(began, dt);
+        Ok(Self { clock, signals, haptic, watchdog, port, viewer, pacer, rate, began, steps: 0, dt, reported, names })
+    }
+
+    /// s, wall-clock time since the start
+    pub fn seconds(&self) -> f64 {
+        (self.clock.now() - self.began) as f64 * 1e-9
+    }
+
+    /// Whether the haptic thread still runs.
+    pub fn is_alive(&self) -> bool {
+        self.haptic.as_ref().is_some_and(|haptic| !haptic.is_finished())
+    }
+
+    /// Waits until a step is due and takes it with the newest poses. Returns the snapshot it used.
+    pub fn step(&mut self, session: &mut Session) -> &HandSamples {
+        while let Some(wait) = self.pacer.poll(self.clock.now()) {
+            sleep(Duration::from_nanos(wait));
+        }
+        self.steps += 1;
+        let samples = self.port.step(session);
+        let now = session.time();
+        for (index, (reported, loss)) in self.reported.iter_mut().zip(&samples.losses).enumerate() {
+            if let (false, Some(DeviceLoss { call, status })) = (*reported, loss) {
+                *reported = true;
+                let name = session.devices[index].name.clone();
+                session
+                    .events
+                    .add(EventKind::DeviceLost, now, || format!("device `{name}`: {call}: {}", status.meaning()));
+            }
+        }
+        if let Some(viewer) = &mut self.viewer {
+            viewer.publish(session, self.clock.now());
+        }
+        samples
+    }
+
+    /// Stops the devices, ends the threads and summarises the session.
+    pub fn finish(mut self) -> LiveSummary {
+        let seconds = self.seconds();
+        let watchdog_trips = self.watchdog.end();
+        let ended = self.haptic.take().map(JoinHandle::join).and_then(Result::ok);
+        let mut summary = LiveSummary {
+            seconds,
+            rate: self.rate,
+            realtime: RealtimeStatus::default(),
+            thread_usage: None,
+            ticks: 0,
+            missed: 0,
+            period: None,
+            lateness: None,
+            latency: None,
+            contact_age: None,
+            lost_time: self.pacer.lost as f64 * 1e-9,
+            real_time_factor: self.steps as f64 * self.dt / seconds,
+            watchdog_trips,
+            panicked: true,
+            hands: Vec::new(),
+            devices: DeviceCounts::new(),
+        };
+        if let Some(ended) = ended {
+            (summary.realtime, summary.thread_usage) = (ended.realtime, ended.usage);
+            (summary.ticks, summary.missed, summary.panicked) = (ended.ticks, ended.missed, ended.panicked);
+            (summary.period, summary.lateness) = (ended.period.percentiles(), ended.lateness.percentiles());
+            (summary.latency, summary.contact_age) =
+                (ended.latency.percentiles(), ended.servo.contact_age.percentiles());
+            summary.hands = ended.servo.tools.iter().map(summarize_hand).collect();
+            let counters = self.names.iter().cloned().zip(ended.servo.counters());
+            let counters = counters.filter(|(_, counters)| !counters.is_empty());
+            summary.devices = counters.map(|(name, counters)| (name, counters.into_iter().collect())).collect();
+        }
+        summary
+    }
+}
+
+/// Force safety and samples of one tool's hand.
+fn summarize_hand(tool: &ServoTool) -> HandSummary {
+    HandSummary {
+        tool: tool.name.clone(),
+        safety_counts: tool.safety.counts().map(|(cause, count)| (cause.name(), count)).collect(),
+        dropped_samples: tool.hand.dropped,
+        speed_limited_samples: tool.hand.slowed,
+        energy: tool.safety.energy(),
+    }
+}
+
+impl Drop for LiveSession {
+    fn drop(&mut self) {
+        self.signals.stop.store(true, Ordering::Relaxed);
+        if let Some(haptic) = self.haptic.take() {
+            // The servo and its devices are dropped here, on the thread that opened them.
+            drop(haptic.join());
+        }
+    }
+}
