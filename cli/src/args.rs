@@ -1,219 +1,291 @@
-//! What may be typed.
+//! The arguments of the program. What is said of them here is its help.
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use pliant_engine::scene::parse_quantity;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Haptic shape editing: touch, pull and cut meshes, feel the force, get the numbers.
 #[derive(Parser)]
 #[command(name = "pliant", version, about, arg_required_else_help = true, disable_help_subcommand = true)]
+#[command(after_help = "\
+Examples:
+  pliant sample elephant -o elephant.obj   a model to start from
+  pliant run scenes/touch.toml             run a scene; results are in out/touch
+  pliant plan scenes/touch.toml            what the scene needs, and how large a step may be
+  pliant plugin list                       the plugins that are found
+
+`pliant VERB --help` has the options of a verb. Exit codes: 0 done, 1 a check failed, 2 unusable input or usage,
+3 a plugin or device failed, 130 stopped.")]
 pub struct Cli {
-    /// One machine-readable document on standard output
+    /// Print one JSON document on standard output
     #[arg(long, global = true)]
     pub json: bool,
-    /// A folder with plugins, looked in first; may be given more than once
+    /// Folder with plugins that is searched first; may be given more than once
     #[arg(long, global = true, value_name = "DIR")]
     pub plugin_path: Vec<PathBuf>,
     #[command(subcommand)]
     pub command: Command,
 }
 
+/// The verbs.
 #[derive(Subcommand)]
 pub enum Command {
-    /// Run a scene's edits and write the deformed model and the numbers
+    /// Run the edits of a scene and write the deformed model and the numbers
     Run(RunArgs),
-    /// Run a recorded session again, with no device there
+    /// Run a recorded session again, without its devices
     Replay(ReplayArgs),
-    /// Say what a scene needs, what is left out and why, and how large a step may be
-    Plan(SceneArgs),
-    /// What plugins there are and what they take
+    /// Show what a scene needs, what is left out and why, and how large a step may be
+    Plan(PlanArgs),
+    /// List plugins, show their parameters, begin and check your own
     Plugin(PluginArgs),
-    /// Measure error against run time, stability, or cost, and say what misses what it should meet
+    /// Measure error against run time, stability, or cost; mark results that miss their criterion
     Report(ReportArgs),
-    /// What devices there are, what they lack, and stand-ins for them
+    /// List devices, find out what they lack, and emulate them
     Device(DeviceArgs),
     /// Print the JSON Schema of scene files
     Schema,
     /// Print a completion script for a shell
     Completions {
-        /// Which shell
+        /// Name of the shell
         shell: clap_complete::Shell,
     },
     /// Write a model to start from
     Sample(SampleArgs),
 }
 
+/// Arguments of `pliant plan`.
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  pliant plan scenes/touch.toml
+  pliant plan scenes/touch.toml --mesh my-model.obj --json")]
+pub struct PlanArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+}
+
+/// A scene and what is changed in it.
 #[derive(Args)]
 pub struct SceneArgs {
-    /// The scene, a TOML file
+    /// TOML file of the scene
     pub scene: PathBuf,
-    /// Put another OBJ file in the place of the first body's, scaled to fit
+    /// OBJ file that takes the place of the first body's model, scaled to its size
     #[arg(long, value_name = "FILE")]
     pub mesh: Option<PathBuf>,
-    /// Put a value in the place of the scene's, for example body.0.material.params.young=2e5
+    /// Value that takes the place of the scene's, for example body.0.material.params.young=2e5; may be given more than once
     #[arg(long, value_name = "PATH=VALUE", value_parser = setting)]
     pub set: Vec<(String, String)>,
-    /// Threads; 0 takes what the machine has. Results do not depend on it
+    /// Number of threads; 0 uses all processors. Results do not depend on it
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub threads: usize,
 }
 
+/// Arguments of `pliant run`.
 #[derive(Args)]
+#[command(after_help = "\
+Examples:
+  pliant run scenes/touch.toml
+  pliant run scenes/touch.toml --mesh my-model.obj --out out/mine
+  pliant run scenes/touch.toml --set body.0.material.params.young=\"40 kPa\"
+  pliant run scenes/touch.toml --live --duration \"60 s\" --record hand.rec")]
 pub struct RunArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// Where results go; by default out/SCENE
+    /// Folder of the results [default: out/SCENE]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Say nothing while it runs
+    /// Print neither progress nor a summary
     #[arg(long, short)]
     pub quiet: bool,
-    /// Run in a process of its own: a plugin that crashes ends that one, with exit code 3 and a sentence
+    /// Run in a child process: a plugin that crashes ends the child, and this program ends with exit code 3
     #[arg(long)]
     pub isolate: bool,
-    /// Write the session to a file that `pliant replay` runs again
+    /// Record the session into a file that `pliant replay` runs again
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
-    /// Keep real time: devices at their own rate, the simulation after the wall clock
+    /// Run in real time: each device at its own rate, the simulation after the wall clock
     #[arg(long, conflicts_with = "isolate")]
     pub live: bool,
-    /// How long, of the wall clock, for example 60 s; by default the scene's duration
+    /// Wall-clock duration, for example 60 s [default: the scene's duration]
     #[arg(long, value_name = "TIME", requires = "live", value_parser = duration)]
     pub duration: Option<f64>,
-    /// Rate of the haptic loop; by default that of the fastest device
+    /// Rate of the haptic loop, 100 Hz to 4 kHz [default: that of the fastest device]
     #[arg(long, value_name = "HZ", requires = "live", value_parser = rate)]
     pub rate: Option<f64>,
 }
 
+impl RunArgs {
+    /// The folder of the results.
+    pub fn out_folder(&self) -> PathBuf {
+        let default = || Path::new("out").join(self.scene.scene.file_stem().unwrap_or_default());
+        self.out.clone().unwrap_or_else(default)
+    }
+}
+
+/// Arguments of `pliant replay`.
 #[derive(Args)]
+#[command(after_help = "\
+Examples:
+  pliant replay hand.rec --verify
+  pliant replay hand.rec --set body.0.material.params.young=\"80 kPa\"")]
 pub struct ReplayArgs {
-    /// What `pliant run --record` wrote
+    /// File that `pliant run --record` wrote
     pub recording: PathBuf,
     /// Compare the state after every step with the recorded one; exit code 1 where they differ
     #[arg(long, conflicts_with = "set")]
     pub verify: bool,
-    /// Put a value in the place of the recorded scene's: the same hands on another material
+    /// Value that takes the place of the recorded scene's: the same hands on another material
     #[arg(long, value_name = "PATH=VALUE", value_parser = setting)]
     pub set: Vec<(String, String)>,
-    /// Threads; 0 takes what the machine has. Results do not depend on it
+    /// Number of threads; 0 uses all processors. Results do not depend on it
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub threads: usize,
-    /// Where results go; by default out/RECORDING
+    /// Folder of the results [default: out/RECORDING.replay]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Say nothing while it runs
+    /// Print neither progress nor a summary
     #[arg(long, short)]
     pub quiet: bool,
 }
 
+/// Arguments of `pliant report`.
 #[derive(Args)]
+#[command(after_help = "\
+Examples:
+  pliant report accuracy --quick
+  pliant report accuracy --scene my-scene.toml
+  pliant report stability --case limit
+  pliant report performance --quick --baseline old/report.json --margin 0.2")]
 pub struct ReportArgs {
-    /// Which
-    #[arg(value_enum)]
-    pub kind: ReportKind,
-    /// Only cases whose name contains this; may be given more than once
-    #[arg(long, value_name = "NAME")]
-    pub case: Vec<String>,
-    /// Accuracy or performance of a scene of your own instead
-    #[arg(long, value_name = "FILE")]
+    #[command(subcommand)]
+    pub command: ReportCommand,
+}
+
+/// The kinds of reports.
+#[derive(Subcommand)]
+pub enum ReportCommand {
+    /// Error against run time, of cases with known answers or of a scene of your own
+    Accuracy(AccuracyArgs),
+    /// Step limits, energy balances, extreme values, and the coupling of a hand
+    Stability(ReportOptionArgs),
+    /// Time of a step against size, threads and contacts
+    Performance(ReportOptionArgs),
+}
+
+/// Arguments of `pliant report accuracy`.
+#[derive(Args)]
+pub struct AccuracyArgs {
+    /// Compare this scene with its own refined solution instead of running the catalogue
+    #[arg(long, value_name = "FILE", conflicts_with = "catalogue")]
     pub scene: Option<PathBuf>,
-    /// Another catalogue in the place of the program's own; its scenes are files beside it
-    #[arg(long, value_name = "FILE", conflicts_with = "scene")]
-    pub catalogue: Option<PathBuf>,
-    /// With --scene: put a value in the place of the scene's
+    /// With --scene: value that takes the place of the scene's
     #[arg(long, value_name = "PATH=VALUE", value_parser = setting, requires = "scene")]
     pub set: Vec<(String, String)>,
-    /// Fewer resolutions: under a minute
+    #[command(flatten)]
+    pub options: ReportOptionArgs,
+}
+
+/// Options of every report.
+#[derive(Args)]
+pub struct ReportOptionArgs {
+    /// Run only cases whose name contains this; may be given more than once
+    #[arg(long, value_name = "NAME")]
+    pub case: Vec<String>,
+    /// Run this catalogue instead of the program's own; its scenes are files beside it
+    #[arg(long, value_name = "FILE")]
+    pub catalogue: Option<PathBuf>,
+    /// Run fewer resolutions: about a minute
     #[arg(long)]
     pub quick: bool,
-    /// Where results go; by default out/report-KIND
+    /// Folder of the results [default: out/report-KIND]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// A report.json of before: what got worse is named, and the exit code is 1
+    /// Older report.json to compare with: what got worse is listed, and the exit code is then 1
     #[arg(long, value_name = "FILE")]
     pub baseline: Option<PathBuf>,
-    /// How much worse counts, as a share
+    /// With --baseline: how much worse counts, as a share
     #[arg(long, value_name = "SHARE", default_value_t = 0.1)]
     pub margin: f64,
-    /// Exit with 1 when a result misses what it must meet
+    /// End with exit code 1 if a result misses its criterion
     #[arg(long)]
     pub strict: bool,
-    /// Begin anew, whatever a report that was stopped left behind
+    /// Begin anew instead of resuming a report that was stopped
     #[arg(long)]
     pub fresh: bool,
     /// Print the tables as Markdown
     #[arg(long, conflicts_with = "json")]
     pub markdown: bool,
-    /// Threads of a run; 0 takes what the machine has
+    /// Number of threads of a run; 0 uses all processors
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub threads: usize,
-    /// Of the order in which timed runs are interleaved
+    /// Seed of the order in which timed runs are interleaved
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
-    /// Say nothing while it runs
+    /// Print neither progress nor a summary
     #[arg(long, short)]
     pub quiet: bool,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum ReportKind {
-    /// Error against run time, of known answers
-    Accuracy,
-    /// What holds, up to where, and what happens beyond
-    Stability,
-    /// What a step costs
-    Performance,
-}
-
+/// Arguments of `pliant plugin`.
 #[derive(Args)]
+#[command(after_help = "\
+Examples:
+  pliant plugin list
+  pliant plugin info mass-spring
+  pliant plugin new springy --kind material
+  pliant plugin check ./libspringy.so")]
 pub struct PluginArgs {
     #[command(subcommand)]
-    pub what: PluginCommand,
+    pub command: PluginCommand,
 }
 
+/// What can be done with plugins.
 #[derive(Subcommand)]
 pub enum PluginCommand {
-    /// List every plugin that is found, and where
+    /// List the plugins that are found, with their files
     List,
-    /// Show a plugin's parameters with their units, ranges and defaults
+    /// Show the parameters of a plugin with units, ranges and defaults
     Info {
-        /// Its name, or a path to its library
+        /// Name of the plugin, or path of its library
         name: String,
     },
-    /// Write a project to start a plugin from, with its tests, a README and a scene
+    /// Write a project to begin a plugin from, with tests, a README and a scene
     New(NewArgs),
-    /// Hold a library against the conformance suite: one process and one sentence a case
+    /// Run the conformance suite on a library: a process and a line for each case
     Check(CheckArgs),
 }
 
+/// Arguments of `pliant plugin new`.
 #[derive(Args)]
 pub struct NewArgs {
-    /// Its name: lower-case letters, digits and dashes
+    /// Name of the plugin: lower-case letters, digits and dashes
     pub name: String,
-    /// What it is
+    /// Kind of plugin
     #[arg(long, value_enum)]
     pub kind: NewKind,
-    /// What it is written in
+    /// Language of the plugin
     #[arg(long, value_enum, default_value_t = Language::Rust)]
     pub lang: Language,
-    /// Where the project goes; by default a folder NAME here
+    /// Folder of the project [default: NAME]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// For Rust: pliant's own source, with plugin-api/ in it; by default what this program was built from
+    /// For Rust: folder of pliant's source, with plugin-api/ in it [default: what this program was built from]
     #[arg(long, value_name = "DIR")]
     pub pliant: Option<PathBuf>,
 }
 
+/// The kinds of plugins.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum NewKind {
-    /// What the force is
+    /// Gives energies and forces
     Material,
-    /// Which nodes carry a surface
+    /// Gives the cells and nodes that carry a surface
     Grid,
-    /// Where the hand is
+    /// Gives poses of hands and renders forces
     Device,
 }
 
+/// The languages of plugins.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Language {
     /// One trait; built by cargo
@@ -224,80 +296,97 @@ pub enum Language {
     Cpp,
 }
 
+/// Arguments of `pliant plugin check`.
 #[derive(Args)]
 pub struct CheckArgs {
-    /// A library, or the name of one that is found
+    /// Library, or the name of one that is found
     pub file: PathBuf,
-    /// Only the plugin with this id
+    /// Check only the plugin with this id
     #[arg(long)]
     pub id: Option<String>,
-    /// Only this case
+    /// Run only this case
     #[arg(long)]
     pub case: Option<String>,
-    /// Seconds a case may take
+    /// Seconds that a case may take
     #[arg(long, default_value_t = 20.0)]
     pub seconds: f64,
-    /// In a child: what it does
+    /// In a child process: what to do, see `check.rs`
     #[arg(long, hide = true)]
     pub child: Option<String>,
 }
 
+/// Arguments of `pliant device`.
 #[derive(Args)]
+#[command(after_help = "\
+Examples:
+  pliant device list
+  pliant device doctor exoskeleton --set peer=192.168.1.20:48620
+  pliant device emulate exoskeleton -- --help")]
 pub struct DeviceArgs {
     #[command(subcommand)]
-    pub what: DeviceCommand,
+    pub command: DeviceCommand,
 }
 
+/// What can be done with devices.
 #[derive(Subcommand)]
 pub enum DeviceCommand {
-    /// List every device plugin, and whether its device can be used now
+    /// List the device plugins, and whether their devices can be used now
     List,
-    /// Say what devices need, what is missing, and how to get it
+    /// Show what devices need, what is missing, and how to get it; exit code 1 if something is missing
     Doctor(DoctorArgs),
-    /// Run a stand-in for a device's hardware, a program of its own: `pliant device emulate exoskeleton -- --help`
+    /// Run the program that emulates a device's hardware
     Emulate {
-        /// Which device
+        /// Name of the device
         name: String,
-        /// For the stand-in
+        /// Arguments of the emulator
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         args: Vec<std::ffi::OsString>,
     },
 }
 
+/// Arguments of `pliant device doctor`.
 #[derive(Args)]
 pub struct DoctorArgs {
-    /// Its name, or a path to its library; all that are found when not given
+    /// Name of the device, or path of its library [default: all that are found]
     pub name: Option<String>,
-    /// A parameter as in a scene, for example peer=127.0.0.1:5000
+    /// Parameter as in a scene, for example peer=127.0.0.1:5000
     #[arg(long, value_name = "KEY=VALUE", value_parser = setting, requires = "name")]
     pub set: Vec<(String, String)>,
 }
 
+/// Arguments of `pliant sample`.
 #[derive(Args)]
+#[command(after_help = "\
+Examples:
+  pliant sample elephant -o elephant.obj
+  pliant sample elephant --detail 5 --force")]
 pub struct SampleArgs {
-    /// Which model
+    /// Name of the model
     #[arg(default_value = pliant_mesh::sample::NAMES[0], value_parser = pliant_mesh::sample::NAMES.to_vec())]
     pub name: String,
-    /// Where to write it; by default NAME.obj
+    /// OBJ file to write [default: NAME.obj]
     #[arg(long, short, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// How finely it is made: each step quarters its faces
+    /// Subdivisions: each quarters the faces
     #[arg(long, default_value_t = pliant_mesh::sample::DEFAULT_DETAIL)]
     pub detail: u32,
-    /// Write over files that are there
+    /// Overwrite existing files
     #[arg(long)]
     pub force: bool,
 }
 
+/// A time above zero, s.
 fn duration(text: &str) -> Result<f64, String> {
     parse_quantity(text, "s").and_then(|t| if t > 0.0 { Ok(t) } else { Err("allowed is a time above 0".into()) })
 }
 
+/// A rate of the haptic loop, Hz.
 fn rate(text: &str) -> Result<f64, String> {
     let allowed = |rate: &f64| (100.0..=4000.0).contains(rate);
     parse_quantity(text, "Hz").and_then(|r| Some(r).filter(allowed).ok_or("allowed is 100 Hz to 4 kHz".into()))
 }
 
+/// A path and a value.
 fn setting(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
         Some((path, value)) if !path.trim().is_empty() => Ok((path.trim().to_owned(), value.trim().to_owned())),
@@ -311,7 +400,7 @@ mod tests {
     use clap::CommandFactory;
 
     #[test]
-    fn the_arguments_make_sense() {
+    fn the_arguments_are_consistent() {
         Cli::command().debug_assert();
     }
 
@@ -320,5 +409,15 @@ mod tests {
         assert_eq!(setting("time.dt = 2e-3"), Ok(("time.dt".into(), "2e-3".into())));
         assert_eq!(setting("title=a=b"), Ok(("title".into(), "a=b".into())));
         assert!(setting("time.dt").is_err() && setting("=3").is_err());
+    }
+
+    #[test]
+    fn only_the_report_that_takes_a_scene_offers_it() {
+        let mut command = Cli::command();
+        let report = command.find_subcommand_mut("report").unwrap();
+        for (kind, offers) in [("accuracy", true), ("stability", false), ("performance", false)] {
+            let help = report.find_subcommand_mut(kind).unwrap().render_long_help().to_string();
+            assert_eq!(help.contains("--scene"), offers, "{kind}");
+        }
     }
 }

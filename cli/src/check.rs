@@ -1,33 +1,38 @@
-//! `pliant plugin check`: the conformance suite on a library, a process and a sentence a case.
+//! `pliant plugin check`: runs the conformance suite on a library, with a process and a line for each case.
 //!
-//! The library is never opened in this process: each case runs in a child, so a plugin that crashes or hangs fails its case
-//! and nothing else.
+//! This process never opens the library: each case runs in a child, so a plugin that crashes or hangs fails its case and nothing else. A
+//! child is this program with `--child list`, which lists the plugins, or `--child INDEX/CASE`, which runs a case; it answers with a line
+//! of JSON.
 
 use crate::args::{CheckArgs, Cli};
-use crate::child::{Ended, wait};
+use crate::child::{ChildEnd, run_to_end};
 use crate::outcome::{Failure, Outcome};
-use crate::text;
-use pliant_host::{Library, SearchPath};
+use crate::output::{format_seconds, note, print, print_json};
+use pliant_host::{Library, PluginInfo, SearchPath};
 use pliant_plugin_api::kit::{Kind, Verdict, cases};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// The one case about the library and not about a plugin in it.
+/// The one case that is about the library and not about a plugin in it, and its promise.
 const OPENING: (&str, &str) = ("opens-under-100-ms", "a program that lists plugins does not wait for this one");
+/// s, longest time of opening a library
 const OPENING_SECONDS: f64 = 0.1;
+/// Number of times opening is timed; the shortest counts, as a busy machine is not the library's fault.
+const OPENINGS: usize = 3;
 
+/// Runs the suite, or the part of it that a child is for.
 pub fn check(cli: &Cli, args: &CheckArgs) -> Result<Outcome, Failure> {
-    let path = find(cli, &args.file)?;
+    let path = find_library(cli, &args.file)?;
     match &args.child {
-        Some(what) => child(&path, what),
-        None => parent(cli, args, &path),
+        Some(task) => run_in_child(&path, task),
+        None => check_all(cli, args, &path),
     }
 }
 
-/// The file itself, or the library of that name.
-fn find(cli: &Cli, file: &Path) -> Result<PathBuf, Failure> {
+/// Path of the file itself, or of the library with that name.
+fn find_library(cli: &Cli, file: &Path) -> Result<PathBuf, Failure> {
     if file.is_file() {
         return file.canonicalize().map_err(Failure::from);
     }
@@ -35,20 +40,21 @@ fn find(cli: &Cli, file: &Path) -> Result<PathBuf, Failure> {
     Ok(SearchPath::new(&cli.plugin_path).find(&name, Path::new("."))?.path)
 }
 
-/// In the child: `list`, or `PLACE/CASE`.
-fn child(path: &Path, what: &str) -> Result<Outcome, Failure> {
+/// In a child: lists the plugins, or runs one case.
+fn run_in_child(path: &Path, task: &str) -> Result<Outcome, Failure> {
     let start = Instant::now();
     let library = Library::open(path)?;
-    if what == "list" {
+    if task == "list" {
         let seconds = start.elapsed().as_secs_f64();
-        let row = |p: &pliant_host::PluginInfo| json!({ "id": p.id, "kind": p.kind.name() });
+        let row = |p: &PluginInfo| json!({ "id": p.id, "kind": p.kind.name() });
         let plugins: Vec<Value> = library.plugins().iter().map(row).collect();
-        return text::out(&json!({ "seconds": seconds, "plugins": plugins }).to_string());
+        print(&json!({ "seconds": seconds, "plugins": plugins }).to_string())?;
+        return Ok(Outcome::Done);
     }
-    let unknown = || Failure::input(format!("no case `{what}`"));
-    let (place, name) = what.split_once('/').ok_or_else(unknown)?;
-    let place = place.parse().ok().filter(|p| *p < library.plugins().len()).ok_or_else(unknown)?;
-    let candidate = library.candidate(place);
+    let unknown = || Failure::input(format!("no case `{task}`; allowed is `list` or INDEX/CASE"));
+    let (index, name) = task.split_once('/').ok_or_else(unknown)?;
+    let index = index.parse().ok().filter(|i| *i < library.plugins().len()).ok_or_else(unknown)?;
+    let candidate = library.candidate(index);
     let kind = candidate.kind().ok_or_else(unknown)?;
     let case = cases(kind).into_iter().find(|c| c.name == name).ok_or_else(unknown)?;
     let (verdict, why) = match case.run(&candidate) {
@@ -56,106 +62,128 @@ fn child(path: &Path, what: &str) -> Result<Outcome, Failure> {
         Verdict::Skipped(why) => ("skipped", why),
         Verdict::Failed(why) => ("FAILED", why),
     };
-    text::out(&json!({ "verdict": verdict, "why": why }).to_string())
+    print(&json!({ "verdict": verdict, "why": why }).to_string())?;
+    Ok(Outcome::Done)
 }
 
-fn parent(cli: &Cli, args: &CheckArgs, path: &Path) -> Result<Outcome, Failure> {
-    let seconds = Duration::from_secs_f64(args.seconds.clamp(0.1, 1e6));
-    // The quickest of three: a busy machine is not the library's fault.
-    let (mut plugins, mut quickest) = (Vec::new(), f64::INFINITY);
-    for _ in 0..3 {
-        let (answer, why) = run(path, "list", seconds);
-        let answer = answer.ok_or_else(|| Failure::plugin(format!("{}: {why}", path.display())))?;
+/// Runs every wanted case of every wanted plugin in a child.
+fn check_all(cli: &Cli, args: &CheckArgs, path: &Path) -> Result<Outcome, Failure> {
+    let limit = Duration::from_secs_f64(args.seconds.clamp(0.1, 1e6));
+    let (mut plugins, mut fastest) = (Vec::new(), f64::INFINITY);
+    for _ in 0..OPENINGS {
+        let answer = ask_child(path, "list", limit);
+        let answer = answer.map_err(|why| Failure::plugin(format!("{}: {why}", path.display())))?;
         plugins = answer["plugins"].as_array().cloned().unwrap_or_default();
-        quickest = answer["seconds"].as_f64().unwrap_or(f64::INFINITY).min(quickest);
+        fastest = answer["seconds"].as_f64().unwrap_or(f64::INFINITY).min(fastest);
     }
-    let mut report = Report { json: cli.json, rows: Vec::new(), counts: [0; 3] };
-    if args.case.as_deref().is_none_or(|wanted| wanted == OPENING.0) {
-        let late = quickest > OPENING_SECONDS;
-        let why = if late { format!("it took {}", text::seconds(quickest)) } else { String::new() };
-        report.add("", OPENING, if late { "FAILED" } else { "ok" }, &why)?;
+    let is_wanted = |case: &str| args.case.as_deref().is_none_or(|wanted| wanted == case);
+    let mut report = Report { json: cli.json, rows: Vec::new(), passed: 0, skipped: 0, failed: 0 };
+    if is_wanted(OPENING.0) {
+        let late = fastest > OPENING_SECONDS;
+        let why = if late { format!("it took {}", format_seconds(fastest)) } else { String::new() };
+        let verdict = if late { "FAILED" } else { "ok" }.to_owned();
+        report.add(CaseResult { plugin: "", case: OPENING.0, promise: OPENING.1, verdict, why })?;
     }
-    for (place, plugin) in plugins.iter().enumerate() {
-        let id = plugin["id"].as_str().unwrap_or_default();
+    for (index, plugin) in plugins.iter().enumerate() {
+        let [id, kind_name] = ["id", "kind"].map(|key| plugin[key].as_str().unwrap_or_default());
         if args.id.as_deref().is_some_and(|wanted| wanted != id) {
             continue;
         }
-        let kind = match plugin["kind"].as_str() {
-            Some("grid") => Kind::Grid,
-            Some("device") => Kind::Device,
+        let kind = match kind_name {
+            "grid" => Kind::Grid,
+            "device" => Kind::Device,
             _ => Kind::Material,
         };
         if !cli.json {
-            text::out(&format!("{} `{id}`", plugin["kind"].as_str().unwrap_or("plugin")))?;
+            print(&format!("{kind_name} `{id}`"))?;
         }
-        for case in cases(kind).iter().filter(|c| args.case.as_deref().is_none_or(|wanted| wanted == c.name)) {
-            let (verdict, why) = match run(path, &format!("{place}/{}", case.name), seconds) {
-                (Some(answer), _) => {
+        for case in cases(kind).iter().filter(|c| is_wanted(c.name)) {
+            let (verdict, why) = match ask_child(path, &format!("{index}/{}", case.name), limit) {
+                Ok(answer) => {
                     let text = |key: &str| answer[key].as_str().unwrap_or_default().to_owned();
                     (text("verdict"), text("why"))
                 }
-                (None, why) => ("FAILED".into(), why),
+                Err(why) => ("FAILED".into(), why),
             };
-            report.add(id, (case.name, case.promise), &verdict, &why)?;
+            report.add(CaseResult { plugin: id, case: case.name, promise: case.promise, verdict, why })?;
         }
     }
-    let Report { rows, counts: [ok, skipped, failed], .. } = report;
-    if rows.is_empty() {
-        return Err(Failure::input(format!("{}: no such plugin or case in it", path.display())));
-    }
-    if cli.json {
-        let document = json!({ "path": path, "cases": rows, "ok": ok, "skipped": skipped, "failed": failed });
-        text::out(&crate::pretty(&document))?;
-    } else {
-        text::note(&format!("{ok} ok, {skipped} skipped, {failed} failed"));
-    }
-    Ok(if failed > 0 { Outcome::CheckFailed } else { Outcome::Done })
+    report.finish(path)
 }
 
-/// Sentences so far.
+/// Verdict of one case.
+struct CaseResult<'a> {
+    /// Id of the plugin; empty for the library.
+    plugin: &'a str,
+    case: &'a str,
+    /// What the case holds the plugin to.
+    promise: &'a str,
+    /// `ok`, `skipped` or `FAILED`.
+    verdict: String,
+    /// Why it was skipped or failed.
+    why: String,
+}
+
+/// The verdicts so far.
 struct Report {
+    /// Whether rows are printed at the end as JSON, not one by one.
     json: bool,
     rows: Vec<Value>,
-    counts: [usize; 3],
+    passed: usize,
+    skipped: usize,
+    failed: usize,
 }
 
 impl Report {
-    fn add(
-        &mut self,
-        plugin: &str,
-        (case, promise): (&str, &str),
-        verdict: &str,
-        why: &str,
-    ) -> Result<Outcome, Failure> {
-        self.counts[["ok", "skipped"].iter().position(|v| *v == verdict).unwrap_or(2)] += 1;
+    /// Adds a verdict, and prints it if the report is for people.
+    fn add(&mut self, result: CaseResult<'_>) -> Result<(), Failure> {
+        let CaseResult { plugin, case, promise, verdict, why } = result;
+        match verdict.as_str() {
+            "ok" => self.passed += 1,
+            "skipped" => self.skipped += 1,
+            _ => self.failed += 1,
+        }
         self.rows.push(json!({ "plugin": plugin, "case": case, "promise": promise, "verdict": verdict, "why": why }));
         if self.json {
-            return Ok(Outcome::Done);
+            return Ok(());
         }
         let why = if why.is_empty() { String::new() } else { format!(": {why}") };
-        text::out(&format!("  {verdict:<8} {case}: {promise}{why}"))
+        Ok(print(&format!("  {verdict:<8} {case}: {promise}{why}"))?)
+    }
+
+    /// Prints the counts, or the whole report as JSON.
+    fn finish(self, path: &Path) -> Result<Outcome, Failure> {
+        let Self { json, rows, passed, skipped, failed } = self;
+        if rows.is_empty() {
+            return Err(Failure::input(format!(
+                "{}: no plugin with that id, or no case with that name",
+                path.display()
+            )));
+        }
+        if json {
+            print_json(&json!({ "path": path, "cases": rows, "ok": passed, "skipped": skipped, "failed": failed }))?;
+        } else {
+            note(&format!("{passed} ok, {skipped} skipped, {failed} failed"));
+        }
+        Ok(if failed > 0 { Outcome::CheckFailed } else { Outcome::Done })
     }
 }
 
-/// The last line a child said, or why there is none.
-fn run(path: &Path, what: &str, seconds: Duration) -> (Option<Value>, String) {
-    let program = match std::env::current_exe() {
-        Ok(program) => program,
-        Err(error) => return (None, error.to_string()),
-    };
+/// The answer of a child to a task, or why it gave none within `limit`.
+fn ask_child(path: &Path, task: &str, limit: Duration) -> Result<Value, String> {
+    let program = std::env::current_exe().map_err(|error| error.to_string())?;
     let mut command = Command::new(program);
-    command.args(["plugin", "check"]).arg(path).args(["--child", what]);
+    command.args(["plugin", "check"]).arg(path).args(["--child", task]);
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-    match wait(&mut command, Some(seconds)) {
-        Ended::Code(0, out, _) => {
-            let answer = out.lines().last().and_then(|line| serde_json::from_str(line).ok());
-            let why = if answer.is_none() { "it said nothing that can be read" } else { "" };
-            (answer, why.into())
+    match run_to_end(&mut command, Some(limit)) {
+        ChildEnd::Exited { code: 0, stdout, .. } => {
+            let answer = stdout.lines().last().and_then(|line| serde_json::from_str(line).ok());
+            answer.ok_or_else(|| "the process gave no answer that can be read".into())
         }
-        Ended::Code(code, _, err) => {
-            let said = err.lines().next_back().unwrap_or_default().trim_start_matches("error: ").to_owned();
-            (None, if said.is_empty() { format!("the process ended with code {code}") } else { said })
+        ChildEnd::Exited { code, stderr, .. } => {
+            let said = stderr.lines().next_back().unwrap_or_default().trim_start_matches("error: ").to_owned();
+            Err(if said.is_empty() { format!("the process ended with code {code}") } else { said })
         }
-        other => (None, other.to_string()),
+        end @ (ChildEnd::Signalled(_) | ChildEnd::TimedOut(_) | ChildEnd::NotStarted(_)) => Err(end.to_string()),
     }
 }

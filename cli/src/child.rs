@@ -1,4 +1,4 @@
-//! Child processes, and how they end.
+//! Child processes and how they end.
 
 use std::fmt;
 use std::io::Read;
@@ -6,48 +6,56 @@ use std::process::{Child, Command, ExitStatus};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// How a child ended.
-pub enum Ended {
-    /// By itself: code, standard output and error where they were piped.
-    Code(i32, String, String),
-    /// By a signal, or whatever the system has.
-    Killed(String),
-    /// Not within its time; it was ended.
-    Late(Duration),
-    /// It never began.
+/// How a child process ended.
+pub enum ChildEnd {
+    /// It exited by itself.
+    Exited {
+        /// Exit code.
+        code: i32,
+        /// Standard output, if it was piped.
+        stdout: String,
+        /// Standard error, if it was piped.
+        stderr: String,
+    },
+    /// It was ended by a signal, in words.
+    Signalled(String),
+    /// It did not end within this time, and was killed.
+    TimedOut(Duration),
+    /// It could not be started or waited for.
     NotStarted(std::io::Error),
 }
 
-impl fmt::Display for Ended {
+impl fmt::Display for ChildEnd {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Code(code, ..) => write!(f, "the process ended with code {code}"),
-            Self::Killed(how) => write!(f, "the process was ended by {how}"),
-            Self::Late(limit) => write!(f, "the process did not end within {} s", limit.as_secs_f64()),
+            Self::Exited { code, .. } => write!(f, "the process ended with code {code}"),
+            Self::Signalled(how) => write!(f, "the process was ended by {how}"),
+            Self::TimedOut(limit) => write!(f, "the process did not end within {} s", limit.as_secs_f64()),
             Self::NotStarted(error) => write!(f, "the process could not be started: {error}"),
         }
     }
 }
 
-/// Runs a child to its end, or to a limit of time.
-pub fn wait(command: &mut Command, limit: Option<Duration>) -> Ended {
+/// Runs a child to its end, or kills it after `limit`.
+pub fn run_to_end(command: &mut Command, limit: Option<Duration>) -> ChildEnd {
     let mut child = match command.spawn() {
         Ok(child) => child,
-        Err(error) => return Ended::NotStarted(error),
+        Err(error) => return ChildEnd::NotStarted(error),
     };
-    // Read beside the wait: a child that says more than a pipe holds would wait for a reader.
-    let (out, err) = (reader(child.stdout.take()), reader(child.stderr.take()));
-    match status(&mut child, limit) {
+    // Read while waiting: a child that writes more than a pipe holds blocks until somebody reads.
+    let (stdout, stderr) = (read_all(child.stdout.take()), read_all(child.stderr.take()));
+    match wait(&mut child, limit) {
         Ok(Some(status)) => match status.code() {
-            Some(code) => Ended::Code(code, text(out), text(err)),
-            None => Ended::Killed(signal(status)),
+            Some(code) => ChildEnd::Exited { code, stdout: text_of(stdout), stderr: text_of(stderr) },
+            None => ChildEnd::Signalled(signal(status)),
         },
-        Ok(None) => Ended::Late(limit.unwrap_or_default()),
-        Err(error) => Ended::NotStarted(error),
+        Ok(None) => ChildEnd::TimedOut(limit.unwrap_or_default()),
+        Err(error) => ChildEnd::NotStarted(error),
     }
 }
 
-fn status(child: &mut Child, limit: Option<Duration>) -> std::io::Result<Option<ExitStatus>> {
+/// Waits for a child; `None` if it was killed after `limit`.
+fn wait(child: &mut Child, limit: Option<Duration>) -> std::io::Result<Option<ExitStatus>> {
     let Some(limit) = limit else { return child.wait().map(Some) };
     let start = Instant::now();
     loop {
@@ -63,9 +71,11 @@ fn status(child: &mut Child, limit: Option<Duration>) -> std::io::Result<Option<
     }
 }
 
-type Reading = Option<thread::JoinHandle<String>>;
+/// A thread that reads a pipe, if there is one.
+type PipeReader = Option<thread::JoinHandle<String>>;
 
-fn reader(pipe: Option<impl Read + Send + 'static>) -> Reading {
+/// Reads a pipe to its end on a thread.
+fn read_all(pipe: Option<impl Read + Send + 'static>) -> PipeReader {
     pipe.map(|mut pipe| {
         thread::spawn(move || {
             let mut bytes = Vec::new();
@@ -75,10 +85,12 @@ fn reader(pipe: Option<impl Read + Send + 'static>) -> Reading {
     })
 }
 
-fn text(reading: Reading) -> String {
-    reading.and_then(|r| r.join().ok()).unwrap_or_default()
+/// What was read; empty without a pipe.
+fn text_of(reader: PipeReader) -> String {
+    reader.and_then(|r| r.join().ok()).unwrap_or_default()
 }
 
+/// The signal that ended a process, by number and name.
 #[cfg(unix)]
 fn signal(status: ExitStatus) -> String {
     use std::os::unix::process::ExitStatusExt;
@@ -96,6 +108,7 @@ fn signal(status: ExitStatus) -> String {
     format!("signal {number}{name}")
 }
 
+/// How a process ended, in the words of the system.
 #[cfg(not(unix))]
 fn signal(status: ExitStatus) -> String {
     status.to_string()

@@ -2,7 +2,7 @@
 
 use crate::args::{Cli, DeviceCommand, DoctorArgs};
 use crate::outcome::{Failure, Outcome};
-use crate::text;
+use crate::output::{print, print_json};
 use pliant_host::{
     Finding, Library, ParamKind, ParamSettings, ParamValue, PluginInfo, PluginKind, SearchPath, probe_device,
     realtime_rights,
@@ -13,43 +13,53 @@ use std::ffi::OsString;
 use std::path::Path;
 use std::process::Command;
 
-pub fn device(cli: &Cli, what: &DeviceCommand) -> Result<Outcome, Failure> {
+/// Lists devices, finds out what they lack, or emulates one.
+pub fn device(cli: &Cli, command: &DeviceCommand) -> Result<Outcome, Failure> {
     let search = SearchPath::new(&cli.plugin_path);
-    match what {
+    match command {
         DeviceCommand::List => list(cli, &search),
         DeviceCommand::Doctor(args) => doctor(cli, &search, args),
         DeviceCommand::Emulate { name, args } => emulate(&search, name, args),
     }
 }
 
-/// A device plugin, and what it says it needs; `None` where it does not say.
-struct Asked {
+/// A device plugin and what its device needs.
+struct ProbedDevice {
     library: &'static Library,
     info: &'static PluginInfo,
+    /// Findings of the plugin; `None` where it does not say.
     findings: Option<Vec<Finding>>,
 }
 
-impl Asked {
-    fn ask(library: &'static Library, info: &'static PluginInfo, settings: &ParamSettings) -> Self {
+impl ProbedDevice {
+    /// Asks a plugin what its device needs. A plugin that fails is a finding too.
+    fn probe(library: &'static Library, info: &'static PluginInfo, settings: &ParamSettings) -> Self {
         let failed = |error: &dyn std::fmt::Display| vec![Finding::missing("plugin", error.to_string(), "")];
         let findings = probe_device(library, &info.id, settings).unwrap_or_else(|error| Some(failed(&error)));
         Self { library, info, findings }
     }
 
-    fn lacks(&self) -> Option<&Finding> {
+    /// The first thing that is missing, if something is.
+    fn missing(&self) -> Option<&Finding> {
         self.findings.iter().flatten().find(|f| f.severity >= abi::ERROR)
     }
 
+    /// The device as JSON.
     fn json(&self) -> Value {
-        let finding = |f: &Finding| json!({ "what": f.what, "state": state(f), "found": f.found, "remedy": f.remedy });
         json!({
             "id": self.info.id, "name": self.info.name, "summary": self.info.summary, "path": self.library.path(),
-            "usable": self.lacks().is_none(),
-            "findings": self.findings.iter().flatten().map(finding).collect::<Vec<_>>(),
+            "usable": self.missing().is_none(),
+            "findings": self.findings.iter().flatten().map(finding_json).collect::<Vec<_>>(),
         })
     }
 }
 
+/// A finding as JSON.
+fn finding_json(f: &Finding) -> Value {
+    json!({ "what": f.what, "state": state(f), "found": f.found, "remedy": f.remedy })
+}
+
+/// The word for the severity of a finding.
 fn state(finding: &Finding) -> &'static str {
     match finding.severity {
         abi::INFO => "good",
@@ -58,85 +68,96 @@ fn state(finding: &Finding) -> &'static str {
     }
 }
 
-fn devices(search: &SearchPath) -> Vec<Asked> {
+/// Every device plugin that is found.
+fn probe_all(search: &SearchPath) -> Vec<ProbedDevice> {
     let libraries = search.scan().into_iter().filter_map(|found| Library::open(&found.path).ok());
-    let each = |library: &'static Library| {
+    let devices_of = |library: &'static Library| {
         let devices = library.plugins().iter().filter(|p| p.kind == PluginKind::Device);
-        devices.map(move |info| Asked::ask(library, info, &ParamSettings::new()))
+        devices.map(move |info| ProbedDevice::probe(library, info, &ParamSettings::new()))
     };
-    libraries.flat_map(each).collect()
+    libraries.flat_map(devices_of).collect()
 }
 
+/// `pliant device list`.
 fn list(cli: &Cli, search: &SearchPath) -> Result<Outcome, Failure> {
-    let all = devices(search);
+    let all = probe_all(search);
     if cli.json {
-        let rows: Vec<Value> = all.iter().map(Asked::json).collect();
-        return text::out(&crate::pretty(&json!({ "devices": rows })));
+        let rows: Vec<Value> = all.iter().map(ProbedDevice::json).collect();
+        print_json(&json!({ "devices": rows }))?;
+        return Ok(Outcome::Done);
     }
-    let line = |asked: &Asked| {
-        let state = asked.lacks().map_or("usable".into(), |f| format!("not now: {}: {}", f.what, f.found));
-        format!("{:<14} {:<48} {state}", asked.info.id, asked.info.summary)
+    let line = |device: &ProbedDevice| {
+        let state = device.missing().map_or("usable".into(), |f| format!("not usable now: {}: {}", f.what, f.found));
+        format!("{:<14} {:<48} {state}", device.info.id, device.info.summary)
     };
     let lines: Vec<String> = all.iter().map(line).collect();
-    text::out(if lines.is_empty() { "no device plugins found".into() } else { lines.join("\n") }.as_str())
+    print(&if lines.is_empty() { "no device plugins found".into() } else { lines.join("\n") })?;
+    Ok(Outcome::Done)
 }
 
-/// Exit code 1 where something is missing.
+/// `pliant device doctor`.
 fn doctor(cli: &Cli, search: &SearchPath, args: &DoctorArgs) -> Result<Outcome, Failure> {
-    let asked = match &args.name {
-        None => devices(search),
-        Some(name) => {
-            let library = Library::open(&search.find(name, Path::new("."))?.path)?;
-            let none = || Failure::input(format!("`{name}` is no device; `pliant device list` names those there are"));
-            let known = library.plugins().iter().find(|p| p.kind == PluginKind::Device && p.id == *name);
-            let info = known.or_else(|| library.only_plugin(PluginKind::Device)).ok_or_else(none)?;
-            let settings =
-                args.set.iter().map(|s| setting(info, s)).collect::<Result<_, _>>().map_err(Failure::input)?;
-            vec![Asked::ask(library, info, &settings)]
-        }
+    let devices = match &args.name {
+        None => probe_all(search),
+        Some(name) => vec![probe_one(search, name, &args.set)?],
     };
     let host = realtime_rights();
-    let outcome = if asked.iter().any(|a| a.lacks().is_some()) { Outcome::CheckFailed } else { Outcome::Done };
+    let is_missing = devices.iter().any(|device| device.missing().is_some());
+    let outcome = if is_missing { Outcome::CheckFailed } else { Outcome::Done };
     if cli.json {
-        let rows: Vec<Value> = asked.iter().map(Asked::json).collect();
-        let host = json!([{ "what": host.what, "state": state(&host), "found": host.found, "remedy": host.remedy }]);
-        return text::out(&crate::pretty(&json!({ "host": host, "devices": rows }))).map(|_| outcome);
+        let rows: Vec<Value> = devices.iter().map(ProbedDevice::json).collect();
+        print_json(&json!({ "host": [finding_json(&host)], "devices": rows }))?;
+        return Ok(outcome);
     }
     let mut lines = vec!["this machine".to_owned()];
-    tell(&mut lines, &host);
-    for asked in &asked {
-        lines.push(format!("{}: {}", asked.info.id, asked.info.summary));
-        match asked.findings.as_deref() {
+    lines.extend(finding_lines(&host));
+    for device in &devices {
+        lines.push(format!("{}: {}", device.info.id, device.info.summary));
+        match device.findings.as_deref() {
             None | Some([]) => lines.push("  good     needs nothing".into()),
-            Some(findings) => findings.iter().for_each(|f| tell(&mut lines, f)),
+            Some(findings) => lines.extend(findings.iter().flat_map(finding_lines)),
         }
     }
-    text::out(&lines.join("\n")).map(|_| outcome)
+    print(&lines.join("\n"))?;
+    Ok(outcome)
 }
 
-fn tell(lines: &mut Vec<String>, finding: &Finding) {
-    lines.push(format!("  {:<8} {}: {}", state(finding), finding.what, finding.found));
+/// The device plugin of that name, with parameters.
+fn probe_one(search: &SearchPath, name: &str, set: &[(String, String)]) -> Result<ProbedDevice, Failure> {
+    let library = Library::open(&search.find(name, Path::new("."))?.path)?;
+    let no_device = || Failure::input(format!("`{name}` is not a device; `pliant device list` names the devices"));
+    let by_id = library.plugins().iter().find(|p| p.kind == PluginKind::Device && p.id == *name);
+    let info = by_id.or_else(|| library.only_plugin(PluginKind::Device)).ok_or_else(no_device)?;
+    let settings = set.iter().map(|(key, text)| param_setting(info, key, text)).collect::<Result<_, _>>();
+    Ok(ProbedDevice::probe(library, info, &settings.map_err(Failure::input)?))
+}
+
+/// A finding as people read it: what was found, and the remedy if there is one.
+fn finding_lines(finding: &Finding) -> Vec<String> {
+    let mut lines = vec![format!("  {:<8} {}: {}", state(finding), finding.what, finding.found)];
     if !finding.remedy.is_empty() {
         lines.push(format!("           -> {}", finding.remedy));
     }
+    lines
 }
 
-fn setting(info: &PluginInfo, (key, text): &(String, String)) -> Result<(usize, ParamValue), String> {
+/// Index and value of a parameter that was given as text.
+fn param_setting(info: &PluginInfo, key: &str, text: &str) -> Result<(usize, ParamValue), String> {
     let known = || info.params.iter().map(|p| p.key.as_str()).collect::<Vec<_>>().join(", ");
-    let place = info.params.iter().position(|p| p.key == *key);
-    let place = place.ok_or_else(|| format!("`{}` has no parameter `{key}`; allowed is {}", info.id, known()))?;
-    let param = &info.params[place];
+    let index = info.params.iter().position(|p| p.key == key);
+    let index = index.ok_or_else(|| format!("`{}` has no parameter `{key}`; allowed is {}", info.id, known()))?;
+    let param = &info.params[index];
     let value = match param.kind {
         ParamKind::Number { .. } => text.parse().map(ParamValue::Number).map_err(|_| param.allowed()),
         ParamKind::Table { .. } => Err("nothing here: tables are for scenes".into()),
-        _ => Ok(ParamValue::Text(text.clone())),
+        ParamKind::Choice { .. } | ParamKind::Text | ParamKind::Path => Ok(ParamValue::Text(text.to_owned())),
     };
     let value = value.map_err(|allowed| format!("`{key}` is `{text}`; allowed is {allowed}"))?;
     param.check(&value).map_err(|reason| format!("`{key}`: {reason}"))?;
-    Ok((place, value))
+    Ok((index, value))
 }
 
-/// Becomes the stand-in: a process of its own, under this one's number where the system can.
+/// Runs the emulator of a device, in the place of this process where the system can.
 fn emulate(search: &SearchPath, name: &str, args: &[OsString]) -> Result<Outcome, Failure> {
     let program = search.find_twin(name)?;
     let mut command = Command::new(&program);
@@ -150,6 +171,6 @@ fn emulate(search: &SearchPath, name: &str, args: &[OsString]) -> Result<Outcome
     #[cfg(not(unix))]
     {
         let status = command.status().map_err(|e| Failure::plugin(format!("{}: {e}", program.display())))?;
-        if status.success() { Ok(Outcome::Done) } else { Err(Failure::plugin(format!("the stand-in ended: {status}"))) }
+        if status.success() { Ok(Outcome::Done) } else { Err(Failure::plugin(format!("the emulator ended: {status}"))) }
     }
 }

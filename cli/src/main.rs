@@ -1,7 +1,14 @@
-//! The `pliant` command: parse, call the engine, print.
+//! The `pliant` command: parses its arguments, calls the engine, prints.
 //!
 //! Results for machines go to standard output, everything for people to standard error. Exit codes: 0 done, 1 done but a
 //! check failed, 2 unusable input or usage, 3 a plugin or device failed, 130 stopped by the user.
+//!
+//! The crate computes nothing. It has one file for each verb; `args` says what may be typed, `output` is the only place that prints.
+//!
+//! ```sh
+//! pliant run scenes/touch.toml --set body.0.material.params.young="40 kPa"
+//! pliant plugin info mass-spring --json
+//! ```
 
 mod args;
 mod check;
@@ -9,49 +16,73 @@ mod child;
 mod device;
 mod live;
 mod new;
-mod open;
 mod outcome;
+mod output;
 mod plan;
 mod plugin;
 mod replay;
 mod report;
 mod run;
+mod run_end;
 mod sample;
-mod text;
+mod scene_session;
 
 use args::{Cli, Command};
 use clap::{CommandFactory, Parser};
-use outcome::Outcome;
+use outcome::{Failure, Outcome};
+use output::{note, print, print_json};
+use serde_json::json;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let cli = Cli::try_parse().unwrap_or_else(|error| outcome::misused(&error));
+    let cli = Cli::try_parse().unwrap_or_else(|error| exit_on_misuse(&error));
     let outcome = match &cli.command {
         Command::Run(args) => run::run(&cli, args),
         Command::Replay(args) => replay::replay(&cli, args),
         Command::Plan(args) => plan::plan(&cli, args),
-        Command::Plugin(args) => plugin::plugin(&cli, &args.what),
-        Command::Report(args) => report::report(&cli, args),
-        Command::Device(args) => device::device(&cli, &args.what),
-        Command::Schema => text::out(&pretty(&pliant_engine::scene::json_schema())),
-        Command::Completions { shell } => {
-            let mut script = Vec::new();
-            clap_complete::generate(*shell, &mut Cli::command(), "pliant", &mut script);
-            let script = String::from_utf8_lossy(&script);
-            let document = || pretty(&serde_json::json!({ "shell": shell.to_string(), "script": script }));
-            text::out(&if cli.json { document() } else { script.to_string() })
-        }
+        Command::Plugin(args) => plugin::plugin(&cli, &args.command),
+        Command::Report(args) => report::report(&cli, &args.command),
+        Command::Device(args) => device::device(&cli, &args.command),
+        Command::Schema => schema(),
+        Command::Completions { shell } => completions(&cli, *shell),
         Command::Sample(args) => sample::sample(&cli, args),
     };
-    outcome.unwrap_or_else(|failure| failure.report(cli.json)).into()
+    outcome.unwrap_or_else(|failure| report_failure(&failure, cli.json)).into()
 }
 
-fn pretty(value: &impl serde::Serialize) -> String {
-    serde_json::to_string_pretty(value).unwrap_or_default()
+/// `pliant schema`.
+fn schema() -> Result<Outcome, Failure> {
+    print_json(&pliant_engine::scene::json_schema())?;
+    Ok(Outcome::Done)
 }
 
-impl From<Outcome> for ExitCode {
-    fn from(outcome: Outcome) -> Self {
-        Self::from(outcome as u8)
+/// `pliant completions`.
+fn completions(cli: &Cli, shell: clap_complete::Shell) -> Result<Outcome, Failure> {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Cli::command(), "pliant", &mut script);
+    let script = String::from_utf8_lossy(&script);
+    if cli.json {
+        print_json(&json!({ "shell": shell.to_string(), "script": script }))?;
+    } else {
+        print(&script)?;
     }
+    Ok(Outcome::Done)
+}
+
+/// Prints why a command failed, and gives its outcome. Standard output may be what failed, so errors of printing are ignored.
+fn report_failure(failure: &Failure, json: bool) -> Outcome {
+    if json {
+        let _ = print_json(&json!({ "error": failure.text, "exit_code": failure.outcome.exit_code() }));
+    }
+    note(&format!("error: {}", failure.text));
+    failure.outcome
+}
+
+/// Prints what is wrong with the arguments, or the help that was asked for, and ends the program.
+fn exit_on_misuse(error: &clap::Error) -> ! {
+    if error.use_stderr() && std::env::args_os().any(|argument| argument == "--json") {
+        let document = json!({ "error": error.render().to_string(), "exit_code": Outcome::Input.exit_code() });
+        let _ = print_json(&document);
+    }
+    error.exit()
 }

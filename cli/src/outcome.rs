@@ -5,8 +5,9 @@ use pliant_engine::session::SessionError;
 use pliant_host::HostError;
 use pliant_record::RecordingError;
 use std::fmt::Display;
+use std::process::ExitCode;
 
-/// Exit codes.
+/// How a command ended, with its exit code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Outcome {
@@ -22,11 +23,32 @@ pub enum Outcome {
     Stopped = 130,
 }
 
-/// What ended a command before it was done.
+impl Outcome {
+    /// The exit code.
+    pub fn exit_code(self) -> u8 {
+        self as u8
+    }
+
+    /// The outcome with this exit code, if there is one.
+    pub fn from_exit_code(code: i32) -> Option<Self> {
+        let all = [Self::Done, Self::CheckFailed, Self::Input, Self::Plugin, Self::Stopped];
+        all.into_iter().find(|outcome| i32::from(outcome.exit_code()) == code)
+    }
+}
+
+impl From<Outcome> for ExitCode {
+    fn from(outcome: Outcome) -> Self {
+        Self::from(outcome.exit_code())
+    }
+}
+
+/// Why a command ended before it was done.
 #[derive(Debug)]
 pub struct Failure {
-    outcome: Outcome,
-    text: String,
+    /// The outcome that the exit code tells.
+    pub outcome: Outcome,
+    /// A sentence on what is wrong, where, and what is allowed.
+    pub text: String,
 }
 
 impl Failure {
@@ -39,25 +61,6 @@ impl Failure {
     pub fn plugin(text: impl Display) -> Self {
         Self { outcome: Outcome::Plugin, text: text.to_string() }
     }
-
-    /// Says why, and gives the code.
-    pub fn report(self, json: bool) -> Outcome {
-        if json {
-            let document = serde_json::json!({ "error": self.text, "exit_code": self.outcome as u8 });
-            let _ = crate::text::out(&crate::pretty(&document));
-        }
-        crate::text::note(&format!("error: {}", self.text));
-        self.outcome
-    }
-}
-
-/// Says what is wrong with what was typed, or gives the help that was asked for, and ends the program.
-pub fn misused(error: &clap::Error) -> ! {
-    if error.use_stderr() && std::env::args_os().any(|argument| argument == "--json") {
-        let document = serde_json::json!({ "error": error.render().to_string(), "exit_code": Outcome::Input as u8 });
-        let _ = crate::text::out(&crate::pretty(&document));
-    }
-    error.exit()
 }
 
 impl From<SceneError> for Failure {
@@ -74,14 +77,13 @@ impl From<RecordingError> for Failure {
 
 impl From<SessionError> for Failure {
     fn from(error: SessionError) -> Self {
-        let outcome = if error.is_plugin() { Outcome::Plugin } else { Outcome::Input };
-        Self { outcome, text: error.to_string() }
+        if error.is_plugin() { Self::plugin(error) } else { Self::input(error) }
     }
 }
 
 impl From<HostError> for Failure {
     fn from(error: HostError) -> Self {
-        Self { outcome: Outcome::Plugin, text: error.to_string() }
+        Self::plugin(error)
     }
 }
 

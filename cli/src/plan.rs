@@ -1,51 +1,58 @@
 //! `pliant plan`.
 
-use crate::args::{Cli, SceneArgs};
-use crate::open::open;
+use crate::args::{Cli, PlanArgs};
 use crate::outcome::{Failure, Outcome};
-use crate::text;
-use pliant_engine::session::Session;
+use crate::output::{format_bytes, format_seconds, print, print_json};
+use crate::scene_session::{OpenedScene, open_scene};
+use pliant_engine::plan::LeftOut;
+use pliant_engine::session::{Choices, Loaded, Session, StepCost};
+use pliant_record::{BodySummary, summarize_bodies};
 use serde::Serialize;
 use std::time::Instant;
 
-/// What will happen, without its happening.
+/// What a run of the scene will do.
 #[derive(Serialize)]
-struct Report<'a> {
+struct PlanReport<'a> {
     steps: u64,
+    /// s
     dt: f64,
-    choices: &'a pliant_engine::session::Choices,
-    loaded: &'a [pliant_engine::session::Loaded],
-    left_out: &'a [pliant_engine::plan::LeftOut],
-    bodies: Vec<pliant_record::BodySummary>,
-    /// Bytes of the largest parts, before a tool touches anything.
+    choices: &'a Choices,
+    loaded: &'a [Loaded],
+    left_out: &'a [LeftOut],
+    bodies: Vec<BodySummary>,
+    /// Bytes of the largest data structures, before a tool touches anything.
     memory: usize,
     open_seconds: f64,
-    step_cost: Vec<pliant_engine::session::StepCost>,
+    step_cost: Vec<StepCost>,
 }
 
-pub fn plan(cli: &Cli, args: &SceneArgs) -> Result<Outcome, Failure> {
+/// Opens a scene and says what a run will do.
+pub fn plan(cli: &Cli, args: &PlanArgs) -> Result<Outcome, Failure> {
     let began = Instant::now();
-    let (scene, _, session) = open(cli, args)?;
-    let report = Report {
+    let OpenedScene { scene, session, .. } = open_scene(cli, &args.scene)?;
+    let report = PlanReport {
         steps: scene.time.steps(),
         dt: session.dt(),
         choices: &session.choices,
         loaded: &session.loaded,
         left_out: &session.left_out,
-        bodies: pliant_record::summarize_bodies(&session),
+        bodies: summarize_bodies(&session),
         memory: session.bytes(),
         open_seconds: began.elapsed().as_secs_f64(),
         step_cost: session.step_costs().to_vec(),
     };
     if cli.json {
-        return text::out(&crate::pretty(&report));
+        print_json(&report)?;
+    } else {
+        print(&plan_text(&report, &session))?;
     }
-    text::out(&tell(&report, &session))
+    Ok(Outcome::Done)
 }
 
-fn tell(report: &Report<'_>, session: &Session) -> String {
-    let c = report.choices;
-    let mut lines = vec![format!("{} steps of {}", report.steps, text::seconds(report.dt))];
+/// The plan as people read it.
+fn plan_text(report: &PlanReport<'_>, session: &Session) -> String {
+    let choices = report.choices;
+    let mut lines = vec![format!("{} steps of {}", report.steps, format_seconds(report.dt))];
     for body in &report.bodies {
         let (name, vertices, triangles, edge) = (&body.name, body.vertices, body.triangles, body.edge * 1e3);
         let carrier = match (body.level, body.cells) {
@@ -54,27 +61,18 @@ fn tell(report: &Report<'_>, session: &Session) -> String {
         };
         lines.push(format!("body `{name}`: {vertices} vertices, {triangles} triangles, {carrier}"));
     }
-    lines.push(format!("integrator: {} ({})", c.integrator, c.why));
-    lines.push(match (c.step_limit, c.certain_step_limit) {
-        (Some(limit), Some(certain)) => format!(
-            "step limit: {} predicted, {} for certain; {} substeps of {}",
-            text::seconds(limit),
-            text::seconds(certain),
-            c.substeps,
-            text::seconds(report.dt / c.substeps as f64)
-        ),
-        _ => "step limit: none".into(),
-    });
+    lines.push(format!("integrator: {} ({})", choices.integrator, choices.why));
+    lines.push(format!("step limit: {}", step_limit_text(choices, report.dt)));
     for cost in &report.step_cost {
         lines.push(format!(
             "a step of body `{}` under a tool: about {} for {} nodes and {} elements",
             cost.body,
-            text::seconds(cost.seconds),
+            format_seconds(cost.seconds),
             cost.nodes,
             cost.elements
         ));
     }
-    lines.push(format!("threads: {}; memory: {}", c.threads, text::bytes(report.memory as u64)));
+    lines.push(format!("threads: {}; memory: {}", choices.threads, format_bytes(report.memory as u64)));
     lines.push("opened:".into());
     for l in report.loaded {
         lines.push(format!("  {} `{}` {} from {}", l.kind, l.id, l.version, l.path));
@@ -89,4 +87,16 @@ fn tell(report: &Report<'_>, session: &Session) -> String {
         lines.extend(told.iter().map(|(_, e)| format!("  {}", e.text)));
     }
     lines.join("\n")
+}
+
+/// The step limit and how the step keeps to it.
+fn step_limit_text(choices: &Choices, dt: f64) -> String {
+    let (Some(limit), Some(certain)) = (choices.step_limit, choices.certain_step_limit) else {
+        return "none".into();
+    };
+    let substeps = match choices.substeps {
+        1 => "no substeps are needed".to_owned(),
+        more => format!("{more} substeps of {} each", format_seconds(dt / more as f64)),
+    };
+    format!("{} predicted, {} guaranteed; {substeps}", format_seconds(limit), format_seconds(certain))
 }

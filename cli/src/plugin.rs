@@ -1,24 +1,27 @@
 //! `pliant plugin`.
 
 use crate::args::{Cli, PluginCommand};
+use crate::check::check;
+use crate::new::new;
 use crate::outcome::{Failure, Outcome};
-use crate::text;
+use crate::output::{print, print_json};
 use pliant_host::{ChoiceSource, Library, ParamInfo, ParamKind, PluginInfo, PluginKind, SearchPath, choice_sources};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-pub fn plugin(cli: &Cli, what: &PluginCommand) -> Result<Outcome, Failure> {
+/// Lists plugins, shows one, begins one, or checks one.
+pub fn plugin(cli: &Cli, command: &PluginCommand) -> Result<Outcome, Failure> {
     let search = SearchPath::new(&cli.plugin_path);
-    match what {
+    match command {
         PluginCommand::List => list(cli, &search),
         PluginCommand::Info { name } => info(cli, &search, name),
-        PluginCommand::New(args) => crate::new::new(cli, args),
-        PluginCommand::Check(args) => crate::check::check(cli, args),
+        PluginCommand::New(args) => new(cli, args),
+        PluginCommand::Check(args) => check(cli, args),
     }
 }
 
-/// Every library that is found; one that cannot be opened is listed with its reason, and the exit code says so.
+/// `pliant plugin list`. A library that cannot be opened is listed with the reason, and the exit code is 3.
 fn list(cli: &Cli, search: &SearchPath) -> Result<Outcome, Failure> {
     let (mut rows, mut lines, mut outcome) = (Vec::new(), Vec::new(), Outcome::Done);
     for found in search.scan() {
@@ -26,7 +29,7 @@ fn list(cli: &Cli, search: &SearchPath) -> Result<Outcome, Failure> {
             Ok(library) => {
                 for p in library.plugins() {
                     lines.push(format!("{:<9} {:<20} {:<8} {}", p.kind.name(), p.id, p.version, found.path.display()));
-                    rows.push(describe(p, &found.path, &[]));
+                    rows.push(plugin_json(p, &found.path, &[]));
                 }
             }
             Err(error) => {
@@ -39,95 +42,86 @@ fn list(cli: &Cli, search: &SearchPath) -> Result<Outcome, Failure> {
     if lines.is_empty() {
         lines.push("no plugins found".into());
     }
-    let document = if cli.json { crate::pretty(&json!({ "plugins": rows })) } else { lines.join("\n") };
-    text::out(&document).map(|_| outcome)
+    if cli.json {
+        print_json(&json!({ "plugins": rows }))?;
+    } else {
+        print(&lines.join("\n"))?;
+    }
+    Ok(outcome)
 }
 
+/// `pliant plugin info`.
 fn info(cli: &Cli, search: &SearchPath, name: &str) -> Result<Outcome, Failure> {
     let found = search.find(name, Path::new("."))?;
     let library = Library::open(&found.path)?;
     if cli.json {
-        let rows: Vec<Value> = library.plugins().iter().map(|p| describe(p, &found.path, &cited(library, p))).collect();
-        return text::out(&crate::pretty(&json!({ "plugins": rows })));
+        let row = |p: &PluginInfo| plugin_json(p, &found.path, &sources_of(library, p));
+        print_json(&json!({ "plugins": library.plugins().iter().map(row).collect::<Vec<_>>() }))?;
+        return Ok(Outcome::Done);
     }
     let mut lines = Vec::new();
     for p in library.plugins() {
         lines.push(format!("{} `{}` {}: {}", p.kind.name(), p.id, p.version, p.name));
         lines.push(format!("  {}", p.summary));
         lines.push(format!("  {}", found.path.display()));
-        let cited = cited(library, p);
-        for (place, param) in p.params.iter().enumerate() {
+        let sources = sources_of(library, p);
+        for (index, param) in p.params.iter().enumerate() {
             lines.push(format!("  {:<18} {}", param.key, param.summary));
-            lines.push(format!("  {:<18}   {}{}", "", param.allowed(), default(param)));
-            for (choices, source) in by_source(place, param, &cited) {
-                lines.push(format!("  {:<18}   {}: {}", "", choices.join(", "), source.source));
-                if !source.unknown.is_empty() {
-                    lines.push(format!("  {:<18}     not known: {}", "", source.unknown));
+            lines.push(format!("  {:<18}   {}{}", "", param.allowed(), default_text(param)));
+            for group in group_by_source(index, param, &sources) {
+                lines.push(format!("  {:<18}   {}: {}", "", group.choices.join(", "), group.source.source));
+                if !group.source.unknown.is_empty() {
+                    lines.push(format!("  {:<18}     not known: {}", "", group.source.unknown));
                 }
             }
         }
     }
-    text::out(&lines.join("\n"))
+    print(&lines.join("\n"))?;
+    Ok(Outcome::Done)
 }
 
-/// Where the numbers behind a plugin's choices come from. One that cannot say is listed all the same.
-fn cited(library: &'static Library, p: &PluginInfo) -> Vec<ChoiceSource> {
-    if p.kind == PluginKind::Material { choice_sources(library, &p.id).unwrap_or_default() } else { Vec::new() }
+/// Sources of the values behind a material's choices; empty where the plugin has none or fails.
+fn sources_of(library: &'static Library, p: &PluginInfo) -> Vec<ChoiceSource> {
+    match p.kind {
+        PluginKind::Material => choice_sources(library, &p.id).unwrap_or_default(),
+        PluginKind::Grid | PluginKind::Device => Vec::new(),
+    }
 }
 
-/// The choices of a parameter that share a source, with it.
-fn by_source<'a>(place: usize, param: &'a ParamInfo, all: &'a [ChoiceSource]) -> Vec<(Vec<&'a str>, &'a ChoiceSource)> {
+/// Choices of a parameter that share a source.
+struct SourceGroup<'a> {
+    choices: Vec<&'a str>,
+    source: &'a ChoiceSource,
+}
+
+/// The sources of a parameter's choices, each with the neighbouring choices that share it.
+fn group_by_source<'a>(index: usize, param: &'a ParamInfo, all: &'a [ChoiceSource]) -> Vec<SourceGroup<'a>> {
     let ParamKind::Choice { choices, .. } = &param.kind else { return Vec::new() };
-    let mut groups: Vec<(Vec<&str>, &ChoiceSource)> = Vec::new();
-    for one in all.iter().filter(|one| one.param == place) {
-        let Some(name) = choices.get(one.choice) else { continue };
-        match groups.last_mut().filter(|(_, s)| (&s.source, &s.unknown) == (&one.source, &one.unknown)) {
-            Some((names, _)) => names.push(name),
-            None => groups.push((vec![name], one)),
+    let mut groups: Vec<SourceGroup<'_>> = Vec::new();
+    for source in all.iter().filter(|source| source.param == index) {
+        let Some(name) = choices.get(source.choice) else { continue };
+        let shared =
+            |g: &&mut SourceGroup<'_>| (&g.source.source, &g.source.unknown) == (&source.source, &source.unknown);
+        match groups.last_mut().filter(shared) {
+            Some(group) => group.choices.push(name),
+            None => groups.push(SourceGroup { choices: vec![name], source }),
         }
     }
     groups
 }
 
-fn default(param: &ParamInfo) -> String {
+/// The default of a parameter, as the end of a sentence on what is allowed.
+fn default_text(param: &ParamInfo) -> String {
     match &param.kind {
         ParamKind::Number { default, .. } => format!("; default {default}"),
         ParamKind::Choice { choices, default } => format!("; default {}", choices[*default]),
-        _ => String::new(),
+        ParamKind::Text | ParamKind::Path | ParamKind::Table { .. } => String::new(),
     }
 }
 
-fn describe(p: &PluginInfo, path: &Path, cited: &[ChoiceSource]) -> Value {
-    let param = |(place, q): (usize, &ParamInfo)| {
-        let mut row = json!({ "key": q.key, "unit": q.unit, "summary": q.summary });
-        match &q.kind {
-            ParamKind::Number { min, max, default } => {
-                row["type"] = "number".into();
-                row["min"] = json!(min);
-                row["max"] = json!(max);
-                row["default"] = json!(default);
-            }
-            ParamKind::Choice { choices, default } => {
-                row["type"] = "choice".into();
-                row["choices"] = json!(choices);
-                let of = cited.iter().filter(|one| one.param == place && one.choice < choices.len());
-                let of: BTreeMap<&str, Value> = of
-                    .map(|one| (&*choices[one.choice], json!({ "source": one.source, "unknown": one.unknown })))
-                    .collect();
-                if !of.is_empty() {
-                    row["sources"] = json!(of);
-                }
-                row["default"] = json!(choices[*default]);
-            }
-            ParamKind::Text => row["type"] = "text".into(),
-            ParamKind::Path => row["type"] = "path".into(),
-            ParamKind::Table { columns } => {
-                row["type"] = "table".into();
-                row["columns"] = json!(columns);
-            }
-        }
-        row
-    };
+/// A plugin as JSON.
+fn plugin_json(p: &PluginInfo, path: &Path, sources: &[ChoiceSource]) -> Value {
+    let params = p.params.iter().enumerate().map(|(index, param)| param_json(index, param, sources));
     json!({
         "kind": p.kind.name(),
         "id": p.id,
@@ -137,6 +131,37 @@ fn describe(p: &PluginInfo, path: &Path, cited: &[ChoiceSource]) -> Value {
         "path": path,
         "real_time": p.real_time,
         "deterministic": p.deterministic,
-        "params": p.params.iter().enumerate().map(param).collect::<Vec<_>>(),
+        "params": params.collect::<Vec<_>>(),
     })
+}
+
+/// A parameter as JSON.
+fn param_json(index: usize, param: &ParamInfo, sources: &[ChoiceSource]) -> Value {
+    let mut row = json!({ "key": param.key, "unit": param.unit, "summary": param.summary });
+    match &param.kind {
+        ParamKind::Number { min, max, default } => {
+            row["type"] = "number".into();
+            row["min"] = json!(min);
+            row["max"] = json!(max);
+            row["default"] = json!(default);
+        }
+        ParamKind::Choice { choices, default } => {
+            row["type"] = "choice".into();
+            row["choices"] = json!(choices);
+            let of = sources.iter().filter(|s| s.param == index && s.choice < choices.len());
+            let of: BTreeMap<&str, Value> =
+                of.map(|s| (&*choices[s.choice], json!({ "source": s.source, "unknown": s.unknown }))).collect();
+            if !of.is_empty() {
+                row["sources"] = json!(of);
+            }
+            row["default"] = json!(choices[*default]);
+        }
+        ParamKind::Text => row["type"] = "text".into(),
+        ParamKind::Path => row["type"] = "path".into(),
+        ParamKind::Table { columns } => {
+            row["type"] = "table".into();
+            row["columns"] = json!(columns);
+        }
+    }
+    row
 }

@@ -2,10 +2,11 @@
 
 use crate::args::{Cli, ReplayArgs};
 use crate::outcome::{Failure, Outcome};
-use crate::run::{bar, outcome, stop_flag, tell};
-use crate::text;
+use crate::output::{count, note, progress_bar};
+use crate::run_end::{print_summary, run_outcome, stop_flag};
+use crate::scene_session::OpenedScene;
 use pliant_engine::plan::Plan;
-use pliant_engine::scene::{self, Scene, Source};
+use pliant_engine::scene;
 use pliant_engine::session::{Options, Session};
 use pliant_host::SearchPath;
 use pliant_record::{Recorder, Recording, state_digest};
@@ -13,31 +14,34 @@ use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
+/// Runs a recorded session again, and compares it with the recording if asked for.
 pub fn replay(cli: &Cli, args: &ReplayArgs) -> Result<Outcome, Failure> {
     let began = Instant::now();
     let recording = Recording::read(&args.recording)?;
     if let Some((file, how)) = recording.changed_files().find(|(file, _)| !file.plugin) {
-        let path = (args.recording.display(), file.path.display());
-        return Err(Failure::input(format!("{}: model {} {how} since it was recorded", path.0, path.1)));
+        let (recording, model) = (args.recording.display(), file.path.display());
+        return Err(Failure::input(format!("{recording}: model {model} {how} since it was recorded")));
     }
-    let (scene, source, mut session) = open(cli, args, &recording)?;
+    let OpenedScene { scene, source, mut session } = open_recorded(cli, args, &recording)?;
     let folder = args.out.clone().unwrap_or_else(|| {
         Path::new("out").join(args.recording.file_stem().unwrap_or_default()).with_extension("replay")
     });
     let mut recorder = Recorder::new(&scene, &source, &session, &folder, began)?;
-    let bar = bar(recording.steps.len() as u64, args.quiet || cli.json);
+    let steps = recording.steps.len();
+    let bar =
+        progress_bar("{bar:30} {pos}/{len} steps  {elapsed} gone, {eta} left", steps as u64, args.quiet || cli.json);
     let stop = stop_flag();
-    let (mut stopped, mut different) = (false, None);
+    let (mut stopped, mut first_difference) = (false, None);
     for (number, step) in recording.steps.iter().enumerate() {
         session.step_with(&step.poses);
         if args.set.is_empty() {
             session.tell_given(&step.device_forces);
         }
         stopped = stop.load(Ordering::Relaxed);
-        if args.verify && different.is_none() && state_digest(&session) != step.digest {
-            different = Some(session.time());
+        if args.verify && first_difference.is_none() && state_digest(&session) != step.digest {
+            first_difference = Some(session.time());
         }
-        recorder.step(&mut session, stopped || number + 1 == recording.steps.len())?;
+        recorder.step(&mut session, stopped || number + 1 == steps)?;
         bar.inc(1);
         if stopped {
             break;
@@ -45,25 +49,22 @@ pub fn replay(cli: &Cli, args: &ReplayArgs) -> Result<Outcome, Failure> {
     }
     bar.finish_and_clear();
     let summary = recorder.finish(&mut session, stopped)?;
-    if cli.json {
-        text::out(&crate::pretty(&summary))?;
-    } else if !args.quiet {
-        tell(&summary, &folder);
-    }
-    if let Some(time) = different {
-        text::note(&format!("not the same: the state differs from the recorded one at {time:.4} s"));
+    print_summary(&summary, &folder, cli.json, args.quiet)?;
+    if let Some(time) = first_difference {
+        note(&format!("not the same: the state differs from the recorded one at {time:.4} s"));
         for (file, how) in recording.changed_files() {
-            text::note(&format!("  plugin {} {how} since it was recorded", file.path.display()));
+            note(&format!("  plugin {} {how} since it was recorded", file.path.display()));
         }
         return Ok(Outcome::CheckFailed);
     }
     if args.verify && !stopped && !args.quiet {
-        text::note(&format!("the same state, to the bit, after each of {} steps", recording.steps.len()));
+        note(&format!("the same state, to the bit, after each of {}", count(steps as u64, "step")));
     }
-    Ok(outcome(&summary, stopped))
+    Ok(run_outcome(&summary))
 }
 
-fn open(cli: &Cli, args: &ReplayArgs, recording: &Recording) -> Result<(Scene, Source, Session), Failure> {
+/// Opens the recorded scene with the limits of the recorded devices, which are not opened.
+fn open_recorded(cli: &Cli, args: &ReplayArgs, recording: &Recording) -> Result<OpenedScene, Failure> {
     let header = &recording.header;
     let (recorded, _) = scene::load_text(&header.scene, header.text.clone(), &[])?;
     let (scene, source) = scene::load_text(&header.scene, header.text.clone(), &args.set)?;
@@ -81,20 +82,20 @@ fn open(cli: &Cli, args: &ReplayArgs, recording: &Recording) -> Result<(Scene, S
         recorded: Some(recording.devices.clone()),
     };
     let mut session = Session::open(&scene, &source, plan, &options)?;
-    let order = session.devices.iter().map(|slot| &slot.name);
-    if !order.eq(recording.devices.iter().map(|(name, _)| name)) {
+    let in_use: Vec<&String> = session.devices.iter().map(|slot| &slot.name).collect();
+    let known: Vec<&String> = recording.devices.iter().map(|(name, _)| name).collect();
+    if in_use != known {
+        let path = args.recording.display();
         return Err(Failure::input(format!(
-            "{}: the scene now uses other devices than the recorded {:?}",
-            args.recording.display(),
-            recording.devices.iter().map(|(name, _)| name).collect::<Vec<_>>()
+            "{path}: the scene uses devices {in_use:?}; allowed are the recorded {known:?}"
         )));
     }
-    // Another material takes another time: the clock is asked again only where nothing was set.
+    // With other settings a step takes another time, so bodies are given up by the clock and not as recorded.
     if args.set.is_empty() {
         session.repeat_lapses(recording.lapses.clone());
     }
     if header.live {
         session.lead_tips();
     }
-    Ok((scene, source, session))
+    Ok(OpenedScene { scene, source, session })
 }

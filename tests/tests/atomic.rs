@@ -86,7 +86,7 @@ fn a_run_that_is_stopped_puts_what_it_has_aside() {
     assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill").success());
     let told = child.wait_with_output().expect("ends");
     assert_eq!((told.status.code(), told.status.signal()), (Some(130), None));
-    assert!(String::from_utf8_lossy(&told.stderr).contains("stopped; what was done is in out/interrupted"));
+    assert!(String::from_utf8_lossy(&told.stderr).contains("stopped; results so far are in out/interrupted"));
 
     let mut after = files(&bench, "out");
     let aside: Vec<String> = after.keys().filter(|path| path.starts_with("out/interrupted/")).cloned().collect();

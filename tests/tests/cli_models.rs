@@ -43,8 +43,8 @@ fn the_sample_is_the_elephant_of_the_scenes() {
     }
     bench.write("elephant.mtl", "my own");
     bench.write("elephant.obj", "my own");
-    bench.pliant(&["sample"]).expect(2).says(&["elephant.obj is there already", "--force"]);
-    bench.pliant(&["sample", "-o", "other.obj"]).expect(2).says(&["elephant.mtl is there already", "--force"]);
+    bench.pliant(&["sample"]).expect(2).says(&["elephant.obj exists already", "--force"]);
+    bench.pliant(&["sample", "-o", "other.obj"]).expect(2).says(&["elephant.mtl exists already", "--force"]);
     assert!(!bench.path("other.obj").exists());
     assert_eq!((bench.read("elephant.obj"), bench.read("elephant.mtl")), (b"my own".to_vec(), b"my own".to_vec()));
     bench.pliant(&["sample", "--force", "--detail", "1"]).expect(0);

@@ -188,7 +188,7 @@ fn doctor_says_what_is_missing_and_how_to_get_it() {
     assert!(found["findings"][0]["remedy"].as_str().unwrap().contains("pliant device emulate exoskeleton"), "{found}");
     let ran = bench.pliant(&["device", "doctor", "exoskeleton", "--set", "rate=5"]).expect(2);
     ran.says(&["rate", "10"]);
-    bench.pliant(&["device", "doctor", "cloth"]).expect(2).says(&["`cloth` is no device"]);
+    bench.pliant(&["device", "doctor", "cloth"]).expect(2).says(&["`cloth` is not a device"]);
     bench.pliant(&["device", "emulate", "nothing"]).expect(3).says(&["pliant-twin-nothing"]);
     let listed = bench.pliant(&["device", "list", "--json"]).expect(0).json();
     let ids: Vec<&str> = listed["devices"].as_array().unwrap().iter().filter_map(|d| d["id"].as_str()).collect();

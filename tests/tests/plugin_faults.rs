@@ -56,12 +56,15 @@ fn a_plugin_that_fails_when_it_is_opened_ends_the_run_before_it_begins() {
         ([material, "refuses-in-build", device], &["refuses-in-build", "build", "refused on purpose"]),
         (
             [material, "descending-ids", device],
-            &["body `block`", "descending-ids", "region", "ids of nodes or cells do not rise"],
+            &["body `block`", "descending-ids", "region", "ids of nodes or cells are not in rising order"],
         ),
-        ([material, "link-to-nowhere", device], &["link-to-nowhere", "region", "joins [0, 1073741824] of 125 nodes"]),
-        (["not-there", grid, device], &["no material `not-there` in it; it has", "material `sound-springs`"]),
-        ([material, "not-there", device], &["no grid `not-there` in it; it has", "grid `sound-brick`"]),
-        ([material, grid, "sound-springs"], &["no device `sound-springs` in it; it has", "device `sound-finger`"]),
+        ([material, "link-to-nowhere", device], &["link-to-nowhere", "region", "joins nodes [0, 1073741824] of 125"]),
+        (["not-there", grid, device], &["no material `not-there` in this library; it has", "material `sound-springs`"]),
+        ([material, "not-there", device], &["no grid `not-there` in this library; it has", "grid `sound-brick`"]),
+        (
+            [material, grid, "sound-springs"],
+            &["no device `sound-springs` in this library; it has", "device `sound-finger`"],
+        ),
     ] {
         let bench = Bench::new();
         let ran = run(&bench, plugins, &[]).expect(3).says(&["error: ", &file]).says(said);
@@ -273,7 +276,7 @@ fn a_library_that_is_no_plugin_of_ours_is_told_and_the_others_are_listed_all_the
         (
             "hollow",
             entry(&format!("{size}, 1, 0, 0, none, refuse"), ""),
-            &["no device `hollow` in it; it has no plugins"],
+            &["no device `hollow` in this library; it has no plugins"],
         ),
         ("init", entry(&format!("{size}, 1, 0, init, none, refuse"), init), &["`init` failed: input or output failed"]),
         (
@@ -316,9 +319,9 @@ fn an_id_that_a_library_has_not_is_refused_and_a_library_s_only_plugin_needs_non
         let set = format!("body.0.material.plugin={plugin}");
         bench.pliant(&["run", "scene.toml", "-q", "--out", "out", "--plugin-path", "plugins", "--set", &set])
     };
-    run("mass-spring#nothing").expect(3).says(&["no material `nothing` in it", "material `mass-spring`"]);
-    run("mass-spring#").expect(3).says(&["no material `` in it"]);
-    run("octree-grid").expect(3).says(&["no material `octree-grid` in it; it has grid `octree-grid`"]);
+    run("mass-spring#nothing").expect(3).says(&["no material `nothing` in this library", "material `mass-spring`"]);
+    run("mass-spring#").expect(3).says(&["no material `` in this library"]);
+    run("octree-grid").expect(3).says(&["no material `octree-grid` in this library; it has grid `octree-grid`"]);
     assert_eq!(bench.names("."), ["scene.toml"]);
     run("mass-spring#mass-spring").expect(0);
     bench.write(

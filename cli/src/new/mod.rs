@@ -1,47 +1,54 @@
-//! `pliant plugin new`: a project outside of this tree, that builds, passes its tests and runs a scene as it is.
+//! `pliant plugin new`: writes a project outside of this tree that builds, passes its tests and runs a scene as it is.
 
 mod templates;
 
 use crate::args::{Cli, Language, NewArgs, NewKind};
 use crate::outcome::{Failure, Outcome};
-use crate::text;
+use crate::output::{note, print_json};
 use serde_json::json;
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Where this program was built from.
+/// Folder that this program was built from.
 const SOURCE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
+/// Writes the project.
 pub fn new(cli: &Cli, args: &NewArgs) -> Result<Outcome, Failure> {
-    let words = Words::new(args)?;
+    let placeholders = Placeholders::new(args)?;
     let folder = args.out.clone().unwrap_or_else(|| PathBuf::from(&args.name));
     if folder.exists() && folder.read_dir().map_or(true, |mut entries| entries.next().is_some()) {
-        return Err(Failure::input(format!("{} is there already; --out gives another folder", folder.display())));
+        return Err(Failure::input(format!(
+            "{} exists already and is not empty; --out gives another folder",
+            folder.display()
+        )));
     }
     let files = templates::files(args.kind, args.lang);
     for (path, template) in &files {
-        let path = folder.join(words.fill(path));
-        fs::create_dir_all(path.parent().unwrap_or(&folder)).map_err(|e| named(&path, &e))?;
-        fs::write(&path, words.fill(template)).map_err(|e| named(&path, &e))?;
+        let path = folder.join(placeholders.fill(path));
+        fs::create_dir_all(path.parent().unwrap_or(&folder)).map_err(|e| write_failure(&path, &e))?;
+        fs::write(&path, placeholders.fill(template)).map_err(|e| write_failure(&path, &e))?;
     }
     let build = if args.lang == Language::Rust { "cargo test && cargo build --release" } else { "make test" };
     if cli.json {
-        let names: Vec<String> = files.iter().map(|(path, _)| words.fill(path)).collect();
-        return text::out(&crate::pretty(&json!({ "folder": folder, "files": names, "build": build })));
+        let names: Vec<String> = files.iter().map(|(path, _)| placeholders.fill(path)).collect();
+        print_json(&json!({ "folder": folder, "files": names, "build": build }))?;
+        return Ok(Outcome::Done);
     }
-    text::note(&format!("{}: read its README.md; next: cd {} && {build}", folder.display(), folder.display()));
+    note(&format!("{}: read its README.md; next: cd {} && {build}", folder.display(), folder.display()));
     Ok(Outcome::Done)
 }
 
-fn named(path: &Path, error: &std::io::Error) -> Failure {
+/// A file that cannot be read or written.
+fn write_failure(path: &Path, error: &std::io::Error) -> Failure {
     Failure::input(format!("{}: {error}", path.display()))
 }
 
-/// What the templates leave open.
-struct Words(Vec<(&'static str, String)>);
+/// Placeholders of the templates and their values.
+struct Placeholders(Vec<(&'static str, String)>);
 
-impl Words {
+impl Placeholders {
+    /// The values for a project.
     fn new(args: &NewArgs) -> Result<Self, Failure> {
         let name = args.name.as_str();
         let part = |p: &str| !p.is_empty() && p.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit());
@@ -80,8 +87,9 @@ impl Words {
         ]))
     }
 
+    /// A template with all placeholders replaced.
     fn fill(&self, template: &str) -> String {
-        self.0.iter().fold(template.to_owned(), |text, (word, value)| text.replace(word, value))
+        self.0.iter().fold(template.to_owned(), |text, (placeholder, value)| text.replace(placeholder, value))
     }
 }
 
@@ -97,6 +105,6 @@ fn source(args: &NewArgs) -> Result<String, Failure> {
             "no plugin-api in {place}: a Rust plugin is built against pliant's own source; --pliant DIR says where that is"
         )));
     }
-    let folder = folder.canonicalize().map_err(|e| named(&folder, &e))?;
+    let folder = folder.canonicalize().map_err(|e| write_failure(&folder, &e))?;
     Ok(folder.display().to_string().replace('\\', "/"))
 }

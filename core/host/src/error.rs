@@ -50,7 +50,7 @@ pub enum HostError {
         reason: String,
     },
     /// The library has no plugin of that kind and name.
-    #[error("{}: it has no {kind} `{id}`; it has {offered}", path.display())]
+    #[error("{}: no {kind} `{id}` in this library; it has {offered}", path.display())]
     NoSuchPlugin {
         /// The file.
         path: PathBuf,

@@ -1,40 +1,52 @@
-//! Two reports side by side: what got worse.
+//! Compares two reports and finds what got worse.
 
-use super::Row;
+use crate::row::Row;
 use std::collections::HashMap;
 
-/// Something that got worse by more than the margin.
+/// A result that got worse by more than the margin.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Regression {
-    /// Which row.
+    /// Key of the row.
     pub row: String,
-    /// What of it.
+    /// What got worse: `error`, `verdict`, `stability` or `step_seconds_median`.
     pub what: &'static str,
-    /// Before.
+    /// Value in the older report.
     pub before: f64,
-    /// Now.
+    /// Value in the newer report.
     pub now: f64,
 }
 
-/// Errors below this are rounding on any machine.
+/// Errors below this are rounding.
 const ROUNDING: f64 = 1e-9;
-/// s, below it a duration is noise
+/// s, differences of durations below this are noise
 const NOISE: f64 = 1e-5;
 
-/// What got worse since `before`: an error or a step's median by more than `margin` (0.1 is ten per cent), a verdict, or a
-/// state that was no growing one and is now. Durations count only where a step was timed (`step_seconds_median`). Rows that
-/// one of the two does not have are not compared; gives how many were.
-pub fn compare(before: &[Row], now: &[Row], margin: f64) -> (usize, Vec<Regression>) {
+/// Result of a comparison with an older report.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Comparison {
+    /// Number of rows that both reports have.
+    pub compared: usize,
+    /// What got worse.
+    pub regressions: Vec<Regression>,
+}
+
+/// Finds what got worse since `before`: an error or the median time of a step by more than `margin` (0.1 is ten per cent), a row that
+/// met its criterion and does not now, or a state that is `growing` now and was not. Durations count only where a step was timed
+/// (`step_seconds_median`). Rows that only one of the two reports has are not compared.
+pub fn compare(before: &[Row], now: &[Row], margin: f64) -> Comparison {
     let old: HashMap<String, &Row> = before.iter().map(|r| (r.key(), r)).collect();
-    let (mut compared, mut worse) = (0, Vec::new());
+    let (mut compared, mut regressions) = (0, Vec::new());
     for row in now {
         let key = row.key();
         let Some(was) = old.get(&key) else { continue };
         compared += 1;
-        let mut add = |what, before, now| worse.push(Regression { row: key.clone(), what, before, now });
-        let lost = |r: &Row| r.error.unwrap_or(f64::INFINITY);
-        if (was.error.is_some() || row.error.is_some()) && lost(row) > (lost(was) * (1.0 + margin)).max(ROUNDING) {
-            add("error", lost(was), lost(row));
+        let mut add = |what, before, now| regressions.push(Regression { row: key.clone(), what, before, now });
+        // A row that had an error and has none now failed.
+        let error_of = |r: &Row| r.error.unwrap_or(f64::INFINITY);
+        if (was.error.is_some() || row.error.is_some())
+            && error_of(row) > (error_of(was) * (1.0 + margin)).max(ROUNDING)
+        {
+            add("error", error_of(was), error_of(row));
         }
         if was.passed == Some(true) && row.passed == Some(false) {
             add("verdict", 1.0, 0.0);
@@ -48,7 +60,7 @@ pub fn compare(before: &[Row], now: &[Row], margin: f64) -> (usize, Vec<Regressi
             add("step_seconds_median", was, now);
         }
     }
-    (compared, worse)
+    Comparison { compared, regressions }
 }
 
 #[cfg(test)]
@@ -66,9 +78,9 @@ mod tests {
             ..Row::default()
         };
         let what = |now: Row| {
-            let (compared, worse) = compare(&[row(1e-3, 1e-3, "stable")], &[now], 0.1);
-            assert_eq!(compared, 1);
-            worse.iter().map(|r| r.what).collect::<Vec<_>>()
+            let comparison = compare(&[row(1e-3, 1e-3, "stable")], &[now], 0.1);
+            assert_eq!(comparison.compared, 1);
+            comparison.regressions.iter().map(|r| r.what).collect::<Vec<_>>()
         };
         assert!(what(row(1.05e-3, 1.05e-3, "stable")).is_empty());
         assert!(what(row(1e-4, 1e-4, "damped")).is_empty());
@@ -78,6 +90,7 @@ mod tests {
         assert_eq!(what(row(1e-3, 1e-3, "growing")), ["stability"]);
         assert_eq!(what(Row { error: None, ..row(1e-3, 1e-3, "stable") }), ["error"]);
         let other = Row { case: "d".into(), ..row(1.0, 1.0, "growing") };
-        assert_eq!(compare(&[row(1e-3, 1e-3, "")], &[other], 0.1), (0, vec![]));
+        let none = Comparison { compared: 0, regressions: vec![] };
+        assert_eq!(compare(&[row(1e-3, 1e-3, "")], &[other], 0.1), none);
     }
 }

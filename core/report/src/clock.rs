@@ -1,4 +1,4 @@
-//! What time is, and whether it can be believed.
+//! The clocks a report measures with, and whether they can be trusted.
 
 use std::sync::OnceLock;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
@@ -6,64 +6,79 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 /// Two clocks, s. A report takes them as arguments, so that a test can hand it broken ones.
 #[derive(Clone, Copy)]
 pub struct Clock {
-    /// Since any moment.
+    /// Wall-clock time since any moment, s.
     pub wall: fn() -> f64,
-    /// Of all threads that live.
+    /// Processor time of all threads that live, s.
     pub cpu: fn() -> f64,
 }
 
 impl Default for Clock {
     fn default() -> Self {
-        Self { wall: monotonic, cpu: threads }
+        Self { wall: monotonic, cpu: thread_seconds }
     }
 }
 
-/// Whether the clock ran as the system's calendar did while the report was made.
+/// Whether the clock of a report agrees with the system's calendar and the number of threads.
 #[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub struct ClockCheck {
-    /// s, by the clock of the report
+    /// s, duration of the report by its own clock
     pub wall_seconds: f64,
-    /// s, by the calendar
+    /// s, duration of the report by the calendar
     pub calendar_seconds: f64,
-    /// Share of CPU seconds in wall seconds of all runs, over the threads that could work.
+    /// Processor time of all runs over the time their threads could have worked.
     pub cpu_share: f64,
-    /// Within 2 %, and no more CPU seconds than threads could have used, with 10 % to spare.
+    /// Whether both durations agree to 2 %, and the share is at most 1.1.
     pub passed: bool,
 }
 
-/// Begins a check.
-pub(super) struct Watch {
-    clock: Clock,
-    began: (f64, f64, f64),
+/// Time that runs took, summed over runs.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct BusyTime {
+    /// s, wall-clock time of each run times its threads
+    pub(crate) thread_wall: f64,
+    /// s, processor time of all threads
+    pub(crate) cpu: f64,
 }
 
-impl Watch {
-    pub(super) fn start(clock: Clock) -> Self {
-        Self { clock, began: ((clock.wall)(), calendar(), (clock.cpu)()) }
+/// A clock check under way.
+pub(crate) struct ClockWatch {
+    clock: Clock,
+    /// s, the report's clock at the start
+    wall: f64,
+    /// s, the calendar at the start
+    calendar: f64,
+}
+
+impl ClockWatch {
+    /// Starts a check.
+    pub(crate) fn start(clock: Clock) -> Self {
+        Self { clock, wall: (clock.wall)(), calendar: calendar() }
     }
 
-    /// `ran` are the wall and CPU seconds of all runs, each counted with the threads it had.
-    pub(super) fn check(&self, ran: (f64, f64)) -> ClockCheck {
-        let (wall_seconds, calendar_seconds) = ((self.clock.wall)() - self.began.0, calendar() - self.began.1);
-        let cpu_share = if ran.0 > 0.0 { ran.1 / ran.0 } else { 0.0 };
-        // What is shorter than this the calendar cannot judge.
+    /// Ends the check; `busy` is the time of all runs since the start.
+    pub(crate) fn check(&self, busy: BusyTime) -> ClockCheck {
+        let (wall_seconds, calendar_seconds) = ((self.clock.wall)() - self.wall, calendar() - self.calendar);
+        let cpu_share = if busy.thread_wall > 0.0 { busy.cpu / busy.thread_wall } else { 0.0 };
+        // 5 ms: shorter durations the calendar does not resolve.
         let slack = 0.02 * calendar_seconds + 5e-3;
         let passed = (wall_seconds - calendar_seconds).abs() <= slack && (0.0..=1.1).contains(&cpu_share);
         ClockCheck { wall_seconds, calendar_seconds, cpu_share, passed }
     }
 }
 
+/// s, a clock that never goes back, since its first reading
 fn monotonic() -> f64 {
     static START: OnceLock<Instant> = OnceLock::new();
     START.get_or_init(Instant::now).elapsed().as_secs_f64()
 }
 
+/// s since 1970 by the system's calendar
 fn calendar() -> f64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |d| d.as_secs_f64())
 }
 
-/// s that the threads of this program have run for, as far as the system tells.
-fn threads() -> f64 {
+/// s that the living threads of this program have run for, as far as the system tells
+fn thread_seconds() -> f64 {
     let tasks = std::fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
     let ran = tasks.filter_map(|task| std::fs::read_to_string(task.path().join("schedstat")).ok());
     ran.filter_map(|text| text.split(' ').next()?.parse::<u64>().ok()).sum::<u64>() as f64 * 1e-9
@@ -73,15 +88,16 @@ fn threads() -> f64 {
 mod tests {
     use super::*;
 
+    /// Whether a clock passes the check after a busy loop of 200 ms.
     fn passes(clock: Clock) -> bool {
-        let watch = Watch::start(clock);
+        let watch = ClockWatch::start(clock);
         let (wall, cpu) = ((clock.wall)(), (clock.cpu)());
         let until = Instant::now() + std::time::Duration::from_millis(200);
         let mut x = 1.0_f64;
         while Instant::now() < until {
             x = std::hint::black_box(x.sqrt() + 1.0);
         }
-        watch.check(((clock.wall)() - wall, (clock.cpu)() - cpu)).passed
+        watch.check(BusyTime { thread_wall: (clock.wall)() - wall, cpu: (clock.cpu)() - cpu }).passed
     }
 
     #[test]

@@ -1,27 +1,28 @@
-//! A report as a whole.
+//! A complete report.
 
-use super::catalogue::NotRun;
-use super::clock::{ClockCheck, Watch};
-use super::page::Section;
-use super::{Row, Setup};
+use crate::catalogue::NotRun;
+use crate::clock::{ClockCheck, ClockWatch};
+use crate::context::ReportContext;
+use crate::row::Row;
+use crate::section::Section;
 use pliant_record::Machine;
 use serde::Serialize;
 use std::collections::BTreeSet;
 
-/// Reports there are.
+/// The kinds of reports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Kind {
-    /// Error against run time.
+pub enum ReportKind {
+    /// Error against run time, of cases with known answers.
     Accuracy,
-    /// What holds, and up to where.
+    /// Step limits, energy balances, extremes and the coupling of a hand.
     Stability,
-    /// What a step costs.
+    /// Time of a step against size, threads and contacts.
     Performance,
 }
 
-impl Kind {
-    /// As the command says it.
+impl ReportKind {
+    /// The word in the command and in file names.
     pub fn name(self) -> &'static str {
         match self {
             Self::Accuracy => "accuracy",
@@ -31,76 +32,95 @@ impl Kind {
     }
 }
 
-/// What a report comes to.
+/// Whether the rows of a report meet their criteria.
 #[derive(Clone, Debug, Serialize)]
 pub struct Verdict {
-    /// Rows that had something to meet.
+    /// Number of rows that have a criterion.
     pub judged: usize,
-    /// Of them, those that met it.
+    /// Number of those that meet it.
     pub passed: usize,
-    /// Each that did not, in a sentence.
+    /// A sentence for each that does not.
     pub missed: Vec<String>,
-    /// Whether all did, and the clock can be believed.
+    /// Whether all meet it and the clock can be trusted.
     pub good: bool,
 }
 
-/// Everything a report says.
+/// Measurements of a report: rows, their presentation, and what was not run.
+#[derive(Clone, Debug, Default)]
+pub struct Measurements {
+    /// Rows in the order of the catalogue.
+    pub rows: Vec<Row>,
+    /// The rows as people read them.
+    pub sections: Vec<Section>,
+    /// Cases that were not run.
+    pub not_run: Vec<NotRun>,
+}
+
+/// A complete report.
 #[derive(Clone, Debug, Serialize)]
 pub struct Document {
-    /// Which.
-    pub report: Kind,
-    /// The program that made it.
+    /// Kind of the report.
+    pub report: ReportKind,
+    /// Program, version and build that made it.
     pub program: String,
-    /// As it was asked for.
+    /// Arguments of the command.
     pub settings: Vec<String>,
-    /// Of the order in which timed runs are interleaved; the runs themselves draw no random numbers but from a fixed start.
+    /// Seed of the order in which timed runs are interleaved. The runs themselves draw no random numbers that depend on it.
     pub seed: u64,
-    /// Fewer resolutions, within a minute.
+    /// Whether fewer resolutions were run.
     pub quick: bool,
-    /// Whether it was stopped before its end.
+    /// Whether the report was stopped before its end.
     pub interrupted: bool,
     /// Threads of a run, where no row says otherwise.
     pub threads: usize,
     /// Plugins that were opened, with their versions.
     pub plugins: BTreeSet<String>,
-    /// Where it was measured.
+    /// The machine it was measured on.
     pub machine: Machine,
-    /// Whether the clock can be believed.
+    /// Whether the clock can be trusted.
     pub clock: ClockCheck,
-    /// What it comes to.
+    /// Whether the rows meet their criteria.
     pub verdict: Verdict,
     /// The measurements.
     pub rows: Vec<Row>,
-    /// What is not in it, and why.
+    /// Cases that were not run, and why.
     pub not_run: Vec<NotRun>,
-    /// As people read it.
+    /// The rows as people read them.
     #[serde(skip)]
     pub sections: Vec<Section>,
 }
 
-/// Durations of a development build say little about those of a released one.
+/// Kind of build, as durations of a development build say little about those of a release.
 const BUILD: &str = if cfg!(debug_assertions) { ", development build" } else { ", release build" };
 
-/// A report under way.
-pub struct Opened {
+/// A report that is being made.
+pub struct ReportBuilder {
     machine: Machine,
-    watch: Watch,
+    watch: ClockWatch,
 }
 
-impl Opened {
-    /// Looks at the machine, and starts the clock's check.
-    pub fn start(setup: &Setup<'_>) -> Self {
-        Self { machine: Machine::current(), watch: Watch::start(setup.clock) }
+impl ReportBuilder {
+    /// Notes the machine and its load, and starts the check of the clock.
+    pub fn start(context: &ReportContext<'_>) -> Self {
+        Self { machine: Machine::current(), watch: ClockWatch::start(context.options.clock) }
     }
 
-    /// Puts it together.
-    pub fn finish(self, kind: Kind, setup: &Setup<'_>, settings: Vec<String>, rows: Vec<Row>) -> Document {
-        let clock = self.watch.check(setup.spent);
-        let mut missed: Vec<String> = rows.iter().filter(|r| r.missed()).map(sentence).collect();
+    /// Makes the report of its measurements. `settings` are the arguments of the command.
+    pub fn finish(
+        self,
+        kind: ReportKind,
+        context: &ReportContext<'_>,
+        settings: Vec<String>,
+        measurements: Measurements,
+    ) -> Document {
+        let Measurements { rows, sections, not_run } = measurements;
+        let options = &context.options;
+        let clock = self.watch.check(context.busy());
+        let mut missed: Vec<String> = rows.iter().filter(|r| r.missed()).map(describe_miss).collect();
         if !clock.passed {
             let (wall, calendar, share) = (clock.wall_seconds, clock.calendar_seconds, clock.cpu_share);
             missed.push(format!(
-                "the clock cannot be believed: {wall:.3} s by it were {calendar:.3} s by the calendar, CPU share {share:.2}"
+                "the clock cannot be trusted: {wall:.3} s by the clock, {calendar:.3} s by the calendar, CPU share {share:.2}"
             ));
         }
         let judged = rows.iter().filter(|r| r.passed.is_some()).count();
@@ -110,25 +130,25 @@ impl Opened {
             report: kind,
             program: format!("pliant {}{}", env!("CARGO_PKG_VERSION"), BUILD),
             settings,
-            seed: setup.seed,
-            quick: setup.quick,
-            interrupted: (setup.stopped)(),
-            threads: setup.threads,
-            plugins: setup.plugins.clone(),
+            seed: options.seed,
+            quick: options.quick,
+            interrupted: context.is_stopped(),
+            threads: options.threads,
+            plugins: context.plugins().clone(),
             machine: self.machine,
             clock,
             verdict,
             rows,
-            not_run: Vec::new(),
-            sections: Vec::new(),
+            not_run,
+            sections,
         }
     }
 }
 
-/// A miss, as a person reads it.
-fn sentence(row: &Row) -> String {
-    let at: Vec<String> = row.at.iter().map(|(name, value)| format!(", {name} {value:.3e}")).collect();
-    let mut text = format!("{}, {}, n = {}, dt = {:e} s{}", row.case, row.method, row.n, row.dt, at.concat());
+/// A sentence on a row that missed its criterion.
+fn describe_miss(row: &Row) -> String {
+    let parameters: Vec<String> = row.parameters.iter().map(|(name, value)| format!(", {name} {value:.3e}")).collect();
+    let mut text = format!("{}, {}, n = {}, dt = {:e} s{}", row.case, row.method, row.n, row.dt, parameters.concat());
     if let (Some(error), Some(tolerance)) = (row.error, row.tolerance) {
         text += &format!(": error {error:.2e}, allowed {tolerance:.2e}");
     }

@@ -1,36 +1,36 @@
-//! What was already measured, kept while a report is made, so that one that was stopped goes on where it was.
+//! Rows that were already measured, kept in a file while a report is made, so that one that was stopped goes on where it was.
 
-use super::Row;
+use crate::row::Row;
 use std::collections::HashMap;
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 
-/// Rows by key, in a file beside the report: a line of settings, then a line a row.
+/// Rows by key, in a file beside the report: a line of settings, then a line of JSON per row.
 #[derive(Default)]
 pub struct Journal {
     rows: HashMap<String, Row>,
     file: Option<(PathBuf, File)>,
-    /// Rows that were there when it was opened.
+    /// Number of rows that were in the file when it was opened.
     pub resumed: usize,
 }
 
 impl Journal {
-    /// One that keeps nothing.
+    /// A journal that keeps nothing.
     pub fn none() -> Self {
         Self::default()
     }
 
-    /// Opens `path`. What it holds counts if it was begun with the same `settings`; else it begins anew.
+    /// Opens the file at `path`, or makes it. Its rows count if it was begun with the same `settings`; else it begins anew.
     ///
     /// # Errors
-    /// What the file system says.
+    /// A file that cannot be read or written.
     pub fn open(path: &Path, settings: &str) -> io::Result<Self> {
         let mut rows = HashMap::new();
         if let Ok(old) = File::open(path) {
             let mut lines = BufReader::new(old).lines();
             if lines.next().transpose()?.as_deref() == Some(settings) {
-                // A last line that was cut off is no row.
+                // A last line that was cut off is not a row.
                 let read = lines.map_while(Result::ok).filter_map(|line| serde_json::from_str::<Row>(&line).ok());
                 rows.extend(read.map(|row| (row.key(), row)));
             }
@@ -47,19 +47,19 @@ impl Journal {
         Ok(journal)
     }
 
-    /// A row that was already measured.
+    /// The row with this key, if it was already measured.
     pub fn get(&self, key: &str) -> Option<Row> {
         self.rows.get(key).cloned()
     }
 
-    /// Keeps a row. A file that cannot be written costs the resuming, not the report.
+    /// Keeps a row. If the file cannot be written, the report goes on and cannot be resumed.
     pub fn put(&mut self, row: &Row) {
         if let (Some((_, file)), Ok(line)) = (&mut self.file, serde_json::to_string(row)) {
             let _ = writeln!(file, "{line}");
         }
     }
 
-    /// The report is whole: nothing is left to go on with.
+    /// Removes the file: the report is complete.
     pub fn finish(self) {
         if let Some((path, _)) = self.file {
             let _ = std::fs::remove_file(path);
@@ -72,7 +72,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn goes_on_with_the_same_settings_only_and_bears_a_cut_line() {
+    fn resumes_with_the_same_settings_only_and_ignores_a_cut_line() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("deep/journal.jsonl");
         let row = |n| Row { case: "c".into(), n, error: Some(0.5), ..Row::default() };

@@ -1,88 +1,80 @@
-//! Error against run time, stability and cost, measured: what `pliant report` computes.
+//! Reports on a scene engine, measured on scenes: error against run time, stability, and cost. What `pliant report` computes.
 //!
-//! A case is a scene with something to measure in it and what should come out; a report runs cases, fits orders and growth,
-//! and says plainly what missed. Nothing here knows a plugin: cases are handed in as texts.
+//! A case is a scene with quantities to measure and their expected values; a catalogue lists cases, methods and resolutions as a TOML
+//! text. [`accuracy`], [`stability`] and [`performance`] run a catalogue and give [`Measurements`]; [`self_convergence`] compares any
+//! scene with its own refined solution. [`ReportBuilder`] makes a [`Document`] of them, with a verdict; [`write_report`] writes it as
+//! HTML, JSON, CSV and SVG, [`compare`] finds what got worse since an older one. Every run goes through a [`Journal`], so a report
+//! that was stopped goes on where it was.
+//!
+//! This crate names no plugin and has no scene of its own: catalogues and scenes are handed in as texts. It prints nothing; progress
+//! goes to a callback.
+//!
+//! # Example
+//! One case of a bar that hangs from its top, from the text of its catalogue to the files of the report:
+//! ```no_run
+//! use pliant_host::SearchPath;
+//! use pliant_report::*;
+//! use std::path::Path;
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let catalogue = AccuracyCatalogue::parse(&std::fs::read_to_string("cases/catalogue.toml")?)?;
+//! let bar = std::fs::read_to_string("cases/bar.toml")?;
+//! let scenes = |name: &str| (name == "bar").then_some(bar.as_str());
+//!
+//! let options = ReportOptions {
+//!     search: SearchPath::new(&[]),
+//!     threads: 1,
+//!     quick: true,
+//!     cases: Vec::new(),
+//!     seed: 1,
+//!     clock: Clock::default(),
+//! };
+//! let mut progress = |p: Progress<'_>| println!("{} of {}: {}", p.done, p.total, p.what);
+//! let mut context = ReportContext::new(options, &mut progress, &|| false);
+//! let builder = ReportBuilder::start(&context);
+//! let measurements = accuracy(&catalogue, &scenes, &mut context, &mut Journal::none());
+//! let document = builder.finish(ReportKind::Accuracy, &context, vec!["report".into()], measurements);
+//! let files = write_report(&document, Path::new("out/report"))?;
+//! println!("{} met, see {}", document.verdict.passed, files.page.display());
+//! # Ok(())
+//! # }
+//! ```
 
 mod accuracy;
-mod accuracy_page;
 mod baseline;
 mod catalogue;
 mod clock;
+mod context;
+mod csv;
 mod document;
 mod fit;
+mod html;
 mod journal;
+mod markdown;
 mod measure;
-mod own;
-mod page;
 mod performance;
 mod plot;
 mod row;
+mod scene_run;
+mod section;
+mod self_convergence;
+mod settings;
 mod stability;
-mod table;
-mod trial;
 mod write;
+mod xml;
 
-pub use accuracy::accuracy;
-pub use accuracy_page::accuracy_page;
-pub use baseline::{Regression, compare};
-pub use catalogue::{Case, Catalogue, CatalogueError, Level, Method, NotRun, Over};
+pub use accuracy::{AccuracyCatalogue, accuracy};
+pub use baseline::{Comparison, Regression, compare};
+pub use catalogue::{CatalogueError, NotRun};
 pub use clock::{Clock, ClockCheck};
-pub use document::{Document, Kind, Opened, Verdict};
-pub use fit::{exponent, front, median, order, percentile};
+pub use context::{Progress, ReportContext, ReportOptions};
+pub use document::{Document, Measurements, ReportBuilder, ReportKind, Verdict};
 pub use journal::Journal;
-pub use measure::{Measure, Quantity, Wanted};
-pub use own::own_scene;
-pub use page::{Section, Table, page};
-pub use performance::{Haptic, Pair, PerformanceCatalogue, Place, Sweep, performance, performance_page};
-pub use plot::{Axis, Bars, Curve, Heat, Lines};
+pub use markdown::markdown;
+pub use performance::{PerformanceCatalogue, performance};
 pub use row::Row;
-pub use stability::{
-    Account, Balance, Extreme, Map, Point, Scenes, StabilityCatalogue, State, stability, stability_page,
-};
-pub use table::{csv, markdown};
-pub use trial::{Outcome, Trial};
-pub use write::{Written, write};
-
-use pliant_host::SearchPath;
-use std::collections::BTreeSet;
-
-/// Rows, what people read of them, and what was not run.
-pub type Measured = (Vec<Row>, Vec<Section>, Vec<NotRun>);
-
-/// What a report is run with.
-pub struct Setup<'a> {
-    /// Where plugins are looked for.
-    pub search: SearchPath,
-    /// Threads of a run; performance tries others besides.
-    pub threads: usize,
-    /// Fewer levels and steps, within a minute.
-    pub quick: bool,
-    /// Only cases whose name contains one of these; all where there is none.
-    pub only: Vec<String>,
-    /// Of the order in which timed runs are interleaved.
-    pub seed: u64,
-    /// What time is.
-    pub clock: Clock,
-    /// Plugins that were opened, with their versions.
-    pub plugins: BTreeSet<String>,
-    /// s, wall by threads, and of the CPU, of all runs
-    pub spent: (f64, f64),
-    /// Told before each run: done so far, of how many, and what comes.
-    pub progress: &'a mut dyn FnMut(usize, usize, &str),
-    /// Whether to stop.
-    pub stopped: &'a dyn Fn() -> bool,
-}
-
-impl Setup<'_> {
-    /// Takes note of a run.
-    fn ran(&mut self, outcome: &Outcome) {
-        self.plugins.extend(outcome.plugins.iter().cloned());
-        self.spent.0 += outcome.wall * outcome.choices.threads as f64;
-        self.spent.1 += outcome.cpu;
-    }
-
-    /// Whether a case is asked for.
-    pub fn wants(&self, case: &str) -> bool {
-        self.only.is_empty() || self.only.iter().any(|o| case.contains(o.as_str()))
-    }
-}
+pub use scene_run::SceneSource;
+pub use section::{Section, Table, TableRow};
+pub use self_convergence::{SceneInput, self_convergence};
+pub use stability::{StabilityCatalogue, stability};
+pub use write::{ReportFiles, write_report};

@@ -1,116 +1,127 @@
-//! What is measured in a run, and what it should be.
+//! Quantities that are measured in a run, and their expected values.
 
 use pliant_engine::session::Session;
 use pliant_solver::{StepTime, V3, dot};
 use serde::Deserialize;
 
-/// Quantities there are.
+/// The quantities that can be measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Quantity {
-    /// m, mean displacement along `axis`, at the end
+pub(crate) enum Quantity {
+    /// Mean displacement along `axis` at the end, m.
     Displacement,
-    /// m, length of what the mean displacement is off from the vector `axis`, at the end
+    /// Distance of the mean displacement from the vector `axis` (m) at the end, m.
     Distance,
-    /// Mean place along `axis` over mean place along `over`, at the end
+    /// Mean position along `axis` over mean position along `over` at the end.
     Ratio,
-    /// N, sum along `axis` of what it takes to hold the nodes, at the end
+    /// Sum of the reactions along `axis` at the end, N.
     Reaction,
-    /// J, at the end
+    /// Elastic energy at the end, J.
     ElasticEnergy,
-    /// N, on the first tool, at the end
+    /// Force on the first tool at the end, N.
     Force,
-    /// m, of the first tool, at the end
+    /// Indentation depth of the first tool at the end, m.
     Depth,
-    /// s, between passages of `centre` (m) in one direction along `axis`, after `after` (s)
+    /// Mean time between upward passages of the mean displacement along `axis` through `centre` (m), after `after` (s); s.
     Period,
-    /// Share of the amplitude along `axis` about `centre` (m) that a period leaves, after `after` (s)
+    /// Ratio of the amplitudes along `axis` about `centre` (m) of one period and the one before, after `after` (s).
     Decay,
 }
 
-/// A quantity of the nodes of the first body, or of the first tool.
+/// A quantity of nodes of the first body, or of the first tool.
 #[derive(Clone, Debug, Deserialize)]
-pub struct Measure {
-    /// What.
-    pub kind: Quantity,
-    /// m, least and greatest corner of a box around the rest places of the nodes it is of
+pub(crate) struct Measure {
+    #[serde(rename = "kind")]
+    pub(crate) quantity: Quantity,
+    /// m (2 x 3), least and greatest corner of a box around the rest positions of the measured nodes
+    #[serde(default, rename = "within")]
+    pub(crate) node_box: [V3; 2],
+    /// A direction, normalised, or the vector of a distance, m.
     #[serde(default)]
-    pub within: [V3; 2],
-    /// A direction, made a unit vector.
+    pub(crate) axis: V3,
+    /// The direction of the denominator of a ratio, normalised.
+    #[serde(default, rename = "over")]
+    pub(crate) denominator_axis: V3,
+    /// m, displacement about which a signal swings
     #[serde(default)]
-    pub axis: V3,
-    /// Another.
+    pub(crate) centre: f64,
+    /// s, time from which a signal counts
     #[serde(default)]
-    pub over: V3,
-    /// m
-    #[serde(default)]
-    pub centre: f64,
-    /// s
-    #[serde(default)]
-    pub after: f64,
+    pub(crate) after: f64,
 }
 
-/// A measure and what it should be.
+/// A measure and its expected value.
 #[derive(Clone, Debug, Deserialize)]
-pub struct Wanted {
-    /// What.
+pub(crate) struct ExpectedMeasure {
     #[serde(flatten)]
-    pub measure: Measure,
-    /// SI
-    pub expected: f64,
-    /// What the error is relative to; by default the expected value.
-    pub scale: Option<f64>,
+    pub(crate) measure: Measure,
+    /// Expected value, SI.
+    pub(crate) expected: f64,
+    /// Value that the error is relative to; by default the expected value.
+    pub(crate) scale: Option<f64>,
 }
 
-/// Reads one measure through a run.
-pub(super) struct Reader {
+/// Reads one measure during a run.
+pub(crate) struct MeasureReader {
     measure: Measure,
-    /// Nodes of the first body within.
+    /// Indices of the measured nodes of the first body.
     nodes: Vec<usize>,
-    /// (s, m)
+    /// Time (s) and mean displacement along the axis (m) after each step, for a period or a decay.
     signal: Vec<(f64, f64)>,
 }
 
-impl Reader {
-    pub(super) fn new(measure: &Measure, session: &Session) -> Self {
-        let [low, high] = measure.within;
+impl MeasureReader {
+    /// Finds the measured nodes of an opened session.
+    pub(crate) fn new(measure: &Measure, session: &Session) -> Self {
+        let [low, high] = measure.node_box;
         let inside = |p: &V3| (0..3).all(|i| low[i] <= p[i] && p[i] <= high[i]);
         let rest = session.bodies.first().map_or(&[][..], |body| &body.system.nodes.rest);
         let nodes = (0..rest.len()).filter(|i| inside(&rest[*i])).collect();
         Self { measure: measure.clone(), nodes, signal: Vec::new() }
     }
 
-    /// After a step.
-    pub(super) fn step(&mut self, session: &Session) {
-        if matches!(self.measure.kind, Quantity::Period | Quantity::Decay) {
-            self.signal.push((session.time(), dot(self.mean(session, true), unit(self.measure.axis))));
+    /// Reads the session after a step.
+    pub(crate) fn step(&mut self, session: &Session) {
+        if matches!(self.measure.quantity, Quantity::Period | Quantity::Decay) {
+            self.signal.push((session.time(), dot(self.mean_displacement(session), unit(self.measure.axis))));
         }
     }
 
-    /// m, the mean of what the nodes within have moved, or of where they are.
-    fn mean(&self, session: &Session, moved: bool) -> V3 {
+    /// m (3), mean displacement of the measured nodes
+    fn mean_displacement(&self, session: &Session) -> V3 {
         let nodes = &session.bodies[0].system.nodes;
+        self.mean(|i, c| nodes.x[i][c] - nodes.rest[i][c])
+    }
+
+    /// m (3), mean position of the measured nodes
+    fn mean_position(&self, session: &Session) -> V3 {
+        let nodes = &session.bodies[0].system.nodes;
+        self.mean(|i, c| nodes.x[i][c])
+    }
+
+    /// The mean of a vector over the measured nodes, given by node and component.
+    fn mean(&self, component: impl Fn(usize, usize) -> f64) -> V3 {
         let mut sum = [0.0; 3];
         for &i in &self.nodes {
             for c in 0..3 {
-                sum[c] += nodes.x[i][c] - if moved { nodes.rest[i][c] } else { 0.0 };
+                sum[c] += component(i, c);
             }
         }
         sum.map(|s| s / self.nodes.len() as f64)
     }
 
-    /// Not a number where there was nothing to measure.
-    pub(super) fn value(&self, session: &mut Session) -> f64 {
-        let Measure { kind, axis, over, centre, after, .. } = self.measure;
-        match kind {
-            Quantity::Displacement => dot(self.mean(session, true), unit(axis)),
+    /// The value at the end of a run, SI; NaN where there was nothing to measure.
+    pub(crate) fn value(&self, session: &mut Session) -> f64 {
+        let Measure { quantity, axis, denominator_axis, centre, after, .. } = self.measure;
+        match quantity {
+            Quantity::Displacement => dot(self.mean_displacement(session), unit(axis)),
             Quantity::Distance => {
-                let u = self.mean(session, true);
+                let u = self.mean_displacement(session);
                 (0..3).map(|i| (u[i] - axis[i]).powi(2)).sum::<f64>().sqrt()
             }
             Quantity::Ratio => {
-                let x = self.mean(session, false);
-                dot(x, unit(axis)) / dot(x, unit(over))
+                let x = self.mean_position(session);
+                dot(x, unit(axis)) / dot(x, unit(denominator_axis))
             }
             Quantity::Reaction => {
                 let reaction = session.reactions(0);
@@ -128,12 +139,13 @@ impl Reader {
     }
 }
 
+/// The unit vector along `axis`.
 fn unit(axis: V3) -> V3 {
     let length = dot(axis, axis).sqrt();
     axis.map(|c| c / length)
 }
 
-/// Mean time between upward passages of `centre`.
+/// Mean time (s) between upward passages of a signal (s, m) through `centre` (m), from the time `after` (s) on; NaN with fewer than two.
 fn period(signal: &[(f64, f64)], centre: f64, after: f64) -> f64 {
     let late = signal.iter().position(|s| s.0 >= after).unwrap_or(signal.len());
     let up = signal[late..].windows(2).filter(|w| w[0].1 < centre && w[1].1 >= centre);
@@ -144,15 +156,16 @@ fn period(signal: &[(f64, f64)], centre: f64, after: f64) -> f64 {
     }
 }
 
-/// Share of the amplitude a period leaves, from the first extreme to the last that is not lost in rounding.
+/// Ratio of the amplitudes of one period and the one before, from the first extreme of a signal (s, m) about `centre` (m) to the last
+/// that rounding does not hide, from the time `after` (s) on; NaN with fewer than two.
 fn decay(signal: &[(f64, f64)], centre: f64, after: f64) -> f64 {
     let late = signal.iter().position(|s| s.0 >= after).unwrap_or(signal.len());
     let away: Vec<f64> = signal[late..].iter().map(|s| (s.1 - centre).abs()).collect();
     // Height of the parabola through the three samples around an extreme.
-    let top = |w: &[f64]| w[1] + (w[0] - w[2]).powi(2) / (8.0 * (2.0 * w[1] - w[0] - w[2])).max(f64::MIN_POSITIVE);
-    let tops: Vec<f64> = away.windows(3).filter(|w| w[0] < w[1] && w[1] >= w[2]).map(top).collect();
-    let floor = tops.first().map_or(0.0, |t| 1e-6 * t);
-    let seen: Vec<f64> = tops.into_iter().take_while(|t| *t > floor).collect();
+    let peak = |w: &[f64]| w[1] + (w[0] - w[2]).powi(2) / (8.0 * (2.0 * w[1] - w[0] - w[2])).max(f64::MIN_POSITIVE);
+    let peaks: Vec<f64> = away.windows(3).filter(|w| w[0] < w[1] && w[1] >= w[2]).map(peak).collect();
+    let floor = peaks.first().map_or(0.0, |t| 1e-6 * t);
+    let seen: Vec<f64> = peaks.into_iter().take_while(|t| *t > floor).collect();
     match seen[..] {
         [first, .., last] => (last / first).powf(2.0 / (seen.len() - 1) as f64),
         _ => f64::NAN,

@@ -1,80 +1,92 @@
-//! One line of a report.
+//! One row of a report.
 
+use crate::scene_run::RunResult;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// What one run, or one comparison of runs, came to.
+/// Result of one run, or of one comparison of runs. The keys in files are older than some names of fields; `serde` keeps them.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Row {
-    /// Which case.
+    /// Name of the case.
     pub case: String,
-    /// Material, integrator and solver setting, as far as they differ.
+    /// Material, integrator and solver setting, as far as they differ between the rows of a case.
     pub method: String,
     /// Cells along the case's edge, or the level of a grid.
     pub n: u64,
-    /// s
+    /// s, step
     pub dt: f64,
-    /// Threads that worked.
+    /// Threads of the run.
     pub threads: usize,
-    /// In the case's norm; absent where there is nothing to compare with or the run failed.
+    /// Error in the case's norm; absent where there is nothing to compare with or the run failed.
     pub error: Option<f64>,
-    /// What the error may be at this resolution: the case's tolerance, grown by the expected order where this is coarser than
-    /// the resolution the tolerance is meant for.
+    /// Largest allowed error at this resolution: the case's tolerance, grown by the expected order where the run is coarser than the
+    /// resolution the tolerance is meant for.
     pub tolerance: Option<f64>,
-    /// Between this run and the one before it.
+    /// Order of convergence between the run before this one and this one.
     pub order: Option<f64>,
-    /// What theory says.
+    /// Order of convergence that theory gives.
     pub expected_order: Option<f64>,
-    /// Whether the error is within its tolerance and, of the finest run, the order not more than 0.3 below the expected one.
+    /// Whether the row meets its criterion; absent where it has none.
     pub passed: Option<bool>,
-    /// s, of the steps
+    /// s, wall-clock time of the steps
     pub wall_seconds: f64,
-    /// s, of all threads
+    /// s, processor time of all threads
     pub cpu_seconds: f64,
-    /// s, of opening the scene
+    /// s, wall-clock time of opening the scene
     #[serde(default)]
     pub open_seconds: f64,
-    /// s
+    /// s, median time of a step after the warm-up
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub step_seconds_median: Option<f64>,
-    /// s
+    /// s, 99th percentile of the time of a step after the warm-up
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub step_seconds_p99: Option<f64>,
-    /// Quarter points of the repeats' medians: their distance over the median.
+    /// Range of the repeats' medians over their median.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spread: Option<f64>,
-    /// Bytes of the largest parts.
+    /// Bytes of the largest data structures of the session.
     #[serde(default)]
     pub bytes: u64,
-    /// Of all solves.
+    /// Iterations of all linear solves.
     #[serde(default)]
     pub iterations: u64,
-    /// Nothing is both faster and more exact in its case.
-    #[serde(default)]
-    pub front: bool,
-    /// What happened, of stability: `stable`, `damped`, `growing`, `refused`, `not converged`.
+    /// Whether the row is on the Pareto front of its case: no other is both faster and more exact.
+    #[serde(default, rename = "front")]
+    pub on_front: bool,
+    /// State of a stability run: `stable`, `damped`, `growing`, `refused` or `not converged`.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub state: String,
-    /// What was varied besides, by name.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub at: BTreeMap<String, f64>,
-    /// What was found besides, by name; SI.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub found: BTreeMap<String, f64>,
-    /// For people.
+    /// Other parameters that were varied, by name and unit.
+    #[serde(default, rename = "at", skip_serializing_if = "BTreeMap::is_empty")]
+    pub parameters: BTreeMap<String, f64>,
+    /// Other results, by name and unit.
+    #[serde(default, rename = "found", skip_serializing_if = "BTreeMap::is_empty")]
+    pub results: BTreeMap<String, f64>,
+    /// A remark for people.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub note: String,
 }
 
 impl Row {
-    /// What tells it from the other rows of a report: all that was set, nothing that was found.
+    /// What tells the row from the others of a report: all that was set, nothing that was measured.
     pub fn key(&self) -> String {
-        let at: Vec<String> = self.at.iter().map(|(name, value)| format!("{name}={value:e}")).collect();
-        format!("{}|{}|{}|{:e}|{}|{}", self.case, self.method, self.n, self.dt, self.threads, at.join(","))
+        let parameters: Vec<String> = self.parameters.iter().map(|(name, value)| format!("{name}={value:e}")).collect();
+        format!("{}|{}|{}|{:e}|{}|{}", self.case, self.method, self.n, self.dt, self.threads, parameters.join(","))
     }
 
-    /// Whether it missed what it had to meet.
+    /// Whether the row missed its criterion.
     pub fn missed(&self) -> bool {
         self.passed == Some(false)
+    }
+
+    /// Takes over times, memory and iterations of a run.
+    pub(crate) fn set_cost(&mut self, result: &RunResult) {
+        (self.wall_seconds, self.cpu_seconds, self.open_seconds) = (result.wall, result.cpu, result.open);
+        (self.bytes, self.iterations) = (result.bytes, result.iterations);
+    }
+
+    /// The row of a run that could not be made: it misses its criterion, and `reason` is its note.
+    pub(crate) fn failed(self, reason: String) -> Self {
+        Self { passed: Some(false), note: reason, ..self }
     }
 }

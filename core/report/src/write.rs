@@ -1,16 +1,18 @@
-//! The files of a report.
+//! Writes the files of a report.
 
-use super::{Document, csv, page};
-use pliant_record::AtomicFile;
+use crate::csv::csv;
+use crate::document::Document;
+use crate::html::html;
+use pliant_record::{AtomicFile, remove_leftovers};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// Where they are.
+/// Where the main files of a report are.
 #[derive(Clone, Debug)]
-pub struct Written {
-    /// `report.html`
+pub struct ReportFiles {
+    /// Path of `report.html`.
     pub page: PathBuf,
-    /// `report.json`
+    /// Path of `report.json`.
     pub json: PathBuf,
 }
 
@@ -18,7 +20,8 @@ pub struct Written {
 ///
 /// # Errors
 /// What the file system says, with the path.
-pub fn write(document: &Document, folder: &Path) -> io::Result<Written> {
+pub fn write_report(document: &Document, folder: &Path) -> io::Result<ReportFiles> {
+    remove_leftovers(folder);
     let put = |name: &str, text: &str| -> io::Result<PathBuf> {
         let path = folder.join(name);
         let mut file = AtomicFile::create(&path)?;
@@ -31,6 +34,6 @@ pub fn write(document: &Document, folder: &Path) -> io::Result<Written> {
     }
     put("report.csv", &csv(&document.rows))?;
     let json = put("report.json", &serde_json::to_string_pretty(document).map_err(io::Error::other)?)?;
-    let page = put("report.html", &page(document))?;
-    Ok(Written { page, json })
+    let page = put("report.html", &html(document))?;
+    Ok(ReportFiles { page, json })
 }

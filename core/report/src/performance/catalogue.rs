@@ -1,101 +1,123 @@
-//! What is timed, as a text.
+//! Catalogues of timed cases. The keys of the file are older than some names of fields; `serde` keeps them.
 
-use crate::catalogue::{CatalogueError, NotRun, Settings};
+use crate::catalogue::{CatalogueError, NotRun};
+use crate::settings::Settings;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
-/// All of it.
+/// All cases of a performance report.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PerformanceCatalogue {
-    /// A scene at several sizes, contacts or settings.
-    pub sweep: Vec<Sweep>,
-    /// A scene against itself with something switched on that it does without.
-    pub pair: Vec<Pair>,
-    /// Scenes by the wall clock.
+    /// Scenes at several sizes, contacts or settings.
+    #[serde(rename = "sweep")]
+    pub(super) sweeps: Vec<Sweep>,
+    /// Scenes without and with a part that can be left out.
+    #[serde(rename = "pair")]
+    pub(super) pairs: Vec<LeftOutPair>,
+    /// Scenes that run in real time.
+    #[serde(default, rename = "haptic")]
+    pub(super) haptic_loops: Vec<HapticLoop>,
+    /// Cases that are not timed, and why.
     #[serde(default)]
-    pub haptic: Vec<Haptic>,
-    /// What is not timed, and why.
-    #[serde(default)]
-    pub not_run: Vec<NotRun>,
+    pub(super) not_run: Vec<NotRun>,
 }
 
-/// A scene at several places.
+/// A scene at several sizes, contacts or settings.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Sweep {
-    /// Short, for rows.
-    pub name: String,
-    /// For people.
-    pub title: String,
+pub(super) struct Sweep {
+    /// Short name, for rows.
+    pub(super) name: String,
+    /// Title for people.
+    pub(super) title: String,
     /// Name of its scene.
-    pub scene: String,
-    /// Material, integrator, solver setting.
-    pub method: String,
-    /// By path, of all runs.
-    #[serde(default)]
-    pub set: Settings,
-    /// From small to large.
-    pub place: Vec<Place>,
-    /// How many of them a quick report runs.
-    pub quick: usize,
-    /// Each place with so many.
-    pub threads: Vec<usize>,
-    /// The exponent with which a step should grow with the nodes, where size is swept.
-    pub growth: Option<f64>,
+    pub(super) scene: String,
+    /// Material, integrator and solver setting, in words.
+    pub(super) method: String,
+    /// Settings of all runs.
+    #[serde(default, rename = "set")]
+    pub(super) settings: Settings,
+    /// Points from small to large.
+    #[serde(rename = "place")]
+    pub(super) points: Vec<SweepPoint>,
+    /// Number of points that a quick report runs.
+    #[serde(rename = "quick")]
+    pub(super) quick_points: usize,
+    /// Numbers of threads that each point is run with.
+    pub(super) threads: Vec<usize>,
+    /// Expected exponent of the time of a step over the number of nodes, where the size is swept.
+    pub(super) growth: Option<f64>,
 }
 
-/// One of a sweep.
+/// One point of a sweep.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Place {
+pub(super) struct SweepPoint {
     /// Cells a side.
-    pub n: u64,
-    /// What else tells it from others, by name and unit.
-    #[serde(default)]
-    pub at: BTreeMap<String, f64>,
-    /// By path.
-    pub set: Settings,
+    pub(super) n: u64,
+    /// Other parameters that differ between points, by name and unit.
+    #[serde(default, rename = "at")]
+    pub(super) parameters: BTreeMap<String, f64>,
+    /// Settings that make it.
+    #[serde(rename = "set")]
+    pub(super) settings: Settings,
 }
 
-/// A scene as it is, and with more.
+/// A scene without and with a part that can be left out.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Pair {
-    /// What is left out.
-    pub name: String,
+pub(super) struct LeftOutPair {
+    /// Name of the part.
+    pub(super) name: String,
     /// Name of its scene.
-    pub scene: String,
-    /// By path, of both.
-    #[serde(default)]
-    pub set: Settings,
-    /// By path, what switches it on.
-    pub on: Settings,
+    pub(super) scene: String,
+    /// Settings of both runs.
+    #[serde(default, rename = "set")]
+    pub(super) settings: Settings,
+    /// Settings that add the part.
+    #[serde(rename = "on")]
+    pub(super) with_part: Settings,
 }
 
-/// A scene by the wall clock.
+/// A scene that runs in real time.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Haptic {
-    /// For rows.
-    pub name: String,
+pub(super) struct HapticLoop {
+    /// Name, for rows.
+    pub(super) name: String,
     /// Name of its scene.
-    pub scene: String,
-    /// Hz, of the haptic loop
-    pub rate: f64,
-    /// s, by which 99 % of its ticks must begin
-    pub late: f64,
-    /// By path.
-    #[serde(default)]
-    pub set: Settings,
+    pub(super) scene: String,
+    /// Hz, rate of the haptic loop
+    pub(super) rate: f64,
+    /// s, largest allowed 99th percentile of the lateness of its ticks
+    #[serde(rename = "late")]
+    pub(super) allowed_lateness: f64,
+    /// Settings of the run.
+    #[serde(default, rename = "set")]
+    pub(super) settings: Settings,
 }
 
 impl PerformanceCatalogue {
-    /// Reads a text.
+    /// Reads a catalogue.
     ///
     /// # Errors
-    /// A text that is no catalogue.
-    pub fn read(text: &str) -> Result<Self, CatalogueError> {
+    /// A text that is not a catalogue.
+    pub fn parse(text: &str) -> Result<Self, CatalogueError> {
         Ok(toml::from_str(text)?)
+    }
+
+    /// Names of the cases, with `start-up` and `haptic-loop`, which every report has.
+    pub fn case_names(&self) -> Vec<String> {
+        let pairs = self.pairs.iter().map(|pair| pair.case());
+        let sweeps = self.sweeps.iter().map(|sweep| sweep.name.clone());
+        pairs.chain(sweeps).chain(["start-up".into(), "haptic-loop".into()]).collect()
+    }
+}
+
+impl LeftOutPair {
+    /// The case of both rows.
+    pub(super) fn case(&self) -> String {
+        format!("left-out: {}", self.name)
     }
 }

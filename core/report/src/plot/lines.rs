@@ -1,48 +1,50 @@
-//! Curves in a plane.
+//! Line plots.
 
-use super::Axis;
-use super::svg::{Anchor, COLOURS, Svg, short};
+use super::axis::Axis;
+use super::svg::{Anchor, COLOURS, Svg, format_short};
 
-/// One curve.
+/// One curve of a line plot.
 #[derive(Clone, Debug, Default)]
-pub struct Curve {
-    /// For the legend.
-    pub name: String,
-    /// In the order they are joined.
-    pub points: Vec<(f64, f64)>,
-    /// Which of them are marked large.
-    pub large: Vec<bool>,
-    /// Dashed, without marks: what theory says.
-    pub theory: bool,
+pub(crate) struct Curve {
+    /// Name in the legend.
+    pub(crate) name: String,
+    /// Points (x, y) in the order they are joined.
+    pub(crate) points: Vec<(f64, f64)>,
+    /// Which points have a large mark; those after the end of the list have a small one.
+    pub(crate) large: Vec<bool>,
+    /// Whether the curve is what theory says: dashed, without marks.
+    pub(crate) theory: bool,
 }
 
-/// A picture of curves.
+/// Curves over common axes.
 #[derive(Clone, Debug, Default)]
-pub struct Lines {
-    /// Above it.
-    pub title: String,
-    /// Along.
-    pub x: Axis,
-    /// Up.
-    pub y: Axis,
-    /// From below to above of the legend.
-    pub curves: Vec<Curve>,
+pub(crate) struct LinePlot {
+    /// Title above the picture.
+    pub(crate) title: String,
+    /// Horizontal axis.
+    pub(crate) x: Axis,
+    /// Vertical axis.
+    pub(crate) y: Axis,
+    /// Curves in the order of the legend.
+    pub(crate) curves: Vec<Curve>,
 }
 
+/// Lengths in pixels: left and upper margin, width and height of the plot, width of the legend.
 const LEFT: f64 = 78.0;
 const TOP: f64 = 40.0;
 const WIDTH: f64 = 430.0;
 const HEIGHT: f64 = 300.0;
 const LEGEND: f64 = 300.0;
 
-/// Where values are along an axis.
-struct Ruler {
+/// Maps the values of an axis to its length.
+struct Scale {
     low: f64,
     high: f64,
     log: bool,
 }
 
-impl Ruler {
+impl Scale {
+    /// A scale that holds all values, with some room.
     fn new(axis: &Axis, values: impl Iterator<Item = f64>) -> Self {
         let seen = values.filter(|v| v.is_finite() && (!axis.log || *v > 0.0));
         let place = |v: f64| if axis.log { v.log10() } else { v };
@@ -54,13 +56,13 @@ impl Ruler {
         Self { low: if axis.log || low < 0.0 { low - room } else { 0.0 }, high: high + room, log: axis.log }
     }
 
-    /// 0 to 1
+    /// Position of a value, 0 to 1 along the axis.
     fn at(&self, value: f64) -> f64 {
         let place = if self.log { value.log10() } else { value };
         (place - self.low) / (self.high - self.low)
     }
 
-    /// Few enough to be read.
+    /// Values with a tick and a label, few enough to be read.
     fn ticks(&self) -> Vec<f64> {
         let span = self.high - self.low;
         if self.log && span >= 2.0 {
@@ -83,12 +85,12 @@ impl Ruler {
     }
 }
 
-impl Lines {
-    /// The picture.
-    pub fn svg(&self) -> String {
+impl LinePlot {
+    /// The picture as SVG.
+    pub(crate) fn svg(&self) -> String {
         let all = || self.curves.iter().flat_map(|c| c.points.iter());
-        let x = Ruler::new(&self.x, all().map(|p| p.0));
-        let y = Ruler::new(&self.y, all().map(|p| p.1));
+        let x = Scale::new(&self.x, all().map(|p| p.0));
+        let y = Scale::new(&self.y, all().map(|p| p.1));
         let place = |p: (f64, f64)| (LEFT + WIDTH * x.at(p.0), TOP + HEIGHT * (1.0 - y.at(p.1)));
         let height = (TOP + HEIGHT + 60.0).max(TOP + 20.0 + 18.0 * self.curves.len() as f64);
         let mut svg = Svg::new(LEFT + WIDTH + 20.0 + LEGEND, height, &self.title);
@@ -96,12 +98,12 @@ impl Lines {
         for tick in x.ticks() {
             let at = LEFT + WIDTH * x.at(tick);
             svg.line((at, TOP), (at, bottom), "stroke=\"#e4e4e4\"");
-            svg.text((at, bottom + 17.0), Anchor::Middle, "", &short(tick));
+            svg.text((at, bottom + 17.0), Anchor::Middle, "", &format_short(tick));
         }
         for tick in y.ticks() {
             let at = TOP + HEIGHT * (1.0 - y.at(tick));
             svg.line((LEFT, at), (right, at), "stroke=\"#e4e4e4\"");
-            svg.text((LEFT - 7.0, at + 4.0), Anchor::End, "", &short(tick));
+            svg.text((LEFT - 7.0, at + 4.0), Anchor::End, "", &format_short(tick));
         }
         svg.rect((LEFT, TOP), (WIDTH, HEIGHT), "fill=\"none\" stroke=\"#666\"");
         svg.text((LEFT + 0.5 * WIDTH, bottom + 42.0), Anchor::Middle, "", &self.x.label);
@@ -127,7 +129,7 @@ impl Lines {
     }
 }
 
-/// What fits into the legend.
+/// A text of at most `most` characters, for the legend.
 fn shorten(text: &str, most: usize) -> String {
     if text.chars().count() <= most { text.into() } else { text.chars().take(most - 1).chain(['…']).collect() }
 }

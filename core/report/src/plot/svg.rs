@@ -1,25 +1,30 @@
-//! Shapes and texts of an SVG picture.
+//! Shapes and texts of an SVG picture, and short numbers.
 
+use crate::xml::escape;
 use std::fmt::Write;
 
-/// A picture under way. Lengths are pixels, y down.
-pub(super) struct Svg {
+/// An SVG picture that is being made. Lengths are in pixels, y points down.
+pub(crate) struct Svg {
     text: String,
 }
 
-/// Text anchors.
+/// Which point of a text is at its position.
 #[derive(Clone, Copy)]
-pub(super) enum Anchor {
+pub(crate) enum Anchor {
+    /// Its beginning.
     Start,
+    /// Its middle.
     Middle,
+    /// Its end.
     End,
 }
 
-/// Colours that people with colour blindness tell apart (Okabe and Ito 2008), without the yellow.
-pub(super) const COLOURS: [&str; 7] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#444444"];
+/// Colours that people with colour blindness can tell apart (Okabe and Ito 2008), without the yellow.
+pub(crate) const COLOURS: [&str; 7] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#444444"];
 
 impl Svg {
-    pub(super) fn new(width: f64, height: f64, title: &str) -> Self {
+    /// An empty picture with a title.
+    pub(crate) fn new(width: f64, height: f64, title: &str) -> Self {
         let mut text = String::new();
         let _ = write!(
             text,
@@ -33,22 +38,25 @@ impl Svg {
         svg
     }
 
-    pub(super) fn line(&mut self, a: (f64, f64), b: (f64, f64), style: &str) {
+    /// Adds a line from `a` to `b`.
+    pub(crate) fn line(&mut self, a: (f64, f64), b: (f64, f64), style: &str) {
         let _ = write!(self.text, "<path d=\"M{:.1} {:.1}L{:.1} {:.1}\" {style}/>", a.0, a.1, b.0, b.1);
     }
 
-    pub(super) fn polyline(&mut self, points: &[(f64, f64)], style: &str) {
+    /// Adds lines through points.
+    pub(crate) fn polyline(&mut self, points: &[(f64, f64)], style: &str) {
         let places: Vec<String> = points.iter().map(|p| format!("{:.1},{:.1}", p.0, p.1)).collect();
         let _ = write!(self.text, "<polyline points=\"{}\" fill=\"none\" {style}/>", places.join(" "));
     }
 
-    pub(super) fn rect(&mut self, at: (f64, f64), size: (f64, f64), style: &str) {
+    /// Adds a rectangle with its upper left corner at `at`.
+    pub(crate) fn rect(&mut self, at: (f64, f64), size: (f64, f64), style: &str) {
         let (x, y, w, h) = (at.0, at.1, size.0, size.1);
         let _ = write!(self.text, "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{w:.1}\" height=\"{h:.1}\" {style}/>");
     }
 
-    /// A mark of the `i`-th kind.
-    pub(super) fn mark(&mut self, at: (f64, f64), i: usize, colour: &str, large: bool) {
+    /// Adds the mark of the `i`-th curve: its shape changes where the colours repeat.
+    pub(crate) fn mark(&mut self, at: (f64, f64), i: usize, colour: &str, large: bool) {
         let ((x, y), r) = (at, if large { 5.5 } else { 3.5 });
         let ring = if large { "stroke=\"#000\" stroke-width=\"1.5\"" } else { "" };
         let shape = match i / COLOURS.len() % 3 {
@@ -59,7 +67,8 @@ impl Svg {
         let _ = write!(self.text, "{shape} fill=\"{colour}\" {ring}/>");
     }
 
-    pub(super) fn text(&mut self, at: (f64, f64), anchor: Anchor, style: &str, words: &str) {
+    /// Adds a text.
+    pub(crate) fn text(&mut self, at: (f64, f64), anchor: Anchor, style: &str, words: &str) {
         let anchor = match anchor {
             Anchor::Start => "start",
             Anchor::Middle => "middle",
@@ -73,8 +82,8 @@ impl Svg {
         );
     }
 
-    /// A text that is read from below.
-    pub(super) fn text_up(&mut self, (x, y): (f64, f64), words: &str) {
+    /// Adds a text that runs upwards.
+    pub(crate) fn text_up(&mut self, (x, y): (f64, f64), words: &str) {
         let words = escape(words);
         let _ = write!(
             self.text,
@@ -82,19 +91,15 @@ impl Svg {
         );
     }
 
-    pub(super) fn finish(mut self) -> String {
+    /// The picture as a text.
+    pub(crate) fn finish(mut self) -> String {
         self.text.push_str("</svg>");
         self.text
     }
 }
 
-/// For XML.
-pub(crate) fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
-
-/// A number as short as it can be read.
-pub(crate) fn short(value: f64) -> String {
+/// A number with three significant digits, or two in scientific notation outside of 0.01 to 10 000.
+pub(crate) fn format_short(value: f64) -> String {
     let size = value.abs();
     match size {
         0.0 => "0".into(),

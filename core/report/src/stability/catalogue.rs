@@ -1,120 +1,140 @@
-//! What stability is asked of, as a text.
+//! Catalogues of stability cases. The keys of the file are older than some names of fields; `serde` keeps them.
 
-use crate::catalogue::{CatalogueError, NotRun, Settings};
+use crate::catalogue::{CatalogueError, NotRun};
+use crate::settings::Settings;
 use serde::Deserialize;
 
-/// All of it.
+/// All cases of a stability report.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StabilityCatalogue {
-    /// Maps over a step and one other thing.
-    pub map: Vec<Map>,
-    /// Runs whose energy or momentum is accounted for.
-    pub balance: Vec<Balance>,
+    /// Maps of states over the step and another parameter.
+    #[serde(rename = "map")]
+    pub(super) maps: Vec<StabilityMap>,
+    /// Runs whose energy or momentum is balanced.
+    #[serde(rename = "balance")]
+    pub(super) balances: Vec<ConservationCase>,
     /// Values at the ends of what is allowed, and beyond.
-    pub extreme: Vec<Extreme>,
-    /// What is not run, and why.
+    #[serde(rename = "extreme")]
+    pub(super) extremes: Vec<ExtremeCase>,
+    /// Cases that are not run, and why.
     #[serde(default)]
-    pub not_run: Vec<NotRun>,
+    pub(super) not_run: Vec<NotRun>,
 }
 
-/// A map.
+/// A map of states over the step and another parameter.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Map {
-    /// Short, for rows.
-    pub name: String,
-    /// For people.
-    pub title: String,
+pub(super) struct StabilityMap {
+    /// Short name, for rows.
+    pub(super) name: String,
+    /// Title for people.
+    pub(super) title: String,
     /// Name of its scene.
-    pub scene: String,
-    /// Name and unit of what is varied.
-    pub along: String,
-    /// Its values, rising.
-    pub point: Vec<Point>,
-    /// s, rising
-    pub step: Vec<f64>,
-    /// Steps of a run.
-    pub steps: u32,
-    /// Which.
-    pub integrator: Vec<String>,
-    /// Whether the scene's mesh is made here: rows high and low in turn, whose heights have the point's value as their ratio.
+    pub(super) scene: String,
+    /// Name and unit of the parameter.
+    #[serde(rename = "along")]
+    pub(super) parameter: String,
+    /// Values of the parameter, rising.
+    #[serde(rename = "point")]
+    pub(super) points: Vec<MapPoint>,
+    /// Steps (s), rising.
+    #[serde(rename = "step")]
+    pub(super) step_sizes: Vec<f64>,
+    /// Number of steps of a run.
+    #[serde(rename = "steps")]
+    pub(super) step_count: u32,
+    /// Integrators.
+    #[serde(rename = "integrator")]
+    pub(super) integrators: Vec<String>,
+    /// Whether the mesh of the scene is generated: rows of triangles alternate between two heights whose ratio is the parameter.
     #[serde(default)]
-    pub graded: bool,
-    /// Whether the step limit is looked for, of explicit integrators.
+    pub(super) graded: bool,
+    /// Whether the step limit of explicit integrators is searched for.
     #[serde(default)]
-    pub limit: bool,
+    pub(super) limit: bool,
 }
 
-/// A value, and what it means for the scene.
+/// A value of a map's parameter.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Point {
-    /// SI
-    pub value: f64,
-    /// By path.
-    pub set: Settings,
+pub(super) struct MapPoint {
+    /// Value in the unit of the parameter.
+    pub(super) value: f64,
+    /// Settings that make it.
+    #[serde(rename = "set")]
+    pub(super) settings: Settings,
 }
 
-/// A run that is accounted for.
+/// A run whose energy or momentum is balanced.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Balance {
-    /// Short, for rows.
-    pub name: String,
-    /// For people.
-    pub title: String,
+pub(super) struct ConservationCase {
+    /// Short name, for rows.
+    pub(super) name: String,
+    /// Title for people.
+    pub(super) title: String,
     /// Name of its scene.
-    pub scene: String,
-    /// `energy`: none may come from nothing; `momentum`: it stays once nothing acts.
-    pub of: Account,
-    /// Share of the energy, or of the momentum.
-    pub tolerance: f64,
-    /// s, from when nothing acts, of momentum
+    pub(super) scene: String,
+    /// What is balanced.
+    #[serde(rename = "of")]
+    pub(super) quantity: ConservedQuantity,
+    /// Largest allowed excess of energy over the work done, or change of the momentum over its magnitude.
+    pub(super) tolerance: f64,
+    /// s, time from which nothing acts on the bodies, for a momentum
     #[serde(default)]
-    pub after: f64,
-    /// Which.
-    pub integrator: Vec<String>,
-    /// By path.
-    #[serde(default)]
-    pub set: Settings,
+    pub(super) after: f64,
+    /// Integrators.
+    #[serde(rename = "integrator")]
+    pub(super) integrators: Vec<String>,
+    /// Settings of all runs.
+    #[serde(default, rename = "set")]
+    pub(super) settings: Settings,
 }
 
-/// What is accounted for.
+/// What is balanced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Account {
-    /// J
+pub(super) enum ConservedQuantity {
+    /// Energy, J: no more may be held than the work done.
     Energy,
-    /// kg m/s
+    /// Linear momentum, kg m/s: it stays once nothing acts.
     Momentum,
-    /// kg m^2/s
+    /// Angular momentum about the origin, kg m^2/s: it stays once nothing acts.
     AngularMomentum,
 }
 
 /// A value at the end of what is allowed, or beyond.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Extreme {
-    /// For rows and people.
-    pub name: String,
+pub(super) struct ExtremeCase {
+    /// Name, for rows and people.
+    pub(super) name: String,
     /// Name of its scene.
-    pub scene: String,
-    /// By path.
-    pub set: Settings,
-    /// What must happen: a word of [`State`](super::State), or `bounded`: any but growing.
-    pub expect: String,
-    /// Of a refusal, what it must say.
+    pub(super) scene: String,
+    /// Settings that make it.
+    #[serde(rename = "set")]
+    pub(super) settings: Settings,
+    /// Required state: a name of [`RunState`](super::state::RunState), or `bounded` for any but growing and refused.
+    pub(super) expect: String,
+    /// Text that a refusal must contain.
     #[serde(default)]
-    pub says: String,
+    pub(super) says: String,
 }
 
 impl StabilityCatalogue {
-    /// Reads a text.
+    /// Reads a catalogue.
     ///
     /// # Errors
-    /// A text that is no catalogue.
-    pub fn read(text: &str) -> Result<Self, CatalogueError> {
+    /// A text that is not a catalogue.
+    pub fn parse(text: &str) -> Result<Self, CatalogueError> {
         Ok(toml::from_str(text)?)
+    }
+
+    /// Names of the cases, with `extreme` and `coupling`, which every report has.
+    pub fn case_names(&self) -> Vec<String> {
+        let maps = self.maps.iter().flat_map(|map| [map.name.clone(), format!("limit-{}", map.name)]);
+        let balances = self.balances.iter().map(|case| case.name.clone());
+        maps.chain(balances).chain(["extreme".into(), "coupling".into()]).collect()
     }
 }

@@ -1,104 +1,173 @@
-//! How stiff a spring between hand and surface may be: a device of mass `m` and damping `b`, a hand that holds it, a wall, and a
-//! force that is sampled and held for a period `T`.
+//! The largest stable stiffness of the spring between hand and surface, for a device of mass `m` and damping `b`, a hand that holds it, a
+//! wall, and a force that is sampled and held for a period `T`.
 //!
-//! Colgate and Schenkel (1997): with any passive hand it is stable if and only if `b > K T / 2 + |B|`; a delay `d` of the force
-//! takes `K (T / 2 + d)`. The observed limit is exact: the device moves continuously between samples, so a period is a matrix,
-//! and its largest eigenvalue says whether motion dies.
+//! Colgate and Schenkel (1997): with any passive hand the coupling is stable if and only if `b > K T / 2 + |B|`; a delay `d` of the
+//! force takes `K (T / 2 + d)`. The observed limit is exact: the device moves continuously between samples, so a period is a matrix, and
+//! its spectral radius tells whether motion dies.
 
-use super::Task;
-use crate::{Row, Setup};
+use super::task::Task;
+use crate::context::ReportContext;
+use crate::row::Row;
 use nalgebra::{DMatrix, Matrix2, Vector2};
 
-/// kg, and N s/m: a small desktop device (see docs/reports.md for what is assumed).
-const MASS: f64 = 0.045;
-/// Rates, Hz.
+/// kg, mass of a small desktop device; docs/reports.md says what is assumed
+const DEVICE_MASS: f64 = 0.045;
+/// Hz, rates of the force
 const RATES: [f64; 5] = [250.0, 500.0, 1000.0, 2000.0, 4000.0];
-/// Dampings of the device, N s/m.
+/// N s/m, dampings of the device
 const DAMPINGS: [f64; 5] = [0.05, 0.1, 0.2, 0.5, 1.0];
 
-/// A hand: mass (kg), damping (N s/m), stiffness (N/m).
-type Grip = (f64, f64, f64);
+/// A hand that holds the device, as a mass on a spring and a damper.
+#[derive(Clone, Copy)]
+struct Hand {
+    /// kg
+    mass: f64,
+    /// N s/m
+    damping: f64,
+    /// N/m
+    stiffness: f64,
+}
 
-/// A relaxed grip (order of magnitude of Hajian and Howe 1997).
-const RELAXED: Grip = (0.1, 4.0, 300.0);
+/// No hand at all.
+const NO_HAND: Hand = Hand { mass: 0.0, damping: 0.0, stiffness: 0.0 };
+/// A relaxed hand, of the order of magnitude of Hajian and Howe (1997).
+const RELAXED_HAND: Hand = Hand { mass: 0.1, damping: 4.0, stiffness: 300.0 };
 
-pub(super) fn tasks<'a>(setup: &Setup<'_>, out: &mut Vec<Task<'a>>) {
-    let every = if setup.quick { 2 } else { 1 };
-    let hands = ["no hand", "relaxed hand", "worst passive hand", "no hand, force one sample late"];
-    for hand in hands {
-        for rate in RATES.iter().step_by(every) {
-            for damping in DAMPINGS.iter().step_by(every) {
-                let (case, method) = ("coupling".to_owned(), hand.to_owned());
-                let mut row = Row { case, method, dt: 1.0 / rate, threads: 1, ..Row::default() };
-                row.at.extend([("rate (Hz)".into(), *rate), ("device damping (N s/m)".into(), *damping)]);
-                let damping = *damping;
-                out.push((row, Box::new(move |row, setup| fill(damping, row, setup))));
-            }
+/// The hands and delays that are tried.
+#[derive(Clone, Copy)]
+enum Situation {
+    /// No hand.
+    Free,
+    /// A relaxed hand.
+    Relaxed,
+    /// The passive hand with the lowest limit.
+    WorstPassive,
+    /// No hand, and a force that comes one sample late.
+    Delayed,
+}
+
+impl Situation {
+    const ALL: [Self; 4] = [Self::Free, Self::Relaxed, Self::WorstPassive, Self::Delayed];
+
+    /// The name in rows.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Free => "no hand",
+            Self::Relaxed => "relaxed hand",
+            Self::WorstPassive => "worst passive hand",
+            Self::Delayed => "no hand, force one sample late",
         }
     }
 }
 
-fn fill(damping: f64, mut row: Row, setup: &mut Setup<'_>) -> Row {
-    let began = (setup.clock.wall)();
-    let (period, late) = (row.dt, row.method.contains("late"));
-    let bound = damping / (period * if late { 1.5 } else { 0.5 });
-    let observed = match row.method.as_str() {
-        "relaxed hand" => limit(damping, RELAXED, period, late),
-        // Masses and springs take no energy: a hand made of them is the hardest to be passive against.
-        "worst passive hand" => worst(damping, period),
-        _ => limit(damping, (0.0, 0.0, 0.0), period, late),
+/// A task for each situation, rate and damping. A quick report has every second rate and damping.
+pub(super) fn coupling_tasks<'a>(context: &ReportContext<'_>) -> Vec<Task<'a>> {
+    let stride = if context.options.quick { 2 } else { 1 };
+    let mut tasks = Vec::new();
+    for situation in Situation::ALL {
+        for rate in RATES.iter().step_by(stride) {
+            for damping in DAMPINGS.iter().copied().step_by(stride) {
+                let (case, method) = ("coupling".to_owned(), situation.name().to_owned());
+                let mut row = Row { case, method, dt: 1.0 / rate, threads: 1, ..Row::default() };
+                row.parameters.extend([("rate (Hz)".into(), *rate), ("device damping (N s/m)".into(), damping)]);
+                tasks.push(Task::new(row, move |row, context| measure(situation, damping, row, context)));
+            }
+        }
+    }
+    tasks
+}
+
+/// Fills in the observed limit beside the bound, which is that of any passive hand: no hand may have a lower limit.
+fn measure(situation: Situation, damping: f64, mut row: Row, context: &mut ReportContext<'_>) -> Row {
+    let began = (context.options.clock.wall)();
+    let period = row.dt;
+    let coupling = |hand, delayed| SampledCoupling { damping, hand, period, delayed };
+    let (observed, held_periods) = match situation {
+        Situation::Free => (coupling(NO_HAND, false).stiffness_limit(), 0.5),
+        Situation::Relaxed => (coupling(RELAXED_HAND, false).stiffness_limit(), 0.5),
+        Situation::WorstPassive => (worst_passive_limit(damping, period), 0.5),
+        Situation::Delayed => (coupling(NO_HAND, true).stiffness_limit(), 1.5),
     };
-    row.found.extend([("predicted".into(), bound), ("observed".into(), observed), ("ratio".into(), observed / bound)]);
-    row.wall_seconds = (setup.clock.wall)() - began;
-    // The bound is for any passive hand: none may do worse.
+    let bound = damping / (period * held_periods);
+    let results = [("predicted".into(), bound), ("observed".into(), observed), ("ratio".into(), observed / bound)];
+    row.results.extend(results);
+    row.wall_seconds = (context.options.clock.wall)() - began;
     row.passed = Some(observed >= 0.999 * bound);
     row
 }
 
-fn worst(damping: f64, period: f64) -> f64 {
+/// N/m, lowest limit among passive hands. Masses and springs dissipate nothing, so the worst hand is made of them.
+fn worst_passive_limit(damping: f64, period: f64) -> f64 {
     let masses = [0.0, 0.05, 0.2, 1.0, 5.0];
-    let springs = (0..12).map(|i| 10.0_f64.powf(1.0 + 0.5 * f64::from(i)));
-    let all = springs.flat_map(|k| masses.map(|m| (m, 0.0, k))).chain(masses.map(|m| (m, 0.0, 0.0)));
-    all.map(|hand| limit(damping, hand, period, false)).fold(f64::INFINITY, f64::min)
+    let springs = (0..12).map(|i| 10.0_f64.powf(1.0 + 0.5 * f64::from(i))).chain([0.0]);
+    let hands = springs.flat_map(|stiffness| masses.map(|mass| Hand { mass, damping: 0.0, stiffness }));
+    let limit = |hand| SampledCoupling { damping, hand, period, delayed: false }.stiffness_limit();
+    hands.map(limit).fold(f64::INFINITY, f64::min)
 }
 
-/// N/m, the largest stiffness up to which all motion dies.
-fn limit(damping: f64, hand: Grip, period: f64, late: bool) -> f64 {
-    let (mut stable, mut growing) = (1e-3, 1e8);
-    for _ in 0..80 {
-        let middle = f64::sqrt(stable * growing);
-        // A free mass drifts on a circle of radius one: what is over it is growth.
-        if radius(middle, damping, hand, period, late) <= 1.0 + 1e-9 { stable = middle } else { growing = middle }
-    }
-    stable
+/// A device in a hand, pressed against a wall through a sampled spring.
+#[derive(Clone, Copy)]
+struct SampledCoupling {
+    /// N s/m, of the device
+    damping: f64,
+    hand: Hand,
+    /// s, between two samples
+    period: f64,
+    /// Whether the force comes one sample late.
+    delayed: bool,
 }
 
-/// Largest eigenvalue of a period.
-fn radius(stiffness: f64, damping: f64, hand: Grip, period: f64, late: bool) -> f64 {
-    let (mass, rub, spring) = (MASS + hand.0, damping + hand.1, hand.2);
-    let (free, push) = motion(mass, rub, spring, period);
-    // State: place, speed, and the place a sample before.
-    let mut a = DMatrix::zeros(3, 3);
-    for i in 0..2 {
-        for j in 0..2 {
-            a[(i, j)] = free[(i, j)];
+impl SampledCoupling {
+    /// N/m, largest stiffness up to which all motion dies, by bisection
+    fn stiffness_limit(&self) -> f64 {
+        let (mut stable, mut growing) = (1e-3, 1e8);
+        for _ in 0..80 {
+            let middle = f64::sqrt(stable * growing);
+            // A free mass drifts, which is an eigenvalue of one: only what is over it is growth.
+            if self.spectral_radius(middle) <= 1.0 + 1e-9 { stable = middle } else { growing = middle }
         }
-        a[(i, if late { 2 } else { 0 })] -= push[i] * stiffness;
+        stable
     }
-    a[(2, 0)] = 1.0;
-    a.complex_eigenvalues().iter().map(|e| e.norm()).fold(0.0, f64::max)
+
+    /// Spectral radius of the matrix of a period, with a spring of this stiffness (N/m). The state is position, velocity, and the
+    /// position one sample before.
+    fn spectral_radius(&self, stiffness: f64) -> f64 {
+        let device = Oscillator {
+            mass: DEVICE_MASS + self.hand.mass,
+            damping: self.damping + self.hand.damping,
+            stiffness: self.hand.stiffness,
+        };
+        let (transition, response) = device.propagate(self.period);
+        let mut a = DMatrix::zeros(3, 3);
+        for i in 0..2 {
+            for j in 0..2 {
+                a[(i, j)] = transition[(i, j)];
+            }
+            a[(i, if self.delayed { 2 } else { 0 })] -= response[i] * stiffness;
+        }
+        a[(2, 0)] = 1.0;
+        a.complex_eigenvalues().iter().map(|e| e.norm()).fold(0.0, f64::max)
+    }
 }
 
-/// What a period does to place and speed without force, and with a force of 1 N all the while: `exp` of the motion's matrix, by
-/// its series on a part of the period, squared.
-fn motion(mass: f64, rub: f64, spring: f64, period: f64) -> (Matrix2<f64>, Vector2<f64>) {
-    let mut whole = DMatrix::<f64>::zeros(3, 3);
-    whole[(0, 1)] = 1.0;
-    whole[(1, 0)] = -spring / mass;
-    whole[(1, 1)] = -rub / mass;
-    whole[(1, 2)] = 1.0 / mass;
-    let whole = (whole * period).exp();
-    (whole.fixed_view::<2, 2>(0, 0).into(), whole.fixed_view::<2, 1>(0, 2).into())
+/// A mass (kg) on a damper (N s/m) and a spring (N/m).
+struct Oscillator {
+    mass: f64,
+    damping: f64,
+    stiffness: f64,
+}
+
+impl Oscillator {
+    /// Change of position and velocity in a period (s) without force, and by a constant force of 1 N: the matrix exponential.
+    fn propagate(&self, period: f64) -> (Matrix2<f64>, Vector2<f64>) {
+        let mut generator = DMatrix::<f64>::zeros(3, 3);
+        generator[(0, 1)] = 1.0;
+        generator[(1, 0)] = -self.stiffness / self.mass;
+        generator[(1, 1)] = -self.damping / self.mass;
+        generator[(1, 2)] = 1.0 / self.mass;
+        let propagator = (generator * period).exp();
+        (propagator.fixed_view::<2, 2>(0, 0).into(), propagator.fixed_view::<2, 1>(0, 2).into())
+    }
 }
 
 #[cfg(test)]
@@ -109,17 +178,18 @@ mod tests {
     fn the_bound_is_safe_and_a_hand_of_springs_comes_near_it() {
         for (damping, period) in [(0.2, 1e-3), (0.5, 2e-3)] {
             let bound = 2.0 * damping / period;
-            let (free, worst) = (limit(damping, (0.0, 0.0, 0.0), period, false), worst(damping, period));
-            assert!(free >= bound && worst >= 0.999 * bound && worst < 1.2 * bound, "{bound} {free} {worst}");
-            // A force that comes late is a wrong clock: the limit falls, and below the bound of one that does not.
-            assert!(limit(damping, (0.0, 0.0, 0.0), period, true) < bound);
+            let free = |delayed| SampledCoupling { damping, hand: NO_HAND, period, delayed }.stiffness_limit();
+            let worst = worst_passive_limit(damping, period);
+            assert!(free(false) >= bound && worst >= 0.999 * bound && worst < 1.2 * bound, "{bound} {worst}");
+            // A force that comes late lowers the limit, below the bound of one that does not.
+            assert!(free(true) < bound);
         }
     }
 
     #[test]
     fn a_free_mass_moves_as_it_should() {
-        let (free, push) = motion(2.0, 0.0, 0.0, 0.5);
-        assert!((free - Matrix2::new(1.0, 0.5, 0.0, 1.0)).norm() < 1e-14);
-        assert!((push - Vector2::new(0.0625, 0.25)).norm() < 1e-14);
+        let (transition, response) = Oscillator { mass: 2.0, damping: 0.0, stiffness: 0.0 }.propagate(0.5);
+        assert!((transition - Matrix2::new(1.0, 0.5, 0.0, 1.0)).norm() < 1e-14);
+        assert!((response - Vector2::new(0.0625, 0.25)).norm() < 1e-14);
     }
 }

@@ -1,53 +1,50 @@
-//! Values at the ends of what is allowed and beyond: what happened, beside what must.
+//! Values at the ends of what is allowed and beyond: the state of the run beside the required one.
 
-use super::catalogue::{Extreme, StabilityCatalogue};
-use super::state::{State, judge};
-use super::{Scenes, Task, trial};
-use crate::catalogue::settings;
-use crate::{Row, Setup};
+use super::catalogue::ExtremeCase;
+use super::state::{ClassifiedRun, RunState, run_and_classify};
+use super::task::{Inputs, Task, scene_run};
+use crate::context::ReportContext;
+use crate::row::Row;
+use crate::settings::merge;
 
-pub(super) fn tasks<'a>(
-    catalogue: &'a StabilityCatalogue,
-    scenes: Scenes<'a>,
-    setup: &Setup<'_>,
-    out: &mut Vec<Task<'a>>,
-) {
-    for extreme in &catalogue.extreme {
-        let (case, method) = ("extreme".to_owned(), extreme.name.clone());
-        let row = Row { case, method, threads: setup.threads, ..Row::default() };
-        out.push((row, Box::new(move |row, setup| fill(extreme, scenes, row, setup))));
-    }
+/// A task for each case.
+pub(super) fn extreme_tasks<'a>(inputs: Inputs<'a>, context: &ReportContext<'_>) -> Vec<Task<'a>> {
+    let threads = context.options.threads;
+    let task = |case: &'a ExtremeCase| {
+        let row = Row { case: "extreme".to_owned(), method: case.name.clone(), threads, ..Row::default() };
+        Task::new(row, move |row, context| measure(case, inputs, row, context))
+    };
+    inputs.catalogue.extremes.iter().map(task).collect()
 }
 
-fn fill<'a>(extreme: &'a Extreme, scenes: Scenes<'a>, mut row: Row, setup: &mut Setup<'_>) -> Row {
-    let Some(trial) = trial(scenes, &extreme.scene, settings([&extreme.set]), setup) else {
-        row.note = format!("no scene `{}`", extreme.scene);
-        row.passed = Some(false);
-        return row;
+/// Runs the scene and compares its state with the required one.
+fn measure(case: &ExtremeCase, inputs: Inputs<'_>, mut row: Row, context: &mut ReportContext<'_>) -> Row {
+    let Some(run) = scene_run(inputs.scenes, &case.scene, merge([&case.settings]), context) else {
+        return row.failed(format!("no scene `{}`", case.scene));
     };
-    let (state, ledger, outcome) = judge(&trial);
+    let ClassifiedRun { state, balance, result } = run_and_classify(&run);
     row.state = state.name().into();
-    let said = match outcome {
-        Ok(outcome) => {
-            row.dt = outcome.dt;
-            (row.wall_seconds, row.cpu_seconds, row.iterations) = (outcome.wall, outcome.cpu, outcome.iterations);
-            row.found.insert("energy from nothing (share)".into(), ledger.excess().min(1e300));
-            row.found.insert("residual".into(), outcome.residual);
-            let mut said = outcome.frozen.clone().unwrap_or_default();
-            if outcome.unconverged > 0 {
-                said +=
-                    &format!("{} solves not converged; residual at most {:.1e}", outcome.unconverged, outcome.residual);
+    let said = match result {
+        Ok(result) => {
+            row.dt = result.dt;
+            (row.wall_seconds, row.cpu_seconds, row.iterations) = (result.wall, result.cpu, result.iterations);
+            row.results.insert("energy from nothing (share)".into(), balance.excess().min(1e300));
+            row.results.insert("residual".into(), result.residual);
+            let mut said = result.frozen.clone().unwrap_or_default();
+            if result.unconverged > 0 {
+                let (count, residual) = (result.unconverged, result.residual);
+                said += &format!("{count} solves not converged; residual at most {residual:.1e}");
             }
-            setup.ran(&outcome);
+            context.add_run(&result);
             said
         }
         Err(error) => error.to_string().lines().next().unwrap_or_default().to_owned(),
     };
-    let as_asked = match extreme.expect.as_str() {
-        "bounded" => state != State::Growing && state != State::Refused,
-        word => word == row.state,
+    let as_required = match case.expect.as_str() {
+        "bounded" => state != RunState::Growing && state != RunState::Refused,
+        name => name == row.state,
     };
-    row.passed = Some(as_asked && said.contains(&extreme.says));
-    row.note = format!("expected: {}; {said}", extreme.expect);
+    row.passed = Some(as_required && said.contains(&case.says));
+    row.note = format!("expected: {}; {said}", case.expect);
     row
 }

@@ -1,82 +1,76 @@
-//! The step limit that is predicted, beside the one that is observed by bisection.
+//! The predicted step limit beside the observed one, which is found by bisection.
 
-use super::catalogue::{Map, StabilityCatalogue};
-use super::map::settings_of;
-use super::state::{State, judge};
-use super::{Scenes, Task, trial};
-use crate::{Row, Setup};
-use std::path::Path;
+use super::map_run::MapRun;
+use super::state::{RunState, run_and_classify};
+use super::task::{Inputs, Task, is_explicit};
+use crate::context::ReportContext;
+use crate::row::Row;
 
 /// Steps of a run: enough for what grows by 2 % a step from rounding to be seen.
-const STEPS: u32 = 2000;
-/// Of the observed limit over the predicted one: a limit that is not safe, or that wastes more than this, has missed.
-const ALLOWED: (f64, f64) = (0.999, 1.25);
+const STEP_COUNT: u32 = 2000;
+/// Allowed ratio of the observed limit to the predicted one. Below it the prediction is not safe, above it wastes steps.
+const ALLOWED_RATIO: (f64, f64) = (0.999, 1.25);
+/// Bisections of the interval from a quarter of the predicted limit to four times it: its ends are then 1 % apart.
+const BISECTIONS: usize = 8;
 
-pub(super) fn tasks<'a>(
-    (catalogue, folder): (&'a StabilityCatalogue, &'a Path),
-    scenes: Scenes<'a>,
-    setup: &Setup<'_>,
-    out: &mut Vec<Task<'a>>,
-) {
-    let every = if setup.quick { 3 } else { 1 };
-    for map in catalogue.map.iter().filter(|m| m.limit) {
-        let explicit = map.integrator.iter().filter(|i| ["symplectic-euler", "explicit-euler"].contains(&i.as_str()));
-        for integrator in explicit {
-            for point in (0..map.point.len()).step_by(every) {
-                let case = format!("limit-{}", map.name);
-                let (method, threads) = (integrator.clone(), setup.threads);
-                let mut row = Row { case, method, threads, ..Row::default() };
-                row.at.insert(map.along.clone(), map.point[point].value);
-                out.push((row, Box::new(move |row, setup| fill((map, folder), point, scenes, row, setup))));
+/// A task for each explicit integrator at each point of the maps whose limit is searched for. A quick report has every third point.
+pub(super) fn limit_tasks<'a>(inputs: Inputs<'a>, context: &ReportContext<'_>) -> Vec<Task<'a>> {
+    let stride = if context.options.quick { 3 } else { 1 };
+    let mut tasks = Vec::new();
+    for map in inputs.catalogue.maps.iter().filter(|m| m.limit) {
+        for integrator in map.integrators.iter().filter(|i| is_explicit(i)) {
+            for point in map.points.iter().step_by(stride) {
+                let (case, method) = (format!("limit-{}", map.name), integrator.clone());
+                let mut row = Row { case, method, threads: context.options.threads, ..Row::default() };
+                row.parameters.insert(map.parameter.clone(), point.value);
+                let run = MapRun { inputs, map, point };
+                tasks.push(Task::new(row, move |row, context| measure(run, row, context)));
             }
         }
     }
+    tasks
 }
 
-fn fill<'a>(
-    (map, folder): (&'a Map, &'a Path),
-    point: usize,
-    scenes: Scenes<'a>,
-    mut row: Row,
-    setup: &mut Setup<'_>,
-) -> Row {
-    let map = Map { steps: if setup.quick { STEPS / 4 } else { STEPS }, ..map.clone() };
-    let mut grows = |dt: f64| -> Option<(bool, Option<f64>)> {
-        let sets = settings_of((&map, folder), point, &row.method, dt);
-        let (state, _, outcome) = judge(&trial(scenes, &map.scene, sets, setup)?);
-        let outcome = outcome.ok()?;
-        setup.ran(&outcome);
-        row.wall_seconds += outcome.wall;
-        row.cpu_seconds += outcome.cpu;
-        Some((state == State::Growing, outcome.choices.step_limit))
+/// Whether a run grew, and the step limit predicted for it (s).
+struct Trial {
+    grew: bool,
+    predicted: Option<f64>,
+}
+
+/// Searches for the limit and compares it with the predicted one.
+fn measure(run: MapRun<'_>, mut row: Row, context: &mut ReportContext<'_>) -> Row {
+    let step_count = if context.options.quick { STEP_COUNT / 4 } else { STEP_COUNT };
+    let mut try_step = |dt: f64| -> Option<Trial> {
+        let classified = run_and_classify(&run.scene_run(&row.method, dt, step_count, context)?);
+        let result = classified.result.ok()?;
+        context.add_run(&result);
+        row.wall_seconds += result.wall;
+        row.cpu_seconds += result.cpu;
+        Some(Trial { grew: classified.state == RunState::Growing, predicted: result.choices.step_limit })
     };
-    // Any step tells what is predicted.
-    let Some((_, Some(predicted))) = grows(1e-9) else {
-        row.note = "no limit is predicted".into();
-        row.passed = Some(false);
-        return row;
+    // The prediction does not depend on the step that is tried.
+    let Some(Trial { predicted: Some(predicted), .. }) = try_step(1e-9) else {
+        return row.failed("no limit is predicted".into());
     };
     let (mut stable, mut growing) = (0.25 * predicted, 4.0 * predicted);
-    let ends = (grows(stable), grows(growing));
-    if ends.0.is_none_or(|e| e.0) || ends.1.is_none_or(|e| !e.0) {
-        row.note = format!("grows at a quarter of the limit, {stable:.3e} s, or not at four times it");
-        row.passed = Some(false);
-        return row;
+    let (lower, upper) = (try_step(stable), try_step(growing));
+    if lower.is_none_or(|t| t.grew) || upper.is_none_or(|t| !t.grew) {
+        return row.failed(format!("grows at a quarter of the limit, {stable:.3e} s, or does not at four times it"));
     }
-    for _ in 0..8 {
+    for _ in 0..BISECTIONS {
         let middle = (stable * growing).sqrt();
-        match grows(middle) {
-            Some((true, _)) => growing = middle,
+        match try_step(middle) {
+            Some(Trial { grew: true, .. }) => growing = middle,
             _ => stable = middle,
         }
     }
     let observed = (stable * growing).sqrt();
     let ratio = observed / predicted;
     row.dt = predicted;
-    row.found.extend([("predicted".into(), predicted), ("observed".into(), observed), ("ratio".into(), ratio)]);
-    (row.error, row.tolerance) = (Some((ratio - 1.0).abs()), Some(ALLOWED.1 - 1.0));
-    row.passed = Some((ALLOWED.0..=ALLOWED.1).contains(&ratio));
-    if ratio < ALLOWED.0 {
+    row.results.extend([("predicted".into(), predicted), ("observed".into(), observed), ("ratio".into(), ratio)]);
+    (row.error, row.tolerance) = (Some((ratio - 1.0).abs()), Some(ALLOWED_RATIO.1 - 1.0));
+    row.passed = Some((ALLOWED_RATIO.0..=ALLOWED_RATIO.1).contains(&ratio));
+    if ratio < ALLOWED_RATIO.0 {
         row.note = "it grows below the predicted limit".into();
     }
     row

@@ -1,27 +1,27 @@
-//! Maps: a state for every pair of two things that were varied.
+//! Maps of states over two parameters.
 
-use super::svg::{Anchor, Svg, short};
+use super::svg::{Anchor, Svg, format_short};
 
-/// A map.
+/// A state for every pair of values of two parameters.
 #[derive(Clone, Debug, Default)]
-pub struct Heat {
-    /// Above it.
-    pub title: String,
-    /// Name and unit along.
-    pub x: String,
-    /// Name and unit up.
-    pub y: String,
-    /// Along, rising.
-    pub columns: Vec<f64>,
-    /// Up, rising.
-    pub rows: Vec<f64>,
-    /// Of each row, of each column.
-    pub states: Vec<Vec<String>>,
-    /// The predicted limit in each column, in values of the rows.
-    pub predicted: Vec<Option<f64>>,
+pub(crate) struct StateMap {
+    /// Title above the picture.
+    pub(crate) title: String,
+    /// Name and unit of the horizontal parameter.
+    pub(crate) x: String,
+    /// Name and unit of the vertical parameter.
+    pub(crate) y: String,
+    /// Values of the horizontal parameter, rising.
+    pub(crate) columns: Vec<f64>,
+    /// Values of the vertical parameter, rising.
+    pub(crate) rows: Vec<f64>,
+    /// State in each row and column.
+    pub(crate) states: Vec<Vec<String>>,
+    /// Predicted limit in each column, in values of the vertical parameter.
+    pub(crate) predicted: Vec<Option<f64>>,
 }
 
-/// What a state looks like: colour and the letter in it, so that colour alone says nothing.
+/// Name, colour and letter of each state: the letter tells the state without colour.
 const LOOKS: [(&str, &str, &str); 6] = [
     ("stable", "#9fd3b5", "s"),
     ("damped", "#cfe8f7", "d"),
@@ -31,19 +31,20 @@ const LOOKS: [(&str, &str, &str); 6] = [
     ("long step", "#e8d4ee", "l"),
 ];
 
+/// Lengths in pixels: left and upper margin, width and height of a cell.
 const LEFT: f64 = 78.0;
 const TOP: f64 = 40.0;
 const CELL: (f64, f64) = (46.0, 24.0);
 
-impl Heat {
-    /// The picture.
-    pub fn svg(&self) -> String {
+impl StateMap {
+    /// The picture as SVG.
+    pub(crate) fn svg(&self) -> String {
         let size = (CELL.0 * self.columns.len() as f64, CELL.1 * self.rows.len() as f64);
         let height = (TOP + size.1 + 62.0).max(TOP + 24.0 * (LOOKS.len() + 2) as f64);
         let mut svg = Svg::new((LEFT + size.0 + 170.0).max(460.0), height, &self.title);
         let up = |row: f64| TOP + size.1 - CELL.1 * row;
         for (r, row) in self.states.iter().enumerate() {
-            svg.text((LEFT - 7.0, up(r as f64 + 0.5) + 4.0), Anchor::End, "", &short(self.rows[r]));
+            svg.text((LEFT - 7.0, up(r as f64 + 0.5) + 4.0), Anchor::End, "", &format_short(self.rows[r]));
             for (c, state) in row.iter().enumerate() {
                 let look = LOOKS.iter().find(|l| l.0 == state).unwrap_or(&("", "#ffffff", "?"));
                 let at = (LEFT + CELL.0 * c as f64, up(r as f64 + 1.0));
@@ -53,7 +54,7 @@ impl Heat {
         }
         for (c, value) in self.columns.iter().enumerate() {
             let at = (LEFT + CELL.0 * (c as f64 + 0.5), TOP + size.1 + 17.0);
-            svg.text(at, Anchor::Middle, "", &short(*value));
+            svg.text(at, Anchor::Middle, "", &format_short(*value));
         }
         for (c, limit) in self.predicted.iter().enumerate() {
             let Some(at) = limit.and_then(|l| self.place(l)) else { continue };
@@ -79,7 +80,7 @@ impl Heat {
         svg.finish()
     }
 
-    /// Where a value stands among the rows, in cells from below: the middle of a row is its value, between them logarithmic.
+    /// Height of a value among the rows, in cells from below: the middle of a row is its value, between them the scale is logarithmic.
     fn place(&self, value: f64) -> Option<f64> {
         let logs: Vec<f64> = self.rows.iter().map(|r| r.ln()).collect();
         let (first, last) = (*logs.first()?, *logs.last()?);

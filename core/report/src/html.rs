@@ -1,33 +1,11 @@
-//! One page of HTML without anything from outside: the verdict first, then what it rests on.
+//! A report as one HTML page that loads nothing from outside: the verdict first, then the sections.
 
-use super::Document;
-use super::plot::escape;
+use crate::document::Document;
+use crate::section::Table;
+use crate::xml::escape;
 use std::fmt::Write;
 
-/// A part of a report, as people read it.
-#[derive(Clone, Debug, Default)]
-pub struct Section {
-    /// Its heading.
-    pub title: String,
-    /// Paragraphs.
-    pub text: Vec<String>,
-    /// File names without ending, and pictures.
-    pub plots: Vec<(String, String)>,
-    /// Tables, with a line above each.
-    pub tables: Vec<Table>,
-}
-
-/// A table.
-#[derive(Clone, Debug, Default)]
-pub struct Table {
-    /// Above it.
-    pub caption: String,
-    /// Names and units.
-    pub head: Vec<String>,
-    /// Cells; of a row that missed something, true.
-    pub rows: Vec<(Vec<String>, bool)>,
-}
-
+/// Style sheet of the page.
 const STYLE: &str = "body{font:15px/1.5 Helvetica,Arial,sans-serif;color:#222;max-width:1080px;margin:2em auto;padding:0 1.5em}\
 h1{font-size:26px}h2{font-size:19px;margin-top:2.2em;border-bottom:1px solid #ccc;padding-bottom:.2em}\
 table{border-collapse:collapse;font-size:13px;margin:.8em 0}th,td{padding:.22em .7em;border-bottom:1px solid #e2e2e2;\
@@ -38,8 +16,8 @@ caption{text-align:left;font-weight:bold;padding:.3em 0}.good{background:#e3f3ea
 .wide{overflow-x:auto}dl{display:grid;grid-template-columns:max-content 1fr;gap:.1em 1.2em;font-size:13px}\
 dt{color:#666}dd{margin:0}";
 
-/// The page.
-pub fn page(document: &Document) -> String {
+/// The page as a text.
+pub(crate) fn html(document: &Document) -> String {
     let name = document.report.name();
     let mut out = format!(
         "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>pliant: {name}</title><style>{STYLE}</style>\
@@ -56,7 +34,7 @@ pub fn page(document: &Document) -> String {
         section.tables.iter().for_each(|t| table(&mut out, t));
     }
     if !document.not_run.is_empty() {
-        out.push_str("<h2>What is not in this report</h2><table><tr><th>case</th><th>why</th></tr>");
+        out.push_str("<h2>Cases that were not run</h2><table><tr><th>case</th><th>why</th></tr>");
         for left in &document.not_run {
             let _ = write!(out, "<tr><td>{}</td><td>{}</td></tr>", escape(&left.case), escape(&left.why));
         }
@@ -66,12 +44,13 @@ pub fn page(document: &Document) -> String {
     out
 }
 
+/// Adds the verdict and what missed its criterion.
 fn verdict(out: &mut String, document: &Document) {
     let v = &document.verdict;
     let class = if v.good { "good" } else { "bad" };
     let _ = write!(
         out,
-        "<div class=\"verdict {class}\"><b>{} of {} judged results are within what they must meet.</b>",
+        "<div class=\"verdict {class}\"><b>{} of {} judged results meet their criterion.</b>",
         v.passed, v.judged
     );
     if document.interrupted {
@@ -87,6 +66,7 @@ fn verdict(out: &mut String, document: &Document) {
     out.push_str("</div>");
 }
 
+/// Adds how and where the report was made.
 fn about(out: &mut String, document: &Document) {
     let m = &document.machine;
     let plugins: Vec<&str> = document.plugins.iter().map(String::as_str).collect();
@@ -114,15 +94,16 @@ fn about(out: &mut String, document: &Document) {
     out.push_str("</dl>");
 }
 
+/// Adds a table.
 fn table(out: &mut String, table: &Table) {
     let _ = write!(out, "<div class=\"wide\"><table><caption>{}</caption><tr>", escape(&table.caption));
     table.head.iter().for_each(|h| {
         let _ = write!(out, "<th>{}</th>", escape(h));
     });
     out.push_str("</tr>");
-    for (cells, missed) in &table.rows {
-        out.push_str(if *missed { "<tr class=\"missed\">" } else { "<tr>" });
-        for cell in cells {
+    for row in &table.rows {
+        out.push_str(if row.missed { "<tr class=\"missed\">" } else { "<tr>" });
+        for cell in &row.cells {
             let number = cell.starts_with(|c: char| c.is_ascii_digit() || c == '-') && cell.len() < 14;
             let class = if number { " class=\"n\"" } else { "" };
             let _ = write!(out, "<td{class}>{}</td>", escape(cell));

@@ -1,30 +1,31 @@
-//! Stacked bars: what a whole is made of.
+//! Stacked bars: the shares of a whole.
 
-use super::svg::{Anchor, COLOURS, Svg, short};
+use super::svg::{Anchor, COLOURS, Svg, format_short};
 
-/// Bars side by side, each a stack.
+/// Bars side by side, each a stack of parts of one height.
 #[derive(Clone, Debug, Default)]
-pub struct Bars {
-    /// Above it.
-    pub title: String,
-    /// What the bars are.
-    pub x: String,
-    /// Name and unit of their height.
-    pub y: String,
-    /// Of the stacked parts.
-    pub parts: Vec<String>,
-    /// Name and parts of each bar.
-    pub bars: Vec<(String, Vec<f64>)>,
+pub(crate) struct StackedBars {
+    /// Title above the picture.
+    pub(crate) title: String,
+    /// Name and unit of what tells the bars apart.
+    pub(crate) x: String,
+    /// Name and unit of the height.
+    pub(crate) y: String,
+    /// Names of the stacked parts.
+    pub(crate) parts: Vec<String>,
+    /// Name and parts (s) of each bar.
+    pub(crate) bars: Vec<(String, Vec<f64>)>,
 }
 
+/// Lengths in pixels: left and upper margin, height of the bars, distance between bars.
 const LEFT: f64 = 78.0;
 const TOP: f64 = 44.0;
 const HEIGHT: f64 = 260.0;
 const BAR: f64 = 64.0;
 
-impl Bars {
-    /// The picture; each bar is as high as the others, its whole stands above it.
-    pub fn svg(&self) -> String {
+impl StackedBars {
+    /// The picture as SVG. All bars are of one height; the sum of each is written above it.
+    pub(crate) fn svg(&self) -> String {
         let width = BAR * self.bars.len() as f64;
         let mut svg = Svg::new((LEFT + width + 230.0).max(460.0), TOP + HEIGHT + 66.0, &self.title);
         for tick in [0.0, 25.0, 50.0, 75.0, 100.0] {
@@ -42,7 +43,7 @@ impl Bars {
                 svg.rect((x + 10.0, y), (BAR - 20.0, high), &style);
             }
             let middle = x + 0.5 * BAR;
-            svg.text((middle, TOP + 10.0), Anchor::Middle, "", &format!("{} ms", short(1e3 * whole)));
+            svg.text((middle, TOP + 10.0), Anchor::Middle, "", &format!("{} ms", format_short(1e3 * whole)));
             svg.text((middle, TOP + HEIGHT + 17.0), Anchor::Middle, "", name);
         }
         svg.text((LEFT + 0.5 * width, TOP + HEIGHT + 42.0), Anchor::Middle, "", &self.x);

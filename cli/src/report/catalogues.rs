@@ -1,19 +1,19 @@
-//! The program's own catalogues and their scenes, or somebody else's.
+//! The program's own catalogues and their scenes, or those of a file.
 
 use crate::outcome::Failure;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Cases of accuracy.
+/// Catalogue of the accuracy report.
 pub const ACCURACY: &str = include_str!("cases/accuracy.toml");
 
-/// What stability is asked of.
+/// Catalogue of the stability report.
 pub const STABILITY: &str = include_str!("cases/stability.toml");
 
-/// What performance times.
+/// Catalogue of the performance report.
 pub const PERFORMANCE: &str = include_str!("cases/performance.toml");
 
-/// Scenes by name, each a file that `pliant run` takes as it is.
+/// Scenes of the program by name, each a file that `pliant run` takes as it is.
 const SCENES: &[(&str, &str)] = &[
     ("hanging-strip", include_str!("cases/hanging-strip.toml")),
     ("catenary", include_str!("cases/catenary.toml")),
@@ -34,17 +34,18 @@ const SCENES: &[(&str, &str)] = &[
     ("hertz", include_str!("../../../scenes/hertz.toml")),
 ];
 
-/// A catalogue and what its scenes are read from.
-pub struct Source {
-    /// The catalogue.
+/// A catalogue and its scenes.
+pub struct CatalogueFiles {
+    /// Text of the catalogue.
     pub catalogue: String,
-    own: BTreeMap<String, String>,
+    /// Texts of the scenes beside the catalogue, by name.
+    scenes: BTreeMap<String, String>,
 }
 
-impl Source {
-    /// The program's own, or a file with its scenes beside it.
-    pub fn new(file: Option<&Path>, own: &str) -> Result<Self, Failure> {
-        let Some(path) = file else { return Ok(Self { catalogue: own.to_owned(), own: BTreeMap::new() }) };
+impl CatalogueFiles {
+    /// Reads the catalogue in `file` and the scenes beside it; without a file it is `built_in`.
+    pub fn read(file: Option<&Path>, built_in: &str) -> Result<Self, Failure> {
+        let Some(path) = file else { return Ok(Self { catalogue: built_in.to_owned(), scenes: BTreeMap::new() }) };
         let read =
             |path: &Path| std::fs::read_to_string(path).map_err(|e| Failure::input(format!("{}: {e}", path.display())));
         let mut scenes = BTreeMap::new();
@@ -56,12 +57,12 @@ impl Source {
                 scenes.insert(name.to_owned(), read(&at)?);
             }
         }
-        Ok(Self { catalogue: read(path)?, own: scenes })
+        Ok(Self { catalogue: read(path)?, scenes })
     }
 
-    /// The text of a scene: a file beside the catalogue, or one of the program's own.
+    /// Text of a scene: of a file beside the catalogue, or of the program.
     pub fn scene(&self, name: &str) -> Option<&str> {
         let built_in = || SCENES.iter().find(|(known, _)| *known == name).map(|(_, text)| *text);
-        self.own.get(name).map(String::as_str).or_else(built_in)
+        self.scenes.get(name).map(String::as_str).or_else(built_in)
     }
 }

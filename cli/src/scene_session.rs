@@ -1,4 +1,4 @@
-//! From a scene file to an open session, the way every verb does it.
+//! From a scene file to an open session, as `run` and `plan` do it.
 
 use crate::args::{Cli, SceneArgs};
 use crate::outcome::Failure;
@@ -7,12 +7,22 @@ use pliant_engine::scene::{self, Scene, Source};
 use pliant_engine::session::{Options, Session};
 use pliant_host::SearchPath;
 
-/// Reads, plans and opens.
-pub fn open(cli: &Cli, args: &SceneArgs) -> Result<(Scene, Source, Session), Failure> {
+/// A scene, its file and text, and the session opened from it.
+pub struct OpenedScene {
+    /// What the scene says.
+    pub scene: Scene,
+    /// Its file and text, for messages.
+    pub source: Source,
+    /// The session.
+    pub session: Session,
+}
+
+/// Reads, plans and opens a scene.
+pub fn open_scene(cli: &Cli, args: &SceneArgs) -> Result<OpenedScene, Failure> {
     let (scene, source) = scene::load(&args.scene, &args.set)?;
     let plan = Plan::new(&scene, &source)?;
     let search = SearchPath::new(&cli.plugin_path);
     let options = Options { search, threads: args.threads, mesh: args.mesh.clone(), recorded: None };
     let session = Session::open(&scene, &source, plan, &options)?;
-    Ok((scene, source, session))
+    Ok(OpenedScene { scene, source, session })
 }

@@ -1,0 +1,86 @@
+//! Options of a report, and what its runs share while it is made.
+
+use crate::clock::{BusyTime, Clock};
+use crate::scene_run::RunResult;
+use pliant_host::SearchPath;
+use std::collections::BTreeSet;
+
+/// Options of a report.
+pub struct ReportOptions {
+    /// Where plugins are looked for.
+    pub search: SearchPath,
+    /// Threads of a run; a performance report tries others besides.
+    pub threads: usize,
+    /// Whether to run fewer resolutions, so that the report takes about a minute.
+    pub quick: bool,
+    /// Only cases whose name contains one of these are run; all if empty.
+    pub cases: Vec<String>,
+    /// Seed of the order in which timed runs are interleaved.
+    pub seed: u64,
+    /// Clocks that runs are timed with.
+    pub clock: Clock,
+}
+
+/// How far a report has come.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress<'a> {
+    /// Number of runs done.
+    pub done: usize,
+    /// Number of all runs.
+    pub total: usize,
+    /// The run that comes next: case, method, resolution.
+    pub what: &'a str,
+}
+
+/// A report that is being made: its options, its callbacks, and what all of its runs add up to.
+pub struct ReportContext<'a> {
+    pub(crate) options: ReportOptions,
+    progress: &'a mut dyn FnMut(Progress<'_>),
+    stopped: &'a dyn Fn() -> bool,
+    plugins: BTreeSet<String>,
+    busy: BusyTime,
+}
+
+impl<'a> ReportContext<'a> {
+    /// A report without runs yet. `progress` is called before each run; once `stopped` gives true no other run begins.
+    pub fn new(
+        options: ReportOptions,
+        progress: &'a mut dyn FnMut(Progress<'_>),
+        stopped: &'a dyn Fn() -> bool,
+    ) -> Self {
+        Self { options, progress, stopped, plugins: BTreeSet::new(), busy: BusyTime::default() }
+    }
+
+    /// Whether a case is asked for.
+    pub fn wants(&self, case: &str) -> bool {
+        let names = &self.options.cases;
+        names.is_empty() || names.iter().any(|name| case.contains(name.as_str()))
+    }
+
+    /// Whether the report is to stop.
+    pub fn is_stopped(&self) -> bool {
+        (self.stopped)()
+    }
+
+    /// Tells the caller what comes next.
+    pub(crate) fn announce(&mut self, done: usize, total: usize, what: &str) {
+        (self.progress)(Progress { done, total, what });
+    }
+
+    /// Adds the plugins and the time of a run.
+    pub(crate) fn add_run(&mut self, result: &RunResult) {
+        self.plugins.extend(result.plugins.iter().cloned());
+        self.busy.thread_wall += result.wall * result.choices.threads as f64;
+        self.busy.cpu += result.cpu;
+    }
+
+    /// Plugins of all runs so far, with their versions.
+    pub(crate) fn plugins(&self) -> &BTreeSet<String> {
+        &self.plugins
+    }
+
+    /// Time of all runs so far.
+    pub(crate) fn busy(&self) -> BusyTime {
+        self.busy
+    }
+}

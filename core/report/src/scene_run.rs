@@ -1,0 +1,126 @@
+//! One timed run of a scene.
+
+use crate::clock::Clock;
+use crate::measure::{Measure, MeasureReader};
+use crate::settings::Setting;
+use pliant_engine::plan::Plan;
+use pliant_engine::scene;
+use pliant_engine::session::{Choices, EventKind, Options, Session, SessionError};
+use pliant_host::SearchPath;
+use std::path::Path;
+
+/// Gives the text of a scene by name; `None` where there is no such scene.
+pub type SceneSource<'a> = &'a dyn Fn(&str) -> Option<&'a str>;
+
+/// A scene that is to be run, and how.
+pub(crate) struct SceneRun<'a> {
+    /// File of the scene; paths in it are relative to its folder.
+    pub(crate) path: &'a Path,
+    /// Text of the scene.
+    pub(crate) text: &'a str,
+    /// Values that take the place of the scene's.
+    pub(crate) settings: Vec<Setting>,
+    pub(crate) threads: usize,
+    /// Where plugins are looked for.
+    pub(crate) search: &'a SearchPath,
+    /// Clocks the run is timed with.
+    pub(crate) clock: Clock,
+}
+
+/// Measurements of one run.
+#[derive(Clone, Debug)]
+pub(crate) struct RunResult {
+    /// Values of the measures in their order, SI; NaN where there was nothing to measure.
+    pub(crate) values: Vec<f64>,
+    /// s, wall-clock time of all steps
+    pub(crate) wall: f64,
+    /// s, processor time of all threads during the steps
+    pub(crate) cpu: f64,
+    /// s, wall-clock time of opening the scene
+    pub(crate) open: f64,
+    /// s, wall-clock time of each step
+    pub(crate) step_seconds: Vec<f64>,
+    /// s, time of each step in regions, contact and integration
+    pub(crate) stage_seconds: Vec<[f64; 3]>,
+    /// Bytes of the largest data structures of the session.
+    pub(crate) bytes: u64,
+    /// Nodes of all bodies at the end.
+    pub(crate) nodes: usize,
+    /// Iterations of all linear solves.
+    pub(crate) iterations: u64,
+    /// Largest final relative residual of a solve.
+    pub(crate) residual: f64,
+    /// Number of solves that did not meet their tolerance.
+    pub(crate) unconverged: u64,
+    /// Why a body was frozen, if one was.
+    pub(crate) frozen: Option<String>,
+    /// s, step
+    pub(crate) dt: f64,
+    /// Integrator, step limit, substeps and threads that were chosen.
+    pub(crate) choices: Choices,
+    /// Plugins that were opened, with their versions.
+    pub(crate) plugins: Vec<String>,
+}
+
+impl SceneRun<'_> {
+    /// Opens the scene.
+    ///
+    /// # Errors
+    /// A scene that cannot be read, planned or opened.
+    pub(crate) fn open(&self) -> Result<(scene::Scene, Session), SessionError> {
+        let (scene, source) = scene::load_text(self.path, self.text.to_owned(), &self.settings)?;
+        let plan = Plan::new(&scene, &source)?;
+        let options = Options { search: self.search.clone(), threads: self.threads, mesh: None, recorded: None };
+        let session = Session::open(&scene, &source, plan, &options)?;
+        Ok((scene, session))
+    }
+
+    /// Runs the scene to its end, or until `after_step` gives false.
+    ///
+    /// # Errors
+    /// As for [`SceneRun::open`].
+    pub(crate) fn run(
+        &self,
+        measures: &[&Measure],
+        mut after_step: impl FnMut(&mut Session) -> bool,
+    ) -> Result<RunResult, SessionError> {
+        let began = (self.clock.wall)();
+        let (scene, mut session) = self.open()?;
+        let mut readers: Vec<MeasureReader> = measures.iter().map(|m| MeasureReader::new(m, &session)).collect();
+        let (opened, opened_cpu) = ((self.clock.wall)(), (self.clock.cpu)());
+        let steps = scene.time.steps();
+        let (mut step_seconds, mut stage_seconds) = (Vec::with_capacity(steps as usize), Vec::new());
+        let (mut iterations, mut residual) = (0, 0.0_f64);
+        while session.steps() < steps {
+            session.step();
+            let frame = session.frame();
+            step_seconds.push(frame.seconds);
+            stage_seconds.push(frame.parts);
+            iterations += frame.iterations as u64;
+            residual = residual.max(frame.residual);
+            readers.iter_mut().for_each(|r| r.step(&session));
+            if !after_step(&mut session) {
+                break;
+            }
+        }
+        let (ended, ended_cpu) = ((self.clock.wall)(), (self.clock.cpu)());
+        let values = readers.iter().map(|r| r.value(&mut session)).collect();
+        Ok(RunResult {
+            values,
+            wall: ended - opened,
+            cpu: ended_cpu - opened_cpu,
+            open: opened - began,
+            step_seconds,
+            stage_seconds,
+            bytes: session.bytes() as u64,
+            nodes: session.bodies.iter().map(|b| b.system.nodes.len()).sum(),
+            iterations,
+            residual,
+            unconverged: session.events.count(EventKind::NotConverged),
+            frozen: session.bodies.iter().find_map(|b| b.frozen.clone()),
+            dt: session.dt(),
+            choices: session.choices.clone(),
+            plugins: session.loaded.iter().map(|l| format!("{} {}", l.id, l.version)).collect(),
+        })
+    }
+}

@@ -1,0 +1,80 @@
+//! What can be refined in a scene.
+
+use pliant_engine::scene::{IntegratorChoice, Scene};
+use pliant_engine::session::Session;
+
+/// The setting of the step.
+pub(super) const STEP: &str = "time.dt";
+/// The setting of the linear solver's tolerance.
+pub(super) const TOLERANCE: &str = "solver.tolerance";
+/// The setting of the grid's level.
+pub(super) const LEVEL: &str = "body.0.grid.level";
+
+/// Residuals of the linear solver that are tried, the last as reference.
+const TOLERANCES: [f64; 6] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-10];
+
+/// Runs that differ in one refined setting.
+pub(super) struct RefinementSeries {
+    /// Name, for rows: integrator and what is refined.
+    pub(super) name: String,
+    /// Label of what is refined, with its unit.
+    pub(super) axis: &'static str,
+    /// Settings of all of its runs.
+    pub(super) settings: Vec<(String, String)>,
+    /// Path of the refined setting: [`STEP`], [`TOLERANCE`] or [`LEVEL`].
+    pub(super) path: &'static str,
+    /// Values from coarse to fine. The last is the reference.
+    pub(super) values: Vec<f64>,
+}
+
+/// The series of a scene: the step of each integrator, the tolerance of the solver if there is one, and the level of the first body's
+/// grid if it has one.
+pub(super) fn refinement_series(scene: &Scene, session: &Session, quick: bool) -> Vec<RefinementSeries> {
+    let mut all = step_series(scene, session, quick);
+    let own = session.choices.integrator;
+    if !["symplectic-euler", "explicit-euler"].contains(&own) {
+        all.push(RefinementSeries {
+            name: format!("{own}, solver"),
+            axis: "relative residual of the solver (1)",
+            settings: vec![],
+            path: TOLERANCE,
+            values: TOLERANCES.to_vec(),
+        });
+    }
+    let lattice = scene.body.first().filter(|b| b.sheet.is_none() && *b.grid.level.get_ref() > 3);
+    if let Some(body) = lattice {
+        let level = f64::from(*body.grid.level.get_ref());
+        // A radius in cells would shrink with them: all levels get the radius of the scene's own, m.
+        let radius = session.bodies.first().map(|b| b.carrier.radius()).filter(|r| r.is_finite());
+        let settings = radius.map(|r| ("body.0.grid.radius".to_owned(), r.to_string())).into_iter().collect();
+        let coarser = if quick { &[1.0][..] } else { &[2.0, 1.0] };
+        let values = coarser.iter().map(|below| level - below).chain([level, level + 1.0]).collect();
+        let (name, axis) = (format!("{own}, grid"), "level of the grid (1)");
+        all.push(RefinementSeries { name, axis, settings, path: LEVEL, values });
+    }
+    all
+}
+
+/// A series over the step for the scene's own integrator and, in a full report, for the other common ones.
+fn step_series(scene: &Scene, session: &Session, quick: bool) -> Vec<RefinementSeries> {
+    let (dt, own) = (scene.time.dt.get_ref().si, session.choices.integrator);
+    let factors = if quick { &[4.0, 2.0, 1.0, 0.25][..] } else { &[8.0, 4.0, 2.0, 1.0, 0.5, 0.125] };
+    let values: Vec<f64> = factors.iter().map(|f| f * dt).collect();
+    let series = |name: String, settings| RefinementSeries {
+        name,
+        axis: "step (s)",
+        settings,
+        path: STEP,
+        values: values.clone(),
+    };
+    if own == "quasi-static" {
+        return vec![series(own.into(), vec![])];
+    }
+    let integrators = ["symplectic-euler", "backward-euler", "bdf2"].into_iter().filter(|name| *name == own || !quick);
+    let of = |name: &str| {
+        let chosen = scene.time.integrator == IntegratorChoice::Auto && name == own;
+        let name_in_rows = if chosen { format!("{name}, chosen") } else { name.to_owned() };
+        series(name_in_rows, vec![("time.integrator".into(), name.into())])
+    };
+    integrators.map(of).collect()
+}

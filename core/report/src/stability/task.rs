@@ -1,0 +1,52 @@
+//! What the parts of a stability report have in common.
+
+use super::catalogue::StabilityCatalogue;
+use crate::context::ReportContext;
+use crate::row::Row;
+use crate::scene_run::{SceneRun, SceneSource};
+use crate::settings::Setting;
+use std::path::Path;
+
+/// What a stability report is made of.
+#[derive(Clone, Copy)]
+pub(super) struct Inputs<'a> {
+    pub(super) catalogue: &'a StabilityCatalogue,
+    pub(super) scenes: SceneSource<'a>,
+    /// Folder of the generated meshes.
+    pub(super) mesh_folder: &'a Path,
+}
+
+/// One row to measure.
+pub(super) struct Task<'a> {
+    /// The row with all that is set and nothing that is measured.
+    pub(super) row: Row,
+    /// Fills the row in.
+    pub(super) measure: Measurement<'a>,
+}
+
+/// Fills in what is measured of a row.
+type Measurement<'a> = Box<dyn Fn(Row, &mut ReportContext<'_>) -> Row + 'a>;
+
+impl<'a> Task<'a> {
+    /// A row and how it is measured.
+    pub(super) fn new(row: Row, measure: impl Fn(Row, &mut ReportContext<'_>) -> Row + 'a) -> Self {
+        Self { row, measure: Box::new(measure) }
+    }
+}
+
+/// A run of the scene `name` with settings; `None` where there is no such scene.
+pub(super) fn scene_run<'r, 'a: 'r>(
+    scenes: SceneSource<'a>,
+    name: &'r str,
+    settings: Vec<Setting>,
+    context: &'r ReportContext<'_>,
+) -> Option<SceneRun<'r>> {
+    let text = scenes(name)?;
+    let (threads, search, clock) = (context.options.threads, &context.options.search, context.options.clock);
+    Some(SceneRun { path: Path::new(name), text, settings, threads, search, clock })
+}
+
+/// Whether an integrator is explicit: it has a step limit.
+pub(super) fn is_explicit(integrator: &str) -> bool {
+    ["symplectic-euler", "explicit-euler"].contains(&integrator)
+}
