@@ -103,24 +103,32 @@ fn a_run_that_is_stopped_puts_what_it_has_aside() {
     assert!(after == before, "{:?}", after.keys());
 }
 
+/// A child that is killed when it is dropped, also if the test fails.
+struct Killed(Child);
+
+impl Drop for Killed {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
 #[test]
 fn what_a_killed_run_leaves_is_removed_by_the_next() {
     let (bench, before) = bench();
     let long = ["run", "scene.toml", "--out", "out", "--set", "time.duration=1000"];
-    let mut killed = bench.command(&long).stderr(Stdio::null()).spawn().expect("starts");
-    wait_for_rows(&bench, &mut killed, &[]);
+    let mut killed = Killed(bench.command(&long).stderr(Stdio::null()).spawn().expect("starts"));
+    wait_for_rows(&bench, &mut killed.0, &[]);
     let temporary = || bench.names("out").into_iter().filter(|name| name.ends_with(".partial")).collect::<Vec<_>>();
     let of_killed = temporary();
     // Another run into the same folder, which goes on: what it writes is not removed.
-    let mut other = bench.command(&long).stderr(Stdio::null()).spawn().expect("starts");
-    killed.kill().expect("killed");
-    killed.wait().expect("ended");
-    wait_for_rows(&bench, &mut other, &of_killed);
+    let mut other = Killed(bench.command(&long).stderr(Stdio::null()).spawn().expect("starts"));
+    drop(killed);
+    wait_for_rows(&bench, &mut other.0, &of_killed);
     bench.pliant(&["run", "scene.toml", "-q", "--out", "out"]).expect(0);
     let left = temporary();
     assert!(left.len() == 3 && left.iter().all(|name| !of_killed.contains(name)), "{left:?} after {of_killed:?}");
-    other.kill().expect("killed");
-    other.wait().expect("ended");
+    drop(other);
     bench.pliant(&["run", "scene.toml", "-q", "--out", "out"]).expect(0);
     assert_eq!(temporary(), [""; 0]);
     assert_eq!(files(&bench, "out").keys().collect::<Vec<_>>(), before.keys().collect::<Vec<_>>());

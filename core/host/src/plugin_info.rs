@@ -81,7 +81,7 @@ pub enum ParamKind {
         /// Index of the choice where the scene gives none.
         default: usize,
     },
-    /// Any text.
+    /// Any text without a NUL character.
     Text,
     /// Path of a file.
     Path,

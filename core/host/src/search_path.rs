@@ -17,9 +17,9 @@ pub struct SearchPath {
 /// Why a folder is searched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Origin {
-    /// `--plugin-path`
+    /// Given with `--plugin-path`.
     Given,
-    /// `$PLIANT_PLUGIN_PATH`
+    /// Listed in `$PLIANT_PLUGIN_PATH`.
     Environment,
     /// The folder of the executable, or `deps/` in it.
     Executable,
@@ -28,7 +28,7 @@ enum Origin {
 }
 
 impl Origin {
-    /// In messages.
+    /// Where the folder comes from, in messages.
     fn name(self) -> &'static str {
         match self {
             Self::Given => "--plugin-path",

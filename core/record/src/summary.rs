@@ -85,7 +85,7 @@ pub struct Summary {
     pub wall_seconds: f64,
     /// s, wall clock, of opening the scene
     pub open_seconds: f64,
-    /// s, step
+    /// s, step of the simulation
     pub dt: f64,
     /// Number of steps taken.
     pub steps: u64,

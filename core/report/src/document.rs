@@ -81,7 +81,7 @@ pub struct Document {
     pub clock: ClockCheck,
     /// Whether the rows meet their criteria.
     pub verdict: Verdict,
-    /// The measurements.
+    /// Rows in the order of the catalogue.
     pub rows: Vec<Row>,
     /// Cases that were not run, and why.
     pub not_run: Vec<NotRun>,

@@ -13,7 +13,7 @@ pub struct Row {
     pub method: String,
     /// Cells along the case's edge, or the level of a grid.
     pub n: u64,
-    /// s, step
+    /// s, step of the simulation
     pub dt: f64,
     /// Threads of the run.
     pub threads: usize,

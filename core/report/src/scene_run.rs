@@ -54,7 +54,7 @@ pub(crate) struct RunResult {
     pub(crate) unconverged: u64,
     /// Why a body was frozen, if one was.
     pub(crate) frozen: Option<String>,
-    /// s, step
+    /// s, step of the simulation
     pub(crate) dt: f64,
     /// Integrator, step limit, substeps and threads that were chosen.
     pub(crate) choices: Choices,

@@ -3,13 +3,13 @@
 /// One section of a report.
 #[derive(Clone, Debug, Default)]
 pub struct Section {
-    /// Heading.
+    /// Heading of the section.
     pub title: String,
-    /// Paragraphs.
+    /// Paragraphs below the heading.
     pub text: Vec<String>,
     /// Pictures: file name without ending, and SVG text.
     pub plots: Vec<(String, String)>,
-    /// Tables.
+    /// Tables after the pictures.
     pub tables: Vec<Table>,
 }
 
@@ -20,7 +20,7 @@ pub struct Table {
     pub caption: String,
     /// Names and units of the columns.
     pub head: Vec<String>,
-    /// Rows.
+    /// Rows from top to bottom.
     pub rows: Vec<TableRow>,
 }
 

@@ -29,11 +29,15 @@ pub(crate) struct LinePlot {
     pub(crate) curves: Vec<Curve>,
 }
 
-/// Lengths in pixels: left and upper margin, width and height of the plot, width of the legend.
+/// px, left margin
 const LEFT: f64 = 78.0;
+/// px, upper margin
 const TOP: f64 = 40.0;
+/// px, width of the plot
 const WIDTH: f64 = 430.0;
+/// px, height of the plot
 const HEIGHT: f64 = 300.0;
+/// px, width of the legend
 const LEGEND: f64 = 300.0;
 
 /// Maps the values of an axis to its length.

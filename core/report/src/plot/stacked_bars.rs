@@ -17,10 +17,13 @@ pub(crate) struct StackedBars {
     pub(crate) bars: Vec<(String, Vec<f64>)>,
 }
 
-/// Lengths in pixels: left and upper margin, height of the bars, distance between bars.
+/// px, left margin
 const LEFT: f64 = 78.0;
+/// px, upper margin
 const TOP: f64 = 44.0;
+/// px, height of the bars
 const HEIGHT: f64 = 260.0;
+/// px, distance between two bars
 const BAR: f64 = 64.0;
 
 impl StackedBars {

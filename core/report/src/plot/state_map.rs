@@ -31,9 +31,11 @@ const LOOKS: [(&str, &str, &str); 6] = [
     ("long step", "#e8d4ee", "l"),
 ];
 
-/// Lengths in pixels: left and upper margin, width and height of a cell.
+/// px, left margin
 const LEFT: f64 = 78.0;
+/// px, upper margin
 const TOP: f64 = 40.0;
+/// px, width and height of a cell
 const CELL: (f64, f64) = (46.0, 24.0);
 
 impl StateMap {

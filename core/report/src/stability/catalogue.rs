@@ -44,7 +44,7 @@ pub(super) struct StabilityMap {
     /// Number of steps of a run.
     #[serde(rename = "steps")]
     pub(super) step_count: u32,
-    /// Integrators.
+    /// Names of the integrators, as a scene gives them.
     #[serde(rename = "integrator")]
     pub(super) integrators: Vec<String>,
     /// Whether the mesh of the scene is generated: rows of triangles alternate between two heights whose ratio is the parameter.
@@ -84,7 +84,7 @@ pub(super) struct ConservationCase {
     /// s, time from which nothing acts on the bodies, for a momentum
     #[serde(default)]
     pub(super) after: f64,
-    /// Integrators.
+    /// Names of the integrators, as a scene gives them.
     #[serde(rename = "integrator")]
     pub(super) integrators: Vec<String>,
     /// Settings of all runs.

@@ -47,6 +47,7 @@ enum Situation {
 }
 
 impl Situation {
+    /// All of them, in the order of the rows.
     const ALL: [Self; 4] = [Self::Free, Self::Relaxed, Self::WorstPassive, Self::Delayed];
 
     /// The name in rows.

@@ -1,0 +1,16 @@
+//! The arguments of the program. What is said of them here is its help.
+
+mod cli;
+mod device;
+mod plugin;
+mod report;
+mod run;
+mod sample;
+mod values;
+
+pub use cli::{Cli, Command};
+pub use device::{DeviceCommand, DoctorArgs};
+pub use plugin::{CheckArgs, Language, NewArgs, NewKind, PluginCommand};
+pub use report::{AccuracyArgs, ReportCommand, ReportOptionArgs};
+pub use run::{PlanArgs, ReplayArgs, RunArgs, SceneArgs};
+pub use sample::SampleArgs;

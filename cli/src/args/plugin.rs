@@ -1,0 +1,93 @@
+//! Arguments of `pliant plugin`.
+
+use clap::{Args, Subcommand, ValueEnum};
+use std::path::PathBuf;
+
+/// Arguments of `pliant plugin`.
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  pliant plugin list
+  pliant plugin info mass-spring
+  pliant plugin new springy --kind material
+  pliant plugin check ./libspringy.so")]
+pub struct PluginArgs {
+    #[command(subcommand)]
+    pub command: PluginCommand,
+}
+
+/// What can be done with plugins.
+#[derive(Subcommand)]
+pub enum PluginCommand {
+    /// List the plugins that are found, with their files
+    List,
+    /// Show the parameters of a plugin with units, ranges and defaults
+    Info {
+        /// Name of the plugin, or path of its library
+        name: String,
+    },
+    /// Write a project to begin a plugin from, with tests, a README and a scene
+    New(NewArgs),
+    /// Run the conformance suite on a library: a process and a line for each case
+    Check(CheckArgs),
+}
+
+/// Arguments of `pliant plugin new`.
+#[derive(Args)]
+pub struct NewArgs {
+    /// Name of the plugin: lower-case letters, digits and dashes
+    pub name: String,
+    /// Kind of plugin
+    #[arg(long, value_enum)]
+    pub kind: NewKind,
+    /// Language of the plugin
+    #[arg(long, value_enum, default_value_t = Language::Rust)]
+    pub lang: Language,
+    /// Folder of the project [default: NAME]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// For Rust: folder of pliant's source, with plugin-api/ in it [default: what this program was built from]
+    #[arg(long, value_name = "DIR")]
+    pub pliant: Option<PathBuf>,
+}
+
+/// The kinds of plugins.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum NewKind {
+    /// Gives energies and forces
+    Material,
+    /// Gives the cells and nodes that carry a surface
+    Grid,
+    /// Gives poses of hands and renders forces
+    Device,
+}
+
+/// The languages of plugins.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Language {
+    /// One trait; built by cargo
+    Rust,
+    /// C11 with a Makefile
+    C,
+    /// C++17 with a Makefile
+    Cpp,
+}
+
+/// Arguments of `pliant plugin check`.
+#[derive(Args)]
+pub struct CheckArgs {
+    /// Library, or the name of one that is found
+    pub file: PathBuf,
+    /// Check only the plugin with this id
+    #[arg(long)]
+    pub id: Option<String>,
+    /// Run only this case
+    #[arg(long)]
+    pub case: Option<String>,
+    /// Seconds that a case may take
+    #[arg(long, default_value_t = 20.0)]
+    pub seconds: f64,
+    /// In a child process: what to do, see `check.rs`
+    #[arg(long, hide = true)]
+    pub child: Option<String>,
+}

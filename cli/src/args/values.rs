@@ -1,0 +1,34 @@
+//! Values of arguments: quantities and settings.
+
+use pliant_engine::scene::parse_quantity;
+
+/// A time above zero, s.
+pub(super) fn duration(text: &str) -> Result<f64, String> {
+    parse_quantity(text, "s").and_then(|t| if t > 0.0 { Ok(t) } else { Err("allowed is a time above 0".into()) })
+}
+
+/// A rate of the haptic loop, Hz.
+pub(super) fn rate(text: &str) -> Result<f64, String> {
+    let allowed = |rate: &f64| (100.0..=4000.0).contains(rate);
+    parse_quantity(text, "Hz").and_then(|r| Some(r).filter(allowed).ok_or("allowed is 100 Hz to 4 kHz".into()))
+}
+
+/// A path and a value.
+pub(super) fn setting(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((path, value)) if !path.trim().is_empty() => Ok((path.trim().to_owned(), value.trim().to_owned())),
+        _ => Err("allowed is PATH=VALUE, for example time.dt=2ms".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_setting_is_a_path_and_a_value() {
+        assert_eq!(setting("time.dt = 2e-3"), Ok(("time.dt".into(), "2e-3".into())));
+        assert_eq!(setting("title=a=b"), Ok(("title".into(), "a=b".into())));
+        assert!(setting("time.dt").is_err() && setting("=3").is_err());
+    }
+}
