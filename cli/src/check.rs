@@ -92,7 +92,10 @@ fn check_all(cli: &Cli, args: &CheckArgs, path: &Path) -> Result<Outcome, Failur
         let kind = match kind_name {
             "grid" => Kind::Grid,
             "device" => Kind::Device,
-            _ => Kind::Material,
+            "material" => Kind::Material,
+            other => {
+                return Err(Failure::plugin(format!("{}: `{id}` is of unknown kind `{other}`", path.display())));
+            }
         };
         if !cli.json {
             print(&format!("{kind_name} `{id}`"))?;

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 
 /// Haptic shape editing: touch, pull and cut meshes, feel the force, get the numbers.
 #[derive(Parser)]
-#[command(name = "pliant", version, about, arg_required_else_help = true, disable_help_subcommand = true)]
+#[command(name = "pliant", version, arg_required_else_help = true, disable_help_subcommand = true)]
 #[command(after_help = "\
 Examples:
   pliant sample elephant -o elephant.obj   a model to start from
@@ -22,10 +22,10 @@ Examples:
 3 a plugin or device failed, 130 stopped.")]
 pub struct Cli {
     /// Print one JSON document on standard output
-    #[arg(long, global = true)]
+    #[arg(long, global = true, help_heading = "Global options")]
     pub json: bool,
     /// Folder with plugins that is searched first; may be given more than once
-    #[arg(long, global = true, value_name = "DIR")]
+    #[arg(long, global = true, help_heading = "Global options", value_name = "DIR")]
     pub plugin_path: Vec<PathBuf>,
     #[command(subcommand)]
     pub command: Command,
