@@ -144,7 +144,7 @@ fn a_plugin_that_ends_its_process_or_hangs_fails_its_case_and_the_check_goes_on(
         ("segfault", "*(volatile int *)(size_t)seen = 1;", "signal 11 (segmentation fault)"),
         ("abort", "abort();", "signal 6 (abort)"),
         ("hangs", "for (;;) seen++;", "did not end within 1 s"),
-        ("exits", "exit(0);", "it said nothing that can be read"),
+        ("exits", "exit(0);", "gave no answer that can be read"),
     ] {
         let library = deadly(&bench, stem, how);
         let (case, seconds) = (["--case", "rest-is-force-free"], ["--seconds", "1"]);
