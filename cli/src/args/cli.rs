@@ -70,6 +70,7 @@ mod tests {
     #[test]
     fn only_the_report_that_takes_a_scene_offers_it() {
         let mut command = Cli::command();
+        command.build();
         let report = command.find_subcommand_mut("report").unwrap();
         for (kind, offers) in [("accuracy", true), ("stability", false), ("performance", false)] {
             let help = report.find_subcommand_mut(kind).unwrap().render_long_help().to_string();
