@@ -2,28 +2,28 @@
 
 /// Deadlines of ticks at equal distances from a start. A late tick does not move those after it.
 #[derive(Clone, Debug)]
-pub struct Deadlines {
+pub(crate) struct Deadlines {
     start: u64,
     rate: f64,
     /// Number of the next tick.
     next: u64,
     /// Number of ticks that were not finished before the next was due.
-    pub missed: u64,
+    pub(crate) missed: u64,
 }
 
 impl Deadlines {
     /// Ticks at `rate` (Hz) from `start` (ns) on.
-    pub fn new(start: u64, rate: f64) -> Self {
+    pub(crate) fn new(start: u64, rate: f64) -> Self {
         Self { start, rate, next: 0, missed: 0 }
     }
 
     /// ns, time at which the next tick is due
-    pub fn due(&self) -> u64 {
+    pub(crate) fn due(&self) -> u64 {
         self.start + (self.next as f64 * 1e9 / self.rate) as u64
     }
 
     /// The tick was finished at `now` (ns). Each whole period it is late is a missed deadline; those ticks are skipped.
-    pub fn finish_tick(&mut self, now: u64) {
+    pub(crate) fn finish_tick(&mut self, now: u64) {
         let missed = (now.saturating_sub(self.due()) as f64 * 1e-9 * self.rate) as u64;
         self.missed += missed;
         self.next += missed + 1;
@@ -32,13 +32,13 @@ impl Deadlines {
 
 /// Paces the steps of a simulation after the wall clock.
 #[derive(Clone, Debug)]
-pub struct Pacer {
+pub(crate) struct Pacer {
     /// ns
     dt: u64,
     /// ns, time at which the next step is due
     due: u64,
     /// ns, time the simulation fell behind the clock and does not catch up
-    pub lost: u64,
+    pub(crate) lost: u64,
 }
 
 /// Largest number of overdue steps that are taken at once; the time of the others is lost.
@@ -46,13 +46,13 @@ const MAX_CATCH_UP: u64 = 4;
 
 impl Pacer {
     /// Steps of `dt` (s) from `start` (ns) on.
-    pub fn new(start: u64, dt: f64) -> Self {
+    pub(crate) fn new(start: u64, dt: f64) -> Self {
         let dt = ((dt * 1e9).round() as u64).max(1);
         Self { dt, due: start + dt, lost: 0 }
     }
 
     /// Time (ns) to wait at `now` (ns) until the next step is due. `None` if it is due: it then counts as taken.
-    pub fn poll(&mut self, now: u64) -> Option<u64> {
+    pub(crate) fn poll(&mut self, now: u64) -> Option<u64> {
         if now < self.due {
             return Some(self.due - now);
         }

@@ -8,22 +8,19 @@
 //! This crate knows no scene files, no meshes and no plugins: a device is anything that is a [`HapticDevice`].
 //!
 //! # Example
-//! The arithmetic of deadlines, which takes its time from the caller: a tick that ends 3.2 periods late misses three.
-//! ```
-//! use pliant_live::Deadlines;
-//! let mut deadlines = Deadlines::new(0, 1000.0); // 1 kHz from 0 ns on
-//! deadlines.finish_tick(3_200_000);
-//! assert_eq!((deadlines.missed, deadlines.due()), (3, 4_000_000));
-//! ```
-//! An opened session in real time, for ten seconds:
+//! A session in real time for ten seconds, moved by the program instead of a device:
 //! ```no_run
 //! use pliant_engine::session::Session;
-//! use pliant_live::{LiveSession, LiveSettings};
+//! use pliant_live::{LiveSession, LiveSettings, PointerDevice};
 //!
 //! # fn run(mut session: Session) -> std::io::Result<()> {
-//! let mut live = LiveSession::start(&mut session, LiveSettings::default())?;
+//! let (device, mut hand) = PointerDevice::new(session.devices[0].facts);
+//! let settings = LiveSettings::default();
+//! let mut live = LiveSession::start_with_devices(&mut session, vec![Box::new(device)], settings)?;
 //! while live.is_alive() && live.seconds() < 10.0 {
+//!     hand.move_to([0.0, 0.0, -1e-3 * live.seconds()], 0);
 //!     live.step(&mut session);
+//!     println!("{:?} N", hand.force());
 //! }
 //! let summary = live.finish();
 //! println!("{} of {} ticks missed", summary.missed, summary.ticks);
@@ -45,13 +42,12 @@ mod summary;
 mod viewer;
 mod watchdog;
 
-pub use deadline::{Deadlines, Pacer};
 pub use device::{HapticDevice, StopDevice};
-pub use histogram::{Histogram, Percentiles};
+pub use histogram::Percentiles;
 pub use pointer::{PointerDevice, PointerHandle};
 pub use realtime::{RealtimeStatus, ThreadUsage};
 pub use servo::Servo;
 pub use session::{LiveSession, LiveSettings};
-pub use snapshots::{ContactModels, DeviceLoss, HandSamples, SimulationPort};
+pub use snapshots::{DeviceLoss, HandSamples, SimulationPort};
 pub use summary::{DeviceCounts, HandSummary, LiveSummary};
 pub use viewer::{ViewFrame, Viewer};

@@ -19,7 +19,8 @@ const MAX_RATE: f64 = 4000.0;
 /// Hz, rate of the haptic loop where no device declares one
 const DEFAULT_RATE: f64 = 1000.0;
 
-/// The devices and tools of a session on the haptic thread.
+/// The devices and tools of a session on the haptic thread. It takes its time from the caller, so a test can run it in simulated time;
+/// [`LiveSession`](crate::LiveSession) runs it by the clock.
 pub struct Servo {
     devices: Vec<ServoDevice>,
     /// Tools in the order of the session's.

@@ -31,11 +31,11 @@ pub struct HandSamples {
 
 /// Snapshot from the simulation, in the order of the tools.
 #[derive(Clone, Debug, Default)]
-pub struct ContactModels {
+pub(crate) struct ContactModels {
     /// Contact of each tool, from which forces are rendered until the next snapshot.
-    pub contacts: Vec<ContactModel>,
+    pub(crate) contacts: Vec<ContactModel>,
     /// N (rows x columns), force of each pin of each tool's tactile array; empty without one
-    pub taxels: Vec<Vec<f64>>,
+    pub(crate) taxels: Vec<Vec<f64>>,
 }
 
 /// The simulation's end of the buffers between it and the haptic thread.
