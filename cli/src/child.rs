@@ -42,7 +42,7 @@ pub fn run_to_end(command: &mut Command, limit: Option<Duration>) -> ChildEnd {
         Ok(child) => child,
         Err(error) => return ChildEnd::NotStarted(error),
     };
-    // Read while waiting: a child that writes more than a pipe holds blocks until somebody reads.
+    // Read while waiting: a child that writes more than a pipe holds blocks until its pipe is read.
     let (stdout, stderr) = (read_all(child.stdout.take()), read_all(child.stderr.take()));
     match wait(&mut child, limit) {
         Ok(Some(status)) => match status.code() {

@@ -244,7 +244,7 @@ impl Instance {
 #[allow(unsafe_code, reason = "ends what `open` began")]
 impl Drop for Instance {
     fn drop(&mut self) {
-        // SAFETY: [main]; nobody else has the instance any more, so its host and inbox go after it.
+        // SAFETY: [main]; the instance has no other user any more, so its host and inbox are freed after it.
         unsafe {
             if let Some(table) = self.plugin.as_ref() {
                 if let (true, Some(deactivate)) = (self.active, table.deactivate) {

@@ -1,7 +1,7 @@
 //! Files and folders that appear under their name whole or not at all.
 //!
 //! Each is written under a random name beside its final one, `NAME.pliant-XXXXXX.partial`, and renamed when it is whole. The name is
-//! created exclusively, so a link that somebody has placed there is not followed. The writer holds an advisory lock on it; what a
+//! created exclusively, so a link planted there is not followed. The writer holds an advisory lock on it; what a
 //! killed program left behind is unlocked, which is how [`remove_leftovers`] tells it from a file that is being written.
 
 use std::ffi::OsString;
