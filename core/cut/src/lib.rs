@@ -18,6 +18,8 @@
 //! closing holes after (the hole of a half-made cut is not flat and has no rim on one side), mesh booleans with a thin
 //! wedge (closed input only, and the wedge's substance is lost).
 
+#![cfg_attr(not(test), deny(clippy::disallowed_methods))]
+
 mod advance;
 mod bind;
 mod blade;

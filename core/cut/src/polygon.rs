@@ -59,7 +59,7 @@ pub(super) fn least_angle([a, b, c]: [Vector3<f64>; 3]) -> f64 {
     let sides = [b - a, c - b, a - c];
     let angle = |i: usize| {
         let (u, v) = (sides[i], -sides[(i + 2) % 3]);
-        u.cross(&v).norm().atan2(u.dot(&v) + 0.0) // no minus zero
+        libm::atan2(u.cross(&v).norm(), u.dot(&v) + 0.0) // no minus zero
     };
     let least = (0..3).map(angle).fold(f64::INFINITY, f64::min);
     least.to_degrees()

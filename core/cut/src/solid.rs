@@ -24,7 +24,7 @@ const FLAT: f64 = 1e-9;
 
 /// Whether a closed component encloses next to nothing.
 pub(super) fn is_flat(volume: f64, area: f64) -> bool {
-    volume.abs() <= FLAT * area.powf(1.5)
+    volume.abs() <= FLAT * area * area.sqrt()
 }
 
 /// The body of each triangle, or [`OPEN`], and all bodies.

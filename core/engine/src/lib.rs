@@ -3,6 +3,8 @@
 //! Data goes one way: a scene is parsed, planned, opened as a session and stepped;
 //! every step gives a frame. See `ARCHITECTURE.md` at the root of the repository.
 
+#![cfg_attr(not(test), deny(clippy::disallowed_methods))]
+
 pub mod body;
 pub mod contact;
 pub mod plan;

@@ -7,6 +7,8 @@
 //!
 //! Generators and samples make OBJ text and parse it, so there is one way in for every model.
 
+#![cfg_attr(not(test), deny(clippy::disallowed_methods))]
+
 pub mod check;
 pub mod edges;
 mod error;

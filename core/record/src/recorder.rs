@@ -176,6 +176,10 @@ impl Recorder {
     }
 
     /// Factor by which the energy grew in a step, over the last [`GROWTH_STEPS`]; `None` unless an integrator was forced.
+    #[allow(
+        clippy::disallowed_methods,
+        reason = "a figure of the summary, which holds times and is not compared by bytes"
+    )]
     fn growth(&self, session: &Session) -> Option<f64> {
         if session.events.count(EventKind::Unstable) == 0 {
             return None;

@@ -3,6 +3,8 @@
 //! Nothing here knows what a material is made of, or what a scene is. A [`System`] holds nodes and elements; an
 //! [`Integrator`] moves them by one step.
 
+#![cfg_attr(not(test), deny(clippy::disallowed_methods))]
+
 mod algebra;
 mod constraint;
 mod coupled;

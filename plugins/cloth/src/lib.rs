@@ -4,6 +4,8 @@
 //! of the energy in every frame. The default bending model is the mixed method of Hellan, Herrmann and Johnson: its hinges are
 //! coupled by the host, and it converges on any mesh. Viscosity acts on the rate of strain, so it does not resist rotation.
 
+#![cfg_attr(not(test), deny(clippy::disallowed_methods))]
+
 mod atan2;
 mod bending;
 mod dihedral;

@@ -3,6 +3,8 @@
 //! The plugin is in `corotational.cpp`. This file exports the entry, because a library linked by cargo exports Rust symbols only. A plugin
 //! that is built with a C++ compiler alone exports `pliant_entry` itself: see the plugin guide.
 
+#![cfg_attr(not(test), deny(clippy::disallowed_methods))]
+
 use core::ffi::c_char;
 use pliant_plugin_api::abi::{ABI_MAJOR, ABI_MINOR, Descriptor, Host, Library, Plugin, Shared, Status};
 

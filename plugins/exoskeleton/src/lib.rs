@@ -4,6 +4,8 @@
 //! The published descriptions give 5 x 6 pins of at most 73 mN, 2.4 mm across; pitch, forces, stiffness and workspace are not
 //! in them, so they are parameters, and their defaults are assumptions. Tested against a twin, never on hardware.
 
+#![cfg_attr(not(test), deny(clippy::disallowed_methods))]
+
 pub mod key;
 pub mod link;
 mod params;

@@ -6,6 +6,8 @@
 //! exactly Young's modulus E and Poisson's ratio 1/4 at every level. A lattice of central springs cannot have another ratio (Cauchy
 //! relation). The paper's mode is there for comparison.
 
+#![cfg_attr(not(test), deny(clippy::disallowed_methods))]
+
 mod gather;
 mod kernel;
 mod stiffness;

@@ -45,7 +45,7 @@ impl Moduli {
         let (ic, j) = (norm_squared(f), determinant(f));
         let one_minus_alpha = 1.0 - self.alpha;
         // ln(ic + 1) - ln(4) without cancellation near rest.
-        let log = ((ic - 3.0) / 4.0).ln_1p();
+        let log = libm::log1p((ic - 3.0) / 4.0);
         0.5 * self.mu * (ic - 3.0 - log) + 0.5 * self.lambda * (j - 1.0) * (j - 1.0 + 2.0 * one_minus_alpha)
     }
 

@@ -4,6 +4,8 @@
 //! semi-definite unless the exact one is asked for. Damping acts on the rate of Green's strain, so it does not resist rotation; its
 //! coefficients are `damping-time` times the Lame constants.
 
+#![cfg_attr(not(test), deny(clippy::disallowed_methods))]
+
 mod energy;
 mod kernel;
 mod matrix;

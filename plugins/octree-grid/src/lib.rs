@@ -9,6 +9,8 @@
 //! Ids are linear, x fastest: a cell has the id `i + m (j + m k)` with m cells per axis, a node the same with m + 1. All levels share one
 //! list of the points that triangles use; the points of every cell of every level are one range of it.
 
+#![cfg_attr(not(test), deny(clippy::disallowed_methods))]
+
 mod cells;
 mod crossings;
 mod embedding;

@@ -4,6 +4,8 @@
 //! arm; `read` and `write` exchange whole values with it and never wait. Tested against a twin behind a stand-in for the
 //! driver library, never on hardware.
 
+#![cfg_attr(not(test), deny(clippy::disallowed_methods))]
+
 pub mod driver;
 pub mod errors;
 pub mod hd;

@@ -4,6 +4,8 @@
 //! to arrive counts. Each write answers the last sender with `fx fy fz`, the force in N. By default it listens on the loopback
 //! interface.
 
+#![cfg_attr(not(test), deny(clippy::disallowed_methods))]
+
 mod text;
 
 use core::ffi::CStr;

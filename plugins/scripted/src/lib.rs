@@ -2,6 +2,8 @@
 //!
 //! It declares limits like those of a desktop arm, so that a scene gets the gains it would get with one.
 
+#![cfg_attr(not(test), deny(clippy::disallowed_methods))]
+
 mod path;
 
 use path::{Interpolation, Path, Sample};

@@ -102,7 +102,10 @@ pub fn parse_quantity(text: &str, si: &str) -> Result<f64, String> {
         return Err(format!("`{text}` has no unit; {}", allowed()));
     }
     match UNITS.iter().find(|u| u.0 == unit) {
-        Some(unit) if unit.1 == si => Ok(value * unit.2),
+        Some(unit) if unit.1 == si => {
+            let value = value * unit.2;
+            if value.is_finite() { Ok(value) } else { Err(format!("`{text}` is too large; {}", allowed())) }
+        }
         Some(other) => Err(format!("`{text}` is {}; {}", measured(other.1), allowed())),
         None if unit == si => Ok(value),
         None => Err(format!("`{unit}` is not a unit; {}", allowed())),
@@ -255,6 +258,7 @@ mod tests {
             ("mm", "m", vec!["no number"]),
             ("nan mm", "m", vec!["not finite"]),
             ("1e999 mm", "m", vec!["not finite"]),
+            ("1e308 GPa", "Pa", vec!["too large"]),
         ] {
             let error = parse_quantity(text, si).unwrap_err();
             for part in parts {

@@ -105,8 +105,8 @@ impl TactilePad {
         let d = rotation.inverse() * Vector3::from(direction);
         let Some(d) = d.try_normalize(1e-12).filter(|_| size > 0.0 && size.is_finite()) else { return };
         let [t1, t2, out] = self.axes.map(|axis| dot(d.into(), axis));
-        let angle = out.clamp(-1.0, 1.0).acos();
-        let scale = if angle < 1e-6 { radius } else { radius * angle / angle.sin() };
+        let angle = libm::acos(out.clamp(-1.0, 1.0));
+        let scale = if angle < 1e-6 { radius } else { radius * angle / libm::sin(angle) };
         // The far side of the finger has no pins.
         if angle > FRAC_PI_2 || !self.splat(scale * t1, scale * t2, size) {
             self.beside += size;
@@ -138,7 +138,7 @@ impl TactilePad {
         let slip = rotation.inverse() * Vector3::from(slip);
         let [along, across] = [self.axes[0], self.axes[1]].map(|axis| dot(slip.into(), axis));
         // A slip that is not a number is none.
-        let speed = Some(along.hypot(across)).filter(|speed| speed.is_finite()).unwrap_or(0.0);
+        let speed = Some(libm::hypot(along, across)).filter(|speed| speed.is_finite()).unwrap_or(0.0);
         let frequency = speed / self.texture.period;
         self.phase = (self.phase + frequency * dt).fract();
         let [fade, over] = FADE.map(|share| share / dt);
@@ -157,7 +157,7 @@ impl TactilePad {
                 let ahead = self.array.pitch * (i as f64 * along + j as f64 * across);
                 let place = if speed > 0.0 { ahead / speed / self.texture.period } else { 0.0 };
                 let depth = (self.texture.roughness * force).min(DEEPEST) * felt;
-                let wanted = force * (1.0 + depth * (TAU * (self.phase - place)).sin());
+                let wanted = force * (1.0 + depth * libm::sin(TAU * (self.phase - place)));
                 let given = respond(wanted, self.array.most);
                 self.clipped += wanted - given;
                 self.taxels[pin] = given;
@@ -169,7 +169,7 @@ impl TactilePad {
 /// N, what a pin gives that is asked for a force: the same up to 70 % of its most, then ever less more, with one tangent.
 fn respond(force: f64, most: f64) -> f64 {
     let (knee, room) = (LINEAR * most, (1.0 - LINEAR) * most);
-    if force <= knee { force.max(0.0) } else { most - room * (-(force - knee) / room).exp() }
+    if force <= knee { force.max(0.0) } else { most - room * libm::exp(-(force - knee) / room) }
 }
 
 #[cfg(test)]

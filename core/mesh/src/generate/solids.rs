@@ -31,7 +31,7 @@ pub fn cuboid(cells: u32, size: [f64; 3]) -> Result<ObjDocument, MeshError> {
 pub fn sphere(cells: u32, radius: f64) -> Result<ObjDocument, MeshError> {
     need_cells("cells", cells, 1)?;
     need_length("radius", radius)?;
-    let equal_angles = |place: [f64; 3]| Vector3::from(place.map(|at| (FRAC_PI_4 * at).tan()));
+    let equal_angles = |place: [f64; 3]| Vector3::from(place.map(|at| libm::tan(FRAC_PI_4 * at)));
     cube(cells, |place| (radius * equal_angles(place).normalize()).into()).into_document("sphere")
 }
 
@@ -50,7 +50,7 @@ pub fn cylinder(around: u32, along: u32, radius: f64, height: f64) -> Result<Obj
     need_length("height", height)?;
     let mut model = Model::default();
     let direction = |step: u32| {
-        let (sin, cos) = (TAU * f64::from(step) / f64::from(around)).sin_cos();
+        let (sin, cos) = libm::sincos(TAU * f64::from(step) / f64::from(around));
         [cos, sin]
     };
     for ring in 0..=along {

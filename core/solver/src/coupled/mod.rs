@@ -71,7 +71,7 @@ fn is_coupled_triangles(set: &ElementSet) -> bool {
 fn terms([low, high]: [f64; 2]) -> usize {
     let root = (high / low).sqrt();
     let rate = (root - 1.0) / (root + 1.0);
-    if rate > 0.0 { ((0.5 * ACCURACY).ln() / rate.ln()).ceil().max(1.0) as usize } else { 1 }
+    if rate > 0.0 { (libm::log(0.5 * ACCURACY) / libm::log(rate)).ceil().max(1.0) as usize } else { 1 }
 }
 
 impl Coupled {

@@ -134,6 +134,7 @@ impl Lanes for Plain {
 
 /// `a b + c`, rounded once.
 #[inline(always)]
+#[allow(clippy::disallowed_methods, reason = "one instruction where it is called, and exact everywhere")]
 pub fn fused(a: f32, b: f32, c: f32) -> f32 {
     if cfg!(any(target_arch = "aarch64", target_feature = "fma")) {
         return a.mul_add(b, c);

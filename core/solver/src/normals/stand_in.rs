@@ -49,7 +49,7 @@ impl Around {
             (false, std::cmp::Ordering::Equal) => 2.0 * PI / p,
             (false, _) => PI / p,
         };
-        0.5 / (1.0 - angle.cos())
+        0.5 / (1.0 - libm::cos(angle))
     }
 }
 
