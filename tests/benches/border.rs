@@ -8,7 +8,8 @@ use pliant_host::SearchPath;
 use pliant_neo_hookean::NeoHookean;
 use pliant_plugin_api::kit::{self, Body, MaterialUnderTest};
 use pliant_plugin_api::{TangentScale, abi};
-use pliant_tests::{library, root, shared_mesh};
+use pliant_tests::models::bunny;
+use pliant_tests::{Bench, library, root};
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -90,9 +91,10 @@ fn border() {
     }
 }
 
-/// The finger of `scenes/touch.toml` on the bunny.
+/// The finger of `scenes/touch.toml` on a scan.
 fn touch() {
-    let Some(mesh) = shared_mesh("stanford-bunny.obj") else { return };
+    let bench = Bench::new();
+    let (scan, mesh) = bunny(&bench);
     for integrator in ["auto", "backward-euler"] {
         for name in ["mass-spring", "corotational", "neo-hookean"] {
             let set = |path: &str, value: &str| (path.to_owned(), value.to_owned());
@@ -115,7 +117,7 @@ fn touch() {
             seconds.sort_by(f64::total_cmp);
             let (frame, steps) = (session.frame(), seconds.len().max(1));
             println!(
-                "touch on the bunny, {name}, {} with {} substeps: {:.2} ms a step in contact (median of {steps}), {} nodes, \
+                "touch on {scan}, {name}, {} with {} substeps: {:.2} ms a step in contact (median of {steps}), {} nodes, \
                  {} elements, {} iterations a step, largest force {force:.3} N",
                 session.choices.integrator,
                 frame.substeps,

@@ -3,8 +3,6 @@
 //! Cargo builds plugins as shared libraries beside the test executables, in `deps/`; the program is looked for one folder up.
 //! `cargo test --workspace` builds both.
 
-#![allow(clippy::print_stderr, reason = "a test that is skipped says so")]
-
 pub mod arm;
 pub mod bout;
 pub mod cloth;
@@ -62,14 +60,14 @@ pub fn library(name: &str) -> &'static Library {
     Library::open(&found.path).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// A shared model beside the repository, or `None` with a message where there is none.
-pub fn shared_mesh(name: &str) -> Option<PathBuf> {
+/// A model of the folder `../shared/meshes`. Tests that need one are ignored by default.
+///
+/// # Panics
+/// If it is not there.
+pub fn shared_mesh(name: &str) -> PathBuf {
     let path = root().join("../shared/meshes").join(name);
-    if path.is_file() {
-        return Some(path);
-    }
-    eprintln!("skipped: no {} beside the repository", path.display());
-    None
+    assert!(path.is_file(), "{} is not there", path.display());
+    path
 }
 
 /// A folder of its own with scenes and results in it.

@@ -1,8 +1,11 @@
 //! OBJ texts for tests.
 
+use crate::{Bench, root};
 use pliant_mesh::sample::sample;
+use pliant_mesh::testing::{Random, scan};
 use spade::{DelaunayTriangulation, Point2, Triangulation};
 use std::fmt::Write;
+use std::path::PathBuf;
 
 /// A cube of quads with nothing else in the file: 14 lines.
 pub const CUBE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
@@ -20,6 +23,15 @@ pub fn elephant() -> String {
     format!("{comment}{}{unknown}", text.replacen("s 1\n", "s 1\n  \nusemtl skin # here\n", 1))
 }
 
+/// A scan to measure with: the Stanford bunny where it is, else a scan of as many triangles made here, in `bench`. Its name and file.
+pub fn bunny(bench: &Bench) -> (&'static str, PathBuf) {
+    let bunny = root().join("../shared/meshes/stanford-bunny.obj");
+    if bunny.is_file() {
+        return ("the bunny", bunny);
+    }
+    ("a scan made here (no ../shared/meshes/stanford-bunny.obj)", bench.write("scan.obj", scan(0, 69_451, 5, 1).text))
+}
+
 /// How many lines of a model are not what they were.
 ///
 /// # Panics
@@ -31,7 +43,9 @@ pub fn moved_lines(before: &[u8], after: &[u8]) -> usize {
     let blanks = |line: &[u8]| line.iter().filter(|b| b.is_ascii_whitespace()).copied().collect::<Vec<u8>>();
     let moved = before.iter().zip(&after).enumerate().filter(|(_, (a, b))| a != b);
     moved.fold(0, |count, (i, (a, b))| {
-        let allowed = [b"v ", b"vn"].iter().any(|start| a.starts_with(*start) && b.starts_with(*start));
+        let allowed = [b"v ", b"vn"]
+            .iter()
+            .any(|start| a.trim_ascii_start().starts_with(*start) && b.trim_ascii_start().starts_with(*start));
         assert!(allowed && blanks(a) == blanks(b), "line {}: {}", i + 1, String::from_utf8_lossy(b));
         count + 1
     })
@@ -43,24 +57,18 @@ pub fn moved_lines(before: &[u8], after: &[u8]) -> usize {
 /// # Panics
 /// If it has less than two vertices a side.
 pub fn scattered(n: u32, size: f64, shuffled: bool) -> String {
-    let (last, mut seed) = (n - 1, 1_u64);
-    let mut random = || {
-        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (seed >> 11) as f64 / (1_u64 << 53) as f64
-    };
+    let (last, mut random) = (n - 1, Random(1));
     let mut places = Vec::new();
     for (row, column) in (0..n).flat_map(|row| (0..n).map(move |column| (row, column))) {
         // Up to two fifths of a cell away, on the border along it.
         let mut moved = |at: u32| {
-            let away = 0.8 * (random() - 0.5);
+            let away = 0.4 * random.signed();
             size / f64::from(last) * (f64::from(at) + if at == 0 || at == last { 0.0 } else { away })
         };
         places.push(Point2::new(moved(column), moved(row)));
     }
     if shuffled {
-        for i in (1..places.len()).rev() {
-            places.swap(i, (random() * (i + 1) as f64) as usize);
-        }
+        random.shuffle(&mut places);
     }
     let mut text: String = places.iter().map(|p| format!("v {} {} 0\n", p.x, p.y)).collect();
     let mesh = DelaunayTriangulation::<Point2<f64>>::bulk_load_stable(places).expect("places are numbers");

@@ -5,15 +5,6 @@ use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 use std::path::PathBuf;
 use std::process::Command;
 
-/// Whether there is a C compiler; says so where there is none, and the test is then skipped.
-pub fn has_compiler() -> bool {
-    let found = Command::new(compiler()).arg("--version").output().is_ok_and(|o| o.status.success());
-    if !found {
-        eprintln!("skipped: no C compiler `{}`", compiler());
-    }
-    found
-}
-
 fn compiler() -> String {
     std::env::var("CC").unwrap_or_else(|_| "cc".into())
 }
@@ -27,14 +18,15 @@ impl Bench {
     /// Builds the library `folder/stem` in it from a text that may include `pliant.h`.
     ///
     /// # Panics
-    /// If the compiler refuses it.
+    /// If there is no C compiler (`$CC`, or `cc`), or it refuses the text.
     pub fn compile(&self, folder: &str, stem: &str, text: &str) -> PathBuf {
         let source = self.write(&format!("{folder}/{stem}.c"), text);
         let library = self.path(&format!("{folder}/{}", file_name(stem)));
         let include = root().join("plugin-api/include");
         let mut command = Command::new(compiler());
         command.args(["-shared", "-fPIC", "-std=c11", "-Wall", "-Wextra", "-Werror", "-I"]).arg(include);
-        let told = command.arg(&source).arg("-o").arg(&library).output().expect("a compiler");
+        let told = command.arg(&source).arg("-o").arg(&library).output();
+        let told = told.unwrap_or_else(|e| panic!("the C compiler `{}`: {e}", compiler()));
         assert!(told.status.success(), "{}\n{}", source.display(), String::from_utf8_lossy(&told.stderr));
         library
     }

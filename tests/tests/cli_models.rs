@@ -1,9 +1,10 @@
 //! Models of one's own in a scene, and the sample, schema and completions to start with.
 
+use pliant_mesh::testing::models;
 use pliant_tests::models::{CUBE, elephant, moved_lines};
 use pliant_tests::{Bench, box_scene, root, shared_mesh};
 use serde_json::Value;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The scene with another model in it, planned and run: the plan's first body.
 fn tried(bench: &Bench, mesh: &Path) -> Value {
@@ -14,24 +15,36 @@ fn tried(bench: &Bench, mesh: &Path) -> Value {
     plan["bodies"][0].clone()
 }
 
-#[test]
-fn any_model_is_put_in_place_scaled_to_fit() {
-    let bench = Bench::new();
+/// Each model takes the box's place: as large as it was, and pressed.
+fn are_put_in_place(bench: &Bench, meshes: &[PathBuf]) {
     bench.write("scene.toml", box_scene("", "position = [0.3, 0.2, 0.1]", ""));
-    let huge: String =
-        CUBE.lines().map(|l| if l.starts_with('v') { l.replace('1', "1e6") } else { l.into() } + "\n").collect();
     let own = bench.pliant(&["plan", "scene.toml", "--json"]).expect(0).json();
-    let mut meshes =
-        vec![bench.write("cube.obj", CUBE), bench.write("huge.obj", huge), bench.write("e.obj", elephant())];
-    meshes.extend(["suzanne.obj", "spot.obj", "teapot.obj"].iter().filter_map(|name| shared_mesh(name)));
     for mesh in meshes {
-        let body = tried(&bench, &mesh);
+        let body = tried(bench, mesh);
         let cell = body["edge"].as_f64().expect("a number") / own["bodies"][0]["edge"].as_f64().expect("a number");
         assert!((cell - 1.0).abs() < 1e-3, "{}: as large as the box was, but {cell} times", mesh.display());
         assert_eq!(body["model"].as_str(), mesh.to_str());
-        let (before, after) = (std::fs::read(&mesh).expect("read"), bench.read("out/final.obj"));
+        let (before, after) = (std::fs::read(mesh).expect("read"), bench.read("out/final.obj"));
         assert!(moved_lines(&before, &after) > 0, "{}: it was pressed", mesh.display());
     }
+}
+
+#[test]
+fn any_model_is_put_in_place_scaled_to_fit() {
+    let bench = Bench::new();
+    let huge: String =
+        CUBE.lines().map(|l| if l.starts_with('v') { l.replace('1', "1e6") } else { l.into() } + "\n").collect();
+    let texts =
+        [("cube", CUBE.to_owned()), ("huge", huge), ("elephant", elephant())].map(|(n, text)| (n.to_owned(), text));
+    let made = models(6, 1).into_iter().map(|model| (model.name, model.text));
+    let meshes = texts.into_iter().chain(made).map(|(name, text)| bench.write(&format!("{name}.obj"), text));
+    are_put_in_place(&bench, &meshes.collect::<Vec<_>>());
+}
+
+#[test]
+#[ignore = "needs ../shared/meshes"]
+fn real_models_are_put_in_place_scaled_to_fit() {
+    are_put_in_place(&Bench::new(), &["suzanne.obj", "spot.obj", "teapot.obj"].map(shared_mesh));
 }
 
 #[test]

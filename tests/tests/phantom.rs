@@ -3,12 +3,14 @@
 #![allow(unsafe_code, reason = "calls the stand-in from behind")]
 
 use libloading::{Library, Symbol};
+use pliant_mesh::testing::scan;
 use pliant_phantom::Phantom;
 use pliant_phantom::errors::{CODES, Class};
 use pliant_plugin_api::abi::{Output, Pose};
 use pliant_plugin_api::param::{self, Params, Value};
 use pliant_plugin_api::{Device, Fault};
 use pliant_tests::{Bench, built, root, shared_mesh, twin::CASES_OF_A_DEVICE};
+use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -347,10 +349,20 @@ fn the_scene_is_touched_through_the_stand_in() {
 }
 
 #[test]
-fn the_bunny_is_touched_live_through_the_stand_in() {
-    let Some(mesh) = shared_mesh("stanford-bunny.obj") else { return };
-    drop(Stub::new());
+fn a_scan_is_touched_live_through_the_stand_in() {
     let bench = Bench::new();
+    let mesh = bench.write("scan.obj", scan(0, 20_000, 3, 1).text);
+    is_touched_live(&bench, &mesh);
+}
+
+#[test]
+#[ignore = "needs ../shared/meshes"]
+fn the_bunny_is_touched_live_through_the_stand_in() {
+    is_touched_live(&Bench::new(), &shared_mesh("stanford-bunny.obj"));
+}
+
+fn is_touched_live(bench: &Bench, mesh: &Path) {
+    drop(Stub::new());
     let scene = root().join("scenes/phantom-touch.toml");
     let set = format!("device.0.params.library=\"{}\"", built("libHD.so").display());
     let args = ["run", scene.to_str().unwrap(), "--mesh", mesh.to_str().unwrap(), "-q", "--live", "--out", "out"];
@@ -359,7 +371,6 @@ fn the_bunny_is_touched_live_through_the_stand_in() {
     let summary = bench.summary("out");
     let (live, arm) = (&summary["live"], &summary["devices"]["arm"]);
     let force = summary["probes"][0]["value"].as_f64().unwrap();
-    println!("largest force {force} N\n{live}\n{arm}");
     assert!((0.01..=3.3).contains(&force), "{}", summary["probes"]);
     assert!(live["contact_age"].is_object() && live["panicked"] == false, "{live}");
     let count = |name: &str| arm[name].as_u64().unwrap_or_else(|| panic!("{name} in {arm}"));

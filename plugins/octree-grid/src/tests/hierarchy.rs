@@ -1,8 +1,9 @@
 //! Levels, ids, parents and children, and the surface points in cells.
 
 use super::host::{Host, WHOLE};
-use super::shapes::{Mesh, cuboid, model, sheet, sphere};
+use super::shapes::{Mesh, cuboid, sheet, sphere};
 use crate::OctreeGrid;
+use pliant_mesh::testing::models;
 use pliant_plugin_api::Grid;
 use pliant_plugin_api::abi::{CELL_EMPTY, CELL_INSIDE, CELL_SURFACE, Cell, NO_CELL, STRUCTURAL};
 
@@ -157,7 +158,9 @@ fn points_without_triangles_are_left_out() {
 
 #[test]
 fn the_same_surface_gives_the_same_grid() {
-    let Some(mesh) = model("suzanne.obj") else { return };
-    let (a, b) = (mesh.grid(6), mesh.grid(6));
-    assert_eq!((all_cells(&a, 6), a.points(6)), (all_cells(&b, 6), b.points(6)));
+    for model in models(6, 1) {
+        let mesh = Mesh::of(&model.document());
+        let (a, b) = (mesh.grid(6), mesh.grid(6));
+        assert_eq!((all_cells(&a, 6), a.points(6)), (all_cells(&b, 6), b.points(6)), "{}", model.name);
+    }
 }

@@ -1,9 +1,9 @@
 //! Surfaces for tests.
 
 use crate::OctreeGrid;
+use pliant_mesh::{ObjDocument, Surface};
 use pliant_plugin_api::lanes::Vec3;
 use pliant_plugin_api::{Grid, Params, SurfaceView, param};
-use std::path::Path;
 
 /// A triangle mesh.
 #[derive(Clone, Default)]
@@ -14,6 +14,12 @@ pub(crate) struct Mesh {
 }
 
 impl Mesh {
+    /// The triangles of a document.
+    pub(crate) fn of(document: &ObjDocument) -> Self {
+        let surface = Surface::from_document(document);
+        Self { points: surface.points, triangles: surface.triangles }
+    }
+
     /// The mesh as a grid takes it.
     pub(crate) fn view(&self) -> SurfaceView<'_> {
         SurfaceView { points: &self.points, triangles: &self.triangles }
@@ -99,29 +105,4 @@ pub(crate) fn sheet(n: u32, height: impl Fn(f64, f64) -> f64) -> Mesh {
         points: points.map(|(x, y)| [x, y, height(x, y)]).collect(),
         triangles: (0..n * n).flat_map(square).collect(),
     }
-}
-
-/// A model of the shared folder; `None`, with a message, where the folder is not.
-pub(crate) fn model(name: &str) -> Option<Mesh> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/meshes").join(name);
-    let Ok(text) = std::fs::read_to_string(&path) else {
-        eprintln!("skipped: {} is not there", path.display());
-        return None;
-    };
-    let mut mesh = Mesh::default();
-    for line in text.lines() {
-        let mut words = line.split_whitespace();
-        match words.next() {
-            Some("v") => {
-                let mut next = || words.next().unwrap().parse().unwrap();
-                mesh.points.push([next(), next(), next()]);
-            }
-            Some("f") => {
-                let face: Vec<u32> = words.map(|w| w.split('/').next().unwrap().parse::<u32>().unwrap() - 1).collect();
-                mesh.triangles.extend((2..face.len()).map(|i| [face[0], face[i - 1], face[i]]));
-            }
-            _ => {}
-        }
-    }
-    Some(mesh)
 }

@@ -1,6 +1,8 @@
 //! Classification by crossings against the winding number by solid angles.
 
-use super::shapes::{Mesh, model, sheet, sphere};
+use super::shapes::{Mesh, sheet, sphere};
+use pliant_mesh::ObjDocument;
+use pliant_mesh::testing::{models, shared_models};
 use pliant_plugin_api::Grid;
 use pliant_plugin_api::abi::{CELL_INSIDE, CELL_SURFACE};
 use pliant_plugin_api::lanes::Vec3;
@@ -50,9 +52,18 @@ fn open_shapes_close_where_the_solid_angle_closes_them() {
 
 #[test]
 fn models_close_where_the_solid_angle_closes_them() {
-    for (name, stride) in [("suzanne.obj", 11), ("teapot.obj", 67), ("spot.obj", 67), ("stanford-bunny.obj", 331)] {
-        if let Some(mesh) = model(name) {
-            check(name, &mesh, stride, 0.05);
-        }
+    for model in models(8, 1) {
+        check(&model.name, &Mesh::of(&model.document()), 11, 0.05);
+    }
+}
+
+#[test]
+#[ignore = "needs ../shared/meshes"]
+fn real_models_close_where_the_solid_angle_closes_them() {
+    for path in shared_models() {
+        let mesh = Mesh::of(&ObjDocument::read(&path).unwrap());
+        // So many cells that each model takes about as long.
+        let stride = (mesh.triangles.len() / 200).max(1) | 1;
+        check(&path.display().to_string(), &mesh, stride, 0.05);
     }
 }
