@@ -26,7 +26,7 @@ thread_local! {
 }
 
 /// Replaces the panic hook of this library's copy of the standard library. The default hook prints to standard error from the thread
-/// that panicked; this one keeps the message for [`last_panic`], so that it reaches the host's report.
+/// that panicked; this one keeps the message for `last_panic`, so that it reaches the host's report.
 pub fn install_panic_hook() {
     std::panic::set_hook(Box::new(|info| {
         PANIC.with(|text| {

@@ -1,7 +1,7 @@
 //! An instance of a Rust plugin behind the C interface: it holds the parameter values, and between `activate` and `deactivate` the
 //! material, grid or device.
 //!
-//! Every function the host can call goes through [`guarded`]: it catches a panic (one that left an `extern "C"` function would abort
+//! Every function the host can call goes through `guarded`: it catches a panic (one that left an `extern "C"` function would abort
 //! the host), turns it into a status, reports its message to the host and refuses all later calls of the instance.
 
 use crate::abi::{self, Plugin, Status};

@@ -40,11 +40,19 @@ impl Recording {
     pub fn read(path: &Path) -> Result<Self, RecordingError> {
         let wrong = |reason: String| RecordingError { path: path.to_path_buf(), reason };
         let bytes = std::fs::read(path).map_err(|e| wrong(format!("cannot be read: {e}")))?;
-        Self::parse(&bytes).map_err(wrong)
+        Self::parse(&bytes, path)
+    }
+
+    /// Parses the bytes of a recording; `name` stands for its file in errors.
+    ///
+    /// # Errors
+    /// Bytes that are not a recording, have another version, end too soon, or were changed.
+    pub fn parse(bytes: &[u8], name: &Path) -> Result<Self, RecordingError> {
+        Self::blocks(bytes).map_err(|reason| RecordingError { path: name.to_path_buf(), reason })
     }
 
     /// The recording in a file's bytes, or what is wrong with them.
-    fn parse(bytes: &[u8]) -> Result<Self, String> {
+    fn blocks(bytes: &[u8]) -> Result<Self, String> {
         let whole = bytes.len();
         let mut left = ByteReader(bytes);
         let magic = left.bytes(MAGIC.len()).unwrap_or_default();

@@ -1,0 +1,70 @@
+//! What each fuzz target does with its bytes. A target must not panic, whatever they are.
+
+use pliant_engine::scene;
+use pliant_exoskeleton::key::Key;
+use pliant_exoskeleton::wire::{Layout, read_command, read_pose};
+use pliant_mesh::{ObjDocument, Surface, check};
+use pliant_record::Recording;
+use std::path::Path;
+
+/// A model: what is read is written back byte for byte, and can be looked at.
+pub fn obj(bytes: &[u8]) {
+    let Ok(document) = ObjDocument::parse(bytes.to_vec(), Path::new("fuzzed.obj")) else { return };
+    let mut out = Vec::new();
+    document.write(document.positions(), Some(document.normals()), &mut out).expect("a Vec takes everything");
+    assert!(out == bytes, "an unedited document changed");
+    let surface = Surface::from_document(&document);
+    check(&surface, &document);
+}
+
+/// A scene file.
+pub fn scene(bytes: &[u8]) {
+    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    if let Err(error) = scene::load_text(Path::new("fuzzed.toml"), text.to_owned(), &[]) {
+        assert!(!error.to_string().is_empty());
+    }
+}
+
+/// A recording of a session.
+pub fn recording(bytes: &[u8]) {
+    if let Ok(recording) = Recording::parse(bytes, Path::new("fuzzed.rec")) {
+        let shape = recording.steps.first().map(|step| step.device_forces.len());
+        assert!(recording.steps.iter().all(|step| Some(step.device_forces.len()) == shape), "steps differ in shape");
+    }
+}
+
+/// Datagrams of the exoskeleton, as received, and once more with the right checksum, so that what is behind it is reached.
+pub fn datagram(bytes: &[u8]) {
+    let (layout, key) = (Layout { rows: 5, columns: 6 }, Key::new(&[7; 16]));
+    let mut sealed = bytes.to_vec();
+    if let Some((content, checksum)) = sealed.split_last_chunk_mut::<4>() {
+        *checksum = crc32(content).to_le_bytes();
+    }
+    for bytes in [bytes, &sealed] {
+        for key in [None, Some(&key)] {
+            if let Ok((header, fingers)) = read_pose(bytes, layout, key) {
+                assert!(header.from != 0 && fingers.iter().all(|f| f.position.iter().all(|x| x.is_finite())));
+            }
+            if let Ok((header, feels)) = read_command(bytes, layout, key) {
+                assert!(header.from != 0 && feels.iter().all(|f| f.force.iter().all(|x| x.is_finite())));
+            }
+        }
+    }
+}
+
+/// A number with a unit: what is accepted is finite.
+pub fn quantity(bytes: &[u8]) {
+    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    for si in ["m", "Pa", "N s/m", "rad", "1", "no unit"] {
+        if let Ok(value) = scene::parse_quantity(text, si) {
+            assert!(value.is_finite(), "{text:?} is {value} {si}");
+        }
+    }
+}
+
+/// CRC-32 of IEEE 802.3, bit by bit.
+fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(!0, |sum, byte| {
+        (0..8).fold(sum ^ u32::from(*byte), |sum, _| (sum >> 1) ^ if sum & 1 == 1 { 0xedb8_8320 } else { 0 })
+    })
+}
