@@ -58,15 +58,16 @@ fn hierarchy() {
     let document = ObjDocument::read(&bunny(&Bench::new()).1).unwrap();
     let surface = Surface::from_document(&document);
     let surface = surface.placed(&Placement::fit(&surface.bounds(), 0.1).unwrap());
+    let points: Vec<[f64; 3]> = surface.points.iter().map(|p| (*p).into()).collect();
     for level in [6, 7, 8] {
         let mut cells = 0;
         let seconds = (0..7)
             .map(|_| {
                 let mut grid = Grid::open(library("octree-grid"), "octree-grid", &Vec::new(), 1e-3).unwrap();
                 let start = Instant::now();
-                grid.build(&surface.points, &surface.triangles, level).unwrap();
+                grid.build(&points, &surface.triangles, level).unwrap();
                 let (mut at, mut weights) = (vec![0; surface.points.len()], vec![[0.0; 8]; surface.points.len()]);
-                grid.weights(level, &surface.points, &mut at, &mut weights).unwrap();
+                grid.weights(level, &points, &mut at, &mut weights).unwrap();
                 let seconds = start.elapsed().as_secs_f64();
                 let facts = grid.level(level).unwrap();
                 cells = facts.surface_cells + facts.inside_cells;

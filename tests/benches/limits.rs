@@ -3,6 +3,7 @@
 #![allow(clippy::print_stdout, reason = "a bench prints its figures")]
 
 use pliant_host::{Material, ParamValue};
+use pliant_mesh::geometry::Vec3;
 use pliant_plugin_api::{abi, kit};
 use pliant_solver::{Factors, Integrator, Loads, Matrix, Nodes, Pool, Scheme, Single, StandIn, StepTime, System};
 use pliant_tests::{NOW, library, open};
@@ -116,7 +117,7 @@ fn cloth(n: usize) {
     let mut matrix = system.matrix.take().unwrap();
     let (rows, blocks) = (matrix.rows() as f64, matrix.blocks() as f64);
     let off = 2.0 * (blocks - rows);
-    let x: Vec<[f64; 3]> = (0..matrix.rows()).map(|i| [(i as f64).sin(), (2.0 * i as f64).cos(), 1.0]).collect();
+    let x: Vec<Vec3> = (0..matrix.rows()).map(|i| Vec3::new((i as f64).sin(), (2.0 * i as f64).cos(), 1.0)).collect();
     let mut out = x.clone();
     let seconds = least(200, || matrix.product(&pool, &x, black_box(&mut out)));
     line(&format!("cloth {n}: product"), seconds, matrix.bytes() as f64 + 48.0 * rows, 18.0 * (off + rows));
@@ -161,7 +162,7 @@ fn cloth(n: usize) {
     }
     let seconds = least(50, || single.update(&pool, &matrix));
     line(&format!("cloth {n}: that taken over"), seconds, 72.0 * blocks, 0.0);
-    let mut out = vec![[0.0; 3]; x.len()];
+    let mut out = vec![Vec3::zeros(); x.len()];
     let seconds = least(200, || single.exact_products(&pool, &matrix, [black_box(&x)], [black_box(&mut out)]));
     line(&format!("cloth {n}: product of that, in double precision"), seconds, bytes, flops);
 }
@@ -181,7 +182,7 @@ fn lattice(pool: &Pool, cells: usize, memory: f64) {
         let material = Material::open(library, "mass-spring", &settings, 1e-4).unwrap();
         let mut system = System::new(Box::new(material));
         let block = kit::block([cells as u32; 3], 2.5e-3, abi::STRUCTURAL | abi::SHEAR | abi::FLEXION);
-        system.nodes = Nodes::at_rest(block.rest.clone());
+        system.nodes = Nodes::at_rest(block.rest.iter().copied().map(Vec3::from).collect());
         for set in &mut system.sets {
             let given = block.elements(set.request().kind);
             let list = set.list_mut();
@@ -192,7 +193,7 @@ fn lattice(pool: &Pool, cells: usize, memory: f64) {
             system.enable_matrix();
         }
         for (i, v) in system.nodes.v.iter_mut().enumerate() {
-            *v = [0.01 * (i as f64).sin(), 0.01 * (2.0 * i as f64).cos(), 0.0];
+            *v = Vec3::new(0.01 * (i as f64).sin(), 0.01 * (2.0 * i as f64).cos(), 0.0);
         }
         let mut integrator = Integrator::new(scheme, 1e-4, 1000);
         let n = system.nodes.len();

@@ -4,7 +4,7 @@
 use pliant_host::{DeviceInfo, EffectorOutput, Pose};
 use pliant_live::{HapticDevice, StopDevice};
 use pliant_plugin_api::abi::{POSE_VALID, Status};
-use pliant_solver::{V3, axpy, dot};
+use pliant_solver::Vec3;
 use std::sync::{Arc, Mutex};
 
 /// s, of a step of the arm's own motion
@@ -26,26 +26,26 @@ pub struct ArmModel {
     /// N/m and N s/m, of the hand's hold
     pub grip: (f64, f64),
     /// m, where the hand wants to be at a time (s)
-    pub target: Arc<dyn Fn(f64) -> V3 + Send + Sync>,
+    pub target: Arc<dyn Fn(f64) -> Vec3 + Send + Sync>,
     /// m, of the next sample alone: a sensor's glitch
-    pub glitch: Arc<Mutex<Option<V3>>>,
+    pub glitch: Arc<Mutex<Option<Vec3>>>,
 }
 
 /// What a test may look at.
 #[derive(Clone, Debug, Default)]
 pub struct ArmState {
     /// m
-    pub position: V3,
+    pub position: Vec3,
     /// m/s
-    pub velocity: V3,
+    pub velocity: Vec3,
     /// N, rendered
-    pub force: V3,
+    pub force: Vec3,
     /// ns
     pub valid_until: u64,
     /// J, the rendered force has given so far
     pub given: f64,
     /// N, every force it was told to render
-    pub forces: Vec<V3>,
+    pub forces: Vec<Vec3>,
     /// Whether it was stopped.
     pub stopped: bool,
     time: f64,
@@ -59,7 +59,7 @@ pub struct Arm {
 
 impl ArmModel {
     /// 45 g on 0.2 N s/m with 0.055 mm counts at 1 kHz (assumptions, but for the counts), led along a path by a soft hand.
-    pub fn desktop(target: impl Fn(f64) -> V3 + Send + Sync + 'static) -> Self {
+    pub fn desktop(target: impl Fn(f64) -> Vec3 + Send + Sync + 'static) -> Self {
         Self {
             rate: 1000.0,
             mass: 0.045,
@@ -91,17 +91,17 @@ impl ArmState {
     fn go_to(&mut self, model: &ArmModel, time: f64) {
         while self.time < time {
             let h = STEP.min(time - self.time);
-            let force = if self.time * 1e9 <= self.valid_until as f64 { self.force } else { [0.0; 3] };
-            let away = axpy((model.target)(self.time), -1.0, self.position);
+            let force = if self.time * 1e9 <= self.valid_until as f64 { self.force } else { Vec3::zeros() };
+            let away = (model.target)(self.time) - self.position;
             let (k, c) = model.grip;
             let d = c + model.damping;
             // Implicit in the damping, so that any damping is borne.
-            let pushed = axpy(force, k, away);
-            let velocity = axpy(self.velocity, h / model.mass, pushed).map(|v| v / (1.0 + h * d / model.mass));
+            let pushed = force + k * away;
+            let velocity = (self.velocity + h / model.mass * pushed).map(|v| v / (1.0 + h * d / model.mass));
             let before = self.position;
-            self.position = axpy(self.position, h, velocity);
+            self.position += h * velocity;
             self.velocity = velocity;
-            self.given += dot(force, axpy(self.position, -1.0, before));
+            self.given += force.dot(&(self.position - before));
             self.time += h;
             if time - self.time < 1e-12 {
                 self.time = time;
@@ -137,15 +137,15 @@ impl HapticDevice for Arm {
         let step = self.model.resolution;
         let counted = if step > 0.0 { state.position.map(|c| (c / step).floor() * step) } else { state.position };
         let glitch = self.model.glitch.lock().ok().and_then(|mut glitch| glitch.take());
-        let position = glitch.map_or(counted, |aside| axpy(counted, 1.0, aside));
-        poses.fill(Pose { time_ns: time, flags: POSE_VALID, position, ..Pose::default() });
+        let position = glitch.map_or(counted, |aside| counted + aside);
+        poses.fill(Pose { time_ns: time, flags: POSE_VALID, position: position.into(), ..Pose::default() });
         Status::OK
     }
 
     fn write(&mut self, _: u64, outputs: &[EffectorOutput<'_>]) -> Status {
         let mut state = state(&self.state);
-        (state.force, state.valid_until) = (outputs[0].force, outputs[0].valid_until);
-        state.forces.push(outputs[0].force);
+        (state.force, state.valid_until) = (outputs[0].force.into(), outputs[0].valid_until);
+        state.forces.push(outputs[0].force.into());
         Status::OK
     }
 
@@ -153,7 +153,7 @@ impl HapticDevice for Arm {
         let of_arm = Arc::clone(&self.state);
         Box::new(move || {
             let mut state = state(&of_arm);
-            (state.force, state.stopped) = ([0.0; 3], true);
+            (state.force, state.stopped) = (Vec3::zeros(), true);
         })
     }
 }

@@ -4,7 +4,7 @@
 use crate::arm::{Arm, ArmModel, ArmState};
 use pliant_engine::session::Session;
 use pliant_live::{HapticDevice, Servo, SimulationPort};
-use pliant_solver::V3;
+use pliant_solver::Vec3;
 use std::sync::{Arc, Mutex};
 
 /// A session with arms in the place of its devices.
@@ -69,15 +69,14 @@ impl Bout {
     /// # Panics
     /// If one is not.
     pub fn forces_are_safe(&self, index: usize, slew: f64) {
-        let (forces, mut last) = (self.arm(index).forces, [0.0; 3]);
+        let (forces, mut last) = (self.arm(index).forces, Vec3::zeros());
         assert!(forces.len() > 100, "{} forces", forces.len());
         for (tick, force) in forces.into_iter().enumerate() {
-            let norm = |f: V3| f.iter().map(|c| c * c).sum::<f64>().sqrt();
-            let jump = norm([0, 1, 2].map(|i| force[i] - last[i]));
-            assert!(norm(force) <= 3.3 + 1e-9, "tick {tick}: {force:?} N");
+            let jump = (force - last).norm();
+            assert!(force.norm() <= 3.3 + 1e-9, "tick {tick}: {force:?} N");
             // To zero, one may let go at once.
             assert!(
-                jump <= slew / self.servo.rate() + 1e-9 || force == [0.0; 3],
+                jump <= slew / self.servo.rate() + 1e-9 || force == Vec3::zeros(),
                 "tick {tick}: {last:?} to {force:?} N"
             );
             last = force;

@@ -4,7 +4,7 @@ use crate::{Bench, open_file};
 use pliant_engine::session::Session;
 use pliant_mesh::Surface;
 use pliant_mesh::generate::{Pattern, equilateral_rows, grid};
-use pliant_solver::{Integrator, Loads, Pool, Scheme, StepError, StepReport, StepTime, System, V3, axpy, dot};
+use pliant_solver::{Integrator, Loads, Pool, Scheme, StepError, StepReport, StepTime, System, Vec3};
 use std::fmt::Write;
 
 /// The patterns of reference cases.
@@ -29,9 +29,9 @@ pub struct Piece {
     /// How it moves.
     pub integrator: Integrator,
     /// m/s^2
-    pub gravity: V3,
+    pub gravity: Vec3,
     /// N (n x 3), or empty
-    pub forces: Vec<V3>,
+    pub forces: Vec<Vec3>,
     /// s
     pub time: f64,
 }
@@ -41,7 +41,7 @@ impl Piece {
     ///
     /// # Panics
     /// If the scene cannot be opened.
-    pub fn new(surface: &Surface, params: &str, held: impl Fn(V3) -> bool, clamp: bool) -> Self {
+    pub fn new(surface: &Surface, params: &str, held: impl Fn(Vec3) -> bool, clamp: bool) -> Self {
         let mut obj = String::new();
         surface.points.iter().for_each(|p| _ = writeln!(obj, "v {:?} {:?} {:?}", p[0], p[1], p[2]));
         surface
@@ -64,7 +64,7 @@ impl Piece {
         let mut piece = Self {
             session,
             integrator: Integrator::new(Scheme::BackwardEuler, 1e-10, 20_000),
-            gravity: [0.0; 3],
+            gravity: Vec3::zeros(),
             forces: Vec::new(),
             time: 0.0,
         };
@@ -87,10 +87,10 @@ impl Piece {
     }
 
     /// Puts every node where `place` says, from where it rests (m), and stops it.
-    pub fn put(&mut self, mut place: impl FnMut(V3) -> V3) {
+    pub fn put(&mut self, mut place: impl FnMut(Vec3) -> Vec3) {
         let nodes = &mut self.system().nodes;
         for i in 0..nodes.len() {
-            (nodes.x[i], nodes.v[i]) = (place(nodes.rest[i]), [0.0; 3]);
+            (nodes.x[i], nodes.v[i]) = (place(nodes.rest[i]), Vec3::zeros());
         }
         self.integrator.forget_past();
     }
@@ -134,29 +134,29 @@ impl Piece {
     }
 
     /// N, the sum of what it took to hold nodes that rest where `chosen` says, in the last step.
-    pub fn reaction(&mut self, chosen: impl Fn(V3) -> bool) -> V3 {
+    pub fn reaction(&mut self, chosen: impl Fn(Vec3) -> bool) -> Vec3 {
         let nodes = &self.session.bodies[0].system.nodes;
         let all = self.integrator.reaction.iter().zip(&nodes.rest);
-        all.filter(|(_, rest)| chosen(**rest)).fold([0.0; 3], |sum, (f, _)| axpy(sum, 1.0, *f))
+        all.filter(|(_, rest)| chosen(**rest)).map(|(f, _)| *f).sum()
     }
 
     /// Mean place of nodes that rest where `chosen` says, m.
-    pub fn mean(&mut self, chosen: impl Fn(V3) -> bool) -> V3 {
+    pub fn mean(&mut self, chosen: impl Fn(Vec3) -> bool) -> Vec3 {
         let nodes = &self.session.bodies[0].system.nodes;
-        let all: Vec<V3> = nodes.rest.iter().zip(&nodes.x).filter(|(r, _)| chosen(**r)).map(|(_, x)| *x).collect();
-        all.iter().fold([0.0; 3], |sum, x| axpy(sum, 1.0 / all.len() as f64, *x))
+        let all: Vec<Vec3> = nodes.rest.iter().zip(&nodes.x).filter(|(r, _)| chosen(**r)).map(|(_, x)| *x).collect();
+        all.iter().map(|x| 1.0 / all.len() as f64 * *x).sum()
     }
 
     /// Mean place along the line that rests at `x` (m) across the sheet, m: of the surface, whatever its triangles are.
     ///
     /// # Panics
     /// If no triangle is there.
-    pub fn mean_across(&mut self, x: f64) -> V3 {
+    pub fn mean_across(&mut self, x: f64) -> Vec3 {
         const PLACES: usize = 256;
         let surface = &self.session.bodies[0].model.surface;
         let nodes = &self.session.bodies[0].system.nodes;
         let [low, high] = [f64::min, f64::max].map(|pick| surface.points.iter().map(|p| p[1]).reduce(pick).unwrap());
-        let mut sum = [0.0; 3];
+        let mut sum = Vec3::zeros();
         for i in 0..PLACES {
             let y = low + (high - low) * (i as f64 + 0.5) / PLACES as f64;
             let weights = |t: &[u32; 3]| {
@@ -170,7 +170,7 @@ impl Piece {
             let all = surface.triangles.iter().map(|t| (t, weights(t)));
             let (t, w) = all.max_by(|a, b| least(&a.1).total_cmp(&least(&b.1))).expect("a sheet has triangles");
             for (v, w) in t.iter().zip(w) {
-                sum = axpy(sum, w / PLACES as f64, nodes.x[*v as usize]);
+                sum += w / PLACES as f64 * nodes.x[*v as usize];
             }
         }
         sum
@@ -186,7 +186,7 @@ impl Piece {
         let elastic = system.energy(StepTime { start: time, dt: 0.0 }).unwrap_or_else(|e| panic!("{e}"));
         let nodes = &system.nodes;
         let free = nodes.mass.iter().zip(&nodes.x).zip(&nodes.constraint).filter(|(_, c)| c.is_free());
-        let height = free.map(|((m, x), _)| -m * dot(gravity, *x)).sum();
+        let height = free.map(|((m, x), _)| -m * gravity.dot(x)).sum();
         [nodes.kinetic_energy(), elastic, height]
     }
 }
@@ -206,7 +206,7 @@ pub fn cylinder(pattern: Pattern, n: u32, degrees: f64, bending: &str, radius: f
             let (along, across) = (c * p[0] + s * p[1], c * p[1] - s * p[0]);
             let (sine, cosine) = (along / radius).sin_cos();
             let bent = radius * sine;
-            [c * bent - s * across, s * bent + c * across, radius * (1.0 - cosine)]
+            Vec3::new(c * bent - s * across, s * bent + c * across, radius * (1.0 - cosine))
         });
         piece.energies()[1]
     };

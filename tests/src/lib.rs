@@ -13,6 +13,7 @@ pub mod twin;
 pub mod wall;
 
 use pliant_host::{Library, SearchPath};
+use pliant_mesh::geometry::Vec3;
 use pliant_solver::StepTime;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -252,11 +253,11 @@ tool = "finger"
 pub struct Everywhere;
 
 impl pliant_engine::body::Inner for Everywhere {
-    fn near(&self, _: [f64; 3], _: f64) -> Vec<[[f64; 3]; 3]> {
+    fn near(&self, _: Vec3, _: f64) -> Vec<[Vec3; 3]> {
         Vec::new()
     }
 
-    fn has(&self, _: [f64; 3]) -> bool {
+    fn has(&self, _: Vec3) -> bool {
         true
     }
 }

@@ -3,7 +3,7 @@
 use crate::library;
 use pliant_host::{Material, ParamValue};
 use pliant_plugin_api::kit;
-use pliant_solver::{Constraint, Integrator, Loads, Nodes, Pool, Scheme, StepTime, System, V3};
+use pliant_solver::{Constraint, Integrator, Loads, Nodes, Pool, Scheme, StepTime, System, Vec3};
 
 /// Opens a material with numbers for its parameters.
 ///
@@ -25,7 +25,7 @@ pub fn block(material: Material, cells: [u32; 3], h: f64) -> System {
     let mut system = System::new(Box::new(material));
     let families = system.sets.iter().fold(0, |all, set| all | set.request().families);
     let block = kit::block(cells, h, families);
-    system.nodes = Nodes::at_rest(block.rest.clone());
+    system.nodes = Nodes::at_rest(block.rest.iter().copied().map(Vec3::from).collect());
     for set in &mut system.sets {
         let kind = set.request().kind;
         let given = block.elements(kind);
@@ -39,7 +39,7 @@ pub fn block(material: Material, cells: [u32; 3], h: f64) -> System {
 }
 
 /// Holds or leads nodes: `place` gives where a node with this rest place stands, or `None` for a free one.
-pub fn hold(system: &mut System, place: impl Fn(V3) -> Option<V3>) {
+pub fn hold(system: &mut System, place: impl Fn(Vec3) -> Option<Vec3>) {
     let nodes = &mut system.nodes;
     for i in 0..nodes.len() {
         if let Some(x) = place(nodes.rest[i]) {
@@ -54,19 +54,19 @@ pub fn hold(system: &mut System, place: impl Fn(V3) -> Option<V3>) {
 ///
 /// # Panics
 /// If the material fails.
-pub fn settle(system: &mut System, forces: &[V3], newton_steps: usize) -> f64 {
+pub fn settle(system: &mut System, forces: &[Vec3], newton_steps: usize) -> f64 {
     let pool = Pool::new(1);
     let mut integrator = Integrator::new(Scheme::BackwardEuler, 1e-10, 20_000);
     integrator.resize(system.nodes.len());
     for _ in 0..newton_steps {
-        system.nodes.v.fill([0.0; 3]);
+        system.nodes.v.fill(Vec3::zeros());
         let loads = Loads { forces, ..Loads::default() };
         let report = integrator
             .step(&pool, system, &loads, StepTime { start: 0.0, dt: 1e4 }, 1)
             .unwrap_or_else(|e| panic!("{e}"));
         assert!(report.converged, "{report:?}");
     }
-    system.nodes.v.fill([0.0; 3]);
+    system.nodes.v.fill(Vec3::zeros());
     let (force, nodes) = (self::forces(system), &system.nodes);
     let free = (0..nodes.len()).filter(|i| nodes.constraint[*i] == Constraint::Free);
     free.flat_map(|i| (0..3).map(move |c| (i, c)))
@@ -78,10 +78,10 @@ pub fn settle(system: &mut System, forces: &[V3], newton_steps: usize) -> f64 {
 ///
 /// # Panics
 /// If the material fails.
-pub fn forces(system: &mut System) -> Vec<V3> {
-    let mut force = vec![[0.0; 3]; system.nodes.len()];
+pub fn forces(system: &mut System) -> Vec<Vec3> {
+    let mut force = vec![Vec3::zeros(); system.nodes.len()];
     system
-        .forces(&Pool::new(1), Some(&vec![[0.0; 3]; force.len()]), StepTime::default(), &mut force)
+        .forces(&Pool::new(1), Some(&vec![Vec3::zeros(); force.len()]), StepTime::default(), &mut force)
         .unwrap_or_else(|e| panic!("{e}"));
     force
 }

@@ -3,7 +3,7 @@
 use crate::arm::{Arm, ArmModel};
 use pliant_engine::tool::ContactModel;
 use pliant_live::{HapticDevice, Servo};
-use pliant_solver::axpy;
+use pliant_mesh::geometry::Vec3;
 
 /// A wall and who leans on it.
 pub struct Wall {
@@ -48,18 +48,18 @@ pub fn swing(wall: &Wall) -> f64 {
     // The lean is the hold of a hand as soft as air, far away.
     let soft = 1e-3;
     let frame = session.devices[0].frame;
-    let target = move |_: f64| [0.0, 0.0, -LEAN / soft];
+    let target = move |_: f64| Vec3::new(0.0, 0.0, -LEAN / soft);
     let mut model = ArmModel::desktop(target);
     (model.rate, model.damping, model.resolution, model.grip) = (wall.rate, wall.damping, wall.resolution, (soft, 0.0));
     model.peak = (PEAK, PEAK);
     let mass = model.mass;
     let (arm, state) = Arm::new(model);
-    state.lock().expect("alone").position = [0.0, 0.0, 0.005];
+    state.lock().expect("alone").position = Vec3::new(0.0, 0.0, 0.005);
     let (mut servo, mut port) = Servo::new(&session, vec![Box::new(arm) as Box<dyn HapticDevice>], Some(wall.rate));
     servo.safety().for_each(|safety| safety.control(wall.controls));
     let seconds = 1.0 + 9.0 * 2.0 * mass / wall.damping;
     let (ticks, mut least, mut most) = ((seconds * wall.rate) as u64, f64::INFINITY, f64::NEG_INFINITY);
-    let normal = axpy(frame.to_scene([0.0, 0.0, 1.0]), -1.0, frame.origin);
+    let normal = frame.to_scene(Vec3::z()) - frame.origin;
     for tick in 1..=ticks {
         let now = (tick as f64 / wall.rate * 1e9).round() as u64;
         servo.tick(now);
@@ -70,8 +70,8 @@ pub fn swing(wall: &Wall) -> f64 {
             let k = if wall.slope { wall.stiffness } else { 0.0 };
             let contact = ContactModel {
                 time,
-                force: normal.map(|n| wall.stiffness * depth * n),
-                at: frame.to_scene([place[0], place[1], place[2].min(0.0)]),
+                force: wall.stiffness * depth * normal,
+                at: frame.to_scene(Vec3::new(place[0], place[1], place[2].min(0.0))),
                 stiffness: std::array::from_fn(|e| k * normal[e / 3] * normal[e % 3]),
                 normal: Some(normal),
                 ..ContactModel::default()

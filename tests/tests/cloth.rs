@@ -1,7 +1,7 @@
 //! Cloth against closed forms and high-accuracy values.
 
 use pliant_engine::session::{EventKind, Session};
-use pliant_solver::{axpy, dot};
+use pliant_mesh::geometry::Vec3;
 use pliant_tests::open;
 
 /// A sheet of `cells` along x and y, of `size` (m), with `material` parameters and more lines.
@@ -33,14 +33,14 @@ const STATIC: &str = r#"
         iterations = 20000"#;
 
 /// Vertices that rest where `wanted` says, where they are now.
-fn places(session: &mut Session, wanted: impl Fn([f64; 3]) -> bool) -> Vec<[f64; 3]> {
+fn places(session: &mut Session, wanted: impl Fn(Vec3) -> bool) -> Vec<Vec3> {
     session.update_surface();
     let body = &session.bodies[0];
     let all = body.model.surface.points.iter().zip(&body.skin.x);
     all.filter(|(rest, _)| wanted(**rest)).map(|(_, x)| *x).collect()
 }
 
-fn mean(places: &[[f64; 3]], i: usize) -> f64 {
+fn mean(places: &[Vec3], i: usize) -> f64 {
     places.iter().map(|x| x[i]).sum::<f64>() / places.len() as f64
 }
 
@@ -93,7 +93,7 @@ fn a_strip_hangs_as_a_bar_does() {
         session.step();
         let tip = places(&mut session, |p| p[1] < 1e-9);
         errors.push((-mean(&tip, 1) / (rho * 9.81 * l * l / (2.0 * young)) - 1.0).abs());
-        let top = session.reactions(0).iter().fold([0.0; 3], |sum, f| axpy(sum, 1.0, *f));
+        let top: Vec3 = session.reactions(0).iter().sum();
         let weight = rho * 9.81 * 0.2 * l * l;
         assert!((top[1] / weight - 1.0).abs() < 1e-6, "{top:?} N carry {weight} N");
     }
@@ -166,15 +166,12 @@ fn a_fingertip_feels_what_it_takes_to_hold_the_cloth() {
     let top = session.reactions(0);
     let body = &session.bodies[0];
     let held = (0..top.len()).filter(|i| !body.system.nodes.constraint[*i].is_free());
-    let border = held.fold([0.0; 3], |sum, i| axpy(sum, 1.0, top[i]));
+    let border: Vec3 = held.map(|i| top[i]).sum();
     assert!(felt.force[2] > 0.0, "{felt:?}");
-    let off = axpy(felt.force, -1.0, border);
-    assert!(dot(off, off).sqrt() < 0.02 * felt.force[2], "finger {:?} N, border {border:?} N", felt.force);
+    let off = felt.force - border;
+    assert!(off.norm() < 0.02 * felt.force[2], "finger {:?} N, border {border:?} N", felt.force);
     let all = places(&mut session, |_| true);
-    let inside = all.iter().filter(|x| {
-        let d = axpy(**x, -1.0, [0.1, 0.1, -0.002]);
-        dot(d, d).sqrt() < 0.008 * (1.0 - 1e-3)
-    });
+    let inside = all.iter().filter(|x| (**x - Vec3::new(0.1, 0.1, -0.002)).norm() < 0.008 * (1.0 - 1e-3));
     assert_eq!(inside.count(), 0, "no vertex is inside the tip");
     assert_eq!(session.events.count(EventKind::NotConverged) + session.events.count(EventKind::Quarantine), 0);
 }

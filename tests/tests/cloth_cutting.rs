@@ -3,7 +3,7 @@
 use pliant_engine::body::Body;
 use pliant_engine::session::{EventKind, Session};
 use pliant_record::write_model;
-use pliant_solver::{Constraint, V3, axpy, dot};
+use pliant_solver::{Constraint, Vec3};
 use pliant_tests::{Bench, NOW, open, open_file, root};
 
 fn run(session: &mut Session, seconds: f64) {
@@ -53,19 +53,18 @@ fn energy(body: &mut Body) -> f64 {
 }
 
 /// kg, kg m/s, kg m^2/s, kg m: mass, momentum, angular momentum and first moment
-fn sums(body: &Body) -> (f64, V3, V3, V3) {
+fn sums(body: &Body) -> (f64, Vec3, Vec3, Vec3) {
     let nodes = &body.system.nodes;
-    let cross = |a: V3, b: V3| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-    (0..nodes.len()).fold((0.0, [0.0; 3], [0.0; 3], [0.0; 3]), |(mass, p, l, x), i| {
+    (0..nodes.len()).fold((0.0, Vec3::zeros(), Vec3::zeros(), Vec3::zeros()), |(mass, p, l, x), i| {
         let m = nodes.mass[i];
-        let spin = cross(nodes.x[i], nodes.v[i]);
-        (mass + m, axpy(p, m, nodes.v[i]), axpy(l, m, spin), axpy(x, m, nodes.x[i]))
+        let spin = nodes.x[i].cross(&nodes.v[i]);
+        (mass + m, p + m * nodes.v[i], l + m * spin, x + m * nodes.x[i])
     })
 }
 
-fn off(a: V3, b: V3) -> f64 {
-    let d = axpy(a, -1.0, b);
-    (dot(d, d) / dot(b, b)).sqrt()
+fn off(a: Vec3, b: Vec3) -> f64 {
+    let d = a - b;
+    (d.norm_squared() / b.norm_squared()).sqrt()
 }
 
 #[test]
@@ -75,11 +74,11 @@ fn an_advance_keeps_mass_momentum_and_membrane_energy() {
     let body = &mut session.bodies[0];
     let nodes = &mut body.system.nodes;
     for i in 0..nodes.len() {
-        let [x, y, _] = nodes.rest[i];
-        nodes.x[i] = [1.1 * x + 0.2 * y, 0.95 * y, 0.3 * x + 0.1 * y]; // stretched and turned, flat
-        nodes.v[i] = [0.4 - 3.0 * y, 0.2 + 3.0 * x, 0.5 + 2.0 * x * y];
+        let [x, y, _] = nodes.rest[i].into();
+        nodes.x[i] = Vec3::new(1.1 * x + 0.2 * y, 0.95 * y, 0.3 * x + 0.1 * y); // stretched and turned, flat
+        nodes.v[i] = Vec3::new(0.4 - 3.0 * y, 0.2 + 3.0 * x, 0.5 + 2.0 * x * y);
     }
-    let blade = |x: f64| pliant_cut::Blade { tip: [x, 0.0481, -0.01], heel: [x, 0.0502, 0.01] };
+    let blade = |x: f64| pliant_cut::Blade { tip: Vec3::new(x, 0.0481, -0.01), heel: Vec3::new(x, 0.0502, 0.01) };
     let mut stroke = pliant_cut::Stroke::begin(blade(-0.01)).unwrap();
     let (mut advances, mut x) = (0, -0.01);
     while x < 0.11 {
@@ -179,9 +178,9 @@ fn taken_back_and_made_again_to_the_bit() {
         let rows = [&nodes.rest, &nodes.x, &nodes.v].into_iter().flatten().flatten().chain(&nodes.mass);
         let bits = rows.map(|v| v.to_bits()).collect::<Vec<_>>();
         let system = &mut session.bodies[0].system;
-        let mut force = vec![[0.0; 3]; system.nodes.len()];
+        let mut force = vec![Vec3::zeros(); system.nodes.len()];
         system.forces(&pliant_solver::Pool::new(1), None, NOW, &mut force).unwrap();
-        (bits, force.into_iter().flatten().map(f64::to_bits).collect::<Vec<_>>(), bench.read("final.obj"))
+        (bits, force.iter().flatten().map(|f| f.to_bits()).collect::<Vec<_>>(), bench.read("final.obj"))
     };
     let before = bytes(&mut session);
     run(&mut session, 0.26);
@@ -203,8 +202,8 @@ fn hinges_keep_how_far_their_yarns_have_slipped() {
     session.step();
     let body = &mut session.bodies[0];
     for i in 0..body.system.nodes.len() {
-        let [x, y, _] = body.system.nodes.rest[i];
-        body.system.nodes.x[i] = [(50.0 * x).sin() / 50.0, y, (1.0 - (50.0 * x).cos()) / 50.0];
+        let [x, y, _] = body.system.nodes.rest[i].into();
+        body.system.nodes.x[i] = Vec3::new((50.0 * x).sin() / 50.0, y, (1.0 - (50.0 * x).cos()) / 50.0);
     }
     body.system.advance(NOW).unwrap();
     let slipped = |body: &Body| -> Vec<u64> {
@@ -214,7 +213,7 @@ fn hinges_keep_how_far_their_yarns_have_slipped() {
     let before = slipped(body);
     let many = |all: &[u64]| all.iter().filter(|h| f64::from_bits(**h).abs() > 1e-3).count();
     let state = body.save();
-    let blade = |x: f64| pliant_cut::Blade { tip: [x, 0.0481, -0.01], heel: [x, 0.0502, 0.01] };
+    let blade = |x: f64| pliant_cut::Blade { tip: Vec3::new(x, 0.0481, -0.01), heel: Vec3::new(x, 0.0502, 0.01) };
     let mut stroke = pliant_cut::Stroke::begin(blade(-0.01)).unwrap();
     for x in (0..60).map(|i| 0.002 * f64::from(i)) {
         let advance = body.cut.as_mut().unwrap().advance(&mut stroke, blade(x));
@@ -289,7 +288,7 @@ fn texture_coordinates_stay_where_they_are_on_the_cloth() {
     let mut seen = 0;
     for face in 0..document.face_count() {
         for corner in document.face(face).unwrap().corners {
-            let [x, y, _] = mesh.surface().points[corner.v as usize];
+            let [x, y, _] = mesh.surface().points[corner.v as usize].into();
             let [u, v] = document.texcoords()[corner.vt().unwrap() as usize];
             assert!((u - 3.0 * x - y).abs() < 1e-12 && (v - 5.0 * y + x).abs() < 1e-12, "{x} {y}: {u} {v}");
             seen += 1;

@@ -1,7 +1,7 @@
 //! Bending to and fro with friction between the yarns: the loop of moment against curvature, and what is kept of it.
 
 use pliant_mesh::generate::Pattern;
-use pliant_solver::{Pool, V3, axpy, dot};
+use pliant_solver::{Pool, Vec3};
 use pliant_tests::NOW;
 use pliant_tests::cloth::{Piece, sheet};
 
@@ -11,12 +11,12 @@ const LOOP: f64 = 1.4e-3;
 const SLIPS: f64 = 10.0;
 
 /// A cylinder of curvature `k` (1/m) along x.
-fn bent(rest: V3, k: f64) -> V3 {
+fn bent(rest: Vec3, k: f64) -> Vec3 {
     if k == 0.0 {
         return rest;
     }
     let (sine, cosine) = (k * rest[0]).sin_cos();
-    [sine / k, rest[1], (1.0 - cosine) / k]
+    Vec3::new(sine / k, rest[1], (1.0 - cosine) / k)
 }
 
 /// N, the moment by width of a sheet that is bent to each of `curvatures` in turn.
@@ -30,12 +30,12 @@ fn moments(bending: &str, pattern: Pattern, hysteresis: f64, curvatures: &[f64])
     let area = surface.points.iter().fold(0.0, |m: f64, p| m.max(p[1])) * 0.1;
     let mut found = Vec::new();
     for &k in curvatures {
-        let turn = |p: V3| axpy(bent(p, k + 1e-4), -1.0, bent(p, k - 1e-4)).map(|c| c / 2e-4);
+        let turn = |p: Vec3| (bent(p, k + 1e-4) - bent(p, k - 1e-4)).map(|c| c / 2e-4);
         piece.put(|p| bent(p, k));
         let system = piece.system();
-        let mut force = vec![[0.0; 3]; system.nodes.len()];
+        let mut force = vec![Vec3::zeros(); system.nodes.len()];
         system.forces(&Pool::new(1), None, NOW, &mut force).unwrap();
-        let work: f64 = force.iter().zip(&system.nodes.rest).map(|(f, rest)| dot(*f, turn(*rest))).sum();
+        let work: f64 = force.iter().zip(&system.nodes.rest).map(|(f, rest)| f.dot(&turn(*rest))).sum();
         found.push(-work / area);
         system.advance(NOW).unwrap();
     }

@@ -4,12 +4,11 @@
 use pliant_cut::{Blade, Stroke};
 use pliant_engine::body::Body;
 use pliant_engine::session::Session;
+use pliant_mesh::geometry::Vec3;
 use pliant_mesh::testing::{Random, models};
 use pliant_tests::{Bench, open, root, shared_mesh};
 use std::collections::BTreeSet;
 use std::path::Path;
-
-type V3 = [f64; 3];
 
 /// A body of 100 mm, all of it active.
 fn whole(body: &str, level: u32) -> Session {
@@ -45,10 +44,10 @@ fn whole(body: &str, level: u32) -> Session {
 
 /// A blade swept across the whole body in `steps` advances, along a plane of random place and direction, or a little bent.
 struct Sweep {
-    at: V3,
-    along: V3,
-    way: V3,
-    across: V3,
+    at: Vec3,
+    along: Vec3,
+    way: Vec3,
+    across: Vec3,
     bend: f64,
 }
 
@@ -57,19 +56,15 @@ impl Sweep {
         let random = &mut Random(seed);
         let along = random.direction();
         let d = random.direction();
-        let cross =
-            |a: V3, b: V3| -> V3 { [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]] };
-        let across = cross(along, d);
-        let length = across.iter().map(|c| c * c).sum::<f64>().sqrt();
-        let across = across.map(|c| c / length);
-        let at = random.vector().map(|c| 0.02 * c);
-        Self { at, along, way: cross(across, along), across, bend: 0.02 * random.signed() }
+        let across = along.cross(&d).normalize();
+        let at = 0.02 * random.vector();
+        Self { at, along, way: across.cross(&along), across, bend: 0.02 * random.signed() }
     }
 
     fn blade(&self, t: f64) -> Blade {
-        let at = |s: f64| -> V3 {
+        let at = |s: f64| -> Vec3 {
             let bend = self.bend * (t * t - 0.3);
-            std::array::from_fn(|i| self.at[i] + s * self.along[i] + 0.12 * t * self.way[i] + bend * self.across[i])
+            self.at + s * self.along + 0.12 * t * self.way + bend * self.across
         };
         Blade { tip: at(-0.15), heel: at(0.15) }
     }
@@ -90,7 +85,7 @@ fn cut(body: &mut Body, sweep: &Sweep, steps: u32) {
 }
 
 /// (pairs of a shell and a part of the lattice that carries some of it, places of triangles whose corners go with several)
-fn agreement(body: &Body) -> (BTreeSet<(u32, u32)>, Vec<V3>) {
+fn agreement(body: &Body) -> (BTreeSet<(u32, u32)>, Vec<Vec3>) {
     let lattice = body.carrier.lattice().unwrap();
     let parts = lattice.parts();
     let part = |v: u32| parts[lattice.region().cell_corners[body.skin.cell[v as usize] as usize][0] as usize];

@@ -3,7 +3,7 @@
 use pliant_engine::body::Body;
 use pliant_engine::session::{EventKind, Session};
 use pliant_record::write_model;
-use pliant_solver::{Constraint, V3, axpy, dot};
+use pliant_solver::{Constraint, Vec3};
 use pliant_tests::{Bench, open};
 use std::collections::BTreeSet;
 
@@ -49,9 +49,9 @@ fn run(session: &mut Session, seconds: f64) {
     }
 }
 
-fn momentum(body: &Body) -> (f64, V3) {
+fn momentum(body: &Body) -> (f64, Vec3) {
     let nodes = &body.system.nodes;
-    (0..nodes.len()).fold((0.0, [0.0; 3]), |(m, p), n| (m + nodes.mass[n], axpy(p, nodes.mass[n], nodes.v[n])))
+    (0..nodes.len()).fold((0.0, Vec3::zeros()), |(m, p), n| (m + nodes.mass[n], p + nodes.mass[n] * nodes.v[n]))
 }
 
 /// Each part of the surface with the parts of the lattice that carry it.
@@ -138,7 +138,7 @@ fn a_cut_beside_a_finger_that_touches() {
     let held = "[[body.fixed]]\nbox = [[\"-1 m\", \"-1 m\", \"-1 m\"], [\"1 m\", \"1 m\", \"-19 mm\"]]\n";
     let path = "[[0.0, 0.003, -0.05, 0.03], [0.2, 0.003, -0.05, 0.03], [0.5, 0.003, -0.05, 0.0]]";
     let mut session = scene("", held, path, "toughness = 2", finger);
-    let force = |session: &Session| dot(session.frame().tools[1].force, session.frame().tools[1].force).sqrt();
+    let force = |session: &Session| session.frame().tools[1].force.norm();
     run(&mut session, 0.2);
     let before = force(&session);
     assert!(before > 0.05 && session.cuts().advances == 0, "{before} N");

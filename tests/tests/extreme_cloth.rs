@@ -3,7 +3,7 @@
 #![allow(clippy::print_stdout, reason = "the table of errors")]
 
 use pliant_mesh::generate::Pattern;
-use pliant_solver::{Integrator, Scheme, V3};
+use pliant_solver::{Integrator, Scheme, Vec3};
 use pliant_tests::Bench;
 use pliant_tests::cloth::{G, PATTERNS, Piece, sheet};
 use pliant_tests::solid::random;
@@ -19,7 +19,7 @@ fn hung(pattern: Pattern, factor: f64, scheme: Scheme) -> Piece {
     piece.integrator = Integrator::new(scheme, 1e-4, 300);
     let n = piece.system().nodes.len();
     piece.integrator.resize(n);
-    piece.gravity = [0.0, -G, 0.0];
+    piece.gravity = Vec3::new(0.0, -G, 0.0);
     piece
 }
 
@@ -49,7 +49,7 @@ fn from_the_softest_to_the_stiffest_at_every_step_energy_stays_bounded() {
             let what = format!("1e{k} {dt}");
             let mut piece = hung(Pattern::Alternating, 10_f64.powi(k), Scheme::BackwardEuler);
             let mut random = random();
-            piece.put(|p| [p[0], p[1], if p[1] < 0.2 - 1e-9 { 1e-3 * random() } else { 0.0 }]);
+            piece.put(|p| Vec3::new(p[0], p[1], if p[1] < 0.2 - 1e-9 { 1e-3 * random() } else { 0.0 }));
             let start: f64 = piece.energies()[1];
             let (most, flagged) = rise(&mut piece, dt, 60, &what);
             table += &format!(
@@ -97,7 +97,7 @@ fn neighbours_of_a_million_times_the_mass_are_borne() {
 fn gravity_a_hundredfold_or_upside_down() {
     for gravity in [[0.0, -100.0 * G, 0.0], [0.0, G, 0.0], [G, 0.0, 0.0], [0.0, 0.0, -100.0 * G]] {
         let mut piece = hung(Pattern::Irregular, 1.0, Scheme::BackwardEuler);
-        piece.gravity = gravity;
+        piece.gravity = gravity.into();
         let (most, _) = rise(&mut piece, 1e-3, 200, "gravity");
         let scale = 0.15 * 0.04 * 0.2 * gravity.iter().map(|g| g.abs()).sum::<f64>();
         assert!(most < 0.01 * scale, "{gravity:?}: {most} of {scale}");
@@ -120,7 +120,7 @@ fn collapsed_and_turned_over_triangles_recover_when_they_are_let_go() {
                     "density = 0.15, young-warp = 500, poisson = 0.3, bending-warp = 10e-6, damping-time = 2e-3, \
                      bending = \"{bending}\", frame = \"{frame}\""
                 );
-                let border = |p: V3| (0..2).any(|i| p[i] < 1e-9 || p[i] > 0.2 - 1e-9);
+                let border = |p: Vec3| (0..2).any(|i| p[i] < 1e-9 || p[i] > 0.2 - 1e-9);
                 let mut piece = Piece::new(&sheet(Pattern::Alternating, [8, 8], [0.2, 0.2]), &params, border, false);
                 let at = middle(&mut piece);
                 let nodes = &mut piece.system().nodes;
@@ -129,10 +129,10 @@ fn collapsed_and_turned_over_triangles_recover_when_they_are_let_go() {
                     let p = nodes.rest[i];
                     match kind {
                         // Onto a neighbour; over and beyond it; all that is free to one point, or to a line.
-                        "collapsed" if i == at => nodes.x[i] = [x[0] + 0.025, x[1], 0.0],
-                        "turned over" if i == at => nodes.x[i] = [x[0] + 0.06, x[1], 0.0],
+                        "collapsed" if i == at => nodes.x[i] = Vec3::new(x[0] + 0.025, x[1], 0.0),
+                        "turned over" if i == at => nodes.x[i] = Vec3::new(x[0] + 0.06, x[1], 0.0),
                         "a point" if !border(p) => nodes.x[i] = x,
-                        "a line" if !border(p) => nodes.x[i] = [x[0], p[1], 0.0],
+                        "a line" if !border(p) => nodes.x[i] = Vec3::new(x[0], p[1], 0.0),
                         _ => {}
                     }
                 }

@@ -1,7 +1,7 @@
 //! Fingertips on sheets: rebound, fast tips, sheets that are coarse against the tip, penalty.
 
 use pliant_engine::session::{EventKind, Session};
-use pliant_solver::{V3, axpy, dot};
+use pliant_solver::Vec3;
 use pliant_tests::open;
 
 const DENSITY: f64 = 0.15;
@@ -43,12 +43,8 @@ const FRAME: &str = "fixed = [{ box = [[-1, 0.1999, -1], [1, 1, 1]] }, { box = [
     { box = [[-1, -1, -1], [0.0001, 1, 1]] }, { box = [[0.1999, -1, -1], [1, 1, 1]] }]";
 
 /// Nodes that are the sheet's own.
-fn velocities(session: &Session) -> &[V3] {
+fn velocities(session: &Session) -> &[Vec3] {
     &session.bodies[0].system.nodes.v[..session.bodies[0].model.surface.points.len()]
-}
-
-fn size(v: V3) -> f64 {
-    dot(v, v).sqrt()
 }
 
 #[test]
@@ -97,7 +93,7 @@ fn a_tip_that_slides_meets_vertices_where_they_come_to_it() {
     for _ in 0..500 {
         session.step();
         let tip = session.frame().tools[0];
-        let depth = |x: &V3| 0.008 - size(axpy(*x, -1.0, tip.proxy));
+        let depth = |x: &Vec3| 0.008 - (*x - tip.proxy).norm();
         deepest = session.bodies[0].system.nodes.x.iter().map(depth).fold(deepest, f64::max);
         met += usize::from(tip.contact.is_some());
     }
@@ -138,15 +134,15 @@ fn triangles_hold_a_tip_that_fits_between_vertices() {
     let body = &session.bodies[0];
     let nodes = &body.system.nodes;
     let border = (0..nodes.len()).filter(|i| !nodes.constraint[*i].is_free());
-    let border = border.fold([0.0; 3], |sum, i| axpy(sum, 1.0, session.reactions(0)[i]));
-    assert!(felt.force[2] > 0.01 && size(axpy(felt.force, -1.0, border)) < 0.01 * felt.force[2], "{felt:?} {border:?}");
+    let border: Vec3 = border.map(|i| session.reactions(0)[i]).sum();
+    assert!(felt.force[2] > 0.01 && (felt.force - border).norm() < 0.01 * felt.force[2], "{felt:?} {border:?}");
     let corners = |t: &[u32; 3]| t.map(|v| nodes.x[v as usize]);
     let nearest = body
         .model
         .surface
         .triangles
         .iter()
-        .map(|t| size(axpy(pliant_mesh::geometry::closest_point(felt.proxy, corners(t)).point, -1.0, felt.proxy)));
+        .map(|t| (pliant_mesh::geometry::closest_point(felt.proxy, corners(t)).point - felt.proxy).norm());
     let nearest = nearest.fold(f64::INFINITY, f64::min);
     assert!((nearest / 0.008 - 1.0).abs() < 1e-3, "the sheet lies on the tip: {nearest} m from its centre");
     assert_eq!(session.events.count(EventKind::NotConverged) + session.events.count(EventKind::Quarantine), 0);
@@ -160,12 +156,12 @@ fn a_penalty_is_as_deep_as_its_force_needs_and_a_constraint_is_not_deep() {
         let mut session = scene(30, 0.0, FRAME, path, &tool, "duration = 9\nintegrator = \"backward-euler\"");
         (0..300).for_each(|_| session.step());
         let felt = session.frame().tools[0];
-        let depth = |x: &V3| (0.008 - size(axpy(*x, -1.0, felt.proxy))).max(0.0);
+        let depth = |x: &Vec3| (0.008 - (*x - felt.proxy).norm()).max(0.0);
         let deep: Vec<f64> = session.bodies[0].system.nodes.x.iter().map(depth).collect();
         // What springs of this stiffness give, along the tip's normals.
-        let pushed = session.bodies[0].system.nodes.x.iter().zip(&deep).fold([0.0; 3], |sum, (x, d)| {
-            let out = axpy(*x, -1.0, felt.proxy);
-            axpy(sum, -stiffness * d / size(out), out)
+        let pushed = session.bodies[0].system.nodes.x.iter().zip(&deep).fold(Vec3::zeros(), |sum, (x, d)| {
+            let out = *x - felt.proxy;
+            sum - stiffness * d / out.norm() * out
         });
         (felt.force[2], deep.into_iter().fold(0.0, f64::max), pushed[2])
     };

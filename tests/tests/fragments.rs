@@ -2,10 +2,8 @@
 
 use pliant_engine::body::Body;
 use pliant_engine::session::Session;
-use pliant_solver::{axpy, dot};
+use pliant_mesh::geometry::Vec3;
 use pliant_tests::{Everywhere, NOW, box_scene, open};
-
-type V3 = [f64; 3];
 
 /// A block of 40 mm, all of it active, twisted and moving.
 fn block(params: &str) -> Session {
@@ -16,23 +14,26 @@ fn block(params: &str) -> Session {
     session.step();
     let nodes = &mut session.bodies[0].system.nodes;
     for i in 0..nodes.x.len() {
-        let [x, y, z] = nodes.rest[i];
-        nodes.x[i] = [x + 4.0 * y * z, y - 3.0 * x * z, z * 1.1];
-        nodes.v[i] = [1.0 + 10.0 * y, 2.0 - 5.0 * z, 3.0 * x];
+        let [x, y, z] = nodes.rest[i].into();
+        nodes.x[i] = Vec3::new(x + 4.0 * y * z, y - 3.0 * x * z, z * 1.1);
+        nodes.v[i] = Vec3::new(1.0 + 10.0 * y, 2.0 - 5.0 * z, 3.0 * x);
     }
     session
 }
 
 /// The rectangle x = `at`, y up to `to`, as a blade sweeps it.
-fn wall(at: f64, to: f64) -> [[V3; 3]; 2] {
+fn wall(at: f64, to: f64) -> [[Vec3; 3]; 2] {
     let (low, high) = (-0.03, 0.03);
-    [[[at, low, low], [at, to, low], [at, to, high]], [[at, low, low], [at, to, high], [at, low, high]]]
+    [
+        [Vec3::new(at, low, low), Vec3::new(at, to, low), Vec3::new(at, to, high)],
+        [Vec3::new(at, low, low), Vec3::new(at, to, high), Vec3::new(at, low, high)],
+    ]
 }
 
-fn cut(body: &mut Body, swept: &[[V3; 3]]) {
+fn cut(body: &mut Body, swept: &[[Vec3; 3]]) {
     let points = body.model.surface.points.clone();
     // Just inside of the body: towards its middle, and away from the wall.
-    let inside = |v: u32| points[v as usize].map(|c| c * (1.0 - 1e-3));
+    let inside = |v: u32| points[v as usize] * (1.0 - 1e-3);
     body.carrier.lattice_mut().unwrap().cut(swept, std::iter::empty(), inside, |_| Vec::new(), &Everywhere).unwrap();
     let Body { model, skin, system, carrier, fixings, .. } = body;
     assert!(carrier.follow(&[], model, fixings, skin, system).unwrap());
@@ -40,7 +41,7 @@ fn cut(body: &mut Body, swept: &[[V3; 3]]) {
 
 struct State {
     mass: f64,
-    momentum: V3,
+    momentum: Vec3,
     energy: f64,
     nodes: usize,
     parts: u32,
@@ -49,7 +50,7 @@ struct State {
 fn state(body: &mut Body) -> State {
     let elastic = body.system.energy(NOW).unwrap();
     let nodes = &body.system.nodes;
-    let momentum = (0..nodes.len()).fold([0.0; 3], |sum, i| axpy(sum, nodes.mass[i], nodes.v[i]));
+    let momentum: Vec3 = (0..nodes.len()).map(|i| nodes.mass[i] * nodes.v[i]).sum();
     State {
         mass: nodes.mass.iter().sum(),
         momentum,
@@ -76,8 +77,8 @@ fn a_cut_keeps_mass_momentum_and_energy() {
             continue; // every particle of the paper has the same mass, copies too
         }
         assert!(close(after.mass, before.mass), "{params}: {} {}", after.mass, before.mass);
-        let off = axpy(after.momentum, -1.0, before.momentum);
-        assert!(dot(off, off).sqrt() < 1e-12 * dot(before.momentum, before.momentum).sqrt());
+        let off = after.momentum - before.momentum;
+        assert!(off.norm() < 1e-12 * before.momentum.norm());
         if params.is_empty() {
             assert!(close(after.energy, before.energy), "{} {}", after.energy, before.energy);
         } else {
@@ -108,7 +109,7 @@ fn a_cut_may_go_on_cross_another_and_be_made_twice() {
     cut(body, &wall(0.0013, 0.03));
     let again = state(body);
     assert_eq!((again.nodes, again.parts), (through.nodes, 2));
-    let across = wall(0.0021, 0.03).map(|t| t.map(|[x, y, z]| [y, x, z]));
+    let across = wall(0.0021, 0.03).map(|t| t.map(|p| Vec3::new(p.y, p.x, p.z)));
     cut(body, &across);
     let four = state(body);
     assert_eq!(four.parts, 4);
@@ -123,7 +124,7 @@ fn the_parts_of_a_cut_body_move_apart_on_their_own() {
     let nodes = &mut session.bodies[0].system.nodes;
     nodes.x.clone_from(&nodes.rest);
     for i in 0..nodes.x.len() {
-        nodes.v[i] = [0.0; 3];
+        nodes.v[i] = Vec3::zeros();
     }
     let parts = session.bodies[0].carrier.lattice().unwrap().parts();
     let nodes = &mut session.bodies[0].system.nodes;

@@ -1,6 +1,7 @@
 //! R09: the integrators on one oscillator, the mass-spring plugin's own spring, against the closed forms.
 
 use pliant_host::Material;
+use pliant_mesh::geometry::Vec3;
 use pliant_plugin_api::abi;
 use pliant_solver::{Constraint, Frequencies, Integrator, Loads, Nodes, Pool, Scheme, StepLimit, StepTime, System};
 use pliant_tests::library;
@@ -28,7 +29,7 @@ impl Oscillator {
         ];
         let material = Material::open(library, "mass-spring", &settings, 1.0).unwrap();
         let mut system = System::new(Box::new(material));
-        system.nodes = Nodes::at_rest(vec![[0.0; 3], [LENGTH, 0.0, 0.0]]);
+        system.nodes = Nodes::at_rest(vec![Vec3::zeros(), Vec3::new(LENGTH, 0.0, 0.0)]);
         system.nodes.constraint[0] = Constraint::Fixed;
         let stiffness = 0.4 * 1e4 * LENGTH;
         for set in &mut system.sets {
@@ -54,15 +55,15 @@ impl Oscillator {
             self.system.enable_matrix();
         }
         let nodes = &mut self.system.nodes;
-        nodes.x = vec![[0.0; 3], [LENGTH + u, 0.0, 0.0]];
-        nodes.v = vec![[0.0; 3], [v, 0.0, 0.0]];
+        nodes.x = vec![Vec3::zeros(), Vec3::new(LENGTH + u, 0.0, 0.0)];
+        nodes.v = vec![Vec3::zeros(), Vec3::new(v, 0.0, 0.0)];
         let mut integrator = Integrator::new(scheme, 1e-15, 100);
         integrator.resize(2);
         let report =
             integrator.step(&pool, &mut self.system, &Loads::default(), StepTime { start: 0.0, dt }, 1).unwrap();
         assert!(report.converged);
         let nodes = &self.system.nodes;
-        assert_eq!((nodes.x[0], nodes.v[0]), ([0.0; 3], [0.0; 3]), "the held end stays");
+        assert_eq!((nodes.x[0], nodes.v[0]), (Vec3::zeros(), Vec3::zeros()), "the held end stays");
         (nodes.x[1][0] - LENGTH, nodes.v[1][0])
     }
 
@@ -163,7 +164,7 @@ fn free_fall_is_exact_for_each_scheme() {
         let mut integrator = Integrator::new(scheme, 1e-14, 100);
         integrator.resize(2);
         let (dt, g) = (1e-3, -9.81);
-        let loads = Loads { gravity: [0.0, 0.0, g], ..Loads::default() };
+        let loads = Loads { gravity: Vec3::new(0.0, 0.0, g), ..Loads::default() };
         for i in 0..100 {
             integrator
                 .step(&pool, &mut oscillator.system, &loads, StepTime { start: f64::from(i) * dt, dt }, 1)

@@ -4,16 +4,12 @@
 #![allow(clippy::print_stdout, reason = "the table of rigidities")]
 
 use pliant_mesh::generate::Pattern;
-use pliant_solver::{Scheme, V3, axpy, dot};
+use pliant_solver::{Scheme, Vec3};
 use pliant_tests::cloth::{PATTERNS, Piece, cylinder, sheet};
 use pliant_tests::solid::{forces, random};
 
 const BENT: &str = "density = 0.2, young-warp = 1000, poisson = 0, shear = 50, damping-time = 0, bending = \"projected-laplacian\", \
     bending-warp = 15e-6";
-
-fn cross(a: V3, b: V3) -> V3 {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
 
 #[test]
 fn r22_rigidity_of_a_cylinder_by_mesh_and_direction() {
@@ -52,9 +48,9 @@ fn crumple(piece: &mut Piece, share: f64) {
     let held: Vec<bool> = piece.system().nodes.constraint.iter().map(|c| !c.is_free()).collect();
     let mut next = held.into_iter();
     piece.put(|p| {
-        let step = [random(), random(), random()].map(|c| 0.025 * share * c);
-        let fold = [p[0], p[1], 0.02 * (25.0 * p[0]).sin() * (15.0 * p[1]).cos()];
-        if next.next() == Some(true) { p } else { axpy(fold, 1.0, step) }
+        let step = 0.025 * share * Vec3::new(random(), random(), random());
+        let fold = Vec3::new(p[0], p[1], 0.02 * (25.0 * p[0]).sin() * (15.0 * p[1]).cos());
+        if next.next() == Some(true) { p } else { fold + step }
     });
 }
 
@@ -62,7 +58,7 @@ fn crumple(piece: &mut Piece, share: f64) {
 fn force_is_the_slope_of_the_energy_and_keeps_momentum() {
     for pattern in PATTERNS {
         for clamp in [false, true] {
-            let held = |p: V3| clamp && p[0] < 0.026;
+            let held = |p: Vec3| clamp && p[0] < 0.026;
             let of = |bending: &str| {
                 let params = BENT.replace("projected-laplacian", bending);
                 let mut piece = Piece::new(&sheet(pattern, [8, 8], [0.2, 0.2]), &params, held, clamp);
@@ -71,7 +67,7 @@ fn force_is_the_slope_of_the_energy_and_keeps_momentum() {
             };
             let (mut piece, mut bare) = (of("projected-laplacian"), of("none"));
             let bare_of = forces(bare.system());
-            let force: Vec<V3> = forces(piece.system()).iter().zip(bare_of).map(|(f, m)| axpy(*f, -1.0, m)).collect();
+            let force: Vec<Vec3> = forces(piece.system()).iter().zip(bare_of).map(|(f, m)| *f - m).collect();
             let largest = force.iter().flatten().fold(0.0, |m: f64, f| m.max(f.abs()));
             let mut energy = |node: usize, axis: usize, step: f64| {
                 let at = |piece: &mut Piece| {
@@ -90,10 +86,10 @@ fn force_is_the_slope_of_the_energy_and_keeps_momentum() {
                 }
             }
             let x = &piece.system().nodes.x;
-            let sum = force.iter().fold([0.0; 3], |s, f| axpy(s, 1.0, *f));
-            let torque = force.iter().zip(x).fold([0.0; 3], |s, (f, x)| axpy(s, 1.0, cross(*x, *f)));
-            let arm: f64 = force.iter().zip(x).map(|(f, x)| (dot(*f, *f) * dot(*x, *x)).sqrt()).sum();
-            let lost = [dot(sum, sum).sqrt() / largest, dot(torque, torque).sqrt() / arm];
+            let sum: Vec3 = force.iter().sum();
+            let torque: Vec3 = force.iter().zip(x).map(|(f, x)| x.cross(f)).sum();
+            let arm: f64 = force.iter().zip(x).map(|(f, x)| (f.norm_squared() * x.norm_squared()).sqrt()).sum();
+            let lost = [sum.norm() / largest, torque.norm() / arm];
             println!(
                 "{pattern:?}, clamped {clamp}: slope off by {worst:.1e}, sum {:.1e}, torque {:.1e}",
                 lost[0], lost[1]
@@ -109,22 +105,25 @@ fn r22_a_turn_is_not_braked() {
     // The matrix of the frozen normals brakes it by 2.16 a second.
     for pattern in PATTERNS {
         let mut piece = Piece::new(&sheet(pattern, [31, 31], [0.2, 0.2]), BENT, |_| false, false);
-        for axis in [[1.0, 0.0, 0.0], [0.6, 0.8, 0.0]] {
+        let centre = Vec3::new(0.1, 0.1, 0.0);
+        for axis in [Vec3::x(), Vec3::new(0.6, 0.8, 0.0)] {
             piece.put(|p| p);
             let nodes = &mut piece.system().nodes;
             for i in 0..nodes.len() {
-                nodes.v[i] = cross(axis.map(|c: f64| 0.01 * c), axpy(nodes.x[i], -1.0, [0.1, 0.1, 0.0]));
+                nodes.v[i] = 0.01 * axis.cross(&(nodes.x[i] - centre));
             }
             let turn = |piece: &mut Piece| {
                 let nodes = &piece.system().nodes;
-                let all = (0..nodes.len())
-                    .map(|i| nodes.mass[i] * dot(axis, cross(axpy(nodes.x[i], -1.0, [0.1, 0.1, 0.0]), nodes.v[i])));
+                let all = (0..nodes.len()).map(|i| nodes.mass[i] * axis.dot(&(nodes.x[i] - centre).cross(&nodes.v[i])));
                 all.sum::<f64>()
             };
             let before = turn(&mut piece);
             (0..50).for_each(|_| _ = piece.step(1e-3));
             let rate = -(turn(&mut piece) / before).ln() / 0.05;
-            println!("R22 turning {pattern:?} about {axis:?}: braked by {rate:.2e} a second, frozen normals 2.16");
+            println!(
+                "R22 turning {pattern:?} about {:?}: braked by {rate:.2e} a second, frozen normals 2.16",
+                axis.as_slice()
+            );
             assert!(rate.abs() < 1e-5, "{pattern:?}: {rate}");
         }
     }
@@ -137,7 +136,7 @@ fn a_crumpled_sheet_settles_in_large_steps() {
             let mut piece =
                 Piece::new(&sheet(pattern, [16, 16], [0.05, 0.05]), BENT, |_| false, false).moved_by(scheme);
             let mut random = random();
-            piece.put(|p| [p[0], p[1], 1e-5 * random()]);
+            piece.put(|p| Vec3::new(p[0], p[1], 1e-5 * random()));
             let first = piece.energies()[1];
             let most = [100, 900].map(|steps| {
                 (0..steps).fold(0.0_f64, |most, _| {

@@ -4,6 +4,7 @@
 #![allow(clippy::print_stdout, reason = "the table of errors")]
 
 use pliant_mesh::generate::Pattern;
+use pliant_mesh::geometry::Vec3;
 use pliant_tests::cloth::{G, PATTERNS, Piece, sheet};
 
 /// Density, kg/m^2, and length, m.
@@ -25,7 +26,7 @@ fn held(pattern: Pattern, n: u32, more: u32, gamma: f64) -> Piece {
     let before = f64::from(more) * cell;
     let surface = sheet(pattern, [n + more, 4], [l + before, high]);
     let mut piece = Piece::new(&surface, &params, |p| p[0] < before + 1e-9, more == 0);
-    piece.gravity = [0.0, 0.0, -G];
+    piece.gravity = Vec3::new(0.0, 0.0, -G);
     piece
 }
 

@@ -2,7 +2,7 @@
 
 #![allow(clippy::print_stdout, reason = "the table of bounds")]
 
-use pliant_solver::{Factors, Pool, StandIn, StepTime, V3};
+use pliant_solver::{Factors, Pool, StandIn, StepTime, Vec3};
 use pliant_tests::cloth::{PATTERNS, Piece, sheet};
 use pliant_tests::solid::forces;
 
@@ -22,7 +22,7 @@ fn flat(pattern: pliant_mesh::generate::Pattern, weft: f64, clamp: bool) -> Piec
 fn stiffness(piece: &mut Piece, which: StandIn) -> [Vec<Vec<f64>>; 2] {
     let system = piece.system();
     let free: Vec<usize> = (0..system.nodes.len()).filter(|i| system.nodes.constraint[*i].is_free()).collect();
-    let pick = |f: &[V3]| free.iter().map(|i| f[*i][2]).collect::<Vec<f64>>();
+    let pick = |f: &[Vec3]| free.iter().map(|i| f[*i][2]).collect::<Vec<f64>>();
     let mut exact = Vec::new();
     for &i in &free {
         let mut at = |z: f64| {
@@ -41,7 +41,7 @@ fn stiffness(piece: &mut Piece, which: StandIn) -> [Vec<Vec<f64>>; 2] {
         .unwrap();
     matrix.add_normals(&pool, system.normals.as_ref().unwrap(), (&system.sets, &system.nodes), factors);
     let column = |i: &usize| {
-        let (mut unit, mut out) = (vec![[0.0; 3]; system.nodes.len()], vec![[0.0; 3]; system.nodes.len()]);
+        let (mut unit, mut out) = (vec![Vec3::zeros(); system.nodes.len()], vec![Vec3::zeros(); system.nodes.len()]);
         unit[*i][2] = 1.0;
         matrix.product(&pool, &unit, &mut out);
         pick(&out)

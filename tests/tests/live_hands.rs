@@ -2,14 +2,10 @@
 
 use pliant_engine::session::Session;
 use pliant_engine::tool::Cause;
-use pliant_solver::{V3, axpy, dot};
+use pliant_solver::Vec3;
 use pliant_tests::arm::ArmModel;
 use pliant_tests::bout::Bout;
 use pliant_tests::{box_scene, open};
-
-fn norm(v: V3) -> f64 {
-    dot(v, v).sqrt()
-}
 
 /// A cube of 40 mm held at its bottom, whole, under a finger of 4 mm in its middle.
 fn block(material: &str, tool: &str) -> Session {
@@ -48,12 +44,12 @@ const SOFT: &str = r#""mass-spring", params = { young = "20 kPa", damping-time =
 
 /// Down to `depth` (m) below where a finger of 4 mm touches, within a second, and there.
 fn press(depth: f64) -> ArmModel {
-    ArmModel::desktop(move |t| [0.0, 0.0, 0.01 - (0.006 + depth) * t.min(1.0)])
+    ArmModel::desktop(move |t| Vec3::new(0.0, 0.0, 0.01 - (0.006 + depth) * t.min(1.0)))
 }
 
 /// N, what holds the fixed nodes of the first body: by the balance of all forces, what is felt.
-fn held(session: &Session) -> V3 {
-    session.reactions(0).iter().fold([0.0; 3], |sum, f| axpy(sum, 1.0, *f))
+fn held(session: &Session) -> Vec3 {
+    session.reactions(0).iter().sum()
 }
 
 #[test]
@@ -62,8 +58,8 @@ fn the_device_gives_what_the_body_is_held_with() {
         let mut bout = Bout::new(block(SOFT, ""), vec![press(4e-3)]);
         bout.run(4000, every);
         let (given, held) = (bout.arm(0).force, held(&bout.session));
-        assert!(norm(given) > 0.1, "{given:?} N");
-        let off = norm(axpy(given, -1.0, held)) / norm(held);
+        assert!(given.norm() > 0.1, "{given:?} N");
+        let off = (given - held).norm() / held.norm();
         assert!(off < 0.01, "a step in {every} ticks: {given:?} N given, {held:?} N held: {off}");
         bout.forces_are_safe(0, 500.0);
     }
@@ -112,22 +108,22 @@ fn finger(name: &str, height: &str) -> String {
 #[test]
 fn a_press_on_a_sheet_is_felt_as_what_its_border_holds() {
     for every in [1, 4] {
-        let down = ArmModel::desktop(|t| [0.1, 0.1, 0.02 - 0.035 * t.min(1.0)]);
+        let down = ArmModel::desktop(|t| Vec3::new(0.1, 0.1, 0.02 - 0.035 * t.min(1.0)));
         let mut bout = Bout::new(sheet(&finger("index", "0.02")), vec![down]);
         bout.run(2000, every);
         // Undamped denim still swings a little sideways: the mean over half a second.
-        let (mut given, mut held, steps) = ([0.0; 3], [0.0; 3], 600 / every);
+        let (mut given, mut held, steps) = (Vec3::zeros(), Vec3::zeros(), 600 / every);
         for _ in 0..steps {
             bout.run(every, every);
-            given = axpy(given, 1.0 / steps as f64, bout.arm(0).force);
+            given += 1.0 / steps as f64 * bout.arm(0).force;
             // Of all reactions those of the border alone: the tip's are the others, and in balance with them.
             let rest = &bout.session.bodies[0].system.nodes.rest;
-            let border = |x: V3| x[0] < 1e-6 || x[0] > 0.199999;
+            let border = |x: Vec3| x[0] < 1e-6 || x[0] > 0.199999;
             let of_border = bout.session.reactions(0).iter().zip(rest).filter(|(_, x)| border(**x));
-            held = of_border.fold(held, |sum, (f, _)| axpy(sum, 1.0 / steps as f64, *f));
+            held = of_border.fold(held, |sum, (f, _)| sum + 1.0 / steps as f64 * *f);
         }
-        assert!(norm(given) > 0.1, "{given:?} N");
-        let off = norm(axpy(given, -1.0, held)) / norm(held);
+        assert!(given.norm() > 0.1, "{given:?} N");
+        let off = (given - held).norm() / held.norm();
         assert!(off < 0.02, "a step in {every} ticks: {given:?} N given, {held:?} N held: {off}");
         bout.forces_are_safe(0, 500.0);
     }
@@ -135,13 +131,13 @@ fn a_press_on_a_sheet_is_felt_as_what_its_border_holds() {
 
 #[test]
 fn a_pinch_is_felt_by_both_fingers_against_each_other() {
-    let squeeze = |side: f64| ArmModel::desktop(move |t| [0.1, 0.1, side * (0.025 - 0.018 * t.min(1.0))]);
+    let squeeze = |side: f64| ArmModel::desktop(move |t| Vec3::new(0.1, 0.1, side * (0.025 - 0.018 * t.min(1.0))));
     let tools = finger("index", "0.025") + &finger("thumb", "-0.025");
     let mut bout = Bout::new(sheet(&tools), vec![squeeze(1.0), squeeze(-1.0)]);
     bout.run(4000, 4);
     let (index, thumb) = (bout.arm(0).force, bout.arm(1).force);
     assert!(index[2] > 0.3 && thumb[2] < -0.3, "{index:?} {thumb:?}");
-    assert!(norm(axpy(index, 1.0, thumb)) < 0.02 * norm(index), "{index:?} {thumb:?}");
+    assert!((index + thumb).norm() < 0.02 * index.norm(), "{index:?} {thumb:?}");
     bout.forces_are_safe(0, 500.0);
     bout.forces_are_safe(1, 500.0);
 }
@@ -155,14 +151,14 @@ fn count(bout: &mut Bout, cause: Cause) -> u64 {
 fn a_simulation_that_stands_still_fades_away() {
     let mut bout = Bout::new(block(SOFT, ""), vec![press(4e-3)]);
     bout.run(2000, 1);
-    assert!(norm(bout.arm(0).force) > 0.1 && count(&mut bout, Cause::Stale) == 0);
+    assert!(bout.arm(0).force.norm() > 0.1 && count(&mut bout, Cause::Stale) == 0);
     bout.run(49, 0);
-    assert!(norm(bout.arm(0).force) > 0.1, "what is young enough stands");
+    assert!(bout.arm(0).force.norm() > 0.1, "what is young enough stands");
     bout.run(102, 0);
-    assert_eq!(bout.arm(0).force, [0.0; 3]);
+    assert_eq!(bout.arm(0).force, Vec3::zeros());
     assert!(count(&mut bout, Cause::Stale) > 90);
     bout.run(500, 1);
-    assert!(norm(bout.arm(0).force) > 0.1, "it comes back with the simulation");
+    assert!(bout.arm(0).force.norm() > 0.1, "it comes back with the simulation");
     bout.forces_are_safe(0, 500.0);
 }
 
@@ -175,7 +171,7 @@ fn a_haptic_thread_that_stood_still_begins_again_from_zero() {
     bout.skip(80);
     bout.run(1, 1);
     let after = bout.arm(0).force;
-    assert!(norm(before) > 0.2 && norm(after) > 0.0 && norm(after) <= 0.05 + 1e-9, "{before:?} {after:?}");
+    assert!(before.norm() > 0.2 && after.norm() > 0.0 && after.norm() <= 0.05 + 1e-9, "{before:?} {after:?}");
 }
 
 #[test]
@@ -194,7 +190,7 @@ fn a_sensor_that_jumps_by_100_mm_moves_the_force_within_its_limits() {
     let mut bout = Bout::new(block(SOFT, ""), vec![model]);
     bout.run(2000, 1);
     for aside in [[0.0, 0.0, -0.1], [0.1, 0.0, 0.0], [0.0, 0.0, 1e6], [f64::NAN, 0.0, 0.0], [0.0, f64::INFINITY, 0.0]] {
-        *glitch.lock().unwrap() = Some(aside);
+        *glitch.lock().unwrap() = Some(aside.into());
         bout.run(100, 1);
         let state = bout.arm(0);
         assert!(state.position.iter().all(|c| c.abs() < 0.02), "{aside:?}: the hand is at {:?}", state.position);
@@ -237,7 +233,7 @@ fn a_live_session_is_replayed_by_its_samples_alone() {
         let samples = bout.port.step(&mut bout.session);
         stream.push((samples.poses.clone(), pliant_record::state_digest(&bout.session)));
     }
-    assert!(norm(bout.arm(0).force) > 0.05, "{:?}", bout.arm(0).force);
+    assert!(bout.arm(0).force.norm() > 0.05, "{:?}", bout.arm(0).force);
     let mut again = open(&box_scene("", "", ""), 1);
     again.lead_tips();
     for (poses, digest) in stream {

@@ -4,6 +4,7 @@
 use pliant_engine::session::{EventKind, Session};
 use pliant_host::{DeviceInfo, EffectorOutput, Pose};
 use pliant_live::{HapticDevice, LiveSession, LiveSettings, PointerDevice, StopDevice, ViewFrame, Viewer};
+use pliant_mesh::geometry::Vec3;
 use pliant_plugin_api::abi::{POSE_VALID, Status};
 use pliant_tests::{Bench, box_scene, open};
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -222,10 +223,10 @@ fn a_pointer_is_a_hand() {
     live.step(&mut session);
     assert!(!session.tools[0].hand.present, "nobody has pointed yet");
     for step in 0..300 {
-        hand.move_to([0.0, 0.0, (0.006 - 1e-4 * f64::from(step)).max(0.001)], 0);
+        hand.move_to(Vec3::new(0.0, 0.0, (0.006 - 1e-4 * f64::from(step)).max(0.001)), 0);
         live.step(&mut session);
     }
-    while hand.force() == [0.0; 3] {
+    while hand.force() == Vec3::zeros() {
         live.step(&mut session);
     }
     assert!(hand.force()[2] > 0.0, "pushed back out: {:?}", hand.force());

@@ -3,20 +3,16 @@
 #![allow(clippy::print_stdout, reason = "the table of errors")]
 
 use pliant_engine::session::{EventKind, Session};
-use pliant_solver::{V3, axpy, dot};
+use pliant_solver::Vec3;
 use pliant_tests::cloth::G;
 use pliant_tests::{Bench, open, open_file};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::fmt::Write;
 
-fn size(v: V3) -> f64 {
-    dot(v, v).sqrt()
-}
-
 /// A disc: rings of equilateral triangles out to `fine` (m), `rings` of them, then rings that grow with their radius out to
 /// `radius`. Points, triangles, and how many points are not on the border.
-fn disc(rings: u32, fine: f64, radius: f64) -> (Vec<V3>, Vec<[u32; 3]>, usize) {
-    let (mut points, mut triangles) = (vec![[0.0; 3]], Vec::new());
+fn disc(rings: u32, fine: f64, radius: f64) -> (Vec<Vec3>, Vec<[u32; 3]>, usize) {
+    let (mut points, mut triangles) = (vec![Vec3::zeros()], Vec::new());
     let around = 6 * rings;
     let growth = 1.0 + TAU / f64::from(around);
     let outer = ((radius / fine).ln() / growth.ln()).round().max(1.0);
@@ -24,7 +20,7 @@ fn disc(rings: u32, fine: f64, radius: f64) -> (Vec<V3>, Vec<[u32; 3]>, usize) {
         let first = points.len() as u32;
         points.extend((0..count).map(|i| {
             let (sine, cosine) = (TAU * f64::from(i) / f64::from(count)).sin_cos();
-            [r * cosine, r * sine, 0.0]
+            Vec3::new(r * cosine, r * sine, 0.0)
         }));
         first
     };
@@ -119,7 +115,7 @@ fn pressed(rings: u32, depth: f64, by: &str) -> [f64; 2] {
         dt = if by == "vertices" { 1e-2 } else { 1e-3 },
     );
     let mut session = open_file(&bench.write("scene.toml", scene), 1, None);
-    session.bodies[0].system.nodes.x.iter_mut().for_each(|x| *x = x.map(|c| STRETCH * c));
+    session.bodies[0].system.nodes.x.iter_mut().for_each(|x| *x *= STRETCH);
     let (mut before, mut felt) = (0.0_f64, 0.0_f64);
     while session.time() < 0.4 || (session.time() < 2.0 && (felt - before).abs() > 1e-4 * felt) {
         before = felt;
@@ -197,7 +193,7 @@ fn incline(mu: f64, degrees: f64, by: &str, dt: f64) -> Session {
 /// Lets it come to lie on the plane, then has every vertex move with `speed` along it (m/s).
 fn set_off(session: &mut Session, speed: f64) {
     (0..50).for_each(|_| session.step());
-    session.bodies[0].system.nodes.v.fill([speed, 0.0, 0.0]);
+    session.bodies[0].system.nodes.v.fill(Vec3::new(speed, 0.0, 0.0));
 }
 
 /// Mean place and velocity along the slope, m and m/s.
@@ -320,20 +316,20 @@ fn capstan(degrees: f64, mu: f64, cells: u32) -> [f64; 2] {
     let mut session = open_file(&bench.write("scene.toml", scene), 1, None);
     let nodes = &mut session.bodies[0].system.nodes;
     for i in 0..nodes.len() {
-        let [s, y, _] = nodes.rest[i];
+        let [s, y, _] = nodes.rest[i].into();
         let ([x, z], _) = place(s - 0.5 * length);
         let across = y - 0.5 * width;
-        let on = [x, across, z];
+        let on = Vec3::new(x, across, z);
         // On the ball, a little inside; the tails beside it.
         let touches = (s - 0.5 * length).abs() <= 0.5 * arc;
-        nodes.x[i] = if touches { on.map(|c| c * radius * (1.0 - 1e-7) / size(on)) } else { on };
+        nodes.x[i] = if touches { on * radius * (1.0 - 1e-7) / on.norm() } else { on };
     }
     (0..800).for_each(|_| session.step());
     assert_eq!(session.events.count(EventKind::NotConverged) + session.events.count(EventKind::Quarantine), 0);
     let nodes = &session.bodies[0].system.nodes;
-    let pull = |chosen: &dyn Fn(V3) -> bool| {
+    let pull = |chosen: &dyn Fn(Vec3) -> bool| {
         let all = nodes.rest.iter().zip(session.reactions(0)).filter(|(rest, _)| chosen(**rest));
-        size(all.fold([0.0; 3], |sum, (_, f)| axpy(sum, 1.0, *f)))
+        all.map(|(_, f)| *f).sum::<Vec3>().norm()
     };
     [pull(&|rest| rest[0] < 1e-9), pull(&|rest| rest[0] > length - 1e-9)]
 }

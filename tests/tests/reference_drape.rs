@@ -4,6 +4,7 @@
 #![allow(clippy::print_stdout, reason = "the table of results")]
 
 use pliant_mesh::Surface;
+use pliant_mesh::geometry::Vec3;
 use pliant_tests::cloth::{G, Piece};
 use pliant_tests::solid::random;
 use std::f64::consts::PI;
@@ -13,13 +14,13 @@ const DISC: f64 = 0.09;
 
 /// A disc of rings of 6, 12, 18 ... vertices.
 fn disc(rings: u32) -> Surface {
-    let mut points = vec![[0.0; 3]];
+    let mut points = vec![Vec3::zeros()];
     let first = |k: u32| if k == 0 { 0 } else { 1 + 3 * k * (k - 1) };
     for k in 1..=rings {
         for i in 0..6 * k {
             let (s, c) = (2.0 * PI * f64::from(i) / f64::from(6 * k)).sin_cos();
             let r = SPECIMEN * f64::from(k) / f64::from(rings);
-            points.push([r * c, r * s, 0.0]);
+            points.push(Vec3::new(r * c, r * s, 0.0));
         }
     }
     let mut triangles = Vec::new();
@@ -70,7 +71,7 @@ fn drape(bending_length: f64) -> (f64, usize) {
     let mut piece = Piece::new(&surface, &params, |p| p[0].hypot(p[1]) < DISC + 1e-9, false);
     piece.integrator = pliant_solver::Integrator::new(pliant_solver::Scheme::BackwardEuler, 1e-4, 2000);
     piece.integrator.resize(surface.points.len());
-    piece.gravity = [0.0, 0.0, -G];
+    piece.gravity = Vec3::new(0.0, 0.0, -G);
     let mut random = random();
     let nodes = &mut piece.system().nodes;
     (0..nodes.len()).filter(|i| nodes.constraint[*i].is_free()).for_each(|i| nodes.x[i][2] = 1e-3 * random());

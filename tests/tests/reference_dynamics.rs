@@ -4,7 +4,7 @@
 
 use pliant_mesh::Surface;
 use pliant_mesh::generate::Pattern;
-use pliant_solver::{Scheme, V3, axpy, dot};
+use pliant_solver::{Scheme, Vec3};
 use pliant_tests::cloth::{G, PATTERNS, Piece, order, sheet};
 use std::f64::consts::PI;
 
@@ -13,14 +13,14 @@ const STEPS: f64 = 30.0;
 
 /// Hz, of a small motion of shape `mode` about where the piece is, near `guess`: from 40 zero crossings of the mode's share, by
 /// implicit midpoint, whose known error in time is taken off.
-fn frequency(piece: &mut Piece, guess: f64, mode: impl Fn(V3) -> V3) -> f64 {
+fn frequency(piece: &mut Piece, guess: f64, mode: impl Fn(Vec3) -> Vec3) -> f64 {
     let dt = 1.0 / (STEPS * guess);
     let nodes = &mut piece.system().nodes;
-    let shape: Vec<V3> = nodes.rest.iter().map(|p| mode(*p)).collect();
+    let shape: Vec<Vec3> = nodes.rest.iter().map(|p| mode(*p)).collect();
     let middle = nodes.x.clone();
     for i in 0..shape.len() {
         if nodes.constraint[i].is_free() {
-            nodes.x[i] = axpy(nodes.x[i], 1e-6, shape[i]);
+            nodes.x[i] += 1e-6 * shape[i];
         }
     }
     let mut crossings = Vec::new();
@@ -28,7 +28,7 @@ fn frequency(piece: &mut Piece, guess: f64, mode: impl Fn(V3) -> V3) -> f64 {
     for i in 0..(25.0 * STEPS) as usize {
         piece.step(dt);
         let nodes = &piece.system().nodes;
-        let part = |i: usize| nodes.mass[i] * dot(shape[i], axpy(nodes.x[i], -1.0, middle[i]));
+        let part = |i: usize| nodes.mass[i] * shape[i].dot(&(nodes.x[i] - middle[i]));
         let now: f64 = (0..shape.len()).filter(|i| nodes.constraint[*i].is_free()).map(part).sum();
         if i > 0 && before * now < 0.0 {
             crossings.push((i as f64 + before / (before - now)) * dt);
@@ -73,11 +73,11 @@ fn r08_taut_string() {
             let errors = [8, 16, 32].map(|n| {
                 let l = a / (1.0 + e);
                 let surface = strip(pattern, n, l);
-                let ends = |p: V3| p[0] < 1e-9 || p[0] > l - 1e-9;
+                let ends = |p: Vec3| p[0] < 1e-9 || p[0] > l - 1e-9;
                 let mut piece = Piece::new(&surface, &cloth(young, rho * (1.0 + e)), ends, false);
                 piece = piece.moved_by(Scheme::ImplicitMidpoint);
-                piece.put(|p| [(1.0 + e) * p[0], p[1], 0.0]);
-                frequency(&mut piece, exact, |p| [0.0, 0.0, (mode * PI * p[0] / l).sin()]) / exact - 1.0
+                piece.put(|p| Vec3::new((1.0 + e) * p[0], p[1], 0.0));
+                frequency(&mut piece, exact, |p| Vec3::new(0.0, 0.0, (mode * PI * p[0] / l).sin())) / exact - 1.0
             });
             judge(&format!("string {mode}"), pattern, &errors);
         }
@@ -94,11 +94,11 @@ fn r08_taut_membrane() {
             let errors = [8, 16].map(|n| {
                 let l = a / (1.0 + e);
                 let surface = sheet(pattern, [n, n], [l, l]);
-                let border = |p: V3| (0..2).any(|i| p[i] < 1e-9 || p[i] > l - 1e-9);
+                let border = |p: Vec3| (0..2).any(|i| p[i] < 1e-9 || p[i] > l - 1e-9);
                 let mut piece = Piece::new(&surface, &cloth(young, rho * (1.0 + e).powi(2)), border, false);
                 piece = piece.moved_by(Scheme::ImplicitMidpoint);
                 piece.put(|p| p.map(|c| (1.0 + e) * c));
-                let mode = |x: V3| [0.0, 0.0, (p * PI * x[0] / l).sin() * (q * PI * x[1] / l).sin()];
+                let mode = |x: Vec3| Vec3::new(0.0, 0.0, (p * PI * x[0] / l).sin() * (q * PI * x[1] / l).sin());
                 frequency(&mut piece, exact, mode) / exact - 1.0
             });
             judge(&format!("membrane {p} {q}"), pattern, &errors);
@@ -113,16 +113,16 @@ fn r08_along_a_bar_and_of_a_hanging_chain() {
         let errors = [8, 16, 32].map(|n| {
             let mut piece = Piece::new(&strip(pattern, n, l), &cloth(young, rho), |p| p[0] < 1e-9, false);
             piece = piece.moved_by(Scheme::ImplicitMidpoint);
-            frequency(&mut piece, 88.3883476, |p| [(0.5 * PI * p[0] / l).sin(), 0.0, 0.0]) / 88.3883476 - 1.0
+            frequency(&mut piece, 88.3883476, |p| Vec3::new((0.5 * PI * p[0] / l).sin(), 0.0, 0.0)) / 88.3883476 - 1.0
         });
         judge("bar", pattern, &errors);
         for (root, exact) in [(2.404825557695773, 1.34027285), (5.520078110286311, 3.07648545)] {
             let errors = [8, 16, 32].map(|n| {
                 let mut piece = Piece::new(&strip(pattern, n, l), &cloth(20.0 * young, rho), |p| p[0] < 1e-9, false);
                 piece = piece.moved_by(Scheme::ImplicitMidpoint);
-                piece.gravity = [G, 0.0, 0.0];
+                piece.gravity = Vec3::new(G, 0.0, 0.0);
                 piece.settle(1e-7);
-                let mode = |p: V3| [0.0, 0.0, bessel(root * ((l - p[0]).max(0.0) / l).sqrt())];
+                let mode = |p: Vec3| Vec3::new(0.0, 0.0, bessel(root * ((l - p[0]).max(0.0) / l).sqrt()));
                 frequency(&mut piece, exact, mode) / exact - 1.0
             });
             judge(&format!("chain {exact}"), pattern, &errors);
@@ -158,9 +158,9 @@ fn period(piece: &mut Piece, dt: f64) -> f64 {
     crossings[2] - crossings[0]
 }
 
-fn turned(angle: f64) -> impl Fn(V3) -> V3 {
+fn turned(angle: f64) -> impl Fn(Vec3) -> Vec3 {
     let (s, c) = angle.to_radians().sin_cos();
-    move |p| [c * p[0], p[1], s * p[0]]
+    move |p| Vec3::new(c * p[0], p[1], s * p[0])
 }
 
 #[test]
@@ -178,7 +178,7 @@ fn r12_pendulum() {
                 let surface = sheet(Pattern::Regular, [1, 1], [0.2, 0.05]);
                 let mut piece = Piece::new(&surface, &cloth(young, 0.2), |p| p[0] < 1e-9, false).moved_by(scheme);
                 piece.system().nodes.mass.fill(0.05);
-                piece.gravity = [G, 0.0, 0.0];
+                piece.gravity = Vec3::new(G, 0.0, 0.0);
                 piece.put(turned(angle));
                 period(&mut piece, share * longest) / exact - 1.0
             });
@@ -200,7 +200,7 @@ fn r12_rigid_strip() {
         for pattern in PATTERNS {
             let params = "density = 0.2, young-warp = 5000, poisson = 0, damping-time = 0, bending-warp = 10";
             let mut piece = Piece::new(&strip(pattern, 8, 0.2), params, |p| p[0] < 1e-9, false).moved_by(scheme);
-            piece.gravity = [G, 0.0, 0.0];
+            piece.gravity = Vec3::new(G, 0.0, 0.0);
             piece.put(turned(5.0));
             let exact = 0.732511982 * (0.897567487 / 0.897140293);
             let error = period(&mut piece, dt) / exact - 1.0;
@@ -215,11 +215,11 @@ fn r14_backward_euler_takes_from_a_mode_of_25_hz_what_it_should() {
     let (a, young) = (0.2, 1000.0);
     let e = 10.0 / (young - 10.0);
     let l = a / (1.0 + e);
-    let border = |p: V3| (0..2).any(|i| p[i] < 1e-9 || p[i] > l - 1e-9);
+    let border = |p: Vec3| (0..2).any(|i| p[i] < 1e-9 || p[i] > l - 1e-9);
     let mut piece =
         Piece::new(&sheet(Pattern::Regular, [16, 16], [l, l]), &cloth(young, 0.2 * (1.0 + e).powi(2)), border, false);
-    let shape = |p: V3| (PI * p[0] / l).sin() * (PI * p[1] / l).sin();
-    piece.put(|p| [(1.0 + e) * p[0], (1.0 + e) * p[1], 1e-6 * shape(p)]);
+    let shape = |p: Vec3| (PI * p[0] / l).sin() * (PI * p[1] / l).sin();
+    piece.put(|p| Vec3::new((1.0 + e) * p[0], (1.0 + e) * p[1], 1e-6 * shape(p)));
     let share = |piece: &mut Piece| {
         let nodes = &piece.system().nodes;
         (0..nodes.len()).map(|i| nodes.mass[i] * shape(nodes.rest[i]) * nodes.x[i][2]).sum::<f64>()
@@ -253,7 +253,7 @@ fn r18_kelvin_voigt_creep() {
                 let mut end: Vec<usize> =
                     (0..surface.points.len()).filter(|v| surface.points[*v][0] > l - 1e-9).collect();
                 end.sort_by(|a, b| surface.points[*a][1].total_cmp(&surface.points[*b][1]));
-                piece.forces = vec![[0.0; 3]; surface.points.len()];
+                piece.forces = vec![Vec3::zeros(); surface.points.len()];
                 for pair in end.windows(2) {
                     let share = 0.5 * load * (surface.points[pair[1]][1] - surface.points[pair[0]][1]);
                     pair.iter().for_each(|v| piece.forces[*v][0] += share);
@@ -284,12 +284,12 @@ fn r31_taut_sheet_is_stable_at_steps_its_waves_do_not_bear() {
     for pattern in PATTERNS {
         for dt in [1e-3, 2e-3, 5e-3, 1e-2] {
             let surface = sheet(pattern, [10, 10], [0.2, 0.2]);
-            let ends = |p: V3| p[0] < 1e-9 || p[0] > 0.2 - 1e-9;
+            let ends = |p: Vec3| p[0] < 1e-9 || p[0] > 0.2 - 1e-9;
             let params =
                 "density = 0.2, young-warp = 1000, poisson = 0, shear = 100, damping-time = 0, bending = \"none\"";
             let mut piece = Piece::new(&surface, params, ends, false);
             let mut random = pliant_tests::solid::random();
-            piece.put(|p| [1.05 * p[0], p[1], 0.0]);
+            piece.put(|p| Vec3::new(1.05 * p[0], p[1], 0.0));
             let nodes = &mut piece.system().nodes;
             (0..nodes.len()).filter(|i| !ends(nodes.rest[*i])).for_each(|i| nodes.x[i][2] = 1e-5 * random());
             (0..200).for_each(|_| _ = piece.step(dt));

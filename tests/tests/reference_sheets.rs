@@ -4,9 +4,7 @@
 
 use pliant_mesh::Surface;
 use pliant_mesh::generate::Pattern;
-use pliant_solver::{
-    Constraint, Factors, Frequencies, Pcg, Pool, Scheme, Solve, StandIn, StepLimit, StepTime, V3, axpy, dot,
-};
+use pliant_solver::{Constraint, Factors, Frequencies, Pcg, Pool, Scheme, Solve, StandIn, StepLimit, StepTime, Vec3};
 use pliant_tests::cloth::{G, PATTERNS, Piece, cylinder, sheet};
 use pliant_tests::solid::{forces, random};
 
@@ -14,14 +12,10 @@ const FRAMES: [&str; 3] = ["polar", "edge", "green"];
 const BENDING: [&str; 4] = ["coupled", "hinge", "none", "projected-laplacian"];
 const STILL: &str = "density = 0.2, young-warp = 1000, poisson = 0, shear = 50, damping-time = 0, bending-warp = 15e-6";
 
-fn cross(a: V3, b: V3) -> V3 {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
 /// Turned by `angle` (rad) about a unit `axis`.
-fn turned(x: V3, axis: V3, angle: f64) -> V3 {
+fn turned(x: Vec3, axis: Vec3, angle: f64) -> Vec3 {
     let (s, c) = angle.sin_cos();
-    axpy(axpy(x.map(|p| c * p), s, cross(axis, x)), (1.0 - c) * dot(axis, x), axis)
+    c * x + s * axis.cross(&x) + (1.0 - c) * axis.dot(&x) * axis
 }
 
 #[test]
@@ -34,11 +28,10 @@ fn r10_rigid_motion_is_free() {
                 let mut piece = Piece::new(&sheet(pattern, [8, 8], [0.2, 0.2]), &params, |_| false, false);
                 let mut most = 0.0_f64;
                 for step in 1..=24 {
-                    let axis = [random(), random(), random()];
-                    let axis = axis.map(|c| c / dot(axis, axis).sqrt());
+                    let axis = Vec3::new(random(), random(), random()).normalize();
                     let angle = f64::from(15 * step).to_radians() + 1e-3 * random();
-                    let shift = [random(), random(), random()];
-                    piece.put(|p| axpy(turned(p, axis, angle), 1.0, shift));
+                    let shift = Vec3::new(random(), random(), random());
+                    piece.put(|p| turned(p, axis, angle) + shift);
                     most = forces(piece.system()).iter().flatten().fold(most, |m, f| m.max(f.abs()));
                 }
                 println!("R10 {pattern:?} {frame} {bending}: {:.1e} E L", most / (1000.0 * 0.2));
@@ -93,23 +86,23 @@ fn momenta_lost(pattern: Pattern, scheme: Scheme, params: &str, dt: f64) -> [f64
     piece.integrator.tolerance = 1e-12;
     let nodes = &mut piece.system().nodes;
     for i in 0..nodes.len() {
-        let x = axpy(nodes.rest[i], -1.0, [0.1, 0.1, 0.0]);
+        let x = nodes.rest[i] - Vec3::new(0.1, 0.1, 0.0);
         let wave = 0.2 * (30.0 * nodes.rest[i][0]).sin() * (25.0 * nodes.rest[i][1]).cos();
-        nodes.v[i] = axpy(cross([3.0, 5.0, 4.0], x), 1.0, [0.3, 0.1, -0.2 + wave]);
+        nodes.v[i] = Vec3::new(3.0, 5.0, 4.0).cross(&x) + Vec3::new(0.3, 0.1, -0.2 + wave);
     }
     let momenta = |piece: &mut Piece| {
         let nodes = &piece.system().nodes;
-        let sum = |of: &dyn Fn(usize) -> V3| (0..nodes.len()).fold([0.0; 3], |s, i| axpy(s, nodes.mass[i], of(i)));
+        let sum = |of: &dyn Fn(usize) -> Vec3| (0..nodes.len()).map(|i| nodes.mass[i] * of(i)).sum::<Vec3>();
         let mass: f64 = nodes.mass.iter().sum();
-        let centre = sum(&|i| nodes.x[i]).map(|c| c / mass);
-        [sum(&|i| nodes.v[i]), sum(&|i| cross(axpy(nodes.x[i], -1.0, centre), nodes.v[i]))]
+        let centre = sum(&|i| nodes.x[i]) / mass;
+        [sum(&|i| nodes.v[i]), sum(&|i| (nodes.x[i] - centre).cross(&nodes.v[i]))]
     };
     let before = momenta(&mut piece);
     (0..(0.1 / dt).round() as usize).for_each(|_| _ = piece.step(dt));
     let after = momenta(&mut piece);
     [0, 1].map(|i| {
-        let off = axpy(after[i], -1.0, before[i]);
-        (dot(off, off) / dot(before[i], before[i])).sqrt()
+        let off = after[i] - before[i];
+        (off.norm_squared() / before[i].norm_squared()).sqrt()
     })
 }
 
@@ -131,11 +124,11 @@ fn longest_step(piece: &mut Piece, guess: f64) -> f64 {
     for _ in 0..9 {
         let dt = 0.5 * (stable + growing);
         let mut random = random();
-        piece.put(|p| [p[0] + 1e-9 * random(), p[1] + 1e-9 * random(), 1e-9 * random()]);
+        piece.put(|p| Vec3::new(p[0] + 1e-9 * random(), p[1] + 1e-9 * random(), 1e-9 * random()));
         let stays = (0..300).all(|_| piece.try_step(dt).is_ok());
         let nodes = &piece.system().nodes;
-        let off = |i: usize| axpy(nodes.x[i], -1.0, nodes.rest[i]);
-        let most = (0..nodes.len()).map(|i| dot(off(i), off(i)).sqrt()).fold(0.0, f64::max);
+        let off = |i: usize| nodes.x[i] - nodes.rest[i];
+        let most = (0..nodes.len()).map(|i| off(i).norm()).fold(0.0, f64::max);
         (stable, growing) = if stays && most < 1e-5 { (dt, growing) } else { (stable, dt) };
     }
     0.5 * (stable + growing)
@@ -180,7 +173,7 @@ fn r23_step_limits() {
 }
 
 fn triangle(third: [f64; 2]) -> Surface {
-    let points = vec![[0.0; 3], [0.00645, 0.0, 0.0], [third[0], third[1], 0.0]];
+    let points = vec![Vec3::zeros(), Vec3::new(0.00645, 0.0, 0.0), Vec3::new(third[0], third[1], 0.0)];
     Surface { points, triangles: vec![[0, 1, 2]], ..Surface::default() }
 }
 
@@ -204,12 +197,12 @@ fn r29_slivers() {
             .assemble(&pool, &*system.material, &system.sets, (&system.nodes, None), factors, StepTime::default())
             .unwrap();
         // By power iteration; all corners have the same mass.
-        let mut u = vec![[1.0, 0.3, 0.0], [-0.2, 0.5, 0.0], [0.1, -0.7, 0.0]];
+        let mut u = vec![Vec3::new(1.0, 0.3, 0.0), Vec3::new(-0.2, 0.5, 0.0), Vec3::new(0.1, -0.7, 0.0)];
         let (mut a, mut highest) = (u.clone(), 0.0);
         for _ in 0..20_000 {
             matrix.product(&pool, &u, &mut a);
-            highest = a.iter().map(|a| dot(*a, *a)).sum::<f64>().sqrt();
-            u.iter_mut().zip(&a).for_each(|(u, a)| *u = a.map(|c| c / highest));
+            highest = a.iter().map(|a| a.norm_squared()).sum::<f64>().sqrt();
+            u.iter_mut().zip(&a).for_each(|(u, a)| *u = a / highest);
         }
         (highest / system.nodes.mass[0]).sqrt()
     };
@@ -225,7 +218,7 @@ fn r29_slivers() {
         for bending in BENDING {
             let params = own.replace("none", bending);
             let mut piece = Piece::new(&triangle([0.5 * edge, high]), &params, |p| p[0] == 0.0, false);
-            piece.gravity = [0.0, 0.0, -G];
+            piece.gravity = Vec3::new(0.0, 0.0, -G);
             // J, what it can fall for.
             let scale: f64 = piece.system().nodes.mass.iter().sum::<f64>() * G * edge;
             let mut most = 0.0_f64;
@@ -255,19 +248,19 @@ fn r30_a_vertex_that_jumps_100_mm_in_a_millisecond() {
         piece.integrator.resize(piece.session.bodies[0].system.nodes.len());
         let nodes = &mut piece.system().nodes;
         let middle = (0..nodes.len()).min_by(|a, b| {
-            let off = |i: usize| axpy(nodes.rest[i], -1.0, [0.0484, 0.0484, 0.0]);
-            dot(off(*a), off(*a)).total_cmp(&dot(off(*b), off(*b)))
+            let off = |i: usize| nodes.rest[i] - Vec3::new(0.0484, 0.0484, 0.0);
+            off(*a).norm_squared().total_cmp(&off(*b).norm_squared())
         });
         let middle = middle.unwrap();
         let carried = 0.5 * nodes.mass[middle] * 1e4;
-        (nodes.constraint[middle], nodes.prescribed[middle]) = (Constraint::Fixed, [0.0, 0.0, 100.0]);
+        (nodes.constraint[middle], nodes.prescribed[middle]) = (Constraint::Fixed, Vec3::new(0.0, 0.0, 100.0));
         let mut jumped = piece.system().nodes.x.clone();
         jumped[middle][2] += 0.1;
         let rest = std::mem::replace(&mut piece.system().nodes.x, jumped);
         let alone = piece.energies()[1];
         piece.system().nodes.x = rest;
         piece.step(1e-3);
-        piece.system().nodes.prescribed[middle] = [0.0; 3];
+        piece.system().nodes.prescribed[middle] = Vec3::zeros();
         let [kinetic, elastic, _] = piece.energies();
         println!(
             "R30 {frame}: one vertex {carried:.4} J; kinetic {kinetic:.4}, elastic {elastic:.4}, of it alone {alone:.4} J"
@@ -293,7 +286,7 @@ fn iterations(n: u32, dt: f64, fabric: [f64; 5], tolerance: f64, seed: usize) ->
     let params = format!("{}, bending = \"none\"", tensor(fabric));
     let mut piece =
         Piece::new(&sheet(Pattern::Alternating, [n - 1, n - 1], [0.2, 0.2]), &params, |p| p[1] < 1e-9, false);
-    piece.put(|p| [1.01 * p[0], p[1], 2e-3 * (30.0 * p[0]).sin() * (20.0 * p[1]).cos()]);
+    piece.put(|p| Vec3::new(1.01 * p[0], p[1], 2e-3 * (30.0 * p[0]).sin() * (20.0 * p[1]).cos()));
     let pool = Pool::new(1);
     let force = forces(piece.system());
     let system = piece.system();
@@ -309,16 +302,15 @@ fn iterations(n: u32, dt: f64, fabric: [f64; 5], tolerance: f64, seed: usize) ->
     let state = (&system.nodes, system.coupled.as_mut());
     matrix.assemble(&pool, &*system.material, &system.sets, state, factors, StepTime { start: 0.0, dt }).unwrap();
     let nodes = &mut system.nodes;
-    let b: Vec<V3> = (0..nodes.len()).map(|i| axpy(force[i], nodes.mass[i], [0.0, 0.0, -G]).map(|f| dt * f)).collect();
-    let mut z = vec![[0.0; 3]; b.len()];
+    let b: Vec<Vec3> = (0..nodes.len()).map(|i| dt * (force[i] + nodes.mass[i] * Vec3::new(0.0, 0.0, -G))).collect();
+    let mut z = vec![Vec3::zeros(); b.len()];
     let mut random = random();
     (0..97 * seed).for_each(|_| _ = random());
     for _ in 0..20 {
         let place = (f64::from(n) + (0.5 * random() + 0.5) * f64::from(n * n - n)) as usize;
-        let normal = [random(), random(), random()];
-        let normal = normal.map(|c| c / dot(normal, normal).sqrt());
+        let normal = Vec3::new(random(), random(), random()).normalize();
         nodes.constraint[place.min(b.len() - 1)] = Constraint::Plane(normal);
-        z[place.min(b.len() - 1)] = normal.map(|c| 0.05 * c);
+        z[place.min(b.len() - 1)] = 0.05 * normal;
     }
     let mut pcg = Pcg::default();
     pcg.resize(b.len());

@@ -4,6 +4,7 @@
 
 use pliant_mesh::Surface;
 use pliant_mesh::generate::Pattern;
+use pliant_mesh::geometry::Vec3;
 use pliant_tests::cloth::{G, PATTERNS, Piece, order, sheet};
 
 /// Rows that make cells of a strip as wide as they are long, for a strip of `n` cells and so many across.
@@ -47,15 +48,15 @@ fn r02_elastic_catenary() {
                 let surface = strip(pattern, n, 2, l);
                 let wide = width(&surface);
                 let params = format!("density = {rho}, young-warp = {young}, poisson = 0, bending = \"none\"");
-                let ends = |p: [f64; 3]| p[0] < 1e-9 || p[0] > l - 1e-9;
+                let ends = |p: Vec3| p[0] < 1e-9 || p[0] > l - 1e-9;
                 let mut piece = Piece::new(&surface, &params, ends, false);
-                piece.gravity = [0.0, 0.0, -G];
+                piece.gravity = Vec3::new(0.0, 0.0, -G);
                 // The ends come together, and what is between hangs down in a parabola.
-                piece.put(|p| [p[0] * span / l, p[1], -0.24 * p[0] / l * (1.0 - p[0] / l)]);
+                piece.put(|p| Vec3::new(p[0] * span / l, p[1], -0.24 * p[0] / l * (1.0 - p[0] / l)));
                 piece.settle(1e-8);
                 // The mean over the width, not over vertices: those of the border have half the width of the others.
                 let low = piece.mean_across(0.5 * l);
-                let end = piece.reaction(|p| p[0] < 1e-9).map(|f| f / wide);
+                let end = piece.reaction(|p| p[0] < 1e-9) / wide;
                 [-low[2] / exact[1] - 1.0, -end[0] / exact[0] - 1.0, end[2] / (0.5 * rho * G * l) - 1.0]
             });
             let slope = 0.5 * order(errors[0][0], errors[2][0]);
@@ -80,7 +81,7 @@ fn r03_hanging_strip() {
             let surface = strip(pattern, n, n / 5, l);
             let params = format!("density = {rho}, young-warp = {young}, poisson = 0, bending = \"none\"");
             let mut piece = Piece::new(&surface, &params, |p| p[0] < 1e-9, false);
-            piece.gravity = [G, 0.0, 0.0];
+            piece.gravity = Vec3::new(G, 0.0, 0.0);
             piece.settle(1e-8);
             let weight = rho * G * l * width(&surface);
             let carried = -piece.reaction(|p| p[0] < 1e-9)[0];
@@ -110,14 +111,14 @@ fn cook(pattern: Pattern, n: u32, mirrored: bool) -> [f64; 2] {
         surface.triangles.iter_mut().for_each(|t| t.swap(1, 2));
     }
     for p in &mut surface.points {
-        let [s, t, _] = *p;
+        let [s, t, _] = (*p).into();
         let at = |corners: [f64; 4]| {
             (1.0 - s) * (1.0 - t) * corners[0]
                 + s * (1.0 - t) * corners[1]
                 + s * t * corners[2]
                 + (1.0 - s) * t * corners[3]
         };
-        *p = [at([0.0, 48.0, 48.0, 0.0]), at([0.0, 44.0, 60.0, 44.0]), 0.0];
+        *p = Vec3::new(at([0.0, 48.0, 48.0, 0.0]), at([0.0, 44.0, 60.0, 44.0]), 0.0);
     }
     let params = "density = 1e-6, young-warp = 1, poisson = 0.333333333333, bending = \"none\"";
     let mut piece = Piece::new(&surface, params, |p| p[0] < 1e-9, false);
@@ -130,7 +131,7 @@ fn cook(pattern: Pattern, n: u32, mirrored: bool) -> [f64; 2] {
         shares[i - 1] += 0.5 * length / 16.0;
         shares[i] += 0.5 * length / 16.0;
     }
-    piece.forces = vec![[0.0; 3]; surface.points.len()];
+    piece.forces = vec![Vec3::zeros(); surface.points.len()];
     right.iter().zip(&shares).for_each(|(v, share)| piece.forces[*v][1] = small * share);
     piece.settle(1e-7);
     let x = &piece.system().nodes.x;
@@ -182,7 +183,7 @@ fn hung(pattern: Pattern, n: u32, gamma: f64) -> f64 {
     let rigidity = rho * G * l.powi(3) / gamma;
     let params = format!("density = {rho}, young-warp = 20000, poisson = 0, bending-warp = {rigidity:e}");
     let mut piece = Piece::new(&surface, &params, |p| p[0] < 1e-9, true);
-    piece.gravity = [0.0, 0.0, -G];
+    piece.gravity = Vec3::new(0.0, 0.0, -G);
     piece.settle(1e-6);
     let tip = piece.mean(|p| p[0] > l - 1e-9);
     -tip[2] / tip[0]
@@ -223,7 +224,7 @@ const D: f64 = 15e-6;
 /// m
 const POST: f64 = 0.1;
 
-fn post(pattern: Pattern, n: u32, held: impl Fn([f64; 3]) -> bool, clamp: bool) -> Piece {
+fn post(pattern: Pattern, n: u32, held: impl Fn(Vec3) -> bool, clamp: bool) -> Piece {
     let params = format!("density = 0.2, young-warp = 1000, poisson = 0, damping-time = 0, bending-warp = {D:e}");
     Piece::new(&strip(pattern, n, 2, POST), &params, held, clamp).moved_by(pliant_solver::Scheme::ImplicitMidpoint)
 }
@@ -231,7 +232,7 @@ fn post(pattern: Pattern, n: u32, held: impl Fn([f64; 3]) -> bool, clamp: bool) 
 /// Whether a small deflection `shape` (of x / L) grows, in 20 times the inverse of `w`, 1/s.
 fn grows(piece: &mut Piece, along: impl Fn(f64) -> f64, shape: impl Fn(f64) -> f64, w: f64) -> bool {
     let size = 1e-7;
-    piece.put(|p| [along(p[0]), p[1], size * shape((p[0] / POST).clamp(0.0, 1.0))]);
+    piece.put(|p| Vec3::new(along(p[0]), p[1], size * shape((p[0] / POST).clamp(0.0, 1.0))));
     let (dt, steps) = (0.05 / w, 400);
     let mut most = 0.0_f64;
     for i in 0..steps {
@@ -257,7 +258,7 @@ fn critical([mut low, mut high]: [f64; 2], grows: impl Fn(f64) -> bool) -> f64 {
 #[test]
 fn r16_buckling_loads() {
     use std::f64::consts::PI;
-    let ends = |p: [f64; 3]| p[0] < 1e-9 || p[0] > POST - 1e-9;
+    let ends = |p: Vec3| p[0] < 1e-9 || p[0] > POST - 1e-9;
     let base = (D / 0.2).sqrt() / (POST * POST);
     for pattern in PATTERNS {
         let pinned = |n: u32| {
@@ -280,7 +281,7 @@ fn r16_buckling_loads() {
             let load = |gamma: f64| {
                 let mut piece = post(pattern, n, |p| p[0] < 1e-9, true);
                 let g = gamma * D / (0.2 * POST.powi(3));
-                piece.gravity = [-g, 0.0, 0.0];
+                piece.gravity = Vec3::new(-g, 0.0, 0.0);
                 let sunk = |x: f64| x - 0.2 * g * (POST * x - 0.5 * x * x) / 1000.0;
                 grows(&mut piece, sunk, |s| 1.0 - (0.5 * PI * s).cos(), 3.516 * base)
             };
@@ -308,11 +309,11 @@ fn r16_beyond_buckling() {
     ] {
         for pattern in PATTERNS {
             let errors = [8, 16, 32].map(|n| {
-                let ends = |p: [f64; 3]| p[0] < 1e-9 || p[0] > POST - 1e-9;
+                let ends = |p: Vec3| p[0] < 1e-9 || p[0] > POST - 1e-9;
                 let mut piece = post(pattern, n, ends, false);
                 let wave = |s: f64| (std::f64::consts::PI * s).sin();
                 let wide = piece.system().nodes.rest.iter().fold(0.0, |m: f64, p| m.max(p[1]));
-                piece.put(|p| [p[0] * (1.0 - shortening), p[1], deflection * POST * wave(p[0] / POST)]);
+                piece.put(|p| Vec3::new(p[0] * (1.0 - shortening), p[1], deflection * POST * wave(p[0] / POST)));
                 piece.settle(1e-8);
                 let found = piece.reaction(|p| p[0] < 1e-9)[0] / wide / (0.0148044066 * load) - 1.0;
                 let high = piece.mean(|p| (p[0] - 0.5 * POST).abs() < 1e-9)[2];

@@ -1,6 +1,7 @@
 //! Where the matrix is in single precision, and that nobody can tell.
 
 use pliant_engine::session::Session;
+use pliant_mesh::geometry::Vec3;
 use pliant_tests::open;
 
 /// A free sheet of 0.2 m that turns and is bent as it falls.
@@ -27,7 +28,7 @@ fn sheet(young: &str, solver: &str, integrator: &str) -> Session {
     let nodes = &mut session.bodies[0].system.nodes;
     for (v, x) in nodes.v.iter_mut().zip(&nodes.rest) {
         let [a, b] = [x[0] - 0.1, x[1] - 0.1];
-        *v = [-20.0 * b, 20.0 * a, 3.0 * (30.0 * a).sin() * (20.0 * b).cos()];
+        *v = Vec3::new(-20.0 * b, 20.0 * a, 3.0 * (30.0 * a).sin() * (20.0 * b).cos());
     }
     session
 }
@@ -84,7 +85,7 @@ fn rounding_moves_nothing_that_a_solve_leaves() {
     assert!(apart > 0.0 && apart < 3e-6 * moved, "{apart} of {moved}");
     let (after, reference) = (momenta(&rounded), momenta(&exact));
     // What the solver leaves, of what moves: kg m/s and kg m^2/s.
-    let all: f64 = b.mass.iter().zip(&b.v).map(|(m, [x, y, z])| m * (x * x + y * y + z * z).sqrt()).sum();
+    let all: f64 = b.mass.iter().zip(&b.v).map(|(m, v)| m * v.norm()).sum();
     println!("momenta {before:?}, {after:?}, {reference:?}");
     for c in 0..6 {
         let most = 1e-6 * if c < 3 { all } else { 0.1 * all };
@@ -100,7 +101,7 @@ fn a_sheet_that_becomes_too_stiff_goes_on_in_double_precision_within_the_step() 
     // A triangle drawn out to a thread: its edge across is all but gone, and hinges at it are stiff beyond measure.
     let nodes = &mut session.bodies[0].system.nodes;
     let (x, rest) = (nodes.x[18], nodes.x[1]);
-    nodes.x[18] = [0, 1, 2].map(|c| rest[c] + 1e-7 * (x[c] - rest[c]));
+    nodes.x[18] = rest + 1e-7 * (x - rest);
     session.step();
     assert!(!is_rounded(&session) && session.frame().residual <= 1e-6, "{}", session.frame().residual);
 }

@@ -1,7 +1,7 @@
 //! The two solids against closed forms, through the engine's own steps: patch test, bent and twisted bars, inversion.
 
 use pliant_plugin_api::abi;
-use pliant_solver::{Integrator, Loads, Pool, Scheme, StepTime, System, V3};
+use pliant_solver::{Integrator, Loads, Pool, Scheme, StepTime, System, Vec3};
 use pliant_tests::solid::{block, forces, hold, material, random, settle};
 
 const SOLIDS: [&str; 2] = ["neo-hookean", "corotational"];
@@ -12,8 +12,8 @@ fn solid(name: &str, poisson: f64, cells: [u32; 3], h: f64) -> System {
     block(material(name, &numbers, 1e4), cells, h)
 }
 
-fn affine(p: V3) -> V3 {
-    [1.1 * p[0] + 0.2 * p[1], 0.9 * p[1] - 0.1 * p[2] + 0.05 * p[0], 1.05 * p[2] + 0.03 * p[0] + 0.5]
+fn affine(p: Vec3) -> Vec3 {
+    Vec3::new(1.1 * p[0] + 0.2 * p[1], 0.9 * p[1] - 0.1 * p[2] + 0.05 * p[0], 1.05 * p[2] + 0.03 * p[0] + 0.5)
 }
 
 /// A uniform strain led in over the faces is uniform inside: nodes inside find their places to round-off.
@@ -22,7 +22,7 @@ fn patch_test() {
     for name in SOLIDS {
         let mut system = solid(name, 0.3, [4, 3, 5], 0.01);
         let far = [0.04, 0.03, 0.05];
-        let on_face = |p: V3| (0..3).any(|i| p[i] < 1e-9 || p[i] > far[i] - 1e-9);
+        let on_face = |p: Vec3| (0..3).any(|i| p[i] < 1e-9 || p[i] > far[i] - 1e-9);
         hold(&mut system, |p| on_face(p).then(|| affine(p)));
         let mut next = random();
         for i in 0..system.nodes.len() {
@@ -49,9 +49,9 @@ fn bent(name: &str, n: u32) -> f64 {
     let mut system = solid(name, nu, [8 * n, n, n], side / f64::from(n));
     hold(&mut system, |p| (p[0] < 1e-9).then_some(p));
     let edge = |c: f64| if c < 1e-9 || c > side - 1e-9 { 0.5 } else { 1.0 };
-    let share = |p: V3| if p[0] > length - 1e-9 { edge(p[1]) * edge(p[2]) / f64::from(n * n) } else { 0.0 };
+    let share = |p: Vec3| if p[0] > length - 1e-9 { edge(p[1]) * edge(p[2]) / f64::from(n * n) } else { 0.0 };
     let shares: Vec<f64> = system.nodes.rest.iter().map(|p| share(*p)).collect();
-    let load_on: Vec<V3> = shares.iter().map(|s| [0.0, 0.0, load * s]).collect();
+    let load_on: Vec<Vec3> = shares.iter().map(|s| Vec3::new(0.0, 0.0, load * s)).collect();
     let left = settle(&mut system, &load_on, 4);
     assert!(left < 1e-6 * load, "{name}: {left} N");
     let nodes = &system.nodes;
@@ -76,10 +76,10 @@ fn bent_bar_converges_to_beam_theory() {
 const SIDE: f64 = 0.01;
 const LENGTH: f64 = 0.04;
 
-fn turned(p: V3, angle: f64) -> V3 {
+fn turned(p: Vec3, angle: f64) -> Vec3 {
     let (s, c) = angle.sin_cos();
     let (y, z) = (p[1] - 0.5 * SIDE, p[2] - 0.5 * SIDE);
-    [p[0], c * y - s * z + 0.5 * SIDE, s * y + c * z + 0.5 * SIDE]
+    Vec3::new(p[0], c * y - s * z + 0.5 * SIDE, s * y + c * z + 0.5 * SIDE)
 }
 
 /// Leads the far end of a bar round by `angle`.
@@ -139,13 +139,8 @@ fn twisted_bar_nearly_incompressible() {
 fn volumes(system: &System) -> impl Iterator<Item = f64> + '_ {
     let set = system.sets.iter().find(|s| s.request().kind == abi::TETRAHEDRON).unwrap();
     set.nodes().chunks_exact(4).map(|t| {
-        let e = |a: usize| {
-            let (p, q) = (system.nodes.x[t[a] as usize], system.nodes.x[t[0] as usize]);
-            [p[0] - q[0], p[1] - q[1], p[2] - q[2]]
-        };
-        let (a, b, c) = (e(1), e(2), e(3));
-        let cross = [b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]];
-        (a[0] * cross[0] + a[1] * cross[1] + a[2] * cross[2]) / 6.0
+        let edge = |corner: usize| system.nodes.x[t[corner] as usize] - system.nodes.x[t[0] as usize];
+        edge(1).dot(&edge(2).cross(&edge(3))) / 6.0
     })
 }
 
@@ -159,7 +154,7 @@ fn inversion_recovery() {
         let mut next = random();
         for i in 0..system.nodes.len() {
             if system.nodes.rest[i][2] > 1e-9 {
-                system.nodes.x[i] = [0, 1, 2].map(|_| 0.015 + 0.015 * next());
+                system.nodes.x[i] = Vec3::from_fn(|_, _| 0.015 + 0.015 * next());
             }
         }
         let inside_out = |system: &System| volumes(system).filter(|v| *v < 0.0).count();

@@ -2,7 +2,7 @@
 
 use pliant_engine::body::Body;
 use pliant_plugin_api::abi;
-use pliant_solver::{StepTime, V3};
+use pliant_solver::{StepTime, Vec3};
 use pliant_tests::{Everywhere, box_scene, open};
 
 #[test]
@@ -16,8 +16,8 @@ fn a_cut_keeps_the_energy_of_a_solid() {
         let body = &mut session.bodies[0];
         let nodes = &mut body.system.nodes;
         for i in 0..nodes.x.len() {
-            let [x, y, z] = nodes.rest[i];
-            nodes.x[i] = [x + 4.0 * y * z, y - 3.0 * x * z, z * 1.1];
+            let [x, y, z] = nodes.rest[i].into();
+            nodes.x[i] = Vec3::new(x + 4.0 * y * z, y - 3.0 * x * z, z * 1.1);
         }
         let tetrahedra = |body: &Body| {
             body.system.sets.iter().find(|s| s.request().kind == abi::TETRAHEDRON).map_or(0, |s| s.count())
@@ -27,8 +27,10 @@ fn a_cut_keeps_the_energy_of_a_solid() {
 
         // A wall beside the middle of a cell: it parts cells into a quarter and three.
         let (at, low, high) = (0.0013, -0.03, 0.03);
-        let wall: [[V3; 3]; 2] =
-            [[[at, low, low], [at, high, low], [at, high, high]], [[at, low, low], [at, high, high], [at, low, high]]];
+        let wall: [[Vec3; 3]; 2] = [
+            [Vec3::new(at, low, low), Vec3::new(at, high, low), Vec3::new(at, high, high)],
+            [Vec3::new(at, low, low), Vec3::new(at, high, high), Vec3::new(at, low, high)],
+        ];
         let points = body.model.surface.points.clone();
         let inside = |v: u32| points[v as usize].map(|c| c * (1.0 - 1e-3));
         body.carrier

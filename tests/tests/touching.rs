@@ -1,7 +1,8 @@
 //! What a hand does to a body and feels of it, step by step.
 
 use pliant_engine::session::Session;
-use pliant_solver::{Pool, axpy, dot};
+use pliant_mesh::geometry::Vec3;
+use pliant_solver::Pool;
 use pliant_tests::{NOW, box_scene, open};
 
 /// A block touched from above; `path` of the hand relative to the top, z up.
@@ -15,16 +16,12 @@ fn touched(time: &str, tool: &str, edit: &str, path: &str) -> Session {
 
 const PRESS: &str = "path = [[0.0, 0.0, 0.0, 0.006], [0.02, 0.0, 0.0, 0.002]]";
 
-fn size(v: [f64; 3]) -> f64 {
-    dot(v, v).sqrt()
-}
-
 #[test]
 fn a_hand_in_the_air_feels_nothing_and_moves_nothing() {
     let mut session = touched("", "", "", "path = [[0.0, 0.0, 0.0, 0.03], [0.05, 0.01, 0.0, 0.02]]");
     for _ in 0..50 {
         session.step();
-        assert_eq!((session.frame().tools[0].force, session.frame().nodes), ([0.0; 3], 0));
+        assert_eq!((session.frame().tools[0].force, session.frame().nodes), (Vec3::zeros(), 0));
     }
     session.update_surface();
     let body = &session.bodies[0];
@@ -62,12 +59,12 @@ fn at_rest_the_hand_carries_what_the_border_holds() {
     let force = session.frame().tools[0].force;
     // Elastic forces on the held nodes are what the rest of the body would have to push with.
     let system = &mut session.bodies[0].system;
-    let mut elastic = vec![[0.0; 3]; system.nodes.len()];
+    let mut elastic = vec![Vec3::zeros(); system.nodes.len()];
     let still = elastic.clone();
     system.forces(&Pool::new(1), Some(&still), NOW, &mut elastic).unwrap();
     let held = (0..elastic.len()).filter(|&i| !system.nodes.constraint[i].is_free());
-    let border = held.fold([0.0; 3], |sum, i| axpy(sum, 1.0, elastic[i]));
-    let off = size(axpy(border, 1.0, force)) / size(force);
+    let border: Vec3 = held.map(|i| elastic[i]).sum();
+    let off = (border + force).norm() / force.norm();
     assert!(off < 1e-3, "border {border:?}, hand {force:?}");
 }
 
@@ -107,12 +104,12 @@ fn what_a_hand_leaves_goes_back_without_a_jump() {
         session.step();
         session.update_surface();
         let body = &session.bodies[0];
-        let now = body.system.nodes.v.iter().fold(0.0_f64, |m, v| m.max(size(*v)));
+        let now = body.system.nodes.v.iter().fold(0.0_f64, |m, v| m.max(v.norm()));
         let reachable = 1e-3 * now.max(speed);
         speed = now;
         for (i, x) in body.skin.x.iter().enumerate() {
-            jump = jump.max(size(axpy(*x, -1.0, last[i])) - reachable);
-            deepest = deepest.max(size(axpy(*x, -1.0, body.model.surface.points[i])));
+            jump = jump.max((*x - last[i]).norm() - reachable);
+            deepest = deepest.max((*x - body.model.surface.points[i]).norm());
         }
         last.clone_from(&body.skin.x);
     }
@@ -132,15 +129,13 @@ fn a_kept_shape_is_the_rest_shape_from_then_on() {
     (0..51).for_each(|_| session.step());
     session.update_surface();
     let kept = session.bodies[0].skin.x.clone();
-    let dent = kept
-        .iter()
-        .zip(&session.bodies[0].model.surface.points)
-        .fold(0.0_f64, |m, (a, b)| m.max(size(axpy(*a, -1.0, *b))));
+    let dent =
+        kept.iter().zip(&session.bodies[0].model.surface.points).fold(0.0_f64, |m, (a, b)| m.max((*a - *b).norm()));
     assert!(dent > 1e-3, "{dent}");
     (0..200).for_each(|_| session.step());
     session.update_surface();
     let body = &session.bodies[0];
-    let drift = body.skin.x.iter().zip(&kept).fold(0.0_f64, |m, (a, b)| m.max(size(axpy(*a, -1.0, *b))));
+    let drift = body.skin.x.iter().zip(&kept).fold(0.0_f64, |m, (a, b)| m.max((*a - *b).norm()));
     assert!(drift < 1e-9, "it stays: {drift}");
 }
 

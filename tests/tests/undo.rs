@@ -2,6 +2,7 @@
 
 use pliant_engine::body::Body;
 use pliant_engine::session::{EventKind, Session};
+use pliant_mesh::geometry::Vec3;
 use pliant_tests::{Bench, NOW, open, open_file};
 
 fn run(session: &mut Session, seconds: f64) {
@@ -65,7 +66,7 @@ fn pulled(sheet: &str) -> Session {
 fn state(session: &mut Session) -> Vec<u64> {
     let (body, pool) = (&mut session.bodies[0], pliant_solver::Pool::new(1));
     let Body { system, skin, .. } = body;
-    let mut force = vec![[0.0; 3]; system.nodes.len()];
+    let mut force = vec![Vec3::zeros(); system.nodes.len()];
     system.forces(&pool, None, NOW, &mut force).unwrap();
     let nodes = &system.nodes;
     let rows = [&nodes.rest, &nodes.x, &nodes.v, &force, &*skin.settled].into_iter().flatten().flatten();

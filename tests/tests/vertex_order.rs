@@ -3,7 +3,7 @@
 use pliant_engine::body::Body;
 use pliant_engine::session::{EventKind, Session};
 use pliant_record::write_model;
-use pliant_solver::{Pool, V3, axpy, dot};
+use pliant_solver::{Pool, Vec3};
 use pliant_tests::{Bench, NOW, open_file};
 use std::fmt::Write;
 
@@ -88,9 +88,8 @@ fn width(body: &Body) -> u32 {
     triangles.map(|t| of(&sheet.nodes_of(&body.model, t))).max().unwrap()
 }
 
-fn away(a: V3, b: V3) -> f64 {
-    let d = axpy(a, -1.0, b);
-    dot(d, d).sqrt()
+fn away(a: Vec3, b: Vec3) -> f64 {
+    (a - b).norm()
 }
 
 #[test]
@@ -130,13 +129,13 @@ fn a_blade_cuts_the_same_pieces_and_history_goes_with_them() {
     };
     let cut = bodies.map(|body| {
         for i in 0..body.system.nodes.len() {
-            let [x, y, _] = body.system.nodes.rest[i];
-            body.system.nodes.x[i] = [1.05 * (50.0 * x).sin() / 50.0, y, (1.0 - (50.0 * x).cos()) / 50.0];
-            body.system.nodes.v[i] = [0.4 - 3.0 * y, 0.2 + 3.0 * x, 0.5];
+            let [x, y, _] = body.system.nodes.rest[i].into();
+            body.system.nodes.x[i] = Vec3::new(1.05 * (50.0 * x).sin() / 50.0, y, (1.0 - (50.0 * x).cos()) / 50.0);
+            body.system.nodes.v[i] = Vec3::new(0.4 - 3.0 * y, 0.2 + 3.0 * x, 0.5);
         }
         body.system.advance(NOW).unwrap();
         let was = history(body);
-        let blade = |x: f64| pliant_cut::Blade { tip: [x, 0.0481, -0.01], heel: [x, 0.0502, 0.01] };
+        let blade = |x: f64| pliant_cut::Blade { tip: Vec3::new(x, 0.0481, -0.01), heel: Vec3::new(x, 0.0502, 0.01) };
         let mut stroke = pliant_cut::Stroke::begin(blade(-0.01)).unwrap();
         for x in (0..60).map(|i| 0.002 * f64::from(i)) {
             let advance = body.cut.as_mut().unwrap().advance(&mut stroke, blade(x));
@@ -164,7 +163,7 @@ fn taken_back_and_made_again_to_the_bit() {
     let bits = |session: &mut Session| {
         session.update_surface();
         let body = &mut session.bodies[0];
-        let mut force = vec![[0.0; 3]; body.system.nodes.len()];
+        let mut force = vec![Vec3::zeros(); body.system.nodes.len()];
         body.system.forces(&Pool::new(1), None, NOW, &mut force).unwrap();
         let nodes = &body.system.nodes;
         let rows = [&nodes.rest, &nodes.x, &nodes.v, &force, &body.skin.x].into_iter().flatten().flatten();

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use pliant_cut::{Blade, CutMesh, MATERIAL, Refused, Stroke};
+use pliant_mesh::geometry::Vec3;
 use pliant_mesh::{ObjDocument, Placement, Surface};
 
 const STEPS: u32 = 60;
@@ -48,7 +49,7 @@ fn cut(model: &Path, out: Option<&Path>) -> Result<(), Box<dyn std::error::Error
     ];
     for (name, [tip, heel], way) in ways {
         let at = |t: f64| {
-            let shift = |x: [f64; 3]| -> [f64; 3] { std::array::from_fn(|i| x[i] + t * way[i]) };
+            let shift = |x: [f64; 3]| Vec3::from(x) + t * Vec3::from(way);
             Blade { tip: shift(tip), heel: shift(heel) }
         };
         let mut stroke = Stroke::begin(at(0.0))?;
@@ -84,19 +85,18 @@ fn cut(model: &Path, out: Option<&Path>) -> Result<(), Box<dyn std::error::Error
         fs::write(folder.join(format!("{name}-cut.obj")), bytes)?;
         // Parts pushed away from the middle, to look inside.
         let parts = mesh.parts();
-        let mut centre = vec![([0.0; 3], 0.0); parts.all.len()];
+        let mut centre = vec![(Vec3::zeros(), 0.0); parts.all.len()];
         for (number, triangle) in mesh.surface().triangles.iter().enumerate() {
             for vertex in triangle {
                 let (sum, count) = &mut centre[parts.of[number] as usize];
-                (0..3).for_each(|i| sum[i] += mesh.surface().points[*vertex as usize][i]);
+                *sum += mesh.surface().points[*vertex as usize];
                 *count += 1.0;
             }
         }
         for (number, triangle) in mesh.surface().triangles.iter().enumerate() {
             let (sum, count) = centre[parts.of[number] as usize];
             for &vertex in triangle {
-                points[vertex as usize] =
-                    std::array::from_fn(|i| mesh.surface().points[vertex as usize][i] + 0.5 * sum[i] / count);
+                points[vertex as usize] = mesh.surface().points[vertex as usize] + 0.5 * sum / count;
             }
         }
         let mut bytes = Vec::new();

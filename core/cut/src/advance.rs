@@ -195,7 +195,7 @@ impl CutMesh {
         let mut near = Vec::new();
         self.tree.near_facet(facet.corners, 0.0, |triangle| near.push(triangle));
         let longest = |t: &u32| {
-            let [a, b, c] = self.corners_of(*t).map(nalgebra::Vector3::from);
+            let [a, b, c] = self.corners_of(*t);
             (b - a).norm().max((c - b).norm()).max((a - c).norm())
         };
         let margin = 0.05 * near.iter().map(longest).fold(0.0, f64::max);
@@ -217,7 +217,7 @@ impl CutMesh {
             let halves = lines.halves.get(&[a.min(b), a.max(b)]).map_or(&[][..], |halves| halves);
             let sides = [-1, 1].map(|side| halves.iter().any(|half| half.side.signum() == side && skin(half.half)));
             if sides == [true; 2] && halves.iter().any(|half| skin(half.half) && self.link_of(half.half) != half.half) {
-                let [a, b] = [a, b].map(|node| nalgebra::Vector3::from(trace.nodes[node as usize].x));
+                let [a, b] = [a, b].map(|node| trace.nodes[node as usize].x);
                 sum += (b - a).norm();
             }
         }

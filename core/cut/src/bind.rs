@@ -4,7 +4,7 @@
 //! substance, the two faces on either side are joined to the two walls instead of to each other. Where it ends within the
 //! substance, the walls are joined to each other. Either way every edge has its two faces.
 
-use super::V3;
+use super::Vec3;
 use super::blade::Facet;
 use super::cap::Sheet;
 use super::lines::{Half, Lines, classes};
@@ -244,7 +244,7 @@ fn shading(mesh: &mut CutMesh, facet: &Facet) -> [u32; 2] {
         return [NONE; 2];
     }
     let normal = mesh.placement.rotation.inverse() * facet.normal;
-    let rows: [V3; 2] = [normal.into(), (-normal).into()];
+    let rows: [Vec3; 2] = [normal, -normal];
     mesh.normals.extend(rows);
     let count = mesh.normals.len() as u32;
     [count - 2, count - 1]

@@ -1,18 +1,17 @@
 //! The blade, the stroke it makes, and the triangles it sweeps.
 
-use nalgebra::Vector3;
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
 use super::{Refusal, Refused};
-use pliant_mesh::geometry::V3;
+use pliant_mesh::geometry::Vec3;
 
 /// Where a blade is: its edge is the segment between two points of the rest shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Blade {
     /// The end that goes into a body first, m.
-    pub tip: V3,
+    pub tip: Vec3,
     /// The end at the handle, m.
-    pub heel: V3,
+    pub heel: Vec3,
 }
 
 /// A cut in the making: where the blade is, and which vertices of the mesh lie on it there. It begins where
@@ -28,10 +27,10 @@ pub struct Stroke {
 /// it ended.
 #[derive(Clone, Debug)]
 pub(super) struct Facet {
-    pub corners: [V3; 3],
-    pub normal: Vector3<f64>,   // unit, to the left
+    pub corners: [Vec3; 3],
+    pub normal: Vec3,           // unit, to the left
     pub texture: [[f64; 2]; 3], // m, along the blade and along the way
-    across: [Vector3<f64>; 2],  // unit, along side 0 and to its left
+    across: [Vec3; 2],          // unit, along side 0 and to its left
     pub flat: [[f64; 2]; 3],    // corners in the frame of the facet, m
     pub front: usize,           // side where the strip goes on
     pub goes_on: bool,          // side 0 is where a facet before it ended, not where the stroke begins
@@ -80,20 +79,20 @@ impl Blade {
     }
 
     pub(super) fn length(&self) -> f64 {
-        (Vector3::from(self.heel) - Vector3::from(self.tip)).norm()
+        (self.heel - self.tip).norm()
     }
 
     /// m, how far the blade's middle is moved.
     pub(super) fn way(&self, next: &Self) -> f64 {
-        let middle = |blade: &Self| Vector3::from(blade.tip).lerp(&Vector3::from(blade.heel), 0.5);
+        let middle = |blade: &Self| blade.tip.lerp(&blade.heel, 0.5);
         (middle(next) - middle(self)).norm()
     }
 }
 
 impl Facet {
     /// `None` without an area worth the name: the blade slid along itself, or one end stood still.
-    fn new(corners: [V3; 3], texture: [[f64; 2]; 3], front: usize) -> Option<Self> {
-        let [a, b, c] = corners.map(Vector3::from);
+    fn new(corners: [Vec3; 3], texture: [[f64; 2]; 3], front: usize) -> Option<Self> {
+        let [a, b, c] = corners;
         let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
         let normal = (b - a).cross(&(c - a)).try_normalize(1e-6 * longest * longest)?;
         let along = (b - a).try_normalize(0.0)?;
@@ -104,25 +103,25 @@ impl Facet {
     }
 
     /// Side of the plane a point is on, without rounding: 1 left, -1 right, 0 on it.
-    pub fn side(&self, point: V3) -> i8 {
+    pub fn side(&self, point: Vec3) -> i8 {
         let [a, b, c, d] = [self.corners[0], self.corners[1], self.corners[2], point].map(coord);
         sign(-orient3d(a, b, c, d))
     }
 
     /// m, height of a point over the plane, above 0 on the left.
-    pub fn height(&self, point: V3) -> f64 {
-        (Vector3::from(point) - Vector3::from(self.corners[0])).dot(&self.normal)
+    pub fn height(&self, point: Vec3) -> f64 {
+        (point - self.corners[0]).dot(&self.normal)
     }
 
     /// Place in the frame of the facet, m.
-    pub fn flatten(&self, point: V3) -> [f64; 2] {
-        let from_corner = Vector3::from(point) - Vector3::from(self.corners[0]);
+    pub fn flatten(&self, point: Vec3) -> [f64; 2] {
+        let from_corner = point - self.corners[0];
         self.across.map(|axis| from_corner.dot(&axis))
     }
 
     /// The point of the plane at a place in the frame.
-    pub fn lift(&self, flat: [f64; 2]) -> V3 {
-        (Vector3::from(self.corners[0]) + flat[0] * self.across[0] + flat[1] * self.across[1]).into()
+    pub fn lift(&self, flat: [f64; 2]) -> Vec3 {
+        self.corners[0] + flat[0] * self.across[0] + flat[1] * self.across[1]
     }
 
     /// Ends of side `side` in the frame.
@@ -147,8 +146,8 @@ pub(super) fn turn(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> i8 {
     sign(orient2d(a, b, c))
 }
 
-pub(super) fn coord([x, y, z]: V3) -> Coord3D<f64> {
-    Coord3D { x, y, z }
+pub(super) fn coord(point: Vec3) -> Coord3D<f64> {
+    Coord3D { x: point.x, y: point.y, z: point.z }
 }
 
 pub(super) fn sign(value: f64) -> i8 {

@@ -11,7 +11,7 @@ use super::lines::Lines;
 use super::mesh::{CutMesh, NONE};
 use super::plane::{Flat, triangulate};
 use super::trace::Trace;
-use super::{Refusal, Refused, V3};
+use super::{Refusal, Refused, Vec3};
 
 /// A triangulated part of a facet.
 pub(super) struct Sheet {
@@ -28,7 +28,7 @@ pub(super) struct Sheet {
 pub(super) struct Point {
     /// Of the trace, or [`NONE`] at a corner of the facet inside a body.
     pub node: u32,
-    pub x: V3,
+    pub x: Vec3,
     pub flat: [f64; 2],
 }
 

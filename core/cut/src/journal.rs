@@ -4,7 +4,7 @@
 //! record is kept. The cost goes with the change, not with the mesh.
 
 use super::mesh::{CutMesh, NONE, Origin, Triangle};
-use super::{Stroke, V3};
+use super::{Stroke, Vec3};
 
 #[derive(Default)]
 pub(super) struct Journal {
@@ -32,10 +32,10 @@ struct Lengths {
 
 #[derive(Default)]
 struct Tail {
-    points: Vec<(V3, Origin)>,
+    points: Vec<(Vec3, Origin)>,
     triangles: Vec<Triangle>,
     texcoords: Vec<[f64; 2]>,
-    normals: Vec<V3>,
+    normals: Vec<Vec3>,
 }
 
 impl CutMesh {
@@ -124,7 +124,7 @@ impl CutMesh {
         self.journal.done.last().map_or(self.surface.points.len(), |step| step.before.points) as u32
     }
 
-    pub(super) fn add_vertex(&mut self, point: V3, origin: Origin) -> u32 {
+    pub(super) fn add_vertex(&mut self, point: Vec3, origin: Origin) -> u32 {
         self.surface.points.push(point);
         self.origins.push(origin);
         self.surface.points.len() as u32 - 1

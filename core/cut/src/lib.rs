@@ -48,7 +48,7 @@ pub use mesh::{CutMesh, Origin};
 pub use parts::{Part, Parts};
 pub use write::MATERIAL;
 
-use pliant_mesh::geometry::V3;
+use pliant_mesh::geometry::Vec3;
 
 /// What an advance did.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -68,7 +68,7 @@ pub struct Advance {
     /// Vertices that came apart, each with the new one at the same place.
     pub parted: Vec<[u32; 2]>,
     /// What the blade swept: triangles in the rest shape, none to two.
-    pub facets: Vec<[V3; 3]>,
+    pub facets: Vec<[Vec3; 3]>,
 }
 
 impl Advance {

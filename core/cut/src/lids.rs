@@ -6,8 +6,6 @@
 
 use std::collections::{HashMap, HashSet};
 
-use nalgebra::Vector3;
-
 use super::polygon::least_angle;
 use super::solid;
 use pliant_mesh::Surface;
@@ -127,7 +125,7 @@ fn close(surface: &Surface, hole: &[u32], taken: &mut HashSet<[u32; 2]>, lids: &
     if !(3..=MOST_VERTICES).contains(&n) {
         return false;
     }
-    let point = |i: usize| Vector3::from(surface.points[hole[i] as usize]);
+    let point = |i: usize| surface.points[hole[i] as usize];
     let side = |i: usize, j: usize| [hole[i].min(hole[j]), hole[i].max(hole[j])];
     let cost = |i: usize, j: usize, k: usize| {
         let [a, b, c] = [point(i), point(j), point(k)];

@@ -5,8 +5,7 @@ use super::journal::Journal;
 use super::lids;
 use super::solid::{self, Body};
 use super::trace::Snap;
-use nalgebra::Vector3;
-use pliant_mesh::geometry::{TriangleTree, V3, meet};
+use pliant_mesh::geometry::{TriangleTree, Vec3, meet};
 use pliant_mesh::{ObjDocument, Placement, Surface};
 
 /// A mesh that can be cut, step by step, and made whole again.
@@ -22,7 +21,7 @@ pub struct CutMesh {
     pub(super) shading: Vec<[u32; 3]>, // row of `normals` at each corner, or `NONE` (m x 3)
     pub(super) body: Vec<u32>,         // closed body of each triangle, or `OPEN` (m)
     pub(super) texcoords: Vec<[f64; 2]>,
-    pub(super) normals: Vec<V3>, // as in the file, not placed
+    pub(super) normals: Vec<Vec3>, // as in the file, not placed
     pub(super) origins: Vec<Origin>,
     pub(super) bodies: Vec<Body>,
     pub(super) tree: TriangleTree,
@@ -49,7 +48,7 @@ pub enum Origin {
         /// Its corners.
         corners: [u32; 3],
         /// Their weights.
-        weights: V3,
+        weights: Vec3,
     },
     /// The other side of a vertex that was parted: at the same rest place when it was made.
     Copy {
@@ -160,7 +159,7 @@ impl CutMesh {
     }
 
     /// Rows of normals in the axes of the file: those of the document, then those cuts have made.
-    pub fn normals(&self) -> &[V3] {
+    pub fn normals(&self) -> &[Vec3] {
         &self.normals
     }
 
@@ -181,18 +180,18 @@ impl CutMesh {
     }
 
     /// Whether a segment goes through the mesh, m.
-    pub fn is_crossed(&self, from: V3, to: V3) -> bool {
-        let way = std::array::from_fn(|i| to[i] - from[i]);
+    pub fn is_crossed(&self, from: Vec3, to: Vec3) -> bool {
+        let way = to - from;
         let mut crossed = false;
         self.tree.along(from, to, |t| crossed |= meet(self.corners_of(t), from, way).is_some_and(|(s, _)| s <= 1.0));
         crossed
     }
 
-    pub(super) fn point(&self, vertex: u32) -> Vector3<f64> {
-        self.surface.points[vertex as usize].into()
+    pub(super) fn point(&self, vertex: u32) -> Vec3 {
+        self.surface.points[vertex as usize]
     }
 
-    pub(super) fn corners_of(&self, triangle: u32) -> [V3; 3] {
+    pub(super) fn corners_of(&self, triangle: u32) -> [Vec3; 3] {
         self.surface.triangles[triangle as usize].map(|vertex| self.surface.points[vertex as usize])
     }
 
@@ -227,8 +226,8 @@ impl CutMesh {
     }
 
     /// Twice the area of a triangle along its normal.
-    pub(super) fn cross(&self, triangle: u32) -> Vector3<f64> {
-        let [a, b, c] = self.corners_of(triangle).map(Vector3::from);
+    pub(super) fn cross(&self, triangle: u32) -> Vec3 {
+        let [a, b, c] = self.corners_of(triangle);
         (b - a).cross(&(c - a))
     }
 }

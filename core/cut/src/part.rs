@@ -6,12 +6,12 @@
 use std::collections::HashMap;
 
 use super::mesh::{CutMesh, NONE, OPEN, Origin};
-use super::{Refusal, Refused, V3};
+use super::{Refusal, Refused, Vec3};
 
 /// A place of the cut surface inside a body, for fans that have no vertex yet.
 #[derive(Clone, Copy)]
 pub(super) struct Fresh {
-    pub x: V3,
+    pub x: Vec3,
     pub strip: [f64; 2],
 }
 
@@ -139,7 +139,7 @@ pub(super) fn tell_apart(mesh: &mut CutMesh, triangles: &mut Vec<u32>) -> Result
                 let ends = [mesh.tail(class[0]), mesh.head(class[0])];
                 let x = mesh.point(ends[0].min(ends[1])).lerp(&mesh.point(ends[0].max(ends[1])), 0.5);
                 let origin = first.map_or(Origin::Edge { ends, t: 0.5 }, |of| Origin::Copy { of });
-                let middle = mesh.add_vertex(x.into(), origin);
+                let middle = mesh.add_vertex(x, origin);
                 match first {
                     Some(of) => parted.push([of, middle]),
                     None => first = Some(middle),

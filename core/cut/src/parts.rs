@@ -1,7 +1,5 @@
 //! What hangs together.
 
-use nalgebra::Vector3;
-
 use super::CutMesh;
 
 /// The connected parts of a mesh.
@@ -45,7 +43,7 @@ impl CutMesh {
                 let cross = self.cross(triangle);
                 part.triangles += 1;
                 part.area += 0.5 * cross.norm();
-                part.volume += (Vector3::from(self.corners_of(triangle)[0]) - origin).dot(&cross) / 6.0;
+                part.volume += (self.corners_of(triangle)[0] - origin).dot(&cross) / 6.0;
                 for side in 0..3 {
                     let half = 3 * triangle + side;
                     part.closed &= self.link_of(half) != half;

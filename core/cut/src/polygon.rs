@@ -1,11 +1,11 @@
 //! The best triangles of a convex polygon that has vertices along its sides.
 
-use nalgebra::Vector3;
+use pliant_mesh::geometry::Vec3;
 
 /// A vertex of a polygon: where it is, and the sides it lies on as bits. Three vertices of one side make no triangle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Vertex {
-    pub x: Vector3<f64>,
+    pub x: Vec3,
     pub sides: u8,
 }
 
@@ -50,12 +50,12 @@ fn quality([a, b, c]: [Vertex; 3]) -> f64 {
         return -1.0;
     }
     let sides = [b.x - a.x, c.x - b.x, a.x - c.x];
-    let longest = sides.iter().map(Vector3::norm_squared).fold(0.0, f64::max);
+    let longest = sides.iter().map(Vec3::norm_squared).fold(0.0, f64::max);
     sides[0].cross(&sides[1]).norm() / longest
 }
 
 /// Least angle of a triangle, degrees; 0 when two corners are in one place.
-pub(super) fn least_angle([a, b, c]: [Vector3<f64>; 3]) -> f64 {
+pub(super) fn least_angle([a, b, c]: [Vec3; 3]) -> f64 {
     let sides = [b - a, c - b, a - c];
     let angle = |i: usize| {
         let (u, v) = (sides[i], -sides[(i + 2) % 3]);
@@ -70,7 +70,7 @@ mod tests {
     use super::*;
 
     fn vertex(x: f64, y: f64, sides: u8) -> Vertex {
-        Vertex { x: Vector3::new(x, y, 0.0), sides }
+        Vertex { x: Vec3::new(x, y, 0.0), sides }
     }
 
     #[test]
@@ -100,8 +100,8 @@ mod tests {
 
     #[test]
     fn angles() {
-        let corners = [Vector3::zeros(), Vector3::x(), Vector3::new(1.0, 1.0, 0.0)];
+        let corners = [Vec3::zeros(), Vec3::x(), Vec3::new(1.0, 1.0, 0.0)];
         assert!((least_angle(corners) - 45.0).abs() < 1e-12);
-        assert_eq!(least_angle([Vector3::x(); 3]), 0.0);
+        assert_eq!(least_angle([Vec3::x(); 3]), 0.0);
     }
 }

@@ -4,13 +4,12 @@
 //! One that is turned inside out within another is a hollow of that other. Each body is capped for itself, so bodies that
 //! stick in each other stay two.
 
-use nalgebra::Vector3;
 use robust::orient3d;
 
 use super::blade::{coord, sign};
 use super::mesh::{CutMesh, OPEN};
 use pliant_mesh::Surface;
-use pliant_mesh::geometry::V3;
+use pliant_mesh::geometry::Vec3;
 
 /// A closed body, its hollows included.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,7 +93,7 @@ pub(super) fn find(surface: &Surface, links: &[[u32; 3]]) -> (Vec<u32>, Vec<Body
 
 impl CutMesh {
     /// Corners of the triangles whose boxes meet the box around `centre` of half-size `reach`, m; without cut surfaces.
-    pub fn triangles_near(&self, centre: V3, reach: f64) -> Vec<[V3; 3]> {
+    pub fn triangles_near(&self, centre: Vec3, reach: f64) -> Vec<[Vec3; 3]> {
         let mut found = Vec::new();
         self.tree.near(centre, reach, |triangle| {
             if !self.is_cap(triangle) {
@@ -105,13 +104,13 @@ impl CutMesh {
     }
 
     /// Whether a closed body is around a place.
-    pub fn encloses(&self, place: V3) -> bool {
+    pub fn encloses(&self, place: Vec3) -> bool {
         self.bodies_around(place).is_some_and(|around| !around.is_empty())
     }
 
     /// How often each body with a surface ahead of `point` winds around it; bodies that do not are left out. `None` when
     /// no ray could tell.
-    pub(super) fn bodies_around(&self, point: V3) -> Option<Vec<(u32, i32)>> {
+    pub(super) fn bodies_around(&self, point: Vec3) -> Option<Vec<(u32, i32)>> {
         'rays: for ray in RAYS {
             let far = end(point, ray, self.whole.reach);
             let mut around: Vec<(u32, i32)> = Vec::new();
@@ -137,7 +136,7 @@ impl CutMesh {
 pub(super) fn winding(
     surface: &Surface,
     triangles: impl Iterator<Item = u32> + Clone,
-    point: V3,
+    point: Vec3,
     reach: f64,
 ) -> Option<i32> {
     RAYS.iter().find_map(|&ray| {
@@ -154,20 +153,20 @@ pub(super) fn reach(surface: &Surface) -> f64 {
 }
 
 /// Directions no modeler would choose.
-const RAYS: [V3; 4] = [
-    [0.613_421, 0.527_913, 0.587_239],
-    [-0.410_927, 0.761_833, 0.500_741],
-    [0.338_171, -0.292_837, -0.894_377],
-    [-0.771_913, -0.611_217, 0.174_329],
+const RAYS: [Vec3; 4] = [
+    Vec3::new(0.613_421, 0.527_913, 0.587_239),
+    Vec3::new(-0.410_927, 0.761_833, 0.500_741),
+    Vec3::new(0.338_171, -0.292_837, -0.894_377),
+    Vec3::new(-0.771_913, -0.611_217, 0.174_329),
 ];
 
-fn end(point: V3, ray: V3, reach: f64) -> V3 {
-    (Vector3::from(point) + reach * Vector3::from(ray)).into()
+fn end(point: Vec3, ray: Vec3, reach: f64) -> Vec3 {
+    point + reach * ray
 }
 
 /// 1 where the segment leaves through the triangle's front, -1 where it comes in, 0 where it passes; `None` when it
 /// touches the rim.
-fn crossing(corners: [V3; 3], from: V3, to: V3) -> Option<i32> {
+fn crossing(corners: [Vec3; 3], from: Vec3, to: Vec3) -> Option<i32> {
     let [a, b, c, p, q] = [corners[0], corners[1], corners[2], from, to].map(coord);
     let (here, there) = (sign(orient3d(a, b, c, p)), sign(orient3d(a, b, c, q)));
     if here == there {
@@ -184,10 +183,10 @@ fn crossing(corners: [V3; 3], from: V3, to: V3) -> Option<i32> {
 }
 
 /// Volume and area of triangles.
-pub(super) fn measure(triangles: impl Iterator<Item = [V3; 3]>) -> (f64, f64) {
+pub(super) fn measure(triangles: impl Iterator<Item = [Vec3; 3]>) -> (f64, f64) {
     let mut origin = None;
     triangles.fold((0.0, 0.0), |(volume, area), corners| {
-        let [a, b, c] = corners.map(Vector3::from);
+        let [a, b, c] = corners;
         let origin = *origin.get_or_insert(a);
         let cross = (b - a).cross(&(c - a));
         (volume + (a - origin).dot(&cross) / 6.0, area + 0.5 * cross.norm())

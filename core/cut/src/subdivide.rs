@@ -6,12 +6,10 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use nalgebra::Vector3;
-
 use super::mesh::{CutMesh, NONE, Origin, Triangle};
 use super::polygon::{Vertex, least_angle, triangulate};
 use super::trace::{Place, Trace};
-use super::{Refusal, Refused, V3};
+use super::{Refusal, Refused, Vec3};
 
 /// What subdividing leaves for the steps after it.
 #[derive(Default)]
@@ -30,7 +28,7 @@ pub(super) struct Split {
 struct Item {
     vertex: u32,
     node: u32,
-    weights: V3,
+    weights: Vec3,
     rows: [u32; 2], // texture, shading
     sides: u8,
 }
@@ -131,7 +129,7 @@ impl Split {
             let start = Item {
                 vertex: a,
                 node: trace.node_at(mesh, a).unwrap_or(NONE),
-                weights: std::array::from_fn(|i| if i == corner { 1.0 } else { 0.0 }),
+                weights: Vec3::from_fn(|i, _| if i == corner { 1.0 } else { 0.0 }),
                 rows: [record.texture[corner], record.shading[corner]],
                 sides,
             };
@@ -146,7 +144,7 @@ impl Split {
                 let (ends, rows) =
                     if upward { ([a, b], [start.rows, end_rows]) } else { ([b, a], [end_rows, start.rows]) };
                 let from_start = if upward { t } else { 1.0 - t };
-                let mut weights = [0.0; 3];
+                let mut weights = Vec3::zeros();
                 (weights[corner], weights[next]) = (1.0 - from_start, from_start);
                 let key = ([a.min(b), a.max(b)], node);
                 let vertex = self.vertex(mesh, trace, key, Origin::Edge { ends, t });
@@ -175,7 +173,7 @@ impl Split {
         for node in run.piece.into_iter().flatten().filter(|node| !run.ends.contains(node)) {
             let Place::Face(between, t) = trace.nodes[node as usize].place else { return Err(unclear) };
             let [low, high] = if between[0] == run.ends[0] { ends } else { [ends[1], ends[0]] };
-            let weights = std::array::from_fn(|i| low.weights[i] + t * (high.weights[i] - low.weights[i]));
+            let weights = low.weights + t * (high.weights - low.weights);
             let vertex = self.vertex(mesh, trace, ([triangle, NONE], node), Origin::Face { corners, weights });
             line.push(Item {
                 vertex,
@@ -213,10 +211,10 @@ impl Split {
             mesh.texcoords.len() as u32 - 1
         });
         let shading = between([from[1], to[1]], node, &mut self.shading, || {
-            let [a, b] = [from[1], to[1]].map(|row| Vector3::from(mesh.normals[row as usize]));
+            let [a, b] = [from[1], to[1]].map(|row| mesh.normals[row as usize]);
             let length = mix(a.norm(), b.norm());
             let normal = a.lerp(&b, t).try_normalize(1e-9).unwrap_or(a);
-            mesh.normals.push((length * normal).into());
+            mesh.normals.push(length * normal);
             mesh.normals.len() as u32 - 1
         });
         [texture, shading]
@@ -235,7 +233,7 @@ fn between(rows: [u32; 2], node: u32, known: &mut HashMap<([u32; 2], u32), u32>,
 fn replace(mesh: &mut CutMesh, triangle: u32, polygons: &[Vec<Item>], sharpest: f64) -> Result<Vec<u32>, Refused> {
     let record = mesh.triangle(triangle);
     let cross = mesh.cross(triangle);
-    let whole = mesh.corners_of(triangle).map(Vector3::from);
+    let whole = mesh.corners_of(triangle);
     let sharpest = sharpest.min(0.1 * least_angle(whole));
     let mut made = Vec::new();
     let mut area = 0.0;

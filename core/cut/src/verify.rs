@@ -1,9 +1,8 @@
 //! Whether all that an advance changed is sound.
 
-use nalgebra::Vector3;
-
 use super::mesh::{CutMesh, NONE, OPEN};
 use super::{Refusal, Refused};
+use pliant_mesh::geometry::Vec3;
 
 impl CutMesh {
     /// Looks at the triangles the open step has changed or made.
@@ -63,10 +62,10 @@ impl CutMesh {
         let cone = |corners: [u32; 3]| {
             let [a, b, c] = corners.map(|vertex| self.point(vertex) - origin);
             let value = a.dot(&b.cross(&c)) / 6.0;
-            Vector3::new(value, value.abs(), 0.5 * (b - a).cross(&(c - a)).norm())
+            Vec3::new(value, value.abs(), 0.5 * (b - a).cross(&(c - a)).norm())
         };
         let now = changed.iter().copied().chain(first as u32..self.surface.triangles.len() as u32);
-        let mut sums = [Vector3::zeros(); 2];
+        let mut sums = [Vec3::zeros(); 2];
         for triangle in now {
             let mut cone = cone(self.surface.triangles[triangle as usize]);
             if self.is_cap(triangle) {

@@ -5,7 +5,7 @@ use std::io::Write;
 use std::iter::zip;
 
 use super::mesh::{CutMesh, NONE};
-use pliant_mesh::geometry::V3;
+use pliant_mesh::geometry::Vec3;
 use pliant_mesh::obj::{Patch, WriteError};
 use pliant_mesh::{ObjDocument, Surface};
 
@@ -25,8 +25,8 @@ impl CutMesh {
     pub fn write(
         &self,
         document: &ObjDocument,
-        points: &[V3],
-        normals: Option<&[V3]>,
+        points: &[Vec3],
+        normals: Option<&[Vec3]>,
         material: &str,
         out: &mut impl Write,
     ) -> Result<(), WriteError> {
@@ -37,7 +37,7 @@ impl CutMesh {
         let own = self.placement.bring_back(&original.points, &self.surface.points[..count], points);
         let number = self.numbers();
         let visible = zip(&points[count..], &number[count..]).filter(|(_, number)| **number != NONE);
-        let new: Vec<V3> = visible.map(|(&point, _)| self.placement.apply_inverse(point)).collect();
+        let new: Vec<Vec3> = visible.map(|(&point, _)| self.placement.apply_inverse(point)).collect();
         let rows = normals.unwrap_or(&self.normals);
         same("vn", rows.len(), self.normals.len())?;
         let patch = Patch {

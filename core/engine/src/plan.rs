@@ -3,7 +3,7 @@
 mod check;
 
 use crate::scene::{EditKind, Extent, ProbeQuantity, Release, Scene, SceneError, Source};
-use pliant_solver::V3;
+use pliant_solver::Vec3;
 use serde::Serialize;
 
 /// A part that a scene could have and this one does without.
@@ -42,7 +42,7 @@ pub struct Probe {
     /// Place among the plan's tools or bodies.
     pub of: usize,
     /// m, of the surface point nearest to it
-    pub at: Option<V3>,
+    pub at: Option<Vec3>,
     /// s
     pub time: f64,
     /// The greatest until then.
@@ -73,7 +73,7 @@ pub struct Plan {
     /// In the order of the scene.
     pub probes: Vec<Probe>,
     /// m/s^2
-    pub gravity: V3,
+    pub gravity: Vec3,
     /// Whether energies are computed.
     pub energy: bool,
     /// What is not there, and why.
@@ -87,7 +87,8 @@ impl Plan {
     /// A name that stands for nothing, or a time or number that makes no sense.
     pub fn new(scene: &Scene, source: &Source) -> Result<Self, SceneError> {
         check::check(scene, source)?;
-        let mut plan = Self { gravity: scene.gravity.map_or([0.0; 3], |g| g.map(|a| a.si)), ..Self::default() };
+        let mut plan =
+            Self { gravity: scene.gravity.map_or(Vec3::zeros(), |g| g.map(|a| a.si).into()), ..Self::default() };
         plan.find_tools(scene, source)?;
         plan.find_devices(scene);
         plan.find_moving(scene);
@@ -186,7 +187,7 @@ impl Plan {
         for body in &scene.body {
             let led = body.fixed.iter().any(|f| f.get_ref().path.iter().any(|row| row[1..] != [0.0; 3]));
             let whole = body.sheet.is_some() || body.grid.region == Extent::Whole;
-            let falls = self.gravity != [0.0; 3] && whole;
+            let falls = self.gravity != Vec3::zeros() && whole;
             let moving = !self.tools.is_empty() || led || falls;
             self.moving.push(moving);
             if !moving {
@@ -220,7 +221,7 @@ impl Plan {
                 name: probe.name.get_ref().clone(),
                 quantity: probe.quantity,
                 of,
-                at: probe.at.map(|p| p.map(|c| c.si)),
+                at: probe.at.map(|p| p.map(|c| c.si).into()),
                 time: probe.time.as_ref().map_or(f64::INFINITY, |t| t.get_ref().si),
                 greatest: probe.greatest,
                 expected: probe.expected.as_ref().map(|e| *e.get_ref()),
@@ -232,7 +233,7 @@ impl Plan {
     }
 
     fn list_gravity(&mut self, scene: &Scene) {
-        if self.gravity == [0.0; 3] {
+        if self.gravity == Vec3::zeros() {
             self.leave("gravity", if scene.gravity.is_some() { "it is zero" } else { "the scene has none" });
             return;
         }

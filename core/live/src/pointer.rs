@@ -3,27 +3,27 @@
 use crate::device::{HapticDevice, StopDevice};
 use pliant_host::{DeviceInfo, EffectorOutput, Pose};
 use pliant_plugin_api::abi::{POSE_VALID, Status};
-use pliant_solver::V3;
+use pliant_solver::Vec3;
 use triple_buffer::{Input, triple_buffer};
 
 /// The device's end: takes the place of a scene's device in [`LiveSession::start_with_devices`](crate::LiveSession::start_with_devices).
 pub struct PointerDevice {
     info: DeviceInfo,
     hands: triple_buffer::Output<HandState>,
-    force: Input<V3>,
+    force: Input<Vec3>,
 }
 
 /// The program's end: moves the hand and reads the force on it.
 pub struct PointerHandle {
     hands: Input<HandState>,
-    force: triple_buffer::Output<V3>,
+    force: triple_buffer::Output<Vec3>,
 }
 
 /// Where the hand is.
 #[derive(Clone, Copy, Debug, Default)]
 struct HandState {
     /// m, in device axes
-    position: V3,
+    position: Vec3,
     /// Bit i is button i.
     buttons: u32,
     present: bool,
@@ -33,14 +33,14 @@ impl PointerDevice {
     /// A device with the limits `info`, usually those of the device it stands in for, and the handle that moves it.
     pub fn new(info: DeviceInfo) -> (Self, PointerHandle) {
         let (hands, output) = triple_buffer(&HandState::default());
-        let (force, felt) = triple_buffer(&[0.0; 3]);
+        let (force, felt) = triple_buffer(&Vec3::zeros());
         (Self { info, hands: output, force }, PointerHandle { hands, force: felt })
     }
 }
 
 impl PointerHandle {
     /// Moves the hand to `position` (m, device axes) with these buttons (bit i is button i).
-    pub fn move_to(&mut self, position: V3, buttons: u32) {
+    pub fn move_to(&mut self, position: Vec3, buttons: u32) {
         self.hands.write(HandState { position, buttons, present: true });
     }
 
@@ -50,7 +50,7 @@ impl PointerHandle {
     }
 
     /// N (3), the force a real hand would feel, in device axes
-    pub fn force(&mut self) -> V3 {
+    pub fn force(&mut self) -> Vec3 {
         *self.force.read()
     }
 }
@@ -63,12 +63,12 @@ impl HapticDevice for PointerDevice {
     fn read(&mut self, time: u64, poses: &mut [Pose]) -> Status {
         let HandState { position, buttons, present } = *self.hands.read();
         let flags = if present { POSE_VALID } else { 0 };
-        poses.fill(Pose { time_ns: time, flags, buttons, position, ..Pose::default() });
+        poses.fill(Pose { time_ns: time, flags, buttons, position: position.into(), ..Pose::default() });
         Status::OK
     }
 
     fn write(&mut self, _time: u64, outputs: &[EffectorOutput<'_>]) -> Status {
-        self.force.write(outputs.first().map_or([0.0; 3], |output| output.force));
+        self.force.write(outputs.first().map_or(Vec3::zeros(), |output| output.force.into()));
         Status::OK
     }
 

@@ -9,7 +9,7 @@ use pliant_engine::session::{DeviceSlot, Session, ToolSlot};
 use pliant_engine::tool::{Blend, ForceLimits, ForceSafety, Frame, Hand, Moment, PATIENCE, Passivity};
 use pliant_host::{DeviceInfo, EffectorOutput, MAX_EFFECTORS, Pose};
 use pliant_plugin_api::abi::Status;
-use pliant_solver::{V3, axpy};
+use pliant_solver::Vec3;
 use triple_buffer::triple_buffer;
 
 /// ns, time after which a device goes to zero force by itself when no other command comes
@@ -57,7 +57,7 @@ pub(crate) struct ServoTool {
     blend: Blend,
     pub(crate) safety: ForceSafety,
     /// N, force last given, in the axes of the device
-    device_force: V3,
+    device_force: Vec3,
     /// N (rows x columns), pins of its tactile array
     taxels: Vec<f64>,
 }
@@ -83,7 +83,7 @@ impl Servo {
         let (samples, samples_out) = triple_buffer(&HandSamples {
             time: 0,
             poses: devices.iter().map(|device| device.poses.clone()).collect(),
-            device_forces: vec![[0.0; 3]; tools.len()],
+            device_forces: vec![Vec3::zeros(); tools.len()],
             losses: vec![None; devices.len()],
         });
         let contact_age = Histogram::default();
@@ -97,7 +97,7 @@ impl Servo {
     }
 
     /// N, force last given to each tool's effector, in the axes of its device
-    pub fn device_forces(&self) -> impl Iterator<Item = V3> + '_ {
+    pub fn device_forces(&self) -> impl Iterator<Item = Vec3> + '_ {
         self.tools.iter().map(|tool| tool.device_force)
     }
 
@@ -175,7 +175,7 @@ impl Servo {
             if !tool.hand.present || tool.blend.age(now) > PATIENCE {
                 tool.taxels.fill(0.0);
             }
-            (outputs[tool.effector].force, outputs[tool.effector].taxels) = (tool.device_force, &tool.taxels);
+            (outputs[tool.effector].force, outputs[tool.effector].taxels) = (tool.device_force.into(), &tool.taxels);
         }
         let status = device.device.write(now, &outputs[..device.poses.len()]);
         if status != Status::OK {
@@ -190,7 +190,7 @@ impl Servo {
         device.poses.fill(Pose::default());
         for tool in self.tools.iter_mut().filter(|tool| tool.device == index) {
             tool.safety.release();
-            tool.device_force = [0.0; 3];
+            tool.device_force = Vec3::zeros();
         }
     }
 
@@ -234,16 +234,16 @@ impl ServoTool {
             hand: Hand::new(slot.hand.fastest),
             blend: Blend::default(),
             safety: ForceSafety::new(limits).observed(passivity),
-            device_force: [0.0; 3],
+            device_force: Vec3::zeros(),
             taxels: slot.pad.as_ref().map_or_else(Vec::new, |pad| pad.taxels.clone()),
         }
     }
 
     /// N (3), force on the hand at `now` (ns), `dt` (s) after the last, in the axes of the device. Ages of contacts go to `ages`.
-    fn render(&mut self, frame: &Frame, now: u64, dt: f64, ages: &mut Histogram) -> V3 {
+    fn render(&mut self, frame: &Frame, now: u64, dt: f64, ages: &mut Histogram) -> Vec3 {
         if !self.hand.present {
             self.safety.release();
-            return [0.0; 3];
+            return Vec3::zeros();
         }
         let in_scene = self.blend.force(self.hand.position, now);
         let force = frame.to_device(in_scene);
@@ -254,8 +254,8 @@ impl ServoTool {
             age = self.blend.age(now);
             ages.add((age * 1e9) as u64);
         }
-        let place = axpy(self.hand.position, -1.0, frame.origin);
-        let position = frame.to_device(place).map(|c| c / frame.scale);
+        let place = self.hand.position - frame.origin;
+        let position = frame.to_device(place) / frame.scale;
         self.safety.pass_live(force, Moment { position, age, compliance }, dt)
     }
 }

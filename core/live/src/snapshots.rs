@@ -4,7 +4,7 @@ use pliant_engine::session::Session;
 use pliant_engine::tool::ContactModel;
 use pliant_host::Pose;
 use pliant_plugin_api::abi::Status;
-use pliant_solver::V3;
+use pliant_solver::Vec3;
 use triple_buffer::{Input, Output};
 
 /// Why a device was lost.
@@ -24,7 +24,7 @@ pub struct HandSamples {
     /// Poses of each effector of each device, in the order of the session's devices.
     pub poses: Vec<Vec<Pose>>,
     /// N (tools x 3), force last given to each tool's effector, in the axes of its device
-    pub device_forces: Vec<V3>,
+    pub device_forces: Vec<Vec3>,
     /// Why each device was lost; `None` where it was not.
     pub losses: Vec<Option<DeviceLoss>>,
 }
@@ -63,7 +63,7 @@ impl SimulationPort {
         let elapsed = self.last_time.replace(samples.time).map_or(0, |before| samples.time.saturating_sub(before));
         let pace = if elapsed > 0 { (session.dt() / (elapsed as f64 * 1e-9)).min(1.0) } else { 0.0 };
         for contact in &mut models.contacts {
-            contact.drift = contact.drift.map(|v| pace * v);
+            contact.drift = pace * contact.drift;
         }
         for (to, slot) in models.taxels.iter_mut().zip(&session.tools) {
             if let Some(pad) = &slot.pad {

@@ -1,7 +1,7 @@
 //! A viewer on its own thread, shown a frame sixty times a second if it keeps up.
 
 use pliant_engine::session::{Session, ToolFrame};
-use pliant_solver::V3;
+use pliant_solver::Vec3;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{Builder, JoinHandle, sleep};
@@ -14,7 +14,7 @@ pub struct ViewFrame {
     /// s, simulated time
     pub time: f64,
     /// m (n x 3), deformed vertices of the surface of each simulated body
-    pub surfaces: Vec<Vec<V3>>,
+    pub surfaces: Vec<Vec<Vec3>>,
     /// The tools in the order of the session.
     pub tools: Vec<ToolFrame>,
 }

@@ -1,16 +1,15 @@
 //! The triangles a simulation uses.
 
-use nalgebra::Vector3;
-
 use super::edges::EdgeTable;
 use super::triangulate::{split_otherwise, triangulate};
 use super::{ObjDocument, Placement};
+use crate::geometry::Vec3;
 
 /// Points and triangles. Points are numbered like the vertices of the document, those no triangle uses included.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Surface {
     /// Points, m once placed, file units before (n x 3).
-    pub points: Vec<[f64; 3]>,
+    pub points: Vec<Vec3>,
     /// Corners of each triangle, counter-clockwise seen from outside (m x 3).
     pub triangles: Vec<[u32; 3]>,
     /// The face of the document, from 0, that each triangle came from (m).
@@ -21,20 +20,20 @@ pub struct Surface {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
     /// Lower corner, in the units of the points.
-    pub min: [f64; 3],
+    pub min: Vec3,
     /// Upper corner, in the units of the points.
-    pub max: [f64; 3],
+    pub max: Vec3,
 }
 
 impl Bounds {
     /// Length of the longest edge.
     pub fn longest_edge(&self) -> f64 {
-        (Vector3::from(self.max) - Vector3::from(self.min)).max()
+        (self.max - self.min).max()
     }
 
     /// The middle.
-    pub fn centre(&self) -> [f64; 3] {
-        Vector3::from(self.min).lerp(&Vector3::from(self.max), 0.5).into()
+    pub fn centre(&self) -> Vec3 {
+        self.min.lerp(&self.max, 0.5)
     }
 }
 
@@ -74,7 +73,7 @@ impl Surface {
         let mut used = self.triangles.iter().flatten().map(|&vertex| self.point(vertex));
         let first = used.next().unwrap_or_default();
         let (min, max) = used.fold((first, first), |(min, max), point| (min.inf(&point), max.sup(&point)));
-        Bounds { min: min.into(), max: max.into() }
+        Bounds { min, max }
     }
 
     /// Area of each triangle, square units of the points (m).
@@ -83,18 +82,18 @@ impl Surface {
     }
 
     /// Unit normal of each point: the mean of its triangles by area (n x 3). Zero where no triangle has an area.
-    pub fn vertex_normals(&self) -> Vec<[f64; 3]> {
-        let mut sums = vec![Vector3::zeros(); self.points.len()];
+    pub fn vertex_normals(&self) -> Vec<Vec3> {
+        let mut sums = vec![Vec3::zeros(); self.points.len()];
         for triangle in &self.triangles {
             let cross = self.cross(triangle);
             triangle.iter().for_each(|&vertex| sums[vertex as usize] += cross);
         }
-        sums.iter().map(|sum| sum.try_normalize(0.0).unwrap_or_default().into()).collect()
+        sums.iter().map(|sum| sum.try_normalize(0.0).unwrap_or_default()).collect()
     }
 
     /// Enclosed volume, cubic units of the points; negative when turned inside out, meaningless when open.
     pub fn volume(&self) -> f64 {
-        let origin = Vector3::from(self.bounds().centre()); // keeps the cones small, so far-away models lose no digits
+        let origin = self.bounds().centre(); // keeps the cones small, so far-away models lose no digits
         let cone = |t: &[u32; 3]| (self.point(t[0]) - origin).dot(&self.cross(t)) / 6.0;
         self.triangles.iter().map(cone).sum()
     }
@@ -157,12 +156,12 @@ impl Surface {
         }
     }
 
-    pub(super) fn point(&self, vertex: u32) -> Vector3<f64> {
-        self.points[vertex as usize].into()
+    pub(super) fn point(&self, vertex: u32) -> Vec3 {
+        self.points[vertex as usize]
     }
 
     /// Normal of a triangle with twice its area for length.
-    pub(super) fn cross(&self, triangle: &[u32; 3]) -> Vector3<f64> {
+    pub(super) fn cross(&self, triangle: &[u32; 3]) -> Vec3 {
         let [a, b, c] = triangle.map(|vertex| self.point(vertex));
         (b - a).cross(&(c - a))
     }
@@ -194,9 +193,13 @@ mod tests {
         assert_eq!(surface.shells(), [0, 0, 1, 0, 0]);
         assert_eq!(surface.face_of, [0, 1, 2, 3, 4]);
         assert_eq!(surface.areas()[..4], [0.5, 0.5, 1.0, 0.5]);
-        assert_eq!(surface.bounds(), Bounds { min: [0.0; 3], max: [6.0, 2.0, 1.0] }, "the unused vertex is left out");
-        assert_eq!(surface.vertex_normals()[4], [0.0, 0.0, 1.0]);
-        assert_eq!(surface.vertex_normals()[7], [0.0; 3]);
+        assert_eq!(
+            surface.bounds(),
+            Bounds { min: Vec3::zeros(), max: Vec3::new(6.0, 2.0, 1.0) },
+            "the unused vertex is left out"
+        );
+        assert_eq!(surface.vertex_normals()[4], Vec3::z());
+        assert_eq!(surface.vertex_normals()[7], Vec3::zeros());
         surface.triangles.remove(2);
         assert!((surface.volume() - 1.0 / 6.0).abs() < 1e-15);
         surface.points.iter_mut().for_each(|point| point[0] += 1e6);

@@ -1,12 +1,12 @@
 //! Cutting a polygon into triangles.
 
-use nalgebra::Vector3;
+use crate::geometry::Vec3;
 
 /// Adds the `polygon.len() - 2` triangles of a polygon (c x 3) of 3 corners or more, as corner numbers.
 ///
 /// Pieces keep the polygon's turning sense and do not overlap if it is simple in the plane of its vector area. What
 /// has no area, crosses itself, or would take too long becomes a fan.
-pub(super) fn triangulate(polygon: &[Vector3<f64>], pieces: &mut Vec<[usize; 3]>) {
+pub(super) fn triangulate(polygon: &[Vec3], pieces: &mut Vec<[usize; 3]>) {
     let Some(plane) = Plane::new(polygon) else {
         return fan(polygon.len(), pieces);
     };
@@ -24,7 +24,7 @@ pub(super) fn triangulate(polygon: &[Vector3<f64>], pieces: &mut Vec<[usize; 3]>
 }
 
 /// A quad (4 x 3) split along the diagonal that `half` does not have; `None` if that would turn a piece over.
-pub(super) fn split_otherwise(quad: &[Vector3<f64>; 4], half: [usize; 3]) -> Option<[[usize; 3]; 2]> {
+pub(super) fn split_otherwise(quad: &[Vec3; 4], half: [usize; 3]) -> Option<[[usize; 3]; 2]> {
     let plane = Plane::new(quad)?;
     let [ac, bd] = SPLITS;
     let other = if ac.contains(&half) { bd } else { ac };
@@ -40,18 +40,18 @@ fn fan(corners: usize, pieces: &mut Vec<[usize; 3]>) {
 
 /// A polygon seen along its vector area, counter-clockwise.
 struct Plane<'a> {
-    polygon: &'a [Vector3<f64>],
-    normal: Vector3<f64>, // unit
-    small: f64,           // twice the area that counts as none, square units
+    polygon: &'a [Vec3],
+    normal: Vec3, // unit
+    small: f64,   // twice the area that counts as none, square units
 }
 
 /// Inside tests one polygon may cost: 10,000 corners with every second one reflex still pass.
 const WORK: usize = 200_000_000;
 
 impl<'a> Plane<'a> {
-    fn new(polygon: &'a [Vector3<f64>]) -> Option<Self> {
+    fn new(polygon: &'a [Vec3]) -> Option<Self> {
         let spokes = polygon[1..].windows(2).map(|pair| (pair[0] - polygon[0]).cross(&(pair[1] - polygon[0])));
-        let twice_area: Vector3<f64> = spokes.sum();
+        let twice_area: Vec3 = spokes.sum();
         let reach = polygon.iter().map(|point| (point - polygon[0]).norm_squared()).fold(0.0, f64::max);
         let small = 1e-12 * reach;
         let normal = twice_area.try_normalize(small)?;
@@ -130,7 +130,7 @@ mod tests {
     #[track_caller]
     fn pieces(outline: &[[f64; 2]]) -> Vec<[usize; 3]> {
         let tilt = nalgebra::Rotation3::from_euler_angles(0.5, 0.6, 0.7);
-        let polygon: Vec<_> = outline.iter().map(|p| tilt * Vector3::new(p[0], p[1], 3.0)).collect();
+        let polygon: Vec<_> = outline.iter().map(|p| tilt * Vec3::new(p[0], p[1], 3.0)).collect();
         let mut pieces = Vec::new();
         triangulate(&polygon, &mut pieces);
         assert_eq!(pieces.len(), polygon.len() - 2);
@@ -175,7 +175,7 @@ mod tests {
 
     #[test]
     fn what_has_no_area_becomes_a_fan() {
-        let line: Vec<_> = (0..6).map(|i| Vector3::new(f64::from(i), 0.0, 0.0)).collect();
+        let line: Vec<_> = (0..6).map(|i| Vec3::new(f64::from(i), 0.0, 0.0)).collect();
         let mut fan = Vec::new();
         triangulate(&line, &mut fan);
         assert_eq!(fan, [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]]);

@@ -3,7 +3,7 @@
 
 use crate::atomic::AtomicFile;
 use pliant_engine::body::Body;
-use pliant_solver::{V3, dot};
+use pliant_solver::Vec3;
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -21,8 +21,11 @@ const AXIS_ANGLE: (f64, f64) = (0.5, 0.866_025_403_784_438_6);
 ///
 /// # Errors
 /// What the file system says, with the path.
-pub(super) fn write_force_plot<'a>(bodies: impl Iterator<Item = (&'a Body, &'a [V3])>, path: &Path) -> io::Result<()> {
-    let bodies: Vec<(&Body, &[V3])> = bodies.collect();
+pub(super) fn write_force_plot<'a>(
+    bodies: impl Iterator<Item = (&'a Body, &'a [Vec3])>,
+    path: &Path,
+) -> io::Result<()> {
+    let bodies: Vec<(&Body, &[Vec3])> = bodies.collect();
     let points = bodies.iter().flat_map(|(body, _)| &body.skin.x).map(|p| project(*p));
     let mut bounds = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
     for p in points {
@@ -31,7 +34,7 @@ pub(super) fn write_force_plot<'a>(bodies: impl Iterator<Item = (&'a Body, &'a [
         }
     }
     let extent = (bounds[1][0] - bounds[0][0]).max(bounds[1][1] - bounds[0][1]).max(f64::MIN_POSITIVE);
-    let largest = bodies.iter().flat_map(|(_, all)| *all).map(|f| dot(*f, *f).sqrt()).fold(0.0, f64::max);
+    let largest = bodies.iter().flat_map(|(_, all)| *all).map(|f| f.norm()).fold(0.0, f64::max);
     let margin = LONGEST_ARROW * WIDTH;
     let scale = (WIDTH - 2.0 * margin) / extent;
     let on_page = |p: [f64; 2]| [margin + scale * (p[0] - bounds[0][0]), margin + scale * (bounds[1][1] - p[1])];
@@ -56,7 +59,7 @@ pub(super) fn write_force_plot<'a>(bodies: impl Iterator<Item = (&'a Body, &'a [
     for (body, reactions) in &bodies {
         let nodes = &body.system.nodes;
         for (i, force) in reactions.iter().enumerate() {
-            let size = dot(*force, *force).sqrt();
+            let size = force.norm();
             if largest == 0.0 || size < SHORTEST_ARROW * largest {
                 continue;
             }
@@ -82,7 +85,7 @@ pub(super) fn write_force_plot<'a>(bodies: impl Iterator<Item = (&'a Body, &'a [
 }
 
 /// A point (m) in isometric projection: to the right and up (m).
-fn project(p: V3) -> [f64; 2] {
+fn project(p: Vec3) -> [f64; 2] {
     let (s, c) = AXIS_ANGLE;
     [c * (p[0] + p[1]), p[2] + s * (p[1] - p[0])]
 }

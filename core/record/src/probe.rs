@@ -3,7 +3,7 @@
 use pliant_engine::plan::Probe;
 use pliant_engine::scene::ProbeQuantity;
 use pliant_engine::session::{Frame, Session};
-use pliant_solver::{axpy, dot};
+use pliant_mesh::geometry::Vec3;
 use serde::Serialize;
 
 /// The result of a probe.
@@ -62,7 +62,7 @@ impl ProbeReader {
         let reading = |probe: &Probe| {
             let vertex = match (probe.at, session.body_of_scene(probe.of)) {
                 (Some(at), Some(body)) => {
-                    let distance = |p: &[f64; 3]| dot(axpy(*p, -1.0, at), axpy(*p, -1.0, at));
+                    let distance = |p: &Vec3| (p - at).norm_squared();
                     let points = body.model.surface.points.iter().enumerate();
                     points.min_by(|a, b| distance(a.1).total_cmp(&distance(b.1))).map_or(0, |(v, _)| v)
                 }
@@ -84,7 +84,7 @@ impl ProbeReader {
         for reading in self.readings.iter_mut().filter(|r| !r.done) {
             let of = reading.probe.of;
             let value = match reading.probe.quantity {
-                ProbeQuantity::Force => frame.tools.get(of).map_or(0.0, |t| dot(t.force, t.force).sqrt()),
+                ProbeQuantity::Force => frame.tools.get(of).map_or(0.0, |t| t.force.norm()),
                 ProbeQuantity::Depth => frame.tools.get(of).map_or(0.0, |t| t.depth),
                 ProbeQuantity::KineticEnergy => frame.kinetic_energy,
                 ProbeQuantity::ElasticEnergy => frame.elastic_energy,
@@ -95,8 +95,7 @@ impl ProbeReader {
                     body.model.surface.shells().into_iter().max().map_or(0.0, |last| f64::from(last) + 1.0)
                 }),
                 ProbeQuantity::Displacement => session.body_of_scene(of).map_or(0.0, |body| {
-                    let u = axpy(body.skin.x[reading.vertex], -1.0, body.model.surface.points[reading.vertex]);
-                    dot(u, u).sqrt()
+                    (body.skin.x[reading.vertex] - body.model.surface.points[reading.vertex]).norm()
                 }),
             };
             if !reading.probe.greatest || value > reading.value || !value.is_finite() {

@@ -10,7 +10,6 @@ use crate::trace::{write_header, write_nodes, write_row};
 use pliant_engine::scene::{OutputScene, Scene, Source};
 use pliant_engine::session::{DeviceSlot, EventKind, Session};
 use pliant_live::{DeviceCounts, LiveSummary};
-use pliant_solver::dot;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -103,7 +102,7 @@ impl Recorder {
         self.iterations += frame.iterations as u64;
         self.largest_residual = self.largest_residual.max(frame.residual);
         for tool in &frame.tools {
-            self.largest_force = self.largest_force.max(dot(tool.force, tool.force).sqrt());
+            self.largest_force = self.largest_force.max(tool.force.norm());
         }
         // Number of frames due by now, with a margin for the rounding of the time.
         let due = self.output.frames.as_ref().map(|f| (frame.time * f.get_ref().si * (1.0 + 1e-9)) as u64);

@@ -30,8 +30,8 @@ pub(crate) fn write_row(frame: &Frame, out: &mut impl Write) -> io::Result<()> {
         } else {
             ""
         };
-        let ([hx, hy, hz], [px, py, pz]) = (t.hand, t.proxy);
-        let ([fx, fy, fz], [dx, dy, dz]) = (t.force, t.device_force);
+        let [[hx, hy, hz], [px, py, pz]] = [t.hand, t.proxy].map(<[f64; 3]>::from);
+        let [[fx, fy, fz], [dx, dy, dz]] = [t.force, t.device_force].map(<[f64; 3]>::from);
         write!(out, ",{hx},{hy},{hz},{px},{py},{pz},{contact},{},{fx},{fy},{fz},{dx},{dy},{dz}", t.depth)?;
     }
     writeln!(
@@ -54,7 +54,7 @@ pub(crate) fn write_nodes(session: &Session, out: &mut impl Write) -> io::Result
     for body in &session.bodies {
         let n = &body.system.nodes;
         for i in 0..n.len() {
-            let ([a, b, c], [x, y, z], [u, v, w]) = (n.rest[i], n.x[i], n.v[i]);
+            let [[a, b, c], [x, y, z], [u, v, w]] = [n.rest[i], n.x[i], n.v[i]].map(<[f64; 3]>::from);
             let held = if n.constraint[i].is_free() { "free" } else { "held" };
             writeln!(out, "{},{i},{a},{b},{c},{x},{y},{z},{u},{v},{w},{},{held}", body.name, n.mass[i])?;
         }

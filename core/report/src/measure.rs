@@ -1,7 +1,7 @@
 //! Quantities that are measured in a run, and their expected values.
 
 use pliant_engine::session::Session;
-use pliant_solver::{StepTime, V3, dot};
+use pliant_solver::{StepTime, Vec3};
 use serde::Deserialize;
 
 /// The quantities that can be measured.
@@ -35,13 +35,13 @@ pub(crate) struct Measure {
     pub(crate) quantity: Quantity,
     /// m (2 x 3), least and greatest corner of a box around the rest positions of the measured nodes
     #[serde(default, rename = "within")]
-    pub(crate) node_box: [V3; 2],
+    pub(crate) node_box: [[f64; 3]; 2],
     /// A direction, normalised, or the vector of a distance, m.
     #[serde(default)]
-    pub(crate) axis: V3,
+    pub(crate) axis: [f64; 3],
     /// The direction of the denominator of a ratio, normalised.
     #[serde(default, rename = "over")]
-    pub(crate) denominator_axis: V3,
+    pub(crate) denominator_axis: [f64; 3],
     /// m, displacement about which a signal swings
     #[serde(default)]
     pub(crate) centre: f64,
@@ -74,7 +74,7 @@ impl MeasureReader {
     /// Finds the measured nodes of an opened session.
     pub(crate) fn new(measure: &Measure, session: &Session) -> Self {
         let [low, high] = measure.node_box;
-        let inside = |p: &V3| (0..3).all(|i| low[i] <= p[i] && p[i] <= high[i]);
+        let inside = |p: &Vec3| (0..3).all(|i| low[i] <= p[i] && p[i] <= high[i]);
         let rest = session.bodies.first().map_or(&[][..], |body| &body.system.nodes.rest);
         let nodes = (0..rest.len()).filter(|i| inside(&rest[*i])).collect();
         Self { measure: measure.clone(), nodes, signal: Vec::new() }
@@ -83,55 +83,47 @@ impl MeasureReader {
     /// Reads the session after a step.
     pub(crate) fn step(&mut self, session: &Session) {
         if matches!(self.measure.quantity, Quantity::Period | Quantity::Decay) {
-            self.signal.push((session.time(), dot(self.mean_displacement(session), unit(self.measure.axis))));
+            self.signal.push((session.time(), self.mean_displacement(session).dot(&unit(self.measure.axis))));
         }
     }
 
     /// m (3), mean displacement of the measured nodes
-    fn mean_displacement(&self, session: &Session) -> V3 {
+    fn mean_displacement(&self, session: &Session) -> Vec3 {
         let nodes = &session.bodies[0].system.nodes;
-        self.mean(|i, c| nodes.x[i][c] - nodes.rest[i][c])
+        self.mean(|i| nodes.x[i] - nodes.rest[i])
     }
 
     /// m (3), mean position of the measured nodes
-    fn mean_position(&self, session: &Session) -> V3 {
+    fn mean_position(&self, session: &Session) -> Vec3 {
         let nodes = &session.bodies[0].system.nodes;
-        self.mean(|i, c| nodes.x[i][c])
+        self.mean(|i| nodes.x[i])
     }
 
-    /// The mean of a vector over the measured nodes, given by node and component.
-    fn mean(&self, component: impl Fn(usize, usize) -> f64) -> V3 {
-        let mut sum = [0.0; 3];
-        for &i in &self.nodes {
-            for c in 0..3 {
-                sum[c] += component(i, c);
-            }
-        }
-        sum.map(|s| s / self.nodes.len() as f64)
+    /// The mean of a vector over the measured nodes, given by node.
+    fn mean(&self, vector: impl Fn(usize) -> Vec3) -> Vec3 {
+        let sum: Vec3 = self.nodes.iter().map(|&i| vector(i)).sum();
+        sum / self.nodes.len() as f64
     }
 
     /// The value at the end of a run, SI; NaN where there was nothing to measure.
     pub(crate) fn value(&self, session: &mut Session) -> f64 {
         let Measure { quantity, axis, denominator_axis, centre, after, .. } = self.measure;
         match quantity {
-            Quantity::Displacement => dot(self.mean_displacement(session), unit(axis)),
-            Quantity::Distance => {
-                let u = self.mean_displacement(session);
-                (0..3).map(|i| (u[i] - axis[i]).powi(2)).sum::<f64>().sqrt()
-            }
+            Quantity::Displacement => self.mean_displacement(session).dot(&unit(axis)),
+            Quantity::Distance => (self.mean_displacement(session) - Vec3::from(axis)).norm(),
             Quantity::Ratio => {
                 let x = self.mean_position(session);
-                dot(x, unit(axis)) / dot(x, unit(denominator_axis))
+                x.dot(&unit(axis)) / x.dot(&unit(denominator_axis))
             }
             Quantity::Reaction => {
                 let reaction = session.reactions(0);
-                self.nodes.iter().map(|&i| dot(reaction[i], unit(axis))).sum()
+                self.nodes.iter().map(|&i| reaction[i].dot(&unit(axis))).sum()
             }
             Quantity::ElasticEnergy => {
                 let time = StepTime { start: session.time(), dt: session.dt() };
                 session.bodies[0].system.energy(time).unwrap_or(f64::NAN)
             }
-            Quantity::Force => session.frame().tools.first().map_or(f64::NAN, |t| dot(t.force, t.force).sqrt()),
+            Quantity::Force => session.frame().tools.first().map_or(f64::NAN, |t| t.force.norm()),
             Quantity::Depth => session.frame().tools.first().map_or(f64::NAN, |t| t.depth),
             Quantity::Period => period(&self.signal, centre, after),
             Quantity::Decay => decay(&self.signal, centre, after),
@@ -140,9 +132,8 @@ impl MeasureReader {
 }
 
 /// The unit vector along `axis`.
-fn unit(axis: V3) -> V3 {
-    let length = dot(axis, axis).sqrt();
-    axis.map(|c| c / length)
+fn unit(axis: [f64; 3]) -> Vec3 {
+    Vec3::from(axis).normalize()
 }
 
 /// Mean time (s) between upward passages of a signal (s, m) through `centre` (m), from the time `after` (s) on; NaN with fewer than two.

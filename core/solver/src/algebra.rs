@@ -1,20 +1,18 @@
 //! Vectors and 3 x 3 blocks, and what is done with one of them.
 
-pub use pliant_mesh::geometry::{V3, axpy, dot};
+use nalgebra::Matrix3;
+
+pub use pliant_mesh::geometry::Vec3;
 
 /// A 3 x 3 block, row-major.
 pub type Block = [f64; 9];
 /// The same in single precision.
 pub type SingleBlock = [f32; 9];
 
-/// Block times vector.
+/// A block as a matrix.
 #[inline(always)]
-pub fn times(m: &Block, v: V3) -> V3 {
-    [
-        m[0] * v[0] + m[1] * v[1] + m[2] * v[2],
-        m[3] * v[0] + m[4] * v[1] + m[5] * v[2],
-        m[6] * v[0] + m[7] * v[1] + m[8] * v[2],
-    ]
+pub fn matrix3(block: &Block) -> Matrix3<f64> {
+    Matrix3::from_row_slice(block)
 }
 
 /// m/s; what is slower stands still.
@@ -23,7 +21,7 @@ const STILL: f64 = 1e-40;
 /// A velocity without components that are nothing. A sheet's first touch spreads out of its plane as ever smaller numbers, and
 /// processors take a hundred times as long over the smallest.
 #[inline(always)]
-pub fn without_dust(v: V3) -> V3 {
+pub fn without_dust(v: Vec3) -> Vec3 {
     v.map(|c| if c.abs() < STILL { 0.0 } else { c })
 }
 

@@ -1,6 +1,6 @@
 //! What a node may still do.
 
-use super::algebra::{Block, V3, axpy, dot, symmetric_inverse};
+use super::algebra::{Block, Vec3, symmetric_inverse};
 use nalgebra::Matrix3;
 
 /// The directions a node is free in. What it does in the others is prescribed.
@@ -12,31 +12,31 @@ pub enum Constraint {
     /// Nothing.
     Fixed,
     /// Along the plane with this unit normal.
-    Plane(V3),
+    Plane(Vec3),
     /// Along this unit direction.
-    Line(V3),
+    Line(Vec3),
 }
 
 impl Constraint {
     /// `S u`: the free part.
     #[inline(always)]
-    pub fn filter(&self, u: V3) -> V3 {
+    pub fn filter(&self, u: Vec3) -> Vec3 {
         match self {
             Self::Free => u,
-            Self::Fixed => [0.0; 3],
-            Self::Plane(n) => axpy(u, -dot(u, *n), *n),
-            Self::Line(t) => t.map(|c| c * dot(u, *t)),
+            Self::Fixed => Vec3::zeros(),
+            Self::Plane(n) => u - u.dot(n) * *n,
+            Self::Line(t) => u.dot(t) * *t,
         }
     }
 
     /// `S u + (I - S) z`: the free part of one, the prescribed part of another.
     #[inline(always)]
-    pub fn merge(&self, u: V3, z: V3) -> V3 {
+    pub fn merge(&self, u: Vec3, z: Vec3) -> Vec3 {
         match self {
             Self::Free => u,
             Self::Fixed => z,
-            Self::Plane(n) => axpy(u, dot(axpy(z, -1.0, u), *n), *n),
-            Self::Line(t) => axpy(z, dot(axpy(u, -1.0, z), *t), *t),
+            Self::Plane(n) => u + (z - u).dot(n) * *n,
+            Self::Line(t) => z + (u - z).dot(t) * *t,
         }
     }
 
@@ -61,7 +61,7 @@ pub fn constrained_inverse(block: &Block, constraint: &Constraint) -> Block {
     let filter = |m: Matrix3<f64>| {
         Matrix3::from_columns(&[0, 1, 2].map(|c| {
             let column = m.column(c);
-            constraint.filter([column[0], column[1], column[2]]).into()
+            constraint.filter(Vec3::new(column[0], column[1], column[2]))
         }))
     };
     let a = Matrix3::from_row_slice(block);
@@ -78,9 +78,9 @@ mod tests {
 
     #[test]
     fn filter_and_merge_are_projections() {
-        let n = [0.6, 0.0, 0.8];
+        let n = Vec3::new(0.6, 0.0, 0.8);
         for constraint in [Constraint::Free, Constraint::Fixed, Constraint::Plane(n), Constraint::Line(n)] {
-            let (u, z) = ([1.0, -2.0, 3.0], [0.5, 0.25, -4.0]);
+            let (u, z) = (Vec3::new(1.0, -2.0, 3.0), Vec3::new(0.5, 0.25, -4.0));
             let free = constraint.filter(u);
             let twice = constraint.filter(free);
             let merged = constraint.merge(u, z);
@@ -89,7 +89,7 @@ mod tests {
                 assert!((merged[c] - (free[c] + z[c] - constraint.filter(z)[c])).abs() < 1e-14, "{constraint:?}");
             }
         }
-        assert_eq!(Constraint::Plane([1.0, 0.0, 0.0]).filter([3.0, 4.0, 5.0]), [0.0, 4.0, 5.0]);
-        assert_eq!(Constraint::Line([1.0, 0.0, 0.0]).filter([3.0, 4.0, 5.0]), [3.0, 0.0, 0.0]);
+        assert_eq!(Constraint::Plane(Vec3::x()).filter(Vec3::new(3.0, 4.0, 5.0)), Vec3::new(0.0, 4.0, 5.0));
+        assert_eq!(Constraint::Line(Vec3::x()).filter(Vec3::new(3.0, 4.0, 5.0)), Vec3::new(3.0, 0.0, 0.0));
     }
 }

@@ -24,7 +24,7 @@ mod springs;
 mod system;
 mod threads;
 
-pub use algebra::{Block, V3, axpy, dot, times};
+pub use algebra::{Block, Vec3, matrix3};
 pub use constraint::Constraint;
 pub use elements::chunk::{Chunk, Schedule};
 pub use elements::{ElementList, ElementSet};

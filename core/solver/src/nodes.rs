@@ -1,23 +1,23 @@
 //! Nodes and their state.
 
-use super::algebra::{V3, axpy, dot};
+use super::algebra::Vec3;
 use super::constraint::Constraint;
 
 /// Nodes and their state.
 #[derive(Clone, Debug, Default)]
 pub struct Nodes {
     /// m (n x 3)
-    pub rest: Vec<V3>,
+    pub rest: Vec<Vec3>,
     /// m (n x 3)
-    pub x: Vec<V3>,
+    pub x: Vec<Vec3>,
     /// m/s (n x 3)
-    pub v: Vec<V3>,
+    pub v: Vec<Vec3>,
     /// kg (n)
     pub mass: Vec<f64>,
     /// (n)
     pub constraint: Vec<Constraint>,
     /// m/s, what the constrained part of each node does (n x 3)
-    pub prescribed: Vec<V3>,
+    pub prescribed: Vec<Vec3>,
 }
 
 impl Nodes {
@@ -32,32 +32,32 @@ impl Nodes {
     }
 
     /// At rest, free and without mass.
-    pub fn at_rest(rest: Vec<V3>) -> Self {
+    pub fn at_rest(rest: Vec<Vec3>) -> Self {
         let n = rest.len();
         Self {
             x: rest.clone(),
             rest,
-            v: vec![[0.0; 3]; n],
+            v: vec![Vec3::zeros(); n],
             mass: vec![0.0; n],
             constraint: vec![Constraint::Free; n],
-            prescribed: vec![[0.0; 3]; n],
+            prescribed: vec![Vec3::zeros(); n],
         }
     }
 
     /// One more, at rest, free and without mass. Gives its number.
-    pub fn add(&mut self, rest: V3) -> u32 {
+    pub fn add(&mut self, rest: Vec3) -> u32 {
         self.rest.push(rest);
         self.x.push(rest);
-        self.v.push([0.0; 3]);
+        self.v.push(Vec3::zeros());
         self.mass.push(0.0);
         self.constraint.push(Constraint::Free);
-        self.prescribed.push([0.0; 3]);
+        self.prescribed.push(Vec3::zeros());
         self.len() as u32 - 1
     }
 
     /// One more between others, given with weights: held if they all are. Gives its number.
     pub fn add_between(&mut self, of: &[(u32, f64)]) -> u32 {
-        let mean = |field: &[V3]| of.iter().fold([0.0; 3], |sum, (n, w)| axpy(sum, *w, field[*n as usize]));
+        let mean = |field: &[Vec3]| of.iter().map(|(n, w)| *w * field[*n as usize]).sum::<Vec3>();
         let (rest, x, v, prescribed) = (mean(&self.rest), mean(&self.x), mean(&self.v), mean(&self.prescribed));
         let held = of.iter().all(|(n, _)| self.constraint[*n as usize] == Constraint::Fixed);
         let node = self.add(rest);
@@ -81,6 +81,6 @@ impl Nodes {
 
     /// J
     pub fn kinetic_energy(&self) -> f64 {
-        self.v.iter().zip(&self.mass).map(|(v, m)| 0.5 * m * dot(*v, *v)).sum()
+        self.v.iter().zip(&self.mass).map(|(v, m)| 0.5 * m * v.norm_squared()).sum()
     }
 }

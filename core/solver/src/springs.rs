@@ -5,7 +5,7 @@
 //! over weighted nodes is lumped: each gets its share of the stiffness, which is never less stiff than the exact low-rank
 //! matrix, so what is stable with the one is stable with the other.
 
-use super::algebra::{Block, V3, axpy, dot, times};
+use super::algebra::{Block, Vec3, matrix3};
 
 /// Forces on nodes that follow them.
 #[derive(Debug, Default)]
@@ -13,13 +13,13 @@ pub struct NodeSprings {
     /// Which, rising (k)
     pub nodes: Vec<u32>,
     /// N, at the anchor (k x 3)
-    pub force: Vec<V3>,
+    pub force: Vec<Vec3>,
     /// N/m (k blocks)
     pub stiffness: Vec<Block>,
     /// N s/m (k blocks)
     pub damping: Vec<Block>,
     /// m, where the force holds (k x 3)
-    pub anchor: Vec<V3>,
+    pub anchor: Vec<Vec3>,
 }
 
 impl NodeSprings {
@@ -38,7 +38,7 @@ impl NodeSprings {
     }
 
     /// Pulls one more node, which is at `anchor` now.
-    pub fn push(&mut self, node: u32, force: V3, stiffness: Block, damping: Block, anchor: V3) {
+    pub fn push(&mut self, node: u32, force: Vec3, stiffness: Block, damping: Block, anchor: Vec3) {
         self.nodes.push(node);
         self.force.push(force);
         self.stiffness.push(stiffness);
@@ -48,31 +48,31 @@ impl NodeSprings {
 
     /// N, on the i-th node pulled; without `v`, its elastic part.
     #[inline(always)]
-    fn load(&self, i: usize, x: &[V3], v: Option<&[V3]>) -> V3 {
+    fn load(&self, i: usize, x: &[Vec3], v: Option<&[Vec3]>) -> Vec3 {
         let node = self.nodes[i] as usize;
-        let f = axpy(self.force[i], -1.0, times(&self.stiffness[i], axpy(x[node], -1.0, self.anchor[i])));
-        v.map_or(f, |v| axpy(f, -1.0, times(&self.damping[i], v[node])))
+        let f = self.force[i] - matrix3(&self.stiffness[i]) * (x[node] - self.anchor[i]);
+        v.map_or(f, |v| f - matrix3(&self.damping[i]) * v[node])
     }
 
     /// Adds the forces to those on the nodes.
-    pub fn add_to(&self, force: &mut [V3], x: &[V3], v: Option<&[V3]>) {
+    pub fn add_to(&self, force: &mut [Vec3], x: &[Vec3], v: Option<&[Vec3]>) {
         for (i, &node) in self.nodes.iter().enumerate() {
-            force[node as usize] = axpy(force[node as usize], 1.0, self.load(i, x, v));
+            force[node as usize] += self.load(i, x, v);
         }
     }
 
     /// Potential energy without damping, from where each holds, J.
-    pub fn potential(&self, x: &[V3]) -> f64 {
+    pub fn potential(&self, x: &[Vec3]) -> f64 {
         let each = self.nodes.iter().enumerate().map(|(i, &node)| {
-            let d = axpy(x[node as usize], -1.0, self.anchor[i]);
-            0.5 * dot(d, times(&self.stiffness[i], d)) - dot(self.force[i], d)
+            let d = x[node as usize] - self.anchor[i];
+            0.5 * d.dot(&(matrix3(&self.stiffness[i]) * d)) - self.force[i].dot(&d)
         });
         each.sum()
     }
 
     /// N, all of them together.
-    pub fn total(&self, x: &[V3], v: &[V3]) -> V3 {
-        (0..self.nodes.len()).fold([0.0; 3], |sum, i| axpy(sum, 1.0, self.load(i, x, Some(v))))
+    pub fn total(&self, x: &[Vec3], v: &[Vec3]) -> Vec3 {
+        (0..self.nodes.len()).map(|i| self.load(i, x, Some(v))).sum()
     }
 
     /// The largest stiffness over mass, 1/s^2, and damping over mass, 1/s, of a node.

@@ -1,6 +1,6 @@
 //! A body as the step sees it: nodes, elements, and the material that joins them.
 
-use super::algebra::V3;
+use super::algebra::Vec3;
 use super::coupled::{Coupled, is_coupled_hinges};
 use super::elements::ElementSet;
 use super::matrix::Matrix;
@@ -107,9 +107,9 @@ impl System {
     pub fn forces(
         &mut self,
         pool: &Pool,
-        v: Option<&[V3]>,
+        v: Option<&[Vec3]>,
         time: StepTime,
-        force: &mut [V3],
+        force: &mut [Vec3],
     ) -> Result<(), ForceError> {
         self.forces_rounded(pool, v, time, (force, false))
     }
@@ -121,15 +121,15 @@ impl System {
     pub(super) fn forces_rounded(
         &mut self,
         pool: &Pool,
-        v: Option<&[V3]>,
+        v: Option<&[Vec3]>,
         time: StepTime,
-        (force, rounded): (&mut [V3], bool),
+        (force, rounded): (&mut [Vec3], bool),
     ) -> Result<(), ForceError> {
         let v = v.unwrap_or(&self.nodes.v);
-        pool.pieces(&mut *force, NODES, &|_, force: &mut [V3]| force.fill([0.0; 3]));
+        pool.pieces(&mut *force, NODES, &|_, force: &mut [Vec3]| force.fill(Vec3::zeros()));
         for set in self.sets.iter().filter(|s| s.has(abi::HAS_FORCES)) {
             set.schedule.run(pool, force, &|node| node, &|chunk, window| {
-                self.material.forces(&set.call(chunk, &self.nodes, v, time), window)
+                self.material.forces(&set.call(chunk, &self.nodes, v, time), bytemuck::cast_slice_mut(window))
             })?;
         }
         if let Some(normals) = &mut self.normals {

@@ -4,7 +4,7 @@
 //! Masses are chosen for the apparent mass at the tip that is commonly quoted (45 g); none of it was compared with hardware.
 
 use crate::kinematics::{self, L1, L2, L3, L4, LIMITS};
-use nalgebra::Vector3 as V3;
+use nalgebra::Vector3;
 use rapier3d_f64::prelude::*;
 
 /// N, the most the motors give at the tip
@@ -20,7 +20,7 @@ const STOP: [f64; 2] = [20.0, 0.05];
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hand {
     /// m, where it wants to be
-    pub target: V3<f64>,
+    pub target: Vector3<f64>,
     /// N/m; 0 lets go
     pub stiffness: f64,
     /// N s/m
@@ -40,12 +40,12 @@ pub struct Arm {
     pub hand: Hand,
 }
 
-fn vector(v: V3<f64>) -> Vector {
+fn vector(v: Vector3<f64>) -> Vector {
     Vector::new(v.x, v.y, v.z)
 }
 
 /// A rod from the origin to `end`, with a mass at its end.
-fn rod(mass: f64, end: V3<f64>, tip: f64) -> MassProperties {
+fn rod(mass: f64, end: Vector3<f64>, tip: f64) -> MassProperties {
     let length = end.norm();
     let total = mass + tip;
     let com = (0.5 * mass + tip) / total;
@@ -66,7 +66,7 @@ impl Arm {
     ///
     /// # Panics
     /// If the place is out of reach.
-    pub fn new(tip: V3<f64>) -> Self {
+    pub fn new(tip: Vector3<f64>) -> Self {
         let mut world = PhysicsWorld::new();
         world.gravity = Vector::ZERO;
         world.integration_parameters.dt = STEP;
@@ -77,8 +77,8 @@ impl Arm {
         };
         let waist = MassProperties::new(Vector::ZERO, 0.05, Vector::new(2e-5, 2e-5, 2e-5));
         let waist = world.insert_body(link([0.0, L3, -L4], waist));
-        let upper = world.insert_body(link([0.0, L3, -L4], rod(0.025, V3::z() * L1, 0.0)));
-        let fore = world.insert_body(link([0.0, L3, -L4 + L1], rod(0.015, -V3::y() * L2, 0.025)));
+        let upper = world.insert_body(link([0.0, L3, -L4], rod(0.025, Vector3::z() * L1, 0.0)));
+        let fore = world.insert_body(link([0.0, L3, -L4 + L1], rod(0.015, -Vector3::y() * L2, 0.025)));
         let joint = |axis: Vector, at: Vector, limits: Option<[f64; 2]>| {
             let joint = RevoluteJointBuilder::new(axis).local_anchor1(at).local_anchor2(Vector::ZERO);
             limits.map_or(joint, |limits| joint.limits(limits))
@@ -101,10 +101,10 @@ impl Arm {
     }
 
     /// m, where the tip really is
-    pub fn tip(&self) -> V3<f64> {
+    pub fn tip(&self) -> Vector3<f64> {
         let body = &self.world.bodies[self.links[2]];
         let tip = body.translation() + *body.rotation() * Vector::new(0.0, -L2, 0.0);
-        V3::new(tip.x, tip.y, tip.z)
+        Vector3::new(tip.x, tip.y, tip.z)
     }
 
     /// rad, the joints
@@ -123,17 +123,17 @@ impl Arm {
     }
 
     /// m/s
-    pub fn velocity(&self) -> V3<f64> {
-        kinematics::jacobian(self.angles()) * V3::from(self.rates())
+    pub fn velocity(&self) -> Vector3<f64> {
+        kinematics::jacobian(self.angles()) * Vector3::from(self.rates())
     }
 
     /// N, what the hand does to the tip now
-    pub fn pull(&self) -> V3<f64> {
+    pub fn pull(&self) -> Vector3<f64> {
         self.hand.stiffness * (self.hand.target - self.tip()) - self.hand.damping * self.velocity()
     }
 
     /// Moves on by `dt` (s) under a force of the motors at the tip (N), cut to what they give.
-    pub fn advance(&mut self, dt: f64, force: V3<f64>) {
+    pub fn advance(&mut self, dt: f64, force: Vector3<f64>) {
         let size = force.norm();
         let force = if size > PEAK { force * (PEAK / size) } else { force };
         for _ in 0..(dt / STEP).round().max(1.0) as usize {
@@ -141,8 +141,8 @@ impl Arm {
         }
     }
 
-    fn step(&mut self, force: V3<f64>) {
-        let (t, w) = (self.angles(), V3::from(self.rates()));
+    fn step(&mut self, force: Vector3<f64>) {
+        let (t, w) = (self.angles(), Vector3::from(self.rates()));
         let mut torque = kinematics::jacobian(t).transpose() * (force + self.pull());
         for joint in 0..3 {
             torque[joint] -= L1 * self.friction * (w[joint] / SLOW).tanh() + L1 * L1 * self.viscosity * w[joint];

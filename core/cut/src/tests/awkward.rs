@@ -9,7 +9,7 @@ fn cuboid() -> CutMesh {
     cut_mesh(&generate::cuboid(4, [1.0, 1.0, 1.0]).unwrap())
 }
 
-fn cut(from: [V3; 2], to: [V3; 2], steps: u32) -> (CutMesh, Vec<Refused>) {
+fn cut(from: [[f64; 3]; 2], to: [[f64; 3]; 2], steps: u32) -> (CutMesh, Vec<Refused>) {
     let mut mesh = cuboid();
     let sums = Sums::new(&mesh);
     let refused = stroke(&mut mesh, blade(from[0], from[1]), blade(to[0], to[1]), steps, &sums);
@@ -33,7 +33,7 @@ fn blades_that_are_none_are_refused() {
 #[test]
 fn a_blade_that_waits_or_slides_along_itself_cuts_nothing() {
     let mut mesh = cuboid();
-    let start = blade([0.0, 0.0, 0.0], [0.0, 2.0, 0.0]);
+    let start = blade([0.0; 3], [0.0, 2.0, 0.0]);
     let mut stroke = Stroke::begin(start).unwrap();
     for next in [start, blade([0.0, -0.2, 0.0], [0.0, 1.8, 0.0])] {
         assert!(!mesh.advance(&mut stroke, next).unwrap().has_cut());

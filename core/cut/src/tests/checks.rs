@@ -1,8 +1,8 @@
 //! The promises, looked at over the whole mesh and from its triangles alone.
 
 use crate::mesh::{CutMesh, OPEN};
-use nalgebra::Vector3;
 use pliant_mesh::Surface;
+use pliant_mesh::geometry::Vec3;
 
 /// What no cut may change.
 pub struct Sums {
@@ -33,7 +33,7 @@ impl Sums {
             "volume {volume}, was {}",
             self.volume
         );
-        let mut wall = Vector3::zeros();
+        let mut wall = Vec3::zeros();
         let mut wall_area = 0.0;
         for triangle in (0..surface.triangles.len() as u32).filter(|&triangle| mesh.is_cap(triangle)) {
             wall += mesh.cross(triangle);
@@ -79,7 +79,7 @@ fn skin(mesh: &CutMesh) -> f64 {
 }
 
 fn volume(mesh: &CutMesh) -> f64 {
-    let origin = Vector3::from(mesh.surface().bounds().centre());
+    let origin = mesh.surface().bounds().centre();
     let bodies = (0..mesh.surface().triangles.len()).filter(|&triangle| mesh.body[triangle] != OPEN);
     let cone = |triangle: usize| {
         (mesh.point(mesh.surface().triangles[triangle][0]) - origin).dot(&mesh.cross(triangle as u32)) / 6.0

@@ -40,7 +40,7 @@ fn a_box_half_cut_is_one_closed_body() {
     let mut mesh = cuboid();
     let sums = Sums::new(&mesh);
     let low = mesh.surface().bounds().min;
-    let at = |x: f64, y: f64| [low[0] + x, low[1] + y, low[2] + 0.4];
+    let at = |x: f64, y: f64| Vec3::new(low[0] + x, low[1] + y, low[2] + 0.4);
     let refused = stroke(&mut mesh, blade(at(-0.1, 0.6), at(-0.1, 1.2)), blade(at(0.55, 0.6), at(0.55, 1.2)), 6, &sums);
     assert!(refused.is_empty(), "{refused:?}");
     let parts = mesh.parts();
@@ -62,7 +62,7 @@ fn sheets_by_the_way_the_blade_goes() {
             let sums = Sums::new(&mesh);
             let before = euler(mesh.surface());
             let low = mesh.surface().bounds().min;
-            let at = |x: f64, z: f64| [low[0] + x, low[1] + 0.33 + 0.1 * x, low[2] + z];
+            let at = |x: f64, z: f64| Vec3::new(low[0] + x, low[1] + 0.33 + 0.1 * x, low[2] + z);
             let refused = stroke(
                 &mut mesh,
                 blade(at(from[0], -0.1), at(from[0], 0.1)),

@@ -10,6 +10,7 @@ mod undo;
 
 use super::*;
 use checks::Sums;
+use pliant_mesh::geometry::Vec3;
 use pliant_mesh::testing::{Random, document, without};
 use pliant_mesh::{ObjDocument, Placement};
 
@@ -17,8 +18,8 @@ fn cut_mesh(document: &ObjDocument) -> CutMesh {
     CutMesh::new(document, &Placement::default())
 }
 
-fn blade(tip: V3, heel: V3) -> Blade {
-    Blade { tip, heel }
+fn blade(tip: impl Into<Vec3>, heel: impl Into<Vec3>) -> Blade {
+    Blade { tip: tip.into(), heel: heel.into() }
 }
 
 /// A stroke from blade to blade in `steps` advances; every one is checked. Gives the refusals.
@@ -30,7 +31,7 @@ fn stroke(mesh: &mut CutMesh, from: Blade, to: Blade, steps: u32, sums: &Sums) -
     };
     for step in 1..=steps {
         let t = f64::from(step) / f64::from(steps);
-        let mix = |a: V3, b: V3| std::array::from_fn(|i| a[i] + t * (b[i] - a[i]));
+        let mix = |a: Vec3, b: Vec3| a + t * (b - a);
         match mesh.advance(&mut stroke, blade(mix(from.tip, to.tip), mix(from.heel, to.heel))) {
             Ok(_) => sums.check(mesh),
             Err(reason) => refused.push(reason),

@@ -4,21 +4,22 @@ use std::collections::BTreeMap;
 
 use super::*;
 use pliant_mesh::generate::{self, Pattern};
+use pliant_mesh::geometry::Vec3;
 use pliant_mesh::sample;
 
 /// A blade that passes near the middle of the mesh, and where it goes.
 fn swing(random: &mut Random, mesh: &CutMesh, size: f64) -> [Blade; 2] {
     let centre = mesh.surface().bounds().centre();
-    let mut point = |reach: f64| -> V3 { std::array::from_fn(|i| centre[i] + reach * size * (random.unit() - 0.5)) };
+    let mut point = |reach: f64| -> Vec3 { Vec3::from_fn(|i, _| centre[i] + reach * size * (random.unit() - 0.5)) };
     let (tip, way, other) = (point(1.0), point(1.5), point(3.0));
-    let heel: V3 = std::array::from_fn(|i| tip[i] + (other[i] - centre[i]));
-    let shift = |x: V3| std::array::from_fn(|i| x[i] + way[i] - centre[i]);
+    let heel = tip + (other - centre);
+    let shift = |x: Vec3| x + way - centre;
     [blade(tip, heel), blade(shift(tip), shift(heel))]
 }
 
 /// Snaps a coordinate to the lattice the generated meshes stand on, so that blades go through vertices and along edges.
 fn to_lattice(at: Blade, pitch: f64) -> Blade {
-    let snap = |x: V3| x.map(|c| (c / pitch).round() * pitch);
+    let snap = |x: Vec3| x.map(|c| (c / pitch).round() * pitch);
     blade(snap(at.tip), snap(at.heel))
 }
 

@@ -1,14 +1,14 @@
 //! A blade that goes right through a body leaves it in parts, however its advances meet.
 
 use super::*;
-use nalgebra::Vector3;
+use pliant_mesh::geometry::Vec3;
 use pliant_mesh::{ObjDocument, generate, sample};
 
 /// A plane near the middle, or a bent surface, along which a blade goes through everything.
 struct Sweep {
-    at: Vector3<f64>,
-    along: Vector3<f64>,
-    way: Vector3<f64>,
+    at: Vec3,
+    along: Vec3,
+    way: Vec3,
     bend: f64,
 }
 
@@ -16,17 +16,17 @@ impl Sweep {
     fn new(random: &mut Random, mesh: &CutMesh) -> Self {
         let bounds = mesh.surface().bounds();
         let size = bounds.longest_edge();
-        let mut vector = || Vector3::from_fn(|_, _| 2.0 * random.unit() - 1.0);
+        let mut vector = || Vec3::from_fn(|_, _| 2.0 * random.unit() - 1.0);
         let along = vector().normalize();
         let way = along.cross(&vector()).normalize();
-        let at = Vector3::from(bounds.centre()) + 0.15 * size * vector();
+        let at = bounds.centre() + 0.15 * size * vector();
         Self { at, along: 2.0 * size * along, way: size * way, bend: 0.1 * vector().x }
     }
 
     fn blade(&self, t: f64) -> Blade {
         let across = self.along.cross(&self.way) * (self.bend * t * t / self.along.norm());
         let middle = self.at + 1.3 * t * self.way + across;
-        blade((middle - self.along).into(), (middle + self.along).into())
+        blade(middle - self.along, middle + self.along)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::*;
 use pliant_mesh::generate::{self, Pattern};
+use pliant_mesh::geometry::Vec3;
 
 /// All there is of a mesh, for comparison.
 fn state(mesh: &CutMesh) -> String {
@@ -33,7 +34,7 @@ fn undo_gives_back_every_bit_and_so_does_redo() {
         let mut states = vec![(state(&mesh), None)];
         let c = mesh.surface().bounds().centre();
         for _ in 0..6 {
-            let mut point = |reach: f64| -> V3 { std::array::from_fn(|i| c[i] + reach * (random.unit() - 0.5)) };
+            let mut point = |reach: f64| -> Vec3 { Vec3::from_fn(|i, _| c[i] + reach * (random.unit() - 0.5)) };
             let mut stroke = Stroke::begin(blade(point(1.0), point(3.0))).unwrap();
             for _ in 0..4 {
                 if mesh.advance(&mut stroke, blade(point(1.0), point(3.0))).is_ok_and(|advance| advance.has_cut()) {
@@ -133,7 +134,7 @@ fn normals_turn_with_the_mesh() {
     );
     assert!(refused.is_empty(), "{refused:?}");
     assert_eq!(mesh.turned_normals(&mesh.surface().points), mesh.normals());
-    let turned: Vec<V3> = mesh.surface().points.iter().map(|&[x, y, z]| [-y, x, z]).collect();
+    let turned: Vec<Vec3> = mesh.surface().points.iter().map(|p| Vec3::new(-p.y, p.x, p.z)).collect();
     for (now, then) in mesh.turned_normals(&turned).iter().zip(mesh.normals()) {
         assert!((0..3).all(|i| (now[i] - [-then[1], then[0], then[2]][i]).abs() < 1e-12), "{now:?} {then:?}");
     }

@@ -21,7 +21,7 @@ pub(super) use site::compare;
 
 use super::blade::{Facet, turn};
 use super::mesh::{CutMesh, NONE, OPEN};
-use pliant_mesh::geometry::V3;
+use pliant_mesh::geometry::Vec3;
 
 /// How close is on.
 #[derive(Clone, Copy, Debug)]
@@ -55,7 +55,7 @@ pub(super) struct Trace {
 #[derive(Clone, Debug)]
 pub(super) struct Node {
     pub place: Place,
-    pub x: V3,
+    pub x: Vec3,
     pub flat: [f64; 2],
     /// For each side of the facet: inside (1), on the side (0), outside (-1).
     pub rim: [i8; 3],
@@ -278,7 +278,7 @@ impl Trace {
         }
     }
 
-    fn add_node(&mut self, place: Place, x: V3, facet: &Facet) -> u32 {
+    fn add_node(&mut self, place: Place, x: Vec3, facet: &Facet) -> u32 {
         self.nodes.push(Node { place, x, flat: facet.flatten(x), rim: [0; 3] });
         self.nodes.len() as u32 - 1
     }
@@ -407,6 +407,6 @@ fn depth(facet: &Facet, side: usize, flat: [f64; 2]) -> f64 {
     (along[0] * (flat[1] - a[1]) - along[1] * (flat[0] - a[0])) / (along[0] * along[0] + along[1] * along[1]).sqrt()
 }
 
-pub(super) fn between(low: V3, high: V3, t: f64) -> V3 {
-    std::array::from_fn(|i| low[i] + t * (high[i] - low[i]))
+pub(super) fn between(low: Vec3, high: Vec3, t: f64) -> Vec3 {
+    low + t * (high - low)
 }

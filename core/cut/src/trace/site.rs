@@ -7,11 +7,11 @@ use std::cmp::Ordering;
 
 use super::Snap;
 use crate::blade::Facet;
-use pliant_mesh::geometry::V3;
+use pliant_mesh::geometry::Vec3;
 
 /// A place with one vertex or more. Sites are numbered in the order of their coordinates.
 pub(super) struct Site {
-    pub x: V3,
+    pub x: Vec3,
     pub height: f64, // m over the plane; 0 on it
     pub sign: i8,
     pub shortest: f64, // m, edge
@@ -26,7 +26,7 @@ pub(super) struct Sites {
 
 impl Sites {
     /// Sites of the corners of `triangles`, with their signs. Vertices of `seam` are on the plane whatever they say.
-    pub fn new(x: &[V3], triangles: &[[u32; 3]], facet: &Facet, seam: &[u32], snap: Snap) -> Self {
+    pub fn new(x: &[Vec3], triangles: &[[u32; 3]], facet: &Facet, seam: &[u32], snap: Snap) -> Self {
         let mut vertices: Vec<u32> = triangles.iter().flatten().copied().collect();
         vertices.sort_unstable();
         vertices.dedup();
@@ -62,7 +62,7 @@ impl Sites {
     }
 
     /// The site at a place.
-    pub fn at(&self, x: V3) -> Option<u32> {
+    pub fn at(&self, x: Vec3) -> Option<u32> {
         self.all.binary_search_by(|site| compare(site.x, x)).ok().map(|at| at as u32)
     }
 
@@ -124,8 +124,8 @@ impl Site {
 }
 
 /// By coordinates, zeros of either sign alike.
-pub(crate) fn compare(a: V3, b: V3) -> Ordering {
-    let key = |x: V3| x.map(|c| c + 0.0);
+pub(crate) fn compare(a: Vec3, b: Vec3) -> Ordering {
+    let key = |x: Vec3| x.map(|c| c + 0.0);
     let (a, b) = (key(a), key(b));
     a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])).then(a[2].total_cmp(&b[2]))
 }

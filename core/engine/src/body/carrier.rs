@@ -6,7 +6,7 @@ use super::model::Model;
 use super::sheet::Sheet;
 use super::skin::Skin;
 use pliant_plugin_api::abi::Ball;
-use pliant_solver::{Nodes, Pool, StepTime, System, V3};
+use pliant_solver::{Nodes, Pool, StepTime, System, Vec3};
 
 /// The nodes of a body.
 pub enum Carrier {
@@ -128,7 +128,13 @@ impl Carrier {
     ///
     /// # Errors
     /// What the grid says.
-    pub fn carry_one(&self, place: V3, model: &Model, skin: &Skin, nodes: &Nodes) -> Result<(V3, V3), LatticeError> {
+    pub fn carry_one(
+        &self,
+        place: Vec3,
+        model: &Model,
+        skin: &Skin,
+        nodes: &Nodes,
+    ) -> Result<(Vec3, Vec3), LatticeError> {
         match self {
             Self::Lattice(lattice) => lattice.carry_one(place, nodes),
             Self::Sheet(sheet) => Ok(sheet.carry_one(place, model, skin, nodes)),

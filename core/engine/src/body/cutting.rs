@@ -2,10 +2,9 @@
 
 use super::sheet::Before;
 use super::{Body, Carrier, LatticeError};
-use nalgebra::Vector3;
 use pliant_cut::{Advance, CutMesh, Origin};
 use pliant_mesh::Surface;
-use pliant_solver::{V3, axpy, dot};
+use pliant_solver::Vec3;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
@@ -19,7 +18,7 @@ const ASIDE: f64 = 0.1;
 const APRON: f64 = 0.1;
 
 /// Where the apron of a cut ends that begins at a place of the surface, by the bits of the place.
-pub type Aprons = HashMap<[u64; 3], V3>;
+pub type Aprons = HashMap<[u64; 3], Vec3>;
 
 impl Body {
     /// Takes over what an advance of a blade has done to the mesh. Nodes of a lattice are copied with the next
@@ -33,18 +32,18 @@ impl Body {
         let list = Arc::make_mut(&mut settled);
         for vertex in advance.first_vertex..mesh.surface().points.len() as u32 {
             let place = mesh.surface().points[vertex as usize];
-            let kept = |v: u32| axpy(list[v as usize], -1.0, mesh.surface().points[v as usize]);
+            let kept = |v: u32| list[v as usize] - mesh.surface().points[v as usize];
             let moved = match (mesh.origin(vertex), &self.carrier) {
                 (Origin::Edge { ends, t }, _) => {
                     let [from, to] = ends.map(kept);
-                    axpy(from, t, axpy(to, -1.0, from))
+                    from + t * (to - from)
                 }
                 (Origin::Face { corners, weights }, _) => super::weigh(corners.map(kept), weights),
                 (Origin::Copy { of }, _) => kept(of),
                 (Origin::Cap { .. }, Carrier::Lattice(lattice)) => lattice.kept_at(place)?,
-                _ => [0.0; 3],
+                _ => Vec3::zeros(),
             };
-            list.push(axpy(place, 1.0, moved));
+            list.push(place + moved);
         }
         let triangles = &self.model.surface.triangles;
         let before: Before = advance.changed.iter().filter_map(|t| Some((*t, *triangles.get(*t as usize)?))).collect();
@@ -81,25 +80,31 @@ impl Body {
 }
 
 impl super::Inner for CutMesh {
-    fn near(&self, centre: V3, reach: f64) -> Vec<[V3; 3]> {
+    fn near(&self, centre: Vec3, reach: f64) -> Vec<[Vec3; 3]> {
         self.triangles_near(centre, reach)
     }
 
-    fn has(&self, place: V3) -> bool {
+    fn has(&self, place: Vec3) -> bool {
         self.encloses(place)
     }
 }
 
 /// The new cut surface inside of the body, one wall of two, and aprons around it outside. It goes through the very vertices
 /// of the mesh, so no vertex is on another side of the lattice's cut than of the mesh's.
-fn caps(mesh: &CutMesh, new: std::ops::Range<u32>, facets: &[[V3; 3]], apron: f64, known: &mut Aprons) -> Vec<[V3; 3]> {
+fn caps(
+    mesh: &CutMesh,
+    new: std::ops::Range<u32>,
+    facets: &[[Vec3; 3]],
+    apron: f64,
+    known: &mut Aprons,
+) -> Vec<[Vec3; 3]> {
     let Some(facet) = facets.first() else { return Vec::new() };
     let forward = cross(facet);
     let surface = mesh.surface();
     let corners = |t: u32| surface.triangles[t as usize].map(|v| surface.points[v as usize]);
     let wall: Vec<u32> = new.filter(|t| mesh.is_cap(*t) && cross(&corners(*t)).dot(&forward) > 0.0).collect();
     let mut rims: Vec<[u32; 2]> = Vec::new();
-    let mut outward: BTreeMap<u32, Vector3<f64>> = BTreeMap::new();
+    let mut outward: BTreeMap<u32, Vec3> = BTreeMap::new();
     for &t in &wall {
         let vertices = surface.triangles[t as usize];
         for (side, other) in mesh.neighbours(t).into_iter().enumerate() {
@@ -107,7 +112,7 @@ fn caps(mesh: &CutMesh, new: std::ops::Range<u32>, facets: &[[V3; 3]], apron: f6
                 continue;
             }
             let ends = [vertices[side], vertices[(side + 1) % 3]];
-            let [from, to] = ends.map(|v| Vector3::from(surface.points[v as usize]));
+            let [from, to] = ends.map(|v| surface.points[v as usize]);
             let out = (to - from).cross(&cross(&corners(t))).try_normalize(0.0).unwrap_or_default();
             ends.iter().for_each(|v| *outward.entry(*v).or_default() += out);
             rims.push(ends);
@@ -117,9 +122,9 @@ fn caps(mesh: &CutMesh, new: std::ops::Range<u32>, facets: &[[V3; 3]], apron: f6
     let mut end = |v: u32| {
         let place = surface.points[v as usize];
         let out = outward[&v].try_normalize(0.0).unwrap_or_default();
-        *known.entry(place.map(f64::to_bits)).or_insert_with(|| axpy(place, apron, out.into()))
+        *known.entry(place.map(f64::to_bits).into()).or_insert_with(|| place + apron * out)
     };
-    let mut swept: Vec<[V3; 3]> = wall.iter().map(|t| corners(*t)).collect();
+    let mut swept: Vec<[Vec3; 3]> = wall.iter().map(|t| corners(*t)).collect();
     for [a, b] in rims {
         let [p, q] = [a, b].map(|v| surface.points[v as usize]);
         swept.extend([[p, end(a), end(b)], [p, end(b), q]]);
@@ -127,30 +132,28 @@ fn caps(mesh: &CutMesh, new: std::ops::Range<u32>, facets: &[[V3; 3]], apron: f6
     swept
 }
 
-fn cross([a, b, c]: &[V3; 3]) -> Vector3<f64> {
-    let [a, b, c] = [a, b, c].map(|p| Vector3::from(*p));
+fn cross([a, b, c]: &[Vec3; 3]) -> Vec3 {
     (b - a).cross(&(c - a))
 }
 
 /// A rest place beside a vertex, on its own side of all cuts: towards its own triangles of the skin, which no cut passes; or
 /// in front of the cut surface it lies on. Not along a mean normal: where the skin leans over the cut, that is on its other
 /// side.
-fn beside(mesh: &CutMesh, model: &super::Model, vertex: u32, closed: bool, edge: f64) -> V3 {
+fn beside(mesh: &CutMesh, model: &super::Model, vertex: u32, closed: bool, edge: f64) -> Vec3 {
     let surface: &Surface = &model.surface;
     let place = surface.points[vertex as usize];
     let corners = |t: u32| surface.triangles[t as usize].map(|v| surface.points[v as usize]);
     let around = model.around(vertex).iter().copied();
-    let (mut aside, mut count) = ([0.0; 3], 0.0);
+    let (mut aside, mut count) = (Vec3::zeros(), 0.0);
     for t in around.clone().filter(|t| !mesh.is_cap(*t)) {
-        aside = corners(t).iter().fold(aside, |sum, p| axpy(sum, 1.0 / 3.0, axpy(*p, -1.0, place)));
+        aside = corners(t).iter().fold(aside, |sum, p| sum + 1.0 / 3.0 * (*p - place));
         count += 1.0;
     }
     if count == 0.0 {
-        let normal =
-            around.fold(Vector3::zeros(), |sum, t| sum + cross(&corners(t)).try_normalize(0.0).unwrap_or_default());
-        return axpy(place, -INSIDE * edge, normal.try_normalize(1e-6).unwrap_or_default().into());
+        let normal: Vec3 = around.map(|t| cross(&corners(t)).try_normalize(0.0).unwrap_or_default()).sum();
+        return place - INSIDE * edge * normal.try_normalize(1e-6).unwrap_or_default();
     }
-    let length = dot(aside, aside).sqrt();
+    let length = aside.norm();
     let most = if closed { BESIDE } else { ASIDE } * edge;
-    if length > most * count { axpy(place, most / length, aside) } else { axpy(place, 1.0 / count, aside) }
+    if length > most * count { place + most / length * aside } else { place + 1.0 / count * aside }
 }

@@ -1,6 +1,6 @@
 //! Nodes that are held, and nodes that are led.
 
-use pliant_solver::V3;
+use pliant_solver::Vec3;
 
 /// Which nodes, by where they rest.
 #[derive(Clone, Debug, PartialEq)]
@@ -8,14 +8,14 @@ pub enum Place {
     /// Within a box, m, faces included.
     Box {
         /// Least corner.
-        min: V3,
+        min: Vec3,
         /// Greatest corner.
-        max: V3,
+        max: Vec3,
     },
     /// Within a ball, m.
     Ball {
         /// Centre.
-        centre: V3,
+        centre: Vec3,
         /// Radius.
         radius: f64,
     },
@@ -25,7 +25,7 @@ pub enum Place {
 
 impl Place {
     /// Whether the node with this number and rest position is meant.
-    pub fn holds(&self, node: u32, rest: V3) -> bool {
+    pub fn holds(&self, node: u32, rest: Vec3) -> bool {
         match self {
             Self::Box { min, max } => (0..3).all(|i| min[i] <= rest[i] && rest[i] <= max[i]),
             Self::Ball { centre, radius } => {
@@ -44,26 +44,26 @@ pub struct Fixing {
     /// Edges on the border of a sheet whose ends are both held keep the direction they have at rest.
     pub clamp: bool,
     /// Displacement (m) at times (s), rising; linear between, constant outside. Empty: held.
-    pub path: Vec<(f64, V3)>,
+    pub path: Vec<(f64, Vec3)>,
 }
 
 impl Fixing {
     /// m, displacement at a time.
-    pub fn displacement(&self, time: f64) -> V3 {
+    pub fn displacement(&self, time: f64) -> Vec3 {
         let after = self.path.partition_point(|(t, _)| *t <= time);
         match (after.checked_sub(1).map(|i| self.path[i]), self.path.get(after)) {
-            (None, None) => [0.0; 3],
+            (None, None) => Vec3::zeros(),
             (Some((_, d)), None) | (None, Some(&(_, d))) => d,
             (Some((t0, d0)), Some(&(t1, d1))) => {
                 let s = (time - t0) / (t1 - t0);
-                std::array::from_fn(|i| d0[i] + s * (d1[i] - d0[i]))
+                d0 + s * (d1 - d0)
             }
         }
     }
 
     /// Whether it leads its nodes anywhere.
     pub fn moves(&self) -> bool {
-        self.path.iter().any(|(_, d)| *d != [0.0; 3])
+        self.path.iter().any(|(_, d)| *d != Vec3::zeros())
     }
 }
 
@@ -73,7 +73,7 @@ mod tests {
 
     #[test]
     fn displacement_is_linear_between_and_constant_outside() {
-        let x = |d| [d, 0.0, 0.0];
+        let x = |d| Vec3::new(d, 0.0, 0.0);
         let fixing = Fixing {
             place: Place::Nodes(vec![3]),
             clamp: false,
@@ -82,6 +82,6 @@ mod tests {
         for (t, d) in [(0.0, 0.0), (1.0, 0.0), (1.5, 2.0), (2.0, 4.0), (2.5, 3.0), (9.0, 2.0)] {
             assert_eq!(fixing.displacement(t), x(d), "{t}");
         }
-        assert!(fixing.moves() && fixing.place.holds(3, [0.0; 3]) && !fixing.place.holds(2, [0.0; 3]));
+        assert!(fixing.moves() && fixing.place.holds(3, Vec3::zeros()) && !fixing.place.holds(2, Vec3::zeros()));
     }
 }

@@ -21,7 +21,7 @@ use fragments::{Fragments, NodeKey};
 use pliant_host::{Grid, HostError, Region};
 use pliant_plugin_api::abi::{self, Ball, Level};
 use pliant_solver::ForceError;
-use pliant_solver::{Constraint, Nodes, StepTime, System, V3, axpy};
+use pliant_solver::{Constraint, Nodes, StepTime, System, Vec3};
 pub use state::LatticeState;
 use std::collections::HashMap;
 use thiserror::Error;
@@ -64,7 +64,7 @@ pub enum LatticeError {
         /// Which.
         node: usize,
         /// Where.
-        at: V3,
+        at: [f64; 3],
         /// What the material gave it.
         mass: f64,
     },
@@ -95,7 +95,7 @@ pub struct Lattice {
     /// Nodes that are led, and by which fixing.
     led: Vec<(u32, u32)>,
     /// m, where the rest position of a node was moved by keeping a shape
-    kept: HashMap<NodeKey, V3>,
+    kept: HashMap<NodeKey, Vec3>,
     /// What a blade has cut.
     fragments: Fragments,
     /// Points of the surface that a cut has made or moved to another cell.
@@ -119,7 +119,7 @@ impl Lattice {
     /// # Errors
     /// What the grid says; a level without an occupied cell.
     pub fn new(mut grid: Grid, settings: RegionSettings, families: u32, model: &Model) -> Result<Self, LatticeError> {
-        grid.build(&model.surface.points, &model.surface.triangles, settings.level)?;
+        grid.build(bytemuck::cast_slice(&model.surface.points), &model.surface.triangles, settings.level)?;
         let facts = grid.level(settings.level)?;
         if facts.surface_cells + facts.inside_cells == 0 {
             return Err(LatticeError::Empty { level: settings.level });
@@ -173,9 +173,9 @@ impl Lattice {
         for &node in &self.returning {
             let i = node as usize;
             // u'' = -2 w u' - w^2 u, implicitly: stable at any step, and u goes to zero without passing it.
-            let u = axpy(nodes.x[i], -1.0, nodes.rest[i]);
+            let u = nodes.x[i] - nodes.rest[i];
             let slowed = (1.0 + rate * dt).powi(2);
-            nodes.prescribed[i] = axpy(nodes.v[i], -dt * rate * rate, u).map(|v| v / slowed);
+            nodes.prescribed[i] = (nodes.v[i] - dt * rate * rate * u) / slowed;
         }
         lead(&self.led, nodes, fixings, time);
     }
@@ -207,14 +207,14 @@ pub(super) fn lead(led: &[(u32, u32)], nodes: &mut Nodes, fixings: &[Fixing], ti
     for &(node, fixing) in led {
         let fixing = &fixings[fixing as usize];
         let (from, to) = (fixing.displacement(time.start), fixing.displacement(time.end()));
-        nodes.prescribed[node as usize] = axpy(to, -1.0, from).map(|d| d / time.dt);
+        nodes.prescribed[node as usize] = (to - from) / time.dt;
     }
 }
 
 /// Refuses a node without a finite mass above zero.
 pub(super) fn check_mass(system: &System) -> Result<(), LatticeError> {
     let Some(node) = system.massless() else { return Ok(()) };
-    let (at, mass) = (system.nodes.rest[node], system.nodes.mass[node]);
+    let (at, mass) = (system.nodes.rest[node].into(), system.nodes.mass[node]);
     Err(LatticeError::Massless { origin: system.material.origin(), node, at, mass })
 }
 

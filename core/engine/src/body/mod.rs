@@ -21,7 +21,7 @@ pub use state::BodyState;
 
 use cutting::Aprons;
 use pliant_cut::CutMesh;
-use pliant_solver::{Pool, System};
+use pliant_solver::{Pool, System, Vec3};
 
 /// Everything about one body.
 pub struct Body {
@@ -61,7 +61,7 @@ impl Body {
     ///
     /// # Errors
     /// What the grid says.
-    pub fn carry_one(&self, place: pliant_solver::V3) -> Result<(pliant_solver::V3, pliant_solver::V3), LatticeError> {
+    pub fn carry_one(&self, place: Vec3) -> Result<(Vec3, Vec3), LatticeError> {
         self.carrier.carry_one(place, &self.model, &self.skin, &self.system.nodes)
     }
 

@@ -1,6 +1,7 @@
 //! What does not change while a body deforms: the document, its placed surface, and what is around each vertex.
 
 use pliant_mesh::geometry::TriangleTree;
+use pliant_mesh::geometry::Vec3;
 use pliant_mesh::{Finding, ObjDocument, Placement, Surface, check};
 use std::collections::HashMap;
 
@@ -140,6 +141,6 @@ impl Model {
     }
 }
 
-fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+fn distance(a: Vec3, b: Vec3) -> f64 {
     (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
 }

@@ -4,10 +4,11 @@
 //! box of that size and look the same way become one sample. So a contact costs the same on a model of a thousand triangles
 //! and on one of a million.
 
+use bytemuck::cast_slice;
+
 use super::{Lattice, LatticeError, Model, Skin};
-use nalgebra::Vector3;
 use pliant_mesh::Surface;
-use pliant_solver::{V3, axpy, dot};
+use pliant_solver::Vec3;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -15,11 +16,11 @@ use std::ops::Range;
 #[derive(Debug, Default)]
 pub struct Samples {
     /// m, rest places (s x 3)
-    pub place: Vec<V3>,
+    pub place: Vec<Vec3>,
     /// m^2 (s)
     pub area: Vec<f64>,
     /// Unit, in the rest shape (s x 3)
-    pub normal: Vec<V3>,
+    pub normal: Vec<Vec3>,
     /// Ids of the cells that have samples, rising, and where theirs begin (c + 1).
     cells: Vec<u64>,
     starts: Vec<u32>,
@@ -45,9 +46,9 @@ struct Part {
     key: (i32, i32, i32, u8),
     /// Keeps the order of sums.
     number: u32,
-    middle: V3,
+    middle: Vec3,
     /// m^2, along the normal
-    area: V3,
+    area: Vec3,
 }
 
 impl Samples {
@@ -62,10 +63,10 @@ impl Samples {
             cut(triangle.map(|v| surface.points[v as usize]), size, &mut parts);
         }
         parts.sort_unstable_by_key(|p| (p.key, p.number));
-        let merged: Vec<(V3, V3)> = parts.chunk_by(|a, b| a.key == b.key).map(merge).collect();
-        let places: Vec<V3> = merged.iter().map(|m| m.0).collect();
+        let merged: Vec<(Vec3, Vec3)> = parts.chunk_by(|a, b| a.key == b.key).map(merge).collect();
+        let places: Vec<Vec3> = merged.iter().map(|m| m.0).collect();
         let (mut cells, mut weights) = (vec![0; places.len()], vec![[0.0; 8]; places.len()]);
-        lattice.grid.weights(lattice.settings.level, &places, &mut cells, &mut weights)?;
+        lattice.grid.weights(lattice.settings.level, cast_slice(&places), &mut cells, &mut weights)?;
         let mut order: Vec<u32> = (0..places.len() as u32).collect();
         order.sort_by_key(|&i| cells[i as usize]);
         let mut samples = Self::default();
@@ -85,11 +86,11 @@ impl Samples {
         Ok(samples)
     }
 
-    fn push(&mut self, place: V3, area: V3) {
-        let size = dot(area, area).sqrt();
+    fn push(&mut self, place: Vec3, area: Vec3) {
+        let size = area.norm();
         self.place.push(place);
         self.area.push(size);
-        self.normal.push(area.map(|a| a / size));
+        self.normal.push(area / size);
     }
 
     /// Forgets all cuts.
@@ -114,9 +115,9 @@ impl Samples {
         let (edge, size) = (lattice.edge(), lattice.edge() / PER_EDGE);
         let mut triangles = Vec::new();
         for &id in cells {
-            let centre = lattice.grid.cell(lattice.settings.level, id)?.centre;
+            let centre = Vec3::from(lattice.grid.cell(lattice.settings.level, id)?.centre);
             let kept = lattice.kept_at(centre)?;
-            skin.tree.near(axpy(centre, 1.0, kept), 0.5 * edge + dot(kept, kept).sqrt(), |t| triangles.push(t));
+            skin.tree.near(centre + kept, 0.5 * edge + kept.norm(), |t| triangles.push(t));
         }
         triangles.sort_unstable();
         triangles.dedup();
@@ -126,8 +127,8 @@ impl Samples {
         }
         let mut of_cells: Vec<((u64, u8), Part)> = Vec::new();
         for part in parts {
-            let inward = INSIDE * edge / dot(part.area, part.area).sqrt();
-            let place = axpy(part.middle, -inward, part.area);
+            let inward = INSIDE * edge / part.area.norm();
+            let place = part.middle - inward * part.area;
             if let Some((id, part_of, place)) =
                 lattice.anchor_at(place)?.filter(|(id, ..)| cells.binary_search(id).is_ok())
             {
@@ -174,41 +175,41 @@ impl Samples {
 }
 
 /// One sample of all parts of a box that look one way: its place, and its area along the normal.
-fn merge(group: &[Part]) -> (V3, V3) {
-    let weight = |p: &Part| dot(p.area, p.area).sqrt();
+fn merge(group: &[Part]) -> (Vec3, Vec3) {
+    let weight = |p: &Part| p.area.norm();
     let total: f64 = group.iter().map(weight).sum();
-    let middle = group.iter().fold([0.0; 3], |sum, p| axpy(sum, weight(p) / total, p.middle));
-    (middle, group.iter().fold([0.0; 3], |sum, p| axpy(sum, 1.0, p.area)))
+    let middle: Vec3 = group.iter().map(|p| weight(p) / total * p.middle).sum();
+    (middle, group.iter().map(|p| p.area).sum::<Vec3>())
 }
 
 /// Cuts a triangle into equal parts no longer than one and a half boxes of `size`.
-fn cut(corners: [V3; 3], size: f64, out: &mut Vec<Part>) {
-    let [a, b, c] = corners.map(Vector3::from);
+fn cut(corners: [Vec3; 3], size: f64, out: &mut Vec<Part>) {
+    let [a, b, c] = corners;
     let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
     let parts = ((longest / (1.5 * size)).ceil() as usize).clamp(1, MOST_PARTS);
     let whole = 0.5 * (b - a).cross(&(c - a));
     if whole.norm() == 0.0 {
         return;
     }
-    let area: V3 = (whole / (parts * parts) as f64).into();
+    let area = whole / (parts * parts) as f64;
     let axis = whole.iamax();
     let side = 2 * axis as u8 + u8::from(whole[axis] < 0.0);
     for bary in middles(parts) {
         let middle = super::weigh(corners, bary);
-        let [x, y, z] = middle.map(|m| (m / size).floor() as i32);
+        let [x, y, z] = middle.map(|m| (m / size).floor() as i32).into();
         let number = out.len() as u32;
         out.push(Part { key: (x, y, z, side), number, middle, area });
     }
 }
 
 /// Weights of the middles of the `parts * parts` equal triangles a triangle can be cut into.
-fn middles(parts: usize) -> impl Iterator<Item = V3> {
+fn middles(parts: usize) -> impl Iterator<Item = Vec3> {
     let n = parts as f64;
     (0..parts).flat_map(move |i| {
         (0..parts - i).flat_map(move |j| {
             let point = move |shift: f64| {
                 let (u, v) = ((i as f64 + shift) / n, (j as f64 + shift) / n);
-                [1.0 - u - v, u, v]
+                Vec3::new(1.0 - u - v, u, v)
             };
             let inverted = (i + j + 1 < parts).then(|| point(2.0 / 3.0));
             std::iter::once(point(1.0 / 3.0)).chain(inverted)
@@ -223,7 +224,7 @@ mod tests {
     #[test]
     fn the_parts_of_a_triangle_are_all_there_and_their_middles_average_to_its_own() {
         for parts in 1..6 {
-            let list: Vec<V3> = middles(parts).collect();
+            let list: Vec<Vec3> = middles(parts).collect();
             assert_eq!(list.len(), parts * parts);
             for c in 0..3 {
                 let mean = list.iter().map(|b| b[c]).sum::<f64>() / list.len() as f64;
@@ -235,8 +236,8 @@ mod tests {
     #[test]
     fn cutting_keeps_the_area_and_its_direction() {
         let mut parts = Vec::new();
-        cut([[0.0; 3], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0]], 0.1, &mut parts);
-        let total = parts.iter().fold([0.0; 3], |sum, p| axpy(sum, 1.0, p.area));
+        cut([Vec3::zeros(), Vec3::x(), Vec3::new(0.0, 2.0, 0.0)], 0.1, &mut parts);
+        let total: Vec3 = parts.iter().map(|p| p.area).sum();
         assert!((total[2] - 1.0).abs() < 1e-12 && total[0] == 0.0 && parts.iter().all(|p| p.key.3 == 4));
     }
 }

@@ -5,11 +5,10 @@ use super::fixing::Fixing;
 use super::lattice::{LatticeError, check_mass, constrain_led, lead};
 use super::model::Model;
 use super::skin::Skin;
-use nalgebra::Vector3;
 use pliant_mesh::geometry::closest_point;
 use pliant_mesh::{ObjDocument, Surface};
 use pliant_plugin_api::abi;
-use pliant_solver::{Constraint, ElementList, Nodes, StepTime, System, V3, axpy};
+use pliant_solver::{Constraint, ElementList, Nodes, StepTime, System, Vec3};
 use std::sync::Arc;
 
 mod cut;
@@ -25,7 +24,7 @@ use order::{Order, places};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Warp {
     /// Along this direction of the rest shape, in the plane of each triangle.
-    Axis(V3),
+    Axis(Vec3),
     /// Along u of the texture coordinates.
     Texture,
 }
@@ -63,7 +62,7 @@ impl Sheet {
         let surface = &model.surface;
         let (mut sum, mut count) = (0.0, 0);
         for triangle in &surface.triangles {
-            let [a, b, c] = triangle.map(|v| Vector3::from(surface.points[v as usize]));
+            let [a, b, c] = triangle.map(|v| surface.points[v as usize]);
             sum += (b - a).norm() + (c - b).norm() + (a - c).norm();
             count += 3;
         }
@@ -184,15 +183,14 @@ impl Sheet {
     fn material_coordinates(&self, model: &Model) -> Vec<f64> {
         let mut out = Vec::with_capacity(6 * model.surface.triangles.len());
         for t in self.triangle_of.iter().map(|t| *t as usize) {
-            let [a, b, c] = model.surface.triangles[t].map(|v| Vector3::from(model.surface.points[v as usize]));
+            let [a, b, c] = model.surface.triangles[t].map(|v| model.surface.points[v as usize]);
             let normal = (b - a).cross(&(c - a)).normalize();
             let wanted = match self.warp {
-                Warp::Axis(axis) => Vector3::from(axis),
-                Warp::Texture => texture_direction(&model.document, &model.surface, t).unwrap_or_else(Vector3::x),
+                Warp::Axis(axis) => axis,
+                Warp::Texture => texture_direction(&model.document, &model.surface, t).unwrap_or_else(Vec3::x),
             };
-            let in_plane = |d: Vector3<f64>| (d - d.dot(&normal) * normal).try_normalize(1e-6 * d.norm());
-            let warp =
-                in_plane(wanted).or_else(|| in_plane(Vector3::ith(normal.iamin(), 1.0))).unwrap_or_else(Vector3::x);
+            let in_plane = |d: Vec3| (d - d.dot(&normal) * normal).try_normalize(1e-6 * d.norm());
+            let warp = in_plane(wanted).or_else(|| in_plane(Vec3::ith(normal.iamin(), 1.0))).unwrap_or_else(Vec3::x);
             out.extend(in_plane_of([a, b, c], &normal, &warp));
         }
         out
@@ -216,14 +214,14 @@ impl Sheet {
     /// What the material says of it.
     pub fn keep(&mut self, model: &Model, skin: &mut Skin, system: &mut System) -> Result<(), LatticeError> {
         system.nodes.rest.clone_from(&system.nodes.x);
-        system.nodes.v.fill([0.0; 3]);
+        system.nodes.v.fill(Vec3::zeros());
         let settled = Arc::make_mut(&mut skin.settled);
         settled.copy_from_slice(&skin.x);
         let all: Vec<u32> = (0..model.surface.triangles.len() as u32).collect();
         skin.tree.refit(&skin.settled, &model.surface.triangles, &all);
         let triangles = self.triangles(&model.surface);
         let before = self.material.chunks_exact(6).zip(&triangles);
-        let laid_out = before.flat_map(|(u, t)| lay_out(u, t.map(|n| system.nodes.x[n as usize].into())));
+        let laid_out = before.flat_map(|(u, t)| lay_out(u, t.map(|n| system.nodes.x[n as usize])));
         self.material = Arc::new(laid_out.collect());
         for set in &mut system.sets {
             match set.request().kind {
@@ -240,14 +238,14 @@ impl Sheet {
     }
 
     /// The triangle of the settled surface closest to a place, and the weights of its corners.
-    pub fn seat(&self, place: V3, model: &Model, skin: &Skin) -> Option<(u32, V3)> {
+    pub fn seat(&self, place: Vec3, model: &Model, skin: &Skin) -> Option<(u32, Vec3)> {
         let mut reach = self.edge;
         loop {
-            let mut best: Option<(f64, u32, V3)> = None;
+            let mut best: Option<(f64, u32, Vec3)> = None;
             skin.tree.near(place, reach, |t| {
                 let corners = model.surface.triangles[t as usize].map(|v| skin.settled[v as usize]);
                 let closest = closest_point(place, corners);
-                let away = (Vector3::from(closest.point) - Vector3::from(place)).norm();
+                let away = (closest.point - place).norm();
                 if away <= reach && best.is_none_or(|(least, of, _)| (away, t) < (least, of)) {
                     best = Some((away, t, closest.bary));
                 }
@@ -266,12 +264,12 @@ impl Sheet {
     }
 
     /// Where the nodes carry a settled place, and the place.
-    pub fn carry_one(&self, place: V3, model: &Model, skin: &Skin, nodes: &Nodes) -> (V3, V3) {
+    pub fn carry_one(&self, place: Vec3, model: &Model, skin: &Skin, nodes: &Nodes) -> (Vec3, Vec3) {
         let Some((triangle, bary)) = self.seat(place, model, skin).filter(|_| self.active) else {
             return (place, place);
         };
         let at = self.nodes_of(model, triangle);
-        let now = (0..3).fold([0.0; 3], |sum, i| axpy(sum, bary[i], nodes.x[at[i] as usize]));
+        let now: Vec3 = (0..3).map(|i| bary[i] * nodes.x[at[i] as usize]).sum();
         (now, place)
     }
 
@@ -287,14 +285,14 @@ fn rising([a, b]: [u32; 2]) -> [u32; 2] {
 }
 
 /// Places in the plane of a triangle, from its first corner, warp first, m.
-fn in_plane_of([a, b, c]: [Vector3<f64>; 3], normal: &Vector3<f64>, warp: &Vector3<f64>) -> [f64; 6] {
+fn in_plane_of([a, b, c]: [Vec3; 3], normal: &Vec3, warp: &Vec3) -> [f64; 6] {
     let weft = normal.cross(warp);
     let [b, c] = [b - a, c - a].map(|p| [p.dot(warp), p.dot(&weft)]);
     [0.0, 0.0, b[0], b[1], c[0], c[1]]
 }
 
 /// The same of a triangle that was at `u` in its plane and has been deformed; its warp is what has become of the warp.
-fn lay_out(u: &[f64], now: [Vector3<f64>; 3]) -> [f64; 6] {
+fn lay_out(u: &[f64], now: [Vec3; 3]) -> [f64; 6] {
     let [p, q] = [[u[2] - u[0], u[3] - u[1]], [u[4] - u[0], u[5] - u[1]]];
     let (b, c) = (now[1] - now[0], now[2] - now[0]);
     // The sides that make one step along the warp, times twice the area.
@@ -303,11 +301,11 @@ fn lay_out(u: &[f64], now: [Vector3<f64>; 3]) -> [f64; 6] {
 }
 
 /// A third of the area of its triangles for each node, m^2.
-fn points(rest: &[V3], triangles: &[[u32; 3]], list: &mut ElementList) {
+fn points(rest: &[Vec3], triangles: &[[u32; 3]], list: &mut ElementList) {
     list.nodes = (0..rest.len() as u32).collect();
     list.measure = vec![0.0; rest.len()];
     for triangle in triangles {
-        let [a, b, c] = triangle.map(|n| Vector3::from(rest[n as usize]));
+        let [a, b, c] = triangle.map(|n| rest[n as usize]);
         let third = (b - a).cross(&(c - a)).norm() / 6.0;
         triangle.iter().for_each(|n| list.measure[*n as usize] += third);
     }
@@ -364,14 +362,14 @@ impl Edges {
 
 /// A node where `third` is seen in the mirror of an edge, in the plane of both.
 fn add_mirror(nodes: &mut Nodes, ends: [u32; 2], third: u32) -> u32 {
-    let [a, b, c] = [ends[0], ends[1], third].map(|n| Vector3::from(nodes.rest[n as usize]));
+    let [a, b, c] = [ends[0], ends[1], third].map(|n| nodes.rest[n as usize]);
     let along = (b - a).normalize();
     let foot = a + (c - a).dot(&along) * along;
-    nodes.add((2.0 * foot - c).into())
+    nodes.add(2.0 * foot - c)
 }
 
 /// Direction of rising u in a triangle of the rest shape.
-fn texture_direction(document: &ObjDocument, surface: &Surface, triangle: usize) -> Option<Vector3<f64>> {
+fn texture_direction(document: &ObjDocument, surface: &Surface, triangle: usize) -> Option<Vec3> {
     let vertices = surface.triangles[triangle];
     let corners = document.face(surface.face_of[triangle] as usize)?.corners;
     let texcoord = |vertex: u32| {
@@ -379,7 +377,7 @@ fn texture_direction(document: &ObjDocument, surface: &Surface, triangle: usize)
         document.texcoords().get(row as usize).copied()
     };
     let [s, t, r] = [texcoord(vertices[0])?, texcoord(vertices[1])?, texcoord(vertices[2])?];
-    let [a, b, c] = vertices.map(|v| Vector3::from(surface.points[v as usize]));
+    let [a, b, c] = vertices.map(|v| surface.points[v as usize]);
     let (du, dv) = ([t[0] - s[0], r[0] - s[0]], [t[1] - s[1], r[1] - s[1]]);
     let area = du[0] * dv[1] - du[1] * dv[0];
     let direction = ((b - a) * dv[1] - (c - a) * dv[0]) / area;
@@ -393,7 +391,7 @@ mod tests {
     #[test]
     fn a_square_of_two_triangles_has_one_hinge_that_knows_left_from_right() {
         let triangles = [[0, 1, 2], [0, 2, 3]];
-        let flat = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+        let flat = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]].map(Vec3::from);
         let mut nodes = Nodes::at_rest(flat.to_vec());
         let edges = Edges::new(&triangles, |_| false, &mut nodes);
         assert_eq!(edges.all.len(), 5);
@@ -402,6 +400,6 @@ mod tests {
         assert_eq!(edges.hinge_of, [[NONE, NONE, 0], [0, NONE, NONE]]);
         let edges = Edges::new(&triangles, |ends| ends == [0, 3], &mut nodes);
         assert_eq!(edges.hinges[1], [0, 3, 4, 2], "beyond the clamped edge from 0 to 3 its mirror image");
-        assert_eq!((nodes.rest[4], edges.clamped), ([-1.0, 1.0, 0.0], vec![[0, 3]]));
+        assert_eq!((nodes.rest[4], edges.clamped), (Vec3::new(-1.0, 1.0, 0.0), vec![[0, 3]]));
     }
 }

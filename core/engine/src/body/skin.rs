@@ -1,7 +1,7 @@
 //! Where the surface is.
 
 use pliant_mesh::geometry::TriangleTree;
-use pliant_solver::V3;
+use pliant_solver::Vec3;
 
 use super::model::Model;
 use std::sync::Arc;
@@ -15,9 +15,9 @@ pub const NOT_CARRIED: u32 = u32::MAX;
 /// needs all. Every other vertex is settled and costs nothing.
 pub struct Skin {
     /// m, as of the last embedding of each vertex (n x 3)
-    pub x: Vec<V3>,
+    pub x: Vec<Vec3>,
     /// m, where each vertex is when its nodes are at rest (n x 3); shared with what can be undone, copied when it changes
-    pub settled: Arc<Vec<V3>>,
+    pub settled: Arc<Vec<Vec3>>,
     /// Place in the region of the cell that carries each vertex, or [`NOT_CARRIED`] (n)
     pub cell: Vec<u32>,
     /// Over the settled surface.
@@ -34,7 +34,7 @@ impl Skin {
 
     /// Has as many vertices as `settled`, which is where those of the model are now at rest; those that were there stand
     /// where they stood. `moved` are the triangles that are new or elsewhere, `gone` those that are no more.
-    pub fn take_cut(&mut self, model: &Model, settled: Arc<Vec<V3>>, moved: &[u32], gone: std::ops::Range<u32>) {
+    pub fn take_cut(&mut self, model: &Model, settled: Arc<Vec<Vec3>>, moved: &[u32], gone: std::ops::Range<u32>) {
         let known = self.x.len().min(settled.len());
         self.x.truncate(known);
         self.x.extend_from_slice(&settled[known..]);
@@ -53,17 +53,17 @@ impl Skin {
     }
 
     /// Corners of a triangle as of their last embedding.
-    pub fn corners(&self, model: &Model, triangle: u32) -> [V3; 3] {
+    pub fn corners(&self, model: &Model, triangle: u32) -> [Vec3; 3] {
         model.surface.triangles[triangle as usize].map(|v| self.x[v as usize])
     }
 
     /// A point of a triangle as of its last embedding.
-    pub fn point(&self, model: &Model, triangle: u32, bary: V3) -> V3 {
+    pub fn point(&self, model: &Model, triangle: u32, bary: Vec3) -> Vec3 {
         weigh(self.corners(model, triangle), bary)
     }
 }
 
 /// `sum b x`
-pub fn weigh(corners: [V3; 3], bary: V3) -> V3 {
-    std::array::from_fn(|i| bary[0] * corners[0][i] + bary[1] * corners[1][i] + bary[2] * corners[2][i])
+pub fn weigh(corners: [Vec3; 3], bary: Vec3) -> Vec3 {
+    bary[0] * corners[0] + bary[1] * corners[1] + bary[2] * corners[2]
 }

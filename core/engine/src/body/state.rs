@@ -3,7 +3,7 @@
 use super::lattice::LatticeState;
 use super::sheet::SheetState;
 use super::{Body, Carrier, LatticeError};
-use pliant_solver::{Nodes, V3};
+use pliant_solver::{Nodes, Vec3};
 use std::sync::Arc;
 
 /// A body at one moment.
@@ -13,7 +13,7 @@ pub struct BodyState {
     /// Of each set of elements.
     history: Vec<Vec<f64>>,
     carrier: CarrierState,
-    settled: Arc<Vec<V3>>,
+    settled: Arc<Vec<Vec3>>,
     /// Advances of a blade.
     cuts: usize,
     frozen: Option<String>,

@@ -4,7 +4,7 @@
 //! that changes is certain.
 
 use super::fingertip::Tip;
-use pliant_solver::{Outcome, System, V3, axpy, dot};
+use pliant_solver::{Outcome, System, Vec3};
 
 /// A vertex that is held.
 #[derive(Clone, Copy, Debug)]
@@ -12,9 +12,9 @@ pub(super) struct Held {
     pub node: u32,
     /// First tip, and another one.
     pub tips: (usize, Option<usize>),
-    pub normal: V3,
+    pub normal: Vec3,
     /// The other tip's.
-    pub other: V3,
+    pub other: Vec3,
     /// m/s, along the normals
     pub target: [f64; 2],
     /// m/s, along the first normal, of a vertex that bounces
@@ -24,7 +24,7 @@ pub(super) struct Held {
     /// It was caught on its way, and is not let go in the same step.
     pub caught: bool,
     /// N, friction while it slides
-    pub friction: V3,
+    pub friction: Vec3,
     /// It sticks again in this step, having slid the way friction pushed it.
     pub returned: bool,
 }
@@ -53,28 +53,28 @@ impl Held {
     /// What becomes of it, if it does not stay as it is, and whether that is certain.
     pub fn judge(&self, tip: &Tip, system: &System, outcome: &Outcome<'_>) -> Option<(Self, bool)> {
         let node = self.node as usize;
-        let off = |u: V3| outcome.doubt.map_or([0.0; 2], |doubt| doubt(system, node, u));
+        let off = |u: Vec3| outcome.doubt.map_or([0.0; 2], |doubt| doubt(system, node, u));
         self.next(tip, (outcome.reaction)(node), (outcome.after)(system, node), &off)
     }
 
     /// The same of one that is held by `lambda`, N, and moves with `after`, m/s: `off` says how far both may be off along a direction.
-    fn next(&self, tip: &Tip, lambda: V3, after: V3, off: &dyn Fn(V3) -> [f64; 2]) -> Option<(Self, bool)> {
+    fn next(&self, tip: &Tip, lambda: Vec3, after: Vec3, off: &dyn Fn(Vec3) -> [f64; 2]) -> Option<(Self, bool)> {
         if self.caught || self.state == State::Free {
             return None;
         }
         // A pinch is pushed from both sides: it is held by whichever pushes.
         let (pushes, pushes_off) = match self.tips.1 {
-            None => (dot(lambda, self.normal), off(self.normal)[0]),
+            None => (lambda.dot(&self.normal), off(self.normal)[0]),
             Some(_) => {
-                let (a, b) = (dot(lambda, self.normal), dot(lambda, self.other));
-                let most = if dot(self.normal, self.other) < 0.0 { a.abs().max(b.abs()) } else { a.max(b) };
+                let (a, b) = (lambda.dot(&self.normal), lambda.dot(&self.other));
+                let most = if self.normal.dot(&self.other) < 0.0 { a.abs().max(b.abs()) } else { a.max(b) };
                 (most, off(self.normal)[0].max(off(self.other)[0]))
             }
         };
         let sticks = self.state == State::Sticks && self.tips.1.is_none();
-        let along = axpy(lambda, -pushes, self.normal);
-        let size = dot(along, along).sqrt();
-        let along_off = || if size > 0.0 { off(along.map(|c| c / size))[0] } else { 0.0 };
+        let along = lambda - pushes * self.normal;
+        let size = along.norm();
+        let along_off = || if size > 0.0 { off(along / size)[0] } else { 0.0 };
         if pushes < 0.0 {
             // What pulls may be what keeps it from sliding, in a taut sheet: then it is let slide first.
             let state = if sticks && size > -pushes { State::Slides } else { State::Free };
@@ -89,16 +89,16 @@ impl Held {
             (size > most * pushes).then(|| {
                 let is_more = size - along_off() > most * (pushes + pushes_off);
                 let certain = is_more && pushes_off <= WELL_KNOWN * pushes;
-                let friction = along.map(|c| tip.friction.sliding * pushes / size * c);
+                let friction = tip.friction.sliding * pushes / size * along;
                 (Self { state: State::Slides, friction, ..*self }, certain)
             })
         } else if !self.returned {
-            let slip = axpy(after, -1.0, tip.velocity);
-            let with = dot(slip, self.friction);
+            let slip = after - tip.velocity;
+            let with = slip.dot(&self.friction);
             // Friction does not push: where it would, the vertex sticks.
             (with > 0.0).then(|| {
-                let certain = with > off(self.normal)[1] * dot(self.friction, self.friction).sqrt();
-                (Self { state: State::Sticks, friction: [0.0; 3], returned: true, ..*self }, certain)
+                let certain = with > off(self.normal)[1] * self.friction.norm();
+                (Self { state: State::Sticks, friction: Vec3::zeros(), returned: true, ..*self }, certain)
             })
         } else {
             None
@@ -111,61 +111,71 @@ mod tests {
     use super::*;
     use crate::contact::Friction;
 
+    const NOTHING: Vec3 = Vec3::new(0.0, 0.0, 0.0);
     const TIP: Tip = Tip {
-        position: [0.0; 3],
-        velocity: [0.0; 3],
+        position: NOTHING,
+        velocity: NOTHING,
         radius: 8e-3,
         friction: Friction { fixed: 0.5, sliding: 0.4 },
         restitution: 0.0,
         holds: true,
-        force: [0.0; 3],
+        force: NOTHING,
         held: 0,
     };
     const HELD: Held = Held {
         node: 0,
         tips: (0, None),
-        normal: [0.0, 0.0, 1.0],
-        other: [0.0; 3],
+        normal: Vec3::new(0.0, 0.0, 1.0),
+        other: NOTHING,
         target: [0.0; 2],
         rebound: 0.0,
         state: State::Sticks,
         stuck_before: true,
         caught: false,
-        friction: [0.0; 3],
+        friction: NOTHING,
         returned: false,
     };
 
     /// What it comes to, and whether that is certain, where reaction and velocity are off by at most each of `doubts`.
-    fn next<const N: usize>(held: Held, lambda: V3, after: V3, doubts: [f64; N]) -> [Option<(State, bool)>; N] {
+    fn next<const N: usize>(held: Held, lambda: Vec3, after: Vec3, doubts: [f64; N]) -> [Option<(State, bool)>; N] {
         doubts.map(|doubt| held.next(&TIP, lambda, after, &|_| [doubt; 2]).map(|(held, certain)| (held.state, certain)))
     }
 
     #[test]
     fn what_changes_is_certain_where_it_is_more_than_the_doubt() {
         let (free, slides, sticks) = (State::Free, State::Slides, State::Sticks);
-        assert_eq!(next(HELD, [0.0, 0.0, 1.0], [0.0; 3], [0.0, 2.0]), [None; 2], "what is pushed stays");
-        let pulled = next(HELD, [0.0, 0.0, -1.0], [0.0; 3], [0.0, 0.99, 1.01]);
+        assert_eq!(next(HELD, Vec3::z(), Vec3::zeros(), [0.0, 2.0]), [None; 2], "what is pushed stays");
+        let pulled = next(HELD, Vec3::new(0.0, 0.0, -1.0), Vec3::zeros(), [0.0, 0.99, 1.01]);
         assert_eq!(pulled, [true, true, false].map(|certain| Some((free, certain))));
         // It may be pulled less, and be let slide.
-        assert_eq!(next(HELD, [0.9, 0.0, -1.0], [0.0; 3], [0.06]), [Some((free, false))]);
-        let taut = next(HELD, [3.1, 0.0, -1.0], [0.0; 3], [0.0, 0.99, 1.06]);
+        assert_eq!(next(HELD, Vec3::new(0.9, 0.0, -1.0), Vec3::zeros(), [0.06]), [Some((free, false))]);
+        let taut = next(HELD, Vec3::new(3.1, 0.0, -1.0), Vec3::zeros(), [0.0, 0.99, 1.06]);
         assert_eq!(taut, [true, true, false].map(|certain| Some((slides, certain))), "friction may be what pulls");
-        assert_eq!(next(Held { state: slides, ..HELD }, [1.1, 0.0, -1.0], [0.0; 3], [0.0]), [Some((free, true))]);
+        assert_eq!(
+            next(Held { state: slides, ..HELD }, Vec3::new(1.1, 0.0, -1.0), Vec3::zeros(), [0.0]),
+            [Some((free, true))]
+        );
         // Of 1 N a half sticks. Both may be off; and friction follows from what pushes, which has to be known to a tenth.
-        let torn = next(HELD, [0.6, 0.0, 1.0], [0.0; 3], [0.0, 0.06, 0.07]);
+        let torn = next(HELD, Vec3::new(0.6, 0.0, 1.0), Vec3::zeros(), [0.0, 0.06, 0.07]);
         assert_eq!(torn, [true, true, false].map(|certain| Some((slides, certain))));
-        assert_eq!(next(HELD, [5.0, 0.0, 1.0], [0.0; 3], [0.09, 0.11]), [Some((slides, true)), Some((slides, false))]);
-        let (held, _) = HELD.next(&TIP, [0.6, 0.0, 1.0], [0.0; 3], &|_| [0.0; 2]).unwrap();
-        assert_eq!(held.friction, [0.4, 0.0, 0.0]);
-        assert_eq!(next(held, [0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0]), [None], "it goes on sliding");
-        let back = next(held, [0.0, 0.0, 1.0], [0.1, 0.0, 0.0], [0.0, 0.09, 0.11]);
+        assert_eq!(
+            next(HELD, Vec3::new(5.0, 0.0, 1.0), Vec3::zeros(), [0.09, 0.11]),
+            [Some((slides, true)), Some((slides, false))]
+        );
+        let (held, _) = HELD.next(&TIP, Vec3::new(0.6, 0.0, 1.0), Vec3::zeros(), &|_| [0.0; 2]).unwrap();
+        assert_eq!(held.friction, Vec3::new(0.4, 0.0, 0.0));
+        assert_eq!(next(held, Vec3::z(), Vec3::new(-1.0, 0.0, 0.0), [0.0]), [None], "it goes on sliding");
+        let back = next(held, Vec3::z(), Vec3::new(0.1, 0.0, 0.0), [0.0, 0.09, 0.11]);
         assert_eq!(back, [true, true, false].map(|certain| Some((sticks, certain))));
-        let pinched = Held { tips: (0, Some(1)), other: [0.0, 0.6, 0.8], ..HELD };
-        assert_eq!(next(pinched, [0.0, 0.0, -1.0], [0.0; 3], [0.7, 0.9]), [Some((free, true)), Some((free, false))]);
+        let pinched = Held { tips: (0, Some(1)), other: Vec3::new(0.0, 0.6, 0.8), ..HELD };
+        assert_eq!(
+            next(pinched, Vec3::new(0.0, 0.0, -1.0), Vec3::zeros(), [0.7, 0.9]),
+            [Some((free, true)), Some((free, false))]
+        );
         let all = |of: &[Option<bool>]| is_settled(of.iter().map(|certain| certain.map(|certain| (HELD, certain))));
         assert!(all(&[None, Some(true), Some(true)]) && !all(&[Some(true), None, Some(false)]) && !all(&[None, None]));
         for settled in [Held { state: free, ..HELD }, Held { caught: true, ..HELD }] {
-            assert_eq!(next(settled, [0.0, 0.0, -1.0], [0.0; 3], [0.0]), [None]);
+            assert_eq!(next(settled, Vec3::new(0.0, 0.0, -1.0), Vec3::zeros(), [0.0]), [None]);
         }
     }
 }

@@ -7,8 +7,8 @@
 //! mode of the body already has.
 
 use super::near::Near;
-use nalgebra::{Matrix3, Vector3};
-use pliant_solver::{Block, V3};
+use nalgebra::Matrix3;
+use pliant_solver::{Block, Vec3};
 
 /// Where a ball rests in the layer over a few samples.
 pub struct Layer {
@@ -24,11 +24,11 @@ pub struct Layer {
 #[derive(Clone, Copy, Debug)]
 pub struct Push {
     /// m, its rest place
-    pub rest: V3,
+    pub rest: Vec3,
     /// m, where it is
-    pub point: V3,
+    pub point: Vec3,
     /// N, on the surface
-    pub force: V3,
+    pub force: Vec3,
     /// N/m, of the force against moving the sample
     pub stiffness: Block,
     /// N, its size
@@ -41,12 +41,11 @@ const STEPS: usize = 20;
 impl Layer {
     /// Where a ball at `p` comes to rest between the samples and a spring to `hand`; along one direction only, if one is
     /// given. Gives its place and the force of the layer on it, N.
-    pub fn balance(&self, samples: &[Near], p: V3, hand: V3, along: Option<V3>) -> (V3, V3) {
-        let (mut p, hand) = (Vector3::from(p), Vector3::from(hand));
-        let mut layer = Vector3::zeros();
+    pub fn balance(&self, samples: &[Near], mut p: Vec3, hand: Vec3, along: Option<Vec3>) -> (Vec3, Vec3) {
+        let mut layer = Vec3::zeros();
         for _ in 0..STEPS {
             let mut hessian = Matrix3::from_diagonal_element(self.pull);
-            layer = Vector3::zeros();
+            layer = Vec3::zeros();
             for s in samples {
                 let Some((n, depth)) = self.into(s, p) else { continue };
                 let k = self.stiffness * s.area;
@@ -54,9 +53,9 @@ impl Layer {
                 hessian += k * n * n.transpose();
             }
             let force = self.pull * (hand - p) + layer;
-            let step = match along.map(Vector3::from) {
+            let step = match along {
                 Some(d) => d * (d.dot(&force) / d.dot(&(hessian * d))),
-                None => hessian.try_inverse().map_or(Vector3::zeros(), |inverse| inverse * force),
+                None => hessian.try_inverse().map_or(Vec3::zeros(), |inverse| inverse * force),
             };
             // A sample that is let in or out changes the slope: short moves keep to it.
             let (length, most) = (step.norm(), 0.1 * self.radius);
@@ -65,25 +64,23 @@ impl Layer {
                 break;
             }
         }
-        (p.into(), layer.into())
+        (p, layer)
     }
 
     /// What each sample inside a ball at `p` does.
-    pub fn pushes<'a>(&'a self, samples: &'a [Near], p: V3) -> impl Iterator<Item = Push> + 'a {
-        let p = Vector3::from(p);
+    pub fn pushes<'a>(&'a self, samples: &'a [Near], p: Vec3) -> impl Iterator<Item = Push> + 'a {
         samples.iter().filter_map(move |s| {
-            let (n, depth) = self.into(s, p)?;
+            let (normal, depth) = self.into(s, p)?;
             let k = self.stiffness * s.area;
-            let normal: V3 = n.into();
             let stiffness = std::array::from_fn(|e| k * normal[e / 3] * normal[e % 3]);
             let size = k * depth;
-            Some(Push { rest: s.rest, point: s.point, force: normal.map(|c| size * c), stiffness, size })
+            Some(Push { rest: s.rest, point: s.point, force: size * normal, stiffness, size })
         })
     }
 
     /// Direction from the ball to a sample, and how far inside the ball it is.
-    fn into(&self, s: &Near, p: Vector3<f64>) -> Option<(Vector3<f64>, f64)> {
-        let out = Vector3::from(s.point) - p;
+    fn into(&self, s: &Near, p: Vec3) -> Option<(Vec3, f64)> {
+        let out = s.point - p;
         let distance = out.norm();
         (distance < self.radius && distance > 1e-12).then(|| (out / distance, self.radius - distance))
     }
@@ -98,12 +95,12 @@ mod tests {
         let mut samples = Vec::new();
         for i in -20..20 {
             for j in -20..20 {
-                let point = [(f64::from(i) + 0.5) * spacing, (f64::from(j) + 0.5) * spacing, 0.0];
+                let point = Vec3::new((f64::from(i) + 0.5) * spacing, (f64::from(j) + 0.5) * spacing, 0.0);
                 samples.push(Near {
                     body: 0,
                     point,
                     rest: point,
-                    normal: [0.0; 3],
+                    normal: Vec3::zeros(),
                     distance: 0.0,
                     area: spacing * spacing,
                 });
@@ -116,8 +113,8 @@ mod tests {
     fn a_ball_sinks_until_the_layer_balances_the_hand() {
         let layer = Layer { radius: 0.01, pull: 200.0, stiffness: 1e7 };
         let samples = plane(5e-4);
-        let hand = [0.0, 0.0, layer.radius - 2e-3];
-        let (p, force) = layer.balance(&samples, [0.0, 0.0, layer.radius], hand, None);
+        let hand = Vec3::new(0.0, 0.0, layer.radius - 2e-3);
+        let (p, force) = layer.balance(&samples, Vec3::new(0.0, 0.0, layer.radius), hand, None);
         let pulled = layer.pull * (p[2] - hand[2]);
         assert!((force[2] - pulled).abs() < 1e-9 && force[0].abs() < 1e-9 && force[1].abs() < 1e-9);
         // Winkler's bed, pushes along the radius: F = pi k (R - d) d^2.
@@ -131,8 +128,8 @@ mod tests {
     #[test]
     fn along_a_direction_it_leaves_the_others_alone() {
         let layer = Layer { radius: 0.01, pull: 200.0, stiffness: 1e7 };
-        let hand = [0.003, 0.0, layer.radius - 2e-3];
-        let (p, _) = layer.balance(&plane(5e-4), [0.001, 0.0, layer.radius], hand, Some([0.0, 0.0, 1.0]));
+        let hand = Vec3::new(0.003, 0.0, layer.radius - 2e-3);
+        let (p, _) = layer.balance(&plane(5e-4), Vec3::new(0.001, 0.0, layer.radius), hand, Some(Vec3::z()));
         assert!(p[0] == 0.001 && p[1] == 0.0 && p[2] < layer.radius);
     }
 }

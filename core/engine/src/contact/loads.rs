@@ -2,15 +2,15 @@
 
 use super::sums::Sums;
 use crate::body::{Body, Carrier, LatticeError};
-use pliant_solver::{Block, NodeSprings, Nodes, V3, axpy};
+use pliant_solver::{Block, NodeSprings, Nodes, Vec3};
 
 /// Loads on rest places.
 #[derive(Debug, Default)]
 pub struct PlaceLoads {
     /// m, rest places (s x 3)
-    pub places: Vec<V3>,
+    pub places: Vec<Vec3>,
     /// N (s x 3)
-    pub force: Vec<V3>,
+    pub force: Vec<Vec3>,
     /// N/m (s blocks)
     pub stiffness: Vec<Block>,
     /// N s/m (s blocks)
@@ -29,7 +29,7 @@ impl PlaceLoads {
     }
 
     /// One more.
-    pub fn push(&mut self, place: V3, force: V3, stiffness: Block, damping: Block) {
+    pub fn push(&mut self, place: Vec3, force: Vec3, stiffness: Block, damping: Block) {
         self.places.push(place);
         self.force.push(force);
         self.stiffness.push(stiffness);
@@ -51,7 +51,7 @@ impl PlaceLoads {
             Carrier::Sheet(sheet) => {
                 for (i, place) in self.places.iter().enumerate() {
                     let Some((triangle, bary)) = sheet.seat(*place, model, skin) else { continue };
-                    for (node, weight) in sheet.nodes_of(model, triangle).into_iter().zip(bary) {
+                    for (node, weight) in sheet.nodes_of(model, triangle).into_iter().zip(bary.iter().copied()) {
                         sums.add(node, weight, self.force[i], &self.stiffness[i], &self.damping[i]);
                     }
                 }
@@ -62,7 +62,7 @@ impl PlaceLoads {
         if lattice.grid.is_nonlinear() {
             lattice.pull_back(&self.places, &self.force, nodes, |node, f| {
                 let at = sums.touch(node).0;
-                *at = axpy(*at, 1.0, f);
+                *at += f;
             })?;
         } else {
             let (force, stiffness, damping) = (&self.force, &self.stiffness, &self.damping);
@@ -78,9 +78,7 @@ impl PlaceLoads {
 
     /// Scaled so that all of the load arrives.
     fn give(&mut self, nodes: &Nodes, out: &mut NodeSprings) {
-        let size = |f: V3| f.iter().map(|c| c * c).sum::<f64>().sqrt();
-        let (wanted, arrived) =
-            (size(self.force.iter().fold([0.0; 3], |sum, f| axpy(sum, 1.0, *f))), size(self.sums.total()));
+        let (wanted, arrived) = (self.force.iter().sum::<Vec3>().norm(), self.sums.total().norm());
         self.sums.give(if arrived > 0.0 { wanted / arrived } else { 1.0 }, &nodes.x, out);
     }
 }

@@ -6,10 +6,10 @@
 
 use crate::body::Samples;
 use crate::body::{Body, LatticeError, NOT_CARRIED, weigh};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
 use pliant_mesh::geometry::closest_point;
 use pliant_plugin_api::abi;
-use pliant_solver::{V3, axpy, dot};
+use pliant_solver::Vec3;
 
 /// A point of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,11 +17,11 @@ pub struct Near {
     /// Of which body.
     pub body: u32,
     /// m, where it is
-    pub point: V3,
+    pub point: Vec3,
     /// m, where it was in the model as it was handed in
-    pub rest: V3,
+    pub rest: Vec3,
     /// Normal there, in the rest shape; of no particular length
-    pub normal: V3,
+    pub normal: Vec3,
     /// m, from the centre of the search
     pub distance: f64,
     /// m^2, of a sample; 0 of a triangle
@@ -35,13 +35,13 @@ pub struct NearSurface {
     /// Cells a tool may reach soon, and how much motion, m, the list still stands for.
     cells: Vec<u32>,
     slack: f64,
-    centre: V3,
+    centre: Vec3,
     /// +1 if the tool is on the side the normals point to, -1 on the other, 0 while it touches nothing
     side: f64,
     /// Weights of the samples of each listed cell, and where they start.
     weights: Vec<[f64; 8]>,
     weights_of: Vec<usize>,
-    carried: Vec<V3>,
+    carried: Vec<Vec3>,
 }
 
 /// Edges may have grown by this before a triangle could slip through between its vertices.
@@ -60,9 +60,9 @@ impl NearSurface {
 
     /// Lists the cells within `reach` of `centre`, unless the last list still stands after nodes have moved by at most
     /// `moved` since (all in m). Gives whether it is a new list.
-    fn list_cells(&mut self, (centre, reach, moved): (V3, f64, f64), body: &Body, edges: bool) -> bool {
-        let shift = axpy(centre, -1.0, self.centre);
-        self.slack -= moved + dot(shift, shift).sqrt();
+    fn list_cells(&mut self, (centre, reach, moved): (Vec3, f64, f64), body: &Body, edges: bool) -> bool {
+        let shift = centre - self.centre;
+        self.slack -= moved + shift.norm();
         self.centre = centre;
         if self.slack >= 0.0 {
             return false;
@@ -99,7 +99,7 @@ impl NearSurface {
     pub fn samples(
         &mut self,
         (index, body, samples): (u32, &mut Body, &Samples),
-        (centre, reach, moved): (V3, f64, f64),
+        (centre, reach, moved): (Vec3, f64, f64),
         out: &mut Vec<Near>,
     ) -> Result<(), LatticeError> {
         if self.list_cells((centre, reach, moved), body, false) {
@@ -120,12 +120,12 @@ impl NearSurface {
             lattice.carry(cell, &samples.place[range.clone()], weights, &body.system.nodes, &mut self.carried)?;
             for (i, s) in range.enumerate() {
                 let point = self.carried[i];
-                let d = axpy(centre, -1.0, point);
-                let distance = dot(d, d).sqrt();
+                let d = centre - point;
+                let distance = d.norm();
                 if distance > reach {
                     continue;
                 }
-                let facing = (turn * Vector3::from(samples.normal[s])).dot(&Vector3::from(d));
+                let facing = (turn * samples.normal[s]).dot(&d);
                 if distance < closest.0 {
                     closest = (distance, facing.signum());
                 }
@@ -168,7 +168,7 @@ impl NearSurface {
     pub fn triangles(
         &mut self,
         (index, body): (u32, &mut Body),
-        (centre, reach, moved): (V3, f64, f64),
+        (centre, reach, moved): (Vec3, f64, f64),
         out: &mut Vec<Near>,
     ) -> Result<(), LatticeError> {
         let fresh = self.list_cells((centre, reach, moved), body, true);
@@ -182,8 +182,8 @@ impl NearSurface {
         skin.tree.near(centre, reach, |t| candidates.push(t));
         for &cell in &self.cells {
             for &v in lattice.points(cell)? {
-                let d = axpy(skin.x[v as usize], -1.0, centre);
-                if dot(d, d) <= (reach + STRETCH * model.longest_edge(v)).powi(2) {
+                let d = skin.x[v as usize] - centre;
+                if d.norm_squared() <= (reach + STRETCH * model.longest_edge(v)).powi(2) {
                     candidates.extend_from_slice(model.around(v));
                 }
             }
@@ -200,8 +200,8 @@ impl NearSurface {
                 }
             }
             let found = closest_point(centre, skin.corners(model, triangle));
-            let d = axpy(found.point, -1.0, centre);
-            let distance = dot(d, d).sqrt();
+            let d = found.point - centre;
+            let distance = d.norm();
             if distance <= reach {
                 let corners = vertices.map(|v| model.surface.points[v as usize]);
                 let (rest, normal) = (weigh(corners, found.bary), normal_of(corners));
@@ -214,20 +214,20 @@ impl NearSurface {
 }
 
 /// A place of the surface, moved in just far enough to tell on which side of a cut it is.
-fn inward(rest: V3, normal: V3, edge: f64) -> V3 {
-    let length = dot(normal, normal).sqrt();
-    if length > 0.0 { axpy(rest, -1e-6 * edge / length, normal) } else { rest }
+fn inward(rest: Vec3, normal: Vec3, edge: f64) -> Vec3 {
+    let length = normal.norm();
+    if length > 0.0 { rest - 1e-6 * edge / length * normal } else { rest }
 }
 
 /// Normal of a triangle, as long as twice its area.
-pub fn normal_of(corners: [V3; 3]) -> V3 {
-    let [a, b, c] = corners.map(Vector3::from);
-    (b - a).cross(&(c - a)).into()
+pub fn normal_of(corners: [Vec3; 3]) -> Vec3 {
+    let [a, b, c] = corners;
+    (b - a).cross(&(c - a))
 }
 
 /// How normals of the rest shape are turned in a cell with these displacements of its corners: the cofactors of its mean
 /// deformation gradient.
-fn normal_turn(moved: &[V3; 8], edge: f64) -> Matrix3<f64> {
+fn normal_turn(moved: &[Vec3; 8], edge: f64) -> Matrix3<f64> {
     let mut f = Matrix3::identity();
     for (corner, u) in moved.iter().enumerate() {
         for axis in 0..3 {

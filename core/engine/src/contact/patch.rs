@@ -4,14 +4,13 @@
 //! three cells, with the pressure `sqrt(1 - (r/a)^2)` of a ball (Hertz 1881). The disc is sampled in the rest shape, so its
 //! cost does not depend on how fine the surface is.
 
-use nalgebra::Vector3;
-use pliant_solver::{V3, axpy};
+use pliant_solver::Vec3;
 
 /// Weighted rest places of a disc.
 #[derive(Debug, Default)]
 pub struct Patch {
     /// m (s x 3)
-    pub places: Vec<V3>,
+    pub places: Vec<Vec3>,
     /// Share of the load at each (s), sum 1
     pub shares: Vec<f64>,
 }
@@ -25,9 +24,9 @@ impl Patch {
     /// Samples the disc around a rest place with a normal of any length there.
     // With `libm` 4 of these 54 values would differ in the last bit from those of glibc, and so would what a pull leaves.
     #[allow(clippy::disallowed_methods, reason = "sines and cosines of 27 fixed angles")]
-    pub fn sample(&mut self, centre: V3, normal: V3, edge: f64) {
-        let normal = Vector3::from(normal).try_normalize(0.0).unwrap_or_else(Vector3::z);
-        let along = normal.cross(&Vector3::ith(normal.iamin(), 1.0)).normalize();
+    pub fn sample(&mut self, centre: Vec3, normal: Vec3, edge: f64) {
+        let normal = normal.try_normalize(0.0).unwrap_or_else(Vec3::z);
+        let along = normal.cross(&Vec3::ith(normal.iamin(), 1.0)).normalize();
         let across = normal.cross(&along);
         self.places.clear();
         self.shares.clear();
@@ -36,8 +35,8 @@ impl Patch {
             let pressure = (1.0 - r * r).sqrt();
             for i in 0..count {
                 let angle = (i as f64 + 0.5 * (ring % 2) as f64) / count as f64 * std::f64::consts::TAU;
-                let offset: Vector3<f64> = RADIUS * edge * r * (angle.cos() * along + angle.sin() * across);
-                self.places.push(axpy(centre, 1.0, offset.into()));
+                let offset = RADIUS * edge * r * (angle.cos() * along + angle.sin() * across);
+                self.places.push(centre + offset);
                 self.shares.push(pressure * r / count as f64);
             }
         }

@@ -6,7 +6,7 @@
 //! and how far it sinks into the soft layer of the contact, are decided afterwards.
 
 use super::near::Near;
-use pliant_solver::{V3, axpy, dot};
+use pliant_solver::Vec3;
 
 /// Coulomb's two coefficients.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,20 +23,20 @@ pub struct Touch {
     /// Of which body.
     pub body: u32,
     /// m, where the point touched was in the model as it was handed in
-    pub rest: V3,
+    pub rest: Vec3,
     /// Normal there, in the rest shape; of no particular length
-    pub rest_normal: V3,
+    pub rest_normal: Vec3,
     /// Unit, from the surface to the proxy.
-    pub normal: V3,
+    pub normal: Vec3,
     /// m, proxy from the contact point
-    pub offset: V3,
+    pub offset: Vec3,
 }
 
 /// A ball that the surface keeps out.
 #[derive(Clone, Debug)]
 pub struct Proxy {
     /// m
-    pub position: V3,
+    pub position: Vec3,
     /// m
     pub radius: f64,
     /// `None`: free, and at the hand.
@@ -47,7 +47,7 @@ pub struct Proxy {
 
 #[derive(Clone, Copy, Debug)]
 struct Plane {
-    normal: V3,
+    normal: Vec3,
     /// `normal . p >= at`
     at: f64,
     force: f64,
@@ -61,7 +61,7 @@ const MOVES: usize = 64;
 
 impl Proxy {
     /// Free, at `position`.
-    pub fn new(position: V3, radius: f64) -> Self {
+    pub fn new(position: Vec3, radius: f64) -> Self {
         Self { position, radius, touch: None, planes: Vec::new(), near: Vec::new() }
     }
 
@@ -74,16 +74,16 @@ impl Proxy {
     /// What `search` says.
     pub fn go<E>(
         &mut self,
-        hand: V3,
-        contact: Option<V3>,
-        mut search: impl FnMut(V3, f64, &mut Vec<Near>) -> Result<(), E>,
-    ) -> Result<Option<V3>, E> {
-        let ridden = self.touch.zip(contact).map(|(t, at)| axpy(at, 1.0, t.offset));
+        hand: Vec3,
+        contact: Option<Vec3>,
+        mut search: impl FnMut(Vec3, f64, &mut Vec<Near>) -> Result<(), E>,
+    ) -> Result<Option<Vec3>, E> {
+        let ridden = self.touch.zip(contact).map(|(t, at)| at + t.offset);
         let mut p = ridden.unwrap_or(self.position);
         let mut touch = None;
         for _ in 0..MOVES {
-            let ahead = axpy(hand, -1.0, p);
-            let reach = self.radius + dot(ahead, ahead).sqrt().min(0.5 * self.radius);
+            let ahead = hand - p;
+            let reach = self.radius + ahead.norm().min(0.5 * self.radius);
             search(p, reach, &mut self.near)?;
             self.list_planes(p);
             let goal = self.nearest(hand);
@@ -106,33 +106,33 @@ impl Proxy {
     }
 
     /// Stands at `p`, touching at the place `at` that was at `rest`.
-    pub fn stand(&mut self, p: V3, at: V3, touch: Touch) {
+    pub fn stand(&mut self, p: Vec3, at: Vec3, touch: Touch) {
         self.position = p;
-        self.touch = Some(Touch { offset: axpy(p, -1.0, at), ..touch });
+        self.touch = Some(Touch { offset: p - at, ..touch });
     }
 
     /// The half-spaces that keep the ball off each near triangle, about `p`.
-    fn list_planes(&mut self, p: V3) {
+    fn list_planes(&mut self, p: Vec3) {
         self.planes.clear();
         for (i, n) in self.near.iter().enumerate() {
             if n.distance > 1e-12 {
-                let normal = axpy(p, -1.0, n.point).map(|c| c / n.distance);
-                let at = dot(normal, n.point) + self.radius;
+                let normal = (p - n.point) / n.distance;
+                let at = normal.dot(&n.point) + self.radius;
                 self.planes.push(Plane { normal, at, force: 0.0, near: i });
             }
         }
     }
 
     /// The point nearest to `hand` in all half-spaces, by Hildreth's method (1957): each plane pushes as hard as it must.
-    fn nearest(&mut self, hand: V3) -> V3 {
+    fn nearest(&mut self, hand: Vec3) -> Vec3 {
         let mut y = hand;
         for _ in 0..SWEEPS {
             let mut moved = 0.0_f64;
             for plane in &mut self.planes {
-                let force = (plane.force + plane.at - dot(plane.normal, y)).max(0.0);
+                let force = (plane.force + plane.at - plane.normal.dot(&y)).max(0.0);
                 let change = force - plane.force;
                 plane.force = force;
-                y = axpy(y, change, plane.normal);
+                y += change * plane.normal;
                 moved = moved.max(change.abs());
             }
             if moved <= 1e-9 * self.radius {
@@ -144,45 +144,44 @@ impl Proxy {
 
     /// The touch of a proxy at `p` that the planes keep at `goal`: its normal is the direction of their push, its place the
     /// middle of the places that push, each by its force.
-    fn touch_at(&self, p: V3, hand: V3, goal: V3) -> Option<Touch> {
-        let push = axpy(goal, -1.0, hand);
-        let length = dot(push, push).sqrt();
+    fn touch_at(&self, p: Vec3, hand: Vec3, goal: Vec3) -> Option<Touch> {
+        let push = goal - hand;
+        let length = push.norm();
         let total: f64 = self.planes.iter().map(|p| p.force).sum();
         if length <= 1e-9 * self.radius || total <= 0.0 {
             return None;
         }
         let strongest = self.planes.iter().max_by(|a, b| a.force.total_cmp(&b.force))?;
         let n = &self.near[strongest.near];
-        let middle = |of: fn(&Near) -> V3| {
-            self.planes.iter().fold([0.0; 3], |sum, p| axpy(sum, p.force / total, of(&self.near[p.near])))
-        };
+        let middle =
+            |of: fn(&Near) -> Vec3| self.planes.iter().map(|p| p.force / total * of(&self.near[p.near])).sum::<Vec3>();
         let (rest, point) = (middle(|n| n.rest), middle(|n| n.point));
-        let (normal, offset) = (push.map(|c| c / length), axpy(p, -1.0, point));
+        let (normal, offset) = (push / length, p - point);
         Some(Touch { body: n.body, rest, rest_normal: n.normal, normal, offset })
     }
 }
 
 /// Where friction leaves a proxy that stood at `anchor` and would slide to `free`.
-pub fn hold(free: V3, anchor: V3, hand: V3, normal: V3, friction: Friction) -> V3 {
-    let pull = axpy(hand, -1.0, anchor);
-    let press = -dot(pull, normal);
-    let along = axpy(pull, press, normal);
-    let slide = dot(along, along).sqrt();
+pub fn hold(free: Vec3, anchor: Vec3, hand: Vec3, normal: Vec3, friction: Friction) -> Vec3 {
+    let pull = hand - anchor;
+    let press = -pull.dot(&normal);
+    let along = pull + press * normal;
+    let slide = along.norm();
     // Back onto the surface the slide was computed on.
-    let level = |p: V3| axpy(p, dot(axpy(free, -1.0, p), normal), normal);
+    let level = |p: Vec3| p + (free - p).dot(&normal) * normal;
     if press > 0.0 && slide <= friction.fixed * press {
         return level(anchor);
     }
     if press > 0.0 && slide > 0.0 {
         let share = (1.0 - friction.sliding * press / slide).max(0.0);
-        return level(axpy(anchor, share, axpy(free, -1.0, anchor)));
+        return level(anchor + share * (free - anchor));
     }
     free
 }
 
 /// From `p` towards `goal`, at most `most`; gives the step's length too.
-fn limit(p: V3, goal: V3, most: f64) -> (V3, f64) {
-    let d = axpy(goal, -1.0, p);
-    let length = dot(d, d).sqrt();
-    if length <= most { (goal, length) } else { (axpy(p, most / length, d), most) }
+fn limit(p: Vec3, goal: Vec3, most: f64) -> (Vec3, f64) {
+    let d = goal - p;
+    let length = d.norm();
+    if length <= most { (goal, length) } else { (p + most / length * d, most) }
 }

@@ -10,7 +10,7 @@ use super::fingertip::Tip;
 use super::reach::Reach;
 use super::sums::Sums;
 use pliant_mesh::geometry::{Closest, closest_point};
-use pliant_solver::{Block, NodeSprings, Nodes, V3, axpy, dot, times};
+use pliant_solver::{Block, NodeSprings, Nodes, Vec3, matrix3};
 
 /// Where a soft tip meets a sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,8 +38,8 @@ pub struct SoftTip {
 #[derive(Clone, Copy, Debug)]
 struct Found {
     corners: [u32; 3],
-    bary: V3,
-    point: V3,
+    bary: Vec3,
+    point: Vec3,
     distance: f64,
 }
 
@@ -47,10 +47,10 @@ struct Found {
 #[derive(Clone, Copy, Debug)]
 struct Spot {
     corners: [u32; 3],
-    bary: V3,
-    point: V3,
-    normal: V3,
-    force: V3,
+    bary: Vec3,
+    point: Vec3,
+    normal: Vec3,
+    force: Vec3,
     stiffness: Block,
     damping: Block,
     /// N, what the spring of a depth has come to
@@ -99,12 +99,12 @@ impl SoftTip {
     }
 
     /// What it presses on: the direction from its centre, N, and how fast the sheet slides past it, m/s, once nodes have moved.
-    pub fn pressed<'a>(&'a self, tip: &'a Tip, nodes: &'a Nodes) -> impl Iterator<Item = (V3, f64, V3)> + 'a {
+    pub fn pressed<'a>(&'a self, tip: &'a Tip, nodes: &'a Nodes) -> impl Iterator<Item = (Vec3, f64, Vec3)> + 'a {
         self.spots.iter().map(|spot| {
             let v = carried(&nodes.v, spot.corners, spot.bary);
-            let slip = axpy(v, -1.0, tip.velocity);
-            let size = dot(axpy(spot.felt(&nodes.x), -1.0, times(&spot.damping, v)), spot.normal);
-            (spot.normal, size.max(0.0), axpy(slip, -dot(slip, spot.normal), spot.normal))
+            let slip = v - tip.velocity;
+            let size = (spot.felt(&nodes.x) - matrix3(&spot.damping) * v).dot(&spot.normal);
+            (spot.normal, size.max(0.0), slip - slip.dot(&spot.normal) * spot.normal)
         })
     }
 
@@ -112,9 +112,9 @@ impl SoftTip {
     pub fn rubbed(&self, tip: &Tip, nodes: &Nodes, dt: f64) -> f64 {
         let sliding = self.spots.iter().filter(|spot| !spot.sticks);
         let lost = sliding.map(|spot| {
-            let slip = axpy(carried(&nodes.v, spot.corners, spot.bary), -1.0, tip.velocity);
-            let along = axpy(spot.force, -dot(spot.force, spot.normal), spot.normal);
-            -dot(along, slip) * dt
+            let slip = carried(&nodes.v, spot.corners, spot.bary) - tip.velocity;
+            let along = spot.force - spot.force.dot(&spot.normal) * spot.normal;
+            -along.dot(&slip) * dt
         });
         lost.sum()
     }
@@ -131,20 +131,20 @@ impl SoftTip {
     ) {
         std::mem::swap(&mut self.spots, &mut self.before);
         self.spots.clear();
-        let drive = tip.velocity.map(|c| c * dt);
-        let travel = dot(drive, drive).sqrt();
+        let drive = tip.velocity * dt;
+        let travel = drive.norm();
         if let Some(reach) = self.near.renew(tip.position, tip.radius, moved, travel) {
             let within = |t: &u32| {
                 let at = closest_point(tip.position, triangles(*t).map(|n| nodes.x[n as usize])).point;
-                let d = axpy(at, -1.0, tip.position);
-                dot(d, d) <= reach * reach
+                let d = at - tip.position;
+                d.norm_squared() <= reach * reach
             };
             self.near.list.extend((0..count).filter(within));
         }
         // A tip that goes far in a step is looked at on its way, so that it cannot jump over the sheet.
         let looks = (2.0 * travel / tip.radius).ceil().clamp(1.0, 1000.0);
         for look in 1..=looks as u32 {
-            let centre = axpy(tip.position, f64::from(look) / looks - 1.0, drive);
+            let centre = tip.position + (f64::from(look) / looks - 1.0) * drive;
             self.find(centre, tip.radius * if self.before.is_empty() { 1.0 } else { 1.0 + GAP }, &triangles, &nodes.x);
             if !self.found.is_empty() {
                 self.judge(tip, centre, stiffness, (drive, dt), nodes);
@@ -155,11 +155,11 @@ impl SoftTip {
     }
 
     /// Lists the points within `radius` of `centre`.
-    fn find(&mut self, centre: V3, radius: f64, triangles: &impl Fn(u32) -> [u32; 3], x: &[V3]) {
+    fn find(&mut self, centre: Vec3, radius: f64, triangles: &impl Fn(u32) -> [u32; 3], x: &[Vec3]) {
         self.found.clear();
         let mut add = |corners: [u32; 3], Closest { point, bary }| {
-            let d = axpy(point, -1.0, centre);
-            let distance = dot(d, d).sqrt();
+            let d = point - centre;
+            let distance = d.norm();
             if distance < radius {
                 self.found.push(Found { corners, bary, point, distance });
             }
@@ -169,7 +169,7 @@ impl SoftTip {
                 Meets::Triangles => add(corners, closest_point(centre, corners.map(|n| x[n as usize]))),
                 Meets::Vertices => corners
                     .into_iter()
-                    .for_each(|n| add([n; 3], Closest { point: x[n as usize], bary: [1.0, 0.0, 0.0] })),
+                    .for_each(|n| add([n; 3], Closest { point: x[n as usize], bary: Vec3::new(1.0, 0.0, 0.0) })),
             }
         }
         match self.meets {
@@ -185,7 +185,7 @@ impl SoftTip {
     fn keep_least(&mut self, tie: f64) {
         let all = &self.found;
         let is_part = |f: &Found, g: &Found| {
-            let mut of = f.corners.iter().zip(f.bary).filter(|(_, w)| *w > 0.0);
+            let mut of = f.corners.iter().zip(&f.bary).filter(|(_, w)| **w > 0.0);
             of.all(|(n, _)| g.corners.contains(n))
         };
         self.stays.clear();
@@ -202,55 +202,55 @@ impl SoftTip {
     }
 
     /// Decides what force each point found gets.
-    fn judge(&mut self, tip: &Tip, centre: V3, k: f64, (drive, dt): (V3, f64), nodes: &Nodes) {
+    fn judge(&mut self, tip: &Tip, centre: Vec3, k: f64, (drive, dt): (Vec3, f64), nodes: &Nodes) {
         for found in &self.found {
-            let out = axpy(found.point, -1.0, centre);
-            let mut normal =
-                if found.distance > TIE * tip.radius { out.map(|c| c / found.distance) } else { [0.0, 0.0, 1.0] };
+            let out = found.point - centre;
+            let mut normal = if found.distance > TIE * tip.radius { out / found.distance } else { Vec3::z() };
             let old = self.before.iter().filter_map(|spot| {
-                let d = axpy(carried(&nodes.x, spot.corners, spot.bary), -1.0, found.point);
-                let away = dot(d, d).sqrt();
+                let d = carried(&nodes.x, spot.corners, spot.bary) - found.point;
+                let away = d.norm();
                 (away <= SAME * tip.radius).then_some((away, spot))
             });
             let old = old.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, spot)| spot);
-            if old.is_some_and(|spot| dot(spot.normal, normal) < 0.0) {
-                normal = normal.map(|c| -c); // the sheet has come past the centre
+            if old.is_some_and(|spot| spot.normal.dot(&normal) < 0.0) {
+                normal = -normal; // the sheet has come past the centre
             }
-            let depth = tip.radius - dot(axpy(found.point, -1.0, tip.position), normal);
-            let last = old.map_or([0.0; 3], |spot| spot.felt(&nodes.x));
-            let slip = axpy(tip.velocity, -1.0, carried(&nodes.v, found.corners, found.bary));
+            let depth = tip.radius - (found.point - tip.position).dot(&normal);
+            let last = old.map_or(Vec3::zeros(), |spot| spot.felt(&nodes.x));
+            let slip = tip.velocity - carried(&nodes.v, found.corners, found.bary);
             // Critical for the mass at this point. What lasts grows no faster than this damping can follow.
-            let mass =
-                found.corners.iter().zip(found.bary).map(|(n, w)| w * w / nodes.mass[*n as usize]).sum::<f64>().recip();
+            let mass = found
+                .corners
+                .iter()
+                .zip(&found.bary)
+                .map(|(n, w)| w * w / nodes.mass[*n as usize])
+                .sum::<f64>()
+                .recip();
             let drag = (k * mass).sqrt();
             let lasts = LASTS.min(0.5 * dt * (k / mass).sqrt());
             let lasting =
                 if self.meets == Meets::Triangles && self.learns { old.map_or(0.0, |spot| spot.lasting) } else { 0.0 };
-            let push = lasting + k * depth + drag * dot(slip, normal);
+            let push = lasting + k * depth + drag * slip.dot(&normal);
             if push <= 0.0 || (old.is_none() && depth <= 0.0) {
                 continue;
             }
             let lasting = (lasting + lasts * k * depth).max(0.0);
-            let tangent = |v: V3| axpy(v, -dot(v, normal), normal);
+            let tangent = |v: Vec3| v - v.dot(&normal) * normal;
             let rub = tangent(last);
-            let trial = axpy(rub, k * dt, tangent(slip));
-            let size = dot(trial, trial).sqrt();
+            let trial = rub + k * dt * tangent(slip);
+            let size = trial.norm();
             let stuck = old.is_none_or(|spot| spot.sticks);
             let most = push * if stuck { tip.friction.fixed } else { tip.friction.sliding };
             let sticks = size <= most;
-            let along = if sticks {
-                axpy(rub, k, tangent(drive))
-            } else {
-                trial.map(|c| c * tip.friction.sliding * push / size)
-            };
+            let along = if sticks { rub + k * tangent(drive) } else { trial * tip.friction.sliding * push / size };
             let across: Block = std::array::from_fn(|e| normal[e / 3] * normal[e % 3]);
             let stiffness =
                 if sticks { std::array::from_fn(|e| if e % 4 == 0 { k } else { 0.0 }) } else { across.map(|c| k * c) };
             let damping = across.map(|c| drag * c);
             let Found { corners, bary, point, .. } = *found;
             // The drag is on a sheet that stands still; what moves it away from the tip is in `damping`.
-            let held = push + drag * dot(axpy(tip.velocity, -1.0, slip), normal);
-            let force = axpy(along, held, normal);
+            let held = push + drag * (tip.velocity - slip).dot(&normal);
+            let force = along + held * normal;
             self.spots.push(Spot { corners, bary, point, normal, force, stiffness, damping, lasting, sticks });
         }
     }
@@ -258,8 +258,8 @@ impl SoftTip {
     fn give(&mut self, nodes: &Nodes, out: &mut NodeSprings) {
         self.sums.begin(nodes.len());
         for spot in &self.spots {
-            for (node, weight) in spot.corners.into_iter().zip(spot.bary).filter(|(_, w)| *w > 0.0) {
-                self.sums.add(node, weight, spot.force, &spot.stiffness, &spot.damping);
+            for (node, weight) in spot.corners.into_iter().zip(&spot.bary).filter(|(_, w)| **w > 0.0) {
+                self.sums.add(node, *weight, spot.force, &spot.stiffness, &spot.damping);
             }
         }
         self.sums.give(1.0, &nodes.x, out);
@@ -268,13 +268,13 @@ impl SoftTip {
 
 impl Spot {
     /// N, on the sheet, now that its nodes are at `x`.
-    fn felt(&self, x: &[V3]) -> V3 {
-        let moved = axpy(carried(x, self.corners, self.bary), -1.0, self.point);
-        axpy(self.force, -1.0, times(&self.stiffness, moved))
+    fn felt(&self, x: &[Vec3]) -> Vec3 {
+        let moved = carried(x, self.corners, self.bary) - self.point;
+        self.force - matrix3(&self.stiffness) * moved
     }
 }
 
 /// The value at a point of a triangle.
-fn carried(of: &[V3], corners: [u32; 3], bary: V3) -> V3 {
-    (0..3).fold([0.0; 3], |sum, i| axpy(sum, bary[i], of[corners[i] as usize]))
+fn carried(of: &[Vec3], corners: [u32; 3], bary: Vec3) -> Vec3 {
+    (0..3).map(|i| bary[i] * of[corners[i] as usize]).sum()
 }

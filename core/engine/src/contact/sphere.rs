@@ -10,8 +10,7 @@
 use super::fingertip::{Press, SWEEP, Tip, goes_far, meets, slips};
 use super::held::{Held, State, is_settled};
 use super::reach::Reach;
-use nalgebra::Vector3;
-use pliant_solver::{Constraint, Holds, Outcome, System, V3, axpy, dot};
+use pliant_solver::{Constraint, Holds, Outcome, System, Vec3};
 
 /// The fingertips on one body.
 #[derive(Default)]
@@ -38,7 +37,7 @@ struct Last {
     node: u32,
     tips: (usize, Option<usize>),
     /// N, if it slides on.
-    friction: Option<V3>,
+    friction: Option<Vec3>,
 }
 
 /// m/s, how fast a vertex is pushed out at most, besides the motion of the tip
@@ -57,15 +56,12 @@ impl Spheres {
         self.before.clear();
     }
 
-    fn list(&mut self, x: &[V3], dt: f64) {
+    fn list(&mut self, x: &[Vec3], dt: f64) {
         self.near.resize_with(self.tips.len(), Reach::default);
         for (near, tip) in self.near.iter_mut().zip(&self.tips).filter(|(_, tip)| tip.holds) {
-            let travel = dt * dot(tip.velocity, tip.velocity).sqrt();
+            let travel = dt * tip.velocity.norm();
             let Some(reach) = near.renew(tip.position, tip.radius, self.moved, travel) else { continue };
-            let within = |i: &u32| {
-                let d = axpy(x[*i as usize], -1.0, tip.position);
-                dot(d, d) <= reach * reach
-            };
+            let within = |i: &u32| (x[*i as usize] - tip.position).norm_squared() <= reach * reach;
             near.list.extend((0..x.len() as u32).filter(within));
         }
     }
@@ -85,26 +81,26 @@ impl Spheres {
     /// N, on a vertex that slides on, by the force it is held with now; none if it would speed it up: then it sticks. It turns
     /// into the slip no faster than the vertex's own inertia has it: a light vertex of a taut sheet would else be thrown to and
     /// fro across its way.
-    fn next_friction(&self, held: &Held, system: &System, reaction: V3) -> Option<V3> {
+    fn next_friction(&self, held: &Held, system: &System, reaction: Vec3) -> Option<Vec3> {
         let tip = &self.tips[held.tips.0];
-        let slip = axpy(system.nodes.v[held.node as usize], -1.0, tip.velocity);
-        let slip = axpy(slip, -dot(slip, held.normal), held.normal);
-        let (speed, push) = (dot(slip, slip).sqrt(), dot(reaction, held.normal).max(0.0));
-        if dot(slip, held.friction) > 0.0 || speed == 0.0 {
+        let slip = system.nodes.v[held.node as usize] - tip.velocity;
+        let slip = slip - slip.dot(&held.normal) * held.normal;
+        let (speed, push) = (slip.norm(), reaction.dot(&held.normal).max(0.0));
+        if slip.dot(&held.friction) > 0.0 || speed == 0.0 {
             return None;
         }
-        let (most, size) = (tip.friction.sliding * push, dot(held.friction, held.friction).sqrt());
-        let turned = if size > 0.0 { held.friction.map(|c| most / size * c) } else { [0.0; 3] };
-        let turned = axpy(turned, -system.nodes.mass[held.node as usize] / self.dt, slip);
-        Some(turned.map(|c| most / dot(turned, turned).sqrt() * c))
+        let (most, size) = (tip.friction.sliding * push, held.friction.norm());
+        let turned = if size > 0.0 { most / size * held.friction } else { Vec3::zeros() };
+        let turned = turned - system.nodes.mass[held.node as usize] / self.dt * slip;
+        Some(most / turned.norm() * turned)
     }
 
     /// A vertex at `x` that moves with `v` and meets a tip at `normal`.
-    fn touch(&self, t: usize, node: u32, (x, v): (V3, V3), normal: V3) -> Held {
+    fn touch(&self, t: usize, node: u32, (x, v): (Vec3, Vec3), normal: Vec3) -> Held {
         let (tip, before) = (&self.tips[t], self.before(node));
-        let (towards, deep) = (dot(tip.velocity, normal), dot(axpy(x, -1.0, tip.position), normal));
+        let (towards, deep) = (tip.velocity.dot(&normal), (x - tip.position).dot(&normal));
         let target = ((tip.radius - deep) / self.dt).min(towards.max(0.0) + CORRECTION);
-        let speed = towards - dot(v, normal);
+        let speed = towards - v.dot(&normal);
         let rebound = if before.is_none() && speed > RESTS { tip.restitution * speed } else { 0.0 };
         let caught = before.is_none() && goes_far(tip, v, self.dt);
         let slips = match before {
@@ -115,19 +111,19 @@ impl Spheres {
             node,
             tips: (t, None),
             normal,
-            other: [0.0; 3],
+            other: Vec3::zeros(),
             target: [if rebound > 0.0 { target.max(towards + rebound) } else { target }, 0.0],
             rebound,
             state: if slips { State::Slides } else { State::Sticks },
             stuck_before: before.is_some() && !slips,
             caught,
-            friction: before.and_then(|last| last.friction).map_or([0.0; 3], |f| axpy(f, -dot(f, normal), normal)),
+            friction: before.and_then(|last| last.friction).map_or(Vec3::zeros(), |f| f - f.dot(&normal) * normal),
             returned: false,
         }
     }
 
     /// Holds vertices that would come to the far side of a tip in this step, moving as `after` says.
-    fn catch(&mut self, system: &mut System, after: &dyn Fn(&System, usize) -> V3) -> bool {
+    fn catch(&mut self, system: &mut System, after: &dyn Fn(&System, usize) -> Vec3) -> bool {
         let known = self.held.len();
         for t in 0..self.tips.len() {
             for at in 0..self.near[t].list.len() * usize::from(self.tips[t].holds) {
@@ -159,36 +155,36 @@ impl Spheres {
         let (tip, n) = (&self.tips[held.tips.0], held.normal);
         let Some(second) = held.tips.1 else {
             (nodes.constraint[i], nodes.prescribed[i]) = match held.state {
-                State::Free => (Constraint::Free, [0.0; 3]),
-                State::Slides => (Constraint::Plane(n), n.map(|c| held.target[0] * c)),
-                State::Sticks => (Constraint::Fixed, axpy(tip.velocity, held.target[0] - dot(tip.velocity, n), n)),
+                State::Free => (Constraint::Free, Vec3::zeros()),
+                State::Slides => (Constraint::Plane(n), held.target[0] * n),
+                State::Sticks => (Constraint::Fixed, tip.velocity + (held.target[0] - tip.velocity.dot(&n)) * n),
             };
             return;
         };
         let other = &self.tips[second];
-        let along = Vector3::from(n).cross(&Vector3::from(held.other));
+        let along = n.cross(&held.other);
         if held.state == State::Free {
-            (nodes.constraint[i], nodes.prescribed[i]) = (Constraint::Free, [0.0; 3]);
+            (nodes.constraint[i], nodes.prescribed[i]) = (Constraint::Free, Vec3::zeros());
         } else if along.norm() > PARALLEL {
             // Both normal velocities: in the plane of the normals, from their 2 x 2 Gram system.
-            let (c, [a, b]) = (dot(n, held.other), held.target);
+            let (c, [a, b]) = (n.dot(&held.other), held.target);
             let determinant = 1.0 - c * c;
             let (p, q) = ((a - c * b) / determinant, (b - c * a) / determinant);
-            let velocity = axpy(n.map(|x| p * x), q, held.other);
-            let line: V3 = along.normalize().into();
-            let mean = 0.5 * (dot(tip.velocity, line) + dot(other.velocity, line));
+            let velocity = p * n + q * held.other;
+            let line = along.normalize();
+            let mean = 0.5 * (tip.velocity.dot(&line) + other.velocity.dot(&line));
             (nodes.constraint[i], nodes.prescribed[i]) = match held.state {
                 State::Slides => (Constraint::Line(line), velocity),
-                _ => (Constraint::Fixed, axpy(velocity, mean, line)),
+                _ => (Constraint::Fixed, velocity + mean * line),
             };
         } else {
             // Only one direction is left: pushed from one side it goes with the deeper tip, pinched it goes midway.
-            let mean = axpy(tip.velocity, 1.0, other.velocity).map(|c| 0.5 * c);
+            let mean = 0.5 * (tip.velocity + other.velocity);
             let [a, b] = held.target;
-            let target = if dot(n, held.other) > 0.0 { a.max(b) } else { 0.5 * (a - b) };
+            let target = if n.dot(&held.other) > 0.0 { a.max(b) } else { 0.5 * (a - b) };
             (nodes.constraint[i], nodes.prescribed[i]) = match held.state {
-                State::Slides => (Constraint::Plane(n), n.map(|c| target * c)),
-                _ => (Constraint::Fixed, axpy(mean, target - dot(mean, n), n)),
+                State::Slides => (Constraint::Plane(n), target * n),
+                _ => (Constraint::Fixed, mean + (target - mean.dot(&n)) * n),
             };
         }
     }
@@ -215,7 +211,7 @@ impl Holds for Spheres {
                         (held.tips.1, held.other, held.target[1]) = (Some(t), normal, one.target[0]);
                         // A pinch does not turn from sliding to sticking, so it begins with that.
                         if before.is_none_or(|last| last.tips.1.is_none()) {
-                            (held.state, held.friction) = (State::Sticks, [0.0; 3]);
+                            (held.state, held.friction) = (State::Sticks, Vec3::zeros());
                         }
                     }
                     None => self.held.push(one),
@@ -228,9 +224,9 @@ impl Holds for Spheres {
         }
     }
 
-    fn add_forces(&self, force: &mut [V3]) {
+    fn add_forces(&self, force: &mut [Vec3]) {
         for held in self.held.iter().filter(|held| held.state == State::Slides) {
-            force[held.node as usize] = axpy(force[held.node as usize], 1.0, held.friction);
+            force[held.node as usize] += held.friction;
         }
     }
 
@@ -260,10 +256,10 @@ impl Holds for Spheres {
         !self.held.is_empty()
     }
 
-    fn end(&mut self, system: &mut System, reaction: &mut [V3]) {
+    fn end(&mut self, system: &mut System, reaction: &mut [Vec3]) {
         self.rubbed = 0.0;
         for tip in &mut self.tips {
-            (tip.force, tip.held) = ([0.0; 3], 0);
+            (tip.force, tip.held) = (Vec3::zeros(), 0);
         }
         self.presses.iter_mut().for_each(Vec::clear);
         self.before.clear();
@@ -271,26 +267,26 @@ impl Holds for Spheres {
             let held = &self.held[at];
             let i = held.node as usize;
             if held.state != State::Free {
-                let on_node = axpy(reaction[i], 1.0, held.friction);
+                let on_node = reaction[i] + held.friction;
                 // What two tips do together is shared by how far each pushes along its own normal.
                 let shares = match held.tips.1 {
                     None => [1.0, 0.0],
                     Some(_) => {
-                        let [a, b] = [held.normal, held.other].map(|n| dot(on_node, n).max(0.0));
+                        let [a, b] = [held.normal, held.other].map(|n| on_node.dot(&n).max(0.0));
                         if a + b > 0.0 { [a / (a + b), b / (a + b)] } else { [0.5, 0.5] }
                     }
                 };
                 for (t, share) in [Some(held.tips.0), held.tips.1].into_iter().zip(shares) {
                     let Some(tip) = t.map(|t| &mut self.tips[t]) else { continue };
-                    tip.force = axpy(tip.force, -share, on_node);
+                    tip.force -= share * on_node;
                     tip.held += 1;
                 }
                 if let Some(presses) = &mut self.presses {
                     let both = [Some((held.tips.0, held.normal)), held.tips.1.map(|t| (t, held.other))];
                     for ((tip, direction), share) in both.into_iter().flatten().zip(shares) {
-                        let past = axpy(system.nodes.v[i], -1.0, self.tips[tip].velocity);
-                        let slip = axpy(past, -dot(past, direction), direction);
-                        presses.push(Press { tip, direction, size: (share * dot(on_node, direction)).max(0.0), slip });
+                        let past = system.nodes.v[i] - self.tips[tip].velocity;
+                        let slip = past - past.dot(&direction) * direction;
+                        presses.push(Press { tip, direction, size: (share * on_node.dot(&direction)).max(0.0), slip });
                     }
                 }
                 let slides = held.state == State::Slides;
@@ -300,19 +296,19 @@ impl Holds for Spheres {
             if held.state != State::Free && held.tips.1.is_none() {
                 // What moved it out of the tip was a correction of its place; it leaves no velocity behind.
                 let (n, tip) = (held.normal, &mut self.tips[held.tips.0]);
-                let excess = (dot(axpy(system.nodes.v[i], -1.0, tip.velocity), n) - held.rebound).max(0.0);
-                system.nodes.v[i] = axpy(system.nodes.v[i], -excess, n);
+                let excess = ((system.nodes.v[i] - tip.velocity).dot(&n) - held.rebound).max(0.0);
+                system.nodes.v[i] -= excess * n;
                 let push = system.nodes.mass[i] * excess / self.dt;
-                tip.force = axpy(tip.force, push, n);
-                reaction[i] = axpy(reaction[i], -push, n);
+                tip.force += push * n;
+                reaction[i] -= push * n;
             }
             if held.state == State::Slides {
-                let slip = axpy(system.nodes.v[i], -1.0, self.tips[held.tips.0].velocity);
-                self.rubbed -= dot(held.friction, slip) * self.dt;
-                reaction[i] = axpy(reaction[i], 1.0, held.friction);
+                let slip = system.nodes.v[i] - self.tips[held.tips.0].velocity;
+                self.rubbed -= held.friction.dot(&slip) * self.dt;
+                reaction[i] += held.friction;
             }
             system.nodes.constraint[i] = Constraint::Free;
-            system.nodes.prescribed[i] = [0.0; 3];
+            system.nodes.prescribed[i] = Vec3::zeros();
         }
     }
 }
@@ -324,7 +320,7 @@ mod tests {
 
     fn tip(sliding: f64) -> Tip {
         let friction = Friction { fixed: sliding, sliding };
-        let (still, radius) = ([0.0; 3], 8e-3);
+        let (still, radius) = (Vec3::zeros(), 8e-3);
         Tip { position: still, velocity: still, radius, friction, restitution: 0.0, holds: true, force: still, held: 0 }
     }
 
@@ -333,15 +329,18 @@ mod tests {
         let spheres = Spheres { tips: vec![tip(0.3), tip(0.3)], dt: 1e-3, ..Spheres::default() };
         let gap = |t: usize, tips: (usize, Option<usize>)| spheres.gap(t, Last { node: 0, tips, friction: None });
         assert_eq!((gap(0, (0, None)), gap(1, (0, None)), gap(0, (0, Some(1)))), (0.5e-3, 8e-6, 8e-6));
-        let outside = |gap| meets(&spheres.tips[0], ([0.0, 0.0, 8.4e-3], [0.0; 3]), 1e-3, gap).is_some();
+        let outside = |gap| meets(&spheres.tips[0], (Vec3::new(0.0, 0.0, 8.4e-3), Vec3::zeros()), 1e-3, gap).is_some();
         assert!(outside(Some(gap(0, (0, None)))) && !outside(Some(gap(1, (0, None)))) && !outside(None));
     }
 
     #[test]
     fn what_comes_to_a_tip_slides_where_it_slips_more_than_friction_ends() {
-        let normal = [0.0, 0.0, 1.0];
-        let slides = |sliding: f64, v: V3| slips(&tip(sliding), v, normal, 0.0);
-        assert!(!slides(0.3, [0.02, 0.0, -0.1]) && slides(0.3, [0.04, 0.0, -0.1]), "a tenth is turned, 0.3 of it ends");
-        assert!(slides(0.0, [1e-6, 0.0, -0.1]) && !slides(0.0, [0.0, 0.0, -0.1]));
+        let normal = Vec3::z();
+        let slides = |sliding: f64, v: Vec3| slips(&tip(sliding), v, normal, 0.0);
+        assert!(
+            !slides(0.3, Vec3::new(0.02, 0.0, -0.1)) && slides(0.3, Vec3::new(0.04, 0.0, -0.1)),
+            "a tenth is turned, 0.3 of it ends"
+        );
+        assert!(slides(0.0, Vec3::new(1e-6, 0.0, -0.1)) && !slides(0.0, Vec3::new(0.0, 0.0, -0.1)));
     }
 }

@@ -7,6 +7,7 @@ use crate::body::{Body, Fixing};
 use crate::plan::LeftOut;
 use crate::scene::{IntegratorChoice, PreconditionerChoice, Scene};
 use crate::tool::Tool;
+use pliant_mesh::geometry::Vec3;
 use pliant_plugin_api::abi::{self, Ball};
 use pliant_solver::{ElementSet, Frequencies, Integrator, Preconditioner, Scheme, StepLimit, StepTime};
 use std::sync::Arc;
@@ -53,7 +54,7 @@ impl Session {
             let Body { model, skin, system, carrier, fixings, .. } = body;
             // What is held in a local region depends on where it is; without it a body is fastest.
             let held: &[Fixing] = if carrier.is_whole() { fixings } else { &[] };
-            carrier.follow(&[Ball { centre, radius }], model, held, skin, system).map_err(of_body)?;
+            carrier.follow(&[Ball { centre: centre.into(), radius }], model, held, skin, system).map_err(of_body)?;
             let found = Frequencies::of(system, &self.pool)?;
             // A surface node has half the mass of one inside; its share of the layer is that of a cell's face.
             let mass = system.nodes.mass.iter().copied().fold(0.0, f64::max);
@@ -67,7 +68,7 @@ impl Session {
             self.planned.push(if self.tools.is_empty() { found } else { touched });
             self.frequencies.push(found);
             let pass = Instant::now();
-            let mut force = vec![[0.0; 3]; system.nodes.len()];
+            let mut force = vec![Vec3::zeros(); system.nodes.len()];
             system.forces(&self.pool, None, StepTime { start: 0.0, dt: self.dt }, &mut force)?;
             let seconds = pass.elapsed().as_secs_f64();
             let (nodes, elements) = (system.nodes.len(), system.elements());

@@ -2,7 +2,7 @@
 
 use super::{Session, ToolSlot};
 use crate::tool::{ContactModel, Mode, TipMass, part};
-use pliant_solver::{Block, V3, axpy, dot};
+use pliant_solver::{Block, Vec3};
 
 /// kg, of a tip on sheets that a live hand leads, where the scene gives none: an assumption
 const TIP_MASS: f64 = 0.01;
@@ -25,7 +25,7 @@ impl Session {
                 slot.hand_was = None;
                 continue;
             }
-            let speed = slot.hand_was.map_or([0.0; 3], |was| axpy(hand, -1.0, was).map(|c| c / dt));
+            let speed = slot.hand_was.map_or(Vec3::zeros(), |was| (hand - was) / dt);
             slot.hand_was = Some(hand);
             tip.lead((hand, speed), &slot.tool.coupling, slot.on_sheets, dt);
         }
@@ -63,14 +63,14 @@ impl Session {
 }
 
 /// How a force changes with the hand while what holds it stays, and out of which surface it points.
-fn slope(slot: &ToolSlot, force: V3) -> (Block, Option<V3>) {
+fn slope(slot: &ToolSlot, force: Vec3) -> (Block, Option<Vec3>) {
     let k = slot.tool.coupling.stiffness;
     let all = std::array::from_fn(|e| if e % 4 == 0 { k } else { 0.0 });
     let Some(touch) = slot.tool.proxy.touch.filter(|_| slot.tool.mode == Mode::Touch) else { return (all, None) };
     let n = touch.normal;
-    let press = dot(force, n);
-    let along = axpy(force, -press, n);
-    if dot(along, along).sqrt() < 0.99 * slot.tool.friction.sliding * press {
+    let press = force.dot(&n);
+    let along = force - press * n;
+    if along.norm() < 0.99 * slot.tool.friction.sliding * press {
         return (all, Some(n)); // it sticks
     }
     (std::array::from_fn(|e| k * n[e / 3] * n[e % 3]), Some(n))

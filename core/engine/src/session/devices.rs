@@ -4,7 +4,7 @@ use super::Session;
 use super::event::EventKind;
 use super::hand_events::{SampleCounts, add_sample_events};
 use pliant_host::{Device, EffectorOutput, MAX_EFFECTORS, Pose};
-use pliant_solver::StepTime;
+use pliant_solver::{StepTime, Vec3};
 
 /// ns, how long a device may go on with a force after the step it was meant for.
 const VALID: u64 = 50_000_000;
@@ -34,7 +34,7 @@ impl Session {
 
     /// What the hands were really given while the last step was under way, N, in the axes of the devices, in the order of the
     /// tools.
-    pub fn tell_given(&mut self, given: &[[f64; 3]]) {
+    pub fn tell_given(&mut self, given: &[Vec3]) {
         for (felt, given) in self.frame.tools.iter_mut().zip(given) {
             felt.device_force = *given;
         }
@@ -76,7 +76,7 @@ impl Session {
             let mut outputs = [EffectorOutput::default(); MAX_EFFECTORS];
             for (tool, felt) in self.tools.iter().zip(&self.frame.tools) {
                 if tool.device == index {
-                    outputs[tool.effector].force = felt.device_force;
+                    outputs[tool.effector].force = felt.device_force.into();
                     outputs[tool.effector].taxels = tool.pad.as_ref().map_or(&[], |pad| &pad.taxels);
                 }
             }

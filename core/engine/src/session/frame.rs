@@ -1,14 +1,14 @@
 //! What a step gives.
 
-use pliant_solver::V3;
+use pliant_solver::Vec3;
 
 /// A tool at the end of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ToolFrame {
     /// m, the hand
-    pub hand: V3,
+    pub hand: Vec3,
     /// m, where the surface lets the tool be
-    pub proxy: V3,
+    pub proxy: Vec3,
     /// The body it touches or holds.
     pub contact: Option<u32>,
     /// Whether it holds.
@@ -16,9 +16,9 @@ pub struct ToolFrame {
     /// m, how far the surface has gone in, or out
     pub depth: f64,
     /// N, on the hand
-    pub force: V3,
+    pub force: Vec3,
     /// N, what the device was given, in its own axes
-    pub device_force: V3,
+    pub device_force: Vec3,
 }
 
 /// The state at the end of a step, but for the positions, which stay in the session.

@@ -4,7 +4,7 @@
 use super::event::{EventKind, Events};
 use super::{DeviceSlot, ToolSlot};
 use crate::tool::{Cause, ForceLimits};
-use pliant_solver::{V3, dot};
+use pliant_solver::Vec3;
 
 /// Which events of a hand the last step had.
 #[derive(Clone, Copy, Debug, Default)]
@@ -35,11 +35,11 @@ pub(super) struct SafetyPass {
     /// Number of changes by each cause before the force was passed.
     pub(super) counts: [u64; Cause::ALL.len()],
     /// N, the force that was given before this one
-    pub(super) last: V3,
+    pub(super) last: Vec3,
     /// N, the force that was wanted
-    pub(super) wanted: V3,
+    pub(super) wanted: Vec3,
     /// N, the force that was given
-    pub(super) given: V3,
+    pub(super) given: Vec3,
 }
 
 /// Adds the events of the sample that a hand has just taken at `time` (s).
@@ -78,7 +78,7 @@ pub(super) fn add_safety_events(events: &mut Events, slot: &mut ToolSlot, pass: 
 
 /// What a cause did to a force, with the limit.
 fn safety_text(cause: Cause, pass: &SafetyPass, limits: ForceLimits) -> String {
-    let [last, wanted, given] = [pass.last, pass.wanted, pass.given].map(|force| dot(force, force).sqrt());
+    let [last, wanted, given] = [pass.last, pass.wanted, pass.given].map(|force| force.norm());
     let ForceLimits { peak, continuous, slew } = limits;
     match cause {
         Cause::Slew if wanted == 0.0 => {

@@ -30,6 +30,7 @@ use crate::plan::{Edit, LeftOut, Plan};
 use crate::tool::{ForceSafety, Frame as DeviceFrame, Hand, TactilePad, TipMass, Tool};
 use hand_events::Ongoing;
 use pliant_host::{Device, DeviceInfo, Pose};
+use pliant_mesh::geometry::Vec3;
 use pliant_plugin_api::abi::Ball;
 use pliant_solver::{Frequencies, Integrator, NodeSprings, Pool, Scheme};
 use serde::Serialize;
@@ -80,7 +81,7 @@ pub struct ToolSlot {
     /// What its tactile array shows, if its device has one.
     pub pad: Option<TactilePad>,
     /// m, where on a body it was in contact, in the rest shape.
-    slid_from: Option<(u32, [f64; 3])>,
+    slid_from: Option<(u32, Vec3)>,
     /// Place of its device, and which of its effectors.
     pub device: usize,
     /// See `device`.
@@ -96,15 +97,15 @@ pub struct ToolSlot {
     /// Of a blade, in the edit under way.
     advances: usize,
     /// m, where the tool was, if it was there
-    was: Option<[f64; 3]>,
+    was: Option<Vec3>,
     /// Its tip on sheets, where that has a mass.
     tip: Option<TipMass>,
     /// m, where the hand was, if a tip hung on it
-    hand_was: Option<[f64; 3]>,
+    hand_was: Option<Vec3>,
     /// N, what sheets did to the tip in the last step
-    on_sheets: [f64; 3],
+    on_sheets: Vec3,
     /// m/s, how what holds the hand moves
-    drift: [f64; 3],
+    drift: Vec3,
 }
 
 /// What blades have done.
@@ -313,7 +314,7 @@ impl Session {
     }
 
     /// N, what fixings and, on sheets, tools did to each node of a body in the last step (n x 3); zero where nothing did.
-    pub fn reactions(&self, body: usize) -> &[[f64; 3]] {
+    pub fn reactions(&self, body: usize) -> &[Vec3] {
         self.integrators.get(body).map_or(&[], |integrator| &integrator.reaction)
     }
 

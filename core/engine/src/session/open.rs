@@ -6,13 +6,13 @@ use crate::contact::{Friction, Spheres};
 use crate::plan::Plan;
 use crate::scene::{BladeScene, BodyScene, Extent, Scene, Source, ToolScene, settings};
 use crate::tool::{Coupling, Edge, ForceLimits, ForceSafety, Hand, Knife, TactilePad, TipMass, Tool};
-use nalgebra::Vector3;
 use pliant_cut::CutMesh;
 use pliant_host::{
     Device, DeviceInfo, Grid, HostError, Library, Material, ParamKind, ParamSettings, ParamValue, PluginInfo,
     PluginKind, Pose, SearchPath,
 };
 use pliant_mesh::check::{Severity, Use};
+use pliant_mesh::geometry::Vec3;
 use pliant_mesh::require_for_mesh_elements;
 use pliant_solver::ForceModel;
 use pliant_solver::{NodeSprings, Pool, Scheme, System};
@@ -135,7 +135,7 @@ impl Session {
 fn edge(blade: &BladeScene) -> Edge {
     Edge {
         length: blade.length.get_ref().si,
-        direction: Vector3::from(*blade.direction.get_ref()).normalize().into(),
+        direction: Vec3::from(*blade.direction.get_ref()).normalize(),
         toughness: blade.toughness.get_ref().si,
         tear: blade.tear.get_ref().si,
     }
@@ -310,8 +310,8 @@ impl Opening<'_> {
             was: None,
             tip: scene.mass.as_ref().map(|mass| TipMass::new(mass.get_ref().si)),
             hand_was: None,
-            on_sheets: [0.0; 3],
-            drift: [0.0; 3],
+            on_sheets: Vec3::zeros(),
+            drift: Vec3::zeros(),
         })
     }
 

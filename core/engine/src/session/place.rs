@@ -7,8 +7,9 @@ use crate::scene::{
     Source, WarpScene,
 };
 use crate::tool::Frame;
-use nalgebra::{Unit, UnitQuaternion, Vector3};
+use nalgebra::{Unit, UnitQuaternion};
 use pliant_mesh::generate::Pattern;
+use pliant_mesh::geometry::Vec3;
 use pliant_mesh::geometry::cast;
 use pliant_mesh::{MeshError, ObjDocument, Placement, Surface, generate};
 use std::ops::Range;
@@ -41,7 +42,7 @@ pub(super) fn model(scene: &BodyScene, source: &Source, instead: Option<&Path>) 
                 Some((own, placement)) => {
                     let bounds = Surface::from_document(&own).bounds();
                     let centre = placement.apply(bounds.centre());
-                    (placement.scale * bounds.longest_edge(), Vector3::from(centre))
+                    (placement.scale * bounds.longest_edge(), centre)
                 }
                 None => {
                     let size = scene.size.as_ref().map_or(0.1, |s| s.get_ref().si);
@@ -60,8 +61,8 @@ pub(super) fn of_mesh(scene: &BodyScene, document: &ObjDocument, error: MeshErro
     SessionError::Mesh { file: document.name().into(), body: scene.name.get_ref().clone(), error: Box::new(error) }
 }
 
-fn position(scene: &BodyScene) -> Vector3<f64> {
-    scene.position.map_or(Vector3::zeros(), |p| Vector3::from(p.map(|c| c.si)))
+fn position(scene: &BodyScene) -> Vec3 {
+    scene.position.map_or(Vec3::zeros(), |p| p.map(|c| c.si).into())
 }
 
 fn shape_document(shape: &ShapeScene) -> Result<ObjDocument, MeshError> {
@@ -100,7 +101,7 @@ fn placement(scene: &BodyScene, source: &Source, document: &ObjDocument) -> Resu
 }
 
 fn rotation(scene: &RotationScene, source: &Source) -> Result<UnitQuaternion<f64>, SceneError> {
-    let axis = Unit::try_new(Vector3::from(*scene.axis.get_ref()), 1e-12).ok_or_else(|| {
+    let axis = Unit::try_new(Vec3::from(*scene.axis.get_ref()), 1e-12).ok_or_else(|| {
         let text = format!("rotation about {:?}; allowed is an axis with a length", scene.axis.get_ref());
         source.error(scene.axis.span(), text)
     })?;
@@ -110,7 +111,7 @@ fn rotation(scene: &RotationScene, source: &Source) -> Result<UnitQuaternion<f64
 /// Where the warp of a sheet runs.
 pub(super) fn warp(scene: &SheetScene) -> Warp {
     match &scene.warp {
-        WarpScene::Axis(axis) => Warp::Axis(*axis),
+        WarpScene::Axis(axis) => Warp::Axis((*axis).into()),
         WarpScene::Name(_) => Warp::Texture,
     }
 }
@@ -118,13 +119,14 @@ pub(super) fn warp(scene: &SheetScene) -> Warp {
 /// Nodes that are held or led.
 pub(super) fn fixing(scene: &FixedScene) -> Fixing {
     let place = match (&scene.box_, &scene.ball, &scene.nodes) {
-        (Some([min, max]), _, _) => Place::Box { min: min.map(|c| c.si), max: max.map(|c| c.si) },
+        (Some([min, max]), _, _) => Place::Box { min: min.map(|c| c.si).into(), max: max.map(|c| c.si).into() },
         (_, Some(centre), _) => {
-            Place::Ball { centre: centre.map(|c| c.si), radius: scene.radius.map_or(0.0, |r| r.si) }
+            Place::Ball { centre: centre.map(|c| c.si).into(), radius: scene.radius.map_or(0.0, |r| r.si) }
         }
         (_, _, nodes) => Place::Nodes(nodes.clone().unwrap_or_default()),
     };
-    Fixing { place, clamp: scene.clamp, path: scene.path.iter().map(|&[t, x, y, z]| (t, [x, y, z])).collect() }
+    let path = scene.path.iter().map(|&[t, x, y, z]| (t, Vec3::new(x, y, z)));
+    Fixing { place, clamp: scene.clamp, path: path.collect() }
 }
 
 /// The axes of the device at a span: given, or standing where a ray meets a body. `near` takes the vertex closest to a
@@ -146,7 +148,7 @@ pub(super) fn frame(
             let text = "`from` and `toward` without `body`; allowed is all three, or `origin` and `rotation`";
             return Err(source.error(device, text));
         }
-        let origin = scene.origin.map_or([0.0; 3], |o| o.map(|c| c.si));
+        let origin = scene.origin.map_or(Vec3::zeros(), |o| o.map(|c| c.si).into());
         return Ok(Frame { origin, rotation: turned, scale });
     };
     let wrong = |text: String| source.error(name.span(), text);
@@ -161,9 +163,9 @@ pub(super) fn frame(
         return Err(wrong("`body` alone; allowed is `body` with `from` and `toward`, two places in its box".into()));
     };
     let bounds = model.surface.bounds();
-    let in_box = |p: [f64; 3]| Vector3::from_fn(|i, _| bounds.min[i] + p[i] * (bounds.max[i] - bounds.min[i]));
+    let in_box = |p: [f64; 3]| bounds.min + Vec3::from(p).component_mul(&(bounds.max - bounds.min));
     let (origin, ray) = (in_box(from), in_box(toward) - in_box(from));
-    let hit = cast(&model.surface.points, &model.surface.triangles, origin.into(), ray.into());
+    let hit = cast(&model.surface.points, &model.surface.triangles, origin, ray);
     let met = hit.filter(|_| ray.norm() > 0.0).map(|hit| origin + hit.time * ray);
     let missed = || near.then(|| closest_vertex(model, &origin, &ray));
     let Some(met) = met.or_else(missed) else {
@@ -171,17 +173,17 @@ pub(super) fn frame(
     };
     let back = (-ray).normalize();
     let rotation = turned_to(&back) * turned;
-    Ok(Frame { origin: met.into(), rotation, scale })
+    Ok(Frame { origin: met, rotation, scale })
 }
 
-fn closest_vertex(model: &Model, origin: &Vector3<f64>, ray: &Vector3<f64>) -> Vector3<f64> {
-    let away = |p: &&[f64; 3]| (Vector3::from(**p) - origin).cross(ray).norm_squared();
+fn closest_vertex(model: &Model, origin: &Vec3, ray: &Vec3) -> Vec3 {
+    let away = |p: &&Vec3| (**p - origin).cross(ray).norm_squared();
     let vertices = model.surface.triangles.iter().flatten().map(|&v| &model.surface.points[v as usize]);
-    vertices.min_by(|a, b| away(a).total_cmp(&away(b))).map_or(*origin, |p| Vector3::from(*p))
+    vertices.min_by(|a, b| away(a).total_cmp(&away(b))).map_or(*origin, |p| *p)
 }
 
 /// The smallest turn that takes z to `to`; half a turn about x where it is the opposite.
-fn turned_to(to: &Vector3<f64>) -> UnitQuaternion<f64> {
-    UnitQuaternion::rotation_between(&Vector3::z(), to)
-        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI))
+fn turned_to(to: &Vec3) -> UnitQuaternion<f64> {
+    UnitQuaternion::rotation_between(&Vec3::z(), to)
+        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI))
 }

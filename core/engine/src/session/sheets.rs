@@ -4,7 +4,7 @@ use super::{ContactChoice, Session, ToolSlot};
 use crate::contact::{Meets, SoftTip, Tip};
 use crate::scene::{Scene, SheetContact};
 use crate::tool::Mode;
-use pliant_solver::{V3, axpy};
+use pliant_solver::Vec3;
 
 /// Edges of a sheet over the radius of a tip, up to which its vertices are close enough to hold it.
 const FINE: f64 = 1.0;
@@ -84,27 +84,27 @@ impl Session {
     }
 
     /// N, on a tool by the sheets whose vertices it holds, and the last of the sheets it touches.
-    pub(super) fn felt_on_sheets(&self, tool: usize) -> ([f64; 3], Option<u32>) {
-        let Some(place) = self.place_of_tip(tool) else { return ([0.0; 3], None) };
-        let (mut force, mut of) = ([0.0; 3], None);
+    pub(super) fn felt_on_sheets(&self, tool: usize) -> (Vec3, Option<u32>) {
+        let Some(place) = self.place_of_tip(tool) else { return (Vec3::zeros(), None) };
+        let (mut force, mut of) = (Vec3::zeros(), None);
         for (index, spheres) in self.spheres.iter().enumerate() {
             let soft = self.tools[tool].soft[index].as_ref().map_or(0, SoftTip::held);
             if let Some(tip) = spheres.tips.get(place).filter(|tip| tip.held > 0 || soft > 0) {
-                (force, of) = (axpy(force, 1.0, tip.force), Some(index as u32));
+                (force, of) = (force + tip.force, Some(index as u32));
             }
         }
         (force, of)
     }
 
     /// N, on a tool by the sheets it presses on as a soft tip: part of its reaction.
-    pub(super) fn felt_softly(&self, tool: usize) -> V3 {
+    pub(super) fn felt_softly(&self, tool: usize) -> Vec3 {
         let slot = &self.tools[tool];
         let each = slot.soft.iter().zip(&self.bodies).enumerate();
         each.filter(|(_, (soft, _))| soft.as_ref().is_some_and(|soft| soft.held() > 0)).fold(
-            [0.0; 3],
+            Vec3::zeros(),
             |sum, (i, (_, body))| {
                 let nodes = &body.system.nodes;
-                axpy(sum, -1.0, slot.tool.springs(i).total(&nodes.x, &nodes.v))
+                sum - slot.tool.springs(i).total(&nodes.x, &nodes.v)
             },
         )
     }
@@ -120,9 +120,9 @@ impl ToolSlot {
     pub(super) fn fingertip(&self, dt: f64) -> Option<Tip> {
         self.touches().then(|| {
             let position = self.tool.proxy.position;
-            let velocity = self.was.map_or([0.0; 3], |was| axpy(position, -1.0, was).map(|c| c / dt));
+            let velocity = self.was.map_or(Vec3::zeros(), |was| (position - was) / dt);
             let (radius, friction, restitution) = (self.tool.proxy.radius, self.tool.friction, self.restitution);
-            Tip { position, velocity, radius, friction, restitution, holds: true, force: [0.0; 3], held: 0 }
+            Tip { position, velocity, radius, friction, restitution, holds: true, force: Vec3::zeros(), held: 0 }
         })
     }
 }

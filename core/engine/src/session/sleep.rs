@@ -1,7 +1,7 @@
 //! Bodies that have come to rest stand still until something comes near, if the scene asks for it.
 
 use super::{EventKind, Session};
-use pliant_solver::{Constraint, Holds, StepTime, V3, dot};
+use pliant_solver::{Constraint, Holds, StepTime, Vec3};
 
 /// How long a body has to be slow, s.
 const SLOW_FOR: f64 = 0.1;
@@ -12,7 +12,7 @@ pub(super) struct Rest {
     /// s, for which it has been slow with nothing that acts on it
     slow: f64,
     /// m, least and greatest coordinates of a body that sleeps
-    asleep: Option<[V3; 2]>,
+    asleep: Option<[Vec3; 2]>,
 }
 
 impl Session {
@@ -36,11 +36,10 @@ impl Session {
         }
         let (body, below) = (&mut self.bodies[index], self.sleep);
         let nodes = &mut body.system.nodes;
-        let bounds = nodes.x.iter().fold([[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], |[low, high], x| {
-            [std::array::from_fn(|c| low[c].min(x[c])), std::array::from_fn(|c| high[c].max(x[c]))]
-        });
+        let start = [Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY)];
+        let bounds = nodes.x.iter().fold(start, |[low, high], x| [low.inf(x), high.sup(x)]);
         rest.asleep = Some(bounds);
-        nodes.v.fill([0.0; 3]);
+        nodes.v.fill(Vec3::zeros());
         self.integrators[index].forget_past();
         // What is near its tips is kept by how far it has moved, and nobody counts that while it sleeps.
         self.spheres[index].forget();
@@ -51,7 +50,7 @@ impl Session {
     /// Whether a tool pulls or is near, or a fixing moves.
     fn is_disturbed(&self, index: usize) -> bool {
         let nodes = &self.bodies[index].system.nodes;
-        let moves = |(p, c): (&V3, &Constraint)| !c.is_free() && dot(*p, *p) >= self.sleep * self.sleep;
+        let moves = |(p, c): (&Vec3, &Constraint)| !c.is_free() && p.norm_squared() >= self.sleep * self.sleep;
         let pulled = self.springs.iter().any(|springs| !springs.nodes.is_empty());
         pulled || nodes.prescribed.iter().zip(&nodes.constraint).any(moves) || self.is_near(index)
     }
@@ -61,7 +60,7 @@ impl Session {
         let Some([low, high]) = self.rests[index].asleep else { return self.spheres[index].is_holding() };
         let edge = self.bodies[index].carrier.edge();
         self.spheres[index].tips.iter().any(|tip| {
-            let reach = tip.radius + edge + 2.0 * self.dt * dot(tip.velocity, tip.velocity).sqrt();
+            let reach = tip.radius + edge + 2.0 * self.dt * tip.velocity.norm();
             (0..3).all(|c| tip.position[c] > low[c] - reach && tip.position[c] < high[c] + reach)
         })
     }

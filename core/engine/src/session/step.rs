@@ -9,7 +9,7 @@ use super::{Session, Stage};
 use crate::body::Body;
 use crate::contact::SoftTip;
 use crate::tool::{Cause, Tool};
-use pliant_solver::{Frequencies, Holds, HoldsNothing, Loads, StepError, StepTime, axpy};
+use pliant_solver::{Frequencies, Holds, HoldsNothing, Loads, StepError, StepTime, Vec3};
 use std::time::Instant;
 
 /// Elements of a body that one thread has done sooner than it has called others.
@@ -55,7 +55,7 @@ impl Session {
 
     pub(super) fn freeze(&mut self, index: usize, time: f64, why: String) {
         let body = &mut self.bodies[index];
-        body.system.nodes.v.fill([0.0; 3]);
+        body.system.nodes.v.fill(Vec3::zeros());
         self.events.add(EventKind::Quarantine, time, || format!("body `{}` stands still: {why}", body.name));
         body.frozen = Some(why);
     }
@@ -161,7 +161,7 @@ impl Session {
             return Ok(0.0);
         }
         let body = &mut self.bodies[index];
-        let gravity = if body.carrier.is_whole() { self.plan.gravity } else { [0.0; 3] };
+        let gravity = if body.carrier.is_whole() { self.plan.gravity } else { Vec3::zeros() };
         let loads = Loads { gravity, forces: &[], tools: &self.springs };
         let (elements, choice) = (body.system.elements(), &mut self.thread_choices[index]);
         let has_choice = (SMALL..LARGE).contains(&elements) && self.pool.threads() > 1;
@@ -186,7 +186,7 @@ impl Session {
         let report = stepped.map_err(|error| match error {
             StepError::Diverged { node } => {
                 let (at, material) = (body.system.nodes.rest[node], body.system.material.name());
-                format!("`{material}`: {error}, at {at:?} m; its step may be too long")
+                format!("`{material}`: {error}, at {:?} m; its step may be too long", at.as_slice())
             }
             StepError::Force(error) => error.to_string(),
         })?;
@@ -206,18 +206,18 @@ impl Session {
         for tool in 0..self.tools.len() {
             let (held, sheet) = self.felt_on_sheets(tool);
             let pressed = self.felt_softly(tool);
-            let on_sheets = axpy(held, 1.0, pressed);
+            let on_sheets = held + pressed;
             let slot = &mut self.tools[tool];
             let place = slot.tool.proxy.position;
-            slot.drift = slot.was.map_or([0.0; 3], |was| axpy(place, -1.0, was).map(|c| c / dt));
+            slot.drift = slot.was.map_or(Vec3::zeros(), |was| (place - was) / dt);
             slot.was = slot.hand.present.then_some(place);
             slot.on_sheets = on_sheets;
             let of_sheets = match &slot.tip {
                 Some(tip) if slot.tool.proxy.touch.is_none() => tip.felt(slot.hand.position, &slot.tool.coupling),
                 _ => on_sheets,
             };
-            let on_bodies = axpy(slot.tool.reaction(&self.bodies), -1.0, pressed);
-            let force = axpy(on_bodies, 1.0, of_sheets);
+            let on_bodies = slot.tool.reaction(&self.bodies) - pressed;
+            let force = on_bodies + of_sheets;
             let to_device = &self.devices[slot.device].frame;
             let (last, wanted) = (slot.safety.last(), to_device.to_device(force));
             let mut counts = [0; Cause::ALL.len()];
@@ -249,7 +249,7 @@ impl Session {
     }
 }
 
-fn tool_frame(tool: &Tool, hand: [f64; 3], force: [f64; 3], device_force: [f64; 3]) -> ToolFrame {
+fn tool_frame(tool: &Tool, hand: Vec3, force: Vec3, device_force: Vec3) -> ToolFrame {
     ToolFrame {
         hand,
         proxy: tool.proxy.position,

@@ -3,7 +3,7 @@
 use super::Session;
 use crate::contact::{Press, Spheres};
 use crate::plan::LeftOut;
-use pliant_solver::{V3, axpy, dot};
+use pliant_solver::Vec3;
 
 impl Session {
     /// Has the contacts of sheets told apart where a pad wants them; says so where there is none.
@@ -19,42 +19,42 @@ impl Session {
     }
 
     /// Shows each pad what its tool presses on, with `force` (N) on the tool by bodies that are not sheets.
-    pub(super) fn show(&mut self, tool: usize, force: V3, dt: f64) {
+    pub(super) fn show(&mut self, tool: usize, force: Vec3, dt: f64) {
         let place = self.place_of_tip(tool);
         let tip = self.tools[tool].fingertip(dt);
         let slot = &mut self.tools[tool];
         let Some(pad) = &mut slot.pad else { return };
         let (rotation, radius) = (slot.hand.rotation, slot.tool.proxy.radius);
         pad.begin();
-        let (mut slip, mut total) = ([0.0; 3], 0.0);
+        let (mut slip, mut total) = (Vec3::zeros(), 0.0);
         for press in place.into_iter().flat_map(|place| presses_of(&self.spheres, place)) {
             pad.press(&rotation, radius, press.direction, press.size);
-            slip = axpy(slip, press.size, press.slip);
+            slip += press.size * press.slip;
             total += press.size;
         }
         for (soft, body) in slot.soft.iter().zip(&self.bodies) {
             let (Some(soft), Some(tip)) = (soft, &tip) else { continue };
             for (direction, size, past) in soft.pressed(tip, &body.system.nodes) {
                 pad.press(&rotation, radius, direction, size);
-                slip = axpy(slip, size, past);
+                slip += size * past;
                 total += size;
             }
         }
         let touch = slot.tool.proxy.touch.filter(|_| !slot.tool.presses.is_empty());
-        let whole = slot.tool.presses.iter().fold([0.0; 3], |sum, (towards, share)| axpy(sum, *share, *towards));
-        let size = dot(whole, whole).sqrt();
+        let whole: Vec3 = slot.tool.presses.iter().map(|(towards, share)| *share * *towards).sum();
+        let size = whole.norm();
         if let Some(touch) = touch.filter(|_| size > 0.0) {
-            let normal = (-dot(force, whole) / size).max(0.0);
+            let normal = (-force.dot(&whole) / size).max(0.0);
             for (towards, share) in &slot.tool.presses {
                 pad.press(&rotation, radius, *towards, share * normal);
             }
             // The contact goes over the rest shape one way, so the surface goes past the tip the other.
             let from = slot.slid_from.filter(|(body, _)| *body == touch.body).map_or(touch.rest, |(_, from)| from);
-            slip = axpy(slip, normal / dt, axpy(from, -1.0, touch.rest));
+            slip += normal / dt * (from - touch.rest);
             total += normal;
         }
         slot.slid_from = touch.map(|touch| (touch.body, touch.rest));
-        let slip = if total > 0.0 { slip.map(|c| c / total) } else { [0.0; 3] };
+        let slip = if total > 0.0 { slip / total } else { Vec3::zeros() };
         pad.end(&rotation, slip, dt);
     }
 

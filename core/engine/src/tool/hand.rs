@@ -3,15 +3,15 @@
 //! A sample that is not valid or not finite is dropped and the last good one stands for 50 ms, then the hand is let go. A
 //! sample that is further off than a hand can move is followed at the speed limit.
 
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Quaternion, UnitQuaternion};
 use pliant_plugin_api::abi::{POSE_VALID, Pose};
-use pliant_solver::{V3, axpy, dot};
+use pliant_solver::Vec3;
 
 /// A device's place in the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     /// m, where the device's origin is
-    pub origin: V3,
+    pub origin: Vec3,
     /// Turns device axes into scene axes.
     pub rotation: UnitQuaternion<f64>,
     /// Scene metres for a metre of the hand.
@@ -20,14 +20,14 @@ pub struct Frame {
 
 impl Default for Frame {
     fn default() -> Self {
-        Self { origin: [0.0; 3], rotation: UnitQuaternion::identity(), scale: 1.0 }
+        Self { origin: Vec3::zeros(), rotation: UnitQuaternion::identity(), scale: 1.0 }
     }
 }
 
 impl Frame {
     /// A place of the device in the scene, m.
-    pub fn to_scene(&self, place: V3) -> V3 {
-        (self.rotation * (self.scale * Vector3::from(place)) + Vector3::from(self.origin)).into()
+    pub fn to_scene(&self, place: Vec3) -> Vec3 {
+        self.rotation * (self.scale * place) + self.origin
     }
 
     /// Axes of the hand in the scene, from a unit quaternion (x, y, z, w) of the device; its own where that is none.
@@ -39,8 +39,8 @@ impl Frame {
     }
 
     /// A direction of the scene in device axes: forces go this way, unscaled.
-    pub fn to_device(&self, vector: V3) -> V3 {
-        (self.rotation.inverse() * Vector3::from(vector)).into()
+    pub fn to_device(&self, vector: Vec3) -> Vec3 {
+        self.rotation.inverse() * vector
     }
 }
 
@@ -48,7 +48,7 @@ impl Frame {
 #[derive(Clone, Debug)]
 pub struct Hand {
     /// m
-    pub position: V3,
+    pub position: Vec3,
     /// Turns axes of the hand into scene axes.
     pub rotation: UnitQuaternion<f64>,
     /// Bit i is button i.
@@ -70,7 +70,7 @@ const PATIENCE: f64 = 0.05;
 impl Hand {
     /// Not there yet.
     pub fn new(fastest: f64) -> Self {
-        let (position, last_good) = ([0.0; 3], f64::NEG_INFINITY);
+        let (position, last_good) = (Vec3::zeros(), f64::NEG_INFINITY);
         let rotation = UnitQuaternion::identity();
         Self { position, rotation, buttons: 0, present: false, fastest, last_good, dropped: 0, slowed: 0 }
     }
@@ -82,7 +82,7 @@ impl Hand {
 
     /// Takes a sample at `time`, `dt` (s) after the last.
     pub fn sample(&mut self, pose: &Pose, frame: &Frame, (time, dt): (f64, f64)) {
-        let place = frame.to_scene(pose.position);
+        let place = frame.to_scene(pose.position.into());
         let good = pose.flags & POSE_VALID != 0 && place.iter().all(|c| c.is_finite());
         if !good {
             self.dropped += 1;
@@ -99,15 +99,15 @@ impl Hand {
             self.position = place;
             return;
         }
-        let move_ = axpy(place, -1.0, self.position);
-        let (length, most) = (dot(move_, move_).sqrt(), self.fastest * dt);
+        let move_ = place - self.position;
+        let (length, most) = (move_.norm(), self.fastest * dt);
         // A comparison with a length that overflowed still takes the second branch, and stays put.
         if length <= most {
             self.position = place;
         } else {
             self.slowed += 1;
             let share = if length.is_finite() { most / length } else { 0.0 };
-            self.position = axpy(self.position, share, move_);
+            self.position += share * move_;
         }
     }
 }
@@ -140,10 +140,10 @@ mod tests {
 
     #[test]
     fn frames_turn_scale_and_move() {
-        let rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::FRAC_PI_2);
-        let frame = Frame { origin: [1.0, 0.0, 0.0], rotation, scale: 2.0 };
-        let at = frame.to_scene([1.0, 0.0, 0.0]);
+        let rotation = UnitQuaternion::from_axis_angle(&Vec3::z_axis(), std::f64::consts::FRAC_PI_2);
+        let frame = Frame { origin: Vec3::x(), rotation, scale: 2.0 };
+        let at = frame.to_scene(Vec3::x());
         assert!((at[0] - 1.0).abs() < 1e-15 && (at[1] - 2.0).abs() < 1e-15);
-        assert!((frame.to_device([0.0, 3.0, 0.0])[0] - 3.0).abs() < 1e-15);
+        assert!((frame.to_device(Vec3::new(0.0, 3.0, 0.0))[0] - 3.0).abs() < 1e-15);
     }
 }

@@ -11,7 +11,7 @@ use crate::body::{Body, Sheet, weigh};
 use crate::contact::{Friction, Layer, Near, NearSurface, Patch, PlaceLoads, Proxy, Touch, hold, normal_of};
 use pliant_mesh::geometry::closest_point;
 use pliant_plugin_api::abi::Ball;
-use pliant_solver::{Block, NodeSprings, V3, axpy, dot};
+use pliant_solver::{Block, NodeSprings, Vec3};
 
 /// The spring between hand and surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,11 +44,11 @@ pub struct Grip {
     /// Of which body.
     pub body: u32,
     /// m, where it was in the model as it was handed in
-    pub rest: V3,
+    pub rest: Vec3,
     /// Normal there, in the rest shape; of no particular length
-    pub normal: V3,
+    pub normal: Vec3,
     /// m, hand from the point when it was taken, so that taking it makes no force
-    pub offset: V3,
+    pub offset: Vec3,
 }
 
 /// A tool in a scene.
@@ -70,7 +70,7 @@ pub struct Tool {
     /// m, how far in the surface was pushed, or out it was pulled, at the contact point
     pub depth: f64,
     /// Where it presses on a body and with what share of the whole: directions from its centre, of unit length.
-    pub presses: Vec<(V3, f64)>,
+    pub presses: Vec<(Vec3, f64)>,
     /// Grips that were lost to too much force.
     pub slipped: u64,
     near: Vec<NearSurface>,
@@ -79,7 +79,7 @@ pub struct Tool {
     patch: Patch,
     loads: PlaceLoads,
     /// Cells wanted around a rest place of a body, m more than its settings say, and since when, s.
-    ball: Option<(u32, V3, f64, f64)>,
+    ball: Option<(u32, Vec3, f64, f64)>,
     /// Per body: what it does to its nodes.
     springs: Vec<NodeSprings>,
 }
@@ -94,7 +94,7 @@ impl Tool {
     pub fn new(name: String, radius: f64, friction: Friction, coupling: Coupling, bodies: usize) -> Self {
         Self {
             name,
-            proxy: Proxy::new([0.0; 3], radius),
+            proxy: Proxy::new(Vec3::zeros(), radius),
             friction,
             coupling,
             mode: Mode::Idle,
@@ -123,7 +123,7 @@ impl Tool {
     }
 
     /// Where it is in contact: body, and the place in the model as it was handed in.
-    pub fn contact(&self) -> Option<(u32, V3)> {
+    pub fn contact(&self) -> Option<(u32, Vec3)> {
         let touch = self.proxy.touch.map(|t| (t.body, t.rest));
         let inside = self.knife.as_ref().and_then(|k| k.inside.as_ref()).map(|i| (i.body, i.places[0]));
         self.grip.map(|g| (g.body, g.rest)).or(touch).or(inside)
@@ -152,8 +152,8 @@ impl Tool {
         let radius = body.carrier.radius();
         if let Some(inside) = self.knife.as_ref().and_then(|k| k.inside.as_ref()) {
             let (low, high) = (inside.places[0], inside.places[inside.places.len() - 1]);
-            let span = axpy(high, -1.0, low);
-            self.ball = Some((inside.body, axpy(low, 0.5, span), 0.5 * dot(span, span).sqrt(), time));
+            let span = high - low;
+            self.ball = Some((inside.body, low + 0.5 * span, 0.5 * span.norm(), time));
         }
         match self.contact() {
             Some(_) if self.mode == Mode::Cut => {}
@@ -166,20 +166,21 @@ impl Tool {
             _ => {}
         }
         let (b, centre, more, since) = self.ball?;
-        (b as usize == index && time - since <= SPRING_BACK).then_some(Ball { centre, radius: radius + more })
+        (b as usize == index && time - since <= SPRING_BACK)
+            .then_some(Ball { centre: centre.into(), radius: radius + more })
     }
 
     /// The settled place the tool is closest to, if it may touch it soon.
-    fn approached(&self, body: &Body, hand: &Hand) -> Option<V3> {
-        let ahead = axpy(hand.position, -1.0, self.proxy.position);
-        let reach = GRIP_REACH * self.proxy.radius + body.carrier.edge() + dot(ahead, ahead).sqrt();
+    fn approached(&self, body: &Body, hand: &Hand) -> Option<Vec3> {
+        let ahead = hand.position - self.proxy.position;
+        let reach = GRIP_REACH * self.proxy.radius + body.carrier.edge() + ahead.norm();
         let centre = self.proxy.position;
-        let mut best: Option<(f64, u32, V3)> = None;
+        let mut best: Option<(f64, u32, Vec3)> = None;
         body.skin.tree.near(centre, reach, |triangle| {
             let vertices = body.model.surface.triangles[triangle as usize];
             let closest = closest_point(centre, vertices.map(|v| body.skin.settled[v as usize]));
-            let d = axpy(closest.point, -1.0, centre);
-            let distance = dot(d, d).sqrt();
+            let d = closest.point - centre;
+            let distance = d.norm();
             let nearer = best.is_none_or(|(b, t, _)| (distance, triangle) < (b, t));
             if distance <= reach && nearer {
                 let rest = weigh(vertices.map(|v| body.model.surface.points[v as usize]), closest.bary);
@@ -232,7 +233,13 @@ impl Tool {
         }
     }
 
-    fn touch(&mut self, hand: &Hand, bodies: &mut [Body], moved: &[f64], contact: Option<V3>) -> Result<(), ToolError> {
+    fn touch(
+        &mut self,
+        hand: &Hand,
+        bodies: &mut [Body],
+        moved: &[f64],
+        contact: Option<Vec3>,
+    ) -> Result<(), ToolError> {
         self.grip = None;
         let (near, radius) = (&mut self.near, self.proxy.radius);
         // Nodes have moved once since the last step, not once for every place the proxy looks at.
@@ -253,15 +260,15 @@ impl Tool {
         let free = self.proxy.position;
         let p = anchor.map_or(free, |anchor| hold(free, anchor, hand.position, touch.normal, self.friction));
         self.proxy.position = p;
-        self.presses.extend(direction(touch.normal).map(|normal| (normal.map(|c| -c), 1.0)));
+        self.presses.extend(direction(touch.normal).map(|normal| (-normal, 1.0)));
         let (now, settled) = body.carry_one(touch.rest)?;
-        self.depth = dot(axpy(settled, -1.0, now), touch.normal);
-        let pulled = axpy(hand.position, -1.0, p).map(|c| self.coupling.stiffness * c);
+        self.depth = (settled - now).dot(&touch.normal);
+        let pulled = self.coupling.stiffness * (hand.position - p);
         self.press_disc(body, (touch.body, touch.rest, touch.rest_normal), pulled)
     }
 
     /// Lies in the layer of the surface as a ball, and presses on what of it is inside.
-    fn lie(&mut self, body: &mut Body, hand: &Hand, touch: Touch, anchor: Option<V3>) -> Result<(), ToolError> {
+    fn lie(&mut self, body: &mut Body, hand: &Hand, touch: Touch, anchor: Option<Vec3>) -> Result<(), ToolError> {
         let coupling = self.coupling;
         let (hand, near) = (hand.position, self.proxy.near());
         let layer = Layer { radius: self.proxy.radius, pull: coupling.stiffness, stiffness: body.layer_stiffness };
@@ -275,51 +282,52 @@ impl Tool {
             }
             _ => frictionless(self.proxy.position),
         };
-        let (mut total, mut pushed, mut point, mut rest) = (0.0, [0.0; 3], [0.0; 3], [0.0; 3]);
+        let mut total = 0.0;
+        let [mut pushed, mut point, mut rest] = [Vec3::zeros(); 3];
         for push in layer.pushes(near, p) {
             total += push.size;
-            pushed = axpy(pushed, 1.0, push.force);
-            point = axpy(point, push.size, push.point);
-            rest = axpy(rest, push.size, push.rest);
+            pushed += push.force;
+            point += push.size * push.point;
+            rest += push.size * push.rest;
         }
         if total == 0.0 {
             self.proxy.position = p;
             return Ok(());
         }
-        let pulled = axpy(hand, -1.0, p).map(|c| coupling.stiffness * c);
+        let pulled = coupling.stiffness * (hand - p);
         // What the pushes leave of the pull is friction's; it is shared as they are.
-        let friction = axpy(pulled, -1.0, pushed);
+        let friction = pulled - pushed;
         let (scale, spring) = self.cap(pulled);
         self.loads.clear();
         for push in layer.pushes(near, p) {
             let share = push.size / total;
-            self.presses.extend(direction(axpy(push.point, -1.0, p)).map(|towards| (towards, share)));
+            self.presses.extend(direction(push.point - p).map(|towards| (towards, share)));
             let sideways = diagonal(share * coupling.stiffness);
             let stiffness = std::array::from_fn(|e| spring * (push.stiffness[e] + sideways[e]));
-            let force = axpy(push.force, share, friction).map(|f| scale * f);
+            let force = scale * (push.force + share * friction);
             self.loads.push(push.rest, force, stiffness, diagonal(spring * share * coupling.damping));
         }
-        let touch = Touch { rest: rest.map(|c| c / total), normal, ..touch };
-        self.proxy.stand(p, point.map(|c| c / total), touch);
+        let touch = Touch { rest: rest / total, normal, ..touch };
+        self.proxy.stand(p, point / total, touch);
         let (now, settled) = body.carry_one(touch.rest)?;
-        self.depth = dot(axpy(settled, -1.0, now), normal);
+        self.depth = (settled - now).dot(&normal);
         self.loads.attach(body, &mut self.springs[touch.body as usize])
     }
 
     /// Where a ball rests that the surface has carried to `anchor`, and the normal there: the direction of what the layer
     /// does to it. It sticks inside the friction cone and slides up to it. `None` where the layer does not reach it.
-    fn rub(&self, layer: &Layer, anchor: V3, hand: V3, normal: V3) -> Option<(V3, V3)> {
+    fn rub(&self, layer: &Layer, anchor: Vec3, hand: Vec3, normal: Vec3) -> Option<(Vec3, Vec3)> {
         let near = self.proxy.near();
         let (p, felt) = layer.balance(near, anchor, hand, Some(normal));
         let normal = direction(felt)?;
-        let pull = axpy(hand, -1.0, p);
-        let press = -dot(pull, normal);
-        let along = axpy(pull, press, normal);
-        let slide = dot(along, along).sqrt();
+        let pull = hand - p;
+        let press = -pull.dot(&normal);
+        let along = pull + press * normal;
+        let slide = along.norm();
         if slide <= self.friction.fixed * press {
             return Some((p, normal));
         }
-        let slid = axpy(p, (1.0 - self.friction.sliding * press.max(0.0) / slide).max(0.0), along);
+        let slid = p + (1.0 - self.friction.sliding * press.max(0.0) / slide).max(0.0) * along;
         let (p, felt) = layer.balance(near, slid, hand, Some(normal));
         Some((p, direction(felt)?))
     }
@@ -329,7 +337,7 @@ impl Tool {
         hand: &Hand,
         bodies: &mut [Body],
         moved: &[f64],
-        contact: Option<(V3, V3)>,
+        contact: Option<(Vec3, Vec3)>,
         most: f64,
     ) -> Result<(), ToolError> {
         self.proxy.touch = None;
@@ -339,7 +347,7 @@ impl Tool {
             search(&mut self.near, bodies, moved, (hand.position, reach), None, &mut found)?;
             let nearest = found.iter().min_by(|a, b| a.distance.total_cmp(&b.distance));
             let grip = |n: &Near| {
-                let offset = axpy(hand.position, -1.0, n.point);
+                let offset = hand.position - n.point;
                 Grip { body: n.body, rest: n.rest, normal: n.normal, offset }
             };
             self.grip = nearest.map(grip);
@@ -353,16 +361,16 @@ impl Tool {
             Some(places) => places,
             None => body.carry_one(grip.rest)?,
         };
-        self.proxy.position = axpy(now, 1.0, grip.offset);
-        let pull = axpy(hand.position, -1.0, self.proxy.position);
-        if self.coupling.stiffness * dot(pull, pull).sqrt() > most {
+        self.proxy.position = now + grip.offset;
+        let pull = hand.position - self.proxy.position;
+        if self.coupling.stiffness * pull.norm() > most {
             self.slipped += 1;
             self.release(hand);
             return Ok(());
         }
-        let out = axpy(now, -1.0, settled);
-        self.depth = dot(out, out).sqrt();
-        let pulled = pull.map(|c| self.coupling.stiffness * c);
+        let out = now - settled;
+        self.depth = out.norm();
+        let pulled = self.coupling.stiffness * pull;
         self.press_disc(body, (grip.body, grip.rest, grip.normal), pulled)
     }
 
@@ -372,8 +380,8 @@ impl Tool {
         self.proxy.position = knife.tip;
         let Some(inside) = &knife.inside else { return Ok(()) };
         self.depth = knife.edge.length * inside.places.len() as f64 / PLACES as f64;
-        let pulled = axpy(hand.position, -1.0, knife.tip).map(|c| self.coupling.stiffness * c);
-        if knife.resistance == 0.0 || pulled == [0.0; 3] {
+        let pulled = self.coupling.stiffness * (hand.position - knife.tip);
+        if knife.resistance == 0.0 || pulled == Vec3::zeros() {
             return Ok(());
         }
         let ((scale, spring), share) = (self.cap(pulled), 1.0 / inside.places.len() as f64);
@@ -384,7 +392,7 @@ impl Tool {
             let place = inside.ahead(*place, knife.heading, edge);
             let stiffness = diagonal(spring * share * self.coupling.stiffness);
             let damping = diagonal(spring * share * self.coupling.damping);
-            self.loads.push(place, pulled.map(|f| scale * share * f), stiffness, damping);
+            self.loads.push(place, scale * share * pulled, stiffness, damping);
         }
         self.loads.attach(body, &mut self.springs[inside.body as usize])
     }
@@ -393,8 +401,8 @@ impl Tool {
     fn press_disc(
         &mut self,
         body: &mut Body,
-        (index, rest, normal): (u32, V3, V3),
-        pulled: V3,
+        (index, rest, normal): (u32, Vec3, Vec3),
+        pulled: Vec3,
     ) -> Result<(), ToolError> {
         self.patch.sample(rest, normal, body.carrier.edge());
         let (scale, spring) = self.cap(pulled);
@@ -402,23 +410,23 @@ impl Tool {
         for (place, share) in self.patch.places.iter().zip(&self.patch.shares) {
             let stiffness = diagonal(spring * share * self.coupling.stiffness);
             let damping = diagonal(spring * share * self.coupling.damping);
-            self.loads.push(*place, pulled.map(|f| scale * share * f), stiffness, damping);
+            self.loads.push(*place, scale * share * pulled, stiffness, damping);
         }
         self.loads.attach(body, &mut self.springs[index as usize])
     }
 
     /// What is left of a force under the most the hand gives, and of the spring behind it: past the most, the force is
     /// constant.
-    fn cap(&self, pulled: V3) -> (f64, f64) {
-        let size = dot(pulled, pulled).sqrt();
+    fn cap(&self, pulled: Vec3) -> (f64, f64) {
+        let size = pulled.norm();
         if size > self.coupling.most { (self.coupling.most / size, 0.0) } else { (1.0, 1.0) }
     }
 
     /// N, on the hand, at the end of a step: the opposite of what the bodies felt.
-    pub fn reaction(&self, bodies: &[Body]) -> V3 {
+    pub fn reaction(&self, bodies: &[Body]) -> Vec3 {
         let each = self.springs.iter().zip(bodies).filter(|(springs, _)| !springs.is_empty());
-        each.fold([0.0; 3], |force, (springs, body)| {
-            axpy(force, -1.0, springs.total(&body.system.nodes.x, &body.system.nodes.v))
+        each.fold(Vec3::zeros(), |force, (springs, body)| {
+            force - springs.total(&body.system.nodes.x, &body.system.nodes.v)
         })
     }
 }
@@ -429,9 +437,9 @@ fn diagonal(value: f64) -> Block {
 }
 
 /// The direction of a vector that has one.
-fn direction(of: V3) -> Option<V3> {
-    let size = dot(of, of).sqrt();
-    (size > 0.0).then(|| of.map(|c| c / size))
+fn direction(of: Vec3) -> Option<Vec3> {
+    let size = of.norm();
+    (size > 0.0).then(|| of / size)
 }
 
 /// What of all bodies is within `reach` of `centre`: samples for a ball of a radius, triangles for a point.
@@ -439,7 +447,7 @@ fn search(
     near: &mut [NearSurface],
     bodies: &mut [Body],
     moved: &[f64],
-    (centre, reach): (V3, f64),
+    (centre, reach): (Vec3, f64),
     radius: Option<f64>,
     out: &mut Vec<Near>,
 ) -> Result<(), ToolError> {
@@ -464,13 +472,13 @@ fn search(
 }
 
 /// The point of a sheet closest to `centre`, within `reach`.
-fn on_sheet(index: u32, body: &Body, sheet: &Sheet, centre: V3, reach: f64) -> Option<Near> {
+fn on_sheet(index: u32, body: &Body, sheet: &Sheet, centre: Vec3, reach: f64) -> Option<Near> {
     let mut best: Option<Near> = None;
     for triangle in 0..body.model.surface.triangles.len() as u32 {
         let corners = sheet.nodes_of(&body.model, triangle).map(|n| body.system.nodes.x[n as usize]);
         let closest = closest_point(centre, corners);
-        let d = axpy(closest.point, -1.0, centre);
-        let distance = dot(d, d).sqrt();
+        let d = closest.point - centre;
+        let distance = d.norm();
         if distance <= best.map_or(reach, |near| near.distance) {
             let rest = body.model.surface.triangles[triangle as usize].map(|v| body.skin.settled[v as usize]);
             best = Some(Near {

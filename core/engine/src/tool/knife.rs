@@ -10,9 +10,9 @@ use super::error::ToolError;
 use super::hand::Hand;
 use super::meeting::Meeting;
 use crate::body::{Body, Carrier, Lattice};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
 use pliant_cut::{Blade, Refused, Stroke};
-use pliant_solver::{V3, axpy};
+use pliant_solver::Vec3;
 
 /// What a blade is.
 #[derive(Clone, Debug)]
@@ -20,7 +20,7 @@ pub struct Edge {
     /// m
     pub length: f64,
     /// Unit, from tip to heel, in the axes of the hand.
-    pub direction: V3,
+    pub direction: Vec3,
     /// J/m^2, of a new area of cut inside of a closed body
     pub toughness: f64,
     /// N, energy of a length of new edge of an open surface
@@ -32,7 +32,7 @@ pub struct Knife {
     /// What it is.
     pub edge: Edge,
     /// m, where its tip is held
-    pub tip: V3,
+    pub tip: Vec3,
     /// Places of one body it is in.
     pub inside: Option<Inside>,
     /// N, against moving on
@@ -40,7 +40,7 @@ pub struct Knife {
     /// In every body, and where the blade was when an advance was last tried
     strokes: Vec<Option<(Stroke, Blade)>>,
     /// Unit, which way it cuts
-    pub heading: Option<Vector3<f64>>,
+    pub heading: Option<Vec3>,
     /// Drawn back from where it stopped cutting.
     back: bool,
 }
@@ -51,17 +51,17 @@ pub struct Inside {
     /// Which.
     pub body: u32,
     /// m, rest places along the edge
-    pub places: Vec<V3>,
+    pub places: Vec<Vec3>,
     /// m, rest place of the tip, or on a sheet where the tip is from the place the blade goes through
-    tip: V3,
+    tip: Vec3,
     /// From the rest shape to now.
     turn: Matrix3<f64>,
 }
 
 impl Inside {
     /// m, a rest place along the edge, a little ahead of it: where nothing is cut yet
-    pub fn ahead(&self, place: V3, heading: Option<Vector3<f64>>, edge: f64) -> V3 {
-        heading.map_or(place, |heading| axpy(place, STRIDE * edge, (self.turn.transpose() * heading).into()))
+    pub fn ahead(&self, place: Vec3, heading: Option<Vec3>, edge: f64) -> Vec3 {
+        heading.map_or(place, |heading| place + STRIDE * edge * (self.turn.transpose() * heading))
     }
 }
 
@@ -95,7 +95,7 @@ impl Knife {
     /// In the air, in a scene of `bodies`.
     pub fn new(edge: Edge, bodies: usize) -> Self {
         let strokes = (0..bodies).map(|_| None).collect();
-        Self { edge, tip: [0.0; 3], inside: None, resistance: 0.0, strokes, heading: None, back: false }
+        Self { edge, tip: Vec3::zeros(), inside: None, resistance: 0.0, strokes, heading: None, back: false }
     }
 
     /// Out of everything; the next cut begins anew.
@@ -110,7 +110,7 @@ impl Knife {
     /// # Errors
     /// What a grid says.
     pub fn cut(&mut self, hand: &Hand, stiffness: f64, bodies: &mut [Body], last: bool) -> Result<CutStep, ToolError> {
-        let along = hand.rotation * Vector3::from(self.edge.direction);
+        let along = hand.rotation * self.edge.direction;
         self.follow(hand, &along, stiffness, bodies)?;
         let mut step = CutStep::default();
         let was = self.inside.take();
@@ -155,7 +155,7 @@ impl Knife {
     }
 
     /// Takes the tip where the hand pulls it and the material lets it.
-    fn follow(&mut self, hand: &Hand, along: &Vector3<f64>, stiffness: f64, bodies: &[Body]) -> Result<(), ToolError> {
+    fn follow(&mut self, hand: &Hand, along: &Vec3, stiffness: f64, bodies: &[Body]) -> Result<(), ToolError> {
         let (Some(inside), Some(heading)) = (&self.inside, self.heading) else {
             self.tip = hand.position;
             return Ok(());
@@ -164,13 +164,13 @@ impl Knife {
         if let Some(lattice) = body.carrier.lattice()
             && let Some(moved) = lattice.carried_by(inside.tip, &body.system.nodes)?
         {
-            self.tip = axpy(inside.tip, 1.0, moved);
+            self.tip = inside.tip + moved;
         }
         if let Carrier::Sheet(_) = &body.carrier {
             let (now, _) = body.carry_one(inside.places[0])?;
-            self.tip = axpy(now, 1.0, inside.tip);
+            self.tip = now + inside.tip;
         }
-        let gap = Vector3::from(hand.position) - Vector3::from(self.tip);
+        let gap = hand.position - self.tip;
         let slide = gap.dot(along) * along;
         let across = gap - slide;
         let heading = (heading - heading.dot(along) * along).try_normalize(1e-9).unwrap_or(heading);
@@ -181,7 +181,7 @@ impl Knife {
         if self.resistance == 0.0 {
             moved += across - ahead * heading;
         }
-        self.tip = (Vector3::from(self.tip) + moved).into();
+        self.tip += moved;
         let turned = heading.lerp(&across.try_normalize(0.0).unwrap_or(heading), (free / TURN).clamp(0.0, 1.0));
         self.heading = turned.try_normalize(0.0).filter(|_| free > 0.0).or(Some(heading));
         Ok(())
@@ -189,30 +189,30 @@ impl Knife {
 
     /// The blade in the rest shape of a body, and rest places along it that are inside of its cells, or where it goes through a
     /// sheet. A place in the gap between parts that have moved away is in neither. `None` far from a sheet.
-    fn at_rest(&self, along: &Vector3<f64>, body: &Body, last: Option<V3>) -> Result<Option<Seen>, ToolError> {
+    fn at_rest(&self, along: &Vec3, body: &Body, last: Option<Vec3>) -> Result<Option<Seen>, ToolError> {
         let mut places = Vec::new();
-        let heel = (Vector3::from(self.tip) + self.edge.length * along).into();
+        let heel = self.tip + self.edge.length * along;
         let lattice = match &body.carrier {
             Carrier::Lattice(lattice) => lattice,
             Carrier::Sheet(sheet) => {
                 let Some(met) = Meeting::find(self.tip, heel, body, sheet, last) else { return Ok(None) };
                 let (now, _) = body.carry_one(met.place)?;
-                let tip = axpy(self.tip, -1.0, now);
+                let tip = self.tip - now;
                 let places = if met.through { vec![met.place] } else { places };
                 return Ok(Some(Seen { blade: met.blade, places, tip, in_gap: met.in_gap, turn: met.turn }));
             }
         };
-        let (mut first, mut last, mut drift) = (None, [0.0; 3], None);
+        let (mut first, mut last, mut drift) = (None, Vec3::zeros(), None);
         for i in 0..PLACES {
             let s = self.edge.length * i as f64 / (PLACES - 1) as f64;
-            let now: V3 = (Vector3::from(self.tip) + s * along).into();
+            let now = self.tip + s * along;
             // A body that has gone far is where its nodes are on the whole.
             let mut moved = rest_of(now, now, lattice, body)?;
             if moved.is_none() && lattice.is_whole() {
                 let drift = *drift.get_or_insert_with(|| mean_displacement(lattice, body));
-                moved = rest_of(now, axpy(now, -1.0, drift), lattice, body)?;
+                moved = rest_of(now, now - drift, lattice, body)?;
             }
-            let place = moved.map_or(now, |u| axpy(now, -1.0, u));
+            let place = moved.map_or(now, |u| now - u);
             if let Some(u) = moved {
                 first.get_or_insert(u);
                 last = u;
@@ -221,7 +221,7 @@ impl Knife {
                 places.push(place);
             }
         }
-        let blade = Blade { tip: axpy(self.tip, -1.0, first.unwrap_or_default()), heel: axpy(heel, -1.0, last) };
+        let blade = Blade { tip: self.tip - first.unwrap_or_default(), heel: heel - last };
         Ok(Some(Seen { blade, places, tip: blade.tip, in_gap: false, turn: Matrix3::identity() }))
     }
 
@@ -233,7 +233,7 @@ impl Knife {
         body: &mut Body,
         last: bool,
     ) -> Result<Option<Advanced>, Stopped> {
-        let at_rest = |heading: Vector3<f64>| turn.transpose() * heading;
+        let at_rest = |heading: Vec3| turn.transpose() * heading;
         let Some((stroke, tried)) = &mut self.strokes[index] else {
             self.strokes[index] = Some((Stroke::begin(blade).map_err(Stopped::Refused)?, blade));
             return Ok(None);
@@ -255,11 +255,11 @@ impl Knife {
         let Some(mesh) = &mut body.cut else { return Ok(None) };
         *tried = blade;
         let before = stroke.blade();
-        let heading = self.heading.map_or_else(Vector3::zeros, at_rest);
+        let heading = self.heading.map_or_else(Vec3::zeros, at_rest);
         let advance = mesh.advance(stroke, blade).or_else(|refused| {
             // Where it cannot go on from the very edge of its own slit, it starts a little behind, and else where it is.
-            let step: V3 = (-0.2 * stride * heading).into();
-            let behind = Blade { tip: axpy(before.tip, 1.0, step), heel: axpy(before.heel, 1.0, step) };
+            let step = -0.2 * stride * heading;
+            let behind = Blade { tip: before.tip + step, heel: before.heel + step };
             let mut again = Stroke::begin(behind)?;
             let advance = mesh.advance(&mut again, blade);
             if advance.is_ok() || way(&before, &blade) > PATIENCE * stride {
@@ -287,28 +287,28 @@ impl Knife {
 }
 
 /// m, how far the body has moved what is now at a place, sought from a rest place on; `None` in the air.
-fn rest_of(now: V3, from: V3, lattice: &Lattice, body: &Body) -> Result<Option<V3>, ToolError> {
+fn rest_of(now: Vec3, from: Vec3, lattice: &Lattice, body: &Body) -> Result<Option<Vec3>, ToolError> {
     let (mut place, mut moved, mut gap) = (from, None, f64::INFINITY);
     for _ in 0..INVERSIONS {
         let Some(u) = lattice.carried_by(place, &body.system.nodes)? else { break };
-        let before: Option<V3> = moved.replace(u);
-        place = axpy(now, -1.0, u);
-        gap = before.map_or(gap, |before| axpy(u, -1.0, before).iter().fold(0.0, |g, c| g.max(c.abs())));
+        let before: Option<Vec3> = moved.replace(u);
+        place = now - u;
+        gap = before.map_or(gap, |before| (u - before).iter().fold(0.0, |g, c| g.max(c.abs())));
     }
     Ok(moved.filter(|_| gap <= STRAY * lattice.edge()))
 }
 
-fn mean_displacement(lattice: &Lattice, body: &Body) -> V3 {
+fn mean_displacement(lattice: &Lattice, body: &Body) -> Vec3 {
     let (nodes, rest) = (&body.system.nodes, &lattice.region().node_rest);
-    let sum = nodes.x.iter().zip(rest).fold([0.0; 3], |sum, (x, rest)| axpy(sum, 1.0, axpy(*x, -1.0, *rest)));
-    sum.map(|c| c / nodes.len().max(1) as f64)
+    let sum: Vec3 = nodes.x.iter().zip(rest).map(|(x, rest)| x - Vec3::from(*rest)).sum();
+    sum / nodes.len().max(1) as f64
 }
 
 /// A blade in the rest shape of a body.
 struct Seen {
     blade: Blade,
-    places: Vec<V3>,
-    tip: V3,
+    places: Vec<Vec3>,
+    tip: Vec3,
     /// Of a sheet: the stroke waits at its end until the blade goes through the sheet again.
     in_gap: bool,
     turn: Matrix3<f64>,
@@ -330,17 +330,17 @@ enum Stopped {
 }
 
 /// m, how far the middle of a blade has gone in a direction
-fn ahead(from: &Blade, to: &Blade, heading: &Vector3<f64>) -> f64 {
+fn ahead(from: &Blade, to: &Blade, heading: &Vec3) -> f64 {
     middle_way(from, to).dot(heading)
 }
 
-fn middle_way(from: &Blade, to: &Blade) -> Vector3<f64> {
-    let middle = |blade: &Blade| Vector3::from(blade.tip).lerp(&Vector3::from(blade.heel), 0.5);
+fn middle_way(from: &Blade, to: &Blade) -> Vec3 {
+    let middle = |blade: &Blade| blade.tip.lerp(&blade.heel, 0.5);
     middle(to) - middle(from)
 }
 
 /// m, how far the end of a blade that went further has gone.
 fn way(from: &Blade, to: &Blade) -> f64 {
-    let moved = |a: V3, b: V3| (Vector3::from(b) - Vector3::from(a)).norm();
+    let moved = |a: Vec3, b: Vec3| (b - a).norm();
     moved(from.tip, to.tip).max(moved(from.heel, to.heel))
 }

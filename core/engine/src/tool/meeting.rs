@@ -4,17 +4,17 @@
 //! back with the triangle there: by where it meets it, and by how the triangle has turned.
 
 use crate::body::{Body, Sheet, weigh};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
 use pliant_cut::Blade;
 use pliant_mesh::geometry::closest_point;
-use pliant_solver::{V3, axpy, dot};
+use pliant_solver::Vec3;
 
 /// Where a blade is on a sheet.
 pub struct Meeting {
     /// The blade in the rest shape, as much of it as is near.
     pub blade: Blade,
     /// m, settled place where it goes through, or the one closest to it
-    pub place: V3,
+    pub place: Vec3,
     /// Whether it goes through.
     pub through: bool,
     /// In a gap that a cut has opened: where it is in the rest shape, there is the sheet.
@@ -34,8 +34,8 @@ const PLACES: usize = 9;
 
 impl Meeting {
     /// Of a blade from `tip` to `heel`, m, that was at the settled place `last`; `None` far from the sheet.
-    pub fn find(tip: V3, heel: V3, body: &Body, sheet: &Sheet, last: Option<V3>) -> Option<Self> {
-        let way = axpy(heel, -1.0, tip);
+    pub fn find(tip: Vec3, heel: Vec3, body: &Body, sheet: &Sheet, last: Option<Vec3>) -> Option<Self> {
+        let way = heel - tip;
         let (triangle, along, bary, through) = pierced(tip, way, body, sheet, last)
             .map(|(t, s, bary)| (t, s, bary, true))
             .or_else(|| closest(tip, way, body, sheet).map(|(t, s, bary)| (t, s, bary, false)))?;
@@ -43,13 +43,13 @@ impl Meeting {
         let rest = vertices.map(|v| body.model.surface.points[v as usize]);
         let now = sheet.nodes_of(&body.model, triangle).map(|n| body.system.nodes.x[n as usize]);
         let turn = turn(rest, now)?;
-        let (from, to) = (weigh(now, bary), Vector3::from(weigh(rest, bary)));
-        let back = |p: V3| -> V3 { (to + turn.transpose() * (Vector3::from(p) - Vector3::from(from))).into() };
-        let length = dot(way, way).sqrt();
+        let (from, to) = (weigh(now, bary), weigh(rest, bary));
+        let back = |p: Vec3| -> Vec3 { to + turn.transpose() * (p - from) };
+        let length = way.norm();
         let normal = turn * normal_of(rest);
-        let across = (Vector3::from(way) / length).dot(&normal).abs() > ACROSS;
+        let across = (way / length).dot(&normal).abs() > ACROSS;
         let around = if across { AROUND * sheet.edge() / length } else { f64::INFINITY };
-        let end = |s: f64| back(axpy(tip, s.clamp(0.0, 1.0), way));
+        let end = |s: f64| back(tip + s.clamp(0.0, 1.0) * way);
         let blade = Blade { tip: end(along - around), heel: end(along + around) };
         let place = weigh(vertices.map(|v| body.skin.settled[v as usize]), bary);
         let in_gap = !through && body.cut.as_ref().is_some_and(|mesh| mesh.is_crossed(blade.tip, blade.heel));
@@ -58,9 +58,9 @@ impl Meeting {
 }
 
 /// Turns a triangle of the rest shape to where it is now; `None` where it has no area.
-fn turn(rest: [V3; 3], now: [V3; 3]) -> Option<Matrix3<f64>> {
-    let frame = |[a, b, c]: [V3; 3]| {
-        let [a, b, c] = [a, b, c].map(Vector3::from);
+fn turn(rest: [Vec3; 3], now: [Vec3; 3]) -> Option<Matrix3<f64>> {
+    let frame = |[a, b, c]: [Vec3; 3]| {
+        let [a, b, c] = [a, b, c];
         let first = (b - a).try_normalize(0.0)?;
         let normal = (b - a).cross(&(c - a)).try_normalize(0.0)?;
         let second = normal.cross(&first);
@@ -76,15 +76,15 @@ fn turn(rest: [V3; 3], now: [V3; 3]) -> Option<Matrix3<f64>> {
     Some(to * Matrix3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0) * from.transpose())
 }
 
-fn normal_of([a, b, c]: [V3; 3]) -> Vector3<f64> {
-    let [a, b, c] = [a, b, c].map(Vector3::from);
+fn normal_of([a, b, c]: [Vec3; 3]) -> Vec3 {
+    let [a, b, c] = [a, b, c];
     (b - a).cross(&(c - a)).normalize()
 }
 
 /// The triangle a segment goes through, where along it and with which weights: of several the one closest to where the blade
 /// was, or to its tip.
-fn pierced(tip: V3, way: V3, body: &Body, sheet: &Sheet, last: Option<V3>) -> Option<(u32, f64, V3)> {
-    let mut best: Option<(f64, u32, f64, V3)> = None;
+fn pierced(tip: Vec3, way: Vec3, body: &Body, sheet: &Sheet, last: Option<Vec3>) -> Option<(u32, f64, Vec3)> {
+    let mut best: Option<(f64, u32, f64, Vec3)> = None;
     for t in 0..body.model.surface.triangles.len() as u32 {
         let corners = sheet.nodes_of(&body.model, t).map(|n| body.system.nodes.x[n as usize]);
         let Some((s, bary)) = pliant_mesh::geometry::meet(corners, tip, way).filter(|(s, _)| *s <= 1.0) else {
@@ -92,8 +92,8 @@ fn pierced(tip: V3, way: V3, body: &Body, sheet: &Sheet, last: Option<V3>) -> Op
         };
         let away = last.map_or(s, |last| {
             let place = weigh(body.model.surface.triangles[t as usize].map(|v| body.skin.settled[v as usize]), bary);
-            let d = axpy(place, -1.0, last);
-            dot(d, d)
+            let d = place - last;
+            d.norm_squared()
         });
         if best.is_none_or(|(least, ..)| away < least) {
             best = Some((away, t, s, bary));
@@ -103,22 +103,22 @@ fn pierced(tip: V3, way: V3, body: &Body, sheet: &Sheet, last: Option<V3>) -> Op
 }
 
 /// The triangle closest to a segment, if one is near.
-fn closest(tip: V3, way: V3, body: &Body, sheet: &Sheet) -> Option<(u32, f64, V3)> {
+fn closest(tip: Vec3, way: Vec3, body: &Body, sheet: &Sheet) -> Option<(u32, f64, Vec3)> {
     let reach = REACH * sheet.edge();
-    let length = dot(way, way);
-    let mut best: Option<(f64, u32, f64, V3)> = None;
+    let length = way.norm_squared();
+    let mut best: Option<(f64, u32, f64, Vec3)> = None;
     for t in 0..body.model.surface.triangles.len() as u32 {
         let corners = sheet.nodes_of(&body.model, t).map(|n| body.system.nodes.x[n as usize]);
-        let size = |a: V3, b: V3| dot(axpy(a, -1.0, b), axpy(a, -1.0, b)).sqrt();
-        let from_tip = axpy(corners[0], -1.0, tip);
-        let foot = axpy(tip, (dot(from_tip, way) / length).clamp(0.0, 1.0), way);
+        let size = |a: Vec3, b: Vec3| (a - b).norm();
+        let from_tip = corners[0] - tip;
+        let foot = tip + (from_tip.dot(&way) / length).clamp(0.0, 1.0) * way;
         let own = size(corners[0], corners[1]).max(size(corners[0], corners[2]));
         if size(foot, corners[0]) > best.map_or(reach, |(least, ..)| least) + own + length.sqrt() / PLACES as f64 {
             continue;
         }
         for i in 0..PLACES {
             let s = i as f64 / (PLACES - 1) as f64;
-            let at = axpy(tip, s, way);
+            let at = tip + s * way;
             let near = closest_point(at, corners);
             let away = size(near.point, at);
             if away <= best.map_or(reach, |(least, ..)| least) {

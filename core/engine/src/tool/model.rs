@@ -3,7 +3,7 @@
 //! `F = F0 + Kc (x0 - x)`, with the place x0 that was felt at drifting as the surface under the tool does (the local model of
 //! Adachi, Kumano and Ogino 1995, with a stiffness in the place of a plane).
 
-use pliant_solver::{Block, V3, axpy, dot};
+use pliant_solver::{Block, Vec3, matrix3};
 
 /// A contact, as of one sample of the hand.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -11,26 +11,25 @@ pub struct ContactModel {
     /// ns, when that sample was taken
     pub time: u64,
     /// N, on the hand
-    pub force: V3,
+    pub force: Vec3,
     /// m, where the hand was
-    pub at: V3,
+    pub at: Vec3,
     /// m/s, how what holds the hand moves
-    pub drift: V3,
+    pub drift: Vec3,
     /// N/m, the force loses when the hand moves; symmetric
     pub stiffness: Block,
     /// Out of the surface: the force never pulls against it. `None`: it holds on both sides.
-    pub normal: Option<V3>,
+    pub normal: Option<Vec3>,
 }
 
 impl ContactModel {
     /// N, on a hand at `x` (m), `after` (s) the sample; it drifts for `drifts` (s) at most.
-    pub fn force(&self, x: V3, after: f64, drifts: f64) -> V3 {
-        let held = axpy(self.at, after.clamp(0.0, drifts), self.drift);
-        let moved = axpy(held, -1.0, x);
-        let k = &self.stiffness;
-        let force: V3 = std::array::from_fn(|i| self.force[i] + dot([k[3 * i], k[3 * i + 1], k[3 * i + 2]], moved));
+    pub fn force(&self, x: Vec3, after: f64, drifts: f64) -> Vec3 {
+        let held = self.at + after.clamp(0.0, drifts) * self.drift;
+        let moved = held - x;
+        let force = self.force + matrix3(&self.stiffness) * moved;
         match self.normal {
-            Some(n) if dot(force, n) <= 0.0 => [0.0; 3],
+            Some(n) if force.dot(&n) <= 0.0 => Vec3::zeros(),
             _ => force,
         }
     }
@@ -59,7 +58,7 @@ impl Blend {
     }
 
     /// N, on a hand at `x` (m) at `time` (ns): from what the model before says there to what the newest says, over a period.
-    pub fn force(&self, x: V3, time: u64) -> V3 {
+    pub fn force(&self, x: Vec3, time: u64) -> Vec3 {
         let after = |model: &ContactModel| seconds(time.saturating_sub(model.time));
         let drifts = 2.0 * self.period;
         let new = self.now.force(x, after(&self.now), drifts);
@@ -68,14 +67,13 @@ impl Blend {
             return new;
         }
         let old = self.before.force(x, after(&self.before), drifts);
-        axpy(old, share, axpy(new, -1.0, old))
+        old + share * (new - old)
     }
 
     /// m/N, of the newest coupling along `force` (N): inverse of what it resists with in that direction; 0 without any
-    pub fn compliance(&self, force: V3) -> f64 {
-        let k = &self.now.stiffness;
-        let resisted: V3 = std::array::from_fn(|i| dot([k[3 * i], k[3 * i + 1], k[3 * i + 2]], force));
-        let (size, along) = (dot(force, force), dot(force, resisted));
+    pub fn compliance(&self, force: Vec3) -> f64 {
+        let resisted = matrix3(&self.now.stiffness) * force;
+        let (size, along) = (force.norm_squared(), force.dot(&resisted));
         if along > 0.0 && size > 0.0 { size / along } else { 0.0 }
     }
 
@@ -86,7 +84,7 @@ impl Blend {
 
     /// Whether it pushes at all.
     pub fn is_contact(&self) -> bool {
-        self.now.force != [0.0; 3]
+        self.now.force != Vec3::zeros()
     }
 }
 
@@ -103,20 +101,27 @@ mod tests {
     fn wall(height: f64, time: u64, x: f64) -> ContactModel {
         let mut stiffness = [0.0; 9];
         stiffness[0] = 500.0;
-        let force = [500.0 * (height - x).max(0.0), 0.0, 0.0];
-        ContactModel { time, force, at: [x, 0.0, 0.0], stiffness, normal: Some([1.0, 0.0, 0.0]), ..Default::default() }
+        let force = Vec3::new(500.0 * (height - x).max(0.0), 0.0, 0.0);
+        ContactModel {
+            time,
+            force,
+            at: Vec3::new(x, 0.0, 0.0),
+            stiffness,
+            normal: Some(Vec3::x()),
+            ..Default::default()
+        }
     }
 
     #[test]
     fn between_steps_the_hand_feels_the_wall_and_never_its_pull() {
         let model = wall(0.0, 0, -1e-3);
-        assert!((model.force([-2e-3, 0.0, 0.0], 0.0, 0.0)[0] - 1.0).abs() < 1e-12);
-        assert_eq!(model.force([1e-3, 5.0, 0.0], 0.0, 0.0), [0.0; 3]);
+        assert!((model.force(Vec3::new(-2e-3, 0.0, 0.0), 0.0, 0.0)[0] - 1.0).abs() < 1e-12);
+        assert_eq!(model.force(Vec3::new(1e-3, 5.0, 0.0), 0.0, 0.0), Vec3::zeros());
     }
 
     #[test]
     fn a_new_model_comes_in_over_a_period_without_a_jump() {
-        let (mut blend, x) = (Blend::default(), [-1e-3, 0.0, 0.0]);
+        let (mut blend, x) = (Blend::default(), Vec3::new(-1e-3, 0.0, 0.0));
         for step in 1..200 {
             blend.take(wall(0.0, step * 4 * MS, -1e-3), step * 4 * MS);
         }
@@ -135,8 +140,8 @@ mod tests {
     #[test]
     fn what_moves_with_the_hand_does_not_drag() {
         let mut model = wall(0.0, 0, -1e-3);
-        model.drift = [0.1, 0.0, 0.0];
-        let moved = model.force([-1e-3 + 4e-4, 0.0, 0.0], 4e-3, 8e-3);
+        model.drift = Vec3::new(0.1, 0.0, 0.0);
+        let moved = model.force(Vec3::new(-1e-3 + 4e-4, 0.0, 0.0), 4e-3, 8e-3);
         assert!((moved[0] - model.force[0]).abs() < 1e-12, "{moved:?}");
     }
 }

@@ -6,9 +6,9 @@
 //! period L at speed u modulates the pins with the frequency u/L (Tripicchio, D'Avella and Ruffaldi 2022 describe the array; the
 //! rendering is ours).
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::UnitQuaternion;
 use pliant_plugin_api::abi::DeviceInfo;
-use pliant_solver::{V3, dot};
+use pliant_solver::Vec3;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// The pins of one array, as a device describes them.
@@ -54,7 +54,7 @@ const FADE: [f64; 2] = [0.4, 0.5];
 pub struct TactilePad {
     array: TaxelArray,
     /// The pad's axes in those of the hand: along the finger, across it, and out of it.
-    axes: [V3; 3],
+    axes: [Vec3; 3],
     texture: Texture,
     /// N, before the response of the pins (rows x columns)
     pressed: Vec<f64>,
@@ -75,16 +75,15 @@ impl TactilePad {
         let sound = |v: f64| v.is_finite() && v > 0.0;
         let array = TaxelArray { rows, columns, pitch: info.taxel_pitch, most: info.taxel_force };
         let there = rows * columns > 0 && sound(array.pitch) && sound(array.most);
-        there.then(|| Self::new(array, [0.0, 0.0, -1.0], [0.0, 1.0, 0.0], Texture::default()))
+        there.then(|| Self::new(array, Vec3::new(0.0, 0.0, -1.0), Vec3::y(), Texture::default()))
     }
 
     /// A pad whose outward direction and direction along the finger are given in axes of the hand.
-    pub fn new(array: TaxelArray, outward: V3, along: V3, texture: Texture) -> Self {
-        let out = Vector3::from(outward).try_normalize(0.0).unwrap_or_else(Vector3::z);
-        let along = Vector3::from(along);
+    pub fn new(array: TaxelArray, outward: Vec3, along: Vec3, texture: Texture) -> Self {
+        let out = outward.try_normalize(0.0).unwrap_or_else(Vec3::z);
         let along = (along - along.dot(&out) * out).try_normalize(1e-9);
-        let along = along.unwrap_or_else(|| out.cross(&Vector3::ith(out.iamin(), 1.0)).normalize());
-        let axes = [along.into(), out.cross(&along).into(), out.into()];
+        let along = along.unwrap_or_else(|| out.cross(&Vec3::ith(out.iamin(), 1.0)).normalize());
+        let axes = [along, out.cross(&along), out];
         let pins = vec![0.0; array.rows * array.columns];
         Self { array, axes, texture, pressed: pins.clone(), taxels: pins, phase: 0.0, beside: 0.0, clipped: 0.0 }
     }
@@ -101,10 +100,10 @@ impl TactilePad {
     }
 
     /// A ball of `radius` (m), turned by `rotation`, is pressed with `size` (N) at a place in `direction` from its centre.
-    pub fn press(&mut self, rotation: &UnitQuaternion<f64>, radius: f64, direction: V3, size: f64) {
-        let d = rotation.inverse() * Vector3::from(direction);
+    pub fn press(&mut self, rotation: &UnitQuaternion<f64>, radius: f64, direction: Vec3, size: f64) {
+        let d = rotation.inverse() * direction;
         let Some(d) = d.try_normalize(1e-12).filter(|_| size > 0.0 && size.is_finite()) else { return };
-        let [t1, t2, out] = self.axes.map(|axis| dot(d.into(), axis));
+        let [t1, t2, out] = self.axes.map(|axis| d.dot(&axis));
         let angle = libm::acos(out.clamp(-1.0, 1.0));
         let scale = if angle < 1e-6 { radius } else { radius * angle / libm::sin(angle) };
         // The far side of the finger has no pins.
@@ -134,9 +133,9 @@ impl TactilePad {
     }
 
     /// Ends a step of `dt` (s) in which the surface slipped by at `slip` (m/s), and sets what the pins give.
-    pub fn end(&mut self, rotation: &UnitQuaternion<f64>, slip: V3, dt: f64) {
-        let slip = rotation.inverse() * Vector3::from(slip);
-        let [along, across] = [self.axes[0], self.axes[1]].map(|axis| dot(slip.into(), axis));
+    pub fn end(&mut self, rotation: &UnitQuaternion<f64>, slip: Vec3, dt: f64) {
+        let slip = rotation.inverse() * slip;
+        let [along, across] = [self.axes[0], self.axes[1]].map(|axis| slip.dot(&axis));
         // A slip that is not a number is none.
         let speed = Some(libm::hypot(along, across)).filter(|speed| speed.is_finite()).unwrap_or(0.0);
         let frequency = speed / self.texture.period;
@@ -180,7 +179,7 @@ mod tests {
 
     fn pad() -> TactilePad {
         let array = TaxelArray { rows: 5, columns: 6, pitch: 2.5e-3, most: 0.073 };
-        TactilePad::new(array, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], Texture::default())
+        TactilePad::new(array, Vec3::z(), Vec3::x(), Texture::default())
     }
 
     fn still() -> UnitQuaternion<f64> {
@@ -188,10 +187,10 @@ mod tests {
     }
 
     /// Direction of a place on the pad, m along and across.
-    fn towards(along: f64, across: f64) -> V3 {
+    fn towards(along: f64, across: f64) -> Vec3 {
         let angle = along.hypot(across) / RADIUS;
         let (a, b) = if angle > 0.0 { (along / (angle * RADIUS), across / (angle * RADIUS)) } else { (0.0, 0.0) };
-        [a * angle.sin(), b * angle.sin(), angle.cos()]
+        Vec3::new(a * angle.sin(), b * angle.sin(), angle.cos())
     }
 
     fn centroid(pad: &TactilePad) -> [f64; 2] {
@@ -211,7 +210,7 @@ mod tests {
         for (along, across) in [(0.0, 0.0), (1e-3, -2e-3), (-4.9e-3, 6.1e-3), (5e-3, -6.25e-3)] {
             pad.begin();
             pad.press(&still(), RADIUS, towards(along, across), 0.04);
-            pad.end(&still(), [0.0; 3], 1e-3);
+            pad.end(&still(), Vec3::zeros(), 1e-3);
             assert!((pad.taxels.iter().sum::<f64>() - 0.04).abs() < 1e-15 && pad.beside == 0.0 && pad.clipped == 0.0);
             let at = centroid(&pad);
             assert!((at[0] - along).abs() < 1e-12 && (at[1] - across).abs() < 1e-12, "{at:?}");
@@ -221,10 +220,10 @@ mod tests {
     #[test]
     fn what_is_beside_the_array_is_counted_and_not_shown() {
         let mut pad = pad();
-        for direction in [towards(9e-3, 0.0), [0.0, 0.0, -1.0], towards(0.0, 6.4e-3)] {
+        for direction in [towards(9e-3, 0.0), Vec3::new(0.0, 0.0, -1.0), towards(0.0, 6.4e-3)] {
             pad.begin();
             pad.press(&still(), RADIUS, direction, 0.02);
-            pad.end(&still(), [0.0; 3], 1e-3);
+            pad.end(&still(), Vec3::zeros(), 1e-3);
             assert!(pad.beside == 0.02 && pad.taxels.iter().all(|t| *t == 0.0), "{direction:?}");
         }
     }
@@ -236,7 +235,7 @@ mod tests {
         for size in [0.0, 0.03, 0.06, 0.1, 1.0, 1e9, f64::INFINITY, f64::NAN, -1.0] {
             pad.begin();
             pad.press(&still(), RADIUS, towards(0.0, 1.25e-3), size);
-            pad.end(&still(), [0.0, 0.1, 0.0], 1e-3);
+            pad.end(&still(), Vec3::new(0.0, 0.1, 0.0), 1e-3);
             assert!(pad.taxels.iter().all(|t| (0.0..=0.073).contains(t)), "{size}");
         }
         for step in 0..200 {
@@ -254,7 +253,7 @@ mod tests {
         for (a, b) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
             pad.press(&still(), RADIUS, towards(a * 1.7e-3, b * 3.1e-3), 0.01);
         }
-        pad.end(&still(), [0.0; 3], 1e-3);
+        pad.end(&still(), Vec3::zeros(), 1e-3);
         for i in 0..5 {
             for j in 0..6 {
                 let [here, mirrored] = [pad.taxels[i * 6 + j], pad.taxels[(4 - i) * 6 + 5 - j]];
@@ -271,7 +270,7 @@ mod tests {
         for _ in 0..1000 {
             pad.begin();
             pad.press(&still(), RADIUS, towards(0.0, 1.25e-3), 0.04);
-            pad.end(&still(), [0.1, 0.0, 0.0], 1e-3);
+            pad.end(&still(), Vec3::new(0.1, 0.0, 0.0), 1e-3);
             let now = pad.taxels[2 * 6 + 3] > 0.04;
             crossings += usize::from(now && !above);
             above = now;
@@ -280,7 +279,7 @@ mod tests {
         // Faster than the rate can carry nothing is left of it.
         pad.begin();
         pad.press(&still(), RADIUS, towards(0.0, 1.25e-3), 0.04);
-        pad.end(&still(), [0.3, 0.0, 0.0], 1e-3);
+        pad.end(&still(), Vec3::new(0.3, 0.0, 0.0), 1e-3);
         assert_eq!(pad.taxels[2 * 6 + 3], 0.04);
     }
 
@@ -289,11 +288,11 @@ mod tests {
         let turn = UnitQuaternion::from_euler_angles(0.4, -1.1, 2.0);
         let (mut straight, mut turned) = (pad(), pad());
         let direction = towards(1e-3, 2e-3);
-        let other: V3 = (turn * Vector3::from(direction)).into();
+        let other = turn * direction;
         for (pad, rotation, direction) in [(&mut straight, still(), direction), (&mut turned, turn, other)] {
             pad.begin();
             pad.press(&rotation, RADIUS, direction, 0.05);
-            pad.end(&rotation, [0.0; 3], 1e-3);
+            pad.end(&rotation, Vec3::zeros(), 1e-3);
         }
         let differ = straight.taxels.iter().zip(&turned.taxels).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(differ < 1e-15, "{differ}");

@@ -6,7 +6,7 @@
 //! gives way, so a pinch is felt on both.
 
 use super::haptic::Coupling;
-use pliant_solver::{V3, axpy, dot};
+use pliant_solver::Vec3;
 
 /// The tip of a tool that touches sheets.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,9 +14,9 @@ pub struct TipMass {
     /// kg
     pub mass: f64,
     /// m
-    pub position: V3,
+    pub position: Vec3,
     /// m/s
-    pub velocity: V3,
+    pub velocity: Vec3,
     /// Whether it has been led before.
     led: bool,
 }
@@ -27,12 +27,12 @@ const PULP: f64 = 0.25;
 impl TipMass {
     /// At rest wherever it is first led.
     pub fn new(mass: f64) -> Self {
-        Self { mass, position: [0.0; 3], velocity: [0.0; 3], led: false }
+        Self { mass, position: Vec3::zeros(), velocity: Vec3::zeros(), led: false }
     }
 
     /// Leads it towards a hand that moved to `hand` at `speed` (m/s), against `force` (N), over `dt` (s): backward Euler for
     /// the spring and a damper that is critical; the damper is between tip and hand and not felt.
-    pub fn lead(&mut self, (hand, speed): (V3, V3), coupling: &Coupling, force: V3, dt: f64) {
+    pub fn lead(&mut self, (hand, speed): (Vec3, Vec3), coupling: &Coupling, force: Vec3, dt: f64) {
         if !self.led {
             (self.position, self.velocity, self.led) = (hand, speed, true);
             return;
@@ -53,29 +53,29 @@ impl TipMass {
     }
 
     /// N, on a hand at `hand`
-    pub fn felt(&self, hand: V3, coupling: &Coupling) -> V3 {
-        if self.led { axpy(self.position, -1.0, hand).map(|c| coupling.stiffness * c) } else { [0.0; 3] }
+    pub fn felt(&self, hand: Vec3, coupling: &Coupling) -> Vec3 {
+        if self.led { coupling.stiffness * (self.position - hand) } else { Vec3::zeros() }
     }
 }
 
 /// Parts two tips with these radii (m) that are in each other by more than their pulps give way.
 pub fn part(a: (&mut TipMass, f64), b: (&mut TipMass, f64)) {
     let ((a, ra), (b, rb)) = (a, b);
-    let between = axpy(b.position, -1.0, a.position);
-    let distance = dot(between, between).sqrt();
+    let between = b.position - a.position;
+    let distance = between.norm();
     let least = (ra + rb) - PULP * 0.5 * (ra + rb);
     if !a.led || !b.led || distance >= least || distance < 1e-9 {
         return;
     }
-    let n = between.map(|c| c / distance);
+    let n = between / distance;
     let share = a.mass / (a.mass + b.mass);
     let out = least - distance;
-    a.position = axpy(a.position, -out * (1.0 - share), n);
-    b.position = axpy(b.position, out * share, n);
-    let closing = dot(axpy(a.velocity, -1.0, b.velocity), n);
+    a.position -= out * (1.0 - share) * n;
+    b.position += out * share * n;
+    let closing = (a.velocity - b.velocity).dot(&n);
     if closing > 0.0 {
-        a.velocity = axpy(a.velocity, -closing * (1.0 - share), n);
-        b.velocity = axpy(b.velocity, closing * share, n);
+        a.velocity -= closing * (1.0 - share) * n;
+        b.velocity += closing * share * n;
     }
 }
 
@@ -88,14 +88,14 @@ mod tests {
     #[test]
     fn it_follows_a_steady_hand_without_lag_and_rests_where_spring_and_load_balance() {
         let mut tip = TipMass::new(0.01);
-        let mut hand = [0.0; 3];
+        let mut hand = Vec3::zeros();
         for _ in 0..300 {
             hand[0] += 1e-4;
-            tip.lead((hand, [0.1, 0.0, 0.0]), &COUPLING, [0.0; 3], 1e-3);
+            tip.lead((hand, Vec3::new(0.1, 0.0, 0.0)), &COUPLING, Vec3::zeros(), 1e-3);
         }
         assert!((tip.position[0] - hand[0]).abs() < 1e-9, "{} {}", tip.position[0], hand[0]);
         for _ in 0..300 {
-            tip.lead((hand, [0.0; 3]), &COUPLING, [-1.0, 0.0, 0.0], 1e-3);
+            tip.lead((hand, Vec3::zeros()), &COUPLING, Vec3::new(-1.0, 0.0, 0.0), 1e-3);
         }
         assert!((tip.felt(hand, &COUPLING)[0] + 1.0).abs() < 1e-6);
     }
@@ -103,12 +103,12 @@ mod tests {
     #[test]
     fn two_hands_that_squeeze_feel_the_same_force_against_each_other() {
         let (mut a, mut b) = (TipMass::new(0.01), TipMass::new(0.01));
-        let (left, right) = ([-0.005, 0.0, 0.0], [0.005, 0.0, 0.0]);
-        a.lead(([-0.02, 0.0, 0.0], [0.0; 3]), &COUPLING, [0.0; 3], 1e-3);
-        b.lead(([0.02, 0.0, 0.0], [0.0; 3]), &COUPLING, [0.0; 3], 1e-3);
+        let (left, right) = (Vec3::new(-0.005, 0.0, 0.0), Vec3::new(0.005, 0.0, 0.0));
+        a.lead((Vec3::new(-0.02, 0.0, 0.0), Vec3::zeros()), &COUPLING, Vec3::zeros(), 1e-3);
+        b.lead((Vec3::new(0.02, 0.0, 0.0), Vec3::zeros()), &COUPLING, Vec3::zeros(), 1e-3);
         for _ in 0..500 {
-            a.lead((left, [0.0; 3]), &COUPLING, [0.0; 3], 1e-3);
-            b.lead((right, [0.0; 3]), &COUPLING, [0.0; 3], 1e-3);
+            a.lead((left, Vec3::zeros()), &COUPLING, Vec3::zeros(), 1e-3);
+            b.lead((right, Vec3::zeros()), &COUPLING, Vec3::zeros(), 1e-3);
             part((&mut a, 0.01), (&mut b, 0.01));
         }
         // 10 mm apart, kept 17.5 mm apart: each spring is 3.75 mm long.

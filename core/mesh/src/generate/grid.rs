@@ -1,6 +1,7 @@
 //! Flat sheets: cloth.
 
 use super::{Model, need_cells, need_length};
+use crate::geometry::Vec3;
 use crate::{MeshError, ObjDocument};
 
 /// Which way a sheet is cut into triangles.
@@ -43,7 +44,7 @@ pub fn grid(cells: [u32; 2], size: [f64; 2], pattern: Pattern) -> Result<ObjDocu
             let [du, dv] = if pattern == Pattern::Irregular && inside { jitter(row, column) } else { [0.0; 2] };
             let u = (at + du).clamp(0.0, f64::from(columns)) / f64::from(columns);
             let v = v + dv / f64::from(rows);
-            model.points.push([u * size[0], v * size[1], 0.0]);
+            model.points.push(Vec3::new(u * size[0], v * size[1], 0.0));
             model.texcoords.push([u, v]);
         }
     }
@@ -132,8 +133,8 @@ mod tests {
     #[test]
     fn vertex_order_is_row_by_row() {
         let document = grid([2, 1], [2.0, 1.0], Pattern::Regular).unwrap();
-        assert_eq!(document.positions()[..3], [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]);
-        assert_eq!(document.positions()[4], [1.0, 1.0, 0.0]);
+        assert_eq!(document.positions()[..3], [0.0, 1.0, 2.0].map(|x| Vec3::new(x, 0.0, 0.0)));
+        assert_eq!(document.positions()[4], Vec3::new(1.0, 1.0, 0.0));
         assert_eq!(document.texcoords()[5], [1.0, 1.0]);
     }
 

@@ -6,6 +6,7 @@ use std::f64::consts::{FRAC_PI_4, TAU};
 use nalgebra::Vector3;
 
 use super::{Model, need_cells, need_length};
+use crate::geometry::Vec3;
 use crate::{MeshError, ObjDocument};
 
 /// A box of `size` (m) about the origin, each side `cells` x `cells` quads.
@@ -20,7 +21,7 @@ pub fn cuboid(cells: u32, size: [f64; 3]) -> Result<ObjDocument, MeshError> {
     for (parameter, length) in ["size x", "size y", "size z"].into_iter().zip(size) {
         need_length(parameter, length)?;
     }
-    cube(cells, |place| [0, 1, 2].map(|axis| 0.5 * size[axis] * place[axis])).into_document("box")
+    cube(cells, |place| 0.5 * Vec3::from(size).component_mul(&place)).into_document("box")
 }
 
 /// A sphere of `radius` (m) about the origin: a [`cuboid`] of the same vertices and faces blown up, so that its quads
@@ -31,8 +32,8 @@ pub fn cuboid(cells: u32, size: [f64; 3]) -> Result<ObjDocument, MeshError> {
 pub fn sphere(cells: u32, radius: f64) -> Result<ObjDocument, MeshError> {
     need_cells("cells", cells, 1)?;
     need_length("radius", radius)?;
-    let equal_angles = |place: [f64; 3]| Vector3::from(place.map(|at| libm::tan(FRAC_PI_4 * at)));
-    cube(cells, |place| (radius * equal_angles(place).normalize()).into()).into_document("sphere")
+    let equal_angles = |place: Vec3| place.map(|at| libm::tan(FRAC_PI_4 * at));
+    cube(cells, |place| radius * equal_angles(place).normalize()).into_document("sphere")
 }
 
 /// A cylinder of `radius` and `height` (m) about the z axis, the origin in its middle: `around` x `along` quads, and
@@ -56,7 +57,7 @@ pub fn cylinder(around: u32, along: u32, radius: f64, height: f64) -> Result<Obj
     for ring in 0..=along {
         let up = f64::from(ring) / f64::from(along);
         let point = |step| direction(step).map(|part| radius * part);
-        model.points.extend((0..around).map(point).map(|[x, y]| [x, y, height * (up - 0.5)]));
+        model.points.extend((0..around).map(point).map(|[x, y]| Vec3::new(x, y, height * (up - 0.5))));
         model.texcoords.extend((0..=around).map(|step| [f64::from(step) / f64::from(around), 0.5 * up]));
     }
     let vertex = |ring: u32, step: u32| [ring * around + step % around, ring * (around + 1) + step];
@@ -72,7 +73,7 @@ pub fn cylinder(around: u32, along: u32, radius: f64, height: f64) -> Result<Obj
         let rim = |step| [centre[0] + 0.25 * sense * direction(step)[0], centre[1] + 0.25 * direction(step)[1]];
         model.texcoords.extend((0..around).map(rim).chain([centre]));
         let middle = model.points.len() as u32;
-        model.points.push([0.0, 0.0, 0.5 * sense * height]);
+        model.points.push(Vec3::new(0.0, 0.0, 0.5 * sense * height));
         for step in 0..around {
             let [this, next] = [step, (step + 1) % around].map(|step| [ring * around + step, disc + step]);
             let [a, b] = if sense > 0.0 { [this, next] } else { [next, this] };
@@ -83,7 +84,7 @@ pub fn cylinder(around: u32, along: u32, radius: f64, height: f64) -> Result<Obj
 }
 
 /// The welded surface of a lattice cube, its points put by `point` from their place in [-1, 1]^3.
-fn cube(cells: u32, point: impl Fn([f64; 3]) -> [f64; 3]) -> Model {
+fn cube(cells: u32, point: impl Fn(Vec3) -> Vec3) -> Model {
     let mut model = Model::default();
     let mut index = HashMap::new();
     let border = |at: u32| at == 0 || at == cells;
@@ -92,7 +93,7 @@ fn cube(cells: u32, point: impl Fn([f64; 3]) -> [f64; 3]) -> Model {
             let step = if border(y) || border(z) { 1 } else { cells };
             for x in (0..=cells).step_by(step as usize) {
                 index.insert([x, y, z], model.points.len() as u32);
-                model.points.push(point([x, y, z].map(|at| 2.0 * f64::from(at) / f64::from(cells) - 1.0)));
+                model.points.push(point(Vector3::new(x, y, z).map(|at| 2.0 * f64::from(at) / f64::from(cells) - 1.0)));
             }
         }
     }
@@ -153,7 +154,7 @@ mod tests {
         for cells in [1, 2, 5] {
             let document = cuboid(cells, [0.1, 0.2, 0.3]).unwrap();
             assert_eq!(document.face_count(), 6 * (cells * cells) as usize);
-            assert_eq!(document.positions()[0], [-0.05, -0.1, -0.15]);
+            assert_eq!(document.positions()[0], Vec3::new(-0.05, -0.1, -0.15));
             closed(&document, 0.006, 1e-13);
         }
     }

@@ -14,7 +14,7 @@ pub fn subdivide(surface: &Surface) -> Surface {
     let mut middle_of = vec![[0; 3]; surface.triangles.len()]; // new point on each side (m x 3)
     for (edge, (vertices, sides)) in surface.edges().iter().enumerate() {
         let [a, b] = vertices.map(|vertex| surface.point(vertex));
-        points.push(a.lerp(&b, 0.5).into());
+        points.push(a.lerp(&b, 0.5));
         for side in sides {
             middle_of[side.triangle as usize][usize::from(side.corner)] = first + edge as u32;
         }
@@ -29,8 +29,8 @@ pub fn subdivide(surface: &Surface) -> Surface {
 /// The surface as OBJ text, `v` and `f` lines in the order of its points and triangles.
 pub fn to_obj(surface: &Surface) -> Vec<u8> {
     let mut text = String::with_capacity(64 * surface.points.len() + 24 * surface.triangles.len());
-    for [x, y, z] in &surface.points {
-        _ = writeln!(text, "v {x} {y} {z}"); // a String takes everything
+    for point in &surface.points {
+        _ = writeln!(text, "v {} {} {}", point.x, point.y, point.z); // a String takes everything
     }
     for [a, b, c] in surface.triangles.iter().map(|triangle| triangle.map(|vertex| vertex + 1)) {
         _ = writeln!(text, "f {a} {b} {c}");
@@ -41,6 +41,7 @@ pub fn to_obj(surface: &Surface) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Vec3;
     use crate::testing::document;
     use crate::{ObjDocument, check, generate};
 
@@ -60,7 +61,7 @@ mod tests {
     #[test]
     fn an_open_triangle() {
         let fine = subdivide(&Surface::from_document(&document("v 0 0 0\nv 2 0 0\nv 0 2 0\nf 1 2 3\n")));
-        assert_eq!(fine.points[3..], [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]]);
+        assert_eq!(fine.points[3..], [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]].map(Vec3::from));
         assert_eq!(fine.triangles, [[0, 3, 4], [3, 1, 5], [4, 5, 2], [3, 5, 4]]);
     }
 }

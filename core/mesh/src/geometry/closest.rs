@@ -1,27 +1,27 @@
 //! The closest point of a triangle (Ericson 2005, by its seven regions).
 
-use super::{V3, axpy, dot};
+use super::Vec3;
 
 /// A point of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Closest {
     /// m
-    pub point: V3,
+    pub point: Vec3,
     /// Weights of the corners.
-    pub bary: V3,
+    pub bary: Vec3,
 }
 
 /// The point of triangle `abc` closest to `p`.
-pub fn closest_point(p: V3, [a, b, c]: [V3; 3]) -> Closest {
-    let (ab, ac) = (axpy(b, -1.0, a), axpy(c, -1.0, a));
-    let at = |v: f64, w: f64| Closest { point: axpy(axpy(a, v, ab), w, ac), bary: [1.0 - v - w, v, w] };
-    let ap = axpy(p, -1.0, a);
-    let (d1, d2) = (dot(ab, ap), dot(ac, ap));
+pub fn closest_point(p: Vec3, [a, b, c]: [Vec3; 3]) -> Closest {
+    let (ab, ac) = (b - a, c - a);
+    let at = |v: f64, w: f64| Closest { point: a + v * ab + w * ac, bary: Vec3::new(1.0 - v - w, v, w) };
+    let ap = p - a;
+    let (d1, d2) = (ab.dot(&ap), ac.dot(&ap));
     if d1 <= 0.0 && d2 <= 0.0 {
         return at(0.0, 0.0);
     }
-    let bp = axpy(p, -1.0, b);
-    let (d3, d4) = (dot(ab, bp), dot(ac, bp));
+    let bp = p - b;
+    let (d3, d4) = (ab.dot(&bp), ac.dot(&bp));
     if d3 >= 0.0 && d4 <= d3 {
         return at(1.0, 0.0);
     }
@@ -29,8 +29,8 @@ pub fn closest_point(p: V3, [a, b, c]: [V3; 3]) -> Closest {
     if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
         return at(d1 / (d1 - d3), 0.0);
     }
-    let cp = axpy(p, -1.0, c);
-    let (d5, d6) = (dot(ab, cp), dot(ac, cp));
+    let cp = p - c;
+    let (d5, d6) = (ab.dot(&cp), ac.dot(&cp));
     if d6 >= 0.0 && d5 <= d6 {
         return at(0.0, 1.0);
     }
@@ -53,22 +53,21 @@ mod tests {
 
     #[test]
     fn no_sampled_point_of_the_triangle_is_closer() {
-        let triangle = [[0.0, 0.0, 0.0], [2.0, 0.1, 0.0], [0.3, 1.5, 0.4]];
+        let triangle = [Vec3::zeros(), Vec3::new(2.0, 0.1, 0.0), Vec3::new(0.3, 1.5, 0.4)];
         let mut regions = std::collections::BTreeSet::new();
         for i in 0..400 {
             let f = |k: f64| 4.0 * ((f64::from(i) * k).sin());
-            let p = [f(1.3), f(2.7), f(0.9)];
+            let p = Vec3::new(f(1.3), f(2.7), f(0.9));
             let found = closest_point(p, triangle);
-            regions.insert(found.bary.map(|b| b > 1e-12));
+            regions.insert(<[bool; 3]>::from(found.bary.map(|b| b > 1e-12)));
             assert!((found.bary.iter().sum::<f64>() - 1.0).abs() < 1e-12 && found.bary.iter().all(|b| *b >= -1e-12));
-            let distance = |q: V3| dot(axpy(p, -1.0, q), axpy(p, -1.0, q)).sqrt();
+            let distance = |q: Vec3| (p - q).norm_squared().sqrt();
             let best = distance(found.point);
             for u in 0..=20 {
                 for v in 0..=20 - u {
                     let (v, w) = (f64::from(u) / 20.0, f64::from(v) / 20.0);
-                    let q = std::array::from_fn(|i| {
-                        (1.0 - v - w) * triangle[0][i] + v * triangle[1][i] + w * triangle[2][i]
-                    });
+                    let q =
+                        Vec3::from_fn(|i, _| (1.0 - v - w) * triangle[0][i] + v * triangle[1][i] + w * triangle[2][i]);
                     assert!(distance(q) >= best - 1e-12);
                 }
             }
@@ -78,7 +77,10 @@ mod tests {
 
     #[test]
     fn a_triangle_without_area_still_has_a_closest_point() {
-        let found = closest_point([1.0, 1.0, 0.0], [[0.0; 3], [2.0, 0.0, 0.0], [2.0, 0.0, 0.0]]);
+        let found = closest_point(
+            Vec3::new(1.0, 1.0, 0.0),
+            [Vec3::zeros(), Vec3::new(2.0, 0.0, 0.0), Vec3::new(2.0, 0.0, 0.0)],
+        );
         assert!(found.point.iter().all(|c| c.is_finite()) && (found.point[0] - 1.0).abs() < 1e-12);
     }
 }

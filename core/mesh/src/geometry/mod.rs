@@ -6,4 +6,4 @@ mod vector;
 
 pub use closest::{Closest, closest_point};
 pub use tree::{RayHit, TriangleTree, cast, meet};
-pub use vector::{V3, axpy, dot};
+pub use vector::Vec3;

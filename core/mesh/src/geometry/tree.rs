@@ -1,10 +1,10 @@
 //! Where parry is met: a tree over the triangles of a surface; and rays.
 //!
-//! parry's maths is glam, ours is plain arrays and nalgebra; this is the one place that converts. Boxes of triangles are
+//! parry's maths is glam, ours is nalgebra; this is the one place that converts. Boxes of triangles are
 //! those of the settled surface and are refitted only when a shape is kept: what deforms is looked up through the cells of
 //! the grid instead, so no refit runs in a step (a full one costs 1.8 ms on 70,000 triangles).
 
-use super::V3;
+use super::Vec3;
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::Vector;
 use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
@@ -22,32 +22,35 @@ pub struct RayHit {
     /// Along the ray, in lengths of its direction.
     pub time: f64,
     /// Weights of the triangle's corners.
-    pub bary: V3,
+    pub bary: Vec3,
 }
 
-fn bounds(points: &[V3], triangle: [u32; 3]) -> Aabb {
+/// The same vector in the type of parry.
+fn to_parry(v: Vec3) -> Vector {
+    Vector::new(v.x, v.y, v.z)
+}
+
+fn bounds(points: &[Vec3], triangle: [u32; 3]) -> Aabb {
     let [a, b, c] = triangle.map(|v| points[v as usize]);
-    let low = std::array::from_fn::<f64, 3, _>(|i| a[i].min(b[i]).min(c[i]));
-    let high = std::array::from_fn::<f64, 3, _>(|i| a[i].max(b[i]).max(c[i]));
-    Aabb::new(Vector::from(low), Vector::from(high))
+    Aabb::new(to_parry(a.inf(&b).inf(&c)), to_parry(a.sup(&b).sup(&c)))
 }
 
 impl TriangleTree {
     /// Over all `triangles`.
-    pub fn new(points: &[V3], triangles: &[[u32; 3]]) -> Self {
+    pub fn new(points: &[Vec3], triangles: &[[u32; 3]]) -> Self {
         let leaves: Vec<Aabb> = triangles.iter().map(|t| bounds(points, *t)).collect();
         Self { bvh: Bvh::from_leaves(BvhBuildStrategy::Binned, &leaves) }
     }
 
     /// Calls `visit` with every triangle whose box meets the box around `centre` of half-size `reach`.
-    pub fn near(&self, centre: V3, reach: f64, mut visit: impl FnMut(u32)) {
-        let half = Vector::from([reach; 3]);
-        let query = Aabb::new(Vector::from(centre) - half, Vector::from(centre) + half);
+    pub fn near(&self, centre: Vec3, reach: f64, mut visit: impl FnMut(u32)) {
+        let (centre, half) = (to_parry(centre), Vector::from([reach; 3]));
+        let query = Aabb::new(centre - half, centre + half);
         self.bvh.intersect_aabb(&query).for_each(&mut visit);
     }
 
     /// Takes over the new places of some triangles.
-    pub fn refit(&mut self, points: &[V3], triangles: &[[u32; 3]], changed: &[u32]) {
+    pub fn refit(&mut self, points: &[Vec3], triangles: &[[u32; 3]], changed: &[u32]) {
         for &t in changed {
             self.bvh.insert_or_update_partially(bounds(points, triangles[t as usize]), t, 0.0);
         }
@@ -55,7 +58,7 @@ impl TriangleTree {
     }
 
     /// Puts a triangle in, or in its new place.
-    pub fn set(&mut self, triangle: u32, corners: [V3; 3]) {
+    pub fn set(&mut self, triangle: u32, corners: [Vec3; 3]) {
         self.bvh.insert(bounds(&corners, [0, 1, 2]), triangle);
     }
 
@@ -67,8 +70,8 @@ impl TriangleTree {
     /// Calls `visit` with every triangle whose box comes within `margin` of the triangle `facet`. A box is passed over when
     /// the plane of the facet, a plane through one of its sides, or its box parts the two; so the work goes with what lies
     /// along a long thin facet, not with what lies in its box.
-    pub fn near_facet(&self, facet: [V3; 3], margin: f64, mut visit: impl FnMut(u32)) {
-        let [a, b, c] = facet.map(Vector::from);
+    pub fn near_facet(&self, facet: [Vec3; 3], margin: f64, mut visit: impl FnMut(u32)) {
+        let [a, b, c] = facet.map(to_parry);
         let normal = (b - a).cross(c - a);
         let axes = [normal, normal.cross(b - a), normal.cross(c - b), normal.cross(a - c)];
         let slabs = axes.map(|axis| {
@@ -91,9 +94,9 @@ impl TriangleTree {
 
     /// Calls `visit` with every triangle whose box meets the segment, and few whose box does not. By separating axes with a
     /// little to spare: parry's test of rays misses boxes without thickness by rounding.
-    pub fn along(&self, from: V3, to: V3, mut visit: impl FnMut(u32)) {
+    pub fn along(&self, from: Vec3, to: Vec3, mut visit: impl FnMut(u32)) {
         const SPARE: f64 = 1e-12;
-        let (from, to) = (Vector::from(from), Vector::from(to));
+        let (from, to) = (to_parry(from), to_parry(to));
         let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
         let size = half.abs();
         let spare = SPARE * (size.length() + middle.abs().length());
@@ -111,7 +114,7 @@ impl TriangleTree {
 }
 
 /// The first triangle a ray meets, from either side. Looks at all of them: for a single ray that is quicker than a tree.
-pub fn cast(points: &[V3], triangles: &[[u32; 3]], origin: V3, direction: V3) -> Option<RayHit> {
+pub fn cast(points: &[Vec3], triangles: &[[u32; 3]], origin: Vec3, direction: Vec3) -> Option<RayHit> {
     let mut first: Option<RayHit> = None;
     for (triangle, corners) in triangles.iter().enumerate() {
         if let Some((time, bary)) = meet(corners.map(|v| points[v as usize]), origin, direction)
@@ -127,22 +130,21 @@ pub fn cast(points: &[V3], triangles: &[[u32; 3]], origin: V3, direction: V3) ->
 const EDGE: f64 = 1e-9;
 
 /// Time and weights of the point where a ray meets a triangle (Möller and Trumbore 1997), both sides.
-pub fn meet(corners: [V3; 3], origin: V3, direction: V3) -> Option<(f64, V3)> {
-    use nalgebra::Vector3;
-    let [a, b, c] = corners.map(Vector3::from);
-    let (ab, ac, d) = (b - a, c - a, Vector3::from(direction));
+pub fn meet(corners: [Vec3; 3], origin: Vec3, direction: Vec3) -> Option<(f64, Vec3)> {
+    let [a, b, c] = corners;
+    let (ab, ac, d) = (b - a, c - a, direction);
     let p = d.cross(&ac);
     let det = ab.dot(&p);
     if det == 0.0 {
         return None;
     }
-    let s = Vector3::from(origin) - a;
+    let s = origin - a;
     let u = s.dot(&p) / det;
     let q = s.cross(&ab);
     let v = d.dot(&q) / det;
     let time = ac.dot(&q) / det;
     let inside = u >= -EDGE && v >= -EDGE && u + v <= 1.0 + EDGE && time >= 0.0;
-    inside.then_some((time, [1.0 - u - v, u, v]))
+    inside.then_some((time, Vec3::new(1.0 - u - v, u, v)))
 }
 
 #[cfg(test)]
@@ -155,7 +157,7 @@ mod tests {
         let surface = Surface::from_document(&generate::sphere(12, 0.05).unwrap());
         let tree = TriangleTree::new(&surface.points, &surface.triangles);
         let mut found = Vec::new();
-        tree.near([0.05, 0.0, 0.0], 0.01, |t| found.push(t));
+        tree.near(Vec3::new(0.05, 0.0, 0.0), 0.01, |t| found.push(t));
         found.sort_unstable();
         let touches = |t: &[u32; 3]| {
             (0..3).all(|i| {
@@ -166,9 +168,10 @@ mod tests {
         let all: Vec<u32> =
             (0..surface.triangles.len() as u32).filter(|&t| touches(&surface.triangles[t as usize])).collect();
         assert!(!all.is_empty() && found == all);
-        let hit = cast(&surface.points, &surface.triangles, [1.0, 0.001, 0.002], [-1.0, 0.0, 0.0]).unwrap();
+        let hit =
+            cast(&surface.points, &surface.triangles, Vec3::new(1.0, 0.001, 0.002), Vec3::new(-1.0, 0.0, 0.0)).unwrap();
         assert!((hit.time - 0.95).abs() < 1e-3 && (hit.bary.iter().sum::<f64>() - 1.0).abs() < 1e-12);
-        assert_eq!(cast(&surface.points, &surface.triangles, [1.0, 0.0, 0.0], [1.0, 0.0, 0.0]), None);
+        assert_eq!(cast(&surface.points, &surface.triangles, Vec3::x(), Vec3::x()), None);
     }
 
     #[test]

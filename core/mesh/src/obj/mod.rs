@@ -16,6 +16,8 @@ mod write;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::geometry::Vec3;
+
 pub use error::{ObjError, ObjProblem, WriteError};
 pub use patch::Patch;
 
@@ -63,10 +65,10 @@ pub struct Attributes {
 /// The meaning of the lines. Offsets and indices are `u32`: a document is less than 4 GiB.
 #[derive(Clone, Debug, Default)]
 struct Parsed {
-    positions: Vec<[f64; 3]>,     // file units (n x 3)
+    positions: Vec<Vec3>,         // file units (n x 3)
     position_at: Vec<u32>,        // byte offset of the v line (n)
     texcoords: Vec<[f64; 2]>,     // u, v (t x 2)
-    normals: Vec<[f64; 3]>,       // as in the file, any length (k x 3)
+    normals: Vec<Vec3>,           // as in the file, any length (k x 3)
     normal_at: Vec<u32>,          // byte offset of the vn line (k)
     corners: Vec<Corner>,         // face after face (c)
     face_start: Vec<u32>,         // first corner of each face, then c (f + 1)
@@ -125,7 +127,7 @@ impl ObjDocument {
     }
 
     /// Vertex positions in the order of the `v` lines, file units (n x 3).
-    pub fn positions(&self) -> &[[f64; 3]] {
+    pub fn positions(&self) -> &[Vec3] {
         &self.parsed.positions
     }
 
@@ -135,7 +137,7 @@ impl ObjDocument {
     }
 
     /// Normals in the order of the `vn` lines, not made unit (k x 3).
-    pub fn normals(&self) -> &[[f64; 3]] {
+    pub fn normals(&self) -> &[Vec3] {
         &self.parsed.normals
     }
 

@@ -5,10 +5,11 @@
 
 use std::iter::zip;
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::UnitQuaternion;
 
 use super::write::{same_bits, same_length};
 use super::{Corner, ObjDocument, WriteError};
+use crate::geometry::Vec3;
 
 impl ObjDocument {
     /// The `vn` rows after the vertices went from `rest` to `deformed` (both n x 3, the same units) (k x 3).
@@ -19,10 +20,10 @@ impl ObjDocument {
     ///
     /// # Errors
     /// [`WriteError::Length`] when an array has not n rows.
-    pub fn deformed_normals(&self, rest: &[[f64; 3]], deformed: &[[f64; 3]]) -> Result<Vec<[f64; 3]>, WriteError> {
+    pub fn deformed_normals(&self, rest: &[Vec3], deformed: &[Vec3]) -> Result<Vec<Vec3>, WriteError> {
         same_length("rest positions", rest, self.positions())?;
         same_length("deformed positions", deformed, self.positions())?;
-        let mut around = vec![[Vector3::zeros(); 2]; self.normals().len()]; // rest and deformed, area-weighted (k x 2)
+        let mut around = vec![[Vec3::zeros(); 2]; self.normals().len()]; // rest and deformed, area-weighted (k x 2)
         let mut moved = vec![false; self.normals().len()];
         for face in 0..self.face_count() {
             let corners = self.corners(face);
@@ -40,19 +41,19 @@ impl ObjDocument {
     }
 }
 
-fn turn(normal: [f64; 3], from: &Vector3<f64>, to: &Vector3<f64>) -> [f64; 3] {
+fn turn(normal: Vec3, from: &Vec3, to: &Vec3) -> Vec3 {
     match UnitQuaternion::rotation_between(from, to) {
-        Some(rotation) => (rotation * Vector3::from(normal)).into(),
+        Some(rotation) => rotation * normal,
         None => normal.map(|value| -value), // turned right over: no smallest rotation, but the other side is sure
     }
 }
 
 /// Normal of a polygon with its area for length (Newell).
-fn vector_area(corners: &[Corner], positions: &[[f64; 3]]) -> Vector3<f64> {
-    let at = |corner: &Corner| Vector3::from(positions[corner.v as usize]);
+fn vector_area(corners: &[Corner], positions: &[Vec3]) -> Vec3 {
+    let at = |corner: &Corner| positions[corner.v as usize];
     let origin = at(&corners[0]);
     let spokes = corners[1..].windows(2).map(|pair| (at(&pair[0]) - origin).cross(&(at(&pair[1]) - origin)));
-    0.5 * spokes.sum::<Vector3<f64>>()
+    0.5 * spokes.sum::<Vec3>()
 }
 
 #[cfg(test)]
@@ -70,13 +71,13 @@ mod tests {
         let rest = document.positions();
         let mut deformed = rest.to_vec();
         for (vertex, x) in [(1, 0.0), (4, 0.0), (2, 0.0), (5, 0.0)] {
-            deformed[vertex] = [x, rest[vertex][1], -rest[vertex][0]]; // a quarter turn about y: z to x
+            deformed[vertex] = Vec3::new(x, rest[vertex][1], -rest[vertex][0]); // a quarter turn about y: z to x
         }
         let turned = document.deformed_normals(rest, &deformed).unwrap();
-        let near = |a: [f64; 3], b: [f64; 3]| zip(a, b).all(|(a, b)| (a - b).abs() < 1e-14);
-        assert!(near(turned[0], [2.0, 0.0, 0.0]), "{turned:?}");
-        assert!(near(turned[1], [0.8, 0.0, -0.6]), "{turned:?}");
-        assert_eq!(turned[2], [1.0; 3]);
+        let near = |a: Vec3, b: Vec3| (a - b).norm() < 1e-14;
+        assert!(near(turned[0], Vec3::new(2.0, 0.0, 0.0)), "{turned:?}");
+        assert!(near(turned[1], Vec3::new(0.8, 0.0, -0.6)), "{turned:?}");
+        assert_eq!(turned[2], Vec3::repeat(1.0));
     }
 
     #[test]
@@ -93,9 +94,9 @@ mod tests {
     fn turned_over_or_crushed_faces_give_finite_normals() {
         let document = document(TILES);
         let rest = document.positions();
-        let over: Vec<_> = rest.iter().map(|&[x, y, z]| [-x, y, z]).collect();
-        assert_eq!(document.deformed_normals(rest, &over).unwrap()[0], [0.0, 0.0, -2.0]);
-        let crushed = vec![[0.0; 3]; rest.len()];
+        let over: Vec<_> = rest.iter().map(|p| Vec3::new(-p.x, p.y, p.z)).collect();
+        assert_eq!(document.deformed_normals(rest, &over).unwrap()[0], Vec3::new(0.0, 0.0, -2.0));
+        let crushed = vec![Vec3::zeros(); rest.len()];
         assert_eq!(document.deformed_normals(rest, &crushed).unwrap(), document.normals());
         assert!(document.deformed_normals(rest, &over[1..]).is_err());
     }

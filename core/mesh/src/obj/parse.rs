@@ -49,11 +49,11 @@ impl Parser {
             b"v" => {
                 let position = numbers(cursor, "v", 3)?;
                 weight(cursor)?;
-                self.out.positions.push(position);
+                self.out.positions.push(position.into());
                 self.out.position_at.push(start);
             }
             b"vn" => {
-                self.out.normals.push(numbers(cursor, "vn", 3)?);
+                self.out.normals.push(numbers(cursor, "vn", 3)?.into());
                 self.out.normal_at.push(start);
             }
             b"vt" => {

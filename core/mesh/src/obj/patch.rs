@@ -10,16 +10,17 @@ use std::io::{BufWriter, Write};
 use super::cursor::Cursor;
 use super::write::{edits, same_length};
 use super::{NONE, ObjDocument, WriteError, number};
+use crate::geometry::Vec3;
 
 /// What is other than in the document. Rows are numbered on from those of the document.
 #[derive(Clone, Debug, Default)]
 pub struct Patch<'a> {
     /// Rows after the last `v` (file units).
-    pub positions: &'a [[f64; 3]],
+    pub positions: &'a [Vec3],
     /// Rows after the last `vt`.
     pub texcoords: &'a [[f64; 2]],
     /// Rows after the last `vn`.
-    pub normals: &'a [[f64; 3]],
+    pub normals: &'a [Vec3],
     /// What stands for a face, by its number: polygons of position, texture coordinate and normal, from 0; `u32::MAX` for
     /// none.
     pub faces: BTreeMap<u32, Vec<Vec<[u32; 3]>>>,
@@ -46,8 +47,8 @@ impl ObjDocument {
     /// As for [`ObjDocument::write`].
     pub fn write_patched(
         &self,
-        positions: &[[f64; 3]],
-        normals: Option<&[[f64; 3]]>,
+        positions: &[Vec3],
+        normals: Option<&[Vec3]>,
         patch: &Patch<'_>,
         out: &mut impl Write,
     ) -> Result<(), WriteError> {
@@ -56,7 +57,7 @@ impl ObjDocument {
         }
         if let Some(at) = patch.positions.iter().position(|row| !row.iter().all(|value| value.is_finite())) {
             let index = positions.len() + at + 1;
-            return Err(WriteError::NotFinite { entity: "v", index, value: patch.positions[at] });
+            return Err(WriteError::NotFinite { entity: "v", index, value: patch.positions[at].into() });
         }
         let mut all = self.coordinates(positions, normals)?;
         all.extend(self.statements(patch)?);
@@ -74,7 +75,7 @@ impl ObjDocument {
     }
 
     /// Coordinates of the document's own rows that changed.
-    fn coordinates(&self, positions: &[[f64; 3]], normals: Option<&[[f64; 3]]>) -> Result<Vec<Edit>, WriteError> {
+    fn coordinates(&self, positions: &[Vec3], normals: Option<&[Vec3]>) -> Result<Vec<Edit>, WriteError> {
         let parsed = &self.parsed;
         let mut rows = edits("v", &parsed.position_at, &parsed.positions, positions)?;
         if let Some(normals) = normals {
@@ -231,9 +232,9 @@ fn rows(
         }
         Ok(())
     };
-    patch.positions.iter().try_for_each(|values| row("v", values))?;
+    patch.positions.iter().try_for_each(|values| row("v", values.as_slice()))?;
     patch.texcoords.iter().try_for_each(|values| row("vt", values))?;
-    patch.normals.iter().try_for_each(|values| row("vn", values))?;
+    patch.normals.iter().try_for_each(|values| row("vn", values.as_slice()))?;
     let mut now = there;
     for (state, polygons) in moved {
         change_state(&mut text, end, &mut now, *state);

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use super::*;
+use crate::geometry::Vec3;
 use crate::testing::{Random, document, models, shared_models};
 use crate::{Surface, generate};
 
@@ -26,9 +27,9 @@ fn everything_a_line_can_say() {
         vt 0.25\nvt 0.5 0.75 9\nvn 0 0 2\no t\xc3\xb6pf\ng left  wing\nusemtl K\xf6nig\ns 3\nf 1/1/1 2//1 \\\n  3/2\n\
         call other.obj\np 1\nl 1 2\ng\ns off\nf -4 -3 -2 -1\nf 4/ 3// 2";
     let document = parse(text).unwrap();
-    assert_eq!(document.positions(), [[1.0, 2.5, -0.03], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+    assert_eq!(document.positions(), [Vec3::new(1.0, 2.5, -0.03), Vec3::x(), Vec3::y(), Vec3::z()]);
     assert_eq!(document.texcoords(), [[0.25, 0.0], [0.5, 0.75]]);
-    assert_eq!(document.normals(), [[0.0, 0.0, 2.0]]);
+    assert_eq!(document.normals(), [Vec3::new(0.0, 0.0, 2.0)]);
     assert_eq!((document.groups(), document.objects()), (&["left  wing".to_owned()][..], &["töpf".to_owned()][..]));
     assert_eq!((document.materials(), document.libraries()), (&["König".to_owned()][..], &["a b.mtl".to_owned()][..]));
     assert_eq!(document.line_of_vertex(1), Some(4));
@@ -97,7 +98,7 @@ fn lines_that_are_too_short() {
 
 #[test]
 fn weights() {
-    assert_eq!(document(&TRIANGLE.replace("v 1 0 0", "v 1 0 0 2")).positions()[1], [1.0, 0.0, 0.0], "not divided");
+    assert_eq!(document(&TRIANGLE.replace("v 1 0 0", "v 1 0 0 2")).positions()[1], Vec3::x(), "not divided");
     assert!(refusal(TRIANGLE.replace("v 1 0 0", "v 1 0 0 -0.0")).contains("test.obj:2: `v` has the weight w = `-0.0`"));
     assert!(refusal("v 1 0 0 nan").contains("`nan`"));
     document(&TRIANGLE.replace("v 1 0 0", "v 1 0 0 0 0 0"));
@@ -147,13 +148,13 @@ fn damaged_files_never_panic() {
 }
 
 /// Positions of the corners of every face, in order: what survives tobj's renumbering.
-fn by_tobj(bytes: &[u8]) -> Vec<[f64; 3]> {
+fn by_tobj(bytes: &[u8]) -> Vec<Vec3> {
     let no_materials = |_: &Path| Err(tobj::LoadError::OpenFileFailed);
     // It refuses a comment behind data.
     let lines = bytes.split(|byte| *byte == b'\n').map(|line| line.split(|byte| *byte == b'#').next().unwrap());
     let bytes = lines.collect::<Vec<_>>().join(&b'\n');
     let (models, _) = tobj::load_obj_buf(&mut &bytes[..], &tobj::LoadOptions::default(), no_materials).unwrap();
-    let corner = |mesh: &tobj::Mesh, index: u32| [0, 1, 2].map(|axis| mesh.positions[3 * index as usize + axis]);
+    let corner = |mesh: &tobj::Mesh, index: u32| Vec3::from_fn(|axis, _| mesh.positions[3 * index as usize + axis]);
     models.iter().flat_map(|m| m.mesh.indices.iter().map(|&index| corner(&m.mesh, index))).collect()
 }
 

@@ -5,6 +5,7 @@ use std::iter::zip;
 
 use super::cursor::Cursor;
 use super::{ObjDocument, WriteError, number};
+use crate::geometry::Vec3;
 
 impl ObjDocument {
     /// Writes the document with `positions` (n x 3, file units) and, if given, `normals` (k x 3) into `out`.
@@ -15,12 +16,7 @@ impl ObjDocument {
     /// # Errors
     /// [`WriteError`] when an array has not as many rows as the document, a changed row is not finite (nothing is
     /// written then), or `out` fails.
-    pub fn write(
-        &self,
-        positions: &[[f64; 3]],
-        normals: Option<&[[f64; 3]]>,
-        out: &mut impl Write,
-    ) -> Result<(), WriteError> {
+    pub fn write(&self, positions: &[Vec3], normals: Option<&[Vec3]>, out: &mut impl Write) -> Result<(), WriteError> {
         let parsed = &self.parsed;
         let mut edits = edits("v", &parsed.position_at, &parsed.positions, positions)?;
         if let Some(normals) = normals {
@@ -33,7 +29,7 @@ impl ObjDocument {
         for (at, row) in edits {
             let mut line = file.moved_to(at as usize);
             line.token();
-            for value in row {
+            for value in row.iter() {
                 line.skip_blanks();
                 out.write_all(&self.bytes[done..line.at()])?;
                 number::write(*value, &mut out)?;
@@ -50,9 +46,9 @@ impl ObjDocument {
 pub(super) fn edits<'a>(
     entity: &'static str,
     at: &[u32],
-    old: &[[f64; 3]],
-    new: &'a [[f64; 3]],
-) -> Result<Vec<(u32, &'a [f64; 3])>, WriteError> {
+    old: &[Vec3],
+    new: &'a [Vec3],
+) -> Result<Vec<(u32, &'a Vec3)>, WriteError> {
     same_length(entity, new, old)?;
     let mut edits = Vec::new();
     for (index, (old, new)) in zip(old, new).enumerate() {
@@ -60,14 +56,14 @@ pub(super) fn edits<'a>(
             continue;
         }
         if !new.iter().all(|value| value.is_finite()) {
-            return Err(WriteError::NotFinite { entity, index: index + 1, value: *new });
+            return Err(WriteError::NotFinite { entity, index: index + 1, value: (*new).into() });
         }
         edits.push((at[index], new));
     }
     Ok(edits)
 }
 
-pub(super) fn same_length(entity: &'static str, given: &[[f64; 3]], own: &[[f64; 3]]) -> Result<(), WriteError> {
+pub(super) fn same_length(entity: &'static str, given: &[Vec3], own: &[Vec3]) -> Result<(), WriteError> {
     if given.len() != own.len() {
         return Err(WriteError::Length { entity, found: given.len(), expected: own.len() });
     }
@@ -75,7 +71,7 @@ pub(super) fn same_length(entity: &'static str, given: &[[f64; 3]], own: &[[f64;
 }
 
 /// Whether two rows are the same number for number, zeros of either sign told apart.
-pub(super) fn same_bits(a: &[f64; 3], b: &[f64; 3]) -> bool {
+pub(super) fn same_bits(a: &Vec3, b: &Vec3) -> bool {
     a.map(f64::to_bits) == b.map(f64::to_bits)
 }
 
@@ -84,7 +80,7 @@ mod tests {
     use super::*;
     use crate::testing::{Random, document};
 
-    fn written(document: &ObjDocument, positions: &[[f64; 3]], normals: Option<&[[f64; 3]]>) -> String {
+    fn written(document: &ObjDocument, positions: &[Vec3], normals: Option<&[Vec3]>) -> String {
         let mut out = Vec::new();
         document.write(positions, normals, &mut out).unwrap();
         String::from_utf8(out).unwrap()
@@ -96,15 +92,15 @@ mod tests {
             v 1 0 0 .1 .2 .3\nvn 0 0 2.0\nv 0 \\\n 1\\\n0\nf  1//1 2 3\nv 9 9 9";
         let document = document(text);
         let mut positions = document.positions().to_vec();
-        positions[0] = [1.0, -0.1, 1e-7];
-        positions[2] = [0.0, 1.0, 1.0 / 3.0];
-        positions[3] = [-0.0, 1e300, 5e-324];
+        positions[0] = Vec3::new(1.0, -0.1, 1e-7);
+        positions[2] = Vec3::new(0.0, 1.0, 1.0 / 3.0);
+        positions[3] = Vec3::new(-0.0, 1e300, 5e-324);
         let expected = text
             .replace("1.0\t2.50 -3e0 ", "1\t-0.1 1e-7 ")
             .replace("1\\\n0", "1\\\n0.3333333333333333")
             .replace("9 9 9", "-0 1e300 5e-324");
         assert_eq!(written(&document, &positions, None), expected);
-        let normals = [[0.6, 0.0, 0.8]];
+        let normals = [Vec3::new(0.6, 0.0, 0.8)];
         let expected = expected.replace("vn 0 0 2.0", "vn 0.6 0 0.8");
         assert_eq!(written(&document, &positions, Some(&normals)), expected);
     }
@@ -113,13 +109,13 @@ mod tests {
     fn refuses_what_does_not_fit_and_writes_nothing() {
         let document = document("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
         let mut out = Vec::new();
-        let short = document.write(&[[0.0; 3]], None, &mut out).unwrap_err();
+        let short = document.write(&[Vec3::zeros()], None, &mut out).unwrap_err();
         assert_eq!(short.to_string(), "1 v given; the document has 3");
         let mut positions = document.positions().to_vec();
         positions[1][2] = f64::NAN;
         let nan = document.write(&positions, None, &mut out).unwrap_err();
         assert_eq!(nan.to_string(), "v 2 is [1.0, 0.0, NaN]; allowed: finite numbers");
-        assert!(document.write(document.positions(), Some(&[[0.0; 3]]), &mut out).is_err());
+        assert!(document.write(document.positions(), Some(&[Vec3::zeros()]), &mut out).is_err());
         assert!(out.is_empty());
     }
 

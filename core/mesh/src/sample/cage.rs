@@ -5,12 +5,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector2;
+
+use crate::geometry::Vec3;
 
 /// Quads on points; lengths in the unit of the rings.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Cage {
-    pub(super) points: Vec<Vector3<f64>>, // (n x 3)
+    pub(super) points: Vec<Vec3>, // (n x 3)
     pub(super) quads: Vec<Quad>,
 }
 
@@ -37,11 +39,11 @@ pub(super) type Up = [f64; 3];
 
 impl Ring {
     /// The point of the ring that a square of [-1, 1]^2 drawn out to a circle has at `place`.
-    fn point(&self, up: Up, place: Vector2<f64>) -> Vector3<f64> {
+    fn point(&self, up: Up, place: Vector2<f64>) -> Vec3 {
         let [right, up] = axes(up, self.facing.into());
         let squared = place.component_mul(&place);
         let [x, y] = [place.x * (1.0 - 0.5 * squared.y).sqrt(), place.y * (1.0 - 0.5 * squared.x).sqrt()];
-        Vector3::from(self.at) + right * (x * self.half[0]) + up * (y * self.half[1])
+        Vec3::from(self.at) + right * (x * self.half[0]) + up * (y * self.half[1])
     }
 
     pub(super) fn mirrored(&self) -> Self {
@@ -84,14 +86,14 @@ impl Cage {
 
     /// The quad whose middle is nearest to `place`.
     pub(super) fn nearest(&self, place: [f64; 3]) -> usize {
-        let distance = |quad: usize| (self.middle(&[quad]) - Vector3::from(place)).norm_squared();
+        let distance = |quad: usize| (self.middle(&[quad]) - Vec3::from(place)).norm_squared();
         (0..self.quads.len()).min_by(|&a, &b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
     }
 
     /// Pulls the quads of `root`, which hang together, out through `rings`. They and their sides become `part`, but
     /// the sides up to the first ring are a collar of what the limb grows from.
     pub(super) fn limb(&mut self, root: &[usize], up: Up, rings: &[Ring], part: usize) {
-        let normal: Vector3<f64> = root.iter().map(|&quad| self.normal(quad)).sum();
+        let normal: Vec3 = root.iter().map(|&quad| self.normal(quad)).sum();
         let [right, above] = axes(up, normal);
         let middle = self.middle(root);
         let mut places: BTreeMap<u32, Vector2<f64>> = BTreeMap::new(); // of each point in the root's own ring
@@ -132,20 +134,20 @@ impl Cage {
     }
 
     /// Normal of a quad with its area for length.
-    pub(super) fn normal(&self, quad: usize) -> Vector3<f64> {
+    pub(super) fn normal(&self, quad: usize) -> Vec3 {
         let [a, b, c, d] = self.quads[quad].corners.map(|corner| self.points[corner as usize]);
         0.5 * (c - a).cross(&(d - b))
     }
 
-    fn middle(&self, quads: &[usize]) -> Vector3<f64> {
+    fn middle(&self, quads: &[usize]) -> Vec3 {
         let corners = quads.iter().flat_map(|&quad| self.quads[quad].corners);
-        let sum: Vector3<f64> = corners.map(|corner| self.points[corner as usize]).sum();
+        let sum: Vec3 = corners.map(|corner| self.points[corner as usize]).sum();
         sum / (4 * quads.len()) as f64
     }
 }
 
 /// Unit axes to the right and up of something that looks along `facing`.
-fn axes(up: Up, facing: Vector3<f64>) -> [Vector3<f64>; 2] {
-    let right = Vector3::from(up).cross(&facing).normalize();
+fn axes(up: Up, facing: Vec3) -> [Vec3; 2] {
+    let right = Vec3::from(up).cross(&facing).normalize();
     [right, facing.normalize().cross(&right)]
 }

@@ -2,9 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::Vector3;
-
 use super::cage::{Cage, Quad};
+use crate::geometry::Vec3;
 
 /// Every quad of a closed cage cut into four and smoothed.
 ///
@@ -12,17 +11,17 @@ use super::cage::{Cage, Quad};
 /// each of its corners, of the same part.
 pub(super) fn subdivide(cage: &Cage) -> Cage {
     let count = cage.points.len();
-    let mut points = vec![Vector3::zeros(); count];
+    let mut points = vec![Vec3::zeros(); count];
     let at = |corner: u32| cage.points[corner as usize];
-    let mut edges: BTreeMap<[u32; 2], (u32, Vector3<f64>)> = BTreeMap::new(); // number, sum of quad points beside it
+    let mut edges: BTreeMap<[u32; 2], (u32, Vec3)> = BTreeMap::new(); // number, sum of quad points beside it
     let mut valence = vec![0.0; count];
     let key = |a: u32, b: u32| [a.min(b), a.max(b)];
     for quad in &cage.quads {
-        let middle = quad.corners.map(at).iter().sum::<Vector3<f64>>() / 4.0;
+        let middle = quad.corners.map(at).iter().sum::<Vec3>() / 4.0;
         points.push(middle);
         for (corner, next) in sides(quad) {
             let number = edges.len() as u32;
-            edges.entry(key(corner, next)).or_insert((number, Vector3::zeros())).1 += middle;
+            edges.entry(key(corner, next)).or_insert((number, Vec3::zeros())).1 += middle;
             // A corner's part of Q + 2 R: quad points, and edge middles, each met once by this sense of its sides.
             points[corner as usize] += middle + (at(corner) + at(next));
             valence[corner as usize] += 1.0;
@@ -33,7 +32,7 @@ pub(super) fn subdivide(cage: &Cage) -> Cage {
     }
     let first_quad = count as u32;
     let first_edge = points.len() as u32;
-    points.resize(points.len() + edges.len(), Vector3::zeros());
+    points.resize(points.len() + edges.len(), Vec3::zeros());
     for (&[a, b], &(number, beside)) in &edges {
         points[(first_edge + number) as usize] = (at(a) + at(b) + beside) / 4.0;
     }
@@ -69,7 +68,7 @@ mod tests {
         assert!(cube.points.iter().all(|point| point.iter().all(|part| (part.abs() - 1.0).abs() < 1e-14)));
         let fine = subdivide(&cube);
         assert_eq!((fine.points.len(), fine.quads.len()), (26, 24));
-        let near = |point: &Vector3<f64>, norm: f64| (point.norm() - norm).abs() < 1e-14;
+        let near = |point: &Vec3, norm: f64| (point.norm() - norm).abs() < 1e-14;
         // Corner (5/9)^3, side (0, 3/4, 3/4), middle (0, 0, 1).
         assert!(fine.points[..8].iter().all(|point| near(point, 5.0 / 9.0 * 3.0_f64.sqrt())));
         assert!(fine.points[8..14].iter().all(|point| near(point, 1.0)));

@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector2;
 
 use super::cage::Cage;
+use crate::geometry::Vec3;
 
 /// The axis a part is seen along, from either end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,7 +45,7 @@ impl Charts {
         &mut self,
         cage: &Cage,
         quads: &[usize],
-        seen: impl Fn(&Vector3<f64>) -> Vector2<f64>,
+        seen: impl Fn(&Vec3) -> Vector2<f64>,
         tile: Vector2<f64>,
         columns: f64,
     ) {
@@ -67,15 +68,15 @@ impl Charts {
     }
 }
 
-fn toward(view: View) -> Vector3<f64> {
+fn toward(view: View) -> Vec3 {
     match view {
-        View::Sides => Vector3::x(),
-        View::Ends => Vector3::z(),
+        View::Sides => Vec3::x(),
+        View::Ends => Vec3::z(),
     }
 }
 
 /// Right and up of a point as an onlooker at the positive, or if `away` the negative, end of the view has it.
-fn seen(view: View, away: bool, point: &Vector3<f64>) -> Vector2<f64> {
-    let right = Vector3::y().cross(&toward(view)).dot(point);
+fn seen(view: View, away: bool, point: &Vec3) -> Vector2<f64> {
+    let right = Vec3::y().cross(&toward(view)).dot(point);
     Vector2::new(if away { -right } else { right }, point.y)
 }

@@ -13,9 +13,9 @@ use std::iter::zip;
 
 use cage::Cage;
 use charts::{Charts, View};
-use nalgebra::Vector3;
 
 use super::MeshError;
+use crate::geometry::Vec3;
 
 /// The samples there are.
 pub const NAMES: [&str; 1] = ["elephant"];
@@ -74,7 +74,7 @@ fn need(name: &str) -> Result<(), MeshError> {
 fn stand(cage: &mut Cage) {
     let start = (cage.points[0], cage.points[0]);
     let (min, max) = cage.points.iter().fold(start, |(min, max), point| (min.inf(point), max.sup(point)));
-    let foot = Vector3::new(0.5 * (min.x + max.x), min.y, 0.5 * (min.z + max.z));
+    let foot = Vec3::new(0.5 * (min.x + max.x), min.y, 0.5 * (min.z + max.z));
     let scale = LONGEST / (max - min).max();
     cage.points.iter_mut().for_each(|point| *point = scale * (*point - foot));
 }
@@ -112,13 +112,13 @@ fn text(name: &str, cage: &Cage, parts: &[Part]) -> String {
 }
 
 /// Unit normal of each point.
-fn normals(cage: &Cage) -> Vec<Vector3<f64>> {
-    let mut sums = vec![Vector3::zeros(); cage.points.len()];
+fn normals(cage: &Cage) -> Vec<Vec3> {
+    let mut sums = vec![Vec3::zeros(); cage.points.len()];
     for (index, quad) in cage.quads.iter().enumerate() {
         let normal = cage.normal(index);
         quad.corners.iter().for_each(|&corner| sums[corner as usize] += normal);
     }
-    sums.iter().map(Vector3::normalize).collect()
+    sums.iter().map(Vec3::normalize).collect()
 }
 
 #[cfg(test)]
@@ -159,7 +159,7 @@ mod tests {
             assert!(area > -1e-5, "line {}: a mirrored texture, {area}", face.line);
             for corner in face.corners {
                 let (ours, normal) = (document.normals()[corner.vn().unwrap() as usize], normals[corner.v as usize]);
-                assert!(zip(ours, normal).map(|(a, b)| a * b).sum::<f64>() > 0.9, "line {}", face.line);
+                assert!(ours.dot(&normal) > 0.9, "line {}", face.line);
             }
         }
         assert!(document.texcoords().iter().flatten().all(|part| (0.0..=1.0).contains(part)));

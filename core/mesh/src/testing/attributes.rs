@@ -2,6 +2,7 @@
 
 use super::Random;
 use super::shape::Shape;
+use crate::geometry::Vec3;
 use std::fmt::Write;
 
 /// Attributes a file has or has not.
@@ -49,7 +50,7 @@ pub(super) fn write(shape: &Shape, with: Attributes, random: &mut Random) -> Str
         file.vertex(*point, random);
     }
     let normals = if with.normals { normals(shape) } else { Vec::new() };
-    normals.iter().for_each(|[x, y, z]| file.line(&format!("vn {x:.4} {y:.4} {z:.4}")));
+    normals.iter().for_each(|n| file.line(&format!("vn {:.4} {:.4} {:.4}", n.x, n.y, n.z)));
     file.faces(shape, random);
     if with.windows { file.text.replace('\n', "\r\n") } else { file.text }
 }
@@ -65,7 +66,8 @@ impl File {
         self.text.push('\n');
     }
 
-    fn vertex(&mut self, [x, y, z]: [f64; 3], random: &mut Random) {
+    fn vertex(&mut self, point: Vec3, random: &mut Random) {
+        let [x, y, z] = point.into();
         if !self.with.decorations {
             return self.line(&format!("v {x:.6} {y:.6} {z:.6}"));
         }
@@ -119,9 +121,9 @@ impl File {
 }
 
 /// Twice the area of a polygon times its normal (Newell's method).
-fn newell(shape: &Shape, face: &[u32]) -> [f64; 3] {
+fn newell(shape: &Shape, face: &[u32]) -> Vec3 {
     let point = |i: usize| shape.points[face[i % face.len()] as usize];
-    let mut sum = [0.0; 3];
+    let mut sum = Vec3::zeros();
     for (p, q) in (0..face.len()).map(|i| (point(i), point(i + 1))) {
         for a in 0..3 {
             let (b, c) = ((a + 1) % 3, (a + 2) % 3);
@@ -137,21 +139,17 @@ fn chart(shape: &Shape, face: &[u32]) -> Vec<[f64; 2]> {
     let axis = (0..3).max_by(|a, b| normal[*a].abs().total_cmp(&normal[*b].abs())).expect("three axes");
     let reach = shape.points.iter().flatten().fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
     let tile = [f64::from(u32::from(normal[axis] < 0.0)) / 2.0, axis as f64 / 3.0];
-    let inside = |p: [f64; 3], a: usize| 0.05 + 0.9 * (0.5 + 0.5 * p[(axis + a) % 3] / reach);
+    let inside = |p: Vec3, a: usize| 0.05 + 0.9 * (0.5 + 0.5 * p[(axis + a) % 3] / reach);
     let places = face.iter().map(|v| shape.points[*v as usize]);
     places.map(|p| [tile[0] + inside(p, 1) / 2.0, tile[1] + inside(p, 2) / 3.0]).collect()
 }
 
 /// Unit normals at the vertices: those of the faces, weighted by area.
-fn normals(shape: &Shape) -> Vec<[f64; 3]> {
-    let mut sums = vec![[0.0; 3]; shape.points.len()];
+fn normals(shape: &Shape) -> Vec<Vec3> {
+    let mut sums = vec![Vec3::zeros(); shape.points.len()];
     for face in &shape.faces {
         let normal = newell(shape, face);
-        face.iter().for_each(|v| (0..3).for_each(|i| sums[*v as usize][i] += normal[i]));
+        face.iter().for_each(|v| sums[*v as usize] += normal);
     }
-    let unit = |sum: [f64; 3]| {
-        let length = sum.iter().map(|c| c * c).sum::<f64>().sqrt();
-        if length > 0.0 { sum.map(|c| c / length) } else { [0.0, 0.0, 1.0] }
-    };
-    sums.into_iter().map(unit).collect()
+    sums.iter().map(|sum| sum.try_normalize(0.0).unwrap_or_else(Vec3::z)).collect()
 }

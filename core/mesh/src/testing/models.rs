@@ -7,6 +7,7 @@ use super::attributes::{Attributes, write};
 use super::shape::Shape;
 use super::{Random, document};
 use crate::ObjDocument;
+use crate::geometry::Vec3;
 
 /// A model and what is known of it.
 #[derive(Clone, Debug)]
@@ -29,7 +30,7 @@ impl TestModel {
     fn new(name: &str, shape: &Shape, random: &mut Random) -> Self {
         let (scale, offset) = (random.pick(&[0.1, 1.0, 50.0]), random.vector());
         let reach = shape.points.iter().flatten().fold(0.0_f64, |most, x| most.max(x.abs()));
-        let placed = shape.clone().map(|p| [0, 1, 2].map(|i| scale * (p[i] / reach + offset[i]))).compact();
+        let placed = shape.clone().map(|p| scale * (p / reach + offset)).compact();
         let text = write(&placed, Attributes::random(random), random);
         Self { name: name.into(), text, shells: 1, closed: true, holes: 0, genus: Some(0) }
     }
@@ -85,7 +86,8 @@ pub fn models(cells: u32, seed: u64) -> Vec<TestModel> {
     models.push(TestModel { genus: Some(1), ..TestModel::new("quads-and-triangles", &mixed, random) });
 
     let edge = 0.3; // of a voxel: a plate is one voxel thick
-    let plate = Shape::of_voxels([3 * cells as i32, 2 * cells as i32, 1], |_| true).map(|[x, y, z]| [x, y, edge * z]);
+    let plate =
+        Shape::of_voxels([3 * cells as i32, 2 * cells as i32, 1], |_| true).map(|p| Vec3::new(p.x, p.y, edge * p.z));
     models.push(TestModel::new("plate", &plate.warp(random).split(0.5, random), random));
     models.push(TestModel { genus: Some(1), ..TestModel::new("tube", &tube(cells).split(0.5, random), random) });
 
@@ -102,9 +104,9 @@ fn tube(cells: u32) -> Shape {
     let wall = move |i: i32| i == 0 || i == wide - 1;
     let pipe = Shape::of_voxels([wide, wide, long], move |[i, j, _]| wall(i) || wall(j));
     let radius = f64::from(long) / std::f64::consts::FRAC_PI_2;
-    pipe.map(|[x, y, z]| {
-        let (sin, cos) = libm::sincos(z / radius);
-        [(radius + x) * cos - radius, y, (radius + x) * sin]
+    pipe.map(|p| {
+        let (sin, cos) = libm::sincos(p.z / radius);
+        Vec3::new((radius + p.x) * cos - radius, p.y, (radius + p.x) * sin)
     })
 }
 
@@ -115,11 +117,11 @@ fn parts(cells: u32, random: &mut Random) -> TestModel {
         let small = body(u32::from(i == 3), cells.div_ceil(if i < 2 { 1 } else { 2 }), random).split(0.5, random);
         // The second body lies inside of the first, the third goes through it, the others are scattered.
         let (scale, far) = [(1.0, 0.0), (0.4, 0.0), (1.0, 0.5), (1.0, 3.0), (1.0, 3.0), (1.0, 3.0)][i];
-        let away = random.direction().map(|c| c * far * f64::from(cells));
-        all.add(small.map(|p| [0, 1, 2].map(|a| scale * p[a] + away[a])));
+        let away = random.direction() * far * f64::from(cells);
+        all.add(small.map(|p| scale * p + away));
     }
     let lifted = f64::from(cells);
-    all.add(Shape::sheet(cells, cells).map(|[x, y, z]| [x, y, z + 2.0 * lifted]));
+    all.add(Shape::sheet(cells, cells).map(|p| Vec3::new(p.x, p.y, p.z + 2.0 * lifted)));
     TestModel { shells: 7, closed: false, genus: None, ..TestModel::new("many-parts", &all, random) }
 }
 
@@ -132,11 +134,11 @@ fn non_manifold(cells: u32, random: &mut Random) -> TestModel {
     let second = body(0, cells.div_ceil(2), random);
     let (lowest, bottom) = second.points.iter().enumerate().min_by(|a, b| a.1[2].total_cmp(&b.1[2])).expect("points");
     let (lowest, bottom) = (lowest as u32, *bottom);
-    all.add(second.map(|p| [0, 1, 2].map(|a| p[a] - bottom[a] + top[a])));
+    all.add(second.map(|p| p - bottom + top));
     all.faces.iter_mut().flatten().filter(|v| **v == first + lowest).for_each(|v| *v = highest);
 
     let [a, b] = [all.faces[0][0], all.faces[0][1]];
-    let outward = all.points[a as usize].map(|c| 1.5 * c);
+    let outward = 1.5 * all.points[a as usize];
     all.points.push(outward);
     all.faces.push(vec![a, b, all.points.len() as u32 - 1]);
     all.part.push(2);
@@ -179,7 +181,7 @@ mod tests {
                         .triangles
                         .iter()
                         .map(|t| {
-                            let [a, b, c] = t.map(|v| nalgebra::Vector3::from(surface.points[v as usize]));
+                            let [a, b, c] = t.map(|v| surface.points[v as usize]);
                             a.dot(&b.cross(&c)) / 6.0
                         })
                         .sum();

@@ -1,5 +1,7 @@
 //! Random numbers of tests.
 
+use crate::geometry::Vec3;
+
 /// SplitMix64 (Steele, Lea and Flood 2014) from a seed: the same numbers on every machine.
 pub struct Random(pub u64);
 
@@ -29,17 +31,17 @@ impl Random {
     }
 
     /// Three numbers from -1 to below 1.
-    pub fn vector(&mut self) -> [f64; 3] {
-        [(); 3].map(|()| self.signed())
+    pub fn vector(&mut self) -> Vec3 {
+        Vec3::from_fn(|_, _| self.signed())
     }
 
     /// A unit vector; all directions are equally likely.
-    pub fn direction(&mut self) -> [f64; 3] {
+    pub fn direction(&mut self) -> Vec3 {
         loop {
             let v = self.vector();
-            let length = v.iter().map(|c| c * c).sum::<f64>().sqrt();
+            let length = v.norm();
             if length > 0.1 && length < 1.0 {
-                return v.map(|c| c / length);
+                return v / length;
             }
         }
     }

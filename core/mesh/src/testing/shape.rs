@@ -1,12 +1,13 @@
 //! Polygon meshes to build test models from: made of voxels, smoothed, bent, roughened and taken apart.
 
 use super::Random;
+use crate::geometry::Vec3;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Points and polygons; polygons turn counter-clockwise seen from outside.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Shape {
-    pub points: Vec<[f64; 3]>, // n x 3
+    pub points: Vec<Vec3>, // n x 3
     pub faces: Vec<Vec<u32>>,
     /// The part each face belongs to.
     pub part: Vec<u32>,
@@ -34,7 +35,7 @@ impl Shape {
                     corner[(axis + 1) % 3] += u;
                     corner[(axis + 2) % 3] += v;
                     *index.entry(corner).or_insert_with(|| {
-                        shape.points.push([0, 1, 2].map(|a| f64::from(corner[a]) - 0.5 * f64::from(counts[a])));
+                        shape.points.push(Vec3::from_fn(|a, _| f64::from(corner[a]) - 0.5 * f64::from(counts[a])));
                         shape.points.len() as u32 - 1
                     })
                 });
@@ -53,7 +54,7 @@ impl Shape {
     pub fn sheet(columns: u32, rows: u32) -> Self {
         let place = |i: u32, count: u32| f64::from(i) - 0.5 * f64::from(count);
         let vertices = (0..=rows).flat_map(|j| (0..=columns).map(move |i| (i, j)));
-        let points = vertices.map(|(i, j)| [place(i, columns), place(j, rows), 0.0]).collect();
+        let points = vertices.map(|(i, j)| Vec3::new(place(i, columns), place(j, rows), 0.0)).collect();
         let vertex = |i: u32, j: u32| i + (columns + 1) * j;
         let cells = (0..rows).flat_map(|j| (0..columns).map(move |i| (i, j)));
         let faces: Vec<_> =
@@ -79,17 +80,17 @@ impl Shape {
     pub fn smooth(mut self, rounds: u32) -> Self {
         let fixed = self.border();
         for _ in 0..rounds {
-            let mut sums = vec![([0.0; 3], 0.0); self.points.len()];
+            let mut sums = vec![(Vec3::zeros(), 0.0); self.points.len()];
             for [a, b] in self.faces.iter().flat_map(|face| Self::edges(face)) {
                 for (to, from) in [(a, b), (b, a)] {
                     let (sum, count) = &mut sums[to as usize];
-                    (0..3).for_each(|i| sum[i] += self.points[from as usize][i]);
+                    *sum += self.points[from as usize];
                     *count += 1.0;
                 }
             }
             for (v, (sum, count)) in sums.into_iter().enumerate() {
                 if count > 0.0 && !fixed.contains(&(v as u32)) {
-                    self.points[v] = [0, 1, 2].map(|i| 0.5 * (self.points[v][i] + sum[i] / count));
+                    self.points[v] = 0.5 * (self.points[v] + sum / count);
                 }
             }
         }
@@ -97,7 +98,7 @@ impl Shape {
     }
 
     /// Puts every point where `to` says.
-    pub fn map(mut self, to: impl Fn([f64; 3]) -> [f64; 3]) -> Self {
+    pub fn map(mut self, to: impl Fn(Vec3) -> Vec3) -> Self {
         self.points.iter_mut().for_each(|p| *p = to(*p));
         self
     }
@@ -110,9 +111,8 @@ impl Shape {
         self.map(|p| {
             let mut out = p;
             for (along, by, phase) in waves {
-                let at = (0..3).map(|i| along[i] * p[i]).sum::<f64>();
-                let height = 0.16 / number * libm::sin(number * at + phase);
-                (0..3).for_each(|i| out[i] += height * by[i]);
+                let height = 0.16 / number * libm::sin(number * along.dot(&p) + phase);
+                out += height * by;
             }
             out
         })
@@ -121,8 +121,7 @@ impl Shape {
     /// Moves every point by up to `amount` along each axis.
     pub fn roughen(mut self, amount: f64, random: &mut Random) -> Self {
         for point in &mut self.points {
-            let by = random.vector();
-            (0..3).for_each(|i| point[i] += amount * by[i]);
+            *point += amount * random.vector();
         }
         self
     }

@@ -54,11 +54,11 @@ pub fn state_digest(session: &Session) -> u64 {
     for body in &session.bodies {
         let nodes = &body.system.nodes;
         digest.word(nodes.len() as u64);
-        nodes.x.iter().chain(&nodes.v).for_each(|of_node| digest.numbers(of_node));
+        nodes.x.iter().chain(&nodes.v).for_each(|of_node| digest.numbers(of_node.as_slice()));
     }
     for tool in &session.frame().tools {
-        digest.numbers(&tool.proxy);
-        digest.numbers(&tool.force);
+        digest.numbers(tool.proxy.as_slice());
+        digest.numbers(tool.force.as_slice());
     }
     digest.value()
 }

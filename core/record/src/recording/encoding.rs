@@ -2,7 +2,7 @@
 
 use pliant_engine::session::{Lapse, Stage};
 use pliant_host::{DeviceInfo, Pose};
-use pliant_solver::V3;
+use pliant_solver::Vec3;
 
 /// Appends numbers, 8 bytes each.
 pub(super) fn put_numbers(out: &mut Vec<u8>, numbers: &[f64]) {
@@ -85,8 +85,8 @@ impl<'a> ByteReader<'a> {
     }
 
     /// The next vector.
-    pub(super) fn vector(&mut self) -> Option<V3> {
-        self.numbers()
+    pub(super) fn vector(&mut self) -> Option<Vec3> {
+        self.numbers().map(Vec3::from)
     }
 
     /// The rest as text; `None` also where it is not UTF-8.

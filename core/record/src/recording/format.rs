@@ -7,7 +7,7 @@
 //! after it; `E` the number of steps. Seeds are parameters of devices, and so they are part of the scene.
 
 use pliant_host::Pose;
-use pliant_solver::V3;
+use pliant_solver::Vec3;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -60,7 +60,7 @@ pub struct RecordedStep {
     /// Poses of each effector of each device, in the order of the devices.
     pub poses: Vec<Vec<Pose>>,
     /// N, the force last given to each tool's effector, in its device's axes
-    pub device_forces: Vec<V3>,
+    pub device_forces: Vec<Vec3>,
     /// [`state_digest`](super::state_digest) after the step.
     pub digest: u64,
 }

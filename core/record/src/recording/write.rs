@@ -6,7 +6,7 @@ use super::format::{DEVICE, END, HEADER, LAPSE, MAGIC, RecordedFile, RecordingHe
 use crate::atomic::{AtomicFile, error_at, folder_of, remove_leftovers};
 use pliant_engine::scene::{Scene, Source};
 use pliant_engine::session::Session;
-use pliant_solver::V3;
+use pliant_solver::Vec3;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -72,7 +72,7 @@ impl RecordingWriter {
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn step(&mut self, session: &Session, device_forces: impl Iterator<Item = V3>) -> io::Result<()> {
+    pub fn step(&mut self, session: &Session, device_forces: impl Iterator<Item = Vec3>) -> io::Result<()> {
         for lapse in &session.lapses()[self.lapses..] {
             put_lapse(&mut self.block, lapse);
             self.put_block(LAPSE)?;
@@ -81,7 +81,7 @@ impl RecordingWriter {
         for pose in session.devices.iter().flat_map(|slot| slot.poses()) {
             put_pose(&mut self.block, pose);
         }
-        device_forces.for_each(|force| put_numbers(&mut self.block, &force));
+        device_forces.for_each(|force| put_numbers(&mut self.block, force.as_slice()));
         self.block.extend_from_slice(&state_digest(session).to_le_bytes());
         self.steps += 1;
         self.put_block(STEP)

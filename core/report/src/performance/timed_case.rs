@@ -6,6 +6,7 @@ use crate::fit::{median, percentile, relative_range};
 use crate::row::Row;
 use crate::scene_run::{RunResult, SceneRun, SceneSource};
 use crate::settings::{Setting, Settings, merge};
+use pliant_mesh::geometry::Vec3;
 use pliant_record::Machine;
 use std::path::Path;
 
@@ -80,7 +81,7 @@ impl<'a> TimedCase<'a> {
             contacts = 0;
             for (index, of_body) in constraints.iter().enumerate() {
                 let held = session.reactions(index).iter().zip(of_body);
-                contacts += held.filter(|(f, constraint)| **f != [0.0; 3] && constraint.is_free()).count();
+                contacts += held.filter(|(f, constraint)| **f != Vec3::zeros() && constraint.is_free()).count();
             }
             true
         });

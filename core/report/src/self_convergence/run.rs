@@ -12,7 +12,7 @@ use crate::row::Row;
 use crate::scene_run::{RunResult, SceneRun};
 use pliant_engine::scene::Scene;
 use pliant_engine::session::SessionError;
-use pliant_solver::{V3, axpy, dot};
+use pliant_solver::Vec3;
 use std::path::Path;
 
 /// A scene that is compared with its own refined solution.
@@ -32,9 +32,9 @@ const COMPARED: [&str; 2] = ["force on the hands", "surface at the end"];
 /// Forces and surfaces of a run.
 struct Trajectory {
     /// N (times x tools), forces on all tools at common times
-    forces: Vec<V3>,
+    forces: Vec<Vec3>,
     /// m, vertices of all surfaces at the end
-    surface: Vec<V3>,
+    surface: Vec<Vec3>,
     /// m, largest displacement of a vertex during the run
     largest_displacement: f64,
 }
@@ -154,8 +154,8 @@ fn run_and_track(run: &SceneRun<'_>, sample_period: f64) -> Result<(RunResult, T
         for body in &session.bodies {
             for (x, rest) in body.skin.x.iter().zip(&body.model.surface.points) {
                 found.surface.push(*x);
-                let u = axpy(*x, -1.0, *rest);
-                found.largest_displacement = found.largest_displacement.max(dot(u, u).sqrt());
+                let u = *x - *rest;
+                found.largest_displacement = found.largest_displacement.max(u.norm());
             }
         }
         true
@@ -166,13 +166,12 @@ fn run_and_track(run: &SceneRun<'_>, sample_period: f64) -> Result<(RunResult, T
 /// Errors in the order of [`COMPARED`]: root mean square of the force's difference over that of the force, and the surface's largest
 /// difference over its largest displacement. NaN where there is nothing to compare.
 fn errors(a: &Trajectory, reference: &Trajectory) -> [f64; 2] {
-    let square = |v: V3| dot(v, v);
-    let off: f64 = a.forces.iter().zip(&reference.forces).map(|(a, b)| square(axpy(*a, -1.0, *b))).sum();
-    let whole: f64 = reference.forces.iter().map(|b| square(*b)).sum();
+    let off: f64 = a.forces.iter().zip(&reference.forces).map(|(a, b)| (*a - *b).norm_squared()).sum();
+    let whole: f64 = reference.forces.iter().map(|b| b.norm_squared()).sum();
     if a.surface.len() != reference.surface.len() {
         return [(off / whole).sqrt(), f64::NAN];
     }
-    let distances = a.surface.iter().zip(&reference.surface).map(|(a, b)| square(axpy(*a, -1.0, *b)).sqrt());
+    let distances = a.surface.iter().zip(&reference.surface).map(|(a, b)| (*a - *b).norm());
     [(off / whole).sqrt(), distances.fold(0.0, f64::max) / reference.largest_displacement]
 }
 

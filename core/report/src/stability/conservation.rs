@@ -8,7 +8,7 @@ use crate::context::ReportContext;
 use crate::row::Row;
 use crate::settings::{merge, setting};
 use pliant_engine::session::Session;
-use pliant_solver::{V3, axpy, dot};
+use pliant_solver::Vec3;
 
 /// A task for each case and integrator.
 pub(super) fn conservation_tasks<'a>(inputs: Inputs<'a>, context: &ReportContext<'_>) -> Vec<Task<'a>> {
@@ -39,7 +39,7 @@ fn measure(case: &ConservationCase, inputs: Inputs<'_>, mut row: Row, context: &
             (classified.result, classified.balance.excess())
         }
         ConservedQuantity::Momentum | ConservedQuantity::AngularMomentum => {
-            let mut momenta: Vec<V3> = Vec::new();
+            let mut momenta: Vec<Vec3> = Vec::new();
             let result = run.run(&[], |session| {
                 if session.time() > case.after {
                     let momentum = momentum(session);
@@ -85,30 +85,28 @@ fn fill_balance(balance: &EnergyBalance, row: &mut Row) {
 /// Momentum of all bodies.
 struct Momentum {
     /// kg m/s
-    linear: V3,
+    linear: Vec3,
     /// kg m^2/s, about the origin
-    angular: V3,
+    angular: Vec3,
 }
 
 /// Momentum of all bodies of a session.
 fn momentum(session: &Session) -> Momentum {
-    let (mut p, mut l) = ([0.0; 3], [0.0; 3]);
+    let (mut p, mut l) = (Vec3::zeros(), Vec3::zeros());
     for body in &session.bodies {
         let nodes = &body.system.nodes;
         for i in 0..nodes.len() {
             let (x, v, m) = (nodes.x[i], nodes.v[i], nodes.mass[i]);
-            p = axpy(p, m, v);
-            let turn = [x[1] * v[2] - x[2] * v[1], x[2] * v[0] - x[0] * v[2], x[0] * v[1] - x[1] * v[0]];
-            l = axpy(l, m, turn);
+            p += m * v;
+            l += m * x.cross(&v);
         }
     }
     Momentum { linear: p, angular: l }
 }
 
 /// Largest change since the first, over the largest magnitude; NaN of none.
-fn relative_change(momenta: &[V3]) -> f64 {
-    let size = |v: V3| dot(v, v).sqrt();
+fn relative_change(momenta: &[Vec3]) -> f64 {
     let Some(first) = momenta.first() else { return f64::NAN };
-    let largest = momenta.iter().map(|m| size(*m)).fold(0.0, f64::max);
-    momenta.iter().map(|m| size(axpy(*m, -1.0, *first))).fold(0.0, f64::max) / largest
+    let largest = momenta.iter().map(|m| m.norm()).fold(0.0, f64::max);
+    momenta.iter().map(|m| (m - first).norm()).fold(0.0, f64::max) / largest
 }

@@ -4,7 +4,7 @@
 //! integration.
 
 use pliant_engine::session::Session;
-use pliant_solver::{V3, axpy, dot};
+use pliant_solver::Vec3;
 
 /// Excess of energy over the work done from which a run counts as growing.
 pub(super) const GROWTH: f64 = 0.5;
@@ -16,9 +16,9 @@ const ROUNDING_SPEED_SQUARED: f64 = 1e-18;
 #[derive(Clone, Debug, Default)]
 pub(super) struct EnergyBalance {
     /// m, nodes of each body before the step
-    before: Vec<Vec<V3>>,
+    before: Vec<Vec<Vec3>>,
     /// m, hand of each tool before the step
-    hands: Vec<V3>,
+    hands: Vec<Vec3>,
     /// J, work of gravity, of what holds and drives nodes, and of tools
     pub(super) work: f64,
     /// J, part of the work that friction between tips and sheets dissipated
@@ -48,10 +48,10 @@ impl EnergyBalance {
             self.floor = self.floor.max(ROUNDING_SPEED_SQUARED * nodes.mass.iter().sum::<f64>());
             // A region that has moved has other nodes, whose displacements are not known.
             if before.len() == nodes.len() {
-                let g = if body.carrier.is_whole() { gravity } else { [0.0; 3] };
+                let g = if body.carrier.is_whole() { gravity } else { Vec3::zeros() };
                 for (i, held) in session.reactions(index).iter().enumerate() {
-                    let u = axpy(nodes.x[i], -1.0, before[i]);
-                    let done = dot(axpy(*held, nodes.mass[i], g), u);
+                    let u = nodes.x[i] - before[i];
+                    let done = (*held + nodes.mass[i] * g).dot(&u);
                     (self.work, self.scale) = (self.work + done, self.scale + done.abs());
                 }
             }
@@ -62,7 +62,7 @@ impl EnergyBalance {
         for (i, tool) in frame.tools.iter().enumerate().filter(|_| on_lattice) {
             if let Some(before) = self.hands.get(i) {
                 // The force on the hand is opposite to that on the body.
-                let done = -dot(tool.force, axpy(tool.hand, -1.0, *before));
+                let done = -tool.force.dot(&(tool.hand - *before));
                 (self.work, self.scale) = (self.work + done, self.scale + done.abs());
             }
         }

@@ -10,7 +10,7 @@
 mod chebyshev;
 mod lanczos;
 
-use super::algebra::V3;
+use super::algebra::Vec3;
 use super::constraint::Constraint;
 use super::elements::ElementSet;
 use super::elements::chunk::Chunk;
@@ -174,7 +174,7 @@ impl Coupled {
         material: &dyn ForceModel,
         set: &ElementSet,
         (nodes, time): (&Nodes, StepTime),
-        (force, rounded): (&mut [V3], bool),
+        (force, rounded): (&mut [Vec3], bool),
     ) -> Result<(), ForceError> {
         self.load(pool, material, set, (nodes, time), rounded)?;
         let this = &*self;
@@ -237,7 +237,7 @@ struct Pulls<'a> {
     moments: &'a [f64],
     gradients: [&'a [f64]; 12],
     first: usize,
-    window: &'a mut [V3],
+    window: &'a mut [Vec3],
 }
 
 impl pulp::NullaryFnOnce for Pulls<'_> {
@@ -287,8 +287,8 @@ impl StandIns<'_> {
 
 impl Hinges for StandIns<'_> {
     #[inline(always)]
-    fn hinge(&self, e: usize) -> ([V3; 4], f64) {
-        let mut g = [[0.0; 3]; 4];
+    fn hinge(&self, e: usize) -> ([Vec3; 4], f64) {
+        let mut g = [Vec3::zeros(); 4];
         for corner in 0..4 {
             for i in 0..3 {
                 g[corner][i] = self.gradient[3 * corner + i][e];
@@ -327,7 +327,7 @@ fn in_parts<E: Send>(
 }
 
 /// Least and greatest eigenvalue of the rows and columns `inner` of `g`, scaled by its diagonal, and the eigenvector of the least.
-fn scaled_spectrum(g: &[[f64; 3]; 3], inner: &[usize]) -> ([f64; 2], V3) {
+fn scaled_spectrum(g: &[[f64; 3]; 3], inner: &[usize]) -> ([f64; 2], Vec3) {
     let mut scaled = Matrix3::identity();
     for &i in inner {
         for &j in inner {
@@ -336,5 +336,5 @@ fn scaled_spectrum(g: &[[f64; 3]; 3], inner: &[usize]) -> ([f64; 2], V3) {
     }
     let eigen = scaled.symmetric_eigen();
     let (at, least) = eigen.eigenvalues.argmin();
-    ([least.max(1e-6), eigen.eigenvalues.max()], eigen.eigenvectors.column(at).into_owned().into())
+    ([least.max(1e-6), eigen.eigenvalues.max()], eigen.eigenvectors.column(at).into_owned())
 }

@@ -3,6 +3,7 @@
 pub mod chunk;
 pub mod strips;
 
+use super::algebra::Vec3;
 use super::nodes::Nodes;
 use crate::force_model::{ElementCall, ForceError, ForceModel, StepTime};
 use chunk::{Chunk, Schedule};
@@ -124,7 +125,7 @@ impl ElementSet {
         &'a self,
         chunk: &Chunk,
         nodes: &'a Nodes,
-        v: &'a [[f64; 3]],
+        v: &'a [Vec3],
         time: StepTime,
     ) -> ElementCall<'a> {
         ElementCall {
@@ -136,9 +137,9 @@ impl ElementSet {
             family: &self.list.family,
             measure: &self.list.measure,
             material: &self.list.material,
-            rest: &nodes.rest,
-            x: &nodes.x,
-            v,
+            rest: bytemuck::cast_slice(&nodes.rest),
+            x: bytemuck::cast_slice(&nodes.x),
+            v: bytemuck::cast_slice(v),
             rest_data: &self.rest_data,
             history: &self.history,
             time,

@@ -2,7 +2,7 @@
 
 use super::holds::{Holds, Outcome, PASSES};
 use super::{Integrator, Loads, Scheme, StepError, StepReport, add_loads, check};
-use crate::algebra::{V3, axpy, without_dust};
+use crate::algebra::{Vec3, without_dust};
 use crate::force_model::StepTime;
 use crate::system::System;
 use crate::threads::{NODES, Pool};
@@ -27,21 +27,21 @@ impl Integrator {
             // Nothing is near most of the time: then there are no forces to clear and to add.
             let pushes = holds.is_near();
             if pushes {
-                self.still.fill([0.0; 3]);
+                self.still.fill(Vec3::zeros());
                 holds.add_forces(&mut self.still);
             }
             let (nodes, force, gravity) = (&system.nodes, &self.force, loads.gravity);
             let parts = (&mut self.still[..], &mut self.reaction[..]);
-            pool.pieces(parts, NODES, &|first, (still, reaction): (&mut [V3], &mut [V3])| {
+            pool.pieces(parts, NODES, &|first, (still, reaction): (&mut [Vec3], &mut [Vec3])| {
                 for (i, (still, reaction)) in (first..).zip(still.iter_mut().zip(reaction)) {
-                    let f = if pushes { axpy(force[i], 1.0, *still) } else { force[i] };
-                    let free = axpy(nodes.v[i], dt, axpy(gravity, 1.0 / nodes.mass[i], f));
+                    let f = if pushes { force[i] + *still } else { force[i] };
+                    let free = nodes.v[i] + dt * (gravity + 1.0 / nodes.mass[i] * f);
                     if nodes.constraint[i].is_free() {
-                        (*still, *reaction) = (without_dust(free), [0.0; 3]);
+                        (*still, *reaction) = (without_dust(free), Vec3::zeros());
                         continue;
                     }
                     *still = without_dust(nodes.constraint[i].merge(free, nodes.prescribed[i]));
-                    *reaction = axpy(*still, -1.0, free).map(|c| c * nodes.mass[i] / dt);
+                    *reaction = (*still - free) * nodes.mass[i] / dt;
                 }
             });
             let (still, reaction) = (&self.still, &self.reaction);
@@ -63,9 +63,9 @@ impl Integrator {
 /// `x += dt v`
 fn go_on(pool: &Pool, system: &mut System, dt: f64) {
     let v = &system.nodes.v;
-    pool.pieces(&mut system.nodes.x[..], NODES, &|first, x: &mut [V3]| {
+    pool.pieces(&mut system.nodes.x[..], NODES, &|first, x: &mut [Vec3]| {
         for (x, v) in x.iter_mut().zip(&v[first..]) {
-            *x = axpy(*x, dt, *v);
+            *x += dt * *v;
         }
     });
 }

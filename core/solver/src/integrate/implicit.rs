@@ -3,7 +3,7 @@
 use super::holds::{Doubt, Holds, Outcome, PASSES};
 use super::right_side::{RightSide, Start};
 use super::{Integrator, Loads, Scheme, StepError, StepReport, add_loads, check, is_finite};
-use crate::algebra::{V3, axpy, without_dust};
+use crate::algebra::{Vec3, without_dust};
 use crate::factors::{Factors, StandIn};
 use crate::force_model::{ForceError, StepTime};
 use crate::matrix::Matrix;
@@ -28,8 +28,8 @@ struct Form {
 
 impl Form {
     /// X of a node that is at `x` and was at `before` a step ago.
-    fn carried(&self, x: V3, before: V3) -> V3 {
-        if self.carry > 0.0 { axpy(x, self.carry, axpy(x, -1.0, before)) } else { x }
+    fn carried(&self, x: Vec3, before: Vec3) -> Vec3 {
+        if self.carry > 0.0 { x + self.carry * (x - before) } else { x }
     }
 }
 
@@ -73,11 +73,11 @@ impl Integrator {
         pool.pieces((&mut to[..], &mut speed[..]), NODES, &|first, (to, speed)| {
             for (i, (to, speed)) in (first..).zip(to.iter_mut().zip(speed)) {
                 if self.scheme == Scheme::ImplicitMidpoint {
-                    *to = axpy(x[i], dt, *speed);
-                    let after = axpy(speed.map(|c| 2.0 * c), -1.0, v[i]);
+                    *to = x[i] + dt * *speed;
+                    let after = 2.0 * *speed - v[i];
                     *speed = constraint[i].merge(after, prescribed[i]);
                 } else {
-                    *to = axpy(form.carried(x[i], past[i]), form.g, *speed);
+                    *to = form.carried(x[i], past[i]) + form.g * *speed;
                 }
             }
         });
@@ -140,8 +140,8 @@ impl Integrator {
             let (near, known) = (holds.is_near(), &*holds);
             let solved = self.pcg.solve_watched(pool, &solve, &mut |peek| {
                 let outcome = Outcome {
-                    after: &|s, i| axpy(s.nodes.v[i], 1.0, peek.at(i)),
-                    reaction: &|i| peek.reaction(i).map(|c| c / g),
+                    after: &|s, i| s.nodes.v[i] + peek.at(i),
+                    reaction: &|i| peek.reaction(i) / g,
                     doubt: Some(&doubt(&matrix, peek.left(), g)),
                 };
                 near && stops < STOPS && known.foresees(system, &outcome)
@@ -172,17 +172,17 @@ impl Integrator {
                 report.residual = report.residual.max(solved.residual);
                 report.converged &= solved.converged;
             }
-            self.reaction.fill([0.0; 3]);
+            self.reaction.fill(Vec3::zeros());
             if !near && self.pcg.held().next().is_none() {
                 break;
             }
             let (b, change) = (&self.b, &self.pcg.x);
             for (i, product) in self.pcg.held() {
-                self.reaction[i] = axpy(product, -1.0, b[i]).map(|c| c / g);
+                self.reaction[i] = (product - b[i]) / g;
             }
             let (reaction, doubt) = (&self.reaction, doubt(&matrix, solved.stopped.unwrap_or(0.0), g));
             let outcome = Outcome {
-                after: &|s, i| axpy(s.nodes.v[i], 1.0, change[i]),
+                after: &|s, i| s.nodes.v[i] + change[i],
                 reaction: &|i| reaction[i],
                 doubt: solved.stopped.map(|_| &doubt as &Doubt<'_>),
             };
@@ -190,12 +190,16 @@ impl Integrator {
                 break;
             }
         }
-        pool.pieces((&mut system.nodes.v[..], &mut self.pcg.x[..]), NODES, &|_, (v, dv): (&mut [V3], &mut [V3])| {
-            for (v, dv) in v.iter_mut().zip(dv) {
-                *dv = without_dust(*dv);
-                *v = without_dust(axpy(*v, 1.0, *dv));
-            }
-        });
+        pool.pieces(
+            (&mut system.nodes.v[..], &mut self.pcg.x[..]),
+            NODES,
+            &|_, (v, dv): (&mut [Vec3], &mut [Vec3])| {
+                for (v, dv) in v.iter_mut().zip(dv) {
+                    *dv = without_dust(*dv);
+                    *v = without_dust(*v + *dv);
+                }
+            },
+        );
         if iteration > 0 || self.newton > 1 {
             // What is left to do next time has nothing to do with what was done.
             self.pcg.forget();
@@ -207,7 +211,7 @@ impl Integrator {
     /// Puts nodes where they are expected to be at the time the scheme looks at.
     fn expect(&self, nodes: &mut Nodes, form: &Form) {
         for (i, (to, v)) in nodes.x.iter_mut().zip(&nodes.v).enumerate() {
-            *to = axpy(form.carried(self.from[0][i], self.before[0][i]), form.g, *v);
+            *to = form.carried(self.from[0][i], self.before[0][i]) + form.g * *v;
         }
     }
 
@@ -221,7 +225,7 @@ impl Integrator {
         here: bool,
     ) -> f64 {
         let (mut b, mut z) = (std::mem::take(&mut self.b), std::mem::take(&mut self.z));
-        z.fill([0.0; 3]);
+        z.fill(Vec3::zeros());
         holds.add_forces(&mut z);
         let start = match here {
             true => Start::Here(&self.moving),
@@ -244,12 +248,12 @@ impl Integrator {
     }
 
     /// The velocity of a held node that takes it where it has to be at the end of the step.
-    fn prescribed(&self, i: usize, p: V3, form: &Form, dt: f64) -> V3 {
+    fn prescribed(&self, i: usize, p: Vec3, form: &Form, dt: f64) -> Vec3 {
         if form.carry == 0.0 {
             return p;
         }
         let x = self.from[0][i];
-        axpy(axpy(x, dt, p), -1.0, form.carried(x, self.before[0][i])).map(|c| c / form.g)
+        (x + dt * p - form.carried(x, self.before[0][i])) / form.g
     }
 }
 
@@ -268,7 +272,7 @@ fn add_tools(matrix: &mut Matrix, loads: &Loads<'_>, g: f64) {
 pub fn linearise(
     pool: &Pool,
     system: &mut System,
-    (v, force): (Option<&[V3]>, (&mut [V3], bool)),
+    (v, force): (Option<&[Vec3]>, (&mut [Vec3], bool)),
     factors: Factors,
     now: StepTime,
 ) -> Result<Matrix, ForceError> {

@@ -1,7 +1,7 @@
 //! How large a step may be, before it is taken.
 
 use super::Scheme;
-use crate::algebra::{V3, dot};
+use crate::algebra::Vec3;
 use crate::coupled::Coupled;
 use crate::factors::{Factors, StandIn};
 use crate::force_model::{ForceError, StepTime};
@@ -124,20 +124,20 @@ fn power(matrix: &Matrix, pool: &Pool, nodes: &Nodes) -> f64 {
         seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
     };
-    let mut u: Vec<V3> = filter.iter().map(|c| c.filter([random(), random(), random()])).collect();
-    let mut a = vec![[0.0; 3]; mass.len()];
+    let mut u: Vec<Vec3> = filter.iter().map(|c| c.filter(Vec3::new(random(), random(), random()))).collect();
+    let mut a = vec![Vec3::zeros(); mass.len()];
     let mut highest = 0.0;
     for _ in 0..ITERATIONS {
         matrix.product(pool, &u, &mut a);
-        let top: f64 = u.iter().zip(&a).map(|(u, a)| dot(*u, *a)).sum();
-        let bottom: f64 = u.iter().zip(mass).map(|(u, m)| m * dot(*u, *u)).sum();
+        let top: f64 = u.iter().zip(&a).map(|(u, a)| u.dot(a)).sum();
+        let bottom: f64 = u.iter().zip(mass).map(|(u, m)| m * u.norm_squared()).sum();
         if !(bottom > 0.0 && top > 0.0) {
             return highest;
         }
         highest = top / bottom;
         let scale = 1.0 / bottom.sqrt();
         for i in 0..mass.len() {
-            u[i] = filter[i].filter(a[i].map(|c| scale * c / mass[i]));
+            u[i] = filter[i].filter(scale * a[i] / mass[i]);
         }
     }
     highest

@@ -12,7 +12,7 @@ pub mod limit;
 mod quasi_static;
 mod right_side;
 
-use super::algebra::{V3, axpy, dot};
+use super::algebra::Vec3;
 use super::solver::{Pcg, Preconditioner};
 use super::springs::NodeSprings;
 use super::system::System;
@@ -61,9 +61,9 @@ impl Scheme {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Loads<'a> {
     /// m/s^2
-    pub gravity: V3,
+    pub gravity: Vec3,
     /// N (n x 3), or empty
-    pub forces: &'a [V3],
+    pub forces: &'a [Vec3],
     /// What the tools do.
     pub tools: &'a [NodeSprings],
 }
@@ -120,16 +120,16 @@ pub struct Integrator {
     /// m, how far a node goes in one iteration of a quasi-static step, at most
     pub longest_move: f64,
     /// N, what it took to hold each node in the last step (n x 3)
-    pub reaction: Vec<V3>,
-    pub(super) force: Vec<V3>,
-    pub(super) still: Vec<V3>,
+    pub reaction: Vec<Vec3>,
+    pub(super) force: Vec<Vec3>,
+    pub(super) still: Vec<Vec3>,
     /// Matrix times velocity, N s.
-    pub(super) moving: Vec<V3>,
-    pub(super) b: Vec<V3>,
-    pub(super) z: Vec<V3>,
+    pub(super) moving: Vec<Vec3>,
+    pub(super) b: Vec<Vec3>,
+    pub(super) z: Vec<Vec3>,
     /// Where the step began, and the step before it.
-    pub(super) from: [Vec<V3>; 2],
-    pub(super) before: [Vec<V3>; 2],
+    pub(super) from: [Vec<Vec3>; 2],
+    pub(super) before: [Vec<Vec3>; 2],
     pub(super) has_past: bool,
     pub(super) pcg: Pcg,
 }
@@ -164,15 +164,15 @@ impl Integrator {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        self.force.len() * 9 * size_of::<V3>() + self.pcg.bytes()
+        self.force.len() * 9 * size_of::<Vec3>() + self.pcg.bytes()
     }
 
     /// Room for `n` nodes. After a change of nodes or elements, also forgets the last solution.
     pub fn resize(&mut self, n: usize) {
-        self.force.resize(n, [0.0; 3]);
+        self.force.resize(n, Vec3::zeros());
         for field in [&mut self.reaction, &mut self.still] {
             field.clear();
-            field.resize(n, [0.0; 3]);
+            field.resize(n, Vec3::zeros());
         }
         self.has_past = false;
         if self.scheme.is_implicit() {
@@ -180,7 +180,7 @@ impl Integrator {
             let [x_before, v_before] = &mut self.before;
             for field in [&mut self.moving, &mut self.b, &mut self.z, x, v, x_before, v_before] {
                 field.clear();
-                field.resize(n, [0.0; 3]);
+                field.resize(n, Vec3::zeros());
             }
             self.pcg.resize(n);
         }
@@ -251,28 +251,28 @@ pub(super) fn check(system: &mut System) -> Result<f64, StepError> {
     let (mut fastest, mut sums) = ([0.0_f64; 8], [0.0; 8]);
     for v in v.chunks(fastest.len()) {
         for ((fastest, sum), v) in fastest.iter_mut().zip(&mut sums).zip(v) {
-            let speed = dot(*v, *v);
+            let speed = v.norm_squared();
             *fastest = if speed > *fastest { speed } else { *fastest };
             *sum += speed;
         }
     }
     if !sums.iter().all(|sum| sum.is_finite())
-        && let Some(node) = v.iter().position(|v| !dot(*v, *v).is_finite())
+        && let Some(node) = v.iter().position(|v| !v.norm_squared().is_finite())
     {
-        v.fill([0.0; 3]);
+        v.fill(Vec3::zeros());
         return Err(StepError::Diverged { node });
     }
     Ok(fastest.iter().fold(0.0_f64, |most, speed| most.max(*speed)).sqrt())
 }
 
-pub(super) fn is_finite(v: V3) -> bool {
+pub(super) fn is_finite(v: Vec3) -> bool {
     v.iter().all(|c| c.is_finite())
 }
 
 /// Adds external forces and those of the tools to `force`.
-pub(super) fn add_loads(force: &mut [V3], loads: &Loads<'_>, x: &[V3], v: Option<&[V3]>) {
+pub(super) fn add_loads(force: &mut [Vec3], loads: &Loads<'_>, x: &[Vec3], v: Option<&[Vec3]>) {
     for (f, load) in force.iter_mut().zip(loads.forces) {
-        *f = axpy(*f, 1.0, *load);
+        *f += *load;
     }
     for springs in loads.tools {
         springs.add_to(force, x, v);

@@ -6,7 +6,7 @@
 use super::holds::Holds;
 use super::implicit::linearise;
 use super::{Integrator, Loads, StepError, StepReport, add_loads, check};
-use crate::algebra::{axpy, dot};
+use crate::algebra::Vec3;
 use crate::constraint::Constraint;
 use crate::factors::{Factors, StandIn};
 use crate::force_model::StepTime;
@@ -41,7 +41,7 @@ impl Integrator {
         for i in 0..start.len() {
             // What is led goes first.
             if system.nodes.constraint[i] == Constraint::Fixed {
-                system.nodes.x[i] = axpy(start[i], dt, system.nodes.prescribed[i]);
+                system.nodes.x[i] = start[i] + dt * system.nodes.prescribed[i];
             }
         }
         let mut damping = DAMPING[0];
@@ -56,16 +56,16 @@ impl Integrator {
                 break;
             }
             report.newton += 1;
-            let longest = self.pcg.x.iter().map(|d| dot(*d, *d)).fold(0.0, f64::max).sqrt();
+            let longest = self.pcg.x.iter().map(|d| d.norm_squared()).fold(0.0, f64::max).sqrt();
             let mut share = if longest > self.longest_move { self.longest_move / longest } else { 1.0 };
             let from = system.nodes.x.clone();
             // What the forces do on the way. Less than rounding leaves of the energy, the energy cannot judge it.
-            let work: f64 = self.b.iter().zip(&self.pcg.x).map(|(f, d)| dot(*f, *d)).sum();
+            let work: f64 = self.b.iter().zip(&self.pcg.x).map(|(f, d)| f.dot(d)).sum();
             let noise = if work < ROUNDED * energy.abs() { ROUNDED } else { 1e-12 } * energy.abs();
             let mut went = false;
             for _ in 0..HALVINGS {
                 for i in 0..from.len() {
-                    system.nodes.x[i] = axpy(from[i], share, self.pcg.x[i]);
+                    system.nodes.x[i] = from[i] + share * self.pcg.x[i];
                 }
                 let after = self.potential(system, loads, now)?;
                 if after <= energy + noise {
@@ -87,11 +87,11 @@ impl Integrator {
         report.converged &= settled;
         let nodes = &mut system.nodes;
         for i in 0..start.len() {
-            nodes.v[i] = axpy(nodes.x[i], -1.0, start[i]).map(|c| c / dt);
+            nodes.v[i] = (nodes.x[i] - start[i]) / dt;
         }
         report.fastest = check(system).inspect_err(|_| system.nodes.x.copy_from_slice(&start))?;
         holds.end(system, &mut self.reaction);
-        system.nodes.v.fill([0.0; 3]);
+        system.nodes.v.fill(Vec3::zeros());
         Ok(())
     }
 
@@ -105,7 +105,7 @@ impl Integrator {
         damping: f64,
         report: &mut StepReport,
     ) -> Result<((f64, f64), bool), StepError> {
-        system.nodes.v.fill([0.0; 3]);
+        system.nodes.v.fill(Vec3::zeros());
         let factors = Factors {
             mass: damping,
             stiffness: 1.0,
@@ -125,14 +125,12 @@ impl Integrator {
         let nodes = &system.nodes;
         let (mut left, mut all) = (0.0_f64, 0.0_f64);
         for i in 0..nodes.len() {
-            self.b[i] = axpy(self.force[i], nodes.mass[i], loads.gravity);
+            self.b[i] = self.force[i] + nodes.mass[i] * loads.gravity;
             let free = nodes.constraint[i].filter(self.b[i]);
-            left = left.max(dot(free, free));
-            all = all
-                .max(dot(self.b[i], self.b[i]))
-                .max((nodes.mass[i] * dot(loads.gravity, loads.gravity).sqrt()).powi(2));
-            self.reaction[i] = axpy(free, -1.0, self.b[i]);
-            self.z[i] = [0.0; 3];
+            left = left.max(free.norm_squared());
+            all = all.max(self.b[i].norm_squared()).max((nodes.mass[i] * loads.gravity.norm()).powi(2));
+            self.reaction[i] = free - self.b[i];
+            self.z[i] = Vec3::zeros();
         }
         self.pcg.forget();
         self.pcg.prepare(&matrix, &system.sets, &system.nodes.rest);
@@ -160,10 +158,10 @@ impl Integrator {
     fn potential(&mut self, system: &mut System, loads: &Loads<'_>, now: StepTime) -> Result<f64, StepError> {
         let mut energy = system.energy(now)?;
         for (x, mass) in system.nodes.x.iter().zip(&system.nodes.mass) {
-            energy -= mass * dot(loads.gravity, *x);
+            energy -= mass * loads.gravity.dot(x);
         }
         for (x, f) in system.nodes.x.iter().zip(loads.forces) {
-            energy -= dot(*f, *x);
+            energy -= f.dot(x);
         }
         Ok(energy + loads.tools.iter().map(|springs| springs.potential(&system.nodes.x)).sum::<f64>())
     }

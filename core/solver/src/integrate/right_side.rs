@@ -1,8 +1,9 @@
 //! The right side of a step's system, and what is prescribed of its solution.
 
-use crate::algebra::{V3, axpy, dot};
+use crate::algebra::Vec3;
 use crate::constraint::Constraint;
 use crate::nodes::Nodes;
+use bytemuck::{cast_slice, cast_slice_mut};
 use pulp::NullaryFnOnce;
 
 /// Nodes at a time.
@@ -14,29 +15,29 @@ type Numbers = [f64; 3 * LANES];
 pub struct RightSide<'a, P> {
     pub nodes: &'a Nodes,
     /// N
-    pub force: &'a [V3],
+    pub force: &'a [Vec3],
     /// m/s^2
-    pub gravity: V3,
+    pub gravity: Vec3,
     /// s
     pub g: f64,
     pub start: Start<'a>,
     /// m/s, what is prescribed of a node's velocity
     pub prescribed: P,
     pub first: usize,
-    pub b: &'a mut [V3],
-    pub z: &'a mut [V3],
+    pub b: &'a mut [Vec3],
+    pub z: &'a mut [Vec3],
 }
 
 /// Where a step begins.
 #[derive(Clone, Copy)]
 pub enum Start<'a> {
     /// Where the body is: `M (target - v)` is `M v - A v`, and this `A v`, N s.
-    Here(&'a [V3]),
+    Here(&'a [Vec3]),
     /// Elsewhere: velocities of the last step and of the one before, and the share of their difference that goes on, m/s.
-    There([&'a [V3]; 2], f64),
+    There([&'a [Vec3]; 2], f64),
 }
 
-impl<P: Fn(usize) -> V3> NullaryFnOnce for RightSide<'_, P> {
+impl<P: Fn(usize) -> Vec3> NullaryFnOnce for RightSide<'_, P> {
     type Output = f64;
 
     #[inline(always)]
@@ -48,10 +49,10 @@ impl<P: Fn(usize) -> V3> NullaryFnOnce for RightSide<'_, P> {
             Start::Here(moving) => here((b, z), (force, &moving[all.clone()]), (mass, v), (g, gravity)),
             Start::There([was, before], carry) => {
                 for (at, i) in all.clone().enumerate() {
-                    let target = if carry > 0.0 { axpy(was[i], carry, axpy(was[i], -1.0, before[i])) } else { was[i] };
-                    let pull = axpy(axpy(force[at], 1.0, z[at]), mass[at], gravity);
-                    let change = axpy(target, -1.0, v[at]);
-                    (0..3).for_each(|c| b[at][c] = g * pull[c] + mass[at] * change[c]);
+                    let target = if carry > 0.0 { was[i] + carry * (was[i] - before[i]) } else { was[i] };
+                    let pull = force[at] + z[at] + mass[at] * gravity;
+                    let change = target - v[at];
+                    b[at] = g * pull + mass[at] * change;
                 }
             }
         }
@@ -60,19 +61,19 @@ impl<P: Fn(usize) -> V3> NullaryFnOnce for RightSide<'_, P> {
         for (at, constraints) in (0..).step_by(LANES).zip(constraints.chunks(LANES)) {
             let (b, z) = (&b[at..at + constraints.len()], &mut z[at..at + constraints.len()]);
             if let (Some(b), true) = (b.first_chunk::<LANES>(), constraints.iter().all(Constraint::is_free)) {
-                z.fill([0.0; 3]);
-                for (square, b) in squares.iter_mut().zip(b.as_flattened()) {
+                z.fill(Vec3::zeros());
+                for (square, b) in squares.iter_mut().zip(cast_slice::<Vec3, f64>(b)) {
                     *square += b * b;
                 }
                 continue;
             }
             for (lane, constraint) in constraints.iter().enumerate() {
                 z[lane] = match constraint {
-                    Constraint::Free => [0.0; 3],
-                    _ => axpy(prescribed(first + at + lane), -1.0, v[at + lane]),
+                    Constraint::Free => Vec3::zeros(),
+                    _ => prescribed(first + at + lane) - v[at + lane],
                 };
                 let left = constraint.filter(b[lane]);
-                squares[lane] += dot(left, left);
+                squares[lane] += left.norm_squared();
             }
         }
         squares.iter().sum()
@@ -82,10 +83,10 @@ impl<P: Fn(usize) -> V3> NullaryFnOnce for RightSide<'_, P> {
 /// Number by number: masses are laid out as what they belong to.
 #[inline(always)]
 fn here(
-    (b, z): (&mut [V3], &[V3]),
-    (force, moving): (&[V3], &[V3]),
-    (mass, v): (&[f64], &[V3]),
-    (g, gravity): (f64, V3),
+    (b, z): (&mut [Vec3], &[Vec3]),
+    (force, moving): (&[Vec3], &[Vec3]),
+    (mass, v): (&[f64], &[Vec3]),
+    (g, gravity): (f64, Vec3),
 ) {
     let mut gravities: Numbers = [0.0; 3 * LANES];
     for (at, to) in gravities.iter_mut().enumerate() {
@@ -97,9 +98,9 @@ fn here(
         for (masses, mass) in masses.as_chunks_mut::<3>().0.iter_mut().zip(&mass[nodes.clone()]) {
             masses.fill(*mass);
         }
-        let [z, force, v, moving] = [z, force, v, moving].map(|of| of[nodes.clone()].as_flattened());
+        let [z, force, v, moving] = [z, force, v, moving].map(|of| cast_slice::<Vec3, f64>(&of[nodes.clone()]));
         let given = z.iter().zip(force).zip(v).zip(moving).zip(masses.iter().zip(&gravities));
-        for (b, ((((z, force), v), moving), (mass, gravity))) in b.as_flattened_mut().iter_mut().zip(given) {
+        for (b, ((((z, force), v), moving), (mass, gravity))) in cast_slice_mut::<Vec3, f64>(b).iter_mut().zip(given) {
             *b = g * (force + z + mass * gravity) + mass * v - moving;
         }
     }
@@ -109,8 +110,8 @@ fn here(
 mod tests {
     use super::*;
 
-    fn wave(n: usize, seed: usize) -> Vec<V3> {
-        (0..n).map(|i| [0, 1, 2].map(|c| (1.7 * (seed + 3 * i + c) as f64).sin())).collect()
+    fn wave(n: usize, seed: usize) -> Vec<Vec3> {
+        (0..n).map(|i| Vec3::from_fn(|c, _| (1.7 * (seed + 3 * i + c) as f64).sin())).collect()
     }
 
     #[test]
@@ -118,19 +119,19 @@ mod tests {
         let n = 29;
         let mut constraint = vec![Constraint::Free; n];
         (constraint[1], constraint[10], constraint[28]) =
-            (Constraint::Fixed, Constraint::Plane([0.0, 0.6, 0.8]), Constraint::Line([1.0, 0.0, 0.0]));
+            (Constraint::Fixed, Constraint::Plane(Vec3::new(0.0, 0.6, 0.8)), Constraint::Line(Vec3::x()));
         let mass = (0..n).map(|i| 0.1 + i as f64).collect();
         let nodes = Nodes { v: wave(n, 9), mass, constraint, ..Nodes::default() };
         let (force, more, was) = (wave(n, 1), wave(n, 2), [wave(n, 3), wave(n, 4)]);
-        let (gravity, g) = ([0.1, -9.81, 0.3], 0.25);
+        let (gravity, g) = (Vec3::new(0.1, -9.81, 0.3), 0.25);
         for (start, carry) in [(Start::Here(&was[0]), 0.0)]
             .into_iter()
             .chain([0.0, 0.5].map(|carry| (Start::There([&was[0], &was[1]], carry), carry)))
         {
-            let (mut b, mut z) = (vec![[7.0; 3]; n], more.clone());
+            let (mut b, mut z) = (vec![Vec3::repeat(7.0); n], more.clone());
             let (mut squares, mut want) = (0.0, 0.0);
             for (first, (b, z)) in (0..).step_by(16).zip(b.chunks_mut(16).zip(z.chunks_mut(16))) {
-                let (nodes, force, prescribed) = (&nodes, &force[..], |i: usize| [i as f64, 2.0, 3.0]);
+                let (nodes, force, prescribed) = (&nodes, &force[..], |i: usize| Vec3::new(i as f64, 2.0, 3.0));
                 squares +=
                     pulp::Arch::new().dispatch(RightSide { nodes, force, gravity, g, start, prescribed, first, b, z });
             }
@@ -144,9 +145,9 @@ mod tests {
                     assert!((b[i][c] - right).abs() < 1e-12 * (1.0 + right.abs()), "{i}: {:?} {right}", b[i]);
                 }
                 let free = nodes.constraint[i].is_free();
-                assert_eq!(z[i], if free { [0.0; 3] } else { axpy([i as f64, 2.0, 3.0], -1.0, v) });
+                assert_eq!(z[i], if free { Vec3::zeros() } else { Vec3::new(i as f64, 2.0, 3.0) - v });
                 let left = nodes.constraint[i].filter(b[i]);
-                want += dot(left, left);
+                want += left.norm_squared();
             }
             assert!((squares - want).abs() < 1e-12 * want, "{squares} {want}");
         }

@@ -9,7 +9,7 @@ pub mod product;
 pub mod rounded;
 pub mod rows;
 
-use super::algebra::{Block, V3, axpy, times};
+use super::algebra::{Block, Vec3, matrix3};
 use super::constraint::Constraint;
 use super::coupled::{Coupled, is_coupled_hinges};
 use super::elements::ElementSet;
@@ -52,10 +52,6 @@ pub(super) enum Values<'a> {
 
 fn has_stiffness(set: &ElementSet) -> bool {
     set.has(abi::HAS_FORCES) || is_coupled_hinges(set) || wants_normals(set)
-}
-
-fn transposed(b: &Block) -> Block {
-    [b[0], b[3], b[6], b[1], b[4], b[7], b[2], b[5], b[8]]
 }
 
 /// Rows in a piece of a product.
@@ -282,21 +278,21 @@ impl Matrix {
     }
 
     /// `out = A x`
-    pub fn product(&self, pool: &Pool, x: &[V3], out: &mut [V3]) {
+    pub fn product(&self, pool: &Pool, x: &[Vec3], out: &mut [Vec3]) {
         self.products(pool, [x], [out]);
     }
 
     /// Several products, with the matrix read once.
-    pub fn products<const K: usize>(&self, pool: &Pool, x: [&[V3]; K], out: [&mut [V3]; K]) {
+    pub fn products<const K: usize>(&self, pool: &Pool, x: [&[Vec3]; K], out: [&mut [Vec3]; K]) {
         pool.pieces(out, ROWS, &|first, out| self.rows_products(first, x, out));
     }
 
     /// Its rows from `first` on.
-    pub fn rows_product(&self, first: usize, x: &[V3], out: &mut [V3]) {
+    pub fn rows_product(&self, first: usize, x: &[Vec3], out: &mut [Vec3]) {
         self.rows_products(first, [x], [out]);
     }
 
-    fn rows_products<const K: usize>(&self, first: usize, x: [&[V3]; K], out: [&mut [V3]; K]) {
+    fn rows_products<const K: usize>(&self, first: usize, x: [&[Vec3]; K], out: [&mut [Vec3]; K]) {
         match self.is_rounded {
             true => self.rounded.rows_product(self.pattern(), first, x, out),
             false => rows_product(out, x, |i| self.row_at(first + i)),
@@ -305,8 +301,8 @@ impl Matrix {
 
     /// One row of [`Matrix::product`].
     #[cfg(test)]
-    pub fn row_product(&self, i: usize, x: &[V3]) -> V3 {
-        let mut out = [[0.0; 3]];
+    pub fn row_product(&self, i: usize, x: &[Vec3]) -> Vec3 {
+        let mut out = [Vec3::zeros()];
         self.rows_product(i, x, &mut out);
         out[0]
     }
@@ -324,26 +320,26 @@ impl Matrix {
     }
 
     /// Adds `A u` to `out`, where `u` is zero but for `u_j`.
-    pub(super) fn add_column(&self, j: usize, u: V3, out: &mut [V3]) {
+    pub(super) fn add_column(&self, j: usize, u: Vec3, out: &mut [Vec3]) {
         let (lower, above, columns) = self.pattern().around(j);
-        out[j] = axpy(out[j], 1.0, times(self.diagonal(j), u));
+        out[j] += matrix3(self.diagonal(j)) * u;
         for &(i, slot) in lower {
-            out[i as usize] = axpy(out[i as usize], 1.0, times(&self.block(slot as usize), u));
+            out[i as usize] += matrix3(&self.block(slot as usize)) * u;
         }
         for (slot, &i) in (above..).zip(columns) {
-            out[i as usize] = axpy(out[i as usize], 1.0, times(&transposed(&self.block(slot)), u));
+            out[i as usize] += matrix3(&self.block(slot)).transpose() * u;
         }
     }
 
     /// One row of a product with what `x` says of each node.
-    pub(super) fn row_of(&self, i: usize, x: impl Fn(usize) -> V3) -> V3 {
+    pub(super) fn row_of(&self, i: usize, x: impl Fn(usize) -> Vec3) -> Vec3 {
         let (lower, above, columns) = self.pattern().around(i);
-        let mut sum = times(self.diagonal(i), x(i));
+        let mut sum = matrix3(self.diagonal(i)) * x(i);
         for &(j, slot) in lower {
-            sum = axpy(sum, 1.0, times(&transposed(&self.block(slot as usize)), x(j as usize)));
+            sum += matrix3(&self.block(slot as usize)).transpose() * x(j as usize);
         }
         for (slot, &j) in (above..).zip(columns) {
-            sum = axpy(sum, 1.0, times(&self.block(slot), x(j as usize)));
+            sum += matrix3(&self.block(slot)) * x(j as usize);
         }
         sum
     }
@@ -371,7 +367,7 @@ impl Matrix {
     }
 
     #[cfg(test)]
-    pub(super) fn portable_row(&self, i: usize, x: &[V3]) -> V3 {
+    pub(super) fn portable_row(&self, i: usize, x: &[Vec3]) -> Vec3 {
         self.rounded.portable_row(self.pattern(), i, x)
     }
 

@@ -8,7 +8,7 @@
 use super::assembly::Assembly;
 use super::product::rounded::{Row, rows_product};
 use super::rows::{Rows, others_sum};
-use crate::algebra::{Block, SingleBlock, V3};
+use crate::algebra::{Block, SingleBlock, Vec3};
 use crate::elements::strips::Strips;
 use crate::force_model::ForceError;
 use crate::threads::Pool;
@@ -158,12 +158,12 @@ impl Rounded {
     }
 
     /// `out[k] = A x[k]`, rows `first` on.
-    pub fn rows_product<const K: usize>(&self, rows: Rows<'_>, first: usize, x: [&[V3]; K], out: [&mut [V3]; K]) {
+    pub fn rows_product<const K: usize>(&self, rows: Rows<'_>, first: usize, x: [&[Vec3]; K], out: [&mut [Vec3]; K]) {
         rows_product(out, first, x, |i| self.row(rows, first + i));
     }
 
     #[cfg(test)]
-    pub fn portable_row(&self, rows: Rows<'_>, i: usize, x: &[V3]) -> V3 {
+    pub fn portable_row(&self, rows: Rows<'_>, i: usize, x: &[Vec3]) -> Vec3 {
         super::product::rounded::row_product(self.row(rows, i), i, x)
     }
 
@@ -200,7 +200,7 @@ impl pulp::NullaryFnOnce for Diagonal<'_> {
 
 #[cfg(test)]
 mod tests {
-    use crate::algebra::V3;
+    use crate::algebra::{Vec3, matrix3};
     use crate::matrix::Matrix;
 
     fn wave(i: usize) -> f64 {
@@ -225,8 +225,8 @@ mod tests {
     #[test]
     fn a_product_is_that_of_its_columns() {
         let (n, matrix) = (31, rounded(31));
-        let x: Vec<V3> = (0..n).map(|j| std::array::from_fn(|c| wave(500 + 3 * j + c))).collect();
-        let (mut out, mut columns) = (vec![[0.0; 3]; n], vec![[0.0; 3]; n]);
+        let x: Vec<Vec3> = (0..n).map(|j| Vec3::from_fn(|c, _| wave(500 + 3 * j + c))).collect();
+        let (mut out, mut columns) = (vec![Vec3::zeros(); n], vec![Vec3::zeros(); n]);
         matrix.rows_product(0, &x, &mut out);
         (0..n).for_each(|j| matrix.add_column(j, x[j], &mut columns));
         let most = out.iter().flatten().fold(0.0_f64, |most, v| most.max(v.abs()));
@@ -237,13 +237,12 @@ mod tests {
     #[test]
     fn a_motion_of_the_whole_meets_what_rows_leave_and_nothing_else() {
         let (n, matrix) = (31, rounded(31));
-        let x = vec![[3.0, -1.0, 0.1]; n];
-        let mut out = vec![[0.0; 3]; n];
+        let x = vec![Vec3::new(3.0, -1.0, 0.1); n];
+        let mut out = vec![Vec3::zeros(); n];
         matrix.rows_product(0, &x, &mut out);
         for (i, out) in out.iter().enumerate() {
             let own = matrix.own(i);
-            let want: V3 =
-                std::array::from_fn(|r| own[3 * r] * x[0][0] + own[3 * r + 1] * x[0][1] + own[3 * r + 2] * x[0][2]);
+            let want = matrix3(&own) * x[0];
             assert!((0..3).all(|c| (out[c] - want[c]).abs() <= 1e-15 * (1.0 + want[c].abs())), "{out:?} {want:?}");
         }
     }
@@ -252,8 +251,8 @@ mod tests {
     #[test]
     fn every_vector_unit_gives_the_same_bytes() {
         let (n, matrix) = (31, rounded(31));
-        let x: Vec<V3> = (0..n).map(|j| std::array::from_fn(|c| wave(900 + 3 * j + c))).collect();
-        let mut out = vec![[0.0; 3]; n];
+        let x: Vec<Vec3> = (0..n).map(|j| Vec3::from_fn(|c, _| wave(900 + 3 * j + c))).collect();
+        let mut out = vec![Vec3::zeros(); n];
         matrix.rows_product(0, &x, &mut out);
         for (i, out) in out.iter().enumerate() {
             assert_eq!(out.map(f64::to_bits), matrix.portable_row(i, &x).map(f64::to_bits));

@@ -3,7 +3,7 @@
 use super::aggregate::aggregated;
 use super::graph::{Graph, Weights};
 use super::squares::{Doubled, Laid, laid};
-use crate::algebra::V3;
+use crate::algebra::Vec3;
 use crate::elements::ElementSet;
 use pliant_plugin_api::abi;
 
@@ -30,7 +30,7 @@ const KEPT_ONE_WAY: f64 = 0.8;
 
 impl Layout {
     /// Of nodes at rest, m (n x 3), and the elements that have stiffness; hinges reach further than their triangles and are left out.
-    pub fn of_elements(rest: &[V3], sets: &[ElementSet]) -> Self {
+    pub fn of_elements(rest: &[Vec3], sets: &[ElementSet]) -> Self {
         let mut pairs = Vec::new();
         for set in sets.iter().filter(|set| set.has(abi::HAS_FORCES) && set.request().kind != abi::HINGE) {
             for element in set.nodes().chunks_exact(set.corners) {

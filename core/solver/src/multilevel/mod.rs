@@ -16,7 +16,7 @@ pub mod refresh;
 mod squares;
 mod transfer;
 
-use super::algebra::{Block, SingleBlock, V3, WIDEST, symmetric_inverse, width};
+use super::algebra::{Block, SingleBlock, Vec3, WIDEST, symmetric_inverse, width};
 use super::elements::ElementSet;
 use super::lanes::Vectors;
 use super::matrix::Matrix;
@@ -103,7 +103,7 @@ impl Default for Way {
 
 impl Multilevel {
     /// For a body's elements, its nodes at rest, m (n x 3), and the pattern of its matrix.
-    pub fn new(matrix: &Matrix, sets: &[ElementSet], rest: &[V3]) -> Self {
+    pub fn new(matrix: &Matrix, sets: &[ElementSet], rest: &[Vec3]) -> Self {
         let mut layout = Layout::of_elements(rest, sets);
         let shares = match layout.laid() {
             Some(laid) if laid.is_smooth() => OF_SMOOTH_SQUARES,

@@ -10,10 +10,9 @@
 //! takes fewer iterations, of more terms. A grid is halved one way at a time there: that needs fewer terms for the same weights.
 
 use super::graph::{Graph, Weights};
-use crate::algebra::V3;
+use crate::algebra::Vec3;
 use crate::elements::ElementSet;
 use Doubled::{Across, Along, Both};
-use nalgebra::Vector3;
 use pliant_plugin_api::abi;
 
 /// Of a node, in widths of the mesh.
@@ -60,16 +59,16 @@ const NOTHING: f64 = 1e-6;
 const CROWD: usize = 16;
 
 /// Where nodes at rest are in a sheet; `None` for anything else, and where it is not level or not of one fineness.
-pub fn laid(rest: &[V3], sets: &[ElementSet]) -> Option<Laid> {
+pub fn laid(rest: &[Vec3], sets: &[ElementSet]) -> Option<Laid> {
     let with_forces = || sets.iter().filter(|set| set.has(abi::HAS_FORCES));
     let is_sheet = with_forces().all(|set| [abi::TRIANGLE, abi::HINGE].contains(&set.request().kind));
     let triangles = with_forces().filter(|set| set.corners == 3).flat_map(|set| set.nodes().as_chunks().0);
     if is_sheet { over(rest, &triangles.copied().collect::<Vec<_>>()) } else { None }
 }
 
-fn over(rest: &[V3], triangles: &[[u32; 3]]) -> Option<Laid> {
+fn over(rest: &[Vec3], triangles: &[[u32; 3]]) -> Option<Laid> {
     let (mut places, is_grid) =
-        Plane::of(triangles.iter().map(|corners| corners.map(|node| rest[node as usize].into())))?.places(rest);
+        Plane::of(triangles.iter().map(|corners| corners.map(|node| rest[node as usize])))?.places(rest);
     let steps = |c: usize| places.windows(2).map(|pair| (pair[1][c] - pair[0][c]).abs()).sum::<f64>();
     if steps(1) > steps(0) {
         // Rows of corners as those of nodes.
@@ -91,8 +90,8 @@ fn over(rest: &[V3], triangles: &[[u32; 3]]) -> Option<Laid> {
 /// The plane a sheet is next to.
 struct Plane {
     /// A node, and directions from it.
-    origin: Vector3<f64>,
-    axes: [Vector3<f64>; 2],
+    origin: Vec3,
+    axes: [Vec3; 2],
     /// Of a mesh of right triangles: the sides of the largest.
     sides: Option<[f64; 2]>,
     /// Of a square as large as two triangles on average.
@@ -100,9 +99,9 @@ struct Plane {
 }
 
 impl Plane {
-    fn of(triangles: impl Iterator<Item = [Vector3<f64>; 3]> + Clone) -> Option<Self> {
-        let twice_area = |[a, b, c]: [Vector3<f64>; 3]| (b - a).cross(&(c - a));
-        let (sum, count) = triangles.clone().fold((Vector3::zeros(), 0), |(sum, n), t| (sum + twice_area(t), n + 1));
+    fn of(triangles: impl Iterator<Item = [Vec3; 3]> + Clone) -> Option<Self> {
+        let twice_area = |[a, b, c]: [Vec3; 3]| (b - a).cross(&(c - a));
+        let (sum, count) = triangles.clone().fold((Vec3::zeros(), 0), |(sum, n), t| (sum + twice_area(t), n + 1));
         let normal = sum.try_normalize(0.0)?;
         if !triangles.clone().map(twice_area).all(|area| area.dot(&normal) >= LEVEL * area.norm()) {
             return None;
@@ -119,10 +118,10 @@ impl Plane {
     }
 
     /// Where nodes are, and whether these are whole numbers.
-    fn places(&self, rest: &[V3]) -> (Vec<Place>, bool) {
+    fn places(&self, rest: &[Vec3]) -> (Vec<Place>, bool) {
         let measured = |widths: [f64; 2]| -> Vec<Place> {
-            let place = |x: Vector3<f64>| [0, 1].map(|c| (x - self.origin).dot(&self.axes[c]) / widths[c]);
-            rest.iter().map(|x| place((*x).into())).collect()
+            let place = |x: Vec3| [0, 1].map(|c| (x - self.origin).dot(&self.axes[c]) / widths[c]);
+            rest.iter().map(|x| place(*x)).collect()
         };
         match self.sides.and_then(|sides| whole(measured(sides))) {
             Some(places) => (places, true),
@@ -251,7 +250,7 @@ mod tests {
     use crate::multilevel::coarsen::{Coarsened, Layout};
 
     /// A sheet of `n` by `m` nodes at places that `at` gives, in triangles whose diagonals alternate.
-    fn sheet(n: u32, m: u32, at: impl Fn(u32, u32) -> V3) -> (Vec<V3>, Vec<[u32; 3]>) {
+    fn sheet(n: u32, m: u32, at: impl Fn(u32, u32) -> Vec3) -> (Vec<Vec3>, Vec<[u32; 3]>) {
         let rest = (0..m).flat_map(|j| (0..n).map(move |i| (i, j))).map(|(i, j)| at(i, j)).collect();
         let mut triangles = Vec::new();
         for (i, j) in (0..m - 1).flat_map(|j| (0..n - 1).map(move |i| (i, j))) {
@@ -261,7 +260,7 @@ mod tests {
         (rest, triangles)
     }
 
-    fn layout((rest, triangles): &(Vec<V3>, Vec<[u32; 3]>)) -> Layout {
+    fn layout((rest, triangles): &(Vec<Vec3>, Vec<[u32; 3]>)) -> Layout {
         Layout::of_triangles(over(rest, triangles), rest.len(), triangles)
     }
 
@@ -292,7 +291,9 @@ mod tests {
     #[test]
     fn of_a_grid_every_second_node_is_a_corner_and_weights_are_linear_up_to_the_border() {
         // Cells of 2 by 3, tilted.
-        let grid = sheet(33, 21, |i, j| [2.0 * f64::from(i), 3.0 * 0.6 * f64::from(j), 3.0 * 0.8 * f64::from(j) + 7.0]);
+        let grid = sheet(33, 21, |i, j| {
+            Vec3::new(2.0 * f64::from(i), 3.0 * 0.6 * f64::from(j), 3.0 * 0.8 * f64::from(j) + 7.0)
+        });
         let layout = layout(&grid);
         let weights = layout.coarsen().expect("level").weights;
         let shares = |i: usize, j: usize| weights.of(33 * j + i).map(|term| term.1).collect::<Vec<_>>();
@@ -302,7 +303,7 @@ mod tests {
 
     #[test]
     fn a_large_grid_is_halved_one_way_at_a_time_and_its_nodes_are_a_quarter_from_lines() {
-        let layout = layout(&sheet(100, 90, |i, j| [f64::from(i), 0.0, 2.0 * f64::from(j)]));
+        let layout = layout(&sheet(100, 90, |i, j| Vec3::new(f64::from(i), 0.0, 2.0 * f64::from(j))));
         let weights = layout.coarsen().expect("level").weights;
         let shares =
             |node: usize| weights.of(node).map(|term| term.1).fold([1.0_f32, 0.0], |[a, b], c| [a.min(c), b.max(c)]);
@@ -310,7 +311,7 @@ mod tests {
         let [a, b, c, d, e] = [[51, 46], [27, 24], [15, 13], [9, 8], [6, 5]].map(|[n, m]| n * m);
         assert_eq!(levels(layout), [100 * 46, a, 51 * 24, b, 27 * 13, c, 15 * 8, d, 9 * 5, e, 6 * 4, 4 * 4, 4 * 3]);
         // Of a strip only what is long is halved at last; one of a few rows takes fewer iterations with corners among its nodes.
-        let strip = |n, m| self::layout(&sheet(n, m, |i, j| [f64::from(i), 0.0, f64::from(j)]));
+        let strip = |n, m| self::layout(&sheet(n, m, |i, j| Vec3::new(f64::from(i), 0.0, f64::from(j))));
         assert!(levels(strip(400, 50)).ends_with(&[9 * 3, 6 * 3, 4 * 3]));
         assert_eq!(levels(strip(3000, 3))[..2], [1501 * 2, 751 * 2]);
     }
@@ -318,7 +319,7 @@ mod tests {
     #[test]
     fn a_grid_of_a_file_with_few_digits_is_one() {
         let rounded = |at: u32| (0.2 / 127.0 * f64::from(at) * 1e6).round() * 1e-6;
-        let (rest, triangles) = sheet(128, 128, |i, j| [rounded(i), rounded(j), 0.0]);
+        let (rest, triangles) = sheet(128, 128, |i, j| Vec3::new(rounded(i), rounded(j), 0.0));
         let laid = over(&rest, &triangles).expect("level");
         let mut places: Vec<[i64; 2]> = laid.places.iter().map(|place| place.map(|at| at as i64)).collect();
         assert!(laid.places.as_flattened().iter().all(|at| *at == at.round()) && laid.next == [Across, Along]);
@@ -329,7 +330,8 @@ mod tests {
     #[test]
     fn scattered_nodes_have_squares_about_as_wide() {
         let wave = |i: u32, j: u32, k: f64| 0.3 * (k * f64::from(17 * i + 29 * j)).sin();
-        let at = |i, j| [f64::from(i) + wave(i, j, 1.3), f64::from(j) + wave(i, j, 1.7), 0.2 * wave(i, j, 0.1)];
+        let at =
+            |i, j| Vec3::new(f64::from(i) + wave(i, j, 1.3), f64::from(j) + wave(i, j, 1.7), 0.2 * wave(i, j, 0.1));
         let found = levels(layout(&sheet(40, 40, at)));
         assert!((400..=484).contains(&found[0]) && (121..=150).contains(&found[1]), "{found:?}");
         let found = levels(layout(&sheet(96, 96, at)));
@@ -341,12 +343,12 @@ mod tests {
         // Two layers; and one that is cut from one side to its middle.
         for n in [16, 96] {
             let all = n * n;
-            let (mut rest, mut triangles) = sheet(n, n, |i, j| [f64::from(i), f64::from(j), 0.0]);
+            let (mut rest, mut triangles) = sheet(n, n, |i, j| Vec3::new(f64::from(i), f64::from(j), 0.0));
             let whole = levels(layout(&(rest.clone(), triangles.clone())))[0];
-            rest.extend(rest.clone().iter().map(|x| [x[0], x[1], 0.01]));
+            rest.extend(rest.clone().iter().map(|x| Vec3::new(x[0], x[1], 0.01)));
             triangles.extend(triangles.clone().iter().map(|nodes| nodes.map(|node| node + all)));
             assert_eq!(levels(layout(&(rest, triangles)))[0], 2 * whole);
-            let (mut rest, mut triangles) = sheet(n, n, |i, j| [f64::from(i), f64::from(j), 0.0]);
+            let (mut rest, mut triangles) = sheet(n, n, |i, j| Vec3::new(f64::from(i), f64::from(j), 0.0));
             let row = n / 2 - 1;
             for i in 0..n / 2 {
                 let (old, new) = (n * row + i, rest.len() as u32);
@@ -369,12 +371,12 @@ mod tests {
         let bent = |angle: f64| {
             sheet(30, 30, |i, j| {
                 let turn = angle * (f64::from(i) / 29.0 - 0.5);
-                [29.0 / angle * turn.sin(), f64::from(j), 29.0 / angle * turn.cos()]
+                Vec3::new(29.0 / angle * turn.sin(), f64::from(j), 29.0 / angle * turn.cos())
             })
         };
         assert!(layout(&bent(1.5)).laid().is_some() && layout(&bent(3.0)).laid().is_none());
         let fine = |i: u32| f64::from(i).powi(3) / 900.0;
-        assert!(layout(&sheet(30, 30, |i, j| [fine(i), fine(j), 0.0])).laid().is_none());
-        assert!(layout(&sheet(30, 30, |i, j| [f64::from(i), f64::NAN * f64::from(j), 0.0])).laid().is_none());
+        assert!(layout(&sheet(30, 30, |i, j| Vec3::new(fine(i), fine(j), 0.0))).laid().is_none());
+        assert!(layout(&sheet(30, 30, |i, j| Vec3::new(f64::from(i), f64::NAN * f64::from(j), 0.0))).laid().is_none());
     }
 }

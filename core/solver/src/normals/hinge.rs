@@ -1,27 +1,21 @@
 //! What a hinge does to its four corners: the gradient of its angle.
 
-use crate::algebra::{V3, axpy, dot};
+use crate::algebra::Vec3;
 
 /// Least height of a triangle over its edge's length for which the gradient is exact.
 const FLAT: f64 = 1e-6;
 
-/// `a x b`
-#[inline(always)]
-pub fn cross(a: V3, b: V3) -> V3 {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
 /// Of the angle between the triangles beside the edge a, b, with the corner o to the left of it and p to the right, 1/m: 1 over
 /// the height at the corners off the edge, and at its ends what holds the sum and the torque at zero. Finite if they collapse.
-pub fn gradient([a, b, o, p]: [V3; 4]) -> [V3; 4] {
-    let [edge, to_left, to_right] = [b, o, p].map(|x| axpy(x, -1.0, a));
-    let (left, right) = (cross(edge, to_left), cross(to_right, edge));
-    let square = dot(edge, edge).max(f64::MIN_POSITIVE);
+pub fn gradient([a, b, o, p]: [Vec3; 4]) -> [Vec3; 4] {
+    let [edge, to_left, to_right] = [b, o, p].map(|x| x - a);
+    let (left, right) = (edge.cross(&to_left), to_right.cross(&edge));
+    let square = edge.norm_squared().max(f64::MIN_POSITIVE);
     let floor = (square * square * (FLAT * FLAT)).max(f64::MIN_POSITIVE);
-    let [go, gp] = [left, right].map(|n| n.map(|c| -square.sqrt() * c / dot(n, n).max(floor)));
+    let [go, gp] = [left, right].map(|n| -square.sqrt() * n / n.norm_squared().max(floor));
     // Where the foot of each height is along the edge.
-    let (so, sp) = (dot(to_left, edge) / square, dot(to_right, edge) / square);
-    let between = |s: f64, t: f64| axpy(go.map(|c| -s * c), -t, gp);
+    let (so, sp) = (to_left.dot(&edge) / square, to_right.dot(&edge) / square);
+    let between = |s: f64, t: f64| -s * go - t * gp;
     [between(1.0 - so, 1.0 - sp), between(so, sp), go, gp]
 }
 
@@ -29,12 +23,13 @@ pub fn gradient([a, b, o, p]: [V3; 4]) -> [V3; 4] {
 mod tests {
     use super::*;
 
-    const FOLD: [V3; 4] = [[0.1, 0.0, 0.05], [0.9, 0.2, 0.0], [0.4, 0.8, 0.3], [0.7, -0.6, 0.2]];
+    const FOLD: [Vec3; 4] =
+        [Vec3::new(0.1, 0.0, 0.05), Vec3::new(0.9, 0.2, 0.0), Vec3::new(0.4, 0.8, 0.3), Vec3::new(0.7, -0.6, 0.2)];
 
-    fn angle([a, b, o, p]: [V3; 4]) -> f64 {
-        let [edge, to_left, to_right] = [b, o, p].map(|x| axpy(x, -1.0, a));
-        let (left, right) = (cross(edge, to_left), cross(to_right, edge));
-        (dot(cross(left, right), edge) / dot(edge, edge).sqrt()).atan2(dot(left, right))
+    fn angle([a, b, o, p]: [Vec3; 4]) -> f64 {
+        let [edge, to_left, to_right] = [b, o, p].map(|x| x - a);
+        let (left, right) = (edge.cross(&to_left), to_right.cross(&edge));
+        (left.cross(&right).dot(&edge) / edge.norm()).atan2(left.dot(&right))
     }
 
     #[test]
@@ -50,6 +45,6 @@ mod tests {
             assert!((slope - g[corner][i]).abs() < 1e-8, "{corner} {i}: {slope} {}", g[corner][i]);
             assert_ne!(slope, g[corner][i]);
         }
-        assert!(gradient([[0.0; 3]; 4]).iter().flatten().all(|c| c.is_finite()));
+        assert!(gradient([Vec3::zeros(); 4]).iter().flatten().all(|c| c.is_finite()));
     }
 }

@@ -9,7 +9,7 @@ mod hinge;
 mod prepare;
 mod stand_in;
 
-use super::algebra::{Block, V3};
+use super::algebra::{Block, Vec3};
 use super::elements::ElementSet;
 use super::factors::Factors;
 use super::nodes::Nodes;
@@ -51,12 +51,12 @@ impl Normals {
         pool: &Pool,
         material: &dyn ForceModel,
         (sets, nodes, time): (&[ElementSet], &Nodes, StepTime),
-        force: &mut [V3],
+        force: &mut [Vec3],
     ) -> Result<(), ForceError> {
         let Some(set) = of_kind(sets, abi::TRIANGLE) else { return Ok(()) };
         self.field.load(pool, &nodes.x);
         self.parts.fill([0.0; 6]);
-        let normals = &self.field.normal;
+        let normals = bytemuck::cast_slice(&self.field.normal);
         set.schedule.run(pool, &mut self.parts, &|node| node, &|chunk, window| {
             material.normals_forces(&set.call(chunk, nodes, &nodes.v, time), normals, window)
         })?;
@@ -77,7 +77,7 @@ impl Normals {
     ) -> Result<f64, ForceError> {
         let Some(set) = of_kind(sets, abi::TRIANGLE) else { return Ok(0.0) };
         self.field.load(&Pool::new(1), &nodes.x);
-        let normals = &self.field.normal;
+        let normals = bytemuck::cast_slice(&self.field.normal);
         set.schedule.chunks().try_fold(0.0, |sum, chunk| {
             Ok(sum + material.normals_energy(&set.call(chunk, nodes, &nodes.v, time), normals)?)
         })
@@ -109,14 +109,14 @@ impl Normals {
 /// Hinges that stand for the energy.
 struct Folds<'a> {
     corners: &'a [[u32; 4]],
-    x: &'a [V3],
+    x: &'a [Vec3],
     stiffness: &'a [f64],
     factor: f64,
 }
 
 impl Hinges for Folds<'_> {
     #[inline(always)]
-    fn hinge(&self, e: usize) -> ([V3; 4], f64) {
+    fn hinge(&self, e: usize) -> ([Vec3; 4], f64) {
         (hinge::gradient(self.corners[e].map(|n| self.x[n as usize])), self.factor * self.stiffness[e])
     }
 }

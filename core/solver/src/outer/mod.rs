@@ -5,7 +5,7 @@
 
 mod single;
 
-use super::algebra::{Block, SingleBlock, V3};
+use super::algebra::{Block, SingleBlock, Vec3};
 use crate::force_model::{ElementCall, ForceError, ForceModel};
 use pliant_plugin_api::{TangentScale, abi};
 
@@ -75,7 +75,7 @@ impl Precision for f32 {
 pub trait Hinges {
     /// Gradients g at the corners of hinge `e`, and the factor k of their products; `inline(always)`, so that it is compiled for the
     /// vector unit too.
-    fn hinge(&self, e: usize) -> ([V3; 4], f64);
+    fn hinge(&self, e: usize) -> ([Vec3; 4], f64);
     /// The same of eight from `e` on, by corner and axis: where they are, or in `room`.
     #[inline(always)]
     fn eight<'a>(&'a self, e: usize, room: &'a mut PlanesMut) -> ([&'a [f64; GROUP]; 12], [f64; GROUP]) {
@@ -83,7 +83,7 @@ pub trait Hinges {
         for lane in 0..GROUP {
             let (g, k) = self.hinge(e + lane);
             factors[lane] = k;
-            for (plane, value) in room.iter_mut().zip(g.as_flattened()) {
+            for (plane, value) in room.iter_mut().zip(bytemuck::cast_slice::<Vec3, f64>(&g)) {
                 plane[lane] = *value;
             }
         }
@@ -137,14 +137,8 @@ fn place(slot: u32, first: usize, blocks: &mut [Block]) -> (&mut Block, bool) {
 }
 
 #[inline(always)]
-fn scaled(k: f64, g: &[V3; 4]) -> [V3; 4] {
-    let mut scaled = *g;
-    for corner in &mut scaled {
-        for c in corner {
-            *c *= k;
-        }
-    }
-    scaled
+fn scaled(k: f64, g: &[Vec3; 4]) -> [Vec3; 4] {
+    g.map(|corner| k * corner)
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -251,8 +245,8 @@ pub mod tests {
 
     impl Hinges for Waves {
         #[inline(always)]
-        fn hinge(&self, e: usize) -> ([V3; 4], f64) {
-            (std::array::from_fn(|a| std::array::from_fn(|i| wave(12 * e + 3 * a + i))), wave(900 + e))
+        fn hinge(&self, e: usize) -> ([Vec3; 4], f64) {
+            (std::array::from_fn(|a| Vec3::from_fn(|i, _| wave(12 * e + 3 * a + i))), wave(900 + e))
         }
     }
 

@@ -9,7 +9,7 @@ mod each;
 pub mod sliced;
 pub mod update;
 
-use super::algebra::{SingleBlock, V3};
+use super::algebra::{SingleBlock, Vec3};
 use super::constraint::Constraint;
 use super::lanes::Vectors;
 use super::matrix::{Matrix, Values};
@@ -116,7 +116,13 @@ impl Single {
     }
 
     /// `out[k] = A x[k]` in double precision, of the matrix that was taken over last.
-    pub fn exact_products<const K: usize>(&mut self, pool: &Pool, matrix: &Matrix, x: [&[V3]; K], out: [&mut [V3]; K]) {
+    pub fn exact_products<const K: usize>(
+        &mut self,
+        pool: &Pool,
+        matrix: &Matrix,
+        x: [&[Vec3]; K],
+        out: [&mut [Vec3]; K],
+    ) {
         match (&mut self.descent, matrix.values()) {
             (Some(Descent::Alike(sliced)), Values::Rounded(of)) => {
                 sliced.exact_products(pool, (of, 1.0 / self.scale), x, out);
@@ -135,7 +141,7 @@ impl Single {
     }
 
     /// Adds `scale` times the way that was gone to rows `first` on.
-    pub fn add_to(&self, first: usize, scale: f64, x: &mut [V3]) {
+    pub fn add_to(&self, first: usize, scale: f64, x: &mut [Vec3]) {
         match &self.descent {
             Some(Descent::Alike(sliced)) => sliced.add_to(first, scale, x),
             Some(Descent::Each(each)) => each.add_to(first, scale, x),

@@ -4,16 +4,16 @@
 //! where they are used, and there are no levels.
 
 use super::solve::{Solve, SolveReport};
-use crate::algebra::{V3, axpy, dot, times};
+use crate::algebra::{Vec3, matrix3};
 use crate::constraint::constrained_inverse;
 use crate::threads::Pool;
 
 /// Vectors of a solve.
 #[derive(Debug, Default)]
 pub struct Double {
-    p: Vec<V3>,
-    s: Vec<V3>,
-    h: Vec<V3>,
+    p: Vec<Vec3>,
+    s: Vec<Vec3>,
+    h: Vec<Vec3>,
 }
 
 impl Double {
@@ -21,13 +21,13 @@ impl Double {
     pub fn resize(&mut self, n: usize) {
         for field in [&mut self.p, &mut self.s, &mut self.h] {
             field.clear();
-            field.resize(n, [0.0; 3]);
+            field.resize(n, Vec3::zeros());
         }
     }
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        3 * self.p.len() * size_of::<V3>()
+        3 * self.p.len() * size_of::<Vec3>()
     }
 
     /// Solves from `x`, or from nothing if it is not finite; `r` is the residual. What is below `floor` counts as none.
@@ -35,16 +35,16 @@ impl Double {
         &mut self,
         pool: &Pool,
         system: &Solve<'_>,
-        (x, r): (&mut [V3], &mut [V3]),
+        (x, r): (&mut [Vec3], &mut [Vec3]),
         floor: f64,
     ) -> SolveReport {
         let (z, s) = (system.z, system.constraints);
         if !x.iter().flatten().all(|c| c.is_finite()) {
-            x.fill([0.0; 3]);
+            x.fill(Vec3::zeros());
         }
         for i in 0..x.len() {
             x[i] = s[i].merge(x[i], z[i]);
-            self.p[i] = axpy(z[i], -1.0, s[i].filter(z[i]));
+            self.p[i] = z[i] - s[i].filter(z[i]);
         }
         let scale = self.start(pool, system, r);
         self.p.copy_from_slice(x);
@@ -59,12 +59,12 @@ impl Double {
                 break;
             }
             for i in 0..x.len() {
-                x[i] = axpy(x[i], d / q, self.p[i]);
-                r[i] = axpy(r[i], -d / q, self.s[i]);
+                x[i] += d / q * self.p[i];
+                r[i] -= d / q * self.s[i];
             }
             let next = self.weigh(pool, system, r);
             for (p, h) in self.p.iter_mut().zip(&self.h) {
-                *p = axpy(*h, next / d, *p);
+                *p = *h + next / d * *p;
             }
             d = next;
             report.iterations += 1;
@@ -81,28 +81,28 @@ impl Double {
             let rows = s.iter_mut().zip(&p[first..]).zip(&constraints[first..]);
             rows.fold(0.0, |sum, ((s, p), constraint)| {
                 *s = constraint.filter(*s);
-                sum + dot(*p, *s)
+                sum + p.dot(s)
             })
         })
     }
 
     /// `r = S (b - A p)`, `h = P r`; gives `r.h`.
-    fn start(&mut self, pool: &Pool, system: &Solve<'_>, r: &mut [V3]) -> f64 {
+    fn start(&mut self, pool: &Pool, system: &Solve<'_>, r: &mut [Vec3]) -> f64 {
         self.apply(pool, system);
         for i in 0..r.len() {
-            r[i] = axpy(system.constraints[i].filter(system.b[i]), -1.0, self.s[i]);
+            r[i] = system.constraints[i].filter(system.b[i]) - self.s[i];
         }
         self.weigh(pool, system, r)
     }
 
     /// `h = P r`; gives `r.h`.
-    fn weigh(&mut self, pool: &Pool, system: &Solve<'_>, r: &[V3]) -> f64 {
+    fn weigh(&mut self, pool: &Pool, system: &Solve<'_>, r: &[Vec3]) -> f64 {
         pool.fold(&mut self.h[..], &|first, h| {
             let mut sum = 0.0;
             for (i, h) in h.iter_mut().enumerate() {
                 let node = first + i;
-                *h = times(&constrained_inverse(system.matrix.diagonal(node), &system.constraints[node]), r[node]);
-                sum += dot(r[node], *h);
+                *h = matrix3(&constrained_inverse(system.matrix.diagonal(node), &system.constraints[node])) * r[node];
+                sum += r[node].dot(h);
             }
             sum
         })

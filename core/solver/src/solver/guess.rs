@@ -4,7 +4,7 @@
 //! smoothly the second leaves less to do; where fabrics stick and slip solutions jump, and it doubles the jumps. No norm of what
 //! is left tells which takes fewer iterations, so the other is tried now and then, and kept if it did better.
 
-use crate::algebra::V3;
+use crate::algebra::Vec3;
 use crate::threads::{NODES, Pool};
 
 /// Guesses for one body's solves.
@@ -34,17 +34,21 @@ impl Guess {
     }
 
     /// Puts a guess in the place of the last solution.
-    pub fn go_on(&mut self, pool: &Pool, x: &mut [V3]) {
+    pub fn go_on(&mut self, pool: &Pool, x: &mut [Vec3]) {
         let second = self.choice.next();
         let [before, last] = [&mut self.before, &mut self.step].map(|field| field.as_flattened_mut());
-        pool.pieces((x.as_flattened_mut(), (before, last)), 3 * NODES, &|_, (x, (before, last)): Numbers<'_>| {
-            for ((x, before), last) in x.iter_mut().zip(before).zip(last) {
-                let step = *x - f64::from(*before);
-                let turn = if second { step - f64::from(*last) } else { 0.0 };
-                (*before, *last) = (single(*x), single(step));
-                *x += step + turn;
-            }
-        });
+        pool.pieces(
+            (bytemuck::cast_slice_mut(x), (before, last)),
+            3 * NODES,
+            &|_, (x, (before, last)): Numbers<'_>| {
+                for ((x, before), last) in x.iter_mut().zip(before).zip(last) {
+                    let step = *x - f64::from(*before);
+                    let turn = if second { step - f64::from(*last) } else { 0.0 };
+                    (*before, *last) = (single(*x), single(step));
+                    *x += step + turn;
+                }
+            },
+        );
     }
 
     /// Tells how many iterations it took from the last guess.
@@ -113,7 +117,7 @@ mod tests {
 
     /// What is left of solutions that go as `of` goes, after `steps`, and whether the second order is usual then.
     fn left(of: impl Fn(f64) -> f64, iterations: impl Fn(f64) -> usize, steps: usize) -> (f64, bool) {
-        let (pool, mut guess, mut x) = (Pool::new(1), Guess::default(), vec![[0.0; 3]; 5]);
+        let (pool, mut guess, mut x) = (Pool::new(1), Guess::default(), vec![Vec3::zeros(); 5]);
         guess.resize(5);
         let mut error = 0.0;
         for step in 0..steps {
@@ -121,7 +125,7 @@ mod tests {
             let want = of(step as f64);
             error = (x[3][1] - want).abs();
             guess.took(iterations(error));
-            x.fill([want; 3]);
+            x.fill(Vec3::repeat(want));
         }
         (error, guess.choice.second)
     }

@@ -1,6 +1,6 @@
 //! Nodes that are held, and what they may still do in single precision.
 
-use crate::algebra::SingleBlock;
+use crate::algebra::{SingleBlock, Vec3};
 use crate::constraint::Constraint;
 use crate::lanes::{LANES, Vectors};
 
@@ -16,7 +16,7 @@ impl Held {
     pub fn list(constraints: &[Constraint], held: &mut Vec<Self>) {
         held.clear();
         for (node, constraint) in constraints.iter().enumerate().filter(|(_, c)| !c.is_free()) {
-            let columns = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|axis| constraint.filter(axis));
+            let columns = [Vec3::x(), Vec3::y(), Vec3::z()].map(|axis| constraint.filter(axis));
             let filter = std::array::from_fn(|e| columns[e % 3][e / 3] as f32);
             held.push(Self { node: node as u32, filter });
         }

@@ -9,7 +9,7 @@ use super::inverses::Inverses;
 use super::peek::Peek;
 use super::residual::BySixteen;
 use super::solve::Solve;
-use crate::algebra::{V3, WIDEST};
+use crate::algebra::{Vec3, WIDEST};
 use crate::constraint::{Constraint, constrained_inverse};
 use crate::elements::ElementSet;
 use crate::lanes::aligned::{Lines, Sixteens};
@@ -93,7 +93,7 @@ impl Inner {
     }
 
     /// Finds the levels, if they are not there since the nodes or elements changed.
-    pub fn prepare(&mut self, matrix: &Matrix, sets: &[ElementSet], rest: &[V3]) {
+    pub fn prepare(&mut self, matrix: &Matrix, sets: &[ElementSet], rest: &[Vec3]) {
         self.levels.get_or_insert_with(|| Multilevel::new(matrix, sets, rest));
     }
 
@@ -114,7 +114,7 @@ impl Inner {
     }
 
     /// `out[k] = A x[k]` in double precision.
-    pub fn products<const K: usize>(&mut self, pool: &Pool, matrix: &Matrix, x: [&[V3]; K], out: [&mut [V3]; K]) {
+    pub fn products<const K: usize>(&mut self, pool: &Pool, matrix: &Matrix, x: [&[Vec3]; K], out: [&mut [Vec3]; K]) {
         self.matrix.exact_products(pool, matrix, x, out);
     }
 
@@ -176,7 +176,7 @@ impl Inner {
     }
 
     /// Takes over a residual, filtered, with the sum of its squares; gives `r . P r`, where P stands for the inverse of A.
-    pub fn weigh(&mut self, pool: &Pool, r: &[V3], squares: f64) -> f64 {
+    pub fn weigh(&mut self, pool: &Pool, r: &[Vec3], squares: f64) -> f64 {
         let size = squares.sqrt();
         self.scale = if size.is_normal() { power_of_two(size) } else { 1.0 };
         let down = 1.0 / self.scale;
@@ -194,7 +194,7 @@ impl Inner {
     pub fn correct(
         &mut self,
         pool: &Pool,
-        (system, x): (&Solve<'_>, &mut [V3]),
+        (system, x): (&Solve<'_>, &mut [Vec3]),
         (d, enough): (f64, f64),
         most: usize,
         watch: &mut Watch<'_>,

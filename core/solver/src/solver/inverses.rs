@@ -1,7 +1,7 @@
 //! The inverses of all diagonal blocks, for block Jacobi: eight free nodes at a time.
 
 use super::solve::Solve;
-use crate::algebra::{dot, times, width};
+use crate::algebra::{matrix3, width};
 use crate::constraint::{Constraint, constrained_inverse};
 use crate::lanes::Sixteen;
 use crate::lanes::symmetric::{PLACES, put_block};
@@ -56,7 +56,7 @@ impl pulp::NullaryFnOnce for Inverses<'_> {
                     let exact = constrained_inverse(block, constraint);
                     widest = widest.max(width(block, &exact));
                     put_block(out, half + lane, &exact.map(|c| share * c));
-                    size += dot(motion.0[first + lane], times(block, motion.0[first + lane]));
+                    size += motion.0[first + lane].dot(&(matrix3(block) * motion.0[first + lane]));
                 }
             }
             for lane in count..LANES {
@@ -103,6 +103,7 @@ fn sizes(m: &[Plane; 6], [x, y, z]: &[Plane; 3]) -> Plane {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::algebra::Vec3;
     use crate::algebra::WIDEST;
     use crate::matrix::Matrix;
     use pulp::NullaryFnOnce;
@@ -119,8 +120,8 @@ mod tests {
         }
         *matrix.diagonal_mut(5) = [0.0; 9];
         let mut constraints = vec![Constraint::Free; n];
-        (constraints[2], constraints[11]) = (Constraint::Fixed, Constraint::Plane([0.0, 0.6, 0.8]));
-        let x: Vec<_> = (0..n).map(|i| [wave(i), wave(i + 50), wave(i + 90)]).collect();
+        (constraints[2], constraints[11]) = (Constraint::Fixed, Constraint::Plane(Vec3::new(0.0, 0.6, 0.8)));
+        let x: Vec<_> = (0..n).map(|i| Vec3::new(wave(i), wave(i + 50), wave(i + 90))).collect();
         let mut out = vec![[[7.0; 16]; 6]; n.div_ceil(16)];
         let mut run = |matrix: &Matrix| {
             let (b, constraints, motion) = (&x[..], &constraints[..], (&x[..], 1.0));
@@ -129,7 +130,7 @@ mod tests {
         };
         let (size, width) = run(&matrix);
         assert!(width <= WIDEST);
-        let want: f64 = (0..n).map(|i| dot(x[i], times(matrix.diagonal(i), x[i]))).sum();
+        let want: f64 = (0..n).map(|i| x[i].dot(&(matrix3(matrix.diagonal(i)) * x[i]))).sum();
         assert!((size - want).abs() < 1e-12 * want.abs(), "{size} {want}");
         let before = matrix.diagonal(7).to_owned();
         *matrix.diagonal_mut(7) = [1e6, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1e-3];

@@ -15,7 +15,7 @@ pub mod peek;
 mod residual;
 pub mod solve;
 
-use super::algebra::{V3, axpy, dot};
+use super::algebra::Vec3;
 use super::elements::ElementSet;
 use super::matrix::Matrix;
 use super::threads::{NODES, Pool};
@@ -52,11 +52,11 @@ pub struct Pcg {
     /// Which preconditioner.
     pub preconditioner: Preconditioner,
     /// The solution; on entry the guess.
-    pub x: Vec<V3>,
+    pub x: Vec<Vec3>,
     guess: Guess,
     /// `A x` of the last solve.
-    product: Vec<V3>,
-    r: Vec<V3>,
+    product: Vec<Vec3>,
+    r: Vec<Vec3>,
     inner: Inner,
     double: Double,
 }
@@ -71,7 +71,7 @@ impl Pcg {
     pub fn resize(&mut self, n: usize) {
         for field in [&mut self.x, &mut self.product, &mut self.r] {
             field.clear();
-            field.resize(n, [0.0; 3]);
+            field.resize(n, Vec3::zeros());
         }
         self.guess.resize(n);
         self.inner.resize(n);
@@ -80,37 +80,37 @@ impl Pcg {
 
     /// The next guess is zero.
     pub fn forget(&mut self) {
-        self.x.fill([0.0; 3]);
+        self.x.fill(Vec3::zeros());
         self.guess.forget();
         self.inner.forget();
     }
 
     /// Finds the levels, if they are wanted and not there since the nodes or elements changed.
-    pub fn prepare(&mut self, matrix: &Matrix, sets: &[ElementSet], rest: &[V3]) {
+    pub fn prepare(&mut self, matrix: &Matrix, sets: &[ElementSet], rest: &[Vec3]) {
         if self.preconditioner == Preconditioner::Multilevel {
             self.inner.prepare(matrix, sets, rest);
         }
     }
 
     /// Nodes that were not free in the last solve, and what the matrix makes there of the solution.
-    pub fn held(&self) -> impl Iterator<Item = (usize, V3)> {
+    pub fn held(&self) -> impl Iterator<Item = (usize, Vec3)> {
         self.inner.held().iter().map(|held| (held.node(), self.product[held.node()]))
     }
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        3 * self.x.len() * size_of::<V3>() + self.guess.bytes() + self.inner.bytes() + self.double.bytes()
+        3 * self.x.len() * size_of::<Vec3>() + self.guess.bytes() + self.inner.bytes() + self.double.bytes()
     }
 
     /// Before the first solve with a matrix: the guess, and what the matrix makes of it; and of `also` besides, which it puts into
     /// the second.
-    pub fn guess(&mut self, pool: &Pool, matrix: &Matrix, also: Option<(&[V3], &mut [V3])>) {
+    pub fn guess(&mut self, pool: &Pool, matrix: &Matrix, also: Option<(&[Vec3], &mut [Vec3])>) {
         self.guess.go_on(pool, &mut self.x);
         self.load(pool, matrix, also);
     }
 
     /// The second half of that: takes over a matrix, and finds what it makes of the guess.
-    pub fn load(&mut self, pool: &Pool, matrix: &Matrix, also: Option<(&[V3], &mut [V3])>) {
+    pub fn load(&mut self, pool: &Pool, matrix: &Matrix, also: Option<(&[Vec3], &mut [Vec3])>) {
         self.inner.load(pool, matrix);
         match also {
             Some((x, out)) => self.inner.products(pool, matrix, [&self.x, x], [&mut self.product, out]),
@@ -135,8 +135,8 @@ impl Pcg {
         for i in self.inner.held().iter().map(Held::node) {
             let before = self.x[i];
             self.x[i] = s[i].merge(before, z[i]);
-            let change = axpy(self.x[i], -1.0, before);
-            if change != [0.0; 3] {
+            let change = self.x[i] - before;
+            if change != Vec3::zeros() {
                 system.matrix.add_column(i, change, &mut self.product);
             }
         }
@@ -194,10 +194,10 @@ impl Pcg {
 
     /// `r = A (I - S) z`
     fn product_of_held(&mut self, system: &Solve<'_>) {
-        self.r.fill([0.0; 3]);
+        self.r.fill(Vec3::zeros());
         for i in self.inner.held().iter().map(Held::node) {
-            let held = axpy(system.z[i], -1.0, system.constraints[i].filter(system.z[i]));
-            if held != [0.0; 3] {
+            let held = system.z[i] - system.constraints[i].filter(system.z[i]);
+            if held != Vec3::zeros() {
                 system.matrix.add_column(i, held, &mut self.r);
             }
         }
@@ -209,20 +209,20 @@ impl Pcg {
         self.product_of_held(system);
         let (x, product, constraints, r) = (&mut self.x, &mut self.product, system.constraints, &self.r);
         let (x_now, product_now) = (&x[..], &product[..]);
-        let sum = |of: &(dyn Fn(usize) -> V3 + Sync)| {
+        let sum = |of: &(dyn Fn(usize) -> Vec3 + Sync)| {
             pool.fold(0..x_now.len(), &|_, part: std::ops::Range<usize>| {
-                part.map(|i| dot(constraints[i].filter(x_now[i]), of(i))).sum()
+                part.map(|i| constraints[i].filter(x_now[i]).dot(&of(i))).sum()
             })
         };
-        let (wanted, has) = (sum(&|i| axpy(system.b[i], -1.0, r[i])), sum(&|i| axpy(product_now[i], -1.0, r[i])));
+        let (wanted, has) = (sum(&|i| system.b[i] - r[i]), sum(&|i| product_now[i] - r[i]));
         let more = wanted / has - 1.0;
         if !(has > 0.0 && more.is_finite()) {
             return;
         }
-        pool.pieces((&mut x[..], &mut product[..]), NODES, &|first, (x, product): (&mut [V3], &mut [V3])| {
+        pool.pieces((&mut x[..], &mut product[..]), NODES, &|first, (x, product): (&mut [Vec3], &mut [Vec3])| {
             for (i, (x, product)) in (first..).zip(x.iter_mut().zip(product)) {
-                *x = axpy(*x, more, constraints[i].filter(*x));
-                *product = axpy(*product, more, axpy(*product, -1.0, r[i]));
+                *x += more * constraints[i].filter(*x);
+                *product += more * (*product - r[i]);
             }
         });
     }
@@ -236,7 +236,7 @@ impl Pcg {
     /// `r = S (b - r)`, or with the product in the place of r; gives `r . r`.
     fn left(&mut self, pool: &Pool, system: &Solve<'_>, of_product: bool) -> f64 {
         let (product, held, arch) = (of_product.then_some(&self.product), self.inner.held(), pulp::Arch::new());
-        pool.fold(&mut self.r[..], &|first, r: &mut [V3]| {
+        pool.fold(&mut self.r[..], &|first, r: &mut [Vec3]| {
             arch.dispatch(Left { b: &system.b[first..], taken: product.map(|product| &product[first..]), r: &mut *r });
             let (from, end) = (held.partition_point(|held| held.node() < first), first + r.len());
             for i in held[from..].iter().map(Held::node).take_while(|i| *i < end) {

@@ -1,6 +1,6 @@
 //! What a solver is given, and how it went.
 
-use crate::algebra::V3;
+use crate::algebra::Vec3;
 use crate::constraint::Constraint;
 use crate::matrix::Matrix;
 
@@ -9,13 +9,13 @@ pub struct Solve<'a> {
     /// `A`.
     pub matrix: &'a Matrix,
     /// Right side (n x 3).
-    pub b: &'a [V3],
+    pub b: &'a [Vec3],
     /// What is prescribed (n x 3).
-    pub z: &'a [V3],
+    pub z: &'a [Vec3],
     /// `S` (n).
     pub constraints: &'a [Constraint],
     /// m, positions that the solution moves (n x 3), and by how much a unit of it does
-    pub motion: (&'a [V3], f64),
+    pub motion: (&'a [Vec3], f64),
     /// Whether the matrix is that of the last solve.
     pub again: bool,
     /// Relative to the filtered right side, in the preconditioner's norm.

@@ -17,7 +17,7 @@ impl Mesh {
     /// The triangles of a document.
     pub(crate) fn of(document: &ObjDocument) -> Self {
         let surface = Surface::from_document(document);
-        Self { points: surface.points, triangles: surface.triangles }
+        Self { points: surface.points.into_iter().map(Into::into).collect(), triangles: surface.triangles }
     }
 
     /// The mesh as a grid takes it.

@@ -1,6 +1,6 @@
 //! Which cell carries a point of the surface, where that is not simply the one it lies in.
 
-use pliant_solver::V3;
+use pliant_solver::Vec3;
 use std::collections::HashMap;
 
 /// Points that a cut has made, and points that another cell than their own carries.
@@ -13,12 +13,12 @@ pub(super) struct Bound {
     /// The cell that carries a guest.
     host: HashMap<u32, u64>,
     /// m, where points are bound that have no place of their own in the grid.
-    places: HashMap<u32, V3>,
+    places: HashMap<u32, Vec3>,
 }
 
 impl Bound {
     /// Takes in a point that a cut has made in a cell.
-    pub fn make(&mut self, point: u32, cell: u64, place: V3) {
+    pub fn make(&mut self, point: u32, cell: u64, place: Vec3) {
         self.made.entry(cell).or_default().push(point);
         self.places.insert(point, place);
     }
@@ -39,7 +39,7 @@ impl Bound {
     }
 
     /// Binds a point of the cell `own` at a place of `cell`.
-    pub fn bind(&mut self, point: u32, own: u64, cell: u64, place: V3) {
+    pub fn bind(&mut self, point: u32, own: u64, cell: u64, place: Vec3) {
         if cell != own {
             self.guests.entry(cell).or_default().push((point, own));
             self.host.insert(point, cell);
@@ -52,7 +52,7 @@ impl Bound {
     }
 
     /// m, where a point is bound, if not in its own place.
-    pub fn place(&self, point: u32) -> Option<V3> {
+    pub fn place(&self, point: u32) -> Option<Vec3> {
         self.places.get(&point).copied()
     }
 }

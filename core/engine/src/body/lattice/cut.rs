@@ -4,7 +4,7 @@ use super::fragments::Inner;
 use super::mend::Hosts;
 use super::{Lattice, LatticeError};
 use pliant_plugin_api::abi;
-use pliant_solver::{V3, axpy, dot};
+use pliant_solver::Vec3;
 use std::collections::BTreeMap;
 
 impl Lattice {
@@ -17,9 +17,9 @@ impl Lattice {
     /// What the grid says.
     pub fn cut(
         &mut self,
-        swept: &[[V3; 3]],
+        swept: &[[Vec3; 3]],
         new: impl Iterator<Item = u32>,
-        side: impl Fn(u32) -> V3,
+        side: impl Fn(u32) -> Vec3,
         neighbours: impl Fn(u32) -> Vec<u32>,
         inner: &impl Inner,
     ) -> Result<Vec<u64>, LatticeError> {
@@ -73,9 +73,9 @@ impl Lattice {
     ///
     /// # Errors
     /// What the grid says.
-    pub fn part_at(&self, place: V3) -> Result<Option<(u64, u8)>, LatticeError> {
+    pub fn part_at(&self, place: Vec3) -> Result<Option<(u64, u8)>, LatticeError> {
         let (mut id, mut weights) = ([abi::NO_CELL], [[0.0; 8]]);
-        self.grid.weights(self.settings.level, &[place], &mut id, &mut weights)?;
+        self.grid.weights(self.settings.level, &[place.into()], &mut id, &mut weights)?;
         Ok((id[0] != abi::NO_CELL).then(|| (id[0], self.fragments.fragment_at(id[0], place) as u8)))
     }
 
@@ -83,9 +83,9 @@ impl Lattice {
     ///
     /// # Errors
     /// What the grid says.
-    pub fn anchor_at(&self, place: V3) -> Result<Option<(u64, u8, V3)>, LatticeError> {
+    pub fn anchor_at(&self, place: Vec3) -> Result<Option<(u64, u8, Vec3)>, LatticeError> {
         let (mut id, mut weights) = ([abi::NO_CELL], [[0.0; 8]]);
-        self.grid.weights(self.settings.level, &[place], &mut id, &mut weights)?;
+        self.grid.weights(self.settings.level, &[place.into()], &mut id, &mut weights)?;
         let anchor = |id: u64| {
             let anchor = self.fragments.anchor(id, place);
             (anchor.cell, anchor.fragment as u8, anchor.place)
@@ -94,22 +94,19 @@ impl Lattice {
     }
 
     /// The cut cell a place belongs to; the nearest where it lies beside all of them.
-    fn cut_cell_of(&self, place: V3) -> Result<u64, LatticeError> {
+    fn cut_cell_of(&self, place: Vec3) -> Result<u64, LatticeError> {
         let (mut id, mut weights) = ([abi::NO_CELL], [[0.0; 8]]);
-        self.grid.weights(self.settings.level, &[place], &mut id, &mut weights)?;
+        self.grid.weights(self.settings.level, &[place.into()], &mut id, &mut weights)?;
         if self.fragments.has(id[0]) {
             return Ok(id[0]);
         }
-        let away = |middle: V3| {
-            let d = axpy(middle, -1.0, place);
-            dot(d, d)
-        };
+        let away = |middle: Vec3| (middle - place).norm_squared();
         let cells = self.fragments.middles();
         Ok(cells.min_by(|a, b| away(a.1).total_cmp(&away(b.1))).map_or(id[0], |(id, _)| id))
     }
 
     /// Rest place by which a surface point is bound: its own, or for one that a cut has made or moved a place beside it.
-    pub(super) fn bound_at(&self, point: u32, own: V3) -> V3 {
+    pub(super) fn bound_at(&self, point: u32, own: Vec3) -> Vec3 {
         self.bound.place(point).unwrap_or(own)
     }
 

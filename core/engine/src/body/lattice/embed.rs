@@ -4,23 +4,29 @@ use super::{Lattice, LatticeError, NO_WEIGHTS};
 use crate::body::Samples;
 use crate::body::model::Model;
 use crate::body::skin::Skin;
+use bytemuck::{cast_slice, cast_slice_mut};
 use pliant_plugin_api::abi;
-use pliant_solver::{Nodes, Pool, V3, axpy};
+use pliant_solver::{Nodes, Pool, Vec3};
 
 /// Buffers of one embedding.
 #[derive(Default)]
 pub(super) struct Scratch {
-    places: Vec<V3>,
+    places: Vec<Vec3>,
     cells: Vec<u64>,
-    corners: Vec<[V3; 8]>,
-    now: Vec<V3>,
-    rest: Vec<V3>,
+    corners: Vec<[Vec3; 8]>,
+    now: Vec<Vec3>,
+    rest: Vec<Vec3>,
 }
 
 impl Lattice {
     /// Corner positions or other vectors of a cell.
-    pub fn corners(&self, cell: u32, field: &[V3]) -> [V3; 8] {
+    pub fn corners(&self, cell: u32, field: &[Vec3]) -> [Vec3; 8] {
         self.region.cell_corners[cell as usize].map(|n| field[n as usize])
+    }
+
+    /// m, where the grid has an active node.
+    pub fn grid_rest(&self, node: u32) -> Vec3 {
+        self.region.node_rest[node as usize].into()
     }
 
     /// Surface points of an active cell.
@@ -37,7 +43,7 @@ impl Lattice {
     }
 
     /// The active cell, or part of one, that carries a rest place of the cell with this id.
-    fn cell_at(&self, id: u64, place: V3) -> Option<usize> {
+    fn cell_at(&self, id: u64, place: Vec3) -> Option<usize> {
         let first = self.region.cell_id.partition_point(|c| *c < id);
         if self.region.cell_id.get(first) != Some(&id) {
             return None;
@@ -49,19 +55,18 @@ impl Lattice {
     }
 
     /// m, how far the corners of a cell are from where the grid has them.
-    pub fn displacements(&self, cell: u32, nodes: &Nodes) -> [V3; 8] {
-        self.region.cell_corners[cell as usize]
-            .map(|n| axpy(nodes.x[n as usize], -1.0, self.region.node_rest[n as usize]))
+    pub fn displacements(&self, cell: u32, nodes: &Nodes) -> [Vec3; 8] {
+        self.region.cell_corners[cell as usize].map(|n| nodes.x[n as usize] - self.grid_rest(n))
     }
 
     /// Weights of rest places.
     ///
     /// # Errors
     /// What the grid says.
-    pub fn weights_in(&mut self, places: &[V3], weights: &mut [[f64; 8]]) -> Result<(), LatticeError> {
+    pub fn weights_in(&mut self, places: &[Vec3], weights: &mut [[f64; 8]]) -> Result<(), LatticeError> {
         self.scratch.cells.resize(places.len(), 0);
         let cells = &mut self.scratch.cells[..places.len()];
-        Ok(self.grid.weights(self.settings.level, places, cells, weights)?)
+        Ok(self.grid.weights(self.settings.level, cast_slice(places), cells, weights)?)
     }
 
     /// Where the nodes carry rest places of one cell.
@@ -71,21 +76,25 @@ impl Lattice {
     pub fn carry(
         &self,
         cell: u32,
-        places: &[V3],
+        places: &[Vec3],
         weights: &[[f64; 8]],
         nodes: &Nodes,
-        out: &mut Vec<V3>,
+        out: &mut Vec<Vec3>,
     ) -> Result<(), LatticeError> {
         out.clear();
         if self.grid.is_nonlinear() {
             let corners = vec![self.corners(cell, &nodes.x); places.len()];
-            out.resize(places.len(), [0.0; 3]);
-            return Ok(self.grid.place(self.settings.level, places, &corners, out)?);
+            out.resize(places.len(), Vec3::zeros());
+            return Ok(self.grid.place(
+                self.settings.level,
+                cast_slice(places),
+                cast_slice(&corners),
+                cast_slice_mut(out),
+            )?);
         }
         let moved = self.displacements(cell, nodes);
-        let carried = |(place, weights): (&V3, &[f64; 8])| {
-            weights.iter().zip(&moved).fold(*place, |sum, (w, u)| axpy(sum, *w, *u))
-        };
+        let carried =
+            |(place, weights): (&Vec3, &[f64; 8])| weights.iter().zip(&moved).fold(*place, |sum, (w, u)| sum + *w * *u);
         out.extend(places.iter().zip(weights).map(carried));
         Ok(())
     }
@@ -94,17 +103,17 @@ impl Lattice {
     ///
     /// # Errors
     /// What the grid says.
-    pub fn kept_at(&self, place: V3) -> Result<V3, LatticeError> {
+    pub fn kept_at(&self, place: Vec3) -> Result<Vec3, LatticeError> {
         if self.kept.is_empty() {
-            return Ok([0.0; 3]);
+            return Ok(Vec3::zeros());
         }
         let (mut id, mut weights) = ([abi::NO_CELL], [[0.0; 8]]);
-        self.grid.weights(self.settings.level, &[place], &mut id, &mut weights)?;
-        let Some(cell) = self.cell_at(id[0], place) else { return Ok([0.0; 3]) };
+        self.grid.weights(self.settings.level, &[place.into()], &mut id, &mut weights)?;
+        let Some(cell) = self.cell_at(id[0], place) else { return Ok(Vec3::zeros()) };
         let corners = self.region.cell_corners[cell].iter().zip(&weights[0]);
-        Ok(corners.fold([0.0; 3], |sum, (&n, w)| {
+        Ok(corners.fold(Vec3::zeros(), |sum, (&n, w)| {
             let key = (self.region.node_id[n as usize], self.region.node_copy[n as usize]);
-            self.kept.get(&key).map_or(sum, |kept| axpy(sum, *w, *kept))
+            self.kept.get(&key).map_or(sum, |kept| sum + *w * *kept)
         }))
     }
 
@@ -112,11 +121,11 @@ impl Lattice {
     ///
     /// # Errors
     /// What the grid says.
-    pub fn carried_by(&self, place: V3, nodes: &Nodes) -> Result<Option<V3>, LatticeError> {
+    pub fn carried_by(&self, place: Vec3, nodes: &Nodes) -> Result<Option<Vec3>, LatticeError> {
         let (mut id, mut weights) = ([abi::NO_CELL], [[0.0; 8]]);
-        self.grid.weights(self.settings.level, &[place], &mut id, &mut weights)?;
+        self.grid.weights(self.settings.level, &[place.into()], &mut id, &mut weights)?;
         match self.cell_at(id[0], place) {
-            Some(_) => Ok(Some(axpy(self.carry_one(place, nodes)?.0, -1.0, place))),
+            Some(_) => Ok(Some(self.carry_one(place, nodes)?.0 - place)),
             None => Ok(None),
         }
     }
@@ -137,20 +146,18 @@ impl Lattice {
     ///
     /// # Errors
     /// What the grid says.
-    pub fn carry_one(&self, place: V3, nodes: &Nodes) -> Result<(V3, V3), LatticeError> {
+    pub fn carry_one(&self, place: Vec3, nodes: &Nodes) -> Result<(Vec3, Vec3), LatticeError> {
         let (mut id, mut weights) = ([abi::NO_CELL], [[0.0; 8]]);
-        self.grid.weights(self.settings.level, &[place], &mut id, &mut weights)?;
+        self.grid.weights(self.settings.level, &[place.into()], &mut id, &mut weights)?;
         let Some(cell) = self.cell_at(id[0], place) else { return Ok((place, place)) };
-        let at = |field: &[V3]| -> Result<V3, LatticeError> {
+        let at = |field: &[Vec3]| -> Result<Vec3, LatticeError> {
             if self.grid.is_nonlinear() {
-                let mut out = [[0.0; 3]];
-                self.grid.place(self.settings.level, &[place], &[self.corners(cell as u32, field)], &mut out)?;
-                return Ok(out[0]);
+                let (corners, mut out) = ([self.corners(cell as u32, field)], [[0.0; 3]]);
+                self.grid.place(self.settings.level, &[place.into()], cast_slice(&corners), &mut out)?;
+                return Ok(out[0].into());
             }
             let corners = self.region.cell_corners[cell].iter().zip(&weights[0]);
-            Ok(corners.fold(place, |sum, (&n, w)| {
-                axpy(sum, *w, axpy(field[n as usize], -1.0, self.region.node_rest[n as usize]))
-            }))
+            Ok(corners.fold(place, |sum, (&n, w)| sum + *w * (field[n as usize] - self.grid_rest(n))))
         };
         Ok((at(&nodes.x)?, at(&nodes.rest)?))
     }
@@ -166,11 +173,11 @@ impl Lattice {
         let first = self.weigh(cell, model)?;
         // Displacements, not positions: a point whose nodes are at rest keeps its very bits.
         let corners = self.region.cell_corners[cell as usize];
-        let moved = corners.map(|n| axpy(nodes.x[n as usize], -1.0, nodes.rest[n as usize]));
+        let moved = corners.map(|n| nodes.x[n as usize] - nodes.rest[n as usize]);
         for (i, &v) in self.points(cell)?.iter().enumerate() {
             let weights = &self.weights[first + i];
-            let u = weights.iter().zip(&moved).fold([0.0; 3], |sum, (w, u)| axpy(sum, *w, *u));
-            skin.x[v as usize] = axpy(skin.settled[v as usize], 1.0, u);
+            let u: Vec3 = weights.iter().zip(&moved).map(|(w, u)| *w * *u).sum();
+            skin.x[v as usize] = skin.settled[v as usize] + u;
         }
         Ok(())
     }
@@ -206,7 +213,7 @@ impl Lattice {
         scratch.cells.resize(points.len(), 0);
         self.weights.resize(first + scratch.places.len(), [0.0; 8]);
         let (places, cells) = (&scratch.places, &mut scratch.cells);
-        self.grid.weights(self.settings.level, places, cells, &mut self.weights[first..])?;
+        self.grid.weights(self.settings.level, cast_slice(places), cells, &mut self.weights[first..])?;
         self.weights_of[cell as usize] = first as u32;
         self.scratch = scratch;
         Ok(first)
@@ -223,16 +230,16 @@ impl Lattice {
         let points = self.points(cell)?;
         s.places.clear();
         s.places.extend(points.iter().map(|&v| model.surface.points[v as usize]));
-        s.now.resize(points.len(), [0.0; 3]);
-        s.rest.resize(points.len(), [0.0; 3]);
+        s.now.resize(points.len(), Vec3::zeros());
+        s.rest.resize(points.len(), Vec3::zeros());
         for (field, out) in [(&nodes.rest, &mut s.rest), (&nodes.x, &mut s.now)] {
             s.corners.clear();
             s.corners.resize(points.len(), self.corners(cell, field));
-            self.grid.place(self.settings.level, &s.places, &s.corners, out)?;
+            self.grid.place(self.settings.level, cast_slice(&s.places), cast_slice(&s.corners), cast_slice_mut(out))?;
         }
         for (i, &v) in points.iter().enumerate() {
-            let u = axpy(s.now[i], -1.0, s.rest[i]);
-            skin.x[v as usize] = axpy(skin.settled[v as usize], 1.0, u);
+            let u = s.now[i] - s.rest[i];
+            skin.x[v as usize] = skin.settled[v as usize] + u;
         }
         self.scratch = s;
         Ok(())
@@ -244,7 +251,7 @@ impl Lattice {
     /// What the grid says.
     pub fn stencils(
         &mut self,
-        places: &[V3],
+        places: &[Vec3],
         weights: &mut Vec<[f64; 8]>,
         mut visit: impl FnMut(usize, u32, f64),
     ) -> Result<(), LatticeError> {
@@ -253,7 +260,7 @@ impl Lattice {
         cells.resize(places.len(), abi::NO_CELL);
         weights.clear();
         weights.resize(places.len(), [0.0; 8]);
-        let done = self.grid.weights(self.settings.level, places, &mut cells, weights);
+        let done = self.grid.weights(self.settings.level, cast_slice(places), &mut cells, weights);
         for (place, id) in cells.iter().enumerate() {
             let Some(cell) = self.cell_at(*id, places[place]) else { continue };
             for (node, weight) in self.region.cell_corners[cell].iter().zip(&weights[place]) {
@@ -270,19 +277,19 @@ impl Lattice {
     /// What the grid says.
     pub fn pull_back(
         &mut self,
-        places: &[V3],
-        loads: &[V3],
+        places: &[Vec3],
+        loads: &[Vec3],
         nodes: &Nodes,
-        mut visit: impl FnMut(u32, V3),
+        mut visit: impl FnMut(u32, Vec3),
     ) -> Result<(), LatticeError> {
         for (place, load) in places.iter().zip(loads) {
-            let (id, _) = self.grid.locate(self.settings.level, *place)?;
+            let (id, _) = self.grid.locate(self.settings.level, (*place).into())?;
             let Some(cell) = self.cell_at(id, *place) else { continue };
-            let corners = [self.corners(cell as u32, &nodes.x)];
-            let mut out = [[[0.0; 3]; 8]];
-            self.grid.pull_back(self.settings.level, &[*place], &corners, &[*load], &mut out)?;
+            let (corners, mut out) = ([self.corners(cell as u32, &nodes.x)], [[[0.0; 3]; 8]]);
+            let (place, load) = ([(*place).into()], [(*load).into()]);
+            self.grid.pull_back(self.settings.level, &place, cast_slice(&corners), &load, &mut out)?;
             for (node, f) in self.region.cell_corners[cell].iter().zip(out[0]) {
-                visit(*node, f);
+                visit(*node, f.into());
             }
         }
         Ok(())

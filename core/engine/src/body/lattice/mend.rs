@@ -5,6 +5,7 @@
 //! neighbours disagree with goes where they are.
 
 use super::Lattice;
+use pliant_solver::Vec3;
 use std::collections::BTreeMap;
 
 /// Where points are carried: cell and fragment.
@@ -20,7 +21,7 @@ impl Lattice {
         &mut self,
         mut hosts: Hosts,
         own: &BTreeMap<u32, u64>,
-        place: impl Fn(u32) -> pliant_solver::V3,
+        place: impl Fn(u32) -> Vec3,
         neighbours: impl Fn(u32) -> Vec<u32> + 'a,
     ) {
         for _ in 0..ROUNDS {

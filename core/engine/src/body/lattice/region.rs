@@ -8,7 +8,7 @@ use crate::body::skin::{NOT_CARRIED, Skin};
 use pliant_host::Region;
 use pliant_plugin_api::CELL_TETRAHEDRA;
 use pliant_plugin_api::abi::{self, Ball};
-use pliant_solver::{Constraint, ElementList, Nodes, System, V3, axpy, dot};
+use pliant_solver::{Constraint, ElementList, Nodes, System, Vec3};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -67,9 +67,9 @@ impl Lattice {
 
     fn is_covered(&self, wanted: &[Ball]) -> bool {
         let near = |a: &Ball, b: &Ball| {
-            let d = axpy(a.centre, -1.0, b.centre);
+            let way = Vec3::from(a.centre) - Vec3::from(b.centre);
             // That of a blade follows what of it is inside.
-            let moved = dot(d, d).sqrt() + (a.radius - b.radius).abs();
+            let moved = way.norm() + (a.radius - b.radius).abs();
             a.radius == f64::INFINITY && b.radius == f64::INFINITY || moved <= SLACK * a.radius.min(b.radius)
         };
         wanted.len() == self.balls.len() && wanted.iter().zip(&self.balls).all(|(a, b)| near(a, b))
@@ -79,8 +79,8 @@ impl Lattice {
     fn unfinished(&self, nodes: &Nodes) -> impl Iterator<Item = u64> {
         let (far, fast) = (AT_REST * self.facts.edge, STILL * self.facts.edge);
         let moving = move |i: usize| {
-            let (u, v) = (axpy(nodes.x[i], -1.0, nodes.rest[i]), nodes.v[i]);
-            dot(u, u) > far * far || dot(v, v) > fast * fast
+            let (u, v) = (nodes.x[i] - nodes.rest[i], nodes.v[i]);
+            u.norm_squared() > far * far || v.norm_squared() > fast * fast
         };
         let cells = self.region.cell_id.iter().zip(&self.region.cell_corners);
         cells.filter(move |(_, corners)| corners.iter().any(|&n| moving(n as usize))).map(|(id, _)| *id)
@@ -94,9 +94,7 @@ impl Lattice {
                 unfinished.next();
             }
             let outside = |ball: &Ball| {
-                let rest = self.region.node_rest[corners[0] as usize];
-                let d = axpy(rest, -1.0, ball.centre);
-                dot(d, d).sqrt() > ball.radius + 2.0 * self.facts.edge
+                (self.grid_rest(corners[0]) - Vec3::from(ball.centre)).norm() > ball.radius + 2.0 * self.facts.edge
             };
             unfinished.peek() != Some(id) && wanted.iter().all(outside)
         })
@@ -143,7 +141,7 @@ impl Lattice {
     /// where what it was copied from is.
     fn exchange_nodes(&mut self, nodes: &mut Nodes) {
         let n = self.region.node_id.len();
-        let (mut x, mut v): (Vec<V3>, Vec<V3>) = (Vec::with_capacity(n), Vec::with_capacity(n));
+        let (mut x, mut v): (Vec<Vec3>, Vec<Vec3>) = (Vec::with_capacity(n), Vec::with_capacity(n));
         let born: HashMap<NodeKey, NodeKey> = self.fragments.born.drain(..).collect();
         for (copy, from) in &born {
             if let Some(kept) = self.kept.get(from).copied() {
@@ -168,11 +166,11 @@ impl Lattice {
             }
             let stays = at < self.spare.node_id.len() && key(&self.spare, at) == wanted;
             let from = if stays { Some(at) } else { born.get(&wanted).and_then(|parent| old(*parent)) };
-            let rest = self.region.node_rest[i];
-            let rest = self.kept.get(&wanted).map_or(rest, |kept| axpy(rest, 1.0, *kept));
+            let rest = self.grid_rest(i as u32);
+            let rest = self.kept.get(&wanted).map_or(rest, |kept| rest + *kept);
             nodes.rest.push(rest);
             x.push(from.map_or(rest, |old| nodes.x[old]));
-            v.push(from.map_or([0.0; 3], |old| nodes.v[old]));
+            v.push(from.map_or(Vec3::zeros(), |old| nodes.v[old]));
         }
         (nodes.x, nodes.v) = (x, v);
     }
@@ -183,14 +181,13 @@ impl Lattice {
         nodes.constraint.clear();
         nodes.constraint.resize(n, Constraint::Free);
         nodes.prescribed.clear();
-        nodes.prescribed.resize(n, [0.0; 3]);
+        nodes.prescribed.resize(n, Vec3::zeros());
         self.returning.clear();
         self.led.clear();
         for i in 0..n {
-            let rest = self.region.node_rest[i];
+            let rest = self.grid_rest(i as u32);
             let inside = |ball: &Ball| {
-                let d = axpy(rest, -1.0, ball.centre);
-                dot(d, d) <= (ball.radius + 2.0 * self.facts.edge).powi(2)
+                (rest - Vec3::from(ball.centre)).norm_squared() <= (ball.radius + 2.0 * self.facts.edge).powi(2)
             };
             if let Some(fixing) = fixings.iter().position(|f| f.place.holds(i as u32, rest)) {
                 nodes.constraint[i] = Constraint::Fixed;
@@ -257,11 +254,11 @@ impl Lattice {
     pub fn keep(&mut self, model: &Model, skin: &mut Skin, system: &mut System) -> Result<Vec<u32>, LatticeError> {
         let nodes = &mut system.nodes;
         for i in 0..nodes.x.len() {
-            let moved = axpy(nodes.x[i], -1.0, self.region.node_rest[i]);
-            if moved != [0.0; 3] {
+            let moved = nodes.x[i] - self.grid_rest(i as u32);
+            if moved != Vec3::zeros() {
                 self.kept.insert((self.region.node_id[i], self.region.node_copy[i]), moved);
             }
-            nodes.v[i] = [0.0; 3];
+            nodes.v[i] = Vec3::zeros();
         }
         let mut triangles = Vec::new();
         let (settled, x) = (Arc::make_mut(&mut skin.settled), &skin.x);

@@ -7,7 +7,7 @@ use crate::body::model::Model;
 use crate::body::skin::Skin;
 use pliant_host::Region;
 use pliant_plugin_api::abi::Ball;
-use pliant_solver::{System, V3};
+use pliant_solver::{System, Vec3};
 use std::collections::HashMap;
 
 /// A lattice at one moment: as large as what is active and what was cut.
@@ -15,7 +15,7 @@ use std::collections::HashMap;
 pub struct LatticeState {
     region: Region,
     balls: Vec<Ball>,
-    kept: HashMap<NodeKey, V3>,
+    kept: HashMap<NodeKey, Vec3>,
     fragments: Fragments,
     bound: Bound,
     stale: bool,

@@ -6,10 +6,9 @@
 
 use super::{Edges, NONE, Sheet, places, rising};
 use crate::body::lattice::LatticeError;
-use nalgebra::Vector3;
 use pliant_cut::{Advance, CutMesh, Origin};
 use pliant_plugin_api::abi;
-use pliant_solver::{Constraint, ElementSet, Nodes, System, V3, axpy};
+use pliant_solver::{Constraint, ElementSet, Nodes, System, Vec3};
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
@@ -165,36 +164,35 @@ fn parent(advance: &Advance, triangle: u32) -> u32 {
 fn sources(origin: Origin) -> Vec<(u32, f64)> {
     match origin {
         Origin::Edge { ends: [a, b], t } => vec![(a, 1.0 - t), (b, t)],
-        Origin::Face { corners, weights } => corners.into_iter().zip(weights).collect(),
+        Origin::Face { corners, weights } => corners.into_iter().zip(weights.iter().copied()).collect(),
         Origin::Copy { of } => vec![(of, 1.0)],
         Origin::Original | Origin::Cap { .. } => Vec::new(), // a sheet has no inside
     }
 }
 
 /// Weights of the corners of a triangle at a place in it.
-fn weights_in(corners: [V3; 3], place: V3) -> V3 {
+fn weights_in(corners: [Vec3; 3], place: Vec3) -> Vec3 {
     if let Some(at) = corners.iter().position(|corner| *corner == place) {
-        return std::array::from_fn(|i| if i == at { 1.0 } else { 0.0 });
+        return Vec3::from_fn(|i, _| if i == at { 1.0 } else { 0.0 });
     }
-    let [a, b, c] = corners.map(|corner| Vector3::from(corner) - Vector3::from(place));
+    let [a, b, c] = corners.map(|corner| corner - place);
     let normal = (b - a).cross(&(c - a));
-    let areas = [b.cross(&c), c.cross(&a), a.cross(&b)].map(|cross| cross.dot(&normal));
-    let all: f64 = areas.iter().sum();
-    areas.map(|area| area / all)
+    let areas = Vec3::from([b.cross(&c), c.cross(&a), a.cross(&b)].map(|cross| cross.dot(&normal)));
+    areas / areas.sum()
 }
 
 /// Puts a node beyond a part of a clamped edge: in the direction of the one that was beyond the whole of it, as far from the
 /// edge as its mirror image is.
 fn lay_beyond(nodes: &mut Nodes, ghost: u32, ends: [u32; 2], (ghosts, of): (&Nodes, usize)) {
-    let at = |n: u32| Vector3::from(nodes.rest[n as usize]);
+    let at = |n: u32| nodes.rest[n as usize];
     let (a, b, mirror) = (at(ends[0]), at(ends[1]), at(ghost));
     let along = (b - a).normalize();
-    let across = |p: Vector3<f64>| (p - a) - (p - a).dot(&along) * along;
-    let was = Vector3::from(ghosts.rest[of]);
+    let across = |p: Vec3| (p - a) - (p - a).dot(&along) * along;
+    let was = ghosts.rest[of];
     let rest = mirror - across(mirror) + across(mirror).norm() * across(was).normalize();
     let i = ghost as usize;
-    nodes.rest[i] = rest.into();
-    nodes.x[i] = axpy(nodes.rest[i], 1.0, axpy(ghosts.x[of], -1.0, ghosts.rest[of]));
+    nodes.rest[i] = rest;
+    nodes.x[i] = nodes.rest[i] + (ghosts.x[of] - ghosts.rest[of]);
     nodes.v[i] = ghosts.v[of];
     nodes.constraint[i] = Constraint::Fixed;
 }

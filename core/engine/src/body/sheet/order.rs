@@ -146,6 +146,7 @@ impl Graph {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use pliant_mesh::geometry::Vec3;
 
     /// A sheet of `n` by `n` vertices, numbered by `number`, and one vertex that nothing uses.
     fn sheet(n: u32, number: impl Fn(u32) -> u32) -> Surface {
@@ -153,7 +154,7 @@ mod tests {
         let cells = (0..n - 1).flat_map(|y| (0..n - 1).map(move |x| (x, y)));
         let halves = |(x, y)| [[at(x, y), at(x + 1, y), at(x, y + 1)], [at(x + 1, y), at(x + 1, y + 1), at(x, y + 1)]];
         let triangles = cells.flat_map(halves).collect();
-        Surface { points: vec![[0.0; 3]; (n * n + 1) as usize], triangles, ..Surface::default() }
+        Surface { points: vec![Vec3::zeros(); (n * n + 1) as usize], triangles, ..Surface::default() }
     }
 
     #[test]
@@ -186,7 +187,7 @@ mod tests {
     fn what_is_added_comes_last() {
         let (mut surface, order) = (sheet(20, |v| v * 163 % 400), Order::of(&sheet(20, |v| v * 163 % 400)));
         assert_eq!(order.and_more(&surface).vertices, order.vertices);
-        surface.points.extend([[0.0; 3]; 3]);
+        surface.points.extend([Vec3::zeros(); 3]);
         surface.triangles.push([401, 403, 7]);
         let more = order.and_more(&surface);
         assert_eq!((&more.vertices[..400], &more.vertices[400..]), (&order.vertices[..], &[401, 403][..]));

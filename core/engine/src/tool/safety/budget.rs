@@ -1,6 +1,6 @@
 //! What a device's motors bear for long: their heat goes with the square of the force.
 
-use pliant_solver::{V3, dot};
+use pliant_solver::Vec3;
 
 /// Mean square of the force over about ten seconds, and what it leaves.
 #[derive(Clone, Copy, Debug)]
@@ -30,8 +30,8 @@ impl Budget {
     }
 
     /// Takes a force (N) given for `dt` (s) into the mean.
-    pub fn spend(&mut self, force: V3, dt: f64) {
+    pub fn spend(&mut self, force: Vec3, dt: f64) {
         let share = (dt / WINDOW).min(1.0);
-        self.mean_square += share * (dot(force, force) - self.mean_square);
+        self.mean_square += share * (force.norm_squared() - self.mean_square);
     }
 }

@@ -11,7 +11,7 @@ pub use budget::Budget;
 pub use passivity::Passivity;
 pub use stale::{FADES, PATIENCE, fresh};
 
-use pliant_solver::{V3, axpy, dot};
+use pliant_solver::Vec3;
 use serde::Serialize;
 
 /// What a device may be given.
@@ -65,7 +65,7 @@ impl Cause {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moment {
     /// m, the hand, in the axes of the force
-    pub position: V3,
+    pub position: Vec3,
     /// s, since the sample of the hand that the simulation last answered
     pub age: f64,
     /// m/N, of the coupling along the force: it holds half of it times the square of the force; 0 where that is not known
@@ -78,7 +78,7 @@ pub struct ForceSafety {
     limits: ForceLimits,
     budget: Budget,
     passivity: Option<Passivity>,
-    last: V3,
+    last: Vec3,
     counts: [u64; Cause::ALL.len()],
 }
 
@@ -86,7 +86,7 @@ impl ForceSafety {
     /// At zero.
     pub fn new(limits: ForceLimits) -> Self {
         let budget = Budget::new(limits.peak, limits.continuous);
-        Self { limits, budget, passivity: None, last: [0.0; 3], counts: [0; Cause::ALL.len()] }
+        Self { limits, budget, passivity: None, last: Vec3::zeros(), counts: [0; Cause::ALL.len()] }
     }
 
     /// What it lets through.
@@ -95,7 +95,7 @@ impl ForceSafety {
     }
 
     /// N, the force last given
-    pub fn last(&self) -> V3 {
+    pub fn last(&self) -> Vec3 {
         self.last
     }
 
@@ -117,42 +117,42 @@ impl ForceSafety {
     }
 
     /// The force to give, N, `dt` (s) after the last, where nothing is known of the hand.
-    pub fn pass(&mut self, wanted: V3, dt: f64) -> V3 {
+    pub fn pass(&mut self, wanted: Vec3, dt: f64) -> Vec3 {
         self.chain(wanted, None, dt)
     }
 
     /// The force to give to a live hand, N, `dt` (s) after the last.
-    pub fn pass_live(&mut self, wanted: V3, moment: Moment, dt: f64) -> V3 {
+    pub fn pass_live(&mut self, wanted: Vec3, moment: Moment, dt: f64) -> Vec3 {
         self.chain(wanted, Some(moment), dt)
     }
 
-    fn chain(&mut self, wanted: V3, moment: Option<Moment>, dt: f64) -> V3 {
+    fn chain(&mut self, wanted: Vec3, moment: Option<Moment>, dt: f64) -> Vec3 {
         let mut force = wanted;
         if !wanted.iter().all(|f| f.is_finite()) {
             self.count(Cause::NotFinite);
-            force = [0.0; 3];
+            force = Vec3::zeros();
         }
         if let Some(moment) = moment {
             let share = fresh(moment.age);
             if share < 1.0 {
                 self.count(Cause::Stale);
-                force = force.map(|f| f * share);
+                force *= share;
             }
-            let size = dot(force, force).sqrt().min(self.limits.peak).min(self.budget.allowed());
+            let size = force.norm().min(self.limits.peak).min(self.budget.allowed());
             if let Some(passivity) = &mut self.passivity
                 && let Some(damping) = passivity.control(moment.position, (size, moment.compliance), dt)
             {
                 self.counts[Cause::Passivity as usize] += 1;
-                force = axpy(force, 1.0, damping);
+                force += damping;
             }
         }
         force = self.shorten(force, self.limits.peak, Cause::Magnitude);
         force = self.shorten(force, self.budget.allowed(), Cause::Continuous);
-        let change = axpy(force, -1.0, self.last);
-        let (jump, most) = (dot(change, change).sqrt(), self.limits.slew * dt);
+        let change = force - self.last;
+        let (jump, most) = (change.norm(), self.limits.slew * dt);
         if jump > most {
             self.count(Cause::Slew);
-            force = axpy(self.last, most / jump, change);
+            force = self.last + most / jump * change;
         }
         self.budget.spend(force, dt);
         if let Some(passivity) = &mut self.passivity {
@@ -162,15 +162,15 @@ impl ForceSafety {
         force
     }
 
-    fn shorten(&mut self, force: V3, most: f64, cause: Cause) -> V3 {
-        let size = dot(force, force).sqrt();
+    fn shorten(&mut self, force: Vec3, most: f64, cause: Cause) -> Vec3 {
+        let size = force.norm();
         if size <= most {
             return force;
         }
         self.count(cause);
         // A size that overflowed has no direction left either.
         let scale = if size.is_finite() { most / size } else { 0.0 };
-        force.map(|f| f * scale)
+        force * scale
     }
 
     fn count(&mut self, cause: Cause) {
@@ -179,7 +179,7 @@ impl ForceSafety {
 
     /// Zero from now on, at once: the hand is let go.
     pub fn release(&mut self) {
-        self.last = [0.0; 3];
+        self.last = Vec3::zeros();
         if let Some(passivity) = &mut self.passivity {
             passivity.forget();
         }
@@ -206,7 +206,7 @@ mod tests {
     #[test]
     fn whatever_comes_in_what_goes_out_is_finite_and_within_limits() {
         let mut safety = safety();
-        let mut last = [0.0; 3];
+        let mut last = Vec3::zeros();
         for wanted in [
             [f64::NAN, 0.0, 0.0],
             [1e9, -1e9, 0.0],
@@ -215,9 +215,9 @@ mod tests {
             [0.1, 0.2, 0.3],
             [-3.0, 0.0, 0.0],
         ] {
-            let out = safety.pass(wanted, 1e-3);
-            let (size, change) = (dot(out, out).sqrt(), axpy(out, -1.0, last));
-            assert!(size <= 3.3 + 1e-12 && dot(change, change).sqrt() <= 0.5 + 1e-12, "{wanted:?} {out:?}");
+            let out = safety.pass(wanted.into(), 1e-3);
+            let (size, change) = (out.norm(), out - last);
+            assert!(size <= 3.3 + 1e-12 && change.norm() <= 0.5 + 1e-12, "{wanted:?} {out:?}");
             last = out;
         }
         assert!(count(&safety, Cause::NotFinite) == 2 && count(&safety, Cause::Magnitude) == 2);
@@ -226,10 +226,10 @@ mod tests {
     #[test]
     fn a_force_within_limits_passes_untouched_and_a_large_one_keeps_its_direction() {
         let mut safety = safety();
-        assert_eq!(safety.pass([0.1, -0.2, 0.3], 1e-3), [0.1, -0.2, 0.3]);
-        let mut out = [0.0; 3];
+        assert_eq!(safety.pass(Vec3::new(0.1, -0.2, 0.3), 1e-3), Vec3::new(0.1, -0.2, 0.3));
+        let mut out = Vec3::zeros();
         for _ in 0..20 {
-            out = safety.pass([300.0, 400.0, 0.0], 1e-3);
+            out = safety.pass(Vec3::new(300.0, 400.0, 0.0), 1e-3);
         }
         assert!((out[0] - 1.98).abs() < 1e-12 && (out[1] - 2.64).abs() < 1e-12);
         assert!(count(&safety, Cause::Slew) > 0);
@@ -238,8 +238,8 @@ mod tests {
     #[test]
     fn a_silent_simulation_is_at_zero_after_150_ms() {
         let mut safety = safety();
-        let still = |age| Moment { position: [0.0; 3], age, compliance: 0.0 };
-        let mut given = |age| safety.pass_live([0.0, 0.0, 1.0], still(age), 1e-2)[2];
+        let still = |age| Moment { position: Vec3::zeros(), age, compliance: 0.0 };
+        let mut given = |age| safety.pass_live(Vec3::z(), still(age), 1e-2)[2];
         assert_eq!([0.0, 0.049, 0.1, 0.151, 60.0].map(&mut given), [1.0, 1.0, 0.5, 0.0, 0.0]);
         assert_eq!(count(&safety, Cause::Stale), 3);
     }
@@ -250,7 +250,7 @@ mod tests {
         let mut safety = ForceSafety::new(limits);
         let mut squares = Vec::new();
         for _ in 0..60_000 {
-            let out = safety.pass([3.3, 0.0, 0.0], 1e-3);
+            let out = safety.pass(Vec3::new(3.3, 0.0, 0.0), 1e-3);
             squares.push(out[0] * out[0]);
         }
         assert!(squares[500] > 10.0, "a short press has the whole peak");

@@ -14,7 +14,7 @@
 //! (Janabi-Sharifi, Hayward and Chen 2000). A fixed number of samples is either too few for an encoder at 4 kHz or, at 250 Hz,
 //! so late that the damping itself drives the hand.
 
-use pliant_solver::{V3, axpy, dot};
+use pliant_solver::Vec3;
 
 /// The energy account of one effector.
 #[derive(Clone, Debug)]
@@ -30,9 +30,9 @@ pub struct Passivity {
     /// J, taken from the hand and not given back
     energy: f64,
     /// N
-    force: V3,
+    force: Vec3,
     /// m, the last places of the hand, the newest at `next - 1`
-    places: [V3; PLACES],
+    places: [Vec3; PLACES],
     next: usize,
     filled: usize,
 }
@@ -52,8 +52,18 @@ const PLACES: usize = 40;
 impl Passivity {
     /// Of a device that damps at most `damping` (N s/m), reads places to `resolution` (m), and may have stored `most` (J).
     pub fn new(damping: f64, resolution: f64, most: f64) -> Self {
-        let places = [[0.0; 3]; PLACES];
-        Self { controls: true, damping, resolution, most, energy: 0.0, force: [0.0; 3], places, next: 0, filled: 0 }
+        let places = [Vec3::zeros(); PLACES];
+        Self {
+            controls: true,
+            damping,
+            resolution,
+            most,
+            energy: 0.0,
+            force: Vec3::zeros(),
+            places,
+            next: 0,
+            filled: 0,
+        }
     }
 
     /// J, what the hand has given and not got back; below zero: made by the force.
@@ -63,12 +73,12 @@ impl Passivity {
 
     /// N, what must be added to a force of `size` (N) while the hand is at `position` (m), `dt` (s) after the last time, and
     /// the coupling gives way by `compliance` (m/N) along it.
-    pub fn control(&mut self, position: V3, (size, compliance): (f64, f64), dt: f64) -> Option<V3> {
+    pub fn control(&mut self, position: Vec3, (size, compliance): (f64, f64), dt: f64) -> Option<Vec3> {
         if !position.iter().all(|c| c.is_finite()) {
             return None;
         }
         if self.filled > 0 {
-            let given = dot(self.force, axpy(position, -1.0, self.place(1)));
+            let given = self.force.dot(&(position - self.place(1)));
             self.energy = (self.energy - given).clamp(-self.most, self.most);
         }
         let way = self.way(position, dt);
@@ -83,7 +93,7 @@ impl Passivity {
         let (way, length, span) = way?;
         let speed = length / span;
         let damping = (made / (dt * speed * speed)).min(self.damping);
-        Some(way.map(|c| -damping * speed * c / length))
+        Some(-damping * speed * way / length)
     }
 
     /// J, what the coupling holds at least: pressed in by some counts less than it seems, as a hand that goes in by single
@@ -94,29 +104,29 @@ impl Passivity {
     }
 
     /// m, where the hand was this many samples ago
-    fn place(&self, ago: usize) -> V3 {
+    fn place(&self, ago: usize) -> Vec3 {
         self.places[(self.next + PLACES - ago) % PLACES]
     }
 
     /// m, the way to `position` from where the hand was last some counts away, its length, and in which time, s; none
     /// for a hand that rests, as far as the device can tell.
-    fn way(&self, position: V3, dt: f64) -> Option<(V3, f64, f64)> {
+    fn way(&self, position: Vec3, dt: f64) -> Option<(Vec3, f64, f64)> {
         let longest = ((LONGEST / dt) as usize).clamp(1, PLACES).min(self.filled);
         (1..=longest).find_map(|ago| {
-            let way = axpy(position, -1.0, self.place(ago));
-            let length = dot(way, way).sqrt();
+            let way = position - self.place(ago);
+            let length = way.norm();
             (length > MOVED * self.resolution && length > 0.0).then_some((way, length, ago as f64 * dt))
         })
     }
 
     /// The force (N) the hand has from now on.
-    pub fn given(&mut self, force: V3) {
+    pub fn given(&mut self, force: Vec3) {
         self.force = force;
     }
 
     /// The hand is let go: what comes next is another touch.
     pub fn forget(&mut self) {
-        (self.energy, self.force, self.next, self.filled) = (0.0, [0.0; 3], 0, 0);
+        (self.energy, self.force, self.next, self.filled) = (0.0, Vec3::zeros(), 0, 0);
     }
 }
 
@@ -132,9 +142,9 @@ mod tests {
         let (mut made, mut force) = (0.0, 0.0);
         for k in late..20_000 {
             made += force * (place(k) - place(k - 1));
-            let more = passivity.control([place(k), 0.0, 0.0], (0.0, 0.0), 1e-3).unwrap_or_default();
+            let more = passivity.control(Vec3::new(place(k), 0.0, 0.0), (0.0, 0.0), 1e-3).unwrap_or_default();
             force = -100.0 * place(k - late) + more[0];
-            passivity.given([force, 0.0, 0.0]);
+            passivity.given(Vec3::new(force, 0.0, 0.0));
         }
         (made, passivity.energy())
     }
@@ -154,12 +164,12 @@ mod tests {
             // Pressed in by 10 mm and out again; the force of the place in the middle of a sample makes it exact.
             let place = |k: i32| 2e-5 * f64::from(k.min(1000 - k));
             assert_eq!(
-                passivity.control([place(k), 0.0, 0.0], (0.0, 0.0), 1e-3),
+                passivity.control(Vec3::new(place(k), 0.0, 0.0), (0.0, 0.0), 1e-3),
                 None,
                 "{k}: {} J",
                 passivity.energy()
             );
-            passivity.given([-100.0 * 0.5 * (place(k) + place(k + 1)), 0.0, 0.0]);
+            passivity.given(Vec3::new(-100.0 * 0.5 * (place(k) + place(k + 1)), 0.0, 0.0));
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Rows of a product, four of a block's nine numbers at once.
 
-use super::{Block, Row, Sums, V3, ends};
+use super::{Block, Row, Sums, Vec3, ends};
 use pulp::{cast, f64x4, x86};
 
 /// Nine numbers.
@@ -34,8 +34,8 @@ pub fn zero(simd: x86::V3) -> Nine {
 
 /// A vector as the numbers of a block meet it, or those of its transpose.
 #[inline(always)]
-pub fn spread<const TURNED: bool>(simd: x86::V3, x: V3) -> Nine {
-    let (three, avx2) = (cast([x[0], x[1], x[2], 0.0]), simd.avx2);
+pub fn spread<const TURNED: bool>(simd: x86::V3, x: Vec3) -> Nine {
+    let (three, avx2) = (cast([x.x, x.y, x.z, 0.0]), simd.avx2);
     let (low, high) = match TURNED {
         true => {
             (avx2._mm256_permute4x64_pd::<0b01_00_00_00>(three), avx2._mm256_permute4x64_pd::<0b10_10_01_01>(three))
@@ -44,7 +44,7 @@ pub fn spread<const TURNED: bool>(simd: x86::V3, x: V3) -> Nine {
             (avx2._mm256_permute4x64_pd::<0b00_10_01_00>(three), avx2._mm256_permute4x64_pd::<0b01_00_10_01>(three))
         }
     };
-    Nine { low: cast(low), high: cast(high), last: x[2] }
+    Nine { low: cast(low), high: cast(high), last: x.z }
 }
 
 /// `sums + block x`, number by number.
@@ -59,8 +59,8 @@ pub fn add(simd: x86::V3, sums: Nine, block: Nine, x: Nine) -> Nine {
 
 pub struct Rows<'o, F, const K: usize> {
     pub simd: x86::V3,
-    pub out: [&'o mut [V3]; K],
-    pub x: [&'o [V3]; K],
+    pub out: [&'o mut [Vec3]; K],
+    pub x: [&'o [Vec3]; K],
     pub row: F,
 }
 

@@ -1,6 +1,6 @@
 //! Rows of a product, eight of a block's nine numbers at once.
 
-use super::{Block, Row, V3, ends};
+use super::{Block, Row, Vec3, ends};
 use pulp::x86::V4;
 use pulp::{cast, f64x8, u64x8};
 
@@ -10,8 +10,8 @@ const STRAIGHT: u64x8 = u64x8(0, 1, 2, 0, 1, 2, 0, 1);
 
 pub struct Rows<'o, F, const K: usize> {
     pub simd: V4,
-    pub out: [&'o mut [V3]; K],
-    pub x: [&'o [V3]; K],
+    pub out: [&'o mut [Vec3]; K],
+    pub x: [&'o [Vec3]; K],
     pub row: F,
 }
 
@@ -44,11 +44,10 @@ impl<'a, F: Fn(usize) -> Row<'a>, const K: usize> pulp::NullaryFnOnce for Rows<'
 }
 
 #[inline(always)]
-fn add(simd: V4, sums: (f64x8, f64), block: &Block, x: &V3, spread: u64x8) -> (f64x8, f64) {
-    let [x0, x1, x2] = *x;
-    let three: f64x8 = cast([x0, x1, x2, 0.0, 0.0, 0.0, 0.0, 0.0]);
+fn add(simd: V4, sums: (f64x8, f64), block: &Block, x: &Vec3, spread: u64x8) -> (f64x8, f64) {
+    let three: f64x8 = cast([x.x, x.y, x.z, 0.0, 0.0, 0.0, 0.0, 0.0]);
     let spread: f64x8 = cast(simd.avx512f._mm512_permutexvar_pd(cast(spread), cast(three)));
     let [a, b, c, d, e, f, g, h, last] = *block;
     let eight: f64x8 = cast([a, b, c, d, e, f, g, h]);
-    (simd.add_f64x8(sums.0, simd.mul_f64x8(eight, spread)), sums.1 + last * x2)
+    (simd.add_f64x8(sums.0, simd.mul_f64x8(eight, spread)), sums.1 + last * x.z)
 }

@@ -10,7 +10,7 @@ pub mod avx2;
 mod avx512;
 pub mod rounded;
 
-use crate::algebra::{Block, V3};
+use crate::algebra::{Block, Vec3};
 
 /// What a row is made of: blocks below the diagonal by column and slot, to be transposed, and those from it on.
 #[derive(Clone, Copy)]
@@ -26,15 +26,15 @@ pub type Sums = ([f64; 8], f64);
 
 /// Sums come together.
 #[inline(always)]
-pub fn ends(turned: Sums, straight: Sums) -> V3 {
+pub fn ends(turned: Sums, straight: Sums) -> Vec3 {
     let ([a, b, c, d, e, f, g, h], i) = turned;
     let ([j, k, l, m, n, o, p, q], r) = straight;
-    [(a + d + g) + (j + k + l), (b + e + h) + (m + n + o), (c + f + i) + (p + q + r)]
+    Vec3::new((a + d + g) + (j + k + l), (b + e + h) + (m + n + o), (c + f + i) + (p + q + r))
 }
 
 /// The portable path.
 #[inline(always)]
-pub fn row_product(row: Row<'_>, x: &[V3]) -> V3 {
+pub fn row_product(row: Row<'_>, x: &[Vec3]) -> Vec3 {
     let (mut turned, mut straight) = (([0.0; 8], 0.0), ([0.0; 8], 0.0));
     for &(j, slot) in row.lower {
         add(&mut turned, &row.values[slot as usize], x[j as usize], |x| {
@@ -48,7 +48,7 @@ pub fn row_product(row: Row<'_>, x: &[V3]) -> V3 {
 }
 
 #[inline(always)]
-fn add(sums: &mut Sums, block: &Block, x: V3, spread: impl Fn(V3) -> [f64; 8]) {
+fn add(sums: &mut Sums, block: &Block, x: Vec3, spread: impl Fn(Vec3) -> [f64; 8]) {
     let spread = spread(x);
     for e in 0..8 {
         sums.0[e] += block[e] * spread[e];
@@ -57,7 +57,7 @@ fn add(sums: &mut Sums, block: &Block, x: V3, spread: impl Fn(V3) -> [f64; 8]) {
 }
 
 /// `out[k][i] = row(first + i) x[k]`, with the widest vector unit there is.
-pub fn rows_product<'a, const K: usize>(out: [&mut [V3]; K], x: [&[V3]; K], row: impl Fn(usize) -> Row<'a>) {
+pub fn rows_product<'a, const K: usize>(out: [&mut [Vec3]; K], x: [&[Vec3]; K], row: impl Fn(usize) -> Row<'a>) {
     #[cfg(target_arch = "x86_64")]
     if let pulp::Arch::V4(simd) = pulp::Arch::new() {
         return simd.vectorize(avx512::Rows { simd, out, x, row });
@@ -81,12 +81,12 @@ mod tests {
     fn every_vector_unit_gives_the_same_bytes_and_the_product() {
         let wave = |i: usize| (1.7 * i as f64).sin() * 10_f64.powi((i % 7) as i32 - 3);
         let values: Vec<Block> = (0..40).map(|b| std::array::from_fn(|e| wave(9 * b + e))).collect();
-        let x: Vec<V3> = (0..31).map(|j| std::array::from_fn(|e| wave(1000 + 3 * j + e))).collect();
+        let x: Vec<Vec3> = (0..31).map(|j| Vec3::from_fn(|e, _| wave(1000 + 3 * j + e))).collect();
         let lower: Vec<(u32, u32)> = (0..12).map(|k| (29 - k, 3 * k)).collect();
         let columns: Vec<u32> = (0..9).map(|k| 2 * k + 3).collect();
         let row =
             |i: usize| Row { values: &values, lower: &lower[i..], upper: &values[20 + i..29], columns: &columns[i..] };
-        let (mut out, mut other) = (vec![[0.0; 3]; 9], vec![[0.0; 3]; 9]);
+        let (mut out, mut other) = (vec![Vec3::zeros(); 9], vec![Vec3::zeros(); 9]);
         rows_product([&mut out, &mut other], [&x, &x[1..]], row);
         for (i, out) in out.iter().enumerate() {
             assert_eq!(out.map(f64::to_bits), row_product(row(i), &x).map(f64::to_bits));

@@ -3,7 +3,7 @@
 //! As in [`crate::matrix::product`]: nine sums that run along the row, the same operations in the same order on every vector unit.
 
 use super::{Sums, ends};
-use crate::algebra::{Block, SingleBlock, V3};
+use crate::algebra::{Block, SingleBlock, Vec3};
 
 /// What a row is made of: what its blocks leave, blocks below the diagonal by column and slot, to be transposed, and those above it.
 #[derive(Clone, Copy)]
@@ -17,14 +17,14 @@ pub struct Row<'a> {
 
 /// The portable path.
 #[inline(always)]
-pub fn row_product(row: Row<'_>, i: usize, x: &[V3]) -> V3 {
+pub fn row_product(row: Row<'_>, i: usize, x: &[Vec3]) -> Vec3 {
     let (mut turned, mut straight, here) = (([0.0; 8], 0.0), ([0.0; 8], 0.0), x[i]);
     add(&mut straight, &row.own, here, STRAIGHT);
     for &(j, slot) in row.lower {
-        add(&mut turned, &row.values[slot as usize].map(f64::from), minus(x[j as usize], here), TURNED);
+        add(&mut turned, &row.values[slot as usize].map(f64::from), x[j as usize] - here, TURNED);
     }
     for (block, &j) in row.upper.iter().zip(row.columns) {
-        add(&mut straight, &block.map(f64::from), minus(x[j as usize], here), STRAIGHT);
+        add(&mut straight, &block.map(f64::from), x[j as usize] - here, STRAIGHT);
     }
     ends(turned, straight)
 }
@@ -34,12 +34,7 @@ const TURNED: [usize; 8] = [0, 0, 0, 1, 1, 1, 2, 2];
 const STRAIGHT: [usize; 8] = [0, 1, 2, 0, 1, 2, 0, 1];
 
 #[inline(always)]
-fn minus(a: V3, b: V3) -> V3 {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-#[inline(always)]
-fn add(sums: &mut Sums, block: &Block, x: V3, spread: [usize; 8]) {
+fn add(sums: &mut Sums, block: &Block, x: Vec3, spread: [usize; 8]) {
     for e in 0..8 {
         sums.0[e] += block[e] * x[spread[e]];
     }
@@ -48,9 +43,9 @@ fn add(sums: &mut Sums, block: &Block, x: V3, spread: [usize; 8]) {
 
 /// `out[k][i] = row(i) x[k]`, where row `i` is that of node `first + i`, with the widest vector unit there is.
 pub fn rows_product<'a, const K: usize>(
-    out: [&mut [V3]; K],
+    out: [&mut [Vec3]; K],
     first: usize,
-    x: [&[V3]; K],
+    x: [&[Vec3]; K],
     row: impl Fn(usize) -> Row<'a>,
 ) {
     #[cfg(target_arch = "x86_64")]
@@ -66,16 +61,16 @@ pub fn rows_product<'a, const K: usize>(
 
 #[cfg(target_arch = "x86_64")]
 mod wide {
-    use super::{Row, V3, ends, minus};
+    use super::{Row, Vec3, ends};
     use crate::algebra::SingleBlock;
     use crate::matrix::product::avx2::{Nine, add, spread, zero};
     use pulp::{cast, x86};
 
     pub struct Rows<'o, F, const K: usize> {
         pub simd: x86::V3,
-        pub out: [&'o mut [V3]; K],
+        pub out: [&'o mut [Vec3]; K],
         pub first: usize,
-        pub x: [&'o [V3]; K],
+        pub x: [&'o [Vec3]; K],
         pub row: F,
     }
 
@@ -87,7 +82,7 @@ mod wide {
             let Self { simd, out, first, x, row } = self;
             for i in 0..out.first().map_or(0, |out| out.len()) {
                 let Row { own, values, lower, upper, columns } = row(i);
-                let (mut turned, mut straight, mut here) = ([zero(simd); K], [zero(simd); K], [[0.0; 3]; K]);
+                let (mut turned, mut straight, mut here) = ([zero(simd); K], [zero(simd); K], [Vec3::zeros(); K]);
                 for k in 0..K {
                     here[k] = x[k][first + i];
                     straight[k] = add(simd, zero(simd), Nine::of(&own), spread::<false>(simd, here[k]));
@@ -95,14 +90,14 @@ mod wide {
                 for &(j, slot) in lower {
                     let block = widened(simd, &values[slot as usize]);
                     for k in 0..K {
-                        let away = minus(x[k][j as usize], here[k]);
+                        let away = x[k][j as usize] - here[k];
                         turned[k] = add(simd, turned[k], block, spread::<true>(simd, away));
                     }
                 }
                 for (block, &j) in upper.iter().zip(columns) {
                     let block = widened(simd, block);
                     for k in 0..K {
-                        let away = minus(x[k][j as usize], here[k]);
+                        let away = x[k][j as usize] - here[k];
                         straight[k] = add(simd, straight[k], block, spread::<false>(simd, away));
                     }
                 }

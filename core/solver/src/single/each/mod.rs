@@ -11,7 +11,7 @@ mod vectors;
 use super::sliced::diagonal::Diagonal;
 use super::sliced::update::{Fill, NONE, Slots, Update};
 use super::sliced::{BANDS, BLOCKS, height};
-use crate::algebra::V3;
+use crate::algebra::Vec3;
 use crate::lanes::aligned::Lines;
 use crate::lanes::{Entry, LANES, Quad, Vectors, widest};
 use crate::matrix::rounded::Own;
@@ -110,7 +110,7 @@ impl Each {
     }
 
     /// Adds `scale` times all that was gone to rows `first` on.
-    pub fn add_to(&self, first: usize, scale: f64, x: &mut [V3]) {
+    pub fn add_to(&self, first: usize, scale: f64, x: &mut [Vec3]) {
         for (x, sum) in x.iter_mut().zip(&self.sum[first..]) {
             (0..3).for_each(|c| x[c] += scale * f64::from(sum[c]));
         }

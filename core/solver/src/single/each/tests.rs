@@ -1,4 +1,5 @@
 use super::*;
+use crate::algebra::Vec3;
 use crate::lanes::{Lanes, Plain, Work, by_sixteen, one_by_one};
 use crate::matrix::{Matrix, Values};
 
@@ -44,7 +45,7 @@ fn a_descent_is_that_of_the_matrix_for_any_number_of_threads() {
             each.take(low.len(), -0.5, high);
             each.turn(&pool, &r, 0.3, 0.9);
             each.turn(&pool, &h, 2.0, 0.5);
-            let mut x = vec![[1.0; 3]; n];
+            let mut x = vec![Vec3::repeat(1.0); n];
             each.add_to(0, 0.5, &mut x[..n / 2]);
             each.add_to(n / 2, 0.5, &mut x[n / 2..]);
             (dot.to_bits(), r, x)
@@ -52,8 +53,8 @@ fn a_descent_is_that_of_the_matrix_for_any_number_of_threads() {
         let first = way(1);
         assert!(first == way(3));
         let (dot, r, x) = first;
-        let (r, h) = (one_by_one(&r), vectors(n).iter().map(|h| h.map(f64::from)).collect::<Vec<V3>>());
-        let mut product = vec![[0.0; 3]; n];
+        let (r, h) = (one_by_one(&r), vectors(n).iter().map(|h| Vec3::from(h.map(f64::from))).collect::<Vec<Vec3>>());
+        let mut product = vec![Vec3::zeros(); n];
         matrix.rows_product(0, &h, &mut product);
         // What each is a sum of, at most.
         let Values::Exact(blocks) = matrix.values() else { panic!("it was not rounded") };

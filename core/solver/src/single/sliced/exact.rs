@@ -1,7 +1,7 @@
 //! Products in double precision with blocks in single, of rows that lie alike ([`super`]).
 
 use super::{BLOCKS, Band, Sliced, ask_ahead};
-use crate::algebra::{V3, axpy, times};
+use crate::algebra::{Vec3, matrix3};
 use crate::lanes::{LANES, Lanes, Work, widest};
 use crate::matrix::rounded::Rounded;
 use crate::threads::{NODES, Pool};
@@ -32,22 +32,22 @@ impl Sliced {
         &mut self,
         pool: &Pool,
         (matrix, up): (&Rounded, f64),
-        x: [&[V3]; K],
-        out: [&mut [V3]; K],
+        x: [&[Vec3]; K],
+        out: [&mut [Vec3]; K],
     ) {
         pool.pieces(&mut self.bands[..], 1, &|_, bands| {
             bands.iter_mut().for_each(|band| widest(Multiply { band, x }));
         });
         let bands = (&self.bands[..], self.height);
         for (k, out) in out.into_iter().enumerate() {
-            pool.pieces(out, NODES, &|first, out: &mut [V3]| {
+            pool.pieces(out, NODES, &|first, out: &mut [Vec3]| {
                 rows(bands, k, first, out);
                 for ((out, x), mass) in out.iter_mut().zip(&x[k][first..]).zip(&matrix.mass()[first..]) {
                     (0..3).for_each(|c| out[c] = mass * x[c] + up * out[c]);
                 }
                 for (i, block) in matrix.tools() {
                     if let Some(out) = (*i as usize).checked_sub(first).and_then(|at| out.get_mut(at)) {
-                        *out = axpy(*out, 1.0, times(block, x[k][*i as usize]));
+                        *out += matrix3(block) * x[k][*i as usize];
                     }
                 }
             });
@@ -56,14 +56,14 @@ impl Sliced {
 }
 
 /// What bands of a height have for rows `first` on of a product.
-pub fn rows((bands, height): (&[Band], usize), k: usize, first: usize, out: &mut [V3]) {
+pub fn rows((bands, height): (&[Band], usize), k: usize, first: usize, out: &mut [Vec3]) {
     let (mut at, mut rest) = (first, out);
     while !rest.is_empty() {
         let (band, row) = (at / height, at % height);
         let (out, more) = rest.split_at_mut(rest.len().min(height - row));
         let y = &bands[band].exact.0[k].y;
         for (i, out) in (row..).zip(&mut *out) {
-            *out = [y[0][i], y[1][i], y[2][i]];
+            *out = Vec3::new(y[0][i], y[1][i], y[2][i]);
         }
         // What the band before gave to its first rows.
         if let Some(before) = band.checked_sub(1) {
@@ -79,7 +79,7 @@ pub fn rows((bands, height): (&[Band], usize), k: usize, first: usize, out: &mut
 /// A band's share of the products of its blocks off the diagonal with differences.
 pub struct Multiply<'a, const K: usize> {
     pub band: &'a mut Band,
-    pub x: [&'a [V3]; K],
+    pub x: [&'a [Vec3]; K],
 }
 
 impl<const K: usize> Work for Multiply<'_, K> {
@@ -138,7 +138,7 @@ fn lanes<U: Lanes>(_: U) -> usize {
 impl Planes {
     /// Takes over vectors from their first row on, and zeros the result.
     #[inline(always)]
-    fn start(&mut self, of: &[V3], len: usize) {
+    fn start(&mut self, of: &[Vec3], len: usize) {
         for c in 0..3 {
             self.x[c].resize(len, 0.0);
             self.y[c].resize(len, 0.0);
@@ -146,7 +146,7 @@ impl Planes {
         }
         let [a, b, c] = &mut self.x;
         for (((a, b), c), v) in a.iter_mut().zip(b).zip(c).zip(of) {
-            [*a, *b, *c] = *v;
+            (*a, *b, *c) = (v.x, v.y, v.z);
         }
     }
 }

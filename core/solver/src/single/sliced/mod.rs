@@ -13,7 +13,7 @@ mod tests;
 pub mod update;
 mod vectors;
 
-use crate::algebra::V3;
+use crate::algebra::Vec3;
 use crate::lanes::aligned::Lines;
 use crate::lanes::{Entry, LANES, Vectors, widest};
 use crate::matrix::rounded::Own;
@@ -168,7 +168,7 @@ impl Sliced {
     }
 
     /// Adds `scale` times all that was gone to rows `first` on.
-    pub fn add_to(&self, first: usize, scale: f64, x: &mut [V3]) {
+    pub fn add_to(&self, first: usize, scale: f64, x: &mut [Vec3]) {
         let sum = self.sum.vectors();
         for (i, x) in (first..).zip(x) {
             (0..3).for_each(|c| x[c] += scale * f64::from(sum[i / LANES][c][i % LANES]));

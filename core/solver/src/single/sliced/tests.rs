@@ -1,4 +1,5 @@
 use super::*;
+use crate::algebra::Vec3;
 use crate::lanes::{Lanes, Plain, Work, by_sixteen, one_by_one};
 use crate::matrix::{Matrix, Values};
 use crate::single::each::Each;
@@ -29,7 +30,7 @@ fn grid(n: usize, rows: usize) -> Matrix {
 const SCALE: f64 = 0.25;
 
 /// A descent from zero along two directions, with a product after the first one; where it came to and what it took.
-struct Way(Vec<u32>, Vec<V3>, Vec<[f32; 3]>, f64);
+struct Way(Vec<u32>, Vec<Vec3>, Vec<[f32; 3]>, f64);
 
 fn sliced_way(matrix: &Matrix, threads: usize, h: &[Vectors]) -> Way {
     let (n, pool) = (matrix.rows(), Pool::new(threads));
@@ -45,7 +46,7 @@ fn sliced_way(matrix: &Matrix, threads: usize, h: &[Vectors]) -> Way {
     sliced.take(h.len() / 3, 0.7, high);
     sliced.turn(&pool, &r, 0.3, 0.9);
     sliced.turn(&pool, h, 2.0, 0.5);
-    let mut x = vec![[1.0; 3]; n];
+    let mut x = vec![Vec3::repeat(1.0); n];
     sliced.add_to(0, 0.5, &mut x[..n / 2]);
     sliced.add_to(n / 2, 0.5, &mut x[n / 2..]);
     let r = one_by_one(&r);
@@ -69,7 +70,7 @@ fn a_descent_is_that_of_the_rows_for_any_number_of_threads() {
     each.start();
     each.turn(&pool, &h, 0.0, 0.0);
     let dot = each.product(&pool);
-    let (mut r, mut x) = (h.clone(), vec![[1.0; 3]; n]);
+    let (mut r, mut x) = (h.clone(), vec![Vec3::repeat(1.0); n]);
     each.take(0, 0.7, &mut r);
     each.turn(&pool, &r, 0.3, 0.9);
     each.turn(&pool, &h, 2.0, 0.5);
@@ -79,7 +80,7 @@ fn a_descent_is_that_of_the_rows_for_any_number_of_threads() {
         let most = a.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
         a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-5 * most)
     };
-    assert!(close(x.as_flattened(), first.1.as_flattened()));
+    assert!(close(bytemuck::cast_slice(&x), bytemuck::cast_slice(&first.1)));
     let wide = |r: &[[f32; 3]]| r.iter().flatten().map(|v| f64::from(*v)).collect::<Vec<_>>();
     assert!(close(&wide(&one_by_one(&r)[..n]), &wide(&first.2)));
 }
@@ -96,10 +97,10 @@ impl Work for Shares<'_> {
         let (n, Values::Rounded(of)) = (matrix.rows(), matrix.values()) else { panic!("it was rounded") };
         let (blocks, own) = (of.blocks(), |i: usize| of.own(i));
         bands.iter_mut().for_each(|band| band.fill((n, blocks), own, SCALE).on(unit));
-        let exact: Vec<V3> =
-            one_by_one(h)[..matrix.rows()].iter().map(|q| [1.1, 0.3, 7.7].map(|s| s * f64::from(q[1]))).collect();
+        let exact: Vec<Vec3> =
+            one_by_one(h)[..matrix.rows()].iter().map(|q| f64::from(q[1]) * Vec3::new(1.1, 0.3, 7.7)).collect();
         bands.iter_mut().for_each(|band| exact::Multiply { band, x: [&exact[..]] }.on(unit));
-        let mut products = vec![[0.0; 3]; matrix.rows()];
+        let mut products = vec![Vec3::zeros(); matrix.rows()];
         exact::rows((bands, *height), 0, 0, &mut products);
         let products: Vec<u64> = products.iter().flatten().map(|v| v.to_bits()).collect();
         let [p0, p1, p2] = p.each_mut().map(|p| p.flat_mut().as_chunks_mut().0);
@@ -142,11 +143,12 @@ fn exact_products_are_those_of_the_rows() {
     let mut matrix = grid(53, 45);
     matrix.round();
     let n = matrix.rows();
-    let wide =
-        |seed: usize| (0..n).map(|i| [0, 1, 2].map(|c| (1.3 * (seed + 3 * i + c) as f64).sin())).collect::<Vec<V3>>();
+    let wide = |seed: usize| {
+        (0..n).map(|i| Vec3::from_fn(|c, _| (1.3 * (seed + 3 * i + c) as f64).sin())).collect::<Vec<Vec3>>()
+    };
     let x = [wide(0), wide(77)];
     let products = |threads: usize| {
-        let (pool, mut out) = (Pool::new(threads), [vec![[0.0; 3]; n], vec![[1.0; 3]; n]]);
+        let (pool, mut out) = (Pool::new(threads), [vec![Vec3::zeros(); n], vec![Vec3::repeat(1.0); n]]);
         let mut sliced = Sliced::new(n, matrix.pattern()).expect("rows of a grid lie alike");
         sliced.update(&pool, &matrix, SCALE);
         let Values::Rounded(of) = matrix.values() else { panic!("it was rounded") };
@@ -157,7 +159,7 @@ fn exact_products_are_those_of_the_rows() {
     let out = products(1);
     assert_eq!(out, products(3));
     for (x, out) in x.iter().zip(&out) {
-        let mut want = vec![[0.0; 3]; n];
+        let mut want = vec![Vec3::zeros(); n];
         matrix.rows_product(0, x, &mut want);
         let most = want.iter().flatten().fold(0.0_f64, |most, v| most.max(v.abs()));
         for (out, want) in out.iter().flatten().zip(want.iter().flatten()) {
@@ -174,8 +176,8 @@ fn products_with_masses_and_tools_are_those_of_the_rows() {
     let p: Vec<[f32; 3]> = (0..n).map(|i| [0, 1, 2].map(|c| (1.3 * (3 * i + c) as f32).sin())).collect();
     let (mut sliced, mut each) =
         (Sliced::new(n, matrix.pattern()).expect("rows lie alike"), Each::new(n, matrix.pattern()));
-    let (pool, exact) = (Pool::new(1), p.iter().map(|p| p.map(f64::from)).collect::<Vec<V3>>());
-    let mut want = vec![[0.0; 3]; n];
+    let (pool, exact) = (Pool::new(1), p.iter().map(|p| Vec3::from(p.map(f64::from))).collect::<Vec<Vec3>>());
+    let mut want = vec![Vec3::zeros(); n];
     matrix.rows_product(0, &exact, &mut want);
     let most = want.iter().flatten().fold(0.0_f64, |most, v| most.max(v.abs()));
     let p = by_sixteen(&p);

@@ -5,7 +5,7 @@
 
 use super::voxels::SIDE;
 use super::{CutCell, Fragments};
-use pliant_solver::{V3, axpy, dot};
+use pliant_solver::Vec3;
 use std::collections::BTreeSet;
 
 /// Where a place is carried.
@@ -16,7 +16,7 @@ pub struct Anchor {
     /// Part of the cell.
     pub fragment: usize,
     /// m, the place itself, or the one of the cell closest to it
-    pub place: V3,
+    pub place: Vec3,
 }
 
 /// How far away the next voxel may be, in voxels.
@@ -26,7 +26,7 @@ const WITHIN: f64 = 1e-9;
 
 impl Fragments {
     /// Where a place in the cell `id` is carried.
-    pub fn anchor(&self, id: u64, place: V3) -> Anchor {
+    pub fn anchor(&self, id: u64, place: Vec3) -> Anchor {
         let own = |fragment: usize| Anchor { cell: id, fragment, place };
         let Some(cell) = self.cells.get(&id) else { return own(0) };
         let size = self.edge / SIDE as f64;
@@ -38,8 +38,7 @@ impl Fragments {
         for other in self.round(id, cell) {
             let Some(next) = self.cells.get(&other) else { continue };
             for (voxel, middle) in next.voxels.whole() {
-                let away = axpy(middle, -1.0, place);
-                let away = dot(away, away);
+                let away = (middle - place).norm_squared();
                 if away >= best.map_or((FAR * size).powi(2), |(least, _)| least)
                     || cell.voxels.parts(place, middle)
                     || next.voxels.parts(place, middle)
@@ -53,12 +52,12 @@ impl Fragments {
     }
 
     /// A place carried by a fragment of a cell, wherever it lies.
-    pub fn anchor_in(&self, (cell, fragment): (u64, usize), place: V3) -> Anchor {
-        let within = |i: usize| {
+    pub fn anchor_in(&self, (cell, fragment): (u64, usize), place: Vec3) -> Anchor {
+        let within = |i: usize, _: usize| {
             let (low, spare) = (self.cells[&cell].reference[i], WITHIN * self.edge);
             place[i].clamp(low + spare, low + self.edge - spare)
         };
-        Anchor { cell, fragment, place: std::array::from_fn(within) }
+        Anchor { cell, fragment, place: Vec3::from_fn(within) }
     }
 
     /// Whether two fragments, each with its cell, share nodes; `None` where their cells have none in common.

@@ -21,7 +21,7 @@ pub use anchor::Anchor;
 use places::Places;
 use pliant_host::{Grid, HostError, Region};
 use pliant_plugin_api::abi;
-use pliant_solver::V3;
+use pliant_solver::Vec3;
 use std::collections::{BTreeMap, HashMap};
 use voxels::Voxels;
 
@@ -35,9 +35,9 @@ pub type NodeKey = (u64, u32);
 /// Where a body is, in its rest shape.
 pub trait Inner {
     /// Its triangles whose boxes meet the box around `centre` of half-size `reach`, m.
-    fn near(&self, centre: V3, reach: f64) -> Vec<[V3; 3]>;
+    fn near(&self, centre: Vec3, reach: f64) -> Vec<[Vec3; 3]>;
     /// Whether it encloses a place.
-    fn has(&self, place: V3) -> bool;
+    fn has(&self, place: Vec3) -> bool;
 }
 
 /// The cut cells of a body.
@@ -58,7 +58,7 @@ pub struct Fragments {
 #[derive(Clone, Debug)]
 struct CutCell {
     /// m, its corner with the least coordinates
-    reference: V3,
+    reference: Vec3,
     /// Ids of its nodes.
     nodes: [u64; 8],
     /// Neighbours at -x, +x, -y, +y, -z, +z, or [`abi::NO_CELL`] where none is occupied.
@@ -94,7 +94,7 @@ impl Fragments {
     }
 
     /// Ids and middles of such cells.
-    pub fn middles(&self) -> impl Iterator<Item = (u64, V3)> + '_ {
+    pub fn middles(&self) -> impl Iterator<Item = (u64, Vec3)> + '_ {
         self.cells.iter().map(|(id, cell)| (*id, cell.reference.map(|c| c + 0.5 * self.edge)))
     }
 
@@ -107,7 +107,7 @@ impl Fragments {
         &mut self,
         grid: &Grid,
         level: u32,
-        swept: &[[V3; 3]],
+        swept: &[[Vec3; 3]],
         inner: &impl Inner,
     ) -> Result<Vec<u64>, HostError> {
         let mut met = Vec::new(); // cells a triangle may part, with the triangle
@@ -141,7 +141,7 @@ impl Fragments {
     }
 
     /// Occupied cells that some triangle comes within `margin` edges of, rising.
-    fn list_cells(&self, grid: &Grid, level: u32, swept: &[[V3; 3]], margin: f64) -> Result<Vec<u64>, HostError> {
+    fn list_cells(&self, grid: &Grid, level: u32, swept: &[[Vec3; 3]], margin: f64) -> Result<Vec<u64>, HostError> {
         let mut out = Vec::new();
         for triangle in swept {
             self.list_near(grid, level, triangle, margin * self.edge, &mut out)?;
@@ -155,12 +155,12 @@ impl Fragments {
         &self,
         grid: &Grid,
         level: u32,
-        triangle: &[V3; 3],
+        triangle: &[Vec3; 3],
         margin: f64,
         out: &mut Vec<u64>,
     ) -> Result<(), HostError> {
-        let low: V3 = std::array::from_fn(|i| triangle.iter().fold(f64::INFINITY, |m, p| m.min(p[i])) - margin);
-        let high: V3 = std::array::from_fn(|i| triangle.iter().fold(-f64::INFINITY, |m, p| m.max(p[i])) + margin);
+        let low = triangle[0].inf(&triangle[1]).inf(&triangle[2]).add_scalar(-margin);
+        let high = triangle[0].sup(&triangle[1]).sup(&triangle[2]).add_scalar(margin);
         let facts = grid.level(level)?;
         let last = f64::from(facts.cells_per_axis) - 1.0;
         let place = |x: f64, i: usize| ((x - facts.origin[i]) / facts.edge).floor();
@@ -171,9 +171,9 @@ impl Fragments {
             while index[1] <= range[1].1 {
                 index[0] = range[0].0;
                 while index[0] <= range[0].1 {
-                    let middle: V3 = std::array::from_fn(|i| facts.origin[i] + (index[i] + 0.5) * facts.edge);
+                    let middle = Vec3::from(facts.origin) + facts.edge * Vec3::from(index).add_scalar(0.5);
                     if crossing::plane_meets_box(triangle, middle, 0.5 * self.edge + margin) {
-                        let (id, _) = grid.locate(level, middle)?;
+                        let (id, _) = grid.locate(level, middle.into())?;
                         if grid.cell(level, id)?.state != abi::CELL_EMPTY {
                             out.push(id);
                         }
@@ -204,20 +204,21 @@ impl Fragments {
                 }
             }
             let whole = Fragment { share: 1.0, nodes: nodes.map(|n| (n, 0)), points: Vec::new() };
-            let mut places = Places::middles(facts.reference, facts.edge);
+            let reference = Vec3::from(facts.reference);
+            let mut places = Places::middles(reference, facts.edge);
             let solid = match facts.state {
-                abi::CELL_SURFACE => places.fit(facts.centre, facts.edge, inner),
+                abi::CELL_SURFACE => places.fit(facts.centre.into(), facts.edge, inner),
                 _ => u64::MAX,
             };
             nodes.iter().for_each(|node| self.standing.entry(*node).or_default().push(id));
-            let (reference, voxels) = (facts.reference, Voxels::new(solid, places));
+            let voxels = Voxels::new(solid, places);
             self.cells.insert(id, CutCell { reference, nodes, neighbours, voxels, fragments: vec![whole] });
         }
         Ok(())
     }
 
     /// The fragment of a cell that a place in it belongs to.
-    pub fn fragment_at(&self, id: u64, place: V3) -> usize {
+    pub fn fragment_at(&self, id: u64, place: Vec3) -> usize {
         self.cells.get(&id).map_or(0, |cell| cell.voxels.fragment_at(self.edge, place))
     }
 

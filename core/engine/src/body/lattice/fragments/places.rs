@@ -6,9 +6,8 @@
 use super::Inner;
 use super::crossing::plane_meets_box;
 use super::voxels::{COUNT, SIDE, index, middle, next};
-use nalgebra::Vector3;
 use pliant_mesh::geometry::closest_point;
-use pliant_solver::{V3, axpy, dot};
+use pliant_solver::Vec3;
 
 /// How far inside of the surface, in voxels.
 const INSIDE: f64 = 1e-3;
@@ -16,20 +15,20 @@ const INSIDE: f64 = 1e-3;
 /// Places of the voxels of one cell, m.
 #[derive(Clone, Debug)]
 pub(super) struct Places {
-    pub own: [V3; COUNT],
+    pub own: [Vec3; COUNT],
     /// Of the voxels of the next cell along each axis, beside this one's last; in the order of those.
-    pub far: [[V3; SIDE * SIDE]; 3],
+    pub far: [[Vec3; SIDE * SIDE]; 3],
 }
 
 impl Places {
     /// The middles of all voxels.
-    pub fn middles(reference: V3, edge: f64) -> Self {
+    pub fn middles(reference: Vec3, edge: f64) -> Self {
         let size = edge / SIDE as f64;
         Self { own: std::array::from_fn(|v| middle(reference, size, v)), far: beyond(reference, size) }
     }
 
     /// Moves the middles of rim voxels that are outside of `inner` into it, and gives the voxels it is in.
-    pub fn fit(&mut self, centre: V3, edge: f64, inner: &impl Inner) -> u64 {
+    pub fn fit(&mut self, centre: Vec3, edge: f64, inner: &impl Inner) -> u64 {
         let size = edge / SIDE as f64;
         let triangles = inner.near(centre, 0.5 * edge + size);
         let mut rim = 0;
@@ -46,7 +45,7 @@ impl Places {
     }
 }
 
-fn beyond(reference: V3, size: f64) -> [[V3; SIDE * SIDE]; 3] {
+fn beyond(reference: Vec3, size: f64) -> [[Vec3; SIDE * SIDE]; 3] {
     [0, 1, 2].map(|axis| {
         let mut last = (0..COUNT).filter(|v| index(*v)[axis] == SIDE - 1);
         std::array::from_fn(|_| {
@@ -59,19 +58,20 @@ fn beyond(reference: V3, size: f64) -> [[V3; SIDE * SIDE]; 3] {
 
 /// Moves the middle of a voxel into the body if the surface passes through the voxel and the middle is outside. Gives
 /// whether it passes.
-fn fit(place: &mut V3, size: f64, triangles: &[[V3; 3]]) -> bool {
-    let mut closest: Option<(f64, V3, Vector3<f64>)> = None;
+fn fit(place: &mut Vec3, size: f64, triangles: &[[Vec3; 3]]) -> bool {
+    let mut closest: Option<(f64, Vec3, Vec3)> = None;
     for triangle in triangles.iter().filter(|t| plane_meets_box(t, *place, 0.5 * size)) {
         let point = closest_point(*place, *triangle).point;
-        let away = axpy(*place, -1.0, point);
-        if closest.is_none_or(|(least, ..)| dot(away, away) < least) {
-            let [a, b, c] = triangle.map(Vector3::from);
-            closest = Some((dot(away, away), point, (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_default()));
+        let away = *place - point;
+        if closest.is_none_or(|(least, ..)| away.norm_squared() < least) {
+            let [a, b, c] = triangle;
+            closest =
+                Some((away.norm_squared(), point, (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_default()));
         }
     }
     let Some((_, point, normal)) = closest else { return false };
-    if dot(axpy(*place, -1.0, point), normal.into()) > 0.0 {
-        *place = axpy(point, -INSIDE * size, normal.into());
+    if (*place - point).dot(&normal) > 0.0 {
+        *place = point - INSIDE * size * normal;
     }
     true
 }
@@ -112,19 +112,19 @@ mod tests {
     struct Half;
 
     impl Inner for Half {
-        fn near(&self, _: V3, _: f64) -> Vec<[V3; 3]> {
-            vec![[[-9.0, -9.0, 0.3], [9.0, -9.0, 0.3], [0.0, 20.0, 0.3]]]
+        fn near(&self, _: Vec3, _: f64) -> Vec<[Vec3; 3]> {
+            vec![[Vec3::new(-9.0, -9.0, 0.3), Vec3::new(9.0, -9.0, 0.3), Vec3::new(0.0, 20.0, 0.3)]]
         }
 
-        fn has(&self, place: V3) -> bool {
+        fn has(&self, place: Vec3) -> bool {
             place[2] < 0.3
         }
     }
 
     #[test]
     fn places_are_inside_and_voxels_outside_are_left_out() {
-        let mut places = Places::middles([0.0; 3], 1.0);
-        let solid = places.fit([0.5; 3], 1.0, &Half);
+        let mut places = Places::middles(Vec3::zeros(), 1.0);
+        let solid = places.fit(Vec3::repeat(0.5), 1.0, &Half);
         assert_eq!(solid.count_ones(), 32, "two layers: one inside, one the surface passes through");
         for voxel in (0..COUNT).filter(|v| solid >> v & 1 == 1) {
             assert!(places.own[voxel][2] < 0.3, "{:?}", places.own[voxel]);

@@ -2,7 +2,7 @@
 
 use super::crossing::{Plane, are_apart, crosses, meets};
 use super::places::Places;
-use pliant_solver::{V3, axpy, dot};
+use pliant_solver::Vec3;
 
 /// Voxels along the edge of a cell.
 pub(super) const SIDE: usize = 4;
@@ -25,7 +25,7 @@ pub(super) struct Voxels {
     /// Bit v: voxel v was too small a part and is with another. No place goes by it.
     merged: u64,
     /// Where the blade has passed, m.
-    blade: Vec<[V3; 3]>,
+    blade: Vec<[Vec3; 3]>,
 }
 
 /// Voxels that are last along each axis, rising.
@@ -70,11 +70,12 @@ impl Voxels {
     }
 
     /// Cuts the links a triangle passes through.
-    pub(super) fn cut(&mut self, triangle: &[V3; 3]) {
+    pub(super) fn cut(&mut self, triangle: &[Vec3; 3]) {
         self.blade.push(*triangle);
         // Most links have both ends on one side of it: each end is asked once, not for every link it has.
         let plane = Plane::new(triangle);
-        let above = |places: &[V3]| places.iter().rev().fold(0_u64, |bits, p| bits << 1 | u64::from(plane.is_above(p)));
+        let above =
+            |places: &[Vec3]| places.iter().rev().fold(0_u64, |bits, p| bits << 1 | u64::from(plane.is_above(p)));
         let own = above(&self.places.own);
         for axis in 0..3 {
             let far_above = above(&self.places.far[axis]);
@@ -220,7 +221,7 @@ impl Voxels {
     }
 
     /// The fragment a place belongs to: that of the nearest voxel the blade does not part it from, or just the nearest.
-    pub(super) fn fragment_at(&self, edge: f64, place: V3) -> usize {
+    pub(super) fn fragment_at(&self, edge: f64, place: Vec3) -> usize {
         if self.sizes.len() == 1 {
             return 0;
         }
@@ -231,7 +232,7 @@ impl Voxels {
 
     /// The fragment of the nearest voxel that the blade does not part a place from, if there is one close by; and how far
     /// away it is, m^2.
-    pub(super) fn reached(&self, edge: f64, place: V3) -> Option<(usize, f64)> {
+    pub(super) fn reached(&self, edge: f64, place: Vec3) -> Option<(usize, f64)> {
         if self.blade.is_empty() && self.sizes.len() == 1 {
             return Some((0, 0.0));
         }
@@ -253,25 +254,24 @@ impl Voxels {
     }
 
     /// Whether the blade has passed between two places.
-    pub(super) fn parts(&self, from: V3, to: V3) -> bool {
+    pub(super) fn parts(&self, from: Vec3, to: Vec3) -> bool {
         self.blade.iter().any(|triangle| crosses(from, to, triangle))
     }
 
     /// Voxels that places can go by, with their own places, m.
-    pub(super) fn whole(&self) -> impl Iterator<Item = (usize, V3)> + '_ {
+    pub(super) fn whole(&self) -> impl Iterator<Item = (usize, Vec3)> + '_ {
         let left = self.solid & !self.merged;
         (0..COUNT).filter(move |voxel| left >> voxel & 1 == 1).map(|voxel| (voxel, self.places.own[voxel]))
     }
 
-    fn away(&self, voxel: usize, place: V3) -> f64 {
-        let d = axpy(self.places.own[voxel], -1.0, place);
-        dot(d, d)
+    fn away(&self, voxel: usize, place: Vec3) -> f64 {
+        (self.places.own[voxel] - place).norm_squared()
     }
 }
 
-pub(super) fn middle(reference: V3, size: f64, voxel: usize) -> V3 {
+pub(super) fn middle(reference: Vec3, size: f64, voxel: usize) -> Vec3 {
     let at = index(voxel);
-    std::array::from_fn(|i| reference[i] + (at[i] as f64 + 0.5) * size)
+    Vec3::from_fn(|i, _| reference[i] + (at[i] as f64 + 0.5) * size)
 }
 
 #[cfg(test)]
@@ -279,14 +279,14 @@ mod tests {
     use super::*;
 
     /// A square across the unit cell at x = `at`, up to y = `to`.
-    fn wall(at: f64, to: f64) -> [[V3; 3]; 2] {
-        let corner = |y: f64, z: f64| [at, y, z];
+    fn wall(at: f64, to: f64) -> [[Vec3; 3]; 2] {
+        let corner = |y: f64, z: f64| Vec3::new(at, y, z);
         let (low, high) = (-0.5, 1.5);
         [[corner(low, low), corner(to, low), corner(to, high)], [corner(low, low), corner(to, high), corner(low, high)]]
     }
 
-    fn cut(triangles: &[[V3; 3]]) -> Voxels {
-        let mut voxels = Voxels::new(u64::MAX, Places::middles([0.0; 3], 1.0));
+    fn cut(triangles: &[[Vec3; 3]]) -> Voxels {
+        let mut voxels = Voxels::new(u64::MAX, Places::middles(Vec3::zeros(), 1.0));
         triangles.iter().for_each(|t| voxels.cut(t));
         voxels.label();
         voxels
@@ -298,11 +298,11 @@ mod tests {
             let voxels = cut(&wall(at, 1.5));
             assert_eq!(voxels.count(), 2);
             assert_eq!([voxels.share(0), voxels.share(1)], shares);
-            assert_eq!(voxels.fragment_at(1.0, [0.01, 0.5, 0.5]), 0);
-            assert_eq!(voxels.fragment_at(1.0, [0.99, 0.5, 0.5]), 1);
+            assert_eq!(voxels.fragment_at(1.0, Vec3::new(0.01, 0.5, 0.5)), 0);
+            assert_eq!(voxels.fragment_at(1.0, Vec3::new(0.99, 0.5, 0.5)), 1);
             // Right beside the wall, in a voxel whose middle is on its other side.
-            assert_eq!(voxels.fragment_at(1.0, [at - 1e-3, 0.5, 0.5]), 0);
-            assert_eq!(voxels.fragment_at(1.0, [at + 1e-3, 0.5, 0.5]), 1);
+            assert_eq!(voxels.fragment_at(1.0, Vec3::new(at - 1e-3, 0.5, 0.5)), 0);
+            assert_eq!(voxels.fragment_at(1.0, Vec3::new(at + 1e-3, 0.5, 0.5)), 1);
         }
     }
 
@@ -325,11 +325,11 @@ mod tests {
     fn only_what_is_solid_joins() {
         let plates = (0..COUNT).filter(|v| [0, 3].contains(&index(*v)[0])).fold(0, |solid, v| solid | 1 << v);
         for (solid, count) in [(plates, 2), (u64::MAX, 1)] {
-            let mut voxels = Voxels::new(solid, Places::middles([0.0; 3], 1.0));
+            let mut voxels = Voxels::new(solid, Places::middles(Vec3::zeros(), 1.0));
             voxels.label();
             assert_eq!(voxels.count(), count);
             assert_eq!(voxels.share(0), 1.0 / count as f64);
-            assert_eq!(voxels.fragment_at(1.0, [0.95, 0.5, 0.5]), count - 1);
+            assert_eq!(voxels.fragment_at(1.0, Vec3::new(0.95, 0.5, 0.5)), count - 1);
         }
     }
 }
