@@ -7,7 +7,9 @@
 
 pub mod body;
 pub mod contact;
+pub mod edit;
 pub mod plan;
+pub mod probe;
 pub mod scene;
 pub mod session;
 pub mod tool;

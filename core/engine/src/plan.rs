@@ -2,7 +2,9 @@
 
 mod check;
 
-use crate::scene::{EditKind, Extent, ProbeQuantity, Release, Scene, SceneError, Source};
+use crate::edit::{Command, EditKind};
+use crate::probe::{QUANTITIES, Quantity, Subject};
+use crate::scene::{Extent, Release, Scene, SceneError, Source};
 use pliant_solver::Vec3;
 use serde::Serialize;
 
@@ -19,7 +21,7 @@ pub struct LeftOut {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Edit {
     /// What.
-    pub kind: EditKind,
+    pub kind: &'static dyn EditKind,
     /// Place among the plan's tools.
     pub tool: usize,
     /// s, from and until
@@ -38,7 +40,7 @@ pub struct Probe {
     /// For the report.
     pub name: String,
     /// What.
-    pub quantity: ProbeQuantity,
+    pub quantity: &'static Quantity,
     /// Place among the plan's tools or bodies.
     pub of: usize,
     /// m, of the surface point nearest to it
@@ -100,7 +102,7 @@ impl Plan {
 
     /// Whether anything is cut.
     pub fn cuts(&self) -> bool {
-        self.edits.iter().any(|edit| edit.kind == EditKind::Cut)
+        self.edits.iter().any(|edit| edit.kind.cuts())
     }
 
     fn leave(&mut self, what: impl Into<String>, why: impl Into<String>) {
@@ -119,15 +121,19 @@ impl Plan {
         }
         for edit in &scene.edit {
             let start = edit.start.as_ref().map_or(0.0, |t| t.get_ref().si);
-            let Some(wanted) = &edit.tool else {
-                self.steps_back.push((start, edit.kind == EditKind::Redo));
-                continue;
+            let kind = match Command::find(&edit.kind.get_ref().0) {
+                Some(Command::Tool(kind)) => kind,
+                command => {
+                    self.steps_back.push((start, command == Some(Command::Redo)));
+                    continue;
+                }
             };
+            let Some(wanted) = &edit.tool else { continue };
             let Some(tool) = names.iter().position(|n| n == wanted.get_ref()) else {
                 let text = format!("no tool `{}`; allowed is {}", wanted.get_ref(), list(names.iter().copied()));
                 return Err(source.error(wanted.span(), text));
             };
-            if edit.kind == EditKind::Cut {
+            if kind.cuts() {
                 let Some(blade) = &scene.tool[tool].blade else {
                     return Err(source.error(wanted.span(), format!("tool `{}` cuts and has no `blade`", names[tool])));
                 };
@@ -146,7 +152,7 @@ impl Plan {
             });
             let span = (start, end);
             self.edits.push(Edit {
-                kind: edit.kind,
+                kind,
                 tool: place,
                 span,
                 button: edit.button.as_ref().map(|b| *b.get_ref()),
@@ -202,8 +208,15 @@ impl Plan {
         let tools: Vec<&str> = self.tools.iter().map(|&t| scene.tool[t].name.get_ref().as_str()).collect();
         let bodies: Vec<&str> = scene.body.iter().map(|b| b.name.get_ref().as_str()).collect();
         for probe in &scene.probe {
-            let of_tool = matches!(probe.quantity, ProbeQuantity::Force | ProbeQuantity::Depth);
-            let (kind, names) = if of_tool { ("tool in use", &tools) } else { ("body", &bodies) };
+            let quantity = Quantity::find(&probe.quantity.get_ref().0).ok_or_else(|| {
+                let known = list(QUANTITIES.iter().map(|quantity| quantity.name));
+                let text = format!("quantity `{}`; allowed is {known}", probe.quantity.get_ref().0);
+                source.error(probe.quantity.span(), text)
+            })?;
+            let (kind, names) = match quantity.subject {
+                Subject::Tool => ("tool in use", &tools),
+                Subject::Body => ("body", &bodies),
+            };
             let of = match &probe.of {
                 None if names.is_empty() => {
                     return Err(source.error(probe.name.span(), format!("a probe of a {kind}, and there is none")));
@@ -214,12 +227,13 @@ impl Plan {
                     source.error(name.span(), format!("no {kind} `{}`; allowed is {known}", name.get_ref()))
                 })?,
             };
-            if probe.quantity == ProbeQuantity::Displacement && probe.at.is_none() {
-                return Err(source.error(probe.name.span(), "a displacement needs `at`, a place"));
+            if quantity.needs_place && probe.at.is_none() {
+                let text = format!("a probe of `{}` needs `at`, a place", quantity.name);
+                return Err(source.error(probe.name.span(), text));
             }
             self.probes.push(Probe {
                 name: probe.name.get_ref().clone(),
-                quantity: probe.quantity,
+                quantity,
                 of,
                 at: probe.at.map(|p| p.map(|c| c.si).into()),
                 time: probe.time.as_ref().map_or(f64::INFINITY, |t| t.get_ref().si),
@@ -265,8 +279,9 @@ impl Plan {
                 "nobody reads them",
             );
         }
-        let weighs = |p: &Probe| matches!(p.quantity, ProbeQuantity::KineticEnergy | ProbeQuantity::ElasticEnergy);
-        self.energy = scene.output.energy || scene.time.force_unstable || self.probes.iter().any(weighs);
+        self.energy = scene.output.energy
+            || scene.time.force_unstable
+            || self.probes.iter().any(|probe| probe.quantity.needs_energy);
         if !self.energy {
             self.leave("energies", "neither the output nor a probe asks for them");
         }

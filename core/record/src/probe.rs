@@ -1,7 +1,7 @@
 //! Probes: quantities that a scene asks to be measured.
 
 use pliant_engine::plan::Probe;
-use pliant_engine::scene::ProbeQuantity;
+use pliant_engine::probe::Reading as Source;
 use pliant_engine::session::{Frame, Session};
 use pliant_mesh::geometry::Vec3;
 use serde::Serialize;
@@ -75,29 +75,19 @@ impl ProbeReader {
 
     /// Whether the surface must be up to date for the next reading.
     pub(crate) fn needs_surface(&self, time: f64, last: bool) -> bool {
-        let of_surface = |r: &&Reading| r.probe.quantity == ProbeQuantity::Displacement && !r.done;
+        let of_surface = |r: &&Reading| r.probe.quantity.needs_surface && !r.done;
         self.readings.iter().filter(of_surface).any(|r| r.probe.greatest || last || time >= r.probe.time)
     }
 
     /// Reads every probe after a step. `last`: no step comes after it.
     pub(crate) fn read(&mut self, session: &Session, frame: &Frame, last: bool) {
         for reading in self.readings.iter_mut().filter(|r| !r.done) {
-            let of = reading.probe.of;
-            let value = match reading.probe.quantity {
-                ProbeQuantity::Force => frame.tools.get(of).map_or(0.0, |t| t.force.norm()),
-                ProbeQuantity::Depth => frame.tools.get(of).map_or(0.0, |t| t.depth),
-                ProbeQuantity::KineticEnergy => frame.kinetic_energy,
-                ProbeQuantity::ElasticEnergy => frame.elastic_energy,
-                ProbeQuantity::CutArea => session.cuts().area,
-                ProbeQuantity::CutLength => session.cuts().length,
-                ProbeQuantity::Parts if !reading.is_due(frame, last) => continue,
-                ProbeQuantity::Parts => session.body_of_scene(of).map_or(1.0, |body| {
-                    body.model.surface.shells().into_iter().max().map_or(0.0, |last| f64::from(last) + 1.0)
-                }),
-                ProbeQuantity::Displacement => session.body_of_scene(of).map_or(0.0, |body| {
-                    (body.skin.x[reading.vertex] - body.model.surface.points[reading.vertex]).norm()
-                }),
-            };
+            let quantity = reading.probe.quantity;
+            if quantity.is_costly && !reading.is_due(frame, last) {
+                continue;
+            }
+            let (of, vertex) = (reading.probe.of, reading.vertex);
+            let value = (quantity.read)(&Source { session, frame, of, vertex });
             if !reading.probe.greatest || value > reading.value || !value.is_finite() {
                 (reading.value, reading.time) = (value, frame.time);
             }

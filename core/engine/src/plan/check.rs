@@ -1,7 +1,8 @@
 //! Names and numbers that are well written and make no sense.
 
+use crate::edit::Command;
 use crate::scene::{
-    BladeScene, BodyScene, EditKind, EditScene, Extent, FixedScene, ProbeScene, Scene, SceneError, Source, ToolScene,
+    BladeScene, BodyScene, EditScene, Extent, FixedScene, ProbeScene, Scene, SceneError, Source, ToolScene,
 };
 use std::ops::Range;
 use toml::Spanned;
@@ -231,8 +232,16 @@ impl Check<'_> {
         Ok(())
     }
 
+    fn command(&self, edit: &EditScene) -> Result<Command, SceneError> {
+        let name = &edit.kind.get_ref().0;
+        Command::find(name).ok_or_else(|| {
+            let known: Vec<String> = Command::names().map(|(name, _)| format!("`{name}`")).collect();
+            self.0.error(edit.kind.span(), format!("edit kind `{name}`; allowed is {}", known.join(", ")))
+        })
+    }
+
     fn edit(&self, edit: &EditScene) -> Result<(), SceneError> {
-        let back = matches!(edit.kind, EditKind::Undo | EditKind::Redo);
+        let back = matches!(self.command(edit)?, Command::Undo | Command::Redo);
         match &edit.tool {
             Some(tool) if back => return self.wrong(tool.span(), "`undo` and `redo` have no tool"),
             None if !back => return Err(self.0.whole("an [[edit]] without `tool`; only `undo` and `redo` have none")),

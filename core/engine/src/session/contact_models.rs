@@ -1,7 +1,7 @@
 //! What a step says to hands that are faster than it.
 
 use super::{Session, ToolSlot};
-use crate::tool::{ContactModel, Mode, TipMass, part};
+use crate::tool::{ContactModel, TipMass, part};
 use pliant_solver::{Block, Vec3};
 
 /// kg, of a tip on sheets that a live hand leads, where the scene gives none: an assumption
@@ -18,9 +18,10 @@ impl Session {
     /// Moves tips that are led; `dt` in s.
     pub(super) fn move_tips(&mut self, dt: f64) {
         for slot in &mut self.tools {
+            let touches = slot.touches();
             let Some(tip) = &mut slot.tip else { continue };
             let hand = slot.hand.position;
-            if slot.tool.mode != Mode::Touch || !slot.hand.present {
+            if !touches {
                 tip.leave();
                 slot.hand_was = None;
                 continue;
@@ -38,7 +39,7 @@ impl Session {
                 }
             }
         }
-        for slot in self.tools.iter_mut().filter(|slot| slot.tool.mode == Mode::Touch && slot.hand.present) {
+        for slot in self.tools.iter_mut().filter(|slot| slot.touches()) {
             if let (Some(tip), None) = (&slot.tip, slot.tool.proxy.touch) {
                 slot.tool.proxy.position = tip.position;
             }
@@ -66,7 +67,7 @@ impl Session {
 fn slope(slot: &ToolSlot, force: Vec3) -> (Block, Option<Vec3>) {
     let k = slot.tool.coupling.stiffness;
     let all = std::array::from_fn(|e| if e % 4 == 0 { k } else { 0.0 });
-    let Some(touch) = slot.tool.proxy.touch.filter(|_| slot.tool.mode == Mode::Touch) else { return (all, None) };
+    let Some(touch) = slot.tool.proxy.touch.filter(|_| slot.tool.is_fingertip()) else { return (all, None) };
     let n = touch.normal;
     let press = force.dot(&n);
     let along = force - press * n;

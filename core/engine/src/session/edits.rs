@@ -3,8 +3,7 @@
 use super::event::EventKind;
 use super::{CutCounts, Session};
 use crate::body::Body;
-use crate::scene::{EditKind, Release};
-use crate::tool::Mode;
+use crate::scene::Release;
 use std::time::Instant;
 
 impl Session {
@@ -29,14 +28,9 @@ impl Session {
             }
             let slot = &mut self.tools[tool];
             slot.edit = now;
-            slot.tool.mode = match now.map(|e| &self.plan.edits[e]) {
-                None => Mode::Idle,
-                Some(edit) => match edit.kind {
-                    EditKind::Pull => Mode::Pull(edit.limit),
-                    EditKind::Cut => Mode::Cut,
-                    _ => Mode::Touch,
-                },
-            };
+            let bodies = self.bodies.len();
+            let action = now.map(|edit| &self.plan.edits[edit]).map(|edit| edit.kind.begin(edit, &slot.tool, bodies));
+            slot.tool.set_action(action);
         }
     }
 
@@ -45,9 +39,7 @@ impl Session {
         let time = self.time();
         let ended = self.tools[tool].edit.take().map(|edit| self.plan.edits[edit].clone());
         if let Some(edit) = &ended {
-            if edit.kind == EditKind::Cut {
-                self.cut_with(tool, time, true);
-            }
+            self.cut_with(tool, time, true);
             if edit.release == Release::Keep {
                 self.keep(time);
             }
@@ -57,15 +49,13 @@ impl Session {
         }
         let slot = &mut self.tools[tool];
         slot.tool.release(&slot.hand);
-        slot.tool.mode = Mode::Idle;
+        slot.tool.set_action(None);
     }
 
     /// Cuts with every blade in use.
     pub(super) fn cut(&mut self, time: f64) {
         for tool in 0..self.tools.len() {
-            if self.tools[tool].tool.mode == Mode::Cut {
-                self.cut_with(tool, time, false);
-            }
+            self.cut_with(tool, time, false);
         }
     }
 

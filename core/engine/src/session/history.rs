@@ -5,7 +5,7 @@
 use super::{EventKind, Session};
 use crate::body::BodyState;
 use crate::plan::Edit;
-use crate::scene::{EditKind, Release};
+use crate::scene::Release;
 
 /// Edits that can be taken back and made again.
 #[derive(Default)]
@@ -22,7 +22,7 @@ const MOST: usize = 100;
 
 /// Whether an edit is one that can be taken back.
 fn is_remembered(edit: &Edit) -> bool {
-    edit.kind == EditKind::Cut || edit.release == Release::Keep
+    edit.kind.cuts() || edit.release == Release::Keep
 }
 
 impl Session {

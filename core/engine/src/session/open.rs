@@ -3,9 +3,10 @@
 use super::{Choices, DeviceSlot, EventKind, Events, Frame, Loaded, Session, SessionError, ToolSlot, place};
 use crate::body::{Body, Carrier, Lattice, LatticeError, Model, RegionSettings, Sheet, Skin};
 use crate::contact::{Friction, Spheres};
+use crate::edit::BladeEdge;
 use crate::plan::Plan;
 use crate::scene::{BladeScene, BodyScene, Extent, Scene, Source, ToolScene, settings};
-use crate::tool::{Coupling, Edge, ForceLimits, ForceSafety, Hand, Knife, TactilePad, TipMass, Tool};
+use crate::tool::{Coupling, ForceLimits, ForceSafety, Hand, TactilePad, TipMass, Tool};
 use pliant_cut::CutMesh;
 use pliant_host::{
     Device, DeviceInfo, Grid, HostError, Library, Material, ParamKind, ParamSettings, ParamValue, PluginInfo,
@@ -132,8 +133,8 @@ impl Session {
     }
 }
 
-fn edge(blade: &BladeScene) -> Edge {
-    Edge {
+fn edge(blade: &BladeScene) -> BladeEdge {
+    BladeEdge {
         length: blade.length.get_ref().si,
         direction: Vec3::from(*blade.direction.get_ref()).normalize(),
         toughness: blade.toughness.get_ref().si,
@@ -287,8 +288,7 @@ impl Opening<'_> {
         let friction = Friction { fixed, sliding };
         let (name, radius) = (scene.name.get_ref().clone(), scene.radius.get_ref().si);
         let mut tool = Tool::new(name, radius, friction, coupling, bodies);
-        tool.knife =
-            scene.blade.as_ref().filter(|_| plan.cuts()).map(|blade| Knife::new(edge(blade.get_ref()), bodies));
+        tool.blade = scene.blade.as_ref().filter(|_| plan.cuts()).map(|blade| edge(blade.get_ref()));
         Ok(ToolSlot {
             tool,
             hand: Hand::new(scene.speed.get_ref().si),

@@ -3,7 +3,6 @@
 use super::{ContactChoice, Session, ToolSlot};
 use crate::contact::{Meets, SoftTip, Tip};
 use crate::scene::{Scene, SheetContact};
-use crate::tool::Mode;
 use pliant_solver::Vec3;
 
 /// Edges of a sheet over the radius of a tip, up to which its vertices are close enough to hold it.
@@ -113,7 +112,7 @@ impl Session {
 impl ToolSlot {
     /// Whether it is a fingertip now.
     pub(super) fn touches(&self) -> bool {
-        self.tool.mode == Mode::Touch && self.hand.present
+        self.tool.is_fingertip() && self.hand.present
     }
 
     /// Its fingertip at the end of a step of `dt` (s), if it touches.

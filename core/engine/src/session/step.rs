@@ -8,6 +8,7 @@ use super::thread_choice::ThreadChoice;
 use super::{Session, Stage};
 use crate::body::Body;
 use crate::contact::SoftTip;
+use crate::edit::Step;
 use crate::tool::{Cause, Tool};
 use pliant_solver::{Frequencies, Holds, HoldsNothing, Loads, StepError, StepTime, Vec3};
 use std::time::Instant;
@@ -89,7 +90,8 @@ impl Session {
     fn touch(&mut self, time: f64) {
         for slot in &mut self.tools {
             let lost = slot.tool.slipped;
-            if let Err(error) = slot.tool.follow(&slot.hand, &mut self.bodies, &self.moved) {
+            let mut step = Step { hand: &slot.hand, bodies: &mut self.bodies, moved: &self.moved };
+            if let Err(error) = slot.tool.follow(&mut step) {
                 self.events.add(EventKind::Message, time, || error.to_string());
                 slot.tool.release(&slot.hand);
             }
@@ -253,8 +255,8 @@ fn tool_frame(tool: &Tool, hand: Vec3, force: Vec3, device_force: Vec3) -> ToolF
     ToolFrame {
         hand,
         proxy: tool.proxy.position,
-        contact: tool.contact().map(|(body, _)| body),
-        grips: tool.grip.is_some(),
+        contact: tool.contact().map(|place| place.body),
+        grips: tool.holds(),
         depth: tool.depth,
         force,
         device_force,

@@ -5,7 +5,7 @@
 //! spring, the spring and the sheet move the tip. Two tips that meet keep each other out but for what the pulp of a finger
 //! gives way, so a pinch is felt on both.
 
-use super::haptic::Coupling;
+use super::tool::Coupling;
 use pliant_solver::Vec3;
 
 /// The tip of a tool that touches sheets.

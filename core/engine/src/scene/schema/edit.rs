@@ -1,8 +1,11 @@
 //! What is done, and what is measured.
 
 use super::{Force, Length, Time};
-use schemars::JsonSchema;
+use crate::edit::Command;
+use crate::probe::{QUANTITIES, Quantity};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
+use std::borrow::Cow;
 use toml::Spanned;
 
 /// What is done with a tool, and when.
@@ -10,7 +13,8 @@ use toml::Spanned;
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct EditScene {
     /// What.
-    pub kind: EditKind,
+    #[schemars(with = "EditName")]
+    pub kind: Spanned<EditName>,
     /// With which tool; none for `undo` and `redo`.
     #[schemars(with = "Option<String>")]
     pub tool: Option<Spanned<String>>,
@@ -31,20 +35,21 @@ pub struct EditScene {
     pub limit: Option<Spanned<Force>>,
 }
 
-/// Edits there are.
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
-#[serde(rename_all = "kebab-case")]
-pub enum EditKind {
-    /// Slide over surfaces and press them.
-    Touch,
-    /// Take hold of a point.
-    Pull,
-    /// Cut with a tool that has a blade.
-    Cut,
-    /// Take back the last cut, or the last edit whose shape was kept.
-    Undo,
-    /// Make again what was taken back last.
-    Redo,
+/// The name of an edit kind, or `undo` or `redo`.
+#[derive(Clone, Debug, Deserialize, PartialEq, Eq)]
+#[serde(transparent)]
+pub struct EditName(pub String);
+
+impl JsonSchema for EditName {
+    fn schema_name() -> Cow<'static, str> {
+        "EditName".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let each = |(name, summary)| json_schema!({ "const": name, "description": summary });
+        let names: Vec<Schema> = Command::names().map(each).collect();
+        json_schema!({ "description": "What is done.", "oneOf": names })
+    }
 }
 
 /// What becomes of the shape at the end of an edit.
@@ -66,7 +71,8 @@ pub struct ProbeScene {
     #[schemars(with = "String")]
     pub name: Spanned<String>,
     /// What is measured.
-    pub quantity: ProbeQuantity,
+    #[schemars(with = "QuantityName")]
+    pub quantity: Spanned<QuantityName>,
     /// Of which tool or body; the first by default.
     #[schemars(with = "Option<String>")]
     pub of: Option<Spanned<String>>,
@@ -94,24 +100,19 @@ fn default_tolerance() -> Spanned<f64> {
     Spanned::new(0..0, 0.01)
 }
 
-/// What a probe measures.
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
-#[serde(rename_all = "kebab-case")]
-pub enum ProbeQuantity {
-    /// N, of the force on the hand, before what keeps it safe.
-    Force,
-    /// m, how far the surface is pushed in, or out, at the contact.
-    Depth,
-    /// m, of a surface point from where it was handed in.
-    Displacement,
-    /// J
-    KineticEnergy,
-    /// J
-    ElasticEnergy,
-    /// How many parts a body hangs together in.
-    Parts,
-    /// m^2, of what blades have cut inside of closed bodies, one wall of two.
-    CutArea,
-    /// m, of the edge blades have cut into surfaces, one side of two.
-    CutLength,
+/// The name of a quantity.
+#[derive(Clone, Debug, Deserialize, PartialEq, Eq)]
+#[serde(transparent)]
+pub struct QuantityName(pub String);
+
+impl JsonSchema for QuantityName {
+    fn schema_name() -> Cow<'static, str> {
+        "QuantityName".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let each = |quantity: &&Quantity| json_schema!({ "const": quantity.name, "description": quantity.summary });
+        let names: Vec<Schema> = QUANTITIES.iter().map(each).collect();
+        json_schema!({ "description": "What a probe measures.", "oneOf": names })
+    }
 }

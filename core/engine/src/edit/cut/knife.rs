@@ -6,17 +6,16 @@
 //! faces it has parted. It cuts ahead only: one that is drawn back and pushed in again goes on where it stopped. What the
 //! hand feels the body feels too, just ahead of the part of the edge that is inside.
 
-use super::error::ToolError;
-use super::hand::Hand;
 use super::meeting::Meeting;
-use crate::body::{Body, Carrier, Lattice};
+use crate::body::{Body, Carrier, Lattice, LatticeError};
+use crate::tool::Hand;
 use nalgebra::Matrix3;
 use pliant_cut::{Blade, Refused, Stroke};
 use pliant_solver::Vec3;
 
 /// What a blade is.
 #[derive(Clone, Debug)]
-pub struct Edge {
+pub struct BladeEdge {
     /// m
     pub length: f64,
     /// Unit, from tip to heel, in the axes of the hand.
@@ -30,7 +29,7 @@ pub struct Edge {
 /// A blade in use.
 pub struct Knife {
     /// What it is.
-    pub edge: Edge,
+    pub edge: BladeEdge,
     /// m, where its tip is held
     pub tip: Vec3,
     /// Places of one body it is in.
@@ -93,7 +92,7 @@ const INVERSIONS: usize = 6;
 
 impl Knife {
     /// In the air, in a scene of `bodies`.
-    pub fn new(edge: Edge, bodies: usize) -> Self {
+    pub fn new(edge: BladeEdge, bodies: usize) -> Self {
         let strokes = (0..bodies).map(|_| None).collect();
         Self { edge, tip: Vec3::zeros(), inside: None, resistance: 0.0, strokes, heading: None, back: false }
     }
@@ -109,7 +108,13 @@ impl Knife {
     ///
     /// # Errors
     /// What a grid says.
-    pub fn cut(&mut self, hand: &Hand, stiffness: f64, bodies: &mut [Body], last: bool) -> Result<CutStep, ToolError> {
+    pub fn cut(
+        &mut self,
+        hand: &Hand,
+        stiffness: f64,
+        bodies: &mut [Body],
+        last: bool,
+    ) -> Result<CutStep, LatticeError> {
         let along = hand.rotation * self.edge.direction;
         self.follow(hand, &along, stiffness, bodies)?;
         let mut step = CutStep::default();
@@ -155,7 +160,7 @@ impl Knife {
     }
 
     /// Takes the tip where the hand pulls it and the material lets it.
-    fn follow(&mut self, hand: &Hand, along: &Vec3, stiffness: f64, bodies: &[Body]) -> Result<(), ToolError> {
+    fn follow(&mut self, hand: &Hand, along: &Vec3, stiffness: f64, bodies: &[Body]) -> Result<(), LatticeError> {
         let (Some(inside), Some(heading)) = (&self.inside, self.heading) else {
             self.tip = hand.position;
             return Ok(());
@@ -189,7 +194,7 @@ impl Knife {
 
     /// The blade in the rest shape of a body, and rest places along it that are inside of its cells, or where it goes through a
     /// sheet. A place in the gap between parts that have moved away is in neither. `None` far from a sheet.
-    fn at_rest(&self, along: &Vec3, body: &Body, last: Option<Vec3>) -> Result<Option<Seen>, ToolError> {
+    fn at_rest(&self, along: &Vec3, body: &Body, last: Option<Vec3>) -> Result<Option<Seen>, LatticeError> {
         let mut places = Vec::new();
         let heel = self.tip + self.edge.length * along;
         let lattice = match &body.carrier {
@@ -287,7 +292,7 @@ impl Knife {
 }
 
 /// m, how far the body has moved what is now at a place, sought from a rest place on; `None` in the air.
-fn rest_of(now: Vec3, from: Vec3, lattice: &Lattice, body: &Body) -> Result<Option<Vec3>, ToolError> {
+fn rest_of(now: Vec3, from: Vec3, lattice: &Lattice, body: &Body) -> Result<Option<Vec3>, LatticeError> {
     let (mut place, mut moved, mut gap) = (from, None, f64::INFINITY);
     for _ in 0..INVERSIONS {
         let Some(u) = lattice.carried_by(place, &body.system.nodes)? else { break };
@@ -326,7 +331,7 @@ struct Advanced {
 /// One that was not.
 enum Stopped {
     Refused(Refused),
-    Failed(ToolError),
+    Failed(LatticeError),
 }
 
 /// m, how far the middle of a blade has gone in a direction

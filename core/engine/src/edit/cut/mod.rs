@@ -1,0 +1,93 @@
+//! Cut: the tool's blade parts what it is moved through.
+
+mod knife;
+mod meeting;
+
+pub use knife::{BladeEdge, CutStep};
+
+use super::{Action, ActiveBall, CarriedPlace, ContactPlace, EditKind, Step};
+use crate::body::{Body, LatticeError};
+use crate::plan::Edit;
+use crate::tool::{Hand, Tool, diagonal};
+use knife::{Knife, PLACES};
+use pliant_solver::Vec3;
+
+/// Cuts with a tool that has a blade.
+pub(super) struct Cut;
+
+impl EditKind for Cut {
+    fn name(&self) -> &'static str {
+        "cut"
+    }
+
+    fn summary(&self) -> &'static str {
+        "Cut with a tool that has a blade."
+    }
+
+    fn cuts(&self) -> bool {
+        true
+    }
+
+    fn begin(&self, _edit: &Edit, tool: &Tool, bodies: usize) -> Box<dyn Action> {
+        let edge = tool.blade.clone().expect("the plan refuses a cut without a blade");
+        Box::new(Cutting { knife: Knife::new(edge, bodies) })
+    }
+}
+
+/// A cut under way.
+struct Cutting {
+    knife: Knife,
+}
+
+impl Action for Cutting {
+    fn contact(&self, _tool: &Tool) -> Option<ContactPlace> {
+        self.knife.inside.as_ref().map(|inside| ContactPlace { body: inside.body, rest: inside.places[0] })
+    }
+
+    fn active_ball(&self, _tool: &Tool) -> Option<ActiveBall> {
+        let inside = self.knife.inside.as_ref()?;
+        let (low, high) = (inside.places[0], inside.places[inside.places.len() - 1]);
+        let span = high - low;
+        Some(ActiveBall { body: inside.body, centre: low + 0.5 * span, extra_radius: 0.5 * span.norm() })
+    }
+
+    fn cut(&mut self, tool: &Tool, hand: &Hand, bodies: &mut [Body], last: bool) -> Result<CutStep, LatticeError> {
+        if !hand.present {
+            return Ok(CutStep::default());
+        }
+        self.knife.cut(hand, tool.coupling.stiffness, bodies, last)
+    }
+
+    /// Gives the body the pull of the hand along the part of the edge that is inside of it.
+    fn follow(
+        &mut self,
+        tool: &mut Tool,
+        step: &mut Step<'_>,
+        _contact: Option<CarriedPlace>,
+    ) -> Result<(), LatticeError> {
+        let knife = &self.knife;
+        tool.proxy.position = knife.tip;
+        let Some(inside) = &knife.inside else { return Ok(()) };
+        tool.depth = knife.edge.length * inside.places.len() as f64 / PLACES as f64;
+        let coupling = tool.coupling;
+        let pulled = coupling.stiffness * (step.hand.position - knife.tip);
+        if knife.resistance == 0.0 || pulled == Vec3::zeros() {
+            return Ok(());
+        }
+        let ((scale, spring), share) = (coupling.cap(pulled), 1.0 / inside.places.len() as f64);
+        let body = &mut step.bodies[inside.body as usize];
+        tool.loads.clear();
+        let edge = body.carrier.edge();
+        for place in &inside.places {
+            let place = inside.ahead(*place, knife.heading, edge);
+            let stiffness = diagonal(spring * share * coupling.stiffness);
+            let damping = diagonal(spring * share * coupling.damping);
+            tool.loads.push(place, scale * share * pulled, stiffness, damping);
+        }
+        tool.attach_loads(body, inside.body)
+    }
+
+    fn release(&mut self) {
+        self.knife.lift();
+    }
+}

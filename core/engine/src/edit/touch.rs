@@ -1,0 +1,138 @@
+//! Touch: the tool's proxy slides over surfaces and presses them.
+//!
+//! The god-object stays outside of the surface while the hand goes in; the force on the hand is K (P_s - P_t) (Qi, Zhu and Fan
+//! 2019), the opposite is spread over the part of the body the tool lies on.
+
+use super::{Action, CarriedPlace, EditKind, Step};
+use crate::body::{Body, LatticeError};
+use crate::contact::{Layer, Touch as Contact, hold};
+use crate::plan::Edit;
+use crate::tool::{Tool, diagonal, direction};
+use pliant_solver::Vec3;
+
+/// Slides over surfaces and presses them.
+pub(super) struct Touch;
+
+impl EditKind for Touch {
+    fn name(&self) -> &'static str {
+        "touch"
+    }
+
+    fn summary(&self) -> &'static str {
+        "Slide over surfaces and press them."
+    }
+
+    fn begin(&self, _edit: &Edit, _tool: &Tool, _bodies: usize) -> Box<dyn Action> {
+        Box::new(Touching)
+    }
+}
+
+/// A touch under way; all it needs between steps is the tool's proxy.
+struct Touching;
+
+impl Action for Touching {
+    fn is_fingertip(&self) -> bool {
+        true
+    }
+
+    fn follow(
+        &mut self,
+        tool: &mut Tool,
+        step: &mut Step<'_>,
+        contact: Option<CarriedPlace>,
+    ) -> Result<(), LatticeError> {
+        let hand = step.hand.position;
+        let anchor = tool.slide_proxy(step, contact.map(|place| place.now))?;
+        let Some(touch) = tool.proxy.touch else {
+            tool.surface.leave();
+            return Ok(());
+        };
+        let body = &mut step.bodies[touch.body as usize];
+        if Tool::is_ball(tool.proxy.radius, body.carrier.edge()) {
+            return lie(tool, body, hand, touch, anchor);
+        }
+        let free = tool.proxy.position;
+        let p = anchor.map_or(free, |anchor| hold(free, anchor, hand, touch.normal, tool.friction));
+        tool.proxy.position = p;
+        tool.presses.extend(direction(touch.normal).map(|normal| (-normal, 1.0)));
+        let (now, settled) = body.carry_one(touch.rest)?;
+        tool.depth = (settled - now).dot(&touch.normal);
+        let pulled = tool.coupling.stiffness * (hand - p);
+        tool.press_disc(body, touch.body, (touch.rest, touch.rest_normal), pulled)
+    }
+}
+
+/// Lies in the layer of the surface as a ball, and presses on what of it is inside.
+fn lie(tool: &mut Tool, body: &mut Body, hand: Vec3, touch: Contact, anchor: Option<Vec3>) -> Result<(), LatticeError> {
+    let (coupling, near) = (tool.coupling, tool.proxy.near());
+    let layer = Layer { radius: tool.proxy.radius, pull: coupling.stiffness, stiffness: body.layer_stiffness };
+    let frictionless = |from| {
+        let (p, felt) = layer.balance(near, from, hand, None);
+        (p, direction(felt).unwrap_or(touch.normal))
+    };
+    let (p, normal) = match anchor {
+        Some(anchor) if tool.friction.fixed > 0.0 => rub(tool, &layer, Slide { anchor, hand, normal: touch.normal })
+            .unwrap_or_else(|| frictionless(tool.proxy.position)),
+        _ => frictionless(tool.proxy.position),
+    };
+    let mut total = 0.0;
+    let [mut pushed, mut point, mut rest] = [Vec3::zeros(); 3];
+    for push in layer.pushes(near, p) {
+        total += push.size;
+        pushed += push.force;
+        point += push.size * push.point;
+        rest += push.size * push.rest;
+    }
+    if total == 0.0 {
+        tool.proxy.position = p;
+        return Ok(());
+    }
+    let pulled = coupling.stiffness * (hand - p);
+    // What the pushes leave of the pull is friction's; it is shared as they are.
+    let friction = pulled - pushed;
+    let (scale, spring) = coupling.cap(pulled);
+    tool.loads.clear();
+    for push in layer.pushes(near, p) {
+        let share = push.size / total;
+        tool.presses.extend(direction(push.point - p).map(|towards| (towards, share)));
+        let sideways = diagonal(share * coupling.stiffness);
+        let stiffness = std::array::from_fn(|e| spring * (push.stiffness[e] + sideways[e]));
+        let force = scale * (push.force + share * friction);
+        tool.loads.push(push.rest, force, stiffness, diagonal(spring * share * coupling.damping));
+    }
+    let touch = Contact { rest: rest / total, normal, ..touch };
+    tool.proxy.stand(p, point / total, touch);
+    let (now, settled) = body.carry_one(touch.rest)?;
+    tool.depth = (settled - now).dot(&normal);
+    tool.attach_loads(body, touch.body)
+}
+
+/// Where a ball would be held by friction, and what pulls it.
+#[derive(Clone, Copy)]
+struct Slide {
+    /// m, where the surface has carried the ball
+    anchor: Vec3,
+    /// m, the hand
+    hand: Vec3,
+    /// Unit, out of the surface.
+    normal: Vec3,
+}
+
+/// Where a ball rests that the surface has carried to the anchor, and the normal there: the direction of what the
+/// layer does to it. It sticks inside the friction cone and slides up to it. `None` where the layer does not reach it.
+fn rub(tool: &Tool, layer: &Layer, slide: Slide) -> Option<(Vec3, Vec3)> {
+    let Slide { anchor, hand, normal } = slide;
+    let near = tool.proxy.near();
+    let (p, felt) = layer.balance(near, anchor, hand, Some(normal));
+    let normal = direction(felt)?;
+    let pull = hand - p;
+    let press = -pull.dot(&normal);
+    let along = pull + press * normal;
+    let slide = along.norm();
+    if slide <= tool.friction.fixed * press {
+        return Some((p, normal));
+    }
+    let slid = p + (1.0 - tool.friction.sliding * press.max(0.0) / slide).max(0.0) * along;
+    let (p, felt) = layer.balance(near, slid, hand, Some(normal));
+    Some((p, direction(felt)?))
+}

@@ -1,0 +1,16 @@
+//! Elastic energy.
+
+use super::{Quantity, Reading};
+
+/// Elastic energy.
+pub(super) static ELASTIC_ENERGY: Quantity = Quantity {
+    name: "elastic-energy",
+    summary: "Elastic energy of all bodies, J.",
+    needs_energy: true,
+    read,
+    ..Quantity::OF_BODY
+};
+
+fn read(reading: &Reading<'_>) -> f64 {
+    reading.frame.elastic_energy
+}

@@ -1,0 +1,16 @@
+//! The force on the hand.
+
+use super::{Quantity, Reading, Subject};
+
+/// The force on the hand.
+pub(super) static FORCE: Quantity = Quantity {
+    name: "force",
+    summary: "Force on the hand before force safety, N.",
+    subject: Subject::Tool,
+    read,
+    ..Quantity::OF_BODY
+};
+
+fn read(reading: &Reading<'_>) -> f64 {
+    reading.frame.tools.get(reading.of).map_or(0.0, |tool| tool.force.norm())
+}

@@ -1,0 +1,16 @@
+//! Kinetic energy.
+
+use super::{Quantity, Reading};
+
+/// Kinetic energy.
+pub(super) static KINETIC_ENERGY: Quantity = Quantity {
+    name: "kinetic-energy",
+    summary: "Kinetic energy of all bodies, J.",
+    needs_energy: true,
+    read,
+    ..Quantity::OF_BODY
+};
+
+fn read(reading: &Reading<'_>) -> f64 {
+    reading.frame.kinetic_energy
+}

@@ -1,0 +1,18 @@
+//! The number of parts a body hangs together in.
+
+use super::{Quantity, Reading};
+
+/// The number of parts a body hangs together in.
+pub(super) static PARTS: Quantity = Quantity {
+    name: "parts",
+    summary: "Number of connected parts of a body.",
+    is_costly: true,
+    read,
+    ..Quantity::OF_BODY
+};
+
+fn read(reading: &Reading<'_>) -> f64 {
+    reading
+        .body()
+        .map_or(1.0, |body| body.model.surface.shells().into_iter().max().map_or(0.0, |last| f64::from(last) + 1.0))
+}

@@ -1,0 +1,116 @@
+//! What of all bodies is near a place.
+
+use super::Tool;
+use crate::body::{Body, LatticeError, Sheet, weigh};
+use crate::contact::{Near, NearSurface, normal_of};
+use pliant_mesh::geometry::closest_point;
+use pliant_solver::Vec3;
+
+/// Searches the surfaces of all bodies, with a list of near cells for each.
+pub struct SurfaceSearch {
+    near: Vec<NearSurface>,
+    /// A zero for each body.
+    still: Vec<f64>,
+}
+
+impl SurfaceSearch {
+    /// In a scene of `bodies` bodies.
+    pub fn new(bodies: usize) -> Self {
+        Self { near: (0..bodies).map(|_| NearSurface::default()).collect(), still: vec![0.0; bodies] }
+    }
+
+    /// The cells of `body` have changed.
+    pub fn forget(&mut self, body: usize) {
+        self.near[body].forget();
+    }
+
+    /// The tool touches nothing, and may come to any side of the surfaces.
+    pub fn leave(&mut self) {
+        self.near.iter_mut().for_each(NearSurface::leave);
+    }
+
+    /// A search by a tool of `radius` (m) that may be asked several times in a step, after nodes of each body have moved by at most
+    /// `moved` (m).
+    pub(super) fn by_tool<'a>(
+        &'a mut self,
+        bodies: &'a mut [Body],
+        moved: &'a [f64],
+        radius: f64,
+    ) -> impl FnMut(Vec3, f64, &mut Vec<Near>) -> Result<(), LatticeError> + 'a {
+        let (near, still): (&mut [NearSurface], &[f64]) = (&mut self.near, &self.still);
+        // Nodes have moved once since the last step, not once for every place the proxy looks at.
+        let mut since = moved;
+        move |centre, reach, out| {
+            let moved = std::mem::replace(&mut since, still);
+            search(near, bodies, moved, (centre, reach), Some(radius), out)
+        }
+    }
+
+    /// The point of any surface nearest to `centre`, within `reach` (m).
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn nearest(
+        &mut self,
+        bodies: &mut [Body],
+        moved: &[f64],
+        centre: Vec3,
+        reach: f64,
+    ) -> Result<Option<Near>, LatticeError> {
+        let mut found = Vec::new();
+        search(&mut self.near, bodies, moved, (centre, reach), None, &mut found)?;
+        Ok(found.into_iter().min_by(|a, b| a.distance.total_cmp(&b.distance)))
+    }
+}
+
+/// What of all bodies is within `reach` of `centre`: samples for a ball of a radius, triangles for a point.
+fn search(
+    near: &mut [NearSurface],
+    bodies: &mut [Body],
+    moved: &[f64],
+    (centre, reach): (Vec3, f64),
+    radius: Option<f64>,
+    out: &mut Vec<Near>,
+) -> Result<(), LatticeError> {
+    out.clear();
+    for (index, body) in bodies.iter_mut().enumerate() {
+        if let Some(sheet) = body.carrier.sheet() {
+            // Looked for once, when a grip is taken: no list is kept.
+            if radius.is_none() {
+                out.extend(on_sheet(index as u32, body, sheet, centre, reach));
+            }
+            continue;
+        }
+        let (list, at) = (&mut near[index], (centre, reach, moved[index]));
+        if radius.is_some_and(|r| Tool::is_ball(r, body.carrier.edge())) {
+            let samples = std::sync::Arc::clone(&body.samples);
+            list.samples((index as u32, body, &samples), at, out)?;
+        } else {
+            list.triangles((index as u32, body), at, out)?;
+        }
+    }
+    Ok(())
+}
+
+/// The point of a sheet closest to `centre`, within `reach`.
+fn on_sheet(index: u32, body: &Body, sheet: &Sheet, centre: Vec3, reach: f64) -> Option<Near> {
+    let mut best: Option<Near> = None;
+    for triangle in 0..body.model.surface.triangles.len() as u32 {
+        let corners = sheet.nodes_of(&body.model, triangle).map(|n| body.system.nodes.x[n as usize]);
+        let closest = closest_point(centre, corners);
+        let d = closest.point - centre;
+        let distance = d.norm();
+        if distance <= best.map_or(reach, |near| near.distance) {
+            let rest = body.model.surface.triangles[triangle as usize].map(|v| body.skin.settled[v as usize]);
+            best = Some(Near {
+                body: index,
+                point: closest.point,
+                rest: weigh(rest, closest.bary),
+                normal: normal_of(rest),
+                distance,
+                area: 0.0,
+            });
+        }
+    }
+    best
+}

@@ -1,0 +1,277 @@
+//! A tool: its proxy on the surfaces, its spring to the hand, and the loads it puts on bodies.
+
+use super::hand::Hand;
+use super::search::SurfaceSearch;
+use crate::body::{Body, LatticeError, weigh};
+use crate::contact::{Friction, Patch, PlaceLoads, Proxy};
+use crate::edit::{Action, ActiveBall, BladeEdge, CarriedPlace, ContactPlace, CutStep, GRIP_REACH, Step};
+use pliant_mesh::geometry::closest_point;
+use pliant_plugin_api::abi::Ball;
+use pliant_solver::{Block, NodeSprings, Vec3};
+
+/// The spring between hand and surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coupling {
+    /// N/m
+    pub stiffness: f64,
+    /// N s/m
+    pub damping: f64,
+    /// N, the most it gives to the body
+    pub most: f64,
+}
+
+impl Coupling {
+    /// The factor that brings a force (N) down to the most the spring gives, and the factor of its stiffness: past the most, the
+    /// force is constant.
+    pub fn cap(&self, force: Vec3) -> (f64, f64) {
+        let size = force.norm();
+        if size > self.most { (self.most / size, 0.0) } else { (1.0, 1.0) }
+    }
+}
+
+/// A tool in a scene.
+pub struct Tool {
+    /// As the scene calls it.
+    pub name: String,
+    /// Where it is.
+    pub proxy: Proxy,
+    /// On surfaces.
+    pub friction: Friction,
+    /// To the hand.
+    pub coupling: Coupling,
+    /// Its blade, if it has one.
+    pub blade: Option<BladeEdge>,
+    /// m, how far in the surface was pushed, or out it was pulled, at the contact point
+    pub depth: f64,
+    /// Where it presses on a body and with what share of the whole: directions from its centre, of unit length.
+    pub presses: Vec<(Vec3, f64)>,
+    /// Grips that were lost to too much force.
+    pub slipped: u64,
+    pub(crate) surface: SurfaceSearch,
+    pub(crate) loads: PlaceLoads,
+    /// The edit under way; `None`: it passes through everything.
+    action: Option<Box<dyn Action>>,
+    patch: Patch,
+    /// Cells that were wanted last, and when, s.
+    ball: Option<(ActiveBall, f64)>,
+    /// Per body: what it does to its nodes.
+    springs: Vec<NodeSprings>,
+}
+
+/// s, how long the cells around a contact stay free after it has ended, to spring back by themselves.
+const SPRING_BACK: f64 = 0.25;
+
+impl Tool {
+    /// A tool of `radius` (m) for a scene of `bodies`.
+    pub fn new(name: String, radius: f64, friction: Friction, coupling: Coupling, bodies: usize) -> Self {
+        Self {
+            name,
+            proxy: Proxy::new(Vec3::zeros(), radius),
+            friction,
+            coupling,
+            blade: None,
+            depth: 0.0,
+            presses: Vec::new(),
+            slipped: 0,
+            surface: SurfaceSearch::new(bodies),
+            loads: PlaceLoads::default(),
+            action: None,
+            patch: Patch::default(),
+            ball: None,
+            springs: (0..bodies).map(|_| NodeSprings::default()).collect(),
+        }
+    }
+
+    /// What it does to the nodes of a body.
+    pub fn springs(&self, body: usize) -> &NodeSprings {
+        &self.springs[body]
+    }
+
+    /// The same, to change.
+    pub fn springs_mut(&mut self, body: usize) -> &mut NodeSprings {
+        &mut self.springs[body]
+    }
+
+    /// Begins an edit, or ends it with `None`.
+    pub fn set_action(&mut self, action: Option<Box<dyn Action>>) {
+        self.action = action;
+    }
+
+    /// Whether an edit is under way.
+    pub fn is_active(&self) -> bool {
+        self.action.is_some()
+    }
+
+    /// Whether it holds on to a body.
+    pub fn holds(&self) -> bool {
+        self.action.as_ref().is_some_and(|action| action.holds())
+    }
+
+    /// Whether it meets sheets as a fingertip now.
+    pub fn is_fingertip(&self) -> bool {
+        self.action.as_ref().is_some_and(|action| action.is_fingertip())
+    }
+
+    /// Where it is in contact.
+    pub fn contact(&self) -> Option<ContactPlace> {
+        self.action.as_ref().and_then(|action| action.contact(self))
+    }
+
+    /// Has the edit under way change meshes; `last` when it ends.
+    ///
+    /// # Errors
+    /// What grid or material say.
+    pub fn cut(&mut self, hand: &Hand, bodies: &mut [Body], last: bool) -> Result<CutStep, LatticeError> {
+        let Some(mut action) = self.action.take() else { return Ok(CutStep::default()) };
+        let cut = action.cut(self, hand, bodies, last);
+        self.action = Some(action);
+        cut
+    }
+
+    /// Whether it is a ball to the grid of a body, and not a point.
+    pub fn is_ball(radius: f64, edge: f64) -> bool {
+        radius >= edge
+    }
+
+    /// The cells of the body `index` that must be active for it, at `time` (s): around its contact, or where it is about to touch.
+    pub fn wants(&mut self, index: usize, body: &Body, hand: &Hand, time: f64) -> Option<Ball> {
+        if let Some(action) = &self.action {
+            let approached = || {
+                let rest = self.approached(body, hand).filter(|_| hand.present)?;
+                Some(ActiveBall { body: index as u32, centre: rest, extra_radius: 0.0 })
+            };
+            let ball = match action.active_ball(self) {
+                Some(ball) => Some(ball).filter(|ball| ball.body as usize == index),
+                None => approached(),
+            };
+            self.ball = ball.map(|ball| (ball, time)).or(self.ball);
+        }
+        let (ball, since) = self.ball?;
+        let ActiveBall { body: of, centre, extra_radius } = ball;
+        let radius = body.carrier.radius() + extra_radius;
+        (of as usize == index && time - since <= SPRING_BACK).then_some(Ball { centre: centre.into(), radius })
+    }
+
+    /// The settled place the tool is closest to, if it may touch it soon.
+    fn approached(&self, body: &Body, hand: &Hand) -> Option<Vec3> {
+        let ahead = hand.position - self.proxy.position;
+        let reach = GRIP_REACH * self.proxy.radius + body.carrier.edge() + ahead.norm();
+        let centre = self.proxy.position;
+        let mut best: Option<(f64, u32, Vec3)> = None;
+        body.skin.tree.near(centre, reach, |triangle| {
+            let vertices = body.model.surface.triangles[triangle as usize];
+            let closest = closest_point(centre, vertices.map(|v| body.skin.settled[v as usize]));
+            let d = closest.point - centre;
+            let distance = d.norm();
+            let nearer = best.is_none_or(|(b, t, _)| (distance, triangle) < (b, t));
+            if distance <= reach && nearer {
+                let rest = weigh(vertices.map(|v| body.model.surface.points[v as usize]), closest.bary);
+                best = Some((distance, triangle, rest));
+            }
+        });
+        best.map(|(.., rest)| rest)
+    }
+
+    /// The cells of `body` have changed.
+    pub fn forget(&mut self, body: usize) {
+        self.surface.forget(body);
+    }
+
+    /// Lets go of everything, and stands at the hand.
+    pub fn release(&mut self, hand: &Hand) {
+        if let Some(action) = &mut self.action {
+            action.release();
+        }
+        self.stand_free(hand);
+    }
+
+    /// Stands at the hand, in contact with nothing and without loads.
+    pub(crate) fn stand_free(&mut self, hand: &Hand) {
+        self.proxy.touch = None;
+        self.proxy.position = hand.position;
+        self.surface.leave();
+        self.springs.iter_mut().for_each(NodeSprings::clear);
+    }
+
+    /// Follows the hand, and sets the loads on bodies.
+    ///
+    /// # Errors
+    /// What grid or material say.
+    pub fn follow(&mut self, step: &mut Step<'_>) -> Result<(), LatticeError> {
+        self.springs.iter_mut().for_each(NodeSprings::clear);
+        self.presses.clear();
+        self.depth = 0.0;
+        if !step.hand.present || self.action.is_none() {
+            self.release(step.hand);
+            return Ok(());
+        }
+        let contact = match self.contact() {
+            Some(ContactPlace { body, rest }) => {
+                let (now, settled) = step.bodies[body as usize].carry_one(rest)?;
+                Some(CarriedPlace { now, settled })
+            }
+            None => None,
+        };
+        let Some(mut action) = self.action.take() else { return Ok(()) };
+        let followed = action.follow(self, step, contact);
+        self.action = Some(action);
+        followed
+    }
+
+    /// Moves the proxy towards the hand as far as surfaces let it; `contact` (m) is where the surface has carried the last contact
+    /// point. Gives where the surface has carried the proxy, where it could stay if friction holds it.
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub(crate) fn slide_proxy(
+        &mut self,
+        step: &mut Step<'_>,
+        contact: Option<Vec3>,
+    ) -> Result<Option<Vec3>, LatticeError> {
+        let search = self.surface.by_tool(step.bodies, step.moved, self.proxy.radius);
+        self.proxy.go(step.hand.position, contact, search)
+    }
+
+    /// Gives the body a force (N) over a disc around a rest place.
+    pub(crate) fn press_disc(
+        &mut self,
+        body: &mut Body,
+        index: u32,
+        (rest, normal): (Vec3, Vec3),
+        pulled: Vec3,
+    ) -> Result<(), LatticeError> {
+        self.patch.sample(rest, normal, body.carrier.edge());
+        let (scale, spring) = self.coupling.cap(pulled);
+        self.loads.clear();
+        for (place, share) in self.patch.places.iter().zip(&self.patch.shares) {
+            let stiffness = diagonal(spring * share * self.coupling.stiffness);
+            let damping = diagonal(spring * share * self.coupling.damping);
+            self.loads.push(*place, scale * share * pulled, stiffness, damping);
+        }
+        self.attach_loads(body, index)
+    }
+
+    /// Gives [`Tool::loads`] to the nodes of the body `index`.
+    pub(crate) fn attach_loads(&mut self, body: &mut Body, index: u32) -> Result<(), LatticeError> {
+        self.loads.attach(body, &mut self.springs[index as usize])
+    }
+
+    /// N, on the hand, at the end of a step: the opposite of what the bodies felt.
+    pub fn reaction(&self, bodies: &[Body]) -> Vec3 {
+        let each = self.springs.iter().zip(bodies).filter(|(springs, _)| !springs.is_empty());
+        each.fold(Vec3::zeros(), |force, (springs, body)| {
+            force - springs.total(&body.system.nodes.x, &body.system.nodes.v)
+        })
+    }
+}
+
+/// A block with one value along its diagonal.
+pub(crate) fn diagonal(value: f64) -> Block {
+    std::array::from_fn(|e| if e % 4 == 0 { value } else { 0.0 })
+}
+
+/// The direction of a vector that has one.
+pub(crate) fn direction(of: Vec3) -> Option<Vec3> {
+    let size = of.norm();
+    (size > 0.0).then(|| of / size)
+}
