@@ -1,11 +1,11 @@
-//! A twin as a process of its own, and what it says.
+//! Running a twin as a process and reading its events.
 
 use crate::program;
 use serde_json::Value;
 use std::io::{BufRead, BufReader};
 use std::process::{Child, ChildStdout, Command, Stdio};
 
-/// What the conformance suite asks of a device besides what it asks of every plugin.
+/// The cases of the conformance suite that only devices have.
 pub const CASES_OF_A_DEVICE: [&str; 6] = [
     "limits-are-valid",
     "poses-are-valid",
@@ -15,16 +15,16 @@ pub const CASES_OF_A_DEVICE: [&str; 6] = [
     "reopened-device-is-silent",
 ];
 
-/// A running twin; ended when dropped.
+/// A running twin; killed when dropped.
 pub struct Twin {
     child: Child,
     lines: BufReader<ChildStdout>,
-    /// Where it listens.
+    /// Address and port it listens at.
     pub address: String,
 }
 
 impl Twin {
-    /// Starts the twin of the exoskeleton through the program, on a free port.
+    /// Starts the twin of the exoskeleton with `pliant device emulate`, on a free port of the loopback interface.
     ///
     /// # Panics
     /// If it does not start.
@@ -32,7 +32,7 @@ impl Twin {
         Self::at("127.0.0.1:0", args)
     }
 
-    /// The same at an address.
+    /// Starts the twin of the exoskeleton at an address.
     ///
     /// # Panics
     /// If it does not start.
@@ -46,31 +46,31 @@ impl Twin {
         twin
     }
 
-    /// What it says of the next event of a kind; others are passed over.
+    /// Waits for the next event of a kind and returns it; skips other events.
     ///
     /// # Panics
-    /// If it ends before.
+    /// If the twin ends before.
     pub fn until(&mut self, event: &str) -> Value {
         loop {
             let mut line = String::new();
             let read = self.lines.read_line(&mut line).expect("readable");
             assert!(read > 0, "the twin ended before `{event}`");
-            let said: Value = serde_json::from_str(&line).unwrap_or_else(|e| panic!("{e} in {line}"));
-            if said["event"] == event {
-                return said;
+            let value: Value = serde_json::from_str(&line).unwrap_or_else(|e| panic!("{e} in {line}"));
+            if value["event"] == event {
+                return value;
             }
         }
     }
 
-    /// Its process number; that of the program that started it, which it took over.
+    /// Its process id: `pliant device emulate` replaces itself by the twin.
     pub fn id(&self) -> u32 {
         self.child.id()
     }
 
-    /// Kills it, as kill -9 does.
+    /// Kills it with SIGKILL.
     ///
     /// # Panics
-    /// If it cannot be.
+    /// If the system refuses.
     pub fn kill(&mut self) {
         self.child.kill().expect("killed");
         self.child.wait().expect("gone");

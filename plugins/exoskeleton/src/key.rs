@@ -1,26 +1,26 @@
-//! A key both sides know, and the tag it puts under a datagram: SipHash-2-4 with 128 bits (Aumasson and Bernstein 2012), which
-//! was made for short messages and takes less than a microsecond here.
+//! Message authentication with a shared key: SipHash-2-4 with a 128 bit tag (Aumasson and Bernstein 2012). SipHash is made for short
+//! messages; a datagram takes less than a microsecond.
 
 use siphasher::sip128::{Hasher128, SipHasher24};
 use std::hash::Hasher;
 
-/// Bytes of a tag.
-pub const TAG: usize = 16;
+/// Bytes of an authentication tag.
+pub const TAG_BYTES: usize = 16;
 
-/// A shared secret.
+/// A secret key of 128 bits that the host and the device share.
 #[derive(Clone)]
 pub struct Key(SipHasher24);
 
 impl Key {
-    /// From 16 bytes.
+    /// The key with these bytes.
     pub fn new(bytes: &[u8; 16]) -> Self {
         Self(SipHasher24::new_with_key(bytes))
     }
 
-    /// From a file that holds 32 hexadecimal digits.
+    /// Reads a key from a file of 32 hexadecimal digits; white space around them is ignored.
     ///
     /// # Errors
-    /// A sentence that names the file, and never what is in it.
+    /// If the file cannot be read or holds something else. The message names the file and never shows its contents.
     pub fn from_file(file: &str) -> Result<Self, String> {
         let text = std::fs::read_to_string(file).map_err(|e| format!("{file}: {e}"))?;
         let digits = text.trim();
@@ -35,16 +35,17 @@ impl Key {
         Ok(Self::new(&bytes))
     }
 
-    /// The tag of a message.
-    pub fn tag(&self, message: &[u8]) -> [u8; TAG] {
+    /// The authentication tag of a message.
+    pub fn tag(&self, message: &[u8]) -> [u8; TAG_BYTES] {
         let mut hasher = self.0;
         hasher.write(message);
         hasher.finish128().as_bytes()
     }
 
-    /// Whether a tag is the message's; takes as long for a wrong one as for the right one.
-    pub fn is_tag(&self, message: &[u8], tag: &[u8]) -> bool {
-        let own = self.tag(message);
-        tag.len() == TAG && own.iter().zip(tag).fold(0, |differ, (a, b)| differ | (a ^ b)) == 0
+    /// Whether `tag` is the tag of `message`. Takes the same time for every wrong tag, so that the time says nothing about the right
+    /// one.
+    pub fn verify(&self, message: &[u8], tag: &[u8]) -> bool {
+        let expected = self.tag(message);
+        tag.len() == TAG_BYTES && expected.iter().zip(tag).fold(0, |difference, (a, b)| difference | (a ^ b)) == 0
     }
 }

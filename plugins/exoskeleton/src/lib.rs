@@ -1,8 +1,8 @@
-//! A hand exoskeleton with force on the tips of index and thumb, and a tactile array on each (Fontana et al. 2013, Salsedo et
-//! al. 2011, as in Tripicchio, D'Avella and Ruffaldi 2022), over UDP.
+//! A hand exoskeleton with force feedback on the tips of index and thumb and a tactile array on each (Fontana et al. 2013, Salsedo et
+//! al. 2011, as used by Tripicchio, D'Avella and Ruffaldi 2022), over UDP.
 //!
-//! The published descriptions give 5 x 6 pins of at most 73 mN, 2.4 mm across; pitch, forces, stiffness and workspace are not
-//! in them, so they are parameters, and their defaults are assumptions. Tested against a twin, never on hardware.
+//! The publications give the tactile arrays: 5 x 6 pins of at most 73 mN, 2.4 mm in diameter. They do not give pitch, forces, stiffness
+//! and workspace; these are parameters, with assumed defaults. The plugin was tested against its twin, never on hardware.
 
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))]
 
@@ -14,73 +14,76 @@ pub mod wire;
 
 use core::ffi::CStr;
 use key::Key;
-use link::{Link, Say};
+use link::{CommandKind, Link};
 use params::{PARAMS, Settings};
 use pliant_plugin_api::abi::{DeviceInfo, Output, POSE_VALID, POSE_VELOCITY, Pose};
 use pliant_plugin_api::{AsDevice, Device, Fault, Finding, Info, Params, export_plugins};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Duration;
-use wire::{EFFECTORS, Feel};
+use wire::{EFFECTOR_COUNT, FINGER_SENSED, FINGER_VELOCITY, FingerCommand};
 
-/// An exoskeleton that has answered.
+/// How often a stop and a goodbye are sent: datagrams get lost, and these are not repeated by the next tick.
+const STOP_REPEATS: usize = 3;
+
+/// An exoskeleton that is connected.
 pub struct Exoskeleton {
     link: Link,
-    facts: DeviceInfo,
-    /// ns, silence after which it is lost
-    patience: u64,
-    /// N, as bits, what was last sent to each fingertip, and until when on the host's clock, ns.
-    force: [[AtomicU64; 3]; EFFECTORS],
-    until: AtomicU64,
-    /// Outputs that were not finite, and those over a limit.
-    refused: AtomicU64,
-    clamped: AtomicU64,
-    /// Reads at which the last pose had expired.
-    poseless: AtomicU64,
+    info: DeviceInfo,
+    /// Silence after which the device counts as lost, ns.
+    silence_limit_ns: u64,
+    /// The force last sent to each fingertip, N, as the bits of an `f64`.
+    force_bits: [[AtomicU64; 3]; EFFECTOR_COUNT],
+    /// When that force expires, ns on the host's clock.
+    force_expires_ns: AtomicU64,
+    /// Forces that were not finite and were replaced by zero.
+    forces_rejected: AtomicU64,
+    /// Forces that were scaled down to the peak force.
+    forces_clamped: AtomicU64,
+    /// Calls of `read` that found the last pose expired.
+    reads_without_pose: AtomicU64,
 }
 
 impl Exoskeleton {
-    /// The conversation.
+    /// The session with the device.
     pub fn link(&self) -> &Link {
         &self.link
     }
 
-    fn keep(&self, feels: &[Feel; EFFECTORS], until: u64) {
-        for (kept, feel) in self.force.iter().zip(feels) {
-            kept.iter().zip(feel.force).for_each(|(to, f)| to.store(f.to_bits(), Ordering::Relaxed));
+    /// Remembers what is rendered, for `rendered`.
+    fn store_forces(&self, fingers: &[FingerCommand; EFFECTOR_COUNT], expires_ns: u64) {
+        for (stored, finger) in self.force_bits.iter().zip(fingers) {
+            stored.iter().zip(finger.force).for_each(|(bits, f)| bits.store(f.to_bits(), Ordering::Relaxed));
         }
-        self.until.store(until, Ordering::Relaxed);
+        self.force_expires_ns.store(expires_ns, Ordering::Relaxed);
     }
 
-    /// What of an output this device may be told.
-    fn limit(&self, output: &Output) -> Feel {
-        let mut feel = Feel::default();
-        let size = output.force.iter().map(|f| f * f).sum::<f64>().sqrt();
+    /// The command for one fingertip, within the limits of the device.
+    fn limited_command(&self, output: &Output) -> FingerCommand {
+        let mut command = FingerCommand::default();
+        let norm = output.force.iter().map(|f| f * f).sum::<f64>().sqrt();
         if !output.force.iter().all(|f| f.is_finite()) {
-            self.refused.fetch_add(1, Ordering::Relaxed);
-        } else if size > self.facts.peak_force {
-            self.clamped.fetch_add(1, Ordering::Relaxed);
-            let scale = if size.is_finite() { self.facts.peak_force / size } else { 0.0 };
-            feel.force = output.force.map(|f| f * scale);
+            self.forces_rejected.fetch_add(1, Ordering::Relaxed);
+        } else if norm > self.info.peak_force {
+            self.forces_clamped.fetch_add(1, Ordering::Relaxed);
+            // The norm of finite numbers can overflow.
+            let scale = if norm.is_finite() { self.info.peak_force / norm } else { 0.0 };
+            command.force = output.force.map(|f| f * scale);
         } else {
-            feel.force = output.force;
+            command.force = output.force;
         }
-        let most = self.facts.taxel_force;
-        for (to, wanted) in feel.taxels.iter_mut().zip(self.taxels(output)) {
-            // A comparison with a value that is no number is false.
-            *to = if *wanted > 0.0 { wanted.min(most) as f32 } else { 0.0 };
+        for (taxel, force) in command.taxels.iter_mut().zip(self.taxel_forces(output)) {
+            // False for NaN, which becomes 0.
+            *taxel = if *force > 0.0 { force.min(self.info.taxel_force) as f32 } else { 0.0 };
         }
-        feel
+        command
     }
 
     #[allow(unsafe_code, reason = "reads the array whose length the host takes from `describe`")]
-    fn taxels<'a>(&self, output: &'a Output) -> &'a [f64] {
+    fn taxel_forces<'a>(&self, output: &'a Output) -> &'a [f64] {
         if output.taxels.is_null() {
             return &[];
         }
         // SAFETY: rows x columns doubles, as described, borrowed for the call of `write`.
-        unsafe {
-            core::slice::from_raw_parts(output.taxels, (self.facts.taxel_rows * self.facts.taxel_columns) as usize)
-        }
+        unsafe { core::slice::from_raw_parts(output.taxels, (self.info.taxel_rows * self.info.taxel_columns) as usize) }
     }
 }
 
@@ -97,35 +100,34 @@ impl Device for Exoskeleton {
         let settings = Settings::read(params)?;
         let key = settings.key.as_deref().map(Key::from_file).transpose().map_err(Fault::bad_argument)?;
         let link = Link::new(settings.peer, settings.layout, key).map_err(|e| Fault::io(e.to_string()))?;
-        link.meet(Duration::from_secs_f64(settings.patience))
-            .map_err(|e| Fault::io(format!("{e}; {}", params::REMEDY)))?;
+        link.connect(settings.connect_timeout).map_err(|e| Fault::io(format!("{e}; {}", params::NO_ANSWER_REMEDY)))?;
         Ok(Self {
             link,
-            facts: settings.facts,
-            patience: (settings.lost_after * 1e9) as u64,
-            force: Default::default(),
-            until: AtomicU64::new(0),
-            refused: AtomicU64::new(0),
-            clamped: AtomicU64::new(0),
-            poseless: AtomicU64::new(0),
+            info: settings.info,
+            silence_limit_ns: settings.silence_limit.as_nanos() as u64,
+            force_bits: Default::default(),
+            force_expires_ns: AtomicU64::new(0),
+            forces_rejected: AtomicU64::new(0),
+            forces_clamped: AtomicU64::new(0),
+            reads_without_pose: AtomicU64::new(0),
         })
     }
 
     fn describe(&self) -> DeviceInfo {
-        self.facts
+        self.info
     }
 
     fn read(&self, time: u64, poses: &mut [Pose]) -> Result<(), Fault> {
-        let news = self.link.hear();
-        if news.age > self.patience {
+        let latest = self.link.receive();
+        if latest.age_ns > self.silence_limit_ns {
             return Err(Fault::io("the exoskeleton has fallen silent"));
         }
-        self.poseless.fetch_add(u64::from(!news.holds), Ordering::Relaxed);
-        for (pose, finger) in poses.iter_mut().zip(&news.fingers) {
-            let sensed = news.holds && finger.flags & 1 != 0;
-            let velocity = if finger.flags & 2 != 0 { POSE_VELOCITY } else { 0 };
+        self.reads_without_pose.fetch_add(u64::from(!latest.is_valid), Ordering::Relaxed);
+        for (pose, finger) in poses.iter_mut().zip(&latest.fingers) {
+            let sensed = latest.is_valid && finger.flags & FINGER_SENSED != 0;
+            let velocity = if finger.flags & FINGER_VELOCITY != 0 { POSE_VELOCITY } else { 0 };
             *pose = Pose {
-                time_ns: time.saturating_sub(news.age),
+                time_ns: time.saturating_sub(latest.age_ns),
                 flags: if sensed { POSE_VALID | velocity } else { 0 },
                 buttons: finger.buttons,
                 position: finger.position,
@@ -138,51 +140,51 @@ impl Device for Exoskeleton {
     }
 
     fn write(&self, time: u64, outputs: &[Output]) -> Result<(), Fault> {
-        let mut feels = [Feel::default(); EFFECTORS];
-        let mut until = u64::MAX;
-        for (feel, output) in feels.iter_mut().zip(outputs) {
-            *feel = self.limit(output);
-            until = until.min(output.valid_until_ns);
+        let mut fingers = [FingerCommand::default(); EFFECTOR_COUNT];
+        let mut expires_ns = u64::MAX;
+        for (finger, output) in fingers.iter_mut().zip(outputs) {
+            *finger = self.limited_command(output);
+            expires_ns = expires_ns.min(output.valid_until_ns);
         }
-        self.keep(&feels, until);
-        self.link.send(&feels, until.saturating_sub(time), Say::Feel);
+        self.store_forces(&fingers, expires_ns);
+        self.link.send(&fingers, expires_ns.saturating_sub(time), CommandKind::Render);
         Ok(())
     }
 
     fn stop(&self) {
-        self.keep(&[Feel::default(); EFFECTORS], 0);
-        // Thrice: one may get lost, and a stop is worth it.
-        (0..3).for_each(|_| self.link.send(&[Feel::default(); EFFECTORS], 0, Say::Stop));
+        let zero = [FingerCommand::default(); EFFECTOR_COUNT];
+        self.store_forces(&zero, 0);
+        (0..STOP_REPEATS).for_each(|_| self.link.send(&zero, 0, CommandKind::Stop));
     }
 
     fn rendered(&self, time: u64, outputs: &mut [Output]) -> Result<(), Fault> {
-        let holds = time < self.until.load(Ordering::Relaxed);
-        for (output, kept) in outputs.iter_mut().zip(&self.force) {
-            for (to, from) in output.force.iter_mut().zip(kept) {
-                *to = if holds { f64::from_bits(from.load(Ordering::Relaxed)) } else { 0.0 };
+        let is_valid = time < self.force_expires_ns.load(Ordering::Relaxed);
+        for (output, stored) in outputs.iter_mut().zip(&self.force_bits) {
+            for (component, bits) in output.force.iter_mut().zip(stored) {
+                *component = if is_valid { f64::from_bits(bits.load(Ordering::Relaxed)) } else { 0.0 };
             }
         }
         Ok(())
     }
 
     fn counter(&self, index: u32) -> Option<(&'static CStr, u64)> {
-        let c = self.link.counts();
-        let all = [
-            (c"poses taken", c.taken),
-            (c"poses late", c.late),
-            (c"poses duplicate", c.duplicate),
-            (c"poses lost", c.lost),
-            (c"poses stale", c.stale),
-            (c"datagrams malformed", c.malformed),
-            (c"datagrams unauthentic", c.unauthentic),
-            (c"datagrams foreign", c.foreign),
-            (c"reads without a pose", self.poseless.load(Ordering::Relaxed)),
-            (c"commands sent", self.link.sent()),
-            (c"commands unsent", self.link.unsent()),
-            (c"forces refused", self.refused.load(Ordering::Relaxed)),
-            (c"forces clamped", self.clamped.load(Ordering::Relaxed)),
+        let counts = self.link.counts();
+        let counters = [
+            (c"poses accepted", counts.accepted),
+            (c"poses late", counts.late),
+            (c"poses duplicate", counts.duplicate),
+            (c"poses lost", counts.lost),
+            (c"poses stale", counts.stale),
+            (c"datagrams malformed", counts.malformed),
+            (c"datagrams unauthentic", counts.unauthentic),
+            (c"datagrams foreign", counts.foreign),
+            (c"reads without a pose", self.reads_without_pose.load(Ordering::Relaxed)),
+            (c"commands sent", self.link.sent_count()),
+            (c"commands unsent", self.link.unsent_count()),
+            (c"forces rejected", self.forces_rejected.load(Ordering::Relaxed)),
+            (c"forces clamped", self.forces_clamped.load(Ordering::Relaxed)),
         ];
-        all.get(index as usize).copied()
+        counters.get(index as usize).copied()
     }
 
     fn probe(params: &Params<'_>) -> Vec<Finding> {
@@ -192,7 +194,8 @@ impl Device for Exoskeleton {
 
 impl Drop for Exoskeleton {
     fn drop(&mut self) {
-        (0..3).for_each(|_| self.link.send(&[Feel::default(); EFFECTORS], 0, Say::Goodbye));
+        let zero = [FingerCommand::default(); EFFECTOR_COUNT];
+        (0..STOP_REPEATS).for_each(|_| self.link.send(&zero, 0, CommandKind::Goodbye));
     }
 }
 

@@ -1,12 +1,14 @@
-//! The host's end of a conversation: a socket, what was heard last, and what is being rendered.
+//! The host's end of a session with the device: a UDP socket, the last state received, and the commands sent.
 //!
-//! A conversation begins with a command that renders nothing and names no receiver. The device answers with poses that carry
-//! a number of its own, and obeys only commands that give that number back: a sender that does not hear the device cannot
-//! know it, and a recording of an earlier conversation has another one.
+//! A session begins with a command that renders nothing and carries 0 as the receiver's nonce. The device answers with poses that carry
+//! a nonce of its own, and from then on renders only commands that return this nonce. A sender that does not receive the device's
+//! datagrams cannot know it, and a recording of an earlier session carries another one.
 
 use crate::key::Key;
-use crate::receiver::{Counts, Receiver};
-use crate::wire::{self, EFFECTORS, Feel, Finger, Header, Layout, MOST_BYTES, Refused};
+use crate::receiver::{ReceiveCounts, Receiver};
+use crate::wire::{
+    self, EFFECTOR_COUNT, FingerCommand, FingerState, Header, MAX_DATAGRAM_BYTES, MAX_VALID_US, TaxelLayout,
+};
 use std::collections::hash_map::RandomState;
 use std::hash::{BuildHasher, Hasher};
 use std::io::ErrorKind;
@@ -15,61 +17,75 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
-/// Where a device is when nothing else is said.
+/// Address and port of the device if the scene gives none.
 pub const DEFAULT_PEER: &str = "127.0.0.1:48620";
-/// Most datagrams one call takes in.
-const MOST_AT_ONCE: usize = 256;
-/// Largest datagram there is, so that a longer one is told from a whole one.
-const BUFFER: usize = MOST_BYTES + 1;
+/// Most datagrams one call of [`Link::receive`] processes, so that a flood of them cannot stop the haptic loop.
+const MAX_DATAGRAMS_PER_CALL: usize = 256;
+/// Time between two attempts to begin a session.
+const CONNECT_INTERVAL: Duration = Duration::from_millis(2);
+/// Bytes of the receive buffer: one more than a valid datagram has, so that a longer one is not taken for a valid one when cut off.
+const BUFFER_BYTES: usize = MAX_DATAGRAM_BYTES + 1;
 
-/// A number nobody can guess and that is not 0: the seed of a hash map of the standard library.
+/// A random number other than 0. It comes from the seed of the standard library's hash maps, which the system's generator fills.
 pub fn nonce() -> u64 {
     RandomState::new().build_hasher().finish().max(1)
 }
 
-/// What was heard.
-struct Heard {
+/// What was received from the device.
+struct ReceiveState {
     receiver: Receiver,
-    counts: Counts,
-    fingers: [Finger; EFFECTORS],
-    /// ns, since the start
-    arrived: u64,
-    deadline: u64,
+    counts: ReceiveCounts,
+    fingers: [FingerState; EFFECTOR_COUNT],
+    /// Arrival of the newest pose and the end of its validity, ns on the link's clock.
+    arrived_ns: u64,
+    expires_ns: u64,
 }
 
-/// A socket and a conversation on it.
+/// A socket and a session with the device at one address.
 pub struct Link {
     socket: UdpSocket,
     peer: SocketAddr,
-    layout: Layout,
+    layout: TaxelLayout,
     key: Option<Key>,
     start: Instant,
-    /// Our number of this conversation, and the device's; 0 before it is known.
-    own: u64,
-    theirs: AtomicU64,
+    /// Nonce of the host in this session.
+    own_nonce: u64,
+    /// Nonce of the device in this session; 0 before it has answered.
+    peer_nonce: AtomicU64,
+    /// Sequence number of the last command.
     sequence: AtomicU64,
-    /// Datagrams the system did not take.
     unsent: AtomicU64,
-    heard: Mutex<Heard>,
+    state: Mutex<ReceiveState>,
 }
 
-/// The newest of the device.
+/// The newest state of the device.
 #[derive(Clone, Copy, Debug)]
-pub struct News {
-    /// As it was sensed.
-    pub fingers: [Finger; EFFECTORS],
-    /// Whether it still holds.
-    pub holds: bool,
-    /// ns, since it arrived
-    pub age: u64,
+pub struct LatestState {
+    /// The fingertips as the device sensed them.
+    pub fingers: [FingerState; EFFECTOR_COUNT],
+    /// Whether the state has not expired.
+    pub is_valid: bool,
+    /// Time since its arrival, ns.
+    pub age_ns: u64,
+}
+
+/// What a command asks of the device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CommandKind {
+    /// To render the forces and taxels in it.
+    Render,
+    /// To render nothing, at once.
+    Stop,
+    /// To render nothing, at once, and to end the session.
+    Goodbye,
 }
 
 impl Link {
-    /// Binds a socket that reaches `peer`: on loopback where that is one.
+    /// Binds a socket for a device at `peer`; bound to the loopback interface if `peer` is a loopback address. Sends nothing.
     ///
     /// # Errors
-    /// What the system says.
-    pub fn new(peer: SocketAddr, layout: Layout, key: Option<Key>) -> std::io::Result<Self> {
+    /// If the system refuses the socket.
+    pub fn new(peer: SocketAddr, layout: TaxelLayout, key: Option<Key>) -> std::io::Result<Self> {
         let local: SocketAddr = match peer {
             SocketAddr::V4(a) if a.ip().is_loopback() => (Ipv4Addr::LOCALHOST, 0).into(),
             SocketAddr::V4(_) => (Ipv4Addr::UNSPECIFIED, 0).into(),
@@ -78,12 +94,12 @@ impl Link {
         };
         let socket = UdpSocket::bind(local)?;
         socket.set_nonblocking(true)?;
-        let heard = Heard {
+        let state = ReceiveState {
             receiver: Receiver::default(),
-            counts: Counts::default(),
-            fingers: [Finger::default(); EFFECTORS],
-            arrived: 0,
-            deadline: 0,
+            counts: ReceiveCounts::default(),
+            fingers: [FingerState::default(); EFFECTOR_COUNT],
+            arrived_ns: 0,
+            expires_ns: 0,
         };
         Ok(Self {
             socket,
@@ -91,156 +107,154 @@ impl Link {
             layout,
             key,
             start: Instant::now(),
-            own: nonce(),
-            theirs: AtomicU64::new(0),
+            own_nonce: nonce(),
+            peer_nonce: AtomicU64::new(0),
             sequence: AtomicU64::new(0),
             unsent: AtomicU64::new(0),
-            heard: Mutex::new(heard),
+            state: Mutex::new(state),
         })
     }
 
-    /// Says hello until the device answers.
+    /// Sends commands that render nothing until the device answers.
     ///
     /// # Errors
-    /// It does not, within `patience`.
-    pub fn meet(&self, patience: Duration) -> Result<(), String> {
-        let begun = Instant::now();
+    /// If it does not answer within `timeout`. The message names the address and what was received instead.
+    pub fn connect(&self, timeout: Duration) -> Result<(), String> {
+        let begin = Instant::now();
         loop {
-            self.hear();
-            if self.theirs.load(Ordering::Relaxed) != 0 {
+            self.receive();
+            if self.peer_nonce.load(Ordering::Relaxed) != 0 {
                 return Ok(());
             }
-            if begun.elapsed() >= patience {
-                return Err(format!("no exoskeleton answers at {}{}", self.peer, self.why_not()));
+            if begin.elapsed() >= timeout {
+                return Err(format!("no exoskeleton answers at {}{}", self.peer, self.rejection_hint()));
             }
-            self.send(&[Feel::default(); EFFECTORS], 0, Say::Feel);
-            std::thread::sleep(Duration::from_millis(2));
+            self.send(&[FingerCommand::default(); EFFECTOR_COUNT], 0, CommandKind::Render);
+            std::thread::sleep(CONNECT_INTERVAL);
         }
     }
 
-    fn why_not(&self) -> &'static str {
+    /// The probable reason why all datagrams were rejected; empty if none arrived.
+    fn rejection_hint(&self) -> &'static str {
         let counts = self.counts();
-        match counts {
-            Counts { unauthentic: 1.., .. } => ": something is there, with another key or none",
-            Counts { malformed: 1.., .. } => ": something is there, of another version or with other taxels",
-            Counts { foreign: 1.., .. } => ": something is there, in conversation with another host",
-            _ => "",
+        if counts.unauthentic > 0 {
+            ": a device answers with another key, or one side has no key"
+        } else if counts.malformed > 0 {
+            ": a device answers with another protocol version or other taxels"
+        } else if counts.foreign > 0 {
+            ": a device answers that is in a session with another host"
+        } else {
+            ""
         }
     }
 
-    /// ns, since the link was made
-    pub fn now(&self) -> u64 {
+    /// Time since the link was made, ns.
+    pub fn now_ns(&self) -> u64 {
         self.start.elapsed().as_nanos() as u64
     }
 
-    /// Our own address.
-    pub fn local(&self) -> Option<SocketAddr> {
+    /// The address the socket is bound to; none if the system does not tell.
+    pub fn local_address(&self) -> Option<SocketAddr> {
         self.socket.local_addr().ok()
     }
 
-    /// Datagrams handed to the system, those it did not take among them.
-    pub fn sent(&self) -> u64 {
+    /// Number of commands given to the system, including those it did not send.
+    pub fn sent_count(&self) -> u64 {
         self.sequence.load(Ordering::Relaxed)
     }
 
-    /// Datagrams the system did not take.
-    pub fn unsent(&self) -> u64 {
+    /// Number of commands that the system did not send.
+    pub fn unsent_count(&self) -> u64 {
         self.unsent.load(Ordering::Relaxed)
     }
 
-    /// What became of what was received.
-    pub fn counts(&self) -> Counts {
-        self.heard().counts
+    /// What became of the received datagrams.
+    pub fn counts(&self) -> ReceiveCounts {
+        self.lock_state().counts
     }
 
-    /// Never waited for inside of a servo loop: only `read` takes it there, and nothing else runs beside it.
-    fn heard(&self) -> MutexGuard<'_, Heard> {
-        self.heard.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+    /// The lock is never contended in the haptic loop: only `read` takes it there, and the host calls the functions of a device one
+    /// after the other.
+    fn lock_state(&self) -> MutexGuard<'_, ReceiveState> {
+        self.state.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
     }
 
-    /// Takes in what has arrived, and gives the newest.
-    pub fn hear(&self) -> News {
-        let heard = &mut *self.heard();
-        let mut bytes = [0; BUFFER];
-        for _ in 0..MOST_AT_ONCE {
+    /// Processes the datagrams that have arrived, without waiting, and returns the newest state.
+    pub fn receive(&self) -> LatestState {
+        let state = &mut *self.lock_state();
+        let mut bytes = [0; BUFFER_BYTES];
+        for _ in 0..MAX_DATAGRAMS_PER_CALL {
             match self.socket.recv_from(&mut bytes) {
-                Ok((length, from)) => self.take(&bytes[..length], from, heard),
+                Ok((length, from)) => self.process_datagram(&bytes[..length], from, state),
                 Err(e) if e.kind() == ErrorKind::WouldBlock => break,
-                // A device that has gone away: the system gives its refusals one by one.
+                // If the device is gone, the system reports one "connection refused" per command; the datagrams are behind them.
                 Err(_) => {}
             }
         }
-        let now = self.now();
-        News { fingers: heard.fingers, holds: now < heard.deadline, age: now.saturating_sub(heard.arrived) }
+        let now_ns = self.now_ns();
+        LatestState {
+            fingers: state.fingers,
+            is_valid: now_ns < state.expires_ns,
+            age_ns: now_ns.saturating_sub(state.arrived_ns),
+        }
     }
 
-    fn take(&self, bytes: &[u8], from: SocketAddr, heard: &mut Heard) {
-        let counts = &mut heard.counts;
+    /// Counts a datagram, and stores its poses if it is the newest of this session and has not expired.
+    fn process_datagram(&self, bytes: &[u8], from: SocketAddr, state: &mut ReceiveState) {
+        let counts = &mut state.counts;
         if from != self.peer {
             counts.foreign += 1;
             return;
         }
         let (header, fingers) = match wire::read_pose(bytes, self.layout, self.key.as_ref()) {
-            Ok(read) => read,
-            Err(Refused::Key) => return counts.unauthentic += 1,
-            Err(_) => return counts.malformed += 1,
+            Ok(pose) => pose,
+            Err(rejection) => return rejection.count(counts),
         };
-        if header.to != self.own {
+        if header.receiver_nonce != self.own_nonce {
             counts.foreign += 1;
             return;
         }
-        if header.from != self.theirs.load(Ordering::Relaxed) {
-            // Only after it has fallen silent: else a device could be replaced in the middle of a touch.
-            if self.now() < heard.deadline {
+        if header.sender_nonce != self.peer_nonce.load(Ordering::Relaxed) {
+            // A new session begins only after the poses of the old one have expired: another device cannot take over during a contact.
+            if self.now_ns() < state.expires_ns {
                 counts.foreign += 1;
                 return;
             }
-            self.theirs.store(header.from, Ordering::Relaxed);
-            heard.receiver = Receiver::default();
+            self.peer_nonce.store(header.sender_nonce, Ordering::Relaxed);
+            state.receiver = Receiver::default();
         }
-        if !heard.receiver.is_newest(header.sequence, counts) {
+        if !state.receiver.accept(header.sequence, counts) {
             return;
         }
-        let now = self.now();
-        heard.arrived = now;
-        heard.deadline = heard.receiver.deadline(header.time, u64::from(header.valid) * 1000, now);
+        let now_ns = self.now_ns();
+        state.arrived_ns = now_ns;
+        state.expires_ns = state.receiver.expiry_ns(header.time_ns, u64::from(header.valid_us) * 1000, now_ns);
         if header.last {
-            heard.deadline = 0;
+            state.expires_ns = 0;
         }
-        if heard.deadline <= now {
+        if state.expires_ns <= now_ns {
             counts.stale += 1;
             return;
         }
-        heard.fingers = fingers;
+        state.fingers = fingers;
     }
 
-    /// Sends what to render for `valid` (ns).
-    pub fn send(&self, feels: &[Feel; EFFECTORS], valid: u64, say: Say) {
-        let theirs = self.theirs.load(Ordering::Relaxed);
+    /// Sends a command that is valid for `valid_ns`, at most [`MAX_VALID_US`]. Does not wait; a command that the system does not send is
+    /// counted.
+    pub fn send(&self, fingers: &[FingerCommand; EFFECTOR_COUNT], valid_ns: u64, kind: CommandKind) {
         let header = Header {
-            from: self.own,
-            to: theirs,
+            sender_nonce: self.own_nonce,
+            receiver_nonce: self.peer_nonce.load(Ordering::Relaxed),
             sequence: self.sequence.fetch_add(1, Ordering::Relaxed) + 1,
-            time: self.now(),
-            valid: u32::try_from(valid / 1000).unwrap_or(u32::MAX).min(wire::MOST_VALID),
-            stop: say != Say::Feel,
-            last: say == Say::Goodbye,
+            time_ns: self.now_ns(),
+            valid_us: u32::try_from(valid_ns / 1000).unwrap_or(u32::MAX).min(MAX_VALID_US),
+            stop: kind != CommandKind::Render,
+            last: kind == CommandKind::Goodbye,
         };
-        let mut bytes = [0; MOST_BYTES];
-        let length = wire::write_command(&mut bytes, self.layout, &header, feels, self.key.as_ref());
+        let mut bytes = [0; MAX_DATAGRAM_BYTES];
+        let length = wire::write_command(&mut bytes, self.layout, &header, fingers, self.key.as_ref());
         if self.socket.send_to(&bytes[..length], self.peer).is_err() {
             self.unsent.fetch_add(1, Ordering::Relaxed);
         }
     }
-}
-
-/// What a command says.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Say {
-    /// Render this.
-    Feel,
-    /// Render nothing, at once.
-    Stop,
-    /// The same, and the host goes.
-    Goodbye,
 }

@@ -1,32 +1,33 @@
-//! Newest wins: which datagrams of a conversation are taken, and what became of the others.
+//! The receiving end of a session: accepts a datagram only if it is newer than all before it, counts the others, and estimates how long
+//! the content of a datagram is still valid.
 
-/// What was received, and what became of it. Every datagram is in exactly one of `taken`, `late`, `duplicate`, `malformed`,
+/// What became of the received datagrams. Every datagram is counted in exactly one of `accepted`, `late`, `duplicate`, `malformed`,
 /// `unauthentic` and `foreign`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counts {
-    /// Newer than all before.
-    pub taken: u64,
-    /// Arrived after a newer one.
+pub struct ReceiveCounts {
+    /// Datagrams newer than all before them.
+    pub accepted: u64,
+    /// Datagrams that arrived after a newer one, for the first time.
     pub late: u64,
-    /// Arrived before.
+    /// Datagrams that had arrived before, or that are too old to tell.
     pub duplicate: u64,
-    /// Sent and not arrived (yet).
+    /// Sequence numbers that have not arrived; falls when one arrives late.
     pub lost: u64,
-    /// Length, magic, version, kind, layout, checksum or a value is wrong.
+    /// Datagrams with a wrong length, magic, version, kind, layout, checksum or value.
     pub malformed: u64,
-    /// Without the right key.
+    /// Datagrams without the right key.
     pub unauthentic: u64,
-    /// From another sender or for another conversation.
+    /// Datagrams from another sender or of another session.
     pub foreign: u64,
-    /// Of those taken: so old on arrival that what it says did not hold any more.
+    /// Accepted datagrams whose content was no longer valid on arrival.
     pub stale: u64,
 }
 
-impl Counts {
-    /// Names and values, in order.
+impl ReceiveCounts {
+    /// Names and values, in the order of the fields.
     pub fn named(&self) -> [(&'static str, u64); 8] {
         [
-            ("taken", self.taken),
+            ("accepted", self.accepted),
             ("late", self.late),
             ("duplicate", self.duplicate),
             ("lost", self.lost),
@@ -38,74 +39,89 @@ impl Counts {
     }
 }
 
-/// Sequence numbers behind the newest that are told apart.
-const WINDOW: u64 = 4096;
-/// A sender's clock may run this much slower than ours.
-const DRIFT: f64 = 1e-4;
+/// Number of sequence numbers, counted back from the newest, whose arrival is remembered.
+const SEQUENCE_WINDOW: u64 = 4096;
+/// Largest assumed drift between the two clocks, seconds per second.
+const MAX_CLOCK_DRIFT: f64 = 1e-4;
 
-/// The receiving end of one conversation.
+/// The smallest difference of arrival and sending time seen so far: the clock offset plus the shortest travel time.
+#[derive(Clone, Copy)]
+struct ClockOffset {
+    /// Arrival time minus sending time, ns; each is on its own side's clock.
+    offset_ns: i128,
+    /// When it was updated last, ns on the receiver's clock.
+    updated_ns: u64,
+}
+
+/// The state of the receiving end of one session.
 pub struct Receiver {
     newest: u64,
-    /// Bit `s % WINDOW`: whether `s` has arrived, of the last `WINDOW`.
-    seen: [u64; (WINDOW / 64) as usize],
-    /// ns, arrival less time of sending, of the fastest so far, and when it was last looked at
-    offset: Option<(i128, u64)>,
+    /// Bit `s % SEQUENCE_WINDOW` tells whether sequence number `s` has arrived, for the last `SEQUENCE_WINDOW` numbers.
+    arrived: [u64; (SEQUENCE_WINDOW / 64) as usize],
+    clock_offset: Option<ClockOffset>,
 }
 
 impl Default for Receiver {
     fn default() -> Self {
-        Self { newest: 0, seen: [0; (WINDOW / 64) as usize], offset: None }
+        Self { newest: 0, arrived: [0; (SEQUENCE_WINDOW / 64) as usize], clock_offset: None }
     }
 }
 
 impl Receiver {
-    /// Whether a datagram with this number is newer than all before it.
-    pub fn is_newest(&mut self, sequence: u64, counts: &mut Counts) -> bool {
+    /// Records the arrival of a sequence number in `counts`. Returns whether it is newer than all before it, that is, whether its
+    /// datagram is to be used.
+    pub fn accept(&mut self, sequence: u64, counts: &mut ReceiveCounts) -> bool {
         if sequence > self.newest {
-            let missed = sequence - self.newest - 1;
-            for gone in (self.newest + 1..sequence).rev().take(WINDOW as usize) {
-                self.mark(gone, false);
+            let skipped = sequence - self.newest - 1;
+            for missing in (self.newest + 1..sequence).rev().take(SEQUENCE_WINDOW as usize) {
+                self.set_arrived(missing, false);
             }
-            self.mark(sequence, true);
+            self.set_arrived(sequence, true);
             self.newest = sequence;
-            counts.lost = counts.lost.saturating_add(missed);
-            counts.taken += 1;
+            counts.lost = counts.lost.saturating_add(skipped);
+            counts.accepted += 1;
             return true;
         }
-        if self.newest - sequence >= WINDOW || self.is_marked(sequence) {
+        if self.newest - sequence >= SEQUENCE_WINDOW || self.has_arrived(sequence) {
             counts.duplicate += 1;
             return false;
         }
-        self.mark(sequence, true);
+        self.set_arrived(sequence, true);
         counts.late += 1;
         counts.lost = counts.lost.saturating_sub(1);
         false
     }
 
-    /// ns on our clock: until when a content holds that was sent at `time` (ns, sender's clock), holds for `valid` (ns) and
-    /// arrived at `now`. The fastest datagram so far is taken to have taken no time; what another took longer is taken off.
-    pub fn deadline(&mut self, time: u64, valid: u64, now: u64) -> u64 {
-        let offset = i128::from(now) - i128::from(time);
-        let least = match self.offset {
-            None => offset,
-            Some((least, then)) => offset.min(least + (DRIFT * now.saturating_sub(then) as f64) as i128),
+    /// When the content of a datagram expires, ns on the receiver's clock. The datagram was sent at `sent_ns` on the sender's clock, is
+    /// valid for `valid_ns` and arrived at `now_ns` on the receiver's clock.
+    ///
+    /// The clocks are not synchronised: the fastest datagram so far counts as having travelled in no time, and what another travelled
+    /// longer than that is subtracted from its validity.
+    pub fn expiry_ns(&mut self, sent_ns: u64, valid_ns: u64, now_ns: u64) -> u64 {
+        let offset_ns = i128::from(now_ns) - i128::from(sent_ns);
+        let smallest_ns = match self.clock_offset {
+            None => offset_ns,
+            Some(previous) => {
+                let drift_ns = MAX_CLOCK_DRIFT * now_ns.saturating_sub(previous.updated_ns) as f64;
+                offset_ns.min(previous.offset_ns + drift_ns as i128)
+            }
         };
-        self.offset = Some((least, now));
-        let older = (offset - least).max(0) as u64;
-        now + valid.saturating_sub(older)
+        self.clock_offset = Some(ClockOffset { offset_ns: smallest_ns, updated_ns: now_ns });
+        let delay_ns = (offset_ns - smallest_ns).max(0) as u64;
+        now_ns + valid_ns.saturating_sub(delay_ns)
     }
 
-    fn mark(&mut self, sequence: u64, seen: bool) {
-        let (word, bit) = ((sequence % WINDOW / 64) as usize, sequence % 64);
-        if seen {
-            self.seen[word] |= 1 << bit;
+    fn set_arrived(&mut self, sequence: u64, arrived: bool) {
+        let (word, bit) = ((sequence % SEQUENCE_WINDOW / 64) as usize, sequence % 64);
+        if arrived {
+            self.arrived[word] |= 1 << bit;
         } else {
-            self.seen[word] &= !(1 << bit);
+            self.arrived[word] &= !(1 << bit);
         }
     }
 
-    fn is_marked(&self, sequence: u64) -> bool {
-        self.seen[(sequence % WINDOW / 64) as usize] >> (sequence % 64) & 1 == 1
+    fn has_arrived(&self, sequence: u64) -> bool {
+        self.arrived[(sequence % SEQUENCE_WINDOW / 64) as usize] >> (sequence % 64) & 1 == 1
     }
 }
 
@@ -115,25 +131,29 @@ mod tests {
 
     #[test]
     fn every_datagram_is_counted_once() {
-        let (mut receiver, mut counts) = (Receiver::default(), Counts::default());
-        let taken: Vec<bool> =
-            [1, 2, 5, 4, 5, 4, 9, 1].into_iter().map(|s| receiver.is_newest(s, &mut counts)).collect();
-        assert_eq!(taken, [true, true, true, false, false, false, true, false]);
-        assert_eq!((counts.taken, counts.late, counts.duplicate), (4, 1, 3));
+        let (mut receiver, mut counts) = (Receiver::default(), ReceiveCounts::default());
+        let accepted: Vec<bool> =
+            [1, 2, 5, 4, 5, 4, 9, 1].into_iter().map(|s| receiver.accept(s, &mut counts)).collect();
+        assert_eq!(accepted, [true, true, true, false, false, false, true, false]);
+        assert_eq!((counts.accepted, counts.late, counts.duplicate), (4, 1, 3));
         assert_eq!(counts.lost, 4, "3, 6, 7 and 8");
-        receiver.is_newest(1 << 40, &mut counts);
-        receiver.is_newest((1 << 40) - 5000, &mut counts);
-        assert_eq!(counts.duplicate, 4, "too old to be told apart");
-        receiver.is_newest(u64::MAX, &mut counts);
-        assert!(!receiver.is_newest(u64::MAX, &mut counts));
+        receiver.accept(1 << 40, &mut counts);
+        receiver.accept((1 << 40) - 5000, &mut counts);
+        assert_eq!(counts.duplicate, 4, "older than the window");
+        receiver.accept(u64::MAX, &mut counts);
+        assert!(!receiver.accept(u64::MAX, &mut counts));
     }
 
     #[test]
-    fn what_took_longer_holds_shorter() {
+    fn a_longer_travel_time_shortens_the_validity() {
         let mut receiver = Receiver::default();
-        assert_eq!(receiver.deadline(1_000, 50, 9_000), 9_050);
-        assert_eq!(receiver.deadline(2_000, 50, 10_020), 10_050, "20 ns later than the fastest");
-        assert_eq!(receiver.deadline(3_000, 50, 11_900), 11_900, "over before it came");
-        assert_eq!(receiver.deadline(u64::MAX, 50, 12_000), 12_050, "a wild clock gains nothing");
+        assert_eq!(receiver.expiry_ns(1_000, 50, 9_000), 9_050);
+        assert_eq!(receiver.expiry_ns(2_000, 50, 10_020), 10_050, "20 ns slower than the fastest");
+        assert_eq!(receiver.expiry_ns(3_000, 50, 11_900), 11_900, "expired before it arrived");
+        assert_eq!(
+            receiver.expiry_ns(u64::MAX, 50, 12_000),
+            12_050,
+            "a wrong sender clock does not extend the validity"
+        );
     }
 }

@@ -1,117 +1,148 @@
-//! Two fingers: where they want to be, and where what they feel lets them be.
+//! The motion of the two fingertips: along a path, rigidly or pushed away from it by the rendered force.
 
-use pliant_exoskeleton::wire::{EFFECTORS, Finger};
+use pliant_exoskeleton::wire::{EFFECTOR_COUNT, FINGER_SENSED, FINGER_VELOCITY, FingerState};
 
-type V3 = [f64; 3];
+/// A vector for each fingertip: index, then thumb.
+type FingertipVectors = [[f64; 3]; EFFECTOR_COUNT];
 
-/// Keyframes: s, then a place of each fingertip, m.
+/// Longest step of the integration of [`HandModel::Simulated`], s.
+const MAX_STEP: f64 = 2.5e-4;
+
+/// Orientations of the fingertips, quaternions x y z w: the pads face each other along z, so the thumb is turned by half a turn about y.
+const ORIENTATIONS: [[f64; 4]; EFFECTOR_COUNT] = [[0.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 0.0]];
+
+/// Positions of the fingertips at one time.
+#[derive(Clone, Copy, Debug)]
+struct Keyframe {
+    /// s
+    time: f64,
+    /// m
+    positions: FingertipVectors,
+}
+
+/// A path of both fingertips, piecewise linear in time.
 #[derive(Clone, Debug)]
-pub struct Path(Vec<(f64, [V3; EFFECTORS])>);
+pub struct FingerPath {
+    /// At least one, with ascending times.
+    keyframes: Vec<Keyframe>,
+}
 
-impl Default for Path {
-    /// Index and thumb close on what is between them, firmly, and pull it sideways. Tips of 8 mm that hardly met would hold a cloth
-    /// only where a vertex of it happens to be between them.
+impl Default for FingerPath {
+    /// A pinch: index and thumb close along z, then move sideways. The tips have a radius of 8 mm in the scenes; they close to 13 mm, so
+    /// that they overlap by 3 mm and hold a cloth between them everywhere, not only where one of its vertices lies on the axis.
     fn default() -> Self {
-        let at = |x: f64, z: f64| [[x, 0.0, z], [x, 0.0, -z]];
-        Self(vec![(0.0, at(0.0, 0.012)), (0.4, at(0.0, 0.0065)), (1.0, at(0.01, 0.0065))])
+        let keyframe =
+            |time, x: f64, half_gap: f64| Keyframe { time, positions: [[x, 0.0, half_gap], [x, 0.0, -half_gap]] };
+        Self { keyframes: vec![keyframe(0.0, 0.0, 0.012), keyframe(0.4, 0.0, 0.0065), keyframe(1.0, 0.01, 0.0065)] }
     }
 }
 
-impl Path {
-    /// From rows of `time,x,y,z,x,y,z`: index, then thumb.
+impl FingerPath {
+    /// Parses rows of `time,x,y,z,x,y,z` in s and m: the positions of index and thumb. Empty lines and lines that begin with `#` are
+    /// skipped.
     ///
     /// # Errors
-    /// A sentence with the line.
+    /// If a row has another format or times do not ascend; the message names the line. If there is no row.
     pub fn parse(text: &str) -> Result<Self, String> {
-        let mut keys: Vec<(f64, [V3; EFFECTORS])> = Vec::new();
+        let mut keyframes: Vec<Keyframe> = Vec::new();
         for (i, line) in text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty() && !l.starts_with('#')) {
             let row: Vec<f64> = line.split(',').map_while(|c| c.trim().parse().ok()).collect();
-            let later = |t: f64| keys.last().is_none_or(|(last, _)| t > *last);
+            let ascends = |time: f64| keyframes.last().is_none_or(|last| time > last.time);
             match row[..] {
-                [t, a, b, c, d, e, f] if row.iter().all(|n| n.is_finite()) && later(t) => {
-                    keys.push((t, [[a, b, c], [d, e, f]]));
+                [time, x0, y0, z0, x1, y1, z1] if row.iter().all(|n| n.is_finite()) && ascends(time) => {
+                    keyframes.push(Keyframe { time, positions: [[x0, y0, z0], [x1, y1, z1]] });
                 }
                 _ => {
-                    let allowed = "time,x,y,z,x,y,z in s and m, with times that rise";
+                    let allowed = "time,x,y,z,x,y,z in s and m, with ascending times";
                     return Err(format!("line {}: `{line}`; allowed is {allowed}", i + 1));
                 }
             }
         }
-        if keys.is_empty() { Err("no keyframe in it".into()) } else { Ok(Self(keys)) }
+        if keyframes.is_empty() { Err("no keyframe in it".into()) } else { Ok(Self { keyframes }) }
     }
 
-    /// Where the fingers want to be at a time, s: straight between keyframes.
-    pub fn at(&self, time: f64) -> [V3; EFFECTORS] {
-        let after = self.0.partition_point(|(t, _)| *t <= time);
-        match (after.checked_sub(1), self.0.get(after)) {
-            (None, _) => self.0[0].1,
-            (Some(i), None) => self.0[i].1,
-            (Some(i), Some((t1, to))) => {
-                let (t0, from) = &self.0[i];
-                let s = (time - t0) / (t1 - t0);
-                std::array::from_fn(|f| std::array::from_fn(|c| from[f][c] + s * (to[f][c] - from[f][c])))
+    /// Positions of the fingertips at a time (s), m: linear between keyframes, constant before the first and after the last.
+    pub fn positions(&self, time: f64) -> FingertipVectors {
+        let after = self.keyframes.partition_point(|k| k.time <= time);
+        match (after.checked_sub(1), self.keyframes.get(after)) {
+            (None, _) => self.keyframes[0].positions,
+            (Some(before), None) => self.keyframes[before].positions,
+            (Some(before), Some(to)) => {
+                let from = &self.keyframes[before];
+                let s = (time - from.time) / (to.time - from.time);
+                std::array::from_fn(|finger| {
+                    std::array::from_fn(|axis| {
+                        let (a, b) = (from.positions[finger][axis], to.positions[finger][axis]);
+                        a + s * (b - a)
+                    })
+                })
             }
         }
     }
 }
 
-/// How a finger follows its path.
+/// How a fingertip follows its path.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Hand {
-    /// Whatever it feels.
+pub enum HandModel {
+    /// Exactly, whatever force is rendered.
     Keyframed,
-    /// As a mass on a spring and a damper, which what it feels pushes away.
+    /// As a mass that a spring and a damper pull along the path and that the rendered force pushes away from it.
     Simulated {
-        /// kg, of the fingertip and what moves with it
+        /// Effective mass of the fingertip and what moves with it, kg.
         mass: f64,
-        /// N/m, to where it wants to be
+        /// Stiffness of the spring to the path, N/m.
         stiffness: f64,
-        /// N s/m, to the same
+        /// Damping of the velocity relative to the path, N s/m.
         damping: f64,
     },
 }
 
-/// Both fingers.
+/// Both fingertips in motion.
 pub struct Fingers {
-    path: Path,
-    hand: Hand,
-    quantum: f64,
-    x: [V3; EFFECTORS],
-    v: [V3; EFFECTORS],
+    path: FingerPath,
+    hand: HandModel,
+    /// m; 0 for unquantised positions.
+    position_quantum: f64,
+    /// m
+    positions: FingertipVectors,
+    /// m/s
+    velocities: FingertipVectors,
+    /// s since the start of the path
     time: f64,
 }
 
-/// s, the longest step of the hand's own motion
-const STEP: f64 = 2.5e-4;
-
 impl Fingers {
-    /// At the start of their path; positions are told in steps of `quantum`, m.
-    pub fn new(path: Path, hand: Hand, quantum: f64) -> Self {
-        let x = path.at(0.0);
-        Self { path, hand, quantum, x, v: [[0.0; 3]; EFFECTORS], time: 0.0 }
+    /// Fingertips at rest at the start of a path. The sensors report positions in multiples of `position_quantum` (m).
+    pub fn new(path: FingerPath, hand: HandModel, position_quantum: f64) -> Self {
+        let positions = path.positions(0.0);
+        Self { path, hand, position_quantum, positions, velocities: [[0.0; 3]; EFFECTOR_COUNT], time: 0.0 }
     }
 
-    /// Moves on by `dt` (s) under `force` (N).
-    pub fn advance(&mut self, dt: f64, force: &[V3; EFFECTORS]) {
+    /// Advances the motion by `dt` (s) under the rendered `forces` (N).
+    pub fn advance(&mut self, dt: f64, forces: &FingertipVectors) {
         if dt <= 0.0 {
             return;
         }
-        let steps = (dt / STEP).ceil().clamp(1.0, 1e4);
+        // The upper bound limits the work after the process was suspended for long.
+        let steps = (dt / MAX_STEP).ceil().clamp(1.0, 1e4);
         let h = dt / steps;
         for _ in 0..steps as usize {
-            let before = self.path.at(self.time);
+            let old_target = self.path.positions(self.time);
             self.time += h;
-            let wanted = self.path.at(self.time);
-            for f in 0..EFFECTORS {
-                for c in 0..3 {
-                    let speed = (wanted[f][c] - before[f][c]) / h;
+            let new_target = self.path.positions(self.time);
+            for finger in 0..EFFECTOR_COUNT {
+                for axis in 0..3 {
+                    let (position, velocity) = (&mut self.positions[finger][axis], &mut self.velocities[finger][axis]);
+                    let target = new_target[finger][axis];
+                    let target_velocity = (target - old_target[finger][axis]) / h;
                     match self.hand {
-                        Hand::Keyframed => (self.x[f][c], self.v[f][c]) = (wanted[f][c], speed),
-                        Hand::Simulated { mass, stiffness, damping } => {
-                            // The damper is taken at the end of the step, so that no damping is too much.
-                            let push = force[f][c] + stiffness * (wanted[f][c] - self.x[f][c]) + damping * speed;
-                            self.v[f][c] = (self.v[f][c] + h / mass * push) / (1.0 + h * damping / mass);
-                            self.x[f][c] += h * self.v[f][c];
+                        HandModel::Keyframed => (*position, *velocity) = (target, target_velocity),
+                        HandModel::Simulated { mass, stiffness, damping } => {
+                            let force =
+                                forces[finger][axis] + stiffness * (target - *position) + damping * target_velocity;
+                            // Symplectic Euler with implicit damping, which is stable for any damping.
+                            *velocity = (*velocity + h / mass * force) / (1.0 + h * damping / mass);
+                            *position += h * *velocity;
                         }
                     }
                 }
@@ -119,17 +150,16 @@ impl Fingers {
         }
     }
 
-    /// What the sensors say.
-    pub fn sensed(&self) -> [Finger; EFFECTORS] {
-        let quantised = |c: f64| if self.quantum > 0.0 { (c / self.quantum).round() * self.quantum } else { c };
-        // The pads face each other: -z of the index, and the thumb is turned around y.
-        let orientation = [[0.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 0.0]];
-        std::array::from_fn(|f| Finger {
-            flags: 3,
-            orientation: orientation[f],
-            position: self.x[f].map(quantised),
-            velocity: self.v[f],
-            ..Finger::default()
+    /// What the sensors report. The rendered forces in it are 0.
+    pub fn sensed(&self) -> [FingerState; EFFECTOR_COUNT] {
+        let quantum = self.position_quantum;
+        let quantised = |c: f64| if quantum > 0.0 { (c / quantum).round() * quantum } else { c };
+        std::array::from_fn(|finger| FingerState {
+            flags: FINGER_SENSED | FINGER_VELOCITY,
+            orientation: ORIENTATIONS[finger],
+            position: self.positions[finger].map(quantised),
+            velocity: self.velocities[finger],
+            ..FingerState::default()
         })
     }
 }
@@ -139,22 +169,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_steady_force_moves_a_hand_by_force_over_stiffness() {
-        let hand = Hand::Simulated { mass: 0.045, stiffness: 150.0, damping: 3.0 };
-        let mut fingers = Fingers::new(Path::parse("0,0,0,0,0,0,0").unwrap(), hand, 0.0);
+    fn a_constant_force_displaces_a_hand_by_force_over_stiffness() {
+        let hand = HandModel::Simulated { mass: 0.045, stiffness: 150.0, damping: 3.0 };
+        let mut fingers = Fingers::new(FingerPath::parse("0,0,0,0,0,0,0").unwrap(), hand, 0.0);
         for _ in 0..2000 {
             fingers.advance(1e-3, &[[1.5, 0.0, 0.0], [0.0, -0.75, 0.0]]);
         }
         fingers.advance(0.0, &[[1.0; 3]; 2]);
         let [index, thumb] = fingers.sensed();
-        assert!(index.velocity.iter().all(|c| c.is_finite()), "no time is no motion");
+        assert!(index.velocity.iter().all(|c| c.is_finite()), "a step of no length changes nothing");
         assert!((index.position[0] - 0.01).abs() < 1e-9 && (thumb.position[1] + 0.005).abs() < 1e-9);
     }
 
     #[test]
-    fn paths_that_are_none_are_refused_with_their_line() {
+    fn malformed_paths_are_rejected_with_the_line() {
         for (text, line) in [("", "no keyframe"), ("0,0,0,0,0,0,0\n0,1,1,1,1,1,1", "line 2"), ("0,a,0", "line 1")] {
-            assert!(Path::parse(text).unwrap_err().contains(line), "{text}");
+            assert!(FingerPath::parse(text).unwrap_err().contains(line), "{text}");
         }
     }
 }

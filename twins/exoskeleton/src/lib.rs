@@ -1,12 +1,13 @@
-//! A stand-in for the hand exoskeleton: fingers, what they are told to feel, and a bad network.
+//! An emulated hand exoskeleton, its *twin*: two moving fingers that render commands, behind an emulated network that loses, delays,
+//! repeats and reorders datagrams.
 //!
-//! It keeps its own time and answers over the same datagrams as a device would. The parts are a library so that tests can hand
-//! them datagrams one by one; the program puts a socket around them.
+//! It has a clock of its own and speaks the protocol of the device. The parts are a library, so that tests can hand a twin one datagram
+//! after the other; the program `pliant-twin-exoskeleton` adds the socket.
 
 mod fingers;
 mod network;
 mod twin;
 
-pub use fingers::{Fingers, Hand, Path};
-pub use network::{Injected, Network, Weather};
-pub use twin::{Ended, Limits, Twin, Zero};
+pub use fingers::{FingerPath, Fingers, HandModel};
+pub use network::{Datagram, Impairments, InjectedCounts, Network};
+pub use twin::{EndReason, ForceEnd, Limits, Twin, TwinCounts};

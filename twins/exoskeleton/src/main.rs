@@ -1,62 +1,64 @@
 //! `pliant device emulate exoskeleton`: the twin behind a socket.
 //!
-//! One line of JSON on standard output for each thing that happens: `ready`, `met`, `zero` (a force that ended, and how long
-//! after the last command), `end` with every counter.
+//! It prints one line of JSON to standard output per event: `ready` when it listens, `connected` when a host has answered, `force-ended`
+//! when a force has expired or was stopped, and `end` with all counters.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program of its own")]
 
+mod emulator;
+
 use clap::{Parser, ValueEnum};
+use emulator::{Emulator, Schedule};
 use pliant_exoskeleton::key::Key;
 use pliant_exoskeleton::link::DEFAULT_PEER;
-use pliant_exoskeleton::wire::{HEADER, Layout, MOST_BYTES, MOST_TAXELS};
-use pliant_twin_exoskeleton::{Ended, Fingers, Hand, Injected, Limits, Network, Path, Twin, Weather};
-use serde_json::{Map, Value, json};
-use std::io::{ErrorKind, Write};
+use pliant_exoskeleton::wire::{MAX_TAXELS, TaxelLayout};
+use pliant_twin_exoskeleton::{FingerPath, Fingers, HandModel, Impairments, Limits, Network, Twin};
 use std::net::{SocketAddr, UdpSocket};
 use std::process::ExitCode;
-use std::sync::mpsc::Receiver;
-use std::time::{Duration, Instant};
 
-/// A stand-in for a hand exoskeleton, with a clock of its own and a network as bad as you like
+/// Position step of the emulated sensors, m; the default of the plugin's parameter `resolution`.
+const POSITION_QUANTUM: f64 = 5e-5;
+
+/// An emulated hand exoskeleton with a clock of its own and a network with adjustable impairments
 #[derive(Parser)]
 #[command(name = "pliant device emulate exoskeleton", version)]
 struct Args {
-    /// Where it listens
+    /// Address and port to listen at
     #[arg(long, default_value = DEFAULT_PEER)]
     address: SocketAddr,
-    /// A file with 32 hexadecimal digits the host knows too
+    /// A file with 32 hexadecimal digits that the host knows too
     #[arg(long, value_name = "FILE")]
     key: Option<String>,
-    /// Poses a second
+    /// Poses per second
     #[arg(long, value_name = "HZ", default_value_t = 1000.0, value_parser = number(10.0, 4000.0))]
     rate: f64,
-    /// Share of datagrams that get lost, both ways
+    /// Share of datagrams that are lost, in both directions
     #[arg(long, default_value_t = 0.0, value_parser = number(0.0, 1.0))]
     loss: f64,
-    /// Of every datagram, both ways
+    /// Delay of every datagram, in both directions
     #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = number(0.0, 1e4))]
     delay: f64,
-    /// At most, on top of the delay
+    /// Largest additional delay, uniformly distributed
     #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = number(0.0, 1e4))]
     jitter: f64,
-    /// Share that arrives twice
+    /// Share of datagrams that arrive twice
     #[arg(long, default_value_t = 0.0, value_parser = number(0.0, 1.0))]
     duplicates: f64,
-    /// Share that is held back for 3 ms
+    /// Share of datagrams that are delayed by a further 3 ms
     #[arg(long, default_value_t = 0.0, value_parser = number(0.0, 1.0))]
     reorder: f64,
-    /// Of all that is random
+    /// Seed of the random numbers
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// How the fingers follow their path
     #[arg(long, value_enum, default_value_t = HandArg::Simulated)]
     hand: HandArg,
-    /// Keyframes, a CSV file of rows time,x,y,z,x,y,z; by default a pinch
+    /// Path of the fingers, a CSV file of rows time,x,y,z,x,y,z in s and m; by default a pinch
     #[arg(long, value_name = "FILE")]
     path: Option<String>,
-    /// Most force of a fingertip
+    /// Largest force on a fingertip
     #[arg(long, value_name = "N", default_value_t = 5.0, value_parser = number(0.0, 1e3))]
     peak_force: f64,
-    /// Most force of a taxel
+    /// Largest force of a taxel
     #[arg(long, value_name = "N", default_value_t = 0.073, value_parser = number(0.0, 10.0))]
     taxel_force: f64,
     /// Taxels along a finger
@@ -65,26 +67,37 @@ struct Args {
     /// Taxels across a finger
     #[arg(long, default_value_t = 6)]
     taxel_columns: u8,
-    /// Ends after this time
+    /// End after this time
     #[arg(long = "for", value_name = "S", value_parser = number(0.0, 1e7))]
     seconds: Option<f64>,
-    /// Ends when its host goes
+    /// End when the host ends its session
     #[arg(long)]
     once: bool,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
 enum HandArg {
-    /// A mass on a spring and a damper: what it feels moves it
+    /// As a mass on a spring and a damper, pushed away by the rendered force
     Simulated,
-    /// Goes where the path says
+    /// Exactly, whatever force is rendered
     Keyframed,
 }
 
-fn number(least: f64, most: f64) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static {
+impl HandArg {
+    /// The simulated hand is a fingertip of 45 g at 150 N/m, damped at 0.58 of critical.
+    fn model(self) -> HandModel {
+        match self {
+            Self::Keyframed => HandModel::Keyframed,
+            Self::Simulated => HandModel::Simulated { mass: 0.045, stiffness: 150.0, damping: 3.0 },
+        }
+    }
+}
+
+/// Parses a number from `min` to `max`.
+fn number(min: f64, max: f64) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static {
     move |text| match text.parse() {
-        Ok(value) if (least..=most).contains(&value) => Ok(value),
-        _ => Err(format!("allowed is {least} to {most}")),
+        Ok(value) if (min..=max).contains(&value) => Ok(value),
+        _ => Err(format!("allowed is {min} to {max}")),
     }
 }
 
@@ -98,148 +111,44 @@ fn main() -> ExitCode {
     }
 }
 
-/// ns
-fn ms(ms: f64) -> u64 {
-    (ms * 1e6) as u64
-}
-
-fn set_up(args: &Args) -> Result<(Twin, UdpSocket, [Network; 2]), String> {
-    let layout = Layout { rows: args.taxel_rows, columns: args.taxel_columns };
-    if layout.taxels() > MOST_TAXELS {
-        return Err(format!("{} taxels; allowed is up to {MOST_TAXELS}", layout.taxels()));
-    }
-    let path = match &args.path {
-        None => Path::default(),
-        Some(file) => {
-            let text = std::fs::read_to_string(file).map_err(|e| format!("{file}: {e}"))?;
-            Path::parse(&text).map_err(|e| format!("{file}: {e}"))?
-        }
-    };
-    let hand = match args.hand {
-        HandArg::Keyframed => Hand::Keyframed,
-        HandArg::Simulated => Hand::Simulated { mass: 0.045, stiffness: 150.0, damping: 3.0 },
-    };
-    let key = args.key.as_deref().map(Key::from_file).transpose()?;
-    let limits = Limits { force: args.peak_force, taxel: args.taxel_force as f32 };
-    let twin = Twin::new(layout, key, limits, Fingers::new(path, hand, 5e-5));
+fn run(args: &Args) -> Result<(), String> {
+    let twin = twin(args)?;
     let socket = UdpSocket::bind(args.address).map_err(|e| format!("{}: {e}", args.address))?;
-    let weather = Weather {
+    let impairments = Impairments {
         loss: args.loss,
-        delay: ms(args.delay),
-        jitter: ms(args.jitter),
+        delay_ns: ms_to_ns(args.delay),
+        jitter_ns: ms_to_ns(args.jitter),
         duplicates: args.duplicates,
         reorder: args.reorder,
     };
-    Ok((twin, socket, [Network::new(weather, args.seed), Network::new(weather, !args.seed)]))
+    // The directions draw different random numbers.
+    let to_host = Network::new(impairments, args.seed);
+    let from_host = Network::new(impairments, !args.seed);
+    let schedule = Schedule {
+        tick_ns: (1e9 / args.rate) as u64,
+        end_ns: args.seconds.map_or(u64::MAX, |s| (s * 1e9) as u64),
+        end_with_host: args.once,
+    };
+    Emulator::new(twin, socket, to_host, from_host)?.run(&schedule)
 }
 
-fn run(args: &Args) -> Result<(), String> {
-    let (mut twin, socket, [mut out, mut back]) = set_up(args)?;
-    let start = Instant::now();
-    let now = || start.elapsed().as_nanos() as u64;
-    let tick = (1e9 / args.rate) as u64;
-    let end = args.seconds.map_or(u64::MAX, |s| (s * 1e9) as u64);
-    say(json!({ "event": "ready", "address": socket.local_addr().map_err(|e| e.to_string())?.to_string() }));
-    let (mut due, mut late, mut met) = (tick, 0, false);
-    let mut bytes = [0; MOST_BYTES];
-    let heard = listen(&socket, start)?;
-    loop {
-        let wake = [Some(due), out.next(), back.next(), Some(end)].into_iter().flatten().min().unwrap_or(due);
-        let mut wait = Duration::from_nanos(wake.saturating_sub(now()));
-        while let Ok((bytes, from, arrived)) = heard.recv_timeout(wait) {
-            back.send(&bytes, (sequence(&bytes), from), arrived);
-            wait = Duration::ZERO;
-        }
-        let time = now();
-        while let Some((packet, from)) = back.pass(time) {
-            if twin.take(&packet, from, time) {
-                out.begin();
-            }
-        }
-        if twin.is_met() && !met {
-            say(json!({ "event": "met", "peer": twin.peer().map(|p| p.to_string()) }));
-        }
-        let gone = met && twin.peer().is_none();
-        met = twin.is_met();
-        if time >= due {
-            late = late.max(time - due);
-            due = time.max(due + tick);
-            if let Some(zero) = twin.advance(time) {
-                let us = |ns: u64| ns as f64 * 1e-3;
-                say(json!({
-                    "event": "zero",
-                    "why": if zero.ended == Ended::Expired { "expired" } else { "stopped" },
-                    "after_us": us(zero.after), "past_us": us(zero.past), "valid_us": us(zero.valid),
-                }));
-            }
-            if let Some((length, peer)) = twin.tell(&mut bytes, time, false) {
-                out.send(&bytes[..length], (twin.told(), peer), time);
-            }
-        }
-        while let Some((packet, peer)) = out.pass(time) {
-            let _ = socket.send_to(&packet, peer);
-        }
-        if time >= end || (gone && args.once) {
-            break;
-        }
+fn twin(args: &Args) -> Result<Twin, String> {
+    let layout = TaxelLayout { rows: args.taxel_rows, columns: args.taxel_columns };
+    if layout.taxel_count() > MAX_TAXELS {
+        return Err(format!("{} taxels; allowed is up to {MAX_TAXELS}", layout.taxel_count()));
     }
-    // What is still on its way arrives, and the last word is not lost.
-    while let Some((packet, peer)) = out.pass(u64::MAX) {
-        let _ = socket.send_to(&packet, peer);
-    }
-    if let Some((length, peer)) = twin.tell(&mut bytes, now(), true) {
-        out.passed_by(twin.told());
-        let _ = socket.send_to(&bytes[..length], peer);
-    }
-    while let Some((packet, from)) = back.pass(u64::MAX) {
-        twin.take(&packet, from, now());
-    }
-    say(end_of(&twin, &out, &back, late));
-    Ok(())
-}
-
-/// Datagrams as they arrive, with who sent them and when, ns: a socket's own time-out is too coarse for a kilohertz.
-fn listen(socket: &UdpSocket, start: Instant) -> Result<Receiver<(Vec<u8>, SocketAddr, u64)>, String> {
-    let socket = socket.try_clone().map_err(|e| e.to_string())?;
-    let (send, receive) = std::sync::mpsc::channel();
-    std::thread::spawn(move || {
-        let mut packet = [0; MOST_BYTES + 1];
-        loop {
-            match socket.recv_from(&mut packet) {
-                Ok((length, from)) => {
-                    let arrived = start.elapsed().as_nanos() as u64;
-                    if send.send((packet[..length].to_vec(), from, arrived)).is_err() {
-                        return;
-                    }
-                }
-                // A host that has gone away.
-                Err(e) if matches!(e.kind(), ErrorKind::ConnectionRefused | ErrorKind::Interrupted) => {}
-                Err(_) => return,
-            }
+    let path = match &args.path {
+        None => FingerPath::default(),
+        Some(file) => {
+            let text = std::fs::read_to_string(file).map_err(|e| format!("{file}: {e}"))?;
+            FingerPath::parse(&text).map_err(|e| format!("{file}: {e}"))?
         }
-    });
-    Ok(receive)
+    };
+    let key = args.key.as_deref().map(Key::from_file).transpose()?;
+    let limits = Limits { force: args.peak_force, taxel_force: args.taxel_force as f32 };
+    Ok(Twin::new(layout, key, limits, Fingers::new(path, args.hand.model(), POSITION_QUANTUM)))
 }
 
-/// The sequence number of a datagram, 0 where there is none.
-fn sequence(bytes: &[u8]) -> u64 {
-    let at = bytes.get(32..40).filter(|_| bytes.len() >= HEADER);
-    at.and_then(|b| b.try_into().ok()).map_or(0, u64::from_le_bytes)
-}
-
-fn end_of(twin: &Twin, out: &Network, back: &Network, late: u64) -> Value {
-    let (counts, obeyed, clamped) = twin.counts();
-    let injected = |i: Injected| json!({ "sent": i.sent, "lost": i.lost, "lost_last": i.lost_last, "duplicate": i.duplicate, "late": i.late });
-    let received: Map<String, Value> = counts.named().into_iter().map(|(n, v)| (n.into(), v.into())).collect();
-    json!({
-        "event": "end", "received": received, "obeyed": obeyed, "clamped": clamped,
-        "injected": { "poses": injected(out.injected()), "commands": injected(back.injected()) },
-        "latest_tick_us": late as f64 * 1e-3,
-    })
-}
-
-fn say(line: Value) {
-    let mut out = std::io::stdout().lock();
-    let _ = writeln!(out, "{line}");
-    let _ = out.flush();
+fn ms_to_ns(ms: f64) -> u64 {
+    (ms * 1e6) as u64
 }

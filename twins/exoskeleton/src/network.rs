@@ -1,150 +1,171 @@
-//! A bad network, played for both directions: it loses, delays, repeats and reorders, and counts what it did.
+//! An emulated network for one direction: it loses, delays, repeats and reorders datagrams, and counts what it did.
 
 use std::collections::BTreeSet;
 use std::net::SocketAddr;
 
-/// How bad it is.
+/// A datagram on its way.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Datagram {
+    /// Its sequence number in its session; 0 if it has none.
+    pub sequence: u64,
+    /// Address of the other side: the receiver, or the sender of an incoming one.
+    pub address: SocketAddr,
+    /// The payload.
+    pub bytes: Vec<u8>,
+}
+
+/// What the network does to datagrams. Shares are probabilities per datagram, 0 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Weather {
-    /// Share of datagrams that get lost.
+pub struct Impairments {
+    /// Share of datagrams that are lost.
     pub loss: f64,
-    /// ns, every datagram
-    pub delay: u64,
-    /// ns, at most, on top of it, evenly spread
-    pub jitter: u64,
-    /// Share that arrives twice.
+    /// Delay of every datagram, ns.
+    pub delay_ns: u64,
+    /// Largest additional delay, ns; uniformly distributed from 0.
+    pub jitter_ns: u64,
+    /// Share of datagrams that are delivered twice.
     pub duplicates: f64,
-    /// Share that is held back so long that later ones overtake it.
+    /// Share of datagrams that are delayed by a further 3 ms, so that later ones overtake them.
     pub reorder: f64,
 }
 
-/// What was done, in the words of who receives it.
+/// What the network did, counted as the receiver of the datagrams would count it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Injected {
-    /// Handed in.
+pub struct InjectedCounts {
+    /// Datagrams given to the network.
     pub sent: u64,
-    /// Lost, and a later one has passed.
+    /// Lost datagrams after which a later one was delivered, so that the receiver can know of the loss.
     pub lost: u64,
-    /// Lost since the last that has passed.
+    /// Datagrams lost after the last delivered one.
     pub lost_last: u64,
-    /// Passed a second time.
+    /// Datagrams delivered a second time.
     pub duplicate: u64,
-    /// Passed the first time after a later one.
+    /// Datagrams delivered for the first time after a later one.
     pub late: u64,
 }
 
-struct Held {
-    release: u64,
+/// A datagram that is not delivered yet.
+struct InFlight {
+    /// When it is delivered, ns.
+    release_ns: u64,
+    /// Order of sending; decides between equal release times.
     order: u64,
-    number: u64,
-    again: bool,
-    address: SocketAddr,
-    bytes: Vec<u8>,
+    /// Whether a copy of it was delivered already.
+    is_repeat: bool,
+    datagram: Datagram,
 }
 
-/// Datagrams on their way in one direction.
+/// The datagrams on their way in one direction.
 pub struct Network {
-    weather: Weather,
-    state: u64,
-    held: Vec<Held>,
-    order: u64,
+    impairments: Impairments,
+    /// State of the random numbers.
+    random_state: u64,
+    in_flight: Vec<InFlight>,
+    sent_order: u64,
+    /// Highest sequence number delivered.
     newest: u64,
-    lost: BTreeSet<u64>,
-    injected: Injected,
+    /// Sequence numbers of lost datagrams above `newest`.
+    lost_last: BTreeSet<u64>,
+    counts: InjectedCounts,
 }
 
-/// ns, how long a reordered datagram is held back besides
-const HELD_BACK: u64 = 3_000_000;
+/// Additional delay of a reordered datagram, ns: three datagrams at 1 kHz.
+const REORDER_DELAY_NS: u64 = 3_000_000;
 
 impl Network {
-    /// The same seed does the same to the same datagrams.
-    pub fn new(weather: Weather, seed: u64) -> Self {
-        let (held, lost, injected) = (Vec::new(), BTreeSet::new(), Injected::default());
-        Self { weather, state: seed, held, order: 0, newest: 0, lost, injected }
+    /// An idle network. The same seed gives the same impairments for the same sequence of datagrams.
+    pub fn new(impairments: Impairments, seed: u64) -> Self {
+        Self {
+            impairments,
+            random_state: seed,
+            in_flight: Vec::new(),
+            sent_order: 0,
+            newest: 0,
+            lost_last: BTreeSet::new(),
+            counts: InjectedCounts::default(),
+        }
     }
 
-    /// From 0 to 1 (Steele, Lea and Flood 2014).
+    /// A uniform random number from 0 to 1: SplitMix64 (Steele, Lea and Flood 2014).
     fn random(&mut self) -> f64 {
-        self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.state;
+        self.random_state = self.random_state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.random_state;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// A conversation begins: numbers start anew. What is held back of the one before is dropped.
-    pub fn begin(&mut self) {
-        self.injected.lost_last += self.lost.len() as u64;
-        (self.newest, self.lost) = (0, BTreeSet::new());
-        self.held.clear();
+    /// Begins a session: sequence numbers start anew, and datagrams of the old session are dropped.
+    pub fn begin_session(&mut self) {
+        self.counts.lost_last += self.lost_last.len() as u64;
+        self.newest = 0;
+        self.lost_last.clear();
+        self.in_flight.clear();
     }
 
-    /// Hands in a datagram with its sequence number and the other side's address at `now` (ns).
-    pub fn send(&mut self, bytes: &[u8], (number, address): (u64, SocketAddr), now: u64) {
-        self.injected.sent += 1;
-        if self.random() < self.weather.loss {
-            self.lost.insert(number);
+    /// Gives a datagram to the network at `now_ns`.
+    pub fn send(&mut self, datagram: Datagram, now_ns: u64) {
+        self.counts.sent += 1;
+        if self.random() < self.impairments.loss {
+            self.lost_last.insert(datagram.sequence);
             return;
         }
-        let twice = self.random() < self.weather.duplicates;
-        for again in [false, true] {
-            if again && !twice {
-                break;
-            }
-            let back = if self.random() < self.weather.reorder { HELD_BACK } else { 0 };
-            let jitter = (self.random() * self.weather.jitter as f64) as u64;
-            let release = now + self.weather.delay + jitter + back;
-            self.order += 1;
-            let bytes = bytes.to_vec();
-            self.held.push(Held { release, order: self.order, number, again: false, address, bytes });
-        }
-        // Which of two copies is the repeated one is known when they pass.
-        if twice {
-            self.held.last_mut().expect("just put there").again = true;
+        let copies = if self.random() < self.impairments.duplicates { 2 } else { 1 };
+        for _ in 0..copies {
+            let reorder_ns = if self.random() < self.impairments.reorder { REORDER_DELAY_NS } else { 0 };
+            let jitter_ns = (self.random() * self.impairments.jitter_ns as f64) as u64;
+            self.sent_order += 1;
+            self.in_flight.push(InFlight {
+                release_ns: now_ns + self.impairments.delay_ns + jitter_ns + reorder_ns,
+                order: self.sent_order,
+                is_repeat: false,
+                datagram: datagram.clone(),
+            });
         }
     }
 
-    /// ns, when the next is due
-    pub fn next(&self) -> Option<u64> {
-        self.held.iter().map(|h| h.release).min()
+    /// When the next datagram is to be delivered, ns; none if no datagram is on its way.
+    pub fn next_release_ns(&self) -> Option<u64> {
+        self.in_flight.iter().map(|d| d.release_ns).min()
     }
 
-    /// The next that is due at `now` (ns).
-    pub fn pass(&mut self, now: u64) -> Option<(Vec<u8>, SocketAddr)> {
-        let due = self.held.iter().enumerate().filter(|(_, h)| h.release <= now);
-        let place = due.min_by_key(|(_, h)| (h.release, h.order)).map(|(place, _)| place)?;
-        let held = self.held.swap_remove(place);
-        let other = self.held.iter_mut().find(|h| h.number == held.number);
-        match other {
-            // The copy that is left is the repeated one, whichever was handed in first.
-            Some(other) => other.again = true,
-            None if held.again => {
-                self.injected.duplicate += 1;
-                return Some((held.bytes, held.address));
-            }
-            None => {}
+    /// Delivers the next datagram that is due at `now_ns`.
+    pub fn deliver(&mut self, now_ns: u64) -> Option<Datagram> {
+        let due = self.in_flight.iter().enumerate().filter(|(_, d)| d.release_ns <= now_ns);
+        let (index, _) = due.min_by_key(|(_, d)| (d.release_ns, d.order))?;
+        let InFlight { datagram, is_repeat, .. } = self.in_flight.swap_remove(index);
+        if is_repeat {
+            self.counts.duplicate += 1;
+            return Some(datagram);
         }
-        if held.number > self.newest {
-            self.newest = held.number;
-            let still = self.lost.split_off(&held.number);
-            self.injected.lost += self.lost.len() as u64;
-            self.lost = still;
+        // Which of two copies is the repetition is decided by the order of delivery, not of sending.
+        if let Some(copy) = self.in_flight.iter_mut().find(|d| d.datagram.sequence == datagram.sequence) {
+            copy.is_repeat = true;
+        }
+        if datagram.sequence > self.newest {
+            self.set_newest(datagram.sequence);
         } else {
-            self.injected.late += 1;
+            self.counts.late += 1;
         }
-        Some((held.bytes, held.address))
+        Some(datagram)
     }
 
-    /// A datagram with this number has gone past it, unharmed.
-    pub fn passed_by(&mut self, number: u64) {
-        self.newest = self.newest.max(number);
-        self.injected.lost += self.lost.len() as u64;
-        self.lost.clear();
+    /// Records that a datagram was delivered without passing through the network.
+    pub fn bypass(&mut self, sequence: u64) {
+        self.set_newest(self.newest.max(sequence));
     }
 
-    /// What was done so far.
-    pub fn injected(&self) -> Injected {
-        Injected { lost_last: self.injected.lost_last + self.lost.len() as u64, ..self.injected }
+    /// Counts the lost datagrams below the newest delivered one.
+    fn set_newest(&mut self, sequence: u64) {
+        self.newest = sequence;
+        let later = self.lost_last.split_off(&sequence);
+        self.counts.lost += self.lost_last.len() as u64;
+        self.lost_last = later;
+    }
+
+    /// What the network did so far.
+    pub fn counts(&self) -> InjectedCounts {
+        InjectedCounts { lost_last: self.counts.lost_last + self.lost_last.len() as u64, ..self.counts }
     }
 }
 
@@ -153,29 +174,31 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_it_counts_is_what_passes() {
-        let weather = Weather { loss: 0.2, delay: 1_000_000, jitter: 5_000_000, duplicates: 0.1, reorder: 0.1 };
-        let mut network = Network::new(weather, 7);
+    fn the_counts_agree_with_what_the_receiver_sees() {
+        const COUNT: u64 = 20_000;
+        const MS: u64 = 1_000_000;
+        let impairments = Impairments { loss: 0.2, delay_ns: MS, jitter_ns: 5 * MS, duplicates: 0.1, reorder: 0.1 };
+        let mut network = Network::new(impairments, 7);
         let address = "127.0.0.1:1".parse().unwrap();
-        let (mut seen, mut newest) = (BTreeSet::new(), 0);
+        let (mut arrived, mut newest) = (BTreeSet::new(), 0);
         let (mut late, mut duplicate) = (0, 0);
-        for tick in 1..=20_000_u64 {
-            network.send(&tick.to_le_bytes(), (tick, address), tick * 1_000_000);
-            let last = if tick == 20_000 { u64::MAX } else { tick * 1_000_000 };
-            while let Some((bytes, _)) = network.pass(last) {
-                let number = u64::from_le_bytes(bytes.try_into().unwrap());
-                if !seen.insert(number) {
+        for sequence in 1..=COUNT {
+            network.send(Datagram { sequence, address, bytes: Vec::new() }, sequence * MS);
+            let now_ns = if sequence == COUNT { u64::MAX } else { sequence * MS };
+            while let Some(Datagram { sequence, .. }) = network.deliver(now_ns) {
+                if !arrived.insert(sequence) {
                     duplicate += 1;
-                } else if number < newest {
+                } else if sequence < newest {
                     late += 1;
                 }
-                newest = newest.max(number);
+                newest = newest.max(sequence);
             }
         }
-        let injected = network.injected();
-        let lost = 20_000 - seen.len() as u64;
-        assert_eq!((injected.sent, injected.lost + injected.lost_last), (20_000, lost));
-        assert_eq!((injected.late, injected.duplicate), (late, duplicate));
-        assert!((3_700..4_300).contains(&lost) && (1_400..1_800).contains(&duplicate) && late > 1_000, "{injected:?}");
+        let counts = network.counts();
+        let lost = COUNT - arrived.len() as u64;
+        assert_eq!((counts.sent, counts.lost + counts.lost_last), (COUNT, lost));
+        assert_eq!((counts.late, counts.duplicate), (late, duplicate));
+        // Expected are 20 % lost and 10 % of the others repeated; the bounds are more than five standard deviations away.
+        assert!((3_700..4_300).contains(&lost) && (1_400..1_800).contains(&duplicate) && late > 1_000, "{counts:?}");
     }
 }

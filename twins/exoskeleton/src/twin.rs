@@ -1,236 +1,274 @@
-//! The device itself: who it is in conversation with, what it renders, and until when.
+//! The emulated device without its socket: its session with a host, what it renders, and until when.
 
 use crate::fingers::Fingers;
+use crate::network::Datagram;
 use pliant_exoskeleton::key::Key;
 use pliant_exoskeleton::link::nonce;
-use pliant_exoskeleton::receiver::{Counts, Receiver};
-use pliant_exoskeleton::wire::{self, EFFECTORS, Feel, Header, Layout, MOST_BYTES, Refused};
+use pliant_exoskeleton::receiver::{ReceiveCounts, Receiver};
+use pliant_exoskeleton::wire::{self, EFFECTOR_COUNT, FingerCommand, Header, MAX_DATAGRAM_BYTES, TaxelLayout};
 use std::net::SocketAddr;
 
-/// What it can render.
+/// Silence of its host after which the device accepts another one, ns.
+const SILENCE_LIMIT_NS: u64 = 1_000_000_000;
+/// The same for a host that has not returned the device's nonce yet, ns: a single forged datagram must not keep others out for long.
+const UNCONFIRMED_LIMIT_NS: u64 = 250_000_000;
+/// How long a pose is valid, us.
+const POSE_VALID_US: u32 = 50_000;
+
+/// The largest forces the device renders.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
-    /// N, of one fingertip
+    /// Norm of the force on one fingertip, N.
     pub force: f64,
-    /// N, of one taxel
-    pub taxel: f32,
+    /// Force of one taxel, N.
+    pub taxel_force: f32,
 }
 
-/// Why nothing is rendered any more.
+/// Why a force ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ended {
-    /// What it was told holds no longer.
+pub enum EndReason {
+    /// The last command expired.
     Expired,
-    /// It was told to stop.
+    /// The host commanded a stop.
     Stopped,
 }
 
-/// A force that went to zero.
+/// The end of a rendered force. Times are ns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Zero {
-    /// Why.
-    pub ended: Ended,
-    /// ns, since the last command that was obeyed arrived
-    pub after: u64,
-    /// ns, since its deadline
-    pub past: u64,
-    /// ns, that command's own time to hold
-    pub valid: u64,
+pub struct ForceEnd {
+    /// Why the force ended.
+    pub reason: EndReason,
+    /// Time since the arrival of the last command that was applied.
+    pub since_command_ns: u64,
+    /// Time since the expiry of that command, or since the stop.
+    pub since_expiry_ns: u64,
+    /// The validity that the command claimed.
+    pub valid_ns: u64,
 }
 
-struct Peer {
+/// Counters of a twin.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TwinCounts {
+    /// What became of the received datagrams.
+    pub received: ReceiveCounts,
+    /// Commands that were applied; stops are among them.
+    pub commands_applied: u64,
+    /// Forces that were scaled down to the limit.
+    pub forces_clamped: u64,
+}
+
+/// The host of the current session.
+struct Host {
     address: SocketAddr,
-    from: u64,
-    confirmed: bool,
-    heard: u64,
+    nonce: u64,
+    /// Whether it has returned the device's nonce.
+    is_confirmed: bool,
+    /// Arrival of the first datagram, then of the last that returned the device's nonce, ns.
+    heard_ns: u64,
     receiver: Receiver,
 }
 
-/// A device without a socket.
-pub struct Twin {
-    layout: Layout,
-    key: Option<Key>,
-    limits: Limits,
-    peer: Option<Peer>,
-    own: u64,
-    /// The host that has said goodbye: what of it was still on its way begins nothing.
-    gone: u64,
-    sequence: u64,
-    feels: [Feel; EFFECTORS],
-    /// ns
-    arrived: u64,
-    valid: u64,
-    deadline: u64,
-    feeling: bool,
-    stopped: bool,
-    counts: Counts,
-    obeyed: u64,
-    clamped: u64,
-    fingers: Fingers,
-    /// ns, when the fingers were moved last
-    moved: Option<u64>,
+impl Host {
+    /// Whether it has been silent for so long that another host may begin a session.
+    fn has_expired(&self, now_ns: u64) -> bool {
+        let limit_ns = if self.is_confirmed { SILENCE_LIMIT_NS } else { UNCONFIRMED_LIMIT_NS };
+        now_ns.saturating_sub(self.heard_ns) > limit_ns
+    }
 }
 
-/// ns, silence after which another host may come; of one that has not answered yet
-const LET_GO: u64 = 1_000_000_000;
-const UNCONFIRMED: u64 = 250_000_000;
-/// us, how long a pose holds
-const POSE_VALID: u32 = 50_000;
+/// The emulated device. Its functions take the time `now_ns` of its own clock, which must not fall.
+pub struct Twin {
+    layout: TaxelLayout,
+    key: Option<Key>,
+    limits: Limits,
+    host: Option<Host>,
+    /// Nonce of the device in this session.
+    own_nonce: u64,
+    /// Nonce of the last host that said goodbye: its datagrams that arrive later must not begin a session.
+    ended_host_nonce: u64,
+    /// Sequence number of the last pose.
+    sequence: u64,
+    /// The last command that was applied.
+    commands: [FingerCommand; EFFECTOR_COUNT],
+    /// Its arrival, its claimed validity and its expiry, ns.
+    command_arrived_ns: u64,
+    command_valid_ns: u64,
+    command_expires_ns: u64,
+    /// Whether a force or a taxel is rendered whose end is not reported yet.
+    is_rendering: bool,
+    /// Whether the last command was a stop.
+    is_stopped: bool,
+    counts: TwinCounts,
+    fingers: Fingers,
+    /// When the fingers were advanced last, ns.
+    fingers_advanced_ns: Option<u64>,
+}
 
 impl Twin {
-    /// In conversation with nobody.
-    pub fn new(layout: Layout, key: Option<Key>, limits: Limits, fingers: Fingers) -> Self {
+    /// A device without a session.
+    pub fn new(layout: TaxelLayout, key: Option<Key>, limits: Limits, fingers: Fingers) -> Self {
         Self {
             layout,
             key,
             limits,
-            peer: None,
-            own: nonce(),
-            gone: 0,
+            host: None,
+            own_nonce: nonce(),
+            ended_host_nonce: 0,
             sequence: 0,
-            feels: [Feel::default(); EFFECTORS],
-            arrived: 0,
-            valid: 0,
-            deadline: 0,
-            feeling: false,
-            stopped: false,
-            counts: Counts::default(),
-            obeyed: 0,
-            clamped: 0,
+            commands: [FingerCommand::default(); EFFECTOR_COUNT],
+            command_arrived_ns: 0,
+            command_valid_ns: 0,
+            command_expires_ns: 0,
+            is_rendering: false,
+            is_stopped: false,
+            counts: TwinCounts::default(),
             fingers,
-            moved: None,
+            fingers_advanced_ns: None,
         }
     }
 
-    /// What became of what arrived, how many commands were obeyed, and forces that were cut to the limits.
-    pub fn counts(&self) -> (Counts, u64, u64) {
-        (self.counts, self.obeyed, self.clamped)
+    /// The counters.
+    pub fn counts(&self) -> TwinCounts {
+        self.counts
     }
 
-    /// N, what each fingertip renders at `now` (ns).
-    pub fn force(&self, now: u64) -> [[f64; 3]; EFFECTORS] {
-        if now < self.deadline { self.feels.map(|f| f.force) } else { [[0.0; 3]; EFFECTORS] }
+    /// Force rendered on each fingertip, N.
+    pub fn force(&self, now_ns: u64) -> [[f64; 3]; EFFECTOR_COUNT] {
+        if now_ns < self.command_expires_ns { self.commands.map(|c| c.force) } else { [[0.0; 3]; EFFECTOR_COUNT] }
     }
 
-    /// N, what the taxels of each fingertip render at `now` (ns).
-    pub fn taxels(&self, now: u64) -> [&[f32]; EFFECTORS] {
-        let count = if now < self.deadline { self.layout.taxels() } else { 0 };
-        [&self.feels[0].taxels[..count], &self.feels[1].taxels[..count]]
+    /// Forces rendered by the taxels of each fingertip, N, row by row; empty if no command is valid.
+    pub fn taxels(&self, now_ns: u64) -> [&[f32]; EFFECTOR_COUNT] {
+        let count = if now_ns < self.command_expires_ns { self.layout.taxel_count() } else { 0 };
+        self.commands.each_ref().map(|command| &command.taxels[..count])
     }
 
-    /// The sequence number of what it told last.
-    pub fn told(&self) -> u64 {
-        self.sequence
+    /// Address of the host of the current session.
+    pub fn host_address(&self) -> Option<SocketAddr> {
+        self.host.as_ref().map(|host| host.address)
     }
 
-    /// Whom it answers.
-    pub fn peer(&self) -> Option<SocketAddr> {
-        self.peer.as_ref().map(|p| p.address)
+    /// Whether a host has returned the device's nonce.
+    pub fn is_connected(&self) -> bool {
+        self.host.as_ref().is_some_and(|host| host.is_confirmed)
     }
 
-    /// Whether its host has answered.
-    pub fn is_met(&self) -> bool {
-        self.peer.as_ref().is_some_and(|p| p.confirmed)
-    }
-
-    /// Takes in a datagram at `now` (ns); gives whether a conversation began.
-    pub fn take(&mut self, bytes: &[u8], address: SocketAddr, now: u64) -> bool {
-        let (header, feels) = match wire::read_command(bytes, self.layout, self.key.as_ref()) {
-            Ok(read) => read,
-            Err(Refused::Key) => {
-                self.counts.unauthentic += 1;
-                return false;
-            }
-            Err(_) => {
-                self.counts.malformed += 1;
+    /// Processes a datagram. Returns whether it began a session.
+    pub fn receive(&mut self, bytes: &[u8], address: SocketAddr, now_ns: u64) -> bool {
+        let (header, commands) = match wire::read_command(bytes, self.layout, self.key.as_ref()) {
+            Ok(command) => command,
+            Err(rejection) => {
+                rejection.count(&mut self.counts.received);
                 return false;
             }
         };
-        let silence = |p: &Peer| now.saturating_sub(p.heard);
-        let free = self.peer.as_ref().is_none_or(|p| silence(p) > if p.confirmed { LET_GO } else { UNCONFIRMED });
-        let known = self.peer.as_ref().is_some_and(|p| p.address == address && p.from == header.from);
-        let begins = free && !(known && header.to == self.own) && header.from != self.gone;
+        let is_free = self.host.as_ref().is_none_or(|host| host.has_expired(now_ns));
+        let is_host =
+            self.host.as_ref().is_some_and(|host| host.address == address && host.nonce == header.sender_nonce);
+        let continues = is_host && header.receiver_nonce == self.own_nonce;
+        let begins = is_free && !continues && header.sender_nonce != self.ended_host_nonce;
         if begins && !header.last {
-            self.own = nonce();
+            self.own_nonce = nonce();
             self.sequence = 0;
-            let receiver = Receiver::default();
-            self.peer = Some(Peer { address, from: header.from, confirmed: false, heard: now, receiver });
-        } else if !known || (header.to != 0 && header.to != self.own) {
-            self.counts.foreign += 1;
+            self.host = Some(Host {
+                address,
+                nonce: header.sender_nonce,
+                is_confirmed: false,
+                heard_ns: now_ns,
+                receiver: Receiver::default(),
+            });
+        } else if !is_host || (header.receiver_nonce != 0 && header.receiver_nonce != self.own_nonce) {
+            self.counts.received.foreign += 1;
             return false;
         }
-        let Some(peer) = &mut self.peer else { return false };
-        if !peer.receiver.is_newest(header.sequence, &mut self.counts) {
+        let Some(host) = &mut self.host else { return false };
+        if !host.receiver.accept(header.sequence, &mut self.counts.received) {
             return begins;
         }
-        let deadline = peer.receiver.deadline(header.time, u64::from(header.valid) * 1000, now);
-        if header.to == self.own {
-            (peer.confirmed, peer.heard) = (true, now);
-            self.obey(&header, feels, deadline, now);
+        let expires_ns = host.receiver.expiry_ns(header.time_ns, u64::from(header.valid_us) * 1000, now_ns);
+        if header.receiver_nonce == self.own_nonce {
+            (host.is_confirmed, host.heard_ns) = (true, now_ns);
+            self.apply(&header, commands, expires_ns, now_ns);
         }
         begins
     }
 
-    fn obey(&mut self, header: &Header, mut feels: [Feel; EFFECTORS], deadline: u64, now: u64) {
+    /// Applies a command of the host of this session.
+    fn apply(&mut self, header: &Header, mut commands: [FingerCommand; EFFECTOR_COUNT], expires_ns: u64, now_ns: u64) {
         if header.last {
-            self.peer = None;
-            self.gone = header.from;
-            self.own = nonce();
+            self.host = None;
+            self.ended_host_nonce = header.sender_nonce;
+            self.own_nonce = nonce();
         }
         if header.stop {
-            self.stopped = true;
-            (self.deadline, self.obeyed) = (now, self.obeyed + 1);
+            self.is_stopped = true;
+            self.command_expires_ns = now_ns;
+            self.counts.commands_applied += 1;
             return;
         }
-        if deadline <= now {
-            self.counts.stale += 1;
+        if expires_ns <= now_ns {
+            self.counts.received.stale += 1;
             return;
         }
-        for feel in &mut feels {
-            let size = feel.force.iter().map(|f| f * f).sum::<f64>().sqrt();
-            if size > self.limits.force {
-                let scale = if size.is_finite() { self.limits.force / size } else { 0.0 };
-                feel.force = feel.force.map(|f| f * scale);
-                self.clamped += 1;
+        for command in &mut commands {
+            let norm = command.force.iter().map(|f| f * f).sum::<f64>().sqrt();
+            if norm > self.limits.force {
+                // The norm of finite numbers can overflow.
+                let scale = if norm.is_finite() { self.limits.force / norm } else { 0.0 };
+                command.force = command.force.map(|f| f * scale);
+                self.counts.forces_clamped += 1;
             }
-            feel.taxels.iter_mut().for_each(|t| *t = t.clamp(0.0, self.limits.taxel));
+            command.taxels.iter_mut().for_each(|t| *t = t.clamp(0.0, self.limits.taxel_force));
         }
-        let feels_something = |f: &Feel| f.force != [0.0; 3] || f.taxels.iter().any(|t| *t != 0.0);
-        self.feeling = feels.iter().any(feels_something);
-        (self.feels, self.arrived, self.deadline, self.stopped) = (feels, now, deadline, false);
-        self.valid = u64::from(header.valid) * 1000;
-        self.obeyed += 1;
+        let is_nonzero = |c: &FingerCommand| c.force != [0.0; 3] || c.taxels.iter().any(|t| *t != 0.0);
+        self.is_rendering = commands.iter().any(is_nonzero);
+        self.is_stopped = false;
+        self.commands = commands;
+        self.command_arrived_ns = now_ns;
+        self.command_valid_ns = u64::from(header.valid_us) * 1000;
+        self.command_expires_ns = expires_ns;
+        self.counts.commands_applied += 1;
     }
 
-    /// Moves on to `now` (ns); gives a force that has gone to zero since the last time.
-    pub fn advance(&mut self, now: u64) -> Option<Zero> {
-        let force = self.force(now);
-        if self.is_met() {
-            let since = now.saturating_sub(self.moved.replace(now).unwrap_or(now));
-            self.fingers.advance(since as f64 * 1e-9, &force);
+    /// Advances the fingers to `now_ns` while a host is connected. Returns a force that has ended since the last call.
+    pub fn advance(&mut self, now_ns: u64) -> Option<ForceEnd> {
+        let force = self.force(now_ns);
+        if self.is_connected() {
+            let elapsed_ns = now_ns.saturating_sub(self.fingers_advanced_ns.replace(now_ns).unwrap_or(now_ns));
+            self.fingers.advance(elapsed_ns as f64 * 1e-9, &force);
         }
-        if !self.feeling || now < self.deadline {
+        if !self.is_rendering || now_ns < self.command_expires_ns {
             return None;
         }
-        self.feeling = false;
-        let ended = if self.stopped { Ended::Stopped } else { Ended::Expired };
-        Some(Zero { ended, after: now - self.arrived, past: now - self.deadline, valid: self.valid })
+        self.is_rendering = false;
+        Some(ForceEnd {
+            reason: if self.is_stopped { EndReason::Stopped } else { EndReason::Expired },
+            since_command_ns: now_ns - self.command_arrived_ns,
+            since_expiry_ns: now_ns - self.command_expires_ns,
+            valid_ns: self.command_valid_ns,
+        })
     }
 
-    /// Writes its poses for its host; gives the length and where to. `last` when it goes.
-    pub fn tell(&mut self, bytes: &mut [u8; MOST_BYTES], now: u64, last: bool) -> Option<(usize, SocketAddr)> {
-        let peer = self.peer.as_ref()?;
+    /// The next pose for the host; none without a session. With `last` it says that the device ends the session, and expires at once.
+    pub fn next_pose(&mut self, now_ns: u64, last: bool) -> Option<Datagram> {
+        let host = self.host.as_ref()?;
         self.sequence += 1;
-        let valid = if last { 0 } else { POSE_VALID };
-        let (from, to, sequence) = (self.own, peer.from, self.sequence);
-        let header = Header { from, to, sequence, time: now, valid, stop: false, last };
+        let header = Header {
+            sender_nonce: self.own_nonce,
+            receiver_nonce: host.nonce,
+            sequence: self.sequence,
+            time_ns: now_ns,
+            valid_us: if last { 0 } else { POSE_VALID_US },
+            stop: false,
+            last,
+        };
         let mut fingers = self.fingers.sensed();
-        let (force, taxels) = (self.force(now), self.taxels(now));
-        for (i, finger) in fingers.iter_mut().enumerate() {
-            finger.force = force[i];
-            finger.touch = taxels[i].iter().map(|t| f64::from(*t)).sum();
+        for ((finger, force), taxels) in fingers.iter_mut().zip(self.force(now_ns)).zip(self.taxels(now_ns)) {
+            finger.force = force;
+            finger.taxel_force_sum = taxels.iter().map(|t| f64::from(*t)).sum();
         }
-        let length = wire::write_pose(bytes, self.layout, &header, &fingers, self.key.as_ref());
-        Some((length, peer.address))
+        let mut bytes = [0; MAX_DATAGRAM_BYTES];
+        let length = wire::write_pose(&mut bytes, self.layout, &header, &fingers, self.key.as_ref());
+        Some(Datagram { sequence: self.sequence, address: host.address, bytes: bytes[..length].to_vec() })
     }
 }
