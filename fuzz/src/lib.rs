@@ -2,7 +2,7 @@
 
 use pliant_engine::scene;
 use pliant_exoskeleton::key::Key;
-use pliant_exoskeleton::wire::{Layout, read_command, read_pose};
+use pliant_exoskeleton::wire::{TaxelLayout, read_command, read_pose};
 use pliant_mesh::{ObjDocument, Surface, check};
 use pliant_record::Recording;
 use std::path::Path;
@@ -33,9 +33,9 @@ pub fn recording(bytes: &[u8]) {
     }
 }
 
-/// Datagrams of the exoskeleton, as received, and once more with the right checksum, so that what is behind it is reached.
+/// A datagram of the exoskeleton, as it is and with a matching checksum, so that the checks after the checksum are reached too.
 pub fn datagram(bytes: &[u8]) {
-    let (layout, key) = (Layout { rows: 5, columns: 6 }, Key::new(&[7; 16]));
+    let (layout, key) = (TaxelLayout { rows: 5, columns: 6 }, Key::new(&[7; 16]));
     let mut sealed = bytes.to_vec();
     if let Some((content, checksum)) = sealed.split_last_chunk_mut::<4>() {
         *checksum = crc32(content).to_le_bytes();
@@ -43,10 +43,10 @@ pub fn datagram(bytes: &[u8]) {
     for bytes in [bytes, &sealed] {
         for key in [None, Some(&key)] {
             if let Ok((header, fingers)) = read_pose(bytes, layout, key) {
-                assert!(header.from != 0 && fingers.iter().all(|f| f.position.iter().all(|x| x.is_finite())));
+                assert!(header.sender_nonce != 0 && fingers.iter().all(|f| f.position.iter().all(|x| x.is_finite())));
             }
-            if let Ok((header, feels)) = read_command(bytes, layout, key) {
-                assert!(header.from != 0 && feels.iter().all(|f| f.force.iter().all(|x| x.is_finite())));
+            if let Ok((header, fingers)) = read_command(bytes, layout, key) {
+                assert!(header.sender_nonce != 0 && fingers.iter().all(|f| f.force.iter().all(|x| x.is_finite())));
             }
         }
     }
