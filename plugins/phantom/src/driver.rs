@@ -1,328 +1,217 @@
-//! Opening, closing and opening again: everything that may take its time, outside of the servo loop.
+//! The open driver: its arms, its servo loop, and the thread that opens lost arms again.
 #![allow(unsafe_code, reason = "calls a C library; each call says what makes it sound")]
 
-use crate::errors::{self, Class};
-use crate::hd::{self, Api, Handle, MOST_PRIORITY, calibration, get, switch};
-use crate::locale;
+use crate::arm::Arm;
+use crate::hd::{self, Api, MAX_PRIORITY, parameter};
 use crate::params::Settings;
-use crate::servo::{Arm, MOST_ARMS, Servo};
+use crate::servo::{MAX_ARMS, Servo};
+use crate::setup::{OpenedArm, close_arm, error_message, open_arm};
 use core::ffi::{c_ulong, c_void};
 use pliant_plugin_api::abi::DeviceInfo;
 use std::ffi::CString;
-use std::ptr::null;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// One driver library has one scheduler: one instance at a time.
+/// How long the servo loop may take to leave the arms without force when the driver is closed.
+const CLOSE_TIMEOUT: Duration = Duration::from_millis(200);
+/// Time between two attempts to open a lost arm again.
+const REOPEN_INTERVAL: Duration = Duration::from_millis(250);
+
+/// Whether this process uses the driver. A driver library has one scheduler, so one instance at a time can use it.
 static IN_USE: AtomicBool = AtomicBool::new(false);
 
-/// How long the servo loop is given to leave arms without force.
-const PATIENCE: Duration = Duration::from_millis(200);
-/// Between two tries to open a lost arm again.
-const AGAIN: Duration = Duration::from_millis(250);
+/// The right to use the driver, until it is dropped.
+pub(crate) struct DriverClaim;
 
-/// An open driver with its arms.
-pub struct Driver {
-    servo: Arc<Servo>,
-    arms: Vec<CString>,
-    settings: Settings,
-    /// What `unschedule` takes back.
-    scheduled: c_ulong,
-    /// What the arms say they can do.
-    pub facts: DeviceInfo,
-    /// The thread that opens lost arms again, and what ends it.
-    keeper: Option<std::thread::JoinHandle<()>>,
-    ended: Arc<(Mutex<bool>, Condvar)>,
-}
-
-/// Gives the driver back on every way out.
-struct Claim;
-
-impl Claim {
-    fn new() -> Result<Self, String> {
-        let taken = IN_USE.swap(true, Ordering::AcqRel);
-        let text = "the driver is in use; give both arms to one device: `arm` and `second-arm`";
-        if taken { Err(text.into()) } else { Ok(Self) }
+impl DriverClaim {
+    /// # Errors
+    /// If another instance uses the driver.
+    pub(crate) fn new() -> Result<Self, String> {
+        if IN_USE.swap(true, Ordering::AcqRel) {
+            Err("the driver is in use; give both arms to one device: `arm` and `second-arm`".into())
+        } else {
+            Ok(Self)
+        }
     }
 }
 
-impl Drop for Claim {
+impl Drop for DriverClaim {
     fn drop(&mut self) {
         IN_USE.store(false, Ordering::Release);
     }
 }
 
+/// The open driver with its arms.
+pub struct Driver {
+    servo: Arc<Servo>,
+    info: DeviceInfo,
+    /// Handle of the scheduled servo loop.
+    callback: c_ulong,
+    /// The thread that opens lost arms again, and the flag that ends it.
+    reopener: Option<JoinHandle<()>>,
+    is_ending: Arc<(Mutex<bool>, Condvar)>,
+    /// Released after everything else.
+    _claim: DriverClaim,
+}
+
 impl Driver {
-    /// Opens the library and its arms, in the order that works, and starts the servo loop.
+    /// Loads the driver library, opens the arms and starts the servo loop, in the order the driver requires.
     ///
     /// # Errors
-    /// What is missing, with the driver's own code.
+    /// If the library or an arm cannot be opened or the servo loop does not start; the message has the driver's error code.
     pub(crate) fn open(settings: Settings) -> Result<Self, String> {
-        let claim = Claim::new()?;
-        let api = Api::load(&settings.library)?;
-        let names = [Some(settings.arm.as_str()), settings.second.as_deref()];
-        let arms: Vec<CString> = names.into_iter().flatten().map(|n| CString::new(n).unwrap_or_default()).collect();
+        let claim = DriverClaim::new()?;
         let servo = Arc::new(Servo {
-            api,
-            arms: [const { None::<()> }; MOST_ARMS].map(|_| Arm::default()),
+            api: Api::load(&settings.library)?,
+            arms: [const { None::<()> }; MAX_ARMS].map(|_| Arm::default()),
             start: Instant::now(),
-            ticked: AtomicU64::new(0),
-            closing: AtomicBool::new(false),
-            closed: AtomicBool::new(false),
-            rests: settings.rests,
+            is_closing: AtomicBool::new(false),
+            is_closed: AtomicBool::new(false),
+            inkwell_disables_force: settings.inkwell_disables_force,
         });
-        let mut facts = None;
-        for (name, arm) in arms.iter().zip(&servo.arms) {
-            let (handle, found) = bring_up(&servo.api, name, &settings).inspect_err(|_| bring_down(&servo))?;
-            let facts = facts.get_or_insert(found);
-            facts.peak_force = facts.peak_force.min(found.peak_force);
-            facts.continuous_force = facts.continuous_force.min(found.continuous_force);
-            facts.stiffness = facts.stiffness.min(found.stiffness);
-            arm.limit(found.peak_force);
-            arm.opened(handle, servo.now());
-        }
-        let mut facts = facts.ok_or("no arm is named")?;
-        facts.effectors = arms.len() as u32;
-        let data = Arc::as_ptr(&servo).cast_mut().cast::<c_void>();
-        // SAFETY: the servo lives until `drop` has taken the callback off; what else is given are plain numbers.
-        let scheduled = unsafe {
-            let scheduled = (servo.api.schedule)(Servo::tick, data, MOST_PRIORITY);
-            if let Some(error) = servo.api.clear() {
-                (servo.api.unschedule)(scheduled);
-                bring_down(&servo);
-                return Err(told("the scheduler does not take the servo loop", error.code));
-            }
-            (servo.api.set_rate)(settings.rate as c_ulong);
-            // A rate it does not have is no reason to stop: what it runs at is asked below.
-            servo.api.clear();
-            (servo.api.start_scheduler)();
-            scheduled
-        };
-        if let Some(error) = servo.api.clear() {
-            // SAFETY: as above.
-            unsafe { (servo.api.unschedule)(scheduled) };
-            bring_down(&servo);
-            return Err(told("the servo loop does not start", error.code));
-        }
-        let rate = servo.api.integer(get::UPDATE_RATE);
-        facts.rate = if rate > 0 { f64::from(rate) } else { settings.rate };
-        servo.api.clear();
-        std::mem::forget(claim);
-        let ended = Arc::new((Mutex::new(false), Condvar::new()));
-        let mut driver = Self { servo, arms, settings, scheduled, facts, keeper: None, ended };
-        driver.keeper = Some(driver.keep());
-        Ok(driver)
+        let names: Vec<CString> = [Some(&settings.arm), settings.second_arm.as_ref()]
+            .into_iter()
+            .flatten()
+            .map(|name| CString::new(name.as_str()).unwrap_or_default())
+            .collect();
+        let opened = open_arms(&servo, &names, &settings)
+            .and_then(|info| start_servo(&servo, settings.rate).map(|callback| (info, callback)))
+            .inspect_err(|_| close_arms(&servo));
+        let (mut info, callback) = opened?;
+        let rate = servo.api.integer(parameter::UPDATE_RATE);
+        info.rate = if rate > 0 { f64::from(rate) } else { settings.rate };
+        servo.api.clear_errors();
+        let is_ending = Arc::default();
+        let reopener = spawn_reopener(Arc::clone(&servo), names, settings, Arc::clone(&is_ending));
+        Ok(Self { servo, info, callback, reopener: Some(reopener), is_ending, _claim: claim })
     }
 
-    /// What is shared with the servo loop.
+    /// What the servo loop and the host share.
     pub fn servo(&self) -> &Servo {
         &self.servo
     }
 
-    /// Starts the thread that opens lost arms again: slow, and never inside of a servo loop.
-    fn keep(&self) -> std::thread::JoinHandle<()> {
-        let (servo, ended) = (Arc::clone(&self.servo), Arc::clone(&self.ended));
-        let (names, settings) = (self.arms.clone(), self.settings.clone());
-        std::thread::spawn(move || {
-            let (lock, wake) = &*ended;
-            let mut end = lock.lock().unwrap_or_else(PoisonError::into_inner);
-            loop {
-                end = wake.wait_timeout(end, AGAIN).unwrap_or_else(PoisonError::into_inner).0;
-                if *end {
-                    return;
-                }
-                let lost = |arm: &Arm| arm.handle.load(Ordering::Acquire) == hd::INVALID_HANDLE;
-                if servo.arms[..names.len()].iter().any(lost) {
-                    recover(&servo, &names, &settings);
-                }
-            }
-        })
+    /// The limits of the arms; of two arms the smaller ones.
+    pub fn info(&self) -> DeviceInfo {
+        self.info
     }
 }
 
-/// Opens the arms that are lost, with the servo loop stopped, as the driver wants it.
-fn recover(servo: &Servo, names: &[CString], settings: &Settings) {
-    // SAFETY: published prototypes; nothing else controls the driver while this thread lives.
-    unsafe { (servo.api.stop_scheduler)() };
+/// Opens the arms with these names, at least one, and returns their common limits.
+fn open_arms(servo: &Servo, names: &[CString], settings: &Settings) -> Result<DeviceInfo, String> {
+    let mut common: Option<DeviceInfo> = None;
     for (name, arm) in names.iter().zip(&servo.arms) {
-        if arm.handle.load(Ordering::Acquire) != hd::INVALID_HANDLE {
-            continue;
+        let OpenedArm { handle, info } = open_arm(&servo.api, name, settings)?;
+        arm.set_peak_force(info.peak_force);
+        arm.set_open(handle, servo.now_ns());
+        let common = common.get_or_insert(info);
+        common.peak_force = common.peak_force.min(info.peak_force);
+        common.continuous_force = common.continuous_force.min(info.continuous_force);
+        common.stiffness = common.stiffness.min(info.stiffness);
+    }
+    let mut info = common.ok_or("no arm is named")?;
+    info.effectors = names.len() as u32;
+    Ok(info)
+}
+
+/// Schedules the servo loop and starts the scheduler. Returns the handle for unscheduling it.
+fn start_servo(servo: &Arc<Servo>, rate: f64) -> Result<c_ulong, String> {
+    let api = &servo.api;
+    let data = Arc::as_ptr(servo).cast_mut().cast::<c_void>();
+    // SAFETY: the servo lives until `Driver::drop`, or the code below, has unscheduled the callback.
+    let callback = unsafe { (api.schedule)(Servo::tick, data, MAX_PRIORITY) };
+    // SAFETY: published prototype.
+    let unschedule = || unsafe { (api.unschedule)(callback) };
+    if let Some(error) = api.clear_errors() {
+        unschedule();
+        return Err(error_message("the scheduler does not accept the servo loop", error.code));
+    }
+    // SAFETY: published prototypes.
+    unsafe {
+        (api.set_scheduler_rate)(rate as c_ulong);
+        // Ignored: if the driver does not have this rate, it keeps its own, which is reported later.
+        api.clear_errors();
+        (api.start_scheduler)();
+    }
+    if let Some(error) = api.clear_errors() {
+        unschedule();
+        return Err(error_message("the servo loop does not start", error.code));
+    }
+    Ok(callback)
+}
+
+/// Starts the thread that opens lost arms again: opening takes too long for the servo loop.
+fn spawn_reopener(
+    servo: Arc<Servo>,
+    names: Vec<CString>,
+    settings: Settings,
+    is_ending: Arc<(Mutex<bool>, Condvar)>,
+) -> JoinHandle<()> {
+    std::thread::spawn(move || {
+        let (lock, wake) = &*is_ending;
+        let mut ends = lock.lock().unwrap_or_else(PoisonError::into_inner);
+        loop {
+            ends = wake.wait_timeout(ends, REOPEN_INTERVAL).unwrap_or_else(PoisonError::into_inner).0;
+            if *ends {
+                return;
+            }
+            if servo.arms[..names.len()].iter().any(is_lost) {
+                reopen_lost_arms(&servo, &names, &settings);
+            }
         }
-        give_back(servo, arm);
-        if let Ok((handle, _)) = bring_up(&servo.api, name, settings) {
-            arm.counts.recovered.fetch_add(1, Ordering::Relaxed);
-            arm.opened(handle, servo.now());
+    })
+}
+
+fn is_lost(arm: &Arm) -> bool {
+    arm.handle.load(Ordering::Acquire) == hd::INVALID_HANDLE
+}
+
+/// Opens the lost arms with the scheduler stopped, as the driver requires.
+fn reopen_lost_arms(servo: &Servo, names: &[CString], settings: &Settings) {
+    // SAFETY: published prototypes; no other thread starts or stops the scheduler while the reopener runs.
+    unsafe { (servo.api.stop_scheduler)() };
+    for (name, arm) in names.iter().zip(&servo.arms).filter(|(_, arm)| is_lost(arm)) {
+        close_arm(&servo.api, arm);
+        // An arm that cannot be opened yet is tried again after the interval.
+        if let Ok(OpenedArm { handle, .. }) = open_arm(&servo.api, name, settings) {
+            arm.counters.recoveries.fetch_add(1, Ordering::Relaxed);
+            arm.set_open(handle, servo.now_ns());
         }
     }
-    servo.api.clear();
+    servo.api.clear_errors();
     // SAFETY: as above.
     unsafe { (servo.api.start_scheduler)() };
-    servo.api.clear();
+    servo.api.clear_errors();
 }
 
-fn told(what: &str, code: u32) -> String {
-    let remedy = match errors::class(code) {
-        Class::Licence => "; point OH_SDK_LICENSE_PATH at the driver's licence",
-        Class::Lost => "; look at the cable and the power, and run the vendor's diagnosis",
-        _ => "",
-    };
-    format!("{what}: {} ({code:#06x}){remedy}", errors::name(code))
-}
-
-/// Opens and calibrates one arm, and asks what it can do.
-fn bring_up(api: &Api, name: &std::ffi::CStr, settings: &Settings) -> Result<(Handle, DeviceInfo), String> {
-    let _locale = locale::Numeric::c();
-    api.clear();
-    let shown = name.to_string_lossy();
-    // SAFETY: a C string, or null for the default device.
-    let handle = unsafe {
-        let mut handle = (api.init)(name.as_ptr());
-        let mut error = api.clear();
-        if name.is_empty() && (error.is_some() || handle == hd::INVALID_HANDLE) {
-            handle = (api.init)(null());
-            error = api.clear();
-        }
-        if let Some(error) = error {
-            return Err(told(&format!("arm `{shown}`"), error.code));
-        }
-        handle
-    };
-    if handle == hd::INVALID_HANDLE {
-        return Err(format!("arm `{shown}`: the driver has no such device"));
-    }
-    let facts = calibrate(api, &shown, settings.patience).map(|()| describe(api, settings)).inspect_err(|_| {
-        // SAFETY: the handle was just given.
-        unsafe { (api.disable_device)(handle) };
-    })?;
-    // SAFETY: the scheduler is stopped; the arm is the current one.
-    unsafe {
-        (api.enable)(switch::FORCE_OUTPUT);
-        (api.enable)(switch::FORCE_CLAMPING);
-        (api.enable)(switch::FORCE_RAMPING);
-    }
-    // A device without ramping says so; force output it must have.
-    match api.clear() {
-        Some(error) if errors::class(error.code) != Class::Usage => Err(told(&format!("arm `{shown}`"), error.code)),
-        _ => Ok((handle, facts)),
-    }
-}
-
-/// Brings the calibration up to date; where it takes a hand, waits for it.
-fn calibrate(api: &Api, name: &str, patience: f64) -> Result<(), String> {
-    let begun = Instant::now();
-    loop {
-        // SAFETY: published prototypes; the arm is the current one.
-        match unsafe { (api.check_calibration)() } {
-            calibration::OK => return Ok(()),
-            calibration::NEEDS_UPDATE => {
-                let style = api.integer(get::CALIBRATION_STYLE);
-                // SAFETY: as above.
-                unsafe { (api.update_calibration)(style as u32) };
-            }
-            calibration::NEEDS_MANUAL_INPUT if api.integer(get::CALIBRATION_STYLE) & calibration::INKWELL != 0 => {
-                if begun.elapsed().as_secs_f64() > patience {
-                    return Err(format!("arm `{name}` is not calibrated: put the stylus into the inkwell"));
-                }
-            }
-            _ => return Err(format!("arm `{name}` is not calibrated: run the vendor's calibration")),
-        }
-        if let Some(error) = api.clear() {
-            return Err(told(&format!("arm `{name}`: calibration"), error.code));
-        }
-        if begun.elapsed().as_secs_f64() > patience {
-            return Err(format!("arm `{name}`: the calibration does not end"));
-        }
-        std::thread::sleep(Duration::from_millis(20));
-    }
-}
-
-/// What the arm says it can do; what it does not say is taken from the parameters.
-fn describe(api: &Api, settings: &Settings) -> DeviceInfo {
-    let asked = |what: u32, otherwise: f64| {
-        let value = api.numbers(what)[0];
-        let failed = api.clear().is_some();
-        if !failed && value.is_finite() && value > 0.0 { value } else { otherwise }
-    };
-    let workspace = api.numbers(get::USABLE_WORKSPACE);
-    let known = api.clear().is_none() && (0..3).all(|i| workspace[i] < workspace[i + 3]);
-    let axes = api.integer(get::OUTPUT_DOF);
-    api.clear();
-    let peak = asked(get::FORCE, settings.peak_force).min(settings.peak_force);
-    DeviceInfo {
-        size: size_of::<DeviceInfo>(),
-        effectors: 1,
-        buttons: 4,
-        driven_axes: if axes > 0 { axes as u32 } else { 3 },
-        taxel_rows: 0,
-        taxel_columns: 0,
-        rate: settings.rate,
-        peak_force: peak,
-        continuous_force: asked(get::CONTINUOUS_FORCE, 0.88).min(peak),
-        // The driver's unit is the millimetre.
-        stiffness: 1e3 * asked(get::STIFFNESS, 0.5),
-        damping: 1e3 * asked(get::DAMPING, 0.002),
-        resolution: settings.resolution,
-        workspace: std::array::from_fn(|i| {
-            if known { 1e-3 * workspace[i] } else { [-0.08, -0.06, -0.035, 0.08, 0.06, 0.035][i] }
-        }),
-        taxel_pitch: 0.0,
-        taxel_force: 0.0,
-    }
-}
-
-/// Closes every arm that is open; the scheduler is stopped.
-fn bring_down(servo: &Servo) {
+/// Closes all arms; the scheduler must be stopped.
+fn close_arms(servo: &Servo) {
     for arm in &servo.arms {
         arm.handle.store(hd::INVALID_HANDLE, Ordering::Release);
-        give_back(servo, arm);
-    }
-}
-
-/// Gives back the handle of an arm, lost or not: the driver opens no device twice.
-fn give_back(servo: &Servo, arm: &Arm) {
-    let handle = arm.held.swap(hd::INVALID_HANDLE, Ordering::Relaxed);
-    if handle != hd::INVALID_HANDLE {
-        // SAFETY: a handle of this driver.
-        unsafe { (servo.api.disable_device)(handle) };
-        servo.api.clear();
+        close_arm(&servo.api, arm);
     }
 }
 
 impl Drop for Driver {
     fn drop(&mut self) {
-        *self.ended.0.lock().unwrap_or_else(PoisonError::into_inner) = true;
-        self.ended.1.notify_all();
-        if let Some(keeper) = self.keeper.take() {
-            let _ = keeper.join();
+        let (lock, wake) = &*self.is_ending;
+        *lock.lock().unwrap_or_else(PoisonError::into_inner) = true;
+        wake.notify_all();
+        if let Some(reopener) = self.reopener.take() {
+            let _ = reopener.join();
         }
-        self.servo.closing.store(true, Ordering::Release);
-        let begun = Instant::now();
-        while !self.servo.closed.load(Ordering::Acquire) && begun.elapsed() < PATIENCE {
+        self.servo.is_closing.store(true, Ordering::Release);
+        let begin = Instant::now();
+        while !self.servo.is_closed.load(Ordering::Acquire) && begin.elapsed() < CLOSE_TIMEOUT {
             std::thread::sleep(Duration::from_millis(1));
         }
-        // SAFETY: published prototypes; after `unschedule` nobody calls back, so the servo may go.
+        // SAFETY: published prototypes; the driver does not call back after `unschedule`, so the servo can be dropped.
         unsafe {
             (self.servo.api.stop_scheduler)();
-            (self.servo.api.unschedule)(self.scheduled);
+            (self.servo.api.unschedule)(self.callback);
         }
-        bring_down(&self.servo);
-        drop(Claim);
+        close_arms(&self.servo);
     }
-}
-
-/// Opens a library, and says what it has: for a probe.
-pub(crate) fn look(settings: &Settings) -> Result<String, String> {
-    let _claim = Claim::new()?;
-    let api = Api::load(&settings.library)?;
-    let name = CString::new(settings.arm.as_str()).unwrap_or_default();
-    let (handle, facts) = bring_up(&api, &name, settings)?;
-    let (model, serial) = (api.text(get::MODEL), api.text(get::SERIAL));
-    // SAFETY: the handle was just given; the scheduler never ran.
-    unsafe {
-        (api.disable)(switch::FORCE_OUTPUT);
-        (api.disable_device)(handle);
-    }
-    api.clear();
-    Ok(format!("{model} {serial}, {} N", facts.peak_force))
 }

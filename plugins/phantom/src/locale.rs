@@ -1,10 +1,11 @@
-//! Numbers with a point while the driver reads its configuration: it takes the decimal sign from the process, and a host that
-//! has set a locale with a comma would have it read wrong numbers.
+//! The locale of numbers while the driver reads its configuration. The driver parses numbers with the C library, so under a locale with a
+//! decimal comma it would read wrong values.
 #![allow(unsafe_code, reason = "the locale belongs to the C library")]
 
 use std::ffi::{CStr, CString, c_char, c_int};
 use std::ptr::null;
 
+/// The category of number formats; its value depends on the C library.
 #[cfg(target_os = "linux")]
 const LC_NUMERIC: c_int = 1;
 #[cfg(not(target_os = "linux"))]
@@ -14,25 +15,27 @@ unsafe extern "C" {
     fn setlocale(category: c_int, locale: *const c_char) -> *const c_char;
 }
 
-/// The locale of numbers is "C" until this is dropped.
-pub struct Numeric(CString);
+/// Sets the process's locale of numbers to "C" and restores the previous one when dropped.
+pub struct NumericLocale {
+    previous: CString,
+}
 
-impl Numeric {
-    /// Sets it. Called from `main` only.
-    pub fn c() -> Self {
-        // SAFETY: asking gives a C string that lives until the next call, so it is copied first.
+impl NumericLocale {
+    /// Sets the locale to "C", for the whole process.
+    pub fn set_c() -> Self {
+        // SAFETY: a query returns a C string that lives until the next call, so it is copied first.
         unsafe {
-            let before = setlocale(LC_NUMERIC, null());
-            let before = if before.is_null() { c"C".to_owned() } else { CStr::from_ptr(before).to_owned() };
+            let previous = setlocale(LC_NUMERIC, null());
+            let previous = if previous.is_null() { c"C".to_owned() } else { CStr::from_ptr(previous).to_owned() };
             setlocale(LC_NUMERIC, c"C".as_ptr());
-            Self(before)
+            Self { previous }
         }
     }
 }
 
-impl Drop for Numeric {
+impl Drop for NumericLocale {
     fn drop(&mut self) {
         // SAFETY: a C string.
-        unsafe { setlocale(LC_NUMERIC, self.0.as_ptr()) };
+        unsafe { setlocale(LC_NUMERIC, self.previous.as_ptr()) };
     }
 }
