@@ -175,7 +175,6 @@ typedef struct pliant_blocks {
 } pliant_blocks;
 
 /* Adds `block` at `slots[slot_index]`, where `slot_index` is e * k (k + 1) / 2 + the index of the pair of corners. */
-
 static inline void pliant_add_block(const pliant_blocks *blocks, size_t slot_index, const double block[9]) {
   uint32_t slot = blocks->slots[slot_index];
   double *to = blocks->values + 9 * (size_t)(slot & ~PLIANT_TRANSPOSED);
@@ -350,8 +349,9 @@ typedef struct pliant_grid {
                            uint64_t *cells, double *weights);
   /* An embedding that is not linear in the corners, used in place of the weights; NULL or UNSUPPORTED where the weights are enough
    * (the host asks with count 0). `place` maps rest positions (count x 3, m) and the current corners of their cells
-   * (count x 8 x 3, m) to current positions (count x 3, m). `pull_back` is the transpose of its derivative: it adds what loads on
-   * the points (count x 3, N) are on the corners, corner_loads (count x 8 x 3, N). [sim & active] */
+   * (count x 8 x 3, m) to current positions (count x 3, m). `pull_back` is the transpose of its derivative by the corners: from
+   * loads on the points (count x 3, N) it adds the equivalent loads on the corners to corner_loads (count x 8 x 3, N).
+   * [sim & active] */
   pliant_status (*place)(const pliant_plugin *, uint32_t level, const double *rest, size_t count, const double *corners,
                          double *positions);
   pliant_status (*pull_back)(const pliant_plugin *, uint32_t level, const double *rest, size_t count, const double *corners,

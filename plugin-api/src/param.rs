@@ -124,7 +124,7 @@ impl<'a> Params<'a> {
     pub fn number(&self, key: &str) -> f64 {
         match self.value(key) {
             Value::Number(value) => *value,
-            _ => panic!("parameter `{key}` is not a number"),
+            Value::Text(_) | Value::Table(_) => panic!("parameter `{key}` is not a number"),
         }
     }
 
@@ -137,7 +137,7 @@ impl<'a> Params<'a> {
     pub fn text(&self, key: &str) -> Option<&'a str> {
         match self.value(key) {
             Value::Text(text) => Some(text.as_str()).filter(|t| !t.is_empty()),
-            _ => panic!("parameter `{key}` is not a text"),
+            Value::Number(_) | Value::Table(_) => panic!("parameter `{key}` is not a text"),
         }
     }
 
@@ -145,7 +145,7 @@ impl<'a> Params<'a> {
     pub fn table(&self, key: &str) -> Option<&'a Table> {
         match self.value(key) {
             Value::Table(table) => Some(table).filter(|t| !t.values.is_empty()),
-            _ => panic!("parameter `{key}` is not a table"),
+            Value::Number(_) | Value::Text(_) => panic!("parameter `{key}` is not a table"),
         }
     }
 }

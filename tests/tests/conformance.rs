@@ -1,12 +1,12 @@
-//! Every plugin of ours keeps every promise of the border, as a shared library, whatever its language.
+//! The shipped plugins pass the conformance suite as shared libraries, whatever their language.
 
 use pliant_plugin_api::kit::{Kind, Verdict, cases};
 use pliant_tests::library;
 
-/// What does not hold, and what cannot be looked at.
-fn judge(name: &str) -> (Vec<String>, Vec<String>) {
+/// The failed and the skipped cases of a plugin, as messages.
+fn failed_and_skipped(name: &str) -> (Vec<String>, Vec<String>) {
     let candidate = library(name).candidate(0);
-    let kind = candidate.kind().expect("a kind of this version");
+    let kind = candidate.kind().expect("a known kind");
     let (mut failed, mut skipped) = (Vec::new(), Vec::new());
     for case in cases(kind) {
         match case.run(&candidate) {
@@ -19,18 +19,18 @@ fn judge(name: &str) -> (Vec<String>, Vec<String>) {
 }
 
 #[test]
-fn our_plugins_conform() {
+fn the_shipped_plugins_pass_the_conformance_suite() {
     for name in ["mass-spring", "neo-hookean", "corotational", "cloth", "octree-grid", "scripted"] {
-        let (failed, skipped) = judge(name);
+        let (failed, skipped) = failed_and_skipped(name);
         skipped.iter().for_each(|line| println!("{line}"));
         assert!(failed.is_empty(), "\n{}\n", failed.join("\n"));
-        // No allocator sees a library, an embedding may be linear, and `scripted` wants a path.
+        // Allocations inside a library cannot be counted, an embedding may be linear, and `scripted` needs a path.
         assert!(name == "scripted" || skipped.len() <= 1, "{skipped:?}");
     }
 }
 
 #[test]
-fn cases_have_names_of_their_own_and_a_sentence() {
+fn cases_have_unique_names_and_a_sentence_each() {
     for kind in [Kind::Material, Kind::Grid, Kind::Device] {
         let cases = cases(kind);
         for (i, case) in cases.iter().enumerate() {

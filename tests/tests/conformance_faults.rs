@@ -1,4 +1,4 @@
-//! Every case of the conformance suite catches the plugin that was made to fail it, and that plugin fails no other.
+//! For each case of the conformance suite there is a plugin with a fault that fails this case and no other.
 
 use pliant_plugin_api::kit::{Candidate, CountingAllocator, Verdict, cases};
 use pliant_tests::library;
@@ -6,8 +6,8 @@ use pliant_tests::library;
 #[global_allocator]
 static COUNTING: CountingAllocator = CountingAllocator;
 
-/// (plugin, the one case it fails)
-const TABLE: &[(&str, &str)] = &[
+/// Id of a faulty plugin, and the case it fails.
+const FAULTS: &[(&str, &str)] = &[
     ("mass-below-zero", "mass-is-positive"),
     ("pulls-at-rest", "rest-is-force-free"),
     ("energy-off", "force-is-energy-gradient"),
@@ -44,21 +44,22 @@ const TABLE: &[(&str, &str)] = &[
     ("keeps-force-when-reopened", "reopened-device-is-silent"),
 ];
 
+/// Names of the failed cases.
 fn failed(candidate: &Candidate) -> Vec<&'static str> {
-    let kind = candidate.kind().expect("a kind of this version");
+    let kind = candidate.kind().expect("a known kind");
     let fails = |case: &&pliant_plugin_api::kit::Case| matches!(case.run(candidate), Verdict::Failed(_));
     cases(kind).iter().filter(fails).map(|case| case.name).collect()
 }
 
 fn candidate(id: &str) -> Candidate {
     let library = library("faulty-plugins");
-    let place = library.plugins().iter().position(|p| p.id == id).unwrap_or_else(|| panic!("no plugin `{id}`"));
-    library.candidate(place)
+    let index = library.plugins().iter().position(|p| p.id == id).unwrap_or_else(|| panic!("no plugin `{id}`"));
+    library.candidate(index)
 }
 
 #[test]
 fn each_faulty_plugin_fails_its_case_and_no_other() {
-    let wrong: Vec<String> = TABLE
+    let wrong: Vec<String> = FAULTS
         .iter()
         .map(|(id, case)| (id, case, failed(&candidate(id))))
         .filter(|(_, case, found)| found[..] != [**case])
@@ -68,15 +69,15 @@ fn each_faulty_plugin_fails_its_case_and_no_other() {
 }
 
 #[test]
-fn sound_plugins_fail_none() {
+fn sound_plugins_fail_no_case() {
     for id in ["sound-springs", "sound-net", "sound-brick", "sound-finger"] {
         assert_eq!(failed(&candidate(id)), [""; 0], "{id}");
     }
 }
 
-/// Allocations are seen of a plugin that is linked in, by the counter of this program.
+/// Allocations can only be counted in a plugin that is linked into the program with the counting allocator.
 #[test]
-fn allocation_is_seen_in_a_linked_plugin() {
+fn allocations_of_a_linked_plugin_are_found() {
     use faulty_plugins::{SpringMaterial, SpringSheet, fault};
     use pliant_plugin_api::AsMaterial;
     assert_eq!(

@@ -1,7 +1,7 @@
-//! Plugins built for earlier minors of the border still load, keep their promises and run: one binary is kept for each.
+//! Plugins built for earlier minor versions of the interface load, conform and run: one binary is kept for each version.
 //!
 //! `tests/old/material-1.0.so` is the C material of `pliant plugin new` as of interface 1.0, built with its own Makefile and
-//! stripped. A new minor adds one and takes none away.
+//! stripped. A new minor version adds a binary and removes none.
 
 use pliant_host::Library;
 use pliant_plugin_api::kit::{Verdict, cases};
@@ -17,7 +17,7 @@ fn old_binaries_load_conform_and_run() {
         let path = root().join("tests/old").join(file).canonicalize().unwrap_or_else(|e| panic!("{file}: {e}"));
         let library = Library::open(&path).unwrap_or_else(|e| panic!("{e}"));
         let candidate = library.candidate(0);
-        for case in cases(candidate.kind().expect("a kind there is")) {
+        for case in cases(candidate.kind().expect("a known kind")) {
             let verdict = case.run(&candidate);
             assert!(!matches!(verdict, Verdict::Failed(_)), "{file}: {}: {verdict:?}", case.name);
         }

@@ -1,10 +1,9 @@
-//! `pliant plugin check` on plugins that break the border itself, and on those that end their process: in C, as Rust authors
-//! cannot. And a scene with such a plugin, in a process of its own.
+//! `pliant plugin check` on C plugins that violate the interface or crash, and an isolated run of a scene with a plugin that crashes.
 
 use pliant_tests::{Bench, Ran};
 
-/// The C material `pliant plugin new` writes, with its own entry, and with `fault` put over it.
-fn wrapped(bench: &Bench, stem: &str, fault: &str) -> String {
+/// Compiles the C material of `pliant plugin new` with `fault` appended, which defines the entry of the library.
+fn compile_with_fault(bench: &Bench, stem: &str, fault: &str) -> String {
     if !bench.path("sound").exists() {
         bench.pliant(&["plugin", "new", "sound", "--kind", "material", "--lang", "c"]).expect(0);
     }
@@ -20,10 +19,11 @@ extern PLIANT_EXPORT const pliant_library pliant_entry;
     bench.compile("lib", stem, &text).display().to_string()
 }
 
+/// The entry, with a `create` named `faulty`.
 const ENTRY: &str = "const pliant_library pliant_entry = {sizeof(pliant_library), PLIANT_ABI_MAJOR, PLIANT_ABI_MINOR, init, \
                      describe_plugin, faulty};";
 
-/// A `create` that does this to each instance before it hands it over.
+/// The entry and a `create` that makes a change to each new instance, `it`.
 fn create_with(change: &str) -> String {
     format!(
         "static const pliant_plugin *faulty(const pliant_host *host, const char *id) {{
@@ -37,6 +37,7 @@ fn create_with(change: &str) -> String {
     )
 }
 
+/// Names of the failed cases.
 fn failed(ran: &Ran) -> Vec<String> {
     let document = ran.json();
     let cases = document["cases"].as_array().expect("cases");
@@ -46,16 +47,16 @@ fn failed(ran: &Ran) -> Vec<String> {
 
 #[test]
 #[cfg_attr(not(unix), ignore = "needs a C compiler with the options of GNU and Clang")]
-fn each_fault_of_the_border_fails_its_case_and_no_other() {
+fn each_violation_of_the_interface_fails_its_case_and_no_other() {
     let bench = Bench::new();
     let twice = format!(
         "static pliant_descriptor copies[2];
-         static uint32_t turn;
+         static uint32_t calls;
          static const pliant_descriptor *alternating(uint32_t index) {{
-           pliant_descriptor *copy = &copies[turn++ & 1];
+           pliant_descriptor *copy = &copies[calls++ & 1];
            if (index > 0) return NULL;
            *copy = descriptor;
-           copy->flags += turn & 1 ? 0u : 4u;
+           copy->flags += calls & 1 ? 0u : 4u;
            return copy;
          }}
          static const pliant_plugin *faulty(const pliant_host *host, const char *id) {{ return create(host, id); }}
@@ -71,14 +72,14 @@ fn each_fault_of_the_border_fails_its_case_and_no_other() {
     );
     let slow = format!(
         "#include <time.h>
-         static pliant_status dawdle(const pliant_host *host, const char *folder) {{
+         static pliant_status slow_init(const pliant_host *host, const char *folder) {{
            const clock_t start = clock();
            while (clock() - start < CLOCKS_PER_SEC / 4) (void)host, (void)folder;
            return init(host, folder);
          }}
          static const pliant_plugin *faulty(const pliant_host *host, const char *id) {{ return create(host, id); }}
          {}",
-        ENTRY.replace(" init,", " dawdle,")
+        ENTRY.replace(" init,", " slow_init,")
     );
     let any_extension = "static const void *any(const pliant_plugin *p, const char *id) {
            (void)p, (void)id;
@@ -100,48 +101,49 @@ fn each_fault_of_the_border_fails_its_case_and_no_other() {
         ("runs_dry", with("static int opened;\n", "if (++opened > 30) return NULL;"), "opens-many-times"),
     ];
     for (stem, fault, case) in table {
-        let library = wrapped(&bench, stem, &fault);
+        let library = compile_with_fault(&bench, stem, &fault);
         let ran = bench.pliant(&["plugin", "check", &library, "--json"]).expect(1);
         assert_eq!(failed(&ran), [case], "{stem}");
     }
-    let library = wrapped(&bench, "sound_after_all", &create_with(""));
+    let library = compile_with_fault(&bench, "sound_after_all", &create_with(""));
     bench.pliant(&["plugin", "check", &library]).expect(0).says(&["0 failed"]);
-    // One that does not open has nothing else to be looked at.
+    // A plugin that does not open with its defaults.
     let refuses = "static pliant_status no(const pliant_plugin *p, const pliant_limits *l) { (void)l; \
                    return fail(p, PLIANT_BAD_ARGUMENT, \"not today\"); }\n";
-    let library = wrapped(&bench, "refuses", &format!("{refuses}{}", create_with("it->plugin.activate = no;")));
+    let library =
+        compile_with_fault(&bench, "refuses", &format!("{refuses}{}", create_with("it->plugin.activate = no;")));
     let ran = bench.pliant(&["plugin", "check", &library, "--case", "opens-with-defaults"]).expect(1);
     assert!(ran.out.contains("opens-with-defaults") && ran.out.contains("not today"), "{}", ran.out);
 }
 
-/// A material whose forces end the process, or never end.
-fn deadly(bench: &Bench, stem: &str, how: &str) -> String {
+/// Compiles a material whose `forces` runs the C statements `how`, which crash or never end.
+fn compile_crashing(bench: &Bench, stem: &str, how: &str) -> String {
     let fault = format!(
-        "static pliant_status dies(const pliant_plugin *p, const pliant_batch *b, double *f) {{
-           static volatile int seen; (void)p, (void)b, (void)f;
+        "static pliant_status crash(const pliant_plugin *p, const pliant_batch *b, double *f) {{
+           static volatile int count; (void)p, (void)b, (void)f;
            {how}
-           return seen ? PLIANT_OK : PLIANT_IO;
+           return count ? PLIANT_OK : PLIANT_IO;
          }}
-         static const pliant_material deadly = {{sizeof(pliant_material), elements, rest, mass, energy, dies, tangent, NULL, NULL}};
+         static const pliant_material crashing = {{sizeof(pliant_material), elements, rest, mass, energy, crash, tangent, NULL, NULL}};
          static const void *other(const pliant_plugin *p, const char *id) {{
-           (void)p; return strcmp(id, PLIANT_MATERIAL) == 0 ? &deadly : NULL; }}
+           (void)p; return strcmp(id, PLIANT_MATERIAL) == 0 ? &crashing : NULL; }}
          {}",
         create_with("it->plugin.extension = other;")
     );
-    wrapped(bench, stem, &fault)
+    compile_with_fault(bench, stem, &fault)
 }
 
 #[test]
 #[cfg_attr(not(unix), ignore = "needs a C compiler with the options of GNU and Clang")]
-fn a_plugin_that_ends_its_process_or_hangs_fails_its_case_and_the_check_goes_on() {
+fn a_case_that_crashes_or_hangs_fails_and_the_others_run() {
     let bench = Bench::new();
     for (stem, how, said) in [
-        ("segfault", "*(volatile int *)(size_t)seen = 1;", "signal 11 (segmentation fault)"),
+        ("segfault", "*(volatile int *)(size_t)count = 1;", "signal 11 (segmentation fault)"),
         ("abort", "abort();", "signal 6 (abort)"),
-        ("hangs", "for (;;) seen++;", "did not end within 1 s"),
+        ("hangs", "for (;;) count++;", "did not end within 1 s"),
         ("exits", "exit(0);", "gave no answer that can be read"),
     ] {
-        let library = deadly(&bench, stem, how);
+        let library = compile_crashing(&bench, stem, how);
         let (case, seconds) = (["--case", "rest-is-force-free"], ["--seconds", "1"]);
         let ran = bench.pliant(&[["plugin", "check"], [&library, "--json"], case, seconds].concat()).expect(1);
         assert!(ran.out.contains(said), "{stem}: {}", ran.out);
@@ -150,7 +152,7 @@ fn a_plugin_that_ends_its_process_or_hangs_fails_its_case_and_the_check_goes_on(
 }
 
 #[test]
-fn a_library_that_is_none_ends_the_check_with_a_sentence() {
+fn files_that_are_no_plugin_end_the_check_with_a_message() {
     let bench = Bench::new();
     let text = bench.write("no.so", "not a library").display().to_string();
     bench.pliant(&["plugin", "check", &text]).expect(3).says(&["no.so", "cannot be opened as a shared library"]);
@@ -161,13 +163,13 @@ fn a_library_that_is_none_ends_the_check_with_a_sentence() {
 
 #[test]
 #[cfg_attr(not(unix), ignore = "needs a C compiler with the options of GNU and Clang")]
-fn a_crash_in_a_run_of_its_own_is_an_error_and_not_ours() {
+fn a_crash_in_an_isolated_run_is_an_error_of_the_run() {
     let bench = Bench::new();
-    deadly(&bench, "sound", "*(volatile int *)(size_t)seen = 1;");
+    compile_crashing(&bench, "sound", "*(volatile int *)(size_t)count = 1;");
     let ran = bench.pliant(&["run", "sound/scene.toml", "--isolate", "--plugin-path", "lib", "--out", "out"]);
     let ran = ran.expect(3).says(&["segmentation fault", "a plugin of the scene crashed"]);
     assert!(ran.out.is_empty() && !bench.path("out/final.obj").exists(), "{}", ran.out);
-    // A run that ends by itself ends the same way.
+    // Without a crash an isolated run ends like any other.
     let ran = ["run", "sound/scene.toml", "--isolate", "--set", "body.0.material.plugin=mass-spring", "--out", "well"];
     bench.pliant(&ran).expect(0);
     assert!(bench.path("well/final.obj").is_file());

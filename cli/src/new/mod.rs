@@ -51,38 +51,41 @@ impl Placeholders {
     /// The values for a project.
     fn new(args: &NewArgs) -> Result<Self, Failure> {
         let name = args.name.as_str();
-        let part = |p: &str| !p.is_empty() && p.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit());
-        if !name.split('-').all(part) || !name.starts_with(|c: char| c.is_ascii_lowercase()) {
+        let is_word = |p: &str| !p.is_empty() && p.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit());
+        if !name.split('-').all(is_word) || !name.starts_with(|c: char| c.is_ascii_lowercase()) {
             return Err(Failure::input(format!("name `{name}`; allowed is lower-case letters, digits and dashes")));
         }
         let snake = name.replace('-', "_");
-        let capital = |p: &str| p[..1].to_uppercase() + &p[1..];
+        let capitalized = |p: &str| p[..1].to_uppercase() + &p[1..];
         let kind = match args.kind {
             NewKind::Material => "material",
             NewKind::Grid => "grid",
             NewKind::Device => "device",
         };
-        let or = |of: NewKind, usual: &str| if args.kind == of { name.to_owned() } else { usual.to_owned() };
-        let cpp = args.lang == Language::Cpp;
-        let either = |c: &str, other: &str| if cpp { other.to_owned() } else { c.to_owned() };
+        // The scene uses the new plugin in its role, and plugins of this program in the others.
+        let plugin_of =
+            |kind: NewKind, otherwise: &str| if args.kind == kind { name.to_owned() } else { otherwise.to_owned() };
+        let is_cpp = args.lang == Language::Cpp;
+        let c_or_cpp = |c: &str, cpp: &str| if is_cpp { cpp.to_owned() } else { c.to_owned() };
+        // Keyframes of `scripted`: time (s), then the position (m). The finger goes down and stays.
         let path = "params = { path = [[0.0, 0.0, 0.0, 0.006], [0.1, 0.0, 0.0, -0.002], [0.3, 0.0, 0.0, -0.002]] }\n";
         Ok(Self(vec![
             ("@NAME@", name.to_owned()),
             ("@SNAKE@", snake.clone()),
-            ("@TYPE@", name.split('-').map(capital).collect()),
+            ("@TYPE@", name.split('-').map(capitalized).collect()),
             ("@KIND@", kind.to_owned()),
-            ("@ROLE@", format!("As{}", capital(kind))),
+            ("@ROLE@", format!("As{}", capitalized(kind))),
             ("@LIBRARY@", format!("{DLL_PREFIX}{snake}{DLL_SUFFIX}")),
             ("@PLIANT@", source(args)?),
-            ("@NULL@", either("NULL", "nullptr")),
-            ("@NOEXCEPT@", either("", " noexcept")),
-            ("@EXT@", either("c", "cpp")),
-            ("@COMPILER@", either("CC", "CXX")),
-            ("@STANDARD@", either("c11", "c++17")),
-            ("@LANGUAGE@", either("C", "C++")),
-            ("@MATERIAL@", or(NewKind::Material, "mass-spring")),
-            ("@GRID@", or(NewKind::Grid, "octree-grid")),
-            ("@DEVICE@", or(NewKind::Device, "scripted")),
+            ("@NULL@", c_or_cpp("NULL", "nullptr")),
+            ("@NOEXCEPT@", c_or_cpp("", " noexcept")),
+            ("@EXT@", c_or_cpp("c", "cpp")),
+            ("@COMPILER@", c_or_cpp("CC", "CXX")),
+            ("@STANDARD@", c_or_cpp("c11", "c++17")),
+            ("@LANGUAGE@", c_or_cpp("C", "C++")),
+            ("@MATERIAL@", plugin_of(NewKind::Material, "mass-spring")),
+            ("@GRID@", plugin_of(NewKind::Grid, "octree-grid")),
+            ("@DEVICE@", plugin_of(NewKind::Device, "scripted")),
             ("@PATH@", if args.kind == NewKind::Device { String::new() } else { path.to_owned() }),
         ]))
     }
@@ -100,9 +103,9 @@ fn source(args: &NewArgs) -> Result<String, Failure> {
         return Ok(String::new());
     }
     if !folder.join("plugin-api/Cargo.toml").is_file() {
-        let place = folder.display();
         return Err(Failure::input(format!(
-            "no plugin-api in {place}: a Rust plugin is built against pliant's own source; --pliant DIR says where that is"
+            "no plugin-api in {}: a Rust plugin is built with pliant's own source; --pliant DIR says where that is",
+            folder.display()
         )));
     }
     let folder = folder.canonicalize().map_err(|e| write_failure(&folder, &e))?;

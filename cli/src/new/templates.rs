@@ -1,16 +1,18 @@
-//! The files of a new project: where they go, and what is in them.
+//! The files of a new project: their paths in the project and their contents.
 
 use crate::args::{Language, NewKind};
 
-/// The border itself, as of this program.
+/// The C header of the plugin interface.
 const HEADER: &str = include_str!("../../../plugin-api/include/pliant.h");
+/// A scene that uses the plugin.
 const SCENE: &str = include_str!("../../templates/scene.toml.txt");
+/// Build results and outputs, for `.gitignore`.
 const IGNORE: &str = "/target\n/out\n*.so\n*.dylib\n*.dll\n";
 
-/// What every C plugin has, after what is its own.
+/// The end of the source file of a C or C++ plugin, the same for all kinds: parameters, instances and the entry of the library.
 const TAIL: &str = include_str!("../../templates/tail.c.txt");
 
-/// Paths and contents, with words to be filled in.
+/// Path and content of each file, both with placeholders (`@NAME@` and so on).
 pub fn files(kind: NewKind, language: Language) -> Vec<(&'static str, String)> {
     let mut files = vec![("scene.toml", SCENE.to_owned()), (".gitignore", IGNORE.to_owned())];
     if language == Language::Rust {

@@ -1,4 +1,4 @@
-//! Bending on four patterns of mesh: the energy of a cylinder, and a plate that sags.
+//! Bending on four patterns of triangles: the energy of a cylinder, and the deflection of a cantilever.
 
 mod strip;
 
@@ -8,20 +8,22 @@ use pliant_plugin_api::param::{Params, Table, Value, defaults, position};
 use pliant_plugin_api::{Material, TangentScale};
 use strip::{PATTERNS, Pattern, strip};
 
-/// N m
+/// Bending rigidity along the warp, N m.
 const D: f64 = 15e-6;
 
+/// Cloth with a bending model: 0 for coupled hinges, 1 for hinges alone.
 fn cloth(bending: f64) -> Cloth {
     kit::material(&[("bending", bending), ("bending-warp", D)]).unwrap()
 }
 
-/// A symmetric positive definite matrix, factored: lower triangle of `L L^T` (Cholesky 1910).
-struct Factor {
+/// The Cholesky factor L of a symmetric positive definite matrix `L L^T`, dense.
+struct Cholesky {
     n: usize,
     l: Vec<f64>,
 }
 
-impl Factor {
+impl Cholesky {
+    /// Factorises the lower triangle of a row-major matrix.
     fn new(mut a: Vec<f64>, n: usize) -> Self {
         for j in 0..n {
             for i in j..n {
@@ -38,7 +40,7 @@ impl Factor {
         Self { n, l: a }
     }
 
-    /// `L^-1 b`
+    /// Replaces b by `L^-1 b`.
     fn forward(&self, b: &mut [f64]) {
         for i in 0..self.n {
             let row = &self.l[i * self.n..i * self.n + i];
@@ -46,6 +48,7 @@ impl Factor {
         }
     }
 
+    /// Replaces b by `(L L^T)^-1 b`.
     fn solve(&self, b: &mut [f64]) {
         self.forward(b);
         for i in (0..self.n).rev() {
@@ -57,45 +60,55 @@ impl Factor {
     }
 }
 
-/// The compliance between coupled hinges, m/N.
-fn compliance(body: &Body, material: &Cloth) -> Factor {
+/// The compliance between coupled hinges (m/N), summed over the triangles and factorised.
+fn compliance(body: &Body, material: &Cloth) -> Cholesky {
     let compliances = body.compliances(material).unwrap();
     let hinges = body.strains(material).unwrap().corners;
     let n = hinges.len();
-    let places: std::collections::BTreeMap<[u32; 2], usize> =
+    let hinge_of_edge: std::collections::BTreeMap<[u32; 2], usize> =
         hinges.iter().zip(0..).map(|(h, e)| ([h[0].min(h[1]), h[0].max(h[1])], e)).collect();
     let mut sum = vec![0.0; n * n];
     for (e, t) in compliances.corners.iter().enumerate() {
-        let side = |s: usize| places.get(&[t[s].min(t[(s + 1) % 3]), t[s].max(t[(s + 1) % 3])]);
+        let hinge_of_side = |s: usize| hinge_of_edge.get(&[t[s].min(t[(s + 1) % 3]), t[s].max(t[(s + 1) % 3])]);
         for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
             let plane = [[0, 1, 2], [1, 3, 4], [2, 4, 5]][i][j];
-            if let (Some(p), Some(q)) = (side(i), side(j)) {
+            if let (Some(p), Some(q)) = (hinge_of_side(i), hinge_of_side(j)) {
                 sum[p * n + q] += compliances.plane(plane)[e];
             }
         }
     }
-    Factor::new(sum, n)
+    Cholesky::new(sum, n)
 }
 
-/// J, `s . m / 2`
+/// Energy of the coupled hinges, J: `s . m / 2 = s . G^-1 s / 2`.
 fn coupled_energy(body: &Body, material: &Cloth) -> f64 {
     let mut s = body.strains(material).unwrap().plane(0).to_vec();
     compliance(body, material).forward(&mut s);
     0.5 * s.iter().map(|v| v * v).sum::<f64>()
 }
 
-/// Hinges along the edges of the ends where `held`: on a node mirrored through the edge, which carries no triangle.
-fn hold(sheet: &mut Sheet, held: impl Fn(f64) -> bool) {
+/// Clamps the ends of a strip at the positions `is_clamped` selects: adds hinges at the edges there, to a node without triangles that is
+/// the mirror image of the opposite corner.
+fn clamp(sheet: &mut Sheet, is_clamped: impl Fn(f64) -> bool) {
     let triangles: Vec<[u32; 3]> = sheet.triangles.nodes.as_chunks::<3>().0.to_vec();
     for [a, b, c] in triangles {
         for [a, b, o] in [[a, b, c], [b, c, a], [c, a, b]] {
             let [p, q, r] = [a, b, o].map(|n| sheet.rest[n as usize]);
-            if p[0] == q[0] && held(p[0]) {
+            if p[0] == q[0] && is_clamped(p[0]) {
                 sheet.hinges.nodes.extend([a, b, o, sheet.rest.len() as u32]);
                 sheet.rest.push([2.0 * p[0] - r[0], r[1], 0.0]);
             }
         }
     }
+}
+
+/// The position on a cylinder about y of a node that rests at `rest` (m) in the plane; the nodes of the clamps, which are not on the
+/// strip, lie in the tangent plane at its end.
+fn on_cylinder(rest: [f64; 3], radius: f64, is_on_strip: bool) -> [f64; 3] {
+    let arc_length = if is_on_strip { rest[0] } else { rest[0].clamp(0.0, 1.0) };
+    let (s, c) = (arc_length / radius).sin_cos();
+    let tangential = rest[0] - arc_length;
+    [radius * s + tangential * c, rest[1], radius * (1.0 - c) + tangential * s]
 }
 
 /// The area of a strip, m^2.
@@ -104,27 +117,25 @@ fn area(sheet: &Sheet) -> f64 {
 }
 
 #[test]
-fn coupled_cylinder_has_the_energy_of_a_plate() {
+fn coupled_hinges_on_a_cylinder_have_the_energy_of_a_plate() {
     let (material, radius) = (cloth(0.0), 1.5);
     for pattern in PATTERNS {
         let mut sheet = strip(pattern, 12);
-        let real = sheet.rest.len();
-        hold(&mut sheet, |x| x == 0.0 || x == 1.0);
+        let strip_nodes = sheet.rest.len();
+        clamp(&mut sheet, |x| x == 0.0 || x == 1.0);
         let mut body = Body::new(&material, sheet.rest.clone(), |r| sheet.elements(r.kind)).unwrap();
         for (n, x) in body.x.iter_mut().enumerate() {
-            // Nodes that hold an end lie in the tangent there.
-            let at = if n < real { x[0] } else { x[0].clamp(0.0, 1.0) };
-            let (s, c) = (at / radius).sin_cos();
-            *x = [radius * s + (x[0] - at) * c, x[1], radius * (1.0 - c) + (x[0] - at) * s];
+            *x = on_cylinder(*x, radius, n < strip_nodes);
         }
         let ratio = coupled_energy(&body, &material) / (0.5 * D / radius.powi(2) * area(&sheet));
-        println!("{pattern:?}: energy over that of a plate {ratio:.5}");
+        println!("{pattern:?}: energy relative to that of a plate {ratio:.5}");
         assert!((ratio - 1.0).abs() < 0.02, "{pattern:?}: {ratio}");
     }
 }
 
-/// A cylinder's energy in hinges alone over that of a plate, bent along axis 0 or 1, with the warp along `warp`.
-fn hinged(pattern: Pattern, axis: usize, warp: [f64; 3], weft: f64) -> f64 {
+/// Energy of hinges alone on a strip bent along an axis (0 or 1), relative to that of a plate of rigidity D. The warp is along `warp`; the
+/// rigidity along the weft is `weft` (N m).
+fn energy_ratio_of_hinges(pattern: Pattern, axis: usize, warp: [f64; 3], weft: f64) -> f64 {
     let (cells, radius) = (48, 1.5);
     let mut values = defaults(Cloth::INFO.params);
     let mut set = |key: &str, value: Value| values[position(Cloth::INFO.params, key).unwrap()] = value;
@@ -144,48 +155,44 @@ fn hinged(pattern: Pattern, axis: usize, warp: [f64; 3], weft: f64) -> f64 {
     body.x.iter_mut().for_each(bend);
     flat.x.clone_from(&body.x);
     let energy = body.energy(&material).unwrap() - flat.energy(&membrane).unwrap();
-    // Free ends are short of half a row of cells each.
-    let long = sheet.rest.iter().fold(0.0, |m: f64, x| m.max(x[axis]));
+    // At each free end half a row of cells has no hinge.
+    let length = sheet.rest.iter().fold(0.0, |m: f64, x| m.max(x[axis]));
     let row = if axis == 1 && pattern == Pattern::Equilateral { 0.75_f64.sqrt() } else { 1.0 } / cells as f64;
-    energy / (0.5 * D / radius.powi(2) * area(&sheet) * (1.0 - row / long))
+    energy / (0.5 * D / radius.powi(2) * area(&sheet) * (1.0 - row / length))
 }
 
 #[test]
-fn hinges_alone_have_it_on_good_meshes_only() {
+fn hinges_alone_have_the_energy_of_a_plate_on_regular_meshes_only() {
     for pattern in [Pattern::Regular, Pattern::Alternating, Pattern::Equilateral] {
         for axis in [0, 1] {
-            let ratio = hinged(pattern, axis, [1.0, 0.0, 0.0], D);
+            let ratio = energy_ratio_of_hinges(pattern, axis, [1.0, 0.0, 0.0], D);
             println!("{pattern:?} along {axis}: {ratio:.5}");
             assert!((ratio - 1.0).abs() < 0.05, "{pattern:?} {axis}: {ratio}");
         }
     }
-    let ratio = hinged(Pattern::Irregular, 0, [1.0, 0.0, 0.0], D);
-    assert!((ratio - 1.0).abs() > 0.02, "an irregular mesh is what coupled hinges are for: {ratio}");
+    let ratio = energy_ratio_of_hinges(Pattern::Irregular, 0, [1.0, 0.0, 0.0], D);
+    assert!((ratio - 1.0).abs() > 0.02, "hinges alone are accurate on an irregular mesh: {ratio}");
 }
 
 #[test]
-fn hinges_know_warp_from_weft() {
+fn hinges_alone_have_the_rigidities_of_warp_and_weft() {
     for (axis, warp, rigidity) in [(0, [2.0, 0.0, 0.5], 1.0), (1, [1.0, 0.0, 0.0], 3.0), (0, [0.0, 1.0, 0.0], 3.0)] {
-        let ratio = hinged(Pattern::Alternating, axis, warp, 3.0 * D) / rigidity;
+        let ratio = energy_ratio_of_hinges(Pattern::Alternating, axis, warp, 3.0 * D) / rigidity;
         assert!((ratio - 1.0).abs() < 0.05, "{axis} {warp:?}: {ratio}");
     }
 }
 
 #[test]
-fn warp_weft_and_curved_rest_states() {
+fn coupled_hinges_have_the_rigidities_of_warp_and_weft_flat_or_curved_at_rest() {
     let radius = 1.5;
     let material: Cloth = kit::material(&[("bending-warp", D), ("bending-weft", 3.0 * D)]).unwrap();
     let mut sheet = strip(Pattern::Irregular, 12);
-    let real = sheet.rest.len();
-    hold(&mut sheet, |x| x == 0.0 || x == 1.0);
-    let bend = |n: usize, x: [f64; 3]| {
-        let at = if n < real { x[0] } else { x[0].clamp(0.0, 1.0) };
-        let (s, c) = (at / radius).sin_cos();
-        [radius * s + (x[0] - at) * c, x[1], radius * (1.0 - c) + (x[0] - at) * s]
-    };
-    let bent: Vec<[f64; 3]> = sheet.rest.iter().enumerate().map(|(n, x)| bend(n, *x)).collect();
+    let strip_nodes = sheet.rest.len();
+    clamp(&mut sheet, |x| x == 0.0 || x == 1.0);
+    let bent: Vec<[f64; 3]> =
+        sheet.rest.iter().enumerate().map(|(n, x)| on_cylinder(*x, radius, n < strip_nodes)).collect();
     let plate = 0.5 * D / radius.powi(2) * area(&sheet);
-    // The warp across the strip: it bends along the weft.
+    // With the warp across the strip it bends along the weft.
     let mut across = sheet.clone();
     across.triangles.material.chunks_mut(2).for_each(|u| (u[0], u[1]) = (u[1], -u[0]));
     for (sheet, rigidity) in [(&sheet, 1.0), (&across, 3.0)] {
@@ -199,17 +206,17 @@ fn warp_weft_and_curved_rest_states() {
     }
 }
 
-/// Deflection of a clamped strip's tip over that of a plate, `q L^4 / (8 D)`, to first order.
-fn cantilever(pattern: Pattern, cells: usize) -> f64 {
+/// Deflection at the tip of a clamped strip under a uniform load q, to first order, relative to that of a plate, `q L^4 / (8 D)`.
+fn cantilever_ratio(pattern: Pattern, cells: usize) -> f64 {
     let material = cloth(0.0);
     let mut sheet = strip(pattern, cells);
-    let real = sheet.rest.len();
-    hold(&mut sheet, |x| x == 0.0);
+    let strip_nodes = sheet.rest.len();
+    clamp(&mut sheet, |x| x == 0.0);
     let body = Body::new(&material, sheet.rest.clone(), |r| sheet.elements(r.kind)).unwrap();
     let factor = compliance(&body, &material);
     let strains = body.strains(&material).unwrap();
-    let free: Vec<usize> = (0..real).filter(|n| sheet.rest[*n][0] > 0.0).collect();
-    // Columns L^-1 ds/dz: their products are the stiffness.
+    let free: Vec<usize> = (0..strip_nodes).filter(|n| sheet.rest[*n][0] > 0.0).collect();
+    // The stiffness ds/dz^T G^-1 ds/dz has the scalar products of the columns L^-1 ds/dz as entries.
     let columns: Vec<Vec<f64>> = free
         .iter()
         .map(|node| {
@@ -226,7 +233,7 @@ fn cantilever(pattern: Pattern, cells: usize) -> f64 {
     let n = free.len();
     let dot = |p: &[f64], q: &[f64]| p.iter().zip(q).map(|(p, q)| p * q).sum::<f64>();
     let stiffness = (0..n * n).map(|i| if i % n <= i / n { dot(&columns[i / n], &columns[i % n]) } else { 0.0 });
-    let stiffness = Factor::new(stiffness.collect(), n);
+    let stiffness = Cholesky::new(stiffness.collect(), n);
     let mut w: Vec<f64> = free.iter().map(|node| sheet.points.measure[*node]).collect();
     stiffness.solve(&mut w);
     let tip: Vec<f64> = free.iter().zip(&w).filter(|(node, _)| sheet.rest[**node][0] == 1.0).map(|(_, w)| *w).collect();
@@ -234,9 +241,9 @@ fn cantilever(pattern: Pattern, cells: usize) -> f64 {
 }
 
 #[test]
-fn coupled_cantilever_converges_at_second_order_on_every_mesh() {
+fn coupled_hinges_converge_at_second_order_on_every_mesh() {
     for pattern in PATTERNS {
-        let errors = [8, 16, 32].map(|cells| cantilever(pattern, cells) - 1.0);
+        let errors = [8, 16, 32].map(|cells| cantilever_ratio(pattern, cells) - 1.0);
         let order = (errors[1] / errors[2]).abs().log2();
         println!("{pattern:?}: errors {errors:.5?}, order {order:.2}");
         assert!(errors[2].abs() < 5e-3, "{pattern:?}: {errors:?}");
@@ -245,30 +252,30 @@ fn coupled_cantilever_converges_at_second_order_on_every_mesh() {
 }
 
 #[test]
-fn collapsed_folds_stay_finite() {
+fn degenerate_hinges_have_finite_forces() {
     let sheet = kit::sheet([2, 2], 0.01);
     for bending in [0.0, 1.0] {
         let material = cloth(bending);
-        for squash in [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1e-12, 1e-12, 1.0], [1e9, 1.0, 1.0]] {
+        for scale in [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1e-12, 1e-12, 1.0], [1e9, 1.0, 1.0]] {
             let mut body = Body::new(&material, sheet.rest.clone(), |r| sheet.elements(r.kind)).unwrap();
             for (n, x) in body.x.iter_mut().enumerate() {
-                *x = [squash[0] * x[0], squash[1] * x[1], squash[2] * 0.01 * (n as f64).sin()];
+                *x = [scale[0] * x[0], scale[1] * x[1], scale[2] * 0.01 * (n as f64).sin()];
             }
             let strains = if bending == 0.0 { body.strains(&material).unwrap().values } else { Vec::new() };
             let force = body.forces(&material).unwrap();
             let k = body.tangent(&material, TangentScale { stiffness: 1.0, damping: 1.0 }).unwrap();
-            let finite = strains.iter().chain(force.iter().flatten()).chain(&k).all(|v| v.is_finite());
-            assert!(finite, "{bending}: {squash:?}");
+            let all_finite = strains.iter().chain(force.iter().flatten()).chain(&k).all(|v| v.is_finite());
+            assert!(all_finite, "{bending}: {scale:?}");
         }
     }
 }
 
 #[test]
-fn hinges_without_a_side_are_refused_by_number() {
+fn hinges_with_coincident_nodes_are_refused_by_number() {
     let sheet = kit::sheet([1, 1], 0.01);
     let mut rest = sheet.rest.clone();
     rest[3] = rest[0];
-    let found = Body::new(&cloth(1.0), rest, |r| sheet.elements(r.kind));
-    let fault = found.map(drop).unwrap_err();
+    let opened = Body::new(&cloth(1.0), rest, |r| sheet.elements(r.kind));
+    let fault = opened.map(drop).unwrap_err();
     assert!(fault.reason.starts_with("hinge 0 "), "{fault}");
 }

@@ -1,4 +1,4 @@
-//! The promises of the border, of cloth as it comes and of its other kind of bending that needs the host.
+//! The conformance suite on cloth with its default bending and with the projected Laplacian, which uses the extension for normals.
 
 use pliant_cloth::Cloth;
 use pliant_plugin_api::kit::{self, CountingAllocator};
@@ -15,7 +15,7 @@ fn conformance() {
     kit::check::<AsMaterial<Cloth>>();
 }
 
-/// Cloth that bends by the projected Laplacian, whatever its parameters say but for the membrane's matrix.
+/// Cloth that bends by the projected Laplacian: of its parameters only `tangent` has an effect.
 struct Laplacian(Cloth);
 
 impl Material for Laplacian {
@@ -53,8 +53,8 @@ impl Material for Laplacian {
         self.0.normals_energy(at, normals)
     }
 
-    fn normals_forces(&self, at: &Elements<'_>, of: &[[f64; 3]], out: &mut NormalForces<'_>) -> Result<(), Fault> {
-        self.0.normals_forces(at, of, out)
+    fn normals_forces(&self, at: &Elements<'_>, normals: &[[f64; 3]], out: &mut NormalForces<'_>) -> Result<(), Fault> {
+        self.0.normals_forces(at, normals, out)
     }
 
     fn tilt(&self, at: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {

@@ -1,4 +1,4 @@
-//! What a sheet does in its plane: patches, rigid motion, shear of a trellis, and states nobody should see.
+//! The membrane of a sheet: patch tests, rigid motion, shear of a trellis, and degenerate states.
 
 mod strip;
 
@@ -16,6 +16,7 @@ const SHEET: [(&str, f64); 6] = [
     ("bending", 2.0),
 ];
 
+/// The sheet of the tests, with further parameters.
 fn cloth(more: &[(&str, f64)]) -> Cloth {
     kit::material(&[&SHEET[..], more].concat()).unwrap()
 }
@@ -23,60 +24,70 @@ fn cloth(more: &[(&str, f64)]) -> Cloth {
 /// A square of 0.1 m, and a body of it.
 fn square(pattern: strip::Pattern, material: &Cloth) -> (Sheet, Body) {
     let mut sheet = strip(pattern, 8);
-    let wide = sheet.rest.iter().fold(0.0, |m: f64, x| m.max(x[1]));
-    assert!((wide / WIDTH - 1.0).abs() < 0.2);
-    sheet.rest.iter_mut().for_each(|x| *x = [0.1 * x[0], 0.1 * x[1] / wide, 0.0]);
+    let width = sheet.rest.iter().fold(0.0, |m: f64, x| m.max(x[1]));
+    assert!((width / WIDTH - 1.0).abs() < 0.2);
+    sheet.rest.iter_mut().for_each(|x| *x = [0.1 * x[0], 0.1 * x[1] / width, 0.0]);
     let triangles: Vec<[u32; 3]> = sheet.triangles.nodes.as_chunks::<3>().0.to_vec();
     let sheet = Sheet::new(sheet.rest, &triangles);
     let body = Body::new(material, sheet.rest.clone(), |r| sheet.elements(r.kind)).unwrap();
     (sheet, body)
 }
 
-/// The sum of forces on nodes that `chosen` takes, N.
-fn sum(sheet: &Sheet, force: &[[f64; 3]], chosen: impl Fn([f64; 3]) -> bool) -> [f64; 3] {
-    let taken = sheet.rest.iter().zip(force).filter(|(x, _)| chosen(**x)).map(|(_, f)| *f);
-    taken.fold([0.0; 3], |s, f| [s[0] + f[0], s[1] + f[1], s[2] + f[2]])
+/// The sum of the forces on the nodes whose rest position is selected, N.
+fn sum(sheet: &Sheet, force: &[[f64; 3]], is_selected: impl Fn([f64; 3]) -> bool) -> [f64; 3] {
+    let selected = sheet.rest.iter().zip(force).filter(|(x, _)| is_selected(**x)).map(|(_, f)| *f);
+    selected.fold([0.0; 3], |s, f| [s[0] + f[0], s[1] + f[1], s[2] + f[2]])
+}
+
+/// A homogeneous deformation and its closed form.
+struct Patch {
+    /// Deformation gradient by rows.
+    gradient: [[f64; 2]; 2],
+    /// Forces on the sides x = 0.1 and y = 0.1, N.
+    right: [f64; 2],
+    top: [f64; 2],
+    /// J
+    energy: f64,
 }
 
 #[test]
 fn patches_are_exact() {
     let material = cloth(&[]);
-    // F by rows, forces on the sides x = 0.1 and y = 0.1 in N, energy in J.
     let patches = [
-        ([[1.01, 0.0], [0.0, 0.997]], [-1.0, 0.0], [0.0, 0.0], 5e-4),
-        ([[0.9985, 0.0], [0.0, 1.01]], [0.0, 0.0], [0.0, -0.5], 2.5e-4),
-        ([[1.0, 0.01], [0.01, 1.0]], [0.0, -0.1], [-0.1, 0.0], 1e-4),
+        Patch { gradient: [[1.01, 0.0], [0.0, 0.997]], right: [-1.0, 0.0], top: [0.0, 0.0], energy: 5e-4 },
+        Patch { gradient: [[0.9985, 0.0], [0.0, 1.01]], right: [0.0, 0.0], top: [0.0, -0.5], energy: 2.5e-4 },
+        Patch { gradient: [[1.0, 0.01], [0.01, 1.0]], right: [0.0, -0.1], top: [-0.1, 0.0], energy: 1e-4 },
     ];
     for pattern in PATTERNS {
         let (sheet, mut body) = square(pattern, &material);
-        for (f, right, top, energy) in patches {
+        for Patch { gradient: f, right, top, energy } in &patches {
             for (x, r) in body.x.iter_mut().zip(&sheet.rest) {
                 *x = [f[0][0] * r[0] + f[0][1] * r[1], f[1][0] * r[0] + f[1][1] * r[1], 0.0];
             }
             let force = body.forces(&material).unwrap();
             let on_right = sum(&sheet, &force, |x| x[0] > 0.1 - 1e-9);
             let on_top = sum(&sheet, &force, |x| x[1] > 0.1 - 1e-9);
-            // In shear the end nodes of a side carry half an edge of the next side's load too.
+            // In shear the corners of the square also carry a share of the load on the adjacent side.
             if right[1] == 0.0 {
                 assert!((on_right[0] - right[0]).abs() < 1e-10, "{pattern:?}: {on_right:?}");
                 assert!((on_top[1] - top[1]).abs() < 1e-10, "{pattern:?}: {on_top:?}");
             }
             let inside =
                 sheet.rest.iter().zip(&force).filter(|(x, _)| (0..2).all(|i| x[i] > 1e-9 && x[i] < 0.1 - 1e-9));
-            let left = inside.flat_map(|(_, f)| *f).fold(0.0, |m: f64, f| m.max(f.abs()));
-            assert!(left < 1e-10, "{pattern:?}: {left} N inside");
-            // Work of the sides on the displacement is twice the energy.
+            let unbalanced = inside.flat_map(|(_, f)| *f).fold(0.0, |m: f64, f| m.max(f.abs()));
+            assert!(unbalanced < 1e-10, "{pattern:?}: {unbalanced} N inside");
+            // The forces on the sides times the displacement are twice the energy.
             let displaced = |n: usize| [0, 1].map(|i| body.x[n][i] - sheet.rest[n][i]);
             let work: f64 = (0..force.len()).map(|n| (0..2).map(|i| -force[n][i] * displaced(n)[i]).sum::<f64>()).sum();
-            let found = body.energy(&material).unwrap();
-            assert!((found - energy).abs() < 1e-10 * energy.max(1.0), "{pattern:?}: {found} J");
-            assert!((work - 2.0 * found).abs() < 1e-10, "{pattern:?}: {work} {found}");
+            let computed = body.energy(&material).unwrap();
+            assert!((computed - energy).abs() < 1e-10 * energy.max(1.0), "{pattern:?}: {computed} J");
+            assert!((work - 2.0 * computed).abs() < 1e-10, "{pattern:?}: {work} {computed}");
         }
     }
 }
 
 #[test]
-fn other_strains_agree_with_the_patch_to_first_order() {
+fn all_strain_measures_agree_to_first_order() {
     for frame in [1.0, 2.0] {
         let material = cloth(&[("frame", frame)]);
         let (sheet, mut body) = square(strip::Pattern::Irregular, &material);
@@ -88,8 +99,8 @@ fn other_strains_agree_with_the_patch_to_first_order() {
     }
 }
 
-/// A turn by `angle` about an axis, and a shift.
-fn turned(x: [f64; 3], angle: f64) -> [f64; 3] {
+/// A rotation by `angle` (degrees) about an axis, and a translation.
+fn moved_rigidly(x: [f64; 3], angle: f64) -> [f64; 3] {
     let axis = [2.0 / 7.0, 3.0 / 7.0, 6.0 / 7.0];
     let (s, c) = angle.to_radians().sin_cos();
     let along: f64 = (0..3).map(|i| axis[i] * x[i]).sum();
@@ -98,25 +109,25 @@ fn turned(x: [f64; 3], angle: f64) -> [f64; 3] {
 }
 
 #[test]
-fn rigid_motion_is_free() {
+fn rigid_motion_has_no_forces() {
     for frame in [0.0, 1.0, 2.0] {
         let material = cloth(&[("frame", frame)]);
         let (sheet, mut body) = square(strip::Pattern::Irregular, &material);
         for angle in [1.0, 45.0, 90.0, 179.0, 360.0] {
-            body.x = sheet.rest.iter().map(|x| turned(*x, angle)).collect();
-            let most = body.forces(&material).unwrap().into_iter().flatten().fold(0.0, |m: f64, f| m.max(f.abs()));
-            assert!(most < 1e-12 * 1000.0 * 0.1, "{frame} {angle}: {most}");
+            body.x = sheet.rest.iter().map(|x| moved_rigidly(*x, angle)).collect();
+            let largest = body.forces(&material).unwrap().into_iter().flatten().fold(0.0, |m: f64, f| m.max(f.abs()));
+            assert!(largest < 1e-12 * 1000.0 * 0.1, "{frame} {angle}: {largest}");
         }
     }
 }
 
 #[test]
-fn viscosity_does_not_brake_a_turning_sheet_however_stretched() {
+fn viscosity_does_not_resist_rotation_of_a_stretched_sheet() {
     for frame in [0.0, 1.0, 2.0] {
         let material = cloth(&[("frame", frame)]);
         let (sheet, mut body) = square(strip::Pattern::Irregular, &material);
         body.x = sheet.rest.iter().map(|x| [1.3 * x[0] + 0.2 * x[1], x[1], 0.4 * x[0] * x[0] / 0.1]).collect();
-        let still = body.forces(&material).unwrap();
+        let elastic = body.forces(&material).unwrap();
         let spin = [3.0, -5.0, 7.0];
         body.v = body.x.clone();
         for v in &mut body.v {
@@ -126,22 +137,24 @@ fn viscosity_does_not_brake_a_turning_sheet_however_stretched() {
                 spin[j] * x[k] - spin[k] * x[j] + 1.0
             });
         }
-        let apart = |with: &[[f64; 3]]| {
-            let all = with.iter().flatten().zip(still.iter().flatten());
+        // The largest viscous force, N.
+        let viscous = |forces: &[[f64; 3]]| {
+            let all = forces.iter().flatten().zip(elastic.iter().flatten());
             all.fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()))
         };
-        let turning = apart(&body.forces(&material).unwrap());
+        let rotating = viscous(&body.forces(&material).unwrap());
         body.v.iter_mut().zip(&sheet.rest).for_each(|(v, x)| *v = [x[0], 0.0, 0.0]);
-        let stretching = apart(&body.forces(&material).unwrap());
+        let stretching = viscous(&body.forces(&material).unwrap());
         assert!(stretching > 1e-3, "{frame}: {stretching}");
-        assert!(turning < 1e-11 * stretching.max(1.0), "{frame}: {turning} against {stretching}");
+        assert!(rotating < 1e-11 * stretching.max(1.0), "{frame}: {rotating} against {stretching}");
     }
 }
 
-/// Stress times area over stiffness is the strain of one element: by the force on a corner of a unit right triangle.
+/// A trellis: warp and weft rotate towards each other by an angle and keep their length. Each strain is read off the energy of a unit
+/// right triangle, by raising the modulus that belongs to it.
 #[test]
-fn trellis_shear_stretches_yarns_as_tabled() {
-    // Warp and weft turn towards each other by gamma: true strain of the yarns 0 (degrees, e11, e22, gamma).
+fn trellis_shear_has_the_strains_of_its_frame() {
+    // Frame rule, angle in degrees, strains e11, e22 and gamma in closed form.
     let table = [
         (0.0, 2.0, -1.52304844e-4, -1.52304844e-4, 0.0349048129),
         (0.0, 5.0, -9.51778418e-4, -9.51778418e-4, 0.0872387747),
@@ -154,30 +167,30 @@ fn trellis_shear_stretches_yarns_as_tabled() {
         (2.0, 8.0, 0.0, 0.0, 0.139173101),
     ];
     let sheet = Sheet::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], &[[0, 1, 2]]);
-    for (frame, gamma, e11, e22, shear) in table {
-        // The energy with two stiffnesses tells the strains apart.
-        let energy = |warp: f64, weft: f64, of_shear: f64| {
+    for (frame, angle, e11, e22, gamma) in table {
+        let energy = |warp: f64, weft: f64, shear: f64| {
             let own =
-                [("young-warp", warp), ("young-weft", weft), ("shear", of_shear), ("poisson", 0.0), ("frame", frame)];
+                [("young-warp", warp), ("young-weft", weft), ("shear", shear), ("poisson", 0.0), ("frame", frame)];
             let material = cloth(&own);
             let mut body = Body::new(&material, sheet.rest.clone(), |r| sheet.elements(r.kind)).unwrap();
-            let (s, c) = (0.5 * f64::to_radians(gamma)).sin_cos();
+            let (s, c) = (0.5 * f64::to_radians(angle)).sin_cos();
             body.x = vec![[0.0; 3], [c, s, 0.0], [s, c, 0.0]];
             body.energy(&material).unwrap()
         };
         let base = energy(1.0, 1.0, 1.0);
-        let found = [energy(5.0, 1.0, 1.0), energy(1.0, 5.0, 1.0), energy(1.0, 1.0, 5.0)].map(|e| e - base);
-        for (found, want) in found.into_iter().zip([e11, e22, shear]) {
-            // area / 2 * 4 N/m * strain^2
-            let strain = found.max(0.0).sqrt();
-            assert!((strain - f64::abs(want)).abs() < 1e-9, "{frame} {gamma}: {strain} {want}");
+        let raised = [energy(5.0, 1.0, 1.0), energy(1.0, 5.0, 1.0), energy(1.0, 1.0, 5.0)].map(|e| e - base);
+        for (energy, expected) in raised.into_iter().zip([e11, e22, gamma]) {
+            // The energy is area * (4 N/m) * strain^2 / 2, and the area is 1/2 m^2.
+            let strain = energy.max(0.0).sqrt();
+            assert!((strain - f64::abs(expected)).abs() < 1e-9, "{frame} {angle}: {strain} {expected}");
         }
     }
 }
 
 #[test]
-fn states_nobody_should_see_stay_finite() {
-    let places: [[[f64; 3]; 3]; 6] = [
+fn degenerate_triangles_have_finite_forces() {
+    // A point, a line, a doubled corner, and triangles that are huge, tiny and thin.
+    let states: [[[f64; 3]; 3]; 6] = [
         [[0.0; 3]; 3],
         [[0.0; 3], [0.1, 0.0, 0.0], [0.2, 0.0, 0.0]],
         [[0.0; 3], [0.0; 3], [0.0, 0.1, 0.0]],
@@ -188,29 +201,29 @@ fn states_nobody_should_see_stay_finite() {
     let sheet = Sheet::new(vec![[0.0; 3], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0]], &[[0, 1, 2]]);
     for (frame, tangent) in [(0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (0.0, 1.0), (1.0, 1.0), (2.0, 1.0)] {
         let material = cloth(&[("frame", frame), ("tangent", tangent)]);
-        for x in places {
+        for x in states {
             let mut body = Body::new(&material, sheet.rest.clone(), |r| sheet.elements(r.kind)).unwrap();
             (body.x, body.v) = (x.to_vec(), vec![[1.0, 2.0, 3.0], [0.0; 3], [-1.0, 0.0, 2.0]]);
             let force = body.forces(&material).unwrap();
             let k = body.tangent(&material, TangentScale { stiffness: 1.0, damping: 1.0 }).unwrap();
-            let finite = force.iter().flatten().chain(&k).all(|v| v.is_finite());
-            assert!(finite && body.energy(&material).unwrap().is_finite(), "{frame} {tangent}: {x:?}");
+            let all_finite = force.iter().flatten().chain(&k).all(|v| v.is_finite());
+            assert!(all_finite && body.energy(&material).unwrap().is_finite(), "{frame} {tangent}: {x:?}");
         }
     }
 }
 
 #[test]
-fn unusable_triangles_are_refused_by_number() {
+fn degenerate_triangles_at_rest_are_refused_by_number() {
     let material = cloth(&[]);
     let rest = vec![[0.0; 3], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.2, 0.0, 0.0]];
-    for bad in [[1, 2, 0], [0, 1, 3], [0, 2, 1]] {
-        let sheet = Sheet::new(rest.clone(), &[[0, 1, 2], bad]);
-        let found = Body::new(&material, rest.clone(), |r| sheet.elements(r.kind));
-        if bad == [1, 2, 0] {
-            assert!(found.is_ok());
-        } else {
-            let fault = found.map(drop).unwrap_err();
-            assert!(fault.reason.starts_with("triangle 1 "), "{fault}");
-        }
+    let open = |triangle: [u32; 3]| {
+        let sheet = Sheet::new(rest.clone(), &[[0, 1, 2], triangle]);
+        Body::new(&material, rest.clone(), |r| sheet.elements(r.kind)).map(drop)
+    };
+    assert!(open([1, 2, 0]).is_ok());
+    // Without area, and clockwise.
+    for triangle in [[0, 1, 3], [0, 2, 1]] {
+        let fault = open(triangle).unwrap_err();
+        assert!(fault.reason.starts_with("triangle 1 "), "{fault}");
     }
 }

@@ -1,7 +1,7 @@
 //! A program sends positions and receives forces.
 
 use pliant_plugin_api::Device;
-use pliant_plugin_api::abi::{Output, Pose};
+use pliant_plugin_api::abi::{Output, POSE_VALID, Pose};
 use pliant_plugin_api::kit::{CountingAllocator, allocations};
 use pliant_plugin_api::param::{self, Params, Value};
 use pliant_pointer::Pointer;
@@ -17,11 +17,11 @@ fn open(address: &str, hold: f64) -> Pointer {
     Pointer::new(&Params::new(Pointer::INFO.params, &values)).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Reads until a pose is valid, or until none is.
+/// Reads until the pose is valid, or until it is not.
 fn read(pointer: &Pointer, valid: bool) -> Pose {
-    let (begun, mut poses) = (Instant::now(), [Pose::default()]);
-    while (poses[0].flags & 1 == 1) != valid || begun.elapsed() < Duration::from_millis(20) {
-        assert!(begun.elapsed() < Duration::from_secs(10), "no such pose within 10 s");
+    let (begin, mut poses) = (Instant::now(), [Pose::default()]);
+    while (poses[0].flags & POSE_VALID != 0) != valid || begin.elapsed() < Duration::from_millis(20) {
+        assert!(begin.elapsed() < Duration::from_secs(10), "no such pose within 10 s");
         pointer.read(0, &mut poses).unwrap();
     }
     poses[0]
@@ -63,13 +63,17 @@ fn reading_and_writing_do_not_allocate() {
     user.send_to(b"0 0 0", pointer.address().unwrap()).unwrap();
     read(&pointer, true);
     let mut poses = [Pose::default()];
-    let before = allocations().expect("counted");
+    let before = allocations().expect("the counting allocator is installed");
     for _ in 0..100 {
         user.send_to(b"0.001 -0.002 0.003 1", pointer.address().unwrap()).unwrap();
         pointer.read(0, &mut poses).unwrap();
         pointer.write(0, &output([f64::NAN, 1.0, 0.0])).unwrap();
     }
-    assert_eq!(allocations().expect("counted") - before, 1, "asking for the count allocates once");
+    assert_eq!(
+        allocations().expect("the counting allocator is installed") - before,
+        1,
+        "`allocations` itself allocates once"
+    );
 }
 
 #[test]
