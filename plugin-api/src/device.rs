@@ -50,8 +50,8 @@ pub trait Device: Send + Sync + Sized + 'static {
         Err(Fault::unsupported(""))
     }
 
-    /// Name and value of counter number `index` since the device was opened, such as datagrams lost; `None` past the last.
-    /// *Any thread*.
+    /// Name and value of counter number `index` since the device was opened, such as datagrams lost; `None` past the last. The host may
+    /// call it on any thread.
     fn counter(&self, _index: u32) -> Option<(&'static CStr, u64)> {
         None
     }

@@ -56,7 +56,7 @@ impl Param {
         Self(abi::Param { choices: columns.as_ptr(), ..plain })
     }
 
-    /// Its key.
+    /// Key of the parameter.
     fn key(&self) -> &'static CStr {
         #[allow(unsafe_code, reason = "reads back a pointer the constructor took from a CStr")]
         // SAFETY: every constructor stores the pointer of a `&'static CStr`.
@@ -73,7 +73,7 @@ pub enum Value {
     Number(f64),
     /// A text or a path.
     Text(String),
-    /// A table.
+    /// A table; see [`Table`].
     Table(Table),
 }
 

@@ -62,11 +62,11 @@ pub struct DeviceInfo {
 pub struct Pose {
     /// `size_of` this struct.
     pub size: usize,
-    /// ns, when it was measured.
+    /// Time of the measurement, ns.
     pub time_ns: u64,
-    /// [`POSE_VALID`], [`POSE_VELOCITY`].
+    /// Bits [`POSE_VALID`] and [`POSE_VELOCITY`].
     pub flags: u32,
-    /// Button i is bit i.
+    /// Pressed buttons; bit i is button i.
     pub buttons: u32,
     /// m, device axes: x right, y up, z towards the user.
     pub position: [f64; 3],

@@ -72,7 +72,7 @@ pub struct Cell {
     pub state: u32,
     /// m, the corner with the least coordinates.
     pub reference: [f64; 3],
-    /// m.
+    /// Centre of the cell, m.
     pub centre: [f64; 3],
     /// m, the length of its edge.
     pub edge: f64,
@@ -82,13 +82,13 @@ pub struct Cell {
     pub point_end: usize,
 }
 
-/// A ball.
+/// A ball that selects the cells of a region.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ball {
-    /// m.
+    /// Centre, m.
     pub centre: [f64; 3],
-    /// m; infinite for the whole body.
+    /// Radius, m; infinite to select the whole body.
     pub radius: f64,
 }
 
@@ -132,7 +132,7 @@ pub struct Region {
     pub cell_capacity: usize,
     /// Cells of the region, c.
     pub cell_count: usize,
-    /// (c), ascending.
+    /// (c) ids of the cells, ascending.
     pub cell_id: *mut u64,
     /// (c x 8) indices into the nodes; corner i at bits (x, y, z) = (i & 1, i >> 1 & 1, i >> 2).
     pub cell_corners: *mut u32,

@@ -30,7 +30,7 @@ pub const ENTRY_SYMBOL: &[u8] = b"pliant_entry\0";
 pub struct Status(pub i32);
 
 impl Status {
-    /// Done.
+    /// The call succeeded.
     pub const OK: Self = Self(0);
     /// An argument or parameter is outside what is allowed.
     pub const BAD_ARGUMENT: Self = Self(-1);
@@ -110,11 +110,11 @@ pub struct Host {
 pub struct Param {
     /// [`PARAM_NUMBER`], [`PARAM_CHOICE`], ...
     pub kind: u32,
-    /// Kebab-case, as in a scene file.
+    /// Key in kebab-case, as in a scene file.
     pub key: *const c_char,
-    /// SI text: `"Pa"`, `"kg/m^3"`, `"1"`.
+    /// SI unit as text: `"Pa"`, `"kg/m^3"`, `"1"`.
     pub unit: *const c_char,
-    /// One line.
+    /// Description in one line.
     pub summary: *const c_char,
     /// Least value of a number, in `unit`.
     pub min: f64,
@@ -133,15 +133,15 @@ pub struct Descriptor {
     pub size: usize,
     /// [`KIND_GRID`], [`KIND_MATERIAL`] or [`KIND_DEVICE`].
     pub kind: u32,
-    /// [`FLAG_REAL_TIME`], [`FLAG_DETERMINISTIC`].
+    /// Bits [`FLAG_REAL_TIME`] and [`FLAG_DETERMINISTIC`].
     pub flags: u32,
-    /// Kebab-case, with a reversed domain before it once others use it: `"org.lab.springy"`.
+    /// Id in kebab-case, with a reversed domain before it once others use it: `"org.lab.springy"`.
     pub id: *const c_char,
     /// Name for people.
     pub name: *const c_char,
     /// Version of the plugin.
     pub version: *const c_char,
-    /// One line.
+    /// Description in one line.
     pub summary: *const c_char,
     /// Declared parameters.
     pub params: *const Param,

@@ -61,7 +61,7 @@ impl TestDevice {
         self.instance.check(unsafe { write(self.instance.raw(), time_ns, outputs.as_ptr(), outputs.len()) })
     }
 
-    /// Calls `stop`.
+    /// Calls the device's `stop`.
     pub(super) fn stop(&self) -> Result<(), Fault> {
         let stop = self.table.stop.expect("checked");
         // SAFETY: see above.

@@ -35,7 +35,7 @@ const KEYS: [Key; 12] = [
 #[derive(Clone, Debug)]
 pub(crate) struct FabricFile {
     pub(crate) path: String,
-    /// By key.
+    /// Values by their keys, in the unit of each key.
     numbers: BTreeMap<String, f64>,
 }
 

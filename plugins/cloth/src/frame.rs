@@ -28,11 +28,11 @@ pub(crate) enum FrameRule {
 pub(crate) struct Frame<T = f64> {
     /// The columns of T: directions of warp and weft in space.
     pub(crate) axes: [Vec3<T>; 2],
-    /// Unit normal.
+    /// Unit normal of the triangle.
     pub(crate) normal: Vec3<T>,
-    /// L
+    /// L in `F = T L`.
     pub(crate) stretch: Mat2<T>,
-    /// K
+    /// K of the condition `K : L = 0`.
     condition: Mat2<T>,
     /// `1 / K:JL`
     inverse_k_jl: T,
@@ -59,7 +59,7 @@ impl Frame {
     }
 }
 
-/// Numbers in a frame.
+/// Number of values of a frame, for selecting between two frames per lane.
 const VALUES: usize = 18;
 
 impl<T: Real> Frame<T> {

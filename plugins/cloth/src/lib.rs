@@ -36,7 +36,7 @@ use settings::{Bending, PARAMS, Settings};
 use triangle::Triangle;
 use vector::Vec3;
 
-/// The material.
+/// The cloth of one body: its moduli and the choices of strain measure and bending model.
 pub struct Cloth {
     settings: Settings,
     /// The vector unit kernels are dispatched to.

@@ -39,9 +39,9 @@ const MIN_AREA_RATIO: f64 = 1e-3;
 
 /// Stress and energy density of a strain.
 struct Elastic<T> {
-    /// N/m
+    /// Membrane stress, N/m.
     stress: Voigt<T>,
-    /// J/m^2
+    /// Energy per area at rest, J/m^2.
     energy: T,
 }
 

@@ -15,7 +15,7 @@ const MIN_ASPECT: f64 = 1e-9;
 pub(crate) struct Triangle<T = f64> {
     /// Gradient of each corner's shape function along warp and weft, 1/m.
     pub(crate) gradient: [Vec2<T>; 3],
-    /// m^2
+    /// Area at rest, m^2.
     pub(crate) area: T,
 }
 

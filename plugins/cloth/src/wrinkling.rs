@@ -17,9 +17,9 @@ const BISECTIONS: usize = 55;
 /// Stress and energy of a sheet that wrinkles.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Relaxed {
-    /// N/m
+    /// Membrane stress, N/m.
     pub(crate) stress: Voigt,
-    /// J/m^2
+    /// Energy per area at rest, J/m^2.
     pub(crate) energy: f64,
 }
 

@@ -6,7 +6,7 @@ use pulp::{Simd, WithSimd};
 
 /// One spring per lane of `S`.
 pub struct WideSprings<S: Simd> {
-    /// From the first end to the second, m.
+    /// Vector from the first end to the second, m.
     pub d: Vec3<Wide<S>>,
     /// Squared length, m^2.
     pub l2: Wide<S>,

@@ -122,7 +122,7 @@ struct Block {
     first_spring: usize,
     a: usize,
     b: usize,
-    /// At most [`LANES`].
+    /// Number of springs, at most [`LANES`].
     len: usize,
 }
 

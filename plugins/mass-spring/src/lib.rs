@@ -19,7 +19,7 @@ use pliant_plugin_api::{
     Planes, SingleBlocks, TangentScale, abi, export_plugins,
 };
 
-/// The material.
+/// The material of one body.
 pub struct MassSpring {
     law: Law,
     /// Damping along each spring's axis over its stiffness, s.

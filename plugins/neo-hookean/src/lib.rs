@@ -19,7 +19,7 @@ use pliant_plugin_api::{
 };
 use tetrahedron::{STRIDE, Tetrahedron, ViscosityCoefficients, at_corners, rest_planes};
 
-/// The material.
+/// The material of one body.
 pub struct NeoHookean {
     moduli: Moduli,
     /// kg/m^3

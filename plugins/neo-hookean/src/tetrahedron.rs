@@ -12,7 +12,7 @@ pub(crate) const STRIDE: usize = 10;
 pub(crate) struct Tetrahedron<T = f64> {
     /// Gradient of each corner's shape function, 1/m.
     pub(crate) gradient: [Vec3<T>; 4],
-    /// m^3
+    /// Volume at rest that belongs to the body, m^3.
     pub(crate) volume: T,
 }
 
@@ -138,7 +138,7 @@ pub(crate) struct Damping<T> {
 }
 
 impl<T: Real> Damping<T> {
-    /// At the deformation gradient `f`.
+    /// The damping blocks at the deformation gradient `f`.
     #[inline(always)]
     pub(crate) fn new(shape: &Tetrahedron<T>, f: &Mat3<T>, viscosity: ViscosityCoefficients) -> Self {
         let (gradient, mut f_gradient) = (shape.gradient, shape.gradient);

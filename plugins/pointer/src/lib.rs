@@ -43,7 +43,7 @@ struct Latest {
     sender: Option<SocketAddr>,
 }
 
-/// The device.
+/// A hand that datagrams of text move.
 pub struct Pointer {
     socket: UdpSocket,
     info: DeviceInfo,

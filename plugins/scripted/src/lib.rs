@@ -10,7 +10,7 @@ use path::{Interpolation, Path, Sample};
 use pliant_plugin_api::abi::{DeviceInfo, Output, POSE_VALID, Pose};
 use pliant_plugin_api::{AsDevice, Device, Fault, Info, Param, Params, export_plugins};
 
-/// The device.
+/// A device whose poses follow a path or a recording; it renders no force.
 pub struct Scripted {
     path: Path,
     info: DeviceInfo,

@@ -30,7 +30,7 @@ pub enum Verdict {
 /// One promise of the interface, and its test.
 #[derive(Clone, Copy)]
 pub struct Case {
-    /// Kebab-case.
+    /// Name in kebab-case, for `pliant plugin check --case`.
     pub name: &'static str,
     /// The promise, as a sentence.
     pub promise: &'static str,

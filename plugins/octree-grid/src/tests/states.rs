@@ -66,25 +66,25 @@ fn holes_are_closed_by_the_winding_number() {
     }
 }
 
-/// m^3, enclosed by closed shells.
+/// Volume enclosed by a closed surface, m^3.
 fn volume(mesh: &Mesh) -> f64 {
     let corners = mesh.triangles.iter().map(|t| t.map(|p| Vec3(mesh.points[p as usize])));
     corners.map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum()
 }
 
-/// No inside cell holds anything of the outside, and what is inside lies in inside and surface cells: so they bound the volume.
+/// Inside cells lie in the body, and the body lies in inside and surface cells: their volumes bound that of the body.
 #[test]
 fn cells_bound_the_volume_of_closed_models() {
     for seed in 0..3 {
         for model in models(6, seed).into_iter().filter(|model| model.closed && model.holes == 0) {
             let mesh = Mesh::of(&model.document());
             for level in 3..=6 {
-                let facts = mesh.grid(level).level(level).unwrap();
-                let cell = facts.edge * facts.edge * facts.edge;
-                let inside = facts.inside_cells as f64 * cell;
-                let (least, most) = (inside, inside + facts.surface_cells as f64 * cell);
+                let info = mesh.grid(level).level(level).unwrap();
+                let cell = info.edge * info.edge * info.edge;
+                let inside = info.inside_cells as f64 * cell;
+                let (lower, upper) = (inside, inside + info.surface_cells as f64 * cell);
                 let name = &model.name;
-                assert!((least..=most).contains(&volume(&mesh)), "{name}, level {level}: {least} to {most} m^3");
+                assert!((lower..=upper).contains(&volume(&mesh)), "{name}, level {level}: {lower} to {upper} m^3");
             }
         }
     }
@@ -93,12 +93,12 @@ fn cells_bound_the_volume_of_closed_models() {
 #[test]
 #[ignore = "needs ../shared/meshes"]
 fn models_of_the_shared_folder() {
-    // From a run after `winding.rs` agreed: only there to notice a change.
+    // Counts of a run that agreed with the winding numbers (`winding.rs`): they only show a change.
     let counts =
         [("spot", 2776, 3367), ("stanford-bunny", 3445, 4944), ("suzanne", 2368, 2382), ("teapot", 1776, 2332)];
     for (path, (name, surface, inside)) in shared_models().iter().zip(counts) {
         assert_eq!(path.file_stem().unwrap(), name);
-        let facts = Mesh::of(&ObjDocument::read(path).unwrap()).grid(6).level(6).unwrap();
-        assert_eq!((facts.surface_cells, facts.inside_cells), (surface, inside), "{name}");
+        let info = Mesh::of(&ObjDocument::read(path).unwrap()).grid(6).level(6).unwrap();
+        assert_eq!((info.surface_cells, info.inside_cells), (surface, inside), "{name}");
     }
 }
