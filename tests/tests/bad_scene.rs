@@ -382,7 +382,7 @@ fn edits_probes_and_outputs_that_make_no_sense_are_refused() {
         ("tool = \"finger\"", "tool = \"finger\"\nbutton = 32", 1, &["button 32; allowed is 0 to 31"]),
         ("tool = \"finger\"", "tool = \"finger\"\nrelease = \"drop\"", 1, &["`drop`", "`spring-back` or `keep`"]),
         ("quantity = \"force\"", "quantity = \"colour\"", 0, &["`colour`", "`force`, `depth`, `displacement`"]),
-        ("quantity = \"force\"", "quantity = \"displacement\"", -1, &["a displacement needs `at`"]),
+        ("quantity = \"force\"", "quantity = \"displacement\"", -1, &["a probe of `displacement` needs `at`"]),
         (
             "quantity = \"force\"",
             "quantity = \"force\"\nof = \"thumb\"",

@@ -18,7 +18,7 @@
 //! let settings = LiveSettings::default();
 //! let mut live = LiveSession::start_with_devices(&mut session, vec![Box::new(device)], settings)?;
 //! while live.is_alive() && live.seconds() < 10.0 {
-//!     hand.move_to([0.0, 0.0, -1e-3 * live.seconds()], 0);
+//!     hand.move_to([0.0, 0.0, -1e-3 * live.seconds()].into(), 0);
 //!     live.step(&mut session);
 //!     println!("{:?} N", hand.force());
 //! }
