@@ -5,7 +5,9 @@
 use pliant_host::{Material, ParamValue};
 use pliant_mesh::geometry::Vec3;
 use pliant_plugin_api::{abi, kit};
-use pliant_solver::{Factors, Integrator, Loads, Matrix, Nodes, Pool, Scheme, Single, StandIn, StepTime, System};
+use pliant_solver::{
+    F32Matrix, HessianApproximation, Integrator, Loads, Matrix, Nodes, Pool, Scheme, StepTime, System, SystemScales,
+};
 use pliant_tests::{NOW, library, open};
 use pulp::{Simd, WithSimd};
 use std::hint::black_box;
@@ -41,7 +43,7 @@ fn triad(pool: &Pool, n: usize) -> f64 {
     let (mut a, b, c) = (vec![0.0; n], vec![1.0; n], vec![2.0; n]);
     let seconds = least(1 + (1 << 25) / n, || {
         pool.install(|| {
-            pool.pieces(&mut a[..], 1, &|first, a: &mut [f64]| {
+            pool.par_chunks(&mut a[..], 1, &|first, a: &mut [f64]| {
                 let (b, c) = (&b[first..], &c[first..]);
                 pulp::Arch::new().dispatch(|| a.iter_mut().zip(b).zip(c).for_each(|((a, b), c)| *a = b + 3.0 * c));
             });
@@ -121,14 +123,14 @@ fn cloth(n: usize) {
     let mut out = x.clone();
     let seconds = least(200, || matrix.product(&pool, &x, black_box(&mut out)));
     line(&format!("cloth {n}: product"), seconds, matrix.bytes() as f64 + 48.0 * rows, 18.0 * (off + rows));
-    let mut single = Single::default();
+    let mut single = F32Matrix::default();
     let seconds = least(50, || single.update(&pool, black_box(&matrix)));
     let bytes = (matrix.bytes() + single.bytes()) as f64;
     line(&format!("cloth {n}: its matrix in single precision"), seconds, bytes, 9.0 * (off + 2.0 * blocks));
     let sixteens = x.as_chunks::<16>().0.iter();
     let vectors = sixteens.map(|all| [0, 1, 2].map(|c| all.map(|x| x[c] as f32)));
     single.start();
-    single.turn(&pool, &vectors.collect::<Vec<_>>(), 0.0, 0.0);
+    single.update_direction(&pool, &vectors.collect::<Vec<_>>(), 0.0, 0.0);
     let seconds = least(200, || {
         black_box(single.product(black_box(&pool)));
     });
@@ -146,16 +148,16 @@ fn cloth(n: usize) {
         })
         .sum();
     line(&format!("cloth {n}: forces (elements and nodes read once)"), seconds, of_elements + 96.0 * rows, 0.0);
-    let exact = Factors {
+    let exact = SystemScales {
         mass: 1.0,
         stiffness: 1e-6,
         damping: 1e-3,
-        stand_in: StandIn::Half,
-        after_forces: true,
-        rounded: false,
+        hessian: HessianApproximation::AtLeastHalf,
+        strains_are_current: true,
+        allow_f32: false,
     };
-    for (how, rounded, block) in [("assembly", false, 72.0), ("assembly in single precision", true, 36.0)] {
-        let factors = Factors { rounded, ..exact };
+    for (how, allow_f32, block) in [("assembly", false, 72.0), ("assembly in single precision", true, 36.0)] {
+        let factors = SystemScales { allow_f32, ..exact };
         let seconds = least(50, || assemble(&mut matrix, &pool, system, factors));
         let bytes = of_elements + 96.0 * rows + 2.0 * block * blocks;
         line(&format!("cloth {n}: {how} (and the matrix written)"), seconds, bytes, 0.0);
@@ -167,9 +169,9 @@ fn cloth(n: usize) {
     line(&format!("cloth {n}: product of that, in double precision"), seconds, bytes, flops);
 }
 
-fn assemble(matrix: &mut Matrix, pool: &Pool, system: &mut System, factors: Factors) {
-    let state = (&system.nodes, system.coupled.as_mut());
-    matrix.assemble(pool, &*system.material, &system.sets, state, factors, NOW).unwrap();
+fn assemble(matrix: &mut Matrix, pool: &Pool, system: &mut System, factors: SystemScales) {
+    let (state, coupled) = system.assembly_parts(NOW);
+    matrix.assemble(pool, state, coupled, factors).unwrap();
 }
 
 /// A block of springs, `cells` a side, explicit and implicit; beside the explicit step what memory alone asks for.

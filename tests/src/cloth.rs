@@ -92,7 +92,7 @@ impl Piece {
         for i in 0..nodes.len() {
             (nodes.x[i], nodes.v[i]) = (place(nodes.rest[i]), Vec3::zeros());
         }
-        self.integrator.forget_past();
+        self.integrator.forget_history();
     }
 
     /// One step of `dt`, s.
@@ -121,8 +121,8 @@ impl Piece {
     /// If it does not get there.
     pub fn settle(&mut self, tolerance: f64) {
         let mut statics = Integrator::new(Scheme::QuasiStatic, 1e-8, 20_000);
-        (statics.newton, statics.newton_tolerance) = (2000, tolerance);
-        statics.longest_move = 0.5 * self.session.bodies[0].carrier.edge();
+        (statics.max_newton, statics.newton_tolerance) = (2000, tolerance);
+        statics.max_displacement = 0.5 * self.session.bodies[0].carrier.edge();
         let n = self.system().nodes.len();
         statics.resize(n);
         std::mem::swap(&mut self.integrator, &mut statics);
@@ -130,7 +130,7 @@ impl Piece {
         assert!(report.converged, "{report:?}");
         std::mem::swap(&mut self.integrator, &mut statics);
         self.integrator.reaction.copy_from_slice(&statics.reaction);
-        self.integrator.forget_past();
+        self.integrator.forget_history();
     }
 
     /// N, the sum of what it took to hold nodes that rest where `chosen` says, in the last step.

@@ -85,7 +85,7 @@ fn neighbours_of_a_million_times_the_mass_are_borne() {
         for i in (0..nodes.len()).step_by(7) {
             nodes.mass[i] *= 1e6;
         }
-        piece.integrator.most_iterations = 5000;
+        piece.integrator.max_iterations = 5000;
         let all: f64 = piece.system().nodes.mass.iter().sum();
         let (most, flagged) = rise(&mut piece, 1e-3, 60, "mass ratio");
         println!("mass ratio {pattern:?}: rise {most:.1e} J of {:.1e}, {flagged} stopped early", all * G * 0.2);

@@ -69,7 +69,7 @@ fn it_swings_out_to_the_same_rest() {
         let mut moving = strip(pattern, 16, 10.0);
         let mut fastest = 0.0;
         for _ in 0..1000 {
-            fastest = moving.step(1e-2).fastest;
+            fastest = moving.step(1e-2).max_speed;
         }
         let off = error(&mut moving, [0.0, 0.0]) - error(&mut still, [0.0, 0.0]);
         println!("{pattern:?}: {off:.1e} lengths from rest, {fastest:.1e} m/s");

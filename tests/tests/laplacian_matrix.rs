@@ -2,7 +2,7 @@
 
 #![allow(clippy::print_stdout, reason = "the table of bounds")]
 
-use pliant_solver::{Factors, Pool, StandIn, StepTime, Vec3};
+use pliant_solver::{HessianApproximation, Pool, StepTime, SystemScales, Vec3};
 use pliant_tests::cloth::{PATTERNS, Piece, sheet};
 use pliant_tests::solid::forces;
 
@@ -19,7 +19,7 @@ fn flat(pattern: pliant_mesh::generate::Pattern, weft: f64, clamp: bool) -> Piec
 }
 
 /// Out of the plane, N/m, of nodes that are free (n x n): the stiffness, and what stands for it.
-fn stiffness(piece: &mut Piece, which: StandIn) -> [Vec<Vec<f64>>; 2] {
+fn stiffness(piece: &mut Piece, which: HessianApproximation) -> [Vec<Vec<f64>>; 2] {
     let system = piece.system();
     let free: Vec<usize> = (0..system.nodes.len()).filter(|i| system.nodes.constraint[*i].is_free()).collect();
     let pick = |f: &[Vec3]| free.iter().map(|i| f[*i][2]).collect::<Vec<f64>>();
@@ -34,12 +34,16 @@ fn stiffness(piece: &mut Piece, which: StandIn) -> [Vec<Vec<f64>>; 2] {
         exact.push(up.iter().zip(down).map(|(u, d)| (d - u) / (2.0 * STEP)).collect());
     }
     let (pool, mut matrix) = (Pool::new(1), system.matrix.take().unwrap());
-    let factors =
-        Factors { mass: 0.0, stiffness: 1.0, damping: 0.0, stand_in: which, after_forces: false, rounded: false };
-    matrix
-        .assemble(&pool, &*system.material, &system.sets, (&system.nodes, None), factors, StepTime::default())
-        .unwrap();
-    matrix.add_normals(&pool, system.normals.as_ref().unwrap(), (&system.sets, &system.nodes), factors);
+    let factors = SystemScales {
+        mass: 0.0,
+        stiffness: 1.0,
+        damping: 0.0,
+        hessian: which,
+        strains_are_current: false,
+        allow_f32: false,
+    };
+    matrix.assemble(&pool, system.state(StepTime::default()), None, factors).unwrap();
+    matrix.add_normals(&pool, system.normals.as_ref().unwrap(), &system.sets, &system.nodes, factors);
     let column = |i: &usize| {
         let (mut unit, mut out) = (vec![Vec3::zeros(); system.nodes.len()], vec![Vec3::zeros(); system.nodes.len()]);
         unit[*i][2] = 1.0;
@@ -74,8 +78,8 @@ fn is_at_least(p: f64, a: &[Vec<f64>], q: f64, b: &[Vec<f64>]) -> bool {
 fn it_is_nowhere_softer_where_that_is_needed_and_at_least_half_elsewhere() {
     for pattern in PATTERNS {
         for (weft, clamp) in [(15e-6, false), (15e-6, true), (15e-8, false)] {
-            let [exact, certain] = stiffness(&mut flat(pattern, weft, clamp), StandIn::Certain);
-            let [_, half] = stiffness(&mut flat(pattern, weft, clamp), StandIn::Half);
+            let [exact, certain] = stiffness(&mut flat(pattern, weft, clamp), HessianApproximation::UpperBound);
+            let [_, half] = stiffness(&mut flat(pattern, weft, clamp), HessianApproximation::AtLeastHalf);
             // The share of it that there is, at least and at most, by bisection.
             let share = |above: bool| {
                 let (mut low, mut high) = (0.0, 4.0);

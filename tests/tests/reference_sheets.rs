@@ -4,7 +4,10 @@
 
 use pliant_mesh::Surface;
 use pliant_mesh::generate::Pattern;
-use pliant_solver::{Constraint, Factors, Frequencies, Pcg, Pool, Scheme, Solve, StandIn, StepLimit, StepTime, Vec3};
+use pliant_solver::{
+    Constraint, FilteredSystem, Frequencies, HessianApproximation, Pcg, Pool, Scheme, StepLimit, StepTime,
+    SystemScales, Vec3,
+};
 use pliant_tests::cloth::{G, PATTERNS, Piece, cylinder, sheet};
 use pliant_tests::solid::{forces, random};
 
@@ -184,18 +187,16 @@ fn r29_slivers() {
         let mut piece = Piece::new(&triangle(third), own, |_| false, false);
         let system = piece.system();
         let mut matrix = system.matrix.take().unwrap();
-        let factors = Factors {
+        let factors = SystemScales {
             mass: 0.0,
             stiffness: 1.0,
             damping: 0.0,
-            stand_in: StandIn::Half,
-            after_forces: false,
-            rounded: false,
+            hessian: HessianApproximation::AtLeastHalf,
+            strains_are_current: false,
+            allow_f32: false,
         };
         let pool = Pool::new(1);
-        matrix
-            .assemble(&pool, &*system.material, &system.sets, (&system.nodes, None), factors, StepTime::default())
-            .unwrap();
+        matrix.assemble(&pool, system.state(StepTime::default()), None, factors).unwrap();
         // By power iteration; all corners have the same mass.
         let mut u = vec![Vec3::new(1.0, 0.3, 0.0), Vec3::new(-0.2, 0.5, 0.0), Vec3::new(0.1, -0.7, 0.0)];
         let (mut a, mut highest) = (u.clone(), 0.0);
@@ -244,7 +245,7 @@ fn r30_a_vertex_that_jumps_100_mm_in_a_millisecond() {
         let mut piece =
             Piece::new(&sheet(Pattern::Alternating, [15, 15], [0.0968, 0.0968]), &params, |p| p[1] < 1e-9, false);
         piece.integrator = pliant_solver::Integrator::new(Scheme::BackwardEuler, 1e-6, 1000);
-        piece.integrator.newton = newton;
+        piece.integrator.max_newton = newton;
         piece.integrator.resize(piece.session.bodies[0].system.nodes.len());
         let nodes = &mut piece.system().nodes;
         let middle = (0..nodes.len()).min_by(|a, b| {
@@ -291,16 +292,16 @@ fn iterations(n: u32, dt: f64, fabric: [f64; 5], tolerance: f64, seed: usize) ->
     let force = forces(piece.system());
     let system = piece.system();
     let mut matrix = system.matrix.take().unwrap();
-    let factors = Factors {
+    let factors = SystemScales {
         mass: 1.0,
         stiffness: dt * dt,
         damping: dt,
-        stand_in: StandIn::Half,
-        after_forces: false,
-        rounded: false,
+        hessian: HessianApproximation::AtLeastHalf,
+        strains_are_current: false,
+        allow_f32: false,
     };
-    let state = (&system.nodes, system.coupled.as_mut());
-    matrix.assemble(&pool, &*system.material, &system.sets, state, factors, StepTime { start: 0.0, dt }).unwrap();
+    let (state, coupled) = system.assembly_parts(StepTime { start: 0.0, dt });
+    matrix.assemble(&pool, state, coupled, factors).unwrap();
     let nodes = &mut system.nodes;
     let b: Vec<Vec3> = (0..nodes.len()).map(|i| dt * (force[i] + nodes.mass[i] * Vec3::new(0.0, 0.0, -G))).collect();
     let mut z = vec![Vec3::zeros(); b.len()];
@@ -314,9 +315,19 @@ fn iterations(n: u32, dt: f64, fabric: [f64; 5], tolerance: f64, seed: usize) ->
     }
     let mut pcg = Pcg::default();
     pcg.resize(b.len());
-    let (constraints, motion) = (&nodes.constraint[..], (&nodes.x[..], dt));
+    let (constraints, positions) = (&nodes.constraint[..], &nodes.x[..]);
     let (matrix, b, z) = (&matrix, &b[..], &z[..]);
-    let solve = Solve { matrix, b, z, constraints, motion, again: false, tolerance, most: 5000 };
+    let solve = FilteredSystem {
+        matrix,
+        b,
+        z,
+        constraints,
+        positions,
+        displacement_per_unit: dt,
+        same_matrix: false,
+        tolerance,
+        max_iterations: 5000,
+    };
     let report = pcg.solve(&pool, &solve);
     assert!(report.converged, "{report:?}");
     report.iterations

@@ -34,7 +34,7 @@ fn sheet(young: &str, solver: &str, integrator: &str) -> Session {
 }
 
 fn is_rounded(session: &Session) -> bool {
-    session.bodies[0].system.matrix.as_ref().is_some_and(|matrix| matrix.is_rounded())
+    session.bodies[0].system.matrix.as_ref().is_some_and(|matrix| matrix.is_f32())
 }
 
 /// Linear and angular momentum about the origin.

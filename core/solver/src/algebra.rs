@@ -1,4 +1,4 @@
-//! Vectors and 3 x 3 blocks, and what is done with one of them.
+//! Vectors and 3 x 3 blocks.
 
 use nalgebra::Matrix3;
 
@@ -6,7 +6,7 @@ pub use pliant_mesh::geometry::Vec3;
 
 /// A 3 x 3 block, row-major.
 pub type Block = [f64; 9];
-/// The same in single precision.
+/// A 3 x 3 block in single precision, row-major.
 pub type SingleBlock = [f32; 9];
 
 /// A block as a matrix.
@@ -15,17 +15,17 @@ pub fn matrix3(block: &Block) -> Matrix3<f64> {
     Matrix3::from_row_slice(block)
 }
 
-/// m/s; what is slower stands still.
-const STILL: f64 = 1e-40;
+/// Speeds below this are set to zero, m/s.
+const DENORMAL_SPEED: f64 = 1e-40;
 
-/// A velocity without components that are nothing. A sheet's first touch spreads out of its plane as ever smaller numbers, and
-/// processors take a hundred times as long over the smallest.
+/// Sets components of a velocity below 1e-40 m/s to zero. A touch on a flat sheet spreads as ever smaller numbers, and processors take a
+/// hundred times as long for denormal ones.
 #[inline(always)]
-pub fn without_dust(v: Vec3) -> Vec3 {
-    v.map(|c| if c.abs() < STILL { 0.0 } else { c })
+pub fn flush_denormals(v: Vec3) -> Vec3 {
+    v.map(|c| if c.abs() < DENORMAL_SPEED { 0.0 } else { c })
 }
 
-/// The inverse of a symmetric block, by cofactors; `None` where there is none.
+/// The inverse of a symmetric block, by cofactors; `None` if it is singular or not finite.
 pub fn symmetric_inverse(m: &Block) -> Option<Block> {
     let (c0, c1, c2) = (m[4] * m[8] - m[5] * m[5], m[5] * m[2] - m[1] * m[8], m[1] * m[5] - m[4] * m[2]);
     let det = m[0] * c0 + m[1] * c1 + m[2] * c2;
@@ -37,14 +37,14 @@ pub fn symmetric_inverse(m: &Block) -> Option<Block> {
     Some([c0 * i, c1 * i, c2 * i, c1 * i, c3 * i, c4 * i, c2 * i, c4 * i, c5 * i])
 }
 
-/// Condition of a block up to which rounding its inverse leaves the least of it, by a fifth.
-pub const WIDEST: f64 = 1e6;
+/// Condition of a block up to which its inverse in single precision keeps the least eigenvalue within a fifth.
+pub const MAX_BLOCK_CONDITION: f64 = 1e6;
 
-/// The largest of a block's diagonal times that of its inverse.
-pub fn width(block: &Block, inverse: &Block) -> f64 {
+/// Estimates the condition of a block: the largest entry of its diagonal times that of its inverse; infinite for a singular block.
+pub fn condition(block: &Block, inverse: &Block) -> f64 {
     let most = |b: &Block| b[0].max(b[4]).max(b[8]);
-    let width = most(block) * most(inverse);
-    if width.is_nan() { f64::INFINITY } else { width }
+    let condition = most(block) * most(inverse);
+    if condition.is_nan() { f64::INFINITY } else { condition }
 }
 
 #[cfg(test)]

@@ -1,24 +1,24 @@
-//! What a node may still do.
+//! Kinematic constraints of nodes.
 
 use super::algebra::{Block, Vec3, symmetric_inverse};
 use nalgebra::Matrix3;
 
-/// The directions a node is free in. What it does in the others is prescribed.
+/// The directions a node is free to move in; its velocity in the others is prescribed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Constraint {
-    /// Everything.
+    /// Free in all directions.
     #[default]
     Free,
-    /// Nothing.
+    /// Free in no direction (Dirichlet).
     Fixed,
-    /// Along the plane with this unit normal.
+    /// Free in the plane with this unit normal.
     Plane(Vec3),
-    /// Along this unit direction.
+    /// Free along this unit vector.
     Line(Vec3),
 }
 
 impl Constraint {
-    /// `S u`: the free part.
+    /// `S u`: the part of u in the free directions.
     #[inline(always)]
     pub fn filter(&self, u: Vec3) -> Vec3 {
         match self {
@@ -29,7 +29,7 @@ impl Constraint {
         }
     }
 
-    /// `S u + (I - S) z`: the free part of one, the prescribed part of another.
+    /// `S u + (I - S) z`: u in the free directions, z in the others.
     #[inline(always)]
     pub fn merge(&self, u: Vec3, z: Vec3) -> Vec3 {
         match self {
@@ -40,14 +40,15 @@ impl Constraint {
         }
     }
 
-    /// Whether anything is prescribed.
+    /// Whether the node is free in all directions.
     #[inline(always)]
     pub fn is_free(&self) -> bool {
         matches!(self, Self::Free)
     }
 }
 
-/// `S (S A S + I - S)^-1 S`
+/// `S (S A S + I - S)^-1 S`: the inverse of a diagonal block on the free directions, zero on the others. A singular block is replaced by
+/// the identity.
 pub fn constrained_inverse(block: &Block, constraint: &Constraint) -> Block {
     match constraint {
         Constraint::Fixed => return [0.0; 9],

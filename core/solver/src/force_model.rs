@@ -12,45 +12,45 @@ use thiserror::Error;
 pub struct ElementCall<'a> {
     /// One of [`POINT`](pliant_plugin_api::abi::POINT), [`LINK`](pliant_plugin_api::abi::LINK) and the others of that module.
     pub kind: u32,
-    /// Nodes of each element.
+    /// Number of nodes of each element, k.
     pub corners: usize,
-    /// Elements of this call.
+    /// Indices of the elements of this call.
     pub range: Range<usize>,
-    /// Nodes they touch: all of their corners lie in it.
+    /// Span of nodes they touch: all of their corners lie in it.
     pub window: Range<usize>,
-    /// (m x k)
+    /// Node indices of all elements (m x k).
     pub elements: &'a [u32],
-    /// (m), or empty
+    /// Family of each element (m), or empty.
     pub family: &'a [u32],
-    /// (m)
+    /// Volume, area or length that each element represents (m).
     pub measure: &'a [f64],
-    /// m (m x k x 2), or empty
+    /// Material coordinates of the corners, m (m x k x 2), or empty.
     pub material: &'a [f64],
-    /// m (n x 3)
+    /// Rest positions of all nodes, m (n x 3).
     pub rest: &'a [[f64; 3]],
-    /// m (n x 3)
+    /// Positions of all nodes, m (n x 3).
     pub x: &'a [[f64; 3]],
-    /// m/s (n x 3)
+    /// Velocities of all nodes, m/s (n x 3).
     pub v: &'a [[f64; 3]],
-    /// (stride x m)
+    /// Rest data the model wrote (stride x m).
     pub rest_data: &'a [f64],
-    /// (stride x m)
+    /// History of the elements (stride x m).
     pub history: &'a [f64],
-    /// Of the state.
+    /// When the state is.
     pub time: StepTime,
 }
 
-/// When a step begins and how long it is, s.
+/// Beginning and length of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepTime {
-    /// When the state is that of the nodes.
+    /// When the step begins, s.
     pub start: f64,
-    /// From there to the next.
+    /// Length of the step, s.
     pub dt: f64,
 }
 
 impl StepTime {
-    /// s
+    /// When the step ends, s.
     pub fn end(self) -> f64 {
         self.start + self.dt
     }

@@ -1,37 +1,37 @@
-//! Nodes and their state.
+//! The nodes of a body and their state.
 
 use super::algebra::Vec3;
 use super::constraint::Constraint;
 
-/// Nodes and their state.
+/// The nodes of a body and their state, an array for each quantity.
 #[derive(Clone, Debug, Default)]
 pub struct Nodes {
-    /// m (n x 3)
+    /// Rest positions, m (n x 3).
     pub rest: Vec<Vec3>,
-    /// m (n x 3)
+    /// Positions, m (n x 3).
     pub x: Vec<Vec3>,
-    /// m/s (n x 3)
+    /// Velocities, m/s (n x 3).
     pub v: Vec<Vec3>,
-    /// kg (n)
+    /// Lumped masses, kg (n).
     pub mass: Vec<f64>,
-    /// (n)
+    /// Kinematic constraints (n).
     pub constraint: Vec<Constraint>,
-    /// m/s, what the constrained part of each node does (n x 3)
+    /// Prescribed velocity of each node in its constrained directions, m/s (n x 3).
     pub prescribed: Vec<Vec3>,
 }
 
 impl Nodes {
-    /// Nodes there are.
+    /// Number of nodes.
     pub fn len(&self) -> usize {
         self.x.len()
     }
 
-    /// Whether there are none.
+    /// Whether there are no nodes.
     pub fn is_empty(&self) -> bool {
         self.x.is_empty()
     }
 
-    /// At rest, free and without mass.
+    /// Nodes at rest positions `rest`, m (n x 3): not moving, free and without mass.
     pub fn at_rest(rest: Vec<Vec3>) -> Self {
         let n = rest.len();
         Self {
@@ -44,7 +44,7 @@ impl Nodes {
         }
     }
 
-    /// One more, at rest, free and without mass. Gives its number.
+    /// Adds a node at rest, free and without mass. Returns its index.
     pub fn add(&mut self, rest: Vec3) -> u32 {
         self.rest.push(rest);
         self.x.push(rest);
@@ -55,7 +55,7 @@ impl Nodes {
         self.len() as u32 - 1
     }
 
-    /// One more between others, given with weights: held if they all are. Gives its number.
+    /// Adds a node interpolated from others with weights that add up to 1; it is fixed if all of them are. Returns its index.
     pub fn add_between(&mut self, of: &[(u32, f64)]) -> u32 {
         let mean = |field: &[Vec3]| of.iter().map(|(n, w)| *w * field[*n as usize]).sum::<Vec3>();
         let (rest, x, v, prescribed) = (mean(&self.rest), mean(&self.x), mean(&self.v), mean(&self.prescribed));
@@ -67,7 +67,7 @@ impl Nodes {
         node
     }
 
-    /// Takes off all from `at` on.
+    /// Removes and returns the nodes from index `at` on.
     pub fn split_off(&mut self, at: usize) -> Self {
         Self {
             rest: self.rest.split_off(at),
@@ -79,7 +79,7 @@ impl Nodes {
         }
     }
 
-    /// J
+    /// Kinetic energy, J.
     pub fn kinetic_energy(&self) -> f64 {
         self.v.iter().zip(&self.mass).map(|(v, m)| 0.5 * m * v.norm_squared()).sum()
     }

@@ -1,29 +1,29 @@
-//! What a tool does to the nodes of a body during one step: a force on each, and how it changes as the node moves.
+//! Linear springs and dampers of a tool on the nodes of a body, for one step.
 //!
-//! The linear contact model of a step: node n is pulled with `F = force - stiffness (x - anchor) - damping v`. Explicit
-//! schemes evaluate it in every substep; implicit ones add its blocks to the diagonal of the matrix. A load that is spread
-//! over weighted nodes is lumped: each gets its share of the stiffness, which is never less stiff than the exact low-rank
-//! matrix, so what is stable with the one is stable with the other.
+//! The force on a node is `F = force - stiffness (x - anchor) - damping v`. Explicit schemes evaluate it in every substep; implicit ones add
+//! its blocks to the diagonal of the matrix. A load that is spread over weighted nodes is lumped: each node gets its share of the
+//! stiffness. The lumped matrix is nowhere softer than the exact low-rank one, so a step that is stable with the exact one stays stable.
 
 use super::algebra::{Block, Vec3, matrix3};
+use super::integrate::limit::SpringRates;
 
-/// Forces on nodes that follow them.
+/// Springs and dampers on some nodes, an array for each quantity.
 #[derive(Debug, Default)]
 pub struct NodeSprings {
-    /// Which, rising (k)
+    /// Indices of the nodes, rising (k).
     pub nodes: Vec<u32>,
-    /// N, at the anchor (k x 3)
+    /// Force at the anchor, N (k x 3).
     pub force: Vec<Vec3>,
-    /// N/m (k blocks)
+    /// Stiffness, N/m (k blocks).
     pub stiffness: Vec<Block>,
-    /// N s/m (k blocks)
+    /// Damping, N s/m (k blocks).
     pub damping: Vec<Block>,
-    /// m, where the force holds (k x 3)
+    /// Position at which the force is `force`, m (k x 3).
     pub anchor: Vec<Vec3>,
 }
 
 impl NodeSprings {
-    /// Nothing pulled; keeps its buffers.
+    /// Removes all springs; keeps the buffers.
     pub fn clear(&mut self) {
         self.nodes.clear();
         self.force.clear();
@@ -32,12 +32,12 @@ impl NodeSprings {
         self.anchor.clear();
     }
 
-    /// Whether nothing is pulled.
+    /// Whether there are no springs.
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty()
     }
 
-    /// Pulls one more node, which is at `anchor` now.
+    /// Adds a spring on a node; nodes must be added in rising order.
     pub fn push(&mut self, node: u32, force: Vec3, stiffness: Block, damping: Block, anchor: Vec3) {
         self.nodes.push(node);
         self.force.push(force);
@@ -46,7 +46,7 @@ impl NodeSprings {
         self.anchor.push(anchor);
     }
 
-    /// N, on the i-th node pulled; without `v`, its elastic part.
+    /// Force of spring i, N; without `v` its elastic part.
     #[inline(always)]
     fn load(&self, i: usize, x: &[Vec3], v: Option<&[Vec3]>) -> Vec3 {
         let node = self.nodes[i] as usize;
@@ -54,14 +54,14 @@ impl NodeSprings {
         v.map_or(f, |v| f - matrix3(&self.damping[i]) * v[node])
     }
 
-    /// Adds the forces to those on the nodes.
+    /// Adds the forces, N, to `force` (n x 3), at positions `x`, m, and velocities `v`, m/s; without `v` the elastic part.
     pub fn add_to(&self, force: &mut [Vec3], x: &[Vec3], v: Option<&[Vec3]>) {
         for (i, &node) in self.nodes.iter().enumerate() {
             force[node as usize] += self.load(i, x, v);
         }
     }
 
-    /// Potential energy without damping, from where each holds, J.
+    /// Potential energy of the springs relative to their anchors, J.
     pub fn potential(&self, x: &[Vec3]) -> f64 {
         let each = self.nodes.iter().enumerate().map(|(i, &node)| {
             let d = x[node as usize] - self.anchor[i];
@@ -70,18 +70,19 @@ impl NodeSprings {
         each.sum()
     }
 
-    /// N, all of them together.
+    /// Sum of all forces, N.
     pub fn total(&self, x: &[Vec3], v: &[Vec3]) -> Vec3 {
         (0..self.nodes.len()).map(|i| self.load(i, x, Some(v))).sum()
     }
 
-    /// The largest stiffness over mass, 1/s^2, and damping over mass, 1/s, of a node.
-    pub fn rates(&self, mass: &[f64]) -> (f64, f64) {
-        let trace = |b: &Block| b[0].max(b[4]).max(b[8]);
-        let mut rates = (0.0_f64, 0.0_f64);
+    /// The largest stiffness over mass and damping over mass of a node, for masses `mass`, kg (n).
+    pub fn rates(&self, mass: &[f64]) -> SpringRates {
+        let largest = |b: &Block| b[0].max(b[4]).max(b[8]);
+        let mut rates = SpringRates::default();
         for (i, &node) in self.nodes.iter().enumerate() {
             let m = mass[node as usize];
-            rates = (rates.0.max(trace(&self.stiffness[i]) / m), rates.1.max(trace(&self.damping[i]) / m));
+            rates.stiffness = rates.stiffness.max(largest(&self.stiffness[i]) / m);
+            rates.damping = rates.damping.max(largest(&self.damping[i]) / m);
         }
         rates
     }

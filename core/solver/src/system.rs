@@ -1,48 +1,72 @@
-//! A body as the step sees it: nodes, elements, and the material that joins them.
+//! A body as the integrator sees it: nodes, elements and a material.
 
 use super::algebra::Vec3;
-use super::coupled::{Coupled, is_coupled_hinges};
+use super::coupled::{CoupledHinges, is_coupled_hinges};
 use super::elements::ElementSet;
 use super::matrix::Matrix;
 use super::nodes::Nodes;
-use super::normals::{Normals, wants_normals};
+use super::normals::{NormalsEnergy, wants_normals};
 use super::threads::{NODES, Pool};
 use crate::force_model::{ForceError, ForceModel, StepTime};
 use pliant_plugin_api::abi;
 
-/// Nodes, elements, material and, where something needs it, their matrix.
+/// Nodes, elements and material of a body, with their matrix where a scheme needs one.
 pub struct System {
-    /// State.
+    /// The nodes and their state.
     pub nodes: Nodes,
-    /// One per request of the material.
+    /// Element sets, one for each request of the material.
     pub sets: Vec<ElementSet>,
-    /// What the force is.
+    /// The force model.
     pub material: Box<dyn ForceModel>,
-    /// `None` until [`System::enable_matrix`].
+    /// The matrix; `None` until [`System::enable_matrix`].
     pub matrix: Option<Matrix>,
-    /// Hinges that act on each other, where the material wants them.
-    pub coupled: Option<Coupled>,
-    /// An energy of vertex normals, where the material has one.
-    pub normals: Option<Normals>,
+    /// Coupled hinges, if the material requests them.
+    pub coupled: Option<CoupledHinges>,
+    /// An energy of vertex normals, if the material has one.
+    pub normals: Option<NormalsEnergy>,
+}
+
+/// A state of a body that forces and matrices are computed of.
+#[derive(Clone, Copy)]
+pub struct SystemState<'a> {
+    /// The force model.
+    pub material: &'a dyn ForceModel,
+    /// Element sets, one for each request of the material.
+    pub sets: &'a [ElementSet],
+    /// Nodes with their positions and velocities.
+    pub nodes: &'a Nodes,
+    /// When the state is, and the step that begins there.
+    pub time: StepTime,
 }
 
 impl System {
-    /// No nodes yet.
+    /// A body without nodes.
     pub fn new(material: Box<dyn ForceModel>) -> Self {
         let sets = material.requests().iter().map(|r| ElementSet::new(*r)).collect();
         let sets: Vec<ElementSet> = sets;
-        let coupled = sets.iter().any(is_coupled_hinges).then(Coupled::default);
-        let normals = sets.iter().any(wants_normals).then(Normals::default);
+        let coupled = sets.iter().any(is_coupled_hinges).then(CoupledHinges::default);
+        let normals = sets.iter().any(wants_normals).then(NormalsEnergy::default);
         Self { nodes: Nodes::default(), sets, material, matrix: None, coupled, normals }
     }
 
-    /// Keeps a matrix from now on.
+    /// The present state.
+    pub fn state(&self, time: StepTime) -> SystemState<'_> {
+        SystemState { material: &*self.material, sets: &self.sets, nodes: &self.nodes, time }
+    }
+
+    /// The present state beside the coupled hinges, as [`Matrix::assemble`] takes them.
+    pub fn assembly_parts(&mut self, time: StepTime) -> (SystemState<'_>, Option<&mut CoupledHinges>) {
+        let Self { nodes, sets, material, coupled, .. } = self;
+        (SystemState { material: &**material, sets, nodes, time }, coupled.as_mut())
+    }
+
+    /// Adds a matrix, whose pattern follows the elements from now on.
     pub fn enable_matrix(&mut self) {
         let matrix = self.matrix.get_or_insert_default();
         matrix.rebuild(self.nodes.len(), &mut self.sets);
     }
 
-    /// Tells the hinge of each triangle's sides, or `u32::MAX`; then comes [`System::prepare`].
+    /// Sets the hinge of each triangle's sides 01, 12, 20, or `u32::MAX` for none (t x 3). Call [`System::prepare`] next.
     pub fn set_sides(&mut self, sides: Vec<[u32; 3]>) {
         if let Some(normals) = &mut self.normals {
             normals.sides.clone_from(&sides);
@@ -52,15 +76,15 @@ impl System {
         }
     }
 
-    /// After nodes or lists of elements have changed: cuts, rest data, masses and the matrix's pattern.
+    /// Recomputes chunks, rest data, lumped masses and the matrix's pattern. Call it after nodes or lists of elements have changed.
     ///
     /// # Errors
-    /// What the material says; a node that an element needs but that has no mass.
+    /// A material that fails.
     pub fn prepare(&mut self) -> Result<(), ForceError> {
         for set in &mut self.sets {
             set.prepare(&*self.material, &self.nodes)?;
         }
-        self.weigh()?;
+        self.apply_preconditioner()?;
         if let Some(coupled) = &mut self.coupled {
             coupled.prepare(&*self.material, &self.sets, &self.nodes)?;
         }
@@ -73,15 +97,15 @@ impl System {
         Ok(())
     }
 
-    /// After rest positions alone have changed.
+    /// Recomputes rest data. Call it after rest positions alone have changed.
     ///
     /// # Errors
-    /// What the material says.
+    /// A material that fails.
     pub fn rest(&mut self) -> Result<(), ForceError> {
         self.sets.iter_mut().try_for_each(|set| set.rest(&*self.material, &self.nodes))
     }
 
-    fn weigh(&mut self) -> Result<(), ForceError> {
+    fn apply_preconditioner(&mut self) -> Result<(), ForceError> {
         let mut mass = std::mem::take(&mut self.nodes.mass);
         mass.clear();
         mass.resize(self.nodes.len(), 0.0);
@@ -95,15 +119,15 @@ impl System {
         Ok(())
     }
 
-    /// The first node without a finite mass above zero.
+    /// Index of the first node without a finite mass above zero.
     pub fn massless(&self) -> Option<usize> {
         self.nodes.mass.iter().position(|m| !(m.is_finite() && *m > 0.0))
     }
 
-    /// `force = -dE/dx - C v`, N (n x 3), for velocities `v`, by default those of the nodes.
+    /// Computes `force = -dE/dx - C v`, N (n x 3), for velocities `v`, m/s (n x 3), by default those of the nodes.
     ///
     /// # Errors
-    /// What the material says.
+    /// A material that fails.
     pub fn forces(
         &mut self,
         pool: &Pool,
@@ -111,42 +135,42 @@ impl System {
         time: StepTime,
         force: &mut [Vec3],
     ) -> Result<(), ForceError> {
-        self.forces_rounded(pool, v, time, (force, false))
+        self.forces_with_digits(pool, v, time, force, false)
     }
 
-    /// The same; if `rounded`, with moments of coupled hinges to six digits.
+    /// As [`System::forces`], with moments of coupled hinges in single precision if `six_digits`.
     ///
     /// # Errors
     /// As [`System::forces`].
-    pub(super) fn forces_rounded(
+    pub(super) fn forces_with_digits(
         &mut self,
         pool: &Pool,
         v: Option<&[Vec3]>,
         time: StepTime,
-        (force, rounded): (&mut [Vec3], bool),
+        force: &mut [Vec3],
+        six_digits: bool,
     ) -> Result<(), ForceError> {
         let v = v.unwrap_or(&self.nodes.v);
-        pool.pieces(&mut *force, NODES, &|_, force: &mut [Vec3]| force.fill(Vec3::zeros()));
+        pool.par_chunks(&mut *force, NODES, &|_, force: &mut [Vec3]| force.fill(Vec3::zeros()));
         for set in self.sets.iter().filter(|s| s.has(abi::HAS_FORCES)) {
             set.schedule.run(pool, force, &|node| node, &|chunk, window| {
                 self.material.forces(&set.call(chunk, &self.nodes, v, time), bytemuck::cast_slice_mut(window))
             })?;
         }
+        let state = SystemState { material: &*self.material, sets: &self.sets, nodes: &self.nodes, time };
         if let Some(normals) = &mut self.normals {
-            normals.forces(pool, &*self.material, (&self.sets, &self.nodes, time), force)?;
+            normals.forces(pool, state, force)?;
         }
-        match (&mut self.coupled, self.sets.iter().find(|set| is_coupled_hinges(set))) {
-            (Some(coupled), Some(set)) => {
-                coupled.forces(pool, &*self.material, set, (&self.nodes, time), (force, rounded))
-            }
-            _ => Ok(()),
+        match &mut self.coupled {
+            Some(coupled) => coupled.forces(pool, state, force, six_digits),
+            None => Ok(()),
         }
     }
 
-    /// Elastic energy, J.
+    /// Elastic energy of the present state, J.
     ///
     /// # Errors
-    /// What the material says.
+    /// A material that fails.
     pub fn energy(&mut self, time: StepTime) -> Result<f64, ForceError> {
         let mut energy = 0.0;
         for set in self.sets.iter().filter(|s| s.has(abi::HAS_FORCES)) {
@@ -154,19 +178,20 @@ impl System {
                 energy += self.material.energy(&set.call(chunk, &self.nodes, &self.nodes.v, time))?;
             }
         }
-        if let (Some(coupled), Some(set)) = (&mut self.coupled, self.sets.iter().find(|set| is_coupled_hinges(set))) {
-            energy += coupled.energy(&Pool::new(1), &*self.material, set, &self.nodes, time)?;
+        let state = SystemState { material: &*self.material, sets: &self.sets, nodes: &self.nodes, time };
+        if let Some(coupled) = &mut self.coupled {
+            energy += coupled.energy(&Pool::new(1), state)?;
         }
         if let Some(normals) = &mut self.normals {
-            energy += normals.energy(&*self.material, &self.sets, &self.nodes, time)?;
+            energy += normals.energy(state)?;
         }
         Ok(energy)
     }
 
-    /// Brings history up to date after an accepted step.
+    /// Updates the history of elements, such as plastic strain, after an accepted step.
     ///
     /// # Errors
-    /// What the material says.
+    /// A material that fails.
     pub fn advance(&mut self, time: StepTime) -> Result<(), ForceError> {
         for set in self.sets.iter_mut().filter(|s| s.has(abi::HAS_HISTORY)) {
             let mut next = std::mem::take(&mut set.next_history);
@@ -185,7 +210,7 @@ impl System {
         self.sets.iter().any(|s| s.has(abi::HAS_DAMPING))
     }
 
-    /// Elements that have forces.
+    /// Number of elements that have forces.
     pub fn elements(&self) -> usize {
         self.sets.iter().filter(|s| s.has(abi::HAS_FORCES)).map(ElementSet::count).sum()
     }

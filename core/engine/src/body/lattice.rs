@@ -188,7 +188,7 @@ impl Lattice {
     }
 }
 
-/// Holds the nodes that fixings hold, by their number and rest position. Gives those that are led, and by which fixing.
+/// ContactConstraints the nodes that fixings hold, by their number and rest position. Gives those that are led, and by which fixing.
 pub(super) fn constrain_led(fixings: &[Fixing], nodes: &mut Nodes, number: impl Fn(u32) -> u32) -> Vec<(u32, u32)> {
     let mut led = Vec::new();
     for i in 0..nodes.len() {

@@ -4,7 +4,7 @@
 //! that changes is certain.
 
 use super::fingertip::Tip;
-use pliant_solver::{Outcome, System, Vec3};
+use pliant_solver::{System, TrialStep, Vec3};
 
 /// A vertex that is held.
 #[derive(Clone, Copy, Debug)]
@@ -51,10 +51,10 @@ const WELL_KNOWN: f64 = 0.1;
 
 impl Held {
     /// What becomes of it, if it does not stay as it is, and whether that is certain.
-    pub fn judge(&self, tip: &Tip, system: &System, outcome: &Outcome<'_>) -> Option<(Self, bool)> {
+    pub fn judge(&self, tip: &Tip, system: &System, trial: &TrialStep<'_>) -> Option<(Self, bool)> {
         let node = self.node as usize;
-        let off = |u: Vec3| outcome.doubt.map_or([0.0; 2], |doubt| doubt(system, node, u));
-        self.next(tip, (outcome.reaction)(node), (outcome.after)(system, node), &off)
+        let off = |u: Vec3| trial.error_bound.map_or([0.0; 2], |bound| bound(system, node, u));
+        self.next(tip, (trial.reaction)(node), (trial.velocity)(system, node), &off)
     }
 
     /// The same of one that is held by `lambda`, N, and moves with `after`, m/s: `off` says how far both may be off along a direction.
@@ -136,9 +136,9 @@ mod tests {
         returned: false,
     };
 
-    /// What it comes to, and whether that is certain, where reaction and velocity are off by at most each of `doubts`.
-    fn next<const N: usize>(held: Held, lambda: Vec3, after: Vec3, doubts: [f64; N]) -> [Option<(State, bool)>; N] {
-        doubts.map(|doubt| held.next(&TIP, lambda, after, &|_| [doubt; 2]).map(|(held, certain)| (held.state, certain)))
+    /// What it comes to, and whether that is certain, where reaction and velocity are off by at most each of `errors`.
+    fn next<const N: usize>(held: Held, lambda: Vec3, after: Vec3, errors: [f64; N]) -> [Option<(State, bool)>; N] {
+        errors.map(|error| held.next(&TIP, lambda, after, &|_| [error; 2]).map(|(held, certain)| (held.state, certain)))
     }
 
     #[test]

@@ -10,7 +10,7 @@
 use super::fingertip::{Press, SWEEP, Tip, goes_far, meets, slips};
 use super::held::{Held, State, is_settled};
 use super::reach::Reach;
-use pliant_solver::{Constraint, Holds, Outcome, System, Vec3};
+use pliant_solver::{Constraint, ContactConstraints, System, TrialStep, Vec3};
 
 /// The fingertips on one body.
 #[derive(Default)]
@@ -122,7 +122,7 @@ impl Spheres {
         }
     }
 
-    /// Holds vertices that would come to the far side of a tip in this step, moving as `after` says.
+    /// ContactConstraints vertices that would come to the far side of a tip in this step, moving as `after` says.
     fn catch(&mut self, system: &mut System, after: &dyn Fn(&System, usize) -> Vec3) -> bool {
         let known = self.held.len();
         for t in 0..self.tips.len() {
@@ -190,7 +190,7 @@ impl Spheres {
     }
 }
 
-impl Holds for Spheres {
+impl ContactConstraints for Spheres {
     fn begin(&mut self, system: &mut System, dt: f64) {
         self.dt = dt;
         self.list(&system.nodes.x, dt);
@@ -230,11 +230,11 @@ impl Holds for Spheres {
         }
     }
 
-    fn revise(&mut self, system: &mut System, outcome: &Outcome<'_>) -> bool {
-        let mut changed = outcome.doubt.is_none() && self.catch(system, outcome.after);
+    fn update_active_set(&mut self, system: &mut System, trial: &TrialStep<'_>) -> bool {
+        let mut changed = trial.error_bound.is_none() && self.catch(system, trial.velocity);
         let mut all = std::mem::take(&mut self.held);
         for held in &mut all {
-            if let Some((next, true)) = held.judge(&self.tips[held.tips.0], system, outcome) {
+            if let Some((next, true)) = held.judge(&self.tips[held.tips.0], system, trial) {
                 *held = next;
                 self.hold(held, system);
                 changed = true;
@@ -244,15 +244,15 @@ impl Holds for Spheres {
         changed
     }
 
-    fn foresees(&self, system: &System, outcome: &Outcome<'_>) -> bool {
-        is_settled(self.held.iter().map(|held| held.judge(&self.tips[held.tips.0], system, outcome)))
+    fn can_stop_early(&self, system: &System, trial: &TrialStep<'_>) -> bool {
+        is_settled(self.held.iter().map(|held| held.judge(&self.tips[held.tips.0], system, trial)))
     }
 
-    fn is_near(&self) -> bool {
+    fn has_candidates(&self) -> bool {
         self.near.iter().zip(&self.tips).any(|(near, tip)| tip.holds && !near.list.is_empty())
     }
 
-    fn is_holding(&self) -> bool {
+    fn is_active(&self) -> bool {
         !self.held.is_empty()
     }
 

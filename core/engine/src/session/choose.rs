@@ -9,7 +9,7 @@ use crate::scene::{IntegratorChoice, PreconditionerChoice, Scene};
 use crate::tool::Tool;
 use pliant_mesh::geometry::Vec3;
 use pliant_plugin_api::abi::{self, Ball};
-use pliant_solver::{ElementSet, Frequencies, Integrator, Preconditioner, Scheme, StepLimit, StepTime};
+use pliant_solver::{ElementSet, Frequencies, Integrator, Preconditioner, Scheme, SpringRates, StepLimit, StepTime};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -64,7 +64,8 @@ impl Session {
                 stiffness => LAYER_SHARE * stiffness.powi(2) * 0.5 * mass,
             };
             body.layer_stiffness = layer / carrier.edge().powi(2);
-            let touched = found.with_spring((LAYER_SHARE * found.stiffness.powi(2), 0.0));
+            let touched =
+                found.with_spring(SpringRates { stiffness: LAYER_SHARE * found.stiffness.powi(2), damping: 0.0 });
             self.planned.push(if self.tools.is_empty() { found } else { touched });
             self.frequencies.push(found);
             let pass = Instant::now();
@@ -127,9 +128,10 @@ impl Session {
         self.thread_choices = vec![ThreadChoice::default(); self.bodies.len()];
         self.integrators = self.bodies.iter().map(|_| Integrator::new(scheme, tolerance, most)).collect();
         for (integrator, body) in self.integrators.iter_mut().zip(&self.bodies) {
-            integrator.newton = scene.solver.newton.as_ref().map_or(integrator.newton, |n| *n.get_ref() as usize);
+            integrator.max_newton =
+                scene.solver.newton.as_ref().map_or(integrator.max_newton, |n| *n.get_ref() as usize);
             integrator.newton_tolerance = *scene.solver.newton_tolerance.get_ref();
-            integrator.longest_move = 0.5 * body.carrier.edge();
+            integrator.max_displacement = 0.5 * body.carrier.edge();
             integrator.resize(body.system.nodes.len());
         }
         self.scheme = scheme;

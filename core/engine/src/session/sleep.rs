@@ -1,7 +1,7 @@
 //! Bodies that have come to rest stand still until something comes near, if the scene asks for it.
 
 use super::{EventKind, Session};
-use pliant_solver::{Constraint, Holds, StepTime, Vec3};
+use pliant_solver::{Constraint, ContactConstraints, StepTime, Vec3};
 
 /// How long a body has to be slow, s.
 const SLOW_FOR: f64 = 0.1;
@@ -40,7 +40,7 @@ impl Session {
         let bounds = nodes.x.iter().fold(start, |[low, high], x| [low.inf(x), high.sup(x)]);
         rest.asleep = Some(bounds);
         nodes.v.fill(Vec3::zeros());
-        self.integrators[index].forget_past();
+        self.integrators[index].forget_history();
         // What is near its tips is kept by how far it has moved, and nobody counts that while it sleeps.
         self.spheres[index].forget();
         let name = &body.name;
@@ -57,7 +57,7 @@ impl Session {
 
     /// Whether a tip could reach a sleeping body in two steps.
     fn is_near(&self, index: usize) -> bool {
-        let Some([low, high]) = self.rests[index].asleep else { return self.spheres[index].is_holding() };
+        let Some([low, high]) = self.rests[index].asleep else { return self.spheres[index].is_active() };
         let edge = self.bodies[index].carrier.edge();
         self.spheres[index].tips.iter().any(|tip| {
             let reach = tip.radius + edge + 2.0 * self.dt * tip.velocity.norm();

@@ -10,7 +10,7 @@ use crate::body::Body;
 use crate::contact::SoftTip;
 use crate::edit::Step;
 use crate::tool::{Cause, Tool};
-use pliant_solver::{Frequencies, Holds, HoldsNothing, Loads, StepError, StepTime, Vec3};
+use pliant_solver::{ContactConstraints, Frequencies, Loads, NoContacts, StepError, StepTime, Vec3};
 use std::time::Instant;
 
 /// Elements of a body that one thread has done sooner than it has called others.
@@ -171,11 +171,12 @@ impl Session {
         let pool = if alone { &self.alone } else { &self.pool };
         let integrator = &mut self.integrators[index];
         let spheres = &mut self.spheres[index];
-        let mut nothing = HoldsNothing;
-        let holds: &mut (dyn Holds + Send) = if spheres.tips.is_empty() { &mut nothing } else { spheres };
+        let mut nothing = NoContacts;
+        let contacts: &mut (dyn ContactConstraints + Send) =
+            if spheres.tips.is_empty() { &mut nothing } else { spheres };
         let system = &mut body.system;
         let start = Instant::now();
-        let stepped = pool.install(|| integrator.step_held(pool, system, (&loads, holds), time, substeps));
+        let stepped = pool.install(|| integrator.step_with_contacts(pool, system, &loads, contacts, time, substeps));
         match has_choice {
             true => choice.took(start.elapsed().as_secs_f64()),
             false => *choice = ThreadChoice::default(),
@@ -199,8 +200,9 @@ impl Session {
         frame.substeps = frame.substeps.max(substeps);
         frame.iterations += report.iterations;
         frame.residual = frame.residual.max(report.residual);
-        (0..2).for_each(|part| frame.work[part] += report.seconds[part]);
-        Ok(report.fastest)
+        frame.work[0] += report.assembly_seconds;
+        frame.work[1] += report.solve_seconds;
+        Ok(report.max_speed)
     }
 
     /// Gives the hands what they feel.

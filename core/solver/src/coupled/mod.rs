@@ -1,4 +1,4 @@
-//! Hinges that act on each other: bending of thin shells in the mixed form of Hellan (1967), Herrmann (1967) and Johnson
+//! Coupled hinges: bending of thin shells in the mixed form of Hellan (1967), Herrmann (1967) and Johnson
 //! (1973), in which moments are constant in each triangle and agree across edges only in what they do along the edge.
 //!
 //! The material gives the strain of each hinge and the compliance of each triangle; here `G m = s` is solved for the moments
@@ -14,9 +14,10 @@ use super::algebra::Vec3;
 use super::constraint::Constraint;
 use super::elements::ElementSet;
 use super::elements::chunk::Chunk;
-use super::factors::StandIn;
+use super::hinge_assembly::{self, AHEAD, BlocksMut, GROUP, Hinges, Precision};
 use super::nodes::Nodes;
-use super::outer::{self, AHEAD, GROUP, Hinges, Precision};
+use super::system::SystemState;
+use super::system_scales::{HessianApproximation, SystemScales};
 use super::threads::Pool;
 use crate::force_model::{ForceError, ForceModel, StepTime};
 use chebyshev::Chebyshev;
@@ -26,39 +27,40 @@ use pliant_plugin_api::PlanesMut;
 use pliant_plugin_api::{abi, prefetch};
 use std::ops::Range;
 
-/// The coupled hinges of a body.
+/// The coupled hinges of a body, with the matrix G between them.
 #[derive(Debug, Default)]
-pub struct Coupled {
-    /// Hinge of each triangle's sides 01, 12, 20, or `u32::MAX` (t x 3).
+pub struct CoupledHinges {
+    /// Hinge of each triangle's sides 01, 12, 20, or `u32::MAX` for none (t x 3).
     pub sides: Vec<[u32; 3]>,
-    /// What takes the place of the inverse of G.
+    /// A polynomial in G that replaces its inverse.
     inverse: Chebyshev,
-    /// N/m, what stands for the inverse of the diagonal of G, and of a diagonal matrix that is nowhere above G; 0 without one
-    stand_in: Vec<f64>,
-    most: Vec<f64>,
-    /// Plane 0 strain, m; 1 to 12 its gradient.
+    /// Stiffness of each hinge from the diagonal of G, N/m; 0 for a hinge without compliance.
+    mean_stiffness: Vec<f64>,
+    /// The same from a diagonal matrix nowhere above G: an upper bound, N/m.
+    stiffness_bound: Vec<f64>,
+    /// Plane 0: strain of each hinge, m; planes 1 to 12: its gradient by corner and axis (13 x h).
     planes: Vec<f64>,
-    /// N
+    /// Moment of each hinge, N (h).
     moment: Vec<f64>,
 }
 
 /// Relative accuracy of the polynomial inverse.
 const ACCURACY: f64 = 1e-4;
-/// Terms of it, at most: slivers ask for more than is worth it.
-const MOST: usize = 200;
-/// Terms for which no better bound is looked for.
+/// Most terms of the polynomial: slivers would need more than they are worth.
+const MAX_TERMS: usize = 200;
+/// With so few terms no better bound of the spectrum is computed.
 const FEW: usize = 16;
-/// Of the least eigenvalue found, what is counted on.
-const SURE: f64 = 0.9;
-/// What stands for the inverse of G in a matrix is at least this over its diagonal, and more where slivers ask for it: at least
-/// half the exact stiffness, as a step of backward Euler that is linearised once needs.
-const STAND_IN: f64 = 2.2;
-/// PlanesMut of a hinge.
+/// Safety factor on the least eigenvalue found.
+const EIGENVALUE_MARGIN: f64 = 0.9;
+/// The approximate inverse of G in a matrix is this over its diagonal, and more where slivers need it: at least half the exact stiffness,
+/// as a step of backward Euler that is linearised once needs.
+const INVERSE_FACTOR: f64 = 2.2;
+/// Numbers of a hinge: its strain and twelve components of the gradient.
 const PLANES: usize = 13;
-/// Hinges in a piece of work for a thread.
-const PIECE: usize = 256;
+/// Fewest hinges of a chunk of work.
+const CHUNK: usize = 256;
 
-/// Whether a set is of hinges that are coupled.
+/// Whether a set consists of coupled hinges.
 pub fn is_coupled_hinges(set: &ElementSet) -> bool {
     set.request().kind == abi::HINGE && set.has(abi::IS_COUPLED)
 }
@@ -67,18 +69,18 @@ fn is_coupled_triangles(set: &ElementSet) -> bool {
     set.request().kind == abi::TRIANGLE && set.has(abi::IS_COUPLED)
 }
 
-/// Terms that an inverse takes where eigenvalues lie between two bounds.
+/// Number of terms of a Chebyshev inverse for eigenvalues within two bounds.
 fn terms([low, high]: [f64; 2]) -> usize {
     let root = (high / low).sqrt();
     let rate = (root - 1.0) / (root + 1.0);
     if rate > 0.0 { (libm::log(0.5 * ACCURACY) / libm::log(rate)).ceil().max(1.0) as usize } else { 1 }
 }
 
-impl Coupled {
-    /// After nodes or elements have changed.
+impl CoupledHinges {
+    /// Computes G and the polynomial. Call it after nodes or elements have changed.
     ///
     /// # Errors
-    /// What the material says.
+    /// A material that fails.
     pub fn prepare(&mut self, material: &dyn ForceModel, sets: &[ElementSet], nodes: &Nodes) -> Result<(), ForceError> {
         let hinges = sets.iter().find(|set| is_coupled_hinges(set)).map_or(0, ElementSet::count);
         let Some(triangles) = sets.iter().find(|set| is_coupled_triangles(set)) else { return Ok(()) };
@@ -122,101 +124,90 @@ impl Coupled {
         // is less accurate there, and still positive. A hinge between two triangles that are held has no compliance, and no moment.
         if terms(spectrum) > FEW {
             let found = least_eigenvalue(&diagonal, &entries, near);
-            spectrum[0] = found.map_or(spectrum[0], |found| spectrum[0].max(SURE * found));
+            spectrum[0] = found.map_or(spectrum[0], |found| spectrum[0].max(EIGENVALUE_MARGIN * found));
         }
-        let terms = terms(spectrum).min(MOST);
+        let terms = terms(spectrum).min(MAX_TERMS);
         self.inverse = Chebyshev::new(&diagonal, &entries, spectrum, terms);
         let over = |of: f64, all: &[f64]| all.iter().map(|c| if *c > 0.0 { of / c } else { 0.0 }).collect();
-        (self.stand_in, self.most) = (over(STAND_IN, &diagonal), over(1.0, &least));
+        (self.mean_stiffness, self.stiffness_bound) = (over(INVERSE_FACTOR, &diagonal), over(1.0, &least));
         self.planes = vec![0.0; PLANES * hinges];
         self.moment = vec![0.0; hinges];
         Ok(())
     }
 
-    /// Finds strains and their gradients.
+    /// Computes the strain of each hinge and its gradient.
     ///
     /// # Errors
-    /// What the material says.
-    pub fn strains(
-        &mut self,
-        pool: &Pool,
-        material: &dyn ForceModel,
-        (set, nodes, time): (&ElementSet, &Nodes, StepTime),
-    ) -> Result<(), ForceError> {
-        in_parts((pool, pool.halvings()), PlanesMut::new(&mut self.planes, PLANES), &|planes| {
+    /// A material that fails.
+    pub fn update_strains(&mut self, pool: &Pool, state: SystemState<'_>) -> Result<(), ForceError> {
+        let SystemState { material, sets, nodes, time } = state;
+        let Some(set) = sets.iter().find(|set| is_coupled_hinges(set)) else { return Ok(()) };
+        par_planes(pool, pool.halvings(), PlanesMut::new(&mut self.planes, PLANES), &|planes| {
             let whole = Chunk { range: planes.range(), window: 0..nodes.len() };
             material.strain(&set.call(&whole, nodes, &nodes.v, time), planes)
         })
     }
 
-    /// Finds strains and their gradients, and the moments that belong to them.
-    fn load(
-        &mut self,
-        pool: &Pool,
-        material: &dyn ForceModel,
-        set: &ElementSet,
-        (nodes, time): (&Nodes, StepTime),
-        rounded: bool,
-    ) -> Result<(), ForceError> {
-        self.strains(pool, material, (set, nodes, time))?;
+    /// Computes strains, their gradients and the moments `G^-1 s`, these in single precision if `six_digits`.
+    fn update_moments(&mut self, pool: &Pool, state: SystemState<'_>, six_digits: bool) -> Result<(), ForceError> {
+        self.update_strains(pool, state)?;
         let strain = &self.planes[..self.moment.len()];
-        self.inverse.apply(pool, strain, &mut self.moment, rounded);
+        self.inverse.apply(pool, strain, &mut self.moment, six_digits);
         Ok(())
     }
 
-    /// Adds `-m ds/dx`, N (n x 3); if `rounded`, with moments to six digits.
+    /// Adds `-m ds/dx`, N, to `force` (n x 3), with moments in single precision if `six_digits`.
     ///
     /// # Errors
-    /// What the material says.
+    /// A material that fails.
     pub fn forces(
         &mut self,
         pool: &Pool,
-        material: &dyn ForceModel,
-        set: &ElementSet,
-        (nodes, time): (&Nodes, StepTime),
-        (force, rounded): (&mut [Vec3], bool),
+        state: SystemState<'_>,
+        force: &mut [Vec3],
+        six_digits: bool,
     ) -> Result<(), ForceError> {
-        self.load(pool, material, set, (nodes, time), rounded)?;
+        let Some(set) = state.sets.iter().find(|set| is_coupled_hinges(set)) else { return Ok(()) };
+        self.update_moments(pool, state, six_digits)?;
         let this = &*self;
         set.schedule.run(pool, force, &|node| node, &|chunk, window| {
             let (moments, gradients) = (&this.moment[chunk.range.clone()], this.gradients(chunk.range.clone()));
             let nodes = set.nodes().as_chunks().0;
             let nodes = &nodes[chunk.range.clone()];
-            pulp::Arch::new().dispatch(Pulls { nodes, moments, gradients, first: chunk.window.start, window });
+            pulp::Arch::new().dispatch(HingeForces { nodes, moments, gradients, first: chunk.window.start, window });
             Ok(())
         })
     }
 
-    /// J
+    /// Bending energy `s . m / 2`, J.
     ///
     /// # Errors
-    /// What the material says.
-    pub fn energy(
-        &mut self,
-        pool: &Pool,
-        material: &dyn ForceModel,
-        set: &ElementSet,
-        nodes: &Nodes,
-        time: StepTime,
-    ) -> Result<f64, ForceError> {
-        self.load(pool, material, set, (nodes, time), false)?;
+    /// A material that fails.
+    pub fn energy(&mut self, pool: &Pool, state: SystemState<'_>) -> Result<f64, ForceError> {
+        if !state.sets.iter().any(is_coupled_hinges) {
+            return Ok(0.0);
+        }
+        self.update_moments(pool, state, false)?;
         Ok(0.5 * self.moment.iter().zip(&self.planes).map(|(m, s)| m * s).sum::<f64>())
     }
 
-    /// Adds `factor` times a stand-in for the stiffness of a range of hinges, at the strains found last, to blocks of which the first is
-    /// in slot `first`: the diagonal of G in the place of G, and no geometric part.
+    /// Adds the approximate Hessian of a range of hinges, at the strains computed last, times `scales.stiffness`: the diagonal of G replaces
+    /// G, and the geometric part is dropped.
     pub fn add_tangent<T: Precision>(
         &self,
         set: &ElementSet,
         range: Range<usize>,
-        (factor, which): (f64, StandIn),
-        (first, blocks): (usize, &mut [[T; 9]]),
+        scales: &SystemScales,
+        blocks: BlocksMut<'_, T>,
     ) {
         let slots = &set.slots[10 * range.start..10 * range.end];
-        T::add_outer(slots, first, blocks, &self.stand_ins(range, factor, which));
+        let gradient = self.gradients(range.clone());
+        let (mean, bound) = (&self.mean_stiffness[range.clone()], &self.stiffness_bound[range]);
+        let terms = HingeHessian { gradient, mean, bound, factor: scales.stiffness, approximation: scales.hessian };
+        T::add_outer(slots, blocks, &terms);
     }
 
-    /// PlanesMut of gradients, by corner and axis.
+    /// Gradients of a range of hinges, a plane for each corner and axis.
     fn gradients(&self, range: Range<usize>) -> [&[f64]; 12] {
         let mut gradients: [&[f64]; 12] = [&[]; 12];
         for (plane, gradient) in self.planes.chunks_exact(self.moment.len()).skip(1).zip(&mut gradients) {
@@ -224,15 +215,10 @@ impl Coupled {
         }
         gradients
     }
-
-    fn stand_ins(&self, range: Range<usize>, factor: f64, which: StandIn) -> StandIns<'_> {
-        let gradient = self.gradients(range.clone());
-        StandIns { gradient, usual: &self.stand_in[range.clone()], most: &self.most[range], factor, which }
-    }
 }
 
-/// What hinges do to nodes: `-m ds/dx`, from node `first` on.
-struct Pulls<'a> {
+/// Adds `-m ds/dx` of a range of hinges to a window of nodes that begins at `first`.
+struct HingeForces<'a> {
     nodes: &'a [[u32; 4]],
     moments: &'a [f64],
     gradients: [&'a [f64]; 12],
@@ -240,7 +226,7 @@ struct Pulls<'a> {
     window: &'a mut [Vec3],
 }
 
-impl pulp::NullaryFnOnce for Pulls<'_> {
+impl pulp::NullaryFnOnce for HingeForces<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -259,33 +245,33 @@ impl pulp::NullaryFnOnce for Pulls<'_> {
     }
 }
 
-/// What stands for the stiffness of a range of hinges.
-struct StandIns<'a> {
+/// Terms `k g g^T` that approximate the Hessian of a range of hinges.
+struct HingeHessian<'a> {
     gradient: [&'a [f64]; 12],
-    usual: &'a [f64],
-    most: &'a [f64],
+    mean: &'a [f64],
+    bound: &'a [f64],
     factor: f64,
-    which: StandIn,
+    approximation: HessianApproximation,
 }
 
-impl StandIns<'_> {
+impl HingeHessian<'_> {
     #[inline(always)]
     fn stiffness<const N: usize>(&self, e: usize) -> [f64; N] {
-        let (usual, most) = (&self.usual[e..e + N], &self.most[e..e + N]);
+        let (mean, bound) = (&self.mean[e..e + N], &self.bound[e..e + N]);
         let mut stiffness = [0.0; N];
         for i in 0..N {
-            let stand_in = match self.which {
-                StandIn::Searched => usual[i],
-                StandIn::Half => usual[i].max(0.5 * most[i]),
-                StandIn::Certain => most[i],
+            let k = match self.approximation {
+                HessianApproximation::Unbounded => mean[i],
+                HessianApproximation::AtLeastHalf => mean[i].max(0.5 * bound[i]),
+                HessianApproximation::UpperBound => bound[i],
             };
-            stiffness[i] = self.factor * stand_in;
+            stiffness[i] = self.factor * k;
         }
         stiffness
     }
 }
 
-impl Hinges for StandIns<'_> {
+impl Hinges for HingeHessian<'_> {
     #[inline(always)]
     fn hinge(&self, e: usize) -> ([Vec3; 4], f64) {
         let mut g = [Vec3::zeros(); 4];
@@ -298,9 +284,13 @@ impl Hinges for StandIns<'_> {
     }
 
     #[inline(always)]
-    fn eight<'a>(&'a self, e: usize, room: &'a mut outer::PlanesMut) -> ([&'a [f64; GROUP]; 12], [f64; GROUP]) {
-        prefetch(self.usual, e + AHEAD);
-        prefetch(self.most, e + AHEAD);
+    fn eight<'a>(
+        &'a self,
+        e: usize,
+        room: &'a mut hinge_assembly::GroupPlanes,
+    ) -> ([&'a [f64; GROUP]; 12], [f64; GROUP]) {
+        prefetch(self.mean, e + AHEAD);
+        prefetch(self.bound, e + AHEAD);
         let mut planes = [&room[0]; 12];
         for (plane, from) in planes.iter_mut().zip(&self.gradient) {
             prefetch(from, e + AHEAD);
@@ -311,18 +301,19 @@ impl Hinges for StandIns<'_> {
 }
 
 /// Runs `work` on the planes of ranges of elements, one for each thread.
-fn in_parts<E: Send>(
-    (pool, halvings): (&Pool, u32),
+fn par_planes<E: Send>(
+    pool: &Pool,
+    halvings: u32,
     mut planes: PlanesMut<'_>,
     work: &(impl Fn(&mut PlanesMut<'_>) -> Result<(), E> + Sync),
 ) -> Result<(), E> {
     let range = planes.range();
-    if halvings == 0 || range.len() < 2 * PIECE {
+    if halvings == 0 || range.len() < 2 * CHUNK {
         return work(&mut planes);
     }
     let (low, high) = planes.split_at(range.start.midpoint(range.end));
-    let less = (pool, halvings - 1);
-    let (a, b) = pool.join(|| in_parts(less, low, work), || in_parts(less, high, work));
+    let less = halvings - 1;
+    let (a, b) = pool.join(|| par_planes(pool, less, low, work), || par_planes(pool, less, high, work));
     a.and(b)
 }
 

@@ -8,42 +8,42 @@
 use crate::threads::Pool;
 use std::ops::Range;
 
-/// A range of elements and the nodes they touch.
+/// A range of elements and the span of nodes they touch.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Chunk {
-    /// Elements.
+    /// Indices of the elements.
     pub range: Range<usize>,
-    /// Nodes.
+    /// Indices from the first to the last node they touch.
     pub window: Range<usize>,
 }
 
-/// Chunks by colour, in order of their nodes.
+/// Chunks by colour, each colour in the order of its nodes.
 #[derive(Clone, Debug, Default)]
 pub struct Schedule {
     colours: Vec<Vec<Chunk>>,
 }
 
-/// Elements of a chunk, at least.
-const LEAST: usize = 512;
-/// Chunks of a list, or a few more: some for each thread, and as long as can be, for each colour goes through all nodes anew.
+/// Fewest elements of a chunk.
+const MIN_CHUNK: usize = 512;
+/// About how many chunks a list has: some for each thread, but few, for each colour traverses all nodes anew.
 const CHUNKS: usize = 16;
-/// Chunks that two threads share evenly where neighbours have two colours.
+/// With a multiple of so many chunks two threads share both colours evenly.
 const EVEN: usize = 4;
 
-/// How many chunks a list of elements is worth.
+/// Number of chunks for a list of `count` elements.
 pub fn chunks(count: usize) -> usize {
-    let chunks = count.div_ceil((count / CHUNKS).max(LEAST));
+    let chunks = count.div_ceil((count / CHUNKS).max(MIN_CHUNK));
     if chunks > EVEN / 2 { chunks.next_multiple_of(EVEN) } else { chunks }
 }
 
-/// Nodes between the first and the last of a range of elements of `corners` nodes each.
+/// The span of nodes that a range of elements of `corners` nodes each touches.
 pub fn window(nodes: &[u32], corners: usize, range: &Range<usize>) -> Range<usize> {
     let nodes = &nodes[range.start * corners..range.end * corners];
     let low = nodes.iter().min().map_or(0, |low| *low as usize);
     low..nodes.iter().max().map_or(0, |high| *high as usize + 1)
 }
 
-/// Number `k` of `pieces` of about one length that `count` is cut into.
+/// Range k of `pieces` ranges of nearly equal length that cover `0..count`.
 pub fn part(count: usize, pieces: usize, k: usize) -> Range<usize> {
     k * count / pieces..(k + 1) * count / pieces
 }
@@ -54,11 +54,11 @@ impl Schedule {
         let count = nodes.len() / corners;
         let pieces = chunks(count);
         let ranges = (0..pieces).map(|k| part(count, pieces, k));
-        self.take(ranges.map(|range| Chunk { window: window(nodes, corners, &range), range }));
+        self.assign(ranges.map(|range| Chunk { window: window(nodes, corners, &range), range }));
     }
 
-    /// Takes over chunks. Keeps the buffers of those before.
-    pub fn take(&mut self, chunks: impl Iterator<Item = Chunk>) {
+    /// Colours the given chunks. Keeps the buffers of an earlier schedule.
+    pub fn assign(&mut self, chunks: impl Iterator<Item = Chunk>) {
         self.colours.iter_mut().for_each(Vec::clear);
         chunks.for_each(|chunk| self.place(chunk));
         for colour in &mut self.colours {
@@ -66,12 +66,12 @@ impl Schedule {
         }
     }
 
-    /// Colours there are.
+    /// Number of colours.
     pub fn colours(&self) -> usize {
         self.colours.iter().filter(|colour| !colour.is_empty()).count()
     }
 
-    /// Puts a chunk into the first colour it fits.
+    /// Adds a chunk to the first colour whose chunks it does not overlap.
     fn place(&mut self, chunk: Chunk) {
         let apart = |c: &Chunk| c.window.end <= chunk.window.start || chunk.window.end <= c.window.start;
         match self.colours.iter_mut().find(|colour| colour.iter().all(apart)) {
@@ -96,33 +96,37 @@ impl Schedule {
         bound: &(impl Fn(usize) -> usize + Sync),
         work: &(impl Fn(&Chunk, &mut [T]) -> Result<(), E> + Sync),
     ) -> Result<(), E> {
-        self.colours.iter().try_for_each(|colour| colour_run((pool, pool.halvings()), colour, 0, out, bound, work))
+        self.colours.iter().try_for_each(|colour| ColourRun { pool, bound, work }.run(pool.halvings(), colour, 0, out))
     }
 }
 
-/// `out` starts at item `first`.
-fn colour_run<T: Send, E: Send>(
-    (pool, halvings): (&Pool, u32),
-    chunks: &[Chunk],
-    first: usize,
-    out: &mut [T],
-    bound: &(impl Fn(usize) -> usize + Sync),
-    work: &(impl Fn(&Chunk, &mut [T]) -> Result<(), E> + Sync),
-) -> Result<(), E> {
-    if halvings == 0 || chunks.len() < 2 {
-        return chunks.iter().try_for_each(|chunk| {
-            work(chunk, &mut out[bound(chunk.window.start) - first..bound(chunk.window.end) - first])
-        });
+/// The work of one schedule on one colour.
+struct ColourRun<'a, B, W> {
+    pool: &'a Pool,
+    /// First item of a node.
+    bound: &'a B,
+    work: &'a W,
+}
+
+impl<B: Fn(usize) -> usize + Sync, W: Sync> ColourRun<'_, B, W> {
+    /// Runs chunks of one colour, halved `halvings` times between threads. `out` starts at item `first`.
+    fn run<T: Send, E: Send>(&self, halvings: u32, chunks: &[Chunk], first: usize, out: &mut [T]) -> Result<(), E>
+    where
+        W: Fn(&Chunk, &mut [T]) -> Result<(), E>,
+    {
+        let Self { pool, bound, work } = self;
+        if halvings == 0 || chunks.len() < 2 {
+            return chunks.iter().try_for_each(|chunk| {
+                work(chunk, &mut out[bound(chunk.window.start) - first..bound(chunk.window.end) - first])
+            });
+        }
+        let (left, right) = chunks.split_at(chunks.len() / 2);
+        let middle = bound(right[0].window.start);
+        let (low, high) = out.split_at_mut(middle - first);
+        let less = halvings - 1;
+        let (a, b) = pool.join(|| self.run(less, left, first, low), || self.run(less, right, middle, high));
+        a.and(b)
     }
-    let (left, right) = chunks.split_at(chunks.len() / 2);
-    let middle = bound(right[0].window.start);
-    let (low, high) = out.split_at_mut(middle - first);
-    let less = (pool, halvings - 1);
-    let (a, b) = pool.join(
-        || colour_run(less, left, first, low, bound, work),
-        || colour_run(less, right, middle, high, bound, work),
-    );
-    a.and(b)
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
-//! The elements of one kind of a body.
+//! Element sets: the elements of one kind of a body.
 
 pub mod chunk;
-pub mod strips;
+pub mod fused_assembly;
 
 use super::algebra::Vec3;
 use super::nodes::Nodes;
@@ -9,20 +9,20 @@ use crate::force_model::{ElementCall, ForceError, ForceModel, StepTime};
 use chunk::{Chunk, Schedule};
 use pliant_plugin_api::{ElementRequest, abi};
 
-/// What a carrier gives for one request of a material.
+/// The elements a discretisation provides for one request of a material: m elements of k nodes each.
 #[derive(Clone, Debug, Default)]
 pub struct ElementList {
-    /// (m x k)
+    /// Node indices (m x k).
     pub nodes: Vec<u32>,
-    /// (m), or empty
+    /// Family of each element, such as structural or shear (m), or empty.
     pub family: Vec<u32>,
-    /// (m)
+    /// Volume, area or length that each element represents, in the unit of its kind (m).
     pub measure: Vec<f64>,
-    /// m (m x k x 2), or empty
+    /// Material coordinates of the corners, m (m x k x 2), or empty.
     pub material: Vec<f64>,
 }
 
-/// Elements with their rest data, history and cut into chunks.
+/// The elements of one request with their rest data, history and chunks.
 pub struct ElementSet {
     pub(super) request: ElementRequest,
     pub(super) corners: usize,
@@ -32,11 +32,11 @@ pub struct ElementSet {
     /// Where `advance` writes, before it becomes `history`.
     pub(super) next_history: Vec<f64>,
     pub(super) schedule: Schedule,
-    /// (m x pairs) places in the matrix; empty without one
+    /// Slots of the matrix for each pair of corners (m x pairs); empty without a matrix.
     pub(super) slots: Vec<u32>,
 }
 
-/// Nodes of an element of `kind`.
+/// Number of nodes of an element of `kind`.
 pub fn corners(kind: u32) -> usize {
     match kind {
         abi::POINT => 1,
@@ -47,7 +47,7 @@ pub fn corners(kind: u32) -> usize {
 }
 
 impl ElementSet {
-    /// No elements yet.
+    /// An empty set for a request.
     pub fn new(request: ElementRequest) -> Self {
         Self {
             request,
@@ -61,37 +61,37 @@ impl ElementSet {
         }
     }
 
-    /// Elements there are.
+    /// Number of elements.
     pub fn count(&self) -> usize {
         self.list.nodes.len() / self.corners
     }
 
-    /// What the material wants of them.
+    /// The request of the material.
     pub fn request(&self) -> &ElementRequest {
         &self.request
     }
 
-    /// (m x k)
+    /// Node indices (m x k).
     pub fn nodes(&self) -> &[u32] {
         &self.list.nodes
     }
 
-    /// (stride x m)
+    /// History of the elements (stride x m).
     pub fn history(&self) -> &[f64] {
         &self.history
     }
 
-    /// Takes over a history of the same elements (stride x m).
+    /// Sets the history of the same elements (stride x m).
     pub fn set_history(&mut self, history: &[f64]) {
         self.history.copy_from_slice(history);
     }
 
-    /// Whether the material asked for `flag`.
+    /// Whether the request has a flag, one of those of [`pliant_plugin_api::abi`].
     pub fn has(&self, flag: u32) -> bool {
         self.request.flags & flag != 0
     }
 
-    /// The list, to be refilled; then comes `System::prepare`.
+    /// The list, to be refilled. Call [`System::prepare`](crate::System::prepare) next.
     pub fn list_mut(&mut self) -> &mut ElementList {
         &mut self.list
     }

@@ -1,69 +1,70 @@
-//! Explicit steps: new velocities from the forces where the body is.
+//! Explicit steps: new velocities from the forces of the present state.
 
-use super::holds::{Holds, Outcome, PASSES};
-use super::{Integrator, Loads, Scheme, StepError, StepReport, add_loads, check};
-use crate::algebra::{Vec3, without_dust};
-use crate::force_model::StepTime;
+use super::contact_constraints::{MAX_ACTIVE_SET_PASSES, TrialStep};
+use super::scheme::ExplicitOrder;
+use super::{Integrator, StepError, StepReport, Substep, add_loads, check};
+use crate::algebra::{Vec3, flush_denormals};
 use crate::system::System;
 use crate::threads::{NODES, Pool};
 
 impl Integrator {
     pub(super) fn explicit(
         &mut self,
-        pool: &Pool,
         system: &mut System,
-        (loads, holds): (&Loads<'_>, &mut dyn Holds),
-        now: StepTime,
+        step: &mut Substep<'_>,
+        order: ExplicitOrder,
         report: &mut StepReport,
     ) -> Result<(), StepError> {
-        system.forces(pool, None, now, &mut self.force)?;
+        let (pool, loads, dt) = (step.pool, step.loads, step.time.dt);
+        system.forces(pool, None, step.time, &mut self.force)?;
         add_loads(&mut self.force, loads, &system.nodes.x, Some(&system.nodes.v));
-        holds.begin(system, now.dt);
-        let dt = now.dt;
-        if self.scheme == Scheme::ExplicitEuler {
-            go_on(pool, system, dt);
+        step.contacts.begin(system, dt);
+        match order {
+            ExplicitOrder::PositionFirst => move_nodes(pool, system, dt),
+            ExplicitOrder::VelocityFirst => {}
         }
-        for _ in 0..PASSES {
-            // Nothing is near most of the time: then there are no forces to clear and to add.
-            let pushes = holds.is_near();
-            if pushes {
-                self.still.fill(Vec3::zeros());
-                holds.add_forces(&mut self.still);
+        for _ in 0..MAX_ACTIVE_SET_PASSES {
+            // Most of the time nothing is near: then there are no contact forces to clear and to add.
+            let has_contacts = step.contacts.has_candidates();
+            if has_contacts {
+                self.scratch.fill(Vec3::zeros());
+                step.contacts.add_forces(&mut self.scratch);
             }
             let (nodes, force, gravity) = (&system.nodes, &self.force, loads.gravity);
-            let parts = (&mut self.still[..], &mut self.reaction[..]);
-            pool.pieces(parts, NODES, &|first, (still, reaction): (&mut [Vec3], &mut [Vec3])| {
-                for (i, (still, reaction)) in (first..).zip(still.iter_mut().zip(reaction)) {
-                    let f = if pushes { force[i] + *still } else { force[i] };
+            let vectors = (&mut self.scratch[..], &mut self.reaction[..]);
+            pool.par_chunks(vectors, NODES, &|first, (scratch, reaction): (&mut [Vec3], &mut [Vec3])| {
+                for (i, (next, reaction)) in (first..).zip(scratch.iter_mut().zip(reaction)) {
+                    let f = if has_contacts { force[i] + *next } else { force[i] };
                     let free = nodes.v[i] + dt * (gravity + 1.0 / nodes.mass[i] * f);
                     if nodes.constraint[i].is_free() {
-                        (*still, *reaction) = (without_dust(free), Vec3::zeros());
+                        (*next, *reaction) = (flush_denormals(free), Vec3::zeros());
                         continue;
                     }
-                    *still = without_dust(nodes.constraint[i].merge(free, nodes.prescribed[i]));
-                    *reaction = (*still - free) * nodes.mass[i] / dt;
+                    *next = flush_denormals(nodes.constraint[i].merge(free, nodes.prescribed[i]));
+                    *reaction = (*next - free) * nodes.mass[i] / dt;
                 }
             });
-            let (still, reaction) = (&self.still, &self.reaction);
-            let outcome = Outcome { after: &|_, i| still[i], reaction: &|i| reaction[i], doubt: None };
-            if !holds.revise(system, &outcome) {
+            let (next, reaction) = (&self.scratch, &self.reaction);
+            let trial = TrialStep { velocity: &|_, i| next[i], reaction: &|i| reaction[i], error_bound: None };
+            if !step.contacts.update_active_set(system, &trial) {
                 break;
             }
         }
-        std::mem::swap(&mut system.nodes.v, &mut self.still);
-        report.fastest = check(system)?;
-        if self.scheme != Scheme::ExplicitEuler {
-            go_on(pool, system, dt);
+        std::mem::swap(&mut system.nodes.v, &mut self.scratch);
+        report.max_speed = check(system)?;
+        match order {
+            ExplicitOrder::PositionFirst => {}
+            ExplicitOrder::VelocityFirst => move_nodes(pool, system, dt),
         }
-        holds.end(system, &mut self.reaction);
+        step.contacts.end(system, &mut self.reaction);
         Ok(())
     }
 }
 
 /// `x += dt v`
-fn go_on(pool: &Pool, system: &mut System, dt: f64) {
+fn move_nodes(pool: &Pool, system: &mut System, dt: f64) {
     let v = &system.nodes.v;
-    pool.pieces(&mut system.nodes.x[..], NODES, &|first, x: &mut [Vec3]| {
+    pool.par_chunks(&mut system.nodes.x[..], NODES, &|first, x: &mut [Vec3]| {
         for (x, v) in x.iter_mut().zip(&v[first..]) {
             *x += dt * *v;
         }

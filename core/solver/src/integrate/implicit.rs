@@ -1,163 +1,173 @@
-//! Steps of the implicit schemes but equilibria: Newton's method, contacts looked at again while it goes.
+//! Steps of the implicit schemes other than equilibria: Newton's method, with the active set of the contacts updated on the way.
 
-use super::holds::{Doubt, Holds, Outcome, PASSES};
+use super::contact_constraints::{ErrorBound, MAX_ACTIVE_SET_PASSES, TrialStep};
 use super::right_side::{RightSide, Start};
-use super::{Integrator, Loads, Scheme, StepError, StepReport, add_loads, check, is_finite};
-use crate::algebra::{Vec3, without_dust};
-use crate::factors::{Factors, StandIn};
-use crate::force_model::{ForceError, StepTime};
+use super::scheme::{History, ImplicitCoefficients, Linearisation};
+use super::{Integrator, Loads, StepError, StepReport, Substep, add_loads, check, is_finite};
+use crate::algebra::{Vec3, flush_denormals};
+use crate::force_model::ForceError;
 use crate::matrix::Matrix;
 use crate::nodes::Nodes;
-use crate::solver::peek::doubt;
-use crate::solver::solve::Solve;
+use crate::solver::Momentum;
+use crate::solver::filtered_system::FilteredSystem;
+use crate::solver::partial_solution::error_bound;
 use crate::system::System;
-use crate::threads::{NODES, Pool};
+use crate::system_scales::SystemScales;
+use crate::threads::NODES;
 use pliant_plugin_api::TangentScale;
 use std::time::Instant;
 
-/// Tolerance of a solve from which on moments of hinges are found to six digits.
-const SIX_DIGITS: f64 = 1e-5;
-/// Times a solve of a step is stopped, at most, for it will not be the last.
-const STOPS: usize = 8;
+/// Tolerance of a solve from which on hinge moments with six digits are enough.
+const SIX_DIGIT_TOLERANCE: f64 = 1e-5;
+/// Most times the solves of a Newton step are stopped early because the active set must change.
+const MAX_EARLY_STOPS: usize = 8;
 
-/// `M (v - V) = g f(X + g v)`, where `X = x + carry (x - x_before)` and V likewise.
-struct Form {
-    g: f64,
-    carry: f64,
+impl ImplicitCoefficients {
+    /// X of a node that is at `x` and was at `before` one step earlier.
+    fn extrapolate(&self, x: Vec3, before: Vec3) -> Vec3 {
+        if self.history > 0.0 { x + self.history * (x - before) } else { x }
+    }
 }
 
-impl Form {
-    /// X of a node that is at `x` and was at `before` a step ago.
-    fn carried(&self, x: Vec3, before: Vec3) -> Vec3 {
-        if self.carry > 0.0 { x + self.carry * (x - before) } else { x }
+/// One Newton iteration of a step.
+struct Iteration<'a> {
+    coefficients: &'a ImplicitCoefficients,
+    /// 0 for the first.
+    index: usize,
+}
+
+impl Iteration<'_> {
+    /// Whether forces are linearised at the positions before the step.
+    fn at_current_state(&self) -> bool {
+        self.index == 0
+            && match self.coefficients.first {
+                Linearisation::Current => true,
+                Linearisation::Predicted => false,
+            }
     }
 }
 
 impl Integrator {
     pub(super) fn implicit(
         &mut self,
-        pool: &Pool,
         system: &mut System,
-        (loads, holds): (&Loads<'_>, &mut dyn Holds),
-        now: StepTime,
+        step: &mut Substep<'_>,
+        coefficients: fn(f64, History) -> ImplicitCoefficients,
         report: &mut StepReport,
     ) -> Result<(), StepError> {
-        let dt = now.dt;
+        let (pool, dt) = (step.pool, step.time.dt);
         let (nodes, [x, v]) = (&system.nodes, &mut self.from);
-        pool.pieces((&mut x[..], &mut v[..]), NODES, &|first, (x, v)| {
+        pool.par_chunks((&mut x[..], &mut v[..]), NODES, &|first, (x, v)| {
             x.copy_from_slice(&nodes.x[first..first + x.len()]);
             v.copy_from_slice(&nodes.v[first..first + v.len()]);
         });
-        holds.begin(system, dt);
-        let two = self.scheme == Scheme::Bdf2 && self.has_past && !holds.is_holding();
-        let form = match self.scheme {
-            Scheme::Bdf2 if two => Form { g: 2.0 / 3.0 * dt, carry: 1.0 / 3.0 },
-            Scheme::ImplicitMidpoint => Form { g: 0.5 * dt, carry: 0.0 },
-            _ => Form { g: dt, carry: 0.0 },
-        };
+        step.contacts.begin(system, dt);
+        let history = if step.contacts.is_active() { History::Broken } else { self.history };
+        let coefficients = coefficients(dt, history);
         let mut first = 0.0;
-        for iteration in 0..self.newton.max(1) {
-            let size = self.newton_step(pool, system, (loads, holds), (now, &form), iteration, report)?;
-            if iteration == 0 {
+        for index in 0..self.max_newton.max(1) {
+            let iteration = Iteration { coefficients: &coefficients, index };
+            let size = self.newton_step(system, step, &iteration, report)?;
+            if index == 0 {
                 first = size;
             }
-            report.newton += 1;
+            report.newton_iterations += 1;
             if size <= self.newton_tolerance * first {
                 break;
             }
         }
         std::mem::swap(&mut self.from, &mut self.before);
-        self.has_past = true;
+        self.history = History::Smooth;
         let (Nodes { x: to, v: speed, constraint, prescribed, .. }, [x, v], past) =
             (&mut system.nodes, &self.before, &self.from[0]);
-        pool.pieces((&mut to[..], &mut speed[..]), NODES, &|first, (to, speed)| {
+        pool.par_chunks((&mut to[..], &mut speed[..]), NODES, &|first, (to, speed)| {
             for (i, (to, speed)) in (first..).zip(to.iter_mut().zip(speed)) {
-                if self.scheme == Scheme::ImplicitMidpoint {
+                if coefficients.stage < 1.0 {
+                    // From the velocity of the stage to that of the end: v_0 + (v - v_0) / stage.
                     *to = x[i] + dt * *speed;
-                    let after = 2.0 * *speed - v[i];
-                    *speed = constraint[i].merge(after, prescribed[i]);
+                    let end = *speed / coefficients.stage - v[i] * (1.0 / coefficients.stage - 1.0);
+                    *speed = constraint[i].merge(end, prescribed[i]);
                 } else {
-                    *to = form.carried(x[i], past[i]) + form.g * *speed;
+                    *to = coefficients.extrapolate(x[i], past[i]) + coefficients.g * *speed;
                 }
             }
         });
-        report.fastest = check(system).inspect_err(|_| system.nodes.x.copy_from_slice(&self.before[0]))?;
-        holds.end(system, &mut self.reaction);
+        report.max_speed = check(system).inspect_err(|_| system.nodes.x.copy_from_slice(&self.before[0]))?;
+        step.contacts.end(system, &mut self.reaction);
         Ok(())
     }
 
-    /// One Newton step, contacts included. Gives the size of what it set out to remove.
+    /// One Newton iteration, with solves until the active set no longer changes. Returns the norm of the residual it started from, N s.
     fn newton_step(
         &mut self,
-        pool: &Pool,
         system: &mut System,
-        (loads, holds): (&Loads<'_>, &mut dyn Holds),
-        (now, form): (StepTime, &Form),
-        iteration: usize,
+        step: &mut Substep<'_>,
+        iteration: &Iteration<'_>,
         report: &mut StepReport,
     ) -> Result<f64, StepError> {
-        let (g, dt) = (form.g, now.dt);
-        // The first step of backward Euler is linearised where the body is, all others where it is expected to be.
-        let here = iteration == 0 && form.carry == 0.0 && g == dt;
-        if !here {
-            self.expect(&mut system.nodes, form);
+        let (pool, loads, now, g) = (step.pool, step.loads, step.time, iteration.coefficients.g);
+        let at_current = iteration.at_current_state();
+        if !at_current {
+            self.predict(&mut system.nodes, iteration.coefficients);
         }
-        // Backward Euler bears a matrix of half the stiffness; one step of the others would grow with a softer one than exact.
-        let stand_in = if form.carry > 0.0 || g < dt { StandIn::Certain } else { StandIn::Half };
-        let rounded = here && self.newton == 1 && self.pcg.bears_rounding(self.tolerance);
-        let factors = Factors { mass: 1.0, stiffness: g * g, damping: g, stand_in, after_forces: true, rounded };
+        let allow_f32 = at_current && self.max_newton == 1 && self.pcg.allows_f32(self.tolerance);
+        let hessian = iteration.coefficients.hessian;
+        let scales =
+            SystemScales { mass: 1.0, stiffness: g * g, damping: g, hessian, strains_are_current: true, allow_f32 };
         let start = Instant::now();
-        let still = if here { Some(&self.still[..]) } else { None };
-        let force = (&mut self.force[..], rounded && self.tolerance >= SIX_DIGITS);
-        let mut matrix = linearise(pool, system, (still, force), factors, now)?;
-        report.seconds[0] += start.elapsed().as_secs_f64();
+        // At the current state the velocity term of the forces is part of A v.
+        let v = if at_current { Some(&self.scratch[..]) } else { None };
+        system.forces_with_digits(pool, v, now, &mut self.force, allow_f32 && self.tolerance >= SIX_DIGIT_TOLERANCE)?;
+        let mut matrix = assemble_taken(step, system, scales)?;
+        report.assembly_seconds += start.elapsed().as_secs_f64();
         add_tools(&mut matrix, loads, g);
-        let v = (!here).then_some(&system.nodes.v[..]);
+        let v = (!at_current).then_some(&system.nodes.v[..]);
         add_loads(&mut self.force, loads, &system.nodes.x, v);
         self.pcg.prepare(&matrix, &system.sets, &system.nodes.rest);
-        // Where the body is: b = M v + g f_elastic - A v.
-        let moving = here.then_some((&system.nodes.v[..], &mut self.moving[..]));
-        self.pcg.guess(pool, &matrix, moving);
+        // At the current state: b = M v + g f_elastic - A v.
+        let momentum = at_current.then_some(Momentum { v: &system.nodes.v, product: &mut self.momentum });
+        self.pcg.guess(pool, &matrix, momentum);
         let mut size = 0.0_f64;
-        let (mut pass, mut stops, mut again) = (0, 0, false);
-        while pass < PASSES {
-            let squares = self.right_side(pool, &system.nodes, (loads, &*holds), (form, now.dt), here);
-            if !again {
+        let (mut pass, mut stops, mut same_matrix) = (0, 0, false);
+        while pass < MAX_ACTIVE_SET_PASSES {
+            let squares = self.right_side(&system.nodes, step, iteration);
+            if !same_matrix {
                 size = squares.sqrt();
             }
             let nodes = &system.nodes;
-            let solve = Solve {
+            let filtered = FilteredSystem {
                 matrix: &matrix,
                 b: &self.b,
                 z: &self.z,
                 constraints: &nodes.constraint,
-                motion: (&nodes.x, g),
-                again,
+                positions: &nodes.x,
+                displacement_per_unit: g,
+                same_matrix,
                 tolerance: self.tolerance,
-                most: self.most_iterations,
+                max_iterations: self.max_iterations,
             };
             let start = Instant::now();
-            let (near, known) = (holds.is_near(), &*holds);
-            let solved = self.pcg.solve_watched(pool, &solve, &mut |peek| {
-                let outcome = Outcome {
-                    after: &|s, i| s.nodes.v[i] + peek.at(i),
-                    reaction: &|i| peek.reaction(i) / g,
-                    doubt: Some(&doubt(&matrix, peek.left(), g)),
+            let (near, contacts) = (step.contacts.has_candidates(), &*step.contacts);
+            let solved = self.pcg.solve_until(pool, &filtered, &mut |partial| {
+                let trial = TrialStep {
+                    velocity: &|s, i| s.nodes.v[i] + partial.at(i),
+                    reaction: &|i| partial.reaction(i) / g,
+                    error_bound: Some(&error_bound(&matrix, partial.residual_squared(), g)),
                 };
-                near && stops < STOPS && known.foresees(system, &outcome)
+                near && stops < MAX_EARLY_STOPS && contacts.can_stop_early(system, &trial)
             });
-            report.seconds[1] += start.elapsed().as_secs_f64();
-            if solved.too_rough {
+            report.solve_seconds += start.elapsed().as_secs_f64();
+            if solved.needs_f64 {
                 let start = Instant::now();
-                matrix = assemble(pool, system, matrix, Factors { rounded: false, ..factors }, now)?;
-                report.seconds[0] += start.elapsed().as_secs_f64();
+                matrix = assemble(step, system, matrix, SystemScales { allow_f32: false, ..scales })?;
+                report.assembly_seconds += start.elapsed().as_secs_f64();
                 add_tools(&mut matrix, loads, g);
-                let moving = here.then_some((&system.nodes.v[..], &mut self.moving[..]));
-                self.pcg.load(pool, &matrix, moving);
-                again = false;
+                let momentum = at_current.then_some(Momentum { v: &system.nodes.v, product: &mut self.momentum });
+                self.pcg.load(pool, &matrix, momentum);
+                same_matrix = false;
                 continue;
             }
-            again = true;
+            same_matrix = true;
             if !solved.residual.is_finite() {
                 let error = self.diverged(system, &matrix);
                 system.matrix = Some(matrix);
@@ -165,7 +175,7 @@ impl Integrator {
                 return Err(error);
             }
             report.iterations += solved.iterations;
-            if solved.stopped.is_some() {
+            if solved.stopped_at.is_some() {
                 stops += 1;
             } else {
                 pass += 1;
@@ -173,126 +183,115 @@ impl Integrator {
                 report.converged &= solved.converged;
             }
             self.reaction.fill(Vec3::zeros());
-            if !near && self.pcg.held().next().is_none() {
+            if !near && self.pcg.constrained().next().is_none() {
                 break;
             }
             let (b, change) = (&self.b, &self.pcg.x);
-            for (i, product) in self.pcg.held() {
+            for (i, product) in self.pcg.constrained() {
                 self.reaction[i] = (product - b[i]) / g;
             }
-            let (reaction, doubt) = (&self.reaction, doubt(&matrix, solved.stopped.unwrap_or(0.0), g));
-            let outcome = Outcome {
-                after: &|s, i| s.nodes.v[i] + change[i],
+            let bound = error_bound(&matrix, solved.stopped_at.unwrap_or(0.0), g);
+            let reaction = &self.reaction;
+            let trial = TrialStep {
+                velocity: &|s, i| s.nodes.v[i] + change[i],
                 reaction: &|i| reaction[i],
-                doubt: solved.stopped.map(|_| &doubt as &Doubt<'_>),
+                error_bound: solved.stopped_at.map(|_| &bound as &ErrorBound<'_>),
             };
-            if !holds.revise(system, &outcome) && solved.stopped.is_none() {
+            if !step.contacts.update_active_set(system, &trial) && solved.stopped_at.is_none() {
                 break;
             }
         }
-        pool.pieces(
-            (&mut system.nodes.v[..], &mut self.pcg.x[..]),
-            NODES,
-            &|_, (v, dv): (&mut [Vec3], &mut [Vec3])| {
-                for (v, dv) in v.iter_mut().zip(dv) {
-                    *dv = without_dust(*dv);
-                    *v = without_dust(*v + *dv);
-                }
-            },
-        );
-        if iteration > 0 || self.newton > 1 {
-            // What is left to do next time has nothing to do with what was done.
+        let vectors = (&mut system.nodes.v[..], &mut self.pcg.x[..]);
+        pool.par_chunks(vectors, NODES, &|_, (v, dv): (&mut [Vec3], &mut [Vec3])| {
+            for (v, dv) in v.iter_mut().zip(dv) {
+                *dv = flush_denormals(*dv);
+                *v = flush_denormals(*v + *dv);
+            }
+        });
+        if iteration.index > 0 || self.max_newton > 1 {
+            // The correction of the next iteration does not continue this one.
             self.pcg.forget();
         }
         system.matrix = Some(matrix);
         Ok(size)
     }
 
-    /// Puts nodes where they are expected to be at the time the scheme looks at.
-    fn expect(&self, nodes: &mut Nodes, form: &Form) {
+    /// Moves nodes to where their present velocities lead at the stage of the scheme.
+    fn predict(&self, nodes: &mut Nodes, coefficients: &ImplicitCoefficients) {
         for (i, (to, v)) in nodes.x.iter_mut().zip(&nodes.v).enumerate() {
-            *to = form.carried(self.from[0][i], self.before[0][i]) + form.g * *v;
+            *to = coefficients.extrapolate(self.from[0][i], self.before[0][i]) + coefficients.g * *v;
         }
     }
 
-    /// The right side, and what is prescribed of held nodes, for what holds them now. Gives the sum of squares of the free part.
-    fn right_side(
-        &mut self,
-        pool: &Pool,
-        nodes: &Nodes,
-        (loads, holds): (&Loads<'_>, &dyn Holds),
-        (form, dt): (&Form, f64),
-        here: bool,
-    ) -> f64 {
+    /// Computes the right side b and the prescribed velocity changes z for the present active set. Returns `|S b|^2`, N^2 s^2.
+    fn right_side(&mut self, nodes: &Nodes, step: &Substep<'_>, iteration: &Iteration<'_>) -> f64 {
+        let (coefficients, dt) = (iteration.coefficients, step.time.dt);
         let (mut b, mut z) = (std::mem::take(&mut self.b), std::mem::take(&mut self.z));
         z.fill(Vec3::zeros());
-        holds.add_forces(&mut z);
-        let start = match here {
-            true => Start::Here(&self.moving),
-            false => Start::There([&self.from[1], &self.before[1]], form.carry),
+        step.contacts.add_forces(&mut z);
+        let start = match iteration.at_current_state() {
+            true => Start::Current { momentum: &self.momentum },
+            false => {
+                Start::Predicted { velocity: &self.from[1], before: &self.before[1], history: coefficients.history }
+            }
         };
-        let (force, gravity, g) = (&self.force[..], loads.gravity, form.g);
-        let squares = pool.fold((&mut b[..], &mut z[..]), &|first, (b, z)| {
-            let prescribed = |i: usize| self.prescribed(i, nodes.prescribed[i], form, dt);
+        let (force, gravity, g) = (&self.force[..], step.loads.gravity, coefficients.g);
+        let squares = step.pool.fold((&mut b[..], &mut z[..]), &|first, (b, z)| {
+            let prescribed = |i: usize| self.prescribed(i, nodes.prescribed[i], coefficients, dt);
             pulp::Arch::new().dispatch(RightSide { nodes, force, gravity, g, start, prescribed, first, b, z })
         });
         (self.b, self.z) = (b, z);
         squares
     }
 
-    /// Whose doing it is that a system has no finite solution: the material's where its stiffness is not finite.
+    /// Whether the material or the solver caused a system without a finite solution: the material, if its stiffness is not finite.
     fn diverged(&self, system: &System, matrix: &Matrix) -> StepError {
         let is_stiff = |i: usize| matrix.diagonal(i).iter().all(|k| k.is_finite());
         let node = (0..self.b.len()).find(|i| !is_finite(self.b[*i]) || !is_stiff(*i)).unwrap_or(0);
         if is_stiff(node) { StepError::Diverged { node } } else { system.material.not_finite("tangent", node).into() }
     }
 
-    /// The velocity of a held node that takes it where it has to be at the end of the step.
-    fn prescribed(&self, i: usize, p: Vec3, form: &Form, dt: f64) -> Vec3 {
-        if form.carry == 0.0 {
+    /// Stage velocity of a constrained node that moves it with velocity `p`, m/s, over the step.
+    fn prescribed(&self, i: usize, p: Vec3, coefficients: &ImplicitCoefficients, dt: f64) -> Vec3 {
+        if coefficients.history == 0.0 {
             return p;
         }
         let x = self.from[0][i];
-        (x + dt * p - form.carried(x, self.before[0][i])) / form.g
+        (x + dt * p - coefficients.extrapolate(x, self.before[0][i])) / coefficients.g
     }
 }
 
-/// Adds what tools do to nodes, linearly, to the matrix of a step that moves positions by `g` (s) times velocities.
+/// Adds the tools' springs and dampers to the matrix of a step that moves positions by `g` (s) times velocities.
 fn add_tools(matrix: &mut Matrix, loads: &Loads<'_>, g: f64) {
     for springs in loads.tools {
         matrix.add_diagonal(springs, TangentScale { stiffness: g * g, damping: g });
     }
 }
 
-/// The matrix and the forces of `system` as it stands, with velocities `v` in the forces, which may be those of
-/// [`System::forces_rounded`]. The matrix is lent: it has to be put back.
+/// Takes the matrix out of `system` and assembles it for the present state; the caller puts it back.
 ///
 /// # Errors
-/// What the material says; then nothing is lent.
-pub fn linearise(
-    pool: &Pool,
+/// A material that fails; then the matrix is put back.
+pub(super) fn assemble_taken(
+    step: &Substep<'_>,
     system: &mut System,
-    (v, force): (Option<&[Vec3]>, (&mut [Vec3], bool)),
-    factors: Factors,
-    now: StepTime,
+    scales: SystemScales,
 ) -> Result<Matrix, ForceError> {
-    system.forces_rounded(pool, v, now, force)?;
     let matrix = system.matrix.take().unwrap_or_default();
-    assemble(pool, system, matrix, factors, now)
+    assemble(step, system, matrix, scales)
 }
 
-/// A matrix of `system` takes on the values of its state; it is put back if that fails.
+/// Assembles a matrix of `system` for the present state; puts it back if that fails.
 fn assemble(
-    pool: &Pool,
+    step: &Substep<'_>,
     system: &mut System,
     mut matrix: Matrix,
-    factors: Factors,
-    now: StepTime,
+    scales: SystemScales,
 ) -> Result<Matrix, ForceError> {
-    let state = (&system.nodes, system.coupled.as_mut());
-    let assembled = matrix.assemble(pool, &*system.material, &system.sets, state, factors, now);
+    let (state, coupled) = system.assembly_parts(step.time);
+    let assembled = matrix.assemble(step.pool, state, coupled, scales);
     if let (Some(normals), Ok(())) = (&system.normals, &assembled) {
-        matrix.add_normals(pool, normals, (&system.sets, &system.nodes), factors);
+        matrix.add_normals(step.pool, normals, &system.sets, &system.nodes, scales);
     }
     match assembled {
         Ok(()) => Ok(matrix),

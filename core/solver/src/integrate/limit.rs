@@ -1,33 +1,42 @@
 //! How large a step may be, before it is taken.
 
-use super::Scheme;
+use super::scheme::Scheme;
 use crate::algebra::Vec3;
-use crate::coupled::Coupled;
-use crate::factors::{Factors, StandIn};
+use crate::coupled::CoupledHinges;
 use crate::force_model::{ForceError, StepTime};
 use crate::matrix::Matrix;
 use crate::nodes::Nodes;
 use crate::system::System;
+use crate::system_scales::{HessianApproximation, SystemScales};
 use crate::threads::Pool;
 
-/// Bounds on a body's fastest motions, about the state it is in.
+/// Bounds on a body's fastest motions, linearised about its present state.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Frequencies {
-    /// rad/s, the highest of `M^-1 K`: power iteration with a margin of 5 %, never above Gershgorin's bound
+    /// Highest angular frequency of `M^-1 K`, rad/s: power iteration with a margin of 5 %, never above Gershgorin's bound.
     pub stiffness: f64,
-    /// rad/s, Gershgorin's bound of the same: certain, and some 16 to 33 % higher
+    /// Gershgorin's bound of the same, rad/s: certain, and some 16 to 33 % higher.
     pub bound: f64,
-    /// 1/s, the highest rate of `M^-1 C`
+    /// Highest rate of `M^-1 C`, 1/s.
     pub damping: f64,
 }
 
-/// What a scheme makes of them.
+/// The largest stable step of a scheme.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum StepLimit {
-    /// Stable up to this step, s; zero means never.
+    /// Stable up to this step, s; zero means unstable at any step.
     At(f64),
     /// Stable at any step for convex energies.
     None,
+}
+
+/// Stiffness and damping of a spring on a node over the mass of the node.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SpringRates {
+    /// Stiffness over mass, 1/s^2.
+    pub stiffness: f64,
+    /// Damping over mass, 1/s.
+    pub damping: f64,
 }
 
 /// Power iterations.
@@ -36,10 +45,10 @@ const ITERATIONS: usize = 40;
 const MARGIN: f64 = 1.05;
 
 impl Frequencies {
-    /// Of the body as it stands. Builds its matrix if it has none, and drops it again.
+    /// Measures a body in its present state. Builds its matrix if it has none, and drops it again.
     ///
     /// # Errors
-    /// What the material says.
+    /// A material that fails.
     pub fn of(system: &mut System, pool: &Pool) -> Result<Self, ForceError> {
         let had = system.matrix.is_some();
         if !had {
@@ -59,59 +68,45 @@ impl Frequencies {
         system: &System,
         pool: &Pool,
         matrix: &mut Matrix,
-        mut coupled: Option<&mut Coupled>,
+        mut coupled: Option<&mut CoupledHinges>,
     ) -> Result<Self, ForceError> {
         if system.nodes.is_empty() {
             return Ok(Self::default());
         }
         let nodes = &system.nodes;
-        let mut highest = |factors: (f64, f64)| -> Result<(f64, f64), ForceError> {
-            let (k, c) = factors;
-            let factors = Factors {
+        let mut highest = |stiffness: f64, damping: f64| -> Result<(f64, f64), ForceError> {
+            let scales = SystemScales {
                 mass: 0.0,
-                stiffness: k,
-                damping: c,
-                stand_in: StandIn::Certain,
-                after_forces: false,
-                rounded: false,
+                stiffness,
+                damping,
+                hessian: HessianApproximation::UpperBound,
+                strains_are_current: false,
+                allow_f32: false,
             };
-            let state = (nodes, coupled.as_deref_mut());
-            matrix.assemble(pool, &*system.material, &system.sets, state, factors, StepTime::default())?;
+            matrix.assemble(pool, system.state(StepTime::default()), coupled.as_deref_mut(), scales)?;
             if let Some(normals) = &system.normals {
-                matrix.add_normals(pool, normals, (&system.sets, nodes), factors);
+                matrix.add_normals(pool, normals, &system.sets, nodes, scales);
             }
             let bound = matrix.gershgorin(&nodes.mass, &nodes.constraint);
             Ok((bound.min(MARGIN * power(matrix, pool, nodes)), bound))
         };
-        let (stiffness, bound) = highest((1.0, 0.0))?;
-        let damping = if system.is_damped() { highest((0.0, 1.0))?.0 } else { 0.0 };
+        let (stiffness, bound) = highest(1.0, 0.0)?;
+        let damping = if system.is_damped() { highest(0.0, 1.0)?.0 } else { 0.0 };
         Ok(Self { stiffness: stiffness.sqrt(), bound: bound.sqrt(), damping })
     }
 
-    /// With `stiffness` over mass (1/s^2) and `damping` over mass (1/s) added to a node.
-    pub fn with_spring(self, (stiffness, damping): (f64, f64)) -> Self {
-        let more = |w: f64| (w * w + stiffness).sqrt();
-        Self { stiffness: more(self.stiffness), bound: more(self.bound), damping: self.damping + damping }
+    /// The same body with a spring on one of its nodes: bounds of the sum from the sum of the bounds.
+    pub fn with_spring(self, spring: SpringRates) -> Self {
+        let add = |w: f64| (w * w + spring.stiffness).sqrt();
+        Self { stiffness: add(self.stiffness), bound: add(self.bound), damping: self.damping + spring.damping }
     }
 
     /// The largest stable step of `scheme`, s.
     pub fn limit(&self, scheme: Scheme) -> StepLimit {
-        let (w, d) = (self.stiffness, self.damping);
-        if w == 0.0 && d == 0.0 {
-            return StepLimit::None;
-        }
-        match scheme {
-            // Every mode needs w^2 dt < d_mode; with damping proportional to stiffness that is dt < d/w^2 below critical,
-            // and dt < 2/d for the fastest overdamped mode.
-            Scheme::ExplicitEuler if d == 0.0 => StepLimit::At(0.0),
-            Scheme::ExplicitEuler if d >= 2.0 * w => {
-                StepLimit::At(2.0 / (0.5 * d + (0.25 * d * d - w * w).max(0.0).sqrt()))
-            }
-            Scheme::ExplicitEuler => StepLimit::At(d / (w * w)),
-            // (w dt)^2 + 2 d dt < 4
-            Scheme::SymplecticEuler if w == 0.0 => StepLimit::At(2.0 / d),
-            Scheme::SymplecticEuler => StepLimit::At(((d * d + 4.0 * w * w).sqrt() - d) / (w * w)),
-            _ => StepLimit::None,
+        if self.stiffness == 0.0 && self.damping == 0.0 {
+            StepLimit::None
+        } else {
+            (scheme.definition().step_limit)(self)
         }
     }
 }

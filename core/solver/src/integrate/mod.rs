@@ -1,16 +1,16 @@
 //! Time integration: one step of one body.
 //!
 //! Implicit schemes share one form. The unknown is a velocity v; the position it leads to is `X + g v`, and Newton's method on
-//! `M (v - V) = g f(X + g v, v)` takes a step `A dv = M (V - v) + g f` with `A = M + g C + g^2 K`. Backward Euler has
-//! X = x, V = v, g = dt; BDF2 (Gear 1971) the same with two states behind it; implicit midpoint solves for the velocity
-//! halfway. One Newton step, linearised where the body is, is what a hand can wait for (Baraff and Witkin 1998).
+//! `M (v - V) = g f(X + g v, v)` takes a step `A dv = M (V - v) + g f` with `A = M + g C + g^2 K`. Each scheme states its coefficients
+//! ([`scheme`]).
 
+pub mod contact_constraints;
 mod explicit;
-pub mod holds;
 mod implicit;
 pub mod limit;
 mod quasi_static;
 mod right_side;
+pub mod scheme;
 
 use super::algebra::Vec3;
 use super::solver::{Pcg, Preconditioner};
@@ -18,76 +18,51 @@ use super::springs::NodeSprings;
 use super::system::System;
 use super::threads::Pool;
 use crate::force_model::{ForceError, StepTime};
-use holds::{Holds, HoldsNothing};
+use contact_constraints::{ContactConstraints, NoContacts};
+use scheme::{History, Method, Scheme};
 use thiserror::Error;
 
-/// How positions and velocities are advanced.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Scheme {
-    /// Positions with the old velocities, as Qi, Zhu and Fan (2019) print it: gains energy in every undamped mode.
-    ExplicitEuler,
-    /// Velocities first.
-    SymplecticEuler,
-    /// First order, damps what is fast.
-    BackwardEuler,
-    /// Second order, damps less; a step of backward Euler after whatever breaks the past: contact, a cut, a new region.
-    Bdf2,
-    /// Second order, damps nothing.
-    ImplicitMidpoint,
-    /// No inertia: equilibrium at every step.
-    QuasiStatic,
-}
-
-impl Scheme {
-    /// As scenes write it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::ExplicitEuler => "explicit-euler",
-            Self::SymplecticEuler => "symplectic-euler",
-            Self::BackwardEuler => "backward-euler",
-            Self::Bdf2 => "bdf2",
-            Self::ImplicitMidpoint => "implicit-midpoint",
-            Self::QuasiStatic => "quasi-static",
-        }
-    }
-
-    /// Whether a step solves a system of equations.
-    pub fn is_implicit(self) -> bool {
-        !matches!(self, Self::ExplicitEuler | Self::SymplecticEuler)
-    }
-}
-
-/// What acts on a body during a step, besides itself.
+/// External loads on a body during a step.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Loads<'a> {
-    /// m/s^2
+    /// Acceleration of gravity, m/s^2.
     pub gravity: Vec3,
-    /// N (n x 3), or empty
+    /// External force on each node, N (n x 3), or empty for none.
     pub forces: &'a [Vec3],
-    /// What the tools do.
+    /// Linear springs and dampers on nodes, one set for each tool.
     pub tools: &'a [NodeSprings],
 }
 
-/// How a step went.
+/// Statistics of a step, over all of its substeps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepReport {
-    /// Iterations of all solves.
+    /// Iterations of the linear solver, summed over all solves.
     pub iterations: usize,
-    /// The largest final relative residual.
+    /// Largest final relative residual of a solve, in the norm of the preconditioner.
     pub residual: f64,
     /// Whether every solve met its tolerance.
     pub converged: bool,
-    /// m/s, the fastest node at the end
-    pub fastest: f64,
+    /// Speed of the fastest node at the end, m/s.
+    pub max_speed: f64,
     /// Newton iterations.
-    pub newton: usize,
-    /// s, wall clock: forces and matrix of the elements, and the solves
-    pub seconds: [f64; 2],
+    pub newton_iterations: usize,
+    /// Wall-clock time of element forces and matrix assembly, s.
+    pub assembly_seconds: f64,
+    /// Wall-clock time of the linear solves, s.
+    pub solve_seconds: f64,
 }
 
 impl Default for StepReport {
     fn default() -> Self {
-        Self { iterations: 0, residual: 0.0, converged: true, fastest: 0.0, newton: 0, seconds: [0.0; 2] }
+        Self {
+            iterations: 0,
+            residual: 0.0,
+            converged: true,
+            max_speed: 0.0,
+            newton_iterations: 0,
+            assembly_seconds: 0.0,
+            solve_seconds: 0.0,
+        }
     }
 }
 
@@ -97,88 +72,99 @@ pub enum StepError {
     /// The material failed.
     #[error(transparent)]
     Force(#[from] ForceError),
-    /// A node's velocity is not finite. Positions are those before the step, and the body stands still.
+    /// A node's velocity is not finite. Positions are restored to those before the step, and all velocities are set to zero.
     #[error("the velocity of node {node} is not finite")]
     Diverged {
-        /// Which.
+        /// Index of the first such node.
         node: usize,
     },
 }
 
-/// A scheme with its settings and the vectors it works in.
+/// A time integration scheme with its settings and work vectors, for one body.
 pub struct Integrator {
-    /// How.
+    /// The scheme.
     pub scheme: Scheme,
-    /// Relative, of each solve.
+    /// Relative tolerance of each linear solve, in the norm of the preconditioner.
     pub tolerance: f64,
-    /// Iterations of each solve, at most.
-    pub most_iterations: usize,
-    /// Newton iterations of each step, at most.
-    pub newton: usize,
-    /// Of the first residual, where Newton's method stops.
+    /// Most iterations of each linear solve.
+    pub max_iterations: usize,
+    /// Most Newton iterations of each step.
+    pub max_newton: usize,
+    /// Newton's method stops when the residual falls below this share of the first one.
     pub newton_tolerance: f64,
-    /// m, how far a node goes in one iteration of a quasi-static step, at most
-    pub longest_move: f64,
-    /// N, what it took to hold each node in the last step (n x 3)
+    /// Most a node moves in one Newton iteration of a quasi-static step, m.
+    pub max_displacement: f64,
+    /// Constraint force on each node in the last step, N (n x 3).
     pub reaction: Vec<Vec3>,
-    pub(super) force: Vec<Vec3>,
-    pub(super) still: Vec<Vec3>,
-    /// Matrix times velocity, N s.
-    pub(super) moving: Vec<Vec3>,
-    pub(super) b: Vec<Vec3>,
-    pub(super) z: Vec<Vec3>,
-    /// Where the step began, and the step before it.
-    pub(super) from: [Vec<Vec3>; 2],
-    pub(super) before: [Vec<Vec3>; 2],
-    pub(super) has_past: bool,
-    pub(super) pcg: Pcg,
+    force: Vec<Vec3>,
+    /// Explicit schemes: contact forces, then new velocities. Implicit schemes: zero velocities.
+    scratch: Vec<Vec3>,
+    /// A v, N s.
+    momentum: Vec<Vec3>,
+    b: Vec<Vec3>,
+    z: Vec<Vec3>,
+    /// Positions and velocities at the beginning of the step.
+    from: [Vec<Vec3>; 2],
+    /// Positions and velocities at the beginning of the step before.
+    before: [Vec<Vec3>; 2],
+    history: History,
+    pcg: Pcg,
+}
+
+/// What acts during one substep.
+struct Substep<'a> {
+    pool: &'a Pool,
+    loads: &'a Loads<'a>,
+    contacts: &'a mut dyn ContactConstraints,
+    time: StepTime,
 }
 
 impl Integrator {
-    /// With room for nothing yet.
-    pub fn new(scheme: Scheme, tolerance: f64, most_iterations: usize) -> Self {
+    /// An integrator without room for nodes; call [`Integrator::resize`] next. A quasi-static step takes up to 200 Newton iterations, any
+    /// other one.
+    pub fn new(scheme: Scheme, tolerance: f64, max_iterations: usize) -> Self {
         Self {
             scheme,
             tolerance,
-            most_iterations,
-            newton: if scheme == Scheme::QuasiStatic { 200 } else { 1 },
+            max_iterations,
+            max_newton: if scheme == Scheme::QuasiStatic { 200 } else { 1 },
             newton_tolerance: 1e-6,
-            longest_move: f64::INFINITY,
+            max_displacement: f64::INFINITY,
             reaction: Vec::new(),
             force: Vec::new(),
-            still: Vec::new(),
-            moving: Vec::new(),
+            scratch: Vec::new(),
+            momentum: Vec::new(),
             b: Vec::new(),
             z: Vec::new(),
             from: Default::default(),
             before: Default::default(),
-            has_past: false,
+            history: History::Broken,
             pcg: Pcg::default(),
         }
     }
 
-    /// Which preconditioner solves take.
+    /// Chooses the preconditioner of the linear solves.
     pub fn set_preconditioner(&mut self, preconditioner: Preconditioner) {
         self.pcg.preconditioner = preconditioner;
     }
 
-    /// Bytes held.
+    /// Memory of the work vectors, bytes.
     pub fn bytes(&self) -> usize {
         self.force.len() * 9 * size_of::<Vec3>() + self.pcg.bytes()
     }
 
-    /// Room for `n` nodes. After a change of nodes or elements, also forgets the last solution.
+    /// Makes room for `n` nodes and forgets the last solution. Call it after nodes or elements have changed.
     pub fn resize(&mut self, n: usize) {
         self.force.resize(n, Vec3::zeros());
-        for field in [&mut self.reaction, &mut self.still] {
+        for field in [&mut self.reaction, &mut self.scratch] {
             field.clear();
             field.resize(n, Vec3::zeros());
         }
-        self.has_past = false;
+        self.history = History::Broken;
         if self.scheme.is_implicit() {
             let [x, v] = &mut self.from;
             let [x_before, v_before] = &mut self.before;
-            for field in [&mut self.moving, &mut self.b, &mut self.z, x, v, x_before, v_before] {
+            for field in [&mut self.momentum, &mut self.b, &mut self.z, x, v, x_before, v_before] {
                 field.clear();
                 field.resize(n, Vec3::zeros());
             }
@@ -186,12 +172,12 @@ impl Integrator {
         }
     }
 
-    /// The past does not lead to here: positions or velocities were set from outside.
-    pub fn forget_past(&mut self) {
-        self.has_past = false;
+    /// Forgets the previous state. Call it after positions or velocities were set from outside.
+    pub fn forget_history(&mut self) {
+        self.history = History::Broken;
     }
 
-    /// Moves `system` by `substeps` steps that take as long as `time` says together.
+    /// Advances `system` by `time.dt` in `substeps` equal steps, without contacts.
     ///
     /// # Errors
     /// A material that fails, or a state that is no longer finite.
@@ -203,18 +189,19 @@ impl Integrator {
         time: StepTime,
         substeps: usize,
     ) -> Result<StepReport, StepError> {
-        self.step_held(pool, system, (loads, &mut HoldsNothing), time, substeps)
+        self.step_with_contacts(pool, system, loads, &mut NoContacts, time, substeps)
     }
 
-    /// The same while `holds` holds nodes.
+    /// Advances `system` by `time.dt` in `substeps` equal steps under contact constraints.
     ///
     /// # Errors
     /// As [`Integrator::step`].
-    pub fn step_held(
+    pub fn step_with_contacts(
         &mut self,
         pool: &Pool,
         system: &mut System,
-        (loads, holds): (&Loads<'_>, &mut dyn Holds),
+        loads: &Loads<'_>,
+        contacts: &mut dyn ContactConstraints,
         time: StepTime,
         substeps: usize,
     ) -> Result<StepReport, StepError> {
@@ -222,32 +209,33 @@ impl Integrator {
         let mut report = StepReport::default();
         for sub in 0..substeps {
             let now = StepTime { start: time.start + sub as f64 * dt, dt };
-            let stepped = match self.scheme {
-                Scheme::QuasiStatic => self.settle(pool, system, (loads, holds), now, &mut report),
-                scheme if scheme.is_implicit() => self.implicit(pool, system, (loads, holds), now, &mut report),
-                _ => self.explicit(pool, system, (loads, holds), now, &mut report),
+            let mut step = Substep { pool, loads, contacts: &mut *contacts, time: now };
+            let stepped = match self.scheme.definition().method {
+                Method::Equilibrium => self.settle(system, &mut step, &mut report),
+                Method::Implicit(coefficients) => self.implicit(system, &mut step, coefficients, &mut report),
+                Method::Explicit(order) => self.explicit(system, &mut step, order, &mut report),
             };
-            stepped.map_err(|error| self.blame(error, system))?;
+            stepped.map_err(|error| self.attribute(error, system))?;
             system.advance(StepTime { start: now.end(), dt })?;
         }
         Ok(report)
     }
 
-    /// A state that is no longer finite is the material's doing where its force is not.
-    fn blame(&self, error: StepError, system: &System) -> StepError {
+    /// Attributes a state that is not finite to the material if its force is not finite, and to the solver otherwise.
+    fn attribute(&self, error: StepError, system: &System) -> StepError {
         match error {
             StepError::Diverged { node } if !is_finite(self.force[node]) => {
                 system.material.not_finite("forces", node).into()
             }
-            other => other,
+            StepError::Diverged { .. } | StepError::Force(_) => error,
         }
     }
 }
 
-/// Refuses velocities that are not finite; gives the fastest, m/s.
-pub(super) fn check(system: &mut System) -> Result<f64, StepError> {
+/// Refuses velocities that are not finite and sets them to zero. Returns the speed of the fastest node, m/s.
+fn check(system: &mut System) -> Result<f64, StepError> {
     let v = &mut system.nodes.v;
-    // Side by side, for one has to wait for the one before. What is not finite stays in a sum.
+    // Eight chains side by side, for a chain waits for its previous sum. A value that is not finite stays in its sum.
     let (mut fastest, mut sums) = ([0.0_f64; 8], [0.0; 8]);
     for v in v.chunks(fastest.len()) {
         for ((fastest, sum), v) in fastest.iter_mut().zip(&mut sums).zip(v) {
@@ -265,12 +253,12 @@ pub(super) fn check(system: &mut System) -> Result<f64, StepError> {
     Ok(fastest.iter().fold(0.0_f64, |most, speed| most.max(*speed)).sqrt())
 }
 
-pub(super) fn is_finite(v: Vec3) -> bool {
+fn is_finite(v: Vec3) -> bool {
     v.iter().all(|c| c.is_finite())
 }
 
 /// Adds external forces and those of the tools to `force`.
-pub(super) fn add_loads(force: &mut [Vec3], loads: &Loads<'_>, x: &[Vec3], v: Option<&[Vec3]>) {
+fn add_loads(force: &mut [Vec3], loads: &Loads<'_>, x: &[Vec3], v: Option<&[Vec3]>) {
     for (f, load) in force.iter_mut().zip(loads.forces) {
         *f += *load;
     }

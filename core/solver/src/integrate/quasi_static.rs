@@ -1,69 +1,79 @@
 //! Equilibrium: a step without inertia.
 //!
-//! Newton's method on the forces, damped as Levenberg (1944) does it by a share of the masses that falls while it goes well,
-//! and held back until the potential energy does not rise.
+//! Newton's method on the forces with Levenberg's (1944) damping, a multiple of the masses that falls while iterations succeed, and a
+//! backtracking line search on the potential energy.
 
-use super::holds::Holds;
-use super::implicit::linearise;
-use super::{Integrator, Loads, StepError, StepReport, add_loads, check};
+use super::implicit::assemble_taken;
+use super::{Integrator, Loads, StepError, StepReport, Substep, add_loads, check};
 use crate::algebra::Vec3;
 use crate::constraint::Constraint;
-use crate::factors::{Factors, StandIn};
 use crate::force_model::StepTime;
-use crate::solver::solve::Solve;
+use crate::solver::filtered_system::FilteredSystem;
 use crate::system::System;
-use crate::threads::Pool;
+use crate::system_scales::{HessianApproximation, SystemScales};
 use pliant_plugin_api::TangentScale;
 use std::time::Instant;
 
-/// Damping at the start, 1/s^2, the largest before it gives up, and the least.
-const DAMPING: [f64; 3] = [1e3, 1e12, 1e-6];
-/// Tolerances that may be left where no step lowers the energy any more.
-const STUCK: f64 = 1e3;
-/// Of the energy, what rounding in strains may leave of it.
-const ROUNDED: f64 = 1e-9;
-/// Halvings of a step, at most.
-const HALVINGS: usize = 12;
+/// Levenberg damping at the start, 1/s^2.
+const INITIAL_DAMPING: f64 = 1e3;
+/// Damping at which a step that does not lower the energy ends the search, 1/s^2.
+const MAX_DAMPING: f64 = 1e12;
+/// Least damping, 1/s^2.
+const MIN_DAMPING: f64 = 1e-6;
+/// A residual of up to this many tolerances counts as equilibrium if no step lowers the energy any more: rounding is all that is left.
+const STALLED_TOLERANCES: f64 = 1e3;
+/// Relative rounding error of the energy from strains that nearly cancel.
+const ENERGY_ROUNDING: f64 = 1e-9;
+/// Most halvings of a step in the line search.
+const MAX_HALVINGS: usize = 12;
+
+/// Result of one Newton solve.
+struct NewtonSolve {
+    /// Largest unbalanced force on a node, N.
+    unbalanced: f64,
+    /// Largest force on a node of all, N: the scale of the stopping test.
+    scale: f64,
+    /// Whether the matrix was positive definite along the solve.
+    is_definite: bool,
+}
 
 impl Integrator {
-    /// Moves the nodes to equilibrium. Velocities are what it took over `dt`.
+    /// Moves the nodes to static equilibrium.
     pub(super) fn settle(
         &mut self,
-        pool: &Pool,
         system: &mut System,
-        (loads, holds): (&Loads<'_>, &mut dyn Holds),
-        now: StepTime,
+        step: &mut Substep<'_>,
         report: &mut StepReport,
     ) -> Result<(), StepError> {
-        let dt = now.dt;
+        let (loads, now, dt) = (step.loads, step.time, step.time.dt);
         let start = system.nodes.x.clone();
-        holds.begin(system, dt);
+        step.contacts.begin(system, dt);
         for i in 0..start.len() {
-            // What is led goes first.
+            // Nodes with prescribed motion move first.
             if system.nodes.constraint[i] == Constraint::Fixed {
                 system.nodes.x[i] = start[i] + dt * system.nodes.prescribed[i];
             }
         }
-        let mut damping = DAMPING[0];
+        let mut damping = INITIAL_DAMPING;
         let mut scale = 0.0_f64;
         let mut energy = self.potential(system, loads, now)?;
         let mut settled = false;
-        for _ in 0..self.newton {
-            let (largest, solved) = self.push(pool, system, (loads, &mut *holds), now, damping, report)?;
-            scale = scale.max(largest.1);
-            if largest.0 <= self.newton_tolerance * scale || !solved {
-                settled = solved;
+        for _ in 0..self.max_newton {
+            let solve = self.solve_for_equilibrium(system, step, damping, report)?;
+            scale = scale.max(solve.scale);
+            if solve.unbalanced <= self.newton_tolerance * scale || !solve.is_definite {
+                settled = solve.is_definite;
                 break;
             }
-            report.newton += 1;
+            report.newton_iterations += 1;
             let longest = self.pcg.x.iter().map(|d| d.norm_squared()).fold(0.0, f64::max).sqrt();
-            let mut share = if longest > self.longest_move { self.longest_move / longest } else { 1.0 };
+            let mut share = if longest > self.max_displacement { self.max_displacement / longest } else { 1.0 };
             let from = system.nodes.x.clone();
-            // What the forces do on the way. Less than rounding leaves of the energy, the energy cannot judge it.
+            // Work of the forces along the step. If it is less than the rounding error of the energy, the energy cannot judge the step.
             let work: f64 = self.b.iter().zip(&self.pcg.x).map(|(f, d)| f.dot(d)).sum();
-            let noise = if work < ROUNDED * energy.abs() { ROUNDED } else { 1e-12 } * energy.abs();
+            let noise = if work < ENERGY_ROUNDING * energy.abs() { ENERGY_ROUNDING } else { 1e-12 } * energy.abs();
             let mut went = false;
-            for _ in 0..HALVINGS {
+            for _ in 0..MAX_HALVINGS {
                 for i in 0..from.len() {
                     system.nodes.x[i] = from[i] + share * self.pcg.x[i];
                 }
@@ -74,12 +84,12 @@ impl Integrator {
                 }
                 share *= 0.5;
             }
-            damping = if went && share == 1.0 { damping / 4.0 } else { damping * 4.0 }.clamp(DAMPING[2], DAMPING[1]);
+            damping = if went && share == 1.0 { damping / 4.0 } else { damping * 4.0 }.clamp(MIN_DAMPING, MAX_DAMPING);
             if !went {
                 system.nodes.x.copy_from_slice(&from);
-                if damping >= DAMPING[1] || longest <= 1e-12 {
-                    // Rounding may leave more than was asked for; much more is no equilibrium.
-                    settled = largest.0 <= STUCK * self.newton_tolerance * scale;
+                if damping >= MAX_DAMPING || longest <= 1e-12 {
+                    // Rounding may leave more than the tolerance; much more is no equilibrium.
+                    settled = solve.unbalanced <= STALLED_TOLERANCES * self.newton_tolerance * scale;
                     break;
                 }
             }
@@ -89,39 +99,39 @@ impl Integrator {
         for i in 0..start.len() {
             nodes.v[i] = (nodes.x[i] - start[i]) / dt;
         }
-        report.fastest = check(system).inspect_err(|_| system.nodes.x.copy_from_slice(&start))?;
-        holds.end(system, &mut self.reaction);
+        report.max_speed = check(system).inspect_err(|_| system.nodes.x.copy_from_slice(&start))?;
+        step.contacts.end(system, &mut self.reaction);
         system.nodes.v.fill(Vec3::zeros());
         Ok(())
     }
 
-    /// Solves for the next move. Gives the largest force that is left and the largest of all, N, and whether it worked.
-    fn push(
+    /// Solves for the next displacement, into `self.pcg.x`, m.
+    fn solve_for_equilibrium(
         &mut self,
-        pool: &Pool,
         system: &mut System,
-        (loads, holds): (&Loads<'_>, &mut dyn Holds),
-        now: StepTime,
+        step: &mut Substep<'_>,
         damping: f64,
         report: &mut StepReport,
-    ) -> Result<((f64, f64), bool), StepError> {
+    ) -> Result<NewtonSolve, StepError> {
+        let (pool, loads) = (step.pool, step.loads);
         system.nodes.v.fill(Vec3::zeros());
-        let factors = Factors {
+        let scales = SystemScales {
             mass: damping,
             stiffness: 1.0,
             damping: 0.0,
-            stand_in: StandIn::Searched,
-            after_forces: true,
-            rounded: false,
+            hessian: HessianApproximation::Unbounded,
+            strains_are_current: true,
+            allow_f32: false,
         };
         let began = Instant::now();
-        let mut matrix = linearise(pool, system, (None, (&mut self.force, false)), factors, now)?;
-        report.seconds[0] += began.elapsed().as_secs_f64();
+        system.forces(pool, None, step.time, &mut self.force)?;
+        let mut matrix = assemble_taken(step, system, scales)?;
+        report.assembly_seconds += began.elapsed().as_secs_f64();
         for springs in loads.tools {
             matrix.add_diagonal(springs, TangentScale { stiffness: 1.0, damping: 0.0 });
         }
         add_loads(&mut self.force, loads, &system.nodes.x, None);
-        holds.add_forces(&mut self.force);
+        step.contacts.add_forces(&mut self.force);
         let nodes = &system.nodes;
         let (mut left, mut all) = (0.0_f64, 0.0_f64);
         for i in 0..nodes.len() {
@@ -135,23 +145,24 @@ impl Integrator {
         self.pcg.forget();
         self.pcg.prepare(&matrix, &system.sets, &system.nodes.rest);
         self.pcg.guess(pool, &matrix, None);
-        let solve = Solve {
+        let solve = FilteredSystem {
             matrix: &matrix,
             b: &self.b,
             z: &self.z,
             constraints: &nodes.constraint,
-            motion: (&nodes.x, 1.0),
-            again: false,
+            positions: &nodes.x,
+            displacement_per_unit: 1.0,
+            same_matrix: false,
             tolerance: self.tolerance,
-            most: self.most_iterations,
+            max_iterations: self.max_iterations,
         };
         let began = Instant::now();
         let solved = self.pcg.solve(pool, &solve);
-        report.seconds[1] += began.elapsed().as_secs_f64();
+        report.solve_seconds += began.elapsed().as_secs_f64();
         system.matrix = Some(matrix);
         report.iterations += solved.iterations;
         report.residual = solved.residual;
-        Ok(((left.sqrt(), all.sqrt()), !solved.broken))
+        Ok(NewtonSolve { unbalanced: left.sqrt(), scale: all.sqrt(), is_definite: !solved.broken })
     }
 
     /// Potential energy of body and loads, J.

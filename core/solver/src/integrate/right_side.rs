@@ -10,31 +10,41 @@ use pulp::NullaryFnOnce;
 const LANES: usize = 8;
 type Numbers = [f64; 3 * LANES];
 
-/// Of nodes `first` on, `b = g f + M (target - v)`, where `z` are forces that are not in `f`; then `z` becomes what is prescribed.
-/// Gives `b . b` of what may move.
+/// Computes `b = g f + M (V - v)` and z for a range of nodes. On entry `z` holds forces that are not in `f`, N; on return the prescribed
+/// change of each node's velocity, m/s. Returns `|S b|^2` of the range.
 pub struct RightSide<'a, P> {
     pub nodes: &'a Nodes,
-    /// N
+    /// Force on each node, N (n x 3).
     pub force: &'a [Vec3],
     /// m/s^2
     pub gravity: Vec3,
     /// s
     pub g: f64,
     pub start: Start<'a>,
-    /// m/s, what is prescribed of a node's velocity
+    /// Prescribed velocity of a node, m/s.
     pub prescribed: P,
+    /// Index of the first node of the range.
     pub first: usize,
     pub b: &'a mut [Vec3],
     pub z: &'a mut [Vec3],
 }
 
-/// Where a step begins.
+/// The state forces were evaluated at.
 #[derive(Clone, Copy)]
 pub enum Start<'a> {
-    /// Where the body is: `M (target - v)` is `M v - A v`, and this `A v`, N s.
-    Here(&'a [Vec3]),
-    /// Elsewhere: velocities of the last step and of the one before, and the share of their difference that goes on, m/s.
-    There([&'a [Vec3]; 2], f64),
+    /// The state before the step: `M (V - v)` is `M v - A v`.
+    Current {
+        /// `A v`, N s (n x 3).
+        momentum: &'a [Vec3],
+    },
+    /// A predicted state, with `V = v_0 + history (v_0 - v_before)`.
+    Predicted {
+        /// Velocities at the beginning of the step, v_0, m/s (n x 3).
+        velocity: &'a [Vec3],
+        /// Velocities one step earlier, m/s (n x 3).
+        before: &'a [Vec3],
+        history: f64,
+    },
 }
 
 impl<P: Fn(usize) -> Vec3> NullaryFnOnce for RightSide<'_, P> {
@@ -46,10 +56,16 @@ impl<P: Fn(usize) -> Vec3> NullaryFnOnce for RightSide<'_, P> {
         let all = first..first + b.len();
         let (force, mass, v) = (&force[all.clone()], &nodes.mass[all.clone()], &nodes.v[all.clone()]);
         match start {
-            Start::Here(moving) => here((b, z), (force, &moving[all.clone()]), (mass, v), (g, gravity)),
-            Start::There([was, before], carry) => {
+            Start::Current { momentum } => {
+                let momentum = &momentum[all.clone()];
+                Current { force, momentum, mass, v, g, gravity }.write(b, z);
+            }
+            Start::Predicted { velocity, before, history } => {
                 for (at, i) in all.clone().enumerate() {
-                    let target = if carry > 0.0 { was[i] + carry * (was[i] - before[i]) } else { was[i] };
+                    let target = match history > 0.0 {
+                        true => velocity[i] + history * (velocity[i] - before[i]),
+                        false => velocity[i],
+                    };
                     let pull = force[at] + z[at] + mass[at] * gravity;
                     let change = target - v[at];
                     b[at] = g * pull + mass[at] * change;
@@ -80,28 +96,39 @@ impl<P: Fn(usize) -> Vec3> NullaryFnOnce for RightSide<'_, P> {
     }
 }
 
-/// Number by number: masses are laid out as what they belong to.
-#[inline(always)]
-fn here(
-    (b, z): (&mut [Vec3], &[Vec3]),
-    (force, moving): (&[Vec3], &[Vec3]),
-    (mass, v): (&[f64], &[Vec3]),
-    (g, gravity): (f64, Vec3),
-) {
-    let mut gravities: Numbers = [0.0; 3 * LANES];
-    for (at, to) in gravities.iter_mut().enumerate() {
-        *to = gravity[at % 3];
-    }
-    for (at, b) in (0..).step_by(LANES).zip(b.chunks_mut(LANES)) {
-        let nodes = at..at + b.len();
-        let mut masses: Numbers = [0.0; 3 * LANES];
-        for (masses, mass) in masses.as_chunks_mut::<3>().0.iter_mut().zip(&mass[nodes.clone()]) {
-            masses.fill(*mass);
+/// A range of nodes at the state before the step.
+struct Current<'a> {
+    force: &'a [Vec3],
+    momentum: &'a [Vec3],
+    mass: &'a [f64],
+    v: &'a [Vec3],
+    g: f64,
+    gravity: Vec3,
+}
+
+impl Current<'_> {
+    /// `b = g (f + z + M gravity) + M v - A v`, component by component: masses are repeated for the three components of a node, so that
+    /// all arrays are read alike.
+    #[inline(always)]
+    fn write(self, b: &mut [Vec3], z: &[Vec3]) {
+        let Self { force, momentum, mass, v, g, gravity } = self;
+        let mut gravities: Numbers = [0.0; 3 * LANES];
+        for (at, to) in gravities.iter_mut().enumerate() {
+            *to = gravity[at % 3];
         }
-        let [z, force, v, moving] = [z, force, v, moving].map(|of| cast_slice::<Vec3, f64>(&of[nodes.clone()]));
-        let given = z.iter().zip(force).zip(v).zip(moving).zip(masses.iter().zip(&gravities));
-        for (b, ((((z, force), v), moving), (mass, gravity))) in cast_slice_mut::<Vec3, f64>(b).iter_mut().zip(given) {
-            *b = g * (force + z + mass * gravity) + mass * v - moving;
+        for (at, b) in (0..).step_by(LANES).zip(b.chunks_mut(LANES)) {
+            let nodes = at..at + b.len();
+            let mut masses: Numbers = [0.0; 3 * LANES];
+            for (masses, mass) in masses.as_chunks_mut::<3>().0.iter_mut().zip(&mass[nodes.clone()]) {
+                masses.fill(*mass);
+            }
+            let [z, force, v, momentum] = [z, force, v, momentum].map(|of| cast_slice::<Vec3, f64>(&of[nodes.clone()]));
+            let given = z.iter().zip(force).zip(v).zip(momentum).zip(masses.iter().zip(&gravities));
+            for (b, ((((z, force), v), momentum), (mass, gravity))) in
+                cast_slice_mut::<Vec3, f64>(b).iter_mut().zip(given)
+            {
+                *b = g * (force + z + mass * gravity) + mass * v - momentum;
+            }
         }
     }
 }
@@ -124,10 +151,9 @@ mod tests {
         let nodes = Nodes { v: wave(n, 9), mass, constraint, ..Nodes::default() };
         let (force, more, was) = (wave(n, 1), wave(n, 2), [wave(n, 3), wave(n, 4)]);
         let (gravity, g) = (Vec3::new(0.1, -9.81, 0.3), 0.25);
-        for (start, carry) in [(Start::Here(&was[0]), 0.0)]
-            .into_iter()
-            .chain([0.0, 0.5].map(|carry| (Start::There([&was[0], &was[1]], carry), carry)))
-        {
+        for (start, carry) in [(Start::Current { momentum: &was[0] }, 0.0)].into_iter().chain(
+            [0.0, 0.5].map(|carry| (Start::Predicted { velocity: &was[0], before: &was[1], history: carry }, carry)),
+        ) {
             let (mut b, mut z) = (vec![Vec3::repeat(7.0); n], more.clone());
             let (mut squares, mut want) = (0.0, 0.0);
             for (first, (b, z)) in (0..).step_by(16).zip(b.chunks_mut(16).zip(z.chunks_mut(16))) {
@@ -141,7 +167,11 @@ mod tests {
                     let pull = g * (force[i][c] + more[i][c] + m * gravity[c]);
                     let target = was[0][i][c] + carry * (was[0][i][c] - was[1][i][c]);
                     let right = pull
-                        + if matches!(start, Start::Here(_)) { m * v[c] - was[0][i][c] } else { m * (target - v[c]) };
+                        + if matches!(start, Start::Current { .. }) {
+                            m * v[c] - was[0][i][c]
+                        } else {
+                            m * (target - v[c])
+                        };
                     assert!((b[i][c] - right).abs() < 1e-12 * (1.0 + right.abs()), "{i}: {:?} {right}", b[i]);
                 }
                 let free = nodes.constraint[i].is_free();

@@ -1,12 +1,12 @@
-//! Numbers that begin where memory is read at once.
+//! Buffers aligned to cache lines.
 
 use super::{LANES, Vectors};
-use crate::threads::Parts;
+use crate::threads::Splittable;
 
-/// Bytes that memory comes in.
+/// Bytes of a cache line.
 const LINE: usize = 64;
 
-/// Numbers that begin at the beginning of a line of memory.
+/// A buffer that begins at a cache line.
 #[derive(Debug, Default)]
 pub struct Lines<T> {
     numbers: Vec<T>,
@@ -15,56 +15,56 @@ pub struct Lines<T> {
 }
 
 impl<T: Copy + Default> Lines<T> {
-    /// So many zeros.
+    /// A buffer of `len` zeros.
     pub fn new(len: usize) -> Self {
         let spare = LINE / size_of::<T>();
         let numbers = vec![T::default(); len + spare];
-        // Where the system does not say, anywhere will do.
+        // If the alignment is not known, any place is correct.
         let first = numbers.as_ptr().align_offset(LINE).min(spare);
         Self { numbers, first, len }
     }
 
-    /// All of them.
+    /// The numbers.
     #[inline(always)]
     pub fn flat(&self) -> &[T] {
         &self.numbers[self.first..self.first + self.len]
     }
 
-    /// All of them.
+    /// The numbers.
     #[inline(always)]
     pub fn flat_mut(&mut self) -> &mut [T] {
         &mut self.numbers[self.first..self.first + self.len]
     }
 
-    /// Bytes held.
+    /// Memory, bytes.
     pub fn bytes(&self) -> usize {
         self.numbers.len() * size_of::<T>()
     }
 }
 
 impl Lines<f32> {
-    /// As vectors by sixteen.
+    /// The numbers as vectors by sixteen.
     #[inline(always)]
     pub fn vectors(&self) -> &[Vectors] {
         self.flat().as_chunks().0.as_chunks().0
     }
 
-    /// As vectors by sixteen.
+    /// The numbers as vectors by sixteen.
     #[inline(always)]
     pub fn vectors_mut(&mut self) -> &mut [Vectors] {
         self.flat_mut().as_chunks_mut().0.as_chunks_mut().0
     }
 }
 
-/// Nodes, sixteen by sixteen.
+/// Items of sixteen nodes each, split at multiples of sixteen.
 pub struct Sixteens<'a, T>(pub &'a mut [T]);
 
-impl<T: Send> Parts for Sixteens<'_, T> {
+impl<T: Send> Splittable for Sixteens<'_, T> {
     fn count(&self) -> usize {
         LANES * self.0.len()
     }
 
-    fn part(self, at: usize) -> (Self, Self) {
+    fn split_at(self, at: usize) -> (Self, Self) {
         let (left, right) = self.0.split_at_mut(at / LANES);
         (Self(left), Self(right))
     }

@@ -1,4 +1,4 @@
-//! What the blocks are made of that are taken over.
+//! Block entries in single or double precision, as they are loaded.
 
 #[cfg(target_arch = "x86_64")]
 use pulp::{
@@ -6,16 +6,16 @@ use pulp::{
     x86::{V3, V4},
 };
 
-/// A number in one precision or the other.
+/// An entry in single or double precision.
 pub trait Entry: Copy + Default + Sync {
-    /// Times `scale`, a power of two, in single precision.
+    /// The entry times `scale`, a power of two, rounded to single precision.
     fn rounded(self, scale: f64) -> f32;
-    /// In double precision.
+    /// The entry in double precision.
     fn exact(self) -> f64;
     /// The first eight of two blocks, [`Entry::rounded`].
     #[cfg(target_arch = "x86_64")]
     fn eights(unit: V4, low: &[Self; 9], high: &[Self; 9], scale: f64) -> f32x16;
-    /// Those of one.
+    /// The first eight of one block, [`Entry::rounded`].
     #[cfg(target_arch = "x86_64")]
     fn eight(unit: V3, block: &[Self; 9], scale: f64) -> f32x8;
 }

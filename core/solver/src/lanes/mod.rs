@@ -1,15 +1,15 @@
-//! Sixteen numbers in single precision, in whatever vector unit there is.
+//! Registers of sixteen numbers in single precision on any vector unit.
 //!
 //! Operations are on each number by itself, and each is rounded once: a product that is added to something is not rounded before.
 //! Where no unit does that it is done in double precision, so every unit gives the same bytes.
 
 pub mod aligned;
 mod entry;
+pub mod interleaved;
 mod plain;
 pub mod symmetric;
 #[cfg(test)]
 mod tests;
-pub mod threes;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
@@ -18,23 +18,23 @@ use pulp::NullaryFnOnce;
 pub use entry::Entry;
 pub use plain::Plain;
 
-/// Numbers of a register, and rows or nodes that go together.
+/// Numbers of a register: rows or nodes that are processed together.
 pub const LANES: usize = 16;
-/// Numbers among which one can be looked up.
+/// Numbers that a lookup selects from.
 pub const LOOKED_UP: usize = 32;
-/// A vector with a zero behind it.
+/// A vector padded with a zero.
 pub type Quad = [f32; 4];
-/// In memory.
+/// Sixteen numbers in memory.
 pub type Sixteen = [f32; 16];
 /// Sixteen vectors, by component.
 pub type Vectors = [Sixteen; 3];
 
-/// What is smaller than this beside 1 is zero: processors take a hundred times as long over the smallest numbers.
+/// Numbers below this are set to zero where values are about 1: processors are a hundred times as slow on denormal ones.
 pub const TINY: f32 = 1e-18;
 
-/// A number in single precision, or zero if it is next to nothing.
+/// Sets a number below [`TINY`] to zero.
 #[inline(always)]
-pub fn dusted(value: f32) -> f32 {
+pub fn flush_denormals(value: f32) -> f32 {
     if value.abs() < TINY { 0.0 } else { value }
 }
 
@@ -44,11 +44,11 @@ pub trait Lanes: Copy {
     type V: Copy;
     /// Numbers in double precision, as many as it takes at once.
     type D: Copy;
-    /// How many: 16 or a share of it.
+    /// Numbers in [`Lanes::D`]: 16 or a divisor of it.
     const EXACT: usize;
-    /// From memory.
+    /// Loads from memory.
     fn load(self, from: &Sixteen) -> Self::V;
-    /// To memory.
+    /// Stores to memory.
     fn store(self, v: Self::V) -> Sixteen;
     /// `a + b`
     fn add(self, a: Self::V, b: Self::V) -> Self::V;
@@ -60,33 +60,33 @@ pub trait Lanes: Copy {
     fn fma(self, a: Self::V, b: Self::V, c: Self::V) -> Self::V;
     /// `c - a b`
     fn fnma(self, a: Self::V, b: Self::V, c: Self::V) -> Self::V;
-    /// Four vectors from where they are.
+    /// Gathers four padded vectors.
     fn four(self, vectors: [&Quad; 4]) -> Self::V;
-    /// Each of four numbers four times.
+    /// Repeats each of four numbers four times.
     fn each_four(self, numbers: &Quad) -> Self::V;
     /// The sum of four vectors, in the order `(0 + 2) + (1 + 3)`.
     fn sum_of_four(self, vectors: Self::V) -> Quad;
-    /// Of the numbers of two rows of lanes, those at some places, each below [`LOOKED_UP`].
+    /// Selects sixteen of the numbers of two registers by their places, each below [`LOOKED_UP`].
     fn lookup(self, from: [Self::V; 2], places: &[u8; 16]) -> Self::V;
-    /// Without what is next to nothing.
-    fn without_dust(self, v: Self::V) -> Self::V;
+    /// Sets numbers below [`TINY`] to zero.
+    fn flush_denormals(self, v: Self::V) -> Self::V;
     /// The first [`Lanes::EXACT`] numbers of a slice, in double precision.
     fn exact(self, from: &[f32]) -> Self::D;
-    /// The same of a slice that is.
+    /// The first [`Lanes::EXACT`] numbers of a slice in double precision.
     fn load_exact(self, from: &[f64]) -> Self::D;
-    /// To the beginning of a slice.
+    /// Stores to the beginning of a slice.
     fn store_exact(self, v: Self::D, to: &mut [f64]);
     /// `a + b`
     fn add_exact(self, a: Self::D, b: Self::D) -> Self::D;
     /// `a - b`
     fn sub_exact(self, a: Self::D, b: Self::D) -> Self::D;
-    /// `a b + c`, where the product is rounded before: these are for results that are compared.
+    /// `a b + c` with the product rounded first, as results that are compared by bytes need.
     fn add_product(self, a: Self::D, b: Self::D, c: Self::D) -> Self::D;
-    /// `c - a b`, likewise.
+    /// `c - a b` with the product rounded first.
     fn take_product(self, a: Self::D, b: Self::D, c: Self::D) -> Self::D;
-    /// The components of sixteen vectors.
+    /// Splits sixteen padded vectors into components.
     fn planes(self, vectors: [Self::V; 4]) -> [Self::V; 3];
-    /// The vectors of such components, with zeros behind them.
+    /// Interleaves components into sixteen padded vectors.
     fn vectors(self, planes: [Self::V; 3]) -> [Self::V; 4];
 
     /// The entries of sixteen blocks, times `scale`, a power of two.
@@ -128,7 +128,7 @@ pub fn three<U: Lanes>(unit: U, from: &Vectors) -> [U::V; 3] {
     [unit.load(&from[0]), unit.load(&from[1]), unit.load(&from[2])]
 }
 
-/// To memory.
+/// Stores components of sixteen vectors to memory.
 #[inline(always)]
 pub fn put<U: Lanes>(unit: U, [x, y, z]: [U::V; 3]) -> Vectors {
     [unit.store(x), unit.store(y), unit.store(z)]
@@ -147,15 +147,15 @@ pub fn one_by_one(sixteens: &[Vectors]) -> Vec<[f32; 3]> {
     sixteens.iter().flat_map(|planes| (0..16).map(move |lane| planes.map(|plane| plane[lane]))).collect()
 }
 
-/// Work that any vector unit can do.
+/// A loop that is compiled for each vector unit.
 pub trait Work {
-    /// What it gives.
+    /// The result.
     type Output;
-    /// Does it.
+    /// Runs the loop on a vector unit.
     fn on(self, unit: impl Lanes) -> Self::Output;
 }
 
-/// Does `work` on the widest vector unit there is.
+/// Runs `work` on the widest vector unit of the processor.
 pub fn widest<W: Work>(work: W) -> W::Output {
     match pulp::Arch::new() {
         #[cfg(target_arch = "x86_64")]

@@ -1,8 +1,8 @@
-//! No vector unit that is known here.
+//! The portable fallback, for processors without a supported vector unit.
 
-use super::{Lanes, Quad, Sixteen, dusted};
+use super::{Lanes, Quad, Sixteen, flush_denormals};
 
-/// One number after the other.
+/// Processes one number after the other.
 #[derive(Clone, Copy)]
 pub struct Plain;
 
@@ -78,8 +78,8 @@ impl Lanes for Plain {
     }
 
     #[inline(always)]
-    fn without_dust(self, v: Sixteen) -> Sixteen {
-        v.map(dusted)
+    fn flush_denormals(self, v: Sixteen) -> Sixteen {
+        v.map(flush_denormals)
     }
 
     #[inline(always)]
@@ -142,7 +142,7 @@ pub fn fused(a: f32, b: f32, c: f32) -> f32 {
     in_double(a, b, c)
 }
 
-/// The same where no unit does it: the product is exact, and the sum is rounded to an odd last digit, so that rounding it again
+/// The same without an instruction for it: the product is exact, and the sum is rounded to an odd last digit, so that rounding it again
 /// does no harm (Boldo and Melquiond 2008).
 #[inline(always)]
 pub fn in_double(a: f32, b: f32, c: f32) -> f32 {

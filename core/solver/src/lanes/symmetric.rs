@@ -1,9 +1,9 @@
-//! Symmetric blocks by sixteen: six numbers of each.
+//! Symmetric blocks by sixteen nodes, stored as six numbers each.
 
 use super::{Lanes, Sixteen};
 use crate::algebra::Block;
 
-/// Blocks, given by six numbers, times vectors.
+/// Products of sixteen symmetric blocks with vectors.
 #[inline(always)]
 pub fn times<U: Lanes>(unit: U, m: &[Sixteen; 6], v: [U::V; 3]) -> [U::V; 3] {
     let mut out = v;
@@ -15,15 +15,15 @@ pub fn times<U: Lanes>(unit: U, m: &[Sixteen; 6], v: [U::V; 3]) -> [U::V; 3] {
     out
 }
 
-/// Where the six numbers of a symmetric block are in it.
+/// Indices of the six stored numbers in a 3 x 3 block.
 pub const PLACES: [usize; 6] = [0, 1, 2, 4, 5, 8];
 
-/// Puts the inverse of node `i` into those of all, which are given by sixteen nodes.
+/// Stores the inverse of node `i` among those of all nodes.
 pub fn put_inverse(all: &mut [f32], i: usize, inverse: &Block) {
     put_block(&mut all.as_chunks_mut().0.as_chunks_mut().0[i / 16], i % 16, inverse);
 }
 
-/// Puts it into one of sixteen.
+/// Stores a block in one lane.
 pub fn put_block(sixteen: &mut [Sixteen; 6], lane: usize, inverse: &Block) {
     (0..6).for_each(|e| sixteen[e][lane] = inverse[PLACES[e]] as f32);
 }

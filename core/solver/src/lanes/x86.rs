@@ -90,7 +90,7 @@ impl Lanes for V3 {
     }
 
     #[inline(always)]
-    fn without_dust(self, mut v: [f32x8; 2]) -> [f32x8; 2] {
+    fn flush_denormals(self, mut v: [f32x8; 2]) -> [f32x8; 2] {
         for half in &mut v {
             let tiny = self.less_than_f32s(self.abs_f32s(*half), self.splat_f32s(TINY));
             *half = self.select_f32s(tiny, self.splat_f32s(0.0), *half);
@@ -313,7 +313,7 @@ impl Lanes for V4 {
     }
 
     #[inline(always)]
-    fn without_dust(self, v: f32x16) -> f32x16 {
+    fn flush_denormals(self, v: f32x16) -> f32x16 {
         let tiny = self.less_than_f32s(self.abs_f32s(v), self.splat_f32s(TINY));
         self.select_f32s(tiny, self.splat_f32s(0.0), v)
     }

@@ -1,46 +1,36 @@
-//! What a matrix is assembled from.
+//! Assembly of a matrix from element sets.
 
-use crate::coupled::{Coupled, is_coupled_hinges};
-use crate::elements::ElementSet;
+use crate::coupled::{CoupledHinges, is_coupled_hinges};
 use crate::elements::chunk::Chunk;
-use crate::factors::Factors;
-use crate::force_model::{ForceError, ForceModel, StepTime};
-use crate::nodes::Nodes;
-use crate::outer::Precision;
+use crate::force_model::ForceError;
+use crate::hinge_assembly::{BlocksMut, Precision};
+use crate::system::SystemState;
+use crate::system_scales::SystemScales;
 use pliant_plugin_api::{TangentScale, abi};
 
-/// A state, and what is to be made of it.
+/// A state and the scales of the matrix to assemble from it.
 pub struct Assembly<'a> {
-    pub material: &'a dyn ForceModel,
-    pub sets: &'a [ElementSet],
-    pub nodes: &'a Nodes,
-    /// Of the state.
-    pub time: StepTime,
-    /// With the strains of the state, where hinges are coupled and have a part in it.
-    pub coupled: Option<&'a Coupled>,
-    pub factors: Factors,
+    pub state: SystemState<'a>,
+    /// Coupled hinges with the strains of the state, if they have stiffness.
+    pub coupled: Option<&'a CoupledHinges>,
+    pub scales: SystemScales,
 }
 
 impl Assembly<'_> {
-    /// Adds what a chunk of a set does to `blocks`, of which the first is in slot `first`.
+    /// Adds the tangent of a chunk of set number `set` to `blocks`.
     ///
     /// # Errors
-    /// What the material says.
-    pub fn add<T: Precision>(
-        &self,
-        set: usize,
-        chunk: &Chunk,
-        (first, blocks): (usize, &mut [[T; 9]]),
-    ) -> Result<(), ForceError> {
-        let set = &self.sets[set];
+    /// A material that fails.
+    pub fn add<T: Precision>(&self, set: usize, chunk: &Chunk, mut blocks: BlocksMut<'_, T>) -> Result<(), ForceError> {
+        let SystemState { material, sets, nodes, time } = self.state;
+        let set = &sets[set];
         if set.has(abi::HAS_FORCES) {
-            let call = set.call(chunk, self.nodes, &self.nodes.v, self.time);
-            let scale = TangentScale { stiffness: self.factors.stiffness, damping: self.factors.damping };
-            T::add_tangent(self.material, &call, scale, (&set.slots, first), blocks)?;
+            let call = set.call(chunk, nodes, &nodes.v, time);
+            let scale = TangentScale { stiffness: self.scales.stiffness, damping: self.scales.damping };
+            T::add_tangent(material, &call, scale, &set.slots, blocks.reborrow())?;
         }
         if let Some(coupled) = self.coupled.filter(|_| is_coupled_hinges(set)) {
-            let factors = (self.factors.stiffness, self.factors.stand_in);
-            coupled.add_tangent(set, chunk.range.clone(), factors, (first, blocks));
+            coupled.add_tangent(set, chunk.range.clone(), &self.scales, blocks);
         }
         Ok(())
     }

@@ -5,60 +5,62 @@
 //! scatter, and the same bytes for any number of threads.
 
 pub mod assembly;
+pub mod f32_blocks;
+pub mod pattern;
 pub mod product;
-pub mod rounded;
-pub mod rows;
 
 use super::algebra::{Block, Vec3, matrix3};
 use super::constraint::Constraint;
-use super::coupled::{Coupled, is_coupled_hinges};
+use super::coupled::{CoupledHinges, is_coupled_hinges};
 use super::elements::ElementSet;
-use super::elements::strips::Strips;
-use super::factors::Factors;
+use super::elements::fused_assembly::FusedAssembly;
+use super::hinge_assembly::BlocksMut;
 use super::nodes::Nodes;
-use super::normals::{Normals, wants_normals};
+use super::normals::{NormalsEnergy, wants_normals};
 use super::springs::NodeSprings;
+use super::system::SystemState;
+use super::system_scales::SystemScales;
 use super::threads::Pool;
-use crate::force_model::{ForceError, ForceModel, StepTime};
+use crate::force_model::ForceError;
 use assembly::Assembly;
+use f32_blocks::F32Blocks;
+use pattern::Rows;
 use pliant_plugin_api::{TangentScale, abi};
 use product::{Row, rows_product};
-use rounded::Rounded;
-use rows::Rows;
 use std::ops::Range;
 
-/// `A`, with room for every pair of nodes that an element joins.
+/// The sparse symmetric matrix of a body: a 3 x 3 block for each node and each pair of nodes that share an element.
 #[derive(Debug, Default)]
 pub struct Matrix {
     row: Vec<usize>,
     column: Vec<u32>,
-    /// As many as there are columns, if it was ever assembled in double precision.
+    /// Blocks on and above the diagonal, if the matrix was ever assembled in double precision.
     values: Vec<Block>,
     lower_row: Vec<usize>,
-    /// column and slot
+    /// Column and slot of each block below the diagonal, row by row.
     lower: Vec<(u32, u32)>,
-    strips: Strips,
-    /// What it is if it `is_rounded`.
-    rounded: Rounded,
-    is_rounded: bool,
+    assembly: FusedAssembly,
+    /// The blocks if the matrix `is_f32`.
+    f32_blocks: F32Blocks,
+    is_f32: bool,
 }
 
-/// What is at the slots.
+/// The blocks, in the precision they are stored in.
 #[derive(Clone, Copy)]
 pub(super) enum Values<'a> {
-    Exact(&'a [Block]),
-    Rounded(&'a Rounded),
+    F64(&'a [Block]),
+    F32(&'a F32Blocks),
 }
 
 fn has_stiffness(set: &ElementSet) -> bool {
     set.has(abi::HAS_FORCES) || is_coupled_hinges(set) || wants_normals(set)
 }
 
-/// Rows in a piece of a product.
+/// Rows in a chunk of a product.
 const ROWS: usize = 256;
 
 impl Matrix {
-    /// Finds the pattern of the sets that have stiffness, for `n` nodes, and tells each set its slots.
+    /// Builds the pattern for `n` nodes from the sets that have stiffness, and gives each set its slots.
     pub fn rebuild(&mut self, n: usize, sets: &mut [ElementSet]) {
         let sets_before: &[ElementSet] = sets;
         self.set_pattern(n, |visit| {
@@ -75,10 +77,10 @@ impl Matrix {
         for set in sets.iter_mut() {
             self.list_slots(set);
         }
-        self.strips = Strips::cut(n, sets, |set| set.has(abi::HAS_FORCES) || is_coupled_hinges(set));
+        self.assembly = FusedAssembly::cut(n, sets, |set| set.has(abi::HAS_FORCES) || is_coupled_hinges(set));
     }
 
-    /// Takes the pattern that `pairs` visits, i < j, with repetitions, and the diagonal.
+    /// Sets the pattern to the diagonal and the pairs i < j that `pairs` visits, repetitions allowed.
     pub(super) fn set_pattern(&mut self, n: usize, pairs: impl Fn(&mut dyn FnMut(u32, u32))) {
         let mut next = vec![1_usize; n];
         pairs(&mut |i, _| next[i as usize] += 1);
@@ -110,8 +112,8 @@ impl Matrix {
         }
         self.row.push(self.column.len());
         self.values.clear();
-        self.rounded.forget();
-        self.is_rounded = false;
+        self.f32_blocks.forget();
+        self.is_f32 = false;
         self.list_lower(n);
     }
 
@@ -158,118 +160,117 @@ impl Matrix {
         }
     }
 
-    /// Where block (i, j), i <= j, is. It must be part of the pattern.
+    /// Slot of block (i, j), i <= j, which must be part of the pattern.
     pub(super) fn slot(&self, i: u32, j: u32) -> usize {
         let row = &self.column[self.row[i as usize]..self.row[i as usize + 1]];
         self.row[i as usize] + row.binary_search(&j).expect("every pair of an element is in the pattern")
     }
 
-    /// Where the diagonal block of row i is.
+    /// Slot of the diagonal block of row i.
     pub(super) fn diagonal_slot(&self, i: usize) -> usize {
         self.row[i]
     }
 
-    /// Rows that have some of `slots`, and which.
+    /// Rows that own some of `slots`, each with its own.
     pub(super) fn rows_of(&self, slots: Range<usize>) -> impl Iterator<Item = (usize, Range<usize>)> + '_ {
         let first = self.row.partition_point(|start| *start <= slots.start).saturating_sub(1);
         let of_row = move |i: usize| (i, self.row[i].max(slots.start)..self.row[i + 1].min(slots.end));
         (first..self.rows()).map(of_row).take_while(|(_, slots)| !slots.is_empty())
     }
 
-    /// In which column a block is.
+    /// Column of the block in a slot.
     pub(super) fn column(&self, slot: usize) -> usize {
         self.column[slot] as usize
     }
 
-    /// Blocks on and above the diagonal.
+    /// The blocks on and above the diagonal.
     pub(super) fn values(&self) -> Values<'_> {
-        if self.is_rounded { Values::Rounded(&self.rounded) } else { Values::Exact(&self.values) }
+        if self.is_f32 { Values::F32(&self.f32_blocks) } else { Values::F64(&self.values) }
     }
 
-    /// Whether its blocks are in single precision.
-    pub fn is_rounded(&self) -> bool {
-        self.is_rounded
+    /// Whether the blocks off the diagonal are stored in single precision.
+    pub fn is_f32(&self) -> bool {
+        self.is_f32
     }
 
-    /// Rows.
+    /// Number of block rows: nodes.
     pub fn rows(&self) -> usize {
         self.row.len().saturating_sub(1)
     }
 
-    /// Blocks on and above the diagonal.
+    /// Number of blocks on and above the diagonal.
     pub fn blocks(&self) -> usize {
         self.column.len()
     }
 
-    /// Bytes held.
+    /// Memory, bytes.
     pub fn bytes(&self) -> usize {
-        let values = self.values.len() * size_of::<Block>() + self.rounded.bytes();
+        let values = self.values.len() * size_of::<Block>() + self.f32_blocks.bytes();
         values + self.column.len() * 4 + self.lower.len() * 8 + self.row.len() * 16
     }
 
-    /// Becomes `mass M + stiffness K + damping C` in the state of `nodes`.
+    /// Assembles `mass M + stiffness K + damping C` of a state, without energies of normals ([`Matrix::add_normals`]). `coupled` are the
+    /// coupled hinges of the body; without them their part is left out.
     ///
     /// # Errors
-    /// What the material says.
+    /// A material that fails.
     pub fn assemble(
         &mut self,
         pool: &Pool,
-        material: &dyn ForceModel,
-        sets: &[ElementSet],
-        (nodes, coupled): (&Nodes, Option<&mut Coupled>),
-        factors: Factors,
-        time: StepTime,
+        state: SystemState<'_>,
+        coupled: Option<&mut CoupledHinges>,
+        scales: SystemScales,
     ) -> Result<(), ForceError> {
-        self.is_rounded = factors.rounded && material.has_single();
-        let coupled = match (coupled, sets.iter().find(|set| is_coupled_hinges(set))) {
-            (Some(coupled), Some(set)) if factors.stiffness != 0.0 => {
-                if !factors.after_forces {
-                    coupled.strains(pool, material, (set, nodes, time))?;
+        self.is_f32 = scales.allow_f32 && state.material.has_single();
+        let coupled = match coupled {
+            Some(coupled) if scales.stiffness != 0.0 && state.sets.iter().any(is_coupled_hinges) => {
+                if !scales.strains_are_current {
+                    coupled.update_strains(pool, state)?;
                 }
                 Some(&*coupled)
             }
             _ => None,
         };
-        let from = Assembly { material, sets, nodes, time, coupled, factors };
-        if self.is_rounded {
+        let from = Assembly { state, coupled, scales };
+        if self.is_f32 {
             let pattern = Rows { row: &self.row, column: &self.column, lower_row: &self.lower_row, lower: &self.lower };
-            return self.rounded.assemble(pool, (&self.row, pattern, &self.strips), &from);
+            return self.f32_blocks.assemble(pool, pattern, &self.assembly, &from);
         }
-        let (row, mass) = (&self.row, &nodes.mass);
+        let (row, mass) = (&self.row, &state.nodes.mass);
         self.values.resize(self.column.len(), [0.0; 9]);
         let clear = |nodes: Range<usize>, blocks: &mut [Block]| {
             blocks.as_flattened_mut().fill(0.0);
             for (start, m) in row[nodes.clone()].iter().zip(&mass[nodes.clone()]) {
-                let (diagonal, m) = (&mut blocks[start - row[nodes.start]], factors.mass * m);
+                let (diagonal, m) = (&mut blocks[start - row[nodes.start]], scales.mass * m);
                 (diagonal[0], diagonal[4], diagonal[8]) = (m, m, m);
             }
         };
-        self.strips.run((pool, row), &mut self.values, &clear, &|set, chunk, blocks| {
-            from.add(set, chunk, (row[chunk.window.start], blocks))
+        self.assembly.run(pool, row, &mut self.values, &clear, &|set, chunk, blocks| {
+            from.add(set, chunk, BlocksMut { first: row[chunk.window.start], blocks })
         })
     }
 
-    /// Adds what stands for the stiffness of an energy of normals, which [`Matrix::assemble`] leaves out.
+    /// Adds the approximate Hessian of an energy of normals, which [`Matrix::assemble`] leaves out.
     pub fn add_normals(
         &mut self,
         pool: &Pool,
-        normals: &Normals,
-        (sets, nodes): (&[ElementSet], &Nodes),
-        factors: Factors,
+        normals: &NormalsEnergy,
+        sets: &[ElementSet],
+        nodes: &Nodes,
+        scales: SystemScales,
     ) {
-        let row = &self.row;
-        normals.tangent(pool, (sets, nodes), factors, (&|node: usize| row[node], &mut self.values));
+        normals.add_tangent(pool, sets, nodes, scales, &self.row, &mut self.values);
     }
 
-    /// Adds `stiffness` and `damping` times what the tools do to the diagonal.
+    /// Adds the springs and dampers of a tool to the diagonal, times the scales.
     pub fn add_diagonal(&mut self, springs: &NodeSprings, TangentScale { stiffness, damping }: TangentScale) {
         for (i, &node) in springs.nodes.iter().enumerate() {
             let mut more = [0.0; 9];
             for e in 0..9 {
                 more[e] = stiffness * springs.stiffness[i][e] + damping * springs.damping[i][e];
             }
-            if self.is_rounded {
-                self.rounded.add_own(node as usize, &more);
+            if self.is_f32 {
+                self.f32_blocks.add_tool(node as usize, &more);
                 continue;
             }
             let diagonal = &mut self.values[self.row[node as usize]];
@@ -277,24 +278,24 @@ impl Matrix {
         }
     }
 
-    /// `out = A x`
+    /// `out = A x`, in double precision (n x 3).
     pub fn product(&self, pool: &Pool, x: &[Vec3], out: &mut [Vec3]) {
         self.products(pool, [x], [out]);
     }
 
-    /// Several products, with the matrix read once.
+    /// `out[k] = A x[k]`, with the matrix read once.
     pub fn products<const K: usize>(&self, pool: &Pool, x: [&[Vec3]; K], out: [&mut [Vec3]; K]) {
-        pool.pieces(out, ROWS, &|first, out| self.rows_products(first, x, out));
+        pool.par_chunks(out, ROWS, &|first, out| self.rows_products(first, x, out));
     }
 
-    /// Its rows from `first` on.
+    /// Rows `first` on of `A x`, as many as `out` has.
     pub fn rows_product(&self, first: usize, x: &[Vec3], out: &mut [Vec3]) {
         self.rows_products(first, [x], [out]);
     }
 
     fn rows_products<const K: usize>(&self, first: usize, x: [&[Vec3]; K], out: [&mut [Vec3]; K]) {
-        match self.is_rounded {
-            true => self.rounded.rows_product(self.pattern(), first, x, out),
+        match self.is_f32 {
+            true => self.f32_blocks.rows_product(self.pattern(), first, x, out),
             false => rows_product(out, x, |i| self.row_at(first + i)),
         }
     }
@@ -314,12 +315,12 @@ impl Matrix {
         Row { values: &self.values, lower, upper: &self.values[upper.clone()], columns: &self.column[upper] }
     }
 
-    /// Where its blocks are.
+    /// The pattern.
     pub(super) fn pattern(&self) -> Rows<'_> {
         Rows { row: &self.row, column: &self.column, lower_row: &self.lower_row, lower: &self.lower }
     }
 
-    /// Adds `A u` to `out`, where `u` is zero but for `u_j`.
+    /// Adds the product with a vector that is u at node j and zero elsewhere to `out`.
     pub(super) fn add_column(&self, j: usize, u: Vec3, out: &mut [Vec3]) {
         let (lower, above, columns) = self.pattern().around(j);
         out[j] += matrix3(self.diagonal(j)) * u;
@@ -331,7 +332,7 @@ impl Matrix {
         }
     }
 
-    /// One row of a product with what `x` says of each node.
+    /// Row i of a product with the vectors `x` returns for each node.
     pub(super) fn row_of(&self, i: usize, x: impl Fn(usize) -> Vec3) -> Vec3 {
         let (lower, above, columns) = self.pattern().around(i);
         let mut sum = matrix3(self.diagonal(i)) * x(i);
@@ -344,31 +345,31 @@ impl Matrix {
         sum
     }
 
-    /// A block off the diagonal.
+    /// The block in a slot off the diagonal.
     fn block(&self, slot: usize) -> Block {
-        if self.is_rounded { self.rounded.blocks()[slot].map(f64::from) } else { self.values[slot] }
+        if self.is_f32 { self.f32_blocks.blocks()[slot].map(f64::from) } else { self.values[slot] }
     }
 
     /// The diagonal block of a node.
     #[inline(always)]
     pub fn diagonal(&self, i: usize) -> &Block {
-        if self.is_rounded { self.rounded.diagonal(i) } else { &self.values[self.row[i]] }
+        if self.is_f32 { self.f32_blocks.diagonal(i) } else { &self.values[self.row[i]] }
     }
 
     #[cfg(test)]
     pub(super) fn round(&mut self) {
-        self.rounded = Rounded::of(self.pattern(), &self.values);
-        self.is_rounded = true;
+        self.f32_blocks = F32Blocks::of(self.pattern(), &self.values);
+        self.is_f32 = true;
     }
 
     #[cfg(test)]
     pub(super) fn own(&self, i: usize) -> Block {
-        self.rounded.own(i).block()
+        self.f32_blocks.own(i).block()
     }
 
     #[cfg(test)]
     pub(super) fn portable_row(&self, i: usize, x: &[Vec3]) -> Vec3 {
-        self.rounded.portable_row(self.pattern(), i, x)
+        self.f32_blocks.portable_row(self.pattern(), i, x)
     }
 
     #[cfg(test)]

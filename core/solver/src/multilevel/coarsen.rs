@@ -1,35 +1,36 @@
-//! How a level is made coarser: by squares where its nodes lie about in a plane, by aggregates elsewhere.
+//! Coarsening of a level: by squares of a planar grid where its nodes lie nearly in a plane, by aggregates elsewhere.
 
 use super::aggregate::aggregated;
 use super::graph::{Graph, Weights};
-use super::squares::{Doubled, Laid, laid};
+use super::planar_grid::{CoarsenedAxes, PlanarGrid, planar_grid};
 use crate::algebra::Vec3;
 use crate::elements::ElementSet;
 use pliant_plugin_api::abi;
 
-/// Which nodes of a level are joined, and where they are, if squares are laid over them.
+/// The graph of a level, with its planar grid if there is one.
 #[derive(Debug)]
 pub struct Layout {
     graph: Graph,
-    laid: Option<Laid>,
+    grid: Option<PlanarGrid>,
 }
 
 /// A coarser level.
 #[derive(Debug)]
 pub struct Coarsened {
     pub layout: Layout,
-    /// What carries it over.
+    /// Weights of the prolongation to the finer level.
     pub weights: Weights,
-    /// Which ways it is coarser.
-    pub doubled: Doubled,
+    /// The axes along which it is coarser.
+    pub axes: CoarsenedAxes,
 }
 
-/// A level that keeps more of the nodes than this is not worth it; and one that is coarser one way only.
-const KEPT: f64 = 0.7;
-const KEPT_ONE_WAY: f64 = 0.8;
+/// A level that keeps more than this share of the nodes is not worth its cost.
+const MAX_KEPT: f64 = 0.7;
+/// The same for a level that is coarser along one axis only.
+const MAX_KEPT_ONE_AXIS: f64 = 0.8;
 
 impl Layout {
-    /// Of nodes at rest, m (n x 3), and the elements that have stiffness; hinges reach further than their triangles and are left out.
+    /// The finest level: rest positions, m (n x 3), and elements with stiffness except hinges, which reach beyond their triangles.
     pub fn of_elements(rest: &[Vec3], sets: &[ElementSet]) -> Self {
         let mut pairs = Vec::new();
         for set in sets.iter().filter(|set| set.has(abi::HAS_FORCES) && set.request().kind != abi::HINGE) {
@@ -39,40 +40,40 @@ impl Layout {
                 }
             }
         }
-        Self { graph: Graph::new(rest.len(), pairs), laid: laid(rest, sets) }
+        Self { graph: Graph::new(rest.len(), pairs), grid: planar_grid(rest, sets) }
     }
 
     #[cfg(test)]
-    pub fn of_triangles(laid: Option<Laid>, n: usize, triangles: &[[u32; 3]]) -> Self {
+    pub fn of_triangles(grid: Option<PlanarGrid>, n: usize, triangles: &[[u32; 3]]) -> Self {
         let pairs = triangles.iter().flat_map(|[a, b, c]| [[*a, *b], [*b, *a], [*b, *c], [*c, *b], [*c, *a], [*a, *c]]);
-        Self { graph: Graph::new(n, pairs.collect()), laid }
+        Self { graph: Graph::new(n, pairs.collect()), grid }
     }
 
-    /// Where its nodes are, if squares are laid over it.
-    pub fn laid(&self) -> Option<&Laid> {
-        self.laid.as_ref()
+    /// The planar grid, if there is one.
+    pub fn planar_grid(&self) -> Option<&PlanarGrid> {
+        self.grid.as_ref()
     }
 
-    /// Nodes there are.
+    /// Number of nodes.
     pub fn len(&self) -> usize {
         self.graph.len()
     }
 
-    /// A coarser level, and what carries it over; `None` if it is hardly coarser.
+    /// The next coarser level; `None` if it would hardly be coarser.
     pub fn coarsen(&self) -> Option<Coarsened> {
-        let is_worth = |nodes: usize, doubled| {
-            let kept = if doubled == Doubled::Both { KEPT } else { KEPT_ONE_WAY };
+        let is_worth = |nodes: usize, axes| {
+            let kept = if axes == CoarsenedAxes::Both { MAX_KEPT } else { MAX_KEPT_ONE_AXIS };
             nodes as f64 <= kept * self.len() as f64
         };
-        let Some(laid) = &self.laid else {
-            let ((graph, weights), doubled) = (aggregated(&self.graph), Doubled::Both);
-            let layout = Self { graph, laid: None };
-            return is_worth(layout.len(), doubled).then_some(Coarsened { layout, weights, doubled });
+        let Some(grid) = &self.grid else {
+            let ((graph, weights), axes) = (aggregated(&self.graph), CoarsenedAxes::Both);
+            let layout = Self { graph, grid: None };
+            return is_worth(layout.len(), axes).then_some(Coarsened { layout, weights, axes });
         };
-        laid.next().iter().find_map(|&doubled| {
-            let (corners, graph, weights) = laid.coarsened(doubled, &self.graph);
-            let layout = Self { graph, laid: Some(corners) };
-            is_worth(layout.len(), doubled).then_some(Coarsened { layout, weights, doubled })
+        grid.next().iter().find_map(|&axes| {
+            let (corners, graph, weights) = grid.coarsened(axes, &self.graph);
+            let layout = Self { graph, grid: Some(corners) };
+            is_worth(layout.len(), axes).then_some(Coarsened { layout, weights, axes })
         })
     }
 }

@@ -1,15 +1,15 @@
-//! The finest level of P: block Jacobi's share, and what comes from the coarser ones.
+//! The finest level of P: its share of block Jacobi, plus the prolongation of the coarse levels.
 
 use crate::lanes::symmetric::times;
 use crate::lanes::{LANES, Lanes, Sixteen, Vectors, Work, put, three};
 
-/// A level above the finest.
+/// The first coarse level.
 pub trait Coarser {
-    /// Adds what a sixteen of finest nodes takes of it.
+    /// Adds its prolongation to a sixteen of finest nodes.
     fn add<U: Lanes>(&self, unit: U, sixteen: usize, sum: [U::V; 3]) -> [U::V; 3];
 }
 
-/// Nodes, from a sixteen on: their own part of P, and that of all coarser levels; gives `r . h`.
+/// `h = P r` of nodes from a sixteen on. Returns their `r . h`.
 pub struct Finest<'a, C> {
     pub coarser: Option<&'a C>,
     pub first: usize,

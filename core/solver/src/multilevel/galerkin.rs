@@ -1,4 +1,4 @@
-//! The matrix of a coarser level, `P^T A P` (Galerkin), from lists of what each of its blocks is made of.
+//! The Galerkin matrix of a coarse level, `P^T A P`, from a list of terms for each of its blocks.
 
 use super::graph::Weights;
 use crate::algebra::SingleBlock;
@@ -7,20 +7,20 @@ use crate::threads::Pool;
 use std::cmp::Ordering;
 use std::ops::Range;
 
-/// What a block of the coarse matrix is made of: fine blocks as they are, then transposed ones.
+/// The terms of each coarse block: fine blocks as they are, then transposed ones.
 #[derive(Debug, Default)]
 pub struct Galerkin {
-    /// (coarse blocks x 2 + 1)
+    /// Where each list begins (coarse blocks x 2 + 1).
     start: Vec<u32>,
-    /// Fine slot and its weight.
+    /// Fine slots with their weights.
     terms: Vec<(u32, f32)>,
 }
 
-/// Blocks in a piece of work for a thread.
-const PIECE: usize = 256;
+/// Blocks in a chunk of work for a thread.
+const CHUNK: usize = 256;
 
 impl Galerkin {
-    /// Of a fine pattern and weights that lead to `coarse` nodes; and the coarse pattern.
+    /// Lists the terms for a fine pattern and weights of `coarse` nodes. Also returns the coarse pattern.
     pub fn new(fine: &Matrix, coarse: usize, weights: &Weights) -> (Self, Matrix) {
         let mut matrix = Matrix::default();
         matrix.set_pattern(coarse, |pair| {
@@ -59,17 +59,17 @@ impl Galerkin {
         (Self { start, terms }, matrix)
     }
 
-    /// Bytes held.
+    /// Memory, bytes.
     pub fn bytes(&self) -> usize {
         self.terms.len() * 8 + self.start.len() * 4
     }
 
-    /// Terms of the coarse blocks before one.
+    /// Number of terms before a coarse block.
     pub fn terms_before(&self, block: usize) -> usize {
         self.start[2 * block] as usize
     }
 
-    /// Fine blocks that some coarse ones are made of are among these.
+    /// A range of fine slots that contains all terms of some coarse blocks.
     pub fn sources(&self, blocks: Range<usize>) -> Range<usize> {
         let slots = self.terms[self.terms_before(blocks.start)..self.terms_before(blocks.end)]
             .iter()
@@ -77,10 +77,10 @@ impl Galerkin {
         slots.clone().min().map_or(0..0, |least| least..slots.max().map_or(0, |most| most + 1))
     }
 
-    /// Blocks `first` on of the coarse matrix from those of the fine one, which has one more behind them.
+    /// Computes coarse blocks `first` on from the fine ones, which have one more block behind them.
     pub fn update(&self, pool: &Pool, fine: &[SingleBlock], first: usize, coarse: &mut [SingleBlock]) {
         let fine = fine.as_flattened();
-        pool.pieces(coarse, PIECE, &|at, out| {
+        pool.par_chunks(coarse, CHUNK, &|at, out| {
             pulp::Arch::new().dispatch(Sums { galerkin: self, fine, first: first + at, out });
         });
     }

@@ -1,6 +1,6 @@
-//! Which nodes of a level are joined, and what carries a coarser level over to it.
+//! The adjacency of a level, and interpolation weights between levels.
 
-/// Neighbours of each node, without itself, rising.
+/// Adjacency: the neighbours of each node, without itself, rising.
 #[derive(Debug, Default)]
 pub struct Graph {
     start: Vec<usize>,
@@ -8,16 +8,16 @@ pub struct Graph {
 }
 
 impl Graph {
-    /// Of `n` nodes and the pairs of them that are joined, each both ways.
+    /// A graph of `n` nodes from its edges, each given in both directions.
     pub fn new(n: usize, mut pairs: Vec<[u32; 2]>) -> Self {
-        // One number is compared sooner than two.
+        // Sorting by one number is faster than by two.
         pairs.sort_unstable_by_key(|[a, b]| u64::from(*a) << 32 | u64::from(*b));
         pairs.dedup();
         let start = (0..=n as u32).map(|i| pairs.partition_point(|p| p[0] < i)).collect();
         Self { start, neighbour: pairs.iter().map(|p| p[1]).collect() }
     }
 
-    /// Nodes there are.
+    /// Number of nodes.
     pub fn len(&self) -> usize {
         self.start.len() - 1
     }
@@ -28,19 +28,19 @@ impl Graph {
     }
 }
 
-/// From a coarser level to a finer one: weights that add up to one on each node.
+/// Prolongation from a coarser level to a finer one; the weights of each fine node add up to one.
 #[derive(Debug, Default)]
 pub struct Weights {
-    /// (n + 1)
+    /// Where the terms of each fine node begin (n + 1).
     pub start: Vec<u32>,
     /// Coarse nodes of each fine one, rising.
     pub coarse: Vec<u32>,
-    /// 1
+    /// Weight of each term.
     pub weight: Vec<f32>,
 }
 
 impl Weights {
-    /// The same the other way, from `coarse` nodes: fine ones of each.
+    /// The transpose (restriction): fine nodes of each of `coarse` nodes.
     pub fn transposed(&self, coarse: usize) -> Self {
         let fine = 0..self.start.len() as u32 - 1;
         let mut terms: Vec<_> = fine.flat_map(|i| self.of(i as usize).map(move |(a, weight)| (a, i, weight))).collect();

@@ -74,7 +74,7 @@ impl Lookups {
         Some(this)
     }
 
-    /// Bytes held.
+    /// Memory, bytes.
     pub fn bytes(&self) -> usize {
         4 * self.start.len() + size_of_val(&self.lookups[..]) + size_of_val(&self.patterns[..])
     }

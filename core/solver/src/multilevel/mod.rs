@@ -1,42 +1,43 @@
-//! An additive multilevel preconditioner: on every level a share of block Jacobi, added up (Bramble, Pasciak and Xu 1990), but for those
-//! that only lead to the next.
+//! An additive multilevel preconditioner (Bramble, Pasciak and Xu 1990): the sum over all levels of a share of block Jacobi. Intermediate
+//! levels of a semicoarsened grid have no share.
 //!
-//! Coarse matrices are those of Galerkin, `P^T A P`, with weights that the mesh alone decides ([`coarsen`]). A sum of positive parts is
-//! positive whatever the matrix is, so nothing has to be estimated; a level costs its transfer and no product.
+//! Coarse matrices are Galerkin's, `P^T A P`, with interpolation weights from the mesh alone ([`coarsen`]). A sum of positive definite parts
+//! is positive definite whatever the matrix is, so nothing has to be estimated; a level costs its transfer and no product.
 
 mod aggregate;
-mod alike;
 mod coarsen;
-mod each;
+mod csr_transfer;
 mod finest;
 mod galerkin;
 mod graph;
 mod lookups;
+mod planar_grid;
 pub mod refresh;
-mod squares;
-mod transfer;
+mod structured_transfer;
+mod weights_by_row;
 
-use super::algebra::{Block, SingleBlock, Vec3, WIDEST, symmetric_inverse, width};
+use super::algebra::{Block, MAX_BLOCK_CONDITION, SingleBlock, Vec3, condition, symmetric_inverse};
 use super::elements::ElementSet;
 use super::lanes::Vectors;
 use super::matrix::Matrix;
 use super::threads::Pool;
-use alike::Alike;
 use coarsen::{Coarsened, Layout};
-use each::Each;
+use csr_transfer::CsrTransfer;
 use galerkin::Galerkin;
 use graph::Weights;
+use planar_grid::CoarsenedAxes;
 use refresh::{Due, PARTS};
-use squares::Doubled;
 use std::ops::Range;
+use structured_transfer::StructuredTransfer;
 
-/// Shares of block Jacobi: what takes the fewest iterations for many cloths and steps.
+/// Shares of block Jacobi by level, tuned for the fewest iterations over many cloths and steps.
 #[derive(Clone, Copy, Debug)]
 struct Shares {
+    /// Share on the finest level.
     finest: f64,
-    /// On the next level.
+    /// Share on the first coarse level.
     first: f64,
-    /// On each one after that, times the one before it.
+    /// Ratio of the shares of consecutive coarse levels.
     ratio: f64,
 }
 
@@ -45,12 +46,12 @@ const OF_SMOOTH_SQUARES: Shares = Shares { finest: 0.5, first: 0.2, ratio: 0.85 
 const OF_AGGREGATES: Shares = Shares { finest: 0.6, first: 0.4, ratio: 1.0 };
 
 impl Shares {
-    /// Of levels above the finest, by the ways in which each is coarser than the one before: where it takes two for both ways, the first
-    /// one only leads to the second.
-    fn of(&self, doubled: &[Doubled]) -> Vec<f64> {
-        let (mut share, mut shares) = (self.first, Vec::with_capacity(doubled.len()));
-        for at in 0..doubled.len() {
-            if doubled[at..].starts_with(&[Doubled::Across, Doubled::Along]) {
+    /// The share of each coarse level, given along which axes each is coarsened. Where two levels coarsen one axis each, the first of them has
+    /// no share.
+    fn of(&self, axes: &[CoarsenedAxes]) -> Vec<f64> {
+        let (mut share, mut shares) = (self.first, Vec::with_capacity(axes.len()));
+        for at in 0..axes.len() {
+            if axes[at..].starts_with(&[CoarsenedAxes::Across, CoarsenedAxes::Along]) {
                 shares.push(0.0);
             } else {
                 shares.push(share);
@@ -61,67 +62,78 @@ impl Shares {
     }
 }
 
-/// Nodes of the coarsest level, at most.
+/// Most nodes of the coarsest level.
 const COARSEST: usize = 12;
-/// Coarse nodes in a piece of work for a thread: they sum over many finer ones.
-const COARSE_PIECE: usize = 256;
+/// Fewest coarse nodes in a chunk of work for a thread: each sums over many finer ones.
+const COARSE_CHUNK: usize = 256;
 
-/// The levels above the finest, finer ones first.
+/// The preconditioner: the coarse levels, finer ones first.
 #[derive(Debug, Default)]
 pub struct Multilevel {
     levels: Vec<Level>,
     /// Share of block Jacobi on the finest level.
     finest: f64,
-    /// Of every part, coarse nodes by level, and the blocks of the finest level that they are made of.
-    parts: Vec<(Vec<Range<usize>>, Range<usize>)>,
-    way: Way,
+    /// Parts that are refreshed one after the other.
+    parts: Vec<Part>,
+    transfer: TransferOperator,
 }
 
-/// A level's matrix.
+/// A part of all levels that is refreshed together.
+#[derive(Debug)]
+struct Part {
+    /// Coarse nodes of each level.
+    nodes: Vec<Range<usize>>,
+    /// Slots of the finest level's blocks that they depend on.
+    sources: Range<usize>,
+}
+
+/// The matrix of a coarse level.
 #[derive(Debug)]
 struct Level {
     galerkin: Galerkin,
-    /// Of block Jacobi; none of what only leads to the next level.
+    /// Share of block Jacobi; 0 on an intermediate level.
     share: f64,
-    /// Where the diagonal blocks are.
+    /// Slots of the diagonal blocks.
     diagonal: Vec<u32>,
     values: Vec<SingleBlock>,
 }
 
-/// How to go up the levels and down again.
+/// Restriction and prolongation between the levels.
 #[derive(Debug)]
-enum Way {
-    Alike(Alike),
-    Each(Each),
+enum TransferOperator {
+    /// Sixteen nodes at a time, on regular meshes.
+    Structured(StructuredTransfer),
+    /// Node by node.
+    Csr(CsrTransfer),
 }
 
-impl Default for Way {
+impl Default for TransferOperator {
     fn default() -> Self {
-        Self::Each(Each::default())
+        Self::Csr(CsrTransfer::default())
     }
 }
 
 impl Multilevel {
-    /// For a body's elements, its nodes at rest, m (n x 3), and the pattern of its matrix.
+    /// Builds the levels for the pattern of a body's matrix, its elements and its rest positions, m (n x 3).
     pub fn new(matrix: &Matrix, sets: &[ElementSet], rest: &[Vec3]) -> Self {
         let mut layout = Layout::of_elements(rest, sets);
-        let shares = match layout.laid() {
-            Some(laid) if laid.is_smooth() => OF_SMOOTH_SQUARES,
+        let shares = match layout.planar_grid() {
+            Some(grid) if grid.is_smooth() => OF_SMOOTH_SQUARES,
             Some(_) => OF_SQUARES,
             None => OF_AGGREGATES,
         };
-        let (mut transfers, mut all_doubled) = (Vec::new(), Vec::new());
-        while let Some(Coarsened { layout: next, weights, doubled }) =
+        let (mut transfers, mut all_axes) = (Vec::new(), Vec::new());
+        while let Some(Coarsened { layout: next, weights, axes }) =
             Some(&layout).filter(|layout| layout.len() > COARSEST).and_then(Layout::coarsen)
         {
             transfers.push((weights, next.len()));
-            all_doubled.push(doubled);
+            all_axes.push(axes);
             layout = next;
         }
-        Self::of(matrix, &transfers, shares.finest, &shares.of(&all_doubled))
+        Self::of(matrix, &transfers, shares.finest, &shares.of(&all_axes))
     }
 
-    /// For levels that are led to by these weights, with how many nodes they have, and shares of block Jacobi.
+    /// Builds the levels from the weights of each, its number of nodes, and the shares of block Jacobi.
     fn of(matrix: &Matrix, transfers: &[(Weights, usize)], finest: f64, shares: &[f64]) -> Self {
         let (mut levels, mut finer) = (Vec::with_capacity(transfers.len()), None);
         for ((weights, coarse), share) in transfers.iter().zip(shares) {
@@ -129,55 +141,58 @@ impl Multilevel {
             levels.push(level);
             finer = Some(pattern);
         }
-        let way = Alike::new(transfers, shares).map_or_else(|| Way::Each(Each::new(transfers)), Way::Alike);
-        Self { parts: parts(&levels), levels, finest, way }
+        let transfer = match StructuredTransfer::new(transfers, shares) {
+            Some(structured) => TransferOperator::Structured(structured),
+            None => TransferOperator::Csr(CsrTransfer::new(transfers)),
+        };
+        Self { parts: parts(&levels), levels, finest, transfer }
     }
 
-    /// Bytes held.
+    /// Memory, bytes.
     pub fn bytes(&self) -> usize {
         let of = |level: &Level| {
             level.galerkin.bytes() + level.diagonal.len() * 4 + level.values.len() * size_of::<SingleBlock>()
         };
-        let way = match &self.way {
-            Way::Alike(way) => way.bytes(),
-            Way::Each(way) => way.bytes(),
+        let transfer = match &self.transfer {
+            TransferOperator::Structured(transfer) => transfer.bytes(),
+            TransferOperator::Csr(transfer) => transfer.bytes(),
         };
-        way + self.levels.iter().map(of).sum::<usize>()
+        transfer + self.levels.iter().map(of).sum::<usize>()
     }
 
-    /// Blocks of the finest level that are needed for what is due.
+    /// Slots of the finest level's blocks that a refresh reads.
     pub fn sources(&self, due: Due) -> Range<usize> {
         match due {
-            Due::All => 0..self.parts.iter().map(|(_, slots)| slots.end).max().unwrap_or(0),
-            Due::Part(part) => self.parts[part].1.clone(),
+            Due::All => 0..self.parts.iter().map(|part| part.sources.end).max().unwrap_or(0),
+            Due::Part(part) => self.parts[part].sources.clone(),
         }
     }
 
-    /// Makes what is due from values of the finest level.
+    /// Refreshes what is due from the blocks of the finest level.
     pub fn update(&mut self, pool: &Pool, values: &[SingleBlock], due: Due) {
         for at in 0..self.levels.len() {
             let nodes = match due {
                 Due::All => 0..self.levels[at].diagonal.len(),
-                Due::Part(part) => self.parts[part].0[at].clone(),
+                Due::Part(part) => self.parts[part].nodes[at].clone(),
             };
             let (finer, rest) = self.levels.split_at_mut(at);
             rest[0].update(pool, finer.last().map_or(values, |level| &level.values), nodes.clone());
-            // Inverses of levels that only lead to the next stay zero.
+            // Inverses of intermediate levels stay zero.
             for node in if rest[0].share > 0.0 { nodes } else { 0..0 } {
                 let inverse = rest[0].inverse(node);
-                match &mut self.way {
-                    Way::Alike(way) => way.put(at, node, &inverse),
-                    Way::Each(way) => way.put(at, node, &inverse),
+                match &mut self.transfer {
+                    TransferOperator::Structured(transfer) => transfer.put(at, node, &inverse),
+                    TransferOperator::Csr(transfer) => transfer.put(at, node, &inverse),
                 }
             }
         }
     }
 
-    /// `h = P r`, with `inverse` for the share of the finest level, by sixteen nodes; gives `r.h`, where `r` is zero for what may not move.
+    /// `h = P r`, with `inverse` for the finest level, by sixteen nodes. Returns `r . h`; `r` must be zero in constrained directions.
     pub fn apply(&mut self, pool: &Pool, inverse: &[f32], r: &[Vectors], h: &mut [Vectors]) -> f64 {
-        match &mut self.way {
-            Way::Alike(way) => way.apply(pool, inverse, r, h),
-            Way::Each(way) => way.apply(pool, inverse, r, h),
+        match &mut self.transfer {
+            TransferOperator::Structured(transfer) => transfer.apply(pool, inverse, r, h),
+            TransferOperator::Csr(transfer) => transfer.apply(pool, inverse, r, h),
         }
     }
 
@@ -187,8 +202,8 @@ impl Multilevel {
     }
 }
 
-/// Cuts levels into parts that take about as long to make, finer levels first.
-fn parts(levels: &[Level]) -> Vec<(Vec<Range<usize>>, Range<usize>)> {
+/// Cuts the levels into parts that take about equally long to refresh.
+fn parts(levels: &[Level]) -> Vec<Part> {
     let mut total = 0;
     let mut ends: Vec<Vec<usize>> = Vec::with_capacity(levels.len());
     for level in levels {
@@ -204,20 +219,20 @@ fn parts(levels: &[Level]) -> Vec<(Vec<Range<usize>>, Range<usize>)> {
             .first()
             .zip(nodes.first())
             .map_or(0..0, |(level, nodes)| level.galerkin.sources(level.block(nodes.start)..level.block(nodes.end)));
-        (nodes, sources)
+        Part { nodes, sources }
     };
     (0..PARTS).map(part).collect()
 }
 
 impl Level {
-    /// And the pattern of its matrix.
+    /// A level of `coarse` nodes, and the pattern of its matrix.
     fn new(fine: &Matrix, coarse: usize, weights: &Weights, share: f64) -> (Self, Matrix) {
         let (galerkin, pattern) = Galerkin::new(fine, coarse, weights);
         let diagonal = (0..coarse).map(|a| pattern.diagonal_slot(a) as u32).collect();
         (Self { galerkin, share, diagonal, values: vec![[0.0; 9]; pattern.blocks() + 1] }, pattern)
     }
 
-    /// Where the blocks of coarse nodes from one on begin.
+    /// Slot of the first block of a coarse node.
     fn block(&self, node: usize) -> usize {
         self.diagonal.get(node).map_or(self.values.len() - 1, |slot| *slot as usize)
     }
@@ -227,12 +242,12 @@ impl Level {
         self.galerkin.update(pool, fine, blocks.start, &mut self.values[blocks]);
     }
 
-    /// Of a coarse node, times the level's share.
+    /// Inverse of the diagonal block of a coarse node, times the level's share.
     fn inverse(&self, node: usize) -> Block {
-        // Where nothing moves, or rounding has left too little, there is nothing to add.
+        // A block that is zero (nothing moves), or singular up to rounding, adds nothing.
         let block = self.values[self.diagonal[node] as usize].map(f64::from);
         let least = |b: &Block| b[0].min(b[4]).min(b[8]);
-        let sound = |m: &Block| least(&block).min(least(m)) > 0.0 && width(&block, m) <= WIDEST;
+        let sound = |m: &Block| least(&block).min(least(m)) > 0.0 && condition(&block, m) <= MAX_BLOCK_CONDITION;
         symmetric_inverse(&block).filter(sound).map_or([0.0; 9], |m| m.map(|c| self.share * c))
     }
 }
@@ -298,7 +313,7 @@ mod tests {
     fn part_by_part_everything_is_made_of_what_it_needs() {
         for is_regular in [true, false] {
             let ((mut whole, values), mut parts) = (levels(is_regular), levels(is_regular).0);
-            assert_eq!(matches!(whole.way, Way::Alike(_)), is_regular);
+            assert_eq!(matches!(whole.transfer, TransferOperator::Structured(_)), is_regular);
             let pool = Pool::new(1);
             whole.update(&pool, &values[..], Due::All);
             for part in 0..PARTS {
@@ -315,7 +330,7 @@ mod tests {
 
     #[test]
     fn of_two_levels_that_are_coarser_one_way_each_the_second_one_has_the_share() {
-        use Doubled::{Across, Along, Both};
+        use CoarsenedAxes::{Across, Along, Both};
         let shares = Shares { finest: 0.5, first: 1.0, ratio: 0.5 };
         let of_each = [(Across, 0.0), (Along, 1.0), (Across, 0.0), (Along, 0.5), (Along, 0.25), (Across, 0.125)];
         assert_eq!(shares.of(&of_each.map(|each| each.0)), of_each.map(|each| each.1));
@@ -342,7 +357,7 @@ mod tests {
             let [first, second] = two;
             let mut halves = Multilevel::of(&matrix, &[(first, some), (second, few)], 0.5, &[0.0, 0.25]);
             let mut whole = Multilevel::of(&matrix, &[(one, few)], 0.5, &[0.25]);
-            assert_eq!(matches!(halves.way, Way::Alike(_)), is_regular);
+            assert_eq!(matches!(halves.transfer, TransferOperator::Structured(_)), is_regular);
             for levels in [&mut halves, &mut whole] {
                 levels.update(&Pool::new(1), &values, Due::All);
             }

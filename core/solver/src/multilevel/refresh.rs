@@ -1,22 +1,22 @@
-//! When what was made for one matrix is made anew.
+//! Schedule for refreshing the coarse levels of a preconditioner.
 //!
-//! A body changes little from step to step, so the coarse levels of a preconditioner are good for a few. Part by part they are made
-//! anew, so that no step takes longer than others; all of it where iterations have grown, or where the matrix has another scale.
+//! A body changes little from step to step, so coarse levels serve several steps. They are refreshed part by part, so that no step takes
+//! longer than others, and as a whole when iterations have grown or the matrix has another scale.
 
-/// Of something that was made for a matrix.
+/// The state of the schedule.
 #[derive(Debug, Default)]
 pub struct Refresh {
-    /// Whether it serves at all.
-    serves: bool,
-    /// Next part to be made anew.
+    /// Whether the levels are usable.
+    valid: bool,
+    /// Next part to refresh.
     part: usize,
-    /// Of the matrix it was made for.
+    /// Scale of the matrix the levels were built for.
     scale: f64,
-    /// Iterations that the first solve took since a round began.
+    /// Iterations of the first solve since the round began.
     first: Option<usize>,
 }
 
-/// What is to be made anew for the next matrix.
+/// What to refresh for the next matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Due {
     /// Everything.
@@ -25,22 +25,22 @@ pub enum Due {
     Part(usize),
 }
 
-/// Matrices until all of it was made anew.
+/// Number of parts: after so many matrices every part was refreshed.
 pub const PARTS: usize = 8;
 
-/// Iterations that are no sign of age.
+/// Growth in iterations that is no sign of outdated levels.
 const FEW: usize = 8;
 
 impl Refresh {
-    /// It is not to serve any longer.
+    /// Declares the levels outdated.
     pub fn end(&mut self) {
-        self.serves = false;
+        self.valid = false;
     }
 
-    /// What has to be made anew for the next matrix, which is taken for done.
+    /// What to refresh for the next matrix; counts as done.
     pub fn due(&mut self, scale: f64) -> Due {
-        if !self.serves || self.scale != scale {
-            *self = Self { serves: true, part: 0, scale, first: None };
+        if !self.valid || self.scale != scale {
+            *self = Self { valid: true, part: 0, scale, first: None };
             return Due::All;
         }
         let part = self.part;
@@ -51,8 +51,8 @@ impl Refresh {
         Due::Part(part)
     }
 
-    /// Tells what the solve with it took.
-    pub fn took(&mut self, iterations: usize) {
+    /// Records the iterations of a solve.
+    pub fn record_iterations(&mut self, iterations: usize) {
         let first = *self.first.get_or_insert(iterations);
         if iterations > first + first / 4 + FEW {
             self.end();
@@ -65,12 +65,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_serves_until_it_is_slow_or_of_another_scale_and_is_made_anew_part_by_part() {
+    fn it_valid_until_it_is_slow_or_of_another_scale_and_is_made_anew_part_by_part() {
         let mut refresh = Refresh::default();
         let made = |refresh: &mut Refresh, iterations: &[usize]| -> Vec<Due> {
             let serve = |&count: &usize| {
                 let due = refresh.due(0.5);
-                refresh.took(count);
+                refresh.record_iterations(count);
                 due
             };
             iterations.iter().map(serve).collect()

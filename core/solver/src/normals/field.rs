@@ -64,7 +64,7 @@ impl Field {
             }
             Ok::<(), std::convert::Infallible>(())
         });
-        pool.pieces((&mut normal[..], &mut inverse[..]), PIECE, &|first, (normal, inverse)| {
+        pool.par_chunks((&mut normal[..], &mut inverse[..]), PIECE, &|first, (normal, inverse)| {
             for (i, (n, inverse)) in normal.iter_mut().zip(inverse).enumerate() {
                 *inverse = 1.0 / n.norm().max(least[first + i]);
                 *n *= *inverse;
@@ -74,7 +74,7 @@ impl Field {
 
     /// To `force` adds that of `parts`: forces at fixed normals, N, and slopes in the normals, J, which become slopes in N.
     pub(super) fn pull_back(&self, pool: &Pool, x: &[Vec3], parts: &mut [[f64; 6]], force: &mut [Vec3]) {
-        pool.pieces((&mut *parts, &mut *force), PIECE, &|first, (parts, force)| {
+        pool.par_chunks((&mut *parts, &mut *force), PIECE, &|first, (parts, force)| {
             for (i, ([fx, fy, fz, p, q, r], f)) in parts.iter_mut().zip(force).enumerate() {
                 *f += Vec3::new(*fx, *fy, *fz);
                 let (n, inverse, slope) = (self.normal[first + i], self.inverse[first + i], Vec3::new(*p, *q, *r));

@@ -1,38 +1,39 @@
-//! Energies of vertex normals: the material gives E(x, n) of its triangles, the normals and what they do to the nodes are found here.
+//! Energies of vertex normals: the material gives E(x, n) of its triangles; the normals, and the forces through them, are computed here.
 //!
 //! A normal needs the ring of its vertex, which a material does not see. Forces are those of E at fixed normals, as Tripicchio,
 //! D'Avella and Ruffaldi (2022) have them, and what the normals add as they turn; without that angular momentum is lost. As a
 //! matrix the former alone would brake every turn, so hinges stand for all of it.
 
 mod field;
+mod hessian_approximation;
 mod hinge;
 mod prepare;
-mod stand_in;
 
 use super::algebra::{Block, Vec3};
 use super::elements::ElementSet;
-use super::factors::Factors;
+use super::hinge_assembly::{Hinges, add_outer};
 use super::nodes::Nodes;
-use super::outer::{Hinges, add_outer};
+use super::system::SystemState;
+use super::system_scales::SystemScales;
 use super::threads::Pool;
-use crate::force_model::{ForceError, ForceModel, StepTime};
+use crate::force_model::ForceError;
 use field::Field;
+use hessian_approximation::share;
 use pliant_plugin_api::abi;
-use stand_in::share;
 
-/// The energy of normals of a body.
+/// An energy of the vertex normals of a body.
 #[derive(Debug, Default)]
-pub struct Normals {
-    /// Hinge of each triangle's sides 01, 12, 20, or `u32::MAX` (t x 3).
+pub struct NormalsEnergy {
+    /// Hinge of each triangle's sides 01, 12, 20, or `u32::MAX` for none (t x 3).
     pub sides: Vec<[u32; 3]>,
     field: Field,
-    /// N and J, forces at fixed normals and slopes in them (n x 6)
+    /// Of each node the force at fixed normals, N, and the slope in its normal, J (n x 6).
     parts: Vec<[f64; 6]>,
-    /// N m, of what stands for the energy (h)
+    /// Stiffness of each hinge that approximates the energy, N m (h).
     stiffness: Vec<f64>,
 }
 
-/// Whether a set is of triangles or hinges that normals are wanted for.
+/// Whether a set consists of triangles or hinges of an energy of normals.
 pub fn wants_normals(set: &ElementSet) -> bool {
     set.has(abi::WANTS_NORMALS)
 }
@@ -41,18 +42,13 @@ fn of_kind(sets: &[ElementSet], kind: u32) -> Option<&ElementSet> {
     sets.iter().find(|set| wants_normals(set) && set.request().kind == kind)
 }
 
-impl Normals {
-    /// Adds what the energy does to the nodes, N (n x 3).
+impl NormalsEnergy {
+    /// Adds the forces of the energy, N, to `force` (n x 3).
     ///
     /// # Errors
-    /// What the material says.
-    pub fn forces(
-        &mut self,
-        pool: &Pool,
-        material: &dyn ForceModel,
-        (sets, nodes, time): (&[ElementSet], &Nodes, StepTime),
-        force: &mut [Vec3],
-    ) -> Result<(), ForceError> {
+    /// A material that fails.
+    pub fn forces(&mut self, pool: &Pool, state: SystemState<'_>, force: &mut [Vec3]) -> Result<(), ForceError> {
+        let SystemState { material, sets, nodes, time } = state;
         let Some(set) = of_kind(sets, abi::TRIANGLE) else { return Ok(()) };
         self.field.load(pool, &nodes.x);
         self.parts.fill([0.0; 6]);
@@ -64,17 +60,12 @@ impl Normals {
         Ok(())
     }
 
-    /// J
+    /// The energy of a state, J.
     ///
     /// # Errors
-    /// What the material says.
-    pub fn energy(
-        &mut self,
-        material: &dyn ForceModel,
-        sets: &[ElementSet],
-        nodes: &Nodes,
-        time: StepTime,
-    ) -> Result<f64, ForceError> {
+    /// A material that fails.
+    pub fn energy(&mut self, state: SystemState<'_>) -> Result<f64, ForceError> {
+        let SystemState { material, sets, nodes, time } = state;
         let Some(set) = of_kind(sets, abi::TRIANGLE) else { return Ok(0.0) };
         self.field.load(&Pool::new(1), &nodes.x);
         let normals = bytemuck::cast_slice(&self.field.normal);
@@ -83,38 +74,40 @@ impl Normals {
         })
     }
 
-    /// Adds what stands for its stiffness to a matrix; `bound` is the first block of a node.
-    pub fn tangent(
+    /// Adds the approximate Hessian of the energy to the blocks of a matrix, of which node i has `row[i]..row[i + 1]`.
+    pub fn add_tangent(
         &self,
         pool: &Pool,
-        (sets, nodes): (&[ElementSet], &Nodes),
-        factors: Factors,
-        (bound, blocks): (&(impl Fn(usize) -> usize + Sync), &mut [Block]),
+        sets: &[ElementSet],
+        nodes: &Nodes,
+        scales: SystemScales,
+        row: &[usize],
+        blocks: &mut [Block],
     ) {
         let Some(set) = of_kind(sets, abi::HINGE) else { return };
-        let factor = factors.stiffness * share(factors.stand_in);
+        let factor = scales.stiffness * share(scales.hessian);
         if factor == 0.0 {
             return;
         }
-        let Ok(()) = set.schedule.run(pool, blocks, bound, &|chunk, blocks| {
+        let Ok(()) = set.schedule.run(pool, blocks, &|node| row[node], &|chunk, blocks| {
             let range = chunk.range.clone();
             let corners = &set.nodes().as_chunks::<4>().0[range.clone()];
-            let folds = Folds { corners, x: &nodes.x, stiffness: &self.stiffness[range.clone()], factor };
-            add_outer(&set.slots[10 * range.start..10 * range.end], bound(chunk.window.start), blocks, &folds);
+            let terms = HingeHessian { corners, x: &nodes.x, stiffness: &self.stiffness[range.clone()], factor };
+            add_outer(&set.slots[10 * range.start..10 * range.end], row[chunk.window.start], blocks, &terms);
             Ok::<(), std::convert::Infallible>(())
         });
     }
 }
 
-/// Hinges that stand for the energy.
-struct Folds<'a> {
+/// Terms `k g g^T` of hinges that approximate the Hessian.
+struct HingeHessian<'a> {
     corners: &'a [[u32; 4]],
     x: &'a [Vec3],
     stiffness: &'a [f64],
     factor: f64,
 }
 
-impl Hinges for Folds<'_> {
+impl Hinges for HingeHessian<'_> {
     #[inline(always)]
     fn hinge(&self, e: usize) -> ([Vec3; 4], f64) {
         (hinge::gradient(self.corners[e].map(|n| self.x[n as usize])), self.factor * self.stiffness[e])

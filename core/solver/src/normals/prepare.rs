@@ -1,11 +1,11 @@
-//! Which triangles make which normals, and how stiff the hinges are that stand for their energy.
+//! Preparation of an energy of normals: the triangles around each normal, and the hinges that approximate the Hessian.
 //!
 //! The normal of a clamped edge is that of the mirror image beyond it, which is held; a normal at a triangle that is held altogether
 //! is that of the triangle. So a clamp is where it was set, not half a cell on.
 
 use super::field::{Facet, Field};
-use super::stand_in::Around;
-use super::{Normals, of_kind};
+use super::hessian_approximation::Around;
+use super::{NormalsEnergy, of_kind};
 use crate::constraint::Constraint;
 use crate::elements::ElementSet;
 use crate::elements::chunk::Chunk;
@@ -13,11 +13,11 @@ use crate::force_model::{ForceError, ForceModel, StepTime};
 use crate::nodes::Nodes;
 use pliant_plugin_api::abi;
 
-impl Normals {
-    /// After nodes or elements have changed.
+impl NormalsEnergy {
+    /// Finds the triangles of each normal and the stiffness of the hinges. Call it after nodes or elements have changed.
     ///
     /// # Errors
-    /// What the material says.
+    /// A material that fails.
     pub fn prepare(&mut self, material: &dyn ForceModel, sets: &[ElementSet], nodes: &Nodes) -> Result<(), ForceError> {
         let (Some(triangles), Some(hinges)) = (of_kind(sets, abi::TRIANGLE), of_kind(sets, abi::HINGE)) else {
             return Ok(());
@@ -59,7 +59,7 @@ impl Normals {
             .collect()
     }
 
-    /// Finds how stiff each hinge is that stands for the energy.
+    /// Computes the stiffness of the hinges that approximate the energy.
     fn stiffen(
         &mut self,
         triangles: &[[u32; 3]],

@@ -3,41 +3,41 @@
 //! The method of Baraff and Witkin (1998) in the form of Ascher and Boxerman (2003): PCG on the projected system, warm
 //! started, with the right scale in its stopping test. The preconditioner is block Jacobi of the *constrained* blocks,
 //! `S (S A_ii S + I - S)^-1 S`, which halves the iterations against the unconstrained ones, alone or as the finest level of
-//! [`super::multilevel`]. A residual that would move no position by its last digit is nothing: without that a body at rest
-//! would iterate on rounding. Iterations are in single precision ([`self::inner`]), residuals in double.
+//! [`super::multilevel`]. A residual that would move no position by its last digit counts as zero: without that a body at rest
+//! would iterate on rounding. Iterations are in single precision ([`self::f32_corrections`]), residuals in double.
 
-mod double;
-mod guess;
-mod held;
-mod inner;
-mod inverses;
-pub mod peek;
+mod block_jacobi;
+mod constrained_nodes;
+mod f32_corrections;
+mod f64_solver;
+pub mod filtered_system;
+mod initial_guess;
+pub mod partial_solution;
 mod residual;
-pub mod solve;
 
 use super::algebra::Vec3;
 use super::elements::ElementSet;
 use super::matrix::Matrix;
 use super::threads::{NODES, Pool};
-use double::Double;
-use guess::Guess;
-use held::Held;
-use inner::{Inner, Watch};
-use residual::{Left, Squares};
-use solve::{Solve, SolveReport};
+use constrained_nodes::ConstrainedNode;
+use f32_corrections::{CorrectionGoal, F32Corrections, StopTest};
+use f64_solver::F64Solver;
+use filtered_system::{FilteredSystem, SolveReport, StoppingTest};
+use initial_guess::InitialGuess;
+use residual::{Residual, SquaredNorm};
 
-/// What stands for the inverse of the matrix.
+/// Approximation of the inverse of the matrix, P.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Preconditioner {
-    /// Each node by itself: for matrices that are nearly those of the masses.
+    /// Inverses of the diagonal blocks: for matrices dominated by the masses.
     #[default]
     BlockJacobi,
-    /// Levels of ever coarser bodies: for stiff ones, iterations hardly grow with the mesh.
+    /// An additive multilevel method: for stiff bodies; iterations hardly grow with the mesh.
     Multilevel,
 }
 
 impl Preconditioner {
-    /// As scenes write it.
+    /// Name in scene files, such as `block-jacobi`.
     pub fn name(self) -> &'static str {
         match self {
             Self::BlockJacobi => "block-jacobi",
@@ -46,28 +46,44 @@ impl Preconditioner {
     }
 }
 
-/// Vectors of a solve, kept from one to the next.
+/// The preconditioned conjugate gradient solver of one body, with its work vectors and what it learns from one solve to the next.
 #[derive(Debug, Default)]
 pub struct Pcg {
-    /// Which preconditioner.
+    /// The preconditioner.
     pub preconditioner: Preconditioner,
-    /// The solution; on entry the guess.
+    /// The solution (n x 3); on entry the initial guess.
     pub x: Vec<Vec3>,
-    guess: Guess,
+    guess: InitialGuess,
     /// `A x` of the last solve.
     product: Vec<Vec3>,
     r: Vec<Vec3>,
-    inner: Inner,
-    double: Double,
+    inner: F32Corrections,
+    double: F64Solver,
 }
 
-/// Of what is enough, what a correction is asked for: what it says of itself is off by the rounding of its own.
-const MARGIN: f64 = 0.95;
-/// Of a residual, squared, what a correction has to leave less than: twice in a row more, and it is as good as it gets.
-const SLOWEST: f64 = 0.25;
+/// Safety factor on the target of a correction, whose own residual is off by its rounding.
+const TARGET_MARGIN: f64 = 0.95;
+/// A correction that leaves more than this share of `r . P r` is slow; after two slow ones single precision has no more to give.
+const SLOW_REDUCTION: f64 = 0.25;
+
+/// A velocity field and its product with the matrix, `A v`, which explicit right sides need.
+pub struct Momentum<'a> {
+    /// Velocities, m/s (n x 3).
+    pub v: &'a [Vec3],
+    /// Receives `A v`, N s (n x 3).
+    pub product: &'a mut [Vec3],
+}
+
+/// Which product a residual is formed with.
+enum ResidualOf {
+    /// `A x`, in `product`.
+    Solution,
+    /// `A (I - S) z`, in `r` itself.
+    Prescribed,
+}
 
 impl Pcg {
-    /// Room for `n` nodes; the guess is zero.
+    /// Makes room for `n` nodes and sets the guess to zero.
     pub fn resize(&mut self, n: usize) {
         for field in [&mut self.x, &mut self.product, &mut self.r] {
             field.clear();
@@ -78,61 +94,66 @@ impl Pcg {
         self.double.resize(n);
     }
 
-    /// The next guess is zero.
+    /// Sets the next guess to zero.
     pub fn forget(&mut self) {
         self.x.fill(Vec3::zeros());
         self.guess.forget();
         self.inner.forget();
     }
 
-    /// Finds the levels, if they are wanted and not there since the nodes or elements changed.
+    /// Builds the levels of the multilevel preconditioner, if it is chosen and there are none since nodes or elements changed.
+    /// `rest` are rest positions, m (n x 3).
     pub fn prepare(&mut self, matrix: &Matrix, sets: &[ElementSet], rest: &[Vec3]) {
         if self.preconditioner == Preconditioner::Multilevel {
             self.inner.prepare(matrix, sets, rest);
         }
     }
 
-    /// Nodes that were not free in the last solve, and what the matrix makes there of the solution.
-    pub fn held(&self) -> impl Iterator<Item = (usize, Vec3)> {
-        self.inner.held().iter().map(|held| (held.node(), self.product[held.node()]))
+    /// Nodes that were constrained in the last solve, each with its row of `A x`.
+    pub fn constrained(&self) -> impl Iterator<Item = (usize, Vec3)> {
+        self.inner.constrained().iter().map(|node| (node.index(), self.product[node.index()]))
     }
 
-    /// Bytes held.
+    /// Memory of vectors, matrices and levels, bytes.
     pub fn bytes(&self) -> usize {
         3 * self.x.len() * size_of::<Vec3>() + self.guess.bytes() + self.inner.bytes() + self.double.bytes()
     }
 
-    /// Before the first solve with a matrix: the guess, and what the matrix makes of it; and of `also` besides, which it puts into
-    /// the second.
-    pub fn guess(&mut self, pool: &Pool, matrix: &Matrix, also: Option<(&[Vec3], &mut [Vec3])>) {
-        self.guess.go_on(pool, &mut self.x);
-        self.load(pool, matrix, also);
+    /// Extrapolates an initial guess from the last solutions, and loads the matrix. Call it before the first solve with a matrix; `momentum`
+    /// receives its product on the way.
+    pub fn guess(&mut self, pool: &Pool, matrix: &Matrix, momentum: Option<Momentum<'_>>) {
+        self.guess.extrapolate(pool, &mut self.x);
+        self.load(pool, matrix, momentum);
     }
 
-    /// The second half of that: takes over a matrix, and finds what it makes of the guess.
-    pub fn load(&mut self, pool: &Pool, matrix: &Matrix, also: Option<(&[Vec3], &mut [Vec3])>) {
+    /// Loads a matrix and computes its product with the guess.
+    pub fn load(&mut self, pool: &Pool, matrix: &Matrix, momentum: Option<Momentum<'_>>) {
         self.inner.load(pool, matrix);
-        match also {
-            Some((x, out)) => self.inner.products(pool, matrix, [&self.x, x], [&mut self.product, out]),
+        match momentum {
+            Some(Momentum { v: x, product: out }) => {
+                self.inner.products(pool, matrix, [&self.x, x], [&mut self.product, out])
+            }
             None => self.inner.products(pool, matrix, [&self.x], [&mut self.product]),
         }
     }
 
-    /// Solves, starting from [`Pcg::guess`] or the last solution with the same matrix.
-    pub fn solve(&mut self, pool: &Pool, system: &Solve<'_>) -> SolveReport {
-        self.solve_watched(pool, system, &mut |_| false)
+    /// Solves a system into `self.x`, starting from [`Pcg::guess`] or from the last solution with the same matrix.
+    pub fn solve(&mut self, pool: &Pool, system: &FilteredSystem<'_>) -> SolveReport {
+        self.solve_until(pool, system, &mut |_| false)
     }
 
-    /// The same, unless `watch` has seen enough before it is done.
-    pub fn solve_watched(&mut self, pool: &Pool, system: &Solve<'_>, watch: &mut Watch<'_>) -> SolveReport {
+    /// Solves a system, or stops early when `stop` returns true for a partial solution. A stopped solve is continued by another one with
+    /// `same_matrix`.
+    pub fn solve_until(&mut self, pool: &Pool, system: &FilteredSystem<'_>, stop: &mut StopTest<'_>) -> SolveReport {
         let (z, s) = (system.z, system.constraints);
-        let last_digit = (f64::EPSILON / system.motion.1) * (f64::EPSILON / system.motion.1);
+        let unit = system.displacement_per_unit;
+        let last_digit = (f64::EPSILON / unit) * (f64::EPSILON / unit);
         let (size, fits) = self.inner.update(pool, system);
         let floor = last_digit * if size.is_finite() { size } else { 0.0 };
-        if !fits || (system.matrix.is_rounded() && !self.inner.bears_rounding(system.tolerance)) {
-            return self.in_double(pool, system, floor, 0);
+        if !fits || (system.matrix.is_f32() && !self.inner.allows_f32(system.tolerance)) {
+            return self.solve_in_f64(pool, system, floor, 0);
         }
-        for i in self.inner.held().iter().map(Held::node) {
+        for i in self.inner.constrained().iter().map(ConstrainedNode::index) {
             let before = self.x[i];
             self.x[i] = s[i].merge(before, z[i]);
             let change = self.x[i] - before;
@@ -140,62 +161,66 @@ impl Pcg {
                 system.matrix.add_column(i, change, &mut self.product);
             }
         }
-        // Scale: the right side as the prescribed part alone leaves it.
-        self.product_of_held(system);
-        let squares = self.left(pool, system, false);
-        let scale = self.inner.weigh(pool, &self.r, squares);
+        // The scale is the residual of the prescribed part alone.
+        self.product_of_prescribed(system);
+        let squares = self.residual_of(pool, system, ResidualOf::Prescribed);
+        let scale = self.inner.apply_preconditioner(pool, &self.r, squares);
         let mut d = self.residual(pool, system);
         if d > scale {
-            self.shorten(pool, system);
+            self.scale_guess(pool, system);
             d = self.residual(pool, system);
         }
-        let enough = (system.tolerance * system.tolerance * scale).max(floor);
+        let test = StoppingTest::new(system.tolerance, scale, floor);
         let mut report = SolveReport::default();
         let mut slow = 0;
-        while d > enough && report.iterations < system.most && slow < 2 && report.stopped.is_none() {
+        while d > test.target && report.iterations < system.max_iterations && slow < 2 && report.stopped_at.is_none() {
             let before = (report.iterations, d);
-            let most = system.most - report.iterations;
-            let done = self.inner.correct(pool, (system, &mut self.x), (d, MARGIN * enough), most, watch);
+            let left = system.max_iterations - report.iterations;
+            let goal = CorrectionGoal { d, target: TARGET_MARGIN * test.target, max_iterations: left };
+            let done = self.inner.correct(pool, system, &mut self.x, goal, stop);
             report.iterations += done.iterations;
             self.inner.products(pool, system.matrix, [&self.x], [&mut self.product]);
             d = self.residual(pool, system);
-            slow = if d > SLOWEST * before.1 { slow + 1 } else { 0 };
-            report.broken = done.broken && d > enough;
-            report.stopped = done.stopped.then_some(d);
+            slow = if d > SLOW_REDUCTION * before.1 { slow + 1 } else { 0 };
+            report.broken = done.broken && d > test.target;
+            report.stopped_at = done.stopped.then_some(d);
             if done.iterations == 0 || !d.is_finite() {
                 break;
             }
         }
-        if !system.again && report.stopped.is_none() {
-            self.inner.took(report.iterations);
-            self.guess.took(report.iterations);
+        if !system.same_matrix && report.stopped_at.is_none() {
+            self.inner.record_iterations(report.iterations);
+            self.guess.record_iterations(report.iterations);
         }
-        report.close(d, scale, (enough, floor));
-        if report.converged || report.stopped.is_some() || (report.iterations >= system.most && !report.broken) {
+        report.close(d, test);
+        if report.converged
+            || report.stopped_at.is_some()
+            || (report.iterations >= system.max_iterations && !report.broken)
+        {
             return report;
         }
-        // Single precision was too short, or the system has no solution: double precision tells.
-        self.in_double(pool, system, floor, report.iterations)
+        // Single precision was not enough, or the system has no solution: double precision tells.
+        self.solve_in_f64(pool, system, floor, report.iterations)
     }
 
-    /// Whether the next matrix may be rounded for a solve to a tolerance, going by the last one.
-    pub fn bears_rounding(&self, tolerance: f64) -> bool {
-        self.inner.bears_rounding(tolerance)
+    /// Whether the next matrix may be stored in single precision for a solve to `tolerance`, judged by the last one.
+    pub fn allows_f32(&self, tolerance: f64) -> bool {
+        self.inner.allows_f32(tolerance)
     }
 
-    fn in_double(&mut self, pool: &Pool, system: &Solve<'_>, floor: f64, before: usize) -> SolveReport {
-        if system.matrix.is_rounded() {
-            return SolveReport { iterations: before, too_rough: true, residual: f64::NAN, ..SolveReport::default() };
+    fn solve_in_f64(&mut self, pool: &Pool, system: &FilteredSystem<'_>, floor: f64, before: usize) -> SolveReport {
+        if system.matrix.is_f32() {
+            return SolveReport { iterations: before, needs_f64: true, residual: f64::NAN, ..SolveReport::default() };
         }
-        let report = self.double.solve(pool, system, (&mut self.x, &mut self.r), floor);
+        let report = self.double.solve(pool, system, &mut self.x, &mut self.r, floor);
         system.matrix.product(pool, &self.x, &mut self.product);
         SolveReport { iterations: before + report.iterations, ..report }
     }
 
     /// `r = A (I - S) z`
-    fn product_of_held(&mut self, system: &Solve<'_>) {
+    fn product_of_prescribed(&mut self, system: &FilteredSystem<'_>) {
         self.r.fill(Vec3::zeros());
-        for i in self.inner.held().iter().map(Held::node) {
+        for i in self.inner.constrained().iter().map(ConstrainedNode::index) {
             let held = system.z[i] - system.constraints[i].filter(system.z[i]);
             if held != Vec3::zeros() {
                 system.matrix.add_column(i, held, &mut self.r);
@@ -203,10 +228,10 @@ impl Pcg {
         }
     }
 
-    /// A guess that is worse than none, as after a jump, is made as long as serves best: `s = S x` is scaled so that what is wrong is
-    /// least in the norm of the matrix, and `A x` with it.
-    fn shorten(&mut self, pool: &Pool, system: &Solve<'_>) {
-        self.product_of_held(system);
+    /// Scales a guess that is worse than zero, as after a jump: `S x` gets the length whose error is least in the norm of the matrix, and
+    /// `A x` with it.
+    fn scale_guess(&mut self, pool: &Pool, system: &FilteredSystem<'_>) {
+        self.product_of_prescribed(system);
         let (x, product, constraints, r) = (&mut self.x, &mut self.product, system.constraints, &self.r);
         let (x_now, product_now) = (&x[..], &product[..]);
         let sum = |of: &(dyn Fn(usize) -> Vec3 + Sync)| {
@@ -219,7 +244,7 @@ impl Pcg {
         if !(has > 0.0 && more.is_finite()) {
             return;
         }
-        pool.pieces((&mut x[..], &mut product[..]), NODES, &|first, (x, product): (&mut [Vec3], &mut [Vec3])| {
+        pool.par_chunks((&mut x[..], &mut product[..]), NODES, &|first, (x, product): (&mut [Vec3], &mut [Vec3])| {
             for (i, (x, product)) in (first..).zip(x.iter_mut().zip(product)) {
                 *x += more * constraints[i].filter(*x);
                 *product += more * (*product - r[i]);
@@ -227,22 +252,27 @@ impl Pcg {
         });
     }
 
-    /// `r = S (b - A x)`; gives `r . P r`.
-    fn residual(&mut self, pool: &Pool, system: &Solve<'_>) -> f64 {
-        let squares = self.left(pool, system, true);
-        self.inner.weigh(pool, &self.r, squares)
+    /// Computes `r = S (b - A x)`. Returns `r . P r`.
+    fn residual(&mut self, pool: &Pool, system: &FilteredSystem<'_>) -> f64 {
+        let squares = self.residual_of(pool, system, ResidualOf::Solution);
+        self.inner.apply_preconditioner(pool, &self.r, squares)
     }
 
-    /// `r = S (b - r)`, or with the product in the place of r; gives `r . r`.
-    fn left(&mut self, pool: &Pool, system: &Solve<'_>, of_product: bool) -> f64 {
-        let (product, held, arch) = (of_product.then_some(&self.product), self.inner.held(), pulp::Arch::new());
+    /// Computes `r = S (b - A x)` from a product that is known. Returns `r . r`.
+    fn residual_of(&mut self, pool: &Pool, system: &FilteredSystem<'_>, of: ResidualOf) -> f64 {
+        let product = match of {
+            ResidualOf::Solution => Some(&self.product),
+            ResidualOf::Prescribed => None,
+        };
+        let (constrained, arch) = (self.inner.constrained(), pulp::Arch::new());
         pool.fold(&mut self.r[..], &|first, r: &mut [Vec3]| {
-            arch.dispatch(Left { b: &system.b[first..], taken: product.map(|product| &product[first..]), r: &mut *r });
-            let (from, end) = (held.partition_point(|held| held.node() < first), first + r.len());
-            for i in held[from..].iter().map(Held::node).take_while(|i| *i < end) {
+            let product = product.map(|product| &product[first..]);
+            arch.dispatch(Residual { b: &system.b[first..], product, r: &mut *r });
+            let (from, end) = (constrained.partition_point(|node| node.index() < first), first + r.len());
+            for i in constrained[from..].iter().map(ConstrainedNode::index).take_while(|i| *i < end) {
                 r[i - first] = system.constraints[i].filter(r[i - first]);
             }
-            arch.dispatch(Squares(r))
+            arch.dispatch(SquaredNorm(r))
         })
     }
 }

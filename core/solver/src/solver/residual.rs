@@ -1,29 +1,29 @@
-//! What is left to do of a system: in double precision, and as the iterations of a solve have it.
+//! Residuals: in double precision, and rounded by sixteen nodes for the iterations.
 
 use crate::algebra::Vec3;
-use crate::lanes::threes::{Flat, apart};
-use crate::lanes::{LANES, Lanes, Vectors, Work, dusted, put};
+use crate::lanes::interleaved::{Flat, apart};
+use crate::lanes::{LANES, Lanes, Vectors, Work, flush_denormals, put};
 use bytemuck::{cast_slice, cast_slice_mut};
 
-/// Sums that go on side by side, for one has to wait for the sum before.
+/// Partial sums side by side: each waits for its previous addition.
 const SUMS: usize = 24;
 
-/// `r = b - taken`.
-pub struct Left<'a> {
+/// `r = b - product`, or `r = b - r` without a product.
+pub struct Residual<'a> {
     pub b: &'a [Vec3],
-    pub taken: Option<&'a [Vec3]>,
+    pub product: Option<&'a [Vec3]>,
     pub r: &'a mut [Vec3],
 }
 
-impl pulp::NullaryFnOnce for Left<'_> {
+impl pulp::NullaryFnOnce for Residual<'_> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
         let (r, b) = (cast_slice_mut::<Vec3, f64>(self.r), cast_slice::<Vec3, f64>(self.b));
-        match self.taken {
-            Some(taken) => {
-                r.iter_mut().zip(b).zip(cast_slice::<Vec3, f64>(taken)).for_each(|((r, b), taken)| *r = b - taken)
+        match self.product {
+            Some(product) => {
+                r.iter_mut().zip(b).zip(cast_slice::<Vec3, f64>(product)).for_each(|((r, b), product)| *r = b - product)
             }
             None => r.iter_mut().zip(b).for_each(|(r, b)| *r = b - *r),
         }
@@ -31,9 +31,9 @@ impl pulp::NullaryFnOnce for Left<'_> {
 }
 
 /// `r . r`
-pub struct Squares<'a>(pub &'a [Vec3]);
+pub struct SquaredNorm<'a>(pub &'a [Vec3]);
 
-impl pulp::NullaryFnOnce for Squares<'_> {
+impl pulp::NullaryFnOnce for SquaredNorm<'_> {
     type Output = f64;
 
     #[inline(always)]
@@ -47,14 +47,14 @@ impl pulp::NullaryFnOnce for Squares<'_> {
     }
 }
 
-/// Vectors times a number, rounded, to where iterations have them.
-pub struct BySixteen<'a> {
-    pub down: f64,
+/// Vectors times `scale`, rounded to single precision and stored by sixteen nodes.
+pub struct ScaledBySixteen<'a> {
+    pub scale: f64,
     pub r: &'a [Vec3],
     pub to: &'a mut [Vectors],
 }
 
-impl Work for BySixteen<'_> {
+impl Work for ScaledBySixteen<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -62,7 +62,7 @@ impl Work for BySixteen<'_> {
         for (to, r) in self.to.iter_mut().zip(self.r.chunks(LANES)) {
             let mut flat: Flat = [0.0; 3 * LANES];
             for (flat, r) in flat.iter_mut().zip(cast_slice::<Vec3, f64>(r)) {
-                *flat = dusted((self.down * r) as f32);
+                *flat = flush_denormals((self.scale * r) as f32);
             }
             *to = put(unit, apart(unit, &flat));
         }

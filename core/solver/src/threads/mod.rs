@@ -1,64 +1,64 @@
-//! Threads for a step. What they compute never depends on how many there are.
+//! A worker pool for parallel loops whose results do not depend on the number of threads.
 
-mod crew;
+mod worker_pool;
 
-use crew::Crew;
 use std::hint::spin_loop;
 use std::ops::Range;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
+use worker_pool::WorkerPool;
 
-/// A fixed number of threads; one means the caller's own.
+/// A worker pool of a fixed number of threads; a pool of one runs everything on the calling thread.
 pub struct Pool {
     threads: usize,
-    /// How often work is halved until each thread has a part of it: the same part of each, whose numbers are near it then.
+    /// How often work is halved so that each thread has one part of it: the same part of every loop, whose data are in its cache.
     halvings: u32,
-    /// For a thread that works elsewhere already.
-    apart: OnceLock<Option<Crew>>,
-    /// Whether the system gave no threads.
+    /// Workers for a calling thread that already belongs to another pool.
+    apart: OnceLock<Option<WorkerPool>>,
+    /// Whether the system refused to create threads.
     alone: AtomicBool,
 }
 
-/// Nodes in a piece of a vector for a thread.
+/// Fewest nodes in a chunk of a vector for a thread.
 pub const NODES: usize = 1024;
-/// Items in a block of a sum: fixed, so that sums have one order.
+/// Items in a block of a sum: fixed, so that the order of additions is.
 const SUM_BLOCK: usize = 256;
-/// Blocks that are worth another thread.
+/// Fewest blocks per thread before a sum is split.
 const PARALLEL_BLOCKS: usize = 8;
-/// Looks after which a thread that waits for a part of its own work lets others have its processor.
-const PATIENT: u32 = 1024;
+/// Spins of a thread that waits for part of its own work before it yields its processor.
+const SPINS_BEFORE_YIELD: u32 = 1024;
 
 impl Pool {
-    /// A pool of `threads`, at least one.
+    /// A pool of `threads` threads, at least one, the calling thread included.
     pub fn new(threads: usize) -> Self {
         let threads = threads.max(1);
         let halvings = threads.next_power_of_two().ilog2();
         Self { threads, halvings, apart: OnceLock::new(), alone: AtomicBool::new(false) }
     }
 
-    /// Threads that work: one where the system gave no more, which is known once they were needed.
+    /// Number of threads: one if the system refused to create more, which is known after the first use.
     pub fn threads(&self) -> usize {
         if self.alone.load(Ordering::Relaxed) { 1 } else { self.threads }
     }
 
-    /// How often work is halved until each thread has a part of it.
+    /// How often work is halved so that each thread has one part of it.
     pub fn halvings(&self) -> u32 {
         self.halvings
     }
 
-    /// Runs `work` on the pool: on this thread and others, which stay awake for some time, or on this one alone where the system
-    /// gives no more.
+    /// Runs `work` on the pool: on the calling thread and on workers, which stay awake for a while afterwards. If the system refuses to
+    /// create threads, on the calling thread alone.
     ///
-    /// The first time a thread comes here it becomes one of its pool's for good: what it gives to `rayon` itself runs there too.
+    /// A thread that calls this becomes a member of its pool for good: what it gives to `rayon` directly runs there too.
     pub fn install<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
         if self.threads == 1 || self.alone.load(Ordering::Relaxed) {
             return work();
         }
-        if let Some(crew) = Crew::here(self.threads) {
-            return crew.run(work);
+        if let Some(pool) = WorkerPool::here(self.threads) {
+            return pool.run(work);
         }
-        match self.apart.get_or_init(|| Crew::apart(self.threads)) {
-            Some(crew) => crew.run(work),
+        match self.apart.get_or_init(|| WorkerPool::apart(self.threads)) {
+            Some(pool) => pool.run(work),
             None => {
                 self.alone.store(true, Ordering::Relaxed);
                 work()
@@ -66,7 +66,7 @@ impl Pool {
         }
     }
 
-    /// Both, at once if there are threads.
+    /// Runs both closures, in parallel if there are threads.
     pub fn join<A: Send, B: Send>(&self, a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
         if self.threads == 1 || self.alone.load(Ordering::Relaxed) {
             return (a(), b());
@@ -82,54 +82,60 @@ impl Pool {
         )
     }
 
-    /// Splits `parts` into pieces of at least `least` items and runs `work` on each with the place of its first item.
-    pub fn pieces<P: Parts>(&self, parts: P, least: usize, work: &(impl Fn(usize, P) + Sync)) {
-        self.piece((0, parts), least.max(1), self.halvings, work);
+    /// Splits `items` into chunks of at least `min_len` items and runs `work` on each with the index of its first item.
+    pub fn par_chunks<P: Splittable>(&self, items: P, min_len: usize, work: &(impl Fn(usize, P) + Sync)) {
+        self.par_chunks_from(0, items, min_len.max(1), self.halvings, work);
     }
 
-    fn piece<P: Parts>(
+    fn par_chunks_from<P: Splittable>(
         &self,
-        (first, parts): (usize, P),
-        least: usize,
+        first: usize,
+        items: P,
+        min_len: usize,
         halvings: u32,
         work: &(impl Fn(usize, P) + Sync),
     ) {
-        if halvings == 0 || parts.count() < 2 * least {
-            return work(first, parts);
+        if halvings == 0 || items.count() < 2 * min_len {
+            return work(first, items);
         }
-        let half = parts.count() / 2;
-        let (left, right) = parts.part(half);
-        let (left, right) = ((first, left), (first + half, right));
-        self.join(|| self.piece(left, least, halvings - 1, work), || self.piece(right, least, halvings - 1, work));
+        let half = items.count() / 2;
+        let (left, right) = items.split_at(half);
+        let less = halvings - 1;
+        self.join(
+            || self.par_chunks_from(first, left, min_len, less, work),
+            || self.par_chunks_from(first + half, right, min_len, less, work),
+        );
     }
 
-    /// Runs `work` on blocks of `parts`, each with the place of its first item, and adds up what it gives: always the same
-    /// blocks, added in the same tree.
-    pub fn fold<P: Parts>(&self, parts: P, work: &(impl Fn(usize, P) -> f64 + Sync)) -> f64 {
-        self.fold_blocks((0, parts), self.halvings, work)
+    /// Runs `work` on blocks of `items`, each with the index of its first item, and returns the sum of the results. Blocks and the tree of
+    /// additions are always the same, so the sum does not depend on the number of threads.
+    pub fn fold<P: Splittable>(&self, items: P, work: &(impl Fn(usize, P) -> f64 + Sync)) -> f64 {
+        self.fold_blocks(0, items, self.halvings, work)
     }
 
-    fn fold_blocks<P: Parts>(
+    fn fold_blocks<P: Splittable>(
         &self,
-        (first, parts): (usize, P),
+        first: usize,
+        items: P,
         halvings: u32,
         work: &(impl Fn(usize, P) -> f64 + Sync),
     ) -> f64 {
-        let blocks = parts.count().div_ceil(SUM_BLOCK);
+        let blocks = items.count().div_ceil(SUM_BLOCK);
         if blocks <= 1 {
-            return if blocks == 0 { 0.0 } else { work(first, parts) };
+            return if blocks == 0 { 0.0 } else { work(first, items) };
         }
         let middle = blocks / 2 * SUM_BLOCK;
-        let (left, right) = parts.part(middle);
-        let (left, right, less) = ((first, left), (first + middle, right), halvings.saturating_sub(1));
-        let (left, right) = (|| self.fold_blocks(left, less, work), || self.fold_blocks(right, less, work));
+        let (left, right) = items.split_at(middle);
+        let less = halvings.saturating_sub(1);
+        let left = || self.fold_blocks(first, left, less, work);
+        let right = || self.fold_blocks(first + middle, right, less, work);
         let apart = halvings > 0 && blocks >= PARALLEL_BLOCKS;
         let (left, right) = if apart { self.join(left, right) } else { (left(), right()) };
         left + right
     }
 }
 
-/// Whether a part of the work was taken by another thread, and is done.
+/// Whether one part of a join was taken by another thread, and whether it is done.
 #[derive(Default)]
 struct Taken {
     begun: AtomicBool,
@@ -143,19 +149,19 @@ impl Taken {
         work()
     }
 
-    /// Waits for it, if another thread is at it: left to the system's scheduler, a wait of more than some microseconds ends in
-    /// a sleep.
+    /// Waits until the part is done, if another thread took it. It spins: left to the system's scheduler, a wait of more than some
+    /// microseconds ends in a sleep.
     fn wait(&self) {
         let mut looked = 0_u32;
         while self.begun.load(Ordering::Acquire) && !self.over.load(Ordering::Acquire) {
             looked += 1;
             // There may be more threads than processors.
-            if looked.is_multiple_of(PATIENT) { std::thread::yield_now() } else { spin_loop() }
+            if looked.is_multiple_of(SPINS_BEFORE_YIELD) { std::thread::yield_now() } else { spin_loop() }
         }
     }
 }
 
-/// Says so, also if the work panics.
+/// Sets the flag on drop, so a panic sets it too.
 struct Finish<'a>(&'a AtomicBool);
 
 impl Drop for Finish<'_> {
@@ -164,44 +170,44 @@ impl Drop for Finish<'_> {
     }
 }
 
-/// Items that can be cut, such as slices of one length at the same place.
-pub trait Parts: Send + Sized {
-    /// Items there are.
+/// A sequence of items that can be split in two, such as a slice, or several slices of equal length.
+pub trait Splittable: Send + Sized {
+    /// Number of items.
     fn count(&self) -> usize;
-    /// The items before a place, and those from it on.
-    fn part(self, at: usize) -> (Self, Self);
+    /// The items before index `at`, and those from it on.
+    fn split_at(self, at: usize) -> (Self, Self);
 }
 
-impl<T: Send> Parts for &mut [T] {
+impl<T: Send> Splittable for &mut [T] {
     fn count(&self) -> usize {
         self.len()
     }
 
-    fn part(self, at: usize) -> (Self, Self) {
+    fn split_at(self, at: usize) -> (Self, Self) {
         self.split_at_mut(at)
     }
 }
 
-impl Parts for Range<usize> {
+impl Splittable for Range<usize> {
     fn count(&self) -> usize {
         self.len()
     }
 
-    fn part(self, at: usize) -> (Self, Self) {
+    fn split_at(self, at: usize) -> (Self, Self) {
         (self.start..self.start + at, self.start + at..self.end)
     }
 }
 
-impl<A: Parts, const K: usize> Parts for [A; K] {
+impl<A: Splittable, const K: usize> Splittable for [A; K] {
     fn count(&self) -> usize {
         self.first().map_or(0, A::count)
     }
 
-    fn part(self, at: usize) -> (Self, Self) {
+    fn split_at(self, at: usize) -> (Self, Self) {
         let mut right = [const { None }; K];
         let mut rest = right.iter_mut();
         let left = self.map(|parts| {
-            let (left, right) = parts.part(at);
+            let (left, right) = parts.split_at(at);
             if let Some(place) = rest.next() {
                 *place = Some(right);
             }
@@ -211,13 +217,13 @@ impl<A: Parts, const K: usize> Parts for [A; K] {
     }
 }
 
-impl<A: Parts, B: Parts> Parts for (A, B) {
+impl<A: Splittable, B: Splittable> Splittable for (A, B) {
     fn count(&self) -> usize {
         self.0.count()
     }
 
-    fn part(self, at: usize) -> (Self, Self) {
-        let ((a, c), (b, d)) = (self.0.part(at), self.1.part(at));
+    fn split_at(self, at: usize) -> (Self, Self) {
+        let ((a, c), (b, d)) = (self.0.split_at(at), self.1.split_at(at));
         ((a, b), (c, d))
     }
 }
@@ -256,7 +262,7 @@ mod tests {
         let pool = Pool::new(3);
         assert_eq!(pool.threads(), 3);
         pool.apart.set(None).ok();
-        // A thread of another crew is none of this one.
+        // A thread of another pool is none of this one.
         Pool::new(2).install(|| assert_eq!(pool.install(|| pool.join(|| 1, || 2)), (1, 2)));
         assert_eq!(pool.threads(), 1);
     }
@@ -281,7 +287,7 @@ mod tests {
     fn pieces_cover_everything_once() {
         for threads in [1, 3] {
             let mut out = vec![0_usize; 10_000];
-            Pool::new(threads).pieces(&mut out[..], 64, &|first, piece: &mut [usize]| {
+            Pool::new(threads).par_chunks(&mut out[..], 64, &|first, piece: &mut [usize]| {
                 for (i, o) in piece.iter_mut().enumerate() {
                     *o += first + i;
                 }

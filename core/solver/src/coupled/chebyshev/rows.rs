@@ -1,38 +1,48 @@
-//! What is beside the diagonal of a matrix, put kind by kind where rows lie alike.
+//! Off-diagonal entries of a matrix, sorted by kind of row where rows have the same pattern.
 
 use super::slices::LANES;
 
-/// Distances of a row in its slice, on average, past which going row by row is faster.
-const MOST: usize = 12;
-/// Bands at most, and rows of one at least.
+/// Mean number of distances in a slice of rows above which going row by row is faster.
+const MAX_DISTANCES: usize = 12;
+/// Most bands.
 const BANDS: usize = 4;
+/// Fewest rows of a band.
 const BAND: usize = 2048;
 
-/// Where what is beside the diagonal has its partners.
+/// Columns of the off-diagonal entries.
 #[derive(Debug)]
 pub enum Rows {
-    /// Of each slice's distances (slices + 1), and by distance where the partners of its first row are.
-    Alike { start: Vec<usize>, partner: Vec<u32> },
-    /// Places of up to four partners.
-    Each { partner: Vec<[u32; 4]> },
+    /// Slices of eight rows with their columns at common distances.
+    Banded {
+        /// Where the distances of each slice begin (slices + 1).
+        start: Vec<usize>,
+        /// Column of the slice's first row at each distance.
+        partner: Vec<u32>,
+    },
+    /// Row by row.
+    Csr {
+        /// Columns of up to four entries of each row.
+        partner: Vec<[u32; 4]>,
+    },
+}
+
+/// Columns with the entries of a matrix, in the same order, each over the diagonal of its row.
+pub struct RowValues {
+    pub rows: Rows,
+    pub values: Vec<f64>,
 }
 
 impl Default for Rows {
     fn default() -> Self {
-        Self::Each { partner: Vec::new() }
+        Self::Csr { partner: Vec::new() }
     }
 }
 
 impl Rows {
-    /// With the rows of `order`, whose places are `place`, eight at a time, and what is there over the diagonal of the row; `None`
-    /// where they do not lie alike.
-    pub fn alike(
-        partners: &Partners<'_>,
-        diagonal: &[f64],
-        (order, place): (&[u32], &[u32]),
-    ) -> Option<(Self, Vec<f64>)> {
+    /// Rows in the order `row`, with the place of each in `place`, eight at a time; `None` if their columns have too many distances.
+    pub fn banded(partners: &Partners<'_>, diagonal: &[f64], row: &[u32], place: &[u32]) -> Option<RowValues> {
         let (mut start, mut partner, mut value) = (vec![0], Vec::new(), Vec::<[f64; LANES]>::new());
-        for rows in order.chunks(LANES) {
+        for rows in row.chunks(LANES) {
             // Where the first row's partner would be, counted with the slice of nothing before all: a lane's is as many places on.
             let first = |lane: usize, j: u32| place[j as usize] + (LANES - lane) as u32;
             let all = |lane: usize| partners.of(rows[lane] as usize).iter().map(move |p| (lane, p));
@@ -48,12 +58,12 @@ impl Rows {
             partner.extend(firsts);
             start.push(partner.len());
         }
-        let few = partner.len() * LANES <= MOST * diagonal.len();
-        few.then(|| (Self::Alike { start, partner }, value.into_flattened()))
+        let few = partner.len() * LANES <= MAX_DISTANCES * diagonal.len();
+        few.then(|| RowValues { rows: Self::Banded { start, partner }, values: value.into_flattened() })
     }
 
-    /// Each row by itself, in the order of the matrix.
-    pub fn each(partners: &Partners<'_>, diagonal: &[f64]) -> (Self, Vec<f64>) {
+    /// Csr row by itself, in the order of the matrix.
+    pub fn csr(partners: &Partners<'_>, diagonal: &[f64]) -> RowValues {
         let room = diagonal.len().next_multiple_of(LANES);
         let (mut partner, mut value) = (vec![[0; 4]; room], vec![[0.0; 4]; room]);
         for (row, diagonal) in diagonal.iter().enumerate() {
@@ -61,19 +71,19 @@ impl Rows {
                 (partner[row][at], value[row][at]) = (j + LANES as u32, v / diagonal);
             }
         }
-        (Self::Each { partner }, value.into_flattened())
+        RowValues { rows: Self::Csr { partner }, values: value.into_flattened() }
     }
 }
 
-/// Entries beside the diagonal, by row.
+/// Off-diagonal entries by row.
 pub struct Partners<'a> {
     entries: &'a [(u32, u32, f64)],
-    /// (n + 1)
+    /// Where each row begins (n + 1).
     start: Vec<usize>,
 }
 
 impl<'a> Partners<'a> {
-    /// Of `n` rows, by row and column, rising.
+    /// Entries (row, column, value) of a matrix of `n` rows, sorted by row and column.
     pub fn new(n: usize, entries: &'a [(u32, u32, f64)]) -> Self {
         let mut start = vec![0; n + 1];
         entries.iter().for_each(|(i, ..)| start[*i as usize + 1] += 1);

@@ -24,7 +24,7 @@ impl<T: Number> WithSimd for Term<'_, T> {
         let Self { rows, value, load, solution, first, next, factors } = self;
         let (load, solution) = (&load.all()[1 + first..], solution.flat());
         match rows {
-            Rows::Alike { start, partner } => {
+            Rows::Banded { start, partner } => {
                 let value = value.all();
                 for (at, (next, load)) in next.iter_mut().zip(load).enumerate() {
                     let (slice, own) = (first + at, LANES * (first + at + 1));
@@ -55,7 +55,7 @@ impl<T: Number> WithSimd for Term<'_, T> {
                     }
                 }
             }
-            Rows::Each { partner } => {
+            Rows::Csr { partner } => {
                 let (from, value) = (LANES * first, value.flat().as_chunks::<4>().0);
                 let rows = next.as_flattened_mut().iter_mut().zip(load.as_flattened()).zip(&solution[LANES + from..]);
                 for (((next, load), m), (at, v)) in rows.zip(partner[from..].iter().zip(&value[from..])) {

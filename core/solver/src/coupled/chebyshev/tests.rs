@@ -5,7 +5,7 @@ use super::*;
 const SPECTRUM: [f64; 2] = [0.3, 1.7];
 
 /// Rows of three kinds by turns, each beside those of the others; at the ends they have less.
-fn alike(n: usize) -> Vec<(u32, u32, f64)> {
+fn banded(n: usize) -> Vec<(u32, u32, f64)> {
     let mut entries = Vec::new();
     for i in 0..n {
         let far = [17, 31, 44][i % 3];
@@ -38,14 +38,14 @@ fn plain(diagonal: &[f64], entries: &[(u32, u32, f64)], terms: usize, b: &[f64])
 #[test]
 fn rows_alike_and_each_by_itself_give_the_polynomial_for_any_number_of_threads() {
     let n = 5003;
-    let entries = alike(n);
+    let entries = banded(n);
     let diagonal: Vec<f64> = (0..n).map(|i| 2.0 + (i as f64).cos()).collect();
     let b: Vec<f64> = (0..n).map(|i| ((i * i) as f64).sin()).collect();
     let want = plain(&diagonal, &entries, 12, &b);
     let mut sliced = Chebyshev::new(&diagonal, &entries, SPECTRUM, 12);
-    assert!(matches!(sliced.rows, Rows::Alike { .. }) && sliced.row.windows(2).any(|rows| rows[1] != rows[0] + 1));
+    assert!(matches!(sliced.rows, Rows::Banded { .. }) && sliced.row.windows(2).any(|rows| rows[1] != rows[0] + 1));
     let mut each = Chebyshev::new(&diagonal, &entries, SPECTRUM, 12);
-    each.take_each(&Partners::new(n, &entries), &diagonal);
+    each.set_csr(&Partners::new(n, &entries), &diagonal);
     for (sliced_rows, single) in [(true, false), (false, false), (true, true), (false, true)] {
         let inverse = if sliced_rows { &mut sliced } else { &mut each };
         let mut first = vec![0.0; n];
@@ -64,7 +64,7 @@ fn rows_alike_and_each_by_itself_give_the_polynomial_for_any_number_of_threads()
 #[test]
 fn every_vector_unit_gives_the_same_bytes() {
     let n = 1003;
-    let mut of = Chebyshev::new(&vec![2.0; n], &alike(n), SPECTRUM, 12);
+    let mut of = Chebyshev::new(&vec![2.0; n], &banded(n), SPECTRUM, 12);
     let b: Vec<f64> = (0..n).map(|i| ((i * i) as f64).sin()).collect();
     for single in [false, true] {
         of.apply(&Pool::new(1), &b, &mut vec![0.0; n], single);

@@ -1,26 +1,40 @@
-//! What the iteration goes through, in one precision or the other.
+//! Vectors of the iteration, in single or double precision.
 
 use super::rows::Rows;
 use super::slices::{LANES, Number, Slices};
 use super::term::Term;
 use crate::threads::Pool;
 
-/// Slices in a piece of work for a thread.
-const PIECE: usize = 128;
+/// Fewest slices in a chunk of work for a thread.
+const CHUNK: usize = 128;
 
-/// Values of a matrix, and vectors by place.
+/// Values of the matrix and vectors, by place.
 #[derive(Debug, Default)]
 pub struct Vectors<T> {
-    /// Of partners, over the diagonal of the row: as many for a slice or a row as there are.
+    /// Off-diagonal entries over the diagonal of their row.
     pub value: Slices<T>,
-    /// All between two slices of nothing.
+    /// Right side over the diagonal. This and the next vectors have a slice of zeros before and behind.
     pub load: Slices<T>,
+    /// The iterate.
     pub solution: Slices<T>,
+    /// The previous iterate.
     pub before: Slices<T>,
 }
 
+/// The order of the rows.
+#[derive(Clone, Copy)]
+pub struct Order<'a> {
+    pub rows: &'a Rows,
+    /// Row of the matrix at each place (n).
+    pub row: &'a [u32],
+    /// Inverse of the diagonal at each place (n).
+    pub over: &'a [f64],
+    /// Place of each row (n).
+    pub place: &'a [u32],
+}
+
 impl<T: Number> Vectors<T> {
-    /// Of `n` rows.
+    /// For `n` rows with these values.
     pub fn new(n: usize, values: &[f64]) -> Self {
         let mut value = Slices::new(values.len());
         for (to, from) in value.flat_mut().iter_mut().zip(values) {
@@ -30,22 +44,24 @@ impl<T: Number> Vectors<T> {
         Self { value, load: nothing(), solution: nothing(), before: nothing() }
     }
 
-    /// `out = p(A) b`, for rows at these places over these diagonals, with the factors of each term in turn.
+    /// `out = p(A) b` with the factors of each term in turn.
     pub fn apply(
         &mut self,
         pool: &Pool,
-        (rows, row, place): (&Rows, (&[u32], &[f64]), &[u32]),
+        order: Order<'_>,
         mut factors: impl Iterator<Item = [f64; 2]>,
-        (b, out): (&[f64], &mut [f64]),
+        b: &[f64],
+        out: &mut [f64],
     ) {
-        let inner = 1..row.0.len().div_ceil(LANES) + 1;
+        let Order { rows, row, over, place } = order;
+        let inner = 1..row.len().div_ceil(LANES) + 1;
         let alpha = factors.next().map_or(0.0, |[alpha, _]| alpha);
         let vectors = (
             &mut self.load.all_mut()[inner.clone()],
             (&mut self.solution.all_mut()[inner.clone()], &mut self.before.all_mut()[inner.clone()]),
         );
-        pool.pieces(vectors, PIECE, &|first, (load, (solution, before))| {
-            let places = row.0[LANES * first..].iter().zip(&row.1[LANES * first..]);
+        pool.par_chunks(vectors, CHUNK, &|first, (load, (solution, before))| {
+            let places = row[LANES * first..].iter().zip(&over[LANES * first..]);
             let rows = load.as_flattened_mut().iter_mut().zip(solution.as_flattened_mut());
             for ((load, solution), (row, over)) in rows.zip(places) {
                 let value = b[*row as usize] * over;
@@ -55,14 +71,14 @@ impl<T: Number> Vectors<T> {
         });
         for [alpha, beta] in factors {
             let Self { value, load, solution, before } = self;
-            pool.pieces(&mut before.all_mut()[inner.clone()], PIECE, &|first, next| {
+            pool.par_chunks(&mut before.all_mut()[inner.clone()], CHUNK, &|first, next| {
                 let factors = (T::of(alpha), T::of(beta));
                 T::arch().dispatch(Term { rows, value, load, solution, first, next, factors });
             });
             std::mem::swap(solution, before);
         }
         let solution = &self.solution.flat()[LANES..];
-        pool.pieces(out, LANES * PIECE, &|first, out| {
+        pool.par_chunks(out, LANES * CHUNK, &|first, out| {
             for (out, place) in out.iter_mut().zip(&place[first..]) {
                 *out = solution[*place as usize].exact();
             }

@@ -8,7 +8,7 @@
 pub mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
-pub mod rounded;
+pub mod f32_blocks;
 
 use crate::algebra::{Block, Vec3};
 

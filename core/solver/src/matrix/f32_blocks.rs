@@ -1,0 +1,263 @@
+//! Blocks of a body's matrix in single precision.
+//!
+//! Where a matrix is dominated by its masses, rounding its blocks changes less than a solve leaves: 1e-7 of the forces between neighbours.
+//! A rigid translation must meet the masses alone, exactly. So the matrix stores the sum s_i of each row in double precision, and a product
+//! is one of differences: `y_i = s_i x_i + sum_j A_ij (x_j - x_i)`. Materials write half as much, and half as much is read.
+
+use super::assembly::Assembly;
+use super::pattern::{Rows, others_sum};
+use super::product::f32_blocks::{Row, rows_product};
+use crate::algebra::{Block, SingleBlock, Vec3};
+use crate::elements::fused_assembly::FusedAssembly;
+use crate::force_model::ForceError;
+use crate::hinge_assembly::BlocksMut;
+use crate::threads::Pool;
+use std::ops::Range;
+
+/// The sum of all blocks of a row.
+pub enum RowSum {
+    /// A mass, kg: the elastic blocks of a row cancel.
+    Mass(f64),
+    /// A mass and springs of tools.
+    Block(Block),
+}
+
+impl RowSum {
+    /// The sum as a block.
+    #[inline(always)]
+    pub fn block(self) -> Block {
+        match self {
+            Self::Mass(m) => [m, 0.0, 0.0, 0.0, m, 0.0, 0.0, 0.0, m],
+            Self::Block(block) => block,
+        }
+    }
+}
+
+/// Blocks in single precision and row sums in double, in the pattern of a [`crate::Matrix`].
+#[derive(Debug, Default)]
+pub struct F32Blocks {
+    /// Blocks by slot (those of the diagonal are not used).
+    blocks: Vec<SingleBlock>,
+    /// Mass part of each row sum, kg (n).
+    mass: Vec<f64>,
+    /// Blocks of tools, by node.
+    tools: Vec<(u32, Block)>,
+    /// Index of each node among `tools`, or [`NONE`] (n).
+    tool: Vec<u32>,
+    /// Diagonal blocks of the matrix (n).
+    diagonal: Vec<Block>,
+}
+
+/// Rows in a chunk of work for a thread.
+const ROWS: usize = 256;
+/// A node that no tool acts on.
+const NONE: u32 = u32::MAX;
+
+impl F32Blocks {
+    /// Memory, bytes.
+    pub fn bytes(&self) -> usize {
+        self.blocks.len() * size_of::<SingleBlock>() + self.mass.len() * (12 + size_of::<Block>())
+    }
+
+    /// The blocks, by slot.
+    pub fn blocks(&self) -> &[SingleBlock] {
+        &self.blocks
+    }
+
+    /// Sum of the blocks of row i.
+    #[inline(always)]
+    pub fn own(&self, i: usize) -> RowSum {
+        if self.tool[i] == NONE {
+            return RowSum::Mass(self.mass[i]);
+        }
+        let (mut own, (_, more)) = (RowSum::Mass(self.mass[i]).block(), &self.tools[self.tool[i] as usize]);
+        (0..9).for_each(|e| own[e] += more[e]);
+        RowSum::Block(own)
+    }
+
+    /// Mass part of the row sums, kg (n).
+    pub fn mass(&self) -> &[f64] {
+        &self.mass
+    }
+
+    /// Tool part of the row sums, by node.
+    pub fn tools(&self) -> &[(u32, Block)] {
+        &self.tools
+    }
+
+    /// The diagonal block of row `i`.
+    #[inline(always)]
+    pub fn diagonal(&self, i: usize) -> &Block {
+        &self.diagonal[i]
+    }
+
+    /// Drops the blocks: the pattern changes.
+    pub fn forget(&mut self) {
+        self.blocks.clear();
+    }
+
+    /// Adds a block of a tool to the diagonal of row i.
+    pub fn add_tool(&mut self, i: usize, block: &Block) {
+        if self.tool[i] == NONE {
+            self.tool[i] = self.tools.len() as u32;
+            self.tools.push((i as u32, [0.0; 9]));
+        }
+        let at = self.tool[i] as usize;
+        for e in 0..9 {
+            self.tools[at].1[e] += block[e];
+            self.diagonal[i][e] += block[e];
+        }
+    }
+
+    #[cfg(test)]
+    pub fn of(rows: Rows<'_>, exact: &[Block]) -> Self {
+        let (blocks, n) = (exact.iter().map(|block| block.map(|v| v as f32)).collect(), rows.count());
+        let (mass, diagonal) = ((0..n).map(|i| 0.1 + i as f64).collect(), vec![[0.0; 9]; n]);
+        let mut this = Self { blocks, mass, tools: Vec::new(), tool: vec![NONE; n], diagonal };
+        this.find_diagonal(&Pool::new(1), rows);
+        // In no order, by two tools, and in stretches.
+        for i in (0..n).rev().chain(0..n).filter(|i| i % 3 > 0 && i / 70 % 2 == 0) {
+            this.add_tool(i, &crate::matrix::pattern::row_sum(rows, exact, i).map(|v| 0.5 * v));
+        }
+        this
+    }
+
+    /// Assembles the blocks and row sums of a state.
+    ///
+    /// # Errors
+    /// A material that fails.
+    pub fn assemble(
+        &mut self,
+        pool: &Pool,
+        rows: Rows<'_>,
+        assembly: &FusedAssembly,
+        from: &Assembly<'_>,
+    ) -> Result<(), ForceError> {
+        let (n, row) = (from.state.nodes.len(), rows.row);
+        self.blocks.resize(row[n], [0.0; 9]);
+        self.diagonal.resize(n, [0.0; 9]);
+        // Reserved for all nodes, so that a step allocates nothing.
+        self.tools.clear();
+        self.tools.reserve(n);
+        self.tool.clear();
+        self.tool.resize(n, NONE);
+        self.mass.clear();
+        self.mass.extend(from.state.nodes.mass.iter().map(|m| from.scales.mass * m));
+        let clear = |_: Range<usize>, blocks: &mut [SingleBlock]| blocks.as_flattened_mut().fill(0.0);
+        assembly.run(pool, row, &mut self.blocks, &clear, &|set, chunk, blocks| {
+            from.add(set, chunk, BlocksMut { first: row[chunk.window.start], blocks })
+        })?;
+        self.find_diagonal(pool, rows);
+        Ok(())
+    }
+
+    /// Computes diagonal blocks from masses and the other blocks of their rows.
+    fn find_diagonal(&mut self, pool: &Pool, rows: Rows<'_>) {
+        let (blocks, mass) = (&self.blocks[..], &self.mass[..]);
+        pool.par_chunks(&mut self.diagonal[..], ROWS, &|first, diagonal| {
+            pulp::Arch::new().dispatch(Diagonal { first, mass: &mass[first..], blocks, rows, diagonal });
+        });
+    }
+
+    /// `out[k] = A x[k]`, rows `first` on.
+    pub fn rows_product<const K: usize>(&self, rows: Rows<'_>, first: usize, x: [&[Vec3]; K], out: [&mut [Vec3]; K]) {
+        rows_product(out, first, x, |i| self.row(rows, first + i));
+    }
+
+    #[cfg(test)]
+    pub fn portable_row(&self, rows: Rows<'_>, i: usize, x: &[Vec3]) -> Vec3 {
+        super::product::f32_blocks::row_product(self.row(rows, i), i, x)
+    }
+
+    #[inline(always)]
+    fn row<'a>(&'a self, rows: Rows<'a>, i: usize) -> Row<'a> {
+        let (lower, above, columns) = rows.around(i);
+        let upper = &self.blocks[above..above + columns.len()];
+        Row { own: self.own(i).block(), values: &self.blocks, lower, upper, columns }
+    }
+}
+
+/// Diagonal blocks of rows `first` on: masses minus the other blocks of the row.
+struct Diagonal<'a> {
+    first: usize,
+    mass: &'a [f64],
+    blocks: &'a [SingleBlock],
+    rows: Rows<'a>,
+    diagonal: &'a mut [Block],
+}
+
+impl pulp::NullaryFnOnce for Diagonal<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { first, mass, blocks, rows, diagonal } = self;
+        for (i, (mass, diagonal)) in (first..).zip(mass.iter().zip(diagonal)) {
+            let others = others_sum(rows, blocks, i);
+            let own = RowSum::Mass(*mass).block();
+            (0..9).for_each(|e| diagonal[e] = own[e] - others[e]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::algebra::{Vec3, matrix3};
+    use crate::matrix::Matrix;
+
+    fn wave(i: usize) -> f64 {
+        (1.7 * i as f64).sin() * 10_f64.powi((i % 7) as i32 - 3)
+    }
+
+    /// Rows that do not lie alike, with symmetric blocks on the diagonal.
+    fn rounded(n: usize) -> Matrix {
+        let mut matrix = Matrix::default();
+        matrix.set_pattern(n, |pair| {
+            for i in 0..n as u32 {
+                (i + 1..n as u32).step_by(1 + i as usize % 5).take(9).for_each(|j| pair(i, j));
+            }
+        });
+        for (slot, block) in matrix.values_mut().iter_mut().enumerate() {
+            *block = std::array::from_fn(|e| wave(9 * slot + e));
+        }
+        matrix.round();
+        matrix
+    }
+
+    #[test]
+    fn a_product_is_that_of_its_columns() {
+        let (n, matrix) = (31, rounded(31));
+        let x: Vec<Vec3> = (0..n).map(|j| Vec3::from_fn(|c, _| wave(500 + 3 * j + c))).collect();
+        let (mut out, mut columns) = (vec![Vec3::zeros(); n], vec![Vec3::zeros(); n]);
+        matrix.rows_product(0, &x, &mut out);
+        (0..n).for_each(|j| matrix.add_column(j, x[j], &mut columns));
+        let most = out.iter().flatten().fold(0.0_f64, |most, v| most.max(v.abs()));
+        assert!(out.iter().flatten().zip(columns.iter().flatten()).all(|(a, b)| (a - b).abs() < 1e-13 * most));
+        assert_eq!(matrix.row_product(7, &x), out[7]);
+    }
+
+    #[test]
+    fn a_motion_of_the_whole_meets_what_rows_leave_and_nothing_else() {
+        let (n, matrix) = (31, rounded(31));
+        let x = vec![Vec3::new(3.0, -1.0, 0.1); n];
+        let mut out = vec![Vec3::zeros(); n];
+        matrix.rows_product(0, &x, &mut out);
+        for (i, out) in out.iter().enumerate() {
+            let own = matrix.own(i);
+            let want = matrix3(&own) * x[0];
+            assert!((0..3).all(|c| (out[c] - want[c]).abs() <= 1e-15 * (1.0 + want[c].abs())), "{out:?} {want:?}");
+        }
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[test]
+    fn every_vector_unit_gives_the_same_bytes() {
+        let (n, matrix) = (31, rounded(31));
+        let x: Vec<Vec3> = (0..n).map(|j| Vec3::from_fn(|c, _| wave(900 + 3 * j + c))).collect();
+        let mut out = vec![Vec3::zeros(); n];
+        matrix.rows_product(0, &x, &mut out);
+        for (i, out) in out.iter().enumerate() {
+            assert_eq!(out.map(f64::to_bits), matrix.portable_row(i, &x).map(f64::to_bits));
+        }
+    }
+}

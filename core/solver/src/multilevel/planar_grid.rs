@@ -1,0 +1,392 @@
+//! Geometric coarsening of a sheet that lies nearly in a plane: the corners of squares, twice as wide from level to level, along both axes or
+//! one of them.
+//!
+//! Weights are linear along both sides of a square, also at the border, beyond which there are corners too. What is carried over
+//! is then as smooth as on a coarser mesh. Bending, which scales with the fourth power of a length, needs that smoothness: averages over
+//! aggregates take up to twice as many iterations. Nodes around a corner that are connected only elsewhere, on both sides of a cut or in
+//! two layers, get a corner for each connected part.
+//!
+//! Over many nodes squares begin a quarter of their width before the nodes, on every level. Those of a grid are a quarter or three
+//! quarters of a width from corners then, and what is carried over many levels is as smooth as quadratic splines (Chaikin 1974), which
+//! takes fewer iterations, of more terms. A grid is halved one way at a time there: that needs fewer terms for the same weights.
+
+use super::graph::{Graph, Weights};
+use crate::algebra::Vec3;
+use crate::elements::ElementSet;
+use CoarsenedAxes::{Across, Along, Both};
+use pliant_plugin_api::abi;
+
+/// Coordinates of a node in the plane, in widths of the mesh.
+type Place = [f64; 2];
+
+/// A planar grid over the nodes of a level.
+#[derive(Clone, Debug)]
+pub struct PlanarGrid {
+    /// Coordinates of each node.
+    places: Vec<Place>,
+    /// Offset of the first square before the nodes, in widths of a square.
+    begin: f64,
+    /// Coarsenings to try, the best first; coordinates are whole numbers where one axis is coarsened at a time.
+    next: &'static [CoarsenedAxes],
+}
+
+/// The axes along which widths are doubled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CoarsenedAxes {
+    /// Both axes.
+    Both,
+    /// Along rows.
+    Along,
+    /// Across rows.
+    Across,
+}
+
+impl CoarsenedAxes {
+    /// Whether widths are doubled along rows, and across them.
+    fn flags(self) -> [bool; 2] {
+        [self != Self::Across, self != Self::Along]
+    }
+}
+
+/// Nodes from which on fewer iterations are worth more terms in each.
+const MANY: usize = 8192;
+/// The same for the widths of the shorter side.
+const LONG: f64 = 48.0;
+/// Offset of squares before the nodes of a large grid, in widths of a square.
+const QUARTER: f64 = 0.25;
+/// Least cosine of the angle between a triangle and the plane of the sheet.
+const LEVEL: f64 = 0.5;
+/// A coordinate or cosine below this counts as zero: coordinates in files have few digits.
+const ROUGH: f64 = 1e-2;
+/// A weight below this counts as zero.
+const NOTHING: f64 = 1e-6;
+/// Most nodes in a square of two by two widths: a mesh that is locally much finer is left to aggregates.
+const CROWD: usize = 16;
+
+/// The planar grid of a sheet at rest; `None` for anything else, and for a sheet that is not nearly planar or not evenly fine.
+pub fn planar_grid(rest: &[Vec3], sets: &[ElementSet]) -> Option<PlanarGrid> {
+    let with_forces = || sets.iter().filter(|set| set.has(abi::HAS_FORCES));
+    let is_sheet = with_forces().all(|set| [abi::TRIANGLE, abi::HINGE].contains(&set.request().kind));
+    let triangles = with_forces().filter(|set| set.corners == 3).flat_map(|set| set.nodes().as_chunks().0);
+    if is_sheet { over(rest, &triangles.copied().collect::<Vec<_>>()) } else { None }
+}
+
+fn over(rest: &[Vec3], triangles: &[[u32; 3]]) -> Option<PlanarGrid> {
+    let (mut places, is_grid) =
+        Plane::of(triangles.iter().map(|corners| corners.map(|node| rest[node as usize])))?.places(rest);
+    let steps = |c: usize| places.windows(2).map(|pair| (pair[1][c] - pair[0][c]).abs()).sum::<f64>();
+    if steps(1) > steps(0) {
+        // Rows of corners as those of nodes.
+        places.iter_mut().for_each(|place| place.reverse());
+    }
+    for c in 0..2 {
+        let least = places.iter().map(|place| place[c]).fold(f64::INFINITY, f64::min);
+        places.iter_mut().for_each(|place| place[c] -= least);
+    }
+    let mut squares: Vec<_> = places.iter().map(|place| place.map(|at| (at / 2.0 + NOTHING) as i64)).collect();
+    squares.sort_unstable();
+    let is_even = squares.chunk_by(|a, b| a == b).all(|square| square.len() <= CROWD);
+    let is_long = |c: usize| places.iter().any(|place| place[c] >= LONG);
+    let is_large = places.len() >= MANY && is_long(0) && is_long(1);
+    let next: &[CoarsenedAxes] = if is_large && is_grid { &[Across, Along] } else { &[Both] };
+    is_even.then_some(PlanarGrid { places, begin: if is_large { QUARTER } else { 0.0 }, next })
+}
+
+/// The mean plane of a sheet.
+struct Plane {
+    /// A node.
+    origin: Vec3,
+    /// Unit vectors in the plane.
+    axes: [Vec3; 2],
+    /// Legs of the largest triangle, if it is right-angled, m.
+    sides: Option<[f64; 2]>,
+    /// Width of a square as large as two average triangles, m.
+    width: f64,
+}
+
+impl Plane {
+    fn of(triangles: impl Iterator<Item = [Vec3; 3]> + Clone) -> Option<Self> {
+        let twice_area = |[a, b, c]: [Vec3; 3]| (b - a).cross(&(c - a));
+        let (sum, count) = triangles.clone().fold((Vec3::zeros(), 0), |(sum, n), t| (sum + twice_area(t), n + 1));
+        let normal = sum.try_normalize(0.0)?;
+        if !triangles.clone().map(twice_area).all(|area| area.dot(&normal) >= LEVEL * area.norm()) {
+            return None;
+        }
+        let largest = triangles.max_by(|a, b| twice_area(*a).norm().total_cmp(&twice_area(*b).norm()))?;
+        let from = |k: usize| [largest[(k + 1) % 3] - largest[k], largest[(k + 2) % 3] - largest[k]];
+        let cosine = |k: &usize| from(*k)[0].normalize().dot(&from(*k)[1].normalize()).abs();
+        // Its corner that is next to square.
+        let corner = (0..3).min_by(|a, b| cosine(a).total_cmp(&cosine(b)))?;
+        let across = normal.cross(&from(corner)[0]).try_normalize(0.0)?;
+        let sides = (cosine(&corner) <= ROUGH).then(|| from(corner).map(|side| side.norm()));
+        let width = (sum.norm() / f64::from(count)).sqrt();
+        Some(Self { origin: largest[corner], axes: [across.cross(&normal), across], sides, width })
+    }
+
+    /// Coordinates of the nodes, and whether they are whole numbers.
+    fn places(&self, rest: &[Vec3]) -> (Vec<Place>, bool) {
+        let measured = |widths: [f64; 2]| -> Vec<Place> {
+            let place = |x: Vec3| [0, 1].map(|c| (x - self.origin).dot(&self.axes[c]) / widths[c]);
+            rest.iter().map(|x| place(*x)).collect()
+        };
+        match self.sides.and_then(|sides| whole(measured(sides))) {
+            Some(places) => (places, true),
+            None => (measured([self.width; 2]), false),
+        }
+    }
+}
+
+/// Coordinates rounded to whole numbers; `None` if some are not close to one.
+fn whole(mut places: Vec<Place>) -> Option<Vec<Place>> {
+    for c in 0..2 {
+        let [least, most] = [f64::min, f64::max].map(|of| places.iter().map(|place| place[c]).reduce(of));
+        let (least, extent) = (least?, most? - least?);
+        // Numbers in a file are rounded, and a sheet has more of them between its ends than one of its sides.
+        let stretch = extent.round() / extent;
+        for place in &mut places {
+            let at = (place[c] - least) * stretch;
+            let off = (at - at.round()).abs();
+            if off.is_nan() || off > ROUGH {
+                return None;
+            }
+            place[c] = at.round();
+        }
+    }
+    Some(places)
+}
+
+impl PlanarGrid {
+    /// Coarsenings to try, the best first.
+    pub fn next(&self) -> &'static [CoarsenedAxes] {
+        self.next
+    }
+
+    /// Whether squares begin before the nodes, which makes prolongation over many levels smooth.
+    pub fn is_smooth(&self) -> bool {
+        self.begin > 0.0
+    }
+
+    /// The grid of the corners of squares with doubled widths, its graph, and the weights of its prolongation.
+    pub fn coarsened(&self, axes: CoarsenedAxes, graph: &Graph) -> (Self, Graph, Weights) {
+        let (places, weights) = self.given(axes.flags(), graph);
+        let next: &[CoarsenedAxes] = match axes {
+            Across => &[Along, Across],
+            Along => &[Across, Along],
+            Both => self.next,
+        };
+        let joined = joined(places.len(), graph, &weights, axes);
+        (Self { places, next, ..*self }, joined, weights)
+    }
+
+    fn given(&self, ways: [bool; 2], graph: &Graph) -> (Vec<Place>, Weights) {
+        let places = &self.places;
+        // By row, place in it and node.
+        let mut shares: Vec<(i64, i64, u32, f64)> = Vec::with_capacity(4 * places.len());
+        for (node, place) in (0_u32..).zip(places) {
+            let [(i, u), (j, v)] = [0, 1].map(|c| {
+                let at = if ways[c] { place[c] / 2.0 + self.begin } else { place[c] };
+                let first = (at + NOTHING).floor();
+                (first as i64, (at - first).max(0.0))
+            });
+            let four = [
+                (i, j, (1.0 - u) * (1.0 - v)),
+                (i + 1, j, u * (1.0 - v)),
+                (i, j + 1, (1.0 - u) * v),
+                (i + 1, j + 1, u * v),
+            ];
+            shares.extend(four.into_iter().filter(|four| four.2 > NOTHING).map(|(i, j, share)| (j, i, node, share)));
+        }
+        shares.sort_unstable_by_key(|(j, i, node, _)| (*j, *i, *node));
+        let (mut corners, mut terms) = (Vec::new(), Vec::with_capacity(shares.len()));
+        for around in shares.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+            let nodes: Vec<u32> = around.iter().map(|share| share.2).collect();
+            let part = parts(&nodes, graph);
+            let first = corners.len() as u32;
+            terms.extend(around.iter().zip(&part).map(|(share, part)| (share.2, first + part, share.3 as f32)));
+            let count = part.iter().max().map_or(0, |last| last + 1);
+            corners.extend((0..count).map(|_| [around[0].1 as f64, around[0].0 as f64]));
+        }
+        terms.sort_unstable_by_key(|(node, corner, _)| u64::from(*node) << 32 | u64::from(*corner));
+        let ends = |node: u32| terms.partition_point(|term| term.0 < node) as u32;
+        let weights = Weights {
+            start: (0..=places.len() as u32).map(ends).collect(),
+            coarse: terms.iter().map(|term| term.1).collect(),
+            weight: terms.iter().map(|term| term.2).collect(),
+        };
+        (corners, weights)
+    }
+}
+
+/// The graph of the corners: two are neighbours if the nodes they give to are.
+fn joined(corners: usize, graph: &Graph, weights: &Weights, axes: CoarsenedAxes) -> Graph {
+    let mut pairs = Vec::new();
+    for node in 0..graph.len() {
+        // Corners of squares that are joined have a node in common, as long as widths are doubled both ways.
+        let around = if axes == Both { &[] } else { graph.of(node) };
+        for near in around.iter().map(|near| *near as usize).chain([node]) {
+            for (a, _) in weights.of(node) {
+                pairs.extend(weights.of(near).filter(|(b, _)| *b != a).map(|(b, _)| [a, b]));
+            }
+        }
+    }
+    Graph::new(corners, pairs)
+}
+
+/// The connected component of each of some nodes, within them.
+fn parts(nodes: &[u32], graph: &Graph) -> Vec<u32> {
+    let (mut part, mut count, mut open) = (vec![u32::MAX; nodes.len()], 0, Vec::new());
+    for first in 0..nodes.len() {
+        if part[first] != u32::MAX {
+            continue;
+        }
+        open.push(first);
+        while let Some(at) = open.pop() {
+            part[at] = count;
+            let joined = graph.of(nodes[at] as usize).iter().filter_map(|node| nodes.binary_search(node).ok());
+            open.extend(joined.filter(|at| part[*at] == u32::MAX));
+        }
+        count += 1;
+    }
+    part
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::multilevel::coarsen::{Coarsened, Layout};
+
+    /// A sheet of `n` by `m` nodes at places that `at` gives, in triangles whose diagonals alternate.
+    fn sheet(n: u32, m: u32, at: impl Fn(u32, u32) -> Vec3) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+        let rest = (0..m).flat_map(|j| (0..n).map(move |i| (i, j))).map(|(i, j)| at(i, j)).collect();
+        let mut triangles = Vec::new();
+        for (i, j) in (0..m - 1).flat_map(|j| (0..n - 1).map(move |i| (i, j))) {
+            let [a, b, c, d] = [n * j + i, n * j + i + 1, n * (j + 1) + i, n * (j + 1) + i + 1];
+            triangles.extend(if (i + j) % 2 == 0 { [[a, b, d], [a, d, c]] } else { [[a, b, c], [b, d, c]] });
+        }
+        (rest, triangles)
+    }
+
+    fn layout((rest, triangles): &(Vec<Vec3>, Vec<[u32; 3]>)) -> Layout {
+        Layout::of_triangles(over(rest, triangles), rest.len(), triangles)
+    }
+
+    /// Corners of levels, after their weights were looked at.
+    fn levels(mut layout: Layout) -> Vec<usize> {
+        let mut counts = Vec::new();
+        while let Some(Coarsened { layout: coarse, weights, axes }) =
+            Some(&layout).filter(|layout| layout.len() > 12).and_then(Layout::coarsen)
+        {
+            let [fine, rough] = [&layout, &coarse].map(|layout| layout.planar_grid().expect("level"));
+            for (node, place) in fine.places.iter().enumerate() {
+                let mut sum = [0.0; 3];
+                for (a, weight) in weights.of(node) {
+                    let (corner, weight) = (rough.places[a as usize], f64::from(weight));
+                    let at = |c: usize| if axes.flags()[c] { 2.0 * (corner[c] - rough.begin) } else { corner[c] };
+                    sum = [sum[0] + weight, sum[1] + weight * at(0), sum[2] + weight * at(1)];
+                }
+                let linear = (0..2).all(|c| (sum[c + 1] - place[c]).abs() < 1e-4 * (1.0 + place[c]));
+                assert!((sum[0] - 1.0).abs() < 1e-5 && linear, "{node}: {sum:?} {place:?}");
+                assert!(weights.of(node).count() <= if axes == Both { 4 } else { 2 });
+            }
+            counts.push(coarse.len());
+            layout = coarse;
+        }
+        counts
+    }
+
+    #[test]
+    fn of_a_grid_every_second_node_is_a_corner_and_weights_are_linear_up_to_the_border() {
+        // Cells of 2 by 3, tilted.
+        let grid = sheet(33, 21, |i, j| {
+            Vec3::new(2.0 * f64::from(i), 3.0 * 0.6 * f64::from(j), 3.0 * 0.8 * f64::from(j) + 7.0)
+        });
+        let layout = layout(&grid);
+        let weights = layout.coarsen().expect("level").weights;
+        let shares = |i: usize, j: usize| weights.of(33 * j + i).map(|term| term.1).collect::<Vec<_>>();
+        assert_eq!((shares(6, 4), shares(7, 4), shares(7, 5)), (vec![1.0], vec![0.5; 2], vec![0.25; 4]));
+        assert_eq!(levels(layout), [17 * 11, 9 * 6, 5 * 4, 3 * 3]);
+    }
+
+    #[test]
+    fn a_large_grid_is_halved_one_way_at_a_time_and_its_nodes_are_a_quarter_from_lines() {
+        let layout = layout(&sheet(100, 90, |i, j| Vec3::new(f64::from(i), 0.0, 2.0 * f64::from(j))));
+        let weights = layout.coarsen().expect("level").weights;
+        let shares =
+            |node: usize| weights.of(node).map(|term| term.1).fold([1.0_f32, 0.0], |[a, b], c| [a.min(c), b.max(c)]);
+        assert!((0..9000).all(|node| shares(node) == [0.25, 0.75]));
+        let [a, b, c, d, e] = [[51, 46], [27, 24], [15, 13], [9, 8], [6, 5]].map(|[n, m]| n * m);
+        assert_eq!(levels(layout), [100 * 46, a, 51 * 24, b, 27 * 13, c, 15 * 8, d, 9 * 5, e, 6 * 4, 4 * 4, 4 * 3]);
+        // Of a strip only what is long is halved at last; one of a few rows takes fewer iterations with corners among its nodes.
+        let strip = |n, m| self::layout(&sheet(n, m, |i, j| Vec3::new(f64::from(i), 0.0, f64::from(j))));
+        assert!(levels(strip(400, 50)).ends_with(&[9 * 3, 6 * 3, 4 * 3]));
+        assert_eq!(levels(strip(3000, 3))[..2], [1501 * 2, 751 * 2]);
+    }
+
+    #[test]
+    fn a_grid_of_a_file_with_few_digits_is_one() {
+        let rounded = |at: u32| (0.2 / 127.0 * f64::from(at) * 1e6).round() * 1e-6;
+        let (rest, triangles) = sheet(128, 128, |i, j| Vec3::new(rounded(i), rounded(j), 0.0));
+        let grid = over(&rest, &triangles).expect("level");
+        let mut places: Vec<[i64; 2]> = grid.places.iter().map(|place| place.map(|at| at as i64)).collect();
+        assert!(grid.places.as_flattened().iter().all(|at| *at == at.round()) && grid.next == [Across, Along]);
+        places.sort_unstable();
+        assert!(places.iter().copied().eq((0..128).flat_map(|i| (0..128).map(move |j| [i, j]))));
+    }
+
+    #[test]
+    fn scattered_nodes_have_squares_about_as_wide() {
+        let wave = |i: u32, j: u32, k: f64| 0.3 * (k * f64::from(17 * i + 29 * j)).sin();
+        let at =
+            |i, j| Vec3::new(f64::from(i) + wave(i, j, 1.3), f64::from(j) + wave(i, j, 1.7), 0.2 * wave(i, j, 0.1));
+        let found = levels(layout(&sheet(40, 40, at)));
+        assert!((400..=484).contains(&found[0]) && (121..=150).contains(&found[1]), "{found:?}");
+        let found = levels(layout(&sheet(96, 96, at)));
+        assert!((2304..=2601).contains(&found[0]) && (625..=729).contains(&found[1]), "{found:?}");
+    }
+
+    #[test]
+    fn what_hangs_together_elsewhere_only_has_corners_of_its_own() {
+        // Two layers; and one that is cut from one side to its middle.
+        for n in [16, 96] {
+            let all = n * n;
+            let (mut rest, mut triangles) = sheet(n, n, |i, j| Vec3::new(f64::from(i), f64::from(j), 0.0));
+            let whole = levels(layout(&(rest.clone(), triangles.clone())))[0];
+            rest.extend(rest.clone().iter().map(|x| Vec3::new(x[0], x[1], 0.01)));
+            triangles.extend(triangles.clone().iter().map(|nodes| nodes.map(|node| node + all)));
+            assert_eq!(levels(layout(&(rest, triangles)))[0], 2 * whole);
+            let (mut rest, mut triangles) = sheet(n, n, |i, j| Vec3::new(f64::from(i), f64::from(j), 0.0));
+            let row = n / 2 - 1;
+            for i in 0..n / 2 {
+                let (old, new) = (n * row + i, rest.len() as u32);
+                rest.push(rest[old as usize]);
+                let above = |nodes: &[u32; 3]| nodes.iter().any(|node| *node < all && *node / n > row);
+                let there = triangles.iter_mut().filter(|nodes| above(nodes)).flatten();
+                there.filter(|node| **node == old).for_each(|node| *node = new);
+            }
+            let weights = layout(&(rest, triangles)).coarsen().expect("level").weights;
+            let shares = |a: u32, b: u32| {
+                weights.of(a as usize).any(|(at, _)| weights.of(b as usize).any(|(other, _)| at == other))
+            };
+            let (before, after) = (n * (row - 1), n * (row + 1));
+            assert!(!shares(n * row, all) && !shares(before + 2, after + 2) && shares(before + n - 4, after + n - 4));
+        }
+    }
+
+    #[test]
+    fn what_is_bent_or_much_finer_somewhere_is_left_to_aggregates() {
+        let bent = |angle: f64| {
+            sheet(30, 30, |i, j| {
+                let turn = angle * (f64::from(i) / 29.0 - 0.5);
+                Vec3::new(29.0 / angle * turn.sin(), f64::from(j), 29.0 / angle * turn.cos())
+            })
+        };
+        assert!(layout(&bent(1.5)).planar_grid().is_some() && layout(&bent(3.0)).planar_grid().is_none());
+        let fine = |i: u32| f64::from(i).powi(3) / 900.0;
+        assert!(layout(&sheet(30, 30, |i, j| Vec3::new(fine(i), fine(j), 0.0))).planar_grid().is_none());
+        assert!(
+            layout(&sheet(30, 30, |i, j| Vec3::new(f64::from(i), f64::NAN * f64::from(j), 0.0)))
+                .planar_grid()
+                .is_none()
+        );
+    }
+}
