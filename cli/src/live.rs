@@ -23,7 +23,7 @@ pub fn run_live(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
     let mut recording = args.record.as_ref().map(|path| RecordingWriter::create(path, &inputs)).transpose()?;
     let duration = args.duration.unwrap_or(scene.time.duration.get_ref().si);
     let stop = stop_flag();
-    let mut live = LiveSession::start(&mut session, LiveSettings { rate: args.rate, viewer: None })?;
+    let mut live = LiveSession::start(&mut session, LiveSettings { rate: args.rate, view: None })?;
     let (mut stopped, mut last) = (false, false);
     while !last {
         let samples = live.step(&mut session);

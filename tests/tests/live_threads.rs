@@ -3,7 +3,9 @@
 
 use pliant_engine::session::{EventKind, Session};
 use pliant_host::{DeviceInfo, EffectorOutput, Pose};
-use pliant_live::{HapticDevice, LiveSession, LiveSettings, PointerDevice, StopDevice, ViewFrame, Viewer};
+use pliant_live::{
+    HapticDevice, LiveSession, LiveSettings, PointerDevice, StopDevice, ViewFrame, Viewer, ViewerThread, view_buffer,
+};
 use pliant_mesh::geometry::Vec3;
 use pliant_plugin_api::abi::{POSE_VALID, Status};
 use pliant_tests::{Bench, box_scene, open};
@@ -105,13 +107,16 @@ impl HapticDevice for Watching {
 }
 
 /// A block under a device with a quirk.
-fn start(quirk: Quirk, viewer: Option<Box<dyn Viewer>>) -> (Session, LiveSession, Arc<Seen>) {
-    let mut session = open(&box_scene("", "", ""), 1);
+fn start(quirk: Quirk) -> (Session, LiveSession, Arc<Seen>) {
+    let session = open(&box_scene("", "", ""), 1);
+    begin(session, quirk, LiveSettings::default())
+}
+
+fn begin(mut session: Session, quirk: Quirk, settings: LiveSettings) -> (Session, LiveSession, Arc<Seen>) {
     let facts = session.devices[0].facts;
     drop(session.take_devices());
     let seen = Arc::new(Seen::default());
     let device = Watching { facts, quirk, seen: Arc::clone(&seen), before: None };
-    let settings = LiveSettings { rate: None, viewer };
     let live = LiveSession::start_with_devices(&mut session, vec![Box::new(device)], settings).expect("threads");
     (session, live, seen)
 }
@@ -125,7 +130,7 @@ fn until(ticks: u64, (session, live, seen): (&mut Session, &mut LiveSession, &Se
 
 #[test]
 fn the_haptic_thread_takes_no_memory() {
-    let (mut session, mut live, seen) = start(Quirk::None, None);
+    let (mut session, mut live, seen) = start(Quirk::None);
     until(300, (&mut session, &mut live, &seen));
     // However slow the simulation is here: until the hand feels it, and on.
     while !seen.pushes.load(Ordering::Relaxed) {
@@ -138,7 +143,7 @@ fn the_haptic_thread_takes_no_memory() {
     assert_eq!(seen.taken.load(Ordering::Relaxed), 0, "allocations and releases in {} ticks", summary.ticks);
     assert!(seen.stopped.load(Ordering::Relaxed) && !seen.pushes.load(Ordering::Relaxed), "an orderly end");
     // And the count is not blind.
-    let (mut session, mut live, seen) = start(Quirk::Allocates, None);
+    let (mut session, mut live, seen) = start(Quirk::Allocates);
     until(100, (&mut session, &mut live, &seen));
     drop(live);
     assert!(seen.taken.load(Ordering::Relaxed) >= 100);
@@ -146,7 +151,7 @@ fn the_haptic_thread_takes_no_memory() {
 
 #[test]
 fn a_panic_of_the_simulation_stops_the_devices() {
-    let (mut session, mut live, seen) = start(Quirk::None, None);
+    let (mut session, mut live, seen) = start(Quirk::None);
     until(200, (&mut session, &mut live, &seen));
     assert!(!seen.stopped.load(Ordering::Relaxed));
     let gone = std::thread::spawn(move || {
@@ -158,7 +163,7 @@ fn a_panic_of_the_simulation_stops_the_devices() {
 
 #[test]
 fn a_panic_of_the_haptic_thread_stops_the_devices_and_is_told() {
-    let (mut session, mut live, seen) = start(Quirk::Panics, None);
+    let (mut session, mut live, seen) = start(Quirk::Panics);
     while live.is_alive() {
         live.step(&mut session);
     }
@@ -169,7 +174,7 @@ fn a_panic_of_the_haptic_thread_stops_the_devices_and_is_told() {
 
 #[test]
 fn the_watchdog_stops_a_device_whose_driver_hangs() {
-    let (mut session, mut live, seen) = start(Quirk::Hangs, None);
+    let (mut session, mut live, seen) = start(Quirk::Hangs);
     until(60, (&mut session, &mut live, &seen));
     assert!(seen.stopped.load(Ordering::Relaxed), "while its driver hung");
     let summary = live.finish();
@@ -178,7 +183,7 @@ fn the_watchdog_stops_a_device_whose_driver_hangs() {
 
 #[test]
 fn a_device_that_is_unplugged_is_told_and_the_session_goes_on() {
-    let (mut session, mut live, seen) = start(Quirk::Unplugged, None);
+    let (mut session, mut live, seen) = start(Quirk::Unplugged);
     while session.steps() < 200 || session.events.count(EventKind::DeviceLost) == 0 {
         live.step(&mut session);
     }
@@ -193,7 +198,7 @@ struct Slow(Arc<AtomicU64>, Arc<AtomicU64>);
 
 impl Viewer for Slow {
     fn show(&mut self, picture: &ViewFrame) {
-        let moved = picture.surfaces[0].len() > 100 && picture.tools.len() == 1;
+        let moved = picture.bodies[0].positions.len() > 100 && picture.tools.len() == 1;
         self.0.fetch_add(u64::from(moved), Ordering::Relaxed);
         let rising = self.1.swap(picture.time.to_bits(), Ordering::Relaxed) < picture.time.to_bits();
         assert!(rising, "an old picture at {} s", picture.time);
@@ -205,7 +210,10 @@ impl Viewer for Slow {
 fn a_viewer_sees_whole_pictures_and_holds_nobody_up() {
     let (shown, last) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicU64::new(0)));
     let viewer = Slow(Arc::clone(&shown), Arc::clone(&last));
-    let (mut session, mut live, _) = start(Quirk::None, Some(Box::new(viewer)));
+    let session = open(&box_scene("", "", ""), 1);
+    let (writer, reader) = view_buffer(&session);
+    let _thread = ViewerThread::start(reader, Box::new(viewer)).expect("a thread");
+    let (mut session, mut live, _) = begin(session, Quirk::None, LiveSettings { rate: None, view: Some(writer) });
     while shown.load(Ordering::Relaxed) < 3 {
         live.step(&mut session);
     }

@@ -163,6 +163,11 @@ impl CutMesh {
         &self.normals
     }
 
+    /// Rows of texture coordinates and of normals at the corners of a triangle; `u32::MAX` where it has none.
+    pub fn corner_rows(&self, triangle: u32) -> ([u32; 3], [u32; 3]) {
+        (self.texture[triangle as usize], self.shading[triangle as usize])
+    }
+
     /// Whether a triangle is part of the cut surface inside a body.
     pub fn is_cap(&self, triangle: u32) -> bool {
         self.surface.face_of[triangle as usize] as usize == self.whole.faces

@@ -7,7 +7,7 @@ use crate::realtime::RealtimeStatus;
 use crate::servo::{Servo, ServoTool};
 use crate::snapshots::{DeviceLoss, HandSamples, SimulationPort};
 use crate::summary::{DeviceCounts, HandSummary, LiveSummary};
-use crate::viewer::{Viewer, ViewerThread};
+use crate::view::ViewWriter;
 use crate::watchdog::Watchdog;
 use pliant_engine::session::{EventKind, Session};
 use std::io;
@@ -21,8 +21,8 @@ use std::time::Duration;
 pub struct LiveSettings {
     /// Hz, rate of the haptic loop; by default that of the fastest device, up to 4 kHz
     pub rate: Option<f64>,
-    /// Receives frames, if there is one.
-    pub viewer: Option<Box<dyn Viewer>>,
+    /// Receives frames of the session, if somebody looks.
+    pub view: Option<ViewWriter>,
 }
 
 /// ns, longest time that the first tick is waited for
@@ -36,7 +36,7 @@ pub struct LiveSession {
     haptic: Option<JoinHandle<HapticResult>>,
     watchdog: Watchdog,
     port: SimulationPort,
-    viewer: Option<ViewerThread>,
+    view: Option<ViewWriter>,
     pacer: Pacer,
     rate: f64,
     /// ns, time of the clock at the first step
@@ -76,7 +76,7 @@ impl LiveSession {
         let reported = vec![false; devices.len()];
         let names = session.devices.iter().map(|slot| slot.name.clone()).collect();
         let (servo, port) = Servo::new(session, devices, settings.rate);
-        let viewer = settings.viewer.map(ViewerThread::start).transpose()?;
+        let view = settings.view;
         let (rate, signals, clock) = (servo.rate(), Arc::new(ThreadSignals::default()), Clock::start());
         let watchdog = Watchdog::start(servo.stop_handles(), Arc::clone(&signals))?;
         let haptic = Some(start(servo, clock, Arc::clone(&signals))?);
@@ -86,7 +86,7 @@ impl LiveSession {
         }
         let (began, dt) = (clock.now(), session.dt());
         let pacer = Pacer::new(began, dt);
-        Ok(Self { clock, signals, haptic, watchdog, port, viewer, pacer, rate, began, steps: 0, dt, reported, names })
+        Ok(Self { clock, signals, haptic, watchdog, port, view, pacer, rate, began, steps: 0, dt, reported, names })
     }
 
     /// s, wall-clock time since the start
@@ -116,8 +116,8 @@ impl LiveSession {
                     .add(EventKind::DeviceLost, now, || format!("device `{name}`: {call}: {}", status.meaning()));
             }
         }
-        if let Some(viewer) = &mut self.viewer {
-            viewer.publish(session, self.clock.now());
+        if let Some(view) = &mut self.view {
+            view.publish_if_due(session, self.clock.now());
         }
         samples
     }

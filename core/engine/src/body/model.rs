@@ -1,5 +1,6 @@
 //! What does not change while a body deforms: the document, its placed surface, and what is around each vertex.
 
+use super::pages::PageStamps;
 use pliant_mesh::geometry::TriangleTree;
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::{Finding, ObjDocument, Placement, Surface, check};
@@ -18,6 +19,8 @@ pub struct Model {
     /// Triangles around vertex v: `around[start[v]..start[v + 1]]`.
     start: Vec<u32>,
     around: Vec<u32>,
+    /// Which triangles have changed, for viewers.
+    pub pages: PageStamps,
     /// The same for vertices near a cut.
     recut: HashMap<u32, Vec<u32>>,
     /// m, the longest edge at each vertex (n)
@@ -51,7 +54,17 @@ impl Model {
                 longest_edge[b] = longest_edge[b].max(edge);
             }
         }
-        Self { document, placement, surface, findings, start, around, recut: HashMap::new(), longest_edge }
+        Self {
+            document,
+            placement,
+            surface,
+            findings,
+            start,
+            around,
+            pages: PageStamps::default(),
+            recut: HashMap::new(),
+            longest_edge,
+        }
     }
 
     /// Triangles around a vertex.
@@ -97,6 +110,7 @@ impl Model {
         self.surface.triangles.extend_from_slice(&surface.triangles[first..]);
         self.surface.face_of.extend_from_slice(&surface.face_of[first..]);
         for t in changed.iter().copied().filter(stays).chain(first as u32..count as u32) {
+            self.pages.mark(t);
             if self.is_lid(t) {
                 continue;
             }

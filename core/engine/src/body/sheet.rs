@@ -206,6 +206,7 @@ impl Sheet {
         for (&vertex, x) in self.vertex_of.iter().zip(&nodes.x) {
             skin.x[vertex as usize] = *x;
         }
+        skin.pages.mark_all(skin.x.len());
     }
 
     /// Makes the present shape the rest shape: every triangle is laid out as it is now, its warp where it has gone.
@@ -217,6 +218,7 @@ impl Sheet {
         system.nodes.v.fill(Vec3::zeros());
         let settled = Arc::make_mut(&mut skin.settled);
         settled.copy_from_slice(&skin.x);
+        skin.pages.mark_all(skin.x.len());
         let all: Vec<u32> = (0..model.surface.triangles.len() as u32).collect();
         skin.tree.refit(&skin.settled, &model.surface.triangles, &all);
         let triangles = self.triangles(&model.surface);

@@ -4,6 +4,7 @@ use pliant_mesh::geometry::TriangleTree;
 use pliant_solver::Vec3;
 
 use super::model::Model;
+use super::pages::PageStamps;
 use std::sync::Arc;
 
 /// The cell of a vertex that no cell of the region carries.
@@ -22,6 +23,8 @@ pub struct Skin {
     pub cell: Vec<u32>,
     /// Over the settled surface.
     pub tree: TriangleTree,
+    /// Which vertices have moved, for viewers.
+    pub pages: PageStamps,
 }
 
 impl Skin {
@@ -29,7 +32,7 @@ impl Skin {
     pub fn new(model: &Model) -> Self {
         let settled = model.surface.points.clone();
         let (x, cell) = (settled.clone(), vec![NOT_CARRIED; settled.len()]);
-        Self { x, cell, settled: Arc::new(settled), tree: model.tree() }
+        Self { x, cell, settled: Arc::new(settled), tree: model.tree(), pages: PageStamps::default() }
     }
 
     /// Has as many vertices as `settled`, which is where those of the model are now at rest; those that were there stand
@@ -38,6 +41,7 @@ impl Skin {
         let known = self.x.len().min(settled.len());
         self.x.truncate(known);
         self.x.extend_from_slice(&settled[known..]);
+        (known..settled.len()).for_each(|v| self.pages.mark(v as u32));
         self.cell.resize(settled.len(), NOT_CARRIED);
         self.settled = settled;
         gone.for_each(|t| self.tree.remove(t));
@@ -48,7 +52,12 @@ impl Skin {
 
     /// Forgets which cells carry it, and stands at rest.
     pub fn settle(&mut self) {
-        self.x.copy_from_slice(&self.settled);
+        for (v, (x, settled)) in self.x.iter_mut().zip(self.settled.iter()).enumerate() {
+            if x != settled {
+                *x = *settled;
+                self.pages.mark(v as u32);
+            }
+        }
         self.cell.fill(NOT_CARRIED);
     }
 

@@ -24,7 +24,7 @@ pub(super) fn haptic_loop(case: &HapticLoop, scenes: SceneSource<'_>, context: &
         Ok((_, session)) => session,
         Err(error) => return row.failed(error.to_string()),
     };
-    let mut live = match LiveSession::start(&mut session, LiveSettings { rate: Some(case.rate), viewer: None }) {
+    let mut live = match LiveSession::start(&mut session, LiveSettings { rate: Some(case.rate), view: None }) {
         Ok(live) => live,
         Err(error) => return row.failed(error.to_string()),
     };

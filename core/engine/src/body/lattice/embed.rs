@@ -178,6 +178,7 @@ impl Lattice {
             let weights = &self.weights[first + i];
             let u: Vec3 = weights.iter().zip(&moved).map(|(w, u)| *w * *u).sum();
             skin.x[v as usize] = skin.settled[v as usize] + u;
+            skin.pages.mark(v);
         }
         Ok(())
     }
@@ -240,6 +241,7 @@ impl Lattice {
         for (i, &v) in points.iter().enumerate() {
             let u = s.now[i] - s.rest[i];
             skin.x[v as usize] = skin.settled[v as usize] + u;
+            skin.pages.mark(v);
         }
         self.scratch = s;
         Ok(())

@@ -111,6 +111,7 @@ impl Lattice {
         let settled = |v: u32, skin: &mut Skin| {
             skin.cell[v as usize] = NOT_CARRIED;
             skin.x[v as usize] = skin.settled[v as usize];
+            skin.pages.mark(v);
         };
         for cell in 0..self.region.cell_id.len() as u32 {
             self.points(cell)?.iter().for_each(|&v| settled(v, skin));
@@ -266,6 +267,7 @@ impl Lattice {
             for &v in self.points(cell)? {
                 if settled[v as usize] != x[v as usize] {
                     settled[v as usize] = x[v as usize];
+                    skin.pages.mark(v);
                     triangles.extend_from_slice(model.around(v));
                 }
             }

@@ -1,0 +1,210 @@
+//! Frames from the simulation to a viewer: places through a triple buffer, the newest wins; changes of topology through a queue, none
+//! is lost. Neither side waits for the other, and only pages that have changed are copied.
+
+use super::frame::{BodyTopology, BodyView, TopologyPatch, ViewFrame};
+use pliant_engine::body::{Body, PAGE, TriangleLook};
+use pliant_engine::session::Session;
+use pliant_solver::Vec3;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use triple_buffer::{Input, Output, triple_buffer};
+
+/// ns between two frames
+const FRAME_PERIOD: u64 = 1_000_000_000 / 60;
+
+/// The simulation's end.
+pub struct ViewWriter {
+    frames: Input<ViewFrame>,
+    patches: Sender<TopologyPatch>,
+    wants_cells: Arc<AtomicBool>,
+    bodies: Vec<BodyTrack>,
+    /// Number of the last frame.
+    number: u64,
+    /// ns, time of the next frame
+    due: u64,
+}
+
+/// The viewer's end.
+pub struct ViewReader {
+    frames: Output<ViewFrame>,
+    patches: Receiver<TopologyPatch>,
+    /// Patches of frames that are not there yet.
+    ahead: Vec<TopologyPatch>,
+    wants_cells: Arc<AtomicBool>,
+    /// Bodies as the session was opened: those that move, then those that stand.
+    pub bodies: Vec<BodyTopology>,
+}
+
+/// What the writer remembers of a body.
+struct BodyTrack {
+    origin: Vec3,
+    /// Last periods of the page stamps of the surface and of the triangles that were taken over.
+    vertices_seen: u64,
+    triangles_seen: u64,
+    triangles: usize,
+    patches: u64,
+    /// Frame in which each page of vertices last changed.
+    stamps: Vec<u64>,
+}
+
+/// The two ends of a buffer for the views of a session.
+pub fn view_buffer(session: &Session) -> (ViewWriter, ViewReader) {
+    let (frames, output) = triple_buffer(&ViewFrame::default());
+    let (sender, patches) = channel();
+    let wants_cells = Arc::new(AtomicBool::new(false));
+    let moving = session.bodies.iter().map(|body| {
+        let looks = (0..body.model.surface.triangles.len() as u32).map(|t| body.look(t)).collect();
+        topology(&body.name, body.model.surface.bounds().centre(), &body.skin.x, looks, true)
+    });
+    let standing = session.standing.iter().map(|(name, model)| {
+        let looks = (0..model.surface.triangles.len() as u32).map(|t| model.look(t, None)).collect();
+        topology(name, model.surface.bounds().centre(), &model.surface.points, looks, false)
+    });
+    let bodies: Vec<BodyTopology> = moving.chain(standing).collect();
+    let tracks = bodies.iter().zip(&session.bodies).map(|(topology, body)| BodyTrack {
+        origin: topology.origin,
+        vertices_seen: 0,
+        triangles_seen: 0,
+        triangles: body.model.surface.triangles.len(),
+        patches: 0,
+        stamps: vec![1; body.skin.x.len().div_ceil(PAGE)],
+    });
+    let writer = ViewWriter {
+        frames,
+        patches: sender,
+        wants_cells: Arc::clone(&wants_cells),
+        bodies: tracks.collect(),
+        number: 0,
+        due: 0,
+    };
+    (writer, ViewReader { frames: output, patches, ahead: Vec::new(), wants_cells, bodies })
+}
+
+fn topology(name: &str, origin: Vec3, points: &[Vec3], looks: Vec<Option<TriangleLook>>, moves: bool) -> BodyTopology {
+    let positions = points.iter().map(|point| (point - origin).map(|c| c as f32).into()).collect();
+    BodyTopology { name: name.to_owned(), triangles: Arc::new(looks), origin, positions, moves }
+}
+
+impl ViewWriter {
+    /// Publishes a frame of the session if one is due at `now` (ns): sixty a second.
+    pub fn publish_if_due(&mut self, session: &mut Session, now: u64) {
+        if now >= self.due {
+            self.due = now + FRAME_PERIOD;
+            self.publish(session);
+        }
+    }
+
+    /// Publishes a frame of the session.
+    pub fn publish(&mut self, session: &mut Session) {
+        session.update_surface();
+        self.number += 1;
+        let number = self.number;
+        let frame = self.frames.input_buffer_mut();
+        frame.number = number;
+        frame.time = session.time();
+        frame.steps = session.steps();
+        let felt = session.frame();
+        frame.tools.clone_from(&felt.tools);
+        (frame.nodes, frame.elements) = (felt.nodes, felt.elements);
+        frame.bodies.resize_with(session.bodies.len(), BodyView::default);
+        frame.cells.clear();
+        let wants_cells = self.wants_cells.load(Ordering::Relaxed);
+        for (index, body) in session.bodies.iter_mut().enumerate() {
+            let Some(track) = self.bodies.get_mut(index) else { continue };
+            if let Some(patch) = track.patch(index, body) {
+                // Without a reader nobody misses it.
+                let _ = self.patches.send(patch);
+            }
+            track.copy(&mut frame.bodies[index], body, number);
+            if wants_cells {
+                frame.cells.extend(active_cells(body));
+            }
+        }
+        self.frames.publish();
+    }
+}
+
+impl BodyTrack {
+    /// What has changed of the triangles since the last frame.
+    fn patch(&mut self, index: usize, body: &mut Body) -> Option<TopologyPatch> {
+        let count = body.model.surface.triangles.len();
+        let seen = self.triangles_seen;
+        self.triangles_seen = body.model.pages.end_period();
+        let mut changed = Vec::new();
+        for page in body.model.pages.changed_after(seen) {
+            let triangles = (page * PAGE) as u32..((page + 1) * PAGE).min(count) as u32;
+            changed.extend(triangles.map(|t| (t, body.look(t))));
+        }
+        if changed.is_empty() && count == self.triangles {
+            return None;
+        }
+        self.triangles = count;
+        self.patches += 1;
+        Some(TopologyPatch { body: index, number: self.patches, count, changed })
+    }
+
+    /// Brings one of the three buffers up to date, page by page.
+    fn copy(&mut self, view: &mut BodyView, body: &mut Body, number: u64) {
+        let skin = &mut body.skin;
+        let count = skin.x.len();
+        self.stamps.resize(count.div_ceil(PAGE), number);
+        let seen = self.vertices_seen;
+        self.vertices_seen = skin.pages.end_period();
+        for page in skin.pages.changed_after(seen) {
+            if let Some(stamp) = self.stamps.get_mut(page) {
+                *stamp = number;
+            }
+        }
+        view.origin = self.origin;
+        view.patches = self.patches;
+        view.positions.resize(count, [0.0; 3]);
+        view.displacements.resize(count, 0.0);
+        view.stamps.resize(self.stamps.len(), 0);
+        for (page, stamp) in self.stamps.iter().enumerate() {
+            if view.stamps[page] == *stamp {
+                continue;
+            }
+            for v in page * PAGE..((page + 1) * PAGE).min(count) {
+                view.positions[v] = (skin.x[v] - self.origin).map(|c| c as f32).into();
+                view.displacements[v] = (skin.x[v] - skin.settled[v]).norm() as f32;
+            }
+            view.stamps[page] = *stamp;
+        }
+    }
+}
+
+/// Corners of the cells of a body that are simulated, m.
+fn active_cells(body: &Body) -> impl Iterator<Item = [[f32; 3]; 8]> + '_ {
+    let lattice = body.carrier.lattice();
+    let corners = lattice.map_or(&[][..], |lattice| &lattice.region().cell_corners);
+    let place = |node: u32| body.system.nodes.x[node as usize].map(|c| c as f32).into();
+    corners.iter().map(move |cell| cell.map(place))
+}
+
+impl ViewReader {
+    /// Takes in the newest frame; gives whether it is one that was not there before.
+    pub fn update(&mut self) -> bool {
+        self.frames.update()
+    }
+
+    /// The newest frame that was taken in.
+    pub fn frame(&self) -> &ViewFrame {
+        self.frames.output_buffer()
+    }
+
+    /// Patches of topology up to the newest frame that was taken in, in their order; each is given once.
+    pub fn take_patches(&mut self) -> Vec<TopologyPatch> {
+        self.ahead.extend(self.patches.try_iter());
+        let frame = self.frames.output_buffer();
+        let ready = |patch: &TopologyPatch| frame.bodies.get(patch.body).is_some_and(|b| patch.number <= b.patches);
+        let (now, later) = std::mem::take(&mut self.ahead).into_iter().partition(ready);
+        self.ahead = later;
+        now
+    }
+
+    /// Asks for the simulated cells in frames, or no longer.
+    pub fn want_cells(&self, wanted: bool) {
+        self.wants_cells.store(wanted, Ordering::Relaxed);
+    }
+}
