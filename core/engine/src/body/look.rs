@@ -14,7 +14,7 @@ pub const CAP: u32 = u32::MAX - 1;
 pub struct TriangleLook {
     /// Vertices, counter-clockwise seen from outside.
     pub corners: [u32; 3],
-    /// Texture coordinates of the corners; NaN where the file has none.
+    /// Texture coordinates of the corners; 0 where the file has none.
     pub texture: [[f32; 2]; 3],
     /// Row of the file's normals at each corner, or [`ABSENT`]: corners of one vertex with different rows form a hard edge.
     pub shading: [u32; 3],
@@ -45,14 +45,14 @@ impl Model {
         let material = of_document.map_or(CAP, |face| face.attributes.material.unwrap_or(ABSENT));
         if let Some(mesh) = cut {
             let (texture, shading) = mesh.corner_rows(triangle);
-            let place = |row: u32| mesh.texcoords().get(row as usize).map_or([f32::NAN; 2], |at| at.map(|c| c as f32));
+            let place = |row: u32| mesh.texcoords().get(row as usize).map_or([0.0; 2], |at| at.map(|c| c as f32));
             return Some(TriangleLook { corners, texture: texture.map(place), shading, face, material });
         }
         let of_face = of_document.map_or(&[][..], |face| face.corners);
         let corner = |vertex: u32| of_face.iter().find(|corner| corner.v == vertex);
         let place = |corner: Option<&Corner>| {
             let row = corner.and_then(Corner::vt).and_then(|row| document.texcoords().get(row as usize));
-            row.map_or([f32::NAN; 2], |at| at.map(|c| c as f32))
+            row.map_or([0.0; 2], |at| at.map(|c| c as f32))
         };
         let texture = corners.map(|vertex| place(corner(vertex)));
         let shading = corners.map(|vertex| corner(vertex).and_then(Corner::vn).unwrap_or(ABSENT));

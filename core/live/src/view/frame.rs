@@ -43,6 +43,12 @@ pub struct BodyView {
 }
 
 impl BodyView {
+    /// A surface of which every page changed in the frame `number`.
+    pub fn of_positions(origin: Vec3, positions: Vec<[f32; 3]>, number: u64) -> Self {
+        let (displacements, stamps) = (vec![0.0; positions.len()], vec![number; positions.len().div_ceil(PAGE)]);
+        Self { origin, positions, displacements, patches: 0, stamps }
+    }
+
     /// Ranges of vertices that have changed after the frame of this number, in whole pages, rising.
     pub fn changed_after(&self, frame: u64) -> impl Iterator<Item = std::ops::Range<usize>> + '_ {
         let count = self.positions.len();

@@ -1,0 +1,220 @@
+//! The scene of a model that has none: what `edit model.obj` opens.
+
+use crate::carrier::Substance;
+use crate::preset::SolidPreset;
+use std::path::{Path, PathBuf};
+use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, Value, value};
+
+/// Name of the body in a drafted scene.
+pub const BODY: &str = "model";
+/// Name of the device and of the tool in a drafted scene.
+pub const HAND: &str = "hand";
+
+/// What a body is made of.
+#[derive(Clone, Debug, PartialEq)]
+pub enum DraftMaterial {
+    /// A solid, carried by a grid.
+    Solid {
+        /// Plugin of the material.
+        plugin: String,
+        /// Its numbers.
+        preset: SolidPreset,
+        /// Level of the grid.
+        level: u32,
+    },
+    /// A sheet of a fabric.
+    Sheet {
+        /// Plugin of the material.
+        plugin: String,
+        /// Its choice of `fabric`.
+        fabric: String,
+        /// Vertices that are held, from 0.
+        held: Vec<u32>,
+    },
+}
+
+/// A scene with one model and one hand.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Draft {
+    /// The model.
+    pub mesh: PathBuf,
+    /// m for a unit of the file
+    pub scale: f64,
+    /// m, longest edge of the model's box
+    pub size: f64,
+    /// What it is made of.
+    pub material: DraftMaterial,
+    /// s, one step
+    pub dt: f64,
+}
+
+/// Radius of the tool of a new scene over the size of the model.
+pub const TOOL_SHARE: f64 = 0.04;
+/// Stiffness of the spring between hand and surface over that of a ball pressed into a half-space of the material by its radius, about
+/// 2 E r: stiff enough that the surface goes where the hand goes, soft enough to be stable.
+const COUPLING_SHARE: f64 = 2.0;
+/// Force at which the hand gives in, over what presses the spring together by the radius of the tool.
+const PEAK_SHARE: f64 = 4.0;
+/// Speed at which a hand is followed, sizes of the model for a second.
+const SPEED: f64 = 20.0;
+/// s, in which a force may rise to its peak
+const RISE: f64 = 5e-3;
+/// N/m, spring of a hand on a sheet of 100 mm; the mass of its tip is the one of a live run, 10 g
+const SHEET_COUPLING: f64 = 200.0;
+
+impl Draft {
+    /// The kind of body.
+    pub fn substance(&self) -> Substance {
+        match self.material {
+            DraftMaterial::Solid { .. } => Substance::Solid,
+            DraftMaterial::Sheet { .. } => Substance::Sheet,
+        }
+    }
+
+    /// m, radius of the tool
+    pub fn radius(&self) -> f64 {
+        TOOL_SHARE * self.size
+    }
+
+    /// N/m, spring between hand and surface
+    pub fn coupling(&self) -> f64 {
+        match &self.material {
+            DraftMaterial::Solid { preset, .. } => COUPLING_SHARE * 2.0 * preset.young * self.radius(),
+            DraftMaterial::Sheet { .. } => SHEET_COUPLING,
+        }
+    }
+
+    /// N, largest force of the hand
+    pub fn peak_force(&self) -> f64 {
+        PEAK_SHARE * self.coupling() * self.radius()
+    }
+
+    /// The text of the scene; its file is meant to stand in `folder`.
+    pub fn to_toml(&self, folder: &Path) -> String {
+        let mut scene = DocumentMut::new();
+        scene["format"] = value(1);
+        let stem = self.mesh.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        scene["title"] = value(format!("edit: {stem}"));
+        let mut time = Table::new();
+        time["dt"] = value(self.dt);
+        if self.substance() == Substance::Sheet {
+            time["integrator"] = value("backward-euler");
+            let mut solver = Table::new();
+            solver["tolerance"] = value(1e-4);
+            scene["solver"] = Item::Table(solver);
+        }
+        scene["time"] = Item::Table(time);
+        scene["body"] = tables(self.body(folder));
+        let mut device = Table::new();
+        device["name"] = value(HAND);
+        device["plugin"] = value("scripted");
+        let mut params = InlineTable::new();
+        params.insert("peak-force", self.peak_force().into());
+        params.insert("stiffness", (4.0 * self.coupling()).into());
+        device["params"] = value(params);
+        scene["device"] = tables(device);
+        scene["tool"] = tables(self.tool());
+        let mut output = Table::new();
+        output["energy"] = value(false);
+        scene["output"] = Item::Table(output);
+        scene.to_string()
+    }
+
+    fn body(&self, folder: &Path) -> Table {
+        let mut body = Table::new();
+        body["name"] = value(BODY);
+        body["mesh"] = value(relative(&self.mesh, folder).to_string_lossy().into_owned());
+        body["scale"] = value(self.scale);
+        let mut material = InlineTable::new();
+        let mut params = InlineTable::new();
+        match &self.material {
+            DraftMaterial::Solid { plugin, preset, level } => {
+                material.insert("plugin", plugin.as_str().into());
+                params.insert("young", preset.young.into());
+                params.insert("density", preset.density.into());
+                params.insert("damping-time", preset.damping_time.into());
+                let mut grid = Table::new();
+                grid["level"] = value(i64::from(*level));
+                body["grid"] = Item::Table(grid);
+            }
+            DraftMaterial::Sheet { plugin, fabric, held } => {
+                material.insert("plugin", plugin.as_str().into());
+                params.insert("fabric", fabric.as_str().into());
+                body["sheet"] = value(InlineTable::new());
+                if !held.is_empty() {
+                    let mut fixed = Table::new();
+                    fixed["nodes"] = value(held.iter().map(|v| i64::from(*v)).collect::<Array>());
+                    body["fixed"] = tables(fixed);
+                }
+            }
+        }
+        material.insert("params", Value::InlineTable(params));
+        body["material"] = value(material);
+        body
+    }
+
+    fn tool(&self) -> Table {
+        let mut tool = Table::new();
+        tool["name"] = value(HAND);
+        tool["device"] = value(HAND);
+        tool["radius"] = value(self.radius());
+        tool["stiffness"] = value(self.coupling());
+        tool["speed"] = value(SPEED * self.size);
+        tool["slew"] = value(self.peak_force() / RISE);
+        if self.substance() == Substance::Sheet {
+            tool["mass"] = value(0.01);
+        }
+        let mut blade = InlineTable::new();
+        // Through all of the model, wherever the hand holds it.
+        blade.insert("length", (4.0 * self.size).into());
+        tool["blade"] = value(blade);
+        tool
+    }
+}
+
+/// An array of one table.
+fn tables(table: Table) -> Item {
+    let mut list = toml_edit::ArrayOfTables::new();
+    list.push(table);
+    Item::ArrayOfTables(list)
+}
+
+/// The path from `folder` if it is inside of it, else the path itself.
+fn relative<'a>(path: &'a Path, folder: &Path) -> &'a Path {
+    path.strip_prefix(folder).unwrap_or(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::preset::SOLIDS;
+    use pliant_engine::scene;
+
+    fn draft(material: DraftMaterial) -> Draft {
+        Draft { mesh: "/models/a \"b\".obj".into(), scale: 0.01, size: 0.1, material, dt: 1e-3 }
+    }
+
+    #[test]
+    fn a_draft_is_a_scene() {
+        let solid = DraftMaterial::Solid { plugin: "mass-spring".into(), preset: SOLIDS[1], level: 6 };
+        let sheet = DraftMaterial::Sheet { plugin: "cloth".into(), fabric: "denim".into(), held: vec![3, 5] };
+        for material in [solid, sheet] {
+            let draft = draft(material);
+            let text = draft.to_toml(Path::new("/models"));
+            let (scene, _) = scene::load_text(Path::new("/models/scene.toml"), text.clone(), &[]).expect("a scene");
+            assert_eq!(scene.body[0].mesh.as_ref().map(|m| m.get_ref().clone()), Some("a \"b\".obj".into()), "{text}");
+            assert_eq!(scene.tool[0].radius.get_ref().si, draft.radius());
+            assert_eq!(scene.body[0].sheet.is_some(), draft.substance() == Substance::Sheet);
+        }
+    }
+
+    #[test]
+    fn a_hand_is_stiffer_than_what_it_presses_and_scales_with_the_model() {
+        let solid = DraftMaterial::Solid { plugin: "mass-spring".into(), preset: SOLIDS[1], level: 6 };
+        let small = draft(solid);
+        let large = Draft { size: 1.7, ..small.clone() };
+        let contact = 2.0 * SOLIDS[1].young * small.radius();
+        assert!(small.coupling() > contact && small.peak_force() > contact * small.radius());
+        assert!((large.coupling() / small.coupling() - 17.0).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,248 @@
+//! The pointer as a hand: a mouse or a pen moves in two dimensions, a hand in three.
+//!
+//! A stroke begins where a ray through the pointer meets the model. From there the hand follows the pointer in the plane that faces the
+//! viewer, or along the surface as it was when the stroke began, and a wheel, a modifier or the pressure of a pen sets the third
+//! dimension. What comes out is a place in the scene for the engine's virtual coupling; no force is made here.
+
+use nalgebra::{Rotation3, UnitQuaternion};
+use pliant_solver::Vec3;
+
+/// How a two-dimensional pointer drives a tool.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Gesture {
+    /// Along the surface, pressed in by a depth.
+    Press,
+    /// In the plane through the point where the stroke began that faces the viewer.
+    Drag,
+    /// Like [`Gesture::Drag`], with a blade that points away from the viewer.
+    Slice,
+}
+
+/// A ray of the pointer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointerRay {
+    /// m
+    pub origin: Vec3,
+    /// Unit, away from the viewer.
+    pub direction: Vec3,
+}
+
+/// Where a ray meets the surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfacePoint {
+    /// m
+    pub point: Vec3,
+    /// Unit, out of the surface.
+    pub normal: Vec3,
+}
+
+/// Where a hand is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HandPlace {
+    /// m
+    pub position: Vec3,
+    /// Turns axes of the hand into those of the scene; z points back at the viewer.
+    pub rotation: UnitQuaternion<f64>,
+}
+
+/// What a stroke begins with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StrokeStart {
+    /// How the pointer drives the tool.
+    pub gesture: Gesture,
+    /// Ray of the pointer.
+    pub ray: PointerRay,
+    /// Where it meets the model.
+    pub hit: Option<SurfacePoint>,
+    /// Unit, towards the viewer at the middle of the picture.
+    pub back: Vec3,
+    /// m, a point at the depth that a stroke beside the model takes
+    pub focus: Vec3,
+    /// m, radius of the tool
+    pub radius: f64,
+    /// m, how deep a press goes in, or how far the tip of a blade is behind the point the stroke began at
+    pub depth: f64,
+}
+
+/// A stroke of a pointer under way.
+#[derive(Clone, Debug)]
+pub struct PointerStroke {
+    start: StrokeStart,
+    /// m, the point that was taken hold of
+    anchor: Vec3,
+    /// Where the pointer meets the surface now, or met it last.
+    surface: SurfacePoint,
+    /// Ray of the pointer now.
+    ray: PointerRay,
+    /// m, wanted depth
+    depth: f64,
+    /// m, depth reached so far
+    reached: f64,
+    /// m, towards the viewer, added by wheel or modifier
+    lift: f64,
+}
+
+/// s, in which a press reaches its depth
+const PRESS_TIME: f64 = 0.2;
+/// Radii of the tool above the surface at which a press begins.
+const CLEARANCE: f64 = 0.05;
+
+impl PointerStroke {
+    /// Begins a stroke; `None` for a press or drag that does not meet the model.
+    pub fn begin(start: StrokeStart) -> Option<Self> {
+        let beside = || {
+            let along = (start.focus - start.ray.origin).dot(&start.back) / start.ray.direction.dot(&start.back);
+            SurfacePoint { point: start.ray.origin + along * start.ray.direction, normal: start.back }
+        };
+        let surface = match (start.hit, start.gesture) {
+            (Some(hit), _) => hit,
+            (None, Gesture::Slice) => beside(),
+            (None, Gesture::Press | Gesture::Drag) => return None,
+        };
+        let reached = -CLEARANCE * start.radius;
+        let (anchor, ray, depth) = (surface.point, start.ray, start.depth);
+        Some(Self { start, anchor, surface, ray, depth, reached, lift: 0.0 })
+    }
+
+    /// The pointer has moved; `hit` is where its ray meets the surface as it was when the stroke began.
+    pub fn follow(&mut self, ray: PointerRay, hit: Option<SurfacePoint>) {
+        self.ray = ray;
+        if let Some(hit) = hit {
+            self.surface = hit;
+        }
+    }
+
+    /// m, how deep a press goes in, or how far behind the surface the tip of a blade is
+    pub fn set_depth(&mut self, depth: f64) {
+        self.depth = depth;
+    }
+
+    /// m, how deep it is to go
+    pub fn depth(&self) -> f64 {
+        self.depth
+    }
+
+    /// Moves the hand towards the viewer by a length (m); a press is deepened by the opposite.
+    pub fn lift(&mut self, length: f64) {
+        match self.start.gesture {
+            Gesture::Press => self.depth -= length,
+            Gesture::Drag | Gesture::Slice => self.lift += length,
+        }
+    }
+
+    /// The gesture of the stroke.
+    pub fn gesture(&self) -> Gesture {
+        self.start.gesture
+    }
+
+    /// Where the hand is `dt` (s) after the last call.
+    pub fn advance(&mut self, dt: f64) -> HandPlace {
+        let StrokeStart { gesture, back, radius, .. } = self.start;
+        let position = match gesture {
+            Gesture::Press => {
+                let step = dt / PRESS_TIME * (self.depth.abs() + CLEARANCE * radius);
+                self.reached += (self.depth - self.reached).clamp(-step, step);
+                self.surface.point + (radius - self.reached) * self.surface.normal
+            }
+            Gesture::Drag => self.in_plane(self.anchor + self.lift * back),
+            // The tip is behind the plane the pointer moves in, along the ray.
+            Gesture::Slice => self.in_plane(self.anchor) + (self.depth - self.lift) * self.ray.direction,
+        };
+        let towards_viewer = match gesture {
+            Gesture::Slice => -self.ray.direction,
+            Gesture::Press | Gesture::Drag => back,
+        };
+        HandPlace { position, rotation: turn_z_to(&towards_viewer) }
+    }
+
+    /// Where the ray meets the plane through `through` that faces the viewer.
+    fn in_plane(&self, through: Vec3) -> Vec3 {
+        let back = self.start.back;
+        let slope = self.ray.direction.dot(&back);
+        // A ray along the plane meets it nowhere: the hand stays where it was taken.
+        if slope.abs() < 1e-6 {
+            return through;
+        }
+        self.ray.origin + (through - self.ray.origin).dot(&back) / slope * self.ray.direction
+    }
+}
+
+/// The smallest turn that takes z to `to`; half a turn about x where it is the opposite.
+fn turn_z_to(to: &Vec3) -> UnitQuaternion<f64> {
+    let turn = Rotation3::rotation_between(&Vec3::z(), to);
+    let turn = turn.unwrap_or_else(|| Rotation3::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI));
+    UnitQuaternion::from_rotation_matrix(&turn)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn start(gesture: Gesture, hit: bool) -> StrokeStart {
+        let back = Vec3::z();
+        let hit = hit.then_some(SurfacePoint { point: Vec3::new(0.0, 0.0, 0.05), normal: Vec3::z() });
+        StrokeStart {
+            gesture,
+            ray: PointerRay { origin: Vec3::new(0.0, 0.0, 0.3), direction: -back },
+            hit,
+            back,
+            focus: Vec3::zeros(),
+            radius: 0.005,
+            depth: 0.003,
+        }
+    }
+
+    fn ray_through(x: f64, y: f64, z: f64) -> PointerRay {
+        let origin = Vec3::new(0.0, 0.0, 0.3);
+        PointerRay { origin, direction: (Vec3::new(x, y, z) - origin).normalize() }
+    }
+
+    #[test]
+    fn a_press_begins_above_the_surface_and_goes_in_by_its_depth() {
+        let mut stroke = PointerStroke::begin(start(Gesture::Press, true)).unwrap();
+        let first = stroke.advance(0.0).position;
+        assert!(first.z > 0.05 + 0.005, "{first}");
+        let mut before = first.z;
+        for _ in 0..40 {
+            let now = stroke.advance(0.01).position.z;
+            assert!(now <= before);
+            before = now;
+        }
+        assert!((before - (0.05 + 0.005 - 0.003)).abs() < 1e-12, "{before}");
+        stroke.lift(-0.001);
+        for _ in 0..40 {
+            stroke.advance(0.01);
+        }
+        assert!((stroke.advance(0.01).position.z - 0.051).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_drag_follows_the_pointer_in_the_plane_of_the_viewer() {
+        let mut stroke = PointerStroke::begin(start(Gesture::Drag, true)).unwrap();
+        assert!((stroke.advance(0.01).position - Vec3::new(0.0, 0.0, 0.05)).norm() < 1e-12);
+        stroke.follow(ray_through(0.02, -0.01, 0.05), None);
+        assert!((stroke.advance(0.01).position - Vec3::new(0.02, -0.01, 0.05)).norm() < 1e-12);
+        stroke.lift(0.04);
+        let lifted = stroke.advance(0.01).position;
+        assert!((lifted.z - 0.09).abs() < 1e-12 && lifted.x > 0.0);
+        // A ray along the plane leaves the hand where it was taken.
+        stroke.follow(PointerRay { origin: Vec3::zeros(), direction: Vec3::x() }, None);
+        assert!(stroke.advance(0.01).position.iter().all(|c| c.is_finite()));
+    }
+
+    #[test]
+    fn a_blade_points_away_from_the_viewer_and_may_begin_beside_the_model() {
+        let mut stroke = PointerStroke::begin(start(Gesture::Slice, false)).unwrap();
+        let place = stroke.advance(0.01);
+        assert!((place.position - Vec3::new(0.0, 0.0, -0.003)).norm() < 1e-12, "{}", place.position);
+        assert!((place.rotation * Vec3::z() - Vec3::z()).norm() < 1e-12, "its heel is towards the viewer");
+        stroke.follow(ray_through(0.02, 0.0, 0.0), None);
+        let moved = stroke.advance(0.01);
+        let heel = moved.position + 0.2 * (moved.rotation * Vec3::z());
+        let ray = ray_through(0.02, 0.0, 0.0);
+        let off_ray = (heel - ray.origin).cross(&ray.direction).norm();
+        assert!(off_ray < 1e-12, "the blade lies in the ray: {off_ray}");
+        assert!(PointerStroke::begin(start(Gesture::Press, false)).is_none());
+        assert!(PointerStroke::begin(start(Gesture::Drag, false)).is_none());
+    }
+}

@@ -1,0 +1,20 @@
+//! An editing session for a user interface: what a window, a modeler's extension and a script share.
+//!
+//! A model without a scene becomes one ([`Draft`]); a pointer becomes a hand ([`PointerStroke`]); frames of the live session become
+//! a surface that can be drawn and pointed at ([`surface`]).
+//!
+//! This crate knows no window system and no graphics library, and prints nothing.
+
+pub mod surface;
+
+mod carrier;
+mod draft;
+mod hand;
+mod preset;
+mod units;
+
+pub use carrier::{Substance, SubstanceChoice};
+pub use draft::{BODY, Draft, DraftMaterial, HAND, TOOL_SHARE};
+pub use hand::{Gesture, HandPlace, PointerRay, PointerStroke, StrokeStart, SurfacePoint};
+pub use preset::{SOLIDS, SolidPreset, fabrics, solid, stiffness_word};
+pub use units::{LengthUnit, format_length};

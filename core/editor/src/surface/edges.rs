@@ -1,0 +1,28 @@
+//! The edges of the model as its file has them, for a wireframe: those of its polygons, not those inside of one.
+
+use super::ViewSurface;
+
+impl ViewSurface {
+    /// Drawn vertices at the ends of every edge between two faces, or on a border (e x 2).
+    pub fn edges(&self) -> Vec<[u32; 2]> {
+        let mut edges = Vec::with_capacity(self.triangles.len() * 3 / 2);
+        for (triangle, look) in self.triangles.iter().enumerate() {
+            let Some(look) = look else { continue };
+            for corner in 0..3 {
+                let (from, to) = (look.corners[corner], look.corners[(corner + 1) % 3]);
+                let across = self.around.of(from).iter().copied().find(|other| {
+                    let other_look = self.triangles[*other as usize].as_ref();
+                    *other as usize != triangle && other_look.is_some_and(|other| other.corners.contains(&to))
+                });
+                let other_face = across.and_then(|t| self.triangles[t as usize].as_ref()).map(|other| other.face);
+                // Each edge once: from the triangle of the lower number.
+                let first = across.is_none_or(|other| triangle < other as usize);
+                if first && other_face.is_none_or(|face| face != look.face) {
+                    let corners = self.corners[triangle];
+                    edges.push([corners[corner], corners[(corner + 1) % 3]]);
+                }
+            }
+        }
+        edges
+    }
+}

@@ -1,0 +1,290 @@
+//! A viewer's copy of a body's surface: what it takes to draw it and to find what a pointer points at.
+//!
+//! It is kept up to date from frames and topology patches, and tells what has changed, so that a picture of a million triangles
+//! uploads a touch of a few hundred.
+
+mod adjacency;
+mod edges;
+mod normals;
+mod pick;
+mod split;
+
+pub use pick::{Hit, Picker};
+pub use split::DrawnVertex;
+
+use adjacency::Adjacency;
+use pliant_engine::body::TriangleLook;
+use pliant_live::{BodyTopology, BodyView, TopologyPatch};
+use pliant_solver::Vec3;
+use std::ops::Range;
+
+/// The surface of a body, ready to be drawn.
+///
+/// A mesh vertex is drawn once for each hard edge, texture seam and material that meets at it; all of its *drawn vertices* have its
+/// place, and each has a normal and texture coordinates of its own.
+pub struct ViewSurface {
+    /// As the scene calls the body.
+    pub name: String,
+    /// m, place of the scene that positions are relative to
+    pub origin: Vec3,
+    /// m (n x 3), relative to the origin
+    positions: Vec<[f32; 3]>,
+    /// m (n), distance of each vertex from its place at rest
+    displacements: Vec<f32>,
+    triangles: Vec<Option<TriangleLook>>,
+    around: Adjacency,
+    /// Drawn vertices of a mesh vertex: `drawn[first..first + count]` (n).
+    span_of: Vec<(u32, u32)>,
+    drawn: Vec<DrawnVertex>,
+    /// Unit normal of each drawn vertex; zero where no triangle has an area.
+    normals: Vec<[f32; 3]>,
+    /// Drawn vertex at each corner of each triangle; one point three times for a triangle that is not seen.
+    corners: Vec<[u32; 3]>,
+    /// Number of the last frame that was taken over.
+    frame: u64,
+    /// Vertices whose normals are to be computed anew, each once.
+    dirty: Vec<u32>,
+    is_dirty: Vec<bool>,
+}
+
+/// What a frame has changed of the drawn surface.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SurfaceChanges {
+    /// Drawn vertices with another place, normal or displacement; rising, apart from each other.
+    pub vertices: Vec<Range<usize>>,
+    /// Drawn vertices with other texture coordinates or material, or new ones; rising.
+    pub looks: Vec<Range<usize>>,
+    /// Triangles with other corners, or new ones; rising.
+    pub triangles: Vec<Range<usize>>,
+    /// Mesh vertices that have moved, rising.
+    pub moved: Vec<u32>,
+}
+
+impl SurfaceChanges {
+    /// Whether nothing has changed.
+    pub fn is_empty(&self) -> bool {
+        self.vertices.is_empty() && self.looks.is_empty() && self.triangles.is_empty()
+    }
+}
+
+/// Ranges that are nearer to each other than this are uploaded as one: a call costs more than a few vertices.
+const GAP: usize = 64;
+
+impl ViewSurface {
+    /// The surface of a body as its session was opened.
+    pub fn new(topology: &BodyTopology) -> Self {
+        let triangles = topology.triangles.as_ref().clone();
+        let count = topology.positions.len();
+        let mut surface = Self {
+            name: topology.name.clone(),
+            origin: topology.origin,
+            positions: topology.positions.clone(),
+            displacements: vec![0.0; count],
+            around: Adjacency::new(count, &triangles),
+            corners: vec![[0; 3]; triangles.len()],
+            triangles,
+            span_of: vec![(0, 0); count],
+            drawn: Vec::with_capacity(count),
+            normals: Vec::new(),
+            frame: 0,
+            dirty: Vec::new(),
+            is_dirty: vec![false; count],
+        };
+        for vertex in 0..count as u32 {
+            surface.split(vertex);
+        }
+        surface.normals = vec![[0.0; 3]; surface.drawn.len()];
+        for vertex in 0..count as u32 {
+            surface.update_normals(vertex);
+        }
+        surface
+    }
+
+    /// m (n x 3), mesh vertices relative to the origin
+    pub fn positions(&self) -> &[[f32; 3]] {
+        &self.positions
+    }
+
+    /// Triangles; `None` for those that are not seen.
+    pub fn triangles(&self) -> &[Option<TriangleLook>] {
+        &self.triangles
+    }
+
+    /// Vertices to draw.
+    pub fn drawn(&self) -> &[DrawnVertex] {
+        &self.drawn
+    }
+
+    /// Unit normals of the drawn vertices.
+    pub fn normals(&self) -> &[[f32; 3]] {
+        &self.normals
+    }
+
+    /// Drawn vertices at the corners of the triangles.
+    pub fn corners(&self) -> &[[u32; 3]] {
+        &self.corners
+    }
+
+    /// m, place of a drawn vertex relative to the origin
+    pub fn position(&self, drawn: usize) -> [f32; 3] {
+        self.positions[self.drawn[drawn].vertex as usize]
+    }
+
+    /// m, distance of a drawn vertex from its place at rest
+    pub fn displacement(&self, drawn: usize) -> f32 {
+        self.displacements[self.drawn[drawn].vertex as usize]
+    }
+
+    /// Places of a triangle's corners in the scene, m; `None` where it is not seen.
+    pub fn corner_places(&self, triangle: u32) -> Option<[Vec3; 3]> {
+        let look = self.triangles.get(triangle as usize)?.as_ref()?;
+        Some(look.corners.map(|v| self.place(v)))
+    }
+
+    /// m, place of a mesh vertex in the scene
+    fn place(&self, vertex: u32) -> Vec3 {
+        let [x, y, z] = self.positions[vertex as usize].map(f64::from);
+        self.origin + Vec3::new(x, y, z)
+    }
+
+    /// Triangles around a mesh vertex.
+    pub fn around(&self, vertex: u32) -> &[u32] {
+        self.around.of(vertex)
+    }
+
+    /// Takes over a newer frame, with the patches of this body that come before it, and tells what has changed.
+    pub fn update(&mut self, number: u64, view: &BodyView, patches: &[TopologyPatch]) -> SurfaceChanges {
+        let mut changes = SurfaceChanges::default();
+        let moved_pages: Vec<Range<usize>> = view.changed_after(self.frame).collect();
+        self.frame = number;
+        self.resize(view.positions.len());
+        for range in moved_pages {
+            for vertex in range {
+                let (place, displacement) = (view.positions[vertex], view.displacements[vertex]);
+                if place != self.positions[vertex] || displacement != self.displacements[vertex] {
+                    self.positions[vertex] = place;
+                    self.displacements[vertex] = displacement;
+                    changes.moved.push(vertex as u32);
+                }
+            }
+        }
+        for patch in patches {
+            self.patch(patch, &mut changes);
+        }
+        self.refresh(&mut changes);
+        changes
+    }
+
+    /// Has as many vertices as the frame.
+    fn resize(&mut self, count: usize) {
+        self.positions.resize(count, [0.0; 3]);
+        self.displacements.resize(count, 0.0);
+        self.span_of.resize(count, (0, 0));
+        self.is_dirty.resize(count, false);
+    }
+
+    /// Computes normals around what has moved, and lists the drawn vertices that differ.
+    fn refresh(&mut self, changes: &mut SurfaceChanges) {
+        for at in 0..changes.moved.len() {
+            let vertex = changes.moved[at];
+            self.mark(vertex);
+            for place in 0..self.around.of(vertex).len() {
+                let triangle = self.around.of(vertex)[place];
+                if let Some(look) = self.triangles[triangle as usize] {
+                    look.corners.iter().for_each(|corner| self.mark(*corner));
+                }
+            }
+        }
+        let mut dirty = std::mem::take(&mut self.dirty);
+        dirty.sort_unstable();
+        let mut touched = Vec::with_capacity(dirty.len());
+        for &vertex in &dirty {
+            self.is_dirty[vertex as usize] = false;
+            self.update_normals(vertex);
+            let (first, count) = self.span_of[vertex as usize];
+            touched.push(first as usize..(first + count) as usize);
+        }
+        dirty.clear();
+        self.dirty = dirty;
+        changes.vertices = merge(touched, GAP);
+        changes.looks = merge(std::mem::take(&mut changes.looks), GAP);
+        changes.triangles = merge(std::mem::take(&mut changes.triangles), GAP);
+    }
+
+    fn mark(&mut self, vertex: u32) {
+        if let Some(mark) = self.is_dirty.get_mut(vertex as usize)
+            && !*mark
+        {
+            *mark = true;
+            self.dirty.push(vertex);
+        }
+    }
+
+    /// Takes over what a cut has changed.
+    fn patch(&mut self, patch: &TopologyPatch, changes: &mut SurfaceChanges) {
+        let before = self.triangles.len();
+        let gone = patch.count.min(before)..before;
+        let changed = patch.changed.iter().filter(|(t, _)| (*t as usize) < patch.count);
+        let mut vertices = Vec::new();
+        let old = changed.clone().map(|(t, _)| *t as usize).filter(|t| *t < before).chain(gone);
+        for triangle in old {
+            if let Some(look) = self.triangles[triangle].take() {
+                for vertex in look.corners {
+                    self.around.remove(vertex, triangle as u32);
+                    vertices.push(vertex);
+                }
+            }
+        }
+        self.triangles.resize(patch.count, None);
+        self.corners.resize(patch.count, [0; 3]);
+        if patch.count > before {
+            changes.triangles.push(before..patch.count);
+        }
+        for &(triangle, look) in changed {
+            self.triangles[triangle as usize] = look;
+            changes.triangles.push(triangle as usize..triangle as usize + 1);
+            match look {
+                Some(look) => {
+                    for vertex in look.corners {
+                        self.around.insert(vertex, triangle);
+                        vertices.push(vertex);
+                    }
+                }
+                None => self.corners[triangle as usize] = [0; 3],
+            }
+        }
+        vertices.sort_unstable();
+        vertices.dedup();
+        vertices.retain(|v| (*v as usize) < self.positions.len());
+        for vertex in vertices {
+            let (first, count) = self.span_of[vertex as usize];
+            self.split(vertex);
+            let (new_first, new_count) = self.span_of[vertex as usize];
+            self.normals.resize(self.drawn.len(), [0.0; 3]);
+            if (first, count) != (new_first, new_count) {
+                // Its triangles have other corners now.
+                let around = self.around.of(vertex);
+                changes.triangles.extend(around.iter().map(|t| *t as usize..*t as usize + 1));
+            }
+            changes.looks.push(new_first as usize..(new_first + new_count) as usize);
+            self.mark(vertex);
+        }
+    }
+}
+
+/// Ranges in order, with those that touch or are at most `gap` apart made one.
+fn merge(mut ranges: Vec<Range<usize>>, gap: usize) -> Vec<Range<usize>> {
+    ranges.retain(|range| !range.is_empty());
+    ranges.sort_unstable_by_key(|range| range.start);
+    let mut merged: Vec<Range<usize>> = Vec::new();
+    for range in ranges {
+        match merged.last_mut() {
+            Some(last) if range.start <= last.end + gap => last.end = last.end.max(range.end),
+            _ => merged.push(range),
+        }
+    }
+    merged
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,167 @@
+use super::*;
+use crate::hand::PointerRay;
+use pliant_engine::body::{ABSENT, CAP, Model};
+use pliant_mesh::{ObjDocument, Placement, generate};
+use std::path::Path;
+use std::sync::Arc;
+
+/// The topology of a document's model, at rest.
+fn topology(document: ObjDocument) -> BodyTopology {
+    let model = Model::new(document, Placement::default());
+    let origin = model.surface.bounds().centre();
+    let looks = (0..model.surface.triangles.len() as u32).map(|t| model.look(t, None)).collect();
+    let positions = model.surface.points.iter().map(|p| (p - origin).map(|c| c as f32).into()).collect();
+    BodyTopology { name: "body".into(), triangles: Arc::new(looks), origin, positions, moves: true }
+}
+
+fn parse(text: &str) -> ObjDocument {
+    ObjDocument::parse(text.as_bytes().to_vec(), Path::new("test.obj")).unwrap()
+}
+
+/// A cube of eight vertices with outward faces.
+const CUBE: &str = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n\
+    f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 2 3 7 6\nf 4 1 5 8\n";
+
+#[test]
+fn a_cube_has_hard_edges_and_a_ball_is_round() {
+    let cube = ViewSurface::new(&topology(parse(CUBE)));
+    assert_eq!(cube.drawn().len(), 24, "each vertex is drawn once for each of its three sides");
+    for (triangle, corners) in cube.corners().iter().enumerate() {
+        let flat = cube.cross(triangle as u32).normalize();
+        for corner in corners {
+            let normal = Vec3::from(cube.normals()[*corner as usize].map(f64::from));
+            assert!((normal - flat).norm() < 1e-6);
+        }
+    }
+    assert_eq!(cube.edges().len(), 12, "no diagonals");
+    let ball = ViewSurface::new(&topology(generate::sphere(12, 1.0).unwrap()));
+    // Its texture has seams, which part drawn vertices and leave their normals the same.
+    assert!(ball.drawn().len() > ball.positions().len());
+    for (drawn, normal) in ball.drawn().iter().zip(ball.normals()) {
+        let out = Vec3::from(ball.positions()[drawn.vertex as usize].map(f64::from)).normalize();
+        assert!(out.dot(&Vec3::from(normal.map(f64::from))) > 0.99);
+    }
+}
+
+#[test]
+fn seams_normals_and_materials_of_the_file_part_vertices() {
+    let two = |extra: &str, faces: &str| {
+        let text = format!("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n{extra}{faces}");
+        ViewSurface::new(&topology(parse(&text))).drawn().len()
+    };
+    assert_eq!(two("", "f 1 2 3\nf 1 3 4\n"), 4);
+    assert_eq!(two("vt 0 0\nvt 1 1\n", "f 1/1 2/1 3/1\nf 1/2 3/2 4/2\n"), 6, "a texture seam");
+    assert_eq!(two("vn 0 0 1\nvn 0 1 0\n", "f 1//1 2//1 3//1\nf 1//2 3//2 4//2\n"), 6, "a hard edge by vn");
+    assert_eq!(two("", "usemtl a\nf 1 2 3\nusemtl b\nf 1 3 4\n"), 6, "two materials");
+}
+
+/// A view of the surface with some vertices moved, in frame `number`.
+fn moved(surface: &ViewSurface, number: u64, moves: &[(usize, [f32; 3])]) -> BodyView {
+    let mut positions = surface.positions().to_vec();
+    for (vertex, to) in moves {
+        positions[*vertex] = *to;
+    }
+    BodyView::of_positions(surface.origin, positions, number)
+}
+
+#[test]
+fn an_update_tells_what_moved_and_gives_the_normals_of_a_new_surface() {
+    let mut surface = ViewSurface::new(&topology(generate::sphere(10, 1.0).unwrap()));
+    let view = moved(&surface, 1, &[(7, [1.5, 0.2, 0.1])]);
+    let changes = surface.update(1, &view, &[]);
+    assert_eq!(changes.moved, [7]);
+    let changed: usize = changes.vertices.iter().map(ExactSizeIterator::len).sum();
+    assert!(changed >= 7 && changes.triangles.is_empty() && changes.looks.is_empty(), "{changes:?}");
+    let mut fresh = topology(generate::sphere(10, 1.0).unwrap());
+    fresh.positions = surface.positions().to_vec();
+    let fresh = ViewSurface::new(&fresh);
+    // The same to the bit, but that hard edges are those of the shape the session was opened with.
+    let of_vertex = |s: &ViewSurface, v: usize| s.normals()[s.span_of[v].0 as usize];
+    for v in 0..surface.positions().len() {
+        if surface.span_of[v].1 == fresh.span_of[v].1 {
+            assert_eq!(of_vertex(&surface, v), of_vertex(&fresh, v), "{v}");
+        }
+    }
+    let same = surface.update(2, &moved(&surface, 2, &[]), &[]);
+    assert!(same.is_empty());
+}
+
+#[test]
+fn a_patch_and_its_undoing_give_the_surface_back() {
+    let before = topology(parse(CUBE));
+    let mut surface = ViewSurface::new(&before);
+    // Triangle 0 is split at a new vertex in its middle, as a cut does, and a cap is added.
+    let look = before.triangles[0].unwrap();
+    let [a, b, c] = look.corners;
+    let middle = (0..3).fold([0.0; 3], |sum: [f32; 3], i| {
+        let p = surface.positions()[look.corners[i] as usize];
+        std::array::from_fn(|k| sum[k] + p[k] / 3.0)
+    });
+    let mut positions = surface.positions().to_vec();
+    positions.push(middle);
+    let piece = |corners: [u32; 3]| Some(TriangleLook { corners, ..look });
+    let cap = TriangleLook { corners: [a, 8, b], material: CAP, face: 6, shading: [ABSENT; 3], texture: [[0.0; 2]; 3] };
+    let changed = vec![(0, piece([a, b, 8])), (12, piece([b, c, 8])), (13, piece([c, a, 8])), (14, Some(cap))];
+    let cut = TopologyPatch { body: 0, number: 1, count: 15, changed };
+    let changes = surface.update(1, &BodyView::of_positions(surface.origin, positions, 1), &[cut]);
+    assert_eq!(surface.triangles().len(), 15);
+    assert!(!changes.triangles.is_empty() && !changes.looks.is_empty());
+    // Every corner is drawn by a vertex of the right mesh vertex, and caps share none with the skin.
+    for (look, corners) in surface.triangles().iter().zip(surface.corners()) {
+        let look = look.unwrap();
+        for (vertex, drawn) in look.corners.iter().zip(corners) {
+            let drawn = surface.drawn()[*drawn as usize];
+            assert_eq!((drawn.vertex, drawn.material), (*vertex, look.material));
+        }
+    }
+    let undo = TopologyPatch { body: 0, number: 2, count: 12, changed: vec![(0, Some(look))] };
+    let view = BodyView::of_positions(surface.origin, before.positions.clone(), 2);
+    surface.update(2, &view, &[undo]);
+    let fresh = ViewSurface::new(&before);
+    assert_eq!(surface.triangles(), fresh.triangles());
+    for (a, b) in surface.corners().iter().zip(fresh.corners()) {
+        for (a, b) in a.iter().zip(b) {
+            assert_eq!(surface.drawn()[*a as usize].vertex, fresh.drawn()[*b as usize].vertex);
+            assert_eq!(surface.normals()[*a as usize], fresh.normals()[*b as usize]);
+        }
+    }
+    assert_eq!(surface.edges().len(), 12);
+}
+
+#[test]
+fn the_picker_finds_what_looking_at_all_finds_also_after_a_move() {
+    let mut surface = ViewSurface::new(&topology(generate::sphere(10, 1.0).unwrap()));
+    let mut picker = Picker::new(&surface);
+    let rays: Vec<PointerRay> = (0..50).map(|i| ray(f64::from(i))).collect();
+    let slow: Vec<_> = rays.iter().map(|r| picker_without_tree(&surface).pick(&surface, r, 10.0)).collect();
+    while !picker.is_ready() {
+        picker.update(&surface, &[], std::iter::empty());
+        std::thread::yield_now();
+    }
+    let quick: Vec<_> = rays.iter().map(|r| picker.pick(&surface, r, 10.0)).collect();
+    assert_eq!(slow, quick);
+    assert!(quick.iter().flatten().count() > 10);
+    let hit = quick.iter().flatten().next().unwrap();
+    assert!((hit.at.point.norm() - 1.0).abs() < 0.05 && hit.at.normal.dot(&hit.at.point) > 0.9);
+    let view = moved(&surface, 1, &[(7, [2.0, 0.0, 0.0])]);
+    let changes = surface.update(1, &view, &[]);
+    picker.update(&surface, &changes.moved, std::iter::empty());
+    let moved_out = surface.corner_places(surface.around(7)[0]).unwrap();
+    let middle = moved_out.iter().sum::<Vec3>() / 3.0;
+    let side = (moved_out[1] - moved_out[0]).cross(&(moved_out[2] - moved_out[0])).normalize();
+    let down = PointerRay { origin: middle + side, direction: -side };
+    let hit = picker.pick(&surface, &down, 10.0).expect("what has moved out is met there");
+    assert!(hit.distance <= 1.0 + 1e-6, "{hit:?}");
+}
+
+fn ray(i: f64) -> PointerRay {
+    let origin = Vec3::new(3.0 * (0.7 * i).sin(), 3.0 * (0.31 * i).cos(), 3.0 * (1.3 * i).sin());
+    let aim = Vec3::new(0.9 * (2.1 * i).sin(), 0.9 * (1.7 * i).cos(), 0.0);
+    PointerRay { origin, direction: (aim - origin).normalize() }
+}
+
+fn picker_without_tree(surface: &ViewSurface) -> Picker {
+    let mut picker = Picker::new(surface);
+    picker.building = None;
+    picker
+}

@@ -1,0 +1,101 @@
+//! Which length a unit of a model file is: files do not say, so it is guessed and asked.
+
+use serde::{Deserialize, Serialize};
+
+/// A unit of length that modelers write files in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LengthUnit {
+    /// 1 m
+    Metre,
+    /// 10 mm
+    Centimetre,
+    /// 1 mm
+    Millimetre,
+    /// 25.4 mm
+    Inch,
+}
+
+/// m, sizes of things that people model and hold: from a ring to a person
+const USUAL_SIZES: std::ops::RangeInclusive<f64> = 0.02..=2.5;
+
+impl LengthUnit {
+    /// All units, the most usual in OBJ files first.
+    pub const ALL: [Self; 4] = [Self::Metre, Self::Centimetre, Self::Millimetre, Self::Inch];
+
+    /// m
+    pub fn metres(self) -> f64 {
+        match self {
+            Self::Metre => 1.0,
+            Self::Centimetre => 1e-2,
+            Self::Millimetre => 1e-3,
+            Self::Inch => 25.4e-3,
+        }
+    }
+
+    /// The unit that makes a model of this extent (file units, its longest edge) as large as things people hold: the first of
+    /// [`LengthUnit::ALL`] that does, or the one that comes nearest.
+    pub fn guess(extent: f64) -> Self {
+        let usual = Self::ALL.into_iter().find(|unit| USUAL_SIZES.contains(&(extent * unit.metres())));
+        let middle = (USUAL_SIZES.start() * USUAL_SIZES.end()).sqrt();
+        let away = |unit: &Self| (extent * unit.metres() / middle).ln().abs();
+        usual.unwrap_or_else(|| {
+            let nearest = Self::ALL.into_iter().min_by(|a, b| away(a).total_cmp(&away(b)));
+            nearest.unwrap_or(Self::Metre)
+        })
+    }
+}
+
+/// A length for people: three digits, in the unit that reads best.
+pub fn format_length(metres: f64) -> String {
+    let size = metres.abs();
+    let (value, unit) = match size {
+        _ if size >= 1.0 => (metres, "m"),
+        _ if size >= 1e-2 => (metres * 1e2, "cm"),
+        _ if size >= 1e-3 || size == 0.0 => (metres * 1e3, "mm"),
+        _ => (metres * 1e6, "\u{b5}m"),
+    };
+    let digits = if value.abs() >= 100.0 {
+        0
+    } else if value.abs() >= 10.0 {
+        1
+    } else {
+        2
+    };
+    format!("{value:.digits$} {unit}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn models_get_the_size_of_things_people_hold() {
+        // Extents of the bunny, a cow, a monkey's head, a teapot, a figure in centimetres, a print in millimetres.
+        for (extent, unit) in [
+            (0.156, LengthUnit::Metre),
+            (1.72, LengthUnit::Metre),
+            (6.43, LengthUnit::Centimetre),
+            (170.0, LengthUnit::Centimetre),
+            (800.0, LengthUnit::Millimetre),
+            (1e-6, LengthUnit::Metre),
+            (1e9, LengthUnit::Millimetre),
+        ] {
+            assert_eq!(LengthUnit::guess(extent), unit, "{extent}");
+        }
+    }
+
+    #[test]
+    fn lengths_read_well() {
+        for (metres, text) in [
+            (1.8, "1.80 m"),
+            (0.15, "15.0 cm"),
+            (0.005, "5.00 mm"),
+            (0.0, "0.00 mm"),
+            (2e-5, "20.0 \u{b5}m"),
+            (123.0, "123 m"),
+        ] {
+            assert_eq!(format_length(metres), text);
+        }
+    }
+}
