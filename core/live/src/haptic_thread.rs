@@ -48,6 +48,10 @@ pub(crate) struct ThreadSignals {
     pub(crate) stop: AtomicBool,
     /// Number of ticks begun.
     pub(crate) ticks_begun: AtomicU64,
+    /// Number of ticks not finished before the next was due.
+    pub(crate) missed: AtomicU64,
+    /// ns, the latest beginning of a tick since the simulation last asked
+    pub(crate) worst_lateness: AtomicU64,
 }
 
 /// The servo and statistics of a haptic thread that has ended.
@@ -103,7 +107,9 @@ fn run(servo: Servo, clock: Clock, signals: &ThreadSignals) -> HapticResult {
             let began = clock.now();
             result.servo.tick(began);
             let done = clock.now();
-            result.lateness.add(began.saturating_sub(deadlines.due()));
+            let late = began.saturating_sub(deadlines.due());
+            result.lateness.add(late);
+            signals.worst_lateness.fetch_max(late, Ordering::Relaxed);
             result.latency.add(done - began);
             if let Some(last) = last_began.replace(began) {
                 result.period.add(began - last);
@@ -111,6 +117,7 @@ fn run(servo: Servo, clock: Clock, signals: &ThreadSignals) -> HapticResult {
             result.ticks += 1;
             deadlines.finish_tick(done);
             result.missed = deadlines.missed;
+            signals.missed.store(deadlines.missed, Ordering::Relaxed);
         }
     }));
     // A panic and an orderly end both come here.

@@ -2,8 +2,8 @@
 //!
 //! Three threads, none of which waits for another. The *haptic thread* runs at the rate of the devices: it reads them, renders
 //! the newest contacts the simulation has published, and writes to them ([`Servo`]). The *simulation* steps after the wall clock on the
-//! caller's thread ([`LiveSession`]). A viewer reads sixty frames a second ([`ViewReader`], or a [`Viewer`] on a thread of its own). Whole snapshots go between them through triple
-//! buffers, the newest wins. A fourth thread, the watchdog, stops the devices if the haptic thread is stuck.
+//! caller's thread ([`LiveSession`]). A viewer reads sixty frames a second ([`ViewReader`], or a [`Viewer`] on a thread of its own). Whole
+//! snapshots go between them through triple buffers, the newest wins. A fourth thread, the watchdog, stops the devices if the haptic thread is stuck.
 //!
 //! This crate knows no scene files, no meshes and no plugins: a device is anything that is a [`HapticDevice`].
 //!
@@ -49,7 +49,7 @@ pub use histogram::Percentiles;
 pub use pointer::{PointerDevice, PointerHandle};
 pub use realtime::{RealtimeStatus, ThreadUsage};
 pub use servo::Servo;
-pub use session::{LiveSession, LiveSettings};
+pub use session::{LiveGauges, LiveSession, LiveSettings};
 pub use snapshots::{DeviceLoss, HandSamples, SimulationPort};
 pub use summary::{DeviceCounts, HandSummary, LiveSummary};
 pub use view::{

@@ -1,6 +1,7 @@
 //! A device that a program moves: for a mouse, a keyboard or a window. It renders no force.
 
 use crate::device::{HapticDevice, StopDevice};
+use nalgebra::UnitQuaternion;
 use pliant_host::{DeviceInfo, EffectorOutput, Pose};
 use pliant_plugin_api::abi::{POSE_VALID, Status};
 use pliant_solver::Vec3;
@@ -9,44 +10,102 @@ use triple_buffer::{Input, triple_buffer};
 /// The device's end: takes the place of a scene's device in [`LiveSession::start_with_devices`](crate::LiveSession::start_with_devices).
 pub struct PointerDevice {
     info: DeviceInfo,
-    hands: triple_buffer::Output<HandState>,
+    hands: triple_buffer::Output<Target>,
     force: Input<Vec3>,
+    glide: Glide,
 }
 
 /// The program's end: moves the hand and reads the force on it.
 pub struct PointerHandle {
-    hands: Input<HandState>,
+    hands: Input<Target>,
     force: triple_buffer::Output<Vec3>,
+    /// Number of the last target.
+    number: u64,
 }
 
-/// Where the hand is.
+/// Where the hand is to be.
 #[derive(Clone, Copy, Debug, Default)]
-struct HandState {
-    /// m, in device axes
-    position: Vec3,
+struct Target {
+    /// Number of the target, from 1.
+    number: u64,
+    place: Place,
     /// Bit i is button i.
     buttons: u32,
     present: bool,
+    /// ns, in which the hand goes there from where it is
+    duration: u64,
+}
+
+/// A place of the hand in device axes.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    /// m
+    position: Vec3,
+    rotation: UnitQuaternion<f64>,
+}
+
+impl Default for Place {
+    fn default() -> Self {
+        Self { position: Vec3::zeros(), rotation: UnitQuaternion::identity() }
+    }
+}
+
+/// The way from one place to the next.
+#[derive(Clone, Copy, Debug, Default)]
+struct Glide {
+    /// Number of the target it leads to.
+    number: u64,
+    from: Place,
+    /// ns, when it began
+    began: u64,
+    /// Whether there was a hand before.
+    present: bool,
+}
+
+impl Glide {
+    /// Where the hand is on its way to `target` at `time` (ns).
+    fn place(&self, target: &Target, time: u64) -> Place {
+        let since = time.saturating_sub(self.began);
+        if !self.present || since >= target.duration {
+            return target.place;
+        }
+        let share = since as f64 / target.duration as f64;
+        Place {
+            position: self.from.position.lerp(&target.place.position, share),
+            rotation: self.from.rotation.nlerp(&target.place.rotation, share),
+        }
+    }
 }
 
 impl PointerDevice {
     /// A device with the limits `info`, usually those of the device it stands in for, and the handle that moves it.
     pub fn new(info: DeviceInfo) -> (Self, PointerHandle) {
-        let (hands, output) = triple_buffer(&HandState::default());
+        let (hands, output) = triple_buffer(&Target::default());
         let (force, felt) = triple_buffer(&Vec3::zeros());
-        (Self { info, hands: output, force }, PointerHandle { hands, force: felt })
+        let device = Self { info, hands: output, force, glide: Glide::default() };
+        (device, PointerHandle { hands, force: felt, number: 0 })
     }
 }
 
 impl PointerHandle {
-    /// Moves the hand to `position` (m, device axes) with these buttons (bit i is button i).
+    /// Moves the hand to `position` (m, device axes) with these buttons (bit i is button i), at once and without a turn.
     pub fn move_to(&mut self, position: Vec3, buttons: u32) {
-        self.hands.write(HandState { position, buttons, present: true });
+        self.glide_to(position, UnitQuaternion::identity(), buttons, 0.0);
+    }
+
+    /// Moves the hand to `position` (m, device axes) with its axes turned by `rotation`, evenly within `duration` (s): a picture has
+    /// sixty frames a second, a hand that jumped with each would feel them. The buttons change at once.
+    pub fn glide_to(&mut self, position: Vec3, rotation: UnitQuaternion<f64>, buttons: u32, duration: f64) {
+        let place = Place { position, rotation };
+        self.number += 1;
+        let duration = (duration.max(0.0) * 1e9) as u64;
+        self.hands.write(Target { number: self.number, place, buttons, present: true, duration });
     }
 
     /// Takes the hand away: its poses are not valid until the next [`PointerHandle::move_to`].
     pub fn remove(&mut self) {
-        self.hands.write(HandState::default());
+        self.number += 1;
+        self.hands.write(Target { number: self.number, ..Target::default() });
     }
 
     /// N (3), the force a real hand would feel, in device axes
@@ -61,9 +120,17 @@ impl HapticDevice for PointerDevice {
     }
 
     fn read(&mut self, time: u64, poses: &mut [Pose]) -> Status {
-        let HandState { position, buttons, present } = *self.hands.read();
-        let flags = if present { POSE_VALID } else { 0 };
-        poses.fill(Pose { time_ns: time, flags, buttons, position: position.into(), ..Pose::default() });
+        let before = *self.hands.output_buffer();
+        let target = *self.hands.read();
+        if target.number != self.glide.number {
+            let from = self.glide.place(&before, time);
+            self.glide = Glide { number: target.number, from, began: time, present: before.present };
+        }
+        let Place { position, rotation } = self.glide.place(&target, time);
+        let flags = if target.present { POSE_VALID } else { 0 };
+        let orientation = rotation.coords.into();
+        let (buttons, position) = (target.buttons, position.into());
+        poses.fill(Pose { time_ns: time, flags, buttons, position, orientation, ..Pose::default() });
         Status::OK
     }
 
@@ -74,5 +141,59 @@ impl HapticDevice for PointerDevice {
 
     fn stop_handle(&self) -> StopDevice {
         Box::new(|| {}) // it renders no force
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A device of one effector that renders nothing.
+    fn info() -> DeviceInfo {
+        DeviceInfo {
+            size: size_of::<DeviceInfo>(),
+            effectors: 1,
+            buttons: 32,
+            driven_axes: 3,
+            taxel_rows: 0,
+            taxel_columns: 0,
+            rate: 1000.0,
+            peak_force: 1.0,
+            continuous_force: 1.0,
+            stiffness: 1000.0,
+            damping: 0.0,
+            resolution: 0.0,
+            workspace: [0.0; 6],
+            taxel_pitch: 0.0,
+            taxel_force: 0.0,
+        }
+    }
+
+    fn read(device: &mut PointerDevice, time: u64) -> Pose {
+        let mut poses = [Pose::default()];
+        assert_eq!(device.read(time, &mut poses), Status::OK);
+        poses[0]
+    }
+
+    #[test]
+    fn a_hand_glides_from_where_it_is_and_its_buttons_change_at_once() {
+        let (mut device, mut hand) = PointerDevice::new(info());
+        assert_eq!(read(&mut device, 5).flags & POSE_VALID, 0, "no hand yet");
+        hand.glide_to(Vec3::x(), UnitQuaternion::identity(), 0, 1e-3);
+        assert_eq!(read(&mut device, 10).position, [1.0, 0.0, 0.0], "a new hand has no way to go");
+        let turn = UnitQuaternion::from_axis_angle(&Vec3::z_axis(), 0.2);
+        hand.glide_to(3.0 * Vec3::x(), turn, 2, 1e-3);
+        let begin = read(&mut device, 1_000_000);
+        assert_eq!((begin.position, begin.buttons), ([1.0, 0.0, 0.0], 2));
+        assert_eq!(read(&mut device, 1_500_000).position, [2.0, 0.0, 0.0]);
+        // A new target on the way: from where it is.
+        hand.glide_to(Vec3::zeros(), turn, 0, 1e-3);
+        assert_eq!(read(&mut device, 1_500_000).position, [2.0, 0.0, 0.0]);
+        assert_eq!(read(&mut device, 2_000_000).position, [1.0, 0.0, 0.0]);
+        let end = read(&mut device, 9_000_000);
+        assert_eq!(end.position, [0.0; 3]);
+        assert!((end.orientation[2] - 0.1_f64.sin()).abs() < 1e-12, "{:?}", end.orientation);
+        hand.remove();
+        assert_eq!(read(&mut device, 9_000_001).flags & POSE_VALID, 0);
     }
 }

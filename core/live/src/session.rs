@@ -25,6 +25,23 @@ pub struct LiveSettings {
     pub view: Option<ViewWriter>,
 }
 
+/// How well a session under way keeps real time.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LiveGauges {
+    /// s, wall-clock time since the start
+    pub seconds: f64,
+    /// Steps taken.
+    pub steps: u64,
+    /// s, simulated time that was given up because the simulation was too slow
+    pub lost_time: f64,
+    /// Ticks of the haptic thread begun.
+    pub ticks: u64,
+    /// Ticks not finished before the next was due.
+    pub missed: u64,
+    /// s, the latest beginning of a tick since these were last asked for
+    pub worst_lateness: f64,
+}
+
 /// ns, longest time that the first tick is waited for
 const FIRST_TICK_TIMEOUT: u64 = 500_000_000;
 
@@ -92,6 +109,18 @@ impl LiveSession {
     /// s, wall-clock time since the start
     pub fn seconds(&self) -> f64 {
         (self.clock.now() - self.began) as f64 * 1e-9
+    }
+
+    /// How well it keeps real time so far.
+    pub fn gauges(&self) -> LiveGauges {
+        LiveGauges {
+            seconds: self.seconds(),
+            steps: self.steps,
+            lost_time: self.pacer.lost as f64 * 1e-9,
+            ticks: self.signals.ticks_begun.load(Ordering::Relaxed),
+            missed: self.signals.missed.load(Ordering::Relaxed),
+            worst_lateness: self.signals.worst_lateness.swap(0, Ordering::Relaxed) as f64 * 1e-9,
+        }
     }
 
     /// Whether the haptic thread still runs.

@@ -6,7 +6,7 @@ use pliant_engine::body::{Body, PAGE, TriangleLook};
 use pliant_engine::session::Session;
 use pliant_solver::Vec3;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use triple_buffer::{Input, Output, triple_buffer};
 
@@ -18,6 +18,7 @@ pub struct ViewWriter {
     frames: Input<ViewFrame>,
     patches: Sender<TopologyPatch>,
     wants_cells: Arc<AtomicBool>,
+    changes: Arc<AtomicU64>,
     bodies: Vec<BodyTrack>,
     /// Number of the last frame.
     number: u64,
@@ -32,6 +33,7 @@ pub struct ViewReader {
     /// Patches of frames that are not there yet.
     ahead: Vec<TopologyPatch>,
     wants_cells: Arc<AtomicBool>,
+    changes: Arc<AtomicU64>,
     /// Bodies as the session was opened: those that move, then those that stand.
     pub bodies: Vec<BodyTopology>,
 }
@@ -53,6 +55,7 @@ pub fn view_buffer(session: &Session) -> (ViewWriter, ViewReader) {
     let (frames, output) = triple_buffer(&ViewFrame::default());
     let (sender, patches) = channel();
     let wants_cells = Arc::new(AtomicBool::new(false));
+    let changes = Arc::new(AtomicU64::new(0));
     let moving = session.bodies.iter().map(|body| {
         let looks = (0..body.model.surface.triangles.len() as u32).map(|t| body.look(t)).collect();
         topology(&body.name, body.model.surface.bounds().centre(), &body.skin.x, looks, true)
@@ -74,11 +77,12 @@ pub fn view_buffer(session: &Session) -> (ViewWriter, ViewReader) {
         frames,
         patches: sender,
         wants_cells: Arc::clone(&wants_cells),
+        changes: Arc::clone(&changes),
         bodies: tracks.collect(),
         number: 0,
         due: 0,
     };
-    (writer, ViewReader { frames: output, patches, ahead: Vec::new(), wants_cells, bodies })
+    (writer, ViewReader { frames: output, patches, ahead: Vec::new(), wants_cells, changes, bodies })
 }
 
 fn topology(name: &str, origin: Vec3, points: &[Vec3], looks: Vec<Option<TriangleLook>>, moves: bool) -> BodyTopology {
@@ -105,6 +109,7 @@ impl ViewWriter {
         frame.time = session.time();
         frame.steps = session.steps();
         let felt = session.frame();
+        let mut changed = frame.tools != felt.tools;
         frame.tools.clone_from(&felt.tools);
         (frame.nodes, frame.elements) = (felt.nodes, felt.elements);
         frame.bodies.resize_with(session.bodies.len(), BodyView::default);
@@ -115,13 +120,17 @@ impl ViewWriter {
             if let Some(patch) = track.patch(index, body) {
                 // Without a reader nobody misses it.
                 let _ = self.patches.send(patch);
+                changed = true;
             }
-            track.copy(&mut frame.bodies[index], body, number);
+            changed |= track.copy(&mut frame.bodies[index], body, number);
             if wants_cells {
                 frame.cells.extend(active_cells(body));
             }
         }
         self.frames.publish();
+        if changed {
+            self.changes.fetch_add(1, Ordering::Release);
+        }
     }
 }
 
@@ -144,16 +153,18 @@ impl BodyTrack {
         Some(TopologyPatch { body: index, number: self.patches, count, changed })
     }
 
-    /// Brings one of the three buffers up to date, page by page.
-    fn copy(&mut self, view: &mut BodyView, body: &mut Body, number: u64) {
+    /// Brings one of the three buffers up to date, page by page; gives whether any page has changed since the last frame.
+    fn copy(&mut self, view: &mut BodyView, body: &mut Body, number: u64) -> bool {
         let skin = &mut body.skin;
         let count = skin.x.len();
         self.stamps.resize(count.div_ceil(PAGE), number);
         let seen = self.vertices_seen;
         self.vertices_seen = skin.pages.end_period();
+        let mut changed = false;
         for page in skin.pages.changed_after(seen) {
             if let Some(stamp) = self.stamps.get_mut(page) {
                 *stamp = number;
+                changed = true;
             }
         }
         view.origin = self.origin;
@@ -171,6 +182,7 @@ impl BodyTrack {
             }
             view.stamps[page] = *stamp;
         }
+        changed
     }
 }
 
@@ -201,6 +213,12 @@ impl ViewReader {
         let (now, later) = std::mem::take(&mut self.ahead).into_iter().partition(ready);
         self.ahead = later;
         now
+    }
+
+    /// A number that rises with every frame in which a surface or a tool differs from the last: whoever draws asks it whether there is
+    /// anything to draw, from any thread.
+    pub fn changes(&self) -> Arc<AtomicU64> {
+        Arc::clone(&self.changes)
     }
 
     /// Asks for the simulated cells in frames, or no longer.
