@@ -1,6 +1,7 @@
 //! The scene of a model that has none: what `edit model.obj` opens.
 
 use crate::carrier::Substance;
+use crate::hand_scene::{HandSettings, give_hand, tables};
 use crate::preset::SolidPreset;
 use std::path::{Path, PathBuf};
 use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, Value, value};
@@ -55,12 +56,10 @@ pub const TOOL_SHARE: f64 = 0.04;
 const COUPLING_SHARE: f64 = 2.0;
 /// Force at which the hand gives in, over what presses the spring together by the radius of the tool.
 const PEAK_SHARE: f64 = 4.0;
-/// Speed at which a hand is followed, sizes of the model for a second.
-const SPEED: f64 = 20.0;
-/// s, in which a force may rise to its peak
-const RISE: f64 = 5e-3;
 /// N/m, spring of a hand on a sheet of 100 mm; the mass of its tip is the one of a live run, 10 g
 const SHEET_COUPLING: f64 = 200.0;
+/// kg, mass of a tip on a sheet, as in a live run
+const TIP_MASS: f64 = 0.01;
 
 impl Draft {
     /// The kind of body.
@@ -89,6 +88,17 @@ impl Draft {
         PEAK_SHARE * self.coupling() * self.radius()
     }
 
+    /// The hand and what it holds.
+    pub fn hand(&self) -> HandSettings {
+        HandSettings {
+            size: self.size,
+            radius: self.radius(),
+            coupling: self.coupling(),
+            peak_force: self.peak_force(),
+            tip_mass: (self.substance() == Substance::Sheet).then_some(TIP_MASS),
+        }
+    }
+
     /// The text of the scene; its file is meant to stand in `folder`.
     pub fn to_toml(&self, folder: &Path) -> String {
         let mut scene = DocumentMut::new();
@@ -104,16 +114,8 @@ impl Draft {
             scene["solver"] = Item::Table(solver);
         }
         scene["time"] = Item::Table(time);
-        scene["body"] = tables(self.body(folder));
-        let mut device = Table::new();
-        device["name"] = value(HAND);
-        device["plugin"] = value("scripted");
-        let mut params = InlineTable::new();
-        params.insert("peak-force", self.peak_force().into());
-        params.insert("stiffness", (4.0 * self.coupling()).into());
-        device["params"] = value(params);
-        scene["device"] = tables(device);
-        scene["tool"] = tables(self.tool());
+        scene["body"] = tables([self.body(folder)]);
+        give_hand(&mut scene, &self.hand());
         let mut output = Table::new();
         output["energy"] = value(false);
         scene["output"] = Item::Table(output);
@@ -144,7 +146,7 @@ impl Draft {
                 if !held.is_empty() {
                     let mut fixed = Table::new();
                     fixed["nodes"] = value(held.iter().map(|v| i64::from(*v)).collect::<Array>());
-                    body["fixed"] = tables(fixed);
+                    body["fixed"] = tables([fixed]);
                 }
             }
         }
@@ -152,31 +154,6 @@ impl Draft {
         body["material"] = value(material);
         body
     }
-
-    fn tool(&self) -> Table {
-        let mut tool = Table::new();
-        tool["name"] = value(HAND);
-        tool["device"] = value(HAND);
-        tool["radius"] = value(self.radius());
-        tool["stiffness"] = value(self.coupling());
-        tool["speed"] = value(SPEED * self.size);
-        tool["slew"] = value(self.peak_force() / RISE);
-        if self.substance() == Substance::Sheet {
-            tool["mass"] = value(0.01);
-        }
-        let mut blade = InlineTable::new();
-        // Through all of the model, wherever the hand holds it.
-        blade.insert("length", (4.0 * self.size).into());
-        tool["blade"] = value(blade);
-        tool
-    }
-}
-
-/// An array of one table.
-fn tables(table: Table) -> Item {
-    let mut list = toml_edit::ArrayOfTables::new();
-    list.push(table);
-    Item::ArrayOfTables(list)
 }
 
 /// The path from `folder` if it is inside of it, else the path itself.

@@ -1,0 +1,125 @@
+//! The hand of a window in a scene: a device, a tool, and edits that begin with buttons.
+//!
+//! Every edit kind of the engine gets two edits, one whose shape is kept and one that springs back, each with a button of its own. So a
+//! window offers whatever kinds there are, and chooses between them as a person with a real device does: by what is pressed.
+
+use crate::draft::HAND;
+use pliant_engine::edit::{EditKind, KINDS};
+use pliant_engine::scene::Release;
+use toml_edit::{ArrayOfTables, DocumentMut, InlineTable, Item, Table, value};
+
+/// A hand and the tool it holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HandSettings {
+    /// m, longest edge of the box around what it edits
+    pub size: f64,
+    /// m, radius of the tool
+    pub radius: f64,
+    /// N/m, spring between hand and surface
+    pub coupling: f64,
+    /// N, largest force of the hand
+    pub peak_force: f64,
+    /// kg, mass of the tip on sheets; `None`: the tip is where the hand is
+    pub tip_mass: Option<f64>,
+}
+
+/// Speed at which a hand is followed, sizes of the model for a second.
+const SPEED: f64 = 20.0;
+/// s, in which a force may rise to its peak
+const RISE: f64 = 5e-3;
+/// Stiffness that the device of the hand declares over that of the coupling: a hand of numbers renders anything.
+const DEVICE_STIFFNESS: f64 = 4.0;
+
+/// Edit kinds that have buttons: all of them, as far as 32 buttons go.
+pub fn stroke_kinds() -> impl Iterator<Item = &'static dyn EditKind> {
+    KINDS.iter().copied().take(16)
+}
+
+/// The button, from 0, that begins an edit of the kind at this place of [`stroke_kinds`].
+pub fn stroke_button(kind: usize, release: Release) -> u32 {
+    2 * kind as u32 + u32::from(release == Release::SpringBack)
+}
+
+/// Takes hands, tools, edits and probes out of a scene and gives it this hand.
+pub fn give_hand(scene: &mut DocumentMut, hand: &HandSettings) {
+    for key in ["device", "tool", "edit", "probe"] {
+        scene.remove(key);
+    }
+    let mut device = Table::new();
+    device["name"] = value(HAND);
+    device["plugin"] = value("scripted");
+    let mut params = InlineTable::new();
+    params.insert("peak-force", hand.peak_force.into());
+    params.insert("stiffness", (DEVICE_STIFFNESS * hand.coupling).into());
+    device["params"] = value(params);
+    scene["device"] = tables([device]);
+    scene["tool"] = tables([tool(hand)]);
+    let mut edits = Vec::new();
+    for (place, kind) in stroke_kinds().enumerate() {
+        for (release, name) in [(Release::Keep, "keep"), (Release::SpringBack, "spring-back")] {
+            let mut edit = Table::new();
+            edit["kind"] = value(kind.name());
+            edit["tool"] = value(HAND);
+            edit["button"] = value(i64::from(stroke_button(place, release)));
+            edit["release"] = value(name);
+            if kind.keys().contains(&"limit") {
+                edit["limit"] = value(hand.peak_force);
+            }
+            edits.push(edit);
+        }
+    }
+    scene["edit"] = tables(edits);
+}
+
+fn tool(hand: &HandSettings) -> Table {
+    let mut tool = Table::new();
+    tool["name"] = value(HAND);
+    tool["device"] = value(HAND);
+    tool["radius"] = value(hand.radius);
+    tool["stiffness"] = value(hand.coupling);
+    tool["speed"] = value(SPEED * hand.size);
+    tool["slew"] = value(hand.peak_force / RISE);
+    if let Some(mass) = hand.tip_mass {
+        tool["mass"] = value(mass);
+    }
+    let mut blade = InlineTable::new();
+    // Through all of the model, wherever the hand holds it.
+    blade.insert("length", (4.0 * hand.size).into());
+    tool["blade"] = value(blade);
+    tool
+}
+
+/// An array of tables.
+pub(crate) fn tables(all: impl IntoIterator<Item = Table>) -> Item {
+    Item::ArrayOfTables(all.into_iter().collect::<ArrayOfTables>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pliant_engine::plan::Plan;
+    use pliant_engine::scene;
+    use std::path::Path;
+
+    #[test]
+    fn every_kind_has_two_buttons_and_the_scene_keeps_its_bodies() {
+        let text = "format = 1\n[[body]]\nname = \"a\"\nmaterial = { plugin = \"mass-spring\" }\n\
+            shape = { kind = \"box\", size = [1, 1, 1] }\n[[device]]\nname = \"old\"\n[[tool]]\nname = \"t\"\n\
+            device = \"old\"\nradius = 0.1\n[[edit]]\nkind = \"touch\"\ntool = \"t\"\n";
+        let mut document: DocumentMut = text.parse().unwrap();
+        let hand = HandSettings { size: 1.0, radius: 0.1, coupling: 100.0, peak_force: 5.0, tip_mass: None };
+        give_hand(&mut document, &hand);
+        let (scene, source) = scene::load_text(Path::new("scene.toml"), document.to_string(), &[]).expect("a scene");
+        assert_eq!((scene.body.len(), scene.device.len(), scene.tool.len()), (1, 1, 1));
+        let plan = Plan::new(&scene, &source).expect("a plan");
+        assert_eq!(plan.edits.len(), 2 * KINDS.len().min(16));
+        for (place, kind) in stroke_kinds().enumerate() {
+            for release in [Release::Keep, Release::SpringBack] {
+                let button = stroke_button(place, release);
+                let edit = plan.edits.iter().find(|edit| edit.button == Some(button)).expect("an edit of the button");
+                assert_eq!((edit.kind.name(), edit.release, edit.span.1), (kind.name(), release, f64::INFINITY));
+                assert!(button < 32);
+            }
+        }
+    }
+}
