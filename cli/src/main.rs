@@ -14,6 +14,7 @@ mod args;
 mod check;
 mod child;
 mod device;
+mod edit;
 mod live;
 mod new;
 mod outcome;
@@ -38,6 +39,7 @@ fn main() -> ExitCode {
     let cli = Cli::try_parse().unwrap_or_else(|error| exit_on_misuse(&error));
     let outcome = match &cli.command {
         Command::Run(args) => run::run(&cli, args),
+        Command::Edit(args) => edit::edit(&cli, args),
         Command::Replay(args) => replay::replay(&cli, args),
         Command::Plan(args) => plan::plan(&cli, args),
         Command::Plugin(args) => plugin::plugin(&cli, &args.command),

@@ -1,6 +1,7 @@
 //! The verbs of the program.
 
 use super::device::DeviceArgs;
+use super::edit::EditArgs;
 use super::plugin::PluginArgs;
 use super::report::ReportArgs;
 use super::run::{PlanArgs, ReplayArgs, RunArgs};
@@ -14,6 +15,7 @@ use std::path::PathBuf;
 #[command(after_help = "\
 Examples:
   pliant sample elephant -o elephant.obj   a model to start from
+  pliant edit elephant.obj                 open it in a window and sculpt it
   pliant run scenes/touch.toml             run a scene; results are in out/touch
   pliant plan scenes/touch.toml            what the scene needs, and how large a step may be
   pliant plugin list                       the plugins that are found
@@ -36,6 +38,8 @@ pub struct Cli {
 pub enum Command {
     /// Run the edits of a scene and write the deformed model and the numbers
     Run(RunArgs),
+    /// Open a window and sculpt a model, or the bodies of a scene, with the mouse
+    Edit(EditArgs),
     /// Run a recorded session again, without its devices
     Replay(ReplayArgs),
     /// Show what a scene needs, what is left out and why, and how large a step may be

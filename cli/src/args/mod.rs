@@ -2,6 +2,7 @@
 
 mod cli;
 mod device;
+mod edit;
 mod plugin;
 mod report;
 mod run;
@@ -10,6 +11,7 @@ mod values;
 
 pub use cli::{Cli, Command};
 pub use device::{DeviceCommand, DoctorArgs};
+pub use edit::EditArgs;
 pub use plugin::{CheckArgs, Language, NewArgs, NewKind, PluginCommand};
 pub use report::{AccuracyArgs, ReportCommand, ReportOptionArgs};
 pub use run::{PlanArgs, ReplayArgs, RunArgs, SceneArgs};

@@ -1,0 +1,53 @@
+//! Arguments of `pliant edit`.
+
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+
+/// Arguments of `pliant edit`.
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  pliant edit model.obj                    sculpt a model with the mouse
+  pliant edit scenes/touch.toml            the bodies of a scene, under a hand of the window
+  pliant edit model.obj --unit mm --level 5
+  pliant edit model.obj --measure 10       what the window costs the haptic loop and the simulation, as JSON
+
+The window is the program `pliant-window`, beside `pliant` or on the path. docs/window.md shows the first ten minutes.")]
+pub struct EditArgs {
+    /// OBJ file of a model, or TOML file of a scene
+    pub path: Option<PathBuf>,
+    /// Length of a unit of the file [default: guessed from the size of the model]
+    #[arg(long, value_name = "UNIT")]
+    pub unit: Option<Unit>,
+    /// Level of the grid in a solid: 2^(LEVEL - 1) cells along its longest edge [default: 6]
+    #[arg(long, value_name = "LEVEL", value_parser = clap::value_parser!(u32).range(2..=10))]
+    pub level: Option<u32>,
+    /// Number of threads; 0 uses all processors
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub threads: usize,
+    /// Samples of a pixel: 0, 2, 4 or 8; 0 is faster without a graphics card [default: 4]
+    #[arg(long, value_name = "N", value_parser = ["0", "2", "4", "8"])]
+    pub antialias: Option<String>,
+    /// Write what happens in the window, a line of JSON for each event
+    #[arg(long, value_name = "FILE")]
+    pub log: Option<PathBuf>,
+    /// Press and stroke the model for so many seconds, print the times of the loops as JSON, and end
+    #[arg(long, value_name = "SECONDS", requires = "path", value_parser = clap::value_parser!(u32).range(1..=3600))]
+    pub measure: Option<u32>,
+    /// Make the same strokes without a window, to compare with
+    #[arg(long, requires = "measure")]
+    pub without_window: bool,
+}
+
+/// A unit of length of a file.
+#[derive(Clone, Copy, ValueEnum)]
+pub enum Unit {
+    /// Metre
+    M,
+    /// Centimetre
+    Cm,
+    /// Millimetre
+    Mm,
+    /// Inch
+    In,
+}
