@@ -6,7 +6,7 @@
 use crate::draft::HAND;
 use pliant_engine::edit::{EditKind, KINDS};
 use pliant_engine::scene::Release;
-use toml_edit::{ArrayOfTables, DocumentMut, InlineTable, Item, Table, value};
+use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value, value};
 
 /// A hand and the tool it holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,6 +51,8 @@ pub fn give_hand(scene: &mut DocumentMut, hand: &HandSettings) {
     let mut params = InlineTable::new();
     params.insert("peak-force", hand.peak_force.into());
     params.insert("stiffness", (DEVICE_STIFFNESS * hand.coupling).into());
+    // Where a scripted hand would be if no pointer took its place: in the origin, with no button pressed.
+    params.insert("path", [Value::from([0.0; 4].into_iter().collect::<Array>())].into_iter().collect::<Array>().into());
     device["params"] = value(params);
     scene["device"] = tables([device]);
     scene["tool"] = tables([tool(hand)]);
