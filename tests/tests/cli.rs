@@ -14,7 +14,7 @@ fn bench() -> Bench {
 fn help_and_version_go_to_standard_output() {
     let bench = Bench::new();
     let help = bench.pliant(&["--help"]).expect(0);
-    for verb in ["run", "plan", "plugin", "schema", "completions", "sample"] {
+    for verb in ["run", "edit", "plan", "plugin", "schema", "completions", "sample"] {
         assert!(help.out.contains(verb), "{}", help.out);
         let of_verb = bench.pliant(&[verb, "--help"]).expect(0);
         assert!(of_verb.out.contains("Usage: pliant") && of_verb.err.is_empty(), "{verb}");

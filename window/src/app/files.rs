@@ -1,0 +1,300 @@
+//! Files, menus, shortcuts and questions.
+
+use super::App;
+use crate::opening::OpenRequest;
+use crate::sim::Command;
+use crate::strings;
+use eframe::egui::{self, Key, KeyboardShortcut, Modifiers, ViewportCommand};
+use std::path::PathBuf;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+
+/// Asks for a file: its path in a field, or the system's dialog.
+pub(super) struct FileDialog {
+    purpose: Purpose,
+    path: String,
+    /// Answer of the system's dialog, which has a thread of its own.
+    browsing: Option<Receiver<Option<PathBuf>>>,
+}
+
+/// What a file is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Purpose {
+    Open,
+    SaveAs,
+}
+
+/// A question about strokes that have not been saved.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Question {
+    Quit,
+    Open(Box<OpenRequest>),
+}
+
+const OPEN: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::O);
+const SAVE: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::S);
+const SAVE_AS: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::S);
+const QUIT: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Q);
+const UNDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Z);
+const REDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Z);
+const REDO_TOO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Y);
+const PICTURE: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::F12);
+
+impl App {
+    pub(super) fn menu(&mut self, ui: &mut egui::Ui) {
+        egui::Panel::top("menu").show(ui, |ui| {
+            ui.horizontal(|ui| {
+                ui.menu_button(strings::FILE, |ui| {
+                    let is_open = self.model.is_some();
+                    let item = |ui: &mut egui::Ui, text: &str, shortcut: KeyboardShortcut, enabled: bool| {
+                        let text_of_keys = ui.ctx().format_shortcut(&shortcut);
+                        let button = egui::Button::new(text).shortcut_text(text_of_keys);
+                        ui.add_enabled(enabled, button).clicked()
+                    };
+                    if item(ui, strings::OPEN, OPEN, true) {
+                        self.ask_for_file(Purpose::Open);
+                    }
+                    if item(ui, strings::SAVE, SAVE, is_open) {
+                        self.save();
+                    }
+                    if item(ui, strings::SAVE_AS, SAVE_AS, is_open) {
+                        self.ask_for_file(Purpose::SaveAs);
+                    }
+                    if item(ui, strings::PICTURE, PICTURE, is_open) {
+                        self.save_picture();
+                    }
+                    if item(ui, strings::QUIT, QUIT, true) {
+                        ui.ctx().send_viewport_cmd(ViewportCommand::Close);
+                    }
+                });
+                ui.separator();
+                let name = self.request.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+                ui.label(format!("{name}{}", if self.is_unsaved() { " *" } else { "" }));
+                ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                    let is_dark = ui.visuals().dark_mode;
+                    if ui.button(if is_dark { strings::LIGHT } else { strings::DARK }).clicked() {
+                        ui.ctx().set_theme(if is_dark { egui::Theme::Light } else { egui::Theme::Dark });
+                    }
+                });
+            });
+        });
+    }
+
+    pub(super) fn status_bar(&mut self, ui: &mut egui::Ui) {
+        egui::Panel::bottom("status").show(ui, |ui| {
+            ui.horizontal(|ui| {
+                match self.messages.last() {
+                    Some(message) => ui.label(message.lines().next().unwrap_or_default()),
+                    None => ui.label(""),
+                };
+            });
+            ui.small(strings::KEYS);
+        });
+    }
+
+    /// Takes the last stroke back.
+    pub fn undo(&mut self) {
+        self.log.event("undo", &[]);
+        self.send(Command::Undo);
+    }
+
+    /// Makes the stroke again that was taken back last.
+    pub fn redo(&mut self) {
+        self.log.event("redo", &[]);
+        self.send(Command::Redo);
+    }
+
+    pub(super) fn shortcuts(&mut self, context: &egui::Context) {
+        let pressed = |shortcut: &KeyboardShortcut| context.input_mut(|input| input.consume_shortcut(shortcut));
+        // Those with Shift first: without it they would be taken for the others.
+        if pressed(&SAVE_AS) && self.model.is_some() {
+            self.ask_for_file(Purpose::SaveAs);
+        }
+        if pressed(&REDO) || pressed(&REDO_TOO) {
+            self.redo();
+        }
+        if pressed(&UNDO) {
+            self.undo();
+        }
+        if pressed(&SAVE) && self.model.is_some() {
+            self.save();
+        }
+        if pressed(&OPEN) {
+            self.ask_for_file(Purpose::Open);
+        }
+        if pressed(&PICTURE) && self.model.is_some() {
+            self.save_picture();
+        }
+        if pressed(&QUIT) {
+            context.send_viewport_cmd(ViewportCommand::Close);
+        }
+    }
+
+    /// Saves to the file that is known, or asks for one.
+    pub fn save(&mut self) {
+        match self.save_path.clone() {
+            Some(path) => self.send(Command::Save { path, for_user: true }),
+            None => self.ask_for_file(Purpose::SaveAs),
+        }
+    }
+
+    fn ask_for_file(&mut self, purpose: Purpose) {
+        let path = match purpose {
+            Purpose::Open => self.request.path.clone(),
+            Purpose::SaveAs => self.save_path.clone().unwrap_or_else(|| self.request.path.with_extension("obj")),
+        };
+        self.dialog = Some(FileDialog { purpose, path: path.to_string_lossy().into_owned(), browsing: None });
+    }
+
+    /// A file that was dropped on the window is opened.
+    pub(super) fn dropped_files(&mut self, context: &egui::Context) {
+        let dropped = context.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_path_buf()));
+        if let Some(path) = dropped {
+            self.open_if_saved(OpenRequest { path, shape: None, unit: None, substance: None, ..self.request.clone() });
+        }
+    }
+
+    fn open_if_saved(&mut self, request: OpenRequest) {
+        if self.is_unsaved() {
+            self.question = Some(Question::Open(Box::new(request)));
+        } else {
+            self.open(request);
+        }
+    }
+
+    pub(super) fn close_requests(&mut self, context: &egui::Context) {
+        if context.input(|input| input.viewport().close_requested()) && self.is_unsaved() {
+            context.send_viewport_cmd(ViewportCommand::CancelClose);
+            self.question = Some(Question::Quit);
+        }
+    }
+
+    /// Dialogs, questions and errors.
+    pub(super) fn windows(&mut self, context: &egui::Context) {
+        self.file_window(context);
+        self.question_window(context);
+        let mut is_closed = false;
+        if let Some(error) = &self.error {
+            egui::Window::new("error").title_bar(false).anchor(egui::Align2::CENTER_CENTER, [0.0; 2]).show(
+                context,
+                |ui| {
+                    ui.set_max_width(620.0);
+                    ui.label(egui::RichText::new(error).monospace());
+                    is_closed = ui.button(strings::CLOSE).clicked();
+                },
+            );
+        }
+        if is_closed {
+            self.error = None;
+        }
+    }
+
+    fn file_window(&mut self, context: &egui::Context) {
+        let Some(mut dialog) = self.dialog.take() else { return };
+        let title = if dialog.purpose == Purpose::Open { strings::OPEN } else { strings::SAVE_AS };
+        let (mut answer, mut is_done) = (None, false);
+        if let Some(browsing) = &dialog.browsing {
+            match browsing.try_recv() {
+                Ok(Some(path)) => answer = Some(path),
+                Ok(None) | Err(TryRecvError::Disconnected) => dialog.browsing = None,
+                Err(TryRecvError::Empty) => {}
+            }
+        }
+        egui::Window::new(title).collapsible(false).anchor(egui::Align2::CENTER_CENTER, [0.0; 2]).show(context, |ui| {
+            let field =
+                ui.add(egui::TextEdit::singleline(&mut dialog.path).desired_width(420.0).hint_text(strings::PATH));
+            let entered = field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
+            if !field.has_focus() && !entered {
+                field.request_focus();
+            }
+            ui.horizontal(|ui| {
+                if ui.button(title).clicked() || entered {
+                    answer = Some(PathBuf::from(dialog.path.trim()));
+                }
+                if ui.add_enabled(dialog.browsing.is_none(), egui::Button::new(strings::BROWSE)).clicked() {
+                    dialog.browsing = browse(dialog.purpose, &dialog.path, ui.ctx().clone());
+                }
+                is_done = ui.button(strings::CANCEL).clicked() || ui.input(|input| input.key_pressed(Key::Escape));
+            });
+        });
+        match (answer, dialog.purpose) {
+            (Some(path), Purpose::Open) => {
+                self.open_if_saved(OpenRequest {
+                    path,
+                    shape: None,
+                    unit: None,
+                    substance: None,
+                    ..self.request.clone()
+                });
+            }
+            (Some(path), Purpose::SaveAs) => self.send(Command::Save { path, for_user: true }),
+            (None, _) if !is_done => self.dialog = Some(dialog),
+            (None, _) => {}
+        }
+    }
+
+    fn question_window(&mut self, context: &egui::Context) {
+        let Some(question) = self.question.take() else { return };
+        let (mut save, mut discard, mut cancel) = (false, false, false);
+        egui::Window::new("question").title_bar(false).anchor(egui::Align2::CENTER_CENTER, [0.0; 2]).show(
+            context,
+            |ui| {
+                ui.label(strings::UNSAVED);
+                ui.horizontal(|ui| {
+                    save = question == Question::Quit && ui.button(strings::SAVE).clicked();
+                    discard = ui.button(strings::DISCARD).clicked();
+                    cancel = ui.button(strings::CANCEL).clicked();
+                });
+            },
+        );
+        if save {
+            self.quit_after_save = true;
+            self.save();
+        } else if discard {
+            self.saved_strokes = Some(self.status.done);
+            match question {
+                Question::Quit => context.send_viewport_cmd(ViewportCommand::Close),
+                Question::Open(request) => self.open(*request),
+            }
+        } else if !cancel {
+            self.question = Some(question);
+        }
+    }
+
+    /// Writes what is seen as `pliant-N.png` beside the model.
+    fn save_picture(&mut self) {
+        let folder = self.request.path.parent().map_or_else(PathBuf::new, PathBuf::from);
+        self.pictures += 1;
+        let path = folder.join(format!("pliant-{}.png", self.pictures));
+        self.messages.push(format!("picture {}", path.display()));
+        self.log.event("picture", &[("path", path.display().to_string())]);
+        let write = move |picture: std::sync::Arc<egui::ColorImage>| {
+            let [width, height] = picture.size.map(|edge| edge as u32);
+            let bytes: Vec<u8> = picture.pixels.iter().flat_map(|pixel| pixel.to_array()).collect();
+            // A picture that cannot be written is no reason to stop an artist.
+            let _ = image::save_buffer(&path, &bytes, width, height, image::ColorType::Rgba8);
+        };
+        self.context.send_viewport_cmd(ViewportCommand::Screenshot(egui::ScreenshotCallback::new(write)));
+    }
+}
+
+/// Opens the system's dialog on a thread of its own.
+fn browse(purpose: Purpose, path: &str, context: egui::Context) -> Option<Receiver<Option<PathBuf>>> {
+    let (sender, receiver) = channel();
+    let path = PathBuf::from(path);
+    let ask = move || {
+        let mut dialog = rfd::FileDialog::new();
+        if let Some(folder) = path.parent().filter(|folder| folder.is_dir()) {
+            dialog = dialog.set_directory(folder);
+        }
+        let answer = match purpose {
+            Purpose::Open => dialog.add_filter("models and scenes", &["obj", "toml"]).pick_file(),
+            Purpose::SaveAs => {
+                let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+                dialog.set_file_name(name).save_file()
+            }
+        };
+        let _ = sender.send(answer);
+        context.request_repaint();
+    };
+    std::thread::Builder::new().name("dialog".into()).spawn(ask).ok().map(|_| receiver)
+}

@@ -1,0 +1,132 @@
+//! Strokes that the program makes by itself, to measure what the window costs the simulation.
+
+use super::gauges::FrameTimes;
+use super::model::Model;
+use crate::arguments::Arguments;
+use crate::opening::OpenRequest;
+use crate::sim::{Notice, Simulation, StepTimes};
+use crate::tools::ToolKind;
+use crate::view::{Camera, Ray};
+use eframe::egui;
+use pliant_editor::{PointerRay, StrokeStart};
+use pliant_engine::scene::Release;
+use pliant_live::LiveSummary;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+/// What a measurement has found.
+#[derive(Clone, Debug, Serialize)]
+pub struct Measurement {
+    /// Of the session: ticks, lateness, real-time factor.
+    pub live: LiveSummary,
+    /// Wall-clock times of the steps.
+    pub step: StepTimes,
+    /// Wall-clock times of the frames of the window, by part.
+    pub frames: BTreeMap<&'static str, StepTimes>,
+}
+
+impl Measurement {
+    pub(super) fn new((live, step): (LiveSummary, StepTimes), times: Option<&FrameTimes>) -> Self {
+        Self { live, step, frames: times.map(FrameTimes::parts).unwrap_or_default() }
+    }
+}
+
+/// Presses and strokes the model in the middle of the picture, again and again.
+pub(super) struct ScriptedStrokes {
+    began: Instant,
+    last: Instant,
+    /// s
+    duration: f64,
+}
+
+/// s, of a stroke and the pause after it
+const PERIOD: f64 = 2.0;
+/// s, of a stroke
+const STROKE: f64 = 1.4;
+/// Radius of the circle that a stroke goes along, of the height of the picture.
+const CIRCLE: f64 = 0.12;
+
+impl ScriptedStrokes {
+    pub(super) fn new(duration: f64) -> Self {
+        Self { began: Instant::now(), last: Instant::now(), duration }
+    }
+
+    /// Moves the hand on; gives whether there is more to do.
+    pub(super) fn advance(&mut self, model: &mut Model, camera: &Camera, tool: ToolKind) -> bool {
+        let seconds = self.began.elapsed().as_secs_f64();
+        let dt = self.last.elapsed().as_secs_f64();
+        self.last = Instant::now();
+        let phase = seconds % PERIOD;
+        let (s, c) = (phase * std::f64::consts::TAU / STROKE).sin_cos();
+        let ray = pointer_ray(camera.ray([CIRCLE * c, CIRCLE * s], 1.0));
+        let reach = 2.0 * (camera.distance + camera.scene_radius);
+        let hit = model.pick(&ray, reach).map(|hit| hit.at);
+        if phase < STROKE {
+            if model.hand.is_busy() {
+                model.hand.follow(ray, hit);
+            } else {
+                let radius = model.facts.hand.radius;
+                let start = StrokeStart {
+                    gesture: tool.gesture(),
+                    ray,
+                    hit,
+                    back: camera.axes()[2],
+                    focus: camera.target.coords,
+                    radius,
+                    depth: 0.6 * radius,
+                };
+                model.hand.begin(start, tool.buttons(Release::SpringBack));
+            }
+            model.hand.advance(dt);
+        } else {
+            model.hand.end();
+        }
+        seconds < self.duration
+    }
+}
+
+/// A ray of the camera as the hand takes it.
+pub(super) fn pointer_ray(ray: Ray) -> PointerRay {
+    PointerRay { origin: ray.origin.coords, direction: ray.direction }
+}
+
+/// Makes the same strokes without a window.
+///
+/// # Errors
+/// A model that cannot be opened.
+pub fn measure_without_window(arguments: &Arguments) -> Result<Measurement, String> {
+    let request = OpenRequest {
+        plugin_path: arguments.plugin_path.clone(),
+        threads: arguments.threads,
+        unit: arguments.unit,
+        level: arguments.level,
+        ..OpenRequest::new(arguments.path.clone().unwrap_or_default())
+    };
+    let simulation = Simulation::start(request, false, || {}).map_err(|error| error.to_string())?;
+    let mut opened = None;
+    while opened.is_none() {
+        std::thread::sleep(Duration::from_millis(10));
+        for notice in simulation.notices() {
+            match notice {
+                Notice::Failed(text) => return Err(text),
+                Notice::Opened(model) => opened = Some(model),
+                _ => {}
+            }
+        }
+    }
+    let mut model = Model::new(*opened.ok_or("nothing was opened")?, egui::Context::default());
+    let mut camera = Camera::default();
+    let (centre, radius) = model.ball();
+    camera.frame(centre, radius, 1.3);
+    let tool = ToolKind::all()[0];
+    let mut script = ScriptedStrokes::new(arguments.measure.unwrap_or_default());
+    while script.advance(&mut model, &camera, tool) {
+        std::thread::sleep(Duration::from_micros(16_667));
+    }
+    let ended = simulation.finish().into_iter().find_map(|notice| match notice {
+        Notice::Ended(ended) => Some(ended),
+        _ => None,
+    });
+    Ok(Measurement::new(*ended.ok_or("the session ended early")?, None))
+}

@@ -1,0 +1,358 @@
+//! The window: what it shows, and what happens in it.
+
+mod files;
+mod gauges;
+mod log;
+mod measure;
+mod model;
+mod panels;
+mod viewport;
+
+pub use log::EventLog;
+pub use measure::{Measurement, measure_without_window};
+
+use crate::arguments::Arguments;
+use crate::gl::{Line, Shading, SurfaceRenderer, Wireframe};
+use crate::opening::OpenRequest;
+use crate::sim::{Command, Notice, Simulation, Status};
+
+use crate::tools::{ToolKind, ToolSettings};
+use crate::view::Camera;
+use eframe::egui;
+use files::{FileDialog, Question};
+use gauges::{ForcePlot, FrameTimes};
+use measure::ScriptedStrokes;
+use model::Model;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex};
+
+/// A renderer that a picture's callback can use.
+pub type SharedRenderer = Arc<Mutex<dyn SurfaceRenderer + Send>>;
+
+/// How the model is shown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ViewSettings {
+    /// Of the surfaces.
+    pub shading: Shading,
+    /// Edges.
+    pub wireframe: Wireframe,
+    /// Opacity of surfaces, 0 to 1.
+    pub opacity: f32,
+    /// Whether there is a grid on the ground.
+    pub ground: bool,
+    /// Whether the simulated cells are drawn.
+    pub cells: bool,
+}
+
+impl Default for ViewSettings {
+    fn default() -> Self {
+        Self { shading: Shading::Studio, wireframe: Wireframe::Off, opacity: 1.0, ground: true, cells: false }
+    }
+}
+
+/// The window.
+pub struct App {
+    context: egui::Context,
+    renderer: Option<SharedRenderer>,
+    log: EventLog,
+    request: OpenRequest,
+    simulation: Option<Simulation>,
+    status: Status,
+    model: Option<Model>,
+    camera: Camera,
+    view: ViewSettings,
+    tools: Vec<ToolKind>,
+    tool: usize,
+    settings: ToolSettings,
+    /// Where Save writes.
+    save_path: Option<PathBuf>,
+    /// Number of strokes that the saved file has, and whether any was made or taken back since.
+    saved_strokes: Option<usize>,
+    /// What to open once the present shape is written.
+    after_save: Option<OpenRequest>,
+    quit_after_save: bool,
+    dialog: Option<FileDialog>,
+    question: Option<Question>,
+    error: Option<String>,
+    messages: Vec<String>,
+    force: ForcePlot,
+    times: FrameTimes,
+    script: Option<ScriptedStrokes>,
+    /// Summary and step times of a measurement that has ended.
+    measured: Arc<Mutex<Option<Measurement>>>,
+    pictures: u32,
+    /// Whether the material that is chosen is not the one that is simulated.
+    is_material_changed: bool,
+    /// How often the present shape was opened in another material.
+    reopened: u32,
+    /// Pixels of the screen for a point.
+    pixels_per_point: f32,
+}
+
+impl App {
+    /// A window without a model. A test may do without a renderer.
+    pub fn new(context: egui::Context, renderer: Option<SharedRenderer>, log: EventLog) -> Self {
+        Self {
+            context,
+            renderer,
+            log,
+            request: OpenRequest::new(PathBuf::new()),
+            simulation: None,
+            status: Status::default(),
+            model: None,
+            camera: Camera::default(),
+            view: ViewSettings::default(),
+            tools: ToolKind::all(),
+            tool: 0,
+            settings: ToolSettings::default(),
+            save_path: None,
+            saved_strokes: Some(0),
+            after_save: None,
+            quit_after_save: false,
+            dialog: None,
+            question: None,
+            error: None,
+            messages: Vec::new(),
+            force: ForcePlot::default(),
+            times: FrameTimes::default(),
+            script: None,
+            measured: Arc::default(),
+            pictures: 0,
+            is_material_changed: false,
+            reopened: 0,
+            pixels_per_point: 1.0,
+        }
+    }
+
+    /// Opens what the program was called with.
+    pub fn begin(&mut self, arguments: &Arguments) {
+        self.script = arguments.measure.map(ScriptedStrokes::new);
+        let request = OpenRequest {
+            plugin_path: arguments.plugin_path.clone(),
+            threads: arguments.threads,
+            unit: arguments.unit,
+            level: arguments.level,
+            ..OpenRequest::new(arguments.path.clone().unwrap_or_default())
+        };
+        if arguments.path.is_some() {
+            self.open(request);
+        } else {
+            self.request = request;
+        }
+    }
+
+    /// Where the result of a measurement will be.
+    pub fn measurement(&self) -> Arc<Mutex<Option<Measurement>>> {
+        Arc::clone(&self.measured)
+    }
+
+    /// Opens a model or a scene in the place of what is open.
+    pub fn open(&mut self, request: OpenRequest) {
+        self.log.event("opening", &[("path", request.path.display().to_string())]);
+        self.model = None;
+        // The old session ends before the new one begins: both would ask for the same processors.
+        self.simulation = None;
+        self.status = Status::default();
+        (self.error, self.saved_strokes) = (None, Some(0));
+        if request.shape.is_none() {
+            self.save_path = (!request.is_scene()).then(|| request.path.clone());
+        }
+        let context = self.context.clone();
+        match Simulation::start(request.clone(), true, move || context.request_repaint()) {
+            Ok(simulation) => self.simulation = Some(simulation),
+            Err(error) => self.fail(format!("no thread for the simulation: {error}")),
+        }
+        self.request = request;
+    }
+
+    /// The newest strokes and gauges.
+    pub fn status(&self) -> &Status {
+        &self.status
+    }
+
+    /// The error that is shown.
+    pub fn error(&self) -> Option<&str> {
+        self.error.as_deref()
+    }
+
+    /// Whether a model is open.
+    pub fn is_open(&self) -> bool {
+        self.model.is_some()
+    }
+
+    /// The tool and how it is set.
+    pub fn tool(&self) -> (ToolKind, ToolSettings) {
+        (self.tools[self.tool], self.settings)
+    }
+
+    /// Where the model is seen from.
+    pub fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// How the model is shown.
+    pub fn view(&self) -> ViewSettings {
+        self.view
+    }
+
+    fn fail(&mut self, text: String) {
+        self.log.event("failed", &[("text", text.clone())]);
+        self.error = Some(text);
+    }
+
+    fn send(&self, command: Command) {
+        if let Some(simulation) = &self.simulation {
+            simulation.send(command);
+        }
+    }
+
+    /// Takes in what the simulation says.
+    fn listen(&mut self) {
+        let Some(simulation) = &mut self.simulation else { return };
+        let before = (self.status.done, self.status.strokes.len());
+        self.status = simulation.status().clone();
+        for notice in simulation.notices() {
+            self.take(notice);
+        }
+        let now = (self.status.done, self.status.strokes.len());
+        if before != now {
+            let (done, undone) = (now.0.to_string(), (now.1 - now.0).to_string());
+            self.log.event("history", &[("done", done), ("undone", undone)]);
+            if before.0 != now.0 {
+                self.saved_strokes = self.saved_strokes.filter(|saved| *saved == now.0);
+            }
+        }
+    }
+
+    fn take(&mut self, notice: Notice) {
+        match notice {
+            Notice::Opened(opened) => {
+                let (seconds, is_reopened) = (opened.seconds, self.request.shape.is_some());
+                let model = Model::new(*opened, self.context.clone());
+                self.log.event(
+                    "opened",
+                    &[("seconds", format!("{seconds:.3}")), ("triangles", model.triangles().to_string())],
+                );
+                if !is_reopened {
+                    self.look_at_all(&model);
+                }
+                self.model = Some(model);
+                self.resize_tool();
+            }
+            Notice::Failed(text) => {
+                self.model = None;
+                self.fail(text);
+            }
+            Notice::Saved { path, for_user } => self.saved(path, for_user),
+            Notice::NotSaved(text) => {
+                (self.after_save, self.quit_after_save) = (None, false);
+                self.fail(text);
+            }
+            Notice::Message(text) => {
+                self.log.event("message", &[("text", text.clone())]);
+                self.messages.push(text);
+            }
+            Notice::Ended(_) => {}
+        }
+    }
+
+    fn saved(&mut self, path: PathBuf, for_user: bool) {
+        if for_user {
+            self.log.event("saved", &[("path", path.display().to_string())]);
+            self.messages.push(format!("saved {}", path.display()));
+            self.saved_strokes = Some(self.status.done);
+            self.save_path = Some(path);
+            if std::mem::take(&mut self.quit_after_save) {
+                self.context.send_viewport_cmd(egui::ViewportCommand::Close);
+            }
+        } else if let Some(request) = self.after_save.take() {
+            self.open(OpenRequest { shape: Some(path), ..request });
+            // The shape that is open is not the one of the file.
+            self.saved_strokes = None;
+        }
+    }
+
+    /// Whether there are strokes that have not been saved.
+    pub fn is_unsaved(&self) -> bool {
+        self.saved_strokes.is_none()
+    }
+
+    /// Looks at all of a model.
+    fn look_at_all(&mut self, model: &Model) {
+        let (centre, radius) = model.ball();
+        self.camera.frame(centre, radius, self.times.aspect());
+    }
+
+    /// Gives the tool of the session the size that is set.
+    fn resize_tool(&mut self) {
+        let Some(model) = &self.model else { return };
+        let hand = model.facts.hand;
+        // A larger ball meets more of the surface, so the spring to the hand grows as the contact does: with the radius.
+        let (radius, coupling) = (self.settings.size * hand.radius, self.settings.size * hand.coupling);
+        self.send(Command::ResizeTool { radius, coupling });
+    }
+
+    /// m, radius of the tool
+    fn tool_radius(&self) -> f64 {
+        self.settings.size * self.model.as_ref().map_or(0.0, |model| model.facts.hand.radius)
+    }
+
+    /// Shows the window and does what happens in it.
+    pub fn show(&mut self, ui: &mut egui::Ui) {
+        self.pixels_per_point = ui.ctx().pixels_per_point();
+        self.times.begin();
+        self.listen();
+        if let Some(model) = &mut self.model {
+            model.update(&mut self.times, self.view);
+        }
+        self.shortcuts(ui.ctx());
+        self.dropped_files(ui.ctx());
+        self.menu(ui);
+        self.status_bar(ui);
+        self.left_panel(ui);
+        self.right_panel(ui);
+        self.viewport(ui);
+        self.windows(ui.ctx());
+        self.close_requests(ui.ctx());
+        self.run_script();
+        self.times.end();
+        // Gauges move on by themselves.
+        ui.ctx().request_repaint_after(std::time::Duration::from_millis(500));
+    }
+
+    fn run_script(&mut self) {
+        let (Some(script), Some(model)) = (&mut self.script, &mut self.model) else { return };
+        if script.advance(model, &self.camera, self.tools[self.tool]) {
+            self.context.request_repaint();
+            return;
+        }
+        self.script = None;
+        self.model = None;
+        let notices = self.simulation.take().map(Simulation::finish).unwrap_or_default();
+        let summary = notices.into_iter().find_map(|notice| match notice {
+            Notice::Ended(ended) => Some(ended),
+            _ => None,
+        });
+        if let (Some(ended), Ok(mut measured)) = (summary, self.measured.lock()) {
+            *measured = Some(Measurement::new(*ended, Some(&self.times)));
+        }
+        self.saved_strokes = Some(0);
+        self.context.send_viewport_cmd(egui::ViewportCommand::Close);
+    }
+
+    /// Lines in the scene: the grid on the ground, and the simulated cells.
+    fn lines(&self) -> Vec<Line> {
+        self.model.as_ref().map_or_else(Vec::new, |model| model.lines(self.view, &self.camera))
+    }
+}
+
+impl eframe::App for App {
+    fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
+        self.show(ui);
+    }
+
+    fn on_exit(&mut self, _gl: Option<&eframe::glow::Context>) {
+        self.model = None;
+        self.simulation = None;
+    }
+}

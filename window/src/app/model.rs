@@ -1,0 +1,230 @@
+//! The model that is open, as the window sees it.
+
+use super::ViewSettings;
+use super::gauges::FrameTimes;
+use crate::gl::{Line, Wireframe};
+use crate::opening::ModelFacts;
+use crate::picture::Upload;
+use crate::sim::OpenModel;
+use crate::stroke::HandControl;
+use crate::view::Camera;
+use crate::view::overlay::round_length;
+use eframe::egui;
+use nalgebra::{Point3, Vector3};
+use pliant_editor::PointerRay;
+use pliant_editor::surface::{Hit, Picker, ViewSurface};
+use pliant_engine::session::ToolFrame;
+use pliant_live::ViewReader;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// The model that is open.
+pub(super) struct Model {
+    pub(super) facts: ModelFacts,
+    pub(super) hand: HandControl,
+    reader: ViewReader,
+    surfaces: Vec<ViewSurface>,
+    pickers: Vec<Picker>,
+    /// What has moved of each body since the pickers were told: not during a stroke.
+    untold: Vec<Untold>,
+    /// Whether the edges that were uploaded last are those of the model.
+    has_edges: bool,
+    /// When edges were listed last.
+    edges_listed: Option<Instant>,
+    pub(super) uploads: Vec<Upload>,
+    /// Whether the renderer still has the bodies of another model.
+    pub(super) is_new: bool,
+    /// Lives as long as the model.
+    _waker: Waker,
+}
+
+/// Vertices and triangles that a picker has not been told of.
+#[derive(Clone, Default)]
+struct Untold {
+    moved: Vec<u32>,
+    triangles: Vec<u32>,
+}
+
+/// Time between two looks for a new frame: a quarter of the time between frames.
+const POLL: Duration = Duration::from_millis(4);
+/// Shortest time between two lists of edges while a cut goes on.
+const EDGE_PERIOD: Duration = Duration::from_millis(250);
+
+impl Model {
+    pub(super) fn new(opened: OpenModel, context: egui::Context) -> Self {
+        let OpenModel { facts, reader, surfaces, hand, device_frame, .. } = opened;
+        let pickers = surfaces.iter().map(Picker::new).collect();
+        let uploads = surfaces.iter().enumerate().map(|(body, surface)| Upload::whole(body, surface)).collect();
+        let waker = Waker::start(&reader, context);
+        Self {
+            facts,
+            hand: HandControl::new(hand, device_frame),
+            reader,
+            untold: vec![Untold::default(); surfaces.len()],
+            surfaces,
+            pickers,
+            has_edges: false,
+            edges_listed: None,
+            uploads,
+            is_new: true,
+            _waker: waker,
+        }
+    }
+
+    /// Takes in the newest frame, and lists what is to be uploaded.
+    pub(super) fn update(&mut self, times: &mut FrameTimes, view: ViewSettings) {
+        let began = Instant::now();
+        self.reader.want_cells(view.cells);
+        if self.reader.update() {
+            let patches = self.reader.take_patches();
+            let frame = self.reader.frame();
+            for (body, shown) in frame.bodies.iter().enumerate() {
+                let Some(surface) = self.surfaces.get_mut(body) else { continue };
+                let of_body: Vec<_> = patches.iter().filter(|patch| patch.body == body).cloned().collect();
+                let changes = surface.update(frame.number, shown, &of_body);
+                if changes.is_empty() {
+                    continue;
+                }
+                self.uploads.push(Upload::changes(body, surface, &changes));
+                let untold = &mut self.untold[body];
+                untold.moved.extend_from_slice(&changes.moved);
+                let changed = changes.triangles.iter().flat_map(|range| range.clone().map(|t| t as u32));
+                untold.triangles.extend(changed);
+                self.has_edges &= changes.triangles.is_empty();
+            }
+        }
+        // The hand follows the surface as it was when the stroke began, not the dent that it makes.
+        if !self.hand.is_busy() {
+            for ((picker, surface), untold) in self.pickers.iter_mut().zip(&self.surfaces).zip(&mut self.untold) {
+                untold.moved.sort_unstable();
+                untold.moved.dedup();
+                picker.update(surface, &untold.moved, untold.triangles.drain(..));
+                untold.moved.clear();
+            }
+        }
+        let is_due = self.edges_listed.is_none_or(|listed| listed.elapsed() > EDGE_PERIOD);
+        if view.wireframe != Wireframe::Off && !self.has_edges && is_due {
+            (self.has_edges, self.edges_listed) = (true, Some(Instant::now()));
+            for (body, surface) in self.surfaces.iter().enumerate() {
+                let (vertices, triangles) = (surface.drawn().len(), surface.corners().len());
+                let edges = Some(surface.edges());
+                self.uploads.push(Upload { body, vertices, triangles, edges, ..Upload::default() });
+            }
+        }
+        times.copy(began.elapsed());
+    }
+
+    /// What a ray meets first.
+    pub(super) fn pick(&mut self, ray: &PointerRay, reach: f64) -> Option<Hit> {
+        let hits = self.pickers.iter_mut().zip(&self.surfaces).filter_map(|(p, surface)| p.pick(surface, ray, reach));
+        hits.min_by(|a, b| a.distance.total_cmp(&b.distance))
+    }
+
+    /// The tool of the newest frame.
+    pub(super) fn tool(&self) -> Option<ToolFrame> {
+        self.reader.frame().tools.first().copied()
+    }
+
+    /// Triangles of all bodies.
+    pub(super) fn triangles(&self) -> usize {
+        self.surfaces.iter().map(|surface| surface.triangles().len()).sum()
+    }
+
+    /// m, places of the scene that positions of bodies are relative to
+    pub(super) fn origins(&self) -> Vec<[f64; 3]> {
+        self.surfaces.iter().map(|surface| surface.origin.into()).collect()
+    }
+
+    /// Centre and radius (m) of a ball around all bodies.
+    pub(super) fn ball(&self) -> (Point3<f64>, f64) {
+        let [low, high] = self.bounds();
+        (Point3::from(0.5 * (low + high)), (0.5 * (high - low).norm()).max(1e-6))
+    }
+
+    /// m, least and greatest coordinates
+    fn bounds(&self) -> [Vector3<f64>; 2] {
+        let mut bounds = [Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY)];
+        for surface in &self.surfaces {
+            for place in surface.positions() {
+                let place = surface.origin + Vector3::from(place.map(f64::from));
+                bounds = [bounds[0].inf(&place), bounds[1].sup(&place)];
+            }
+        }
+        bounds
+    }
+
+    /// The grid on the ground and the simulated cells.
+    pub(super) fn lines(&self, view: ViewSettings, camera: &Camera) -> Vec<Line> {
+        let mut lines = Vec::new();
+        if view.ground {
+            self.ground(camera, &mut lines);
+        }
+        if view.cells {
+            for corners in &self.reader.frame().cells {
+                // Corner i has the bits of i as its x, y and z.
+                let edges = (0..8).flat_map(|a| [1, 2, 4].map(|bit| (a, a | bit))).filter(|(a, b)| a != b);
+                let colour = [0.35, 0.75, 1.0, 0.35];
+                lines.extend(edges.map(|(a, b)| Line { ends: [corners[a], corners[b]], colour }));
+            }
+        }
+        lines
+    }
+
+    fn ground(&self, camera: &Camera, lines: &mut Vec<Line>) {
+        let (centre, radius) = self.ball();
+        let up = camera.up_direction();
+        let step = round_length(0.5 * radius);
+        let (u, v) = (Vector3::new(1.0, 0.0, 0.0), Vector3::new(1.0, 0.0, 0.0).cross(&up));
+        let [low, _] = self.bounds();
+        let height = low.dot(&up.abs());
+        let reach = (2.0 * radius / step).ceil() as i32;
+        let round = |x: f64| (x / step).round() * step;
+        let middle = round(centre.coords.dot(&u)) * u + round(centre.coords.dot(&v)) * v + height * up;
+        let end = |across: f64, along: f64| (middle + across * step * u + along * step * v).map(|c| c as f32).into();
+        let far = f64::from(reach);
+        for n in -reach..=reach {
+            let at = f64::from(n);
+            let colour = [0.55, 0.58, 0.62, 0.28];
+            lines.push(Line { ends: [end(at, -far), end(at, far)], colour });
+            lines.push(Line { ends: [end(-far, at), end(far, at)], colour });
+        }
+    }
+}
+
+/// Asks for a repaint when a frame differs from the last, so that a picture in which nothing moves costs nothing.
+struct Waker {
+    stop: Arc<AtomicBool>,
+}
+
+impl Waker {
+    fn start(reader: &ViewReader, context: egui::Context) -> Self {
+        let (stop, changes) = (Arc::new(AtomicBool::new(false)), reader.changes());
+        let of_thread = Arc::clone(&stop);
+        let watch = move || {
+            let mut seen = 0;
+            while !of_thread.load(Ordering::Relaxed) {
+                let now = changes.load(Ordering::Acquire);
+                if std::mem::replace(&mut seen, now) != now {
+                    context.request_repaint();
+                }
+                std::thread::sleep(POLL);
+            }
+        };
+        // Without the thread the picture follows twice a second.
+        let _ = std::thread::Builder::new().name("waker".into()).spawn(watch);
+        Self { stop }
+    }
+}
+
+impl Drop for Waker {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+    }
+}
+
+impl Drop for Model {
+    fn drop(&mut self) {
+        self.hand.end();
+    }
+}

@@ -1,0 +1,238 @@
+//! The panels beside the picture: tools, view, material, history.
+
+use super::App;
+use crate::gl::{Shading, Wireframe};
+use crate::opening::OpenRequest;
+use crate::sim::Command;
+use crate::strings;
+use crate::tools::ToolSettings;
+use crate::view::{Projection, UpAxis};
+use eframe::egui::{self, Slider};
+use pliant_editor::{LengthUnit, SOLIDS, Substance, format_length, stiffness_word};
+use pliant_engine::scene::Release;
+
+impl App {
+    /// Tools and how the model is shown.
+    pub(super) fn left_panel(&mut self, ui: &mut egui::Ui) {
+        egui::Panel::left("tools").exact_size(236.0).resizable(false).show(ui, |ui| {
+            egui::ScrollArea::vertical().show(ui, |ui| {
+                self.tool_panel(ui);
+                ui.separator();
+                self.view_panel(ui);
+            });
+        });
+    }
+
+    /// Gauges, material and history.
+    pub(super) fn right_panel(&mut self, ui: &mut egui::Ui) {
+        egui::Panel::right("model").exact_size(280.0).resizable(false).show(ui, |ui| {
+            egui::ScrollArea::vertical().show(ui, |ui| {
+                self.gauge_panel(ui);
+                ui.separator();
+                self.material_panel(ui);
+                ui.separator();
+                self.history_panel(ui);
+            });
+        });
+    }
+
+    fn tool_panel(&mut self, ui: &mut egui::Ui) {
+        ui.heading(strings::TOOLS);
+        for tool in 0..self.tools.len() {
+            let kind = self.tools[tool];
+            let label = format!("{}  {}", tool + 1, kind.name());
+            if ui.selectable_label(self.tool == tool, label).on_hover_text(kind.kind.summary()).clicked() {
+                self.choose_tool(tool);
+            }
+        }
+        let mut size = self.settings.size;
+        let slider = Slider::new(&mut size, ToolSettings::SIZES).logarithmic(true).max_decimals(2).text(strings::SIZE);
+        let radius = self.tool_radius();
+        if ui.add(slider).on_hover_text(format!("radius {}", format_length(radius))).changed() {
+            self.settings.size = size;
+            self.resize_tool();
+        }
+        if self.tools[self.tool].always_stays() {
+            ui.add(Slider::new(&mut self.settings.cut_depth, 0.05..=2.0).max_decimals(2).text(strings::CUT_DEPTH));
+            return;
+        }
+        let strength = Slider::new(&mut self.settings.strength, ToolSettings::STRENGTHS).logarithmic(true);
+        ui.add(strength.max_decimals(2).text(strings::STRENGTH));
+        ui.radio_value(&mut self.settings.release, Release::Keep, strings::KEEP);
+        ui.radio_value(&mut self.settings.release, Release::SpringBack, strings::SPRING_BACK);
+    }
+
+    /// Takes another tool, between two strokes.
+    pub(super) fn choose_tool(&mut self, tool: usize) {
+        if self.model.as_ref().is_none_or(|model| !model.hand.is_busy()) && self.tool != tool {
+            self.tool = tool;
+            self.log.event("tool", &[("name", self.tools[tool].name().into())]);
+        }
+    }
+
+    /// Keeps the shape of the next stroke if the last sprang back, and the other way round.
+    pub(super) fn toggle_release(&mut self) {
+        self.settings.release = match self.settings.release {
+            Release::Keep => Release::SpringBack,
+            Release::SpringBack => Release::Keep,
+        };
+    }
+
+    /// Goes on to the next way to draw edges.
+    pub(super) fn next_wireframe(&mut self) {
+        self.view.wireframe = match self.view.wireframe {
+            Wireframe::Off => Wireframe::Over,
+            Wireframe::Over => Wireframe::Only,
+            Wireframe::Only => Wireframe::Off,
+        };
+    }
+
+    fn view_panel(&mut self, ui: &mut egui::Ui) {
+        ui.heading(strings::VIEW);
+        let name = |shading: Shading| {
+            Shading::ALL.iter().position(|other| *other == shading).map_or("", |place| strings::SHADINGS[place])
+        };
+        egui::ComboBox::from_label(strings::SHADING).selected_text(name(self.view.shading)).show_ui(ui, |ui| {
+            for shading in Shading::ALL {
+                ui.selectable_value(&mut self.view.shading, shading, name(shading));
+            }
+        });
+        ui.horizontal(|ui| {
+            ui.label(strings::WIREFRAME);
+            let ways = [Wireframe::Off, Wireframe::Over, Wireframe::Only];
+            for (way, name) in ways.into_iter().zip(strings::WIREFRAMES) {
+                ui.selectable_value(&mut self.view.wireframe, way, name);
+            }
+        });
+        ui.add(Slider::new(&mut self.view.opacity, 0.1..=1.0).max_decimals(2).text(strings::OPACITY));
+        ui.checkbox(&mut self.view.ground, strings::GROUND);
+        ui.checkbox(&mut self.view.cells, strings::CELLS);
+        let mut orthographic = self.camera.projection == Projection::Orthographic;
+        if ui.checkbox(&mut orthographic, strings::ORTHOGRAPHIC).changed() {
+            self.camera.projection = if orthographic { Projection::Orthographic } else { Projection::Perspective };
+        }
+        let mut z_up = self.camera.up == UpAxis::Z;
+        if ui.checkbox(&mut z_up, strings::Z_UP).changed() {
+            self.camera.up = if z_up { UpAxis::Z } else { UpAxis::Y };
+        }
+        if ui.button(strings::FRAME_ALL).clicked() {
+            self.frame_all();
+        }
+    }
+
+    fn material_panel(&mut self, ui: &mut egui::Ui) {
+        ui.heading(strings::MATERIAL);
+        let Some(facts) = self.model.as_ref().map(|model| model.facts.clone()) else { return };
+        let (Some(taken_as), Some(unit), Some(seen)) = (facts.taken_as, facts.unit, &facts.substance) else {
+            ui.label(strings::SCENE_MATERIAL);
+            return;
+        };
+        let before = self.request.clone();
+        let request = &mut self.request;
+        let mut substance = request.substance.unwrap_or(taken_as);
+        ui.horizontal(|ui| {
+            ui.label(strings::TAKEN_AS);
+            ui.selectable_value(&mut substance, Substance::Solid, strings::SOLID);
+            ui.selectable_value(&mut substance, Substance::Sheet, strings::SHEET);
+        });
+        if substance != request.substance.unwrap_or(taken_as) {
+            request.substance = Some(substance);
+        }
+        ui.small(strings::substance_reason(seen.openings, seen.substance == Substance::Sheet));
+        match substance {
+            Substance::Solid => solid_controls(ui, request),
+            Substance::Sheet => {
+                egui::ComboBox::from_label(strings::FABRIC).selected_text(request.fabric.as_str()).show_ui(ui, |ui| {
+                    for fabric in &facts.fabrics {
+                        ui.selectable_value(&mut request.fabric, fabric.clone(), fabric);
+                    }
+                });
+            }
+        }
+        let mut chosen = request.unit.unwrap_or(unit);
+        let size = facts.hand.size / unit.metres();
+        egui::ComboBox::from_label(strings::UNIT).selected_text(unit_text(chosen, size)).show_ui(ui, |ui| {
+            for unit in LengthUnit::ALL {
+                ui.selectable_value(&mut chosen, unit, unit_text(unit, size));
+            }
+        });
+        if chosen != request.unit.unwrap_or(unit) {
+            request.unit = Some(chosen);
+        }
+        if *request != before {
+            self.is_material_changed = true;
+        }
+        let apply = ui.add_enabled(self.is_material_changed, egui::Button::new(strings::APPLY));
+        if apply.on_hover_text(strings::APPLY_HINT).clicked() {
+            self.reopen();
+        }
+    }
+
+    /// Goes on with the present shape in the material that is chosen.
+    pub(super) fn reopen(&mut self) {
+        self.is_material_changed = false;
+        let file = std::env::temp_dir().join(format!("pliant-{}-{}.obj", std::process::id(), self.reopened));
+        self.reopened += 1;
+        self.after_save = Some(self.request.clone());
+        self.send(Command::Save { path: file, for_user: false });
+    }
+
+    fn history_panel(&mut self, ui: &mut egui::Ui) {
+        ui.heading(strings::HISTORY);
+        let done = self.status.done;
+        ui.horizontal(|ui| {
+            if ui.add_enabled(done > 0, egui::Button::new(strings::UNDO)).clicked() {
+                self.undo();
+            }
+            let undone = self.status.strokes.len() - done;
+            if ui.add_enabled(undone > 0, egui::Button::new(strings::REDO)).clicked() {
+                self.redo();
+            }
+        });
+        let mut wanted = None;
+        if ui.selectable_label(done == 0, strings::AS_OPENED).clicked() {
+            wanted = Some(0);
+        }
+        for (place, stroke) in self.status.strokes.iter().enumerate() {
+            let text = format!("{}  {} at {:.0} s", place + 1, stroke.name, stroke.time);
+            let text = if place < done { egui::RichText::new(text) } else { egui::RichText::new(text).weak() };
+            if ui.selectable_label(place + 1 == done, text).clicked() {
+                wanted = Some(place + 1);
+            }
+        }
+        if let Some(count) = wanted {
+            self.send(Command::JumpTo(count));
+        }
+    }
+}
+
+fn unit_text(unit: LengthUnit, size: f64) -> String {
+    let name = match unit {
+        LengthUnit::Metre => "m",
+        LengthUnit::Centimetre => "cm",
+        LengthUnit::Millimetre => "mm",
+        LengthUnit::Inch => "in",
+    };
+    format!("{name}: the model is {}", format_length(size * unit.metres()))
+}
+
+fn solid_controls(ui: &mut egui::Ui, request: &mut OpenRequest) {
+    let solid = &mut request.solid;
+    egui::ComboBox::from_label(strings::PRESET).selected_text(solid.name).show_ui(ui, |ui| {
+        for preset in SOLIDS {
+            ui.selectable_value(solid, *preset, preset.name).on_hover_text(preset.source);
+        }
+    });
+    let stiffness = Slider::new(&mut solid.young, 1e3..=1e7).logarithmic(true).suffix(" Pa");
+    ui.add(stiffness.max_decimals(0).text(strings::STIFFNESS));
+    ui.small(stiffness_word(solid.young));
+    ui.add(
+        Slider::new(&mut solid.density, 10.0..=3000.0).logarithmic(true).suffix(" kg/m\u{b3}").text(strings::DENSITY),
+    );
+    let mut milliseconds = solid.damping_time * 1e3;
+    let damping = Slider::new(&mut milliseconds, 0.0..=5.0).suffix(" ms").max_decimals(2).text(strings::DAMPING);
+    if ui.add(damping).changed() {
+        solid.damping_time = milliseconds * 1e-3;
+    }
+    ui.add(Slider::new(&mut request.level, 3..=8).text(strings::LEVEL));
+}

@@ -1,0 +1,309 @@
+//! The picture of the model: what the pointer does in it, and how it is painted.
+
+use super::App;
+use super::gauges::remember;
+use super::measure::pointer_ray;
+use crate::gl::{PixelArea, Scene};
+use crate::sim::Command;
+use crate::strings;
+use crate::view::overlay::{self, Frame};
+use crate::view::{Eye, Projection};
+use eframe::egui::{self, Align2, Color32, FontId, Key, PointerButton, Sense, vec2};
+use eframe::egui_glow;
+use nalgebra::Point3;
+use pliant_editor::surface::Hit;
+use pliant_editor::{Gesture, StrokeStart};
+use std::sync::Arc;
+use std::time::Instant;
+
+/// Factor of the distance for a point of a wheel's turn.
+const ZOOM_SPEED: f32 = 0.0025;
+/// Radii of the tool that a point of a wheel's turn moves the hand in a stroke.
+const LIFT_SPEED: f64 = 0.004;
+/// Factor of the tool's size or strength for a press of its key.
+const KEY_STEP: f64 = 1.15;
+
+/// What a drag of the pointer turns or moves.
+#[derive(Clone, Copy, PartialEq)]
+enum Navigation {
+    Orbit,
+    Pan,
+    Zoom,
+}
+
+impl App {
+    /// The picture, with what the pointer does in it.
+    pub(super) fn viewport(&mut self, ui: &mut egui::Ui) {
+        egui::CentralPanel::no_frame().show(ui, |ui| {
+            let (response, painter) = ui.allocate_painter(ui.available_size(), Sense::click_and_drag());
+            let rect = response.rect;
+            self.times.show_in(self.pixels(rect, ui.ctx()));
+            response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Canvas, true, "picture of the model"));
+            if self.model.is_none() {
+                let text = self.waiting_text();
+                painter.rect_filled(rect, 0.0, ui.visuals().extreme_bg_color);
+                painter.text(
+                    rect.center(),
+                    Align2::CENTER_CENTER,
+                    text,
+                    FontId::proportional(18.0),
+                    ui.visuals().text_color(),
+                );
+                return;
+            }
+            let pointer = ui.input(|input| input.pointer.latest_pos()).filter(|at| rect.contains(*at));
+            self.navigate(ui, &response, rect);
+            let hit = self.use_tool(ui, &response, rect, pointer);
+            self.view_keys(ui, hit);
+            self.paint(ui, rect);
+            self.paint_overlay(ui, rect, hit, pointer);
+        });
+    }
+
+    fn waiting_text(&self) -> String {
+        match (&self.simulation, &self.error) {
+            (Some(_), None) => format!("{} {}", strings::OPENING, self.request.path.display()),
+            _ => strings::NO_MODEL.to_owned(),
+        }
+    }
+
+    fn pixels(&self, rect: egui::Rect, context: &egui::Context) -> PixelArea {
+        let (scale, screen) = (context.pixels_per_point(), context.content_rect());
+        let pixel = |points: f32| (points * scale).round() as i32;
+        PixelArea {
+            left: pixel(rect.left()),
+            bottom: pixel(screen.bottom() - rect.bottom()),
+            width: pixel(rect.width()),
+            height: pixel(rect.height()),
+        }
+    }
+
+    fn navigate(&mut self, ui: &egui::Ui, response: &egui::Response, rect: egui::Rect) {
+        let modifiers = ui.input(|input| input.modifiers);
+        let is_busy = self.model.as_ref().is_some_and(|model| model.hand.is_busy());
+        let navigation = if response.dragged_by(PointerButton::Middle) {
+            match (modifiers.shift, modifiers.ctrl) {
+                (true, _) => Some(Navigation::Pan),
+                (_, true) => Some(Navigation::Zoom),
+                _ => Some(Navigation::Orbit),
+            }
+        } else if response.dragged_by(PointerButton::Secondary) {
+            Some(Navigation::Pan)
+        } else if response.dragged_by(PointerButton::Primary) && !is_busy {
+            Some(if modifiers.shift { Navigation::Pan } else { Navigation::Orbit })
+        } else {
+            None
+        };
+        let frame = Frame { rect, camera: &self.camera };
+        let aspect = frame.aspect();
+        let height = f64::from(rect.height().max(1.0));
+        let moved = response.drag_delta();
+        let (across, up) = (f64::from(moved.x) / height, -f64::from(moved.y) / height);
+        match navigation {
+            Some(Navigation::Orbit) => self.camera.orbit(across, -up),
+            Some(Navigation::Pan) => self.camera.pan(across, up),
+            Some(Navigation::Zoom) => self.camera.zoom((-2.0 * up).exp(), [0.0; 2], aspect),
+            None => {}
+        }
+        let wheel = ui.input(|input| input.smooth_scroll_delta.y);
+        if wheel != 0.0 && response.hovered() {
+            if let (true, Some(model)) = (is_busy, &mut self.model) {
+                let length = LIFT_SPEED * f64::from(wheel) * self.settings.size * model.facts.hand.radius;
+                model.hand.stroke().into_iter().for_each(|stroke| stroke.lift(length));
+            } else {
+                let at = ui.input(|input| input.pointer.latest_pos()).unwrap_or(rect.center());
+                let place = Frame { rect, camera: &self.camera }.place(at);
+                self.camera.zoom(f64::from((-ZOOM_SPEED * wheel).exp()), place, aspect);
+            }
+        }
+    }
+
+    /// Moves the hand; gives where the pointer meets the model.
+    fn use_tool(
+        &mut self,
+        ui: &egui::Ui,
+        response: &egui::Response,
+        rect: egui::Rect,
+        pointer: Option<egui::Pos2>,
+    ) -> Option<Hit> {
+        let radius = self.tool_radius();
+        let model = self.model.as_mut()?;
+        let dt = f64::from(ui.input(|input| input.stable_dt).min(0.1));
+        let frame = Frame { rect, camera: &self.camera };
+        let latest = ui.input(|input| input.pointer.latest_pos());
+        let is_down = ui.input(|input| input.pointer.primary_down());
+        // A stroke goes on beside the picture.
+        let at = if model.hand.is_busy() { latest } else { pointer };
+        let ray = at.map(|at| pointer_ray(self.camera.ray(frame.place(at), frame.aspect())));
+        let reach = 2.0 * (self.camera.distance + self.camera.scene_radius) + radius;
+        let hit = ray.and_then(|ray| model.pick(&ray, reach));
+        let tool = self.tools[self.tool];
+        if model.hand.is_busy() {
+            if let Some(ray) = ray {
+                model.hand.follow(ray, hit.map(|hit| hit.at));
+            }
+            if is_down {
+                model.hand.advance(dt);
+            } else {
+                model.hand.end();
+                self.log.event("stroke ends", &[("tool", tool.name().into())]);
+            }
+            ui.ctx().request_repaint();
+            return hit;
+        }
+        let began = response.hovered() && ui.input(|input| input.pointer.primary_pressed());
+        if let (true, Some(ray)) = (began, ray) {
+            let depth = match tool.gesture() {
+                Gesture::Slice => self.settings.cut_depth * model.facts.hand.size,
+                _ => self.settings.strength * radius,
+            };
+            let back = self.camera.axes()[2];
+            let focus = self.camera.target.coords;
+            let start =
+                StrokeStart { gesture: tool.gesture(), ray, hit: hit.map(|hit| hit.at), back, focus, radius, depth };
+            if model.hand.begin(start, tool.buttons(self.settings.release)) {
+                self.log.event("stroke begins", &[("tool", tool.name().into())]);
+                self.send(Command::NameStroke(tool.name()));
+                ui.ctx().request_repaint();
+            }
+        } else if let (Some(hit), false) = (&hit, is_down) {
+            model.hand.hover(&hit.at, radius);
+        }
+        hit
+    }
+
+    /// Keys that change what is seen, or the tool.
+    fn view_keys(&mut self, ui: &egui::Ui, hit: Option<Hit>) {
+        if ui.ctx().egui_wants_keyboard_input() {
+            return;
+        }
+        let pressed = |key| ui.input(|input| input.key_pressed(key) && input.modifiers.is_none());
+        if pressed(Key::F) {
+            match hit {
+                Some(hit) => self.camera.target = hit.at.point.into(),
+                None => self.frame_all(),
+            }
+        }
+        if pressed(Key::Home) {
+            self.frame_all();
+        }
+        if pressed(Key::W) {
+            self.next_wireframe();
+        }
+        if pressed(Key::O) {
+            self.camera.projection = match self.camera.projection {
+                Projection::Perspective => Projection::Orthographic,
+                Projection::Orthographic => Projection::Perspective,
+            };
+        }
+        for (key, factor) in [(Key::OpenBracket, 1.0 / KEY_STEP), (Key::CloseBracket, KEY_STEP)] {
+            if pressed(key) {
+                self.settings.resize(factor);
+                self.resize_tool();
+            }
+        }
+        for (key, factor) in [(Key::Minus, 1.0 / KEY_STEP), (Key::Equals, KEY_STEP)] {
+            if pressed(key) {
+                self.settings.strengthen(factor);
+            }
+        }
+        let digits =
+            [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9];
+        for (tool, key) in (0..self.tools.len()).zip(digits) {
+            if pressed(key) {
+                self.choose_tool(tool);
+            }
+        }
+        if pressed(Key::K) {
+            self.toggle_release();
+        }
+    }
+
+    /// Looks at all of the model.
+    pub(super) fn frame_all(&mut self) {
+        if let Some(model) = self.model.take() {
+            self.look_at_all(&model);
+            self.model = Some(model);
+        }
+    }
+
+    fn paint(&mut self, ui: &egui::Ui, rect: egui::Rect) {
+        let lines = self.lines();
+        let Some(model) = &mut self.model else { return };
+        let Some(renderer) = &self.renderer else {
+            model.uploads.clear();
+            return;
+        };
+        let aspect = Frame { rect, camera: &self.camera }.aspect();
+        let background = if ui.visuals().dark_mode {
+            [[0.24, 0.26, 0.29], [0.12, 0.13, 0.145]]
+        } else {
+            [[0.90, 0.91, 0.93], [0.74, 0.76, 0.79]]
+        };
+        let scene = Scene {
+            view: self.camera.view_matrix(Eye::Both),
+            projection: self.camera.projection_matrix(aspect, Eye::Both),
+            origins: model.origins(),
+            shading: self.view.shading,
+            wireframe: self.view.wireframe,
+            opacity: self.view.opacity,
+            full_displacement: (2.0 * model.facts.hand.radius) as f32,
+            background,
+            lines,
+        };
+        // Uploads are made once, even if the picture is painted again.
+        let uploads = std::sync::Mutex::new((std::mem::take(&mut model.is_new), std::mem::take(&mut model.uploads)));
+        let (renderer, times) = (Arc::clone(renderer), Arc::clone(&self.times.drawn));
+        let paint = move |info: egui::PaintCallbackInfo, _: &egui_glow::Painter| {
+            let (Ok(mut renderer), Ok(mut uploads)) = (renderer.lock(), uploads.lock()) else { return };
+            let began = Instant::now();
+            if std::mem::take(&mut uploads.0) {
+                renderer.clear();
+            }
+            for upload in uploads.1.drain(..) {
+                renderer.upload(&upload);
+            }
+            let uploaded = began.elapsed();
+            let area = info.viewport_in_pixels();
+            let area = PixelArea {
+                left: area.left_px,
+                bottom: area.from_bottom_px,
+                width: area.width_px,
+                height: area.height_px,
+            };
+            renderer.draw(&scene, area);
+            if let Ok(mut times) = times.lock() {
+                remember(&mut times.uploads, uploaded);
+                remember(&mut times.draws, began.elapsed() - uploaded);
+            }
+        };
+        let callback = egui::PaintCallback { rect, callback: Arc::new(egui_glow::CallbackFn::new(paint)) };
+        ui.painter().add(callback);
+    }
+
+    fn paint_overlay(&mut self, ui: &egui::Ui, rect: egui::Rect, hit: Option<Hit>, pointer: Option<egui::Pos2>) {
+        let painter = ui.painter().with_clip_rect(rect);
+        let frame = Frame { rect, camera: &self.camera };
+        let text = ui.visuals().text_color();
+        overlay::scale_bar(&painter, frame, text);
+        let Some(model) = &self.model else { return };
+        let tool = self.tools[self.tool];
+        let radius = self.settings.size * model.facts.hand.radius;
+        let is_busy = model.hand.is_busy();
+        if let (Some(hit), Some(_), false) = (hit, pointer, tool.gesture() == Gesture::Slice) {
+            let colour = if is_busy { Color32::from_rgb(255, 170, 40) } else { Color32::from_rgb(120, 210, 255) };
+            overlay::ring(&painter, frame, hit.at.point.into(), hit.at.normal, radius, colour);
+        }
+        if let (Some(at), true) = (pointer, tool.gesture() == Gesture::Slice) {
+            let colour = if is_busy { Color32::from_rgb(255, 110, 90) } else { text };
+            painter.circle_stroke(at, 4.0, egui::Stroke::new(1.5, colour));
+            painter.line_segment([at + vec2(6.0, -6.0), at + vec2(16.0, -16.0)], egui::Stroke::new(2.5, colour));
+        }
+        if let Some(felt) = model.tool() {
+            // Half of the longest arrow is the force that presses the spring to the hand by half of the tool's radius.
+            let usual = 0.5 * self.settings.size * model.facts.hand.coupling * radius;
+            overlay::force_arrow(&painter, frame, Point3::from(felt.proxy), felt.force, usual);
+            self.force.add(ui.input(|input| input.time), felt.force.norm());
+        }
+    }
+}

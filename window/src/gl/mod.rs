@@ -1,0 +1,107 @@
+//! Drawing the model. A back end is one file: it takes uploads, draws views, and reads pictures back.
+
+mod buffers;
+mod matcap;
+mod renderer;
+mod shaders;
+
+pub use renderer::GlRenderer;
+
+use crate::picture::Upload;
+use nalgebra::Matrix4;
+
+/// How surfaces are shaded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shading {
+    /// Three lights that stand with the viewer.
+    Studio,
+    /// A picture of a ball of the material: clay.
+    Clay,
+    /// A picture of a ball of the material: dark metal with a bright rim, which shows dents.
+    Metal,
+    /// A picture of a ball of the material: wax.
+    Wax,
+    /// Each triangle has one tone.
+    Facets,
+    /// Colours tell how far a point is from its place at rest.
+    Displacement,
+}
+
+impl Shading {
+    /// All of them.
+    pub const ALL: [Self; 6] = [Self::Studio, Self::Clay, Self::Metal, Self::Wax, Self::Facets, Self::Displacement];
+}
+
+/// Edges of the model's faces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wireframe {
+    /// None.
+    Off,
+    /// Over the surface.
+    Over,
+    /// Alone.
+    Only,
+}
+
+/// What is seen, and how.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// From scene (m) to eye axes.
+    pub view: Matrix4<f64>,
+    /// From eye axes to clip space.
+    pub projection: Matrix4<f64>,
+    /// m, places of the scene that the positions of each body are relative to
+    pub origins: Vec<[f64; 3]>,
+    /// Of the surfaces.
+    pub shading: Shading,
+    /// Edges.
+    pub wireframe: Wireframe,
+    /// Opacity of surfaces, 0 to 1.
+    pub opacity: f32,
+    /// m, displacement of the last colour of [`Shading::Displacement`]
+    pub full_displacement: f32,
+    /// Colours of the background at the top and at the bottom, red, green, blue, 0 to 1.
+    pub background: [[f32; 3]; 2],
+    /// Lines to draw in the scene: two ends (m) and a colour each.
+    pub lines: Vec<Line>,
+}
+
+/// A line in the scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Line {
+    /// m
+    pub ends: [[f32; 3]; 2],
+    /// Red, green, blue, opacity, 0 to 1.
+    pub colour: [f32; 4],
+}
+
+/// A part of the picture, in pixels from the lower left.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PixelArea {
+    /// Left edge.
+    pub left: i32,
+    /// Lower edge.
+    pub bottom: i32,
+    /// Width.
+    pub width: i32,
+    /// Height.
+    pub height: i32,
+}
+
+/// Draws surfaces. All calls come from the thread that owns the graphics context.
+pub trait SurfaceRenderer {
+    /// Takes over what has changed of a body.
+    fn upload(&mut self, upload: &Upload);
+
+    /// Forgets all bodies.
+    fn clear(&mut self);
+
+    /// Draws all bodies into a part of the present target.
+    fn draw(&mut self, scene: &Scene, area: PixelArea);
+
+    /// Red, green, blue and opacity of each pixel of a part of the present target (height x width x 4), top row first.
+    fn read_back(&self, area: PixelArea) -> Vec<u8>;
+
+    /// What draws: the name of the graphics card or program.
+    fn name(&self) -> &str;
+}

@@ -1,0 +1,209 @@
+//! From a file to a session: a model becomes a scene with one hand, a scene gets that hand in the place of its own.
+
+use pliant_editor::{
+    Draft, DraftMaterial, HandSettings, LengthUnit, SOLIDS, SolidPreset, Substance, SubstanceChoice, fabrics, give_hand,
+};
+use pliant_engine::plan::Plan;
+use pliant_engine::scene;
+use pliant_engine::session::{Options, Session};
+use pliant_host::{Library, PluginKind, SearchPath};
+use pliant_mesh::{ObjDocument, Surface};
+use std::path::{Path, PathBuf};
+use toml_edit::DocumentMut;
+
+/// What is to be opened.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OpenRequest {
+    /// The model or scene as the user knows it; Save writes a model there.
+    pub path: PathBuf,
+    /// Model file that holds the present shape, where that is not the one the user knows.
+    pub shape: Option<PathBuf>,
+    /// Folders with plugins.
+    pub plugin_path: Vec<PathBuf>,
+    /// Threads of the simulation; 0 for all processors.
+    pub threads: usize,
+    /// Unit of a model; `None`: guess it.
+    pub unit: Option<LengthUnit>,
+    /// Solid or sheet; `None`: by what the model encloses.
+    pub substance: Option<Substance>,
+    /// What a solid is made of.
+    pub solid: SolidPreset,
+    /// Plugin of a solid's material.
+    pub solid_plugin: String,
+    /// Fabric of a sheet.
+    pub fabric: String,
+    /// Level of the grid in a solid.
+    pub level: u32,
+}
+
+/// The material a new model gets: soft enough for a hand, stiff enough to keep its shape.
+pub const DEFAULT_SOLID: usize = 1;
+/// Plugin of a sheet's material.
+const SHEET_PLUGIN: &str = "cloth";
+/// Fabric of a new sheet.
+const DEFAULT_FABRIC: &str = "denim";
+/// s, one step of a new scene
+const STEP: f64 = 1e-3;
+/// s, one step of a new scene with a sheet, whose solver takes longer
+const SHEET_STEP: f64 = 4e-3;
+/// Share of the height of a sheet from the top whose vertices are held: it hangs.
+const HELD_SHARE: f64 = 0.02;
+
+impl OpenRequest {
+    /// Of a file, with everything else left open.
+    pub fn new(path: PathBuf) -> Self {
+        Self {
+            path,
+            shape: None,
+            plugin_path: Vec::new(),
+            threads: 0,
+            unit: None,
+            substance: None,
+            solid: SOLIDS[DEFAULT_SOLID],
+            solid_plugin: "mass-spring".into(),
+            fabric: DEFAULT_FABRIC.into(),
+            level: 6,
+        }
+    }
+
+    /// Whether it is a scene and not a model.
+    pub fn is_scene(&self) -> bool {
+        self.path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"))
+    }
+}
+
+/// What is known of an opened model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ModelFacts {
+    /// The hand and the tool it holds.
+    pub hand: HandSettings,
+    /// What a model was taken for; `None` for a scene, which says it itself.
+    pub substance: Option<SubstanceChoice>,
+    /// What it is taken for now; `None` for a scene.
+    pub taken_as: Option<Substance>,
+    /// Unit of the model; `None` for a scene.
+    pub unit: Option<LengthUnit>,
+    /// Name of the material of faces that a cut makes.
+    pub cap_material: String,
+    /// Fabrics that a sheet may be made of.
+    pub fabrics: Vec<String>,
+}
+
+/// An opened session and what is known of its model.
+pub struct Opened {
+    /// The session.
+    pub session: Session,
+    /// What is known of it.
+    pub facts: ModelFacts,
+}
+
+/// Opens a model or a scene.
+///
+/// # Errors
+/// A sentence with file, place and cause.
+pub fn open(request: &OpenRequest) -> Result<Opened, String> {
+    let (text, mut facts) = if request.is_scene() { scene_text(request)? } else { model_text(request)? };
+    let in_folder = request.path.with_extension("pliant.toml");
+    let file = if request.is_scene() { &request.path } else { &in_folder };
+    let (scene, source) = scene::load_text(file, text, &[]).map_err(|error| error.to_string())?;
+    let plan = Plan::new(&scene, &source).map_err(|error| error.to_string())?;
+    facts.cap_material.clone_from(&plan.cap_material);
+    let search = SearchPath::new(&request.plugin_path);
+    let mesh = request.shape.clone().filter(|_| request.is_scene());
+    let options = Options { search, threads: request.threads, mesh, recorded: None };
+    let session = Session::open(&scene, &source, plan, &options).map_err(|error| error.to_string())?;
+    if session.bodies.is_empty() {
+        return Err(format!("{}: nothing in it can be moved by a hand", request.path.display()));
+    }
+    Ok(Opened { session, facts })
+}
+
+/// The text of the scene of a model.
+fn model_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
+    let file = request.shape.as_ref().unwrap_or(&request.path);
+    let document = ObjDocument::read(file).map_err(|error| error.to_string())?;
+    let surface = Surface::from_document(&document);
+    let bounds = surface.bounds();
+    let extent = bounds.longest_edge();
+    if !(extent > 0.0 && extent.is_finite()) {
+        return Err(format!("{}: its vertices all lie in one point", file.display()));
+    }
+    let unit = request.unit.unwrap_or_else(|| LengthUnit::guess(extent));
+    let seen = SubstanceChoice::of(&surface);
+    let taken_as = request.substance.unwrap_or(seen.substance);
+    let material = match taken_as {
+        Substance::Solid => {
+            DraftMaterial::Solid { plugin: request.solid_plugin.clone(), preset: request.solid, level: request.level }
+        }
+        Substance::Sheet => {
+            let height = bounds.max.y - HELD_SHARE * (bounds.max.y - bounds.min.y);
+            let held = (0..).zip(&surface.points).filter(|(_, p)| p.y >= height).map(|(v, _)| v).collect();
+            DraftMaterial::Sheet { plugin: SHEET_PLUGIN.into(), fabric: request.fabric.clone(), held }
+        }
+    };
+    let dt = if taken_as == Substance::Solid { STEP } else { SHEET_STEP };
+    let mesh = std::path::absolute(file).unwrap_or_else(|_| file.clone());
+    let draft = Draft { mesh, scale: unit.metres(), size: extent * unit.metres(), material, dt };
+    let folder = std::path::absolute(&request.path).unwrap_or_else(|_| request.path.clone());
+    let text = draft.to_toml(folder.parent().unwrap_or(Path::new("/")));
+    let facts = ModelFacts {
+        hand: draft.hand(),
+        substance: Some(seen),
+        taken_as: Some(taken_as),
+        unit: Some(unit),
+        cap_material: String::new(),
+        fabrics: fabrics_of(&request.plugin_path),
+    };
+    Ok((text, facts))
+}
+
+/// Fabrics that the material of sheets offers; none where it is not there.
+fn fabrics_of(plugin_path: &[PathBuf]) -> Vec<String> {
+    let info = || {
+        let found = SearchPath::new(plugin_path).find(SHEET_PLUGIN, Path::new(".")).ok()?;
+        let library = Library::open(&found.path).ok()?;
+        library.plugin(PluginKind::Material, SHEET_PLUGIN).ok()
+    };
+    info().map(fabrics).unwrap_or_default()
+}
+
+/// The text of a scene with the window's hand in the place of its own.
+fn scene_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
+    let named = |error: &dyn std::fmt::Display| format!("{}: {error}", request.path.display());
+    // As the engine reads it, for its errors name line and column.
+    let (scene, source) = scene::load(&request.path, &[]).map_err(|error| error.to_string())?;
+    let plan = Plan::new(&scene, &source).map_err(|error| error.to_string())?;
+    let mut document: DocumentMut = source.text.parse().map_err(|error: toml_edit::TomlError| named(&error))?;
+    // A look at the bodies, to know how large a hand they ask for.
+    let search = SearchPath::new(&request.plugin_path);
+    let options = Options { search, threads: 1, mesh: request.shape.clone(), recorded: None };
+    let session = Session::open(&scene, &source, plan, &options).map_err(|error| error.to_string())?;
+    let surfaces = session.bodies.iter().map(|body| &body.model.surface);
+    let standing = session.standing.iter().map(|(_, model)| &model.surface);
+    let size = surfaces.chain(standing).map(|surface| surface.bounds().longest_edge()).fold(0.0, f64::max);
+    let young = scene.body.iter().find_map(|body| {
+        let value = body.material.params.get("young")?.get_ref();
+        let number = || value.as_float().or_else(|| value.as_integer().map(|n| n as f64));
+        number().or_else(|| scene::parse_quantity(value.as_str()?, "Pa").ok())
+    });
+    let mut preset = request.solid;
+    preset.young = young.unwrap_or(preset.young);
+    let is_sheet = scene.body.iter().all(|body| body.sheet.is_some());
+    let material = if is_sheet {
+        DraftMaterial::Sheet { plugin: SHEET_PLUGIN.into(), fabric: DEFAULT_FABRIC.into(), held: Vec::new() }
+    } else {
+        DraftMaterial::Solid { plugin: request.solid_plugin.clone(), preset, level: request.level }
+    };
+    let draft = Draft { mesh: PathBuf::new(), scale: 1.0, size, material, dt: scene.time.dt.get_ref().si };
+    let hand = draft.hand();
+    give_hand(&mut document, &hand);
+    let facts = ModelFacts {
+        hand,
+        substance: None,
+        taken_as: None,
+        unit: None,
+        cap_material: String::new(),
+        fabrics: Vec::new(),
+    };
+    Ok((document.to_string(), facts))
+}

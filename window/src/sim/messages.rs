@@ -1,0 +1,101 @@
+//! What window and simulation tell each other.
+
+use super::gauges::{Gauges, StepTimes};
+use super::history::Stroke;
+use crate::opening::ModelFacts;
+use pliant_editor::surface::ViewSurface;
+use pliant_engine::tool::Frame as DeviceFrame;
+use pliant_live::{LiveSummary, PointerHandle, ViewReader};
+use std::path::PathBuf;
+use std::sync::mpsc::Sender;
+
+/// What the window asks for.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Command {
+    /// The next stroke that can be taken back is called this.
+    NameStroke(&'static str),
+    /// Take the last stroke back.
+    Undo,
+    /// Make the stroke again that was taken back last.
+    Redo,
+    /// Take back or make again until this many strokes are there.
+    JumpTo(usize),
+    /// Give the tool this radius (m) and this spring to the hand (N/m).
+    ResizeTool {
+        /// m
+        radius: f64,
+        /// N/m
+        coupling: f64,
+    },
+    /// Write the model to a file.
+    Save {
+        /// The file.
+        path: PathBuf,
+        /// Whether it is the user's file, and not one to open the present shape from.
+        for_user: bool,
+    },
+    /// Stop.
+    End,
+}
+
+/// A model that has just been opened.
+pub struct OpenModel {
+    /// What is known of it.
+    pub facts: ModelFacts,
+    /// Frames of the session.
+    pub reader: ViewReader,
+    /// Its surfaces as they were opened: bodies that move, then those that stand.
+    pub surfaces: Vec<ViewSurface>,
+    /// The hand.
+    pub hand: PointerHandle,
+    /// Where the hand's device is in the scene.
+    pub device_frame: DeviceFrame,
+    /// s, wall-clock time that opening took
+    pub seconds: f64,
+}
+
+/// What the simulation says.
+pub enum Notice {
+    /// The model is open.
+    Opened(Box<OpenModel>),
+    /// It cannot be opened, or goes no further; a sentence why.
+    Failed(String),
+    /// The model was written.
+    Saved {
+        /// The file.
+        path: PathBuf,
+        /// As asked for.
+        for_user: bool,
+    },
+    /// The model was not written; a sentence why.
+    NotSaved(String),
+    /// Something happened that people should know.
+    Message(String),
+    /// It has ended: how it kept time, and the wall-clock times of its steps.
+    Ended(Box<(LiveSummary, StepTimes)>),
+}
+
+/// The state of affairs, several times a second.
+#[derive(Clone, Debug, Default)]
+pub struct Status {
+    /// How well it keeps time.
+    pub gauges: Gauges,
+    /// Strokes that are there, then those that were taken back, the next to make again first.
+    pub strokes: Vec<Stroke>,
+    /// How many of them are there.
+    pub done: usize,
+}
+
+/// Sends notices and wakes the window.
+pub(super) struct Notifier {
+    pub(super) sender: Sender<Notice>,
+    pub(super) wake: Box<dyn Fn() + Send>,
+}
+
+impl Notifier {
+    pub(super) fn send(&self, notice: Notice) {
+        // A window that has gone needs no notices.
+        let _ = self.sender.send(notice);
+        (self.wake)();
+    }
+}

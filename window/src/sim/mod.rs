@@ -1,0 +1,74 @@
+//! The simulation on a thread of its own: opens a model, steps it in real time, and does what the window asks between two steps.
+
+mod gauges;
+mod history;
+mod messages;
+mod thread;
+
+pub use gauges::{Gauges, StepTimes};
+pub use history::{Stroke, StrokeLog};
+pub use messages::{Command, Notice, OpenModel, Status};
+
+use crate::opening::OpenRequest;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::JoinHandle;
+use triple_buffer::{Output, triple_buffer};
+
+/// The window's end of a simulation.
+pub struct Simulation {
+    commands: Sender<Command>,
+    notices: Receiver<Notice>,
+    status: Output<Status>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Simulation {
+    /// Begins to open what is asked for, and then to step it, with frames for a viewer or without. `wake` is called after each notice.
+    ///
+    /// # Errors
+    /// A system that gives no thread.
+    pub fn start(request: OpenRequest, viewing: bool, wake: impl Fn() + Send + 'static) -> std::io::Result<Self> {
+        let (commands, to_do) = channel();
+        let (sender, notices) = channel();
+        let (input, status) = triple_buffer(&Status::default());
+        let notifier = messages::Notifier { sender, wake: Box::new(wake) };
+        let run = move || thread::run(&request, viewing, &to_do, &notifier, input);
+        let thread = std::thread::Builder::new().name("simulation".into()).spawn(run)?;
+        Ok(Self { commands, notices, status, thread: Some(thread) })
+    }
+
+    /// Asks for something; it is done between two steps.
+    pub fn send(&self, command: Command) {
+        // A simulation that has ended has said why.
+        let _ = self.commands.send(command);
+    }
+
+    /// What has happened since the last call.
+    pub fn notices(&self) -> Vec<Notice> {
+        self.notices.try_iter().collect()
+    }
+
+    /// The newest state of affairs.
+    pub fn status(&mut self) -> &Status {
+        self.status.read()
+    }
+
+    /// Ends the simulation and waits for its last notices.
+    pub fn finish(mut self) -> Vec<Notice> {
+        self.end();
+        self.notices()
+    }
+
+    fn end(&mut self) {
+        self.send(Command::End);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+impl Drop for Simulation {
+    fn drop(&mut self) {
+        self.end();
+    }
+}

@@ -1,0 +1,129 @@
+//! The thread of the simulation.
+
+use super::gauges::GaugeWindow;
+use super::history::StrokeLog;
+use super::messages::{Command, Notice, Notifier, OpenModel, Status};
+use crate::opening::{OpenRequest, Opened, open};
+use pliant_editor::surface::ViewSurface;
+use pliant_engine::session::{EventKind, Session};
+use pliant_live::{LiveSession, LiveSettings, PointerDevice, view_buffer};
+use pliant_record::write_model;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::Receiver;
+use std::time::Instant;
+use triple_buffer::Input;
+
+/// s, between two reports of the state of affairs
+const REPORT_PERIOD: f64 = 0.1;
+
+/// Opens what is asked for and steps it until it is told to end.
+pub(super) fn run(
+    request: &OpenRequest,
+    viewing: bool,
+    commands: &Receiver<Command>,
+    notifier: &Notifier,
+    status: Input<Status>,
+) {
+    let work = || work(request, viewing, commands, notifier, status);
+    match std::panic::catch_unwind(std::panic::AssertUnwindSafe(work)) {
+        Ok(Ok(())) => {}
+        Ok(Err(text)) => notifier.send(Notice::Failed(text)),
+        Err(_) => notifier.send(Notice::Failed("the simulation ended by an error in the program".into())),
+    }
+}
+
+fn work(
+    request: &OpenRequest,
+    viewing: bool,
+    commands: &Receiver<Command>,
+    notifier: &Notifier,
+    mut status: Input<Status>,
+) -> Result<(), String> {
+    let began = Instant::now();
+    let Opened { mut session, facts } = open(request)?;
+    session.keep_history();
+    let (writer, reader) = view_buffer(&session);
+    let surfaces = reader.bodies.iter().map(ViewSurface::new).collect();
+    let slot = session.devices.first().ok_or("the scene has no hand")?;
+    let device_frame = slot.frame;
+    let (device, hand) = PointerDevice::new(slot.facts);
+    let settings = LiveSettings { rate: None, view: Some(writer).filter(|_| viewing) };
+    let mut live = LiveSession::start_with_devices(&mut session, vec![Box::new(device)], settings)
+        .map_err(|error| format!("the live session cannot start: {error}"))?;
+    let cap_material = facts.cap_material.clone();
+    let seconds = began.elapsed().as_secs_f64();
+    notifier.send(Notice::Opened(Box::new(OpenModel { facts, reader, surfaces, hand, device_frame, seconds })));
+    let mut log = StrokeLog::default();
+    let mut gauges = GaugeWindow::new(session.dt());
+    let (mut reported, mut told) = (f64::NEG_INFINITY, 0);
+    while live.is_alive() {
+        for command in commands.try_iter() {
+            match command {
+                Command::NameStroke(name) => log.name_next(name),
+                Command::Undo => drop(session.undo()),
+                Command::Redo => drop(session.redo()),
+                Command::JumpTo(count) => jump_to(&mut session, count),
+                Command::ResizeTool { radius, coupling } => resize_tool(&mut session, radius, coupling),
+                Command::Save { path, for_user } => notifier.send(save(&mut session, &cap_material, path, for_user)),
+                Command::End => {
+                    notifier.send(Notice::Ended(Box::new((live.finish(), gauges.all()))));
+                    return Ok(());
+                }
+            }
+        }
+        live.step(&mut session);
+        gauges.step(session.frame().seconds);
+        let now = live.seconds();
+        let changed = log.update(session.history(), now);
+        if changed || now >= reported + REPORT_PERIOD {
+            reported = now;
+            gauges.update(live.gauges());
+            gauges.size(session.frame().nodes, session.frame().elements, session.bytes());
+            let strokes = log.strokes().to_vec();
+            status.write(Status { gauges: gauges.gauges(), strokes, done: log.done() });
+            let news = session.events.told().iter().skip(told).filter(|(kind, _)| is_news(*kind));
+            for (_, event) in news {
+                notifier.send(Notice::Message(event.text.clone()));
+            }
+            told = session.events.told().len();
+        }
+    }
+    Err("the haptic thread has ended".into())
+}
+
+/// Whether people should hear of it. A pointer jumps and leaves as a hand does not, and what is taken back is in the history.
+fn is_news(kind: EventKind) -> bool {
+    !matches!(kind, EventKind::SpeedLimit | EventKind::SampleDropped | EventKind::History)
+}
+
+/// Takes back or makes again until `count` strokes are there.
+fn jump_to(session: &mut Session, count: usize) {
+    while session.history().0 > count && session.undo() {}
+    while session.history().0 < count && session.redo() {}
+}
+
+/// Gives the tool another size and spring; the next contact has it.
+fn resize_tool(session: &mut Session, radius: f64, coupling: f64) {
+    for slot in &mut session.tools {
+        slot.tool.proxy.radius = radius;
+        slot.tool.coupling.stiffness = coupling;
+    }
+}
+
+/// Writes every body that moves: the first to `path`, others beside it with their names added.
+fn save(session: &mut Session, cap_material: &str, path: PathBuf, for_user: bool) -> Notice {
+    session.update_surface();
+    for (index, body) in session.bodies.iter().enumerate() {
+        let file = if index == 0 { path.clone() } else { beside(&path, &body.name) };
+        if let Err(error) = write_model(body, cap_material, &file) {
+            return Notice::NotSaved(error.to_string());
+        }
+    }
+    Notice::Saved { path, for_user }
+}
+
+/// The file of another body of the same scene.
+fn beside(path: &Path, name: &str) -> PathBuf {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!("{stem}-{name}.obj"))
+}

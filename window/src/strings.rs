@@ -1,0 +1,130 @@
+//! Every text of the window, in English.
+
+/// Title of the window.
+pub const TITLE: &str = "pliant";
+/// Menus.
+pub const FILE: &str = "File";
+/// See [`FILE`].
+pub const OPEN: &str = "Open...";
+/// See [`FILE`].
+pub const SAVE: &str = "Save";
+/// See [`FILE`].
+pub const SAVE_AS: &str = "Save as...";
+/// See [`FILE`].
+pub const QUIT: &str = "Quit";
+/// Writes what is seen as a file.
+pub const PICTURE: &str = "Save a picture";
+/// History.
+pub const UNDO: &str = "Undo";
+/// See [`UNDO`].
+pub const REDO: &str = "Redo";
+/// Heading of the list of strokes.
+pub const HISTORY: &str = "History";
+/// The first entry of the list of strokes.
+pub const AS_OPENED: &str = "as opened";
+/// Heading of the tools.
+pub const TOOLS: &str = "Tools";
+/// Sliders of the tool.
+pub const SIZE: &str = "Size";
+/// See [`SIZE`].
+pub const STRENGTH: &str = "Strength";
+/// See [`SIZE`].
+pub const CUT_DEPTH: &str = "Depth of cut";
+/// What becomes of a stroke.
+pub const KEEP: &str = "Keep the shape";
+/// See [`KEEP`].
+pub const SPRING_BACK: &str = "Spring back";
+/// Heading of the material.
+pub const MATERIAL: &str = "Material";
+/// Controls of the material.
+pub const PRESET: &str = "Preset";
+/// See [`PRESET`].
+pub const STIFFNESS: &str = "Stiffness";
+/// See [`PRESET`].
+pub const DENSITY: &str = "Density";
+/// See [`PRESET`].
+pub const DAMPING: &str = "Damping time";
+/// See [`PRESET`].
+pub const FABRIC: &str = "Fabric";
+/// See [`PRESET`].
+pub const LEVEL: &str = "Grid level";
+/// See [`PRESET`].
+pub const UNIT: &str = "Unit of the file";
+/// Solid or sheet.
+pub const TAKEN_AS: &str = "Taken as";
+/// See [`TAKEN_AS`].
+pub const SOLID: &str = "solid";
+/// See [`TAKEN_AS`].
+pub const SHEET: &str = "sheet";
+/// Opens the present shape with the chosen material.
+pub const APPLY: &str = "Apply";
+/// What applying does.
+pub const APPLY_HINT: &str = "Goes on with the present shape at rest in this material. The history begins anew.";
+/// Why the material of a scene is not changed here.
+pub const SCENE_MATERIAL: &str = "The scene says what its bodies are made of.";
+/// Heading of the view.
+pub const VIEW: &str = "View";
+/// Ways of shading.
+pub const SHADINGS: [&str; 6] = ["studio", "clay", "metal", "wax", "facets", "displacement"];
+/// Label of the ways of shading.
+pub const SHADING: &str = "Shading";
+/// Label of the ways to draw edges.
+pub const WIREFRAME: &str = "Wireframe";
+/// Ways to draw edges.
+pub const WIREFRAMES: [&str; 3] = ["off", "over", "only"];
+/// Opacity of the surface.
+pub const OPACITY: &str = "Opacity";
+/// Projection.
+pub const ORTHOGRAPHIC: &str = "Orthographic";
+/// Which axis is up.
+pub const Z_UP: &str = "Z up";
+/// The grid on the ground.
+pub const GROUND: &str = "Ground grid";
+/// Simulated cells.
+pub const CELLS: &str = "Simulated cells";
+/// Looks at all of the model.
+pub const FRAME_ALL: &str = "Look at all";
+/// Changes to bright colours.
+pub const LIGHT: &str = "Light";
+/// Changes to dark colours.
+pub const DARK: &str = "Dark";
+/// Heading of the gauges.
+pub const GAUGES: &str = "Gauges";
+/// While a model is being opened.
+pub const OPENING: &str = "Opening";
+/// Without a model.
+pub const NO_MODEL: &str = "Open a model (Ctrl+O), or drop an OBJ file or a scene here.";
+/// Closes a message.
+pub const CLOSE: &str = "Close";
+/// Answers of the question about unsaved strokes.
+pub const UNSAVED: &str = "There are strokes that have not been saved.";
+/// See [`UNSAVED`].
+pub const DISCARD: &str = "Discard them";
+/// See [`UNSAVED`].
+pub const CANCEL: &str = "Cancel";
+/// Asks for a file with the system's dialog.
+pub const BROWSE: &str = "Browse...";
+/// Label of the field of a file's path.
+pub const PATH: &str = "File";
+/// The remedy of a slow simulation: half as many cells along each axis.
+pub const COARSER: &str = "Use a coarser grid";
+/// Keys, for the help at the lower edge.
+pub const KEYS: &str = "Left: tool, beside the model turn   Middle: turn   Shift+middle or right: move   Wheel: nearer, in a stroke deeper   \
+    F: focus   Home: all   [ ]: size   - =: strength   W: wireframe   Ctrl+Z, Ctrl+Y: undo, redo";
+
+/// A sentence for a model that was taken for a solid or a sheet.
+pub fn substance_reason(openings: usize, is_sheet: bool) -> String {
+    match (openings, is_sheet) {
+        (0, _) => "It is closed, so it is filled.".into(),
+        (n, true) => format!("It is open ({n} openings, the longest wider than the model), so it is cloth."),
+        (n, false) => format!("It has {n} small holes, as scans have, and is filled."),
+    }
+}
+
+/// What is wrong when simulation is slower than time.
+pub fn slow(factor: f64) -> String {
+    format!(
+        "Slow motion: {:.0} % of real time. A coarser grid, a softer material or a smaller tool makes it faster.",
+        100.0 * factor
+    )
+}

@@ -1,0 +1,106 @@
+//! The tools of the window: one for each edit kind of the engine.
+
+use pliant_editor::{Gesture, stroke_button, stroke_kinds};
+use pliant_engine::edit::EditKind;
+use pliant_engine::scene::Release;
+
+/// A tool.
+#[derive(Clone, Copy, Debug)]
+pub struct ToolKind {
+    /// The edit kind.
+    pub kind: &'static dyn EditKind,
+    /// Place among the kinds that have buttons.
+    place: usize,
+}
+
+impl ToolKind {
+    /// All of them, in the order of the engine's registry.
+    pub fn all() -> Vec<Self> {
+        stroke_kinds().enumerate().map(|(place, kind)| Self { kind, place }).collect()
+    }
+
+    /// As scenes write it.
+    pub fn name(&self) -> &'static str {
+        self.kind.name()
+    }
+
+    /// How the pointer drives it: a blade points away from the viewer, what takes hold is dragged, everything else lies on the surface.
+    pub fn gesture(&self) -> Gesture {
+        if self.kind.cuts() {
+            Gesture::Slice
+        } else if TAKES_HOLD.contains(&self.name()) {
+            Gesture::Drag
+        } else {
+            Gesture::Press
+        }
+    }
+
+    /// Whether its stroke changes the model for good even if no shape is kept.
+    pub fn always_stays(&self) -> bool {
+        self.kind.cuts()
+    }
+
+    /// The mask of the button that begins a stroke.
+    pub fn buttons(&self, release: Release) -> u32 {
+        1 << stroke_button(self.place, release)
+    }
+}
+
+/// Edit kinds that take hold of the surface and move it with the hand.
+const TAKES_HOLD: [&str; 5] = ["pull", "grab", "move", "twist", "pinch"];
+
+/// What a stroke does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ToolSettings {
+    /// Radius over that of a new tool.
+    pub size: f64,
+    /// Depth of a press in radii of the tool.
+    pub strength: f64,
+    /// What becomes of the shape.
+    pub release: Release,
+    /// Depth of a cut over the size of the model: how far behind the pointer the tip of the blade is.
+    pub cut_depth: f64,
+}
+
+impl Default for ToolSettings {
+    fn default() -> Self {
+        Self { size: 1.0, strength: 1.0, release: Release::Keep, cut_depth: 1.0 }
+    }
+}
+
+impl ToolSettings {
+    /// Sizes a tool may have.
+    pub const SIZES: std::ops::RangeInclusive<f64> = 0.25..=6.0;
+    /// Strengths a press may have.
+    pub const STRENGTHS: std::ops::RangeInclusive<f64> = 0.05..=3.0;
+
+    /// Makes the tool larger or smaller by a factor.
+    pub fn resize(&mut self, factor: f64) {
+        self.size = (self.size * factor).clamp(*Self::SIZES.start(), *Self::SIZES.end());
+    }
+
+    /// Makes a press deeper or shallower by a factor.
+    pub fn strengthen(&mut self, factor: f64) {
+        self.strength = (self.strength * factor).clamp(*Self::STRENGTHS.start(), *Self::STRENGTHS.end());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_edit_kind_of_the_engine_is_a_tool_with_buttons_of_its_own() {
+        let tools = ToolKind::all();
+        let names: Vec<_> = tools.iter().map(ToolKind::name).collect();
+        assert!(["touch", "pull", "cut"].iter().all(|name| names.contains(name)), "{names:?}");
+        let masks: BTreeSet<u32> =
+            tools.iter().flat_map(|t| [Release::Keep, Release::SpringBack].map(|release| t.buttons(release))).collect();
+        assert_eq!(masks.len(), 2 * tools.len());
+        assert!(masks.iter().all(|mask| mask.count_ones() == 1));
+        for tool in tools {
+            assert_eq!(tool.gesture() == Gesture::Slice, tool.kind.cuts(), "{}", tool.name());
+        }
+    }
+}

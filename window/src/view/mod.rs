@@ -1,0 +1,6 @@
+//! What is seen, and what is drawn over the picture of the model.
+
+mod camera;
+pub mod overlay;
+
+pub use camera::{Camera, Eye, Projection, Ray, UpAxis};

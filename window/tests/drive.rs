@@ -1,0 +1,224 @@
+//! A whole drive: the program on a display of its own, moved by a mouse and a keyboard that the X server takes for real ones.
+
+use serde_json::Value;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Longest time that anything is waited for.
+const PATIENCE: Duration = Duration::from_secs(120);
+/// The middle of the picture in the window, between the panels.
+const MIDDLE: [i32; 2] = [600, 400];
+
+/// A display in memory.
+struct Display {
+    server: Child,
+    name: String,
+}
+
+impl Display {
+    fn start() -> Self {
+        let mut server = Command::new("Xvfb")
+            .args(["-displayfd", "1", "-screen", "0", "1280x800x24", "-nolisten", "tcp"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("Xvfb starts");
+        let mut number = String::new();
+        BufReader::new(server.stdout.take().unwrap()).read_line(&mut number).unwrap();
+        Self { server, name: format!(":{}", number.trim()) }
+    }
+
+    /// Moves, clicks and types as a hand does.
+    fn xdotool(&self, arguments: &[&str]) {
+        let run = Command::new("xdotool").env("DISPLAY", &self.name).args(arguments).output().expect("xdotool starts");
+        assert!(run.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&run.stderr));
+    }
+
+    fn move_to(&self, [x, y]: [i32; 2]) {
+        self.xdotool(&["mousemove", &x.to_string(), &y.to_string()]);
+        std::thread::sleep(Duration::from_millis(30));
+    }
+
+    /// Holds the left button from one place to another.
+    fn stroke(&self, from: [i32; 2], to: [i32; 2], steps: i32) {
+        self.move_to(from);
+        std::thread::sleep(Duration::from_millis(200));
+        self.xdotool(&["mousedown", "1"]);
+        for step in 0..=steps {
+            let at = [0, 1].map(|axis: usize| from[axis] + (to[axis] - from[axis]) * step / steps.max(1));
+            self.move_to(at);
+        }
+        std::thread::sleep(Duration::from_millis(300));
+        self.xdotool(&["mouseup", "1"]);
+    }
+
+    fn key(&self, keys: &str) {
+        self.xdotool(&["key", keys]);
+    }
+}
+
+impl Drop for Display {
+    fn drop(&mut self) {
+        let _ = self.server.kill();
+        let _ = self.server.wait();
+    }
+}
+
+/// The program, and its log.
+struct Window {
+    program: Child,
+    log: PathBuf,
+    read: usize,
+}
+
+impl Window {
+    fn start(display: &Display, model: &Path) -> Self {
+        let log = model.with_extension("log");
+        let program = Command::new(env!("CARGO_BIN_EXE_pliant-window"))
+            .env("DISPLAY", &display.name)
+            .env_remove("WAYLAND_DISPLAY")
+            .args(["--antialias", "0", "--level", "5", "--log"])
+            .args([&log, model])
+            .spawn()
+            .expect("the program starts");
+        let mut window = Self { program, log, read: 0 };
+        window.wait("opened");
+        // There is no window manager to give it the keyboard.
+        display.xdotool(&["search", "--sync", "--name", "^pliant$", "windowfocus"]);
+        // The first frame of the model.
+        std::thread::sleep(Duration::from_millis(500));
+        window
+    }
+
+    /// Waits for an event that has not been waited for yet, and gives it.
+    fn wait(&mut self, name: &str) -> Value {
+        let began = Instant::now();
+        loop {
+            let text = std::fs::read_to_string(&self.log).unwrap_or_default();
+            let complete = text.matches('\n').count();
+            for (place, line) in text.lines().take(complete).enumerate().skip(self.read) {
+                let event: Value = serde_json::from_str(line).unwrap();
+                assert_ne!(event["event"], "failed", "{line}");
+                if event["event"] == name {
+                    self.read = place + 1;
+                    return event;
+                }
+            }
+            if let Some(status) = self.program.try_wait().unwrap() {
+                panic!("waited for `{name}`, and the program ended with {status}:\n{text}");
+            }
+            assert!(began.elapsed() < PATIENCE, "waited for `{name}` in\n{text}");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    /// Waits until so many strokes can be taken back and made again.
+    fn wait_for_history(&mut self, done: &str, undone: &str) {
+        loop {
+            let event = self.wait("history");
+            if event["done"] == done && event["undone"] == undone {
+                return;
+            }
+        }
+    }
+
+    /// Waits until a stroke that makes so many has ended, and the model has come to rest.
+    fn wait_for_stroke(&mut self, done: &str) {
+        self.wait_for_history(done, "0");
+        self.wait("stroke ends");
+        std::thread::sleep(Duration::from_millis(1500));
+    }
+
+    /// Saves, and gives the file.
+    fn save(&mut self, display: &Display, model: &Path) -> Vec<u8> {
+        display.key("ctrl+s");
+        self.wait("saved");
+        std::fs::read(model).unwrap()
+    }
+
+    fn close(mut self, display: &Display) {
+        display.key("ctrl+q");
+        let began = Instant::now();
+        while self.program.try_wait().unwrap().is_none() {
+            assert!(began.elapsed() < PATIENCE, "it does not close");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        assert!(self.program.wait().unwrap().success());
+    }
+}
+
+impl Drop for Window {
+    fn drop(&mut self) {
+        let _ = self.program.kill();
+        let _ = self.program.wait();
+    }
+}
+
+/// A ball of radius 100 mm.
+fn ball(folder: &Path) -> PathBuf {
+    let path = folder.join("ball.obj");
+    let document = pliant_mesh::generate::sphere(16, 0.1).unwrap();
+    let points = document.positions().to_vec();
+    document.write(&points, None, &mut std::fs::File::create(&path).unwrap()).unwrap();
+    path
+}
+
+#[test]
+#[ignore = "needs Xvfb and xdotool"]
+fn open_press_cut_undo_redo_save_reopen() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = ball(folder.path());
+    let original = std::fs::read(&model).unwrap();
+    let display = Display::start();
+    let mut window = Window::start(&display, &model);
+    let [x, y] = MIDDLE;
+
+    display.stroke(MIDDLE, [x + 40, y], 20);
+    window.wait_for_stroke("1");
+    let pressed = window.save(&display, &model);
+    assert_ne!(pressed, original, "a press whose shape is kept changes the model");
+    assert_eq!(vertices(&pressed), vertices(&original), "and no topology");
+
+    display.key("3");
+    display.stroke([x, y - 320], [x, y + 320], 60);
+    window.wait_for_stroke("2");
+    let cut = window.save(&display, &model);
+    assert!(vertices(&cut) > vertices(&original), "a cut adds vertices");
+    assert!(String::from_utf8_lossy(&cut).contains("usemtl cut"), "and faces inside of the ball");
+
+    for (keys, done, undone, expected) in [
+        ("ctrl+z", "1", "1", &pressed),
+        ("ctrl+z", "0", "2", &original),
+        ("ctrl+shift+z", "1", "1", &pressed),
+        ("ctrl+y", "2", "0", &cut),
+    ] {
+        display.key(keys);
+        window.wait_for_history(done, undone);
+        assert!(window.save(&display, &model) == *expected, "{keys}: the model is what it was, to the byte");
+    }
+    window.close(&display);
+
+    let mut again = Window::start(&display, &model);
+    let reopened = again.save(&display, &model);
+    assert!(reopened == cut, "a model that nothing was done to is saved as it was");
+    again.close(&display);
+}
+
+fn vertices(file: &[u8]) -> usize {
+    file.split(|byte| *byte == b'\n').filter(|line| line.starts_with(b"v ")).count()
+}
+
+#[test]
+fn without_a_display_it_says_so_and_ends_with_2() {
+    let run = Command::new(env!("CARGO_BIN_EXE_pliant-window"))
+        .env_remove("DISPLAY")
+        .env_remove("WAYLAND_DISPLAY")
+        .env_remove("WAYLAND_SOCKET")
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&run.stderr);
+    assert_eq!(run.status.code(), Some(2), "{said}");
+    assert!(said.contains("no display") && said.lines().count() == 1, "{said}");
+}

@@ -1,0 +1,149 @@
+//! What happens in the window, without a graphics card: keys, pointer, panels and files, through the names that screen readers hear.
+
+use eframe::egui::{self, Key, Modifiers, PointerButton, Pos2, pos2};
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use pliant_mesh::generate;
+use pliant_window::app::{App, EventLog};
+use pliant_window::arguments::Arguments;
+use pliant_window::gl::Wireframe;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// Longest time that anything is waited for.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A ball of radius 100 mm as a model in a folder.
+fn ball(folder: &Path) -> PathBuf {
+    let path = folder.join("ball.obj");
+    let document = generate::sphere(12, 0.1).unwrap();
+    let mut file = std::fs::File::create(&path).unwrap();
+    let points = document.positions().to_vec();
+    document.write(&points, None, &mut file).unwrap();
+    path
+}
+
+fn window(path: &Path) -> Harness<'static, App> {
+    let arguments = Arguments { path: Some(path.to_owned()), level: 4, threads: 1, ..Arguments::default() };
+    let build = move |creation: &mut eframe::CreationContext<'_>| {
+        let mut app = App::new(creation.egui_ctx.clone(), None, EventLog::none());
+        app.begin(&arguments);
+        app
+    };
+    Harness::builder().with_size(egui::vec2(1200.0, 800.0)).build_eframe(build)
+}
+
+/// Shows frames until something is so.
+fn wait(harness: &mut Harness<'_, App>, what: &str, mut is_so: impl FnMut(&App) -> bool) {
+    let began = Instant::now();
+    loop {
+        harness.step();
+        if is_so(harness.state()) {
+            return;
+        }
+        let state = harness.state();
+        assert!(began.elapsed() < PATIENCE, "waited for {what}: {:?} {:?}", state.status(), state.error());
+        std::thread::sleep(Duration::from_millis(16));
+    }
+}
+
+/// Holds the left button in the picture for some frames, moving a little.
+fn stroke(harness: &mut Harness<'_, App>, at: Pos2) {
+    harness.hover_at(at);
+    (0..5).for_each(|_| pause(harness));
+    harness.drag_at(at);
+    for n in 0..30 {
+        harness.hover_at(at + egui::vec2(n as f32, 0.0));
+        pause(harness);
+    }
+    harness.drop_at(at);
+    pause(harness);
+}
+
+fn pause(harness: &mut Harness<'_, App>) {
+    harness.step();
+    std::thread::sleep(Duration::from_millis(16));
+}
+
+/// The middle of the picture, between the panels.
+const MIDDLE: Pos2 = pos2(570.0, 400.0);
+
+#[test]
+fn a_model_is_opened_pressed_undone_redone_saved_and_opened_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = ball(folder.path());
+    let original = std::fs::read(&path).unwrap();
+    let mut harness = window(&path);
+    wait(&mut harness, "the model", App::is_open);
+    assert!(!harness.state().is_unsaved());
+    stroke(&mut harness, MIDDLE);
+    wait(&mut harness, "a stroke", |app| app.status().done == 1);
+    assert!(harness.state().is_unsaved());
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    wait(&mut harness, "saving", |app| !app.is_unsaved());
+    let pressed = std::fs::read(&path).unwrap();
+    assert_ne!(pressed, original, "the shape was kept");
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    wait(&mut harness, "undo", |app| app.status().done == 0);
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    wait(&mut harness, "saving", |app| !app.is_unsaved());
+    assert_eq!(std::fs::read(&path).unwrap(), original, "undo gives the model back to the byte");
+    harness.get_by_label("Redo").click();
+    wait(&mut harness, "redo", |app| app.status().done == 1);
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    wait(&mut harness, "saving", |app| !app.is_unsaved());
+    let mut again = window(&path);
+    wait(&mut again, "the model", App::is_open);
+    assert_eq!((again.state().status().done, again.state().is_unsaved()), (0, false));
+}
+
+#[test]
+fn keys_and_panels_change_tool_view_and_size() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = window(&ball(folder.path()));
+    wait(&mut harness, "the model", App::is_open);
+    assert_eq!(harness.state().tool().0.name(), "touch");
+    harness.hover_at(MIDDLE);
+    harness.key_press(Key::Num2);
+    harness.step();
+    assert_eq!(harness.state().tool().0.name(), "pull");
+    harness.get_by_label("3  cut").click();
+    harness.step();
+    assert_eq!(harness.state().tool().0.name(), "cut");
+    harness.key_press(Key::W);
+    harness.step();
+    assert_eq!(harness.state().view().wireframe, Wireframe::Over);
+    harness.get_by_label("only").click();
+    harness.step();
+    assert_eq!(harness.state().view().wireframe, Wireframe::Only);
+    let size = harness.state().tool().1.size;
+    harness.key_press(Key::CloseBracket);
+    harness.step();
+    assert!(harness.state().tool().1.size > size);
+    let before = harness.state().camera().yaw;
+    harness.event(egui::Event::PointerMoved(MIDDLE));
+    harness.event(egui::Event::PointerButton {
+        pos: MIDDLE,
+        button: PointerButton::Middle,
+        pressed: true,
+        modifiers: Modifiers::NONE,
+    });
+    harness.step();
+    harness.event(egui::Event::PointerMoved(MIDDLE + egui::vec2(80.0, 0.0)));
+    harness.step();
+    assert!((harness.state().camera().yaw - before).abs() > 0.1, "the middle button turns the view");
+}
+
+#[test]
+fn a_broken_model_is_an_error_with_its_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("broken.obj");
+    std::fs::write(&path, "v 0 0 0\nv 1 0 0\nv 0 one 0\nf 1 2 3\n").unwrap();
+    let mut harness = window(&path);
+    wait(&mut harness, "an error", |app| app.error().is_some());
+    let error = harness.state().error().unwrap().to_owned();
+    assert!(error.contains("broken.obj") && error.contains('3'), "{error}");
+    harness.get_by_label("Close").click();
+    harness.step();
+    assert!(harness.state().error().is_none());
+}
