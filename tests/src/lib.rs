@@ -28,7 +28,7 @@ pub fn root() -> PathBuf {
 }
 
 /// Where this test executable is: `target/PROFILE/deps`.
-fn deps() -> PathBuf {
+pub fn deps() -> PathBuf {
     std::env::current_exe().expect("a running test has a path").parent().expect("in a folder").to_path_buf()
 }
 

@@ -44,6 +44,11 @@ impl CutMesh {
         self.journal.done.len()
     }
 
+    /// Advances that were taken back and can be made again.
+    pub fn undone(&self) -> usize {
+        self.journal.undone.len()
+    }
+
     /// Takes the last advance back; gives the stroke as it was before, or `None` when nothing is left to undo.
     pub fn undo(&mut self) -> Option<Stroke> {
         let mut step = self.journal.done.pop()?;

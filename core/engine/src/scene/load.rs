@@ -14,7 +14,7 @@ const FORMAT: u32 = 1;
 /// # Errors
 /// A file that cannot be read, is not TOML, or says something a scene cannot.
 pub fn load(path: &Path, set: &[(String, String)]) -> Result<(Scene, Source), SceneError> {
-    let mut source = Source { path: path.to_path_buf(), text: String::new(), changed: false };
+    let mut source = Source::new(path, "");
     let bytes = std::fs::read(path).map_err(|e| source.whole(format!("cannot be read: {e}")))?;
     if let Err(error) = std::str::from_utf8(&bytes) {
         source.text = String::from_utf8_lossy(&bytes).into_owned();
@@ -32,7 +32,7 @@ pub fn load(path: &Path, set: &[(String, String)]) -> Result<(Scene, Source), Sc
 /// # Errors
 /// A text that is not TOML, or says something a scene cannot.
 pub fn load_text(path: &Path, text: String, set: &[(String, String)]) -> Result<(Scene, Source), SceneError> {
-    parse(Source { path: path.to_path_buf(), text, changed: false }, set)
+    parse(Source::new(path, text), set)
 }
 
 fn parse(mut source: Source, set: &[(String, String)]) -> Result<(Scene, Source), SceneError> {

@@ -55,7 +55,7 @@ mod tests {
     use super::*;
 
     fn set(text: &str, settings: &[(&str, &str)]) -> Result<String, String> {
-        let source = Source { path: "scene.toml".into(), text: text.to_owned(), changed: false };
+        let source = Source::new("scene.toml", text);
         let settings: Vec<_> = settings.iter().map(|(p, v)| ((*p).to_owned(), (*v).to_owned())).collect();
         apply(&source, &settings).map_err(|e| e.to_string())
     }

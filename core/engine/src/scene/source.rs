@@ -1,5 +1,7 @@
 //! The text of a scene, and saying where something in it is wrong.
 
+use pliant_mesh::ObjDocument;
+use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -14,6 +16,8 @@ pub struct Source {
     pub text: String,
     /// Whether `--set` changed it: lines may then have other numbers than in the file.
     pub changed: bool,
+    /// Models that the program hands over instead of files: a body has one if its `mesh` is the key.
+    pub documents: BTreeMap<String, ObjDocument>,
 }
 
 /// Something wrong with a scene: file, line, what was found, what is allowed.
@@ -46,9 +50,27 @@ impl SceneError {
     pub fn line(&self) -> usize {
         self.line
     }
+
+    /// File, and line and column unless the whole file is wrong: `scene.toml:12:3`.
+    pub fn place(&self) -> String {
+        match self.line {
+            0 => self.path.display().to_string(),
+            line => format!("{}:{line}:{}", self.path.display(), self.column),
+        }
+    }
+
+    /// What is wrong there, without the place.
+    pub fn message(&self) -> &str {
+        &self.message
+    }
 }
 
 impl Source {
+    /// The text of the scene that stands in `path`.
+    pub fn new(path: impl Into<PathBuf>, text: impl Into<String>) -> Self {
+        Self { path: path.into(), text: text.into(), changed: false, documents: BTreeMap::new() }
+    }
+
     /// An error at a span of the text. An empty span at the start is a default that stands nowhere.
     pub fn error(&self, span: Range<usize>, message: impl Into<String>) -> SceneError {
         let (path, mut message) = (self.path.clone(), message.into());

@@ -1,15 +1,48 @@
-//! The hands of a step: from devices, or from whoever has them.
+//! The hands of a step: from devices, from whoever has them, or where the caller puts them.
 
 use super::Session;
 use super::event::EventKind;
 use super::hand_events::{SampleCounts, add_sample_events};
+use nalgebra::UnitQuaternion;
 use pliant_host::{Device, EffectorOutput, MAX_EFFECTORS, Pose};
+use pliant_plugin_api::abi::POSE_VALID;
 use pliant_solver::{StepTime, Vec3};
 
 /// ns, how long a device may go on with a force after the step it was meant for.
 const VALID: u64 = 50_000_000;
 
+/// Where a hand is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HandPose {
+    /// m, in the scene
+    pub position: Vec3,
+    /// Turns axes of the hand into scene axes.
+    pub rotation: UnitQuaternion<f64>,
+    /// Bit i is button i.
+    pub buttons: u32,
+}
+
 impl Session {
+    /// Puts the hand of the tool at index `tool` somewhere until it is put elsewhere; `None` takes it away. The first call lets its device
+    /// go: from then on all hands of that device are where the caller puts them.
+    ///
+    /// # Panics
+    /// If there is no such tool.
+    pub fn place_hand(&mut self, tool: usize, pose: Option<HandPose>) {
+        let slot = &self.tools[tool];
+        let device = &mut self.devices[slot.device];
+        if !device.driven {
+            device.lose();
+            device.driven = true;
+            device.poses.fill(Pose::default());
+        }
+        device.poses[slot.effector] = pose.map_or_else(Pose::default, |pose| {
+            let [x, y, z, w] = (device.frame.rotation.inverse() * pose.rotation).coords.into();
+            let position = device.frame.to_hand(pose.position).into();
+            Pose { flags: POSE_VALID, buttons: pose.buttons, position, orientation: [x, y, z, w], ..Pose::default() }
+        });
+    }
+
     /// Takes one step. Whatever a plugin does wrong is contained: its body stands still, its device is lost, and the rest
     /// goes on; the events say so.
     pub fn step(&mut self) {
@@ -48,6 +81,10 @@ impl Session {
     fn read_devices(&mut self) {
         let now = self.time() + self.dt;
         for slot in &mut self.devices {
+            if slot.driven {
+                slot.poses.iter_mut().for_each(|pose| pose.time_ns = nanoseconds(now));
+                continue;
+            }
             slot.poses.fill(Pose::default());
             let Some(device) = &mut slot.device else { continue };
             if let Err(error) = device.read(nanoseconds(now), &mut slot.poses) {
@@ -62,8 +99,16 @@ impl Session {
         let now = time + dt;
         for slot in &mut self.tools {
             let device = &self.devices[slot.device];
-            let before = SampleCounts::of(slot);
+            if device.driven && device.poses[slot.effector].flags & POSE_VALID == 0 {
+                slot.hand.leave();
+                continue;
+            }
+            let (before, was_present) = (SampleCounts::of(slot), slot.hand.present);
             slot.hand.sample(&device.poses[slot.effector], &device.frame, (now, dt));
+            if slot.hand.present && !was_present {
+                // It comes from nowhere, not along a line from where it was last.
+                slot.tool.release(&slot.hand);
+            }
             add_sample_events(&mut self.events, slot, device, before, now);
         }
     }

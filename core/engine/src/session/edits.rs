@@ -61,11 +61,13 @@ impl Session {
 
     fn cut_with(&mut self, tool: usize, time: f64, last: bool) {
         let began = Instant::now();
+        let is_behind = self.bodies.iter().any(|body| body.cut.as_ref().is_some_and(|mesh| mesh.undone() > 0));
         let slot = &mut self.tools[tool];
         match slot.tool.cut(&slot.hand, &mut self.bodies, last) {
             Ok(step) => {
                 slot.advances += step.advances;
                 if step.advances > 0 {
+                    self.cut_branches += u64::from(is_behind);
                     self.cuts.advances += step.advances;
                     self.cuts.area += step.area;
                     self.cuts.length += step.length;

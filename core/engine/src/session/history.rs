@@ -1,4 +1,4 @@
-//! Undo and redo: shape, motion and cuts together.
+//! Undo, redo and snapshots: shape, motion and cuts together.
 //!
 //! What is kept of a body is as large as what is active and what was cut; the surface is shared until it changes.
 
@@ -6,6 +6,7 @@ use super::{EventKind, Session};
 use crate::body::BodyState;
 use crate::plan::Edit;
 use crate::scene::Release;
+use thiserror::Error;
 
 /// Edits that can be taken back and made again.
 #[derive(Default)]
@@ -15,6 +16,34 @@ pub(super) struct History {
     under_way: Vec<(usize, Vec<BodyState>)>,
     done: Vec<Vec<BodyState>>,
     undone: Vec<Vec<BodyState>>,
+}
+
+/// All bodies of a session at one moment, and its time.
+pub struct Snapshot {
+    bodies: Vec<BodyState>,
+    steps: u64,
+    stepped_back: usize,
+    cut_branches: u64,
+    cuts: super::CutCounts,
+    is_cut: bool,
+}
+
+/// Why a session cannot go back to a snapshot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum SnapshotError {
+    /// Its bodies are not those of the session.
+    #[error("the snapshot has {found} bodies and the session {expected}; allowed is a snapshot of the same session")]
+    Bodies {
+        /// Bodies of the snapshot.
+        found: usize,
+        /// Bodies of the session.
+        expected: usize,
+    },
+    /// What was cut when it was taken was taken back, and something else cut since.
+    #[error(
+        "something else was cut since the snapshot's own cuts were taken back; allowed is a snapshot without cuts, or one of the          present cuts"
+    )]
+    Recut,
 }
 
 /// Edits that can be taken back.
@@ -61,6 +90,44 @@ impl Session {
         self.history.done.push(now);
         self.restore(&after);
         true
+    }
+
+    /// All bodies as they are now, with the time; for [`Session::go_back`]. What tools hold is not kept.
+    pub fn snapshot(&self) -> Snapshot {
+        Snapshot {
+            bodies: self.save(),
+            steps: self.steps,
+            stepped_back: self.stepped_back,
+            cut_branches: self.cut_branches,
+            cuts: self.cuts.clone(),
+            is_cut: self.bodies.iter().any(|body| body.cut.as_ref().is_some_and(|mesh| mesh.depth() > 0)),
+        }
+    }
+
+    /// Goes back, or forward, to a snapshot of this session. Tools let go of what they hold and take it up again in the next step; edits
+    /// before can no longer be taken back.
+    ///
+    /// # Errors
+    /// A snapshot of another session, or of cuts that no longer exist.
+    pub fn go_back(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        let (found, expected) = (snapshot.bodies.len(), self.bodies.len());
+        if found != expected {
+            return Err(SnapshotError::Bodies { found, expected });
+        }
+        if snapshot.is_cut && snapshot.cut_branches != self.cut_branches {
+            return Err(SnapshotError::Recut);
+        }
+        // An edit that ended properly could cut once more or keep its shape; what it did is given up.
+        for slot in &mut self.tools {
+            (slot.edit, slot.taken_back, slot.advances) = (None, None, 0);
+            slot.tool.set_action(None);
+        }
+        self.history = History { kept: self.history.kept, ..History::default() };
+        self.restore(&snapshot.bodies);
+        (self.steps, self.stepped_back) = (snapshot.steps, snapshot.stepped_back);
+        self.cuts = snapshot.cuts.clone();
+        self.frame.time = self.time();
+        Ok(())
     }
 
     /// An edit begins with a tool.

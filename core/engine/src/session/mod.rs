@@ -18,9 +18,11 @@ mod step;
 mod tactile;
 mod thread_choice;
 
+pub use devices::HandPose;
 pub use error::SessionError;
 pub use event::{Event, EventKind, Events};
 pub use frame::{Frame, ToolFrame};
+pub use history::{Snapshot, SnapshotError};
 pub use lapse::{Lapse, Stage};
 pub use open::Options;
 
@@ -49,6 +51,8 @@ pub struct DeviceSlot {
     /// Where samples come from, for messages: name, plugin and texts it was given, such as an address.
     pub origin: String,
     poses: Vec<Pose>,
+    /// Whether the caller puts its hands somewhere, see [`Session::place_hand`].
+    driven: bool,
     /// What it had counted when it was lost.
     counted: Vec<(String, u64)>,
 }
@@ -244,6 +248,8 @@ pub struct Session {
     /// Of the plan's steps back, those taken.
     stepped_back: usize,
     cuts: CutCounts,
+    /// Times something was cut after another cut had been taken back, which then cannot be made again.
+    cut_branches: u64,
 }
 
 impl Session {

@@ -121,6 +121,7 @@ impl Session {
             lapses: super::lapse::Lapses::default(),
             stepped_back: 0,
             cuts: super::CutCounts::default(),
+            cut_branches: 0,
         };
         session.open_pads();
         session.history.kept = !session.plan.steps_back.is_empty();
@@ -198,7 +199,7 @@ impl Opening<'_> {
             }
         };
         let poses = vec![Pose::default(); facts.effectors as usize];
-        Ok(DeviceSlot { name, device: opened, facts, frame, origin, poses, counted: Vec::new() })
+        Ok(DeviceSlot { name, device: opened, facts, frame, origin, poses, driven: false, counted: Vec::new() })
     }
 
     fn body(&mut self, scene: &BodyScene, name: String, model: Model, cuts: bool) -> Result<Body, SessionError> {

@@ -18,6 +18,9 @@ use std::path::Path;
 /// The model of a body; `instead` is another file, scaled to the box the body's own would have had.
 pub(super) fn model(scene: &BodyScene, source: &Source, instead: Option<&Path>) -> Result<Model, SessionError> {
     let document = match (&scene.mesh, &scene.shape) {
+        (Some(mesh), _) if source.documents.contains_key(mesh.get_ref()) => {
+            source.documents.get(mesh.get_ref()).cloned()
+        }
         (Some(mesh), _) => {
             let path = source.folder().join(mesh.get_ref());
             if !path.is_file() && instead.is_none() {

@@ -30,6 +30,11 @@ impl Frame {
         self.rotation * (self.scale * place) + self.origin
     }
 
+    /// A place of the scene in device axes, m.
+    pub fn to_hand(&self, place: Vec3) -> Vec3 {
+        self.rotation.inverse() * (place - self.origin) / self.scale
+    }
+
     /// Axes of the hand in the scene, from a unit quaternion (x, y, z, w) of the device; its own where that is none.
     pub fn turned(&self, [x, y, z, w]: [f64; 4]) -> UnitQuaternion<f64> {
         match UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 1e-6) {
@@ -78,6 +83,12 @@ impl Hand {
     /// Whether a valid sample has come so far.
     pub fn was_seen(&self) -> bool {
         self.last_good > f64::NEG_INFINITY
+    }
+
+    /// Is gone, and presses no button: there is no sample to take.
+    pub fn leave(&mut self) {
+        self.present = false;
+        self.buttons = 0;
     }
 
     /// Takes a sample at `time`, `dt` (s) after the last.
@@ -145,5 +156,6 @@ mod tests {
         let at = frame.to_scene(Vec3::x());
         assert!((at[0] - 1.0).abs() < 1e-15 && (at[1] - 2.0).abs() < 1e-15);
         assert!((frame.to_device(Vec3::new(0.0, 3.0, 0.0))[0] - 3.0).abs() < 1e-15);
+        assert!((frame.to_hand(at) - Vec3::x()).norm() < 1e-15);
     }
 }
