@@ -19,8 +19,12 @@ pub struct SearchPath {
 enum Origin {
     /// Given with `--plugin-path`.
     Given,
+    /// Given with the argument `plugin_path`, by a program that uses the engine as a library.
+    Argument,
     /// Listed in `$PLIANT_PLUGIN_PATH`.
     Environment,
+    /// The folder of the package that uses the engine as a library.
+    Package,
     /// The folder of the executable, or `deps/` in it.
     Executable,
     /// The per-user data folder.
@@ -32,6 +36,8 @@ impl Origin {
     fn name(self) -> &'static str {
         match self {
             Self::Given => "--plugin-path",
+            Self::Argument => "plugin_path",
+            Self::Package => "inside the package",
             Self::Environment => "$PLIANT_PLUGIN_PATH",
             Self::Executable => "beside the program",
             Self::User => "the user's data folder",
@@ -51,15 +57,27 @@ pub struct FoundLibrary {
 impl SearchPath {
     /// The folders `given`, then the usual ones.
     pub fn new(given: &[PathBuf]) -> Self {
-        let mut folders: Vec<_> = given.iter().map(|f| (f.clone(), Origin::Given)).collect();
+        let executable = std::env::current_exe().ok().and_then(|exe| exe.parent().map(Path::to_path_buf));
+        let deps = executable.as_ref().map(|folder| folder.join("deps"));
+        let own = deps.into_iter().chain(executable).map(|folder| (folder, Origin::Executable));
+        Self::around(given.iter().map(|folder| (folder.clone(), Origin::Given)), own)
+    }
+
+    /// The folders `given`, then the usual ones with `package` in the place of the folder of the executable: for a package that brings
+    /// its plugins along and is loaded by another program.
+    pub fn in_package(given: &[PathBuf], package: &Path) -> Self {
+        let own = std::iter::once((package.to_path_buf(), Origin::Package));
+        Self::around(given.iter().map(|folder| (folder.clone(), Origin::Argument)), own)
+    }
+
+    /// The folders `given`, those of the environment, the program's `own`, and the user's.
+    fn around(given: impl Iterator<Item = (PathBuf, Origin)>, own: impl Iterator<Item = (PathBuf, Origin)>) -> Self {
+        let mut folders: Vec<_> = given.collect();
         if let Some(list) = std::env::var_os("PLIANT_PLUGIN_PATH") {
             let listed = std::env::split_paths(&list).filter(|f| !f.as_os_str().is_empty());
             folders.extend(listed.map(|f| (f, Origin::Environment)));
         }
-        if let Some(folder) = std::env::current_exe().ok().and_then(|exe| exe.parent().map(Path::to_path_buf)) {
-            folders.push((folder.join("deps"), Origin::Executable));
-            folders.push((folder, Origin::Executable));
-        }
+        folders.extend(own);
         if let Some(folder) = user_data_folder() {
             folders.push((folder.join("pliant").join("plugins"), Origin::User));
         }
@@ -134,7 +152,7 @@ impl SearchPath {
             for path in paths {
                 let file = path.file_name().and_then(|f| f.to_str()).unwrap_or_default();
                 let ours = file.starts_with(&format!("{DLL_PREFIX}pliant_"));
-                if !file.ends_with(DLL_SUFFIX) || (*origin == Origin::Executable && !ours) {
+                if !file.ends_with(DLL_SUFFIX) || (matches!(origin, Origin::Executable | Origin::Package) && !ours) {
                     continue;
                 }
                 let name = name_of(&path);
