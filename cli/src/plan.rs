@@ -4,43 +4,15 @@ use crate::args::{Cli, PlanArgs};
 use crate::outcome::{Failure, Outcome};
 use crate::output::{format_bytes, format_seconds, print, print_json};
 use crate::scene_session::{OpenedScene, open_scene};
-use pliant_engine::plan::LeftOut;
-use pliant_engine::session::{Choices, Loaded, Session, StepCost};
-use pliant_record::{BodySummary, summarize_bodies};
-use serde::Serialize;
+use pliant_engine::session::{Choices, Session};
+use pliant_record::PlanReport;
 use std::time::Instant;
-
-/// What a run of the scene will do.
-#[derive(Serialize)]
-struct PlanReport<'a> {
-    steps: u64,
-    /// s
-    dt: f64,
-    choices: &'a Choices,
-    loaded: &'a [Loaded],
-    left_out: &'a [LeftOut],
-    bodies: Vec<BodySummary>,
-    /// Bytes of the largest data structures, before a tool touches anything.
-    memory: usize,
-    open_seconds: f64,
-    step_cost: Vec<StepCost>,
-}
 
 /// Opens a scene and says what a run will do.
 pub fn plan(cli: &Cli, args: &PlanArgs) -> Result<Outcome, Failure> {
     let began = Instant::now();
     let OpenedScene { scene, session, .. } = open_scene(cli, &args.scene)?;
-    let report = PlanReport {
-        steps: scene.time.steps(),
-        dt: session.dt(),
-        choices: &session.choices,
-        loaded: &session.loaded,
-        left_out: &session.left_out,
-        bodies: summarize_bodies(&session),
-        memory: session.bytes(),
-        open_seconds: began.elapsed().as_secs_f64(),
-        step_cost: session.step_costs().to_vec(),
-    };
+    let report = PlanReport::new(&session, scene.time.steps(), began.elapsed());
     if cli.json {
         print_json(&report)?;
     } else {
@@ -50,8 +22,8 @@ pub fn plan(cli: &Cli, args: &PlanArgs) -> Result<Outcome, Failure> {
 }
 
 /// The plan as people read it.
-fn plan_text(report: &PlanReport<'_>, session: &Session) -> String {
-    let choices = report.choices;
+fn plan_text(report: &PlanReport, session: &Session) -> String {
+    let choices = &report.choices;
     let mut lines = vec![format!("{} steps of {}", report.steps, format_seconds(report.dt))];
     for body in &report.bodies {
         let (name, vertices, triangles, edge) = (&body.name, body.vertices, body.triangles, body.edge * 1e3);
@@ -74,11 +46,11 @@ fn plan_text(report: &PlanReport<'_>, session: &Session) -> String {
     }
     lines.push(format!("threads: {}; memory: {}", choices.threads, format_bytes(report.memory as u64)));
     lines.push("opened:".into());
-    for l in report.loaded {
+    for l in &report.loaded {
         lines.push(format!("  {} `{}` {} from {}", l.kind, l.id, l.version, l.path));
     }
     lines.push("left out:".into());
-    for l in report.left_out {
+    for l in &report.left_out {
         lines.push(format!("  {}: {}", l.what, l.why));
     }
     let told = session.events.told();

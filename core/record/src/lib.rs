@@ -43,19 +43,23 @@ mod atomic;
 mod force_plot;
 mod machine;
 mod model;
+mod plan_report;
 mod probe;
 mod recorder;
 mod recording;
+mod statistics;
 mod summary;
 mod trace;
 
 pub use atomic::{AtomicFile, remove_leftovers};
 pub use machine::Machine;
 pub use model::write_model;
+pub use plan_report::PlanReport;
 pub use probe::ProbeResult;
 pub use recorder::Recorder;
 pub use recording::{
     Digest, RecordedFile, RecordedStep, Recording, RecordingError, RecordingHeader, RecordingInputs, RecordingWriter,
     state_digest,
 };
+pub use statistics::RunStatistics;
 pub use summary::{BodySummary, CutSummary, Durations, Summary, summarize_bodies};

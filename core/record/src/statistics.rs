@@ -1,0 +1,151 @@
+//! Figures of a run, gathered step by step: probes, durations, extremes, and the summary they become.
+
+use crate::machine::Machine;
+use crate::probe::{ProbeReader, ProbeResult};
+use crate::summary::{CutSummary, Durations, Summary, summarize_bodies};
+use pliant_engine::scene::Source;
+use pliant_engine::session::{DeviceSlot, EventKind, Session};
+use pliant_live::{DeviceCounts, LiveSummary};
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Gathers the figures of a run.
+pub struct RunStatistics {
+    scene: PathBuf,
+    settings: toml::Table,
+    began: Instant,
+    open_seconds: f64,
+    probes: ProbeReader,
+    /// s, wall clock, of each step
+    seconds: Vec<f64>,
+    /// J, of each step in which the energy was positive and finite and no body was frozen
+    energies: Vec<f64>,
+    most_nodes: usize,
+    most_elements: usize,
+    contact_steps: u64,
+    largest_force: f64,
+    iterations: u64,
+    largest_residual: f64,
+}
+
+/// Number of steps over which the growth of energy is measured.
+const GROWTH_STEPS: usize = 100;
+
+impl RunStatistics {
+    /// Begins with a session that was opened from `source`. `began` is when opening the scene began.
+    pub fn new(source: &Source, session: &Session, began: Instant) -> Self {
+        Self {
+            scene: source.path.clone(),
+            settings: source.text.parse().unwrap_or_default(),
+            began,
+            open_seconds: began.elapsed().as_secs_f64(),
+            probes: ProbeReader::new(session),
+            seconds: Vec::new(),
+            energies: Vec::new(),
+            most_nodes: 0,
+            most_elements: 0,
+            contact_steps: 0,
+            largest_force: 0.0,
+            iterations: 0,
+            largest_residual: 0.0,
+        }
+    }
+
+    /// Takes in the step the session has just taken. `last`: no step comes after it. The surface is brought up to date where a probe or
+    /// the end of the run needs it, or `needs_surface` asks for it.
+    pub fn step(&mut self, session: &mut Session, last: bool, needs_surface: bool) {
+        let frame = session.frame();
+        self.seconds.push(frame.seconds);
+        let energy = frame.kinetic_energy + frame.elastic_energy;
+        if energy > 0.0 && energy.is_finite() && session.bodies.iter().all(|b| b.frozen.is_none()) {
+            self.energies.push(energy);
+        }
+        self.most_nodes = self.most_nodes.max(frame.nodes);
+        self.most_elements = self.most_elements.max(frame.elements);
+        self.contact_steps += u64::from(frame.tools.iter().any(|t| t.contact.is_some()));
+        self.iterations += frame.iterations as u64;
+        self.largest_residual = self.largest_residual.max(frame.residual);
+        for tool in &frame.tools {
+            self.largest_force = self.largest_force.max(tool.force.norm());
+        }
+        if needs_surface || last || self.probes.needs_surface(frame.time, last) {
+            session.update_surface();
+        }
+        self.probes.read(session, session.frame(), last);
+    }
+
+    /// Results of the probes so far, in the order of the scene.
+    pub fn probes(&self) -> Vec<ProbeResult> {
+        self.probes.results()
+    }
+
+    /// Factor by which the energy grew in a step, over the last [`GROWTH_STEPS`]; `None` unless an integrator was forced.
+    #[allow(
+        clippy::disallowed_methods,
+        reason = "a figure of the summary, which holds times and is not compared by bytes"
+    )]
+    fn growth(&self, session: &Session) -> Option<f64> {
+        if session.events.count(EventKind::Unstable) == 0 {
+            return None;
+        }
+        let span = GROWTH_STEPS.min(self.energies.len().checked_sub(1)?);
+        let last = self.energies.last()?;
+        (span > 0).then(|| (last / self.energies[self.energies.len() - 1 - span]).powf(1.0 / span as f64))
+    }
+
+    /// Everything the run came to. `live` has timing and force safety of a live session.
+    pub fn summary(&mut self, session: &Session, live: Option<LiveSummary>, interrupted: bool) -> Summary {
+        let mut devices = device_counters(session);
+        let mut live = live;
+        if let Some(live) = &mut live {
+            devices.append(&mut live.devices);
+        }
+        Summary {
+            devices,
+            program: format!("pliant {}", env!("CARGO_PKG_VERSION")),
+            scene: self.scene.clone(),
+            settings: self.settings.clone(),
+            interrupted,
+            simulated_seconds: session.time(),
+            wall_seconds: self.began.elapsed().as_secs_f64(),
+            open_seconds: self.open_seconds,
+            dt: session.dt(),
+            steps: session.steps(),
+            choices: session.choices.clone(),
+            step_seconds: Durations::of(&mut self.seconds),
+            cut: summarize_cuts(session),
+            live: live,
+            loaded: session.loaded.clone(),
+            left_out: session.left_out.clone(),
+            bodies: summarize_bodies(session),
+            most_nodes: self.most_nodes,
+            most_elements: self.most_elements,
+            contact_steps: self.contact_steps,
+            largest_force: self.largest_force,
+            iterations: self.iterations,
+            largest_residual: self.largest_residual,
+            growth: self.growth(session),
+            probes: self.probes.results(),
+            event_counts: session.events.counts().clone(),
+            events: session.events.told().iter().map(|(_, e)| e.clone()).collect(),
+            peak_memory: Machine::peak_memory(),
+            machine: Machine::current(),
+        }
+    }
+}
+
+/// Cuts of a session; `None` if no blade changed a mesh.
+fn summarize_cuts(session: &Session) -> Option<CutSummary> {
+    let cuts = session.cuts();
+    let seconds = Durations::of(&mut cuts.seconds.clone())?;
+    Some(CutSummary { advances: cuts.advances, area: cuts.area, length: cuts.length, seconds })
+}
+
+/// Counters of the devices of a session by their names, those without counters left out.
+fn device_counters(session: &Session) -> DeviceCounts {
+    let counters = |slot: &DeviceSlot| {
+        let counters = slot.counters();
+        (!counters.is_empty()).then(|| (slot.name.clone(), counters.into_iter().collect()))
+    };
+    session.devices.iter().filter_map(counters).collect()
+}
