@@ -1,0 +1,174 @@
+"""A session that goes on by the clock, for user interfaces."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _native
+from ._hand import ToolState, as_pose, tool_state
+
+
+@dataclass(frozen=True)
+class UsedPose:
+    """A pose of a hand, as a step used it.
+
+    Attributes
+    ----------
+    time : float
+        s, the end of the step.
+    tool : str
+        The tool it holds.
+    position : tuple of float
+        m, in the scene.
+    rotation : tuple of float
+        Quaternion (x, y, z, w).
+    buttons : int
+        Bit i is button i.
+    """
+
+    time: float
+    tool: str
+    position: tuple[float, float, float]
+    rotation: tuple[float, float, float, float]
+    buttons: int
+
+
+class Live:
+    """A session under way by the clock, on a native thread; :meth:`Session.play` makes one.
+
+    Steps are taken without the interpreter: a user interface sends hands somewhere, and sixty times a second copies the newest positions. Until
+    :meth:`stop`, the session itself is busy. As a context manager it is stopped at the end.
+    """
+
+    def __init__(self, live: _native.Live) -> None:
+        self._native = live
+
+    def go(self, tool: str, position: ArrayLike, rotation: Any = None, buttons: int | Iterable[int] = 0) -> None:
+        """Send the hand of a tool somewhere; it glides there until the next frame.
+
+        Parameters
+        ----------
+        tool : str
+            The tool.
+        position, rotation, buttons
+            As of :meth:`Hand.go`.
+        """
+        self._native.place_hand(tool, *as_pose(position, rotation, buttons))
+
+    def leave(self, tool: str) -> None:
+        """Take the hand of a tool away.
+
+        Parameters
+        ----------
+        tool : str
+            The tool.
+        """
+        self._native.place_hand(tool, None, (0.0, 0.0, 0.0, 1.0), 0)
+
+    def read(self, body: str, out: NDArray[np.float32], matrix: ArrayLike | None = None) -> int:
+        """Copy the newest positions of a body.
+
+        Parameters
+        ----------
+        body : str
+            A body that moves.
+        out : ndarray
+            m (n x 3), float32 and contiguous; gets as many positions as it has rows.
+        matrix : array_like, optional
+            An affine map (3 x 4 or 4 x 4) of positions, such as into the axes of an object.
+
+        Returns
+        -------
+        int
+            Number of the view that was copied; 0 if there is none yet, and `out` stays as it is.
+        """
+        rows = None if matrix is None else np.asarray(matrix, dtype=np.float32)[:3].tolist()
+        return self._native.read(body, out, rows)
+
+    def tool(self, tool: str) -> ToolState:
+        """Read a tool as it was in the newest view.
+
+        Parameters
+        ----------
+        tool : str
+            The tool.
+
+        Returns
+        -------
+        ToolState
+        """
+        return tool_state(self._native.tool(tool))
+
+    def triangle_count(self, body: str) -> int:
+        """Count the triangles of a body in the newest view; another number than before says that it was cut.
+
+        Parameters
+        ----------
+        body : str
+            A body that moves.
+
+        Returns
+        -------
+        int
+        """
+        return self._native.triangle_count(body)
+
+    def wait(self, seen: int = 0, seconds: float = 1.0) -> int:
+        """Wait for a view.
+
+        Parameters
+        ----------
+        seen : int
+            Number of the view that is known.
+        seconds : float
+            s, how long to wait at most.
+
+        Returns
+        -------
+        int
+            Number of the newest view; `seen` if no newer one came.
+        """
+        return self._native.wait(seen, seconds)
+
+    @property
+    def time(self) -> float:
+        """s, simulated time of the newest view."""
+        return self._native.state()[1]
+
+    @property
+    def lost_time(self) -> float:
+        """s, simulated time that was given up because steps take longer than the time they simulate."""
+        return self._native.state()[2]
+
+    @property
+    def is_alive(self) -> bool:
+        """Whether it goes on; a fault of the program ends it."""
+        return self._native.state()[3]
+
+    def stop(self) -> list[UsedPose]:
+        """Stop; the session goes on step by step.
+
+        Returns
+        -------
+        list of UsedPose
+            Where hands were in every step since it began, for making the same again.
+        """
+        return [UsedPose(*row) for row in self._native.stop()]
+
+    def __enter__(self) -> Live:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.stop()
+
+
+for _public in (UsedPose, Live):
+    _public.__module__ = "pliant"

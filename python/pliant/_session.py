@@ -1,0 +1,425 @@
+"""A scene, opened and stepped by the caller."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _native
+from ._error import PliantError
+from ._hand import Hand, ToolState, tool_state
+from ._live import Live
+from ._positions import Positions
+from ._result import Mesh
+from ._scene import Scene, as_scene
+from .catalogue import open_options
+
+Snapshot = _native.Snapshot
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Figures of a step.
+
+    Attributes
+    ----------
+    time : float
+        s, simulated.
+    nodes, elements : int
+        Nodes and elements that were active.
+    kinetic_energy, elastic_energy : float
+        J; 0 where neither the output nor a probe asks for them.
+    substeps, iterations : int
+        Substeps of each body, and iterations of all solves.
+    residual : float
+        The largest final relative residual.
+    seconds : float
+        s, wall clock, of the step.
+    """
+
+    time: float
+    nodes: int
+    elements: int
+    kinetic_energy: float
+    elastic_energy: float
+    substeps: int
+    iterations: int
+    residual: float
+    seconds: float
+
+
+class Session:
+    """A scene, opened: bodies, tools and plugins, stepped by the caller.
+
+    A session is used by one thread at a time; another one that tries gets a :class:`PliantError` of kind ``"busy"``. The interpreter's lock is
+    released while steps are taken, so sessions on different threads run at once. As a context manager it is closed at the end.
+
+    Parameters
+    ----------
+    scene : Scene, path or mapping
+        What there is.
+    set : mapping, optional
+        Values by their path in the scene, such as ``{"body.0.material.params.young": "40 kPa"}``.
+    mesh : path, optional
+        Another model in the place of the first body's, scaled to fit.
+    threads : int
+        Threads for its steps; 0 takes what the machine has. Results are the same bytes for any number.
+    history : bool
+        Whether edits can be taken back with :meth:`undo`.
+    plugin_path : iterable of path
+        Folders that are searched for plugins first.
+
+    Examples
+    --------
+    >>> with pliant.Session("scenes/touch.toml") as session:  # doctest: +SKIP
+    ...     session.step(300)
+    ...     print(session.force("finger"), session.positions("elephant").shape)
+    """
+
+    def __init__(
+        self,
+        scene: Scene | str | os.PathLike[str] | Mapping[str, Any],
+        *,
+        set: Mapping[str, Any] | None = None,
+        mesh: str | os.PathLike[str] | None = None,
+        threads: int = 0,
+        history: bool = True,
+        plugin_path: Iterable[str | os.PathLike[str]] = (),
+    ) -> None:
+        scene = as_scene(scene)
+        options = open_options(
+            threads=threads, plugin_path=plugin_path, mesh=mesh, hands=scene._driven, history=history
+        )
+        self._native = _native.Session(scene._given(set or {}), options)
+
+    def step(self, count: int = 1) -> None:
+        """Take steps. Ctrl-C stops between two of them.
+
+        Parameters
+        ----------
+        count : int
+            How many.
+        """
+        if count < 0:
+            raise PliantError(f"step({count}); allowed is 0 or more")
+        self._native.step(count)
+
+    def play(self) -> Live:
+        """Go on by the clock, on a native thread, until the result is stopped; until then the session itself is busy.
+
+        Returns
+        -------
+        Live
+        """
+        return Live(self._native.play())
+
+    def close(self) -> None:
+        """End the session. Arrays made of its positions stay as they are."""
+        self._native.close()
+
+    def __enter__(self) -> Session:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    @property
+    def time(self) -> float:
+        """s, simulated time."""
+        return self._native.time
+
+    @property
+    def dt(self) -> float:
+        """s, one step."""
+        return self._native.dt
+
+    @property
+    def steps(self) -> int:
+        """Steps taken."""
+        return self._native.steps
+
+    @property
+    def planned_steps(self) -> int:
+        """Steps of the scene's duration; a session may take more."""
+        return self._native.planned_steps
+
+    @property
+    def bodies(self) -> list[str]:
+        """Names of the bodies, those that move first."""
+        return self._native.bodies
+
+    @property
+    def tools(self) -> list[str]:
+        """Names of the tools in use."""
+        return self._native.tools
+
+    @property
+    def frame(self) -> Frame:
+        """Figures of the last step."""
+        return Frame(**self._native.frame())
+
+    def positions(self, body: str | None = None) -> Positions:
+        """See where the vertices of a body are.
+
+        Parameters
+        ----------
+        body : str, optional
+            Its name; the first body by default.
+
+        Returns
+        -------
+        Positions
+            A read-only view (n x 3), m, without a copy, valid until the next step.
+        """
+        return Positions(self._native, self._body(body))
+
+    def rest_positions(self, body: str | None = None) -> NDArray[np.float64]:
+        """Copy where the vertices of a body are in the shape it was handed in.
+
+        Parameters
+        ----------
+        body : str, optional
+            Its name; the first body by default.
+
+        Returns
+        -------
+        ndarray
+            m (n x 3).
+        """
+        return self._native.rest_positions(self._body(body))
+
+    def triangles(self, body: str | None = None) -> NDArray[np.uint32]:
+        """Copy the triangles of a body; a cut changes them.
+
+        Parameters
+        ----------
+        body : str, optional
+            Its name; the first body by default.
+
+        Returns
+        -------
+        ndarray
+            Vertices (m x 3), counter-clockwise seen from outside.
+        """
+        return self._native.triangles(self._body(body))
+
+    def mesh(self, body: str | None = None) -> Mesh:
+        """Copy the mesh of a body as it is now.
+
+        Parameters
+        ----------
+        body : str, optional
+            Its name; the first body by default.
+
+        Returns
+        -------
+        Mesh
+        """
+        name = self._body(body)
+        return Mesh(self._native.positions(name).copy(), self._native.triangles(name), self._native.face_of(name))
+
+    def nodes(self, body: str | None = None) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Copy the simulated nodes of a body.
+
+        Parameters
+        ----------
+        body : str, optional
+            Its name; the first body by default.
+
+        Returns
+        -------
+        places : ndarray
+            m (k x 3).
+        velocities : ndarray
+            m/s (k x 3).
+        masses : ndarray
+            kg (k).
+        """
+        return self._native.nodes(self._body(body))
+
+    def write(self, path: str | os.PathLike[str], body: str | None = None) -> None:
+        """Write the model of a body as an OBJ file: moved vertices change, all else stays byte for byte.
+
+        Parameters
+        ----------
+        path : path
+            The file.
+        body : str, optional
+            Its name; the first body by default.
+        """
+        self._native.write(self._body(body), os.fspath(path))
+
+    def tool(self, tool: str | None = None) -> ToolState:
+        """Read a tool at the end of the last step.
+
+        Parameters
+        ----------
+        tool : str, optional
+            Its name; the first tool by default.
+
+        Returns
+        -------
+        ToolState
+        """
+        return tool_state(self._native.tool(self._tool(tool)))
+
+    def force(self, tool: str | None = None) -> NDArray[np.float64]:
+        """Read the force on a hand.
+
+        Parameters
+        ----------
+        tool : str, optional
+            Name of its tool; the first tool by default.
+
+        Returns
+        -------
+        ndarray
+            N (3), in the scene.
+        """
+        return np.array(self._native.tool(self._tool(tool))["force"])
+
+    def hand(self, tool: str | None = None) -> Hand:
+        """Take hold of the hand of a tool; from its first :meth:`Hand.go` on, its device no longer moves it.
+
+        Parameters
+        ----------
+        tool : str, optional
+            Name of the tool; the first tool by default.
+
+        Returns
+        -------
+        Hand
+        """
+        return Hand(self._native, self._tool(tool))
+
+    def cut(self, path: ArrayLike, *, tool: str | None = None, rotation: Any = None, button: int = 0) -> int:
+        """Move the hand of a knife along a path, with a button pressed, and take it away.
+
+        Parameters
+        ----------
+        path : array_like
+            m (k x 3), places of the blade's tip, one for each step.
+        tool : str, optional
+            The tool with the blade; the first tool by default.
+        rotation : array_like or Rotation, optional
+            How the hand is turned, see :meth:`Hand.go`.
+        button : int
+            The button that is pressed.
+
+        Returns
+        -------
+        int
+            Edits that can be taken back now, more than before if something was cut.
+        """
+        places = np.asarray(path, dtype=np.float64)
+        if places.ndim != 2 or places.shape[1] != 3:
+            raise PliantError(f"path has the shape {places.shape}; allowed is (k x 3)")
+        hand = self.hand(tool)
+        for place in places:
+            hand.go(place, rotation, [button])
+            self.step()
+        hand.go(places[-1], rotation)
+        self.step()
+        hand.leave()
+        return self.history[0]
+
+    def undo(self) -> bool:
+        """Take back the last cut, or the last edit whose shape was kept.
+
+        Returns
+        -------
+        bool
+            Whether there was one.
+        """
+        return self._native.undo()
+
+    def redo(self) -> bool:
+        """Make again what was taken back last.
+
+        Returns
+        -------
+        bool
+            Whether there was anything.
+        """
+        return self._native.redo()
+
+    @property
+    def history(self) -> tuple[int, int]:
+        """Edits that can be taken back, and that can be made again."""
+        return self._native.history
+
+    def snapshot(self) -> Snapshot:
+        """Keep all bodies as they are now, with their motion and the time.
+
+        Returns
+        -------
+        Snapshot
+            For :meth:`restore`. What tools hold is not in it.
+        """
+        return self._native.snapshot()
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Go back to a snapshot of this session. Tools let go, and edits before can no longer be taken back.
+
+        Parameters
+        ----------
+        snapshot : Snapshot
+            What :meth:`snapshot` gave.
+        """
+        self._native.restore(snapshot)
+
+    def plan(self) -> dict[str, Any]:
+        """Say what a run will do: integrator and why, step limits, plugins, what is left out and why, costs.
+
+        Returns
+        -------
+        dict
+            What ``pliant plan --json`` prints.
+        """
+        plan: dict[str, Any] = json.loads(self._native.plan())
+        return plan
+
+    def events(self) -> dict[str, Any]:
+        """Tell what happened besides what was asked for.
+
+        Returns
+        -------
+        dict
+            ``counts`` by kind, and ``told``: the first of each kind with kind, time and text.
+        """
+        events: dict[str, Any] = json.loads(self._native.events())
+        return events
+
+    def _body(self, body: str | None) -> str:
+        if body is not None:
+            return body
+        bodies = self.bodies
+        if not bodies:
+            raise PliantError("the scene has no body")
+        return bodies[0]
+
+    def _tool(self, tool: str | None) -> str:
+        if tool is not None:
+            return tool
+        tools = self.tools
+        if not tools:
+            raise PliantError("no edit of the scene uses a tool")
+        return tools[0]
+
+    def __repr__(self) -> str:
+        if self._native.closed:
+            return "<session, closed>"
+        return f"<session of {', '.join(self.bodies)} at {self.time:.4g} s>"
+
+
+for _public in (Frame, Session):
+    _public.__module__ = "pliant"

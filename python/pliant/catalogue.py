@@ -1,0 +1,273 @@
+"""What there is to choose from: plugins, materials, fabrics, edit kinds, quantities."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from . import _native
+from ._error import PliantError
+
+_PLUGINS = Path(__file__).resolve().parent / "plugins"
+
+
+@dataclass(frozen=True)
+class Param:
+    """A parameter of a plugin.
+
+    Attributes
+    ----------
+    key : str
+        Its name in scenes.
+    type : str
+        ``"number"``, ``"choice"``, ``"text"``, ``"path"`` or ``"table"``.
+    unit : str
+        SI unit of a number, ``"1"`` without one.
+    summary : str
+        What it is.
+    default : float or str or None
+        Its value where a scene gives none.
+    range : tuple of float or None
+        Least and greatest value of a number.
+    choices : tuple of str
+        Of a choice.
+    sources : dict
+        Where the values behind a choice come from, by choice.
+    columns : tuple of str
+        Of a table.
+    """
+
+    key: str
+    type: str
+    unit: str
+    summary: str
+    default: float | str | None = None
+    range: tuple[float, float] | None = None
+    choices: tuple[str, ...] = ()
+    sources: dict[str, str] = field(default_factory=dict)
+    columns: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Plugin:
+    """A plugin that was found.
+
+    Attributes
+    ----------
+    kind : str
+        ``"material"``, ``"grid"`` or ``"device"``; ``"unusable"`` for a library that cannot be opened.
+    id : str
+        What scenes call it.
+    name : str
+        For people.
+    version : str
+        Its version.
+    summary : str
+        What it is, or why it is unusable.
+    path : str
+        Its file.
+    params : tuple of Param
+        What it takes.
+    """
+
+    kind: str
+    id: str
+    name: str
+    version: str
+    summary: str
+    path: str
+    params: tuple[Param, ...] = ()
+
+    def param(self, key: str) -> Param:
+        """Find a parameter.
+
+        Parameters
+        ----------
+        key : str
+            Its name in scenes.
+
+        Returns
+        -------
+        Param
+        """
+        for param in self.params:
+            if param.key == key:
+                return param
+        known = ", ".join(param.key for param in self.params) or "none"
+        raise PliantError(f"{self.kind} `{self.id}`: no parameter `{key}`; allowed is {known}")
+
+
+def plugins(kind: str | None = None, *, plugin_path: Iterable[str | os.PathLike[str]] = ()) -> list[Plugin]:
+    """List the plugins there are.
+
+    Parameters
+    ----------
+    kind : str, optional
+        ``"material"``, ``"grid"`` or ``"device"``: only these.
+    plugin_path : iterable of path
+        Folders that are searched first.
+
+    Returns
+    -------
+    list of Plugin
+        Sorted by kind and id.
+    """
+    rows = json.loads(_native.plugins(open_options(plugin_path=plugin_path)))
+    found = [_plugin(row) for row in rows]
+    return sorted((p for p in found if kind in (None, p.kind)), key=lambda p: (p.kind, p.id))
+
+
+def edit_kinds() -> dict[str, str]:
+    """List what can be done with a tool.
+
+    Returns
+    -------
+    dict
+        A sentence by the name of each edit kind.
+    """
+    return dict(_native.edit_kinds())
+
+
+def quantities() -> dict[str, str]:
+    """List what a probe can measure.
+
+    Returns
+    -------
+    dict
+        A sentence with the unit by the name of each quantity.
+    """
+    return dict(_native.quantities())
+
+
+class Material:
+    """What a body is made of: a material plugin and values of its parameters.
+
+    Parameters
+    ----------
+    plugin : str
+        One of ``plugins("material")``.
+    **params
+        Its parameters, with ``_`` for ``-``: numbers in SI units, or texts with a unit such as ``"20 kPa"``.
+
+    Examples
+    --------
+    >>> import pliant
+    >>> pliant.Material("neo-hookean", young="20 kPa", density=1000).to_dict()
+    {'plugin': 'neo-hookean', 'params': {'young': '20 kPa', 'density': 1000}}
+    """
+
+    def __init__(self, plugin: str, **params: Any) -> None:
+        self.plugin = plugin
+        self.params = {key.replace("_", "-"): value for key, value in params.items()}
+
+    @staticmethod
+    def list() -> list[Plugin]:
+        """List the material plugins.
+
+        Returns
+        -------
+        list of Plugin
+        """
+        return plugins("material")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give it as a scene writes it.
+
+        Returns
+        -------
+        dict
+        """
+        return {"plugin": self.plugin, "params": dict(self.params)}
+
+    def __repr__(self) -> str:
+        params = "".join(f", {key}={value!r}" for key, value in self.params.items())
+        return f"Material({self.plugin!r}{params})"
+
+
+class Fabric(Material):
+    """A measured fabric, for a body that is a sheet.
+
+    Parameters
+    ----------
+    name : str
+        One of :meth:`presets`.
+    plugin : str
+        The material plugin that knows it.
+    **params
+        Other parameters of that plugin.
+    """
+
+    def __init__(self, name: str, *, plugin: str = "cloth", **params: Any) -> None:
+        super().__init__(plugin, fabric=name, **params)
+
+    @staticmethod
+    def presets(plugin: str = "cloth") -> dict[str, str]:
+        """List the fabrics.
+
+        Parameters
+        ----------
+        plugin : str
+            The material plugin that knows them.
+
+        Returns
+        -------
+        dict
+            Where its numbers come from, by the name of each fabric.
+        """
+        for found in plugins("material"):
+            if found.id == plugin:
+                param = found.param("fabric")
+                return {choice: param.sources.get(choice, "") for choice in param.choices}
+        raise PliantError(f"no material `{plugin}`; allowed is one of pliant.plugins('material')")
+
+
+def open_options(
+    *,
+    threads: int = 0,
+    plugin_path: Iterable[str | os.PathLike[str]] = (),
+    mesh: str | os.PathLike[str] | None = None,
+    hands: Iterable[str] = (),
+    history: bool = False,
+) -> dict[str, Any]:
+    """How a session is opened, as the native half takes it."""
+    if threads < 0:
+        raise PliantError(f"threads is {threads}; allowed is 0 for what the machine has, or more")
+    return {
+        "threads": threads,
+        "plugin_path": [Path(folder) for folder in plugin_path],
+        "package_plugins": _PLUGINS,
+        "mesh": None if mesh is None else Path(mesh),
+        "hands": list(hands),
+        "history": history,
+    }
+
+
+def _plugin(row: dict[str, Any]) -> Plugin:
+    path = row["path"]
+    if "error" in row:
+        return Plugin("unusable", Path(path).stem, Path(path).name, "-", row["error"], path)
+    params = tuple(_param(param) for param in row["params"])
+    return Plugin(row["kind"], row["id"], row["name"], row["version"], row["summary"], path, params)
+
+
+def _param(row: dict[str, Any]) -> Param:
+    limits = (row["min"], row["max"]) if row["type"] == "number" else None
+    return Param(
+        key=row["key"],
+        type=row["type"],
+        unit=row["unit"],
+        summary=row["summary"],
+        default=row.get("default"),
+        range=limits,
+        choices=tuple(row.get("choices", ())),
+        sources=row.get("sources", {}),
+        columns=tuple(row.get("columns", ())),
+    )
+
+
+for _public in (Param, Plugin, Material, Fabric, plugins, edit_kinds, quantities):
+    _public.__module__ = "pliant"

@@ -1,0 +1,36 @@
+//! The native half of the Python package `pliant`.
+//!
+//! It hands texts, arrays and numbers over and nothing else: what a scene may say, what a step does and what an error says is the
+//! engine's, and what users call is written in Python in `pliant/`.
+
+mod arrays;
+mod convert;
+mod failure;
+mod lease;
+mod live;
+mod live_object;
+mod model;
+mod open;
+mod plugins;
+mod run;
+mod session;
+mod states;
+mod trace;
+
+#[pyo3::pymodule]
+mod _native {
+    #[pymodule_export]
+    use super::convert::{obj_text, to_toml};
+    #[pymodule_export]
+    use super::failure::raise_panic;
+    #[pymodule_export]
+    use super::live_object::Live;
+    #[pymodule_export]
+    use super::open::check;
+    #[pymodule_export]
+    use super::plugins::{edit_kinds, plugins, quantities};
+    #[pymodule_export]
+    use super::run::run;
+    #[pymodule_export]
+    use super::session::{Session, Snapshot};
+}

@@ -1,0 +1,441 @@
+//! A session that Python steps.
+
+use super::arrays::{copy_rows, copy_vectors};
+use super::failure::{Failure, Kind, contained};
+use super::lease::{Lent, lend, take_back};
+use super::live::LiveThread;
+use super::live_object::Live;
+use super::model::{Found, names};
+use super::open::{OpenOptions, Opened, SceneText, open};
+use super::states::{frame_dict, hand_pose, tool_dict};
+use numpy::{PyArray1, PyArray2};
+use pliant_engine::session::{Session as EngineSession, Snapshot as EngineSnapshot};
+use pliant_record::{PlanReport, write_model};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use serde_json::json;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard, TryLockError};
+use std::time::{Duration, Instant};
+
+/// How long steps are taken before Python is asked whether the user wants to stop.
+const SIGNAL_PERIOD: Duration = Duration::from_millis(20);
+
+/// An open session and what Python has of it.
+pub struct Open {
+    pub(super) opened: Opened,
+    opening: Duration,
+    lent: Vec<Lent>,
+    /// Counts changes of positions.
+    version: u64,
+    /// Version whose surface is up to date.
+    embedded: u64,
+}
+
+impl Open {
+    /// A session that was opened in the time `opening`.
+    pub fn new(opened: Opened, opening: Duration) -> Self {
+        Self { opened, opening, lent: Vec::new(), version: 0, embedded: 0 }
+    }
+
+    /// Before positions change.
+    pub fn invalidate(&mut self, py: Python<'_>) {
+        self.take_back(py);
+        self.version += 1;
+    }
+
+    fn take_back(&mut self, py: Python<'_>) {
+        let Self { opened, lent, .. } = self;
+        take_back(py, lent, &mut opened.session.bodies);
+    }
+
+    /// The index of a tool in use.
+    fn tool(&self, name: &str) -> Result<usize, Failure> {
+        let tools = &self.opened.session.tools;
+        tools.iter().position(|slot| slot.tool.name == name).ok_or_else(|| {
+            let known: Vec<String> = tools.iter().map(|slot| format!("`{}`", slot.tool.name)).collect();
+            let known = if known.is_empty() { "nothing: no edit uses a tool".into() } else { known.join(", ") };
+            Failure::argument(format!("no tool `{name}` in use; allowed is {known}"))
+        })
+    }
+
+    /// Brings every surface up to date, once for each step.
+    fn embed(&mut self, py: Python<'_>) -> Result<(), Failure> {
+        if self.embedded == self.version {
+            return Ok(());
+        }
+        let session = &mut self.opened.session;
+        let update = || {
+            session.update_surface();
+            Ok(())
+        };
+        py.detach(|| contained(update))?;
+        self.embedded = self.version;
+        Ok(())
+    }
+}
+
+impl Drop for Open {
+    fn drop(&mut self) {
+        Python::attach(|py| self.take_back(py));
+    }
+}
+
+/// All bodies of a session at one moment.
+#[pyclass(frozen, module = "pliant._native")]
+pub struct Snapshot {
+    snapshot: EngineSnapshot,
+    /// Of the session it was taken from.
+    session: u64,
+}
+
+/// An opened scene; used by one thread at a time.
+#[pyclass(frozen, weakref, module = "pliant._native")]
+pub struct Session {
+    open: Mutex<Option<Open>>,
+    /// Whether it goes on by the clock, elsewhere.
+    is_live: AtomicBool,
+    /// Distinguishes sessions of a process.
+    number: u64,
+    process: u32,
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        // After a fork the threads of the session are the parent's: it cannot be ended here.
+        if self.process != std::process::id() {
+            let open = self.open.get_mut().unwrap_or_else(std::sync::PoisonError::into_inner);
+            std::mem::forget(open.take());
+        }
+    }
+}
+
+/// A session for a time in which no other thread uses it.
+struct Access<'a>(MutexGuard<'a, Option<Open>>);
+
+impl Access<'_> {
+    fn open(&mut self) -> Result<&mut Open, Failure> {
+        self.0
+            .as_mut()
+            .ok_or_else(|| Failure::new(Kind::Closed, "the session is closed; allowed is nothing but opening it anew"))
+    }
+}
+
+impl Session {
+    /// The Python object of an open session.
+    pub fn of(open: Open) -> Self {
+        static NUMBER: AtomicU64 = AtomicU64::new(0);
+        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+        let (open, is_live) = (Mutex::new(Some(open)), AtomicBool::new(false));
+        Self { open, is_live, number, process: std::process::id() }
+    }
+
+    /// Takes the session back from a thread; `None` if it ended with a fault.
+    pub fn end_live(&self, open: Option<Open>) {
+        *self.open.lock().unwrap_or_else(std::sync::PoisonError::into_inner) = open;
+        self.is_live.store(false, Ordering::Relaxed);
+    }
+
+    fn access(&self) -> Result<Access<'_>, Failure> {
+        if self.process != std::process::id() {
+            let text =
+                format!("the session was opened by process {}; allowed is that one, not a fork of it", self.process);
+            return Err(Failure::new(Kind::Closed, text));
+        }
+        if self.is_live.load(Ordering::Relaxed) {
+            let text = "the session goes on by the clock; allowed is to stop that first, or what its `Live` offers";
+            return Err(Failure::new(Kind::Busy, text));
+        }
+        match self.open.try_lock() {
+            Ok(open) => Ok(Access(open)),
+            Err(TryLockError::WouldBlock) => {
+                let text = "another thread is using the session; allowed is one at a time";
+                Err(Failure::new(Kind::Busy, text))
+            }
+            Err(TryLockError::Poisoned(_)) => {
+                Err(Failure::new(Kind::Closed, "the session ended with a fault of the program"))
+            }
+        }
+    }
+
+    /// Reads something of the session.
+    fn read<R>(&self, read: impl FnOnce(&mut Open) -> Result<R, Failure>) -> PyResult<R> {
+        let mut access = self.access()?;
+        let open = access.open()?;
+        Ok(contained(|| read(open))?)
+    }
+
+    /// Changes positions, without the interpreter's lock; after a fault the session is closed.
+    fn change<R: Send>(
+        &self,
+        py: Python<'_>,
+        change: impl FnOnce(&mut EngineSession) -> Result<R, Failure> + Send,
+    ) -> PyResult<R> {
+        let mut access = self.access()?;
+        let open = access.open()?;
+        open.invalidate(py);
+        let session = &mut open.opened.session;
+        let done = py.detach(|| contained(|| change(session)));
+        if done.as_ref().is_err_and(Failure::is_panic) {
+            *access.0 = None;
+        }
+        Ok(done?)
+    }
+}
+
+#[pymethods]
+impl Session {
+    #[new]
+    fn new(py: Python<'_>, scene: SceneText, options: OpenOptions) -> PyResult<Self> {
+        let began = Instant::now();
+        let opened = py.detach(|| contained(|| open(scene, &options)))?;
+        Ok(Self::of(Open::new(opened, began.elapsed())))
+    }
+
+    /// Takes `count` steps. Ctrl-C is noticed between steps.
+    fn step(&self, py: Python<'_>, count: u64) -> PyResult<()> {
+        let mut left = count;
+        while left > 0 {
+            let taken = self.change(py, |session| {
+                let (began, mut taken) = (Instant::now(), 0);
+                while taken < left && (taken == 0 || began.elapsed() < SIGNAL_PERIOD) {
+                    session.step();
+                    taken += 1;
+                }
+                Ok(taken)
+            })?;
+            left -= taken;
+            py.check_signals()?;
+        }
+        Ok(())
+    }
+
+    /// Goes on by the clock on a thread of its own until the result is stopped.
+    fn play(this: &Bound<'_, Self>) -> PyResult<Live> {
+        let session = this.get();
+        let mut access = session.access()?;
+        access.open()?.invalidate(this.py());
+        let Some(open) = access.0.take() else { return Err(access.open().err().expect("it is closed").into()) };
+        let bodies = open.opened.session.bodies.iter().map(|body| body.name.clone()).collect();
+        let tools = open.opened.session.tools.iter().map(|slot| slot.tool.name.clone()).collect();
+        match LiveThread::start(open) {
+            Ok(thread) => {
+                session.is_live.store(true, Ordering::Relaxed);
+                Ok(Live::of(thread, this.clone().unbind(), bodies, tools))
+            }
+            Err((open, failure)) => {
+                *access.0 = Some(*open);
+                Err(failure.into())
+            }
+        }
+    }
+
+    /// Ends the session; arrays of its positions stay as they are.
+    fn close(&self) -> PyResult<()> {
+        if self.process == std::process::id() {
+            *self.access()?.0 = None;
+        }
+        Ok(())
+    }
+
+    /// Whether it is closed.
+    #[getter]
+    fn closed(&self) -> bool {
+        self.open.try_lock().is_ok_and(|open| open.is_none())
+    }
+
+    /// Counts changes of positions.
+    #[getter]
+    fn version(&self) -> PyResult<u64> {
+        self.read(|open| Ok(open.version))
+    }
+
+    /// s, simulated time
+    #[getter]
+    fn time(&self) -> PyResult<f64> {
+        self.read(|open| Ok(open.opened.session.time()))
+    }
+
+    /// s, one step
+    #[getter]
+    fn dt(&self) -> PyResult<f64> {
+        self.read(|open| Ok(open.opened.session.dt()))
+    }
+
+    /// Steps taken.
+    #[getter]
+    fn steps(&self) -> PyResult<u64> {
+        self.read(|open| Ok(open.opened.session.steps()))
+    }
+
+    /// Steps of the scene's duration.
+    #[getter]
+    fn planned_steps(&self) -> PyResult<u64> {
+        self.read(|open| Ok(open.opened.scene.time.steps()))
+    }
+
+    /// Names of the bodies, those that move first.
+    #[getter]
+    fn bodies(&self) -> PyResult<Vec<String>> {
+        self.read(|open| Ok(names(&open.opened.session).map(str::to_owned).collect()))
+    }
+
+    /// Names of the tools in use.
+    #[getter]
+    fn tools(&self) -> PyResult<Vec<String>> {
+        self.read(|open| Ok(open.opened.session.tools.iter().map(|slot| slot.tool.name.clone()).collect()))
+    }
+
+    /// m (n x 3), an array that shows the positions of a body without a copy
+    fn positions<'py>(&self, py: Python<'py>, body: &str) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let mut access = self.access()?;
+        let open = access.open()?;
+        open.embed(py)?;
+        match Found::named(&open.opened.session, body)? {
+            Found::Moving(index, moving) => {
+                let (array, lent) = lend(py, &moving.skin.x, index)?;
+                open.lent.push(lent);
+                Ok(array)
+            }
+            standing @ Found::Standing(_) => Ok(copy_vectors(py, standing.positions())),
+        }
+    }
+
+    /// m (n x 3), a copy of where the vertices of a body are when it is at rest
+    fn rest_positions<'py>(&self, py: Python<'py>, body: &str) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        self.read(|open| {
+            let found = Found::named(&open.opened.session, body)?;
+            Ok(copy_vectors(py, &found.model().surface.points))
+        })
+    }
+
+    /// Vertices of the triangles of a body (m x 3)
+    fn triangles<'py>(&self, py: Python<'py>, body: &str) -> PyResult<Bound<'py, PyArray2<u32>>> {
+        self.read(|open| {
+            let found = Found::named(&open.opened.session, body)?;
+            let triangles = &found.model().surface.triangles;
+            Ok(copy_rows(py, found.triangles().map(|t| triangles[t as usize]), triangles.len()))
+        })
+    }
+
+    /// Face of the model that each triangle is a part of (m); the number of faces for a triangle of a cut's inside
+    fn face_of<'py>(&self, py: Python<'py>, body: &str) -> PyResult<Bound<'py, PyArray1<u32>>> {
+        self.read(|open| {
+            let found = Found::named(&open.opened.session, body)?;
+            let face_of = &found.model().surface.face_of;
+            Ok(PyArray1::from_vec(py, found.triangles().map(|t| face_of[t as usize]).collect()))
+        })
+    }
+
+    /// m (n x 3), m/s (n x 3) and kg (n): copies of places, velocities and masses of a body's simulated nodes
+    #[allow(clippy::type_complexity, reason = "three arrays")]
+    fn nodes<'py>(
+        &self,
+        py: Python<'py>,
+        body: &str,
+    ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>)> {
+        self.read(|open| {
+            let Found::Moving(_, body) = Found::named(&open.opened.session, body)? else {
+                return Ok((copy_vectors(py, &[]), copy_vectors(py, &[]), PyArray1::from_vec(py, Vec::new())));
+            };
+            let nodes = &body.system.nodes;
+            let mass = PyArray1::from_slice(py, &nodes.mass);
+            Ok((copy_vectors(py, &nodes.x), copy_vectors(py, &nodes.v), mass))
+        })
+    }
+
+    /// The end of the last step as a dict of numbers.
+    fn frame<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let mut access = self.access()?;
+        frame_dict(py, access.open()?.opened.session.frame())
+    }
+
+    /// The tool at the end of the last step as a dict: places and forces as tuples.
+    fn tool<'py>(&self, py: Python<'py>, tool: &str) -> PyResult<Bound<'py, PyDict>> {
+        let mut access = self.access()?;
+        let open = access.open()?;
+        let index = open.tool(tool)?;
+        let felt = open.opened.session.frame().tools.get(index).copied().unwrap_or_default();
+        let bodies: Vec<String> = open.opened.session.bodies.iter().map(|body| body.name.clone()).collect();
+        tool_dict(py, &felt, &bodies)
+    }
+
+    /// Puts the hand of a tool somewhere, or takes it away: place (m) and turn (x, y, z, w) in the scene, buttons as bits.
+    #[pyo3(signature = (tool, position, rotation, buttons))]
+    fn place_hand(&self, tool: &str, position: Option<[f64; 3]>, rotation: [f64; 4], buttons: u32) -> PyResult<()> {
+        self.read(|open| {
+            let index = open.tool(tool)?;
+            let pose = position.map(|position| hand_pose(position, rotation, buttons)).transpose()?;
+            open.opened.session.place_hand(index, pose);
+            Ok(())
+        })
+    }
+
+    /// Takes back the last edit that can be; gives whether there was one.
+    fn undo(&self, py: Python<'_>) -> PyResult<bool> {
+        self.change(py, |session| Ok(session.undo()))
+    }
+
+    /// Makes again what was taken back last; gives whether there was anything.
+    fn redo(&self, py: Python<'_>) -> PyResult<bool> {
+        self.change(py, |session| Ok(session.redo()))
+    }
+
+    /// Edits that can be taken back, and made again.
+    #[getter]
+    fn history(&self) -> PyResult<(usize, usize)> {
+        self.read(|open| Ok(open.opened.session.history()))
+    }
+
+    /// All bodies as they are now.
+    fn snapshot(&self) -> PyResult<Snapshot> {
+        self.read(|open| Ok(Snapshot { snapshot: open.opened.session.snapshot(), session: self.number }))
+    }
+
+    /// Goes back to a snapshot of this session.
+    fn restore(&self, py: Python<'_>, snapshot: &Bound<'_, Snapshot>) -> PyResult<()> {
+        let snapshot = snapshot.get();
+        if snapshot.session != self.number {
+            return Err(Failure::argument("a snapshot of another session; allowed is one of this session").into());
+        }
+        self.change(py, |session| Ok(session.go_back(&snapshot.snapshot)?))
+    }
+
+    /// What a run will do, as JSON.
+    fn plan(&self) -> PyResult<String> {
+        self.read(|open| {
+            let Opened { scene, session, .. } = &open.opened;
+            let report = PlanReport::new(session, scene.time.steps(), open.opening);
+            serde_json::to_string(&report).map_err(|error| Failure::new(Kind::Panic, error))
+        })
+    }
+
+    /// What happened so far, as JSON: counts by kind, and those told in full.
+    fn events(&self) -> PyResult<String> {
+        self.read(|open| {
+            let events = &open.opened.session.events;
+            let told = events
+                .told()
+                .iter()
+                .map(|(kind, event)| json!({ "kind": kind, "time": event.time, "text": event.text }));
+            Ok(json!({ "counts": events.counts(), "told": told.collect::<Vec<_>>() }).to_string())
+        })
+    }
+
+    /// Writes the model of a body as an OBJ file.
+    fn write(&self, py: Python<'_>, body: &str, path: PathBuf) -> PyResult<()> {
+        let mut access = self.access()?;
+        let open = access.open()?;
+        open.embed(py)?;
+        let session = &mut open.opened.session;
+        let write = || {
+            let session = &*session;
+            match Found::named(session, body)? {
+                Found::Moving(_, body) => Ok(write_model(body, &session.plan().cap_material, &path)?),
+                Found::Standing(model) => Ok(std::fs::write(&path, model.document.bytes())?),
+            }
+        };
+        Ok(contained(write)?)
+    }
+}

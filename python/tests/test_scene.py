@@ -1,0 +1,148 @@
+"""Scenes: files, dicts, arrays, and what is wrong with them."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from conftest import block, pressed
+
+import pliant
+
+
+def test_the_same_scene_from_a_file_a_dict_and_text(scenes):
+    path = scenes / "touch.toml"
+    shortened = {"time.duration": 0.15}
+    file = pliant.run(path, set=shortened)
+    data = pliant.Scene(path).to_dict()
+    for scene in (pliant.Scene(data, folder=scenes), pliant.Scene.from_toml(path.read_text(), folder=scenes)):
+        again = pliant.run(scene, set=shortened)
+        assert np.array_equal(file.tools["finger"].force, again.tools["finger"].force)
+
+
+def test_a_file_stays_as_it_is(scenes):
+    path = scenes / "touch.toml"
+    assert pliant.Scene(path).to_toml() == path.read_text()
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"body": [{"materiel": 1}]}, ["unknown field `materiel`", "expected one of", "material"]),
+        ({"time": {"dt": "1 mm"}}, ["1 mm"]),
+        ({"gravitas": [0, 0, 1]}, ["unknown field `gravitas`"]),
+        ({"body": [{"mesh": "a.obj", "material": {"plugin": "cloth"}}], "edit": [{"kind": "hug"}]}, ["hug", "touch"]),
+    ],
+)
+def test_what_a_scene_cannot_say_is_said_in_the_words_of_the_program(change, words):
+    scene = pliant.Scene({"format": 1, **change})
+    with pytest.raises(pliant.PliantError) as caught:
+        scene.check()
+    assert caught.value.kind == "scene"
+    assert all(word in str(caught.value) for word in words), caught.value
+    assert caught.value.where and ":" in caught.value.where
+
+
+def test_a_parameter_out_of_range_names_its_line(scenes):
+    with pytest.raises(pliant.PliantError) as caught:
+        pliant.Session(scenes / "touch.toml", set={"body.0.material.params.young": "-3 kPa"})
+    assert caught.value.kind == "scene" and "young" in str(caught.value)
+    assert "touch.toml:" in caught.value.where
+
+
+def test_a_missing_plugin_names_the_folders_and_the_argument(tmp_path):
+    scene = pressed()
+    with pytest.raises(pliant.PliantError) as caught:
+        pliant.Session(scene, set={"body.0.material.plugin": "nothing-such"}, plugin_path=[tmp_path])
+    text = str(caught.value)
+    assert caught.value.kind == "plugin"
+    assert f"{tmp_path} (plugin_path)" in text and "(inside the package)" in text and "--plugin-path" not in text
+
+
+def test_a_scene_of_arrays_saved_and_read_is_the_same(tmp_path):
+    vertices, faces = block()
+    scene = pliant.Scene()
+    scene.time(duration=0.1, dt=0.001)
+    material = pliant.Material("neo-hookean", young=20e3, density=1000)
+    scene.body("cube", mesh=vertices, faces=faces, material=material, grid={"level": 3, "region": "whole"})
+    scene.gravity(0, -9.81, 0)
+    scene.save(tmp_path / "cube.toml")
+    one, other = pliant.run(scene), pliant.run(tmp_path / "cube.toml")
+    assert np.array_equal(one.meshes["cube"].vertices, other.meshes["cube"].vertices)
+    fallen = vertices[:, 1].mean() - one.meshes["cube"].vertices[:, 1].mean()
+    # Free fall: all points by g t^2 / 2, up to the first order of the step.
+    assert fallen == pytest.approx(0.5 * 9.81 * 0.1**2, rel=0.02)
+
+
+def test_arrays_come_back_as_they_were_given():
+    vertices, faces = block(3)
+    vertices = vertices + np.random.default_rng(1).normal(size=vertices.shape) * 1e-4
+    scene = pliant.Scene()
+    scene.body("cube", mesh=vertices, faces=faces.tolist(), material="mass-spring")
+    with pliant.Session(scene) as session:
+        assert np.array_equal(session.rest_positions(), vertices)
+        assert np.array_equal(session.positions(), vertices)
+        triangles = session.triangles()
+        assert len(triangles) == 2 * len(faces)
+        assert np.array_equal(np.bincount(session.mesh().face_of), np.full(len(faces), 2))
+        sides = vertices[triangles]
+        cross = np.cross(sides[:, 1] - sides[:, 0], sides[:, 2] - sides[:, 0])
+        assert (np.einsum("ij,ij->i", sides.mean(axis=1), cross) > 0).all(), "turned outwards"
+
+
+@pytest.mark.parametrize(
+    ("mesh", "faces", "words"),
+    [
+        ([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 3]], "allowed is 0 to 2"),
+        ([[0, 0, 0], [1, 0, np.nan], [0, 1, 0]], [[0, 1, 2]], "vertex 1"),
+        ([[0, 0], [1, 0], [0, 1]], [[0, 1, 2]], "(n x 3)"),
+        ([[0, 0, 0], [1, 0, 0], [0, 1, 0]], None, "faces"),
+        ([0, 1, 2], [[0, 1, 2]], "(n x 3)"),
+    ],
+)
+def test_meshes_that_are_none_are_refused(mesh, faces, words):
+    with pytest.raises(pliant.PliantError) as caught:
+        pliant.Scene().body("odd", mesh=mesh, faces=faces)
+    assert caught.value.kind == "argument" and words in str(caught.value) and "odd" in str(caught.value)
+
+
+def test_settings_take_numbers_texts_lists_and_arrays(scenes):
+    settings = {"gravity": np.array([0.0, -1.0, 0.0]), "time.duration": np.float64(0.002), "title": "3"}
+    result = pliant.run(scenes / "touch.toml", set=settings)
+    assert len(result.trace.time) == 2 and result.summary["settings"]["title"] == "3"
+
+
+def test_a_scene_is_as_good_as_its_dict():
+    scene = pressed()
+    again = pliant.Scene(scene.to_dict())
+    with pytest.raises(pliant.PliantError, match=r"cube\.obj"):
+        pliant.Session(again)
+    assert again.to_dict() == scene.to_dict()
+
+
+def test_the_catalogue_lists_what_there_is():
+    ids = {plugin.id for plugin in pliant.plugins()}
+    assert {"mass-spring", "neo-hookean", "corotational", "cloth", "octree-grid", "scripted"} <= ids
+    assert all(plugin.kind != "unusable" for plugin in pliant.plugins())
+    young = next(p for p in pliant.plugins("material") if p.id == "mass-spring").param("young")
+    assert young.unit == "Pa" and young.range[0] > 0
+    fabrics = pliant.Fabric.presets()
+    assert "denim" in fabrics and any(fabrics.values())
+    assert "touch" in pliant.edit_kinds() and "force" in pliant.quantities()
+
+
+def test_a_fabric_makes_a_sheet():
+    scene = pliant.Scene()
+    scene.time(duration=0.02, integrator="backward-euler")
+    scene.gravity(0, 0, -9.81)
+    shape = {"kind": "sheet", "cells": 8, "size": [0.1, 0.1, 0]}
+    scene.body("cloth", shape=shape, material=pliant.Fabric("denim"), fixed=[{"nodes": [0, 8]}])
+    result = pliant.run(scene)
+    assert "level" not in result.summary["bodies"][0]
+    assert result.meshes["cloth"].vertices[:, 2].min() < -1e-4
+
+
+def test_plugins_are_found_wherever_the_program_is(tmp_path):
+    code = "import pliant; print(sorted({p.path.rsplit('/', 2)[0].rsplit('/', 1)[1] for p in pliant.plugins()}))"
+    output = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert output.stdout.strip() == "['pliant']"
