@@ -26,7 +26,7 @@ class Positions(np.lib.mixins.NDArrayOperatorsMixin):
     is copied.
     """
 
-    __slots__ = ("__weakref__", "_body", "_session", "_version")
+    __slots__ = ("_body", "_session", "_version")
 
     def __init__(self, session: _native.Session, body: str) -> None:
         self._session = weakref.ref(session)

@@ -1,0 +1,44 @@
+"""Haptic Edit: press, pull and cut meshes as if they were soft matter, with the engine of pliant."""
+
+bl_info = {
+    "name": "Haptic Edit",
+    "author": "The pliant authors",
+    "version": (0, 1, 0),
+    # Extensions begin with 4.2; this is for those that are installed as add-ons.
+    "blender": (3, 4, 0),
+    "location": "3D Viewport > Sidebar > Haptic",
+    "description": "Press, pull and cut meshes as if they were soft matter",
+    "category": "Mesh",
+}
+
+if "bpy" in locals():
+    import importlib
+
+    for _module in (presets, gesture, editing, properties, mesh_io, draw, mode, ui):  # noqa: F821
+        importlib.reload(_module)
+
+import bpy
+
+from . import draw, editing, gesture, mesh_io, mode, presets, properties, ui
+
+_CLASSES = (*mode.CLASSES, *ui.CLASSES)
+
+
+def _menu(self, _context) -> None:
+    self.layout.operator("object.haptic_edit")
+
+
+def register() -> None:
+    """Enable the extension."""
+    properties.register()
+    for cls in _CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.types.VIEW3D_MT_object.append(_menu)
+
+
+def unregister() -> None:
+    """Disable it."""
+    bpy.types.VIEW3D_MT_object.remove(_menu)
+    for cls in reversed(_CLASSES):
+        bpy.utils.unregister_class(cls)
+    properties.unregister()

@@ -1,0 +1,229 @@
+"""A mesh under a hand: from arrays to a session of the engine, stroke by stroke, and back. No Blender here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pliant
+
+from .gesture import Gesture, Hit, Ray, Stroke, gesture_of
+
+BODY = "mesh"
+TOOL = "hand"
+# Stiffness of the spring between hand and surface over that of a ball pressed into a half-space by its radius, about 2 E r: stiff
+# enough that the surface goes where the hand goes, soft enough to be stable.
+COUPLING_SHARE = 2.0
+# Force at which the hand gives in, over what presses the spring together by the radius of the tool.
+PEAK_SHARE = 4.0
+# N/m, spring of a hand on a sheet.
+SHEET_COUPLING = 200.0
+# Speed at which a hand is followed, sizes of the mesh in a second.
+SPEED = 20.0
+# Radius of the part of a solid that is simulated around a hand, over the size of the mesh, at most: what is outside holds it in place.
+REGION_SHARE = 0.35
+# The same in cells, where these are small.
+REGION_CELLS = 10.0
+# s, in which a force may rise to its peak.
+RISE = 5e-3
+# s, that a mesh is given to come to rest after a stroke.
+SETTLE = 0.05
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What a mesh is made of and what the hand holds.
+
+    Attributes
+    ----------
+    young, density : float
+        Pa and kg/m^3, of a solid.
+    fabric : str or None
+        The fabric of a sheet; None for a solid.
+    plugin : str
+        The material plugin of a solid.
+    level : int
+        Fineness of the grid of a solid: cells are the mesh's size over 2 to this power.
+    radius : float
+        m, of the tool.
+    pinned : tuple of int
+        Vertices that are held.
+    """
+
+    young: float = 20e3
+    density: float = 1000.0
+    fabric: str | None = None
+    plugin: str = "mass-spring"
+    level: int = 6
+    radius: float = 0.05
+    pinned: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class MeshArrays:
+    """A mesh in metres of the scene: vertices (n x 3), all corners one after the other, and the corners of each face."""
+
+    vertices: np.ndarray
+    corners: np.ndarray
+    counts: np.ndarray
+
+    def faces(self) -> list[np.ndarray]:
+        """Vertices of each face."""
+        return np.split(self.corners, np.cumsum(self.counts)[:-1])
+
+    def size(self) -> float:
+        """m, the longest edge of the box around the vertices that faces use"""
+        used = self.vertices[self.corners]
+        return float(np.ptp(used, axis=0).max())
+
+    def is_open(self) -> bool:
+        """Whether a loop of border edges is longer than the mesh: then one sees that nothing is inside, and it is cloth."""
+        ends = np.concatenate([np.stack([face, np.roll(face, -1)], axis=1) for face in self.faces()])
+        edges, index, sides = np.unique(np.sort(ends, axis=1), axis=0, return_index=True, return_counts=True)
+        border = edges[sides == 1]
+        length = np.linalg.norm(self.vertices[border[:, 0]] - self.vertices[border[:, 1]], axis=1).sum()
+        return bool(length > self.size())
+
+
+def edit_kinds() -> dict[str, str]:
+    """The edit kinds of the engine that are done with a tool, with a sentence each."""
+    return {name: text for name, text in pliant.edit_kinds().items() if name not in ("undo", "redo")}
+
+
+def scene_of(mesh: MeshArrays, settings: Settings) -> pliant.Scene:
+    """The scene of a mesh: one body and one hand, with a button for each edit kind."""
+    size, radius = mesh.size(), settings.radius
+    scene = pliant.Scene()
+    scene.output(energy=False)
+    faces = mesh.faces()
+    is_sheet = settings.fabric is not None
+    if is_sheet:
+        scene.time(dt=1e-3, integrator="backward-euler")
+        scene.solver(tolerance=1e-4)
+        fixed = [{"nodes": list(settings.pinned)}] if settings.pinned else []
+        scene.body(BODY, mesh=mesh.vertices, faces=faces, material=pliant.Fabric(settings.fabric), fixed=fixed)
+        stiffness = SHEET_COUPLING
+    else:
+        scene.time(dt=1e-3)
+        material = pliant.Material(settings.plugin, young=settings.young, density=settings.density, damping_time=5e-4)
+        cell = size / 2**settings.level
+        held = _thinned(mesh.vertices[list(settings.pinned)], cell) if settings.pinned else []
+        fixed = [{"ball": place.tolist(), "radius": cell} for place in held]
+        grid = {"level": settings.level, "radius": min(REGION_SHARE * size, REGION_CELLS * cell)}
+        scene.body(BODY, mesh=mesh.vertices, faces=faces, material=material, grid=grid, fixed=fixed)
+        stiffness = COUPLING_SHARE * 2.0 * settings.young * radius
+    peak = PEAK_SHARE * stiffness * radius
+    scene.hand(TOOL, peak_force=float(np.clip(peak, 1e-3, 1e4)), stiffness=float(np.clip(4 * stiffness, 1e-3, 1e6)))
+    tool = {"stiffness": stiffness, "speed": SPEED * size, "slew": peak / RISE, "blade": {"length": 4.0 * size}}
+    if is_sheet:
+        tool["mass"] = 0.01
+    scene.tool(TOOL, hand=TOOL, radius=radius, **tool)
+    for button, kind in enumerate(edit_kinds()):
+        # A cut stays by itself; a pull never lets go because of its force.
+        keys = {} if kind == "cut" else {"release": "keep"}
+        if kind == "pull":
+            keys["limit"] = 10 * peak
+        scene.edit(kind, tool=TOOL, button=button, **keys)
+    return scene
+
+
+def _thinned(places: np.ndarray, distance: float) -> np.ndarray:
+    """One place of each cell of a grid."""
+    _, first = np.unique(np.floor(places / distance).astype(np.int64), axis=0, return_index=True)
+    return places[np.sort(first)]
+
+
+class MeshEdit:
+    """A mesh that a hand edits.
+
+    Parameters
+    ----------
+    mesh : MeshArrays
+        The mesh.
+    settings : Settings
+        What it is made of, and the tool.
+    """
+
+    def __init__(self, mesh: MeshArrays, settings: Settings) -> None:
+        self.mesh, self.settings = mesh, settings
+        self.scene = scene_of(mesh, settings)
+        self.session = pliant.Session(self.scene, history=True)
+        self._buttons = {kind: button for button, kind in enumerate(edit_kinds())}
+        self._live: pliant.Live | None = None
+        self._stroke: Stroke | None = None
+        self._kind = ""
+        self.used: list[pliant.UsedPose] = []
+
+    @property
+    def is_under_way(self) -> bool:
+        """Whether a stroke is under way."""
+        return self._stroke is not None
+
+    def begin(self, kind: str, ray: Ray, hit: Hit | None, back: np.ndarray, depth: float) -> None:
+        """Begin a stroke; see :class:`Stroke`."""
+        gesture = gesture_of(kind)
+        focus = self.mesh.vertices[self.mesh.corners].mean(axis=0)
+        if gesture is Gesture.SLICE:
+            depth = self.mesh.size()
+        self._stroke = Stroke(gesture, ray, hit, back, focus, self.settings.radius, depth)
+        self._kind = kind
+        self.triangles = len(self.session.triangles(BODY))
+        self._live = self.session.play()
+
+    def follow(self, ray: Ray, hit: Hit | None) -> None:
+        """The pointer has moved."""
+        if self._stroke is not None:
+            self._stroke.follow(ray, hit)
+
+    def lift(self, length: float) -> None:
+        """Move the hand towards the viewer, m."""
+        if self._stroke is not None:
+            self._stroke.lift(length)
+
+    def set_depth(self, depth: float) -> None:
+        """How deep a press goes in, m: the pressure of a pen."""
+        if self._stroke is not None and self._stroke.gesture is Gesture.PRESS:
+            self._stroke.depth = depth
+
+    def advance(self, dt: float) -> None:
+        """Send the hand where it is `dt` (s) after the last call."""
+        if self._stroke is None or self._live is None:
+            return
+        place, turn = self._stroke.advance(dt)
+        self._live.go(TOOL, place, turn, [self._buttons[self._kind]])
+
+    def read(self, out: np.ndarray, matrix: np.ndarray | None = None) -> pliant.ToolState | None:
+        """Copy the newest positions into `out` (n x 3, float32); give the tool, or None before the first step."""
+        if self._live is None or self._live.read(BODY, out, matrix) == 0:
+            return None
+        return self._live.tool(TOOL)
+
+    @property
+    def is_alive(self) -> bool:
+        """Whether the engine still steps, in a stroke."""
+        return self._live is not None and self._live.is_alive
+
+    def end(self) -> bool:
+        """End the stroke: what it did stays. Give whether the mesh was cut."""
+        if self._live is None or self._stroke is None:
+            return False
+        # The hand arrives where it was sent last: a view may be of steps before, the one after it is not.
+        seen = self._live.wait(0, 1.0)
+        seen = self._live.wait(seen, 1.0)
+        self._live.wait(seen, 1.0)
+        self._stroke, live, self._live = None, self._live, None
+        self.used += live.stop()
+        self.session.hand(TOOL).leave()
+        self.session.step(max(1, round(SETTLE / self.session.dt)))
+        return len(self.session.triangles(BODY)) != self.triangles
+
+    def positions(self) -> np.ndarray:
+        """m (n x 3), where the vertices are; between strokes"""
+        return self.session.positions(BODY).copy()
+
+    def close(self) -> None:
+        """End the session."""
+        if self._live is not None:
+            self._live.stop()
+            self._live = None
+        self.session.close()

@@ -1,0 +1,100 @@
+"""Settings of the mode, kept in the scene, and preferences."""
+
+from __future__ import annotations
+
+import bpy
+import pliant
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+
+from .editing import edit_kinds
+from .presets import SOLIDS
+
+# Blender keeps no reference to texts of enumerations that a function gives; this does.
+_texts: dict[str, list[tuple[str, str, str]]] = {}
+
+
+def _items(name: str, make) -> list[tuple[str, str, str]]:
+    if name not in _texts:
+        _texts[name] = make()
+    return _texts[name]
+
+
+def _kinds(_self, _context) -> list[tuple[str, str, str]]:
+    words = {"touch": "Press", "pull": "Grab", "cut": "Knife"}
+    make = lambda: [(kind, words.get(kind, kind.replace("-", " ").title()), text) for kind, text in edit_kinds().items()]
+    return _items("kinds", make)
+
+
+def _fabrics(_self, _context) -> list[tuple[str, str, str]]:
+    return _items("fabrics", lambda: [(name, name.replace("-", " ").title(), text) for name, text in pliant.Fabric.presets().items()])
+
+
+def _plugins(_self, _context) -> list[tuple[str, str, str]]:
+    def make():
+        solids = [plugin for plugin in pliant.plugins("material") if any(p.key == "young" for p in plugin.params)]
+        return [(plugin.id, plugin.name, plugin.summary) for plugin in solids]
+
+    return _items("plugins", make)
+
+
+def _use_preset(self, _context) -> None:
+    preset = SOLIDS.get(self.preset)
+    if preset is not None:
+        self.young, self.density = preset.young / 1e3, preset.density
+
+
+class HapticSettings(bpy.types.PropertyGroup):
+    """What a mesh is made of, and the brush."""
+
+    kind: EnumProperty(name="Tool", description="What the hand does", items=_kinds)
+    substance: EnumProperty(
+        name="Substance",
+        items=[
+            ("AUTO", "Automatic", "Closed meshes are solid, open ones are cloth"),
+            ("SOLID", "Solid", "Filled: a grid inside carries the surface"),
+            ("SHEET", "Cloth", "As thin as cloth: its own vertices carry it"),
+        ],
+        default="AUTO",
+    )
+    preset: EnumProperty(
+        name="Material",
+        items=[(name, name.title(), preset.source) for name, preset in SOLIDS.items()] + [("custom", "Custom", "Own numbers")],
+        default="flesh",
+        update=_use_preset,
+    )
+    plugin: EnumProperty(name="Model", description="The law of elasticity of a solid", items=_plugins)
+    young: FloatProperty(
+        name="Stiffness", description="Young's modulus of a solid, kPa", default=20.0, min=0.1, max=1e6, soft_max=5e3, precision=1
+    )
+    density: FloatProperty(name="Density", description="Mass of a solid, kg/m^3", default=1060.0, min=1.0, max=2e4)
+    fabric: EnumProperty(name="Fabric", description="A measured fabric", items=_fabrics)
+    level: IntProperty(
+        name="Fineness", description="Cells of a solid are its size over 2 to this power", default=6, min=3, max=9, soft_max=7
+    )
+    radius: FloatProperty(
+        name="Size", description="Radius of the tool over the size of the mesh", default=0.06, min=0.005, max=0.5, subtype="FACTOR"
+    )
+    strength: FloatProperty(
+        name="Strength", description="Depth of a press, in radii of the tool", default=0.5, min=0.05, max=2.0, subtype="FACTOR"
+    )
+    use_pressure: BoolProperty(name="Pen Pressure", description="The pressure of a pen sets the depth of a press", default=True)
+    pin_group: StringProperty(name="Pin", description="Vertex group that is held")
+    show_force: BoolProperty(name="Show Force", description="Draw the force on the hand", default=True)
+
+
+CLASSES = (HapticSettings,)
+
+
+def register() -> None:
+    """Register the settings."""
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.types.Scene.haptic_edit = PointerProperty(type=HapticSettings)
+
+
+def unregister() -> None:
+    """Take them away again."""
+    del bpy.types.Scene.haptic_edit
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)
+    _texts.clear()

@@ -1,0 +1,44 @@
+"""The panel in the sidebar."""
+
+from __future__ import annotations
+
+import bpy
+
+from .presets import SOLIDS
+
+
+class HAPTIC_PT_panel(bpy.types.Panel):
+    """What a mesh is made of, and the brush."""
+
+    bl_label = "Haptic Edit"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Haptic"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, given = self.layout, context.scene.haptic_edit
+        layout.use_property_split = True
+        layout.operator("object.haptic_edit")
+        column = layout.column()
+        column.prop(given, "kind")
+        column.prop(given, "radius")
+        column.prop(given, "strength")
+        column.prop(given, "use_pressure")
+        column.prop(given, "show_force")
+        column = layout.column(heading="Material")
+        column.prop(given, "substance")
+        if given.substance != "SHEET":
+            column.prop(given, "preset")
+            row = column.column()
+            row.enabled = given.preset not in SOLIDS
+            row.prop(given, "young", text="Stiffness (kPa)")
+            row.prop(given, "density", text="Density (kg/m³)")
+            column.prop(given, "plugin")
+            column.prop(given, "level")
+        if given.substance != "SOLID":
+            column.prop(given, "fabric")
+        if context.active_object is not None and context.active_object.type == "MESH":
+            column.prop_search(given, "pin_group", context.active_object, "vertex_groups")
+
+
+CLASSES = (HAPTIC_PT_panel,)

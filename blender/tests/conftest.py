@@ -1,0 +1,35 @@
+"""Blender as a Python module, with the extension enabled from its built zip."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="session")
+def extension(tmp_path_factory):
+    """The package of the enabled extension."""
+    wheels = os.environ.get("PLIANT_WHEEL", "").split()
+    if not wheels:
+        pytest.skip("PLIANT_WHEEL names no wheel to build the extension with")
+    out = tmp_path_factory.mktemp("dist")
+    command = [sys.executable, ROOT / "blender" / "build.py", *wheels, "-o", out]
+    built = Path(subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip())
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.extensions.package_install_files(filepath=str(built), repo="user_default", enable_on_install=True)
+    return sys.modules["bl_ext.user_default.haptic_edit"]
+
+
+@pytest.fixture
+def empty(extension):
+    """A file with nothing in it."""
+    bpy.ops.wm.read_homefile(use_empty=True)
+    if not hasattr(bpy.types.Scene, "haptic_edit"):
+        extension.register()
+    return extension
