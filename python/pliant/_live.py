@@ -25,7 +25,7 @@ class UsedPose:
     tool : str
         The tool it holds.
     position : tuple of float
-        m, in the scene.
+        m (3), in the scene.
     rotation : tuple of float
         Quaternion (x, y, z, w).
     buttons : int
@@ -34,8 +34,8 @@ class UsedPose:
 
     time: float
     tool: str
-    position: tuple[float, float, float]
-    rotation: tuple[float, float, float, float]
+    position: tuple[float, ...]
+    rotation: tuple[float, ...]
     buttons: int
 
 
@@ -159,7 +159,8 @@ class Live:
         list of UsedPose
             Where hands were in every step since it began, for making the same again.
         """
-        return [UsedPose(*row) for row in self._native.stop()]
+        rows = self._native.stop()
+        return [UsedPose(time, tool, tuple(place), tuple(turn), buttons) for time, tool, place, turn, buttons in rows]
 
     def __enter__(self) -> Live:
         return self
