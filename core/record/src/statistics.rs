@@ -94,9 +94,8 @@ impl RunStatistics {
     }
 
     /// Everything the run came to. `live` has timing and force safety of a live session.
-    pub fn summary(&mut self, session: &Session, live: Option<LiveSummary>, interrupted: bool) -> Summary {
+    pub fn summary(&mut self, session: &Session, mut live: Option<LiveSummary>, interrupted: bool) -> Summary {
         let mut devices = device_counters(session);
-        let mut live = live;
         if let Some(live) = &mut live {
             devices.append(&mut live.devices);
         }
@@ -114,7 +113,7 @@ impl RunStatistics {
             choices: session.choices.clone(),
             step_seconds: Durations::of(&mut self.seconds),
             cut: summarize_cuts(session),
-            live: live,
+            live,
             loaded: session.loaded.clone(),
             left_out: session.left_out.clone(),
             bodies: summarize_bodies(session),
