@@ -1,6 +1,5 @@
 //! What a program that uses the engine as a library relies on: hands it places itself, models in memory, snapshots.
 
-use nalgebra::UnitQuaternion;
 use pliant_engine::plan::Plan;
 use pliant_engine::scene;
 use pliant_engine::session::{EventKind, HandPose, Options, Session, SnapshotError};
@@ -11,7 +10,7 @@ use pliant_tests::{box_scene, deps, open};
 use std::path::Path;
 
 fn pose(position: Vec3) -> Option<HandPose> {
-    Some(HandPose { position, rotation: UnitQuaternion::identity(), buttons: 0 })
+    Some(HandPose { position, rotation: Default::default(), buttons: 0 })
 }
 
 /// m, the frame of the hand in `box_scene` stands on the top of its block: a place `height` above that.
