@@ -369,7 +369,12 @@ fn hands_that_make_no_sense_are_refused() {
 #[test]
 fn edits_probes_and_outputs_that_make_no_sense_are_refused() {
     refuses(&[
-        ("kind = \"touch\"", "kind = \"poke\"", 0, &["`poke`", "allowed is `touch`, `pull`, `cut`, `undo`, `redo`"]),
+        (
+            "kind = \"touch\"",
+            "kind = \"poke\"",
+            0,
+            &["`poke`", "allowed is `touch`, `pull`, `grab`,", "`cut`, `undo`, `redo`"],
+        ),
         ("tool = \"finger\"", "tool = \"thumb\"", 0, &["no tool `thumb`; allowed is `finger`"]),
         ("tool = \"finger\"", "tool = \"finger\"\nstart = -1", 1, &["start is -1 s; allowed is 0 or more"]),
         (

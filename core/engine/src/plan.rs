@@ -2,7 +2,8 @@
 
 mod check;
 
-use crate::edit::{Command, EditKind};
+use crate::body::Axes;
+use crate::edit::{Command, EditKind, Falloff};
 use crate::probe::{QUANTITIES, Quantity, Subject};
 use crate::scene::{Extent, Release, Scene, SceneError, Source};
 use pliant_solver::Vec3;
@@ -30,8 +31,14 @@ pub struct Edit {
     pub button: Option<u32>,
     /// What becomes of the shape.
     pub release: Release,
-    /// N, a pull lets go above it
-    pub limit: f64,
+    /// N, it lets go above it
+    pub limit: Option<f64>,
+    /// m, of what it acts on
+    pub radius: Option<f64>,
+    /// How its weight falls up to the radius.
+    pub falloff: Falloff,
+    /// In the unit of its kind.
+    pub strength: Option<f64>,
 }
 
 /// One thing measured.
@@ -66,7 +73,9 @@ pub struct Plan {
     pub devices: Vec<usize>,
     /// Places in the scene of the tools that are used.
     pub tools: Vec<usize>,
-    /// In the order of the scene.
+    /// For each of `tools`, the place among them of the one it mirrors, and in which axes.
+    pub mirrors: Vec<Option<(usize, Axes)>>,
+    /// In the order of the scene; one with symmetry is followed by its mirror images.
     pub edits: Vec<Edit>,
     /// Name of the material of faces that a blade makes inside of a body.
     pub cap_material: String,
@@ -140,25 +149,28 @@ impl Plan {
                 self.cap_material.clone_from(blade.get_ref().material.get_ref());
             }
             let end = edit.end.as_ref().map_or(f64::INFINITY, |t| t.get_ref().si);
-            let limit = edit.limit.as_ref().map_or(3.0, |f| f.get_ref().si);
             if start >= duration {
                 let what = format!("edit of tool `{}` from {start} s", names[tool]);
                 self.leave(what, format!("the scene ends at {duration} s"));
                 continue;
             }
-            let place = self.tools.iter().position(|t| *t == tool).unwrap_or_else(|| {
-                self.tools.push(tool);
-                self.tools.len() - 1
-            });
-            let span = (start, end);
-            self.edits.push(Edit {
+            let place = self.place_of(tool, None);
+            let planned = Edit {
                 kind,
                 tool: place,
-                span,
+                span: (start, end),
                 button: edit.button.as_ref().map(|b| *b.get_ref()),
                 release: edit.release,
-                limit,
-            });
+                limit: edit.limit.as_ref().map(|f| f.get_ref().si),
+                radius: edit.radius.as_ref().map(|r| r.get_ref().si),
+                falloff: edit.falloff.as_ref().map_or(Falloff::default(), |f| *f.get_ref()),
+                strength: check::strength(edit, kind, source)?,
+            };
+            self.edits.push(planned.clone());
+            for axes in check::images(edit, source)? {
+                let tool = self.place_of(tool, Some((place, axes)));
+                self.edits.push(Edit { tool, ..planned.clone() });
+            }
         }
         for (i, name) in names.iter().enumerate() {
             if !self.tools.contains(&i) {
@@ -173,6 +185,16 @@ impl Plan {
         }
         self.steps_back.sort_by(|a, b| a.0.total_cmp(&b.0));
         Ok(())
+    }
+
+    /// Place among the tools in use of a tool of the scene, or of its mirror image.
+    fn place_of(&mut self, tool: usize, mirror: Option<(usize, Axes)>) -> usize {
+        let known = self.tools.iter().zip(&self.mirrors).position(|of| of == (&tool, &mirror));
+        known.unwrap_or_else(|| {
+            self.tools.push(tool);
+            self.mirrors.push(mirror);
+            self.tools.len() - 1
+        })
     }
 
     fn find_devices(&mut self, scene: &Scene) {
@@ -259,7 +281,9 @@ impl Plan {
     }
 
     fn list_small_things(&mut self, scene: &Scene) {
-        for &t in &self.tools.clone() {
+        let own: Vec<usize> =
+            self.tools.iter().zip(&self.mirrors).filter(|of| of.1.is_none()).map(|of| *of.0).collect();
+        for t in own {
             let (tool, name) = (&scene.tool[t], scene.tool[t].name.get_ref());
             if *tool.friction.get_ref() == [0.0; 2] {
                 self.leave(format!("friction of tool `{name}`"), "its coefficients are zero");

@@ -58,6 +58,8 @@ pub(crate) struct ServoTool {
     pub(crate) safety: ForceSafety,
     /// N, force last given, in the axes of the device
     device_force: Vec3,
+    /// Whether it is held by the mirror image of a hand, and renders nothing.
+    mirrored: bool,
     /// N (rows x columns), pins of its tactile array
     taxels: Vec<f64>,
 }
@@ -168,7 +170,7 @@ impl Servo {
         let dt = device.divider as f64 / self.rate;
         let mut outputs =
             [EffectorOutput { valid_until: now + FORCE_VALID, ..EffectorOutput::default() }; MAX_EFFECTORS];
-        for tool in self.tools.iter_mut().filter(|tool| tool.device == index) {
+        for tool in self.tools.iter_mut().filter(|tool| tool.device == index && !tool.mirrored) {
             let Some(pose) = device.poses.get(tool.effector) else { continue };
             tool.hand.sample(pose, &device.frame, (now as f64 * 1e-9, dt));
             tool.device_force = tool.render(&device.frame, now, dt, &mut self.contact_age);
@@ -235,6 +237,7 @@ impl ServoTool {
             blend: Blend::default(),
             safety: ForceSafety::new(limits).observed(passivity),
             device_force: Vec3::zeros(),
+            mirrored: slot.mirror.is_some(),
             taxels: slot.pad.as_ref().map_or_else(Vec::new, |pad| pad.taxels.clone()),
         }
     }

@@ -75,6 +75,12 @@ impl NodeSprings {
         (0..self.nodes.len()).map(|i| self.load(i, x, Some(v))).sum()
     }
 
+    /// N m, of all of them together about `centre` (m)
+    pub fn moment(&self, centre: Vec3, x: &[Vec3], v: &[Vec3]) -> Vec3 {
+        let each = self.nodes.iter().enumerate();
+        each.map(|(i, &node)| (x[node as usize] - centre).cross(&self.load(i, x, Some(v)))).sum()
+    }
+
     /// The largest stiffness over mass and damping over mass of a node, for masses `mass`, kg (n).
     pub fn rates(&self, mass: &[f64]) -> SpringRates {
         let largest = |b: &Block| b[0].max(b[4]).max(b[8]);

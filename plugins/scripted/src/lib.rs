@@ -5,6 +5,7 @@
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))]
 
 mod path;
+mod rotation;
 
 use path::{Interpolation, Path, Sample};
 use pliant_plugin_api::abi::{DeviceInfo, Output, POSE_VALID, Pose};
@@ -13,11 +14,18 @@ use pliant_plugin_api::{AsDevice, Device, Fault, Info, Param, Params, export_plu
 /// A device whose poses follow a path or a recording; it renders no force.
 pub struct Scripted {
     path: Path,
+    /// Rotation vectors, degrees; `None`: the hand does not turn.
+    rotation: Option<Path>,
     info: DeviceInfo,
 }
 
 const PARAMS: &[Param] = &[
     Param::table(c"path", c"time|x|y|z", c"keyframes: time in s, position in m, device axes"),
+    Param::table(
+        c"rotation",
+        c"time|x|y|z",
+        c"keyframes: time in s, rotation vector (axis times angle) in degrees, device axes; the hand does not turn by default",
+    ),
     Param::table(c"buttons", c"time|mask", c"pressed buttons from each time on: button i is bit i of the mask"),
     Param::path(c"recording", c"in the place of `path`: a CSV file with rows time,x,y,z or time,x,y,z,mask"),
     Param::choice(
@@ -47,6 +55,7 @@ impl Device for Scripted {
             (Some(_), Some(_)) => return Err(Fault::bad_argument("`path` and `recording`; allowed is one of them")),
             (None, None) => return Err(Fault::bad_argument("neither `path` nor `recording`; allowed is one of them")),
         };
+        let rotation = params.table("rotation").map(|keys| Path::of_rotations(keys, interpolation)).transpose()?;
         let (peak_force, stiffness) = (params.number("peak-force"), params.number("stiffness"));
         let info = DeviceInfo {
             size: size_of::<DeviceInfo>(),
@@ -65,7 +74,7 @@ impl Device for Scripted {
             taxel_pitch: 0.0,
             taxel_force: 0.0,
         };
-        Ok(Self { path, info })
+        Ok(Self { path, rotation, info })
     }
 
     fn describe(&self) -> DeviceInfo {
@@ -74,8 +83,10 @@ impl Device for Scripted {
 
     fn read(&self, time_ns: u64, poses: &mut [Pose]) -> Result<(), Fault> {
         let Sample { position, buttons } = self.path.sample(time_ns as f64 * 1e-9);
+        let turn = self.rotation.as_ref().map(|path| path.sample(time_ns as f64 * 1e-9).position);
+        let orientation = turn.map_or(Pose::default().orientation, rotation::quaternion);
         for pose in poses {
-            *pose = Pose { time_ns, flags: POSE_VALID, buttons, position, ..Pose::default() };
+            *pose = Pose { time_ns, flags: POSE_VALID, buttons, position, orientation, ..Pose::default() };
         }
         Ok(())
     }

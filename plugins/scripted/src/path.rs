@@ -59,6 +59,16 @@ impl Path {
         Ok(Self { keys, buttons, interpolation })
     }
 
+    /// Of rotation vectors, from a table of (time, x, y, z), s and degrees.
+    ///
+    /// # Errors
+    /// Times that do not ascend.
+    pub fn of_rotations(keys: &Table, interpolation: Interpolation) -> Result<Self, Fault> {
+        let keys: Vec<_> = keys.rows().map(|r| Keyframe { time: r[0], position: [r[1], r[2], r[3]] }).collect();
+        check_ascending(keys.iter().map(|k| k.time), "`rotation`")?;
+        Ok(Self { keys, buttons: Vec::new(), interpolation })
+    }
+
     /// From a CSV file with rows time,x,y,z or time,x,y,z,mask (s and m). A header line, empty lines and lines that start with `#` are
     /// skipped.
     ///

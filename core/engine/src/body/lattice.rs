@@ -11,6 +11,7 @@ mod embed;
 mod fragments;
 mod mend;
 mod region;
+mod reshape;
 mod state;
 
 use super::fixing::Fixing;

@@ -6,11 +6,14 @@ mod fixing;
 mod lattice;
 mod look;
 mod model;
+mod near;
 mod pages;
+mod reshape;
 mod samples;
 mod sheet;
 mod skin;
 mod state;
+mod symmetry;
 
 pub use carrier::Carrier;
 pub use fixing::{Fixing, Place};
@@ -18,10 +21,12 @@ pub use lattice::{Inner, Lattice, LatticeError, RegionSettings};
 pub use look::{ABSENT, CAP, TriangleLook};
 pub use model::Model;
 pub use pages::{PAGE, PageStamps};
+pub use reshape::RestChange;
 pub use samples::Samples;
 pub use sheet::{Sheet, Warp};
 pub use skin::{NOT_CARRIED, Skin, weigh};
 pub use state::BodyState;
+pub use symmetry::{Axes, Symmetry, mirrored};
 
 use cutting::Aprons;
 use pliant_cut::CutMesh;
@@ -48,6 +53,8 @@ pub struct Body {
     pub layer_stiffness: f64,
     /// Nodes that are held.
     pub fixings: Vec<Fixing>,
+    /// Pairs of vertices that edits with symmetry keep mirrored.
+    pub symmetry: Option<Symmetry>,
     /// Why it no longer moves, once its material failed or its state was no longer finite.
     pub frozen: Option<String>,
 }
@@ -58,7 +65,11 @@ impl Body {
     /// # Errors
     /// What the grid says.
     pub fn update_skin(&mut self, pool: &Pool) -> Result<(), LatticeError> {
-        self.carrier.embed_all(pool, &self.system.nodes, &self.model, &mut self.skin)
+        self.carrier.embed_all(pool, &self.system.nodes, &self.model, &mut self.skin)?;
+        if let Some(symmetry) = &self.symmetry {
+            symmetry.apply(&self.model, &mut self.skin);
+        }
+        Ok(())
     }
 
     /// Where the nodes carry one rest place, and where they would if they were at rest. What no node carries stays.

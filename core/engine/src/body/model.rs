@@ -78,6 +78,13 @@ impl Model {
         }
     }
 
+    /// m^2, the area of the triangles around a vertex, along its normal, where vertices are at `points` (m)
+    pub fn area_around(&self, vertex: u32, points: &[Vec3]) -> Vec3 {
+        let each = self.around(vertex).iter().filter(|t| !self.is_lid(**t));
+        let corners = each.map(|&t| self.surface.triangles[t as usize].map(|v| points[v as usize]));
+        corners.map(|[a, b, c]| 0.5 * (b - a).cross(&(c - a))).sum()
+    }
+
     /// m, the longest edge at a vertex.
     pub fn longest_edge(&self, vertex: u32) -> f64 {
         f64::from(self.longest_edge[vertex as usize])

@@ -87,6 +87,16 @@ impl Sheet {
         self.edge
     }
 
+    /// Nodes that are vertices; behind them come those that lend clamped edges a direction.
+    pub fn vertex_count(&self) -> usize {
+        self.vertex_of.len()
+    }
+
+    /// Vertex of a node, if it is one.
+    pub fn vertex_of(&self, node: u32) -> Option<u32> {
+        self.vertex_of.get(node as usize).copied()
+    }
+
     /// Node of a vertex, or `u32::MAX`.
     pub fn node_of(&self, vertex: u32) -> u32 {
         self.node_of[vertex as usize]
@@ -221,9 +231,17 @@ impl Sheet {
         skin.pages.mark_all(skin.x.len());
         let all: Vec<u32> = (0..model.surface.triangles.len() as u32).collect();
         skin.tree.refit(&skin.settled, &model.surface.triangles, &all);
+        self.lay_out_rest(model, system)
+    }
+
+    /// Takes the rest positions of the nodes as the rest shape: every triangle is laid out as it is there, its warp where it has gone.
+    ///
+    /// # Errors
+    /// What the material says of it.
+    pub fn lay_out_rest(&mut self, model: &Model, system: &mut System) -> Result<(), LatticeError> {
         let triangles = self.triangles(&model.surface);
         let before = self.material.chunks_exact(6).zip(&triangles);
-        let laid_out = before.flat_map(|(u, t)| lay_out(u, t.map(|n| system.nodes.x[n as usize])));
+        let laid_out = before.flat_map(|(u, t)| lay_out(u, t.map(|n| system.nodes.rest[n as usize])));
         self.material = Arc::new(laid_out.collect());
         for set in &mut system.sets {
             match set.request().kind {

@@ -4,21 +4,48 @@
 //! which acts on the bodies in every step until the edit ends. A new kind is added by its file and its line in [`KINDS`];
 //! scenes, plans, sessions, recordings and undo know kinds through these traits alone.
 
+mod brush;
 mod cut;
+mod flatten;
+mod flow;
+mod grab;
+mod grip;
+mod grow;
+mod inflate;
+mod key;
+mod pinch;
 mod pull;
+mod region;
+mod relax;
+mod smooth;
 mod touch;
 
+pub use brush::{Brush, BrushShape, Falloff};
 pub use cut::{BladeEdge, CutStep};
-pub(crate) use pull::GRIP_REACH;
+pub(crate) use grip::GRIP_REACH;
+pub use key::{Key, KeyName, Strength};
 
 use crate::body::{Body, LatticeError};
 use crate::plan::Edit;
 use crate::tool::{Hand, Tool};
-use pliant_solver::Vec3;
+use pliant_solver::{StepTime, Vec3};
 use std::fmt;
 
 /// Every edit kind, in the order help lists them.
-pub static KINDS: &[&dyn EditKind] = &[&touch::Touch, &pull::Pull, &cut::Cut];
+pub static KINDS: &[&dyn EditKind] = &[
+    &touch::Touch,
+    &pull::Pull,
+    &grab::Grab,
+    &inflate::INFLATE,
+    &inflate::DEFLATE,
+    &smooth::Smooth,
+    &flatten::Flatten,
+    &pinch::Pinch,
+    &relax::Relax,
+    &grow::GROW,
+    &grow::SHRINK,
+    &cut::Cut,
+];
 
 /// The name of the edit that takes the last edit back.
 pub const UNDO: &str = "undo";
@@ -64,13 +91,23 @@ pub trait EditKind: Sync {
     /// One sentence on what it does, for help and the schema.
     fn summary(&self) -> &'static str;
 
-    /// Keys of an `[[edit]]` that it reads besides those every edit has.
-    fn keys(&self) -> &'static [&'static str] {
+    /// Keys of an `[[edit]]` that it reads besides those every edit has, with their defaults.
+    fn keys(&self) -> &'static [Key] {
         &[]
+    }
+
+    /// What the key `strength` measures, if it reads it.
+    fn strength(&self) -> Option<Strength> {
+        None
     }
 
     /// Whether it cuts: its tool needs a `blade`, bodies keep a mesh that can be cut, and undo takes it back even if no shape is kept.
     fn cuts(&self) -> bool {
+        false
+    }
+
+    /// Whether it changes the shape at rest while it is under way, so that undo takes it back even if no shape is kept.
+    fn reshapes(&self) -> bool {
         false
     }
 
@@ -98,6 +135,8 @@ pub struct Step<'a> {
     pub bodies: &'a mut [Body],
     /// m, how far nodes of each body may have moved since the last step
     pub moved: &'a [f64],
+    /// The step that follows.
+    pub time: StepTime,
 }
 
 /// Where an action is on a body.
@@ -134,8 +173,18 @@ pub trait Action: Send {
         self.contact(tool).map(|at| ActiveBall { body: at.body, centre: at.rest, extra_radius: 0.0 })
     }
 
+    /// m, of what it acts on around its contact on a body whose cells have this edge (m): as much more must be simulated.
+    fn extra_radius(&self, _edge: f64) -> f64 {
+        0.0
+    }
+
     /// Whether it holds on to a body.
     fn holds(&self) -> bool {
+        false
+    }
+
+    /// Whether it turns what it acts on with the hand, and so gives a torque back.
+    fn turns(&self) -> bool {
         false
     }
 

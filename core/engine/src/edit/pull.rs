@@ -1,13 +1,17 @@
 //! Pull: the hand takes hold of a point of a surface.
 //!
 //! The anchor P_s stays where it was taken; the force on the hand is K (P_s - P_t) (Qi, Zhu and Fan 2019), the opposite is
-//! spread over a disc of the body.
+//! spread over a disc of the body, as wide as the tool, or over what of the body is within the tool's radius where cells are finer
+//! than the tool.
 
+use super::brush::{BrushShape, Falloff, LEAST_EDGES};
+use super::grip::Grip;
+use super::key::{Key, KeyName};
+use super::region::Region;
 use super::{Action, CarriedPlace, ContactPlace, EditKind, Step};
 use crate::body::LatticeError;
 use crate::plan::Edit;
-use crate::tool::{Hand, Tool};
-use pliant_solver::Vec3;
+use crate::tool::Tool;
 
 /// Takes hold of a point.
 pub(super) struct Pull;
@@ -21,12 +25,18 @@ impl EditKind for Pull {
         "Take hold of a point."
     }
 
-    fn keys(&self) -> &'static [&'static str] {
-        &["limit"]
+    fn keys(&self) -> &'static [Key] {
+        &[Key { name: KeyName::Limit, default: "3 N", summary: "It lets go above this force." }]
     }
 
-    fn begin(&self, edit: &Edit, _tool: &Tool, _bodies: usize) -> Box<dyn Action> {
-        Box::new(Pulling { limit: edit.limit, grip: None })
+    fn begin(&self, edit: &Edit, tool: &Tool, _bodies: usize) -> Box<dyn Action> {
+        let shape = BrushShape { radius: tool.proxy.radius, falloff: Falloff::Sphere };
+        Box::new(Pulling {
+            limit: edit.limit.unwrap_or(LIMIT),
+            grip: None,
+            radius: shape.radius,
+            region: Region::new(shape, false),
+        })
     }
 }
 
@@ -35,33 +45,21 @@ struct Pulling {
     /// N, it lets go above this force
     limit: f64,
     grip: Option<Grip>,
+    /// m, of the tool
+    radius: f64,
+    /// Where cells are finer than the tool.
+    region: Region,
 }
 
-/// A point of a surface that is held.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Grip {
-    at: ContactPlace,
-    /// Normal there, in the rest shape; of no particular length
-    normal: Vec3,
-    /// m, from the point to the hand when it was taken, so that taking it makes no force
-    offset: Vec3,
-}
-
-/// Radii of the tool within which a pull finds its point.
-pub(crate) const GRIP_REACH: f64 = 3.0;
+/// N, above which a pull lets go, where the scene says nothing.
+const LIMIT: f64 = 3.0;
 
 impl Pulling {
-    /// Takes hold of the point of a surface nearest to the hand, if one is within reach.
-    fn take_grip(&mut self, tool: &mut Tool, step: &mut Step<'_>) -> Result<(), LatticeError> {
-        let Step { hand, bodies, moved } = step;
-        let hand: &Hand = hand;
-        let nearest = tool.surface.nearest(bodies, moved, hand.position, GRIP_REACH * tool.proxy.radius)?;
-        self.grip = nearest.map(|near| Grip {
-            at: ContactPlace { body: near.body, rest: near.rest },
-            normal: near.normal,
-            offset: hand.position - near.point,
-        });
-        Ok(())
+    /// Lets go because of too much force.
+    fn let_go(&mut self, tool: &mut Tool, step: &Step<'_>) {
+        tool.slipped += 1;
+        self.release();
+        tool.stand_free(step.hand);
     }
 }
 
@@ -82,7 +80,7 @@ impl Action for Pulling {
     ) -> Result<(), LatticeError> {
         tool.proxy.touch = None;
         if self.grip.is_none() {
-            self.take_grip(tool, step)?;
+            self.grip = Grip::take(tool, step)?;
         }
         let hand = step.hand.position;
         let Some(grip) = self.grip else {
@@ -90,6 +88,12 @@ impl Action for Pulling {
             return Ok(());
         };
         let body = &mut step.bodies[grip.at.body as usize];
+        if self.radius > LEAST_EDGES * body.carrier.edge() {
+            if self.region.follow(tool, step.hand, body, grip.at)? > self.limit {
+                self.let_go(tool, step);
+            }
+            return Ok(());
+        }
         let (now, settled) = match contact {
             Some(place) => (place.now, place.settled),
             None => body.carry_one(grip.at.rest)?,
@@ -97,9 +101,7 @@ impl Action for Pulling {
         tool.proxy.position = now + grip.offset;
         let stretch = hand - tool.proxy.position;
         if tool.coupling.stiffness * stretch.norm() > self.limit {
-            tool.slipped += 1;
-            self.release();
-            tool.stand_free(step.hand);
+            self.let_go(tool, step);
             return Ok(());
         }
         tool.depth = (now - settled).norm();
@@ -109,5 +111,6 @@ impl Action for Pulling {
 
     fn release(&mut self) {
         self.grip = None;
+        self.region.release();
     }
 }

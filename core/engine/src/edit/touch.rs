@@ -28,7 +28,7 @@ impl EditKind for Touch {
 }
 
 /// A touch under way; all it needs between steps is the tool's proxy.
-struct Touching;
+pub(super) struct Touching;
 
 impl Action for Touching {
     fn is_fingertip(&self) -> bool {

@@ -1,8 +1,10 @@
 //! Names and numbers that are well written and make no sense.
 
-use crate::edit::Command;
+use crate::body::Axes;
+use crate::edit::{Command, EditKind, KeyName, Strength};
 use crate::scene::{
-    BladeScene, BodyScene, EditScene, Extent, FixedScene, ProbeScene, Scene, SceneError, Source, ToolScene,
+    Amount, BladeScene, BodyScene, EditScene, Extent, FixedScene, ProbeScene, Scene, SceneError, Source, ToolScene,
+    parse_quantity,
 };
 use std::ops::Range;
 use toml::Spanned;
@@ -32,6 +34,42 @@ pub(super) fn check(scene: &Scene, source: &Source) -> Result<(), SceneError> {
         Some(rate) => check.above(rate.get_ref().si, rate.span(), "frames", " Hz"),
         None => Ok(()),
     }
+}
+
+/// The `strength` of an edit in the SI unit of its kind.
+///
+/// # Errors
+/// A text without that unit; a number that is not above 0.
+pub(super) fn strength(edit: &EditScene, kind: &dyn EditKind, source: &Source) -> Result<Option<f64>, SceneError> {
+    let (Some(given), Some(Strength { unit, .. })) = (&edit.strength, kind.strength()) else { return Ok(None) };
+    let value = match given.get_ref() {
+        Amount::Number(value) => *value,
+        Amount::Text(text) => parse_quantity(text, unit)
+            .map_err(|why| source.error(given.span(), format!("strength of a `{}`: {why}", kind.name())))?,
+    };
+    Check(source).above(value, given.span(), "strength", &format!(" {unit}"))?;
+    Ok(Some(value))
+}
+
+/// The axes an edit is mirrored in, one set for each mirror image: every combination of the axes of its `symmetry`.
+///
+/// # Errors
+/// A text that is not made of `x`, `y` and `z`.
+pub(super) fn images(edit: &EditScene, source: &Source) -> Result<Vec<Axes>, SceneError> {
+    let Some(symmetry) = &edit.symmetry else { return Ok(Vec::new()) };
+    let text = symmetry.get_ref();
+    let axes: Vec<usize> = text.chars().filter_map(|c| "xyz".find(c)).collect();
+    let repeated = (1..axes.len()).any(|i| axes[..i].contains(&axes[i]));
+    if axes.is_empty() || axes.len() != text.chars().count() || repeated {
+        let allowed = "allowed is one or more of x, y and z, such as \"x\" or \"xz\"";
+        return Err(source.error(symmetry.span(), format!("symmetry {text:?}; {allowed}")));
+    }
+    let image = |set: usize| {
+        let mut image = [false; 3];
+        axes.iter().enumerate().for_each(|(bit, axis)| image[*axis] = set >> bit & 1 == 1);
+        image
+    };
+    Ok((1..1 << axes.len()).map(image).collect())
 }
 
 struct Check<'a>(&'a Source);
@@ -259,12 +297,40 @@ impl Check<'_> {
         if let Some(limit) = &edit.limit {
             self.above(limit.get_ref().si, limit.span(), "limit", " N")?;
         }
+        if let Some(radius) = &edit.radius {
+            self.above(radius.get_ref().si, radius.span(), "radius", " m")?;
+        }
+        self.keys(edit)?;
         match &edit.button {
             Some(button) if *button.get_ref() >= BUTTONS => {
                 self.wrong(button.span(), format!("button {}; allowed is 0 to {}", button.get_ref(), BUTTONS - 1))
             }
             _ => Ok(()),
         }
+    }
+
+    /// Refuses keys that the kind does not read.
+    fn keys(&self, edit: &EditScene) -> Result<(), SceneError> {
+        let given = [
+            (KeyName::Limit, edit.limit.as_ref().map(Spanned::span)),
+            (KeyName::Radius, edit.radius.as_ref().map(Spanned::span)),
+            (KeyName::Falloff, edit.falloff.as_ref().map(Spanned::span)),
+            (KeyName::Strength, edit.strength.as_ref().map(Spanned::span)),
+        ];
+        let (name, known) = match self.command(edit)? {
+            Command::Tool(kind) => (kind.name(), kind.keys()),
+            Command::Undo | Command::Redo => (edit.kind.get_ref().0.as_str(), [].as_slice()),
+        };
+        for (key, span) in given.into_iter().filter_map(|(key, span)| Some((key, span?))) {
+            if known.iter().any(|k| k.name == key) {
+                continue;
+            }
+            let list: Vec<String> = known.iter().map(|k| format!("`{}`", k.name.as_str())).collect();
+            let allowed = if list.is_empty() { "none of these keys".into() } else { list.join(", ") };
+            let text = format!("edit kind `{name}` does not read `{}`; it reads {allowed}", key.as_str());
+            return self.wrong(span, text);
+        }
+        Ok(())
     }
 
     fn probe(&self, probe: &ProbeScene, duration: f64) -> Result<(), SceneError> {

@@ -11,6 +11,7 @@ mod elastic_energy;
 mod force;
 mod kinetic_energy;
 mod parts;
+mod torque;
 mod volume;
 
 use crate::body::Body;
@@ -20,6 +21,7 @@ use std::fmt;
 /// Every quantity, in the order help lists them.
 pub static QUANTITIES: &[&Quantity] = &[
     &force::FORCE,
+    &torque::TORQUE,
     &depth::DEPTH,
     &displacement::DISPLACEMENT,
     &kinetic_energy::KINETIC_ENERGY,

@@ -97,7 +97,7 @@ impl Session {
 
     pub(super) fn sample_hands(&mut self, StepTime { start: time, dt }: StepTime) {
         let now = time + dt;
-        for slot in &mut self.tools {
+        for slot in self.tools.iter_mut().filter(|slot| slot.mirror.is_none()) {
             let device = &self.devices[slot.device];
             if device.driven && device.poses[slot.effector].flags & POSE_VALID == 0 {
                 slot.hand.leave();
@@ -111,6 +111,7 @@ impl Session {
             }
             add_sample_events(&mut self.events, slot, device, before, now);
         }
+        self.mirror_hands();
     }
 
     fn write_devices(&mut self) {
@@ -120,8 +121,9 @@ impl Session {
             let Some(device) = &mut slot.device else { continue };
             let mut outputs = [EffectorOutput::default(); MAX_EFFECTORS];
             for (tool, felt) in self.tools.iter().zip(&self.frame.tools) {
-                if tool.device == index {
+                if tool.device == index && tool.mirror.is_none() {
                     outputs[tool.effector].force = felt.device_force.into();
+                    outputs[tool.effector].torque = felt.device_torque.into();
                     outputs[tool.effector].taxels = tool.pad.as_ref().map_or(&[], |pad| &pad.taxels);
                 }
             }

@@ -45,7 +45,8 @@ impl Session {
             }
             let slot = &mut self.tools[tool];
             let cut = std::mem::take(&mut slot.advances) > 0;
-            self.settle(tool, cut || edit.release == Release::Keep);
+            let reshaped = std::mem::take(&mut slot.tool.reshaped);
+            self.settle(tool, cut || reshaped || edit.release == Release::Keep);
         }
         let slot = &mut self.tools[tool];
         slot.tool.release(&slot.hand);
@@ -93,10 +94,10 @@ impl Session {
             if body.system.nodes.is_empty() || body.frozen.is_some() {
                 continue;
             }
-            let Body { model, skin, system, carrier, .. } = body;
-            let kept = carrier
-                .embed_all(&self.pool, &system.nodes, model, skin)
-                .and_then(|()| carrier.keep(model, skin, system));
+            let kept = body.update_skin(&self.pool).and_then(|()| {
+                let Body { model, skin, system, carrier, .. } = body;
+                carrier.keep(model, skin, system)
+            });
             match kept {
                 Ok(()) => self.changed(index),
                 Err(error) => self.freeze(index, time, error.to_string()),

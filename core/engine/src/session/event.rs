@@ -21,6 +21,8 @@ pub enum EventKind {
     SpeedLimit,
     /// A pull let go because of its force.
     GripLost,
+    /// A hand pulls with more than its tool's coupling gives: the body follows less than the hand.
+    ForceLimit,
     /// A cut could not be made there; the model is what it was.
     CutRefused,
     /// Something was taken back or made again.

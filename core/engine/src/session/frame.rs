@@ -19,6 +19,10 @@ pub struct ToolFrame {
     pub force: Vec3,
     /// N, what the device was given, in its own axes
     pub device_force: Vec3,
+    /// N m, on the hand, of an edit that turns with it
+    pub torque: Vec3,
+    /// N m, what the device was given, in its own axes; zero where it renders none
+    pub device_torque: Vec3,
 }
 
 /// The state at the end of a step, but for the positions, which stay in the session.

@@ -11,6 +11,7 @@ use pliant_solver::Vec3;
 pub(super) struct Ongoing {
     dropped: bool,
     slowed: bool,
+    pulled: bool,
     /// By cause, in the order of [`Cause::ALL`].
     limited: [bool; Cause::ALL.len()],
 }
@@ -65,6 +66,20 @@ pub(super) fn add_sample_events(
     let text =
         || format!("hand of tool `{name}`: it moves faster than the {} m/s it is followed at (`speed`)", hand.fastest);
     events.add_episode(EventKind::SpeedLimit, slowed, &mut slot.ongoing.slowed, time, text);
+}
+
+/// Adds the event of a tool that holds a body and would need more force at `time` (s) than its device gives.
+pub(super) fn add_limit_event(events: &mut Events, slot: &mut ToolSlot, device: &str, time: f64) {
+    let wanted = slot.tool.wanted.filter(|_| slot.tool.holds());
+    let (name, most) = (&slot.tool.name, slot.tool.coupling.most);
+    let text = || {
+        format!(
+            "tool `{name}`: the hand pulls with {:.3} N and device `{device}` gives {most} N at most (its peak force): the body \
+             follows less than the hand; more is given by a device with a larger `peak-force`",
+            wanted.unwrap_or(0.0)
+        )
+    };
+    events.add_episode(EventKind::ForceLimit, u64::from(wanted.is_some()), &mut slot.ongoing.pulled, time, text);
 }
 
 /// Adds the events of a force that has just passed force safety at `time` (s).

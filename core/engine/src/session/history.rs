@@ -51,7 +51,7 @@ const MOST: usize = 100;
 
 /// Whether an edit is one that can be taken back.
 fn is_remembered(edit: &Edit) -> bool {
-    edit.kind.cuts() || edit.release == Release::Keep
+    edit.kind.cuts() || edit.kind.reshapes() || edit.release == Release::Keep
 }
 
 impl Session {
@@ -133,6 +133,9 @@ impl Session {
     /// An edit begins with a tool.
     pub(super) fn remember(&mut self, tool: usize, edit: usize) {
         if self.history.kept && is_remembered(&self.plan.edits[edit]) {
+            if self.tools[tool].mirror.is_some() {
+                return; // a part of the stroke of the hand it mirrors
+            }
             let now = self.save();
             self.history.under_way.push((tool, now));
             self.history.undone.clear();

@@ -10,6 +10,7 @@ mod frame;
 mod hand_events;
 mod history;
 mod lapse;
+mod mirror;
 mod open;
 mod place;
 mod sheets;
@@ -24,6 +25,7 @@ pub use event::{Event, EventKind, Events};
 pub use frame::{Frame, ToolFrame};
 pub use history::{Snapshot, SnapshotError};
 pub use lapse::{Lapse, Stage};
+pub use mirror::Mirror;
 pub use open::Options;
 
 use crate::body::{Body, Model};
@@ -90,6 +92,8 @@ pub struct ToolSlot {
     pub device: usize,
     /// See `device`.
     pub effector: usize,
+    /// Whose hand it mirrors, if it is a mirrored tool.
+    pub mirror: Option<Mirror>,
     edit: Option<usize>,
     /// For each body, how it meets it if not by holding vertices.
     soft: Vec<Option<SoftTip>>,

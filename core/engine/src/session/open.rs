@@ -70,11 +70,12 @@ impl Session {
                 standing.push((name, model));
             }
         }
-        let tools = plan
+        let mut tools = plan
             .tools
             .iter()
             .map(|&t| opening.tool(&scene.tool[t], &devices, scene, &plan, bodies.len()))
             .collect::<Result<Vec<_>, _>>()?;
+        super::mirror::join(&mut tools, &plan.mirrors, &mut bodies, &mut opening.events);
         let count = bodies.len();
         let springs = tools.iter().map(|_| NodeSprings::default()).collect();
         let mut session = Self {
@@ -231,6 +232,7 @@ impl Opening<'_> {
             samples: Arc::default(),
             layer_stiffness: 0.0,
             fixings,
+            symmetry: None,
             frozen: None,
         })
     }
@@ -302,6 +304,7 @@ impl Opening<'_> {
             slid_from: None,
             device,
             effector: effector as usize,
+            mirror: None,
             edit: None,
             soft: (0..bodies).map(|_| None).collect(),
             restitution,

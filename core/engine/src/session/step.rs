@@ -3,7 +3,7 @@
 
 use super::event::EventKind;
 use super::frame::{Frame, ToolFrame};
-use super::hand_events::{SafetyPass, add_safety_events};
+use super::hand_events::{SafetyPass, add_limit_event, add_safety_events};
 use super::thread_choice::ThreadChoice;
 use super::{Session, Stage};
 use crate::body::Body;
@@ -13,6 +13,8 @@ use crate::tool::{Cause, Tool};
 use pliant_solver::{ContactConstraints, Frequencies, Loads, NoContacts, StepError, StepTime, Vec3};
 use std::time::Instant;
 
+/// Driven axes of a device that renders torque.
+const TORQUE_AXES: u32 = 6;
 /// Elements of a body that one thread has done sooner than it has called others.
 const SMALL: usize = 1500;
 /// Elements of a body from which on others help wherever they are.
@@ -90,15 +92,21 @@ impl Session {
     fn touch(&mut self, time: f64) {
         for slot in &mut self.tools {
             let lost = slot.tool.slipped;
-            let mut step = Step { hand: &slot.hand, bodies: &mut self.bodies, moved: &self.moved };
+            let mut step = Step {
+                hand: &slot.hand,
+                bodies: &mut self.bodies,
+                moved: &self.moved,
+                time: StepTime { start: time, dt: self.dt },
+            };
             if let Err(error) = slot.tool.follow(&mut step) {
                 self.events.add(EventKind::Message, time, || error.to_string());
                 slot.tool.release(&slot.hand);
             }
             let slipped = slot.tool.slipped - lost;
             self.events.add_many(EventKind::GripLost, slipped, time, || {
-                format!("tool `{}`: the pull let go: its force was over the `limit` of its edit", slot.tool.name)
+                format!("tool `{}`: it let go: its force was over the `limit` of its edit", slot.tool.name)
             });
+            add_limit_event(&mut self.events, slot, &self.devices[slot.device].name, time);
         }
         self.move_tips(self.dt);
         self.press_sheets();
@@ -230,6 +238,12 @@ impl Session {
             let pass = SafetyPass { counts, last, wanted, given: device_force };
             add_safety_events(&mut self.events, slot, &pass, time + dt);
             let mut felt = tool_frame(&slot.tool, slot.hand.position, force, device_force);
+            felt.torque = slot.tool.reaction_torque(slot.hand.position, &self.bodies);
+            if self.devices[slot.device].facts.driven_axes >= TORQUE_AXES {
+                // Force safety passes a share of the force; the torque comes from the same springs, and takes the same share.
+                let share = if wanted.norm() > 0.0 { (device_force.norm() / wanted.norm()).min(1.0) } else { 1.0 };
+                felt.device_torque = share * to_device.to_device(felt.torque);
+            }
             felt.contact = felt.contact.or(sheet);
             frame.tools.push(felt);
             self.show(tool, on_bodies, dt);
@@ -262,5 +276,7 @@ fn tool_frame(tool: &Tool, hand: Vec3, force: Vec3, device_force: Vec3) -> ToolF
         depth: tool.depth,
         force,
         device_force,
+        torque: Vec3::zeros(),
+        device_torque: Vec3::zeros(),
     }
 }

@@ -58,9 +58,21 @@ impl SurfaceSearch {
         reach: f64,
     ) -> Result<Option<Near>, LatticeError> {
         let mut found = Vec::new();
-        search(&mut self.near, bodies, moved, (centre, reach), None, &mut found)?;
+        // Lists of cells hold weights for triangles or for samples of a ball: none outlives the search it was made for.
+        self.near.iter_mut().for_each(NearSurface::forget);
+        let searched = search(&mut self.near, bodies, moved, (centre, reach), None, &mut found);
+        self.near.iter_mut().for_each(NearSurface::forget);
+        searched?;
         Ok(found.into_iter().min_by(|a, b| a.distance.total_cmp(&b.distance)))
     }
+}
+
+/// The point of any sheet nearest to `centre`, within `reach` (m).
+pub(super) fn nearest_on_sheets(bodies: &[Body], centre: Vec3, reach: f64) -> Option<Near> {
+    let sheets =
+        bodies.iter().enumerate().filter_map(|(index, body)| Some((index as u32, body, body.carrier.sheet()?)));
+    let near = sheets.filter_map(|(index, body, sheet)| on_sheet(index, body, sheet, centre, reach));
+    near.min_by(|a, b| a.distance.total_cmp(&b.distance))
 }
 
 /// What of all bodies is within `reach` of `centre`: samples for a ball of a radius, triangles for a point.

@@ -1,7 +1,7 @@
 //! A tool: its proxy on the surfaces, its spring to the hand, and the loads it puts on bodies.
 
 use super::hand::Hand;
-use super::search::SurfaceSearch;
+use super::search::{SurfaceSearch, nearest_on_sheets};
 use crate::body::{Body, LatticeError, weigh};
 use crate::contact::{Friction, Patch, PlaceLoads, Proxy};
 use crate::edit::{Action, ActiveBall, BladeEdge, CarriedPlace, ContactPlace, CutStep, GRIP_REACH, Step};
@@ -24,7 +24,11 @@ impl Coupling {
     /// The factor that brings a force (N) down to the most the spring gives, and the factor of its stiffness: past the most, the
     /// force is constant.
     pub fn cap(&self, force: Vec3) -> (f64, f64) {
-        let size = force.norm();
+        self.cap_size(force.norm())
+    }
+
+    /// The same for a force of a size (N).
+    pub fn cap_size(&self, size: f64) -> (f64, f64) {
         if size > self.most { (self.most / size, 0.0) } else { (1.0, 1.0) }
     }
 }
@@ -47,6 +51,10 @@ pub struct Tool {
     pub presses: Vec<(Vec3, f64)>,
     /// Grips that were lost to too much force.
     pub slipped: u64,
+    /// Whether the edit under way has changed a shape at rest.
+    pub(crate) reshaped: bool,
+    /// N, what the edit under way asks of the coupling, where that is more than it gives
+    pub(crate) wanted: Option<f64>,
     pub(crate) surface: SurfaceSearch,
     pub(crate) loads: PlaceLoads,
     /// The edit under way; `None`: it passes through everything.
@@ -56,6 +64,8 @@ pub struct Tool {
     ball: Option<(ActiveBall, f64)>,
     /// Per body: what it does to its nodes.
     springs: Vec<NodeSprings>,
+    /// Per body: how often its nodes have been numbered anew.
+    numbering: Vec<u64>,
 }
 
 /// s, how long the cells around a contact stay free after it has ended, to spring back by themselves.
@@ -73,12 +83,15 @@ impl Tool {
             depth: 0.0,
             presses: Vec::new(),
             slipped: 0,
+            reshaped: false,
+            wanted: None,
             surface: SurfaceSearch::new(bodies),
             loads: PlaceLoads::default(),
             action: None,
             patch: Patch::default(),
             ball: None,
             springs: (0..bodies).map(|_| NodeSprings::default()).collect(),
+            numbering: vec![0; bodies],
         }
     }
 
@@ -144,6 +157,8 @@ impl Tool {
                 Some(ball) => Some(ball).filter(|ball| ball.body as usize == index),
                 None => approached(),
             };
+            let extra = action.extra_radius(body.carrier.edge());
+            let ball = ball.map(|ball| ActiveBall { extra_radius: ball.extra_radius + extra, ..ball });
             self.ball = ball.map(|ball| (ball, time)).or(self.ball);
         }
         let (ball, since) = self.ball?;
@@ -175,6 +190,18 @@ impl Tool {
     /// The cells of `body` have changed.
     pub fn forget(&mut self, body: usize) {
         self.surface.forget(body);
+        self.numbering[body] += 1;
+    }
+
+    /// A number that changes when nodes of a body are numbered anew.
+    pub(crate) fn numbering(&self, body: u32) -> u64 {
+        self.numbering[body as usize]
+    }
+
+    /// What [`Coupling::cap`] makes of a force of this size (N); one over the most is remembered for a warning.
+    pub(crate) fn cap(&mut self, size: f64) -> (f64, f64) {
+        self.wanted = (size > self.coupling.most).then_some(size);
+        self.coupling.cap_size(size)
     }
 
     /// Lets go of everything, and stands at the hand.
@@ -201,6 +228,7 @@ impl Tool {
         self.springs.iter_mut().for_each(NodeSprings::clear);
         self.presses.clear();
         self.depth = 0.0;
+        self.wanted = None;
         if !step.hand.present || self.action.is_none() {
             self.release(step.hand);
             return Ok(());
@@ -232,6 +260,12 @@ impl Tool {
         self.proxy.go(step.hand.position, contact, search)
     }
 
+    /// The place of a sheet that a fingertip lies on, within 1.1 radii of its centre.
+    pub(crate) fn sheet_below(&self, bodies: &[Body]) -> Option<ContactPlace> {
+        let near = nearest_on_sheets(bodies, self.proxy.position, 1.1 * self.proxy.radius);
+        near.map(|near| ContactPlace { body: near.body, rest: near.rest })
+    }
+
     /// Gives the body a force (N) over a disc around a rest place.
     pub(crate) fn press_disc(
         &mut self,
@@ -241,7 +275,7 @@ impl Tool {
         pulled: Vec3,
     ) -> Result<(), LatticeError> {
         self.patch.sample(rest, normal, body.carrier.edge());
-        let (scale, spring) = self.coupling.cap(pulled);
+        let (scale, spring) = self.cap(pulled.norm());
         self.loads.clear();
         for (place, share) in self.patch.places.iter().zip(&self.patch.shares) {
             let stiffness = diagonal(spring * share * self.coupling.stiffness);
@@ -254,6 +288,23 @@ impl Tool {
     /// Gives [`Tool::loads`] to the nodes of the body `index`.
     pub(crate) fn attach_loads(&mut self, body: &mut Body, index: u32) -> Result<(), LatticeError> {
         self.loads.attach(body, &mut self.springs[index as usize])
+    }
+
+    /// Whether the edit under way turns what it holds with the hand.
+    pub fn turns(&self) -> bool {
+        self.action.as_ref().is_some_and(|action| action.turns())
+    }
+
+    /// N m, on the hand at `hand` (m), at the end of a step: the opposite of the moment the bodies felt about it. Zero unless
+    /// the edit under way turns what it holds.
+    pub fn reaction_torque(&self, hand: Vec3, bodies: &[Body]) -> Vec3 {
+        if !self.turns() {
+            return Vec3::zeros();
+        }
+        let each = self.springs.iter().zip(bodies).filter(|(springs, _)| !springs.is_empty());
+        each.fold(Vec3::zeros(), |torque, (springs, body)| {
+            torque - springs.moment(hand, &body.system.nodes.x, &body.system.nodes.v)
+        })
     }
 
     /// N, on the hand, at the end of a step: the opposite of what the bodies felt.

@@ -54,6 +54,16 @@ impl Lattice {
             .find(|c| self.region.cell_fragment[*c] as usize == fragment)
     }
 
+    /// The active cell, or part of one, that carries a rest place.
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn cell_of(&self, place: Vec3) -> Result<Option<usize>, LatticeError> {
+        let (mut id, mut weights) = ([abi::NO_CELL], [[0.0; 8]]);
+        self.grid.weights(self.settings.level, &[place.into()], &mut id, &mut weights)?;
+        Ok(self.cell_at(id[0], place))
+    }
+
     /// m, how far the corners of a cell are from where the grid has them.
     pub fn displacements(&self, cell: u32, nodes: &Nodes) -> [Vec3; 8] {
         self.region.cell_corners[cell as usize].map(|n| nodes.x[n as usize] - self.grid_rest(n))
@@ -200,7 +210,7 @@ impl Lattice {
     }
 
     /// Where the weights of a cell's points start; computed when first asked for.
-    fn weigh(&mut self, cell: u32, model: &Model) -> Result<usize, LatticeError> {
+    pub(super) fn weigh(&mut self, cell: u32, model: &Model) -> Result<usize, LatticeError> {
         let known = self.weights_of[cell as usize];
         if known != NO_WEIGHTS {
             return Ok(known as usize);

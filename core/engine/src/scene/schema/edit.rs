@@ -1,7 +1,7 @@
 //! What is done, and what is measured.
 
 use super::{Force, Length, Time};
-use crate::edit::Command;
+use crate::edit::{Command, Falloff};
 use crate::probe::{QUANTITIES, Quantity};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
@@ -30,9 +30,31 @@ pub struct EditScene {
     /// What becomes of the shape at the end.
     #[serde(default)]
     pub release: Release,
-    /// A pull lets go when its force is over this; 3 N by default.
+    /// A pull or grab lets go when its force is over this; 3 N by default for a pull, none for a grab.
     #[schemars(with = "Option<Force>")]
     pub limit: Option<Spanned<Force>>,
+    /// Of what it acts on around the hand; three radii of the tool by default.
+    #[schemars(with = "Option<Length>")]
+    pub radius: Option<Spanned<Length>>,
+    /// How its weight falls from the centre to the radius; `smooth` by default.
+    #[schemars(with = "Option<Falloff>")]
+    pub falloff: Option<Spanned<Falloff>>,
+    /// Mirrors the hand in planes through the middle of the first body's box, such as `x` or `xz`; none by default.
+    #[schemars(with = "Option<String>")]
+    pub symmetry: Option<Spanned<String>>,
+    /// How much it does, in the unit of its kind.
+    #[schemars(with = "Option<Amount>")]
+    pub strength: Option<Spanned<Amount>>,
+}
+
+/// A number in SI or a text with a unit, of a quantity that depends on the kind of the edit.
+#[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq)]
+#[serde(untagged)]
+pub enum Amount {
+    /// In SI.
+    Number(f64),
+    /// With a unit.
+    Text(String),
 }
 
 /// The name of an edit kind, or `undo` or `redo`.

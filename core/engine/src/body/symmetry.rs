@@ -1,0 +1,95 @@
+//! Mirror symmetry of a model, kept to the bit.
+//!
+//! A lattice and a solver sum in an order that no mirror keeps, so the two halves of a symmetric model under mirrored hands differ
+//! in their last bits. Vertices are therefore paired with their mirror images, and both get the mean of their displacements.
+
+use super::{Model, Skin};
+use pliant_solver::Vec3;
+use std::collections::HashMap;
+
+/// Axes of a mirror: a point is mirrored in each that is set.
+pub type Axes = [bool; 3];
+
+/// A vector mirrored in some axes.
+pub fn mirrored(mut vector: Vec3, axes: Axes) -> Vec3 {
+    (0..3).filter(|i| axes[*i]).for_each(|i| vector[i] = -vector[i]);
+    vector
+}
+
+/// Vertices of a body paired with their mirror images, for each axis it is symmetric in.
+#[derive(Debug, Default)]
+pub struct Symmetry {
+    pairs: Vec<(Axes, Vec<u32>)>,
+}
+
+/// Distance, in longest edges of the model's box, within which a vertex is the mirror image of another.
+const TOLERANCE: f64 = 1e-6;
+
+impl Symmetry {
+    /// Pairs the vertices of a model about planes through `centre` (m). Gives the axes it is not symmetric in as well.
+    pub fn new(model: &Model, centre: Vec3, axes: Axes) -> (Self, Vec<usize>) {
+        let (mut found, mut missing) = (Self::default(), Vec::new());
+        for axis in (0..3).filter(|i| axes[*i]) {
+            let mirror = std::array::from_fn(|i| i == axis);
+            match partners(&model.surface.points, centre, mirror) {
+                Some(partners) => found.pairs.push((mirror, partners)),
+                None => missing.push(axis),
+            }
+        }
+        (found, missing)
+    }
+
+    /// Gives every vertex and its mirror image displacements that are mirror images of each other, to the bit.
+    pub fn apply(&self, model: &Model, skin: &mut Skin) {
+        let placed = &model.surface.points;
+        for (axes, partner) in &self.pairs {
+            for (a, &b) in partner.iter().enumerate().filter(|(a, b)| *a <= **b as usize) {
+                let b = b as usize;
+                if [a, b].iter().any(|v| skin.x.get(*v).is_none()) || (skin.x[a] == placed[a] && skin.x[b] == placed[b])
+                {
+                    continue;
+                }
+                let mean = 0.5 * ((skin.x[a] - placed[a]) + mirrored(skin.x[b] - placed[b], *axes));
+                skin.x[a] = placed[a] + mean;
+                skin.x[b] = placed[b] + mirrored(mean, *axes);
+            }
+        }
+    }
+}
+
+/// For each vertex the one where its mirror image is; `None` if one has none.
+fn partners(points: &[Vec3], centre: Vec3, axes: Axes) -> Option<Vec<u32>> {
+    let reach = points.iter().map(|p| (p - centre).amax()).fold(0.0, f64::max);
+    let size = 2.0 * TOLERANCE * reach;
+    if size == 0.0 {
+        return None;
+    }
+    let key = |p: Vec3| <[i64; 3]>::from((p / size).map(|c| c.floor() as i64));
+    let mut at: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
+    for (v, p) in points.iter().enumerate() {
+        at.entry(key(p - centre)).or_default().push(v as u32);
+    }
+    let nearest = |wanted: Vec3| {
+        let [x, y, z] = key(wanted);
+        let near = (0..27).flat_map(|i| at.get(&[x + i % 3 - 1, y + i / 3 % 3 - 1, z + i / 9 - 1])).flatten();
+        let away = |v: &u32| (points[*v as usize] - centre - wanted).norm();
+        near.copied().filter(|v| away(v) <= size).min_by(|a, b| away(a).total_cmp(&away(b)).then(a.cmp(b)))
+    };
+    let partner: Vec<u32> = points.iter().map(|p| nearest(mirrored(p - centre, axes))).collect::<Option<_>>()?;
+    // Vertices in one place, as on a seam, may pair with the same one.
+    let mutual = partner.iter().enumerate().all(|(a, &b)| partner[b as usize] as usize == a);
+    mutual.then_some(partner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn vertices_find_their_mirror_images_and_a_lone_one_is_told() {
+        let points = [[-1.0, 0.0, 2.0], [1.0, 0.0, 2.0], [0.0, 3.0, 0.0]].map(Vec3::from);
+        let axes = [true, false, false];
+        assert_eq!(partners(&points, Vec3::zeros(), axes), Some(vec![1, 0, 2]));
+        assert_eq!(partners(&[points[0], points[2]], Vec3::zeros(), axes), None);
+    }
+}

@@ -1,0 +1,87 @@
+//! Grab: a soft region of a body follows the hand, its position and its orientation.
+
+use super::brush::BrushShape;
+use super::grip::Grip;
+use super::key::{FALLOFF, Key, KeyName, RADIUS};
+use super::region::Region;
+use super::{Action, CarriedPlace, ContactPlace, EditKind, Step};
+use crate::body::LatticeError;
+use crate::plan::Edit;
+use crate::tool::Tool;
+
+/// Has a soft region follow the hand.
+pub(super) struct Grab;
+
+impl EditKind for Grab {
+    fn name(&self) -> &'static str {
+        "grab"
+    }
+
+    fn summary(&self) -> &'static str {
+        "Move and turn a soft region with the hand."
+    }
+
+    fn keys(&self) -> &'static [Key] {
+        &[RADIUS, FALLOFF, Key { name: KeyName::Limit, default: "none", summary: "It lets go above this force." }]
+    }
+
+    fn begin(&self, edit: &Edit, tool: &Tool, _bodies: usize) -> Box<dyn Action> {
+        let shape = BrushShape::of(edit, tool);
+        let limit = edit.limit.unwrap_or(f64::INFINITY);
+        Box::new(Grabbing { limit, grip: None, region: Region::new(shape, true) })
+    }
+}
+
+/// A grab under way.
+struct Grabbing {
+    /// N, it lets go above this force
+    limit: f64,
+    grip: Option<Grip>,
+    region: Region,
+}
+
+impl Action for Grabbing {
+    fn contact(&self, _tool: &Tool) -> Option<ContactPlace> {
+        self.grip.map(|grip| grip.at)
+    }
+
+    fn extra_radius(&self, edge: f64) -> f64 {
+        self.region.radius(edge)
+    }
+
+    fn holds(&self) -> bool {
+        self.grip.is_some()
+    }
+
+    fn turns(&self) -> bool {
+        true
+    }
+
+    fn follow(
+        &mut self,
+        tool: &mut Tool,
+        step: &mut Step<'_>,
+        _contact: Option<CarriedPlace>,
+    ) -> Result<(), LatticeError> {
+        tool.proxy.touch = None;
+        if self.grip.is_none() {
+            self.grip = Grip::take(tool, step)?;
+        }
+        let Some(grip) = self.grip else {
+            tool.proxy.position = step.hand.position;
+            return Ok(());
+        };
+        let body = &step.bodies[grip.at.body as usize];
+        if self.region.follow(tool, step.hand, body, grip.at)? > self.limit {
+            tool.slipped += 1;
+            self.release();
+            tool.stand_free(step.hand);
+        }
+        Ok(())
+    }
+
+    fn release(&mut self) {
+        self.grip = None;
+        self.region.release();
+    }
+}

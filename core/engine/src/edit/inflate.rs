@@ -1,0 +1,150 @@
+//! Inflate and deflate: a pressure on the surface around the hand, along its normals, and its reaction.
+//!
+//! Every vertex gets `p w A n / 3`, with the falloff w and the areas A n of its triangles as they are now, so the pressure follows the
+//! surface; over a closed surface the forces add up to nothing. The hand feels the opposite of their sum.
+
+use super::brush::{Brush, BrushShape};
+use super::grip::GRIP_REACH;
+use super::key::{FALLOFF, Key, KeyName, RADIUS, Strength};
+use super::{Action, CarriedPlace, ContactPlace, EditKind, Step};
+use crate::body::{Body, Carrier, LatticeError};
+use crate::plan::Edit;
+use crate::tool::Tool;
+use pliant_solver::Vec3;
+
+/// Presses on the surface around the hand.
+pub(super) struct Pressure {
+    name: &'static str,
+    summary: &'static str,
+    /// 1 outwards, -1 inwards
+    sign: f64,
+}
+
+/// Blows it up.
+pub(super) static INFLATE: Pressure =
+    Pressure { name: "inflate", summary: "Press the surface near the hand outwards along its normals.", sign: 1.0 };
+/// Sucks it in.
+pub(super) static DEFLATE: Pressure =
+    Pressure { name: "deflate", summary: "Press the surface near the hand inwards along its normals.", sign: -1.0 };
+
+/// Pa
+const PRESSURE: f64 = 1000.0;
+
+impl EditKind for Pressure {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn summary(&self) -> &'static str {
+        self.summary
+    }
+
+    fn keys(&self) -> &'static [Key] {
+        &[RADIUS, FALLOFF, Key { name: KeyName::Strength, default: "1 kPa", summary: "Pressure at the centre, Pa." }]
+    }
+
+    fn strength(&self) -> Option<Strength> {
+        Some(Strength { unit: "Pa", default: PRESSURE })
+    }
+
+    fn begin(&self, edit: &Edit, tool: &Tool, _bodies: usize) -> Box<dyn Action> {
+        Box::new(Pressing {
+            shape: BrushShape::of(edit, tool),
+            pressure: self.sign * edit.strength.unwrap_or(PRESSURE),
+            at: None,
+            brush: Brush::default(),
+            force: Vec::new(),
+        })
+    }
+}
+
+/// A pressure under way.
+struct Pressing {
+    shape: BrushShape,
+    /// Pa, outwards
+    pressure: f64,
+    at: Option<ContactPlace>,
+    brush: Brush,
+    /// N, of each node (n x 3)
+    force: Vec<Vec3>,
+}
+
+impl Action for Pressing {
+    fn contact(&self, _tool: &Tool) -> Option<ContactPlace> {
+        self.at
+    }
+
+    fn extra_radius(&self, edge: f64) -> f64 {
+        self.shape.radius_at(edge)
+    }
+
+    fn follow(
+        &mut self,
+        tool: &mut Tool,
+        step: &mut Step<'_>,
+        _contact: Option<CarriedPlace>,
+    ) -> Result<(), LatticeError> {
+        let hand = step.hand.position;
+        (tool.proxy.touch, tool.proxy.position) = (None, hand);
+        let near = tool.surface.nearest(step.bodies, step.moved, hand, GRIP_REACH * tool.proxy.radius)?;
+        self.at = near.map(|near| ContactPlace { body: near.body, rest: near.rest });
+        let Some(at) = self.at else { return Ok(()) };
+        let body = &mut step.bodies[at.body as usize];
+        let (now, settled) = body.carry_one(at.rest)?;
+        tool.depth = (now - settled).norm();
+        self.brush.cover(body, at.rest, self.shape)?;
+        let radius = self.shape.radius_at(body.carrier.edge());
+        let vertices = self.brush.vertices(body, settled, radius, self.shape.falloff)?;
+        self.force.clear();
+        self.force.resize(body.system.nodes.len(), Vec3::zeros());
+        press(&self.brush, &vertices, body, self.pressure, &mut self.force)?;
+        let total: Vec3 = self.force.iter().sum();
+        let (scale, _) = tool.cap(total.norm());
+        let springs = tool.springs_mut(at.body as usize);
+        for (n, force) in self.force.iter().enumerate().filter(|(_, force)| **force != Vec3::zeros()) {
+            springs.push(n as u32, scale * *force, [0.0; 9], [0.0; 9], body.system.nodes.x[n]);
+        }
+        Ok(())
+    }
+
+    fn release(&mut self) {
+        self.at = None;
+    }
+}
+
+/// Adds to the nodes what a pressure (Pa) on weighted vertices, sorted, comes to.
+fn press(
+    brush: &Brush,
+    vertices: &[(u32, f64)],
+    body: &mut Body,
+    pressure: f64,
+    force: &mut [Vec3],
+) -> Result<(), LatticeError> {
+    let Body { carrier, model, skin, system, .. } = body;
+    match carrier {
+        Carrier::Sheet(sheet) => {
+            sheet.embed(&system.nodes, skin);
+            for &(v, weight) in vertices {
+                force[sheet.node_of(v) as usize] += pressure * weight / 3.0 * model.area_around(v, &skin.x);
+            }
+        }
+        Carrier::Lattice(lattice) => {
+            let cells = brush.cells(lattice);
+            for &cell in &cells {
+                lattice.embed(cell, &system.nodes, model, skin)?;
+            }
+            for &cell in &cells {
+                let corners = lattice.region().cell_corners[cell as usize];
+                let (points, weights) = lattice.weighted_points(cell, model)?;
+                for (&v, weights) in points.iter().zip(weights) {
+                    let Ok(at) = vertices.binary_search_by_key(&v, |(of, _)| *of) else { continue };
+                    let load = pressure * vertices[at].1 / 3.0 * model.area_around(v, &skin.x);
+                    for (&n, w) in corners.iter().zip(weights) {
+                        force[n as usize] += *w * load;
+                    }
+                }
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,16 @@
+//! The torque on the hand.
+
+use super::{Quantity, Reading, Subject};
+
+/// The torque on the hand.
+pub(super) static TORQUE: Quantity = Quantity {
+    name: "torque",
+    summary: "Torque on the hand about its position, of an edit that turns with it (`grab`), N m.",
+    subject: Subject::Tool,
+    read,
+    ..Quantity::OF_BODY
+};
+
+fn read(reading: &Reading<'_>) -> f64 {
+    reading.frame.tools.get(reading.of).map_or(0.0, |tool| tool.torque.norm())
+}

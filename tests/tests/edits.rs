@@ -1,0 +1,483 @@
+//! The palette of edits: what each does to solids and sheets, what it leaves alone, and how it is taken back.
+
+use pliant_engine::session::{EventKind, Session};
+use pliant_mesh::geometry::Vec3;
+use pliant_mesh::testing::models;
+use pliant_mesh::{Bounds, ObjDocument, Surface};
+use pliant_tests::{Bench, open_file, root};
+
+/// m, the longest edge of every model
+const SIZE: f64 = 0.1;
+/// m, edge of a cell of level 5 around it
+const CELL: f64 = SIZE / 16.0;
+/// Every kind that acts on a soft region, with its keys.
+const KINDS: [(&str, &str); 9] = [
+    ("grab", ""),
+    ("inflate", "strength = \"1 kPa\"\nrelease = \"keep\""),
+    ("deflate", "strength = \"1 kPa\"\nrelease = \"keep\""),
+    ("smooth", ""),
+    ("flatten", ""),
+    ("pinch", ""),
+    ("relax", ""),
+    ("grow", ""),
+    ("shrink", ""),
+];
+
+fn run(session: &mut Session, seconds: f64) {
+    for _ in 0..(seconds / session.dt()).round() as usize {
+        session.step();
+    }
+}
+
+/// A place on a model and the normal there, m, with the model as large as a scene makes it.
+fn place(document: &ObjDocument, vertex: usize) -> (Vec3, Vec3) {
+    let surface = Surface::from_document(document);
+    let Bounds { min, max } = surface.bounds();
+    let (scale, centre) = (SIZE / (max - min).max(), min.lerp(&max, 0.5));
+    let at = surface.triangles[vertex % surface.triangles.len()].map(|v| scale * (surface.points[v as usize] - centre));
+    (at.iter().sum::<Vec3>() / 3.0, (at[1] - at[0]).cross(&(at[2] - at[0])).normalize())
+}
+
+/// A scene in which a hand of radius 5 mm stands over a place, goes through `way` (s, m along the normal) and lets go at 0.25 s.
+fn scene(body: &str, (at, normal): (Vec3, Vec3), way: &[(f64, f64)], kind: &str, keys: &str) -> String {
+    let row = |&(time, height): &(f64, f64)| {
+        let p = at + height * normal;
+        format!("[{time}, {}, {}, {}]", p.x, p.y, p.z)
+    };
+    let path = way.iter().map(row).collect::<Vec<_>>().join(", ");
+    format!(
+        r#"
+        format = 1
+        [time]
+        duration = "1 s"
+        [[body]]
+        {body}
+        [[device]]
+        name = "hand"
+        params = {{ interpolation = "smooth", peak-force = "50 N", path = [{path}] }}
+        [[tool]]
+        name = "finger"
+        device = "hand"
+        radius = "5 mm"
+        stiffness = "500 N/m"
+        [[edit]]
+        kind = "{kind}"
+        tool = "finger"
+        radius = "15 mm"
+        end = "0.25 s"
+        {keys}
+        "#
+    )
+}
+
+/// A place on the flank of the elephant in `model.obj`: the triangle of large x near the middle.
+fn flank(bench: &Bench) -> (Vec3, Vec3) {
+    let model = ObjDocument::parse(bench.read("model.obj"), &bench.path("model.obj")).expect("an OBJ");
+    let surface = Surface::from_document(&model);
+    let Bounds { min, max } = surface.bounds();
+    let middle = |t: &[u32; 3]| t.iter().map(|v| surface.points[*v as usize]).sum::<Vec3>() / 3.0;
+    let away = |t: &usize| {
+        let share = (middle(&surface.triangles[*t]) - min).component_div(&(max - min));
+        (share.y - 0.55).abs() + (share.z - 0.45).abs() - 0.5 * share.x
+    };
+    let at = (0..surface.triangles.len()).min_by(|a, b| away(a).total_cmp(&away(b))).expect("triangles");
+    place(&model, at)
+}
+
+const SOLID: &str = r#"mesh = "model.obj"
+size = "100 mm"
+material = { plugin = "mass-spring", params = { young = "10 kPa", damping-time = "0.5 ms" } }
+grid = { level = 5 }"#;
+
+/// How a hand goes in an edit: away from the surface where it takes hold, into it where it touches.
+fn way(kind: &str) -> [(f64, f64); 3] {
+    match kind {
+        "grab" => [(0.0, 0.001), (0.02, 0.001), (0.2, 0.006)],
+        "inflate" | "deflate" => [(0.0, 0.002), (0.1, 0.002), (0.2, 0.002)],
+        _ => [(0.0, 0.006), (0.05, 0.0035), (0.2, 0.0035)],
+    }
+}
+
+fn opened(bench: &Bench, text: &str) -> Session {
+    let mut session = open_file(&bench.write("scene.toml", text), 1, None);
+    session.keep_history();
+    session
+}
+
+/// Where the surface was handed in, and where it is, m.
+fn surfaces(session: &mut Session) -> (Vec<Vec3>, Vec<Vec3>) {
+    session.update_surface();
+    let body = &session.bodies[0];
+    (body.model.surface.points.clone(), body.skin.x.clone())
+}
+
+/// Triangles whose normals have turned by more than a right angle.
+fn inverted(session: &Session, before: &[Vec3], after: &[Vec3]) -> usize {
+    let triangles = &session.bodies[0].model.surface.triangles;
+    let normal = |points: &[Vec3], t: &[u32; 3]| {
+        let [a, b, c] = t.map(|v| points[v as usize]);
+        (b - a).cross(&(c - a))
+    };
+    triangles.iter().filter(|t| normal(before, t).dot(&normal(after, t)) < 0.0).count()
+}
+
+#[test]
+fn every_edit_on_generated_solids_leaves_the_rest_alone_turns_no_triangle_and_is_one_undo() {
+    for (i, model) in models(6, 20).iter().filter(|m| m.closed && m.genus.is_some()).take(3).enumerate() {
+        let bench = Bench::new();
+        bench.write("model.obj", &model.text);
+        for (k, (kind, keys)) in KINDS.into_iter().enumerate() {
+            let spot = place(&model.document(), 37 + 101 * i + 13 * k);
+            let mut session = opened(&bench, &scene(SOLID, spot, &way(kind), kind, keys));
+            run(&mut session, 0.24);
+            let what = format!("{kind} on {} at {:?}", model.name, spot.0);
+            assert_eq!(session.events.count(EventKind::Quarantine), 0, "{what}: {:?}", session.events.told());
+            let (before, after) = surfaces(&mut session);
+            let most = before.iter().zip(&after).map(|(a, b)| (b - a).norm()).fold(0.0, f64::max);
+            assert!(most > 1e-5, "{what} moved nothing: {most} m");
+            assert_eq!(inverted(&session, &before, &after), 0, "{what}");
+            // The region: ten cells around the contact, and the radius of the edit; two cells for its border.
+            let reach = 12.0 * CELL + 0.015 + 0.012;
+            for (a, b) in before.iter().zip(&after).filter(|(a, _)| (*a - spot.0).norm() > reach) {
+                assert!(a == b, "{what}: {a:?} is {} m away and moved to {b:?}", (a - spot.0).norm());
+            }
+            run(&mut session, 0.03);
+            let kept = surfaces(&mut session).1;
+            let stays = !matches!(kind, "grab");
+            assert_eq!(session.history(), (usize::from(stays), 0), "{what}");
+            if stays {
+                assert!(session.undo(), "{what}");
+                assert!(surfaces(&mut session).1 == before, "{what}: taken back to the bit");
+                assert!(session.redo(), "{what}");
+                assert!(surfaces(&mut session).1 == kept, "{what}: made again to the bit");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_grab_moves_the_surface_smoothly_at_every_level() {
+    let shape = |level: u32| {
+        format!(
+            "shape = {{ kind = \"sphere\", cells = 40, size = [0.1, 0.1, 0.1] }}\ngrid = {{ level = {level} }}\n\
+             material = {{ plugin = \"mass-spring\", params = {{ young = \"10 kPa\", damping-time = \"0.5 ms\" }} }}"
+        )
+    };
+    let spot = (Vec3::new(0.0, 0.0, 0.05), Vec3::z());
+    let mut reached = Vec::new();
+    for level in [5, 6, 7] {
+        let bench = Bench::new();
+        let mut session = opened(&bench, &scene(&shape(level), spot, &way("grab"), "grab", ""));
+        run(&mut session, 0.24);
+        let (before, after) = surfaces(&mut session);
+        let moved: Vec<Vec3> = before.iter().zip(&after).map(|(a, b)| b - a).collect();
+        let most = moved.iter().map(Vec3::norm).fold(0.0, f64::max);
+        reached.push(most);
+        // The strain of a Kelvinlet of the same load is at most u / eps, eps = 2 R / 3; cells make it uneven by as much again.
+        let steepest = 2.0 * most / (2.0 / 3.0 * 0.015);
+        for t in &session.bodies[0].model.surface.triangles {
+            for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])].map(|(a, b)| (a as usize, b as usize)) {
+                let (jump, length) = ((moved[a] - moved[b]).norm(), (before[a] - before[b]).norm());
+                assert!(jump <= steepest * length, "level {level}: {jump} m over {length} m; u is {most} m");
+            }
+        }
+    }
+    // The load is a density, not a patch of cells: the level changes the answer, not the shape.
+    assert!(reached.iter().all(|u| (u / reached[1] - 1.0).abs() < 0.5), "{reached:?} m");
+}
+
+/// `<<1/r>>` of the smooth falloff with radius 1, over both ends: what a point load's 1/r becomes between two loads spread so.
+fn mean_inverse_distance() -> f64 {
+    let (n, mut inside, mut sum) = (4000, 0.0, 0.0);
+    let h = 1.0 / f64::from(n);
+    for i in 0..n {
+        let r = (f64::from(i) + 0.5) * h;
+        let shell = (1.0 - r) * (1.0 - r) * (1.0 + 2.0 * r) * r * r * h;
+        inside += 0.5 * shell;
+        sum += 2.0 * shell * inside / r;
+        inside += 0.5 * shell;
+    }
+    sum / (inside * inside)
+}
+
+#[test]
+fn the_force_of_a_grab_is_that_of_a_regularised_point_load() {
+    let (young, poisson, half) = (20e3, 0.3, 0.08);
+    let bench = Bench::new();
+    // A cube with a speck of a cavity at its middle, for a hand to take hold of.
+    let mut text = String::new();
+    for i in 0..8 {
+        let [x, y, z] = [i & 1, i >> 1 & 1, i >> 2].map(|b| half * f64::from(2 * b - 1));
+        text += &format!("v {x} {y} {z}\n");
+    }
+    for (axis, sign) in (0..3).flat_map(|a| [(a, -1.0), (a, 1.0)]) {
+        let mut p = [0.0; 3];
+        p[axis] = 1e-4 * sign;
+        text += &format!("v {} {} {}\n", p[0], p[1], p[2]);
+    }
+    for [a, b, c, d] in [[1, 3, 4, 2], [5, 6, 8, 7], [1, 2, 6, 5], [3, 7, 8, 4], [1, 5, 7, 3], [2, 4, 8, 6]] {
+        text += &format!("f {a} {b} {c} {d}\n");
+    }
+    for (x, y, z) in (0..8).map(|i| (i & 1, i >> 1 & 1, i >> 2)) {
+        let [a, b, c] = [9 + x, 11 + y, 13 + z];
+        let even = (x + y + z) % 2 == 0;
+        text += &if even { format!("f {a} {b} {c}\n") } else { format!("f {a} {c} {b}\n") };
+    }
+    bench.write("cube.obj", text);
+    let mut compliance = Vec::new();
+    let radii = [0.03, 0.05];
+    for radius in radii {
+        let walls: String = (0..6)
+            .map(|wall| {
+                let (mut low, mut high) = ([-1.0; 3], [1.0; 3]);
+                if wall % 2 == 0 {
+                    low[wall / 2] = half - 1e-6
+                } else {
+                    high[wall / 2] = 1e-6 - half
+                }
+                format!("[[body.fixed]]\nbox = [{low:?}, {high:?}]\n")
+            })
+            .collect();
+        let body = format!(
+            "mesh = \"cube.obj\"\nmaterial = {{ plugin = \"corotational\", params = {{ young = {young}, poisson = {poisson} }} }}\n\
+             grid = {{ level = 5, region = \"whole\" }}\n{walls}"
+        );
+        let spot = (Vec3::zeros(), Vec3::x());
+        let way = [(0.0, 0.0), (0.05, 0.0), (0.1, 0.002)];
+        let text = scene(&body, spot, &way, "grab", "")
+            .replace("end = \"0.25 s\"", "")
+            .replace("15 mm", &format!("{radius} m"));
+        let text =
+            text.replace("duration = \"1 s\"", "duration = \"1 s\"\ndt = \"5 ms\"\nintegrator = \"backward-euler\"");
+        let mut session = opened(&bench, &text);
+        run(&mut session, 0.6);
+        let felt = session.frame().tools[0];
+        assert!(felt.force.x < 0.0 && felt.depth > 1e-4, "{felt:?}");
+        compliance.push(felt.depth / felt.force.norm());
+    }
+    // A fixed wall far away takes the same off both; what is left is Kelvin's solution between two spread loads.
+    let shear = young / (2.0 * (1.0 + poisson));
+    let a = 1.0 / (4.0 * std::f64::consts::PI * shear);
+    let b = a / (4.0 * (1.0 - poisson));
+    let exact = (a - b + b / 3.0) * mean_inverse_distance() * (1.0 / radii[0] - 1.0 / radii[1]);
+    let found = compliance[0] - compliance[1];
+    assert!((found / exact - 1.0).abs() < 0.1, "{found} m/N; Kelvin: {exact} m/N; {compliance:?}");
+}
+
+#[test]
+fn the_torque_of_a_grab_twists_a_bar_as_saint_venant_says() {
+    let (young, poisson, side) = (30e3, 0.3, 0.03_f64);
+    let bench = Bench::new();
+    let text = format!(
+        r#"
+        format = 1
+        [time]
+        duration = "2 s"
+        dt = "2 ms"
+        integrator = "backward-euler"
+        [[body]]
+        shape = {{ kind = "box", cells = 12, size = [{side}, {side}, 0.12] }}
+        material = {{ plugin = "corotational", params = {{ young = {young}, poisson = {poisson}, damping-time = "5 ms" }} }}
+        grid = {{ level = 6, region = "whole" }}
+        [[body.fixed]]
+        box = [[-1, -1, -1], [1, 1, -0.0599]]
+        [[device]]
+        name = "hand"
+        [device.params]
+        interpolation = "smooth"
+        peak-force = "100 N"
+        path = [[0, 0, 0, 0.061]]
+        rotation = [[0.05, 0, 0, 0], [0.3, 0, 0, 15]]
+        [[tool]]
+        name = "wrench"
+        device = "hand"
+        radius = "2 mm"
+        stiffness = "5000 N/m"
+        [[edit]]
+        kind = "grab"
+        tool = "wrench"
+        radius = "25 mm"
+        "#
+    );
+    let mut session = opened(&bench, &text);
+    run(&mut session, 0.8);
+    let torque = -session.frame().tools[0].torque.z;
+    let nodes = &session.bodies[0].system.nodes;
+    let turned = |height: f64| {
+        let (mut moment, mut inertia) = (0.0, 0.0);
+        for (rest, x) in nodes.rest.iter().zip(&nodes.x).filter(|(rest, _)| (rest.z - height).abs() < 1e-4) {
+            moment += rest.x * x.y - rest.y * x.x;
+            inertia += rest.x * x.x + rest.y * x.y;
+        }
+        moment.atan2(inertia)
+    };
+    let (low, high) = (-0.03, 0.015);
+    let rate = (turned(high) - turned(low)) / (high - low);
+    let exact = young / (2.0 * (1.0 + poisson)) * 0.1406 * side.powi(4) * rate;
+    // A node an eighth of the side apart stiffens torsion by a few per cent.
+    assert!(rate > 0.5 && (torque / exact - 1.0).abs() < 0.1, "{torque} N m; Saint-Venant: {exact} N m; {rate} rad/m");
+}
+
+#[test]
+fn inflating_a_thin_sphere_stretches_it_as_laplace_says() {
+    let (pressure, radius, young, poisson) = (100.0, 0.05, 500.0, 0.2);
+    let body = format!(
+        "shape = {{ kind = \"sphere\", cells = 24, size = [0.1, 0.1, 0.1] }}\nsheet = {{}}\nmaterial = {{ plugin = \"cloth\", params = \
+         {{ young-warp = {young}, young-weft = {young}, poisson = {poisson}, damping-time = \"5 ms\" }} }}"
+    );
+    let spot = (Vec3::new(0.0, 0.0, radius), Vec3::z());
+    let keys = format!("strength = {pressure}\nfalloff = \"constant\"");
+    let text = scene(&body, spot, &[(0.0, 0.0), (1.0, 0.0)], "inflate", &keys).replace("15 mm", "1 m");
+    let text = text
+        .replace("end = \"0.25 s\"", "")
+        .replace("duration = \"1 s\"", "duration = \"1 s\"\nintegrator = \"backward-euler\"");
+    let bench = Bench::new();
+    let mut session = opened(&bench, &text);
+    run(&mut session, 0.3);
+    let (before, after) = surfaces(&mut session);
+    let mean = |points: &[Vec3]| {
+        let centre = points.iter().sum::<Vec3>() / points.len() as f64;
+        points.iter().map(|p| (p - centre).norm()).sum::<f64>() / points.len() as f64
+    };
+    let strain = mean(&after) / mean(&before) - 1.0;
+    let exact = pressure * radius * (1.0 - poisson) / (2.0 * young);
+    assert!((strain / exact - 1.0).abs() < 0.05, "{strain}; T = p R / 2 gives {exact}");
+    let force = session.frame().tools[0].force.norm();
+    assert!(
+        force < 1e-3 * pressure * std::f64::consts::PI * radius * radius,
+        "a closed surface gives no reaction: {force} N"
+    );
+}
+
+#[test]
+fn mirrored_hands_keep_a_symmetric_model_symmetric_to_the_bit() {
+    let bench = Bench::new();
+    std::fs::copy(root().join("scenes/elephant.obj"), bench.path("model.obj")).expect("copied");
+    let spot = flank(&bench);
+    for (kind, keys) in [("grab", "release = \"keep\""), ("grow", ""), ("inflate", "release = \"keep\"")] {
+        let text = scene(SOLID, spot, &way(kind), kind, &format!("{keys}\nsymmetry = \"x\""));
+        let mut session = opened(&bench, &text);
+        let told = session.events.told().to_vec();
+        assert_eq!(session.events.count(EventKind::Model), 0, "{told:?}");
+        assert_eq!(session.tools[1].tool.name, "finger mirrored in x");
+        run(&mut session, 0.3);
+        let (before, after) = surfaces(&mut session);
+        // Zero has two signs.
+        let key = |p: &Vec3| [p.x, p.y, p.z].map(|c| (c + 0.0).to_bits());
+        let all: std::collections::HashSet<_> = after.iter().map(key).collect();
+        let moved = before.iter().zip(&after).filter(|(a, b)| a != b);
+        assert!(moved.clone().count() > 50, "{kind} moved little");
+        for (a, b) in moved {
+            let image = Vec3::new(-b.x, b.y, b.z);
+            assert!(all.contains(&key(&image)), "{kind}: {a:?} went to {b:?}, and nothing to its mirror image");
+        }
+        let stays = session.history();
+        assert_eq!(stays, (1, 0), "{kind}: both hands make one stroke");
+    }
+}
+
+#[test]
+fn edits_do_what_they_are_called() {
+    let bench = Bench::new();
+    std::fs::copy(root().join("scenes/elephant.obj"), bench.path("model.obj")).expect("copied");
+    let spot = flank(&bench);
+    let volume = |session: &Session, points: &[Vec3]| {
+        let each = session.bodies[0].model.surface.triangles.iter().map(|t| t.map(|v| points[v as usize]));
+        each.map(|[a, b, c]| a.dot(&b.cross(&c)) / 6.0).sum::<f64>()
+    };
+    let mut grown = std::collections::BTreeMap::new();
+    for (kind, keys) in KINDS {
+        let mut session = opened(&bench, &scene(SOLID, spot, &way(kind), kind, keys));
+        run(&mut session, 0.6);
+        let (before, after) = surfaces(&mut session);
+        grown.insert(kind, volume(&session, &after) - volume(&session, &before));
+        let height = |p: &Vec3| (p - spot.0).dot(&spot.1);
+        let near: Vec<usize> = (0..before.len()).filter(|v| (before[*v] - spot.0).norm() < 0.008).collect();
+        let spread = |points: &[Vec3]| {
+            let mean = near.iter().map(|v| height(&points[*v])).sum::<f64>() / near.len() as f64;
+            near.iter().map(|v| (height(&points[*v]) - mean).powi(2)).sum::<f64>().sqrt()
+        };
+        match kind {
+            "grab" => assert!(before.iter().zip(&after).all(|(a, b)| (a - b).norm() < 1e-4), "it springs back"),
+            "flatten" => assert!(spread(&after) < 0.8 * spread(&before), "{} {}", spread(&after), spread(&before)),
+            "relax" => assert!(
+                near.iter().map(|v| height(&after[*v]) - height(&before[*v])).sum::<f64>() < 0.0,
+                "a dent stays"
+            ),
+            _ => {}
+        }
+    }
+    for (more, less) in [("inflate", "deflate"), ("grow", "shrink")] {
+        assert!(grown[more] > 1e-9 && grown[less] < -1e-9, "m^3: {grown:?}");
+    }
+}
+
+#[test]
+fn a_hand_that_asks_for_more_force_than_its_device_gives_is_told() {
+    let bench = Bench::new();
+    let body = "shape = { kind = \"box\", cells = 12, size = [0.04, 0.04, 0.04] }\nmaterial = { plugin = \"mass-spring\" }\ngrid = { level = 5 }";
+    let spot = (Vec3::new(0.0, 0.0, 0.02), Vec3::z());
+    let text = scene(body, spot, &way("grab"), "grab", "").replace("50 N\"", "0.1 N\"");
+    bench.write("scene.toml", text);
+    bench.pliant(&["run", "scene.toml", "-q", "--out", "out"]).expect(0);
+    let summary = bench.summary("out");
+    assert!(summary["event_counts"]["force-limit"].as_u64().is_some_and(|n| n > 10), "{summary}");
+    let text = summary["events"].to_string();
+    assert!(text.contains("device `hand` gives 0.1 N at most") && text.contains("peak-force"), "{text}");
+}
+
+#[test]
+fn an_edit_is_recorded_and_replayed_to_the_bit() {
+    let bench = Bench::new();
+    for (kind, keys) in [("grab", "symmetry = \"x\""), ("smooth", "symmetry = \"xy\""), ("inflate", "")] {
+        let body = "shape = { kind = \"sphere\", cells = 16, size = [0.04, 0.04, 0.04] }\nmaterial = { plugin = \"mass-spring\" }\ngrid = { level = 5 }";
+        let spot = (Vec3::new(0.0120, 0.0, 0.0160), Vec3::new(0.6, 0.0, 0.8));
+        let text = scene(body, spot, &way(kind), kind, keys).replace("\"1 s\"", "\"0.3 s\"");
+        bench.write("scene.toml", text);
+        bench.pliant(&["run", "scene.toml", "-q", "--out", "out", "--record", "a.rec"]).expect(0);
+        bench.pliant(&["replay", "a.rec", "--verify", "-q"]).expect(0);
+    }
+}
+
+#[test]
+fn keys_that_a_kind_does_not_read_and_odd_values_are_refused() {
+    let bench = Bench::new();
+    let body =
+        "shape = { kind = \"box\", cells = 4, size = [0.04, 0.04, 0.04] }\nmaterial = { plugin = \"mass-spring\" }";
+    let spot = (Vec3::new(0.0, 0.0, 0.02), Vec3::z());
+    for (kind, keys, parts) in [
+        ("touch", "", ["edit kind `touch` does not read `radius`", "none of these keys"]),
+        ("grab", "strength = 3", ["edit kind `grab` does not read `strength`", "`radius`, `falloff`, `limit`"]),
+        ("inflate", "strength = \"3 mm\"", ["strength of a `inflate`", "a pressure"]),
+        ("smooth", "strength = -1", ["strength is -1 Hz", "a number above 0"]),
+        ("smooth", "symmetry = \"xx\"", ["symmetry \"xx\"", "one or more of x, y and z"]),
+        ("smooth", "falloff = \"soft\"", ["soft", "constant"]),
+    ] {
+        bench.write("scene.toml", scene(body, spot, &way(kind), kind, keys));
+        bench.pliant(&["run", "scene.toml", "-q", "--out", "out"]).expect(2).says(&parts);
+    }
+}
+
+#[test]
+fn edits_work_on_sheets() {
+    let bench = Bench::new();
+    let body = "shape = { kind = \"sheet\", cells = 32, rows = 32, size = [0.1, 0.1, 0] }\nsheet = {}\nmaterial = { plugin = \"cloth\", params = { \
+                young-warp = 300, young-weft = 300, poisson = 0.2, damping-time = \"5 ms\" } }\n[[body.fixed]]\nbox = [[-1, -1, -1], [1, -0.049, 1]]\n\
+                [[body.fixed]]\nbox = [[-1, 0.049, -1], [1, 1, 1]]";
+    for (kind, keys) in KINDS {
+        let spot = (Vec3::zeros(), Vec3::z());
+        let text = scene(body, spot, &way(kind), kind, &keys.replace("1 kPa", "20 Pa"));
+        let text = text.replace("duration = \"1 s\"", "duration = \"1 s\"\nintegrator = \"backward-euler\"");
+        let mut session = opened(&bench, &text.replace("500 N/m", "100 N/m"));
+        run(&mut session, 0.24);
+        assert_eq!(session.events.count(EventKind::Quarantine), 0, "{kind}: {:?}", session.events.told());
+        let (before, after) = surfaces(&mut session);
+        let most = before.iter().zip(&after).map(|(a, b)| (b - a).norm()).fold(0.0, f64::max);
+        assert!(most > 1e-6 && most < 0.05, "{kind}: {most} m");
+        run(&mut session, 0.05);
+        if !matches!(kind, "grab") {
+            assert!(session.undo(), "{kind}");
+            assert!(surfaces(&mut session).1 == before, "{kind}: taken back to the bit");
+        }
+    }
+}
