@@ -52,6 +52,7 @@ impl Symmetry {
                 let mean = 0.5 * ((skin.x[a] - placed[a]) + mirrored(skin.x[b] - placed[b], *axes));
                 skin.x[a] = placed[a] + mean;
                 skin.x[b] = placed[b] + mirrored(mean, *axes);
+                [a, b].iter().for_each(|v| skin.pages.mark(*v as u32));
             }
         }
     }
