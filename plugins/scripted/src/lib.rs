@@ -21,11 +21,6 @@ pub struct Scripted {
 
 const PARAMS: &[Param] = &[
     Param::table(c"path", c"time|x|y|z", c"keyframes: time in s, position in m, device axes"),
-    Param::table(
-        c"rotation",
-        c"time|x|y|z",
-        c"keyframes: time in s, rotation vector (axis times angle) in degrees, device axes; the hand does not turn by default",
-    ),
     Param::table(c"buttons", c"time|mask", c"pressed buttons from each time on: button i is bit i of the mask"),
     Param::path(c"recording", c"in the place of `path`: a CSV file with rows time,x,y,z or time,x,y,z,mask"),
     Param::choice(
@@ -35,6 +30,11 @@ const PARAMS: &[Param] = &[
     ),
     Param::number(c"peak-force", c"N", (1e-3, 1e4), 3.3, c"peak force it declares"),
     Param::number(c"stiffness", c"N/m", (1e-3, 1e6), 700.0, c"largest stable stiffness it declares"),
+    Param::table(
+        c"rotation",
+        c"time|x|y|z",
+        c"keyframes: time in s, rotation vector (axis times angle) in degrees, device axes; the hand does not turn by default",
+    ),
 ];
 
 impl Device for Scripted {

@@ -11,7 +11,7 @@ use pliant_solver::Vec3;
 pub(super) struct Flatten;
 
 /// 1/s
-const RATE: f64 = 4.0;
+const RATE: f64 = 10.0;
 
 impl EditKind for Flatten {
     fn name(&self) -> &'static str {
@@ -28,7 +28,7 @@ impl EditKind for Flatten {
             FALLOFF,
             Key {
                 name: KeyName::Strength,
-                default: "4 Hz",
+                default: "10 Hz",
                 summary: "Share of its distance from the plane that a point loses in a second, Hz.",
             },
         ]

@@ -21,9 +21,9 @@ use std::fmt;
 /// Every quantity, in the order help lists them.
 pub static QUANTITIES: &[&Quantity] = &[
     &force::FORCE,
-    &torque::TORQUE,
     &depth::DEPTH,
     &displacement::DISPLACEMENT,
+    &torque::TORQUE,
     &kinetic_energy::KINETIC_ENERGY,
     &elastic_energy::ELASTIC_ENERGY,
     &parts::PARTS,
