@@ -4,7 +4,7 @@
 //! window offers whatever kinds there are, and chooses between them as a person with a real device does: by what is pressed.
 
 use crate::draft::HAND;
-use pliant_engine::edit::{EditKind, KINDS};
+use pliant_engine::edit::{EditKind, KINDS, KeyName};
 use pliant_engine::scene::Release;
 use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value, value};
 
@@ -64,7 +64,7 @@ pub fn give_hand(scene: &mut DocumentMut, hand: &HandSettings) {
             edit["tool"] = value(HAND);
             edit["button"] = value(i64::from(stroke_button(place, release)));
             edit["release"] = value(name);
-            if kind.keys().contains(&"limit") {
+            if kind.keys().iter().any(|key| key.name == KeyName::Limit) {
                 edit["limit"] = value(hand.peak_force);
             }
             edits.push(edit);
