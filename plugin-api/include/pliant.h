@@ -125,7 +125,8 @@ extern PLIANT_EXPORT const pliant_library pliant_entry;
 #define PLIANT_LINK        2u /* 2 corners; measure: boundary weight, 1 inside the body */
 #define PLIANT_TRIANGLE    3u /* 3 corners; measure: 1; material coordinates of each corner (m) */
 #define PLIANT_HINGE       4u /* 4 corners: the edge a, b, then the vertex left of it and the one right of it; measure: 1 */
-#define PLIANT_TETRAHEDRON 5u /* 4 corners, positive volume at rest; measure: the share of it that belongs to the body */
+#define PLIANT_TETRAHEDRON 5u /* 4 corners, positive volume at rest; measure: the volume it stands for over its own, the share of
+                                it that belongs to the body */
 
 /* Families of links, by the direction they have in a grid of cubic cells. */
 #define PLIANT_STRUCTURAL    1u /* along an edge of a cell */
@@ -141,6 +142,9 @@ extern PLIANT_EXPORT const pliant_library pliant_entry;
 #define PLIANT_IS_COUPLED 16u /* hinges and triangles: coupled bending; requires the extension pliant_coupled */
 #define PLIANT_WANTS_NORMALS 32u /* triangles and hinges: an energy of vertex normals; requires the extension pliant_normals */
 #define PLIANT_HAS_SINGLE 64u /* with HAS_FORCES: stiffness in single precision; requires the extension pliant_single */
+#define PLIANT_INNER_TETRAHEDRON 128u /* tetrahedra: of the five of a cell only the inner one, which stands for the whole cell: its
+                                         measure is three times the share of the cell that belongs to the body. A host that does
+                                         not know the flag gives all five. */
 
 typedef struct pliant_element_request {  /* a kind of element the material works on */
   size_t size;

@@ -101,8 +101,13 @@ fn a_kept_pull_on_a_sheet_is_taken_back_and_made_again_to_the_bit() {
     }
 }
 
-/// A block under a blade that comes down in half a second.
+/// A block under a blade that comes down in half a second, held by a hand that lets go of button 0 for 20 ms.
 fn block(button: &str, edits: &str) -> Session {
+    block_cut_by("[[0.0, 1], [0.3, 0], [0.32, 1]]", button, edits)
+}
+
+/// The same, with a table of the hand's buttons: times (s) and masks.
+fn block_cut_by(buttons: &str, button: &str, edits: &str) -> Session {
     let mut session = open(
         &format!(
             r#"
@@ -117,7 +122,7 @@ fn block(button: &str, edits: &str) -> Session {
             box = [["-1 m", "-1 m", "-1 m"], ["1 m", "1 m", "-19 mm"]]
             [[device]]
             name = "hand"
-            params = {{ path = [[0, 0.003, -0.05, 0.03], [0.5, 0.003, -0.05, -0.01]], buttons = [[0.0, 1], [0.3, 0], [0.32, 1]] }}
+            params = {{ path = [[0, 0.003, -0.05, 0.03], [0.5, 0.003, -0.05, -0.01]], buttons = {buttons} }}
             [[tool]]
             name = "knife"
             device = "hand"
@@ -164,4 +169,30 @@ fn its_button_pressed_anew_begins_it_again() {
     run(&mut session, 0.2);
     assert!(depth(&session) > 2, "pressed again at 0.32 s, it cuts");
     assert_eq!(session.history(), (1, 0));
+}
+
+#[test]
+fn undo_and_redo_by_button_happen_each_time_it_is_pressed_and_only_then() {
+    let edits = "[[edit]]\nkind = \"undo\"\nbutton = 1\n[[edit]]\nkind = \"redo\"\nbutton = 2\nend = \"0.9 s\"\n";
+    let buttons =
+        "[[0.0, 1], [0.3, 0], [0.7, 2], [0.75, 0], [0.8, 4], [0.85, 0], [0.9, 2], [0.95, 0], [1.0, 4], [1.05, 2]]";
+    let mut session = block_cut_by(buttons, "button = 0", edits);
+    run(&mut session, 0.69);
+    let cut = depth(&session);
+    assert!(cut > 2, "nothing was undone before its button was pressed: {cut} advances");
+    run(&mut session, 0.03);
+    assert_eq!(
+        (depth(&session), session.history()),
+        (0, (0, 1)),
+        "undone once, though the button is held for 50 steps"
+    );
+    run(&mut session, 0.1);
+    assert_eq!((depth(&session), session.history()), (cut, (1, 0)), "the other button makes it again");
+    run(&mut session, 0.1);
+    assert_eq!(depth(&session), 0, "pressed anew, it undoes again");
+    run(&mut session, 0.1);
+    assert_eq!(depth(&session), 0, "a redo that has ended does nothing");
+    let events = session.events.count(EventKind::History);
+    run(&mut session, 0.1);
+    assert_eq!(session.events.count(EventKind::History), events + 1, "nothing left to undo is an event");
 }

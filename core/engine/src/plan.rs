@@ -41,6 +41,29 @@ pub struct Edit {
     pub strength: Option<f64>,
 }
 
+/// An undo or redo that a scene asks for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HistoryStep {
+    /// Redo, else undo.
+    pub redo: bool,
+    /// When it happens.
+    pub trigger: Trigger,
+}
+
+/// When an undo or redo happens.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Trigger {
+    /// s, once
+    Time(f64),
+    /// Each time a hand presses a button.
+    Button {
+        /// Number of the button, from 0.
+        button: u32,
+        /// s, from and until
+        span: (f64, f64),
+    },
+}
+
 /// One thing measured.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Probe {
@@ -79,8 +102,8 @@ pub struct Plan {
     pub edits: Vec<Edit>,
     /// Name of the material of faces that a blade makes inside of a body.
     pub cap_material: String,
-    /// s, rising: when something is taken back, or (true) made again
-    pub steps_back: Vec<(f64, bool)>,
+    /// Undo and redo, in the order of the scene.
+    pub history_steps: Vec<HistoryStep>,
     /// In the order of the scene.
     pub probes: Vec<Probe>,
     /// m/s^2
@@ -133,7 +156,12 @@ impl Plan {
             let kind = match Command::find(&edit.kind.get_ref().0) {
                 Some(Command::Tool(kind)) => kind,
                 command => {
-                    self.steps_back.push((start, command == Some(Command::Redo)));
+                    let end = edit.end.as_ref().map_or(f64::INFINITY, |t| t.get_ref().si);
+                    let trigger = match &edit.button {
+                        Some(button) => Trigger::Button { button: *button.get_ref(), span: (start, end) },
+                        None => Trigger::Time(start),
+                    };
+                    self.history_steps.push(HistoryStep { redo: command == Some(Command::Redo), trigger });
                     continue;
                 }
             };
@@ -180,10 +208,9 @@ impl Plan {
         if !self.cuts() {
             self.leave("cutting", "no edit is a cut");
         }
-        if self.steps_back.is_empty() {
+        if self.history_steps.is_empty() {
             self.leave("the history of edits", "nothing is undone");
         }
-        self.steps_back.sort_by(|a, b| a.0.total_cmp(&b.0));
         Ok(())
     }
 

@@ -40,6 +40,9 @@ pub const IS_COUPLED: u32 = 16;
 pub const WANTS_NORMALS: u32 = 32;
 /// Flag of a request with [`HAS_FORCES`]: stiffness in single precision, by [`Single`].
 pub const HAS_SINGLE: u32 = 64;
+/// Flag of a tetrahedron request: of the five tetrahedra of a cell only the inner one, which stands for the whole cell. Its measure is
+/// three times the share of the cell that belongs to the body. A host that does not know the flag gives all five.
+pub const INNER_TETRAHEDRON: u32 = 128;
 
 /// Set in a slot whose block is stored transposed.
 pub const TRANSPOSED: u32 = 0x8000_0000;

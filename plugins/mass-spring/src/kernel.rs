@@ -16,6 +16,7 @@ mod avx512;
 
 use crate::gather::Energy;
 use crate::stiffness::Stiffness;
+use crate::volume::{self, Tetrahedra};
 use pliant_plugin_api::lanes::Vec3;
 use pliant_plugin_api::{BlockScalar, Blocks, Elements, NodeVectors, NodeWindow, TangentScale, prefetch};
 
@@ -153,6 +154,16 @@ impl Kernel {
     /// Adds the stiffness and damping of each spring: see [`Stiffness`].
     pub fn stiffness<T: BlockScalar>(&self, springs: Springs<'_>, scale: TangentScale, out: &mut Blocks<'_, T>) {
         self.arch.dispatch(Stiffness::new(springs, scale, out));
+    }
+
+    /// Adds the forces of volumes: see [`volume`].
+    pub fn volume_forces(&self, tetrahedra: Tetrahedra<'_>, out: &mut NodeVectors<'_>) {
+        self.arch.dispatch(volume::Forces { tetrahedra, out });
+    }
+
+    /// Adds `factor` times the stiffness of volumes: see [`volume::Stiffness`].
+    pub fn volume_stiffness<T: BlockScalar>(&self, tetrahedra: Tetrahedra<'_>, factor: f64, out: &mut Blocks<'_, T>) {
+        self.arch.dispatch(volume::Stiffness { tetrahedra, factor, out });
     }
 
     /// Sum of `k/2 (l - l0)^2`, J.

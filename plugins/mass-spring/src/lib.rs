@@ -4,20 +4,23 @@
 //! The default mode here keeps them: with structural springs of stiffness `k = 0.4 E h`, shear springs of `0.4 E l / sqrt(2)` (the same
 //! number, as their length l is `sqrt(2) h`), and weights for the share of the cells around a spring that belong to the body, a block has
 //! exactly Young's modulus E and Poisson's ratio 1/4 at every level. A lattice of central springs cannot have another ratio (Cauchy
-//! relation). The paper's mode is there for comparison.
+//! relation). Springs alone fold when they are squeezed by more than about a third, so the tetrahedra of cells resist the loss of volume,
+//! with a law that adds nothing to either at small strains (`volume`). The paper's mode is there for comparison and has no such law.
 
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))]
 
 mod gather;
 mod kernel;
 mod stiffness;
+mod volume;
 
 use kernel::Springs;
 use pliant_plugin_api::lanes::Vec3;
 use pliant_plugin_api::{
-    AsMaterial, Blocks, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, Param, Params,
-    Planes, SingleBlocks, TangentScale, abi, export_plugins,
+    AsMaterial, BlockScalar, Blocks, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, Param,
+    Params, Planes, SingleBlocks, TangentScale, abi, export_plugins,
 };
+use volume::Tetrahedra;
 
 /// The material of one body.
 pub struct MassSpring {
@@ -26,6 +29,8 @@ pub struct MassSpring {
     damping_time: f64,
     /// Whether springs on the surface of the body have the boundary weight.
     is_weighted: bool,
+    /// Modulus of the resistance of cells to the loss of volume, Pa; 0 for none.
+    volume_modulus: f64,
     kernel: kernel::Kernel,
 }
 
@@ -58,6 +63,13 @@ const PARAMS: &[Param] = &[
         (0.0, 0.2),
         0.0,
         c"stiffness of flexion springs over that of shear springs; the modulus stays",
+    ),
+    Param::number(
+        c"volume-resistance",
+        c"1",
+        (0.0, 2.0),
+        1.5,
+        c"modulus against the loss of volume of squeezed cells, over Young's modulus; 0 lets them collapse",
     ),
     Param::number(c"spring", c"N/m", (1e-9, 1e12), 10.0, c"paper mode: stiffness K of every spring"),
     Param::number(c"particle-mass", c"kg", (1e-12, 1e6), 1e-4, c"paper mode: mass M of every particle"),
@@ -111,7 +123,11 @@ impl Material for MassSpring {
             (Law::Paper { stiffness, mass }, params.number("spring-damping") / stiffness)
         };
         let is_weighted = params.choice("boundary-weights") == 0;
-        Ok(Self { law, damping_time, is_weighted, kernel: kernel::Kernel::new() })
+        let volume_modulus = match law {
+            Law::Physical { young, .. } => young * params.number("volume-resistance"),
+            Law::Paper { .. } => 0.0,
+        };
+        Ok(Self { law, damping_time, is_weighted, volume_modulus, kernel: kernel::Kernel::new() })
     }
 
     fn elements(&self) -> Vec<ElementRequest> {
@@ -119,10 +135,20 @@ impl Material for MassSpring {
         let point =
             ElementRequest { kind: abi::POINT, families: 0, flags: abi::HAS_MASS, rest_stride: 0, history_stride: 0 };
         let (flags, families) = (abi::HAS_FORCES | abi::HAS_SINGLE | damping, self.families());
-        vec![point, ElementRequest { kind: abi::LINK, families, flags, rest_stride: 2, history_stride: 0 }]
+        let link = ElementRequest { kind: abi::LINK, families, flags, rest_stride: 2, history_stride: 0 };
+        let mut requests = vec![point, link];
+        if self.volume_modulus > 0.0 {
+            let flags = abi::HAS_FORCES | abi::HAS_SINGLE | abi::INNER_TETRAHEDRON;
+            let rest_stride = volume::STRIDE as u32;
+            requests.push(ElementRequest { kind: abi::TETRAHEDRON, flags, rest_stride, ..point });
+        }
+        requests
     }
 
     fn rest(&self, elements: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
+        if elements.kind() == abi::TETRAHEDRON {
+            return self.rest_volumes(elements, out);
+        }
         let (ends, family, weight, rest) =
             (elements.corners::<2>(), elements.family(), elements.measure(), elements.rest());
         let [length, stiffness] = out.first_planes();
@@ -151,16 +177,22 @@ impl Material for MassSpring {
     }
 
     fn energy(&self, elements: &Elements<'_>) -> Result<f64, Fault> {
-        Ok(self.kernel.energy(self.springs(elements)))
+        Ok(match elements.kind() {
+            abi::TETRAHEDRON => Tetrahedra::new(elements).energy(),
+            _ => self.kernel.energy(self.springs(elements)),
+        })
     }
 
     fn forces(&self, elements: &Elements<'_>, out: &mut NodeVectors<'_>) -> Result<(), Fault> {
-        self.kernel.forces(self.springs(elements), out);
+        match elements.kind() {
+            abi::TETRAHEDRON => self.kernel.volume_forces(Tetrahedra::new(elements), out),
+            _ => self.kernel.forces(self.springs(elements), out),
+        }
         Ok(())
     }
 
     fn tangent(&self, elements: &Elements<'_>, scale: TangentScale, out: &mut Blocks<'_>) -> Result<(), Fault> {
-        self.kernel.stiffness(self.springs(elements), scale, out);
+        self.add_stiffness(elements, scale, out);
         Ok(())
     }
 
@@ -170,12 +202,34 @@ impl Material for MassSpring {
         scale: TangentScale,
         out: &mut SingleBlocks<'_>,
     ) -> Result<(), Fault> {
-        self.kernel.stiffness(self.springs(elements), scale, out);
+        self.add_stiffness(elements, scale, out);
         Ok(())
     }
 }
 
 impl MassSpring {
+    /// Rest data of tetrahedra.
+    fn rest_volumes(&self, elements: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
+        let (corners, share, rest) = (elements.corners::<4>(), elements.measure(), elements.rest());
+        let [six_volumes, scale] = out.first_planes();
+        for e in 0..elements.len() {
+            let x = corners[e].map(|node| Vec3(rest[node as usize]));
+            let Some(data) = volume::rest_data(x, share[e], self.volume_modulus) else {
+                return Err(Fault::bad_argument("a tetrahedron has no volume at rest, or is inverted"));
+            };
+            [six_volumes[e], scale[e]] = data;
+        }
+        Ok(())
+    }
+
+    /// Adds `scale.stiffness` K + `scale.damping` C.
+    fn add_stiffness<T: BlockScalar>(&self, elements: &Elements<'_>, scale: TangentScale, out: &mut Blocks<'_, T>) {
+        match elements.kind() {
+            abi::TETRAHEDRON => self.kernel.volume_stiffness(Tetrahedra::new(elements), scale.stiffness, out),
+            _ => self.kernel.stiffness(self.springs(elements), scale, out),
+        }
+    }
+
     /// The springs of a call.
     fn springs<'a>(&self, elements: &'a Elements<'_>) -> Springs<'a> {
         Springs::new(elements, self.damping_time)

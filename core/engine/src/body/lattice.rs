@@ -9,10 +9,12 @@ mod bound;
 mod cut;
 mod embed;
 mod fragments;
+mod hold;
 mod mend;
 mod region;
 mod reshape;
 mod state;
+mod untangle;
 
 use super::fixing::Fixing;
 use super::model::Model;
@@ -24,6 +26,8 @@ use pliant_plugin_api::abi::{self, Ball, Level};
 use pliant_solver::ForceError;
 use pliant_solver::{Constraint, Nodes, StepTime, System, Vec3};
 pub use state::LatticeState;
+pub use untangle::Repair;
+
 use std::collections::HashMap;
 use thiserror::Error;
 

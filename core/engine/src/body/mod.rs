@@ -17,7 +17,7 @@ mod symmetry;
 
 pub use carrier::Carrier;
 pub use fixing::{Fixing, Place};
-pub use lattice::{Inner, Lattice, LatticeError, RegionSettings};
+pub use lattice::{Inner, Lattice, LatticeError, RegionSettings, Repair};
 pub use look::{ABSENT, CAP, TriangleLook};
 pub use model::Model;
 pub use pages::{PAGE, PageStamps};

@@ -2,19 +2,17 @@
 
 use super::event::EventKind;
 use super::{CutCounts, Session};
-use crate::body::Body;
+use crate::body::{Body, Repair};
 use crate::scene::Release;
 use std::time::Instant;
 
 impl Session {
     /// Starts and ends edits, and takes back or makes again what the scene says.
     pub(super) fn change_modes(&mut self, time: f64) {
-        while let Some(&(at, again)) = self.plan.steps_back.get(self.stepped_back)
-            && at <= time
-        {
-            self.stepped_back += 1;
-            if !(if again { self.redo() } else { self.undo() }) {
-                self.events.add(EventKind::History, time, || "nothing to take back or make again".into());
+        for redo in self.due_history_steps(time) {
+            if !(if redo { self.redo() } else { self.undo() }) {
+                let what = if redo { "redo" } else { "undo" };
+                self.events.add(EventKind::History, time, || format!("nothing to {what}"));
             }
         }
         for tool in 0..self.tools.len() {
@@ -93,6 +91,16 @@ impl Session {
             let body = &mut self.bodies[index];
             if body.system.nodes.is_empty() || body.frozen.is_some() {
                 continue;
+            }
+            let (lattice, nodes) = (body.carrier.lattice(), &mut body.system.nodes);
+            if let Some(Repair { cells, place, moved }) = lattice.and_then(|lattice| lattice.untangle(nodes)) {
+                let (at, moved, name) = (place.as_slice(), 1e3 * moved, &body.name);
+                self.events.add(EventKind::Repaired, time, || {
+                    format!(
+                        "body `{name}`: {cells} cells near {at:?} m were inverted or flat when the shape was kept; their nodes were \
+                         moved by at most {moved:.3} mm"
+                    )
+                });
             }
             let kept = body.update_skin(&self.pool).and_then(|()| {
                 let Body { model, skin, system, carrier, .. } = body;

@@ -39,6 +39,8 @@ pub enum EventKind {
     Asleep,
     /// Something about a model.
     Model,
+    /// A shape that was kept had inverted or flat cells, which were repaired.
+    Repaired,
 }
 
 /// One event.

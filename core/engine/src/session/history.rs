@@ -4,7 +4,7 @@
 
 use super::{EventKind, Session};
 use crate::body::BodyState;
-use crate::plan::Edit;
+use crate::plan::{Edit, Trigger};
 use crate::scene::Release;
 use thiserror::Error;
 
@@ -22,7 +22,7 @@ pub(super) struct History {
 pub struct Snapshot {
     bodies: Vec<BodyState>,
     steps: u64,
-    stepped_back: usize,
+    clock: HistoryClock,
     cut_branches: u64,
     cuts: super::CutCounts,
     is_cut: bool,
@@ -41,9 +41,18 @@ pub enum SnapshotError {
     },
     /// What was cut when it was taken was taken back, and something else cut since.
     #[error(
-        "something else was cut since the snapshot's own cuts were taken back; allowed is a snapshot without cuts, or one of the          present cuts"
+        "something else was cut since the snapshot's own cuts were taken back; allowed is a snapshot without cuts, or one of the present cuts"
     )]
     Recut,
+}
+
+/// What the undos and redos of a scene have seen so far.
+#[derive(Clone, Copy, Default)]
+pub(super) struct HistoryClock {
+    /// s, the end of the time in which those of a time have happened
+    until: Option<f64>,
+    /// Buttons that were down in the last step, of all hands together.
+    buttons: u32,
 }
 
 /// Edits that can be taken back.
@@ -97,7 +106,7 @@ impl Session {
         Snapshot {
             bodies: self.save(),
             steps: self.steps,
-            stepped_back: self.stepped_back,
+            clock: self.clock,
             cut_branches: self.cut_branches,
             cuts: self.cuts.clone(),
             is_cut: self.bodies.iter().any(|body| body.cut.as_ref().is_some_and(|mesh| mesh.depth() > 0)),
@@ -124,10 +133,33 @@ impl Session {
         }
         self.history = History { kept: self.history.kept, ..History::default() };
         self.restore(&snapshot.bodies);
-        (self.steps, self.stepped_back) = (snapshot.steps, snapshot.stepped_back);
+        (self.steps, self.clock) = (snapshot.steps, snapshot.clock);
         self.cuts = snapshot.cuts.clone();
         self.frame.time = self.time();
         Ok(())
+    }
+
+    /// The scene's undos (false) and redos (true) that are due at `time` (s): those of a time by their time, then those of a button that a
+    /// hand has pressed since the last step.
+    pub(super) fn due_history_steps(&mut self, time: f64) -> Vec<bool> {
+        let hands = self.tools.iter().filter(|slot| slot.hand.present);
+        let buttons = hands.fold(0, |down, slot| down | slot.hand.buttons);
+        let pressed = buttons & !self.clock.buttons;
+        let after = self.clock.until.unwrap_or(f64::NEG_INFINITY);
+        (self.clock.buttons, self.clock.until) = (buttons, Some(time));
+        let mut timed = Vec::new();
+        let mut by_button = Vec::new();
+        for step in &self.plan.history_steps {
+            match step.trigger {
+                Trigger::Time(at) if after < at && at <= time => timed.push((at, step.redo)),
+                Trigger::Button { button, span } if span.0 <= time && time < span.1 && pressed >> button & 1 == 1 => {
+                    by_button.push(step.redo);
+                }
+                Trigger::Time(_) | Trigger::Button { .. } => {}
+            }
+        }
+        timed.sort_by(|a, b| a.0.total_cmp(&b.0));
+        timed.into_iter().map(|(_, redo)| redo).chain(by_button).collect()
     }
 
     /// An edit begins with a tool.

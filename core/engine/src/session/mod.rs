@@ -249,8 +249,7 @@ pub struct Session {
     frame: Frame,
     history: history::History,
     lapses: lapse::Lapses,
-    /// Of the plan's steps back, those taken.
-    stepped_back: usize,
+    clock: history::HistoryClock,
     cuts: CutCounts,
     /// Times something was cut after another cut had been taken back, which then cannot be made again.
     cut_branches: u64,

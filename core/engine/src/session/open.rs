@@ -35,8 +35,10 @@ pub struct Options {
     pub recorded: Option<Vec<(String, DeviceInfo)>>,
 }
 
-/// Cells of a local region's radius, where the scene gives none.
+/// Least radius of a local region in cells, and in radii of the largest tool, where the scene gives none. A contact of radius a in a region
+/// of radius Rb that is held around is too stiff by the factor (1 + 0.584 a/Rb)^1.5: 1.21 at four radii of a tool pressed in deeply.
 const REGION_CELLS: f64 = 10.0;
+const REGION_TOOL_RADII: f64 = 4.0;
 /// Share of a device's stiffness that a coupling takes, where the scene gives none.
 const COUPLING_SHARE: f64 = 0.3;
 
@@ -53,7 +55,9 @@ impl Session {
             0 => std::thread::available_parallelism().map_or(1, usize::from),
             given => given,
         };
-        let mut opening = Opening { source, options, dt, loaded: Vec::new(), events: Events::default() };
+        let radius = |tool: &usize| scene.tool[*tool].radius.get_ref().si;
+        let largest_tool = plan.tools.iter().map(radius).fold(0.0, f64::max);
+        let mut opening = Opening { source, options, dt, largest_tool, loaded: Vec::new(), events: Events::default() };
         let mut models = Vec::new();
         for (i, body) in scene.body.iter().enumerate() {
             let instead = options.mesh.as_deref().filter(|_| i == 0);
@@ -120,12 +124,12 @@ impl Session {
             frame: Frame::default(),
             history: super::history::History::default(),
             lapses: super::lapse::Lapses::default(),
-            stepped_back: 0,
+            clock: super::history::HistoryClock::default(),
             cuts: super::CutCounts::default(),
             cut_branches: 0,
         };
         session.open_pads();
-        session.history.kept = !session.plan.steps_back.is_empty();
+        session.history.kept = !session.plan.history_steps.is_empty();
         session.sample()?;
         session.meet(scene);
         session.measure()?;
@@ -148,6 +152,8 @@ struct Opening<'a> {
     source: &'a Source,
     options: &'a Options,
     dt: f64,
+    /// m, of the largest tool in use; 0 without one
+    largest_tool: f64,
     loaded: Vec<Loaded>,
     events: Events,
 }
@@ -258,7 +264,7 @@ impl Opening<'_> {
             error => SessionError::Lattice { body: name.into(), error },
         })?;
         if lattice.settings.radius == 0.0 {
-            lattice.settings.radius = REGION_CELLS * lattice.edge();
+            lattice.settings.radius = (REGION_CELLS * lattice.edge()).max(REGION_TOOL_RADII * self.largest_tool);
         }
         Ok(lattice)
     }

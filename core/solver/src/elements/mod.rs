@@ -112,12 +112,15 @@ impl ElementSet {
         let mut data = std::mem::take(&mut self.rest_data);
         data.clear();
         data.resize(count * self.request.rest_stride as usize, 0.0);
-        if count > 0 && self.request.rest_stride > 0 {
+        let written = if count > 0 && self.request.rest_stride > 0 {
             let whole = Chunk { range: 0..count, window: 0..nodes.x.len() };
-            material.rest(&self.call(&whole, nodes, &nodes.v, StepTime::default()), &mut data)?;
-        }
+            material.rest(&self.call(&whole, nodes, &nodes.v, StepTime::default()), &mut data)
+        } else {
+            Ok(())
+        };
+        // Even after a refusal a later call finds the planes a material is promised.
         self.rest_data = data;
-        Ok(())
+        written
     }
 
     /// The call for one chunk, with velocities `v`.

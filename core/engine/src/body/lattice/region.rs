@@ -200,6 +200,9 @@ impl Lattice {
                 self.returning.push(i as u32);
             }
         }
+        if !self.is_whole() && !self.balls.is_empty() {
+            self.hold_free_parts(nodes);
+        }
     }
 
     fn list_elements(&self, system: &mut System) -> Result<(), LatticeError> {
@@ -223,7 +226,7 @@ impl Lattice {
                         list.measure.push(region.link_measure[l]);
                     }
                 }
-                abi::TETRAHEDRON => self.list_tetrahedra(list),
+                abi::TETRAHEDRON => self.list_tetrahedra(list, request.flags & abi::INNER_TETRAHEDRON != 0),
                 kind => {
                     let material = system.material.name().to_owned();
                     return Err(LatticeError::Unsupported { material, wanted: kind_name(kind), carrier: "grid" });
@@ -233,19 +236,27 @@ impl Lattice {
         Ok(())
     }
 
-    /// Five for each cell or fragment of one, in the order of the cells.
-    fn list_tetrahedra(&self, list: &mut ElementList) {
+    /// Lists the five tetrahedra of each cell or fragment of one, or only the inner one with three times the measure, in the order of
+    /// the cells.
+    fn list_tetrahedra(&self, list: &mut ElementList, inner_only: bool) {
         let region = &self.region;
         for (cell, corners) in region.cell_corners.iter().enumerate() {
-            let least = region.node_rest[corners[0] as usize];
-            let index = |i: usize| ((least[i] - self.facts.origin[i]) / self.facts.edge).round() as i64;
-            let parity = (index(0) + index(1) + index(2)) & 1;
+            let parity = self.cell_parity(cell as u32);
             let share = self.fragments.share(region.cell_id[cell], region.cell_fragment[cell] as usize);
-            for tetrahedron in CELL_TETRAHEDRA[parity as usize] {
+            let all = &CELL_TETRAHEDRA[parity];
+            let (tetrahedra, measure) = if inner_only { (&all[4..], 3.0 * share) } else { (&all[..], share) };
+            for tetrahedron in tetrahedra {
                 list.nodes.extend(tetrahedron.map(|c| corners[c as usize]));
-                list.measure.push(share);
+                list.measure.push(measure);
             }
         }
+    }
+
+    /// Which of the two mirrored divisions into tetrahedra an active cell has, 0 or 1: neighbours alternate, so that their faces match.
+    pub(super) fn cell_parity(&self, cell: u32) -> usize {
+        let least = self.region.node_rest[self.region.cell_corners[cell as usize][0] as usize];
+        let index = |i: usize| ((least[i] - self.facts.origin[i]) / self.facts.edge).round() as i64;
+        ((index(0) + index(1) + index(2)) & 1) as usize
     }
 
     /// Makes the present shape of the active nodes their rest shape, at rest. Gives the triangles that have moved.

@@ -18,13 +18,13 @@ pub struct EditScene {
     /// With which tool; none for `undo` and `redo`.
     #[schemars(with = "Option<String>")]
     pub tool: Option<Spanned<String>>,
-    /// From when; the start by default. When, of `undo` and `redo`.
+    /// From when; the start by default. Of `undo` and `redo` without a `button`: when.
     #[schemars(with = "Option<Time>")]
     pub start: Option<Spanned<Time>>,
     /// Until when; the end by default.
     #[schemars(with = "Option<Time>")]
     pub end: Option<Spanned<Time>>,
-    /// Only while this button is down, from 0.
+    /// Only while this button is down, from 0. `undo` and `redo` happen each time a hand presses it.
     #[schemars(with = "Option<u32>")]
     pub button: Option<Spanned<u32>>,
     /// What becomes of the shape at the end.

@@ -1,0 +1,270 @@
+//! Volume resistance: what keeps the cells of a lattice from collapsing.
+//!
+//! Central springs resist the shortening of edges and diagonals, not the loss of volume. A lattice of them that is squeezed by more than
+//! about a third folds, and the force of a deep touch falls the more the finer the cells are. Each tetrahedron of a cell therefore
+//! has an energy of its volume ratio J = V / V0, per rest volume, with t = 1 - J, a = [`ONSET`] and the modulus kappa:
+//!
+//! ```text
+//! psi = 0                                           t <= 0
+//! psi = kappa t^3 / (6 a)                       0 < t <= a
+//! psi = kappa (t^2 / 2 - a t / 2 + a^2 / 6)     a < t
+//! ```
+//!
+//! Its first two derivatives vanish at rest, so the lattice keeps the Young's modulus and the Poisson's ratio of its springs. The second
+//! derivative is at most kappa, which bounds the step of explicit integration, and psi grows on through inversion (J < 0).
+
+use pliant_plugin_api::lanes::{MAX_LANES, Real, Vec3, Wide};
+use pliant_plugin_api::{BlockScalar, Blocks, Elements, NodeVectors, pair_index};
+use pulp::{Simd, WithSimd};
+
+/// Loss of volume from which on the resistance is linear in it.
+pub const ONSET: f64 = 0.2;
+/// Doubles of rest data per tetrahedron: six times its rest volume (m^3), and kappa times that volume (J).
+pub const STRIDE: usize = 2;
+
+/// The tetrahedra of a call.
+#[derive(Clone, Copy)]
+pub struct Tetrahedra<'a> {
+    nodes: &'a [[u32; 4]],
+    /// Positions of all nodes, m.
+    x: &'a [[f64; 3]],
+    /// Six times the rest volume, m^3.
+    six_volumes: &'a [f64],
+    /// J
+    scale: &'a [f64],
+}
+
+/// Rest data of a tetrahedron with these rest positions (m), of which `share` belongs to the body, for a modulus kappa (Pa); `None` where
+/// the volume is not positive.
+pub fn rest_data(x: [Vec3; 4], share: f64, kappa: f64) -> Option<[f64; STRIDE]> {
+    let six_volumes = six_volumes(x);
+    let is_valid = six_volumes.is_finite() && six_volumes > 0.0 && share > 0.0;
+    is_valid.then(|| [six_volumes, kappa * share * six_volumes / 6.0])
+}
+
+/// Six times the volume of a tetrahedron, m^3; negative when it is inverted.
+#[inline(always)]
+fn six_volumes<T: Real>(x: [Vec3<T>; 4]) -> T {
+    (x[1] - x[0]).dot((x[2] - x[0]).cross(x[3] - x[0]))
+}
+
+/// The derivative of six times the volume by each corner's position, m^2.
+#[inline(always)]
+fn gradients<T: Real>(x: [Vec3<T>; 4]) -> [Vec3<T>; 4] {
+    let (b, c, d) = (x[1] - x[0], x[2] - x[0], x[3] - x[0]);
+    let (gb, gc, gd) = (c.cross(d), d.cross(b), b.cross(c));
+    [-(gb + gc + gd), gb, gc, gd]
+}
+
+/// `-psi' / kappa` of a loss of volume `t`: at least 0.
+#[inline(always)]
+fn pressure<T: Real>(t: T) -> T {
+    let lost = t.max(t.splat(0.0));
+    lost.if_less(t.splat(ONSET), lost * lost * (0.5 / ONSET), lost - t.splat(0.5 * ONSET))
+}
+
+/// `psi'' / kappa` of a loss of volume `t`: between 0 and 1.
+#[inline(always)]
+fn stiffness<T: Real>(t: T) -> T {
+    let lost = t.max(t.splat(0.0)) * (1.0 / ONSET);
+    lost.if_less(t.splat(1.0), lost, t.splat(1.0))
+}
+
+impl<'a> Tetrahedra<'a> {
+    /// The tetrahedra of a call.
+    pub fn new(elements: &'a Elements<'_>) -> Self {
+        Self {
+            nodes: elements.corners(),
+            x: elements.x(),
+            six_volumes: elements.rest_data(0),
+            scale: elements.rest_data(1),
+        }
+    }
+
+    /// Sum of the energies, J.
+    pub fn energy(&self) -> f64 {
+        let energy = |(e, nodes): (usize, &[u32; 4])| {
+            let six = six_volumes(nodes.map(|n| Vec3(self.x[n as usize])));
+            let t = ((self.six_volumes[e] - six) / self.six_volumes[e]).max(0.0);
+            let psi = if t < ONSET { t * t * t / (6.0 * ONSET) } else { 0.5 * t * (t - ONSET) + ONSET * ONSET / 6.0 };
+            self.scale[e] * psi
+        };
+        self.nodes.iter().enumerate().map(energy).sum()
+    }
+
+    /// Positions of the corners of tetrahedra `e, e + 1, ..`, m; lanes past the end repeat the last one.
+    #[inline(always)]
+    fn gather<S: Simd>(&self, simd: S, e: usize) -> [Vec3<Wide<S>>; 4] {
+        let mut lanes = [[[0.0; MAX_LANES]; 3]; 4];
+        for lane in 0..S::F64_LANES {
+            let nodes = self.nodes[(e + lane).min(self.nodes.len() - 1)];
+            for corner in 0..4 {
+                let x = self.x[nodes[corner] as usize];
+                for i in 0..3 {
+                    lanes[corner][i][lane] = x[i];
+                }
+            }
+        }
+        let mut all = [Vec3([Wide(simd.splat_f64s(0.0), simd); 3]); 4];
+        for corner in 0..4 {
+            for i in 0..3 {
+                all[corner][i] = Wide::load(simd, &lanes[corner][i]);
+            }
+        }
+        all
+    }
+}
+
+/// The lanes whose tetrahedron has lost volume. The others add nothing, whatever lanes they share a register with.
+#[derive(Clone, Copy)]
+struct Squeezed(u8);
+
+impl Squeezed {
+    /// Of the losses of volume `t` of the first `count` lanes. A loss that is not a number counts, so that it shows.
+    #[inline(always)]
+    fn new<S: Simd>(t: Wide<S>, count: usize) -> Self {
+        let (t, mut lanes) = (t.to_array(), 0);
+        for lane in 0..S::F64_LANES.min(count) {
+            lanes |= u8::from(t[lane] > 0.0 || t[lane].is_nan()) << lane;
+        }
+        Self(lanes)
+    }
+
+    #[inline(always)]
+    fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+}
+
+impl Iterator for Squeezed {
+    type Item = usize;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<usize> {
+        let lane = self.0.trailing_zeros() as usize;
+        self.0 &= self.0.wrapping_sub(1);
+        (lane < MAX_LANES).then_some(lane)
+    }
+}
+
+/// Adds the forces of a call's tetrahedra, N.
+pub struct Forces<'a, 'b> {
+    pub tetrahedra: Tetrahedra<'a>,
+    pub out: &'a mut NodeVectors<'b>,
+}
+
+impl WithSimd for Forces<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { tetrahedra, out } = self;
+        let nodes = tetrahedra.nodes;
+        for e in (0..nodes.len()).step_by(S::F64_LANES) {
+            let x = tetrahedra.gather(simd, e);
+            let rest = Wide::load_clamped(simd, tetrahedra.six_volumes, e);
+            let inverse = rest.splat(1.0) / rest;
+            // In this form the loss at rest is exactly zero.
+            let t = (rest - six_volumes(x)) * inverse;
+            let squeezed = Squeezed::new(t, nodes.len() - e);
+            if squeezed.is_empty() {
+                continue;
+            }
+            let (g, factor) = (gradients(x), pressure(t) * Wide::load_clamped(simd, tetrahedra.scale, e) * inverse);
+            let mut forces = [[[0.0; MAX_LANES]; 3]; 4];
+            for corner in 0..4 {
+                for i in 0..3 {
+                    forces[corner][i] = (g[corner][i] * factor).to_array();
+                }
+            }
+            for lane in squeezed {
+                for corner in 0..4 {
+                    let [x, y, z] = &forces[corner];
+                    out.add(nodes[e + lane][corner], [x[lane], y[lane], z[lane]]);
+                }
+            }
+        }
+    }
+}
+
+/// Adds `factor` times the stiffness of a call's tetrahedra, without the part of it that changes direction (`psi' d2J/dx2`), so that the
+/// matrix is positive semi-definite.
+pub struct Stiffness<'a, 'b, T> {
+    pub tetrahedra: Tetrahedra<'a>,
+    pub factor: f64,
+    pub out: &'a mut Blocks<'b, T>,
+}
+
+impl<T: BlockScalar> WithSimd for Stiffness<'_, '_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { tetrahedra, factor, out } = self;
+        let nodes = tetrahedra.nodes;
+        for e in (0..nodes.len()).step_by(S::F64_LANES) {
+            let x = tetrahedra.gather(simd, e);
+            let rest = Wide::load_clamped(simd, tetrahedra.six_volumes, e);
+            let inverse = rest.splat(1.0) / rest;
+            // In this form the loss at rest is exactly zero.
+            let t = (rest - six_volumes(x)) * inverse;
+            let squeezed = Squeezed::new(t, nodes.len() - e);
+            if squeezed.is_empty() {
+                continue;
+            }
+            let k = stiffness(t) * Wide::load_clamped(simd, tetrahedra.scale, e) * inverse * inverse * factor;
+            let g = gradients(x);
+            for a in 0..4 {
+                for b in a..4 {
+                    if a == b && !T::HAS_DIAGONAL_BLOCKS {
+                        continue;
+                    }
+                    let mut entries = [[[0.0; MAX_LANES]; 3]; 3];
+                    for i in 0..3 {
+                        for j in 0..3 {
+                            entries[i][j] = (g[a][i] * g[b][j] * k).to_array();
+                        }
+                    }
+                    for lane in squeezed {
+                        let block = entries.map(|row| row.map(|entry| T::from_f64(entry[lane])));
+                        out.add(e + lane, pair_index(a, b, 4), &block);
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Losses of volume on both sides of where the law changes.
+    const LOSSES: [f64; 8] = [-0.5, -1e-9, 1e-9, 0.1, ONSET - 1e-9, ONSET + 1e-9, 0.7, 1.4];
+
+    fn psi(t: f64) -> f64 {
+        let x = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0 - t]];
+        let nodes = [[0, 1, 2, 3]];
+        let tetrahedra = Tetrahedra { nodes: &nodes, x: &x, six_volumes: &[1.0], scale: &[1.0] };
+        tetrahedra.energy()
+    }
+
+    #[test]
+    fn pressure_and_stiffness_are_the_derivatives_of_the_energy() {
+        let h = 1e-5;
+        for t in LOSSES {
+            let slope = (psi(t + h) - psi(t - h)) / (2.0 * h);
+            let curvature = (pressure(t + h) - pressure(t - h)) / (2.0 * h);
+            // The third derivative jumps by 1/a: differences are of first order across a change of the law.
+            assert!((slope - pressure(t)).abs() <= h / ONSET, "{t}: {slope} {}", pressure(t));
+            assert!((curvature - stiffness(t)).abs() <= h / ONSET, "{t}: {curvature} {}", stiffness(t));
+        }
+    }
+
+    #[test]
+    fn nothing_is_added_at_rest_or_in_tension_and_stiffness_is_at_most_one() {
+        assert_eq!((psi(0.0), pressure(0.0), stiffness(0.0)), (0.0, 0.0, 0.0));
+        assert_eq!((psi(-0.3), pressure(-0.3), stiffness(-0.3)), (0.0, 0.0, 0.0));
+        assert!(LOSSES.iter().all(|t| (0.0..=1.0).contains(&stiffness(*t))));
+    }
+}
