@@ -53,7 +53,7 @@ mod trace;
 
 pub use atomic::{AtomicFile, remove_leftovers};
 pub use machine::Machine;
-pub use model::write_model;
+pub use model::{write_model, write_model_to};
 pub use plan_report::PlanReport;
 pub use probe::ProbeResult;
 pub use recorder::Recorder;

@@ -12,7 +12,8 @@ use std::time::Instant;
 /// Gathers the figures of a run.
 pub struct RunStatistics {
     scene: PathBuf,
-    settings: toml::Table,
+    /// Text of the scene; read as TOML only for a summary.
+    settings: String,
     began: Instant,
     open_seconds: f64,
     probes: ProbeReader,
@@ -20,12 +21,18 @@ pub struct RunStatistics {
     seconds: Vec<f64>,
     /// J, of each step in which the energy was positive and finite and no body was frozen
     energies: Vec<f64>,
-    most_nodes: usize,
-    most_elements: usize,
-    contact_steps: u64,
-    largest_force: f64,
-    iterations: u64,
-    largest_residual: f64,
+    /// Largest number of nodes active at once.
+    pub most_nodes: usize,
+    /// Largest number of elements active at once.
+    pub most_elements: usize,
+    /// Number of steps with a tool in contact.
+    pub contact_steps: u64,
+    /// N, largest force on a hand, before force safety
+    pub largest_force: f64,
+    /// Iterations of all linear solves.
+    pub iterations: u64,
+    /// Largest final relative residual of a solve.
+    pub largest_residual: f64,
 }
 
 /// Number of steps over which the growth of energy is measured.
@@ -36,7 +43,7 @@ impl RunStatistics {
     pub fn new(source: &Source, session: &Session, began: Instant) -> Self {
         Self {
             scene: source.path.clone(),
-            settings: source.text.parse().unwrap_or_default(),
+            settings: source.text.clone(),
             began,
             open_seconds: began.elapsed().as_secs_f64(),
             probes: ProbeReader::new(session),
@@ -103,7 +110,7 @@ impl RunStatistics {
             devices,
             program: format!("pliant {}", env!("CARGO_PKG_VERSION")),
             scene: self.scene.clone(),
-            settings: self.settings.clone(),
+            settings: self.settings.parse().unwrap_or_default(),
             interrupted,
             simulated_seconds: session.time(),
             wall_seconds: self.began.elapsed().as_secs_f64(),
