@@ -11,6 +11,7 @@
 //! ```
 
 mod args;
+mod batch;
 mod check;
 mod child;
 mod device;
@@ -40,6 +41,7 @@ fn main() -> ExitCode {
     let outcome = match &cli.command {
         Command::Run(args) => run::run(&cli, args),
         Command::Edit(args) => edit::edit(&cli, args),
+        Command::Batch(args) => batch::batch(&cli, args),
         Command::Replay(args) => replay::replay(&cli, args),
         Command::Plan(args) => plan::plan(&cli, args),
         Command::Plugin(args) => plugin::plugin(&cli, &args.command),

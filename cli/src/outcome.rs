@@ -1,5 +1,6 @@
 //! How a command ends.
 
+use pliant_batch::BatchError;
 use pliant_engine::scene::SceneError;
 use pliant_engine::session::SessionError;
 use pliant_host::HostError;
@@ -71,6 +72,12 @@ impl From<SceneError> for Failure {
 
 impl From<RecordingError> for Failure {
     fn from(error: RecordingError) -> Self {
+        Self::input(error)
+    }
+}
+
+impl From<BatchError> for Failure {
+    fn from(error: BatchError) -> Self {
         Self::input(error)
     }
 }

@@ -1,5 +1,6 @@
 //! The verbs of the program.
 
+use super::batch::BatchArgs;
 use super::device::DeviceArgs;
 use super::edit::EditArgs;
 use super::plugin::PluginArgs;
@@ -40,6 +41,8 @@ pub enum Command {
     Run(RunArgs),
     /// Open a window and sculpt a model, or the bodies of a scene, with the mouse
     Edit(EditArgs),
+    /// Run many scripted edits of scenes, on one machine or a cluster, into one table
+    Batch(BatchArgs),
     /// Run a recorded session again, without its devices
     Replay(ReplayArgs),
     /// Show what a scene needs, what is left out and why, and how large a step may be

@@ -1,5 +1,6 @@
 //! The arguments of the program. What is said of them here is its help.
 
+mod batch;
 mod cli;
 mod device;
 mod edit;
@@ -9,6 +10,7 @@ mod run;
 mod sample;
 mod values;
 
+pub use batch::{BatchArgs, BatchCommand, BatchRunArgs, CollectArgs, EngineArg, PlotArgs, ScriptArgs};
 pub use cli::{Cli, Command};
 pub use device::{DeviceCommand, DoctorArgs};
 pub use edit::EditArgs;

@@ -3,20 +3,43 @@
 use pliant_engine::session::{Frame, Session};
 use std::io::{self, Write};
 
-/// Writes the line with the names of the columns.
-pub(crate) fn write_header(session: &Session, out: &mut impl Write) -> io::Result<()> {
-    write!(out, "time_s")?;
-    for slot in &session.tools {
-        let n = &slot.tool.name;
+/// Names of the columns of a trace with these tools, in order; units are at their ends.
+pub fn trace_columns<'a>(tools: impl IntoIterator<Item = &'a str>) -> Vec<String> {
+    let mut columns = vec!["time_s".to_owned()];
+    for tool in tools {
         for group in ["hand", "proxy"] {
-            write!(out, ",{n}.{group}_x_m,{n}.{group}_y_m,{n}.{group}_z_m")?;
+            columns.extend(["x", "y", "z"].map(|axis| format!("{tool}.{group}_{axis}_m")));
         }
-        write!(out, ",{n}.contact,{n}.depth_m")?;
+        columns.extend(["contact", "depth_m"].map(|quantity| format!("{tool}.{quantity}")));
         for group in ["force", "device_force"] {
-            write!(out, ",{n}.{group}_x_N,{n}.{group}_y_N,{n}.{group}_z_N")?;
+            columns.extend(["x", "y", "z"].map(|axis| format!("{tool}.{group}_{axis}_N")));
         }
     }
-    writeln!(out, ",nodes,elements,kinetic_energy_J,elastic_energy_J,substeps,iterations,residual,step_seconds")
+    let of_session = [
+        "nodes",
+        "elements",
+        "kinetic_energy_J",
+        "elastic_energy_J",
+        "substeps",
+        "iterations",
+        "residual",
+        "step_seconds",
+    ];
+    columns.extend(of_session.map(str::to_owned));
+    columns
+}
+
+/// Writes the line with the names of the columns.
+pub(crate) fn write_header(session: &Session, out: &mut impl Write) -> io::Result<()> {
+    let columns = trace_columns(session.tools.iter().map(|slot| slot.tool.name.as_str()));
+    writeln!(out, "{}", columns.join(","))
+}
+
+/// Cells of the trace for one step, in the order of [`trace_columns`]: numbers as text, and for `contact` a word or nothing.
+pub fn trace_cells(frame: &Frame) -> Vec<String> {
+    let mut row = Vec::new();
+    write_row(frame, &mut row).expect("a list of bytes takes every byte");
+    String::from_utf8_lossy(&row).trim_end().split(',').map(str::to_owned).collect()
 }
 
 /// Writes the row of one step.

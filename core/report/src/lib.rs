@@ -53,7 +53,7 @@ mod journal;
 mod markdown;
 mod measure;
 mod performance;
-mod plot;
+pub mod plot;
 mod row;
 mod scene_run;
 mod section;

@@ -6,6 +6,7 @@ use super::{Quantity, Reading};
 pub(super) static CUT_AREA: Quantity = Quantity {
     name: "cut-area",
     summary: "Area cut inside of closed bodies, one wall of two, m^2.",
+    unit: "m^2",
     read,
     ..Quantity::OF_BODY
 };

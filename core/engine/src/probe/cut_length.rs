@@ -6,6 +6,7 @@ use super::{Quantity, Reading};
 pub(super) static CUT_LENGTH: Quantity = Quantity {
     name: "cut-length",
     summary: "Length of edge cut into surfaces, one side of two, m.",
+    unit: "m",
     read,
     ..Quantity::OF_BODY
 };

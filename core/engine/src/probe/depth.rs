@@ -6,6 +6,7 @@ use super::{Quantity, Reading, Subject};
 pub(super) static DEPTH: Quantity = Quantity {
     name: "depth",
     summary: "How far the surface is pushed in, or pulled out, at the contact, m.",
+    unit: "m",
     subject: Subject::Tool,
     read,
     ..Quantity::OF_BODY

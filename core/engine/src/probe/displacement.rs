@@ -6,6 +6,7 @@ use super::{Quantity, Reading};
 pub(super) static DISPLACEMENT: Quantity = Quantity {
     name: "displacement",
     summary: "How far the surface point nearest to `at` is from where it was in the file, m.",
+    unit: "m",
     needs_surface: true,
     needs_place: true,
     read,

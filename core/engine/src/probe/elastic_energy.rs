@@ -6,6 +6,7 @@ use super::{Quantity, Reading};
 pub(super) static ELASTIC_ENERGY: Quantity = Quantity {
     name: "elastic-energy",
     summary: "Elastic energy of all bodies, J.",
+    unit: "J",
     needs_energy: true,
     read,
     ..Quantity::OF_BODY

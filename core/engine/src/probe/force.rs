@@ -6,6 +6,7 @@ use super::{Quantity, Reading, Subject};
 pub(super) static FORCE: Quantity = Quantity {
     name: "force",
     summary: "Force on the hand before force safety, N.",
+    unit: "N",
     subject: Subject::Tool,
     read,
     ..Quantity::OF_BODY

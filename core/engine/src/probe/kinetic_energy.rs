@@ -6,6 +6,7 @@ use super::{Quantity, Reading};
 pub(super) static KINETIC_ENERGY: Quantity = Quantity {
     name: "kinetic-energy",
     summary: "Kinetic energy of all bodies, J.",
+    unit: "J",
     needs_energy: true,
     read,
     ..Quantity::OF_BODY

@@ -38,6 +38,8 @@ pub struct Quantity {
     pub name: &'static str,
     /// One sentence with the unit, for help and the schema.
     pub summary: &'static str,
+    /// SI unit of its value, `1` for a count.
+    pub unit: &'static str,
     /// What it is measured of.
     pub subject: Subject,
     /// Whether energies must be computed for it.
@@ -90,6 +92,7 @@ impl Quantity {
     const OF_BODY: Self = Self {
         name: "",
         summary: "",
+        unit: "1",
         subject: Subject::Body,
         needs_energy: false,
         needs_surface: false,

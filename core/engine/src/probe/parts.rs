@@ -6,6 +6,7 @@ use super::{Quantity, Reading};
 pub(super) static PARTS: Quantity = Quantity {
     name: "parts",
     summary: "Number of connected parts of a body.",
+    unit: "1",
     is_costly: true,
     read,
     ..Quantity::OF_BODY

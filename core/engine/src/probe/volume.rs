@@ -7,6 +7,7 @@ use pliant_solver::Vec3;
 pub(super) static VOLUME: Quantity = Quantity {
     name: "volume",
     summary: "Volume a closed surface encloses, m^3; of no meaning for an open one.",
+    unit: "m^3",
     needs_surface: true,
     is_costly: true,
     read,

@@ -2,21 +2,21 @@
 
 /// Label and scale of an axis.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Axis {
+pub struct Axis {
     /// Name and unit, for example `step (s)`.
-    pub(crate) label: String,
+    pub label: String,
     /// Whether the scale is logarithmic.
-    pub(crate) log: bool,
+    pub log: bool,
 }
 
 impl Axis {
     /// A logarithmic axis.
-    pub(crate) fn log(label: &str) -> Self {
+    pub fn log(label: &str) -> Self {
         Self { label: label.into(), log: true }
     }
 
     /// A linear axis.
-    pub(crate) fn linear(label: &str) -> Self {
+    pub fn linear(label: &str) -> Self {
         Self { label: label.into(), log: false }
     }
 }

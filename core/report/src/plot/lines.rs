@@ -5,28 +5,28 @@ use super::svg::{Anchor, COLOURS, Svg, format_short};
 
 /// One curve of a line plot.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Curve {
+pub struct Curve {
     /// Name in the legend.
-    pub(crate) name: String,
+    pub name: String,
     /// Points (x, y) in the order they are joined.
-    pub(crate) points: Vec<(f64, f64)>,
+    pub points: Vec<(f64, f64)>,
     /// Which points have a large mark; those after the end of the list have a small one.
-    pub(crate) large: Vec<bool>,
+    pub large: Vec<bool>,
     /// Whether the curve is what theory says: dashed, without marks.
-    pub(crate) theory: bool,
+    pub theory: bool,
 }
 
 /// Curves over common axes.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct LinePlot {
+pub struct LinePlot {
     /// Title above the picture.
-    pub(crate) title: String,
+    pub title: String,
     /// Horizontal axis.
-    pub(crate) x: Axis,
+    pub x: Axis,
     /// Vertical axis.
-    pub(crate) y: Axis,
+    pub y: Axis,
     /// Curves in the order of the legend.
-    pub(crate) curves: Vec<Curve>,
+    pub curves: Vec<Curve>,
 }
 
 /// px, left margin
@@ -91,7 +91,7 @@ impl Scale {
 
 impl LinePlot {
     /// The picture as SVG.
-    pub(crate) fn svg(&self) -> String {
+    pub fn svg(&self) -> String {
         let all = || self.curves.iter().flat_map(|c| c.points.iter());
         let x = Scale::new(&self.x, all().map(|p| p.0));
         let y = Scale::new(&self.y, all().map(|p| p.1));

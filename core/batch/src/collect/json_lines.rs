@@ -1,0 +1,15 @@
+//! A table as lines of JSON.
+
+use super::Table;
+use crate::column::row_text;
+use crate::error::BatchError;
+use std::io::Write;
+use std::path::Path;
+
+/// Writes an object for each row, names in the order of the columns.
+pub(super) fn write(table: &mut Table, out: &mut impl Write) -> Result<(), BatchError> {
+    let columns = table.columns().to_vec();
+    table.for_each(|cells| {
+        writeln!(out, "{}", row_text(&columns, &cells)).map_err(|source| BatchError::io(Path::new("the table"), source))
+    })
+}

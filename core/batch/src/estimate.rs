@@ -1,0 +1,109 @@
+//! What a sweep will take, from a few of its edits that are opened and not run.
+
+use crate::column::ColumnKind;
+use crate::edit::Resolved;
+use crate::error::BatchError;
+use crate::execute::{EditRunner, OpenedEdit, RunOptions};
+use crate::key::KeyMaker;
+use crate::store::MeshStore;
+use crate::sweep::Sweep;
+use serde::Serialize;
+use std::path::Path;
+use std::time::Instant;
+
+/// Number of edits that are opened, evenly spaced over the shard.
+const SAMPLES: u64 = 8;
+/// Bytes of a number in a row, with its name left out: 17 digits, sign, exponent and comma, on average fewer.
+const NUMBER_BYTES: u64 = 18;
+
+/// What a shard of a sweep will take.
+#[derive(Clone, Debug, Serialize)]
+pub struct Estimate {
+    /// Number of edits of the whole sweep.
+    pub edits: u64,
+    /// Number of edits of the shard.
+    pub shard_edits: u64,
+    /// Number of edits that were opened for this estimate.
+    pub opened: u64,
+    /// Why some of them cannot be opened.
+    pub failures: Vec<String>,
+    /// s, mean over the opened edits of their steps under a tool
+    pub step_seconds: f64,
+    /// s, mean over the opened edits of opening one
+    pub open_seconds: f64,
+    /// s, of the whole shard with `jobs` edits at a time
+    pub seconds: f64,
+    /// Edits at a time.
+    pub jobs: usize,
+    /// Bytes of the table and the journal.
+    pub table_bytes: u64,
+    /// Bytes of the meshes, if they are kept and all differ.
+    pub mesh_bytes: u64,
+    /// Bytes, the most that the data of one of the opened edits takes.
+    pub edit_memory: u64,
+}
+
+/// Estimates what a shard will take.
+///
+/// # Errors
+/// None of the opened edits can be opened.
+pub fn estimate(sweep: &Sweep, options: &RunOptions, jobs: usize) -> Result<Estimate, BatchError> {
+    let keys = KeyMaker::new(&options.program, &options.search);
+    let meshes = MeshStore::new(Path::new("."));
+    let runner = EditRunner { sweep, search: &options.search, meshes: &meshes };
+    let edits: Vec<u64> = options.shard.edits(sweep.edits()).collect();
+    let samples = SAMPLES.min(edits.len() as u64);
+    let mut all = Estimate {
+        edits: sweep.edits(),
+        shard_edits: edits.len() as u64,
+        opened: 0,
+        failures: Vec::new(),
+        step_seconds: 0.0,
+        open_seconds: 0.0,
+        seconds: 0.0,
+        jobs,
+        table_bytes: 0,
+        mesh_bytes: 0,
+        edit_memory: 0,
+    };
+    let (mut row_bytes, mut mesh_bytes) = (0, 0);
+    for i in 0..samples {
+        let place = edits[(i * edits.len() as u64 / samples) as usize];
+        let began = Instant::now();
+        let resolved = Resolved::new(sweep, place, &keys);
+        match runner.open(&resolved) {
+            Err(failure) => all.failures.push(format!("edit {place}: {}: {}", failure.class, failure.message)),
+            Ok(OpenedEdit { session, steps, .. }) => {
+                all.opened += 1;
+                all.open_seconds += began.elapsed().as_secs_f64();
+                all.step_seconds += steps as f64 * session.step_costs().iter().map(|cost| cost.seconds).sum::<f64>();
+                all.edit_memory = all.edit_memory.max(session.bytes() as u64);
+                row_bytes += bytes_of_row(sweep, steps);
+                mesh_bytes += session.bodies.iter().map(|b| b.model.document.bytes().len() as u64).sum::<u64>();
+            }
+        }
+    }
+    if all.opened == 0 && samples > 0 {
+        let why = all.failures.join("\n");
+        return Err(BatchError::Input(format!("none of {samples} edits can be opened:\n{why}")));
+    }
+    let opened = all.opened.max(1);
+    all.open_seconds /= opened as f64;
+    all.step_seconds /= opened as f64;
+    all.seconds = (all.open_seconds + all.step_seconds) * all.shard_edits as f64 / jobs.max(1) as f64;
+    all.table_bytes = row_bytes / opened * all.shard_edits;
+    all.mesh_bytes = if sweep.keep.meshes { mesh_bytes / opened * all.shard_edits } else { 0 };
+    Ok(all)
+}
+
+/// Bytes of a row and its records in the journal.
+fn bytes_of_row(sweep: &Sweep, steps: u64) -> u64 {
+    /// Bytes of the records of one edit in the journal.
+    const RECORDS: u64 = 330;
+    let kept = steps.div_ceil(sweep.keep.trace_every);
+    let cell = |kind: ColumnKind| match kind {
+        ColumnKind::Numbers => NUMBER_BYTES * kept,
+        _ => NUMBER_BYTES,
+    };
+    RECORDS + sweep.columns().iter().map(|column| column.name.len() as u64 + 4 + cell(column.kind)).sum::<u64>()
+}

@@ -1,0 +1,99 @@
+//! Why an edit failed, by class.
+
+use pliant_engine::session::{EventKind, Session, SessionError};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// Classes of failures, for counting and for deciding what to try again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FailureClass {
+    /// The scene says something it cannot.
+    Scene,
+    /// A model cannot be read or used.
+    Model,
+    /// An explicit integrator would be unstable.
+    StepLimit,
+    /// A body was frozen: its material failed, or its state was no longer finite.
+    Quarantine,
+    /// A plugin cannot be used, or failed.
+    Plugin,
+    /// A device was lost.
+    DeviceLost,
+    /// The edit took longer than it may.
+    TimeLimit,
+    /// The edit needed more memory than it may.
+    MemoryLimit,
+    /// The program or its child process ended in the middle of the edit.
+    Crash,
+}
+
+impl FailureClass {
+    /// Whether another try may end otherwise. What the scene alone decides comes out the same again.
+    pub fn is_retried(self) -> bool {
+        matches!(self, Self::Plugin | Self::DeviceLost | Self::TimeLimit | Self::MemoryLimit | Self::Crash)
+    }
+
+    /// Name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Scene => "scene",
+            Self::Model => "model",
+            Self::StepLimit => "step-limit",
+            Self::Quarantine => "quarantine",
+            Self::Plugin => "plugin",
+            Self::DeviceLost => "device-lost",
+            Self::TimeLimit => "time-limit",
+            Self::MemoryLimit => "memory-limit",
+            Self::Crash => "crash",
+        }
+    }
+}
+
+impl fmt::Display for FailureClass {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// Why an edit failed.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Failure {
+    /// Its class.
+    pub class: FailureClass,
+    /// A sentence.
+    pub message: String,
+}
+
+impl Failure {
+    /// A failure of a class.
+    pub(crate) fn new(class: FailureClass, message: impl fmt::Display) -> Self {
+        Self { class, message: message.to_string() }
+    }
+
+    /// The edit ran for longer than `limit` (s).
+    pub(super) fn time_limit(limit: f64) -> Self {
+        Self::new(FailureClass::TimeLimit, format!("took longer than the {limit} s it may"))
+    }
+
+    /// Why a session could not be opened.
+    pub(super) fn of_opening(error: &SessionError) -> Self {
+        let class = match error {
+            SessionError::StepLimit(_) => FailureClass::StepLimit,
+            SessionError::Obj(_) | SessionError::Mesh { .. } => FailureClass::Model,
+            error if error.is_plugin() => FailureClass::Plugin,
+            _ => FailureClass::Scene,
+        };
+        Self::new(class, error)
+    }
+
+    /// What went wrong in a session that was run, if anything did.
+    pub(super) fn of_session(session: &Session) -> Option<Self> {
+        let classes =
+            [(EventKind::DeviceLost, FailureClass::DeviceLost), (EventKind::Quarantine, FailureClass::Quarantine)];
+        classes.into_iter().find_map(|(kind, class)| {
+            let (_, event) = session.events.told().iter().find(|(told, _)| *told == kind)?;
+            Some(Self::new(class, format!("at {} s: {}", event.time, event.text)))
+        })
+    }
+}

@@ -1,0 +1,102 @@
+//! What is read from a run for its row.
+
+use crate::column::{ColumnKind, number};
+use crate::sweep::Keep;
+use pliant_engine::session::Session;
+use pliant_record::{ProbeResult, RunStatistics, trace_cells, trace_columns};
+use serde_json::Value;
+
+/// A column of the summary.
+pub(crate) struct SummaryColumn {
+    pub(crate) name: &'static str,
+    pub(crate) unit: &'static str,
+    pub(crate) kind: ColumnKind,
+    value: fn(&Session, &RunStatistics) -> Value,
+}
+
+/// A summary column of numbers.
+const fn real(name: &'static str, unit: &'static str, value: fn(&Session, &RunStatistics) -> Value) -> SummaryColumn {
+    SummaryColumn { name, unit, kind: ColumnKind::Number, value }
+}
+
+/// A summary column of whole numbers.
+const fn whole(name: &'static str, value: fn(&Session, &RunStatistics) -> Value) -> SummaryColumn {
+    SummaryColumn { name, unit: "1", kind: ColumnKind::Integer, value }
+}
+
+/// Every column of a summary: nothing in it depends on time, threads or machine.
+pub(crate) const SUMMARY: [SummaryColumn; 15] = [
+    whole("steps", |session, _| session.steps().into()),
+    real("simulated_time", "s", |session, _| number(session.time())),
+    SummaryColumn {
+        name: "integrator",
+        unit: "",
+        kind: ColumnKind::Text,
+        value: |session, _| session.choices.integrator.into(),
+    },
+    whole("substeps", |session, _| session.choices.substeps.into()),
+    whole("most_nodes", |_, run| run.most_nodes.into()),
+    whole("most_elements", |_, run| run.most_elements.into()),
+    whole("contact_steps", |_, run| run.contact_steps.into()),
+    real("largest_force", "N", |_, run| number(run.largest_force)),
+    whole("iterations", |_, run| run.iterations.into()),
+    real("largest_residual", "1", |_, run| number(run.largest_residual)),
+    whole("events", |session, _| session.events.counts().values().sum::<u64>().into()),
+    whole("cut_advances", |session, _| session.cuts().advances.into()),
+    real("cut_area", "m^2", |session, _| number(session.cuts().area)),
+    real("cut_length", "m", |session, _| number(session.cuts().length)),
+    SummaryColumn { name: "passed", unit: "", kind: ColumnKind::Flag, value: |_, run| passed(&run.probes()).into() },
+];
+
+/// Whether every probe with an expected value met it.
+fn passed(probes: &[ProbeResult]) -> bool {
+    probes.iter().all(|probe| probe.passed != Some(false))
+}
+
+/// Cells of the summary that is kept.
+pub(super) fn summary_cells(keep: &Keep, session: &Session, run: &RunStatistics) -> Vec<Value> {
+    let cell = |name: &String| {
+        let column = SUMMARY.iter().find(|column| column.name == *name).expect("checked when the sweep was read");
+        (column.value)(session, run)
+    };
+    keep.summary.iter().map(cell).collect()
+}
+
+/// The kept columns of a trace, row by row.
+pub(super) struct TraceKeeper {
+    /// Place in the trace of each kept column; `None` where this scene has no such column.
+    places: Vec<Option<usize>>,
+    every: u64,
+    columns: Vec<Vec<Value>>,
+}
+
+impl TraceKeeper {
+    /// Keeps what `keep` asks for of a session.
+    pub(super) fn new(keep: &Keep, session: &Session) -> Self {
+        let known = if keep.trace.is_empty() {
+            Vec::new()
+        } else {
+            trace_columns(session.tools.iter().map(|slot| slot.tool.name.as_str()))
+        };
+        let places = keep.trace.iter().map(|name| known.iter().position(|column| column == name)).collect();
+        Self { places, every: keep.trace_every, columns: vec![Vec::new(); keep.trace.len()] }
+    }
+
+    /// Keeps the step the session has just taken, if it is due. `last`: no step comes after it.
+    pub(super) fn step(&mut self, session: &Session, last: bool) {
+        if self.columns.is_empty() || !(last || (session.steps() - 1).is_multiple_of(self.every)) {
+            return;
+        }
+        let cells = trace_cells(session.frame());
+        for (place, column) in self.places.iter().zip(&mut self.columns) {
+            let Some(text) = place.and_then(|place| cells.get(place)) else { continue };
+            column.push(text.parse::<f64>().map_or_else(|_| Value::from(text.as_str()), number));
+        }
+    }
+
+    /// A cell for each kept column.
+    pub(super) fn cells(self) -> impl Iterator<Item = Value> {
+        let of_column = |(place, column): (Option<usize>, Vec<Value>)| place.map_or(Value::Null, |_| column.into());
+        self.places.into_iter().zip(self.columns).map(of_column)
+    }
+}

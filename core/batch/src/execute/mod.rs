@@ -1,0 +1,20 @@
+//! Running the edits of a shard.
+
+mod child;
+mod failure;
+mod measure;
+mod options;
+mod pool;
+mod resume;
+mod run_edit;
+mod serve;
+mod shard_run;
+
+pub use child::Isolation;
+pub use failure::{Failure, FailureClass};
+pub(crate) use measure::SUMMARY;
+pub use options::{BatchEnd, Progress, RunOptions};
+pub use run_edit::{EditResult, EditSeconds};
+pub(crate) use run_edit::{EditRunner, OpenedEdit};
+pub use serve::{limit_memory, serve};
+pub use shard_run::run;

@@ -1,0 +1,356 @@
+//! Threads that take edits one after another, and the one that looks after them.
+//!
+//! A worker writes the beginning and the row of its edit itself, under the lock of the queue. The thread that called brings the files to
+//! the disk, tells the progress, and gives up workers whose plugin does not return: such a thread cannot be ended, so it is left behind,
+//! its edit has failed, and a new thread takes its place.
+
+use super::child::ChildRunner;
+use super::failure::Failure;
+use super::options::{BatchEnd, Progress, RunOptions};
+use super::resume::Missing;
+use super::run_edit::{EditResult, EditRunner, EditSeconds};
+use crate::column::row_text;
+use crate::edit::Resolved;
+use crate::error::BatchError;
+use crate::key::{EditKey, KeyMaker};
+use crate::store::{MeshStore, NewRow, ShardFiles, Syncer};
+use crate::sweep::Sweep;
+use serde_json::Value;
+use std::collections::{HashMap, VecDeque};
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// Time from one look at the workers to the next. Rows reach the disk that much later at most; a shorter time would cost a network file
+/// system more operations than rows.
+const TICK: Duration = Duration::from_millis(250);
+/// Time an edit may go on after its limit before its thread is given up: a step looks at the limit only when it has ended.
+const GRACE: Duration = Duration::from_secs(2);
+/// Time that edits under way have to end once the run is stopped.
+const STOP_GRACE: Duration = Duration::from_secs(5);
+
+/// An edit to be done.
+#[derive(Clone, Copy)]
+struct Task {
+    place: u64,
+    /// Attempts before this one.
+    attempts: u32,
+    /// Whether it runs in a child process.
+    isolated: bool,
+}
+
+/// An edit under way.
+struct Running {
+    task: Task,
+    key: Option<EditKey>,
+    began: Instant,
+}
+
+/// What workers share under one lock.
+struct State {
+    queue: VecDeque<Task>,
+    /// By the number of the worker.
+    running: HashMap<usize, Running>,
+    files: ShardFiles,
+    progress: Progress,
+    step_seconds: f64,
+    edit_seconds: f64,
+    error: Option<BatchError>,
+}
+
+/// What workers share.
+struct Shared {
+    sweep: Arc<Sweep>,
+    keys: KeyMaker,
+    meshes: MeshStore,
+    options: RunOptions,
+    state: Mutex<State>,
+    /// Told when the queue or the edits under way change.
+    changed: Condvar,
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+    }
+
+    fn stopped(&self) -> bool {
+        self.options.stop.load(Ordering::Relaxed)
+    }
+}
+
+/// The workers of a shard.
+pub(super) struct Pool {
+    shared: Arc<Shared>,
+    syncer: Syncer,
+    began: Instant,
+    outdated: u64,
+    workers: HashMap<usize, JoinHandle<()>>,
+    /// Number of the next worker.
+    next: usize,
+    abandoned: usize,
+}
+
+impl Pool {
+    /// Workers for what is missing of a shard; none is started yet.
+    pub(super) fn new(
+        sweep: Arc<Sweep>,
+        keys: KeyMaker,
+        meshes: MeshStore,
+        options: RunOptions,
+        files: ShardFiles,
+        missing: Missing,
+    ) -> Result<Self, BatchError> {
+        let isolated = options.isolate || sweep.limits.memory.is_some();
+        // What was under way when a process was killed may be what killed it.
+        let suspect = |attempts: u32| attempts > 0 && options.isolation.is_some();
+        let task = |(place, attempts): (u64, u32)| Task { place, attempts: 0, isolated: isolated || suspect(attempts) };
+        let progress = Progress {
+            edits: options.shard.len(sweep.edits()),
+            done: missing.done,
+            failed: missing.failed,
+            ..Progress::default()
+        };
+        let syncer = files.syncer()?;
+        let state = State {
+            queue: missing.edits.into_iter().map(task).collect(),
+            running: HashMap::new(),
+            files,
+            progress,
+            step_seconds: 0.0,
+            edit_seconds: 0.0,
+            error: None,
+        };
+        let shared = Shared { sweep, keys, meshes, options, state: Mutex::new(state), changed: Condvar::new() };
+        Ok(Self {
+            shared: Arc::new(shared),
+            syncer,
+            began: Instant::now(),
+            outdated: missing.outdated,
+            workers: HashMap::new(),
+            next: 0,
+            abandoned: 0,
+        })
+    }
+
+    /// Does all edits.
+    pub(super) fn run(mut self, progress: &mut dyn FnMut(Progress)) -> Result<BatchEnd, BatchError> {
+        let jobs = self.shared.options.jobs();
+        let workers = jobs.min(self.shared.lock().queue.len());
+        for _ in 0..workers {
+            self.start_worker()?;
+        }
+        let mut stopping: Option<Instant> = None;
+        loop {
+            self.join_ended();
+            if self.workers.is_empty() {
+                break;
+            }
+            progress(self.progress());
+            {
+                let state = self.shared.lock();
+                let waits = |state: &mut State| !state.queue.is_empty() || !state.running.is_empty();
+                drop(self.shared.changed.wait_timeout_while(state, TICK, waits));
+            }
+            self.syncer.sync()?;
+            self.give_up_hanging()?;
+            let ending = self.shared.stopped() || self.shared.lock().error.is_some();
+            if ending && stopping.get_or_insert_with(Instant::now).elapsed() > STOP_GRACE {
+                self.abandoned += self.workers.len();
+                self.shared.lock().running.clear();
+                break;
+            }
+        }
+        self.finish(jobs, progress)
+    }
+
+    /// Closes the files and says how it went.
+    fn finish(self, jobs: usize, progress: &mut dyn FnMut(Progress)) -> Result<BatchEnd, BatchError> {
+        let last = self.progress();
+        progress(last);
+        let mut state = self.shared.lock();
+        if let Some(error) = state.error.take() {
+            return Err(error);
+        }
+        let stopped = last.done < last.edits;
+        state.files.close(stopped)?;
+        self.syncer.sync()?;
+        Ok(BatchEnd {
+            edits: last.edits,
+            done: last.done,
+            failed: last.failed,
+            new: last.new,
+            outdated: self.outdated,
+            stopped,
+            abandoned: self.abandoned,
+            elapsed: last.elapsed,
+            step_seconds: state.step_seconds,
+            edit_seconds: state.edit_seconds,
+            jobs,
+        })
+    }
+
+    fn progress(&self) -> Progress {
+        Progress { elapsed: self.began.elapsed().as_secs_f64(), ..self.shared.lock().progress }
+    }
+
+    fn start_worker(&mut self) -> Result<(), BatchError> {
+        let (number, shared) = (self.next, Arc::clone(&self.shared));
+        self.next += 1;
+        let worker = std::thread::Builder::new().name(format!("edit-{number}"));
+        let started = worker.spawn(move || Worker { number, shared, child: None }.work());
+        let handle = started.map_err(|e| BatchError::Input(format!("a thread cannot be started: {e}")))?;
+        self.workers.insert(number, handle);
+        Ok(())
+    }
+
+    /// Joins workers that have nothing left to do.
+    fn join_ended(&mut self) {
+        let ended: Vec<usize> = self.workers.iter().filter(|(_, w)| w.is_finished()).map(|(n, _)| *n).collect();
+        for number in ended {
+            let _ = self.workers.remove(&number).map(JoinHandle::join);
+        }
+    }
+
+    /// Gives up workers whose edit is long over its limit of time: their edits have failed, new workers take their place.
+    fn give_up_hanging(&mut self) -> Result<(), BatchError> {
+        let Some(limit) = self.shared.sweep.limits.seconds else { return Ok(()) };
+        let patience = Duration::from_secs_f64(limit) + GRACE;
+        let shared = Arc::clone(&self.shared);
+        let mut state = shared.lock();
+        let hangs = |running: &Running| !running.task.isolated && running.began.elapsed() > patience;
+        let hanging: Vec<usize> = state.running.iter().filter(|(_, r)| hangs(r)).map(|(n, _)| *n).collect();
+        for number in hanging {
+            let Some(Running { mut task, key, began }) = state.running.remove(&number) else { continue };
+            self.workers.remove(&number);
+            self.abandoned += 1;
+            // Another try in this process would leave another thread behind.
+            task.isolated = task.isolated || shared.options.isolation.is_some();
+            let seconds = EditSeconds { all: began.elapsed().as_secs_f64(), ..EditSeconds::default() };
+            let result = EditResult::failed(Failure::time_limit(limit), &shared.sweep, seconds);
+            let key = key.unwrap_or_else(|| Resolved::new(&shared.sweep, task.place, &shared.keys).key);
+            shared.end_edit(&mut state, task, key, result);
+            self.start_worker()?;
+        }
+        Ok(())
+    }
+}
+
+impl Shared {
+    /// Writes the row of an edit, or puts it back into the queue for another try.
+    fn end_edit(&self, state: &mut State, task: Task, key: EditKey, result: EditResult) {
+        let failed = result.failure.as_ref().map(|failure| failure.class);
+        state.step_seconds += result.seconds.steps;
+        state.edit_seconds += result.seconds.all;
+        if failed.is_some_and(|class| class.is_retried()) && task.attempts < self.sweep.limits.retries {
+            state.queue.push_back(Task { attempts: task.attempts + 1, ..task });
+        } else {
+            let text = self.row(task.place, &key, &result);
+            let (attempts, seconds) = (task.attempts + 1, result.seconds);
+            let row = NewRow { edit: task.place, key, text: &text, failed, attempts, seconds };
+            match state.files.put(row) {
+                Ok(()) => {
+                    state.progress.done += 1;
+                    state.progress.new += 1;
+                    state.progress.failed += u64::from(failed.is_some());
+                }
+                Err(error) => _ = state.error.get_or_insert(error),
+            }
+        }
+        self.changed.notify_all();
+    }
+
+    /// The row of an edit.
+    fn row(&self, place: u64, key: &EditKey, result: &EditResult) -> String {
+        let mut cells = vec![Value::from(place), Value::from(key.to_string())];
+        cells.extend(self.sweep.edit(place).cells);
+        match &result.failure {
+            None => cells.extend([Value::from("done"), Value::Null, Value::Null]),
+            Some(failure) => {
+                let (class, message) = (failure.class.name(), failure.message.as_str());
+                cells.extend([Value::from("failed"), class.into(), message.into()]);
+            }
+        }
+        cells.extend(result.cells.iter().cloned());
+        row_text(self.sweep.columns(), &cells)
+    }
+}
+
+/// A thread that does edits.
+struct Worker {
+    number: usize,
+    shared: Arc<Shared>,
+    /// The process its isolated edits run in.
+    child: Option<ChildRunner>,
+}
+
+impl Worker {
+    /// Does edits until there are none left.
+    fn work(mut self) {
+        while let Some(task) = self.take() {
+            let began = Instant::now();
+            let shared = Arc::clone(&self.shared);
+            let resolved = Resolved::new(&shared.sweep, task.place, &shared.keys);
+            let key = resolved.key.clone();
+            if let Some(running) = shared.lock().running.get_mut(&self.number) {
+                running.key = Some(key.clone());
+            }
+            let result = self.run(task, resolved, began);
+            let mut state = shared.lock();
+            // One that was given up has a row already.
+            if state.running.remove(&self.number).is_none() {
+                return;
+            }
+            match result {
+                Ok(Some(result)) => shared.end_edit(&mut state, task, key, result),
+                Ok(None) => shared.changed.notify_all(),
+                Err(error) => {
+                    state.error.get_or_insert(error);
+                    shared.changed.notify_all();
+                }
+            }
+        }
+    }
+
+    /// The next edit, recorded as begun; `None` if there is none left, or the run ends.
+    fn take(&self) -> Option<Task> {
+        let shared = &*self.shared;
+        let mut state = shared.lock();
+        loop {
+            if shared.stopped() || state.error.is_some() {
+                return None;
+            }
+            if let Some(task) = state.queue.pop_front() {
+                if let Err(error) = state.files.begin_edit(task.place, task.attempts + 1) {
+                    state.error.get_or_insert(error);
+                    return None;
+                }
+                state.running.insert(self.number, Running { task, key: None, began: Instant::now() });
+                return Some(task);
+            }
+            // What is under way may come back for another try.
+            if state.running.is_empty() {
+                return None;
+            }
+            let waited = shared.changed.wait_timeout(state, TICK);
+            state = waited.map_or_else(|poisoned| poisoned.into_inner().0, |(state, _)| state);
+        }
+    }
+
+    /// Runs an edit here or in a child; `None` if the run was stopped.
+    fn run(&mut self, task: Task, resolved: Resolved, began: Instant) -> Result<Option<EditResult>, BatchError> {
+        let shared = &*self.shared;
+        let stop = || shared.stopped();
+        match (&shared.options.isolation, task.isolated) {
+            (Some(isolation), true) => {
+                let child = self.child.get_or_insert_with(|| ChildRunner::new(isolation.clone()));
+                child.run(&shared.sweep, &resolved, &stop)
+            }
+            _ => {
+                let (sweep, search, meshes) = (&*shared.sweep, &shared.options.search, &shared.meshes);
+                EditRunner { sweep, search, meshes }.run(&resolved, began, &stop)
+            }
+        }
+    }
+}

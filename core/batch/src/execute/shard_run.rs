@@ -1,0 +1,41 @@
+//! Running one shard of a sweep.
+
+use super::options::{BatchEnd, Progress, RunOptions};
+use super::pool::Pool;
+use super::resume::missing;
+use crate::error::BatchError;
+use crate::key::KeyMaker;
+use crate::store::{MeshStore, ShardFiles};
+use crate::sweep::Sweep;
+use std::path::Path;
+use std::sync::Arc;
+
+/// Does the edits of a shard that have no row yet, and appends a row for each to the shard's files in `folder`. `progress` is called
+/// several times a second.
+///
+/// An edit that fails has a row that says why. A run that is stopped, killed or fails keeps the rows it has; another with
+/// [`RunOptions::resume`] does the rest.
+///
+/// # Errors
+/// A shard that another process runs or that has rows without `resume`, files that cannot be written, isolation without a way to start a
+/// child.
+pub fn run(
+    sweep: Sweep,
+    folder: &Path,
+    options: RunOptions,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<BatchEnd, BatchError> {
+    if (options.isolate || sweep.limits.memory.is_some()) && options.isolation.is_none() {
+        let text = "edits with a limit of memory run in child processes, and the caller starts none";
+        return Err(BatchError::Input(text.into()));
+    }
+    let (mut files, state) = ShardFiles::open(folder, options.shard, options.resume)?;
+    let meshes = MeshStore::new(folder);
+    if sweep.keep.meshes && state.opened.is_some() {
+        meshes.remove_leftovers();
+    }
+    let keys = KeyMaker::new(&options.program, &options.search);
+    let missing = missing(&sweep, &keys, &options, &mut files, state)?;
+    files.begin(&sweep, options.shard, &options.program)?;
+    Pool::new(Arc::new(sweep), keys, meshes, options, files, missing)?.run(progress)
+}

@@ -1,0 +1,117 @@
+//! What an edit is known by: a digest of everything its result depends on.
+
+use crate::edit::Edit;
+use crate::sweep::BaseScene;
+use pliant_engine::scene::{Scene, Source};
+use pliant_host::SearchPath;
+use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+/// Digest of an edit's resolved scene, the bytes of its meshes, plugins and parameter files, and the program's version: the first 128 bits
+/// of BLAKE3, in hexadecimal. Two edits with one key have one result.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct EditKey(String);
+
+impl fmt::Display for EditKey {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+/// Makes keys; reads each file once.
+pub(crate) struct KeyMaker {
+    program: String,
+    search: SearchPath,
+    /// Digest of each file, or why it cannot be read.
+    files: Mutex<HashMap<PathBuf, String>>,
+}
+
+impl KeyMaker {
+    /// For results of `program`, with plugins found in `search`.
+    pub(crate) fn new(program: &str, search: &SearchPath) -> Self {
+        Self { program: program.to_owned(), search: search.clone(), files: Mutex::default() }
+    }
+
+    /// The key of an edit; `scene` is `None` where the edit's scene cannot be read.
+    pub(crate) fn key(&self, edit: &Edit, base: &BaseScene, scene: Option<&(Scene, Source)>) -> EditKey {
+        let mut digest = Parts::default();
+        digest.add("pliant edit 1");
+        digest.add(&self.program);
+        digest.add(&edit.repeat.map(|repeat| repeat.to_string()).unwrap_or_default());
+        match scene {
+            // The table and not the text: comments and spaces change nothing. Its keys are sorted.
+            Some((_, source)) => digest.add(&source.text.parse::<toml::Table>().unwrap_or_default().to_string()),
+            None => {
+                digest.add(&base.text);
+                edit.settings.iter().for_each(|(path, value)| digest.add(&format!("{path}={value}")));
+            }
+        }
+        if let Some(model) = &edit.model {
+            digest.add(&self.file(model));
+        }
+        if let Some((scene, source)) = scene {
+            self.add_files(scene, source, &mut digest);
+        }
+        EditKey(digest.0.finalize().to_hex()[..32].to_owned())
+    }
+
+    /// Adds the files a scene names: meshes, plugins, and parameters that are paths of files.
+    fn add_files(&self, scene: &Scene, source: &Source, digest: &mut Parts) {
+        let folder = source.folder();
+        let mut plugins = Vec::new();
+        let mut params = Vec::new();
+        for body in &scene.body {
+            if let Some(mesh) = &body.mesh {
+                digest.add(&self.file(&folder.join(mesh.get_ref())));
+            }
+            plugins.push(body.material.plugin.get_ref());
+            params.push(&body.material.params);
+            if body.sheet.is_none() {
+                plugins.push(body.grid.plugin.get_ref());
+                params.push(&body.grid.params);
+            }
+        }
+        for device in &scene.device {
+            plugins.push(device.plugin.get_ref());
+            params.push(&device.params);
+        }
+        for plugin in plugins {
+            let file = plugin.split_once('#').map_or(plugin.as_str(), |(file, _)| file);
+            match self.search.find(file, folder) {
+                Ok(found) => digest.add(&self.file(&found.path)),
+                Err(_) => digest.add("no such plugin"),
+            }
+        }
+        for value in params.into_iter().flat_map(|params| params.values()) {
+            // What is a path is known to the plugin alone; a text that names a file counts as one.
+            let path = value.get_ref().as_str().filter(|text| !text.is_empty()).map(|text| folder.join(text));
+            if let Some(path) = path.filter(|path| path.is_file()) {
+                digest.add(&self.file(&path));
+            }
+        }
+    }
+
+    /// Digest of a file's bytes; of what the system says, if it cannot be read.
+    fn file(&self, path: &Path) -> String {
+        let mut files = self.files.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let of_file = || match std::fs::read(path) {
+            Ok(bytes) => blake3::hash(&bytes).to_hex().to_string(),
+            Err(error) => format!("unreadable: {:?}", error.kind()),
+        };
+        files.entry(path.to_path_buf()).or_insert_with(of_file).clone()
+    }
+}
+
+/// A digest of texts, each with its length, so that no two lists of texts run together the same way.
+#[derive(Default)]
+struct Parts(blake3::Hasher);
+
+impl Parts {
+    fn add(&mut self, text: &str) {
+        self.0.update(&(text.len() as u64).to_le_bytes());
+        self.0.update(text.as_bytes());
+    }
+}

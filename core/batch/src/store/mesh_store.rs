@@ -1,0 +1,46 @@
+//! Meshes by their content: equal meshes are one file.
+
+use crate::error::BatchError;
+use pliant_engine::body::Body;
+use pliant_record::{AtomicFile, remove_leftovers, write_model_to};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// The folder `meshes` of a batch. A mesh is the file `AB/ABCDEF...obj`, named by the first 128 bits of the BLAKE3 digest of its bytes; 256
+/// folders keep each one short.
+pub(crate) struct MeshStore {
+    folder: PathBuf,
+}
+
+impl MeshStore {
+    /// The meshes of the batch in `folder`.
+    pub(crate) fn new(folder: &Path) -> Self {
+        Self { folder: folder.join("meshes") }
+    }
+
+    /// Removes what killed processes left half written.
+    pub(crate) fn remove_leftovers(&self) {
+        for entry in self.folder.read_dir().into_iter().flatten().flatten() {
+            remove_leftovers(&entry.path());
+        }
+    }
+
+    /// Writes the deformed mesh of a body and gives its address. The file is on the disk, whole, when this returns.
+    ///
+    /// # Errors
+    /// What the file system says, with the path.
+    pub(crate) fn put(&self, body: &Body, cap_material: &str) -> Result<String, BatchError> {
+        let mut bytes = Vec::new();
+        write_model_to(body, cap_material, &mut bytes).map_err(BatchError::at(&self.folder))?;
+        let address = blake3::hash(&bytes).to_hex()[..32].to_owned();
+        let path = self.folder.join(&address[..2]).join(format!("{address}.obj"));
+        if !path.is_file() {
+            // The errors of these name the file.
+            let io = |source| BatchError::io(&self.folder, source);
+            let mut file = AtomicFile::create(&path).map_err(io)?;
+            file.write_all(&bytes).map_err(BatchError::at(&path))?;
+            file.finish().map_err(io)?;
+        }
+        Ok(address)
+    }
+}

@@ -1,0 +1,122 @@
+//! Columns of a sweep's table, found before any edit runs.
+
+use super::Sweep;
+use crate::column::{Column, ColumnKind};
+use crate::execute::SUMMARY;
+use pliant_engine::plan::{Plan, Probe};
+use pliant_engine::scene::{Scene, SceneError, Source, load_text};
+use pliant_record::trace_columns;
+use std::collections::BTreeMap;
+
+/// Columns that say how an edit went.
+pub(super) const OUTCOME: [&str; 3] = ["status", "class", "message"];
+
+/// Fills in the columns, and refuses a sweep whose base scenes cannot be read, or that has two columns of one name.
+pub(super) fn find(sweep: &mut Sweep, source: &Source) -> Result<(), SceneError> {
+    let plans = plans(sweep)?;
+    let mut columns = given(sweep);
+    sweep.given = columns.len();
+    columns.extend(OUTCOME.map(|name| Column::new(name, "", ColumnKind::Text)));
+    for name in &sweep.keep.summary {
+        let column = SUMMARY.iter().find(|column| column.name == *name).expect("checked when it was read");
+        columns.push(Column::new(name, column.unit, column.kind));
+    }
+    if sweep.keep.probes {
+        columns.extend(probes(&plans));
+    }
+    for name in &sweep.keep.trace {
+        check_trace(name, &plans, source)?;
+        columns.push(trace_column(name));
+    }
+    if sweep.keep.meshes {
+        columns.push(Column::new("mesh", "", ColumnKind::Text));
+    }
+    for (at, column) in columns.iter().enumerate() {
+        if columns[..at].iter().any(|other| other.name == column.name) {
+            let text = format!("two columns have the name `{}`; give the parameter another `name`", column.name);
+            return Err(source.whole(text));
+        }
+    }
+    sweep.columns = columns;
+    Ok(())
+}
+
+/// Columns of the place, the key, and what is varied.
+fn given(sweep: &Sweep) -> Vec<Column> {
+    let mut columns = vec![Column::new("edit", "", ColumnKind::Integer), Column::new("key", "", ColumnKind::Text)];
+    if sweep.scenes.len() > 1 {
+        columns.push(Column::new("scene", "", ColumnKind::Text));
+    }
+    if !sweep.models.is_empty() {
+        columns.push(Column::new("model", "", ColumnKind::Text));
+    }
+    let parameters: Vec<_> = sweep.axes.iter().flat_map(|axis| &axis.parameters).collect();
+    let end = |path: &str| path.rsplit('.').next().unwrap_or(path).to_owned();
+    let mut ends: BTreeMap<String, usize> = BTreeMap::new();
+    for path in parameters.iter().filter_map(|p| p.path.as_deref()) {
+        *ends.entry(end(path)).or_default() += 1;
+    }
+    for parameter in parameters {
+        let path = parameter.path.as_deref().unwrap_or_default();
+        // The end of the path, unless another parameter has the same one.
+        let short = if ends.get(&end(path)) == Some(&1) { end(path) } else { path.to_owned() };
+        columns.push(Column::new(&parameter.name.clone().unwrap_or(short), &parameter.unit, parameter.kind));
+    }
+    columns
+}
+
+/// A base scene with the settings of an edit, and its plan.
+struct Planned {
+    scene: Scene,
+    plan: Plan,
+}
+
+/// Plans of all base scenes, each with the settings of its first edit, or of its last where the first cannot be planned: an edit that
+/// fails is a row, a sweep whose edits all fail is a mistake.
+fn plans(sweep: &Sweep) -> Result<Vec<Planned>, SceneError> {
+    let per_scene = sweep.edits / sweep.scenes.len() as u64;
+    let plan = |place: u64| {
+        let edit = sweep.edit(place);
+        let base = sweep.base(&edit);
+        let (scene, source) = load_text(&base.path, base.text.clone(), &edit.settings)?;
+        let plan = Plan::new(&scene, &source)?;
+        Ok(Planned { scene, plan })
+    };
+    let of_scene = |i: u64| {
+        plan(i * per_scene).or_else(|first: SceneError| plan((i + 1) * per_scene - 1).map_err(|_: SceneError| first))
+    };
+    (0..sweep.scenes.len() as u64).map(of_scene).collect()
+}
+
+/// A column for each name of a probe, in the order they are met.
+fn probes(plans: &[Planned]) -> Vec<Column> {
+    let mut columns: Vec<Column> = Vec::new();
+    let all: Vec<&Probe> = plans.iter().flat_map(|planned| &planned.plan.probes).collect();
+    for probe in all {
+        if columns.iter().all(|column| column.name != probe.name) {
+            columns.push(Column::new(&probe.name, probe.quantity.unit, ColumnKind::Number));
+        }
+    }
+    columns
+}
+
+/// Refuses a column of the trace that no base scene has.
+fn check_trace(name: &str, plans: &[Planned], source: &Source) -> Result<(), SceneError> {
+    let columns = |planned: &Planned| {
+        let names = planned.plan.tools.iter().map(|&tool| planned.scene.tool[tool].name.get_ref().as_str());
+        trace_columns(names.collect::<Vec<_>>())
+    };
+    let known: Vec<String> = plans.iter().flat_map(columns).filter(|column| column != "step_seconds").collect();
+    if known.iter().any(|column| column == name) {
+        return Ok(());
+    }
+    Err(source.whole(format!("`keep.trace`: no column `{name}` in a trace; allowed is {}", known.join(", "))))
+}
+
+/// A column of the trace: its unit is the end of its name.
+fn trace_column(name: &str) -> Column {
+    let units = ["s", "m", "N", "J"];
+    let (stem, unit) = name.rsplit_once('_').filter(|(_, unit)| units.contains(unit)).unwrap_or((name, ""));
+    let kind = if name.ends_with(".contact") { ColumnKind::Text } else { ColumnKind::Numbers };
+    Column::new(stem, unit, kind)
+}

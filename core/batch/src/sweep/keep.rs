@@ -1,0 +1,109 @@
+//! What is kept of each edit, and what it may take.
+
+use super::file::{KeepFile, LimitsFile};
+use crate::execute::SUMMARY;
+use pliant_engine::scene::{SceneError, Source, parse_quantity};
+
+/// What is kept of each edit.
+#[derive(Clone, Debug)]
+pub struct Keep {
+    /// Names of the columns of the summary, in the order of [`SUMMARY`] unless the file lists them.
+    pub summary: Vec<String>,
+    /// Whether each probe has a column.
+    pub probes: bool,
+    /// Names of the columns of the trace.
+    pub trace: Vec<String>,
+    /// Steps from one kept row of the trace to the next; the last row is always kept.
+    pub trace_every: u64,
+    /// Whether the deformed meshes are kept.
+    pub meshes: bool,
+}
+
+impl Keep {
+    /// Checks what a file says.
+    pub(super) fn from_file(file: &KeepFile, source: &Source) -> Result<Self, SceneError> {
+        let all = || SUMMARY.iter().map(|column| column.name.to_owned()).collect::<Vec<_>>();
+        if let Some(summary) = &file.summary {
+            for name in summary.get_ref() {
+                if !SUMMARY.iter().any(|column| column.name == *name) {
+                    let text = format!("no column `{name}` in a summary; allowed is {}", all().join(", "));
+                    return Err(source.error(summary.span(), text));
+                }
+            }
+        }
+        let trace_every = *file.trace_every.get_ref();
+        if trace_every == 0 {
+            return Err(source.error(file.trace_every.span(), "0 steps; allowed is 1 or more"));
+        }
+        Ok(Self {
+            summary: file.summary.as_ref().map_or_else(all, |summary| summary.get_ref().clone()),
+            probes: file.probes,
+            trace: file.trace.get_ref().clone(),
+            trace_every,
+            meshes: file.meshes,
+        })
+    }
+}
+
+/// What an edit may take.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Limits {
+    /// s, wall clock
+    pub seconds: Option<f64>,
+    /// Bytes. Edits with this limit run in child processes.
+    pub memory: Option<u64>,
+    /// How often an edit is tried again that ran out of time or memory, or whose plugin or process failed.
+    pub retries: u32,
+}
+
+impl Limits {
+    /// Checks what a file says.
+    pub(super) fn from_file(file: &LimitsFile, source: &Source) -> Result<Self, SceneError> {
+        let seconds = |time: &toml::Spanned<toml::Value>| {
+            let number = match time.get_ref() {
+                toml::Value::Integer(seconds) => Ok(*seconds as f64),
+                toml::Value::Float(seconds) => Ok(*seconds),
+                toml::Value::String(text) => parse_quantity(text, "s"),
+                other => Err(format!("{other}; allowed is a time")),
+            };
+            let positive = number.and_then(|s| if s > 0.0 { Ok(s) } else { Err(format!("{s} s; allowed is above 0")) });
+            positive.map_err(|reason| source.error(time.span(), reason))
+        };
+        let bytes = |text: &toml::Spanned<String>| {
+            parse_bytes(text.get_ref()).map_err(|reason| source.error(text.span(), reason))
+        };
+        let seconds = file.seconds.as_ref().map(seconds).transpose()?;
+        Ok(Self { seconds, memory: file.memory.as_ref().map(bytes).transpose()?, retries: file.retries })
+    }
+}
+
+/// Reads a number of bytes, as `2 GB` (1000^3) or `512 MiB` (1024^2).
+fn parse_bytes(text: &str) -> Result<u64, String> {
+    const UNITS: [(&str, u64); 7] = [
+        ("kB", 1000),
+        ("MB", 1_000_000),
+        ("GB", 1_000_000_000),
+        ("KiB", 1 << 10),
+        ("MiB", 1 << 20),
+        ("GiB", 1 << 30),
+        ("B", 1),
+    ];
+    let text = text.trim();
+    let parsed = UNITS.iter().find_map(|(unit, size)| {
+        let number: f64 = text.strip_suffix(unit)?.trim().parse().ok()?;
+        (number > 0.0 && number.is_finite()).then_some((number * *size as f64) as u64)
+    });
+    parsed.ok_or_else(|| format!("`{text}`; allowed is a number above 0 with B, kB, MB, GB, KiB, MiB or GiB"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::parse_bytes;
+
+    #[test]
+    fn bytes_have_units() {
+        assert_eq!(parse_bytes("2 GB"), Ok(2_000_000_000));
+        assert_eq!(parse_bytes("1.5 MiB"), Ok(3 << 19));
+        assert!(["2", "GB", "-1 GB", "1 parsec"].iter().all(|text| parse_bytes(text).is_err()));
+    }
+}
