@@ -41,7 +41,7 @@ pub fn plot(table: &mut Table, options: &PlotOptions) -> Result<String, BatchErr
     table.for_each(|cells| {
         if let (Some(at), Some(value), Some("done")) = (cells[x].as_f64(), cells[y].as_f64(), cells[status].as_str()) {
             let group = by.map_or_else(Group::default, |by| Group::of(&cells[by]));
-            points.entry(group).or_default().entry(Place(at)).or_default().add(value);
+            points.entry(group).or_default().entry(Place::of(at)).or_default().add(value);
         }
         Ok(())
     })?;
@@ -56,50 +56,36 @@ pub fn plot(table: &mut Table, options: &PlotOptions) -> Result<String, BatchErr
     }
 }
 
-/// The values of a group of rows, numbers in their order.
-#[derive(Clone, Debug, Default, PartialEq, PartialOrd)]
+/// The value that a group of rows shares, numbers in their order and before texts.
+#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 struct Group {
-    number: Option<f64>,
+    place: Place,
     text: String,
 }
 
 impl Group {
     fn of(value: &Value) -> Self {
         let text = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
-        Self { number: value.as_f64(), text }
+        Self { place: Place::of(value.as_f64().unwrap_or(f64::INFINITY)), text }
     }
 }
 
-impl Eq for Group {}
+/// A place along an axis: the bits of its number, in the order of numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+struct Place(i64);
 
-impl Ord for Group {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        let number = |group: &Self| group.number.unwrap_or(f64::INFINITY);
-        number(self).total_cmp(&number(other)).then_with(|| self.text.cmp(&other.text))
+impl Place {
+    fn of(number: f64) -> Self {
+        Self(Self::turn(number.to_bits() as i64))
     }
-}
 
-/// A place along an axis.
-#[derive(Clone, Copy, Debug)]
-struct Place(f64);
-
-impl PartialEq for Place {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other).is_eq()
+    fn number(self) -> f64 {
+        f64::from_bits(Self::turn(self.0) as u64)
     }
-}
 
-impl Eq for Place {}
-
-impl PartialOrd for Place {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Place {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.0.total_cmp(&other.0)
+    /// Turns the magnitude of negative numbers round, as [`f64::total_cmp`] does; twice is nothing.
+    fn turn(bits: i64) -> i64 {
+        bits ^ (((bits >> 63) as u64) >> 1) as i64
     }
 }
 
@@ -155,12 +141,12 @@ fn lines(columns: &[Column], x: usize, y: usize, by: Option<usize>, points: &Poi
     };
     let curve = |(group, points): (&Group, &BTreeMap<Place, Mean>)| Curve {
         name: name(group).trim().to_owned(),
-        points: points.iter().map(|(at, mean)| (at.0, mean.value())).collect(),
+        points: points.iter().map(|(at, mean)| (at.number(), mean.value())).collect(),
         ..Curve::default()
     };
     let plot = LinePlot {
         title: format!("{} over {}", columns[y].name.replace('_', " "), columns[x].name.replace('_', " ")),
-        x: axis(&columns[x], all().map(|(at, _)| at.0)),
+        x: axis(&columns[x], all().map(|(at, _)| at.number())),
         y: axis(&columns[y], all().map(|(_, mean)| mean.value())),
         curves: points.iter().map(curve).collect(),
     };
@@ -168,7 +154,7 @@ fn lines(columns: &[Column], x: usize, y: usize, by: Option<usize>, points: &Poi
 }
 
 fn heat_map(columns: &[Column], x: usize, y: usize, by: usize, points: &Points) -> Result<String, BatchError> {
-    let mut places: Vec<f64> = points.values().flat_map(|row| row.keys().map(|place| place.0)).collect();
+    let mut places: Vec<f64> = points.values().flat_map(|row| row.keys().map(|place| place.number())).collect();
     places.sort_by(f64::total_cmp);
     places.dedup();
     if places.len() > MAX_CELLS || points.len() > MAX_CELLS {
@@ -176,7 +162,7 @@ fn heat_map(columns: &[Column], x: usize, y: usize, by: usize, points: &Points) 
         return Err(BatchError::Input(text));
     }
     let row = |row: &BTreeMap<Place, Mean>| {
-        places.iter().map(|place| row.get(&Place(*place)).map(|mean| mean.value())).collect::<Vec<_>>()
+        places.iter().map(|place| row.get(&Place::of(*place)).map(|mean| mean.value())).collect::<Vec<_>>()
     };
     let map = HeatMap {
         title: label(&columns[y]),

@@ -80,6 +80,10 @@ pub mod fault {
     pub const TOO_SOFT: u8 = 38;
     /// Takes 2 ms for a call of `forces`: only a comparison with a baseline shows it.
     pub const SLOW: u8 = 39;
+    /// Never returns from `forces`, from a time on.
+    pub const HANGS: u8 = 65;
+    /// Ends the process in `forces`, from a time on.
+    pub const ABORTS: u8 = 66;
     /// Returns weights that sum to 1.01.
     pub const WEIGHTS_TOO_LARGE: u8 = 40;
     /// Exchanges two weights.
@@ -138,6 +142,8 @@ export_plugins!(
     AsMaterial<SpringMaterial<NO_MASS>>,
     AsMaterial<SpringMaterial<BLOWS_UP>>,
     AsMaterial<SpringMaterial<MAKES_ENERGY>>,
+    AsMaterial<SpringMaterial<HANGS>>,
+    AsMaterial<SpringMaterial<ABORTS>>,
     AsMaterial<SpringMaterial<MASS_BELOW_ZERO>>,
     AsMaterial<SpringMaterial<PULLS_AT_REST>>,
     AsMaterial<SpringMaterial<ENERGY_OFF>>,

@@ -127,6 +127,8 @@ impl<const F: u8> Material for SpringMaterial<F> {
             fault::SLOW_AFTER => c"takes-long",
             fault::TOO_SOFT => c"too-soft",
             fault::SLOW => c"slow",
+            fault::HANGS => c"hangs",
+            fault::ABORTS => c"aborts",
             _ => c"sound-springs",
         },
         const { &[AFTER] as &[Param] },
@@ -183,6 +185,12 @@ impl<const F: u8> Material for SpringMaterial<F> {
         assert!(!self.is_due(fault::PANIC, elements), "panicked on purpose, in forces");
         if self.is_due(fault::SLOW_AFTER, elements) {
             std::thread::sleep(std::time::Duration::from_millis(1200));
+        }
+        while self.is_due(fault::HANGS, elements) {
+            std::thread::sleep(std::time::Duration::from_secs(1));
+        }
+        if self.is_due(fault::ABORTS, elements) {
+            std::process::abort();
         }
         if F == fault::SLOW {
             std::thread::sleep(std::time::Duration::from_millis(2));
