@@ -92,7 +92,7 @@ fn the_estimate_of_a_table_is_of_its_order() {
 fn a_sweep_that_cannot_be_is_refused_with_its_line() {
     let bench = small_bench(2, "");
     for (old, new, said) in [
-        ("scene = \"scene.toml\"", "scene = \"nowhere.toml\"", "sweep.toml:2:9"),
+        ("scene = \"scene.toml\"", "scene = \"nowhere.toml\"", "bad.toml:2:9"),
         ("tool.0.radius", "tool.7.radius", "there is no 7"),
         ("count = 2", "count = 0", "count 0; allowed is 1"),
         ("[[axis]]", "[[axes]]", "unknown field `axes`"),
@@ -110,7 +110,9 @@ fn models_of_a_pattern_take_the_place_of_the_scenes_own() {
     let bench = Bench::new();
     bench.write("scene.toml", small_scene());
     for (name, detail) in [("a", "2"), ("b", "3")] {
-        bench.pliant(&["sample", "elephant", "-o", &format!("models/{name}.obj"), "--detail", detail]).expect(0);
+        bench
+            .pliant(&["sample", "elephant", "-o", &format!("models/{name}.obj"), "--detail", detail, "--force"])
+            .expect(0);
     }
     bench.write("sweep.toml", "format = 1\nscene = \"scene.toml\"\nmodels = \"models/*.obj\"\n");
     run_batch(&bench, &["--out", "out"]).expect(0);

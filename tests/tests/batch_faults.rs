@@ -108,7 +108,7 @@ fn an_edit_that_wants_too_much_memory_is_a_row() {
     // Some 4 GiB of triangles.
     let sweep = small_sweep(1, "[limits]\nmemory = \"200 MB\"\nseconds = \"300 s\"\n").replace(
         "path = \"tool.0.radius\"\nlist = [\"3 mm\", \"4 mm\", \"5 mm\"]",
-        "path = \"body.0.shape.cells\"\nlist = [4, 5000]",
+        "path = \"body.0.shape.cells\"\nlist = [4, 4096]",
     );
     bench.write("sweep.toml", sweep);
     run_batch(&bench, &["--out", "out", "--jobs", "1"]).expect(1);
@@ -125,7 +125,9 @@ fn a_changed_mesh_is_done_again_and_the_rest_is_not() {
     let bench = Bench::new();
     bench.write("scene.toml", small_scene());
     for (name, detail) in [("a", "2"), ("b", "2")] {
-        bench.pliant(&["sample", "elephant", "-o", &format!("models/{name}.obj"), "--detail", detail]).expect(0);
+        bench
+            .pliant(&["sample", "elephant", "-o", &format!("models/{name}.obj"), "--detail", detail, "--force"])
+            .expect(0);
     }
     bench.write("sweep.toml", "format = 1\nscene = \"scene.toml\"\nmodels = \"models/*.obj\"\n");
     run_batch(&bench, &["--out", "out"]).expect(0);
