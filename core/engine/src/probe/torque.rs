@@ -6,6 +6,7 @@ use super::{Quantity, Reading, Subject};
 pub(super) static TORQUE: Quantity = Quantity {
     name: "torque",
     summary: "Torque on the hand about its position, of an edit that turns with it (`grab`), N m.",
+    unit: "N m",
     subject: Subject::Tool,
     read,
     ..Quantity::OF_BODY
