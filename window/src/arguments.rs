@@ -1,5 +1,6 @@
 //! Arguments of the program.
 
+use crate::opening::OpenRequest;
 use pliant_editor::LengthUnit;
 use std::path::PathBuf;
 
@@ -12,6 +13,7 @@ usage: pliant edit [MODEL.obj | SCENE.toml] [options]
   --unit UNIT          length of a unit of the file: m, cm, mm or in; guessed from the size by default
   --level N            level of the grid in a solid: 2^(N - 1) cells along its longest edge; 6 by default
   --antialias N        samples of a pixel: 0, 2, 4 or 8; 4 by default, 0 is faster without a graphics card
+  --autosave DIR       where shapes are kept after each stroke; by default with the user's other state
   --log FILE           write what happens in the window, a line of JSON for each event
   --measure SECONDS    press and stroke the model for that long, print the times of the loops as JSON, and end
   --without-window     with --measure: the same strokes without a window, to compare with
@@ -32,6 +34,8 @@ pub struct Arguments {
     pub level: u32,
     /// Samples of a pixel.
     pub antialias: u16,
+    /// Where shapes are kept after each stroke; `None`: with the user's other state.
+    pub autosave: Option<PathBuf>,
     /// Where events are written.
     pub log: Option<PathBuf>,
     /// s, how long to measure
@@ -51,6 +55,7 @@ impl Default for Arguments {
             unit: None,
             level: 6,
             antialias: 4,
+            autosave: None,
             log: None,
             measure: None,
             without_window: false,
@@ -60,6 +65,18 @@ impl Default for Arguments {
 }
 
 impl Arguments {
+    /// What is to be opened.
+    pub fn request(&self) -> OpenRequest {
+        OpenRequest {
+            plugin_path: self.plugin_path.clone(),
+            threads: self.threads,
+            unit: self.unit,
+            level: self.level,
+            autosave: self.autosave.clone(),
+            ..OpenRequest::new(self.path.clone().unwrap_or_default())
+        }
+    }
+
     /// Reads the arguments, without the name of the program.
     ///
     /// # Errors
@@ -75,6 +92,7 @@ impl Arguments {
                 "--unit" => parsed.unit = Some(unit(&next()?)?),
                 "--level" => parsed.level = number(&argument, &next()?, 2..=10)?,
                 "--antialias" => parsed.antialias = antialias(&next()?)?,
+                "--autosave" => parsed.autosave = Some(next()?.into()),
                 "--log" => parsed.log = Some(next()?.into()),
                 "--measure" => parsed.measure = Some(number(&argument, &next()?, 1..=3600)?.into()),
                 "--without-window" => parsed.without_window = true,

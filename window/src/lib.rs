@@ -14,5 +14,6 @@ pub mod picture;
 pub mod sim;
 pub mod strings;
 pub mod stroke;
+pub mod symmetry;
 pub mod tools;
 pub mod view;

@@ -36,6 +36,7 @@ fn run() -> Result<(), String> {
         return print(&measure_without_window(&arguments)?);
     }
     find_display()?;
+    pliant_window::sim::prepare();
     show(&arguments)
 }
 

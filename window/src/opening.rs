@@ -18,6 +18,8 @@ pub struct OpenRequest {
     pub path: PathBuf,
     /// Model file that holds the present shape, where that is not the one the user knows.
     pub shape: Option<PathBuf>,
+    /// Where shapes are kept after each stroke; `None`: with the user's other state.
+    pub autosave: Option<PathBuf>,
     /// Folders with plugins.
     pub plugin_path: Vec<PathBuf>,
     /// Threads of the simulation; 0 for all processors.
@@ -55,6 +57,7 @@ impl OpenRequest {
         Self {
             path,
             shape: None,
+            autosave: None,
             plugin_path: Vec::new(),
             threads: 0,
             unit: None,

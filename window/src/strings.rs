@@ -34,6 +34,17 @@ pub const CUT_DEPTH: &str = "Depth of cut";
 pub const KEEP: &str = "Keep the shape";
 /// See [`KEEP`].
 pub const SPRING_BACK: &str = "Spring back";
+/// Label of the planes of symmetry.
+pub const SYMMETRY: &str = "Symmetry";
+/// Without a plane of symmetry.
+pub const OFF: &str = "off";
+/// Axes of the scene.
+pub const AXES: [&str; 3] = ["X", "Y", "Z"];
+/// Names of the directions one may look from, for those who do not see them.
+pub const LOOK_FROM: [[&str; 2]; 3] =
+    [["look from +X", "look from -X"], ["look from +Y", "look from -Y"], ["look from +Z", "look from -Z"]];
+/// Opens the shape of a session that has ended without closing.
+pub const RECOVER: &str = "Open its shape";
 /// Heading of the material.
 pub const MATERIAL: &str = "Material";
 /// Controls of the material.
@@ -110,7 +121,12 @@ pub const PATH: &str = "File";
 pub const COARSER: &str = "Use a coarser grid";
 /// Keys, for the help at the lower edge.
 pub const KEYS: &str = "Left: tool, beside the model turn   Middle: turn   Shift+middle or right: move   Wheel: nearer, in a stroke deeper   \
-    F: focus   Home: all   [ ]: size   - =: strength   W: wireframe   Ctrl+Z, Ctrl+Y: undo, redo";
+    F: focus   Home: all   [ ]: size   - =: strength   W: wireframe   X: symmetry   Ctrl+Z, Ctrl+Y: undo, redo";
+
+/// A question about a session that has ended without closing.
+pub fn recovery(path: &std::path::Path) -> String {
+    format!("The last session with {} ended without closing. Its last shape was kept.", path.display())
+}
 
 /// A sentence for a model that was taken for a solid or a sheet.
 pub fn substance_reason(openings: usize, is_sheet: bool) -> String {
@@ -119,6 +135,14 @@ pub fn substance_reason(openings: usize, is_sheet: bool) -> String {
         (n, true) => format!("It is open ({n} openings, the longest wider than the model), so it is cloth."),
         (n, false) => format!("It has {n} small holes, as scans have, and is filled."),
     }
+}
+
+/// What is wrong when other programs keep the processors from the simulation.
+pub fn held_up(factor: f64) -> String {
+    format!(
+        "Slow motion: {:.0} % of real time, though steps are quick: other programs use the processors.",
+        100.0 * factor
+    )
 }
 
 /// What is wrong when simulation is slower than time.

@@ -1,14 +1,18 @@
-//! The hand of the session, moved by the pointer.
+//! The hands of the session, moved by the pointer.
 
+use crate::symmetry::MirrorPlane;
 use pliant_editor::{HandPlace, PointerRay, PointerStroke, StrokeStart, SurfacePoint};
 use pliant_engine::tool::Frame as DeviceFrame;
 use pliant_live::PointerHandle;
 use pliant_solver::Vec3;
 
-/// The hand of the session.
+/// The hand of the session, and the one that mirrors it.
 pub struct HandControl {
     hand: PointerHandle,
+    mirror: PointerHandle,
     device_frame: DeviceFrame,
+    /// Where the other hand does the same.
+    plane: Option<MirrorPlane>,
     stroke: Option<Stroke>,
     /// Where the hand was sent last.
     place: Option<HandPlace>,
@@ -31,9 +35,21 @@ const ARRIVAL: f64 = 0.03;
 const HOVER: f64 = 0.6;
 
 impl HandControl {
-    /// The hand of a session whose device stands at `device_frame`.
-    pub fn new(hand: PointerHandle, device_frame: DeviceFrame) -> Self {
-        Self { hand, device_frame, stroke: None, place: None }
+    /// The hands of a session whose devices stand at `device_frame`.
+    pub fn new([hand, mirror]: [PointerHandle; 2], device_frame: DeviceFrame) -> Self {
+        Self { hand, mirror, device_frame, plane: None, stroke: None, place: None }
+    }
+
+    /// The next stroke is made on both sides of a plane, or on one.
+    pub fn set_mirror(&mut self, plane: Option<MirrorPlane>) {
+        if self.stroke.is_none() {
+            self.plane = plane;
+        }
+    }
+
+    /// Holds the tool at a place in the scene (m), touching nothing.
+    pub fn wait_at(&mut self, position: Vec3) {
+        self.send(HandPlace { position, rotation: Default::default() }, 0);
     }
 
     /// Holds the tool over a point of the surface, touching nothing.
@@ -97,9 +113,17 @@ impl HandControl {
 
     fn send(&mut self, place: HandPlace, buttons: u32) {
         self.place = Some(place);
-        let DeviceFrame { origin, rotation, scale } = self.device_frame;
-        let back = rotation.inverse();
-        let position = back * (place.position - origin) / scale;
-        self.hand.glide_to(position, back * place.rotation, buttons, GLIDE);
+        glide(&mut self.hand, &self.device_frame, &place, buttons);
+        if let Some(plane) = &self.plane {
+            glide(&mut self.mirror, &self.device_frame, &plane.hand(&place), buttons);
+        }
     }
+}
+
+/// Sends a hand to a place in the scene.
+fn glide(hand: &mut PointerHandle, frame: &DeviceFrame, place: &HandPlace, buttons: u32) {
+    let DeviceFrame { origin, rotation, scale } = *frame;
+    let back = rotation.inverse();
+    let position = back * (place.position - origin) / scale;
+    hand.glide_to(position, back * place.rotation, buttons, GLIDE);
 }

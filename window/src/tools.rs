@@ -60,11 +60,13 @@ pub struct ToolSettings {
     pub release: Release,
     /// Depth of a cut over the size of the model: how far behind the pointer the tip of the blade is.
     pub cut_depth: f64,
+    /// Axis (0 for x) across which strokes are mirrored.
+    pub mirror: Option<usize>,
 }
 
 impl Default for ToolSettings {
     fn default() -> Self {
-        Self { size: 1.0, strength: 1.0, release: Release::Keep, cut_depth: 1.0 }
+        Self { size: 1.0, strength: 1.0, release: Release::Keep, cut_depth: 1.0, mirror: None }
     }
 }
 

@@ -24,7 +24,8 @@ fn ball(folder: &Path) -> PathBuf {
 }
 
 fn window(path: &Path) -> Harness<'static, App> {
-    let arguments = Arguments { path: Some(path.to_owned()), level: 4, threads: 1, ..Arguments::default() };
+    let autosave = Some(path.with_file_name("autosave"));
+    let arguments = Arguments { path: Some(path.to_owned()), level: 4, threads: 1, autosave, ..Arguments::default() };
     let build = move |creation: &mut eframe::CreationContext<'_>| {
         let mut app = App::new(creation.egui_ctx.clone(), None, EventLog::none());
         app.begin(&arguments);
@@ -98,6 +99,46 @@ fn a_model_is_opened_pressed_undone_redone_saved_and_opened_again() {
 }
 
 #[test]
+fn a_mirrored_stroke_is_one_stroke_and_symmetric() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = ball(folder.path());
+    let original = std::fs::read(&path).unwrap();
+    let mut harness = window(&path);
+    wait(&mut harness, "the model", App::is_open);
+    harness.hover_at(MIDDLE);
+    harness.key_press(Key::X);
+    harness.step();
+    assert_eq!(harness.state().tool().1.mirror, Some(0));
+    stroke(&mut harness, MIDDLE + egui::vec2(60.0, -40.0));
+    wait(&mut harness, "both sides", |app| app.status().done == 2);
+    std::thread::sleep(Duration::from_millis(1500));
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    wait(&mut harness, "saving", |app| !app.is_unsaved());
+    let moved = displaced(&original, &std::fs::read(&path).unwrap());
+    let side = |sign: f64| moved.iter().filter(|(at, _)| sign * at[0] > 0.01).map(|(_, by)| *by).fold(0.0, f64::max);
+    let (left, right) = (side(-1.0), side(1.0));
+    // Two hands that are told the same at nearly the same time: as deep on both sides, to a tenth.
+    assert!(left > 1e-3 && (left / right - 1.0).abs() < 0.1, "{left} {right}");
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    wait(&mut harness, "one undo for both", |app| app.status().done == 0);
+}
+
+/// Places (file units) of the vertices that differ between two files, and by how much.
+fn displaced(before: &[u8], after: &[u8]) -> Vec<([f64; 3], f64)> {
+    let places = |file: &[u8]| -> Vec<[f64; 3]> {
+        let lines = String::from_utf8(file.to_vec()).unwrap();
+        let of_line = |line: &str| {
+            let mut numbers = line.strip_prefix("v ")?.split_whitespace().map(|n| n.parse::<f64>().unwrap());
+            Some([numbers.next()?, numbers.next()?, numbers.next()?])
+        };
+        lines.lines().filter_map(of_line).collect()
+    };
+    let distance = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt();
+    let pairs = places(before).into_iter().zip(places(after));
+    pairs.map(|(a, b)| (a, distance(&a, &b))).filter(|(_, by)| *by > 0.0).collect()
+}
+
+#[test]
 fn keys_and_panels_change_tool_view_and_size() {
     let folder = tempfile::tempdir().unwrap();
     let mut harness = window(&ball(folder.path()));
@@ -132,6 +173,16 @@ fn keys_and_panels_change_tool_view_and_size() {
     harness.event(egui::Event::PointerMoved(MIDDLE + egui::vec2(80.0, 0.0)));
     harness.step();
     assert!((harness.state().camera().yaw - before).abs() > 0.1, "the middle button turns the view");
+    harness.event(egui::Event::PointerButton {
+        pos: MIDDLE,
+        button: PointerButton::Middle,
+        pressed: false,
+        modifiers: Modifiers::NONE,
+    });
+    harness.get_by_label("look from +X").click();
+    harness.step();
+    harness.step();
+    assert!(harness.state().camera().axes()[2].x > 0.999, "the axes in the corner are buttons");
 }
 
 #[test]

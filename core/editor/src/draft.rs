@@ -10,6 +10,8 @@ use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, Value, value};
 pub const BODY: &str = "model";
 /// Name of the device and of the tool in a drafted scene.
 pub const HAND: &str = "hand";
+/// Name of the device and of the tool that mirror the hand.
+pub const MIRROR: &str = "mirror";
 
 /// What a body is made of.
 #[derive(Clone, Debug, PartialEq)]

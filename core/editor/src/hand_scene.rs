@@ -3,7 +3,7 @@
 //! Every edit kind of the engine gets two edits, one whose shape is kept and one that springs back, each with a button of its own. So a
 //! window offers whatever kinds there are, and chooses between them as a person with a real device does: by what is pressed.
 
-use crate::draft::HAND;
+use crate::draft::{HAND, MIRROR};
 use pliant_engine::edit::{EditKind, KINDS, KeyName};
 use pliant_engine::scene::Release;
 use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value, value};
@@ -40,13 +40,35 @@ pub fn stroke_button(kind: usize, release: Release) -> u32 {
     2 * kind as u32 + u32::from(release == Release::SpringBack)
 }
 
-/// Takes hands, tools, edits and probes out of a scene and gives it this hand.
+/// Takes hands, tools, edits and probes out of a scene and gives it this hand, and another one that can mirror it.
 pub fn give_hand(scene: &mut DocumentMut, hand: &HandSettings) {
     for key in ["device", "tool", "edit", "probe"] {
         scene.remove(key);
     }
+    scene["device"] = tables([HAND, MIRROR].map(|name| device(name, hand)));
+    scene["tool"] = tables([HAND, MIRROR].map(|name| tool(name, hand)));
+    let mut edits = Vec::new();
+    for (place, kind) in stroke_kinds().enumerate() {
+        for (release, name) in [(Release::Keep, "keep"), (Release::SpringBack, "spring-back")] {
+            for tool in [HAND, MIRROR] {
+                let mut edit = Table::new();
+                edit["kind"] = value(kind.name());
+                edit["tool"] = value(tool);
+                edit["button"] = value(i64::from(stroke_button(place, release)));
+                edit["release"] = value(name);
+                if kind.keys().iter().any(|key| key.name == KeyName::Limit) {
+                    edit["limit"] = value(hand.peak_force);
+                }
+                edits.push(edit);
+            }
+        }
+    }
+    scene["edit"] = tables(edits);
+}
+
+fn device(name: &str, hand: &HandSettings) -> Table {
     let mut device = Table::new();
-    device["name"] = value(HAND);
+    device["name"] = value(name);
     device["plugin"] = value("scripted");
     let mut params = InlineTable::new();
     params.insert("peak-force", hand.peak_force.into());
@@ -54,29 +76,13 @@ pub fn give_hand(scene: &mut DocumentMut, hand: &HandSettings) {
     // Where a scripted hand would be if no pointer took its place: in the origin, with no button pressed.
     params.insert("path", [Value::from([0.0; 4].into_iter().collect::<Array>())].into_iter().collect::<Array>().into());
     device["params"] = value(params);
-    scene["device"] = tables([device]);
-    scene["tool"] = tables([tool(hand)]);
-    let mut edits = Vec::new();
-    for (place, kind) in stroke_kinds().enumerate() {
-        for (release, name) in [(Release::Keep, "keep"), (Release::SpringBack, "spring-back")] {
-            let mut edit = Table::new();
-            edit["kind"] = value(kind.name());
-            edit["tool"] = value(HAND);
-            edit["button"] = value(i64::from(stroke_button(place, release)));
-            edit["release"] = value(name);
-            if kind.keys().iter().any(|key| key.name == KeyName::Limit) {
-                edit["limit"] = value(hand.peak_force);
-            }
-            edits.push(edit);
-        }
-    }
-    scene["edit"] = tables(edits);
+    device
 }
 
-fn tool(hand: &HandSettings) -> Table {
+fn tool(name: &str, hand: &HandSettings) -> Table {
     let mut tool = Table::new();
-    tool["name"] = value(HAND);
-    tool["device"] = value(HAND);
+    tool["name"] = value(name);
+    tool["device"] = value(name);
     tool["radius"] = value(hand.radius);
     tool["stiffness"] = value(hand.coupling);
     tool["speed"] = value(SPEED * hand.size);
@@ -99,7 +105,7 @@ pub(crate) fn tables(all: impl IntoIterator<Item = Table>) -> Item {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use pliant_engine::plan::Plan;
+    use pliant_engine::plan::{Edit, Plan};
     use pliant_engine::scene;
     use std::path::Path;
 
@@ -112,14 +118,17 @@ mod tests {
         let hand = HandSettings { size: 1.0, radius: 0.1, coupling: 100.0, peak_force: 5.0, tip_mass: None };
         give_hand(&mut document, &hand);
         let (scene, source) = scene::load_text(Path::new("scene.toml"), document.to_string(), &[]).expect("a scene");
-        assert_eq!((scene.body.len(), scene.device.len(), scene.tool.len()), (1, 1, 1));
+        assert_eq!((scene.body.len(), scene.device.len(), scene.tool.len()), (1, 2, 2));
         let plan = Plan::new(&scene, &source).expect("a plan");
-        assert_eq!(plan.edits.len(), 2 * KINDS.len().min(16));
+        assert_eq!(plan.edits.len(), 4 * KINDS.len().min(16));
         for (place, kind) in stroke_kinds().enumerate() {
             for release in [Release::Keep, Release::SpringBack] {
                 let button = stroke_button(place, release);
-                let edit = plan.edits.iter().find(|edit| edit.button == Some(button)).expect("an edit of the button");
-                assert_eq!((edit.kind.name(), edit.release, edit.span.1), (kind.name(), release, f64::INFINITY));
+                for tool in 0..2 {
+                    let begins = |edit: &&Edit| edit.button == Some(button) && edit.tool == tool;
+                    let edit = plan.edits.iter().find(begins).expect("an edit of the button");
+                    assert_eq!((edit.kind.name(), edit.release, edit.span.1), (kind.name(), release, f64::INFINITY));
+                }
                 assert!(button < 32);
             }
         }

@@ -15,7 +15,7 @@ mod preset;
 mod units;
 
 pub use carrier::{Substance, SubstanceChoice};
-pub use draft::{BODY, Draft, DraftMaterial, HAND, TOOL_SHARE};
+pub use draft::{BODY, Draft, DraftMaterial, HAND, MIRROR, TOOL_SHARE};
 pub use hand::{Gesture, HandPlace, PointerRay, PointerStroke, StrokeStart, SurfacePoint};
 pub use hand_scene::{HandSettings, give_hand, stroke_button, stroke_kinds};
 pub use preset::{SOLIDS, SolidPreset, fabrics, solid, stiffness_word};

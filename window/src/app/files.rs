@@ -2,7 +2,7 @@
 
 use super::App;
 use crate::opening::OpenRequest;
-use crate::sim::Command;
+use crate::sim::{Abandoned, Command};
 use crate::strings;
 use eframe::egui::{self, Key, KeyboardShortcut, Modifiers, ViewportCommand};
 use std::path::PathBuf;
@@ -23,11 +23,13 @@ pub(super) enum Purpose {
     SaveAs,
 }
 
-/// A question about strokes that have not been saved.
+/// A question about shapes that have not been saved.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Question {
     Quit,
     Open(Box<OpenRequest>),
+    /// Not about strokes: whether to open the shape of a session that has ended without closing.
+    Recover(Abandoned),
 }
 
 const OPEN: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::O);
@@ -83,7 +85,7 @@ impl App {
         egui::Panel::bottom("status").show(ui, |ui| {
             ui.horizontal(|ui| {
                 match self.messages.last() {
-                    Some(message) => ui.label(message.lines().next().unwrap_or_default()),
+                    Some((_, message)) => ui.label(message.lines().next().unwrap_or_default()),
                     None => ui.label(""),
                 };
             });
@@ -234,12 +236,16 @@ impl App {
 
     fn question_window(&mut self, context: &egui::Context) {
         let Some(question) = self.question.take() else { return };
-        let (mut save, mut discard, mut cancel) = (false, false, false);
+        let (mut save, mut discard, mut cancel, mut recover) = (false, false, false, false);
         egui::Window::new("question").title_bar(false).anchor(egui::Align2::CENTER_CENTER, [0.0; 2]).show(
             context,
             |ui| {
-                ui.label(strings::UNSAVED);
+                match &question {
+                    Question::Recover(found) => ui.label(strings::recovery(found.path())),
+                    _ => ui.label(strings::UNSAVED),
+                };
                 ui.horizontal(|ui| {
+                    recover = matches!(question, Question::Recover(_)) && ui.button(strings::RECOVER).clicked();
                     save = question == Question::Quit && ui.button(strings::SAVE).clicked();
                     discard = ui.button(strings::DISCARD).clicked();
                     cancel = ui.button(strings::CANCEL).clicked();
@@ -249,14 +255,25 @@ impl App {
         if save {
             self.quit_after_save = true;
             self.save();
-        } else if discard {
-            self.saved_strokes = Some(self.status.done);
-            match question {
-                Question::Quit => context.send_viewport_cmd(ViewportCommand::Close),
-                Question::Open(request) => self.open(*request),
-            }
+        } else if recover || discard {
+            self.answer(question, recover, context);
         } else if !cancel {
             self.question = Some(question);
+        }
+    }
+
+    fn answer(&mut self, question: Question, recover: bool, context: &egui::Context) {
+        match question {
+            Question::Recover(found) if recover => {
+                self.open(found.request(&self.request));
+                self.recovered = Some(found);
+            }
+            Question::Recover(found) => found.discard(),
+            Question::Quit => {
+                self.saved_strokes = Some(self.status.done);
+                context.send_viewport_cmd(ViewportCommand::Close);
+            }
+            Question::Open(request) => self.open(*request),
         }
     }
 
@@ -265,7 +282,7 @@ impl App {
         let folder = self.request.path.parent().map_or_else(PathBuf::new, PathBuf::from);
         self.pictures += 1;
         let path = folder.join(format!("pliant-{}.png", self.pictures));
-        self.messages.push(format!("picture {}", path.display()));
+        self.tell(format!("picture {}", path.display()));
         self.log.event("picture", &[("path", path.display().to_string())]);
         let write = move |picture: std::sync::Arc<egui::ColorImage>| {
             let [width, height] = picture.size.map(|edge| edge as u32);

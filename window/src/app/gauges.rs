@@ -140,14 +140,19 @@ impl App {
             row("simulated", format!("{} nodes, {} elements", gauges.nodes, gauges.elements));
             row("memory", format!("{:.0} MB", gauges.bytes as f64 / 1e6));
         });
-        if gauges.is_slow() && self.model.is_some() {
-            ui.colored_label(Color32::from_rgb(240, 90, 80), strings::slow(gauges.real_time_factor));
-            let is_solid =
-                self.model.as_ref().is_some_and(|m| m.facts.taken_as == Some(pliant_editor::Substance::Solid));
-            if is_solid && self.request.level > 3 && ui.button(strings::COARSER).clicked() {
-                self.request.level -= 1;
-                self.reopen();
-            }
+        let warn = |ui: &mut egui::Ui, text: String| ui.colored_label(Color32::from_rgb(240, 90, 80), text);
+        if self.model.is_none() || !gauges.is_slow() {
+            return;
+        }
+        if gauges.is_held_up() {
+            warn(ui, strings::held_up(gauges.real_time_factor));
+            return;
+        }
+        warn(ui, strings::slow(gauges.real_time_factor));
+        let is_solid = self.model.as_ref().is_some_and(|m| m.facts.taken_as == Some(pliant_editor::Substance::Solid));
+        if is_solid && self.request.level > 3 && ui.button(strings::COARSER).clicked() {
+            self.request.level -= 1;
+            self.reopen();
         }
     }
 }

@@ -3,7 +3,6 @@
 use super::gauges::FrameTimes;
 use super::model::Model;
 use crate::arguments::Arguments;
-use crate::opening::OpenRequest;
 use crate::sim::{Notice, Simulation, StepTimes};
 use crate::tools::ToolKind;
 use crate::view::{Camera, Ray};
@@ -96,14 +95,7 @@ pub(super) fn pointer_ray(ray: Ray) -> PointerRay {
 /// # Errors
 /// A model that cannot be opened.
 pub fn measure_without_window(arguments: &Arguments) -> Result<Measurement, String> {
-    let request = OpenRequest {
-        plugin_path: arguments.plugin_path.clone(),
-        threads: arguments.threads,
-        unit: arguments.unit,
-        level: arguments.level,
-        ..OpenRequest::new(arguments.path.clone().unwrap_or_default())
-    };
-    let simulation = Simulation::start(request, false, || {}).map_err(|error| error.to_string())?;
+    let simulation = Simulation::start(arguments.request(), false, || {}).map_err(|error| error.to_string())?;
     let mut opened = None;
     while opened.is_none() {
         std::thread::sleep(Duration::from_millis(10));

@@ -14,7 +14,7 @@ pub use measure::{Measurement, measure_without_window};
 use crate::arguments::Arguments;
 use crate::gl::{Line, Shading, SurfaceRenderer, Wireframe};
 use crate::opening::OpenRequest;
-use crate::sim::{Command, Notice, Simulation, Status};
+use crate::sim::{Abandoned, Command, Notice, Simulation, Status, abandoned};
 
 use crate::tools::{ToolKind, ToolSettings};
 use crate::view::Camera;
@@ -25,6 +25,7 @@ use measure::ScriptedStrokes;
 use model::Model;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
+use std::time::Instant;
 
 /// A renderer that a picture's callback can use.
 pub type SharedRenderer = Arc<Mutex<dyn SurfaceRenderer + Send>>;
@@ -71,10 +72,13 @@ pub struct App {
     /// What to open once the present shape is written.
     after_save: Option<OpenRequest>,
     quit_after_save: bool,
+    /// The session whose shape is open, until it is saved or the window is closed.
+    recovered: Option<Abandoned>,
     dialog: Option<FileDialog>,
     question: Option<Question>,
     error: Option<String>,
-    messages: Vec<String>,
+    /// What happened, and when.
+    messages: Vec<(Instant, String)>,
     force: ForcePlot,
     times: FrameTimes,
     script: Option<ScriptedStrokes>,
@@ -109,6 +113,7 @@ impl App {
             saved_strokes: Some(0),
             after_save: None,
             quit_after_save: false,
+            recovered: None,
             dialog: None,
             question: None,
             error: None,
@@ -127,17 +132,21 @@ impl App {
     /// Opens what the program was called with.
     pub fn begin(&mut self, arguments: &Arguments) {
         self.script = arguments.measure.map(ScriptedStrokes::new);
-        let request = OpenRequest {
-            plugin_path: arguments.plugin_path.clone(),
-            threads: arguments.threads,
-            unit: arguments.unit,
-            level: arguments.level,
-            ..OpenRequest::new(arguments.path.clone().unwrap_or_default())
-        };
+        let request = arguments.request();
         if arguments.path.is_some() {
             self.open(request);
         } else {
             self.request = request;
+        }
+        let name = |path: &std::path::Path| std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+        let wanted = arguments.path.as_deref().map(name);
+        // Without a model any shape is offered, with one those of the same.
+        let of_model = |found: &Abandoned| wanted.as_ref().is_none_or(|wanted| found.path() == wanted);
+        if self.script.is_none()
+            && let Some(found) = abandoned(arguments.autosave.as_deref()).into_iter().find(of_model)
+        {
+            self.log.event("recovery offered", &[("path", found.path().display().to_string())]);
+            self.question = Some(Question::Recover(found));
         }
     }
 
@@ -153,10 +162,9 @@ impl App {
         // The old session ends before the new one begins: both would ask for the same processors.
         self.simulation = None;
         self.status = Status::default();
-        (self.error, self.saved_strokes) = (None, Some(0));
-        if request.shape.is_none() {
-            self.save_path = (!request.is_scene()).then(|| request.path.clone());
-        }
+        // The shape that is open may not be the one of the file.
+        (self.error, self.saved_strokes) = (None, request.shape.is_none().then_some(0));
+        self.save_path = (!request.is_scene()).then(|| request.path.clone());
         let context = self.context.clone();
         match Simulation::start(request.clone(), true, move || context.request_repaint()) {
             Ok(simulation) => self.simulation = Some(simulation),
@@ -195,6 +203,11 @@ impl App {
         self.view
     }
 
+    /// Shows a message for a while.
+    fn tell(&mut self, text: String) {
+        self.messages.push((Instant::now(), text));
+    }
+
     fn fail(&mut self, text: String) {
         self.log.event("failed", &[("text", text.clone())]);
         self.error = Some(text);
@@ -227,7 +240,7 @@ impl App {
     fn take(&mut self, notice: Notice) {
         match notice {
             Notice::Opened(opened) => {
-                let (seconds, is_reopened) = (opened.seconds, self.request.shape.is_some());
+                let (seconds, is_reopened) = (opened.seconds, self.request.shape.is_some() && self.recovered.is_none());
                 let model = Model::new(*opened, self.context.clone());
                 self.log.event(
                     "opened",
@@ -250,7 +263,7 @@ impl App {
             }
             Notice::Message(text) => {
                 self.log.event("message", &[("text", text.clone())]);
-                self.messages.push(text);
+                self.tell(text);
             }
             Notice::Ended(_) => {}
         }
@@ -259,16 +272,23 @@ impl App {
     fn saved(&mut self, path: PathBuf, for_user: bool) {
         if for_user {
             self.log.event("saved", &[("path", path.display().to_string())]);
-            self.messages.push(format!("saved {}", path.display()));
+            self.tell(format!("saved {}", path.display()));
+            if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("stl")) {
+                // An export: it holds neither lines nor materials of the model.
+                return;
+            }
             self.saved_strokes = Some(self.status.done);
+            self.recovered.take().into_iter().for_each(Abandoned::discard);
             self.save_path = Some(path);
             if std::mem::take(&mut self.quit_after_save) {
                 self.context.send_viewport_cmd(egui::ViewportCommand::Close);
             }
         } else if let Some(request) = self.after_save.take() {
+            let (target, is_same) = (self.save_path.clone(), request.path == self.request.path);
             self.open(OpenRequest { shape: Some(path), ..request });
-            // The shape that is open is not the one of the file.
-            self.saved_strokes = None;
+            if is_same {
+                self.save_path = target;
+            }
         }
     }
 
@@ -354,5 +374,7 @@ impl eframe::App for App {
     fn on_exit(&mut self, _gl: Option<&eframe::glow::Context>) {
         self.model = None;
         self.simulation = None;
+        // Whoever closes the window has saved, or was asked.
+        self.recovered.take().into_iter().for_each(Abandoned::discard);
     }
 }

@@ -7,6 +7,7 @@ use crate::opening::ModelFacts;
 use crate::picture::Upload;
 use crate::sim::OpenModel;
 use crate::stroke::HandControl;
+use crate::symmetry::MirrorPlane;
 use crate::view::Camera;
 use crate::view::overlay::round_length;
 use eframe::egui;
@@ -53,13 +54,18 @@ const EDGE_PERIOD: Duration = Duration::from_millis(250);
 
 impl Model {
     pub(super) fn new(opened: OpenModel, context: egui::Context) -> Self {
-        let OpenModel { facts, reader, surfaces, hand, device_frame, .. } = opened;
+        let OpenModel { facts, reader, surfaces, hands, device_frame, .. } = opened;
         let pickers = surfaces.iter().map(Picker::new).collect();
         let uploads = surfaces.iter().enumerate().map(|(body, surface)| Upload::whole(body, surface)).collect();
+        let mut control = HandControl::new(hands, device_frame);
+        // Somewhere beside the model, until the pointer is over it.
+        control.wait_at(
+            surfaces.first().map_or(Vector3::zeros(), |s| s.origin) + facts.hand.size * Vector3::new(0.0, 2.0, 0.0),
+        );
         let waker = Waker::start(&reader, context);
         Self {
             facts,
-            hand: HandControl::new(hand, device_frame),
+            hand: control,
             reader,
             untold: vec![Untold::default(); surfaces.len()],
             surfaces,
@@ -134,6 +140,11 @@ impl Model {
     /// m, places of the scene that positions of bodies are relative to
     pub(super) fn origins(&self) -> Vec<[f64; 3]> {
         self.surfaces.iter().map(|surface| surface.origin.into()).collect()
+    }
+
+    /// The plane across an axis in which strokes are mirrored.
+    pub(super) fn mirror(&self, axis: usize) -> MirrorPlane {
+        MirrorPlane::of_model(axis, self.ball().0.coords, self.facts.hand.size)
     }
 
     /// Centre and radius (m) of a ball around all bodies.

@@ -45,6 +45,13 @@ impl App {
                 self.choose_tool(tool);
             }
         }
+        ui.horizontal(|ui| {
+            ui.label(strings::SYMMETRY);
+            ui.selectable_value(&mut self.settings.mirror, None, strings::OFF);
+            for (axis, name) in strings::AXES.into_iter().enumerate() {
+                ui.selectable_value(&mut self.settings.mirror, Some(axis), name);
+            }
+        });
         let mut size = self.settings.size;
         let slider = Slider::new(&mut size, ToolSettings::SIZES).logarithmic(true).max_decimals(2).text(strings::SIZE);
         let radius = self.tool_radius();
@@ -193,8 +200,13 @@ impl App {
         if ui.selectable_label(done == 0, strings::AS_OPENED).clicked() {
             wanted = Some(0);
         }
-        for (place, stroke) in self.status.strokes.iter().enumerate() {
-            let text = format!("{}  {} at {:.0} s", place + 1, stroke.name, stroke.time);
+        let strokes = &self.status.strokes;
+        for (place, stroke) in strokes.iter().enumerate() {
+            // A mirrored stroke is two of the session's, and one line.
+            if strokes.get(place + 1).is_some_and(|next| next.number == stroke.number) {
+                continue;
+            }
+            let text = format!("{}  {} at {:.0} s", stroke.number, stroke.name, stroke.time);
             let text = if place < done { egui::RichText::new(text) } else { egui::RichText::new(text).weak() };
             if ui.selectable_label(place + 1 == done, text).clicked() {
                 wanted = Some(place + 1);

@@ -14,12 +14,14 @@ use nalgebra::Point3;
 use pliant_editor::surface::Hit;
 use pliant_editor::{Gesture, StrokeStart};
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Factor of the distance for a point of a wheel's turn.
 const ZOOM_SPEED: f32 = 0.0025;
 /// Radii of the tool that a point of a wheel's turn moves the hand in a stroke.
 const LIFT_SPEED: f64 = 0.004;
+/// Time for which a message is shown over the picture.
+const SHOWN: Duration = Duration::from_secs(5);
 /// Factor of the tool's size or strength for a press of its key.
 const KEY_STEP: f64 = 1.15;
 
@@ -57,6 +59,7 @@ impl App {
             self.view_keys(ui, hit);
             self.paint(ui, rect);
             self.paint_overlay(ui, rect, hit, pointer);
+            self.view_axes(ui, rect);
         });
     }
 
@@ -147,6 +150,7 @@ impl App {
             } else {
                 model.hand.end();
                 self.log.event("stroke ends", &[("tool", tool.name().into())]);
+                self.send(Command::EndStroke);
             }
             ui.ctx().request_repaint();
             return hit;
@@ -161,9 +165,11 @@ impl App {
             let focus = self.camera.target.coords;
             let start =
                 StrokeStart { gesture: tool.gesture(), ray, hit: hit.map(|hit| hit.at), back, focus, radius, depth };
+            let plane = self.settings.mirror.map(|axis| model.mirror(axis));
+            model.hand.set_mirror(plane);
             if model.hand.begin(start, tool.buttons(self.settings.release)) {
                 self.log.event("stroke begins", &[("tool", tool.name().into())]);
-                self.send(Command::NameStroke(tool.name()));
+                self.send(Command::BeginStroke(tool.name()));
                 ui.ctx().request_repaint();
             }
         } else if let (Some(hit), false) = (&hit, is_down) {
@@ -213,6 +219,9 @@ impl App {
             if pressed(key) {
                 self.choose_tool(tool);
             }
+        }
+        if pressed(Key::X) {
+            self.settings.mirror = if self.settings.mirror.is_some() { None } else { Some(0) };
         }
         if pressed(Key::K) {
             self.toggle_release();
@@ -281,6 +290,44 @@ impl App {
         ui.painter().add(callback);
     }
 
+    /// The axes of the scene in the upper right corner: a click on an end looks from there.
+    fn view_axes(&mut self, ui: &egui::Ui, rect: egui::Rect) {
+        let centre = rect.right_top() + vec2(-56.0, 56.0);
+        let [right, up, back] = self.camera.axes();
+        let colours =
+            [Color32::from_rgb(226, 84, 84), Color32::from_rgb(120, 190, 70), Color32::from_rgb(80, 140, 235)];
+        let mut ends: Vec<_> = (0..3).flat_map(|axis| [(axis, 0, 1.0), (axis, 1, -1.0)]).collect();
+        // Ends that point away are drawn first.
+        ends.sort_by(|a, b| (a.2 * back[a.0]).total_cmp(&(b.2 * back[b.0])));
+        for (axis, side, sign) in ends {
+            let offset = vec2((sign * right[axis]) as f32, -(sign * up[axis]) as f32) * 38.0;
+            let at = centre + offset;
+            let id = ui.scope_id().with(("look from", axis, side));
+            let response = ui.interact(egui::Rect::from_center_size(at, egui::Vec2::splat(20.0)), id, Sense::click());
+            response
+                .widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, strings::LOOK_FROM[axis][side]));
+            let colour = if response.hovered() { Color32::WHITE } else { colours[axis] };
+            if side == 0 {
+                ui.painter().line_segment([centre, at], egui::Stroke::new(2.0, colour));
+                ui.painter().circle_filled(at, 9.0, colour);
+                ui.painter().text(
+                    at,
+                    Align2::CENTER_CENTER,
+                    strings::AXES[axis],
+                    FontId::proportional(12.0),
+                    Color32::BLACK,
+                );
+            } else {
+                ui.painter().circle_filled(at, 6.0, colour.gamma_multiply(0.45));
+            }
+            if response.clicked() {
+                let mut from = nalgebra::Vector3::zeros();
+                from[axis] = sign;
+                self.camera.look_from(from);
+            }
+        }
+    }
+
     fn paint_overlay(&mut self, ui: &egui::Ui, rect: egui::Rect, hit: Option<Hit>, pointer: Option<egui::Pos2>) {
         let painter = ui.painter().with_clip_rect(rect);
         let frame = Frame { rect, camera: &self.camera };
@@ -293,11 +340,25 @@ impl App {
         if let (Some(hit), Some(_), false) = (hit, pointer, tool.gesture() == Gesture::Slice) {
             let colour = if is_busy { Color32::from_rgb(255, 170, 40) } else { Color32::from_rgb(120, 210, 255) };
             overlay::ring(&painter, frame, hit.at.point.into(), hit.at.normal, radius, colour);
+            if let Some(plane) = self.settings.mirror.map(|axis| model.mirror(axis)) {
+                let (point, normal) = (plane.point(hit.at.point), plane.direction(hit.at.normal));
+                overlay::ring(&painter, frame, point.into(), normal, radius, colour.gamma_multiply(0.6));
+            }
         }
         if let (Some(at), true) = (pointer, tool.gesture() == Gesture::Slice) {
             let colour = if is_busy { Color32::from_rgb(255, 110, 90) } else { text };
             painter.circle_stroke(at, 4.0, egui::Stroke::new(1.5, colour));
             painter.line_segment([at + vec2(6.0, -6.0), at + vec2(16.0, -16.0)], egui::Stroke::new(2.5, colour));
+        }
+        let recent = self.messages.iter().rev().filter(|(when, _)| when.elapsed() < SHOWN).take(2);
+        for (line, (_, text)) in recent.enumerate() {
+            let at = rect.center_top() + vec2(0.0, 14.0 + 22.0 * line as f32);
+            let line: String = text.lines().next().unwrap_or_default().chars().take(110).collect();
+            let galley = painter.layout_no_wrap(line, FontId::proportional(14.0), Color32::from_rgb(255, 225, 190));
+            let left_top = at - vec2(0.5 * galley.size().x, 0.0);
+            let back = egui::Rect::from_min_size(left_top, galley.size()).expand2(vec2(8.0, 2.0));
+            painter.rect_filled(back, 4.0, Color32::from_black_alpha(170));
+            painter.galley(left_top, galley, Color32::WHITE);
         }
         if let Some(felt) = model.tool() {
             // Half of the longest arrow is the force that presses the spring to the hand by half of the tool's radius.

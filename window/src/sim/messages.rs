@@ -12,8 +12,10 @@ use std::sync::mpsc::Sender;
 /// What the window asks for.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Command {
-    /// The next stroke that can be taken back is called this.
-    NameStroke(&'static str),
+    /// A stroke begins; it is called this.
+    BeginStroke(&'static str),
+    /// The stroke has ended.
+    EndStroke,
     /// Take the last stroke back.
     Undo,
     /// Make the stroke again that was taken back last.
@@ -46,9 +48,9 @@ pub struct OpenModel {
     pub reader: ViewReader,
     /// Its surfaces as they were opened: bodies that move, then those that stand.
     pub surfaces: Vec<ViewSurface>,
-    /// The hand.
-    pub hand: PointerHandle,
-    /// Where the hand's device is in the scene.
+    /// The hand, and the one that can mirror it.
+    pub hands: [PointerHandle; 2],
+    /// Where the hands' devices are in the scene.
     pub device_frame: DeviceFrame,
     /// s, wall-clock time that opening took
     pub seconds: f64,

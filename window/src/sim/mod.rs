@@ -1,12 +1,17 @@
 //! The simulation on a thread of its own: opens a model, steps it in real time, and does what the window asks between two steps.
 
+mod autosave;
+mod export;
 mod gauges;
 mod history;
+mod launch;
 mod messages;
 mod thread;
 
+pub use autosave::{Abandoned, abandoned};
 pub use gauges::{Gauges, StepTimes};
 pub use history::{Stroke, StrokeLog};
+pub use launch::prepare;
 pub use messages::{Command, Notice, OpenModel, Status};
 
 use crate::opening::OpenRequest;
@@ -33,7 +38,7 @@ impl Simulation {
         let (input, status) = triple_buffer(&Status::default());
         let notifier = messages::Notifier { sender, wake: Box::new(wake) };
         let run = move || thread::run(&request, viewing, &to_do, &notifier, input);
-        let thread = std::thread::Builder::new().name("simulation".into()).spawn(run)?;
+        let thread = launch::spawn(Box::new(run))?;
         Ok(Self { commands, notices, status, thread: Some(thread) })
     }
 

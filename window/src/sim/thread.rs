@@ -1,14 +1,15 @@
 //! The thread of the simulation.
 
+use super::autosave::Autosave;
+use super::export::write_bodies;
 use super::gauges::GaugeWindow;
 use super::history::StrokeLog;
 use super::messages::{Command, Notice, Notifier, OpenModel, Status};
 use crate::opening::{OpenRequest, Opened, open};
 use pliant_editor::surface::ViewSurface;
 use pliant_engine::session::{EventKind, Session};
-use pliant_live::{LiveSession, LiveSettings, PointerDevice, view_buffer};
-use pliant_record::write_model;
-use std::path::{Path, PathBuf};
+use pliant_live::{HapticDevice, LiveSession, LiveSettings, PointerDevice, view_buffer};
+use std::path::PathBuf;
 use std::sync::mpsc::Receiver;
 use std::time::Instant;
 use triple_buffer::Input;
@@ -44,28 +45,36 @@ fn work(
     session.keep_history();
     let (writer, reader) = view_buffer(&session);
     let surfaces = reader.bodies.iter().map(ViewSurface::new).collect();
-    let slot = session.devices.first().ok_or("the scene has no hand")?;
+    let [slot, mirror] = &session.devices[..] else { return Err("the scene has not two hands".into()) };
     let device_frame = slot.frame;
-    let (device, hand) = PointerDevice::new(slot.facts);
+    let ((device, hand), (other, mirrored)) = (PointerDevice::new(slot.facts), PointerDevice::new(mirror.facts));
+    let devices: Vec<Box<dyn HapticDevice>> = vec![Box::new(device), Box::new(other)];
+    let hands = [hand, mirrored];
     let settings = LiveSettings { rate: None, view: Some(writer).filter(|_| viewing) };
-    let mut live = LiveSession::start_with_devices(&mut session, vec![Box::new(device)], settings)
+    let mut live = LiveSession::start_with_devices(&mut session, devices, settings)
         .map_err(|error| format!("the live session cannot start: {error}"))?;
     let cap_material = facts.cap_material.clone();
     let seconds = began.elapsed().as_secs_f64();
-    notifier.send(Notice::Opened(Box::new(OpenModel { facts, reader, surfaces, hand, device_frame, seconds })));
+    notifier.send(Notice::Opened(Box::new(OpenModel { facts, reader, surfaces, hands, device_frame, seconds })));
     let mut log = StrokeLog::default();
+    let mut autosave = Autosave::new(request);
     let mut gauges = GaugeWindow::new(session.dt());
     let (mut reported, mut told) = (f64::NEG_INFINITY, 0);
     while live.is_alive() {
         for command in commands.try_iter() {
             match command {
-                Command::NameStroke(name) => log.name_next(name),
-                Command::Undo => drop(session.undo()),
-                Command::Redo => drop(session.redo()),
+                Command::BeginStroke(name) => {
+                    log.begin(name);
+                    autosave.begin_stroke();
+                }
+                Command::EndStroke => autosave.end_stroke(live.seconds()),
+                Command::Undo => jump_to(&mut session, log.count_before()),
+                Command::Redo => jump_to(&mut session, log.count_after()),
                 Command::JumpTo(count) => jump_to(&mut session, count),
                 Command::ResizeTool { radius, coupling } => resize_tool(&mut session, radius, coupling),
                 Command::Save { path, for_user } => notifier.send(save(&mut session, &cap_material, path, for_user)),
                 Command::End => {
+                    autosave.discard();
                     notifier.send(Notice::Ended(Box::new((live.finish(), gauges.all()))));
                     return Ok(());
                 }
@@ -75,6 +84,15 @@ fn work(
         gauges.step(session.frame().seconds);
         let now = live.seconds();
         let changed = log.update(session.history(), now);
+        if changed {
+            autosave.need(now);
+        }
+        if autosave.is_due(now) {
+            session.update_surface();
+            if let Err(text) = autosave.save(&session, &cap_material) {
+                notifier.send(Notice::Message(text));
+            }
+        }
         if changed || now >= reported + REPORT_PERIOD {
             reported = now;
             gauges.update(live.gauges());
@@ -113,17 +131,8 @@ fn resize_tool(session: &mut Session, radius: f64, coupling: f64) {
 /// Writes every body that moves: the first to `path`, others beside it with their names added.
 fn save(session: &mut Session, cap_material: &str, path: PathBuf, for_user: bool) -> Notice {
     session.update_surface();
-    for (index, body) in session.bodies.iter().enumerate() {
-        let file = if index == 0 { path.clone() } else { beside(&path, &body.name) };
-        if let Err(error) = write_model(body, cap_material, &file) {
-            return Notice::NotSaved(error.to_string());
-        }
+    match write_bodies(session, cap_material, &path) {
+        Ok(()) => Notice::Saved { path, for_user },
+        Err(error) => Notice::NotSaved(error.to_string()),
     }
-    Notice::Saved { path, for_user }
-}
-
-/// The file of another body of the same scene.
-fn beside(path: &Path, name: &str) -> PathBuf {
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    path.with_file_name(format!("{stem}-{name}.obj"))
 }

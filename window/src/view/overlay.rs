@@ -115,7 +115,11 @@ pub fn force_arrow(painter: &Painter, frame: Frame<'_>, hand: Point3<f64>, force
 
 /// A force for people: three digits, in the unit that reads best.
 pub fn format_force(newtons: f64) -> String {
-    if newtons >= 0.0995 || newtons == 0.0 {
+    if newtons >= 99.5 {
+        format!("{newtons:.0} N")
+    } else if newtons >= 9.95 {
+        format!("{newtons:.1} N")
+    } else if newtons >= 0.0995 || newtons == 0.0 {
         format!("{newtons:.2} N")
     } else if newtons >= 0.995e-4 {
         format!("{:.1} mN", newtons * 1e3)
@@ -154,6 +158,8 @@ mod tests {
         for (most, length) in [(0.14, 0.1), (0.06, 0.05), (0.003, 0.002), (9.0, 5.0), (1.0, 1.0)] {
             assert!((round_length(most) / length - 1.0).abs() < 1e-9, "{most}");
         }
+        assert_eq!(format_force(614.4), "614 N");
+        assert_eq!(format_force(12.34), "12.3 N");
         assert_eq!(format_force(1.234), "1.23 N");
         assert_eq!(format_force(0.0567), "56.7 mN");
         assert_eq!(format_force(0.0), "0.00 N");

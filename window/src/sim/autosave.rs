@@ -1,0 +1,209 @@
+//! Autosave: after each stroke the shape is written beside the user's other state, so that a crash loses the stroke under way and no more.
+//!
+//! Each session has a folder with a file that it keeps locked; a folder whose lock is free belongs to a session that has ended
+//! without closing, and its shape is offered at the next start. The model file itself is written by Save alone.
+
+use super::export::write_bodies;
+use crate::opening::OpenRequest;
+use pliant_editor::LengthUnit;
+use pliant_engine::session::Session;
+use serde::{Deserialize, Serialize};
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU32, Ordering};
+
+/// s, after the end of a stroke before the shape is written: it has come to rest, and another stroke may have begun
+const IDLE: f64 = 1.0;
+
+/// Sessions this program has begun, for names of folders.
+static SESSIONS: AtomicU32 = AtomicU32::new(0);
+
+/// The autosave of a session.
+pub(super) struct Autosave {
+    note: Note,
+    /// The folder of all sessions.
+    states: Option<PathBuf>,
+    /// The one of this session, and the file it keeps locked, once there was something to write.
+    folder: Option<PathBuf>,
+    lock: Option<File>,
+    /// Whether there is something to write.
+    is_pending: bool,
+    /// s, when there was last something to write
+    since: f64,
+    /// Whether a stroke is under way.
+    is_busy: bool,
+}
+
+/// What is noted beside a shape.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Note {
+    /// The model or scene as the user knows it.
+    path: PathBuf,
+    unit: Option<LengthUnit>,
+}
+
+/// The shape of a session that has ended without closing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Abandoned {
+    folder: PathBuf,
+    note: Note,
+}
+
+impl Autosave {
+    pub(super) fn new(request: &OpenRequest) -> Self {
+        let path = std::path::absolute(&request.path).unwrap_or_else(|_| request.path.clone());
+        let note = Note { path, unit: request.unit };
+        // A shape that is not the one of the file is written at once.
+        let states = request.autosave.clone().or_else(state_folder);
+        Self { note, states, folder: None, lock: None, is_pending: request.shape.is_some(), since: 0.0, is_busy: false }
+    }
+
+    /// There is something to write, at `now` (s).
+    pub(super) fn need(&mut self, now: f64) {
+        (self.is_pending, self.since) = (true, now);
+    }
+
+    /// A stroke begins: what is to be written waits for its end.
+    pub(super) fn begin_stroke(&mut self) {
+        self.is_busy = true;
+    }
+
+    /// The stroke has ended, at `now` (s).
+    pub(super) fn end_stroke(&mut self, now: f64) {
+        self.is_busy = false;
+        self.need(now);
+    }
+
+    /// Whether it is time to write.
+    pub(super) fn is_due(&self, now: f64) -> bool {
+        self.is_pending && !self.is_busy && now >= self.since + IDLE
+    }
+
+    /// Writes the shape.
+    ///
+    /// # Errors
+    /// A sentence on what the file system says.
+    pub(super) fn save(&mut self, session: &Session, cap_material: &str) -> Result<(), String> {
+        self.is_pending = false;
+        let failed = |error: std::io::Error| format!("autosave: {error}");
+        let folder = self.folder().map_err(failed)?;
+        write_bodies(session, cap_material, &folder.join(SHAPE)).map_err(failed)?;
+        let note = serde_json::to_vec_pretty(&self.note).map_err(|error| format!("autosave: {error}"))?;
+        fs::write(folder.join(NOTE), note).map_err(failed)
+    }
+
+    /// The folder of the session, made and locked when it is first needed.
+    fn folder(&mut self) -> std::io::Result<PathBuf> {
+        if let Some(folder) = &self.folder {
+            return Ok(folder.clone());
+        }
+        let name = format!("{}-{}", std::process::id(), SESSIONS.fetch_add(1, Ordering::Relaxed));
+        let folder = self.states.as_ref().ok_or_else(|| std::io::Error::other("there is no home folder"))?.join(name);
+        fs::create_dir_all(&folder)?;
+        let lock = File::create(folder.join(LOCK))?;
+        // A file system that knows no locks is no reason not to write.
+        let _ = lock.try_lock();
+        (self.lock, self.folder) = (Some(lock), Some(folder.clone()));
+        Ok(folder)
+    }
+
+    /// Removes what was written: the session ends as it should.
+    pub(super) fn discard(&mut self) {
+        self.lock = None;
+        if let Some(folder) = self.folder.take() {
+            let _ = fs::remove_dir_all(folder);
+        }
+    }
+}
+
+/// Names of the files in a session's folder.
+const SHAPE: &str = "shape.obj";
+const NOTE: &str = "session.json";
+const LOCK: &str = "lock";
+
+/// The folder of all sessions: `$XDG_STATE_HOME/pliant/autosave`, or where the system keeps such things.
+fn state_folder() -> Option<PathBuf> {
+    let set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
+    let state =
+        set("XDG_STATE_HOME").or_else(|| set("LOCALAPPDATA")).or_else(|| Some(set("HOME")?.join(".local/state")));
+    Some(state?.join("pliant").join("autosave"))
+}
+
+/// Shapes of sessions that have ended without closing, the newest first, in the folder of all sessions or the usual one.
+pub fn abandoned(states: Option<&Path>) -> Vec<Abandoned> {
+    let states = states.map(Path::to_path_buf).or_else(state_folder);
+    states.map(|folder| abandoned_in(&folder)).unwrap_or_default()
+}
+
+fn abandoned_in(folder: &Path) -> Vec<Abandoned> {
+    let folders = fs::read_dir(folder).into_iter().flatten().filter_map(|entry| Some(entry.ok()?.path()));
+    let mut found: Vec<_> = folders.filter_map(|folder| Some((modified(&folder)?, read(folder)?))).collect();
+    found.sort_by_key(|(time, _)| std::cmp::Reverse(*time));
+    found.into_iter().map(|(_, abandoned)| abandoned).collect()
+}
+
+fn modified(folder: &Path) -> Option<std::time::SystemTime> {
+    fs::metadata(folder.join(SHAPE)).ok()?.modified().ok()
+}
+
+/// The session of a folder, if it has ended.
+fn read(folder: PathBuf) -> Option<Abandoned> {
+    File::open(folder.join(LOCK)).ok()?.try_lock().ok()?;
+    let note = serde_json::from_slice(&fs::read(folder.join(NOTE)).ok()?).ok()?;
+    Some(Abandoned { folder, note })
+}
+
+impl Abandoned {
+    /// The model or scene it was made of.
+    pub fn path(&self) -> &Path {
+        &self.note.path
+    }
+
+    /// Opens the shape in the place of what is asked for in `like`. The shape is in the folder of the session until it is discarded.
+    pub fn request(&self, like: &OpenRequest) -> OpenRequest {
+        let shape = Some(self.folder.join(SHAPE));
+        OpenRequest { path: self.note.path.clone(), unit: self.note.unit, substance: None, shape, ..like.clone() }
+    }
+
+    /// Removes it.
+    pub fn discard(self) {
+        let _ = fs::remove_dir_all(self.folder);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_whose_lock_is_free_belongs_to_a_session_that_has_ended() {
+        let states = tempfile::tempdir().unwrap();
+        let folder = states.path().join("1-0");
+        fs::create_dir_all(&folder).unwrap();
+        let note = Note { path: "/models/a.obj".into(), unit: Some(LengthUnit::Millimetre) };
+        fs::write(folder.join(NOTE), serde_json::to_vec(&note).unwrap()).unwrap();
+        fs::write(folder.join(SHAPE), "v 0 0 0\n").unwrap();
+        let lock = File::create(folder.join(LOCK)).unwrap();
+        lock.try_lock().unwrap();
+        assert_eq!(abandoned_in(states.path()), [], "a session that goes on");
+        drop(lock);
+        let found = abandoned_in(states.path()).pop().expect("one that has ended");
+        let request = found.request(&OpenRequest::new(PathBuf::new()));
+        assert_eq!((request.path, request.shape), ("/models/a.obj".into(), Some(folder.join(SHAPE))));
+        found.discard();
+        assert_eq!(abandoned_in(states.path()), []);
+    }
+
+    #[test]
+    fn a_shape_is_written_once_after_a_stroke_and_not_during_one() {
+        let mut autosave = Autosave::new(&OpenRequest::new("a.obj".into()));
+        assert!(!autosave.is_due(100.0));
+        autosave.need(1.0);
+        assert!(!autosave.is_due(1.5) && autosave.is_due(2.0));
+        autosave.begin_stroke();
+        autosave.need(3.0);
+        assert!(!autosave.is_due(50.0));
+        autosave.end_stroke(50.0);
+        assert!(!autosave.is_due(50.5) && autosave.is_due(51.0));
+    }
+}
