@@ -14,9 +14,26 @@ pub struct ToolKind {
 }
 
 impl ToolKind {
-    /// All of them, in the order of the engine's registry.
+    /// All of them: those of every hand first, then the others in the order of the engine's registry.
     pub fn all() -> Vec<Self> {
-        stroke_kinds().enumerate().map(|(place, kind)| Self { kind, place }).collect()
+        let mut all: Vec<Self> = stroke_kinds().enumerate().map(|(place, kind)| Self { kind, place }).collect();
+        let rank = |tool: &Self| FIRST.iter().position(|name| *name == tool.name()).unwrap_or(FIRST.len());
+        all.sort_by_key(rank);
+        all
+    }
+
+    /// What the tool does with Ctrl held: the opposite, if the engine has it.
+    pub fn inverse(&self, all: &[Self]) -> Option<Self> {
+        let of = |[a, b]: [&str; 2]| {
+            if a == self.name() { Some(b.to_owned()) } else { (b == self.name()).then(|| a.to_owned()) }
+        };
+        let name = OPPOSITES.into_iter().find_map(of)?;
+        all.iter().find(|tool| tool.name() == name).copied()
+    }
+
+    /// What any tool does with Shift held, if the engine has it.
+    pub fn smoothing(all: &[Self]) -> Option<Self> {
+        all.iter().find(|tool| tool.name() == SMOOTHING).copied()
     }
 
     /// As scenes write it.
@@ -47,7 +64,13 @@ impl ToolKind {
 }
 
 /// Edit kinds that take hold of the surface and move it with the hand.
-const TAKES_HOLD: [&str; 5] = ["pull", "grab", "move", "twist", "pinch"];
+const TAKES_HOLD: [&str; 2] = ["pull", "grab"];
+/// Edit kinds with the first keys.
+const FIRST: [&str; 4] = ["touch", "pull", "cut", "grab"];
+/// Edit kinds that undo each other.
+const OPPOSITES: [[&str; 2]; 2] = [["inflate", "deflate"], ["grow", "shrink"]];
+/// The edit kind that evens out.
+const SMOOTHING: &str = "smooth";
 
 /// What a stroke does.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -101,6 +124,12 @@ mod tests {
             tools.iter().flat_map(|t| [Release::Keep, Release::SpringBack].map(|release| t.buttons(release))).collect();
         assert_eq!(masks.len(), 2 * tools.len());
         assert!(masks.iter().all(|mask| mask.count_ones() == 1));
+        assert_eq!(names[..3], ["touch", "pull", "cut"]);
+        for tool in &tools {
+            if let Some(inverse) = tool.inverse(&tools) {
+                assert_eq!(inverse.inverse(&tools).map(|tool| tool.name()), Some(tool.name()));
+            }
+        }
         for tool in tools {
             assert_eq!(tool.gesture() == Gesture::Slice, tool.kind.cuts(), "{}", tool.name());
         }

@@ -36,6 +36,16 @@ impl Display {
         assert!(run.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&run.stderr));
     }
 
+    /// Gives the keyboard to the window, once it can be seen.
+    fn focus(&self) {
+        let began = Instant::now();
+        let search = ["search", "--name", "^pliant$", "windowfocus", "--sync"];
+        while !Command::new("xdotool").env("DISPLAY", &self.name).args(search).output().unwrap().status.success() {
+            assert!(began.elapsed() < PATIENCE, "the window takes no focus");
+            std::thread::sleep(Duration::from_millis(100));
+        }
+    }
+
     fn move_to(&self, [x, y]: [i32; 2]) {
         self.xdotool(&["mousemove", &x.to_string(), &y.to_string()]);
         std::thread::sleep(Duration::from_millis(30));
@@ -88,7 +98,7 @@ impl Window {
         let mut window = Self { program, log, read: 0 };
         window.wait("opened");
         // There is no window manager to give it the keyboard.
-        display.xdotool(&["search", "--sync", "--name", "^pliant$", "windowfocus"]);
+        display.focus();
         // The first frame of the model.
         std::thread::sleep(Duration::from_millis(500));
         window

@@ -40,7 +40,9 @@ impl App {
         ui.heading(strings::TOOLS);
         for tool in 0..self.tools.len() {
             let kind = self.tools[tool];
-            let label = format!("{}  {}", tool + 1, kind.name());
+            // Ten keys, the last of which is 0.
+            let key = if tool < 10 { ((tool + 1) % 10).to_string() } else { String::new() };
+            let label = format!("{key:1}  {}", kind.name());
             if ui.selectable_label(self.tool == tool, label).on_hover_text(kind.kind.summary()).clicked() {
                 self.choose_tool(tool);
             }

@@ -6,6 +6,7 @@ use super::measure::pointer_ray;
 use crate::gl::{PixelArea, Scene};
 use crate::sim::Command;
 use crate::strings;
+use crate::tools::ToolKind;
 use crate::view::overlay::{self, Frame};
 use crate::view::{Eye, Projection};
 use eframe::egui::{self, Align2, Color32, FontId, Key, PointerButton, Sense, vec2};
@@ -156,6 +157,13 @@ impl App {
             return hit;
         }
         let began = response.hovered() && ui.input(|input| input.pointer.primary_pressed());
+        let modifiers = ui.input(|input| input.modifiers);
+        let other = match (modifiers.shift, modifiers.command) {
+            (true, _) => ToolKind::smoothing(&self.tools),
+            (_, true) => tool.inverse(&self.tools),
+            _ => None,
+        };
+        let tool = other.unwrap_or(tool);
         if let (true, Some(ray)) = (began, ray) {
             let depth = match tool.gesture() {
                 Gesture::Slice => self.settings.cut_depth * model.facts.hand.size,
@@ -213,8 +221,18 @@ impl App {
                 self.settings.strengthen(factor);
             }
         }
-        let digits =
-            [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9];
+        let digits = [
+            Key::Num1,
+            Key::Num2,
+            Key::Num3,
+            Key::Num4,
+            Key::Num5,
+            Key::Num6,
+            Key::Num7,
+            Key::Num8,
+            Key::Num9,
+            Key::Num0,
+        ];
         for (tool, key) in (0..self.tools.len()).zip(digits) {
             if pressed(key) {
                 self.choose_tool(tool);

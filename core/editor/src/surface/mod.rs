@@ -125,14 +125,14 @@ impl ViewSurface {
         &self.corners
     }
 
-    /// m, place of a drawn vertex relative to the origin
+    /// m, place of a drawn vertex relative to the origin; the origin for one that undoing a cut has left without a mesh vertex
     pub fn position(&self, drawn: usize) -> [f32; 3] {
-        self.positions[self.drawn[drawn].vertex as usize]
+        self.positions.get(self.drawn[drawn].vertex as usize).copied().unwrap_or_default()
     }
 
     /// m, distance of a drawn vertex from its place at rest
     pub fn displacement(&self, drawn: usize) -> f32 {
-        self.displacements[self.drawn[drawn].vertex as usize]
+        self.displacements.get(self.drawn[drawn].vertex as usize).copied().unwrap_or_default()
     }
 
     /// Places of a triangle's corners in the scene, m; `None` where it is not seen.

@@ -126,6 +126,11 @@ fn a_patch_and_its_undoing_give_the_surface_back() {
         }
     }
     assert_eq!(surface.edges().len(), 12);
+    // What is drawn no longer can still be asked for: ranges of an upload go over it.
+    assert!(surface.drawn().iter().any(|drawn| drawn.vertex as usize >= surface.positions().len()));
+    for drawn in 0..surface.drawn().len() {
+        assert!(surface.position(drawn).iter().all(|c| c.is_finite()) && surface.displacement(drawn) == 0.0);
+    }
 }
 
 #[test]
