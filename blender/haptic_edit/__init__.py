@@ -14,12 +14,12 @@ bl_info = {
 if "bpy" in locals():
     import importlib
 
-    for _module in (presets, gesture, editing, properties, mesh_io, draw, mode, ui):  # noqa: F821
+    for _module in (gesture, editing, properties, mesh_io, draw, mode, ui):  # noqa: F821
         importlib.reload(_module)
 
 import bpy
 
-from . import draw, editing, gesture, mesh_io, mode, presets, properties, ui
+from . import draw, editing, gesture, mesh_io, mode, properties, ui
 
 _CLASSES = (*mode.CLASSES, *ui.CLASSES)
 

@@ -67,9 +67,12 @@ class MeshArrays:
     corners: np.ndarray
     counts: np.ndarray
 
-    def faces(self) -> list[np.ndarray]:
+    def faces(self) -> list[list[int]]:
         """Vertices of each face."""
-        return np.split(self.corners, np.cumsum(self.counts)[:-1])
+        if len(self.counts) and (self.counts == self.counts[0]).all():
+            return self.corners.reshape(-1, self.counts[0]).tolist()
+        flat, ends = self.corners.tolist(), np.cumsum(self.counts).tolist()
+        return [flat[start:end] for start, end in zip([0, *ends], ends)]
 
     def size(self) -> float:
         """m, the longest edge of the box around the vertices that faces use"""
@@ -78,11 +81,22 @@ class MeshArrays:
 
     def is_open(self) -> bool:
         """Whether a loop of border edges is longer than the mesh: then one sees that nothing is inside, and it is cloth."""
-        ends = np.concatenate([np.stack([face, np.roll(face, -1)], axis=1) for face in self.faces()])
-        edges, index, sides = np.unique(np.sort(ends, axis=1), axis=0, return_index=True, return_counts=True)
-        border = edges[sides == 1]
-        length = np.linalg.norm(self.vertices[border[:, 0]] - self.vertices[border[:, 1]], axis=1).sum()
+        after = np.roll(self.corners, -1)
+        last = np.cumsum(self.counts) - 1
+        after[last] = self.corners[last - self.counts + 1]
+        low, high = np.minimum(self.corners, after), np.maximum(self.corners, after)
+        edges, sides = np.unique(low * len(self.vertices) + high, return_counts=True)
+        low, high = np.divmod(edges[sides == 1], len(self.vertices))
+        length = np.linalg.norm(self.vertices[low] - self.vertices[high], axis=1).sum()
         return bool(length > self.size())
+
+    def has_faces_of(self, other: MeshArrays) -> bool:
+        """Whether both have the same faces of as many vertices."""
+        return (
+            len(self.vertices) == len(other.vertices)
+            and np.array_equal(self.counts, other.counts)
+            and np.array_equal(self.corners, other.corners)
+        )
 
 
 def edit_kinds() -> dict[str, str]:
@@ -220,6 +234,10 @@ class MeshEdit:
     def positions(self) -> np.ndarray:
         """m (n x 3), where the vertices are; between strokes"""
         return self.session.positions(BODY).copy()
+
+    def surface(self) -> pliant.Mesh:
+        """The mesh as it is between strokes, to be pointed at."""
+        return self.session.mesh(BODY)
 
     def close(self) -> None:
         """End the session."""

@@ -26,13 +26,13 @@ class Gesture(Enum):
     SLICE = "like DRAG, with a blade that points away from the viewer"
 
 
-# Edit kinds whose hand is not one that takes hold and drags.
-GESTURES = {"touch": Gesture.PRESS, "cut": Gesture.SLICE}
+# Edit kinds whose hand does not touch as it goes along the surface.
+GESTURES = {"cut": Gesture.SLICE} | dict.fromkeys(("pull", "grab", "pinch"), Gesture.DRAG)
 
 
 def gesture_of(kind: str) -> Gesture:
     """The gesture of an edit kind of the engine."""
-    return GESTURES.get(kind, Gesture.DRAG)
+    return GESTURES.get(kind, Gesture.PRESS)
 
 
 @dataclass(frozen=True)

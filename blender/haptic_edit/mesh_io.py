@@ -64,7 +64,9 @@ def read_mesh(obj: bpy.types.Object) -> MeshArrays:
     corners, counts = corners.astype(np.int64), counts.astype(np.int64)
     if np.linalg.det(matrix[:3, :3]) < 0:
         # A mirrored object: faces are seen from their other side.
-        corners = np.concatenate([face[::-1] for face in np.split(corners, np.cumsum(counts)[:-1])])
+        starts = np.repeat(np.cumsum(counts) - counts, counts)
+        ends = np.repeat(np.cumsum(counts) - 1, counts)
+        corners = corners[starts + ends - np.arange(len(corners))]
     return MeshArrays(vertices, corners, counts)
 
 
@@ -129,7 +131,7 @@ def _rebuild(
     cut = [face for face in range(len(faces)) if not _is_whole(faces[face], of_face.get(face, []))]
     weights = {face: [_weights(triangle, faces[face], rest) for triangle in of_face.get(face, [])] for face in cut}
     # New vertices are means of those of the face they are on.
-    parents: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+    parents: dict[int, tuple[list[int], np.ndarray]] = {}
     for face in cut:
         for triangle, rows in zip(of_face.get(face, []), weights[face], strict=True):
             for vertex, row in zip(triangle, rows, strict=True):
@@ -152,12 +154,12 @@ def _rebuild(
     bmesh.ops.delete(mesh, geom=[edge for edge in mesh.edges if edge.is_wire], context="EDGES")
 
 
-def _is_whole(face: np.ndarray, triangles: list[np.ndarray]) -> bool:
+def _is_whole(face: list[int], triangles: list[np.ndarray]) -> bool:
     """Whether triangles are those of the face itself, with all its vertices and no other."""
-    return len(triangles) == len(face) - 2 and set(np.concatenate(triangles).tolist()) == set(face.tolist())
+    return len(triangles) == len(face) - 2 and set(np.concatenate(triangles).tolist()) == set(face)
 
 
-def _weights(triangle: np.ndarray, face: np.ndarray, rest: np.ndarray) -> np.ndarray:
+def _weights(triangle: np.ndarray, face: list[int], rest: np.ndarray) -> np.ndarray:
     """Weights (3 x k) of the corners of a face in each corner of a piece of it, by where they are at rest."""
     corners = rest[face]
     fan = np.array([[0, i, i + 1] for i in range(1, len(face) - 1)])
@@ -175,7 +177,7 @@ def _weights(triangle: np.ndarray, face: np.ndarray, rest: np.ndarray) -> np.nda
     return rows
 
 
-def _new_vertex(mesh: bmesh.types.BMesh, parent: tuple[np.ndarray, np.ndarray] | None, known: int) -> None:
+def _new_vertex(mesh: bmesh.types.BMesh, parent: tuple[list[int], np.ndarray] | None, known: int) -> None:
     if parent is None:
         mesh.verts.new((0.0, 0.0, 0.0))
         return
@@ -211,7 +213,7 @@ def _new_face(
 
 
 def _interpolate_loops(
-    mesh: bmesh.types.BMesh, made: bmesh.types.BMFace, face: tuple[bmesh.types.BMFace, np.ndarray], rows: np.ndarray
+    mesh: bmesh.types.BMesh, made: bmesh.types.BMFace, face: tuple[bmesh.types.BMFace, list[int]], rows: np.ndarray
 ) -> None:
     """Give the corners of a piece the means of what the corners of its face have; weights are in the order of the vertices given."""
     of_vertex = {loop.vert.index: loop for loop in face[0].loops}

@@ -7,7 +7,6 @@ import numpy as np
 import pliant
 from bpy_extras import view3d_utils
 from mathutils import Vector
-from mathutils.bvhtree import BVHTree
 
 from . import mesh_io
 from .draw import Overlay
@@ -31,8 +30,8 @@ class Editing:
         self._settings: Settings | None = None
         self._inverse = np.eye(4)
         self._frame = np.empty((0, 3), dtype=np.float32)
-        self._tree: BVHTree | None = None
-        self._normals = np.empty((0, 3))
+        self._seen: pliant.Mesh | None = None
+        self._is_open = False
         self.tool: pliant.ToolState | None = None
 
     def object(self) -> bpy.types.Object | None:
@@ -51,28 +50,25 @@ class Editing:
         mesh = mesh_io.read_mesh(obj)
         if not len(mesh.counts):
             raise pliant.PliantError(f"mesh `{obj.name}` has no faces; allowed is one with some", "model")
-        settings = self.settings(obj, mesh)
-        matrix = mesh_io.to_scene_matrix(obj)
-        if self._edit is not None and settings == self._settings and np.allclose(np.linalg.inv(matrix), self._inverse):
-            now = self._edit.positions()
+        known = self._edit is not None and mesh.has_faces_of(self._edit.mesh)
+        self._is_open = self._is_open if known else mesh.is_open()
+        settings = self._settings_of(obj, mesh)
+        inverse = np.linalg.inv(mesh_io.to_scene_matrix(obj))
+        if known and settings == self._settings and np.array_equal(inverse, self._inverse):
             # What Blender has is rounded to single precision.
-            if now.shape == mesh.vertices.shape and np.abs(now - mesh.vertices).max() <= 2e-6 * max(1.0, mesh.size()):
-                self._point_at(mesh)
+            if np.abs(self._edit.positions() - mesh.vertices).max() <= 2e-6 * max(1.0, mesh.size()):
+                self._seen = self._edit.surface()
                 return
         self.close()
         self._edit = MeshEdit(mesh, settings)
-        self._settings, self._inverse = settings, np.linalg.inv(matrix)
-        self._point_at(mesh)
-
-    def _point_at(self, mesh: MeshArrays) -> None:
-        self._tree = BVHTree.FromPolygons(mesh.vertices.tolist(), [face.tolist() for face in mesh.faces()])
+        self._settings, self._inverse = settings, inverse
+        self._seen = self._edit.surface()
         self._frame = np.empty((len(mesh.vertices), 3), dtype=np.float32)
 
-    @staticmethod
-    def settings(obj: bpy.types.Object, mesh: MeshArrays) -> Settings:
+    def _settings_of(self, obj: bpy.types.Object, mesh: MeshArrays) -> Settings:
         """What the panel says of a mesh."""
         given = bpy.context.scene.haptic_edit
-        is_sheet = given.substance == "SHEET" or (given.substance == "AUTO" and mesh.is_open())
+        is_sheet = given.substance == "SHEET" or (given.substance == "AUTO" and self._is_open)
         return Settings(
             young=1e3 * given.young,
             density=given.density,
@@ -85,14 +81,11 @@ class Editing:
 
     def hit(self, ray: Ray) -> Hit | None:
         """Where a ray meets the mesh as it was when it was last prepared."""
-        if self._tree is None:
+        hit = self._seen.cast(ray.origin, ray.direction) if self._seen is not None else None
+        if hit is None:
             return None
-        place, normal, _, _ = self._tree.ray_cast(Vector(ray.origin), Vector(ray.direction))
-        if place is None:
-            return None
-        normal = np.array(normal)
         # Of an open mesh the side that is seen.
-        return Hit(np.array(place), normal if normal @ ray.direction <= 0 else -normal)
+        return Hit(hit.point, hit.normal if hit.normal @ ray.direction <= 0 else -hit.normal)
 
     def begin(self, kind: str, ray: Ray, back: np.ndarray, pressure: float = 1.0) -> bool:
         """Begin a stroke; give whether it meets the mesh."""

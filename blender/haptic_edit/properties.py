@@ -7,7 +7,8 @@ import pliant
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from .editing import edit_kinds
-from .presets import SOLIDS
+
+SOLIDS = pliant.Material.presets()
 
 # Blender keeps no reference to texts of enumerations that a function gives; this does.
 _texts: dict[str, list[tuple[str, str, str]]] = {}
@@ -20,7 +21,7 @@ def _items(name: str, make) -> list[tuple[str, str, str]]:
 
 
 def _kinds(_self, _context) -> list[tuple[str, str, str]]:
-    words = {"touch": "Press", "pull": "Grab", "cut": "Knife"}
+    words = {"touch": "Press", "cut": "Knife"}
     make = lambda: [(kind, words.get(kind, kind.replace("-", " ").title()), text) for kind, text in edit_kinds().items()]
     return _items("kinds", make)
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import bpy
 
-from .presets import SOLIDS
+from .properties import SOLIDS
+
 
 
 class HAPTIC_PT_panel(bpy.types.Panel):

@@ -125,6 +125,8 @@ def test_a_grab_pulls_out_and_undo_takes_it_back(empty):
 
 def test_a_cut_parts_a_cube_and_keeps_what_it_had(empty):
     obj = add_grid_cube(cuts=6)
+    name = obj.name
+    bpy.ops.ed.undo_push(message="start")
     faces, vertices = len(obj.data.polygons), len(obj.data.vertices)
     editing = empty.mode.Editing(obj)
     stroke(empty, editing, "cut", [(-0.15 + 0.01 * i, 0.013) for i in range(31)], frames=2)
@@ -161,6 +163,11 @@ def test_a_cut_parts_a_cube_and_keeps_what_it_had(empty):
     whole.from_mesh(mesh)
     assert all(edge.is_manifold for edge in whole.edges)
     whole.free()
+    cut = len(mesh.vertices)
+    bpy.ops.ed.undo()
+    assert len(bpy.data.objects[name].data.vertices) == vertices
+    bpy.ops.ed.redo()
+    assert len(bpy.data.objects[name].data.vertices) == cut
     stroke(empty, editing, "touch", [(0.0, 0.06)], frames=10)
     editing.close()
 

@@ -7,6 +7,7 @@ the package. ``pip install ./python`` and ``pip wheel ./python`` come here.
 import os
 import shutil
 import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
@@ -34,6 +35,9 @@ def _build_plugins() -> None:
     names = [tomllib.loads(manifest.read_text())["package"]["name"] for manifest in manifests]
     # Symbols of nine libraries are larger than their code.
     environment = os.environ | {"CARGO_PROFILE_RELEASE_STRIP": "symbols", "CARGO_TARGET_DIR": str(_target_folder())}
+    if sys.platform == "linux":
+        # The plugin in C++ brings its library along: a wheel depends on libc alone.
+        environment["CXXSTDLIB"] = "static:-bundle=stdc++"
     command = ["cargo", "build", "--release", "--lib", "--manifest-path", str(WORKSPACE / "Cargo.toml")]
     for name in names:
         command += ["--package", name]

@@ -18,10 +18,10 @@ from ._error import PliantError
 from ._hand import Hand, ToolState
 from ._live import Live, UsedPose
 from ._positions import Positions
-from ._result import Mesh, Probe, Result, ToolTrace, Trace, run
+from ._result import Mesh, Probe, RayHit, Result, ToolTrace, Trace, run
 from ._scene import Scene
 from ._session import Frame, Session, Snapshot
-from .catalogue import Fabric, Material, Param, Plugin, edit_kinds, plugins, quantities
+from .catalogue import Fabric, Material, Param, Plugin, Preset, edit_kinds, plugins, quantities
 
 __version__ = "0.1.0"
 
@@ -36,7 +36,9 @@ __all__ = [
     "PliantError",
     "Plugin",
     "Positions",
+    "Preset",
     "Probe",
+    "RayHit",
     "Result",
     "Scene",
     "Session",

@@ -14,7 +14,9 @@ __all__ = [
     "plugins",
     "quantities",
     "raise_panic",
+    "ray_cast",
     "run",
+    "solids",
     "to_toml",
 ]
 
@@ -30,9 +32,16 @@ def obj_text(
 def plugins(options: dict[str, Any]) -> str: ...
 def quantities() -> list[tuple[str, str]]: ...
 def raise_panic(text: str) -> None: ...
+def ray_cast(
+    vertices: NDArray[np.float64],
+    triangles: NDArray[np.uint32],
+    origin: tuple[float, ...],
+    direction: tuple[float, ...],
+) -> tuple[float, int] | None: ...
 def run(
     scene: dict[str, Any], options: dict[str, Any], out: str | None = None
 ) -> tuple[Session, dict[str, Any], str]: ...
+def solids() -> list[tuple[str, float, float, float, float, str]]: ...
 def to_toml(scene: dict[str, Any]) -> str: ...
 @final
 class Live:

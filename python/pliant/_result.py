@@ -10,11 +10,30 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from . import _native
 from ._scene import Scene, as_scene
 from .catalogue import open_options
+
+
+@dataclass(frozen=True)
+class RayHit:
+    """Where a ray meets a mesh.
+
+    Attributes
+    ----------
+    point : ndarray
+        m (3).
+    normal : ndarray
+        Unit normal of the triangle (3), out of the mesh.
+    triangle : int
+        Its number.
+    """
+
+    point: NDArray[np.float64]
+    normal: NDArray[np.float64]
+    triangle: int
 
 
 @dataclass(frozen=True)
@@ -34,6 +53,29 @@ class Mesh:
     vertices: NDArray[np.float64]
     triangles: NDArray[np.uint32]
     face_of: NDArray[np.uint32]
+
+    def cast(self, origin: ArrayLike, direction: ArrayLike) -> RayHit | None:
+        """Find where a ray meets the mesh first, from either side.
+
+        Parameters
+        ----------
+        origin : array_like
+            m (3).
+        direction : array_like
+            Of any length (3).
+
+        Returns
+        -------
+        RayHit or None
+        """
+        start, way = (np.asarray(vector, dtype=np.float64).reshape(3) for vector in (origin, direction))
+        found = _native.ray_cast(self.vertices, self.triangles, tuple(start.tolist()), tuple(way.tolist()))
+        if found is None:
+            return None
+        time, triangle = found
+        a, b, c = self.vertices[self.triangles[triangle]]
+        normal = np.cross(b - a, c - a)
+        return RayHit(start + time * way, normal / np.linalg.norm(normal), triangle)
 
     def to_trimesh(self) -> Any:
         """Make a ``trimesh.Trimesh`` of it; needs trimesh.
@@ -248,5 +290,5 @@ def _probe(row: dict[str, Any]) -> Probe:
     return Probe(float("nan") if value is None else value, row["time"], **{key: row.get(key) for key in keys})
 
 
-for _public in (Mesh, ToolTrace, Trace, Probe, Result, run):
+for _public in (RayHit, Mesh, ToolTrace, Trace, Probe, Result, run):
     _public.__module__ = "pliant"

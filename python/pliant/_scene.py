@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -370,9 +371,9 @@ def _obj_text(name: str, mesh: ArrayLike, faces: ArrayLike | Iterable[Sequence[i
             counts = np.full(len(faces), faces.shape[1], dtype=np.int64)
             corners = np.ascontiguousarray(faces, dtype=np.int64).reshape(-1)
         else:
-            rows = [np.asarray(face, dtype=np.int64).reshape(-1) for face in faces]  # type: ignore[union-attr]
-            counts = np.array([len(row) for row in rows], dtype=np.int64)
-            corners = np.concatenate(rows) if rows else np.empty(0, dtype=np.int64)
+            rows: list[Any] = list(faces)  # type: ignore[arg-type]
+            counts = np.fromiter(map(len, rows), dtype=np.int64, count=len(rows))
+            corners = np.fromiter(chain.from_iterable(rows), dtype=np.int64, count=int(counts.sum()))
         coordinates = None if texture is None else np.ascontiguousarray(texture, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise PliantError(f"mesh `{name}`: {error}; allowed are vertices (n x 3) and faces of vertex numbers") from None

@@ -101,6 +101,31 @@ class Plugin:
         raise PliantError(f"{self.kind} `{self.id}`: no parameter `{key}`; allowed is {known}")
 
 
+@dataclass(frozen=True)
+class Preset:
+    """A solid material.
+
+    Attributes
+    ----------
+    young : float
+        Pa, Young's modulus of small strains.
+    poisson : float
+        Poisson's ratio of small strains.
+    density : float
+        kg/m^3.
+    damping_time : float
+        s, damping stress over stiffness.
+    source : str
+        Where the numbers come from.
+    """
+
+    young: float
+    poisson: float
+    density: float
+    damping_time: float
+    source: str
+
+
 def plugins(kind: str | None = None, *, plugin_path: Iterable[str | os.PathLike[str]] = ()) -> list[Plugin]:
     """List the plugins there are.
 
@@ -174,6 +199,40 @@ class Material:
         """
         return plugins("material")
 
+    @staticmethod
+    def presets() -> dict[str, Preset]:
+        """List solid materials by name, soft to stiff.
+
+        Returns
+        -------
+        dict of str to Preset
+        """
+        return {row[0]: Preset(*row[1:]) for row in _native.solids()}
+
+    @classmethod
+    def preset(cls, name: str, plugin: str = "mass-spring") -> Material:
+        """Take a solid material by its name.
+
+        Parameters
+        ----------
+        name : str
+            One of :meth:`presets`.
+        plugin : str
+            The material plugin; it gets those of the numbers that it takes.
+
+        Returns
+        -------
+        Material
+        """
+        known = cls.presets()
+        if name not in known:
+            raise PliantError(f"no material preset `{name}`; allowed is {', '.join(known)}")
+        preset = known[name]
+        taken = {param.key for found in plugins("material") if found.id == plugin for param in found.params}
+        numbers = {"young": preset.young, "poisson": preset.poisson, "density": preset.density}
+        numbers["damping-time"] = preset.damping_time
+        return cls(plugin, **{key: value for key, value in numbers.items() if key in taken})
+
     def to_dict(self) -> dict[str, Any]:
         """Give it as a scene writes it.
 
@@ -188,7 +247,7 @@ class Material:
         return f"Material({self.plugin!r}{params})"
 
 
-class Fabric(Material):
+class Fabric:
     """A measured fabric, for a body that is a sheet.
 
     Parameters
@@ -202,7 +261,20 @@ class Fabric(Material):
     """
 
     def __init__(self, name: str, *, plugin: str = "cloth", **params: Any) -> None:
-        super().__init__(plugin, fabric=name, **params)
+        self.name = name
+        self.material = Material(plugin, fabric=name, **params)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give it as a scene writes it.
+
+        Returns
+        -------
+        dict
+        """
+        return self.material.to_dict()
+
+    def __repr__(self) -> str:
+        return f"Fabric({self.name!r})"
 
     @staticmethod
     def presets(plugin: str = "cloth") -> dict[str, str]:
@@ -269,5 +341,5 @@ def _param(row: dict[str, Any]) -> Param:
     )
 
 
-for _public in (Param, Plugin, Material, Fabric, plugins, edit_kinds, quantities):
+for _public in (Param, Plugin, Preset, Material, Fabric, plugins, edit_kinds, quantities):
     _public.__module__ = "pliant"

@@ -11,6 +11,7 @@ mod live;
 mod live_object;
 mod model;
 mod open;
+mod open_session;
 mod plugins;
 mod run;
 mod session;
@@ -20,6 +21,8 @@ mod trace;
 #[pyo3::pymodule]
 mod _native {
     #[pymodule_export]
+    use super::arrays::ray_cast;
+    #[pymodule_export]
     use super::convert::{obj_text, to_toml};
     #[pymodule_export]
     use super::failure::raise_panic;
@@ -28,7 +31,7 @@ mod _native {
     #[pymodule_export]
     use super::open::check;
     #[pymodule_export]
-    use super::plugins::{edit_kinds, plugins, quantities};
+    use super::plugins::{edit_kinds, plugins, quantities, solids};
     #[pymodule_export]
     use super::run::run;
     #[pymodule_export]

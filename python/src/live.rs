@@ -5,7 +5,7 @@
 //! its own. When the simulation is slower than the clock, time is given up rather than caught up with.
 
 use super::failure::{Failure, Kind, contained};
-use super::session::Open;
+use super::open_session::Open;
 use pliant_engine::session::{HandPose, Session, ToolFrame};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -2,6 +2,7 @@
 
 use super::failure::{Failure, contained};
 use super::open::OpenOptions;
+use pliant_editor::SOLIDS;
 use pliant_engine::edit::Command;
 use pliant_engine::probe::QUANTITIES;
 use pliant_host::{Library, ParamInfo, ParamKind, PluginKind, choice_sources};
@@ -62,6 +63,12 @@ fn param_json(param: &ParamInfo, sources: &BTreeMap<usize, String>) -> Value {
         }
     }
     row
+}
+
+/// Solid materials by name: Young's modulus (Pa), Poisson's ratio, density (kg/m^3), damping time (s), and where these come from.
+#[pyfunction]
+pub fn solids() -> Vec<(&'static str, f64, f64, f64, f64, &'static str)> {
+    SOLIDS.iter().map(|s| (s.name, s.young, s.poisson, s.density, s.damping_time, s.source)).collect()
 }
 
 /// Names of the edit kinds, each with a sentence on what it does.

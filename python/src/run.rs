@@ -2,7 +2,8 @@
 
 use super::failure::{Failure, Kind, contained};
 use super::open::{OpenOptions, Opened, SceneText, open};
-use super::session::{Open, Session};
+use super::open_session::Open;
+use super::session::Session;
 use super::trace::Trace;
 use pliant_record::{Recorder, RunStatistics, Summary};
 use pyo3::prelude::*;

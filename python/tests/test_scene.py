@@ -131,6 +131,22 @@ def test_the_catalogue_lists_what_there_is():
     assert "touch" in pliant.edit_kinds() and "force" in pliant.quantities()
 
 
+def test_presets_are_materials_that_can_be_opened():
+    presets = pliant.Material.presets()
+    assert list(presets) and all(p.young > 0 and p.source for p in presets.values())
+    for plugin in ("mass-spring", "neo-hookean"):
+        material = pliant.Material.preset("flesh", plugin)
+        assert material.params["young"] == presets["flesh"].young
+        assert ("poisson" in material.params) == (plugin == "neo-hookean")
+        scene = pliant.Scene()
+        scene.body(shape={"kind": "box", "size": [0.1, 0.1, 0.1]}, material=material, grid={"region": "whole", "level": 3})
+        scene.gravity(0, 0, -1)
+        with pliant.Session(scene) as session:
+            session.step(3)
+    with pytest.raises(pliant.PliantError, match="flesh"):
+        pliant.Material.preset("granite")
+
+
 def test_a_fabric_makes_a_sheet():
     scene = pliant.Scene()
     scene.time(duration=0.02, integrator="backward-euler")

@@ -200,6 +200,15 @@ def test_names_that_are_none_are_told():
                 use()
 
 
+def test_a_ray_meets_the_mesh_where_it_is():
+    with pliant.Session(pressed()) as session:
+        mesh = session.mesh()
+    hit = mesh.cast([0.01, 0.013, 1.0], [0, 0, -2.0])
+    assert np.allclose(hit.point, [0.01, 0.013, 0.05]) and np.allclose(hit.normal, [0, 0, 1])
+    assert (mesh.vertices[mesh.triangles[hit.triangle], 2] == 0.05).all()
+    assert mesh.cast([1.0, 0, 1.0], [0, 0, -1.0]) is None
+
+
 def test_a_plan_says_what_the_program_says():
     with pliant.Session(pressed()) as session:
         plan = session.plan()
