@@ -48,6 +48,8 @@ class Settings:
         m, of the tool.
     pinned : tuple of int
         Vertices that are held.
+    symmetry : str
+        Axes of the scene in which the hand is mirrored, such as ``"x"`` or ``"xz"``; empty for none.
     """
 
     young: float = 20e3
@@ -57,6 +59,7 @@ class Settings:
     level: int = 6
     radius: float = 0.05
     pinned: tuple[int, ...] = ()
+    symmetry: str = ""
 
 
 @dataclass(frozen=True)
@@ -137,6 +140,8 @@ def scene_of(mesh: MeshArrays, settings: Settings) -> pliant.Scene:
         keys = {} if kind == "cut" else {"release": "keep"}
         if kind == "pull":
             keys["limit"] = 10 * peak
+        if settings.symmetry:
+            keys["symmetry"] = settings.symmetry
         scene.edit(kind, tool=TOOL, button=button, **keys)
     return scene
 

@@ -76,6 +76,7 @@ class Editing:
             plugin=given.plugin,
             level=given.level,
             radius=given.radius * mesh.size(),
+            symmetry="".join(axis for axis, is_set in zip("xyz", given.symmetry, strict=True) if is_set),
             pinned=mesh_io.group_vertices(obj, given.pin_group) if given.pin_group else (),
         )
 
@@ -243,9 +244,9 @@ class HAPTIC_OT_edit(bpy.types.Operator):
             self._adjusted = (name, event.mouse_y, getattr(given, name))
             context.workspace.status_text_set(f"Move the pointer up or down to set the {name}; click to take it, Esc to leave it")
             return {"RUNNING_MODAL"}
-        numbers = ["ONE", "TWO", "THREE", "FOUR", "FIVE", "SIX", "SEVEN", "EIGHT", "NINE"]
-        if event.type in numbers[: len(edit_kinds())] and not (event.ctrl or event.shift or event.alt):
-            given.kind = list(edit_kinds())[numbers.index(event.type)]
+        kind = _kind_of_key(event)
+        if kind is not None:
+            given.kind = kind
             self._say(context)
             context.area.tag_redraw()
             return {"RUNNING_MODAL"}
@@ -268,8 +269,8 @@ class HAPTIC_OT_edit(bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def _say(self, context: bpy.types.Context) -> None:
-        names = [name for _, name, _ in _kind_names(context)]
-        kinds = ", ".join(f"{number}: {name}" for number, name in enumerate(names, 1))
+        keys = dict(zip(edit_kinds(), "1234567890", strict=False)) | {"cut": "K"}
+        kinds = ", ".join(f"{keys[kind]}: {name}" for kind, name, _ in _kind_names(context) if kind in keys)
         context.workspace.status_text_set(
             f"Haptic Edit   {kinds}   F: size   Shift F: strength   wheel in a stroke: towards you   Ctrl Z: undo   Esc: leave"
         )
@@ -291,6 +292,22 @@ class HAPTIC_OT_edit(bpy.types.Operator):
     def cancel(self, context: bpy.types.Context) -> None:
         """Blender ends or loads another file."""
         self._leave(context)
+
+
+# Keys of the edit kinds, in the order of the engine; a knife has a key of its own.
+NUMBER_KEYS = ("ONE", "TWO", "THREE", "FOUR", "FIVE", "SIX", "SEVEN", "EIGHT", "NINE", "ZERO")
+
+
+def _kind_of_key(event: bpy.types.Event) -> str | None:
+    """The edit kind that a key chooses."""
+    kinds = list(edit_kinds())
+    if event.ctrl or event.shift or event.alt:
+        return None
+    if event.type == "K" and "cut" in kinds:
+        return "cut"
+    if event.type in NUMBER_KEYS[: len(kinds)]:
+        return kinds[NUMBER_KEYS.index(event.type)]
+    return None
 
 
 def _kind_names(context: bpy.types.Context) -> list[tuple[str, str, str]]:

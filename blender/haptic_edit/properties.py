@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import bpy
 import pliant
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+from bpy.props import BoolProperty, BoolVectorProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from .editing import edit_kinds
 
@@ -79,6 +79,9 @@ class HapticSettings(bpy.types.PropertyGroup):
         name="Strength", description="Depth of a press, in radii of the tool", default=0.5, min=0.05, max=2.0, subtype="FACTOR"
     )
     use_pressure: BoolProperty(name="Pen Pressure", description="The pressure of a pen sets the depth of a press", default=True)
+    symmetry: BoolVectorProperty(
+        name="Symmetry", description="Mirrors the hand in planes through the middle of the mesh, across axes of the world", subtype="XYZ"
+    )
     pin_group: StringProperty(name="Pin", description="Vertex group that is held")
     show_force: BoolProperty(name="Show Force", description="Draw the force on the hand", default=True)
 

@@ -25,6 +25,9 @@ class HAPTIC_PT_panel(bpy.types.Panel):
         column.prop(given, "radius")
         column.prop(given, "strength")
         column.prop(given, "use_pressure")
+        row = column.row(heading="Symmetry", align=True)
+        for index, axis in enumerate("XYZ"):
+            row.prop(given, "symmetry", index=index, text=axis, toggle=True)
         column.prop(given, "show_force")
         column = layout.column(heading="Material")
         column.prop(given, "substance")

@@ -123,7 +123,9 @@ def play():
     yield 0.3
     RESULT["size"] = [before, bpy.context.scene.haptic_edit.radius]
     # Knife, from beside the cube to beyond it.
-    xdotool("key", "3")
+    space.overlay.show_wireframes = True
+    space.overlay.wireframe_threshold = 1.0
+    xdotool("key", "k")
     yield 0.3
     xdotool("mousemove", *at(0.5, 0.15), "mousedown", 1)
     yield 0.3

@@ -185,6 +185,34 @@ def test_objects_are_edited_in_world_units_whatever_their_transform(empty):
     editing.close()
 
 
+def test_every_edit_kind_of_the_engine_changes_the_mesh_and_keeps_it_finite(empty):
+    for kind in empty.editing.edit_kinds():
+        bpy.ops.wm.read_homefile(use_empty=True)
+        obj = add_grid_cube()
+        before = coordinates(obj)
+        # Something to smooth: a ridge.
+        before[(before[:, 2] > 0.09) & (np.abs(before[:, 0]) < 0.01), 2] += 0.01
+        empty.mesh_io.set_coordinates(obj, before)
+        editing = empty.mode.Editing(obj)
+        stroke(empty, editing, kind, [(-0.02 + 0.004 * i, 0.013) for i in range(11)], frames=3)
+        after = coordinates(obj)
+        assert np.isfinite(after).all(), kind
+        assert len(after) != len(before) or np.abs(after - before).max() > 1e-4, kind
+        editing.close()
+
+
+def test_symmetry_does_the_same_on_both_sides(empty):
+    obj = add_grid_cube()
+    bpy.context.scene.haptic_edit.symmetry = (True, False, False)
+    editing = empty.mode.Editing(obj)
+    stroke(empty, editing, "touch", [(0.05, 0.0)], frames=20)
+    after = coordinates(obj)
+    mirrored = after * [-1, 1, 1]
+    distance = np.linalg.norm(after[:, None] - mirrored[None], axis=2).min(axis=1)
+    assert distance.max() < 1e-5 and (0.1 - after[after[:, 2] > 0.05][:, 2]).max() > 2e-3
+    editing.close()
+
+
 def test_shape_keys_take_the_stroke_of_their_own(empty):
     obj = add_grid_cube()
     obj.shape_key_add(name="Basis")

@@ -205,7 +205,7 @@ def test_a_ray_meets_the_mesh_where_it_is():
         mesh = session.mesh()
     hit = mesh.cast([0.01, 0.013, 1.0], [0, 0, -2.0])
     assert np.allclose(hit.point, [0.01, 0.013, 0.05]) and np.allclose(hit.normal, [0, 0, 1])
-    assert (mesh.vertices[mesh.triangles[hit.triangle], 2] == 0.05).all()
+    assert np.allclose(mesh.vertices[mesh.triangles[hit.triangle], 2], 0.05)
     assert mesh.cast([1.0, 0, 1.0], [0, 0, -1.0]) is None
 
 
