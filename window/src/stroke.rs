@@ -25,12 +25,18 @@ struct Stroke {
     buttons: u32,
     /// s, since it began
     time: f64,
+    /// s, since it was let go while the hand was still on its way
+    finishing: f64,
 }
 
 /// s, in which a hand goes from one place to the next: a frame
 const GLIDE: f64 = 1.0 / 60.0;
 /// s, before the button is pressed, so that the hand is where it shall take hold
 const ARRIVAL: f64 = 0.03;
+/// s, that a hand may still be on its way after a stroke was let go
+const LONGEST_FINISH: f64 = 5.0;
+/// Radii of the tool at which a hand has arrived.
+const ARRIVED: f64 = 0.2;
 /// Radii of the tool between it and the surface while nothing is pressed.
 const HOVER: f64 = 0.6;
 
@@ -64,7 +70,7 @@ impl HandControl {
     /// Begins a stroke with the button of this mask; gives whether it did.
     pub fn begin(&mut self, start: StrokeStart, buttons: u32) -> bool {
         let Some(path) = PointerStroke::begin(start) else { return false };
-        self.stroke = Some(Stroke { path, buttons, time: 0.0 });
+        self.stroke = Some(Stroke { path, buttons, time: 0.0, finishing: 0.0 });
         self.advance(0.0);
         true
     }
@@ -95,6 +101,19 @@ impl HandControl {
         let place = stroke.path.advance(if arrived { dt } else { 0.0 });
         let buttons = if arrived { stroke.buttons } else { 0 };
         self.send(place, buttons);
+    }
+
+    /// The stroke was let go `dt` (s) after the last call. It ends once the hand, which the simulation has at `hand` (m), has arrived: in slow
+    /// motion it lags behind, and what was drawn shall be done. Gives whether it has ended.
+    pub fn finish(&mut self, dt: f64, hand: Option<Vec3>, radius: f64) -> bool {
+        let Some(stroke) = &mut self.stroke else { return true };
+        stroke.finishing += dt;
+        let is_late = stroke.finishing > LONGEST_FINISH;
+        let lag = hand.zip(self.place).map_or(0.0, |(hand, place)| (hand - place.position).norm());
+        if lag > ARRIVED * radius && !is_late {
+            return false;
+        }
+        self.end()
     }
 
     /// Ends the stroke, if there is one.

@@ -23,8 +23,8 @@ pub struct HandSettings {
     pub tip_mass: Option<f64>,
 }
 
-/// Speed at which a hand is followed, sizes of the model for a second.
-const SPEED: f64 = 20.0;
+/// Speed at which a hand is followed, sizes of the model for a second of simulated time: in slow motion a hand is still quick.
+const SPEED: f64 = 100.0;
 /// s, in which a force may rise to its peak
 const RISE: f64 = 5e-3;
 /// Stiffness that the device of the hand declares over that of the coupling: a hand of numbers renders anything.

@@ -143,13 +143,12 @@ impl App {
         let hit = ray.and_then(|ray| model.pick(&ray, reach));
         let tool = self.tools[self.tool];
         if model.hand.is_busy() {
-            if let Some(ray) = ray {
-                model.hand.follow(ray, hit.map(|hit| hit.at));
-            }
             if is_down {
+                if let Some(ray) = ray {
+                    model.hand.follow(ray, hit.map(|hit| hit.at));
+                }
                 model.hand.advance(dt);
-            } else {
-                model.hand.end();
+            } else if model.hand.finish(dt, model.tool().map(|tool| tool.hand), radius) {
                 self.log.event("stroke ends", &[("tool", tool.name().into())]);
                 self.send(Command::EndStroke);
             }
