@@ -45,7 +45,7 @@ impl ToolKind {
     pub fn gesture(&self) -> Gesture {
         if self.kind.cuts() {
             Gesture::Slice
-        } else if TAKES_HOLD.contains(&self.name()) {
+        } else if self.kind.takes_hold() {
             Gesture::Drag
         } else {
             Gesture::Press
@@ -54,7 +54,7 @@ impl ToolKind {
 
     /// Whether its stroke changes the model for good even if no shape is kept.
     pub fn always_stays(&self) -> bool {
-        self.kind.cuts()
+        self.kind.cuts() || self.kind.reshapes()
     }
 
     /// The mask of the button that begins a stroke.
@@ -63,8 +63,6 @@ impl ToolKind {
     }
 }
 
-/// Edit kinds that take hold of the surface and move it with the hand.
-const TAKES_HOLD: [&str; 2] = ["pull", "grab"];
 /// Edit kinds with the first keys.
 const FIRST: [&str; 4] = ["touch", "pull", "cut", "grab"];
 /// Edit kinds that undo each other.

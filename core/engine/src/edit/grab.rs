@@ -25,6 +25,10 @@ impl EditKind for Grab {
         &[RADIUS, FALLOFF, Key { name: KeyName::Limit, default: "none", summary: "It lets go above this force." }]
     }
 
+    fn takes_hold(&self) -> bool {
+        true
+    }
+
     fn begin(&self, edit: &Edit, tool: &Tool, _bodies: usize) -> Box<dyn Action> {
         let shape = BrushShape::of(edit, tool);
         let limit = edit.limit.unwrap_or(f64::INFINITY);

@@ -35,6 +35,7 @@ use std::fmt;
 pub static KINDS: &[&dyn EditKind] = &[
     &touch::Touch,
     &pull::Pull,
+    &cut::Cut,
     &grab::Grab,
     &inflate::INFLATE,
     &inflate::DEFLATE,
@@ -44,7 +45,6 @@ pub static KINDS: &[&dyn EditKind] = &[
     &relax::Relax,
     &grow::GROW,
     &grow::SHRINK,
-    &cut::Cut,
 ];
 
 /// The name of the edit that takes the last edit back.
@@ -106,7 +106,13 @@ pub trait EditKind: Sync {
         false
     }
 
-    /// Whether it changes the shape at rest while it is under way, so that undo takes it back even if no shape is kept.
+    /// Whether it takes hold of a body and moves what it holds with the hand.
+    fn takes_hold(&self) -> bool {
+        false
+    }
+
+    /// Whether it changes the shape at rest while it is under way: undo takes it back, and `release` says nothing, as what it presses
+    /// always springs back.
     fn reshapes(&self) -> bool {
         false
     }

@@ -29,6 +29,10 @@ impl EditKind for Pull {
         &[Key { name: KeyName::Limit, default: "3 N", summary: "It lets go above this force." }]
     }
 
+    fn takes_hold(&self) -> bool {
+        true
+    }
+
     fn begin(&self, edit: &Edit, tool: &Tool, _bodies: usize) -> Box<dyn Action> {
         let shape = BrushShape { radius: tool.proxy.radius, falloff: Falloff::Sphere };
         Box::new(Pulling {

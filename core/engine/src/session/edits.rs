@@ -38,13 +38,14 @@ impl Session {
         let ended = self.tools[tool].edit.take().map(|edit| self.plan.edits[edit].clone());
         if let Some(edit) = &ended {
             self.cut_with(tool, time, true);
-            if edit.release == Release::Keep {
+            if edit.release == Release::Keep && !edit.kind.reshapes() {
                 self.keep(time);
             }
             let slot = &mut self.tools[tool];
             let cut = std::mem::take(&mut slot.advances) > 0;
             let reshaped = std::mem::take(&mut slot.tool.reshaped);
-            self.settle(tool, cut || reshaped || edit.release == Release::Keep);
+            let kept = edit.release == Release::Keep && !edit.kind.reshapes();
+            self.settle(tool, cut || reshaped || kept);
         }
         let slot = &mut self.tools[tool];
         slot.tool.release(&slot.hand);

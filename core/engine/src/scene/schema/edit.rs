@@ -27,7 +27,7 @@ pub struct EditScene {
     /// Only while this button is down, from 0. `undo` and `redo` happen each time a hand presses it.
     #[schemars(with = "Option<u32>")]
     pub button: Option<Spanned<u32>>,
-    /// What becomes of the shape at the end.
+    /// What becomes of the shape at the end; of no effect on kinds that change the shape at rest themselves.
     #[serde(default)]
     pub release: Release,
     /// A pull or grab lets go when its force is over this; 3 N by default for a pull, none for a grab.
