@@ -1,7 +1,7 @@
 //! The hands of the session, moved by the pointer.
 
 use crate::symmetry::MirrorPlane;
-use pliant_editor::{HandPlace, PointerRay, PointerStroke, StrokeStart, SurfacePoint};
+use pliant_editor::{Gesture, HandPlace, PointerRay, PointerStroke, StrokeStart, SurfacePoint};
 use pliant_engine::tool::Frame as DeviceFrame;
 use pliant_live::PointerHandle;
 use pliant_solver::Vec3;
@@ -27,6 +27,12 @@ struct Stroke {
     time: f64,
     /// s, since it was let go while the hand was still on its way
     finishing: f64,
+    /// Of a cut that was let go: s, until the blade has gone along the line.
+    sweep: Option<f64>,
+    /// Of a cut: where the blade waits for the line to be drawn.
+    start: Option<HandPlace>,
+    /// Of a cut: where the line leads.
+    end: Option<HandPlace>,
 }
 
 /// s, in which a hand goes from one place to the next: a frame
@@ -37,6 +43,10 @@ const ARRIVAL: f64 = 0.03;
 const LONGEST_FINISH: f64 = 5.0;
 /// Radii of the tool at which a hand has arrived.
 const ARRIVED: f64 = 0.2;
+/// Speed of a blade along a drawn line, radii of the tool for a second: a new tool crosses a model in a second.
+const SWEEP: f64 = 25.0;
+/// s, that a cut takes at least
+const SHORTEST_SWEEP: f64 = 0.3;
 /// Radii of the tool between it and the surface while nothing is pressed.
 const HOVER: f64 = 0.6;
 
@@ -70,7 +80,7 @@ impl HandControl {
     /// Begins a stroke with the button of this mask; gives whether it did.
     pub fn begin(&mut self, start: StrokeStart, buttons: u32) -> bool {
         let Some(path) = PointerStroke::begin(start) else { return false };
-        self.stroke = Some(Stroke { path, buttons, time: 0.0, finishing: 0.0 });
+        self.stroke = Some(Stroke { path, buttons, time: 0.0, finishing: 0.0, sweep: None, start: None, end: None });
         self.advance(0.0);
         true
     }
@@ -99,6 +109,13 @@ impl HandControl {
         let arrived = stroke.time >= ARRIVAL;
         // A press that waits for the hand does not go in yet.
         let place = stroke.path.advance(if arrived { dt } else { 0.0 });
+        if stroke.path.gesture() == Gesture::Slice {
+            // The line is drawn first; the blade waits at its start.
+            let start = *stroke.start.get_or_insert(place);
+            stroke.end = Some(place);
+            self.send(start, 0);
+            return;
+        }
         let buttons = if arrived { stroke.buttons } else { 0 };
         self.send(place, buttons);
     }
@@ -107,6 +124,20 @@ impl HandControl {
     /// motion it lags behind, and what was drawn shall be done. Gives whether it has ended.
     pub fn finish(&mut self, dt: f64, hand: Option<Vec3>, radius: f64) -> bool {
         let Some(stroke) = &mut self.stroke else { return true };
+        if let (Some(start), Some(end), None) = (stroke.start, stroke.end, stroke.sweep) {
+            // One even motion in the plane through the viewer and the line: a hand that trembles leaves splinters.
+            let duration = ((end.position - start.position).norm() / (SWEEP * radius)).max(SHORTEST_SWEEP);
+            (stroke.sweep, self.place) = (Some(duration), Some(end));
+            let buttons = stroke.buttons;
+            self.glide(&end, buttons, duration);
+            return false;
+        }
+        if let Some(left) = &mut stroke.sweep
+            && *left > 0.0
+        {
+            *left -= dt;
+            return false;
+        }
         stroke.finishing += dt;
         let is_late = stroke.finishing > LONGEST_FINISH;
         let lag = hand.zip(self.place).map_or(0.0, |(hand, place)| (hand - place.position).norm());
@@ -132,17 +163,28 @@ impl HandControl {
 
     fn send(&mut self, place: HandPlace, buttons: u32) {
         self.place = Some(place);
-        glide(&mut self.hand, &self.device_frame, &place, buttons);
+        self.glide(&place, buttons, GLIDE);
+    }
+
+    /// Sends the hand, and the one that mirrors it, to a place within `duration` (s).
+    fn glide(&mut self, place: &HandPlace, buttons: u32, duration: f64) {
+        glide(&mut self.hand, &self.device_frame, place, buttons, duration);
         if let Some(plane) = &self.plane {
-            glide(&mut self.mirror, &self.device_frame, &plane.hand(&place), buttons);
+            glide(&mut self.mirror, &self.device_frame, &plane.hand(place), buttons, duration);
         }
+    }
+
+    /// The line of a cut that is being drawn or made, from its start (m) to its end.
+    pub fn line(&self) -> Option<[Vec3; 2]> {
+        let stroke = self.stroke.as_ref()?;
+        Some([stroke.start?.position, stroke.end?.position])
     }
 }
 
 /// Sends a hand to a place in the scene.
-fn glide(hand: &mut PointerHandle, frame: &DeviceFrame, place: &HandPlace, buttons: u32) {
+fn glide(hand: &mut PointerHandle, frame: &DeviceFrame, place: &HandPlace, buttons: u32, duration: f64) {
     let DeviceFrame { origin, rotation, scale } = *frame;
     let back = rotation.inverse();
     let position = back * (place.position - origin) / scale;
-    hand.glide_to(position, back * place.rotation, buttons, GLIDE);
+    hand.glide_to(position, back * place.rotation, buttons, duration);
 }

@@ -367,6 +367,11 @@ impl App {
             painter.circle_stroke(at, 4.0, egui::Stroke::new(1.5, colour));
             painter.line_segment([at + vec2(6.0, -6.0), at + vec2(16.0, -16.0)], egui::Stroke::new(2.5, colour));
         }
+        if let Some([Some(from), Some(to)]) = model.hand.line().map(|ends| ends.map(|end| frame.to_screen(&end.into())))
+        {
+            painter.line_segment([from, to], egui::Stroke::new(4.0, Color32::from_black_alpha(120)));
+            painter.line_segment([from, to], egui::Stroke::new(2.0, Color32::from_rgb(255, 110, 90)));
+        }
         let recent = self.messages.iter().rev().filter(|(when, _)| when.elapsed() < SHOWN).take(2);
         for (line, (_, text)) in recent.enumerate() {
             let at = rect.center_top() + vec2(0.0, 14.0 + 22.0 * line as f32);
