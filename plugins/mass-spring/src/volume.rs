@@ -5,12 +5,12 @@
 //! has an energy of its volume ratio J = V / V0, per rest volume, with t = 1 - J, a = [`ONSET`] and the modulus kappa:
 //!
 //! ```text
-//! psi = 0                                           t <= 0
-//! psi = kappa t^3 / (6 a)                       0 < t <= a
-//! psi = kappa (t^2 / 2 - a t / 2 + a^2 / 6)     a < t
+//! psi = 0                                               t <= 0
+//! psi = kappa t^4 / (12 a^2)                        0 < t <= a
+//! psi = kappa (t^2 / 2 - 2 a t / 3 + a^2 / 4)       a < t
 //! ```
 //!
-//! Its first two derivatives vanish at rest, so the lattice keeps the Young's modulus and the Poisson's ratio of its springs. The second
+//! Its first three derivatives vanish at rest, so the lattice keeps the Young's modulus and the Poisson's ratio of its springs. The second
 //! derivative is at most kappa, which bounds the step of explicit integration, and psi grows on through inversion (J < 0).
 
 use pliant_plugin_api::lanes::{MAX_LANES, Real, Vec3, Wide};
@@ -18,7 +18,7 @@ use pliant_plugin_api::{BlockScalar, Blocks, Elements, NodeVectors, pair_index};
 use pulp::{Simd, WithSimd};
 
 /// Loss of volume from which on the resistance is linear in it.
-pub const ONSET: f64 = 0.2;
+pub const ONSET: f64 = 0.15;
 /// Doubles of rest data per tetrahedron: six times its rest volume (m^3), and kappa times that volume (J).
 pub const STRIDE: usize = 2;
 
@@ -60,14 +60,14 @@ fn gradients<T: Real>(x: [Vec3<T>; 4]) -> [Vec3<T>; 4] {
 #[inline(always)]
 fn pressure<T: Real>(t: T) -> T {
     let lost = t.max(t.splat(0.0));
-    lost.if_less(t.splat(ONSET), lost * lost * (0.5 / ONSET), lost - t.splat(0.5 * ONSET))
+    lost.if_less(t.splat(ONSET), lost * lost * lost * (1.0 / (3.0 * ONSET * ONSET)), lost - t.splat(2.0 / 3.0 * ONSET))
 }
 
 /// `psi'' / kappa` of a loss of volume `t`: between 0 and 1.
 #[inline(always)]
 fn stiffness<T: Real>(t: T) -> T {
     let lost = t.max(t.splat(0.0)) * (1.0 / ONSET);
-    lost.if_less(t.splat(1.0), lost, t.splat(1.0))
+    lost.if_less(t.splat(1.0), lost * lost, t.splat(1.0))
 }
 
 impl<'a> Tetrahedra<'a> {
@@ -86,7 +86,11 @@ impl<'a> Tetrahedra<'a> {
         let energy = |(e, nodes): (usize, &[u32; 4])| {
             let six = six_volumes(nodes.map(|n| Vec3(self.x[n as usize])));
             let t = ((self.six_volumes[e] - six) / self.six_volumes[e]).max(0.0);
-            let psi = if t < ONSET { t * t * t / (6.0 * ONSET) } else { 0.5 * t * (t - ONSET) + ONSET * ONSET / 6.0 };
+            let psi = if t < ONSET {
+                t.powi(4) / (12.0 * ONSET * ONSET)
+            } else {
+                0.5 * t * t - 2.0 / 3.0 * ONSET * t + 0.25 * ONSET * ONSET
+            };
             self.scale[e] * psi
         };
         self.nodes.iter().enumerate().map(energy).sum()
@@ -187,8 +191,17 @@ impl WithSimd for Forces<'_, '_> {
     }
 }
 
-/// Adds `factor` times the stiffness of a call's tetrahedra, without the part of it that changes direction (`psi' d2J/dx2`), so that the
-/// matrix is positive semi-definite.
+/// For each corner but the first, the stiffness (N/m) of an isotropic spring to the first one; together they bound what a `pressure` (N/m^2,
+/// over a sixth of the rest volume) does by turning the faces.
+#[inline(always)]
+fn turning_bounds<T: Real>(x: [Vec3<T>; 4], pressure: T) -> [T; 3] {
+    let [a, b, c] = [1, 2, 3].map(|corner| (x[corner] - x[0]).norm());
+    [pressure * (b + c), pressure * (a + c), pressure * (a + b)]
+}
+
+/// Adds `factor` times the stiffness of a call's tetrahedra. The part that changes direction, `psi' d2J/dx2`, is indefinite. An upper bound
+/// takes its place, so that the matrix is positive semi-definite and not softer than the derivative of the force: with d the displacement
+/// of a corner from that of the first and e the edge between them, `2 det(d1, d2, e3) <= |e3| (|d1|^2 + |d2|^2)` and so on.
 pub struct Stiffness<'a, 'b, T> {
     pub tetrahedra: Tetrahedra<'a>,
     pub factor: f64,
@@ -212,17 +225,26 @@ impl<T: BlockScalar> WithSimd for Stiffness<'_, '_, T> {
             if squeezed.is_empty() {
                 continue;
             }
-            let k = stiffness(t) * Wide::load_clamped(simd, tetrahedra.scale, e) * inverse * inverse * factor;
+            let scale = Wide::load_clamped(simd, tetrahedra.scale, e) * inverse * factor;
+            let (k, bound) = (stiffness(t) * scale * inverse, turning_bounds(x, pressure(t) * scale));
             let g = gradients(x);
             for a in 0..4 {
                 for b in a..4 {
                     if a == b && !T::HAS_DIAGONAL_BLOCKS {
                         continue;
                     }
+                    let isotropic = match (a, b) {
+                        (0, 0) => Some(bound[0] + bound[1] + bound[2]),
+                        (0, b) => Some(-bound[b - 1]),
+                        (a, b) if a == b => Some(bound[a - 1]),
+                        _ => None,
+                    };
                     let mut entries = [[[0.0; MAX_LANES]; 3]; 3];
                     for i in 0..3 {
                         for j in 0..3 {
-                            entries[i][j] = (g[a][i] * g[b][j] * k).to_array();
+                            let entry = g[a][i] * g[b][j] * k;
+                            let entry = isotropic.filter(|_| i == j).map_or(entry, |isotropic| entry + isotropic);
+                            entries[i][j] = entry.to_array();
                         }
                     }
                     for lane in squeezed {
@@ -255,9 +277,9 @@ mod tests {
         for t in LOSSES {
             let slope = (psi(t + h) - psi(t - h)) / (2.0 * h);
             let curvature = (pressure(t + h) - pressure(t - h)) / (2.0 * h);
-            // The third derivative jumps by 1/a: differences are of first order across a change of the law.
-            assert!((slope - pressure(t)).abs() <= h / ONSET, "{t}: {slope} {}", pressure(t));
-            assert!((curvature - stiffness(t)).abs() <= h / ONSET, "{t}: {curvature} {}", stiffness(t));
+            // The third derivative jumps by 2/a where the law changes: differences are of first order across it.
+            assert!((slope - pressure(t)).abs() <= 2.0 * h / ONSET, "{t}: {slope} {}", pressure(t));
+            assert!((curvature - stiffness(t)).abs() <= 2.0 * h / ONSET, "{t}: {curvature} {}", stiffness(t));
         }
     }
 
