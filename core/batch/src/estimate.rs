@@ -3,10 +3,11 @@
 use crate::column::ColumnKind;
 use crate::edit::Resolved;
 use crate::error::BatchError;
-use crate::execute::{EditRunner, OpenedEdit, RunOptions};
+use crate::execute::{EditRunner, MODELS_KEPT, OpenedEdit, RunOptions};
 use crate::key::KeyMaker;
 use crate::store::MeshStore;
 use crate::sweep::Sweep;
+use pliant_engine::session::SharedParts;
 use serde::Serialize;
 use std::path::Path;
 use std::time::Instant;
@@ -50,7 +51,8 @@ pub struct Estimate {
 pub fn estimate(sweep: &Sweep, options: &RunOptions, jobs: usize) -> Result<Estimate, BatchError> {
     let keys = KeyMaker::new(&options.program, &options.search);
     let meshes = MeshStore::new(Path::new("."));
-    let runner = EditRunner { sweep, search: &options.search, meshes: &meshes };
+    let parts = SharedParts::new(MODELS_KEPT);
+    let runner = EditRunner { sweep, search: &options.search, meshes: &meshes, parts: &parts };
     let edits: Vec<u64> = options.shard.edits(sweep.edits()).collect();
     let samples = SAMPLES.min(edits.len() as u64);
     let mut all = Estimate {

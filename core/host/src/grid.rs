@@ -355,6 +355,11 @@ impl Grid {
         }
     }
 
+    /// Whether the plugin panicked in a call.
+    pub fn is_quarantined(&self) -> bool {
+        self.instance.is_quarantined()
+    }
+
     /// Descriptor of the plugin.
     pub fn info(&self) -> &'static PluginInfo {
         self.instance.info(PluginKind::Grid)

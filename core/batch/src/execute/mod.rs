@@ -15,6 +15,6 @@ pub use failure::{Failure, FailureClass};
 pub(crate) use measure::SUMMARY;
 pub use options::{BatchEnd, Progress, RunOptions};
 pub use run_edit::{EditResult, EditSeconds};
-pub(crate) use run_edit::{EditRunner, OpenedEdit};
+pub(crate) use run_edit::{EditRunner, MODELS_KEPT, OpenedEdit};
 pub use serve::{limit_memory, serve};
 pub use shard_run::run;

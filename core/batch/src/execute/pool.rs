@@ -8,13 +8,14 @@ use super::child::ChildRunner;
 use super::failure::Failure;
 use super::options::{BatchEnd, Progress, RunOptions};
 use super::resume::Missing;
-use super::run_edit::{EditResult, EditRunner, EditSeconds};
+use super::run_edit::{EditResult, EditRunner, EditSeconds, MODELS_KEPT};
 use crate::column::row_text;
 use crate::edit::Resolved;
 use crate::error::BatchError;
 use crate::key::{EditKey, KeyMaker};
 use crate::store::{MeshStore, NewRow, ShardFiles, Syncer};
 use crate::sweep::Sweep;
+use pliant_engine::session::SharedParts;
 use serde_json::Value;
 use std::collections::{HashMap, VecDeque};
 use std::sync::atomic::Ordering;
@@ -64,6 +65,8 @@ struct Shared {
     sweep: Arc<Sweep>,
     keys: KeyMaker,
     meshes: MeshStore,
+    /// Models and grids that edits have in common.
+    parts: SharedParts,
     options: RunOptions,
     state: Mutex<State>,
     /// Told when the queue or the edits under way change.
@@ -122,7 +125,15 @@ impl Pool {
             edit_seconds: 0.0,
             error: None,
         };
-        let shared = Shared { sweep, keys, meshes, options, state: Mutex::new(state), changed: Condvar::new() };
+        let shared = Shared {
+            sweep,
+            keys,
+            meshes,
+            parts: SharedParts::new(MODELS_KEPT),
+            options,
+            state: Mutex::new(state),
+            changed: Condvar::new(),
+        };
         Ok(Self {
             shared: Arc::new(shared),
             syncer,
@@ -349,7 +360,8 @@ impl Worker {
             }
             _ => {
                 let (sweep, search, meshes) = (&*shared.sweep, &shared.options.search, &shared.meshes);
-                EditRunner { sweep, search, meshes }.run(&resolved, began, &stop)
+                let parts = &shared.parts;
+                EditRunner { sweep, search, meshes, parts }.run(&resolved, began, &stop)
             }
         }
     }

@@ -8,7 +8,7 @@ use crate::store::MeshStore;
 use crate::sweep::Sweep;
 use pliant_engine::plan::Plan;
 use pliant_engine::scene::Source;
-use pliant_engine::session::{Options, Session};
+use pliant_engine::session::{Options, Session, SharedParts};
 use pliant_host::SearchPath;
 use pliant_record::RunStatistics;
 use serde::{Deserialize, Serialize};
@@ -58,7 +58,12 @@ pub(crate) struct EditRunner<'a> {
     pub(crate) sweep: &'a Sweep,
     pub(crate) search: &'a SearchPath,
     pub(crate) meshes: &'a MeshStore,
+    pub(crate) parts: &'a SharedParts,
 }
+
+/// Models whose parts are kept for the next edits: those of edits at a time are of few models, as places next to each other in a sweep have
+/// the same one.
+pub(crate) const MODELS_KEPT: usize = 8;
 
 impl EditRunner<'_> {
     /// Runs an edit; `None` if `stop` said so before its end. A panic is a failure of the edit.
@@ -135,7 +140,8 @@ impl EditRunner<'_> {
         let plan = Plan::new(scene, source).map_err(|e| Failure::new(FailureClass::Scene, e))?;
         let (search, mesh) = (self.search.clone(), resolved.edit.model.clone());
         let options = Options { search, threads: 1, mesh, recorded: None };
-        let session = Session::open(scene, source, plan, &options).map_err(|e| Failure::of_opening(&e))?;
+        let session =
+            Session::open_shared(scene, source, plan, &options, self.parts).map_err(|e| Failure::of_opening(&e))?;
         Ok(OpenedEdit { session, steps: scene.time.steps(), source })
     }
 

@@ -1,12 +1,13 @@
 //! The other side of [`Isolation`](super::Isolation): a child that does one edit after another.
 
 use super::options::RunOptions;
-use super::run_edit::{EditResult, EditRunner};
+use super::run_edit::{EditResult, EditRunner, MODELS_KEPT};
 use crate::edit::Resolved;
 use crate::error::BatchError;
 use crate::key::{EditKey, KeyMaker};
 use crate::store::MeshStore;
 use crate::sweep::Sweep;
+use pliant_engine::session::SharedParts;
 use serde::{Deserialize, Serialize};
 use std::io::{self, BufRead, Write};
 use std::path::Path;
@@ -44,7 +45,8 @@ pub fn serve(
 ) -> io::Result<()> {
     let keys = KeyMaker::new(&options.program, &options.search);
     let meshes = MeshStore::new(folder);
-    let runner = EditRunner { sweep, search: &options.search, meshes: &meshes };
+    let parts = SharedParts::new(MODELS_KEPT);
+    let runner = EditRunner { sweep, search: &options.search, meshes: &meshes, parts: &parts };
     for line in input.lines() {
         let line = line?;
         let place = line.trim().parse().ok().filter(|place| *place < sweep.edits());

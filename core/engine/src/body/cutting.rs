@@ -47,7 +47,7 @@ impl Body {
         }
         let triangles = &self.model.surface.triangles;
         let before: Before = advance.changed.iter().filter_map(|t| Some((*t, *triangles.get(*t as usize)?))).collect();
-        self.model.take_cut(mesh.surface(), &advance.changed);
+        Arc::make_mut(&mut self.model).take_cut(mesh.surface(), &advance.changed);
         let new = advance.first_triangle..mesh.surface().triangles.len() as u32;
         let moved: Vec<u32> = advance.changed.iter().copied().chain(new.clone()).collect();
         self.skin.take_cut(&self.model, settled, &moved, 0..0);
@@ -70,10 +70,8 @@ impl Body {
             around.filter(|other| *other != vertex).collect()
         };
         let cells = lattice.cut(swept, new, side, neighbours, mesh.as_ref())?;
-        if !self.samples.is_empty()
-            && let Some(samples) = Arc::get_mut(&mut self.samples)
-        {
-            samples.take_cut(&cells, &self.model, &self.skin, lattice)?;
+        if !self.samples.is_empty() {
+            Arc::make_mut(&mut self.samples).take_cut(&cells, &self.model, &self.skin, lattice)?;
         }
         Ok(())
     }

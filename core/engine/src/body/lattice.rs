@@ -17,11 +17,11 @@ mod state;
 mod untangle;
 
 use super::fixing::Fixing;
-use super::model::Model;
+use crate::session::LentGrid;
 use bound::Bound;
 pub use fragments::Inner;
 use fragments::{Fragments, NodeKey};
-use pliant_host::{Grid, HostError, Region};
+use pliant_host::{HostError, Region};
 use pliant_plugin_api::abi::{self, Ball, Level};
 use pliant_solver::ForceError;
 use pliant_solver::{Constraint, Nodes, StepTime, System, Vec3};
@@ -84,7 +84,7 @@ pub enum LatticeError {
 /// The carrier of a body.
 pub struct Lattice {
     /// The plugin.
-    pub grid: Grid,
+    pub grid: LentGrid,
     /// How much is simulated.
     pub settings: RegionSettings,
     /// Facts about the working level.
@@ -119,12 +119,11 @@ pub struct Lattice {
 const NO_WEIGHTS: u32 = u32::MAX;
 
 impl Lattice {
-    /// Builds the grid around a model. No node is active yet.
+    /// A body on a grid that was built around its model. No node is active yet.
     ///
     /// # Errors
     /// What the grid says; a level without an occupied cell.
-    pub fn new(mut grid: Grid, settings: RegionSettings, families: u32, model: &Model) -> Result<Self, LatticeError> {
-        grid.build(bytemuck::cast_slice(&model.surface.points), &model.surface.triangles, settings.level)?;
+    pub fn new(grid: LentGrid, settings: RegionSettings, families: u32) -> Result<Self, LatticeError> {
         let facts = grid.level(settings.level)?;
         if facts.surface_cells + facts.inside_cells == 0 {
             return Err(LatticeError::Empty { level: settings.level });

@@ -31,13 +31,14 @@ pub use symmetry::{Axes, Symmetry, mirrored};
 use cutting::Aprons;
 use pliant_cut::CutMesh;
 use pliant_solver::{Pool, System, Vec3};
+use std::sync::Arc;
 
 /// Everything about one body.
 pub struct Body {
     /// As the scene calls it.
     pub name: String,
     /// What does not change while it deforms.
-    pub model: Model,
+    pub model: Arc<Model>,
     /// The mesh a blade cuts; none where no edit is a cut.
     pub cut: Option<Box<CutMesh>>,
     pub(crate) aprons: Aprons,
@@ -48,7 +49,7 @@ pub struct Body {
     /// Which nodes there are, and how the surface follows them.
     pub carrier: Carrier,
     /// Its surface as a ball feels it; none where no tool is a ball.
-    pub samples: std::sync::Arc<Samples>,
+    pub samples: Arc<Samples>,
     /// N/m for a m^2, of the soft layer a tool lies in on its surface
     pub layer_stiffness: f64,
     /// Nodes that are held.

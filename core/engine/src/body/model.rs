@@ -7,6 +7,7 @@ use pliant_mesh::{Finding, ObjDocument, Placement, Surface, check};
 use std::collections::HashMap;
 
 /// A placed model.
+#[derive(Clone)]
 pub struct Model {
     /// The file.
     pub document: ObjDocument,

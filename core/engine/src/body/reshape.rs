@@ -60,7 +60,7 @@ impl Body {
         let mut triangles: Vec<u32> = moved.iter().flat_map(|v| model.around(*v)).copied().collect();
         triangles.sort_unstable();
         triangles.dedup();
-        skin.tree.refit(&skin.settled, &model.surface.triangles, &triangles);
+        std::sync::Arc::make_mut(&mut skin.tree).refit(&skin.settled, &model.surface.triangles, &triangles);
         Ok(())
     }
 }

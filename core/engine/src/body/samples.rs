@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// Samples, sorted by the cell of the working level that carries them.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Samples {
     /// m, rest places (s x 3)
     pub place: Vec<Vec3>,

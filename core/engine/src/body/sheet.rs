@@ -230,7 +230,7 @@ impl Sheet {
         settled.copy_from_slice(&skin.x);
         skin.pages.mark_all(skin.x.len());
         let all: Vec<u32> = (0..model.surface.triangles.len() as u32).collect();
-        skin.tree.refit(&skin.settled, &model.surface.triangles, &all);
+        Arc::make_mut(&mut skin.tree).refit(&skin.settled, &model.surface.triangles, &all);
         self.lay_out_rest(model, system)
     }
 

@@ -21,18 +21,18 @@ pub struct Skin {
     pub settled: Arc<Vec<Vec3>>,
     /// Place in the region of the cell that carries each vertex, or [`NOT_CARRIED`] (n)
     pub cell: Vec<u32>,
-    /// Over the settled surface.
-    pub tree: TriangleTree,
+    /// Over the settled surface; copied when it changes, if other sessions have it too.
+    pub tree: Arc<TriangleTree>,
     /// Which vertices have moved, for viewers.
     pub pages: PageStamps,
 }
 
 impl Skin {
-    /// At rest.
-    pub fn new(model: &Model) -> Self {
+    /// At rest; `tree` is the one over the model's surface as it was handed in.
+    pub fn new(model: &Model, tree: Arc<TriangleTree>) -> Self {
         let settled = model.surface.points.clone();
         let (x, cell) = (settled.clone(), vec![NOT_CARRIED; settled.len()]);
-        Self { x, cell, settled: Arc::new(settled), tree: model.tree(), pages: PageStamps::default() }
+        Self { x, cell, settled: Arc::new(settled), tree, pages: PageStamps::default() }
     }
 
     /// Has as many vertices as `settled`, which is where those of the model are now at rest; those that were there stand
@@ -44,9 +44,10 @@ impl Skin {
         (known..settled.len()).for_each(|v| self.pages.mark(v as u32));
         self.cell.resize(settled.len(), NOT_CARRIED);
         self.settled = settled;
-        gone.for_each(|t| self.tree.remove(t));
+        let tree = Arc::make_mut(&mut self.tree);
+        gone.for_each(|t| tree.remove(t));
         for &t in moved.iter().filter(|t| !model.is_lid(**t)) {
-            self.tree.set(t, model.surface.triangles[t as usize].map(|v| self.settled[v as usize]));
+            tree.set(t, model.surface.triangles[t as usize].map(|v| self.settled[v as usize]));
         }
     }
 

@@ -53,7 +53,7 @@ impl Body {
             while mesh.depth() < state.cuts && mesh.redo().is_some() {}
             let pairs = self.model.surface.triangles.iter().zip(&mesh.surface().triangles);
             moved = pairs.enumerate().filter(|(_, (a, b))| a != b).map(|(t, _)| t as u32).collect();
-            self.model.take_cut(mesh.surface(), &moved);
+            Arc::make_mut(&mut self.model).take_cut(mesh.surface(), &moved);
         }
         let count = self.model.surface.triangles.len();
         moved.extend(known as u32..count as u32);
@@ -82,9 +82,8 @@ impl Body {
             set.set_history(history);
         }
         self.frozen.clone_from(&state.frozen);
-        if !self.samples.is_empty()
-            && let Some(samples) = Arc::get_mut(&mut self.samples)
-        {
+        if !self.samples.is_empty() {
+            let samples = Arc::make_mut(&mut self.samples);
             samples.mend();
             if let Some(lattice) = self.carrier.lattice() {
                 let cells: Vec<u64> = lattice.cut_cells().collect();

@@ -1,5 +1,6 @@
 //! Choosing how the bodies of an opened scene are moved: how fast they can move, and which scheme and step that bears.
 
+use super::shared::{Measured, SharedParts};
 use super::thread_choice::ThreadChoice;
 use super::{EventKind, PreconditionerChosen, Session, SessionError, StepCost};
 use crate::body::Samples;
@@ -9,8 +10,9 @@ use crate::scene::{IntegratorChoice, PreconditionerChoice, Scene};
 use crate::tool::Tool;
 use pliant_mesh::geometry::Vec3;
 use pliant_plugin_api::abi::{self, Ball};
-use pliant_solver::{ElementSet, Frequencies, Integrator, Preconditioner, Scheme, SpringRates, StepLimit, StepTime};
-use std::sync::Arc;
+use pliant_solver::{
+    ElementSet, Frequencies, Integrator, Pool, Preconditioner, Scheme, SpringRates, StepLimit, StepTime,
+};
 use std::time::Instant;
 
 /// Square of the frequency the layer of a contact adds to a surface node, over that of the body's fastest mode.
@@ -33,51 +35,40 @@ const SHORT_REACH: f64 = 6.0;
 
 impl Session {
     /// Samples the surfaces that a ball may touch.
-    pub(super) fn sample(&mut self) -> Result<(), SessionError> {
+    pub(super) fn sample(&mut self, shared: &SharedParts) -> Result<(), SessionError> {
         for body in &mut self.bodies {
             if self.tools.iter().any(|slot| Tool::is_ball(slot.tool.proxy.radius, body.carrier.edge())) {
                 let of_body = |error| SessionError::Lattice { body: body.name.clone(), error };
                 let Some(lattice) = body.carrier.lattice() else { continue };
-                body.samples = Arc::new(Samples::new(&body.model.surface, lattice).map_err(of_body)?);
+                let make = || Samples::new(&body.model.surface, lattice);
+                body.samples = shared.samples(|| lattice.grid.key().to_owned(), make).map_err(of_body)?;
             }
         }
         Ok(())
     }
 
-    /// Finds how fast each body can move: on the whole of it, or on the cells around one of its points.
-    pub(super) fn measure(&mut self) -> Result<(), SessionError> {
+    /// Finds how fast each body can move: on the whole of it, or on the cells around one of its points. What was measured under one of `keys`
+    /// (an entry for each body) is not measured again, unless the whole body is active.
+    pub(super) fn measure(&mut self, shared: &SharedParts, keys: &[String]) -> Result<(), SessionError> {
         let coupling = self.tools.iter().map(|slot| slot.tool.coupling.stiffness).fold(0.0, f64::max);
-        for body in &mut self.bodies {
-            let of_body = |error| SessionError::Lattice { body: body.name.clone(), error };
-            let radius = body.carrier.radius();
-            let centre = body.model.surface.points[body.model.surface.triangles[0][0] as usize];
-            let Body { model, skin, system, carrier, fixings, .. } = body;
-            // What is held in a local region depends on where it is; without it a body is fastest.
-            let held: &[Fixing] = if carrier.is_whole() { fixings } else { &[] };
-            carrier.follow(&[Ball { centre: centre.into(), radius }], model, held, skin, system).map_err(of_body)?;
-            let found = Frequencies::of(system, &self.pool)?;
-            // A surface node has half the mass of one inside; its share of the layer is that of a cell's face.
-            let mass = system.nodes.mass.iter().copied().fold(0.0, f64::max);
+        for (body, key) in self.bodies.iter_mut().zip(keys) {
+            let measured = if body.carrier.is_whole() {
+                measure_body(body, &self.pool, self.dt)?
+            } else {
+                shared.measured(|| key.clone(), || measure_body(body, &self.pool, self.dt))?
+            };
+            let Measured { frequencies: found, mass, nodes, elements, seconds } = measured;
             let layer = match found.stiffness {
                 // Held everywhere: the step bears anything.
                 0.0 => HELD_LAYER * coupling,
                 stiffness => LAYER_SHARE * stiffness.powi(2) * 0.5 * mass,
             };
-            body.layer_stiffness = layer / carrier.edge().powi(2);
+            body.layer_stiffness = layer / body.carrier.edge().powi(2);
             let touched =
                 found.with_spring(SpringRates { stiffness: LAYER_SHARE * found.stiffness.powi(2), damping: 0.0 });
             self.planned.push(if self.tools.is_empty() { found } else { touched });
             self.frequencies.push(found);
-            let pass = Instant::now();
-            let mut force = vec![Vec3::zeros(); system.nodes.len()];
-            system.forces(&self.pool, None, StepTime { start: 0.0, dt: self.dt }, &mut force)?;
-            let seconds = pass.elapsed().as_secs_f64();
-            let (nodes, elements) = (system.nodes.len(), system.elements());
             self.costs.push(StepCost { body: body.name.clone(), nodes, elements, seconds });
-            if !carrier.is_whole() {
-                let of_body = |error| SessionError::Lattice { body: body.name.clone(), error };
-                carrier.follow(&[], model, fixings, skin, system).map_err(of_body)?;
-            }
         }
         Ok(())
     }
@@ -254,6 +245,30 @@ impl Session {
     fn left_out(&mut self, what: &str, why: &str) {
         self.left_out.push(LeftOut { what: what.into(), why: why.into() });
     }
+}
+
+/// Measures a body with the whole of it active, or with the cells around one of its points, which are given up again.
+fn measure_body(body: &mut Body, pool: &Pool, dt: f64) -> Result<Measured, SessionError> {
+    let of_body = |error| SessionError::Lattice { body: body.name.clone(), error };
+    let radius = body.carrier.radius();
+    let centre = body.model.surface.points[body.model.surface.triangles[0][0] as usize];
+    let Body { model, skin, system, carrier, fixings, .. } = body;
+    // What is held in a local region depends on where it is; without it a body is fastest.
+    let held: &[Fixing] = if carrier.is_whole() { fixings } else { &[] };
+    carrier.follow(&[Ball { centre: centre.into(), radius }], model, held, skin, system).map_err(of_body)?;
+    let frequencies = Frequencies::of(system, pool)?;
+    // A surface node has half the mass of one inside; its share of the layer is that of a cell's face.
+    let mass = system.nodes.mass.iter().copied().fold(0.0, f64::max);
+    let pass = Instant::now();
+    let mut force = vec![Vec3::zeros(); system.nodes.len()];
+    system.forces(pool, None, StepTime { start: 0.0, dt }, &mut force)?;
+    let seconds = pass.elapsed().as_secs_f64();
+    let (nodes, elements) = (system.nodes.len(), system.elements());
+    if !carrier.is_whole() {
+        let of_body = |error| SessionError::Lattice { body: body.name.clone(), error };
+        carrier.follow(&[], model, fixings, skin, system).map_err(of_body)?;
+    }
+    Ok(Measured { frequencies, mass, nodes, elements, seconds })
 }
 
 fn least(limits: impl Iterator<Item = StepLimit>) -> Option<f64> {

@@ -13,6 +13,7 @@ mod lapse;
 mod mirror;
 mod open;
 mod place;
+mod shared;
 mod sheets;
 mod sleep;
 mod step;
@@ -27,6 +28,7 @@ pub use history::{Snapshot, SnapshotError};
 pub use lapse::{Lapse, Stage};
 pub use mirror::Mirror;
 pub use open::Options;
+pub use shared::{LentGrid, SharedParts};
 
 use crate::body::{Body, Model};
 use crate::contact::{SoftTip, Spheres};
@@ -38,6 +40,7 @@ use pliant_mesh::geometry::Vec3;
 use pliant_plugin_api::abi::Ball;
 use pliant_solver::{Frequencies, Integrator, NodeSprings, Pool, Scheme};
 use serde::Serialize;
+use std::sync::Arc;
 use thread_choice::ThreadChoice;
 
 /// An opened device.
@@ -205,7 +208,7 @@ pub struct Session {
     /// Bodies that move.
     pub bodies: Vec<Body>,
     /// Models on which nothing acts.
-    pub standing: Vec<(String, Model)>,
+    pub standing: Vec<(String, Arc<Model>)>,
     /// Devices in use.
     pub devices: Vec<DeviceSlot>,
     /// Tools in use.

@@ -1,5 +1,6 @@
 //! Opening a scene: models, plugins, bodies, tools.
 
+use super::shared::{SharedModel, SharedParts};
 use super::{Choices, DeviceSlot, EventKind, Events, Frame, Loaded, Session, SessionError, ToolSlot, place};
 use crate::body::{Body, Carrier, Lattice, LatticeError, Model, RegionSettings, Sheet, Skin};
 use crate::contact::{Friction, Spheres};
@@ -7,6 +8,7 @@ use crate::edit::BladeEdge;
 use crate::plan::Plan;
 use crate::scene::{BladeScene, BodyScene, Extent, Scene, Source, ToolScene, settings};
 use crate::tool::{Coupling, ForceLimits, ForceSafety, Hand, TactilePad, TipMass, Tool};
+use bytemuck::cast_slice;
 use pliant_cut::CutMesh;
 use pliant_host::{
     Device, DeviceInfo, Grid, HostError, Library, Material, ParamKind, ParamSettings, ParamValue, PluginInfo,
@@ -50,6 +52,20 @@ impl Session {
     /// # Errors
     /// A model or plugin that cannot be used; an explicit integrator over its limit.
     pub fn open(scene: &Scene, source: &Source, plan: Plan, options: &Options) -> Result<Self, SessionError> {
+        Self::open_shared(scene, source, plan, options, &SharedParts::default())
+    }
+
+    /// The same, with what is there of models and grids already. Results are the same, too.
+    ///
+    /// # Errors
+    /// As for [`Session::open`].
+    pub fn open_shared(
+        scene: &Scene,
+        source: &Source,
+        plan: Plan,
+        options: &Options,
+        shared: &SharedParts,
+    ) -> Result<Self, SessionError> {
         let dt = scene.time.dt.get_ref().si;
         let threads = match options.threads {
             0 => std::thread::available_parallelism().map_or(1, usize::from),
@@ -57,12 +73,22 @@ impl Session {
         };
         let radius = |tool: &usize| scene.tool[*tool].radius.get_ref().si;
         let largest_tool = plan.tools.iter().map(radius).fold(0.0, f64::max);
-        let mut opening = Opening { source, options, dt, largest_tool, loaded: Vec::new(), events: Events::default() };
+        let mut opening = Opening {
+            source,
+            options,
+            shared,
+            dt,
+            largest_tool,
+            loaded: Vec::new(),
+            events: Events::default(),
+            measured_keys: Vec::new(),
+        };
         let mut models = Vec::new();
         for (i, body) in scene.body.iter().enumerate() {
             let instead = options.mesh.as_deref().filter(|_| i == 0);
-            let model = place::model(body, source, instead)?;
-            opening.judge(body.name.get_ref(), &model);
+            let key = || place::model_key(body, source, instead);
+            let model = shared.model(key, || place::model(body, source, instead))?;
+            opening.judge(body.name.get_ref(), &model.model);
             models.push((body.name.get_ref().clone(), model));
         }
         let devices = plan.devices.iter().map(|&d| opening.device(scene, d, &models)).collect::<Result<Vec<_>, _>>()?;
@@ -71,7 +97,7 @@ impl Session {
             if plan.moving[i] {
                 bodies.push(opening.body(&scene.body[i], name, model, plan.cuts())?);
             } else {
-                standing.push((name, model));
+                standing.push((name, model.model));
             }
         }
         let mut tools = plan
@@ -130,9 +156,9 @@ impl Session {
         };
         session.open_pads();
         session.history.kept = !session.plan.history_steps.is_empty();
-        session.sample()?;
+        session.sample(shared)?;
         session.meet(scene);
-        session.measure()?;
+        session.measure(shared, &opening.measured_keys)?;
         session.choose(scene)?;
         session.choices.threads = session.pool.threads();
         Ok(session)
@@ -151,11 +177,14 @@ fn edge(blade: &BladeScene) -> BladeEdge {
 struct Opening<'a> {
     source: &'a Source,
     options: &'a Options,
+    shared: &'a SharedParts,
     dt: f64,
     /// m, of the largest tool in use; 0 without one
     largest_tool: f64,
     loaded: Vec<Loaded>,
     events: Events,
+    /// For each moving body, what its measurements depend on; empty where that is not known.
+    measured_keys: Vec<String>,
 }
 
 impl Opening<'_> {
@@ -184,7 +213,12 @@ impl Opening<'_> {
         Ok((library, info, settings))
     }
 
-    fn device(&mut self, scene: &Scene, index: usize, models: &[(String, Model)]) -> Result<DeviceSlot, SessionError> {
+    fn device(
+        &mut self,
+        scene: &Scene,
+        index: usize,
+        models: &[(String, SharedModel)],
+    ) -> Result<DeviceSlot, SessionError> {
         let device = &scene.device[index];
         let at = (self.source, device.name.span());
         let frame = place::frame(&device.frame, at, models, self.options.mesh.is_some())?;
@@ -209,23 +243,30 @@ impl Opening<'_> {
         Ok(DeviceSlot { name, device: opened, facts, frame, origin, poses, driven: false, counted: Vec::new() })
     }
 
-    fn body(&mut self, scene: &BodyScene, name: String, model: Model, cuts: bool) -> Result<Body, SessionError> {
+    fn body(&mut self, scene: &BodyScene, name: String, shared: SharedModel, cuts: bool) -> Result<Body, SessionError> {
         let (library, info, settings) =
             self.plugin(PluginKind::Material, &scene.material.plugin, &scene.material.params)?;
+        let material_key = format!("{} {} {settings:?}", library.path().display(), info.id);
         let material = Material::open(library, &info.id, &settings, self.dt).map_err(|error| {
             let material = &scene.material;
             self.refused(span_of(&error, &material.params, material.plugin.span()), error)
         })?;
+        let model = Arc::clone(&shared.model);
         let carrier = match &scene.sheet {
             Some(sheet) => {
                 let of_mesh = |error| place::of_mesh(scene, &model.document, error);
                 require_for_mesh_elements(&model.findings).map_err(of_mesh)?;
                 Carrier::Sheet(Box::new(Sheet::new(&model, place::warp(sheet.get_ref()))))
             }
-            None => Carrier::Lattice(Box::new(self.lattice(scene, &name, &model, &material)?)),
+            None => Carrier::Lattice(Box::new(self.lattice(scene, &name, &shared, &material)?)),
         };
         let made = if scene.sheet.is_some() { CutMesh::sheet } else { CutMesh::new };
-        let skin = Skin::new(&model);
+        let measured_key = |lattice: &Lattice| {
+            let (grid, settings) = (lattice.grid.key(), &lattice.settings);
+            format!("{grid} {settings:?} {material_key}")
+        };
+        self.measured_keys.push(carrier.lattice().map(measured_key).unwrap_or_default());
+        let skin = Skin::new(&model, shared.tree);
         let fixings = scene.fixed.iter().map(|f| place::fixing(f.get_ref())).collect();
         Ok(Body {
             name,
@@ -247,19 +288,30 @@ impl Opening<'_> {
         &mut self,
         scene: &BodyScene,
         name: &str,
-        model: &Model,
+        shared: &SharedModel,
         material: &Material,
     ) -> Result<Lattice, SessionError> {
         let families = material.requests().iter().fold(0, |all, r| all | r.families);
         let (library, info, settings) = self.plugin(PluginKind::Grid, &scene.grid.plugin, &scene.grid.params)?;
         let at_grid = |error| self.refused(scene.grid.level.span(), error);
-        let grid = Grid::open(library, &info.id, &settings, self.dt).map_err(at_grid)?;
         let relaxation = scene.grid.relaxation.get_ref().si;
         let level = *scene.grid.level.get_ref();
         let whole = scene.grid.region == Extent::Whole;
         let radius = if whole { f64::INFINITY } else { scene.grid.radius.as_ref().map_or(0.0, |r| r.get_ref().si) };
         let region = RegionSettings { level, radius, relaxation };
-        let mut lattice = Lattice::new(grid, region, families, model).map_err(|error| match error {
+        let (number, path, dt) = (shared.number, library.path().display(), self.dt);
+        let key = format!("{number} {level} {dt:e} {path} {} {settings:?}", info.id);
+        let grid = match self.shared.idle_grid(&key) {
+            Some(grid) => grid,
+            None => {
+                let mut grid = Grid::open(library, &info.id, &settings, self.dt).map_err(at_grid)?;
+                let surface = &shared.model.surface;
+                grid.build(cast_slice(&surface.points), &surface.triangles, level).map_err(at_grid)?;
+                grid
+            }
+        };
+        let grid = self.shared.lend(key, grid);
+        let mut lattice = Lattice::new(grid, region, families).map_err(|error| match error {
             LatticeError::Host(error) => at_grid(error),
             error => SessionError::Lattice { body: name.into(), error },
         })?;

@@ -1,6 +1,7 @@
 //! Putting models and devices into a scene.
 
 use super::SessionError;
+use super::shared::SharedModel;
 use crate::body::{Fixing, Model, Place, Warp};
 use crate::scene::{
     BodyScene, FixedScene, FrameScene, PatternScene, RotationScene, SceneError, ShapeKind, ShapeScene, SheetScene,
@@ -58,6 +59,19 @@ pub(super) fn model(scene: &BodyScene, source: &Source, instead: Option<&Path>) 
         }
         _ => Err(source.whole(format!("body `{}` has no model", scene.name.get_ref())).into()),
     }
+}
+
+/// Everything that [`model`] reads, as text; `None` of a model that the program hands over, whose name says nothing of what it is.
+pub(super) fn model_key(scene: &BodyScene, source: &Source, instead: Option<&Path>) -> Option<String> {
+    if scene.mesh.as_ref().is_some_and(|mesh| source.documents.contains_key(mesh.get_ref())) {
+        return None;
+    }
+    let mesh = scene.mesh.as_ref().map(|mesh| source.folder().join(mesh.get_ref()));
+    let shape = scene.shape.as_ref().map(|shape| shape.get_ref());
+    let (size, scale) = (scene.size.as_ref().map(|s| s.get_ref().si), scene.scale.as_ref().map(|s| *s.get_ref()));
+    let rotation = scene.rotation.as_ref().map(|r| (*r.axis.get_ref(), r.angle.si));
+    let position = scene.position.map(|p| p.map(|c| c.si));
+    Some(format!("{mesh:?} {shape:?} {size:?} {scale:?} {rotation:?} {position:?} {instead:?}"))
 }
 
 pub(super) fn of_mesh(scene: &BodyScene, document: &ObjDocument, error: MeshError) -> SessionError {
@@ -137,7 +151,7 @@ pub(super) fn fixing(scene: &FixedScene) -> Fixing {
 pub(super) fn frame(
     scene: &FrameScene,
     (source, device): (&Source, Range<usize>),
-    bodies: &[(String, Model)],
+    bodies: &[(String, SharedModel)],
     near: bool,
 ) -> Result<Frame, SceneError> {
     let scale = scene.scale.as_ref().map_or(1.0, |s| *s.get_ref());
@@ -158,7 +172,7 @@ pub(super) fn frame(
     if scene.origin.is_some() {
         return Err(wrong("`origin` and `body`; allowed is one of them".into()));
     }
-    let Some((_, model)) = bodies.iter().find(|(n, _)| n == name.get_ref()) else {
+    let Some((_, SharedModel { model, .. })) = bodies.iter().find(|(n, _)| n == name.get_ref()) else {
         let known: Vec<String> = bodies.iter().map(|(n, _)| format!("`{n}`")).collect();
         return Err(wrong(format!("no body `{}`; allowed is {}", name.get_ref(), known.join(", "))));
     };

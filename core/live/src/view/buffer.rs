@@ -139,7 +139,7 @@ impl BodyTrack {
     fn patch(&mut self, index: usize, body: &mut Body) -> Option<TopologyPatch> {
         let count = body.model.surface.triangles.len();
         let seen = self.triangles_seen;
-        self.triangles_seen = body.model.pages.end_period();
+        self.triangles_seen = std::sync::Arc::make_mut(&mut body.model).pages.end_period();
         let mut changed = Vec::new();
         for page in body.model.pages.changed_after(seen) {
             let triangles = (page * PAGE) as u32..((page + 1) * PAGE).min(count) as u32;

@@ -10,6 +10,7 @@ use parry3d_f64::math::Vector;
 use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
 
 /// A bounding volume hierarchy over triangles.
+#[derive(Clone)]
 pub struct TriangleTree {
     bvh: Bvh,
 }

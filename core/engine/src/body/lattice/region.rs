@@ -285,7 +285,7 @@ impl Lattice {
         }
         triangles.sort_unstable();
         triangles.dedup();
-        skin.tree.refit(&skin.settled, &model.surface.triangles, &triangles);
+        Arc::make_mut(&mut skin.tree).refit(&skin.settled, &model.surface.triangles, &triangles);
         nodes.rest.copy_from_slice(&nodes.x);
         system.rest()?;
         Ok(triangles)
