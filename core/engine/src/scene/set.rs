@@ -1,7 +1,7 @@
 //! `--set PATH=VALUE`: another value in the place of what a file says.
 
 use super::source::{SceneError, Source};
-use toml_edit::{DocumentMut, Item, Value};
+use toml_edit::{Array, DocumentMut, Item, Value};
 
 /// The text with every setting in it; other lines stay as they are.
 pub(super) fn apply(source: &Source, settings: &[(String, String)]) -> Result<String, SceneError> {
@@ -18,22 +18,55 @@ pub(super) fn apply(source: &Source, settings: &[(String, String)]) -> Result<St
 fn put(root: &mut Item, path: &str, value: Value) -> Result<(), String> {
     let mut at = root;
     let mut done = String::new();
-    for key in path.split('.') {
+    let mut keys = path.split('.');
+    while let Some(key) = keys.next() {
         if key.is_empty() {
             return Err("a part of the path is empty; allowed is, for example, body.0.material.params.young".into());
         }
+        if let Item::Value(Value::Array(list)) = at {
+            return put_into_list(list, key, &mut keys, &mut done, value);
+        }
         at = step(at, key, &done)?;
-        done = if done.is_empty() { key.to_owned() } else { format!("{done}.{key}") };
+        extend(&mut done, key);
     }
     *at = Item::Value(value);
     Ok(())
+}
+
+/// Replaces an entry of a plain list, or one of a list in it: `device.0.frame.from.1`.
+fn put_into_list<'a>(
+    list: &mut Array,
+    key: &str,
+    keys: &mut impl Iterator<Item = &'a str>,
+    done: &mut String,
+    value: Value,
+) -> Result<(), String> {
+    let place: usize = key.parse().map_err(|_| format!("`{done}` is a list: `{key}` must be a number from 0"))?;
+    let count = list.len();
+    let Some(entry) = list.get_mut(place) else {
+        return Err(format!("`{done}` has {count} entries, from 0: there is no {place}"));
+    };
+    extend(done, key);
+    match (keys.next(), entry) {
+        (None, entry) => *entry = value,
+        (Some(key), Value::Array(inner)) => return put_into_list(inner, key, keys, done, value),
+        (Some(key), _) => return Err(format!("`{done}` is a value and has no `{key}`")),
+    }
+    Ok(())
+}
+
+/// The path so far, with one key more.
+fn extend(done: &mut String, key: &str) {
+    if !done.is_empty() {
+        done.push('.');
+    }
+    done.push_str(key);
 }
 
 fn step<'a>(at: &'a mut Item, key: &str, done: &str) -> Result<&'a mut Item, String> {
     let index = || key.parse::<usize>().map_err(|_| format!("`{done}` is a list: `{key}` must be a number from 0"));
     let count = match &*at {
         Item::ArrayOfTables(list) => list.len(),
-        Item::Value(Value::Array(list)) => list.len(),
         _ => 0,
     };
     let beyond = |i: usize| format!("`{done}` has {count} entries, from 0: there is no {i}");
@@ -44,7 +77,6 @@ fn step<'a>(at: &'a mut Item, key: &str, done: &str) -> Result<&'a mut Item, Str
             list.get_mut(i).map(|_| ()).ok_or_else(|| beyond(i))?;
             Ok(&mut at[i])
         }
-        Item::Value(Value::Array(_)) => Err(format!("`{done}` is a plain list; set it whole")),
         Item::Value(Value::InlineTable(_)) | Item::Table(_) | Item::None => Ok(&mut at[key]),
         Item::Value(_) => Err(format!("`{done}` is a value and has no `{key}`")),
     }
@@ -71,6 +103,21 @@ mod tests {
         assert_eq!(read["time"]["dt"].as_str(), Some("2 ms"));
         let head = "# head\nformat = 1\ntime = { dt = \"2 ms\" }\n[[body]]\nname = \"a\" # here\n";
         assert!(out.starts_with(head), "{out}");
+    }
+
+    #[test]
+    fn replaces_an_entry_of_a_list() {
+        let text = "format = 1\n[[device]]\npath = [[0.0, 1.0], [2.0, 3.0]]\nfrom = [1.5, 0.5]\n";
+        let out = set(text, &[("device.0.path.1.0", "7"), ("device.0.from.1", "0.25")]).unwrap();
+        let read: toml::Table = out.parse().unwrap();
+        assert_eq!(read["device"][0]["path"][1][0].as_integer(), Some(7));
+        assert_eq!(read["device"][0]["from"].to_string(), "[1.5, 0.25]");
+        for (path, part) in
+            [("device.0.from.2", "there is no 2"), ("device.0.from.1.0", "has no `0`"), ("device.0.from.x", "a number")]
+        {
+            let error = set(text, &[(path, "1")]).unwrap_err();
+            assert!(error.contains(part), "{error}");
+        }
     }
 
     #[test]
