@@ -22,7 +22,7 @@ dask=$!
 
 # Kill the process of shard 3 once it has begun; Dask runs its task again.
 for _ in $(seq 600); do
-  pid=$(pgrep -f -- "batch .* --shard 3/8" | head -1 || true)
+  pid=$(pgrep -f -- "--out $work/shards .*--shard 3/8" | head -1 || true)
   [ -n "$pid" ] && grep -q begin "$work/shards/shard-3-of-8.journal" 2>/dev/null && break
   sleep 0.1
 done
