@@ -12,4 +12,5 @@ pub mod plan;
 pub mod probe;
 pub mod scene;
 pub mod session;
+pub mod shape;
 pub mod tool;

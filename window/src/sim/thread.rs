@@ -123,7 +123,7 @@ fn jump_to(session: &mut Session, count: usize) {
 /// Gives the tool another size and spring; the next contact has it.
 fn resize_tool(session: &mut Session, radius: f64, coupling: f64) {
     for slot in &mut session.tools {
-        slot.tool.proxy.radius = radius;
+        slot.tool.set_radius(radius);
         slot.tool.coupling.stiffness = coupling;
     }
 }

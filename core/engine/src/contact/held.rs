@@ -1,42 +1,50 @@
-//! Whether a tip goes on holding a vertex, and how.
+//! The contact state of a constrained vertex, and how it changes: stick, slide, release.
 //!
-//! A solve whose outcome changes what is held is not the last of its step, and need not go to its end: it is stopped as soon as all
-//! that changes is certain.
+//! A solve whose outcome changes the active set is not the last of its step and need not converge: it is stopped as soon as every change is
+//! certain.
 
 use super::fingertip::Tip;
 use pliant_solver::{System, TrialStep, Vec3};
 
-/// A vertex that is held.
+/// A vertex in contact.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Held {
+    /// Index of the vertex's node.
     pub node: u32,
-    /// First tip, and another one.
+    /// Index of the tip, and of a second one in a pinch.
     pub tips: (usize, Option<usize>),
+    /// Unit normal out of the tip.
     pub normal: Vec3,
-    /// The other tip's.
+    /// Unit normal out of the second tip.
     pub other: Vec3,
-    /// m/s, along the normals
+    /// Prescribed velocities along the normals, m/s.
     pub target: [f64; 2],
-    /// m/s, along the first normal, of a vertex that bounces
+    /// Velocity along the first normal with which a vertex bounces off, m/s.
     pub rebound: f64,
+    /// Contact state.
     pub state: State,
+    /// Whether it stuck in the previous step.
     pub stuck_before: bool,
-    /// It was caught on its way, and is not let go in the same step.
+    /// It was caught on its way, and is not released in the same step.
     pub caught: bool,
-    /// N, friction while it slides
+    /// Friction while it slides, N.
     pub friction: Vec3,
-    /// It sticks again in this step, having slid the way friction pushed it.
+    /// It sticks again in this step, because it slid the way friction pushed it.
     pub returned: bool,
 }
 
+/// Contact state of a vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum State {
+    /// Moves with the tip.
     Sticks,
+    /// Slides along the tip, with friction.
     Slides,
+    /// Released in this step.
     Free,
 }
 
-/// Whether something changes, and all that does is certain: what is changed without another that would be at the same time is changed
+/// Whether something changes and every change is certain. All must be: a change without another that belongs to the same step would be made
 /// in vain.
 pub(super) fn is_settled(mut next: impl Iterator<Item = Option<(Held, bool)>>) -> bool {
     let mut changes = false;
@@ -46,19 +54,21 @@ pub(super) fn is_settled(mut next: impl Iterator<Item = Option<(Held, bool)>>) -
     }) && changes
 }
 
-/// Of what pushes, how far off it may be for a friction that is a share of it.
-const WELL_KNOWN: f64 = 0.1;
+/// Largest relative error bound of a normal force from which friction is computed.
+const MAX_FORCE_ERROR: f64 = 0.1;
 
 impl Held {
-    /// What becomes of it, if it does not stay as it is, and whether that is certain.
+    /// The next state under a trial step, if it changes, and whether the change is certain.
     pub fn judge(&self, tip: &Tip, system: &System, trial: &TrialStep<'_>) -> Option<(Self, bool)> {
         let node = self.node as usize;
         let off = |u: Vec3| trial.error_bound.map_or([0.0; 2], |bound| bound(system, node, u));
-        self.next(tip, (trial.reaction)(node), (trial.velocity)(system, node), &off)
+        let slip = (trial.velocity)(system, node) - tip.velocity_at(system.nodes.x[node]);
+        self.next(tip, (trial.reaction)(node), slip, &off)
     }
 
-    /// The same of one that is held by `lambda`, N, and moves with `after`, m/s: `off` says how far both may be off along a direction.
-    fn next(&self, tip: &Tip, lambda: Vec3, after: Vec3, off: &dyn Fn(Vec3) -> [f64; 2]) -> Option<(Self, bool)> {
+    /// The same for a constraint force `lambda`, N, and a velocity relative to the tip, `slip`, m/s; `off` bounds the errors of both along a
+    /// direction.
+    fn next(&self, tip: &Tip, lambda: Vec3, slip: Vec3, off: &dyn Fn(Vec3) -> [f64; 2]) -> Option<(Self, bool)> {
         if self.caught || self.state == State::Free {
             return None;
         }
@@ -88,12 +98,11 @@ impl Held {
             let most = if self.stuck_before { tip.friction.fixed } else { tip.friction.sliding };
             (size > most * pushes).then(|| {
                 let is_more = size - along_off() > most * (pushes + pushes_off);
-                let certain = is_more && pushes_off <= WELL_KNOWN * pushes;
+                let certain = is_more && pushes_off <= MAX_FORCE_ERROR * pushes;
                 let friction = tip.friction.sliding * pushes / size * along;
                 (Self { state: State::Slides, friction, ..*self }, certain)
             })
         } else if !self.returned {
-            let slip = after - tip.velocity;
             let with = slip.dot(&self.friction);
             // Friction does not push: where it would, the vertex sticks.
             (with > 0.0).then(|| {
@@ -110,18 +119,24 @@ impl Held {
 mod tests {
     use super::*;
     use crate::contact::Friction;
+    use crate::shape::OrientedShape;
 
     const NOTHING: Vec3 = Vec3::new(0.0, 0.0, 0.0);
-    const TIP: Tip = Tip {
-        position: NOTHING,
-        velocity: NOTHING,
-        radius: 8e-3,
-        friction: Friction { fixed: 0.5, sliding: 0.4 },
-        restitution: 0.0,
-        holds: true,
-        force: NOTHING,
-        held: 0,
-    };
+
+    fn tip() -> Tip {
+        Tip {
+            position: NOTHING,
+            velocity: NOTHING,
+            spin: NOTHING,
+            shape: OrientedShape::sphere(8e-3),
+            friction: Friction { fixed: 0.5, sliding: 0.4 },
+            restitution: 0.0,
+            holds: true,
+            force: NOTHING,
+            held: 0,
+        }
+    }
+
     const HELD: Held = Held {
         node: 0,
         tips: (0, None),
@@ -138,7 +153,8 @@ mod tests {
 
     /// What it comes to, and whether that is certain, where reaction and velocity are off by at most each of `errors`.
     fn next<const N: usize>(held: Held, lambda: Vec3, after: Vec3, errors: [f64; N]) -> [Option<(State, bool)>; N] {
-        errors.map(|error| held.next(&TIP, lambda, after, &|_| [error; 2]).map(|(held, certain)| (held.state, certain)))
+        errors
+            .map(|error| held.next(&tip(), lambda, after, &|_| [error; 2]).map(|(held, certain)| (held.state, certain)))
     }
 
     #[test]
@@ -162,7 +178,7 @@ mod tests {
             next(HELD, Vec3::new(5.0, 0.0, 1.0), Vec3::zeros(), [0.09, 0.11]),
             [Some((slides, true)), Some((slides, false))]
         );
-        let (held, _) = HELD.next(&TIP, Vec3::new(0.6, 0.0, 1.0), Vec3::zeros(), &|_| [0.0; 2]).unwrap();
+        let (held, _) = HELD.next(&tip(), Vec3::new(0.6, 0.0, 1.0), Vec3::zeros(), &|_| [0.0; 2]).unwrap();
         assert_eq!(held.friction, Vec3::new(0.4, 0.0, 0.0));
         assert_eq!(next(held, Vec3::z(), Vec3::new(-1.0, 0.0, 0.0), [0.0]), [None], "it goes on sliding");
         let back = next(held, Vec3::z(), Vec3::new(0.1, 0.0, 0.0), [0.0, 0.09, 0.11]);

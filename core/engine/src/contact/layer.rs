@@ -1,48 +1,50 @@
-//! The soft layer between a ball and a surface: how a touch is spread, and where the ball comes to rest in it.
+//! The soft layer between a tool and a surface: how a touch is spread, and where the tool comes to rest in it.
 //!
 //! A hard ball in a dimple touches at one point now and at another the next moment. A thin elastic layer takes that away:
-//! each sample of the surface inside the ball is pushed out by `k d`, d its depth, and the massless ball stands where those
+//! each sample of the surface inside the shape is pushed out by `k d`, d its depth, and the massless tool stands where those
 //! pushes balance the pull of the hand. Its pressure follows the shape of both bodies, so a ball on a half-space comes out
 //! as Hertz (1881) has it. The layer is as stiff as the step bears: it adds to a node's stiffness about what the fastest
 //! mode of the body already has.
 
 use super::near::Near;
+use crate::shape::OrientedShape;
 use nalgebra::Matrix3;
 use pliant_solver::{Block, Vec3};
 
-/// Where a ball rests in the layer over a few samples.
-pub struct Layer {
-    /// m
-    pub radius: f64,
-    /// N/m, of the spring to the hand
+/// A tool in the layer over a few samples.
+pub struct Layer<'a> {
+    /// Shape of the tool.
+    pub shape: &'a OrientedShape,
+    /// Stiffness of the spring to the hand, N/m.
     pub pull: f64,
-    /// N/m for a m^2
+    /// Stiffness of the layer per area, N/m^3.
     pub stiffness: f64,
 }
 
-/// What a sample does.
+/// The push of one sample.
 #[derive(Clone, Copy, Debug)]
 pub struct Push {
-    /// m, its rest place
+    /// Rest place of the sample, m.
     pub rest: Vec3,
-    /// m, where it is
+    /// Where the sample is, m.
     pub point: Vec3,
-    /// N, on the surface
+    /// Force on the surface, N.
     pub force: Vec3,
-    /// N/m, of the force against moving the sample
+    /// Stiffness of the force against moving the sample, N/m.
     pub stiffness: Block,
-    /// N, its size
+    /// Size of the force, N.
     pub size: f64,
 }
 
-/// Newton steps to balance, at most.
+/// Most Newton steps to balance.
 const STEPS: usize = 20;
 
-impl Layer {
-    /// Where a ball at `p` comes to rest between the samples and a spring to `hand`; along one direction only, if one is
-    /// given. Gives its place and the force of the layer on it, N.
+impl Layer<'_> {
+    /// Where a tool at `p` comes to rest between the samples and a spring to `hand`; along one direction only, if one is given. Returns its
+    /// place, m, and the force of the layer on it, N.
     pub fn balance(&self, samples: &[Near], mut p: Vec3, hand: Vec3, along: Option<Vec3>) -> (Vec3, Vec3) {
         let mut layer = Vec3::zeros();
+        let scale = self.shape.shape().length_scale();
         for _ in 0..STEPS {
             let mut hessian = Matrix3::from_diagonal_element(self.pull);
             layer = Vec3::zeros();
@@ -58,16 +60,16 @@ impl Layer {
                 None => hessian.try_inverse().map_or(Vec3::zeros(), |inverse| inverse * force),
             };
             // A sample that is let in or out changes the slope: short moves keep to it.
-            let (length, most) = (step.norm(), 0.1 * self.radius);
+            let (length, most) = (step.norm(), 0.1 * scale);
             p += if length > most { step * (most / length) } else { step };
-            if length <= 1e-9 * self.radius {
+            if length <= 1e-9 * scale {
                 break;
             }
         }
         (p, layer)
     }
 
-    /// What each sample inside a ball at `p` does.
+    /// The push of each sample inside a tool at `p`.
     pub fn pushes<'a>(&'a self, samples: &'a [Near], p: Vec3) -> impl Iterator<Item = Push> + 'a {
         samples.iter().filter_map(move |s| {
             let (normal, depth) = self.into(s, p)?;
@@ -78,17 +80,19 @@ impl Layer {
         })
     }
 
-    /// Direction from the ball to a sample, and how far inside the ball it is.
+    /// Unit normal out of a tool at `p` at a sample inside of it, and the depth of the sample, m.
     fn into(&self, s: &Near, p: Vec3) -> Option<(Vec3, f64)> {
-        let out = s.point - p;
-        let distance = out.norm();
-        (distance < self.radius && distance > 1e-12).then(|| (out / distance, self.radius - distance))
+        let offset = s.point - p;
+        let distance = self.shape.distance(offset);
+        if distance < 0.0 { self.shape.normal(offset).map(|normal| (normal, -distance)) } else { None }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const RADIUS: f64 = 0.01;
 
     /// Samples of the plane z = 0, `spacing` apart.
     fn plane(spacing: f64) -> Vec<Near> {
@@ -111,15 +115,16 @@ mod tests {
 
     #[test]
     fn a_ball_sinks_until_the_layer_balances_the_hand() {
-        let layer = Layer { radius: 0.01, pull: 200.0, stiffness: 1e7 };
+        let ball = OrientedShape::sphere(RADIUS);
+        let layer = Layer { shape: &ball, pull: 200.0, stiffness: 1e7 };
         let samples = plane(5e-4);
-        let hand = Vec3::new(0.0, 0.0, layer.radius - 2e-3);
-        let (p, force) = layer.balance(&samples, Vec3::new(0.0, 0.0, layer.radius), hand, None);
+        let hand = Vec3::new(0.0, 0.0, RADIUS - 2e-3);
+        let (p, force) = layer.balance(&samples, Vec3::new(0.0, 0.0, RADIUS), hand, None);
         let pulled = layer.pull * (p[2] - hand[2]);
         assert!((force[2] - pulled).abs() < 1e-9 && force[0].abs() < 1e-9 && force[1].abs() < 1e-9);
         // Winkler's bed, pushes along the radius: F = pi k (R - d) d^2.
-        let depth = layer.radius - p[2];
-        let winkler = std::f64::consts::PI * layer.stiffness * (layer.radius - depth) * depth * depth;
+        let depth = RADIUS - p[2];
+        let winkler = std::f64::consts::PI * layer.stiffness * (RADIUS - depth) * depth * depth;
         assert!((force[2] / winkler - 1.0).abs() < 0.01, "{} {winkler}", force[2]);
         let total: f64 = layer.pushes(&samples, p).map(|push| -push.force[2]).sum();
         assert!((total - force[2]).abs() < 1e-9);
@@ -127,9 +132,10 @@ mod tests {
 
     #[test]
     fn along_a_direction_it_leaves_the_others_alone() {
-        let layer = Layer { radius: 0.01, pull: 200.0, stiffness: 1e7 };
-        let hand = Vec3::new(0.003, 0.0, layer.radius - 2e-3);
-        let (p, _) = layer.balance(&plane(5e-4), Vec3::new(0.001, 0.0, layer.radius), hand, Some(Vec3::z()));
-        assert!(p[0] == 0.001 && p[1] == 0.0 && p[2] < layer.radius);
+        let ball = OrientedShape::sphere(RADIUS);
+        let layer = Layer { shape: &ball, pull: 200.0, stiffness: 1e7 };
+        let hand = Vec3::new(0.003, 0.0, RADIUS - 2e-3);
+        let (p, _) = layer.balance(&plane(5e-4), Vec3::new(0.001, 0.0, RADIUS), hand, Some(Vec3::z()));
+        assert!(p[0] == 0.001 && p[1] == 0.0 && p[2] < RADIUS);
     }
 }

@@ -1,31 +1,75 @@
 //! What of a surface a tool may touch.
 //!
-//! A ball that is large against the cells of the grid meets samples; a smaller tool meets triangles, of which it can reach
+//! A tool whose features are large against the cells of the grid meets samples; a smaller tool meets triangles, of which it can reach
 //! few. Both are looked up through the cells that carry them: a point lies in the hull of its cell's eight corners, so a
 //! cell whose box is out of reach holds none that is within. What is settled and not carried is found in the tree.
 
 use crate::body::Samples;
 use crate::body::{Body, LatticeError, NOT_CARRIED, weigh};
+use crate::shape::OrientedShape;
 use nalgebra::Matrix3;
-use pliant_mesh::geometry::closest_point;
+use pliant_mesh::geometry::{Closest, closest_point};
 use pliant_plugin_api::abi;
 use pliant_solver::Vec3;
 
 /// A point of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Near {
-    /// Of which body.
+    /// Index of its body.
     pub body: u32,
-    /// m, where it is
+    /// Where it is, m.
     pub point: Vec3,
-    /// m, where it was in the model as it was handed in
+    /// Its place in the model as it was given, m.
     pub rest: Vec3,
     /// Normal there, in the rest shape; of no particular length
     pub normal: Vec3,
-    /// m, from the centre of the search
+    /// Distance from the centre of the search, m.
     pub distance: f64,
-    /// m^2, of a sample; 0 of a triangle
+    /// Area of a sample, m^2; 0 for a point of a triangle.
     pub area: f64,
+}
+
+/// What is looked for: points within `margin` of a shape, or of a point.
+#[derive(Clone, Copy)]
+pub struct Query<'a> {
+    /// Centre of the shape, m.
+    pub centre: Vec3,
+    /// Distance from the shape, m, that is near.
+    pub margin: f64,
+    /// The shape; `None` for the centre alone.
+    pub shape: Option<&'a OrientedShape>,
+    /// How far nodes may have moved since the last query, m.
+    pub moved: f64,
+}
+
+impl Query<'_> {
+    /// Radius of a ball around the centre that holds everything near, m.
+    pub fn reach(&self) -> f64 {
+        self.shape.map_or(self.margin, |shape| shape.shape().bounding_radius() + self.margin)
+    }
+
+    /// Whether a point at a distance from the centre, m, is near.
+    fn is_near(&self, point: Vec3, distance: f64) -> bool {
+        let beyond =
+            |shape: &OrientedShape| !shape.shape().is_round() && shape.distance(point - self.centre) > self.margin;
+        distance <= self.reach() && !self.shape.is_some_and(beyond)
+    }
+
+    /// The point of a triangle nearest to the shape.
+    fn closest(&self, corners: [Vec3; 3]) -> Closest {
+        match self.shape {
+            Some(shape) => shape.closest_on_triangle(self.centre, corners),
+            None => closest_point(self.centre, corners),
+        }
+    }
+
+    /// From a point towards the shape.
+    fn towards(&self, point: Vec3) -> Vec3 {
+        match self.shape {
+            Some(shape) => shape.towards(point - self.centre),
+            None => self.centre - point,
+        }
+    }
 }
 
 /// The search in one body, with its buffers.
@@ -58,9 +102,9 @@ impl NearSurface {
         self.side = 0.0;
     }
 
-    /// Lists the cells within `reach` of `centre`, unless the last list still stands after nodes have moved by at most
-    /// `moved` since (all in m). Gives whether it is a new list.
-    fn list_cells(&mut self, (centre, reach, moved): (Vec3, f64, f64), body: &Body, edges: bool) -> bool {
+    /// Lists the cells that a query may find something in, unless the last list still holds. Returns whether the list is new.
+    fn list_cells(&mut self, query: &Query<'_>, body: &Body, edges: bool) -> bool {
+        let (centre, reach, moved) = (query.centre, query.reach(), query.moved);
         let shift = centre - self.centre;
         self.slack -= moved + shift.norm();
         self.centre = centre;
@@ -92,18 +136,20 @@ impl NearSurface {
         true
     }
 
-    /// Adds the samples within `reach` of `centre` that face it.
+    /// Adds the samples of body number `index` that are near and face the tool.
     ///
     /// # Errors
-    /// What the grid says.
+    /// A grid that fails.
     pub fn samples(
         &mut self,
-        (index, body, samples): (u32, &mut Body, &Samples),
-        (centre, reach, moved): (Vec3, f64, f64),
+        index: u32,
+        body: &mut Body,
+        samples: &Samples,
+        query: &Query<'_>,
         out: &mut Vec<Near>,
     ) -> Result<(), LatticeError> {
-        if self.list_cells((centre, reach, moved), body, false) {
-            self.weigh(body, samples)?;
+        if self.list_cells(query, body, false) {
+            self.interpolate(body, samples)?;
         }
         let Some(lattice) = body.carrier.lattice() else { return Ok(()) };
         let first = out.len();
@@ -120,12 +166,11 @@ impl NearSurface {
             lattice.carry(cell, &samples.place[range.clone()], weights, &body.system.nodes, &mut self.carried)?;
             for (i, s) in range.enumerate() {
                 let point = self.carried[i];
-                let d = centre - point;
-                let distance = d.norm();
-                if distance > reach {
+                let distance = (query.centre - point).norm();
+                if !query.is_near(point, distance) {
                     continue;
                 }
-                let facing = (turn * samples.normal[s]).dot(&d);
+                let facing = (turn * samples.normal[s]).dot(&query.towards(point));
                 if distance < closest.0 {
                     closest = (distance, facing.signum());
                 }
@@ -147,7 +192,8 @@ impl NearSurface {
         Ok(())
     }
 
-    fn weigh(&mut self, body: &mut Body, samples: &Samples) -> Result<(), LatticeError> {
+    /// Computes the interpolation weights of the samples of each listed cell.
+    fn interpolate(&mut self, body: &mut Body, samples: &Samples) -> Result<(), LatticeError> {
         self.weights.clear();
         self.weights_of.clear();
         let Some(lattice) = body.carrier.lattice_mut() else { return Ok(()) };
@@ -161,17 +207,19 @@ impl NearSurface {
         Ok(())
     }
 
-    /// Adds the closest points of the triangles within `reach` of `centre`.
+    /// Adds the nearest point of each near triangle of body number `index`.
     ///
     /// # Errors
-    /// What the grid says.
+    /// A grid that fails.
     pub fn triangles(
         &mut self,
-        (index, body): (u32, &mut Body),
-        (centre, reach, moved): (Vec3, f64, f64),
+        index: u32,
+        body: &mut Body,
+        query: &Query<'_>,
         out: &mut Vec<Near>,
     ) -> Result<(), LatticeError> {
-        let fresh = self.list_cells((centre, reach, moved), body, true);
+        let fresh = self.list_cells(query, body, true);
+        let (centre, reach, moved) = (query.centre, query.reach(), query.moved);
         let Body { carrier, model, skin, system, .. } = body;
         let Some(lattice) = carrier.lattice_mut() else { return Ok(()) };
         if fresh || moved > 0.0 {
@@ -199,10 +247,10 @@ impl NearSurface {
                     self.cells.push(cell);
                 }
             }
-            let found = closest_point(centre, skin.corners(model, triangle));
+            let found = query.closest(skin.corners(model, triangle));
             let d = found.point - centre;
             let distance = d.norm();
-            if distance <= reach {
+            if query.is_near(found.point, distance) {
                 let corners = vertices.map(|v| model.surface.points[v as usize]);
                 let (rest, normal) = (weigh(corners, found.bary), normal_of(corners));
                 let rest = if lattice.has_cuts() { inward(rest, normal, lattice.edge()) } else { rest };

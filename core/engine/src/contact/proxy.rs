@@ -1,11 +1,12 @@
 //! The god-object: where the tool is, as far as the surface lets it.
 //!
-//! The proxy is a ball that stays outside of the surface (Zilles and Salisbury 1995; with a radius: Ruspini, Kolarov and
-//! Khatib 1997). It rides on the place it touches, so a surface that moves carries it, then goes towards the hand as far
-//! as the planes of what is near allow. Each move is at most half its radius, so nothing is passed through. Friction,
-//! and how far it sinks into the soft layer of the contact, are decided afterwards.
+//! The proxy is a convex shape that stays outside of the surface (Zilles and Salisbury 1995; with a radius: Ruspini, Kolarov and
+//! Khatib 1997). The surface carries it at the place it touches; then it goes towards the hand as far as the separating planes of what is
+//! near allow. It is turned as the hand is. Each move is at most half its length scale, so nothing is passed through. Friction, and how far
+//! it sinks into the soft layer of the contact, are decided afterwards.
 
 use super::near::Near;
+use crate::shape::OrientedShape;
 use pliant_solver::Vec3;
 
 /// Coulomb's two coefficients.
@@ -32,13 +33,13 @@ pub struct Touch {
     pub offset: Vec3,
 }
 
-/// A ball that the surface keeps out.
+/// A shape that the surface keeps out.
 #[derive(Clone, Debug)]
 pub struct Proxy {
-    /// m
+    /// Centre, m.
     pub position: Vec3,
-    /// m
-    pub radius: f64,
+    /// Shape, as it is turned now.
+    pub shape: OrientedShape,
     /// `None`: free, and at the hand.
     pub touch: Option<Touch>,
     planes: Vec<Plane>,
@@ -60,44 +61,49 @@ const SWEEPS: usize = 40;
 const MOVES: usize = 64;
 
 impl Proxy {
-    /// Free, at `position`.
-    pub fn new(position: Vec3, radius: f64) -> Self {
-        Self { position, radius, touch: None, planes: Vec::new(), near: Vec::new() }
+    /// A free proxy at `position`, m.
+    pub fn new(position: Vec3, shape: OrientedShape) -> Self {
+        Self { position, shape, touch: None, planes: Vec::new(), near: Vec::new() }
     }
 
-    /// Goes towards `hand`. `search` gives what of the surface is within a distance of a place; `contact` is where the
-    /// surface has carried the last contact point.
+    /// Goes towards `hand`, m. `search` lists what of the surface is within a distance, m, of the shape at a place; `contact` is where the
+    /// surface has carried the last contact point, m.
     ///
-    /// Gives where the surface has carried it, where it could stay if friction holds it.
+    /// Returns where the surface has carried the proxy, where it could stay if friction holds it.
     ///
     /// # Errors
-    /// What `search` says.
+    /// Those of `search`.
     pub fn go<E>(
         &mut self,
         hand: Vec3,
         contact: Option<Vec3>,
-        mut search: impl FnMut(Vec3, f64, &mut Vec<Near>) -> Result<(), E>,
+        mut search: impl FnMut(&OrientedShape, Vec3, f64, &mut Vec<Near>) -> Result<(), E>,
     ) -> Result<Option<Vec3>, E> {
         let ridden = self.touch.zip(contact).map(|(t, at)| at + t.offset);
         let mut p = ridden.unwrap_or(self.position);
         let mut touch = None;
+        let scale = self.shape.shape().length_scale();
         for _ in 0..MOVES {
             let ahead = hand - p;
-            let reach = self.radius + ahead.norm().min(0.5 * self.radius);
-            search(p, reach, &mut self.near)?;
+            search(&self.shape, p, ahead.norm().min(0.5 * scale), &mut self.near)?;
             self.list_planes(p);
             let goal = self.nearest(hand);
-            let (to, step) = limit(p, goal, 0.5 * self.radius);
+            let (to, step) = limit(p, goal, 0.5 * scale);
             p = to;
             touch = self.touch_at(p, hand, goal);
             // The planes were those at the start of the move; after a short one they are still the right ones.
-            if step <= 0.05 * self.radius {
+            if step <= 0.05 * scale {
                 break;
             }
         }
         self.position = p;
         self.touch = touch;
         Ok(ridden)
+    }
+
+    /// Length scale of its shape, m: the radius of a sphere.
+    pub fn radius(&self) -> f64 {
+        self.shape.shape().length_scale()
     }
 
     /// What the last search found.
@@ -111,13 +117,13 @@ impl Proxy {
         self.touch = Some(Touch { offset: p - at, ..touch });
     }
 
-    /// The half-spaces that keep the ball off each near triangle, about `p`.
+    /// Lists the half-spaces that keep a shape at `p` off each near point: the shape lies on one side of its tangent plane there.
     fn list_planes(&mut self, p: Vec3) {
         self.planes.clear();
         for (i, n) in self.near.iter().enumerate() {
-            if n.distance > 1e-12 {
-                let normal = (p - n.point) / n.distance;
-                let at = normal.dot(&n.point) + self.radius;
+            if let Some(out) = self.shape.normal(n.point - p) {
+                let normal = -out;
+                let at = normal.dot(&n.point) + self.shape.support(out);
                 self.planes.push(Plane { normal, at, force: 0.0, near: i });
             }
         }
@@ -125,6 +131,7 @@ impl Proxy {
 
     /// The point nearest to `hand` in all half-spaces, by Hildreth's method (1957): each plane pushes as hard as it must.
     fn nearest(&mut self, hand: Vec3) -> Vec3 {
+        let tolerance = 1e-9 * self.shape.shape().length_scale();
         let mut y = hand;
         for _ in 0..SWEEPS {
             let mut moved = 0.0_f64;
@@ -135,7 +142,7 @@ impl Proxy {
                 y += change * plane.normal;
                 moved = moved.max(change.abs());
             }
-            if moved <= 1e-9 * self.radius {
+            if moved <= tolerance {
                 break;
             }
         }
@@ -148,7 +155,7 @@ impl Proxy {
         let push = goal - hand;
         let length = push.norm();
         let total: f64 = self.planes.iter().map(|p| p.force).sum();
-        if length <= 1e-9 * self.radius || total <= 0.0 {
+        if length <= 1e-9 * self.shape.shape().length_scale() || total <= 0.0 {
             return None;
         }
         let strongest = self.planes.iter().max_by(|a, b| a.force.total_cmp(&b.force))?;

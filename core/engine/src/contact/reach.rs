@@ -1,13 +1,16 @@
-//! What a tip may reach soon, listed anew only when it or the body has moved so far that the list may miss something.
+//! The list of what a tip may reach soon, renewed only when tip or body have moved so far that it may miss something.
 
+use crate::shape::Shape;
 use pliant_solver::Vec3;
 
-/// Radii around a tip in which things are listed.
+/// Length scales around a tip within which things are listed.
 const MARGIN: f64 = 0.5;
 
-/// Numbers of what is near a tip, and how much motion, m, the list still stands for.
+/// Indices of what is near a tip.
 pub(super) struct Reach {
+    /// Vertices or triangles, rising.
     pub list: Vec<u32>,
+    /// Motion that the list still allows, m.
     slack: f64,
     centre: Vec3,
 }
@@ -19,22 +22,22 @@ impl Default for Reach {
 }
 
 impl Reach {
-    /// The list is of something that has changed.
+    /// Declares the list outdated: the mesh has changed.
     pub fn forget(&mut self) {
         self.slack = -1.0;
     }
 
-    /// Empties the list if it does not stand for a tip that is now at `centre`, of `radius`, after both have moved, and for
-    /// `travel` more (all in m); gives how far from the centre it must be filled.
-    pub fn renew(&mut self, centre: Vec3, radius: f64, moved: f64, travel: f64) -> Option<f64> {
+    /// Empties the list if it may miss something near a tip at `centre`, after the mesh has moved by `moved` and before the tip moves by
+    /// `travel` (all in m). Returns how far from the centre it must be filled, m, or `None` if it still holds.
+    pub fn renew(&mut self, centre: Vec3, shape: &dyn Shape, moved: f64, travel: f64) -> Option<f64> {
         let shift = centre - self.centre;
         self.slack -= moved + shift.norm();
         self.centre = centre;
         if self.slack >= travel {
             return None;
         }
-        self.slack = MARGIN * radius + travel;
+        self.slack = MARGIN * shape.length_scale() + travel;
         self.list.clear();
-        Some(radius + self.slack)
+        Some(shape.bounding_radius() + self.slack)
     }
 }

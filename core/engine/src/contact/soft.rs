@@ -1,7 +1,7 @@
-//! A fingertip on a sheet as springs: where vertices lie too far apart to hold it, and for comparison.
+//! A tip on a sheet as springs: where vertices lie too far apart to be constrained, and for comparison.
 //!
-//! Between vertices a tip meets the points of triangles, edges and vertices whose distance from its centre is a local
-//! minimum. Each pushes with a spring whose force is carried on from step to step, so that what is left of the depth goes to
+//! Between vertices a tip meets the points of triangles, edges and vertices whose distance from it is a local
+//! minimum. Each pushes with a spring whose force is carried on from step to step, so that the remaining depth goes to
 //! zero (the multiplier method of Hestenes 1969 and Powell 1969, one iteration a step). As a penalty, springs at the vertices
 //! inside the tip push for what they are deep, and no more. Friction is a spring along the surface that gives way where
 //! Coulomb's law says so.
@@ -34,6 +34,30 @@ pub struct SoftTip {
     sums: Sums,
 }
 
+/// How a soft tip presses in a step.
+#[derive(Clone, Copy, Debug)]
+pub struct SoftPress {
+    /// Stiffness of its springs, N/m.
+    pub stiffness: f64,
+    /// How far nodes of the sheet may have moved since the last step, m.
+    pub moved: f64,
+    /// Length of the step, s.
+    pub dt: f64,
+}
+
+/// One place of a tip on its way through a step.
+#[derive(Clone, Copy)]
+struct Look {
+    /// m
+    centre: Vec3,
+    /// N/m
+    stiffness: f64,
+    /// Motion of the tip in the step, m.
+    drive: Vec3,
+    /// s
+    dt: f64,
+}
+
 /// A point of a sheet that may be pressed on.
 #[derive(Clone, Copy, Debug)]
 struct Found {
@@ -58,12 +82,14 @@ struct Spot {
     sticks: bool,
 }
 
-/// Of a tip's radius: how far a point may have moved along the sheet and still be the same contact.
+/// Of a tip's length scale: how far a point may have moved along the sheet and still be the same contact.
 const SAME: f64 = 0.5;
 /// Of what a depth adds to the force in a step, the most that lasts.
 const LASTS: f64 = 0.25;
-/// Of a tip's radius: how far off the sheet may be before what lasts of a force is forgotten.
+/// Of a tip's length scale: how far off the sheet may be before what lasts of a force is forgotten.
 const GAP: f64 = 0.1;
+/// Largest radius at which turning a tip counts as motion, m: a shape without end has no speed there.
+const FAR: f64 = 1.0;
 /// Of a distance: less than this apart, two are one.
 const TIE: f64 = 1e-9;
 
@@ -102,7 +128,7 @@ impl SoftTip {
     pub fn pressed<'a>(&'a self, tip: &'a Tip, nodes: &'a Nodes) -> impl Iterator<Item = (Vec3, f64, Vec3)> + 'a {
         self.spots.iter().map(|spot| {
             let v = carried(&nodes.v, spot.corners, spot.bary);
-            let slip = v - tip.velocity;
+            let slip = v - tip.velocity_at(spot.point);
             let size = (spot.felt(&nodes.x) - matrix3(&spot.damping) * v).dot(&spot.normal);
             (spot.normal, size.max(0.0), slip - slip.dot(&spot.normal) * spot.normal)
         })
@@ -112,28 +138,31 @@ impl SoftTip {
     pub fn rubbed(&self, tip: &Tip, nodes: &Nodes, dt: f64) -> f64 {
         let sliding = self.spots.iter().filter(|spot| !spot.sticks);
         let lost = sliding.map(|spot| {
-            let slip = carried(&nodes.v, spot.corners, spot.bary) - tip.velocity;
+            let slip = carried(&nodes.v, spot.corners, spot.bary) - tip.velocity_at(spot.point);
             let along = spot.force - spot.force.dot(&spot.normal) * spot.normal;
             -along.dot(&slip) * dt
         });
         lost.sum()
     }
 
-    /// Finds what `tip` presses on, with springs of `stiffness` (N/m), in a step of `dt` (s), and gives it to `out`. Nodes of
-    /// the sheet, of `count` triangles, may have moved by `moved` (m) since the last step.
+    /// Finds what `tip` presses on among the `count` triangles of a sheet, whose nodes `triangles` returns, and adds the springs to `out`.
     pub fn press(
         &mut self,
         tip: &Tip,
-        (triangles, count): (impl Fn(u32) -> [u32; 3], u32),
+        triangles: impl Fn(u32) -> [u32; 3],
+        count: u32,
         nodes: &Nodes,
-        (stiffness, moved, dt): (f64, f64, f64),
+        press: SoftPress,
         out: &mut NodeSprings,
     ) {
+        let SoftPress { stiffness, moved, dt } = press;
         std::mem::swap(&mut self.spots, &mut self.before);
         self.spots.clear();
         let drive = tip.velocity * dt;
+        let shape = tip.shape.shape();
+        let turned = if shape.is_round() { 0.0 } else { dt * tip.spin.norm() * shape.bounding_radius().min(FAR) };
         let travel = drive.norm();
-        if let Some(reach) = self.near.renew(tip.position, tip.radius, moved, travel) {
+        if let Some(reach) = self.near.renew(tip.position, shape, moved, travel) {
             let within = |t: &u32| {
                 let at = closest_point(tip.position, triangles(*t).map(|n| nodes.x[n as usize])).point;
                 let d = at - tip.position;
@@ -142,38 +171,41 @@ impl SoftTip {
             self.near.list.extend((0..count).filter(within));
         }
         // A tip that goes far in a step is looked at on its way, so that it cannot jump over the sheet.
-        let looks = (2.0 * travel / tip.radius).ceil().clamp(1.0, 1000.0);
+        let looks = (2.0 * (travel + turned) / tip.length_scale()).ceil().clamp(1.0, 1000.0);
         for look in 1..=looks as u32 {
             let centre = tip.position + (f64::from(look) / looks - 1.0) * drive;
-            self.find(centre, tip.radius * if self.before.is_empty() { 1.0 } else { 1.0 + GAP }, &triangles, &nodes.x);
+            let margin = if self.before.is_empty() { 0.0 } else { GAP * tip.length_scale() };
+            self.find(tip, centre, margin, &triangles, &nodes.x);
             if !self.found.is_empty() {
-                self.judge(tip, centre, stiffness, (drive, dt), nodes);
+                let look = Look { centre, stiffness, drive, dt };
+                self.judge(tip, &look, nodes);
                 break;
             }
         }
         self.give(nodes, out);
     }
 
-    /// Lists the points within `radius` of `centre`.
-    fn find(&mut self, centre: Vec3, radius: f64, triangles: &impl Fn(u32) -> [u32; 3], x: &[Vec3]) {
+    /// Lists the points within `margin`, m, of a tip at `centre`.
+    fn find(&mut self, tip: &Tip, centre: Vec3, margin: f64, triangles: &impl Fn(u32) -> [u32; 3], x: &[Vec3]) {
         self.found.clear();
         let mut add = |corners: [u32; 3], Closest { point, bary }| {
-            let d = point - centre;
-            let distance = d.norm();
-            if distance < radius {
+            let distance = tip.shape.distance(point - centre);
+            if distance < margin {
                 self.found.push(Found { corners, bary, point, distance });
             }
         };
         for corners in self.near.list.iter().map(|t| triangles(*t)) {
             match self.meets {
-                Meets::Triangles => add(corners, closest_point(centre, corners.map(|n| x[n as usize]))),
+                Meets::Triangles => {
+                    add(corners, tip.shape.closest_on_triangle(centre, corners.map(|n| x[n as usize])));
+                }
                 Meets::Vertices => corners
                     .into_iter()
                     .for_each(|n| add([n; 3], Closest { point: x[n as usize], bary: Vec3::new(1.0, 0.0, 0.0) })),
             }
         }
         match self.meets {
-            Meets::Triangles => self.keep_least(TIE * radius),
+            Meets::Triangles => self.keep_least(TIE * tip.length_scale()),
             Meets::Vertices => {
                 self.found.sort_unstable_by_key(|f| f.corners[0]);
                 self.found.dedup_by_key(|f| f.corners[0]);
@@ -201,23 +233,24 @@ impl SoftTip {
         self.found.retain(|_| *stays.next().expect("one for each"));
     }
 
-    /// Decides what force each point found gets.
-    fn judge(&mut self, tip: &Tip, centre: Vec3, k: f64, (drive, dt): (Vec3, f64), nodes: &Nodes) {
+    /// Computes the force on each point found.
+    fn judge(&mut self, tip: &Tip, look: &Look, nodes: &Nodes) {
+        let Look { centre, stiffness: k, drive, dt } = *look;
         for found in &self.found {
-            let out = found.point - centre;
-            let mut normal = if found.distance > TIE * tip.radius { out / found.distance } else { Vec3::z() };
+            let mut normal = tip.shape.normal(found.point - centre).unwrap_or_else(Vec3::z);
             let old = self.before.iter().filter_map(|spot| {
                 let d = carried(&nodes.x, spot.corners, spot.bary) - found.point;
                 let away = d.norm();
-                (away <= SAME * tip.radius).then_some((away, spot))
+                (away <= SAME * tip.length_scale()).then_some((away, spot))
             });
             let old = old.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, spot)| spot);
             if old.is_some_and(|spot| spot.normal.dot(&normal) < 0.0) {
                 normal = -normal; // the sheet has come past the centre
             }
-            let depth = tip.radius - (found.point - tip.position).dot(&normal);
+            let depth = tip.depth(found.point, normal);
+            let speed = tip.velocity_at(found.point);
             let last = old.map_or(Vec3::zeros(), |spot| spot.felt(&nodes.x));
-            let slip = tip.velocity - carried(&nodes.v, found.corners, found.bary);
+            let slip = speed - carried(&nodes.v, found.corners, found.bary);
             // Critical for the mass at this point. What lasts grows no faster than this damping can follow.
             let mass = found
                 .corners
@@ -249,7 +282,7 @@ impl SoftTip {
             let damping = across.map(|c| drag * c);
             let Found { corners, bary, point, .. } = *found;
             // The drag is on a sheet that stands still; what moves it away from the tip is in `damping`.
-            let held = push + drag * (tip.velocity - slip).dot(&normal);
+            let held = push + drag * (speed - slip).dot(&normal);
             let force = along + held * normal;
             self.spots.push(Spot { corners, bary, point, normal, force, stiffness, damping, lasting, sticks });
         }

@@ -65,7 +65,7 @@ pub(crate) const LEAST_EDGES: f64 = 1.5;
 impl BrushShape {
     /// As an edit with a tool asks for it.
     pub fn of(edit: &Edit, tool: &Tool) -> Self {
-        let radius = edit.radius.unwrap_or(DEFAULT_RADIUS * tool.proxy.radius);
+        let radius = edit.radius.unwrap_or(DEFAULT_RADIUS * tool.proxy.radius());
         Self { radius, falloff: edit.falloff }
     }
 

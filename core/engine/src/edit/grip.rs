@@ -25,7 +25,7 @@ impl Grip {
     /// # Errors
     /// What the grid says.
     pub fn take(tool: &mut Tool, step: &mut Step<'_>) -> Result<Option<Self>, LatticeError> {
-        let (hand, reach) = (step.hand.position, GRIP_REACH * tool.proxy.radius);
+        let (hand, reach) = (step.hand.position, GRIP_REACH * tool.proxy.radius());
         let nearest = tool.surface.nearest(step.bodies, step.moved, hand, reach)?;
         Ok(nearest.map(|near| Self {
             at: ContactPlace { body: near.body, rest: near.rest },

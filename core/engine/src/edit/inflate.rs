@@ -86,7 +86,7 @@ impl Action for Pressing {
     ) -> Result<(), LatticeError> {
         let hand = step.hand.position;
         (tool.proxy.touch, tool.proxy.position) = (None, hand);
-        let near = tool.surface.nearest(step.bodies, step.moved, hand, GRIP_REACH * tool.proxy.radius)?;
+        let near = tool.surface.nearest(step.bodies, step.moved, hand, GRIP_REACH * tool.proxy.radius())?;
         self.at = near.map(|near| ContactPlace { body: near.body, rest: near.rest });
         let Some(at) = self.at else { return Ok(()) };
         let body = &mut step.bodies[at.body as usize];

@@ -34,7 +34,7 @@ impl EditKind for Pull {
     }
 
     fn begin(&self, edit: &Edit, tool: &Tool, _bodies: usize) -> Box<dyn Action> {
-        let shape = BrushShape { radius: tool.proxy.radius, falloff: Falloff::Sphere };
+        let shape = BrushShape { radius: tool.proxy.radius(), falloff: Falloff::Sphere };
         Box::new(Pulling {
             limit: edit.limit.unwrap_or(LIMIT),
             grip: None,
@@ -110,7 +110,7 @@ impl Action for Pulling {
         }
         tool.depth = (now - settled).norm();
         let pulled = tool.coupling.stiffness * stretch;
-        tool.press_disc(body, grip.at.body, (grip.at.rest, grip.normal), pulled)
+        tool.press_disc(body, grip.at.body, grip.at.rest, grip.normal, pulled)
     }
 
     fn release(&mut self) {

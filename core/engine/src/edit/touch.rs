@@ -48,7 +48,7 @@ impl Action for Touching {
             return Ok(());
         };
         let body = &mut step.bodies[touch.body as usize];
-        if Tool::is_ball(tool.proxy.radius, body.carrier.edge()) {
+        if Tool::meets_samples(&tool.proxy.shape, body.carrier.edge()) {
             return lie(tool, body, hand, touch, anchor);
         }
         let free = tool.proxy.position;
@@ -58,14 +58,15 @@ impl Action for Touching {
         let (now, settled) = body.carry_one(touch.rest)?;
         tool.depth = (settled - now).dot(&touch.normal);
         let pulled = tool.coupling.stiffness * (hand - p);
-        tool.press_disc(body, touch.body, (touch.rest, touch.rest_normal), pulled)
+        tool.press_disc(body, touch.body, touch.rest, touch.rest_normal, pulled)
     }
 }
 
 /// Lies in the layer of the surface as a ball, and presses on what of it is inside.
 fn lie(tool: &mut Tool, body: &mut Body, hand: Vec3, touch: Contact, anchor: Option<Vec3>) -> Result<(), LatticeError> {
     let (coupling, near) = (tool.coupling, tool.proxy.near());
-    let layer = Layer { radius: tool.proxy.radius, pull: coupling.stiffness, stiffness: body.layer_stiffness };
+    let shape = tool.proxy.shape.clone();
+    let layer = Layer { shape: &shape, pull: coupling.stiffness, stiffness: body.layer_stiffness };
     let frictionless = |from| {
         let (p, felt) = layer.balance(near, from, hand, None);
         (p, direction(felt).unwrap_or(touch.normal))
@@ -120,7 +121,7 @@ struct Slide {
 
 /// Where a ball rests that the surface has carried to the anchor, and the normal there: the direction of what the
 /// layer does to it. It sticks inside the friction cone and slides up to it. `None` where the layer does not reach it.
-fn rub(tool: &Tool, layer: &Layer, slide: Slide) -> Option<(Vec3, Vec3)> {
+fn rub(tool: &Tool, layer: &Layer<'_>, slide: Slide) -> Option<(Vec3, Vec3)> {
     let Slide { anchor, hand, normal } = slide;
     let near = tool.proxy.near();
     let (p, felt) = layer.balance(near, anchor, hand, Some(normal));

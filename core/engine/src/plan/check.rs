@@ -216,7 +216,9 @@ impl Check<'_> {
     }
 
     fn tool(&self, tool: &ToolScene) -> Result<(), SceneError> {
-        self.above(tool.radius.get_ref().si, tool.radius.span(), "radius", " m")?;
+        if let Some(radius) = &tool.radius {
+            self.above(radius.get_ref().si, radius.span(), "radius", " m")?;
+        }
         self.above(tool.speed.get_ref().si, tool.speed.span(), "speed", " m/s")?;
         self.above(tool.slew.get_ref().si, tool.slew.span(), "slew", " N/s")?;
         if let Some(mass) = &tool.mass {

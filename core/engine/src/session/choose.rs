@@ -37,7 +37,7 @@ impl Session {
     /// Samples the surfaces that a ball may touch.
     pub(super) fn sample(&mut self, shared: &SharedParts) -> Result<(), SessionError> {
         for body in &mut self.bodies {
-            if self.tools.iter().any(|slot| Tool::is_ball(slot.tool.proxy.radius, body.carrier.edge())) {
+            if self.tools.iter().any(|slot| Tool::meets_samples(&slot.tool.proxy.shape, body.carrier.edge())) {
                 let of_body = |error| SessionError::Lattice { body: body.name.clone(), error };
                 let Some(lattice) = body.carrier.lattice() else { continue };
                 let make = || Samples::new(&body.model.surface, lattice);

@@ -1,7 +1,7 @@
 //! What a step says to hands that are faster than it.
 
 use super::{Session, ToolSlot};
-use crate::tool::{ContactModel, TipMass, part};
+use crate::tool::{ContactModel, TipMass, separate};
 use pliant_solver::{Block, Vec3};
 
 /// kg, of a tip on sheets that a live hand leads, where the scene gives none: an assumption
@@ -28,14 +28,18 @@ impl Session {
             }
             let speed = slot.hand_was.map_or(Vec3::zeros(), |was| (hand - was) / dt);
             slot.hand_was = Some(hand);
-            tip.lead((hand, speed), &slot.tool.coupling, slot.on_sheets, dt);
+            tip.drive_kinematic(hand, speed, &slot.tool.coupling, slot.on_sheets, dt);
         }
         for second in 1..self.tools.len() {
             let (before, after) = self.tools.split_at_mut(second);
             let b = &mut after[0];
             for a in before {
-                if let (Some(tip_a), Some(tip_b)) = (&mut a.tip, &mut b.tip) {
-                    part((tip_a, a.tool.proxy.radius), (tip_b, b.tool.proxy.radius));
+                let (shape_a, shape_b) = (a.tool.proxy.shape.shape(), b.tool.proxy.shape.shape());
+                // Fingertips alone keep each other out: a pinch needs pulps.
+                if let (Some(tip_a), Some(tip_b), true) =
+                    (&mut a.tip, &mut b.tip, shape_a.is_round() && shape_b.is_round())
+                {
+                    separate(tip_a, shape_a.length_scale(), tip_b, shape_b.length_scale());
                 }
             }
         }

@@ -71,7 +71,7 @@ pub(super) fn add_sample_events(
 /// Adds the event of a tool that holds a body and would need more force at `time` (s) than its device gives.
 pub(super) fn add_limit_event(events: &mut Events, slot: &mut ToolSlot, device: &str, time: f64) {
     let wanted = slot.tool.wanted.filter(|_| slot.tool.holds());
-    let (name, most) = (&slot.tool.name, slot.tool.coupling.most);
+    let (name, most) = (&slot.tool.name, slot.tool.coupling.max_force);
     let text = || {
         format!(
             "tool `{name}`: the hand pulls with {:.3} N and device `{device}` gives {most} N at most (its peak force): the body \

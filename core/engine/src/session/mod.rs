@@ -31,10 +31,11 @@ pub use open::Options;
 pub use shared::{LentGrid, SharedParts};
 
 use crate::body::{Body, Model};
-use crate::contact::{SoftTip, Spheres};
+use crate::contact::{SheetTips, SoftTip};
 use crate::plan::{Edit, LeftOut, Plan};
 use crate::tool::{ForceSafety, Frame as DeviceFrame, Hand, TactilePad, TipMass, Tool};
 use hand_events::Ongoing;
+use nalgebra::UnitQuaternion;
 use pliant_host::{Device, DeviceInfo, Pose};
 use pliant_mesh::geometry::Vec3;
 use pliant_plugin_api::abi::Ball;
@@ -109,6 +110,8 @@ pub struct ToolSlot {
     advances: usize,
     /// m, where the tool was, if it was there
     was: Option<Vec3>,
+    /// How its shape was turned then.
+    turned: Option<UnitQuaternion<f64>>,
     /// Its tip on sheets, where that has a mass.
     tip: Option<TipMass>,
     /// m, where the hand was, if a tip hung on it
@@ -245,7 +248,7 @@ pub struct Session {
     rests: Vec<sleep::Rest>,
     moved: Vec<f64>,
     /// Tips on each body that is a sheet.
-    spheres: Vec<Spheres>,
+    sheet_tips: Vec<SheetTips>,
     /// What the tools do to the body that is being moved.
     springs: Vec<NodeSprings>,
     balls: Vec<Ball>,

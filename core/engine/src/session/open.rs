@@ -3,7 +3,7 @@
 use super::shared::{SharedModel, SharedParts};
 use super::{Choices, DeviceSlot, EventKind, Events, Frame, Loaded, Session, SessionError, ToolSlot, place};
 use crate::body::{Body, Carrier, Lattice, LatticeError, Model, RegionSettings, Sheet, Skin};
-use crate::contact::{Friction, Spheres};
+use crate::contact::{Friction, SheetTips};
 use crate::edit::BladeEdge;
 use crate::plan::Plan;
 use crate::scene::{BladeScene, BodyScene, Extent, Scene, Source, ToolScene, settings};
@@ -71,8 +71,10 @@ impl Session {
             0 => std::thread::available_parallelism().map_or(1, usize::from),
             given => given,
         };
-        let radius = |tool: &usize| scene.tool[*tool].radius.get_ref().si;
-        let largest_tool = plan.tools.iter().map(radius).fold(0.0, f64::max);
+        let mut largest_tool = 0.0_f64;
+        for tool in &plan.tools {
+            largest_tool = largest_tool.max(place::shape(&scene.tool[*tool], source)?.shape().length_scale());
+        }
         let mut opening = Opening {
             source,
             options,
@@ -144,7 +146,7 @@ impl Session {
             sleep: scene.time.sleep.as_ref().map_or(0.0, |s| s.get_ref().si),
             rests: vec![Default::default(); count],
             moved: vec![0.0; count],
-            spheres: (0..count).map(|_| Spheres::default()).collect(),
+            sheet_tips: (0..count).map(|_| SheetTips::default()).collect(),
             springs,
             balls: Vec::new(),
             frame: Frame::default(),
@@ -342,13 +344,13 @@ impl Opening<'_> {
         let coupling = Coupling {
             stiffness: scene.stiffness.as_ref().map_or(COUPLING_SHARE * facts.stiffness, |k| k.get_ref().si),
             damping: scene.damping.as_ref().map_or(0.0, |b| b.get_ref().si),
-            most: facts.peak_force,
+            max_force: facts.peak_force,
         };
         let restitution = scene.restitution.as_ref().map_or(0.0, |e| *e.get_ref());
         let [fixed, sliding] = *scene.friction.get_ref();
         let friction = Friction { fixed, sliding };
-        let (name, radius) = (scene.name.get_ref().clone(), scene.radius.get_ref().si);
-        let mut tool = Tool::new(name, radius, friction, coupling, bodies);
+        let name = scene.name.get_ref().clone();
+        let mut tool = Tool::new(name, place::shape(scene, self.source)?, friction, coupling, bodies);
         tool.blade = scene.blade.as_ref().filter(|_| plan.cuts()).map(|blade| edge(blade.get_ref()));
         Ok(ToolSlot {
             tool,
@@ -370,6 +372,7 @@ impl Opening<'_> {
             taken_back: None,
             advances: 0,
             was: None,
+            turned: None,
             tip: scene.mass.as_ref().map(|mass| TipMass::new(mass.get_ref().si)),
             hand_was: None,
             on_sheets: Vec3::zeros(),

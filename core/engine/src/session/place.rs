@@ -5,8 +5,9 @@ use super::shared::SharedModel;
 use crate::body::{Fixing, Model, Place, Warp};
 use crate::scene::{
     BodyScene, FixedScene, FrameScene, PatternScene, RotationScene, SceneError, ShapeKind, ShapeScene, SheetScene,
-    Source, WarpScene,
+    Source, ToolScene, WarpScene,
 };
+use crate::shape::{self, OrientedShape, ShapeParams};
 use crate::tool::Frame;
 use nalgebra::{Unit, UnitQuaternion};
 use pliant_mesh::generate::Pattern;
@@ -102,6 +103,35 @@ fn shape_document(shape: &ShapeScene) -> Result<ObjDocument, MeshError> {
             generate::grid([shape.cells, rows], [x, y], pattern)
         }
         ShapeKind::Cylinder => generate::cylinder(4 * shape.cells, shape.cells, 0.5 * x, z),
+    }
+}
+
+/// The shape of a tool, turned as the scene says.
+pub(super) fn shape(scene: &ToolScene, source: &Source) -> Result<OrientedShape, SceneError> {
+    let tool = scene.name.get_ref();
+    match (&scene.radius, &scene.shape) {
+        (Some(radius), None) => Ok(OrientedShape::sphere(radius.get_ref().si)),
+        (None, Some(given)) => {
+            let of = given.get_ref();
+            let params = ShapeParams {
+                radius: of.radius.map(|r| r.si),
+                length: of.length.map(|l| l.si),
+                size: of.size.map(|size| size.map(|s| s.si)),
+            };
+            let wrong = |text| source.error(given.span(), format!("tool `{tool}`: {text}"));
+            let mut shape = OrientedShape::new(shape::build(of.kind.get_ref(), &params).map_err(wrong)?);
+            if let Some(turn) = &of.rotation {
+                shape.set_rotation(rotation(turn, source)?);
+            }
+            Ok(shape)
+        }
+        (Some(_), Some(given)) => {
+            Err(source.error(given.span(), format!("tool `{tool}` has `radius` and `shape`; allowed is one of them")))
+        }
+        (None, None) => {
+            let text = format!("tool `{tool}` has no shape; allowed is `radius`, of a sphere, or `shape`");
+            Err(source.error(scene.name.span(), text))
+        }
     }
 }
 

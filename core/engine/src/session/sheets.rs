@@ -1,11 +1,11 @@
 //! Tools on sheets: which contact each uses, and the tips of a step.
 
 use super::{ContactChoice, Session, ToolSlot};
-use crate::contact::{Meets, SoftTip, Tip};
+use crate::contact::{Meets, SoftPress, SoftTip, Tip};
 use crate::scene::{Scene, SheetContact};
 use pliant_solver::Vec3;
 
-/// Edges of a sheet over the radius of a tip, up to which its vertices are close enough to hold it.
+/// Largest edge of a sheet over the feature size of a tip for which its vertices are close enough to be constrained.
 const FINE: f64 = 1.0;
 
 impl Session {
@@ -15,7 +15,7 @@ impl Session {
             let wanted = scene.tool.iter().find(|t| *t.name.get_ref() == slot.tool.name).and_then(|t| t.sheets);
             for (index, body) in self.bodies.iter().enumerate() {
                 let Some(sheet) = body.carrier.sheet() else { continue };
-                let share = sheet.edge() / slot.tool.proxy.radius;
+                let share = sheet.edge() / slot.tool.proxy.shape.shape().feature_size();
                 let fits = if share <= FINE { SheetContact::Vertices } else { SheetContact::Triangles };
                 let (by, meets) = match wanted.unwrap_or(fits) {
                     SheetContact::Vertices => ("vertices", None),
@@ -40,15 +40,16 @@ impl Session {
             let tip = slot.fingertip(self.dt);
             for (index, body) in self.bodies.iter().enumerate() {
                 let (Some(soft), Some(sheet)) = (&mut slot.soft[index], body.carrier.sheet()) else { continue };
-                let Some(tip) = tip.filter(|_| body.frozen.is_none()) else {
+                let Some(tip) = tip.as_ref().filter(|_| body.frozen.is_none()) else {
                     soft.leave();
                     continue;
                 };
                 let count = body.model.surface.triangles.len() as u32;
                 let triangles = |t| sheet.nodes_of(&body.model, t);
-                let how = (slot.tool.coupling.stiffness, self.moved[index], self.dt);
+                let press =
+                    SoftPress { stiffness: slot.tool.coupling.stiffness, moved: self.moved[index], dt: self.dt };
                 soft.learns = touching == 1;
-                soft.press(&tip, (triangles, count), &body.system.nodes, how, slot.tool.springs_mut(index));
+                soft.press(tip, triangles, count, &body.system.nodes, press, slot.tool.springs_mut(index));
             }
         }
     }
@@ -58,11 +59,11 @@ impl Session {
         if self.bodies[index].carrier.sheet().is_none() {
             return;
         }
-        let spheres = &mut self.spheres[index];
-        spheres.tips.clear();
-        spheres.rubbed = 0.0;
-        spheres.moved = self.moved[index];
-        spheres.tips.extend(self.tools.iter().filter_map(|slot| {
+        let tips = &mut self.sheet_tips[index];
+        tips.tips.clear();
+        tips.rubbed = 0.0;
+        tips.moved = self.moved[index];
+        tips.tips.extend(self.tools.iter().filter_map(|slot| {
             let holds = slot.soft[index].is_none();
             slot.fingertip(self.dt).map(|tip| Tip { holds, ..tip })
         }));
@@ -72,7 +73,7 @@ impl Session {
     pub(super) fn rubbed(&self) -> f64 {
         let mut sum = 0.0;
         for (index, body) in self.bodies.iter().enumerate().filter(|(_, body)| body.frozen.is_none()) {
-            sum += self.spheres[index].rubbed;
+            sum += self.sheet_tips[index].rubbed;
             for slot in &self.tools {
                 if let (Some(soft), Some(tip)) = (&slot.soft[index], slot.fingertip(self.dt)) {
                     sum += soft.rubbed(&tip, &body.system.nodes, self.dt);
@@ -86,9 +87,9 @@ impl Session {
     pub(super) fn felt_on_sheets(&self, tool: usize) -> (Vec3, Option<u32>) {
         let Some(place) = self.place_of_tip(tool) else { return (Vec3::zeros(), None) };
         let (mut force, mut of) = (Vec3::zeros(), None);
-        for (index, spheres) in self.spheres.iter().enumerate() {
+        for (index, tips) in self.sheet_tips.iter().enumerate() {
             let soft = self.tools[tool].soft[index].as_ref().map_or(0, SoftTip::held);
-            if let Some(tip) = spheres.tips.get(place).filter(|tip| tip.held > 0 || soft > 0) {
+            if let Some(tip) = tips.tips.get(place).filter(|tip| tip.held > 0 || soft > 0) {
                 (force, of) = (force + tip.force, Some(index as u32));
             }
         }
@@ -115,13 +116,20 @@ impl ToolSlot {
         self.tool.is_fingertip() && self.hand.present
     }
 
+    /// Angular velocity of its shape over a step of `dt` (s), rad/s: from the vector part of the rotation, for a step turns little.
+    fn spin(&self, dt: f64) -> Vec3 {
+        let turn = self.turned.map(|turned| self.tool.proxy.shape.rotation() * turned.inverse());
+        turn.map_or(Vec3::zeros(), |turn| 2.0 / dt * turn.w.signum() * turn.imag())
+    }
+
     /// Its fingertip at the end of a step of `dt` (s), if it touches.
     pub(super) fn fingertip(&self, dt: f64) -> Option<Tip> {
         self.touches().then(|| {
             let position = self.tool.proxy.position;
             let velocity = self.was.map_or(Vec3::zeros(), |was| (position - was) / dt);
-            let (radius, friction, restitution) = (self.tool.proxy.radius, self.tool.friction, self.restitution);
-            Tip { position, velocity, radius, friction, restitution, holds: true, force: Vec3::zeros(), held: 0 }
+            let (shape, spin) = (self.tool.proxy.shape.clone(), self.spin(dt));
+            let (friction, restitution) = (self.tool.friction, self.restitution);
+            Tip { position, velocity, spin, shape, friction, restitution, holds: true, force: Vec3::zeros(), held: 0 }
         })
     }
 }

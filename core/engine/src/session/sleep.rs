@@ -42,7 +42,7 @@ impl Session {
         nodes.v.fill(Vec3::zeros());
         self.integrators[index].forget_history();
         // What is near its tips is kept by how far it has moved, and nobody counts that while it sleeps.
-        self.spheres[index].forget();
+        self.sheet_tips[index].forget();
         let name = &body.name;
         self.events.add(EventKind::Asleep, time + dt, || format!("body `{name}`: below {below} m/s for {SLOW_FOR} s"));
     }
@@ -57,10 +57,10 @@ impl Session {
 
     /// Whether a tip could reach a sleeping body in two steps.
     fn is_near(&self, index: usize) -> bool {
-        let Some([low, high]) = self.rests[index].asleep else { return self.spheres[index].is_active() };
+        let Some([low, high]) = self.rests[index].asleep else { return self.sheet_tips[index].is_active() };
         let edge = self.bodies[index].carrier.edge();
-        self.spheres[index].tips.iter().any(|tip| {
-            let reach = tip.radius + edge + 2.0 * self.dt * tip.velocity.norm();
+        self.sheet_tips[index].tips.iter().any(|tip| {
+            let reach = tip.shape.shape().bounding_radius() + edge + 2.0 * self.dt * tip.velocity.norm();
             (0..3).all(|c| tip.position[c] > low[c] - reach && tip.position[c] < high[c] + reach)
         })
     }

@@ -49,7 +49,7 @@ impl Session {
     pub fn changed(&mut self, index: usize) {
         self.integrators[index].resize(self.bodies[index].system.nodes.len());
         self.rests[index] = Default::default();
-        self.spheres[index].forget();
+        self.sheet_tips[index].forget();
         for slot in &mut self.tools {
             slot.tool.forget(index);
             slot.soft[index].iter_mut().for_each(SoftTip::forget);
@@ -178,10 +178,9 @@ impl Session {
         let alone = elements < SMALL || (has_choice && choice.is_alone());
         let pool = if alone { &self.alone } else { &self.pool };
         let integrator = &mut self.integrators[index];
-        let spheres = &mut self.spheres[index];
+        let tips = &mut self.sheet_tips[index];
         let mut nothing = NoContacts;
-        let contacts: &mut (dyn ContactConstraints + Send) =
-            if spheres.tips.is_empty() { &mut nothing } else { spheres };
+        let contacts: &mut (dyn ContactConstraints + Send) = if tips.tips.is_empty() { &mut nothing } else { tips };
         let system = &mut body.system;
         let start = Instant::now();
         let stepped = pool.install(|| integrator.step_with_contacts(pool, system, &loads, contacts, time, substeps));
@@ -223,6 +222,7 @@ impl Session {
             let place = slot.tool.proxy.position;
             slot.drift = slot.was.map_or(Vec3::zeros(), |was| (place - was) / dt);
             slot.was = slot.hand.present.then_some(place);
+            slot.turned = slot.hand.present.then(|| slot.tool.proxy.shape.rotation());
             slot.on_sheets = on_sheets;
             let of_sheets = match &slot.tip {
                 Some(tip) if slot.tool.proxy.touch.is_none() => tip.felt(slot.hand.position, &slot.tool.coupling),

@@ -1,7 +1,7 @@
 //! What tactile arrays show of a step's contacts.
 
 use super::Session;
-use crate::contact::{Press, Spheres};
+use crate::contact::{Press, SheetTips};
 use crate::plan::LeftOut;
 use pliant_solver::Vec3;
 
@@ -15,7 +15,7 @@ impl Session {
             }
             return;
         }
-        self.spheres.iter_mut().for_each(|spheres| spheres.presses = Some(Vec::new()));
+        self.sheet_tips.iter_mut().for_each(|tips| tips.presses = Some(Vec::new()));
     }
 
     /// Shows each pad what its tool presses on, with `force` (N) on the tool by bodies that are not sheets.
@@ -24,10 +24,10 @@ impl Session {
         let tip = self.tools[tool].fingertip(dt);
         let slot = &mut self.tools[tool];
         let Some(pad) = &mut slot.pad else { return };
-        let (rotation, radius) = (slot.hand.rotation, slot.tool.proxy.radius);
+        let (rotation, radius) = (slot.hand.rotation, slot.tool.proxy.shape.shape().length_scale());
         pad.begin();
         let (mut slip, mut total) = (Vec3::zeros(), 0.0);
-        for press in place.into_iter().flat_map(|place| presses_of(&self.spheres, place)) {
+        for press in place.into_iter().flat_map(|place| presses_of(&self.sheet_tips, place)) {
             pad.press(&rotation, radius, press.direction, press.size);
             slip += press.size * press.slip;
             total += press.size;
@@ -64,6 +64,6 @@ impl Session {
     }
 }
 
-fn presses_of(spheres: &[Spheres], place: usize) -> impl Iterator<Item = &Press> {
-    spheres.iter().flat_map(|s| s.presses.iter().flatten()).filter(move |press| press.tip == place)
+fn presses_of(tips: &[SheetTips], place: usize) -> impl Iterator<Item = &Press> {
+    tips.iter().flat_map(|s| s.presses.iter().flatten()).filter(move |press| press.tip == place)
 }

@@ -14,6 +14,6 @@ pub use model::{Blend, ContactModel};
 pub use safety::{Budget, Cause, FADES, ForceLimits, ForceSafety, Moment, PATIENCE, Passivity};
 pub use search::SurfaceSearch;
 pub use tactile::{TactilePad, TaxelArray, Texture};
-pub use tip::{TipMass, part};
+pub use tip::{TipMass, separate};
 pub use tool::{Coupling, Tool};
 pub(crate) use tool::{diagonal, direction};

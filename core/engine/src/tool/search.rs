@@ -2,7 +2,8 @@
 
 use super::Tool;
 use crate::body::{Body, LatticeError, Sheet, weigh};
-use crate::contact::{Near, NearSurface, normal_of};
+use crate::contact::{Near, NearSurface, Query, normal_of};
+use crate::shape::OrientedShape;
 use pliant_mesh::geometry::closest_point;
 use pliant_solver::Vec3;
 
@@ -29,20 +30,19 @@ impl SurfaceSearch {
         self.near.iter_mut().for_each(NearSurface::leave);
     }
 
-    /// A search by a tool of `radius` (m) that may be asked several times in a step, after nodes of each body have moved by at most
-    /// `moved` (m).
+    /// A search by a tool that may be asked several times in a step, after nodes of each body have moved by at most `moved` (m).
     pub(super) fn by_tool<'a>(
         &'a mut self,
         bodies: &'a mut [Body],
         moved: &'a [f64],
-        radius: f64,
-    ) -> impl FnMut(Vec3, f64, &mut Vec<Near>) -> Result<(), LatticeError> + 'a {
+    ) -> impl FnMut(&OrientedShape, Vec3, f64, &mut Vec<Near>) -> Result<(), LatticeError> + 'a {
         let (near, still): (&mut [NearSurface], &[f64]) = (&mut self.near, &self.still);
         // Nodes have moved once since the last step, not once for every place the proxy looks at.
         let mut since = moved;
-        move |centre, reach, out| {
+        move |shape, centre, margin, out| {
             let moved = std::mem::replace(&mut since, still);
-            search(near, bodies, moved, (centre, reach), Some(radius), out)
+            let query = Query { centre, margin, shape: Some(shape), moved: 0.0 };
+            search(near, bodies, moved, query, out)
         }
     }
 
@@ -60,7 +60,8 @@ impl SurfaceSearch {
         let mut found = Vec::new();
         // Lists of cells hold weights for triangles or for samples of a ball: none outlives the search it was made for.
         self.near.iter_mut().for_each(NearSurface::forget);
-        let searched = search(&mut self.near, bodies, moved, (centre, reach), None, &mut found);
+        let searched =
+            search(&mut self.near, bodies, moved, Query { centre, margin: reach, shape: None, moved: 0.0 }, &mut found);
         self.near.iter_mut().for_each(NearSurface::forget);
         searched?;
         Ok(found.into_iter().min_by(|a, b| a.distance.total_cmp(&b.distance)))
@@ -75,30 +76,29 @@ pub(super) fn nearest_on_sheets(bodies: &[Body], centre: Vec3, reach: f64) -> Op
     near.min_by(|a, b| a.distance.total_cmp(&b.distance))
 }
 
-/// What of all bodies is within `reach` of `centre`: samples for a ball of a radius, triangles for a point.
+/// Lists what of all bodies is near: samples for a tool whose features are large against the grid, triangles for smaller tools and points.
 fn search(
     near: &mut [NearSurface],
     bodies: &mut [Body],
     moved: &[f64],
-    (centre, reach): (Vec3, f64),
-    radius: Option<f64>,
+    query: Query<'_>,
     out: &mut Vec<Near>,
 ) -> Result<(), LatticeError> {
     out.clear();
     for (index, body) in bodies.iter_mut().enumerate() {
         if let Some(sheet) = body.carrier.sheet() {
             // Looked for once, when a grip is taken: no list is kept.
-            if radius.is_none() {
-                out.extend(on_sheet(index as u32, body, sheet, centre, reach));
+            if query.shape.is_none() {
+                out.extend(on_sheet(index as u32, body, sheet, query.centre, query.margin));
             }
             continue;
         }
-        let (list, at) = (&mut near[index], (centre, reach, moved[index]));
-        if radius.is_some_and(|r| Tool::is_ball(r, body.carrier.edge())) {
+        let (list, query) = (&mut near[index], Query { moved: moved[index], ..query });
+        if query.shape.is_some_and(|shape| Tool::meets_samples(shape, body.carrier.edge())) {
             let samples = std::sync::Arc::clone(&body.samples);
-            list.samples((index as u32, body, &samples), at, out)?;
+            list.samples(index as u32, body, &samples, &query, out)?;
         } else {
-            list.triangles((index as u32, body), at, out)?;
+            list.triangles(index as u32, body, &query, out)?;
         }
     }
     Ok(())

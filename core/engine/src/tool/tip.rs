@@ -1,9 +1,9 @@
 //! A fingertip with a mass between a hand and a sheet.
 //!
 //! A sheet holds its vertices on a tip exactly, so a tip that went where the hand goes would feel every impulse of the solver.
-//! Here the hand leads the tip through the spring of its coupling, as Adams and Hannaford (1999) propose: the hand feels the
-//! spring, the spring and the sheet move the tip. Two tips that meet keep each other out but for what the pulp of a finger
-//! gives way, so a pinch is felt on both.
+//! Here the hand drives the tip through the spring of its coupling, as Adams and Hannaford (1999) propose: the hand feels the
+//! spring, the spring and the sheet move the tip. Two tips that meet keep each other out except for the give of a finger's pulp, so a pinch is
+//! felt on both.
 
 use super::tool::Coupling;
 use pliant_solver::Vec3;
@@ -11,13 +11,13 @@ use pliant_solver::Vec3;
 /// The tip of a tool that touches sheets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TipMass {
-    /// kg
+    /// Mass, kg.
     pub mass: f64,
-    /// m
+    /// Position, m.
     pub position: Vec3,
-    /// m/s
+    /// Velocity, m/s.
     pub velocity: Vec3,
-    /// Whether it has been led before.
+    /// Whether a hand drives it.
     led: bool,
 }
 
@@ -25,14 +25,14 @@ pub struct TipMass {
 const PULP: f64 = 0.25;
 
 impl TipMass {
-    /// At rest wherever it is first led.
+    /// At rest wherever a hand first drives it.
     pub fn new(mass: f64) -> Self {
         Self { mass, position: Vec3::zeros(), velocity: Vec3::zeros(), led: false }
     }
 
-    /// Leads it towards a hand that moved to `hand` at `speed` (m/s), against `force` (N), over `dt` (s): backward Euler for
-    /// the spring and a damper that is critical; the damper is between tip and hand and not felt.
-    pub fn lead(&mut self, (hand, speed): (Vec3, Vec3), coupling: &Coupling, force: Vec3, dt: f64) {
+    /// Drives it towards a hand that moved to `hand` (m) at `speed` (m/s), against `force` (N), over `dt` (s): backward Euler for the spring
+    /// and a critical damper, which is between tip and hand and not felt.
+    pub fn drive_kinematic(&mut self, hand: Vec3, speed: Vec3, coupling: &Coupling, force: Vec3, dt: f64) {
         if !self.led {
             (self.position, self.velocity, self.led) = (hand, speed, true);
             return;
@@ -52,15 +52,14 @@ impl TipMass {
         self.led = false;
     }
 
-    /// N, on a hand at `hand`
+    /// Force on a hand at `hand` (m), N.
     pub fn felt(&self, hand: Vec3, coupling: &Coupling) -> Vec3 {
         if self.led { coupling.stiffness * (self.position - hand) } else { Vec3::zeros() }
     }
 }
 
-/// Parts two tips with these radii (m) that are in each other by more than their pulps give way.
-pub fn part(a: (&mut TipMass, f64), b: (&mut TipMass, f64)) {
-    let ((a, ra), (b, rb)) = (a, b);
+/// Separates two round tips with radii `ra` and `rb` (m) that overlap by more than their pulps give way.
+pub fn separate(a: &mut TipMass, ra: f64, b: &mut TipMass, rb: f64) {
     let between = b.position - a.position;
     let distance = between.norm();
     let least = (ra + rb) - PULP * 0.5 * (ra + rb);
@@ -83,7 +82,7 @@ pub fn part(a: (&mut TipMass, f64), b: (&mut TipMass, f64)) {
 mod tests {
     use super::*;
 
-    const COUPLING: Coupling = Coupling { stiffness: 200.0, damping: 0.0, most: 3.3 };
+    const COUPLING: Coupling = Coupling { stiffness: 200.0, damping: 0.0, max_force: 3.3 };
 
     #[test]
     fn it_follows_a_steady_hand_without_lag_and_rests_where_spring_and_load_balance() {
@@ -91,11 +90,11 @@ mod tests {
         let mut hand = Vec3::zeros();
         for _ in 0..300 {
             hand[0] += 1e-4;
-            tip.lead((hand, Vec3::new(0.1, 0.0, 0.0)), &COUPLING, Vec3::zeros(), 1e-3);
+            tip.drive_kinematic(hand, Vec3::new(0.1, 0.0, 0.0), &COUPLING, Vec3::zeros(), 1e-3);
         }
         assert!((tip.position[0] - hand[0]).abs() < 1e-9, "{} {}", tip.position[0], hand[0]);
         for _ in 0..300 {
-            tip.lead((hand, Vec3::zeros()), &COUPLING, Vec3::new(-1.0, 0.0, 0.0), 1e-3);
+            tip.drive_kinematic(hand, Vec3::zeros(), &COUPLING, Vec3::new(-1.0, 0.0, 0.0), 1e-3);
         }
         assert!((tip.felt(hand, &COUPLING)[0] + 1.0).abs() < 1e-6);
     }
@@ -104,12 +103,12 @@ mod tests {
     fn two_hands_that_squeeze_feel_the_same_force_against_each_other() {
         let (mut a, mut b) = (TipMass::new(0.01), TipMass::new(0.01));
         let (left, right) = (Vec3::new(-0.005, 0.0, 0.0), Vec3::new(0.005, 0.0, 0.0));
-        a.lead((Vec3::new(-0.02, 0.0, 0.0), Vec3::zeros()), &COUPLING, Vec3::zeros(), 1e-3);
-        b.lead((Vec3::new(0.02, 0.0, 0.0), Vec3::zeros()), &COUPLING, Vec3::zeros(), 1e-3);
+        a.drive_kinematic(Vec3::new(-0.02, 0.0, 0.0), Vec3::zeros(), &COUPLING, Vec3::zeros(), 1e-3);
+        b.drive_kinematic(Vec3::new(0.02, 0.0, 0.0), Vec3::zeros(), &COUPLING, Vec3::zeros(), 1e-3);
         for _ in 0..500 {
-            a.lead((left, Vec3::zeros()), &COUPLING, Vec3::zeros(), 1e-3);
-            b.lead((right, Vec3::zeros()), &COUPLING, Vec3::zeros(), 1e-3);
-            part((&mut a, 0.01), (&mut b, 0.01));
+            a.drive_kinematic(left, Vec3::zeros(), &COUPLING, Vec3::zeros(), 1e-3);
+            b.drive_kinematic(right, Vec3::zeros(), &COUPLING, Vec3::zeros(), 1e-3);
+            separate(&mut a, 0.01, &mut b, 0.01);
         }
         // 10 mm apart, kept 17.5 mm apart: each spring is 3.75 mm long.
         let (fa, fb) = (a.felt(left, &COUPLING)[0], b.felt(right, &COUPLING)[0]);

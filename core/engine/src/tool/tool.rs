@@ -5,49 +5,49 @@ use super::search::{SurfaceSearch, nearest_on_sheets};
 use crate::body::{Body, LatticeError, weigh};
 use crate::contact::{Friction, Patch, PlaceLoads, Proxy};
 use crate::edit::{Action, ActiveBall, BladeEdge, CarriedPlace, ContactPlace, CutStep, GRIP_REACH, Step};
-use pliant_mesh::geometry::closest_point;
+use crate::shape::OrientedShape;
+use nalgebra::UnitQuaternion;
 use pliant_plugin_api::abi::Ball;
 use pliant_solver::{Block, NodeSprings, Vec3};
 
 /// The spring between hand and surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coupling {
-    /// N/m
+    /// Stiffness, N/m.
     pub stiffness: f64,
-    /// N s/m
+    /// Damping, N s/m.
     pub damping: f64,
-    /// N, the most it gives to the body
-    pub most: f64,
+    /// Largest force it puts on a body, N.
+    pub max_force: f64,
 }
 
 impl Coupling {
-    /// The factor that brings a force (N) down to the most the spring gives, and the factor of its stiffness: past the most, the
-    /// force is constant.
+    /// The factor that limits a force (N) to the largest one, and the factor of its stiffness: a limited force is constant.
     pub fn cap(&self, force: Vec3) -> (f64, f64) {
         self.cap_size(force.norm())
     }
 
     /// The same for a force of a size (N).
     pub fn cap_size(&self, size: f64) -> (f64, f64) {
-        if size > self.most { (self.most / size, 0.0) } else { (1.0, 1.0) }
+        if size > self.max_force { (self.max_force / size, 0.0) } else { (1.0, 1.0) }
     }
 }
 
 /// A tool in a scene.
 pub struct Tool {
-    /// As the scene calls it.
+    /// Name in the scene.
     pub name: String,
-    /// Where it is.
+    /// Where it is, as far as surfaces let it.
     pub proxy: Proxy,
-    /// On surfaces.
+    /// Friction on surfaces.
     pub friction: Friction,
-    /// To the hand.
+    /// Spring to the hand.
     pub coupling: Coupling,
-    /// Its blade, if it has one.
+    /// Blade of a knife.
     pub blade: Option<BladeEdge>,
-    /// m, how far in the surface was pushed, or out it was pulled, at the contact point
+    /// How far the surface is pushed in, or pulled out, at the contact point, m.
     pub depth: f64,
-    /// Where it presses on a body and with what share of the whole: directions from its centre, of unit length.
+    /// Where it presses on a body: unit vectors from its centre, each with its share of the force.
     pub presses: Vec<(Vec3, f64)>,
     /// Grips that were lost to too much force.
     pub slipped: u64,
@@ -55,6 +55,8 @@ pub struct Tool {
     pub(crate) reshaped: bool,
     /// N, what the edit under way asks of the coupling, where that is more than it gives
     pub(crate) wanted: Option<f64>,
+    /// How its shape is turned in the axes of the hand.
+    mount: UnitQuaternion<f64>,
     pub(crate) surface: SurfaceSearch,
     pub(crate) loads: PlaceLoads,
     /// The edit under way; `None`: it passes through everything.
@@ -72,11 +74,12 @@ pub struct Tool {
 const SPRING_BACK: f64 = 0.25;
 
 impl Tool {
-    /// A tool of `radius` (m) for a scene of `bodies`.
-    pub fn new(name: String, radius: f64, friction: Friction, coupling: Coupling, bodies: usize) -> Self {
+    /// A tool of a shape for a scene of `bodies` bodies.
+    pub fn new(name: String, shape: OrientedShape, friction: Friction, coupling: Coupling, bodies: usize) -> Self {
         Self {
             name,
-            proxy: Proxy::new(Vec3::zeros(), radius),
+            mount: shape.rotation(),
+            proxy: Proxy::new(Vec3::zeros(), shape),
             friction,
             coupling,
             blade: None,
@@ -141,9 +144,14 @@ impl Tool {
         cut
     }
 
-    /// Whether it is a ball to the grid of a body, and not a point.
-    pub fn is_ball(radius: f64, edge: f64) -> bool {
-        radius >= edge
+    /// Changes its shape to a sphere of `radius`, m.
+    pub fn set_radius(&mut self, radius: f64) {
+        self.proxy.shape = OrientedShape::sphere(radius);
+    }
+
+    /// Whether a shape meets samples of a surface on a grid with this edge, m; with smaller features it meets triangles.
+    pub fn meets_samples(shape: &OrientedShape, edge: f64) -> bool {
+        shape.shape().feature_size() >= edge
     }
 
     /// The cells of the body `index` that must be active for it, at `time` (s): around its contact, or where it is about to touch.
@@ -163,23 +171,24 @@ impl Tool {
         }
         let (ball, since) = self.ball?;
         let ActiveBall { body: of, centre, extra_radius } = ball;
-        let radius = body.carrier.radius() + extra_radius;
+        let radius = body.carrier.radius() + extra_radius + self.proxy.shape.extent();
         (of as usize == index && time - since <= SPRING_BACK).then_some(Ball { centre: centre.into(), radius })
     }
 
     /// The settled place the tool is closest to, if it may touch it soon.
     fn approached(&self, body: &Body, hand: &Hand) -> Option<Vec3> {
         let ahead = hand.position - self.proxy.position;
-        let reach = GRIP_REACH * self.proxy.radius + body.carrier.edge() + ahead.norm();
-        let centre = self.proxy.position;
+        let shape = &self.proxy.shape;
+        let margin = GRIP_REACH * shape.shape().length_scale() + body.carrier.edge() + ahead.norm();
+        let (centre, reach) = (self.proxy.position, margin + shape.extent());
         let mut best: Option<(f64, u32, Vec3)> = None;
         body.skin.tree.near(centre, reach, |triangle| {
             let vertices = body.model.surface.triangles[triangle as usize];
-            let closest = closest_point(centre, vertices.map(|v| body.skin.settled[v as usize]));
+            let closest = shape.closest_on_triangle(centre, vertices.map(|v| body.skin.settled[v as usize]));
             let d = closest.point - centre;
-            let distance = d.norm();
+            let distance = if shape.shape().is_round() { d.norm() } else { shape.distance(d) };
             let nearer = best.is_none_or(|(b, t, _)| (distance, triangle) < (b, t));
-            if distance <= reach && nearer {
+            if distance <= margin && nearer {
                 let rest = weigh(vertices.map(|v| body.model.surface.points[v as usize]), closest.bary);
                 best = Some((distance, triangle, rest));
             }
@@ -200,7 +209,7 @@ impl Tool {
 
     /// What [`Coupling::cap`] makes of a force of this size (N); one over the most is remembered for a warning.
     pub(crate) fn cap(&mut self, size: f64) -> (f64, f64) {
-        self.wanted = (size > self.coupling.most).then_some(size);
+        self.wanted = (size > self.coupling.max_force).then_some(size);
         self.coupling.cap_size(size)
     }
 
@@ -229,6 +238,7 @@ impl Tool {
         self.presses.clear();
         self.depth = 0.0;
         self.wanted = None;
+        self.proxy.shape.set_rotation(step.hand.rotation * self.mount);
         if !step.hand.present || self.action.is_none() {
             self.release(step.hand);
             return Ok(());
@@ -256,22 +266,23 @@ impl Tool {
         step: &mut Step<'_>,
         contact: Option<Vec3>,
     ) -> Result<Option<Vec3>, LatticeError> {
-        let search = self.surface.by_tool(step.bodies, step.moved, self.proxy.radius);
+        let search = self.surface.by_tool(step.bodies, step.moved);
         self.proxy.go(step.hand.position, contact, search)
     }
 
     /// The place of a sheet that a fingertip lies on, within 1.1 radii of its centre.
     pub(crate) fn sheet_below(&self, bodies: &[Body]) -> Option<ContactPlace> {
-        let near = nearest_on_sheets(bodies, self.proxy.position, 1.1 * self.proxy.radius);
+        let near = nearest_on_sheets(bodies, self.proxy.position, 1.1 * self.proxy.radius());
         near.map(|near| ContactPlace { body: near.body, rest: near.rest })
     }
 
-    /// Gives the body a force (N) over a disc around a rest place.
+    /// Puts a force (N) on body number `index` over a disc around a rest place (m) with a rest normal.
     pub(crate) fn press_disc(
         &mut self,
         body: &mut Body,
         index: u32,
-        (rest, normal): (Vec3, Vec3),
+        rest: Vec3,
+        normal: Vec3,
         pulled: Vec3,
     ) -> Result<(), LatticeError> {
         self.patch.sample(rest, normal, body.carrier.edge());

@@ -64,9 +64,12 @@ pub struct ToolScene {
     #[serde(default)]
     #[schemars(with = "u32")]
     pub effector: Option<Spanned<u32>>,
-    /// Radius of its tip; a point is a small ball.
-    #[schemars(with = "Length")]
-    pub radius: Spanned<Length>,
+    /// Radius of its tip, a sphere; a point is a small one. Either this or `shape`.
+    #[schemars(with = "Option<Length>")]
+    pub radius: Option<Spanned<Length>>,
+    /// Its shape, if it is not a sphere.
+    #[schemars(with = "Option<ToolShapeScene>")]
+    pub shape: Option<Spanned<ToolShapeScene>>,
     /// Of the spring between hand and surface; by default 0.3 of the most its device renders stably.
     #[schemars(with = "Option<Stiffness>")]
     pub stiffness: Option<Spanned<Stiffness>>,
@@ -99,6 +102,23 @@ pub struct ToolScene {
     /// Makes it a knife, for edits of kind `cut`.
     #[schemars(with = "Option<BladeScene>")]
     pub blade: Option<Spanned<BladeScene>>,
+}
+
+/// The shape of a tool, in the axes of the hand.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct ToolShapeScene {
+    /// `sphere`, `capsule`, `box` or `plane`.
+    #[schemars(with = "String")]
+    pub kind: Spanned<String>,
+    /// Radius of a `sphere` or `capsule`.
+    pub radius: Option<Length>,
+    /// Length of a `capsule` between the centres of its round ends, along z.
+    pub length: Option<Length>,
+    /// Sides of a `box` along x, y and z.
+    pub size: Option<[Length; 3]>,
+    /// How it is turned in the axes of the hand.
+    pub rotation: Option<RotationScene>,
 }
 
 /// How a tool meets a sheet.

@@ -1,0 +1,96 @@
+//! A shape turned into the axes of the scene.
+
+use super::{Shape, Sphere};
+use nalgebra::UnitQuaternion;
+use pliant_mesh::geometry::{Closest, Vec3};
+use std::sync::Arc;
+
+/// A shape with a rotation. Points are relative to its centre, in axes of the scene.
+#[derive(Clone, Debug)]
+pub struct OrientedShape {
+    shape: Arc<dyn Shape>,
+    /// Turns axes of the shape into axes of the scene.
+    rotation: UnitQuaternion<f64>,
+}
+
+impl OrientedShape {
+    /// A shape whose axes are those of the scene.
+    pub fn new(shape: Arc<dyn Shape>) -> Self {
+        Self { shape, rotation: UnitQuaternion::identity() }
+    }
+
+    /// A sphere of `radius`, m.
+    pub fn sphere(radius: f64) -> Self {
+        Self::new(Arc::new(Sphere { radius }))
+    }
+
+    /// The shape itself, in its own axes.
+    pub fn shape(&self) -> &dyn Shape {
+        &*self.shape
+    }
+
+    /// How its axes are turned; a round shape is never turned.
+    pub fn rotation(&self) -> UnitQuaternion<f64> {
+        self.rotation
+    }
+
+    /// Turns its axes; a round shape stays as it is.
+    pub fn set_rotation(&mut self, rotation: UnitQuaternion<f64>) {
+        if !self.shape.is_round() {
+            self.rotation = rotation;
+        }
+    }
+
+    fn to_shape(&self, v: Vec3) -> Vec3 {
+        if self.shape.is_round() { v } else { self.rotation.inverse_transform_vector(&v) }
+    }
+
+    fn to_scene(&self, v: Vec3) -> Vec3 {
+        if self.shape.is_round() { v } else { self.rotation * v }
+    }
+
+    /// [`Shape::distance`], m.
+    pub fn distance(&self, p: Vec3) -> f64 {
+        self.shape.distance(self.to_shape(p))
+    }
+
+    /// [`Shape::normal`], a unit vector.
+    pub fn normal(&self, p: Vec3) -> Option<Vec3> {
+        self.shape.normal(self.to_shape(p)).map(|n| self.to_scene(n))
+    }
+
+    /// [`Shape::support`] along a unit vector, m.
+    pub fn support(&self, direction: Vec3) -> f64 {
+        self.shape.support(self.to_shape(direction))
+    }
+
+    /// [`Shape::contains`].
+    pub fn contains(&self, p: Vec3, margin: f64) -> bool {
+        self.shape.contains(self.to_shape(p), margin)
+    }
+
+    /// [`Shape::first_hit`].
+    pub fn first_hit(&self, start: Vec3, way: Vec3, margin: f64) -> Option<f64> {
+        self.shape.first_hit(self.to_shape(start), self.to_shape(way), margin)
+    }
+
+    /// The point of a triangle nearest to the shape with its centre at `centre`; both in the scene.
+    pub fn closest_on_triangle(&self, centre: Vec3, corners: [Vec3; 3]) -> Closest {
+        if self.shape.is_round() {
+            return pliant_mesh::geometry::closest_point(centre, corners);
+        }
+        let found = self.shape.closest_on_triangle(corners.map(|c| self.to_shape(c - centre)));
+        Closest { point: (0..3).map(|i| found.bary[i] * corners[i]).sum(), bary: found.bary }
+    }
+
+    /// From a point towards the shape: what faces this way is what it may touch. Relative to the centre, of no particular length.
+    pub fn towards(&self, p: Vec3) -> Vec3 {
+        if self.shape.is_round() { -p } else { -self.normal(p).unwrap_or(p) }
+    }
+
+    /// How far a shape that is not round reaches beyond its length scale, m: what must be simulated around a contact besides what a
+    /// fingertip needs.
+    pub fn extent(&self) -> f64 {
+        if self.shape.is_round() { 0.0 } else { self.shape.bounding_radius() }
+    }
+}
