@@ -91,14 +91,17 @@ impl Layer<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shape::{Capsule, Cuboid, Plane, Shape, Sphere};
+    use nalgebra::UnitQuaternion;
+    use std::sync::Arc;
 
     const RADIUS: f64 = 0.01;
 
     /// Samples of the plane z = 0, `spacing` apart.
-    fn plane(spacing: f64) -> Vec<Near> {
+    fn plane(spacing: f64, count: i32) -> Vec<Near> {
         let mut samples = Vec::new();
-        for i in -20..20 {
-            for j in -20..20 {
+        for i in -count..count {
+            for j in -count..count {
                 let point = Vec3::new((f64::from(i) + 0.5) * spacing, (f64::from(j) + 0.5) * spacing, 0.0);
                 samples.push(Near {
                     body: 0,
@@ -117,7 +120,7 @@ mod tests {
     fn a_ball_sinks_until_the_layer_balances_the_hand() {
         let ball = OrientedShape::sphere(RADIUS);
         let layer = Layer { shape: &ball, pull: 200.0, stiffness: 1e7 };
-        let samples = plane(5e-4);
+        let samples = plane(5e-4, 20);
         let hand = Vec3::new(0.0, 0.0, RADIUS - 2e-3);
         let (p, force) = layer.balance(&samples, Vec3::new(0.0, 0.0, RADIUS), hand, None);
         let pulled = layer.pull * (p[2] - hand[2]);
@@ -130,12 +133,47 @@ mod tests {
         assert!((total - force[2]).abs() < 1e-9);
     }
 
+    /// Winkler's bed under each shape at depth d, with pushes along the normals: F = k times the integral of the depth times the normal's z.
+    #[test]
+    fn each_shape_is_pushed_as_a_winkler_bed_pushes_it() {
+        let (k, d, spacing, count) = (1e7, 2e-4, 5e-5, 100);
+        let samples = plane(spacing, count);
+        let lying = UnitQuaternion::from_axis_angle(&Vec3::y_axis(), std::f64::consts::FRAC_PI_2);
+        let upside_down = UnitQuaternion::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI);
+        let (r, length) = (2e-3, 3e-3);
+        let h = r - d;
+        let a = f64::sqrt(r * r - h * h);
+        let cylinder = length * h * (2.0 * r * (a / h).asinh() - 2.0 * a);
+        let ball = std::f64::consts::PI * h * d * d;
+        let face = (2.0 * f64::from(count) * spacing).powi(2);
+        // Within d of a side of the box that side is nearer, and its pushes cancel those of the opposite one.
+        let sides = (8e-3 - 2.0 * d) * (6e-3 - 2.0 * d);
+        let cases: [(Arc<dyn Shape>, UnitQuaternion<f64>, f64, f64); 4] = [
+            (Arc::new(Sphere { radius: r }), UnitQuaternion::identity(), r, ball),
+            (Arc::new(Capsule::new(r, length)), lying, r, cylinder + ball),
+            (Arc::new(Cuboid::new(Vec3::new(8e-3, 6e-3, 6e-3))), UnitQuaternion::identity(), 3e-3, sides * d),
+            (Arc::new(Plane), upside_down, 0.0, face * d),
+        ];
+        for (shape, turn, height, integral) in cases {
+            let mut shape = OrientedShape::new(shape);
+            shape.set_rotation(turn);
+            let layer = Layer { shape: &shape, pull: 200.0, stiffness: k };
+            let p = Vec3::new(0.0, 0.0, height - d);
+            let force: Vec3 = layer.pushes(&samples, p).map(|push| push.force).sum();
+            let size: f64 = layer.pushes(&samples, p).map(|push| push.size).sum();
+            // The midpoint rule misses the rim of a contact by half a sample all around.
+            let rim = 2.0 * spacing / a;
+            let off = -force[2] / (k * integral) - 1.0;
+            assert!(off.abs() < rim && force.xy().norm() < 1e-9 * size, "{shape:?}: off by {off}, {force:?}");
+        }
+    }
+
     #[test]
     fn along_a_direction_it_leaves_the_others_alone() {
         let ball = OrientedShape::sphere(RADIUS);
         let layer = Layer { shape: &ball, pull: 200.0, stiffness: 1e7 };
         let hand = Vec3::new(0.003, 0.0, RADIUS - 2e-3);
-        let (p, _) = layer.balance(&plane(5e-4), Vec3::new(0.001, 0.0, RADIUS), hand, Some(Vec3::z()));
+        let (p, _) = layer.balance(&plane(5e-4, 20), Vec3::new(0.001, 0.0, RADIUS), hand, Some(Vec3::z()));
         assert!(p[0] == 0.001 && p[1] == 0.0 && p[2] < RADIUS);
     }
 }

@@ -23,8 +23,8 @@ use std::sync::Arc;
 /// Every shape, in the order help lists them.
 pub static KINDS: &[&dyn ShapeKind] = &[&sphere::Kind, &capsule::Kind, &cuboid::Kind, &plane::Kind];
 
-/// Most steps of sphere tracing before a point counts as missing the shape.
-const MAX_TRACE_STEPS: usize = 128;
+/// Most Newton steps before a moving point counts as missing the shape.
+const MAX_HIT_STEPS: usize = 64;
 /// Steps of a golden section search along an edge: they narrow it to 4e-9 of its length.
 const GOLDEN_STEPS: usize = 40;
 
@@ -72,22 +72,22 @@ pub trait Shape: fmt::Debug + Send + Sync {
     }
 
     /// Share of the way, 0 to 1, at which a point that moves from `start` along `way` comes into the shape enlarged by `margin`, m; 0 if it
-    /// starts inside and moves inwards. Sphere tracing (Hart 1996).
+    /// starts inside and moves inwards. Newton's method along the way: the distance is convex, so it never passes the first hit.
     fn first_hit(&self, start: Vec3, way: Vec3, margin: f64) -> Option<f64> {
-        let length = way.norm();
         let tolerance = 1e-9 * self.length_scale();
         let mut s = 0.0;
-        for _ in 0..MAX_TRACE_STEPS {
+        for _ in 0..MAX_HIT_STEPS {
             let p = start + s * way;
             let gap = self.distance(p) - margin;
-            // The distance is convex: once it grows along the way it never falls again.
-            if self.normal(p).is_some_and(|n| n.dot(&way) >= 0.0) {
+            let slope = self.normal(p).map_or(-way.norm(), |n| n.dot(&way));
+            // A convex distance that grows along the way never falls again.
+            if slope >= 0.0 {
                 return None;
             }
             if gap <= tolerance {
                 return Some(s);
             }
-            s += gap / length;
+            s -= gap / slope;
             if s.is_nan() || s > 1.0 {
                 return None;
             }

@@ -1,0 +1,185 @@
+//! Tools of every shape on solids and sheets: what they carry at rest is what presses on them, and nothing stays inside of them.
+
+use pliant_engine::session::Session;
+use pliant_mesh::geometry::Vec3;
+use pliant_solver::Pool;
+use pliant_tests::{Bench, NOW, box_scene, open};
+
+const GRAVITY: f64 = 9.81;
+/// Shapes whose lowest point is 4 mm below the hand when they are turned so.
+const DOWN: [(&str, &str); 4] = [
+    ("sphere", "shape = { kind = \"sphere\", radius = \"4 mm\" }"),
+    (
+        "capsule",
+        "shape = { kind = \"capsule\", radius = \"4 mm\", length = \"8 mm\", rotation = { axis = [0, 1, 0], angle = \"90 deg\" } }",
+    ),
+    ("box", "shape = { kind = \"box\", size = [\"10 mm\", \"10 mm\", \"8 mm\"] }"),
+    ("plane", "shape = { kind = \"plane\", rotation = { axis = [1, 0, 0], angle = \"180 deg\" } }"),
+];
+
+/// A block whose border is held, pressed from above by a tool at rest.
+fn pressed(shape: &str, height: f64) -> Session {
+    let path = format!("path = [[0.0, 0.0, 0.0, {}], [0.02, 0.0, 0.0, {height}]]", height + 0.004);
+    let scene = box_scene("integrator = \"backward-euler\"", "", "")
+        .replace("path = [[0.0, 0.0, 0.0, 0.006], [0.03, 0.0, 0.0, 0.001], [0.05, 0.002, 0.0, 0.001]]", &path)
+        .replace("radius = \"4 mm\"", shape);
+    let mut session = open(&scene, 1);
+    (0..500).for_each(|_| session.step());
+    session
+}
+
+#[test]
+fn on_a_solid_each_shape_carries_what_the_border_holds() {
+    let mut forces = Vec::new();
+    for (name, shape) in DOWN {
+        let height = if name == "plane" { -0.002 } else { 0.002 };
+        let mut session = pressed(shape, height);
+        let felt = session.frame().tools[0];
+        let system = &mut session.bodies[0].system;
+        let mut elastic = vec![Vec3::zeros(); system.nodes.len()];
+        let still = elastic.clone();
+        system.forces(&Pool::new(1), Some(&still), NOW, &mut elastic).unwrap();
+        let held = (0..elastic.len()).filter(|&i| !system.nodes.constraint[i].is_free());
+        let border: Vec3 = held.map(|i| elastic[i]).sum();
+        let off = (border + felt.force).norm() / felt.force.norm();
+        // As for a ball: what backward Euler has not brought to rest in half a second.
+        assert!(off < 1e-3, "{name}: border {border:?}, hand {:?}", felt.force);
+        assert!(felt.contact.is_some() && felt.force[2] > 0.02, "{name}: {felt:?}");
+        forces.push(felt.force[2]);
+    }
+    let [sphere, capsule, cuboid, plane] = forces[..] else { panic!("{forces:?}") };
+    assert!(sphere < capsule && capsule < cuboid && cuboid < plane, "the wider, the more it takes: {forces:?}");
+}
+
+/// A free sheet of 0.1 m that falls onto a tool from a millimetre above.
+fn dropped(shape: &str, friction: f64, height: f64, steps: usize) -> Session {
+    let scene = format!(
+        r#"
+        format = 1
+        gravity = [0, 0, -{GRAVITY}]
+        [time]
+        duration = 10
+        dt = 1e-3
+        integrator = "backward-euler"
+        [solver]
+        tolerance = 1e-8
+        [[body]]
+        shape = {{ kind = "sheet", cells = 24, size = [0.1, 0.1, 0] }}
+        sheet = {{ warp = [1, 0, 0] }}
+        position = [-0.05, -0.05, {height}]
+        [body.material]
+        plugin = "cloth"
+        params = {{ density = 0.15, young-warp = 500, poisson = 0.3, bending-warp = 10e-6, damping-time = 1e-2 }}
+        [[device]]
+        name = "hand"
+        params = {{ path = [[0, 0, 0, 0], [1, 0, 0, 0]] }}
+        [[tool]]
+        name = "support"
+        device = "hand"
+        slew = "1e9 N/s"
+        friction = [{friction}, {friction}]
+        {shape}
+        [[edit]]
+        kind = "touch"
+        tool = "support"
+        "#
+    );
+    let mut session = open(&scene, 1);
+    (0..steps).for_each(|_| session.step());
+    session
+}
+
+/// Mass of the sheet, kg, and velocity of its centre of mass, m/s.
+fn motion(session: &Session) -> (f64, Vec3) {
+    let nodes = &session.bodies[0].system.nodes;
+    let mass: f64 = nodes.mass.iter().sum();
+    (mass, nodes.mass.iter().zip(&nodes.v).map(|(m, v)| *m * *v).sum::<Vec3>() / mass)
+}
+
+#[test]
+fn a_sheet_at_rest_on_each_shape_weighs_on_it_and_stays_outside() {
+    for (name, shape, top) in [
+        ("sphere", "shape = { kind = \"sphere\", radius = \"40 mm\" }", 0.04),
+        (
+            "capsule",
+            "shape = { kind = \"capsule\", radius = \"20 mm\", length = \"60 mm\", rotation = { axis = [0, 1, 0], angle = \"90 deg\" } }",
+            0.02,
+        ),
+        ("box", "shape = { kind = \"box\", size = [\"60 mm\", \"60 mm\", \"40 mm\"] }", 0.02),
+        ("plane", "shape = { kind = \"plane\" }", 0.0),
+    ] {
+        let mut session = dropped(shape, 1.0, top + 0.001, 1500);
+        let (mass, weight) = (motion(&session).0, motion(&session).0 * GRAVITY);
+        let mean: f64 = (0..500)
+            .map(|_| {
+                session.step();
+                session.frame().tools[0].force[2]
+            })
+            .sum::<f64>()
+            / 500.0;
+        // Impulse: what moves less than 2 mm/s at both ends is off by no more than m dv / t.
+        let off = (-mean / weight - 1.0).abs();
+        let speed = motion(&session).1.norm();
+        assert!(
+            speed < 0.05 && off < 2.0 * mass * 0.05 / (0.5 * weight),
+            "{name}: {mean} N of {weight} N, {speed} m/s"
+        );
+        let (tool, nodes) = (&session.tools[0].tool, &session.bodies[0].system.nodes);
+        let shape = &tool.proxy.shape;
+        let least = nodes.x.iter().map(|x| shape.distance(x - tool.proxy.position)).fold(f64::INFINITY, f64::min);
+        // Constraints hold velocities: positions are off by what a step leaves.
+        assert!(least > -1e-5, "{name}: a vertex is {least} m inside");
+    }
+}
+
+#[test]
+fn a_sheet_slides_down_a_tilted_plane_as_friction_lets_it() {
+    let tilt = 20.0_f64.to_radians();
+    let shape = "shape = { kind = \"plane\", rotation = { axis = [0, 1, 0], angle = \"20 deg\" } }";
+    // The sheet lies on the plane from the start, turned as it is.
+    for (friction, wanted) in
+        [(0.0, GRAVITY * tilt.sin()), (0.2, GRAVITY * (tilt.sin() - 0.2 * tilt.cos())), (0.5, 0.0)]
+    {
+        let mut session = dropped(shape, friction, 0.05 * tilt.tan() + 2e-3, 600);
+        let start = motion(&session).1;
+        (0..200).for_each(|_| session.step());
+        let gained = (motion(&session).1 - start) / 0.2;
+        let down = Vec3::new(tilt.cos(), 0.0, -tilt.sin());
+        let along = gained.dot(&down);
+        assert!((along - wanted).abs() < 0.03 * GRAVITY, "friction {friction}: {along} m/s^2 for {wanted}, {gained:?}");
+    }
+}
+
+#[test]
+fn a_turning_hand_turns_its_box() {
+    // A box edge-on, 4 mm out by its face and 5.66 mm by its edge: at the same height it presses only if it is turned.
+    let flat = "shape = { kind = \"box\", size = [\"8 mm\", \"20 mm\", \"8 mm\"] }";
+    let turned = "shape = { kind = \"box\", size = [\"8 mm\", \"20 mm\", \"8 mm\"], rotation = { axis = [0, 1, 0], angle = \"45 deg\" } }";
+    assert_eq!(pressed(flat, 0.0045).frame().tools[0].force, Vec3::zeros());
+    assert!(pressed(turned, 0.0045).frame().tools[0].force[2] > 0.02);
+}
+
+#[test]
+fn a_wrong_shape_is_refused_with_what_is_allowed() {
+    let dir = Bench::new();
+    let with = |tool: &str| box_scene("", "", "").replace("radius = \"4 mm\"", tool);
+    for (tool, says) in [
+        ("", "tool `finger` has no shape; allowed is `radius`, of a sphere, or `shape`"),
+        (
+            "radius = \"4 mm\"\nshape = { kind = \"plane\" }",
+            "tool `finger` has `radius` and `shape`; allowed is one of them",
+        ),
+        ("shape = { kind = \"cone\" }", "tool `finger`: shape `cone`; allowed is `sphere`, `capsule`, `box`, `plane`"),
+        (
+            "shape = { kind = \"capsule\", radius = \"4 mm\" }",
+            "`capsule` without `length`; it needs `radius`, `length`",
+        ),
+        (
+            "shape = { kind = \"box\", size = [1, 0, 1] }",
+            "`size` of a `box` is 0 m; allowed is a finite length above 0",
+        ),
+    ] {
+        dir.write("scene.toml", with(tool));
+        dir.pliant(&["run", "scene.toml"]).expect(2).says(&["scene.toml:", says]);
+    }
+}
