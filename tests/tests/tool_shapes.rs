@@ -17,19 +17,21 @@ const DOWN: [(&str, &str); 4] = [
     ("plane", "shape = { kind = \"plane\", rotation = { axis = [1, 0, 0], angle = \"180 deg\" } }"),
 ];
 
-/// A block whose border is held, pressed from above by a tool at rest.
+/// A block that is held far from a tool that presses it from above, at rest.
 fn pressed(shape: &str, height: f64) -> Session {
     let path = format!("path = [[0.0, 0.0, 0.0, {}], [0.02, 0.0, 0.0, {height}]]", height + 0.004);
+    let held = "grid = { level = 4, region = \"whole\" }\nfixed = [{ box = [[-1, -1, -1], [1, 1, -0.0199]] }]";
     let scene = box_scene("integrator = \"backward-euler\"", "", "")
         .replace("path = [[0.0, 0.0, 0.0, 0.006], [0.03, 0.0, 0.0, 0.001], [0.05, 0.002, 0.0, 0.001]]", &path)
+        .replace("grid = { level = 5 }", held)
         .replace("radius = \"4 mm\"", shape);
     let mut session = open(&scene, 1);
-    (0..500).for_each(|_| session.step());
+    (0..300).for_each(|_| session.step());
     session
 }
 
 #[test]
-fn on_a_solid_each_shape_carries_what_the_border_holds() {
+fn on_a_solid_each_shape_carries_what_the_fixed_nodes_hold() {
     let mut forces = Vec::new();
     for (name, shape) in DOWN {
         let height = if name == "plane" { -0.002 } else { 0.002 };
@@ -40,15 +42,14 @@ fn on_a_solid_each_shape_carries_what_the_border_holds() {
         let still = elastic.clone();
         system.forces(&Pool::new(1), Some(&still), NOW, &mut elastic).unwrap();
         let held = (0..elastic.len()).filter(|&i| !system.nodes.constraint[i].is_free());
-        let border: Vec3 = held.map(|i| elastic[i]).sum();
-        let off = (border + felt.force).norm() / felt.force.norm();
-        // As for a ball: what backward Euler has not brought to rest in half a second.
-        assert!(off < 1e-3, "{name}: border {border:?}, hand {:?}", felt.force);
+        let holding: Vec3 = held.map(|i| elastic[i]).sum();
+        let off = (holding + felt.force).norm() / felt.force.norm();
+        // What backward Euler has not brought to rest yet.
+        assert!(off < 1e-2, "{name}: held by {holding:?}, hand {:?}", felt.force);
         assert!(felt.contact.is_some() && felt.force[2] > 0.02, "{name}: {felt:?}");
         forces.push(felt.force[2]);
     }
-    let [sphere, capsule, cuboid, plane] = forces[..] else { panic!("{forces:?}") };
-    assert!(sphere < capsule && capsule < cuboid && cuboid < plane, "the wider, the more it takes: {forces:?}");
+    assert!(forces.windows(2).all(|pair| pair[0] < pair[1]), "the wider, the more it takes: {forces:?}");
 }
 
 /// A free sheet of 0.1 m that falls onto a tool from a millimetre above.
@@ -64,7 +65,7 @@ fn dropped(shape: &str, friction: f64, height: f64, steps: usize) -> Session {
         [solver]
         tolerance = 1e-8
         [[body]]
-        shape = {{ kind = "sheet", cells = 24, size = [0.1, 0.1, 0] }}
+        shape = {{ kind = "sheet", cells = 16, size = [0.1, 0.1, 0] }}
         sheet = {{ warp = [1, 0, 0] }}
         position = [-0.05, -0.05, {height}]
         [body.material]
@@ -97,37 +98,31 @@ fn motion(session: &Session) -> (f64, Vec3) {
 }
 
 #[test]
-fn a_sheet_at_rest_on_each_shape_weighs_on_it_and_stays_outside() {
+fn a_sheet_on_each_shape_gives_it_all_its_momentum_and_stays_outside() {
+    let capsule = r#"{ kind = "capsule", radius = "20 mm", length = "60 mm", rotation = { axis = [0, 1, 0], angle = "90 deg" } }"#;
     for (name, shape, top) in [
-        ("sphere", "shape = { kind = \"sphere\", radius = \"40 mm\" }", 0.04),
-        (
-            "capsule",
-            "shape = { kind = \"capsule\", radius = \"20 mm\", length = \"60 mm\", rotation = { axis = [0, 1, 0], angle = \"90 deg\" } }",
-            0.02,
-        ),
-        ("box", "shape = { kind = \"box\", size = [\"60 mm\", \"60 mm\", \"40 mm\"] }", 0.02),
-        ("plane", "shape = { kind = \"plane\" }", 0.0),
+        ("sphere", r#"{ kind = "sphere", radius = "40 mm" }"#, 0.04),
+        ("capsule", capsule, 0.02),
+        ("box", r#"{ kind = "box", size = ["60 mm", "60 mm", "40 mm"] }"#, 0.02),
+        ("plane", r#"{ kind = "plane" }"#, 0.0),
     ] {
-        let mut session = dropped(shape, 1.0, top + 0.001, 1500);
-        let (mass, weight) = (motion(&session).0, motion(&session).0 * GRAVITY);
-        let mean: f64 = (0..500)
-            .map(|_| {
-                session.step();
-                session.frame().tools[0].force[2]
-            })
-            .sum::<f64>()
-            / 500.0;
-        // Impulse: what moves less than 2 mm/s at both ends is off by no more than m dv / t.
-        let off = (-mean / weight - 1.0).abs();
-        let speed = motion(&session).1.norm();
-        assert!(
-            speed < 0.05 && off < 2.0 * mass * 0.05 / (0.5 * weight),
-            "{name}: {mean} N of {weight} N, {speed} m/s"
-        );
+        // In the air for 14 ms, then in contact.
+        let mut session = dropped(&format!("shape = {shape}"), 0.3, top + 0.001, 50);
+        let (mass, before) = motion(&session);
+        let (mut impulse, steps) = (Vec3::zeros(), 100);
+        for _ in 0..steps {
+            session.step();
+            impulse += 1e-3 * session.frame().tools[0].force;
+        }
+        let weight = mass * GRAVITY * 1e-3 * f64::from(steps);
+        let gained = mass * (motion(&session).1 - before);
+        // Newton: what the sheet does not gain of its weight, the hand feels. Solves leave 1e-8 of their right side.
+        let off = (gained + impulse + Vec3::new(0.0, 0.0, weight)).norm() / weight;
+        assert!(off < 1e-4 && impulse[2] < -0.1 * weight, "{name}: {off}, {impulse:?} of {weight} N s");
         let (tool, nodes) = (&session.tools[0].tool, &session.bodies[0].system.nodes);
         let shape = &tool.proxy.shape;
         let least = nodes.x.iter().map(|x| shape.distance(x - tool.proxy.position)).fold(f64::INFINITY, f64::min);
-        // Constraints hold velocities: positions are off by what a step leaves.
+        // Constraints hold velocities along tangent planes: around a radius r a slide of v dt goes (v dt)^2 / 2 r inside.
         assert!(least > -1e-5, "{name}: a vertex is {least} m inside");
     }
 }

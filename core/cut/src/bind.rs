@@ -15,7 +15,7 @@ use super::mesh::{CutMesh, NONE, Triangle};
 pub(super) struct Walls {
     /// New triangles, each with its points in the sheet.
     pub triangles: Vec<(u32, [u32; 3])>,
-    /// m^2, of one wall.
+    /// Area of one wall, m^2.
     pub area: f64,
 }
 

@@ -82,7 +82,7 @@ impl Blade {
         (self.heel - self.tip).norm()
     }
 
-    /// m, how far the blade's middle is moved.
+    /// How far the blade's middle is moved, m.
     pub(super) fn way(&self, next: &Self) -> f64 {
         let middle = |blade: &Self| blade.tip.lerp(&blade.heel, 0.5);
         (middle(next) - middle(self)).norm()

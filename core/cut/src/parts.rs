@@ -16,7 +16,7 @@ pub struct Parts {
 pub struct Part {
     /// How many.
     pub triangles: usize,
-    /// m^2.
+    /// Area, m^2.
     pub area: f64,
     /// m^3; meaningless when the part is not closed.
     pub volume: f64,

@@ -182,7 +182,7 @@ mod tests {
             let text = draft.to_toml(Path::new("/models"));
             let (scene, _) = scene::load_text(Path::new("/models/scene.toml"), text.clone(), &[]).expect("a scene");
             assert_eq!(scene.body[0].mesh.as_ref().map(|m| m.get_ref().clone()), Some("a \"b\".obj".into()), "{text}");
-            assert_eq!(scene.tool[0].radius.get_ref().si, draft.radius());
+            assert_eq!(scene.tool[0].radius.as_ref().map(|r| r.get_ref().si), Some(draft.radius()));
             assert_eq!(scene.body[0].sheet.is_some(), draft.substance() == Substance::Sheet);
         }
     }

@@ -49,7 +49,7 @@ impl Carrier {
         }
     }
 
-    /// m, the distance of neighbouring nodes
+    /// The distance of neighbouring nodes, m.
     pub fn edge(&self) -> f64 {
         match self {
             Self::Lattice(lattice) => lattice.edge(),
@@ -96,7 +96,7 @@ impl Carrier {
     /// Brings every active point of the surface up to date.
     ///
     /// # Errors
-    /// What the grid says.
+    /// A grid that fails.
     pub fn embed_all(
         &mut self,
         pool: &Pool,
@@ -127,7 +127,7 @@ impl Carrier {
     /// Where the nodes carry one rest place, and where they would if they were at rest. What no node carries stays.
     ///
     /// # Errors
-    /// What the grid says.
+    /// A grid that fails.
     pub fn carry_one(
         &self,
         place: Vec3,

@@ -64,7 +64,7 @@ impl Body {
     /// Brings the surface of every node up to date: for a picture, a file or the end of a run.
     ///
     /// # Errors
-    /// What the grid says.
+    /// A grid that fails.
     pub fn update_skin(&mut self, pool: &Pool) -> Result<(), LatticeError> {
         self.carrier.embed_all(pool, &self.system.nodes, &self.model, &mut self.skin)?;
         if let Some(symmetry) = &self.symmetry {
@@ -76,7 +76,7 @@ impl Body {
     /// Where the nodes carry one rest place, and where they would if they were at rest. What no node carries stays.
     ///
     /// # Errors
-    /// What the grid says.
+    /// A grid that fails.
     pub fn carry_one(&self, place: Vec3) -> Result<(Vec3, Vec3), LatticeError> {
         self.carrier.carry_one(place, &self.model, &self.skin, &self.system.nodes)
     }

@@ -24,7 +24,7 @@ pub struct Model {
     pub pages: PageStamps,
     /// The same for vertices near a cut.
     recut: HashMap<u32, Vec<u32>>,
-    /// m, the longest edge at each vertex (n)
+    /// The longest edge at each vertex (n), m.
     longest_edge: Vec<f32>,
 }
 
@@ -79,14 +79,14 @@ impl Model {
         }
     }
 
-    /// m^2, the area of the triangles around a vertex, along its normal, where vertices are at `points` (m)
+    /// The area of the triangles around a vertex, along its normal, where vertices are at `points` (m), m^2.
     pub fn area_around(&self, vertex: u32, points: &[Vec3]) -> Vec3 {
         let each = self.around(vertex).iter().filter(|t| !self.is_lid(**t));
         let corners = each.map(|&t| self.surface.triangles[t as usize].map(|v| points[v as usize]));
         corners.map(|[a, b, c]| 0.5 * (b - a).cross(&(c - a))).sum()
     }
 
-    /// m, the longest edge at a vertex.
+    /// The longest edge at a vertex, m.
     pub fn longest_edge(&self, vertex: u32) -> f64 {
         f64::from(self.longest_edge[vertex as usize])
     }

@@ -8,7 +8,7 @@ impl Body {
     /// cells or triangles inside of the ball join to the place: what is near in space alone stays out.
     ///
     /// # Errors
-    /// What the grid says.
+    /// A grid that fails.
     pub fn nodes_within(&self, place: Vec3, radius: f64, out: &mut Vec<(u32, f64)>) -> Result<(), LatticeError> {
         out.clear();
         let (_, centre) = self.carry_one(place)?;

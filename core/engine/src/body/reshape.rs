@@ -10,9 +10,9 @@ use std::sync::Arc;
 /// A change of the shape at rest.
 #[derive(Debug, Default)]
 pub struct RestChange {
-    /// m, of each node (n x 3)
+    /// Nodes of each node (n x 3), m.
     pub nodes: Vec<Vec3>,
-    /// m, of single vertices beyond what their nodes do: what is finer than a cell
+    /// Points of single vertices beyond what their nodes do: what is finer than a cell, m.
     pub points: Vec<(u32, Vec3)>,
 }
 
@@ -29,7 +29,7 @@ impl Body {
     /// Changes the shape at rest. Cells it would turn over, or flatten to less than a tenth, stay as they are.
     ///
     /// # Errors
-    /// What grid or material say.
+    /// A grid or material that fails.
     pub fn reshape(&mut self, change: &mut RestChange) -> Result<(), LatticeError> {
         let Self { model, skin, system, carrier, .. } = self;
         let mut moved: Vec<u32> = Vec::new();
@@ -91,7 +91,7 @@ impl Lattice {
     }
 }
 
-/// m^3, the least volume spanned by the three edges at a corner of a cell.
+/// The least volume spanned by the three edges at a corner of a cell, m^3.
 fn least_volume(corners: &[Vec3; 8]) -> f64 {
     let volume = |(corner, near): (usize, &[usize; 3])| {
         let [x, y, z] = near.map(|n| corners[n] - corners[corner]);

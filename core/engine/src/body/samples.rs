@@ -17,7 +17,7 @@ use std::ops::Range;
 pub struct Samples {
     /// m, rest places (s x 3)
     pub place: Vec<Vec3>,
-    /// m^2 (s)
+    /// Area, m^2 (s).
     pub area: Vec<f64>,
     /// Unit, in the rest shape (s x 3)
     pub normal: Vec<Vec3>,
@@ -47,7 +47,7 @@ struct Part {
     /// Keeps the order of sums.
     number: u32,
     middle: Vec3,
-    /// m^2, along the normal
+    /// Area along the normal, m^2.
     area: Vec3,
 }
 
@@ -55,7 +55,7 @@ impl Samples {
     /// Samples the surface a lattice carries.
     ///
     /// # Errors
-    /// What the grid says.
+    /// A grid that fails.
     pub fn new(surface: &Surface, lattice: &Lattice) -> Result<Self, LatticeError> {
         let size = lattice.edge() / PER_EDGE;
         let mut parts: Vec<Part> = Vec::with_capacity(surface.triangles.len());
@@ -104,7 +104,7 @@ impl Samples {
     /// Samples `cells` (ids, rising) that a blade has parted, each part by itself.
     ///
     /// # Errors
-    /// What the grid says.
+    /// A grid that fails.
     pub fn take_cut(
         &mut self,
         cells: &[u64],

@@ -53,7 +53,7 @@ pub struct Sheet {
 
 /// No node.
 pub const NONE: u32 = u32::MAX;
-/// kg, of nodes that only lend a direction and never move: in no weight, reaction or energy.
+/// Mass of nodes that only lend a direction and never move, kg: too small to count in any weight, reaction or energy.
 const WEIGHTLESS: f64 = 1e-30;
 
 impl Sheet {

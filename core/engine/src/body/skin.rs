@@ -17,7 +17,7 @@ pub const NOT_CARRIED: u32 = u32::MAX;
 pub struct Skin {
     /// m, as of the last embedding of each vertex (n x 3)
     pub x: Vec<Vec3>,
-    /// m, where each vertex is when its nodes are at rest (n x 3); shared with what can be undone, copied when it changes
+    /// Where each vertex is when its nodes are at rest (n x 3); shared with what can be undone, copied when it changes, m.
     pub settled: Arc<Vec<Vec3>>,
     /// Place in the region of the cell that carries each vertex, or [`NOT_CARRIED`] (n)
     pub cell: Vec<u32>,

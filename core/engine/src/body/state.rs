@@ -44,7 +44,7 @@ impl Body {
     /// As it was.
     ///
     /// # Errors
-    /// What grid or material say.
+    /// A grid or material that fails.
     pub fn restore(&mut self, state: &BodyState) -> Result<(), LatticeError> {
         let mut moved = Vec::new();
         let known = self.model.surface.triangles.len();

@@ -9,18 +9,18 @@ use pliant_solver::{Block, NodeSprings, Nodes, Vec3};
 pub struct PlaceLoads {
     /// m, rest places (s x 3)
     pub places: Vec<Vec3>,
-    /// N (s x 3)
+    /// Force, N (s x 3).
     pub force: Vec<Vec3>,
-    /// N/m (s blocks)
+    /// Stiffness, N/m (s blocks).
     pub stiffness: Vec<Block>,
-    /// N s/m (s blocks)
+    /// Damping, N s/m (s blocks).
     pub damping: Vec<Block>,
     sums: Sums,
     weights: Vec<[f64; 8]>,
 }
 
 impl PlaceLoads {
-    /// No loads; keeps its buffers.
+    /// Removes all loads; keeps the buffers.
     pub fn clear(&mut self) {
         self.places.clear();
         self.force.clear();
@@ -28,7 +28,7 @@ impl PlaceLoads {
         self.damping.clear();
     }
 
-    /// One more.
+    /// Adds one.
     pub fn push(&mut self, place: Vec3, force: Vec3, stiffness: Block, damping: Block) {
         self.places.push(place);
         self.force.push(force);
@@ -40,7 +40,7 @@ impl PlaceLoads {
     /// others take their share, so that the whole load arrives.
     ///
     /// # Errors
-    /// What the grid says.
+    /// A grid that fails.
     pub fn attach(&mut self, body: &mut Body, out: &mut NodeSprings) -> Result<(), LatticeError> {
         let Body { carrier, model, skin, system, .. } = body;
         let nodes = &system.nodes;

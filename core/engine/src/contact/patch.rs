@@ -9,7 +9,7 @@ use pliant_solver::Vec3;
 /// Weighted rest places of a disc.
 #[derive(Debug, Default)]
 pub struct Patch {
-    /// m (s x 3)
+    /// Places, m (s x 3).
     pub places: Vec<Vec3>,
     /// Share of the load at each (s), sum 1
     pub shares: Vec<f64>,

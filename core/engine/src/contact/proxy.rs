@@ -21,9 +21,9 @@ pub struct Friction {
 /// Where the proxy touches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Touch {
-    /// Of which body.
+    /// Index of the body.
     pub body: u32,
-    /// m, where the point touched was in the model as it was handed in
+    /// Where the point touched was in the model as it was handed in, m.
     pub rest: Vec3,
     /// Normal there, in the rest shape; of no particular length
     pub rest_normal: Vec3,

@@ -19,13 +19,13 @@ pub struct SheetTips {
     pub presses: Option<Vec<Press>>,
     /// In the order of the tools.
     pub tips: Vec<Tip>,
-    /// m, how far a vertex may have moved since the last step
+    /// How far a vertex may have moved since the last step, m.
     pub moved: f64,
-    /// J, what friction took in the last step
+    /// What friction took in the last step, J.
     pub rubbed: f64,
     near: Vec<Reach>,
     held: Vec<Held>,
-    /// s, of the step
+    /// Length of the step, s.
     dt: f64,
     /// Vertices held in the last step, rising.
     before: Vec<Last>,
@@ -40,7 +40,7 @@ struct Last {
     friction: Option<Vec3>,
 }
 
-/// m/s, how fast a vertex is pushed out at most, besides the motion of the tip
+/// How fast a vertex is pushed out at most, besides the motion of the tip, m/s.
 const CORRECTION: f64 = 0.5;
 /// Radii: how far off a vertex may be that two tips held, or another one.
 const NEAR: f64 = 1e-3;

@@ -48,13 +48,13 @@ pub struct SoftPress {
 /// One place of a tip on its way through a step.
 #[derive(Clone, Copy)]
 struct Look {
-    /// m
+    /// Centre, m.
     centre: Vec3,
-    /// N/m
+    /// Stiffness, N/m.
     stiffness: f64,
     /// Motion of the tip in the step, m.
     drive: Vec3,
-    /// s
+    /// Length of the step, s.
     dt: f64,
 }
 
@@ -77,7 +77,7 @@ struct Spot {
     force: Vec3,
     stiffness: Block,
     damping: Block,
-    /// N, what the spring of a depth has come to
+    /// What the spring of a depth has come to, N.
     lasting: f64,
     sticks: bool,
 }
@@ -94,7 +94,7 @@ const FAR: f64 = 1.0;
 const TIE: f64 = 1e-9;
 
 impl SoftTip {
-    /// In contact with nothing.
+    /// A tip in contact with nothing.
     pub fn new(meets: Meets) -> Self {
         Self {
             meets,
@@ -114,7 +114,7 @@ impl SoftTip {
         self.leave();
     }
 
-    /// It touches nothing any more.
+    /// Forgets all contacts.
     pub fn leave(&mut self) {
         self.spots.clear();
     }
@@ -134,7 +134,7 @@ impl SoftTip {
         })
     }
 
-    /// J, what friction takes in a step of `dt` (s) where the sheet slides, once nodes have moved.
+    /// What friction takes in a step of `dt` (s) where the sheet slides, once nodes have moved, J.
     pub fn rubbed(&self, tip: &Tip, nodes: &Nodes, dt: f64) -> f64 {
         let sliding = self.spots.iter().filter(|spot| !spot.sticks);
         let lost = sliding.map(|spot| {
@@ -300,7 +300,7 @@ impl SoftTip {
 }
 
 impl Spot {
-    /// N, on the sheet, now that its nodes are at `x`.
+    /// Force on the sheet with its nodes at `x`, N.
     fn felt(&self, x: &[Vec3]) -> Vec3 {
         let moved = carried(x, self.corners, self.bary) - self.point;
         self.force - matrix3(&self.stiffness) * moved

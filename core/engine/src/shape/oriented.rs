@@ -88,9 +88,10 @@ impl OrientedShape {
         if self.shape.is_round() { -p } else { -self.normal(p).unwrap_or(p) }
     }
 
-    /// How far a shape that is not round reaches beyond its length scale, m: what must be simulated around a contact besides what a
-    /// fingertip needs.
+    /// What must be simulated around a contact besides what a fingertip needs, m: the bounding radius of a shape that is not round. A shape
+    /// without end adds nothing: a local region stays local.
     pub fn extent(&self) -> f64 {
-        if self.shape.is_round() { 0.0 } else { self.shape.bounding_radius() }
+        let radius = self.shape.bounding_radius();
+        if self.shape.is_round() || radius.is_infinite() { 0.0 } else { radius }
     }
 }

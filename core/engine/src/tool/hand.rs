@@ -10,7 +10,7 @@ use pliant_solver::Vec3;
 /// A device's place in the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
-    /// m, where the device's origin is
+    /// Where the device's origin is, m.
     pub origin: Vec3,
     /// Turns device axes into scene axes.
     pub rotation: UnitQuaternion<f64>,
@@ -52,7 +52,7 @@ impl Frame {
 /// A hand as the scene sees it.
 #[derive(Clone, Debug)]
 pub struct Hand {
-    /// m
+    /// Position, m.
     pub position: Vec3,
     /// Turns axes of the hand into scene axes.
     pub rotation: UnitQuaternion<f64>,
@@ -60,7 +60,7 @@ pub struct Hand {
     pub buttons: u32,
     /// Whether there is a hand at all.
     pub present: bool,
-    /// m/s, at most
+    /// Largest speed at which it is followed, m/s.
     pub fastest: f64,
     last_good: f64,
     /// Samples that were dropped, and samples that were followed at the limit.
@@ -69,7 +69,7 @@ pub struct Hand {
     pub slowed: u64,
 }
 
-/// s, how long the last good sample stands.
+/// How long the last good sample stands, s.
 const PATIENCE: f64 = 0.05;
 
 impl Hand {

@@ -8,22 +8,22 @@ use pliant_solver::{Block, Vec3, matrix3};
 /// A contact, as of one sample of the hand.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ContactModel {
-    /// ns, when that sample was taken
+    /// When that sample was taken, ns.
     pub time: u64,
-    /// N, on the hand
+    /// Force on the hand, N.
     pub force: Vec3,
-    /// m, where the hand was
+    /// Where the hand was, m.
     pub at: Vec3,
-    /// m/s, how what holds the hand moves
+    /// How what holds the hand moves, m/s.
     pub drift: Vec3,
-    /// N/m, the force loses when the hand moves; symmetric
+    /// Stiffness: force lost per displacement of the hand, symmetric, N/m.
     pub stiffness: Block,
     /// Out of the surface: the force never pulls against it. `None`: it holds on both sides.
     pub normal: Option<Vec3>,
 }
 
 impl ContactModel {
-    /// N, on a hand at `x` (m), `after` (s) the sample; it drifts for `drifts` (s) at most.
+    /// Force on a hand at `x` (m), `after` (s) the sample; it drifts for `drifts` (s) at most, N.
     pub fn force(&self, x: Vec3, after: f64, drifts: f64) -> Vec3 {
         let held = self.at + after.clamp(0.0, drifts) * self.drift;
         let moved = held - x;
@@ -40,13 +40,13 @@ impl ContactModel {
 pub struct Blend {
     now: ContactModel,
     before: ContactModel,
-    /// ns, when `now` came
+    /// When `now` came, ns.
     came: u64,
-    /// s, between the last two, smoothed
+    /// Period between the last two, smoothed, s.
     period: f64,
 }
 
-/// s, the longest change-over, and the longest drift
+/// The longest change-over, and the longest drift, s.
 const LONGEST: f64 = 0.02;
 
 impl Blend {
@@ -57,7 +57,7 @@ impl Blend {
         (self.before, self.now, self.came) = (self.now, model, time);
     }
 
-    /// N, on a hand at `x` (m) at `time` (ns): from what the model before says there to what the newest says, over a period.
+    /// Force on a hand at `x` (m) at `time` (ns): from what the model before says there to what the newest says, over a period, N.
     pub fn force(&self, x: Vec3, time: u64) -> Vec3 {
         let after = |model: &ContactModel| seconds(time.saturating_sub(model.time));
         let drifts = 2.0 * self.period;
@@ -70,14 +70,14 @@ impl Blend {
         old + share * (new - old)
     }
 
-    /// m/N, of the newest coupling along `force` (N): inverse of what it resists with in that direction; 0 without any
+    /// Compliance of the newest coupling along `force` (N): inverse of what it resists with in that direction; 0 without any, m/N.
     pub fn compliance(&self, force: Vec3) -> f64 {
         let resisted = matrix3(&self.now.stiffness) * force;
         let (size, along) = (force.norm_squared(), force.dot(&resisted));
         if along > 0.0 && size > 0.0 { size / along } else { 0.0 }
     }
 
-    /// s, since the sample of the hand that the newest model answers
+    /// Time since the sample of the hand that the newest model answers, s.
     pub fn age(&self, time: u64) -> f64 {
         seconds(time.saturating_sub(self.now.time))
     }

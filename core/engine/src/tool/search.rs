@@ -49,7 +49,7 @@ impl SurfaceSearch {
     /// The point of any surface nearest to `centre`, within `reach` (m).
     ///
     /// # Errors
-    /// What the grid says.
+    /// A grid that fails.
     pub fn nearest(
         &mut self,
         bodies: &mut [Body],

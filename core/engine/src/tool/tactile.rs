@@ -18,16 +18,16 @@ pub struct TaxelArray {
     pub rows: usize,
     /// Across it.
     pub columns: usize,
-    /// m
+    /// Pitch, m.
     pub pitch: f64,
-    /// N, of one pin
+    /// Largest force of one pin, N.
     pub most: f64,
 }
 
 /// How a surface feels when it slips by.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Texture {
-    /// m, from one thread to the next
+    /// Period from one thread to the next, m.
     pub period: f64,
     /// Modulation of a pin at 1 N, 1/N; nothing is felt at 0.
     pub roughness: f64,
@@ -62,7 +62,7 @@ pub struct TactilePad {
     pub taxels: Vec<f64>,
     /// Cycles, of the buzz; the same for all pins but for their places.
     phase: f64,
-    /// N, that lay beside the array, and that pins could not give, in the last step
+    /// Force beside the array, and force that pins could not give, in the last step, N.
     pub beside: f64,
     /// See `beside`.
     pub clipped: f64,
@@ -165,7 +165,7 @@ impl TactilePad {
     }
 }
 
-/// N, what a pin gives that is asked for a force: the same up to 70 % of its most, then ever less more, with one tangent.
+/// What a pin gives that is asked for a force: the same up to 70 % of its most, then ever less more, with one tangent, N.
 fn respond(force: f64, most: f64) -> f64 {
     let (knee, room) = (LINEAR * most, (1.0 - LINEAR) * most);
     if force <= knee { force.max(0.0) } else { most - room * libm::exp(-(force - knee) / room) }

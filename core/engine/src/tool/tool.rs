@@ -53,7 +53,7 @@ pub struct Tool {
     pub slipped: u64,
     /// Whether the edit under way has changed a shape at rest.
     pub(crate) reshaped: bool,
-    /// N, what the edit under way asks of the coupling, where that is more than it gives
+    /// What the edit under way asks of the coupling, where that is more than it gives, N.
     pub(crate) wanted: Option<f64>,
     /// How its shape is turned in the axes of the hand.
     mount: UnitQuaternion<f64>,
@@ -70,7 +70,7 @@ pub struct Tool {
     numbering: Vec<u64>,
 }
 
-/// s, how long the cells around a contact stay free after it has ended, to spring back by themselves.
+/// How long the cells around a contact stay free after it has ended, to spring back by themselves, s.
 const SPRING_BACK: f64 = 0.25;
 
 impl Tool {
@@ -136,7 +136,7 @@ impl Tool {
     /// Has the edit under way change meshes; `last` when it ends.
     ///
     /// # Errors
-    /// What grid or material say.
+    /// A grid or material that fails.
     pub fn cut(&mut self, hand: &Hand, bodies: &mut [Body], last: bool) -> Result<CutStep, LatticeError> {
         let Some(mut action) = self.action.take() else { return Ok(CutStep::default()) };
         let cut = action.cut(self, hand, bodies, last);
@@ -180,7 +180,8 @@ impl Tool {
         let ahead = hand.position - self.proxy.position;
         let shape = &self.proxy.shape;
         let margin = GRIP_REACH * shape.shape().length_scale() + body.carrier.edge() + ahead.norm();
-        let (centre, reach) = (self.proxy.position, margin + shape.extent());
+        let beyond = if shape.shape().is_round() { 0.0 } else { shape.shape().bounding_radius() };
+        let (centre, reach) = (self.proxy.position, margin + beyond);
         let mut best: Option<(f64, u32, Vec3)> = None;
         body.skin.tree.near(centre, reach, |triangle| {
             let vertices = body.model.surface.triangles[triangle as usize];
@@ -232,7 +233,7 @@ impl Tool {
     /// Follows the hand, and sets the loads on bodies.
     ///
     /// # Errors
-    /// What grid or material say.
+    /// A grid or material that fails.
     pub fn follow(&mut self, step: &mut Step<'_>) -> Result<(), LatticeError> {
         self.springs.iter_mut().for_each(NodeSprings::clear);
         self.presses.clear();
@@ -260,7 +261,7 @@ impl Tool {
     /// point. Gives where the surface has carried the proxy, where it could stay if friction holds it.
     ///
     /// # Errors
-    /// What the grid says.
+    /// A grid that fails.
     pub(crate) fn slide_proxy(
         &mut self,
         step: &mut Step<'_>,
@@ -318,7 +319,7 @@ impl Tool {
         })
     }
 
-    /// N, on the hand, at the end of a step: the opposite of what the bodies felt.
+    /// Reaction on the hand, at the end of a step: the opposite of what the bodies felt, N.
     pub fn reaction(&self, bodies: &[Body]) -> Vec3 {
         let each = self.springs.iter().zip(bodies).filter(|(springs, _)| !springs.is_empty());
         each.fold(Vec3::zeros(), |force, (springs, body)| {

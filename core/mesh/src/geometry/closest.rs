@@ -5,7 +5,7 @@ use super::Vec3;
 /// A point of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Closest {
-    /// m
+    /// Point, m.
     pub point: Vec3,
     /// Weights of the corners.
     pub bary: Vec3,

@@ -33,7 +33,7 @@ impl Sheet {
     /// As it was, with these nodes, on a model that is as it was.
     ///
     /// # Errors
-    /// What the material says.
+    /// A material that fails.
     pub fn restore(
         &mut self,
         state: &SheetState,

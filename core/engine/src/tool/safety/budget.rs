@@ -22,7 +22,7 @@ impl Budget {
         Self { peak, continuous: continuous.min(peak), mean_square: 0.0 }
     }
 
-    /// N, what may be given now: the peak, and less from 0.9 of the continuous rating on, so that the mean ends at it.
+    /// What may be given now: the peak, and less from 0.9 of the continuous rating on, so that the mean ends at it, N.
     pub fn allowed(&self) -> f64 {
         let used = self.mean_square.sqrt() / self.continuous;
         let over = ((used - TAPER) / (1.0 - TAPER)).clamp(0.0, 1.0);

@@ -17,9 +17,9 @@ use serde::Serialize;
 /// What a device may be given.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ForceLimits {
-    /// N
+    /// Peak, N.
     pub peak: f64,
-    /// N, for as long as one likes
+    /// Largest force that may be given without end, N.
     pub continuous: f64,
     /// N/s
     pub slew: f64,
@@ -64,11 +64,11 @@ impl Cause {
 /// What a live hand knows besides the force that is wanted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moment {
-    /// m, the hand, in the axes of the force
+    /// The hand, in the axes of the force, m.
     pub position: Vec3,
-    /// s, since the sample of the hand that the simulation last answered
+    /// Time since the sample of the hand that the simulation last answered, s.
     pub age: f64,
-    /// m/N, of the coupling along the force: it holds half of it times the square of the force; 0 where that is not known
+    /// Compliance of the coupling along the force: it holds half of it times the square of the force; 0 where that is not known, m/N.
     pub compliance: f64,
 }
 
@@ -94,12 +94,12 @@ impl ForceSafety {
         self.limits
     }
 
-    /// N, the force last given
+    /// The force last given, N.
     pub fn last(&self) -> Vec3 {
         self.last
     }
 
-    /// J, what the hand has given and not got back, where that is observed; below zero: made by the force
+    /// What the hand has given and not got back, where that is observed; below zero: made by the force, J.
     pub fn energy(&self) -> f64 {
         self.passivity.as_ref().map_or(0.0, Passivity::energy)
     }

@@ -21,17 +21,17 @@ use pliant_solver::Vec3;
 pub struct Passivity {
     /// Whether the controller acts, or the observer only watches.
     pub controls: bool,
-    /// N s/m, the most it damps
+    /// Largest damping, N s/m.
     damping: f64,
-    /// m
+    /// Resolution, m.
     resolution: f64,
-    /// J, the most credit
+    /// Largest credit, J.
     most: f64,
     /// J, taken from the hand and not given back
     energy: f64,
-    /// N
+    /// Force, N.
     force: Vec3,
-    /// m, the last places of the hand, the newest at `next - 1`
+    /// The last places of the hand, the newest at `next - 1`, m.
     places: [Vec3; PLACES],
     next: usize,
     filled: usize,
@@ -42,9 +42,9 @@ pub struct Passivity {
 const MOVED: f64 = 2.0;
 /// Counts of a device within which it is not told what a coupling holds.
 const BLIND: f64 = 4.0;
-/// s, in which what was made is forgotten by a factor of e
+/// Forgets in which what was made is forgotten by a factor of e, s.
 const FORGETS: f64 = 0.2;
-/// s, the longest a speed is taken over
+/// The longest a speed is taken over, s.
 const LONGEST: f64 = 8e-3;
 /// Places that are kept: a few more than there are in that time at 4 kHz, the fastest loop.
 const PLACES: usize = 40;
@@ -66,7 +66,7 @@ impl Passivity {
         }
     }
 
-    /// J, what the hand has given and not got back; below zero: made by the force.
+    /// What the hand has given and not got back; below zero: made by the force, J.
     pub fn energy(&self) -> f64 {
         self.energy
     }
@@ -103,7 +103,7 @@ impl Passivity {
         if compliance > 0.0 { 0.5 * pressed * pressed / compliance } else { 0.0 }
     }
 
-    /// m, where the hand was this many samples ago
+    /// Where the hand was this many samples ago, m.
     fn place(&self, ago: usize) -> Vec3 {
         self.places[(self.next + PLACES - ago) % PLACES]
     }

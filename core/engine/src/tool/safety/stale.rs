@@ -1,8 +1,8 @@
 //! How a force fades when nothing new comes from the simulation.
 
-/// s, how long an answer of the simulation stands
+/// How long an answer of the simulation stands, s.
 pub const PATIENCE: f64 = 0.05;
-/// s, in which the force goes to zero after that
+/// Fades in which the force goes to zero after that, s.
 pub const FADES: f64 = 0.1;
 
 /// Share of a force that is left `age` (s) after the sample of the hand that it answers; none for an age that is no number.
