@@ -20,7 +20,7 @@ impl Capsule {
     }
 
     /// From the nearest point of the segment to `p`.
-    fn from_axis(&self, p: Vec3) -> Vec3 {
+    fn offset_from_axis(&self, p: Vec3) -> Vec3 {
         let [low, high] = self.ends.map(|end| end.z);
         Vec3::new(p.x, p.y, p.z - p.z.clamp(low, high))
     }
@@ -28,11 +28,11 @@ impl Capsule {
 
 impl Shape for Capsule {
     fn distance(&self, p: Vec3) -> f64 {
-        self.from_axis(p).norm() - self.radius
+        self.offset_from_axis(p).norm() - self.radius
     }
 
     fn normal(&self, p: Vec3) -> Option<Vec3> {
-        self.from_axis(p).try_normalize(1e-12)
+        self.offset_from_axis(p).try_normalize(1e-12)
     }
 
     fn support(&self, direction: Vec3) -> f64 {

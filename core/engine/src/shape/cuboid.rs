@@ -21,20 +21,20 @@ impl Cuboid {
     }
 
     /// Signed distance of a point from each pair of faces, m.
-    fn from_faces(&self, p: Vec3) -> Vec3 {
+    fn offset_from_faces(&self, p: Vec3) -> Vec3 {
         p.abs() - self.half
     }
 }
 
 impl Shape for Cuboid {
     fn distance(&self, p: Vec3) -> f64 {
-        let q = self.from_faces(p);
+        let q = self.offset_from_faces(p);
         let inside = q.max();
         if inside <= 0.0 { inside } else { q.sup(&Vec3::zeros()).norm() }
     }
 
     fn normal(&self, p: Vec3) -> Option<Vec3> {
-        let q = self.from_faces(p);
+        let q = self.offset_from_faces(p);
         let signs = p.map(|c| if c < 0.0 { -1.0 } else { 1.0 });
         if q.max() > 0.0 {
             return q.sup(&Vec3::zeros()).component_mul(&signs).try_normalize(0.0);
