@@ -148,13 +148,8 @@ mod tests {
         let face = (2.0 * f64::from(count) * spacing).powi(2);
         // Within d of a side of the box that side is nearer, and its pushes cancel those of the opposite one.
         let sides = (8e-3 - 2.0 * d) * (6e-3 - 2.0 * d);
-        let cases: [(Arc<dyn Shape>, UnitQuaternion<f64>, f64, f64); 4] = [
-            (Arc::new(Sphere { radius: r }), UnitQuaternion::identity(), r, ball),
-            (Arc::new(Capsule::new(r, length)), lying, r, cylinder + ball),
-            (Arc::new(Cuboid::new(Vec3::new(8e-3, 6e-3, 6e-3))), UnitQuaternion::identity(), 3e-3, sides * d),
-            (Arc::new(Plane), upside_down, 0.0, face * d),
-        ];
-        for (shape, turn, height, integral) in cases {
+        let none = UnitQuaternion::identity();
+        let case = |shape: Arc<dyn Shape>, turn, height, integral| {
             let mut shape = OrientedShape::new(shape);
             shape.set_rotation(turn);
             let layer = Layer { shape: &shape, pull: 200.0, stiffness: k };
@@ -163,9 +158,13 @@ mod tests {
             let size: f64 = layer.pushes(&samples, p).map(|push| push.size).sum();
             // The midpoint rule misses the rim of a contact by half a sample all around.
             let rim = 2.0 * spacing / a;
-            let off = -force[2] / (k * integral) - 1.0;
+            let off: f64 = -force[2] / (k * integral) - 1.0;
             assert!(off.abs() < rim && force.xy().norm() < 1e-9 * size, "{shape:?}: off by {off}, {force:?}");
-        }
+        };
+        case(Arc::new(Sphere { radius: r }), none, r, ball);
+        case(Arc::new(Capsule::new(r, length)), lying, r, cylinder + ball);
+        case(Arc::new(Cuboid::new(Vec3::new(8e-3, 6e-3, 6e-3))), none, 3e-3, sides * d);
+        case(Arc::new(Plane), upside_down, 0.0, face * d);
     }
 
     #[test]
