@@ -18,7 +18,8 @@ use pliant_mesh::geometry::Vec3;
 use pliant_solver::StepTime;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Child, Command, Output};
+use std::time::Duration;
 
 /// A step of a millisecond, where a test asks for what a body is in it.
 pub const NOW: StepTime = StepTime { start: 0.0, dt: 1e-3 };
@@ -171,6 +172,24 @@ impl Bench {
     /// If there is none.
     pub fn summary(&self, folder: &str) -> Value {
         serde_json::from_slice(&self.read(&format!("{folder}/summary.json"))).expect("JSON")
+    }
+
+    /// Waits until a run into `out` has written rows of its trace under a temporary name that is none of `older`; they reach the file
+    /// some dozens at a time.
+    ///
+    /// # Panics
+    /// If the run ends before.
+    pub fn wait_for_rows(&self, run: &mut Child, older: &[String]) {
+        let written = |name: &String| {
+            let temporary = name.starts_with("trace.csv.pliant-") && name.ends_with(".partial");
+            temporary
+                && !older.contains(name)
+                && self.path(&format!("out/{name}")).metadata().is_ok_and(|m| m.len() > 0)
+        };
+        while !self.names("out").iter().any(written) {
+            assert!(run.try_wait().expect("asked").is_none(), "it ended by itself");
+            std::thread::sleep(Duration::from_millis(5));
+        }
     }
 
     /// Looks for numbers that are not finite in the files of a run.

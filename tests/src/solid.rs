@@ -85,12 +85,3 @@ pub fn forces(system: &mut System) -> Vec<Vec3> {
         .unwrap_or_else(|e| panic!("{e}"));
     force
 }
-
-/// Numbers within [-1, 1], the same on every run.
-pub fn random() -> impl FnMut() -> f64 {
-    let mut seed = 1_u64;
-    move || {
-        seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (seed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-}

@@ -3,7 +3,6 @@
 use pliant_tests::{Bench, box_scene};
 use std::collections::BTreeMap;
 use std::process::{Child, Command, Stdio};
-use std::time::Duration;
 
 /// Every file of a folder and of those in it, with its bytes.
 fn files(bench: &Bench, folder: &str) -> BTreeMap<String, Vec<u8>> {
@@ -61,19 +60,6 @@ fn a_folder_that_cannot_be_written_to_is_found_before_the_run() {
     assert!(files(&bench, "out") == before);
 }
 
-/// Waits until a run into `out` has written rows of its trace under a temporary name that is none of `older`; they reach the file some
-/// dozens at a time.
-fn wait_for_rows(bench: &Bench, child: &mut Child, older: &[String]) {
-    let written = |name: &String| {
-        let temporary = name.starts_with("trace.csv.pliant-") && name.ends_with(".partial");
-        temporary && !older.contains(name) && bench.path(&format!("out/{name}")).metadata().is_ok_and(|m| m.len() > 0)
-    };
-    while !bench.names("out").iter().any(written) {
-        assert!(child.try_wait().expect("asked").is_none(), "it ended by itself");
-        std::thread::sleep(Duration::from_millis(5));
-    }
-}
-
 #[test]
 #[cfg(unix)]
 fn a_run_that_is_stopped_puts_what_it_has_aside() {
@@ -82,7 +68,7 @@ fn a_run_that_is_stopped_puts_what_it_has_aside() {
     let (bench, before) = bench();
     let args = ["run", "scene.toml", "--out", "out", "--set", "time.duration=1000"];
     let mut child = bench.command(&args).stderr(Stdio::piped()).spawn().expect("starts");
-    wait_for_rows(&bench, &mut child, &[]);
+    bench.wait_for_rows(&mut child, &[]);
     assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill").success());
     let told = child.wait_with_output().expect("ends");
     assert_eq!((told.status.code(), told.status.signal()), (Some(130), None));
@@ -118,13 +104,13 @@ fn what_a_killed_run_leaves_is_removed_by_the_next() {
     let (bench, before) = bench();
     let long = ["run", "scene.toml", "--out", "out", "--set", "time.duration=1000"];
     let mut killed = Killed(bench.command(&long).stderr(Stdio::null()).spawn().expect("starts"));
-    wait_for_rows(&bench, &mut killed.0, &[]);
+    bench.wait_for_rows(&mut killed.0, &[]);
     let temporary = || bench.names("out").into_iter().filter(|name| name.ends_with(".partial")).collect::<Vec<_>>();
     let of_killed = temporary();
     // Another run into the same folder, which goes on: what it writes is not removed.
     let mut other = Killed(bench.command(&long).stderr(Stdio::null()).spawn().expect("starts"));
     drop(killed);
-    wait_for_rows(&bench, &mut other.0, &of_killed);
+    bench.wait_for_rows(&mut other.0, &of_killed);
     bench.pliant(&["run", "scene.toml", "-q", "--out", "out"]).expect(0);
     let left = temporary();
     assert!(left.len() == 3 && left.iter().all(|name| !of_killed.contains(name)), "{left:?} after {of_killed:?}");

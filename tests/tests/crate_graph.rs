@@ -114,3 +114,16 @@ fn a_forbidden_edge_is_found() {
     assert!(judge(&format!("[dev-dependencies]\n{engine}")).is_empty());
     assert!(judge("[dependencies]\nnalgebra.workspace = true").is_empty());
 }
+
+/// Crates whose results are compared by bytes, the core without its reports and all plugins, deny the functions `clippy.toml` lists.
+#[test]
+fn crates_deny_floats_that_depend_on_the_platform() {
+    let compared =
+        |folder: &&String| (folder.starts_with("core/") && *folder != "core/report") || folder.starts_with("plugins/");
+    for folder in members().values().filter(compared) {
+        let path = root().join(folder).join("src/lib.rs");
+        let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        let denies = "#![cfg_attr(not(test), deny(clippy::disallowed_methods))]";
+        assert!(text.lines().any(|line| line == denies), "{folder}/src/lib.rs has no line `{denies}`");
+    }
+}

@@ -4,9 +4,10 @@
 #![allow(clippy::print_stdout, reason = "the table of rigidities")]
 
 use pliant_mesh::generate::Pattern;
+use pliant_mesh::testing::Random;
 use pliant_solver::{Scheme, Vec3};
 use pliant_tests::cloth::{PATTERNS, Piece, cylinder, sheet};
-use pliant_tests::solid::{forces, random};
+use pliant_tests::solid::forces;
 
 const BENT: &str = "density = 0.2, young-warp = 1000, poisson = 0, shear = 50, damping-time = 0, bending = \"projected-laplacian\", \
     bending-warp = 15e-6";
@@ -44,11 +45,11 @@ fn r22_rigidity_of_a_cylinder_by_mesh_and_direction() {
 
 /// Bent and crumpled: all but what is held moves by up to `share` of a cell.
 fn crumple(piece: &mut Piece, share: f64) {
-    let mut random = random();
+    let mut random = Random(1);
     let held: Vec<bool> = piece.system().nodes.constraint.iter().map(|c| !c.is_free()).collect();
     let mut next = held.into_iter();
     piece.put(|p| {
-        let step = 0.025 * share * Vec3::new(random(), random(), random());
+        let step = 0.025 * share * random.vector();
         let fold = Vec3::new(p[0], p[1], 0.02 * (25.0 * p[0]).sin() * (15.0 * p[1]).cos());
         if next.next() == Some(true) { p } else { fold + step }
     });
@@ -135,8 +136,8 @@ fn a_crumpled_sheet_settles_in_large_steps() {
         for pattern in PATTERNS {
             let mut piece =
                 Piece::new(&sheet(pattern, [16, 16], [0.05, 0.05]), BENT, |_| false, false).moved_by(scheme);
-            let mut random = random();
-            piece.put(|p| Vec3::new(p[0], p[1], 1e-5 * random()));
+            let mut random = Random(1);
+            piece.put(|p| Vec3::new(p[0], p[1], 1e-5 * random.signed()));
             let first = piece.energies()[1];
             let most = [100, 900].map(|steps| {
                 (0..steps).fold(0.0_f64, |most, _| {

@@ -264,10 +264,7 @@ fn ctrl_c_ends_a_live_run_in_order() {
     bench.write("scene.toml", box_scene("", "", ""));
     let mut command = bench.command(&["run", "scene.toml", "--live", "--duration", "600 s", "-q", "--out", "out"]);
     let mut child = command.spawn().expect("started");
-    while bench.names("out").is_empty() {
-        std::thread::sleep(Duration::from_millis(20));
-    }
-    std::thread::sleep(Duration::from_millis(200));
+    bench.wait_for_rows(&mut child, &[]);
     let kill = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill");
     assert!(kill.success());
     assert_eq!(child.wait().expect("ended").code(), Some(130));

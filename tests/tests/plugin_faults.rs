@@ -225,8 +225,12 @@ fn a_file_that_is_no_library_is_told_and_the_others_are_listed_all_the_same() {
         let ran = with_device(&bench, stem, &[]).expect(3);
         ran.says(&["error: ", &name, "cannot be opened as a shared library: "]);
         assert!(!bench.path("out").exists(), "{stem}");
-        let listed = bench.pliant(&["plugin", "list", "--plugin-path", "plugins"]).expect(3).out;
-        assert!(listed.contains("unusable") && listed.contains(&name) && listed.contains("mass-spring"), "{listed}");
+        let listed = bench.pliant(&["plugin", "list", "--plugin-path", "plugins", "--json"]).expect(3).json();
+        let rows = listed["plugins"].as_array().expect("a list");
+        let unusable =
+            |row: &Value| row["error"].is_string() && row["path"].as_str().is_some_and(|p| p.ends_with(&name));
+        assert!(rows.iter().any(unusable), "{listed}");
+        assert!(rows.iter().any(|row| row["id"] == "mass-spring"), "{listed}");
     }
     let whole = file_name("whole");
     bench.write(&format!("plugins/{whole}"), real);

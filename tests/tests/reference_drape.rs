@@ -5,8 +5,8 @@
 
 use pliant_mesh::Surface;
 use pliant_mesh::geometry::Vec3;
+use pliant_mesh::testing::Random;
 use pliant_tests::cloth::{G, Piece};
-use pliant_tests::solid::random;
 use std::f64::consts::PI;
 
 const SPECIMEN: f64 = 0.15;
@@ -72,9 +72,9 @@ fn drape(bending_length: f64) -> (f64, usize) {
     piece.integrator = pliant_solver::Integrator::new(pliant_solver::Scheme::BackwardEuler, 1e-4, 2000);
     piece.integrator.resize(surface.points.len());
     piece.gravity = Vec3::new(0.0, 0.0, -G);
-    let mut random = random();
+    let mut random = Random(1);
     let nodes = &mut piece.system().nodes;
-    (0..nodes.len()).filter(|i| nodes.constraint[*i].is_free()).for_each(|i| nodes.x[i][2] = 1e-3 * random());
+    (0..nodes.len()).filter(|i| nodes.constraint[*i].is_free()).for_each(|i| nodes.x[i][2] = 1e-3 * random.signed());
     (0..300).for_each(|_| _ = piece.step(5e-3));
     let area = shadow(&mut piece, &surface.triangles);
     let x = &piece.system().nodes.x;

@@ -12,6 +12,7 @@ mod device;
 mod grid;
 mod instance;
 mod normals;
+mod random;
 mod sheet;
 mod tested_material;
 
@@ -21,6 +22,7 @@ pub use body::{Body, ElementPlanes};
 pub use candidate::{Candidate, Kind};
 pub use cases::{Case, Verdict, cases, check};
 pub use instance::TestInstance;
+pub use random::Random;
 pub use sheet::{Sheet, sheet};
 pub use tested_material::{Call, MaterialUnderTest};
 

@@ -1,7 +1,7 @@
 //! Forces and stiffness of springs: differences of the energy, conservation laws, and moduli in closed form.
 
 use pliant_mass_spring::MassSpring;
-use pliant_plugin_api::kit::{self, Block, Body};
+use pliant_plugin_api::kit::{self, Block, Body, Random};
 use pliant_plugin_api::{Material, TangentScale, abi};
 
 const ALL: u32 = abi::STRUCTURAL | abi::SHEAR | abi::FLEXION;
@@ -15,15 +15,11 @@ fn body(material: &MassSpring, block: &Block) -> Body {
 
 /// Displaces every node by up to `size` (m) and sets velocities of up to 1 m/s, the same in every run.
 fn perturb(body: &mut Body, size: f64) {
-    let mut seed = 1_u64;
-    let mut next = || {
-        seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (seed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    };
+    let mut random = Random(1);
     for i in 0..body.x.len() {
         for c in 0..3 {
-            body.x[i][c] += size * next();
-            body.v[i][c] = next();
+            body.x[i][c] += size * random.signed();
+            body.v[i][c] = random.signed();
         }
     }
 }

@@ -154,6 +154,7 @@ fn perpendicular<T: Real>(a: Vec3<T>) -> Vec3<T> {
 mod tests {
     use super::*;
     use crate::matrix::{IDENTITY, determinant};
+    use pliant_plugin_api::kit::Random;
 
     fn compose(Svd { u, s, v }: &Svd<f64>) -> Mat3 {
         let scaled = u.map(|row| Vec3([row[0] * s[0], row[1] * s[1], row[2] * s[2]]));
@@ -166,14 +167,10 @@ mod tests {
 
     #[test]
     fn svd_composes_to_the_matrix() {
-        let mut seed = 1_u64;
-        let mut next = || {
-            seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            (seed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-        };
+        let mut random = Random(1);
         for flatness in [1.0, 1e-3, 1e-9, 0.0] {
             for _ in 0..200 {
-                let mut f: Mat3 = [(); 3].map(|()| Vec3([next(), next(), next()]));
+                let mut f: Mat3 = [(); 3].map(|()| Vec3(random.vector()));
                 f[2] = f[2] * flatness + (f[0] - f[1]) * (1.0 - flatness);
                 let svd = svd(&f);
                 for rotation in [svd.u, svd.v] {

@@ -187,6 +187,7 @@ fn intersect_edges(corners: [&ShearedPoint; 3], b: u32) -> Option<[EdgePoint; 2]
 mod tests {
     use super::*;
     use crate::tests::shapes::{Mesh, sphere};
+    use pliant_plugin_api::kit::Random;
     use pliant_plugin_api::lanes::Vec3;
 
     /// Asserts that the crossings of `mesh` sum to zero on every line along every step, with 16 cells per axis. Returns their number.
@@ -218,16 +219,12 @@ mod tests {
     #[test]
     fn lines_within_rounding_of_an_edge_count_once() {
         // Tetrahedra with two edges that each pass through a cell centre, to rounding.
-        let mut seed = 1_u64;
-        let mut next = || {
-            seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            (seed >> 33) as f64 / (1_u64 << 31) as f64
-        };
+        let mut random = Random(1);
         let mut mesh = Mesh::default();
         for first in (0..4000).step_by(4) {
             for _ in 0..2 {
-                let centre = [0, 1, 2].map(|_| 6.5 + (3.0 * next()).floor());
-                let (end, far) = ([0, 1, 2].map(|_| 6.0 + 3.0 * next()), 0.5 + next());
+                let centre = [0, 1, 2].map(|_| 6.5 + (3.0 * random.unit()).floor());
+                let (end, far) = ([0, 1, 2].map(|_| 6.0 + 3.0 * random.unit()), 0.5 + random.unit());
                 let other = [0, 1, 2].map(|axis| centre[axis] + far * (centre[axis] - end[axis]));
                 mesh.points.extend([end, other]);
             }

@@ -6,7 +6,8 @@
 use super::super::body::Body;
 use super::super::candidate::Candidate;
 use super::super::instance::TestInstance;
-use super::material::{default_body, deform, max_component, random_numbers, set_moving, test_body};
+use super::super::random::Random;
+use super::material::{default_body, deform, max_component, set_moving, test_body};
 use super::matrix::{is_positive_definite, is_symmetric, max_abs, relative_difference};
 use super::{Verdict, describe_fault, ensure};
 use crate::abi;
@@ -27,11 +28,11 @@ pub(super) fn force_is_energy_gradient(c: &Candidate) -> Result<Verdict, String>
     let force = body.forces(&material).map_err(describe_fault)?;
     let scale = max_component(&force);
     ensure(scale > 0.0, || "no force in a deformed state".into())?;
-    let (mut next, mut bit_identical) = (random_numbers(), true);
+    let (mut random, mut bit_identical) = (Random(1), true);
     for trial in 0..24 {
         let mut direction = vec![[0.0; 3]; body.x.len()];
         if trial < BODY_DIRECTIONS {
-            direction.iter_mut().for_each(|d| *d = [next(), next(), next()]);
+            direction.iter_mut().for_each(|d| *d = random.vector());
         } else {
             direction[trial * 7 % body.x.len()][trial % 3] = 1.0;
         }

@@ -2,7 +2,7 @@
 
 use super::super::candidate::Candidate;
 use super::super::grid::{Region, TestGrid};
-use super::material::random_numbers;
+use super::super::random::Random;
 use super::{Case, Verdict, describe_fault, ensure};
 use crate::abi::{Ball, CELL_SURFACE, NO_CELL};
 use std::collections::BTreeMap;
@@ -143,11 +143,11 @@ fn affine_motion_is_exact(c: &Candidate) -> Result<Verdict, String> {
 
 fn pull_back_is_the_transpose(c: &Candidate) -> Result<Verdict, String> {
     let built = Built::new(c)?;
-    let (mut next, step) = (random_numbers(), 1e-6 * RADIUS);
+    let (mut random, step) = (Random(1), 1e-6 * RADIUS);
     let rest = &built.points[..32];
     let corners: Vec<[[f64; 3]; 8]> = (0..rest.len()).map(|i| built.corners(i)).collect::<Result<_, _>>()?;
-    let direction: Vec<[[f64; 3]; 8]> = corners.iter().map(|c| c.map(|p| p.map(|_| next()))).collect();
-    let loads: Vec<[f64; 3]> = rest.iter().map(|p| p.map(|_| next())).collect();
+    let direction: Vec<[[f64; 3]; 8]> = corners.iter().map(|c| c.map(|p| p.map(|_| random.signed()))).collect();
+    let loads: Vec<[f64; 3]> = rest.iter().map(|p| p.map(|_| random.signed())).collect();
     let positions_at = |step: f64| {
         let move_cell = |(cell, direction): (&[[f64; 3]; 8], &[[f64; 3]; 8])| {
             std::array::from_fn(|k| [0, 1, 2].map(|i| cell[k][i] + step * direction[k][i]))

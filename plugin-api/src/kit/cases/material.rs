@@ -3,6 +3,7 @@
 use super::super::body::Body;
 use super::super::candidate::Candidate;
 use super::super::instance::TestInstance;
+use super::super::random::Random;
 use super::super::tested_material::MaterialUnderTest;
 use super::super::{block, sheet};
 use super::coupled::{compliance_is_positive_definite, strain_gradient, strain_is_objective};
@@ -154,28 +155,19 @@ pub(super) fn default_body(c: &Candidate) -> Result<(TestInstance, Body), String
     Ok((material, body))
 }
 
-/// A linear congruential generator of numbers in [-1, 1), the same on every run (Knuth 1997).
-pub(super) fn random_numbers() -> impl FnMut() -> f64 {
-    let mut seed = 1_u64;
-    move || {
-        seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (seed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-}
-
 /// Scales all positions by `stretch`, then moves every coordinate by a random part of `jitter` cell edges.
 pub(super) fn deform(body: &mut Body, stretch: f64, jitter: f64) {
-    let mut next = random_numbers();
+    let mut random = Random(1);
     for x in &mut body.x {
-        *x = x.map(|c| stretch * c + jitter * EDGE * next());
+        *x = x.map(|c| stretch * c + jitter * EDGE * random.signed());
     }
 }
 
 /// Sets random velocities with components of up to 1 m/s.
 pub(super) fn set_moving(body: &mut Body) {
-    let mut next = random_numbers();
+    let mut random = Random(1);
     for v in &mut body.v {
-        *v = [next(), next(), next()];
+        *v = random.vector();
     }
 }
 

@@ -4,8 +4,9 @@ use super::super::ElementList;
 use super::super::body::Body;
 use super::super::candidate::Candidate;
 use super::super::instance::TestInstance;
+use super::super::random::Random;
 use super::invariance::{rigid_motion, rotate};
-use super::material::{default_body, deform, random_numbers};
+use super::material::{default_body, deform};
 use super::matrix::max_abs;
 use super::{Verdict, describe_fault, ensure};
 use crate::abi;
@@ -107,11 +108,11 @@ pub(super) fn derivative_is_energy_gradient(c: &Candidate) -> Result<Verdict, St
     let normals = sheet.normals();
     let derivatives = sheet.results(&normals)?.derivatives;
     let (tolerance, mut bit_identical) = (1e-6 * max_abs(derivatives.iter().flatten()), true);
-    let mut next = random_numbers();
+    let mut random = Random(1);
     ensure(tolerance > 0.0, || "no derivative in a deformed state".into())?;
     for (node, n) in normals.iter().enumerate() {
         // A unit normal can only rotate, so the direction is perpendicular to it.
-        let any = [next(), next(), next()];
+        let any = random.vector();
         let tangent = normalised([0, 1, 2].map(|i| any[i] - dot(any, *n) * n[i]));
         let energy_at = |angle: f64| {
             let mut tilted = normals.clone();

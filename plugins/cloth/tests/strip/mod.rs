@@ -1,6 +1,6 @@
 //! Strips of cloth with four patterns of triangles.
 
-use pliant_plugin_api::kit::Sheet;
+use pliant_plugin_api::kit::{Random, Sheet};
 
 /// How a strip is triangulated.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,11 +26,7 @@ pub fn strip(pattern: Pattern, cells: usize) -> Sheet {
     let h = 1.0 / cells as f64;
     let height = if pattern == Pattern::Equilateral { 0.75_f64.sqrt() * h } else { h };
     let rows = (WIDTH / height).round().max(1.0) as usize;
-    let mut seed = 7_u64;
-    let mut random = || {
-        seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (seed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    };
+    let mut random = Random(7);
     let (mut rest, mut rows_of_nodes) = (Vec::new(), Vec::new());
     for j in 0..=rows {
         let shift = if pattern == Pattern::Equilateral && j % 2 == 1 { 0.5 } else { 0.0 };
@@ -44,7 +40,7 @@ pub fn strip(pattern: Pattern, cells: usize) -> Sheet {
         for (i, x) in xs.iter().enumerate() {
             let (is_end, is_side) = (i == 0 || i + 1 == xs.len(), j == 0 || j == rows);
             let jitter = if pattern == Pattern::Irregular { 0.3 * h } else { 0.0 };
-            let (dx, dy) = (jitter * random(), jitter * random());
+            let (dx, dy) = (jitter * random.signed(), jitter * random.signed());
             let dx = if is_end { 0.0 } else { dx };
             let dy = if is_end || is_side { 0.0 } else { dy };
             rest.push([x + dx, j as f64 * height + dy, 0.0]);

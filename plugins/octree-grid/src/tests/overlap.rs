@@ -1,6 +1,7 @@
 //! The cells a triangle touches, against clipping it at each cube.
 
 use crate::overlap::for_each_touched_cell;
+use pliant_plugin_api::kit::Random;
 use pliant_plugin_api::lanes::Vec3;
 use std::collections::BTreeSet;
 
@@ -41,17 +42,13 @@ fn check(triangle: [[f64; 3]; 3]) {
 
 #[test]
 fn touched_cells_are_those_of_clipping() {
-    let mut seed = 1_u64;
-    let mut next = || {
-        seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (seed >> 33) as f64 / (1_u64 << 31) as f64
-    };
+    let mut random = Random(1);
     for round in 0..300 {
         let size = [8.0, 3.0, 0.7][round % 3];
-        let base = Vec3([0, 1, 2].map(|_| next() * (8.0 - size)));
-        check([0, 1, 2].map(|_| (base + Vec3([0, 1, 2].map(|_| next() * size))).0));
+        let base = Vec3([0, 1, 2].map(|_| random.unit() * (8.0 - size)));
+        check([0, 1, 2].map(|_| (base + Vec3([0, 1, 2].map(|_| random.unit() * size))).0));
         // Nearly collinear, nearly along an axis, and in a plane of two axes.
-        let (p, q) = ([0, 1, 2].map(|_| 8.0 * next()), [0, 1, 2].map(|_| 8.0 * next()));
+        let (p, q) = ([0, 1, 2].map(|_| 8.0 * random.unit()), [0, 1, 2].map(|_| 8.0 * random.unit()));
         check([p, q, (Vec3(p) * 0.3 + (Vec3(q) * 0.7 + base * 1e-9)).0]);
         check([p, [p[0], p[1], q[2]], [p[0] + 1e-12, p[1], 0.5 * (p[2] + q[2])].map(|x: f64| x.min(8.0))]);
         check([p, [q[0], p[1], q[2]], [base[0], p[1], base[2]]]);
