@@ -114,7 +114,7 @@ fn unknown_keys_are_told_with_those_there_are() {
         ("level = 4", "levle = 4", 0, &["unknown field `levle`", "`plugin`, `params`, `level`"]),
         ("box = [[-1", "bocks = [[-1", 0, &["unknown field `bocks`", "`box`, `ball`, `radius`"]),
         ("from = [", "form = [", 0, &["unknown field `form`", "`body`, `from`, `toward`"]),
-        ("radius = \"4 mm\"", "size = 1", 0, &["unknown field `size`", "`radius`, `stiffness`"]),
+        ("radius = \"4 mm\"", "size = 1", 0, &["unknown field `size`", "`radius`, `shape`, `stiffness`"]),
         ("kind = \"touch\"", "knd = \"touch\"", 0, &["unknown field `knd`", "`kind`, `tool`, `start`"]),
         ("quantity = \"force\"", "what = 1", 0, &["unknown field `what`", "`name`, `quantity`, `of`"]),
         ("trace = true", "tarce = true", 0, &["unknown field `tarce`", "`trace`, `energy`"]),
@@ -362,7 +362,7 @@ fn hands_that_make_no_sense_are_refused() {
         ("device = \"hand\"", "device = \"hand\"\nspeed = 0", 1, &["speed is 0 m/s; allowed is a number above 0"]),
         ("device = \"hand\"", "device = \"hand\"\nslew = -5", 1, &["slew is -5 N/s; allowed is a number above 0"]),
         ("radius = \"4 mm\"", "radius = 0", 0, &["radius is 0 m; allowed is a number above 0"]),
-        ("radius = \"4 mm\"", "", -3, &["missing field `radius`"]),
+        ("radius = \"4 mm\"", "", -2, &["tool `finger` has no shape", "allowed is `radius`"]),
     ]);
 }
 
