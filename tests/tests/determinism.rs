@@ -125,7 +125,7 @@ fn the_printed_scheme_has_the_same_bytes_while_it_grows() {
         "time.integrator=explicit-euler",
         "time.force-unstable=true",
         "time.substeps=8",
-        "body.0.material.params={ damping-time = 0.0005 }",
+        "body.0.material.params={ damping-time = 0.0005, volume-resistance = 0.0 }",
     ];
     the_same_for_any_number_of_threads(&bench, &settings, "explicit-euler");
 }

@@ -35,9 +35,10 @@ fn from_the_softest_to_the_stiffest_an_implicit_step_holds_and_an_explicit_one_r
     let text = box_scene("", "", "").replace("level = 5", "level = 4");
     for young in ["1e-2", "1e0", "1e2", "1e4", "1e6", "1e8", "1e10"] {
         let set = format!("body.0.material.params={{ young = {young} }}");
-        let (bench, summary) = run(&text, &[&set, "time.integrator=backward-euler"]);
+        // The far side of the block is held: at the stiffest, a push reaches it in more iterations than the default allows.
+        let (bench, summary) = run(&text, &[&set, "time.integrator=backward-euler", "solver.iterations=400"]);
         assert!(largest(&bench, ON_HAND) <= 3.3 + 1e-9, "{young}");
-        assert!(summary["largest_residual"].as_f64().is_some_and(|r| r < 1e-2), "{young}: {summary}");
+        assert!(summary["event_counts"].get("not-converged").is_none(), "{young}: {summary}");
         let refused = ["run", "scene.toml", "-q", "--out", "explicit", "--set", &set, "--set"];
         let ran = bench.pliant(&[&refused[..], &["time.integrator=symplectic-euler"]].concat());
         assert_eq!(ran.code, if ["1e8", "1e10"].contains(&young) { 2 } else { 0 }, "{young}: {}", ran.err);

@@ -44,8 +44,8 @@ fn up_to_as_many_substeps_as_what_a_body_is_of_asks_for() {
         (solid("corotational", 4, 6e5), 5..=15, 4),
         (solid("neo-hookean", 4, 3e5), 5..=12, 12),
         (solid("neo-hookean", 4, 1e6), 13..=60, 12),
-        (solid("mass-spring", 4, 1e6), 5..=15, 16),
-        (solid("mass-spring", 5, 2e6), 17..=40, 16),
+        (solid("mass-spring", 4, 1e6), 5..=12, 12),
+        (solid("mass-spring", 5, 2e6), 17..=40, 12),
     ] {
         let numbers: Vec<usize> = choices.why.split(' ').filter_map(|word| word.parse().ok()).collect();
         let [up_to, substeps] = numbers[..] else { panic!("{}", choices.why) };
