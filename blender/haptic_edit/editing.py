@@ -26,6 +26,8 @@ REGION_SHARE = 0.35
 REGION_CELLS = 10.0
 # s, in which a force may rise to its peak.
 RISE = 5e-3
+# s, the longest way of a hand in a frame, as time.
+MAX_FRAME = 0.05
 # s, that a mesh is given to come to rest after a stroke.
 SETTLE = 0.05
 
@@ -188,6 +190,9 @@ class MeshEdit:
         self._kind = kind
         self.triangles = len(self.session.triangles(BODY))
         self._live = self.session.play()
+        # The hand is there, above the mesh, before it moves: one that appeared inside would press outwards.
+        self.advance(0.0)
+        self._arrive()
 
     def follow(self, ray: Ray, hit: Hit | None) -> None:
         """The pointer has moved."""
@@ -208,7 +213,8 @@ class MeshEdit:
         """Send the hand where it is `dt` (s) after the last call."""
         if self._stroke is None or self._live is None:
             return
-        place, turn = self._stroke.advance(dt)
+        # A viewport that is slower than the hand slows the hand down.
+        place, turn = self._stroke.advance(min(dt, MAX_FRAME))
         self._live.go(TOOL, place, turn, [self._buttons[self._kind]])
 
     def read(self, out: np.ndarray, matrix: np.ndarray | None = None) -> pliant.ToolState | None:
@@ -226,15 +232,18 @@ class MeshEdit:
         """End the stroke: what it did stays. Give whether the mesh was cut."""
         if self._live is None or self._stroke is None:
             return False
-        # The hand arrives where it was sent last: a view may be of steps before, the one after it is not.
-        seen = self._live.wait(0, 1.0)
-        seen = self._live.wait(seen, 1.0)
-        self._live.wait(seen, 1.0)
+        self._arrive()
         self._stroke, live, self._live = None, self._live, None
         self.used += live.stop()
         self.session.hand(TOOL).leave()
         self.session.step(max(1, round(SETTLE / self.session.dt)))
         return len(self.session.triangles(BODY)) != self.triangles
+
+    def _arrive(self) -> None:
+        """Wait until the hand is where it was sent last: a view may be of steps before, the one after it is not."""
+        seen = self._live.wait(0, 1.0)
+        seen = self._live.wait(seen, 1.0)
+        self._live.wait(seen, 1.0)
 
     def positions(self) -> np.ndarray:
         """m (n x 3), where the vertices are; between strokes"""

@@ -76,6 +76,23 @@ def test_a_press_goes_in_and_stays_and_all_else_is_kept(empty):
     editing.close()
 
 
+def test_a_slow_viewport_presses_in_as_well(empty):
+    obj = add_grid_cube()
+    # As deep as the tool is thick: a hand that is there at once is inside of the mesh.
+    bpy.context.scene.haptic_edit.strength = 1.2
+    before = coordinates(obj)
+    editing = empty.mode.Editing(obj)
+    assert editing.begin("touch", ray_at(empty, 0.0, 0.0), BACK)
+    for _ in range(8):
+        editing.show(0.7)
+        time.sleep(0.1)
+    editing.end()
+    editing.close()
+    rise = coordinates(obj)[:, 2] - before[:, 2]
+    depth = 1.2 * 0.12 * 0.2
+    assert rise.min() < -0.3 * depth and rise.max() < 0.1 * depth
+
+
 def test_a_stroke_is_what_the_program_makes_of_the_same_hand(empty):
     import pliant
 
