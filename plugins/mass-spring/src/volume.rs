@@ -2,7 +2,7 @@
 //!
 //! Central springs resist the shortening of edges and diagonals, not the loss of volume. A lattice of them that is squeezed by more than
 //! about a third folds, and the force of a deep touch falls the more the finer the cells are. Each tetrahedron of a cell therefore
-//! has an energy of its volume ratio J = V / V0, per rest volume, with t = 1 - J, a = [`ONSET`] and the modulus kappa:
+//! has an energy of its volume ratio J = V / V0, per rest volume, with t = 1 - J - [`START`], a = [`ONSET`] and the modulus kappa:
 //!
 //! ```text
 //! psi = 0                                               t <= 0
@@ -10,14 +10,17 @@
 //! psi = kappa (t^2 / 2 - 2 a t / 3 + a^2 / 4)       a < t
 //! ```
 //!
-//! Its first three derivatives vanish at rest, so the lattice keeps the Young's modulus and the Poisson's ratio of its springs. The second
+//! It is zero up to a loss that springs bear without folding, so the lattice keeps the Young's modulus, the Poisson's ratio and, in touches of
+//! moderate depth, the forces of its springs. The second
 //! derivative is at most kappa, which bounds the step of explicit integration, and psi grows on through inversion (J < 0).
 
 use pliant_plugin_api::lanes::{MAX_LANES, Real, Vec3, Wide};
 use pliant_plugin_api::{BlockScalar, Blocks, Elements, NodeVectors, pair_index};
 use pulp::{Simd, WithSimd};
 
-/// Loss of volume from which on the resistance is linear in it.
+/// Loss of volume from which on there is resistance.
+pub const START: f64 = 0.1;
+/// Loss of volume beyond [`START`] from which on the resistance is linear in it.
 pub const ONSET: f64 = 0.15;
 /// Doubles of rest data per tetrahedron: six times its rest volume (m^3), and kappa times that volume (J).
 pub const STRIDE: usize = 2;
@@ -59,14 +62,14 @@ fn gradients<T: Real>(x: [Vec3<T>; 4]) -> [Vec3<T>; 4] {
 /// `-psi' / kappa` of a loss of volume `t`: at least 0.
 #[inline(always)]
 fn pressure<T: Real>(t: T) -> T {
-    let lost = t.max(t.splat(0.0));
+    let lost = (t - t.splat(START)).max(t.splat(0.0));
     lost.if_less(t.splat(ONSET), lost * lost * lost * (1.0 / (3.0 * ONSET * ONSET)), lost - t.splat(2.0 / 3.0 * ONSET))
 }
 
 /// `psi'' / kappa` of a loss of volume `t`: between 0 and 1.
 #[inline(always)]
 fn stiffness<T: Real>(t: T) -> T {
-    let lost = t.max(t.splat(0.0)) * (1.0 / ONSET);
+    let lost = (t - t.splat(START)).max(t.splat(0.0)) * (1.0 / ONSET);
     lost.if_less(t.splat(1.0), lost * lost, t.splat(1.0))
 }
 
@@ -85,7 +88,7 @@ impl<'a> Tetrahedra<'a> {
     pub fn energy(&self) -> f64 {
         let energy = |(e, nodes): (usize, &[u32; 4])| {
             let six = six_volumes(nodes.map(|n| Vec3(self.x[n as usize])));
-            let t = ((self.six_volumes[e] - six) / self.six_volumes[e]).max(0.0);
+            let t = ((self.six_volumes[e] - six) / self.six_volumes[e] - START).max(0.0);
             let psi = if t < ONSET {
                 t.powi(4) / (12.0 * ONSET * ONSET)
             } else {
@@ -129,7 +132,7 @@ impl Squeezed {
     fn new<S: Simd>(t: Wide<S>, count: usize) -> Self {
         let (t, mut lanes) = (t.to_array(), 0);
         for lane in 0..S::F64_LANES.min(count) {
-            lanes |= u8::from(t[lane] > 0.0 || t[lane].is_nan()) << lane;
+            lanes |= u8::from(t[lane] > START || t[lane].is_nan()) << lane;
         }
         Self(lanes)
     }
@@ -262,7 +265,8 @@ mod tests {
     use super::*;
 
     /// Losses of volume on both sides of where the law changes.
-    const LOSSES: [f64; 8] = [-0.5, -1e-9, 1e-9, 0.1, ONSET - 1e-9, ONSET + 1e-9, 0.7, 1.4];
+    const LOSSES: [f64; 8] =
+        [-0.5, START - 1e-9, START + 1e-9, 0.2, START + ONSET - 1e-9, START + ONSET + 1e-9, 0.7, 1.4];
 
     fn psi(t: f64) -> f64 {
         let x = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0 - t]];

@@ -7,7 +7,7 @@ use pliant_engine::scene::{SceneError, Source, parse_quantity};
 /// What is kept of each edit.
 #[derive(Clone, Debug)]
 pub struct Keep {
-    /// Names of the columns of the summary, in the order of [`SUMMARY`] unless the file lists them.
+    /// Names of the columns of the summary, in the order of `SUMMARY` unless the file lists them.
     pub summary: Vec<String>,
     /// Whether each probe has a column.
     pub probes: bool,
