@@ -106,6 +106,7 @@ fn scene(camera: &Camera) -> Scene {
         shading: Shading::Studio,
         wireframe: Wireframe::Off,
         opacity: 1.0,
+        mark_backs: true,
         full_displacement: 1.0,
         // A colour that no material has.
         background: [[0.0, 1.0, 0.0]; 2],
@@ -194,6 +195,8 @@ fn patches_change_places_and_looks_and_the_inside_is_marked() {
     offscreen.renderer.upload(&turned);
     let blue = offscreen.draw(&scene(&camera))[(SIZE * SIZE / 2 + SIZE / 2) as usize];
     assert!(blue[2] > blue[0], "{blue:?}");
+    let plain = offscreen.draw(&Scene { mark_backs: false, ..scene(&camera) })[(SIZE * SIZE / 2 + SIZE / 2) as usize];
+    assert!(plain[2] <= plain[0], "a sheet has two good sides: {plain:?}");
     offscreen.renderer.clear();
     assert_eq!(count(&offscreen.draw(&scene(&camera))), 0.0);
 }

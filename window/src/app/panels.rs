@@ -61,12 +61,15 @@ impl App {
             self.settings.size = size;
             self.resize_tool();
         }
-        if self.tools[self.tool].always_stays() {
+        if self.tools[self.tool].kind.cuts() {
             ui.add(Slider::new(&mut self.settings.cut_depth, 0.05..=2.0).max_decimals(2).text(strings::CUT_DEPTH));
             return;
         }
         let strength = Slider::new(&mut self.settings.strength, ToolSettings::STRENGTHS).logarithmic(true);
         ui.add(strength.max_decimals(2).text(strings::STRENGTH));
+        if self.tools[self.tool].always_stays() {
+            return;
+        }
         ui.radio_value(&mut self.settings.release, Release::Keep, strings::KEEP);
         ui.radio_value(&mut self.settings.release, Release::SpringBack, strings::SPRING_BACK);
     }

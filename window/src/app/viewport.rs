@@ -13,7 +13,7 @@ use eframe::egui::{self, Align2, Color32, FontId, Key, PointerButton, Sense, vec
 use eframe::egui_glow;
 use nalgebra::Point3;
 use pliant_editor::surface::Hit;
-use pliant_editor::{Gesture, StrokeStart};
+use pliant_editor::{Gesture, StrokeStart, Substance};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -273,6 +273,7 @@ impl App {
             shading: self.view.shading,
             wireframe: self.view.wireframe,
             opacity: self.view.opacity,
+            mark_backs: model.facts.taken_as != Some(Substance::Sheet),
             full_displacement: (2.0 * model.facts.hand.radius) as f32,
             background,
             lines,

@@ -58,6 +58,8 @@ pub struct Scene {
     pub wireframe: Wireframe,
     /// Opacity of surfaces, 0 to 1.
     pub opacity: f32,
+    /// Whether the inner side of surfaces is marked: that of a solid is seen only through a hole, a sheet has two good sides.
+    pub mark_backs: bool,
     /// m, displacement of the last colour of [`Shading::Displacement`]
     pub full_displacement: f32,
     /// Colours of the background at the top and at the bottom, red, green, blue, 0 to 1.

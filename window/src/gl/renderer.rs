@@ -100,6 +100,7 @@ impl GlRenderer {
                 gl.uniform_1_i32(place("perspective").as_ref(), i32::from(scene.projection[(3, 2)] != 0.0));
                 gl.uniform_1_f32(place("opacity").as_ref(), scene.opacity);
                 gl.uniform_1_f32(place("full_displacement").as_ref(), scene.full_displacement.max(1e-9));
+                gl.uniform_1_i32(place("mark_backs").as_ref(), i32::from(scene.mark_backs));
                 gl.uniform_1_i32(place("balls").as_ref(), 0);
                 gl.bind_vertex_array(Some(body.surface));
                 gl.draw_elements(glow::TRIANGLES, body.triangle_indices, glow::UNSIGNED_INT, 0);

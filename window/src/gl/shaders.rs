@@ -33,6 +33,7 @@ uniform int shading;
 uniform bool perspective;
 uniform float opacity;
 uniform float full_displacement;
+uniform bool mark_backs;
 uniform sampler2D balls;
 out vec4 colour;
 
@@ -75,7 +76,7 @@ void main() {
     } else {
         shade = lit(n, towards, base);
     }
-    if (inside) {
+    if (inside && mark_backs) {
         // The back of a surface is blue and striped.
         float stripe = step(4.0, mod(gl_FragCoord.x + gl_FragCoord.y, 8.0));
         shade = mix(shade, vec3(0.25, 0.35, 0.72), 0.55 + 0.2 * stripe);
