@@ -29,9 +29,9 @@ pub(super) struct Place<'a> {
     pub hand: UnitQuaternion<f64>,
     /// Vertices of the region with their weights.
     pub vertices: &'a [(u32, f64)],
-    /// The model.
+    /// Model of the body.
     pub model: &'a Model,
-    /// Its surface.
+    /// Surface of the body.
     pub skin: &'a Skin,
 }
 
@@ -148,13 +148,13 @@ fn spread(brush: &Brush, moves: &[(u32, Vec3)], body: &mut Body, change: &mut Re
     let count = change.nodes.len();
     let mut covered = vec![false; count];
     brush.nodes.iter().for_each(|n| covered[*n as usize] = true);
-    let cells: Vec<[u32; 8]> = lattice.region().cell_corners.clone();
-    let near = brush.cells(lattice);
+    let cells = &lattice.region().cell_corners;
+    let near: Vec<(u32, [u32; 8])> =
+        brush.cells(lattice).into_iter().map(|cell| (cell, cells[cell as usize])).collect();
     let mut total = vec![0.0; count];
     let find = |v: u32| moves.binary_search_by_key(&v, |(of, _)| *of).ok().map(|at| moves[at].1);
-    for &cell in &near {
-        let corners = &cells[cell as usize];
-        let (points, weights) = lattice.weighted_points(cell, model)?;
+    for (cell, corners) in &near {
+        let (points, weights) = lattice.weighted_points(*cell, model)?;
         for (&v, weights) in points.iter().zip(weights) {
             let d = find(v).unwrap_or_else(Vec3::zeros);
             for (&n, w) in corners.iter().zip(weights) {
@@ -169,8 +169,7 @@ fn spread(brush: &Brush, moves: &[(u32, Vec3)], body: &mut Body, change: &mut Re
     }
     for _ in 0..ROUNDS {
         let (mut sums, mut counts) = (vec![Vec3::zeros(); count], vec![0.0; count]);
-        for &cell in &near {
-            let corners = &cells[cell as usize];
+        for (_, corners) in &near {
             let mean = corners.iter().map(|n| change.nodes[*n as usize]).sum::<Vec3>() / 8.0;
             for &n in corners.iter().filter(|n| covered[**n as usize] && !on_surface[**n as usize]) {
                 sums[n as usize] += mean;
@@ -181,9 +180,8 @@ fn spread(brush: &Brush, moves: &[(u32, Vec3)], body: &mut Body, change: &mut Re
             change.nodes[n] = sums[n] / counts[n];
         }
     }
-    for &cell in &near {
-        let corners = &cells[cell as usize];
-        let (points, weights) = lattice.weighted_points(cell, model)?;
+    for (cell, corners) in &near {
+        let (points, weights) = lattice.weighted_points(*cell, model)?;
         for (&v, weights) in points.iter().zip(weights) {
             let Some(wanted) = find(v) else { continue };
             let carried: Vec3 = corners.iter().zip(weights).map(|(&n, w)| *w * change.nodes[n as usize]).sum();

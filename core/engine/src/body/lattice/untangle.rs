@@ -1,9 +1,10 @@
-//! Repairs a shape that is to become the rest shape: no cell of it may be inverted or flat.
+//! Keeps rest shapes sound: no cell of one may be inverted or flat.
 //!
 //! A material cannot take an inverted element for one at rest, and one that is nearly flat has a frequency no step can follow. Nodes of
 //! such cells therefore give up their own displacement from the last rest shape and take the mean of their neighbours' (the discrete
 //! harmonic extension of the sound nodes around them). Where that does not mend every cell, the cells around are included; what is
-//! left after that is moved back towards the last rest shape, which is sound, by bisection. So a repair always succeeds.
+//! left after that is moved back towards the last rest shape, which is sound, by bisection. So a repair always succeeds. A change of the
+//! rest shape itself is limited instead: nodes of cells it would make unsound stay.
 
 use super::Lattice;
 use pliant_plugin_api::CELL_TETRAHEDRA;
@@ -42,6 +43,25 @@ impl Lattice {
         }
         let moved = before.iter().zip(&nodes.x).map(|(a, b)| (b - a).norm()).fold(0.0, f64::max);
         Some(Repair { cells: bad.len(), place, moved })
+    }
+
+    /// Takes back the change (m, n x 3) of every node of a cell that would be inverted or flat with it, until no cell is.
+    pub(in crate::body) fn limit_change(&self, change: &mut [Vec3], rest: &[Vec3]) {
+        let changed = |change: &[Vec3], cell: u32| {
+            self.region.cell_corners[cell as usize].iter().any(|&n| change[n as usize] != Vec3::zeros())
+        };
+        // A node that stays may make a neighbouring cell unsound. Each round makes nodes stay, so the rounds end.
+        loop {
+            let x: Vec<Vec3> = rest.iter().zip(change.iter()).map(|(x, d)| x + d).collect();
+            let mut bad = self.tangled_cells(&x);
+            bad.retain(|&cell| changed(change, cell));
+            if bad.is_empty() {
+                return;
+            }
+            for node in bad.iter().flat_map(|&cell| self.region.cell_corners[cell as usize]) {
+                change[node as usize] = Vec3::zeros();
+            }
+        }
     }
 
     /// Active cells with an inverted or flat tetrahedron, for nodes at `x`.
