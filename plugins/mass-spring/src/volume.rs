@@ -120,9 +120,31 @@ impl<'a> Tetrahedra<'a> {
         }
         all
     }
+
+    /// Losses of volume of tetrahedra `e, e + 1, ..`; `None` where none is squeezed enough to resist.
+    #[inline(always)]
+    fn losses<S: Simd>(&self, simd: S, e: usize) -> Option<Losses<S>> {
+        let x = self.gather(simd, e);
+        let rest = Wide::load_clamped(simd, self.six_volumes, e);
+        let inverse = rest.splat(1.0) / rest;
+        let t = (rest - six_volumes(x)) * inverse;
+        let squeezed = Squeezed::new(t, self.nodes.len() - e);
+        (!squeezed.is_empty()).then_some(Losses { x, t, inverse, squeezed })
+    }
 }
 
-/// The lanes whose tetrahedron has lost volume. The others add nothing, whatever lanes they share a register with.
+/// Losses of volume of a few tetrahedra.
+struct Losses<S: Simd> {
+    /// m, positions of the corners
+    x: [Vec3<Wide<S>>; 4],
+    /// Loss of volume over the rest volume.
+    t: Wide<S>,
+    /// 1/m^3, one over six times the rest volume
+    inverse: Wide<S>,
+    squeezed: Squeezed,
+}
+
+/// The lanes whose tetrahedron has lost more volume than [`START`]. The others add nothing, whatever lanes they share a register with.
 #[derive(Clone, Copy)]
 struct Squeezed(u8);
 
@@ -168,15 +190,7 @@ impl WithSimd for Forces<'_, '_> {
         let Self { tetrahedra, out } = self;
         let nodes = tetrahedra.nodes;
         for e in (0..nodes.len()).step_by(S::F64_LANES) {
-            let x = tetrahedra.gather(simd, e);
-            let rest = Wide::load_clamped(simd, tetrahedra.six_volumes, e);
-            let inverse = rest.splat(1.0) / rest;
-            // In this form the loss at rest is exactly zero.
-            let t = (rest - six_volumes(x)) * inverse;
-            let squeezed = Squeezed::new(t, nodes.len() - e);
-            if squeezed.is_empty() {
-                continue;
-            }
+            let Some(Losses { x, t, inverse, squeezed }) = tetrahedra.losses(simd, e) else { continue };
             let (g, factor) = (gradients(x), pressure(t) * Wide::load_clamped(simd, tetrahedra.scale, e) * inverse);
             let mut forces = [[[0.0; MAX_LANES]; 3]; 4];
             for corner in 0..4 {
@@ -219,15 +233,7 @@ impl<T: BlockScalar> WithSimd for Stiffness<'_, '_, T> {
         let Self { tetrahedra, factor, out } = self;
         let nodes = tetrahedra.nodes;
         for e in (0..nodes.len()).step_by(S::F64_LANES) {
-            let x = tetrahedra.gather(simd, e);
-            let rest = Wide::load_clamped(simd, tetrahedra.six_volumes, e);
-            let inverse = rest.splat(1.0) / rest;
-            // In this form the loss at rest is exactly zero.
-            let t = (rest - six_volumes(x)) * inverse;
-            let squeezed = Squeezed::new(t, nodes.len() - e);
-            if squeezed.is_empty() {
-                continue;
-            }
+            let Some(Losses { x, t, inverse, squeezed }) = tetrahedra.losses(simd, e) else { continue };
             let scale = Wide::load_clamped(simd, tetrahedra.scale, e) * inverse * factor;
             let (k, bound) = (stiffness(t) * scale * inverse, turning_bounds(x, pressure(t) * scale));
             let g = gradients(x);
