@@ -13,7 +13,7 @@ pub struct OpenedScene {
     pub scene: Scene,
     /// Its file and text, for messages.
     pub source: Source,
-    /// The session.
+    /// The opened session.
     pub session: Session,
 }
 

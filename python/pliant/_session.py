@@ -144,7 +144,7 @@ class Session:
 
     @property
     def steps(self) -> int:
-        """Steps taken."""
+        """Number of steps taken since the start."""
         return self._native.steps
 
     @property

@@ -59,7 +59,7 @@ struct Shared {
 
 /// What the thread leaves.
 pub struct Ended {
-    /// The session.
+    /// The session that is played.
     pub open: Open,
     /// Poses its hands had, step by step.
     pub used: Vec<UsedPose>,

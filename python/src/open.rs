@@ -55,7 +55,7 @@ pub struct Opened {
     pub scene: Scene,
     /// Its text and models.
     pub source: Source,
-    /// The session.
+    /// The opened session.
     pub session: Session,
 }
 

@@ -204,7 +204,7 @@ impl Session {
         self.read(|open| Ok(open.opened.session.dt()))
     }
 
-    /// Steps taken.
+    /// Number of steps taken since the start.
     #[getter]
     fn steps(&self) -> PyResult<u64> {
         self.read(|open| Ok(open.opened.session.steps()))

@@ -94,7 +94,7 @@ pub struct ModelFacts {
 
 /// An opened session and what is known of its model.
 pub struct Opened {
-    /// The session.
+    /// The opened session.
     pub session: Session,
     /// What is known of it.
     pub facts: ModelFacts,

@@ -22,7 +22,7 @@ pub enum BatchError {
     /// Another process works on the shard.
     #[error("{}: shard {shard} is being run by {holder}; wait for it to end, or end it", path.display())]
     Locked {
-        /// The journal.
+        /// Path of the journal.
         path: PathBuf,
         /// The shard, as `I/N`.
         shard: String,
@@ -32,7 +32,7 @@ pub enum BatchError {
     /// The folder has results of the shard already.
     #[error("{}: has {rows} of this shard already; add --resume to do what is missing, or name another --out", path.display())]
     Exists {
-        /// The journal.
+        /// Path of the journal.
         path: PathBuf,
         /// Number of rows, in words.
         rows: String,
@@ -40,7 +40,7 @@ pub enum BatchError {
     /// A journal that is no journal, or one of another program.
     #[error("{}: {reason}", path.display())]
     Journal {
-        /// The journal.
+        /// Path of the journal.
         path: PathBuf,
         /// What is wrong, and what is allowed.
         reason: String,

@@ -7,7 +7,7 @@ use std::str::FromStr;
 /// all shards that way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Shard {
-    /// From 1.
+    /// Number of the shard, from 1.
     pub number: u64,
     /// Number of shards.
     pub count: u64,

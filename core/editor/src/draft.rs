@@ -20,7 +20,7 @@ pub enum DraftMaterial {
     Solid {
         /// Plugin of the material.
         plugin: String,
-        /// Its numbers.
+        /// Parameters of the material.
         preset: SolidPreset,
         /// Level of the grid.
         level: u32,
@@ -39,7 +39,7 @@ pub enum DraftMaterial {
 /// A scene with one model and one hand.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Draft {
-    /// The model.
+    /// OBJ file of the model.
     pub mesh: PathBuf,
     /// m for a unit of the file
     pub scale: f64,

@@ -12,7 +12,7 @@ use serde::Serialize;
 /// A part that a scene could have and this one does without.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct LeftOut {
-    /// Which part.
+    /// Name of the part.
     pub what: String,
     /// Why it is not needed.
     pub why: String,
@@ -21,7 +21,7 @@ pub struct LeftOut {
 /// One thing done with a tool.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Edit {
-    /// What.
+    /// Kind of the edit.
     pub kind: &'static dyn EditKind,
     /// Place among the plan's tools.
     pub tool: usize,
@@ -69,7 +69,7 @@ pub enum Trigger {
 pub struct Probe {
     /// For the report.
     pub name: String,
-    /// What.
+    /// The quantity that is measured.
     pub quantity: &'static Quantity,
     /// Place among the plan's tools or bodies.
     pub of: usize,
@@ -81,7 +81,7 @@ pub struct Probe {
     pub greatest: bool,
     /// What it should be.
     pub expected: Option<f64>,
-    /// Relative.
+    /// Allowed relative error.
     pub tolerance: f64,
     /// Where the expected value comes from.
     pub source: String,

@@ -20,7 +20,7 @@ pub enum HostError {
     /// The dynamic linker refuses the file.
     #[error("{}: cannot be opened as a shared library: {reason}", path.display())]
     NotALibrary {
-        /// The file.
+        /// Path of the library.
         path: PathBuf,
         /// What the linker says.
         reason: String,
@@ -28,13 +28,13 @@ pub enum HostError {
     /// A shared library without the entry point of a plugin.
     #[error("{}: no symbol `pliant_entry`: a shared library, but not a pliant plugin", path.display())]
     NoEntry {
-        /// The file.
+        /// Path of the library.
         path: PathBuf,
     },
     /// The library was made for another major version of the plugin interface.
     #[error("{}: made for plugin interface {found}, this host has {expected}; rebuild the plugin", path.display())]
     Abi {
-        /// The file.
+        /// Path of the library.
         path: PathBuf,
         /// Version of the library.
         found: String,
@@ -44,7 +44,7 @@ pub enum HostError {
     /// A table of the library has a missing or meaningless entry.
     #[error("{}: {reason}", path.display())]
     Malformed {
-        /// The file.
+        /// Path of the library.
         path: PathBuf,
         /// The table, and what is wrong with it.
         reason: String,
@@ -52,7 +52,7 @@ pub enum HostError {
     /// The library has no plugin of that kind and name.
     #[error("{}: no {kind} `{id}` in this library; it has {offered}", path.display())]
     NoSuchPlugin {
-        /// The file.
+        /// Path of the library.
         path: PathBuf,
         /// `grid`, `material` or `device`.
         kind: &'static str,

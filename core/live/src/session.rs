@@ -30,7 +30,7 @@ pub struct LiveSettings {
 pub struct LiveGauges {
     /// s, wall-clock time since the start
     pub seconds: f64,
-    /// Steps taken.
+    /// Number of steps the simulation has taken.
     pub steps: u64,
     /// s, simulated time that was given up because the simulation was too slow
     pub lost_time: f64,

@@ -14,7 +14,7 @@ use super::{MeshError, ObjDocument, Surface};
 pub struct Finding {
     /// What is wrong.
     pub kind: Kind,
-    /// How often.
+    /// Number of places it was found at.
     pub count: usize,
     /// The first few places, [`Finding::PLACES`] at most.
     pub places: Vec<Place>,
@@ -48,21 +48,21 @@ pub enum Place {
     Face {
         /// From 1, in the order of the `f` lines.
         number: usize,
-        /// From 1.
+        /// Line of the file, from 1.
         line: u32,
     },
     /// An edge and the line of a face on it.
     Edge {
         /// Its vertices, from 1.
         vertices: [usize; 2],
-        /// From 1.
+        /// Line of the file, from 1.
         line: u32,
     },
     /// A vertex and its line.
     Vertex {
         /// From 1, in the order of the `v` lines.
         number: usize,
-        /// From 1.
+        /// Line of the file, from 1.
         line: u32,
     },
 }
@@ -79,11 +79,11 @@ pub enum Use {
 /// How much it matters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
-    /// Worth knowing.
+    /// Harmless; reported for information.
     Note,
     /// Allowed; the result may not be what was meant.
     Warning,
-    /// Refused.
+    /// The model is refused.
     Error,
 }
 

@@ -3,7 +3,7 @@
 /// A triangle's side: where an edge is met, and in which sense.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Side {
-    /// The triangle.
+    /// Index of the triangle the side belongs to.
     pub triangle: u32,
     /// The side goes from this corner (0 to 2) to the next.
     pub corner: u8,

@@ -31,7 +31,7 @@ impl Bounds {
         (self.max - self.min).max()
     }
 
-    /// The middle.
+    /// Centre of the box, m.
     pub fn centre(&self) -> Vec3 {
         self.min.lerp(&self.max, 0.5)
     }

@@ -13,7 +13,7 @@ pub(crate) fn merge<'a>(lists: impl IntoIterator<Item = &'a Settings>) -> Vec<Se
     lists.into_iter().flatten().map(|(path, value)| (path.clone(), value.to_string())).collect()
 }
 
-/// One setting.
+/// A setting of `path` to a value.
 pub(crate) fn setting(path: &str, value: impl ToString) -> Setting {
     (path.to_owned(), value.to_string())
 }

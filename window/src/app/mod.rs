@@ -35,7 +35,7 @@ pub type SharedRenderer = Arc<Mutex<dyn SurfaceRenderer + Send>>;
 pub struct ViewSettings {
     /// Of the surfaces.
     pub shading: Shading,
-    /// Edges.
+    /// How edges of triangles are drawn.
     pub wireframe: Wireframe,
     /// Opacity of surfaces, 0 to 1.
     pub opacity: f32,

@@ -54,7 +54,7 @@ pub struct Scene {
     pub origins: Vec<[f64; 3]>,
     /// Of the surfaces.
     pub shading: Shading,
-    /// Edges.
+    /// How edges of triangles are drawn.
     pub wireframe: Wireframe,
     /// Opacity of surfaces, 0 to 1.
     pub opacity: f32,

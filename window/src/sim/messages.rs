@@ -31,7 +31,7 @@ pub enum Command {
     },
     /// Write the model to a file.
     Save {
-        /// The file.
+        /// Path of the model or scene.
         path: PathBuf,
         /// Whether it is the user's file, and not one to open the present shape from.
         for_user: bool,
@@ -64,7 +64,7 @@ pub enum Notice {
     Failed(String),
     /// The model was written.
     Saved {
-        /// The file.
+        /// Path of the saved file.
         path: PathBuf,
         /// As asked for.
         for_user: bool,

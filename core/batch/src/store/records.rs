@@ -16,7 +16,7 @@ pub(crate) enum Record {
     Begin {
         /// Its place in the sweep.
         edit: u64,
-        /// From 1.
+        /// Number of the attempt, from 1.
         attempt: u32,
     },
     /// The row of an edit stands in the table. It takes the place of an older one.

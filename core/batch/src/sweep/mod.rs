@@ -26,7 +26,7 @@ const MAX_EDITS: u64 = 1 << 40;
 /// A base scene.
 #[derive(Clone, Debug)]
 pub(crate) struct BaseScene {
-    /// Its file.
+    /// Path of the sweep file.
     pub(crate) path: PathBuf,
     /// As the sweep file writes it.
     pub(crate) name: String,

@@ -11,7 +11,7 @@ use std::thread::JoinHandle;
 /// Where a ray meets a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// The triangle.
+    /// Index of the triangle that is hit.
     pub triangle: u32,
     /// m, along the ray
     pub distance: f64,

@@ -39,7 +39,7 @@ impl Place {
 /// Nodes held where they rest, or led along a path.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fixing {
-    /// Which.
+    /// The nodes that are held.
     pub place: Place,
     /// Edges on the border of a sheet whose ends are both held keep the direction they have at rest.
     pub clamp: bool,

@@ -56,7 +56,7 @@ pub enum LatticeError {
     Unsupported {
         /// grid or sheet
         carrier: &'static str,
-        /// Its id.
+        /// Id of the material.
         material: String,
         /// The kind of element.
         wanted: &'static str,
@@ -66,9 +66,9 @@ pub enum LatticeError {
     Massless {
         /// The material and its file.
         origin: String,
-        /// Which.
+        /// Number of the node.
         node: usize,
-        /// Where.
+        /// m, its rest position
         at: [f64; 3],
         /// What the material gave it.
         mass: f64,
@@ -76,14 +76,14 @@ pub enum LatticeError {
     /// No cell of the level is occupied.
     #[error("level {level} of the grid has no occupied cell")]
     Empty {
-        /// Which.
+        /// The level that was asked for.
         level: u32,
     },
 }
 
 /// The carrier of a body.
 pub struct Lattice {
-    /// The plugin.
+    /// The grid plugin.
     pub grid: LentGrid,
     /// How much is simulated.
     pub settings: RegionSettings,

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 /// A placed model.
 #[derive(Clone)]
 pub struct Model {
-    /// The file.
+    /// The OBJ document, in units of the file.
     pub document: ObjDocument,
     /// File units to metres.
     pub placement: Placement,

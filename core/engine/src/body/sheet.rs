@@ -51,7 +51,7 @@ pub struct Sheet {
     cut: bool,
 }
 
-/// No node.
+/// Stands for the absence of a node.
 pub const NONE: u32 = u32::MAX;
 /// Mass of nodes that only lend a direction and never move, kg: too small to count in any weight, reaction or energy.
 const WEIGHTLESS: f64 = 1e-30;
@@ -299,7 +299,7 @@ impl Sheet {
     }
 }
 
-/// Lower first.
+/// The two ends of an edge, the lower number first.
 fn rising([a, b]: [u32; 2]) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }

@@ -28,7 +28,7 @@ impl PlaceLoads {
         self.damping.clear();
     }
 
-    /// Adds one.
+    /// Adds the load at one rest place.
     pub fn push(&mut self, place: Vec3, force: Vec3, stiffness: Block, damping: Block) {
         self.places.push(place);
         self.force.push(force);

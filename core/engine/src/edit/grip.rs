@@ -8,7 +8,7 @@ use pliant_solver::Vec3;
 /// A point of a surface that is held.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Grip {
-    /// The point.
+    /// Body and rest place that is held.
     pub at: ContactPlace,
     /// Normal there, in the rest shape; of no particular length
     pub normal: Vec3,

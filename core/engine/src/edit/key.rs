@@ -28,7 +28,7 @@ impl KeyName {
 /// A key that a kind of edit reads.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Key {
-    /// Which.
+    /// Name of the key.
     pub name: KeyName,
     /// The default, as a scene could write it or in words.
     pub default: &'static str,

@@ -51,7 +51,7 @@ impl Region {
         self.shape.radius_at(edge)
     }
 
-    /// Lets go.
+    /// Lets go of the region.
     pub fn release(&mut self) {
         self.joint = None;
         self.brush.clear();

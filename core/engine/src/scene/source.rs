@@ -10,7 +10,7 @@ use thiserror::Error;
 /// The text a scene came from.
 #[derive(Clone, Debug)]
 pub struct Source {
-    /// The file.
+    /// Path of the scene file.
     pub path: PathBuf,
     /// Its text, after `--set`.
     pub text: String,

@@ -20,11 +20,11 @@ pub enum SessionError {
     /// A model cannot be used.
     #[error("{}: body `{body}`: {error}", file.display())]
     Mesh {
-        /// Its file.
+        /// Path of the model.
         file: PathBuf,
-        /// Which.
+        /// Name of the body.
         body: String,
-        /// Why.
+        /// What is wrong with the model.
         error: Box<MeshError>,
     },
     /// A plugin cannot be used.
@@ -36,9 +36,9 @@ pub enum SessionError {
     /// A body cannot be carried.
     #[error("body `{body}`: {error}")]
     Lattice {
-        /// Which.
+        /// Name of the body.
         body: String,
-        /// Why.
+        /// Why it cannot be carried.
         error: LatticeError,
     },
     /// An explicit integrator would be unstable.

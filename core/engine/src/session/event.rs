@@ -43,12 +43,12 @@ pub enum EventKind {
     Repaired,
 }
 
-/// One event.
+/// An event that is described in full.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Event {
     /// s
     pub time: f64,
-    /// What happened.
+    /// Description for people.
     pub text: String,
 }
 

@@ -34,7 +34,7 @@ pub struct Frame {
     pub tools: Vec<ToolFrame>,
     /// Nodes and elements that were active.
     pub nodes: usize,
-    /// See `nodes`.
+    /// Number of active elements, of all bodies.
     pub elements: usize,
     /// J
     pub kinetic_energy: f64,

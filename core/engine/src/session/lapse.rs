@@ -22,7 +22,7 @@ pub struct Lapse {
     pub body: u32,
     /// After which stage.
     pub stage: Stage,
-    /// For people.
+    /// Description for people.
     pub why: String,
 }
 

@@ -82,7 +82,7 @@ impl DeviceSlot {
 
 /// A tool and what is between it and its device.
 pub struct ToolSlot {
-    /// The tool.
+    /// State of the tool.
     pub tool: Tool,
     /// The hand that holds it.
     pub hand: Hand,
@@ -94,7 +94,7 @@ pub struct ToolSlot {
     slid_from: Option<(u32, Vec3)>,
     /// Place of its device, and which of its effectors.
     pub device: usize,
-    /// See `device`.
+    /// Index of the effector of that device.
     pub effector: usize,
     /// Whose hand it mirrors, if it is a mirrored tool.
     pub mirror: Option<Mirror>,
@@ -159,9 +159,9 @@ pub struct Choices {
 /// How a tool meets a sheet.
 #[derive(Clone, Debug, Serialize)]
 pub struct ContactChoice {
-    /// The tool.
+    /// Name of the tool.
     pub tool: String,
-    /// The sheet.
+    /// Name of the body, a sheet.
     pub body: String,
     /// As scenes write it.
     pub by: &'static str,
@@ -174,9 +174,9 @@ pub struct ContactChoice {
 pub struct PreconditionerChosen {
     /// As the scene calls it.
     pub body: String,
-    /// Which.
+    /// Name of the preconditioner.
     pub preconditioner: &'static str,
-    /// Why.
+    /// Reason for the choice.
     pub why: String,
 }
 
@@ -187,7 +187,7 @@ pub struct StepCost {
     pub body: String,
     /// Active around one contact, or in the whole of it.
     pub nodes: usize,
-    /// See `nodes`.
+    /// Number of active elements.
     pub elements: usize,
     /// s, all substeps; of an implicit scheme its assembly and forces, without the solver's iterations
     pub seconds: f64,
@@ -198,11 +198,11 @@ pub struct StepCost {
 pub struct Loaded {
     /// grid, material or device
     pub kind: &'static str,
-    /// Its id.
+    /// Id of the plugin.
     pub id: String,
-    /// Its version.
+    /// Version of the plugin.
     pub version: String,
-    /// Its file.
+    /// Library it was loaded from.
     pub path: String,
 }
 
@@ -222,7 +222,7 @@ pub struct Session {
     pub loaded: Vec<Loaded>,
     /// What is not there, and why.
     pub left_out: Vec<LeftOut>,
-    /// What happened.
+    /// Events of the session so far.
     pub events: Events,
     plan: Plan,
     pool: Pool,
@@ -272,7 +272,7 @@ impl Session {
         self.dt
     }
 
-    /// Steps taken.
+    /// Number of steps taken since the start.
     pub fn steps(&self) -> u64 {
         self.steps
     }

@@ -13,7 +13,7 @@ pub struct ViewFrame {
     pub number: u64,
     /// s, simulated time
     pub time: f64,
-    /// Steps taken.
+    /// Number of steps the simulation had taken.
     pub steps: u64,
     /// Bodies that move, in the order of the session.
     pub bodies: Vec<BodyView>,

@@ -18,7 +18,7 @@ pub struct TriangleTree {
 /// Where a ray meets a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayHit {
-    /// Which.
+    /// Index of the triangle that is hit.
     pub triangle: u32,
     /// Along the ray, in lengths of its direction.
     pub time: f64,

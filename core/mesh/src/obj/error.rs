@@ -78,7 +78,7 @@ pub enum WriteError {
     Length {
         /// What the array holds.
         entity: &'static str,
-        /// Rows given.
+        /// Number of rows given.
         found: usize,
         /// Rows of the document.
         expected: usize,

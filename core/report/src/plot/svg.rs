@@ -11,11 +11,11 @@ pub(crate) struct Svg {
 /// Which point of a text is at its position.
 #[derive(Clone, Copy)]
 pub(crate) enum Anchor {
-    /// Its beginning.
+    /// The text begins at the place.
     Start,
-    /// Its middle.
+    /// The text is centred at the place.
     Middle,
-    /// Its end.
+    /// The text ends at the place.
     End,
 }
 

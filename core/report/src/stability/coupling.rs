@@ -36,7 +36,7 @@ const RELAXED_HAND: Hand = Hand { mass: 0.1, damping: 4.0, stiffness: 300.0 };
 /// The hands and delays that are tried.
 #[derive(Clone, Copy)]
 enum Situation {
-    /// No hand.
+    /// The tool is free: no hand holds it.
     Free,
     /// A relaxed hand.
     Relaxed,

@@ -82,7 +82,7 @@ pub enum StepError {
 
 /// A time integration scheme with its settings and work vectors, for one body.
 pub struct Integrator {
-    /// The scheme.
+    /// Integration scheme.
     pub scheme: Scheme,
     /// Relative tolerance of each linear solve, in the norm of the preconditioner.
     pub tolerance: f64,

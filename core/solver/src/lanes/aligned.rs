@@ -24,13 +24,13 @@ impl<T: Copy + Default> Lines<T> {
         Self { numbers, first, len }
     }
 
-    /// The numbers.
+    /// All scalars, in the order of the blocks.
     #[inline(always)]
     pub fn flat(&self) -> &[T] {
         &self.numbers[self.first..self.first + self.len]
     }
 
-    /// The numbers.
+    /// All scalars, in the order of the blocks, to be changed.
     #[inline(always)]
     pub fn flat_mut(&mut self) -> &mut [T] {
         &mut self.numbers[self.first..self.first + self.len]

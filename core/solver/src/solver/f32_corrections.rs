@@ -73,7 +73,7 @@ pub struct CorrectionGoal {
     pub d: f64,
     /// The correction ends at this value.
     pub target: f64,
-    /// Most iterations.
+    /// Largest number of iterations of a solve.
     pub max_iterations: usize,
 }
 

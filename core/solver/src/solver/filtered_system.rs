@@ -23,7 +23,7 @@ pub struct FilteredSystem<'a> {
     pub same_matrix: bool,
     /// Tolerance, relative to the filtered right side, in the norm of the preconditioner.
     pub tolerance: f64,
-    /// Most iterations.
+    /// Largest number of iterations of a solve.
     pub max_iterations: usize,
 }
 

@@ -49,7 +49,7 @@ impl Preconditioner {
 /// The preconditioned conjugate gradient solver of one body, with its work vectors and what it learns from one solve to the next.
 #[derive(Debug, Default)]
 pub struct Pcg {
-    /// The preconditioner.
+    /// Preconditioner of the solve.
     pub preconditioner: Preconditioner,
     /// The solution (n x 3); on entry the initial guess.
     pub x: Vec<Vec3>,

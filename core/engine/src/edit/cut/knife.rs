@@ -47,7 +47,7 @@ pub struct Knife {
 /// Where a blade is inside of a body.
 #[derive(Clone, Debug)]
 pub struct Inside {
-    /// Which.
+    /// Index of the body.
     pub body: u32,
     /// m, rest places along the edge
     pub places: Vec<Vec3>,

@@ -54,7 +54,7 @@ fn default_body() -> Spanned<String> {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct ShapeScene {
-    /// Which.
+    /// Kind of shape.
     pub kind: ShapeKind,
     /// Cells along an edge, around the equator quarter, or around the cylinder.
     #[serde(default = "default_cells")]
@@ -143,7 +143,7 @@ pub struct SheetScene {
 pub enum WarpScene {
     /// A direction.
     Axis([f64; 3]),
-    /// By name.
+    /// A direction given by name.
     Name(WarpName),
 }
 
@@ -203,7 +203,7 @@ impl Default for GridScene {
 pub enum Extent {
     /// Around each contact.
     Local,
-    /// Everything.
+    /// The whole body is simulated.
     Whole,
 }
 

@@ -12,7 +12,7 @@ use toml::Spanned;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct EditScene {
-    /// What.
+    /// What the edit does.
     #[schemars(with = "EditName")]
     pub kind: Spanned<EditName>,
     /// With which tool; none for `undo` and `redo`.
@@ -51,7 +51,7 @@ pub struct EditScene {
 #[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq)]
 #[serde(untagged)]
 pub enum Amount {
-    /// In SI.
+    /// A number in SI units.
     Number(f64),
     /// With a unit.
     Text(String),

@@ -48,7 +48,7 @@ impl Cause {
     pub const ALL: [Self; 6] =
         [Self::NotFinite, Self::Magnitude, Self::Slew, Self::Continuous, Self::Passivity, Self::Stale];
 
-    /// In reports.
+    /// Name of the cause in reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::NotFinite => "force not finite",
@@ -83,7 +83,7 @@ pub struct ForceSafety {
 }
 
 impl ForceSafety {
-    /// At zero.
+    /// Force safety with a last force of zero.
     pub fn new(limits: ForceLimits) -> Self {
         let budget = Budget::new(limits.peak, limits.continuous);
         Self { limits, budget, passivity: None, last: Vec3::zeros(), counts: [0; Cause::ALL.len()] }

@@ -4,7 +4,7 @@ use super::slices::LANES;
 
 /// Mean number of distances in a slice of rows above which going row by row is faster.
 const MAX_DISTANCES: usize = 12;
-/// Most bands.
+/// Largest number of bands.
 const BANDS: usize = 4;
 /// Fewest rows of a band.
 const BAND: usize = 2048;

@@ -105,7 +105,7 @@ fn unlimited(_: &Frequencies) -> StepLimit {
 }
 
 impl Scheme {
-    /// Every scheme.
+    /// All schemes, explicit ones first.
     pub const ALL: [Self; 6] = [
         Self::ExplicitEuler,
         Self::SymplecticEuler,
