@@ -92,7 +92,7 @@ fn text_of(reader: PipeReader) -> String {
 
 /// The signal that ended a process, by number and name.
 #[cfg(unix)]
-fn signal(status: ExitStatus) -> String {
+pub fn signal(status: ExitStatus) -> String {
     use std::os::unix::process::ExitStatusExt;
     let number = status.signal().unwrap_or(0);
     let name = match number {
@@ -110,6 +110,6 @@ fn signal(status: ExitStatus) -> String {
 
 /// How a process ended, in the words of the system.
 #[cfg(not(unix))]
-fn signal(status: ExitStatus) -> String {
+pub fn signal(status: ExitStatus) -> String {
     status.to_string()
 }

@@ -2,8 +2,9 @@
 
 use crate::args::{Cli, RunArgs};
 use crate::outcome::{Failure, Outcome};
-use crate::run_end::{print_summary, run_outcome, stop_flag};
+use crate::run_end::{print_summary, run_outcome};
 use crate::scene_session::{OpenedScene, open_scene};
+use crate::stop::stop_flag;
 use pliant_live::{LiveSession, LiveSettings};
 use pliant_record::{Recorder, RecordingInputs, RecordingWriter};
 use std::sync::atomic::Ordering;
@@ -11,7 +12,7 @@ use std::time::Instant;
 
 /// Runs a scene in real time with its devices.
 pub fn run_live(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
-    let began = Instant::now();
+    let (began, stop) = (Instant::now(), stop_flag());
     let OpenedScene { scene, source, mut session } = open_scene(cli, &args.scene)?;
     if session.devices.is_empty() {
         return Err(source.whole("nothing to run live: no edit uses a tool, so no device is open").into());
@@ -22,7 +23,6 @@ pub fn run_live(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
     let inputs = RecordingInputs { scene: &scene, source: &source, session: &session, mesh, live: true };
     let mut recording = args.record.as_ref().map(|path| RecordingWriter::create(path, &inputs)).transpose()?;
     let duration = args.duration.unwrap_or(scene.time.duration.get_ref().si);
-    let stop = stop_flag();
     let mut live = LiveSession::start(&mut session, LiveSettings { rate: args.rate, view: None })?;
     let (mut stopped, mut last) = (false, false);
     while !last {

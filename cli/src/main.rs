@@ -16,6 +16,7 @@ mod check;
 mod child;
 mod device;
 mod edit;
+mod isolate;
 mod live;
 mod new;
 mod outcome;
@@ -28,30 +29,54 @@ mod run;
 mod run_end;
 mod sample;
 mod scene_session;
+mod stop;
 
 use args::{Cli, Command};
 use clap::{CommandFactory, Parser};
 use outcome::{Failure, Outcome};
 use output::{note, print, print_json};
+use pliant_host::{end_by_itself, guard_exit};
 use serde_json::json;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let cli = Cli::try_parse().unwrap_or_else(|error| exit_on_misuse(&error));
-    let outcome = match &cli.command {
-        Command::Run(args) => run::run(&cli, args),
-        Command::Edit(args) => edit::edit(&cli, args),
-        Command::Batch(args) => batch::batch(&cli, args),
-        Command::Replay(args) => replay::replay(&cli, args),
-        Command::Plan(args) => plan::plan(&cli, args),
-        Command::Plugin(args) => plugin::plugin(&cli, &args.command),
-        Command::Report(args) => report::report(&cli, &args.command),
-        Command::Device(args) => device::device(&cli, &args.command),
+    let outcome = guarded(&cli);
+    end_by_itself(outcome.exit_code());
+    outcome.into()
+}
+
+/// Runs a command; what ends the program on the way is a failure of a plugin.
+fn guarded(cli: &Cli) -> Outcome {
+    guard_exit(if cli.json { report_exit_as_json } else { report_exit });
+    isolate::watch_child().and_then(|()| run_command(cli)).unwrap_or_else(|failure| report_failure(&failure, cli.json))
+}
+
+/// Says that a plugin ended the program.
+fn report_exit(text: &str) {
+    report_failure(&Failure::plugin(text), false);
+}
+
+/// Says that a plugin ended the program, on standard output as well.
+fn report_exit_as_json(text: &str) {
+    report_failure(&Failure::plugin(text), true);
+}
+
+/// Runs the command that was typed.
+fn run_command(cli: &Cli) -> Result<Outcome, Failure> {
+    match &cli.command {
+        Command::Run(args) => run::run(cli, args),
+        Command::Edit(args) => edit::edit(cli, args),
+        Command::Batch(args) => batch::batch(cli, args),
+        Command::Replay(args) => replay::replay(cli, args),
+        Command::Plan(args) => plan::plan(cli, args),
+        Command::Plugin(args) => plugin::plugin(cli, &args.command),
+        Command::Report(args) => report::report(cli, &args.command),
+        Command::Device(args) => device::device(cli, &args.command),
         Command::Schema => schema(),
-        Command::Completions { shell } => completions(&cli, *shell),
-        Command::Sample(args) => sample::sample(&cli, args),
-    };
-    outcome.unwrap_or_else(|failure| report_failure(&failure, cli.json)).into()
+        Command::Completions { shell } => completions(cli, *shell),
+        Command::Sample(args) => sample::sample(cli, args),
+    }
 }
 
 /// `pliant schema`.

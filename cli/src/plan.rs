@@ -4,12 +4,14 @@ use crate::args::{Cli, PlanArgs};
 use crate::outcome::{Failure, Outcome};
 use crate::output::{format_bytes, format_seconds, print, print_json};
 use crate::scene_session::{OpenedScene, open_scene};
+use crate::stop::end_on_stop;
 use pliant_engine::session::{Choices, Session};
 use pliant_record::PlanReport;
 use std::time::Instant;
 
 /// Opens a scene and says what a run will do.
 pub fn plan(cli: &Cli, args: &PlanArgs) -> Result<Outcome, Failure> {
+    end_on_stop();
     let began = Instant::now();
     let OpenedScene { scene, session, .. } = open_scene(cli, &args.scene)?;
     let report = PlanReport::new(&session, scene.time.steps(), began.elapsed());

@@ -3,8 +3,9 @@
 use crate::args::{Cli, ReplayArgs};
 use crate::outcome::{Failure, Outcome};
 use crate::output::{count, note, progress_bar};
-use crate::run_end::{print_summary, run_outcome, stop_flag};
+use crate::run_end::{print_summary, run_outcome};
 use crate::scene_session::OpenedScene;
+use crate::stop::stop_flag;
 use pliant_engine::plan::Plan;
 use pliant_engine::scene;
 use pliant_engine::session::{Options, Session};
@@ -16,7 +17,7 @@ use std::time::Instant;
 
 /// Runs a recorded session again, and compares it with the recording if asked for.
 pub fn replay(cli: &Cli, args: &ReplayArgs) -> Result<Outcome, Failure> {
-    let began = Instant::now();
+    let (began, stop) = (Instant::now(), stop_flag());
     let recording = Recording::read(&args.recording)?;
     if let Some((file, how)) = recording.changed_files().find(|(file, _)| !file.plugin) {
         let (recording, model) = (args.recording.display(), file.path.display());
@@ -30,7 +31,6 @@ pub fn replay(cli: &Cli, args: &ReplayArgs) -> Result<Outcome, Failure> {
     let steps = recording.steps.len();
     let bar =
         progress_bar("{bar:30} {pos}/{len} steps  {elapsed} gone, {eta} left", steps as u64, args.quiet || cli.json);
-    let stop = stop_flag();
     let (mut stopped, mut first_difference) = (false, None);
     for (number, step) in recording.steps.iter().enumerate() {
         session.step_with(&step.poses);

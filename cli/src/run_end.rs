@@ -1,24 +1,13 @@
-//! What `run`, `run --live` and `replay` have in common: stopping, and telling how it went.
+//! What `run`, `run --live` and `replay` have in common: telling how it went.
 
 use crate::outcome::{Failure, Outcome};
 use crate::output::{count, format_seconds, note, print_json};
 use pliant_live::{LiveSummary, Percentiles};
 use pliant_record::{CutSummary, ProbeResult, Summary};
 use std::path::Path;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Number of events that are printed in full.
 const EVENTS_PRINTED: usize = 6;
-
-/// A flag that Ctrl-C sets. Where the handler cannot be installed Ctrl-C ends the program at once; results are whole either way, as they
-/// are written under temporary names.
-pub fn stop_flag() -> Arc<AtomicBool> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let handler = Arc::clone(&stop);
-    let _ = ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed));
-    stop
-}
 
 /// The outcome of a run whose results are written.
 pub fn run_outcome(summary: &Summary) -> Outcome {

@@ -48,9 +48,12 @@ pub struct RunArgs {
     /// Print neither progress nor a summary
     #[arg(long, short)]
     pub quiet: bool,
-    /// Run in a child process: a plugin that crashes ends the child, and this program ends with exit code 3
+    /// Run in a child process: a plugin that crashes, hangs or exits ends the child, and this program ends with exit code 3
     #[arg(long)]
     pub isolate: bool,
+    /// With --isolate: longest time of a call of a plugin; then the run is ended, and the plugin and the call are named
+    #[arg(long, value_name = "TIME", requires = "isolate", default_value = "60 s", value_parser = duration)]
+    pub call_limit: f64,
     /// Record the session into a file that `pliant replay` runs again
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,

@@ -5,7 +5,7 @@ use super::table::write_table;
 use crate::args::{BatchRunArgs, Cli};
 use crate::outcome::{Failure, Outcome};
 use crate::output::{count, format_bytes, format_seconds, note, print, print_json, progress_bar};
-use crate::run_end::stop_flag;
+use crate::stop::stop_flag;
 use pliant_batch::{
     BatchEnd, CollectOptions, Estimate, Isolation, Progress, RunOptions, Shard, Sweep, collect, estimate, limit_memory,
     run, serve,
@@ -64,6 +64,8 @@ pub fn run_sweep(cli: &Cli, args: &BatchRunArgs, file: &Path) -> Result<Outcome,
 /// Does the edits that standard input names, within the sweep's limit of memory. Ctrl-C is the parent's to handle, which then ends the input.
 fn serve_edits(sweep: &Sweep, folder: &Path, options: &RunOptions) -> Result<Outcome, Failure> {
     let _ = ctrlc::set_handler(|| {});
+    #[cfg(unix)]
+    pliant_host::end_with_parent(std::os::unix::process::parent_id());
     if let Some(bytes) = sweep.limits.memory {
         limit_memory(bytes)?;
     }

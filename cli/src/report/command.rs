@@ -4,7 +4,7 @@ use super::catalogues::{ACCURACY, CatalogueFiles, PERFORMANCE, STABILITY};
 use crate::args::{AccuracyArgs, Cli, ReportCommand, ReportOptionArgs};
 use crate::outcome::{Failure, Outcome};
 use crate::output::{note, print, print_json, progress_bar};
-use crate::run_end::stop_flag;
+use crate::stop::stop_flag;
 use pliant_host::SearchPath;
 use pliant_report::{
     AccuracyCatalogue, Clock, Comparison, Document, Journal, Measurements, PerformanceCatalogue, Progress,

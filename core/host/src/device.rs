@@ -7,7 +7,9 @@ use crate::messages::Message;
 use crate::plugin_info::{PluginInfo, PluginKind};
 use pliant_plugin_api::abi::{self, Status};
 use std::ffi::CStr;
-use std::sync::Arc;
+use std::sync::mpsc::channel;
+use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::time::{Duration, Instant};
 
 pub use pliant_plugin_api::abi::{DeviceInfo, Pose};
 
@@ -56,7 +58,7 @@ impl Device {
         };
         let mut device_info = empty_device_info();
         // SAFETY: [main & active]; `device_info` is ours to fill.
-        instance.check("describe", unsafe { describe(instance.plugin(), &mut device_info) })?;
+        instance.run("describe", || unsafe { describe(instance.plugin(), &mut device_info) })?;
         let DeviceInfo { rate, peak_force, continuous_force, stiffness, effectors, .. } = device_info;
         let limits = [rate, peak_force, continuous_force, stiffness];
         if !limits.iter().all(|l| l.is_finite() && *l > 0.0) {
@@ -69,7 +71,9 @@ impl Device {
         let counters = instance.extension_table(Extension::new::<abi::Counters>(abi::COUNTERS));
         // SAFETY: the table of that extension, of at least its size, for the life of the library.
         let counters = counters.map(|table| unsafe { &*table.cast() });
-        Ok(Self { instance: Arc::new(instance), table, counters, device_info })
+        let instance = Arc::new(instance);
+        note_open(&instance, table.stop.expect("checked"));
+        Ok(Self { instance, table, counters, device_info })
     }
 
     /// What the device says of itself: effectors, rate, limits, workspace, tactile array.
@@ -90,7 +94,7 @@ impl Device {
     pub fn read_realtime(&mut self, time: u64, poses: &mut [Pose]) -> Status {
         let read = self.table.read.expect("checked");
         // SAFETY: [servo & active], exclusive by `&mut`.
-        unsafe { read(self.instance.plugin(), time, poses.as_mut_ptr(), poses.len()) }
+        self.instance.within("read", || unsafe { read(self.instance.plugin(), time, poses.as_mut_ptr(), poses.len()) })
     }
 
     /// Tells each effector what to render from `time` (ns) on. `[servo]`
@@ -121,7 +125,7 @@ impl Device {
         let write = self.table.write.expect("checked");
         let count = outputs.len().min(MAX_EFFECTORS);
         // SAFETY: [servo & active], exclusive by `&mut`; taxels are borrowed for the call.
-        unsafe { write(self.instance.plugin(), time, raw.as_ptr(), count) }
+        self.instance.within("write", || unsafe { write(self.instance.plugin(), time, raw.as_ptr(), count) })
     }
 
     /// Makes a result of the status that `call` gave.
@@ -143,7 +147,7 @@ impl Device {
     /// The device is lost.
     pub fn stop(&self) -> Result<(), HostError> {
         // SAFETY: [any & active].
-        self.instance.check("stop", unsafe { (self.table.stop.expect("checked"))(self.instance.plugin()) })
+        self.instance.run("stop", || unsafe { (self.table.stop.expect("checked"))(self.instance.plugin()) })
     }
 
     /// Names and values of the device's counters since it was opened; empty where it has none. `[any]`
@@ -153,7 +157,9 @@ impl Device {
         for index in 0..MAX_COUNTERS {
             let (mut name, mut value) = (std::ptr::null(), 0);
             // SAFETY: [any & active]; both are ours to fill.
-            let status = unsafe { counter(self.instance.plugin(), index, &mut name, &mut value) };
+            let status = self
+                .instance
+                .within("counter", || unsafe { counter(self.instance.plugin(), index, &mut name, &mut value) });
             if status != abi::Status::OK || name.is_null() {
                 break;
             }
@@ -190,8 +196,48 @@ impl StopHandle {
     #[allow(unsafe_code, reason = "calls the device's function")]
     pub fn stop(&self) {
         // SAFETY: [any & active]; the instance lives as long as this.
-        let _ = unsafe { (self.stop)(self.instance.plugin()) };
+        let _ = self.instance.within("stop", || unsafe { (self.stop)(self.instance.plugin()) });
     }
+}
+
+/// An open device, for [`stop_devices`].
+type OpenDevice = (Weak<Instance>, unsafe extern "C" fn(*const abi::Plugin) -> Status);
+
+/// Devices that were opened; those that are closed are removed when another one is opened.
+static OPEN: Mutex<Vec<OpenDevice>> = Mutex::new(Vec::new());
+
+/// Adds a device to those that [`stop_devices`] stops.
+fn note_open(instance: &Arc<Instance>, stop: unsafe extern "C" fn(*const abi::Plugin) -> Status) {
+    let mut open = OPEN.lock().unwrap_or_else(PoisonError::into_inner);
+    open.retain(|(instance, _)| instance.strong_count() > 0);
+    open.push((Arc::downgrade(instance), stop));
+}
+
+/// Sets all forces of every open device to zero, and waits up to `limit` for it: a device that does not answer is left behind.
+pub(crate) fn stop_devices(limit: Duration) {
+    let open: Vec<StopHandle> = OPEN.lock().unwrap_or_else(PoisonError::into_inner).iter().filter_map(live).collect();
+    let (sender, stopped) = channel();
+    let started = open.into_iter().map(|device| {
+        let sender = sender.clone();
+        std::thread::Builder::new().spawn(move || {
+            device.stop();
+            let _ = sender.send(());
+            // Its drop could close the device, which may take long.
+            std::mem::forget(device);
+        })
+    });
+    let started = started.filter(Result::is_ok).count();
+    let end = Instant::now() + limit;
+    for _ in 0..started {
+        if stopped.recv_timeout(end.saturating_duration_since(Instant::now())).is_err() {
+            break;
+        }
+    }
+}
+
+/// A handle on a device that is still open.
+fn live((instance, stop): &OpenDevice) -> Option<StopHandle> {
+    instance.upgrade().map(|instance| StopHandle { instance, stop: *stop })
 }
 
 impl Drop for Device {

@@ -24,20 +24,21 @@ impl ForceModel for Material {
     fn rest(&self, call: &ElementCall<'_>, out: &mut [f64]) -> Result<(), ForceError> {
         let rest = self.table.rest.expect("checked");
         // SAFETY: [sim & active]; `out` holds the planes of all elements.
-        Ok(self.instance.check("rest", unsafe { rest(self.instance.plugin(), &batch(call), out.as_mut_ptr()) })?)
+        Ok(self.instance.run("rest", || unsafe { rest(self.instance.plugin(), &batch(call), out.as_mut_ptr()) })?)
     }
 
     fn mass(&self, call: &ElementCall<'_>, out: &mut [f64]) -> Result<(), ForceError> {
         assert_eq!(out.len(), call.window.len());
         let (mass, base) = (self.table.mass.expect("checked"), out.as_mut_ptr().wrapping_sub(call.window.start));
         // SAFETY: [sim & active]; the window behind `base` is `out`, all ours.
-        Ok(self.instance.check("mass", unsafe { mass(self.instance.plugin(), &batch(call), base) })?)
+        Ok(self.instance.run("mass", || unsafe { mass(self.instance.plugin(), &batch(call), base) })?)
     }
 
     fn energy(&self, call: &ElementCall<'_>) -> Result<f64, ForceError> {
         let (energy, mut sum) = (self.table.energy.expect("checked"), 0.0);
         // SAFETY: [sim & active]; `sum` is ours.
-        let status = unsafe { energy(self.instance.plugin(), &batch(call), &mut sum) };
+        let status =
+            self.instance.within("energy", || unsafe { energy(self.instance.plugin(), &batch(call), &mut sum) });
         self.instance.check("energy", status)?;
         if sum.is_finite() {
             Ok(sum)
@@ -50,7 +51,7 @@ impl ForceModel for Material {
         assert_eq!(out.len(), call.window.len());
         let (forces, base) = (self.table.forces.expect("checked"), out.as_mut_ptr().wrapping_sub(call.window.start));
         // SAFETY: [sim & active]; the window behind `base` is `out`, all ours.
-        Ok(self.instance.check("forces", unsafe { forces(self.instance.plugin(), &batch(call), base.cast()) })?)
+        Ok(self.instance.run("forces", || unsafe { forces(self.instance.plugin(), &batch(call), base.cast()) })?)
     }
 
     fn tangent(
@@ -71,7 +72,9 @@ impl ForceModel for Material {
             slot_end: first + values.len(),
         };
         // SAFETY: [sim & active]; the blocks behind `values` are ours for the call.
-        let status = unsafe { tangent(self.instance.plugin(), &batch(call), stiffness, damping, &blocks) };
+        let status = self.instance.within("tangent", || unsafe {
+            tangent(self.instance.plugin(), &batch(call), stiffness, damping, &blocks)
+        });
         Ok(self.instance.check("tangent", status)?)
     }
 
@@ -80,7 +83,7 @@ impl ForceModel for Material {
         // SAFETY: [sim & active]; `history` holds the planes of all elements.
         Ok(self
             .instance
-            .check("advance", unsafe { advance(self.instance.plugin(), &batch(call), history.as_mut_ptr()) })?)
+            .run("advance", || unsafe { advance(self.instance.plugin(), &batch(call), history.as_mut_ptr()) })?)
     }
 
     fn strain(&self, call: &ElementCall<'_>, planes: &mut PlanesMut<'_>) -> Result<(), ForceError> {
@@ -88,13 +91,15 @@ impl ForceModel for Material {
         let base = planes.base_for(&call.range, 13, call.elements.len() / call.corners);
         // SAFETY: [sim & active]; `planes` holds the planes of all elements, and those of the call's range, which are all that the
         // call writes, are ours.
-        Ok(self.instance.check("strain", unsafe { strain(self.instance.plugin(), &batch(call), base) })?)
+        Ok(self.instance.run("strain", || unsafe { strain(self.instance.plugin(), &batch(call), base) })?)
     }
 
     fn compliance(&self, call: &ElementCall<'_>, planes: &mut [f64]) -> Result<(), ForceError> {
         let compliance = self.coupled.and_then(|table| table.compliance).expect("checked when it was opened");
         // SAFETY: [sim & active]; `planes` holds the planes of all elements.
-        let status = unsafe { compliance(self.instance.plugin(), &batch(call), planes.as_mut_ptr()) };
+        let status = self
+            .instance
+            .within("compliance", || unsafe { compliance(self.instance.plugin(), &batch(call), planes.as_mut_ptr()) });
         Ok(self.instance.check("compliance", status)?)
     }
 
@@ -102,7 +107,9 @@ impl ForceModel for Material {
         assert_eq!(normals.len(), call.x.len());
         let (energy, mut sum) = (self.normals().energy.expect("checked"), 0.0);
         // SAFETY: [sim & active]; a normal for each node; `sum` is ours.
-        let status = unsafe { energy(self.instance.plugin(), &batch(call), normals.as_ptr().cast(), &mut sum) };
+        let status = self.instance.within("normals_energy", || unsafe {
+            energy(self.instance.plugin(), &batch(call), normals.as_ptr().cast(), &mut sum)
+        });
         self.instance.check("normals_energy", status)?;
         let why = || self.instance.error("normals_energy", &format!("the result is {sum} J")).into();
         if sum.is_finite() { Ok(sum) } else { Err(why()) }
@@ -118,14 +125,16 @@ impl ForceModel for Material {
         let (forces, base) =
             (self.normals().forces.expect("checked"), out.as_mut_ptr().wrapping_sub(call.window.start));
         // SAFETY: [sim & active]; a normal for each node; the window behind `base` is `out`, all ours.
-        let status = unsafe { forces(self.instance.plugin(), &batch(call), normals.as_ptr().cast(), base.cast()) };
+        let status = self.instance.within("normals_forces", || unsafe {
+            forces(self.instance.plugin(), &batch(call), normals.as_ptr().cast(), base.cast())
+        });
         Ok(self.instance.check("normals_forces", status)?)
     }
 
     fn tilt(&self, call: &ElementCall<'_>, planes: &mut [f64]) -> Result<(), ForceError> {
         let tilt = self.normals().tilt.expect("checked");
         // SAFETY: [sim & active]; `planes` holds the planes of all elements.
-        Ok(self.instance.check("tilt", unsafe { tilt(self.instance.plugin(), &batch(call), planes.as_mut_ptr()) })?)
+        Ok(self.instance.run("tilt", || unsafe { tilt(self.instance.plugin(), &batch(call), planes.as_mut_ptr()) })?)
     }
 
     fn has_single(&self) -> bool {
@@ -151,7 +160,9 @@ impl ForceModel for Material {
             slot_end: first + values.len(),
         };
         // SAFETY: [sim & active]; the blocks behind `values` are ours for the call.
-        let status = unsafe { tangent(self.instance.plugin(), &batch(call), stiffness, damping, &blocks) };
+        let status = self.instance.within("single_tangent", || unsafe {
+            tangent(self.instance.plugin(), &batch(call), stiffness, damping, &blocks)
+        });
         Ok(self.instance.check("single_tangent", status)?)
     }
 }

@@ -158,7 +158,7 @@ impl Grid {
         };
         let build = self.table.build.expect("checked");
         // SAFETY: [worker & active], exclusive by `&mut`.
-        self.instance.check_input("build", unsafe { build(self.instance.plugin(), &surface, level) })
+        self.instance.run_input("build", || unsafe { build(self.instance.plugin(), &surface, level) })
     }
 
     /// Origin, cell edge and numbers of cells and nodes of a level.
@@ -171,7 +171,7 @@ impl Grid {
             Level { size, level, cells_per_axis: 0, edge: 0.0, origin, surface_cells: 0, inside_cells: 0, nodes: 0 };
         let get = self.table.level.expect("checked");
         // SAFETY: [any & active]; `out` is ours.
-        self.instance.check("level", unsafe { get(self.instance.plugin(), level, &mut out) })?;
+        self.instance.run("level", || unsafe { get(self.instance.plugin(), level, &mut out) })?;
         Ok(out)
     }
 
@@ -195,7 +195,7 @@ impl Grid {
         };
         let get = self.table.cell.expect("checked");
         // SAFETY: [any & active]; `out` is ours.
-        self.instance.check("cell", unsafe { get(self.instance.plugin(), level, id, &mut out) })?;
+        self.instance.run("cell", || unsafe { get(self.instance.plugin(), level, id, &mut out) })?;
         Ok(out)
     }
 
@@ -207,7 +207,9 @@ impl Grid {
         let (mut id, mut local) = (0, [0.0; 3]);
         let get = self.table.locate.expect("checked");
         // SAFETY: [any & active]; the outputs are ours.
-        let status = unsafe { get(self.instance.plugin(), level, point.as_ptr(), &mut id, local.as_mut_ptr()) };
+        let status = self.instance.within("locate", || unsafe {
+            get(self.instance.plugin(), level, point.as_ptr(), &mut id, local.as_mut_ptr())
+        });
         self.instance.check("locate", status).map(|()| (id, local))
     }
 
@@ -220,7 +222,7 @@ impl Grid {
         let get = self.table.points.expect("checked");
         // SAFETY: [any & active]; the list lives until the next `build`, which needs `&mut self`.
         unsafe {
-            self.instance.check("points", get(self.instance.plugin(), level, &mut list, &mut count))?;
+            self.instance.run("points", || get(self.instance.plugin(), level, &mut list, &mut count))?;
             Ok(if count == 0 { &[] } else { from_raw_parts(list, count) })
         }
     }
@@ -252,7 +254,7 @@ impl Grid {
         loop {
             let mut raw = out.raw();
             // SAFETY: [worker & active]; the buffers hold what the capacities say.
-            let status = unsafe { get(self.instance.plugin(), &request, &mut raw) };
+            let status = self.instance.within("region", || unsafe { get(self.instance.plugin(), &request, &mut raw) });
             if status == Status::TOO_SMALL {
                 // Half as much again, so that a region that grows a little does not come back for every step.
                 let room = |needed: usize, had: usize| if needed > had { needed + needed / 2 } else { had };
@@ -293,7 +295,9 @@ impl Grid {
         let get = self.table.weights.expect("checked");
         let (from, to) = (places.as_ptr().cast(), weights.as_mut_ptr().cast());
         // SAFETY: [sim & active]; the three lists have one length.
-        let status = unsafe { get(self.instance.plugin(), level, from, places.len(), cells.as_mut_ptr(), to) };
+        let status = self.instance.within("weights", || unsafe {
+            get(self.instance.plugin(), level, from, places.len(), cells.as_mut_ptr(), to)
+        });
         self.instance.check("weights", status)?;
         self.check_finite("weights", places, |i| weights[i].iter().all(|w| w.is_finite()))
     }
@@ -318,7 +322,7 @@ impl Grid {
         let Some(place) = self.table.place else { return Err(self.instance.error("place", "not offered")) };
         let (r, c, o) = (rest.as_ptr().cast(), corners.as_ptr().cast(), out.as_mut_ptr().cast());
         // SAFETY: [sim & active]; the three lists have one length.
-        self.instance.check("place", unsafe { place(self.instance.plugin(), level, r, rest.len(), c, o) })?;
+        self.instance.run("place", || unsafe { place(self.instance.plugin(), level, r, rest.len(), c, o) })?;
         self.check_finite("place", rest, |i| out[i].iter().all(|x| x.is_finite()))
     }
 
@@ -339,7 +343,7 @@ impl Grid {
         let (r, c) = (rest.as_ptr().cast(), corners.as_ptr().cast());
         let (l, o) = (loads.as_ptr().cast(), out.as_mut_ptr().cast());
         // SAFETY: [sim & active]; the four lists have one length.
-        self.instance.check("pull_back", unsafe { pull(self.instance.plugin(), level, r, rest.len(), c, l, o) })
+        self.instance.run("pull_back", || unsafe { pull(self.instance.plugin(), level, r, rest.len(), c, l, o) })
     }
 
     /// Checks that the results of `call` for the rest positions `places` are finite.

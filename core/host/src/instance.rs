@@ -1,5 +1,6 @@
 //! One instance of a plugin: created, given its parameters, activated, and destroyed when dropped.
 
+use crate::calls::{InCall, register};
 use crate::error::HostError;
 use crate::host_table::host_table;
 use crate::library::Library;
@@ -30,6 +31,8 @@ impl Extension {
 
 /// An instance of a plugin and the table of its main extension.
 pub(crate) struct Instance {
+    /// Place of its name on the board of calls.
+    number: u32,
     library: &'static Library,
     id: String,
     plugin: *const abi::Plugin,
@@ -61,8 +64,8 @@ impl Instance {
         let mut instance = Self::create(library, info, settings, extension)?;
         let limits = abi::Limits { size: size_of::<abi::Limits>(), dt };
         // SAFETY: [main & !active]; `create` checked it.
-        let status = unsafe { ((*instance.plugin).activate.expect("checked"))(instance.plugin, &limits) };
-        instance.check_input("activate", status)?;
+        let activate = || unsafe { ((*instance.plugin).activate.expect("checked"))(instance.plugin, &limits) };
+        instance.run_input("activate", activate)?;
         instance.active = true;
         Ok(instance)
     }
@@ -78,9 +81,13 @@ impl Instance {
         let id = CString::new(info.id.as_str()).expect("came from a C string");
         let inbox = Box::into_raw(Box::<Inbox>::default());
         let host = Box::into_raw(Box::new(host_table(inbox.cast())));
+        let number = register(&format!("`{}` ({})", info.id, library.path().display()));
+        let in_call = InCall::enter(number, "create");
         // SAFETY: [main]; the host table lives until the instance is dropped.
         let plugin = unsafe { create(host, id.as_ptr()) };
+        drop(in_call);
         let mut instance = Self {
+            number,
             library,
             id: info.id.clone(),
             plugin,
@@ -139,6 +146,7 @@ impl Instance {
         let (number, text, rows) = (table.set_number, table.set_text, table.set_table);
         let (number, text, rows) = (number.expect("checked"), text.expect("checked"), rows.expect("checked"));
         let i = index as u32;
+        let _in = InCall::enter(self.number, "set_param");
         // SAFETY: [main & !active]; strings and spans live for the call.
         let status = unsafe {
             match (&param.kind, value) {
@@ -181,6 +189,24 @@ impl Instance {
     /// The pointer that is the first argument of every call.
     pub(crate) fn plugin(&self) -> *const abi::Plugin {
         self.plugin
+    }
+
+    /// Makes a call, noted as such while it lasts.
+    #[inline]
+    pub(crate) fn within<T>(&self, call: &'static str, make: impl FnOnce() -> T) -> T {
+        let _in = InCall::enter(self.number, call);
+        make()
+    }
+
+    /// Makes a call and turns its status into a result.
+    #[inline]
+    pub(crate) fn run(&self, call: &'static str, make: impl FnOnce() -> Status) -> Result<(), HostError> {
+        self.check(call, self.within(call, make))
+    }
+
+    /// Makes a call that passes on what the scene says, and turns its status into a result.
+    pub(crate) fn run_input(&self, call: &'static str, make: impl FnOnce() -> Status) -> Result<(), HostError> {
+        self.check_input(call, self.within(call, make))
     }
 
     /// Turns a status into a result. A panic quarantines the instance: it is not called again.
@@ -244,6 +270,7 @@ impl Instance {
 #[allow(unsafe_code, reason = "ends what `open` began")]
 impl Drop for Instance {
     fn drop(&mut self) {
+        let _in = InCall::enter(self.number, "destroy");
         // SAFETY: [main]; the instance has no other user any more, so its host and inbox are freed after it.
         unsafe {
             if let Some(table) = self.plugin.as_ref() {

@@ -26,6 +26,8 @@
 
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))]
 
+mod call_board;
+mod calls;
 mod choice_sources;
 mod device;
 mod elf;
@@ -41,9 +43,12 @@ mod messages;
 mod normals;
 mod plugin_info;
 mod probe;
+mod process_end;
 mod realtime_rights;
 mod search_path;
 
+pub use call_board::{CallBoard, share_calls};
+pub use calls::{PluginCall, plugin_calls};
 pub use choice_sources::{ChoiceSource, choice_sources};
 pub use device::{Device, DeviceInfo, EffectorOutput, MAX_EFFECTORS, Pose, StopHandle};
 pub use error::HostError;
@@ -54,5 +59,6 @@ pub use material::Material;
 pub use messages::Message;
 pub use plugin_info::{ParamInfo, ParamKind, ParamValue, PluginInfo, PluginKind};
 pub use probe::{Finding, probe_device};
+pub use process_end::{end_at_once, end_by_itself, end_with_parent, guard_exit};
 pub use realtime_rights::realtime_rights;
 pub use search_path::{FoundLibrary, SearchPath};

@@ -1,5 +1,6 @@
 //! An opened library and the plugins in it.
 
+use crate::calls::{InCall, register};
 use crate::elf;
 use crate::error::HostError;
 use crate::host_table::host_for_init;
@@ -39,6 +40,7 @@ impl Library {
         if let Some(reason) = elf::truncation(path) {
             return Err(not_a_library(reason));
         }
+        let _in = InCall::enter(register(&path.display().to_string()), "open");
         // SAFETY: running a library's initialisers is what loading a plugin means; the user chose the folder.
         let handle = unsafe { open_now(path) }.map_err(|e| not_a_library(error_chain(&e)))?;
         // SAFETY: the symbol, if there, is the entry table; only `size` and the version are believed until checked.

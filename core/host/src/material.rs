@@ -75,7 +75,7 @@ impl Material {
                 history_stride: 0,
             };
             // SAFETY: [main & active]; `raw` is ours to fill.
-            match unsafe { elements(self.instance.plugin(), index, &mut raw) } {
+            match self.instance.within("elements", || unsafe { elements(self.instance.plugin(), index, &mut raw) }) {
                 Status::UNSUPPORTED => break,
                 status => self.instance.check("elements", status)?,
             }

@@ -27,7 +27,8 @@ pub fn probe_device(
     let Some(ask) = table.probe else { return Ok(None) };
     let mut findings: Vec<Finding> = Vec::new();
     // SAFETY: [main & !active]; `add_finding` gets back the list it is handed here, during the call.
-    let status = unsafe { ask(instance.plugin(), (&raw mut findings).cast(), add_finding) };
+    let status =
+        instance.within("probe", || unsafe { ask(instance.plugin(), (&raw mut findings).cast(), add_finding) });
     instance.check("probe", status)?;
     Ok(Some(findings))
 }

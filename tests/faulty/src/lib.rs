@@ -84,6 +84,8 @@ pub mod fault {
     pub const HANGS: u8 = 65;
     /// Ends the process in `forces`, from a time on.
     pub const ABORTS: u8 = 66;
+    /// Ends the process with `exit(0)` in `forces`, from a time on.
+    pub const EXITS: u8 = 67;
     /// Returns weights that sum to 1.01.
     pub const WEIGHTS_TOO_LARGE: u8 = 40;
     /// Exchanges two weights.
@@ -124,6 +126,9 @@ pub mod fault {
 
 use fault::*;
 
+/// Variable with the path of a file in which `hangs` writes the id of its process before it hangs.
+pub const HANGS_FILE: &str = "PLIANT_TEST_HANGS_FILE";
+
 /// The descriptor of a faulty plugin.
 const fn info(id: &'static CStr, params: &'static [Param]) -> Info {
     Info { id, name: c"Faulty", version: c"0.1.0", summary: c"a plugin for tests, with the fault its id names", params }
@@ -144,6 +149,7 @@ export_plugins!(
     AsMaterial<SpringMaterial<MAKES_ENERGY>>,
     AsMaterial<SpringMaterial<HANGS>>,
     AsMaterial<SpringMaterial<ABORTS>>,
+    AsMaterial<SpringMaterial<EXITS>>,
     AsMaterial<SpringMaterial<MASS_BELOW_ZERO>>,
     AsMaterial<SpringMaterial<PULLS_AT_REST>>,
     AsMaterial<SpringMaterial<ENERGY_OFF>>,

@@ -129,6 +129,7 @@ impl<const F: u8> Material for SpringMaterial<F> {
             fault::SLOW => c"slow",
             fault::HANGS => c"hangs",
             fault::ABORTS => c"aborts",
+            fault::EXITS => c"exits",
             _ => c"sound-springs",
         },
         const { &[AFTER] as &[Param] },
@@ -186,11 +187,19 @@ impl<const F: u8> Material for SpringMaterial<F> {
         if self.is_due(fault::SLOW_AFTER, elements) {
             std::thread::sleep(std::time::Duration::from_millis(1200));
         }
+        if self.is_due(fault::HANGS, elements)
+            && let Some(file) = std::env::var_os(crate::HANGS_FILE)
+        {
+            let _ = std::fs::write(file, std::process::id().to_string());
+        }
         while self.is_due(fault::HANGS, elements) {
             std::thread::sleep(std::time::Duration::from_secs(1));
         }
         if self.is_due(fault::ABORTS, elements) {
             std::process::abort();
+        }
+        if self.is_due(fault::EXITS, elements) {
+            std::process::exit(0);
         }
         if F == fault::SLOW {
             std::thread::sleep(std::time::Duration::from_millis(2));

@@ -1,0 +1,34 @@
+//! Ctrl-C and requests to terminate: the first ends the work in good order, the second ends the program at once.
+
+use crate::outcome::Outcome;
+use crate::output::note;
+use pliant_host::{end_at_once, plugin_calls};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// A flag that the first Ctrl-C sets; the second stops the devices and ends the program. Where the handler cannot be installed the first
+/// ends the program; results are whole either way, as they are written under temporary names.
+pub fn stop_flag() -> Arc<AtomicBool> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let handler = Arc::clone(&stop);
+    let _ = ctrlc::set_handler(move || {
+        if handler.swap(true, Ordering::Relaxed) {
+            end_stopped();
+        }
+        note("stopping after this step; Ctrl-C again ends the program at once");
+    });
+    stop
+}
+
+/// The first Ctrl-C stops the devices and ends the program: for work that leaves nothing behind.
+pub fn end_on_stop() {
+    let _ = ctrlc::set_handler(|| end_stopped());
+}
+
+/// Ends the program at once, saying which plugins it was in.
+fn end_stopped() -> ! {
+    for call in plugin_calls() {
+        note(&format!("ended in {call}"));
+    }
+    end_at_once(Outcome::Stopped.exit_code())
+}
