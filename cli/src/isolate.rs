@@ -52,7 +52,7 @@ pub fn run_isolated(args: &RunArgs) -> Result<Outcome, Failure> {
     std::os::unix::process::CommandExt::process_group(&mut command, 0);
     let child = command.spawn()?;
     let limit = Duration::try_from_secs_f64(args.call_limit).unwrap_or(Duration::MAX);
-    Watch { child, board: &board, limit, since: HashMap::new(), ended: None }.to_end(&signals)
+    Watch { child, board: &board, limit, since: HashMap::new(), ended: None }.wait(&signals)
 }
 
 /// A child under watch.
@@ -67,7 +67,7 @@ struct Watch<'a> {
 }
 
 impl Watch<'_> {
-    fn to_end(mut self, signals: &AtomicUsize) -> Result<Outcome, Failure> {
+    fn wait(mut self, signals: &AtomicUsize) -> Result<Outcome, Failure> {
         let mut passed_on = 0;
         loop {
             let calls = self.board.calls();

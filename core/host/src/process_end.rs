@@ -54,7 +54,7 @@ extern "C" fn at_exit() {
     }
     let place = own_call().map_or_else(|| "a plugin".to_owned(), |call| call.to_string());
     if let Some(tell) = TELL.get() {
-        tell(&format!("{place} ended the program with `exit`; no results were written"));
+        tell(&format!("{place} ended the program with `exit` before its work was done"));
     }
     end_by_itself(PLUGIN_FAILED);
     end_at_once(PLUGIN_FAILED);
