@@ -4,13 +4,35 @@
 //! nodes and elements of its own range; the host runs two ranges at once only where these do not overlap.
 
 use crate::abi;
+use crate::material::ElementRequest;
 use core::marker::PhantomData;
 use core::slice::{from_raw_parts, from_raw_parts_mut};
 
 /// The elements of one call, all of one kind.
 ///
 /// "Range" in the shapes below is the number of elements of the call, n the number of nodes of the body.
-pub struct Elements<'a>(pub(crate) &'a abi::Batch);
+pub struct Elements<'a>(pub(crate) &'a abi::Batch, pub(crate) Strides);
+
+/// Number of planes of each kind of data that the host keeps for the elements of a call.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Strides {
+    /// Planes of rest data.
+    pub(crate) rest: usize,
+    /// Planes of history.
+    pub(crate) history: usize,
+}
+
+impl Strides {
+    /// The planes of elements of `kind`; where several requests have that kind, what all of them have.
+    pub(crate) fn of(requests: &[ElementRequest], kind: u32) -> Self {
+        let of_kind = || requests.iter().filter(|request| request.kind == kind);
+        let least = |strides: Option<u32>| strides.unwrap_or(0) as usize;
+        Self {
+            rest: least(of_kind().map(|request| request.rest_stride).min()),
+            history: least(of_kind().map(|request| request.history_stride).min()),
+        }
+    }
+}
 
 #[allow(unsafe_code, reason = "turns the host's spans into slices")]
 impl<'a> Elements<'a> {
@@ -103,23 +125,35 @@ impl<'a> Elements<'a> {
     }
 
     /// Plane number `plane` of plane-major data (range), empty where `ptr` is null.
-    fn plane(&self, ptr: *const f64, plane: usize) -> &'a [f64] {
+    ///
+    /// # Panics
+    /// If the material has asked for no such plane.
+    fn plane(&self, ptr: *const f64, plane: usize, planes: usize) -> &'a [f64] {
         if ptr.is_null() {
             return &[];
         }
-        // SAFETY: planes of `count` doubles follow each other, as many as the stride the material asked for; a plane past
-        // the stride is an error of the author that the conformance suite finds with guard pages of NaN.
+        assert!(
+            plane < planes,
+            "plane {plane} of {planes}: the stride in `elements` is the number of planes there are"
+        );
+        // SAFETY: planes of `count` doubles follow each other, as many as the stride the material asked for.
         self.range(unsafe { ptr.add(plane * self.0.count) })
     }
 
     /// Plane `s` of the rest data this material wrote (range).
+    ///
+    /// # Panics
+    /// If `s` is not below the stride the material asked for; of several requests for one kind of element, below the least.
     pub fn rest_data(&self, s: usize) -> &'a [f64] {
-        self.plane(self.0.rest_data, s)
+        self.plane(self.0.rest_data, s, self.1.rest)
     }
 
     /// Plane `s` of the history (range).
+    ///
+    /// # Panics
+    /// As for [`Elements::rest_data`].
     pub fn history(&self, s: usize) -> &'a [f64] {
-        self.plane(self.0.history, s)
+        self.plane(self.0.history, s, self.1.history)
     }
 }
 
@@ -130,18 +164,26 @@ pub struct Planes<'a> {
     len: usize,
     /// Elements of this kind in the body: the distance of two planes.
     count: usize,
+    /// Number of planes.
+    planes: usize,
     borrowed: PhantomData<&'a mut [f64]>,
 }
 
 #[allow(unsafe_code, reason = "turns the host's spans into slices")]
 impl<'a> Planes<'a> {
-    pub(crate) fn new(batch: &abi::Batch, ptr: *mut f64) -> Self {
+    pub(crate) fn new(batch: &abi::Batch, ptr: *mut f64, planes: usize) -> Self {
         let (begin, len, count) = (batch.begin, batch.end - batch.begin, batch.count);
-        Self { ptr, begin, len, count, borrowed: PhantomData }
+        Self { ptr, begin, len, count, planes, borrowed: PhantomData }
     }
 
-    /// The first `N` planes (N x range). `N` must not exceed the stride the material asked for.
+    /// The first `N` planes (N x range).
+    ///
+    /// # Panics
+    /// If there are fewer: of rest data and history there are as many as the stride the material asked for (of several requests for one
+    /// kind of element, the least), of strains 13, of compliances 6, of tilts 3.
     pub fn first_planes<const N: usize>(&mut self) -> [&mut [f64]; N] {
+        let planes = self.planes;
+        assert!(N <= planes, "{N} of {planes} planes: the stride in `elements` is the number of planes there are");
         core::array::from_fn(|s| {
             if self.ptr.is_null() || self.len == 0 {
                 return <&mut [f64]>::default();
@@ -222,5 +264,74 @@ impl<'a> NodeScalars<'a> {
     #[inline]
     pub fn add(&mut self, node: u32, value: f64) {
         self.values[node as usize - self.first_node] += value;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kit::{Body, ElementList};
+    use crate::{Fault, Info, Material, NodeScalars, Params, TangentScale};
+    use std::panic::{AssertUnwindSafe, catch_unwind};
+
+    /// Points with four planes of rest data and two of history.
+    struct Points;
+
+    impl Material for Points {
+        const INFO: Info = Info { id: c"points", name: c"Points", version: c"1", summary: c"", params: &[] };
+
+        fn new(_: &Params<'_>) -> Result<Self, Fault> {
+            Ok(Self)
+        }
+
+        fn elements(&self) -> Vec<ElementRequest> {
+            let flags = abi::HAS_MASS | abi::HAS_FORCES;
+            vec![ElementRequest { kind: abi::POINT, families: 0, flags, rest_stride: 4, history_stride: 2 }]
+        }
+
+        fn rest(&self, _: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
+            let panics = |call: &mut dyn FnMut()| catch_unwind(AssertUnwindSafe(call)).is_err();
+            assert!(panics(&mut || _ = out.first_planes::<5>()) && panics(&mut || _ = out.first_planes::<40>()));
+            let planes = out.first_planes::<4>();
+            planes.into_iter().zip(1..).for_each(|(plane, value)| plane.fill(f64::from(value)));
+            Ok(())
+        }
+
+        fn mass(&self, _: &Elements<'_>, _: &mut NodeScalars<'_>) -> Result<(), Fault> {
+            Ok(())
+        }
+
+        fn energy(&self, _: &Elements<'_>) -> Result<f64, Fault> {
+            Ok(0.0)
+        }
+
+        fn forces(&self, elements: &Elements<'_>, _: &mut NodeVectors<'_>) -> Result<(), Fault> {
+            assert!((0..4).all(|s| elements.rest_data(s) == vec![s as f64 + 1.0; 3]));
+            assert!((0..2).all(|s| elements.history(s).len() == 3));
+            let panics = |read: &dyn Fn() -> usize| catch_unwind(AssertUnwindSafe(read)).is_err();
+            assert!([4, 30, usize::MAX].into_iter().all(|s| panics(&|| elements.rest_data(s).len())));
+            assert!([2, 30, usize::MAX].into_iter().all(|s| panics(&|| elements.history(s).len())));
+            Ok(())
+        }
+
+        fn tangent(&self, _: &Elements<'_>, _: TangentScale, _: &mut crate::Blocks<'_>) -> Result<(), Fault> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_plane_that_was_not_asked_for_is_refused() {
+        let nodes = ElementList { nodes: vec![0, 1, 2], ..ElementList::default() };
+        let body = Body::new(&Points, vec![[0.0; 3]; 3], |_| nodes.clone()).expect("no fault");
+        body.forces(&Points).expect("no fault");
+    }
+
+    #[test]
+    fn several_requests_for_a_kind_have_the_planes_they_share() {
+        let request =
+            |kind, rest_stride| ElementRequest { kind, families: 1, flags: 0, rest_stride, history_stride: 1 };
+        let requests = [request(abi::LINK, 5), request(abi::LINK, 3), request(abi::POINT, 1)];
+        assert_eq!(Strides::of(&requests, abi::LINK).rest, 3);
+        assert_eq!((Strides::of(&requests, abi::POINT).rest, Strides::of(&requests, abi::HINGE).rest), (1, 0));
     }
 }

@@ -1,7 +1,7 @@
 //! The trait of a material, and the C functions behind its tables.
 
 use crate::abi::{self, Status};
-use crate::batch::{Elements, NodeScalars, NodeVectors, Planes};
+use crate::batch::{Elements, NodeScalars, NodeVectors, Planes, Strides};
 use crate::blocks::{Blocks, SingleBlocks};
 use crate::fault::Fault;
 use crate::info::Info;
@@ -178,8 +178,26 @@ pub trait Material: Send + Sync + Sized + 'static {
 /// Adapter: a [`Material`] as a plugin, for [`crate::export_plugins`].
 pub struct AsMaterial<T>(PhantomData<T>);
 
+/// An active material and the elements it has asked for, which stay as they were then.
+pub struct ActiveMaterial<T> {
+    material: T,
+    requests: Vec<ElementRequest>,
+}
+
+impl<T> ActiveMaterial<T> {
+    /// The elements of a batch.
+    fn elements<'a>(&self, batch: &'a abi::Batch) -> Elements<'a> {
+        Elements(batch, self.strides(batch))
+    }
+
+    /// The planes of data of a batch.
+    fn strides(&self, batch: &abi::Batch) -> Strides {
+        Strides::of(&self.requests, batch.kind)
+    }
+}
+
 impl<T: Material> Role for AsMaterial<T> {
-    type Object = T;
+    type Object = ActiveMaterial<T>;
     const INFO: Info = T::INFO;
     const KIND: u32 = abi::KIND_MATERIAL;
     const EXTENSION: &'static CStr = abi::MATERIAL;
@@ -198,8 +216,10 @@ impl<T: Material> Role for AsMaterial<T> {
         }
     }
 
-    fn activate(params: &Params<'_>) -> Result<T, Fault> {
-        T::new(params)
+    fn activate(params: &Params<'_>) -> Result<ActiveMaterial<T>, Fault> {
+        let material = T::new(params)?;
+        let requests = material.elements();
+        Ok(ActiveMaterial { material, requests })
     }
 }
 
@@ -260,14 +280,18 @@ impl<T: Material> AsMaterial<T> {
     unsafe extern "C" fn strain(plugin: *const abi::Plugin, batch: *const abi::Batch, out: *mut f64) -> Status {
         // SAFETY: as in `rest`.
         unsafe {
-            call::<Self, _>(plugin, |material| material.strain(&Elements(&*batch), &mut Planes::new(&*batch, out)))
+            call::<Self, _>(plugin, |active| {
+                active.material.strain(&active.elements(&*batch), &mut Planes::new(&*batch, out, 13))
+            })
         }
     }
 
     unsafe extern "C" fn compliance(plugin: *const abi::Plugin, batch: *const abi::Batch, out: *mut f64) -> Status {
         // SAFETY: as in `rest`.
         unsafe {
-            call::<Self, _>(plugin, |material| material.compliance(&Elements(&*batch), &mut Planes::new(&*batch, out)))
+            call::<Self, _>(plugin, |active| {
+                active.material.compliance(&active.elements(&*batch), &mut Planes::new(&*batch, out, 6))
+            })
         }
     }
 
@@ -279,8 +303,8 @@ impl<T: Material> AsMaterial<T> {
     ) -> Status {
         // SAFETY: as in `rest`; a normal for each node of the batch.
         unsafe {
-            call::<Self, _>(plugin, |material| {
-                *energy += material.normals_energy(&Elements(&*batch), unit_normals(&*batch, normals))?;
+            call::<Self, _>(plugin, |active| {
+                *energy += active.material.normals_energy(&active.elements(&*batch), unit_normals(&*batch, normals))?;
                 Ok(())
             })
         }
@@ -294,24 +318,27 @@ impl<T: Material> AsMaterial<T> {
     ) -> Status {
         // SAFETY: as in `rest`; a normal for each node of the batch, and six doubles for each of its window.
         unsafe {
-            call::<Self, _>(plugin, |material| {
+            call::<Self, _>(plugin, |active| {
                 let normals = unit_normals(&*batch, normals);
-                material.normals_forces(&Elements(&*batch), normals, &mut NormalForces::new(&*batch, out))
+                active.material.normals_forces(&active.elements(&*batch), normals, &mut NormalForces::new(&*batch, out))
             })
         }
     }
 
     unsafe extern "C" fn tilt(plugin: *const abi::Plugin, batch: *const abi::Batch, out: *mut f64) -> Status {
         // SAFETY: as in `rest`.
-        unsafe { call::<Self, _>(plugin, |material| material.tilt(&Elements(&*batch), &mut Planes::new(&*batch, out))) }
+        unsafe {
+            call::<Self, _>(plugin, |active| {
+                active.material.tilt(&active.elements(&*batch), &mut Planes::new(&*batch, out, 3))
+            })
+        }
     }
 
     unsafe extern "C" fn elements(plugin: *const abi::Plugin, index: u32, out: *mut abi::ElementRequest) -> Status {
         // SAFETY: the host calls with an instance of this role, and `out` is its own to fill.
         unsafe {
-            call::<Self, _>(plugin, |material| {
-                let wanted = material.elements();
-                let Some(request) = wanted.get(index as usize) else {
+            call::<Self, _>(plugin, |active| {
+                let Some(request) = active.requests.get(index as usize) else {
                     return Err(Fault::unsupported(""));
                 };
                 *out = abi::ElementRequest {
@@ -329,21 +356,29 @@ impl<T: Material> AsMaterial<T> {
 
     unsafe extern "C" fn rest(plugin: *const abi::Plugin, batch: *const abi::Batch, out: *mut f64) -> Status {
         // SAFETY: the host's promises of the header: a live instance, a batch borrowed for the call, planes of its range.
-        unsafe { call::<Self, _>(plugin, |material| material.rest(&Elements(&*batch), &mut Planes::new(&*batch, out))) }
+        unsafe {
+            call::<Self, _>(plugin, |active| {
+                active
+                    .material
+                    .rest(&active.elements(&*batch), &mut Planes::new(&*batch, out, active.strides(&*batch).rest))
+            })
+        }
     }
 
     unsafe extern "C" fn mass(plugin: *const abi::Plugin, batch: *const abi::Batch, out: *mut f64) -> Status {
         // SAFETY: as in `rest`.
         unsafe {
-            call::<Self, _>(plugin, |material| material.mass(&Elements(&*batch), &mut NodeScalars::new(&*batch, out)))
+            call::<Self, _>(plugin, |active| {
+                active.material.mass(&active.elements(&*batch), &mut NodeScalars::new(&*batch, out))
+            })
         }
     }
 
     unsafe extern "C" fn energy(plugin: *const abi::Plugin, batch: *const abi::Batch, out: *mut f64) -> Status {
         // SAFETY: as in `rest`.
         unsafe {
-            call::<Self, _>(plugin, |material| {
-                *out += material.energy(&Elements(&*batch))?;
+            call::<Self, _>(plugin, |active| {
+                *out += active.material.energy(&active.elements(&*batch))?;
                 Ok(())
             })
         }
@@ -352,7 +387,9 @@ impl<T: Material> AsMaterial<T> {
     unsafe extern "C" fn forces(plugin: *const abi::Plugin, batch: *const abi::Batch, out: *mut f64) -> Status {
         // SAFETY: as in `rest`.
         unsafe {
-            call::<Self, _>(plugin, |material| material.forces(&Elements(&*batch), &mut NodeVectors::new(&*batch, out)))
+            call::<Self, _>(plugin, |active| {
+                active.material.forces(&active.elements(&*batch), &mut NodeVectors::new(&*batch, out))
+            })
         }
     }
 
@@ -365,9 +402,9 @@ impl<T: Material> AsMaterial<T> {
     ) -> Status {
         // SAFETY: as in `rest`.
         unsafe {
-            call::<Self, _>(plugin, |material| {
+            call::<Self, _>(plugin, |active| {
                 let mut blocks = Blocks::new(&*batch, &*blocks);
-                material.tangent(&Elements(&*batch), TangentScale { stiffness, damping }, &mut blocks)
+                active.material.tangent(&active.elements(&*batch), TangentScale { stiffness, damping }, &mut blocks)
             })
         }
     }
@@ -381,9 +418,13 @@ impl<T: Material> AsMaterial<T> {
     ) -> Status {
         // SAFETY: as in `rest`.
         unsafe {
-            call::<Self, _>(plugin, |material| {
+            call::<Self, _>(plugin, |active| {
                 let mut blocks = SingleBlocks::new_single(&*batch, &*blocks);
-                material.single_tangent(&Elements(&*batch), TangentScale { stiffness, damping }, &mut blocks)
+                active.material.single_tangent(
+                    &active.elements(&*batch),
+                    TangentScale { stiffness, damping },
+                    &mut blocks,
+                )
             })
         }
     }
@@ -391,7 +432,11 @@ impl<T: Material> AsMaterial<T> {
     unsafe extern "C" fn advance(plugin: *const abi::Plugin, batch: *const abi::Batch, out: *mut f64) -> Status {
         // SAFETY: as in `rest`.
         unsafe {
-            call::<Self, _>(plugin, |material| material.advance(&Elements(&*batch), &mut Planes::new(&*batch, out)))
+            call::<Self, _>(plugin, |active| {
+                active
+                    .material
+                    .advance(&active.elements(&*batch), &mut Planes::new(&*batch, out, active.strides(&*batch).history))
+            })
         }
     }
 }

@@ -3,6 +3,7 @@
 use super::tested_material::{Call, MaterialUnderTest};
 use super::{ElementList, corners};
 use crate::abi;
+use crate::batch::Strides;
 use crate::fault::Fault;
 use crate::material::{ElementRequest, TangentScale};
 use core::marker::PhantomData;
@@ -129,7 +130,8 @@ impl Body {
             time: 0.0,
             dt: 1e-3,
         };
-        Call { batch, borrowed: PhantomData }
+        let strides = Strides { rest: set.request.rest_stride as usize, history: set.request.history_stride as usize };
+        Call { batch, strides, borrowed: PhantomData }
     }
 
     /// Runs `run` (index of the set, call) for every set with `flag`, in calls of at most `max_elements` elements.

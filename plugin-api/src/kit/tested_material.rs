@@ -1,7 +1,7 @@
 //! A material under test, as a Rust type or as an instance behind the C interface.
 
 use crate::abi;
-use crate::batch::{Elements, NodeScalars, NodeVectors, Planes};
+use crate::batch::{Elements, NodeScalars, NodeVectors, Planes, Strides};
 use crate::blocks::{Blocks, SingleBlocks};
 use crate::fault::Fault;
 use crate::material::{ElementRequest, Material, TangentScale};
@@ -11,13 +11,14 @@ use core::marker::PhantomData;
 /// The arguments of one call. Only [`super::Body`] makes them, so the pointers in the batch are valid.
 pub struct Call<'a> {
     pub(super) batch: abi::Batch,
+    pub(super) strides: Strides,
     pub(super) borrowed: PhantomData<&'a f64>,
 }
 
 impl Call<'_> {
     /// The elements of the call.
     pub fn elements(&self) -> Elements<'_> {
-        Elements(&self.batch)
+        Elements(&self.batch, self.strides)
     }
 }
 
@@ -147,7 +148,8 @@ impl<M: Material> MaterialUnderTest for M {
     }
 
     fn call_rest(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault> {
-        self.rest(&call.elements(), &mut Planes::new(&call.batch, out.as_mut_ptr()))
+        assert!(out.len() >= call.strides.rest * call.batch.count, "planes of every element");
+        self.rest(&call.elements(), &mut Planes::new(&call.batch, out.as_mut_ptr(), call.strides.rest))
     }
 
     fn call_mass(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault> {
@@ -188,12 +190,12 @@ impl<M: Material> MaterialUnderTest for M {
 
     fn call_strain(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault> {
         assert!(out.len() >= 13 * call.batch.count, "thirteen planes");
-        self.strain(&call.elements(), &mut Planes::new(&call.batch, out.as_mut_ptr()))
+        self.strain(&call.elements(), &mut Planes::new(&call.batch, out.as_mut_ptr(), 13))
     }
 
     fn call_compliance(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault> {
         assert!(out.len() >= 6 * call.batch.count, "six planes");
-        self.compliance(&call.elements(), &mut Planes::new(&call.batch, out.as_mut_ptr()))
+        self.compliance(&call.elements(), &mut Planes::new(&call.batch, out.as_mut_ptr(), 6))
     }
 
     fn call_normals_energy(&self, call: &Call<'_>, normals: &[[f64; 3]]) -> Result<f64, Fault> {
@@ -208,6 +210,6 @@ impl<M: Material> MaterialUnderTest for M {
 
     fn call_tilt(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault> {
         assert!(out.len() >= 3 * call.batch.count, "three planes");
-        self.tilt(&call.elements(), &mut Planes::new(&call.batch, out.as_mut_ptr()))
+        self.tilt(&call.elements(), &mut Planes::new(&call.batch, out.as_mut_ptr(), 3))
     }
 }
