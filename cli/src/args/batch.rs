@@ -1,5 +1,6 @@
 //! Arguments of `pliant batch`.
 
+use super::values::thread_count;
 use clap::{Args, Subcommand, ValueEnum};
 use pliant_batch::Shard;
 use std::path::PathBuf;
@@ -37,7 +38,7 @@ pub struct BatchRunArgs {
     #[arg(long, value_name = "I/N", default_value = "1/1")]
     pub shard: Shard,
     /// Number of edits at a time; 0 uses all processors. Results do not depend on it
-    #[arg(long, value_name = "J", default_value_t = 0)]
+    #[arg(long, value_name = "J", default_value_t = 0, value_parser = thread_count)]
     pub jobs: usize,
     /// Do what is missing in the folder; rows whose scene, meshes, plugins or program version have changed are done again
     #[arg(long)]

@@ -1,5 +1,6 @@
 //! Arguments of `pliant edit`.
 
+use super::values::thread_count;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
@@ -23,7 +24,7 @@ pub struct EditArgs {
     #[arg(long, value_name = "LEVEL", value_parser = clap::value_parser!(u32).range(2..=10))]
     pub level: Option<u32>,
     /// Number of threads; 0 uses all processors
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = thread_count)]
     pub threads: usize,
     /// Samples of a pixel: 0, 2, 4 or 8; 0 is faster without a graphics card [default: 4]
     #[arg(long, value_name = "N", value_parser = ["0", "2", "4", "8"])]

@@ -1,6 +1,6 @@
 //! Arguments of `pliant plan`, `pliant run` and `pliant replay`.
 
-use super::values::{duration, rate, setting};
+use super::values::{duration, rate, setting, thread_count};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -27,7 +27,7 @@ pub struct SceneArgs {
     #[arg(long, value_name = "PATH=VALUE", value_parser = setting)]
     pub set: Vec<(String, String)>,
     /// Number of threads; 0 uses all processors. Results do not depend on it
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = thread_count)]
     pub threads: usize,
 }
 
@@ -92,7 +92,7 @@ pub struct ReplayArgs {
     #[arg(long, value_name = "PATH=VALUE", value_parser = setting)]
     pub set: Vec<(String, String)>,
     /// Number of threads; 0 uses all processors. Results do not depend on it
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = thread_count)]
     pub threads: usize,
     /// Folder of the results [default: out/RECORDING.replay]
     #[arg(long, value_name = "DIR")]

@@ -13,6 +13,15 @@ pub(super) fn rate(text: &str) -> Result<f64, String> {
     parse_quantity(text, "Hz").and_then(|r| Some(r).filter(allowed).ok_or("allowed is 100 Hz to 4 kHz".into()))
 }
 
+/// Largest number of threads: more than any machine of today has processors, and fewer than a process may start.
+const MAX_THREADS: usize = 1024;
+
+/// A number of threads; 0 stands for all processors.
+pub(super) fn thread_count(text: &str) -> Result<usize, String> {
+    let count = text.parse().ok().filter(|count| *count <= MAX_THREADS);
+    count.ok_or_else(|| format!("allowed is 0 to {MAX_THREADS}"))
+}
+
 /// A path and a value.
 pub(super) fn setting(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
@@ -24,6 +33,14 @@ pub(super) fn setting(text: &str) -> Result<(String, String), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn absurd_numbers_of_threads_are_refused() {
+        assert_eq!((thread_count("0"), thread_count("1024")), (Ok(0), Ok(1024)));
+        for absurd in ["1025", "100000", "18446744073709551615", "18446744073709551616", "-1", "two"] {
+            assert_eq!(thread_count(absurd), Err("allowed is 0 to 1024".into()), "{absurd}");
+        }
+    }
 
     #[test]
     fn a_setting_is_a_path_and_a_value() {
