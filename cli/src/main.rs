@@ -48,8 +48,23 @@ fn main() -> ExitCode {
 
 /// Runs a command; what ends the program on the way is a failure of a plugin.
 fn guarded(cli: &Cli) -> Outcome {
+    let _note = PanicNote;
     guard_exit(if cli.json { report_exit_as_json } else { report_exit });
     isolate::watch_child().and_then(|()| run_command(cli)).unwrap_or_else(|failure| report_failure(&failure, cli.json))
+}
+
+/// Exit code of a Rust program that panics.
+const PANICKED: u8 = 101;
+
+/// Notes, when it is dropped by a panic, that the program ends by its own fault and not by that of a plugin.
+struct PanicNote;
+
+impl Drop for PanicNote {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            end_by_itself(PANICKED);
+        }
+    }
 }
 
 /// Says that a plugin ended the program.
