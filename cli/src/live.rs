@@ -2,7 +2,8 @@
 
 use crate::args::{Cli, RunArgs};
 use crate::outcome::{Failure, Outcome};
-use crate::run_end::{print_summary, run_outcome};
+use crate::output::note_warnings;
+use crate::run_end::{print_summary, run_outcome, strict_outcome};
 use crate::scene_session::{OpenedScene, open_scene};
 use crate::stop::stop_flag;
 use pliant_live::{LiveSession, LiveSettings};
@@ -17,6 +18,7 @@ pub fn run_live(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
     if session.devices.is_empty() {
         return Err(source.whole("nothing to run live: no edit uses a tool, so no device is open").into());
     }
+    let told = session.warnings().len();
     let folder = args.out_folder();
     let mut recorder = Recorder::new(&scene, &source, &session, &folder, began)?;
     let mesh = args.scene.mesh.as_deref();
@@ -41,8 +43,9 @@ pub fn run_live(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
     recording.map(RecordingWriter::finish).transpose()?;
     let summary = recorder.finish(&mut session, stopped)?;
     print_summary(&summary, &folder, cli.json, args.quiet)?;
+    note_warnings(&summary.warnings[told.min(summary.warnings.len())..]);
     if panicked {
         return Err(Failure::plugin("the haptic thread ended by a panic; the devices were stopped"));
     }
-    Ok(run_outcome(&summary))
+    Ok(strict_outcome(run_outcome(&summary), &summary, args.scene.strict))
 }

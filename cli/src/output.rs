@@ -2,6 +2,7 @@
 #![allow(clippy::print_stderr, reason = "this is where it is done")]
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use pliant_engine::session::Warning;
 use std::io::{self, ErrorKind, Write};
 
 /// Prints a result on standard output, ending with a line break. A reader that has gone away is no error.
@@ -32,6 +33,11 @@ pub fn print_json(value: &impl serde::Serialize) -> io::Result<()> {
 /// Prints a line for people on standard error.
 pub fn note(text: &str) {
     let _ = writeln!(io::stderr().lock(), "{text}");
+}
+
+/// Prints warnings for people on standard error, a line each.
+pub fn note_warnings(warnings: &[Warning]) {
+    warnings.iter().for_each(|warning| note(&format!("warning {warning}")));
 }
 
 /// A progress bar over `length` items on standard error, hidden if `quiet`. The template is one of indicatif.

@@ -33,7 +33,11 @@ fn plan_text(report: &PlanReport, session: &Session) -> String {
             (Some(level), Some(cells)) => format!("level {level} with {cells} cells of {edge:.3} mm"),
             _ => format!("its own mesh, edges of {edge:.3} mm"),
         };
-        lines.push(format!("body `{name}`: {vertices} vertices, {triangles} triangles, {carrier}"));
+        let border = match body.border_edges {
+            0 => String::new(),
+            edges => format!(", open: {edges} border edges"),
+        };
+        lines.push(format!("body `{name}`: {vertices} vertices, {triangles} triangles, {carrier}{border}"));
     }
     lines.push(format!("integrator: {} ({})", choices.integrator, choices.why));
     lines.push(format!("step limit: {}", step_limit_text(choices, report.dt)));

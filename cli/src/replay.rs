@@ -2,7 +2,7 @@
 
 use crate::args::{Cli, ReplayArgs};
 use crate::outcome::{Failure, Outcome};
-use crate::output::{count, note, progress_bar};
+use crate::output::{count, note, note_warnings, progress_bar};
 use crate::run_end::{print_summary, run_outcome};
 use crate::scene_session::OpenedScene;
 use crate::stop::stop_flag;
@@ -50,6 +50,7 @@ pub fn replay(cli: &Cli, args: &ReplayArgs) -> Result<Outcome, Failure> {
     bar.finish_and_clear();
     let summary = recorder.finish(&mut session, stopped)?;
     print_summary(&summary, &folder, cli.json, args.quiet)?;
+    note_warnings(&summary.warnings);
     if let Some(time) = first_difference {
         note(&format!("not the same: the state differs from the recorded one at {time:.4} s"));
         for (file, how) in recording.changed_files() {

@@ -4,8 +4,8 @@ use crate::args::{Cli, RunArgs};
 use crate::isolate::{is_child, run_isolated};
 use crate::live::run_live;
 use crate::outcome::{Failure, Outcome};
-use crate::output::progress_bar;
-use crate::run_end::{print_summary, run_outcome};
+use crate::output::{note_warnings, progress_bar};
+use crate::run_end::{print_summary, run_outcome, strict_outcome};
 use crate::scene_session::{OpenedScene, open_scene};
 use crate::stop::stop_flag;
 use pliant_record::{Recorder, RecordingInputs, RecordingWriter};
@@ -22,6 +22,7 @@ pub fn run(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
     }
     let (began, stop) = (Instant::now(), stop_flag());
     let OpenedScene { scene, source, mut session } = open_scene(cli, &args.scene)?;
+    let told = session.warnings().len();
     let folder = args.out_folder();
     let mut recorder = Recorder::new(&scene, &source, &session, &folder, began)?;
     let mesh = args.scene.mesh.as_deref();
@@ -44,5 +45,6 @@ pub fn run(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
     recording.map(RecordingWriter::finish).transpose()?;
     let summary = recorder.finish(&mut session, stopped)?;
     print_summary(&summary, &folder, cli.json, args.quiet)?;
-    Ok(run_outcome(&summary))
+    note_warnings(&summary.warnings[told.min(summary.warnings.len())..]);
+    Ok(strict_outcome(run_outcome(&summary), &summary, args.scene.strict))
 }

@@ -2,6 +2,7 @@
 
 use crate::outcome::{Failure, Outcome};
 use crate::output::{count, format_seconds, note, print_json};
+use pliant_engine::session::Warning;
 use pliant_live::{LiveSummary, Percentiles};
 use pliant_record::{CutSummary, ProbeResult, Summary};
 use std::path::Path;
@@ -17,6 +18,20 @@ pub fn run_outcome(summary: &Summary) -> Outcome {
         s if !s.passed() => Outcome::CheckFailed,
         _ => Outcome::Done,
     }
+}
+
+/// The same where warnings are errors if `strict`; a stopped run or a failed plugin stays what it is.
+pub fn strict_outcome(outcome: Outcome, summary: &Summary, strict: bool) -> Outcome {
+    match outcome {
+        Outcome::Done | Outcome::CheckFailed if strict && !summary.warnings.is_empty() => Outcome::Input,
+        other => other,
+    }
+}
+
+/// The failure of a scene whose warnings are errors.
+pub fn strict_failure(warnings: &[Warning]) -> Failure {
+    let lines: Vec<String> = warnings.iter().map(Warning::to_string).collect();
+    Failure::input(format!("{} (`--strict`):\n{}", count(warnings.len() as u64, "warning"), lines.join("\n")))
 }
 
 /// Prints the summary of a run whose results are in `folder`: as JSON if asked for, else for people unless `quiet`.

@@ -2,6 +2,8 @@
 
 use crate::args::{Cli, SceneArgs};
 use crate::outcome::Failure;
+use crate::output::note_warnings;
+use crate::run_end::strict_failure;
 use pliant_engine::plan::Plan;
 use pliant_engine::scene::{self, Scene, Source};
 use pliant_engine::session::{Options, Session};
@@ -24,5 +26,10 @@ pub fn open_scene(cli: &Cli, args: &SceneArgs) -> Result<OpenedScene, Failure> {
     let search = SearchPath::new(&cli.plugin_path);
     let options = Options { search, threads: args.threads, mesh: args.mesh.clone(), recorded: None };
     let session = Session::open(&scene, &source, plan, &options)?;
+    let warnings = session.warnings();
+    note_warnings(&warnings);
+    if args.strict && !warnings.is_empty() {
+        return Err(strict_failure(&warnings));
+    }
     Ok(OpenedScene { scene, source, session })
 }

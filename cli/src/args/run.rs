@@ -29,6 +29,9 @@ pub struct SceneArgs {
     /// Number of threads; 0 uses all processors. Results do not depend on it
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = thread_count)]
     pub threads: usize,
+    /// Take warnings as errors: exit code 2
+    #[arg(long)]
+    pub strict: bool,
 }
 
 /// Arguments of `pliant run`.

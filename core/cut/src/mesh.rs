@@ -99,6 +99,17 @@ impl CutMesh {
         Self { snaps: SHEET_SNAPS, ..Self::build(document, placement, false) }
     }
 
+    /// Triangles that bound no volume: a blade cuts them as an open surface. Lids count as what they close.
+    pub fn open_triangles(&self) -> usize {
+        self.body.iter().filter(|body| **body == OPEN).count()
+    }
+
+    /// Edges of one triangle only, those that lids close left out.
+    pub fn border_edges(&self) -> usize {
+        let halves = self.links.iter().enumerate();
+        halves.map(|(t, links)| (0..3).filter(|c| links[*c] as usize == 3 * t + c).count()).sum()
+    }
+
     fn build(document: &ObjDocument, placement: &Placement, encloses: bool) -> Self {
         let mut surface = Surface::from_document(document).placed(placement);
         let mut links = link(&surface);

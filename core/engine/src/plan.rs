@@ -23,6 +23,8 @@ pub struct LeftOut {
 pub struct Edit {
     /// Kind of the edit.
     pub kind: &'static dyn EditKind,
+    /// Where in the scene it stands: file, line and column.
+    pub place: String,
     /// Place among the plan's tools.
     pub tool: usize,
     /// s, from and until
@@ -185,6 +187,7 @@ impl Plan {
             let place = self.place_of(tool, None);
             let planned = Edit {
                 kind,
+                place: source.error(edit.kind.span(), "").place(),
                 tool: place,
                 span: (start, end),
                 button: edit.button.as_ref().map(|b| *b.get_ref()),

@@ -2,7 +2,7 @@
 
 use crate::summary::{BodySummary, summarize_bodies};
 use pliant_engine::plan::LeftOut;
-use pliant_engine::session::{Choices, Loaded, Session, StepCost};
+use pliant_engine::session::{Choices, Loaded, Session, StepCost, Warning};
 use serde::Serialize;
 use std::time::Duration;
 
@@ -27,6 +27,8 @@ pub struct PlanReport {
     pub open_seconds: f64,
     /// Cost of a step of each body under a tool, measured when the scene was opened.
     pub step_cost: Vec<StepCost>,
+    /// What will have no effect, or not the one it looks like, as far as opening the scene tells.
+    pub warnings: Vec<Warning>,
 }
 
 impl PlanReport {
@@ -42,6 +44,7 @@ impl PlanReport {
             memory: session.bytes(),
             open_seconds: opening.as_secs_f64(),
             step_cost: session.step_costs().to_vec(),
+            warnings: session.warnings(),
         }
     }
 }

@@ -3,8 +3,9 @@
 use crate::machine::Machine;
 use crate::probe::ProbeResult;
 use pliant_engine::plan::LeftOut;
-use pliant_engine::session::{Choices, Event, EventKind, Loaded, Session};
+use pliant_engine::session::{Choices, Event, EventKind, Loaded, Session, Warning};
 use pliant_live::{DeviceCounts, LiveSummary};
+use pliant_mesh::check::Kind;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -63,6 +64,8 @@ pub struct BodySummary {
     /// Occupied cells of the level, if the body has a grid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cells: Option<u64>,
+    /// Edges of one triangle only; of a closed model none.
+    pub border_edges: usize,
     /// Why the body was frozen, if it was.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frozen: Option<String>,
@@ -129,6 +132,8 @@ pub struct Summary {
     pub event_counts: BTreeMap<EventKind, u64>,
     /// The first events of each kind, in full.
     pub events: Vec<Event>,
+    /// What had no effect, or not the one it looks like, by code.
+    pub warnings: Vec<Warning>,
     /// Bytes, peak resident memory; `None` where the system does not tell.
     pub peak_memory: Option<u64>,
     /// The machine the run was made on.
@@ -157,6 +162,11 @@ impl Summary {
     }
 }
 
+/// Border edges of a model as it was handed in.
+fn border_edges(body: &pliant_engine::body::Body) -> usize {
+    body.model.findings.iter().find(|finding| finding.kind == Kind::Border).map_or(0, |finding| finding.count)
+}
+
 /// Summaries of the simulated bodies of a session.
 pub fn summarize_bodies(session: &Session) -> Vec<BodySummary> {
     let summary = |body: &pliant_engine::body::Body| BodySummary {
@@ -167,6 +177,7 @@ pub fn summarize_bodies(session: &Session) -> Vec<BodySummary> {
         level: body.carrier.lattice().map(|lattice| lattice.settings.level),
         edge: body.carrier.edge(),
         cells: body.carrier.lattice().map(|lattice| lattice.facts.surface_cells + lattice.facts.inside_cells),
+        border_edges: border_edges(body),
         frozen: body.frozen.clone(),
     };
     session.bodies.iter().map(summary).collect()

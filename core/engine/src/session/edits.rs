@@ -35,14 +35,17 @@ impl Session {
     /// Ends the edit of a tool, if it has one.
     pub(super) fn end_edit(&mut self, tool: usize) {
         let time = self.time();
-        let ended = self.tools[tool].edit.take().map(|edit| self.plan.edits[edit].clone());
-        if let Some(edit) = &ended {
+        let ended = self.tools[tool].edit.take();
+        if let Some(index) = ended {
+            let edit = &self.plan.edits[index].clone();
             self.cut_with(tool, time, true);
             if edit.release == Release::Keep && !edit.kind.reshapes() {
                 self.keep(time);
             }
             let slot = &mut self.tools[tool];
-            let cut = std::mem::take(&mut slot.advances) > 0;
+            let advances = std::mem::take(&mut slot.advances);
+            self.tallies[index].advances += advances;
+            let cut = advances > 0;
             let reshaped = std::mem::take(&mut slot.tool.reshaped);
             let kept = edit.release == Release::Keep && !edit.kind.reshapes();
             self.settle(tool, cut || reshaped || kept);

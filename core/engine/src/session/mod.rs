@@ -12,6 +12,7 @@ mod history;
 mod lapse;
 mod mirror;
 mod open;
+mod opening_warnings;
 mod place;
 mod shared;
 mod sheets;
@@ -19,6 +20,7 @@ mod sleep;
 mod step;
 mod tactile;
 mod thread_choice;
+mod warning;
 
 pub use devices::HandPose;
 pub use error::SessionError;
@@ -29,6 +31,7 @@ pub use lapse::{Lapse, Stage};
 pub use mirror::Mirror;
 pub use open::Options;
 pub use shared::{LentGrid, SharedParts};
+pub use warning::{Warning, WarningCode};
 
 use crate::body::{Body, Model};
 use crate::contact::{SheetTips, SoftTip};
@@ -257,6 +260,10 @@ pub struct Session {
     lapses: lapse::Lapses,
     clock: history::HistoryClock,
     cuts: CutCounts,
+    opening_warnings: Vec<Warning>,
+    /// What each edit of the plan has come to.
+    tallies: Vec<warning::EditTally>,
+    meetings: warning::Meetings,
     /// Times something was cut after another cut had been taken back, which then cannot be made again.
     cut_branches: u64,
 }

@@ -129,6 +129,9 @@ impl Session {
             left_out: plan.left_out.clone(),
             events: opening.events,
             energy: plan.energy,
+            tallies: vec![super::warning::EditTally::default(); plan.edits.len()],
+            opening_warnings: Vec::new(),
+            meetings: super::warning::Meetings::default(),
             plan,
             pool: Pool::new(threads),
             alone: Pool::new(1),
@@ -163,6 +166,7 @@ impl Session {
         session.measure(shared, &opening.measured_keys)?;
         session.choose(scene)?;
         session.choices.threads = session.pool.threads();
+        session.find_opening_warnings(scene, source, options.mesh.is_some())?;
         Ok(session)
     }
 }

@@ -39,6 +39,7 @@ impl Session {
         frame.rubbed = self.rubbed();
         self.feel(time, &mut frame);
         frame.time = self.time();
+        self.watch_meetings();
         frame.seconds = start.elapsed().as_secs_f64();
         frame.parts = [regions, contact - regions, start.elapsed() - contact].map(|d| d.as_secs_f64());
         self.weigh_energies(&mut frame);
@@ -246,6 +247,7 @@ impl Session {
             }
             felt.contact = felt.contact.or(sheet);
             frame.tools.push(felt);
+            self.tally(tool, force.norm());
             self.show(tool, on_bodies, dt);
         }
     }

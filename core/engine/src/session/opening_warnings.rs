@@ -1,0 +1,131 @@
+//! Warnings that a scene gives when it is opened.
+
+use super::warning::{Extended, Extents, Warning, WarningCode};
+use super::{Session, SessionError};
+use crate::body::{Body, Model, Place};
+use crate::scene::{BodyScene, Scene, Source};
+use pliant_host::Region;
+use pliant_mesh::geometry::Vec3;
+use pliant_plugin_api::abi::Ball;
+use std::ops::Range;
+
+impl Session {
+    /// Finds them, once bodies and tools are there. The model of the first body is another file where `is_replaced`.
+    pub(super) fn find_opening_warnings(
+        &mut self,
+        scene: &Scene,
+        source: &Source,
+        is_replaced: bool,
+    ) -> Result<(), SessionError> {
+        let place = |span: Range<usize>| source.error(span, "").place();
+        let mut found = Vec::new();
+        let mut extended = Vec::new();
+        let largest = self.tools.iter().map(|slot| slot.tool.proxy.shape.shape().length_scale()).fold(0.0, f64::max);
+        let mut standing = self.standing.iter();
+        let mut moving = 0;
+        for (index, given) in scene.body.iter().enumerate() {
+            let at = |span: &Range<usize>| if *span == (0..0) { given.material.plugin.span() } else { span.clone() };
+            let of_body = place(at(&given.mesh.as_ref().map_or(given.name.span(), |mesh| mesh.span())));
+            let name = given.name.get_ref().clone();
+            if !self.plan.moving[index] {
+                if let Some((_, model)) = standing.next() {
+                    extended.push(Extended {
+                        name,
+                        place: of_body,
+                        moving: None,
+                        rest: extents(model),
+                        extents: extents(model),
+                    });
+                }
+                continue;
+            }
+            let body = &self.bodies[moving];
+            let extents = extents(&body.model);
+            if !(is_replaced && index == 0) {
+                found.extend(judge_units(given, body, largest).map(|message| Warning {
+                    code: WarningCode::DoubtfulUnits,
+                    place: of_body.clone(),
+                    message,
+                }));
+            }
+            found.extend(judge_openness(body).map(|message| Warning {
+                code: WarningCode::OpenBody,
+                place: of_body.clone(),
+                message,
+            }));
+            for (fixing, spanned) in body.fixings.iter().zip(&given.fixed) {
+                if holds_none(body, &fixing.place)? {
+                    let Extents { min, max } = extents;
+                    let message = format!(
+                        "a `fixed` of body `{name}` holds no node; the body reaches from {:?} m to {:?} m",
+                        min.as_slice(),
+                        max.as_slice()
+                    );
+                    found.push(Warning { code: WarningCode::FixesNothing, place: place(spanned.span()), message });
+                }
+            }
+            extended.push(Extended { name, place: of_body, moving: Some(moving), rest: extents, extents });
+            moving += 1;
+        }
+        let (meetings, overlaps) = super::warning::Meetings::new(extended);
+        self.meetings = meetings;
+        found.extend(overlaps);
+        self.opening_warnings = found;
+        Ok(())
+    }
+}
+
+fn extents(model: &Model) -> Extents {
+    let bounds = model.surface.bounds();
+    Extents { min: bounds.min, max: bounds.max }
+}
+
+/// Whether a metre for a unit of the file is unlikely: cells are wider than the largest tool, of radius `largest` (m), or the tool is larger
+/// than the model.
+fn judge_units(scene: &BodyScene, body: &Body, largest: f64) -> Option<String> {
+    if scene.mesh.is_none() || scene.size.is_some() || scene.scale.is_some() || largest == 0.0 {
+        return None;
+    }
+    let (edge, longest) = (body.carrier.edge(), body.model.surface.bounds().longest_edge());
+    let is_coarse = body.carrier.lattice().is_some() && edge > 2.0 * largest;
+    (is_coarse || largest > longest).then(|| {
+        format!(
+            "body `{}` has neither `size` nor `scale`, so a unit of the file is 1 m: it is {longest:.4} m long, its cells {edge:.4} m, and \
+             the largest tool is {:.4} m wide; give `size = \"100 mm\"`, or `scale = 0.001` for a file in mm",
+            body.name,
+            2.0 * largest
+        )
+    })
+}
+
+/// Whether a blade finds triangles that bound no volume in a body that is not a sheet.
+fn judge_openness(body: &Body) -> Option<String> {
+    let mesh = body.cut.as_ref().filter(|_| body.carrier.lattice().is_some())?;
+    let (open, border) = (mesh.open_triangles(), mesh.border_edges());
+    (open > 0).then(|| {
+        format!(
+            "body `{}` is not closed: {open} of its triangles bound no volume and have {border} border edges; a blade cuts them as a sheet, \
+             without a cut surface inside; close the holes, or make it a `sheet`",
+            body.name
+        )
+    })
+}
+
+/// Whether no node of a body is in a place.
+fn holds_none(body: &Body, place: &Place) -> Result<bool, SessionError> {
+    let Some(lattice) = body.carrier.lattice() else {
+        let points = body.model.surface.points.iter().enumerate();
+        return Ok(!points.into_iter().any(|(node, rest)| place.holds(node as u32, *rest)));
+    };
+    let ball = match place {
+        Place::Box { min, max } => Ball { centre: (0.5 * (min + max)).into(), radius: 0.5 * (max - min).norm() },
+        Place::Ball { centre, radius } => Ball { centre: (*centre).into(), radius: *radius },
+        Place::Nodes(_) => Ball { centre: [0.0; 3], radius: f64::INFINITY },
+    };
+    let mut near = Region::default();
+    let of_body = |error| SessionError::Lattice { body: body.name.clone(), error };
+    let asked = lattice.grid.region(lattice.settings.level, 0, &[ball], &[], &mut near);
+    asked.map_err(|error| of_body(error.into()))?;
+    let rest = near.node_rest.iter().enumerate();
+    Ok(!rest.into_iter().any(|(node, rest)| place.holds(node as u32, Vec3::from(*rest))))
+}
