@@ -110,6 +110,7 @@ mod tests {
                     normal: Vec3::zeros(),
                     distance: 0.0,
                     area: spacing * spacing,
+                    on: None,
                 });
             }
         }

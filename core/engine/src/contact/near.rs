@@ -4,6 +4,7 @@
 //! few. Both are looked up through the cells that carry them: a point lies in the hull of its cell's eight corners, so a
 //! cell whose box is out of reach holds none that is within. What is settled and not carried is found in the tree.
 
+use super::on_triangle::OnTriangle;
 use crate::body::Samples;
 use crate::body::{Body, LatticeError, NOT_CARRIED, weigh};
 use crate::shape::OrientedShape;
@@ -27,6 +28,8 @@ pub struct Near {
     pub distance: f64,
     /// Area of a sample, m^2; 0 for a point of a triangle.
     pub area: f64,
+    /// The triangle it is on; `None` for a sample.
+    pub on: Option<OnTriangle>,
 }
 
 /// What is looked for: points within `margin` of a shape, or of a point.
@@ -176,7 +179,7 @@ impl NearSurface {
                 }
                 let area = if facing >= 0.0 { samples.area[s] } else { -samples.area[s] };
                 let (rest, normal) = (samples.place[s], samples.normal[s]);
-                out.push(Near { body: index, point, rest, normal, distance, area });
+                out.push(Near { body: index, point, rest, normal, distance, area, on: None });
             }
         }
         self.side = if side == 0.0 { closest.1 } else { side };
@@ -253,8 +256,9 @@ impl NearSurface {
             if query.is_near(found.point, distance) {
                 let corners = vertices.map(|v| model.surface.points[v as usize]);
                 let (rest, normal) = (weigh(corners, found.bary), normal_of(corners));
+                let on = Some(OnTriangle::new(triangle, found.bary, corners));
                 let rest = if lattice.has_cuts() { inward(rest, normal, lattice.edge()) } else { rest };
-                out.push(Near { body: index, point: found.point, rest, normal, distance, area: 0.0 });
+                out.push(Near { body: index, point: found.point, rest, normal, distance, area: 0.0, on });
             }
         }
         Ok(())
@@ -262,7 +266,7 @@ impl NearSurface {
 }
 
 /// A place of the surface, moved in just far enough to tell on which side of a cut it is.
-fn inward(rest: Vec3, normal: Vec3, edge: f64) -> Vec3 {
+pub fn inward(rest: Vec3, normal: Vec3, edge: f64) -> Vec3 {
     let length = normal.norm();
     if length > 0.0 { rest - 1e-6 * edge / length * normal } else { rest }
 }

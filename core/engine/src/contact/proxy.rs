@@ -6,6 +6,7 @@
 //! it sinks into the soft layer of the contact, are decided afterwards.
 
 use super::near::Near;
+use super::on_triangle::OnTriangle;
 use crate::shape::OrientedShape;
 use pliant_solver::Vec3;
 
@@ -29,7 +30,9 @@ pub struct Touch {
     pub rest_normal: Vec3,
     /// Unit, from the surface to the proxy.
     pub normal: Vec3,
-    /// m, proxy from the contact point
+    /// The triangle it presses on most; `None` on samples.
+    pub on: Option<OnTriangle>,
+    /// m, proxy from the point that carries it: the place on that triangle, or the contact point
     pub offset: Vec3,
 }
 
@@ -162,9 +165,15 @@ impl Proxy {
         let n = &self.near[strongest.near];
         let middle =
             |of: fn(&Near) -> Vec3| self.planes.iter().map(|p| p.force / total * of(&self.near[p.near])).sum::<Vec3>();
-        let (rest, point) = (middle(|n| n.rest), middle(|n| n.point));
-        let (normal, offset) = (push / length, p - point);
-        Some(Touch { body: n.body, rest, rest_normal: n.normal, normal, offset })
+        let point = if n.on.is_some() { n.point } else { middle(|n| n.point) };
+        let (rest, normal, offset) = (middle(|n| n.rest), push / length, p - point);
+        Some(Touch { body: n.body, rest, rest_normal: n.normal, normal, on: n.on, offset })
+    }
+
+    /// What it presses on, each with its share of the force.
+    pub fn supports(&self) -> impl Iterator<Item = (&Near, f64)> {
+        let total: f64 = self.planes.iter().map(|p| p.force).sum();
+        self.planes.iter().filter(|p| p.force > 0.0).map(move |p| (&self.near[p.near], p.force / total))
     }
 }
 

@@ -42,7 +42,9 @@ impl Action for Touching {
         contact: Option<CarriedPlace>,
     ) -> Result<(), LatticeError> {
         let hand = step.hand.position;
-        let anchor = tool.slide_proxy(step, contact.map(|place| place.now))?;
+        let on = tool.proxy.touch.and_then(|touch| Some((touch.body, touch.on?)));
+        let carried = on.map(|(body, on)| on.carry(&mut step.bodies[body as usize])).transpose()?.flatten();
+        let anchor = tool.slide_proxy(step, carried.map(|(now, _)| now).or(contact.map(|place| place.now)))?;
         let Some(touch) = tool.proxy.touch else {
             tool.surface.leave();
             return Ok(());
@@ -55,9 +57,13 @@ impl Action for Touching {
         let p = anchor.map_or(free, |anchor| hold(free, anchor, hand, touch.normal, tool.friction));
         tool.proxy.position = p;
         tool.presses.extend(direction(touch.normal).map(|normal| (-normal, 1.0)));
-        let (now, settled) = body.carry_one(touch.rest)?;
+        let carried = touch.on.map(|on| on.carry(body)).transpose()?.flatten();
+        let (now, settled) = carried.map_or_else(|| body.carry_one(touch.rest), Ok)?;
         tool.depth = (settled - now).dot(&touch.normal);
         let pulled = tool.coupling.stiffness * (hand - p);
+        if touch.on.and_then(|on| on.coarse_corners(body)).is_some() {
+            return tool.press_corners(body, touch.body, pulled);
+        }
         tool.press_disc(body, touch.body, touch.rest, touch.rest_normal, pulled)
     }
 }
@@ -101,7 +107,7 @@ fn lie(tool: &mut Tool, body: &mut Body, hand: Vec3, touch: Contact, anchor: Opt
         let force = scale * (push.force + share * friction);
         tool.loads.push(push.rest, force, stiffness, diagonal(spring * share * coupling.damping));
     }
-    let touch = Contact { rest: rest / total, normal, ..touch };
+    let touch = Contact { rest: rest / total, normal, on: None, ..touch };
     tool.proxy.stand(p, point / total, touch);
     let (now, settled) = body.carry_one(touch.rest)?;
     tool.depth = (settled - now).dot(&normal);

@@ -121,6 +121,7 @@ fn on_sheet(index: u32, body: &Body, sheet: &Sheet, centre: Vec3, reach: f64) ->
                 normal: normal_of(rest),
                 distance,
                 area: 0.0,
+                on: None,
             });
         }
     }

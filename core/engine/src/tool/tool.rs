@@ -3,7 +3,7 @@
 use super::hand::Hand;
 use super::search::{SurfaceSearch, nearest_on_sheets};
 use crate::body::{Body, LatticeError, weigh};
-use crate::contact::{Friction, Patch, PlaceLoads, Proxy};
+use crate::contact::{Friction, Patch, PlaceLoads, Proxy, inward};
 use crate::edit::{Action, ActiveBall, BladeEdge, CarriedPlace, ContactPlace, CutStep, GRIP_REACH, Step};
 use crate::shape::OrientedShape;
 use nalgebra::UnitQuaternion;
@@ -172,7 +172,15 @@ impl Tool {
         let (ball, since) = self.ball?;
         let ActiveBall { body: of, centre, extra_radius } = ball;
         let radius = body.carrier.radius() + extra_radius + self.proxy.shape.extent();
+        let radius = radius + self.corners_reach(body).min(radius);
         (of as usize == index && time - since <= SPRING_BACK).then_some(Ball { centre: centre.into(), radius })
+    }
+
+    /// How far the corners of the coarse triangle it presses on are from there, m: they are to be simulated, up to twice the radius.
+    fn corners_reach(&self, body: &Body) -> f64 {
+        let Some((touch, on)) = self.proxy.touch.and_then(|touch| Some((touch, touch.on?))) else { return 0.0 };
+        let corners = on.coarse_corners(body).into_iter().flatten();
+        corners.map(|corner| (corner - touch.rest).norm()).fold(0.0, f64::max)
     }
 
     /// The settled place the tool is closest to, if it may touch it soon.
@@ -287,6 +295,30 @@ impl Tool {
         pulled: Vec3,
     ) -> Result<(), LatticeError> {
         self.patch.sample(rest, normal, body.carrier.edge());
+        self.press_patch(body, index, pulled)
+    }
+
+    /// Puts a force (N) on the corners of the triangles of body number `index` that the proxy presses on.
+    pub(crate) fn press_corners(&mut self, body: &mut Body, index: u32, pulled: Vec3) -> Result<(), LatticeError> {
+        let Patch { places, shares } = &mut self.patch;
+        places.clear();
+        shares.clear();
+        let edge = body.carrier.edge();
+        let is_cut = body.carrier.lattice().is_some_and(|lattice| lattice.has_cuts());
+        for (near, share) in self.proxy.supports() {
+            let Some(on) = near.on.filter(|_| near.body == index) else { continue };
+            let vertices = body.model.surface.triangles[on.triangle as usize];
+            for (v, weight) in vertices.into_iter().zip(on.bary.iter()) {
+                let corner = body.model.surface.points[v as usize];
+                places.push(if is_cut { inward(corner, near.normal, edge) } else { corner });
+                shares.push(share * weight);
+            }
+        }
+        self.press_patch(body, index, pulled)
+    }
+
+    /// Puts a force (N) on the places of the patch.
+    fn press_patch(&mut self, body: &mut Body, index: u32, pulled: Vec3) -> Result<(), LatticeError> {
         let (scale, spring) = self.cap(pulled.norm());
         self.loads.clear();
         for (place, share) in self.patch.places.iter().zip(&self.patch.shares) {
