@@ -138,7 +138,7 @@ impl Press {
 /// A random vertex of a model, in shares of its box.
 fn vertex(model: &TestModel, random: &mut Random) -> Vec3 {
     let document = model.document();
-    let points: Vec<Vec3> = document.positions().iter().map(|p| (*p).into()).collect();
+    let points = document.positions();
     let low = points.iter().copied().reduce(|a, b| a.inf(&b)).expect("vertices");
     let high = points.iter().copied().reduce(|a, b| a.sup(&b)).expect("vertices");
     (points[random.below(points.len() as u64) as usize] - low).component_div(&(high - low))

@@ -81,7 +81,7 @@ fn cut(model: &Path, out: Option<&Path>) -> Result<(), Box<dyn std::error::Error
         let name = model.file_stem().unwrap_or_default().to_string_lossy();
         let mut points = mesh.surface().points.clone();
         let mut bytes = Vec::new();
-        mesh.write(&document, &points, None, MATERIAL, &mut bytes)?;
+        mesh.write(&document, &points, MATERIAL, &mut bytes)?;
         fs::write(folder.join(format!("{name}-cut.obj")), bytes)?;
         // Parts pushed away from the middle, to look inside.
         let parts = mesh.parts();
@@ -100,7 +100,7 @@ fn cut(model: &Path, out: Option<&Path>) -> Result<(), Box<dyn std::error::Error
             }
         }
         let mut bytes = Vec::new();
-        mesh.write(&document, &points, None, MATERIAL, &mut bytes)?;
+        mesh.write(&document, &points, MATERIAL, &mut bytes)?;
         fs::write(folder.join(format!("{name}-parts.obj")), bytes)?;
     }
     Ok(())

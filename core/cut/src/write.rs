@@ -6,7 +6,7 @@ use std::iter::zip;
 
 use super::mesh::{CutMesh, NONE};
 use pliant_mesh::geometry::Vec3;
-use pliant_mesh::obj::{Patch, WriteError};
+use pliant_mesh::obj::{Patch, ShadedCorner, TurnedNormals, WriteError};
 use pliant_mesh::{ObjDocument, Surface};
 
 /// Group and material of cut surfaces, unless a name is given.
@@ -14,7 +14,7 @@ pub const MATERIAL: &str = "pliant_cut";
 
 impl CutMesh {
     /// Writes the cut model: `document` is what the mesh was made from, `points` (n x 3, m) are where the vertices of
-    /// [`CutMesh::surface`] are now, `normals` (k x 3) rows for [`CutMesh::normals`] or `None` for those of the rest shape.
+    /// [`CutMesh::surface`] are now. Normals go with the triangles that name them; a row whose corners are turned differently is parted.
     ///
     /// A mesh without a cut comes back byte for byte where nothing moved. Faces the blade did not pass keep their lines;
     /// those it passed become triangles with the same group, object, material and smoothing; cut surfaces get a group and a
@@ -26,7 +26,6 @@ impl CutMesh {
         &self,
         document: &ObjDocument,
         points: &[Vec3],
-        normals: Option<&[Vec3]>,
         material: &str,
         out: &mut impl Write,
     ) -> Result<(), WriteError> {
@@ -38,20 +37,21 @@ impl CutMesh {
         let number = self.numbers();
         let visible = zip(&points[count..], &number[count..]).filter(|(_, number)| **number != NONE);
         let new: Vec<Vec3> = visible.map(|(&point, _)| self.placement.apply_inverse(point)).collect();
-        let rows = normals.unwrap_or(&self.normals);
-        same("vn", rows.len(), self.normals.len())?;
+        let turned = self.turned_normals(points);
+        let (own_normals, new_normals) = turned.rows.split_at(self.whole.normals);
+        let new_normals = [new_normals, &turned.added].concat();
         let patch = Patch {
             positions: &new,
             texcoords: &self.texcoords[self.whole.texcoords..],
-            normals: &rows[self.whole.normals..],
-            faces: self.changed_faces(document, &original, &number),
+            normals: &new_normals,
+            faces: self.changed_faces(document, &original, &number, &turned),
             added: (0..self.surface.triangles.len() as u32)
                 .filter(|&t| self.is_cap(t))
-                .map(|t| self.rows(t, &number))
+                .map(|t| self.rows(t, &number, &turned))
                 .collect(),
             name: material,
         };
-        document.write_patched(&own, normals.map(|rows| &rows[..self.whole.normals]), &patch, out)
+        document.write_patched(&own, Some(own_normals), &patch, out)
     }
 
     /// Rows of the vertices in the file: all but those that cuts have made on lids alone.
@@ -72,11 +72,13 @@ impl CutMesh {
         document: &ObjDocument,
         original: &Surface,
         number: &[u32],
+        turned: &TurnedNormals,
     ) -> BTreeMap<u32, Vec<Vec<[u32; 3]>>> {
         let mut changed: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
         let before = original.triangles.len();
         for (number, (now, then)) in zip(&self.surface.triangles, &original.triangles).enumerate() {
-            if now != then {
+            let is_parted = || self.shaded(number as u32).iter().any(|corner| turned.moved.contains_key(corner));
+            if now != then || is_parted() {
                 changed.insert(original.face_of[number], Vec::new());
             }
         }
@@ -90,9 +92,12 @@ impl CutMesh {
             }
         }
         let polygons = |(face, triangles): (u32, Vec<u32>)| {
-            let whole =
-                if split.contains(&face) { None } else { self.renamed(document, original, face, &triangles, number) };
-            let pieces = || triangles.iter().map(|&t| self.rows(t, number).to_vec()).collect();
+            let whole = if split.contains(&face) {
+                None
+            } else {
+                self.renamed(document, original, face, &triangles, number, turned)
+            };
+            let pieces = || triangles.iter().map(|&t| self.rows(t, number, turned).to_vec()).collect();
             (face, whole.map_or_else(pieces, |polygon| vec![polygon]))
         };
         changed.into_iter().map(polygons).collect()
@@ -106,6 +111,7 @@ impl CutMesh {
         face: u32,
         triangles: &[u32],
         number: &[u32],
+        turned: &TurnedNormals,
     ) -> Option<Vec<[u32; 3]>> {
         let mut name: BTreeMap<u32, u32> = BTreeMap::new();
         for &triangle in triangles {
@@ -118,16 +124,26 @@ impl CutMesh {
         }
         let corners = document.face(face as usize)?.corners.iter();
         corners
-            .map(|c| Some([number[*name.get(&c.v)? as usize], c.vt().unwrap_or(NONE), c.vn().unwrap_or(NONE)]))
+            .map(|c| {
+                let vertex = *name.get(&c.v)?;
+                let row = row_of(turned, [vertex, c.vn().unwrap_or(NONE)]);
+                Some([number[vertex as usize], c.vt().unwrap_or(NONE), row])
+            })
             .collect()
     }
 
     /// Position, texture coordinate and normal of the corners of a triangle.
-    fn rows(&self, triangle: u32, number: &[u32]) -> [[u32; 3]; 3] {
-        let record = self.triangle(triangle);
-        [0, 1, 2]
-            .map(|corner| [number[record.corners[corner] as usize], record.texture[corner], record.shading[corner]])
+    fn rows(&self, triangle: u32, number: &[u32], turned: &TurnedNormals) -> [[u32; 3]; 3] {
+        let (record, shaded) = (self.triangle(triangle), self.shaded(triangle));
+        [0, 1, 2].map(|corner| {
+            [number[record.corners[corner] as usize], record.texture[corner], row_of(turned, shaded[corner])]
+        })
     }
+}
+
+/// The row of a corner's normal.
+fn row_of(turned: &TurnedNormals, corner: ShadedCorner) -> u32 {
+    turned.moved.get(&corner).copied().unwrap_or(corner[1])
 }
 
 fn same(entity: &'static str, found: usize, expected: usize) -> Result<(), WriteError> {

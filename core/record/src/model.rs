@@ -26,13 +26,8 @@ pub fn write_model_to(body: &Body, cap_material: &str, out: &mut impl Write) -> 
     let (model, skin) = (&body.model, &body.skin);
     let document = &model.document;
     if let Some(mesh) = body.cut.as_ref().filter(|mesh| mesh.depth() > 0) {
-        return mesh.write(document, &skin.x, None, cap_material, out).map_err(other);
+        return mesh.write(document, &skin.x, cap_material, out).map_err(other);
     }
     let points = model.placement.bring_back(document.positions(), &model.surface.points, &skin.x);
-    let normals = if document.normals().is_empty() {
-        None
-    } else {
-        Some(document.deformed_normals(document.positions(), &points).map_err(other)?)
-    };
-    document.write(&points, normals.as_deref(), out).map_err(other)
+    document.write_deformed(&points, out).map_err(other)
 }

@@ -108,7 +108,7 @@ fn a_box_with_holes_is_cut_like_one_without() {
         volumes.sort_by(f64::total_cmp);
         assert!(volumes.len() == 2 && (volumes[0] - 0.37).abs() < 1e-12, "{volumes:?}");
         let mut out = Vec::new();
-        mesh.write(&document, &mesh.surface().points, None, MATERIAL, &mut out).unwrap();
+        mesh.write(&document, &mesh.surface().points, MATERIAL, &mut out).unwrap();
         let back = pliant_mesh::Surface::from_document(&ObjDocument::parse(out, "back.obj".as_ref()).unwrap());
         let caps = (0..mesh.surface().triangles.len() as u32).filter(|t| mesh.is_cap(*t)).count();
         let skin = (0..mesh.surface().triangles.len() as u32).filter(|t| !mesh.is_cap(*t) && !mesh.is_lid(*t)).count();
@@ -119,7 +119,7 @@ fn a_box_with_holes_is_cut_like_one_without() {
         assert!(used[first..].iter().all(|used| *used), "nor are the vertices of lids");
         while mesh.undo().is_some() {}
         let mut out = Vec::new();
-        mesh.write(&document, &mesh.surface().points, None, MATERIAL, &mut out).unwrap();
+        mesh.write(&document, &mesh.surface().points, MATERIAL, &mut out).unwrap();
         assert_eq!(out, document.bytes());
     }
 }

@@ -13,7 +13,7 @@ fn state(mesh: &CutMesh) -> String {
 
 fn written(mesh: &CutMesh, document: &ObjDocument) -> Vec<u8> {
     let mut out = Vec::new();
-    mesh.write(document, &mesh.surface().points, None, MATERIAL, &mut out).unwrap();
+    mesh.write(document, &mesh.surface().points, MATERIAL, &mut out).unwrap();
     out
 }
 
@@ -133,13 +133,13 @@ fn normals_turn_with_the_mesh() {
         &sums,
     );
     assert!(refused.is_empty(), "{refused:?}");
-    assert_eq!(mesh.turned_normals(&mesh.surface().points), mesh.normals());
+    assert_eq!(mesh.turned_normals(&mesh.surface().points).rows, mesh.normals());
     let turned: Vec<Vec3> = mesh.surface().points.iter().map(|p| Vec3::new(-p.y, p.x, p.z)).collect();
-    for (now, then) in mesh.turned_normals(&turned).iter().zip(mesh.normals()) {
+    for (now, then) in mesh.turned_normals(&turned).rows.iter().zip(mesh.normals()) {
         assert!((0..3).all(|i| (now[i] - [-then[1], then[0], then[2]][i]).abs() < 1e-12), "{now:?} {then:?}");
     }
     let mut out = Vec::new();
-    mesh.write(&document, &turned, Some(&mesh.turned_normals(&turned)), MATERIAL, &mut out).unwrap();
+    mesh.write(&document, &turned, MATERIAL, &mut out).unwrap();
     let back = ObjDocument::parse(out, "back.obj".as_ref()).unwrap();
     assert_eq!(back.normals().len(), mesh.normals().len());
     assert_eq!(back.materials(), [MATERIAL]);

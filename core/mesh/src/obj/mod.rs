@@ -1,7 +1,7 @@
 //! A lossless OBJ document: the bytes as they came, and beside them what the lines mean.
 //!
-//! Nothing is ever re-printed from the meaning. Writing copies the bytes and replaces only the coordinate tokens of
-//! the vertices that moved, so comments, colours, quads, groups, line ends and anything we do not understand survive.
+//! Nothing is ever re-printed from the meaning, but faces that a cut or new normals have changed. Writing copies the bytes and replaces only
+//! the coordinate tokens of the vertices that moved, so comments, colours, quads, groups, line ends and anything we do not understand survive.
 
 mod cursor;
 mod error;
@@ -19,6 +19,7 @@ use std::path::{Path, PathBuf};
 use crate::geometry::Vec3;
 
 pub use error::{ObjError, ObjProblem, WriteError};
+pub use normals::{ShadedCorner, TurnedNormals};
 pub use patch::Patch;
 
 /// An OBJ file and the meaning of its lines. Never empty: it has a vertex and a face at least.
@@ -182,6 +183,11 @@ impl ObjDocument {
     pub fn line_of_vertex(&self, index: usize) -> Option<u32> {
         let at = *self.parsed.position_at.get(index)? as usize;
         Some(cursor::Cursor::new(&self.bytes).line_at(at))
+    }
+
+    /// Vertex and normal's row of each corner of each face.
+    pub fn shaded_faces(&self) -> Vec<Vec<ShadedCorner>> {
+        (0..self.face_count()).map(|face| self.corners(face).iter().map(|c| [c.v, c.vn]).collect()).collect()
     }
 
     fn corners(&self, face: usize) -> &[Corner] {

@@ -1,43 +1,137 @@
-//! The normals of a deformed document.
+//! The normals of a deformed surface.
 //!
-//! An artist's normals say more than the faces do (smoothing, hard edges), so they are turned with the surface, not
-//! made anew.
+//! An artist's normals say more than the faces do (smoothing, hard edges), so they go with the surface, not made anew. A row that several
+//! corners name is parted where they are turned differently.
 
-use std::iter::zip;
+use std::collections::{BTreeMap, HashMap};
 
-use nalgebra::UnitQuaternion;
+use nalgebra::{Matrix3, UnitQuaternion};
 
-use super::write::{same_bits, same_length};
-use super::{Corner, ObjDocument, WriteError};
+use super::write::same_bits;
 use crate::geometry::Vec3;
 
-impl ObjDocument {
-    /// The `vn` rows after the vertices went from `rest` to `deformed` (both n x 3, the same units) (k x 3).
+/// A corner of a face: its vertex, and the row of its normal, [`NONE`](super::NONE) for none.
+pub type ShadedCorner = [u32; 2];
+
+/// Rows of normals after a deformation.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TurnedNormals {
+    /// The rows there were (k x 3).
+    pub rows: Vec<Vec3>,
+    /// Rows to be added behind them, where corners that shared one are turned differently.
+    pub added: Vec<Vec3>,
+    /// Corners whose row is another one now.
+    pub moved: BTreeMap<ShadedCorner, u32>,
+}
+
+impl TurnedNormals {
+    /// Turns `normals` (k x 3, of any length) with the faces that name them, whose vertices went from `rest` to `deformed` (n x 3).
     ///
-    /// A normal turns by the smallest rotation that takes the area-weighted normal of the faces that name it from
-    /// rest to deformed, and keeps its length. It stays bit for bit when none of those faces has a moved vertex. One
-    /// `vn` shared by distant faces turns with their mean.
-    ///
-    /// # Errors
-    /// [`WriteError::Length`] when an array has not n rows.
-    pub fn deformed_normals(&self, rest: &[Vec3], deformed: &[Vec3]) -> Result<Vec<Vec3>, WriteError> {
-        same_length("rest positions", rest, self.positions())?;
-        same_length("deformed positions", deformed, self.positions())?;
-        let mut around = vec![[Vec3::zeros(); 2]; self.normals().len()]; // rest and deformed, area-weighted (k x 2)
-        let mut moved = vec![false; self.normals().len()];
-        for face in 0..self.face_count() {
-            let corners = self.corners(face);
-            let face_moved = corners.iter().any(|c| !same_bits(&rest[c.v as usize], &deformed[c.v as usize]));
-            let areas = [rest, deformed].map(|positions| vector_area(corners, positions));
-            for vn in corners.iter().filter_map(Corner::vn) {
-                moved[vn as usize] |= face_moved;
-                around[vn as usize][0] += areas[0];
-                around[vn as usize][1] += areas[1];
+    /// At each vertex the faces that name a row have one deformation gradient, fitted to their edges and normals by least squares; the
+    /// row goes by its cofactors, which is exact where the deformation is linear, and keeps its length. Where no such face has a moved vertex
+    /// it stays bit for bit.
+    pub fn new(normals: &[Vec3], faces: &[Vec<ShadedCorner>], rest: &[Vec3], deformed: &[Vec3]) -> Self {
+        let is_moved = |v: u32| !same_bits(&rest[v as usize], &deformed[v as usize]);
+        let moved: Vec<bool> = faces.iter().map(|face| face.iter().any(|c| is_moved(c[0]))).collect();
+        let mut corners: Vec<(u32, u32, u32, u32)> = Vec::new(); // row, vertex, face, place in it
+        for (f, face) in faces.iter().enumerate() {
+            let shaded = face.iter().enumerate().filter(|(_, corner)| corner[1] != super::NONE);
+            corners.extend(shaded.map(|(at, &[v, row])| (row, v, f as u32, at as u32)));
+        }
+        corners.sort_unstable();
+        let mut turned = Self { rows: normals.to_vec(), ..Self::default() };
+        for of_row in corners.chunk_by(|a, b| a.0 == b.0) {
+            if of_row.iter().any(|&(_, _, face, _)| moved[face as usize]) {
+                turned.turn_row(of_row, &moved, |corners| fan(corners, faces, rest, deformed));
             }
         }
-        let turned = zip(self.normals(), zip(around, moved))
-            .map(|(normal, ([rest, deformed], moved))| if moved { turn(*normal, &rest, &deformed) } else { *normal });
-        Ok(turned.collect())
+        turned
+    }
+
+    /// Turns one row at each vertex; the row itself is that of corners that stay, or else of the first vertex.
+    fn turn_row(
+        &mut self,
+        of_row: &[(u32, u32, u32, u32)],
+        moved: &[bool],
+        fan: impl Fn(&[(u32, u32, u32, u32)]) -> Fan,
+    ) {
+        let row = of_row[0].0;
+        let normal = self.rows[row as usize];
+        let mut known: HashMap<[i64; 3], u32> = HashMap::new();
+        if of_row.iter().any(|&(_, _, face, _)| !moved[face as usize]) {
+            known.insert(rounded(normal), row);
+        }
+        for at_vertex in of_row.chunk_by(|a, b| a.1 == b.1) {
+            if !at_vertex.iter().any(|&(_, _, face, _)| moved[face as usize]) {
+                known.entry(rounded(normal)).or_insert(row);
+                continue;
+            }
+            let now = fan(at_vertex).turn(normal);
+            let next = self.rows.len() as u32 + self.added.len() as u32;
+            let is_first = known.is_empty();
+            let new = *known.entry(rounded(now)).or_insert(if is_first { row } else { next });
+            if is_first {
+                self.rows[row as usize] = now;
+            } else if new == next {
+                self.added.push(now);
+            }
+            if new != row {
+                self.moved.insert([at_vertex[0].1, row], new);
+            }
+        }
+    }
+}
+
+/// Normals that agree to a millionth of their length are one row.
+fn rounded(normal: Vec3) -> [i64; 3] {
+    let length = normal.norm().max(f64::MIN_POSITIVE);
+    normal.map(|c| (1e6 * c / length).round() as i64).into()
+}
+
+/// The faces at a vertex that share a normal, at rest and deformed.
+#[derive(Default)]
+struct Fan {
+    /// Sums of `e eT` and `e' eT` over the edges from the vertex.
+    rest: Matrix3<f64>,
+    deformed: Matrix3<f64>,
+    /// Area-weighted normals.
+    normals: [Vec3; 2],
+}
+
+fn fan(corners: &[(u32, u32, u32, u32)], faces: &[Vec<ShadedCorner>], rest: &[Vec3], deformed: &[Vec3]) -> Fan {
+    let mut fan = Fan::default();
+    for &(_, v, face, at) in corners {
+        let (face, at) = (&faces[face as usize], at as usize);
+        let count = face.len();
+        for neighbour in [face[(at + 1) % count][0], face[(at + count - 1) % count][0]] {
+            let [e, now] = [rest, deformed].map(|x| x[neighbour as usize] - x[v as usize]);
+            fan.rest += e * e.transpose();
+            fan.deformed += now * e.transpose();
+        }
+        fan.normals[0] += vector_area(face, rest);
+        fan.normals[1] += vector_area(face, deformed);
+    }
+    fan
+}
+
+impl Fan {
+    /// A normal of its faces after the deformation, of the same length.
+    fn turn(&self, normal: Vec3) -> Vec3 {
+        let [from, to] = self.normals;
+        self.cofactors()
+            .and_then(|cofactors| (cofactors * normal).try_normalize(1e-9 * normal.norm()))
+            .map_or_else(|| turn(normal, &from, &to), |direction| normal.norm() * direction)
+    }
+
+    /// Cofactors of the deformation gradient, of no particular size; `None` where edges do not tell one.
+    fn cofactors(&self) -> Option<Matrix3<f64>> {
+        let [from, to] = self.normals.map(|n| n.try_normalize(0.0));
+        let (from, to) = (from?, to?);
+        let scale = self.rest.trace();
+        let rest = (self.rest + scale * from * from.transpose()) / scale;
+        let gradient = (self.deformed + scale * to * from.transpose()) / scale * rest.try_inverse()?;
+        let [a, b, c] = [0, 1, 2].map(|i| gradient.column(i).into_owned());
+        Some(Matrix3::from_columns(&[b.cross(&c), c.cross(&a), a.cross(&b)]))
     }
 }
 
@@ -49,8 +143,8 @@ fn turn(normal: Vec3, from: &Vec3, to: &Vec3) -> Vec3 {
 }
 
 /// Normal of a polygon with its area for length (Newell).
-fn vector_area(corners: &[Corner], positions: &[Vec3]) -> Vec3 {
-    let at = |corner: &Corner| positions[corner.v as usize];
+fn vector_area(corners: &[ShadedCorner], positions: &[Vec3]) -> Vec3 {
+    let at = |corner: &ShadedCorner| positions[corner[0] as usize];
     let origin = at(&corners[0]);
     let spokes = corners[1..].windows(2).map(|pair| (at(&pair[0]) - origin).cross(&(at(&pair[1]) - origin)));
     0.5 * spokes.sum::<Vec3>()
@@ -59,7 +153,13 @@ fn vector_area(corners: &[Corner], positions: &[Vec3]) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::document;
+    use crate::ObjDocument;
+    use crate::testing::{Random, document};
+
+    /// The rows of a document whose vertices went to `deformed`.
+    fn turned(document: &ObjDocument, deformed: &[Vec3]) -> TurnedNormals {
+        TurnedNormals::new(document.normals(), &document.shaded_faces(), document.positions(), deformed)
+    }
 
     /// Two squares side by side in z = 0, each with a normal of its own, and one normal nobody names.
     const TILES: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\nv 2 1 0\nvn 0 0 2\nvn 0.6 0 0.8\nvn 1 1 1\n\
@@ -73,7 +173,7 @@ mod tests {
         for (vertex, x) in [(1, 0.0), (4, 0.0), (2, 0.0), (5, 0.0)] {
             deformed[vertex] = Vec3::new(x, rest[vertex][1], -rest[vertex][0]); // a quarter turn about y: z to x
         }
-        let turned = document.deformed_normals(rest, &deformed).unwrap();
+        let turned = turned(&document, &deformed).rows;
         let near = |a: Vec3, b: Vec3| (a - b).norm() < 1e-14;
         assert!(near(turned[0], Vec3::new(2.0, 0.0, 0.0)), "{turned:?}");
         assert!(near(turned[1], Vec3::new(0.8, 0.0, -0.6)), "{turned:?}");
@@ -85,7 +185,7 @@ mod tests {
         let document = document(TILES);
         let mut deformed = document.positions().to_vec();
         deformed[4][2] = 0.5;
-        let turned = document.deformed_normals(document.positions(), &deformed).unwrap();
+        let turned = turned(&document, &deformed).rows;
         assert_eq!(turned[0], document.normals()[0]);
         assert_ne!(turned[1], document.normals()[1]);
     }
@@ -95,9 +195,118 @@ mod tests {
         let document = document(TILES);
         let rest = document.positions();
         let over: Vec<_> = rest.iter().map(|p| Vec3::new(-p.x, p.y, p.z)).collect();
-        assert_eq!(document.deformed_normals(rest, &over).unwrap()[0], Vec3::new(0.0, 0.0, -2.0));
+        assert_eq!(turned(&document, &over).rows[0], Vec3::new(0.0, 0.0, -2.0));
         let crushed = vec![Vec3::zeros(); rest.len()];
-        assert_eq!(document.deformed_normals(rest, &crushed).unwrap(), document.normals());
-        assert!(document.deformed_normals(rest, &over[1..]).is_err());
+        assert_eq!(turned(&document, &crushed).rows, document.normals());
+    }
+
+    /// A cube of `n` x `n` squares a side with one row for each side.
+    fn cube(n: usize) -> String {
+        let mut text = String::new();
+        let at = |i: usize| 2.0 * i as f64 / n as f64 - 1.0;
+        for axis in 0..3 {
+            for sign in [-1.0, 1.0] {
+                for (i, j) in (0..=n).flat_map(|i| (0..=n).map(move |j| (i, j))) {
+                    let mut p = Vec3::zeros();
+                    (p[axis], p[(axis + 1) % 3], p[(axis + 2) % 3]) = (sign, at(i), at(j));
+                    text += &format!("v {} {} {}\n", p.x, p.y, p.z);
+                }
+                let mut normal = Vec3::zeros();
+                normal[axis] = sign;
+                text += &format!("vn {} {} {}\n", normal.x, normal.y, normal.z);
+            }
+        }
+        for side in 0..6 {
+            let v = |i: usize, j: usize| side * (n + 1) * (n + 1) + i * (n + 1) + j + 1;
+            for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+                let mut round = [v(i, j), v(i + 1, j), v(i + 1, j + 1), v(i, j + 1)];
+                if side % 2 == 0 {
+                    round.reverse();
+                }
+                text += &format!("f{}\n", round.map(|v| format!(" {v}//{}", side + 1)).concat());
+            }
+        }
+        text
+    }
+
+    #[test]
+    fn normals_of_any_linear_map_are_its_cofactors_times_those_at_rest() {
+        let document = document(&cube(4));
+        for seed in 0..20 {
+            let random = &mut Random(seed);
+            let f =
+                Matrix3::identity() + 0.6 * Matrix3::from_columns(&[random.vector(), random.vector(), random.vector()]);
+            if f.determinant() < 0.1 {
+                continue;
+            }
+            let deformed: Vec<Vec3> = document.positions().iter().map(|x| f * x).collect();
+            let turned = turned(&document, &deformed);
+            assert!(turned.added.is_empty() && turned.moved.is_empty(), "each side stays flat");
+            let cofactors = f.determinant() * f.try_inverse().unwrap().transpose();
+            for (now, rest) in turned.rows.iter().zip(document.normals()) {
+                assert!((now - (cofactors * rest).normalize()).norm() < 1e-9, "{seed}: {now:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_dent_in_a_side_with_one_row_parts_it_and_leaves_all_other_corners() {
+        // z = 1 goes to z = 1 - depth (1 - x2/a2)(1 - y2/a2) inside of a square.
+        let document = document(&cube(40));
+        let rest = document.positions();
+        let (a, depth) = (0.6, 0.2);
+        let inside = |p: &Vec3| p.z == 1.0 && p.x.abs() < a - 1e-9 && p.y.abs() < a - 1e-9;
+        let fall = |x: f64| 1.0 - x * x / (a * a);
+        let dent = |p: &Vec3| if inside(p) { *p - depth * fall(p.x) * fall(p.y) * Vec3::z() } else { *p };
+        let deformed: Vec<Vec3> = rest.iter().map(dent).collect();
+        let turned = turned(&document, &deformed);
+        assert_eq!(&turned.rows, document.normals(), "some corners of each row stay");
+        let all: Vec<Vec3> = turned.rows.iter().chain(&turned.added).copied().collect();
+        let mut compared = 0;
+        for corner in document.shaded_faces().into_iter().flatten() {
+            let [v, row] = corner;
+            let p = rest[v as usize];
+            let now = all[turned.moved.get(&corner).map_or(row, |new| *new) as usize];
+            let far = 2.5 / 40.0 * 2.0;
+            if p.z < 1.0 || p.x.abs() > a + far || p.y.abs() > a + far {
+                assert_eq!(now, document.normals()[row as usize]);
+            } else if p.x.abs() < a - far && p.y.abs() < a - far {
+                let slope = |x: f64, y: f64| depth * 2.0 * x / (a * a) * fall(y);
+                let exact = Vec3::new(-slope(p.x, p.y), -slope(p.y, p.x), 1.0).normalize();
+                assert!(now.angle(&exact).to_degrees() < 1.0, "{p:?}: {now:?}, not {exact:?}");
+                compared += 1;
+            }
+        }
+        assert!(compared > 1000);
+    }
+
+    #[test]
+    fn parted_rows_come_back_from_the_file_and_other_faces_keep_their_lines() {
+        for text in [cube(6), cube(6) + "v 5 5 5\nvn 0 1 0\n"] {
+            let document = document(&text);
+            let mut deformed = document.positions().to_vec();
+            let at = deformed.iter().position(|p| p.z == 1.0 && p.xy().norm() < 0.4).unwrap();
+            deformed[at].z = 0.7;
+            let turned = turned(&document, &deformed);
+            let mut out = Vec::new();
+            document.write_deformed(&deformed, &mut out).unwrap();
+            let back = ObjDocument::parse(out.clone(), "back.obj".as_ref()).unwrap();
+            assert_eq!(back.normals(), [&turned.rows[..], &turned.added].concat());
+            let named = |document: &ObjDocument| -> Vec<ShadedCorner> {
+                let mut named: Vec<_> = document.shaded_faces().into_iter().flatten().collect();
+                named.sort_unstable();
+                named
+            };
+            let mut wanted = named(&document);
+            wanted.iter_mut().for_each(|corner| corner[1] = turned.moved.get(corner).copied().unwrap_or(corner[1]));
+            wanted.sort_unstable();
+            assert_eq!(named(&back), wanted);
+            // The lines of faces that name no parted corner are there as they were.
+            let parted = |face: &&Vec<ShadedCorner>| face.iter().any(|corner| turned.moved.contains_key(corner));
+            let parted = document.shaded_faces().iter().filter(parted).count();
+            let lines = String::from_utf8(out).unwrap();
+            let kept = text.lines().filter(|line| lines.lines().any(|other| other == *line)).count();
+            assert!((4..=16).contains(&parted) && text.lines().count() - kept == 1 + parted);
+        }
     }
 }

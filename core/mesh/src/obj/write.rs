@@ -4,7 +4,8 @@ use std::io::{BufWriter, Write};
 use std::iter::zip;
 
 use super::cursor::Cursor;
-use super::{ObjDocument, WriteError, number};
+use super::normals::TurnedNormals;
+use super::{Corner, ObjDocument, Patch, WriteError, number};
 use crate::geometry::Vec3;
 
 impl ObjDocument {
@@ -39,6 +40,33 @@ impl ObjDocument {
         }
         out.write_all(&self.bytes[done..])?;
         Ok(out.flush()?)
+    }
+}
+
+impl ObjDocument {
+    /// Writes the document with its vertices at `deformed` (n x 3, file units); normals go with the faces that name them. A row of normals
+    /// whose corners are turned differently is parted: new rows come after the last, and the faces that need them follow.
+    ///
+    /// # Errors
+    /// As for [`ObjDocument::write`].
+    pub fn write_deformed(&self, deformed: &[Vec3], out: &mut impl Write) -> Result<(), WriteError> {
+        if self.normals().is_empty() {
+            return self.write(deformed, None, out);
+        }
+        same_length("v", deformed, self.positions())?;
+        let turned = TurnedNormals::new(self.normals(), &self.shaded_faces(), self.positions(), deformed);
+        let mut patch = Patch { normals: &turned.added, ..Patch::default() };
+        if !turned.moved.is_empty() {
+            for face in 0..self.face_count() {
+                let corners = self.corners(face);
+                let row = |c: &Corner| turned.moved.get(&[c.v, c.vn]).copied();
+                if corners.iter().any(|c| row(c).is_some()) {
+                    let polygon = corners.iter().map(|c| [c.v, c.vt, row(c).unwrap_or(c.vn)]).collect();
+                    patch.faces.insert(face as u32, vec![polygon]);
+                }
+            }
+        }
+        self.write_patched(deformed, Some(&turned.rows), &patch, out)
     }
 }
 
