@@ -107,8 +107,9 @@ fn check(name: &str, body: &str, level: u32, seeds: std::ops::Range<u64>, is_con
         let sweep = Sweep::random(seed);
         cut(&mut session.bodies[0], &sweep, 60);
         let (pairs, torn) = agreement(&session.bodies[0]);
-        let [straight, crossed] = [[(0, 0), (1, 1)], [(0, 1), (1, 0)]].map(BTreeSet::from);
-        if !torn.is_empty() || (is_convex && pairs != straight && pairs != crossed) {
+        // A blade may also miss the body.
+        let agreeing = [vec![(0, 0), (1, 1)], vec![(0, 1), (1, 0)], vec![(0, 0)]].map(BTreeSet::from_iter);
+        if !torn.is_empty() || (is_convex && !agreeing.contains(&pairs)) {
             let count = torn.len();
             wrong.push((name.into(), level, seed, format!("{pairs:?}, {count} torn, at {:?}", torn.first())));
         }
@@ -131,13 +132,10 @@ fn generated_models() {
     let mut wrong = Vec::new();
     for (name, body) in &bodies {
         let is_convex = *name != "elephant"; // its legs share cells
-        wrong.extend(check(name, body, 5, 0..6, is_convex));
+        wrong.extend(check(name, body, 5, 0..9, is_convex));
         wrong.extend(check(name, body, 6, 0..2, is_convex));
     }
-    // Of 24 cuts two are not followed: a few triangles of the surface go with both parts of the lattice. That is wrong, and known.
-    let known = [("box", 6, 1), ("elephant", 5, 4)];
-    let found: Vec<_> = wrong.iter().map(|(name, level, seed, _)| (name.as_str(), *level, *seed)).collect();
-    assert_eq!(found, known, "{wrong:#?}");
+    assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
 /// The line of a body of 100 mm with this model.
@@ -150,9 +148,12 @@ fn models_of_every_kind() {
     let (folder, mut wrong) = (Bench::new(), Vec::new());
     for model in models(8, 1) {
         let path = folder.write(&format!("{}.obj", model.name), model.text);
-        wrong.extend(check(&model.name, &body_of(&path), 5, 0..2, false));
+        wrong.extend(check(&model.name, &body_of(&path), 5, 0..4, false));
     }
-    assert!(wrong.is_empty(), "{wrong:#?}");
+    // Two cuts are not followed: the lattice is parted through, and the surface hangs together by a few triangles. That is wrong, and known.
+    let known = [("scan-2", 5, 3), ("non-manifold", 5, 3)];
+    let found: Vec<_> = wrong.iter().map(|(name, level, seed, _)| (name.as_str(), *level, *seed)).collect();
+    assert_eq!(found, known, "{wrong:#?}");
 }
 
 #[test]

@@ -14,6 +14,7 @@ mod mend;
 mod region;
 mod reshape;
 mod state;
+mod strays;
 mod untangle;
 
 use super::fixing::Fixing;

@@ -128,6 +128,10 @@ impl Lattice {
             edge_of.push(longest);
         }
         self.edge_of = edge_of;
+        // Outside of a local region its parts may hang together.
+        if self.has_cuts() && self.is_whole() {
+            self.rebind_strays(model, skin)?;
+        }
         self.weights.clear();
         self.weights_of.clear();
         self.weights_of.resize(self.region.cell_id.len(), NO_WEIGHTS);
