@@ -16,6 +16,7 @@ mod check;
 mod child;
 mod device;
 mod edit;
+mod escape;
 mod isolate;
 mod live;
 mod new;

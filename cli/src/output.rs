@@ -1,6 +1,7 @@
-//! The only place that prints, and numbers as people read them.
+//! The only place that prints, and numbers as people read them. What is printed has its control characters escaped.
 #![allow(clippy::print_stderr, reason = "this is where it is done")]
 
+use crate::escape::escape_controls;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use pliant_engine::session::Warning;
 use std::io::{self, ErrorKind, Write};
@@ -10,6 +11,7 @@ use std::io::{self, ErrorKind, Write};
 /// # Errors
 /// A standard output that cannot be written.
 pub fn print(text: &str) -> io::Result<()> {
+    let text = escape_controls(text);
     let mut stdout = io::stdout().lock();
     let written = stdout
         .write_all(text.as_bytes())
@@ -32,7 +34,7 @@ pub fn print_json(value: &impl serde::Serialize) -> io::Result<()> {
 
 /// Prints a line for people on standard error.
 pub fn note(text: &str) {
-    let _ = writeln!(io::stderr().lock(), "{text}");
+    let _ = writeln!(io::stderr().lock(), "{}", escape_controls(text));
 }
 
 /// Prints warnings for people on standard error, a line each.
@@ -46,6 +48,11 @@ pub fn progress_bar(template: &str, length: u64, quiet: bool) -> ProgressBar {
     let bar = ProgressBar::new(length).with_style(style);
     bar.set_draw_target(if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(10) });
     bar
+}
+
+/// Puts a message into a progress bar.
+pub fn set_message(bar: &ProgressBar, text: &str) {
+    bar.set_message(escape_controls(text).into_owned());
 }
 
 /// A time (s) as people read it.

@@ -4,7 +4,7 @@ use super::out_folder;
 use super::table::write_table;
 use crate::args::{BatchRunArgs, Cli};
 use crate::outcome::{Failure, Outcome};
-use crate::output::{count, format_bytes, format_seconds, note, print, print_json, progress_bar};
+use crate::output::{count, format_bytes, format_seconds, note, print, print_json, progress_bar, set_message};
 use crate::stop::stop_flag;
 use pliant_batch::{
     BatchEnd, CollectOptions, Estimate, Isolation, Progress, RunOptions, Shard, Sweep, collect, estimate, limit_memory,
@@ -145,7 +145,7 @@ impl ProgressLine {
             self.last = Instant::now();
             note(&format!("{} of {}: {text}", now.done, count(now.edits, "edit")));
         }
-        self.bar.set_message(text);
+        set_message(&self.bar, &text);
     }
 
     fn finish(self) {

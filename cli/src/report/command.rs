@@ -3,7 +3,7 @@
 use super::catalogues::{ACCURACY, CatalogueFiles, PERFORMANCE, STABILITY};
 use crate::args::{AccuracyArgs, Cli, ReportCommand, ReportOptionArgs};
 use crate::outcome::{Failure, Outcome};
-use crate::output::{note, print, print_json, progress_bar};
+use crate::output::{note, print, print_json, progress_bar, set_message};
 use crate::stop::stop_flag;
 use pliant_host::SearchPath;
 use pliant_report::{
@@ -35,7 +35,7 @@ pub fn report(cli: &Cli, command: &ReportCommand) -> Result<Outcome, Failure> {
     let mut progress = |progress: Progress<'_>| {
         bar.set_length(progress.total as u64);
         bar.set_position(progress.done as u64);
-        bar.set_message(progress.what.to_owned());
+        set_message(&bar, progress.what);
     };
     let stopped = || stop.load(Ordering::Relaxed);
     let mut context = ReportContext::new(options(cli, args), &mut progress, &stopped);
