@@ -14,6 +14,7 @@ mod mirror;
 mod open;
 mod opening_warnings;
 mod place;
+mod ray_miss;
 mod shared;
 mod sheets;
 mod sleep;

@@ -312,7 +312,8 @@ impl Opening<'_> {
             None => {
                 let mut grid = Grid::open(library, &info.id, &settings, self.dt).map_err(at_grid)?;
                 let surface = &shared.model.surface;
-                grid.build(cast_slice(&surface.points), &surface.triangles, level).map_err(at_grid)?;
+                let built = grid.build(cast_slice(&surface.points), &surface.triangles, level);
+                built.map_err(|error| self.level_refused(scene, surface.bounds().longest_edge(), error))?;
                 grid
             }
         };
@@ -387,6 +388,22 @@ impl Opening<'_> {
     /// What a plugin does not take, it does not take from the scene.
     fn refused(&self, span: Range<usize>, error: HostError) -> SessionError {
         if error.is_refusal() { self.source.error(span, error.to_string()).into() } else { error.into() }
+    }
+
+    /// A level that the grid refuses for a body of this longest edge (m), with the coarsest level whose cells are at most as wide as the
+    /// radius of the largest tool.
+    fn level_refused(&self, scene: &BodyScene, longest: f64, error: HostError) -> SessionError {
+        let (span, level) = (scene.grid.level.span(), *scene.grid.level.get_ref());
+        let edge = |level: u32| longest / (1_u64 << (level - 1)) as f64;
+        // Edges of cells halve from level to level; 64 levels are more than a shift can count.
+        let fitting = (1..level.min(64)).find(|&level| edge(level) <= self.largest_tool);
+        let Some(fitting) = fitting.filter(|_| error.is_refusal()) else {
+            return self.refused(span, error);
+        };
+        let [edge, radius] = [edge(fitting), self.largest_tool].map(|length| 1e3 * length);
+        let text =
+            format!("{error}; level {fitting}, with cells of {edge:.3} mm, fits the tool, of radius {radius:.3} mm");
+        self.source.error(span, text).into()
     }
 
     /// Tells what is wrong with a model that is carried by a grid: nothing that stops it.

@@ -1,6 +1,7 @@
 //! Putting models and devices into a scene.
 
 use super::SessionError;
+use super::ray_miss::{self, Ray};
 use super::shared::SharedModel;
 use crate::body::{Fixing, Model, Place, Warp};
 use crate::scene::{
@@ -216,7 +217,9 @@ pub(super) fn frame(
     let met = hit.filter(|_| ray.norm() > 0.0).map(|hit| origin + hit.time * ray);
     let missed = || near.then(|| closest_vertex(model, &origin, &ray));
     let Some(met) = met.or_else(missed) else {
-        return Err(wrong(format!("the ray from {from:?} toward {toward:?} does not meet body `{}`", name.get_ref())));
+        let why = ray_miss::reason(&model.surface, &Ray { origin, direction: ray });
+        let name = name.get_ref();
+        return Err(wrong(format!("the ray from {from:?} toward {toward:?} does not meet body `{name}`: {why}")));
     };
     let back = (-ray).normalize();
     let rotation = turned_to(&back) * turned;

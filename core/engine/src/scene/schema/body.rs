@@ -23,7 +23,7 @@ pub struct BodyScene {
     /// Scales the longest edge of its box to this and its centre to `position`.
     #[schemars(with = "Option<Length>")]
     pub size: Option<Spanned<Length>>,
-    /// Or metres for a unit of the file.
+    /// Or metres per file unit (0.01 if the file is in cm).
     #[schemars(with = "Option<f64>")]
     pub scale: Option<Spanned<f64>>,
     /// Where its origin, or with `size` its centre, is.
