@@ -349,7 +349,7 @@ fn hands_that_make_no_sense_are_refused() {
             FRAME,
             "frame = { body = \"block\", from = [0, nan, 2], toward = [0, 0, 0] }",
             0,
-            &["the ray from [0.0, NaN, 2.0]", "does not meet"],
+            &["the ray from [0.0, NaN, 2.0]", "does not meet", "it is not finite"],
         ),
         (
             FRAME,

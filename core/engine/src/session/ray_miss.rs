@@ -27,12 +27,19 @@ pub(super) fn reason(surface: &Surface, ray: &Ray) -> String {
     let flat: Vec<&str> =
         ["x", "y", "z"].into_iter().zip(extent.iter()).filter(|(_, e)| **e == 0.0).map(|(a, _)| a).collect();
     let mut parts = Vec::new();
-    if ray.direction.norm() == 0.0 {
+    if !ray.origin.iter().chain(ray.direction.iter()).all(|c| c.is_finite()) {
+        parts.push("it is not finite".to_owned());
+    } else if ray.direction.norm() == 0.0 {
         parts.push("it has no length".to_owned());
     } else if let Some(miss) = nearest_miss(surface, ray) {
         let at = (0..3).map(|i| if extent[i] == 0.0 { 0.0 } else { (miss.point[i] - bounds.min[i]) / extent[i] });
         let at: Vec<String> = at.map(|c| format!("{c:.3}")).collect();
-        parts.push(format!("its nearest miss is {:.3e} m, at [{}] of the box", miss.distance, at.join(", ")));
+        // Rounding leaves less than this share between a ray and the plane it lies in.
+        if miss.distance <= 1e-9 * bounds.longest_edge() {
+            parts.push(format!("it runs along the surface at [{}] of the box", at.join(", ")));
+        } else {
+            parts.push(format!("its nearest miss is {:.3e} m, at [{}] of the box", miss.distance, at.join(", ")));
+        }
     }
     if !flat.is_empty() {
         let axes = flat.join(" and ");
