@@ -41,9 +41,16 @@ impl fmt::Display for SceneError {
         if self.excerpt.trim().is_empty() {
             return Ok(());
         }
-        write!(f, "\n  {:>4} | {}\n       | {:>width$}", self.line, self.excerpt, "^", width = self.column)
+        // Of a long line what is around the place.
+        let first = self.column.saturating_sub(BEFORE + 1);
+        let shown: String = self.excerpt.chars().skip(first).take(BEFORE + AFTER).collect();
+        write!(f, "\n  {:>4} | {shown}\n       | {:>width$}", self.line, "^", width = self.column - first)
     }
 }
+
+/// Characters of a line shown before and after the place of an error.
+const BEFORE: usize = 80;
+const AFTER: usize = 40;
 
 impl SceneError {
     /// 1-based line, 0 for the whole file.

@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, UnitQuaternion};
 use super::write::same_bits;
 use crate::geometry::Vec3;
 
-/// A corner of a face: its vertex, and the row of its normal, [`NONE`](super::NONE) for none.
+/// A corner of a face: its vertex, and the row of its normal, `u32::MAX` for none.
 pub type ShadedCorner = [u32; 2];
 
 /// Rows of normals after a deformation.
