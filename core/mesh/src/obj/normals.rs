@@ -282,7 +282,8 @@ mod tests {
 
     #[test]
     fn parted_rows_come_back_from_the_file_and_other_faces_keep_their_lines() {
-        for text in [cube(6), cube(6) + "v 5 5 5\nvn 0 1 0\n"] {
+        let interleaved = cube(6) + "v 5 5 5\nvn 0 1 0\n";
+        for text in [cube(6), interleaved.clone(), cube(6).replace('\n', "\r\n"), interleaved.replace('\n', "\r\n")] {
             let document = document(&text);
             let mut deformed = document.positions().to_vec();
             let at = deformed.iter().position(|p| p.z == 1.0 && p.xy().norm() < 0.4).unwrap();
@@ -305,6 +306,9 @@ mod tests {
             let parted = |face: &&Vec<ShadedCorner>| face.iter().any(|corner| turned.moved.contains_key(corner));
             let parted = document.shaded_faces().iter().filter(parted).count();
             let lines = String::from_utf8(out).unwrap();
+            assert!(
+                !text.contains('\r') || (!lines.contains("\r\r") && lines.replace("\r\n", "").find('\n').is_none())
+            );
             let kept = text.lines().filter(|line| lines.lines().any(|other| other == *line)).count();
             assert!((4..=16).contains(&parted) && text.lines().count() - kept == 1 + parted);
         }

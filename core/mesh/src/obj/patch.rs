@@ -116,7 +116,7 @@ impl ObjDocument {
                 continue;
             }
             cursor.rest();
-            let to = cursor.at();
+            let (end_of_line, to) = (cursor.at(), self.before_return(cursor.at()));
             let line = &self.bytes[from..to];
             match token {
                 b"g" => state[0] = Some(line),
@@ -129,7 +129,7 @@ impl ObjDocument {
                     match polygons {
                         Some(polygons) if from < last_row => {
                             moved.push((state, polygons));
-                            let whole = to + usize::from(to < self.bytes.len());
+                            let whole = end_of_line + usize::from(end_of_line < self.bytes.len());
                             found.push(Edit { from, to: whole, text: Vec::new() });
                         }
                         Some(polygons) => {
@@ -164,10 +164,15 @@ impl ObjDocument {
             }
             cursor.rest();
             if matches!(token, b"v" | b"vt" | b"vn") {
-                last = cursor.at();
+                last = self.before_return(cursor.at());
             }
         }
         last
+    }
+
+    /// The end of a line's text: before the carriage return of a line end of two bytes.
+    fn before_return(&self, at: usize) -> usize {
+        at - usize::from(at > 0 && self.bytes[at - 1] == b'\r')
     }
 
     /// A line behind the last row with its backward numbers counted from the start of the file.
