@@ -48,7 +48,7 @@ static NAMES: Mutex<Vec<String>> = Mutex::new(Vec::new());
 /// Places of slots that no thread has; places from the second number on were never given out.
 static FREE: Mutex<(Vec<usize>, usize)> = Mutex::new((Vec::new(), 0));
 
-/// No slot.
+/// Stands for the place of a slot where a thread has none.
 const NONE: usize = usize::MAX;
 
 thread_local! {

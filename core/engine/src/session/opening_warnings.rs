@@ -35,6 +35,7 @@ impl Session {
                         moving: None,
                         rest: extents(model),
                         extents: extents(model),
+                        before: extents(model),
                     });
                 }
                 continue;
@@ -64,7 +65,14 @@ impl Session {
                     found.push(Warning { code: WarningCode::FixesNothing, place: place(spanned.span()), message });
                 }
             }
-            extended.push(Extended { name, place: of_body, moving: Some(moving), rest: extents, extents });
+            extended.push(Extended {
+                name,
+                place: of_body,
+                moving: Some(moving),
+                rest: extents,
+                extents,
+                before: extents,
+            });
             moving += 1;
         }
         let (meetings, overlaps) = super::warning::Meetings::new(extended);

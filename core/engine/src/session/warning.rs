@@ -47,7 +47,7 @@ impl WarningCode {
     }
 }
 
-/// One warning.
+/// A part of the scene that has no effect, or not the one it looks like.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Warning {
     /// What it is about.
@@ -195,6 +195,8 @@ pub(super) struct Extended {
     pub(super) rest: Extents,
     /// m, its box when it was last looked at
     pub(super) extents: Extents,
+    /// m, its box at the look before that
+    pub(super) before: Extents,
 }
 
 /// The box of a body now: its box at rest, each face moved as the outermost nodes there have. Cells of a lattice reach beyond the surface, so
@@ -225,15 +227,15 @@ impl Meetings {
     /// Begins with the bodies of a scene, in its order; gives the warnings of those that overlap.
     pub(super) fn new(bodies: Vec<Extended>) -> (Self, Vec<Warning>) {
         let mut meetings = Self { bodies, ..Self::default() };
-        let at_start = meetings.look(WarningCode::BodiesOverlap, &[], 0.0);
+        let at_start = meetings.look(WarningCode::BodiesOverlap, 0.0);
         (meetings, at_start)
     }
 
     /// Warnings of pairs whose swept boxes overlap now and did not before.
-    fn look(&mut self, code: WarningCode, before: &[Extents], time: f64) -> Vec<Warning> {
+    fn look(&mut self, code: WarningCode, time: f64) -> Vec<Warning> {
         let swept = |i: usize| {
-            let now = self.bodies[i].extents;
-            before.get(i).map_or(now, |was| now.with([was.min, was.max].iter()))
+            let Extended { extents, before, .. } = &self.bodies[i];
+            extents.with([before.min, before.max].iter())
         };
         let mut found = Vec::new();
         for j in 0..self.bodies.len() {
@@ -269,13 +271,13 @@ impl Session {
         if count < 2 || !self.steps.is_multiple_of(LOOK_EVERY) || self.meetings.known.len() == count * (count - 1) / 2 {
             return;
         }
-        let before: Vec<Extents> = self.meetings.bodies.iter().map(|body| body.extents).collect();
         for extended in &mut self.meetings.bodies {
+            extended.before = extended.extents;
             let Some(body) = extended.moving.and_then(|index| self.bodies.get(index)) else { continue };
             extended.extents = moved_extents(body, extended.rest);
         }
         let time = self.time();
-        let found = self.meetings.look(WarningCode::BodiesMeet, &before, time);
+        let found = self.meetings.look(WarningCode::BodiesMeet, time);
         self.meetings.warnings.extend(found);
     }
 }
@@ -286,18 +288,17 @@ mod tests {
 
     fn body(name: &str, at: f64) -> Extended {
         let extents = Extents { min: Vec3::repeat(at), max: Vec3::repeat(at + 1.0) };
-        Extended { name: name.into(), place: name.into(), moving: None, rest: extents, extents }
+        Extended { name: name.into(), place: name.into(), moving: None, rest: extents, extents, before: extents }
     }
 
     #[test]
     fn boxes_that_touch_do_not_overlap_and_a_pair_is_told_once() {
         let (mut meetings, told) = Meetings::new(vec![body("a", 0.0), body("b", 1.0), body("c", 1.5)]);
         assert_eq!(told.len(), 1, "b and c alone: {told:?}");
-        let before: Vec<Extents> = meetings.bodies.iter().map(|b| b.extents).collect();
         // It passes over both others between two looks.
         meetings.bodies[0].extents = body("a", 9.0).extents;
-        assert_eq!(meetings.look(WarningCode::BodiesMeet, &before, 0.1).len(), 2);
-        assert!(meetings.look(WarningCode::BodiesMeet, &before, 0.2).is_empty());
+        assert_eq!(meetings.look(WarningCode::BodiesMeet, 0.1).len(), 2);
+        assert!(meetings.look(WarningCode::BodiesMeet, 0.2).is_empty());
     }
 
     #[test]

@@ -13,6 +13,16 @@ use crate::geometry::Vec3;
 /// A corner of a face: its vertex, and the row of its normal, `u32::MAX` for none.
 pub type ShadedCorner = [u32; 2];
 
+/// Where a face names a row of normals; in order by row, then by vertex.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Naming {
+    row: u32,
+    vertex: u32,
+    face: u32,
+    /// Place of the corner in its face.
+    place: u32,
+}
+
 /// Rows of normals after a deformation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TurnedNormals {
@@ -33,15 +43,15 @@ impl TurnedNormals {
     pub fn new(normals: &[Vec3], faces: &[Vec<ShadedCorner>], rest: &[Vec3], deformed: &[Vec3]) -> Self {
         let is_moved = |v: u32| !same_bits(&rest[v as usize], &deformed[v as usize]);
         let moved: Vec<bool> = faces.iter().map(|face| face.iter().any(|c| is_moved(c[0]))).collect();
-        let mut corners: Vec<(u32, u32, u32, u32)> = Vec::new(); // row, vertex, face, place in it
+        let mut corners: Vec<Naming> = Vec::new();
         for (f, face) in faces.iter().enumerate() {
             let shaded = face.iter().enumerate().filter(|(_, corner)| corner[1] != super::NONE);
-            corners.extend(shaded.map(|(at, &[v, row])| (row, v, f as u32, at as u32)));
+            corners.extend(shaded.map(|(at, &[vertex, row])| Naming { row, vertex, face: f as u32, place: at as u32 }));
         }
         corners.sort_unstable();
         let mut turned = Self { rows: normals.to_vec(), ..Self::default() };
-        for of_row in corners.chunk_by(|a, b| a.0 == b.0) {
-            if of_row.iter().any(|&(_, _, face, _)| moved[face as usize]) {
+        for of_row in corners.chunk_by(|a, b| a.row == b.row) {
+            if of_row.iter().any(|corner| moved[corner.face as usize]) {
                 turned.turn_row(of_row, &moved, |corners| fan(corners, faces, rest, deformed));
             }
         }
@@ -49,20 +59,15 @@ impl TurnedNormals {
     }
 
     /// Turns one row at each vertex; the row itself is that of corners that stay, or else of the first vertex.
-    fn turn_row(
-        &mut self,
-        of_row: &[(u32, u32, u32, u32)],
-        moved: &[bool],
-        fan: impl Fn(&[(u32, u32, u32, u32)]) -> Fan,
-    ) {
-        let row = of_row[0].0;
+    fn turn_row(&mut self, of_row: &[Naming], moved: &[bool], fan: impl Fn(&[Naming]) -> Fan) {
+        let row = of_row[0].row;
         let normal = self.rows[row as usize];
         let mut known: HashMap<[i64; 3], u32> = HashMap::new();
-        if of_row.iter().any(|&(_, _, face, _)| !moved[face as usize]) {
+        if of_row.iter().any(|corner| !moved[corner.face as usize]) {
             known.insert(rounded(normal), row);
         }
-        for at_vertex in of_row.chunk_by(|a, b| a.1 == b.1) {
-            if !at_vertex.iter().any(|&(_, _, face, _)| moved[face as usize]) {
+        for at_vertex in of_row.chunk_by(|a, b| a.vertex == b.vertex) {
+            if !at_vertex.iter().any(|corner| moved[corner.face as usize]) {
                 known.entry(rounded(normal)).or_insert(row);
                 continue;
             }
@@ -76,7 +81,7 @@ impl TurnedNormals {
                 self.added.push(now);
             }
             if new != row {
-                self.moved.insert([at_vertex[0].1, row], new);
+                self.moved.insert([at_vertex[0].vertex, row], new);
             }
         }
     }
@@ -98,10 +103,10 @@ struct Fan {
     normals: [Vec3; 2],
 }
 
-fn fan(corners: &[(u32, u32, u32, u32)], faces: &[Vec<ShadedCorner>], rest: &[Vec3], deformed: &[Vec3]) -> Fan {
+fn fan(corners: &[Naming], faces: &[Vec<ShadedCorner>], rest: &[Vec3], deformed: &[Vec3]) -> Fan {
     let mut fan = Fan::default();
-    for &(_, v, face, at) in corners {
-        let (face, at) = (&faces[face as usize], at as usize);
+    for corner in corners {
+        let (v, face, at) = (corner.vertex, &faces[corner.face as usize], corner.place as usize);
         let count = face.len();
         for neighbour in [face[(at + 1) % count][0], face[(at + count - 1) % count][0]] {
             let [e, now] = [rest, deformed].map(|x| x[neighbour as usize] - x[v as usize]);

@@ -82,7 +82,7 @@ pub enum StepError {
 
 /// A time integration scheme with its settings and work vectors, for one body.
 pub struct Integrator {
-    /// Integration scheme.
+    /// How velocities and positions are advanced in time, with its order and stability.
     pub scheme: Scheme,
     /// Relative tolerance of each linear solve, in the norm of the preconditioner.
     pub tolerance: f64,

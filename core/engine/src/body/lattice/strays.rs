@@ -60,8 +60,8 @@ impl Lattice {
     /// Whether corners of a triangle with one in a cut cell go with several parts.
     fn has_torn_triangles(&self, model: &Model, skin: &Skin, part: impl Fn(u32) -> u32) -> Result<bool, LatticeError> {
         let is_torn = |t: u32| {
-            let mut parts = model.surface.triangles[t as usize].map(|v| skin.cell[v as usize]).into_iter();
-            let mut parts = parts.by_ref().filter(|cell| *cell != NOT_CARRIED).map(&part);
+            let cells = model.surface.triangles[t as usize].map(|v| skin.cell[v as usize]);
+            let mut parts = cells.into_iter().filter(|cell| *cell != NOT_CARRIED).map(&part);
             let first = parts.next();
             parts.any(|other| Some(other) != first)
         };
