@@ -2,32 +2,50 @@
 
 use std::collections::HashMap;
 
-use super::blade::Facet;
-use super::cap::{Sheet, bodies};
+use super::Vec3;
+use super::blade::{Blade, Facet, Stroke};
+use super::cap::{CapSurface, bodies};
+use super::error::{Refusal, Refused};
+use super::fans::{NewPoint, split_coincident_edges, split_fans};
 use super::lines::{Half, Lines};
-use super::mesh::{CutMesh, NONE, OPEN};
-use super::part::{Fresh, part, tell_apart};
-use super::trace::{Snap, Trace};
-use super::{Advance, Blade, Refusal, Refused, Stroke, bind, subdivide};
+use super::mesh::CutMesh;
+use super::record::{NONE, OPEN};
+use super::snap::SnapTolerances;
+use super::stitch::stitch_walls;
+use super::subdivide;
+use super::trace::Trace;
 
-/// How close is on: at first, when that was refused, and at last: next to nothing, with triangles as sharp as they come. A
-/// blade that stuck for good in front of one triangle would be worse than a sharp one.
-pub(super) const SNAPS: [Snap; 3] = [
-    Snap { on: 2e-3, ends: 2e-3, reach: 0.1, sharpest: 0.1 },
-    Snap { on: 0.02, ends: 0.05, reach: 0.1, sharpest: 0.1 },
-    Snap { on: 1e-7, ends: 1e-7, reach: 0.1, sharpest: 1e-4 },
-];
+/// What an advance did.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Advance {
+    /// New cut surface inside of closed bodies, one wall of two, m^2.
+    pub area: f64,
+    /// New cut edge on the surface, one side of two, m.
+    pub length: f64,
+    /// Triangles there were before that are split, or have another vertex or neighbour, rising.
+    pub changed: Vec<u32>,
+    /// New triangles have this number and above.
+    pub first_triangle: u32,
+    /// The triangle there was before that each new one is a piece of; `u32::MAX` for one of a wall.
+    pub pieces_of: Vec<u32>,
+    /// New vertices have this number and above.
+    pub first_vertex: u32,
+    /// Vertices that came apart, each with the new one at the same place.
+    pub parted: Vec<[u32; 2]>,
+    /// What the blade swept: triangles in the rest shape, none to two.
+    pub facets: Vec<[Vec3; 3]>,
+}
 
-/// The same for a sheet, whose triangles are elements: what would be a splinter is a step of the cut instead.
-pub(super) const SHEET_SNAPS: [Snap; 3] = [
-    Snap { on: 0.05, ends: 0.1, reach: 0.2, sharpest: 2.0 },
-    Snap { on: 0.02, ends: 0.05, reach: 0.1, sharpest: 1.0 },
-    Snap { on: 2e-3, ends: 2e-3, reach: 0.1, sharpest: 0.1 },
-];
+impl Advance {
+    /// Whether the mesh is other than before.
+    pub fn has_cut(&self) -> bool {
+        !self.changed.is_empty()
+    }
+}
 
 /// What a facet did.
 #[derive(Default)]
-struct Done {
+struct FacetCut {
     area: f64,
     length: f64,
     parted: Vec<[u32; 2]>,
@@ -50,7 +68,7 @@ impl CutMesh {
         }
         let mut refused = None;
         for snap in self.snaps {
-            self.open_step();
+            self.begin_step();
             match self.sweep(&facets, &stroke.seam, snap) {
                 Ok(done) => {
                     let after =
@@ -58,9 +76,9 @@ impl CutMesh {
                     let changed = self.changed().0;
                     let pieces_of = self.pieces_of();
                     if changed.is_empty() {
-                        self.drop_step();
+                        self.revert_step();
                     } else {
-                        self.keep_step([stroke.clone(), after.clone()]);
+                        self.commit_step([stroke.clone(), after.clone()]);
                     }
                     *stroke = after;
                     return Ok(Advance {
@@ -75,7 +93,7 @@ impl CutMesh {
                     });
                 }
                 Err(reason) => {
-                    self.drop_step();
+                    self.revert_step();
                     refused = refused.or(Some(reason));
                 }
             }
@@ -83,8 +101,8 @@ impl CutMesh {
         Err(refused.unwrap_or(Refused { reason: Refusal::Broken, entity: "advance", value: 0.0 }))
     }
 
-    fn sweep(&mut self, facets: &[Facet], seam: &[u32], snap: Snap) -> Result<Done, Refused> {
-        let mut all = Done { seam: seam.to_vec(), ..Done::default() };
+    fn sweep(&mut self, facets: &[Facet], seam: &[u32], snap: SnapTolerances) -> Result<FacetCut, Refused> {
+        let mut all = FacetCut { seam: seam.to_vec(), ..FacetCut::default() };
         for facet in facets {
             let done = self.cut(facet, &all.seam, snap)?;
             all.area += done.area;
@@ -98,8 +116,8 @@ impl CutMesh {
     }
 
     /// Cuts with one facet.
-    fn cut(&mut self, facet: &Facet, seam: &[u32], snap: Snap) -> Result<Done, Refused> {
-        let near = self.near(facet);
+    fn cut(&mut self, facet: &Facet, seam: &[u32], snap: SnapTolerances) -> Result<FacetCut, Refused> {
+        let near = self.triangles_near_facet(facet);
         let trace = Trace::new(self, &near, facet, seam, snap);
         let is_last = snap.on <= self.snaps[2].on;
         if let Some(node) = trace.beside_seam.filter(|_| !is_last) {
@@ -107,29 +125,29 @@ impl CutMesh {
         }
         let first = self.surface.triangles.len();
         let split = subdivide::subdivide(self, &trace, &near, snap.sharpest)?;
-        let first = self.enter(first);
+        let first = self.index_triangles(first);
         let lines = Lines::new(self, &trace, &split, facet, snap);
-        let mut done = Done { length: self.opened(&trace, &lines), ..Done::default() };
-        // All sheets first: hanging one in changes nothing that another asks for.
-        let mut sheets = Vec::new();
+        let mut done = FacetCut { length: self.cut_length(&trace, &lines), ..FacetCut::default() };
+        // All caps first: hanging one in changes nothing that another asks for.
+        let mut caps = Vec::new();
         for body in bodies(self, &trace, facet)? {
-            sheets.push((body, Sheet::new(self, &trace, &lines, facet, body)?));
+            caps.push((body, CapSurface::new(self, &trace, &lines, facet, body)?));
         }
         lines.open_sheets(self);
-        let (mut point_of, mut fresh, mut triangles) = (HashMap::new(), Vec::new(), split.triangles.clone());
+        let (mut point_of, mut new_points, mut triangles) = (HashMap::new(), Vec::new(), split.triangles.clone());
         let mut front = Vec::new(); // corners of walls where the strip goes on
-        for (body, sheet) in &sheets {
-            let walls = bind::hang(self, sheet, &lines, facet, *body);
+        for (body, cap) in &caps {
+            let walls = stitch_walls(self, cap, &lines, facet, *body);
             done.area += walls.area;
             for (triangle, points) in walls.triangles {
                 triangles.push(triangle);
                 for corner in 0..3 {
                     let point = points[corner as usize];
-                    point_of.insert(3 * triangle + corner, fresh.len() as u32 + point);
-                    let node = sheet.points[point as usize].node;
+                    point_of.insert(3 * triangle + corner, new_points.len() as u32 + point);
+                    let node = cap.points[point as usize].node;
                     let ends = [facet.front, (facet.front + 1) % 3].map(|corner| facet.corners[corner]);
                     let on_front = if node == NONE {
-                        ends.contains(&sheet.points[point as usize].x)
+                        ends.contains(&cap.points[point as usize].x)
                     } else {
                         trace.nodes[node as usize].rim[facet.front] == 0
                     };
@@ -138,7 +156,8 @@ impl CutMesh {
                     }
                 }
             }
-            fresh.extend(sheet.points.iter().map(|point| Fresh { x: point.x, strip: facet.texture_at(point.flat) }));
+            new_points
+                .extend(cap.points.iter().map(|point| NewPoint { x: point.x, strip: facet.texture_at(point.flat) }));
         }
         if let Some(triangle) = self.left_joined(&trace, &lines, facet).filter(|_| !is_last) {
             let value = f64::from(triangle);
@@ -150,9 +169,9 @@ impl CutMesh {
             [half, half - half % 3 + (half % 3 + 1) % 3]
         }));
         corners.sort_unstable();
-        done.parted = part(self, &corners, &point_of, &fresh)?;
-        done.parted.extend(tell_apart(self, &mut triangles)?);
-        self.enter(first);
+        done.parted = split_fans(self, &corners, &point_of, &new_points)?;
+        done.parted.extend(split_coincident_edges(self, &mut triangles)?);
+        self.index_triangles(first);
         done.seam = front.iter().map(|&corner| self.tail(corner)).collect();
         for &triangle in &split.triangles {
             for vertex in self.surface.triangles[triangle as usize] {
@@ -191,7 +210,7 @@ impl CutMesh {
     }
 
     /// Triangles a facet may meet, rising.
-    fn near(&self, facet: &Facet) -> Vec<u32> {
+    fn triangles_near_facet(&self, facet: &Facet) -> Vec<u32> {
         let mut near = Vec::new();
         self.tree.near_facet(facet.corners, 0.0, |triangle| near.push(triangle));
         let longest = |t: &u32| {
@@ -209,7 +228,7 @@ impl CutMesh {
     }
 
     /// Length of the lines on the skin, m.
-    fn opened(&self, trace: &Trace, lines: &Lines) -> f64 {
+    fn cut_length(&self, trace: &Trace, lines: &Lines) -> f64 {
         let skin = |half: u32| !self.is_cap(half / 3) && !self.is_lid(half / 3);
         let mut sum = 0.0;
         for run in &trace.runs {
@@ -226,7 +245,7 @@ impl CutMesh {
 
     /// Takes the triangles from `first` on into the tree; gives their end. Those they were cut from keep their wider boxes
     /// until the advance is made.
-    fn enter(&mut self, first: usize) -> usize {
+    fn index_triangles(&mut self, first: usize) -> usize {
         for triangle in first as u32..self.surface.triangles.len() as u32 {
             self.tree.set(triangle, self.corners_of(triangle));
         }

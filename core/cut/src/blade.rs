@@ -2,7 +2,7 @@
 
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
-use super::{Refusal, Refused};
+use super::error::{Refusal, Refused};
 use pliant_mesh::geometry::Vec3;
 
 /// Where a blade is: its edge is the segment between two points of the rest shape.

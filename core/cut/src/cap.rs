@@ -6,15 +6,17 @@
 
 use std::collections::HashMap;
 
+use super::Vec3;
 use super::blade::{Facet, turn};
+use super::error::{Refusal, Refused};
 use super::lines::Lines;
-use super::mesh::{CutMesh, NONE};
+use super::mesh::CutMesh;
 use super::plane::{Flat, triangulate};
+use super::record::NONE;
 use super::trace::Trace;
-use super::{Refusal, Refused, Vec3};
 
 /// A triangulated part of a facet.
-pub(super) struct Sheet {
+pub(super) struct CapSurface {
     pub points: Vec<Point>,
     pub flats: Vec<Flat>,
     /// How many bodies-in-themselves each triangle is inside of: 0 outside, 1 inside, 2 where the body overlaps itself.
@@ -23,7 +25,7 @@ pub(super) struct Sheet {
     pub lines: HashMap<[u32; 2], Line>,
 }
 
-/// A point of a sheet.
+/// A point of a cap surface.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Point {
     /// Of the trace, or [`NONE`] at a corner of the facet inside a body.
@@ -65,7 +67,7 @@ pub(super) fn bodies(mesh: &CutMesh, trace: &Trace, facet: &Facet) -> Result<Vec
     Ok(bodies)
 }
 
-impl Sheet {
+impl CapSurface {
     /// The part of the facet inside of `body`.
     pub fn new(mesh: &CutMesh, trace: &Trace, lines: &Lines, facet: &Facet, body: u32) -> Result<Self, Refused> {
         let crossed = |value: usize| Refused { reason: Refusal::Crossed, entity: "lines", value: value as f64 };

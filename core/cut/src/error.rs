@@ -33,7 +33,7 @@ pub enum Refusal {
     /// What is inside of a body cannot be told.
     #[error("inside and outside cannot be told apart (body)")]
     Unclear,
-    /// Parts would hang together in a way that vertices cannot express.
+    /// Parts would stay connected in a way that vertices cannot express.
     #[error("vertices would merge (vertex)")]
     Merged,
     /// The result did not pass its check.

@@ -3,40 +3,10 @@
 //! Vertices and rows are only ever added, so taking back means cutting the arrays off; of a triangle that changed, the old
 //! record is kept. The cost goes with the change, not with the mesh.
 
-use super::mesh::{CutMesh, NONE, Origin, Triangle};
-use super::{Stroke, Vec3};
-
-#[derive(Default)]
-pub(super) struct Journal {
-    done: Vec<Step>,
-    undone: Vec<Step>,
-}
-
-/// One advance: while it is done, what was before; while it is undone, what comes after.
-#[derive(Default)]
-struct Step {
-    before: Lengths,
-    pieces_of: Vec<u32>,          // of each new triangle the one it was cut from, or `NONE`
-    saved: Vec<(u32, Triangle)>,  // in the order of change; a triangle may come twice
-    tail: Tail,                   // empty while done
-    strokes: Option<[Stroke; 2]>, // before and after
-}
-
-#[derive(Clone, Copy, Default)]
-struct Lengths {
-    points: usize,
-    triangles: usize,
-    texcoords: usize,
-    normals: usize,
-}
-
-#[derive(Default)]
-struct Tail {
-    points: Vec<(Vec3, Origin)>,
-    triangles: Vec<Triangle>,
-    texcoords: Vec<[f64; 2]>,
-    normals: Vec<Vec3>,
-}
+use super::Vec3;
+use super::blade::Stroke;
+use super::mesh::CutMesh;
+use super::record::{Lengths, NONE, Origin, Step, Triangle};
 
 impl CutMesh {
     /// Advances that can be taken back.
@@ -52,7 +22,7 @@ impl CutMesh {
     /// Takes the last advance back; gives the stroke as it was before, or `None` when nothing is left to undo.
     pub fn undo(&mut self) -> Option<Stroke> {
         let mut step = self.journal.done.pop()?;
-        self.take_back(&mut step);
+        self.revert(&mut step);
         let before = step.strokes.as_ref().map(|[before, _]| before.clone());
         self.journal.undone.push(step);
         before
@@ -87,13 +57,13 @@ impl CutMesh {
     }
 
     /// Opens a step that all changes from here on belong to.
-    pub(super) fn open_step(&mut self) {
+    pub(super) fn begin_step(&mut self) {
         let before = self.lengths();
         self.journal.done.push(Step { before, ..Step::default() });
     }
 
     /// Keeps the open step as one that can be undone.
-    pub(super) fn keep_step(&mut self, strokes: [Stroke; 2]) {
+    pub(super) fn commit_step(&mut self, strokes: [Stroke; 2]) {
         self.journal.undone.clear();
         if let Some(step) = self.journal.done.last_mut() {
             step.strokes = Some(strokes);
@@ -101,9 +71,9 @@ impl CutMesh {
     }
 
     /// Takes the open step back as if it had not been.
-    pub(super) fn drop_step(&mut self) {
+    pub(super) fn revert_step(&mut self) {
         if let Some(mut step) = self.journal.done.pop() {
-            self.take_back(&mut step);
+            self.revert(&mut step);
         }
     }
 
@@ -117,7 +87,7 @@ impl CutMesh {
     }
 
     /// Every old triangle that the open step has changed, as it was.
-    pub(super) fn befores(&self) -> Vec<(u32, Triangle)> {
+    pub(super) fn previous_triangles(&self) -> Vec<(u32, Triangle)> {
         let mut saved = self.journal.done.last().map_or(Vec::new(), |step| step.saved.clone());
         saved.sort_by_key(|(number, _)| *number); // keeps the first of several in front
         saved.dedup_by_key(|(number, _)| *number);
@@ -177,7 +147,7 @@ impl CutMesh {
     }
 
     /// Makes `halves` all there is around one edge.
-    pub(super) fn tie(&mut self, halves: &[u32]) {
+    pub(super) fn link_around_edge(&mut self, halves: &[u32]) {
         for (at, &half) in halves.iter().enumerate() {
             self.set_link(half, halves[(at + 1) % halves.len()]);
         }
@@ -201,7 +171,7 @@ impl CutMesh {
         }
     }
 
-    fn take_back(&mut self, step: &mut Step) {
+    fn revert(&mut self, step: &mut Step) {
         for (number, saved) in step.saved.iter_mut().rev() {
             let now = self.triangle(*number);
             self.write_record(*number, *saved);
@@ -212,7 +182,7 @@ impl CutMesh {
             self.tree.remove(triangle as u32);
             step.tail.triangles.push(self.triangle(triangle as u32));
         }
-        let origins = self.origins.drain(points - self.whole.points..);
+        let origins = self.origins.drain(points - self.uncut.points..);
         step.tail.points = self.surface.points.drain(points..).zip(origins).collect();
         step.tail.texcoords = self.texcoords.split_off(texcoords);
         step.tail.normals = self.normals.split_off(normals);

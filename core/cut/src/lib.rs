@@ -21,20 +21,23 @@
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))]
 
 mod advance;
-mod bind;
 mod blade;
 mod cap;
+mod enclosure;
 mod error;
+mod fans;
 mod journal;
 mod lids;
 mod lines;
 mod mesh;
 mod normals;
-mod part;
 mod parts;
 mod plane;
 mod polygon;
+mod record;
+mod snap;
 mod solid;
+mod stitch;
 mod subdivide;
 #[cfg(test)]
 mod tests;
@@ -42,38 +45,12 @@ mod trace;
 mod verify;
 mod write;
 
+pub use advance::Advance;
 pub use blade::{Blade, Stroke};
 pub use error::{Refusal, Refused};
-pub use mesh::{CutMesh, Origin};
+pub use mesh::CutMesh;
 pub use parts::{Part, Parts};
+pub use record::Origin;
 pub use write::MATERIAL;
 
 use pliant_mesh::geometry::Vec3;
-
-/// What an advance did.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Advance {
-    /// New cut surface inside of closed bodies, one wall of two, m^2.
-    pub area: f64,
-    /// New cut edge on the surface, one side of two, m.
-    pub length: f64,
-    /// Triangles there were before that are split, or have another vertex or neighbour, rising.
-    pub changed: Vec<u32>,
-    /// New triangles have this number and above.
-    pub first_triangle: u32,
-    /// The triangle there was before that each new one is a piece of; `u32::MAX` for one of a wall.
-    pub pieces_of: Vec<u32>,
-    /// New vertices have this number and above.
-    pub first_vertex: u32,
-    /// Vertices that came apart, each with the new one at the same place.
-    pub parted: Vec<[u32; 2]>,
-    /// What the blade swept: triangles in the rest shape, none to two.
-    pub facets: Vec<[Vec3; 3]>,
-}
-
-impl Advance {
-    /// Whether the mesh is other than before.
-    pub fn has_cut(&self) -> bool {
-        !self.changed.is_empty()
-    }
-}

@@ -3,9 +3,11 @@
 use std::collections::HashMap;
 
 use super::blade::Facet;
-use super::mesh::{CutMesh, NONE, OPEN};
+use super::mesh::CutMesh;
+use super::record::{NONE, OPEN};
+use super::snap::SnapTolerances;
 use super::subdivide::Split;
-use super::trace::{Snap, Trace};
+use super::trace::Trace;
 
 /// Where the mesh is to be opened.
 pub(super) struct Lines {
@@ -26,7 +28,7 @@ pub(super) struct Half {
 }
 
 impl Lines {
-    pub fn new(mesh: &CutMesh, trace: &Trace, split: &Split, facet: &Facet, snap: Snap) -> Self {
+    pub fn new(mesh: &CutMesh, trace: &Trace, split: &Split, facet: &Facet, snap: SnapTolerances) -> Self {
         let mut halves: HashMap<[u32; 2], Vec<Half>> =
             trace.runs.iter().filter_map(|run| run.piece).map(|[a, b]| ([a.min(b), a.max(b)], Vec::new())).collect();
         let mut flat = Vec::new();
@@ -66,7 +68,7 @@ impl Lines {
                     continue;
                 }
                 for part in [below, above] {
-                    mesh.tie(&part.iter().map(|half| half.half).collect::<Vec<_>>());
+                    mesh.link_around_edge(&part.iter().map(|half| half.half).collect::<Vec<_>>());
                 }
             }
         }

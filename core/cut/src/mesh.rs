@@ -1,10 +1,9 @@
 //! The mesh a blade cuts.
 
-use super::advance::{SHEET_SNAPS, SNAPS};
-use super::journal::Journal;
 use super::lids;
+use super::record::{Journal, NONE, OPEN, Origin, Triangle};
+use super::snap::{SHEET_SNAPS, SNAPS, SnapTolerances};
 use super::solid::{self, Body};
-use super::trace::Snap;
 use pliant_mesh::geometry::{TriangleTree, Vec3, meet};
 use pliant_mesh::{ObjDocument, Placement, Surface};
 
@@ -26,44 +25,13 @@ pub struct CutMesh {
     pub(super) bodies: Vec<Body>,
     pub(super) tree: TriangleTree,
     pub(super) placement: Placement,
-    pub(super) whole: Whole,
+    pub(super) uncut: UncutCounts,
     pub(super) journal: Journal,
-    pub(super) snaps: [Snap; 3], // tried one after the other
-}
-
-/// Where a vertex came from.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Origin {
-    /// It was there before any cut: the vertex of the document with the same number.
-    Original,
-    /// On an edge, `t` of the way from its first end to its second.
-    Edge {
-        /// The ends.
-        ends: [u32; 2],
-        /// 0 to 1.
-        t: f64,
-    },
-    /// In a triangle.
-    Face {
-        /// Its corners.
-        corners: [u32; 3],
-        /// Their weights.
-        weights: Vec3,
-    },
-    /// The other side of a vertex that was parted: at the same rest place when it was made.
-    Copy {
-        /// The vertex.
-        of: u32,
-    },
-    /// On the cut surface, inside a body.
-    Cap {
-        /// Along the blade from the tip, and along its way since the stroke began, m.
-        strip: [f64; 2],
-    },
+    pub(super) snaps: [SnapTolerances; 3], // tried one after the other
 }
 
 /// The mesh before any cut.
-pub(super) struct Whole {
+pub(super) struct UncutCounts {
     pub points: usize,
     pub faces: usize,
     pub texcoords: usize,
@@ -71,19 +39,6 @@ pub(super) struct Whole {
     pub reach: f64, // m, leads out of the mesh from everywhere in it
 }
 
-/// All there is to know of a triangle.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Triangle {
-    pub corners: [u32; 3],
-    pub links: [u32; 3],
-    pub texture: [u32; 3],
-    pub shading: [u32; 3],
-    pub face: u32,
-    pub body: u32,
-}
-
-pub(super) const NONE: u32 = u32::MAX;
-pub(super) const OPEN: u32 = u32::MAX;
 /// Half-edges around an edge; more of them are a ring that does not close, which no check lets pass.
 const MOST_AROUND: usize = 256;
 
@@ -132,7 +87,7 @@ impl CutMesh {
             origins: Vec::new(),
             placement: *placement,
             journal: Journal::default(),
-            whole: Whole {
+            uncut: UncutCounts {
                 points: surface.points.len(),
                 faces: document.face_count(),
                 texcoords: document.texcoords().len(),
@@ -157,7 +112,7 @@ impl CutMesh {
 
     /// Where a vertex came from.
     pub fn origin(&self, vertex: u32) -> Origin {
-        match (vertex as usize).checked_sub(self.whole.points) {
+        match (vertex as usize).checked_sub(self.uncut.points) {
             Some(new) => self.origins.get(new).copied().unwrap_or(Origin::Original),
             None => Origin::Original,
         }
@@ -181,12 +136,12 @@ impl CutMesh {
 
     /// Whether a triangle is part of the cut surface inside a body.
     pub fn is_cap(&self, triangle: u32) -> bool {
-        self.surface.face_of[triangle as usize] as usize == self.whole.faces
+        self.surface.face_of[triangle as usize] as usize == self.uncut.faces
     }
 
     /// Whether a triangle is part of a lid, which closes a hole for the cut and is in no file.
     pub fn is_lid(&self, triangle: u32) -> bool {
-        self.surface.face_of[triangle as usize] as usize > self.whole.faces
+        self.surface.face_of[triangle as usize] as usize > self.uncut.faces
     }
 
     /// The triangles across the sides of a triangle, the side from corner 0 to corner 1 first: itself on a border, one of

@@ -1,6 +1,6 @@
 //! What hangs together.
 
-use super::CutMesh;
+use super::mesh::CutMesh;
 
 /// The connected parts of a mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -11,7 +11,7 @@ pub struct Parts {
     pub all: Vec<Part>,
 }
 
-/// Triangles that hang together by their edges.
+/// Triangles that are connected by edges.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Part {
     /// How many.

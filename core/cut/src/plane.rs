@@ -3,7 +3,7 @@
 use spade::handles::FixedVertexHandle;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 
-use super::mesh::NONE;
+use super::record::NONE;
 
 /// A triangle of a plane, counter-clockwise.
 #[derive(Clone, Copy, Debug)]
@@ -16,7 +16,7 @@ pub(super) struct Flat {
 /// The Delaunay triangles of the hull of `points` that keep to `lines` (pairs of points). `None` when two points coincide,
 /// lines cross or run over a point, or a coordinate is out of range.
 pub(super) fn triangulate(points: &[[f64; 2]], lines: impl Iterator<Item = [u32; 2]> + Clone) -> Option<Vec<Flat>> {
-    let point = |&[x, y]: &[f64; 2]| Point2::new(settle(x), settle(y));
+    let point = |&[x, y]: &[f64; 2]| Point2::new(flush_tiny(x), flush_tiny(y));
     let mut crossed = false;
     let plane = ConstrainedDelaunayTriangulation::<Point2<f64>>::try_bulk_load_cdt(
         points.iter().map(point).collect(),
@@ -41,8 +41,8 @@ pub(super) fn triangulate(points: &[[f64; 2]], lines: impl Iterator<Item = [u32;
     Some(flats.collect())
 }
 
-/// spade takes no numbers next to nothing.
-fn settle(value: f64) -> f64 {
+/// Zero for magnitudes spade refuses (below 1e-40).
+fn flush_tiny(value: f64) -> f64 {
     if value.abs() < 1e-40 { 0.0 } else { value }
 }
 

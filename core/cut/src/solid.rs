@@ -7,7 +7,7 @@
 use robust::orient3d;
 
 use super::blade::{coord, sign};
-use super::mesh::{CutMesh, OPEN};
+use super::record::OPEN;
 use pliant_mesh::Surface;
 use pliant_mesh::geometry::Vec3;
 
@@ -91,47 +91,6 @@ pub(super) fn find(surface: &Surface, links: &[[u32; 3]]) -> (Vec<u32>, Vec<Body
     (component.iter().map(|&number| body_of[number as usize]).collect(), bodies)
 }
 
-impl CutMesh {
-    /// Corners of the triangles whose boxes meet the box around `centre` of half-size `reach`, m; without cut surfaces.
-    pub fn triangles_near(&self, centre: Vec3, reach: f64) -> Vec<[Vec3; 3]> {
-        let mut found = Vec::new();
-        self.tree.near(centre, reach, |triangle| {
-            if !self.is_cap(triangle) {
-                found.push(self.corners_of(triangle));
-            }
-        });
-        found
-    }
-
-    /// Whether a closed body is around a place.
-    pub fn encloses(&self, place: Vec3) -> bool {
-        self.bodies_around(place).is_some_and(|around| !around.is_empty())
-    }
-
-    /// How often each body with a surface ahead of `point` winds around it; bodies that do not are left out. `None` when
-    /// no ray could tell.
-    pub(super) fn bodies_around(&self, point: Vec3) -> Option<Vec<(u32, i32)>> {
-        'rays: for ray in RAYS {
-            let far = end(point, ray, self.whole.reach);
-            let mut around: Vec<(u32, i32)> = Vec::new();
-            let mut hits = Vec::new();
-            self.tree.along(point, far, |triangle| hits.push(triangle));
-            for triangle in hits.into_iter().filter(|&triangle| self.body[triangle as usize] != OPEN) {
-                let Some(crossing) = crossing(self.corners_of(triangle), point, far) else { continue 'rays };
-                let body = self.body[triangle as usize];
-                match around.iter_mut().find(|(known, _)| *known == body) {
-                    Some((_, winding)) => *winding += crossing,
-                    None => around.push((body, crossing)),
-                }
-            }
-            around.retain(|(_, winding)| *winding != 0);
-            around.sort_unstable();
-            return Some(around);
-        }
-        None
-    }
-}
-
 /// How often the closed surface of some triangles winds around a point.
 pub(super) fn winding(
     surface: &Surface,
@@ -153,20 +112,20 @@ pub(super) fn reach(surface: &Surface) -> f64 {
 }
 
 /// Directions no modeler would choose.
-const RAYS: [Vec3; 4] = [
+pub(super) const RAYS: [Vec3; 4] = [
     Vec3::new(0.613_421, 0.527_913, 0.587_239),
     Vec3::new(-0.410_927, 0.761_833, 0.500_741),
     Vec3::new(0.338_171, -0.292_837, -0.894_377),
     Vec3::new(-0.771_913, -0.611_217, 0.174_329),
 ];
 
-fn end(point: Vec3, ray: Vec3, reach: f64) -> Vec3 {
+pub(super) fn end(point: Vec3, ray: Vec3, reach: f64) -> Vec3 {
     point + reach * ray
 }
 
 /// 1 where the segment leaves through the triangle's front, -1 where it comes in, 0 where it passes; `None` when it
 /// touches the rim.
-fn crossing(corners: [Vec3; 3], from: Vec3, to: Vec3) -> Option<i32> {
+pub(super) fn crossing(corners: [Vec3; 3], from: Vec3, to: Vec3) -> Option<i32> {
     let [a, b, c, p, q] = [corners[0], corners[1], corners[2], from, to].map(coord);
     let (here, there) = (sign(orient3d(a, b, c, p)), sign(orient3d(a, b, c, q)));
     if here == there {

@@ -6,10 +6,12 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use super::mesh::{CutMesh, NONE, Origin, Triangle};
+use super::Vec3;
+use super::error::{Refusal, Refused};
+use super::mesh::CutMesh;
 use super::polygon::{Vertex, least_angle, triangulate};
+use super::record::{NONE, Origin, Triangle};
 use super::trace::{Place, Trace};
-use super::{Refusal, Refused, Vec3};
 
 /// What subdividing leaves for the steps after it.
 #[derive(Default)]
@@ -77,7 +79,7 @@ pub(super) fn join(mesh: &mut CutMesh, mut halves: Vec<u32>) {
     halves.sort_by_key(|&half| key(mesh, half));
     let groups: Vec<&[u32]> = halves.chunk_by(|&a, &b| key(mesh, a) == key(mesh, b)).collect();
     for group in groups {
-        mesh.tie(group);
+        mesh.link_around_edge(group);
     }
 }
 

@@ -1,7 +1,8 @@
 //! Whether all that an advance changed is sound.
 
-use super::mesh::{CutMesh, NONE, OPEN};
-use super::{Refusal, Refused};
+use super::error::{Refusal, Refused};
+use super::mesh::CutMesh;
+use super::record::{NONE, OPEN};
 use pliant_mesh::geometry::Vec3;
 
 impl CutMesh {
@@ -73,7 +74,7 @@ impl CutMesh {
             }
             sums[1] += cone;
         }
-        for (triangle, record) in self.befores() {
+        for (triangle, record) in self.previous_triangles() {
             let mut cone = cone(record.corners);
             if self.is_cap(triangle) {
                 cone.z = 0.0;
@@ -82,7 +83,7 @@ impl CutMesh {
         }
         let [before, after] = sums;
         let flat = before.z.max(after.z); // a flat mesh encloses nothing but rounding
-        if (before.x - after.x).abs() > 1e-11 * before.y.max(after.y) + 1e-14 * flat * self.whole.reach {
+        if (before.x - after.x).abs() > 1e-11 * before.y.max(after.y) + 1e-14 * flat * self.uncut.reach {
             return Err(Refused { reason: Refusal::Broken, entity: "volume", value: after.x - before.x });
         }
         if (before.z - after.z).abs() > 1e-12 * before.z + 1e-300 {

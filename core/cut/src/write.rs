@@ -4,7 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
 use std::iter::zip;
 
-use super::mesh::{CutMesh, NONE};
+use super::mesh::CutMesh;
+use super::record::NONE;
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::obj::{Patch, ShadedCorner, TurnedNormals, WriteError};
 use pliant_mesh::{ObjDocument, Surface};
@@ -31,18 +32,18 @@ impl CutMesh {
     ) -> Result<(), WriteError> {
         let original = Surface::from_document(document);
         let count = original.points.len();
-        same("document's v", original.points.len(), self.whole.points)?;
+        same("document's v", original.points.len(), self.uncut.points)?;
         same("points", points.len(), self.surface.points.len())?;
         let own = self.placement.bring_back(&original.points, &self.surface.points[..count], points);
         let number = self.numbers();
         let visible = zip(&points[count..], &number[count..]).filter(|(_, number)| **number != NONE);
         let new: Vec<Vec3> = visible.map(|(&point, _)| self.placement.apply_inverse(point)).collect();
         let turned = self.turned_normals(points);
-        let (own_normals, new_normals) = turned.rows.split_at(self.whole.normals);
+        let (own_normals, new_normals) = turned.rows.split_at(self.uncut.normals);
         let new_normals = [new_normals, &turned.added].concat();
         let patch = Patch {
             positions: &new,
-            texcoords: &self.texcoords[self.whole.texcoords..],
+            texcoords: &self.texcoords[self.uncut.texcoords..],
             normals: &new_normals,
             faces: self.changed_faces(document, &original, &number, &turned),
             added: (0..self.surface.triangles.len() as u32)
@@ -57,7 +58,7 @@ impl CutMesh {
     /// Rows of the vertices in the file: all but those that cuts have made on lids alone.
     fn numbers(&self) -> Vec<u32> {
         let mut number = vec![NONE; self.surface.points.len()];
-        number[..self.whole.points].fill(0);
+        number[..self.uncut.points].fill(0);
         for triangle in (0..self.surface.triangles.len() as u32).filter(|&t| !self.is_lid(t)) {
             self.surface.triangles[triangle as usize].iter().for_each(|&vertex| number[vertex as usize] = 0);
         }

@@ -1,6 +1,7 @@
 //! The promises, looked at over the whole mesh and from its triangles alone.
 
-use crate::mesh::{CutMesh, OPEN};
+use crate::mesh::CutMesh;
+use crate::record::OPEN;
 use pliant_mesh::Surface;
 use pliant_mesh::geometry::Vec3;
 

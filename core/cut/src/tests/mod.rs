@@ -3,6 +3,7 @@
 mod awkward;
 mod checks;
 mod exact;
+mod lids;
 mod random;
 mod shared;
 mod through;

@@ -20,21 +20,10 @@ use site::Sites;
 pub(super) use site::compare;
 
 use super::blade::{Facet, turn};
-use super::mesh::{CutMesh, NONE, OPEN};
+use super::mesh::CutMesh;
+use super::record::{NONE, OPEN};
+use super::snap::SnapTolerances;
 use pliant_mesh::geometry::Vec3;
-
-/// How close is on.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Snap {
-    /// Of a vertex's shortest edge: closer to the plane than this counts as on it.
-    pub on: f64,
-    /// Of an edge or run: a crossing closer to an end than this becomes the end.
-    pub ends: f64,
-    /// Of a vertex's shortest edge: a vertex further from the plane than this never counts as on it.
-    pub reach: f64,
-    /// Degrees; a piece of a triangle must not be sharper, unless the triangle was nearly so.
-    pub sharpest: f64,
-}
 
 /// Part of a run; less of it within a facet is a place.
 const LEAST: f64 = 1e-3;
@@ -101,7 +90,7 @@ impl Run {
 impl Trace {
     /// Crosses the triangles `near` (rising) with a facet. Vertices of `seam` lie on side 0 of the facet, whatever rounding
     /// and snapping made of them.
-    pub fn new(mesh: &CutMesh, near: &[u32], facet: &Facet, seam: &[u32], snap: Snap) -> Self {
+    pub fn new(mesh: &CutMesh, near: &[u32], facet: &Facet, seam: &[u32], snap: SnapTolerances) -> Self {
         let triangles: Vec<[u32; 3]> = near.iter().map(|&t| mesh.surface.triangles[t as usize]).collect();
         let sites = Sites::new(&mesh.surface.points, &triangles, facet, seam, snap);
         let at_site = vec![NONE; sites.all.len()];
@@ -204,7 +193,7 @@ impl Trace {
     }
 
     /// Takes in the edge of `half`, which lies in the plane.
-    fn go_along(&mut self, mesh: &CutMesh, half: u32, facet: &Facet, snap: Snap) {
+    fn go_along(&mut self, mesh: &CutMesh, half: u32, facet: &Facet, snap: SnapTolerances) {
         let [from, to] = [mesh.tail(half), mesh.head(half)].map(|vertex| self.node_at(mesh, vertex).unwrap_or(NONE));
         let side = |half: u32| self.third_side(mesh, half, facet, snap);
         let body = mesh.body[half as usize / 3];
@@ -226,7 +215,7 @@ impl Trace {
     }
 
     /// Side of the triangle of a half-edge that lies in the plane. The triangle may be too far off to have sites.
-    pub fn third_side(&self, mesh: &CutMesh, half: u32, facet: &Facet, snap: Snap) -> i8 {
+    pub fn third_side(&self, mesh: &CutMesh, half: u32, facet: &Facet, snap: SnapTolerances) -> i8 {
         let triangle = mesh.surface.triangles[half as usize / 3];
         let third = triangle[(half as usize + 2) % 3];
         if let Some(site) = self.site(mesh, third) {
@@ -284,7 +273,7 @@ impl Trace {
     }
 
     /// Where every node is against the sides of the facet.
-    fn place_on_rim(&mut self, mesh: &CutMesh, facet: &Facet, seam: &[u32], snap: Snap) {
+    fn place_on_rim(&mut self, mesh: &CutMesh, facet: &Facet, seam: &[u32], snap: SnapTolerances) {
         for node in &mut self.nodes {
             let margin = snap.on
                 * match node.place {

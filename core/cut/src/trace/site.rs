@@ -5,8 +5,8 @@
 
 use std::cmp::Ordering;
 
-use super::Snap;
 use crate::blade::Facet;
+use crate::snap::SnapTolerances;
 use pliant_mesh::geometry::Vec3;
 
 /// A place with one vertex or more. Sites are numbered in the order of their coordinates.
@@ -26,7 +26,7 @@ pub(super) struct Sites {
 
 impl Sites {
     /// Sites of the corners of `triangles`, with their signs. Vertices of `seam` are on the plane whatever they say.
-    pub fn new(x: &[Vec3], triangles: &[[u32; 3]], facet: &Facet, seam: &[u32], snap: Snap) -> Self {
+    pub fn new(x: &[Vec3], triangles: &[[u32; 3]], facet: &Facet, seam: &[u32], snap: SnapTolerances) -> Self {
         let mut vertices: Vec<u32> = triangles.iter().flatten().copied().collect();
         vertices.sort_unstable();
         vertices.dedup();
@@ -93,7 +93,7 @@ impl Sites {
     }
 
     /// Lays vertices on the plane that it passes so close along an edge that a vertex beside them would leave a splinter.
-    fn snap_ends(&mut self, triangles: &[[u32; 3]], snap: Snap) {
+    fn snap_ends(&mut self, triangles: &[[u32; 3]], snap: SnapTolerances) {
         let mut near = Vec::new();
         for triangle in triangles {
             let sites = self.of_corners(*triangle);

@@ -1,16 +1,18 @@
 //! Vertices of their own for what is no longer joined around one.
 //!
-//! The faces around a vertex that hang together by edges make a fan. Where opening edges has left several fans at a vertex,
+//! The faces around a vertex that are connected by edges make a fan. Where opening edges has left several fans at a vertex,
 //! the first keeps it and every other gets a copy; fans that were apart before are not looked at and keep it too.
 
 use std::collections::HashMap;
 
-use super::mesh::{CutMesh, NONE, OPEN, Origin};
-use super::{Refusal, Refused, Vec3};
+use super::Vec3;
+use super::error::{Refusal, Refused};
+use super::mesh::CutMesh;
+use super::record::{NONE, OPEN, Origin};
 
 /// A place of the cut surface inside a body, for fans that have no vertex yet.
 #[derive(Clone, Copy)]
-pub(super) struct Fresh {
+pub(super) struct NewPoint {
     pub x: Vec3,
     pub strip: [f64; 2],
 }
@@ -22,13 +24,13 @@ struct Fan {
     point: u32, // of the cut surface, or `NONE`
 }
 
-/// Parts the fans at all `corners` (3 t + c). `point` tells the place, in `fresh`, of a corner of the new cut surface.
+/// Parts the fans at all `corners` (3 t + c). `point` tells the place, in `new_points`, of a corner of the new cut surface.
 /// Gives each vertex that was parted with its copy.
-pub(super) fn part(
+pub(super) fn split_fans(
     mesh: &mut CutMesh,
     corners: &[u32],
     point: &HashMap<u32, u32>,
-    fresh: &[Fresh],
+    new_points: &[NewPoint],
 ) -> Result<Vec<[u32; 2]>, Refused> {
     let fans = fans(mesh, corners, point)?;
     let mut parted = Vec::new();
@@ -37,7 +39,7 @@ pub(super) fn part(
     for fan in fans {
         let vertex = match fan.vertices[..] {
             [] => {
-                let Some(place) = fresh.get(fan.point as usize) else { continue };
+                let Some(place) = new_points.get(fan.point as usize) else { continue };
                 let first = at_point.get(&fan.point).copied();
                 let origin = first.map_or(Origin::Cap { strip: place.strip }, |of| Origin::Copy { of });
                 let vertex = mesh.add_vertex(place.x, origin);
@@ -117,13 +119,13 @@ fn vertex_at(mesh: &CutMesh, corner: u32) -> u32 {
 
 /// Edges that are apart although both their ends are one vertex get a vertex each in the middle, so that what is apart
 /// differs in its vertices, always. Looks at all sides of `triangles`, and adds the new ones to them.
-pub(super) fn tell_apart(mesh: &mut CutMesh, triangles: &mut Vec<u32>) -> Result<Vec<[u32; 2]>, Refused> {
+pub(super) fn split_coincident_edges(mesh: &mut CutMesh, triangles: &mut Vec<u32>) -> Result<Vec<[u32; 2]>, Refused> {
     const ROUNDS: usize = 16;
     let mut parted = Vec::new();
     for _ in 0..ROUNDS {
         triangles.sort_unstable();
         triangles.dedup();
-        let edges = alike(mesh, triangles);
+        let edges = coincident_edges(mesh, triangles);
         if edges.is_empty() {
             return Ok(parted);
         }
@@ -144,7 +146,7 @@ pub(super) fn tell_apart(mesh: &mut CutMesh, triangles: &mut Vec<u32>) -> Result
                     Some(of) => parted.push([of, middle]),
                     None => first = Some(middle),
                 }
-                let new = halve(mesh, &class, middle);
+                let new = split_edge_ring(mesh, &class, middle);
                 triangles.extend(new);
             }
         }
@@ -153,7 +155,7 @@ pub(super) fn tell_apart(mesh: &mut CutMesh, triangles: &mut Vec<u32>) -> Result
 }
 
 /// Edges with the same two vertices: the halves around each of them.
-fn alike(mesh: &CutMesh, triangles: &[u32]) -> Vec<Vec<Vec<u32>>> {
+fn coincident_edges(mesh: &CutMesh, triangles: &[u32]) -> Vec<Vec<Vec<u32>>> {
     let mut halves: Vec<(u32, u32, u32, u32)> = triangles
         .iter()
         .flat_map(|&t| [3 * t, 3 * t + 1, 3 * t + 2])
@@ -164,13 +166,13 @@ fn alike(mesh: &CutMesh, triangles: &[u32]) -> Vec<Vec<Vec<u32>>> {
         .collect();
     halves.sort_unstable();
     let same = halves.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1));
-    let alike = same.filter(|edge| edge[0].2 != edge[edge.len() - 1].2);
+    let coincident = same.filter(|edge| edge[0].2 != edge[edge.len() - 1].2);
     let whole = |class: &[(u32, u32, u32, u32)]| mesh.around(class[0].2).collect();
-    alike.map(|edge| edge.chunk_by(|a, b| a.2 == b.2).map(whole).collect()).collect()
+    coincident.map(|edge| edge.chunk_by(|a, b| a.2 == b.2).map(whole).collect()).collect()
 }
 
 /// Splits all triangles around an edge at its middle; gives the triangles touched and made.
-fn halve(mesh: &mut CutMesh, class: &[u32], middle: u32) -> Vec<u32> {
+fn split_edge_ring(mesh: &mut CutMesh, class: &[u32], middle: u32) -> Vec<u32> {
     let mut first = Vec::new(); // halves from the lower end
     let mut second = Vec::new();
     let mut triangles = Vec::new();
@@ -204,20 +206,20 @@ fn halve(mesh: &mut CutMesh, class: &[u32], middle: u32) -> Vec<u32> {
         // The side from the next corner on now belongs to the new triangle.
         let (was, is) = (3 * triangle + next as u32, 3 * made + next as u32);
         rename(mesh, was, is);
-        mesh.tie(&[was, 3 * made + before as u32]);
+        mesh.link_around_edge(&[was, 3 * made + before as u32]);
         let from_low = old.corners[corner] == low;
         let (a, b) = (3 * triangle + corner as u32, 3 * made + corner as u32);
         first.push(if from_low { a } else { b });
         second.push(if from_low { b } else { a });
         triangles.extend([triangle, made]);
     }
-    mesh.tie(&first);
-    mesh.tie(&second);
+    mesh.link_around_edge(&first);
+    mesh.link_around_edge(&second);
     triangles
 }
 
 /// Puts `new` in the place of `old` around its edge.
 fn rename(mesh: &mut CutMesh, old: u32, new: u32) {
     let ring: Vec<u32> = mesh.around(old).map(|half| if half == old { new } else { half }).collect();
-    mesh.tie(&ring);
+    mesh.link_around_edge(&ring);
 }

@@ -1,19 +1,20 @@
-//! Opens a body along the lines of a sheet and hangs the two walls in.
+//! Opens a body along the lines of a cap surface and stitches the two walls to its faces.
 //!
-//! Around an edge the body is a ring of faces with substance between them. Where a sheet goes off from the edge into the
+//! Around an edge the body is a ring of faces with substance between them. Where a cap goes off from the edge into the
 //! substance, the two faces on either side are joined to the two walls instead of to each other. Where it ends within the
 //! substance, the walls are joined to each other. Either way every edge has its two faces.
 
 use super::Vec3;
 use super::blade::Facet;
-use super::cap::Sheet;
+use super::cap::CapSurface;
 use super::lines::{Half, Lines, classes};
-use super::mesh::{CutMesh, NONE, Triangle};
+use super::mesh::CutMesh;
+use super::record::{NONE, Triangle};
 
-/// The walls of a sheet in the mesh.
+/// The walls of a cap in the mesh.
 #[derive(Default)]
 pub(super) struct Walls {
-    /// New triangles, each with its points in the sheet.
+    /// New triangles, each with its points in the cap.
     pub triangles: Vec<(u32, [u32; 3])>,
     /// Area of one wall, m^2.
     pub area: f64,
@@ -31,21 +32,21 @@ enum Joint {
 }
 
 /// A line with the triangle to its left or the one to its right, and their sides on it.
-struct Seat {
+struct CapLine {
     left: Option<(usize, usize)>,
     right: Option<(usize, usize)>,
     joints: Vec<Joint>,
 }
 
-/// Adds the walls of a sheet to the mesh; none where it hangs on no face of the body, as of a blade that is all inside.
-pub(super) fn hang(mesh: &mut CutMesh, sheet: &Sheet, lines: &Lines, facet: &Facet, body: u32) -> Walls {
-    let seats = seats(mesh, sheet, lines, body);
-    let held = held(sheet, &seats);
+/// Adds the walls of a cap to the mesh; none where it meets no face of the body, as of a blade that is all inside.
+pub(super) fn stitch_walls(mesh: &mut CutMesh, cap: &CapSurface, lines: &Lines, facet: &Facet, body: u32) -> Walls {
+    let cap_lines = cap_lines(mesh, cap, lines, body);
+    let attached = attached(cap, &cap_lines);
     let mut walls = Walls::default();
-    if !held.contains(&true) {
+    if !attached.contains(&true) {
         return walls;
     }
-    let texture: Vec<u32> = sheet
+    let texture: Vec<u32> = cap
         .points
         .iter()
         .map(|point| {
@@ -54,63 +55,63 @@ pub(super) fn hang(mesh: &mut CutMesh, sheet: &Sheet, lines: &Lines, facet: &Fac
         })
         .collect();
     let shading = shading(mesh, facet);
-    let mut made: Vec<Vec<[u32; 2]>> = vec![Vec::new(); sheet.flats.len()];
-    for flat in (0..sheet.flats.len()).filter(|&flat| held[flat]) {
-        let [a, b, c] = sheet.flats[flat].corners;
-        for _ in 0..sheet.layers[flat] {
+    let mut made: Vec<Vec<[u32; 2]>> = vec![Vec::new(); cap.flats.len()];
+    for flat in (0..cap.flats.len()).filter(|&flat| attached[flat]) {
+        let [a, b, c] = cap.flats[flat].corners;
+        for _ in 0..cap.layers[flat] {
             let mut add = |points: [u32; 3], row: u32| {
                 let triangle = mesh.add_triangle(Triangle {
                     corners: [NONE; 3],
                     links: [0; 3],
                     texture: points.map(|point| texture[point as usize]),
                     shading: [row; 3],
-                    face: mesh.whole.faces as u32,
+                    face: mesh.uncut.faces as u32,
                     body,
                 });
                 walls.triangles.push((triangle, points));
                 triangle
             };
             made[flat].push([add([a, b, c], shading[0]), add([a, c, b], shading[1])]);
-            walls.area += sheet.area(flat);
+            walls.area += cap.area(flat);
         }
     }
-    for flat in (0..sheet.flats.len()).filter(|&flat| held[flat]) {
-        for side in (0..3).filter(|&side| sheet.line(flat, side).is_none()) {
-            let across = sheet.flats[flat].across[side] as usize;
+    for flat in (0..cap.flats.len()).filter(|&flat| attached[flat]) {
+        for side in (0..3).filter(|&side| cap.line(flat, side).is_none()) {
+            let across = cap.flats[flat].across[side] as usize;
             if across < flat {
                 continue;
             }
-            let back = (0..3).find(|&back| sheet.flats[across].across[back] == flat as u32).unwrap_or(0);
+            let back = (0..3).find(|&back| cap.flats[across].across[back] == flat as u32).unwrap_or(0);
             for layer in 0..made[flat].len() {
                 let (here, there) = (halves(made[flat][layer], side), halves(made[across][layer], back));
-                mesh.tie(&[here[0], there[0]]);
-                mesh.tie(&[here[1], there[1]]);
+                mesh.link_around_edge(&[here[0], there[0]]);
+                mesh.link_around_edge(&[here[1], there[1]]);
             }
         }
     }
-    for seat in &seats {
+    for cap_line in &cap_lines {
         let wall = |left: bool, layer: u32| {
-            let (flat, side) = if left { seat.left } else { seat.right }?;
+            let (flat, side) = if left { cap_line.left } else { cap_line.right }?;
             made[flat].get(layer as usize).map(|walls| halves(*walls, side))
         };
-        for joint in &seat.joints {
+        for joint in &cap_line.joints {
             match *joint {
                 Joint::Face { left, layer, pair } => {
                     // The two walls run along the edge in opposite senses, like the two faces.
                     let Some([front, back]) = wall(left, layer) else { continue };
                     let upward = if left { pair[0] } else { pair[1] }; // runs as the back does
                     let downward = if left { pair[1] } else { pair[0] };
-                    mesh.tie(&[front, downward]);
-                    mesh.tie(&[back, upward]);
+                    mesh.link_around_edge(&[front, downward]);
+                    mesh.link_around_edge(&[back, upward]);
                 }
                 Joint::Through(a, b) => {
                     let (Some(a), Some(b)) = (wall(true, a), wall(false, b)) else { continue };
-                    mesh.tie(&[a[0], b[0]]);
-                    mesh.tie(&[a[1], b[1]]);
+                    mesh.link_around_edge(&[a[0], b[0]]);
+                    mesh.link_around_edge(&[a[1], b[1]]);
                 }
                 Joint::Front { left, layer } => {
                     let Some(walls) = wall(left, layer) else { continue };
-                    mesh.tie(&walls);
+                    mesh.link_around_edge(&walls);
                 }
             }
         }
@@ -124,31 +125,31 @@ fn halves([front, back]: [u32; 2], side: usize) -> [u32; 2] {
 }
 
 /// Every line with its triangles, and what is to be joined there.
-fn seats(mesh: &CutMesh, sheet: &Sheet, lines: &Lines, body: u32) -> Vec<Seat> {
-    let mut seats = Vec::new();
-    for flat in 0..sheet.flats.len() {
+fn cap_lines(mesh: &CutMesh, cap: &CapSurface, lines: &Lines, body: u32) -> Vec<CapLine> {
+    let mut cap_lines = Vec::new();
+    for flat in 0..cap.flats.len() {
         for side in 0..3 {
-            let across = sheet.flats[flat].across[side];
-            let Some((line, upward)) = sheet.line(flat, side) else { continue };
+            let across = cap.flats[flat].across[side];
+            let Some((line, upward)) = cap.line(flat, side) else { continue };
             if across != NONE && (across as usize) < flat {
                 continue; // seen from there
             }
             let there = (across != NONE).then(|| {
-                let flats = &sheet.flats[across as usize];
+                let flats = &cap.flats[across as usize];
                 (across as usize, (0..3).find(|&back| flats.across[back] == flat as u32).unwrap_or(0))
             });
             let (left, right) = if upward { (Some((flat, side)), there) } else { (there, Some((flat, side))) };
-            let layers = |at: Option<(usize, usize)>| at.map_or(0, |(flat, _)| sheet.layers[flat]);
+            let layers = |at: Option<(usize, usize)>| at.map_or(0, |(flat, _)| cap.layers[flat]);
             // Halves are told from the lower node, lines from the lower point.
-            let [a, b] = [sheet.flats[flat].corners[side], sheet.flats[flat].corners[(side + 1) % 3]];
-            let node = |point: u32| sheet.points[point as usize].node;
+            let [a, b] = [cap.flats[flat].corners[side], cap.flats[flat].corners[(side + 1) % 3]];
+            let node = |point: u32| cap.points[point as usize].node;
             let same = node(a.min(b)) < node(a.max(b));
             let pairs = line.nodes.map(|nodes| pairs(mesh, lines, nodes, body, same)).unwrap_or_default();
             let joints = joints(layers(left), layers(right), &pairs);
-            seats.push(Seat { left, right, joints });
+            cap_lines.push(CapLine { left, right, joints });
         }
     }
-    seats
+    cap_lines
 }
 
 /// Two faces joined at a line: the one that runs upward along it first.
@@ -217,30 +218,30 @@ fn joints(left: u32, right: u32, pairs: &[Pair]) -> Vec<Joint> {
     joints
 }
 
-/// Triangles of the sheet that hang on a face of the body, if only by others.
-fn held(sheet: &Sheet, seats: &[Seat]) -> Vec<bool> {
-    let mut held = vec![false; sheet.flats.len()];
+/// Triangles of the cap that meet a face of the body, if only by others.
+fn attached(cap: &CapSurface, cap_lines: &[CapLine]) -> Vec<bool> {
+    let mut attached = vec![false; cap.flats.len()];
     let mut waiting = Vec::new();
-    for seat in seats {
-        for joint in &seat.joints {
+    for cap_line in cap_lines {
+        for joint in &cap_line.joints {
             if let Joint::Face { left, .. } = joint {
-                waiting.extend(if *left { seat.left } else { seat.right }.map(|(flat, _)| flat));
+                waiting.extend(if *left { cap_line.left } else { cap_line.right }.map(|(flat, _)| flat));
             }
         }
     }
     while let Some(flat) = waiting.pop() {
-        if std::mem::replace(&mut held[flat], true) {
+        if std::mem::replace(&mut attached[flat], true) {
             continue;
         }
-        let across = sheet.flats[flat].across.into_iter().filter(|&across| across != NONE);
-        waiting.extend(across.map(|across| across as usize).filter(|&across| sheet.layers[across] > 0));
+        let across = cap.flats[flat].across.into_iter().filter(|&across| across != NONE);
+        waiting.extend(across.map(|across| across as usize).filter(|&across| cap.layers[across] > 0));
     }
-    held
+    attached
 }
 
 /// Rows of normals for the front wall and the back, if the document has normals.
 fn shading(mesh: &mut CutMesh, facet: &Facet) -> [u32; 2] {
-    if mesh.whole.normals == 0 {
+    if mesh.uncut.normals == 0 {
         return [NONE; 2];
     }
     let normal = mesh.placement.rotation.inverse() * facet.normal;

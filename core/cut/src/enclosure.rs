@@ -1,0 +1,47 @@
+//! Which bodies of a mesh are around a place.
+
+use super::mesh::CutMesh;
+use super::record::OPEN;
+use super::solid::{RAYS, crossing, end};
+use pliant_mesh::geometry::Vec3;
+
+impl CutMesh {
+    /// Corners of the triangles whose boxes meet the box around `centre` of half-size `reach`, m; without cut surfaces.
+    pub fn triangles_near(&self, centre: Vec3, reach: f64) -> Vec<[Vec3; 3]> {
+        let mut found = Vec::new();
+        self.tree.near(centre, reach, |triangle| {
+            if !self.is_cap(triangle) {
+                found.push(self.corners_of(triangle));
+            }
+        });
+        found
+    }
+
+    /// Whether a closed body is around a place.
+    pub fn encloses(&self, place: Vec3) -> bool {
+        self.bodies_around(place).is_some_and(|around| !around.is_empty())
+    }
+
+    /// How often each body with a surface ahead of `point` winds around it; bodies that do not are left out. `None` when
+    /// no ray could tell.
+    pub(super) fn bodies_around(&self, point: Vec3) -> Option<Vec<(u32, i32)>> {
+        'rays: for ray in RAYS {
+            let far = end(point, ray, self.uncut.reach);
+            let mut around: Vec<(u32, i32)> = Vec::new();
+            let mut hits = Vec::new();
+            self.tree.along(point, far, |triangle| hits.push(triangle));
+            for triangle in hits.into_iter().filter(|&triangle| self.body[triangle as usize] != OPEN) {
+                let Some(crossing) = crossing(self.corners_of(triangle), point, far) else { continue 'rays };
+                let body = self.body[triangle as usize];
+                match around.iter_mut().find(|(known, _)| *known == body) {
+                    Some((_, winding)) => *winding += crossing,
+                    None => around.push((body, crossing)),
+                }
+            }
+            around.retain(|(_, winding)| *winding != 0);
+            around.sort_unstable();
+            return Some(around);
+        }
+        None
+    }
+}
