@@ -29,7 +29,7 @@ fn plan_text(report: &PlanReport, session: &Session) -> String {
     let mut lines = vec![format!("{} steps of {}", report.steps, format_seconds(report.dt))];
     for body in &report.bodies {
         let (name, vertices, triangles, edge) = (&body.name, body.vertices, body.triangles, body.edge * 1e3);
-        let carrier = match (body.level, body.cells) {
+        let discretization = match (body.level, body.cells) {
             (Some(level), Some(cells)) => format!("level {level} with {cells} cells of {edge:.3} mm"),
             _ => format!("its own mesh, edges of {edge:.3} mm"),
         };
@@ -37,7 +37,7 @@ fn plan_text(report: &PlanReport, session: &Session) -> String {
             0 => String::new(),
             edges => format!(", open: {edges} border edges"),
         };
-        lines.push(format!("body `{name}`: {vertices} vertices, {triangles} triangles, {carrier}{border}"));
+        lines.push(format!("body `{name}`: {vertices} vertices, {triangles} triangles, {discretization}{border}"));
     }
     lines.push(format!("integrator: {} ({})", choices.integrator, choices.why));
     lines.push(format!("step limit: {}", step_limit_text(choices, report.dt)));

@@ -35,7 +35,7 @@ pub fn replay(cli: &Cli, args: &ReplayArgs) -> Result<Outcome, Failure> {
     for (number, step) in recording.steps.iter().enumerate() {
         session.step_with(&step.poses);
         if args.set.is_empty() {
-            session.tell_given(&step.device_forces);
+            session.report_device_forces(&step.device_forces);
         }
         stopped = stop.load(Ordering::Relaxed);
         if args.verify && first_difference.is_none() && state_digest(&session) != step.digest {
@@ -96,7 +96,7 @@ fn open_recorded(cli: &Cli, args: &ReplayArgs, recording: &Recording) -> Result<
         session.repeat_lapses(recording.lapses.clone());
     }
     if header.live {
-        session.lead_tips();
+        session.drive_tips();
     }
     Ok(OpenedScene { scene, source, session })
 }

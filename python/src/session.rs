@@ -340,7 +340,7 @@ impl Session {
         if snapshot.session != self.number {
             return Err(Failure::argument("a snapshot of another session; allowed is one of this session").into());
         }
-        self.change(py, |session| Ok(session.go_back(&snapshot.snapshot)?))
+        self.change(py, |session| Ok(session.restore(&snapshot.snapshot)?))
     }
 
     /// What a run will do, as JSON.

@@ -24,7 +24,7 @@ impl Bout {
     /// Takes the devices of a session out and puts arms in.
     pub fn new(mut session: Session, models: Vec<ArmModel>) -> Self {
         drop(session.take_devices());
-        session.lead_tips();
+        session.drive_tips();
         let (mut devices, mut arms) = (Vec::<Box<dyn HapticDevice>>::new(), Vec::new());
         for model in models {
             let (arm, state) = Arm::new(model);

@@ -122,7 +122,7 @@ impl Piece {
     pub fn settle(&mut self, tolerance: f64) {
         let mut statics = Integrator::new(Scheme::QuasiStatic, 1e-8, 20_000);
         (statics.max_newton, statics.newton_tolerance) = (2000, tolerance);
-        statics.max_displacement = 0.5 * self.session.bodies[0].carrier.edge();
+        statics.max_displacement = 0.5 * self.session.bodies[0].discretization.edge();
         let n = self.system().nodes.len();
         statics.resize(n);
         std::mem::swap(&mut self.integrator, &mut statics);

@@ -99,7 +99,7 @@ fn a_pressed_ball_stays_in_contact_at_every_level_and_nothing_far_away_moves() {
             let contact = session.frame().tools[0].proxy;
             let distance = |rest: &Vec3| (rest - contact).norm();
             let far = 0.75 * points.iter().map(distance).fold(0.0, f64::max);
-            let diagonal = 3.0_f64.sqrt() * session.bodies[0].carrier.edge();
+            let diagonal = 3.0_f64.sqrt() * session.bodies[0].discretization.edge();
             let mut moved = Vec::new();
             for (x, rest) in session.bodies[0].skin.x.iter().zip(&points) {
                 moved.push((x - rest).norm());
@@ -140,9 +140,10 @@ fn a_shape_with_inverted_cells_is_repaired_so_that_every_material_takes_it_for_r
     for (seed, solid) in SOLIDS.into_iter().enumerate() {
         let mut session = block(solid);
         let body = &mut session.bodies[0];
-        let edge = body.carrier.edge();
+        let edge = body.discretization.edge();
         let sound = body.system.nodes.x.clone();
-        let untangle = |body: &mut Body| body.carrier.lattice().expect("a solid").untangle(&mut body.system.nodes);
+        let untangle =
+            |body: &mut Body| body.discretization.lattice().expect("a solid").untangle(&mut body.system.nodes);
         assert_eq!(untangle(body), None, "the undeformed grid is sound");
         assert_eq!(body.system.nodes.x, sound);
         let random = &mut Random(seed as u64);
@@ -177,7 +178,7 @@ fn a_shape_with_inverted_cells_is_repaired_so_that_every_material_takes_it_for_r
 fn a_shape_that_no_smoothing_mends_goes_back_towards_rest() {
     let mut session = block("corotational");
     let body = &mut session.bodies[0];
-    let (lattice, nodes) = (body.carrier.lattice().expect("a solid"), &mut body.system.nodes);
+    let (lattice, nodes) = (body.discretization.lattice().expect("a solid"), &mut body.system.nodes);
     let sound = nodes.x.clone();
     // The whole block is turned inside out, and one node is nowhere.
     nodes.x.iter_mut().for_each(|x| x.x = -x.x);

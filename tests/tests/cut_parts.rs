@@ -80,13 +80,13 @@ fn cut(body: &mut Body, sweep: &Sweep, steps: u32) {
             body.take_cut(&advance).unwrap();
         }
     }
-    let Body { model, skin, system, carrier, fixings, .. } = body;
-    carrier.follow(&[], model, fixings, skin, system).unwrap();
+    let Body { model, skin, system, discretization, fixings, .. } = body;
+    discretization.follow(&[], model, fixings, skin, system).unwrap();
 }
 
 /// (pairs of a shell and a part of the lattice that carries some of it, places of triangles whose corners go with several)
 fn agreement(body: &Body) -> (BTreeSet<(u32, u32)>, Vec<Vec3>) {
-    let lattice = body.carrier.lattice().unwrap();
+    let lattice = body.discretization.lattice().unwrap();
     let parts = lattice.parts();
     let part = |v: u32| parts[lattice.region().cell_corners[body.skin.cell[v as usize] as usize][0] as usize];
     let surface = &body.model.surface;

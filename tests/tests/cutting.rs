@@ -63,7 +63,11 @@ fn a_blade_feels_the_energy_of_what_it_cuts() {
     run(&mut session, 0.3);
     assert_eq!(session.cuts().area, area, "drawn back it cuts nothing");
     assert!(session.frame().tools[0].force.norm() < 1e-9, "and feels nothing");
-    assert_eq!(session.bodies[0].carrier.lattice().unwrap().parts().iter().max(), Some(&0), "the block hangs together");
+    assert_eq!(
+        session.bodies[0].discretization.lattice().unwrap().parts().iter().max(),
+        Some(&0),
+        "the block hangs together"
+    );
 }
 
 #[test]
@@ -72,7 +76,7 @@ fn what_is_cut_through_falls_by_itself_and_the_surface_goes_with_it() {
     run(&mut session, 0.24);
     session.update_surface();
     let body = &session.bodies[0];
-    let parts = body.carrier.lattice().unwrap().parts();
+    let parts = body.discretization.lattice().unwrap().parts();
     assert_eq!(parts.iter().max(), Some(&1), "two parts");
     let shells = body.model.surface.shells();
     assert_eq!(shells.iter().max(), Some(&1));
@@ -82,7 +86,7 @@ fn what_is_cut_through_falls_by_itself_and_the_surface_goes_with_it() {
             let cell = body.skin.cell[*vertex as usize];
             pairs.insert((
                 *shell,
-                parts[body.carrier.lattice().unwrap().region().cell_corners[cell as usize][0] as usize],
+                parts[body.discretization.lattice().unwrap().region().cell_corners[cell as usize][0] as usize],
             ));
         }
     }

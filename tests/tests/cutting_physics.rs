@@ -56,9 +56,10 @@ fn momentum(body: &Body) -> (f64, Vec3) {
 
 /// Each part of the surface with the parts of the lattice that carry it.
 fn pairs(body: &Body) -> BTreeSet<(u32, u32)> {
-    let (parts, shells) = (body.carrier.lattice().unwrap().parts(), body.model.surface.shells());
+    let (parts, shells) = (body.discretization.lattice().unwrap().parts(), body.model.surface.shells());
     let part = |v: u32| {
-        parts[body.carrier.lattice().unwrap().region().cell_corners[body.skin.cell[v as usize] as usize][0] as usize]
+        parts[body.discretization.lattice().unwrap().region().cell_corners[body.skin.cell[v as usize] as usize][0]
+            as usize]
     };
     let surface = &body.model.surface;
     surface.triangles.iter().zip(&shells).flat_map(|(t, shell)| t.map(|v| (*shell, part(v)))).collect()
@@ -98,7 +99,7 @@ fn a_cut_gives_no_energy() {
         last = now;
     }
     assert!(session.cuts().advances > 5 && last < 0.9 * before, "{last} J of {before} J");
-    assert_eq!(session.bodies[0].carrier.lattice().unwrap().parts().iter().max(), Some(&1));
+    assert_eq!(session.bodies[0].discretization.lattice().unwrap().parts().iter().max(), Some(&1));
 }
 
 #[test]
@@ -107,13 +108,13 @@ fn a_cut_through_what_is_fixed_leaves_both_sides_fixed() {
     let mut session = scene("gravity = [0, 0, -9.81]", held, DOWN, "toughness = 1", "");
     run(&mut session, 0.5);
     let body = &session.bodies[0];
-    let (nodes, region) = (&body.system.nodes, body.carrier.lattice().unwrap().region());
+    let (nodes, region) = (&body.system.nodes, body.discretization.lattice().unwrap().region());
     let base: Vec<usize> = (0..nodes.len()).filter(|n| region.node_rest[*n][2] < -0.014).collect();
     assert!(base.iter().any(|n| region.node_copy[*n] > 0), "there are copies");
     for n in base {
         assert!(nodes.constraint[n] == Constraint::Fixed && nodes.x[n] == nodes.rest[n], "node {n}");
     }
-    assert_eq!(body.carrier.lattice().unwrap().parts().iter().max(), Some(&1));
+    assert_eq!(body.discretization.lattice().unwrap().parts().iter().max(), Some(&1));
 }
 
 #[test]
@@ -160,7 +161,7 @@ fn one_blade_cuts_several_bodies() {
     let mut session = scene("", second, path, "toughness = 0", "");
     run(&mut session, 0.45);
     for body in &session.bodies {
-        assert_eq!(body.carrier.lattice().unwrap().parts().iter().max(), Some(&1), "{}", body.name);
+        assert_eq!(body.discretization.lattice().unwrap().parts().iter().max(), Some(&1), "{}", body.name);
     }
     let expected = 0.04 * 0.04 + 0.02 * 0.02;
     assert!((session.cuts().area / expected - 1.0).abs() < 1e-3, "{} m^2", session.cuts().area);

@@ -34,9 +34,13 @@ fn cut(body: &mut Body, swept: &[[Vec3; 3]]) {
     let points = body.model.surface.points.clone();
     // Just inside of the body: towards its middle, and away from the wall.
     let inside = |v: u32| points[v as usize] * (1.0 - 1e-3);
-    body.carrier.lattice_mut().unwrap().cut(swept, std::iter::empty(), inside, |_| Vec::new(), &Everywhere).unwrap();
-    let Body { model, skin, system, carrier, fixings, .. } = body;
-    assert!(carrier.follow(&[], model, fixings, skin, system).unwrap());
+    body.discretization
+        .lattice_mut()
+        .unwrap()
+        .cut(swept, std::iter::empty(), inside, |_| Vec::new(), &Everywhere)
+        .unwrap();
+    let Body { model, skin, system, discretization, fixings, .. } = body;
+    assert!(discretization.follow(&[], model, fixings, skin, system).unwrap());
 }
 
 struct State {
@@ -56,7 +60,7 @@ fn state(body: &mut Body) -> State {
         momentum,
         energy: elastic + nodes.kinetic_energy(),
         nodes: nodes.len(),
-        parts: body.carrier.lattice().unwrap().parts().iter().max().map_or(0, |m| m + 1),
+        parts: body.discretization.lattice().unwrap().parts().iter().max().map_or(0, |m| m + 1),
     }
 }
 
@@ -126,7 +130,7 @@ fn the_parts_of_a_cut_body_move_apart_on_their_own() {
     for i in 0..nodes.x.len() {
         nodes.v[i] = Vec3::zeros();
     }
-    let parts = session.bodies[0].carrier.lattice().unwrap().parts();
+    let parts = session.bodies[0].discretization.lattice().unwrap().parts();
     let nodes = &mut session.bodies[0].system.nodes;
     for i in 0..nodes.x.len() {
         nodes.v[i][0] = if parts[i] == parts[0] { -0.1 } else { 0.1 };

@@ -235,7 +235,7 @@ fn a_live_session_is_replayed_by_its_samples_alone() {
     }
     assert!(bout.arm(0).force.norm() > 0.05, "{:?}", bout.arm(0).force);
     let mut again = open(&box_scene("", "", ""), 1);
-    again.lead_tips();
+    again.drive_tips();
     for (poses, digest) in stream {
         again.step_with(&poses);
         assert_eq!(pliant_record::state_digest(&again), digest, "at {} s", again.time());

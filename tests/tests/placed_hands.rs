@@ -61,7 +61,7 @@ fn a_snapshot_gives_the_same_future_twice() {
     let snapshot = session.snapshot();
     let mut futures = Vec::new();
     for _ in 0..2 {
-        session.go_back(&snapshot).expect("of the same session");
+        session.restore(&snapshot).expect("of the same session");
         assert_eq!(session.steps(), 20);
         (0..15).for_each(|_| session.step());
         let nodes = &session.bodies[0].system.nodes;
@@ -79,7 +79,7 @@ fn a_snapshot_of_other_bodies_is_refused() {
         "[[body]]\nname = \"other\"\nshape = { kind = \"box\", size = [0.01, 0.01, 0.01] }\nmaterial = { plugin = \"mass-spring\" }\n[[device]]",
     );
     let snapshot = open(&two, 1).snapshot();
-    assert_eq!(session.go_back(&snapshot), Err(SnapshotError::Bodies { found: 2, expected: 1 }));
+    assert_eq!(session.restore(&snapshot), Err(SnapshotError::Bodies { found: 2, expected: 1 }));
 }
 
 #[test]

@@ -244,7 +244,7 @@ fn r19_a_sheet_that_slides_stops_and_friction_has_what_it_had() {
             let mut taken = 0.0;
             for _ in 0..(0.5 / dt) as usize {
                 session.step();
-                taken += session.frame().rubbed;
+                taken += session.frame().friction_work;
             }
             let [to, speed] = along(&session);
             let gone = to - from;

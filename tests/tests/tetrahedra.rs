@@ -22,7 +22,7 @@ fn a_cut_keeps_the_energy_of_a_solid() {
         let tetrahedra = |body: &Body| {
             body.system.sets.iter().find(|s| s.request().kind == abi::TETRAHEDRON).map_or(0, |s| s.count())
         };
-        assert_eq!(tetrahedra(body), 5 * body.carrier.lattice().unwrap().region().cell_id.len());
+        assert_eq!(tetrahedra(body), 5 * body.discretization.lattice().unwrap().region().cell_id.len());
         let before = (body.system.energy(StepTime::default()).unwrap(), tetrahedra(body));
 
         // A wall beside the middle of a cell: it parts cells into a quarter and three.
@@ -33,13 +33,13 @@ fn a_cut_keeps_the_energy_of_a_solid() {
         ];
         let points = body.model.surface.points.clone();
         let inside = |v: u32| points[v as usize].map(|c| c * (1.0 - 1e-3));
-        body.carrier
+        body.discretization
             .lattice_mut()
             .unwrap()
             .cut(&wall, std::iter::empty(), inside, |_| Vec::new(), &Everywhere)
             .unwrap();
-        let Body { model, skin, system, carrier, fixings, .. } = body;
-        assert!(carrier.follow(&[], model, fixings, skin, system).unwrap());
+        let Body { model, skin, system, discretization, fixings, .. } = body;
+        assert!(discretization.follow(&[], model, fixings, skin, system).unwrap());
         let after = (body.system.energy(StepTime::default()).unwrap(), tetrahedra(body));
         assert!(after.1 > before.1, "{material}: cells were parted: {before:?} {after:?}");
         assert!((after.0 / before.0 - 1.0).abs() < 1e-11, "{material}: {before:?} {after:?}");

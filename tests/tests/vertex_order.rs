@@ -84,7 +84,7 @@ fn run(session: &mut Session, seconds: f64) {
 fn width(body: &Body) -> u32 {
     let of = |t: &[u32; 3]| t.iter().max().unwrap() - t.iter().min().unwrap();
     let triangles = 0..body.model.surface.triangles.len() as u32;
-    let sheet = body.carrier.sheet().expect("a sheet");
+    let sheet = body.discretization.sheet().expect("a sheet");
     triangles.map(|t| of(&sheet.nodes_of(&body.model, t))).max().unwrap()
 }
 

@@ -1,8 +1,8 @@
 //! The scene of a model that has none: what `edit model.obj` opens.
 
-use crate::carrier::Substance;
 use crate::hand_scene::{HandSettings, give_hand, tables};
 use crate::preset::SolidPreset;
+use crate::substance::Substance;
 use std::path::{Path, PathBuf};
 use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, Value, value};
 

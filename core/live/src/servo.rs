@@ -172,7 +172,7 @@ impl Servo {
             [EffectorOutput { valid_until: now + FORCE_VALID, ..EffectorOutput::default() }; MAX_EFFECTORS];
         for tool in self.tools.iter_mut().filter(|tool| tool.device == index && !tool.mirrored) {
             let Some(pose) = device.poses.get(tool.effector) else { continue };
-            tool.hand.sample(pose, &device.frame, (now as f64 * 1e-9, dt));
+            tool.hand.sample(pose, &device.frame, now as f64 * 1e-9, dt);
             tool.device_force = tool.render(&device.frame, now, dt, &mut self.contact_age);
             if !tool.hand.present || tool.blend.age(now) > PATIENCE {
                 tool.taxels.fill(0.0);

@@ -89,7 +89,7 @@ impl LiveSession {
         devices: Vec<Box<dyn HapticDevice>>,
         settings: LiveSettings,
     ) -> io::Result<Self> {
-        session.lead_tips();
+        session.drive_tips();
         let reported = vec![false; devices.len()];
         let names = session.devices.iter().map(|slot| slot.name.clone()).collect();
         let (servo, port) = Servo::new(session, devices, settings.rate);

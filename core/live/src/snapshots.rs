@@ -71,7 +71,7 @@ impl SimulationPort {
             }
         }
         self.models.publish();
-        session.tell_given(&samples.device_forces);
+        session.report_device_forces(&samples.device_forces);
         samples
     }
 

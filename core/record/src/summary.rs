@@ -174,9 +174,9 @@ pub fn summarize_bodies(session: &Session) -> Vec<BodySummary> {
         model: body.model.document.name().display().to_string(),
         vertices: body.model.surface.points.len(),
         triangles: body.model.surface.triangles.len(),
-        level: body.carrier.lattice().map(|lattice| lattice.settings.level),
-        edge: body.carrier.edge(),
-        cells: body.carrier.lattice().map(|lattice| lattice.facts.surface_cells + lattice.facts.inside_cells),
+        level: body.discretization.lattice().map(|lattice| lattice.settings.level),
+        edge: body.discretization.edge(),
+        cells: body.discretization.lattice().map(|lattice| lattice.facts.surface_cells + lattice.facts.inside_cells),
         border_edges: border_edges(body),
         frozen: body.frozen.clone(),
     };

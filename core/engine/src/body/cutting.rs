@@ -1,7 +1,7 @@
 //! A body under a blade: its mesh is cut, and everything that hangs on the mesh takes the cut over.
 
 use super::sheet::Before;
-use super::{Body, Carrier, LatticeError};
+use super::{Body, Discretization, LatticeError};
 use pliant_cut::{Advance, CutMesh, Origin};
 use pliant_mesh::Surface;
 use pliant_solver::Vec3;
@@ -15,10 +15,10 @@ const BESIDE: f64 = 0.01;
 /// The same where a surface has no inside, and vertices close to a cut may have been taken as on it.
 const ASIDE: f64 = 0.1;
 /// How far a cut goes on outside of the body, in edges of a cell: a straight line between two places inside may pass outside.
-const APRON: f64 = 0.1;
+const CUT_MARGIN: f64 = 0.1;
 
 /// Where the apron of a cut ends that begins at a place of the surface, by the bits of the place.
-pub type Aprons = HashMap<[u64; 3], Vec3>;
+pub type CutMargins = HashMap<[u64; 3], Vec3>;
 
 impl Body {
     /// Takes over what an advance of a blade has done to the mesh. Nodes of a lattice are copied with the next
@@ -33,14 +33,14 @@ impl Body {
         for vertex in advance.first_vertex..mesh.surface().points.len() as u32 {
             let place = mesh.surface().points[vertex as usize];
             let kept = |v: u32| list[v as usize] - mesh.surface().points[v as usize];
-            let moved = match (mesh.origin(vertex), &self.carrier) {
+            let moved = match (mesh.origin(vertex), &self.discretization) {
                 (Origin::Edge { ends, t }, _) => {
                     let [from, to] = ends.map(kept);
                     from + t * (to - from)
                 }
-                (Origin::Face { corners, weights }, _) => super::weigh(corners.map(kept), weights),
+                (Origin::Face { corners, weights }, _) => super::interpolate(corners.map(kept), weights),
                 (Origin::Copy { of }, _) => kept(of),
-                (Origin::Cap { .. }, Carrier::Lattice(lattice)) => lattice.kept_at(place)?,
+                (Origin::Cap { .. }, Discretization::Lattice(lattice)) => lattice.kept_at(place)?,
                 _ => Vec3::zeros(),
             };
             list.push(place + moved);
@@ -51,15 +51,15 @@ impl Body {
         let new = advance.first_triangle..mesh.surface().triangles.len() as u32;
         let moved: Vec<u32> = advance.changed.iter().copied().chain(new.clone()).collect();
         self.skin.take_cut(&self.model, settled, &moved, 0..0);
-        let lattice = match &mut self.carrier {
-            Carrier::Lattice(lattice) => lattice,
-            Carrier::Sheet(sheet) => {
+        let lattice = match &mut self.discretization {
+            Discretization::Lattice(lattice) => lattice,
+            Discretization::Sheet(sheet) => {
                 sheet.take_cut(mesh, advance, &before, &mut self.system)?;
                 sheet.embed(&self.system.nodes, &mut self.skin);
                 return Ok(());
             }
         };
-        let caps = caps(mesh, new, &advance.facets, APRON * lattice.edge(), &mut self.aprons);
+        let caps = caps(mesh, new, &advance.facets, CUT_MARGIN * lattice.edge(), &mut self.cut_margins);
         let closed = !caps.is_empty();
         let swept = if closed { &caps } else { &advance.facets };
         let (model, edge) = (&self.model, lattice.edge());
@@ -87,14 +87,14 @@ impl super::Inner for CutMesh {
     }
 }
 
-/// The new cut surface inside of the body, one wall of two, and aprons around it outside. It goes through the very vertices
+/// The new cut surface inside of the body, one wall of two, and cut_margins around it outside. It goes through the very vertices
 /// of the mesh, so no vertex is on another side of the lattice's cut than of the mesh's.
 fn caps(
     mesh: &CutMesh,
     new: std::ops::Range<u32>,
     facets: &[[Vec3; 3]],
     apron: f64,
-    known: &mut Aprons,
+    known: &mut CutMargins,
 ) -> Vec<[Vec3; 3]> {
     let Some(facet) = facets.first() else { return Vec::new() };
     let forward = cross(facet);

@@ -18,7 +18,7 @@ mod strays;
 mod untangle;
 
 use super::fixing::Fixing;
-use crate::session::LentGrid;
+use crate::session::PooledGrid;
 use bound::Bound;
 pub use fragments::Inner;
 use fragments::{Fragments, NodeKey};
@@ -52,11 +52,11 @@ pub enum LatticeError {
     /// The material failed.
     #[error(transparent)]
     Force(#[from] ForceError),
-    /// A material wants what its carrier does not give.
-    #[error("material `{material}` wants {wanted}, which a {carrier} does not give")]
+    /// A material wants what its discretization does not give.
+    #[error("material `{material}` wants {wanted}, which a {discretization} does not give")]
     Unsupported {
         /// grid or sheet
-        carrier: &'static str,
+        discretization: &'static str,
         /// Id of the material.
         material: String,
         /// The kind of element.
@@ -82,10 +82,10 @@ pub enum LatticeError {
     },
 }
 
-/// The carrier of a body.
+/// The discretization of a body.
 pub struct Lattice {
     /// The grid plugin.
-    pub grid: LentGrid,
+    pub grid: PooledGrid,
     /// How much is simulated.
     pub settings: RegionSettings,
     /// Facts about the working level.
@@ -98,8 +98,8 @@ pub struct Lattice {
     balls: Vec<Ball>,
     /// Nodes on their way back to rest, or there.
     returning: Vec<u32>,
-    /// Nodes that are led, and by which fixing.
-    led: Vec<(u32, u32)>,
+    /// Nodes that are driven, and by which fixing.
+    driven: Vec<(u32, u32)>,
     /// m, where the rest position of a node was moved by keeping a shape
     kept: HashMap<NodeKey, Vec3>,
     /// What a blade has cut.
@@ -124,7 +124,7 @@ impl Lattice {
     ///
     /// # Errors
     /// What the grid says; a level without an occupied cell.
-    pub fn new(grid: LentGrid, settings: RegionSettings, families: u32) -> Result<Self, LatticeError> {
+    pub fn new(grid: PooledGrid, settings: RegionSettings, families: u32) -> Result<Self, LatticeError> {
         let facts = grid.level(settings.level)?;
         if facts.surface_cells + facts.inside_cells == 0 {
             return Err(LatticeError::Empty { level: settings.level });
@@ -139,7 +139,7 @@ impl Lattice {
             uncut: Region::default(),
             balls: Vec::new(),
             returning: Vec::new(),
-            led: Vec::new(),
+            driven: Vec::new(),
             kept: HashMap::new(),
             fragments: Fragments::new(facts.edge),
             bound: Bound::default(),
@@ -172,7 +172,7 @@ impl Lattice {
         self.edge_of[cell as usize]
     }
 
-    /// Sets what led and returning nodes do in a step.
+    /// Sets what driven and returning nodes do in a step.
     pub fn prescribe(&self, nodes: &mut Nodes, fixings: &[Fixing], time: StepTime) {
         let (dt, rate) = (time.dt, 1.0 / self.settings.relaxation);
         for &node in &self.returning {
@@ -182,7 +182,7 @@ impl Lattice {
             let slowed = (1.0 + rate * dt).powi(2);
             nodes.prescribed[i] = (nodes.v[i] - dt * rate * rate * u) / slowed;
         }
-        lead(&self.led, nodes, fixings, time);
+        drive_fixed(&self.driven, nodes, fixings, time);
     }
 
     /// Bytes of the largest parts.
@@ -193,23 +193,24 @@ impl Lattice {
     }
 }
 
-/// ContactConstraints the nodes that fixings hold, by their number and rest position. Gives those that are led, and by which fixing.
-pub(super) fn constrain_led(fixings: &[Fixing], nodes: &mut Nodes, number: impl Fn(u32) -> u32) -> Vec<(u32, u32)> {
-    let mut led = Vec::new();
+/// Constrains the nodes that fixings hold, by their number and rest position. Returns those that move along a path, each with its
+/// fixing.
+pub(super) fn constrain_fixed(fixings: &[Fixing], nodes: &mut Nodes, number: impl Fn(u32) -> u32) -> Vec<(u32, u32)> {
+    let mut driven = Vec::new();
     for i in 0..nodes.len() {
         if let Some(fixing) = fixings.iter().position(|f| f.place.holds(number(i as u32), nodes.rest[i])) {
             nodes.constraint[i] = Constraint::Fixed;
             if fixings[fixing].moves() {
-                led.push((i as u32, fixing as u32));
+                driven.push((i as u32, fixing as u32));
             }
         }
     }
-    led
+    driven
 }
 
-/// Sets the velocity of led nodes in a step.
-pub(super) fn lead(led: &[(u32, u32)], nodes: &mut Nodes, fixings: &[Fixing], time: StepTime) {
-    for &(node, fixing) in led {
+/// Prescribes the velocity of nodes that move along a path.
+pub(super) fn drive_fixed(driven: &[(u32, u32)], nodes: &mut Nodes, fixings: &[Fixing], time: StepTime) {
+    for &(node, fixing) in driven {
         let fixing = &fixings[fixing as usize];
         let (from, to) = (fixing.displacement(time.start), fixing.displacement(time.end()));
         nodes.prescribed[node as usize] = (to - from) / time.dt;

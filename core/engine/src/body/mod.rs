@@ -1,7 +1,7 @@
 //! A body of a scene: the model an artist handed in, the nodes that carry it, and how its surface follows them.
 
-mod carrier;
 mod cutting;
+mod discretization;
 mod fixing;
 mod lattice;
 mod look;
@@ -15,7 +15,7 @@ mod skin;
 mod state;
 mod symmetry;
 
-pub use carrier::Carrier;
+pub use discretization::Discretization;
 pub use fixing::{Fixing, Place};
 pub use lattice::{Inner, Lattice, LatticeError, RegionSettings, Repair};
 pub use look::{ABSENT, CAP, TriangleLook};
@@ -24,11 +24,11 @@ pub use pages::{PAGE, PageStamps};
 pub use reshape::RestChange;
 pub use samples::Samples;
 pub use sheet::{Sheet, Warp};
-pub use skin::{NOT_CARRIED, Skin, weigh};
+pub use skin::{NOT_CARRIED, Skin, interpolate};
 pub use state::BodyState;
 pub use symmetry::{Axes, Symmetry, mirrored};
 
-use cutting::Aprons;
+use cutting::CutMargins;
 use pliant_cut::CutMesh;
 use pliant_solver::{Pool, System, Vec3};
 use std::sync::Arc;
@@ -41,13 +41,13 @@ pub struct Body {
     pub model: Arc<Model>,
     /// The mesh a blade cuts; none where no edit is a cut.
     pub cut: Option<Box<CutMesh>>,
-    pub(crate) aprons: Aprons,
+    pub(crate) cut_margins: CutMargins,
     /// Where its surface is now.
     pub skin: Skin,
     /// Nodes, elements and material.
     pub system: System,
     /// Which nodes there are, and how the surface follows them.
-    pub carrier: Carrier,
+    pub discretization: Discretization,
     /// Its surface as a ball feels it; none where no tool is a ball.
     pub samples: Arc<Samples>,
     /// N/m for a m^2, of the soft layer a tool lies in on its surface
@@ -66,7 +66,7 @@ impl Body {
     /// # Errors
     /// A grid that fails.
     pub fn update_skin(&mut self, pool: &Pool) -> Result<(), LatticeError> {
-        self.carrier.embed_all(pool, &self.system.nodes, &self.model, &mut self.skin)?;
+        self.discretization.embed_all(pool, &self.system.nodes, &self.model, &mut self.skin)?;
         if let Some(symmetry) = &self.symmetry {
             symmetry.apply(&self.model, &mut self.skin);
         }
@@ -77,8 +77,8 @@ impl Body {
     ///
     /// # Errors
     /// A grid that fails.
-    pub fn carry_one(&self, place: Vec3) -> Result<(Vec3, Vec3), LatticeError> {
-        self.carrier.carry_one(place, &self.model, &self.skin, &self.system.nodes)
+    pub fn embed_point(&self, place: Vec3) -> Result<(Vec3, Vec3), LatticeError> {
+        self.discretization.embed_point(place, &self.model, &self.skin, &self.system.nodes)
     }
 
     /// Bytes of the largest parts.
@@ -86,6 +86,6 @@ impl Body {
         let nodes = self.system.nodes.len() * 200;
         let elements: usize = self.system.sets.iter().map(|s| s.count() * 40).sum();
         let matrix = self.system.matrix.as_ref().map_or(0, pliant_solver::Matrix::bytes);
-        nodes + elements + matrix + self.model.bytes() + self.carrier.bytes()
+        nodes + elements + matrix + self.model.bytes() + self.discretization.bytes()
     }
 }

@@ -1,6 +1,6 @@
 //! Nodes around a place, as far as the material leads without leaving a ball.
 
-use super::{Body, Carrier, Lattice, LatticeError, Model, Sheet, Skin};
+use super::{Body, Discretization, Lattice, LatticeError, Model, Sheet, Skin};
 use pliant_solver::{Nodes, Vec3};
 
 impl Body {
@@ -11,13 +11,13 @@ impl Body {
     /// A grid that fails.
     pub fn nodes_within(&self, place: Vec3, radius: f64, out: &mut Vec<(u32, f64)>) -> Result<(), LatticeError> {
         out.clear();
-        let (_, centre) = self.carry_one(place)?;
+        let (_, centre) = self.embed_point(place)?;
         let nodes = &self.system.nodes;
         let distance: Vec<f64> = nodes.rest.iter().map(|x| (x - centre).norm()).collect();
         let inside = |node: u32| distance[node as usize] <= radius;
-        let mut seen = match &self.carrier {
-            Carrier::Lattice(lattice) => within_lattice(lattice, place, nodes, inside)?,
-            Carrier::Sheet(sheet) => within_sheet(sheet, centre, &self.model, &self.skin, inside),
+        let mut seen = match &self.discretization {
+            Discretization::Lattice(lattice) => within_lattice(lattice, place, nodes, inside)?,
+            Discretization::Sheet(sheet) => within_sheet(sheet, centre, &self.model, &self.skin, inside),
         };
         seen.sort_unstable();
         out.extend(seen.into_iter().map(|node| (node, distance[node as usize])));

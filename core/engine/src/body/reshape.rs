@@ -2,7 +2,7 @@
 //!
 //! The shape at present stays; where the shape at rest has moved away from it, the material pulls the nodes after it.
 
-use super::{Body, Carrier, LatticeError};
+use super::{Body, Discretization, LatticeError};
 use pliant_solver::Vec3;
 use std::sync::Arc;
 
@@ -30,10 +30,10 @@ impl Body {
     /// # Errors
     /// A grid or material that fails.
     pub fn reshape(&mut self, change: &mut RestChange) -> Result<(), LatticeError> {
-        let Self { model, skin, system, carrier, .. } = self;
+        let Self { model, skin, system, discretization, .. } = self;
         let mut moved: Vec<u32> = Vec::new();
-        match carrier {
-            Carrier::Lattice(lattice) => {
+        match discretization {
+            Discretization::Lattice(lattice) => {
                 lattice.limit_change(&mut change.nodes, &system.nodes.rest);
                 let settled = Arc::make_mut(&mut skin.settled);
                 lattice.move_points(change, &system.nodes.rest, model, settled, &mut moved)?;
@@ -44,7 +44,7 @@ impl Body {
                 }
                 system.rest()?;
             }
-            Carrier::Sheet(sheet) => {
+            Discretization::Sheet(sheet) => {
                 let settled = Arc::make_mut(&mut skin.settled);
                 for (node, d) in change.nodes.iter().enumerate().filter(|(_, d)| **d != Vec3::zeros()) {
                     system.nodes.rest[node] += *d;
@@ -53,7 +53,7 @@ impl Body {
                         moved.push(vertex);
                     }
                 }
-                sheet.lay_out_rest(model, system)?;
+                sheet.flatten_rest(model, system)?;
             }
         }
         let mut triangles: Vec<u32> = moved.iter().flat_map(|v| model.around(*v)).copied().collect();

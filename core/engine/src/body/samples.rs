@@ -195,7 +195,7 @@ fn cut(corners: [Vec3; 3], size: f64, out: &mut Vec<Part>) {
     let axis = whole.iamax();
     let side = 2 * axis as u8 + u8::from(whole[axis] < 0.0);
     for bary in middles(parts) {
-        let middle = super::weigh(corners, bary);
+        let middle = super::interpolate(corners, bary);
         let [x, y, z] = middle.map(|m| (m / size).floor() as i32).into();
         let number = out.len() as u32;
         out.push(Part { key: (x, y, z, side), number, middle, area });

@@ -2,7 +2,7 @@
 //! thin shells.
 
 use super::fixing::Fixing;
-use super::lattice::{LatticeError, check_mass, constrain_led, lead};
+use super::lattice::{LatticeError, check_mass, constrain_fixed, drive_fixed};
 use super::model::Model;
 use super::skin::Skin;
 use pliant_mesh::geometry::closest_point;
@@ -29,7 +29,7 @@ pub enum Warp {
     Texture,
 }
 
-/// A mesh as the carrier of itself.
+/// A mesh as the discretization of itself.
 pub struct Sheet {
     warp: Warp,
     /// Vertices and triangles as they became nodes and elements.
@@ -45,7 +45,7 @@ pub struct Sheet {
     material: Arc<Vec<f64>>,
     /// Clamped edges by their vertices, lower first: beyond each a node behind all others, in the same order, lends it a direction.
     clamped: Arc<Vec<[u32; 2]>>,
-    led: Vec<(u32, u32)>,
+    driven: Vec<(u32, u32)>,
     active: bool,
     /// A blade has changed nodes and elements since they were last asked for.
     cut: bool,
@@ -76,7 +76,7 @@ impl Sheet {
             edge,
             material: Arc::default(),
             clamped: Arc::default(),
-            led: Vec::new(),
+            driven: Vec::new(),
             active: false,
             cut: false,
         }
@@ -121,12 +121,12 @@ impl Sheet {
         let triangles = self.triangles(&model.surface);
         let edges = Edges::new(&triangles, |ends| ends.iter().all(|n| clamped[*n as usize]), nodes);
         self.clamped = Arc::new(edges.clamped.iter().map(|ends| self.vertices(*ends)).collect());
-        self.led = constrain_led(fixings, nodes, |node| numbers.get(node as usize).copied().unwrap_or(NONE));
+        self.driven = constrain_fixed(fixings, nodes, |node| numbers.get(node as usize).copied().unwrap_or(NONE));
         for ghost in own..nodes.len() {
             nodes.constraint[ghost] = Constraint::Fixed;
-            if let Some((_, fixing)) = self.led.iter().find(|(node, _)| *node == edges.clamped[ghost - own][0]) {
+            if let Some((_, fixing)) = self.driven.iter().find(|(node, _)| *node == edges.clamped[ghost - own][0]) {
                 let fixing = *fixing;
-                self.led.push((ghost as u32, fixing));
+                self.driven.push((ghost as u32, fixing));
             }
         }
         self.list_elements(system, &triangles, edges)?;
@@ -148,7 +148,7 @@ impl Sheet {
 
     /// Vertices of the ends of an edge, lower first.
     fn vertices(&self, ends: [u32; 2]) -> [u32; 2] {
-        rising(ends.map(|n| self.vertex_of[n as usize]))
+        sorted(ends.map(|n| self.vertex_of[n as usize]))
     }
 
     fn list_elements(&self, system: &mut System, triangles: &[[u32; 3]], edges: Edges) -> Result<(), LatticeError> {
@@ -175,7 +175,7 @@ impl Sheet {
                 }
                 _ => {
                     let material = system.material.name().to_owned();
-                    return Err(LatticeError::Unsupported { material, wanted: "tetrahedra", carrier: "sheet" });
+                    return Err(LatticeError::Unsupported { material, wanted: "tetrahedra", discretization: "sheet" });
                 }
             }
         }
@@ -206,9 +206,9 @@ impl Sheet {
         out
     }
 
-    /// Sets what led nodes do in the step from `time` of `dt` (s).
+    /// Sets what driven nodes do in the step from `time` of `dt` (s).
     pub fn prescribe(&self, nodes: &mut Nodes, fixings: &[Fixing], time: StepTime) {
-        lead(&self.led, nodes, fixings, time);
+        drive_fixed(&self.driven, nodes, fixings, time);
     }
 
     /// Puts the surface where the nodes are.
@@ -231,17 +231,17 @@ impl Sheet {
         skin.pages.mark_all(skin.x.len());
         let all: Vec<u32> = (0..model.surface.triangles.len() as u32).collect();
         Arc::make_mut(&mut skin.tree).refit(&skin.settled, &model.surface.triangles, &all);
-        self.lay_out_rest(model, system)
+        self.flatten_rest(model, system)
     }
 
     /// Takes the rest positions of the nodes as the rest shape: every triangle is laid out as it is there, its warp where it has gone.
     ///
     /// # Errors
     /// What the material says of it.
-    pub fn lay_out_rest(&mut self, model: &Model, system: &mut System) -> Result<(), LatticeError> {
+    pub fn flatten_rest(&mut self, model: &Model, system: &mut System) -> Result<(), LatticeError> {
         let triangles = self.triangles(&model.surface);
         let before = self.material.chunks_exact(6).zip(&triangles);
-        let laid_out = before.flat_map(|(u, t)| lay_out(u, t.map(|n| system.nodes.rest[n as usize])));
+        let laid_out = before.flat_map(|(u, t)| flatten(u, t.map(|n| system.nodes.rest[n as usize])));
         self.material = Arc::new(laid_out.collect());
         for set in &mut system.sets {
             match set.request().kind {
@@ -284,7 +284,7 @@ impl Sheet {
     }
 
     /// Where the nodes carry a settled place, and the place.
-    pub fn carry_one(&self, place: Vec3, model: &Model, skin: &Skin, nodes: &Nodes) -> (Vec3, Vec3) {
+    pub fn embed_point(&self, place: Vec3, model: &Model, skin: &Skin, nodes: &Nodes) -> (Vec3, Vec3) {
         let Some((triangle, bary)) = self.seat(place, model, skin).filter(|_| self.active) else {
             return (place, place);
         };
@@ -300,7 +300,7 @@ impl Sheet {
 }
 
 /// The two ends of an edge, the lower number first.
-fn rising([a, b]: [u32; 2]) -> [u32; 2] {
+fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
@@ -312,7 +312,7 @@ fn in_plane_of([a, b, c]: [Vec3; 3], normal: &Vec3, warp: &Vec3) -> [f64; 6] {
 }
 
 /// The same of a triangle that was at `u` in its plane and has been deformed; its warp is what has become of the warp.
-fn lay_out(u: &[f64], now: [Vec3; 3]) -> [f64; 6] {
+fn flatten(u: &[f64], now: [Vec3; 3]) -> [f64; 6] {
     let [p, q] = [[u[2] - u[0], u[3] - u[1]], [u[4] - u[0], u[5] - u[1]]];
     let (b, c) = (now[1] - now[0], now[2] - now[0]);
     // The sides that make one step along the warp, times twice the area.

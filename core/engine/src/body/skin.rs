@@ -69,11 +69,11 @@ impl Skin {
 
     /// A point of a triangle as of its last embedding.
     pub fn point(&self, model: &Model, triangle: u32, bary: Vec3) -> Vec3 {
-        weigh(self.corners(model, triangle), bary)
+        interpolate(self.corners(model, triangle), bary)
     }
 }
 
 /// `sum b x`
-pub fn weigh(corners: [Vec3; 3], bary: Vec3) -> Vec3 {
+pub fn interpolate(corners: [Vec3; 3], bary: Vec3) -> Vec3 {
     bary[0] * corners[0] + bary[1] * corners[1] + bary[2] * corners[2]
 }

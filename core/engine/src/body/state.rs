@@ -2,7 +2,7 @@
 
 use super::lattice::LatticeState;
 use super::sheet::SheetState;
-use super::{Body, Carrier, LatticeError};
+use super::{Body, Discretization, LatticeError};
 use pliant_solver::{Nodes, Vec3};
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ pub struct BodyState {
     nodes: Nodes,
     /// Of each set of elements.
     history: Vec<Vec<f64>>,
-    carrier: CarrierState,
+    discretization: DiscretizationState,
     settled: Arc<Vec<Vec3>>,
     /// Advances of a blade.
     cuts: usize,
@@ -20,7 +20,7 @@ pub struct BodyState {
 }
 
 #[derive(Clone)]
-enum CarrierState {
+enum DiscretizationState {
     Lattice(Box<LatticeState>),
     Sheet(SheetState),
 }
@@ -31,9 +31,9 @@ impl Body {
         BodyState {
             nodes: self.system.nodes.clone(),
             history: self.system.sets.iter().map(|set| set.history().to_vec()).collect(),
-            carrier: match &self.carrier {
-                Carrier::Lattice(lattice) => CarrierState::Lattice(Box::new(lattice.save())),
-                Carrier::Sheet(sheet) => CarrierState::Sheet(sheet.save()),
+            discretization: match &self.discretization {
+                Discretization::Lattice(lattice) => DiscretizationState::Lattice(Box::new(lattice.save())),
+                Discretization::Sheet(sheet) => DiscretizationState::Sheet(sheet.save()),
             },
             settled: Arc::clone(&self.skin.settled),
             cuts: self.cut.as_ref().map_or(0, |mesh| mesh.depth()),
@@ -65,14 +65,14 @@ impl Body {
         moved.dedup();
         self.skin.take_cut(&self.model, Arc::clone(&state.settled), &moved, count as u32..known.max(count) as u32);
         self.skin.settle();
-        match (&mut self.carrier, &state.carrier) {
-            (Carrier::Lattice(lattice), CarrierState::Lattice(state)) => {
+        match (&mut self.discretization, &state.discretization) {
+            (Discretization::Lattice(lattice), DiscretizationState::Lattice(state)) => {
                 lattice.restore(state, &self.model, &self.fixings, &mut self.skin, &mut self.system)?;
             }
-            (Carrier::Sheet(sheet), CarrierState::Sheet(of_sheet)) => {
+            (Discretization::Sheet(sheet), DiscretizationState::Sheet(of_sheet)) => {
                 sheet.restore(of_sheet, &state.nodes, &self.model, &mut self.system)?;
             }
-            _ => {} // a carrier stays what it is
+            _ => {} // a discretization stays what it is
         }
         self.system.nodes.rest.clone_from(&state.nodes.rest);
         self.system.nodes.x.clone_from(&state.nodes.x);
@@ -85,7 +85,7 @@ impl Body {
         if !self.samples.is_empty() {
             let samples = Arc::make_mut(&mut self.samples);
             samples.mend();
-            if let Some(lattice) = self.carrier.lattice() {
+            if let Some(lattice) = self.discretization.lattice() {
                 let cells: Vec<u64> = lattice.cut_cells().collect();
                 samples.take_cut(&cells, &self.model, &self.skin, lattice)?;
             }

@@ -1,7 +1,7 @@
 //! Loads on places of a body, and how they change as the body moves there.
 
 use super::sums::Sums;
-use crate::body::{Body, Carrier, LatticeError};
+use crate::body::{Body, Discretization, LatticeError};
 use pliant_solver::{Block, NodeSprings, Nodes, Vec3};
 
 /// Loads on rest places.
@@ -42,13 +42,13 @@ impl PlaceLoads {
     /// # Errors
     /// A grid that fails.
     pub fn attach(&mut self, body: &mut Body, out: &mut NodeSprings) -> Result<(), LatticeError> {
-        let Body { carrier, model, skin, system, .. } = body;
+        let Body { discretization, model, skin, system, .. } = body;
         let nodes = &system.nodes;
         let sums = &mut self.sums;
         sums.begin(nodes.len());
-        let lattice = match carrier {
-            Carrier::Lattice(lattice) => lattice,
-            Carrier::Sheet(sheet) => {
+        let lattice = match discretization {
+            Discretization::Lattice(lattice) => lattice,
+            Discretization::Sheet(sheet) => {
                 for (i, place) in self.places.iter().enumerate() {
                     let Some((triangle, bary)) = sheet.seat(*place, model, skin) else { continue };
                     for (node, weight) in sheet.nodes_of(model, triangle).into_iter().zip(bary.iter().copied()) {

@@ -6,7 +6,7 @@
 
 use super::on_triangle::OnTriangle;
 use crate::body::Samples;
-use crate::body::{Body, LatticeError, NOT_CARRIED, weigh};
+use crate::body::{Body, LatticeError, NOT_CARRIED, interpolate};
 use crate::shape::OrientedShape;
 use nalgebra::Matrix3;
 use pliant_mesh::geometry::{Closest, closest_point};
@@ -114,7 +114,7 @@ impl NearSurface {
         if self.slack >= 0.0 {
             return false;
         }
-        let Some(lattice) = body.carrier.lattice() else { return false };
+        let Some(lattice) = body.discretization.lattice() else { return false };
         self.slack = lattice.edge();
         self.cells.clear();
         let region = lattice.region();
@@ -154,7 +154,7 @@ impl NearSurface {
         if self.list_cells(query, body, false) {
             self.interpolate(body, samples)?;
         }
-        let Some(lattice) = body.carrier.lattice() else { return Ok(()) };
+        let Some(lattice) = body.discretization.lattice() else { return Ok(()) };
         let first = out.len();
         let mut closest = (f64::INFINITY, 0.0);
         let side = self.side;
@@ -199,7 +199,7 @@ impl NearSurface {
     fn interpolate(&mut self, body: &mut Body, samples: &Samples) -> Result<(), LatticeError> {
         self.weights.clear();
         self.weights_of.clear();
-        let Some(lattice) = body.carrier.lattice_mut() else { return Ok(()) };
+        let Some(lattice) = body.discretization.lattice_mut() else { return Ok(()) };
         for &cell in &self.cells {
             let range = lattice.samples_of(samples, cell);
             let begin = self.weights.len();
@@ -223,8 +223,8 @@ impl NearSurface {
     ) -> Result<(), LatticeError> {
         let fresh = self.list_cells(query, body, true);
         let (centre, reach, moved) = (query.centre, query.reach(), query.moved);
-        let Body { carrier, model, skin, system, .. } = body;
-        let Some(lattice) = carrier.lattice_mut() else { return Ok(()) };
+        let Body { discretization, model, skin, system, .. } = body;
+        let Some(lattice) = discretization.lattice_mut() else { return Ok(()) };
         if fresh || moved > 0.0 {
             self.cells.iter().try_for_each(|&cell| lattice.embed(cell, &system.nodes, model, skin))?;
         }
@@ -255,7 +255,7 @@ impl NearSurface {
             let distance = d.norm();
             if query.is_near(found.point, distance) {
                 let corners = vertices.map(|v| model.surface.points[v as usize]);
-                let (rest, normal) = (weigh(corners, found.bary), normal_of(corners));
+                let (rest, normal) = (interpolate(corners, found.bary), normal_of(corners));
                 let on = Some(OnTriangle::new(triangle, found.bary, corners));
                 let rest = if lattice.has_cuts() { inward(rest, normal, lattice.edge()) } else { rest };
                 out.push(Near { body: index, point: found.point, rest, normal, distance, area: 0.0, on });

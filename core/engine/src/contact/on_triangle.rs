@@ -3,7 +3,7 @@
 //! Between its corners a triangle is flat, whatever the cells under it do. Where triangles are coarse against the cells the surface that is
 //! seen and felt is theirs, so a contact on one is carried by its corners, and its load goes to them: by the transpose.
 
-use crate::body::{Body, LatticeError, NOT_CARRIED, weigh};
+use crate::body::{Body, LatticeError, NOT_CARRIED, interpolate};
 use pliant_solver::Vec3;
 
 /// A place on a triangle.
@@ -20,13 +20,13 @@ pub struct OnTriangle {
 impl OnTriangle {
     /// A place on a triangle whose corners were at `corners`, m, in the model as it was given.
     pub fn new(triangle: u32, bary: Vec3, corners: [Vec3; 3]) -> Self {
-        Self { triangle, bary, place: weigh(corners, bary) }
+        Self { triangle, bary, place: interpolate(corners, bary) }
     }
 
     /// Vertices of the triangle; `None` once it is another one.
     fn vertices(&self, body: &Body) -> Option<[u32; 3]> {
         let vertices = *body.model.surface.triangles.get(self.triangle as usize)?;
-        (weigh(corners_of(body, vertices), self.bary) == self.place).then_some(vertices)
+        (interpolate(corners_of(body, vertices), self.bary) == self.place).then_some(vertices)
     }
 
     /// Where its corners carry the place, and where they would if all nodes were at rest, m; `None` once the triangle is another one.
@@ -35,8 +35,8 @@ impl OnTriangle {
     /// A grid that fails.
     pub fn carry(&self, body: &mut Body) -> Result<Option<(Vec3, Vec3)>, LatticeError> {
         let Some(vertices) = self.vertices(body) else { return Ok(None) };
-        let Body { carrier, model, skin, system, .. } = body;
-        let Some(lattice) = carrier.lattice_mut() else { return Ok(None) };
+        let Body { discretization, model, skin, system, .. } = body;
+        let Some(lattice) = discretization.lattice_mut() else { return Ok(None) };
         for v in vertices {
             let cell = skin.cell[v as usize];
             if cell != NOT_CARRIED {
@@ -44,7 +44,7 @@ impl OnTriangle {
             }
         }
         let settled = vertices.map(|v| skin.settled[v as usize]);
-        Ok(Some((skin.point(model, self.triangle, self.bary), weigh(settled, self.bary))))
+        Ok(Some((skin.point(model, self.triangle, self.bary), interpolate(settled, self.bary))))
     }
 
     /// Corners of a triangle that is wider than a cell, m, in the model as it was given; `None` for a finer one.
@@ -52,7 +52,7 @@ impl OnTriangle {
         let corners = corners_of(body, self.vertices(body)?);
         let [a, b, c] = corners;
         let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
-        (longest > body.carrier.edge()).then_some(corners)
+        (longest > body.discretization.edge()).then_some(corners)
     }
 }
 

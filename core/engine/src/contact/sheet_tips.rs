@@ -22,7 +22,7 @@ pub struct SheetTips {
     /// How far a vertex may have moved since the last step, m.
     pub moved: f64,
     /// What friction took in the last step, J.
-    pub rubbed: f64,
+    pub friction_work: f64,
     near: Vec<Reach>,
     held: Vec<Held>,
     /// Length of the step, s.
@@ -260,7 +260,7 @@ impl ContactConstraints for SheetTips {
     }
 
     fn end(&mut self, system: &mut System, reaction: &mut [Vec3]) {
-        self.rubbed = 0.0;
+        self.friction_work = 0.0;
         for tip in &mut self.tips {
             (tip.force, tip.held) = (Vec3::zeros(), 0);
         }
@@ -307,7 +307,7 @@ impl ContactConstraints for SheetTips {
             }
             if held.state == State::Slides {
                 let slip = system.nodes.v[i] - self.tips[held.tips.0].velocity_at(system.nodes.x[i]);
-                self.rubbed -= held.friction.dot(&slip) * self.dt;
+                self.friction_work -= held.friction.dot(&slip) * self.dt;
                 reaction[i] += held.friction;
             }
             system.nodes.constraint[i] = Constraint::Free;

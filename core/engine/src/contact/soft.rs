@@ -135,7 +135,7 @@ impl SoftTip {
     }
 
     /// What friction takes in a step of `dt` (s) where the sheet slides, once nodes have moved, J.
-    pub fn rubbed(&self, tip: &Tip, nodes: &Nodes, dt: f64) -> f64 {
+    pub fn friction_work(&self, tip: &Tip, nodes: &Nodes, dt: f64) -> f64 {
         let sliding = self.spots.iter().filter(|spot| !spot.sticks);
         let lost = sliding.map(|spot| {
             let slip = carried(&nodes.v, spot.corners, spot.bary) - tip.velocity_at(spot.point);

@@ -6,7 +6,7 @@
 //! displacement it causes is as smooth as that of a regularised point load (de Goes and James 2017).
 
 use super::key::DEFAULT_RADIUS;
-use crate::body::{Body, Carrier, Lattice, LatticeError};
+use crate::body::{Body, Discretization, Lattice, LatticeError};
 use crate::plan::Edit;
 use crate::tool::Tool;
 use pliant_solver::Vec3;
@@ -93,7 +93,7 @@ impl Brush {
     /// # Errors
     /// What the grid says.
     pub fn cover(&mut self, body: &Body, centre: Vec3, shape: BrushShape) -> Result<(), LatticeError> {
-        let radius = shape.radius_at(body.carrier.edge());
+        let radius = shape.radius_at(body.discretization.edge());
         body.nodes_within(centre, radius, &mut self.near)?;
         self.nodes.clear();
         self.weight.clear();
@@ -132,9 +132,9 @@ impl Brush {
         falloff: Falloff,
     ) -> Result<Vec<(u32, f64)>, LatticeError> {
         let mut vertices: Vec<u32> = Vec::new();
-        match &body.carrier {
-            Carrier::Sheet(sheet) => vertices.extend(self.nodes.iter().filter_map(|n| sheet.vertex_of(*n))),
-            Carrier::Lattice(lattice) => {
+        match &body.discretization {
+            Discretization::Sheet(sheet) => vertices.extend(self.nodes.iter().filter_map(|n| sheet.vertex_of(*n))),
+            Discretization::Lattice(lattice) => {
                 for cell in self.cells(lattice) {
                     vertices.extend_from_slice(lattice.points(cell)?);
                 }

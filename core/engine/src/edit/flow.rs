@@ -7,8 +7,8 @@
 
 use super::brush::{Brush, BrushShape};
 use super::touch::Touching;
-use super::{Action, CarriedPlace, ContactPlace, Step};
-use crate::body::{Body, Carrier, LatticeError, Model, RestChange, Skin};
+use super::{Action, ContactPlace, EmbeddedPlace, Step};
+use crate::body::{Body, Discretization, LatticeError, Model, RestChange, Skin};
 use crate::plan::Edit;
 use crate::tool::Tool;
 use nalgebra::UnitQuaternion;
@@ -111,7 +111,7 @@ impl Flowing {
                     self.change.nodes[n as usize] = share * weight * way;
                 }
             }
-            Flow::Surface(ways) => self.flow_surface(body, (at, hand), ways, share)?,
+            Flow::Surface(ways) => self.flow_surface(body, at, hand, ways, share)?,
         }
         body.reshape(&mut self.change)?;
         Ok(true)
@@ -120,12 +120,13 @@ impl Flowing {
     fn flow_surface(
         &mut self,
         body: &mut Body,
-        (at, hand): (Vec3, UnitQuaternion<f64>),
+        at: Vec3,
+        hand: UnitQuaternion<f64>,
         ways: fn(&Place<'_>) -> Vec<Vec3>,
         share: f64,
     ) -> Result<(), LatticeError> {
-        let radius = self.shape.radius_at(body.carrier.edge());
-        let centre = body.carry_one(at)?.1;
+        let radius = self.shape.radius_at(body.discretization.edge());
+        let centre = body.embed_point(at)?.1;
         let vertices = self.brush.vertices(body, centre, radius, self.shape.falloff)?;
         let place = Place { centre, hand, vertices: &vertices, model: &body.model, skin: &body.skin };
         let ways = ways(&place);
@@ -137,13 +138,13 @@ impl Flowing {
 
 /// Sets the change of the nodes that makes the surface points move, and what is left to the points.
 fn spread(brush: &Brush, moves: &[(u32, Vec3)], body: &mut Body, change: &mut RestChange) -> Result<(), LatticeError> {
-    let Body { carrier, model, .. } = body;
-    let lattice = match carrier {
-        Carrier::Sheet(sheet) => {
+    let Body { discretization, model, .. } = body;
+    let lattice = match discretization {
+        Discretization::Sheet(sheet) => {
             moves.iter().for_each(|(v, d)| change.nodes[sheet.node_of(*v) as usize] = *d);
             return Ok(());
         }
-        Carrier::Lattice(lattice) => lattice,
+        Discretization::Lattice(lattice) => lattice,
     };
     let count = change.nodes.len();
     let mut covered = vec![false; count];
@@ -208,7 +209,7 @@ impl Action for Flowing {
         &mut self,
         tool: &mut Tool,
         step: &mut Step<'_>,
-        contact: Option<CarriedPlace>,
+        contact: Option<EmbeddedPlace>,
     ) -> Result<(), LatticeError> {
         self.touching.follow(tool, step, contact)?;
         self.waited += step.time.dt;

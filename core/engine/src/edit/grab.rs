@@ -4,7 +4,7 @@ use super::brush::BrushShape;
 use super::grip::Grip;
 use super::key::{FALLOFF, Key, KeyName, RADIUS};
 use super::region::Region;
-use super::{Action, CarriedPlace, ContactPlace, EditKind, Step};
+use super::{Action, ContactPlace, EditKind, EmbeddedPlace, Step};
 use crate::body::LatticeError;
 use crate::plan::Edit;
 use crate::tool::Tool;
@@ -65,7 +65,7 @@ impl Action for Grabbing {
         &mut self,
         tool: &mut Tool,
         step: &mut Step<'_>,
-        _contact: Option<CarriedPlace>,
+        _contact: Option<EmbeddedPlace>,
     ) -> Result<(), LatticeError> {
         tool.proxy.touch = None;
         if self.grip.is_none() {
@@ -79,7 +79,7 @@ impl Action for Grabbing {
         if self.region.follow(tool, step.hand, body, grip.at)? > self.limit {
             tool.slipped += 1;
             self.release();
-            tool.stand_free(step.hand);
+            tool.release_to_hand(step.hand);
         }
         Ok(())
     }

@@ -6,8 +6,8 @@
 use super::brush::{Brush, BrushShape};
 use super::grip::GRIP_REACH;
 use super::key::{FALLOFF, Key, KeyName, RADIUS, Strength};
-use super::{Action, CarriedPlace, ContactPlace, EditKind, Step};
-use crate::body::{Body, Carrier, LatticeError};
+use super::{Action, ContactPlace, EditKind, EmbeddedPlace, Step};
+use crate::body::{Body, Discretization, LatticeError};
 use crate::plan::Edit;
 use crate::tool::Tool;
 use pliant_solver::Vec3;
@@ -82,7 +82,7 @@ impl Action for Pressing {
         &mut self,
         tool: &mut Tool,
         step: &mut Step<'_>,
-        _contact: Option<CarriedPlace>,
+        _contact: Option<EmbeddedPlace>,
     ) -> Result<(), LatticeError> {
         let hand = step.hand.position;
         (tool.proxy.touch, tool.proxy.position) = (None, hand);
@@ -90,10 +90,10 @@ impl Action for Pressing {
         self.at = near.map(|near| ContactPlace { body: near.body, rest: near.rest });
         let Some(at) = self.at else { return Ok(()) };
         let body = &mut step.bodies[at.body as usize];
-        let (now, settled) = body.carry_one(at.rest)?;
+        let (now, settled) = body.embed_point(at.rest)?;
         tool.depth = (now - settled).norm();
         self.brush.cover(body, at.rest, self.shape)?;
-        let radius = self.shape.radius_at(body.carrier.edge());
+        let radius = self.shape.radius_at(body.discretization.edge());
         let vertices = self.brush.vertices(body, settled, radius, self.shape.falloff)?;
         self.force.clear();
         self.force.resize(body.system.nodes.len(), Vec3::zeros());
@@ -120,15 +120,15 @@ fn press(
     pressure: f64,
     force: &mut [Vec3],
 ) -> Result<(), LatticeError> {
-    let Body { carrier, model, skin, system, .. } = body;
-    match carrier {
-        Carrier::Sheet(sheet) => {
+    let Body { discretization, model, skin, system, .. } = body;
+    match discretization {
+        Discretization::Sheet(sheet) => {
             sheet.embed(&system.nodes, skin);
             for &(v, weight) in vertices {
                 force[sheet.node_of(v) as usize] += pressure * weight / 3.0 * model.area_around(v, &skin.x);
             }
         }
-        Carrier::Lattice(lattice) => {
+        Discretization::Lattice(lattice) => {
             let cells = brush.cells(lattice);
             for &cell in &cells {
                 lattice.embed(cell, &system.nodes, model, skin)?;

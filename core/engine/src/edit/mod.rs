@@ -216,7 +216,7 @@ pub trait Action: Send {
         &mut self,
         tool: &mut Tool,
         step: &mut Step<'_>,
-        contact: Option<CarriedPlace>,
+        contact: Option<EmbeddedPlace>,
     ) -> Result<(), LatticeError>;
 
     /// Lets go of everything, as when the hand is gone.
@@ -225,7 +225,7 @@ pub trait Action: Send {
 
 /// Where nodes carry a rest place.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CarriedPlace {
+pub struct EmbeddedPlace {
     /// m, now
     pub now: Vec3,
     /// m, when all nodes are at rest

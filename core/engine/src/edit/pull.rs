@@ -8,7 +8,7 @@ use super::brush::{BrushShape, Falloff, LEAST_EDGES};
 use super::grip::Grip;
 use super::key::{Key, KeyName};
 use super::region::Region;
-use super::{Action, CarriedPlace, ContactPlace, EditKind, Step};
+use super::{Action, ContactPlace, EditKind, EmbeddedPlace, Step};
 use crate::body::LatticeError;
 use crate::plan::Edit;
 use crate::tool::Tool;
@@ -63,7 +63,7 @@ impl Pulling {
     fn let_go(&mut self, tool: &mut Tool, step: &Step<'_>) {
         tool.slipped += 1;
         self.release();
-        tool.stand_free(step.hand);
+        tool.release_to_hand(step.hand);
     }
 }
 
@@ -80,7 +80,7 @@ impl Action for Pulling {
         &mut self,
         tool: &mut Tool,
         step: &mut Step<'_>,
-        contact: Option<CarriedPlace>,
+        contact: Option<EmbeddedPlace>,
     ) -> Result<(), LatticeError> {
         tool.proxy.touch = None;
         if self.grip.is_none() {
@@ -92,7 +92,7 @@ impl Action for Pulling {
             return Ok(());
         };
         let body = &mut step.bodies[grip.at.body as usize];
-        if self.radius > LEAST_EDGES * body.carrier.edge() {
+        if self.radius > LEAST_EDGES * body.discretization.edge() {
             if self.region.follow(tool, step.hand, body, grip.at)? > self.limit {
                 self.let_go(tool, step);
             }
@@ -100,7 +100,7 @@ impl Action for Pulling {
         }
         let (now, settled) = match contact {
             Some(place) => (place.now, place.settled),
-            None => body.carry_one(grip.at.rest)?,
+            None => body.embed_point(grip.at.rest)?,
         };
         tool.proxy.position = now + grip.offset;
         let stretch = hand - tool.proxy.position;

@@ -3,7 +3,7 @@
 //! The god-object stays outside of the surface while the hand goes in; the force on the hand is K (P_s - P_t) (Qi, Zhu and Fan
 //! 2019), the opposite is spread over the part of the body the tool lies on.
 
-use super::{Action, CarriedPlace, EditKind, Step};
+use super::{Action, EditKind, EmbeddedPlace, Step};
 use crate::body::{Body, LatticeError};
 use crate::contact::{Layer, Touch as Contact, hold};
 use crate::plan::Edit;
@@ -39,7 +39,7 @@ impl Action for Touching {
         &mut self,
         tool: &mut Tool,
         step: &mut Step<'_>,
-        contact: Option<CarriedPlace>,
+        contact: Option<EmbeddedPlace>,
     ) -> Result<(), LatticeError> {
         let hand = step.hand.position;
         let on = tool.proxy.touch.and_then(|touch| Some((touch.body, touch.on?)));
@@ -50,15 +50,15 @@ impl Action for Touching {
             return Ok(());
         };
         let body = &mut step.bodies[touch.body as usize];
-        if Tool::meets_samples(&tool.proxy.shape, body.carrier.edge()) {
-            return lie(tool, body, hand, touch, anchor);
+        if Tool::meets_samples(&tool.proxy.shape, body.discretization.edge()) {
+            return stand_in_layer(tool, body, hand, touch, anchor);
         }
         let free = tool.proxy.position;
         let p = anchor.map_or(free, |anchor| hold(free, anchor, hand, touch.normal, tool.friction));
         tool.proxy.position = p;
         tool.presses.extend(direction(touch.normal).map(|normal| (-normal, 1.0)));
         let carried = touch.on.map(|on| on.carry(body)).transpose()?.flatten();
-        let (now, settled) = carried.map_or_else(|| body.carry_one(touch.rest), Ok)?;
+        let (now, settled) = carried.map_or_else(|| body.embed_point(touch.rest), Ok)?;
         tool.depth = (settled - now).dot(&touch.normal);
         let pulled = tool.coupling.stiffness * (hand - p);
         if touch.on.and_then(|on| on.coarse_corners(body)).is_some() {
@@ -68,8 +68,14 @@ impl Action for Touching {
     }
 }
 
-/// Lies in the layer of the surface as a ball, and presses on what of it is inside.
-fn lie(tool: &mut Tool, body: &mut Body, hand: Vec3, touch: Contact, anchor: Option<Vec3>) -> Result<(), LatticeError> {
+/// Puts the proxy where the layer of the surface balances the coupling, and loads the samples it is pressed against.
+fn stand_in_layer(
+    tool: &mut Tool,
+    body: &mut Body,
+    hand: Vec3,
+    touch: Contact,
+    anchor: Option<Vec3>,
+) -> Result<(), LatticeError> {
     let (coupling, near) = (tool.coupling, tool.proxy.near());
     let shape = tool.proxy.shape.clone();
     let layer = Layer { shape: &shape, pull: coupling.stiffness, stiffness: body.layer_stiffness };
@@ -78,8 +84,10 @@ fn lie(tool: &mut Tool, body: &mut Body, hand: Vec3, touch: Contact, anchor: Opt
         (p, direction(felt).unwrap_or(touch.normal))
     };
     let (p, normal) = match anchor {
-        Some(anchor) if tool.friction.fixed > 0.0 => rub(tool, &layer, Slide { anchor, hand, normal: touch.normal })
-            .unwrap_or_else(|| frictionless(tool.proxy.position)),
+        Some(anchor) if tool.friction.fixed > 0.0 => {
+            rest_with_friction(tool, &layer, Slide { anchor, hand, normal: touch.normal })
+                .unwrap_or_else(|| frictionless(tool.proxy.position))
+        }
         _ => frictionless(tool.proxy.position),
     };
     let mut total = 0.0;
@@ -109,7 +117,7 @@ fn lie(tool: &mut Tool, body: &mut Body, hand: Vec3, touch: Contact, anchor: Opt
     }
     let touch = Contact { rest: rest / total, normal, on: None, ..touch };
     tool.proxy.stand(p, point / total, touch);
-    let (now, settled) = body.carry_one(touch.rest)?;
+    let (now, settled) = body.embed_point(touch.rest)?;
     tool.depth = (settled - now).dot(&normal);
     tool.attach_loads(body, touch.body)
 }
@@ -127,7 +135,7 @@ struct Slide {
 
 /// Where a ball rests that the surface has carried to the anchor, and the normal there: the direction of what the
 /// layer does to it. It sticks inside the friction cone and slides up to it. `None` where the layer does not reach it.
-fn rub(tool: &Tool, layer: &Layer<'_>, slide: Slide) -> Option<(Vec3, Vec3)> {
+fn rest_with_friction(tool: &Tool, layer: &Layer<'_>, slide: Slide) -> Option<(Vec3, Vec3)> {
     let Slide { anchor, hand, normal } = slide;
     let near = tool.proxy.near();
     let (p, felt) = layer.balance(near, anchor, hand, Some(normal));

@@ -37,9 +37,9 @@ impl Session {
     /// Samples the surfaces that a ball may touch.
     pub(super) fn sample(&mut self, shared: &SharedParts) -> Result<(), SessionError> {
         for body in &mut self.bodies {
-            if self.tools.iter().any(|slot| Tool::meets_samples(&slot.tool.proxy.shape, body.carrier.edge())) {
+            if self.tools.iter().any(|slot| Tool::meets_samples(&slot.tool.proxy.shape, body.discretization.edge())) {
                 let of_body = |error| SessionError::Lattice { body: body.name.clone(), error };
-                let Some(lattice) = body.carrier.lattice() else { continue };
+                let Some(lattice) = body.discretization.lattice() else { continue };
                 let make = || Samples::new(&body.model.surface, lattice);
                 body.samples = shared.samples(|| lattice.grid.key().to_owned(), make).map_err(of_body)?;
             }
@@ -52,7 +52,7 @@ impl Session {
     pub(super) fn measure(&mut self, shared: &SharedParts, keys: &[String]) -> Result<(), SessionError> {
         let coupling = self.tools.iter().map(|slot| slot.tool.coupling.stiffness).fold(0.0, f64::max);
         for (body, key) in self.bodies.iter_mut().zip(keys) {
-            let measured = if body.carrier.is_whole() {
+            let measured = if body.discretization.is_whole() {
                 measure_body(body, &self.pool, self.dt)?
             } else {
                 shared.measured(|| key.clone(), || measure_body(body, &self.pool, self.dt))?
@@ -63,7 +63,7 @@ impl Session {
                 0.0 => HELD_LAYER * coupling,
                 stiffness => LAYER_SHARE * stiffness.powi(2) * 0.5 * mass,
             };
-            body.layer_stiffness = layer / body.carrier.edge().powi(2);
+            body.layer_stiffness = layer / body.discretization.edge().powi(2);
             let touched =
                 found.with_spring(SpringRates { stiffness: LAYER_SHARE * found.stiffness.powi(2), damping: 0.0 });
             self.planned.push(if self.tools.is_empty() { found } else { touched });
@@ -122,7 +122,7 @@ impl Session {
             integrator.max_newton =
                 scene.solver.newton.as_ref().map_or(integrator.max_newton, |n| *n.get_ref() as usize);
             integrator.newton_tolerance = *scene.solver.newton_tolerance.get_ref();
-            integrator.max_displacement = 0.5 * body.carrier.edge();
+            integrator.max_displacement = 0.5 * body.discretization.edge();
             integrator.resize(body.system.nodes.len());
         }
         self.scheme = scheme;
@@ -157,7 +157,7 @@ impl Session {
             let (preconditioner, why) = match choice {
                 PreconditionerChoice::BlockJacobi => (Preconditioner::BlockJacobi, "the scene asks for it".into()),
                 PreconditionerChoice::Multilevel => (Preconditioner::Multilevel, "the scene asks for it".into()),
-                PreconditionerChoice::Auto if !body.carrier.is_whole() => {
+                PreconditionerChoice::Auto if !body.discretization.is_whole() => {
                     (Preconditioner::BlockJacobi, "its nodes change with the region of a touch".into())
                 }
                 PreconditionerChoice::Auto if nodes < FEW_NODES => {
@@ -250,12 +250,12 @@ impl Session {
 /// Measures a body with the whole of it active, or with the cells around one of its points, which are given up again.
 fn measure_body(body: &mut Body, pool: &Pool, dt: f64) -> Result<Measured, SessionError> {
     let of_body = |error| SessionError::Lattice { body: body.name.clone(), error };
-    let radius = body.carrier.radius();
+    let radius = body.discretization.radius();
     let centre = body.model.surface.points[body.model.surface.triangles[0][0] as usize];
-    let Body { model, skin, system, carrier, fixings, .. } = body;
+    let Body { model, skin, system, discretization, fixings, .. } = body;
     // What is held in a local region depends on where it is; without it a body is fastest.
-    let held: &[Fixing] = if carrier.is_whole() { fixings } else { &[] };
-    carrier.follow(&[Ball { centre: centre.into(), radius }], model, held, skin, system).map_err(of_body)?;
+    let held: &[Fixing] = if discretization.is_whole() { fixings } else { &[] };
+    discretization.follow(&[Ball { centre: centre.into(), radius }], model, held, skin, system).map_err(of_body)?;
     let frequencies = Frequencies::of(system, pool)?;
     // A surface node has half the mass of one inside; its share of the layer is that of a cell's face.
     let mass = system.nodes.mass.iter().copied().fold(0.0, f64::max);
@@ -264,9 +264,9 @@ fn measure_body(body: &mut Body, pool: &Pool, dt: f64) -> Result<Measured, Sessi
     system.forces(pool, None, StepTime { start: 0.0, dt }, &mut force)?;
     let seconds = pass.elapsed().as_secs_f64();
     let (nodes, elements) = (system.nodes.len(), system.elements());
-    if !carrier.is_whole() {
+    if !discretization.is_whole() {
         let of_body = |error| SessionError::Lattice { body: body.name.clone(), error };
-        carrier.follow(&[], model, fixings, skin, system).map_err(of_body)?;
+        discretization.follow(&[], model, fixings, skin, system).map_err(of_body)?;
     }
     Ok(Measured { frequencies, mass, nodes, elements, seconds })
 }

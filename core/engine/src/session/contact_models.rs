@@ -9,8 +9,8 @@ const TIP_MASS: f64 = 0.01;
 
 impl Session {
     /// Leads every tip on sheets by its hand through the spring of its tool, as a live hand must be.
-    pub fn lead_tips(&mut self) {
-        if self.bodies.iter().any(|body| body.carrier.sheet().is_some()) {
+    pub fn drive_tips(&mut self) {
+        if self.bodies.iter().any(|body| body.discretization.sheet().is_some()) {
             self.tools.iter_mut().for_each(|slot| slot.tip = slot.tip.or(Some(TipMass::new(TIP_MASS))));
         }
     }

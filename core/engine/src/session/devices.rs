@@ -67,7 +67,7 @@ impl Session {
 
     /// What the hands were really given while the last step was under way, N, in the axes of the devices, in the order of the
     /// tools.
-    pub fn tell_given(&mut self, given: &[Vec3]) {
+    pub fn report_device_forces(&mut self, given: &[Vec3]) {
         for (felt, given) in self.frame.tools.iter_mut().zip(given) {
             felt.device_force = *given;
         }
@@ -104,7 +104,7 @@ impl Session {
                 continue;
             }
             let (before, was_present) = (SampleCounts::of(slot), slot.hand.present);
-            slot.hand.sample(&device.poses[slot.effector], &device.frame, (now, dt));
+            slot.hand.sample(&device.poses[slot.effector], &device.frame, now, dt);
             if slot.hand.present && !was_present {
                 // It comes from nowhere, not along a line from where it was last.
                 slot.tool.release(&slot.hand);

@@ -96,7 +96,7 @@ impl Session {
             if body.system.nodes.is_empty() || body.frozen.is_some() {
                 continue;
             }
-            let (lattice, nodes) = (body.carrier.lattice(), &mut body.system.nodes);
+            let (lattice, nodes) = (body.discretization.lattice(), &mut body.system.nodes);
             if let Some(Repair { cells, place, moved }) = lattice.and_then(|lattice| lattice.untangle(nodes)) {
                 let (at, moved, name) = (place.as_slice(), 1e3 * moved, &body.name);
                 self.events.add(EventKind::Repaired, time, || {
@@ -107,8 +107,8 @@ impl Session {
                 });
             }
             let kept = body.update_skin(&self.pool).and_then(|()| {
-                let Body { model, skin, system, carrier, .. } = body;
-                carrier.keep(model, skin, system)
+                let Body { model, skin, system, discretization, .. } = body;
+                discretization.keep(model, skin, system)
             });
             match kept {
                 Ok(()) => self.changed(index),

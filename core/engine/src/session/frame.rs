@@ -41,7 +41,7 @@ pub struct Frame {
     /// J
     pub elastic_energy: f64,
     /// J, what friction between tips and sheets took in the step
-    pub rubbed: f64,
+    pub friction_work: f64,
     /// Substeps of each body.
     pub substeps: usize,
     /// Iterations of all solves.

@@ -84,7 +84,7 @@ impl Session {
         let Some(before) = self.history.done.pop() else { return false };
         let now = self.save();
         self.history.undone.push(now);
-        self.restore(&before);
+        self.restore_bodies(&before);
         true
     }
 
@@ -97,7 +97,7 @@ impl Session {
         let Some(after) = self.history.undone.pop() else { return false };
         let now = self.save();
         self.history.done.push(now);
-        self.restore(&after);
+        self.restore_bodies(&after);
         true
     }
 
@@ -118,7 +118,7 @@ impl Session {
     ///
     /// # Errors
     /// A snapshot of another session, or of cuts that no longer exist.
-    pub fn go_back(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+    pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         let (found, expected) = (snapshot.bodies.len(), self.bodies.len());
         if found != expected {
             return Err(SnapshotError::Bodies { found, expected });
@@ -132,7 +132,7 @@ impl Session {
             slot.tool.set_action(None);
         }
         self.history = History { kept: self.history.kept, ..History::default() };
-        self.restore(&snapshot.bodies);
+        self.restore_bodies(&snapshot.bodies);
         (self.steps, self.clock) = (snapshot.steps, snapshot.clock);
         self.cuts = snapshot.cuts.clone();
         self.frame.time = self.time();
@@ -197,7 +197,7 @@ impl Session {
         self.bodies.iter().map(crate::body::Body::save).collect()
     }
 
-    fn restore(&mut self, states: &[BodyState]) {
+    fn restore_bodies(&mut self, states: &[BodyState]) {
         let time = self.time();
         for (index, state) in states.iter().enumerate() {
             match self.bodies[index].restore(state) {

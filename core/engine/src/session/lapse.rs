@@ -45,7 +45,7 @@ impl Session {
     }
 
     /// Gives up on a body whose plugins took too long over what began at `start`.
-    pub(super) fn lose_patience(&mut self, index: usize, time: f64, (stage, start): (Stage, Instant)) {
+    pub(super) fn check_patience(&mut self, index: usize, stage: Stage, time: f64, start: Instant) {
         let body = &self.bodies[index];
         if body.frozen.is_some() {
             return;
@@ -55,9 +55,12 @@ impl Session {
             None if took <= self.patience => return,
             None => {
                 let material = body.system.material.name();
-                let carrier = body.carrier.lattice().map_or("its mesh", |lattice| lattice.grid.info().id.as_str());
+                let discretization =
+                    body.discretization.lattice().map_or("its mesh", |lattice| lattice.grid.info().id.as_str());
                 let allowed = self.patience;
-                format!("`{material}` on `{carrier}` took {took:.3} s over a step; allowed is {allowed} s (`patience`)")
+                format!(
+                    "`{material}` on `{discretization}` took {took:.3} s over a step; allowed is {allowed} s (`patience`)"
+                )
             }
             Some(given) => {
                 let now = |l: &&Lapse| (l.step, l.body as usize, l.stage) == (self.steps, index, stage);

@@ -31,7 +31,7 @@ pub use history::{Snapshot, SnapshotError};
 pub use lapse::{Lapse, Stage};
 pub use mirror::Mirror;
 pub use open::Options;
-pub use shared::{LentGrid, SharedParts};
+pub use shared::{PooledGrid, SharedParts};
 pub use warning::{Warning, WarningCode};
 
 use crate::body::{Body, Model};

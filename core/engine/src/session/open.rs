@@ -2,7 +2,7 @@
 
 use super::shared::{SharedModel, SharedParts};
 use super::{Choices, DeviceSlot, EventKind, Events, Frame, Loaded, Session, SessionError, ToolSlot, place};
-use crate::body::{Body, Carrier, Lattice, LatticeError, Model, RegionSettings, Sheet, Skin};
+use crate::body::{Body, Discretization, Lattice, LatticeError, Model, RegionSettings, Sheet, Skin};
 use crate::contact::{Friction, SheetTips};
 use crate::edit::BladeEdge;
 use crate::plan::Plan;
@@ -226,8 +226,8 @@ impl Opening<'_> {
         models: &[(String, SharedModel)],
     ) -> Result<DeviceSlot, SessionError> {
         let device = &scene.device[index];
-        let at = (self.source, device.name.span());
-        let frame = place::frame(&device.frame, at, models, self.options.mesh.is_some())?;
+        let span = device.name.span();
+        let frame = place::frame(&device.frame, self.source, span, models, self.options.mesh.is_some())?;
         let name = device.name.get_ref().clone();
         let (opened, facts, origin) = match &self.options.recorded {
             Some(recorded) => {
@@ -258,30 +258,30 @@ impl Opening<'_> {
             self.refused(span_of(&error, &material.params, material.plugin.span()), error)
         })?;
         let model = Arc::clone(&shared.model);
-        let carrier = match &scene.sheet {
+        let discretization = match &scene.sheet {
             Some(sheet) => {
                 let of_mesh = |error| place::of_mesh(scene, &model.document, error);
                 require_for_mesh_elements(&model.findings).map_err(of_mesh)?;
-                Carrier::Sheet(Box::new(Sheet::new(&model, place::warp(sheet.get_ref()))))
+                Discretization::Sheet(Box::new(Sheet::new(&model, place::warp(sheet.get_ref()))))
             }
-            None => Carrier::Lattice(Box::new(self.lattice(scene, &name, &shared, &material)?)),
+            None => Discretization::Lattice(Box::new(self.lattice(scene, &name, &shared, &material)?)),
         };
         let made = if scene.sheet.is_some() { CutMesh::sheet } else { CutMesh::new };
         let measured_key = |lattice: &Lattice| {
             let (grid, settings) = (lattice.grid.key(), &lattice.settings);
             format!("{grid} {settings:?} {material_key}")
         };
-        self.measured_keys.push(carrier.lattice().map(measured_key).unwrap_or_default());
+        self.measured_keys.push(discretization.lattice().map(measured_key).unwrap_or_default());
         let skin = Skin::new(&model, shared.tree);
         let fixings = scene.fixed.iter().map(|f| place::fixing(f.get_ref())).collect();
         Ok(Body {
             name,
-            aprons: std::collections::HashMap::default(),
+            cut_margins: std::collections::HashMap::default(),
             cut: cuts.then(|| Box::new(made(&model.document, &model.placement))),
             model,
             skin,
             system: System::new(Box::new(material)),
-            carrier,
+            discretization,
             samples: Arc::default(),
             layer_stiffness: 0.0,
             fixings,
@@ -317,7 +317,7 @@ impl Opening<'_> {
                 grid
             }
         };
-        let grid = self.shared.lend(key, grid);
+        let grid = self.shared.pool(key, grid);
         let mut lattice = Lattice::new(grid, region, families).map_err(|error| match error {
             LatticeError::Host(error) => at_grid(error),
             error => SessionError::Lattice { body: name.into(), error },

@@ -94,8 +94,8 @@ fn judge_units(scene: &BodyScene, body: &Body, largest: f64) -> Option<String> {
     if scene.mesh.is_none() || scene.size.is_some() || scene.scale.is_some() || largest == 0.0 {
         return None;
     }
-    let (edge, longest) = (body.carrier.edge(), body.model.surface.bounds().longest_edge());
-    let is_coarse = body.carrier.lattice().is_some() && edge > 2.0 * largest;
+    let (edge, longest) = (body.discretization.edge(), body.model.surface.bounds().longest_edge());
+    let is_coarse = body.discretization.lattice().is_some() && edge > 2.0 * largest;
     (is_coarse || largest > longest).then(|| {
         format!(
             "body `{}` has neither `size` nor `scale`, so a unit of the file is 1 m: it is {longest:.4} m long, its cells {edge:.4} m, and \
@@ -108,7 +108,7 @@ fn judge_units(scene: &BodyScene, body: &Body, largest: f64) -> Option<String> {
 
 /// Whether a blade finds triangles that bound no volume in a body that is not a sheet.
 fn judge_openness(body: &Body) -> Option<String> {
-    let mesh = body.cut.as_ref().filter(|_| body.carrier.lattice().is_some())?;
+    let mesh = body.cut.as_ref().filter(|_| body.discretization.lattice().is_some())?;
     let (open, border) = (mesh.open_triangles(), mesh.border_edges());
     (open > 0).then(|| {
         format!(
@@ -121,7 +121,7 @@ fn judge_openness(body: &Body) -> Option<String> {
 
 /// Whether no node of a body is in a place.
 fn holds_none(body: &Body, place: &Place) -> Result<bool, SessionError> {
-    let Some(lattice) = body.carrier.lattice() else {
+    let Some(lattice) = body.discretization.lattice() else {
         let points = body.model.surface.points.iter().enumerate();
         return Ok(!points.into_iter().any(|(node, rest)| place.holds(node as u32, *rest)));
     };

@@ -181,7 +181,8 @@ pub(super) fn fixing(scene: &FixedScene) -> Fixing {
 /// ray that misses.
 pub(super) fn frame(
     scene: &FrameScene,
-    (source, device): (&Source, Range<usize>),
+    source: &Source,
+    device: Range<usize>,
     bodies: &[(String, SharedModel)],
     near: bool,
 ) -> Result<Frame, SceneError> {

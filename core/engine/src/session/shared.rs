@@ -99,8 +99,8 @@ impl SharedParts {
     }
 
     /// A grid that comes back under this key when its session ends.
-    pub(super) fn lend(&self, key: String, grid: Grid) -> LentGrid {
-        LentGrid { grid: Some(grid), key, home: Arc::clone(&self.grids) }
+    pub(super) fn pool(&self, key: String, grid: Grid) -> PooledGrid {
+        PooledGrid { grid: Some(grid), key, home: Arc::clone(&self.grids) }
     }
 }
 
@@ -205,21 +205,21 @@ impl GridPool {
 }
 
 /// A built grid that is given back when its session ends.
-pub struct LentGrid {
+pub struct PooledGrid {
     /// `None` only while it is dropped.
     grid: Option<Grid>,
     key: String,
     home: Arc<GridPool>,
 }
 
-impl LentGrid {
+impl PooledGrid {
     /// What it is known by: the model and everything it was built with.
     pub(super) fn key(&self) -> &str {
         &self.key
     }
 }
 
-impl Deref for LentGrid {
+impl Deref for PooledGrid {
     type Target = Grid;
 
     fn deref(&self) -> &Grid {
@@ -227,7 +227,7 @@ impl Deref for LentGrid {
     }
 }
 
-impl Drop for LentGrid {
+impl Drop for PooledGrid {
     fn drop(&mut self) {
         // One whose plugin panicked is not used again.
         if let Some(grid) = self.grid.take().filter(|grid| self.home.capacity > 0 && !grid.is_quarantined()) {

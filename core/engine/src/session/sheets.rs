@@ -14,7 +14,7 @@ impl Session {
         for slot in &mut self.tools {
             let wanted = scene.tool.iter().find(|t| *t.name.get_ref() == slot.tool.name).and_then(|t| t.sheets);
             for (index, body) in self.bodies.iter().enumerate() {
-                let Some(sheet) = body.carrier.sheet() else { continue };
+                let Some(sheet) = body.discretization.sheet() else { continue };
                 let share = sheet.edge() / slot.tool.proxy.shape.shape().feature_size();
                 let fits = if share <= FINE { SheetContact::Vertices } else { SheetContact::Triangles };
                 let (by, meets) = match wanted.unwrap_or(fits) {
@@ -39,7 +39,7 @@ impl Session {
         for slot in &mut self.tools {
             let tip = slot.fingertip(self.dt);
             for (index, body) in self.bodies.iter().enumerate() {
-                let (Some(soft), Some(sheet)) = (&mut slot.soft[index], body.carrier.sheet()) else { continue };
+                let (Some(soft), Some(sheet)) = (&mut slot.soft[index], body.discretization.sheet()) else { continue };
                 let Some(tip) = tip.as_ref().filter(|_| body.frozen.is_none()) else {
                     soft.leave();
                     continue;
@@ -56,12 +56,12 @@ impl Session {
 
     /// Puts the tips of the tools that touch on a sheet.
     pub(super) fn place_tips(&mut self, index: usize) {
-        if self.bodies[index].carrier.sheet().is_none() {
+        if self.bodies[index].discretization.sheet().is_none() {
             return;
         }
         let tips = &mut self.sheet_tips[index];
         tips.tips.clear();
-        tips.rubbed = 0.0;
+        tips.friction_work = 0.0;
         tips.moved = self.moved[index];
         tips.tips.extend(self.tools.iter().filter_map(|slot| {
             let holds = slot.soft[index].is_none();
@@ -70,13 +70,13 @@ impl Session {
     }
 
     /// J, what friction between tips and sheets took in the last step.
-    pub(super) fn rubbed(&self) -> f64 {
+    pub(super) fn friction_work(&self) -> f64 {
         let mut sum = 0.0;
         for (index, body) in self.bodies.iter().enumerate().filter(|(_, body)| body.frozen.is_none()) {
-            sum += self.sheet_tips[index].rubbed;
+            sum += self.sheet_tips[index].friction_work;
             for slot in &self.tools {
                 if let (Some(soft), Some(tip)) = (&slot.soft[index], slot.fingertip(self.dt)) {
-                    sum += soft.rubbed(&tip, &body.system.nodes, self.dt);
+                    sum += soft.friction_work(&tip, &body.system.nodes, self.dt);
                 }
             }
         }
@@ -84,7 +84,7 @@ impl Session {
     }
 
     /// N, on a tool by the sheets whose vertices it holds, and the last of the sheets it touches.
-    pub(super) fn felt_on_sheets(&self, tool: usize) -> (Vec3, Option<u32>) {
+    pub(super) fn sheet_contact_force(&self, tool: usize) -> (Vec3, Option<u32>) {
         let Some(place) = self.place_of_tip(tool) else { return (Vec3::zeros(), None) };
         let (mut force, mut of) = (Vec3::zeros(), None);
         for (index, tips) in self.sheet_tips.iter().enumerate() {
@@ -97,7 +97,7 @@ impl Session {
     }
 
     /// N, on a tool by the sheets it presses on as a soft tip: part of its reaction.
-    pub(super) fn felt_softly(&self, tool: usize) -> Vec3 {
+    pub(super) fn soft_contact_force(&self, tool: usize) -> Vec3 {
         let slot = &self.tools[tool];
         let each = slot.soft.iter().zip(&self.bodies).enumerate();
         each.filter(|(_, (soft, _))| soft.as_ref().is_some_and(|soft| soft.held() > 0)).fold(

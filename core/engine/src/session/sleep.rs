@@ -58,7 +58,7 @@ impl Session {
     /// Whether a tip could reach a sleeping body in two steps.
     fn is_near(&self, index: usize) -> bool {
         let Some([low, high]) = self.rests[index].asleep else { return self.sheet_tips[index].is_active() };
-        let edge = self.bodies[index].carrier.edge();
+        let edge = self.bodies[index].discretization.edge();
         self.sheet_tips[index].tips.iter().any(|tip| {
             let reach = tip.shape.shape().bounding_radius() + edge + 2.0 * self.dt * tip.velocity.norm();
             (0..3).all(|c| tip.position[c] > low[c] - reach && tip.position[c] < high[c] + reach)

@@ -36,13 +36,13 @@ impl Session {
         frame.begin();
         self.move_bodies(time, &mut frame);
         self.steps += 1;
-        frame.rubbed = self.rubbed();
-        self.feel(time, &mut frame);
+        frame.friction_work = self.friction_work();
+        self.render_forces(time, &mut frame);
         frame.time = self.time();
         self.watch_meetings();
         frame.seconds = start.elapsed().as_secs_f64();
         frame.parts = [regions, contact - regions, start.elapsed() - contact].map(|d| d.as_secs_f64());
-        self.weigh_energies(&mut frame);
+        self.sum_energies(&mut frame);
         self.frame = frame;
     }
 
@@ -73,19 +73,19 @@ impl Session {
             }
             balls.clear();
             // A body that is simulated as a whole has nothing to look for.
-            if !body.carrier.is_whole() {
+            if !body.discretization.is_whole() {
                 for slot in &mut self.tools {
                     balls.extend(slot.tool.wants(index, body, &slot.hand, time));
                 }
             }
-            let Body { model, skin, system, carrier, fixings, .. } = body;
+            let Body { model, skin, system, discretization, fixings, .. } = body;
             let start = Instant::now();
-            match carrier.follow(&balls, model, fixings, skin, system) {
+            match discretization.follow(&balls, model, fixings, skin, system) {
                 Ok(true) => self.changed(index),
                 Ok(false) => {}
                 Err(error) => self.freeze(index, time, error.to_string()),
             }
-            self.lose_patience(index, time, (Stage::Region, start));
+            self.check_patience(index, Stage::Region, time, start);
         }
         self.balls = balls;
     }
@@ -130,7 +130,7 @@ impl Session {
                 }
                 Err(error) => self.freeze(index, time.start, error),
             }
-            self.lose_patience(index, time.start, (Stage::Step, start));
+            self.check_patience(index, Stage::Step, time.start, start);
         }
     }
 
@@ -167,12 +167,12 @@ impl Session {
         }
         self.place_tips(index);
         let body = &mut self.bodies[index];
-        body.carrier.prescribe(&mut body.system.nodes, &body.fixings, time);
+        body.discretization.prescribe(&mut body.system.nodes, &body.fixings, time);
         if self.sleeps(index) {
             return Ok(0.0);
         }
         let body = &mut self.bodies[index];
-        let gravity = if body.carrier.is_whole() { self.plan.gravity } else { Vec3::zeros() };
+        let gravity = if body.discretization.is_whole() { self.plan.gravity } else { Vec3::zeros() };
         let loads = Loads { gravity, forces: &[], tools: &self.springs };
         let (elements, choice) = (body.system.elements(), &mut self.thread_choices[index]);
         let has_choice = (SMALL..LARGE).contains(&elements) && self.pool.threads() > 1;
@@ -190,7 +190,7 @@ impl Session {
             false => *choice = ThreadChoice::default(),
         }
         self.choices.threads = self.pool.threads();
-        if body.carrier.sheet().is_some() {
+        if body.discretization.sheet().is_some() {
             let nodes = &system.nodes;
             self.springs.iter().for_each(|s| s.add_to(&mut integrator.reaction, &nodes.x, Some(&nodes.v)));
         }
@@ -213,11 +213,11 @@ impl Session {
         Ok(report.max_speed)
     }
 
-    /// Gives the hands what they feel.
-    fn feel(&mut self, StepTime { start: time, dt }: StepTime, frame: &mut Frame) {
+    /// Renders to each device the force and torque of its tools, after force safety.
+    fn render_forces(&mut self, StepTime { start: time, dt }: StepTime, frame: &mut Frame) {
         for tool in 0..self.tools.len() {
-            let (held, sheet) = self.felt_on_sheets(tool);
-            let pressed = self.felt_softly(tool);
+            let (held, sheet) = self.sheet_contact_force(tool);
+            let pressed = self.soft_contact_force(tool);
             let on_sheets = held + pressed;
             let slot = &mut self.tools[tool];
             let place = slot.tool.proxy.position;
@@ -226,7 +226,9 @@ impl Session {
             slot.turned = slot.hand.present.then(|| slot.tool.proxy.shape.rotation());
             slot.on_sheets = on_sheets;
             let of_sheets = match &slot.tip {
-                Some(tip) if slot.tool.proxy.touch.is_none() => tip.felt(slot.hand.position, &slot.tool.coupling),
+                Some(tip) if slot.tool.proxy.touch.is_none() => {
+                    tip.coupling_force(slot.hand.position, &slot.tool.coupling)
+                }
                 _ => on_sheets,
             };
             let on_bodies = slot.tool.reaction(&self.bodies) - pressed;
@@ -252,8 +254,8 @@ impl Session {
         }
     }
 
-    /// Not part of the step: what the output asks for besides.
-    fn weigh_energies(&mut self, frame: &mut Frame) {
+    /// Sums kinetic and elastic energy into the frame, if an output asks for them; not part of the step's time.
+    fn sum_energies(&mut self, frame: &mut Frame) {
         if !self.energy {
             return;
         }

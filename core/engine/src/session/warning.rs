@@ -145,19 +145,19 @@ impl Session {
         tally.force = tally.force.max(force);
         let Some(touch) = slot.tool.proxy.touch.filter(|_| slot.tool.depth > tally.depth) else { return };
         let body = &self.bodies[touch.body as usize];
-        if body.carrier.lattice().is_none() {
+        if body.discretization.lattice().is_none() {
             return;
         }
         (tally.depth, tally.body) = (slot.tool.depth, Some(touch.body));
         if tally.is_shown {
             return;
         }
-        let Ok((_, centre)) = body.carry_one(touch.rest) else { return };
+        let Ok((_, centre)) = body.embed_point(touch.rest) else { return };
         let (model, least) = (&body.model, SHOWN * tally.depth);
         let mut is_shown = false;
         body.skin.tree.near(centre, slot.tool.proxy.shape.extent(), |triangle| {
             for v in model.surface.triangles[triangle as usize] {
-                let moved = || body.carry_one(model.surface.points[v as usize]);
+                let moved = || body.embed_point(model.surface.points[v as usize]);
                 is_shown = is_shown || moved().is_ok_and(|(now, settled)| (now - settled).norm() >= least);
             }
         });
@@ -208,7 +208,7 @@ fn moved_extents(body: &Body, rest: Extents) -> Extents {
     let before = Extents { min: *before, max: *before }.with(at_rest.iter());
     let moved = Extents { min: rest.min + now.min - before.min, max: rest.max + now.max - before.max };
     // Of a local region only a part has nodes; the rest of the body stays.
-    if body.carrier.is_whole() { moved } else { rest.with([moved.min, moved.max].iter()) }
+    if body.discretization.is_whole() { moved } else { rest.with([moved.min, moved.max].iter()) }
 }
 
 /// Steps between two looks at the boxes; what a box sweeps over between them counts too.

@@ -92,7 +92,7 @@ impl Hand {
     }
 
     /// Takes a sample at `time`, `dt` (s) after the last.
-    pub fn sample(&mut self, pose: &Pose, frame: &Frame, (time, dt): (f64, f64)) {
+    pub fn sample(&mut self, pose: &Pose, frame: &Frame, time: f64, dt: f64) {
         let place = frame.to_scene(pose.position.into());
         let good = pose.flags & POSE_VALID != 0 && place.iter().all(|c| c.is_finite());
         if !good {
@@ -135,17 +135,17 @@ mod tests {
     fn jumps_are_followed_at_the_limit_and_nonsense_is_dropped() {
         let mut hand = Hand::new(2.0);
         let frame = Frame::default();
-        hand.sample(&pose(0.0), &frame, (0.0, 1e-3));
-        hand.sample(&pose(0.1), &frame, (1e-3, 1e-3));
+        hand.sample(&pose(0.0), &frame, 0.0, 1e-3);
+        hand.sample(&pose(0.1), &frame, 1e-3, 1e-3);
         assert!((hand.position[0] - 2e-3).abs() < 1e-15 && hand.slowed == 1);
         for wild in [1e6, 1e300, f64::MAX] {
             let before = hand.position[0];
-            hand.sample(&pose(wild), &frame, (2e-3, 1e-3));
+            hand.sample(&pose(wild), &frame, 2e-3, 1e-3);
             assert!(hand.position[0] - before <= 2e-3 + 1e-12);
         }
-        hand.sample(&pose(f64::NAN), &frame, (3e-3, 1e-3));
+        hand.sample(&pose(f64::NAN), &frame, 3e-3, 1e-3);
         assert!(hand.present && hand.dropped == 1 && hand.position[0].is_finite());
-        hand.sample(&pose(f64::NAN), &frame, (0.06, 1e-3));
+        hand.sample(&pose(f64::NAN), &frame, 0.06, 1e-3);
         assert!(!hand.present, "let go after 50 ms without a good sample");
     }
 

@@ -1,7 +1,7 @@
 //! What of all bodies is near a place.
 
 use super::Tool;
-use crate::body::{Body, LatticeError, Sheet, weigh};
+use crate::body::{Body, LatticeError, Sheet, interpolate};
 use crate::contact::{Near, NearSurface, Query, normal_of};
 use crate::shape::OrientedShape;
 use pliant_mesh::geometry::closest_point;
@@ -71,7 +71,7 @@ impl SurfaceSearch {
 /// The point of any sheet nearest to `centre`, within `reach` (m).
 pub(super) fn nearest_on_sheets(bodies: &[Body], centre: Vec3, reach: f64) -> Option<Near> {
     let sheets =
-        bodies.iter().enumerate().filter_map(|(index, body)| Some((index as u32, body, body.carrier.sheet()?)));
+        bodies.iter().enumerate().filter_map(|(index, body)| Some((index as u32, body, body.discretization.sheet()?)));
     let near = sheets.filter_map(|(index, body, sheet)| on_sheet(index, body, sheet, centre, reach));
     near.min_by(|a, b| a.distance.total_cmp(&b.distance))
 }
@@ -86,7 +86,7 @@ fn search(
 ) -> Result<(), LatticeError> {
     out.clear();
     for (index, body) in bodies.iter_mut().enumerate() {
-        if let Some(sheet) = body.carrier.sheet() {
+        if let Some(sheet) = body.discretization.sheet() {
             // Looked for once, when a grip is taken: no list is kept.
             if query.shape.is_none() {
                 out.extend(on_sheet(index as u32, body, sheet, query.centre, query.margin));
@@ -94,7 +94,7 @@ fn search(
             continue;
         }
         let (list, query) = (&mut near[index], Query { moved: moved[index], ..query });
-        if query.shape.is_some_and(|shape| Tool::meets_samples(shape, body.carrier.edge())) {
+        if query.shape.is_some_and(|shape| Tool::meets_samples(shape, body.discretization.edge())) {
             let samples = std::sync::Arc::clone(&body.samples);
             list.samples(index as u32, body, &samples, &query, out)?;
         } else {
@@ -117,7 +117,7 @@ fn on_sheet(index: u32, body: &Body, sheet: &Sheet, centre: Vec3, reach: f64) ->
             best = Some(Near {
                 body: index,
                 point: closest.point,
-                rest: weigh(rest, closest.bary),
+                rest: interpolate(rest, closest.bary),
                 normal: normal_of(rest),
                 distance,
                 area: 0.0,

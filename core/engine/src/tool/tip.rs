@@ -3,7 +3,7 @@
 //! A sheet holds its vertices on a tip exactly, so a tip that went where the hand goes would feel every impulse of the solver.
 //! Here the hand drives the tip through the spring of its coupling, as Adams and Hannaford (1999) propose: the hand feels the
 //! spring, the spring and the sheet move the tip. Two tips that meet keep each other out except for the give of a finger's pulp, so a pinch is
-//! felt on both.
+//! coupling_force on both.
 
 use super::tool::Coupling;
 use pliant_solver::Vec3;
@@ -31,7 +31,7 @@ impl TipMass {
     }
 
     /// Drives it towards a hand that moved to `hand` (m) at `speed` (m/s), against `force` (N), over `dt` (s): backward Euler for the spring
-    /// and a critical damper, which is between tip and hand and not felt.
+    /// and a critical damper, which is between tip and hand and not coupling_force.
     pub fn drive_kinematic(&mut self, hand: Vec3, speed: Vec3, coupling: &Coupling, force: Vec3, dt: f64) {
         if !self.led {
             (self.position, self.velocity, self.led) = (hand, speed, true);
@@ -53,7 +53,7 @@ impl TipMass {
     }
 
     /// Force on a hand at `hand` (m), N.
-    pub fn felt(&self, hand: Vec3, coupling: &Coupling) -> Vec3 {
+    pub fn coupling_force(&self, hand: Vec3, coupling: &Coupling) -> Vec3 {
         if self.led { coupling.stiffness * (self.position - hand) } else { Vec3::zeros() }
     }
 }
@@ -96,7 +96,7 @@ mod tests {
         for _ in 0..300 {
             tip.drive_kinematic(hand, Vec3::zeros(), &COUPLING, Vec3::new(-1.0, 0.0, 0.0), 1e-3);
         }
-        assert!((tip.felt(hand, &COUPLING)[0] + 1.0).abs() < 1e-6);
+        assert!((tip.coupling_force(hand, &COUPLING)[0] + 1.0).abs() < 1e-6);
     }
 
     #[test]
@@ -111,7 +111,7 @@ mod tests {
             separate(&mut a, 0.01, &mut b, 0.01);
         }
         // 10 mm apart, kept 17.5 mm apart: each spring is 3.75 mm long.
-        let (fa, fb) = (a.felt(left, &COUPLING)[0], b.felt(right, &COUPLING)[0]);
+        let (fa, fb) = (a.coupling_force(left, &COUPLING)[0], b.coupling_force(right, &COUPLING)[0]);
         assert!((fa + 0.75).abs() < 1e-9 && (fb - 0.75).abs() < 1e-9, "{fa} {fb}");
     }
 }

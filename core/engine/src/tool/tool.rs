@@ -2,9 +2,9 @@
 
 use super::hand::Hand;
 use super::search::{SurfaceSearch, nearest_on_sheets};
-use crate::body::{Body, LatticeError, weigh};
+use crate::body::{Body, LatticeError, interpolate};
 use crate::contact::{Friction, Patch, PlaceLoads, Proxy, inward};
-use crate::edit::{Action, ActiveBall, BladeEdge, CarriedPlace, ContactPlace, CutStep, GRIP_REACH, Step};
+use crate::edit::{Action, ActiveBall, BladeEdge, ContactPlace, CutStep, EmbeddedPlace, GRIP_REACH, Step};
 use crate::shape::OrientedShape;
 use nalgebra::UnitQuaternion;
 use pliant_plugin_api::abi::Ball;
@@ -165,13 +165,13 @@ impl Tool {
                 Some(ball) => Some(ball).filter(|ball| ball.body as usize == index),
                 None => approached(),
             };
-            let extra = action.extra_radius(body.carrier.edge());
+            let extra = action.extra_radius(body.discretization.edge());
             let ball = ball.map(|ball| ActiveBall { extra_radius: ball.extra_radius + extra, ..ball });
             self.ball = ball.map(|ball| (ball, time)).or(self.ball);
         }
         let (ball, since) = self.ball?;
         let ActiveBall { body: of, centre, extra_radius } = ball;
-        let radius = body.carrier.radius() + extra_radius + self.proxy.shape.extent();
+        let radius = body.discretization.radius() + extra_radius + self.proxy.shape.extent();
         let radius = radius + self.corners_reach(body).min(radius);
         (of as usize == index && time - since <= SPRING_BACK).then_some(Ball { centre: centre.into(), radius })
     }
@@ -187,7 +187,7 @@ impl Tool {
     fn approached(&self, body: &Body, hand: &Hand) -> Option<Vec3> {
         let ahead = hand.position - self.proxy.position;
         let shape = &self.proxy.shape;
-        let margin = GRIP_REACH * shape.shape().length_scale() + body.carrier.edge() + ahead.norm();
+        let margin = GRIP_REACH * shape.shape().length_scale() + body.discretization.edge() + ahead.norm();
         let beyond = if shape.shape().is_round() { 0.0 } else { shape.shape().bounding_radius() };
         let (centre, reach) = (self.proxy.position, margin + beyond);
         let mut best: Option<(f64, u32, Vec3)> = None;
@@ -198,7 +198,7 @@ impl Tool {
             let distance = if shape.shape().is_round() { d.norm() } else { shape.distance(d) };
             let nearer = best.is_none_or(|(b, t, _)| (distance, triangle) < (b, t));
             if distance <= margin && nearer {
-                let rest = weigh(vertices.map(|v| body.model.surface.points[v as usize]), closest.bary);
+                let rest = interpolate(vertices.map(|v| body.model.surface.points[v as usize]), closest.bary);
                 best = Some((distance, triangle, rest));
             }
         });
@@ -227,11 +227,11 @@ impl Tool {
         if let Some(action) = &mut self.action {
             action.release();
         }
-        self.stand_free(hand);
+        self.release_to_hand(hand);
     }
 
     /// Stands at the hand, in contact with nothing and without loads.
-    pub(crate) fn stand_free(&mut self, hand: &Hand) {
+    pub(crate) fn release_to_hand(&mut self, hand: &Hand) {
         self.proxy.touch = None;
         self.proxy.position = hand.position;
         self.surface.leave();
@@ -254,8 +254,8 @@ impl Tool {
         }
         let contact = match self.contact() {
             Some(ContactPlace { body, rest }) => {
-                let (now, settled) = step.bodies[body as usize].carry_one(rest)?;
-                Some(CarriedPlace { now, settled })
+                let (now, settled) = step.bodies[body as usize].embed_point(rest)?;
+                Some(EmbeddedPlace { now, settled })
             }
             None => None,
         };
@@ -294,7 +294,7 @@ impl Tool {
         normal: Vec3,
         pulled: Vec3,
     ) -> Result<(), LatticeError> {
-        self.patch.sample(rest, normal, body.carrier.edge());
+        self.patch.sample(rest, normal, body.discretization.edge());
         self.press_patch(body, index, pulled)
     }
 
@@ -303,8 +303,8 @@ impl Tool {
         let Patch { places, shares } = &mut self.patch;
         places.clear();
         shares.clear();
-        let edge = body.carrier.edge();
-        let is_cut = body.carrier.lattice().is_some_and(|lattice| lattice.has_cuts());
+        let edge = body.discretization.edge();
+        let is_cut = body.discretization.lattice().is_some_and(|lattice| lattice.has_cuts());
         for (near, share) in self.proxy.supports() {
             let Some(on) = near.on.filter(|_| near.body == index) else { continue };
             let vertices = body.model.surface.triangles[on.triangle as usize];

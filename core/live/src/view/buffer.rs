@@ -188,7 +188,7 @@ impl BodyTrack {
 
 /// Corners of the cells of a body that are simulated, m.
 fn active_cells(body: &Body) -> impl Iterator<Item = [[f32; 3]; 8]> + '_ {
-    let lattice = body.carrier.lattice();
+    let lattice = body.discretization.lattice();
     let corners = lattice.map_or(&[][..], |lattice| &lattice.region().cell_corners);
     let place = |node: u32| body.system.nodes.x[node as usize].map(|c| c as f32).into();
     corners.iter().map(move |cell| cell.map(place))

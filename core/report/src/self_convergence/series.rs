@@ -45,7 +45,7 @@ pub(super) fn refinement_series(scene: &Scene, session: &Session, quick: bool) -
     if let Some(body) = lattice {
         let level = f64::from(*body.grid.level.get_ref());
         // A radius in cells would shrink with them: all levels get the radius of the scene's own, m.
-        let radius = session.bodies.first().map(|b| b.carrier.radius()).filter(|r| r.is_finite());
+        let radius = session.bodies.first().map(|b| b.discretization.radius()).filter(|r| r.is_finite());
         let settings = radius.map(|r| ("body.0.grid.radius".to_owned(), r.to_string())).into_iter().collect();
         let coarser = if quick { &[1.0][..] } else { &[2.0, 1.0] };
         let values = coarser.iter().map(|below| level - below).chain([level, level + 1.0]).collect();

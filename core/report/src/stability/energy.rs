@@ -48,7 +48,7 @@ impl EnergyBalance {
             self.floor = self.floor.max(ROUNDING_SPEED_SQUARED * nodes.mass.iter().sum::<f64>());
             // A region that has moved has other nodes, whose displacements are not known.
             if before.len() == nodes.len() {
-                let g = if body.carrier.is_whole() { gravity } else { Vec3::zeros() };
+                let g = if body.discretization.is_whole() { gravity } else { Vec3::zeros() };
                 for (i, held) in session.reactions(index).iter().enumerate() {
                     let u = nodes.x[i] - before[i];
                     let done = (*held + nodes.mass[i] * g).dot(&u);
@@ -57,7 +57,7 @@ impl EnergyBalance {
             }
             before.clone_from(&nodes.x);
         }
-        let on_lattice = session.bodies.iter().any(|b| b.carrier.sheet().is_none());
+        let on_lattice = session.bodies.iter().any(|b| b.discretization.sheet().is_none());
         let frame = session.frame();
         for (i, tool) in frame.tools.iter().enumerate().filter(|_| on_lattice) {
             if let Some(before) = self.hands.get(i) {
@@ -68,7 +68,7 @@ impl EnergyBalance {
         }
         self.hands = frame.tools.iter().map(|t| t.hand).collect();
         // Reactions of a sheet do the work of the hand less friction.
-        (self.work, self.friction_work) = (self.work + frame.rubbed, self.friction_work + frame.rubbed);
+        (self.work, self.friction_work) = (self.work + frame.friction_work, self.friction_work + frame.friction_work);
         let held = frame.kinetic_energy + frame.elastic_energy;
         self.injected =
             if held.is_finite() { self.injected.max(held + self.friction_work - self.work) } else { f64::INFINITY };

@@ -29,10 +29,10 @@ impl Bound {
         made.chain(self.guests.get(&cell).into_iter().flatten().copied())
     }
 
-    /// The cell a point lies in that `carrier` carries.
-    pub fn own(&self, point: u32, carrier: u64) -> u64 {
+    /// The cell a point lies in that `discretization` carries.
+    pub fn own(&self, point: u32, discretization: u64) -> u64 {
         let guests = self.host.get(&point).and_then(|host| self.guests.get(host));
-        guests.into_iter().flatten().find(|(other, _)| *other == point).map_or(carrier, |(_, own)| *own)
+        guests.into_iter().flatten().find(|(other, _)| *other == point).map_or(discretization, |(_, own)| *own)
     }
 
     /// Takes a guest from its host, which it gives.

@@ -135,7 +135,7 @@ impl Lattice {
         let (mut id, mut weights) = ([abi::NO_CELL], [[0.0; 8]]);
         self.grid.weights(self.settings.level, &[place.into()], &mut id, &mut weights)?;
         match self.cell_at(id[0], place) {
-            Some(_) => Ok(Some(self.carry_one(place, nodes)?.0 - place)),
+            Some(_) => Ok(Some(self.embed_point(place, nodes)?.0 - place)),
             None => Ok(None),
         }
     }
@@ -156,7 +156,7 @@ impl Lattice {
     ///
     /// # Errors
     /// What the grid says.
-    pub fn carry_one(&self, place: Vec3, nodes: &Nodes) -> Result<(Vec3, Vec3), LatticeError> {
+    pub fn embed_point(&self, place: Vec3, nodes: &Nodes) -> Result<(Vec3, Vec3), LatticeError> {
         let (mut id, mut weights) = ([abi::NO_CELL], [[0.0; 8]]);
         self.grid.weights(self.settings.level, &[place.into()], &mut id, &mut weights)?;
         let Some(cell) = self.cell_at(id[0], place) else { return Ok((place, place)) };
@@ -180,7 +180,7 @@ impl Lattice {
         if self.grid.is_nonlinear() {
             return self.embed_nonlinear(cell, nodes, model, skin);
         }
-        let first = self.weigh(cell, model)?;
+        let first = self.set_weights(cell, model)?;
         // Displacements, not positions: a point whose nodes are at rest keeps its very bits.
         let corners = self.region.cell_corners[cell as usize];
         let moved = corners.map(|n| nodes.x[n as usize] - nodes.rest[n as usize]);
@@ -210,7 +210,7 @@ impl Lattice {
     }
 
     /// Where the weights of a cell's points start; computed when first asked for.
-    pub(super) fn weigh(&mut self, cell: u32, model: &Model) -> Result<usize, LatticeError> {
+    pub(super) fn set_weights(&mut self, cell: u32, model: &Model) -> Result<usize, LatticeError> {
         let known = self.weights_of[cell as usize];
         if known != NO_WEIGHTS {
             return Ok(known as usize);

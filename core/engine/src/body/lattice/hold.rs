@@ -12,7 +12,7 @@ const HELD_FROM: f64 = 0.75;
 
 impl Lattice {
     /// Holds the far side of every part without a held node; these nodes return to rest like those of a border.
-    pub(super) fn hold_free_parts(&mut self, nodes: &mut Nodes) {
+    pub(super) fn constrain_detached_parts(&mut self, nodes: &mut Nodes) {
         let part_of = self.parts();
         let parts = part_of.iter().max().map_or(0, |last| *last as usize + 1);
         let mut is_held = vec![false; parts];

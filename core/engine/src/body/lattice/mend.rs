@@ -30,7 +30,7 @@ impl Lattice {
                 let (mut with, mut against) = (0, BTreeMap::<(u64, usize), usize>::new());
                 for other in neighbours(point) {
                     let Some(&there) = hosts.get(&other) else { continue };
-                    match self.fragments.hang_together(host, there) {
+                    match self.fragments.are_connected(host, there) {
                         Some(true) => with += 1,
                         Some(false) => *against.entry(there).or_default() += 1,
                         None => {}

@@ -180,7 +180,7 @@ impl Lattice {
         (nodes.x, nodes.v) = (x, v);
     }
 
-    /// Who is free, who is led and who returns.
+    /// Who is free, who is driven and who returns.
     fn constrain(&mut self, fixings: &[Fixing], nodes: &mut Nodes) {
         let n = nodes.x.len();
         nodes.constraint.clear();
@@ -188,7 +188,7 @@ impl Lattice {
         nodes.prescribed.clear();
         nodes.prescribed.resize(n, Vec3::zeros());
         self.returning.clear();
-        self.led.clear();
+        self.driven.clear();
         for i in 0..n {
             let rest = self.grid_rest(i as u32);
             let inside = |ball: &Ball| {
@@ -197,7 +197,7 @@ impl Lattice {
             if let Some(fixing) = fixings.iter().position(|f| f.place.holds(i as u32, rest)) {
                 nodes.constraint[i] = Constraint::Fixed;
                 if fixings[fixing].moves() {
-                    self.led.push((i as u32, fixing as u32));
+                    self.driven.push((i as u32, fixing as u32));
                 }
             } else if self.region.node_border[i] != 0 || !self.balls.iter().any(inside) {
                 nodes.constraint[i] = Constraint::Fixed;
@@ -205,7 +205,7 @@ impl Lattice {
             }
         }
         if !self.is_whole() && !self.balls.is_empty() {
-            self.hold_free_parts(nodes);
+            self.constrain_detached_parts(nodes);
         }
     }
 
@@ -233,7 +233,11 @@ impl Lattice {
                 abi::TETRAHEDRON => self.list_tetrahedra(list, request.flags & abi::INNER_TETRAHEDRON != 0),
                 kind => {
                     let material = system.material.name().to_owned();
-                    return Err(LatticeError::Unsupported { material, wanted: kind_name(kind), carrier: "grid" });
+                    return Err(LatticeError::Unsupported {
+                        material,
+                        wanted: kind_name(kind),
+                        discretization: "grid",
+                    });
                 }
             }
         }

@@ -12,7 +12,7 @@ impl Lattice {
     /// # Errors
     /// What the grid says.
     pub fn weighted_points(&mut self, cell: u32, model: &Model) -> Result<(&[u32], &[[f64; 8]]), LatticeError> {
-        let first = self.weigh(cell, model)?;
+        let first = self.set_weights(cell, model)?;
         let points = self.points(cell)?;
         Ok((points, &self.weights[first..first + points.len()]))
     }

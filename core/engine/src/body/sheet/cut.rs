@@ -4,7 +4,7 @@
 //! fabric. All of them are linear there, so mass, momentum and the energy of the membrane stay what they were. The moment of
 //! inertia of masses in the corners depends on the mesh: angular momentum changes by that, less the finer the mesh.
 
-use super::{Edges, NONE, Sheet, places, rising};
+use super::{Edges, NONE, Sheet, places, sorted};
 use crate::body::lattice::LatticeError;
 use pliant_cut::{Advance, CutMesh, Origin};
 use pliant_plugin_api::abi;
@@ -39,8 +39,8 @@ impl Sheet {
     ) -> Result<(), LatticeError> {
         let surface = mesh.surface();
         let old = Old::take(self.vertex_of.len(), system);
-        let fixing_of: HashMap<u32, u32> = self.led.iter().copied().filter(|(n, _)| *n < old.nodes as u32).collect();
-        self.led.retain(|(node, _)| *node < old.nodes as u32);
+        let fixing_of: HashMap<u32, u32> = self.driven.iter().copied().filter(|(n, _)| *n < old.nodes as u32).collect();
+        self.driven.retain(|(node, _)| *node < old.nodes as u32);
         self.number(surface);
         let mut fixing_of = fixing_of;
         let mut lineage = Lineage { first: advance.first_vertex, of_new: Vec::new() };
@@ -49,9 +49,9 @@ impl Sheet {
                 sources(mesh.origin(vertex)).into_iter().map(|(v, w)| (self.node_of[v as usize], w)).collect();
             let node = system.nodes.add_between(&of);
             let fixing = |(n, _): &(u32, f64)| fixing_of.get(n).copied();
-            if let Some(led) = fixing(&of[0]).filter(|led| of.iter().all(|n| fixing(n) == Some(*led))) {
-                fixing_of.insert(node, led);
-                self.led.push((node, led));
+            if let Some(driven) = fixing(&of[0]).filter(|driven| of.iter().all(|n| fixing(n) == Some(*driven))) {
+                fixing_of.insert(node, driven);
+                self.driven.push((node, driven));
             }
             lineage.add(mesh.origin(vertex));
         }
@@ -59,19 +59,19 @@ impl Sheet {
         let triangles = self.triangles(surface);
         let clamped: HashMap<[u32; 2], usize> = self.clamped.iter().copied().zip(0..).collect();
         let own = system.nodes.len();
-        let vertices = |ends: [u32; 2]| rising(ends.map(|n| self.vertex_of[n as usize]));
+        let vertices = |ends: [u32; 2]| sorted(ends.map(|n| self.vertex_of[n as usize]));
         let descends = |ends: [u32; 2]| lineage.edge(vertices(ends)).and_then(|edge| clamped.get(&edge).copied());
         let edges = Edges::new(&triangles, |ends| descends(ends).is_some(), &mut system.nodes);
         for (ghost, &ends) in edges.clamped.iter().enumerate() {
             let of = descends(ends).unwrap_or(0);
-            lay_beyond(&mut system.nodes, (own + ghost) as u32, ends, (&old.ghosts, of));
-            if let Some(led) = fixing_of.get(&ends[0]) {
-                self.led.push(((own + ghost) as u32, *led));
+            place_ghost(&mut system.nodes, (own + ghost) as u32, ends, OldGhost { ghosts: &old.ghosts, index: of });
+            if let Some(driven) = fixing_of.get(&ends[0]) {
+                self.driven.push(((own + ghost) as u32, *driven));
             }
         }
         self.clamped = Arc::new(edges.clamped.iter().map(|ends| vertices(*ends)).collect());
         self.list_elements(system, &triangles, edges)?;
-        let number = |edge: [u32; 2]| rising(edge.map(|v| self.node_of[v as usize]));
+        let number = |edge: [u32; 2]| sorted(edge.map(|v| self.node_of[v as usize]));
         let element_of = places(&self.triangle_of, self.triangle_of.len());
         for (set, (history, on_edge)) in system.sets.iter_mut().zip(old.history.iter().zip(&old.on_edge)) {
             let edge_of = |ends: &[u32]| lineage.edge(vertices([ends[0], ends[1]]));
@@ -118,7 +118,7 @@ impl Old {
             abi::LINK | abi::HINGE if !set.history().is_empty() => {
                 let corners = if set.request().kind == abi::LINK { 2 } else { 4 };
                 let edges = set.nodes().chunks_exact(corners).enumerate();
-                edges.map(|(e, nodes)| (rising([nodes[0], nodes[1]]), e)).collect()
+                edges.map(|(e, nodes)| (sorted([nodes[0], nodes[1]]), e)).collect()
             }
             _ => HashMap::new(),
         };
@@ -181,13 +181,20 @@ fn weights_in(corners: [Vec3; 3], place: Vec3) -> Vec3 {
     areas / areas.sum()
 }
 
-/// Puts a node beyond a part of a clamped edge: in the direction of the one that was beyond the whole of it, as far from the
-/// edge as its mirror image is.
-fn lay_beyond(nodes: &mut Nodes, ghost: u32, ends: [u32; 2], (ghosts, of): (&Nodes, usize)) {
+/// The ghost node of a clamped edge before the cut.
+struct OldGhost<'a> {
+    ghosts: &'a Nodes,
+    index: usize,
+}
+
+/// Places the ghost node of a part of a clamped edge: in the direction of the ghost node of the whole edge, as far from it as its
+/// mirror image is.
+fn place_ghost(nodes: &mut Nodes, ghost: u32, ends: [u32; 2], old: OldGhost<'_>) {
     let at = |n: u32| nodes.rest[n as usize];
     let (a, b, mirror) = (at(ends[0]), at(ends[1]), at(ghost));
     let along = (b - a).normalize();
     let across = |p: Vec3| (p - a) - (p - a).dot(&along) * along;
+    let OldGhost { ghosts, index: of } = old;
     let was = ghosts.rest[of];
     let rest = mirror - across(mirror) + across(mirror).norm() * across(was).normalize();
     let i = ghost as usize;

@@ -14,7 +14,7 @@ pub struct SheetState {
     order: Arc<Order>,
     material: Arc<Vec<f64>>,
     clamped: Arc<Vec<[u32; 2]>>,
-    led: Vec<(u32, u32)>,
+    driven: Vec<(u32, u32)>,
     active: bool,
 }
 
@@ -25,7 +25,7 @@ impl Sheet {
             order: Arc::clone(&self.order),
             material: Arc::clone(&self.material),
             clamped: Arc::clone(&self.clamped),
-            led: self.led.clone(),
+            driven: self.driven.clone(),
             active: self.active,
         }
     }
@@ -42,8 +42,9 @@ impl Sheet {
         system: &mut System,
     ) -> Result<(), LatticeError> {
         let same = Arc::ptr_eq(&self.material, &state.material) && system.nodes.rest == nodes.rest;
-        let SheetState { order, material, clamped, led, active } = state.clone();
-        (self.order, self.material, self.clamped, self.led, self.active) = (order, material, clamped, led, active);
+        let SheetState { order, material, clamped, driven, active } = state.clone();
+        (self.order, self.material, self.clamped, self.driven, self.active) =
+            (order, material, clamped, driven, active);
         self.cut = false;
         system.nodes.clone_from(nodes);
         if same || !self.active {

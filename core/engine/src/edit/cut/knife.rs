@@ -7,7 +7,7 @@
 //! hand feels the body feels too, just ahead of the part of the edge that is inside.
 
 use super::meeting::Meeting;
-use crate::body::{Body, Carrier, Lattice, LatticeError};
+use crate::body::{Body, Discretization, Lattice, LatticeError};
 use crate::tool::Hand;
 use nalgebra::Matrix3;
 use pliant_cut::{Blade, Refused, Stroke};
@@ -138,8 +138,8 @@ impl Knife {
                 self.inside = Some(Inside { body: index as u32, places: seen.places, tip: seen.tip, turn });
             }
             // What is left of a stride when the blade leaves a sheet is not cut by a later one.
-            let leaves = self.heading.is_some() && self.inside.is_none() && body.carrier.sheet().is_some();
-            match self.advance(index, (blade, turn), body, last || leaves) {
+            let leaves = self.heading.is_some() && self.inside.is_none() && body.discretization.sheet().is_some();
+            match self.advance(index, TurnedBlade { blade, turn }, body, last || leaves) {
                 Ok(None) => {}
                 Ok(Some(advanced)) => {
                     step.advances += usize::from(advanced.has_cut);
@@ -166,13 +166,13 @@ impl Knife {
             return Ok(());
         };
         let body = &bodies[inside.body as usize];
-        if let Some(lattice) = body.carrier.lattice()
+        if let Some(lattice) = body.discretization.lattice()
             && let Some(moved) = lattice.carried_by(inside.tip, &body.system.nodes)?
         {
             self.tip = inside.tip + moved;
         }
-        if let Carrier::Sheet(_) = &body.carrier {
-            let (now, _) = body.carry_one(inside.places[0])?;
+        if let Discretization::Sheet(_) = &body.discretization {
+            let (now, _) = body.embed_point(inside.places[0])?;
             self.tip = now + inside.tip;
         }
         let gap = hand.position - self.tip;
@@ -197,11 +197,11 @@ impl Knife {
     fn at_rest(&self, along: &Vec3, body: &Body, last: Option<Vec3>) -> Result<Option<Seen>, LatticeError> {
         let mut places = Vec::new();
         let heel = self.tip + self.edge.length * along;
-        let lattice = match &body.carrier {
-            Carrier::Lattice(lattice) => lattice,
-            Carrier::Sheet(sheet) => {
+        let lattice = match &body.discretization {
+            Discretization::Lattice(lattice) => lattice,
+            Discretization::Sheet(sheet) => {
                 let Some(met) = Meeting::find(self.tip, heel, body, sheet, last) else { return Ok(None) };
-                let (now, _) = body.carry_one(met.place)?;
+                let (now, _) = body.embed_point(met.place)?;
                 let tip = self.tip - now;
                 let places = if met.through { vec![met.place] } else { places };
                 return Ok(Some(Seen { blade: met.blade, places, tip, in_gap: met.in_gap, turn: met.turn }));
@@ -234,16 +234,17 @@ impl Knife {
     fn advance(
         &mut self,
         index: usize,
-        (blade, turn): (Blade, Matrix3<f64>),
+        blade: TurnedBlade,
         body: &mut Body,
         last: bool,
     ) -> Result<Option<Advanced>, Stopped> {
+        let TurnedBlade { blade, turn } = blade;
         let at_rest = |heading: Vec3| turn.transpose() * heading;
         let Some((stroke, tried)) = &mut self.strokes[index] else {
             self.strokes[index] = Some((Stroke::begin(blade).map_err(Stopped::Refused)?, blade));
             return Ok(None);
         };
-        let stride = STRIDE * body.carrier.edge();
+        let stride = STRIDE * body.discretization.edge();
         if let Some(heading) = self.heading {
             let gone = ahead(&stroke.blade(), &blade, &at_rest(heading));
             self.back = gone < -0.5 * stride;
@@ -256,7 +257,7 @@ impl Knife {
             return Ok(None);
         }
         // A sheet can only be taken back as a whole, should its material not take the pieces.
-        let state = body.carrier.sheet().is_some().then(|| body.save());
+        let state = body.discretization.sheet().is_some().then(|| body.save());
         let Some(mesh) = &mut body.cut else { return Ok(None) };
         *tried = blade;
         let before = stroke.blade();
@@ -316,6 +317,13 @@ struct Seen {
     tip: Vec3,
     /// Of a sheet: the stroke waits at its end until the blade goes through the sheet again.
     in_gap: bool,
+    turn: Matrix3<f64>,
+}
+
+/// A blade brought back to the rest shape.
+struct TurnedBlade {
+    blade: Blade,
+    /// Rotation from the rest shape to the present one, where the blade is
     turn: Matrix3<f64>,
 }
 

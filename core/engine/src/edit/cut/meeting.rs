@@ -3,7 +3,7 @@
 //! A sheet may be far from its rest shape and turned against it, and a blade crosses it in one place. So the blade is brought
 //! back with the triangle there: by where it meets it, and by how the triangle has turned.
 
-use crate::body::{Body, Sheet, weigh};
+use crate::body::{Body, Sheet, interpolate};
 use nalgebra::Matrix3;
 use pliant_cut::Blade;
 use pliant_mesh::geometry::closest_point;
@@ -43,7 +43,7 @@ impl Meeting {
         let rest = vertices.map(|v| body.model.surface.points[v as usize]);
         let now = sheet.nodes_of(&body.model, triangle).map(|n| body.system.nodes.x[n as usize]);
         let turn = turn(rest, now)?;
-        let (from, to) = (weigh(now, bary), weigh(rest, bary));
+        let (from, to) = (interpolate(now, bary), interpolate(rest, bary));
         let back = |p: Vec3| -> Vec3 { to + turn.transpose() * (p - from) };
         let length = way.norm();
         let normal = turn * normal_of(rest);
@@ -51,7 +51,7 @@ impl Meeting {
         let around = if across { AROUND * sheet.edge() / length } else { f64::INFINITY };
         let end = |s: f64| back(tip + s.clamp(0.0, 1.0) * way);
         let blade = Blade { tip: end(along - around), heel: end(along + around) };
-        let place = weigh(vertices.map(|v| body.skin.settled[v as usize]), bary);
+        let place = interpolate(vertices.map(|v| body.skin.settled[v as usize]), bary);
         let in_gap = !through && body.cut.as_ref().is_some_and(|mesh| mesh.is_crossed(blade.tip, blade.heel));
         Some(Self { blade, place, through, in_gap, turn })
     }
@@ -91,7 +91,8 @@ fn pierced(tip: Vec3, way: Vec3, body: &Body, sheet: &Sheet, last: Option<Vec3>)
             continue;
         };
         let away = last.map_or(s, |last| {
-            let place = weigh(body.model.surface.triangles[t as usize].map(|v| body.skin.settled[v as usize]), bary);
+            let place =
+                interpolate(body.model.surface.triangles[t as usize].map(|v| body.skin.settled[v as usize]), bary);
             let d = place - last;
             d.norm_squared()
         });

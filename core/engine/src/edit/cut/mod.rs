@@ -5,7 +5,7 @@ mod meeting;
 
 pub use knife::{BladeEdge, CutStep};
 
-use super::{Action, ActiveBall, CarriedPlace, ContactPlace, EditKind, Step};
+use super::{Action, ActiveBall, ContactPlace, EditKind, EmbeddedPlace, Step};
 use crate::body::{Body, LatticeError};
 use crate::plan::Edit;
 use crate::tool::{Hand, Tool, diagonal};
@@ -63,7 +63,7 @@ impl Action for Cutting {
         &mut self,
         tool: &mut Tool,
         step: &mut Step<'_>,
-        _contact: Option<CarriedPlace>,
+        _contact: Option<EmbeddedPlace>,
     ) -> Result<(), LatticeError> {
         let knife = &self.knife;
         tool.proxy.position = knife.tip;
@@ -77,7 +77,7 @@ impl Action for Cutting {
         let ((scale, spring), share) = (coupling.cap(pulled), 1.0 / inside.places.len() as f64);
         let body = &mut step.bodies[inside.body as usize];
         tool.loads.clear();
-        let edge = body.carrier.edge();
+        let edge = body.discretization.edge();
         for place in &inside.places {
             let place = inside.ahead(*place, knife.heading, edge);
             let stiffness = diagonal(spring * share * coupling.stiffness);

@@ -8,7 +8,7 @@ mod passivity;
 mod stale;
 
 pub use budget::Budget;
-pub use passivity::Passivity;
+pub use passivity::{Load, Passivity};
 pub use stale::{FADES, PATIENCE, fresh};
 
 use pliant_solver::Vec3;
@@ -140,7 +140,8 @@ impl ForceSafety {
             }
             let size = force.norm().min(self.limits.peak).min(self.budget.allowed());
             if let Some(passivity) = &mut self.passivity
-                && let Some(damping) = passivity.control(moment.position, (size, moment.compliance), dt)
+                && let Some(damping) =
+                    passivity.control(moment.position, Load { size, compliance: moment.compliance }, dt)
             {
                 self.counts[Cause::Passivity as usize] += 1;
                 force += damping;

@@ -16,6 +16,15 @@
 
 use pliant_solver::Vec3;
 
+/// What the coupling bears.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Load {
+    /// N, size of the force
+    pub size: f64,
+    /// m/N, how far the coupling gives way along it
+    pub compliance: f64,
+}
+
 /// The energy account of one effector.
 #[derive(Clone, Debug)]
 pub struct Passivity {
@@ -71,9 +80,9 @@ impl Passivity {
         self.energy
     }
 
-    /// N, what must be added to a force of `size` (N) while the hand is at `position` (m), `dt` (s) after the last time, and
-    /// the coupling gives way by `compliance` (m/N) along it.
-    pub fn control(&mut self, position: Vec3, (size, compliance): (f64, f64), dt: f64) -> Option<Vec3> {
+    /// N, the damping force to add while the hand is at `position` (m) under `load`, `dt` (s) after the last time; `None` where the
+    /// force is passive as it is.
+    pub fn control(&mut self, position: Vec3, load: Load, dt: f64) -> Option<Vec3> {
         if !position.iter().all(|c| c.is_finite()) {
             return None;
         }
@@ -85,7 +94,7 @@ impl Passivity {
         self.places[self.next] = position;
         self.next = (self.next + 1) % PLACES;
         self.filled = (self.filled + 1).min(PLACES);
-        let made = self.stored(size, compliance) - self.energy;
+        let made = self.stored(load) - self.energy;
         if made <= 0.0 || !self.controls {
             return None;
         }
@@ -98,7 +107,7 @@ impl Passivity {
 
     /// J, what the coupling holds at least: pressed in by some counts less than it seems, as a hand that goes in by single
     /// counts gives it less than a smooth one.
-    fn stored(&self, size: f64, compliance: f64) -> f64 {
+    fn stored(&self, Load { size, compliance }: Load) -> f64 {
         let pressed = (compliance * size - BLIND * self.resolution).max(0.0);
         if compliance > 0.0 { 0.5 * pressed * pressed / compliance } else { 0.0 }
     }
@@ -142,7 +151,7 @@ mod tests {
         let (mut made, mut force) = (0.0, 0.0);
         for k in late..20_000 {
             made += force * (place(k) - place(k - 1));
-            let more = passivity.control(Vec3::new(place(k), 0.0, 0.0), (0.0, 0.0), 1e-3).unwrap_or_default();
+            let more = passivity.control(Vec3::new(place(k), 0.0, 0.0), Load::default(), 1e-3).unwrap_or_default();
             force = -100.0 * place(k - late) + more[0];
             passivity.given(Vec3::new(force, 0.0, 0.0));
         }
@@ -164,7 +173,7 @@ mod tests {
             // Pressed in by 10 mm and out again; the force of the place in the middle of a sample makes it exact.
             let place = |k: i32| 2e-5 * f64::from(k.min(1000 - k));
             assert_eq!(
-                passivity.control(Vec3::new(place(k), 0.0, 0.0), (0.0, 0.0), 1e-3),
+                passivity.control(Vec3::new(place(k), 0.0, 0.0), Load::default(), 1e-3),
                 None,
                 "{k}: {} J",
                 passivity.energy()

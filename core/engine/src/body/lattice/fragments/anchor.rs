@@ -61,7 +61,7 @@ impl Fragments {
     }
 
     /// Whether two fragments, each with its cell, share nodes; `None` where their cells have none in common.
-    pub fn hang_together(&self, a: (u64, usize), b: (u64, usize)) -> Option<bool> {
+    pub fn are_connected(&self, a: (u64, usize), b: (u64, usize)) -> Option<bool> {
         if a.0 == b.0 {
             return Some(a.1 == b.1);
         }

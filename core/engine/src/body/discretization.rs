@@ -9,14 +9,14 @@ use pliant_plugin_api::abi::Ball;
 use pliant_solver::{Nodes, Pool, StepTime, System, Vec3};
 
 /// The nodes of a body.
-pub enum Carrier {
+pub enum Discretization {
     /// Those of a grid around it.
     Lattice(Box<Lattice>),
     /// Its own vertices.
     Sheet(Box<Sheet>),
 }
 
-impl Carrier {
+impl Discretization {
     /// The lattice, if it is one.
     pub fn lattice(&self) -> Option<&Lattice> {
         match self {
@@ -85,7 +85,7 @@ impl Carrier {
         }
     }
 
-    /// Sets what led and returning nodes do in the step from `time` of `dt` (s).
+    /// Sets what driven and returning nodes do in the step from `time` of `dt` (s).
     pub fn prescribe(&self, nodes: &mut Nodes, fixings: &[Fixing], time: StepTime) {
         match self {
             Self::Lattice(lattice) => lattice.prescribe(nodes, fixings, time),
@@ -128,7 +128,7 @@ impl Carrier {
     ///
     /// # Errors
     /// A grid that fails.
-    pub fn carry_one(
+    pub fn embed_point(
         &self,
         place: Vec3,
         model: &Model,
@@ -136,8 +136,8 @@ impl Carrier {
         nodes: &Nodes,
     ) -> Result<(Vec3, Vec3), LatticeError> {
         match self {
-            Self::Lattice(lattice) => lattice.carry_one(place, nodes),
-            Self::Sheet(sheet) => Ok(sheet.carry_one(place, model, skin, nodes)),
+            Self::Lattice(lattice) => lattice.embed_point(place, nodes),
+            Self::Sheet(sheet) => Ok(sheet.embed_point(place, model, skin, nodes)),
         }
     }
 
