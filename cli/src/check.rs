@@ -8,7 +8,8 @@ use crate::args::{CheckArgs, Cli};
 use crate::child::{ChildEnd, run_to_end};
 use crate::outcome::{Failure, Outcome};
 use crate::output::{format_seconds, note, print, print_json};
-use pliant_host::{Library, PluginInfo, SearchPath};
+use crate::search::search_path;
+use pliant_host::{Library, PluginInfo};
 use pliant_plugin_api::kit::{Kind, Verdict, cases};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -37,7 +38,7 @@ fn find_library(cli: &Cli, file: &Path) -> Result<PathBuf, Failure> {
         return file.canonicalize().map_err(Failure::from);
     }
     let name = file.to_string_lossy();
-    Ok(SearchPath::new(&cli.plugin_path).find(&name, Path::new("."))?.path)
+    Ok(search_path(cli)?.find_trusted(&name, Path::new("."))?.path)
 }
 
 /// In a child: lists the plugins, or runs one case.

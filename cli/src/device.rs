@@ -3,6 +3,7 @@
 use crate::args::{Cli, DeviceCommand, DoctorArgs};
 use crate::outcome::{Failure, Outcome};
 use crate::output::{print, print_json};
+use crate::search::search_path;
 use pliant_host::{
     Finding, Library, ParamKind, ParamSettings, ParamValue, PluginInfo, PluginKind, SearchPath, probe_device,
     realtime_rights,
@@ -15,7 +16,7 @@ use std::process::Command;
 
 /// Lists devices, finds out what they lack, or emulates one.
 pub fn device(cli: &Cli, command: &DeviceCommand) -> Result<Outcome, Failure> {
-    let search = SearchPath::new(&cli.plugin_path);
+    let search = search_path(cli)?;
     match command {
         DeviceCommand::List => list(cli, &search),
         DeviceCommand::Doctor(args) => doctor(cli, &search, args),
@@ -124,7 +125,7 @@ fn doctor(cli: &Cli, search: &SearchPath, args: &DoctorArgs) -> Result<Outcome, 
 
 /// The device plugin of that name, with parameters.
 fn probe_one(search: &SearchPath, name: &str, set: &[(String, String)]) -> Result<ProbedDevice, Failure> {
-    let library = Library::open(&search.find(name, Path::new("."))?.path)?;
+    let library = Library::open(&search.find_trusted(name, Path::new("."))?.path)?;
     let no_device = || Failure::input(format!("`{name}` is not a device; `pliant device list` names the devices"));
     let by_id = library.plugins().iter().find(|p| p.kind == PluginKind::Device && p.id == *name);
     let info = by_id.or_else(|| library.only_plugin(PluginKind::Device)).ok_or_else(no_device)?;

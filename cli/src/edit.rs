@@ -45,6 +45,9 @@ fn window_arguments(cli: &Cli, args: &EditArgs) -> Vec<std::ffi::OsString> {
     for folder in &cli.plugin_path {
         add("--plugin-path", folder);
     }
+    for folder in &cli.allow_plugins {
+        add("--allow-plugins", folder);
+    }
     add("--threads", &args.threads.to_string());
     if let Some(unit) = args.unit.and_then(|unit| unit.to_possible_value()) {
         add("--unit", &unit.get_name());

@@ -30,6 +30,7 @@ mod run;
 mod run_end;
 mod sample;
 mod scene_session;
+mod search;
 mod stop;
 
 use args::{Cli, Command};

@@ -5,6 +5,7 @@ use crate::check::check;
 use crate::new::new;
 use crate::outcome::{Failure, Outcome};
 use crate::output::{print, print_json};
+use crate::search::search_path;
 use pliant_host::{ChoiceSource, Library, ParamInfo, ParamKind, PluginInfo, PluginKind, SearchPath, choice_sources};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -12,7 +13,7 @@ use std::path::Path;
 
 /// Lists plugins, shows one, begins one, or checks one.
 pub fn plugin(cli: &Cli, command: &PluginCommand) -> Result<Outcome, Failure> {
-    let search = SearchPath::new(&cli.plugin_path);
+    let search = search_path(cli)?;
     match command {
         PluginCommand::List => list(cli, &search),
         PluginCommand::Info { name } => info(cli, &search, name),
@@ -52,7 +53,7 @@ fn list(cli: &Cli, search: &SearchPath) -> Result<Outcome, Failure> {
 
 /// `pliant plugin info`.
 fn info(cli: &Cli, search: &SearchPath, name: &str) -> Result<Outcome, Failure> {
-    let found = search.find(name, Path::new("."))?;
+    let found = search.find_trusted(name, Path::new("."))?;
     let library = Library::open(&found.path)?;
     if cli.json {
         let row = |p: &PluginInfo| plugin_json(p, &found.path, &sources_of(library, p));

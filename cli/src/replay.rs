@@ -5,11 +5,11 @@ use crate::outcome::{Failure, Outcome};
 use crate::output::{count, note, note_warnings, progress_bar};
 use crate::run_end::{print_summary, run_outcome};
 use crate::scene_session::OpenedScene;
+use crate::search::search_path;
 use crate::stop::stop_flag;
 use pliant_engine::plan::Plan;
 use pliant_engine::scene;
 use pliant_engine::session::{Options, Session};
-use pliant_host::SearchPath;
 use pliant_record::{Recorder, Recording, state_digest};
 use std::path::Path;
 use std::sync::atomic::Ordering;
@@ -77,7 +77,7 @@ fn open_recorded(cli: &Cli, args: &ReplayArgs, recording: &Recording) -> Result<
     }
     let plan = Plan::new(&scene, &source)?;
     let options = Options {
-        search: SearchPath::new(&cli.plugin_path),
+        search: search_path(cli)?,
         threads: args.threads,
         mesh: header.mesh.clone(),
         recorded: Some(recording.devices.clone()),

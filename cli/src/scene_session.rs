@@ -4,10 +4,10 @@ use crate::args::{Cli, SceneArgs};
 use crate::outcome::Failure;
 use crate::output::note_warnings;
 use crate::run_end::strict_failure;
+use crate::search::search_path;
 use pliant_engine::plan::Plan;
 use pliant_engine::scene::{self, Scene, Source};
 use pliant_engine::session::{Options, Session};
-use pliant_host::SearchPath;
 
 /// A scene, its file and text, and the session opened from it.
 pub struct OpenedScene {
@@ -23,7 +23,7 @@ pub struct OpenedScene {
 pub fn open_scene(cli: &Cli, args: &SceneArgs) -> Result<OpenedScene, Failure> {
     let (scene, source) = scene::load(&args.scene, &args.set)?;
     let plan = Plan::new(&scene, &source)?;
-    let search = SearchPath::new(&cli.plugin_path);
+    let search = search_path(cli)?;
     let options = Options { search, threads: args.threads, mesh: args.mesh.clone(), recorded: None };
     let session = Session::open(&scene, &source, plan, &options)?;
     let warnings = session.warnings();

@@ -248,6 +248,7 @@ def run(
     out: str | os.PathLike[str] | None = None,
     threads: int = 0,
     plugin_path: Iterable[str | os.PathLike[str]] = (),
+    allow_plugins: Iterable[str | os.PathLike[str]] = (),
 ) -> Result:
     """Run a scene from its start to its end, as ``pliant run`` does.
 
@@ -265,6 +266,8 @@ def run(
         Threads for its steps; 0 takes what the machine has. Results are the same bytes for any number.
     plugin_path : iterable of path
         Folders that are searched for plugins first.
+    allow_plugins : iterable of path
+        Folders from which the scene may name libraries by path, which runs their code; none by default.
 
     Returns
     -------
@@ -279,7 +282,9 @@ def run(
     if scene._driven:
         names = ", ".join(f"`{name}`" for name in scene._driven)
         warnings.warn(f"hands without a path stay away in a run: {names}; give them a `path`, or open a Session", stacklevel=2)
-    options = open_options(threads=threads, plugin_path=plugin_path, mesh=mesh, hands=scene._driven)
+    options = open_options(
+        threads=threads, plugin_path=plugin_path, allow_plugins=allow_plugins, mesh=mesh, hands=scene._driven
+    )
     folder = None if out is None else os.fspath(out)
     return Result(*_native.run(scene._given(set or {}), options, folder))
 

@@ -75,6 +75,8 @@ class Session:
         Whether edits can be taken back with :meth:`undo`.
     plugin_path : iterable of path
         Folders that are searched for plugins first.
+    allow_plugins : iterable of path
+        Folders from which the scene may name libraries by path, which runs their code; none by default.
 
     Examples
     --------
@@ -92,10 +94,16 @@ class Session:
         threads: int = 0,
         history: bool = True,
         plugin_path: Iterable[str | os.PathLike[str]] = (),
+        allow_plugins: Iterable[str | os.PathLike[str]] = (),
     ) -> None:
         scene = as_scene(scene)
         options = open_options(
-            threads=threads, plugin_path=plugin_path, mesh=mesh, hands=scene._driven, history=history
+            threads=threads,
+            plugin_path=plugin_path,
+            allow_plugins=allow_plugins,
+            mesh=mesh,
+            hands=scene._driven,
+            history=history,
         )
         self._native = _native.Session(scene._given(set or {}), options)
 

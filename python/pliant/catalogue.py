@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -301,6 +302,7 @@ def open_options(
     *,
     threads: int = 0,
     plugin_path: Iterable[str | os.PathLike[str]] = (),
+    allow_plugins: Iterable[str | os.PathLike[str]] = (),
     mesh: str | os.PathLike[str] | None = None,
     hands: Iterable[str] = (),
     history: bool = False,
@@ -308,14 +310,18 @@ def open_options(
     """How a session is opened, as the native half takes it."""
     if threads < 0:
         raise PliantError(f"threads is {threads}; allowed is 0 for what the machine has, or more")
-    return {
+    options = {
         "threads": threads,
         "plugin_path": [Path(folder) for folder in plugin_path],
+        "allow_plugins": [Path(folder) for folder in allow_plugins],
         "package_plugins": _PLUGINS,
         "mesh": None if mesh is None else Path(mesh),
         "hands": list(hands),
         "history": history,
     }
+    for text in _native.skipped_plugin_folders(options):
+        warnings.warn(text, stacklevel=3)
+    return options
 
 
 def _plugin(row: dict[str, Any]) -> Plugin:

@@ -31,7 +31,7 @@ mod _native {
     #[pymodule_export]
     use super::open::check;
     #[pymodule_export]
-    use super::plugins::{edit_kinds, plugins, quantities, solids};
+    use super::plugins::{edit_kinds, plugins, quantities, skipped_plugin_folders, solids};
     #[pymodule_export]
     use super::run::run;
     #[pymodule_export]

@@ -4,7 +4,7 @@ use super::failure::{Failure, contained};
 use pliant_engine::plan::Plan;
 use pliant_engine::scene::{self, Scene, Source};
 use pliant_engine::session::{Options, Session};
-use pliant_host::SearchPath;
+use pliant_host::{AllowedFolders, SearchPath};
 use pliant_mesh::ObjDocument;
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
@@ -32,6 +32,8 @@ pub struct OpenOptions {
     threads: usize,
     /// Folders that are searched for plugins first.
     plugin_path: Vec<PathBuf>,
+    /// Folders from which scenes may name libraries by path.
+    allow_plugins: Vec<PathBuf>,
     /// Folder of the plugins that come with the package.
     package_plugins: PathBuf,
     /// Another model in the place of the first body's.
@@ -44,8 +46,9 @@ pub struct OpenOptions {
 
 impl OpenOptions {
     /// Where plugins are looked for.
-    pub fn search(&self) -> SearchPath {
-        SearchPath::in_package(&self.plugin_path, &self.package_plugins)
+    pub fn search(&self) -> Result<SearchPath, Failure> {
+        let allowed = AllowedFolders::new(&self.allow_plugins)?;
+        Ok(SearchPath::in_package(&self.plugin_path, &self.package_plugins).allow(allowed))
     }
 }
 
@@ -73,7 +76,7 @@ pub fn open(given: SceneText, options: &OpenOptions) -> Result<Opened, Failure> 
     let (scene, source) = load(given)?;
     let plan = Plan::new(&scene, &source)?;
     let (threads, mesh) = (options.threads, options.mesh.clone());
-    let opening = Options { search: options.search(), threads, mesh, recorded: None };
+    let opening = Options { search: options.search()?, threads, mesh, recorded: None };
     let mut session = Session::open(&scene, &source, plan, &opening)?;
     for tool in 0..session.tools.len() {
         if options.hands.contains(&session.devices[session.tools[tool].device].name) {

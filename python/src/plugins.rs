@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 pub fn plugins(py: Python<'_>, options: OpenOptions) -> PyResult<String> {
     let list = || -> Result<String, Failure> {
         let mut rows = Vec::new();
-        for found in options.search().scan() {
+        for found in options.search()?.scan() {
             match Library::open(&found.path) {
                 Ok(library) => {
                     for plugin in library.plugins() {
@@ -40,6 +40,12 @@ pub fn plugins(py: Python<'_>, options: OpenOptions) -> PyResult<String> {
         Ok(Value::from(rows).to_string())
     };
     Ok(py.detach(|| contained(list))?)
+}
+
+/// Folders of plugins that are not searched because other users could put plugins into them, a sentence each.
+#[pyfunction]
+pub fn skipped_plugin_folders(options: OpenOptions) -> PyResult<Vec<String>> {
+    Ok(options.search()?.warnings().to_vec())
 }
 
 fn param_json(param: &ParamInfo, sources: &BTreeMap<usize, String>) -> Value {

@@ -24,7 +24,9 @@ fn old_binaries_load_conform_and_run() {
         let bench = Bench::new();
         bench.write("scene.toml", pliant_tests::box_scene("", "", ""));
         let material = format!("body.0.material.plugin={}", path.display());
-        bench.pliant(&["run", "scene.toml", "-q", "--out", "out", "--set", &material]).expect(0);
+        let allowed = root().join("tests/old").display().to_string();
+        let args = ["run", "scene.toml", "-q", "--out", "out", "--set", &material, "--allow-plugins", &allowed];
+        bench.pliant(&args).expect(0);
         assert!(bench.summary("out")["largest_force"].as_f64() > Some(0.01), "{file}");
     }
 }

@@ -9,7 +9,7 @@ use pliant_phantom::errors::{ERROR_CODES, ErrorClass, ErrorCode};
 use pliant_plugin_api::abi::{Output, POSE_VALID, Pose};
 use pliant_plugin_api::param::{self, Params, Value};
 use pliant_plugin_api::{Device, Fault};
-use pliant_tests::{Bench, built, root, shared_mesh, twin::CASES_OF_A_DEVICE};
+use pliant_tests::{Bench, built, deps, root, shared_mesh, twin::CASES_OF_A_DEVICE};
 use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -362,7 +362,9 @@ fn the_shipped_scene_is_touched() {
     let scene = root().join("scenes/phantom-touch.toml");
     let library = built("libHD.so");
     let set = format!("device.0.params.library=\"{}\"", library.display());
-    bench.pliant(&["run", scene.to_str().unwrap(), "-q", "--out", "out", "--set", &set]).expect(0);
+    let allowed = library.parent().unwrap().to_str().unwrap();
+    let args = ["run", scene.to_str().unwrap(), "-q", "--out", "out", "--set", &set, "--allow-plugins", allowed];
+    bench.pliant(&args).expect(0);
     let summary = bench.summary("out");
     assert!(summary["event_counts"].get("device-lost").is_none(), "{}", summary["events"]);
     let force = summary["probes"][0]["value"].as_f64().unwrap();
@@ -395,7 +397,9 @@ fn assert_touched_live(bench: &Bench, mesh: &Path) {
     let set = format!("device.0.params.library=\"{}\"", built("libHD.so").display());
     let args = ["run", scene.to_str().unwrap(), "--mesh", mesh.to_str().unwrap(), "-q", "--live", "--out", "out"];
     // The simulated hand comes down every two seconds, so a run of 6 s on a slow machine has a contact too.
-    bench.pliant(&[&args[..], &["--duration", "6 s", "--set", &set]].concat()).expect(0);
+    let allowed = deps();
+    let more = ["--duration", "6 s", "--set", &set, "--allow-plugins", allowed.to_str().unwrap()];
+    bench.pliant(&[&args[..], &more].concat()).expect(0);
     let summary = bench.summary("out");
     let (live, arm) = (&summary["live"], &summary["devices"]["arm"]);
     let force = summary["probes"][0]["value"].as_f64().unwrap();

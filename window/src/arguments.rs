@@ -9,6 +9,7 @@ pub const USAGE: &str = "\
 usage: pliant edit [MODEL.obj | SCENE.toml] [options]
 
   --plugin-path DIR    folder with plugins that is searched first; may be given more than once
+  --allow-plugins DIR  folder from which scenes may name libraries by path, which runs their code; may be given more than once
   --threads N          threads of the simulation; 0 uses all processors
   --unit UNIT          length of a unit of the file: m, cm, mm or in; guessed from the size by default
   --level N            level of the grid in a solid: 2^(N - 1) cells along its longest edge; 6 by default
@@ -26,6 +27,8 @@ pub struct Arguments {
     pub path: Option<PathBuf>,
     /// Folders with plugins.
     pub plugin_path: Vec<PathBuf>,
+    /// Folders from which scenes may name libraries by path.
+    pub allow_plugins: Vec<PathBuf>,
     /// Threads of the simulation; 0 for all processors.
     pub threads: usize,
     /// Unit of the model; `None`: guess it.
@@ -51,6 +54,7 @@ impl Default for Arguments {
         Self {
             path: None,
             plugin_path: Vec::new(),
+            allow_plugins: Vec::new(),
             threads: 0,
             unit: None,
             level: 6,
@@ -69,6 +73,7 @@ impl Arguments {
     pub fn request(&self) -> OpenRequest {
         OpenRequest {
             plugin_path: self.plugin_path.clone(),
+            allow_plugins: self.allow_plugins.clone(),
             threads: self.threads,
             unit: self.unit,
             level: self.level,
@@ -88,6 +93,7 @@ impl Arguments {
             match argument.as_str() {
                 "--help" | "-h" => parsed.help = true,
                 "--plugin-path" => parsed.plugin_path.push(next()?.into()),
+                "--allow-plugins" => parsed.allow_plugins.push(next()?.into()),
                 "--threads" => parsed.threads = number(&argument, &next()?, 0..=1024)?,
                 "--unit" => parsed.unit = Some(unit(&next()?)?),
                 "--level" => parsed.level = number(&argument, &next()?, 2..=10)?,
@@ -150,9 +156,10 @@ mod tests {
 
     #[test]
     fn arguments_are_read_and_wrong_ones_are_named() {
-        let all = parse("a.obj --unit mm --level 5 --threads 2 --plugin-path p --log l").unwrap();
+        let all = parse("a.obj --unit mm --level 5 --threads 2 --plugin-path p --allow-plugins q --log l").unwrap();
         assert_eq!((all.path, all.unit, all.level), (Some("a.obj".into()), Some(LengthUnit::Millimetre), 5));
         assert_eq!((all.threads, all.plugin_path, all.log), (2, vec!["p".into()], Some("l".into())));
+        assert_eq!(all.allow_plugins, ["q"].map(PathBuf::from));
         for (text, named) in [
             ("--unit ft", "ft"),
             ("--level 99", "2 to 10"),

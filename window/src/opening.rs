@@ -6,7 +6,7 @@ use pliant_editor::{
 use pliant_engine::plan::Plan;
 use pliant_engine::scene;
 use pliant_engine::session::{Options, Session};
-use pliant_host::{Library, PluginKind, SearchPath};
+use pliant_host::{AllowedFolders, Library, PluginKind, SearchPath};
 use pliant_mesh::{ObjDocument, Surface};
 use std::path::{Path, PathBuf};
 use toml_edit::DocumentMut;
@@ -22,6 +22,8 @@ pub struct OpenRequest {
     pub autosave: Option<PathBuf>,
     /// Folders with plugins.
     pub plugin_path: Vec<PathBuf>,
+    /// Folders from which scenes may name libraries by path.
+    pub allow_plugins: Vec<PathBuf>,
     /// Threads of the simulation; 0 for all processors.
     pub threads: usize,
     /// Unit of a model; `None`: guess it.
@@ -52,6 +54,15 @@ const SHEET_STEP: f64 = 4e-3;
 const HELD_SHARE: f64 = 0.02;
 
 impl OpenRequest {
+    /// Where plugins are looked for.
+    ///
+    /// # Errors
+    /// An allowed folder that is not there.
+    fn search(&self) -> Result<SearchPath, String> {
+        let allowed = AllowedFolders::new(&self.allow_plugins).map_err(|error| error.to_string())?;
+        Ok(SearchPath::new(&self.plugin_path).allow(allowed))
+    }
+
     /// Of a file, with everything else left open.
     pub fn new(path: PathBuf) -> Self {
         Self {
@@ -59,6 +70,7 @@ impl OpenRequest {
             shape: None,
             autosave: None,
             plugin_path: Vec::new(),
+            allow_plugins: Vec::new(),
             threads: 0,
             unit: None,
             substance: None,
@@ -111,7 +123,7 @@ pub fn open(request: &OpenRequest) -> Result<Opened, String> {
     let (scene, source) = scene::load_text(file, text, &[]).map_err(|error| error.to_string())?;
     let plan = Plan::new(&scene, &source).map_err(|error| error.to_string())?;
     facts.cap_material.clone_from(&plan.cap_material);
-    let search = SearchPath::new(&request.plugin_path);
+    let search = request.search()?;
     let mesh = request.shape.clone().filter(|_| request.is_scene());
     let options = Options { search, threads: request.threads, mesh, recorded: None };
     let session = Session::open(&scene, &source, plan, &options).map_err(|error| error.to_string())?;
@@ -155,15 +167,15 @@ fn model_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
         taken_as: Some(taken_as),
         unit: Some(unit),
         cap_material: String::new(),
-        fabrics: fabrics_of(&request.plugin_path),
+        fabrics: fabrics_of(&request.search()?),
     };
     Ok((text, facts))
 }
 
 /// Fabrics that the material of sheets offers; none where it is not there.
-fn fabrics_of(plugin_path: &[PathBuf]) -> Vec<String> {
+fn fabrics_of(search: &SearchPath) -> Vec<String> {
     let info = || {
-        let found = SearchPath::new(plugin_path).find(SHEET_PLUGIN, Path::new(".")).ok()?;
+        let found = search.find(SHEET_PLUGIN, Path::new(".")).ok()?;
         let library = Library::open(&found.path).ok()?;
         library.plugin(PluginKind::Material, SHEET_PLUGIN).ok()
     };
@@ -178,7 +190,7 @@ fn scene_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
     let plan = Plan::new(&scene, &source).map_err(|error| error.to_string())?;
     let mut document: DocumentMut = source.text.parse().map_err(|error: toml_edit::TomlError| named(&error))?;
     // A look at the bodies, to know how large a hand they ask for.
-    let search = SearchPath::new(&request.plugin_path);
+    let search = request.search()?;
     let options = Options { search, threads: 1, mesh: request.shape.clone(), recorded: None };
     let session = Session::open(&scene, &source, plan, &options).map_err(|error| error.to_string())?;
     let surfaces = session.bodies.iter().map(|body| &body.model.surface);

@@ -30,6 +30,9 @@ pub struct Cli {
     /// Folder with plugins that is searched first; may be given more than once
     #[arg(long, global = true, help_heading = "Global options", value_name = "DIR")]
     pub plugin_path: Vec<PathBuf>,
+    /// Folder from which scenes and recordings may name libraries by path, which runs their code; may be given more than once
+    #[arg(long, global = true, help_heading = "Global options", value_name = "DIR")]
+    pub allow_plugins: Vec<PathBuf>,
     #[command(subcommand)]
     pub command: Command,
 }

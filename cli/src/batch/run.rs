@@ -5,12 +5,12 @@ use super::table::write_table;
 use crate::args::{BatchRunArgs, Cli};
 use crate::outcome::{Failure, Outcome};
 use crate::output::{count, format_bytes, format_seconds, note, print, print_json, progress_bar, set_message};
+use crate::search::search_path;
 use crate::stop::stop_flag;
 use pliant_batch::{
     BatchEnd, CollectOptions, Estimate, Isolation, Progress, RunOptions, Shard, Sweep, collect, estimate, limit_memory,
     run, serve,
 };
-use pliant_host::SearchPath;
 use std::ffi::OsString;
 use std::io::{self, IsTerminal};
 use std::path::Path;
@@ -30,7 +30,7 @@ pub fn run_sweep(cli: &Cli, args: &BatchRunArgs, file: &Path) -> Result<Outcome,
         resume: args.resume,
         retry_failed: args.retry_failed,
         isolate: args.isolate,
-        ..RunOptions::new(SearchPath::new(&cli.plugin_path))
+        ..RunOptions::new(search_path(cli)?)
     };
     if args.child {
         return serve_edits(&sweep, &folder, &options);

@@ -6,6 +6,7 @@ use crate::outcome::{Failure, Outcome};
 use crate::output::{print, print_json};
 use pliant_batch::{Engine, Launch, Sweep, launcher};
 use serde_json::json;
+use std::path::PathBuf;
 
 /// Prints a script that has an engine run the shards of a sweep.
 pub fn print_script(cli: &Cli, args: &ScriptArgs) -> Result<Outcome, Failure> {
@@ -18,10 +19,12 @@ pub fn print_script(cli: &Cli, args: &ScriptArgs) -> Result<Outcome, Failure> {
         EngineArg::Parallel => Engine::Parallel,
         EngineArg::Snakemake => Engine::Snakemake,
     };
-    let plugin_path = |folder: &std::path::PathBuf| ["--plugin-path".to_owned(), folder.display().to_string()];
+    let folders = |option: &'static str, folders: &[PathBuf]| -> Vec<String> {
+        folders.iter().flat_map(|folder| [option.to_owned(), folder.display().to_string()]).collect()
+    };
     let launch = Launch {
         program: args.program.clone().map_or_else(std::env::current_exe, Ok)?,
-        options: cli.plugin_path.iter().flat_map(plugin_path).collect(),
+        options: [folders("--plugin-path", &cli.plugin_path), folders("--allow-plugins", &cli.allow_plugins)].concat(),
         sweep: args.sweep.clone(),
         out: out_folder(args.out.as_ref(), &args.sweep),
         shards: args.shards,

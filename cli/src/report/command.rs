@@ -4,8 +4,8 @@ use super::catalogues::{ACCURACY, CatalogueFiles, PERFORMANCE, STABILITY};
 use crate::args::{AccuracyArgs, Cli, ReportCommand, ReportOptionArgs};
 use crate::outcome::{Failure, Outcome};
 use crate::output::{note, print, print_json, progress_bar, set_message};
+use crate::search::search_path;
 use crate::stop::stop_flag;
-use pliant_host::SearchPath;
 use pliant_report::{
     AccuracyCatalogue, Clock, Comparison, Document, Journal, Measurements, PerformanceCatalogue, Progress,
     ReportBuilder, ReportContext, ReportKind, ReportOptions, Row, SceneInput, StabilityCatalogue, accuracy, compare,
@@ -38,7 +38,7 @@ pub fn report(cli: &Cli, command: &ReportCommand) -> Result<Outcome, Failure> {
         set_message(&bar, progress.what);
     };
     let stopped = || stop.load(Ordering::Relaxed);
-    let mut context = ReportContext::new(options(cli, args), &mut progress, &stopped);
+    let mut context = ReportContext::new(options(cli, args)?, &mut progress, &stopped);
     let builder = ReportBuilder::start(&context);
     let measurements = match command {
         ReportCommand::Accuracy(args) => measure_accuracy(args, &mut context, &mut journal)?,
@@ -71,19 +71,19 @@ pub fn report(cli: &Cli, command: &ReportCommand) -> Result<Outcome, Failure> {
 }
 
 /// The options of a report.
-fn options(cli: &Cli, args: &ReportOptionArgs) -> ReportOptions {
+fn options(cli: &Cli, args: &ReportOptionArgs) -> Result<ReportOptions, Failure> {
     let threads = match args.threads {
         0 => std::thread::available_parallelism().map_or(1, usize::from),
         given => given,
     };
-    ReportOptions {
-        search: SearchPath::new(&cli.plugin_path),
+    Ok(ReportOptions {
+        search: search_path(cli)?,
         threads,
         quick: args.quick,
         cases: args.case.clone(),
         seed: args.seed,
         clock: Clock::default(),
-    }
+    })
 }
 
 /// Cases with known answers, or a scene against its own refined solution.

@@ -17,6 +17,34 @@ pub enum HostError {
         /// Folders that were searched, one per line, with what is wrong with each.
         places: String,
     },
+    /// A scene or recording names a library by its path, in a folder that was not allowed.
+    #[error(
+        "{}: a library that is named by its path runs its code here; if you trust it, allow its folder: `--allow-plugins {}`, in Python \
+         `allow_plugins`",
+        path.display(), folder.display()
+    )]
+    NotAllowed {
+        /// Path of the library, links followed.
+        path: PathBuf,
+        /// Folder of the library.
+        folder: PathBuf,
+    },
+    /// A folder that was allowed is not there.
+    #[error("{} (`--allow-plugins`): {reason}; allowed is a folder with plugins", folder.display())]
+    AllowedFolder {
+        /// The folder as it was given.
+        folder: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// Other users can change the library.
+    #[error("{}: not opened: {reason}; allowed is a library that no other user can write to", path.display())]
+    Unsafe {
+        /// Path of the library.
+        path: PathBuf,
+        /// What others can do.
+        reason: String,
+    },
     /// The dynamic linker refuses the file.
     #[error("{}: cannot be opened as a shared library: {reason}", path.display())]
     NotALibrary {
@@ -96,9 +124,9 @@ pub enum HostError {
 }
 
 impl HostError {
-    /// Whether the input is at fault and not the plugin: it refuses a parameter or what the scene gives it.
+    /// Whether the input is at fault and not the plugin: a parameter or what the scene gives it is refused, or a path is not allowed.
     pub fn is_refusal(&self) -> bool {
-        matches!(self, Self::Param { .. } | Self::Refused { .. })
+        matches!(self, Self::Param { .. } | Self::Refused { .. } | Self::NotAllowed { .. } | Self::AllowedFolder { .. })
     }
 }
 

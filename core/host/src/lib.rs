@@ -6,7 +6,8 @@
 //!
 //! This crate knows no scenes, meshes or bodies, and names no plugin. It and `plugin-api` are the only places of the engine with
 //! `unsafe`. A library is opened by absolute path, all symbols bound at once (`RTLD_NOW | RTLD_LOCAL`), and stays mapped until the
-//! program ends: thread-locals, static strings and descriptors point into it.
+//! program ends: thread-locals, static strings and descriptors point into it. Opening a library runs its code, so what a scene may name by
+//! path is for the caller to allow ([`AllowedFolders`]); by default nothing is.
 //!
 //! # Example
 //! The parameters that a material takes:
@@ -46,6 +47,7 @@ mod probe;
 mod process_end;
 mod realtime_rights;
 mod search_path;
+mod trust;
 
 pub use call_board::{CallBoard, share_calls};
 pub use calls::{PluginCall, plugin_calls};
@@ -62,3 +64,4 @@ pub use probe::{Finding, probe_device};
 pub use process_end::{end_at_once, end_by_itself, end_with_parent, guard_exit};
 pub use realtime_rights::realtime_rights;
 pub use search_path::{FoundLibrary, SearchPath};
+pub use trust::AllowedFolders;

@@ -3,8 +3,12 @@
 //! In order: the folders given to the program, `$PLIANT_PLUGIN_PATH`, the folder of the executable (in a build tree its
 //! `deps/` first: that one is always fresh, the copy beside the executable only after `cargo build`), the per-user data
 //! folder. A name is turned into file names; no library is opened to find out its name.
+//!
+//! Folders of the environment and the per-user folder are left out where other users can write to them; so are relative folders of the
+//! environment, which are different ones wherever the program is started. [`SearchPath::warnings`] names what was left out.
 
 use crate::error::HostError;
+use crate::trust::{AllowedFolders, writable_by_others};
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX, EXE_SUFFIX};
 use std::path::{Path, PathBuf};
 
@@ -12,6 +16,10 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Debug)]
 pub struct SearchPath {
     folders: Vec<(PathBuf, Origin)>,
+    /// Where scenes may name libraries by path.
+    allowed: AllowedFolders,
+    /// Folders that are not searched, a sentence each.
+    warnings: Vec<String>,
 }
 
 /// Why a folder is searched.
@@ -32,6 +40,11 @@ enum Origin {
 }
 
 impl Origin {
+    /// Whether a folder is checked for other users who can write to it. The others are named by the user or come with the program.
+    fn is_checked(self) -> bool {
+        matches!(self, Self::Environment | Self::User)
+    }
+
     /// Where the folder comes from, in messages.
     fn name(self) -> &'static str {
         match self {
@@ -81,15 +94,65 @@ impl SearchPath {
         if let Some(folder) = user_data_folder() {
             folders.push((folder.join("pliant").join("plugins"), Origin::User));
         }
-        Self { folders }
+        Self::checked(folders)
     }
 
-    /// The library file of plugin `name`; a name with a separator in it is a path, relative to `base`.
+    /// Those of the folders that are safe to search.
+    fn checked(all: Vec<(PathBuf, Origin)>) -> Self {
+        let (mut folders, mut warnings) = (Vec::new(), Vec::new());
+        for (folder, origin) in all {
+            let relative =
+                || (origin == Origin::Environment && folder.is_relative()).then(|| "it is relative".to_owned());
+            let others = || writable_by_others(&folder).filter(|_| origin.is_checked());
+            match relative().or_else(others) {
+                None => folders.push((folder, origin)),
+                Some(reason) => {
+                    let (folder, origin) = (folder.display(), origin.name());
+                    warnings.push(format!(
+                        "plugins in {folder} ({origin}) are not used: {reason}; allowed is an absolute path that no other user can \
+                         write to"
+                    ));
+                }
+            }
+        }
+        Self { folders, allowed: AllowedFolders::default(), warnings }
+    }
+
+    /// The same, where scenes may name libraries by path in the folders `allowed`.
+    #[must_use]
+    pub fn allow(self, allowed: AllowedFolders) -> Self {
+        Self { allowed, ..self }
+    }
+
+    /// Folders that are not searched because others could put plugins into them, a sentence each.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    /// Where scenes may name libraries by path.
+    pub fn allowed(&self) -> &AllowedFolders {
+        &self.allowed
+    }
+
+    /// The library file of the plugin that a scene calls `name`; a name with a separator in it is a path, relative to `base`.
+    ///
+    /// # Errors
+    /// [`HostError::NotFound`], with every folder that was searched; [`HostError::NotAllowed`] for a path outside of the folders in which
+    /// scenes may name libraries.
+    pub fn find(&self, name: &str, base: &Path) -> Result<FoundLibrary, HostError> {
+        let found = self.find_trusted(name, base)?;
+        if is_path(name) {
+            self.allowed.check(&found.path)?;
+        }
+        Ok(found)
+    }
+
+    /// The library file of the plugin that the user calls `name`, as on the command line; a path names a file anywhere.
     ///
     /// # Errors
     /// [`HostError::NotFound`], with every folder that was searched.
-    pub fn find(&self, name: &str, base: &Path) -> Result<FoundLibrary, HostError> {
-        if name.contains(['/', '\\']) {
+    pub fn find_trusted(&self, name: &str, base: &Path) -> Result<FoundLibrary, HostError> {
+        if is_path(name) {
             let path = base.join(name);
             return match path.canonicalize() {
                 Ok(path) => Ok(FoundLibrary { name: name_of(&path), path }),
@@ -101,9 +164,10 @@ impl SearchPath {
             };
         }
         let files = file_names(name);
-        for (folder, _) in &self.folders {
+        for (folder, origin) in &self.folders {
             for file in &files {
                 if let Some(path) = real_file(&folder.join(file)) {
+                    check_file(&path, *origin)?;
                     return Ok(FoundLibrary { name: name.to_owned(), path });
                 }
             }
@@ -131,9 +195,9 @@ impl SearchPath {
     pub fn find_twin(&self, name: &str) -> Result<PathBuf, HostError> {
         let file = format!("pliant-twin-{name}{EXE_SUFFIX}");
         let is_name = !name.contains(['/', '\\', '.']);
-        if let Some(path) =
-            self.folders.iter().find_map(|(folder, _)| real_file(&folder.join(&file))).filter(|_| is_name)
-        {
+        let in_folder = |(folder, origin): &(PathBuf, Origin)| Some((real_file(&folder.join(&file))?, *origin));
+        if let Some((path, origin)) = self.folders.iter().find_map(in_folder).filter(|_| is_name) {
+            check_file(&path, origin)?;
             return Ok(path);
         }
         let places = self.folders.iter().map(|(f, origin)| format!("  {} ({})", f.display(), origin.name()));
@@ -143,6 +207,8 @@ impl SearchPath {
     /// Every library file that may hold plugins, sorted by name, the first found of each name. Folders and broken links with the
     /// name of a library are listed too where no file has that name. In folders of the user's choice a library may have any name; beside
     /// the program only `pliant_*` counts, as a build folder is full of other libraries.
+    ///
+    /// A library that other users can change is left out.
     pub fn scan(&self) -> Vec<FoundLibrary> {
         let (mut all, mut broken): (Vec<FoundLibrary>, Vec<FoundLibrary>) = (Vec::new(), Vec::new());
         for (folder, origin) in &self.folders {
@@ -157,6 +223,7 @@ impl SearchPath {
                 }
                 let name = name_of(&path);
                 match real_file(&path) {
+                    Some(path) if check_file(&path, *origin).is_err() => {}
                     Some(path) if all.iter().all(|f| f.name != name) => all.push(FoundLibrary { name, path }),
                     Some(_) => {}
                     None => broken.push(FoundLibrary { name, path }),
@@ -171,6 +238,17 @@ impl SearchPath {
         all.sort_by(|a, b| a.name.cmp(&b.name));
         all
     }
+}
+
+/// Whether a name of a plugin is a path. A colon begins a stream or follows a drive on Windows.
+fn is_path(name: &str) -> bool {
+    name.contains(['/', '\\', ':'])
+}
+
+/// Checks that no other user can change a library that was found in a folder of this origin.
+fn check_file(path: &Path, origin: Origin) -> Result<(), HostError> {
+    let reason = writable_by_others(path).filter(|_| origin.is_checked());
+    reason.map_or(Ok(()), |reason| Err(HostError::Unsafe { path: path.into(), reason }))
 }
 
 /// The file behind a path; `None` for a broken link or a folder, so that the search goes on.
@@ -224,7 +302,7 @@ mod tests {
 
     #[test]
     fn a_missing_plugin_names_every_folder() {
-        let search = SearchPath { folders: vec![("/nowhere/at/all".into(), Origin::Given)] };
+        let search = SearchPath::checked(vec![("/nowhere/at/all".into(), Origin::Given)]);
         let text = search.find("mass-spring", Path::new(".")).unwrap_err().to_string();
         for part in ["mass-spring", "pliant_mass_spring", "/nowhere/at/all", "--plugin-path", "no such folder"] {
             assert!(text.contains(part), "{part} in {text}");

@@ -205,18 +205,33 @@ impl Opening<'_> {
             Some((file, id)) => (file, id, true),
             None => (name.get_ref().as_str(), name.get_ref().as_str(), false),
         };
-        let found = self.options.search.find(file, self.source.folder())?;
+        let search = &self.options.search;
+        let found = search.find(file, self.source.folder()).map_err(|error| self.refused(name.span(), error))?;
         let library = Library::open(&found.path)?;
         let id = if id.contains(['/', '\\']) { found.name.as_str() } else { id };
         let only = || if id_given { None } else { library.only_plugin(kind) };
         let info = library.plugin(kind, id).or_else(|error| only().ok_or(error))?;
         let settings = settings(self.source, info, given)?;
+        self.check_libraries(info, &settings, given)?;
         let path = library.path().display().to_string();
         if !self.loaded.iter().any(|l| l.path == path && l.id == info.id) {
             let (kind, id, version) = (kind.name(), info.id.clone(), info.version.clone());
             self.loaded.push(Loaded { kind, id, version, path });
         }
         Ok((library, info, settings))
+    }
+
+    /// Checks that no parameter hands a plugin a library that the caller does not allow.
+    fn check_libraries(&self, info: &PluginInfo, settings: &ParamSettings, given: &Given) -> Result<(), SessionError> {
+        for (index, value) in settings {
+            let param = &info.params[*index];
+            // A text too: what it means is known to the plugin alone.
+            let (ParamKind::Path | ParamKind::Text, ParamValue::Text(text)) = (&param.kind, value) else { continue };
+            let span = given.get(&param.key).map_or(0..0, Spanned::span);
+            let allowed = self.options.search.allowed().check_parameter(text.as_ref());
+            allowed.map_err(|error| self.refused(span, error))?;
+        }
+        Ok(())
     }
 
     fn device(
