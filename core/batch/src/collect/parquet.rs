@@ -24,7 +24,7 @@ pub(super) fn write(table: &mut Table, out: &mut (impl Write + Send)) -> Result<
     let properties = WriterProperties::builder().set_compression(Compression::SNAPPY).build();
     let mut writer = ArrowWriter::try_new(out, Arc::clone(&schema), Some(properties)).map_err(|e| failed(&e))?;
     let mut rows: Vec<Vec<Value>> = Vec::with_capacity(GROUP);
-    let mut flush = |rows: &mut Vec<Vec<Value>>, writer: &mut ArrowWriter<_>| {
+    let flush = |rows: &mut Vec<Vec<Value>>, writer: &mut ArrowWriter<_>| {
         let arrays = columns.iter().enumerate().map(|(at, column)| array(column, rows.iter().map(|row| &row[at])));
         let batch = RecordBatch::try_new(Arc::clone(&schema), arrays.collect()).map_err(|e| failed(&e))?;
         rows.clear();
@@ -56,7 +56,7 @@ fn field(column: &Column) -> Field {
     let field = Field::new(&column.name, kind, true);
     match column.unit.is_empty() {
         true => field,
-        false => field.with_metadata([("unit".to_owned(), column.unit.clone())].into()),
+        false => field.with_metadata([("unit".to_owned(), column.unit.clone())]),
     }
 }
 
