@@ -4,6 +4,8 @@
 //! in parallel and appends a row for each to the shard's files; an edit that is there already is not done again. [`collect()`] merges
 //! shards to one table, [`status`] tells how far they are, [`plot()`] draws them, [`launcher`] writes a script for a cluster.
 //!
+//! A [`SessionBatch`] is the other way to use many sessions: all are open, and a caller steps them together and moves their hands.
+//!
 //! An edit is known by a digest of its resolved scene, the bytes of its meshes and plugins, and the program's version ([`EditKey`]). Rows
 //! hold nothing that depends on time or machine, so any way of running a sweep gives the same table.
 //!
@@ -34,6 +36,7 @@ mod execute;
 mod key;
 mod plot;
 mod script;
+mod session_batch;
 mod shard;
 mod status;
 mod store;
@@ -50,6 +53,7 @@ pub use execute::{
 pub use key::EditKey;
 pub use plot::{PlotOptions, plot};
 pub use script::{Engine, Launch, launcher};
+pub use session_batch::{InstanceRun, SceneInstance, SessionBatch, ToolSeries};
 pub use shard::Shard;
 pub use status::{ShardStatus, status};
 pub use sweep::{Keep, Limits, Sweep};

@@ -2,6 +2,7 @@
 
 use pliant_engine::session::{EventKind, Session, SessionError};
 use serde::{Deserialize, Serialize};
+use std::any::Any;
 use std::fmt;
 
 /// Classes of failures, for counting and for deciding what to try again.
@@ -71,13 +72,20 @@ impl Failure {
         Self { class, message: message.to_string() }
     }
 
+    /// A panic of the program itself.
+    pub(crate) fn of_panic(panic: &(dyn Any + Send)) -> Self {
+        let text = panic.downcast_ref::<String>().map(String::as_str);
+        let text = text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("no message");
+        Self::new(FailureClass::Crash, format!("the program panicked: {text}"))
+    }
+
     /// The edit ran for longer than `limit` (s).
     pub(super) fn time_limit(limit: f64) -> Self {
         Self::new(FailureClass::TimeLimit, format!("took longer than the {limit} s it may"))
     }
 
     /// Why a session could not be opened.
-    pub(super) fn of_opening(error: &SessionError) -> Self {
+    pub(crate) fn of_opening(error: &SessionError) -> Self {
         let class = match error {
             SessionError::StepLimit(_) => FailureClass::StepLimit,
             SessionError::Obj(_) | SessionError::Mesh { .. } => FailureClass::Model,
@@ -88,7 +96,7 @@ impl Failure {
     }
 
     /// What went wrong in a session that was run, if anything did.
-    pub(super) fn of_session(session: &Session) -> Option<Self> {
+    pub(crate) fn of_session(session: &Session) -> Option<Self> {
         let classes =
             [(EventKind::DeviceLost, FailureClass::DeviceLost), (EventKind::Quarantine, FailureClass::Quarantine)];
         classes.into_iter().find_map(|(kind, class)| {

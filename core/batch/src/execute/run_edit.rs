@@ -77,9 +77,7 @@ impl EditRunner<'_> {
         stop: &dyn Fn() -> bool,
     ) -> Result<Option<EditResult>, BatchError> {
         catch_unwind(AssertUnwindSafe(|| self.run_inner(resolved, began, stop))).unwrap_or_else(|panic| {
-            let text = panic.downcast_ref::<String>().map(String::as_str);
-            let text = text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("no message");
-            let failure = Failure::new(FailureClass::Crash, format!("the program panicked: {text}"));
+            let failure = Failure::of_panic(panic.as_ref());
             let seconds = EditSeconds { all: began.elapsed().as_secs_f64(), ..EditSeconds::default() };
             Ok(Some(EditResult::failed(failure, self.sweep, seconds)))
         })

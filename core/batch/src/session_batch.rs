@@ -1,0 +1,234 @@
+//! Many sessions of one kind, stepped together: parameters differ from instance to instance, and a caller reads all of them between steps.
+
+use crate::execute::{Failure, FailureClass, MODELS_KEPT};
+use pliant_engine::plan::Plan;
+use pliant_engine::scene::{Scene, Source};
+use pliant_engine::session::{HandPose, Options, Session, SharedParts};
+use pliant_host::SearchPath;
+use pliant_mesh::geometry::Vec3;
+use pliant_record::{ProbeResult, RunStatistics};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+/// A scene and its text.
+pub struct SceneInstance {
+    /// What the scene says.
+    pub scene: Scene,
+    /// Its text and models.
+    pub source: Source,
+}
+
+/// One session of a batch.
+struct Instance {
+    source: Source,
+    /// Steps of the scene's duration.
+    planned_steps: u64,
+    /// `None` once a step panicked.
+    session: Option<Session>,
+    /// Why it was lost.
+    lost: Option<Failure>,
+}
+
+/// What a run of an instance traced of a tool, a row for each step.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ToolSeries {
+    /// Name of the tool.
+    pub name: String,
+    /// m, where the hand was
+    pub hand: Vec<Vec3>,
+    /// m, how far the surface had gone in, or out
+    pub depth: Vec<f64>,
+    /// N, on the hand
+    pub force: Vec<Vec3>,
+}
+
+/// What a run of an instance came to.
+#[derive(Clone, Debug, Default)]
+pub struct InstanceRun {
+    /// s, the end of each step
+    pub time: Vec<f64>,
+    /// Its tools, in the order of the session.
+    pub tools: Vec<ToolSeries>,
+    /// Its probes, in the order of the scene.
+    pub probes: Vec<ProbeResult>,
+}
+
+/// Many open sessions that share what they have in common, each stepped by one thread at a time.
+///
+/// Results of an instance are the bytes of a session of its own, for any number of threads. An instance whose step panics is lost and the
+/// others go on; see [`SessionBatch::failures`].
+pub struct SessionBatch {
+    instances: Vec<Instance>,
+    jobs: usize,
+}
+
+impl SessionBatch {
+    /// Opens a session for each scene, `jobs` at a time; 0 takes as many as there are processors. `hands` names devices whose hands are away
+    /// until [`SessionBatch::place_hand`].
+    ///
+    /// # Errors
+    /// The first scene that cannot be opened: its number from 0, and why.
+    pub fn open(
+        scenes: Vec<SceneInstance>,
+        search: &SearchPath,
+        jobs: usize,
+        hands: &[String],
+    ) -> Result<Self, (usize, Failure)> {
+        let jobs = match jobs {
+            0 => std::thread::available_parallelism().map_or(1, usize::from),
+            jobs => jobs,
+        };
+        let parts = SharedParts::new(MODELS_KEPT);
+        let open = |given: SceneInstance| {
+            let SceneInstance { scene, source } = given;
+            let plan = Plan::new(&scene, &source).map_err(|e| Failure::new(FailureClass::Scene, e))?;
+            let options = Options { search: search.clone(), threads: 1, mesh: None, recorded: None };
+            let mut session =
+                Session::open_shared(&scene, &source, plan, &options, &parts).map_err(|e| Failure::of_opening(&e))?;
+            for tool in 0..session.tools.len() {
+                if hands.contains(&session.devices[session.tools[tool].device].name) {
+                    session.place_hand(tool, None);
+                }
+            }
+            let planned_steps = scene.time.steps();
+            Ok(Instance { source, planned_steps, session: Some(session), lost: None })
+        };
+        let opened = in_parallel(jobs, scenes, |given| contained(|| open(given)));
+        let mut instances = Vec::with_capacity(opened.len());
+        for (number, instance) in opened.into_iter().enumerate() {
+            instances.push(instance.map_err(|failure| (number, failure))?);
+        }
+        Ok(Self { instances, jobs })
+    }
+
+    /// Number of instances.
+    pub fn len(&self) -> usize {
+        self.instances.len()
+    }
+
+    /// Whether there is no instance.
+    pub fn is_empty(&self) -> bool {
+        self.instances.is_empty()
+    }
+
+    /// The session of an instance; `None` if it was lost.
+    pub fn session(&self, number: usize) -> Option<&Session> {
+        self.instances.get(number)?.session.as_ref()
+    }
+
+    /// Takes up to `count` steps of every instance; fewer once `stop` is set. Instances then differ in the number of steps they took.
+    pub fn step(&mut self, count: u64, stop: &AtomicBool) {
+        self.each(|_, session| {
+            for _ in 0..count {
+                if stop.load(Ordering::Relaxed) {
+                    break;
+                }
+                session.step();
+            }
+        });
+    }
+
+    /// Steps every instance to the end of its scene, or until `stop` is set, and measures it. An instance that was lost has an empty run.
+    pub fn run(&mut self, stop: &AtomicBool) -> Vec<InstanceRun> {
+        let runs = self.each(|instance, session| run(instance, session, stop));
+        runs.into_iter().map(Option::unwrap_or_default).collect()
+    }
+
+    /// Puts the hand of a tool of an instance somewhere, or takes it away.
+    ///
+    /// # Panics
+    /// On a tool that the session does not have.
+    pub fn place_hand(&mut self, number: usize, tool: usize, pose: Option<HandPose>) {
+        if let Some(session) = self.instances.get_mut(number).and_then(|instance| instance.session.as_mut()) {
+            session.place_hand(tool, pose);
+        }
+    }
+
+    /// Brings the surfaces of all instances up to date.
+    pub fn update_surfaces(&mut self) {
+        self.each(|_, session| session.update_surface());
+    }
+
+    /// Why an instance did not do what its scene says: by number, those that were lost, and those with a body that was frozen or a device that
+    /// was lost.
+    pub fn failures(&self) -> Vec<(usize, Failure)> {
+        let of_instance = |instance: &Instance| {
+            instance.lost.clone().or_else(|| instance.session.as_ref().and_then(Failure::of_session))
+        };
+        self.instances.iter().enumerate().filter_map(|(number, i)| Some((number, of_instance(i)?))).collect()
+    }
+
+    /// Does `work` with every session, in parallel, and gives the results by number; `None` for an instance that was lost.
+    fn each<R: Send>(&mut self, work: impl Fn(&Facts<'_>, &mut Session) -> R + Sync) -> Vec<Option<R>> {
+        in_parallel(self.jobs, self.instances.iter_mut().collect(), |instance: &mut Instance| {
+            let Instance { source, planned_steps, session, lost } = instance;
+            let facts = Facts { source, planned_steps: *planned_steps };
+            let open = session.as_mut()?;
+            match contained(|| Ok(work(&facts, open))) {
+                Ok(done) => Some(done),
+                Err(failure) => {
+                    (*session, *lost) = (None, Some(failure));
+                    None
+                }
+            }
+        })
+    }
+}
+
+/// What is known of an instance besides its session.
+struct Facts<'a> {
+    source: &'a Source,
+    planned_steps: u64,
+}
+
+/// Steps a session to the end of its scene.
+fn run(facts: &Facts<'_>, session: &mut Session, stop: &AtomicBool) -> InstanceRun {
+    let mut figures = RunStatistics::new(facts.source, session, Instant::now());
+    let series = |name: &String| ToolSeries { name: name.clone(), ..ToolSeries::default() };
+    let mut tools: Vec<ToolSeries> = session.tools.iter().map(|slot| series(&slot.tool.name)).collect();
+    let mut time = Vec::new();
+    while session.steps() < facts.planned_steps && !stop.load(Ordering::Relaxed) {
+        session.step();
+        let last = session.steps() == facts.planned_steps;
+        figures.step(session, last, false);
+        let frame = session.frame();
+        time.push(frame.time);
+        for (series, felt) in tools.iter_mut().zip(&frame.tools) {
+            series.hand.push(felt.hand);
+            series.depth.push(felt.depth);
+            series.force.push(felt.force);
+        }
+    }
+    InstanceRun { time, tools, probes: figures.probes() }
+}
+
+/// Does `work`; a panic in it is a failure.
+fn contained<R>(work: impl FnOnce() -> Result<R, Failure>) -> Result<R, Failure> {
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| Err(Failure::of_panic(panic.as_ref())))
+}
+
+/// Does `work` with each item on up to `jobs` threads; results are in the order of the items.
+fn in_parallel<T: Send, R: Send>(jobs: usize, items: Vec<T>, work: impl Fn(T) -> R + Sync) -> Vec<R> {
+    let count = items.len();
+    if jobs <= 1 || count <= 1 {
+        return items.into_iter().map(work).collect();
+    }
+    let queue = Mutex::new(items.into_iter().enumerate());
+    let results: Mutex<Vec<Option<R>>> = Mutex::new((0..count).map(|_| None).collect());
+    let take = || queue.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).next();
+    let worker = || {
+        while let Some((number, item)) = take() {
+            let done = work(item);
+            results.lock().unwrap_or_else(|poisoned| poisoned.into_inner())[number] = Some(done);
+        }
+    };
+    std::thread::scope(|scope| {
+        // The thread that called works along.
+        (1..jobs.min(count)).for_each(|_| _ = scope.spawn(worker));
+        worker();
+    });
+    let results = results.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
+    results.into_iter().map(|done| done.expect("every item was taken")).collect()
+}
