@@ -101,6 +101,8 @@ pub const LIGHT: &str = "Light";
 pub const DARK: &str = "Dark";
 /// Heading of the gauges.
 pub const GAUGES: &str = "Gauges";
+/// Heading of the warnings.
+pub const WARNINGS: &str = "Warnings";
 /// While a model is being opened.
 pub const OPENING: &str = "Opening";
 /// Without a model.

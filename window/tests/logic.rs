@@ -186,6 +186,27 @@ fn keys_and_panels_change_tool_view_and_size() {
 }
 
 #[test]
+fn a_warning_of_the_session_is_a_line_with_its_code() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    let body = |name: &str, x: f64| {
+        format!(
+            "[[body]]\nname = '{name}'\nshape = {{ kind = 'box', cells = 4, size = [0.1, 0.1, 0.1] }}\nposition = [{x}, 0, 0]\n\
+             grid = {{ level = 3 }}\nmaterial = {{ plugin = 'mass-spring' }}\n"
+        )
+    };
+    for (distance, is_warned) in [(0.05, true), (0.5, false)] {
+        std::fs::write(&path, format!("format = 1\n{}{}", body("left", 0.0), body("right", distance))).unwrap();
+        let mut harness = window(&path);
+        wait(&mut harness, "the scene", App::is_open);
+        (0..20).for_each(|_| pause(&mut harness));
+        let codes: Vec<&str> = harness.state().status().warnings.iter().map(|warning| warning.code.name()).collect();
+        assert_eq!(codes.contains(&"bodies-overlap"), is_warned, "{distance}: {codes:?}");
+        assert_eq!(harness.query_by_label_contains("[bodies-overlap]").is_some(), is_warned, "{distance}");
+    }
+}
+
+#[test]
 fn a_broken_model_is_an_error_with_its_line() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("broken.obj");

@@ -7,7 +7,7 @@ use crate::sim::Command;
 use crate::strings;
 use crate::tools::ToolSettings;
 use crate::view::{Projection, UpAxis};
-use eframe::egui::{self, Slider};
+use eframe::egui::{self, Color32, Slider};
 use pliant_editor::{LengthUnit, SOLIDS, Substance, format_length, stiffness_word};
 use pliant_engine::scene::Release;
 
@@ -23,10 +23,11 @@ impl App {
         });
     }
 
-    /// Gauges, material and history.
+    /// Warnings, gauges, material and history.
     pub(super) fn right_panel(&mut self, ui: &mut egui::Ui) {
         egui::Panel::right("model").exact_size(280.0).resizable(false).show(ui, |ui| {
             egui::ScrollArea::vertical().show(ui, |ui| {
+                self.warning_panel(ui);
                 self.gauge_panel(ui);
                 ui.separator();
                 self.material_panel(ui);
@@ -34,6 +35,19 @@ impl App {
                 self.history_panel(ui);
             });
         });
+    }
+
+    /// A line for each warning of the session; nothing where there is none.
+    fn warning_panel(&self, ui: &mut egui::Ui) {
+        if self.model.is_none() || self.status.warnings.is_empty() {
+            return;
+        }
+        ui.heading(strings::WARNINGS);
+        for warning in &self.status.warnings {
+            let text = format!("[{}] {}", warning.code.name(), warning.message);
+            ui.colored_label(Color32::from_rgb(240, 170, 40), text).on_hover_text(&warning.place);
+        }
+        ui.separator();
     }
 
     fn tool_panel(&mut self, ui: &mut egui::Ui) {

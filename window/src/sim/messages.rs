@@ -4,6 +4,7 @@ use super::gauges::{Gauges, StepTimes};
 use super::history::Stroke;
 use crate::opening::ModelFacts;
 use pliant_editor::surface::ViewSurface;
+use pliant_engine::session::Warning;
 use pliant_engine::tool::Frame as DeviceFrame;
 use pliant_live::{LiveSummary, PointerHandle, ViewReader};
 use std::path::PathBuf;
@@ -86,6 +87,8 @@ pub struct Status {
     pub strokes: Vec<Stroke>,
     /// How many of them are there.
     pub done: usize,
+    /// What has no effect, or not the one it looks like; of strokes, those that have ended.
+    pub warnings: Vec<Warning>,
 }
 
 /// Sends notices and wakes the window.

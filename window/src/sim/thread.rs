@@ -60,14 +60,19 @@ fn work(
     let mut autosave = Autosave::new(request);
     let mut gauges = GaugeWindow::new(session.dt());
     let (mut reported, mut told) = (f64::NEG_INFINITY, 0);
+    let (mut in_stroke, mut warnings) = (false, session.warnings());
     while live.is_alive() {
         for command in commands.try_iter() {
             match command {
                 Command::BeginStroke(name) => {
+                    in_stroke = true;
                     log.begin(name);
                     autosave.begin_stroke();
                 }
-                Command::EndStroke => autosave.end_stroke(live.seconds()),
+                Command::EndStroke => {
+                    in_stroke = false;
+                    autosave.end_stroke(live.seconds());
+                }
                 Command::Undo => jump_to(&mut session, log.count_before()),
                 Command::Redo => jump_to(&mut session, log.count_after()),
                 Command::JumpTo(count) => jump_to(&mut session, count),
@@ -98,7 +103,11 @@ fn work(
             gauges.update(live.gauges());
             gauges.size(session.frame().nodes, session.frame().elements, session.bytes());
             let strokes = log.strokes().to_vec();
-            status.write(Status { gauges: gauges.gauges(), strokes, done: log.done() });
+            // A stroke has met nothing until it meets something.
+            if !in_stroke {
+                warnings = session.warnings();
+            }
+            status.write(Status { gauges: gauges.gauges(), strokes, done: log.done(), warnings: warnings.clone() });
             let news = session.events.told().iter().skip(told).filter(|(kind, _)| is_news(*kind));
             for (_, event) in news {
                 notifier.send(Notice::Message(event.text.clone()));
