@@ -4,7 +4,10 @@ A :class:`Scene` says what there is, what a hand does to it and what is measured
 :class:`Result` of arrays; a :class:`Session` is stepped by the caller, who puts hands where they should be and reads forces and positions.
 
 Quantities are in SI units (m, s, N, kg), arrays of points are (n x 3) and float64, quaternions are (x, y, z, w). Whatever goes wrong is a
-:class:`PliantError` with a ``kind`` and a ``where``.
+:class:`PliantError` with a ``kind`` and a ``where``; what has no effect is a :class:`PliantWarning` with a ``code``.
+
+A :class:`Batch` steps many sessions at once, :mod:`pliant.batch` runs sweeps of thousands of edits, and :class:`Hyperelastic` is a material
+written in Python.
 
 Examples
 --------
@@ -14,26 +17,37 @@ Examples
 (800, 3)
 """
 
+from . import batch
+from ._batch import Batch, BatchResult, BatchTools, BatchTrace
 from ._error import PliantError
 from ._hand import Hand, ToolState
+from ._hyperelastic import Case, Hyperelastic, check
 from ._live import Live, UsedPose
 from ._positions import Positions
 from ._result import Mesh, Probe, RayHit, Result, ToolTrace, Trace, run
 from ._scene import Scene
 from ._session import Frame, Session, Snapshot
+from ._warning import PliantWarning
 from .catalogue import Fabric, Material, Param, Plugin, Preset, edit_kinds, plugins, quantities
 
 __version__ = "0.1.0"
 
 __all__ = [
+    "Batch",
+    "BatchResult",
+    "BatchTools",
+    "BatchTrace",
+    "Case",
     "Fabric",
     "Frame",
     "Hand",
+    "Hyperelastic",
     "Live",
     "Material",
     "Mesh",
     "Param",
     "PliantError",
+    "PliantWarning",
     "Plugin",
     "Positions",
     "Preset",
@@ -47,6 +61,8 @@ __all__ = [
     "ToolTrace",
     "Trace",
     "UsedPose",
+    "batch",
+    "check",
     "edit_kinds",
     "plugins",
     "quantities",

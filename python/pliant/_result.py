@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _native
 from ._scene import Scene, as_scene
+from ._warning import warn
 from .catalogue import open_options
 
 
@@ -209,7 +210,7 @@ class Result:
     meshes : dict of str to Mesh
         Each body at the end, by its name.
     summary : dict
-        Everything else: what ``summary.json`` of a run says.
+        Everything else: what ``summary.json`` of a run says; ``summary["warnings"]`` lists what had no effect, with codes.
     """
 
     trace: Trace
@@ -277,6 +278,12 @@ def run(
     ------
     PliantError
         A scene, model or plugin that cannot be used.
+
+    Warns
+    -----
+    PliantWarning
+        A part of the scene had no effect, or not the one it looks like. ``warnings.simplefilter("error", pliant.PliantWarning)`` makes it an
+        error.
     """
     scene = as_scene(scene)
     if scene._driven:
@@ -286,7 +293,13 @@ def run(
         threads=threads, plugin_path=plugin_path, allow_plugins=allow_plugins, mesh=mesh, hands=scene._driven
     )
     folder = None if out is None else os.fspath(out)
-    return Result(*_native.run(scene._given(set or {}), options, folder))
+    try:
+        result = Result(*_native.run(scene._given(set or {}), options, folder))
+    finally:
+        for material in scene._materials:
+            material._raise_error()
+    warn(result.summary["warnings"], stacklevel=2)
+    return result
 
 
 def _probe(row: dict[str, Any]) -> Probe:

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from . import _native
 from ._error import PliantError
+from ._hyperelastic import Hyperelastic
 from .catalogue import Fabric, Material
 
 
@@ -53,6 +54,8 @@ class Scene:
         self._data: dict[str, Any] = {"format": 1}
         self._meshes: dict[str, str] = {}
         self._driven: list[str] = []
+        # Kept alive, for the scene names them by number.
+        self._materials: list[Hyperelastic] = []
         self._path = Path(folder or ".") / "<scene>"
         if isinstance(source, Mapping):
             self._data = _copied(source)
@@ -89,7 +92,7 @@ class Scene:
         mesh: str | os.PathLike[str] | ArrayLike | None = None,
         faces: ArrayLike | Sequence[Sequence[int]] | None = None,
         texture: ArrayLike | None = None,
-        material: Material | Fabric | Mapping[str, Any] | str | None = None,
+        material: Material | Fabric | Hyperelastic | Mapping[str, Any] | str | None = None,
         **keys: Any,
     ) -> None:
         """Add a body.
@@ -105,7 +108,7 @@ class Scene:
             `mesh` are vertices.
         texture : array_like, optional
             Texture coordinates (c x 2) of all corners, face after face.
-        material : Material, Fabric, mapping or str
+        material : Material, Fabric, Hyperelastic, mapping or str
             What it is made of. A fabric makes the body a sheet.
         **keys
             Other keys of ``[[body]]``: ``shape``, ``size``, ``scale``, ``position``, ``rotation``, ``grid``, ``sheet``, ``fixed``.
@@ -119,10 +122,15 @@ class Scene:
             file = f"{name}.obj"
             self._meshes[file] = _obj_text(name, mesh, faces, texture)
             body["mesh"] = file
+            if not keys.keys() & {"size", "scale"}:
+                # Said, so that nothing doubts the unit.
+                body["scale"] = 1.0
         if material is not None:
             if isinstance(material, Fabric):
                 body.setdefault("sheet", {})
-            body["material"] = material.to_dict() if isinstance(material, (Material, Fabric)) else (
+            if isinstance(material, Hyperelastic):
+                self._materials.append(material)
+            body["material"] = material.to_dict() if isinstance(material, (Material, Fabric, Hyperelastic)) else (
                 {"plugin": material} if isinstance(material, str) else dict(material)
             )
         self._append("body", body | _kebab(keys))
@@ -302,6 +310,8 @@ class Scene:
         path : path
             The file. Paths of other meshes in the scene are relative to its folder.
         """
+        if self._materials:
+            raise PliantError("a material written in Python cannot be saved; allowed are plugins, see `pliant plugin new`")
         path = Path(path)
         path.parent.mkdir(parents=True, exist_ok=True)
         for name, text in self._meshes.items():

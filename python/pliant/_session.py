@@ -19,6 +19,7 @@ from ._live import Live
 from ._positions import Positions
 from ._result import Mesh
 from ._scene import Scene, as_scene
+from ._warning import PliantWarning, warn
 from .catalogue import open_options
 
 Snapshot = _native.Snapshot
@@ -105,7 +106,15 @@ class Session:
             hands=scene._driven,
             history=history,
         )
-        self._native = _native.Session(scene._given(set or {}), options)
+        self._materials = tuple(scene._materials)
+        self._warned = 0
+        try:
+            self._native = _native.Session(scene._given(set or {}), options)
+        finally:
+            self._raise_errors()
+        rows = json.loads(self._native.warnings())
+        self._warned = len(rows)
+        warn(rows, stacklevel=2)
 
     def step(self, count: int = 1) -> None:
         """Take steps. Ctrl-C stops between two of them.
@@ -118,6 +127,7 @@ class Session:
         if count < 0:
             raise PliantError(f"step({count}); allowed is 0 or more")
         self._native.step(count)
+        self._raise_errors()
 
     def play(self) -> Live:
         """Go on by the clock, on a native thread, until the result is stopped; until then the session itself is busy.
@@ -129,8 +139,20 @@ class Session:
         return Live(self._native.play())
 
     def close(self) -> None:
-        """End the session. Arrays made of its positions stay as they are."""
-        self._native.close()
+        """End the session, and warn of edits that had no effect. Arrays made of its positions stay as they are."""
+        self._end()
+
+    def warnings(self) -> list[PliantWarning]:
+        """List what in the scene has no effect, or not the one it looks like.
+
+        Warnings of opening the scene are issued when it is opened, others when the session is closed.
+
+        Returns
+        -------
+        list of PliantWarning
+            Those of models and selections, then those of edits so far.
+        """
+        return [PliantWarning(row["message"], row["code"], row["where"]) for row in json.loads(self._native.warnings())]
 
     def __enter__(self) -> Session:
         return self
@@ -138,7 +160,7 @@ class Session:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self.close()
+        self._end()
 
     @property
     def time(self) -> float:
@@ -406,6 +428,20 @@ class Session:
         """
         events: dict[str, Any] = json.loads(self._native.events())
         return events
+
+    def _raise_errors(self) -> None:
+        for material in self._materials:
+            material._raise_error()
+
+    def _end(self) -> None:
+        try:
+            # One that is closed, goes on elsewhere or belongs to another process tells nothing.
+            rows = json.loads(self._native.warnings())[self._warned :]
+        except PliantError:
+            rows = []
+        self._native.close()
+        self._warned += len(rows)
+        warn(rows, stacklevel=3)
 
     def _body(self, body: str | None) -> str:
         if body is not None:

@@ -76,7 +76,8 @@ impl Failure {
         self.kind == Kind::Panic
     }
 
-    fn at(mut self, place: impl ToString) -> Self {
+    /// The same with the place of what is wrong.
+    pub fn at(mut self, place: impl ToString) -> Self {
         self.place = Some(place.to_string());
         self
     }
@@ -152,19 +153,22 @@ thread_local! {
     static PLACE: RefCell<Option<String>> = const { RefCell::new(None) };
 }
 
+/// Makes panics inside of [`contained`] keep their place instead of printing it; others go to the hook there was before.
+pub fn install_panic_hook() {
+    let before = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |info| {
+        if INSIDE.get() {
+            PLACE.set(info.location().map(ToString::to_string));
+        } else {
+            before(info);
+        }
+    }));
+}
+
 /// Does `work`; a panic in it becomes a [`Failure`] instead of a message on the console.
 pub fn contained<R>(work: impl FnOnce() -> Result<R, Failure>) -> Result<R, Failure> {
     static HOOK: Once = Once::new();
-    HOOK.call_once(|| {
-        let before = std::panic::take_hook();
-        std::panic::set_hook(Box::new(move |info| {
-            if INSIDE.get() {
-                PLACE.set(info.location().map(ToString::to_string));
-            } else {
-                before(info);
-            }
-        }));
-    });
+    HOOK.call_once(install_panic_hook);
     let outer = INSIDE.replace(true);
     let done = catch_unwind(AssertUnwindSafe(work));
     INSIDE.set(outer);

@@ -4,8 +4,13 @@
 //! engine's, and what users call is written in Python in `pliant/`.
 
 mod arrays;
+mod batch;
+mod conformance;
 mod convert;
 mod failure;
+mod law;
+mod law_element;
+mod law_material;
 mod lease;
 mod live;
 mod live_object;
@@ -15,6 +20,7 @@ mod open_session;
 mod plugins;
 mod run;
 mod session;
+mod session_batch;
 mod states;
 mod trace;
 
@@ -23,9 +29,15 @@ mod _native {
     #[pymodule_export]
     use super::arrays::ray_cast;
     #[pymodule_export]
+    use super::batch::{batch_collect, batch_run, batch_serve, batch_size};
+    #[pymodule_export]
+    use super::conformance::check_law;
+    #[pymodule_export]
     use super::convert::{obj_text, to_toml};
     #[pymodule_export]
     use super::failure::raise_panic;
+    #[pymodule_export]
+    use super::law::Law;
     #[pymodule_export]
     use super::live_object::Live;
     #[pymodule_export]
@@ -36,4 +48,6 @@ mod _native {
     use super::run::run;
     #[pymodule_export]
     use super::session::{Session, Snapshot};
+    #[pymodule_export]
+    use super::session_batch::SessionBatch;
 }

@@ -39,7 +39,7 @@ pub struct OpenOptions {
     /// Another model in the place of the first body's.
     mesh: Option<PathBuf>,
     /// Devices whose hands the caller puts somewhere from the start.
-    hands: Vec<String>,
+    pub hands: Vec<String>,
     /// Whether edits can be taken back.
     history: bool,
 }
@@ -62,7 +62,8 @@ pub struct Opened {
     pub session: Session,
 }
 
-fn load(given: SceneText) -> Result<(Scene, Source), Failure> {
+/// Reads a scene with its models of arrays.
+pub fn load(given: SceneText) -> Result<(Scene, Source), Failure> {
     let (scene, mut source) = scene::load_text(&given.path, given.text, &given.set)?;
     for (name, text) in given.documents {
         let document = ObjDocument::parse(text.into_bytes(), Path::new(&name))?;

@@ -1,6 +1,7 @@
 //! A scene from its start to its end, as `pliant run` does it.
 
 use super::failure::{Failure, Kind, contained};
+use super::law::check_signals;
 use super::open::{OpenOptions, Opened, SceneText, open};
 use super::open_session::Open;
 use super::session::Session;
@@ -82,7 +83,7 @@ pub fn run<'py>(
                 Ok(())
             })
         })?;
-        stopped = py.check_signals().err();
+        stopped = check_signals(py).err();
     }
     let is_stopped = stopped.is_some();
     let summary = py.detach(|| contained(|| results.finish(&mut opened, is_stopped)))?;

@@ -2,6 +2,7 @@
 
 use super::arrays::{copy_rows, copy_vectors};
 use super::failure::{Failure, Kind, contained};
+use super::law::check_signals;
 use super::lease::lend;
 use super::live::LiveThread;
 use super::live_object::Live;
@@ -147,7 +148,7 @@ impl Session {
                 Ok(taken)
             })?;
             left -= taken;
-            py.check_signals()?;
+            check_signals(py)?;
         }
         Ok(())
     }
@@ -361,6 +362,14 @@ impl Session {
                 .iter()
                 .map(|(kind, event)| json!({ "kind": kind, "time": event.time, "text": event.text }));
             Ok(json!({ "counts": events.counts(), "told": told.collect::<Vec<_>>() }).to_string())
+        })
+    }
+
+    /// What has no effect, or not the one it looks like, as JSON: code, place and sentence of each.
+    fn warnings(&self) -> PyResult<String> {
+        self.read(|open| {
+            let warnings = open.opened.session.warnings();
+            serde_json::to_string(&warnings).map_err(|error| Failure::new(Kind::Panic, error))
         })
     }
 

@@ -1,5 +1,6 @@
 """Scenes that several tests use."""
 
+import signal
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,14 @@ import pytest
 import pliant
 
 ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(autouse=True, scope="session")
+def interruptible():
+    """Ctrl-C raises KeyboardInterrupt, also where a shell has started the tests in the background and with that signal ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 @pytest.fixture

@@ -47,8 +47,18 @@ def test_a_sweep_is_drawn(tmp_path):
     assert (tmp_path / "sweep.png").stat().st_size > 10_000
 
 
+def test_a_law_written_in_python_conforms_and_stiffens():
+    import python_material
+
+    cases, forces = python_material.main()
+    assert {case.verdict for case in cases} <= {"passed", "skipped"}
+    (shallow, deep), (shallow_too, deep_too) = forces["built in"], forces["stiffening"]
+    # Of one stiffness at small strains; deeper the law has become stiffer.
+    assert shallow_too == pytest.approx(shallow, rel=0.05) and deep_too > 1.1 * deep
+
+
 def test_examples_of_the_documentation_run():
-    for module in ("pliant._scene", "pliant.catalogue"):
+    for module in ("pliant._scene", "pliant.catalogue", "pliant._hyperelastic", "pliant._batch"):
         assert doctest.testmod(sys.modules[module]).failed == 0
 
 
