@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Ten thousand small touches in one process, against a process for each touch (300 of them, extrapolated); memory over time.
+# Ten thousand small touches in one process, against a process for each touch (100 of them, extrapolated); memory over time.
 #   tests/scale/touches.sh [PROGRAM]
 set -euo pipefail
 cd "$(dirname "$0")/../.."
@@ -37,7 +37,7 @@ edit() {
 export -f edit
 export program work
 began=$(date +%s.%N)
-seq 300 | xargs -P "$jobs" -I{} bash -c 'edit {}'
+seq 100 | xargs -P "$jobs" -I{} bash -c 'edit {}'
 python3 -c "
 seconds = $(date +%s.%N) - $began
-print(f'300 processes in {seconds:.1f} s: {300 / seconds:.1f} a second; 10,000 would take {10000 / 300 * seconds:.0f} s (extrapolated)')"
+print(f'100 processes in {seconds:.1f} s: {100 / seconds:.1f} a second; 10,000 would take {10000 / 100 * seconds:.0f} s (extrapolated)')"
