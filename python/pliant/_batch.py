@@ -102,6 +102,8 @@ class Batch:
         Instances that are stepped at a time; 0 takes what the machine has.
     plugin_path : iterable of path
         Folders that are searched for plugins first.
+    allow_plugins : iterable of path
+        Folders from which the scene may name libraries by path, which runs their code; none by default.
 
     Examples
     --------
@@ -122,6 +124,7 @@ class Batch:
         each: Mapping[str, Sequence[Any] | NDArray[Any]] | None = None,
         jobs: int = 0,
         plugin_path: Iterable[str | os.PathLike[str]] = (),
+        allow_plugins: Iterable[str | os.PathLike[str]] = (),
     ) -> None:
         if n < 1 or jobs < 0:
             raise PliantError(f"n is {n} and jobs is {jobs}; allowed is 1 or more instances, and 0 or more at a time")
@@ -136,7 +139,9 @@ class Batch:
             scene._given({**(set or {}), **{path: values[number] for path, values in given.items()}})
             for number in range(n)
         ]
-        options = open_options(threads=1, plugin_path=plugin_path, hands=scene._driven)
+        options = open_options(
+            threads=1, plugin_path=plugin_path, allow_plugins=allow_plugins, hands=scene._driven
+        )
         try:
             self._native = _native.SessionBatch(scenes, options, jobs)
         finally:

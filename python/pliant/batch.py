@@ -111,6 +111,7 @@ def run_shard(
     retry_failed: bool = False,
     isolate: bool = False,
     plugin_path: Iterable[_Path] = (),
+    allow_plugins: Iterable[_Path] = (),
     progress: Callable[[int, int, int], object] | None = None,
 ) -> dict[str, Any]:
     """Do what is missing of a shard of a sweep.
@@ -131,6 +132,8 @@ def run_shard(
         Whether edits run in child processes; those with a limit of memory always do.
     plugin_path : iterable of path
         Folders that are searched for plugins first.
+    allow_plugins : iterable of path
+        Folders from which scenes may name libraries by path, which runs their code; none by default.
     progress : callable, optional
         Gets the number of edits that are done, of those that failed, and of all, several times a second.
 
@@ -141,8 +144,9 @@ def run_shard(
     """
     if jobs < 0:
         raise PliantError(f"jobs is {jobs}; allowed is 0 for what the machine has, or more")
-    options = _options(shard, jobs, plugin_path) | {"retry_failed": retry_failed, "isolate": isolate}
-    words = json.dumps([os.fspath(sweep), os.fspath(out), shard, [os.fspath(path) for path in plugin_path]])
+    folders = [[os.fspath(folder) for folder in given] for given in (plugin_path, allow_plugins)]
+    options = _options(shard, jobs, *folders) | {"retry_failed": retry_failed, "isolate": isolate}
+    words = json.dumps([os.fspath(sweep), os.fspath(out), shard, *folders])
     options["child"] = [sys.executable, "-c", "import sys, pliant.batch; pliant.batch._serve(sys.argv[1])", words]
     end: dict[str, Any] = json.loads(_native.batch_run(os.fspath(sweep), os.fspath(out), options, progress))
     return end
@@ -177,6 +181,7 @@ def map(
     shards: int | None = None,
     retries: int = 3,
     plugin_path: Iterable[_Path] = (),
+    allow_plugins: Iterable[_Path] = (),
 ) -> Table:
     """Do what is missing of a sweep on a cluster of Dask.
 
@@ -196,6 +201,8 @@ def map(
         How often a shard is tried again whose worker raised an exception.
     plugin_path : iterable of path
         Folders that are searched for plugins first.
+    allow_plugins : iterable of path
+        Folders from which scenes may name libraries by path, which runs their code; none by default.
 
     Returns
     -------
@@ -208,7 +215,11 @@ def map(
         shards = _shards_in(folder) or max(1, min(edits, _SHARDS_PER_THREAD * max(1, threads)))
     if shards < 1:
         raise PliantError(f"shards is {shards}; allowed is 1 or more")
-    given = {"jobs": 1, "plugin_path": [os.path.abspath(path) for path in plugin_path]}
+    given = {
+        "jobs": 1,
+        "plugin_path": [os.path.abspath(folder) for folder in plugin_path],
+        "allow_plugins": [os.path.abspath(folder) for folder in allow_plugins],
+    }
     names = [f"{number}/{shards}" for number in range(1, shards + 1)]
     path = os.path.abspath(sweep)
     # Not pure: what a shard does depends on the folder, so a task of before must not stand for it.
@@ -252,7 +263,7 @@ def _shards_in(folder: Path) -> int | None:
     return found.pop() if len(found) == 1 else None
 
 
-def _options(shard: str, jobs: int, plugin_path: Iterable[_Path]) -> dict[str, Any]:
+def _options(shard: str, jobs: int, plugin_path: list[str], allow_plugins: list[str]) -> dict[str, Any]:
     """How a shard is run, as the native half takes it."""
     return {
         "shard": shard,
@@ -260,7 +271,8 @@ def _options(shard: str, jobs: int, plugin_path: Iterable[_Path]) -> dict[str, A
         "resume": True,
         "retry_failed": False,
         "isolate": False,
-        "plugin_path": [Path(path) for path in plugin_path],
+        "plugin_path": plugin_path,
+        "allow_plugins": allow_plugins,
         "package_plugins": _PLUGINS,
         "child": [],
     }
@@ -281,5 +293,5 @@ def _array(cells: list[Any], kind: str) -> NDArray[Any]:
 
 def _serve(words: str) -> None:
     """Do edits as the child process of a run."""
-    sweep, out, shard, plugin_path = json.loads(words)
-    _native.batch_serve(sweep, out, _options(shard, 1, plugin_path))
+    sweep, out, shard, plugin_path, allow_plugins = json.loads(words)
+    _native.batch_serve(sweep, out, _options(shard, 1, plugin_path, allow_plugins))

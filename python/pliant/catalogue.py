@@ -313,7 +313,8 @@ def open_options(
     options = {
         "threads": threads,
         "plugin_path": [Path(folder) for folder in plugin_path],
-        "allow_plugins": [Path(folder) for folder in allow_plugins],
+        # Scenes name the library of materials written in Python by path: it is this package's own module.
+        "allow_plugins": [*map(Path, allow_plugins), _PLUGINS.parent],
         "package_plugins": _PLUGINS,
         "mesh": None if mesh is None else Path(mesh),
         "hands": list(hands),

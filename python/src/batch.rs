@@ -5,7 +5,7 @@ use super::law::check_signals;
 use pliant_batch::{
     BatchEnd, BatchError, CollectOptions, Format, Isolation, Progress, RunOptions, Shard, Sweep, collect, run, serve,
 };
-use pliant_host::SearchPath;
+use pliant_host::{AllowedFolders, SearchPath};
 use pyo3::prelude::*;
 use serde_json::{Value, json};
 use std::fs::File;
@@ -41,6 +41,8 @@ pub struct ShardOptions {
     isolate: bool,
     /// Folders that are searched for plugins first.
     plugin_path: Vec<PathBuf>,
+    /// Folders from which scenes may name libraries by path.
+    allow_plugins: Vec<PathBuf>,
     /// Folder of the plugins that come with the package.
     package_plugins: PathBuf,
     /// Program and arguments that do edits in a child process.
@@ -50,7 +52,8 @@ pub struct ShardOptions {
 impl ShardOptions {
     fn to_engine(&self) -> Result<RunOptions, Failure> {
         let shard: Shard = self.shard.parse().map_err(|why| Failure::argument(format!("shard {why}")))?;
-        let search = SearchPath::in_package(&self.plugin_path, &self.package_plugins);
+        let allowed = AllowedFolders::new(&self.allow_plugins)?;
+        let search = SearchPath::in_package(&self.plugin_path, &self.package_plugins).allow(allowed);
         let words = self.child.clone();
         let isolation = Isolation::new(move || {
             let mut command = Command::new(&words[0]);

@@ -87,7 +87,7 @@ impl SessionBatch {
                 let (scene, source) = load(given)?;
                 instances.push(SceneInstance { scene, source });
             }
-            let opened = EngineBatch::open(instances, &options.search(), jobs, &options.hands);
+            let opened = EngineBatch::open(instances, &options.search()?, jobs, &options.hands);
             opened.map_err(|(number, failure)| {
                 let text = format!("instance {number}: {}", failure.message);
                 Failure::new(Kind::Scene, text)
