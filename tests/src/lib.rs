@@ -174,19 +174,24 @@ impl Bench {
         serde_json::from_slice(&self.read(&format!("{folder}/summary.json"))).expect("JSON")
     }
 
-    /// Waits until a run into `out` has written rows of its trace under a temporary name that is none of `older`; they reach the file
-    /// some dozens at a time.
+    /// Temporary folders of the results of runs into `out` that are under way, or were killed.
+    pub fn stages(&self) -> Vec<String> {
+        let is_stage = |name: &String| name.starts_with("out.pliant-") && name.ends_with(".partial");
+        self.names(".").into_iter().filter(is_stage).collect()
+    }
+
+    /// Waits until a run into `out` has written rows of its trace in a temporary folder that is none of `older`; they reach the file some
+    /// dozens at a time.
     ///
     /// # Panics
     /// If the run ends before.
     pub fn wait_for_rows(&self, run: &mut Child, older: &[String]) {
-        let written = |name: &String| {
-            let temporary = name.starts_with("trace.csv.pliant-") && name.ends_with(".partial");
-            temporary
-                && !older.contains(name)
-                && self.path(&format!("out/{name}")).metadata().is_ok_and(|m| m.len() > 0)
+        let written = |stage: &String| {
+            let trace = |name: &String| name.starts_with("trace.csv.pliant-") && name.ends_with(".partial");
+            let is_long = |name: String| self.path(&format!("{stage}/{name}")).metadata().is_ok_and(|m| m.len() > 0);
+            !older.contains(stage) && self.names(stage).into_iter().filter(trace).any(is_long)
         };
-        while !self.names("out").iter().any(written) {
+        while !self.stages().iter().any(written) {
             assert!(run.try_wait().expect("asked").is_none(), "it ended by itself");
             std::thread::sleep(Duration::from_millis(5));
         }

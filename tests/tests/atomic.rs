@@ -79,7 +79,7 @@ fn a_run_that_is_stopped_puts_what_it_has_aside() {
     for name in ["final.obj", "frames/frame-00000.obj", "nodes.csv", "summary.json", "trace.csv"] {
         assert!(aside.contains(&format!("out/interrupted/{name}")), "{name} of {aside:?}");
     }
-    assert!(aside.iter().all(|path| !path.contains(".partial")), "{aside:?}");
+    assert!(aside.iter().all(|path| !path.contains(".partial")) && bench.stages().is_empty(), "{aside:?}");
     let summary = bench.summary("out/interrupted");
     let steps = summary["steps"].as_u64().expect("steps");
     assert!(summary["interrupted"] == true && (100..1_000_000).contains(&steps), "{steps}");
@@ -100,22 +100,164 @@ impl Drop for Killed {
 }
 
 #[test]
-fn what_a_killed_run_leaves_is_removed_by_the_next() {
+fn what_a_killed_run_leaves_is_removed_by_the_next_and_two_writers_are_refused() {
     let (bench, before) = bench();
     let long = ["run", "scene.toml", "--out", "out", "--set", "time.duration=1000"];
     let mut killed = Killed(bench.command(&long).stderr(Stdio::null()).spawn().expect("starts"));
     bench.wait_for_rows(&mut killed.0, &[]);
-    let temporary = || bench.names("out").into_iter().filter(|name| name.ends_with(".partial")).collect::<Vec<_>>();
-    let of_killed = temporary();
-    // Another run into the same folder, which goes on: what it writes is not removed.
-    let mut other = Killed(bench.command(&long).stderr(Stdio::null()).spawn().expect("starts"));
+    let of_killed = bench.stages();
+    let refused = bench.pliant(&["run", "scene.toml", "-q", "--out", "out"]).expect(2);
+    refused.says(&["out", "another run", "--out"]);
+    assert!(bench.stages() == of_killed && files(&bench, "out") == before);
     drop(killed);
-    bench.wait_for_rows(&mut other.0, &of_killed);
+    assert_eq!(bench.stages(), of_killed);
     bench.pliant(&["run", "scene.toml", "-q", "--out", "out"]).expect(0);
-    let left = temporary();
-    assert!(left.len() == 3 && left.iter().all(|name| !of_killed.contains(name)), "{left:?} after {of_killed:?}");
-    drop(other);
-    bench.pliant(&["run", "scene.toml", "-q", "--out", "out"]).expect(0);
-    assert_eq!(temporary(), [""; 0]);
+    assert_eq!(bench.stages(), [""; 0]);
     assert_eq!(files(&bench, "out").keys().collect::<Vec<_>>(), before.keys().collect::<Vec<_>>());
+}
+
+/// What tells the results of two scenes apart, without what the clock says.
+fn set_of(bench: &Bench, folder: &str) -> BTreeMap<String, Vec<u8>> {
+    let mut set = files(bench, folder);
+    for (name, bytes) in &mut set {
+        if name.ends_with("trace.csv") {
+            let text = String::from_utf8(bytes.clone()).expect("UTF-8");
+            *bytes =
+                text.lines().flat_map(|row| row.rsplit_once(',').expect("columns").0.bytes().chain([b'\n'])).collect();
+        } else if name.ends_with("summary.json") {
+            let summary: serde_json::Value = serde_json::from_slice(bytes).expect("whole");
+            *bytes = format!("{} {} {}", summary["settings"], summary["files"], summary["probes"]).into_bytes();
+        }
+    }
+    set.into_iter().map(|(name, bytes)| (name.replacen(folder, "", 1), bytes)).collect()
+}
+
+/// Two scenes with other files: one with frames and nodes, one with a picture of forces.
+const SCENES: [&[&str]; 2] = [
+    &["run", "scene.toml", "-q", "--set", "output.frames=100"],
+    &[
+        "run",
+        "scene.toml",
+        "-q",
+        "--set",
+        "output.forces=true",
+        "--set",
+        "output.nodes=false",
+        "--set",
+        "time.duration=0.03",
+    ],
+];
+
+/// Both sets, each from a run of its own, and a bench with the first one in `out`.
+fn two_sets() -> (Bench, [BTreeMap<String, Vec<u8>>; 2]) {
+    let bench = Bench::new();
+    bench.write("scene.toml", box_scene("", "", ""));
+    let sets = [0, 1].map(|i| {
+        let folder = format!("whole-{i}");
+        bench.pliant(&[SCENES[i], &["--out", &folder]].concat()).expect(0);
+        set_of(&bench, &folder)
+    });
+    assert!(sets[0].keys().ne(sets[1].keys()));
+    bench.pliant(&[SCENES[0], &["--out", "out"]].concat()).expect(0);
+    assert!(set_of(&bench, "out") == sets[0]);
+    (bench, sets)
+}
+
+#[test]
+#[cfg(unix)]
+fn a_run_killed_at_any_moment_leaves_the_old_set_or_the_new_one() {
+    use pliant_mesh::testing::Random;
+    let (bench, sets) = two_sets();
+    let lengths = [1, 0].map(|scene| {
+        let began = std::time::Instant::now();
+        bench.pliant(&[SCENES[scene], &["--out", "out"]].concat()).expect(0);
+        began.elapsed().as_secs_f64()
+    });
+    let (mut random, mut seen) = (Random(38), [0, 0]);
+    for trial in 0..40 {
+        let mut child = bench.command(&[SCENES[trial % 2], &["--out", "out"]].concat()).spawn().expect("starts");
+        // Half of them about the end, where files get their names.
+        let share = if trial % 4 < 2 { random.unit() } else { 0.7 + random.unit() };
+        std::thread::sleep(std::time::Duration::from_secs_f64(share * lengths[1 - trial % 2]));
+        child.kill().and_then(|()| child.wait()).expect("killed");
+        let found = set_of(&bench, "out");
+        let which = sets.iter().position(|set| *set == found);
+        let which = which.unwrap_or_else(|| panic!("trial {trial}: a mix: {:?}", found.keys()));
+        seen[which] += 1;
+    }
+    assert!(seen.iter().all(|n| *n > 0), "{seen:?}");
+    bench.pliant(&[SCENES[0], &["--out", "out"]].concat()).expect(0);
+    assert_eq!(bench.names("."), ["out", "scene.toml", "whole-0", "whole-1"], "nothing has piled up");
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_write_that_fails_leaves_the_old_set_and_names_the_file() {
+    let (bench, sets) = two_sets();
+    let mut failures = 0;
+    // The limit of a file's size (blocks of 512 bytes) stands for a disk that is full.
+    for blocks in [0, 1, 2, 8, 16, 32, 64, 128, 256, 512] {
+        let mut shell = Command::new("sh");
+        let script = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$@\"");
+        let own = bench.command(&[SCENES[1], &["--out", "out"]].concat());
+        shell.args(["-c", &script, "sh"]).arg(own.get_program()).args(own.get_args()).current_dir(bench.path("."));
+        let told = shell.env_remove("PLIANT_PLUGIN_PATH").output().expect("starts");
+        let text = String::from_utf8_lossy(&told.stderr).into_owned();
+        if told.status.code() == Some(0) {
+            break;
+        }
+        failures += 1;
+        assert_eq!(told.status.code(), Some(2), "{blocks}: {text}");
+        let named =
+            ["final.obj", "trace.csv", "summary.json", "forces.svg", "out"].iter().any(|name| text.contains(name));
+        assert!(named, "{blocks}: {text}");
+        assert!(set_of(&bench, "out") == sets[0], "{blocks}");
+        assert_eq!(bench.stages(), [""; 0], "{blocks}");
+    }
+    assert!(failures >= 3, "{failures}");
+}
+
+#[test]
+fn what_the_program_did_not_write_stays() {
+    let bench = Bench::new();
+    bench.write("scene.toml", box_scene("", "", ""));
+    bench.write("out/frames/picture.png", "mine");
+    bench.write("out/notes/final.obj", "mine");
+    for set in SCENES {
+        bench.pliant(&[set, &["--out", "out"]].concat()).expect(0);
+        assert_eq!(
+            (bench.read("out/frames/picture.png"), bench.read("out/notes/final.obj")),
+            (b"mine".into(), b"mine".into())
+        );
+    }
+    // Frames of the scene before are gone with it.
+    assert_eq!(bench.names("out/frames"), ["picture.png"]);
+    bench.write("other/final.obj", "mine");
+    bench.pliant(&[SCENES[0], &["--out", "other"]].concat()).expect(2).says(&["other/final.obj", "--out"]);
+    assert!(bench.read("other/final.obj") == b"mine" && bench.names("other") == ["final.obj"]);
+}
+
+#[test]
+fn an_input_is_not_written_over() {
+    let bench = Bench::new();
+    bench.pliant(&["sample", "elephant", "-o", "final.obj"]).expect(0);
+    bench.write("scene.toml", box_scene("", "", ""));
+    let model = bench.read("final.obj");
+    let run = ["run", "scene.toml", "-q", "--mesh", "final.obj"];
+    let is_kept = || assert!(bench.read("final.obj") == model && bench.read("scene.toml").starts_with(b"format"));
+    bench.pliant(&[&run[..], &["--out", "."]].concat()).expect(2).says(&["final.obj"]);
+    is_kept();
+    for file in ["final.obj", "./final.obj", "scene.toml"] {
+        let record = [&run[..], &["--out", "out", "--record", file]].concat();
+        bench.pliant(&record).expect(2).says(&[file, "of this run"]);
+        is_kept();
+    }
+    // The same by another name.
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("final.obj", bench.path("link.obj")).expect("a link");
+        bench.pliant(&[&run[..], &["--out", "out", "--record", "link.obj"]].concat()).expect(2);
+        is_kept();
+    }
+    assert!(!bench.path("out").exists());
 }

@@ -159,5 +159,5 @@ fn a_plugin_that_ends_the_program_is_a_failure_of_the_plugin() {
     // The next run into the folder is not harmed.
     let never = ["run", "scene.toml", "-q", "--out", "out", "--set", "body.0.material.params.after=1e3"];
     bench.pliant(&never).expect(0);
-    assert!(bench.names("out").iter().all(|name| !name.ends_with(".partial")));
+    assert!(bench.names("out").iter().all(|name| !name.ends_with(".partial")) && bench.stages().is_empty());
 }

@@ -1,6 +1,7 @@
 //! The program's own catalogues and their scenes, or those of a file.
 
 use crate::outcome::Failure;
+use pliant_mesh::read::read_text;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -46,8 +47,7 @@ impl CatalogueFiles {
     /// Reads the catalogue in `file` and the scenes beside it; without a file it is `built_in`.
     pub fn read(file: Option<&Path>, built_in: &str) -> Result<Self, Failure> {
         let Some(path) = file else { return Ok(Self { catalogue: built_in.to_owned(), scenes: BTreeMap::new() }) };
-        let read =
-            |path: &Path| std::fs::read_to_string(path).map_err(|e| Failure::input(format!("{}: {e}", path.display())));
+        let read = |path: &Path| read_text(path).map_err(|e| Failure::input(format!("{}: {e}", path.display())));
         let mut scenes = BTreeMap::new();
         let folder = path.parent().unwrap_or(Path::new("."));
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };

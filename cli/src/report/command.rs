@@ -6,6 +6,7 @@ use crate::outcome::{Failure, Outcome};
 use crate::output::{note, print, print_json, progress_bar, set_message};
 use crate::search::search_path;
 use crate::stop::stop_flag;
+use pliant_mesh::read::read_text;
 use pliant_report::{
     AccuracyCatalogue, Clock, Comparison, Document, Journal, Measurements, PerformanceCatalogue, Progress,
     ReportBuilder, ReportContext, ReportKind, ReportOptions, Row, SceneInput, StabilityCatalogue, accuracy, compare,
@@ -93,7 +94,7 @@ fn measure_accuracy(
     journal: &mut Journal,
 ) -> Result<Measurements, Failure> {
     if let Some(path) = &args.scene {
-        let text = std::fs::read_to_string(path).map_err(|e| Failure::input(format!("{}: {e}", path.display())))?;
+        let text = read_text(path).map_err(|e| Failure::input(format!("{}: {e}", path.display())))?;
         return Ok(self_convergence(SceneInput { path, text: &text, settings: &args.set }, context, journal)?);
     }
     let files = CatalogueFiles::read(args.options.catalogue.as_deref(), ACCURACY)?;
@@ -142,7 +143,7 @@ fn require_cases(wanted: &[String], names: &[String]) -> Result<(), Failure> {
 /// The rows of an older report.
 fn read_baseline(path: &Path) -> Result<Vec<Row>, Failure> {
     let wrong = |why: String| Failure::input(format!("--baseline {}: {why}; allowed is a report.json", path.display()));
-    let text = std::fs::read_to_string(path).map_err(|e| wrong(e.to_string()))?;
+    let text = read_text(path).map_err(|e| wrong(e.to_string()))?;
     let mut value: serde_json::Value = serde_json::from_str(&text).map_err(|e| wrong(e.to_string()))?;
     serde_json::from_value(value["rows"].take()).map_err(|e| wrong(e.to_string()))
 }

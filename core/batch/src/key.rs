@@ -4,6 +4,7 @@ use crate::edit::Edit;
 use crate::sweep::BaseScene;
 use pliant_engine::scene::{Scene, Source};
 use pliant_host::SearchPath;
+use pliant_record::{ContentHasher, hash_file};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::fmt;
@@ -37,7 +38,7 @@ impl KeyMaker {
 
     /// The key of an edit; `scene` is `None` where the edit's scene cannot be read.
     pub(crate) fn key(&self, edit: &Edit, base: &BaseScene, scene: Option<&(Scene, Source)>) -> EditKey {
-        let mut digest = Parts::default();
+        let mut digest = ContentHasher::default();
         digest.add("pliant edit 1");
         digest.add(&self.program);
         digest.add(&edit.repeat.map(|repeat| repeat.to_string()).unwrap_or_default());
@@ -55,11 +56,11 @@ impl KeyMaker {
         if let Some((scene, source)) = scene {
             self.add_files(scene, source, &mut digest);
         }
-        EditKey(digest.0.finalize().to_hex()[..32].to_owned())
+        EditKey(digest.finish()[..32].to_owned())
     }
 
     /// Adds the files a scene names: meshes, plugins, and parameters that are paths of files.
-    fn add_files(&self, scene: &Scene, source: &Source, digest: &mut Parts) {
+    fn add_files(&self, scene: &Scene, source: &Source, digest: &mut ContentHasher) {
         let folder = source.folder();
         let mut plugins = Vec::new();
         let mut params = Vec::new();
@@ -97,21 +98,7 @@ impl KeyMaker {
     /// Digest of a file's bytes; of what the system says, if it cannot be read.
     fn file(&self, path: &Path) -> String {
         let mut files = self.files.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        let of_file = || match std::fs::read(path) {
-            Ok(bytes) => blake3::hash(&bytes).to_hex().to_string(),
-            Err(error) => format!("unreadable: {:?}", error.kind()),
-        };
+        let of_file = || hash_file(path).unwrap_or_else(|error| format!("unreadable: {:?}", error.kind()));
         files.entry(path.to_path_buf()).or_insert_with(of_file).clone()
-    }
-}
-
-/// A digest of texts, each with its length, so that no two lists of texts run together the same way.
-#[derive(Default)]
-struct Parts(blake3::Hasher);
-
-impl Parts {
-    fn add(&mut self, text: &str) {
-        self.0.update(&(text.len() as u64).to_le_bytes());
-        self.0.update(text.as_bytes());
     }
 }

@@ -29,6 +29,28 @@ pub struct EffectorOutput<'a> {
 /// Largest number of effectors of one device.
 pub const MAX_EFFECTORS: usize = 8;
 
+/// Largest number of taxels of one effector.
+const MAX_TAXELS: u64 = 1 << 16;
+
+/// Checks what a device, or a recording of it, says of the device.
+///
+/// # Errors
+/// A sentence with the quantity, its value, and what is allowed.
+pub fn check_device_info(info: &DeviceInfo) -> Result<(), String> {
+    let DeviceInfo { rate, peak_force, continuous_force, stiffness, effectors, .. } = *info;
+    if ![rate, peak_force, continuous_force, stiffness].iter().all(|l| l.is_finite() && *l > 0.0) {
+        return Err("rate, forces and stiffness must be finite and above zero".into());
+    }
+    if !(1..=MAX_EFFECTORS as u32).contains(&effectors) {
+        return Err(format!("{effectors} effectors; allowed is 1 to {MAX_EFFECTORS}"));
+    }
+    let (rows, columns) = (info.taxel_rows, info.taxel_columns);
+    if u64::from(rows) * u64::from(columns) > MAX_TAXELS {
+        return Err(format!("{rows} x {columns} taxels; allowed is at most {MAX_TAXELS}"));
+    }
+    Ok(())
+}
+
 /// Largest number of counters that are read from one device.
 const MAX_COUNTERS: u32 = 64;
 
@@ -59,15 +81,7 @@ impl Device {
         let mut device_info = empty_device_info();
         // SAFETY: [main & active]; `device_info` is ours to fill.
         instance.run("describe", || unsafe { describe(instance.plugin(), &mut device_info) })?;
-        let DeviceInfo { rate, peak_force, continuous_force, stiffness, effectors, .. } = device_info;
-        let limits = [rate, peak_force, continuous_force, stiffness];
-        if !limits.iter().all(|l| l.is_finite() && *l > 0.0) {
-            return Err(instance.error("describe", "rate, forces and stiffness must be finite and above zero"));
-        }
-        if !(1..=MAX_EFFECTORS as u32).contains(&effectors) {
-            let text = format!("{effectors} effectors; allowed is 1 to {MAX_EFFECTORS}");
-            return Err(instance.error("describe", &text));
-        }
+        check_device_info(&device_info).map_err(|reason| instance.error("describe", &reason))?;
         let counters = instance.extension_table(Extension::new::<abi::Counters>(abi::COUNTERS));
         // SAFETY: the table of that extension, of at least its size, for the life of the library.
         let counters = counters.map(|table| unsafe { &*table.cast() });

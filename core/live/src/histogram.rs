@@ -4,7 +4,7 @@ use serde::Serialize;
 
 /// Counts of times (ns) in logarithmic buckets of 0.2 % width.
 #[derive(Clone, Debug)]
-pub(crate) struct Histogram {
+pub struct Histogram {
     /// By bucket.
     counts: Vec<u64>,
     total: u64,
@@ -36,7 +36,7 @@ fn upper_bound(bucket: usize) -> u64 {
 
 impl Histogram {
     /// Counts one time (ns). *Real time*: no allocation.
-    pub(crate) fn add(&mut self, ns: u64) {
+    pub fn add(&mut self, ns: u64) {
         self.counts[bucket(ns)] += 1;
         self.total += 1;
         self.longest = self.longest.max(ns);
@@ -54,7 +54,7 @@ impl Histogram {
     }
 
     /// Percentiles of all times counted; `None` without any.
-    pub(crate) fn percentiles(&self) -> Option<Percentiles> {
+    pub fn percentiles(&self) -> Option<Percentiles> {
         let at = |share| self.percentile(share) as f64 * 1e-9;
         let max = self.longest as f64 * 1e-9;
         (self.total > 0).then(|| Percentiles { p50: at(0.5), p99: at(0.99), p999: at(0.999), max })

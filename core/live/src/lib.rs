@@ -45,7 +45,7 @@ mod view;
 mod watchdog;
 
 pub use device::{HapticDevice, StopDevice};
-pub use histogram::Percentiles;
+pub use histogram::{Histogram, Percentiles};
 pub use pointer::{PointerDevice, PointerHandle};
 pub use realtime::{RealtimeStatus, ThreadUsage};
 pub use servo::Servo;

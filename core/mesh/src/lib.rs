@@ -17,6 +17,7 @@ pub mod geometry;
 pub mod materials;
 pub mod obj;
 pub mod placement;
+pub mod read;
 pub mod sample;
 pub mod surface;
 #[cfg(any(test, feature = "testing"))]

@@ -1,10 +1,10 @@
 //! Files and folders that appear under their name whole or not at all.
 //!
-//! Each is written under a random name beside its final one, `NAME.pliant-XXXXXX.partial`, and renamed when it is whole. The name is
-//! created exclusively, so a link planted there is not followed. The writer holds an advisory lock on it; what a
+//! Each is written under a random name beside its final one, `NAME.pliant-XXXXXX.partial`, and renamed when it is whole; then the folder is
+//! flushed. The name is created exclusively, so a link planted there is not followed. The writer holds an advisory lock on it; what a
 //! killed program left behind is unlocked, which is how [`remove_leftovers`] tells it from a file that is being written.
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::fs::{File, Permissions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -21,7 +21,10 @@ const ATTEMPTS: usize = 8;
 
 /// A file that is written under a temporary name beside its final one. Dropping it unfinished removes it.
 pub struct AtomicFile {
+    /// The name it will have.
     path: PathBuf,
+    /// Its name in errors.
+    shown: PathBuf,
     writer: BufWriter<NamedTempFile>,
 }
 
@@ -31,6 +34,14 @@ impl AtomicFile {
     /// # Errors
     /// What the file system says, with the path.
     pub fn create(path: &Path) -> io::Result<Self> {
+        Self::create_shown(path, path)
+    }
+
+    /// The same, with another name in errors: for a file in a folder that will be renamed.
+    ///
+    /// # Errors
+    /// As for [`AtomicFile::create`].
+    pub(crate) fn create_shown(path: &Path, shown: &Path) -> io::Result<Self> {
         let folder = folder_of(path);
         std::fs::create_dir_all(folder).map_err(|e| error_at(folder, e))?;
         for _ in 0..ATTEMPTS {
@@ -38,12 +49,13 @@ impl AtomicFile {
             let mut builder = Builder::new();
             let file = with_usual_permissions(builder.prefix(&name).suffix(SUFFIX), 0o666)
                 .tempfile_in(folder)
-                .map_err(|e| error_at(path, e))?;
+                .map_err(|e| error_at(shown, e))?;
             if is_ours(file.as_file(), file.path()) {
-                return Ok(Self { path: path.to_path_buf(), writer: BufWriter::with_capacity(BUFFER, file) });
+                let (path, shown) = (path.to_path_buf(), shown.to_path_buf());
+                return Ok(Self { path, shown, writer: BufWriter::with_capacity(BUFFER, file) });
             }
         }
-        Err(error_at(path, io::Error::other("its temporary file was removed each time it was made")))
+        Err(error_at(shown, io::Error::other("its temporary file was removed each time it was made")))
     }
 
     /// Puts the file in the place of whatever had its name.
@@ -51,35 +63,29 @@ impl AtomicFile {
     /// # Errors
     /// What the file system says, with the path; what was there before stays.
     pub fn finish(self) -> io::Result<()> {
-        let path = self.path.clone();
-        self.finish_as(&path)
-    }
-
-    /// Puts the file under another name of the same file system.
-    ///
-    /// # Errors
-    /// As for [`AtomicFile::finish`].
-    pub fn finish_as(self, path: &Path) -> io::Result<()> {
-        let file = self.writer.into_inner().map_err(|e| error_at(&self.path, e.into_error()))?;
-        file.as_file().sync_all().map_err(|e| error_at(&self.path, e))?;
-        file.persist(path).map(drop).map_err(|e| error_at(path, e.error))
+        let Self { path, shown, writer } = self;
+        let file = writer.into_inner().map_err(|e| error_at(&shown, e.into_error()))?;
+        file.as_file().sync_all().map_err(|e| error_at(&shown, e))?;
+        file.persist(&path).map_err(|e| error_at(&shown, e.error))?;
+        sync_folder(folder_of(&path));
+        Ok(())
     }
 }
 
 impl Write for AtomicFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.writer.write(bytes)
+        self.writer.write(bytes).map_err(|e| error_at(&self.shown, e))
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        self.writer.flush()
+        self.writer.flush().map_err(|e| error_at(&self.shown, e))
     }
 }
 
 /// A folder that is filled under a temporary name beside its final one. Dropping it unfinished removes it and what is in it.
 pub(crate) struct AtomicFolder {
     folder: TempDir,
-    /// Holds the lock that [`remove_leftovers`] asks for; `None` where the system does not open folders.
+    /// Holds the lock that tells it from what a killed program has left; `None` where the system does not open folders.
     _lock: Option<File>,
 }
 
@@ -106,31 +112,10 @@ impl AtomicFolder {
         self.folder.path()
     }
 
-    /// Puts the folder in the place of whatever had the name `path` in the same file system. A folder with something in it cannot
-    /// be written over, so the old one is first moved into a temporary folder beside it, and back if the new one cannot take its
-    /// place.
-    ///
-    /// # Errors
-    /// What the file system says, with the path; what was there before stays.
-    pub(crate) fn finish_as(self, path: &Path) -> io::Result<()> {
-        let aside = temporary_folder(path)?;
-        let old = aside.path().join("old");
-        let had_old = match std::fs::rename(path, &old) {
-            Ok(()) => true,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => false,
-            Err(error) => return Err(error_at(path, error)),
-        };
-        if let Err(error) = std::fs::rename(self.folder.path(), path) {
-            if had_old && std::fs::rename(&old, path).is_err() {
-                // What cannot be put back is not removed either.
-                let kept = aside.keep().join("old");
-                return Err(error_at(path, io::Error::other(format!("{error}; the old one is in {}", kept.display()))));
-            }
-            return Err(error_at(path, error));
-        }
-        // It has its own name now: nothing is left to remove.
-        let _ = self.folder.keep();
-        aside.close().map_err(|e| error_at(path, e))
+    /// Leaves the folder where it is when this is dropped, unlocked.
+    #[cfg(test)]
+    pub(crate) fn keep(self) -> PathBuf {
+        self.folder.keep()
     }
 }
 
@@ -139,8 +124,7 @@ impl AtomicFolder {
 pub fn remove_leftovers(folder: &Path) {
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let (name, path) = (entry.file_name(), entry.path());
-        let name = name.to_string_lossy();
-        if !name.ends_with(SUFFIX) || !name.contains(MARK) {
+        if !is_temporary_name(&name) {
             continue;
         }
         // The type of the entry itself: a link is neither a file nor a folder.
@@ -153,6 +137,31 @@ pub fn remove_leftovers(folder: &Path) {
             // Removed while the lock is held, so that one who makes such a file and then locks it sees that it is gone.
             let _ = if kind.is_dir() { std::fs::remove_dir_all(&path) } else { std::fs::remove_file(&path) };
         }
+    }
+}
+
+/// Temporary folders beside `path`, of this program or one that was killed, for what will have its name. Links are none.
+pub(crate) fn temporaries(path: &Path) -> Vec<PathBuf> {
+    let start = temporary_prefix(path);
+    let entries = std::fs::read_dir(folder_of(path)).into_iter().flatten().flatten();
+    let is_one = |entry: &std::fs::DirEntry| {
+        let name = entry.file_name();
+        let begins = name.as_encoded_bytes().starts_with(start.as_encoded_bytes());
+        begins && is_temporary_name(&name) && entry.file_type().is_ok_and(|kind| kind.is_dir())
+    };
+    entries.filter(is_one).map(|entry| entry.path()).collect()
+}
+
+/// Whether a file or folder of this name is one that is, or was, being written.
+pub(crate) fn is_temporary_name(name: &OsStr) -> bool {
+    let name = name.to_string_lossy();
+    name.ends_with(SUFFIX) && name.contains(MARK)
+}
+
+/// Has the names in a folder on the disk. Systems that cannot do it for folders have no need for it.
+pub(crate) fn sync_folder(folder: &Path) {
+    if let Ok(folder) = File::open(folder) {
+        let _ = folder.sync_all();
     }
 }
 
@@ -200,9 +209,10 @@ fn with_usual_permissions<'b, 'n>(builder: &'b mut Builder<'n, 'n>, _mode: u32) 
     builder
 }
 
-/// The same error, naming the file.
+/// The same error, naming the file, unless it does so already.
 pub(crate) fn error_at(path: &Path, error: io::Error) -> io::Error {
-    io::Error::new(error.kind(), format!("{}: {error}", path.display()))
+    let (path, text) = (path.display().to_string(), error.to_string());
+    if text.starts_with(&format!("{path}: ")) { error } else { io::Error::new(error.kind(), format!("{path}: {text}")) }
 }
 
 #[cfg(test)]
@@ -212,37 +222,6 @@ mod tests {
     /// Number of entries in a folder.
     fn count(folder: &Path) -> usize {
         folder.read_dir().unwrap().count()
-    }
-
-    #[test]
-    fn a_folder_replaces_an_older_one_or_leaves_it() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("frames");
-        for (i, finished) in [true, false, true].into_iter().enumerate() {
-            let new = AtomicFolder::create(&path).unwrap();
-            std::fs::write(new.path().join(format!("{i}.obj")), "").unwrap();
-            if finished {
-                new.finish_as(&path).unwrap()
-            } else {
-                drop(new)
-            }
-            let names: Vec<_> = path.read_dir().unwrap().map(|e| e.unwrap().file_name()).collect();
-            assert_eq!(names, [["0.obj", "0.obj", "2.obj"][i]]);
-            assert_eq!(count(folder.path()), 1, "nothing else is left");
-        }
-    }
-
-    #[test]
-    fn a_folder_that_cannot_take_its_place_leaves_the_old_one() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("frames");
-        std::fs::create_dir(&path).unwrap();
-        std::fs::write(path.join("old.obj"), "").unwrap();
-        let new = AtomicFolder::create(&path).unwrap();
-        std::fs::remove_dir(new.path()).unwrap();
-        let text = new.finish_as(&path).unwrap_err().to_string();
-        assert!(text.contains("frames"), "{text}");
-        assert!(path.join("old.obj").exists() && count(folder.path()) == 1);
     }
 
     #[test]
@@ -273,8 +252,8 @@ mod tests {
         let kept: Vec<_> = folder.path().read_dir().unwrap().map(|e| e.unwrap().path()).collect();
         assert!(kept.len() == 4 && kept.iter().all(|path| !path.to_string_lossy().contains("AbCd12")), "{kept:?}");
         live.0.finish().unwrap();
-        live.1.finish_as(&at("frames")).unwrap();
-        assert_eq!((std::fs::read(at("summary.json")).unwrap(), count(folder.path())), (vec![], 3));
+        drop(live.1);
+        assert_eq!((std::fs::read(at("summary.json")).unwrap(), count(folder.path())), (vec![], 2));
     }
 
     #[test]

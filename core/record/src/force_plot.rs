@@ -1,11 +1,9 @@
 //! A picture of the forces that hold nodes, as arrows on the mesh, in the manner of figure 8 of Tripicchio, D'Avella and Ruffaldi
 //! (2022).
 
-use crate::atomic::AtomicFile;
 use pliant_engine::body::Body;
 use pliant_solver::Vec3;
 use std::io::{self, Write};
-use std::path::Path;
 
 /// Width of the drawing in its own units.
 const WIDTH: f64 = 800.0;
@@ -20,10 +18,10 @@ const AXIS_ANGLE: (f64, f64) = (0.5, 0.866_025_403_784_438_6);
 /// projection is isometric, z up, x to the lower right and y to the upper right.
 ///
 /// # Errors
-/// What the file system says, with the path.
+/// What `file` says.
 pub(super) fn write_force_plot<'a>(
     bodies: impl Iterator<Item = (&'a Body, &'a [Vec3])>,
-    path: &Path,
+    file: &mut impl Write,
 ) -> io::Result<()> {
     let bodies: Vec<(&Body, &[Vec3])> = bodies.collect();
     let points = bodies.iter().flat_map(|(body, _)| &body.skin.x).map(|p| project(*p));
@@ -39,7 +37,6 @@ pub(super) fn write_force_plot<'a>(
     let scale = (WIDTH - 2.0 * margin) / extent;
     let on_page = |p: [f64; 2]| [margin + scale * (p[0] - bounds[0][0]), margin + scale * (bounds[1][1] - p[1])];
     let height = 2.0 * margin + scale * (bounds[1][1] - bounds[0][1]) + 30.0;
-    let mut file = AtomicFile::create(path)?;
     writeln!(
         file,
         r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height:.0}" font-family="sans-serif" font-size="14">
@@ -81,7 +78,7 @@ pub(super) fn write_force_plot<'a>(
 </svg>"##,
         height - 10.0
     )?;
-    file.finish()
+    Ok(())
 }
 
 /// A point (m) in isometric projection: to the right and up (m).

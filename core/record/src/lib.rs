@@ -2,8 +2,8 @@
 //! sessions that can be run again.
 //!
 //! A [`Recorder`] follows a session step by step and writes its results into a folder; a [`RecordingWriter`] keeps what a replay
-//! needs, a [`Recording`] gives it back. Every file appears whole or not at all ([`AtomicFile`]), so a run that fails or is stopped
-//! leaves the results of the one before it as they were.
+//! needs, a [`Recording`] gives it back. The results of a run take their names together, in one rename, and other files appear whole or not at all
+//! ([`AtomicFile`]); so a run that fails or is stopped leaves the results of the one before it as they were.
 //!
 //! This crate computes no physics and prints nothing. It reads a session and never steps it.
 //!
@@ -40,18 +40,23 @@
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))]
 
 mod atomic;
+mod content_hash;
 mod force_plot;
+mod inputs;
 mod machine;
 mod model;
 mod plan_report;
 mod probe;
 mod recorder;
 mod recording;
+mod result_set;
 mod statistics;
 mod summary;
 mod trace;
 
 pub use atomic::{AtomicFile, remove_leftovers};
+pub use content_hash::{ContentHasher, hash_bytes, hash_file};
+pub use inputs::InputHash;
 pub use machine::Machine;
 pub use model::{write_model, write_model_to};
 pub use plan_report::PlanReport;

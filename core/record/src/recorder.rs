@@ -1,11 +1,14 @@
 //! Recording a run from its first step to its last file.
 
-use crate::atomic::{AtomicFile, AtomicFolder, error_at, remove_leftovers};
+use crate::atomic::{AtomicFile, error_at};
 use crate::force_plot::write_force_plot;
-use crate::model::write_model;
+use crate::inputs::{InputHashes, refuse_inputs};
+use crate::model::write_model_to;
+use crate::result_set::{FRAMES, ResultSet, SUMMARY, files_below};
 use crate::statistics::RunStatistics;
 use crate::summary::Summary;
 use crate::trace::{write_header, write_nodes, write_row};
+use pliant_engine::body::{Body, Model};
 use pliant_engine::scene::{OutputScene, Scene, Source};
 use pliant_engine::session::Session;
 use pliant_live::LiveSummary;
@@ -13,15 +16,17 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Records a run into a folder: trace and frames as it goes, the rest at its end.
+/// Records a run into a folder: trace and frames as it goes, the rest at its end. All results get their names at once.
 pub struct Recorder {
+    /// Files so far, under temporary names. Begun first, so that a folder that cannot be written to is found before the run.
+    results: ResultSet,
+    /// Where the results will be.
     folder: PathBuf,
     output: OutputScene,
     trace: Option<AtomicFile>,
-    frames: Option<AtomicFolder>,
-    /// Begun first, so that a folder that cannot be written to is found before the run.
-    summary: AtomicFile,
     statistics: RunStatistics,
+    /// `None` where the system has no thread for them.
+    hashes: Option<InputHashes>,
     /// Number of the next frame.
     next_frame: u64,
     /// Timing and force safety of a live session, set by the caller before [`Recorder::finish`].
@@ -32,27 +37,34 @@ impl Recorder {
     /// Begins recording into `folder`. `began` is when opening the scene began.
     ///
     /// # Errors
-    /// A folder that cannot be written to.
+    /// A folder that cannot be written to, that another run writes into, or in which a result would replace a file of the user's or one that
+    /// the run reads.
     pub fn new(scene: &Scene, source: &Source, session: &Session, folder: &Path, began: Instant) -> io::Result<Self> {
-        let summary = AtomicFile::create(&folder.join("summary.json"))?;
-        remove_leftovers(folder);
-        let frames = scene.output.frames.as_ref().map(|_| AtomicFolder::create(&folder.join("frames"))).transpose()?;
-        let mut trace = None;
-        if scene.output.trace {
-            let mut file = AtomicFile::create(&folder.join("trace.csv"))?;
-            write_header(session, &mut file)?;
-            trace = Some(file);
-        }
-        Ok(Self {
+        let statistics = RunStatistics::new(source, session, began);
+        let names = model_names(session).map(|(name, _)| name);
+        refuse_inputs(names.chain(RESULTS.map(str::to_owned)).map(|name| folder.join(name)), source, session)?;
+        let results = ResultSet::begin(folder)?;
+        let mut recorder = Self {
+            results,
             folder: folder.to_path_buf(),
             output: scene.output.clone(),
-            trace,
-            frames,
-            summary,
-            statistics: RunStatistics::new(source, session, began),
+            trace: None,
+            statistics,
+            hashes: InputHashes::begin(source, session).ok(),
             next_frame: 0,
             live: None,
-        })
+        };
+        if scene.output.trace {
+            let mut file = recorder.create("trace.csv")?;
+            write_header(session, &mut file)?;
+            recorder.trace = Some(file);
+        }
+        Ok(recorder)
+    }
+
+    /// Begins a file of the results.
+    fn create(&self, name: &str) -> io::Result<AtomicFile> {
+        AtomicFile::create_shown(&self.results.path().join(name), &self.folder.join(name))
     }
 
     /// Records the step the session has just taken. `last`: no step comes after it.
@@ -68,62 +80,90 @@ impl Recorder {
         if let Some(trace) = &mut self.trace {
             write_row(session.frame(), trace)?;
         }
-        if let (true, Some(frames)) = (writes_frame, &self.frames) {
+        if writes_frame {
             let number = self.next_frame;
-            self.write_models(session, frames.path(), &format!("-{number:05}"))?;
+            self.write_frame(session, number)?;
             self.next_frame = due.unwrap_or(number) + 1;
         }
         Ok(())
     }
 
-    /// Gives every result its name and returns the summary, which is one of them. Results of an interrupted run go to `interrupted/` in
-    /// the folder.
+    /// Gives the results their names and returns the summary, which is one of them. Results of an interrupted run go to `interrupted/` in
+    /// the folder, as they must not replace those of a run that was finished.
     ///
     /// # Errors
-    /// A file that cannot be written; those already in place stay.
+    /// A file that cannot be written; the results of the run before are as they were.
     pub fn finish(mut self, session: &mut Session, interrupted: bool) -> io::Result<Summary> {
         session.update_surface();
-        // A run that was stopped must not replace the results of one that was finished.
-        let folder = if interrupted { self.folder.join("interrupted") } else { self.folder.clone() };
-        self.write_models(session, &folder, "")?;
-        if let Some(trace) = self.trace.take() {
-            trace.finish_as(&folder.join("trace.csv"))?;
+        for (name, document) in model_names(session) {
+            let mut file = self.create(&name)?;
+            match document {
+                ModelSource::Body(body) => write_model_to(body, &session.plan().cap_material, &mut file)
+                    .map_err(|error| error_at(&self.folder.join(name), error))?,
+                ModelSource::Standing(model) => file.write_all(model.document.bytes())?,
+            }
+            file.finish()?;
         }
-        if let Some(frames) = self.frames.take() {
-            frames.finish_as(&folder.join("frames"))?;
-        }
+        self.trace.take().map(AtomicFile::finish).transpose()?;
         if self.output.nodes {
-            let mut file = AtomicFile::create(&folder.join("nodes.csv"))?;
+            let mut file = self.create("nodes.csv")?;
             write_nodes(session, &mut file)?;
             file.finish()?;
         }
         if self.output.forces {
             let bodies = session.bodies.iter().enumerate().map(|(i, body)| (body, session.reactions(i)));
-            write_force_plot(bodies, &folder.join("forces.svg"))?;
+            let mut file = self.create("forces.svg")?;
+            write_force_plot(bodies, &mut file)?;
+            file.finish()?;
         }
-        let summary = self.statistics.summary(session, self.live.take(), interrupted);
-        let path = folder.join("summary.json");
-        serde_json::to_writer_pretty(&mut self.summary, &summary).map_err(|e| error_at(&path, e.into()))?;
-        writeln!(self.summary)?;
-        self.summary.finish_as(&path)?;
+        let mut summary = self.statistics.summary(session, self.live.take(), interrupted);
+        let shown = |file: PathBuf| file.to_string_lossy().replace('\\', "/");
+        summary.inputs = self.hashes.take().map(InputHashes::finish).unwrap_or_default();
+        summary.files = files_below(self.results.path())?.into_iter().map(shown).collect();
+        let mut file = self.create(SUMMARY)?;
+        serde_json::to_writer_pretty(&mut file, &summary)
+            .map_err(|e| error_at(&self.folder.join(SUMMARY), e.into()))?;
+        writeln!(file)?;
+        file.finish()?;
+        self.results.commit(interrupted)?;
         Ok(summary)
     }
 
-    /// Writes the model of every body: `final.obj`, or with several bodies `final-NAME.obj`; frames have a `number` in their names.
-    fn write_models(&self, session: &Session, folder: &Path, number: &str) -> io::Result<()> {
-        let alone = session.bodies.len() + session.standing.len() == 1;
-        let file = |name: &str| {
-            let name = if alone { String::new() } else { format!("-{name}") };
-            folder.join(if number.is_empty() { format!("final{name}.obj") } else { format!("frame{name}{number}.obj") })
-        };
+    /// Writes a frame of every body: `frames/frame-NUMBER.obj`, or with several bodies `frames/frame-NAME-NUMBER.obj`.
+    fn write_frame(&self, session: &Session, number: u64) -> io::Result<()> {
         for body in &session.bodies {
-            write_model(body, &session.plan().cap_material, &file(&body.name))?;
-        }
-        for (name, model) in session.standing.iter().filter(|_| number.is_empty()) {
-            let mut out = AtomicFile::create(&file(name))?;
-            out.write_all(model.document.bytes())?;
-            out.finish()?;
+            let name = if is_alone(session) { String::new() } else { format!("-{}", body.name) };
+            let name = format!("{FRAMES}/frame{name}-{number:05}.obj");
+            let mut file = self.create(&name)?;
+            write_model_to(body, &session.plan().cap_material, &mut file)
+                .map_err(|error| error_at(&self.folder.join(name), error))?;
+            file.finish()?;
         }
         Ok(())
     }
+}
+
+/// Names of results besides the models and frames.
+const RESULTS: [&str; 4] = ["trace.csv", "nodes.csv", "forces.svg", SUMMARY];
+
+/// Where the text of a final model comes from.
+enum ModelSource<'a> {
+    /// A body with its deformed surface.
+    Body(&'a Body),
+    /// A model that nothing moves.
+    Standing(&'a Model),
+}
+
+/// Whether the session has one model alone.
+fn is_alone(session: &Session) -> bool {
+    session.bodies.len() + session.standing.len() == 1
+}
+
+/// The model of every body with the name of its file: `final.obj`, or with several bodies `final-NAME.obj`.
+fn model_names(session: &Session) -> impl Iterator<Item = (String, ModelSource<'_>)> {
+    let alone = is_alone(session);
+    let file = move |name: &str| if alone { "final.obj".to_owned() } else { format!("final-{name}.obj") };
+    let bodies = session.bodies.iter().map(move |body| (file(&body.name), ModelSource::Body(body)));
+    let standing = session.standing.iter();
+    bodies.chain(standing.map(move |(name, model)| (file(name), ModelSource::Standing(model))))
 }

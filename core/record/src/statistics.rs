@@ -1,11 +1,13 @@
 //! Figures of a run, gathered step by step: probes, durations, extremes, and the summary they become.
 
+use crate::inputs::shown;
 use crate::machine::Machine;
 use crate::probe::{ProbeReader, ProbeResult};
-use crate::summary::{CutSummary, Durations, Summary, summarize_bodies};
+use crate::summary::{CutSummary, DurationStatistics, Durations, Summary, summarize_bodies};
 use pliant_engine::scene::Source;
 use pliant_engine::session::{DeviceSlot, EventKind, Session};
 use pliant_live::{DeviceCounts, LiveSummary};
+use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -17,10 +19,10 @@ pub struct RunStatistics {
     began: Instant,
     open_seconds: f64,
     probes: ProbeReader,
-    /// s, wall clock, of each step
-    seconds: Vec<f64>,
-    /// J, of each step in which the energy was positive and finite and no body was frozen
-    energies: Vec<f64>,
+    /// Wall clock of the steps.
+    seconds: DurationStatistics,
+    /// J, of the last [`GROWTH_STEPS`] + 1 steps in which the energy was positive and finite and no body was frozen
+    energies: VecDeque<f64>,
     /// Largest number of nodes active at once.
     pub most_nodes: usize,
     /// Largest number of elements active at once.
@@ -47,8 +49,8 @@ impl RunStatistics {
             began,
             open_seconds: began.elapsed().as_secs_f64(),
             probes: ProbeReader::new(session),
-            seconds: Vec::new(),
-            energies: Vec::new(),
+            seconds: DurationStatistics::default(),
+            energies: VecDeque::with_capacity(GROWTH_STEPS + 2),
             most_nodes: 0,
             most_elements: 0,
             contact_steps: 0,
@@ -62,10 +64,13 @@ impl RunStatistics {
     /// the end of the run needs it, or `needs_surface` asks for it.
     pub fn step(&mut self, session: &mut Session, last: bool, needs_surface: bool) {
         let frame = session.frame();
-        self.seconds.push(frame.seconds);
+        self.seconds.add(frame.seconds);
         let energy = frame.kinetic_energy + frame.elastic_energy;
         if energy > 0.0 && energy.is_finite() && session.bodies.iter().all(|b| b.frozen.is_none()) {
-            self.energies.push(energy);
+            self.energies.push_back(energy);
+            if self.energies.len() > GROWTH_STEPS + 1 {
+                self.energies.pop_front();
+            }
         }
         self.most_nodes = self.most_nodes.max(frame.nodes);
         self.most_elements = self.most_elements.max(frame.elements);
@@ -96,7 +101,7 @@ impl RunStatistics {
             return None;
         }
         let span = GROWTH_STEPS.min(self.energies.len().checked_sub(1)?);
-        let last = self.energies.last()?;
+        let last = self.energies.back()?;
         (span > 0).then(|| (last / self.energies[self.energies.len() - 1 - span]).powf(1.0 / span as f64))
     }
 
@@ -109,7 +114,7 @@ impl RunStatistics {
         Summary {
             devices,
             program: format!("pliant {}", env!("CARGO_PKG_VERSION")),
-            scene: self.scene.clone(),
+            scene: shown(&self.scene),
             settings: self.settings.parse().unwrap_or_default(),
             interrupted,
             simulated_seconds: session.time(),
@@ -118,7 +123,7 @@ impl RunStatistics {
             dt: session.dt(),
             steps: session.steps(),
             choices: session.choices.clone(),
-            step_seconds: Durations::of(&mut self.seconds),
+            step_seconds: self.seconds.durations(),
             cut: summarize_cuts(session),
             live,
             loaded: session.loaded.clone(),
@@ -137,6 +142,8 @@ impl RunStatistics {
             warnings: session.warnings(),
             peak_memory: Machine::peak_memory(),
             machine: Machine::current(),
+            inputs: Vec::new(),
+            files: Vec::new(),
         }
     }
 }

@@ -1,14 +1,14 @@
 //! The summary of a run: one machine-readable document, `summary.json`.
 
+use crate::inputs::InputHash;
 use crate::machine::Machine;
 use crate::probe::ProbeResult;
 use pliant_engine::plan::LeftOut;
 use pliant_engine::session::{Choices, Event, EventKind, Loaded, Session, Warning};
-use pliant_live::{DeviceCounts, LiveSummary};
+use pliant_live::{DeviceCounts, Histogram, LiveSummary, Percentiles};
 use pliant_mesh::check::Kind;
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 
 /// Statistics of durations, s.
 #[derive(Clone, Debug, Serialize)]
@@ -29,6 +29,38 @@ impl Durations {
         seconds.sort_by(f64::total_cmp);
         let at = |share: f64| seconds.get(((seconds.len() as f64 * share) as usize).min(seconds.len().max(1) - 1));
         Some(Self { min: *at(0.0)?, p50: *at(0.5)?, p99: *at(0.99)?, max: *at(1.0)? })
+    }
+}
+
+/// Durations as they come, in fixed memory: a run may take any number of steps. Median and 99th percentile are within 0.2 %.
+#[derive(Clone, Debug)]
+pub(crate) struct DurationStatistics {
+    histogram: Histogram,
+    /// s
+    shortest: f64,
+    /// s
+    longest: f64,
+}
+
+impl Default for DurationStatistics {
+    fn default() -> Self {
+        Self { histogram: Histogram::default(), shortest: f64::INFINITY, longest: 0.0 }
+    }
+}
+
+impl DurationStatistics {
+    /// Takes in one duration, s.
+    pub(crate) fn add(&mut self, seconds: f64) {
+        self.histogram.add((seconds * 1e9) as u64);
+        self.shortest = self.shortest.min(seconds);
+        self.longest = self.longest.max(seconds);
+    }
+
+    /// Statistics of all so far; `None` without any.
+    pub(crate) fn durations(&self) -> Option<Durations> {
+        let Percentiles { p50, p99, .. } = self.histogram.percentiles()?;
+        let [p50, p99] = [p50, p99].map(|s| s.clamp(self.shortest, self.longest));
+        Some(Durations { min: self.shortest, p50, p99, max: self.longest })
     }
 }
 
@@ -76,8 +108,8 @@ pub struct BodySummary {
 pub struct Summary {
     /// Program and version that made the run.
     pub program: String,
-    /// File of the scene.
-    pub scene: PathBuf,
+    /// File of the scene; what is not UTF-8 in its path is replaced.
+    pub scene: String,
     /// Content of the scene, `--set` included.
     pub settings: toml::Table,
     /// Whether the run was stopped before its end.
@@ -138,6 +170,12 @@ pub struct Summary {
     pub peak_memory: Option<u64>,
     /// The machine the run was made on.
     pub machine: Machine,
+    /// Program, scene, models and plugins by their content, of a run that writes files.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub inputs: Vec<InputHash>,
+    /// The other files of this set of results, relative to its folder.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub files: Vec<String>,
 }
 
 impl Summary {
@@ -181,4 +219,23 @@ pub fn summarize_bodies(session: &Session) -> Vec<BodySummary> {
         frozen: body.frozen.clone(),
     };
     session.bodies.iter().map(summary).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn durations_as_they_come_are_those_of_the_sorted_list() {
+        let mut list: Vec<f64> =
+            (0..20_000_u64).map(|i| 1e-9 * ((i * i * 2_654_435_761) % 3_000_017 + 50) as f64).collect();
+        let mut streamed = DurationStatistics::default();
+        assert!(streamed.durations().is_none());
+        list.iter().for_each(|s| streamed.add(*s));
+        let (streamed, exact) = (streamed.durations().unwrap(), Durations::of(&mut list).unwrap());
+        assert_eq!((streamed.min, streamed.max), (exact.min, exact.max));
+        for (s, e) in [(streamed.p50, exact.p50), (streamed.p99, exact.p99)] {
+            assert!((s / e - 1.0).abs() < 2.5e-3, "{s} {e}");
+        }
+    }
 }

@@ -2,7 +2,7 @@
 
 use crate::error::BatchError;
 use pliant_engine::body::Body;
-use pliant_record::{AtomicFile, remove_leftovers, write_model_to};
+use pliant_record::{AtomicFile, hash_bytes, remove_leftovers, write_model_to};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -32,7 +32,7 @@ impl MeshStore {
     pub(crate) fn put(&self, body: &Body, cap_material: &str) -> Result<String, BatchError> {
         let mut bytes = Vec::new();
         write_model_to(body, cap_material, &mut bytes).map_err(BatchError::at(&self.folder))?;
-        let address = blake3::hash(&bytes).to_hex()[..32].to_owned();
+        let address = hash_bytes(&bytes)[..32].to_owned();
         let path = self.folder.join(&address[..2]).join(format!("{address}.obj"));
         if !path.is_file() {
             // The errors of these name the file.

@@ -15,6 +15,8 @@ use crate::error::BatchError;
 use axis::Axis;
 use file::SweepFile;
 use pliant_engine::scene::{SceneError, Source};
+use pliant_mesh::read::read_text;
+use pliant_record::ContentHasher;
 use serde_json::Value as Cell;
 use std::path::{Path, PathBuf};
 
@@ -69,7 +71,7 @@ impl Sweep {
     /// # Errors
     /// A file that cannot be read, or says something a sweep or a scene cannot, with its line.
     pub fn read(path: &Path) -> Result<Self, BatchError> {
-        let text = std::fs::read_to_string(path).map_err(BatchError::at(path))?;
+        let text = read_text(path).map_err(BatchError::at(path))?;
         Self::parse(path, text)
     }
 
@@ -183,7 +185,7 @@ fn product(scenes: usize, models: usize, axes: &[Axis]) -> Option<u64> {
 fn base_scenes(file: &SweepFile, source: &Source) -> Result<Vec<BaseScene>, SceneError> {
     let read = |name: &String| {
         let path = source.folder().join(name);
-        let text = std::fs::read_to_string(&path).map_err(|e| {
+        let text = read_text(&path).map_err(|e| {
             source.error(file.scene.span(), format!("{}: {e}; paths are relative to the sweep file", path.display()))
         })?;
         let text = text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text);
@@ -218,15 +220,11 @@ fn models(file: &SweepFile, source: &Source) -> Result<Vec<Model>, SceneError> {
 
 /// See [`Sweep::digest`].
 fn digest(source: &Source, scenes: &[BaseScene], models: &[Model]) -> String {
-    let mut hasher = blake3::Hasher::new();
-    let mut add = |part: &str| {
-        hasher.update(&(part.len() as u64).to_le_bytes());
-        hasher.update(part.as_bytes());
-    };
-    add(&source.text);
-    scenes.iter().for_each(|scene| add(&scene.text));
-    models.iter().for_each(|model| add(&model.name));
-    hasher.finalize().to_hex()[..32].to_owned()
+    let mut hasher = ContentHasher::default();
+    hasher.add(&source.text);
+    scenes.iter().for_each(|scene| hasher.add(&scene.text));
+    models.iter().for_each(|model| hasher.add(&model.name));
+    hasher.finish()[..32].to_owned()
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use super::schema::Scene;
 use super::set;
 use super::source::{SceneError, Source};
+use pliant_mesh::read::{TEXT_LIMIT, read_file};
 use std::ops::Range;
 use std::path::Path;
 
@@ -15,7 +16,7 @@ const FORMAT: u32 = 1;
 /// A file that cannot be read, is not TOML, or says something a scene cannot.
 pub fn load(path: &Path, set: &[(String, String)]) -> Result<(Scene, Source), SceneError> {
     let mut source = Source::new(path, "");
-    let bytes = std::fs::read(path).map_err(|e| source.whole(format!("cannot be read: {e}")))?;
+    let bytes = read_file(path, TEXT_LIMIT).map_err(|e| source.whole(format!("cannot be read: {e}")))?;
     if let Err(error) = std::str::from_utf8(&bytes) {
         source.text = String::from_utf8_lossy(&bytes).into_owned();
         // As far as it is valid, the text is the same.

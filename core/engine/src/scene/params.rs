@@ -41,7 +41,11 @@ fn read(source: &Source, param: &ParamInfo, value: &Value) -> Result<ParamValue,
         (ParamKind::Path, Value::String(text)) if !text.is_empty() => {
             let path = source.folder().join(text);
             let path = path.canonicalize().map_err(|e| format!("{}: {e}", path.display()))?;
-            Ok(ParamValue::Text(path.to_string_lossy().into_owned()))
+            if !path.is_file() {
+                return Err(format!("{}: not a regular file", path.display()));
+            }
+            let text = path.to_str().ok_or_else(|| format!("{}: allowed is a path in UTF-8", path.display()))?;
+            Ok(ParamValue::Text(text.to_owned()))
         }
         (ParamKind::Choice { .. } | ParamKind::Text, Value::String(text)) => Ok(ParamValue::Text(text.clone())),
         (ParamKind::Table { columns }, Value::Array(rows)) => {

@@ -13,10 +13,10 @@ mod patch;
 mod tests;
 mod write;
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::geometry::Vec3;
+use crate::read::{MODEL_LIMIT, read_file};
 
 pub use error::{ObjError, ObjProblem, WriteError};
 pub use normals::{ShadedCorner, TurnedNormals};
@@ -101,7 +101,7 @@ impl ObjDocument {
     /// # Errors
     /// [`ObjError`] when the file cannot be read or [`ObjDocument::parse`] refuses it.
     pub fn read(path: &Path) -> Result<Self, ObjError> {
-        let bytes = fs::read(path).map_err(|source| ObjError::Read { file: path.into(), source })?;
+        let bytes = read_file(path, MODEL_LIMIT).map_err(|source| ObjError::Read { file: path.into(), source })?;
         Self::parse(bytes, path)
     }
 

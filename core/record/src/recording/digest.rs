@@ -1,6 +1,9 @@
 //! A 64-bit digest that tells whether two states or files are the same.
 
 use pliant_engine::session::Session;
+use pliant_mesh::read::{MODEL_LIMIT, read_file};
+use std::io;
+use std::path::Path;
 
 /// Digest of a sequence of 64-bit words. Every step is one-to-one in the word and in the digest before it, so two sequences of one
 /// length that differ in one word never agree, and others agree by chance in one case of 2^64. It gives no protection against
@@ -40,6 +43,14 @@ impl Digest {
         let mut digest = Self::default();
         digest.bytes(bytes);
         digest.value()
+    }
+
+    /// Digest of the bytes of a regular file.
+    ///
+    /// # Errors
+    /// What the file system says, without the path.
+    pub(super) fn of_file(path: &Path) -> io::Result<u64> {
+        Ok(Self::of(&read_file(path, MODEL_LIMIT)?))
     }
 
     /// The digest of what was added so far.

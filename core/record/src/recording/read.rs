@@ -4,7 +4,8 @@ use super::digest::Digest;
 use super::encoding::ByteReader;
 use super::format::{DEVICE, END, HEADER, LAPSE, MAGIC, RecordedFile, RecordedStep, RecordingHeader, STEP, VERSION};
 use pliant_engine::session::Lapse;
-use pliant_host::DeviceInfo;
+use pliant_host::{DeviceInfo, check_device_info};
+use pliant_mesh::read::{RECORDING_LIMIT, read_file};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -39,7 +40,7 @@ impl Recording {
     /// A file that cannot be read, is not a recording, has another version, ends too soon, or was changed.
     pub fn read(path: &Path) -> Result<Self, RecordingError> {
         let wrong = |reason: String| RecordingError { path: path.to_path_buf(), reason };
-        let bytes = std::fs::read(path).map_err(|e| wrong(format!("cannot be read: {e}")))?;
+        let bytes = read_file(path, RECORDING_LIMIT).map_err(|e| wrong(format!("cannot be read: {e}")))?;
         Self::parse(&bytes, path)
     }
 
@@ -76,7 +77,11 @@ impl Recording {
             let mut content = ByteReader(content);
             match kind {
                 HEADER => header = Some(serde_json::from_slice::<RecordingHeader>(content.0).map_err(|_| broken())?),
-                DEVICE => devices.push(content.device().ok_or_else(broken)?),
+                DEVICE => {
+                    let (name, facts) = content.device().ok_or_else(broken)?;
+                    check_device_info(&facts).map_err(|reason| format!("changed: device `{name}`: {reason}"))?;
+                    devices.push((name, facts));
+                }
                 LAPSE => lapses.push(content.lapse().ok_or_else(broken)?),
                 STEP => {
                     let effectors = devices.iter().map(|(_, facts)| facts.effectors).collect::<Vec<_>>();
@@ -113,9 +118,9 @@ impl Recording {
 
     /// Models and plugins that are not what they were when the session was recorded, each with what is wrong with it.
     pub fn changed_files(&self) -> impl Iterator<Item = (&RecordedFile, &'static str)> {
-        self.header.files.iter().filter_map(|file| match std::fs::read(&file.path) {
+        self.header.files.iter().filter_map(|file| match Digest::of_file(&file.path) {
             Err(_) => Some((file, "cannot be read")),
-            Ok(bytes) => (Digest::of(&bytes) != file.digest).then_some((file, "has changed")),
+            Ok(digest) => (digest != file.digest).then_some((file, "has changed")),
         })
     }
 }

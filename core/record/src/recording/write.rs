@@ -4,6 +4,7 @@ use super::digest::{Digest, state_digest};
 use super::encoding::{put_device, put_lapse, put_numbers, put_pose};
 use super::format::{DEVICE, END, HEADER, LAPSE, MAGIC, RecordedFile, RecordingHeader, STEP, VERSION};
 use crate::atomic::{AtomicFile, error_at, folder_of, remove_leftovers};
+use crate::inputs::refuse_inputs;
 use pliant_engine::scene::{Scene, Source};
 use pliant_engine::session::Session;
 use pliant_solver::Vec3;
@@ -40,9 +41,10 @@ impl RecordingWriter {
     /// Begins the recording that will be `path`.
     ///
     /// # Errors
-    /// A file that cannot be written, or one of the scene's that cannot be read, with its path.
+    /// A file that cannot be written, that the session was opened from, or one of the scene's that cannot be read, with its path.
     pub fn create(path: &Path, inputs: &RecordingInputs<'_>) -> io::Result<Self> {
         let RecordingInputs { source, session, mesh, live, .. } = *inputs;
+        refuse_inputs(std::iter::once(path.to_path_buf()), source, session)?;
         let mut file = AtomicFile::create(path)?;
         remove_leftovers(folder_of(path));
         let header = RecordingHeader {
@@ -124,7 +126,7 @@ fn files(inputs: &RecordingInputs<'_>) -> io::Result<Vec<RecordedFile>> {
     let all = plugins.chain(models.into_iter().map(|path| (path, false)));
     all.map(|(path, plugin)| {
         let path = absolute(&path)?;
-        let digest = Digest::of(&std::fs::read(&path).map_err(|e| error_at(&path, e))?);
+        let digest = Digest::of_file(&path).map_err(|e| error_at(&path, e))?;
         Ok(RecordedFile { path, digest, plugin })
     })
     .collect()

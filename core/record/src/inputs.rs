@@ -1,0 +1,93 @@
+//! What a run reads: hashed into its summary, and never written over.
+
+use crate::atomic::{error_at, folder_of};
+use crate::content_hash::{hash_bytes, hash_file};
+use pliant_engine::body::Model;
+use pliant_engine::scene::Source;
+use pliant_engine::session::Session;
+use serde::Serialize;
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::thread::JoinHandle;
+
+/// Something a run was made of, by its content.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct InputHash {
+    /// `program`, `scene`, `model` or `plugin`.
+    pub role: &'static str,
+    /// Path of the file; of a generated model the kind of its shape.
+    pub name: String,
+    /// BLAKE3, 64 hexadecimal digits. Of a scene: of its text as it was run, `--set` included. `None` where the file cannot be read.
+    pub blake3: Option<String>,
+}
+
+/// Digests of the inputs of a run, made on a thread of their own while it begins.
+pub(crate) struct InputHashes(JoinHandle<Vec<InputHash>>);
+
+impl InputHashes {
+    /// Begins to read what `session` was opened from.
+    ///
+    /// # Errors
+    /// A thread that the system does not give.
+    pub(crate) fn begin(source: &Source, session: &Session) -> io::Result<Self> {
+        let (scene, text) = (shown(&source.path), source.text.clone());
+        let models: Vec<Arc<Model>> = models(session).map(Arc::clone).collect();
+        let mut plugins: Vec<String> = session.loaded.iter().map(|l| l.path.clone()).collect();
+        plugins.dedup();
+        let work = move || {
+            let of_file = |role, path: &Path| InputHash { role, name: shown(path), blake3: hash_file(path).ok() };
+            let of_bytes = |role, name, bytes: &[u8]| InputHash { role, name, blake3: Some(hash_bytes(bytes)) };
+            let mut all: Vec<InputHash> =
+                std::env::current_exe().iter().map(|program| of_file("program", program)).collect();
+            all.push(of_bytes("scene", scene, text.as_bytes()));
+            all.extend(models.iter().map(|m| of_bytes("model", shown(m.document.name()), m.document.bytes())));
+            all.extend(plugins.iter().map(|path| of_file("plugin", Path::new(path))));
+            all
+        };
+        Ok(Self(std::thread::Builder::new().name("input hashes".into()).spawn(work)?))
+    }
+
+    /// The digests, once they are made.
+    pub(crate) fn finish(self) -> Vec<InputHash> {
+        self.0.join().unwrap_or_default()
+    }
+}
+
+/// The models of a session, those that nothing moves among them.
+fn models(session: &Session) -> impl Iterator<Item = &Arc<Model>> {
+    session.bodies.iter().map(|body| &body.model).chain(session.standing.iter().map(|(_, model)| model))
+}
+
+/// A path as text; what is not UTF-8 in it is replaced.
+pub(crate) fn shown(path: &Path) -> String {
+    path.display().to_string()
+}
+
+/// Checks that no file of `outputs` is one that the run reads: its scene, a model or a plugin.
+///
+/// # Errors
+/// The output, and what it is for the run.
+pub(crate) fn refuse_inputs(
+    outputs: impl Iterator<Item = PathBuf>,
+    source: &Source,
+    session: &Session,
+) -> io::Result<()> {
+    let files = models(session).map(|model| ("a model", model.document.name().to_path_buf()));
+    let files = files.chain(session.loaded.iter().map(|l| ("a plugin", PathBuf::from(&l.path))));
+    let inputs: Vec<(&str, PathBuf)> = files
+        .chain([("the scene", source.path.clone())])
+        .filter_map(|(what, path)| Some((what, path.canonicalize().ok()?)))
+        .collect();
+    for output in outputs {
+        // The folder of an output need not be there yet.
+        let Ok(folder) = folder_of(&output).canonicalize() else { continue };
+        let path = folder.join(output.file_name().unwrap_or_default());
+        let path = path.canonicalize().unwrap_or(path);
+        if let Some((what, _)) = inputs.iter().find(|(_, input)| *input == path) {
+            let text = format!("{what} of this run, which its results do not replace; choose another file or folder");
+            return Err(error_at(&output, io::Error::new(ErrorKind::AlreadyExists, text)));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,457 @@
+//! The results of a run as a set: all of them replace those of the run before in one rename, or none does.
+//!
+//! They are written into a staging folder beside the folder of results, flushed, and exchanged with it (`renameat2` on Linux, `renamex_np` on
+//! macOS). A process that is killed leaves the old set or the new one, and a staging folder that the next run into the same folder removes.
+//! The staging folder is locked, so a second run into the same folder is refused.
+//!
+//! What is not a result of an earlier run stays. A folder that holds such things, is the current one or is above it, is a link or a mount, or lies
+//! where folders cannot be exchanged, is not replaced: the staging folder is made in it and its files are moved one by one, the summary last and
+//! the old one away first. What a process that is killed meanwhile leaves has no summary, and the next run completes it.
+
+use crate::atomic::{AtomicFolder, error_at, folder_of, sync_folder, temporaries};
+use std::collections::BTreeSet;
+use std::fs::File;
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
+
+/// The file that every set has, which lists the others.
+pub(crate) const SUMMARY: &str = "summary.json";
+/// Folder of the frames.
+pub(crate) const FRAMES: &str = "frames";
+/// Folder of the results of a run that was stopped.
+pub(crate) const INTERRUPTED: &str = "interrupted";
+/// Name of a staging folder inside of the folder of results, before the mark of temporary names.
+const STAGE: &str = "results";
+/// A whole set whose files are being moved.
+const COMMITTED: &str = "results.pliant-committed";
+/// The summary of the set that is being replaced, in the folder of the committed one.
+const OLD_SUMMARY: &str = "summary.json.pliant-old.partial";
+
+/// Results of a run that is under way.
+pub(crate) struct ResultSet {
+    stage: AtomicFolder,
+    /// Absolute.
+    folder: PathBuf,
+    /// As the user calls it.
+    shown: PathBuf,
+}
+
+impl ResultSet {
+    /// Begins results that will be in `folder`, whose parents are made if they are missing. Completes or removes what killed processes left.
+    ///
+    /// # Errors
+    /// A folder that cannot be written to, that another run is writing, or in which files have the names of results and are none.
+    pub(crate) fn begin(folder: &Path) -> io::Result<Self> {
+        let (above, shown) = (folder_of(folder), folder);
+        std::fs::create_dir_all(above).map_err(|e| error_at(above, e))?;
+        // Absolute, so that paths of temporary folders can be compared.
+        let folder = std::path::absolute(folder).map_err(|e| error_at(shown, e))?;
+        if folder.exists() {
+            // Tells a file and a folder without the right to write apart from a usable folder.
+            tempfile::tempfile_in(&folder).map_err(|e| error_at(shown, e))?;
+        }
+        let inside = folder.join(STAGE);
+        let stage = match replaceable(&folder) {
+            true => AtomicFolder::create(&folder).or_else(|_| AtomicFolder::create(&inside))?,
+            false => AtomicFolder::create(&inside)?,
+        };
+        let left = temporaries(&folder).into_iter().chain(temporaries(&inside));
+        let others: Vec<PathBuf> = left.filter(|path| path != stage.path()).collect();
+        for other in others {
+            match File::open(&other).map(|file| (file.try_lock().is_err(), file)) {
+                Ok((true, _)) if locks_work(&stage) => {
+                    let text =
+                        "another run writes its results there; wait for its end, or choose another folder with `--out`";
+                    return Err(error_at(shown, io::Error::new(ErrorKind::ResourceBusy, text)));
+                }
+                Ok((_, _lock)) => recover(&other, &folder)?,
+                Err(_) => {}
+            }
+        }
+        complete(&folder)?;
+        refuse_strangers(&folder, shown)?;
+        Ok(Self { stage, folder, shown: shown.into() })
+    }
+
+    /// The folder to write results into.
+    pub(crate) fn path(&self) -> &Path {
+        self.stage.path()
+    }
+
+    /// Puts the results in the place of those of the run before; those of an interrupted run into the folder `interrupted` in it.
+    ///
+    /// # Errors
+    /// What the file system says, with the path. The old results are then as they were, unless files were being moved one by one.
+    pub(crate) fn commit(self, interrupted: bool) -> io::Result<()> {
+        let below = |folder: &Path| if interrupted { folder.join(INTERRUPTED) } else { folder.into() };
+        let target = below(&self.folder);
+        std::fs::create_dir_all(folder_of(&target)).map_err(|e| error_at(&target, e))?;
+        refuse_strangers(&target, &below(&self.shown))?;
+        sync_tree(self.path()).map_err(|e| error_at(self.path(), e))?;
+        let is_beside = folder_of(self.path()) == folder_of(&self.folder);
+        if (is_beside || interrupted) && replaceable(&target) && self.replace(&target)? {
+            return Ok(());
+        }
+        self.move_in(&target)
+    }
+
+    /// Exchanges the folders; false where the file system cannot.
+    fn replace(&self, target: &Path) -> io::Result<bool> {
+        let stage = self.path();
+        if let Ok(metadata) = target.metadata() {
+            let _ = std::fs::set_permissions(stage, metadata.permissions());
+            if exchange(stage, target).is_err() {
+                return Ok(false);
+            }
+            sync_folder(folder_of(target));
+            // What now has the temporary name is the old set, and perhaps something that came while the results were exchanged.
+            discard(stage, target).map_err(|e| error_at(stage, e))?;
+        } else {
+            std::fs::rename(stage, target).map_err(|e| error_at(target, e))?;
+            sync_folder(folder_of(target));
+        }
+        Ok(true)
+    }
+
+    /// Moves the files one by one, the summary last.
+    fn move_in(self, target: &Path) -> io::Result<()> {
+        std::fs::create_dir_all(target).map_err(|e| error_at(target, e))?;
+        let committed = target.join(COMMITTED);
+        if committed.is_symlink() {
+            // Not of this program, and nothing to keep.
+            remove_if_there(&committed).map_err(|e| error_at(&committed, e))?;
+        }
+        std::fs::rename(self.path(), &committed).map_err(|e| error_at(target, e))?;
+        sync_folder(target);
+        complete(target)
+    }
+}
+
+/// Completes a set in `folder` whose files were being moved when the process ended; does nothing without one.
+fn complete(folder: &Path) -> io::Result<()> {
+    let committed = folder.join(COMMITTED);
+    // A link is not followed.
+    if !committed.symlink_metadata().is_ok_and(|metadata| metadata.is_dir()) {
+        return Ok(());
+    }
+    let files = files_below(&committed).map_err(|e| error_at(&committed, e))?;
+    if files.contains(Path::new(SUMMARY)) {
+        // The old summary goes first. It is kept until everything it lists has been replaced or removed.
+        let (old, summary) = (committed.join(OLD_SUMMARY), folder.join(SUMMARY));
+        if !old.exists() && summary.exists() {
+            std::fs::rename(&summary, &old).map_err(|e| error_at(&summary, e))?;
+        }
+        let new = listed_by(&committed.join(SUMMARY), &committed);
+        for file in listed_by(&old, folder).difference(&new) {
+            let path = folder.join(file);
+            remove_if_there(&path).map_err(|e| error_at(&path, e))?;
+        }
+        let rest = files.iter().filter(|file| is_result(file) && *file != Path::new(SUMMARY));
+        for file in rest.chain([&PathBuf::from(SUMMARY)]) {
+            let path = folder.join(file);
+            let above = folder_of(&path);
+            std::fs::create_dir_all(above).map_err(|e| error_at(above, e))?;
+            std::fs::rename(committed.join(file), &path).map_err(|e| error_at(&path, e))?;
+        }
+    }
+    discard(&committed, folder).map_err(|e| error_at(&committed, e))?;
+    let _ = std::fs::remove_dir(folder.join(FRAMES));
+    sync_folder(folder);
+    Ok(())
+}
+
+/// Removes a staging folder of a process that has ended. Where the folder of results is missing, as between two renames of a system that cannot
+/// exchange folders, a whole set in it is put in its place.
+fn recover(stage: &Path, folder: &Path) -> io::Result<()> {
+    if !folder.exists() && stage.join(SUMMARY).is_file() && folder_of(stage) == folder_of(folder) {
+        return std::fs::rename(stage, folder).map_err(|e| error_at(folder, e));
+    }
+    discard(stage, folder).map_err(|e| error_at(stage, e))
+}
+
+/// Removes the results and temporary files in `stage`, moves everything else into `folder`, and removes `stage` if nothing is left in it.
+fn discard(stage: &Path, folder: &Path) -> io::Result<()> {
+    let frames = stage.join(FRAMES);
+    for file in files_below(stage)?.iter().filter(|file| is_result(file) || is_temporary(file)) {
+        remove_if_there(&stage.join(file))?;
+    }
+    let _ = std::fs::remove_dir(frames);
+    for entry in stage.read_dir()?.flatten() {
+        let to = folder.join(entry.file_name());
+        if folder.is_dir() && to.symlink_metadata().is_err() {
+            std::fs::rename(entry.path(), to)?;
+        }
+    }
+    // What has a namesake in the folder of results stays where it is.
+    match std::fs::remove_dir(stage) {
+        Err(error) if !matches!(error.kind(), ErrorKind::DirectoryNotEmpty | ErrorKind::NotFound) => Err(error),
+        _ => Ok(()),
+    }
+}
+
+/// Checks that what has the name of a result in `folder` is one; errors call the folder `shown`.
+fn refuse_strangers(folder: &Path, shown: &Path) -> io::Result<()> {
+    let listed = listed(folder);
+    let Ok(files) = files_below(folder) else { return Ok(()) };
+    match files.into_iter().find(|file| is_result(file) && !listed.contains(file)) {
+        None => Ok(()),
+        Some(file) => {
+            let text = "not written by a run (no summary.json beside it lists it); move it, or choose another folder with `--out`";
+            Err(error_at(&shown.join(file), io::Error::new(ErrorKind::AlreadyExists, text)))
+        }
+    }
+}
+
+/// Whether `folder` may be replaced as a whole: it is not there, or a folder with nothing in it but results and those of a stopped run, neither a
+/// link nor a mount nor the current folder or one above it.
+fn replaceable(folder: &Path) -> bool {
+    let Ok(metadata) = folder.symlink_metadata() else { return true };
+    let is_current = std::env::current_dir().and_then(|current| Ok(current.starts_with(folder.canonicalize()?)));
+    if !metadata.is_dir() || is_current.unwrap_or(true) || is_mount(folder, &metadata) {
+        return false;
+    }
+    let (listed, kept) = (listed(folder), Path::new(INTERRUPTED));
+    let is_known = |file: &PathBuf| listed.contains(file) || file.starts_with(kept);
+    let is_known_folder = |name: &std::ffi::OsStr| name == FRAMES || name == INTERRUPTED;
+    let Ok(entries) = folder.read_dir() else { return false };
+    let folders_known = entries.flatten().all(|e| !e.path().is_dir() || is_known_folder(&e.file_name()));
+    folders_known && files_below(folder).is_ok_and(|files| files.iter().all(is_known))
+}
+
+/// Whether a folder is on another device than the one above it.
+#[cfg(unix)]
+fn is_mount(folder: &Path, metadata: &std::fs::Metadata) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    folder
+        .canonicalize()
+        .is_ok_and(|folder| folder_of(&folder).metadata().is_ok_and(|above| above.dev() != metadata.dev()))
+}
+
+/// Not known on this system.
+#[cfg(not(unix))]
+fn is_mount(_folder: &Path, _metadata: &std::fs::Metadata) -> bool {
+    false
+}
+
+/// Files of the set in `folder`, as its summary lists them: those with names of results, relative to it. A summary of an earlier version lists
+/// none; then the name tells.
+fn listed(folder: &Path) -> BTreeSet<PathBuf> {
+    listed_by(&folder.join(SUMMARY), folder)
+}
+
+/// Files of the set in `folder` that the summary at a path lists.
+fn listed_by(summary: &Path, folder: &Path) -> BTreeSet<PathBuf> {
+    let text = std::fs::read(summary).unwrap_or_default();
+    let Ok(summary) = serde_json::from_slice::<serde_json::Value>(&text) else { return BTreeSet::new() };
+    let is_ours = summary["program"].as_str().is_some_and(|program| program.starts_with("pliant "));
+    match summary["files"].as_array() {
+        _ if !is_ours => BTreeSet::new(),
+        Some(files) => {
+            let files = files.iter().filter_map(|file| file.as_str()).map(PathBuf::from);
+            files.chain([SUMMARY.into()]).filter(|file| is_result(file)).collect()
+        }
+        None => files_below(folder).unwrap_or_default().into_iter().filter(|file| is_result(file)).collect(),
+    }
+}
+
+/// Whether a path relative to a folder of results is that of a result.
+fn is_result(file: &Path) -> bool {
+    let Some(name) = file.file_name().and_then(|name| name.to_str()) else { return false };
+    let model = |start: &str| name.starts_with(start) && name.ends_with(".obj");
+    match file.parent() {
+        Some(folder) if folder.as_os_str().is_empty() => {
+            model("final") || ["trace.csv", "nodes.csv", "forces.svg", SUMMARY].contains(&name)
+        }
+        Some(folder) => folder == Path::new(FRAMES) && model("frame"),
+        None => false,
+    }
+}
+
+/// Whether a file has the name of one that was being written.
+fn is_temporary(file: &Path) -> bool {
+    file.file_name().is_some_and(crate::atomic::is_temporary_name)
+}
+
+/// Files and links in a folder and in its folder `frames`, relative to it; those in other folders are none of a set.
+pub(crate) fn files_below(folder: &Path) -> io::Result<BTreeSet<PathBuf>> {
+    let mut files = BTreeSet::new();
+    for below in ["", FRAMES] {
+        let entries = match folder.join(below).read_dir() {
+            Ok(entries) => entries,
+            Err(_) if below == FRAMES => continue,
+            Err(error) => return Err(error),
+        };
+        for entry in entries {
+            let entry = entry?;
+            if !entry.file_type()?.is_dir() {
+                files.insert(Path::new(below).join(entry.file_name()));
+            }
+        }
+    }
+    Ok(files)
+}
+
+/// Removes a file; that there is none is no error.
+fn remove_if_there(path: &Path) -> io::Result<()> {
+    match std::fs::remove_file(path) {
+        Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
+        _ => Ok(()),
+    }
+}
+
+/// Has the entries of a staging folder and its `frames` on the disk; the files themselves are already.
+fn sync_tree(folder: &Path) -> io::Result<()> {
+    sync_folder(&folder.join(FRAMES));
+    sync_folder(folder);
+    Ok(())
+}
+
+/// Whether the file system has locks: the own staging folder is locked by its own handle, and so by no other.
+fn locks_work(stage: &AtomicFolder) -> bool {
+    File::open(stage.path()).is_ok_and(|file| file.try_lock().is_err())
+}
+
+/// Exchanges two folders in one step.
+#[cfg(any(target_os = "linux", target_os = "macos"))]
+fn exchange(a: &Path, b: &Path) -> io::Result<()> {
+    use rustix::fs::{CWD, RenameFlags, renameat_with};
+    Ok(renameat_with(CWD, a, CWD, b, RenameFlags::EXCHANGE)?)
+}
+
+/// Not possible on this system.
+#[cfg(not(any(target_os = "linux", target_os = "macos")))]
+fn exchange(_a: &Path, _b: &Path) -> io::Result<()> {
+    Err(ErrorKind::Unsupported.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs::{create_dir_all, read_to_string, write};
+
+    /// Writes a set whose files all have the text `text`, with as many frames.
+    fn put(folder: &Path, text: &str, frames: usize) -> io::Result<()> {
+        let set = ResultSet::begin(folder)?;
+        fill(&set, text, frames);
+        set.commit(false)
+    }
+
+    fn fill(set: &ResultSet, text: &str, frames: usize) {
+        let names = ["final.obj", "trace.csv"].map(str::to_owned).into_iter();
+        let names: Vec<String> = names.chain((0..frames).map(|i| format!("frames/frame-{i:05}.obj"))).collect();
+        create_dir_all(set.path().join(FRAMES)).unwrap();
+        names.iter().for_each(|name| write(set.path().join(name), text).unwrap());
+        let summary = serde_json::json!({ "program": "pliant 0", "text": text, "files": names });
+        write(set.path().join(SUMMARY), summary.to_string()).unwrap();
+    }
+
+    fn all(folder: &Path) -> Vec<String> {
+        let mut names: Vec<_> =
+            folder.read_dir().unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn a_set_replaces_the_one_before_and_nothing_of_that_stays() {
+        let bench = tempfile::tempdir().unwrap();
+        let folder = bench.path().join("out");
+        for (text, frames) in [("one", 3), ("two", 1), ("three", 0)] {
+            put(&folder, text, frames).unwrap();
+            assert_eq!(files_below(&folder).unwrap().len(), 3 + frames);
+            assert!(
+                files_below(&folder).unwrap().iter().all(|f| read_to_string(folder.join(f)).unwrap().contains(text))
+            );
+            assert_eq!(all(bench.path()), ["out"]);
+        }
+    }
+
+    #[test]
+    fn what_no_run_has_written_stays() {
+        let bench = tempfile::tempdir().unwrap();
+        let folder = bench.path().join("out");
+        create_dir_all(folder.join("frames/deep")).unwrap();
+        create_dir_all(folder.join("notes")).unwrap();
+        let mine = ["frames/picture.png", "frames/deep/frame-1.obj", "notes/final.obj", "readme", "finale.obj.bak"];
+        mine.iter().for_each(|name| write(folder.join(name), "mine").unwrap());
+        for (text, frames) in [("one", 2), ("two", 0), ("three", 1)] {
+            put(&folder, text, frames).unwrap();
+            assert!(mine.iter().all(|name| read_to_string(folder.join(name)).unwrap() == "mine"));
+            let ours = files_below(&folder).unwrap().into_iter().filter(|f| is_result(f)).count();
+            assert_eq!(ours, 3 + frames, "{:?}", all(&folder));
+            assert_eq!(all(bench.path()), ["out"]);
+        }
+        // A namesake of a result that no summary lists is not written over.
+        write(folder.join("nodes.csv"), "mine").unwrap();
+        let text = put(&folder, "four", 0).unwrap_err().to_string();
+        assert!(text.contains("nodes.csv") && text.contains("--out"), "{text}");
+        assert_eq!(read_to_string(folder.join("nodes.csv")).unwrap(), "mine");
+    }
+
+    #[test]
+    fn two_writers_are_refused_and_leftovers_are_removed() {
+        let bench = tempfile::tempdir().unwrap();
+        let folder = bench.path().join("out");
+        put(&folder, "one", 1).unwrap();
+        let first = ResultSet::begin(&folder).unwrap();
+        let text = put(&folder, "two", 1).unwrap_err().to_string();
+        assert!(text.contains("another run"), "{text}");
+        assert_eq!(all(bench.path()).len(), 2, "the refused one leaves nothing");
+        fill(&first, "three", 2);
+        // As a killed process leaves it: unlocked.
+        let ResultSet { stage, .. } = first;
+        stage.keep();
+        assert_eq!(all(bench.path()).len(), 2);
+        put(&folder, "four", 0).unwrap();
+        assert_eq!(
+            (all(bench.path()), read_to_string(folder.join("final.obj")).unwrap()),
+            (vec!["out".into()], "four".into())
+        );
+    }
+
+    #[test]
+    fn a_set_whose_files_were_being_moved_is_completed() {
+        let bench = tempfile::tempdir().unwrap();
+        let folder = bench.path().join("out");
+        create_dir_all(folder.join("notes")).unwrap();
+        put(&folder, "old", 2).unwrap();
+        for moved in 0..4 {
+            let set = ResultSet::begin(&folder).unwrap();
+            fill(&set, "new", 1);
+            let committed = folder.join(COMMITTED);
+            std::fs::rename(set.path(), &committed).unwrap();
+            drop(set);
+            // As after a kill in the middle of the moves.
+            std::fs::rename(folder.join(SUMMARY), committed.join(OLD_SUMMARY)).unwrap();
+            for name in ["final.obj", "frames/frame-00000.obj", "trace.csv"].iter().take(moved) {
+                std::fs::rename(committed.join(name), folder.join(name)).unwrap();
+            }
+            drop(ResultSet::begin(&folder).unwrap());
+            let results: Vec<_> = files_below(&folder).unwrap().into_iter().filter(|f| is_result(f)).collect();
+            assert!(
+                results.iter().all(|f| read_to_string(folder.join(f)).unwrap().contains("new")),
+                "{moved}: {results:?}"
+            );
+            assert!(results.len() == 4 && !committed.exists(), "{results:?}");
+            put(&folder, "old", 2).unwrap();
+        }
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn planted_links_are_not_followed() {
+        let bench = tempfile::tempdir().unwrap();
+        let (folder, victim) = (bench.path().join("out"), bench.path().join("victim"));
+        create_dir_all(&folder).unwrap();
+        create_dir_all(victim.join("frames")).unwrap();
+        write(victim.join("final.obj"), "theirs").unwrap();
+        write(victim.join(SUMMARY), "{}").unwrap();
+        for name in [COMMITTED, "results.pliant-AbCdEf.partial"] {
+            std::os::unix::fs::symlink(&victim, folder.join(name)).unwrap();
+        }
+        std::os::unix::fs::symlink(&victim, bench.path().join("out.pliant-AbCdEf.partial")).unwrap();
+        put(&folder, "one", 1).unwrap();
+        assert_eq!(read_to_string(victim.join("final.obj")).unwrap(), "theirs");
+        assert!(victim.join(SUMMARY).exists() && read_to_string(folder.join("final.obj")).unwrap() == "one");
+    }
+}
