@@ -24,6 +24,9 @@ fn the_shipped_plugins_pass_the_conformance_suite() {
         let (failed, skipped) = failed_and_skipped(name);
         skipped.iter().for_each(|line| println!("{line}"));
         assert!(failed.is_empty(), "\n{}\n", failed.join("\n"));
+        let has_no_history = ["mass-spring", "corotational"].contains(&name);
+        let skipped: Vec<&String> =
+            skipped.iter().filter(|line| !(has_no_history && line.contains(": advance-"))).collect();
         // Allocations inside a library cannot be counted, an embedding may be linear, and `scripted` needs a path.
         assert!(name == "scripted" || skipped.len() <= 1, "{skipped:?}");
     }

@@ -22,6 +22,8 @@ const FAULTS: &[(&str, &str)] = &[
     ("shares-state", "instances-are-independent"),
     ("divides-by-zero", "finite-at-extremes"),
     ("swallows-nan", "nan-is-reported"),
+    ("flow-gains", "advance-dissipates"),
+    ("flow-not-objective", "advance-is-objective"),
     ("hinge-gradient-off", "coupled-strain-gradient"),
     ("hinge-not-objective", "coupled-strain-is-objective"),
     ("compliance-indefinite", "compliance-is-positive-definite"),
@@ -70,7 +72,7 @@ fn each_faulty_plugin_fails_its_case_and_no_other() {
 
 #[test]
 fn sound_plugins_fail_no_case() {
-    for id in ["sound-springs", "sound-net", "sound-brick", "sound-finger"] {
+    for id in ["sound-springs", "sound-clay", "sound-net", "sound-brick", "sound-finger"] {
         assert_eq!(failed(&candidate(id)), [""; 0], "{id}");
     }
 }

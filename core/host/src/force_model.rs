@@ -78,12 +78,13 @@ impl ForceModel for Material {
         Ok(self.instance.check("tangent", status)?)
     }
 
-    fn advance(&self, call: &ElementCall<'_>, history: &mut [f64]) -> Result<(), ForceError> {
+    fn advance(&self, call: &ElementCall<'_>, history: &mut PlanesMut<'_>) -> Result<(), ForceError> {
         let Some(advance) = self.table.advance else { return Ok(()) };
-        // SAFETY: [sim & active]; `history` holds the planes of all elements.
-        Ok(self
-            .instance
-            .run("advance", || unsafe { advance(self.instance.plugin(), &batch(call), history.as_mut_ptr()) })?)
+        let count = call.elements.len() / call.corners;
+        let base = history.base_for(&call.range, call.history.len() / count.max(1), count);
+        // SAFETY: [sim & active]; `history` holds the planes of all elements, and those of the call's range, which are all that the
+        // call writes, are ours.
+        Ok(self.instance.run("advance", || unsafe { advance(self.instance.plugin(), &batch(call), base) })?)
     }
 
     fn strain(&self, call: &ElementCall<'_>, planes: &mut PlanesMut<'_>) -> Result<(), ForceError> {

@@ -142,11 +142,11 @@ pub trait ForceModel: Send + Sync {
         Err(self.not_offered("single_tangent"))
     }
 
-    /// Brings history (stride x m) of the call's range up to date after a step (`HAS_HISTORY`).
+    /// Brings history (stride x m) of the call's range, which holds its present values, up to date after a step (`HAS_HISTORY`).
     ///
     /// # Errors
     /// What the model reports.
-    fn advance(&self, _call: &ElementCall<'_>, _history: &mut [f64]) -> Result<(), ForceError> {
+    fn advance(&self, _call: &ElementCall<'_>, _history: &mut PlanesMut<'_>) -> Result<(), ForceError> {
         Ok(())
     }
 

@@ -1,14 +1,15 @@
 //! A body as the integrator sees it: nodes, elements and a material.
 
 use super::algebra::Vec3;
-use super::coupled::{CoupledHinges, is_coupled_hinges};
+use super::coupled::{CoupledHinges, is_coupled_hinges, par_planes};
 use super::elements::ElementSet;
+use super::elements::chunk::Chunk;
 use super::matrix::Matrix;
 use super::nodes::Nodes;
 use super::normals::{NormalsEnergy, wants_normals};
 use super::threads::{NODES, Pool};
 use crate::force_model::{ForceError, ForceModel, StepTime};
-use pliant_plugin_api::abi;
+use pliant_plugin_api::{PlanesMut, abi};
 
 /// Nodes, elements and material of a body, with their matrix where a scheme needs one.
 pub struct System {
@@ -192,17 +193,24 @@ impl System {
     ///
     /// # Errors
     /// A material that fails.
-    pub fn advance(&mut self, time: StepTime) -> Result<(), ForceError> {
-        for set in self.sets.iter_mut().filter(|s| s.has(abi::HAS_HISTORY)) {
+    pub fn advance(&mut self, pool: &Pool, time: StepTime) -> Result<(), ForceError> {
+        for set in self.sets.iter_mut().filter(|s| s.has(abi::HAS_HISTORY) && s.request().history_stride > 0) {
             let mut next = std::mem::take(&mut set.next_history);
             next.copy_from_slice(&set.history);
-            let done = set.schedule.chunks().try_for_each(|chunk| {
-                self.material.advance(&set.call(chunk, &self.nodes, &self.nodes.v, time), &mut next)
+            let planes = PlanesMut::new(&mut next, set.request().history_stride as usize);
+            let done = par_planes(pool, pool.halvings(), planes, &|planes| {
+                let whole = Chunk { range: planes.range(), window: 0..self.nodes.len() };
+                self.material.advance(&set.call(&whole, &self.nodes, &self.nodes.v, time), planes)
             });
             set.next_history = std::mem::replace(&mut set.history, next);
             done?;
         }
         Ok(())
+    }
+
+    /// Has every element forget its history: the present shape is one at rest.
+    pub fn clear_history(&mut self) {
+        self.sets.iter_mut().for_each(|set| set.history.fill(0.0));
     }
 
     /// Whether any element has damping.

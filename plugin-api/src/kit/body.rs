@@ -259,6 +259,36 @@ impl Body {
         Ok(out)
     }
 
+    /// Histories after a step of 1 ms that ended in the present state, one for each request (stride x m, plane-major), computed in calls
+    /// of at most `max_elements` elements.
+    ///
+    /// # Errors
+    /// The material's fault.
+    pub fn next_histories<S: MaterialUnderTest + ?Sized>(
+        &self,
+        material: &S,
+        max_elements: usize,
+    ) -> Result<Vec<Vec<f64>>, Fault> {
+        let mut next: Vec<Vec<f64>> = self.sets.iter().map(|s| s.history.clone()).collect();
+        self.for_each_call(abi::HAS_HISTORY, max_elements, |s, call| material.call_advance(call, &mut next[s]))?;
+        Ok(next)
+    }
+
+    /// Brings the history up to date after a step of 1 ms that ended in the present state.
+    ///
+    /// # Errors
+    /// The material's fault.
+    pub fn advance<S: MaterialUnderTest + ?Sized>(&mut self, material: &S) -> Result<(), Fault> {
+        let next = self.next_histories(material, usize::MAX)?;
+        self.sets.iter_mut().zip(next).for_each(|(set, next)| set.history = next);
+        Ok(())
+    }
+
+    /// History of the elements of each request (stride x m, plane-major).
+    pub fn histories(&self) -> impl Iterator<Item = &[f64]> {
+        self.sets.iter().map(|set| set.history.as_slice())
+    }
+
     /// Coupled hinges: plane 0 the strain, m, planes 1 to 12 its gradient by corner and axis. Values not written are NaN.
     ///
     /// # Errors

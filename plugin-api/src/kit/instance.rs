@@ -264,6 +264,13 @@ impl MaterialUnderTest for TestInstance {
         self.check(unsafe { tangent(self.plugin, &call.batch, scale.stiffness, scale.damping, &raw) })
     }
 
+    fn call_advance(&self, call: &Call<'_>, history: &mut [f64]) -> Result<(), Fault> {
+        let advance = non_null(self.material()?.advance)?;
+        assert!(history.len() >= call.strides.history * call.batch.count, "planes of every element");
+        // SAFETY: see above.
+        self.check(unsafe { advance(self.plugin, &call.batch, history.as_mut_ptr()) })
+    }
+
     fn call_strain(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault> {
         assert!(out.len() >= 13 * call.batch.count, "thirteen planes");
         let strain = non_null(self.coupled()?.strain)?;

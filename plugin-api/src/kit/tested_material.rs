@@ -80,6 +80,12 @@ pub trait MaterialUnderTest {
         out: &mut [[f32; 9]],
     ) -> Result<(), Fault>;
 
+    /// Updates history (stride x m, plane-major) that holds its present values.
+    ///
+    /// # Errors
+    /// The material's fault.
+    fn call_advance(&self, call: &Call<'_>, history: &mut [f64]) -> Result<(), Fault>;
+
     /// Writes strains of coupled hinges, m, and their gradients (13 x m, plane-major).
     ///
     /// # Errors
@@ -186,6 +192,11 @@ impl<M: Material> MaterialUnderTest for M {
     ) -> Result<(), Fault> {
         let raw = raw_single_blocks(call, slots, out);
         self.single_tangent(&call.elements(), scale, &mut SingleBlocks::new_single(&call.batch, &raw))
+    }
+
+    fn call_advance(&self, call: &Call<'_>, history: &mut [f64]) -> Result<(), Fault> {
+        assert!(history.len() >= call.strides.history * call.batch.count, "planes of every element");
+        self.advance(&call.elements(), &mut Planes::new(&call.batch, history.as_mut_ptr(), call.strides.history))
     }
 
     fn call_strain(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault> {

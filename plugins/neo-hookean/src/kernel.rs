@@ -2,11 +2,12 @@
 //! of the list, so the bytes do not depend on the vector unit.
 
 use crate::NeoHookean;
-use crate::matrix::{Mat3, Vec3};
+use crate::matrix::{Mat3, Vec3, product_transposed, transposed};
+use crate::plasticity::{HISTORY, PlasticState, Plasticity};
 use crate::tetrahedron::{
     Damping, STRIDE, Stiffness, Tetrahedron, ViscosityCoefficients, add_viscous_stress, rest_planes,
 };
-use pliant_plugin_api::lanes::{MAX_LANES, Wide};
+use pliant_plugin_api::lanes::{MAX_LANES, Real, Wide};
 use pliant_plugin_api::{BlockScalar, Blocks, Elements, NodeVectors, TangentScale, pair_index};
 use pulp::{Simd, WithSimd};
 
@@ -32,16 +33,39 @@ fn gather<S: Simd>(simd: S, nodes: &[[u32; 4]], e: usize, vectors: &[[f64; 3]]) 
     all
 }
 
-/// Rest shapes of elements `e, e + 1, ..`
-#[inline(always)]
-fn load_shapes<S: Simd>(simd: S, planes: &[&[f64]; STRIDE], e: usize) -> Tetrahedron<Wide<S>> {
-    let mut gradients = [Vec3([Wide(simd.splat_f64s(0.0), simd); 3]); 3];
-    for corner in 0..3 {
-        for i in 0..3 {
-            gradients[corner][i] = Wide::load_clamped(simd, planes[3 * corner + i], e);
-        }
+/// The planes of data that give the shapes of a call's elements.
+struct ShapePlanes<'a> {
+    rest: [&'a [f64]; STRIDE],
+    /// Of a plastic solid.
+    plastic: Option<[&'a [f64]; HISTORY]>,
+}
+
+impl<'a> ShapePlanes<'a> {
+    /// Those of a call.
+    fn of(material: &NeoHookean, elements: &Elements<'a>) -> Self {
+        Self { rest: rest_planes(elements), plastic: material.plastic_planes(elements) }
     }
-    Tetrahedron::from_gradients(gradients, Wide::load_clamped(simd, planes[9], e))
+
+    /// Shapes of elements `e, e + 1, ..`, after their plastic flow.
+    #[inline(always)]
+    fn load<S: Simd>(&self, simd: S, e: usize) -> Tetrahedron<Wide<S>> {
+        let mut gradients = [Vec3([Wide(simd.splat_f64s(0.0), simd); 3]); 3];
+        for corner in 0..3 {
+            for i in 0..3 {
+                gradients[corner][i] = Wide::load_clamped(simd, self.rest[3 * corner + i], e);
+            }
+        }
+        let shape = Tetrahedron::from_gradients(gradients, Wide::load_clamped(simd, self.rest[9], e));
+        let Some(plastic) = &self.plastic else { return shape };
+        let mut inverse = [Vec3([Wide(simd.splat_f64s(0.0), simd); 3]); 3];
+        for i in 0..3 {
+            for j in 0..3 {
+                let one = Wide(simd.splat_f64s(if i == j { 1.0 } else { 0.0 }), simd);
+                inverse[i][j] = one + Wide::load_clamped(simd, plastic[3 * i + j], e);
+            }
+        }
+        shape.after_flow(&inverse)
+    }
 }
 
 /// Adds forces. Returns a sum over the elements that is finite only if the forces are.
@@ -57,9 +81,9 @@ impl WithSimd for Forces<'_, '_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
         let Self { material, elements, out } = self;
-        let (nodes, planes, mut sum) = (elements.corners::<4>(), rest_planes(elements), 0.0);
+        let (nodes, planes, mut sum) = (elements.corners::<4>(), ShapePlanes::of(material, elements), 0.0);
         for e in (0..nodes.len()).step_by(S::F64_LANES) {
-            let shape = load_shapes(simd, &planes, e);
+            let shape = planes.load(simd, e);
             let f = shape.deformation_gradient(gather(simd, nodes, e, elements.x()));
             let mut stress = material.moduli.stress(&f);
             if material.is_damped() {
@@ -100,13 +124,13 @@ impl<T: BlockScalar> WithSimd for Tangent<'_, '_, T> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { material, elements, scale, out } = self;
-        let (nodes, planes) = (elements.corners::<4>(), rest_planes(elements));
+        let (nodes, planes) = (elements.corners::<4>(), ShapePlanes::of(material, elements));
         let viscosity = ViscosityCoefficients {
             shear: scale.damping * material.viscosity.shear,
             dilatation: scale.damping * material.viscosity.dilatation,
         };
         for e in (0..nodes.len()).step_by(S::F64_LANES) {
-            let shape = load_shapes(simd, &planes, e);
+            let shape = planes.load(simd, e);
             let f = shape.deformation_gradient(gather(simd, nodes, e, elements.x()));
             let stiffness = if scale.stiffness == 0.0 {
                 None
@@ -153,6 +177,48 @@ fn add_blocks<S: Simd, T: BlockScalar>(
     }
     for (e, block) in elements.zip(&blocks) {
         out.add(e, pair, block);
+    }
+}
+
+/// Lets elements flow that are beyond yield after a step.
+pub(crate) struct Flow<'a, 'b> {
+    pub(crate) plasticity: &'a Plasticity,
+    pub(crate) elements: &'a Elements<'a>,
+    pub(crate) history: [&'b mut [f64]; HISTORY],
+}
+
+impl WithSimd for Flow<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { plasticity, elements, mut history } = self;
+        let nodes = elements.corners::<4>();
+        let plastic = std::array::from_fn(|s| elements.history(s));
+        let planes = ShapePlanes { rest: rest_planes(elements), plastic: Some(plastic) };
+        for e in (0..nodes.len()).step_by(S::F64_LANES) {
+            let f = planes.load(simd, e).deformation_gradient(gather(simd, nodes, e, elements.x()));
+            let columns = transposed(&f);
+            let c = product_transposed(&columns, &columns);
+            let mut distance = c[0][0] - c[0][0];
+            for i in 0..3 {
+                for j in 0..3 {
+                    let entry = if i == j { c[i][j] - c[i][j].splat(1.0) } else { c[i][j] };
+                    distance = distance + entry * entry;
+                }
+            }
+            if !(-distance).any_below(-plasticity.certainly_elastic()) {
+                continue;
+            }
+            let f = f.map(|row| row.0.map(|entry| entry.to_array()));
+            for lane in 0..S::F64_LANES.min(nodes.len() - e) {
+                let fe = [0, 1, 2].map(|i| Vec3([0, 1, 2].map(|j| f[i][j][lane])));
+                let state = PlasticState::new(plastic.map(|plane| plane[e + lane]));
+                if let Some(next) = plasticity.flow(&fe, &state, elements.dt()) {
+                    next.history().into_iter().zip(&mut history).for_each(|(value, plane)| plane[e + lane] = value);
+                }
+            }
+        }
     }
 }
 

@@ -3,16 +3,20 @@
 //! Poisson's ratios up to 0.499 and any deformation: flattened and inverted elements recover. The matrix for implicit steps is positive
 //! semi-definite unless the exact one is asked for. Damping acts on the rate of Green's strain, so it does not resist rotation; its
 //! coefficients are `damping-time` times the Lame constants.
+//!
+//! With a `yield-strain` the shape at rest flows beyond it, as clay and dough do ([`plasticity`]); without one the solid is elastic.
 
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))]
 
 mod energy;
 mod kernel;
 mod matrix;
+mod plasticity;
 mod svd;
 mod tetrahedron;
 
 use energy::Moduli;
+use plasticity::{HISTORY, PlasticState, Plasticity};
 use pliant_plugin_api::{
     AsMaterial, Blocks, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, Param, Params,
     Planes, SingleBlocks, TangentScale, abi, export_plugins,
@@ -25,6 +29,8 @@ pub struct NeoHookean {
     /// kg/m^3
     density: f64,
     viscosity: ViscosityCoefficients,
+    /// Plastic flow; none of an elastic solid.
+    plasticity: Option<Plasticity>,
     /// Whether the matrix is made positive semi-definite.
     project: bool,
     /// The vector unit kernels are dispatched to.
@@ -43,12 +49,38 @@ const PARAMS: &[Param] = &[
         c"damping over stiffness: a mode of w rad/s has a damping ratio of w/2 times this",
     ),
     Param::choice(c"tangent", c"projected|exact", c"matrix of implicit steps: made positive semi-definite, or exact"),
+    Param::number(
+        c"yield-strain",
+        c"1",
+        (0.0, 1.0),
+        0.0,
+        c"strain of a drawn bar beyond which its shape at rest flows, as clay's does; 0: elastic, flows never",
+    ),
+    Param::number(
+        c"hardening",
+        c"1",
+        (0.0, 100.0),
+        0.0,
+        c"increase of the yield strain per plastic strain: the hardening modulus over Young's",
+    ),
+    Param::number(
+        c"flow-time",
+        c"s",
+        (0.0, 10.0),
+        0.0,
+        c"time constant of the flow at fixed deformation (Perzyna's overstress law); 0: does not depend on speed",
+    ),
 ];
 
 impl NeoHookean {
     /// Whether forces depend on velocity.
     fn is_damped(&self) -> bool {
         self.viscosity.shear > 0.0
+    }
+
+    /// The planes of history of a call; none of an elastic solid.
+    fn plastic_planes<'a>(&self, elements: &Elements<'a>) -> Option<[&'a [f64]; HISTORY]> {
+        self.plasticity.is_some().then(|| std::array::from_fn(|s| elements.history(s)))
     }
 }
 
@@ -65,11 +97,14 @@ impl Material for NeoHookean {
         let (young, poisson) = (params.number("young"), params.number("poisson"));
         let shear = young / (2.0 * (1.0 + poisson));
         let first_lame = young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson));
-        let time = params.number("damping-time");
+        let (time, yield_strain) = (params.number("damping-time"), params.number("yield-strain"));
         Ok(Self {
             moduli: Moduli::new(shear, first_lame),
             density: params.number("density"),
             viscosity: ViscosityCoefficients { shear: time * shear, dilatation: time * first_lame },
+            plasticity: (yield_strain > 0.0).then(|| {
+                Plasticity::new(yield_strain, params.number("hardening"), params.number("flow-time"), poisson)
+            }),
             project: params.choice("tangent") == 0,
             arch: pulp::Arch::new(),
         })
@@ -79,8 +114,10 @@ impl Material for NeoHookean {
         let damping = if self.is_damped() { abi::HAS_DAMPING } else { 0 };
         let point =
             ElementRequest { kind: abi::POINT, families: 0, flags: abi::HAS_MASS, rest_stride: 0, history_stride: 0 };
-        let (kind, flags) = (abi::TETRAHEDRON, abi::HAS_FORCES | abi::HAS_SINGLE | damping);
-        vec![point, ElementRequest { kind, flags, rest_stride: STRIDE as u32, ..point }]
+        let (history, history_stride) =
+            if self.plasticity.is_some() { (abi::HAS_HISTORY, HISTORY as u32) } else { (0, 0) };
+        let (kind, flags) = (abi::TETRAHEDRON, abi::HAS_FORCES | abi::HAS_SINGLE | damping | history);
+        vec![point, ElementRequest { kind, flags, rest_stride: STRIDE as u32, history_stride, ..point }]
     }
 
     fn rest(&self, elements: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
@@ -103,8 +140,12 @@ impl Material for NeoHookean {
 
     fn energy(&self, elements: &Elements<'_>) -> Result<f64, Fault> {
         let (planes, x) = (rest_planes(elements), elements.x());
+        let plastic = self.plastic_planes(elements);
         let energies = elements.corners::<4>().iter().enumerate().map(|(e, &nodes)| {
-            let shape = Tetrahedron::from_rest_data(&planes, e);
+            let mut shape = Tetrahedron::from_rest_data(&planes, e);
+            if let Some(plastic) = &plastic {
+                shape = shape.after_flow(&PlasticState::new(plastic.map(|plane| plane[e])).inverse);
+            }
             shape.volume * self.moduli.energy(&shape.deformation_gradient(at_corners(nodes, x)))
         });
         finite(energies.sum())
@@ -126,6 +167,14 @@ impl Material for NeoHookean {
         out: &mut SingleBlocks<'_>,
     ) -> Result<(), Fault> {
         self.arch.dispatch(kernel::Tangent { material: self, elements, scale, out });
+        Ok(())
+    }
+
+    fn advance(&self, elements: &Elements<'_>, history: &mut Planes<'_>) -> Result<(), Fault> {
+        if let Some(plasticity) = &self.plasticity {
+            let history = history.first_planes::<HISTORY>();
+            self.arch.dispatch(kernel::Flow { plasticity, elements, history });
+        }
         Ok(())
     }
 }

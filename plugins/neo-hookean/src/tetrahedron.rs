@@ -52,6 +52,14 @@ impl<T: Real> Tetrahedron<T> {
         Self { gradient: [-(b + c + d), b, c, d], volume }
     }
 
+    /// The shape with the gradients by which positions give the elastic deformation gradient `Fe = F Fp^-1`, for the inverse of Fp. Its
+    /// volume is the same, for flow keeps it.
+    #[inline(always)]
+    pub(crate) fn after_flow(&self, inverse: &Mat3<T>) -> Self {
+        let (columns, g) = (transposed(inverse), &self.gradient);
+        Self::from_gradients([apply(&columns, g[1]), apply(&columns, g[2]), apply(&columns, g[3])], self.volume)
+    }
+
     /// `sum_a p_a gradient_a^T`: the deformation gradient F from positions, or its rate from velocities.
     #[inline(always)]
     pub(crate) fn deformation_gradient(&self, p: [Vec3<T>; 4]) -> Mat3<T> {

@@ -100,6 +100,12 @@ pub mod fault {
     pub const HIDES_SURFACE: u8 = 45;
     /// Returns 1.01 times the stiffness, in single precision only.
     pub const SINGLE_OFF: u8 = 46;
+    /// None: springs whose rest lengths flow beyond a strain.
+    pub const FLOWS: u8 = 47;
+    /// As [`FLOWS`], in the wrong direction.
+    pub const FLOW_GAINS: u8 = 48;
+    /// As [`FLOWS`], more where a spring is along x.
+    pub const FLOW_NOT_OBJECTIVE: u8 = 49;
     /// Declares a continuous force above its peak force.
     pub const LIMITS_REVERSED: u8 = 50;
     /// Gives positions outside its workspace.
@@ -168,6 +174,9 @@ export_plugins!(
     AsMaterial<SpringMaterial<SLOW_AFTER>>,
     AsMaterial<SpringMaterial<TOO_SOFT>>,
     AsMaterial<SpringMaterial<SLOW>>,
+    AsMaterial<SpringMaterial<FLOWS>>,
+    AsMaterial<SpringMaterial<FLOW_GAINS>>,
+    AsMaterial<SpringMaterial<FLOW_NOT_OBJECTIVE>>,
     AsMaterial<SpringSheet<NONE>>,
     AsMaterial<SpringSheet<HINGE_GRADIENT_OFF>>,
     AsMaterial<SpringSheet<HINGE_NOT_OBJECTIVE>>,

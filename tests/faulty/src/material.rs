@@ -12,6 +12,14 @@ const STIFFNESS: f64 = 20.0;
 /// Damping along every spring, N s/m.
 const DAMPING: f64 = 2e-2;
 
+/// Strain beyond which springs that flow do so.
+const YIELD: f64 = 0.02;
+
+/// Whether springs with a fault flow beyond a strain.
+const fn flows(fault: u8) -> bool {
+    matches!(fault, fault::FLOWS | fault::FLOW_GAINS | fault::FLOW_NOT_OBJECTIVE)
+}
+
 /// Bits of the parameter `after` of the instance that was made last, for [`fault::SHARES_STATE`].
 static LAST_AFTER: AtomicU64 = AtomicU64::new(0);
 
@@ -71,6 +79,7 @@ impl<const F: u8> SpringMaterial<F> {
             let stretch = (0..3).map(|i| (x[1][i] - x[0][i]) * along[i]).sum::<f64>() - l0;
             return Spring { along, across: 0.0, stretch, stiffness };
         }
+        let l0 = if flows(F) { l0 + elements.history(0)[e] } else { l0 };
         Spring { along, across: (1.0 - l0 / length).max(0.0), stretch: length - l0, stiffness }
     }
 
@@ -130,6 +139,9 @@ impl<const F: u8> Material for SpringMaterial<F> {
             fault::HANGS => c"hangs",
             fault::ABORTS => c"aborts",
             fault::EXITS => c"exits",
+            fault::FLOWS => c"sound-clay",
+            fault::FLOW_GAINS => c"flow-gains",
+            fault::FLOW_NOT_OBJECTIVE => c"flow-not-objective",
             _ => c"sound-springs",
         },
         const { &[AFTER] as &[Param] },
@@ -148,7 +160,8 @@ impl<const F: u8> Material for SpringMaterial<F> {
         let single = if F == fault::SINGLE_OFF { abi::HAS_SINGLE } else { 0 };
         let (families, flags) = (abi::STRUCTURAL | abi::SHEAR, abi::HAS_FORCES | abi::HAS_DAMPING | single);
         let kind = if F == fault::UNKNOWN_KIND { 99 } else { abi::LINK };
-        vec![plain, ElementRequest { kind, families, flags, rest_stride: 2, ..plain }]
+        let (history, history_stride) = if flows(F) { (abi::HAS_HISTORY, 1) } else { (0, 0) };
+        vec![plain, ElementRequest { kind, families, flags: flags | history, rest_stride: 2, history_stride }]
     }
 
     fn rest(&self, elements: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
@@ -246,6 +259,21 @@ impl<const F: u8> Material for SpringMaterial<F> {
                 let quarter = Self::anchor(elements, ends).block(0.25 * scale.stiffness, 0.0);
                 (0..3).for_each(|pair| out.add(e, pair, &quarter));
             }
+        }
+        Ok(())
+    }
+
+    fn advance(&self, elements: &Elements<'_>, history: &mut Planes<'_>) -> Result<(), Fault> {
+        let [elongation] = history.first_planes();
+        for (e, &ends) in elements.corners::<2>().iter().enumerate() {
+            let spring = self.spring(elements, e, ends);
+            let excess = (spring.stretch.abs() - YIELD * elements.rest_data(0)[e]).max(0.0);
+            let share = match F {
+                fault::FLOW_GAINS => -1.0,
+                fault::FLOW_NOT_OBJECTIVE => spring.along[0].powi(2),
+                _ => 1.0,
+            };
+            elongation[e] += share * excess.copysign(spring.stretch);
         }
         Ok(())
     }

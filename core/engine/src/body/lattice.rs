@@ -4,11 +4,15 @@
 //! a contact move freely; nodes on the region's border, and those the hand has left, return to their rest positions along a
 //! critically damped path and are then given up, so nothing ever snaps (Qi, Zhu and Fan 2019 leave this open). Cost grows
 //! with the region, never with the model.
+//!
+//! Of a material with a history, such as clay, what is displaced does not belong at rest. There the region keeps every cell that is
+//! displaced, free to find its equilibrium, and nodes that must be held are held where they are.
 
 mod bound;
 mod cut;
 mod embed;
 mod fragments;
+mod history;
 mod hold;
 mod mend;
 mod region;
@@ -96,6 +100,10 @@ pub struct Lattice {
     /// Of a body with cuts, the region as the grid has it.
     uncut: Region,
     balls: Vec<Ball>,
+    /// The last contacts there were.
+    last_balls: Vec<Ball>,
+    /// Whether the material has a history: what has flowed stays active, and nothing is brought back to rest.
+    keeps_shape: bool,
     /// Nodes on their way back to rest, or there.
     returning: Vec<u32>,
     /// Nodes that are driven, and by which fixing.
@@ -138,6 +146,8 @@ impl Lattice {
             spare: Region::default(),
             uncut: Region::default(),
             balls: Vec::new(),
+            last_balls: Vec::new(),
+            keeps_shape: false,
             returning: Vec::new(),
             driven: Vec::new(),
             kept: HashMap::new(),

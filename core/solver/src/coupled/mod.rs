@@ -301,7 +301,7 @@ impl Hinges for HingeHessian<'_> {
 }
 
 /// Runs `work` on the planes of ranges of elements, one for each thread.
-fn par_planes<E: Send>(
+pub(super) fn par_planes<E: Send>(
     pool: &Pool,
     halvings: u32,
     mut planes: PlanesMut<'_>,

@@ -216,7 +216,7 @@ impl Integrator {
                 Method::Explicit(order) => self.explicit(system, &mut step, order, &mut report),
             };
             stepped.map_err(|error| self.attribute(error, system))?;
-            system.advance(StepTime { start: now.end(), dt })?;
+            system.advance(pool, StepTime { start: now.end(), dt })?;
         }
         Ok(report)
     }

@@ -11,7 +11,7 @@ use super::derivatives::{damping_dissipates, force_is_energy_gradient, stiffness
 use super::invariance::{element_order, rotation, translation};
 use super::matrix::max_abs;
 use super::repeatability::{calls_are_bit_identical, instances_are_independent, no_allocation, state_is_bit_identical};
-use super::{Case, Verdict, describe_fault, ensure, normals, single};
+use super::{Case, Verdict, describe_fault, ensure, history, normals, single};
 use crate::abi;
 use crate::material::TangentScale;
 
@@ -45,6 +45,16 @@ pub(super) const CASES: &[Case] = &[
         name: "damping-dissipates",
         promise: "damping is symmetric, dissipates energy, and is minus the gradient of the force by the velocity",
         run: damping_dissipates,
+    },
+    Case {
+        name: "advance-dissipates",
+        promise: "at fixed positions an update of the history adds no elastic energy, and changes nothing at rest",
+        run: history::advance_dissipates,
+    },
+    Case {
+        name: "advance-is-objective",
+        promise: "a rigid motion of a deformed body changes neither the history it leads to nor the energy after it",
+        run: history::advance_is_objective,
     },
     Case {
         name: "coupled-strain-gradient",

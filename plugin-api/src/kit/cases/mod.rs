@@ -5,6 +5,7 @@ mod coupled;
 mod derivatives;
 mod device;
 mod grid;
+mod history;
 mod invariance;
 mod material;
 mod matrix;

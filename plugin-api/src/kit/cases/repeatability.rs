@@ -24,7 +24,8 @@ fn result_bits(material: &TestInstance, body: &Body, max_elements: usize) -> Res
         body.add_normals_forces_in_calls(material, max_elements, &normals, &mut normals_forces)?;
     }
     let double = force.iter().flatten().chain(blocks.iter().flatten().flatten()).chain(normals_forces.iter().flatten());
-    let double = double.map(|v| v.to_bits());
+    let histories = body.next_histories(material, max_elements)?;
+    let double = double.chain(histories.iter().flatten()).map(|v| v.to_bits());
     Ok(double.chain(single.iter().flatten().flatten().map(|v| u64::from(v.to_bits()))).collect())
 }
 
@@ -109,6 +110,8 @@ pub(super) fn no_allocation(c: &Candidate) -> Result<Verdict, String> {
         };
         ensure_none("normals_energy and normals_forces", count(calls)?)?;
     }
+    let advance = |max_elements: usize| count(|| body.next_histories(&material, max_elements));
+    ensure_none("advance", advance(1)?.saturating_sub(advance(usize::MAX)?))?;
     // The kit itself allocates the blocks, the same number of times for one call as for many: the difference is the plugin's.
     let tangent = |max_elements: usize| count(|| body.blocks(&material, BOTH, max_elements));
     ensure_none("tangent", tangent(1)?.saturating_sub(tangent(usize::MAX)?))?;

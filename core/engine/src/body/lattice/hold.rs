@@ -11,7 +11,8 @@ use pliant_solver::{Constraint, Nodes, Vec3};
 const HELD_FROM: f64 = 0.75;
 
 impl Lattice {
-    /// Holds the far side of every part without a held node; these nodes return to rest like those of a border.
+    /// Holds the far side of every part without a held node; these nodes return to rest like those of a border, unless what is displaced
+    /// stays where it is.
     pub(super) fn constrain_detached_parts(&mut self, nodes: &mut Nodes) {
         let part_of = self.parts();
         let parts = part_of.iter().max().map_or(0, |last| *last as usize + 1);
@@ -19,7 +20,7 @@ impl Lattice {
         let mut range = vec![(f64::INFINITY, 0.0_f64); parts];
         let from_contact = |i: u32| {
             let rest = self.grid_rest(i);
-            self.balls.iter().map(|ball| (rest - Vec3::from(ball.centre)).norm()).fold(f64::INFINITY, f64::min)
+            self.last_balls.iter().map(|ball| (rest - Vec3::from(ball.centre)).norm()).fold(f64::INFINITY, f64::min)
         };
         let distance: Vec<f64> = (0..nodes.len() as u32).map(from_contact).collect();
         for (i, &part) in part_of.iter().enumerate() {
@@ -31,7 +32,9 @@ impl Lattice {
             let (near, far) = range[part as usize];
             if distance[i] >= near + HELD_FROM * (far - near) {
                 nodes.constraint[i] = Constraint::Fixed;
-                self.returning.push(i as u32);
+                if !self.keeps_shape {
+                    self.returning.push(i as u32);
+                }
             }
         }
         self.returning.sort_unstable();

@@ -1,5 +1,6 @@
 //! Moving the region with the hand.
 
+use super::history::Histories;
 use super::{Lattice, LatticeError, NO_WEIGHTS, kind_name};
 use crate::body::fixing::Fixing;
 use crate::body::lattice::fragments::NodeKey;
@@ -16,6 +17,9 @@ use std::sync::Arc;
 const SLACK: f64 = 0.25;
 /// Displacement, in edges of a cell, and speed, in edges a second, below which a node counts as back at rest.
 const AT_REST: f64 = 1e-6;
+/// The same displacement of a material with a history: an elastic field around what has flowed does not end. A cell that is given up moves
+/// its surface by less.
+const AT_REST_AFTER_FLOW: f64 = 1e-4;
 const STILL: f64 = 1e-3;
 /// Steps between two looks at whether what the hand has left is back at rest.
 const PATIENCE: u32 = 32;
@@ -62,6 +66,9 @@ impl Lattice {
         self.grid.region(self.settings.level, self.families, wanted, &keep, region)?;
         self.balls.clear();
         self.balls.extend_from_slice(wanted);
+        if !wanted.is_empty() {
+            self.last_balls.clone_from(&self.balls);
+        }
         Ok(())
     }
 
@@ -77,7 +84,8 @@ impl Lattice {
 
     /// Ids of cells with a node that is not at rest.
     fn unfinished(&self, nodes: &Nodes) -> impl Iterator<Item = u64> {
-        let (far, fast) = (AT_REST * self.facts.edge, STILL * self.facts.edge);
+        let at_rest = if self.keeps_shape { AT_REST_AFTER_FLOW } else { AT_REST };
+        let (far, fast) = (at_rest * self.facts.edge, STILL * self.facts.edge);
         let moving = move |i: usize| {
             let (u, v) = (nodes.x[i] - nodes.rest[i], nodes.v[i]);
             u.norm_squared() > far * far || v.norm_squared() > fast * fast
@@ -135,16 +143,19 @@ impl Lattice {
         self.weights.clear();
         self.weights_of.clear();
         self.weights_of.resize(self.region.cell_id.len(), NO_WEIGHTS);
-        self.exchange_nodes(&mut system.nodes);
+        self.keeps_shape = system.sets.iter().any(|set| set.has(abi::HAS_HISTORY));
+        let histories = Histories::take(system);
+        let old_node = self.exchange_nodes(&mut system.nodes);
         self.constrain(fixings, &mut system.nodes);
         self.list_elements(system)?;
         system.prepare()?;
+        histories.give(system, &old_node);
         super::check_mass(system)
     }
 
     /// The region before is in `spare`: both lists of keys rise, so one pass pairs them. A copy a cut has just made begins
-    /// where what it was copied from is.
-    fn exchange_nodes(&mut self, nodes: &mut Nodes) {
+    /// where what it was copied from is. Gives the number each node had, if it was there.
+    fn exchange_nodes(&mut self, nodes: &mut Nodes) -> Vec<Option<usize>> {
         let n = self.region.node_id.len();
         let (mut x, mut v): (Vec<Vec3>, Vec<Vec3>) = (Vec::with_capacity(n), Vec::with_capacity(n));
         let born: HashMap<NodeKey, NodeKey> = self.fragments.born.drain(..).collect();
@@ -163,6 +174,7 @@ impl Lattice {
             (low < self.spare.node_id.len() && key(&self.spare, low) == wanted).then_some(low)
         };
         nodes.rest.clear();
+        let mut old_node = Vec::with_capacity(n);
         let mut at = 0;
         for i in 0..n {
             let wanted = key(&self.region, i);
@@ -176,8 +188,10 @@ impl Lattice {
             nodes.rest.push(rest);
             x.push(from.map_or(rest, |old| nodes.x[old]));
             v.push(from.map_or(Vec3::zeros(), |old| nodes.v[old]));
+            old_node.push(from);
         }
         (nodes.x, nodes.v) = (x, v);
+        old_node
     }
 
     /// Who is free, who is driven and who returns.
@@ -199,12 +213,18 @@ impl Lattice {
                 if fixings[fixing].moves() {
                     self.driven.push((i as u32, fixing as u32));
                 }
-            } else if self.region.node_border[i] != 0 || !self.balls.iter().any(inside) {
+            } else if self.region.node_border[i] != 0 {
+                nodes.constraint[i] = Constraint::Fixed;
+                if !self.keeps_shape {
+                    self.returning.push(i as u32);
+                }
+            } else if !self.keeps_shape && !self.balls.iter().any(inside) {
                 nodes.constraint[i] = Constraint::Fixed;
                 self.returning.push(i as u32);
             }
         }
-        if !self.is_whole() && !self.balls.is_empty() {
+        let has_contact = if self.keeps_shape { !self.last_balls.is_empty() } else { !self.balls.is_empty() };
+        if !self.is_whole() && has_contact {
             self.constrain_detached_parts(nodes);
         }
     }
@@ -295,6 +315,7 @@ impl Lattice {
         triangles.dedup();
         Arc::make_mut(&mut skin.tree).refit(&skin.settled, &model.surface.triangles, &triangles);
         nodes.rest.copy_from_slice(&nodes.x);
+        system.clear_history();
         system.rest()?;
         Ok(triangles)
     }

@@ -15,6 +15,7 @@ use std::collections::HashMap;
 pub struct LatticeState {
     region: Region,
     balls: Vec<Ball>,
+    last_balls: Vec<Ball>,
     kept: HashMap<NodeKey, Vec3>,
     fragments: Fragments,
     bound: Bound,
@@ -28,6 +29,7 @@ impl Lattice {
         LatticeState {
             region: self.region.clone(),
             balls: self.balls.clone(),
+            last_balls: self.last_balls.clone(),
             kept: self.kept.clone(),
             fragments: self.fragments.clone(),
             bound: self.bound.clone(),
@@ -48,11 +50,11 @@ impl Lattice {
         skin: &mut Skin,
         system: &mut System,
     ) -> Result<(), LatticeError> {
-        let LatticeState { region, balls, kept, fragments, bound, stale, steps } = state.clone();
+        let LatticeState { region, balls, last_balls, kept, fragments, bound, stale, steps } = state.clone();
         (self.region, self.spare) = (Region::default(), region);
         self.uncut.clear();
         (self.balls, self.kept, self.fragments) = (balls, kept, fragments);
-        (self.bound, self.stale, self.steps) = (bound, stale, steps);
+        (self.bound, self.stale, self.steps, self.last_balls) = (bound, stale, steps, last_balls);
         self.exchange(model, fixings, skin, system)
     }
 }

@@ -1,0 +1,110 @@
+//! Cases for what an update of the history must keep: plasticity and friction take energy away, and do not know where a body is.
+
+use super::super::body::Body;
+use super::super::candidate::Candidate;
+use super::super::instance::TestInstance;
+use super::super::tested_material::MaterialUnderTest;
+use super::invariance::rigid_motion;
+use super::material::{deform, test_body};
+use super::{Verdict, describe_fault, ensure};
+use crate::abi;
+
+/// Parts of the range of a number at which a material is tested, besides its default: one that yields only beyond a strain does so at the
+/// least of them.
+const PARTS: [f64; 4] = [0.0, 0.01, 0.1, 1.0];
+/// Stretches of the test body, one after the other, and jitter in cell edges: loading, more of it, and back beyond rest.
+const STATES: [(f64, f64); 4] = [(1.03, 0.03), (1.2, 0.2), (0.9, 0.1), (1.0, 0.15)];
+/// Energy that counts as none, over that of the state: rounding in a sum over the elements.
+const ROUNDING: f64 = 1e-9;
+
+/// Instances with a history: with defaults, and with each parameter alone at other values.
+fn instances(c: &Candidate) -> Result<Vec<TestInstance>, String> {
+    let mut settings: Vec<Vec<(usize, f64)>> = vec![Vec::new()];
+    for (index, p) in c.params().iter().enumerate() {
+        match p.kind {
+            abi::PARAM_NUMBER => settings.extend(PARTS.map(|part| vec![(index, p.min + part * (p.max - p.min))])),
+            abi::PARAM_CHOICE => settings.extend((0..Candidate::choices(p).len()).map(|i| vec![(index, i as f64)])),
+            _ => {}
+        }
+    }
+    let mut found = Vec::new();
+    for setting in settings {
+        // A plugin may refuse a combination with the other defaults.
+        let Ok(material) = c.open(&setting) else { continue };
+        let requests = material.element_requests().map_err(describe_fault)?;
+        if requests.iter().any(|r| r.flags & abi::HAS_HISTORY != 0) {
+            found.push(material);
+        }
+    }
+    Ok(found)
+}
+
+/// Energy of a body with its energy of normals, J.
+fn energy(material: &TestInstance, body: &Body) -> Result<f64, String> {
+    let normals = if body.has(abi::WANTS_NORMALS) {
+        let normals = body.normals(&body.tilts(material).map_err(describe_fault)?.corners);
+        body.normals_energy(material, &normals).map_err(describe_fault)?
+    } else {
+        0.0
+    };
+    Ok(normals + body.energy(material).map_err(describe_fault)?)
+}
+
+/// Whether two bodies have the history, to the bit.
+fn have_same_history(a: &Body, b: &Body) -> bool {
+    a.histories().eq(b.histories())
+}
+
+/// Runs `check` in every state of every instance with a history, with the body before and after its history was updated. Skipped where
+/// no history ever changes.
+fn for_each_state(
+    c: &Candidate,
+    check: impl Fn(&TestInstance, &Body, &Body) -> Result<(), String>,
+) -> Result<Verdict, String> {
+    let mut has_changed = false;
+    for material in instances(c)? {
+        let rest = test_body(&material)?;
+        let mut body = rest.clone();
+        for (stretch, jitter) in STATES {
+            body.x.clone_from(&rest.x);
+            deform(&mut body, stretch, jitter);
+            let mut next = body.clone();
+            next.advance(&material).map_err(describe_fault)?;
+            check(&material, &body, &next)?;
+            has_changed |= !have_same_history(&body, &next);
+            body = next;
+        }
+    }
+    let why = "no parameter alone gives it a history that changes";
+    Ok(if has_changed { Verdict::Passed } else { Verdict::Skipped(why.into()) })
+}
+
+pub(super) fn advance_dissipates(c: &Candidate) -> Result<Verdict, String> {
+    for material in instances(c)? {
+        let mut rest = test_body(&material)?;
+        let before = rest.clone();
+        rest.advance(&material).map_err(describe_fault)?;
+        ensure(have_same_history(&before, &rest), || "a step at rest changed the history".into())?;
+    }
+    for_each_state(c, |material, body, next| {
+        let (before, after) = (energy(material, body)?, energy(material, next)?);
+        ensure(after <= before + ROUNDING * before.abs(), || {
+            format!("at fixed positions the elastic energy grew from {before:.9e} J to {after:.9e} J")
+        })
+    })
+}
+
+pub(super) fn advance_is_objective(c: &Candidate) -> Result<Verdict, String> {
+    for_each_state(c, |material, body, next| {
+        let mut moved = body.clone();
+        moved.x.iter_mut().for_each(|x| *x = rigid_motion(*x));
+        moved.advance(material).map_err(describe_fault)?;
+        // Back where the other is, so that the energies differ by their histories alone.
+        moved.x.clone_from(&next.x);
+        let (expected, found) = (energy(material, next)?, energy(material, &moved)?);
+        let scale = energy(material, body)?.abs();
+        ensure((expected - found).abs() <= 1e-7 * scale, || {
+            format!("after a rigid motion the history leads to {found:.9e} J instead of {expected:.9e} J")
+        })
+    })
+}
