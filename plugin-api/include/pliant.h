@@ -150,7 +150,8 @@ typedef struct pliant_element_request {  /* a kind of element the material works
   size_t size;
   uint32_t kind, families, flags; /* families: of links, else 0 */
   uint32_t rest_stride;    /* doubles of rest data per element, filled by `rest` */
-  uint32_t history_stride; /* doubles of history per element; the host owns, copies and saves them; zero at the start */
+  uint32_t history_stride; /* doubles of history per element; the host owns, copies and saves them; zero at the start, and again
+                            * where the present shape is made the one at rest. An element that is cut gives it to its parts. */
 } pliant_element_request;
 
 typedef struct pliant_batch {  /* one call: elements [begin, end) of one kind, all of their nodes in [node_begin, node_end) */
@@ -208,7 +209,8 @@ typedef struct pliant_material {
   /* Reserved: set it to NULL. It was meant for products with the matrix that is not assembled; no host calls it, and the host
    * multiplies by the assembled matrix. A host that needs such products will ask for an extension. */
   pliant_status (*product)(const pliant_plugin *, const pliant_batch *, double stiffness, double damping, const double *p, double *out);
-  /* Updates the history of [begin, end) after an accepted step; NULL where no request has HAS_HISTORY. [sim & active] */
+  /* Updates the history of [begin, end) after an accepted step, in the state the step ended in; NULL where no request has
+   * HAS_HISTORY. `history` holds the values of the batch. At fixed positions an update must not add elastic energy. [sim & active] */
   pliant_status (*advance)(const pliant_plugin *, const pliant_batch *, double *history);
 } pliant_material;
 

@@ -22,7 +22,7 @@ pub struct ElementRequest {
     pub flags: u32,
     /// Doubles of rest data per element, written by [`Material::rest`].
     pub rest_stride: u32,
-    /// Doubles of history per element, zero at the start.
+    /// Doubles of history per element; zero at the start, and again where the present shape is made the one at rest.
     pub history_stride: u32,
 }
 
@@ -114,7 +114,8 @@ pub trait Material: Send + Sync + Sized + 'static {
         Err(Fault::unsupported("no stiffness in single precision"))
     }
 
-    /// Updates the history after an accepted step. Called for kinds with [`abi::HAS_HISTORY`].
+    /// Updates the history, which holds its present values, after an accepted step, in the state the step ended in. At fixed positions an
+    /// update must not add elastic energy. Called for kinds with [`abi::HAS_HISTORY`].
     ///
     /// # Errors
     /// A value that is not finite.

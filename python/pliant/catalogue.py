@@ -118,6 +118,8 @@ class Preset:
         s, damping stress over stiffness.
     source : str
         Where the numbers come from.
+    flow : tuple of float or None
+        Yield strain, hardening and flow time (s) of a material that flows, as clay does; None: it is elastic.
     """
 
     young: float
@@ -125,6 +127,7 @@ class Preset:
     density: float
     damping_time: float
     source: str
+    flow: tuple[float, float, float] | None = None
 
 
 def plugins(kind: str | None = None, *, plugin_path: Iterable[str | os.PathLike[str]] = ()) -> list[Plugin]:
@@ -211,15 +214,16 @@ class Material:
         return {row[0]: Preset(*row[1:]) for row in _native.solids()}
 
     @classmethod
-    def preset(cls, name: str, plugin: str = "mass-spring") -> Material:
+    def preset(cls, name: str, plugin: str | None = None) -> Material:
         """Take a solid material by its name.
 
         Parameters
         ----------
         name : str
             One of :meth:`presets`.
-        plugin : str
-            The material plugin; it gets those of the numbers that it takes.
+        plugin : str, optional
+            The material plugin; it gets those of the numbers that it takes. By default ``"mass-spring"``, and ``"neo-hookean"`` for a
+            material that flows.
 
         Returns
         -------
@@ -229,9 +233,12 @@ class Material:
         if name not in known:
             raise PliantError(f"no material preset `{name}`; allowed is {', '.join(known)}")
         preset = known[name]
+        plugin = plugin or ("neo-hookean" if preset.flow else "mass-spring")
         taken = {param.key for found in plugins("material") if found.id == plugin for param in found.params}
         numbers = {"young": preset.young, "poisson": preset.poisson, "density": preset.density}
         numbers["damping-time"] = preset.damping_time
+        if preset.flow:
+            numbers["yield-strain"], numbers["hardening"], numbers["flow-time"] = preset.flow
         return cls(plugin, **{key: value for key, value in numbers.items() if key in taken})
 
     def to_dict(self) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 use super::failure::{Failure, contained};
 use super::open::OpenOptions;
-use pliant_editor::SOLIDS;
+use pliant_editor::{SOLIDS, SolidPreset};
 use pliant_engine::edit::Command;
 use pliant_engine::probe::QUANTITIES;
 use pliant_host::{Library, ParamInfo, ParamKind, PluginKind, choice_sources};
@@ -71,10 +71,15 @@ fn param_json(param: &ParamInfo, sources: &BTreeMap<usize, String>) -> Value {
     row
 }
 
-/// Solid materials by name: Young's modulus (Pa), Poisson's ratio, density (kg/m^3), damping time (s), and where these come from.
+/// A solid material: name, Young's modulus (Pa), Poisson's ratio, density (kg/m^3), damping time (s), where these come from, and yield
+/// strain, hardening and flow time (s) of one that flows.
+type SolidRow = (&'static str, f64, f64, f64, f64, &'static str, Option<(f64, f64, f64)>);
+
+/// Solid materials by name.
 #[pyfunction]
-pub fn solids() -> Vec<(&'static str, f64, f64, f64, f64, &'static str)> {
-    SOLIDS.iter().map(|s| (s.name, s.young, s.poisson, s.density, s.damping_time, s.source)).collect()
+pub fn solids() -> Vec<SolidRow> {
+    let flow = |s: &SolidPreset| s.flow.map(|f| (f.yield_strain, f.hardening, f.flow_time));
+    SOLIDS.iter().map(|s| (s.name, s.young, s.poisson, s.density, s.damping_time, s.source, flow(s))).collect()
 }
 
 /// Names of the edit kinds, each with a sentence on what it does.

@@ -42,6 +42,8 @@ pub struct OpenRequest {
 
 /// The material a new model gets: soft enough for a hand, stiff enough to keep its shape.
 pub const DEFAULT_SOLID: usize = 1;
+/// Plugin of a material that flows.
+const FLOWING_PLUGIN: &str = "neo-hookean";
 /// Plugin of a sheet's material.
 const SHEET_PLUGIN: &str = "cloth";
 /// Fabric of a new sheet.
@@ -148,7 +150,9 @@ fn model_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
     let taken_as = request.substance.unwrap_or(seen.substance);
     let material = match taken_as {
         Substance::Solid => {
-            DraftMaterial::Solid { plugin: request.solid_plugin.clone(), preset: request.solid, level: request.level }
+            let flows = request.solid.flow.is_some();
+            let plugin = if flows { FLOWING_PLUGIN.into() } else { request.solid_plugin.clone() };
+            DraftMaterial::Solid { plugin, preset: request.solid, level: request.level }
         }
         Substance::Sheet => {
             let height = bounds.max.y - HELD_SHARE * (bounds.max.y - bounds.min.y);

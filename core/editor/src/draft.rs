@@ -18,7 +18,7 @@ pub const MIRROR: &str = "mirror";
 pub enum DraftMaterial {
     /// A solid, carried by a grid.
     Solid {
-        /// Plugin of the material.
+        /// Plugin of the material; one with plastic flow for a preset that flows.
         plugin: String,
         /// Parameters of the material.
         preset: SolidPreset,
@@ -137,6 +137,12 @@ impl Draft {
                 params.insert("young", preset.young.into());
                 params.insert("density", preset.density.into());
                 params.insert("damping-time", preset.damping_time.into());
+                if let Some(flow) = preset.flow {
+                    params.insert("poisson", preset.poisson.into());
+                    params.insert("yield-strain", flow.yield_strain.into());
+                    params.insert("hardening", flow.hardening.into());
+                    params.insert("flow-time", flow.flow_time.into());
+                }
                 let mut grid = Table::new();
                 grid["level"] = value(i64::from(*level));
                 body["grid"] = Item::Table(grid);
@@ -176,13 +182,17 @@ mod tests {
     #[test]
     fn a_draft_is_a_scene() {
         let solid = DraftMaterial::Solid { plugin: "mass-spring".into(), preset: SOLIDS[1], level: 6 };
+        let clay = *crate::preset::solid("clay").expect("a preset");
+        let clay = DraftMaterial::Solid { plugin: "neo-hookean".into(), preset: clay, level: 6 };
         let sheet = DraftMaterial::Sheet { plugin: "cloth".into(), fabric: "denim".into(), held: vec![3, 5] };
-        for material in [solid, sheet] {
+        for material in [solid, clay, sheet] {
             let draft = draft(material);
             let text = draft.to_toml(Path::new("/models"));
             let (scene, _) = scene::load_text(Path::new("/models/scene.toml"), text.clone(), &[]).expect("a scene");
             assert_eq!(scene.body[0].mesh.as_ref().map(|m| m.get_ref().clone()), Some("a \"b\".obj".into()), "{text}");
             assert_eq!(scene.tool[0].radius.as_ref().map(|r| r.get_ref().si), Some(draft.radius()));
+            let flows = matches!(&draft.material, DraftMaterial::Solid { preset, .. } if preset.flow.is_some());
+            assert_eq!(scene.body[0].material.params.contains_key("yield-strain"), flows);
             assert_eq!(scene.body[0].sheet.is_some(), draft.substance() == Substance::Sheet);
         }
     }

@@ -15,11 +15,24 @@ pub struct SolidPreset {
     pub density: f64,
     /// s, damping stress over stiffness
     pub damping_time: f64,
+    /// How it flows beyond a strain; `None`: it is elastic. Only a material with these parameters serves it.
+    pub flow: Option<PlasticFlow>,
     /// Where the numbers come from.
     pub source: &'static str,
 }
 
-/// Solid materials, soft to stiff. Where a source gives a range the middle is taken; damping times are assumptions: short enough that a
+/// Plastic flow: what is pressed stays pressed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlasticFlow {
+    /// Strain of a drawn bar beyond which the shape at rest flows.
+    pub yield_strain: f64,
+    /// Increase of the yield strain per plastic strain.
+    pub hardening: f64,
+    /// s, time constant of the flow at fixed deformation
+    pub flow_time: f64,
+}
+
+/// Solid materials, soft to stiff, then those that flow. Where a source gives a range the middle is taken; damping times are assumptions: short enough that a
 /// press does not lag, long enough that nothing rings.
 pub const SOLIDS: &[SolidPreset] = &[
     SolidPreset {
@@ -28,6 +41,7 @@ pub const SOLIDS: &[SolidPreset] = &[
         poisson: 0.45,
         density: 1000.0,
         damping_time: 0.5e-3,
+        flow: None,
         source: "gelatin of 5 % (Hall et al. 1997: 1 to 10 kPa)",
     },
     SolidPreset {
@@ -36,6 +50,7 @@ pub const SOLIDS: &[SolidPreset] = &[
         poisson: 0.45,
         density: 1060.0,
         damping_time: 0.5e-3,
+        flow: None,
         source: "relaxed muscle across its fibres (McKee et al. 2011: 5 to 170 kPa, indentation in the tens)",
     },
     SolidPreset {
@@ -44,6 +59,7 @@ pub const SOLIDS: &[SolidPreset] = &[
         poisson: 0.48,
         density: 1100.0,
         damping_time: 0.5e-3,
+        flow: None,
         source: "forearm under suction (Hendriks et al. 2003: 56 kPa)",
     },
     SolidPreset {
@@ -52,6 +68,7 @@ pub const SOLIDS: &[SolidPreset] = &[
         poisson: 0.1,
         density: 30.0,
         damping_time: 1e-3,
+        flow: None,
         source: "flexible polyurethane foam (Gibson and Ashby 1997: 20 to 100 kPa)",
     },
     SolidPreset {
@@ -60,6 +77,7 @@ pub const SOLIDS: &[SolidPreset] = &[
         poisson: 0.48,
         density: 1070.0,
         damping_time: 0.2e-3,
+        flow: None,
         source: "platinum-cure silicone of Shore 00-30 (100 % modulus 69 kPa by its data sheet, and what follows at small strains)",
     },
     SolidPreset {
@@ -68,6 +86,7 @@ pub const SOLIDS: &[SolidPreset] = &[
         poisson: 0.49,
         density: 1100.0,
         damping_time: 0.1e-3,
+        flow: None,
         source: "Shore A 30 (Gent 1958)",
     },
     SolidPreset {
@@ -76,7 +95,17 @@ pub const SOLIDS: &[SolidPreset] = &[
         poisson: 0.45,
         density: 1700.0,
         damping_time: 2e-3,
-        source: "an assumption: soft modelling clay before it yields",
+        flow: Some(PlasticFlow { yield_strain: 0.03, hardening: 0.05, flow_time: 5e-3 }),
+        source: "an assumption: soft modelling clay that yields at 9 kPa",
+    },
+    SolidPreset {
+        name: "dough",
+        young: 20e3,
+        poisson: 0.45,
+        density: 1150.0,
+        damping_time: 5e-3,
+        flow: Some(PlasticFlow { yield_strain: 0.05, hardening: 0.0, flow_time: 0.1 }),
+        source: "an assumption: wheat dough that yields at 1 kPa and flows slowly",
     },
 ];
 
@@ -117,6 +146,8 @@ mod tests {
         for preset in SOLIDS {
             assert!(preset.young > 0.0 && preset.density > 0.0 && preset.damping_time >= 0.0, "{}", preset.name);
             assert!((0.0..0.5).contains(&preset.poisson) && !preset.source.is_empty(), "{}", preset.name);
+            let flows = |f: PlasticFlow| f.yield_strain > 0.0 && f.hardening >= 0.0 && f.flow_time >= 0.0;
+            assert!(preset.flow.is_none_or(flows), "{}", preset.name);
             assert_eq!(solid(preset.name), Some(preset));
         }
         assert_eq!(solid("granite"), None);

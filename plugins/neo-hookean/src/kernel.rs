@@ -200,7 +200,7 @@ impl WithSimd for Flow<'_, '_> {
             let f = planes.load(simd, e).deformation_gradient(gather(simd, nodes, e, elements.x()));
             let columns = transposed(&f);
             let c = product_transposed(&columns, &columns);
-            let mut distance = c[0][0] - c[0][0];
+            let mut distance = c[0][0].splat(0.0);
             for i in 0..3 {
                 for j in 0..3 {
                     let entry = if i == j { c[i][j] - c[i][j].splat(1.0) } else { c[i][j] };

@@ -25,6 +25,15 @@ enum DiscretizationState {
     Sheet(SheetState),
 }
 
+impl BodyState {
+    /// Whether elements of the body have a history now that they had not then.
+    pub fn has_other_history(&self, body: &Body) -> bool {
+        let is_blank = |history: &[f64]| history.iter().all(|value| *value == 0.0);
+        let differs = |(then, now): (&Vec<f64>, &[f64])| then != now && !(is_blank(then) && is_blank(now));
+        self.history.iter().zip(body.system.sets.iter().map(|set| set.history())).any(differs)
+    }
+}
+
 impl Body {
     /// As it is now.
     pub fn save(&self) -> BodyState {

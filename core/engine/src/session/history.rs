@@ -6,6 +6,7 @@ use super::{EventKind, Session};
 use crate::body::BodyState;
 use crate::plan::{Edit, Trigger};
 use crate::scene::Release;
+use pliant_plugin_api::abi;
 use thiserror::Error;
 
 /// Edits that can be taken back and made again.
@@ -58,11 +59,6 @@ pub(super) struct HistoryClock {
 /// Edits that can be taken back.
 const MOST: usize = 100;
 
-/// Whether an edit is one that can be taken back.
-fn is_remembered(edit: &Edit) -> bool {
-    edit.kind.cuts() || edit.kind.reshapes() || edit.release == Release::Keep
-}
-
 impl Session {
     /// Keeps from now on what is needed for [`Session::undo`].
     pub fn keep_history(&mut self) {
@@ -74,7 +70,7 @@ impl Session {
         (self.history.done.len() + self.history.under_way.len(), self.history.undone.len())
     }
 
-    /// Takes everything back to where it was when the last cut, or the last edit whose shape was kept, began; one that is
+    /// Takes everything back to where it was when the last cut, or the last edit that left another shape or history, began; one that is
     /// under way ends first, and does not begin again before its button is pressed anew. Gives whether there was one.
     pub fn undo(&mut self) -> bool {
         if self.history().0 == 0 {
@@ -162,9 +158,15 @@ impl Session {
         timed.into_iter().map(|(_, redo)| redo).chain(by_button).collect()
     }
 
+    /// Whether an edit is one that can be taken back. Where a material has a history, as clay has, any edit may leave something.
+    fn is_remembered(&self, edit: &Edit) -> bool {
+        let leaves = edit.kind.cuts() || edit.kind.reshapes() || edit.release == Release::Keep;
+        leaves || self.bodies.iter().any(|body| body.system.sets.iter().any(|set| set.has(abi::HAS_HISTORY)))
+    }
+
     /// An edit begins with a tool.
     pub(super) fn remember(&mut self, tool: usize, edit: usize) {
-        if self.history.kept && is_remembered(&self.plan.edits[edit]) {
+        if self.history.kept && self.is_remembered(&self.plan.edits[edit]) {
             if self.tools[tool].mirror.is_some() {
                 return; // a part of the stroke of the hand it mirrors
             }
@@ -178,7 +180,8 @@ impl Session {
     pub(super) fn settle(&mut self, tool: usize, changed: bool) {
         let Some(place) = self.history.under_way.iter().position(|(t, _)| *t == tool) else { return };
         let (_, before) = self.history.under_way.remove(place);
-        if changed {
+        let has_flowed = || self.bodies.iter().zip(&before).any(|(body, before)| before.has_other_history(body));
+        if changed || has_flowed() {
             self.history.done.push(before);
             let over = self.history.done.len().saturating_sub(MOST);
             self.history.done.drain(..over);
@@ -189,7 +192,7 @@ impl Session {
         for tool in 0..self.tools.len() {
             let Some(edit) = self.tools[tool].edit else { continue };
             self.end_edit(tool);
-            self.tools[tool].taken_back = Some(edit).filter(|edit| is_remembered(&self.plan.edits[*edit]));
+            self.tools[tool].taken_back = Some(edit).filter(|edit| self.is_remembered(&self.plan.edits[*edit]));
         }
     }
 
