@@ -107,7 +107,7 @@ fn volume_change(body: &Body) -> f64 {
     for history in body.histories().filter(|h| !h.is_empty()) {
         let m = history.len() / 10;
         for e in 0..m {
-            let p = |s: usize| history[s * m + e] + if s % 4 == 0 { 1.0 } else { 0.0 };
+            let p = |s: usize| history[s * m + e] + if s.is_multiple_of(4) { 1.0 } else { 0.0 };
             let minor = |a: usize, b: usize, c: usize, d: usize| p(a) * p(d) - p(b) * p(c);
             let det = p(0) * minor(4, 5, 7, 8) - p(1) * minor(3, 5, 6, 8) + p(2) * minor(3, 4, 6, 7);
             worst = worst.max((1.0 / det - 1.0).abs());
