@@ -205,7 +205,7 @@ fn hinges_keep_how_far_their_yarns_have_slipped() {
         let [x, y, _] = body.system.nodes.rest[i].into();
         body.system.nodes.x[i] = Vec3::new((50.0 * x).sin() / 50.0, y, (1.0 - (50.0 * x).cos()) / 50.0);
     }
-    body.system.advance(NOW).unwrap();
+    body.system.advance(&pliant_solver::Pool::new(1), NOW).unwrap();
     let slipped = |body: &Body| -> Vec<u64> {
         let set = body.system.sets.iter().find(|set| !set.history().is_empty()).expect("hinges that slip");
         set.history().iter().map(|h| h.to_bits()).collect()

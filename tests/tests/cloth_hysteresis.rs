@@ -37,7 +37,7 @@ fn moments(bending: &str, pattern: Pattern, hysteresis: f64, curvatures: &[f64])
         system.forces(&Pool::new(1), None, NOW, &mut force).unwrap();
         let work: f64 = force.iter().zip(&system.nodes.rest).map(|(f, rest)| f.dot(&turn(*rest))).sum();
         found.push(-work / area);
-        system.advance(NOW).unwrap();
+        system.advance(&Pool::new(1), NOW).unwrap();
     }
     found
 }

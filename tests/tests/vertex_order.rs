@@ -133,7 +133,7 @@ fn a_blade_cuts_the_same_pieces_and_history_goes_with_them() {
             body.system.nodes.x[i] = Vec3::new(1.05 * (50.0 * x).sin() / 50.0, y, (1.0 - (50.0 * x).cos()) / 50.0);
             body.system.nodes.v[i] = Vec3::new(0.4 - 3.0 * y, 0.2 + 3.0 * x, 0.5);
         }
-        body.system.advance(NOW).unwrap();
+        body.system.advance(&Pool::new(1), NOW).unwrap();
         let was = history(body);
         let blade = |x: f64| pliant_cut::Blade { tip: Vec3::new(x, 0.0481, -0.01), heel: Vec3::new(x, 0.0502, 0.01) };
         let mut stroke = pliant_cut::Stroke::begin(blade(-0.01)).unwrap();
