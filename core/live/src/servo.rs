@@ -6,7 +6,7 @@ use crate::device::{HapticDevice, StopDevice};
 use crate::histogram::Histogram;
 use crate::snapshots::{ContactModels, DeviceLoss, HandSamples, SimulationPort};
 use pliant_engine::session::{DeviceSlot, Session, ToolSlot};
-use pliant_engine::tool::{Blend, ForceLimits, ForceSafety, Frame, Hand, Moment, PATIENCE, Passivity};
+use pliant_engine::tool::{Blend, ForceLimits, ForceSafety, Frame, Hand, HandState, Passivity, STALE_AFTER};
 use pliant_host::{DeviceInfo, EffectorOutput, MAX_EFFECTORS, Pose};
 use pliant_plugin_api::abi::Status;
 use pliant_solver::Vec3;
@@ -129,7 +129,7 @@ impl Servo {
     /// Takes in the newest contacts, serves every device that is due at `now` (ns), and publishes the poses.
     pub fn tick(&mut self, now: u64) {
         let gap = self.last_tick.replace(now).map_or(0, |last| now.saturating_sub(last));
-        if gap as f64 * 1e-9 > PATIENCE {
+        if gap as f64 * 1e-9 > STALE_AFTER {
             // The forces have expired: the devices are at zero by themselves.
             self.tools.iter_mut().for_each(|tool| tool.safety.release());
         }
@@ -174,7 +174,7 @@ impl Servo {
             let Some(pose) = device.poses.get(tool.effector) else { continue };
             tool.hand.sample(pose, &device.frame, now as f64 * 1e-9, dt);
             tool.device_force = tool.render(&device.frame, now, dt, &mut self.contact_age);
-            if !tool.hand.present || tool.blend.age(now) > PATIENCE {
+            if !tool.hand.present || tool.blend.age(now) > STALE_AFTER {
                 tool.taxels.fill(0.0);
             }
             (outputs[tool.effector].force, outputs[tool.effector].taxels) = (tool.device_force.into(), &tool.taxels);
@@ -235,7 +235,7 @@ impl ServoTool {
             effector: slot.effector,
             hand: Hand::new(slot.hand.fastest),
             blend: Blend::default(),
-            safety: ForceSafety::new(limits).observed(passivity),
+            safety: ForceSafety::new(limits).with_passivity(passivity),
             device_force: Vec3::zeros(),
             mirrored: slot.mirror.is_some(),
             taxels: slot.pad.as_ref().map_or_else(Vec::new, |pad| pad.taxels.clone()),
@@ -259,6 +259,6 @@ impl ServoTool {
         }
         let place = self.hand.position - frame.origin;
         let position = frame.to_device(place) / frame.scale;
-        self.safety.pass_live(force, Moment { position, age, compliance }, dt)
+        self.safety.pass_live(force, HandState { position, age, compliance }, dt)
     }
 }

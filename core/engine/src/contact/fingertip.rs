@@ -1,10 +1,10 @@
-//! The tip of a tool on sheets, and whether a vertex meets it.
+//! The fingertip of a tool on sheets, and collision detection of vertices with it.
 
 use super::proxy::Friction;
 use crate::shape::OrientedShape;
 use pliant_solver::Vec3;
 
-/// The tip of a tool at the end of a step.
+/// A fingertip at the end of a step.
 #[derive(Clone, Debug)]
 pub struct Tip {
     /// Centre, m.
@@ -13,51 +13,51 @@ pub struct Tip {
     pub velocity: Vec3,
     /// Angular velocity, rad/s; zero for a round shape.
     pub spin: Vec3,
-    /// Shape, as it is turned at the end of the step.
+    /// Shape, with its orientation at the end of the step.
     pub shape: OrientedShape,
-    /// Friction on the sheet.
+    /// Coefficients of friction between tip and sheet.
     pub friction: Friction,
-    /// Share of the speed at which a vertex meets it that the vertex leaves with (Newton 1687).
+    /// Coefficient of restitution, 0 to 1 (Newton 1687).
     pub restitution: f64,
-    /// Whether it constrains vertices; a soft tip does not.
-    pub holds: bool,
+    /// Whether it constrains vertices; a soft tip uses springs instead.
+    pub constrains: bool,
     /// Force on it in the last step, N.
     pub force: Vec3,
-    /// Vertices it constrained in the last step.
-    pub held: usize,
+    /// Number of vertices it constrained in the last step.
+    pub constrained: usize,
 }
 
 impl Tip {
-    /// Velocity of the tip at a place, m/s.
+    /// Velocity of the tip, as a rigid body, at the position `x` (m), in m/s.
     pub fn velocity_at(&self, x: Vec3) -> Vec3 {
         if self.spin == Vec3::zeros() { self.velocity } else { self.velocity + self.spin.cross(&(x - self.position)) }
     }
 
-    /// How far along `normal` a place has to move to be on the tangent plane of the tip with that normal, m; negative outside.
+    /// Distance along the unit vector `normal` from `x` to the tip's tangent plane with that normal, m; negative if `x` is outside of that plane.
     pub(super) fn depth(&self, x: Vec3, normal: Vec3) -> f64 {
         self.shape.support(normal) - (x - self.position).dot(&normal)
     }
 
-    /// Length that moves are compared with, m.
+    /// Length scale of the shape, m; the radius of a sphere.
     pub(super) fn length_scale(&self) -> f64 {
         self.shape.shape().length_scale()
     }
 }
 
-/// A place where a fingertip was pressed.
+/// A contact point of a fingertip, for tactile arrays.
 #[derive(Clone, Copy, Debug)]
 pub struct Press {
     /// Index of the tip.
     pub tip: usize,
-    /// Unit vector out of the tip.
+    /// Unit outward normal of the tip.
     pub direction: Vec3,
-    /// Force along it, N.
-    pub size: f64,
-    /// Velocity of the surface relative to the tip, m/s.
+    /// Normal force, N.
+    pub force: f64,
+    /// Tangential velocity of the surface relative to the tip, m/s.
     pub slip: Vec3,
 }
 
-/// Length scales: what moves further in a step is looked for on its way.
+/// Displacement in a step, in length scales of the tip, above which collision detection is continuous: half a radius cannot pass a tip.
 pub(super) const SWEEP: f64 = 0.5;
 
 /// A vertex in a step.
@@ -69,9 +69,10 @@ pub(super) struct Vertex {
     pub v: Vec3,
 }
 
-/// The normal at which a vertex meets a tip in a step, if it does: where it is inside of the tip at the end of the step, or, if it moves far
-/// relative to the tip, where it comes in on its way. A vertex that touched before may be off by a `gap`, m.
-pub(super) fn meets(tip: &Tip, vertex: Vertex, dt: f64, gap: Option<f64>) -> Option<Vec3> {
+/// The outward normal of the tip at which a vertex collides with it in a step of `dt` (s); `None` without a collision. A vertex collides if it is
+/// inside of the tip at the end of the step or, if it moves far relative to the tip, where its path enters the tip. A vertex that was in
+/// contact in the last step also collides within a distance of `gap` (m).
+pub(super) fn contact_normal(tip: &Tip, vertex: Vertex, dt: f64, gap: Option<f64>) -> Option<Vec3> {
     let Vertex { x, v } = vertex;
     let drive = tip.velocity_at(x);
     let way = (v - drive) * dt;
@@ -79,29 +80,29 @@ pub(super) fn meets(tip: &Tip, vertex: Vertex, dt: f64, gap: Option<f64>) -> Opt
     let (margin, before) = (gap.unwrap_or(0.0), gap.is_some());
     let normal = |at: Vec3| tip.shape.normal(at).unwrap_or_else(Vec3::z);
     if goes_far(tip, vertex, dt) {
-        // Relative to the tip, from where it was when the step began.
+        // Position of the vertex relative to the tip at the beginning of the step.
         let start = end + drive * dt;
         if let Some(s) = tip.shape.first_hit(start, way, margin) {
             return Some(normal(start + s * way));
         }
     }
-    // A constrained vertex moves with the tip. Another is judged at its end: one that leaves by itself is not constrained.
+    // A vertex in contact moves with the tip. Any other is tested at its position at the end of the step, so a separating vertex is not caught.
     let end = if before && !goes_far(tip, Vertex { x, v: Vec3::zeros() }, dt) { end } else { end + v * dt };
     tip.shape.contains(end, margin).then(|| normal(end))
 }
 
-/// Whether a vertex moves so far relative to a tip in a step that it is looked for on its way.
+/// Whether a vertex moves so far relative to a tip in a step of `dt` (s) that it needs continuous collision detection.
 pub(super) fn goes_far(tip: &Tip, vertex: Vertex, dt: f64) -> bool {
     let way = (vertex.v - tip.velocity_at(vertex.x)) * dt;
     way.norm() > SWEEP * tip.length_scale()
 }
 
-/// Whether a vertex that was free slides past a tip faster than friction could stop within a step, by the impulse it takes to give that vertex
-/// alone the normal velocity `target`, m/s: it starts without friction.
-pub(super) fn slips(tip: &Tip, vertex: Vertex, normal: Vec3, target: f64) -> bool {
+/// Whether a vertex without previous contact starts sliding: its tangential speed exceeds what friction can stop in a step, by the impulse that
+/// gives this vertex alone the normal velocity `target` (m/s).
+pub(super) fn starts_sliding(tip: &Tip, vertex: Vertex, normal: Vec3, target: f64) -> bool {
     let v = vertex.v;
     let past = v - tip.velocity_at(vertex.x);
     let slip = past - past.dot(&normal) * normal;
     let turn = (target - v.dot(&normal)).max(0.0);
-    slip.norm() > tip.friction.sliding * turn
+    slip.norm() > tip.friction.kinetic_coefficient * turn
 }

@@ -1,35 +1,35 @@
-//! The contact state of a constrained vertex, and how it changes: stick, slide, release.
+//! The contact state of a constrained vertex and its transitions: stick, slide, release.
 //!
-//! A solve whose outcome changes the active set is not the last of its step and need not converge: it is stopped as soon as every change is
-//! certain.
+//! A solve that changes the active set is followed by another one in the same step, so it need not converge: it is stopped as soon as every
+//! change is certain within the solver's error bound.
 
 use super::fingertip::Tip;
 use pliant_solver::{System, TrialStep, Vec3};
 
-/// A vertex in contact.
+/// A vertex in contact with one tip, or pinched by two.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Held {
+pub(super) struct VertexContact {
     /// Index of the vertex's node.
     pub node: u32,
-    /// Index of the tip, and of a second one in a pinch.
+    /// Index of the tip, and of the second tip if the vertex is pinched.
     pub tips: (usize, Option<usize>),
-    /// Unit normal out of the tip.
+    /// Unit outward normal of the tip.
     pub normal: Vec3,
-    /// Unit normal out of the second tip.
+    /// Unit outward normal of the second tip; zero without one.
     pub other: Vec3,
-    /// Prescribed velocities along the normals, m/s.
+    /// Prescribed velocities along the two normals, m/s.
     pub target: [f64; 2],
-    /// Velocity along the first normal with which a vertex bounces off, m/s.
+    /// Normal velocity after a bounce, relative to the tip, m/s; 0 without a bounce.
     pub rebound: f64,
     /// Contact state.
     pub state: State,
-    /// Whether it stuck in the previous step.
+    /// Whether it stuck in the previous step, so that the static coefficient of friction applies.
     pub stuck_before: bool,
-    /// It was caught on its way, and is not released in the same step.
+    /// Whether continuous collision detection found it; it is then not released in the same step.
     pub caught: bool,
-    /// Friction while it slides, N.
+    /// Friction force while it slides, N.
     pub friction: Vec3,
-    /// It sticks again in this step, because it slid the way friction pushed it.
+    /// Whether it has returned from sliding to sticking in this step; it does so at most once.
     pub returned: bool,
 }
 
@@ -38,15 +38,15 @@ pub(super) struct Held {
 pub(super) enum State {
     /// Moves with the tip.
     Sticks,
-    /// Slides along the tip, with friction.
+    /// Slides along the tip with friction; only its normal velocity is prescribed.
     Slides,
     /// Released in this step.
     Free,
 }
 
-/// Whether something changes and every change is certain. All must be: a change without another that belongs to the same step would be made
-/// in vain.
-pub(super) fn is_settled(mut next: impl Iterator<Item = Option<(Held, bool)>>) -> bool {
+/// Whether at least one contact changes its state and every change is certain. `next` holds, for each contact, its next state and whether that
+/// is certain, or `None` if the state stays. All changes are needed: a solve with only some of them would have to be repeated.
+pub(super) fn is_settled(mut next: impl Iterator<Item = Option<(VertexContact, bool)>>) -> bool {
     let mut changes = false;
     next.all(|next| {
         changes |= next.is_some();
@@ -54,25 +54,25 @@ pub(super) fn is_settled(mut next: impl Iterator<Item = Option<(Held, bool)>>) -
     }) && changes
 }
 
-/// Largest relative error bound of a normal force from which friction is computed.
+/// Largest relative error of a normal force that friction may be computed from.
 const MAX_FORCE_ERROR: f64 = 0.1;
 
-impl Held {
-    /// The next state under a trial step, if it changes, and whether the change is certain.
-    pub fn judge(&self, tip: &Tip, system: &System, trial: &TrialStep<'_>) -> Option<(Self, bool)> {
+impl VertexContact {
+    /// The contact after a state transition under a trial step and whether the transition is certain; `None` if the state stays.
+    pub fn transition(&self, tip: &Tip, system: &System, trial: &TrialStep<'_>) -> Option<(Self, bool)> {
         let node = self.node as usize;
         let off = |u: Vec3| trial.error_bound.map_or([0.0; 2], |bound| bound(system, node, u));
         let slip = (trial.velocity)(system, node) - tip.velocity_at(system.nodes.x[node]);
         self.next(tip, (trial.reaction)(node), slip, &off)
     }
 
-    /// The same for a constraint force `lambda`, N, and a velocity relative to the tip, `slip`, m/s; `off` bounds the errors of both along a
-    /// direction.
+    /// Transition for the constraint force `lambda` (N) and the velocity `slip` relative to the tip (m/s). `off` bounds the errors of both, in
+    /// this order, along a unit vector.
     fn next(&self, tip: &Tip, lambda: Vec3, slip: Vec3, off: &dyn Fn(Vec3) -> [f64; 2]) -> Option<(Self, bool)> {
         if self.caught || self.state == State::Free {
             return None;
         }
-        // A pinch is pushed from both sides: it is held by whichever pushes.
+        // A pinched vertex stays constrained while either tip pushes it.
         let (pushes, pushes_off) = match self.tips.1 {
             None => (lambda.dot(&self.normal), off(self.normal)[0]),
             Some(_) => {
@@ -86,7 +86,7 @@ impl Held {
         let size = along.norm();
         let along_off = || if size > 0.0 { off(along / size)[0] } else { 0.0 };
         if pushes < 0.0 {
-            // What pulls may be what keeps it from sliding, in a taut sheet: then it is let slide first.
+            // In a taut sheet a pulling normal force can come from the tangential constraint, so the vertex is first allowed to slide.
             let state = if sticks && size > -pushes { State::Slides } else { State::Free };
             let known = !sticks || (size + pushes).abs() >= pushes_off + along_off();
             return Some((Self { state, ..*self }, pushes < -pushes_off && known));
@@ -95,16 +95,17 @@ impl Held {
             return None;
         }
         if sticks {
-            let most = if self.stuck_before { tip.friction.fixed } else { tip.friction.sliding };
+            let most =
+                if self.stuck_before { tip.friction.static_coefficient } else { tip.friction.kinetic_coefficient };
             (size > most * pushes).then(|| {
                 let is_more = size - along_off() > most * (pushes + pushes_off);
                 let certain = is_more && pushes_off <= MAX_FORCE_ERROR * pushes;
-                let friction = tip.friction.sliding * pushes / size * along;
+                let friction = tip.friction.kinetic_coefficient * pushes / size * along;
                 (Self { state: State::Slides, friction, ..*self }, certain)
             })
         } else if !self.returned {
             let with = slip.dot(&self.friction);
-            // Friction does not push: where it would, the vertex sticks.
+            // Friction opposes the slip; a friction force along the slip means that the vertex sticks.
             (with > 0.0).then(|| {
                 let certain = with > off(self.normal)[1] * self.friction.norm();
                 (Self { state: State::Sticks, friction: Vec3::zeros(), returned: true, ..*self }, certain)
@@ -129,15 +130,15 @@ mod tests {
             velocity: NOTHING,
             spin: NOTHING,
             shape: OrientedShape::sphere(8e-3),
-            friction: Friction { fixed: 0.5, sliding: 0.4 },
+            friction: Friction { static_coefficient: 0.5, kinetic_coefficient: 0.4 },
             restitution: 0.0,
-            holds: true,
+            constrains: true,
             force: NOTHING,
-            held: 0,
+            constrained: 0,
         }
     }
 
-    const HELD: Held = Held {
+    const HELD: VertexContact = VertexContact {
         node: 0,
         tips: (0, None),
         normal: Vec3::new(0.0, 0.0, 1.0),
@@ -151,27 +152,36 @@ mod tests {
         returned: false,
     };
 
-    /// What it comes to, and whether that is certain, where reaction and velocity are off by at most each of `errors`.
-    fn next<const N: usize>(held: Held, lambda: Vec3, after: Vec3, errors: [f64; N]) -> [Option<(State, bool)>; N] {
+    /// Next state and whether it is certain, for each of these error bounds of reaction and velocity.
+    fn next<const N: usize>(
+        held: VertexContact,
+        lambda: Vec3,
+        after: Vec3,
+        errors: [f64; N],
+    ) -> [Option<(State, bool)>; N] {
         errors
             .map(|error| held.next(&tip(), lambda, after, &|_| [error; 2]).map(|(held, certain)| (held.state, certain)))
     }
 
     #[test]
-    fn what_changes_is_certain_where_it_is_more_than_the_doubt() {
+    fn a_transition_is_certain_if_it_exceeds_the_error_bound() {
         let (free, slides, sticks) = (State::Free, State::Slides, State::Sticks);
-        assert_eq!(next(HELD, Vec3::z(), Vec3::zeros(), [0.0, 2.0]), [None; 2], "what is pushed stays");
+        assert_eq!(next(HELD, Vec3::z(), Vec3::zeros(), [0.0, 2.0]), [None; 2], "a pushed vertex stays");
         let pulled = next(HELD, Vec3::new(0.0, 0.0, -1.0), Vec3::zeros(), [0.0, 0.99, 1.01]);
         assert_eq!(pulled, [true, true, false].map(|certain| Some((free, certain))));
-        // It may be pulled less, and be let slide.
+        // Within the error bound the pull may be smaller than the tangential force, which would lead to sliding.
         assert_eq!(next(HELD, Vec3::new(0.9, 0.0, -1.0), Vec3::zeros(), [0.06]), [Some((free, false))]);
         let taut = next(HELD, Vec3::new(3.1, 0.0, -1.0), Vec3::zeros(), [0.0, 0.99, 1.06]);
-        assert_eq!(taut, [true, true, false].map(|certain| Some((slides, certain))), "friction may be what pulls");
         assert_eq!(
-            next(Held { state: slides, ..HELD }, Vec3::new(1.1, 0.0, -1.0), Vec3::zeros(), [0.0]),
+            taut,
+            [true, true, false].map(|certain| Some((slides, certain))),
+            "the tangential constraint may cause the pull"
+        );
+        assert_eq!(
+            next(VertexContact { state: slides, ..HELD }, Vec3::new(1.1, 0.0, -1.0), Vec3::zeros(), [0.0]),
             [Some((free, true))]
         );
-        // Of 1 N a half sticks. Both may be off; and friction follows from what pushes, which has to be known to a tenth.
+        // At 1 N normal force, 0.5 N is the static limit. Both forces have errors, and friction needs the normal force to 10 %.
         let torn = next(HELD, Vec3::new(0.6, 0.0, 1.0), Vec3::zeros(), [0.0, 0.06, 0.07]);
         assert_eq!(torn, [true, true, false].map(|certain| Some((slides, certain))));
         assert_eq!(
@@ -180,17 +190,17 @@ mod tests {
         );
         let (held, _) = HELD.next(&tip(), Vec3::new(0.6, 0.0, 1.0), Vec3::zeros(), &|_| [0.0; 2]).unwrap();
         assert_eq!(held.friction, Vec3::new(0.4, 0.0, 0.0));
-        assert_eq!(next(held, Vec3::z(), Vec3::new(-1.0, 0.0, 0.0), [0.0]), [None], "it goes on sliding");
+        assert_eq!(next(held, Vec3::z(), Vec3::new(-1.0, 0.0, 0.0), [0.0]), [None], "it keeps sliding");
         let back = next(held, Vec3::z(), Vec3::new(0.1, 0.0, 0.0), [0.0, 0.09, 0.11]);
         assert_eq!(back, [true, true, false].map(|certain| Some((sticks, certain))));
-        let pinched = Held { tips: (0, Some(1)), other: Vec3::new(0.0, 0.6, 0.8), ..HELD };
+        let pinched = VertexContact { tips: (0, Some(1)), other: Vec3::new(0.0, 0.6, 0.8), ..HELD };
         assert_eq!(
             next(pinched, Vec3::new(0.0, 0.0, -1.0), Vec3::zeros(), [0.7, 0.9]),
             [Some((free, true)), Some((free, false))]
         );
         let all = |of: &[Option<bool>]| is_settled(of.iter().map(|certain| certain.map(|certain| (HELD, certain))));
         assert!(all(&[None, Some(true), Some(true)]) && !all(&[Some(true), None, Some(false)]) && !all(&[None, None]));
-        for settled in [Held { state: free, ..HELD }, Held { caught: true, ..HELD }] {
+        for settled in [VertexContact { state: free, ..HELD }, VertexContact { caught: true, ..HELD }] {
             assert_eq!(next(settled, Vec3::new(0.0, 0.0, -1.0), Vec3::zeros(), [0.0]), [None]);
         }
     }

@@ -1,46 +1,46 @@
-//! Loads on places of a body, and how they change as the body moves there.
+//! Loads at points of a body and their linearisation.
 
-use super::sums::Sums;
+use super::sums::NodeSums;
 use crate::body::{Body, Discretization, LatticeError};
 use pliant_solver::{Block, NodeSprings, Nodes, Vec3};
 
-/// Loads on rest places.
+/// Loads at points of the rest shape.
 #[derive(Debug, Default)]
-pub struct PlaceLoads {
-    /// m, rest places (s x 3)
-    pub places: Vec<Vec3>,
+pub struct PointLoads {
+    /// Rest positions of the points, m (s x 3).
+    pub points: Vec<Vec3>,
     /// Force, N (s x 3).
     pub force: Vec<Vec3>,
-    /// Stiffness, N/m (s blocks).
+    /// Negative derivative of each force by the point's position, N/m (s blocks).
     pub stiffness: Vec<Block>,
-    /// Damping, N s/m (s blocks).
+    /// Negative derivative of each force by the point's velocity, N s/m (s blocks).
     pub damping: Vec<Block>,
-    sums: Sums,
+    sums: NodeSums,
     weights: Vec<[f64; 8]>,
 }
 
-impl PlaceLoads {
-    /// Removes all loads; keeps the buffers.
+impl PointLoads {
+    /// Removes all loads and keeps the buffers.
     pub fn clear(&mut self) {
-        self.places.clear();
+        self.points.clear();
         self.force.clear();
         self.stiffness.clear();
         self.damping.clear();
     }
 
-    /// Adds the load at one rest place.
-    pub fn push(&mut self, place: Vec3, force: Vec3, stiffness: Block, damping: Block) {
-        self.places.push(place);
+    /// Adds the load at one rest position: force (N), stiffness (N/m), damping (N s/m).
+    pub fn push(&mut self, point: Vec3, force: Vec3, stiffness: Block, damping: Block) {
+        self.points.push(point);
         self.force.push(force);
         self.stiffness.push(stiffness);
         self.damping.push(damping);
     }
 
-    /// Gives the loads to the nodes of a body, by the transpose of the embedding. Places beside the active cells are left out and the
-    /// others take their share, so that the whole load arrives.
+    /// Distributes the loads to the nodes of a body by the transpose of the embedding. Points outside of the active cells are left out and the
+    /// forces at the others scaled so that the magnitude of the total force is kept.
     ///
     /// # Errors
-    /// A grid that fails.
+    /// Returns the error of the grid plugin.
     pub fn attach(&mut self, body: &mut Body, out: &mut NodeSprings) -> Result<(), LatticeError> {
         let Body { discretization, model, skin, system, .. } = body;
         let nodes = &system.nodes;
@@ -49,36 +49,36 @@ impl PlaceLoads {
         let lattice = match discretization {
             Discretization::Lattice(lattice) => lattice,
             Discretization::Sheet(sheet) => {
-                for (i, place) in self.places.iter().enumerate() {
-                    let Some((triangle, bary)) = sheet.seat(*place, model, skin) else { continue };
+                for (i, point) in self.points.iter().enumerate() {
+                    let Some((triangle, bary)) = sheet.seat(*point, model, skin) else { continue };
                     for (node, weight) in sheet.nodes_of(model, triangle).into_iter().zip(bary.iter().copied()) {
                         sums.add(node, weight, self.force[i], &self.stiffness[i], &self.damping[i]);
                     }
                 }
-                self.give(nodes, out);
+                self.write(nodes, out);
                 return Ok(());
             }
         };
         if lattice.grid.is_nonlinear() {
-            lattice.pull_back(&self.places, &self.force, nodes, |node, f| {
-                let at = sums.touch(node).0;
+            lattice.pull_back(&self.points, &self.force, nodes, |node, f| {
+                let at = sums.entry(node).0;
                 *at += f;
             })?;
         } else {
             let (force, stiffness, damping) = (&self.force, &self.stiffness, &self.damping);
             let mut weights = std::mem::take(&mut self.weights);
-            lattice.stencils(&self.places, &mut weights, |place, node, weight| {
-                sums.add(node, weight, force[place], &stiffness[place], &damping[place]);
+            lattice.stencils(&self.points, &mut weights, |point, node, weight| {
+                sums.add(node, weight, force[point], &stiffness[point], &damping[point]);
             })?;
             self.weights = weights;
         }
-        self.give(nodes, out);
+        self.write(nodes, out);
         Ok(())
     }
 
-    /// Scaled so that all of the load arrives.
-    fn give(&mut self, nodes: &Nodes, out: &mut NodeSprings) {
-        let (wanted, arrived) = (self.force.iter().sum::<Vec3>().norm(), self.sums.total().norm());
-        self.sums.give(if arrived > 0.0 { wanted / arrived } else { 1.0 }, &nodes.x, out);
+    /// Moves the sums to `out`, with forces scaled so that the magnitude of the total force is that of all loads.
+    fn write(&mut self, nodes: &Nodes, out: &mut NodeSprings) {
+        let (total, distributed) = (self.force.iter().sum::<Vec3>().norm(), self.sums.total().norm());
+        self.sums.drain_into(if distributed > 0.0 { total / distributed } else { 1.0 }, &nodes.x, out);
     }
 }

@@ -1,24 +1,24 @@
-//! Contact of a tool with a surface: what is near, where the proxy may stand, and what it presses on.
+//! Contact of tools with surfaces: proximity search, proxy, contact forces, and constraints of fingertips on sheets.
 
 mod fingertip;
 mod held;
 mod layer;
 mod loads;
 mod near;
-mod on_triangle;
+mod neighbour_list;
 mod patch;
 mod proxy;
-mod reach;
 mod sheet_tips;
 mod soft;
 mod sums;
+mod triangle_point;
 
 pub use fingertip::{Press, Tip};
 pub use layer::{Layer, Push};
-pub use loads::PlaceLoads;
-pub use near::{Near, NearSurface, Query, inward, normal_of};
-pub use on_triangle::OnTriangle;
+pub use loads::PointLoads;
+pub use near::{ProximitySearch, Query, SurfacePoint, inward, normal_of};
 pub use patch::Patch;
-pub use proxy::{Friction, Proxy, Touch, hold};
+pub use proxy::{Friction, Proxy, Touch, apply_friction};
 pub use sheet_tips::SheetTips;
-pub use soft::{Meets, SoftPress, SoftTip};
+pub use soft::{SoftMethod, SoftPress, SoftTip};
+pub use triangle_point::TrianglePoint;

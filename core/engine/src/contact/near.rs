@@ -1,10 +1,11 @@
-//! What of a surface a tool may touch.
+//! Proximity search: the points of a surface that a tool may touch.
 //!
-//! A tool whose features are large against the cells of the grid meets samples; a smaller tool meets triangles, of which it can reach
-//! few. Both are looked up through the cells that carry them: a point lies in the hull of its cell's eight corners, so a
-//! cell whose box is out of reach holds none that is within. What is settled and not carried is found in the tree.
+//! A tool whose features are larger than the cells of the grid is tested against samples of the surface, a smaller one against triangles, of
+//! which few are in its reach. Both are found through the cells that embed them: a point lies in the convex hull of its cell's eight corners,
+//! so a cell whose bounding box is out of reach has no point in reach. Parts of the surface that no active cell embeds are at rest and found in
+//! the triangle tree.
 
-use super::on_triangle::OnTriangle;
+use super::triangle_point::TrianglePoint;
 use crate::body::Samples;
 use crate::body::{Body, LatticeError, NOT_CARRIED, interpolate};
 use crate::shape::OrientedShape;
@@ -13,52 +14,52 @@ use pliant_mesh::geometry::{Closest, closest_point};
 use pliant_plugin_api::abi;
 use pliant_solver::Vec3;
 
-/// A point of a surface.
+/// A point of a surface near a tool.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Near {
+pub struct SurfacePoint {
     /// Index of its body.
     pub body: u32,
-    /// Where it is, m.
+    /// Current position, m.
     pub point: Vec3,
-    /// Its place in the model as it was given, m.
+    /// Position in the model as loaded, m.
     pub rest: Vec3,
-    /// Normal there, in the rest shape; of no particular length
+    /// Normal in the rest shape, not normalised.
     pub normal: Vec3,
     /// Distance from the centre of the search, m.
     pub distance: f64,
     /// Area of a sample, m^2; 0 for a point of a triangle.
     pub area: f64,
     /// The triangle it is on; `None` for a sample.
-    pub on: Option<OnTriangle>,
+    pub triangle: Option<TrianglePoint>,
 }
 
-/// What is looked for: points within `margin` of a shape, or of a point.
+/// A query for surface points within `margin` of a shape, or of a point.
 #[derive(Clone, Copy)]
 pub struct Query<'a> {
     /// Centre of the shape, m.
     pub centre: Vec3,
-    /// Distance from the shape, m, that is near.
+    /// Largest distance from the shape, m.
     pub margin: f64,
-    /// The shape; `None` for the centre alone.
+    /// The shape; `None` to measure the distance from the centre.
     pub shape: Option<&'a OrientedShape>,
-    /// How far nodes may have moved since the last query, m.
+    /// Largest displacement of a node since the last query, m.
     pub moved: f64,
 }
 
 impl Query<'_> {
-    /// Radius of a ball around the centre that holds everything near, m.
+    /// Radius of a ball around the centre that contains every point within the margin, m.
     pub fn reach(&self) -> f64 {
         self.shape.map_or(self.margin, |shape| shape.shape().bounding_radius() + self.margin)
     }
 
-    /// Whether a point at a distance from the centre, m, is near.
+    /// Whether a point, whose distance from the centre (m) is given, is within the margin.
     fn is_near(&self, point: Vec3, distance: f64) -> bool {
         let beyond =
             |shape: &OrientedShape| !shape.shape().is_round() && shape.distance(point - self.centre) > self.margin;
         distance <= self.reach() && !self.shape.is_some_and(beyond)
     }
 
-    /// The point of a triangle nearest to the shape.
+    /// The point of a triangle closest to the shape.
     fn closest(&self, corners: [Vec3; 3]) -> Closest {
         match self.shape {
             Some(shape) => shape.closest_on_triangle(self.centre, corners),
@@ -66,7 +67,7 @@ impl Query<'_> {
         }
     }
 
-    /// From a point towards the shape.
+    /// A vector from a point towards the shape, not normalised.
     fn towards(&self, point: Vec3) -> Vec3 {
         match self.shape {
             Some(shape) => shape.towards(point - self.centre),
@@ -75,37 +76,44 @@ impl Query<'_> {
     }
 }
 
-/// The search in one body, with its buffers.
+/// The proximity search of one tool in one body, with its buffers.
 #[derive(Default)]
-pub struct NearSurface {
+pub struct ProximitySearch {
+    /// Triangles to be tested (buffer).
     candidates: Vec<u32>,
-    /// Cells a tool may reach soon, and how much motion, m, the list still stands for.
+    /// Cells the tool may reach, valid until the motion uses up `slack`.
     cells: Vec<u32>,
+    /// Motion of tool and nodes for which `cells` is still valid, m; negative if it is outdated.
     slack: f64,
+    /// Centre of the last query, m.
     centre: Vec3,
-    /// +1 if the tool is on the side the normals point to, -1 on the other, 0 while it touches nothing
+    /// +1 if the tool is on the outer side of the surface, -1 if on the inner side, 0 without contact.
     side: f64,
-    /// Weights of the samples of each listed cell, and where they start.
+    /// Interpolation weights of the samples of the listed cells, cell by cell.
     weights: Vec<[f64; 8]>,
+    /// Index in `weights` of the first sample of each listed cell.
     weights_of: Vec<usize>,
+    /// Current positions of the samples of one cell, m (buffer).
     carried: Vec<Vec3>,
 }
 
-/// Edges may have grown by this before a triangle could slip through between its vertices.
+/// Stretch of edges, relative to the rest shape, that the search allows for: a triangle whose edges grow more could be missed between its
+/// vertices.
 const STRETCH: f64 = 1.5;
 
-impl NearSurface {
-    /// The cells of the body have changed.
-    pub fn forget(&mut self) {
+impl ProximitySearch {
+    /// Invalidates the list of cells, as after a change of the body's cells.
+    pub fn invalidate(&mut self) {
         self.slack = -1.0;
     }
 
-    /// The tool touches nothing, and may come to any side of the surface.
+    /// Ends the contact, so that the tool may next touch either side of the surface.
     pub fn leave(&mut self) {
         self.side = 0.0;
     }
 
-    /// Lists the cells that a query may find something in, unless the last list still holds. Returns whether the list is new.
+    /// Lists the surface cells in reach of a query if the list is outdated, with a margin for the length of edges if `edges` is set. Returns
+    /// whether the list is new.
     fn list_cells(&mut self, query: &Query<'_>, body: &Body, edges: bool) -> bool {
         let (centre, reach, moved) = (query.centre, query.reach(), query.moved);
         let shift = centre - self.centre;
@@ -139,17 +147,17 @@ impl NearSurface {
         true
     }
 
-    /// Adds the samples of body number `index` that are near and face the tool.
+    /// Adds the samples of body number `index` to `out` that are within the margin and face the tool.
     ///
     /// # Errors
-    /// A grid that fails.
+    /// Returns the error of the grid plugin.
     pub fn samples(
         &mut self,
         index: u32,
         body: &mut Body,
         samples: &Samples,
         query: &Query<'_>,
-        out: &mut Vec<Near>,
+        out: &mut Vec<SurfacePoint>,
     ) -> Result<(), LatticeError> {
         if self.list_cells(query, body, false) {
             self.interpolate(body, samples)?;
@@ -179,7 +187,7 @@ impl NearSurface {
                 }
                 let area = if facing >= 0.0 { samples.area[s] } else { -samples.area[s] };
                 let (rest, normal) = (samples.place[s], samples.normal[s]);
-                out.push(Near { body: index, point, rest, normal, distance, area, on: None });
+                out.push(SurfacePoint { body: index, point, rest, normal, distance, area, triangle: None });
             }
         }
         self.side = if side == 0.0 { closest.1 } else { side };
@@ -187,7 +195,7 @@ impl NearSurface {
         let mut kept = first;
         for i in first..out.len() {
             if out[i].area * side > 0.0 {
-                out[kept] = Near { area: out[i].area.abs(), ..out[i] };
+                out[kept] = SurfacePoint { area: out[i].area.abs(), ..out[i] };
                 kept += 1;
             }
         }
@@ -210,16 +218,16 @@ impl NearSurface {
         Ok(())
     }
 
-    /// Adds the nearest point of each near triangle of body number `index`.
+    /// Adds the closest point of each triangle of body number `index` within the margin to `out`.
     ///
     /// # Errors
-    /// A grid that fails.
+    /// Returns the error of the grid plugin.
     pub fn triangles(
         &mut self,
         index: u32,
         body: &mut Body,
         query: &Query<'_>,
-        out: &mut Vec<Near>,
+        out: &mut Vec<SurfacePoint>,
     ) -> Result<(), LatticeError> {
         let fresh = self.list_cells(query, body, true);
         let (centre, reach, moved) = (query.centre, query.reach(), query.moved);
@@ -256,29 +264,29 @@ impl NearSurface {
             if query.is_near(found.point, distance) {
                 let corners = vertices.map(|v| model.surface.points[v as usize]);
                 let (rest, normal) = (interpolate(corners, found.bary), normal_of(corners));
-                let on = Some(OnTriangle::new(triangle, found.bary, corners));
+                let triangle = Some(TrianglePoint::new(triangle, found.bary, corners));
                 let rest = if lattice.has_cuts() { inward(rest, normal, lattice.edge()) } else { rest };
-                out.push(Near { body: index, point: found.point, rest, normal, distance, area: 0.0, on });
+                out.push(SurfacePoint { body: index, point: found.point, rest, normal, distance, area: 0.0, triangle });
             }
         }
         Ok(())
     }
 }
 
-/// A place of the surface, moved in just far enough to tell on which side of a cut it is.
+/// Moves a surface point inwards by 1e-6 cell edges, so that it lies strictly on one side of a cut. `rest` and `edge` are in m.
 pub fn inward(rest: Vec3, normal: Vec3, edge: f64) -> Vec3 {
     let length = normal.norm();
     if length > 0.0 { rest - 1e-6 * edge / length * normal } else { rest }
 }
 
-/// Normal of a triangle, as long as twice its area.
+/// Normal of a triangle; its length is twice the area, m^2.
 pub fn normal_of(corners: [Vec3; 3]) -> Vec3 {
     let [a, b, c] = corners;
     (b - a).cross(&(c - a))
 }
 
-/// How normals of the rest shape are turned in a cell with these displacements of its corners: the cofactors of its mean
-/// deformation gradient.
+/// Cofactor matrix of a cell's mean deformation gradient, which maps normals of the rest shape to the current shape. `moved` are the
+/// displacements of the cell's corners and `edge` is its edge, in m.
 fn normal_turn(moved: &[Vec3; 8], edge: f64) -> Matrix3<f64> {
     let mut f = Matrix3::identity();
     for (corner, u) in moved.iter().enumerate() {

@@ -1,67 +1,73 @@
-//! The god-object: where the tool is, as far as the surface lets it.
+//! The proxy (god-object): the pose of the tool that does not penetrate the surface.
 //!
-//! The proxy is a convex shape that stays outside of the surface (Zilles and Salisbury 1995; with a radius: Ruspini, Kolarov and
-//! Khatib 1997). The surface carries it at the place it touches; then it goes towards the hand as far as the separating planes of what is
-//! near allow. It is turned as the hand is. Each move is at most half its length scale, so nothing is passed through. Friction, and how far
-//! it sinks into the soft layer of the contact, are decided afterwards.
+//! The proxy is a convex shape that stays outside of the surface (Zilles and Salisbury 1995; with a radius: Ruspini, Kolarov and Khatib 1997).
+//! In a step it first moves with the surface at its contact point, then towards the hand as far as the separating planes of nearby points
+//! allow. It has the orientation of the hand. Each move is at most half its length scale, so it passes through nothing. Friction and the
+//! penetration of the elastic layer are computed afterwards.
 
-use super::near::Near;
-use super::on_triangle::OnTriangle;
+use super::near::SurfacePoint;
+use super::triangle_point::TrianglePoint;
 use crate::shape::OrientedShape;
 use pliant_solver::Vec3;
 
-/// Coulomb's two coefficients.
+/// Coefficients of Coulomb friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Friction {
-    /// To start sliding.
-    pub fixed: f64,
-    /// While sliding.
-    pub sliding: f64,
+    /// Static coefficient, 1: limits the tangential force while sticking.
+    pub static_coefficient: f64,
+    /// Kinetic coefficient, 1: gives the tangential force while sliding.
+    pub kinetic_coefficient: f64,
 }
 
-/// Where the proxy touches.
+/// The contact of the proxy with a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Touch {
     /// Index of the body.
     pub body: u32,
-    /// Where the point touched was in the model as it was handed in, m.
+    /// Contact point in the model as loaded, m.
     pub rest: Vec3,
-    /// Normal there, in the rest shape; of no particular length
+    /// Normal of the surface in the rest shape, not normalised.
     pub rest_normal: Vec3,
-    /// Unit, from the surface to the proxy.
+    /// Unit contact normal, from the surface to the proxy.
     pub normal: Vec3,
-    /// The triangle it presses on most; `None` on samples.
-    pub on: Option<OnTriangle>,
-    /// m, proxy from the point that carries it: the place on that triangle, or the contact point
+    /// Contact point on the triangle with the largest force; `None` if the surface is sampled.
+    pub triangle: Option<TrianglePoint>,
+    /// Centre of the proxy minus the contact point, m.
     pub offset: Vec3,
 }
 
-/// A shape that the surface keeps out.
+/// A tool's shape that does not penetrate surfaces.
 #[derive(Clone, Debug)]
 pub struct Proxy {
     /// Centre, m.
     pub position: Vec3,
-    /// Shape, as it is turned now.
+    /// Shape, with its present orientation.
     pub shape: OrientedShape,
-    /// `None`: free, and at the hand.
+    /// The contact; `None` if the proxy is free and at the hand.
     pub touch: Option<Touch>,
+    /// Separating planes of the points in `near`.
     planes: Vec<Plane>,
-    near: Vec<Near>,
+    /// Result of the last search.
+    near: Vec<SurfacePoint>,
 }
 
+/// A half-space `normal . p >= offset` of allowed centres `p`.
 #[derive(Clone, Copy, Debug)]
 struct Plane {
+    /// Unit vector.
     normal: Vec3,
-    /// `normal . p >= at`
-    at: f64,
-    force: f64,
+    /// m
+    offset: f64,
+    /// Lagrange multiplier of Hildreth's method, m.
+    multiplier: f64,
+    /// Index of the point in `Proxy::near`.
     near: usize,
 }
 
-/// Sweeps over the planes; each is a handful of products.
-const SWEEPS: usize = 40;
-/// Moves of half a radius before a step gives up going further.
-const MOVES: usize = 64;
+/// Largest number of sweeps of Hildreth's method over the planes.
+const MAX_SWEEPS: usize = 40;
+/// Largest number of moves, each of at most half a length scale, in a step.
+const MAX_MOVES: usize = 64;
 
 impl Proxy {
     /// A free proxy at `position`, m.
@@ -69,24 +75,24 @@ impl Proxy {
         Self { position, shape, touch: None, planes: Vec::new(), near: Vec::new() }
     }
 
-    /// Goes towards `hand`, m. `search` lists what of the surface is within a distance, m, of the shape at a place; `contact` is where the
-    /// surface has carried the last contact point, m.
+    /// Moves the proxy towards `hand` (m). `search` lists the surface points within a distance (m) of the shape at a position (m); `contact` is
+    /// the present position of the last contact point (m).
     ///
-    /// Returns where the surface has carried the proxy, where it could stay if friction holds it.
+    /// Returns the position of the proxy that moves with the last contact point, m, where it stays if it sticks; `None` without contact.
     ///
     /// # Errors
-    /// Those of `search`.
-    pub fn go<E>(
+    /// Returns the errors of `search`.
+    pub fn move_towards<E>(
         &mut self,
         hand: Vec3,
         contact: Option<Vec3>,
-        mut search: impl FnMut(&OrientedShape, Vec3, f64, &mut Vec<Near>) -> Result<(), E>,
+        mut search: impl FnMut(&OrientedShape, Vec3, f64, &mut Vec<SurfacePoint>) -> Result<(), E>,
     ) -> Result<Option<Vec3>, E> {
-        let ridden = self.touch.zip(contact).map(|(t, at)| at + t.offset);
-        let mut p = ridden.unwrap_or(self.position);
+        let anchor = self.touch.zip(contact).map(|(t, at)| at + t.offset);
+        let mut p = anchor.unwrap_or(self.position);
         let mut touch = None;
         let scale = self.shape.shape().length_scale();
-        for _ in 0..MOVES {
+        for _ in 0..MAX_MOVES {
             let ahead = hand - p;
             search(&self.shape, p, ahead.norm().min(0.5 * scale), &mut self.near)?;
             self.list_planes(p);
@@ -94,14 +100,14 @@ impl Proxy {
             let (to, step) = limit(p, goal, 0.5 * scale);
             p = to;
             touch = self.touch_at(p, hand, goal);
-            // The planes were those at the start of the move; after a short one they are still the right ones.
+            // The planes are those at the start of the move; after a short move they are still valid.
             if step <= 0.05 * scale {
                 break;
             }
         }
         self.position = p;
         self.touch = touch;
-        Ok(ridden)
+        Ok(anchor)
     }
 
     /// Length scale of its shape, m: the radius of a sphere.
@@ -109,39 +115,39 @@ impl Proxy {
         self.shape.shape().length_scale()
     }
 
-    /// What the last search found.
-    pub fn near(&self) -> &[Near] {
+    /// Surface points found by the last search.
+    pub fn near(&self) -> &[SurfacePoint] {
         &self.near
     }
 
-    /// Stands at `p`, touching at the place `at` that was at `rest`.
-    pub fn stand(&mut self, p: Vec3, at: Vec3, touch: Touch) {
+    /// Sets the position `p` (m) and the contact, whose point is at `point` (m).
+    pub fn set_contact(&mut self, p: Vec3, point: Vec3, touch: Touch) {
         self.position = p;
-        self.touch = Some(Touch { offset: p - at, ..touch });
+        self.touch = Some(Touch { offset: p - point, ..touch });
     }
 
-    /// Lists the half-spaces that keep a shape at `p` off each near point: the shape lies on one side of its tangent plane there.
+    /// Lists, for each nearby point, the half-space of centres in which the shape's tangent plane separates it from the point.
     fn list_planes(&mut self, p: Vec3) {
         self.planes.clear();
         for (i, n) in self.near.iter().enumerate() {
             if let Some(out) = self.shape.normal(n.point - p) {
                 let normal = -out;
-                let at = normal.dot(&n.point) + self.shape.support(out);
-                self.planes.push(Plane { normal, at, force: 0.0, near: i });
+                let offset = normal.dot(&n.point) + self.shape.support(out);
+                self.planes.push(Plane { normal, offset, multiplier: 0.0, near: i });
             }
         }
     }
 
-    /// The point nearest to `hand` in all half-spaces, by Hildreth's method (1957): each plane pushes as hard as it must.
+    /// The point closest to `hand` in the intersection of the half-spaces, m, by Hildreth's method (1957).
     fn nearest(&mut self, hand: Vec3) -> Vec3 {
         let tolerance = 1e-9 * self.shape.shape().length_scale();
         let mut y = hand;
-        for _ in 0..SWEEPS {
+        for _ in 0..MAX_SWEEPS {
             let mut moved = 0.0_f64;
             for plane in &mut self.planes {
-                let force = (plane.force + plane.at - plane.normal.dot(&y)).max(0.0);
-                let change = force - plane.force;
-                plane.force = force;
+                let multiplier = (plane.multiplier + plane.offset - plane.normal.dot(&y)).max(0.0);
+                let change = multiplier - plane.multiplier;
+                plane.multiplier = multiplier;
                 y += change * plane.normal;
                 moved = moved.max(change.abs());
             }
@@ -152,52 +158,54 @@ impl Proxy {
         y
     }
 
-    /// The touch of a proxy at `p` that the planes keep at `goal`: its normal is the direction of their push, its place the
-    /// middle of the places that push, each by its force.
+    /// The contact of a proxy at `p` whose planes keep it at `goal` instead of `hand`. Its normal is the direction of their total force, its
+    /// contact point the centroid of the active points, weighted by their multipliers. `None` if no plane is active.
     fn touch_at(&self, p: Vec3, hand: Vec3, goal: Vec3) -> Option<Touch> {
         let push = goal - hand;
         let length = push.norm();
-        let total: f64 = self.planes.iter().map(|p| p.force).sum();
+        let total: f64 = self.planes.iter().map(|p| p.multiplier).sum();
         if length <= 1e-9 * self.shape.shape().length_scale() || total <= 0.0 {
             return None;
         }
-        let strongest = self.planes.iter().max_by(|a, b| a.force.total_cmp(&b.force))?;
+        let strongest = self.planes.iter().max_by(|a, b| a.multiplier.total_cmp(&b.multiplier))?;
         let n = &self.near[strongest.near];
-        let middle =
-            |of: fn(&Near) -> Vec3| self.planes.iter().map(|p| p.force / total * of(&self.near[p.near])).sum::<Vec3>();
-        let point = if n.on.is_some() { n.point } else { middle(|n| n.point) };
-        let (rest, normal, offset) = (middle(|n| n.rest), push / length, p - point);
-        Some(Touch { body: n.body, rest, rest_normal: n.normal, normal, on: n.on, offset })
+        let centroid = |of: fn(&SurfacePoint) -> Vec3| {
+            self.planes.iter().map(|p| p.multiplier / total * of(&self.near[p.near])).sum::<Vec3>()
+        };
+        let point = if n.triangle.is_some() { n.point } else { centroid(|n| n.point) };
+        let (rest, normal, offset) = (centroid(|n| n.rest), push / length, p - point);
+        Some(Touch { body: n.body, rest, rest_normal: n.normal, normal, triangle: n.triangle, offset })
     }
 
-    /// What it presses on, each with its share of the force.
-    pub fn supports(&self) -> impl Iterator<Item = (&Near, f64)> {
-        let total: f64 = self.planes.iter().map(|p| p.force).sum();
-        self.planes.iter().filter(|p| p.force > 0.0).map(move |p| (&self.near[p.near], p.force / total))
+    /// The active surface points and the fraction of the contact force at each.
+    pub fn supports(&self) -> impl Iterator<Item = (&SurfacePoint, f64)> {
+        let total: f64 = self.planes.iter().map(|p| p.multiplier).sum();
+        self.planes.iter().filter(|p| p.multiplier > 0.0).map(move |p| (&self.near[p.near], p.multiplier / total))
     }
 }
 
-/// Where friction leaves a proxy that stood at `anchor` and would slide to `free`.
-pub fn hold(free: Vec3, anchor: Vec3, hand: Vec3, normal: Vec3, friction: Friction) -> Vec3 {
+/// Position of the proxy with Coulomb friction, m. `anchor` is its position if it sticks, `free` without friction, both in m; `hand` pulls it and
+/// `normal` is the unit contact normal. It stays at the anchor inside the friction cone; outside it slides up to the kinetic cone.
+pub fn apply_friction(free: Vec3, anchor: Vec3, hand: Vec3, normal: Vec3, friction: Friction) -> Vec3 {
     let pull = hand - anchor;
     let press = -pull.dot(&normal);
     let along = pull + press * normal;
     let slide = along.norm();
-    // Back onto the surface the slide was computed on.
-    let level = |p: Vec3| p + (free - p).dot(&normal) * normal;
-    if press > 0.0 && slide <= friction.fixed * press {
-        return level(anchor);
+    // Projects onto the tangent plane of `free`.
+    let project = |p: Vec3| p + (free - p).dot(&normal) * normal;
+    if press > 0.0 && slide <= friction.static_coefficient * press {
+        return project(anchor);
     }
     if press > 0.0 && slide > 0.0 {
-        let share = (1.0 - friction.sliding * press / slide).max(0.0);
-        return level(anchor + share * (free - anchor));
+        let fraction = (1.0 - friction.kinetic_coefficient * press / slide).max(0.0);
+        return project(anchor + fraction * (free - anchor));
     }
     free
 }
 
-/// From `p` towards `goal`, at most `most`; gives the step's length too.
-fn limit(p: Vec3, goal: Vec3, most: f64) -> (Vec3, f64) {
+/// Moves from `p` towards `goal` by at most `max_length`. Returns the new position and the length of the move, all in m.
+fn limit(p: Vec3, goal: Vec3, max_length: f64) -> (Vec3, f64) {
     let d = goal - p;
     let length = d.norm();
-    if length <= most { (goal, length) } else { (p + most / length * d, most) }
+    if length <= max_length { (goal, length) } else { (p + max_length / length * d, max_length) }
 }

@@ -1,151 +1,168 @@
-//! A tip on a sheet as springs: where vertices lie too far apart to be constrained, and for comparison.
+//! Contact of a tip with a sheet by springs: for vertices too far apart for constraints, and for comparison.
 //!
-//! Between vertices a tip meets the points of triangles, edges and vertices whose distance from it is a local
-//! minimum. Each pushes with a spring whose force is carried on from step to step, so that the remaining depth goes to
-//! zero (the multiplier method of Hestenes 1969 and Powell 1969, one iteration a step). As a penalty, springs at the vertices
-//! inside the tip push for what they are deep, and no more. Friction is a spring along the surface that gives way where
-//! Coulomb's law says so.
+//! With the augmented Lagrangian method (Hestenes 1969, Powell 1969; one iteration per step) a tip is in contact with the points of triangles,
+//! edges and vertices whose distance from it is a local minimum; a multiplier accumulates the force of each from step to step, so the remaining
+//! depth converges to zero. With the penalty method each vertex inside the tip gets a spring force in proportion to its depth. Friction is a
+//! tangential spring that slides according to Coulomb's law.
 
 use super::fingertip::Tip;
-use super::reach::Reach;
-use super::sums::Sums;
+use super::neighbour_list::NeighbourList;
+use super::sums::NodeSums;
 use pliant_mesh::geometry::{Closest, closest_point};
 use pliant_solver::{Block, NodeSprings, Nodes, Vec3, matrix3};
 
-/// Where a soft tip meets a sheet.
+/// Contact method of a soft tip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Meets {
-    /// On triangles, edges and vertices, until it is not inside any more.
-    Triangles,
-    /// At vertices, with a force that stands for a depth.
-    Vertices,
+pub enum SoftMethod {
+    /// Augmented Lagrangian method on triangles, edges and vertices; the depth converges to zero.
+    AugmentedLagrangian,
+    /// Penalty method at vertices; the force is in proportion to the depth.
+    Penalty,
 }
 
 /// A tip of one tool on one sheet.
 pub struct SoftTip {
-    meets: Meets,
-    /// Whether forces last: between two tips they would grow against each other.
-    pub learns: bool,
-    near: Reach,
-    found: Vec<Found>,
-    stays: Vec<bool>,
-    spots: Vec<Spot>,
-    before: Vec<Spot>,
-    sums: Sums,
+    method: SoftMethod,
+    /// Whether multipliers are kept from step to step; a sheet between two tips needs this off, as their multipliers would grow without bound.
+    pub keeps_multipliers: bool,
+    /// Triangles near the tip.
+    near: NeighbourList,
+    /// Points within the margin (buffer).
+    candidates: Vec<Candidate>,
+    /// Whether each candidate is a local minimum of the distance (buffer).
+    is_minimum: Vec<bool>,
+    /// Contact points of this step.
+    contacts: Vec<ContactPoint>,
+    /// Contact points of the last step.
+    previous: Vec<ContactPoint>,
+    sums: NodeSums,
 }
 
-/// How a soft tip presses in a step.
+/// Parameters of a soft tip in a step.
 #[derive(Clone, Copy, Debug)]
 pub struct SoftPress {
     /// Stiffness of its springs, N/m.
     pub stiffness: f64,
-    /// How far nodes of the sheet may have moved since the last step, m.
+    /// Largest displacement of a node of the sheet since the last step, m.
     pub moved: f64,
     /// Length of the step, s.
     pub dt: f64,
 }
 
-/// One place of a tip on its way through a step.
+/// A tip at one position of its path through a step.
 #[derive(Clone, Copy)]
-struct Look {
+struct PathSample {
     /// Centre, m.
     centre: Vec3,
     /// Stiffness, N/m.
     stiffness: f64,
-    /// Motion of the tip in the step, m.
+    /// Displacement of the tip in the step, m.
     drive: Vec3,
     /// Length of the step, s.
     dt: f64,
 }
 
-/// A point of a sheet that may be pressed on.
+/// A point of a sheet that may be in contact.
 #[derive(Clone, Copy, Debug)]
-struct Found {
+struct Candidate {
+    /// Nodes of the triangle; three times the same node for a vertex.
     corners: [u32; 3],
+    /// Barycentric coordinates.
     bary: Vec3,
+    /// Position, m.
     point: Vec3,
+    /// Signed distance from the tip, m.
     distance: f64,
 }
 
-/// A point that is pressed on: the force on it is `force - stiffness (x - point) - damping v`.
+/// A contact point. The force on it is `force - stiffness (x - point) - damping v`.
 #[derive(Clone, Copy, Debug)]
-struct Spot {
+struct ContactPoint {
+    /// Nodes of the triangle; three times the same node for a vertex.
     corners: [u32; 3],
+    /// Barycentric coordinates.
     bary: Vec3,
+    /// Position at the beginning of the step, m.
     point: Vec3,
+    /// Unit outward normal of the tip.
     normal: Vec3,
+    /// Force at rest at `point`, N.
     force: Vec3,
+    /// Stiffness, N/m.
     stiffness: Block,
+    /// Damping, N s/m.
     damping: Block,
-    /// What the spring of a depth has come to, N.
-    lasting: f64,
+    /// Multiplier: the accumulated normal force, N.
+    multiplier: f64,
+    /// Whether it sticks; otherwise it slides.
     sticks: bool,
 }
 
-/// Of a tip's length scale: how far a point may have moved along the sheet and still be the same contact.
-const SAME: f64 = 0.5;
-/// Of what a depth adds to the force in a step, the most that lasts.
-const LASTS: f64 = 0.25;
-/// Of a tip's length scale: how far off the sheet may be before what lasts of a force is forgotten.
+/// Largest distance, in length scales of the tip, between contact points of two steps that are matched.
+const MATCH_DISTANCE: f64 = 0.5;
+/// Largest fraction of the spring force that is added to the multiplier in a step.
+const MULTIPLIER_GAIN: f64 = 0.25;
+/// Largest distance, in length scales of the tip, at which a contact keeps its multiplier after separation.
 const GAP: f64 = 0.1;
-/// Largest radius at which turning a tip counts as motion, m: a shape without end has no speed there.
-const FAR: f64 = 1.0;
-/// Of a distance: less than this apart, two are one.
+/// Largest radius for the speed of a rotating tip's surface, m; without it an infinite plane would have infinite speed.
+const MAX_RADIUS: f64 = 1.0;
+/// Distances that differ by less than this, in length scales of the tip, count as equal.
 const TIE: f64 = 1e-9;
 
 impl SoftTip {
-    /// A tip in contact with nothing.
-    pub fn new(meets: Meets) -> Self {
+    /// A tip without contacts.
+    pub fn new(method: SoftMethod) -> Self {
         Self {
-            meets,
-            learns: true,
-            near: Reach::default(),
-            found: Vec::new(),
-            stays: Vec::new(),
-            spots: Vec::new(),
-            before: Vec::new(),
-            sums: Sums::default(),
+            method,
+            keeps_multipliers: true,
+            near: NeighbourList::default(),
+            candidates: Vec::new(),
+            is_minimum: Vec::new(),
+            contacts: Vec::new(),
+            previous: Vec::new(),
+            sums: NodeSums::default(),
         }
     }
 
-    /// The nodes of the body have changed.
-    pub fn forget(&mut self) {
-        self.near.forget();
+    /// Drops all contacts and invalidates the neighbour list, as after a change of the body's nodes.
+    pub fn invalidate(&mut self) {
+        self.near.invalidate();
         self.leave();
     }
 
-    /// Forgets all contacts.
+    /// Drops all contacts.
     pub fn leave(&mut self) {
-        self.spots.clear();
+        self.contacts.clear();
     }
 
-    /// Points it pressed on in the last step.
-    pub fn held(&self) -> usize {
-        self.spots.len()
+    /// Number of contact points in the last step.
+    pub fn contacts(&self) -> usize {
+        self.contacts.len()
     }
 
-    /// What it presses on: the direction from its centre, N, and how fast the sheet slides past it, m/s, once nodes have moved.
-    pub fn pressed<'a>(&'a self, tip: &'a Tip, nodes: &'a Nodes) -> impl Iterator<Item = (Vec3, f64, Vec3)> + 'a {
-        self.spots.iter().map(|spot| {
-            let v = carried(&nodes.v, spot.corners, spot.bary);
-            let slip = v - tip.velocity_at(spot.point);
-            let size = (spot.felt(&nodes.x) - matrix3(&spot.damping) * v).dot(&spot.normal);
-            (spot.normal, size.max(0.0), slip - slip.dot(&spot.normal) * spot.normal)
+    /// Contacts after the nodes have moved: unit outward normal of the tip, normal force (N) and tangential velocity of the sheet relative to the
+    /// tip (m/s).
+    pub fn presses<'a>(&'a self, tip: &'a Tip, nodes: &'a Nodes) -> impl Iterator<Item = (Vec3, f64, Vec3)> + 'a {
+        self.contacts.iter().map(|contact| {
+            let v = interpolate_at(&nodes.v, contact.corners, contact.bary);
+            let slip = v - tip.velocity_at(contact.point);
+            let push = (contact.force_at(&nodes.x) - matrix3(&contact.damping) * v).dot(&contact.normal);
+            (contact.normal, push.max(0.0), slip - slip.dot(&contact.normal) * contact.normal)
         })
     }
 
-    /// What friction takes in a step of `dt` (s) where the sheet slides, once nodes have moved, J.
+    /// Energy dissipated by friction at sliding contacts in a step of `dt` (s), after the nodes have moved, J.
     pub fn friction_work(&self, tip: &Tip, nodes: &Nodes, dt: f64) -> f64 {
-        let sliding = self.spots.iter().filter(|spot| !spot.sticks);
-        let lost = sliding.map(|spot| {
-            let slip = carried(&nodes.v, spot.corners, spot.bary) - tip.velocity_at(spot.point);
-            let along = spot.force - spot.force.dot(&spot.normal) * spot.normal;
+        let kinetic_coefficient = self.contacts.iter().filter(|contact| !contact.sticks);
+        let lost = kinetic_coefficient.map(|contact| {
+            let slip = interpolate_at(&nodes.v, contact.corners, contact.bary) - tip.velocity_at(contact.point);
+            let along = contact.force - contact.force.dot(&contact.normal) * contact.normal;
             -along.dot(&slip) * dt
         });
         lost.sum()
     }
 
-    /// Finds what `tip` presses on among the `count` triangles of a sheet, whose nodes `triangles` returns, and adds the springs to `out`.
+    /// Finds the contacts of `tip` with the `count` triangles of a sheet, whose nodes `triangles` returns, and writes their springs to `out`.
     pub fn press(
         &mut self,
         tip: &Tip,
@@ -156,13 +173,14 @@ impl SoftTip {
         out: &mut NodeSprings,
     ) {
         let SoftPress { stiffness, moved, dt } = press;
-        std::mem::swap(&mut self.spots, &mut self.before);
-        self.spots.clear();
+        std::mem::swap(&mut self.contacts, &mut self.previous);
+        self.contacts.clear();
         let drive = tip.velocity * dt;
         let shape = tip.shape.shape();
-        let turned = if shape.is_round() { 0.0 } else { dt * tip.spin.norm() * shape.bounding_radius().min(FAR) };
+        let turned =
+            if shape.is_round() { 0.0 } else { dt * tip.spin.norm() * shape.bounding_radius().min(MAX_RADIUS) };
         let travel = drive.norm();
-        if let Some(reach) = self.near.renew(tip.position, shape, moved, travel) {
+        if let Some(reach) = self.near.refresh(tip.position, shape, moved, travel) {
             let within = |t: &u32| {
                 let at = closest_point(tip.position, triangles(*t).map(|n| nodes.x[n as usize])).point;
                 let d = at - tip.position;
@@ -170,144 +188,163 @@ impl SoftTip {
             };
             self.near.list.extend((0..count).filter(within));
         }
-        // A tip that goes far in a step is looked at on its way, so that it cannot jump over the sheet.
-        let looks = (2.0 * (travel + turned) / tip.length_scale()).ceil().clamp(1.0, 1000.0);
-        for look in 1..=looks as u32 {
-            let centre = tip.position + (f64::from(look) / looks - 1.0) * drive;
-            let margin = if self.before.is_empty() { 0.0 } else { GAP * tip.length_scale() };
+        // The path of a fast tip is sampled every half length scale, so that it cannot pass through the sheet.
+        let samples = (2.0 * (travel + turned) / tip.length_scale()).ceil().clamp(1.0, 1000.0);
+        for sample in 1..=samples as u32 {
+            let centre = tip.position + (f64::from(sample) / samples - 1.0) * drive;
+            let margin = if self.previous.is_empty() { 0.0 } else { GAP * tip.length_scale() };
             self.find(tip, centre, margin, &triangles, &nodes.x);
-            if !self.found.is_empty() {
-                let look = Look { centre, stiffness, drive, dt };
-                self.judge(tip, &look, nodes);
+            if !self.candidates.is_empty() {
+                let sample = PathSample { centre, stiffness, drive, dt };
+                self.compute_forces(tip, &sample, nodes);
                 break;
             }
         }
-        self.give(nodes, out);
+        self.write_springs(nodes, out);
     }
 
-    /// Lists the points within `margin`, m, of a tip at `centre`.
+    /// Lists the points within `margin` (m) of a tip at `centre` (m).
     fn find(&mut self, tip: &Tip, centre: Vec3, margin: f64, triangles: &impl Fn(u32) -> [u32; 3], x: &[Vec3]) {
-        self.found.clear();
+        self.candidates.clear();
         let mut add = |corners: [u32; 3], Closest { point, bary }| {
             let distance = tip.shape.distance(point - centre);
             if distance < margin {
-                self.found.push(Found { corners, bary, point, distance });
+                self.candidates.push(Candidate { corners, bary, point, distance });
             }
         };
         for corners in self.near.list.iter().map(|t| triangles(*t)) {
-            match self.meets {
-                Meets::Triangles => {
+            match self.method {
+                SoftMethod::AugmentedLagrangian => {
                     add(corners, tip.shape.closest_on_triangle(centre, corners.map(|n| x[n as usize])));
                 }
-                Meets::Vertices => corners
+                SoftMethod::Penalty => corners
                     .into_iter()
                     .for_each(|n| add([n; 3], Closest { point: x[n as usize], bary: Vec3::new(1.0, 0.0, 0.0) })),
             }
         }
-        match self.meets {
-            Meets::Triangles => self.keep_least(TIE * tip.length_scale()),
-            Meets::Vertices => {
-                self.found.sort_unstable_by_key(|f| f.corners[0]);
-                self.found.dedup_by_key(|f| f.corners[0]);
+        match self.method {
+            SoftMethod::AugmentedLagrangian => self.retain_local_minima(TIE * tip.length_scale()),
+            SoftMethod::Penalty => {
+                self.candidates.sort_unstable_by_key(|f| f.corners[0]);
+                self.candidates.dedup_by_key(|f| f.corners[0]);
             }
         }
     }
 
-    /// Keeps of points on shared edges and vertices one, and none where a triangle that shares it comes closer.
-    fn keep_least(&mut self, tie: f64) {
-        let all = &self.found;
-        let is_part = |f: &Found, g: &Found| {
+    /// Removes duplicates on shared edges and vertices, and points that are not local minima: an adjacent triangle comes closer. Distances that
+    /// differ by at most `tie` (m) count as equal.
+    fn retain_local_minima(&mut self, tie: f64) {
+        let all = &self.candidates;
+        let is_part = |f: &Candidate, g: &Candidate| {
             let mut of = f.corners.iter().zip(&f.bary).filter(|(_, w)| **w > 0.0);
             of.all(|(n, _)| g.corners.contains(n))
         };
-        self.stays.clear();
-        self.stays.extend((0..all.len()).map(|i| {
+        self.is_minimum.clear();
+        self.is_minimum.extend((0..all.len()).map(|i| {
             let f = &all[i];
-            let beats = |(j, g): (usize, &Found)| {
+            let beats = |(j, g): (usize, &Candidate)| {
                 let same = (g.distance - f.distance).abs() <= tie;
                 j != i && is_part(f, g) && if same { j < i } else { g.distance < f.distance }
             };
             !all.iter().enumerate().any(beats)
         }));
-        let mut stays = self.stays.iter();
-        self.found.retain(|_| *stays.next().expect("one for each"));
+        let mut is_minimum = self.is_minimum.iter();
+        self.candidates.retain(|_| *is_minimum.next().expect("one for each"));
     }
 
-    /// Computes the force on each point found.
-    fn judge(&mut self, tip: &Tip, look: &Look, nodes: &Nodes) {
-        let Look { centre, stiffness: k, drive, dt } = *look;
-        for found in &self.found {
-            let mut normal = tip.shape.normal(found.point - centre).unwrap_or_else(Vec3::z);
-            let old = self.before.iter().filter_map(|spot| {
-                let d = carried(&nodes.x, spot.corners, spot.bary) - found.point;
+    /// Computes the contact force at each candidate.
+    fn compute_forces(&mut self, tip: &Tip, sample: &PathSample, nodes: &Nodes) {
+        let PathSample { centre, stiffness: k, drive, dt } = *sample;
+        for candidate in &self.candidates {
+            let mut normal = tip.shape.normal(candidate.point - centre).unwrap_or_else(Vec3::z);
+            let old = self.previous.iter().filter_map(|contact| {
+                let d = interpolate_at(&nodes.x, contact.corners, contact.bary) - candidate.point;
                 let away = d.norm();
-                (away <= SAME * tip.length_scale()).then_some((away, spot))
+                (away <= MATCH_DISTANCE * tip.length_scale()).then_some((away, contact))
             });
-            let old = old.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, spot)| spot);
-            if old.is_some_and(|spot| spot.normal.dot(&normal) < 0.0) {
-                normal = -normal; // the sheet has come past the centre
+            let old = old.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, contact)| contact);
+            if old.is_some_and(|contact| contact.normal.dot(&normal) < 0.0) {
+                normal = -normal; // the sheet has passed the centre; it is still pushed to the side it came from
             }
-            let depth = tip.depth(found.point, normal);
-            let speed = tip.velocity_at(found.point);
-            let last = old.map_or(Vec3::zeros(), |spot| spot.felt(&nodes.x));
-            let slip = speed - carried(&nodes.v, found.corners, found.bary);
-            // Critical for the mass at this point. What lasts grows no faster than this damping can follow.
-            let mass = found
+            let depth = tip.depth(candidate.point, normal);
+            let speed = tip.velocity_at(candidate.point);
+            let last = old.map_or(Vec3::zeros(), |contact| contact.force_at(&nodes.x));
+            let slip = speed - interpolate_at(&nodes.v, candidate.corners, candidate.bary);
+            // Critical damping for the effective mass at this point. The gain of the multiplier is limited so that this damping keeps it stable.
+            let mass = candidate
                 .corners
                 .iter()
-                .zip(&found.bary)
+                .zip(&candidate.bary)
                 .map(|(n, w)| w * w / nodes.mass[*n as usize])
                 .sum::<f64>()
                 .recip();
             let drag = (k * mass).sqrt();
-            let lasts = LASTS.min(0.5 * dt * (k / mass).sqrt());
-            let lasting =
-                if self.meets == Meets::Triangles && self.learns { old.map_or(0.0, |spot| spot.lasting) } else { 0.0 };
-            let push = lasting + k * depth + drag * slip.dot(&normal);
+            let gain = MULTIPLIER_GAIN.min(0.5 * dt * (k / mass).sqrt());
+            let kept = self.method == SoftMethod::AugmentedLagrangian && self.keeps_multipliers;
+            let multiplier = if kept { old.map_or(0.0, |contact| contact.multiplier) } else { 0.0 };
+            let push = multiplier + k * depth + drag * slip.dot(&normal);
             if push <= 0.0 || (old.is_none() && depth <= 0.0) {
                 continue;
             }
-            let lasting = (lasting + lasts * k * depth).max(0.0);
+            let multiplier = (multiplier + gain * k * depth).max(0.0);
             let tangent = |v: Vec3| v - v.dot(&normal) * normal;
-            let rub = tangent(last);
-            let trial = rub + k * dt * tangent(slip);
-            let size = trial.norm();
-            let stuck = old.is_none_or(|spot| spot.sticks);
-            let most = push * if stuck { tip.friction.fixed } else { tip.friction.sliding };
-            let sticks = size <= most;
-            let along = if sticks { rub + k * tangent(drive) } else { trial * tip.friction.sliding * push / size };
-            let across: Block = std::array::from_fn(|e| normal[e / 3] * normal[e % 3]);
-            let stiffness =
-                if sticks { std::array::from_fn(|e| if e % 4 == 0 { k } else { 0.0 }) } else { across.map(|c| k * c) };
-            let damping = across.map(|c| drag * c);
-            let Found { corners, bary, point, .. } = *found;
-            // The drag is on a sheet that stands still; what moves it away from the tip is in `damping`.
-            let held = push + drag * (speed - slip).dot(&normal);
-            let force = along + held * normal;
-            self.spots.push(Spot { corners, bary, point, normal, force, stiffness, damping, lasting, sticks });
+            let friction = tangent(last);
+            let trial = friction + k * dt * tangent(slip);
+            let trial_norm = trial.norm();
+            let stuck = old.is_none_or(|contact| contact.sticks);
+            let limit = push * if stuck { tip.friction.static_coefficient } else { tip.friction.kinetic_coefficient };
+            let sticks = trial_norm <= limit;
+            let tangential = if sticks {
+                friction + k * tangent(drive)
+            } else {
+                trial * tip.friction.kinetic_coefficient * push / trial_norm
+            };
+            let projector: Block = std::array::from_fn(|e| normal[e / 3] * normal[e % 3]);
+            let stiffness = if sticks {
+                std::array::from_fn(|e| if e % 4 == 0 { k } else { 0.0 })
+            } else {
+                projector.map(|c| k * c)
+            };
+            let damping = projector.map(|c| drag * c);
+            let Candidate { corners, bary, point, .. } = *candidate;
+            // `force` is that on a sheet at rest; `damping` adds the part that depends on the velocity of the sheet.
+            let at_rest = push + drag * (speed - slip).dot(&normal);
+            let force = tangential + at_rest * normal;
+            self.contacts.push(ContactPoint {
+                corners,
+                bary,
+                point,
+                normal,
+                force,
+                stiffness,
+                damping,
+                multiplier,
+                sticks,
+            });
         }
     }
 
-    fn give(&mut self, nodes: &Nodes, out: &mut NodeSprings) {
+    /// Distributes the contact forces to the nodes.
+    fn write_springs(&mut self, nodes: &Nodes, out: &mut NodeSprings) {
         self.sums.begin(nodes.len());
-        for spot in &self.spots {
-            for (node, weight) in spot.corners.into_iter().zip(&spot.bary).filter(|(_, w)| **w > 0.0) {
-                self.sums.add(node, *weight, spot.force, &spot.stiffness, &spot.damping);
+        for contact in &self.contacts {
+            for (node, weight) in contact.corners.into_iter().zip(&contact.bary).filter(|(_, w)| **w > 0.0) {
+                self.sums.add(node, *weight, contact.force, &contact.stiffness, &contact.damping);
             }
         }
-        self.sums.give(1.0, &nodes.x, out);
+        self.sums.drain_into(1.0, &nodes.x, out);
     }
 }
 
-impl Spot {
-    /// Force on the sheet with its nodes at `x`, N.
-    fn felt(&self, x: &[Vec3]) -> Vec3 {
-        let moved = carried(x, self.corners, self.bary) - self.point;
+impl ContactPoint {
+    /// Force on the sheet with its nodes at `x` (n x 3, m), without damping, N.
+    fn force_at(&self, x: &[Vec3]) -> Vec3 {
+        let moved = interpolate_at(x, self.corners, self.bary) - self.point;
         self.force - matrix3(&self.stiffness) * moved
     }
 }
 
-/// The value at a point of a triangle.
-fn carried(of: &[Vec3], corners: [u32; 3], bary: Vec3) -> Vec3 {
+/// Interpolates a field at a point of a triangle.
+fn interpolate_at(of: &[Vec3], corners: [u32; 3], bary: Vec3) -> Vec3 {
     (0..3).map(|i| bary[i] * of[corners[i] as usize]).sum()
 }

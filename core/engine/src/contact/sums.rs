@@ -1,18 +1,24 @@
-//! Loads summed by node.
+//! NodeSums of loads by node.
 
 use pliant_solver::{Block, NodeSprings, Vec3};
 
-/// Sums by node, dense, and which nodes have one.
+/// Dense accumulators of force, stiffness and damping by node, with a list of the nodes that have a load.
 #[derive(Debug, Default)]
-pub(super) struct Sums {
+pub(super) struct NodeSums {
+    /// Force, N (n x 3).
     force: Vec<Vec3>,
+    /// Stiffness, N/m (n blocks).
     stiffness: Vec<Block>,
+    /// Damping, N s/m (n blocks).
     damping: Vec<Block>,
+    /// Whether a node is in `touched` (n).
     seen: Vec<bool>,
+    /// Nodes with a load, in the order of their first load.
     touched: Vec<u32>,
 }
 
-impl Sums {
+impl NodeSums {
+    /// Prepares the accumulators, which are zero, for this number of nodes.
     pub fn begin(&mut self, nodes: usize) {
         if self.force.len() < nodes {
             self.force.resize(nodes, Vec3::zeros());
@@ -23,7 +29,8 @@ impl Sums {
         self.touched.clear();
     }
 
-    pub fn touch(&mut self, node: u32) -> (&mut Vec3, &mut Block, &mut Block) {
+    /// The accumulators of a node: force, stiffness, damping.
+    pub fn entry(&mut self, node: u32) -> (&mut Vec3, &mut Block, &mut Block) {
         let n = node as usize;
         if !self.seen[n] {
             self.seen[n] = true;
@@ -32,8 +39,9 @@ impl Sums {
         (&mut self.force[n], &mut self.stiffness[n], &mut self.damping[n])
     }
 
+    /// Adds a load times `weight` to a node.
     pub fn add(&mut self, node: u32, weight: f64, force: Vec3, stiffness: &Block, damping: &Block) {
-        let (f, k, c) = self.touch(node);
+        let (f, k, c) = self.entry(node);
         *f += weight * force;
         for e in 0..9 {
             k[e] += weight * stiffness[e];
@@ -41,13 +49,14 @@ impl Sums {
         }
     }
 
-    /// N, all of them.
+    /// Sum of all forces, N.
     pub fn total(&self) -> Vec3 {
         self.touched.iter().map(|&n| self.force[n as usize]).sum()
     }
 
-    /// Empties the sums into `out`, with every force times `scale`.
-    pub fn give(&mut self, scale: f64, x: &[Vec3], out: &mut NodeSprings) {
+    /// Moves the sums to `out`, nodes ascending, forces scaled by `scale`; sets the accumulators to zero. `x` (n x 3, m) are the positions at
+    /// which the forces hold.
+    pub fn drain_into(&mut self, scale: f64, x: &[Vec3], out: &mut NodeSprings) {
         self.touched.sort_unstable();
         out.clear();
         for &node in &self.touched {

@@ -5,7 +5,7 @@
 
 use super::{Action, EditKind, EmbeddedPlace, Step};
 use crate::body::{Body, LatticeError};
-use crate::contact::{Layer, Touch as Contact, hold};
+use crate::contact::{Layer, Touch as Contact, apply_friction};
 use crate::plan::Edit;
 use crate::tool::{Tool, diagonal, direction};
 use pliant_solver::Vec3;
@@ -42,8 +42,9 @@ impl Action for Touching {
         contact: Option<EmbeddedPlace>,
     ) -> Result<(), LatticeError> {
         let hand = step.hand.position;
-        let on = tool.proxy.touch.and_then(|touch| Some((touch.body, touch.on?)));
-        let carried = on.map(|(body, on)| on.carry(&mut step.bodies[body as usize])).transpose()?.flatten();
+        let triangle = tool.proxy.touch.and_then(|touch| Some((touch.body, touch.triangle?)));
+        let carried =
+            triangle.map(|(body, triangle)| triangle.positions(&mut step.bodies[body as usize])).transpose()?.flatten();
         let anchor = tool.slide_proxy(step, carried.map(|(now, _)| now).or(contact.map(|place| place.now)))?;
         let Some(touch) = tool.proxy.touch else {
             tool.surface.leave();
@@ -54,14 +55,14 @@ impl Action for Touching {
             return stand_in_layer(tool, body, hand, touch, anchor);
         }
         let free = tool.proxy.position;
-        let p = anchor.map_or(free, |anchor| hold(free, anchor, hand, touch.normal, tool.friction));
+        let p = anchor.map_or(free, |anchor| apply_friction(free, anchor, hand, touch.normal, tool.friction));
         tool.proxy.position = p;
         tool.presses.extend(direction(touch.normal).map(|normal| (-normal, 1.0)));
-        let carried = touch.on.map(|on| on.carry(body)).transpose()?.flatten();
+        let carried = touch.triangle.map(|triangle| triangle.positions(body)).transpose()?.flatten();
         let (now, settled) = carried.map_or_else(|| body.embed_point(touch.rest), Ok)?;
         tool.depth = (settled - now).dot(&touch.normal);
         let pulled = tool.coupling.stiffness * (hand - p);
-        if touch.on.and_then(|on| on.coarse_corners(body)).is_some() {
+        if touch.triangle.and_then(|triangle| triangle.coarse_corners(body)).is_some() {
             return tool.press_corners(body, touch.body, pulled);
         }
         tool.press_disc(body, touch.body, touch.rest, touch.rest_normal, pulled)
@@ -78,13 +79,13 @@ fn stand_in_layer(
 ) -> Result<(), LatticeError> {
     let (coupling, near) = (tool.coupling, tool.proxy.near());
     let shape = tool.proxy.shape.clone();
-    let layer = Layer { shape: &shape, pull: coupling.stiffness, stiffness: body.layer_stiffness };
+    let layer = Layer { shape: &shape, coupling: coupling.stiffness, stiffness: body.layer_stiffness };
     let frictionless = |from| {
         let (p, felt) = layer.balance(near, from, hand, None);
         (p, direction(felt).unwrap_or(touch.normal))
     };
     let (p, normal) = match anchor {
-        Some(anchor) if tool.friction.fixed > 0.0 => {
+        Some(anchor) if tool.friction.static_coefficient > 0.0 => {
             rest_with_friction(tool, &layer, Slide { anchor, hand, normal: touch.normal })
                 .unwrap_or_else(|| frictionless(tool.proxy.position))
         }
@@ -93,10 +94,10 @@ fn stand_in_layer(
     let mut total = 0.0;
     let [mut pushed, mut point, mut rest] = [Vec3::zeros(); 3];
     for push in layer.pushes(near, p) {
-        total += push.size;
+        total += push.magnitude;
         pushed += push.force;
-        point += push.size * push.point;
-        rest += push.size * push.rest;
+        point += push.magnitude * push.point;
+        rest += push.magnitude * push.rest;
     }
     if total == 0.0 {
         tool.proxy.position = p;
@@ -108,15 +109,15 @@ fn stand_in_layer(
     let (scale, spring) = coupling.cap(pulled);
     tool.loads.clear();
     for push in layer.pushes(near, p) {
-        let share = push.size / total;
+        let share = push.magnitude / total;
         tool.presses.extend(direction(push.point - p).map(|towards| (towards, share)));
         let sideways = diagonal(share * coupling.stiffness);
         let stiffness = std::array::from_fn(|e| spring * (push.stiffness[e] + sideways[e]));
         let force = scale * (push.force + share * friction);
         tool.loads.push(push.rest, force, stiffness, diagonal(spring * share * coupling.damping));
     }
-    let touch = Contact { rest: rest / total, normal, on: None, ..touch };
-    tool.proxy.stand(p, point / total, touch);
+    let touch = Contact { rest: rest / total, normal, triangle: None, ..touch };
+    tool.proxy.set_contact(p, point / total, touch);
     let (now, settled) = body.embed_point(touch.rest)?;
     tool.depth = (settled - now).dot(&normal);
     tool.attach_loads(body, touch.body)
@@ -144,10 +145,10 @@ fn rest_with_friction(tool: &Tool, layer: &Layer<'_>, slide: Slide) -> Option<(V
     let press = -pull.dot(&normal);
     let along = pull + press * normal;
     let slide = along.norm();
-    if slide <= tool.friction.fixed * press {
+    if slide <= tool.friction.static_coefficient * press {
         return Some((p, normal));
     }
-    let slid = p + (1.0 - tool.friction.sliding * press.max(0.0) / slide).max(0.0) * along;
+    let slid = p + (1.0 - tool.friction.kinetic_coefficient * press.max(0.0) / slide).max(0.0) * along;
     let (p, felt) = layer.balance(near, slid, hand, Some(normal));
     Some((p, direction(felt)?))
 }

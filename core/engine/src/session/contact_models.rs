@@ -75,7 +75,7 @@ fn slope(slot: &ToolSlot, force: Vec3) -> (Block, Option<Vec3>) {
     let n = touch.normal;
     let press = force.dot(&n);
     let along = force - press * n;
-    if along.norm() < 0.99 * slot.tool.friction.sliding * press {
+    if along.norm() < 0.99 * slot.tool.friction.kinetic_coefficient * press {
         return (all, Some(n)); // it sticks
     }
     (std::array::from_fn(|e| k * n[e / 3] * n[e % 3]), Some(n))

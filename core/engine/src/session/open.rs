@@ -367,8 +367,8 @@ impl Opening<'_> {
             max_force: facts.peak_force,
         };
         let restitution = scene.restitution.as_ref().map_or(0.0, |e| *e.get_ref());
-        let [fixed, sliding] = *scene.friction.get_ref();
-        let friction = Friction { fixed, sliding };
+        let [static_coefficient, kinetic_coefficient] = *scene.friction.get_ref();
+        let friction = Friction { static_coefficient, kinetic_coefficient };
         let name = scene.name.get_ref().clone();
         let mut tool = Tool::new(name, place::shape(scene, self.source)?, friction, coupling, bodies);
         tool.blade = scene.blade.as_ref().filter(|_| plan.cuts()).map(|blade| edge(blade.get_ref()));

@@ -1,7 +1,7 @@
 //! Tools on sheets: which contact each uses, and the tips of a step.
 
 use super::{ContactChoice, Session, ToolSlot};
-use crate::contact::{Meets, SoftPress, SoftTip, Tip};
+use crate::contact::{SoftMethod, SoftPress, SoftTip, Tip};
 use crate::scene::{Scene, SheetContact};
 use pliant_solver::Vec3;
 
@@ -19,8 +19,8 @@ impl Session {
                 let fits = if share <= FINE { SheetContact::Vertices } else { SheetContact::Triangles };
                 let (by, meets) = match wanted.unwrap_or(fits) {
                     SheetContact::Vertices => ("vertices", None),
-                    SheetContact::Triangles => ("triangles", Some(Meets::Triangles)),
-                    SheetContact::Penalty => ("penalty", Some(Meets::Vertices)),
+                    SheetContact::Triangles => ("triangles", Some(SoftMethod::AugmentedLagrangian)),
+                    SheetContact::Penalty => ("penalty", Some(SoftMethod::Penalty)),
                 };
                 slot.soft[index] = meets.map(SoftTip::new);
                 let why = match wanted {
@@ -48,7 +48,7 @@ impl Session {
                 let triangles = |t| sheet.nodes_of(&body.model, t);
                 let press =
                     SoftPress { stiffness: slot.tool.coupling.stiffness, moved: self.moved[index], dt: self.dt };
-                soft.learns = touching == 1;
+                soft.keeps_multipliers = touching == 1;
                 soft.press(tip, triangles, count, &body.system.nodes, press, slot.tool.springs_mut(index));
             }
         }
@@ -64,8 +64,8 @@ impl Session {
         tips.friction_work = 0.0;
         tips.moved = self.moved[index];
         tips.tips.extend(self.tools.iter().filter_map(|slot| {
-            let holds = slot.soft[index].is_none();
-            slot.fingertip(self.dt).map(|tip| Tip { holds, ..tip })
+            let constrains = slot.soft[index].is_none();
+            slot.fingertip(self.dt).map(|tip| Tip { constrains, ..tip })
         }));
     }
 
@@ -88,8 +88,8 @@ impl Session {
         let Some(place) = self.place_of_tip(tool) else { return (Vec3::zeros(), None) };
         let (mut force, mut of) = (Vec3::zeros(), None);
         for (index, tips) in self.sheet_tips.iter().enumerate() {
-            let soft = self.tools[tool].soft[index].as_ref().map_or(0, SoftTip::held);
-            if let Some(tip) = tips.tips.get(place).filter(|tip| tip.held > 0 || soft > 0) {
+            let soft = self.tools[tool].soft[index].as_ref().map_or(0, SoftTip::contacts);
+            if let Some(tip) = tips.tips.get(place).filter(|tip| tip.constrained > 0 || soft > 0) {
                 (force, of) = (force + tip.force, Some(index as u32));
             }
         }
@@ -100,7 +100,7 @@ impl Session {
     pub(super) fn soft_contact_force(&self, tool: usize) -> Vec3 {
         let slot = &self.tools[tool];
         let each = slot.soft.iter().zip(&self.bodies).enumerate();
-        each.filter(|(_, (soft, _))| soft.as_ref().is_some_and(|soft| soft.held() > 0)).fold(
+        each.filter(|(_, (soft, _))| soft.as_ref().is_some_and(|soft| soft.contacts() > 0)).fold(
             Vec3::zeros(),
             |sum, (i, (_, body))| {
                 let nodes = &body.system.nodes;
@@ -129,7 +129,17 @@ impl ToolSlot {
             let velocity = self.was.map_or(Vec3::zeros(), |was| (position - was) / dt);
             let (shape, spin) = (self.tool.proxy.shape.clone(), self.spin(dt));
             let (friction, restitution) = (self.tool.friction, self.restitution);
-            Tip { position, velocity, spin, shape, friction, restitution, holds: true, force: Vec3::zeros(), held: 0 }
+            Tip {
+                position,
+                velocity,
+                spin,
+                shape,
+                friction,
+                restitution,
+                constrains: true,
+                force: Vec3::zeros(),
+                constrained: 0,
+            }
         })
     }
 }

@@ -42,7 +42,7 @@ impl Session {
         nodes.v.fill(Vec3::zeros());
         self.integrators[index].forget_history();
         // What is near its tips is kept by how far it has moved, and nobody counts that while it sleeps.
-        self.sheet_tips[index].forget();
+        self.sheet_tips[index].invalidate();
         let name = &body.name;
         self.events.add(EventKind::Asleep, time + dt, || format!("body `{name}`: below {below} m/s for {SLOW_FOR} s"));
     }

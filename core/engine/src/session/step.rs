@@ -50,10 +50,10 @@ impl Session {
     pub fn changed(&mut self, index: usize) {
         self.integrators[index].resize(self.bodies[index].system.nodes.len());
         self.rests[index] = Default::default();
-        self.sheet_tips[index].forget();
+        self.sheet_tips[index].invalidate();
         for slot in &mut self.tools {
             slot.tool.forget(index);
-            slot.soft[index].iter_mut().for_each(SoftTip::forget);
+            slot.soft[index].iter_mut().for_each(SoftTip::invalidate);
         }
     }
 

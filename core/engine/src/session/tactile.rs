@@ -28,13 +28,13 @@ impl Session {
         pad.begin();
         let (mut slip, mut total) = (Vec3::zeros(), 0.0);
         for press in place.into_iter().flat_map(|place| presses_of(&self.sheet_tips, place)) {
-            pad.press(&rotation, radius, press.direction, press.size);
-            slip += press.size * press.slip;
-            total += press.size;
+            pad.press(&rotation, radius, press.direction, press.force);
+            slip += press.force * press.slip;
+            total += press.force;
         }
         for (soft, body) in slot.soft.iter().zip(&self.bodies) {
             let (Some(soft), Some(tip)) = (soft, &tip) else { continue };
-            for (direction, size, past) in soft.pressed(tip, &body.system.nodes) {
+            for (direction, size, past) in soft.presses(tip, &body.system.nodes) {
                 pad.press(&rotation, radius, direction, size);
                 slip += size * past;
                 total += size;

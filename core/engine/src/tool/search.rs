@@ -2,14 +2,14 @@
 
 use super::Tool;
 use crate::body::{Body, LatticeError, Sheet, interpolate};
-use crate::contact::{Near, NearSurface, Query, normal_of};
+use crate::contact::{ProximitySearch, Query, SurfacePoint, normal_of};
 use crate::shape::OrientedShape;
 use pliant_mesh::geometry::closest_point;
 use pliant_solver::Vec3;
 
 /// Searches the surfaces of all bodies, with a list of near cells for each.
 pub struct SurfaceSearch {
-    near: Vec<NearSurface>,
+    near: Vec<ProximitySearch>,
     /// A zero for each body.
     still: Vec<f64>,
 }
@@ -17,17 +17,17 @@ pub struct SurfaceSearch {
 impl SurfaceSearch {
     /// In a scene of `bodies` bodies.
     pub fn new(bodies: usize) -> Self {
-        Self { near: (0..bodies).map(|_| NearSurface::default()).collect(), still: vec![0.0; bodies] }
+        Self { near: (0..bodies).map(|_| ProximitySearch::default()).collect(), still: vec![0.0; bodies] }
     }
 
     /// The cells of `body` have changed.
     pub fn forget(&mut self, body: usize) {
-        self.near[body].forget();
+        self.near[body].invalidate();
     }
 
     /// The tool touches nothing, and may come to any side of the surfaces.
     pub fn leave(&mut self) {
-        self.near.iter_mut().for_each(NearSurface::leave);
+        self.near.iter_mut().for_each(ProximitySearch::leave);
     }
 
     /// A search by a tool that may be asked several times in a step, after nodes of each body have moved by at most `moved` (m).
@@ -35,8 +35,8 @@ impl SurfaceSearch {
         &'a mut self,
         bodies: &'a mut [Body],
         moved: &'a [f64],
-    ) -> impl FnMut(&OrientedShape, Vec3, f64, &mut Vec<Near>) -> Result<(), LatticeError> + 'a {
-        let (near, still): (&mut [NearSurface], &[f64]) = (&mut self.near, &self.still);
+    ) -> impl FnMut(&OrientedShape, Vec3, f64, &mut Vec<SurfacePoint>) -> Result<(), LatticeError> + 'a {
+        let (near, still): (&mut [ProximitySearch], &[f64]) = (&mut self.near, &self.still);
         // Nodes have moved once since the last step, not once for every place the proxy looks at.
         let mut since = moved;
         move |shape, centre, margin, out| {
@@ -56,20 +56,20 @@ impl SurfaceSearch {
         moved: &[f64],
         centre: Vec3,
         reach: f64,
-    ) -> Result<Option<Near>, LatticeError> {
+    ) -> Result<Option<SurfacePoint>, LatticeError> {
         let mut found = Vec::new();
         // Lists of cells hold weights for triangles or for samples of a ball: none outlives the search it was made for.
-        self.near.iter_mut().for_each(NearSurface::forget);
+        self.near.iter_mut().for_each(ProximitySearch::invalidate);
         let searched =
             search(&mut self.near, bodies, moved, Query { centre, margin: reach, shape: None, moved: 0.0 }, &mut found);
-        self.near.iter_mut().for_each(NearSurface::forget);
+        self.near.iter_mut().for_each(ProximitySearch::invalidate);
         searched?;
         Ok(found.into_iter().min_by(|a, b| a.distance.total_cmp(&b.distance)))
     }
 }
 
 /// The point of any sheet nearest to `centre`, within `reach` (m).
-pub(super) fn nearest_on_sheets(bodies: &[Body], centre: Vec3, reach: f64) -> Option<Near> {
+pub(super) fn nearest_on_sheets(bodies: &[Body], centre: Vec3, reach: f64) -> Option<SurfacePoint> {
     let sheets =
         bodies.iter().enumerate().filter_map(|(index, body)| Some((index as u32, body, body.discretization.sheet()?)));
     let near = sheets.filter_map(|(index, body, sheet)| on_sheet(index, body, sheet, centre, reach));
@@ -78,11 +78,11 @@ pub(super) fn nearest_on_sheets(bodies: &[Body], centre: Vec3, reach: f64) -> Op
 
 /// Lists what of all bodies is near: samples for a tool whose features are large against the grid, triangles for smaller tools and points.
 fn search(
-    near: &mut [NearSurface],
+    near: &mut [ProximitySearch],
     bodies: &mut [Body],
     moved: &[f64],
     query: Query<'_>,
-    out: &mut Vec<Near>,
+    out: &mut Vec<SurfacePoint>,
 ) -> Result<(), LatticeError> {
     out.clear();
     for (index, body) in bodies.iter_mut().enumerate() {
@@ -105,8 +105,8 @@ fn search(
 }
 
 /// The point of a sheet closest to `centre`, within `reach`.
-fn on_sheet(index: u32, body: &Body, sheet: &Sheet, centre: Vec3, reach: f64) -> Option<Near> {
-    let mut best: Option<Near> = None;
+fn on_sheet(index: u32, body: &Body, sheet: &Sheet, centre: Vec3, reach: f64) -> Option<SurfacePoint> {
+    let mut best: Option<SurfacePoint> = None;
     for triangle in 0..body.model.surface.triangles.len() as u32 {
         let corners = sheet.nodes_of(&body.model, triangle).map(|n| body.system.nodes.x[n as usize]);
         let closest = closest_point(centre, corners);
@@ -114,14 +114,14 @@ fn on_sheet(index: u32, body: &Body, sheet: &Sheet, centre: Vec3, reach: f64) ->
         let distance = d.norm();
         if distance <= best.map_or(reach, |near| near.distance) {
             let rest = body.model.surface.triangles[triangle as usize].map(|v| body.skin.settled[v as usize]);
-            best = Some(Near {
+            best = Some(SurfacePoint {
                 body: index,
                 point: closest.point,
                 rest: interpolate(rest, closest.bary),
                 normal: normal_of(rest),
                 distance,
                 area: 0.0,
-                on: None,
+                triangle: None,
             });
         }
     }

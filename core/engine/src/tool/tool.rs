@@ -3,7 +3,7 @@
 use super::hand::Hand;
 use super::search::{SurfaceSearch, nearest_on_sheets};
 use crate::body::{Body, LatticeError, interpolate};
-use crate::contact::{Friction, Patch, PlaceLoads, Proxy, inward};
+use crate::contact::{Friction, Patch, PointLoads, Proxy, inward};
 use crate::edit::{Action, ActiveBall, BladeEdge, ContactPlace, CutStep, EmbeddedPlace, GRIP_REACH, Step};
 use crate::shape::OrientedShape;
 use nalgebra::UnitQuaternion;
@@ -58,7 +58,7 @@ pub struct Tool {
     /// How its shape is turned in the axes of the hand.
     mount: UnitQuaternion<f64>,
     pub(crate) surface: SurfaceSearch,
-    pub(crate) loads: PlaceLoads,
+    pub(crate) loads: PointLoads,
     /// The edit under way; `None`: it passes through everything.
     action: Option<Box<dyn Action>>,
     patch: Patch,
@@ -89,7 +89,7 @@ impl Tool {
             reshaped: false,
             wanted: None,
             surface: SurfaceSearch::new(bodies),
-            loads: PlaceLoads::default(),
+            loads: PointLoads::default(),
             action: None,
             patch: Patch::default(),
             ball: None,
@@ -178,8 +178,10 @@ impl Tool {
 
     /// How far the corners of the coarse triangle it presses on are from there, m: they are to be simulated, up to twice the radius.
     fn corners_reach(&self, body: &Body) -> f64 {
-        let Some((touch, on)) = self.proxy.touch.and_then(|touch| Some((touch, touch.on?))) else { return 0.0 };
-        let corners = on.coarse_corners(body).into_iter().flatten();
+        let Some((touch, triangle)) = self.proxy.touch.and_then(|touch| Some((touch, touch.triangle?))) else {
+            return 0.0;
+        };
+        let corners = triangle.coarse_corners(body).into_iter().flatten();
         corners.map(|corner| (corner - touch.rest).norm()).fold(0.0, f64::max)
     }
 
@@ -276,7 +278,7 @@ impl Tool {
         contact: Option<Vec3>,
     ) -> Result<Option<Vec3>, LatticeError> {
         let search = self.surface.by_tool(step.bodies, step.moved);
-        self.proxy.go(step.hand.position, contact, search)
+        self.proxy.move_towards(step.hand.position, contact, search)
     }
 
     /// The place of a sheet that a fingertip lies on, within 1.1 radii of its centre.
@@ -300,31 +302,31 @@ impl Tool {
 
     /// Puts a force (N) on the corners of the triangles of body number `index` that the proxy presses on.
     pub(crate) fn press_corners(&mut self, body: &mut Body, index: u32, pulled: Vec3) -> Result<(), LatticeError> {
-        let Patch { places, shares } = &mut self.patch;
-        places.clear();
-        shares.clear();
+        let Patch { points, fractions } = &mut self.patch;
+        points.clear();
+        fractions.clear();
         let edge = body.discretization.edge();
         let is_cut = body.discretization.lattice().is_some_and(|lattice| lattice.has_cuts());
-        for (near, share) in self.proxy.supports() {
-            let Some(on) = near.on.filter(|_| near.body == index) else { continue };
-            let vertices = body.model.surface.triangles[on.triangle as usize];
-            for (v, weight) in vertices.into_iter().zip(on.bary.iter()) {
+        for (near, fraction) in self.proxy.supports() {
+            let Some(triangle) = near.triangle.filter(|_| near.body == index) else { continue };
+            let vertices = body.model.surface.triangles[triangle.triangle as usize];
+            for (v, weight) in vertices.into_iter().zip(triangle.bary.iter()) {
                 let corner = body.model.surface.points[v as usize];
-                places.push(if is_cut { inward(corner, near.normal, edge) } else { corner });
-                shares.push(share * weight);
+                points.push(if is_cut { inward(corner, near.normal, edge) } else { corner });
+                fractions.push(fraction * weight);
             }
         }
         self.press_patch(body, index, pulled)
     }
 
-    /// Puts a force (N) on the places of the patch.
+    /// Puts a force (N) on the points of the patch.
     fn press_patch(&mut self, body: &mut Body, index: u32, pulled: Vec3) -> Result<(), LatticeError> {
         let (scale, spring) = self.cap(pulled.norm());
         self.loads.clear();
-        for (place, share) in self.patch.places.iter().zip(&self.patch.shares) {
-            let stiffness = diagonal(spring * share * self.coupling.stiffness);
-            let damping = diagonal(spring * share * self.coupling.damping);
-            self.loads.push(*place, scale * share * pulled, stiffness, damping);
+        for (point, fraction) in self.patch.points.iter().zip(&self.patch.fractions) {
+            let stiffness = diagonal(spring * fraction * self.coupling.stiffness);
+            let damping = diagonal(spring * fraction * self.coupling.damping);
+            self.loads.push(*point, scale * fraction * pulled, stiffness, damping);
         }
         self.attach_loads(body, index)
     }

@@ -1,50 +1,50 @@
-//! The last thing a force passes before it reaches a hand, whatever the plugins before it did.
+//! The last stage a force passes before it reaches a device, whatever plugins computed before.
 //!
-//! In order: not finite becomes zero; a force whose simulation has gone silent fades; one that has made energy is damped; then
-//! its magnitude, its mean over ten seconds and its change per time are cut. Each cause has a counter.
+//! In this order: a force that is not finite becomes zero; a force of a stale simulation result fades; damping is added where the force has
+//! generated energy; then the magnitude, the root mean square over ten seconds and the slew rate are limited. Each cause is counted.
 
 mod budget;
 mod passivity;
 mod stale;
 
 pub use budget::Budget;
-pub use passivity::{Load, Passivity};
-pub use stale::{FADES, PATIENCE, fresh};
+pub use passivity::{CouplingLoad, Passivity};
+pub use stale::{FADE_TIME, STALE_AFTER, stale_fraction};
 
 use pliant_solver::Vec3;
 use serde::Serialize;
 
-/// What a device may be given.
+/// Force limits of a device.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ForceLimits {
     /// Peak, N.
     pub peak: f64,
-    /// Largest force that may be given without end, N.
+    /// Largest force that may be applied indefinitely, N.
     pub continuous: f64,
-    /// N/s
+    /// Largest rate of change of the force, N/s.
     pub slew: f64,
 }
 
-/// Why a force was changed.
+/// Why force safety changed a force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Cause {
-    /// It held a value that is not finite.
+    /// A component was NaN or infinite.
     NotFinite,
     /// It was larger than the device's peak.
     Magnitude,
     /// It changed faster than allowed.
     Slew,
-    /// Its mean over ten seconds came near what the device bears.
+    /// Its root mean square over ten seconds came near the continuous rating.
     Continuous,
-    /// It had given the hand more energy than it took.
+    /// It had given the hand more energy than the hand had put in.
     Passivity,
-    /// The simulation behind it was silent.
+    /// The simulation had not answered for [`STALE_AFTER`].
     Stale,
 }
 
 impl Cause {
-    /// All of them, in order of their counters.
+    /// All causes, in the order of their counters.
     pub const ALL: [Self; 6] =
         [Self::NotFinite, Self::Magnitude, Self::Slew, Self::Continuous, Self::Passivity, Self::Stale];
 
@@ -61,23 +61,25 @@ impl Cause {
     }
 }
 
-/// What a live hand knows besides the force that is wanted.
+/// State of a live hand at a tick of the haptic loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Moment {
-    /// The hand, in the axes of the force, m.
+pub struct HandState {
+    /// Position of the hand, in the axes of the force, m.
     pub position: Vec3,
-    /// Time since the sample of the hand that the simulation last answered, s.
+    /// Age of the hand sample behind the latest simulation result, s.
     pub age: f64,
-    /// Compliance of the coupling along the force: it holds half of it times the square of the force; 0 where that is not known, m/N.
+    /// Compliance of the coupling along the force, m/N; 0 if unknown. The coupling stores the energy `compliance * force^2 / 2`.
     pub compliance: f64,
 }
 
-/// The force last given to one effector, and what was changed on the way.
+/// Force safety of one effector: its limits, the last force applied and the counts of each cause.
 #[derive(Clone, Debug)]
 pub struct ForceSafety {
     limits: ForceLimits,
     budget: Budget,
+    /// `None` for a hand that does not move in response to the force, such as a recording.
     passivity: Option<Passivity>,
+    /// Last force applied, N.
     last: Vec3,
     counts: [u64; Cause::ALL.len()],
 }
@@ -89,88 +91,90 @@ impl ForceSafety {
         Self { limits, budget, passivity: None, last: Vec3::zeros(), counts: [0; Cause::ALL.len()] }
     }
 
-    /// What it lets through.
+    /// The limits it enforces.
     pub fn limits(&self) -> ForceLimits {
         self.limits
     }
 
-    /// The force last given, N.
+    /// The last force applied, N.
     pub fn last(&self) -> Vec3 {
         self.last
     }
 
-    /// What the hand has given and not got back, where that is observed; below zero: made by the force, J.
+    /// Energy balance of the passivity observer, J: positive if the hand has put in more than it got back, negative if the force has generated
+    /// energy; 0 without an observer.
     pub fn energy(&self) -> f64 {
         self.passivity.as_ref().map_or(0.0, Passivity::energy)
     }
 
-    /// Whether the controller of passivity acts, or the observer only watches.
+    /// Switches the passivity controller on; off, the observer only measures.
     pub fn control(&mut self, controls: bool) {
         if let Some(passivity) = &mut self.passivity {
             passivity.controls = controls;
         }
     }
 
-    /// The same, with an observer of energy: for a hand that gives way.
-    pub fn observed(self, passivity: Passivity) -> Self {
+    /// Adds a passivity observer and controller, for a hand that moves in response to the force.
+    pub fn with_passivity(self, passivity: Passivity) -> Self {
         Self { passivity: Some(passivity), ..self }
     }
 
-    /// The force to give, N, `dt` (s) after the last, where nothing is known of the hand.
+    /// Returns the force to apply, N, `dt` (s) after the last, without staleness and passivity checks.
     pub fn pass(&mut self, wanted: Vec3, dt: f64) -> Vec3 {
-        self.chain(wanted, None, dt)
+        self.limit(wanted, None, dt)
     }
 
-    /// The force to give to a live hand, N, `dt` (s) after the last.
-    pub fn pass_live(&mut self, wanted: Vec3, moment: Moment, dt: f64) -> Vec3 {
-        self.chain(wanted, Some(moment), dt)
+    /// Returns the force to apply to a live hand, N, `dt` (s) after the last.
+    pub fn pass_live(&mut self, wanted: Vec3, hand: HandState, dt: f64) -> Vec3 {
+        self.limit(wanted, Some(hand), dt)
     }
 
-    fn chain(&mut self, wanted: Vec3, moment: Option<Moment>, dt: f64) -> Vec3 {
+    fn limit(&mut self, wanted: Vec3, hand: Option<HandState>, dt: f64) -> Vec3 {
         let mut force = wanted;
         if !wanted.iter().all(|f| f.is_finite()) {
             self.count(Cause::NotFinite);
             force = Vec3::zeros();
         }
-        if let Some(moment) = moment {
-            let share = fresh(moment.age);
-            if share < 1.0 {
+        if let Some(hand) = hand {
+            let factor = stale_fraction(hand.age);
+            if factor < 1.0 {
                 self.count(Cause::Stale);
-                force *= share;
+                force *= factor;
             }
-            let size = force.norm().min(self.limits.peak).min(self.budget.allowed());
+            let applied = force.norm().min(self.limits.peak).min(self.budget.allowed());
             if let Some(passivity) = &mut self.passivity
                 && let Some(damping) =
-                    passivity.control(moment.position, Load { size, compliance: moment.compliance }, dt)
+                    passivity.control(hand.position, CouplingLoad { force: applied, compliance: hand.compliance }, dt)
             {
                 self.counts[Cause::Passivity as usize] += 1;
                 force += damping;
             }
         }
-        force = self.shorten(force, self.limits.peak, Cause::Magnitude);
-        force = self.shorten(force, self.budget.allowed(), Cause::Continuous);
+        force = self.clamp_norm(force, self.limits.peak, Cause::Magnitude);
+        force = self.clamp_norm(force, self.budget.allowed(), Cause::Continuous);
         let change = force - self.last;
-        let (jump, most) = (change.norm(), self.limits.slew * dt);
-        if jump > most {
+        let (jump, max_jump) = (change.norm(), self.limits.slew * dt);
+        if jump > max_jump {
             self.count(Cause::Slew);
-            force = self.last + most / jump * change;
+            force = self.last + max_jump / jump * change;
         }
-        self.budget.spend(force, dt);
+        self.budget.record(force, dt);
         if let Some(passivity) = &mut self.passivity {
-            passivity.given(force);
+            passivity.set_applied_force(force);
         }
         self.last = force;
         force
     }
 
-    fn shorten(&mut self, force: Vec3, most: f64, cause: Cause) -> Vec3 {
-        let size = force.norm();
-        if size <= most {
+    /// Scales a force down to the magnitude `max`, N, and counts the cause if that changes it.
+    fn clamp_norm(&mut self, force: Vec3, max: f64, cause: Cause) -> Vec3 {
+        let norm = force.norm();
+        if norm <= max {
             return force;
         }
         self.count(cause);
-        // A size that overflowed has no direction left either.
-        let scale = if size.is_finite() { most / size } else { 0.0 };
+        // A norm that overflows to infinity leaves no usable direction.
+        let scale = if norm.is_finite() { max / norm } else { 0.0 };
         force * scale
     }
 
@@ -178,15 +182,15 @@ impl ForceSafety {
         self.counts[cause as usize] += 1;
     }
 
-    /// Zero from now on, at once: the hand is let go.
+    /// Sets the force to zero at once, without a slew limit, and resets the energy balance, as when the hand lets go of the device.
     pub fn release(&mut self) {
         self.last = Vec3::zeros();
         if let Some(passivity) = &mut self.passivity {
-            passivity.forget();
+            passivity.reset();
         }
     }
 
-    /// How often each cause changed a force.
+    /// Number of forces each cause has changed.
     pub fn counts(&self) -> impl Iterator<Item = (Cause, u64)> + '_ {
         Cause::ALL.into_iter().map(|cause| (cause, self.counts[cause as usize]))
     }
@@ -205,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn whatever_comes_in_what_goes_out_is_finite_and_within_limits() {
+    fn output_is_finite_and_within_limits() {
         let mut safety = safety();
         let mut last = Vec3::zeros();
         for wanted in [
@@ -225,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn a_force_within_limits_passes_untouched_and_a_large_one_keeps_its_direction() {
+    fn small_forces_are_unchanged_and_large_ones_keep_their_direction() {
         let mut safety = safety();
         assert_eq!(safety.pass(Vec3::new(0.1, -0.2, 0.3), 1e-3), Vec3::new(0.1, -0.2, 0.3));
         let mut out = Vec3::zeros();
@@ -237,16 +241,16 @@ mod tests {
     }
 
     #[test]
-    fn a_silent_simulation_is_at_zero_after_150_ms() {
+    fn a_stale_force_is_zero_after_150_ms() {
         let mut safety = safety();
-        let still = |age| Moment { position: Vec3::zeros(), age, compliance: 0.0 };
+        let still = |age| HandState { position: Vec3::zeros(), age, compliance: 0.0 };
         let mut given = |age| safety.pass_live(Vec3::z(), still(age), 1e-2)[2];
         assert_eq!([0.0, 0.049, 0.1, 0.151, 60.0].map(&mut given), [1.0, 1.0, 0.5, 0.0, 0.0]);
         assert_eq!(count(&safety, Cause::Stale), 3);
     }
 
     #[test]
-    fn the_mean_force_stays_within_the_continuous_rating() {
+    fn rms_force_stays_within_the_continuous_rating() {
         let limits = ForceLimits { peak: 3.3, continuous: 0.88, slew: 500.0 };
         let mut safety = ForceSafety::new(limits);
         let mut squares = Vec::new();

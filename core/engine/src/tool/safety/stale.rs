@@ -1,11 +1,11 @@
-//! How a force fades when nothing new comes from the simulation.
+//! Fading of a force whose simulation has stopped answering.
 
-/// How long an answer of the simulation stands, s.
-pub const PATIENCE: f64 = 0.05;
-/// Fades in which the force goes to zero after that, s.
-pub const FADES: f64 = 0.1;
+/// Age of a simulation result from which its force begins to fade, s.
+pub const STALE_AFTER: f64 = 0.05;
+/// Duration of the linear fade to zero after [`STALE_AFTER`], s.
+pub const FADE_TIME: f64 = 0.1;
 
-/// Share of a force that is left `age` (s) after the sample of the hand that it answers; none for an age that is no number.
-pub fn fresh(age: f64) -> f64 {
-    if age <= PATIENCE { 1.0 } else { (1.0 - (age - PATIENCE) / FADES).max(0.0) }
+/// Factor, 0 to 1, for a force computed from a hand sample of this `age` (s); 0 if the age is NaN.
+pub fn stale_fraction(age: f64) -> f64 {
+    if age <= STALE_AFTER { 1.0 } else { (1.0 - (age - STALE_AFTER) / FADE_TIME).max(0.0) }
 }

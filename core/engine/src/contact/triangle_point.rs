@@ -1,39 +1,40 @@
-//! A place on a triangle of a surface, and how it follows the triangle's corners.
+//! A point of a surface in barycentric coordinates of a triangle.
 //!
-//! Between its corners a triangle is flat, whatever the cells under it do. Where triangles are coarse against the cells the surface that is
-//! seen and felt is theirs, so a contact on one is carried by its corners, and its load goes to them: by the transpose.
+//! A triangle stays flat between its corners, whatever the cells under it do. Where triangles are larger than cells, the surface that is drawn
+//! and felt is that of the triangles, so a contact point moves with the corners of its triangle and its load is distributed to them by the
+//! transpose of that interpolation.
 
 use crate::body::{Body, LatticeError, NOT_CARRIED, interpolate};
 use pliant_solver::Vec3;
 
-/// A place on a triangle.
+/// A point of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OnTriangle {
+pub struct TrianglePoint {
     /// Index of the triangle.
     pub triangle: u32,
-    /// Weights of its corners, sum 1.
+    /// Barycentric coordinates; they add up to 1.
     pub bary: Vec3,
-    /// Where that is in the model as it was given, m: tells whether the triangle is still the same after a cut or an undo.
-    place: Vec3,
+    /// Position in the model as loaded, m. If it differs, a cut or an undo has replaced the triangle.
+    rest: Vec3,
 }
 
-impl OnTriangle {
-    /// A place on a triangle whose corners were at `corners`, m, in the model as it was given.
+impl TrianglePoint {
+    /// The point with the barycentric coordinates `bary` of a triangle whose corners are at `corners` (m) in the model as loaded.
     pub fn new(triangle: u32, bary: Vec3, corners: [Vec3; 3]) -> Self {
-        Self { triangle, bary, place: interpolate(corners, bary) }
+        Self { triangle, bary, rest: interpolate(corners, bary) }
     }
 
-    /// Vertices of the triangle; `None` once it is another one.
+    /// Vertices of the triangle; `None` if it has been replaced.
     fn vertices(&self, body: &Body) -> Option<[u32; 3]> {
         let vertices = *body.model.surface.triangles.get(self.triangle as usize)?;
-        (interpolate(corners_of(body, vertices), self.bary) == self.place).then_some(vertices)
+        (interpolate(corners_of(body, vertices), self.bary) == self.rest).then_some(vertices)
     }
 
-    /// Where its corners carry the place, and where they would if all nodes were at rest, m; `None` once the triangle is another one.
+    /// Current position of the point and its position with all nodes at rest, m; `None` if the triangle has been replaced.
     ///
     /// # Errors
-    /// A grid that fails.
-    pub fn carry(&self, body: &mut Body) -> Result<Option<(Vec3, Vec3)>, LatticeError> {
+    /// Returns the error of the grid plugin.
+    pub fn positions(&self, body: &mut Body) -> Result<Option<(Vec3, Vec3)>, LatticeError> {
         let Some(vertices) = self.vertices(body) else { return Ok(None) };
         let Body { discretization, model, skin, system, .. } = body;
         let Some(lattice) = discretization.lattice_mut() else { return Ok(None) };
@@ -47,7 +48,7 @@ impl OnTriangle {
         Ok(Some((skin.point(model, self.triangle, self.bary), interpolate(settled, self.bary))))
     }
 
-    /// Corners of a triangle that is wider than a cell, m, in the model as it was given; `None` for a finer one.
+    /// Corners of the triangle in the model as loaded, m, if its longest edge is longer than a cell's; otherwise `None`.
     pub fn coarse_corners(&self, body: &Body) -> Option<[Vec3; 3]> {
         let corners = corners_of(body, self.vertices(body)?);
         let [a, b, c] = corners;
