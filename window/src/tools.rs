@@ -45,7 +45,7 @@ impl ToolKind {
     pub fn gesture(&self) -> Gesture {
         if self.kind.cuts() {
             Gesture::Slice
-        } else if self.kind.takes_hold() {
+        } else if self.kind.grips() {
             Gesture::Drag
         } else {
             Gesture::Press

@@ -1,16 +1,16 @@
-//! Flatten: the shape at rest goes to the plane that fits it.
+//! Flatten: the rest shape moves to its mean plane.
 
-use super::flow::{Flow, Flowing, Place};
+use super::flow::{BrushRegion, GoalDisplacement, RestShapeFlow};
 use super::key::{FALLOFF, Key, KeyName, RADIUS, Strength};
 use super::{Action, EditKind};
 use crate::plan::Edit;
 use crate::tool::Tool;
 use pliant_solver::Vec3;
 
-/// Flattens the shape at rest where the tool touches.
+/// Flattens the rest shape where the tool touches.
 pub(super) struct Flatten;
 
-/// 1/s
+/// Default rate, 1/s.
 const RATE: f64 = 10.0;
 
 impl EditKind for Flatten {
@@ -38,24 +38,25 @@ impl EditKind for Flatten {
         Some(Strength { unit: "Hz", default: RATE })
     }
 
-    fn reshapes(&self) -> bool {
+    fn changes_rest_shape(&self) -> bool {
         true
     }
 
     fn begin(&self, edit: &Edit, tool: &Tool, _bodies: usize) -> Box<dyn Action> {
-        Flowing::begin(edit, tool, RATE, Flow::Surface(to_plane))
+        RestShapeFlow::begin(edit, tool, RATE, GoalDisplacement::Surface(to_plane))
     }
 }
 
-/// Along the mean normal, to the plane through the mean place; both by weight and area.
-fn to_plane(place: &Place<'_>) -> Vec<Vec3> {
-    let normal = place.normal();
+/// Goal displacement of each vertex along the mean normal to the plane through the centroid, m (k x 3). Normal and centroid are weighted by
+/// falloff and area.
+fn to_plane(region: &BrushRegion<'_>) -> Vec<Vec3> {
+    let normal = region.normal();
     let (mut total, mut height) = (0.0, 0.0);
-    for &(v, weight) in place.vertices {
-        let share = weight * place.area(v).norm();
-        total += share;
-        height += share * (place.at(v) - place.centre).dot(&normal);
+    for &(v, weight) in region.vertices {
+        let factor = weight * region.area(v).norm();
+        total += factor;
+        height += factor * (region.rest(v) - region.centre).dot(&normal);
     }
     let mean = if total > 0.0 { height / total } else { 0.0 };
-    place.vertices.iter().map(|&(v, _)| (mean - (place.at(v) - place.centre).dot(&normal)) * normal).collect()
+    region.vertices.iter().map(|&(v, _)| (mean - (region.rest(v) - region.centre).dot(&normal)) * normal).collect()
 }

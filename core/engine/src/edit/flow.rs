@@ -1,33 +1,33 @@
-//! Edits that let the shape at rest flow under a tool that touches: what smooth, flatten, pinch, relax, grow and shrink share.
+//! Plastic flow of the rest shape under a touching tool: the common part of smooth, flatten, pinch, relax, grow and shrink.
 //!
-//! The tool touches the body and feels it, as in a touch; while it does, the shape at rest around the contact moves with a velocity
-//! that a [`Flow`] says, times the falloff. Velocities of surface points go to the nodes of their cells as weighted means, and inwards as
-//! a harmonic function, so cells do not turn over; what a cell is too coarse for is left to the points themselves. The present shape follows
-//! by the material's own forces.
+//! The tool touches the body as in the edit `touch`. Meanwhile the rest shape around the contact moves towards its goal, given by a
+//! [`GoalDisplacement`] of goal displacements, at a rate times the falloff. Displacements of surface points are transferred to the nodes of their cells as weighted
+//! means and extended to the interior as a harmonic function, so that cells do not invert; the remainder that cells are too coarse for is added to
+//! the surface points. The current shape follows by the elastic forces.
 
 use super::brush::{Brush, BrushShape};
 use super::touch::Touching;
-use super::{Action, ContactPlace, EmbeddedPlace, Step};
+use super::{Action, BodyPoint, EmbeddedPoint, Step};
 use crate::body::{Body, Discretization, LatticeError, Model, RestChange, Skin};
 use crate::plan::Edit;
 use crate::tool::Tool;
 use nalgebra::UnitQuaternion;
 use pliant_solver::Vec3;
 
-/// s, between two changes of the shape at rest: rest data of every active element are made anew each time.
+/// Time between two changes of the rest shape, s: each one computes the rest data of every active element again.
 const INTERVAL: f64 = 8e-3;
-/// Share of the way to its goal that a point goes in one change, at most: beyond a half, fairing no longer converges.
-const MOST_SHARE: f64 = 0.5;
-/// Rounds of the harmonic extension into the body.
-const ROUNDS: usize = 12;
+/// Largest fraction of the goal displacement in one change: above 1/2 fairing does not converge.
+const MAX_FRACTION: f64 = 0.5;
+/// Jacobi sweeps of the harmonic extension into the interior.
+const EXTENSION_SWEEPS: usize = 12;
 
-/// What a flow is told about the place it acts at.
-pub(super) struct Place<'a> {
-    /// m, the contact in the shape at rest
+/// The surface region under the brush.
+pub(super) struct BrushRegion<'a> {
+    /// Contact point in the rest shape, m.
     pub centre: Vec3,
-    /// Axes of the hand.
+    /// Rotation from axes of the hand to those of the scene.
     pub hand: UnitQuaternion<f64>,
-    /// Vertices of the region with their weights.
+    /// Vertices of the region with their falloff, ascending.
     pub vertices: &'a [(u32, f64)],
     /// Model of the body.
     pub model: &'a Model,
@@ -35,60 +35,61 @@ pub(super) struct Place<'a> {
     pub skin: &'a Skin,
 }
 
-impl Place<'_> {
-    /// m, a vertex in the shape at rest
-    pub fn at(&self, vertex: u32) -> Vec3 {
+impl BrushRegion<'_> {
+    /// Rest position of a vertex, m.
+    pub fn rest(&self, vertex: u32) -> Vec3 {
         self.skin.settled[vertex as usize]
     }
 
-    /// m^2, the area of the triangles around a vertex, along its normal, in the shape at rest
+    /// Sum of the area vectors of the triangles around a vertex in the rest shape, m^2.
     pub fn area(&self, vertex: u32) -> Vec3 {
         self.model.area_around(vertex, &self.skin.settled)
     }
 
-    /// Unit normal of the region, by area and weight; z where it has none.
+    /// Unit mean normal of the region, weighted by area and falloff; z if it is undefined.
     pub fn normal(&self) -> Vec3 {
         let sum: Vec3 = self.vertices.iter().map(|&(v, weight)| weight * self.area(v)).sum();
         sum.try_normalize(0.0).unwrap_or_else(Vec3::z)
     }
 }
 
-/// How the shape at rest moves.
-pub(super) enum Flow {
-    /// m, the way of every vertex of the region to its goal; a vertex that has none stays.
-    Surface(fn(&Place<'_>) -> Vec<Vec3>),
-    /// m, the way of every node of the region to its goal.
+/// Displacement of the rest shape to its goal.
+pub(super) enum GoalDisplacement {
+    /// Displacement of every vertex of the region, m (k x 3); zero if it has no goal.
+    Surface(fn(&BrushRegion<'_>) -> Vec<Vec3>),
+    /// Displacement of every node of the brush, m (k x 3).
     Nodes(fn(&Brush, &Body) -> Vec<Vec3>),
 }
 
-/// A flow under way.
-pub(super) struct Flowing {
+/// A flow of the rest shape in progress.
+pub(super) struct RestShapeFlow {
     shape: BrushShape,
-    /// 1/s
+    /// Rate at which the goal is approached, 1/s.
     rate: f64,
-    flow: Flow,
+    goal: GoalDisplacement,
     touching: Touching,
     brush: Brush,
+    /// Change of the rest shape (buffer).
     change: RestChange,
-    /// s, since the last change
-    waited: f64,
+    /// Time since the last change, s.
+    since_update: f64,
 }
 
-impl Flowing {
-    /// As an edit asks for it, with a rate of `default` (1/s) where it says nothing.
-    pub fn begin(edit: &Edit, tool: &Tool, default: f64, flow: Flow) -> Box<dyn Action> {
+impl RestShapeFlow {
+    /// Begins an edit towards `goal`, with the rate `default` (1/s) unless the edit has a `strength`.
+    pub fn begin(edit: &Edit, tool: &Tool, default: f64, goal: GoalDisplacement) -> Box<dyn Action> {
         Box::new(Self {
             shape: BrushShape::of(edit, tool),
             rate: edit.strength.unwrap_or(default),
-            flow,
+            goal,
             touching: Touching,
             brush: Brush::default(),
             change: RestChange::default(),
-            waited: 0.0,
+            since_update: 0.0,
         })
     }
 
-    /// Lets the shape at rest of a body flow around a place for `seconds`.
+    /// Moves the rest shape of a body around a point for a time of `seconds`. Returns whether any node moved.
     fn flow(
         &mut self,
         body: &mut Body,
@@ -100,44 +101,50 @@ impl Flowing {
         if self.brush.is_empty() {
             return Ok(false);
         }
-        let share = self.rate * seconds;
-        // A goal is approached exponentially; implicitly, so no rate passes it.
-        let share = (share / (1.0 + share)).min(MOST_SHARE);
+        let step = self.rate * seconds;
+        // One backward Euler step of the exponential approach, which overshoots the goal at no rate.
+        let fraction = (step / (1.0 + step)).min(MAX_FRACTION);
         self.change.clear(body.system.nodes.len());
-        match self.flow {
-            Flow::Nodes(ways) => {
-                let ways = ways(&self.brush, body);
-                for ((&n, weight), way) in self.brush.nodes.iter().zip(&self.brush.weight).zip(ways) {
-                    self.change.nodes[n as usize] = share * weight * way;
+        match self.goal {
+            GoalDisplacement::Nodes(goal) => {
+                let displacements = goal(&self.brush, body);
+                for ((&n, weight), d) in self.brush.nodes.iter().zip(&self.brush.weight).zip(displacements) {
+                    self.change.nodes[n as usize] = fraction * weight * d;
                 }
             }
-            Flow::Surface(ways) => self.flow_surface(body, at, hand, ways, share)?,
+            GoalDisplacement::Surface(goal) => self.flow_surface(body, at, hand, goal, fraction)?,
         }
         body.reshape(&mut self.change)?;
         Ok(true)
     }
 
+    /// Moves the surface of the rest shape by a fraction of its goal displacements.
     fn flow_surface(
         &mut self,
         body: &mut Body,
         at: Vec3,
         hand: UnitQuaternion<f64>,
-        ways: fn(&Place<'_>) -> Vec<Vec3>,
-        share: f64,
+        goal: fn(&BrushRegion<'_>) -> Vec<Vec3>,
+        fraction: f64,
     ) -> Result<(), LatticeError> {
         let radius = self.shape.radius_at(body.discretization.edge());
         let centre = body.embed_point(at)?.1;
         let vertices = self.brush.vertices(body, centre, radius, self.shape.falloff)?;
-        let place = Place { centre, hand, vertices: &vertices, model: &body.model, skin: &body.skin };
-        let ways = ways(&place);
+        let region = BrushRegion { centre, hand, vertices: &vertices, model: &body.model, skin: &body.skin };
+        let displacements = goal(&region);
         let moves: Vec<(u32, Vec3)> =
-            vertices.iter().zip(ways).map(|(&(v, weight), way)| (v, share * weight * way)).collect();
-        spread(&self.brush, &moves, body, &mut self.change)
+            vertices.iter().zip(displacements).map(|(&(v, weight), d)| (v, fraction * weight * d)).collect();
+        transfer(&self.brush, &moves, body, &mut self.change)
     }
 }
 
-/// Sets the change of the nodes that makes the surface points move, and what is left to the points.
-fn spread(brush: &Brush, moves: &[(u32, Vec3)], body: &mut Body, change: &mut RestChange) -> Result<(), LatticeError> {
+/// Transfers displacements of surface vertices (ascending) to the nodes of the brush, and the remainder to the surface points.
+fn transfer(
+    brush: &Brush,
+    moves: &[(u32, Vec3)],
+    body: &mut Body,
+    change: &mut RestChange,
+) -> Result<(), LatticeError> {
     let Body { discretization, model, .. } = body;
     let lattice = match discretization {
         Discretization::Sheet(sheet) => {
@@ -168,7 +175,7 @@ fn spread(brush: &Brush, moves: &[(u32, Vec3)], body: &mut Body, change: &mut Re
     for (n, d) in change.nodes.iter_mut().enumerate() {
         *d = if on_surface[n] && covered[n] { *d / total[n] } else { Vec3::zeros() };
     }
-    for _ in 0..ROUNDS {
+    for _ in 0..EXTENSION_SWEEPS {
         let (mut sums, mut counts) = (vec![Vec3::zeros(); count], vec![0.0; count]);
         for (_, corners) in &near {
             let mean = corners.iter().map(|n| change.nodes[*n as usize]).sum::<Vec3>() / 8.0;
@@ -192,12 +199,12 @@ fn spread(brush: &Brush, moves: &[(u32, Vec3)], body: &mut Body, change: &mut Re
     Ok(())
 }
 
-impl Action for Flowing {
-    fn contact(&self, tool: &Tool) -> Option<ContactPlace> {
+impl Action for RestShapeFlow {
+    fn contact(&self, tool: &Tool) -> Option<BodyPoint> {
         self.touching.contact(tool)
     }
 
-    fn extra_radius(&self, edge: f64) -> f64 {
+    fn extra_region_radius(&self, edge: f64) -> f64 {
         self.shape.radius_at(edge)
     }
 
@@ -209,16 +216,16 @@ impl Action for Flowing {
         &mut self,
         tool: &mut Tool,
         step: &mut Step<'_>,
-        contact: Option<EmbeddedPlace>,
+        contact: Option<EmbeddedPoint>,
     ) -> Result<(), LatticeError> {
         self.touching.follow(tool, step, contact)?;
-        self.waited += step.time.dt;
-        if self.waited < INTERVAL {
+        self.since_update += step.time.dt;
+        if self.since_update < INTERVAL {
             return Ok(());
         }
-        let seconds = std::mem::take(&mut self.waited);
+        let seconds = std::mem::take(&mut self.since_update);
         let at = match tool.proxy.touch {
-            Some(touch) => Some(ContactPlace { body: touch.body, rest: touch.rest }),
+            Some(touch) => Some(BodyPoint { body: touch.body, rest: touch.rest }),
             None => tool.sheet_below(step.bodies),
         };
         let Some(at) = at else { return Ok(()) };

@@ -3,13 +3,13 @@
 use super::brush::BrushShape;
 use super::grip::Grip;
 use super::key::{FALLOFF, Key, KeyName, RADIUS};
-use super::region::Region;
-use super::{Action, ContactPlace, EditKind, EmbeddedPlace, Step};
+use super::region::CoupledRegion;
+use super::{Action, BodyPoint, EditKind, EmbeddedPoint, Step};
 use crate::body::LatticeError;
 use crate::plan::Edit;
 use crate::tool::Tool;
 
-/// Has a soft region follow the hand.
+/// Moves and rotates a soft region with the hand.
 pub(super) struct Grab;
 
 impl EditKind for Grab {
@@ -25,39 +25,39 @@ impl EditKind for Grab {
         &[RADIUS, FALLOFF, Key { name: KeyName::Limit, default: "none", summary: "It lets go above this force." }]
     }
 
-    fn takes_hold(&self) -> bool {
+    fn grips(&self) -> bool {
         true
     }
 
     fn begin(&self, edit: &Edit, tool: &Tool, _bodies: usize) -> Box<dyn Action> {
         let shape = BrushShape::of(edit, tool);
         let limit = edit.limit.unwrap_or(f64::INFINITY);
-        Box::new(Grabbing { limit, grip: None, region: Region::new(shape, true) })
+        Box::new(Grabbing { limit, grip: None, region: CoupledRegion::new(shape, true) })
     }
 }
 
-/// A grab under way.
+/// A grab in progress.
 struct Grabbing {
-    /// N, it lets go above this force
+    /// Force above which it lets go, N.
     limit: f64,
     grip: Option<Grip>,
-    region: Region,
+    region: CoupledRegion,
 }
 
 impl Action for Grabbing {
-    fn contact(&self, _tool: &Tool) -> Option<ContactPlace> {
+    fn contact(&self, _tool: &Tool) -> Option<BodyPoint> {
         self.grip.map(|grip| grip.at)
     }
 
-    fn extra_radius(&self, edge: f64) -> f64 {
+    fn extra_region_radius(&self, edge: f64) -> f64 {
         self.region.radius(edge)
     }
 
-    fn holds(&self) -> bool {
+    fn is_gripping(&self) -> bool {
         self.grip.is_some()
     }
 
-    fn turns(&self) -> bool {
+    fn renders_torque(&self) -> bool {
         true
     }
 
@@ -65,7 +65,7 @@ impl Action for Grabbing {
         &mut self,
         tool: &mut Tool,
         step: &mut Step<'_>,
-        _contact: Option<EmbeddedPlace>,
+        _contact: Option<EmbeddedPoint>,
     ) -> Result<(), LatticeError> {
         tool.proxy.touch = None;
         if self.grip.is_none() {

@@ -1,34 +1,34 @@
-//! A grip: the point of a surface a hand has taken hold of.
+//! A grip: a surface point held by a hand.
 
-use super::{ContactPlace, Step};
+use super::{BodyPoint, Step};
 use crate::body::LatticeError;
 use crate::tool::Tool;
 use pliant_solver::Vec3;
 
-/// A point of a surface that is held.
+/// A gripped surface point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Grip {
-    /// Body and rest place that is held.
-    pub at: ContactPlace,
-    /// Normal there, in the rest shape; of no particular length
+    /// The point in the rest shape of its body.
+    pub at: BodyPoint,
+    /// Normal in the rest shape, not normalised.
     pub normal: Vec3,
-    /// m, from the point to the hand when it was taken, so that taking it makes no force
+    /// From the point to the hand at the time of the grip, m; keeps the force zero at that time.
     pub offset: Vec3,
 }
 
-/// Radii of the tool within which a grip finds its point.
+/// Largest distance from the hand to a gripped point, in radii of the tool.
 pub(crate) const GRIP_REACH: f64 = 3.0;
 
 impl Grip {
-    /// Of the point of a surface nearest to the hand, if one is within reach.
+    /// Grips the surface point closest to the hand; `None` if none is within reach.
     ///
     /// # Errors
-    /// What the grid says.
+    /// Returns the error of the grid plugin.
     pub fn take(tool: &mut Tool, step: &mut Step<'_>) -> Result<Option<Self>, LatticeError> {
         let (hand, reach) = (step.hand.position, GRIP_REACH * tool.proxy.radius());
         let nearest = tool.surface.nearest(step.bodies, step.moved, hand, reach)?;
         Ok(nearest.map(|near| Self {
-            at: ContactPlace { body: near.body, rest: near.rest },
+            at: BodyPoint { body: near.body, rest: near.rest },
             normal: near.normal,
             offset: hand - near.point,
         }))

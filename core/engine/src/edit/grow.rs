@@ -1,7 +1,7 @@
-//! Grow and shrink: the shape at rest is scaled about the middle of the region.
+//! Grow and shrink: the rest shape is scaled about the centroid of the region.
 
 use super::brush::Brush;
-use super::flow::{Flow, Flowing};
+use super::flow::{GoalDisplacement, RestShapeFlow};
 use super::key::{FALLOFF, Key, KeyName, RADIUS, Strength};
 use super::{Action, EditKind};
 use crate::body::Body;
@@ -9,21 +9,22 @@ use crate::plan::Edit;
 use crate::tool::Tool;
 use pliant_solver::Vec3;
 
-/// Scales the shape at rest where the tool touches.
+/// Scales the rest shape where the tool touches.
 pub(super) struct Scale {
     name: &'static str,
     summary: &'static str,
-    ways: fn(&Brush, &Body) -> Vec<Vec3>,
+    /// Goal displacement of each node of the brush at unit rate, m.
+    displacements: fn(&Brush, &Body) -> Vec<Vec3>,
 }
 
 /// Scales it up.
 pub(super) static GROW: Scale =
-    Scale { name: "grow", summary: "Have the shape at rest grow where the tool touches.", ways: outwards };
+    Scale { name: "grow", summary: "Have the shape at rest grow where the tool touches.", displacements: outwards };
 /// Scales it down.
 pub(super) static SHRINK: Scale =
-    Scale { name: "shrink", summary: "Have the shape at rest shrink where the tool touches.", ways: inwards };
+    Scale { name: "shrink", summary: "Have the shape at rest shrink where the tool touches.", displacements: inwards };
 
-/// 1/s
+/// Default strain rate, 1/s.
 const RATE: f64 = 1.0;
 
 impl EditKind for Scale {
@@ -47,25 +48,25 @@ impl EditKind for Scale {
         Some(Strength { unit: "Hz", default: RATE })
     }
 
-    fn reshapes(&self) -> bool {
+    fn changes_rest_shape(&self) -> bool {
         true
     }
 
     fn begin(&self, edit: &Edit, tool: &Tool, _bodies: usize) -> Box<dyn Action> {
-        Flowing::begin(edit, tool, RATE, Flow::Nodes(self.ways))
+        RestShapeFlow::begin(edit, tool, RATE, GoalDisplacement::Nodes(self.displacements))
     }
 }
 
-/// From the mean of the region.
+/// Vectors from the centroid of the region to its nodes, m (k x 3).
 fn outwards(brush: &Brush, body: &Body) -> Vec<Vec3> {
     let rest = &body.system.nodes.rest;
     let centre = brush.mean(rest);
     brush.nodes.iter().map(|&n| rest[n as usize] - centre).collect()
 }
 
-/// To the mean of the region.
+/// Vectors from the nodes of the region to its centroid, m (k x 3).
 fn inwards(brush: &Brush, body: &Body) -> Vec<Vec3> {
-    let mut ways = outwards(brush, body);
-    ways.iter_mut().for_each(|way| *way = -*way);
-    ways
+    let mut displacements = outwards(brush, body);
+    displacements.iter_mut().for_each(|displacement| *displacement = -*displacement);
+    displacements
 }

@@ -1,18 +1,18 @@
-//! Inflate and deflate: a pressure on the surface around the hand, along its normals, and its reaction.
+//! Inflate and deflate: a pressure on the surface around the hand and its reaction on the hand.
 //!
-//! Every vertex gets `p w A n / 3`, with the falloff w and the areas A n of its triangles as they are now, so the pressure follows the
-//! surface; over a closed surface the forces add up to nothing. The hand feels the opposite of their sum.
+//! The force on a vertex is `p w A n / 3`, with the falloff w and the current area vectors A n of its triangles, so the pressure follows the
+//! surface; constant over a closed surface, the forces add up to zero. The hand gets the negative sum of the forces.
 
 use super::brush::{Brush, BrushShape};
 use super::grip::GRIP_REACH;
 use super::key::{FALLOFF, Key, KeyName, RADIUS, Strength};
-use super::{Action, ContactPlace, EditKind, EmbeddedPlace, Step};
+use super::{Action, BodyPoint, EditKind, EmbeddedPoint, Step};
 use crate::body::{Body, Discretization, LatticeError};
 use crate::plan::Edit;
 use crate::tool::Tool;
 use pliant_solver::Vec3;
 
-/// Presses on the surface around the hand.
+/// Applies a pressure to the surface around the hand.
 pub(super) struct Pressure {
     name: &'static str,
     summary: &'static str,
@@ -20,14 +20,14 @@ pub(super) struct Pressure {
     sign: f64,
 }
 
-/// Blows it up.
+/// Pressure outwards.
 pub(super) static INFLATE: Pressure =
     Pressure { name: "inflate", summary: "Press the surface near the hand outwards along its normals.", sign: 1.0 };
-/// Sucks it in.
+/// Pressure inwards.
 pub(super) static DEFLATE: Pressure =
     Pressure { name: "deflate", summary: "Press the surface near the hand inwards along its normals.", sign: -1.0 };
 
-/// Pa
+/// Default pressure, Pa.
 const PRESSURE: f64 = 1000.0;
 
 impl EditKind for Pressure {
@@ -58,23 +58,24 @@ impl EditKind for Pressure {
     }
 }
 
-/// A pressure under way.
+/// A pressure in progress.
 struct Pressing {
     shape: BrushShape,
-    /// Pa, outwards
+    /// Pressure, Pa; positive outwards.
     pressure: f64,
-    at: Option<ContactPlace>,
+    /// Surface point closest to the hand.
+    at: Option<BodyPoint>,
     brush: Brush,
-    /// N, of each node (n x 3)
+    /// Force on each node, N (n x 3).
     force: Vec<Vec3>,
 }
 
 impl Action for Pressing {
-    fn contact(&self, _tool: &Tool) -> Option<ContactPlace> {
+    fn contact(&self, _tool: &Tool) -> Option<BodyPoint> {
         self.at
     }
 
-    fn extra_radius(&self, edge: f64) -> f64 {
+    fn extra_region_radius(&self, edge: f64) -> f64 {
         self.shape.radius_at(edge)
     }
 
@@ -82,12 +83,12 @@ impl Action for Pressing {
         &mut self,
         tool: &mut Tool,
         step: &mut Step<'_>,
-        _contact: Option<EmbeddedPlace>,
+        _contact: Option<EmbeddedPoint>,
     ) -> Result<(), LatticeError> {
         let hand = step.hand.position;
         (tool.proxy.touch, tool.proxy.position) = (None, hand);
         let near = tool.surface.nearest(step.bodies, step.moved, hand, GRIP_REACH * tool.proxy.radius())?;
-        self.at = near.map(|near| ContactPlace { body: near.body, rest: near.rest });
+        self.at = near.map(|near| BodyPoint { body: near.body, rest: near.rest });
         let Some(at) = self.at else { return Ok(()) };
         let body = &mut step.bodies[at.body as usize];
         let (now, settled) = body.embed_point(at.rest)?;
@@ -97,7 +98,7 @@ impl Action for Pressing {
         let vertices = self.brush.vertices(body, settled, radius, self.shape.falloff)?;
         self.force.clear();
         self.force.resize(body.system.nodes.len(), Vec3::zeros());
-        press(&self.brush, &vertices, body, self.pressure, &mut self.force)?;
+        add_pressure(&self.brush, &vertices, body, self.pressure, &mut self.force)?;
         let total: Vec3 = self.force.iter().sum();
         let (scale, _) = tool.cap(total.norm());
         let springs = tool.springs_mut(at.body as usize);
@@ -112,8 +113,8 @@ impl Action for Pressing {
     }
 }
 
-/// Adds to the nodes what a pressure (Pa) on weighted vertices, sorted, comes to.
-fn press(
+/// Adds the nodal forces (N, n x 3) of a pressure (Pa) on vertices with weights, sorted by vertex.
+fn add_pressure(
     brush: &Brush,
     vertices: &[(u32, f64)],
     body: &mut Body,

@@ -1,20 +1,20 @@
 //! Keys of an `[[edit]]` that only some kinds read, and their defaults.
 
-/// A key of the palette.
+/// Name of a key that only some edit kinds read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum KeyName {
-    /// `limit`, N
+    /// `limit`: largest force, N.
     Limit,
-    /// `radius`, m
+    /// `radius` of the soft region, m.
     Radius,
-    /// `falloff`, a [`Falloff`](super::Falloff)
+    /// `falloff`, a [`Falloff`](super::Falloff).
     Falloff,
-    /// `strength`, in the unit of the kind
+    /// `strength`, in the unit of the edit kind.
     Strength,
 }
 
 impl KeyName {
-    /// As scenes write it.
+    /// Spelling in scene files.
     pub fn as_str(self) -> &'static str {
         match self {
             Self::Limit => "limit",
@@ -30,7 +30,7 @@ impl KeyName {
 pub struct Key {
     /// Name of the key.
     pub name: KeyName,
-    /// The default, as a scene could write it or in words.
+    /// The default, as a scene would write it, or a description of it.
     pub default: &'static str,
     /// One sentence on what it does.
     pub summary: &'static str,
@@ -41,21 +41,21 @@ pub struct Key {
 pub struct Strength {
     /// SI unit, as in [`parse_quantity`](crate::scene::parse_quantity).
     pub unit: &'static str,
-    /// In that unit.
+    /// Default, in that unit.
     pub default: f64,
 }
 
-/// Radii of the tool in the default `radius`.
+/// Default `radius`, in radii of the tool.
 pub(crate) const DEFAULT_RADIUS: f64 = 3.0;
 
-/// `radius` of every kind with a soft region.
+/// The key `radius` of edit kinds with a soft region.
 pub(super) const RADIUS: Key = Key {
     name: KeyName::Radius,
     default: "three radii of the tool",
     summary: "Radius of what it acts on, 1.5 edges of a cell at least.",
 };
 
-/// `falloff` of every kind with a soft region.
+/// The key `falloff` of edit kinds with a soft region.
 pub(super) const FALLOFF: Key = Key {
     name: KeyName::Falloff,
     default: "smooth",

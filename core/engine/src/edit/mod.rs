@@ -1,8 +1,8 @@
-//! Edits: what a hand does to bodies with a tool.
+//! Edits: operations of a hand on bodies with a tool.
 //!
-//! An edit kind is one file: an [`EditKind`] says how scenes write it, what it needs and what it is for, and begins an [`Action`],
-//! which acts on the bodies in every step until the edit ends. A new kind is added by its file and its line in [`KINDS`];
-//! scenes, plans, sessions, recordings and undo know kinds through these traits alone.
+//! An edit kind is one file: an [`EditKind`] has its name, its keys and its requirements, and begins an [`Action`], which acts on the bodies in
+//! every step until the edit ends. A new kind is added by its file and its line in [`KINDS`]; scenes, plans, sessions, recordings and undo
+//! use kinds through these traits alone.
 
 mod brush;
 mod cut;
@@ -31,7 +31,7 @@ use crate::tool::{Hand, Tool};
 use pliant_solver::{StepTime, Vec3};
 use std::fmt;
 
-/// Every edit kind, in the order help lists them.
+/// Every edit kind, in the order of the help text.
 pub static KINDS: &[&dyn EditKind] = &[
     &touch::Touch,
     &pull::Pull,
@@ -47,24 +47,24 @@ pub static KINDS: &[&dyn EditKind] = &[
     &grow::SHRINK,
 ];
 
-/// The name of the edit that takes the last edit back.
+/// Name of the edit that undoes the last one.
 pub const UNDO: &str = "undo";
-/// The name of the edit that makes again what was taken back last.
+/// Name of the edit that redoes the one undone last.
 pub const REDO: &str = "redo";
 
-/// What a scene's `kind` stands for.
+/// Meaning of the key `kind` of an `[[edit]]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Command {
-    /// Something done with a tool.
+    /// An edit with a tool.
     Tool(&'static dyn EditKind),
-    /// Take the last edit back.
+    /// Undo the last edit.
     Undo,
-    /// Make again what was taken back last.
+    /// Redo the edit undone last.
     Redo,
 }
 
 impl Command {
-    /// The command of a name, if there is one.
+    /// The command with this name; `None` if there is none.
     pub fn find(name: &str) -> Option<Self> {
         match name {
             UNDO => Some(Self::Undo),
@@ -73,7 +73,7 @@ impl Command {
         }
     }
 
-    /// Every name with a sentence of what it does.
+    /// Every name with a one-sentence summary.
     pub fn names() -> impl Iterator<Item = (&'static str, &'static str)> {
         let history = [
             (UNDO, "Take back the last edit that changed a shape for good: a cut, or one whose shape was kept."),
@@ -85,39 +85,39 @@ impl Command {
 
 /// A kind of edit.
 pub trait EditKind: Sync {
-    /// As scenes write it.
+    /// Name in scene files.
     fn name(&self) -> &'static str;
 
-    /// One sentence on what it does, for help and the schema.
+    /// One-sentence summary, for help and the schema.
     fn summary(&self) -> &'static str;
 
-    /// Keys of an `[[edit]]` that it reads besides those every edit has, with their defaults.
+    /// Keys of an `[[edit]]` that it reads besides those of every edit, with their defaults.
     fn keys(&self) -> &'static [Key] {
         &[]
     }
 
-    /// What the key `strength` measures, if it reads it.
+    /// Unit and default of the key `strength`; `None` if it does not read that key.
     fn strength(&self) -> Option<Strength> {
         None
     }
 
-    /// Whether it cuts: its tool needs a `blade`, bodies keep a mesh that can be cut, and undo takes it back even if no shape is kept.
+    /// Whether it cuts: its tool needs a `blade`, bodies keep a mesh that can be cut, and it can be undone even if its shape is not kept.
     fn cuts(&self) -> bool {
         false
     }
 
-    /// Whether it takes hold of a body and moves what it holds with the hand.
-    fn takes_hold(&self) -> bool {
+    /// Whether it grips a body and moves the gripped part with the hand.
+    fn grips(&self) -> bool {
         false
     }
 
-    /// Whether it changes the shape at rest while it is under way: undo takes it back, and `release` says nothing, as what it presses
-    /// always springs back.
-    fn reshapes(&self) -> bool {
+    /// Whether it changes the rest shape while it is active. Such an edit can be undone, and the key `release` does not apply to it, because the
+    /// elastic deformation by the tool always springs back.
+    fn changes_rest_shape(&self) -> bool {
         false
     }
 
-    /// Begins the edit with `tool`, in a scene of `bodies` bodies.
+    /// Begins the edit with `tool` in a scene with `bodies` bodies.
     fn begin(&self, edit: &Edit, tool: &Tool, bodies: usize) -> Box<dyn Action>;
 }
 
@@ -133,101 +133,101 @@ impl PartialEq for dyn EditKind {
     }
 }
 
-/// What an action acts on in a step.
+/// Inputs of an action in a step.
 pub struct Step<'a> {
     /// The hand that holds the tool.
     pub hand: &'a Hand,
-    /// Bodies that move.
+    /// All bodies (b).
     pub bodies: &'a mut [Body],
-    /// m, how far nodes of each body may have moved since the last step
+    /// Largest displacement of a node of each body since the last step, m (b).
     pub moved: &'a [f64],
-    /// The step that follows.
+    /// Times of the step that follows.
     pub time: StepTime,
 }
 
-/// Where an action is on a body.
+/// Contact point of an action on a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ContactPlace {
+pub struct BodyPoint {
     /// Index of the body.
     pub body: u32,
-    /// m, the place in the rest shape
+    /// Contact point in the rest shape, m.
     pub rest: Vec3,
 }
 
-/// A ball of rest places around which cells must be simulated.
+/// A ball in the rest shape of a body in which cells must be simulated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ActiveBall {
     /// Index of the body.
     pub body: u32,
-    /// m, in the rest shape
+    /// Centre in the rest shape, m.
     pub centre: Vec3,
-    /// m, added to the radius that the body's own settings give
+    /// Radius added to that of the body's settings, m.
     pub extra_radius: f64,
 }
 
-/// An edit under way with one tool.
+/// An active edit with one tool.
 ///
-/// In every step [`Action::cut`] comes first, then [`Action::active_ball`], then [`Action::follow`]; bodies move after that.
+/// In every step [`Action::cut`] is called first, then [`Action::active_ball`], then [`Action::follow`]; then the bodies move.
 pub trait Action: Send {
-    /// Where it is in contact.
-    fn contact(&self, tool: &Tool) -> Option<ContactPlace> {
-        tool.proxy.touch.map(|touch| ContactPlace { body: touch.body, rest: touch.rest })
+    /// Its contact point; `None` without contact.
+    fn contact(&self, tool: &Tool) -> Option<BodyPoint> {
+        tool.proxy.touch.map(|touch| BodyPoint { body: touch.body, rest: touch.rest })
     }
 
-    /// Cells that must be simulated for it; `None` while it is in contact with nothing.
+    /// The ball whose cells must be simulated for it; `None` without contact.
     fn active_ball(&self, tool: &Tool) -> Option<ActiveBall> {
         self.contact(tool).map(|at| ActiveBall { body: at.body, centre: at.rest, extra_radius: 0.0 })
     }
 
-    /// m, of what it acts on around its contact on a body whose cells have this edge (m): as much more must be simulated.
-    fn extra_radius(&self, _edge: f64) -> f64 {
+    /// Radius of the soft region around its contact on a body with this cell edge, both in m; it enlarges the simulated ball.
+    fn extra_region_radius(&self, _edge: f64) -> f64 {
         0.0
     }
 
-    /// Whether it holds on to a body.
-    fn holds(&self) -> bool {
+    /// Whether it grips a body now.
+    fn is_gripping(&self) -> bool {
         false
     }
 
-    /// Whether it turns what it acts on with the hand, and so gives a torque back.
-    fn turns(&self) -> bool {
+    /// Whether it rotates the gripped region with the hand, so that the device gets a torque.
+    fn renders_torque(&self) -> bool {
         false
     }
 
-    /// Whether its tool meets sheets as a fingertip does: as a contact constraint or a soft tip.
+    /// Whether its tool is in contact with sheets as a fingertip, by constraints or as a soft tip.
     fn is_fingertip(&self) -> bool {
         false
     }
 
-    /// Changes meshes before bodies move; `last` when the edit ends with this step.
+    /// Cuts meshes before bodies move; `last` is set if the edit ends with this step.
     ///
     /// # Errors
-    /// What grid or material say.
+    /// Returns the error of the grid or material plugin.
     fn cut(&mut self, _tool: &Tool, _hand: &Hand, _bodies: &mut [Body], _last: bool) -> Result<CutStep, LatticeError> {
         Ok(CutStep::default())
     }
 
-    /// Follows the hand: places the tool's proxy and sets the loads of the tool on the bodies. `contact` tells where the nodes carry
-    /// the place of [`Action::contact`].
+    /// Follows the hand: sets the position of the tool's proxy and the loads of the tool on the bodies. `contact` is the embedded position of
+    /// [`Action::contact`].
     ///
     /// # Errors
-    /// What grid or material say.
+    /// Returns the error of the grid or material plugin.
     fn follow(
         &mut self,
         tool: &mut Tool,
         step: &mut Step<'_>,
-        contact: Option<EmbeddedPlace>,
+        contact: Option<EmbeddedPoint>,
     ) -> Result<(), LatticeError>;
 
-    /// Lets go of everything, as when the hand is gone.
+    /// Ends all contacts and grips, as when the hand is absent.
     fn release(&mut self) {}
 }
 
-/// Where nodes carry a rest place.
+/// Positions of an embedded point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EmbeddedPlace {
-    /// m, now
+pub struct EmbeddedPoint {
+    /// Current position, m.
     pub now: Vec3,
-    /// m, when all nodes are at rest
+    /// Position with all nodes at rest, m.
     pub settled: Vec3,
 }

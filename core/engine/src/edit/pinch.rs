@@ -1,16 +1,16 @@
-//! Pinch: the surface is drawn from both sides to a line through the contact, as a crease is.
+//! Pinch: the surface is drawn from both sides to a line through the contact, which forms a crease.
 
-use super::flow::{Flow, Flowing, Place};
+use super::flow::{BrushRegion, GoalDisplacement, RestShapeFlow};
 use super::key::{FALLOFF, Key, KeyName, RADIUS, Strength};
 use super::{Action, EditKind};
 use crate::plan::Edit;
 use crate::tool::Tool;
 use pliant_solver::Vec3;
 
-/// Draws the shape at rest to a line along the hand.
+/// Draws the rest shape to a line along the x axis of the hand.
 pub(super) struct Pinch;
 
-/// 1/s
+/// Default rate, 1/s.
 const RATE: f64 = 3.0;
 
 impl EditKind for Pinch {
@@ -38,20 +38,21 @@ impl EditKind for Pinch {
         Some(Strength { unit: "Hz", default: RATE })
     }
 
-    fn reshapes(&self) -> bool {
+    fn changes_rest_shape(&self) -> bool {
         true
     }
 
     fn begin(&self, edit: &Edit, tool: &Tool, _bodies: usize) -> Box<dyn Action> {
-        Flowing::begin(edit, tool, RATE, Flow::Surface(to_line))
+        RestShapeFlow::begin(edit, tool, RATE, GoalDisplacement::Surface(to_line))
     }
 }
 
-/// Across the line of the hand's x axis in the plane of the region; along y where x stands on that plane.
-fn to_line(place: &Place<'_>) -> Vec<Vec3> {
-    let normal = place.normal();
+/// Goal displacements to the line through the contact along the hand's x axis, projected to the region's plane, m (k x 3); the y axis replaces an x
+/// axis that is perpendicular to the plane.
+fn to_line(region: &BrushRegion<'_>) -> Vec<Vec3> {
+    let normal = region.normal();
     let in_plane = |axis: Vec3| (axis - axis.dot(&normal) * normal).try_normalize(0.1);
-    let line = in_plane(place.hand * Vec3::x()).or_else(|| in_plane(place.hand * Vec3::y())).unwrap_or_else(Vec3::x);
+    let line = in_plane(region.hand * Vec3::x()).or_else(|| in_plane(region.hand * Vec3::y())).unwrap_or_else(Vec3::x);
     let across = normal.cross(&line);
-    place.vertices.iter().map(|&(v, _)| -(place.at(v) - place.centre).dot(&across) * across).collect()
+    region.vertices.iter().map(|&(v, _)| -(region.rest(v) - region.centre).dot(&across) * across).collect()
 }

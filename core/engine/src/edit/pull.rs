@@ -1,19 +1,18 @@
-//! Pull: the hand takes hold of a point of a surface.
+//! Pull: the hand grips a point of a surface.
 //!
-//! The anchor P_s stays where it was taken; the force on the hand is K (P_s - P_t) (Qi, Zhu and Fan 2019), the opposite is
-//! spread over a disc of the body, as wide as the tool, or over what of the body is within the tool's radius where cells are finer
-//! than the tool.
+//! The anchor P_s moves with the gripped point; the force on the hand is K (P_s - P_t) (Qi, Zhu and Fan 2019). The opposite force is distributed
+//! over a disc of three cells, or over the part of the body within the tool's radius if that is larger than 1.5 cells.
 
-use super::brush::{BrushShape, Falloff, LEAST_EDGES};
+use super::brush::{BrushShape, Falloff, MIN_RADIUS_EDGES};
 use super::grip::Grip;
 use super::key::{Key, KeyName};
-use super::region::Region;
-use super::{Action, ContactPlace, EditKind, EmbeddedPlace, Step};
+use super::region::CoupledRegion;
+use super::{Action, BodyPoint, EditKind, EmbeddedPoint, Step};
 use crate::body::LatticeError;
 use crate::plan::Edit;
 use crate::tool::Tool;
 
-/// Takes hold of a point.
+/// Grips a surface point and pulls it with the hand.
 pub(super) struct Pull;
 
 impl EditKind for Pull {
@@ -29,7 +28,7 @@ impl EditKind for Pull {
         &[Key { name: KeyName::Limit, default: "3 N", summary: "It lets go above this force." }]
     }
 
-    fn takes_hold(&self) -> bool {
+    fn grips(&self) -> bool {
         true
     }
 
@@ -39,27 +38,27 @@ impl EditKind for Pull {
             limit: edit.limit.unwrap_or(LIMIT),
             grip: None,
             radius: shape.radius,
-            region: Region::new(shape, false),
+            region: CoupledRegion::new(shape, false),
         })
     }
 }
 
-/// A pull under way.
+/// A pull in progress.
 struct Pulling {
-    /// N, it lets go above this force
+    /// Force above which it lets go, N.
     limit: f64,
     grip: Option<Grip>,
-    /// m, of the tool
+    /// Radius of the tool, m.
     radius: f64,
-    /// Where cells are finer than the tool.
-    region: Region,
+    /// The region it pulls if cells are finer than the tool.
+    region: CoupledRegion,
 }
 
-/// N, above which a pull lets go, where the scene says nothing.
+/// Default of `limit`, N.
 const LIMIT: f64 = 3.0;
 
 impl Pulling {
-    /// Lets go because of too much force.
+    /// Lets go because the force exceeds the limit.
     fn let_go(&mut self, tool: &mut Tool, step: &Step<'_>) {
         tool.slipped += 1;
         self.release();
@@ -68,11 +67,11 @@ impl Pulling {
 }
 
 impl Action for Pulling {
-    fn contact(&self, _tool: &Tool) -> Option<ContactPlace> {
+    fn contact(&self, _tool: &Tool) -> Option<BodyPoint> {
         self.grip.map(|grip| grip.at)
     }
 
-    fn holds(&self) -> bool {
+    fn is_gripping(&self) -> bool {
         self.grip.is_some()
     }
 
@@ -80,7 +79,7 @@ impl Action for Pulling {
         &mut self,
         tool: &mut Tool,
         step: &mut Step<'_>,
-        contact: Option<EmbeddedPlace>,
+        contact: Option<EmbeddedPoint>,
     ) -> Result<(), LatticeError> {
         tool.proxy.touch = None;
         if self.grip.is_none() {
@@ -92,7 +91,7 @@ impl Action for Pulling {
             return Ok(());
         };
         let body = &mut step.bodies[grip.at.body as usize];
-        if self.radius > LEAST_EDGES * body.discretization.edge() {
+        if self.radius > MIN_RADIUS_EDGES * body.discretization.edge() {
             if self.region.follow(tool, step.hand, body, grip.at)? > self.limit {
                 self.let_go(tool, step);
             }

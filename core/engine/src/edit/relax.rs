@@ -1,7 +1,7 @@
 //! Relax: the shape at rest creeps towards the present one, so that what is pressed stays pressed.
 
 use super::brush::Brush;
-use super::flow::{Flow, Flowing};
+use super::flow::{GoalDisplacement, RestShapeFlow};
 use super::key::{FALLOFF, Key, KeyName, RADIUS, Strength};
 use super::{Action, EditKind};
 use crate::body::Body;
@@ -9,10 +9,10 @@ use crate::plan::Edit;
 use crate::tool::Tool;
 use pliant_solver::Vec3;
 
-/// Lets stresses go where the tool touches.
+/// Relaxes stresses where the tool touches.
 pub(super) struct Relax;
 
-/// 1/s
+/// Default rate, 1/s.
 const RATE: f64 = 5.0;
 
 impl EditKind for Relax {
@@ -36,16 +36,16 @@ impl EditKind for Relax {
         Some(Strength { unit: "Hz", default: RATE })
     }
 
-    fn reshapes(&self) -> bool {
+    fn changes_rest_shape(&self) -> bool {
         true
     }
 
     fn begin(&self, edit: &Edit, tool: &Tool, _bodies: usize) -> Box<dyn Action> {
-        Flowing::begin(edit, tool, RATE, Flow::Nodes(to_present))
+        RestShapeFlow::begin(edit, tool, RATE, GoalDisplacement::Nodes(to_present))
     }
 }
 
-/// From where a node rests to where it is.
+/// Goal displacement of each node of the brush: its current minus its rest position, m (k x 3).
 fn to_present(brush: &Brush, body: &Body) -> Vec<Vec3> {
     let nodes = &body.system.nodes;
     brush.nodes.iter().map(|&n| nodes.x[n as usize] - nodes.rest[n as usize]).collect()

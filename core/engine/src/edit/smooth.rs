@@ -1,6 +1,6 @@
-//! Smooth: the shape at rest is faired, every vertex towards the mean of its neighbours.
+//! Smooth: the rest shape is faired by moving every vertex towards the mean of its neighbours.
 
-use super::flow::{Flow, Flowing, Place};
+use super::flow::{BrushRegion, GoalDisplacement, RestShapeFlow};
 use super::key::{FALLOFF, Key, KeyName, RADIUS, Strength};
 use super::{Action, EditKind};
 use crate::plan::Edit;
@@ -8,10 +8,10 @@ use crate::tool::Tool;
 use pliant_solver::Vec3;
 use std::collections::BTreeMap;
 
-/// Fairs the shape at rest where the tool touches.
+/// Fairs the rest shape where the tool touches.
 pub(super) struct Smooth;
 
-/// 1/s
+/// Default rate, 1/s.
 const RATE: f64 = 30.0;
 
 impl EditKind for Smooth {
@@ -39,32 +39,33 @@ impl EditKind for Smooth {
         Some(Strength { unit: "Hz", default: RATE })
     }
 
-    fn reshapes(&self) -> bool {
+    fn changes_rest_shape(&self) -> bool {
         true
     }
 
     fn begin(&self, edit: &Edit, tool: &Tool, _bodies: usize) -> Box<dyn Action> {
-        Flowing::begin(edit, tool, RATE, Flow::Surface(fair))
+        RestShapeFlow::begin(edit, tool, RATE, GoalDisplacement::Surface(fair))
     }
 }
 
-/// To the mean of the neighbours (the umbrella operator; Taubin 1995); along a border, of those on the border.
-fn fair(place: &Place<'_>) -> Vec<Vec3> {
+/// Goal displacement of each vertex to the mean of its neighbours, m (k x 3) (umbrella operator; Taubin 1995). Vertices of a border use their
+/// neighbours on the border alone.
+fn fair(region: &BrushRegion<'_>) -> Vec<Vec3> {
     let mut faces: BTreeMap<u32, u32> = BTreeMap::new();
-    let way = |&(v, _): &(u32, f64)| {
+    let displacement = |&(v, _): &(u32, f64)| {
         faces.clear();
-        for &t in place.model.around(v).iter().filter(|t| !place.model.is_lid(**t)) {
-            for other in place.model.surface.triangles[t as usize].into_iter().filter(|o| *o != v) {
+        for &t in region.model.around(v).iter().filter(|t| !region.model.is_lid(**t)) {
+            for other in region.model.surface.triangles[t as usize].into_iter().filter(|o| *o != v) {
                 *faces.entry(other).or_default() += 1;
             }
         }
         let border = faces.values().any(|count| *count == 1);
         let (mut sum, mut count) = (Vec3::zeros(), 0.0);
         for (other, _) in faces.iter().filter(|(_, faces)| !border || **faces == 1) {
-            sum += place.at(*other);
+            sum += region.rest(*other);
             count += 1.0;
         }
-        if count > 0.0 { sum / count - place.at(v) } else { Vec3::zeros() }
+        if count > 0.0 { sum / count - region.rest(v) } else { Vec3::zeros() }
     };
-    place.vertices.iter().map(way).collect()
+    region.vertices.iter().map(displacement).collect()
 }

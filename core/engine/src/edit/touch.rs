@@ -1,16 +1,16 @@
 //! Touch: the tool's proxy slides over surfaces and presses them.
 //!
-//! The god-object stays outside of the surface while the hand goes in; the force on the hand is K (P_s - P_t) (Qi, Zhu and Fan
-//! 2019), the opposite is spread over the part of the body the tool lies on.
+//! The proxy P_s stays outside of the surface while the hand P_t penetrates it. The force on the hand is K (P_s - P_t) (Qi, Zhu and Fan 2019);
+//! the opposite force is distributed over the contact area of the body.
 
-use super::{Action, EditKind, EmbeddedPlace, Step};
+use super::{Action, EditKind, EmbeddedPoint, Step};
 use crate::body::{Body, LatticeError};
 use crate::contact::{Layer, Touch as Contact, apply_friction};
 use crate::plan::Edit;
 use crate::tool::{Tool, diagonal, direction};
 use pliant_solver::Vec3;
 
-/// Slides over surfaces and presses them.
+/// Touches surfaces with the tool's proxy.
 pub(super) struct Touch;
 
 impl EditKind for Touch {
@@ -27,7 +27,7 @@ impl EditKind for Touch {
     }
 }
 
-/// A touch under way; all it needs between steps is the tool's proxy.
+/// A touch in progress. Its state is that of the tool's proxy.
 pub(super) struct Touching;
 
 impl Action for Touching {
@@ -39,27 +39,27 @@ impl Action for Touching {
         &mut self,
         tool: &mut Tool,
         step: &mut Step<'_>,
-        contact: Option<EmbeddedPlace>,
+        contact: Option<EmbeddedPoint>,
     ) -> Result<(), LatticeError> {
         let hand = step.hand.position;
         let triangle = tool.proxy.touch.and_then(|touch| Some((touch.body, touch.triangle?)));
-        let carried =
+        let positions =
             triangle.map(|(body, triangle)| triangle.positions(&mut step.bodies[body as usize])).transpose()?.flatten();
-        let anchor = tool.slide_proxy(step, carried.map(|(now, _)| now).or(contact.map(|place| place.now)))?;
+        let anchor = tool.slide_proxy(step, positions.map(|(now, _)| now).or(contact.map(|place| place.now)))?;
         let Some(touch) = tool.proxy.touch else {
             tool.surface.leave();
             return Ok(());
         };
         let body = &mut step.bodies[touch.body as usize];
         if Tool::meets_samples(&tool.proxy.shape, body.discretization.edge()) {
-            return stand_in_layer(tool, body, hand, touch, anchor);
+            return balance_in_layer(tool, body, hand, touch, anchor);
         }
         let free = tool.proxy.position;
         let p = anchor.map_or(free, |anchor| apply_friction(free, anchor, hand, touch.normal, tool.friction));
         tool.proxy.position = p;
         tool.presses.extend(direction(touch.normal).map(|normal| (-normal, 1.0)));
-        let carried = touch.triangle.map(|triangle| triangle.positions(body)).transpose()?.flatten();
-        let (now, settled) = carried.map_or_else(|| body.embed_point(touch.rest), Ok)?;
+        let positions = touch.triangle.map(|triangle| triangle.positions(body)).transpose()?.flatten();
+        let (now, settled) = positions.map_or_else(|| body.embed_point(touch.rest), Ok)?;
         tool.depth = (settled - now).dot(&touch.normal);
         let pulled = tool.coupling.stiffness * (hand - p);
         if touch.triangle.and_then(|triangle| triangle.coarse_corners(body)).is_some() {
@@ -69,8 +69,8 @@ impl Action for Touching {
     }
 }
 
-/// Puts the proxy where the layer of the surface balances the coupling, and loads the samples it is pressed against.
-fn stand_in_layer(
+/// Moves the proxy to the equilibrium of the elastic layer and the coupling, and applies the contact forces to the samples.
+fn balance_in_layer(
     tool: &mut Tool,
     body: &mut Body,
     hand: Vec3,
@@ -80,16 +80,16 @@ fn stand_in_layer(
     let (coupling, near) = (tool.coupling, tool.proxy.near());
     let shape = tool.proxy.shape.clone();
     let layer = Layer { shape: &shape, coupling: coupling.stiffness, stiffness: body.layer_stiffness };
-    let frictionless = |from| {
-        let (p, felt) = layer.balance(near, from, hand, None);
-        (p, direction(felt).unwrap_or(touch.normal))
+    let without_friction = |from| {
+        let (p, layer_force) = layer.balance(near, from, hand, None);
+        (p, direction(layer_force).unwrap_or(touch.normal))
     };
     let (p, normal) = match anchor {
         Some(anchor) if tool.friction.static_coefficient > 0.0 => {
             rest_with_friction(tool, &layer, Slide { anchor, hand, normal: touch.normal })
-                .unwrap_or_else(|| frictionless(tool.proxy.position))
+                .unwrap_or_else(|| without_friction(tool.proxy.position))
         }
-        _ => frictionless(tool.proxy.position),
+        _ => without_friction(tool.proxy.position),
     };
     let mut total = 0.0;
     let [mut pushed, mut point, mut rest] = [Vec3::zeros(); 3];
@@ -104,17 +104,17 @@ fn stand_in_layer(
         return Ok(());
     }
     let pulled = coupling.stiffness * (hand - p);
-    // What the pushes leave of the pull is friction's; it is shared as they are.
+    // The rest of the pull is friction, distributed like the normal forces.
     let friction = pulled - pushed;
     let (scale, spring) = coupling.cap(pulled);
     tool.loads.clear();
     for push in layer.pushes(near, p) {
-        let share = push.magnitude / total;
-        tool.presses.extend(direction(push.point - p).map(|towards| (towards, share)));
-        let sideways = diagonal(share * coupling.stiffness);
+        let fraction = push.magnitude / total;
+        tool.presses.extend(direction(push.point - p).map(|towards| (towards, fraction)));
+        let sideways = diagonal(fraction * coupling.stiffness);
         let stiffness = std::array::from_fn(|e| spring * (push.stiffness[e] + sideways[e]));
-        let force = scale * (push.force + share * friction);
-        tool.loads.push(push.rest, force, stiffness, diagonal(spring * share * coupling.damping));
+        let force = scale * (push.force + fraction * friction);
+        tool.loads.push(push.rest, force, stiffness, diagonal(spring * fraction * coupling.damping));
     }
     let touch = Contact { rest: rest / total, normal, triangle: None, ..touch };
     tool.proxy.set_contact(p, point / total, touch);
@@ -123,24 +123,24 @@ fn stand_in_layer(
     tool.attach_loads(body, touch.body)
 }
 
-/// Where a ball would be held by friction, and what pulls it.
+/// A proxy with friction that moved with the surface.
 #[derive(Clone, Copy)]
 struct Slide {
-    /// m, where the surface has carried the ball
+    /// Position of the proxy if it sticks, m.
     anchor: Vec3,
-    /// m, the hand
+    /// Position of the hand, m.
     hand: Vec3,
-    /// Unit, out of the surface.
+    /// Unit contact normal, out of the surface.
     normal: Vec3,
 }
 
-/// Where a ball rests that the surface has carried to the anchor, and the normal there: the direction of what the
-/// layer does to it. It sticks inside the friction cone and slides up to it. `None` where the layer does not reach it.
+/// Equilibrium of the proxy with friction: its position, m, and the unit normal, the direction of the layer's force. It sticks inside the friction
+/// cone; otherwise it slides up to the kinetic cone. `None` if it is not in contact with the layer.
 fn rest_with_friction(tool: &Tool, layer: &Layer<'_>, slide: Slide) -> Option<(Vec3, Vec3)> {
     let Slide { anchor, hand, normal } = slide;
     let near = tool.proxy.near();
-    let (p, felt) = layer.balance(near, anchor, hand, Some(normal));
-    let normal = direction(felt)?;
+    let (p, layer_force) = layer.balance(near, anchor, hand, Some(normal));
+    let normal = direction(layer_force)?;
     let pull = hand - p;
     let press = -pull.dot(&normal);
     let along = pull + press * normal;
@@ -149,6 +149,6 @@ fn rest_with_friction(tool: &Tool, layer: &Layer<'_>, slide: Slide) -> Option<(V
         return Some((p, normal));
     }
     let slid = p + (1.0 - tool.friction.kinetic_coefficient * press.max(0.0) / slide).max(0.0) * along;
-    let (p, felt) = layer.balance(near, slid, hand, Some(normal));
-    Some((p, direction(felt)?))
+    let (p, layer_force) = layer.balance(near, slid, hand, Some(normal));
+    Some((p, direction(layer_force)?))
 }

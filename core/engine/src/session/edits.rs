@@ -39,7 +39,7 @@ impl Session {
         if let Some(index) = ended {
             let edit = &self.plan.edits[index].clone();
             self.cut_with(tool, time, true);
-            if edit.release == Release::Keep && !edit.kind.reshapes() {
+            if edit.release == Release::Keep && !edit.kind.changes_rest_shape() {
                 self.keep(time);
             }
             let slot = &mut self.tools[tool];
@@ -47,7 +47,7 @@ impl Session {
             self.tallies[index].advances += advances;
             let cut = advances > 0;
             let reshaped = std::mem::take(&mut slot.tool.reshaped);
-            let kept = edit.release == Release::Keep && !edit.kind.reshapes();
+            let kept = edit.release == Release::Keep && !edit.kind.changes_rest_shape();
             self.settle(tool, cut || reshaped || kept);
         }
         let slot = &mut self.tools[tool];

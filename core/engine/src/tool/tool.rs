@@ -4,7 +4,7 @@ use super::hand::Hand;
 use super::search::{SurfaceSearch, nearest_on_sheets};
 use crate::body::{Body, LatticeError, interpolate};
 use crate::contact::{Friction, Patch, PointLoads, Proxy, inward};
-use crate::edit::{Action, ActiveBall, BladeEdge, ContactPlace, CutStep, EmbeddedPlace, GRIP_REACH, Step};
+use crate::edit::{Action, ActiveBall, BladeEdge, BodyPoint, CutStep, EmbeddedPoint, GRIP_REACH, Step};
 use crate::shape::OrientedShape;
 use nalgebra::UnitQuaternion;
 use pliant_plugin_api::abi::Ball;
@@ -120,7 +120,7 @@ impl Tool {
 
     /// Whether it holds on to a body.
     pub fn holds(&self) -> bool {
-        self.action.as_ref().is_some_and(|action| action.holds())
+        self.action.as_ref().is_some_and(|action| action.is_gripping())
     }
 
     /// Whether it meets sheets as a fingertip now.
@@ -129,7 +129,7 @@ impl Tool {
     }
 
     /// Where it is in contact.
-    pub fn contact(&self) -> Option<ContactPlace> {
+    pub fn contact(&self) -> Option<BodyPoint> {
         self.action.as_ref().and_then(|action| action.contact(self))
     }
 
@@ -165,7 +165,7 @@ impl Tool {
                 Some(ball) => Some(ball).filter(|ball| ball.body as usize == index),
                 None => approached(),
             };
-            let extra = action.extra_radius(body.discretization.edge());
+            let extra = action.extra_region_radius(body.discretization.edge());
             let ball = ball.map(|ball| ActiveBall { extra_radius: ball.extra_radius + extra, ..ball });
             self.ball = ball.map(|ball| (ball, time)).or(self.ball);
         }
@@ -255,9 +255,9 @@ impl Tool {
             return Ok(());
         }
         let contact = match self.contact() {
-            Some(ContactPlace { body, rest }) => {
+            Some(BodyPoint { body, rest }) => {
                 let (now, settled) = step.bodies[body as usize].embed_point(rest)?;
-                Some(EmbeddedPlace { now, settled })
+                Some(EmbeddedPoint { now, settled })
             }
             None => None,
         };
@@ -282,9 +282,9 @@ impl Tool {
     }
 
     /// The place of a sheet that a fingertip lies on, within 1.1 radii of its centre.
-    pub(crate) fn sheet_below(&self, bodies: &[Body]) -> Option<ContactPlace> {
+    pub(crate) fn sheet_below(&self, bodies: &[Body]) -> Option<BodyPoint> {
         let near = nearest_on_sheets(bodies, self.proxy.position, 1.1 * self.proxy.radius());
-        near.map(|near| ContactPlace { body: near.body, rest: near.rest })
+        near.map(|near| BodyPoint { body: near.body, rest: near.rest })
     }
 
     /// Puts a force (N) on body number `index` over a disc around a rest place (m) with a rest normal.
@@ -338,7 +338,7 @@ impl Tool {
 
     /// Whether the edit under way turns what it holds with the hand.
     pub fn turns(&self) -> bool {
-        self.action.as_ref().is_some_and(|action| action.turns())
+        self.action.as_ref().is_some_and(|action| action.renders_torque())
     }
 
     /// N m, on the hand at `hand` (m), at the end of a step: the opposite of the moment the bodies felt about it. Zero unless

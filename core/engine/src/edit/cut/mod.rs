@@ -5,7 +5,7 @@ mod meeting;
 
 pub use knife::{BladeEdge, CutStep};
 
-use super::{Action, ActiveBall, ContactPlace, EditKind, EmbeddedPlace, Step};
+use super::{Action, ActiveBall, BodyPoint, EditKind, EmbeddedPoint, Step};
 use crate::body::{Body, LatticeError};
 use crate::plan::Edit;
 use crate::tool::{Hand, Tool, diagonal};
@@ -40,8 +40,8 @@ struct Cutting {
 }
 
 impl Action for Cutting {
-    fn contact(&self, _tool: &Tool) -> Option<ContactPlace> {
-        self.knife.inside.as_ref().map(|inside| ContactPlace { body: inside.body, rest: inside.places[0] })
+    fn contact(&self, _tool: &Tool) -> Option<BodyPoint> {
+        self.knife.inside.as_ref().map(|inside| BodyPoint { body: inside.body, rest: inside.places[0] })
     }
 
     fn active_ball(&self, _tool: &Tool) -> Option<ActiveBall> {
@@ -63,7 +63,7 @@ impl Action for Cutting {
         &mut self,
         tool: &mut Tool,
         step: &mut Step<'_>,
-        _contact: Option<EmbeddedPlace>,
+        _contact: Option<EmbeddedPoint>,
     ) -> Result<(), LatticeError> {
         let knife = &self.knife;
         tool.proxy.position = knife.tip;
