@@ -1,7 +1,7 @@
-//! Cut: the tool's blade parts what it is moved through.
+//! Cut: the tool's blade cuts bodies.
 
 mod knife;
-mod meeting;
+mod sheet_intersection;
 
 pub use knife::{BladeEdge, CutStep};
 
@@ -9,7 +9,7 @@ use super::{Action, ActiveBall, BodyPoint, EditKind, EmbeddedPoint, Step};
 use crate::body::{Body, LatticeError};
 use crate::plan::Edit;
 use crate::tool::{Hand, Tool, diagonal};
-use knife::{Knife, PLACES};
+use knife::{Knife, SAMPLES};
 use pliant_solver::Vec3;
 
 /// Cuts with a tool that has a blade.
@@ -34,19 +34,19 @@ impl EditKind for Cut {
     }
 }
 
-/// A cut under way.
+/// A cut in progress.
 struct Cutting {
     knife: Knife,
 }
 
 impl Action for Cutting {
     fn contact(&self, _tool: &Tool) -> Option<BodyPoint> {
-        self.knife.inside.as_ref().map(|inside| BodyPoint { body: inside.body, rest: inside.places[0] })
+        self.knife.inside.as_ref().map(|inside| BodyPoint { body: inside.body, rest: inside.points[0] })
     }
 
     fn active_ball(&self, _tool: &Tool) -> Option<ActiveBall> {
         let inside = self.knife.inside.as_ref()?;
-        let (low, high) = (inside.places[0], inside.places[inside.places.len() - 1]);
+        let (low, high) = (inside.points[0], inside.points[inside.points.len() - 1]);
         let span = high - low;
         Some(ActiveBall { body: inside.body, centre: low + 0.5 * span, extra_radius: 0.5 * span.norm() })
     }
@@ -58,7 +58,7 @@ impl Action for Cutting {
         self.knife.cut(hand, tool.coupling.stiffness, bodies, last)
     }
 
-    /// Gives the body the pull of the hand along the part of the edge that is inside of it.
+    /// Applies the pull of the hand to the body, evenly over the sample points of the edge that are inside of it.
     fn follow(
         &mut self,
         tool: &mut Tool,
@@ -68,21 +68,21 @@ impl Action for Cutting {
         let knife = &self.knife;
         tool.proxy.position = knife.tip;
         let Some(inside) = &knife.inside else { return Ok(()) };
-        tool.depth = knife.edge.length * inside.places.len() as f64 / PLACES as f64;
+        tool.depth = knife.edge.length * inside.points.len() as f64 / SAMPLES as f64;
         let coupling = tool.coupling;
         let pulled = coupling.stiffness * (step.hand.position - knife.tip);
         if knife.resistance == 0.0 || pulled == Vec3::zeros() {
             return Ok(());
         }
-        let ((scale, spring), share) = (coupling.cap(pulled), 1.0 / inside.places.len() as f64);
+        let ((scale, spring), fraction) = (coupling.cap(pulled), 1.0 / inside.points.len() as f64);
         let body = &mut step.bodies[inside.body as usize];
         tool.loads.clear();
         let edge = body.discretization.edge();
-        for place in &inside.places {
-            let place = inside.ahead(*place, knife.heading, edge);
-            let stiffness = diagonal(spring * share * coupling.stiffness);
-            let damping = diagonal(spring * share * coupling.damping);
-            tool.loads.push(place, scale * share * pulled, stiffness, damping);
+        for point in &inside.points {
+            let point = inside.ahead(*point, knife.heading, edge);
+            let stiffness = diagonal(spring * fraction * coupling.stiffness);
+            let damping = diagonal(spring * fraction * coupling.damping);
+            tool.loads.push(point, scale * fraction * pulled, stiffness, damping);
         }
         tool.attach_loads(body, inside.body)
     }
