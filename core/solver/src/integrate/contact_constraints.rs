@@ -1,48 +1,47 @@
-//! Contacts as the integrator sees them: constraints on nodes whose active set may change within a step.
+//! Interface between the integrator and contacts: constraints on nodes whose active set may change within a step.
 
 use crate::algebra::Vec3;
 use crate::system::System;
 
-/// Most times the active set is updated after a full solve within one step.
+/// Largest number of full solves, each followed by an update of the active set, in one Newton iteration or explicit step.
 pub const MAX_ACTIVE_SET_PASSES: usize = 4;
 
-/// Contacts that constrain nodes during a step and release them again, such as a sphere that touches a sheet.
+/// Contacts that constrain nodes for the duration of a step, such as a sphere touching a sheet.
 ///
 /// A step calls [`begin`](Self::begin), then [`update_active_set`](Self::update_active_set) after each solve until nothing changes, then
 /// [`end`](Self::end).
 pub trait ContactConstraints {
-    /// Finds candidates and constrains nodes, at the positions before the step. `dt` (s) is how long the step's velocities last.
+    /// Finds candidates and constrains nodes at the positions before a step of `dt` (s).
     fn begin(&mut self, system: &mut System, dt: f64);
-    /// Adds the contact forces that are no constraints, such as friction, N, to `force` (n x 3).
+    /// Adds contact forces other than constraint forces, such as friction, to `force`, N (n x 3).
     fn add_forces(&self, force: &mut [Vec3]);
-    /// Constrains and releases nodes according to a trial step. Returns whether the active set or a force changed. Of a trial step with an
-    /// error bound only changes that are certain within the bound are made.
+    /// Constrains and releases nodes according to a trial step. Returns whether the active set or a force changed. If the trial step has an error
+    /// bound, only changes that are certain within it are made.
     fn update_active_set(&mut self, system: &mut System, trial: &TrialStep<'_>) -> bool;
-    /// Whether a partial solution already makes certain everything [`update_active_set`](Self::update_active_set) would change, and that it
-    /// would change something: then the solve is stopped and begun again with the new active set.
+    /// Whether a partial solution suffices: [`update_active_set`](Self::update_active_set) would make a change, and all of its changes are certain
+    /// within the error bound. The solve is then stopped and repeated with the new active set.
     fn can_stop_early(&self, _: &System, _: &TrialStep<'_>) -> bool {
         false
     }
-    /// Whether any node may come into contact in this step. Without candidates a step skips all contact work.
+    /// Whether any node may come into contact in this step. Without candidates the step skips the contact code.
     fn has_candidates(&self) -> bool;
     /// Whether any node is constrained.
     fn is_active(&self) -> bool;
-    /// Releases all nodes. Adds to `reaction`, the constraint forces of the step, N (n x 3), the forces of
-    /// [`add_forces`](Self::add_forces).
+    /// Releases all nodes. `reaction` holds the constraint forces of the step, N (n x 3); adds the forces of [`add_forces`](Self::add_forces).
     fn end(&mut self, system: &mut System, reaction: &mut [Vec3]);
 }
 
-/// Velocities and constraint forces that a step would end with under the present active set.
+/// Velocities and constraint forces at the end of a step with the present active set.
 pub struct TrialStep<'a> {
     /// Velocity of a node after the step, m/s.
     pub velocity: &'a dyn Fn(&System, usize) -> Vec3,
     /// Constraint force on a node, N.
     pub reaction: &'a dyn Fn(usize) -> Vec3,
-    /// How far both may be from the solution; `None` for a solve that met its tolerance.
+    /// Bound of the errors of both; `None` if the solve met its tolerance.
     pub error_bound: Option<&'a ErrorBound<'a>>,
 }
 
-/// Bounds for a node along a unit vector: of the error of its constraint force, N, and of its velocity, m/s.
+/// Returns, for a node and a unit vector, bounds of the errors of its constraint force (N) and of its velocity (m/s) along that vector.
 pub type ErrorBound<'a> = dyn Fn(&System, usize, Vec3) -> [f64; 2] + 'a;
 
 /// No contacts: nothing is constrained.

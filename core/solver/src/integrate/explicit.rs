@@ -1,4 +1,4 @@
-//! Explicit steps: new velocities from the forces of the present state.
+//! Explicit steps: the new velocities follow from the forces of the present state.
 
 use super::contact_constraints::{MAX_ACTIVE_SET_PASSES, TrialStep};
 use super::scheme::ExplicitOrder;
@@ -8,6 +8,10 @@ use crate::system::System;
 use crate::threads::{NODES, Pool};
 
 impl Integrator {
+    /// Takes an explicit step.
+    ///
+    /// # Errors
+    /// Returns the error of the material, or [`StepError::Diverged`].
     pub(super) fn explicit(
         &mut self,
         system: &mut System,
@@ -24,7 +28,7 @@ impl Integrator {
             ExplicitOrder::VelocityFirst => {}
         }
         for _ in 0..MAX_ACTIVE_SET_PASSES {
-            // Most of the time nothing is near: then there are no contact forces to clear and to add.
+            // Without candidates there are no contact forces to clear and to add.
             let has_contacts = step.contacts.has_candidates();
             if has_contacts {
                 self.scratch.fill(Vec3::zeros());
@@ -61,7 +65,7 @@ impl Integrator {
     }
 }
 
-/// `x += dt v`
+/// Updates positions: `x += dt v`, with `dt` in s.
 fn move_nodes(pool: &Pool, system: &mut System, dt: f64) {
     let v = &system.nodes.v;
     pool.par_chunks(&mut system.nodes.x[..], NODES, &|first, x: &mut [Vec3]| {

@@ -1,4 +1,4 @@
-//! Steps of the implicit schemes other than equilibria: Newton's method, with the active set of the contacts updated on the way.
+//! Implicit steps with inertia: Newton's method with an active set of contact constraints.
 
 use super::contact_constraints::{ErrorBound, MAX_ACTIVE_SET_PASSES, TrialStep};
 use super::right_side::{RightSide, Start};
@@ -17,13 +17,13 @@ use crate::threads::NODES;
 use pliant_plugin_api::TangentScale;
 use std::time::Instant;
 
-/// Tolerance of a solve from which on hinge moments with six digits are enough.
+/// Relative tolerance of a solve above which hinge moments may be computed in single precision (six digits).
 const SIX_DIGIT_TOLERANCE: f64 = 1e-5;
-/// Most times the solves of a Newton step are stopped early because the active set must change.
+/// Largest number of solves that are stopped early for a change of the active set, in one Newton iteration.
 const MAX_EARLY_STOPS: usize = 8;
 
 impl ImplicitCoefficients {
-    /// X of a node that is at `x` and was at `before` one step earlier.
+    /// X of a node whose positions are `x` and, one step earlier, `before`, all in m.
     fn extrapolate(&self, x: Vec3, before: Vec3) -> Vec3 {
         if self.history > 0.0 { x + self.history * (x - before) } else { x }
     }
@@ -32,7 +32,7 @@ impl ImplicitCoefficients {
 /// One Newton iteration of a step.
 struct Iteration<'a> {
     coefficients: &'a ImplicitCoefficients,
-    /// 0 for the first.
+    /// Index of the iteration, from 0.
     index: usize,
 }
 
@@ -48,6 +48,10 @@ impl Iteration<'_> {
 }
 
 impl Integrator {
+    /// Takes an implicit step with the coefficients of a scheme.
+    ///
+    /// # Errors
+    /// Returns the error of the material, or [`StepError::Diverged`].
     pub(super) fn implicit(
         &mut self,
         system: &mut System,
@@ -62,33 +66,33 @@ impl Integrator {
             v.copy_from_slice(&nodes.v[first..first + v.len()]);
         });
         step.contacts.begin(system, dt);
-        let history = if step.contacts.is_active() { History::Broken } else { self.history };
+        let history = if step.contacts.is_active() { History::Interrupted } else { self.history };
         let coefficients = coefficients(dt, history);
         let mut first = 0.0;
         for index in 0..self.max_newton.max(1) {
             let iteration = Iteration { coefficients: &coefficients, index };
-            let size = self.newton_step(system, step, &iteration, report)?;
+            let residual_norm = self.newton_step(system, step, &iteration, report)?;
             if index == 0 {
-                first = size;
+                first = residual_norm;
             }
             report.newton_iterations += 1;
-            if size <= self.newton_tolerance * first {
+            if residual_norm <= self.newton_tolerance * first {
                 break;
             }
         }
         std::mem::swap(&mut self.from, &mut self.before);
-        self.history = History::Smooth;
-        let (Nodes { x: to, v: speed, constraint, prescribed, .. }, [x, v], past) =
+        self.history = History::Continuous;
+        let (Nodes { x: x_new, v: v_new, constraint, prescribed, .. }, [x, v], past) =
             (&mut system.nodes, &self.before, &self.from[0]);
-        pool.par_chunks((&mut to[..], &mut speed[..]), NODES, &|first, (to, speed)| {
-            for (i, (to, speed)) in (first..).zip(to.iter_mut().zip(speed)) {
+        pool.par_chunks((&mut x_new[..], &mut v_new[..]), NODES, &|first, (x_new, v_new)| {
+            for (i, (x_new, v_new)) in (first..).zip(x_new.iter_mut().zip(v_new)) {
                 if coefficients.stage < 1.0 {
-                    // From the velocity of the stage to that of the end: v_0 + (v - v_0) / stage.
-                    *to = x[i] + dt * *speed;
-                    let end = *speed / coefficients.stage - v[i] * (1.0 / coefficients.stage - 1.0);
-                    *speed = constraint[i].merge(end, prescribed[i]);
+                    // Extrapolates the velocity of the stage to the end of the step: v_0 + (v - v_0) / stage.
+                    *x_new = x[i] + dt * *v_new;
+                    let end = *v_new / coefficients.stage - v[i] * (1.0 / coefficients.stage - 1.0);
+                    *v_new = constraint[i].merge(end, prescribed[i]);
                 } else {
-                    *to = coefficients.extrapolate(x[i], past[i]) + coefficients.g * *speed;
+                    *x_new = coefficients.extrapolate(x[i], past[i]) + coefficients.effective_dt * *v_new;
                 }
             }
         });
@@ -97,7 +101,7 @@ impl Integrator {
         Ok(())
     }
 
-    /// One Newton iteration, with solves until the active set no longer changes. Returns the norm of the residual it started from, N s.
+    /// One Newton iteration: solves until the active set no longer changes. Returns the norm of the initial residual, N s.
     fn newton_step(
         &mut self,
         system: &mut System,
@@ -105,34 +109,40 @@ impl Integrator {
         iteration: &Iteration<'_>,
         report: &mut StepReport,
     ) -> Result<f64, StepError> {
-        let (pool, loads, now, g) = (step.pool, step.loads, step.time, iteration.coefficients.g);
+        let (pool, loads, now, effective_dt) = (step.pool, step.loads, step.time, iteration.coefficients.effective_dt);
         let at_current = iteration.at_current_state();
         if !at_current {
             self.predict(&mut system.nodes, iteration.coefficients);
         }
         let allow_f32 = at_current && self.max_newton == 1 && self.pcg.allows_f32(self.tolerance);
         let hessian = iteration.coefficients.hessian;
-        let scales =
-            SystemScales { mass: 1.0, stiffness: g * g, damping: g, hessian, strains_are_current: true, allow_f32 };
+        let scales = SystemScales {
+            mass: 1.0,
+            stiffness: effective_dt * effective_dt,
+            damping: effective_dt,
+            hessian,
+            strains_are_current: true,
+            allow_f32,
+        };
         let start = Instant::now();
         // At the current state the velocity term of the forces is part of A v.
         let v = if at_current { Some(&self.scratch[..]) } else { None };
         system.forces_with_digits(pool, v, now, &mut self.force, allow_f32 && self.tolerance >= SIX_DIGIT_TOLERANCE)?;
         let mut matrix = assemble_taken(step, system, scales)?;
         report.assembly_seconds += start.elapsed().as_secs_f64();
-        add_tools(&mut matrix, loads, g);
+        add_tools(&mut matrix, loads, effective_dt);
         let v = (!at_current).then_some(&system.nodes.v[..]);
         add_loads(&mut self.force, loads, &system.nodes.x, v);
         self.pcg.prepare(&matrix, &system.sets, &system.nodes.rest);
         // At the current state: b = M v + g f_elastic - A v.
         let momentum = at_current.then_some(Momentum { v: &system.nodes.v, product: &mut self.momentum });
         self.pcg.guess(pool, &matrix, momentum);
-        let mut size = 0.0_f64;
+        let mut residual_norm = 0.0_f64;
         let (mut pass, mut stops, mut same_matrix) = (0, 0, false);
         while pass < MAX_ACTIVE_SET_PASSES {
             let squares = self.right_side(&system.nodes, step, iteration);
             if !same_matrix {
-                size = squares.sqrt();
+                residual_norm = squares.sqrt();
             }
             let nodes = &system.nodes;
             let filtered = FilteredSystem {
@@ -141,7 +151,7 @@ impl Integrator {
                 z: &self.z,
                 constraints: &nodes.constraint,
                 positions: &nodes.x,
-                displacement_per_unit: g,
+                displacement_per_unit: effective_dt,
                 same_matrix,
                 tolerance: self.tolerance,
                 max_iterations: self.max_iterations,
@@ -151,8 +161,8 @@ impl Integrator {
             let solved = self.pcg.solve_until(pool, &filtered, &mut |partial| {
                 let trial = TrialStep {
                     velocity: &|s, i| s.nodes.v[i] + partial.at(i),
-                    reaction: &|i| partial.reaction(i) / g,
-                    error_bound: Some(&error_bound(&matrix, partial.residual_squared(), g)),
+                    reaction: &|i| partial.reaction(i) / effective_dt,
+                    error_bound: Some(&error_bound(&matrix, partial.residual_squared(), effective_dt)),
                 };
                 near && stops < MAX_EARLY_STOPS && contacts.can_stop_early(system, &trial)
             });
@@ -161,7 +171,7 @@ impl Integrator {
                 let start = Instant::now();
                 matrix = assemble(step, system, matrix, SystemScales { allow_f32: false, ..scales })?;
                 report.assembly_seconds += start.elapsed().as_secs_f64();
-                add_tools(&mut matrix, loads, g);
+                add_tools(&mut matrix, loads, effective_dt);
                 let momentum = at_current.then_some(Momentum { v: &system.nodes.v, product: &mut self.momentum });
                 self.pcg.load(pool, &matrix, momentum);
                 same_matrix = false;
@@ -188,9 +198,9 @@ impl Integrator {
             }
             let (b, change) = (&self.b, &self.pcg.x);
             for (i, product) in self.pcg.constrained() {
-                self.reaction[i] = (product - b[i]) / g;
+                self.reaction[i] = (product - b[i]) / effective_dt;
             }
-            let bound = error_bound(&matrix, solved.stopped_at.unwrap_or(0.0), g);
+            let bound = error_bound(&matrix, solved.stopped_at.unwrap_or(0.0), effective_dt);
             let reaction = &self.reaction;
             let trial = TrialStep {
                 velocity: &|s, i| s.nodes.v[i] + change[i],
@@ -209,21 +219,21 @@ impl Integrator {
             }
         });
         if iteration.index > 0 || self.max_newton > 1 {
-            // The correction of the next iteration does not continue this one.
+            // The corrections of successive Newton iterations are no sequence that an initial guess could extrapolate.
             self.pcg.forget();
         }
         system.matrix = Some(matrix);
-        Ok(size)
+        Ok(residual_norm)
     }
 
-    /// Moves nodes to where their present velocities lead at the stage of the scheme.
+    /// Moves nodes to the predicted positions of the stage, `X + effective_dt v`.
     fn predict(&self, nodes: &mut Nodes, coefficients: &ImplicitCoefficients) {
-        for (i, (to, v)) in nodes.x.iter_mut().zip(&nodes.v).enumerate() {
-            *to = coefficients.extrapolate(self.from[0][i], self.before[0][i]) + coefficients.g * *v;
+        for (i, (x_new, v)) in nodes.x.iter_mut().zip(&nodes.v).enumerate() {
+            *x_new = coefficients.extrapolate(self.from[0][i], self.before[0][i]) + coefficients.effective_dt * *v;
         }
     }
 
-    /// Computes the right side b and the prescribed velocity changes z for the present active set. Returns `|S b|^2`, N^2 s^2.
+    /// Computes the right-hand side b and the prescribed velocity changes z for the present active set. Returns `|S b|^2`, N^2 s^2.
     fn right_side(&mut self, nodes: &Nodes, step: &Substep<'_>, iteration: &Iteration<'_>) -> f64 {
         let (coefficients, dt) = (iteration.coefficients, step.time.dt);
         let (mut b, mut z) = (std::mem::take(&mut self.b), std::mem::take(&mut self.z));
@@ -235,43 +245,53 @@ impl Integrator {
                 Start::Predicted { velocity: &self.from[1], before: &self.before[1], history: coefficients.history }
             }
         };
-        let (force, gravity, g) = (&self.force[..], step.loads.gravity, coefficients.g);
+        let (force, gravity, effective_dt) = (&self.force[..], step.loads.gravity, coefficients.effective_dt);
         let squares = step.pool.fold((&mut b[..], &mut z[..]), &|first, (b, z)| {
             let prescribed = |i: usize| self.prescribed(i, nodes.prescribed[i], coefficients, dt);
-            pulp::Arch::new().dispatch(RightSide { nodes, force, gravity, g, start, prescribed, first, b, z })
+            pulp::Arch::new().dispatch(RightSide {
+                nodes,
+                force,
+                gravity,
+                effective_dt,
+                start,
+                prescribed,
+                first,
+                b,
+                z,
+            })
         });
         (self.b, self.z) = (b, z);
         squares
     }
 
-    /// Whether the material or the solver caused a system without a finite solution: the material, if its stiffness is not finite.
+    /// Attributes a system without a finite solution to the material if its forces or stiffness are not finite, and to the solver otherwise.
     fn diverged(&self, system: &System, matrix: &Matrix) -> StepError {
         let is_stiff = |i: usize| matrix.diagonal(i).iter().all(|k| k.is_finite());
         let node = (0..self.b.len()).find(|i| !is_finite(self.b[*i]) || !is_stiff(*i)).unwrap_or(0);
         if is_stiff(node) { StepError::Diverged { node } } else { system.material.not_finite("tangent", node).into() }
     }
 
-    /// Stage velocity of a constrained node that moves it with velocity `p`, m/s, over the step.
+    /// Stage velocity, m/s, with which node `i` moves by `dt p` over the step, for a prescribed velocity `p` (m/s).
     fn prescribed(&self, i: usize, p: Vec3, coefficients: &ImplicitCoefficients, dt: f64) -> Vec3 {
         if coefficients.history == 0.0 {
             return p;
         }
         let x = self.from[0][i];
-        (x + dt * p - coefficients.extrapolate(x, self.before[0][i])) / coefficients.g
+        (x + dt * p - coefficients.extrapolate(x, self.before[0][i])) / coefficients.effective_dt
     }
 }
 
-/// Adds the tools' springs and dampers to the matrix of a step that moves positions by `g` (s) times velocities.
-fn add_tools(matrix: &mut Matrix, loads: &Loads<'_>, g: f64) {
+/// Adds the stiffness and damping of the tools to the matrix of a step with this effective step size (s).
+fn add_tools(matrix: &mut Matrix, loads: &Loads<'_>, effective_dt: f64) {
     for springs in loads.tools {
-        matrix.add_diagonal(springs, TangentScale { stiffness: g * g, damping: g });
+        matrix.add_diagonal(springs, TangentScale { stiffness: effective_dt * effective_dt, damping: effective_dt });
     }
 }
 
 /// Takes the matrix out of `system` and assembles it for the present state; the caller puts it back.
 ///
 /// # Errors
-/// A material that fails; then the matrix is put back.
+/// Returns the error of the material and puts the matrix back.
 pub(super) fn assemble_taken(
     step: &Substep<'_>,
     system: &mut System,
@@ -281,7 +301,10 @@ pub(super) fn assemble_taken(
     assemble(step, system, matrix, scales)
 }
 
-/// Assembles a matrix of `system` for the present state; puts it back if that fails.
+/// Assembles a matrix of `system` for the present state.
+///
+/// # Errors
+/// Returns the error of the material and puts the matrix back.
 fn assemble(
     step: &Substep<'_>,
     system: &mut System,

@@ -1,4 +1,4 @@
-//! How large a step may be, before it is taken.
+//! Stability limits of the time step.
 
 use super::scheme::Scheme;
 use crate::algebra::Vec3;
@@ -10,14 +10,15 @@ use crate::system::System;
 use crate::system_scales::{HessianApproximation, SystemScales};
 use crate::threads::Pool;
 
-/// Bounds on a body's fastest motions, linearised about its present state.
+/// Upper bounds of a body's angular frequencies and decay rates, linearised about its present state.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Frequencies {
-    /// Highest angular frequency of `M^-1 K`, rad/s: power iteration with a margin of 5 %, never above Gershgorin's bound.
+    /// Highest angular frequency, the square root of the largest eigenvalue of `M^-1 K`, rad/s: power iteration with a margin of 5 %, at most
+    /// Gershgorin's bound.
     pub stiffness: f64,
-    /// Gershgorin's bound of the same, rad/s: certain, and some 16 to 33 % higher.
+    /// Gershgorin's bound of the same frequency, rad/s: rigorous, and 16 to 33 % higher.
     pub bound: f64,
-    /// Highest rate of `M^-1 C`, 1/s.
+    /// Largest eigenvalue of `M^-1 C`, 1/s, likewise.
     pub damping: f64,
 }
 
@@ -30,7 +31,7 @@ pub enum StepLimit {
     None,
 }
 
-/// Stiffness and damping of a spring on a node over the mass of the node.
+/// Stiffness and damping of a spring on a node, divided by the mass of the node.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SpringRates {
     /// Stiffness over mass, 1/s^2.
@@ -39,16 +40,16 @@ pub struct SpringRates {
     pub damping: f64,
 }
 
-/// Power iterations.
+/// Number of power iterations.
 const ITERATIONS: usize = 40;
-/// On their result, which comes from below.
+/// Safety factor on the result of the power iteration, which converges from below.
 const MARGIN: f64 = 1.05;
 
 impl Frequencies {
-    /// Measures a body in its present state. Builds its matrix if it has none, and drops it again.
+    /// Computes the bounds of a body in its present state. Builds its matrix if it has none, and drops it again.
     ///
     /// # Errors
-    /// A material that fails.
+    /// Returns the error of the material.
     pub fn of(system: &mut System, pool: &Pool) -> Result<Self, ForceError> {
         let had = system.matrix.is_some();
         if !had {
@@ -64,6 +65,7 @@ impl Frequencies {
         found
     }
 
+    /// Computes the bounds with this matrix.
     fn measure(
         system: &System,
         pool: &Pool,
@@ -88,14 +90,14 @@ impl Frequencies {
                 matrix.add_normals(pool, normals, &system.sets, nodes, scales);
             }
             let bound = matrix.gershgorin(&nodes.mass, &nodes.constraint);
-            Ok((bound.min(MARGIN * power(matrix, pool, nodes)), bound))
+            Ok((bound.min(MARGIN * power_iteration(matrix, pool, nodes)), bound))
         };
         let (stiffness, bound) = highest(1.0, 0.0)?;
         let damping = if system.is_damped() { highest(0.0, 1.0)?.0 } else { 0.0 };
         Ok(Self { stiffness: stiffness.sqrt(), bound: bound.sqrt(), damping })
     }
 
-    /// The same body with a spring on one of its nodes: bounds of the sum from the sum of the bounds.
+    /// Bounds of the same body with a spring on one of its nodes: the largest eigenvalue of a sum is at most the sum of the largest eigenvalues.
     pub fn with_spring(self, spring: SpringRates) -> Self {
         let add = |w: f64| (w * w + spring.stiffness).sqrt();
         Self { stiffness: add(self.stiffness), bound: add(self.bound), damping: self.damping + spring.damping }
@@ -106,13 +108,13 @@ impl Frequencies {
         if self.stiffness == 0.0 && self.damping == 0.0 {
             StepLimit::None
         } else {
-            (scheme.definition().step_limit)(self)
+            (scheme.properties().step_limit)(self)
         }
     }
 }
 
-/// The largest eigenvalue of `M^-1 A`, from below.
-fn power(matrix: &Matrix, pool: &Pool, nodes: &Nodes) -> f64 {
+/// Lower bound of the largest eigenvalue of `M^-1 A` on the free directions, by power iteration.
+fn power_iteration(matrix: &Matrix, pool: &Pool, nodes: &Nodes) -> f64 {
     let (mass, filter) = (&nodes.mass, &nodes.constraint);
     let mut seed = 0x9e37_79b9_7f4a_7c15_u64;
     let mut random = || {

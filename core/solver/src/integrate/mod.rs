@@ -1,8 +1,8 @@
 //! Time integration: one step of one body.
 //!
-//! Implicit schemes share one form. The unknown is a velocity v; the position it leads to is `X + g v`, and Newton's method on
-//! `M (v - V) = g f(X + g v, v)` takes a step `A dv = M (V - v) + g f` with `A = M + g C + g^2 K`. Each scheme states its coefficients
-//! ([`scheme`]).
+//! Implicit schemes share one form. The unknown is the velocity v of a stage, whose position is `X + g v` with the effective step size g.
+//! Newton's method on `M (v - V) = g f(X + g v, v)` solves `A dv = M (V - v) + g f` with `A = M + g C + g^2 K`. A scheme is defined by its
+//! coefficients ([`scheme`]).
 
 pub mod contact_constraints;
 mod explicit;
@@ -66,7 +66,7 @@ impl Default for StepReport {
     }
 }
 
-/// Why a step was not taken.
+/// Why a step failed.
 #[derive(Debug, Error)]
 pub enum StepError {
     /// The material failed.
@@ -82,36 +82,39 @@ pub enum StepError {
 
 /// A time integration scheme with its settings and work vectors, for one body.
 pub struct Integrator {
-    /// How velocities and positions are advanced in time, with its order and stability.
+    /// Time integration scheme.
     pub scheme: Scheme,
     /// Relative tolerance of each linear solve, in the norm of the preconditioner.
     pub tolerance: f64,
-    /// Most iterations of each linear solve.
+    /// Largest number of iterations of each linear solve.
     pub max_iterations: usize,
-    /// Most Newton iterations of each step.
+    /// Largest number of Newton iterations of each step.
     pub max_newton: usize,
-    /// Newton's method stops when the residual falls below this share of the first one.
+    /// Relative tolerance of Newton's method: it stops when the residual falls below this fraction of the first one.
     pub newton_tolerance: f64,
-    /// Most a node moves in one Newton iteration of a quasi-static step, m.
+    /// Largest displacement of a node in one Newton iteration of a quasi-static step, m.
     pub max_displacement: f64,
     /// Constraint force on each node in the last step, N (n x 3).
     pub reaction: Vec<Vec3>,
+    /// Force on each node, N (n x 3).
     force: Vec<Vec3>,
-    /// Explicit schemes: contact forces, then new velocities. Implicit schemes: zero velocities.
+    /// Explicit schemes: contact forces (N), then new velocities (m/s). Implicit schemes: zero velocities (n x 3).
     scratch: Vec<Vec3>,
-    /// A v, N s.
+    /// A v, N s (n x 3).
     momentum: Vec<Vec3>,
+    /// Right-hand side of the linear system, N s (n x 3).
     b: Vec<Vec3>,
+    /// Prescribed changes of the velocities, m/s (n x 3).
     z: Vec<Vec3>,
     /// Positions and velocities at the beginning of the step.
     from: [Vec<Vec3>; 2],
-    /// Positions and velocities at the beginning of the step before.
+    /// Positions and velocities at the beginning of the previous step.
     before: [Vec<Vec3>; 2],
     history: History,
     pcg: Pcg,
 }
 
-/// What acts during one substep.
+/// Inputs of one substep.
 struct Substep<'a> {
     pool: &'a Pool,
     loads: &'a Loads<'a>,
@@ -120,8 +123,7 @@ struct Substep<'a> {
 }
 
 impl Integrator {
-    /// An integrator without room for nodes; call [`Integrator::resize`] next. A quasi-static step takes up to 200 Newton iterations, any
-    /// other one.
+    /// An integrator for zero nodes; call [`Integrator::resize`] next. `max_newton` is 200 for quasi-static steps and 1 for all others.
     pub fn new(scheme: Scheme, tolerance: f64, max_iterations: usize) -> Self {
         Self {
             scheme,
@@ -138,7 +140,7 @@ impl Integrator {
             z: Vec::new(),
             from: Default::default(),
             before: Default::default(),
-            history: History::Broken,
+            history: History::Interrupted,
             pcg: Pcg::default(),
         }
     }
@@ -153,14 +155,14 @@ impl Integrator {
         self.force.len() * 9 * size_of::<Vec3>() + self.pcg.bytes()
     }
 
-    /// Makes room for `n` nodes and forgets the last solution. Call it after nodes or elements have changed.
+    /// Sets the number of nodes and discards the history. Call it after nodes or elements have changed.
     pub fn resize(&mut self, n: usize) {
         self.force.resize(n, Vec3::zeros());
         for field in [&mut self.reaction, &mut self.scratch] {
             field.clear();
             field.resize(n, Vec3::zeros());
         }
-        self.history = History::Broken;
+        self.history = History::Interrupted;
         if self.scheme.is_implicit() {
             let [x, v] = &mut self.from;
             let [x_before, v_before] = &mut self.before;
@@ -172,15 +174,15 @@ impl Integrator {
         }
     }
 
-    /// Forgets the previous state. Call it after positions or velocities were set from outside.
+    /// Discards the previous state. Call it after positions or velocities were set from outside.
     pub fn forget_history(&mut self) {
-        self.history = History::Broken;
+        self.history = History::Interrupted;
     }
 
     /// Advances `system` by `time.dt` in `substeps` equal steps, without contacts.
     ///
     /// # Errors
-    /// A material that fails, or a state that is no longer finite.
+    /// Returns the error of the material, or [`StepError::Diverged`] if a velocity is not finite.
     pub fn step(
         &mut self,
         pool: &Pool,
@@ -195,7 +197,7 @@ impl Integrator {
     /// Advances `system` by `time.dt` in `substeps` equal steps under contact constraints.
     ///
     /// # Errors
-    /// As [`Integrator::step`].
+    /// Those of [`Integrator::step`].
     pub fn step_with_contacts(
         &mut self,
         pool: &Pool,
@@ -210,7 +212,7 @@ impl Integrator {
         for sub in 0..substeps {
             let now = StepTime { start: time.start + sub as f64 * dt, dt };
             let mut step = Substep { pool, loads, contacts: &mut *contacts, time: now };
-            let stepped = match self.scheme.definition().method {
+            let stepped = match self.scheme.properties().method {
                 Method::Equilibrium => self.settle(system, &mut step, &mut report),
                 Method::Implicit(coefficients) => self.implicit(system, &mut step, coefficients, &mut report),
                 Method::Explicit(order) => self.explicit(system, &mut step, order, &mut report),
@@ -232,10 +234,13 @@ impl Integrator {
     }
 }
 
-/// Refuses velocities that are not finite and sets them to zero. Returns the speed of the fastest node, m/s.
+/// Returns the largest speed of a node, m/s.
+///
+/// # Errors
+/// [`StepError::Diverged`] if a velocity is not finite; all velocities are then set to zero.
 fn check(system: &mut System) -> Result<f64, StepError> {
     let v = &mut system.nodes.v;
-    // Eight chains side by side, for a chain waits for its previous sum. A value that is not finite stays in its sum.
+    // Eight independent sums, because each addition waits for the previous one. A value that is not finite makes its sum not finite.
     let (mut fastest, mut sums) = ([0.0_f64; 8], [0.0; 8]);
     for v in v.chunks(fastest.len()) {
         for ((fastest, sum), v) in fastest.iter_mut().zip(&mut sums).zip(v) {
@@ -257,7 +262,7 @@ fn is_finite(v: Vec3) -> bool {
     v.iter().all(|c| c.is_finite())
 }
 
-/// Adds external forces and those of the tools to `force`.
+/// Adds external forces and the forces of the tools at positions `x` (m) and velocities `v` (m/s) to `force` (N), all n x 3.
 fn add_loads(force: &mut [Vec3], loads: &Loads<'_>, x: &[Vec3], v: Option<&[Vec3]>) {
     for (f, load) in force.iter_mut().zip(loads.forces) {
         *f += *load;

@@ -1,7 +1,7 @@
-//! Equilibrium: a step without inertia.
+//! Quasi-static step: static equilibrium without inertia.
 //!
-//! Newton's method on the forces with Levenberg's (1944) damping, a multiple of the masses that falls while iterations succeed, and a
-//! backtracking line search on the potential energy.
+//! Newton's method with Levenberg (1944) damping, a multiple of the mass matrix that decreases while iterations succeed, and a backtracking line
+//! search on the potential energy.
 
 use super::implicit::assemble_taken;
 use super::{Integrator, Loads, StepError, StepReport, Substep, add_loads, check};
@@ -16,22 +16,22 @@ use std::time::Instant;
 
 /// Levenberg damping at the start, 1/s^2.
 const INITIAL_DAMPING: f64 = 1e3;
-/// Damping at which a step that does not lower the energy ends the search, 1/s^2.
+/// Largest damping, 1/s^2. If even this step does not decrease the energy, the search ends.
 const MAX_DAMPING: f64 = 1e12;
-/// Least damping, 1/s^2.
+/// Smallest damping, 1/s^2.
 const MIN_DAMPING: f64 = 1e-6;
-/// A residual of up to this many tolerances counts as equilibrium if no step lowers the energy any more: rounding is all that is left.
+/// Residual, in tolerances, up to which a state that no step improves counts as converged: the rest is rounding.
 const STALLED_TOLERANCES: f64 = 1e3;
-/// Relative rounding error of the energy from strains that nearly cancel.
+/// Relative rounding error of the energy, by cancellation in small strains.
 const ENERGY_ROUNDING: f64 = 1e-9;
-/// Most halvings of a step in the line search.
+/// Largest number of halvings of a step in the line search.
 const MAX_HALVINGS: usize = 12;
 
 /// Result of one Newton solve.
 struct NewtonSolve {
     /// Largest unbalanced force on a node, N.
     unbalanced: f64,
-    /// Largest force on a node of all, N: the scale of the stopping test.
+    /// Largest force on a node, constrained or not, N: the reference of the convergence test.
     scale: f64,
     /// Whether the matrix was positive definite along the solve.
     is_definite: bool,
@@ -49,7 +49,7 @@ impl Integrator {
         let start = system.nodes.x.clone();
         step.contacts.begin(system, dt);
         for i in 0..start.len() {
-            // Nodes with prescribed motion move first.
+            // Nodes with a prescribed motion (Dirichlet conditions) move first.
             if system.nodes.constraint[i] == Constraint::Fixed {
                 system.nodes.x[i] = start[i] + dt * system.nodes.prescribed[i];
             }
@@ -67,28 +67,29 @@ impl Integrator {
             }
             report.newton_iterations += 1;
             let longest = self.pcg.x.iter().map(|d| d.norm_squared()).fold(0.0, f64::max).sqrt();
-            let mut share = if longest > self.max_displacement { self.max_displacement / longest } else { 1.0 };
+            let mut fraction = if longest > self.max_displacement { self.max_displacement / longest } else { 1.0 };
             let from = system.nodes.x.clone();
-            // Work of the forces along the step. If it is less than the rounding error of the energy, the energy cannot judge the step.
+            // Work of the forces along the step. If it is below the rounding error of the energy, an increase of the energy is no reason to reject.
             let work: f64 = self.b.iter().zip(&self.pcg.x).map(|(f, d)| f.dot(d)).sum();
             let noise = if work < ENERGY_ROUNDING * energy.abs() { ENERGY_ROUNDING } else { 1e-12 } * energy.abs();
-            let mut went = false;
+            let mut accepted = false;
             for _ in 0..MAX_HALVINGS {
                 for i in 0..from.len() {
-                    system.nodes.x[i] = from[i] + share * self.pcg.x[i];
+                    system.nodes.x[i] = from[i] + fraction * self.pcg.x[i];
                 }
                 let after = self.potential(system, loads, now)?;
                 if after <= energy + noise {
-                    (energy, went) = (after, true);
+                    (energy, accepted) = (after, true);
                     break;
                 }
-                share *= 0.5;
+                fraction *= 0.5;
             }
-            damping = if went && share == 1.0 { damping / 4.0 } else { damping * 4.0 }.clamp(MIN_DAMPING, MAX_DAMPING);
-            if !went {
+            damping =
+                if accepted && fraction == 1.0 { damping / 4.0 } else { damping * 4.0 }.clamp(MIN_DAMPING, MAX_DAMPING);
+            if !accepted {
                 system.nodes.x.copy_from_slice(&from);
                 if damping >= MAX_DAMPING || longest <= 1e-12 {
-                    // Rounding may leave more than the tolerance; much more is no equilibrium.
+                    // Rounding may leave more than the tolerance, but not much more.
                     settled = solve.unbalanced <= STALLED_TOLERANCES * self.newton_tolerance * scale;
                     break;
                 }
@@ -105,7 +106,7 @@ impl Integrator {
         Ok(())
     }
 
-    /// Solves for the next displacement, into `self.pcg.x`, m.
+    /// Solves for the next displacement, m (n x 3), which is left in `self.pcg.x`.
     fn solve_for_equilibrium(
         &mut self,
         system: &mut System,

@@ -1,4 +1,4 @@
-//! The right side of a step's system, and what is prescribed of its solution.
+//! Right-hand side of a step's linear system, and the prescribed part of its solution.
 
 use crate::algebra::Vec3;
 use crate::constraint::Constraint;
@@ -6,26 +6,28 @@ use crate::nodes::Nodes;
 use bytemuck::{cast_slice, cast_slice_mut};
 use pulp::NullaryFnOnce;
 
-/// Nodes at a time.
+/// Number of nodes processed together.
 const LANES: usize = 8;
 type Numbers = [f64; 3 * LANES];
 
-/// Computes `b = g f + M (V - v)` and z for a range of nodes. On entry `z` holds forces that are not in `f`, N; on return the prescribed
-/// change of each node's velocity, m/s. Returns `|S b|^2` of the range.
+/// Computes `b = effective_dt f + M (V - v)` and z for a range of nodes. On entry `z` holds contact forces that are not in `f`, N; on return it holds the
+/// prescribed change of each node's velocity, m/s. Returns `|S b|^2` of the range, N^2 s^2.
 pub struct RightSide<'a, P> {
     pub nodes: &'a Nodes,
     /// Force on each node, N (n x 3).
     pub force: &'a [Vec3],
-    /// m/s^2
+    /// Acceleration of gravity, m/s^2.
     pub gravity: Vec3,
-    /// s
-    pub g: f64,
+    /// Effective step size g, s.
+    pub effective_dt: f64,
     pub start: Start<'a>,
     /// Prescribed velocity of a node, m/s.
     pub prescribed: P,
     /// Index of the first node of the range.
     pub first: usize,
+    /// Right-hand side of the range, N s.
     pub b: &'a mut [Vec3],
+    /// Contact forces, then prescribed velocity changes of the range.
     pub z: &'a mut [Vec3],
 }
 
@@ -52,13 +54,13 @@ impl<P: Fn(usize) -> Vec3> NullaryFnOnce for RightSide<'_, P> {
 
     #[inline(always)]
     fn call(self) -> f64 {
-        let Self { nodes, force, gravity, g, start, prescribed, first, b, z } = self;
+        let Self { nodes, force, gravity, effective_dt, start, prescribed, first, b, z } = self;
         let all = first..first + b.len();
         let (force, mass, v) = (&force[all.clone()], &nodes.mass[all.clone()], &nodes.v[all.clone()]);
         match start {
             Start::Current { momentum } => {
                 let momentum = &momentum[all.clone()];
-                Current { force, momentum, mass, v, g, gravity }.write(b, z);
+                Current { force, momentum, mass, v, effective_dt, gravity }.write(b, z);
             }
             Start::Predicted { velocity, before, history } => {
                 for (at, i) in all.clone().enumerate() {
@@ -68,7 +70,7 @@ impl<P: Fn(usize) -> Vec3> NullaryFnOnce for RightSide<'_, P> {
                     };
                     let pull = force[at] + z[at] + mass[at] * gravity;
                     let change = target - v[at];
-                    b[at] = g * pull + mass[at] * change;
+                    b[at] = effective_dt * pull + mass[at] * change;
                 }
             }
         }
@@ -88,30 +90,30 @@ impl<P: Fn(usize) -> Vec3> NullaryFnOnce for RightSide<'_, P> {
                     Constraint::Free => Vec3::zeros(),
                     _ => prescribed(first + at + lane) - v[at + lane],
                 };
-                let left = constraint.filter(b[lane]);
-                squares[lane] += left.norm_squared();
+                let free_part = constraint.filter(b[lane]);
+                squares[lane] += free_part.norm_squared();
             }
         }
         squares.iter().sum()
     }
 }
 
-/// A range of nodes at the state before the step.
+/// Inputs for a range of nodes whose forces were evaluated at the state before the step.
 struct Current<'a> {
     force: &'a [Vec3],
     momentum: &'a [Vec3],
     mass: &'a [f64],
     v: &'a [Vec3],
-    g: f64,
+    effective_dt: f64,
     gravity: Vec3,
 }
 
 impl Current<'_> {
-    /// `b = g (f + z + M gravity) + M v - A v`, component by component: masses are repeated for the three components of a node, so that
-    /// all arrays are read alike.
+    /// Computes `b = effective_dt (f + z + M gravity) + M v - A v` component by component; masses are repeated for the three components of a node, so that
+    /// the loop runs over plain arrays of numbers.
     #[inline(always)]
     fn write(self, b: &mut [Vec3], z: &[Vec3]) {
-        let Self { force, momentum, mass, v, g, gravity } = self;
+        let Self { force, momentum, mass, v, effective_dt, gravity } = self;
         let mut gravities: Numbers = [0.0; 3 * LANES];
         for (at, to) in gravities.iter_mut().enumerate() {
             *to = gravity[at % 3];
@@ -127,7 +129,7 @@ impl Current<'_> {
             for (b, ((((z, force), v), momentum), (mass, gravity))) in
                 cast_slice_mut::<Vec3, f64>(b).iter_mut().zip(given)
             {
-                *b = g * (force + z + mass * gravity) + mass * v - momentum;
+                *b = effective_dt * (force + z + mass * gravity) + mass * v - momentum;
             }
         }
     }
@@ -142,33 +144,44 @@ mod tests {
     }
 
     #[test]
-    fn it_is_that_of_each_node_wherever_the_step_begins() {
+    fn right_side_matches_its_definition() {
         let n = 29;
         let mut constraint = vec![Constraint::Free; n];
         (constraint[1], constraint[10], constraint[28]) =
             (Constraint::Fixed, Constraint::Plane(Vec3::new(0.0, 0.6, 0.8)), Constraint::Line(Vec3::x()));
         let mass = (0..n).map(|i| 0.1 + i as f64).collect();
         let nodes = Nodes { v: wave(n, 9), mass, constraint, ..Nodes::default() };
-        let (force, more, was) = (wave(n, 1), wave(n, 2), [wave(n, 3), wave(n, 4)]);
-        let (gravity, g) = (Vec3::new(0.1, -9.81, 0.3), 0.25);
-        for (start, carry) in [(Start::Current { momentum: &was[0] }, 0.0)].into_iter().chain(
-            [0.0, 0.5].map(|carry| (Start::Predicted { velocity: &was[0], before: &was[1], history: carry }, carry)),
-        ) {
-            let (mut b, mut z) = (vec![Vec3::repeat(7.0); n], more.clone());
-            let (mut squares, mut want) = (0.0, 0.0);
+        let (force, contact_force, initial) = (wave(n, 1), wave(n, 2), [wave(n, 3), wave(n, 4)]);
+        let (gravity, effective_dt) = (Vec3::new(0.1, -9.81, 0.3), 0.25);
+        for (start, history) in
+            [(Start::Current { momentum: &initial[0] }, 0.0)].into_iter().chain([0.0, 0.5].map(|history| {
+                (Start::Predicted { velocity: &initial[0], before: &initial[1], history: history }, history)
+            }))
+        {
+            let (mut b, mut z) = (vec![Vec3::repeat(7.0); n], contact_force.clone());
+            let (mut squares, mut expected) = (0.0, 0.0);
             for (first, (b, z)) in (0..).step_by(16).zip(b.chunks_mut(16).zip(z.chunks_mut(16))) {
                 let (nodes, force, prescribed) = (&nodes, &force[..], |i: usize| Vec3::new(i as f64, 2.0, 3.0));
-                squares +=
-                    pulp::Arch::new().dispatch(RightSide { nodes, force, gravity, g, start, prescribed, first, b, z });
+                squares += pulp::Arch::new().dispatch(RightSide {
+                    nodes,
+                    force,
+                    gravity,
+                    effective_dt,
+                    start,
+                    prescribed,
+                    first,
+                    b,
+                    z,
+                });
             }
             for i in 0..n {
                 let (m, v) = (nodes.mass[i], nodes.v[i]);
                 for c in 0..3 {
-                    let pull = g * (force[i][c] + more[i][c] + m * gravity[c]);
-                    let target = was[0][i][c] + carry * (was[0][i][c] - was[1][i][c]);
+                    let pull = effective_dt * (force[i][c] + contact_force[i][c] + m * gravity[c]);
+                    let target = initial[0][i][c] + history * (initial[0][i][c] - initial[1][i][c]);
                     let right = pull
                         + if matches!(start, Start::Current { .. }) {
-                            m * v[c] - was[0][i][c]
+                            m * v[c] - initial[0][i][c]
                         } else {
                             m * (target - v[c])
                         };
@@ -176,10 +189,10 @@ mod tests {
                 }
                 let free = nodes.constraint[i].is_free();
                 assert_eq!(z[i], if free { Vec3::zeros() } else { Vec3::new(i as f64, 2.0, 3.0) - v });
-                let left = nodes.constraint[i].filter(b[i]);
-                want += left.norm_squared();
+                let free_part = nodes.constraint[i].filter(b[i]);
+                expected += free_part.norm_squared();
             }
-            assert!((squares - want).abs() < 1e-12 * want, "{squares} {want}");
+            assert!((squares - expected).abs() < 1e-12 * expected, "{squares} {expected}");
         }
     }
 }

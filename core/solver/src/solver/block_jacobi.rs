@@ -1,4 +1,4 @@
-//! The inverses of all diagonal blocks, for block Jacobi: eight free nodes at a time.
+//! Inverses of the diagonal blocks for the block Jacobi preconditioner, eight free nodes at a time.
 
 use super::filtered_system::FilteredSystem;
 use crate::algebra::{condition, matrix3};
@@ -6,14 +6,15 @@ use crate::constraint::{Constraint, constrained_inverse};
 use crate::lanes::Sixteen;
 use crate::lanes::symmetric::{PLACES, put_block};
 
-/// Nodes at a time.
+/// Number of nodes processed together.
 const LANES: usize = 8;
 
-/// Inverses of the diagonal blocks of nodes `first` on, times `share`. Returns `sum_i x_i . A_ii x_i` of the positions, m^2 times the unit
-/// of A, and the largest condition of a block, estimated as the largest entry of its diagonal times that of its inverse.
+/// Computes the inverses of the diagonal blocks of the nodes from `first`, times `weight`, in units of A^-1. Returns `sum_i x_i . A_ii x_i` of
+/// the positions, in m^2 times the unit of A, and the largest condition number of a block, estimated as the largest diagonal entry of the
+/// block times that of its inverse.
 pub struct BlockInverses<'a> {
     pub system: &'a FilteredSystem<'a>,
-    pub share: f64,
+    pub weight: f64,
     pub first: usize,
     pub out: &'a mut [[Sixteen; 6]],
 }
@@ -25,8 +26,8 @@ impl pulp::NullaryFnOnce for BlockInverses<'_> {
 
     #[inline(always)]
     fn call(self) -> (f64, f64) {
-        let Self { system: FilteredSystem { matrix, constraints, positions, .. }, share, first, out } = self;
-        let (mut size, mut widest, n) = (0.0, 0.0_f64, constraints.len());
+        let Self { system: FilteredSystem { matrix, constraints, positions, .. }, weight, first, out } = self;
+        let (mut quadratic_form, mut max_condition, n) = (0.0, 0.0_f64, constraints.len());
         for at in 0..2 * out.len() {
             let (out, half, first) = (&mut out[at / 2], at % 2 * LANES, first + at * LANES);
             let count = n.saturating_sub(first).min(LANES);
@@ -40,45 +41,45 @@ impl pulp::NullaryFnOnce for BlockInverses<'_> {
                     x[c][lane] = place[c];
                 }
             }
-            let (inverse, spread) = inverted(&m, share);
-            let sizes = sizes(&m, &x);
+            let (inverse, conditions) = inverted(&m, weight);
+            let quadratic_forms = quadratic_forms(&m, &x);
             for e in 0..6 {
                 out[e][half..half + LANES].copy_from_slice(&inverse[e]);
             }
             for lane in 0..count {
                 let (block, constraint) = (matrix.diagonal(first + lane), &constraints[first + lane]);
                 // Singular blocks and constrained nodes are inverted one by one.
-                let is_plain = matches!(constraint, Constraint::Free) && spread[lane].is_finite();
+                let is_plain = matches!(constraint, Constraint::Free) && conditions[lane].is_finite();
                 if is_plain {
-                    widest = widest.max(spread[lane]);
-                    size += sizes[lane];
+                    max_condition = max_condition.max(conditions[lane]);
+                    quadratic_form += quadratic_forms[lane];
                 } else {
                     let exact = constrained_inverse(block, constraint);
-                    widest = widest.max(condition(block, &exact));
-                    put_block(out, half + lane, &exact.map(|c| share * c));
-                    size += positions[first + lane].dot(&(matrix3(block) * positions[first + lane]));
+                    max_condition = max_condition.max(condition(block, &exact));
+                    put_block(out, half + lane, &exact.map(|c| weight * c));
+                    quadratic_form += positions[first + lane].dot(&(matrix3(block) * positions[first + lane]));
                 }
             }
             for lane in count..LANES {
                 put_block(out, half + lane, &[0.0; 9]);
             }
         }
-        (size, widest)
+        (quadratic_form, max_condition)
     }
 }
 
-/// Inverses by cofactors, times `share`, and the condition of each block.
+/// Inverses by cofactors, times `weight`, and the estimated condition number of each block.
 #[inline(always)]
-fn inverted(m: &[Plane; 6], share: f64) -> ([[f32; LANES]; 6], Plane) {
-    let (mut out, mut spread) = ([[0.0; LANES]; 6], [0.0; LANES]);
+fn inverted(m: &[Plane; 6], weight: f64) -> ([[f32; LANES]; 6], Plane) {
+    let (mut out, mut conditions) = ([[0.0; LANES]; 6], [0.0; LANES]);
     for l in 0..LANES {
         let [a, b, c, d, e, f] = [m[0][l], m[1][l], m[2][l], m[3][l], m[4][l], m[5][l]];
         let (c0, c1, c2) = (d * f - e * e, e * c - b * f, b * e - d * c);
         let (c3, c4, c5) = (a * f - c * c, c * b - a * e, a * d - b * b);
         let i = 1.0 / (a * c0 + b * c1 + c * c2);
         let most = |p: f64, q: f64| if p > q { p } else { q };
-        spread[l] = most(most(a, d), f) * most(most(c0 * i, c3 * i), c5 * i);
-        let i = share * i;
+        conditions[l] = most(most(a, d), f) * most(most(c0 * i, c3 * i), c5 * i);
+        let i = weight * i;
         out[0][l] = (c0 * i) as f32;
         out[1][l] = (c1 * i) as f32;
         out[2][l] = (c2 * i) as f32;
@@ -86,18 +87,18 @@ fn inverted(m: &[Plane; 6], share: f64) -> ([[f32; LANES]; 6], Plane) {
         out[4][l] = (c4 * i) as f32;
         out[5][l] = (c5 * i) as f32;
     }
-    (out, spread)
+    (out, conditions)
 }
 
-/// `x . m x`
+/// Quadratic forms `x . m x` of eight nodes.
 #[inline(always)]
-fn sizes(m: &[Plane; 6], [x, y, z]: &[Plane; 3]) -> Plane {
-    let mut sizes = [0.0; LANES];
+fn quadratic_forms(m: &[Plane; 6], [x, y, z]: &[Plane; 3]) -> Plane {
+    let mut quadratic_forms = [0.0; LANES];
     for l in 0..LANES {
         let across = m[1][l] * x[l] * y[l] + m[2][l] * x[l] * z[l] + m[4][l] * y[l] * z[l];
-        sizes[l] = m[0][l] * x[l] * x[l] + m[3][l] * y[l] * y[l] + m[5][l] * z[l] * z[l] + (across + across);
+        quadratic_forms[l] = m[0][l] * x[l] * x[l] + m[3][l] * y[l] * y[l] + m[5][l] * z[l] * z[l] + (across + across);
     }
-    sizes
+    quadratic_forms
 }
 
 #[cfg(test)]
@@ -136,12 +137,12 @@ mod tests {
                 tolerance: 1.0,
                 max_iterations: 1,
             };
-            BlockInverses { system: &system, share: 0.5, first: 0, out: &mut out }.call()
+            BlockInverses { system: &system, weight: 0.5, first: 0, out: &mut out }.call()
         };
-        let (size, width) = run(&matrix);
-        assert!(width <= MAX_BLOCK_CONDITION);
-        let want: f64 = (0..n).map(|i| x[i].dot(&(matrix3(matrix.diagonal(i)) * x[i]))).sum();
-        assert!((size - want).abs() < 1e-12 * want.abs(), "{size} {want}");
+        let (quadratic_form, condition) = run(&matrix);
+        assert!(condition <= MAX_BLOCK_CONDITION);
+        let expected: f64 = (0..n).map(|i| x[i].dot(&(matrix3(matrix.diagonal(i)) * x[i]))).sum();
+        assert!((quadratic_form - expected).abs() < 1e-12 * expected.abs(), "{quadratic_form} {expected}");
         let before = matrix.diagonal(7).to_owned();
         *matrix.diagonal_mut(7) = [1e6, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1e-3];
         assert!(run(&matrix).1 > MAX_BLOCK_CONDITION);

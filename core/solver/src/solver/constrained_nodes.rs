@@ -1,4 +1,4 @@
-//! Constrained nodes, with their filters in single precision.
+//! List of the constrained nodes, with their filters in single precision.
 
 use crate::algebra::{SingleBlock, Vec3};
 use crate::constraint::Constraint;
@@ -12,7 +12,7 @@ pub struct ConstrainedNode {
 }
 
 impl ConstrainedNode {
-    /// Lists the nodes that are not free, rising.
+    /// Replaces `out` by the nodes that are not free, ascending.
     pub fn list(constraints: &[Constraint], out: &mut Vec<Self>) {
         out.clear();
         for (node, constraint) in constraints.iter().enumerate().filter(|(_, c)| !c.is_free()) {
@@ -27,7 +27,7 @@ impl ConstrainedNode {
         self.node as usize
     }
 
-    /// Filters `field`, vectors by sixteen nodes, at the constrained nodes.
+    /// Applies the filters of `nodes` to `field`, vectors in groups of sixteen nodes.
     pub fn filter(nodes: &[Self], field: &mut [Vectors]) {
         for Self { node, filter: m } in nodes {
             let (sixteen, lane) = (&mut field[*node as usize / LANES], *node as usize % LANES);

@@ -1,8 +1,8 @@
 //! Conjugate gradients in single precision, the inner solver of iterative refinement.
 //!
-//! An iteration is bound by memory bandwidth, and single precision halves what it reads. The unknown is a correction, so its last digits
-//! are not those of the solution: [`crate::solver`] computes the residual in double precision and asks for another correction until it is
-//! small enough (iterative refinement: Wilkinson 1963). Matrix and residual are scaled by powers of two, so no unit is too small.
+//! An iteration is bound by memory bandwidth, and single precision halves the traffic. The unknown is a correction, so its rounding does not
+//! limit the accuracy of the solution: [`crate::solver`] computes the residual in double precision and requests corrections until it is small
+//! enough (iterative refinement: Wilkinson 1963). Matrix and residual are scaled by powers of two, so that no unit underflows.
 
 use super::block_jacobi::BlockInverses;
 use super::constrained_nodes::ConstrainedNode;
@@ -26,52 +26,53 @@ use std::sync::atomic::{AtomicU64, Ordering};
 #[derive(Debug, Default)]
 pub struct F32Corrections {
     matrix: F32Matrix,
-    /// Inverses of the diagonal blocks, six numbers each, by sixteen nodes.
+    /// Weighted inverses of the diagonal blocks, six numbers each, in groups of sixteen nodes.
     inverse: Lines<f32>,
     levels: Option<Multilevel>,
     refresh: Refresh,
     constrained: Vec<ConstrainedNode>,
-    /// Constraints of nodes that were constrained in the last solve.
-    was: Vec<(usize, Constraint)>,
-    /// Share of block Jacobi over the scale of the matrix.
-    share: f64,
+    /// Nodes that were constrained in the last solve, ascending, and their constraints.
+    previous_constraints: Vec<(usize, Constraint)>,
+    /// Weight of block Jacobi in the preconditioner, divided by the scale of the matrix.
+    jacobi_weight: f64,
     /// `sum_i x_i . A_ii x_i` of positions at the last update.
-    size: f64,
-    /// Condition of the worst diagonal block; 0 before the first matrix.
-    width: f64,
-    /// Residual, by sixteen nodes.
+    quadratic_form: f64,
+    /// Largest condition number of a diagonal block; 0 before the first matrix.
+    max_condition: f64,
+    /// Residual, in groups of sixteen nodes.
     r: Lines<f32>,
-    /// `P r`, by sixteen nodes.
+    /// `P r`, in groups of sixteen nodes.
     h: Lines<f32>,
     /// Scale of the residual in `r`, a power of two.
     scale: f64,
 }
 
-/// Least share of `r . P r` that one correction can leave: single precision has no more digits.
+/// Smallest factor by which one correction can reduce `r . P r` with the digits of single precision.
 const MAX_REDUCTION: f64 = 1e-10;
-/// Sixteens of nodes in a chunk of a vector for a thread.
+/// Groups of sixteen nodes in a chunk of a vector for one thread.
 const CHUNK: usize = 128;
 
-/// Condition of a diagonal block over the solve's tolerance up to which the matrix may be in single precision: the stiffness between
-/// neighbours is then off by some 1e-3 of the tolerance.
+/// Largest condition number of a diagonal block, divided by the tolerance of the solve, for a matrix in single precision: the relative error of
+/// the stiffness between neighbours is then about 1e-3 of the tolerance.
 const MAX_CONDITION_PER_TOLERANCE: f64 = 1e10;
-/// The same at any tolerance: the least eigenvalue of a block is 1 % off.
+/// Largest condition number of a diagonal block for a matrix in single precision at any tolerance: its smallest eigenvalue then has an error
+/// of 1 %.
 const MAX_CONDITION: f64 = 1e5;
 
-/// Share of `r . P r` at the last stop test that is left when the next one is made.
+/// Reduction of `r . P r` from one stop test to the next.
 const STOP_TEST_INTERVAL: f64 = 0.1;
-/// Times the target below which there is no stop test: so little is left that finishing takes less time than beginning again.
+/// Multiple of the target below which there is no stop test, because finishing takes less time than starting again.
 const STOP_TEST_END: f64 = 20.0;
 
 /// Returns true if a solve is to stop with the partial solution.
 pub type StopTest<'a> = dyn FnMut(&PartialSolution<'_>) -> bool + 'a;
 
-/// Where a correction begins and ends.
+/// Start and end of a correction.
 #[derive(Clone, Copy, Debug)]
 pub struct CorrectionGoal {
     /// `r . P r` of the residual that was loaded.
     pub d: f64,
-    /// The correction ends at this value.
+    /// Value of `r . P r` at which the correction ends.
     pub target: f64,
     /// Largest number of iterations of a solve.
     pub max_iterations: usize,
@@ -82,34 +83,34 @@ pub struct CorrectionGoal {
 pub struct CorrectionReport {
     /// Products with the matrix.
     pub iterations: usize,
-    /// Whether a direction of no or negative curvature was met, or a number that is not finite.
+    /// Whether a direction had zero or negative curvature, or a number was not finite.
     pub broken: bool,
-    /// Whether the stop test ended it.
+    /// Whether the stop test ended the correction.
     pub stopped: bool,
 }
 
 impl F32Corrections {
-    /// Makes room for `n` nodes and forgets matrix and levels.
+    /// Sets the number of nodes and discards matrix and levels.
     pub fn resize(&mut self, n: usize) {
         let room = n.next_multiple_of(LANES);
         (self.r, self.h) = (Lines::new(3 * room), Lines::new(3 * room));
         self.inverse = Lines::new(6 * room);
         self.constrained.clear();
         self.constrained.reserve(n);
-        self.was.clear();
-        self.was.reserve(n);
+        self.previous_constraints.clear();
+        self.previous_constraints.reserve(n);
         self.levels = None;
         self.refresh.end();
         self.matrix.forget();
-        self.width = 0.0;
+        self.max_condition = 0.0;
     }
 
-    /// Builds the levels, if there are none since nodes or elements changed.
+    /// Builds the levels of the multilevel preconditioner if there are none. `rest` are rest positions, m (n x 3).
     pub fn prepare(&mut self, matrix: &Matrix, sets: &[ElementSet], rest: &[Vec3]) {
         self.levels.get_or_insert_with(|| Multilevel::new(matrix, sets, rest));
     }
 
-    /// Memory, bytes.
+    /// Memory of matrix, levels and vectors, bytes.
     pub fn bytes(&self) -> usize {
         let vectors = 2 * self.r.bytes() + self.inverse.bytes();
         vectors + self.matrix.bytes() + self.levels.as_ref().map_or(0, Multilevel::bytes)
@@ -120,7 +121,7 @@ impl F32Corrections {
         self.matrix.update(pool, matrix);
     }
 
-    /// Constrained nodes as of the last update, rising.
+    /// Constrained nodes of the last update, ascending.
     pub fn constrained(&self) -> &[ConstrainedNode] {
         &self.constrained
     }
@@ -130,70 +131,74 @@ impl F32Corrections {
         self.matrix.exact_products(pool, matrix, x, out);
     }
 
-    /// Prepares the preconditioner for solves with the loaded matrix. Returns `sum_i x_i . A_ii x_i` of the positions x, and whether single
-    /// precision can hold the preconditioner.
+    /// Prepares the preconditioner for solves with the loaded matrix. Returns `sum_i x_i . A_ii x_i` of the positions x, and whether the condition
+    /// of the diagonal blocks allows a preconditioner in single precision.
     pub fn update(&mut self, pool: &Pool, system: &FilteredSystem<'_>) -> (f64, bool) {
         let constraints = system.constraints;
         ConstrainedNode::list(constraints, &mut self.constrained);
         if system.same_matrix {
-            // Levels built for the previous constraints serve as well.
-            let before = |i: usize| match self.was.binary_search_by_key(&i, |(node, _)| *node) {
-                Ok(at) => self.was[at].1,
+            // The levels of the previous constraints remain valid preconditioners; only changed diagonal blocks are inverted again.
+            let before = |i: usize| match self.previous_constraints.binary_search_by_key(&i, |(node, _)| *node) {
+                Ok(at) => self.previous_constraints[at].1,
                 Err(_) => Constraint::Free,
             };
-            let nodes =
-                self.was.iter().map(|(node, _)| *node).chain(self.constrained.iter().map(ConstrainedNode::index));
+            let nodes = self
+                .previous_constraints
+                .iter()
+                .map(|(node, _)| *node)
+                .chain(self.constrained.iter().map(ConstrainedNode::index));
             for i in nodes.filter(|i| constraints[*i] != before(*i)) {
                 let inverse = constrained_inverse(system.matrix.diagonal(i), &constraints[i]);
-                put_inverse(self.inverse.flat_mut(), i, &inverse.map(|c| self.share * c));
+                put_inverse(self.inverse.flat_mut(), i, &inverse.map(|c| self.jacobi_weight * c));
             }
         }
-        self.was.clear();
-        self.was.extend(self.constrained.iter().map(|node| (node.index(), constraints[node.index()])));
+        self.previous_constraints.clear();
+        self.previous_constraints.extend(self.constrained.iter().map(|node| (node.index(), constraints[node.index()])));
         if system.same_matrix {
-            return (self.size, self.width <= MAX_BLOCK_CONDITION);
+            return (self.quadratic_form, self.max_condition <= MAX_BLOCK_CONDITION);
         }
-        self.share = 1.0 / self.matrix.scale();
+        self.jacobi_weight = 1.0 / self.matrix.scale();
         if let Some(levels) = &mut self.levels {
             let due = self.refresh.due(self.matrix.scale());
             self.matrix.without_fixed(pool, system.matrix, constraints, levels.sources(due));
             levels.update(pool, self.matrix.values(), due);
-            self.share *= levels.share();
+            self.jacobi_weight *= levels.share();
         }
-        // Widths are not negative, so they are in the order of their bits.
-        let (share, width) = (self.share, AtomicU64::new(0));
+        // Condition numbers are not negative, so their order is that of their bits, and an atomic maximum of the bits works.
+        let (jacobi_weight, max_condition) = (self.jacobi_weight, AtomicU64::new(0));
         let all = Sixteens(self.inverse.flat_mut().as_chunks_mut().0.as_chunks_mut().0);
-        self.size = pool.fold(all, &|first, Sixteens(out)| {
-            let (size, widest) = pulp::Arch::new().dispatch(BlockInverses { system, share, first, out });
-            width.fetch_max(widest.to_bits(), Ordering::Relaxed);
-            size
+        self.quadratic_form = pool.fold(all, &|first, Sixteens(out)| {
+            let (quadratic_form, condition) =
+                pulp::Arch::new().dispatch(BlockInverses { system, weight: jacobi_weight, first, out });
+            max_condition.fetch_max(condition.to_bits(), Ordering::Relaxed);
+            quadratic_form
         });
-        self.width = f64::from_bits(width.into_inner());
-        (self.size, self.width <= MAX_BLOCK_CONDITION)
+        self.max_condition = f64::from_bits(max_condition.into_inner());
+        (self.quadratic_form, self.max_condition <= MAX_BLOCK_CONDITION)
     }
 
-    /// Whether rounding the blocks of a matrix like the last one changes less than a solve to `tolerance` leaves. Before the first matrix it
-    /// is assumed to.
+    /// Whether the rounding of a matrix in single precision is below the error of a solve to `tolerance`, judged by the condition of the last
+    /// matrix; true before the first matrix.
     pub fn allows_f32(&self, tolerance: f64) -> bool {
         let scale = self.matrix.scale();
-        self.width <= (tolerance * MAX_CONDITION_PER_TOLERANCE).min(MAX_CONDITION)
+        self.max_condition <= (tolerance * MAX_CONDITION_PER_TOLERANCE).min(MAX_CONDITION)
             && (scale == 0.0 || (1e-20..1e20).contains(&scale))
     }
 
-    /// Declares the levels out of date: the next matrix is unrelated to the last one.
+    /// Marks all levels for an update, because the next matrix is unrelated to the last one.
     pub fn forget(&mut self) {
         self.refresh.end();
     }
 
-    /// Records the iterations of the first solve with a matrix.
+    /// Records the iterations of the first solve with a matrix, which decide when all levels are updated.
     pub fn record_iterations(&mut self, iterations: usize) {
         self.refresh.record_iterations(iterations);
     }
 
-    /// Loads a filtered residual with its squared norm. Returns `r . P r`.
+    /// Loads a filtered residual (n x 3) with its squared norm. Returns `r . P r`.
     pub fn apply_preconditioner(&mut self, pool: &Pool, r: &[Vec3], squares: f64) -> f64 {
-        let size = squares.sqrt();
-        self.scale = if size.is_normal() { power_of_two(size) } else { 1.0 };
+        let quadratic_form = squares.sqrt();
+        self.scale = if quadratic_form.is_normal() { power_of_two(quadratic_form) } else { 1.0 };
         let down = 1.0 / self.scale;
         pool.par_chunks(self.r.vectors_mut(), CHUNK, &|first, to| {
             widest(ScaledBySixteen { scale: down, r: &r[LANES * first..], to })
@@ -201,12 +206,12 @@ impl F32Corrections {
         self.unit() * self.precondition(pool)
     }
 
-    /// The unit in which `r . P r` is counted here.
+    /// Factor from the scaled `r . P r` of this solver to the unscaled one.
     fn unit(&self) -> f64 {
         self.scale * self.scale * self.matrix.scale()
     }
 
-    /// Adds to `x` a correction for the residual that was loaded last, until the goal is reached or `stop` ends it.
+    /// Iterates on a correction for the residual loaded last until the goal is reached or `stop` returns true, and adds it to `x` (n x 3).
     pub fn correct(
         &mut self,
         pool: &Pool,
@@ -244,7 +249,7 @@ impl F32Corrections {
         done
     }
 
-    /// What a unit of the correction adds to the solution.
+    /// Factor from the scaled correction to the solution.
     fn step(&self) -> f64 {
         self.scale * self.matrix.scale()
     }

@@ -1,7 +1,7 @@
-//! Conjugate gradients in double precision, for systems whose range single precision ([`super::f32_corrections`]) cannot hold.
+//! Conjugate gradients in double precision, for systems that are too ill-conditioned for single precision ([`super::f32_corrections`]).
 //!
-//! Collapsed triangles have hinges some 1e12 times as stiff as the rest. Such a step is rare, so blocks are inverted where they are used
-//! and there are no levels.
+//! The hinges of collapsed triangles are about 1e12 times as stiff as the others. Such steps are rare, so this solver is simple: block Jacobi,
+//! whose blocks are inverted at every use, without levels.
 
 use super::filtered_system::{FilteredSystem, SolveReport, StoppingTest};
 use crate::algebra::{Vec3, matrix3};
@@ -17,7 +17,7 @@ pub struct F64Solver {
 }
 
 impl F64Solver {
-    /// Makes room for `n` nodes.
+    /// Sets the number of nodes.
     pub fn resize(&mut self, n: usize) {
         for field in [&mut self.p, &mut self.s, &mut self.h] {
             field.clear();
@@ -25,12 +25,13 @@ impl F64Solver {
         }
     }
 
-    /// Memory, bytes.
+    /// Memory of the work vectors, bytes.
     pub fn bytes(&self) -> usize {
         3 * self.p.len() * size_of::<Vec3>()
     }
 
-    /// Solves from `x`, or from zero if `x` is not finite, into `x`, with the residual in `r`. An `r . P r` below `floor` counts as zero.
+    /// Solves a system. `x` holds the initial guess and receives the solution; a guess that is not finite counts as zero. `r` receives the
+    /// residual. Values of `r . P r` below `floor` count as zero.
     pub fn solve(
         &mut self,
         pool: &Pool,

@@ -4,24 +4,24 @@ use crate::algebra::Vec3;
 use crate::constraint::Constraint;
 use crate::matrix::Matrix;
 
-/// The system `S A x = S b`, `(I - S) x = (I - S) z` (Baraff and Witkin 1998): S filters out the constrained directions of each node, z
-/// prescribes x in them.
+/// The system `S A x = S b`, `(I - S) x = (I - S) z` (Baraff and Witkin 1998). S projects each node onto its free directions; z prescribes x in
+/// the constrained ones.
 pub struct FilteredSystem<'a> {
     /// `A`, symmetric, positive definite on the free directions.
     pub matrix: &'a Matrix,
-    /// Right side (n x 3).
+    /// Right-hand side (n x 3).
     pub b: &'a [Vec3],
-    /// Prescribed part of x (n x 3); zero where nothing is prescribed.
+    /// Prescribed values of x (n x 3); zero at free nodes.
     pub z: &'a [Vec3],
     /// `S`, one constraint for each node (n).
     pub constraints: &'a [Constraint],
-    /// Positions that the solution changes, m (n x 3). A residual that would change none by its last digit counts as zero.
+    /// Positions that the solution changes, m (n x 3). A residual whose correction is below the last digit of every position counts as zero.
     pub positions: &'a [Vec3],
-    /// By how much a unit of x changes positions: seconds for velocities, 1 for displacements.
+    /// Change of positions (m) per unit of x: the effective step size in s for velocities, 1 for displacements.
     pub displacement_per_unit: f64,
-    /// Whether the matrix is that of the last solve; then only constraints and right side have changed.
+    /// Whether the matrix is that of the last solve, so that only constraints and right-hand side have changed.
     pub same_matrix: bool,
-    /// Tolerance, relative to the filtered right side, in the norm of the preconditioner.
+    /// Tolerance, relative to the filtered right-hand side, in the norm of the preconditioner.
     pub tolerance: f64,
     /// Largest number of iterations of a solve.
     pub max_iterations: usize,
@@ -32,13 +32,13 @@ pub struct FilteredSystem<'a> {
 pub struct SolveReport {
     /// Products with the matrix after the first residual.
     pub iterations: usize,
-    /// Final residual over the scale of the stopping test; not finite if the system was not.
+    /// Final residual relative to the right-hand side, in the norm of the preconditioner; NaN if the right-hand side is not finite.
     pub residual: f64,
     /// Whether the tolerance was met.
     pub converged: bool,
-    /// Whether a direction of zero or negative curvature, or a number that is not finite, was met.
+    /// Whether a direction had zero or negative curvature, or a number was not finite.
     pub broken: bool,
-    /// Whether the matrix is stored in single precision and its rounding is too large for the tolerance; then nothing is solved.
+    /// Whether the matrix is stored in single precision and its rounding is too large for the tolerance; nothing has been solved then.
     pub needs_f64: bool,
     /// `r . P r` when the solve was stopped early; `None` if it was not stopped.
     pub stopped_at: Option<f64>,
@@ -47,11 +47,11 @@ pub struct SolveReport {
 /// The stopping test of a solve, on `r . P r`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct StoppingTest {
-    /// `r . P r` of the right side.
+    /// `r . P r` of the filtered right-hand side.
     pub scale: f64,
-    /// The solve has converged at this value.
+    /// Value of `r . P r` at which the solve has converged.
     pub target: f64,
-    /// Values below this come from rounding alone.
+    /// Value of `r . P r` that comes from rounding alone.
     pub floor: f64,
 }
 
@@ -63,11 +63,11 @@ impl StoppingTest {
 }
 
 impl SolveReport {
-    /// Fills in how the solve ended, from its last `d = r . P r`.
+    /// Sets the residual and the outcome from the final `d = r . P r`.
     pub(super) fn close(&mut self, d: f64, test: StoppingTest) {
         let StoppingTest { scale, target, floor } = test;
         self.broken |= !d.is_finite();
-        // A scale that is not finite, or overflowed, measures nothing; one below the floor is zero.
+        // Nothing can be compared with a scale that is not finite; one below the floor counts as zero.
         self.residual = match scale {
             _ if !scale.is_finite() => f64::NAN,
             _ if d <= floor && scale <= floor => 0.0,

@@ -1,10 +1,10 @@
 //! Filtered preconditioned conjugate gradients.
 //!
-//! The method of Baraff and Witkin (1998) in the form of Ascher and Boxerman (2003): PCG on the projected system, warm
-//! started, with the right scale in its stopping test. The preconditioner is block Jacobi of the *constrained* blocks,
-//! `S (S A_ii S + I - S)^-1 S`, which halves the iterations against the unconstrained ones, alone or as the finest level of
-//! [`super::multilevel`]. A residual that would move no position by its last digit counts as zero: without that a body at rest
-//! would iterate on rounding. Iterations are in single precision ([`self::f32_corrections`]), residuals in double.
+//! The method of Baraff and Witkin (1998) in the form of Ascher and Boxerman (2003): PCG on the projected system with a warm start, and a
+//! stopping test relative to the projected right-hand side. The preconditioner is block Jacobi with the *constrained* blocks
+//! `S (S A_ii S + I - S)^-1 S`, which needs half of the iterations of the unconstrained ones, alone or as the finest level of
+//! [`super::multilevel`]. A residual whose correction is below the last digit of every position counts as zero; otherwise a body at rest
+//! would iterate on rounding errors. Iterations are in single precision ([`self::f32_corrections`]), residuals in double precision.
 
 mod block_jacobi;
 mod constrained_nodes;
@@ -29,10 +29,10 @@ use residual::{Residual, SquaredNorm};
 /// Approximation of the inverse of the matrix, P.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Preconditioner {
-    /// Inverses of the diagonal blocks: for matrices dominated by the masses.
+    /// Inverses of the diagonal blocks, for matrices dominated by the masses.
     #[default]
     BlockJacobi,
-    /// An additive multilevel method: for stiff bodies; iterations hardly grow with the mesh.
+    /// An additive multilevel method for stiff bodies, whose iterations hardly grow with the mesh.
     Multilevel,
 }
 
@@ -46,7 +46,7 @@ impl Preconditioner {
     }
 }
 
-/// The preconditioned conjugate gradient solver of one body, with its work vectors and what it learns from one solve to the next.
+/// The preconditioned conjugate gradient solver of one body, with its work vectors, previous solutions and statistics.
 #[derive(Debug, Default)]
 pub struct Pcg {
     /// Preconditioner of the solve.
@@ -54,19 +54,20 @@ pub struct Pcg {
     /// The solution (n x 3); on entry the initial guess.
     pub x: Vec<Vec3>,
     guess: InitialGuess,
-    /// `A x` of the last solve.
+    /// `A x` of the last solve (n x 3).
     product: Vec<Vec3>,
+    /// Residual (n x 3).
     r: Vec<Vec3>,
     inner: F32Corrections,
     double: F64Solver,
 }
 
-/// Safety factor on the target of a correction, whose own residual is off by its rounding.
+/// Safety factor on the target of a correction, for the rounding error of its residual in single precision.
 const TARGET_MARGIN: f64 = 0.95;
-/// A correction that leaves more than this share of `r . P r` is slow; after two slow ones single precision has no more to give.
+/// A correction that reduces `r . P r` by less than this factor is slow; after two slow ones single precision is exhausted.
 const SLOW_REDUCTION: f64 = 0.25;
 
-/// A velocity field and its product with the matrix, `A v`, which explicit right sides need.
+/// A velocity field and its product with the matrix, `A v`, for right-hand sides linearised at the present state.
 pub struct Momentum<'a> {
     /// Velocities, m/s (n x 3).
     pub v: &'a [Vec3],
@@ -74,7 +75,7 @@ pub struct Momentum<'a> {
     pub product: &'a mut [Vec3],
 }
 
-/// Which product a residual is formed with.
+/// The product in a residual.
 enum ResidualOf {
     /// `A x`, in `product`.
     Solution,
@@ -83,7 +84,7 @@ enum ResidualOf {
 }
 
 impl Pcg {
-    /// Makes room for `n` nodes and sets the guess to zero.
+    /// Sets the number of nodes and the guess to zero.
     pub fn resize(&mut self, n: usize) {
         for field in [&mut self.x, &mut self.product, &mut self.r] {
             field.clear();
@@ -94,14 +95,14 @@ impl Pcg {
         self.double.resize(n);
     }
 
-    /// Sets the next guess to zero.
+    /// Sets the next guess to zero and marks the levels for an update.
     pub fn forget(&mut self) {
         self.x.fill(Vec3::zeros());
         self.guess.forget();
         self.inner.forget();
     }
 
-    /// Builds the levels of the multilevel preconditioner, if it is chosen and there are none since nodes or elements changed.
+    /// Builds the levels of the multilevel preconditioner if it is selected and nodes or elements have changed.
     /// `rest` are rest positions, m (n x 3).
     pub fn prepare(&mut self, matrix: &Matrix, sets: &[ElementSet], rest: &[Vec3]) {
         if self.preconditioner == Preconditioner::Multilevel {
@@ -109,7 +110,7 @@ impl Pcg {
         }
     }
 
-    /// Nodes that were constrained in the last solve, each with its row of `A x`.
+    /// Nodes that were constrained in the last solve, ascending, each with its row of `A x`.
     pub fn constrained(&self) -> impl Iterator<Item = (usize, Vec3)> {
         self.inner.constrained().iter().map(|node| (node.index(), self.product[node.index()]))
     }
@@ -119,8 +120,8 @@ impl Pcg {
         3 * self.x.len() * size_of::<Vec3>() + self.guess.bytes() + self.inner.bytes() + self.double.bytes()
     }
 
-    /// Extrapolates an initial guess from the last solutions, and loads the matrix. Call it before the first solve with a matrix; `momentum`
-    /// receives its product on the way.
+    /// Extrapolates an initial guess from the last solutions and loads the matrix. Call it before the first solve with a matrix. Also computes the
+    /// product of `momentum`.
     pub fn guess(&mut self, pool: &Pool, matrix: &Matrix, momentum: Option<Momentum<'_>>) {
         self.guess.extrapolate(pool, &mut self.x);
         self.load(pool, matrix, momentum);
@@ -161,7 +162,7 @@ impl Pcg {
                 system.matrix.add_column(i, change, &mut self.product);
             }
         }
-        // The scale is the residual of the prescribed part alone.
+        // The reference of the stopping test is the residual of the prescribed part alone.
         self.product_of_prescribed(system);
         let squares = self.residual_of(pool, system, ResidualOf::Prescribed);
         let scale = self.inner.apply_preconditioner(pool, &self.r, squares);
@@ -199,7 +200,7 @@ impl Pcg {
         {
             return report;
         }
-        // Single precision was not enough, or the system has no solution: double precision tells.
+        // Either single precision is not sufficient or the system is singular; double precision decides.
         self.solve_in_f64(pool, system, floor, report.iterations)
     }
 
@@ -208,6 +209,7 @@ impl Pcg {
         self.inner.allows_f32(tolerance)
     }
 
+    /// Solves in double precision after `before` iterations in single precision; not with a matrix in single precision.
     fn solve_in_f64(&mut self, pool: &Pool, system: &FilteredSystem<'_>, floor: f64, before: usize) -> SolveReport {
         if system.matrix.is_f32() {
             return SolveReport { iterations: before, needs_f64: true, residual: f64::NAN, ..SolveReport::default() };
@@ -221,15 +223,15 @@ impl Pcg {
     fn product_of_prescribed(&mut self, system: &FilteredSystem<'_>) {
         self.r.fill(Vec3::zeros());
         for i in self.inner.constrained().iter().map(ConstrainedNode::index) {
-            let held = system.z[i] - system.constraints[i].filter(system.z[i]);
-            if held != Vec3::zeros() {
-                system.matrix.add_column(i, held, &mut self.r);
+            let prescribed = system.z[i] - system.constraints[i].filter(system.z[i]);
+            if prescribed != Vec3::zeros() {
+                system.matrix.add_column(i, prescribed, &mut self.r);
             }
         }
     }
 
-    /// Scales a guess that is worse than zero, as after a jump: `S x` gets the length whose error is least in the norm of the matrix, and
-    /// `A x` with it.
+    /// Scales a guess that is worse than zero, as after a jump of the solution: multiplies `S x`, and `A x` accordingly, by the factor that
+    /// minimises the error in the norm of the matrix.
     fn scale_guess(&mut self, pool: &Pool, system: &FilteredSystem<'_>) {
         self.product_of_prescribed(system);
         let (x, product, constraints, r) = (&mut self.x, &mut self.product, system.constraints, &self.r);
@@ -240,14 +242,14 @@ impl Pcg {
             })
         };
         let (wanted, has) = (sum(&|i| system.b[i] - r[i]), sum(&|i| product_now[i] - r[i]));
-        let more = wanted / has - 1.0;
-        if !(has > 0.0 && more.is_finite()) {
+        let correction = wanted / has - 1.0;
+        if !(has > 0.0 && correction.is_finite()) {
             return;
         }
         pool.par_chunks((&mut x[..], &mut product[..]), NODES, &|first, (x, product): (&mut [Vec3], &mut [Vec3])| {
             for (i, (x, product)) in (first..).zip(x.iter_mut().zip(product)) {
-                *x += more * constraints[i].filter(*x);
-                *product += more * (*product - r[i]);
+                *x += correction * constraints[i].filter(*x);
+                *product += correction * (*product - r[i]);
             }
         });
     }
@@ -258,7 +260,7 @@ impl Pcg {
         self.inner.apply_preconditioner(pool, &self.r, squares)
     }
 
-    /// Computes `r = S (b - A x)` from a product that is known. Returns `r . r`.
+    /// Computes `r = S (b - A x)` from a known product. Returns `r . r`.
     fn residual_of(&mut self, pool: &Pool, system: &FilteredSystem<'_>, of: ResidualOf) -> f64 {
         let product = match of {
             ResidualOf::Solution => Some(&self.product),

@@ -13,7 +13,7 @@ pub struct PartialSolution<'a> {
     x: &'a [Vec3],
     /// Holds the present correction.
     correction: &'a F32Matrix,
-    /// What a unit of the correction adds to the solution.
+    /// Factor from the correction to the solution.
     scale: f64,
     /// `r . P r`.
     d: f64,
@@ -48,9 +48,9 @@ impl<'a> PartialSolution<'a> {
     }
 }
 
-/// Bounds of the error e of a partial solution from `d = r . P r`, which estimates `e . A e`: of the constraint force on a node along a
-/// unit vector u, N, as `(u . A_i e)^2 <= (u . A_ii u) (e . A e)` (Cauchy and Schwarz); and of its velocity, m/s, as A is no less than the
-/// masses. `g` (s) is by how much a velocity moves positions.
+/// Returns a function that bounds the error e of a partial solution, from `d = r . P r`, which estimates `e . A e`. For a node i and a unit
+/// vector u it returns the bound of the constraint force along u, N, by `(u . A_i e)^2 <= (u . A_ii u) (e . A e)` (Cauchy-Schwarz), and the bound of
+/// the velocity, m/s, by `A >= M`. `g` is the effective step size, s.
 pub fn error_bound(matrix: &Matrix, d: f64, g: f64) -> impl Fn(&System, usize, Vec3) -> [f64; 2] {
     move |system, i, u| {
         let force = (u.dot(&(matrix3(matrix.diagonal(i)) * u)) * d).sqrt() / g;
@@ -71,7 +71,7 @@ mod tests {
         (1.7 * i as f64).sin()
     }
 
-    /// A net of masses joined by springs that are stiff in their plane and soft across it.
+    /// A square net of masses and springs, stiff in its plane and soft perpendicular to it.
     fn net() -> Matrix {
         let mut matrix = Matrix::default();
         let pairs = (0..N * N).flat_map(|i| {
@@ -144,22 +144,26 @@ mod tests {
     fn reactions_stay_within_their_error_bound() {
         let (case, pool) = (Case::new(), Pool::new(1));
         let mut pcg = case.pcg(&pool, |_| Vec3::zeros());
-        let mut seen = Vec::new();
+        let mut samples = Vec::new();
         let directions = [Vec3::x(), Vec3::y(), Vec3::new(0.6, 0.0, 0.8)];
         let report = pcg.solve_until(&pool, &case.solve(1e-7, false), &mut |partial| {
             for (i, u) in [815, 816, 855, 856].into_iter().flat_map(|i| directions.map(|u| (i, u))) {
                 let bound = (u.dot(&(matrix3(case.matrix.diagonal(i)) * u)) * partial.residual_squared()).sqrt();
-                seen.push((i, u, partial.reaction(i), bound));
+                samples.push((i, u, partial.reaction(i), bound));
             }
             false
         });
         assert!(report.converged && report.stopped_at.is_none(), "{report:?}");
         let mut largest = 0.0_f64;
-        for (i, u, early, bound) in &seen {
+        for (i, u, early, bound) in &samples {
             let end = case.matrix.row_product(*i, &pcg.x) - case.b[*i];
             largest = largest.max((end - *early).dot(u).abs() / bound);
         }
-        assert!(seen.len() > 60 && largest > 0.01 && largest < 0.9, "{largest} of the bound, {} looks", seen.len());
+        assert!(
+            samples.len() > 60 && largest > 0.01 && largest < 0.9,
+            "{largest} of the bound, {} looks",
+            samples.len()
+        );
     }
 
     #[test]
@@ -167,10 +171,10 @@ mod tests {
         let (case, pool) = (Case::new(), Pool::new(1));
         let (mut pcg, mut whole) = (case.pcg(&pool, |_| Vec3::zeros()), case.pcg(&pool, |_| Vec3::zeros()));
         let all = whole.solve(&pool, &case.solve(1e-6, false));
-        let mut looks = 0;
+        let mut tests = 0;
         let report = pcg.solve_until(&pool, &case.solve(1e-6, false), &mut |_| {
-            looks += 1;
-            looks > 3
+            tests += 1;
+            tests > 3
         });
         assert!(report.stopped_at.is_some() && !report.converged && report.iterations < all.iterations, "{report:?}");
         let rest = pcg.solve(&pool, &case.solve(1e-6, true));
@@ -186,15 +190,15 @@ mod tests {
         (case.constraints[815], case.constraints[855]) = (Constraint::Free, Constraint::Line(Vec3::new(0.6, 0.0, 0.8)));
         (case.constraints[700], case.z[700]) = (Constraint::Fixed, Vec3::new(0.1, 0.0, 0.0));
         let mut fresh = case.pcg(&pool, |i| pcg.x[i]);
-        let want = fresh.solve(&pool, &case.solve(1e-6, false));
+        let expected = fresh.solve(&pool, &case.solve(1e-6, false));
         let again = pcg.solve(&pool, &case.solve(1e-6, true));
-        assert!(again.converged && again.iterations <= want.iterations + 2, "{again:?} {want:?}");
+        assert!(again.converged && again.iterations <= expected.iterations + 2, "{again:?} {expected:?}");
         assert!(pcg.x.iter().zip(&fresh.x).all(|(a, b)| (a - b).norm() < 1e-5));
         let held: Vec<usize> = pcg.constrained().map(|(i, _)| i).skip_while(|i| *i < N).collect();
         assert_eq!(held, [700, 816, 855, 856]);
         for (i, product) in pcg.constrained() {
-            let want = case.matrix.row_product(i, &pcg.x);
-            assert!((product - want).norm() < 1e-12, "{i}: {product:?} {want:?}");
+            let expected = case.matrix.row_product(i, &pcg.x);
+            assert!((product - expected).norm() < 1e-12, "{i}: {product:?} {expected:?}");
         }
     }
 
@@ -204,7 +208,7 @@ mod tests {
         let mut pcg = case.pcg(&pool, |_| Vec3::zeros());
         let none = pcg.solve(&pool, &case.solve(1e-4, false));
         let solution = pcg.x.clone();
-        // A guess of the right shape helps at any length; a wrong one does no harm.
+        // A multiple of the solution helps; an unrelated guess does no harm.
         let long = case.pcg(&pool, |i| -700.0 * solution[i]).solve(&pool, &case.solve(1e-4, false));
         assert!(long.converged && 3 * long.iterations < none.iterations, "{long:?} {none:?}");
         let odd = case.pcg(&pool, |i| Vec3::repeat(40.0 * wave(5 * i))).solve(&pool, &case.solve(1e-4, false));

@@ -1,14 +1,14 @@
-//! Residuals: in double precision, and rounded by sixteen nodes for the iterations.
+//! Residuals in double precision, and their conversion to single precision in groups of sixteen nodes.
 
 use crate::algebra::Vec3;
 use crate::lanes::interleaved::{Flat, apart};
 use crate::lanes::{LANES, Lanes, Vectors, Work, flush_denormals, put};
 use bytemuck::{cast_slice, cast_slice_mut};
 
-/// Partial sums side by side: each waits for its previous addition.
+/// Number of independent partial sums, which hide the latency of additions.
 const SUMS: usize = 24;
 
-/// `r = b - product`, or `r = b - r` without a product.
+/// Computes `r = b - product`, or `r = b - r` without a product; all n x 3.
 pub struct Residual<'a> {
     pub b: &'a [Vec3],
     pub product: Option<&'a [Vec3]>,
@@ -30,7 +30,7 @@ impl pulp::NullaryFnOnce for Residual<'_> {
     }
 }
 
-/// `r . r`
+/// Computes `r . r`.
 pub struct SquaredNorm<'a>(pub &'a [Vec3]);
 
 impl pulp::NullaryFnOnce for SquaredNorm<'_> {
@@ -47,7 +47,7 @@ impl pulp::NullaryFnOnce for SquaredNorm<'_> {
     }
 }
 
-/// Vectors times `scale`, rounded to single precision and stored by sixteen nodes.
+/// Multiplies vectors by `scale`, rounds them to single precision and stores them in groups of sixteen nodes.
 pub struct ScaledBySixteen<'a> {
     pub scale: f64,
     pub r: &'a [Vec3],

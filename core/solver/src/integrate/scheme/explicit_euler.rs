@@ -1,10 +1,10 @@
-//! Explicit Euler as printed by Qi, Zhu and Fan (2019): positions with the old velocities, then velocities with the old forces.
+//! Explicit Euler as printed by Qi, Zhu and Fan (2019): positions from the old velocities, then velocities from the old forces.
 
-use super::{Definition, ExplicitOrder, Method};
+use super::{ExplicitOrder, Method, SchemeProperties};
 use crate::integrate::limit::{Frequencies, StepLimit};
 
-pub(super) const DEFINITION: Definition =
-    Definition { name: "explicit-euler", method: Method::Explicit(ExplicitOrder::PositionFirst), step_limit };
+pub(super) const PROPERTIES: SchemeProperties =
+    SchemeProperties { name: "explicit-euler", method: Method::Explicit(ExplicitOrder::PositionFirst), step_limit };
 
 /// Every mode needs `w^2 dt < d_mode`: with damping proportional to stiffness that is `dt < d / w^2` below critical damping, and
 /// `dt < 2 / d` for the fastest overdamped mode. Without damping no step is stable.

@@ -1,8 +1,8 @@
-//! Time integration schemes: what each one states about itself, one file a scheme.
+//! Properties of time integration schemes, one file for each scheme.
 //!
-//! A scheme is data: which kind of step it takes, with which coefficients, and up to which step it is stable. The steps themselves are in
+//! A scheme is data: the kind of its step, its coefficients and its stability limit. The steps themselves are in
 //! [`super::explicit`], [`super::implicit`] and [`super::quasi_static`]. A new scheme is a file here, a variant of [`Scheme`] and its line
-//! in `Scheme::definition`.
+//! in `Scheme::properties`.
 
 mod backward_euler;
 mod bdf2;
@@ -14,88 +14,87 @@ mod symplectic_euler;
 use super::limit::{Frequencies, StepLimit};
 use crate::system_scales::HessianApproximation;
 
-/// How positions and velocities are advanced.
+/// Time integration scheme.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Scheme {
-    /// Positions with the old velocities, as Qi, Zhu and Fan (2019) print it: gains energy in every undamped mode.
+    /// Positions from the old velocities, as printed by Qi, Zhu and Fan (2019): gains energy in every undamped mode.
     ExplicitEuler,
-    /// Velocities first, then positions with the new ones: keeps energy up to a bounded error, stable up to a step limit.
+    /// Velocities first, then positions from the new velocities: bounded energy error, stable up to a step limit.
     SymplecticEuler,
     /// First order, stable at any step, damps high frequencies.
     BackwardEuler,
-    /// Second order (Gear 1971), stable at any step, damps less. A step of backward Euler follows whatever breaks the history: contact, a
-    /// cut, a new region.
+    /// Second order (Gear 1971), stable at any step, damps less. It takes a step of backward Euler after a contact change, a cut or a new region.
     Bdf2,
     /// Second order, stable at any step for linear forces, no numerical damping.
     ImplicitMidpoint,
-    /// No inertia: static equilibrium at every step.
+    /// Static equilibrium at every step, without inertia.
     QuasiStatic,
 }
 
-/// The state a step is linearised at first.
+/// State at which the first Newton iteration of a step is linearised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Linearisation {
-    /// Positions before the step; also those at which forces are evaluated.
+    /// The state before the step.
     Current,
-    /// Positions that the present velocities lead to.
+    /// The positions `X + effective_dt v` that the present velocities predict.
     Predicted,
 }
 
 /// Coefficients of one implicit step. The unknown is the velocity v of the stage, from
 ///
-/// `M (v - V) = g f(X + g v, v)`, `X = x + history (x - x_before)`, `V = v_0 + history (v_0 - v_before)`,
+/// `M (v - V) = effective_dt f(X + effective_dt v, v)`, `X = x + history (x - x_before)`, `V = v_0 + history (v_0 - v_before)`,
 ///
-/// where x, v_0 are the state before the step and x_before, v_before the state one step earlier.
+/// where x, v_0 are the state before the step, x_before, v_before the state one step earlier.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ImplicitCoefficients {
-    /// g: how far a velocity moves positions at the stage, s.
-    pub g: f64,
-    /// Share of the previous step's change that goes on; 0 for one-step schemes.
+    /// Effective step size, called g in formulas elsewhere, s: dt for backward Euler, 2/3 dt for BDF2, dt/2 for the implicit midpoint rule.
+    pub effective_dt: f64,
+    /// Coefficient of the previous step's change in X and V: 1/3 for BDF2, 0 for one-step schemes.
     pub history: f64,
-    /// Where in the step the stage is, in (0, 1]: 1 at its end, 0.5 halfway.
+    /// Time of the stage as a fraction of the step, in (0, 1]: 1 at the end, 0.5 at the midpoint.
     pub stage: f64,
-    /// Where the first Newton iteration is linearised.
+    /// State at which the first Newton iteration is linearised.
     pub first: Linearisation,
-    /// How much stiffness the matrix must have for the step to be stable after one Newton iteration.
+    /// Approximation of the stiffness with which one Newton iteration is stable.
     pub hessian: HessianApproximation,
 }
 
-/// What is known of the previous step.
+/// Whether a multistep scheme may use the previous state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum History {
-    /// The previous state leads smoothly to the present one.
-    Smooth,
-    /// The first step, or something broke the history: contact, a cut, a new region.
-    Broken,
+    /// The previous state may be used: no contact change, cut or new region since.
+    Continuous,
+    /// The previous state may not be used: the first step, or the first after a contact change, a cut or a new region.
+    Interrupted,
 }
 
 /// Which of position and velocity an explicit step updates first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ExplicitOrder {
-    /// Positions with the old velocities.
+    /// Positions from the old velocities, then velocities.
     PositionFirst,
-    /// Velocities, then positions with the new ones.
+    /// Velocities, then positions from the new velocities.
     VelocityFirst,
 }
 
 /// The kind of step a scheme takes.
 #[derive(Clone, Copy)]
 pub(super) enum Method {
-    /// New velocities from the forces of the present state.
+    /// The new velocities follow from the forces of the present state.
     Explicit(ExplicitOrder),
-    /// A system of equations for the stage velocity; the coefficients for a step dt (s).
+    /// The stage velocity solves a system of equations; returns the coefficients for a step dt (s).
     Implicit(fn(dt: f64, history: History) -> ImplicitCoefficients),
     /// Static equilibrium.
     Equilibrium,
 }
 
-/// What a scheme states about itself.
-pub(super) struct Definition {
+/// Properties of a scheme.
+pub(super) struct SchemeProperties {
     /// Name in scene files.
     pub name: &'static str,
     /// The kind of step.
     pub method: Method,
-    /// The largest stable step for a body whose fastest motions are given.
+    /// Returns the largest stable step for a body with these frequencies.
     pub step_limit: fn(&Frequencies) -> StepLimit,
 }
 
@@ -115,25 +114,26 @@ impl Scheme {
         Self::QuasiStatic,
     ];
 
-    pub(super) fn definition(self) -> &'static Definition {
+    /// The properties of the scheme.
+    pub(super) fn properties(self) -> &'static SchemeProperties {
         match self {
-            Self::ExplicitEuler => &explicit_euler::DEFINITION,
-            Self::SymplecticEuler => &symplectic_euler::DEFINITION,
-            Self::BackwardEuler => &backward_euler::DEFINITION,
-            Self::Bdf2 => &bdf2::DEFINITION,
-            Self::ImplicitMidpoint => &implicit_midpoint::DEFINITION,
-            Self::QuasiStatic => &quasi_static::DEFINITION,
+            Self::ExplicitEuler => &explicit_euler::PROPERTIES,
+            Self::SymplecticEuler => &symplectic_euler::PROPERTIES,
+            Self::BackwardEuler => &backward_euler::PROPERTIES,
+            Self::Bdf2 => &bdf2::PROPERTIES,
+            Self::ImplicitMidpoint => &implicit_midpoint::PROPERTIES,
+            Self::QuasiStatic => &quasi_static::PROPERTIES,
         }
     }
 
     /// Name in scene files, such as `backward-euler`.
     pub fn name(self) -> &'static str {
-        self.definition().name
+        self.properties().name
     }
 
-    /// Whether a step solves a system of equations.
+    /// Whether a step solves a linear system.
     pub fn is_implicit(self) -> bool {
-        match self.definition().method {
+        match self.properties().method {
             Method::Explicit(_) => false,
             Method::Implicit(_) | Method::Equilibrium => true,
         }
@@ -144,33 +144,32 @@ impl Scheme {
 mod tests {
     use super::*;
 
-    /// Amplification of `x'' = -w^2 x` by a scheme's coefficients, from the recurrence they state, in exact complex arithmetic of
-    /// one mode: the order is that of the error per step, and a stable scheme never amplifies.
+    /// One step of `x'' = -w^2 x` with a scheme's coefficients, from position and velocity (x, v) and those one step earlier (xb, vb).
     fn advance(c: ImplicitCoefficients, w: f64, dt: f64, (x, v): (f64, f64), (xb, vb): (f64, f64)) -> (f64, f64) {
         let (big_x, big_v) = (x + c.history * (x - xb), v + c.history * (v - vb));
-        let stage = (big_v - c.g * w * w * big_x) / (1.0 + (c.g * w).powi(2));
+        let stage = (big_v - c.effective_dt * w * w * big_x) / (1.0 + (c.effective_dt * w).powi(2));
         match c.stage < 1.0 {
             true => (x + dt * stage, v + (stage - v) / c.stage),
-            false => (big_x + c.g * stage, stage),
+            false => (big_x + c.effective_dt * stage, stage),
         }
     }
 
     /// Error of a unit oscillation after time 1.
     fn error(scheme: Scheme, steps: u32) -> f64 {
-        let Method::Implicit(coefficients) = scheme.definition().method else {
+        let Method::Implicit(coefficients) = scheme.properties().method else {
             panic!("{} is not implicit", scheme.name())
         };
         let dt = 1.0 / f64::from(steps);
         let (mut before, mut state) = (((-dt).cos(), dt.sin()), (1.0, 0.0));
         for _ in 0..steps {
-            let next = advance(coefficients(dt, History::Smooth), 1.0, dt, state, before);
+            let next = advance(coefficients(dt, History::Continuous), 1.0, dt, state, before);
             (before, state) = (state, next);
         }
         (state.0 - 1.0_f64.cos()).hypot(state.1 + 1.0_f64.sin())
     }
 
     #[test]
-    fn stated_coefficients_have_the_order_of_the_scheme() {
+    fn coefficients_have_the_order_of_the_scheme() {
         for (scheme, order) in [(Scheme::BackwardEuler, 1), (Scheme::Bdf2, 2), (Scheme::ImplicitMidpoint, 2)] {
             let rate = (error(scheme, 200) / error(scheme, 400)).log2();
             assert!((rate - f64::from(order)).abs() < 0.05, "{}: order {rate}", scheme.name());
@@ -178,13 +177,13 @@ mod tests {
     }
 
     #[test]
-    fn implicit_schemes_never_amplify_and_names_are_distinct() {
+    fn implicit_schemes_do_not_amplify_and_names_are_distinct() {
         for scheme in Scheme::ALL {
-            let Method::Implicit(coefficients) = scheme.definition().method else { continue };
+            let Method::Implicit(coefficients) = scheme.properties().method else { continue };
             for wdt in [0.01, 1.0, 100.0] {
                 let (mut before, mut state) = ((1.0, 0.0), (1.0, 0.0));
                 for _ in 0..200 {
-                    let next = advance(coefficients(wdt, History::Smooth), 1.0, wdt, state, before);
+                    let next = advance(coefficients(wdt, History::Continuous), 1.0, wdt, state, before);
                     (before, state) = (state, next);
                 }
                 assert!(state.0.hypot(state.1) < 1.5, "{}: {state:?} at w dt = {wdt}", scheme.name());

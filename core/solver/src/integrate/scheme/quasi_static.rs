@@ -1,6 +1,6 @@
 //! Quasi-static: no inertia, static equilibrium under the loads of each step.
 
-use super::{Definition, Method, unlimited};
+use super::{Method, SchemeProperties, unlimited};
 
-pub(super) const DEFINITION: Definition =
-    Definition { name: "quasi-static", method: Method::Equilibrium, step_limit: unlimited };
+pub(super) const PROPERTIES: SchemeProperties =
+    SchemeProperties { name: "quasi-static", method: Method::Equilibrium, step_limit: unlimited };

@@ -1,12 +1,12 @@
-//! Symplectic (semi-implicit) Euler: velocities with the old forces, then positions with the new velocities.
+//! Symplectic (semi-implicit) Euler: velocities from the old forces, then positions from the new velocities.
 
-use super::{Definition, ExplicitOrder, Method};
+use super::{ExplicitOrder, Method, SchemeProperties};
 use crate::integrate::limit::{Frequencies, StepLimit};
 
-pub(super) const DEFINITION: Definition =
-    Definition { name: "symplectic-euler", method: Method::Explicit(ExplicitOrder::VelocityFirst), step_limit };
+pub(super) const PROPERTIES: SchemeProperties =
+    SchemeProperties { name: "symplectic-euler", method: Method::Explicit(ExplicitOrder::VelocityFirst), step_limit };
 
-/// `(w dt)^2 + 2 d dt < 4`.
+/// Stability limit `(w dt)^2 + 2 d dt < 4`, with the frequency w and the damping rate d.
 fn step_limit(found: &Frequencies) -> StepLimit {
     let (w, d) = (found.stiffness, found.damping);
     if w == 0.0 { StepLimit::At(2.0 / d) } else { StepLimit::At(((d * d + 4.0 * w * w).sqrt() - d) / (w * w)) }
