@@ -153,11 +153,10 @@ mod tests {
         let nodes = Nodes { v: wave(n, 9), mass, constraint, ..Nodes::default() };
         let (force, contact_force, initial) = (wave(n, 1), wave(n, 2), [wave(n, 3), wave(n, 4)]);
         let (gravity, effective_dt) = (Vec3::new(0.1, -9.81, 0.3), 0.25);
-        for (start, history) in
-            [(Start::Current { momentum: &initial[0] }, 0.0)].into_iter().chain([0.0, 0.5].map(|history| {
-                (Start::Predicted { velocity: &initial[0], before: &initial[1], history: history }, history)
-            }))
-        {
+        for (start, history) in [(Start::Current { momentum: &initial[0] }, 0.0)].into_iter().chain(
+            [0.0, 0.5]
+                .map(|history| (Start::Predicted { velocity: &initial[0], before: &initial[1], history }, history)),
+        ) {
             let (mut b, mut z) = (vec![Vec3::repeat(7.0); n], contact_force.clone());
             let (mut squares, mut expected) = (0.0, 0.0);
             for (first, (b, z)) in (0..).step_by(16).zip(b.chunks_mut(16).zip(z.chunks_mut(16))) {
