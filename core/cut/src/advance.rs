@@ -1,13 +1,13 @@
-//! One advance of the blade, whole or not at all.
+//! One advance of the blade, as a transaction: it succeeds as a whole or leaves the mesh unchanged.
 
 use std::collections::HashMap;
 
 use super::Vec3;
 use super::blade::{Blade, Facet, Stroke};
 use super::cap::{CapSurface, bodies};
+use super::cut_edges::{CutEdges, HalfEdgeRef};
 use super::error::{Refusal, Refused};
-use super::fans::{NewPoint, split_coincident_edges, split_fans};
-use super::lines::{Half, Lines};
+use super::fans::{NewPoint, duplicate_vertices, split_coincident_edges};
 use super::mesh::CutMesh;
 use super::record::{NONE, OPEN};
 use super::snap::SnapTolerances;
@@ -15,35 +15,35 @@ use super::stitch::stitch_walls;
 use super::subdivide;
 use super::trace::Trace;
 
-/// What an advance did.
+/// Changes by an advance.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Advance {
-    /// New cut surface inside of closed bodies, one wall of two, m^2.
+    /// Area of the new cut surface inside of closed bodies, of one of the two walls, m^2.
     pub area: f64,
-    /// New cut edge on the surface, one side of two, m.
+    /// Length of the new cut edges on the surface, of one of the two sides, m.
     pub length: f64,
-    /// Triangles there were before that are split, or have another vertex or neighbour, rising.
+    /// Old triangles that are split or have another vertex or neighbour, ascending.
     pub changed: Vec<u32>,
-    /// New triangles have this number and above.
+    /// Index of the first new triangle.
     pub first_triangle: u32,
-    /// The triangle there was before that each new one is a piece of; `u32::MAX` for one of a wall.
+    /// The old triangle that each new one is a piece of; `u32::MAX` for a triangle of a wall.
     pub pieces_of: Vec<u32>,
-    /// New vertices have this number and above.
+    /// Index of the first new vertex.
     pub first_vertex: u32,
-    /// Vertices that came apart, each with the new one at the same place.
+    /// Vertices that were separated, each with its copy at the same position.
     pub parted: Vec<[u32; 2]>,
-    /// What the blade swept: triangles in the rest shape, none to two.
+    /// Surface swept by the blade: zero to two triangles in the rest shape, m.
     pub facets: Vec<[Vec3; 3]>,
 }
 
 impl Advance {
-    /// Whether the mesh is other than before.
+    /// Whether the mesh changed.
     pub fn has_cut(&self) -> bool {
         !self.changed.is_empty()
     }
 }
 
-/// What a facet did.
+/// Changes by one facet.
 #[derive(Default)]
 struct FacetCut {
     area: f64,
@@ -53,12 +53,12 @@ struct FacetCut {
 }
 
 impl CutMesh {
-    /// Cuts with the strip between the stroke's blade and `next`, and moves the stroke there. A blade that did not move
-    /// across itself cuts nothing and leaves the stroke where it is.
+    /// Cuts along the strip between the stroke's blade and `next`, and moves the stroke there. A blade that moves only along itself cuts nothing
+    /// and leaves the stroke unchanged.
     ///
     /// # Errors
-    /// [`Refused`] when the cut cannot be made; mesh and stroke are what they were, so the next advance spans both. Where a
-    /// blade keeps being refused, a new stroke from where it is now leaves the place behind, uncut.
+    /// [`Refused`] if the cut is impossible. Mesh and stroke are unchanged, so the next advance spans both. If a blade is refused again and again,
+    /// a new stroke from its present position leaves the region between uncut.
     pub fn advance(&mut self, stroke: &mut Stroke, next: Blade) -> Result<Advance, Refused> {
         next.check()?;
         let facets = stroke.facets(&next);
@@ -98,7 +98,7 @@ impl CutMesh {
                 }
             }
         }
-        Err(refused.unwrap_or(Refused { reason: Refusal::Broken, entity: "advance", value: 0.0 }))
+        Err(refused.unwrap_or(Refused { reason: Refusal::Invalid, entity: "advance", value: 0.0 }))
     }
 
     fn sweep(&mut self, facets: &[Facet], seam: &[u32], snap: SnapTolerances) -> Result<FacetCut, Refused> {
@@ -126,16 +126,16 @@ impl CutMesh {
         let first = self.surface.triangles.len();
         let split = subdivide::subdivide(self, &trace, &near, snap.sharpest)?;
         let first = self.index_triangles(first);
-        let lines = Lines::new(self, &trace, &split, facet, snap);
+        let lines = CutEdges::new(self, &trace, &split, facet, snap);
         let mut done = FacetCut { length: self.cut_length(&trace, &lines), ..FacetCut::default() };
-        // All caps first: hanging one in changes nothing that another asks for.
+        // All caps are computed first; inserting one changes no input of another.
         let mut caps = Vec::new();
         for body in bodies(self, &trace, facet)? {
             caps.push((body, CapSurface::new(self, &trace, &lines, facet, body)?));
         }
         lines.open_sheets(self);
         let (mut point_of, mut new_points, mut triangles) = (HashMap::new(), Vec::new(), split.triangles.clone());
-        let mut front = Vec::new(); // corners of walls where the strip goes on
+        let mut front = Vec::new(); // corners of walls on the side where the strip continues
         for (body, cap) in &caps {
             let walls = stitch_walls(self, cap, &lines, facet, *body);
             done.area += walls.area;
@@ -161,15 +161,15 @@ impl CutMesh {
         }
         if let Some(triangle) = self.left_joined(&trace, &lines, facet).filter(|_| !is_last) {
             let value = f64::from(triangle);
-            return Err(Refused { reason: Refusal::Broken, entity: "line at triangle", value });
+            return Err(Refused { reason: Refusal::Invalid, entity: "line at triangle", value });
         }
         let mut corners: Vec<u32> = point_of.keys().copied().collect();
         corners.extend(lines.halves.values().flatten().flat_map(|half| {
-            let half = half.half;
+            let half = half.half_edge;
             [half, half - half % 3 + (half % 3 + 1) % 3]
         }));
         corners.sort_unstable();
-        done.parted = split_fans(self, &corners, &point_of, &new_points)?;
+        done.parted = duplicate_vertices(self, &corners, &point_of, &new_points)?;
         done.parted.extend(split_coincident_edges(self, &mut triangles)?);
         self.index_triangles(first);
         done.seam = front.iter().map(|&corner| self.tail(corner)).collect();
@@ -189,27 +189,27 @@ impl CutMesh {
         Ok(done)
     }
 
-    /// A triangle whose side lies on a line of the facet, with the inside of a body to one side of it, and that is still joined
-    /// to the one on the other side of the plane. At the front the next facet may have to open it, at the seam this one.
-    fn left_joined(&self, trace: &Trace, lines: &Lines, facet: &Facet) -> Option<u32> {
+    /// A triangle with a side on a line of the facet, at which a body's interior begins or ends, that is still connected to its neighbour on the
+    /// other side of the plane. At the front the next facet may have to open it, at the seam this one.
+    fn left_joined(&self, trace: &Trace, lines: &CutEdges, facet: &Facet) -> Option<u32> {
         let open = trace.runs.iter().filter(|run| !run.is_open_already());
         open.filter(|run| run.members.iter().any(|member| member.flow != 0 && member.body != OPEN)).find_map(|run| {
             let [a, b] = run.piece?;
             let [from, to] = [a, b].map(|node| trace.nodes[node as usize].rim);
             let on_rim = |side: usize| from[side] == 0 && to[side] == 0;
-            if (0..3).any(|side| on_rim(side) && !(side == 0 && facet.goes_on)) {
+            if (0..3).any(|side| on_rim(side) && !(side == 0 && facet.continues)) {
                 return None;
             }
             let halves = lines.halves.get(&[a.min(b), a.max(b)])?;
-            let joined = |below: &&Half| {
-                let other = self.link_of(below.half);
-                below.side == -1 && halves.iter().any(|above| above.side == 1 && above.half == other)
+            let joined = |below: &&HalfEdgeRef| {
+                let other = self.link_of(below.half_edge);
+                below.side == -1 && halves.iter().any(|above| above.side == 1 && above.half_edge == other)
             };
-            halves.iter().find(joined).map(|half| half.half / 3)
+            halves.iter().find(joined).map(|half| half.half_edge / 3)
         })
     }
 
-    /// Triangles a facet may meet, rising.
+    /// Triangles a facet may intersect, ascending.
     fn triangles_near_facet(&self, facet: &Facet) -> Vec<u32> {
         let mut near = Vec::new();
         self.tree.near_facet(facet.corners, 0.0, |triangle| near.push(triangle));
@@ -227,15 +227,18 @@ impl CutMesh {
         near
     }
 
-    /// Length of the lines on the skin, m.
-    fn cut_length(&self, trace: &Trace, lines: &Lines) -> f64 {
+    /// Length of the cut edges on the surface, m.
+    fn cut_length(&self, trace: &Trace, lines: &CutEdges) -> f64 {
         let skin = |half: u32| !self.is_cap(half / 3) && !self.is_lid(half / 3);
         let mut sum = 0.0;
         for run in &trace.runs {
             let Some([a, b]) = run.piece else { continue };
             let halves = lines.halves.get(&[a.min(b), a.max(b)]).map_or(&[][..], |halves| halves);
-            let sides = [-1, 1].map(|side| halves.iter().any(|half| half.side.signum() == side && skin(half.half)));
-            if sides == [true; 2] && halves.iter().any(|half| skin(half.half) && self.link_of(half.half) != half.half) {
+            let sides =
+                [-1, 1].map(|side| halves.iter().any(|half| half.side.signum() == side && skin(half.half_edge)));
+            if sides == [true; 2]
+                && halves.iter().any(|half| skin(half.half_edge) && self.link_of(half.half_edge) != half.half_edge)
+            {
                 let [a, b] = [a, b].map(|node| trace.nodes[node as usize].x);
                 sum += (b - a).norm();
             }
@@ -243,8 +246,8 @@ impl CutMesh {
         sum
     }
 
-    /// Takes the triangles from `first` on into the tree; gives their end. Those they were cut from keep their wider boxes
-    /// until the advance is made.
+    /// Inserts the triangles from `first` into the tree and returns their end. The triangles they are pieces of keep their larger boxes until the
+    /// advance succeeds.
     fn index_triangles(&mut self, first: usize) -> usize {
         for triangle in first as u32..self.surface.triangles.len() as u32 {
             self.tree.set(triangle, self.corners_of(triangle));
@@ -252,7 +255,7 @@ impl CutMesh {
         self.surface.triangles.len()
     }
 
-    /// Fits the boxes of the old triangles that are smaller now.
+    /// Shrinks the boxes of the old triangles that have become smaller.
     fn refit(&mut self) {
         for triangle in self.changed().0 {
             self.tree.set(triangle, self.corners_of(triangle));

@@ -1,57 +1,56 @@
-//! The blade, the stroke it makes, and the triangles it sweeps.
+//! The blade, its stroke, and the triangles it sweeps.
 
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
 use super::error::{Refusal, Refused};
 use pliant_mesh::geometry::Vec3;
 
-/// Where a blade is: its edge is the segment between two points of the rest shape.
+/// The edge of a blade: a segment between two points of the rest shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Blade {
-    /// The end that goes into a body first, m.
+    /// The end away from the handle, m.
     pub tip: Vec3,
     /// The end at the handle, m.
     pub heel: Vec3,
 }
 
-/// A cut in the making: where the blade is, and which vertices of the mesh lie on it there. It begins where
-/// [`Stroke::begin`] puts it, goes on with every advance, and ends when it is dropped.
+/// A cut in progress: the blade, and the vertices of the mesh that lie on it. It begins with [`Stroke::begin`], continues with every advance and
+/// ends when it is dropped.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stroke {
     pub(super) blade: Blade,
     pub(super) seam: Vec<u32>,
-    pub(super) travel: f64, // m, way of the blade's middle so far
+    pub(super) travel: f64, // length of the path of the blade's midpoint, m
 }
 
-/// A triangle that the blade's edge sweeps, corners counter-clockwise seen from the left. Side 0 is where the strip before
-/// it ended.
+/// A triangle swept by the blade's edge, with corners counter-clockwise seen from the left. Side 0 is the end of the previous strip.
 #[derive(Clone, Debug)]
 pub(super) struct Facet {
     pub corners: [Vec3; 3],
     pub normal: Vec3,           // unit, to the left
-    pub texture: [[f64; 2]; 3], // m, along the blade and along the way
+    pub texture: [[f64; 2]; 3], // distances along the blade and along its path, m
     across: [Vec3; 2],          // unit, along side 0 and to its left
     pub flat: [[f64; 2]; 3],    // corners in the frame of the facet, m
-    pub front: usize,           // side where the strip goes on
-    pub goes_on: bool,          // side 0 is where a facet before it ended, not where the stroke begins
+    pub front: usize,           // side where the strip continues
+    pub continues: bool,        // whether side 0 is the end of a previous facet, not the beginning of the stroke
 }
 
 impl Stroke {
-    /// A stroke that starts with the blade here.
+    /// Begins a stroke at this blade.
     ///
     /// # Errors
-    /// [`Refused`] when a coordinate is not finite or the blade has no length.
+    /// [`Refused`] if a coordinate is not finite or beyond 1e9 m, or the blade has no length.
     pub fn begin(blade: Blade) -> Result<Self, Refused> {
         blade.check()?;
         Ok(Self { blade, seam: Vec::new(), travel: 0.0 })
     }
 
-    /// Where the blade was after the last advance.
+    /// The blade after the last advance.
     pub fn blade(&self) -> Blade {
         self.blade
     }
 
-    /// The triangles swept from here to `next`, none to two.
+    /// The zero to two triangles swept from the last blade to `next`.
     pub(super) fn facets(&self, next: &Blade) -> Vec<Facet> {
         let [a, b, c, d] = [self.blade.tip, self.blade.heel, next.heel, next.tip];
         let (from, to) = (self.travel, self.travel + self.blade.way(next));
@@ -60,7 +59,7 @@ impl Stroke {
         let far = Facet::new([a, c, d], [[0.0, from], [deeper, to], [0.0, to]], 1);
         let mut facets: Vec<Facet> = [near, far].into_iter().flatten().collect();
         let began = self.travel > 0.0;
-        facets.iter_mut().enumerate().for_each(|(at, facet)| facet.goes_on = began || at > 0);
+        facets.iter_mut().enumerate().for_each(|(at, facet)| facet.continues = began || at > 0);
         facets
     }
 }
@@ -82,54 +81,54 @@ impl Blade {
         (self.heel - self.tip).norm()
     }
 
-    /// How far the blade's middle is moved, m.
+    /// Distance between the midpoints of two blades, m.
     pub(super) fn way(&self, next: &Self) -> f64 {
-        let middle = |blade: &Self| blade.tip.lerp(&blade.heel, 0.5);
-        (middle(next) - middle(self)).norm()
+        let midpoint = |blade: &Self| blade.tip.lerp(&blade.heel, 0.5);
+        (midpoint(next) - midpoint(self)).norm()
     }
 }
 
 impl Facet {
-    /// `None` without an area worth the name: the blade slid along itself, or one end stood still.
+    /// A facet; `None` if its area vanishes, because the blade moved along itself or one end did not move.
     fn new(corners: [Vec3; 3], texture: [[f64; 2]; 3], front: usize) -> Option<Self> {
         let [a, b, c] = corners;
         let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
         let normal = (b - a).cross(&(c - a)).try_normalize(1e-6 * longest * longest)?;
         let along = (b - a).try_normalize(0.0)?;
         let across = [along, normal.cross(&along)];
-        let mut facet = Self { corners, normal, texture, across, flat: [[0.0; 2]; 3], front, goes_on: false };
+        let mut facet = Self { corners, normal, texture, across, flat: [[0.0; 2]; 3], front, continues: false };
         facet.flat = corners.map(|corner| facet.flatten(corner));
         Some(facet)
     }
 
-    /// Side of the plane a point is on, without rounding: 1 left, -1 right, 0 on it.
+    /// Side of the plane a point is on, by an exact predicate: 1 left, -1 right, 0 on it.
     pub fn side(&self, point: Vec3) -> i8 {
         let [a, b, c, d] = [self.corners[0], self.corners[1], self.corners[2], point].map(coord);
         sign(-orient3d(a, b, c, d))
     }
 
-    /// m, height of a point over the plane, above 0 on the left.
+    /// Signed distance of a point from the plane, m; positive on the left.
     pub fn height(&self, point: Vec3) -> f64 {
         (point - self.corners[0]).dot(&self.normal)
     }
 
-    /// Place in the frame of the facet, m.
+    /// Coordinates of a point's projection in the frame of the facet, m.
     pub fn flatten(&self, point: Vec3) -> [f64; 2] {
         let from_corner = point - self.corners[0];
         self.across.map(|axis| from_corner.dot(&axis))
     }
 
-    /// The point of the plane at a place in the frame.
+    /// The point of the plane with these coordinates in the frame, m.
     pub fn lift(&self, flat: [f64; 2]) -> Vec3 {
         self.corners[0] + flat[0] * self.across[0] + flat[1] * self.across[1]
     }
 
-    /// Ends of side `side` in the frame.
+    /// Ends of a side in the frame, m.
     pub fn rim(&self, side: usize) -> [[f64; 2]; 2] {
         [self.flat[side], self.flat[(side + 1) % 3]]
     }
 
-    /// Texture coordinates of a place in the frame, m.
+    /// Texture coordinates of a point in the frame, m.
     pub fn texture_at(&self, flat: [f64; 2]) -> [f64; 2] {
         let [a, b, c] = self.flat;
         let turn =
@@ -140,7 +139,7 @@ impl Facet {
     }
 }
 
-/// Side of the line from `a` to `b` that `c` is on, without rounding: 1 left, -1 right, 0 on it.
+/// Side of the line from `a` to `b` that `c` is on, by an exact predicate: 1 left, -1 right, 0 on it.
 pub(super) fn turn(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> i8 {
     let [a, b, c] = [a, b, c].map(|[x, y]| Coord { x, y });
     sign(orient2d(a, b, c))

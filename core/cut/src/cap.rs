@@ -1,53 +1,53 @@
-//! The part of a facet that is inside of a body.
+//! Cap surface: the part of a facet that is inside of a body.
 //!
-//! In the plane of the facet, the lines along which it meets the body and its own rim are triangulated. How often the body
-//! winds around a place is asked once, by a ray, and counted on across the lines. Where the body's own faces lie in the
-//! plane there is nothing to cut, on whichever side of them the inside is: so the same cut twice makes nothing new.
+//! In the plane of the facet, its intersection lines with the body and its own sides are triangulated. The winding number of the body is computed
+//! for one triangle by a ray and propagated across the lines. Where faces of the body lie in the plane, nothing is cut, on whichever side the
+//! interior is, so repeating a cut changes nothing.
 
 use std::collections::HashMap;
 
 use super::Vec3;
 use super::blade::{Facet, turn};
+use super::cut_edges::CutEdges;
 use super::error::{Refusal, Refused};
-use super::lines::Lines;
 use super::mesh::CutMesh;
-use super::plane::{Flat, triangulate};
+use super::plane::{PlaneTriangle, triangulate};
 use super::record::NONE;
 use super::trace::Trace;
 
 /// A triangulated part of a facet.
 pub(super) struct CapSurface {
     pub points: Vec<Point>,
-    pub flats: Vec<Flat>,
-    /// How many bodies-in-themselves each triangle is inside of: 0 outside, 1 inside, 2 where the body overlaps itself.
+    pub triangles: Vec<PlaneTriangle>,
+    /// Winding number of the body around each triangle: 0 outside, 1 inside, 2 where the body overlaps itself.
     pub layers: Vec<u32>,
-    /// Nodes of each line, by its points, lower first.
+    /// Each line by its points, lower first.
     pub lines: HashMap<[u32; 2], Line>,
 }
 
 /// A point of a cap surface.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Point {
-    /// Of the trace, or [`NONE`] at a corner of the facet inside a body.
+    /// Node of the trace, or [`NONE`] at a corner of the facet inside of a body.
     pub node: u32,
     pub x: Vec3,
     pub flat: [f64; 2],
 }
 
-/// A line that triangles keep to.
+/// A constrained edge of the triangulation.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Line {
-    /// Winding to the left of it, from its lower node, less that to the right.
+    /// Winding number to its left, seen from its lower node, minus that to its right.
     pub flow: i32,
-    /// Its nodes, lower first, where the mesh has edges on it.
+    /// Its nodes, lower first, if the mesh has edges on it.
     pub nodes: Option<[u32; 2]>,
-    /// It is a part of the rim.
+    /// Whether it is part of a side of the facet.
     rim: bool,
 }
 
-const MOST_LAYERS: i32 = 8;
+const MAX_LAYERS: i32 = 8;
 
-/// Bodies that a facet meets or lies in.
+/// Bodies that a facet intersects or lies in.
 pub(super) fn bodies(mesh: &CutMesh, trace: &Trace, facet: &Facet) -> Result<Vec<u32>, Refused> {
     let pieces = trace.runs.iter().filter(|run| run.piece.is_some());
     let mut bodies: Vec<u32> = pieces.flat_map(|run| &run.members).map(|member| member.body).collect();
@@ -56,9 +56,9 @@ pub(super) fn bodies(mesh: &CutMesh, trace: &Trace, facet: &Facet) -> Result<Vec
     bodies.retain(|&body| (body as usize) < mesh.bodies.len());
     if bodies.len() < mesh.bodies.len() {
         let [a, b, c] = facet.flat;
-        let middle = [0, 1].map(|i| (a[i] + b[i] + c[i]) / 3.0);
-        // A ray that cannot tell starts on a face, so that body is met already.
-        for (body, _) in mesh.bodies_around(facet.lift(middle)).unwrap_or_default() {
+        let centroid = [0, 1].map(|i| (a[i] + b[i] + c[i]) / 3.0);
+        // A ray without a result starts on a face, and the body of that face is intersected already.
+        for (body, _) in mesh.bodies_around(facet.lift(centroid)).unwrap_or_default() {
             bodies.push(body);
         }
         bodies.sort_unstable();
@@ -69,20 +69,20 @@ pub(super) fn bodies(mesh: &CutMesh, trace: &Trace, facet: &Facet) -> Result<Vec
 
 impl CapSurface {
     /// The part of the facet inside of `body`.
-    pub fn new(mesh: &CutMesh, trace: &Trace, lines: &Lines, facet: &Facet, body: u32) -> Result<Self, Refused> {
+    pub fn new(mesh: &CutMesh, trace: &Trace, lines: &CutEdges, facet: &Facet, body: u32) -> Result<Self, Refused> {
         let crossed = |value: usize| Refused { reason: Refusal::Crossed, entity: "lines", value: value as f64 };
         let mut sheet = Self::outline(mesh, trace, facet, body);
         let flat: Vec<[f64; 2]> = sheet.points.iter().map(|point| point.flat).collect();
         let mut pairs: Vec<[u32; 2]> = sheet.lines.keys().copied().collect();
         pairs.sort_unstable();
-        sheet.flats = triangulate(&flat, pairs.iter().copied()).ok_or(crossed(pairs.len()))?;
+        sheet.triangles = triangulate(&flat, pairs.iter().copied()).ok_or(crossed(pairs.len()))?;
         sheet.wind(mesh, lines, facet, body)?;
         Ok(sheet)
     }
 
-    /// Points and lines.
+    /// Points and constrained edges of the triangulation.
     fn outline(mesh: &CutMesh, trace: &Trace, facet: &Facet, body: u32) -> Self {
-        let mut sheet = Self { points: Vec::new(), flats: Vec::new(), layers: Vec::new(), lines: HashMap::new() };
+        let mut sheet = Self { points: Vec::new(), triangles: Vec::new(), layers: Vec::new(), lines: HashMap::new() };
         let mut point_of = HashMap::new();
         let sense = if mesh.bodies[body as usize].inverted { -1 } else { 1 };
         for run in &trace.runs {
@@ -98,7 +98,7 @@ impl CapSurface {
                     sheet.points.len() as u32 - 1
                 })
             });
-            // Flow is told from the lower node of the run to the higher, and a line from its lower point.
+            // The change of the winding number refers to the run from its lower node, a line starts at its lower point.
             let flow = sense * flows.iter().sum::<i32>() * if a < b { 1 } else { -1 };
             let line = sheet.lines.entry([a.min(b), a.max(b)]).or_default();
             line.flow += flow;
@@ -136,21 +136,21 @@ impl CapSurface {
         }
     }
 
-    /// The line on a side of a triangle; where there is one, also whether it goes from the lower point to the higher.
+    /// The line on a side of a triangle, and whether the side leads from the line's lower point to the higher; `None` if there is no line.
     pub fn line(&self, flat: usize, side: usize) -> Option<(&Line, bool)> {
-        let [a, b] = [self.flats[flat].corners[side], self.flats[flat].corners[(side + 1) % 3]];
+        let [a, b] = [self.triangles[flat].corners[side], self.triangles[flat].corners[(side + 1) % 3]];
         Some((self.lines.get(&[a.min(b), a.max(b)])?, a < b))
     }
 
-    /// Finds how often the body winds around each triangle.
-    fn wind(&mut self, mesh: &CutMesh, lines: &Lines, facet: &Facet, body: u32) -> Result<(), Refused> {
-        let unclear = Refused { reason: Refusal::Unclear, entity: "body", value: f64::from(body) };
+    /// Computes the winding number of the body around each triangle.
+    fn wind(&mut self, mesh: &CutMesh, lines: &CutEdges, facet: &Facet, body: u32) -> Result<(), Refused> {
+        let unclear = Refused { reason: Refusal::Undefined, entity: "body", value: f64::from(body) };
         let outside = self.outside();
         let patch = in_plane(mesh, lines, facet, body);
         let region = self.regions();
         let count = region.iter().map(|&r| r as usize + 1).max().unwrap_or(0);
         let mut largest = vec![(0.0, usize::MAX); count];
-        for flat in 0..self.flats.len() {
+        for flat in 0..self.triangles.len() {
             let area = self.area(flat);
             let known = &mut largest[region[flat] as usize];
             if !outside[flat] && area > known.0 {
@@ -159,41 +159,41 @@ impl CapSurface {
         }
         let covered: Vec<bool> = largest
             .iter()
-            .map(|&(_, flat)| flat != usize::MAX && patch.iter().any(|corners| holds(corners, self.middle(flat))))
+            .map(|&(_, flat)| flat != usize::MAX && patch.iter().any(|corners| holds(corners, self.centroid(flat))))
             .collect();
         let free = (0..count).filter(|&r| largest[r].1 != usize::MAX && !covered[r]);
         let start = free.max_by(|&a, &b| largest[a].0.total_cmp(&largest[b].0)).map(|r| largest[r].1);
-        self.layers = vec![0; self.flats.len()];
+        self.layers = vec![0; self.triangles.len()];
         let Some(start) = start else { return Ok(()) };
-        let around = mesh.bodies_around(facet.lift(self.middle(start))).ok_or(unclear)?;
+        let around = mesh.bodies_around(facet.lift(self.centroid(start))).ok_or(unclear)?;
         let winding = around.iter().find(|(known, _)| *known == body).map_or(0, |(_, winding)| *winding);
         let winding = if mesh.bodies[body as usize].inverted { -winding } else { winding };
-        let mut known: Vec<Option<i32>> = vec![None; self.flats.len()];
+        let mut known: Vec<Option<i32>> = vec![None; self.triangles.len()];
         known[start] = Some(winding);
         let mut waiting = vec![start];
         while let Some(flat) = waiting.pop() {
             let here = known[flat].unwrap_or(0);
             for side in 0..3 {
-                let across = self.flats[flat].across[side];
-                if across == NONE || outside[across as usize] {
+                let neighbour = self.triangles[flat].neighbours[side];
+                if neighbour == NONE || outside[neighbour as usize] {
                     continue;
                 }
                 let flow =
                     self.line(flat, side).map_or(0, |(line, upward)| if upward { line.flow } else { -line.flow });
                 let there = here - flow;
-                match known[across as usize] {
+                match known[neighbour as usize] {
                     None => {
-                        known[across as usize] = Some(there);
-                        waiting.push(across as usize);
+                        known[neighbour as usize] = Some(there);
+                        waiting.push(neighbour as usize);
                     }
                     Some(other) if other != there => return Err(unclear),
                     Some(_) => {}
                 }
             }
         }
-        for flat in 0..self.flats.len() {
+        for flat in 0..self.triangles.len() {
             let winding = known[flat].unwrap_or(0);
-            if winding > MOST_LAYERS {
+            if winding > MAX_LAYERS {
                 return Err(unclear);
             }
             if !outside[flat] && !covered[region[flat] as usize] {
@@ -203,27 +203,28 @@ impl CapSurface {
         Ok(())
     }
 
-    /// Triangles between the rim and the hull.
+    /// Whether each triangle lies outside of the facet.
     fn outside(&self) -> Vec<bool> {
-        let mut outside = vec![false; self.flats.len()];
+        let mut outside = vec![false; self.triangles.len()];
         let rim = |flat: usize, side: usize| self.line(flat, side).is_some_and(|(line, _)| line.rim);
-        let on_hull = |flat: usize| (0..3).any(|side| self.flats[flat].across[side] == NONE && !rim(flat, side));
-        let mut waiting: Vec<usize> = (0..self.flats.len()).filter(|&flat| on_hull(flat)).collect();
+        let on_hull =
+            |flat: usize| (0..3).any(|side| self.triangles[flat].neighbours[side] == NONE && !rim(flat, side));
+        let mut waiting: Vec<usize> = (0..self.triangles.len()).filter(|&flat| on_hull(flat)).collect();
         while let Some(flat) = waiting.pop() {
             if std::mem::replace(&mut outside[flat], true) {
                 continue;
             }
-            let sides = (0..3).filter(|&side| self.flats[flat].across[side] != NONE && !rim(flat, side));
-            waiting.extend(sides.map(|side| self.flats[flat].across[side] as usize));
+            let sides = (0..3).filter(|&side| self.triangles[flat].neighbours[side] != NONE && !rim(flat, side));
+            waiting.extend(sides.map(|side| self.triangles[flat].neighbours[side] as usize));
         }
         outside
     }
 
-    /// A number for each triangle, the same for those that no line parts.
+    /// Region of each triangle: triangles with no line between them share a region.
     fn regions(&self) -> Vec<u32> {
-        let mut region = vec![NONE; self.flats.len()];
+        let mut region = vec![NONE; self.triangles.len()];
         let mut count = 0;
-        for seed in 0..self.flats.len() {
+        for seed in 0..self.triangles.len() {
             if region[seed] != NONE {
                 continue;
             }
@@ -233,9 +234,10 @@ impl CapSurface {
                     continue;
                 }
                 let sides = (0..3).filter(|&side| self.line(flat, side).is_none());
-                let across = sides.map(|side| self.flats[flat].across[side]);
-                waiting
-                    .extend(across.filter(|&flat| flat != NONE && region[flat as usize] == NONE).map(|f| f as usize));
+                let neighbour = sides.map(|side| self.triangles[flat].neighbours[side]);
+                waiting.extend(
+                    neighbour.filter(|&flat| flat != NONE && region[flat as usize] == NONE).map(|f| f as usize),
+                );
             }
             count += 1;
         }
@@ -243,18 +245,18 @@ impl CapSurface {
     }
 
     pub fn area(&self, flat: usize) -> f64 {
-        let [a, b, c] = self.flats[flat].corners.map(|point| self.points[point as usize].flat);
+        let [a, b, c] = self.triangles[flat].corners.map(|point| self.points[point as usize].flat);
         0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
     }
 
-    fn middle(&self, flat: usize) -> [f64; 2] {
-        let corners = self.flats[flat].corners.map(|point| self.points[point as usize].flat);
+    fn centroid(&self, flat: usize) -> [f64; 2] {
+        let corners = self.triangles[flat].corners.map(|point| self.points[point as usize].flat);
         [0, 1].map(|i| corners.iter().map(|corner| corner[i]).sum::<f64>() / 3.0)
     }
 }
 
 /// Triangles of the body that lie in the plane, in the frame of the facet.
-fn in_plane(mesh: &CutMesh, lines: &Lines, facet: &Facet, body: u32) -> Vec<[[f64; 2]; 3]> {
+fn in_plane(mesh: &CutMesh, lines: &CutEdges, facet: &Facet, body: u32) -> Vec<[[f64; 2]; 3]> {
     let flat = |triangle: u32| mesh.corners_of(triangle).map(|corner| facet.flatten(corner));
     lines.flat.iter().filter(|&&triangle| mesh.body[triangle as usize] == body).map(|&t| flat(t)).collect()
 }

@@ -1,4 +1,4 @@
-//! Which bodies of a mesh are around a place.
+//! Point-in-body queries.
 
 use super::mesh::CutMesh;
 use super::record::OPEN;
@@ -6,7 +6,7 @@ use super::solid::{RAYS, crossing, end};
 use pliant_mesh::geometry::Vec3;
 
 impl CutMesh {
-    /// Corners of the triangles whose boxes meet the box around `centre` of half-size `reach`, m; without cut surfaces.
+    /// Corners (m) of the triangles, without cut surfaces, whose boxes intersect the box around `centre` with the half-size `reach` (both in m).
     pub fn triangles_near(&self, centre: Vec3, reach: f64) -> Vec<[Vec3; 3]> {
         let mut found = Vec::new();
         self.tree.near(centre, reach, |triangle| {
@@ -17,13 +17,12 @@ impl CutMesh {
         found
     }
 
-    /// Whether a closed body is around a place.
+    /// Whether a point (m) is inside of a closed body.
     pub fn encloses(&self, place: Vec3) -> bool {
         self.bodies_around(place).is_some_and(|around| !around.is_empty())
     }
 
-    /// How often each body with a surface ahead of `point` winds around it; bodies that do not are left out. `None` when
-    /// no ray could tell.
+    /// Nonzero winding numbers of bodies around a point (m), by body. `None` if every ray hits an edge.
     pub(super) fn bodies_around(&self, point: Vec3) -> Option<Vec<(u32, i32)>> {
         'rays: for ray in RAYS {
             let far = end(point, ray, self.uncut.reach);

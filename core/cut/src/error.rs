@@ -1,42 +1,41 @@
-//! Why an advance was not made.
+//! Errors of an advance.
 
 use thiserror::Error;
 
-/// An advance that cannot be made; the mesh is what it was. The stroke stays where it was too, so the next advance spans
-/// both.
+/// An advance that is impossible. Mesh and stroke are unchanged, so the next advance spans both.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[error("cut refused: {reason}: {entity}, {value}")]
 pub struct Refused {
-    /// What is wrong.
+    /// Reason.
     pub reason: Refusal,
-    /// Of what.
+    /// The entity at fault, for messages.
     pub entity: &'static str,
-    /// How much: in m, degrees, or a number, as the reason says.
+    /// Measured value or index; its unit is given by the reason.
     pub value: f64,
 }
 
-/// What can be wrong with an advance.
+/// Reason why an advance is impossible.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Error)]
 pub enum Refusal {
-    /// A coordinate that is no number, or beyond 1e9 m.
-    #[error("a coordinate is not finite")]
+    /// A coordinate is not finite, or its magnitude is above 1e9 m.
+    #[error("a coordinate is not finite or its magnitude is above 1e9 m")]
     NotFinite,
-    /// The blade's ends are in one place.
-    #[error("no length (m)")]
+    /// The two ends of the blade coincide.
+    #[error("the length of the blade (m) is zero")]
     NoLength,
     /// The cut would leave a triangle with too small an angle.
-    #[error("a splinter would be left (degrees)")]
-    Splinter,
+    #[error("a sliver would be left (smallest angle in degrees)")]
+    Sliver,
     /// The cut crosses itself within one strip: a surface that passes through itself, or two that nearly touch.
-    #[error("lines of the cut cross each other (number of lines)")]
+    #[error("lines of the cut cross each other (number of lines, or index of the node or triangle)")]
     Crossed,
-    /// What is inside of a body cannot be told.
-    #[error("inside and outside cannot be told apart (body)")]
-    Unclear,
-    /// Parts would stay connected in a way that vertices cannot express.
-    #[error("vertices would merge (vertex)")]
+    /// The winding numbers of a body are inconsistent, so its interior is undefined.
+    #[error("inside and outside are undefined (index of the body)")]
+    Undefined,
+    /// Separated parts would remain connected in a way that shared vertices cannot represent.
+    #[error("separated vertices would remain one (index of the vertex, or number of rounds)")]
     Merged,
-    /// The result did not pass its check.
-    #[error("the result would be broken")]
-    Broken,
+    /// The result failed verification.
+    #[error("the result failed verification (m^3 for the volume, m^2 for the area, otherwise an index)")]
+    Invalid,
 }

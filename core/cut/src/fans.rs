@@ -1,7 +1,7 @@
-//! Vertices of their own for what is no longer joined around one.
+//! Duplication of vertices whose faces are no longer connected.
 //!
-//! The faces around a vertex that are connected by edges make a fan. Where opening edges has left several fans at a vertex,
-//! the first keeps it and every other gets a copy; fans that were apart before are not looked at and keep it too.
+//! A fan is a set of faces around a vertex that are connected by edges. If opening edges has left several fans at a vertex, the first keeps the
+//! vertex and every other gets a copy. Fans that were separate before keep sharing it.
 
 use std::collections::HashMap;
 
@@ -10,23 +10,23 @@ use super::error::{Refusal, Refused};
 use super::mesh::CutMesh;
 use super::record::{NONE, OPEN, Origin};
 
-/// A place of the cut surface inside a body, for fans that have no vertex yet.
+/// A point of the cut surface inside of a body, for fans that have no vertex yet.
 #[derive(Clone, Copy)]
 pub(super) struct NewPoint {
     pub x: Vec3,
     pub strip: [f64; 2],
 }
 
-/// Corners of triangles around one vertex, and the vertices they had.
+/// Corners of connected triangles around one vertex, and their previous vertices.
 struct Fan {
     corners: Vec<u32>, // 3 t + c
     vertices: Vec<u32>,
-    point: u32, // of the cut surface, or `NONE`
+    point: u32, // index of a point of the cut surface, or `NONE`
 }
 
-/// Parts the fans at all `corners` (3 t + c). `point` tells the place, in `new_points`, of a corner of the new cut surface.
-/// Gives each vertex that was parted with its copy.
-pub(super) fn split_fans(
+/// Separates the fans at all `corners` (3 t + c). `point` maps a corner of the new cut surface to its index in `new_points`. Returns each
+/// duplicated vertex with its copy.
+pub(super) fn duplicate_vertices(
     mesh: &mut CutMesh,
     corners: &[u32],
     point: &HashMap<u32, u32>,
@@ -102,10 +102,10 @@ fn fans(mesh: &CutMesh, corners: &[u32], point: &HashMap<u32, u32>) -> Result<Ve
     Ok(fans)
 }
 
-/// The corner of `other` at the end of `half` that is its tail (or head), where both lie on one edge.
+/// The corner of the half-edge `other` at the tail (or head) of `half`; both belong to one edge.
 fn same_end(mesh: &CutMesh, half: u32, other: u32, tail: bool) -> u32 {
     let (from, to) = (other, other - other % 3 + (other % 3 + 1) % 3);
-    // In a body, and with a corner that has no vertex yet, the two run in opposite senses.
+    // In a closed body, or if a corner has no vertex yet, the two have opposite directions.
     if mesh.body[half as usize / 3] != OPEN {
         return if tail { to } else { from };
     }
@@ -117,8 +117,8 @@ fn vertex_at(mesh: &CutMesh, corner: u32) -> u32 {
     mesh.surface.triangles[corner as usize / 3][corner as usize % 3]
 }
 
-/// Edges that are apart although both their ends are one vertex get a vertex each in the middle, so that what is apart
-/// differs in its vertices, always. Looks at all sides of `triangles`, and adds the new ones to them.
+/// Inserts a vertex at the midpoint of each of several unconnected edges with the same two vertices, so that unconnected edges always differ in
+/// their vertices. Tests all sides of `triangles` and adds the new triangles to them.
 pub(super) fn split_coincident_edges(mesh: &mut CutMesh, triangles: &mut Vec<u32>) -> Result<Vec<[u32; 2]>, Refused> {
     const ROUNDS: usize = 16;
     let mut parted = Vec::new();
@@ -133,7 +133,7 @@ pub(super) fn split_coincident_edges(mesh: &mut CutMesh, triangles: &mut Vec<u32
         for classes in edges {
             let touched: Vec<u32> = classes.iter().flatten().map(|half| half / 3).collect();
             if touched.iter().any(|triangle| busy.contains_key(triangle)) {
-                continue; // another round
+                continue; // handled in the next round
             }
             busy.extend(touched.into_iter().map(|triangle| (triangle, ())));
             let mut first = None;
@@ -141,12 +141,12 @@ pub(super) fn split_coincident_edges(mesh: &mut CutMesh, triangles: &mut Vec<u32
                 let ends = [mesh.tail(class[0]), mesh.head(class[0])];
                 let x = mesh.point(ends[0].min(ends[1])).lerp(&mesh.point(ends[0].max(ends[1])), 0.5);
                 let origin = first.map_or(Origin::Edge { ends, t: 0.5 }, |of| Origin::Copy { of });
-                let middle = mesh.add_vertex(x, origin);
+                let midpoint = mesh.add_vertex(x, origin);
                 match first {
-                    Some(of) => parted.push([of, middle]),
-                    None => first = Some(middle),
+                    Some(of) => parted.push([of, midpoint]),
+                    None => first = Some(midpoint),
                 }
-                let new = split_edge_ring(mesh, &class, middle);
+                let new = split_edge_ring(mesh, &class, midpoint);
                 triangles.extend(new);
             }
         }
@@ -154,7 +154,7 @@ pub(super) fn split_coincident_edges(mesh: &mut CutMesh, triangles: &mut Vec<u32
     Err(Refused { reason: Refusal::Merged, entity: "edges", value: ROUNDS as f64 })
 }
 
-/// Edges with the same two vertices: the halves around each of them.
+/// Groups of unconnected edges with the same two vertices; for each edge its half-edges.
 fn coincident_edges(mesh: &CutMesh, triangles: &[u32]) -> Vec<Vec<Vec<u32>>> {
     let mut halves: Vec<(u32, u32, u32, u32)> = triangles
         .iter()
@@ -171,13 +171,13 @@ fn coincident_edges(mesh: &CutMesh, triangles: &[u32]) -> Vec<Vec<Vec<u32>>> {
     coincident.map(|edge| edge.chunk_by(|a, b| a.2 == b.2).map(whole).collect()).collect()
 }
 
-/// Splits all triangles around an edge at its middle; gives the triangles touched and made.
-fn split_edge_ring(mesh: &mut CutMesh, class: &[u32], middle: u32) -> Vec<u32> {
-    let mut first = Vec::new(); // halves from the lower end
+/// Splits all triangles of an edge at its midpoint. Returns the changed and the new triangles.
+fn split_edge_ring(mesh: &mut CutMesh, class: &[u32], midpoint: u32) -> Vec<u32> {
+    let mut first = Vec::new(); // half-edges from the lower end
     let mut second = Vec::new();
     let mut triangles = Vec::new();
     let low = mesh.tail(class[0]).min(mesh.head(class[0]));
-    let mut rows: HashMap<[u32; 2], [u32; 2]> = HashMap::new(); // the same halfway between the same
+    let mut rows: HashMap<[u32; 2], [u32; 2]> = HashMap::new(); // one midpoint row for each pair of rows
     for &half in class {
         let (triangle, corner) = (half / 3, half as usize % 3);
         let next = (corner + 1) % 3;
@@ -194,9 +194,9 @@ fn split_edge_ring(mesh: &mut CutMesh, class: &[u32], middle: u32) -> Vec<u32> {
             [mesh.texcoords.len() as u32 - 1; 2]
         })[0];
         let (mut near, mut far) = (old, old);
-        (near.corners[next], far.corners[corner]) = (middle, middle);
+        (near.corners[next], far.corners[corner]) = (midpoint, midpoint);
         (near.texture[next], far.texture[corner]) = (row, row);
-        // Halfway between two normals either will do.
+        // At the midpoint between two normals, either of them is used.
         far.shading[corner] = old.shading[next];
         near.shading[next] = old.shading[next];
         let before = (corner + 2) % 3;
@@ -218,7 +218,7 @@ fn split_edge_ring(mesh: &mut CutMesh, class: &[u32], middle: u32) -> Vec<u32> {
     triangles
 }
 
-/// Puts `new` in the place of `old` around its edge.
+/// Replaces the half-edge `old` by `new` in the links of its edge.
 fn rename(mesh: &mut CutMesh, old: u32, new: u32) {
     let ring: Vec<u32> = mesh.around(old).map(|half| if half == old { new } else { half }).collect();
     mesh.link_around_edge(&ring);

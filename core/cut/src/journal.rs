@@ -1,7 +1,7 @@
-//! What every advance changed, so that it can be taken back and made again.
+//! Journal of the changes of every advance, for undo and redo.
 //!
-//! Vertices and rows are only ever added, so taking back means cutting the arrays off; of a triangle that changed, the old
-//! record is kept. The cost goes with the change, not with the mesh.
+//! Vertices and rows are only appended, so undo truncates the arrays and restores the saved records of changed triangles. The cost is that of
+//! the change, not of the mesh.
 
 use super::Vec3;
 use super::blade::Stroke;
@@ -9,17 +9,17 @@ use super::mesh::CutMesh;
 use super::record::{Lengths, NONE, Origin, Step, Triangle};
 
 impl CutMesh {
-    /// Advances that can be taken back.
+    /// Number of advances that can be undone.
     pub fn depth(&self) -> usize {
         self.journal.done.len()
     }
 
-    /// Advances that were taken back and can be made again.
+    /// Number of advances that can be redone.
     pub fn undone(&self) -> usize {
         self.journal.undone.len()
     }
 
-    /// Takes the last advance back; gives the stroke as it was before, or `None` when nothing is left to undo.
+    /// Undoes the last advance. Returns the stroke before it; `None` if there is nothing to undo.
     pub fn undo(&mut self) -> Option<Stroke> {
         let mut step = self.journal.done.pop()?;
         self.revert(&mut step);
@@ -28,7 +28,7 @@ impl CutMesh {
         before
     }
 
-    /// Makes the advance again that was undone last; gives the stroke as it was after, or `None` when there is none.
+    /// Redoes the advance that was undone last. Returns the stroke after it; `None` if there is nothing to redo.
     pub fn redo(&mut self) -> Option<Stroke> {
         let mut step = self.journal.undone.pop()?;
         for (point, origin) in step.tail.points.drain(..) {
@@ -56,13 +56,13 @@ impl CutMesh {
         after
     }
 
-    /// Opens a step that all changes from here on belong to.
+    /// Opens a step that records all following changes.
     pub(super) fn begin_step(&mut self) {
         let before = self.lengths();
         self.journal.done.push(Step { before, ..Step::default() });
     }
 
-    /// Keeps the open step as one that can be undone.
+    /// Closes the open step as one that can be undone.
     pub(super) fn commit_step(&mut self, strokes: [Stroke; 2]) {
         self.journal.undone.clear();
         if let Some(step) = self.journal.done.last_mut() {
@@ -70,14 +70,14 @@ impl CutMesh {
         }
     }
 
-    /// Takes the open step back as if it had not been.
+    /// Reverts and discards the open step.
     pub(super) fn revert_step(&mut self) {
         if let Some(mut step) = self.journal.done.pop() {
             self.revert(&mut step);
         }
     }
 
-    /// Triangles of the open step: the old ones it changed, once each, and the first new one.
+    /// The old triangles changed by the open step, each once, and the index of the first new triangle.
     pub(super) fn changed(&self) -> (Vec<u32>, usize) {
         let Some(step) = self.journal.done.last() else { return (Vec::new(), self.surface.triangles.len()) };
         let mut changed: Vec<u32> = step.saved.iter().map(|(number, _)| *number).collect();
@@ -86,7 +86,7 @@ impl CutMesh {
         (changed, step.before.triangles)
     }
 
-    /// Every old triangle that the open step has changed, as it was.
+    /// The records before the open step of all old triangles it has changed.
     pub(super) fn previous_triangles(&self) -> Vec<(u32, Triangle)> {
         let mut saved = self.journal.done.last().map_or(Vec::new(), |step| step.saved.clone());
         saved.sort_by_key(|(number, _)| *number); // keeps the first of several in front
@@ -94,7 +94,7 @@ impl CutMesh {
         saved
     }
 
-    /// First vertex the open step has made.
+    /// Index of the first vertex the open step has added.
     pub(super) fn first_new_vertex(&self) -> u32 {
         self.journal.done.last().map_or(self.surface.points.len(), |step| step.before.points) as u32
     }
@@ -105,7 +105,7 @@ impl CutMesh {
         self.surface.points.len() as u32 - 1
     }
 
-    /// Adds a triangle that is joined to nothing yet.
+    /// Adds a triangle without neighbours.
     pub(super) fn add_triangle(&mut self, triangle: Triangle) -> u32 {
         let number = self.surface.triangles.len() as u32;
         self.append(Triangle { links: [3 * number, 3 * number + 1, 3 * number + 2], ..triangle });
@@ -115,7 +115,7 @@ impl CutMesh {
         number
     }
 
-    /// Adds a triangle that is cut from another one.
+    /// Adds a triangle that is a piece of another one.
     pub(super) fn add_piece(&mut self, of: u32, triangle: Triangle) -> u32 {
         let number = self.add_triangle(triangle);
         if let Some(step) = self.journal.done.last_mut() {
@@ -126,7 +126,7 @@ impl CutMesh {
         number
     }
 
-    /// Of each new triangle of the open step the one it was cut from, or [`NONE`].
+    /// For each new triangle of the open step the one it is a piece of, or [`NONE`].
     pub(super) fn pieces_of(&self) -> Vec<u32> {
         self.journal.done.last().map_or(Vec::new(), |step| step.pieces_of.clone())
     }
@@ -146,7 +146,7 @@ impl CutMesh {
         self.links[half as usize / 3][half as usize % 3] = next;
     }
 
-    /// Makes `halves` all there is around one edge.
+    /// Links `halves` as all half-edges of one edge.
     pub(super) fn link_around_edge(&mut self, halves: &[u32]) {
         for (at, &half) in halves.iter().enumerate() {
             self.set_link(half, halves[(at + 1) % halves.len()]);

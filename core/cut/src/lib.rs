@@ -1,34 +1,34 @@
-//! Cutting: a blade's edge goes through a mesh, advance by advance, and the mesh comes apart behind it.
+//! Progressive cutting of triangle meshes: a blade's edge moves through a mesh, advance by advance, and separates it along its path.
 //!
-//! Geometry only, in the rest shape; what a cut means for elements, nodes and forces is told by [`Advance`] and made
-//! elsewhere. An advance sweeps a strip of one or two triangles, and for each of them
+//! This crate is geometry only, in the rest shape; [`Advance`] reports the changes from which others update elements, nodes and forces. An
+//! advance sweeps a strip of one or two triangles (facets), and for each of them
 //!
-//! 1. `trace` decides, once and exactly, where the facet meets the mesh; nothing is changed;
-//! 2. `subdivide` splits the triangles it met, a new vertex for each edge crossed;
-//! 3. `cap` lays the part of the facet that is inside of closed bodies, as two copies that face each other;
-//! 4. `bind` opens the edges along the way and hangs the copies in;
-//! 5. `part` gives vertices of their own to what is no longer joined around one;
-//! 6. `verify` looks at all that changed. What it refuses is tried once more with more taken as the same place; after that
-//!    the advance is refused and the mesh is what it was.
+//! 1. `trace` computes the intersection of the facet with the mesh, with exact predicates, without changes;
+//! 2. `subdivide` splits the intersected triangles, with a new vertex on each intersected edge;
+//! 3. `cap` triangulates the part of the facet that is inside of closed bodies;
+//! 4. `stitch` opens the edges along the path and connects two copies of the cap, the walls of the cut, to them;
+//! 5. `fans` duplicates vertices whose faces are no longer connected;
+//! 6. `verify` checks all changes. A refused advance is tried again with other snapping tolerances; if all fail, the advance is refused and the
+//!    mesh is unchanged.
 //!
-//! A closed body stays closed at every moment: a blade halfway through leaves a slit whose two walls meet where the blade
-//! is, and the next advance opens them there. So inside and outside are never in doubt, and volume is kept to rounding.
+//! A closed body stays closed at every moment: a blade halfway through leaves a slit whose two walls are connected at the blade, and the next
+//! advance opens them there. So inside and outside are always defined, and volume is conserved up to rounding.
 //!
-//! Rejected: a plane through everything (no end inside), removing what the blade touches (loses substance), cutting open and
-//! closing holes after (the hole of a half-made cut is not flat and has no rim on one side), mesh booleans with a thin
-//! wedge (closed input only, and the wedge's substance is lost).
+//! Rejected: a plane through everything (a cut cannot end inside), removal of touched elements (loses volume), cutting first and closing holes
+//! afterwards (the hole of an unfinished cut is not planar and has no border on one side), mesh booleans with a thin wedge (closed input only, and
+//! the volume of the wedge is lost).
 
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))]
 
 mod advance;
 mod blade;
 mod cap;
+mod cut_edges;
 mod enclosure;
 mod error;
 mod fans;
 mod journal;
 mod lids;
-mod lines;
 mod mesh;
 mod normals;
 mod parts;

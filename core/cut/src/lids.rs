@@ -1,23 +1,23 @@
-//! Lids: triangles of no file over the small holes of what is nearly closed.
+//! Lids: triangles that close the small holes of nearly closed components for cuts.
 //!
-//! Scans have holes where the object stood, and models where nobody looks. A component that closes with little more area
-//! than it has is a body; its lids are cut like all else, so whatever holds for closed bodies holds for it. They are not
-//! written and not felt: the hole stays a hole, and the rim of a cut surface goes straight across it.
+//! Scans have holes at the support of the object, and models where they are not visible. A component that can be closed with little additional
+//! area is a closed body. Its lids are cut like other triangles, so everything that holds for closed bodies holds for it. Lids are neither written
+//! nor touched: the hole stays, and the edge of a cut surface goes straight across it.
 
 use std::collections::{HashMap, HashSet};
 
-use super::polygon::least_angle;
+use super::polygon::smallest_angle;
 use super::solid;
 use pliant_mesh::Surface;
 
-/// Of a component's area, the most that lids may add.
-const MOST_AREA: f64 = 0.05;
-/// Vertices around a hole.
-const MOST_VERTICES: usize = 200;
-/// Degrees, the sharpest lid.
-const SHARPEST: f64 = 0.5;
-/// Area that a squared circumference counts as: among equal areas, the better triangles.
-const SHAPE: f64 = 0.01;
+/// Largest area of lids, as a fraction of the component's area.
+const MAX_AREA: f64 = 0.05;
+/// Largest number of vertices of a hole.
+const MAX_VERTICES: usize = 200;
+/// Smallest angle of a lid's triangle, degrees.
+const MIN_ANGLE: f64 = 0.5;
+/// Weight of the squared perimeter relative to the area in the cost of a triangle: prefers well-shaped triangles among equal areas.
+const PERIMETER_WEIGHT: f64 = 0.01;
 
 /// The lids of all components that can be closed.
 pub(super) fn find(surface: &Surface, links: &[[u32; 3]]) -> Vec<[u32; 3]> {
@@ -26,7 +26,7 @@ pub(super) fn find(surface: &Surface, links: &[[u32; 3]]) -> Vec<[u32; 3]> {
     if on_border.is_empty() {
         return lids;
     }
-    // A lid's side along an edge that is there already would be a third face on it.
+    // A lid along an existing edge would be a third face at it.
     let mut taken: HashSet<[u32; 2]> = HashSet::new();
     for [a, b, c] in &surface.triangles {
         let sides =
@@ -42,7 +42,7 @@ pub(super) fn find(surface: &Surface, links: &[[u32; 3]]) -> Vec<[u32; 3]> {
         let skin = || component.iter().map(|&t| corners(&surface.triangles[t as usize]));
         let (_, area) = solid::measure(skin());
         let (volume, whole) = solid::measure(skin().chain(own.iter().map(corners)));
-        if closed && whole - area <= MOST_AREA * area && !solid::is_flat(volume, whole) {
+        if closed && whole - area <= MAX_AREA * area && !solid::is_flat(volume, whole) {
             lids.append(&mut own);
             taken = sides;
         }
@@ -83,7 +83,7 @@ fn components(links: &[[u32; 3]]) -> Vec<Vec<u32>> {
     all
 }
 
-/// The loops of border edges of a component; `None` where it branches, turns over, or has loops that touch.
+/// The loops of border edges of a component; `None` if it is non-manifold or not oriented, or if loops touch.
 fn holes(surface: &Surface, links: &[[u32; 3]], component: &[u32]) -> Option<Vec<Vec<u32>>> {
     let mut next: HashMap<u32, u32> = HashMap::new();
     let mut order = Vec::new();
@@ -111,18 +111,18 @@ fn holes(surface: &Surface, links: &[[u32; 3]], component: &[u32]) -> Option<Vec
             if at != start {
                 return None;
             }
-            hole.reverse(); // a lid runs against what it lies on
+            hole.reverse(); // a lid has the opposite direction along the border
             holes.push(hole);
         }
     }
     Some(holes)
 }
 
-/// Adds the triangulation of least area of a polygon in space (Klincsek 1980; Barequet and Sharir 1995), without sides that
-/// are `taken`. Gives whether there is one.
+/// Adds the triangulation of a polygon in space with the least cost (Klincsek 1980; Barequet and Sharir 1995) that uses no side in `taken`. Returns
+/// whether there is one.
 fn close(surface: &Surface, hole: &[u32], taken: &mut HashSet<[u32; 2]>, lids: &mut Vec<[u32; 3]>) -> bool {
     let n = hole.len();
-    if !(3..=MOST_VERTICES).contains(&n) {
+    if !(3..=MAX_VERTICES).contains(&n) {
         return false;
     }
     let point = |i: usize| surface.points[hole[i] as usize];
@@ -130,10 +130,10 @@ fn close(surface: &Surface, hole: &[u32], taken: &mut HashSet<[u32; 2]>, lids: &
     let cost = |i: usize, j: usize, k: usize| {
         let [a, b, c] = [point(i), point(j), point(k)];
         let round = (b - a).norm() + (c - b).norm() + (a - c).norm();
-        let sharp = least_angle([a, b, c]) < SHARPEST;
-        if sharp { f64::INFINITY } else { 0.5 * (b - a).cross(&(c - a)).norm() + SHAPE * round * round }
+        let sharp = smallest_angle([a, b, c]) < MIN_ANGLE;
+        if sharp { f64::INFINITY } else { 0.5 * (b - a).cross(&(c - a)).norm() + PERIMETER_WEIGHT * round * round }
     };
-    // Row i, column k: the least cost of the part from vertex i on to vertex k, and its triangle's third corner.
+    // Row i, column k: the least cost of the polygon from vertex i to vertex k, and the third corner of its triangle at side i-k.
     let mut best = vec![(0.0_f64, 0); n * n];
     for span in 2..n {
         for i in 0..n - span {

@@ -1,4 +1,4 @@
-//! The mesh a blade cuts.
+//! A triangle mesh that can be cut.
 
 use super::lids;
 use super::record::{Journal, NONE, OPEN, Origin, Triangle};
@@ -7,27 +7,27 @@ use super::solid::{self, Body};
 use pliant_mesh::geometry::{TriangleTree, Vec3, meet};
 use pliant_mesh::{ObjDocument, Placement, Surface};
 
-/// A mesh that can be cut, step by step, and made whole again.
+/// A mesh that can be cut, advance by advance, with undo.
 ///
-/// Vertices and triangles are numbered like those of the [`Surface`] it was made from. Lids and what a cut adds come after;
-/// of the pieces of a triangle the first keeps its number. So nothing is ever dead, and nothing untouched changes its number.
+/// Vertices and triangles have the indices of the [`Surface`] it was made from, followed by lids and what cuts add; the first piece of a divided
+/// triangle keeps its index. No index becomes invalid, and unchanged triangles keep theirs.
 pub struct CutMesh {
     pub(super) surface: Surface,
-    /// Next half-edge around the same edge; the half-edge itself on a border (m x 3). Half-edge 3 t + c goes from corner c
-    /// of triangle t to the next corner.
+    /// Next half-edge of the same edge; the half-edge itself on a border (m x 3). Half-edge 3 t + c leads from corner c of triangle t to its next
+    /// corner.
     pub(super) links: Vec<[u32; 3]>,
     pub(super) texture: Vec<[u32; 3]>, // row of `texcoords` at each corner, or `NONE` (m x 3)
     pub(super) shading: Vec<[u32; 3]>, // row of `normals` at each corner, or `NONE` (m x 3)
     pub(super) body: Vec<u32>,         // closed body of each triangle, or `OPEN` (m)
     pub(super) texcoords: Vec<[f64; 2]>,
-    pub(super) normals: Vec<Vec3>, // as in the file, not placed
+    pub(super) normals: Vec<Vec3>, // in axes of the file
     pub(super) origins: Vec<Origin>,
     pub(super) bodies: Vec<Body>,
     pub(super) tree: TriangleTree,
     pub(super) placement: Placement,
     pub(super) uncut: UncutCounts,
     pub(super) journal: Journal,
-    pub(super) snaps: [SnapTolerances; 3], // tried one after the other
+    pub(super) snaps: [SnapTolerances; 3], // tried in this order
 }
 
 /// The mesh before any cut.
@@ -36,30 +36,30 @@ pub(super) struct UncutCounts {
     pub faces: usize,
     pub texcoords: usize,
     pub normals: usize,
-    pub reach: f64, // m, leads out of the mesh from everywhere in it
+    pub reach: f64, // length of a ray that ends outside from every point of the mesh, m
 }
 
-/// Half-edges around an edge; more of them are a ring that does not close, which no check lets pass.
-const MOST_AROUND: usize = 256;
+/// Largest number of half-edges of an edge. More of them mean a broken ring of links, which every check refuses.
+const MAX_HALF_EDGES: usize = 256;
 
 impl CutMesh {
-    /// The document's triangles in place, uncut.
+    /// The triangles of a document with their placement, uncut.
     pub fn new(document: &ObjDocument, placement: &Placement) -> Self {
         Self::build(document, placement, true)
     }
 
-    /// The same as a sheet: what it encloses has no substance, and no hole is closed. Its triangles are elements, so a cut goes
-    /// rather through a vertex than past it.
+    /// The same as a sheet: nothing is enclosed and no hole is closed. Its triangles are elements, so a cut snaps to vertices over a larger
+    /// distance.
     pub fn sheet(document: &ObjDocument, placement: &Placement) -> Self {
         Self { snaps: SHEET_SNAPS, ..Self::build(document, placement, false) }
     }
 
-    /// Triangles that bound no volume: a blade cuts them as an open surface. Lids count as what they close.
+    /// Number of triangles that bound no volume and are cut as an open surface. Lids count like the component they close.
     pub fn open_triangles(&self) -> usize {
         self.body.iter().filter(|body| **body == OPEN).count()
     }
 
-    /// Edges of one triangle only, those that lids close left out.
+    /// Number of edges with one triangle, without those that lids close.
     pub fn border_edges(&self) -> usize {
         let halves = self.links.iter().enumerate();
         halves.map(|(t, links)| (0..3).filter(|c| links[*c] as usize == 3 * t + c).count()).sum()
@@ -104,13 +104,13 @@ impl CutMesh {
         }
     }
 
-    /// Rest points, triangles, and the face of the document each came from: the number of faces for a triangle of a cap, one
-    /// more for one of a lid.
+    /// Rest positions, triangles, and the document's face of each triangle: the number of faces for a triangle of a cap, one more for a triangle
+    /// of a lid.
     pub fn surface(&self) -> &Surface {
         &self.surface
     }
 
-    /// Where a vertex came from.
+    /// Origin of a vertex.
     pub fn origin(&self, vertex: u32) -> Origin {
         match (vertex as usize).checked_sub(self.uncut.points) {
             Some(new) => self.origins.get(new).copied().unwrap_or(Origin::Original),
@@ -118,18 +118,18 @@ impl CutMesh {
         }
     }
 
-    /// Rows of texture coordinates: those of the document, then those cuts have made. A cut surface has metres along the
-    /// blade and along its way.
+    /// Rows of texture coordinates: those of the document, then those of cuts. On a cut surface they are the distances along the blade and along
+    /// its path, m.
     pub fn texcoords(&self) -> &[[f64; 2]] {
         &self.texcoords
     }
 
-    /// Rows of normals in the axes of the file: those of the document, then those cuts have made.
+    /// Rows of normals in axes of the file: those of the document, then those of cuts.
     pub fn normals(&self) -> &[Vec3] {
         &self.normals
     }
 
-    /// Rows of texture coordinates and of normals at the corners of a triangle; `u32::MAX` where it has none.
+    /// Rows of texture coordinates and of normals at the corners of a triangle; `u32::MAX` without one.
     pub fn corner_rows(&self, triangle: u32) -> ([u32; 3], [u32; 3]) {
         (self.texture[triangle as usize], self.shading[triangle as usize])
     }
@@ -139,18 +139,18 @@ impl CutMesh {
         self.surface.face_of[triangle as usize] as usize == self.uncut.faces
     }
 
-    /// Whether a triangle is part of a lid, which closes a hole for the cut and is in no file.
+    /// Whether a triangle is part of a lid, which closes a hole for cuts and is never written.
     pub fn is_lid(&self, triangle: u32) -> bool {
         self.surface.face_of[triangle as usize] as usize > self.uncut.faces
     }
 
-    /// The triangles across the sides of a triangle, the side from corner 0 to corner 1 first: itself on a border, one of
-    /// several where the surface branches.
+    /// The neighbours of a triangle across its sides, first that from corner 0 to corner 1. On a border it is the triangle itself, on a
+    /// non-manifold edge one of several.
     pub fn neighbours(&self, triangle: u32) -> [u32; 3] {
         self.links[triangle as usize].map(|half| half / 3)
     }
 
-    /// Whether a segment goes through the mesh, m.
+    /// Whether a segment intersects the mesh. Ends are in m.
     pub fn is_crossed(&self, from: Vec3, to: Vec3) -> bool {
         let way = to - from;
         let mut crossed = false;
@@ -178,10 +178,10 @@ impl CutMesh {
         self.links[half as usize / 3][half as usize % 3]
     }
 
-    /// All half-edges around the edge of `half`, itself first.
+    /// All half-edges of the edge of `half`, itself first.
     pub(super) fn around(&self, half: u32) -> impl Iterator<Item = u32> + '_ {
         let following = move |at: &u32| Some(self.link_of(*at)).filter(|&next| next != half);
-        std::iter::successors(Some(half), following).take(MOST_AROUND)
+        std::iter::successors(Some(half), following).take(MAX_HALF_EDGES)
     }
 
     pub(super) fn triangle(&self, triangle: u32) -> Triangle {
@@ -196,7 +196,7 @@ impl CutMesh {
         }
     }
 
-    /// Twice the area of a triangle along its normal.
+    /// Normal of a triangle; its length is twice the area, m^2.
     pub(super) fn cross(&self, triangle: u32) -> Vec3 {
         let [a, b, c] = self.corners_of(triangle);
         (b - a).cross(&(c - a))

@@ -1,4 +1,4 @@
-//! Normals of the cut surface where its vertices are now.
+//! Normals of the deformed surface.
 
 use std::iter::zip;
 
@@ -7,12 +7,12 @@ use pliant_mesh::geometry::Vec3;
 use pliant_mesh::obj::{ShadedCorner, TurnedNormals};
 
 impl CutMesh {
-    /// Rows of [`CutMesh::normals`] with the vertices of [`CutMesh::surface`] at `points` (n x 3, m), in the axes of the file. Those of triangles
-    /// that have not moved stay bit for bit.
+    /// Rows of [`CutMesh::normals`] with the vertices of [`CutMesh::surface`] at `points` (n x 3, m), in axes of the file. Normals of triangles that
+    /// have not moved keep every bit.
     pub fn turned_normals(&self, points: &[Vec3]) -> TurnedNormals {
         let seen = (0..self.surface.triangles.len() as u32).filter(|&t| !self.is_lid(t));
         let faces: Vec<Vec<ShadedCorner>> = seen.map(|t| self.shaded(t).to_vec()).collect();
-        let axes = self.placement.rotation; // of the file to those of the points
+        let axes = self.placement.rotation; // from axes of the file to those of the points
         let placed: Vec<Vec3> = self.normals.iter().map(|normal| axes * normal).collect();
         let mut turned = TurnedNormals::new(&placed, &faces, &self.surface.points, points);
         for (row, (placed, own)) in zip(&mut turned.rows, zip(&placed, &self.normals)) {
@@ -22,7 +22,7 @@ impl CutMesh {
         turned
     }
 
-    /// Vertex and normal's row of the corners of a triangle.
+    /// Vertex and row of the normal at each corner of a triangle.
     pub(super) fn shaded(&self, triangle: u32) -> [ShadedCorner; 3] {
         let record = self.triangle(triangle);
         [0, 1, 2].map(|corner| [record.corners[corner], record.shading[corner]])

@@ -1,31 +1,31 @@
-//! What hangs together.
+//! Connected components of a mesh.
 
 use super::mesh::CutMesh;
 
-/// The connected parts of a mesh.
+/// The connected components of a mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Parts {
-    /// Part of each triangle; parts are numbered as triangles first meet them (m).
+    /// Component of each triangle (m); components are numbered in the order of their first triangles.
     pub of: Vec<u32>,
-    /// Each part.
+    /// Properties of each component.
     pub all: Vec<Part>,
 }
 
-/// Triangles that are connected by edges.
+/// A connected component: triangles that are connected by shared edges.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Part {
-    /// How many.
+    /// Number of triangles.
     pub triangles: usize,
     /// Area, m^2.
     pub area: f64,
-    /// m^3; meaningless when the part is not closed.
+    /// Volume, m^3; meaningful for closed components alone.
     pub volume: f64,
-    /// Whether no edge is a border.
+    /// Whether it has no border edge.
     pub closed: bool,
 }
 
 impl CutMesh {
-    /// The connected parts: triangles that share an edge are connected. Looks at the whole mesh.
+    /// The connected components of the whole mesh. The cost is linear in the number of triangles.
     pub fn parts(&self) -> Parts {
         let count = self.surface.triangles.len();
         let mut parts = Parts { of: vec![u32::MAX; count], all: Vec::new() };

@@ -1,21 +1,24 @@
-//! Constrained triangulation in a plane; the one place that meets spade.
+//! Constrained Delaunay triangulation in a plane; the only user of the crate spade.
 
 use spade::handles::FixedVertexHandle;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 
 use super::record::NONE;
 
-/// A triangle of a plane, counter-clockwise.
+/// A triangle in the plane, with counter-clockwise corners.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Flat {
+pub(super) struct PlaneTriangle {
     pub corners: [u32; 3],
-    /// Triangles across its sides, the side from corner 0 to corner 1 first; `NONE` on the hull.
-    pub across: [u32; 3],
+    /// Neighbours across its sides, first that from corner 0 to corner 1; `NONE` on the hull.
+    pub neighbours: [u32; 3],
 }
 
-/// The Delaunay triangles of the hull of `points` that keep to `lines` (pairs of points). `None` when two points coincide,
-/// lines cross or run over a point, or a coordinate is out of range.
-pub(super) fn triangulate(points: &[[f64; 2]], lines: impl Iterator<Item = [u32; 2]> + Clone) -> Option<Vec<Flat>> {
+/// Constrained Delaunay triangulation of the hull of `points` with the edges `lines` (pairs of points). `None` if two points coincide, lines cross
+/// or contain a point, or a coordinate is out of range.
+pub(super) fn triangulate(
+    points: &[[f64; 2]],
+    lines: impl Iterator<Item = [u32; 2]> + Clone,
+) -> Option<Vec<PlaneTriangle>> {
     let point = |&[x, y]: &[f64; 2]| Point2::new(flush_tiny(x), flush_tiny(y));
     let mut crossed = false;
     let plane = ConstrainedDelaunayTriangulation::<Point2<f64>>::try_bulk_load_cdt(
@@ -31,17 +34,17 @@ pub(super) fn triangulate(points: &[[f64; 2]], lines: impl Iterator<Item = [u32;
     {
         return None;
     }
-    let flats = plane.inner_faces().map(|face| {
+    let triangles = plane.inner_faces().map(|face| {
         let sides = face.adjacent_edges();
-        let across = |side: spade::handles::DirectedEdgeHandle<'_, _, _, _, _>| {
+        let neighbours = |side: spade::handles::DirectedEdgeHandle<'_, _, _, _, _>| {
             side.rev().face().as_inner().map_or(NONE, |face| face.index() as u32 - 1)
         };
-        Flat { corners: sides.map(|side| side.from().index() as u32), across: sides.map(across) }
+        PlaneTriangle { corners: sides.map(|side| side.from().index() as u32), neighbours: sides.map(neighbours) }
     });
-    Some(flats.collect())
+    Some(triangles.collect())
 }
 
-/// Zero for magnitudes spade refuses (below 1e-40).
+/// Replaces magnitudes below 1e-40, which spade refuses, by zero.
 fn flush_tiny(value: f64) -> f64 {
     if value.abs() < 1e-40 { 0.0 } else { value }
 }
@@ -55,13 +58,13 @@ mod tests {
     #[test]
     fn keeps_to_its_lines() {
         for line in [[0, 2], [1, 3]] {
-            let flats = triangulate(&SQUARE, [line].into_iter()).unwrap();
-            assert_eq!(flats.len(), 2);
-            assert!(flats.iter().all(|flat| line.iter().all(|end| flat.corners.contains(end))));
-            for (number, flat) in flats.iter().enumerate() {
-                let other = &flats[1 - number];
-                let side = flat.across.iter().position(|&across| across != NONE).unwrap();
-                let back = other.across.iter().position(|&across| across == number as u32).unwrap();
+            let triangles = triangulate(&SQUARE, [line].into_iter()).unwrap();
+            assert_eq!(triangles.len(), 2);
+            assert!(triangles.iter().all(|flat| line.iter().all(|end| flat.corners.contains(end))));
+            for (number, flat) in triangles.iter().enumerate() {
+                let other = &triangles[1 - number];
+                let side = flat.neighbours.iter().position(|&neighbours| neighbours != NONE).unwrap();
+                let back = other.neighbours.iter().position(|&neighbours| neighbours == number as u32).unwrap();
                 assert_eq!(flat.corners[side], other.corners[(back + 1) % 3]);
             }
         }

@@ -1,24 +1,24 @@
-//! The best triangles of a convex polygon that has vertices along its sides.
+//! Optimal triangulation of a convex polygon with vertices on its sides.
 
 use pliant_mesh::geometry::Vec3;
 
-/// A vertex of a polygon: where it is, and the sides it lies on as bits. Three vertices of one side make no triangle.
+/// A vertex of a polygon: its position, m, and the sides it lies on as a bit mask. Three vertices of one side form no triangle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Vertex {
     pub x: Vec3,
     pub sides: u8,
 }
 
-const MOST: usize = 120; // vertices; the work goes with the cube
+const MAX_VERTICES: usize = 120; // largest number of vertices; the cost is cubic
 
-/// Triangles with the greatest least height over their longest side, by their places in `polygon`; in its sense. `None` for
-/// a polygon without area, or one with too many vertices.
+/// Triangles that maximise the smallest ratio of height to longest side, as indices into `polygon`, with its orientation. `None` for a polygon
+/// without area or with too many vertices.
 pub(super) fn triangulate(polygon: &[Vertex]) -> Option<Vec<[usize; 3]>> {
     let n = polygon.len();
-    if !(3..=MOST).contains(&n) {
+    if !(3..=MAX_VERTICES).contains(&n) {
         return None;
     }
-    let mut best = vec![f64::INFINITY; n * n]; // of the part from i to j (n x n)
+    let mut best = vec![f64::INFINITY; n * n]; // quality of the best triangulation of vertices i to j (n x n)
     let mut apex = vec![0; n * n];
     for span in 2..n {
         for i in 0..n - span {
@@ -54,8 +54,8 @@ fn quality([a, b, c]: [Vertex; 3]) -> f64 {
     sides[0].cross(&sides[1]).norm() / longest
 }
 
-/// Least angle of a triangle, degrees; 0 when two corners are in one place.
-pub(super) fn least_angle([a, b, c]: [Vec3; 3]) -> f64 {
+/// Smallest angle of a triangle, degrees; 0 if two corners coincide.
+pub(super) fn smallest_angle([a, b, c]: [Vec3; 3]) -> f64 {
     let sides = [b - a, c - b, a - c];
     let angle = |i: usize| {
         let (u, v) = (sides[i], -sides[(i + 2) % 3]);
@@ -101,7 +101,7 @@ mod tests {
     #[test]
     fn angles() {
         let corners = [Vec3::zeros(), Vec3::x(), Vec3::new(1.0, 1.0, 0.0)];
-        assert!((least_angle(corners) - 45.0).abs() < 1e-12);
-        assert_eq!(least_angle([Vec3::x(); 3]), 0.0);
+        assert!((smallest_angle(corners) - 45.0).abs() < 1e-12);
+        assert_eq!(smallest_angle([Vec3::x(); 3]), 0.0);
     }
 }

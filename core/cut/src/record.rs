@@ -1,35 +1,35 @@
-//! Records of the mesh: where vertices come from, one triangle with all that belongs to it, and what an advance changed.
+//! Records of the mesh: the origin of a vertex, a triangle with its attributes, and the changes of an advance.
 
 use super::Vec3;
 use super::blade::Stroke;
 
-/// Where a vertex came from.
+/// Origin of a vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Origin {
-    /// It was there before any cut: the vertex of the document with the same number.
+    /// The vertex of the document with the same index.
     Original,
-    /// On an edge, `t` of the way from its first end to its second.
+    /// On an edge, at the parameter `t` from its first to its second end.
     Edge {
-        /// The ends.
+        /// Vertices of the edge.
         ends: [u32; 2],
-        /// 0 to 1.
+        /// Parameter, 0 to 1.
         t: f64,
     },
     /// In a triangle.
     Face {
-        /// Its corners.
+        /// Vertices of the triangle.
         corners: [u32; 3],
-        /// Their weights.
+        /// Barycentric coordinates.
         weights: Vec3,
     },
-    /// The other side of a vertex that was parted: at the same rest place when it was made.
+    /// A copy of a vertex on the other side of a cut, at the same rest position.
     Copy {
-        /// The vertex.
+        /// The copied vertex.
         of: u32,
     },
-    /// On the cut surface, inside a body.
+    /// On the cut surface inside of a body.
     Cap {
-        /// Along the blade from the tip, and along its way since the stroke began, m.
+        /// Distances along the blade from its tip, and along its path from the beginning of the stroke, m.
         strip: [f64; 2],
     },
 }
@@ -47,21 +47,21 @@ pub(super) struct Triangle {
 
 /// No row, node or triangle.
 pub(super) const NONE: u32 = u32::MAX;
-/// The body of a triangle that bounds no volume.
+/// Body index of a triangle that bounds no volume.
 pub(super) const OPEN: u32 = u32::MAX;
 
-/// What every advance changed: those that are done, and those undone.
+/// Changes of every advance: of those that can be undone and of those that can be redone.
 #[derive(Default)]
 pub(super) struct Journal {
     pub done: Vec<Step>,
     pub undone: Vec<Step>,
 }
 
-/// One advance: while it is done, what was before; while it is undone, what comes after.
+/// Changes of one advance: while it is done, the previous state; while it is undone, the following state.
 #[derive(Default)]
 pub(super) struct Step {
     pub before: Lengths,
-    pub pieces_of: Vec<u32>,          // of each new triangle the one it was cut from, or `NONE`
+    pub pieces_of: Vec<u32>,          // the old triangle of each new one, or `NONE`
     pub saved: Vec<(u32, Triangle)>,  // in the order of change; a triangle may come twice
     pub tail: Tail,                   // empty while done
     pub strokes: Option<[Stroke; 2]>, // before and after

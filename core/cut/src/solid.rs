@@ -1,8 +1,8 @@
-//! Which triangles enclose something, and whether a point is inside.
+//! Closed bodies of a mesh, and winding numbers of points.
 //!
-//! A component is a body when every edge has two triangles that run along it in opposite senses and it encloses a volume.
-//! One that is turned inside out within another is a hollow of that other. Each body is capped for itself, so bodies that
-//! stick in each other stay two.
+//! A connected component is a closed body if every edge has two triangles with opposite orientations and the component encloses a volume. A
+//! component with inverted orientation inside of another one is a cavity of it. Each body gets its own caps, so intersecting bodies stay
+//! separate.
 
 use robust::orient3d;
 
@@ -11,22 +11,22 @@ use super::record::OPEN;
 use pliant_mesh::Surface;
 use pliant_mesh::geometry::Vec3;
 
-/// A closed body, its hollows included.
+/// A closed body, including its cavities.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Body {
-    /// Its faces turn their back outwards.
+    /// Whether the normals of its faces point inwards.
     pub inverted: bool,
 }
 
-/// Volume per area to the power of 3/2 below which a closed component counts as a folded sheet.
-const FLAT: f64 = 1e-9;
+/// Ratio of volume to area^(3/2) below which a closed component counts as a folded sheet.
+const MIN_VOLUME_RATIO: f64 = 1e-9;
 
-/// Whether a closed component encloses next to nothing.
+/// Whether a closed component with this volume (m^3) and area (m^2) counts as a folded sheet.
 pub(super) fn is_flat(volume: f64, area: f64) -> bool {
-    volume.abs() <= FLAT * area * area.sqrt()
+    volume.abs() <= MIN_VOLUME_RATIO * area * area.sqrt()
 }
 
-/// The body of each triangle, or [`OPEN`], and all bodies.
+/// Returns the body of each triangle (m), or [`OPEN`], and the list of bodies.
 pub(super) fn find(surface: &Surface, links: &[[u32; 3]]) -> (Vec<u32>, Vec<Body>) {
     let count = surface.triangles.len();
     let mut component = vec![OPEN; count];
@@ -91,7 +91,7 @@ pub(super) fn find(surface: &Surface, links: &[[u32; 3]]) -> (Vec<u32>, Vec<Body
     (component.iter().map(|&number| body_of[number as usize]).collect(), bodies)
 }
 
-/// How often the closed surface of some triangles winds around a point.
+/// Winding number of closed surfaces around a point.
 pub(super) fn winding(
     surface: &Surface,
     triangles: impl Iterator<Item = u32> + Clone,
@@ -105,13 +105,13 @@ pub(super) fn winding(
     })
 }
 
-/// A length that leads out of the surface from everywhere in it.
+/// A length, m, at least the diameter of the surface: a ray of this length from any of its points ends outside.
 pub(super) fn reach(surface: &Surface) -> f64 {
     let bounds = surface.bounds();
     2.0 * (0..3).map(|i| bounds.max[i] - bounds.min[i]).sum::<f64>() + 1e-9
 }
 
-/// Directions no modeler would choose.
+/// Ray directions that are unlikely to be parallel to faces or to hit edges.
 pub(super) const RAYS: [Vec3; 4] = [
     Vec3::new(0.613_421, 0.527_913, 0.587_239),
     Vec3::new(-0.410_927, 0.761_833, 0.500_741),
@@ -123,8 +123,8 @@ pub(super) fn end(point: Vec3, ray: Vec3, reach: f64) -> Vec3 {
     point + reach * ray
 }
 
-/// 1 where the segment leaves through the triangle's front, -1 where it comes in, 0 where it passes; `None` when it
-/// touches the rim.
+/// Intersection of a segment with a triangle: 1 if it leaves through the front, -1 if it enters, 0 if it misses; `None` if it touches an edge of
+/// the triangle.
 pub(super) fn crossing(corners: [Vec3; 3], from: Vec3, to: Vec3) -> Option<i32> {
     let [a, b, c, p, q] = [corners[0], corners[1], corners[2], from, to].map(coord);
     let (here, there) = (sign(orient3d(a, b, c, p)), sign(orient3d(a, b, c, q)));
@@ -138,10 +138,10 @@ pub(super) fn crossing(corners: [Vec3; 3], from: Vec3, to: Vec3) -> Option<i32> 
     if here == 0 || there == 0 || rims.contains(&0) {
         return None;
     }
-    Some(i32::from(here)) // below the front means inside
+    Some(i32::from(here)) // a start below the front face is inside
 }
 
-/// Volume and area of triangles.
+/// Signed volume (m^3) and area (m^2) of triangles.
 pub(super) fn measure(triangles: impl Iterator<Item = [Vec3; 3]>) -> (f64, f64) {
     let mut origin = None;
     triangles.fold((0.0, 0.0), |(volume, area), corners| {

@@ -1,45 +1,45 @@
-//! Opens a body along the lines of a cap surface and stitches the two walls to its faces.
+//! Opens a body along the edges of a cap surface and connects its faces to the two walls of the cut.
 //!
-//! Around an edge the body is a ring of faces with substance between them. Where a cap goes off from the edge into the
-//! substance, the two faces on either side are joined to the two walls instead of to each other. Where it ends within the
-//! substance, the walls are joined to each other. Either way every edge has its two faces.
+//! The faces around an edge alternate with the interior of the body. If the cap starts at an edge into the interior, the two faces on either side
+//! are connected to the two walls instead of to each other. If the cap ends in the interior, the two walls are connected to each other. In both
+//! cases every edge keeps two faces.
 
 use super::Vec3;
 use super::blade::Facet;
 use super::cap::CapSurface;
-use super::lines::{Half, Lines, classes};
+use super::cut_edges::{CutEdges, HalfEdgeRef, classes};
 use super::mesh::CutMesh;
 use super::record::{NONE, Triangle};
 
-/// The walls of a cap in the mesh.
+/// The two walls of a cut that were added to the mesh.
 #[derive(Default)]
 pub(super) struct Walls {
-    /// New triangles, each with its points in the cap.
+    /// New triangles, each with the indices of its points in the cap.
     pub triangles: Vec<(u32, [u32; 3])>,
     /// Area of one wall, m^2.
     pub area: f64,
 }
 
-/// What is joined at a line, by layer of the triangle to its left or right.
+/// A new connection of half-edges at an edge of the cap. A layer counts the winding of the body around a triangle of the cap.
 #[derive(Clone, Copy)]
-enum Joint {
-    /// A layer and the two faces of a pair.
+enum EdgeLink {
+    /// A layer with the two faces of a pair.
     Face { left: bool, layer: u32, pair: [u32; 2] },
-    /// Layer on the left and layer on the right.
+    /// The layer on the left with the layer on the right.
     Through(u32, u32),
-    /// The walls of a layer, with each other.
+    /// The two walls of a layer with each other.
     Front { left: bool, layer: u32 },
 }
 
-/// A line with the triangle to its left or the one to its right, and their sides on it.
+/// An edge of the cap with the triangles to its left and right and their sides on it.
 struct CapLine {
     left: Option<(usize, usize)>,
     right: Option<(usize, usize)>,
-    joints: Vec<Joint>,
+    edge_links: Vec<EdgeLink>,
 }
 
-/// Adds the walls of a cap to the mesh; none where it meets no face of the body, as of a blade that is all inside.
-pub(super) fn stitch_walls(mesh: &mut CutMesh, cap: &CapSurface, lines: &Lines, facet: &Facet, body: u32) -> Walls {
+/// Adds the two walls of a cap to the mesh, except where the cap is connected to no face of the body, as for a blade that is entirely inside.
+pub(super) fn stitch_walls(mesh: &mut CutMesh, cap: &CapSurface, lines: &CutEdges, facet: &Facet, body: u32) -> Walls {
     let cap_lines = cap_lines(mesh, cap, lines, body);
     let attached = attached(cap, &cap_lines);
     let mut walls = Walls::default();
@@ -55,9 +55,9 @@ pub(super) fn stitch_walls(mesh: &mut CutMesh, cap: &CapSurface, lines: &Lines, 
         })
         .collect();
     let shading = shading(mesh, facet);
-    let mut made: Vec<Vec<[u32; 2]>> = vec![Vec::new(); cap.flats.len()];
-    for flat in (0..cap.flats.len()).filter(|&flat| attached[flat]) {
-        let [a, b, c] = cap.flats[flat].corners;
+    let mut wall_triangles: Vec<Vec<[u32; 2]>> = vec![Vec::new(); cap.triangles.len()];
+    for flat in (0..cap.triangles.len()).filter(|&flat| attached[flat]) {
+        let [a, b, c] = cap.triangles[flat].corners;
         for _ in 0..cap.layers[flat] {
             let mut add = |points: [u32; 3], row: u32| {
                 let triangle = mesh.add_triangle(Triangle {
@@ -71,19 +71,24 @@ pub(super) fn stitch_walls(mesh: &mut CutMesh, cap: &CapSurface, lines: &Lines, 
                 walls.triangles.push((triangle, points));
                 triangle
             };
-            made[flat].push([add([a, b, c], shading[0]), add([a, c, b], shading[1])]);
+            wall_triangles[flat].push([add([a, b, c], shading[0]), add([a, c, b], shading[1])]);
             walls.area += cap.area(flat);
         }
     }
-    for flat in (0..cap.flats.len()).filter(|&flat| attached[flat]) {
+    for flat in (0..cap.triangles.len()).filter(|&flat| attached[flat]) {
         for side in (0..3).filter(|&side| cap.line(flat, side).is_none()) {
-            let across = cap.flats[flat].across[side] as usize;
-            if across < flat {
+            let neighbour = cap.triangles[flat].neighbours[side] as usize;
+            if neighbour < flat {
                 continue;
             }
-            let back = (0..3).find(|&back| cap.flats[across].across[back] == flat as u32).unwrap_or(0);
-            for layer in 0..made[flat].len() {
-                let (here, there) = (halves(made[flat][layer], side), halves(made[across][layer], back));
+            let neighbour_side = (0..3)
+                .find(|&neighbour_side| cap.triangles[neighbour].neighbours[neighbour_side] == flat as u32)
+                .unwrap_or(0);
+            for layer in 0..wall_triangles[flat].len() {
+                let (here, there) = (
+                    halves(wall_triangles[flat][layer], side),
+                    halves(wall_triangles[neighbour][layer], neighbour_side),
+                );
                 mesh.link_around_edge(&[here[0], there[0]]);
                 mesh.link_around_edge(&[here[1], there[1]]);
             }
@@ -92,24 +97,24 @@ pub(super) fn stitch_walls(mesh: &mut CutMesh, cap: &CapSurface, lines: &Lines, 
     for cap_line in &cap_lines {
         let wall = |left: bool, layer: u32| {
             let (flat, side) = if left { cap_line.left } else { cap_line.right }?;
-            made[flat].get(layer as usize).map(|walls| halves(*walls, side))
+            wall_triangles[flat].get(layer as usize).map(|walls| halves(*walls, side))
         };
-        for joint in &cap_line.joints {
+        for joint in &cap_line.edge_links {
             match *joint {
-                Joint::Face { left, layer, pair } => {
-                    // The two walls run along the edge in opposite senses, like the two faces.
+                EdgeLink::Face { left, layer, pair } => {
+                    // The two walls have opposite directions along the edge, like the two faces.
                     let Some([front, back]) = wall(left, layer) else { continue };
-                    let upward = if left { pair[0] } else { pair[1] }; // runs as the back does
+                    let upward = if left { pair[0] } else { pair[1] }; // has the direction of the back wall
                     let downward = if left { pair[1] } else { pair[0] };
                     mesh.link_around_edge(&[front, downward]);
                     mesh.link_around_edge(&[back, upward]);
                 }
-                Joint::Through(a, b) => {
+                EdgeLink::Through(a, b) => {
                     let (Some(a), Some(b)) = (wall(true, a), wall(false, b)) else { continue };
                     mesh.link_around_edge(&[a[0], b[0]]);
                     mesh.link_around_edge(&[a[1], b[1]]);
                 }
-                Joint::Front { left, layer } => {
+                EdgeLink::Front { left, layer } => {
                     let Some(walls) = wall(left, layer) else { continue };
                     mesh.link_around_edge(&walls);
                 }
@@ -119,49 +124,50 @@ pub(super) fn stitch_walls(mesh: &mut CutMesh, cap: &CapSurface, lines: &Lines, 
     walls
 }
 
-/// The halves of two walls on a side of their triangle: the front wall's goes as the side does, the back's against it.
+/// The half-edges of the two walls on a side of a triangle: the front wall has the direction of the side, the back wall the opposite one.
 fn halves([front, back]: [u32; 2], side: usize) -> [u32; 2] {
     [3 * front + side as u32, 3 * back + 2 - side as u32]
 }
 
-/// Every line with its triangles, and what is to be joined there.
-fn cap_lines(mesh: &CutMesh, cap: &CapSurface, lines: &Lines, body: u32) -> Vec<CapLine> {
+/// All edges of the cap with their triangles and the connections to make.
+fn cap_lines(mesh: &CutMesh, cap: &CapSurface, lines: &CutEdges, body: u32) -> Vec<CapLine> {
     let mut cap_lines = Vec::new();
-    for flat in 0..cap.flats.len() {
+    for flat in 0..cap.triangles.len() {
         for side in 0..3 {
-            let across = cap.flats[flat].across[side];
+            let neighbour = cap.triangles[flat].neighbours[side];
             let Some((line, upward)) = cap.line(flat, side) else { continue };
-            if across != NONE && (across as usize) < flat {
-                continue; // seen from there
+            if neighbour != NONE && (neighbour as usize) < flat {
+                continue; // handled from the other triangle
             }
-            let there = (across != NONE).then(|| {
-                let flats = &cap.flats[across as usize];
-                (across as usize, (0..3).find(|&back| flats.across[back] == flat as u32).unwrap_or(0))
+            let there = (neighbour != NONE).then(|| {
+                let triangles = &cap.triangles[neighbour as usize];
+                (neighbour as usize, (0..3).find(|&back| triangles.neighbours[back] == flat as u32).unwrap_or(0))
             });
             let (left, right) = if upward { (Some((flat, side)), there) } else { (there, Some((flat, side))) };
             let layers = |at: Option<(usize, usize)>| at.map_or(0, |(flat, _)| cap.layers[flat]);
-            // Halves are told from the lower node, lines from the lower point.
-            let [a, b] = [cap.flats[flat].corners[side], cap.flats[flat].corners[(side + 1) % 3]];
+            // Half-edges are directed from the lower node, edges of the cap from the lower point.
+            let [a, b] = [cap.triangles[flat].corners[side], cap.triangles[flat].corners[(side + 1) % 3]];
             let node = |point: u32| cap.points[point as usize].node;
             let same = node(a.min(b)) < node(a.max(b));
             let pairs = line.nodes.map(|nodes| pairs(mesh, lines, nodes, body, same)).unwrap_or_default();
-            let joints = joints(layers(left), layers(right), &pairs);
-            cap_lines.push(CapLine { left, right, joints });
+            let edge_links = edge_links(layers(left), layers(right), &pairs);
+            cap_lines.push(CapLine { left, right, edge_links });
         }
     }
     cap_lines
 }
 
-/// Two faces joined at a line: the one that runs upward along it first.
+/// Two connected faces at an edge; first the one whose half-edge leads from the lower node to the higher.
 struct Pair {
     halves: [u32; 2],
     side: [i8; 2],
     folded: bool,
 }
 
-fn pairs(mesh: &CutMesh, lines: &Lines, nodes: [u32; 2], body: u32, same: bool) -> Vec<Pair> {
+fn pairs(mesh: &CutMesh, lines: &CutEdges, nodes: [u32; 2], body: u32, same: bool) -> Vec<Pair> {
     let Some(halves) = lines.halves.get(&nodes) else { return Vec::new() };
-    let of_body: Vec<Half> = halves.iter().filter(|half| mesh.body[half.half as usize / 3] == body).copied().collect();
+    let of_body: Vec<HalfEdgeRef> =
+        halves.iter().filter(|half| mesh.body[half.half_edge as usize / 3] == body).copied().collect();
     let mut pairs = Vec::new();
     for class in classes(mesh, &of_body) {
         let [a, b] = class[..] else { continue };
@@ -169,12 +175,12 @@ fn pairs(mesh: &CutMesh, lines: &Lines, nodes: [u32; 2], body: u32, same: bool) 
         if up.upward == down.upward {
             continue;
         }
-        let third = |half: &Half| {
-            let corner = mesh.surface.triangles[half.half as usize / 3][(half.half as usize + 2) % 3];
+        let third = |half: &HalfEdgeRef| {
+            let corner = mesh.surface.triangles[half.half_edge as usize / 3][(half.half_edge as usize + 2) % 3];
             mesh.surface.points[corner as usize]
         };
         pairs.push(Pair {
-            halves: [up.half, down.half],
+            halves: [up.half_edge, down.half_edge],
             side: [up.side, down.side],
             folded: third(&up) == third(&down) || (up.side == 0 && down.side == 0),
         });
@@ -182,49 +188,49 @@ fn pairs(mesh: &CutMesh, lines: &Lines, nodes: [u32; 2], body: u32, same: bool) 
     pairs
 }
 
-/// Shares the layers on either side of a line out.
-fn joints(left: u32, right: u32, pairs: &[Pair]) -> Vec<Joint> {
+/// Assigns the layers on either side of an edge to faces and to each other.
+fn edge_links(left: u32, right: u32, pairs: &[Pair]) -> Vec<EdgeLink> {
     let (mut left, mut right) = (left, right);
-    let mut joints = Vec::new();
+    let mut edge_links = Vec::new();
     let mut free: Vec<&Pair> = Vec::new();
     for pair in pairs {
         match [pair.side[0] == -1, pair.side[1] == -1] {
             [false, true] if left > 0 => {
                 left -= 1;
-                joints.push(Joint::Face { left: true, layer: left, pair: pair.halves });
+                edge_links.push(EdgeLink::Face { left: true, layer: left, pair: pair.halves });
             }
             [true, false] if right > 0 => {
                 right -= 1;
-                joints.push(Joint::Face { left: false, layer: right, pair: pair.halves });
+                edge_links.push(EdgeLink::Face { left: false, layer: right, pair: pair.halves });
             }
             _ => free.push(pair),
         }
     }
     while left > 0 && right > 0 {
         (left, right) = (left - 1, right - 1);
-        joints.push(Joint::Through(left, right));
+        edge_links.push(EdgeLink::Through(left, right));
     }
     free.retain(|pair| pair.folded || pair.side.contains(&0));
     free.sort_by_key(|pair| !pair.folded);
     let mut free = free.into_iter();
     for (count, is_left) in [(left, true), (right, false)] {
         for layer in (0..count).rev() {
-            joints.push(match free.next() {
-                Some(pair) => Joint::Face { left: is_left, layer, pair: pair.halves },
-                None => Joint::Front { left: is_left, layer },
+            edge_links.push(match free.next() {
+                Some(pair) => EdgeLink::Face { left: is_left, layer, pair: pair.halves },
+                None => EdgeLink::Front { left: is_left, layer },
             });
         }
     }
-    joints
+    edge_links
 }
 
-/// Triangles of the cap that meet a face of the body, if only by others.
+/// Whether each triangle of the cap is connected to a face of the body, directly or through other triangles.
 fn attached(cap: &CapSurface, cap_lines: &[CapLine]) -> Vec<bool> {
-    let mut attached = vec![false; cap.flats.len()];
+    let mut attached = vec![false; cap.triangles.len()];
     let mut waiting = Vec::new();
     for cap_line in cap_lines {
-        for joint in &cap_line.joints {
-            if let Joint::Face { left, .. } = joint {
+        for joint in &cap_line.edge_links {
+            if let EdgeLink::Face { left, .. } = joint {
                 waiting.extend(if *left { cap_line.left } else { cap_line.right }.map(|(flat, _)| flat));
             }
         }
@@ -233,13 +239,13 @@ fn attached(cap: &CapSurface, cap_lines: &[CapLine]) -> Vec<bool> {
         if std::mem::replace(&mut attached[flat], true) {
             continue;
         }
-        let across = cap.flats[flat].across.into_iter().filter(|&across| across != NONE);
-        waiting.extend(across.map(|across| across as usize).filter(|&across| cap.layers[across] > 0));
+        let neighbour = cap.triangles[flat].neighbours.into_iter().filter(|&neighbour| neighbour != NONE);
+        waiting.extend(neighbour.map(|neighbour| neighbour as usize).filter(|&neighbour| cap.layers[neighbour] > 0));
     }
     attached
 }
 
-/// Rows of normals for the front wall and the back, if the document has normals.
+/// Rows of normals for the front and the back wall; [`NONE`] if the document has no normals.
 fn shading(mesh: &mut CutMesh, facet: &Facet) -> [u32; 2] {
     if mesh.uncut.normals == 0 {
         return [NONE; 2];

@@ -1,31 +1,30 @@
-//! Splits the triangles that a facet meets, so that its lines are edges.
+//! Subdivision of the triangles that a facet intersects, so that the intersection lines become edges.
 //!
-//! A triangle is split along the whole line in which the plane crosses it, also beyond the facet: only the piece within will
-//! be opened. So a straight stroke, which goes on along the same line, finds it there already, and no piece has an angle
-//! that a blade's end made.
+//! A triangle is split along the whole line of the plane, also beyond the facet; only the piece within is opened. A straight stroke, which
+//! continues along the same line, finds its edges already there, and the end of the blade causes no small angles.
 
 use std::collections::{BTreeSet, HashMap};
 
 use super::Vec3;
 use super::error::{Refusal, Refused};
 use super::mesh::CutMesh;
-use super::polygon::{Vertex, least_angle, triangulate};
+use super::polygon::{Vertex, smallest_angle, triangulate};
 use super::record::{NONE, Origin, Triangle};
-use super::trace::{Place, Trace};
+use super::trace::{Location, Trace};
 
-/// What subdividing leaves for the steps after it.
+/// Result of the subdivision.
 #[derive(Default)]
 pub(super) struct Split {
     /// Node of each new vertex.
     pub node: HashMap<u32, u32>,
-    /// Every triangle that may have a side on a line, the pieces included; rising.
+    /// All triangles that may have a side on a line, including pieces; ascending.
     pub triangles: Vec<u32>,
     vertex: HashMap<([u32; 2], u32), u32>, // by ends of the edge, or triangle and `NONE`, and node
     texture: HashMap<([u32; 2], u32), u32>, // row, by rows at the ends and node
     shading: HashMap<([u32; 2], u32), u32>,
 }
 
-/// A vertex of the outline of a triangle, or on the line through it.
+/// A vertex on the boundary of a triangle, or on the line through it.
 #[derive(Clone, Copy)]
 struct Item {
     vertex: u32,
@@ -37,7 +36,8 @@ struct Item {
 
 const LINE: u8 = 8;
 
-/// Splits all triangles that the pieces within the facet ask for, into none sharper than `sharpest` (degrees).
+/// Splits all triangles that contain pieces of lines within the facet. No new angle is smaller than `sharpest` (degrees), except in triangles that
+/// had nearly such an angle.
 pub(super) fn subdivide(mesh: &mut CutMesh, trace: &Trace, near: &[u32], sharpest: f64) -> Result<Split, Refused> {
     let mut split = Split::default();
     let wanted = wanted(trace);
@@ -56,7 +56,7 @@ pub(super) fn subdivide(mesh: &mut CutMesh, trace: &Trace, near: &[u32], sharpes
     }
     let whole = |half: &u32| pieces.binary_search_by_key(&(half / 3), |(triangle, _)| *triangle).is_err();
     let sides = pieces.iter().flat_map(|(triangle, _)| 3 * triangle..3 * triangle + 3);
-    let mut loose: Vec<u32> = sides.flat_map(|half| mesh.around(half).filter(whole)).collect(); // to be joined anew
+    let mut loose: Vec<u32> = sides.flat_map(|half| mesh.around(half).filter(whole)).collect(); // to be linked again
     let mut changed = Vec::new();
     for (triangle, polygons) in &pieces {
         changed.extend(replace(mesh, *triangle, polygons, sharpest)?);
@@ -68,7 +68,7 @@ pub(super) fn subdivide(mesh: &mut CutMesh, trace: &Trace, near: &[u32], sharpes
     Ok(split)
 }
 
-/// Joins halves with the same two vertices; `halves` hold all or none of those around an edge.
+/// Links half-edges with the same two vertices; `halves` contains all or none of the half-edges of an edge.
 pub(super) fn join(mesh: &mut CutMesh, mut halves: Vec<u32>) {
     let key = |mesh: &CutMesh, half: u32| {
         let (tail, head) = (mesh.tail(half), mesh.head(half));
@@ -83,7 +83,7 @@ pub(super) fn join(mesh: &mut CutMesh, mut halves: Vec<u32>) {
     }
 }
 
-/// Nodes that become vertices.
+/// Whether each node becomes a vertex.
 fn wanted(trace: &Trace) -> Vec<bool> {
     let mut wanted = vec![false; trace.nodes.len()];
     for run in trace.runs.iter().filter(|run| !run.is_open_already()) {
@@ -94,7 +94,7 @@ fn wanted(trace: &Trace) -> Vec<bool> {
     wanted
 }
 
-/// Triangles further off that have a side on which a vertex will stand: the neighbours, and the other side of an open cut.
+/// Triangles that are not near the facet but get a vertex on a side: neighbours, and triangles on the other side of an open cut.
 fn beside(mesh: &CutMesh, trace: &Trace, near: &[u32], wanted: &[bool]) -> Vec<u32> {
     let mut found = Vec::new();
     for &triangle in near {
@@ -115,12 +115,12 @@ fn beside(mesh: &CutMesh, trace: &Trace, near: &[u32], wanted: &[bool]) -> Vec<u
 }
 
 impl Split {
-    /// Node a vertex stands on, or [`NONE`].
+    /// The node at a vertex, or [`NONE`].
     pub fn node_of(&self, mesh: &CutMesh, trace: &Trace, vertex: u32) -> u32 {
         self.node.get(&vertex).copied().or_else(|| trace.node_at(mesh, vertex)).unwrap_or(NONE)
     }
 
-    /// The outline of a triangle with the vertices that will stand on its sides.
+    /// The boundary of a triangle with the new vertices on its sides.
     fn outline(&mut self, mesh: &mut CutMesh, trace: &Trace, triangle: u32, wanted: &[bool]) -> Vec<Item> {
         let record = mesh.triangle(triangle);
         let mut outline = Vec::new();
@@ -138,7 +138,7 @@ impl Split {
             let end_rows = [record.texture[next], record.shading[next]];
             outline.push(start);
             for node in trace.nodes_on(mesh, a, b) {
-                let Place::Edge(sites, t) = trace.nodes[node as usize].place else { continue };
+                let Location::Edge(sites, t) = trace.nodes[node as usize].place else { continue };
                 if !wanted[node as usize] {
                     continue;
                 }
@@ -156,7 +156,7 @@ impl Split {
         outline
     }
 
-    /// The outline, or what the line across leaves on either side of it.
+    /// The polygons on either side of the line through a triangle; the whole boundary if there is no line.
     fn polygons(
         &mut self,
         mesh: &mut CutMesh,
@@ -173,7 +173,7 @@ impl Split {
         let ends = [outline[from], outline[to]];
         let mut line = Vec::new();
         for node in run.piece.into_iter().flatten().filter(|node| !run.ends.contains(node)) {
-            let Place::Face(between, t) = trace.nodes[node as usize].place else { return Err(unclear) };
+            let Location::Face(between, t) = trace.nodes[node as usize].place else { return Err(unclear) };
             let [low, high] = if between[0] == run.ends[0] { ends } else { [ends[1], ends[0]] };
             let weights = low.weights + t * (high.weights - low.weights);
             let vertex = self.vertex(mesh, trace, ([triangle, NONE], node), Origin::Face { corners, weights });
@@ -204,7 +204,7 @@ impl Split {
         vertex
     }
 
-    /// Rows for a new vertex `t` of the way between two others.
+    /// Rows of a new vertex at the parameter `t` between two others.
     fn rows(&mut self, mesh: &mut CutMesh, [from, to]: [[u32; 2]; 2], t: f64, node: u32) -> [u32; 2] {
         let mix = |a: f64, b: f64| a + t * (b - a);
         let texture = between([from[0], to[0]], node, &mut self.texture, || {
@@ -230,25 +230,25 @@ fn between(rows: [u32; 2], node: u32, known: &mut HashMap<([u32; 2], u32), u32>,
     *known.entry((rows, node)).or_insert_with(make)
 }
 
-/// Puts the triangles of some polygons in the place of a triangle; gives them all. None may be sharper than `sharpest`
-/// (degrees), unless the triangle was nearly so.
+/// Replaces a triangle by the triangulations of some polygons and returns them. No angle may be smaller than `sharpest` (degrees), unless the
+/// triangle had nearly such an angle.
 fn replace(mesh: &mut CutMesh, triangle: u32, polygons: &[Vec<Item>], sharpest: f64) -> Result<Vec<u32>, Refused> {
     let record = mesh.triangle(triangle);
     let cross = mesh.cross(triangle);
     let whole = mesh.corners_of(triangle);
-    let sharpest = sharpest.min(0.1 * least_angle(whole));
+    let sharpest = sharpest.min(0.1 * smallest_angle(whole));
     let mut made = Vec::new();
     let mut area = 0.0;
     for polygon in polygons {
         let vertices: Vec<Vertex> =
             polygon.iter().map(|item| Vertex { x: mesh.point(item.vertex), sides: item.sides }).collect();
-        let splinter = |value: f64| Refused { reason: Refusal::Splinter, entity: "triangle", value };
-        for piece in triangulate(&vertices).ok_or(splinter(0.0))? {
+        let sliver = |value: f64| Refused { reason: Refusal::Sliver, entity: "triangle", value };
+        for piece in triangulate(&vertices).ok_or(sliver(0.0))? {
             let corners = piece.map(|at| vertices[at].x);
             let turned = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
-            let angle = least_angle(corners);
+            let angle = smallest_angle(corners);
             if angle < sharpest || turned.dot(&cross) <= 0.0 {
-                return Err(splinter(angle));
+                return Err(sliver(angle));
             }
             area += turned.norm();
             let items = piece.map(|at| polygon[at]);
@@ -269,7 +269,7 @@ fn replace(mesh: &mut CutMesh, triangle: u32, polygons: &[Vec<Item>], sharpest: 
     }
     let longest = (0..3).map(|i| (whole[i] - whole[(i + 1) % 3]).norm_squared()).fold(0.0, f64::max);
     if (area - cross.norm()).abs() > 1e-12 * cross.norm() + 1e-14 * longest {
-        return Err(Refused { reason: Refusal::Splinter, entity: "area", value: area - cross.norm() });
+        return Err(Refused { reason: Refusal::Sliver, entity: "area", value: area - cross.norm() });
     }
     Ok(made)
 }

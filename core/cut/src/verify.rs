@@ -1,4 +1,4 @@
-//! Whether all that an advance changed is sound.
+//! Verification of the triangles an advance has changed.
 
 use super::error::{Refusal, Refused};
 use super::mesh::CutMesh;
@@ -6,10 +6,10 @@ use super::record::{NONE, OPEN};
 use pliant_mesh::geometry::Vec3;
 
 impl CutMesh {
-    /// Looks at the triangles the open step has changed or made.
+    /// Verifies the triangles that the open step has changed or added.
     pub(super) fn verify(&self) -> Result<(), Refused> {
         let (changed, first) = self.changed();
-        let broken = |entity, value: f64| Refused { reason: Refusal::Broken, entity, value };
+        let broken = |entity, value: f64| Refused { reason: Refusal::Invalid, entity, value };
         let mut used = vec![false; self.surface.points.len() - self.first_new_vertex() as usize];
         for triangle in changed.iter().copied().chain(first as u32..self.surface.triangles.len() as u32) {
             let corners = self.surface.triangles[triangle as usize];
@@ -27,7 +27,7 @@ impl CutMesh {
             }
             let cross = self.cross(triangle).norm();
             if cross.is_nan() || cross <= 0.0 {
-                return Err(Refused { reason: Refusal::Splinter, entity: "triangle", value: 0.0 });
+                return Err(Refused { reason: Refusal::Sliver, entity: "triangle", value: 0.0 });
             }
             for half in 3 * triangle..3 * triangle + 3 {
                 self.verify_edge(half).ok_or(broken("edge of triangle", f64::from(triangle)))?;
@@ -56,7 +56,7 @@ impl CutMesh {
         (closed && (self.body[half as usize / 3] == OPEN || count == 2)).then_some(())
     }
 
-    /// What the changed triangles enclose with a point near them must be what they did.
+    /// Verifies that the volume between the changed triangles and a fixed point is the same as before.
     fn verify_volume(&self, changed: &[u32], first: usize) -> Result<(), Refused> {
         let Some(&some) = changed.first() else { return Ok(()) };
         let origin = self.point(self.surface.triangles[some as usize][0]);
@@ -82,12 +82,12 @@ impl CutMesh {
             sums[0] += cone;
         }
         let [before, after] = sums;
-        let flat = before.z.max(after.z); // a flat mesh encloses nothing but rounding
+        let flat = before.z.max(after.z); // the volume of a flat mesh is rounding error
         if (before.x - after.x).abs() > 1e-11 * before.y.max(after.y) + 1e-14 * flat * self.uncut.reach {
-            return Err(Refused { reason: Refusal::Broken, entity: "volume", value: after.x - before.x });
+            return Err(Refused { reason: Refusal::Invalid, entity: "volume", value: after.x - before.x });
         }
         if (before.z - after.z).abs() > 1e-12 * before.z + 1e-300 {
-            return Err(Refused { reason: Refusal::Broken, entity: "area", value: after.z - before.z });
+            return Err(Refused { reason: Refusal::Invalid, entity: "area", value: after.z - before.z });
         }
         Ok(())
     }

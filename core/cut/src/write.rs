@@ -14,15 +14,14 @@ use pliant_mesh::{ObjDocument, Surface};
 pub const MATERIAL: &str = "pliant_cut";
 
 impl CutMesh {
-    /// Writes the cut model: `document` is what the mesh was made from, `points` (n x 3, m) are where the vertices of
-    /// [`CutMesh::surface`] are now. Normals go with the triangles that name them; a row whose corners are turned differently is parted.
+    /// Writes the cut model. `document` is the one the mesh was made from, `points` (n x 3, m) are the current positions of the vertices of
+    /// [`CutMesh::surface`]. Normals rotate with the triangles that refer to them; a row whose corners rotate differently is duplicated.
     ///
-    /// A mesh without a cut comes back byte for byte where nothing moved. Faces the blade did not pass keep their lines;
-    /// those it passed become triangles with the same group, object, material and smoothing; cut surfaces get a group and a
-    /// material of the name `material`.
+    /// A mesh without cuts and displacements is written back byte for byte. Uncut faces keep their lines; cut faces become triangles with the
+    /// same group, object, material and smoothing; cut surfaces get a group and a material of the name `material`.
     ///
     /// # Errors
-    /// [`WriteError`] as for [`ObjDocument::write`].
+    /// Those of [`ObjDocument::write`].
     pub fn write(
         &self,
         document: &ObjDocument,
@@ -55,7 +54,7 @@ impl CutMesh {
         document.write_patched(&own, Some(own_normals), &patch, out)
     }
 
-    /// Rows of the vertices in the file: all but those that cuts have made on lids alone.
+    /// Row of each vertex in the file. Vertices that belong to lids alone have none.
     fn numbers(&self) -> Vec<u32> {
         let mut number = vec![NONE; self.surface.points.len()];
         number[..self.uncut.points].fill(0);
@@ -67,7 +66,7 @@ impl CutMesh {
         number
     }
 
-    /// What has become of every face that is not as it was. One that is whole but for copies of its vertices stays whole.
+    /// Replacements of all changed faces. A face that only got copies of its vertices stays one face.
     fn changed_faces(
         &self,
         document: &ObjDocument,
@@ -104,7 +103,7 @@ impl CutMesh {
         changed.into_iter().map(polygons).collect()
     }
 
-    /// A face with the vertices its triangles have now; `None` when they have come apart at one.
+    /// A face with the present vertices of its triangles; `None` if the triangles have different copies of one vertex.
     fn renamed(
         &self,
         document: &ObjDocument,

@@ -1,11 +1,11 @@
-//! The promises, looked at over the whole mesh and from its triangles alone.
+//! Checks of the invariants of a cut, over the whole mesh and from its triangles alone.
 
 use crate::mesh::CutMesh;
 use crate::record::OPEN;
 use pliant_mesh::Surface;
 use pliant_mesh::geometry::Vec3;
 
-/// What no cut may change.
+/// Quantities that no cut changes.
 pub struct Sums {
     area: f64,
     volume: f64,
@@ -22,7 +22,7 @@ impl Sums {
         Self { area: skin(mesh), volume: volume(mesh), branches, turned, used: used(mesh.surface()) }
     }
 
-    /// Panics when a promise is broken.
+    /// Panics if an invariant is violated.
     pub fn check(&self, mesh: &CutMesh) {
         let surface = mesh.surface();
         let area = skin(mesh);
@@ -67,7 +67,7 @@ impl Sums {
     }
 }
 
-/// Vertices less edges plus faces.
+/// Euler characteristic: vertices minus edges plus faces.
 pub fn euler(surface: &Surface) -> i64 {
     let vertices = used(surface).iter().filter(|used| **used).count() as i64;
     vertices - surface.edges().len() as i64 + surface.triangles.len() as i64

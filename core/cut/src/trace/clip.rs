@@ -1,30 +1,30 @@
-//! How much of a run lies within the facet.
+//! Clipping of a run to the facet.
 
-/// An end of what is left of a run.
+/// An end of a clipped run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum End {
     /// The run's own end.
     Own,
-    /// Where it crosses a side of the facet, as a part of the run from its first end.
+    /// The intersection with a side of the facet, at a parameter of the run in (0, 1).
     Crossing { side: usize, t: f64 },
 }
 
-/// What is left of a run.
+/// Result of clipping a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Left {
+pub(super) enum ClippedRun {
     Nothing,
-    /// So little that it is one place.
-    Place,
+    /// A piece so short that it is collapsed to a point.
+    Location,
     Piece([End; 2]),
 }
 
-/// Clips a run. `rim` says for each end and side of the facet whether the end is inside (1), on the side (0) or outside
-/// (-1), `depth` how far inside. A piece of less than `least` of the run becomes a place.
-pub(super) fn clip(rim: [[i8; 3]; 2], depth: [[f64; 3]; 2], least: f64) -> Left {
+/// Clips a run. For each end and side of the facet, `rim` is the position of the end, inside (1), on the side (0) or outside (-1), and `depth`
+/// its signed distance inside, m. A piece shorter than the fraction `least` of the run is collapsed to a point.
+pub(super) fn clip(rim: [[i8; 3]; 2], depth: [[f64; 3]; 2], least: f64) -> ClippedRun {
     let (mut from, mut to) = ((0.0, End::Own), (1.0, End::Own));
     for side in 0..3 {
         match [rim[0][side], rim[1][side]] {
-            [-1, -1 | 0] | [0, -1] => return Left::Nothing,
+            [-1, -1 | 0] | [0, -1] => return ClippedRun::Nothing,
             [-1, 1] => {
                 let t = cross(depth, side);
                 if t > from.0 {
@@ -41,15 +41,15 @@ pub(super) fn clip(rim: [[i8; 3]; 2], depth: [[f64; 3]; 2], least: f64) -> Left 
         }
     }
     if from.0 >= to.0 {
-        return Left::Nothing;
+        return ClippedRun::Nothing;
     }
     match [from.1, to.1] {
-        [End::Crossing { .. }, End::Crossing { .. }] if to.0 - from.0 < least => Left::Place,
-        ends => Left::Piece(ends),
+        [End::Crossing { .. }, End::Crossing { .. }] if to.0 - from.0 < least => ClippedRun::Location,
+        ends => ClippedRun::Piece(ends),
     }
 }
 
-/// Part of the run, from its first end, at which it crosses a side; never one of the ends.
+/// Parameter of the run at its intersection with a side, strictly between 0 and 1.
 pub(super) fn cross(depth: [[f64; 3]; 2], side: usize) -> f64 {
     let (from, to) = (depth[0][side].abs(), depth[1][side].abs());
     let t = from / (from + to);
@@ -64,11 +64,19 @@ mod tests {
     fn what_is_left_of_a_run() {
         let inside = [1, 1, 1];
         let piece = clip([inside, [1, -1, 1]], [[1.0; 3], [1.0, -3.0, 1.0]], 0.05);
-        assert_eq!(piece, Left::Piece([End::Own, End::Crossing { side: 1, t: 0.25 }]));
-        assert_eq!(clip([inside, inside], [[1.0; 3]; 2], 0.05), Left::Piece([End::Own; 2]));
-        assert_eq!(clip([[-1, 1, 1], [0, 1, 1]], [[-1.0; 3], [0.0; 3]], 0.05), Left::Nothing, "touches from outside");
-        assert_eq!(clip([[0, 1, 1], [0, 1, 1]], [[0.0; 3]; 2], 0.05), Left::Piece([End::Own; 2]), "runs along a side");
+        assert_eq!(piece, ClippedRun::Piece([End::Own, End::Crossing { side: 1, t: 0.25 }]));
+        assert_eq!(clip([inside, inside], [[1.0; 3]; 2], 0.05), ClippedRun::Piece([End::Own; 2]));
+        assert_eq!(
+            clip([[-1, 1, 1], [0, 1, 1]], [[-1.0; 3], [0.0; 3]], 0.05),
+            ClippedRun::Nothing,
+            "touches from outside"
+        );
+        assert_eq!(
+            clip([[0, 1, 1], [0, 1, 1]], [[0.0; 3]; 2], 0.05),
+            ClippedRun::Piece([End::Own; 2]),
+            "runs along a side"
+        );
         let through = [[-1.0, 1.0, 1.0], [1.0, -0.97, 1.0]];
-        assert_eq!(clip([[-1, 1, 1], [1, -1, 1]], through, 0.05), Left::Place);
+        assert_eq!(clip([[-1, 1, 1], [1, -1, 1]], through, 0.05), ClippedRun::Location);
     }
 }

@@ -1,13 +1,13 @@
-//! Where a facet of the blade's way crosses the mesh: intersection only, nothing is changed.
+//! Intersection of a facet of the blade's swept surface with the mesh. The mesh is not changed.
 //!
-//! Two things are decided, each once. On which side of the facet's plane a vertex is, exactly, those close to it counting as
-//! on it: where signs differ along an edge the plane crosses it, and within every triangle the crossings are joined by a
-//! straight run. So runs form unbroken lines whatever the signs are (they are the level set of a continuous function), and
-//! nothing can disagree between two triangles. Then, in the plane, whether the ends of a run are inside the facet, again
-//! exactly and with a margin, and what is left of the run: so a run is cut short in the same way for all who share it.
+//! Two predicates are evaluated, each once per entity. The first is the side of the facet's plane of each vertex, exactly; vertices close to the
+//! plane count as on it. The plane intersects the edges whose ends have different signs, and within a triangle the intersections are connected
+//! by a straight run. Runs are the level set of a piecewise linear function, so they form unbroken lines whatever the signs are, and adjacent
+//! triangles always agree. The second, in the plane, is whether the ends of a run are inside of the facet, again exactly with a margin; a run
+//! is clipped once for all triangles that share it.
 //!
-//! Rejected: testing edges against facets and facet sides against triangles in space. Exact signs alone keep that free of
-//! contradiction only as long as nothing is snapped, and without snapping every second cut leaves splinters.
+//! Rejected: intersecting edges with facets and facet sides with triangles in space. With exact predicates this is consistent only without
+//! snapping, and without snapping every second cut leaves slivers.
 
 mod clip;
 mod site;
@@ -15,7 +15,7 @@ mod site;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
-use clip::{End, Left, clip, cross};
+use clip::{ClippedRun, End, clip, cross};
 use site::Sites;
 pub(super) use site::compare;
 
@@ -25,39 +25,39 @@ use super::record::{NONE, OPEN};
 use super::snap::SnapTolerances;
 use pliant_mesh::geometry::Vec3;
 
-/// Part of a run; less of it within a facet is a place.
-const LEAST: f64 = 1e-3;
+/// Fraction of a run: if less of it is within the facet, that piece is collapsed to a point.
+const MIN_PIECE: f64 = 1e-3;
 
-/// What a facet meets.
+/// The intersection of a facet with the mesh.
 pub(super) struct Trace {
     sites: Sites,
     pub nodes: Vec<Node>,
     pub runs: Vec<Run>,
-    on_edge: HashMap<[u32; 2], Vec<u32>>, // nodes on the edge between two sites, from the lower on
+    on_edge: HashMap<[u32; 2], Vec<u32>>, // nodes on the edge between two sites, from the lower site
     at_site: Vec<u32>,                    // node of each site, or `NONE`
     chord: HashMap<[u32; 2], u32>,        // run between two nodes, lower first
-    /// A node where a line goes on that was not cut up to there: next to the seam, and so past it.
+    /// A node from which a line continues that the previous facet did not cut up to there, because it passes beside the seam.
     pub beside_seam: Option<u32>,
 }
 
-/// A place on the mesh that the facet passes.
+/// An intersection point of the facet's plane with the mesh.
 #[derive(Clone, Debug)]
 pub(super) struct Node {
-    pub place: Place,
+    pub place: Location,
     pub x: Vec3,
     pub flat: [f64; 2],
-    /// For each side of the facet: inside (1), on the side (0), outside (-1).
+    /// Position relative to each side of the facet: inside (1), on the side (0), outside (-1).
     pub rim: [i8; 3],
 }
 
-/// Where on the mesh.
+/// The mesh entity a node lies on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Place {
+pub(super) enum Location {
     /// At the vertices of a site.
     Vertex(u32),
-    /// On an edge between two sites, `t` of the way from the lower.
+    /// On an edge between two sites, at the parameter `t` in (0, 1) from the lower one.
     Edge([u32; 2], f64),
-    /// In a triangle, on the run between two nodes, `t` of the way from the first.
+    /// In a triangle, on the run between two nodes, at the parameter `t` in (0, 1) from the first.
     Face([u32; 2], f64),
 }
 
@@ -70,26 +70,26 @@ pub(super) struct Run {
     pub piece: Option<[u32; 2]>, // nodes, in the sense of `ends`
 }
 
-/// A triangle that a run crosses, or an edge that it goes along.
+/// A triangle that a run crosses, or an edge that it follows.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Member {
     pub body: u32,
-    /// Inside of the body is to the left (1) or right (-1) of the run, or it does not change there (0).
+    /// The interior of the body is to the left (1) or right (-1) of the run, or on both or neither side (0).
     pub flow: i8,
-    /// One of the faces lies in the plane.
+    /// Whether one of the faces lies in the plane.
     pub flat: bool,
 }
 
 impl Run {
-    /// The rim of a former cut in the same plane: there is nothing to open.
+    /// Whether it is the border of a former cut in the same plane, which is open already.
     pub fn is_open_already(&self) -> bool {
         self.along_edge && self.members.len() > 1 && self.members.iter().all(|member| member.flat)
     }
 }
 
 impl Trace {
-    /// Crosses the triangles `near` (rising) with a facet. Vertices of `seam` lie on side 0 of the facet, whatever rounding
-    /// and snapping made of them.
+    /// Intersects the triangles `near` (ascending) with a facet. Vertices of `seam` count as on side 0 of the facet, whatever their rounded and
+    /// snapped coordinates are.
     pub fn new(mesh: &CutMesh, near: &[u32], facet: &Facet, seam: &[u32], snap: SnapTolerances) -> Self {
         let triangles: Vec<[u32; 3]> = near.iter().map(|&t| mesh.surface.triangles[t as usize]).collect();
         let sites = Sites::new(&mesh.surface.points, &triangles, facet, seam, snap);
@@ -119,7 +119,7 @@ impl Trace {
         trace
     }
 
-    /// The site of a vertex, also of one further off that shares its place with one that is near.
+    /// The site of a vertex; a vertex that is not near the facet has the site of a near one at the same position.
     pub fn site(&self, mesh: &CutMesh, vertex: u32) -> Option<u32> {
         self.sites.of(vertex).or_else(|| self.sites.at(mesh.surface.points[vertex as usize]))
     }
@@ -146,8 +146,8 @@ impl Trace {
         self.chord.get(&[from.min(to), from.max(to)]).copied()
     }
 
-    /// Nodes where the plane leaves the left and comes back to it, going round a triangle counter-clockwise: the left is to
-    /// the left of the line from the first to the second.
+    /// The two nodes where the plane crosses the boundary of a triangle, counter-clockwise: first from left to right, then back, so that the left
+    /// side of the plane is to the left of the line between them.
     fn crossings(&self, sites: [u32; 3]) -> Option<[u32; 2]> {
         let sign = sites.map(|site| self.sites.sign(site));
         if !(sign.contains(&1) && sign.contains(&-1)) {
@@ -192,7 +192,7 @@ impl Trace {
         }
     }
 
-    /// Takes in the edge of `half`, which lies in the plane.
+    /// Adds the edge of `half`, which lies in the plane, as a run.
     fn go_along(&mut self, mesh: &CutMesh, half: u32, facet: &Facet, snap: SnapTolerances) {
         let [from, to] = [mesh.tail(half), mesh.head(half)].map(|vertex| self.node_at(mesh, vertex).unwrap_or(NONE));
         let side = |half: u32| self.third_side(mesh, half, facet, snap);
@@ -214,7 +214,7 @@ impl Trace {
         self.add([from, to], true, Member { body, flow, flat: sides[0] * sides[1] == 0 && sides != [0, 0] });
     }
 
-    /// Side of the triangle of a half-edge that lies in the plane. The triangle may be too far off to have sites.
+    /// Side of the plane on which the triangle of a half-edge in the plane lies. The triangle may be too far away to have sites.
     pub fn third_side(&self, mesh: &CutMesh, half: u32, facet: &Facet, snap: SnapTolerances) -> i8 {
         let triangle = mesh.surface.triangles[half as usize / 3];
         let third = triangle[(half as usize + 2) % 3];
@@ -230,7 +230,7 @@ impl Trace {
         if facet.height(here).abs() <= snap.on * shortest { 0 } else { facet.side(here) }
     }
 
-    /// Whether two triangles in the plane lie on the same side of their edge.
+    /// Whether two triangles in the plane lie on the same side of their shared edge.
     fn folded(&self, mesh: &CutMesh, half: u32, other: u32, facet: &Facet) -> bool {
         let flat = |vertex: u32| facet.flatten(mesh.surface.points[vertex as usize]);
         let third = |half: u32| flat(mesh.surface.triangles[half as usize / 3][(half as usize + 2) % 3]);
@@ -254,7 +254,7 @@ impl Trace {
 
     fn node_of_site(&mut self, site: u32, facet: &Facet) {
         if self.at_site[site as usize] == NONE {
-            self.at_site[site as usize] = self.add_node(Place::Vertex(site), self.sites.all[site as usize].x, facet);
+            self.at_site[site as usize] = self.add_node(Location::Vertex(site), self.sites.all[site as usize].x, facet);
         }
     }
 
@@ -262,29 +262,29 @@ impl Trace {
         if !self.on_edge.contains_key(&edge) {
             let [low, high] = edge.map(|site| &self.sites.all[site as usize]);
             let t = cross([[low.height; 3], [high.height; 3]], 0);
-            let node = self.add_node(Place::Edge(edge, t), between(low.x, high.x, t), facet);
+            let node = self.add_node(Location::Edge(edge, t), between(low.x, high.x, t), facet);
             self.on_edge.insert(edge, vec![node]);
         }
     }
 
-    fn add_node(&mut self, place: Place, x: Vec3, facet: &Facet) -> u32 {
+    fn add_node(&mut self, place: Location, x: Vec3, facet: &Facet) -> u32 {
         self.nodes.push(Node { place, x, flat: facet.flatten(x), rim: [0; 3] });
         self.nodes.len() as u32 - 1
     }
 
-    /// Where every node is against the sides of the facet.
+    /// Computes the position of every node relative to the sides of the facet.
     fn place_on_rim(&mut self, mesh: &CutMesh, facet: &Facet, seam: &[u32], snap: SnapTolerances) {
         for node in &mut self.nodes {
             let margin = snap.on
                 * match node.place {
-                    Place::Vertex(site) => self.sites.all[site as usize].shortest,
-                    Place::Edge([a, b], _) => self.sites.length(a, b),
-                    Place::Face(..) => 0.0,
+                    Location::Vertex(site) => self.sites.all[site as usize].shortest,
+                    Location::Edge([a, b], _) => self.sites.length(a, b),
+                    Location::Face(..) => 0.0,
                 };
             for side in 0..3 {
-                // What is on the side that two facets share was decided with the first of them: those are in `seam`. With
-                // another margin here, what lies between would be cut by neither.
-                let decided = side == 0 && facet.goes_on;
+                // Nodes on the side shared by two facets were determined with the first facet and are in `seam`. With a different margin here,
+                // neither facet would cut what lies between.
+                let decided = side == 0 && facet.continues;
                 let near = !decided && depth(facet, side, node.flat).abs() <= margin;
                 let [a, b] = facet.rim(side);
                 node.rim[side] = if near { 0 } else { turn(a, b, node.flat) };
@@ -313,9 +313,9 @@ impl Trace {
         self.go_back_to_border(facet);
     }
 
-    /// On a sheet a line that the facet before did not reach, so little of it was within, is cut from where it begins.
+    /// On a sheet, extends a line to the border if the previous facet did not reach it because the piece within was too short.
     fn go_back_to_border(&mut self, facet: &Facet) {
-        if !facet.goes_on {
+        if !facet.continues {
             return;
         }
         let mut back = Vec::new();
@@ -333,13 +333,13 @@ impl Trace {
         let Run { ends, along_edge, .. } = self.runs[run];
         let rim = ends.map(|end| self.nodes[end as usize].rim);
         let depths = ends.map(|end| [0, 1, 2].map(|side| depth(facet, side, self.nodes[end as usize].flat)));
-        match clip(rim, depths, LEAST) {
-            Left::Nothing | Left::Place => {}
-            // The front of the cut so far must be met as it is. The edge of a face in the plane, with the inside on neither side
-            // of it, may pass beside its end; it is left as it is.
-            Left::Piece(piece) if facet.goes_on && piece.iter().any(is_on_seam) && self.is_idle(run) => {}
-            Left::Piece(piece) => {
-                if facet.goes_on && piece.iter().any(is_on_seam) {
+        match clip(rim, depths, MIN_PIECE) {
+            ClippedRun::Nothing | ClippedRun::Location => {}
+            // The front of the previous cut must be matched exactly. An edge of a face in the plane, with the interior on neither side, may pass
+            // beside its end and is left unchanged.
+            ClippedRun::Piece(piece) if facet.continues && piece.iter().any(is_on_seam) && self.is_idle(run) => {}
+            ClippedRun::Piece(piece) => {
+                if facet.continues && piece.iter().any(is_on_seam) {
                     self.beside_seam = Some(ends[0]);
                 }
                 let node = |trace: &mut Self, own: u32, end: End| match end {
@@ -358,12 +358,12 @@ impl Trace {
         }
     }
 
-    /// Whether the inside of no body begins or ends at a run.
+    /// Whether no body's interior begins or ends at a run.
     fn is_idle(&self, run: usize) -> bool {
         self.runs[run].members.iter().all(|member| member.body != OPEN && member.flow == 0)
     }
 
-    /// A new node on a run, `t` of the way along.
+    /// Adds a node on a run at the parameter `t`, 0 to 1.
     pub fn split(&mut self, ends: [u32; 2], along_edge: bool, t: f64, facet: &Facet) -> u32 {
         let [from, to] = ends.map(|end| self.nodes[end as usize].x);
         let upward = compare(from, to).is_lt();
@@ -371,16 +371,16 @@ impl Trace {
         let x = between(low, high, t);
         let [low, high] = if upward { ends } else { [ends[1], ends[0]] };
         if !along_edge {
-            return self.add_node(Place::Face([low, high], t), x, facet);
+            return self.add_node(Location::Face([low, high], t), x, facet);
         }
         let sites = [low, high].map(|end| match self.nodes[end as usize].place {
-            Place::Vertex(site) => site,
+            Location::Vertex(site) => site,
             _ => 0, // runs along edges end at vertices
         });
-        let node = self.add_node(Place::Edge(sites, t), x, facet);
+        let node = self.add_node(Location::Edge(sites, t), x, facet);
         let nodes = self.on_edge.entry(sites).or_default();
         nodes.push(node);
-        let at = |node: &u32| if let Place::Edge(_, t) = self.nodes[*node as usize].place { t } else { 0.0 };
+        let at = |node: &u32| if let Location::Edge(_, t) = self.nodes[*node as usize].place { t } else { 0.0 };
         nodes.sort_by(|a, b| at(a).total_cmp(&at(b)));
         node
     }

@@ -1,7 +1,7 @@
-//! On which side of a facet's plane the vertices near it are.
+//! Sides of a facet's plane for the vertices near it.
 //!
-//! Everything that follows is decided from these signs, once for every place: vertices that a former cut has parted and that
-//! still lie in one place get one sign together, so that both sides of an open cut are crossed alike.
+//! All further decisions use these signs, one for each position: vertices that a former cut has separated but that still coincide share one
+//! sign, so that the plane crosses both sides of an open cut alike.
 
 use std::cmp::Ordering;
 
@@ -9,23 +9,23 @@ use crate::blade::Facet;
 use crate::snap::SnapTolerances;
 use pliant_mesh::geometry::Vec3;
 
-/// A place with one vertex or more. Sites are numbered in the order of their coordinates.
+/// A position with one or more vertices. Sites are numbered in the order of their coordinates.
 pub(super) struct Site {
     pub x: Vec3,
-    pub height: f64, // m over the plane; 0 on it
+    pub height: f64, // signed distance from the plane, m; 0 on it
     pub sign: i8,
-    pub shortest: f64, // m, edge
+    pub shortest: f64, // length of the shortest adjacent edge, m
 }
 
 /// The sites of some vertices.
 pub(super) struct Sites {
     pub all: Vec<Site>,
-    vertices: Vec<u32>, // rising
-    site: Vec<u32>,     // of each of them
+    vertices: Vec<u32>, // ascending
+    site: Vec<u32>,     // site of each vertex
 }
 
 impl Sites {
-    /// Sites of the corners of `triangles`, with their signs. Vertices of `seam` are on the plane whatever they say.
+    /// Sites of the corners of `triangles`, with their signs. Vertices of `seam` count as on the plane whatever their coordinates are.
     pub fn new(x: &[Vec3], triangles: &[[u32; 3]], facet: &Facet, seam: &[u32], snap: SnapTolerances) -> Self {
         let mut vertices: Vec<u32> = triangles.iter().flatten().copied().collect();
         vertices.sort_unstable();
@@ -61,7 +61,7 @@ impl Sites {
         self.vertices.binary_search(&vertex).ok().map(|at| self.site[at])
     }
 
-    /// The site at a place.
+    /// The site at a position.
     pub fn at(&self, x: Vec3) -> Option<u32> {
         self.all.binary_search_by(|site| compare(site.x, x)).ok().map(|at| at as u32)
     }
@@ -92,7 +92,7 @@ impl Sites {
         }
     }
 
-    /// Lays vertices on the plane that it passes so close along an edge that a vertex beside them would leave a splinter.
+    /// Snaps vertices to the plane if it intersects one of their edges so close to them that a new vertex would leave a sliver.
     fn snap_ends(&mut self, triangles: &[[u32; 3]], snap: SnapTolerances) {
         let mut near = Vec::new();
         for triangle in triangles {
@@ -123,7 +123,7 @@ impl Site {
     }
 }
 
-/// By coordinates, zeros of either sign alike.
+/// Lexicographic order of coordinates; zeros of both signs are equal.
 pub(crate) fn compare(a: Vec3, b: Vec3) -> Ordering {
     let key = |x: Vec3| x.map(|c| c + 0.0);
     let (a, b) = (key(a), key(b));

@@ -52,7 +52,7 @@ impl Session {
         self.rests[index] = Default::default();
         self.sheet_tips[index].invalidate();
         for slot in &mut self.tools {
-            slot.tool.forget(index);
+            slot.tool.invalidate(index);
             slot.soft[index].iter_mut().for_each(SoftTip::invalidate);
         }
     }

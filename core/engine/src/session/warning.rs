@@ -155,7 +155,7 @@ impl Session {
         let Ok((_, centre)) = body.embed_point(touch.rest) else { return };
         let (model, least) = (&body.model, SHOWN * tally.depth);
         let mut is_shown = false;
-        body.skin.tree.near(centre, slot.tool.proxy.shape.extent(), |triangle| {
+        body.skin.tree.near(centre, slot.tool.proxy.shape.extra_region_radius(), |triangle| {
             for v in model.surface.triangles[triangle as usize] {
                 let moved = || body.embed_point(model.surface.points[v as usize]);
                 is_shown = is_shown || moved().is_ok_and(|(now, settled)| (now - settled).norm() >= least);

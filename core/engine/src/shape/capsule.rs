@@ -4,22 +4,22 @@ use super::{Shape, ShapeKind, ShapeParams};
 use pliant_mesh::geometry::Vec3;
 use std::sync::Arc;
 
-/// All points within `radius` of a segment along z, whose middle is the centre.
+/// All points within a radius of a segment along z, whose midpoint is the centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Capsule {
-    /// m
+    /// Radius, m.
     radius: f64,
-    /// Ends of the segment, m.
+    /// Points of [`Shape::sample_points`]: the ends of the segment, m.
     ends: [Vec3; 2],
 }
 
 impl Capsule {
-    /// A capsule around a segment of `length`, m, so that it is `length + 2 radius` long in all.
+    /// A capsule around a segment of this length, with a total length of `length + 2 radius`; both in m.
     pub fn new(radius: f64, length: f64) -> Self {
         Self { radius, ends: [-0.5, 0.5].map(|share| Vec3::new(0.0, 0.0, share * length)) }
     }
 
-    /// From the nearest point of the segment to `p`.
+    /// Vector from the closest point of the segment to `p`, m.
     fn offset_from_axis(&self, p: Vec3) -> Vec3 {
         let [low, high] = self.ends.map(|end| end.z);
         Vec3::new(p.x, p.y, p.z - p.z.clamp(low, high))
@@ -57,7 +57,7 @@ impl Shape for Capsule {
     }
 }
 
-/// `capsule` in scenes.
+/// The kind `capsule` in scene files.
 pub(super) struct Kind;
 
 impl ShapeKind for Kind {

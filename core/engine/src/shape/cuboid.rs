@@ -4,16 +4,16 @@ use super::{Shape, ShapeKind, ShapeParams};
 use pliant_mesh::geometry::Vec3;
 use std::sync::Arc;
 
-/// A box around the centre, with its sides along the axes.
+/// A box about the centre with sides along the axes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cuboid {
-    /// Half of each side, m.
+    /// Half of the length of each side, m.
     half: Vec3,
     corners: [Vec3; 8],
 }
 
 impl Cuboid {
-    /// A box with these sides, m.
+    /// A box with sides of these lengths, m.
     pub fn new(size: Vec3) -> Self {
         let half = 0.5 * size;
         let corner = |k: usize| Vec3::from_fn(|i, _| if k >> i & 1 == 1 { half[i] } else { -half[i] });
@@ -39,7 +39,7 @@ impl Shape for Cuboid {
         if q.max() > 0.0 {
             return q.sup(&Vec3::zeros()).component_mul(&signs).try_normalize(0.0);
         }
-        // Inside, the nearest face; the first of several.
+        // Inside, the normal of the closest face; the first one of several.
         let mut normal = Vec3::zeros();
         normal[q.imax()] = signs[q.imax()];
         Some(normal)
@@ -62,7 +62,7 @@ impl Shape for Cuboid {
     }
 }
 
-/// `box` in scenes.
+/// The kind `box` in scene files.
 pub(super) struct Kind;
 
 impl ShapeKind for Kind {

@@ -1,8 +1,7 @@
-//! Tool shapes: convex solids that surfaces and sheets keep out.
+//! Shapes of tools: convex solids with a signed distance function.
 //!
-//! A shape is one file: a [`Shape`] says how far a point is from it, in which direction, and how large it is; a [`ShapeKind`] says how
-//! scenes write it. A new shape is added by its file and its line in [`KINDS`]; contact on solids, contact on sheets, scenes and help know
-//! shapes through these traits alone.
+//! A shape is one file: a [`Shape`] has distance, normal, support function and size; a [`ShapeKind`] has its name and keys in scene files. A new
+//! shape is added by its file and its line in [`KINDS`]; contact with solids and sheets, scenes and help use shapes through these traits alone.
 
 mod capsule;
 mod cuboid;
@@ -20,59 +19,58 @@ use pliant_mesh::geometry::{Closest, Vec3, closest_point};
 use std::fmt;
 use std::sync::Arc;
 
-/// Every shape, in the order help lists them.
+/// Every shape kind, in the order of the help text.
 pub static KINDS: &[&dyn ShapeKind] = &[&sphere::Kind, &capsule::Kind, &cuboid::Kind, &plane::Kind];
 
-/// Most Newton steps before a moving point counts as missing the shape.
+/// Largest number of Newton steps of [`Shape::first_hit`]; then the point counts as missing the shape.
 const MAX_HIT_STEPS: usize = 64;
-/// Steps of a golden section search along an edge: they narrow it to 4e-9 of its length.
+/// Number of steps of a golden section search along an edge, which reduce the interval to 4e-9 of its length.
 const GOLDEN_STEPS: usize = 40;
 
-/// A convex solid in its own axes, with lengths in m. Points are relative to its centre.
+/// A convex solid in its own axes. Points are relative to its centre, m.
 pub trait Shape: fmt::Debug + Send + Sync {
-    /// Signed distance of a point from the surface, m: negative inside. It must be exact outside, and convex.
+    /// Signed distance of a point from the surface, m, negative inside. It must be exact outside, and a convex function.
     fn distance(&self, p: Vec3) -> f64;
 
-    /// Gradient of the distance: the unit normal out of the shape, at the point of its surface nearest to `p`. `None` where no direction is
-    /// nearest, as at the centre of a sphere.
+    /// Gradient of the distance: the unit outward normal at the surface point closest to `p`. `None` where it is undefined, as at the centre of a
+    /// sphere.
     fn normal(&self, p: Vec3) -> Option<Vec3>;
 
-    /// Support function: the largest `direction . y` of the points y of the shape, m, for a unit vector; may be infinite.
+    /// Support function: the largest `direction . y` over the points y of the shape, m, for a unit vector; may be infinite.
     fn support(&self, direction: Vec3) -> f64;
 
-    /// Least and greatest coordinates, m; may be infinite.
+    /// Axis-aligned bounding box: smallest and largest coordinates, m; may be infinite.
     fn bounds(&self) -> [Vec3; 2];
 
-    /// Points whose nearest point on a triangle may be the one nearest to the shape, when that lies inside the triangle: centres of rounded
-    /// corners, and corners.
+    /// Points of the shape from which the closest point in the interior of a triangle is found: corners, and centres of rounded corners.
     fn sample_points(&self) -> &[Vec3];
 
-    /// Smallest dimension that a mesh has to resolve, m: a radius, or half the smallest side; infinite for a flat shape.
+    /// Smallest feature that a mesh must resolve, m: a radius, or half of the smallest side; infinite for a plane.
     fn feature_size(&self) -> f64;
 
-    /// Length that moves and tolerances are measured by, m, finite: a tool moves by half of it between two looks at what is near.
+    /// Finite length by which displacements and tolerances are scaled, m: a tool moves by at most half of it between two proximity searches.
     fn length_scale(&self) -> f64 {
         self.feature_size()
     }
 
-    /// Radius of the smallest ball around the centre that contains the shape, m; may be infinite.
+    /// Radius of the smallest ball about the centre that contains the shape, m; may be infinite.
     fn bounding_radius(&self) -> f64 {
         let [low, high] = self.bounds();
         low.abs().sup(&high.abs()).norm()
     }
 
-    /// Whether it looks the same however it is turned.
+    /// Whether it is invariant under rotations.
     fn is_round(&self) -> bool {
         false
     }
 
-    /// Whether a point is inside of the shape enlarged by `margin`, m.
+    /// Whether a point is inside of the shape enlarged by `margin` (m).
     fn contains(&self, p: Vec3, margin: f64) -> bool {
         self.distance(p) <= margin
     }
 
-    /// Share of the way, 0 to 1, at which a point that moves from `start` along `way` comes into the shape enlarged by `margin`, m; 0 if it
-    /// starts inside and moves inwards. Newton's method along the way: the distance is convex, so it never passes the first hit.
+    /// Parameter s, 0 to 1, at which the point `start + s way` enters the shape enlarged by `margin` (all in m); 0 if it starts inside and moves
+    /// inwards, `None` if it does not enter. Newton's method along the path: the distance is convex, so it never passes the first hit.
     fn first_hit(&self, start: Vec3, way: Vec3, margin: f64) -> Option<f64> {
         let tolerance = 1e-9 * self.length_scale();
         let mut s = 0.0;
@@ -80,7 +78,7 @@ pub trait Shape: fmt::Debug + Send + Sync {
             let p = start + s * way;
             let gap = self.distance(p) - margin;
             let slope = self.normal(p).map_or(-way.norm(), |n| n.dot(&way));
-            // A convex distance that grows along the way never falls again.
+            // A convex distance that increases along the path never decreases again.
             if slope >= 0.0 {
                 return None;
             }
@@ -95,7 +93,7 @@ pub trait Shape: fmt::Debug + Send + Sync {
         None
     }
 
-    /// The point of a triangle nearest to the shape. Exact up to the golden section search where the triangle is outside.
+    /// The point of a triangle closest to the shape; exact up to the golden section search if the triangle is outside.
     fn closest_on_triangle(&self, corners: [Vec3; 3]) -> Closest {
         let mut best: Option<(f64, Closest)> = None;
         let mut consider = |found: Closest| {
@@ -123,7 +121,7 @@ pub trait Shape: fmt::Debug + Send + Sync {
     }
 }
 
-/// Where a convex function of a number from 0 to 1 is least.
+/// Minimiser in [0, 1] of a convex function.
 fn golden_section(f: impl Fn(f64) -> f64) -> f64 {
     const RATIO: f64 = 0.618_033_988_749_894_9;
     let (mut low, mut high) = (0.0, 1.0);
@@ -143,7 +141,7 @@ fn golden_section(f: impl Fn(f64) -> f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// Dimensions a scene gives of a shape, m.
+/// Dimensions of a shape in a scene file, m.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ShapeParams {
     /// `radius`
@@ -155,7 +153,7 @@ pub struct ShapeParams {
 }
 
 impl ShapeParams {
-    /// The dimensions that are given, by key.
+    /// The given dimensions with their keys.
     fn given(&self) -> impl Iterator<Item = (&'static str, Vec<f64>)> {
         let size = self.size.map(|s| s.to_vec());
         [("radius", self.radius.map(|r| vec![r])), ("length", self.length.map(|l| vec![l])), ("size", size)]
@@ -164,26 +162,26 @@ impl ShapeParams {
     }
 }
 
-/// A kind of shape, as scenes know it.
+/// A kind of shape in scene files.
 pub trait ShapeKind: Sync {
     /// Name in scene files.
     fn name(&self) -> &'static str;
 
-    /// One sentence on what it is, for help and messages.
+    /// One-sentence summary, for help and messages.
     fn summary(&self) -> &'static str;
 
     /// Keys of `shape` that it needs besides `kind`; it may have a `rotation` too.
     fn keys(&self) -> &'static [&'static str];
 
-    /// Builds the shape from its keys, all of them given, finite and above 0.
+    /// Builds the shape from its keys, all of which are given, finite and above 0.
     fn build(&self, params: &ShapeParams) -> Arc<dyn Shape>;
 }
 
 /// The shape of a kind with these dimensions.
 ///
 /// # Errors
-/// A sentence with the kind, the key and what is allowed: for an unknown kind, a key that is missing, not one of the kind's, or a length
-/// that is not finite and above 0.
+/// Returns a message with the kind, the key and what is allowed, for an unknown kind, a missing key, a key of another kind, or a length that is not
+/// finite and above 0.
 pub fn build(kind: &str, params: &ShapeParams) -> Result<Arc<dyn Shape>, String> {
     let Some(found) = KINDS.iter().find(|known| known.name() == kind) else {
         let names: Vec<String> = KINDS.iter().map(|known| format!("`{}`", known.name())).collect();

@@ -1,15 +1,15 @@
-//! A shape turned into the axes of the scene.
+//! A shape with a rotation.
 
 use super::{Shape, Sphere};
 use nalgebra::UnitQuaternion;
 use pliant_mesh::geometry::{Closest, Vec3};
 use std::sync::Arc;
 
-/// A shape with a rotation. Points are relative to its centre, in axes of the scene.
+/// A shape with a rotation. Points are relative to its centre, in axes of the scene, m.
 #[derive(Clone, Debug)]
 pub struct OrientedShape {
     shape: Arc<dyn Shape>,
-    /// Turns axes of the shape into axes of the scene.
+    /// Rotation from axes of the shape to those of the scene.
     rotation: UnitQuaternion<f64>,
 }
 
@@ -29,12 +29,12 @@ impl OrientedShape {
         &*self.shape
     }
 
-    /// How its axes are turned; a round shape is never turned.
+    /// Rotation from axes of the shape to those of the scene; the identity for a sphere.
     pub fn rotation(&self) -> UnitQuaternion<f64> {
         self.rotation
     }
 
-    /// Turns its axes; a round shape stays as it is.
+    /// Sets the rotation; ignored for a sphere.
     pub fn set_rotation(&mut self, rotation: UnitQuaternion<f64>) {
         if !self.shape.is_round() {
             self.rotation = rotation;
@@ -74,7 +74,7 @@ impl OrientedShape {
         self.shape.first_hit(self.to_shape(start), self.to_shape(way), margin)
     }
 
-    /// The point of a triangle nearest to the shape with its centre at `centre`; both in the scene.
+    /// The point of a triangle closest to the shape with its centre at `centre`; both in axes of the scene, m.
     pub fn closest_on_triangle(&self, centre: Vec3, corners: [Vec3; 3]) -> Closest {
         if self.shape.is_round() {
             return pliant_mesh::geometry::closest_point(centre, corners);
@@ -83,14 +83,15 @@ impl OrientedShape {
         Closest { point: (0..3).map(|i| found.bary[i] * corners[i]).sum(), bary: found.bary }
     }
 
-    /// From a point towards the shape: what faces this way is what it may touch. Relative to the centre, of no particular length.
+    /// Vector from a point, relative to the centre, towards the shape, not normalised: a surface whose normal has a positive component along it faces
+    /// the shape.
     pub fn towards(&self, p: Vec3) -> Vec3 {
         if self.shape.is_round() { -p } else { -self.normal(p).unwrap_or(p) }
     }
 
-    /// What must be simulated around a contact besides what a fingertip needs, m: the bounding radius of a shape that is not round. A shape
-    /// without end adds nothing: a local region stays local.
-    pub fn extent(&self) -> f64 {
+    /// Additional radius of the simulated region around a contact, m: the bounding radius of a shape that is not a sphere; 0 for a sphere and for an
+    /// infinite shape, so that a local region stays local.
+    pub fn extra_region_radius(&self) -> f64 {
         let radius = self.shape.bounding_radius();
         if self.shape.is_round() || radius.is_infinite() { 0.0 } else { radius }
     }

@@ -1,13 +1,13 @@
-//! A plane: the face of a plate without end.
+//! A plane: a half-space.
 
 use super::{Shape, ShapeKind, ShapeParams};
 use pliant_mesh::geometry::Vec3;
 use std::sync::Arc;
 
-/// Moves of a plane are resolved by this length, m, for it has no size of its own: half of it is a move of a fingertip.
+/// Length scale of a plane, m, which has no size of its own: that of a fingertip.
 const LENGTH_SCALE: f64 = 0.01;
 
-/// The half-space `z <= 0`: z points out of the face.
+/// The half-space `z <= 0`; its outward normal is z.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plane;
 
@@ -21,7 +21,7 @@ impl Shape for Plane {
     }
 
     fn support(&self, direction: Vec3) -> f64 {
-        // Of unit vectors the normal alone has a bound; rounding may have turned it.
+        // The support is finite for the normal alone; the tolerance allows for its rounding.
         if direction.z > 1.0 - 1e-12 { 0.0 } else { f64::INFINITY }
     }
 
@@ -46,7 +46,7 @@ impl Shape for Plane {
     }
 }
 
-/// `plane` in scenes.
+/// The kind `plane` in scene files.
 pub(super) struct Kind;
 
 impl ShapeKind for Kind {

@@ -4,13 +4,13 @@ use super::{Shape, ShapeKind, ShapeParams};
 use pliant_mesh::geometry::{Closest, Vec3, closest_point};
 use std::sync::Arc;
 
-/// A distance from the centre below which there is no direction, m.
+/// Distance from the centre below which the normal is undefined, m.
 const CENTRE: f64 = 1e-12;
 
-/// A sphere around the centre.
+/// A sphere about the centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {
-    /// m
+    /// Radius, m.
     pub radius: f64,
 }
 
@@ -54,7 +54,7 @@ impl Shape for Sphere {
     }
 
     fn first_hit(&self, start: Vec3, way: Vec3, margin: f64) -> Option<f64> {
-        // |start + s way| = reach.
+        // Solves |start + s way| = reach for s.
         let reach = self.radius + margin;
         let (a, b, c) = (way.norm_squared(), start.dot(&way), start.norm_squared() - reach * reach);
         let root = b * b - a * c;
@@ -67,7 +67,7 @@ impl Shape for Sphere {
     }
 }
 
-/// `sphere` in scenes.
+/// The kind `sphere` in scene files.
 pub(super) struct Kind;
 
 impl ShapeKind for Kind {

@@ -1,9 +1,9 @@
-//! Shapes against closed forms, and against brute force where there is none.
+//! Tests of shapes against closed forms and brute force.
 
 use super::*;
 use nalgebra::UnitQuaternion;
 
-/// Numbers from -1 to 1 that fill space evenly (Weyl sequences of square roots).
+/// Quasi-random points in [-1, 1]^3 (Weyl sequences of square roots).
 fn point(k: u32) -> Vec3 {
     Vec3::from_fn(|i, _| 2.0 * ((f64::from(k) * [2.0_f64, 3.0, 5.0][i].sqrt()).fract() - 0.5))
 }
@@ -81,7 +81,7 @@ fn supports_and_bounds_are_those_of_points_inside() {
 }
 
 #[test]
-fn the_nearest_point_of_a_triangle_is_not_beaten_by_a_sampled_one() {
+fn no_sampled_point_of_a_triangle_is_closer() {
     for shape in shapes() {
         for k in 0..60 {
             let triangle =
@@ -97,7 +97,7 @@ fn the_nearest_point_of_a_triangle_is_not_beaten_by_a_sampled_one() {
                     least = least.min(shape.distance(at));
                 }
             }
-            // Inside, a box has no exact answer; it must still be found that the triangle comes in.
+            // The result inside of a box is not exact, but it must be inside.
             let distance = shape.distance(found.point);
             assert!(
                 if least > 0.0 { distance <= least + 1e-9 } else { distance <= 1e-9 },
@@ -108,7 +108,7 @@ fn the_nearest_point_of_a_triangle_is_not_beaten_by_a_sampled_one() {
 }
 
 #[test]
-fn a_moving_point_hits_where_its_distance_is_the_margin() {
+fn first_hit_is_where_the_distance_is_the_margin() {
     for shape in shapes() {
         let mut hits = 0;
         for k in 0..300 {
@@ -122,7 +122,7 @@ fn a_moving_point_hits_where_its_distance_is_the_margin() {
                     hits += 1;
                     assert!((shape.distance(start + s * way) - margin).abs() < 1e-8 && s <= first, "{shape:?}");
                 }
-                // A point may graze the shape between two samples.
+                // A point may enter and leave the shape between two samples.
                 (Some(s), None) => assert!((shape.distance(start + s * way) - margin).abs() < 1e-8),
                 (None, Some(_)) => panic!("{shape:?} is missed from {start:?} along {way:?}"),
                 (None, None) => {}
@@ -137,7 +137,7 @@ fn a_moving_point_hits_where_its_distance_is_the_margin() {
 }
 
 #[test]
-fn a_turned_shape_is_the_shape_in_turned_axes() {
+fn an_oriented_shape_is_the_shape_in_rotated_axes() {
     let turn = UnitQuaternion::from_scaled_axis(Vec3::new(0.3, -0.8, 0.5));
     for shape in shapes() {
         let mut turned = OrientedShape::new(Arc::clone(&shape));
@@ -153,7 +153,7 @@ fn a_turned_shape_is_the_shape_in_turned_axes() {
 }
 
 #[test]
-fn what_a_scene_says_of_a_shape_is_checked() {
+fn shape_parameters_are_checked() {
     let some = ShapeParams { radius: Some(0.01), length: Some(0.04), size: None };
     assert!(build("capsule", &some).is_ok() && build("plane", &ShapeParams::default()).is_ok());
     let refused = |kind: &str, params: &ShapeParams| build(kind, params).unwrap_err();

@@ -1,20 +1,20 @@
-//! Where a hand is: samples of a device, brought into the scene and made safe.
+//! Samples of a device's hand, transformed to the scene and checked.
 //!
-//! A sample that is not valid or not finite is dropped and the last good one stands for 50 ms, then the hand is let go. A
-//! sample that is further off than a hand can move is followed at the speed limit.
+//! An invalid or non-finite sample is dropped; the last valid one holds for 50 ms, after which the hand counts as absent. A sample that is farther
+//! away than a hand can move is followed at the speed limit.
 
 use nalgebra::{Quaternion, UnitQuaternion};
 use pliant_plugin_api::abi::{POSE_VALID, Pose};
 use pliant_solver::Vec3;
 
-/// A device's place in the scene.
+/// Coordinate frame of a device in the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
-    /// Where the device's origin is, m.
+    /// Origin of the device in the scene, m.
     pub origin: Vec3,
-    /// Turns device axes into scene axes.
+    /// Rotation from axes of the device to those of the scene.
     pub rotation: UnitQuaternion<f64>,
-    /// Scene metres for a metre of the hand.
+    /// Displacement in the scene per displacement of the hand, 1.
     pub scale: f64,
 }
 
@@ -25,84 +25,85 @@ impl Default for Frame {
 }
 
 impl Frame {
-    /// A place of the device in the scene, m.
+    /// Transforms a point from the device to the scene, m.
     pub fn to_scene(&self, place: Vec3) -> Vec3 {
         self.rotation * (self.scale * place) + self.origin
     }
 
-    /// A place of the scene in device axes, m.
+    /// Transforms a point from the scene to the device, m.
     pub fn to_hand(&self, place: Vec3) -> Vec3 {
         self.rotation.inverse() * (place - self.origin) / self.scale
     }
 
-    /// Axes of the hand in the scene, from a unit quaternion (x, y, z, w) of the device; its own where that is none.
-    pub fn turned(&self, [x, y, z, w]: [f64; 4]) -> UnitQuaternion<f64> {
+    /// Rotation from axes of the hand to those of the scene, from the device's unit quaternion (x, y, z, w); an invalid quaternion counts as the
+    /// identity.
+    pub fn rotation_in_scene(&self, [x, y, z, w]: [f64; 4]) -> UnitQuaternion<f64> {
         match UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 1e-6) {
             Some(turn) => self.rotation * turn,
             None => self.rotation,
         }
     }
 
-    /// A direction of the scene in device axes: forces go this way, unscaled.
+    /// Rotates a vector, such as a force, from the scene to the device without scaling.
     pub fn to_device(&self, vector: Vec3) -> Vec3 {
         self.rotation.inverse() * vector
     }
 }
 
-/// A hand as the scene sees it.
+/// State of a hand in the scene.
 #[derive(Clone, Debug)]
 pub struct Hand {
     /// Position, m.
     pub position: Vec3,
-    /// Turns axes of the hand into scene axes.
+    /// Rotation from axes of the hand to those of the scene.
     pub rotation: UnitQuaternion<f64>,
-    /// Bit i is button i.
+    /// Pressed buttons: bit i is button i.
     pub buttons: u32,
-    /// Whether there is a hand at all.
+    /// Whether a hand is present.
     pub present: bool,
-    /// Largest speed at which it is followed, m/s.
+    /// Speed limit, m/s.
     pub fastest: f64,
     last_good: f64,
-    /// Samples that were dropped, and samples that were followed at the limit.
+    /// Number of samples that were dropped.
     pub dropped: u64,
-    /// See `dropped`.
+    /// Number of samples that were followed at the speed limit.
     pub slowed: u64,
 }
 
-/// How long the last good sample stands, s.
-const PATIENCE: f64 = 0.05;
+/// Time for which the last valid sample holds, s.
+const HOLD_TIME: f64 = 0.05;
 
 impl Hand {
-    /// Not there yet.
+    /// An absent hand with this speed limit (m/s).
     pub fn new(fastest: f64) -> Self {
         let (position, last_good) = (Vec3::zeros(), f64::NEG_INFINITY);
         let rotation = UnitQuaternion::identity();
         Self { position, rotation, buttons: 0, present: false, fastest, last_good, dropped: 0, slowed: 0 }
     }
 
-    /// Whether a valid sample has come so far.
+    /// Whether there has been a valid sample.
     pub fn was_seen(&self) -> bool {
         self.last_good > f64::NEG_INFINITY
     }
 
-    /// Is gone, and presses no button: there is no sample to take.
+    /// Marks the hand as absent, with no buttons pressed.
     pub fn leave(&mut self) {
         self.present = false;
         self.buttons = 0;
     }
 
-    /// Takes a sample at `time`, `dt` (s) after the last.
+    /// Updates the hand from a sample at `time` (s), `dt` (s) after the last one.
     pub fn sample(&mut self, pose: &Pose, frame: &Frame, time: f64, dt: f64) {
         let place = frame.to_scene(pose.position.into());
         let good = pose.flags & POSE_VALID != 0 && place.iter().all(|c| c.is_finite());
         if !good {
             self.dropped += 1;
-            self.present &= time - self.last_good <= PATIENCE;
+            self.present &= time - self.last_good <= HOLD_TIME;
             return;
         }
         self.buttons = pose.buttons;
         if pose.orientation.iter().all(|c| c.is_finite()) {
-            self.rotation = frame.turned(pose.orientation);
+            self.rotation = frame.rotation_in_scene(pose.orientation);
         }
         self.last_good = time;
         if !self.present {
@@ -112,7 +113,7 @@ impl Hand {
         }
         let move_ = place - self.position;
         let (length, most) = (move_.norm(), self.fastest * dt);
-        // A comparison with a length that overflowed still takes the second branch, and stays put.
+        // A length that overflowed takes the second branch too, with a displacement of zero.
         if length <= most {
             self.position = place;
         } else {
@@ -132,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn jumps_are_followed_at_the_limit_and_nonsense_is_dropped() {
+    fn jumps_are_limited_and_invalid_samples_are_dropped() {
         let mut hand = Hand::new(2.0);
         let frame = Frame::default();
         hand.sample(&pose(0.0), &frame, 0.0, 1e-3);
@@ -150,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_turn_scale_and_move() {
+    fn frames_rotate_scale_and_translate() {
         let rotation = UnitQuaternion::from_axis_angle(&Vec3::z_axis(), std::f64::consts::FRAC_PI_2);
         let frame = Frame { origin: Vec3::x(), rotation, scale: 2.0 };
         let at = frame.to_scene(Vec3::x());

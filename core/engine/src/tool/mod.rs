@@ -1,4 +1,4 @@
-//! A tool: what a hand holds in the scene, and the force that comes back to it.
+//! Hands, tools and the forces on them.
 
 mod hand;
 mod model;

@@ -1,29 +1,29 @@
-//! What a simulation that is slower than the hand says about a contact: enough to render it until the next step.
+//! Local contact model: what a slow simulation sends to the faster haptic loop, which renders it until the next step.
 //!
-//! `F = F0 + Kc (x0 - x)`, with the place x0 that was felt at drifting as the surface under the tool does (the local model of
-//! Adachi, Kumano and Ogino 1995, with a stiffness in the place of a plane).
+//! The force is `F = F0 + Kc (x0 - x)`; the reference position x0 drifts with the surface under the tool (local model of Adachi, Kumano and
+//! Ogino 1995, with a stiffness instead of a plane).
 
 use pliant_solver::{Block, Vec3, matrix3};
 
-/// A contact, as of one sample of the hand.
+/// A linear model of a contact about one sample of the hand.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ContactModel {
-    /// When that sample was taken, ns.
+    /// Time of that sample, ns.
     pub time: u64,
     /// Force on the hand, N.
     pub force: Vec3,
-    /// Where the hand was, m.
+    /// Position of the hand in that sample, m.
     pub at: Vec3,
-    /// How what holds the hand moves, m/s.
+    /// Velocity of the contact surface, m/s.
     pub drift: Vec3,
-    /// Stiffness: force lost per displacement of the hand, symmetric, N/m.
+    /// Stiffness: negative derivative of the force by the position of the hand, symmetric, N/m.
     pub stiffness: Block,
-    /// Out of the surface: the force never pulls against it. `None`: it holds on both sides.
+    /// Unit outward normal of a unilateral contact, whose force never pulls; `None` for a bilateral one, such as a grip.
     pub normal: Option<Vec3>,
 }
 
 impl ContactModel {
-    /// Force on a hand at `x` (m), `after` (s) the sample; it drifts for `drifts` (s) at most, N.
+    /// Force on a hand at `x` (m) at the time `after` (s) from the sample, N. The reference drifts for at most `drifts` (s).
     pub fn force(&self, x: Vec3, after: f64, drifts: f64) -> Vec3 {
         let held = self.at + after.clamp(0.0, drifts) * self.drift;
         let moved = held - x;
@@ -35,29 +35,29 @@ impl ContactModel {
     }
 }
 
-/// The newest contact, and the one before it for as long as it takes to change over.
+/// The newest contact model, and the previous one until the transition between them is complete.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Blend {
     now: ContactModel,
     before: ContactModel,
-    /// When `now` came, ns.
+    /// Arrival time of the newest model, ns.
     came: u64,
-    /// Period between the last two, smoothed, s.
+    /// Smoothed period between models, s.
     period: f64,
 }
 
-/// The longest change-over, and the longest drift, s.
-const LONGEST: f64 = 0.02;
+/// Largest duration of a transition and of a drift, s.
+const MAX_DURATION: f64 = 0.02;
 
 impl Blend {
-    /// Takes another contact at `time` (ns).
+    /// Adds a model that arrives at `time` (ns).
     pub fn take(&mut self, model: ContactModel, time: u64) {
-        let since = seconds(time.saturating_sub(self.came)).min(LONGEST);
+        let since = seconds(time.saturating_sub(self.came)).min(MAX_DURATION);
         self.period = if self.period == 0.0 { since } else { 0.9 * self.period + 0.1 * since };
         (self.before, self.now, self.came) = (self.now, model, time);
     }
 
-    /// Force on a hand at `x` (m) at `time` (ns): from what the model before says there to what the newest says, over a period, N.
+    /// Force on a hand at `x` (m) at `time` (ns), N: over a period it changes linearly from that of the previous model to that of the newest.
     pub fn force(&self, x: Vec3, time: u64) -> Vec3 {
         let after = |model: &ContactModel| seconds(time.saturating_sub(model.time));
         let drifts = 2.0 * self.period;
@@ -70,19 +70,19 @@ impl Blend {
         old + share * (new - old)
     }
 
-    /// Compliance of the newest coupling along `force` (N): inverse of what it resists with in that direction; 0 without any, m/N.
+    /// Compliance of the newest model along `force` (N), m/N: the inverse of its stiffness in that direction; 0 if there is none.
     pub fn compliance(&self, force: Vec3) -> f64 {
         let resisted = matrix3(&self.now.stiffness) * force;
         let (size, along) = (force.norm_squared(), force.dot(&resisted));
         if along > 0.0 && size > 0.0 { size / along } else { 0.0 }
     }
 
-    /// Time since the sample of the hand that the newest model answers, s.
+    /// Age, s, at `time` (ns) of the hand sample behind the newest model.
     pub fn age(&self, time: u64) -> f64 {
         seconds(time.saturating_sub(self.now.time))
     }
 
-    /// Whether it pushes at all.
+    /// Whether the newest model has any force or stiffness.
     pub fn is_contact(&self) -> bool {
         self.now.force != Vec3::zeros()
     }
@@ -113,14 +113,14 @@ mod tests {
     }
 
     #[test]
-    fn between_steps_the_hand_feels_the_wall_and_never_its_pull() {
+    fn between_steps_the_wall_pushes_and_never_pulls() {
         let model = wall(0.0, 0, -1e-3);
         assert!((model.force(Vec3::new(-2e-3, 0.0, 0.0), 0.0, 0.0)[0] - 1.0).abs() < 1e-12);
         assert_eq!(model.force(Vec3::new(1e-3, 5.0, 0.0), 0.0, 0.0), Vec3::zeros());
     }
 
     #[test]
-    fn a_new_model_comes_in_over_a_period_without_a_jump() {
+    fn transition_between_models_is_continuous() {
         let (mut blend, x) = (Blend::default(), Vec3::new(-1e-3, 0.0, 0.0));
         for step in 1..200 {
             blend.take(wall(0.0, step * 4 * MS, -1e-3), step * 4 * MS);
@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn what_moves_with_the_hand_does_not_drag() {
+    fn a_surface_moving_with_the_hand_does_not_drag() {
         let mut model = wall(0.0, 0, -1e-3);
         model.drift = Vec3::new(0.1, 0.0, 0.0);
         let moved = model.force(Vec3::new(-1e-3 + 4e-4, 0.0, 0.0), 4e-3, 8e-3);

@@ -1,4 +1,4 @@
-//! What of all bodies is near a place.
+//! Proximity search over the surfaces of all bodies.
 
 use super::Tool;
 use crate::body::{Body, LatticeError, Sheet, interpolate};
@@ -7,37 +7,38 @@ use crate::shape::OrientedShape;
 use pliant_mesh::geometry::closest_point;
 use pliant_solver::Vec3;
 
-/// Searches the surfaces of all bodies, with a list of near cells for each.
+/// Proximity search of one tool over all bodies, with a list of near cells for each.
 pub struct SurfaceSearch {
     near: Vec<ProximitySearch>,
-    /// A zero for each body.
+    /// Zero displacements, one for each body.
     still: Vec<f64>,
 }
 
 impl SurfaceSearch {
-    /// In a scene of `bodies` bodies.
+    /// A search in a scene with `bodies` bodies.
     pub fn new(bodies: usize) -> Self {
         Self { near: (0..bodies).map(|_| ProximitySearch::default()).collect(), still: vec![0.0; bodies] }
     }
 
-    /// The cells of `body` have changed.
-    pub fn forget(&mut self, body: usize) {
+    /// Invalidates the list of cells of `body`, as after a change of its cells.
+    pub fn invalidate(&mut self, body: usize) {
         self.near[body].invalidate();
     }
 
-    /// The tool touches nothing, and may come to any side of the surfaces.
+    /// Ends all contacts, so that the tool may next touch either side of a surface.
     pub fn leave(&mut self) {
         self.near.iter_mut().for_each(ProximitySearch::leave);
     }
 
-    /// A search by a tool that may be asked several times in a step, after nodes of each body have moved by at most `moved` (m).
+    /// Returns a search for a tool's proxy that may be called several times in a step, after nodes of each body have moved by at most `moved`
+    /// (m).
     pub(super) fn by_tool<'a>(
         &'a mut self,
         bodies: &'a mut [Body],
         moved: &'a [f64],
     ) -> impl FnMut(&OrientedShape, Vec3, f64, &mut Vec<SurfacePoint>) -> Result<(), LatticeError> + 'a {
         let (near, still): (&mut [ProximitySearch], &[f64]) = (&mut self.near, &self.still);
-        // Nodes have moved once since the last step, not once for every place the proxy looks at.
+        // The displacement since the last step counts for the first call only.
         let mut since = moved;
         move |shape, centre, margin, out| {
             let moved = std::mem::replace(&mut since, still);
@@ -46,10 +47,10 @@ impl SurfaceSearch {
         }
     }
 
-    /// The point of any surface nearest to `centre`, within `reach` (m).
+    /// The surface point closest to `centre` within `reach` (both in m), of all bodies.
     ///
     /// # Errors
-    /// A grid that fails.
+    /// Returns the error of the grid plugin.
     pub fn nearest(
         &mut self,
         bodies: &mut [Body],
@@ -58,7 +59,7 @@ impl SurfaceSearch {
         reach: f64,
     ) -> Result<Option<SurfacePoint>, LatticeError> {
         let mut found = Vec::new();
-        // Lists of cells hold weights for triangles or for samples of a ball: none outlives the search it was made for.
+        // The lists of cells are for the proxy's kind of search (triangles or samples), so they are invalidated before and after this one.
         self.near.iter_mut().for_each(ProximitySearch::invalidate);
         let searched =
             search(&mut self.near, bodies, moved, Query { centre, margin: reach, shape: None, moved: 0.0 }, &mut found);
@@ -68,7 +69,7 @@ impl SurfaceSearch {
     }
 }
 
-/// The point of any sheet nearest to `centre`, within `reach` (m).
+/// The point of a sheet closest to `centre` within `reach` (both in m), of all sheets.
 pub(super) fn nearest_on_sheets(bodies: &[Body], centre: Vec3, reach: f64) -> Option<SurfacePoint> {
     let sheets =
         bodies.iter().enumerate().filter_map(|(index, body)| Some((index as u32, body, body.discretization.sheet()?)));
@@ -76,7 +77,8 @@ pub(super) fn nearest_on_sheets(bodies: &[Body], centre: Vec3, reach: f64) -> Op
     near.min_by(|a, b| a.distance.total_cmp(&b.distance))
 }
 
-/// Lists what of all bodies is near: samples for a tool whose features are large against the grid, triangles for smaller tools and points.
+/// Adds the near points of all bodies to `out`: samples for a tool whose features are large compared with the cells, triangles for smaller tools
+/// and for points.
 fn search(
     near: &mut [ProximitySearch],
     bodies: &mut [Body],
@@ -87,7 +89,7 @@ fn search(
     out.clear();
     for (index, body) in bodies.iter_mut().enumerate() {
         if let Some(sheet) = body.discretization.sheet() {
-            // Looked for once, when a grip is taken: no list is kept.
+            // Sheets are searched only when a grip begins, so there is no list.
             if query.shape.is_none() {
                 out.extend(on_sheet(index as u32, body, sheet, query.centre, query.margin));
             }
@@ -104,7 +106,7 @@ fn search(
     Ok(())
 }
 
-/// The point of a sheet closest to `centre`, within `reach`.
+/// The point of a sheet closest to `centre` within `reach`, both in m.
 fn on_sheet(index: u32, body: &Body, sheet: &Sheet, centre: Vec3, reach: f64) -> Option<SurfacePoint> {
     let mut best: Option<SurfacePoint> = None;
     for triangle in 0..body.model.surface.triangles.len() as u32 {

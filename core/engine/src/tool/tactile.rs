@@ -1,84 +1,83 @@
-//! What a tactile array under a fingertip shows of a contact: where it presses, and the buzz of threads that slip by.
+//! Rendering of contacts on a tactile array under a fingertip: contact pressure, and the vibration of a slipping weave.
 //!
-//! The pressed places of a ball are laid out on the pad by arc length, and each force goes to the four pins around its place with
-//! bilinear shares, so forces are kept, and a contact that moves takes the centroid with it (docs/devices.md). What lies beside the
-//! array is counted and not shown. Close to the limit of a pin the response bends and never passes it. Slip over a weave of
-//! period L at speed u modulates the pins with the frequency u/L (Tripicchio, D'Avella and Ruffaldi 2022 describe the array; the
-//! rendering is ours).
+//! Contact points of a ball are mapped to the pad by arc length, and each force is distributed to the four pins around its point with bilinear
+//! weights, which conserves force and centroid (docs/devices.md). Forces outside of the array are counted and not rendered. Close to the limit
+//! of a pin its response saturates. Slip at speed u over a weave of period L modulates the pins with the frequency u/L. The array is that of
+//! Tripicchio, D'Avella and Ruffaldi (2022); the rendering is our own.
 
 use nalgebra::UnitQuaternion;
 use pliant_plugin_api::abi::DeviceInfo;
 use pliant_solver::Vec3;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// The pins of one array, as a device describes them.
+/// Geometry and limit of the pins of an array, as the device reports them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TaxelArray {
-    /// Along the finger.
+    /// Number of rows, along the finger.
     pub rows: usize,
-    /// Across it.
+    /// Number of columns, across the finger.
     pub columns: usize,
-    /// Pitch, m.
+    /// Distance between adjacent pins, m.
     pub pitch: f64,
     /// Largest force of one pin, N.
-    pub most: f64,
+    pub limit: f64,
 }
 
-/// How a surface feels when it slips by.
+/// Texture of a surface, rendered as vibration under slip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Texture {
-    /// Period from one thread to the next, m.
+    /// Distance between adjacent threads, m.
     pub period: f64,
-    /// Modulation of a pin at 1 N, 1/N; nothing is felt at 0.
+    /// Modulation of a pin per force, 1/N; 0 for no vibration.
     pub roughness: f64,
 }
 
 impl Default for Texture {
-    /// A plain weave of half a millimetre. An assumption.
+    /// A plain weave with a period of half a millimetre (an assumption).
     fn default() -> Self {
         Self { period: 5e-4, roughness: 10.0 }
     }
 }
 
-/// The part of a pin's range that is linear.
-const LINEAR: f64 = 0.7;
-/// Most a slip modulates.
-const DEEPEST: f64 = 0.5;
-/// m/s, slip at which half of the modulation is felt
-const SLOW: f64 = 0.01;
-/// Share of the update rate above which a buzz is faded out, and where nothing is left of it.
+/// Fraction of a pin's largest force up to which its response is linear.
+const LINEAR_RANGE: f64 = 0.7;
+/// Largest depth of the modulation.
+const MAX_MODULATION: f64 = 0.5;
+/// Slip speed at which the modulation has half of its depth, m/s.
+const HALF_SPEED: f64 = 0.01;
+/// Frequencies, as fractions of the update rate, between which the vibration fades to zero; 0.5 is the Nyquist limit.
 const FADE: [f64; 2] = [0.4, 0.5];
 
-/// What one pad shows.
+/// State of one tactile pad.
 #[derive(Clone, Debug)]
 pub struct TactilePad {
     array: TaxelArray,
-    /// The pad's axes in those of the hand: along the finger, across it, and out of it.
+    /// The pad's unit axes in those of the hand: along the finger, across it, and outwards.
     axes: [Vec3; 3],
     texture: Texture,
-    /// N, before the response of the pins (rows x columns)
+    /// Requested force of each pin, N (rows x columns).
     pressed: Vec<f64>,
-    /// N, as given to the device (rows x columns)
+    /// Rendered force of each pin, after its response, N (rows x columns).
     pub taxels: Vec<f64>,
-    /// Cycles, of the buzz; the same for all pins but for their places.
+    /// Phase of the vibration at the centre of the pad, in cycles.
     phase: f64,
-    /// Force beside the array, and force that pins could not give, in the last step, N.
+    /// Force outside of the array in the last step, N.
     pub beside: f64,
-    /// See `beside`.
+    /// Force above the pins' range in the last step, N.
     pub clipped: f64,
 }
 
 impl TactilePad {
-    /// The pad of an effector: it faces -z of the effector's own axes, and the finger goes along y.
+    /// The pad of an effector with a tactile array: it faces -z of the effector's axes, with the finger along y. `None` without an array.
     pub fn of(info: &DeviceInfo) -> Option<Self> {
         let (rows, columns) = (info.taxel_rows as usize, info.taxel_columns as usize);
         let sound = |v: f64| v.is_finite() && v > 0.0;
-        let array = TaxelArray { rows, columns, pitch: info.taxel_pitch, most: info.taxel_force };
-        let there = rows * columns > 0 && sound(array.pitch) && sound(array.most);
+        let array = TaxelArray { rows, columns, pitch: info.taxel_pitch, limit: info.taxel_force };
+        let there = rows * columns > 0 && sound(array.pitch) && sound(array.limit);
         there.then(|| Self::new(array, Vec3::new(0.0, 0.0, -1.0), Vec3::y(), Texture::default()))
     }
 
-    /// A pad whose outward direction and direction along the finger are given in axes of the hand.
+    /// A pad with these unit vectors outwards and along the finger, in axes of the hand.
     pub fn new(array: TaxelArray, outward: Vec3, along: Vec3, texture: Texture) -> Self {
         let out = outward.try_normalize(0.0).unwrap_or_else(Vec3::z);
         let along = (along - along.dot(&out) * out).try_normalize(1e-9);
@@ -88,31 +87,32 @@ impl TactilePad {
         Self { array, axes, texture, pressed: pins.clone(), taxels: pins, phase: 0.0, beside: 0.0, clipped: 0.0 }
     }
 
-    /// The array it was made for.
+    /// Its array.
     pub fn array(&self) -> TaxelArray {
         self.array
     }
 
-    /// A step begins: nothing is pressed.
+    /// Begins a step: sets all forces to zero.
     pub fn begin(&mut self) {
         self.pressed.fill(0.0);
         self.beside = 0.0;
     }
 
-    /// A ball of `radius` (m), turned by `rotation`, is pressed with `size` (N) at a place in `direction` from its centre.
+    /// Adds a contact of a ball with this radius (m) and rotation: a force of magnitude `size` (N) at the surface point in `direction` (a unit
+    /// vector in axes of the scene) from its centre.
     pub fn press(&mut self, rotation: &UnitQuaternion<f64>, radius: f64, direction: Vec3, size: f64) {
         let d = rotation.inverse() * direction;
         let Some(d) = d.try_normalize(1e-12).filter(|_| size > 0.0 && size.is_finite()) else { return };
         let [t1, t2, out] = self.axes.map(|axis| d.dot(&axis));
         let angle = libm::acos(out.clamp(-1.0, 1.0));
         let scale = if angle < 1e-6 { radius } else { radius * angle / libm::sin(angle) };
-        // The far side of the finger has no pins.
+        // The back of the finger has no pins.
         if angle > FRAC_PI_2 || !self.splat(scale * t1, scale * t2, size) {
             self.beside += size;
         }
     }
 
-    /// Shares a force over the four pins around a place on the pad, m from its middle; `false` beside them.
+    /// Distributes a force (N) to the four pins around a point of the pad, in m from its centre. Returns whether the point is within the array.
     fn splat(&mut self, along: f64, across: f64, size: f64) -> bool {
         let place = |at: f64, count: usize| {
             let at = at / self.array.pitch + 0.5 * (count as f64 - 1.0);
@@ -132,17 +132,17 @@ impl TactilePad {
         true
     }
 
-    /// Ends a step of `dt` (s) in which the surface slipped by at `slip` (m/s), and sets what the pins give.
+    /// Ends a step of `dt` (s) with the slip velocity `slip` (m/s) and computes the rendered forces.
     pub fn end(&mut self, rotation: &UnitQuaternion<f64>, slip: Vec3, dt: f64) {
         let slip = rotation.inverse() * slip;
         let [along, across] = [self.axes[0], self.axes[1]].map(|axis| slip.dot(&axis));
-        // A slip that is not a number is none.
+        // A slip that is not finite counts as zero.
         let speed = Some(libm::hypot(along, across)).filter(|speed| speed.is_finite()).unwrap_or(0.0);
         let frequency = speed / self.texture.period;
         self.phase = (self.phase + frequency * dt).fract();
         let [fade, over] = FADE.map(|share| share / dt);
         let faded = ((over - frequency) / (over - fade)).clamp(0.0, 1.0);
-        let felt = if speed > 0.0 { faded * speed / (speed + SLOW) } else { 0.0 };
+        let felt = if speed > 0.0 { faded * speed / (speed + HALF_SPEED) } else { 0.0 };
         self.clipped = 0.0;
         if self.pressed.iter().all(|force| *force == 0.0) {
             self.taxels.fill(0.0);
@@ -152,12 +152,12 @@ impl TactilePad {
             for j in 0..self.array.columns {
                 let pin = i * self.array.columns + j;
                 let force = self.pressed[pin];
-                // A thread reaches one pin after the other.
+                // A thread passes one pin after the other, so the phase varies over the pad.
                 let ahead = self.array.pitch * (i as f64 * along + j as f64 * across);
                 let place = if speed > 0.0 { ahead / speed / self.texture.period } else { 0.0 };
-                let depth = (self.texture.roughness * force).min(DEEPEST) * felt;
+                let depth = (self.texture.roughness * force).min(MAX_MODULATION) * felt;
                 let wanted = force * (1.0 + depth * libm::sin(TAU * (self.phase - place)));
-                let given = respond(wanted, self.array.most);
+                let given = respond(wanted, self.array.limit);
                 self.clipped += wanted - given;
                 self.taxels[pin] = given;
             }
@@ -165,10 +165,11 @@ impl TactilePad {
     }
 }
 
-/// What a pin gives that is asked for a force: the same up to 70 % of its most, then ever less more, with one tangent, N.
-fn respond(force: f64, most: f64) -> f64 {
-    let (knee, room) = (LINEAR * most, (1.0 - LINEAR) * most);
-    if force <= knee { force.max(0.0) } else { most - room * libm::exp(-(force - knee) / room) }
+/// Response of a pin with the limit `limit` to a requested force, both in N: linear up to 70 % of the limit, then saturating with a continuous
+/// slope.
+fn respond(force: f64, limit: f64) -> f64 {
+    let (knee, room) = (LINEAR_RANGE * limit, (1.0 - LINEAR_RANGE) * limit);
+    if force <= knee { force.max(0.0) } else { limit - room * libm::exp(-(force - knee) / room) }
 }
 
 #[cfg(test)]
@@ -178,7 +179,7 @@ mod tests {
     const RADIUS: f64 = 8e-3;
 
     fn pad() -> TactilePad {
-        let array = TaxelArray { rows: 5, columns: 6, pitch: 2.5e-3, most: 0.073 };
+        let array = TaxelArray { rows: 5, columns: 6, pitch: 2.5e-3, limit: 0.073 };
         TactilePad::new(array, Vec3::z(), Vec3::x(), Texture::default())
     }
 
@@ -186,7 +187,7 @@ mod tests {
         UnitQuaternion::identity()
     }
 
-    /// Direction of a place on the pad, m along and across.
+    /// Direction of a point of the pad with these coordinates along and across the finger, m.
     fn towards(along: f64, across: f64) -> Vec3 {
         let angle = along.hypot(across) / RADIUS;
         let (a, b) = if angle > 0.0 { (along / (angle * RADIUS), across / (angle * RADIUS)) } else { (0.0, 0.0) };
@@ -205,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn the_pins_give_the_normal_force_and_their_centroid_is_the_contact() {
+    fn pins_render_the_normal_force_with_the_contact_as_centroid() {
         let mut pad = pad();
         for (along, across) in [(0.0, 0.0), (1e-3, -2e-3), (-4.9e-3, 6.1e-3), (5e-3, -6.25e-3)] {
             pad.begin();
@@ -218,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_beside_the_array_is_counted_and_not_shown() {
+    fn forces_outside_of_the_array_are_counted_and_not_rendered() {
         let mut pad = pad();
         for direction in [towards(9e-3, 0.0), Vec3::new(0.0, 0.0, -1.0), towards(0.0, 6.4e-3)] {
             pad.begin();
@@ -229,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn whatever_presses_the_pins_stay_within_what_they_can() {
+    fn pin_forces_stay_within_their_limit() {
         let mut pad = pad();
         let mut last = 0.0;
         for size in [0.0, 0.03, 0.06, 0.1, 1.0, 1e9, f64::INFINITY, f64::NAN, -1.0] {
@@ -263,10 +264,10 @@ mod tests {
     }
 
     #[test]
-    fn threads_that_slip_by_buzz_with_speed_over_period() {
+    fn slip_over_threads_vibrates_with_speed_over_period() {
         let mut pad = pad();
         let (mut crossings, mut above) = (0, false);
-        // 100 mm/s over threads of 0.5 mm: 200 Hz, for a second.
+        // A slip of 100 mm/s over a period of 0.5 mm gives 200 Hz; one second is simulated.
         for _ in 0..1000 {
             pad.begin();
             pad.press(&still(), RADIUS, towards(0.0, 1.25e-3), 0.04);
@@ -276,7 +277,7 @@ mod tests {
             above = now;
         }
         assert!((199..=201).contains(&crossings), "{crossings} Hz");
-        // Faster than the rate can carry nothing is left of it.
+        // Above the Nyquist frequency nothing is rendered.
         pad.begin();
         pad.press(&still(), RADIUS, towards(0.0, 1.25e-3), 0.04);
         pad.end(&still(), Vec3::new(0.3, 0.0, 0.0), 1e-3);
@@ -284,7 +285,7 @@ mod tests {
     }
 
     #[test]
-    fn a_turned_finger_feels_the_same_on_its_own_pad() {
+    fn a_rotated_finger_gets_the_same_forces_on_its_pad() {
         let turn = UnitQuaternion::from_euler_angles(0.4, -1.1, 2.0);
         let (mut straight, mut turned) = (pad(), pad());
         let direction = towards(1e-3, 2e-3);

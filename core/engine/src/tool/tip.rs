@@ -1,14 +1,13 @@
 //! A fingertip with a mass between a hand and a sheet.
 //!
-//! A sheet holds its vertices on a tip exactly, so a tip that went where the hand goes would feel every impulse of the solver.
-//! Here the hand drives the tip through the spring of its coupling, as Adams and Hannaford (1999) propose: the hand feels the
-//! spring, the spring and the sheet move the tip. Two tips that meet keep each other out except for the give of a finger's pulp, so a pinch is
-//! coupling_force on both.
+//! Contact constraints on a sheet are exact, so a tip at the position of the hand would transmit every impulse of the solver. Here the hand
+//! drives the tip through the virtual coupling (Adams and Hannaford 1999): the hand feels the spring; the spring and the sheet accelerate the
+//! tip. Two tips may overlap by the compression of a finger's pulp only, so a pinch gives a coupling force on both hands.
 
 use super::tool::Coupling;
 use pliant_solver::Vec3;
 
-/// The tip of a tool that touches sheets.
+/// A fingertip with a mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TipMass {
     /// Mass, kg.
@@ -17,21 +16,21 @@ pub struct TipMass {
     pub position: Vec3,
     /// Velocity, m/s.
     pub velocity: Vec3,
-    /// Whether a hand drives it.
+    /// Whether a hand drives it now.
     led: bool,
 }
 
-/// Share of the mean radius of two tips that their pulps give way together.
+/// Overlap allowed between two tips, as a fraction of their mean radius: the compression of both pulps.
 const PULP: f64 = 0.25;
 
 impl TipMass {
-    /// At rest wherever a hand first drives it.
+    /// A tip of this mass (kg), which starts at rest at the position of the hand.
     pub fn new(mass: f64) -> Self {
         Self { mass, position: Vec3::zeros(), velocity: Vec3::zeros(), led: false }
     }
 
-    /// Drives it towards a hand that moved to `hand` (m) at `speed` (m/s), against `force` (N), over `dt` (s): backward Euler for the spring
-    /// and a critical damper, which is between tip and hand and not coupling_force.
+    /// Moves the tip over `dt` (s) towards a hand at `hand` (m) with the velocity `speed` (m/s), under the external `force` (N): backward Euler
+    /// with the coupling's spring and a critical damper between tip and hand, which is not part of [`Self::coupling_force`].
     pub fn drive_kinematic(&mut self, hand: Vec3, speed: Vec3, coupling: &Coupling, force: Vec3, dt: f64) {
         if !self.led {
             (self.position, self.velocity, self.led) = (hand, speed, true);
@@ -40,14 +39,14 @@ impl TipMass {
         let (m, k) = (self.mass, coupling.stiffness);
         let c = 2.0 * (m * k).sqrt();
         for i in 0..3 {
-            // Towards where the hand is at the end of the step.
+            // Towards the position of the hand at the end of the step.
             let pull = k * (hand[i] - self.position[i]) + c * speed[i] + force[i];
             self.velocity[i] = (m * self.velocity[i] + dt * pull) / (m + dt * c + dt * dt * k);
             self.position[i] += dt * self.velocity[i];
         }
     }
 
-    /// The hand is gone; the tip starts anew where it comes back.
+    /// Marks the hand as absent; the tip starts again at rest where a hand returns.
     pub fn leave(&mut self) {
         self.led = false;
     }
@@ -58,7 +57,7 @@ impl TipMass {
     }
 }
 
-/// Separates two round tips with radii `ra` and `rb` (m) that overlap by more than their pulps give way.
+/// Separates two round tips with radii `ra` and `rb` (m) that overlap by more than the compression of their pulps.
 pub fn separate(a: &mut TipMass, ra: f64, b: &mut TipMass, rb: f64) {
     let between = b.position - a.position;
     let distance = between.norm();
@@ -85,7 +84,7 @@ mod tests {
     const COUPLING: Coupling = Coupling { stiffness: 200.0, damping: 0.0, max_force: 3.3 };
 
     #[test]
-    fn it_follows_a_steady_hand_without_lag_and_rests_where_spring_and_load_balance() {
+    fn a_tip_follows_without_lag_and_rests_in_equilibrium() {
         let mut tip = TipMass::new(0.01);
         let mut hand = Vec3::zeros();
         for _ in 0..300 {
@@ -100,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn two_hands_that_squeeze_feel_the_same_force_against_each_other() {
+    fn a_pinch_gives_equal_and_opposite_forces() {
         let (mut a, mut b) = (TipMass::new(0.01), TipMass::new(0.01));
         let (left, right) = (Vec3::new(-0.005, 0.0, 0.0), Vec3::new(0.005, 0.0, 0.0));
         a.drive_kinematic(Vec3::new(-0.02, 0.0, 0.0), Vec3::zeros(), &COUPLING, Vec3::zeros(), 1e-3);
@@ -110,7 +109,7 @@ mod tests {
             b.drive_kinematic(right, Vec3::zeros(), &COUPLING, Vec3::zeros(), 1e-3);
             separate(&mut a, 0.01, &mut b, 0.01);
         }
-        // 10 mm apart, kept 17.5 mm apart: each spring is 3.75 mm long.
+        // The hands are 10 mm apart, the tips 17.5 mm, so each spring is stretched by 3.75 mm.
         let (fa, fb) = (a.coupling_force(left, &COUPLING)[0], b.coupling_force(right, &COUPLING)[0]);
         assert!((fa + 0.75).abs() < 1e-9 && (fb - 0.75).abs() < 1e-9, "{fa} {fb}");
     }

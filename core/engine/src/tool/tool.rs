@@ -1,4 +1,4 @@
-//! A tool: its proxy on the surfaces, its spring to the hand, and the loads it puts on bodies.
+//! A tool: its proxy on surfaces, its virtual coupling to the hand, and its loads on bodies.
 
 use super::hand::Hand;
 use super::search::{SurfaceSearch, nearest_on_sheets};
@@ -10,24 +10,25 @@ use nalgebra::UnitQuaternion;
 use pliant_plugin_api::abi::Ball;
 use pliant_solver::{Block, NodeSprings, Vec3};
 
-/// The spring between hand and surface.
+/// The virtual coupling: spring and damper between hand and proxy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coupling {
     /// Stiffness, N/m.
     pub stiffness: f64,
     /// Damping, N s/m.
     pub damping: f64,
-    /// Largest force it puts on a body, N.
+    /// Largest force on a body, N.
     pub max_force: f64,
 }
 
 impl Coupling {
-    /// The factor that limits a force (N) to the largest one, and the factor of its stiffness: a limited force is constant.
+    /// Factors that limit a force (N) to the largest one: that of the force, at most 1, and that of its stiffness, 0 if the force is limited,
+    /// because a limited force is constant.
     pub fn cap(&self, force: Vec3) -> (f64, f64) {
         self.cap_size(force.norm())
     }
 
-    /// The same for a force of a size (N).
+    /// The same for a force of this magnitude (N).
     pub fn cap_size(&self, size: f64) -> (f64, f64) {
         if size > self.max_force { (self.max_force / size, 0.0) } else { (1.0, 1.0) }
     }
@@ -37,44 +38,44 @@ impl Coupling {
 pub struct Tool {
     /// Name in the scene.
     pub name: String,
-    /// Where it is, as far as surfaces let it.
+    /// Its proxy on surfaces.
     pub proxy: Proxy,
-    /// Friction on surfaces.
+    /// Coefficients of friction on surfaces.
     pub friction: Friction,
-    /// Spring to the hand.
+    /// Virtual coupling to the hand.
     pub coupling: Coupling,
-    /// Blade of a knife.
+    /// Its blade, if it is a knife.
     pub blade: Option<BladeEdge>,
-    /// How far the surface is pushed in, or pulled out, at the contact point, m.
+    /// Displacement of the surface at the contact point, inwards or outwards, m.
     pub depth: f64,
-    /// Where it presses on a body: unit vectors from its centre, each with its share of the force.
+    /// Contact directions: unit vectors from its centre, each with its fraction of the contact force.
     pub presses: Vec<(Vec3, f64)>,
-    /// Grips that were lost to too much force.
+    /// Number of grips lost because the force exceeded the limit.
     pub slipped: u64,
-    /// Whether the edit under way has changed a shape at rest.
+    /// Whether the active edit has changed a rest shape.
     pub(crate) reshaped: bool,
-    /// What the edit under way asks of the coupling, where that is more than it gives, N.
+    /// Force that the active edit requests of the coupling, N; `None` if it is within the limit.
     pub(crate) wanted: Option<f64>,
-    /// How its shape is turned in the axes of the hand.
+    /// Rotation from axes of the shape to axes of the hand.
     mount: UnitQuaternion<f64>,
     pub(crate) surface: SurfaceSearch,
     pub(crate) loads: PointLoads,
-    /// The edit under way; `None`: it passes through everything.
+    /// The active edit; without one the tool touches nothing.
     action: Option<Box<dyn Action>>,
     patch: Patch,
-    /// Cells that were wanted last, and when, s.
+    /// The last requested ball of cells for each body, and the time of the request, s.
     ball: Option<(ActiveBall, f64)>,
-    /// Per body: what it does to its nodes.
+    /// Loads on the nodes of each body (b).
     springs: Vec<NodeSprings>,
-    /// Per body: how often its nodes have been numbered anew.
+    /// Version of the node numbering of each body (b).
     numbering: Vec<u64>,
 }
 
-/// How long the cells around a contact stay free after it has ended, to spring back by themselves, s.
+/// Time for which the cells around a contact stay simulated after it has ended, so that they return to rest elastically, s.
 const SPRING_BACK: f64 = 0.25;
 
 impl Tool {
-    /// A tool of a shape for a scene of `bodies` bodies.
+    /// A tool with this shape in a scene with `bodies` bodies.
     pub fn new(name: String, shape: OrientedShape, friction: Friction, coupling: Coupling, bodies: usize) -> Self {
         Self {
             name,
@@ -98,45 +99,45 @@ impl Tool {
         }
     }
 
-    /// What it does to the nodes of a body.
+    /// Its loads on the nodes of a body.
     pub fn springs(&self, body: usize) -> &NodeSprings {
         &self.springs[body]
     }
 
-    /// The same, to change.
+    /// Mutable access to its loads on the nodes of a body.
     pub fn springs_mut(&mut self, body: usize) -> &mut NodeSprings {
         &mut self.springs[body]
     }
 
-    /// Begins an edit, or ends it with `None`.
+    /// Sets the active edit; `None` ends it.
     pub fn set_action(&mut self, action: Option<Box<dyn Action>>) {
         self.action = action;
     }
 
-    /// Whether an edit is under way.
+    /// Whether an edit is active.
     pub fn is_active(&self) -> bool {
         self.action.is_some()
     }
 
-    /// Whether it holds on to a body.
+    /// Whether it grips a body.
     pub fn holds(&self) -> bool {
         self.action.as_ref().is_some_and(|action| action.is_gripping())
     }
 
-    /// Whether it meets sheets as a fingertip now.
+    /// Whether it is in contact with sheets as a fingertip, in the active edit.
     pub fn is_fingertip(&self) -> bool {
         self.action.as_ref().is_some_and(|action| action.is_fingertip())
     }
 
-    /// Where it is in contact.
+    /// Its contact point; `None` without contact.
     pub fn contact(&self) -> Option<BodyPoint> {
         self.action.as_ref().and_then(|action| action.contact(self))
     }
 
-    /// Has the edit under way change meshes; `last` when it ends.
+    /// Cuts with the active edit; `last` is set if it ends with this step.
     ///
     /// # Errors
-    /// A grid or material that fails.
+    /// Returns the error of the grid or material plugin.
     pub fn cut(&mut self, hand: &Hand, bodies: &mut [Body], last: bool) -> Result<CutStep, LatticeError> {
         let Some(mut action) = self.action.take() else { return Ok(CutStep::default()) };
         let cut = action.cut(self, hand, bodies, last);
@@ -144,17 +145,18 @@ impl Tool {
         cut
     }
 
-    /// Changes its shape to a sphere of `radius`, m.
+    /// Changes its shape to a sphere of this radius, m.
     pub fn set_radius(&mut self, radius: f64) {
         self.proxy.shape = OrientedShape::sphere(radius);
     }
 
-    /// Whether a shape meets samples of a surface on a grid with this edge, m; with smaller features it meets triangles.
+    /// Whether contact of a shape uses samples of the surface, for cells with this edge (m); shapes with smaller features use triangles.
     pub fn meets_samples(shape: &OrientedShape, edge: f64) -> bool {
         shape.shape().feature_size() >= edge
     }
 
-    /// The cells of the body `index` that must be active for it, at `time` (s): around its contact, or where it is about to touch.
+    /// The ball of cells of the body `index` that must be simulated for it at `time` (s): around its contact, or where it is about to touch.
+    /// `None` if it needs none.
     pub fn wants(&mut self, index: usize, body: &Body, hand: &Hand, time: f64) -> Option<Ball> {
         if let Some(action) = &self.action {
             let approached = || {
@@ -171,12 +173,13 @@ impl Tool {
         }
         let (ball, since) = self.ball?;
         let ActiveBall { body: of, centre, extra_radius } = ball;
-        let radius = body.discretization.radius() + extra_radius + self.proxy.shape.extent();
+        let radius = body.discretization.radius() + extra_radius + self.proxy.shape.extra_region_radius();
         let radius = radius + self.corners_reach(body).min(radius);
         (of as usize == index && time - since <= SPRING_BACK).then_some(Ball { centre: centre.into(), radius })
     }
 
-    /// How far the corners of the coarse triangle it presses on are from there, m: they are to be simulated, up to twice the radius.
+    /// Largest distance from the contact to the corners of a coarse triangle it presses on, m, at most twice the region's radius: cells there must
+    /// be simulated. 0 without such a triangle.
     fn corners_reach(&self, body: &Body) -> f64 {
         let Some((touch, triangle)) = self.proxy.touch.and_then(|touch| Some((touch, touch.triangle?))) else {
             return 0.0;
@@ -185,7 +188,7 @@ impl Tool {
         corners.map(|corner| (corner - touch.rest).norm()).fold(0.0, f64::max)
     }
 
-    /// The settled place the tool is closest to, if it may touch it soon.
+    /// The point of the settled surface closest to the tool, m, if it may touch it soon.
     fn approached(&self, body: &Body, hand: &Hand) -> Option<Vec3> {
         let ahead = hand.position - self.proxy.position;
         let shape = &self.proxy.shape;
@@ -207,24 +210,24 @@ impl Tool {
         best.map(|(.., rest)| rest)
     }
 
-    /// The cells of `body` have changed.
-    pub fn forget(&mut self, body: usize) {
-        self.surface.forget(body);
+    /// Invalidates everything that depends on the cells and nodes of `body`.
+    pub fn invalidate(&mut self, body: usize) {
+        self.surface.invalidate(body);
         self.numbering[body] += 1;
     }
 
-    /// A number that changes when nodes of a body are numbered anew.
+    /// Version of the node numbering of a body; it changes with every renumbering.
     pub(crate) fn numbering(&self, body: u32) -> u64 {
         self.numbering[body as usize]
     }
 
-    /// What [`Coupling::cap`] makes of a force of this size (N); one over the most is remembered for a warning.
+    /// [`Coupling::cap`] of a force of this magnitude (N); a force above the limit is recorded for a warning.
     pub(crate) fn cap(&mut self, size: f64) -> (f64, f64) {
         self.wanted = (size > self.coupling.max_force).then_some(size);
         self.coupling.cap_size(size)
     }
 
-    /// Lets go of everything, and stands at the hand.
+    /// Ends all contacts and grips and moves the proxy to the hand.
     pub fn release(&mut self, hand: &Hand) {
         if let Some(action) = &mut self.action {
             action.release();
@@ -232,7 +235,7 @@ impl Tool {
         self.release_to_hand(hand);
     }
 
-    /// Stands at the hand, in contact with nothing and without loads.
+    /// Moves the proxy to the hand, without contact and loads.
     pub(crate) fn release_to_hand(&mut self, hand: &Hand) {
         self.proxy.touch = None;
         self.proxy.position = hand.position;
@@ -240,10 +243,10 @@ impl Tool {
         self.springs.iter_mut().for_each(NodeSprings::clear);
     }
 
-    /// Follows the hand, and sets the loads on bodies.
+    /// Follows the hand with the active edit and sets the loads on bodies.
     ///
     /// # Errors
-    /// A grid or material that fails.
+    /// Returns the error of the grid or material plugin.
     pub fn follow(&mut self, step: &mut Step<'_>) -> Result<(), LatticeError> {
         self.springs.iter_mut().for_each(NodeSprings::clear);
         self.presses.clear();
@@ -267,11 +270,11 @@ impl Tool {
         followed
     }
 
-    /// Moves the proxy towards the hand as far as surfaces let it; `contact` (m) is where the surface has carried the last contact
-    /// point. Gives where the surface has carried the proxy, where it could stay if friction holds it.
+    /// Moves the proxy towards the hand as far as surfaces allow; `contact` is the present position of the last contact point, m. Returns the
+    /// position of the proxy if it sticks, m; `None` without contact.
     ///
     /// # Errors
-    /// A grid that fails.
+    /// Returns the error of the grid plugin.
     pub(crate) fn slide_proxy(
         &mut self,
         step: &mut Step<'_>,
@@ -281,13 +284,13 @@ impl Tool {
         self.proxy.move_towards(step.hand.position, contact, search)
     }
 
-    /// The place of a sheet that a fingertip lies on, within 1.1 radii of its centre.
+    /// The sheet point closest to a fingertip, within 1.1 radii of its centre.
     pub(crate) fn sheet_below(&self, bodies: &[Body]) -> Option<BodyPoint> {
         let near = nearest_on_sheets(bodies, self.proxy.position, 1.1 * self.proxy.radius());
         near.map(|near| BodyPoint { body: near.body, rest: near.rest })
     }
 
-    /// Puts a force (N) on body number `index` over a disc around a rest place (m) with a rest normal.
+    /// Applies a force (N) to body number `index` over a disc around a rest position (m) with a rest normal (any length).
     pub(crate) fn press_disc(
         &mut self,
         body: &mut Body,
@@ -300,7 +303,7 @@ impl Tool {
         self.press_patch(body, index, pulled)
     }
 
-    /// Puts a force (N) on the corners of the triangles of body number `index` that the proxy presses on.
+    /// Applies a force (N) to the corners of the triangles of body number `index` that the proxy presses on.
     pub(crate) fn press_corners(&mut self, body: &mut Body, index: u32, pulled: Vec3) -> Result<(), LatticeError> {
         let Patch { points, fractions } = &mut self.patch;
         points.clear();
@@ -319,7 +322,7 @@ impl Tool {
         self.press_patch(body, index, pulled)
     }
 
-    /// Puts a force (N) on the points of the patch.
+    /// Applies a force (N) to the points of the contact patch.
     fn press_patch(&mut self, body: &mut Body, index: u32, pulled: Vec3) -> Result<(), LatticeError> {
         let (scale, spring) = self.cap(pulled.norm());
         self.loads.clear();
@@ -331,20 +334,20 @@ impl Tool {
         self.attach_loads(body, index)
     }
 
-    /// Gives [`Tool::loads`] to the nodes of the body `index`.
+    /// Distributes [`Tool::loads`] to the nodes of the body `index`.
     pub(crate) fn attach_loads(&mut self, body: &mut Body, index: u32) -> Result<(), LatticeError> {
         self.loads.attach(body, &mut self.springs[index as usize])
     }
 
-    /// Whether the edit under way turns what it holds with the hand.
-    pub fn turns(&self) -> bool {
+    /// Whether the active edit rotates the gripped region with the hand, so that the device gets a torque.
+    pub fn renders_torque(&self) -> bool {
         self.action.as_ref().is_some_and(|action| action.renders_torque())
     }
 
-    /// N m, on the hand at `hand` (m), at the end of a step: the opposite of the moment the bodies felt about it. Zero unless
-    /// the edit under way turns what it holds.
+    /// Reaction torque on the hand at `hand` (m) at the end of a step, N m: the negative moment about it of the forces on bodies. Zero unless the
+    /// active edit renders torque.
     pub fn reaction_torque(&self, hand: Vec3, bodies: &[Body]) -> Vec3 {
-        if !self.turns() {
+        if !self.renders_torque() {
             return Vec3::zeros();
         }
         let each = self.springs.iter().zip(bodies).filter(|(springs, _)| !springs.is_empty());
@@ -353,7 +356,7 @@ impl Tool {
         })
     }
 
-    /// Reaction on the hand, at the end of a step: the opposite of what the bodies felt, N.
+    /// Reaction force on the hand at the end of a step, N: the negative sum of the forces on bodies.
     pub fn reaction(&self, bodies: &[Body]) -> Vec3 {
         let each = self.springs.iter().zip(bodies).filter(|(springs, _)| !springs.is_empty());
         each.fold(Vec3::zeros(), |force, (springs, body)| {
@@ -362,12 +365,12 @@ impl Tool {
     }
 }
 
-/// A block with one value along its diagonal.
+/// A multiple of the identity block.
 pub(crate) fn diagonal(value: f64) -> Block {
     std::array::from_fn(|e| if e % 4 == 0 { value } else { 0.0 })
 }
 
-/// The direction of a vector that has one.
+/// Unit vector along a vector; `None` for a zero vector.
 pub(crate) fn direction(of: Vec3) -> Option<Vec3> {
     let size = of.norm();
     (size > 0.0).then(|| of / size)

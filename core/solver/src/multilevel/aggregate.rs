@@ -1,11 +1,12 @@
-//! Coarser levels of aggregates: a node and its neighbours, taken greedily in the order of the nodes (Vanek, Mandel and Brezina 1996).
+//! Coarsening by aggregation: an aggregate is a node with its neighbours, chosen greedily in the order of the nodes (Vanek, Mandel and Brezina
+//! 1996).
 //!
-//! What is carried over is smoothed by averaging over neighbours, with weights from the mesh alone: as good here as smoothing by the
+//! The prolongation is smoothed by averaging over neighbours, with weights from the mesh alone. It needs as many iterations as smoothing with the
 //! matrix, and it does not change from step to step.
 
 use super::graph::{Graph, Weights};
 
-/// The graph of the aggregates, and what carries them over.
+/// Returns the graph of the aggregates and the prolongation from them.
 pub fn aggregated(graph: &Graph) -> (Graph, Weights) {
     let (of, count) = aggregates(graph);
     let mut weights = Weights { start: vec![0], ..Weights::default() };
@@ -25,7 +26,7 @@ pub fn aggregated(graph: &Graph) -> (Graph, Weights) {
     (Graph::new(count, pairs), weights)
 }
 
-/// The aggregate of each node, and how many there are.
+/// Returns the aggregate of each node (n) and the number of aggregates.
 fn aggregates(graph: &Graph) -> (Vec<u32>, usize) {
     const NONE: u32 = u32::MAX;
     let mut of = vec![NONE; graph.len()];
@@ -37,7 +38,7 @@ fn aggregates(graph: &Graph) -> (Vec<u32>, usize) {
             count += 1;
         }
     }
-    // What is left lies between: each joins a neighbour that was taken above.
+    // The remaining nodes lie between aggregates and join that of a neighbour.
     let first = of.clone();
     for node in 0..graph.len() {
         if of[node] == NONE {
@@ -56,7 +57,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_chain_falls_into_threes_and_weights_add_up() {
+    fn a_chain_is_aggregated_in_threes_and_weights_sum_to_one() {
         let n = 90;
         let pairs = (0..n - 1).flat_map(|i| [[i, i + 1], [i + 1, i]]).collect();
         let (coarse, weights) = aggregated(&Graph::new(n as usize, pairs));
@@ -66,7 +67,7 @@ mod tests {
             let sum: f32 = weights.weight[row.clone()].iter().sum();
             assert!((sum - 1.0).abs() < 1e-6 && weights.coarse[row].iter().all(|&c| (c as usize) < coarse.len()));
         }
-        // Nobody alone: every coarse node has a neighbour, in both directions.
+        // Every coarse node has a neighbour, and adjacency is symmetric.
         assert!((0..coarse.len()).all(|a| !coarse.of(a).is_empty()));
         assert!((0..coarse.len()).all(|a| coarse.of(a).iter().all(|&b| coarse.of(b as usize).contains(&(a as u32)))));
     }

@@ -1,4 +1,4 @@
-//! Coarsening of a level: by squares of a planar grid where its nodes lie nearly in a plane, by aggregates elsewhere.
+//! Coarsening of a level: by a planar grid if its nodes lie nearly in a plane, otherwise by aggregation.
 
 use super::aggregate::aggregated;
 use super::graph::{Graph, Weights};
@@ -20,17 +20,18 @@ pub struct Coarsened {
     pub layout: Layout,
     /// Weights of the prolongation to the finer level.
     pub weights: Weights,
-    /// The axes along which it is coarser.
+    /// Axes of the planar grid that were coarsened.
     pub axes: CoarsenedAxes,
 }
 
-/// A level that keeps more than this share of the nodes is not worth its cost.
+/// Largest fraction of the nodes that a coarser level may keep; above it the level costs more than it saves.
 const MAX_KEPT: f64 = 0.7;
-/// The same for a level that is coarser along one axis only.
+/// The same for a level that is coarsened along one axis only.
 const MAX_KEPT_ONE_AXIS: f64 = 0.8;
 
 impl Layout {
-    /// The finest level: rest positions, m (n x 3), and elements with stiffness except hinges, which reach beyond their triangles.
+    /// The finest level of a body with rest positions `rest`, m (n x 3). Its graph connects the nodes of elements with stiffness other than hinges,
+    /// which extend beyond their triangles.
     pub fn of_elements(rest: &[Vec3], sets: &[ElementSet]) -> Self {
         let mut pairs = Vec::new();
         for set in sets.iter().filter(|set| set.has(abi::HAS_FORCES) && set.request().kind != abi::HINGE) {
@@ -59,7 +60,7 @@ impl Layout {
         self.graph.len()
     }
 
-    /// The next coarser level; `None` if it would hardly be coarser.
+    /// The next coarser level; `None` if it would keep too many nodes.
     pub fn coarsen(&self) -> Option<Coarsened> {
         let is_worth = |nodes: usize, axes| {
             let kept = if axes == CoarsenedAxes::Both { MAX_KEPT } else { MAX_KEPT_ONE_AXIS };

@@ -1,4 +1,4 @@
-//! Restriction and prolongation on irregular meshes, node by node.
+//! Restriction and prolongation on irregular meshes, node by node, with weights in CSR format.
 
 use super::COARSE_CHUNK;
 use super::finest::{Coarser, Finest};
@@ -9,13 +9,13 @@ use crate::lanes::aligned::Sixteens;
 use crate::lanes::{LANES, Lanes, Quad, Vectors, Work, load, store, three, widest};
 use crate::threads::Pool;
 
-/// Nodes in a chunk of work for a thread.
+/// Number of nodes in a chunk of work for a thread.
 const CHUNK: usize = 512;
 
 /// Vectors of all levels, with the transfers between them.
 #[derive(Debug, Default)]
 pub struct CsrTransfer {
-    /// Residual of the finest level, vector by vector.
+    /// Residual of the finest level, as an array of vectors.
     r: Vec<Quad>,
     stages: Vec<Stage>,
 }
@@ -33,7 +33,7 @@ struct Stage {
 type Inverse = [Quad; 3];
 
 impl CsrTransfer {
-    /// Transfers with these weights to levels of so many nodes.
+    /// Transfers between levels, from the weights and the number of nodes of each coarse level.
     pub fn new(levels: &[(Weights, usize)]) -> Self {
         let stage = |(weights, coarse): &(Weights, usize)| Stage {
             transfer: WeightsByRow::new(weights, *coarse),
@@ -45,7 +45,7 @@ impl CsrTransfer {
         Self { r: vec![[0.0; 4]; finest.next_multiple_of(LANES)], stages: levels.iter().map(stage).collect() }
     }
 
-    /// Memory, bytes.
+    /// Memory of weights and vectors, bytes.
     pub fn bytes(&self) -> usize {
         let vectors = |stage: &Stage| stage.h.len() * (2 * size_of::<Quad>() + size_of::<Inverse>());
         16 * self.r.len() + self.stages.iter().map(|stage| stage.transfer.bytes() + vectors(stage)).sum::<usize>()
@@ -84,7 +84,7 @@ impl CsrTransfer {
     }
 }
 
-/// Converts vectors from by-component to vector by vector.
+/// Converts groups of sixteen nodes, stored by component, to an array of vectors.
 struct Interleave<'a> {
     from: &'a [Vectors],
     to: &'a mut [[Quad; LANES]],
@@ -101,7 +101,7 @@ impl Work for Interleave<'_> {
     }
 }
 
-/// Block times vector.
+/// Product of a block and a vector.
 #[inline(always)]
 fn turned(m: &Inverse, v: Quad) -> Quad {
     let mut out = [0.0; 4];
@@ -111,7 +111,7 @@ fn turned(m: &Inverse, v: Quad) -> Quad {
     out
 }
 
-/// Restriction to coarse nodes `first` on, with the level's own part of P.
+/// Restriction to the coarse nodes from `first`, with the block Jacobi term of the level.
 struct Restriction<'a> {
     transfer: &'a WeightsByRow,
     first: usize,

@@ -1,15 +1,15 @@
-//! The finest level of P: its share of block Jacobi, plus the prolongation of the coarse levels.
+//! The finest level of the preconditioner P: its weighted block Jacobi term plus the prolongation of the coarse levels.
 
 use crate::lanes::symmetric::times;
 use crate::lanes::{LANES, Lanes, Sixteen, Vectors, Work, put, three};
 
 /// The first coarse level.
 pub trait Coarser {
-    /// Adds its prolongation to a sixteen of finest nodes.
+    /// Adds its prolongation to a group of sixteen finest nodes.
     fn add<U: Lanes>(&self, unit: U, sixteen: usize, sum: [U::V; 3]) -> [U::V; 3];
 }
 
-/// `h = P r` of nodes from a sixteen on. Returns their `r . h`.
+/// Computes `h = P r` for the nodes from a group of sixteen on. Returns their `r . h`.
 pub struct Finest<'a, C> {
     pub coarser: Option<&'a C>,
     pub first: usize,

@@ -7,20 +7,20 @@ use crate::threads::Pool;
 use std::cmp::Ordering;
 use std::ops::Range;
 
-/// The terms of each coarse block: fine blocks as they are, then transposed ones.
+/// The terms of each coarse block: first fine blocks, then transposed fine blocks.
 #[derive(Debug, Default)]
 pub struct Galerkin {
-    /// Where each list begins (coarse blocks x 2 + 1).
+    /// Index of the first term of each list (coarse blocks x 2 + 1).
     start: Vec<u32>,
-    /// Fine slots with their weights.
+    /// Fine slots with the products of their weights.
     terms: Vec<(u32, f32)>,
 }
 
-/// Blocks in a chunk of work for a thread.
+/// Number of blocks in a chunk of work for a thread.
 const CHUNK: usize = 256;
 
 impl Galerkin {
-    /// Lists the terms for a fine pattern and weights of `coarse` nodes. Also returns the coarse pattern.
+    /// Lists the terms for a fine pattern and a prolongation from `coarse` nodes. Also returns the coarse matrix with its pattern.
     pub fn new(fine: &Matrix, coarse: usize, weights: &Weights) -> (Self, Matrix) {
         let mut matrix = Matrix::default();
         matrix.set_pattern(coarse, |pair| {
@@ -30,7 +30,7 @@ impl Galerkin {
                 }
             });
         });
-        // Of a block on the fine diagonal, (a, b) and (b, a) are both visited: one of them is enough.
+        // For a block on the fine diagonal both (a, b) and (b, a) are visited; one of them suffices.
         let lists = |add: &mut dyn FnMut(usize, (u32, f32))| {
             visit(fine, weights, |a, b, is_diagonal, term| {
                 let slot = matrix.slot(a.min(b), a.max(b));
@@ -59,7 +59,7 @@ impl Galerkin {
         (Self { start, terms }, matrix)
     }
 
-    /// Memory, bytes.
+    /// Memory of the terms, bytes.
     pub fn bytes(&self) -> usize {
         self.terms.len() * 8 + self.start.len() * 4
     }
@@ -77,7 +77,7 @@ impl Galerkin {
         slots.clone().min().map_or(0..0, |least| least..slots.max().map_or(0, |most| most + 1))
     }
 
-    /// Computes coarse blocks `first` on from the fine ones, which have one more block behind them.
+    /// Computes the coarse blocks from `first` from the fine blocks, which are padded by one block at the end.
     pub fn update(&self, pool: &Pool, fine: &[SingleBlock], first: usize, coarse: &mut [SingleBlock]) {
         let fine = fine.as_flattened();
         pool.par_chunks(coarse, CHUNK, &|at, out| {
@@ -86,7 +86,8 @@ impl Galerkin {
     }
 }
 
-/// Every fine block with two weights: (a, b, whether it is on the diagonal, (slot, weight)).
+/// Calls `visit` with every pair of coarse nodes a, b of a fine block, whether the block is on the diagonal, and its slot with the product of
+/// weights.
 fn visit(fine: &Matrix, weights: &Weights, mut visit: impl FnMut(u32, u32, bool, (u32, f32))) {
     let mut pair = |i: u32, j: u32, slot: u32| {
         for (a, left) in weights.of(i as usize) {
@@ -103,7 +104,7 @@ fn visit(fine: &Matrix, weights: &Weights, mut visit: impl FnMut(u32, u32, bool,
     }
 }
 
-/// Blocks `first` on.
+/// Computes the coarse blocks from `first`.
 struct Sums<'a> {
     galerkin: &'a Galerkin,
     fine: &'a [f32],
@@ -127,7 +128,8 @@ impl pulp::NullaryFnOnce for Sums<'_> {
     }
 }
 
-/// Of one list, in two sums that do not wait for each other; numbers past the ninth belong to other blocks and are not looked at.
+/// Sum of one list of terms, in two independent sums that hide latency. Only the first nine numbers are meaningful; the others belong to adjacent
+/// blocks.
 #[inline(always)]
 fn sum(Galerkin { start, terms }: &Galerkin, list: usize, fine: &[f32]) -> [f32; 16] {
     let (pairs, last) = terms[start[list] as usize..start[list + 1] as usize].as_chunks::<2>();
@@ -158,7 +160,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_coarse_matrix_is_that_of_the_weights() {
+    fn the_coarse_matrix_is_the_galerkin_product() {
         let (n, coarse) = (40_usize, 9_usize);
         let mut matrix = Matrix::default();
         matrix.set_pattern(n, |pair| {

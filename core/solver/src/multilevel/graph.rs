@@ -1,6 +1,6 @@
-//! The adjacency of a level, and interpolation weights between levels.
+//! Adjacency of a level, and interpolation weights between levels.
 
-/// Adjacency: the neighbours of each node, without itself, rising.
+/// Adjacency in CSR format: the neighbours of each node, without itself, ascending.
 #[derive(Debug, Default)]
 pub struct Graph {
     start: Vec<usize>,
@@ -10,7 +10,7 @@ pub struct Graph {
 impl Graph {
     /// A graph of `n` nodes from its edges, each given in both directions.
     pub fn new(n: usize, mut pairs: Vec<[u32; 2]>) -> Self {
-        // Sorting by one number is faster than by two.
+        // Sorting by one packed number is faster than by two.
         pairs.sort_unstable_by_key(|[a, b]| u64::from(*a) << 32 | u64::from(*b));
         pairs.dedup();
         let start = (0..=n as u32).map(|i| pairs.partition_point(|p| p[0] < i)).collect();
@@ -31,16 +31,16 @@ impl Graph {
 /// Prolongation from a coarser level to a finer one; the weights of each fine node add up to one.
 #[derive(Debug, Default)]
 pub struct Weights {
-    /// Where the terms of each fine node begin (n + 1).
+    /// Index of the first term of each fine node (n + 1).
     pub start: Vec<u32>,
-    /// Coarse nodes of each fine one, rising.
+    /// Coarse nodes of each fine node, ascending.
     pub coarse: Vec<u32>,
     /// Weight of each term.
     pub weight: Vec<f32>,
 }
 
 impl Weights {
-    /// The transpose (restriction): fine nodes of each of `coarse` nodes.
+    /// The transpose (restriction): the fine nodes of each of `coarse` nodes.
     pub fn transposed(&self, coarse: usize) -> Self {
         let fine = 0..self.start.len() as u32 - 1;
         let mut terms: Vec<_> = fine.flat_map(|i| self.of(i as usize).map(move |(a, weight)| (a, i, weight))).collect();
@@ -52,7 +52,7 @@ impl Weights {
         }
     }
 
-    /// Coarse nodes of a fine one, with their weights; none of one past the last.
+    /// The coarse nodes of a fine node with their weights; empty for an index past the last node.
     pub fn of(&self, node: usize) -> impl Iterator<Item = (u32, f32)> {
         let end = |at: usize| self.start[at.min(self.start.len() - 1)] as usize;
         let row = end(node)..end(node + 1);

@@ -1,36 +1,36 @@
-//! Sums of a few vectors each, sixteen at a time, where what is summed lies together.
+//! Sparse products for sixteen rows at a time by register lookups, where the columns of adjacent rows are close together.
 //!
-//! What sixteen sums take next is among two sixteens of vectors, which registers hold: so a shuffle finds it, and nothing is gathered
-//! from memory.
+//! The next terms of sixteen sums are among two groups of sixteen vectors, which fit into registers: a shuffle selects them, and nothing is
+//! gathered from memory.
 
 use super::graph::Weights;
 use crate::lanes::{LANES, LOOKED_UP, Lanes, Vectors};
 use std::cmp::Reverse;
 use std::collections::HashMap;
 
-/// Sixteens that are looked at for two that serve together.
+/// Number of groups among which the second group of a lookup is searched.
 const CANDIDATES: usize = 8;
-/// Lookups that tell nothing yet.
-const FEW: usize = 32;
+/// Number of lookups after which the fill is first tested.
+const MIN_TESTED: usize = 32;
 
-/// Sums by sixteen, and what they are sums of.
+/// Weights of sums, in groups of sixteen, as lists of lookups.
 #[derive(Debug)]
 pub struct Lookups {
-    /// Of each sixteen's lookups (sixteens + 1).
+    /// Index of the first lookup of each group of sums (groups + 1).
     start: Vec<u32>,
     lookups: Vec<Lookup>,
-    /// Few where a mesh is regular, as they come again and again: what all of it looks at is read in every iteration.
+    /// Distinct patterns. A regular mesh has few, which stay in the cache.
     patterns: Vec<Pattern>,
 }
 
-/// What sixteen sums take next: of two sixteens of vectors.
+/// The next terms of sixteen sums, from two groups of sixteen vectors.
 #[derive(Debug)]
 struct Lookup {
     from: [u32; 2],
     pattern: u32,
 }
 
-/// By sum, a place in two sixteens and a weight.
+/// For each of sixteen sums, an index into the 32 vectors of two groups, and a weight.
 #[derive(Debug)]
 struct Pattern {
     weight: [f32; LANES],
@@ -40,7 +40,7 @@ struct Pattern {
 const _: () = assert!(2 * LANES == LOOKED_UP, "places of two sixteens can be looked up");
 
 impl Lookups {
-    /// For weights of vectors, by sum; `None` where less than `least` of what lookups have room for would be needed.
+    /// Lookups for these weights; `None` if the fraction of used lanes is below `least`.
     pub fn new(weights: &Weights, least: f64) -> Option<Self> {
         let count = weights.start.len() - 1;
         let (mut this, mut terms) = (Self { start: vec![0], lookups: Vec::new(), patterns: Vec::new() }, 0);
@@ -66,20 +66,20 @@ impl Lookups {
                 this.lookups.push(Lookup { from, pattern: found as u32 });
             }
             this.start.push(this.lookups.len() as u32);
-            // Soon enough that it does not take long.
-            if least * (LANES * this.lookups.len().saturating_sub(FEW)) as f64 > terms as f64 {
+            // Tested early, so that an irregular mesh is rejected quickly.
+            if least * (LANES * this.lookups.len().saturating_sub(MIN_TESTED)) as f64 > terms as f64 {
                 return None;
             }
         }
         Some(this)
     }
 
-    /// Memory, bytes.
+    /// Memory of the lookups, bytes.
     pub fn bytes(&self) -> usize {
         4 * self.start.len() + size_of_val(&self.lookups[..]) + size_of_val(&self.patterns[..])
     }
 
-    /// Adds what sixteen sums take.
+    /// Adds the terms of a group of sixteen sums to `sum`.
     #[inline(always)]
     pub fn add<U: Lanes>(&self, unit: U, sixteen: usize, from: &[Vectors], mut sum: [U::V; 3]) -> [U::V; 3] {
         for lookup in &self.lookups[self.start[sixteen] as usize..self.start[sixteen + 1] as usize] {
@@ -94,13 +94,13 @@ impl Lookups {
     }
 }
 
-/// Where the vector of a term is.
+/// The group of the vector of a term.
 fn sixteen(term: &(u32, f32)) -> u32 {
     term.0 / LANES as u32
 }
 
-/// The first sixteen that some term is in, and the one that together with it serves the sums with the most terms left; `None` when none
-/// are.
+/// Two groups for the next lookup: the first group with a remaining term, and the one that together with it serves the most sums; `None` if no terms
+/// remain.
 fn pair(left: &[Vec<(u32, f32)>; LANES]) -> Option<[u32; 2]> {
     let of = |from: [u32; 2]| {
         let served = left.iter().filter(|terms| terms.iter().any(|term| from.contains(&sixteen(term))));
@@ -110,7 +110,7 @@ fn pair(left: &[Vec<(u32, f32)>; LANES]) -> Option<[u32; 2]> {
     all.sort_unstable();
     all.dedup();
     let low = *all.first()?;
-    // The first of the best.
+    // The first one of equals.
     all.truncate(CANDIDATES);
     all.into_iter().map(|high| [low, high]).min_by_key(|pair| Reverse(of(*pair)))
 }
@@ -120,7 +120,7 @@ mod tests {
     use super::*;
     use crate::lanes::{Plain, Work, widest};
 
-    /// One to four terms each, of vectors around some places that move on.
+    /// Sums of one to four terms each, with columns around a diagonal.
     fn weights(n: usize, far: u32) -> Weights {
         let mut weights = Weights { start: vec![0], ..Weights::default() };
         for i in 0..n as u32 {
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn every_vector_unit_adds_what_the_weights_say() {
+    fn every_vector_unit_computes_the_weighted_sums() {
         for far in [0, 40, 100] {
             let (n, count, weights) = (75, 240, weights(75, far));
             let lookups = Lookups::new(&weights, 0.3).expect("near each other");
@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_anywhere_is_left_to_others() {
+    fn scattered_columns_are_rejected() {
         let n = 1000_u32;
         let coarse = (0..4 * n).map(|k| k * 7919 % 4001).collect();
         let anywhere = Weights { start: (0..=n).map(|i| 4 * i).collect(), coarse, weight: vec![0.25; 4 * n as usize] };

@@ -1,8 +1,9 @@
-//! An additive multilevel preconditioner (Bramble, Pasciak and Xu 1990): the sum over all levels of a share of block Jacobi. Intermediate
-//! levels of a semicoarsened grid have no share.
+//! An additive multilevel preconditioner (Bramble, Pasciak and Xu 1990): the sum over all levels of weighted block Jacobi terms. Intermediate
+//! levels of a semicoarsened grid have the weight zero.
 //!
-//! Coarse matrices are Galerkin's, `P^T A P`, with interpolation weights from the mesh alone ([`coarsen`]). A sum of positive definite parts
-//! is positive definite whatever the matrix is, so nothing has to be estimated; a level costs its transfer and no product.
+//! Coarse matrices are Galerkin products `P^T A P` with interpolation weights from the mesh alone ([`coarsen`]). A sum of positive definite
+//! terms is positive definite whatever the matrix is, so no eigenvalues have to be estimated. The cost of a level is its transfer, without a
+//! matrix product.
 
 mod aggregate;
 mod coarsen;
@@ -30,60 +31,59 @@ use refresh::{Due, PARTS};
 use std::ops::Range;
 use structured_transfer::StructuredTransfer;
 
-/// Shares of block Jacobi by level, tuned for the fewest iterations over many cloths and steps.
+/// Weights of the block Jacobi terms by level, tuned for the fewest iterations over many cloths and steps.
 #[derive(Clone, Copy, Debug)]
-struct Shares {
-    /// Share on the finest level.
+struct LevelWeights {
+    /// Weight on the finest level.
     finest: f64,
-    /// Share on the first coarse level.
+    /// Weight on the first coarse level.
     first: f64,
-    /// Ratio of the shares of consecutive coarse levels.
+    /// Ratio of the weights of consecutive coarse levels.
     ratio: f64,
 }
 
-const OF_SQUARES: Shares = Shares { finest: 0.5, first: 0.25, ratio: 1.0 };
-const OF_SMOOTH_SQUARES: Shares = Shares { finest: 0.5, first: 0.2, ratio: 0.85 };
-const OF_AGGREGATES: Shares = Shares { finest: 0.6, first: 0.4, ratio: 1.0 };
+const OF_SQUARES: LevelWeights = LevelWeights { finest: 0.5, first: 0.25, ratio: 1.0 };
+const OF_SMOOTH_SQUARES: LevelWeights = LevelWeights { finest: 0.5, first: 0.2, ratio: 0.85 };
+const OF_AGGREGATES: LevelWeights = LevelWeights { finest: 0.6, first: 0.4, ratio: 1.0 };
 
-impl Shares {
-    /// The share of each coarse level, given along which axes each is coarsened. Where two levels coarsen one axis each, the first of them has
-    /// no share.
+impl LevelWeights {
+    /// The weight of each coarse level, from its coarsened axes. Of two consecutive levels that coarsen one axis each, the first has the weight zero.
     fn of(&self, axes: &[CoarsenedAxes]) -> Vec<f64> {
-        let (mut share, mut shares) = (self.first, Vec::with_capacity(axes.len()));
+        let (mut weight, mut weights_of_levels) = (self.first, Vec::with_capacity(axes.len()));
         for at in 0..axes.len() {
             if axes[at..].starts_with(&[CoarsenedAxes::Across, CoarsenedAxes::Along]) {
-                shares.push(0.0);
+                weights_of_levels.push(0.0);
             } else {
-                shares.push(share);
-                share *= self.ratio;
+                weights_of_levels.push(weight);
+                weight *= self.ratio;
             }
         }
-        shares
+        weights_of_levels
     }
 }
 
-/// Most nodes of the coarsest level.
-const COARSEST: usize = 12;
-/// Fewest coarse nodes in a chunk of work for a thread: each sums over many finer ones.
+/// Largest number of nodes of the coarsest level.
+const MAX_COARSEST: usize = 12;
+/// Smallest number of coarse nodes in a chunk of work for a thread; each is a sum over many finer nodes.
 const COARSE_CHUNK: usize = 256;
 
-/// The preconditioner: the coarse levels, finer ones first.
+/// The preconditioner: its coarse levels from fine to coarse.
 #[derive(Debug, Default)]
 pub struct Multilevel {
     levels: Vec<Level>,
-    /// Share of block Jacobi on the finest level.
+    /// Weight of block Jacobi on the finest level.
     finest: f64,
-    /// Parts that are refreshed one after the other.
+    /// Parts of the levels, which are refreshed in turn.
     parts: Vec<Part>,
     transfer: TransferOperator,
 }
 
-/// A part of all levels that is refreshed together.
+/// A part of all levels that is refreshed at once.
 #[derive(Debug)]
 struct Part {
-    /// Coarse nodes of each level.
+    /// Range of coarse nodes of each level.
     nodes: Vec<Range<usize>>,
-    /// Slots of the finest level's blocks that they depend on.
+    /// Range of the finest level's slots that they depend on.
     sources: Range<usize>,
 }
 
@@ -91,8 +91,8 @@ struct Part {
 #[derive(Debug)]
 struct Level {
     galerkin: Galerkin,
-    /// Share of block Jacobi; 0 on an intermediate level.
-    share: f64,
+    /// Weight of block Jacobi; 0 on an intermediate level.
+    weight: f64,
     /// Slots of the diagonal blocks.
     diagonal: Vec<u32>,
     values: Vec<SingleBlock>,
@@ -101,9 +101,9 @@ struct Level {
 /// Restriction and prolongation between the levels.
 #[derive(Debug)]
 enum TransferOperator {
-    /// Sixteen nodes at a time, on regular meshes.
+    /// Sixteen nodes at a time, for regular meshes.
     Structured(StructuredTransfer),
-    /// Node by node.
+    /// Node by node, for irregular meshes.
     Csr(CsrTransfer),
 }
 
@@ -117,38 +117,38 @@ impl Multilevel {
     /// Builds the levels for the pattern of a body's matrix, its elements and its rest positions, m (n x 3).
     pub fn new(matrix: &Matrix, sets: &[ElementSet], rest: &[Vec3]) -> Self {
         let mut layout = Layout::of_elements(rest, sets);
-        let shares = match layout.planar_grid() {
+        let weights_of_levels = match layout.planar_grid() {
             Some(grid) if grid.is_smooth() => OF_SMOOTH_SQUARES,
             Some(_) => OF_SQUARES,
             None => OF_AGGREGATES,
         };
         let (mut transfers, mut all_axes) = (Vec::new(), Vec::new());
         while let Some(Coarsened { layout: next, weights, axes }) =
-            Some(&layout).filter(|layout| layout.len() > COARSEST).and_then(Layout::coarsen)
+            Some(&layout).filter(|layout| layout.len() > MAX_COARSEST).and_then(Layout::coarsen)
         {
             transfers.push((weights, next.len()));
             all_axes.push(axes);
             layout = next;
         }
-        Self::of(matrix, &transfers, shares.finest, &shares.of(&all_axes))
+        Self::of(matrix, &transfers, weights_of_levels.finest, &weights_of_levels.of(&all_axes))
     }
 
-    /// Builds the levels from the weights of each, its number of nodes, and the shares of block Jacobi.
-    fn of(matrix: &Matrix, transfers: &[(Weights, usize)], finest: f64, shares: &[f64]) -> Self {
+    /// Builds the levels from the prolongation and the number of nodes of each coarse level, and the weights of block Jacobi.
+    fn of(matrix: &Matrix, transfers: &[(Weights, usize)], finest: f64, weights_of_levels: &[f64]) -> Self {
         let (mut levels, mut finer) = (Vec::with_capacity(transfers.len()), None);
-        for ((weights, coarse), share) in transfers.iter().zip(shares) {
-            let (level, pattern) = Level::new(finer.as_ref().unwrap_or(matrix), *coarse, weights, *share);
+        for ((weights, coarse), weight) in transfers.iter().zip(weights_of_levels) {
+            let (level, pattern) = Level::new(finer.as_ref().unwrap_or(matrix), *coarse, weights, *weight);
             levels.push(level);
             finer = Some(pattern);
         }
-        let transfer = match StructuredTransfer::new(transfers, shares) {
+        let transfer = match StructuredTransfer::new(transfers, weights_of_levels) {
             Some(structured) => TransferOperator::Structured(structured),
             None => TransferOperator::Csr(CsrTransfer::new(transfers)),
         };
         Self { parts: parts(&levels), levels, finest, transfer }
     }
 
-    /// Memory, bytes.
+    /// Memory of all levels, bytes.
     pub fn bytes(&self) -> usize {
         let of = |level: &Level| {
             level.galerkin.bytes() + level.diagonal.len() * 4 + level.values.len() * size_of::<SingleBlock>()
@@ -168,7 +168,7 @@ impl Multilevel {
         }
     }
 
-    /// Refreshes what is due from the blocks of the finest level.
+    /// Refreshes the parts that are due from the blocks of the finest level.
     pub fn update(&mut self, pool: &Pool, values: &[SingleBlock], due: Due) {
         for at in 0..self.levels.len() {
             let nodes = match due {
@@ -178,7 +178,7 @@ impl Multilevel {
             let (finer, rest) = self.levels.split_at_mut(at);
             rest[0].update(pool, finer.last().map_or(values, |level| &level.values), nodes.clone());
             // Inverses of intermediate levels stay zero.
-            for node in if rest[0].share > 0.0 { nodes } else { 0..0 } {
+            for node in if rest[0].weight > 0.0 { nodes } else { 0..0 } {
                 let inverse = rest[0].inverse(node);
                 match &mut self.transfer {
                     TransferOperator::Structured(transfer) => transfer.put(at, node, &inverse),
@@ -188,7 +188,8 @@ impl Multilevel {
         }
     }
 
-    /// `h = P r`, with `inverse` for the finest level, by sixteen nodes. Returns `r . h`; `r` must be zero in constrained directions.
+    /// Computes `h = P r`, with the weighted block inverses `inverse` of the finest level; vectors are in groups of sixteen nodes. Returns `r . h`. `r`
+    /// must be zero in constrained directions.
     pub fn apply(&mut self, pool: &Pool, inverse: &[f32], r: &[Vectors], h: &mut [Vectors]) -> f64 {
         match &mut self.transfer {
             TransferOperator::Structured(transfer) => transfer.apply(pool, inverse, r, h),
@@ -196,13 +197,13 @@ impl Multilevel {
         }
     }
 
-    /// Share of block Jacobi on the finest level.
-    pub fn share(&self) -> f64 {
+    /// Weight of block Jacobi on the finest level.
+    pub fn finest_weight(&self) -> f64 {
         if self.levels.is_empty() { 1.0 } else { self.finest }
     }
 }
 
-/// Cuts the levels into parts that take about equally long to refresh.
+/// Divides the levels into parts with about equal cost of a refresh.
 fn parts(levels: &[Level]) -> Vec<Part> {
     let mut total = 0;
     let mut ends: Vec<Vec<usize>> = Vec::with_capacity(levels.len());
@@ -226,10 +227,10 @@ fn parts(levels: &[Level]) -> Vec<Part> {
 
 impl Level {
     /// A level of `coarse` nodes, and the pattern of its matrix.
-    fn new(fine: &Matrix, coarse: usize, weights: &Weights, share: f64) -> (Self, Matrix) {
+    fn new(fine: &Matrix, coarse: usize, weights: &Weights, weight: f64) -> (Self, Matrix) {
         let (galerkin, pattern) = Galerkin::new(fine, coarse, weights);
         let diagonal = (0..coarse).map(|a| pattern.diagonal_slot(a) as u32).collect();
-        (Self { galerkin, share, diagonal, values: vec![[0.0; 9]; pattern.blocks() + 1] }, pattern)
+        (Self { galerkin, weight, diagonal, values: vec![[0.0; 9]; pattern.blocks() + 1] }, pattern)
     }
 
     /// Slot of the first block of a coarse node.
@@ -242,13 +243,13 @@ impl Level {
         self.galerkin.update(pool, fine, blocks.start, &mut self.values[blocks]);
     }
 
-    /// Inverse of the diagonal block of a coarse node, times the level's share.
+    /// Inverse of the diagonal block of a coarse node, times the level's weight.
     fn inverse(&self, node: usize) -> Block {
-        // A block that is zero (nothing moves), or singular up to rounding, adds nothing.
+        // A zero block (no free node) or one that is singular up to rounding contributes nothing.
         let block = self.values[self.diagonal[node] as usize].map(f64::from);
         let least = |b: &Block| b[0].min(b[4]).min(b[8]);
         let sound = |m: &Block| least(&block).min(least(m)) > 0.0 && condition(&block, m) <= MAX_BLOCK_CONDITION;
-        symmetric_inverse(&block).filter(sound).map_or([0.0; 9], |m| m.map(|c| self.share * c))
+        symmetric_inverse(&block).filter(sound).map_or([0.0; 9], |m| m.map(|c| self.weight * c))
     }
 }
 
@@ -258,7 +259,7 @@ mod tests {
     use crate::lanes::LANES;
     use crate::lanes::{by_sixteen, one_by_one};
 
-    // Enough for more than one piece of every pass.
+    // Large enough for several chunks in every loop.
     const N: usize = 9000;
     const FEWER: [usize; 2] = [4500, 2250];
 
@@ -266,7 +267,7 @@ mod tests {
         (1.7 * i as f32).sin()
     }
 
-    /// Weights that lie together or anywhere.
+    /// Weights of a regular or an irregular mesh.
     fn weights(is_regular: bool, n: usize, coarse: usize) -> Weights {
         let mut weights = Weights { start: vec![0], ..Weights::default() };
         for i in 0..n {
@@ -331,10 +332,10 @@ mod tests {
     #[test]
     fn of_two_levels_that_are_coarser_one_way_each_the_second_one_has_the_share() {
         use CoarsenedAxes::{Across, Along, Both};
-        let shares = Shares { finest: 0.5, first: 1.0, ratio: 0.5 };
+        let weights_of_levels = LevelWeights { finest: 0.5, first: 1.0, ratio: 0.5 };
         let of_each = [(Across, 0.0), (Along, 1.0), (Across, 0.0), (Along, 0.5), (Along, 0.25), (Across, 0.125)];
-        assert_eq!(shares.of(&of_each.map(|each| each.0)), of_each.map(|each| each.1));
-        assert_eq!(shares.of(&[Both, Both]), [1.0, 0.5]);
+        assert_eq!(weights_of_levels.of(&of_each.map(|each| each.0)), of_each.map(|each| each.1));
+        assert_eq!(weights_of_levels.of(&[Both, Both]), [1.0, 0.5]);
     }
 
     #[test]
@@ -361,7 +362,7 @@ mod tests {
             for levels in [&mut halves, &mut whole] {
                 levels.update(&Pool::new(1), &values, Due::All);
             }
-            // What was there before is not to be added to.
+            // Previous contents must be overwritten.
             applied(&mut halves, 1, &r);
             let serial = applied(&mut halves, 1, &r);
             let (halves, whole) = (applied(&mut halves, 4, &r), applied(&mut whole, 1, &r));

@@ -1,14 +1,14 @@
-//! Geometric coarsening of a sheet that lies nearly in a plane: the corners of squares, twice as wide from level to level, along both axes or
-//! one of them.
+//! Geometric coarsening of a nearly planar sheet: coarse nodes are the corners of squares whose width doubles from level to level, along both axes
+//! or one of them.
 //!
-//! Weights are linear along both sides of a square, also at the border, beyond which there are corners too. What is carried over
-//! is then as smooth as on a coarser mesh. Bending, which scales with the fourth power of a length, needs that smoothness: averages over
-//! aggregates take up to twice as many iterations. Nodes around a corner that are connected only elsewhere, on both sides of a cut or in
-//! two layers, get a corner for each connected part.
+//! Weights are bilinear in a square, also at the border, beyond which there are corners too, so the prolongation is as smooth as on a coarser
+//! mesh. Bending energy scales with the fourth power of a length and needs that smoothness: aggregation takes up to twice as many iterations.
+//! If the nodes around a corner are connected only through other nodes, as on the two sides of a cut or in two layers, each connected component
+//! gets its own corner.
 //!
-//! Over many nodes squares begin a quarter of their width before the nodes, on every level. Those of a grid are a quarter or three
-//! quarters of a width from corners then, and what is carried over many levels is as smooth as quadratic splines (Chaikin 1974), which
-//! takes fewer iterations, of more terms. A grid is halved one way at a time there: that needs fewer terms for the same weights.
+//! For many nodes, squares are offset by a quarter of their width on every level. The nodes of a grid are then a quarter or three quarters of a
+//! width from the corners, and the prolongation over many levels converges to quadratic splines (Chaikin 1974). This takes fewer iterations with
+//! more terms; coarsening one axis at a time needs fewer terms for the same weights.
 
 use super::graph::{Graph, Weights};
 use crate::algebra::Vec3;
@@ -16,21 +16,21 @@ use crate::elements::ElementSet;
 use CoarsenedAxes::{Across, Along, Both};
 use pliant_plugin_api::abi;
 
-/// Coordinates of a node in the plane, in widths of the mesh.
-type Place = [f64; 2];
+/// Coordinates of a node in the plane, in mesh widths.
+type PlaneCoordinates = [f64; 2];
 
 /// A planar grid over the nodes of a level.
 #[derive(Clone, Debug)]
 pub struct PlanarGrid {
     /// Coordinates of each node.
-    places: Vec<Place>,
-    /// Offset of the first square before the nodes, in widths of a square.
+    places: Vec<PlaneCoordinates>,
+    /// Offset of the first square before the first node, in widths of a square.
     begin: f64,
-    /// Coarsenings to try, the best first; coordinates are whole numbers where one axis is coarsened at a time.
+    /// Coarsenings to try, best first. Coordinates are integers if one axis is coarsened at a time.
     next: &'static [CoarsenedAxes],
 }
 
-/// The axes along which widths are doubled.
+/// The axes along which the width of the squares is doubled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CoarsenedAxes {
     /// Both axes.
@@ -42,28 +42,28 @@ pub enum CoarsenedAxes {
 }
 
 impl CoarsenedAxes {
-    /// Whether widths are doubled along rows, and across them.
+    /// Whether the width is doubled along rows, and across rows.
     fn flags(self) -> [bool; 2] {
         [self != Self::Across, self != Self::Along]
     }
 }
 
-/// Nodes from which on fewer iterations are worth more terms in each.
-const MANY: usize = 8192;
-/// The same for the widths of the shorter side.
-const LONG: f64 = 48.0;
-/// Offset of squares before the nodes of a large grid, in widths of a square.
-const QUARTER: f64 = 0.25;
-/// Least cosine of the angle between a triangle and the plane of the sheet.
-const LEVEL: f64 = 0.5;
-/// A coordinate or cosine below this counts as zero: coordinates in files have few digits.
-const ROUGH: f64 = 1e-2;
-/// A weight below this counts as zero.
-const NOTHING: f64 = 1e-6;
-/// Most nodes in a square of two by two widths: a mesh that is locally much finer is left to aggregates.
-const CROWD: usize = 16;
+/// Number of nodes from which offset squares pay: fewer iterations with more terms each.
+const MIN_OFFSET_NODES: usize = 8192;
+/// Length of the shorter side, in mesh widths, from which offset squares pay.
+const MIN_OFFSET_LENGTH: f64 = 48.0;
+/// Offset of the squares of a large grid before its first node, in widths of a square.
+const OFFSET: f64 = 0.25;
+/// Smallest cosine of the angle between a triangle and the plane of a planar sheet.
+const MIN_COSINE: f64 = 0.5;
+/// Coordinates and cosines below this count as zero, because coordinates in files are rounded.
+const ROUNDING: f64 = 1e-2;
+/// Weights below this count as zero.
+const MIN_WEIGHT: f64 = 1e-6;
+/// Largest number of nodes in a square of two by two mesh widths; a mesh that is locally much finer uses aggregation.
+const MAX_PER_SQUARE: usize = 16;
 
-/// The planar grid of a sheet at rest; `None` for anything else, and for a sheet that is not nearly planar or not evenly fine.
+/// The planar grid of a sheet at rest; `None` for other bodies, and for a sheet that is not nearly planar or whose triangles differ much in size.
 pub fn planar_grid(rest: &[Vec3], sets: &[ElementSet]) -> Option<PlanarGrid> {
     let with_forces = || sets.iter().filter(|set| set.has(abi::HAS_FORCES));
     let is_sheet = with_forces().all(|set| [abi::TRIANGLE, abi::HINGE].contains(&set.request().kind));
@@ -76,25 +76,25 @@ fn over(rest: &[Vec3], triangles: &[[u32; 3]]) -> Option<PlanarGrid> {
         Plane::of(triangles.iter().map(|corners| corners.map(|node| rest[node as usize])))?.places(rest);
     let steps = |c: usize| places.windows(2).map(|pair| (pair[1][c] - pair[0][c]).abs()).sum::<f64>();
     if steps(1) > steps(0) {
-        // Rows of corners as those of nodes.
+        // Rows of corners are parallel to rows of nodes.
         places.iter_mut().for_each(|place| place.reverse());
     }
     for c in 0..2 {
         let least = places.iter().map(|place| place[c]).fold(f64::INFINITY, f64::min);
         places.iter_mut().for_each(|place| place[c] -= least);
     }
-    let mut squares: Vec<_> = places.iter().map(|place| place.map(|at| (at / 2.0 + NOTHING) as i64)).collect();
+    let mut squares: Vec<_> = places.iter().map(|place| place.map(|at| (at / 2.0 + MIN_WEIGHT) as i64)).collect();
     squares.sort_unstable();
-    let is_even = squares.chunk_by(|a, b| a == b).all(|square| square.len() <= CROWD);
-    let is_long = |c: usize| places.iter().any(|place| place[c] >= LONG);
-    let is_large = places.len() >= MANY && is_long(0) && is_long(1);
+    let is_even = squares.chunk_by(|a, b| a == b).all(|square| square.len() <= MAX_PER_SQUARE);
+    let is_long = |c: usize| places.iter().any(|place| place[c] >= MIN_OFFSET_LENGTH);
+    let is_large = places.len() >= MIN_OFFSET_NODES && is_long(0) && is_long(1);
     let next: &[CoarsenedAxes] = if is_large && is_grid { &[Across, Along] } else { &[Both] };
-    is_even.then_some(PlanarGrid { places, begin: if is_large { QUARTER } else { 0.0 }, next })
+    is_even.then_some(PlanarGrid { places, begin: if is_large { OFFSET } else { 0.0 }, next })
 }
 
 /// The mean plane of a sheet.
 struct Plane {
-    /// A node.
+    /// Origin: the position of a node, m.
     origin: Vec3,
     /// Unit vectors in the plane.
     axes: [Vec3; 2],
@@ -109,23 +109,23 @@ impl Plane {
         let twice_area = |[a, b, c]: [Vec3; 3]| (b - a).cross(&(c - a));
         let (sum, count) = triangles.clone().fold((Vec3::zeros(), 0), |(sum, n), t| (sum + twice_area(t), n + 1));
         let normal = sum.try_normalize(0.0)?;
-        if !triangles.clone().map(twice_area).all(|area| area.dot(&normal) >= LEVEL * area.norm()) {
+        if !triangles.clone().map(twice_area).all(|area| area.dot(&normal) >= MIN_COSINE * area.norm()) {
             return None;
         }
         let largest = triangles.max_by(|a, b| twice_area(*a).norm().total_cmp(&twice_area(*b).norm()))?;
         let from = |k: usize| [largest[(k + 1) % 3] - largest[k], largest[(k + 2) % 3] - largest[k]];
         let cosine = |k: &usize| from(*k)[0].normalize().dot(&from(*k)[1].normalize()).abs();
-        // Its corner that is next to square.
+        // The corner whose angle is closest to a right angle.
         let corner = (0..3).min_by(|a, b| cosine(a).total_cmp(&cosine(b)))?;
         let across = normal.cross(&from(corner)[0]).try_normalize(0.0)?;
-        let sides = (cosine(&corner) <= ROUGH).then(|| from(corner).map(|side| side.norm()));
+        let sides = (cosine(&corner) <= ROUNDING).then(|| from(corner).map(|side| side.norm()));
         let width = (sum.norm() / f64::from(count)).sqrt();
         Some(Self { origin: largest[corner], axes: [across.cross(&normal), across], sides, width })
     }
 
-    /// Coordinates of the nodes, and whether they are whole numbers.
-    fn places(&self, rest: &[Vec3]) -> (Vec<Place>, bool) {
-        let measured = |widths: [f64; 2]| -> Vec<Place> {
+    /// Coordinates of the nodes, and whether they are integers.
+    fn places(&self, rest: &[Vec3]) -> (Vec<PlaneCoordinates>, bool) {
+        let measured = |widths: [f64; 2]| -> Vec<PlaneCoordinates> {
             let place = |x: Vec3| [0, 1].map(|c| (x - self.origin).dot(&self.axes[c]) / widths[c]);
             rest.iter().map(|x| place(*x)).collect()
         };
@@ -136,17 +136,17 @@ impl Plane {
     }
 }
 
-/// Coordinates rounded to whole numbers; `None` if some are not close to one.
-fn whole(mut places: Vec<Place>) -> Option<Vec<Place>> {
+/// Coordinates rounded to integers; `None` if some are not close to integers.
+fn whole(mut places: Vec<PlaneCoordinates>) -> Option<Vec<PlaneCoordinates>> {
     for c in 0..2 {
         let [least, most] = [f64::min, f64::max].map(|of| places.iter().map(|place| place[c]).reduce(of));
         let (least, extent) = (least?, most? - least?);
-        // Numbers in a file are rounded, and a sheet has more of them between its ends than one of its sides.
+        // Rounded file coordinates accumulate errors over a sheet; consecutive coordinates are compared instead of absolute ones.
         let stretch = extent.round() / extent;
         for place in &mut places {
             let at = (place[c] - least) * stretch;
             let off = (at - at.round()).abs();
-            if off.is_nan() || off > ROUGH {
+            if off.is_nan() || off > ROUNDING {
                 return None;
             }
             place[c] = at.round();
@@ -156,17 +156,17 @@ fn whole(mut places: Vec<Place>) -> Option<Vec<Place>> {
 }
 
 impl PlanarGrid {
-    /// Coarsenings to try, the best first.
+    /// Coarsenings to try, best first.
     pub fn next(&self) -> &'static [CoarsenedAxes] {
         self.next
     }
 
-    /// Whether squares begin before the nodes, which makes prolongation over many levels smooth.
+    /// Whether squares are offset, which makes the prolongation over many levels smooth.
     pub fn is_smooth(&self) -> bool {
         self.begin > 0.0
     }
 
-    /// The grid of the corners of squares with doubled widths, its graph, and the weights of its prolongation.
+    /// The grid of the corners of squares with doubled width, its graph and its prolongation.
     pub fn coarsened(&self, axes: CoarsenedAxes, graph: &Graph) -> (Self, Graph, Weights) {
         let (places, weights) = self.given(axes.flags(), graph);
         let next: &[CoarsenedAxes] = match axes {
@@ -178,14 +178,14 @@ impl PlanarGrid {
         (Self { places, next, ..*self }, joined, weights)
     }
 
-    fn given(&self, ways: [bool; 2], graph: &Graph) -> (Vec<Place>, Weights) {
+    fn given(&self, ways: [bool; 2], graph: &Graph) -> (Vec<PlaneCoordinates>, Weights) {
         let places = &self.places;
-        // By row, place in it and node.
+        // Key: row, column and node.
         let mut shares: Vec<(i64, i64, u32, f64)> = Vec::with_capacity(4 * places.len());
         for (node, place) in (0_u32..).zip(places) {
             let [(i, u), (j, v)] = [0, 1].map(|c| {
                 let at = if ways[c] { place[c] / 2.0 + self.begin } else { place[c] };
-                let first = (at + NOTHING).floor();
+                let first = (at + MIN_WEIGHT).floor();
                 (first as i64, (at - first).max(0.0))
             });
             let four = [
@@ -194,13 +194,13 @@ impl PlanarGrid {
                 (i, j + 1, (1.0 - u) * v),
                 (i + 1, j + 1, u * v),
             ];
-            shares.extend(four.into_iter().filter(|four| four.2 > NOTHING).map(|(i, j, share)| (j, i, node, share)));
+            shares.extend(four.into_iter().filter(|four| four.2 > MIN_WEIGHT).map(|(i, j, share)| (j, i, node, share)));
         }
         shares.sort_unstable_by_key(|(j, i, node, _)| (*j, *i, *node));
         let (mut corners, mut terms) = (Vec::new(), Vec::with_capacity(shares.len()));
         for around in shares.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
             let nodes: Vec<u32> = around.iter().map(|share| share.2).collect();
-            let part = parts(&nodes, graph);
+            let part = components(&nodes, graph);
             let first = corners.len() as u32;
             terms.extend(around.iter().zip(&part).map(|(share, part)| (share.2, first + part, share.3 as f32)));
             let count = part.iter().max().map_or(0, |last| last + 1);
@@ -217,11 +217,11 @@ impl PlanarGrid {
     }
 }
 
-/// The graph of the corners: two are neighbours if the nodes they give to are.
+/// The graph of the corners: two corners are adjacent if nodes of theirs are.
 fn joined(corners: usize, graph: &Graph, weights: &Weights, axes: CoarsenedAxes) -> Graph {
     let mut pairs = Vec::new();
     for node in 0..graph.len() {
-        // Corners of squares that are joined have a node in common, as long as widths are doubled both ways.
+        // If both axes are coarsened, corners of connected squares have a node in common.
         let around = if axes == Both { &[] } else { graph.of(node) };
         for near in around.iter().map(|near| *near as usize).chain([node]) {
             for (a, _) in weights.of(node) {
@@ -232,8 +232,8 @@ fn joined(corners: usize, graph: &Graph, weights: &Weights, axes: CoarsenedAxes)
     Graph::new(corners, pairs)
 }
 
-/// The connected component of each of some nodes, within them.
-fn parts(nodes: &[u32], graph: &Graph) -> Vec<u32> {
+/// The connected component of each of some nodes, in the graph restricted to them.
+fn components(nodes: &[u32], graph: &Graph) -> Vec<u32> {
     let (mut part, mut count, mut open) = (vec![u32::MAX; nodes.len()], 0, Vec::new());
     for first in 0..nodes.len() {
         if part[first] != u32::MAX {
@@ -255,7 +255,7 @@ mod tests {
     use super::*;
     use crate::multilevel::coarsen::{Coarsened, Layout};
 
-    /// A sheet of `n` by `m` nodes at places that `at` gives, in triangles whose diagonals alternate.
+    /// A sheet of `n` by `m` nodes at the positions `at` returns, with triangles of alternating diagonals.
     fn sheet(n: u32, m: u32, at: impl Fn(u32, u32) -> Vec3) -> (Vec<Vec3>, Vec<[u32; 3]>) {
         let rest = (0..m).flat_map(|j| (0..n).map(move |i| (i, j))).map(|(i, j)| at(i, j)).collect();
         let mut triangles = Vec::new();
@@ -270,7 +270,7 @@ mod tests {
         Layout::of_triangles(over(rest, triangles), rest.len(), triangles)
     }
 
-    /// Corners of levels, after their weights were looked at.
+    /// Numbers of corners of all levels, after a check of the weights.
     fn levels(mut layout: Layout) -> Vec<usize> {
         let mut counts = Vec::new();
         while let Some(Coarsened { layout: coarse, weights, axes }) =
@@ -295,8 +295,8 @@ mod tests {
     }
 
     #[test]
-    fn of_a_grid_every_second_node_is_a_corner_and_weights_are_linear_up_to_the_border() {
-        // Cells of 2 by 3, tilted.
+    fn every_second_node_of_a_grid_is_a_corner_and_weights_are_linear() {
+        // Cells of 2 by 3, in an inclined plane.
         let grid = sheet(33, 21, |i, j| {
             Vec3::new(2.0 * f64::from(i), 3.0 * 0.6 * f64::from(j), 3.0 * 0.8 * f64::from(j) + 7.0)
         });
@@ -308,7 +308,7 @@ mod tests {
     }
 
     #[test]
-    fn a_large_grid_is_halved_one_way_at_a_time_and_its_nodes_are_a_quarter_from_lines() {
+    fn a_large_grid_is_coarsened_one_axis_at_a_time_with_offset_squares() {
         let layout = layout(&sheet(100, 90, |i, j| Vec3::new(f64::from(i), 0.0, 2.0 * f64::from(j))));
         let weights = layout.coarsen().expect("level").weights;
         let shares =
@@ -316,14 +316,14 @@ mod tests {
         assert!((0..9000).all(|node| shares(node) == [0.25, 0.75]));
         let [a, b, c, d, e] = [[51, 46], [27, 24], [15, 13], [9, 8], [6, 5]].map(|[n, m]| n * m);
         assert_eq!(levels(layout), [100 * 46, a, 51 * 24, b, 27 * 13, c, 15 * 8, d, 9 * 5, e, 6 * 4, 4 * 4, 4 * 3]);
-        // Of a strip only what is long is halved at last; one of a few rows takes fewer iterations with corners among its nodes.
+        // A strip is finally coarsened along its length only; one of a few rows takes fewer iterations without an offset.
         let strip = |n, m| self::layout(&sheet(n, m, |i, j| Vec3::new(f64::from(i), 0.0, f64::from(j))));
         assert!(levels(strip(400, 50)).ends_with(&[9 * 3, 6 * 3, 4 * 3]));
         assert_eq!(levels(strip(3000, 3))[..2], [1501 * 2, 751 * 2]);
     }
 
     #[test]
-    fn a_grid_of_a_file_with_few_digits_is_one() {
+    fn a_grid_with_rounded_coordinates_is_recognised() {
         let rounded = |at: u32| (0.2 / 127.0 * f64::from(at) * 1e6).round() * 1e-6;
         let (rest, triangles) = sheet(128, 128, |i, j| Vec3::new(rounded(i), rounded(j), 0.0));
         let grid = over(&rest, &triangles).expect("level");
@@ -334,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn scattered_nodes_have_squares_about_as_wide() {
+    fn scattered_nodes_have_squares_of_about_the_mesh_width() {
         let wave = |i: u32, j: u32, k: f64| 0.3 * (k * f64::from(17 * i + 29 * j)).sin();
         let at =
             |i, j| Vec3::new(f64::from(i) + wave(i, j, 1.3), f64::from(j) + wave(i, j, 1.7), 0.2 * wave(i, j, 0.1));
@@ -345,8 +345,8 @@ mod tests {
     }
 
     #[test]
-    fn what_hangs_together_elsewhere_only_has_corners_of_its_own() {
-        // Two layers; and one that is cut from one side to its middle.
+    fn components_around_a_corner_have_separate_corners() {
+        // Two layers, and one layer that is cut from one side to its centre.
         for n in [16, 96] {
             let all = n * n;
             let (mut rest, mut triangles) = sheet(n, n, |i, j| Vec3::new(f64::from(i), f64::from(j), 0.0));
@@ -373,7 +373,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_bent_or_much_finer_somewhere_is_left_to_aggregates() {
+    fn bent_or_locally_refined_sheets_use_aggregation() {
         let bent = |angle: f64| {
             sheet(30, 30, |i, j| {
                 let turn = angle * (f64::from(i) / 29.0 - 0.5);

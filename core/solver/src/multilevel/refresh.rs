@@ -1,7 +1,7 @@
 //! Schedule for refreshing the coarse levels of a preconditioner.
 //!
-//! A body changes little from step to step, so coarse levels serve several steps. They are refreshed part by part, so that no step takes
-//! longer than others, and as a whole when iterations have grown or the matrix has another scale.
+//! A body changes little from step to step, so coarse levels are used for several steps. They are refreshed part by part, so that steps take
+//! equally long, and as a whole if the iterations have grown or the scale of the matrix has changed.
 
 /// The state of the schedule.
 #[derive(Debug, Default)]
@@ -12,32 +12,32 @@ pub struct Refresh {
     part: usize,
     /// Scale of the matrix the levels were built for.
     scale: f64,
-    /// Iterations of the first solve since the round began.
+    /// Iterations of the first solve after a full refresh.
     first: Option<usize>,
 }
 
-/// What to refresh for the next matrix.
+/// The parts to refresh for the next matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Due {
-    /// Everything.
+    /// All parts.
     All,
     /// One of [`PARTS`].
     Part(usize),
 }
 
-/// Number of parts: after so many matrices every part was refreshed.
+/// Number of parts; after this number of matrices every part has been refreshed.
 pub const PARTS: usize = 8;
 
-/// Growth in iterations that is no sign of outdated levels.
-const FEW: usize = 8;
+/// Growth of the iterations that does not cause a full refresh.
+const MAX_GROWTH: usize = 8;
 
 impl Refresh {
-    /// Declares the levels outdated.
+    /// Marks all levels as outdated.
     pub fn end(&mut self) {
         self.valid = false;
     }
 
-    /// What to refresh for the next matrix; counts as done.
+    /// Returns the parts to refresh for the next matrix with this scale, and counts them as refreshed.
     pub fn due(&mut self, scale: f64) -> Due {
         if !self.valid || self.scale != scale {
             *self = Self { valid: true, part: 0, scale, first: None };
@@ -54,7 +54,7 @@ impl Refresh {
     /// Records the iterations of a solve.
     pub fn record_iterations(&mut self, iterations: usize) {
         let first = *self.first.get_or_insert(iterations);
-        if iterations > first + first / 4 + FEW {
+        if iterations > first + first / 4 + MAX_GROWTH {
             self.end();
         }
     }
@@ -65,7 +65,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_valid_until_it_is_slow_or_of_another_scale_and_is_made_anew_part_by_part() {
+    fn levels_are_refreshed_in_parts_and_fully_when_slow_or_rescaled() {
         let mut refresh = Refresh::default();
         let made = |refresh: &mut Refresh, iterations: &[usize]| -> Vec<Due> {
             let serve = |&count: &usize| {

@@ -10,9 +10,9 @@ use crate::lanes::symmetric::{put_inverse, times};
 use crate::lanes::{LANES, Lanes, Sixteen, Vectors, Work, put, three, widest};
 use crate::threads::Pool;
 
-/// Sixteens in a chunk of work for a thread.
+/// Groups of sixteen nodes in a chunk of work for a thread.
 const CHUNK: usize = 64;
-/// Least share of filled lanes in lookups on the finest level: below it shuffles cost more than they save.
+/// Smallest fraction of used lanes in the lookups of the finest level; below it shuffles cost more than they save.
 const MIN_FILL: f64 = 0.25;
 
 /// Vectors of the coarse levels, with the transfers between them.
@@ -26,15 +26,15 @@ struct Stage {
     restriction: Lookups,
     /// Prolongation to the finer level.
     prolongation: Lookups,
-    /// Inverses of the diagonal blocks, six numbers each, by sixteen nodes; `None` on an intermediate level.
+    /// Weighted inverses of the diagonal blocks, six numbers each, in groups of sixteen nodes; `None` on an intermediate level.
     inverse: Option<Lines<f32>>,
     r: Lines<f32>,
-    /// Empty on an intermediate level, which reuses `r`.
+    /// Preconditioned residual; empty on an intermediate level, which reuses `r`.
     h: Lines<f32>,
 }
 
 impl StructuredTransfer {
-    /// Transfers with these weights to levels of so many nodes, and the shares of the levels; `None` if the mesh is not regular.
+    /// Transfers between levels, from the prolongation, the number of nodes and the weight of each coarse level; `None` if the mesh is irregular.
     pub fn new(levels: &[(Weights, usize)], shares: &[f64]) -> Option<Self> {
         let mut stages = Vec::with_capacity(levels.len());
         for ((weights, coarse), share) in levels.iter().zip(shares) {
@@ -49,7 +49,7 @@ impl StructuredTransfer {
         Some(Self(stages))
     }
 
-    /// Memory, bytes.
+    /// Memory of weights and vectors, bytes.
     pub fn bytes(&self) -> usize {
         let of = |s: &Stage| {
             let inverse = s.inverse.as_ref().map_or(0, Lines::bytes);
@@ -84,7 +84,7 @@ impl StructuredTransfer {
         for at in (1..self.0.len()).rev() {
             let (finer, rest) = self.0.split_at_mut(at);
             let (lookups, from, Stage { inverse, r, h, .. }) =
-                (&rest[0].prolongation, rest[0].given(), &mut finer[at - 1]);
+                (&rest[0].prolongation, rest[0].source(), &mut finer[at - 1]);
             let adds = inverse.is_some();
             let to = if adds { h } else { r };
             pool.par_chunks(to.vectors_mut(), CHUNK, &|first, to| widest(Transfer { lookups, first, from, to, adds }));
@@ -99,7 +99,7 @@ impl StructuredTransfer {
 
 impl Stage {
     /// The vectors that are prolongated to the finer level.
-    fn given(&self) -> &[Vectors] {
+    fn source(&self) -> &[Vectors] {
         if self.inverse.is_some() { self.h.vectors() } else { self.r.vectors() }
     }
 }
@@ -107,11 +107,11 @@ impl Stage {
 impl Coarser for Stage {
     #[inline(always)]
     fn add<U: Lanes>(&self, unit: U, sixteen: usize, sum: [U::V; 3]) -> [U::V; 3] {
-        self.prolongation.add(unit, sixteen, self.given(), sum)
+        self.prolongation.add(unit, sixteen, self.source(), sum)
     }
 }
 
-/// Restriction to coarse nodes from a sixteen on, with the level's own part of P.
+/// Restriction to the coarse nodes from a group of sixteen on, with the block Jacobi term of the level.
 struct Restriction<'a> {
     restriction: &'a Lookups,
     first: usize,
@@ -135,7 +135,7 @@ impl Work for Restriction<'_> {
     }
 }
 
-/// Transfer to nodes from a sixteen on; if it `adds`, to what they hold already.
+/// Transfer to the nodes from a group of sixteen on; adds to their values if `adds` is set, otherwise overwrites them.
 struct Transfer<'a> {
     lookups: &'a Lookups,
     first: usize,

@@ -1,6 +1,6 @@
-//! Interpolation weights stored row by row, for both directions.
+//! Interpolation weights stored row by row, for restriction and prolongation.
 //!
-//! The terms of a fine node are padded to the longest of its sixteen rows: with equal lengths a processor mispredicts no loop end.
+//! The rows of sixteen fine nodes are padded to the longest of them; with equal lengths no loop end is mispredicted.
 
 use super::graph::Weights;
 use crate::lanes::{Lanes, Quad};
@@ -8,24 +8,24 @@ use crate::lanes::{Lanes, Quad};
 /// Interpolation weights between a level and the next coarser one, stored in both directions.
 #[derive(Debug, Default)]
 pub struct WeightsByRow {
-    /// Where the runs of each coarse node begin (coarse nodes + 1).
+    /// Index of the first run of each coarse node (coarse nodes + 1).
     start: Vec<u32>,
-    /// Runs: the first of four consecutive fine nodes, and their weights.
+    /// Runs of restriction: the first of four consecutive fine nodes, and their weights.
     fine: Vec<(u32, Quad)>,
-    /// Where the terms of each sixteen fine nodes begin.
+    /// Index of the first term of each group of sixteen fine nodes.
     slice: Vec<u32>,
-    /// Terms by fine node.
+    /// Terms of prolongation, by fine node.
     coarse: Vec<Term>,
 }
 
 /// A coarse node and its weight.
 type Term = (u32, f32);
 
-/// Rows whose lists have equal length.
+/// Number of rows that are padded to equal length.
 const ROWS: usize = 16;
 
 impl WeightsByRow {
-    /// Stores weights that lead to `coarse` nodes.
+    /// Stores the prolongation from `coarse` nodes.
     pub fn new(weights: &Weights, coarse: usize) -> Self {
         let count = weights.start.len() - 1;
         let mut this = Self { slice: vec![0], start: vec![0], ..Self::default() };
@@ -38,7 +38,7 @@ impl WeightsByRow {
             this.coarse.resize((this.slice[first / ROWS] as usize) + ROWS * width, (0, 0.0));
             this.slice.push(this.coarse.len() as u32);
         }
-        // There are at least four.
+        // Runs have four nodes, so there must be at least four.
         let last = count as u32 - 4;
         let fine = weights.transposed(coarse);
         for node in 0..coarse {
@@ -55,14 +55,14 @@ impl WeightsByRow {
         this
     }
 
-    /// Memory, bytes.
+    /// Memory of the weights, bytes.
     pub fn bytes(&self) -> usize {
         self.fine.len() * size_of::<(u32, Quad)>()
             + self.coarse.len() * size_of::<Term>()
             + (self.start.len() + self.slice.len()) * 4
     }
 
-    /// Restriction to one coarse node from fine vectors, in two sums that do not wait for each other.
+    /// Restriction of fine vectors to one coarse node, in two independent sums that hide latency.
     #[inline(always)]
     pub fn restricted(&self, unit: impl Lanes, node: usize, from: &[Quad]) -> Quad {
         let (pairs, last) = self.fine[self.start[node] as usize..self.start[node + 1] as usize].as_chunks::<2>();
@@ -77,7 +77,7 @@ impl WeightsByRow {
         unit.sum_of_four(unit.add(even, odd))
     }
 
-    /// Prolongation: adds coarse vectors `from` to fine nodes `first` on.
+    /// Prolongation: adds the coarse vectors `from` to the fine nodes from `first`.
     #[inline(always)]
     pub fn prolongate(&self, first: usize, from: &[Quad], rows: &mut [Quad]) {
         let (mut at, end) = (first, first + rows.len());
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn both_ways_are_the_weights_from_any_node_on() {
+    fn restriction_and_prolongation_match_the_weights() {
         let (n, coarse) = (75, 11);
         let mut weights = Weights { start: vec![0], ..Weights::default() };
         for i in 0..n {

@@ -162,7 +162,7 @@ impl F32Corrections {
             let due = self.refresh.due(self.matrix.scale());
             self.matrix.without_fixed(pool, system.matrix, constraints, levels.sources(due));
             levels.update(pool, self.matrix.values(), due);
-            self.jacobi_weight *= levels.share();
+            self.jacobi_weight *= levels.finest_weight();
         }
         // Condition numbers are not negative, so their order is that of their bits, and an atomic maximum of the bits works.
         let (jacobi_weight, max_condition) = (self.jacobi_weight, AtomicU64::new(0));

@@ -11,7 +11,7 @@ use worker_pool::WorkerPool;
 /// A worker pool of a fixed number of threads; a pool of one runs everything on the calling thread.
 pub struct Pool {
     threads: usize,
-    /// How often work is halved so that each thread has one part of it: the same part of every loop, whose data are in its cache.
+    /// Depth of the binary splits that give each thread one part of a loop, the same part in every loop, whose data are in its cache.
     halvings: u32,
     /// Workers for a calling thread that already belongs to another pool.
     apart: OnceLock<Option<WorkerPool>>,
@@ -19,17 +19,17 @@ pub struct Pool {
     alone: AtomicBool,
 }
 
-/// Fewest nodes in a chunk of a vector for a thread.
+/// Smallest number of nodes in a chunk of a vector for a thread.
 pub const NODES: usize = 1024;
-/// Items in a block of a sum: fixed, so that the order of additions is.
+/// Number of items in a block of a sum; constant, so that the order of additions is too.
 const SUM_BLOCK: usize = 256;
-/// Fewest blocks per thread before a sum is split.
+/// Smallest number of blocks per thread for which a sum is split.
 const PARALLEL_BLOCKS: usize = 8;
-/// Spins of a thread that waits for part of its own work before it yields its processor.
+/// Number of spins of a waiting thread before it yields its processor.
 const SPINS_BEFORE_YIELD: u32 = 1024;
 
 impl Pool {
-    /// A pool of `threads` threads, at least one, the calling thread included.
+    /// A pool of `threads` threads including the calling thread; 0 counts as 1.
     pub fn new(threads: usize) -> Self {
         let threads = threads.max(1);
         let halvings = threads.next_power_of_two().ilog2();
@@ -41,15 +41,15 @@ impl Pool {
         if self.alone.load(Ordering::Relaxed) { 1 } else { self.threads }
     }
 
-    /// How often work is halved so that each thread has one part of it.
+    /// Depth of the binary splits that give each thread one part of a loop.
     pub fn halvings(&self) -> u32 {
         self.halvings
     }
 
-    /// Runs `work` on the pool: on the calling thread and on workers, which stay awake for a while afterwards. If the system refuses to
-    /// create threads, on the calling thread alone.
+    /// Runs `work` on the pool: on the calling thread and on workers, which stay awake for about 1 ms afterwards. If the system refuses to create
+    /// threads, it runs on the calling thread alone.
     ///
-    /// A thread that calls this becomes a member of its pool for good: what it gives to `rayon` directly runs there too.
+    /// A thread that calls this becomes a permanent member of the pool: its direct calls of `rayon` run there too.
     pub fn install<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
         if self.threads == 1 || self.alone.load(Ordering::Relaxed) {
             return work();
@@ -66,7 +66,7 @@ impl Pool {
         }
     }
 
-    /// Runs both closures, in parallel if there are threads.
+    /// Runs both closures, in parallel if there is more than one thread.
     pub fn join<A: Send, B: Send>(&self, a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
         if self.threads == 1 || self.alone.load(Ordering::Relaxed) {
             return (a(), b());
@@ -135,7 +135,7 @@ impl Pool {
     }
 }
 
-/// Whether one part of a join was taken by another thread, and whether it is done.
+/// Whether one part of a join was started by another thread, and whether it is done.
 #[derive(Default)]
 struct Taken {
     begun: AtomicBool,
@@ -149,13 +149,13 @@ impl Taken {
         work()
     }
 
-    /// Waits until the part is done, if another thread took it. It spins: left to the system's scheduler, a wait of more than some
-    /// microseconds ends in a sleep.
+    /// Waits until the part is done, if another thread started it. It spins, because the system's scheduler would put the thread to sleep after a few
+    /// microseconds.
     fn wait(&self) {
         let mut looked = 0_u32;
         while self.begun.load(Ordering::Acquire) && !self.over.load(Ordering::Acquire) {
             looked += 1;
-            // There may be more threads than processors.
+            // Yields in case there are more threads than processors.
             if looked.is_multiple_of(SPINS_BEFORE_YIELD) { std::thread::yield_now() } else { spin_loop() }
         }
     }
@@ -233,7 +233,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_panics_in_one_part_ends_the_whole() {
+    fn a_panic_in_one_part_ends_the_loop() {
         let pool = Pool::new(2);
         for fails in [[true, false], [false, true]] {
             let taken = AtomicBool::new(false);
@@ -258,11 +258,11 @@ mod tests {
     }
 
     #[test]
-    fn where_the_system_gives_no_threads_one_works() {
+    fn without_system_threads_the_calling_thread_works() {
         let pool = Pool::new(3);
         assert_eq!(pool.threads(), 3);
         pool.apart.set(None).ok();
-        // A thread of another pool is none of this one.
+        // A member of another pool is not a member of this one.
         Pool::new(2).install(|| assert_eq!(pool.install(|| pool.join(|| 1, || 2)), (1, 2)));
         assert_eq!(pool.threads(), 1);
     }
@@ -284,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn pieces_cover_everything_once() {
+    fn chunks_cover_every_item_once() {
         for threads in [1, 3] {
             let mut out = vec![0_usize; 10_000];
             Pool::new(threads).par_chunks(&mut out[..], 64, &|first, piece: &mut [usize]| {

@@ -1,7 +1,7 @@
-//! Worker threads that stay awake from one step to the next.
+//! Worker threads that stay awake between steps.
 //!
-//! Waking a thread takes as long as a small step. So the calling thread works along where it can, and idle workers poll for work for a
-//! while before they sleep. Polling is one `rayon` job for the life of the pool, so neither sleeping nor waking allocates.
+//! Waking a thread takes as long as a small step, so the calling thread is a member of the pool if possible, and idle workers poll for 1 ms before
+//! they sleep. Polling is one `rayon` job for the lifetime of the pool, so neither sleeping nor waking allocates.
 
 use rayon::{ThreadPool, ThreadPoolBuilder, Yield};
 use std::cell::RefCell;
@@ -10,9 +10,9 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// How long an idle worker polls before it sleeps: the period of a haptic loop.
+/// Time for which an idle worker polls before it sleeps: the period of a haptic loop.
 const POLL_TIME: Duration = Duration::from_millis(1);
-/// Polls before a worker yields its processor.
+/// Number of polls before a worker yields its processor.
 const POLLS_BEFORE_YIELD: u32 = 64;
 /// Pause between polls of a worker that has found nothing for long while others are at work.
 const NAP: Duration = Duration::from_micros(100);

@@ -1,4 +1,4 @@
-//! The edges of the mesh that a facet's lines have become.
+//! The edges of the mesh along which a facet opens it.
 
 use std::collections::HashMap;
 
@@ -9,27 +9,27 @@ use super::snap::SnapTolerances;
 use super::subdivide::Split;
 use super::trace::Trace;
 
-/// Where the mesh is to be opened.
-pub(super) struct Lines {
-    /// Half-edges on each piece of a line, by its nodes, lower first.
-    pub halves: HashMap<[u32; 2], Vec<Half>>,
+/// Edges along which the mesh is opened.
+pub(super) struct CutEdges {
+    /// Half-edges on each piece of an intersection line, by its nodes, lower first.
+    pub halves: HashMap<[u32; 2], Vec<HalfEdgeRef>>,
     /// Triangles in the plane.
     pub flat: Vec<u32>,
 }
 
-/// A half-edge on a line.
+/// A half-edge on an intersection line.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Half {
-    pub half: u32,
-    /// From the lower node to the higher.
+pub(super) struct HalfEdgeRef {
+    pub half_edge: u32,
+    /// Whether it leads from the lower node to the higher.
     pub upward: bool,
-    /// Side of the plane its triangle is on; 0 in the plane.
+    /// Side of the plane its triangle is on: 1 left, -1 right, 0 in the plane.
     pub side: i8,
 }
 
-impl Lines {
+impl CutEdges {
     pub fn new(mesh: &CutMesh, trace: &Trace, split: &Split, facet: &Facet, snap: SnapTolerances) -> Self {
-        let mut halves: HashMap<[u32; 2], Vec<Half>> =
+        let mut halves: HashMap<[u32; 2], Vec<HalfEdgeRef>> =
             trace.runs.iter().filter_map(|run| run.piece).map(|[a, b]| ([a.min(b), a.max(b)], Vec::new())).collect();
         let mut flat = Vec::new();
         if halves.is_empty() {
@@ -49,13 +49,13 @@ impl Lines {
                 let half = 3 * triangle + side as u32;
                 let third = nodes[(side + 2) % 3];
                 let side = if third == NONE { trace.third_side(mesh, half, facet, snap) } else { 0 };
-                known.push(Half { half, upward: from < to, side });
+                known.push(HalfEdgeRef { half_edge: half, upward: from < to, side });
             }
         }
         Self { halves, flat }
     }
 
-    /// Opens the edges of sheets: what is below comes off what is not.
+    /// Opens the edges of sheets: separates the triangles below the plane from the others.
     pub fn open_sheets(&self, mesh: &mut CutMesh) {
         let mut all: Vec<_> = self.halves.iter().collect();
         all.sort_unstable_by_key(|(nodes, _)| **nodes);
@@ -63,26 +63,27 @@ impl Lines {
             let mut open = classes(mesh, halves);
             open.retain(|class| is_open(mesh, class));
             for class in open {
-                let (below, above): (Vec<Half>, Vec<Half>) = class.iter().partition(|half| half.side == -1);
+                let (below, above): (Vec<HalfEdgeRef>, Vec<HalfEdgeRef>) =
+                    class.iter().partition(|half| half.side == -1);
                 if below.is_empty() || above.is_empty() {
                     continue;
                 }
                 for part in [below, above] {
-                    mesh.link_around_edge(&part.iter().map(|half| half.half).collect::<Vec<_>>());
+                    mesh.link_around_edge(&part.iter().map(|half| half.half_edge).collect::<Vec<_>>());
                 }
             }
         }
     }
 }
 
-/// Halves grouped as they are joined around edges.
-pub(super) fn classes(mesh: &CutMesh, halves: &[Half]) -> Vec<Vec<Half>> {
-    let first = |half: &Half| mesh.around(half.half).min().unwrap_or(half.half);
-    let mut keyed: Vec<(u32, Half)> = halves.iter().map(|half| (first(half), *half)).collect();
-    keyed.sort_by_key(|(first, half)| (*first, half.half));
+/// Half-edges in groups that are linked around one edge.
+pub(super) fn classes(mesh: &CutMesh, halves: &[HalfEdgeRef]) -> Vec<Vec<HalfEdgeRef>> {
+    let first = |half: &HalfEdgeRef| mesh.around(half.half_edge).min().unwrap_or(half.half_edge);
+    let mut keyed: Vec<(u32, HalfEdgeRef)> = halves.iter().map(|half| (first(half), *half)).collect();
+    keyed.sort_by_key(|(first, half)| (*first, half.half_edge));
     keyed.chunk_by(|a, b| a.0 == b.0).map(|class| class.iter().map(|(_, half)| *half).collect()).collect()
 }
 
-fn is_open(mesh: &CutMesh, class: &[Half]) -> bool {
-    class.first().is_some_and(|half| mesh.body[half.half as usize / 3] == OPEN)
+fn is_open(mesh: &CutMesh, class: &[HalfEdgeRef]) -> bool {
+    class.first().is_some_and(|half| mesh.body[half.half_edge as usize / 3] == OPEN)
 }
