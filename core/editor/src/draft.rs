@@ -1,4 +1,4 @@
-//! The scene of a model that has none: what `edit model.obj` opens.
+//! Default scene for a model without one, which `edit model.obj` opens.
 
 use crate::hand_scene::{HandSettings, give_hand, tables};
 use crate::preset::SolidPreset;
@@ -10,13 +10,13 @@ use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, Value, value};
 pub const BODY: &str = "model";
 /// Name of the device and of the tool in a drafted scene.
 pub const HAND: &str = "hand";
-/// Name of the device and of the tool that mirror the hand.
+/// Name of the device and of the tool that are mirrored.
 pub const MIRROR: &str = "mirror";
 
-/// What a body is made of.
+/// Material of a body.
 #[derive(Clone, Debug, PartialEq)]
 pub enum DraftMaterial {
-    /// A solid, carried by a grid.
+    /// A solid embedded in a grid.
     Solid {
         /// Plugin of the material; one with plastic flow for a preset that flows.
         plugin: String,
@@ -29,9 +29,9 @@ pub enum DraftMaterial {
     Sheet {
         /// Plugin of the material.
         plugin: String,
-        /// Its choice of `fabric`.
+        /// Value of its parameter `fabric`.
         fabric: String,
-        /// Vertices that are held, from 0.
+        /// Indices of fixed vertices.
         held: Vec<u32>,
     },
 }
@@ -41,26 +41,26 @@ pub enum DraftMaterial {
 pub struct Draft {
     /// OBJ file of the model.
     pub mesh: PathBuf,
-    /// m for a unit of the file
+    /// Metres per file unit.
     pub scale: f64,
-    /// m, longest edge of the model's box
+    /// Longest edge of the model's bounding box, m.
     pub size: f64,
-    /// What it is made of.
+    /// Material of the body.
     pub material: DraftMaterial,
-    /// s, one step
+    /// Step, s.
     pub dt: f64,
 }
 
-/// Radius of the tool of a new scene over the size of the model.
+/// Radius of the tool relative to the size of the model.
 pub const TOOL_SHARE: f64 = 0.04;
-/// Stiffness of the spring between hand and surface over that of a ball pressed into a half-space of the material by its radius, about
-/// 2 E r: stiff enough that the surface goes where the hand goes, soft enough to be stable.
+/// Stiffness of the coupling relative to that of a ball pressed into a half-space by its radius, about 2 E r: stiff enough that the surface follows the
+/// hand, soft enough to be stable.
 const COUPLING_SHARE: f64 = 2.0;
-/// Force at which the hand gives in, over what presses the spring together by the radius of the tool.
+/// Largest force of the hand relative to that which compresses the coupling by the radius of the tool.
 const PEAK_SHARE: f64 = 4.0;
-/// N/m, spring of a hand on a sheet of 100 mm; the mass of its tip is the one of a live run, 10 g
+/// Stiffness of the coupling on a sheet of 100 mm, N/m; the mass of its tip is that of a live run, 10 g.
 const SHEET_COUPLING: f64 = 200.0;
-/// kg, mass of a tip on a sheet, as in a live run
+/// Mass of a tip on a sheet, as in a live run, kg.
 const TIP_MASS: f64 = 0.01;
 
 impl Draft {
@@ -72,12 +72,12 @@ impl Draft {
         }
     }
 
-    /// m, radius of the tool
+    /// Radius of the tool, m.
     pub fn radius(&self) -> f64 {
         TOOL_SHARE * self.size
     }
 
-    /// N/m, spring between hand and surface
+    /// Stiffness of the coupling, N/m.
     pub fn coupling(&self) -> f64 {
         match &self.material {
             DraftMaterial::Solid { preset, .. } => COUPLING_SHARE * 2.0 * preset.young * self.radius(),
@@ -85,12 +85,12 @@ impl Draft {
         }
     }
 
-    /// N, largest force of the hand
+    /// Largest force of the hand, N.
     pub fn peak_force(&self) -> f64 {
         PEAK_SHARE * self.coupling() * self.radius()
     }
 
-    /// The hand and what it holds.
+    /// The hand and its tool.
     pub fn hand(&self) -> HandSettings {
         HandSettings {
             size: self.size,
@@ -101,7 +101,7 @@ impl Draft {
         }
     }
 
-    /// The text of the scene; its file is meant to stand in `folder`.
+    /// The scene as TOML, for a file in `folder`.
     pub fn to_toml(&self, folder: &Path) -> String {
         let mut scene = DocumentMut::new();
         scene["format"] = value(1);
@@ -164,7 +164,7 @@ impl Draft {
     }
 }
 
-/// The path from `folder` if it is inside of it, else the path itself.
+/// The path relative to `folder` if it is inside of it, otherwise the path itself.
 fn relative<'a>(path: &'a Path, folder: &Path) -> &'a Path {
     path.strip_prefix(folder).unwrap_or(path)
 }

@@ -1,18 +1,18 @@
-//! The pointer as a hand: a mouse or a pen moves in two dimensions, a hand in three.
+//! Mapping of a two-dimensional pointer to a hand.
 //!
-//! A stroke begins where a ray through the pointer meets the model. From there the hand follows the pointer in the plane that faces the
-//! viewer, or along the surface as it was when the stroke began, and a wheel, a modifier or the pressure of a pen sets the third
-//! dimension. What comes out is a place in the scene for the engine's virtual coupling; no force is made here.
+//! A stroke begins where a ray through the pointer hits the model. The hand then follows the pointer in the plane through that point facing the viewer, or
+//! along the surface as it was at the beginning of the stroke; a wheel, a modifier key or the pressure of a pen controls the third dimension. The result is
+//! a pose for the engine's virtual coupling; no forces are computed here.
 
 use nalgebra::{Rotation3, UnitQuaternion};
 use pliant_solver::Vec3;
 
-/// How a two-dimensional pointer drives a tool.
+/// Mapping from pointer to hand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Gesture {
-    /// Along the surface, pressed in by a depth.
+    /// Along the surface, at a depth below it.
     Press,
-    /// In the plane through the point where the stroke began that faces the viewer.
+    /// In the plane facing the viewer through the starting point of the stroke.
     Drag,
     /// Like [`Gesture::Drag`], with a blade that points away from the viewer.
     Slice,
@@ -21,74 +21,74 @@ pub enum Gesture {
 /// A ray of the pointer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointerRay {
-    /// m
+    /// Origin, m.
     pub origin: Vec3,
-    /// Unit, away from the viewer.
+    /// Unit direction, away from the viewer.
     pub direction: Vec3,
 }
 
-/// Where a ray meets the surface.
+/// Intersection of a ray with the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
     /// m
     pub point: Vec3,
-    /// Unit, out of the surface.
+    /// Unit outward normal.
     pub normal: Vec3,
 }
 
-/// Where a hand is.
+/// Pose of a hand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HandPlace {
     /// m
     pub position: Vec3,
-    /// Turns axes of the hand into those of the scene; z points back at the viewer.
+    /// Rotation from axes of the hand to those of the scene; z points towards the viewer.
     pub rotation: UnitQuaternion<f64>,
 }
 
-/// What a stroke begins with.
+/// Parameters of the beginning of a stroke.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StrokeStart {
-    /// How the pointer drives the tool.
+    /// Mapping from pointer to hand.
     pub gesture: Gesture,
     /// Ray of the pointer.
     pub ray: PointerRay,
-    /// Where it meets the model.
+    /// Intersection of the ray with the model; `None` if it misses.
     pub hit: Option<SurfacePoint>,
-    /// Unit, towards the viewer at the middle of the picture.
+    /// Unit vector towards the viewer at the centre of the image.
     pub back: Vec3,
-    /// m, a point at the depth that a stroke beside the model takes
+    /// A point at the depth of a stroke that begins beside the model, m.
     pub focus: Vec3,
-    /// m, radius of the tool
+    /// Radius of the tool, m.
     pub radius: f64,
-    /// m, how deep a press goes in, or how far the tip of a blade is behind the point the stroke began at
+    /// Depth of a press, or distance of a blade's tip behind the starting point, m.
     pub depth: f64,
 }
 
-/// A stroke of a pointer under way.
+/// A stroke in progress.
 #[derive(Clone, Debug)]
 pub struct PointerStroke {
     start: StrokeStart,
-    /// m, the point that was taken hold of
+    /// Starting point on the model, m.
     anchor: Vec3,
-    /// Where the pointer meets the surface now, or met it last.
+    /// Last intersection of the pointer's ray with the surface.
     surface: SurfacePoint,
-    /// Ray of the pointer now.
+    /// Present ray of the pointer.
     ray: PointerRay,
-    /// m, wanted depth
+    /// Target depth, m.
     depth: f64,
-    /// m, depth reached so far
+    /// Present depth, m.
     reached: f64,
-    /// m, towards the viewer, added by wheel or modifier
+    /// Displacement towards the viewer by wheel or modifier key, m.
     lift: f64,
 }
 
-/// s, in which a press reaches its depth
+/// Time in which a press reaches its depth, s.
 const PRESS_TIME: f64 = 0.2;
-/// Radii of the tool above the surface at which a press begins.
+/// Initial distance of a press from the surface, in radii of the tool.
 const CLEARANCE: f64 = 0.05;
 
 impl PointerStroke {
-    /// Begins a stroke; `None` for a press or drag that does not meet the model.
+    /// Begins a stroke; `None` for a press or drag whose ray misses the model.
     pub fn begin(start: StrokeStart) -> Option<Self> {
         let beside = || {
             let along = (start.focus - start.ray.origin).dot(&start.back) / start.ray.direction.dot(&start.back);
@@ -104,7 +104,7 @@ impl PointerStroke {
         Some(Self { start, anchor, surface, ray, depth, reached, lift: 0.0 })
     }
 
-    /// The pointer has moved; `hit` is where its ray meets the surface as it was when the stroke began.
+    /// Updates the pointer's ray; `hit` is its intersection with the surface as it was at the beginning of the stroke.
     pub fn follow(&mut self, ray: PointerRay, hit: Option<SurfacePoint>) {
         self.ray = ray;
         if let Some(hit) = hit {
@@ -112,17 +112,17 @@ impl PointerStroke {
         }
     }
 
-    /// m, how deep a press goes in, or how far behind the surface the tip of a blade is
+    /// Sets the depth of a press, or the distance of a blade's tip behind the surface, m.
     pub fn set_depth(&mut self, depth: f64) {
         self.depth = depth;
     }
 
-    /// m, how deep it is to go
+    /// Target depth, m.
     pub fn depth(&self) -> f64 {
         self.depth
     }
 
-    /// Moves the hand towards the viewer by a length (m); a press is deepened by the opposite.
+    /// Moves the hand towards the viewer by a length (m), which reduces the depth of a press.
     pub fn lift(&mut self, length: f64) {
         match self.start.gesture {
             Gesture::Press => self.depth -= length,
@@ -135,7 +135,7 @@ impl PointerStroke {
         self.start.gesture
     }
 
-    /// Where the hand is `dt` (s) after the last call.
+    /// Pose of the hand `dt` (s) after the last call.
     pub fn advance(&mut self, dt: f64) -> HandPlace {
         let StrokeStart { gesture, back, radius, .. } = self.start;
         let position = match gesture {
@@ -145,21 +145,21 @@ impl PointerStroke {
                 self.surface.point + (radius - self.reached) * self.surface.normal
             }
             Gesture::Drag => self.in_plane(self.anchor + self.lift * back),
-            // The tip is behind the plane the pointer moves in, along the ray.
+            // The tip is behind the plane of the pointer, along the ray.
             Gesture::Slice => self.in_plane(self.anchor) + (self.depth - self.lift) * self.ray.direction,
         };
         let towards_viewer = match gesture {
             Gesture::Slice => -self.ray.direction,
             Gesture::Press | Gesture::Drag => back,
         };
-        HandPlace { position, rotation: turn_z_to(&towards_viewer) }
+        HandPlace { position, rotation: rotation_from_z(&towards_viewer) }
     }
 
-    /// Where the ray meets the plane through `through` that faces the viewer.
+    /// Intersection of the ray with the plane facing the viewer through a point, m.
     fn in_plane(&self, through: Vec3) -> Vec3 {
         let back = self.start.back;
         let slope = self.ray.direction.dot(&back);
-        // A ray along the plane meets it nowhere: the hand stays where it was taken.
+        // A ray parallel to the plane does not intersect it; the hand stays at the point.
         if slope.abs() < 1e-6 {
             return through;
         }
@@ -167,8 +167,8 @@ impl PointerStroke {
     }
 }
 
-/// The smallest turn that takes z to `to`; half a turn about x where it is the opposite.
-fn turn_z_to(to: &Vec3) -> UnitQuaternion<f64> {
+/// The smallest rotation from z to `to`; half a turn about x if `to` is -z.
+fn rotation_from_z(to: &Vec3) -> UnitQuaternion<f64> {
     let turn = Rotation3::rotation_between(&Vec3::z(), to);
     let turn = turn.unwrap_or_else(|| Rotation3::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI));
     UnitQuaternion::from_rotation_matrix(&turn)
@@ -225,7 +225,7 @@ mod tests {
         stroke.lift(0.04);
         let lifted = stroke.advance(0.01).position;
         assert!((lifted.z - 0.09).abs() < 1e-12 && lifted.x > 0.0);
-        // A ray along the plane leaves the hand where it was taken.
+        // A ray parallel to the plane leaves the hand at its starting point.
         stroke.follow(PointerRay { origin: Vec3::zeros(), direction: Vec3::x() }, None);
         assert!(stroke.advance(0.01).position.iter().all(|c| c.is_finite()));
     }

@@ -1,7 +1,7 @@
-//! The hand of a window in a scene: a device, a tool, and edits that begin with buttons.
+//! The pointer's hand in a scene: a device, a tool, and edits that begin with buttons.
 //!
-//! Every edit kind of the engine gets two edits, one whose shape is kept and one that springs back, each with a button of its own. So a
-//! window offers whatever kinds there are, and chooses between them as a person with a real device does: by what is pressed.
+//! Every edit kind of the engine gets two edits, one whose shape is kept and one that springs back, each with its own button. A user interface offers all
+//! kinds and selects one by pressing its button, like a user with a real device.
 
 use crate::draft::{HAND, MIRROR};
 use pliant_engine::edit::{EditKind, KINDS, KeyName};
@@ -11,36 +11,36 @@ use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Val
 /// A hand and the tool it holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HandSettings {
-    /// m, longest edge of the box around what it edits
+    /// Longest edge of the edited model's bounding box, m.
     pub size: f64,
-    /// m, radius of the tool
+    /// Radius of the tool, m.
     pub radius: f64,
-    /// N/m, spring between hand and surface
+    /// Stiffness of the coupling, N/m.
     pub coupling: f64,
-    /// N, largest force of the hand
+    /// Largest force of the hand, N.
     pub peak_force: f64,
-    /// kg, mass of the tip on sheets; `None`: the tip is where the hand is
+    /// Mass of the tip on sheets, kg; `None` for a tip at the position of the hand.
     pub tip_mass: Option<f64>,
 }
 
-/// Speed at which a hand is followed, sizes of the model for a second of simulated time: in slow motion a hand is still quick.
+/// Speed limit of the hand, in model sizes per second of simulated time; high, because a hand is fast relative to a simulation in slow motion.
 const SPEED: f64 = 100.0;
-/// s, in which a force may rise to its peak
+/// Shortest time in which the force may rise to its peak, s.
 const RISE: f64 = 5e-3;
-/// Stiffness that the device of the hand declares over that of the coupling: a hand of numbers renders anything.
+/// Stiffness declared by the pointer's device relative to that of the coupling; a device without force rendering has no limit.
 const DEVICE_STIFFNESS: f64 = 4.0;
 
-/// Edit kinds that have buttons: all of them, as far as 32 buttons go.
+/// Edit kinds with buttons: all of them, as far as 32 buttons suffice.
 pub fn stroke_kinds() -> impl Iterator<Item = &'static dyn EditKind> {
     KINDS.iter().copied().take(16)
 }
 
-/// The button, from 0, that begins an edit of the kind at this place of [`stroke_kinds`].
+/// The button, from 0, of the edit kind with this index in [`stroke_kinds`].
 pub fn stroke_button(kind: usize, release: Release) -> u32 {
     2 * kind as u32 + u32::from(release == Release::SpringBack)
 }
 
-/// Takes hands, tools, edits and probes out of a scene and gives it this hand, and another one that can mirror it.
+/// Replaces devices, tools, edits and probes of a scene by this hand and a second one for mirrored edits.
 pub fn give_hand(scene: &mut DocumentMut, hand: &HandSettings) {
     for key in ["device", "tool", "edit", "probe"] {
         scene.remove(key);
@@ -73,7 +73,7 @@ fn device(name: &str, hand: &HandSettings) -> Table {
     let mut params = InlineTable::new();
     params.insert("peak-force", hand.peak_force.into());
     params.insert("stiffness", (DEVICE_STIFFNESS * hand.coupling).into());
-    // Where a scripted hand would be if no pointer took its place: in the origin, with no button pressed.
+    // Pose of the scripted device that the pointer replaces: at the origin with no button pressed.
     params.insert("path", [Value::from([0.0; 4].into_iter().collect::<Array>())].into_iter().collect::<Array>().into());
     device["params"] = value(params);
     device
@@ -91,7 +91,7 @@ fn tool(name: &str, hand: &HandSettings) -> Table {
         tool["mass"] = value(mass);
     }
     let mut blade = InlineTable::new();
-    // Through all of the model, wherever the hand holds it.
+    // The blade is long enough to pass through the whole model.
     blade.insert("length", (4.0 * hand.size).into());
     tool["blade"] = value(blade);
     tool

@@ -1,9 +1,9 @@
-//! An editing session for a user interface: what a window, a modeler's extension and a script share.
+//! Common parts of interactive editors: of a window, an extension of a modeler, and scripts.
 //!
-//! A model without a scene becomes one ([`Draft`]); a pointer becomes a hand ([`PointerStroke`]); frames of the live session become
-//! a surface that can be drawn and pointed at ([`surface`]).
+//! [`Draft`] makes a scene for a model, [`PointerStroke`] turns a pointer into a hand, and [`surface`] turns frames of a live session into a surface for
+//! drawing and picking.
 //!
-//! This crate knows no window system and no graphics library, and prints nothing.
+//! This crate uses no window system and no graphics library, and prints nothing.
 
 pub mod surface;
 

@@ -1,23 +1,23 @@
-//! Materials by name: what an artist picks instead of numbers.
+//! Material presets by name.
 
 use pliant_host::{ParamKind, PluginInfo};
 
-/// A solid material by name.
+/// A preset of a solid material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolidPreset {
-    /// For people, and for finding it again.
+    /// Name, for display and lookup.
     pub name: &'static str,
-    /// Pa, Young's modulus of small strains
+    /// Young's modulus at small strains, Pa.
     pub young: f64,
-    /// Poisson's ratio of small strains; a material that takes none has its own
+    /// Poisson's ratio at small strains; ignored by materials without that parameter.
     pub poisson: f64,
-    /// kg/m^3
+    /// Density, kg/m^3.
     pub density: f64,
-    /// s, damping stress over stiffness
+    /// Damping time, the ratio of viscosity to stiffness, s.
     pub damping_time: f64,
     /// How it flows beyond a strain; `None`: it is elastic. Only a material with these parameters serves it.
     pub flow: Option<PlasticFlow>,
-    /// Where the numbers come from.
+    /// Source of the numbers.
     pub source: &'static str,
 }
 
@@ -109,12 +109,12 @@ pub const SOLIDS: &[SolidPreset] = &[
     },
 ];
 
-/// The solid material of that name.
+/// The solid preset with this name; `None` if there is none.
 pub fn solid(name: &str) -> Option<&'static SolidPreset> {
     SOLIDS.iter().find(|preset| preset.name == name)
 }
 
-/// Names of the fabrics a sheet material offers, as its plugin declares them in the parameter `fabric`.
+/// Names of the fabrics of a sheet material, from the choices of its plugin's parameter `fabric`.
 pub fn fabrics(info: &PluginInfo) -> Vec<String> {
     let choices = info.params.iter().find(|param| param.key == "fabric").map(|param| &param.kind);
     match choices {
@@ -123,7 +123,7 @@ pub fn fabrics(info: &PluginInfo) -> Vec<String> {
     }
 }
 
-/// A word for a stiffness (Pa), on a logarithmic scale from marshmallow to hard rubber.
+/// A word for a Young's modulus (Pa), on a logarithmic scale from marshmallow to hard rubber.
 pub fn stiffness_word(young: f64) -> &'static str {
     const WORDS: [(f64, &str); 7] = [
         (3e3, "very soft, like marshmallow"),

@@ -1,36 +1,36 @@
-//! Whether a model is taken as a solid or as a sheet: what encloses something has substance, what is open is cloth.
+//! Choice between solid and sheet for a model: closed models are solids, open models are sheets.
 
 use pliant_mesh::Surface;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
-/// What a model is made of.
+/// Kind of body for a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Substance {
-    /// It is filled: a grid inside of it carries the surface.
+    /// Solid: the surface is embedded in a grid.
     Solid,
-    /// It is as thin as cloth: its own vertices carry it.
+    /// Sheet: the vertices of the surface are the nodes.
     Sheet,
 }
 
-/// What a model is taken for, and what was seen of it.
+/// The chosen kind of body with the properties it follows from.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SubstanceChoice {
-    /// What it is taken for.
+    /// The chosen kind.
     pub substance: Substance,
     /// Number of loops of border edges.
     pub openings: usize,
-    /// Length of the longest of them, in units of the surface; 0 without one
+    /// Length of the longest loop, in units of the surface; 0 without one.
     pub longest_opening: f64,
 }
 
-/// A loop of border edges that is longer than this share of the longest edge of the model's box is an opening through which one sees
-/// that nothing is inside, like the end of a sleeve; a shorter one is a hole in a scan.
+/// Length of a loop of border edges, relative to the longest edge of the model's bounding box, above which it counts as an opening, like the end of a sleeve;
+/// a shorter loop counts as a hole of a scan.
 const OPENING: f64 = 1.0;
 
 impl SubstanceChoice {
-    /// Looks at the borders of a surface.
+    /// Chooses the kind of body from the borders of a surface.
     pub fn of(surface: &Surface) -> Self {
         let mut next: HashMap<u32, Vec<u32>> = HashMap::new();
         for ([a, b], sides) in surface.edges().iter().filter(|(_, sides)| sides.len() == 1) {

@@ -1,8 +1,8 @@
-//! Which length a unit of a model file is: files do not say, so it is guessed and asked.
+//! Length of a file unit: OBJ files do not specify it, so it is guessed and can be changed.
 
 use serde::{Deserialize, Serialize};
 
-/// A unit of length that modelers write files in.
+/// A unit of length of model files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LengthUnit {
@@ -16,14 +16,14 @@ pub enum LengthUnit {
     Inch,
 }
 
-/// m, sizes of things that people model and hold: from a ring to a person
+/// Usual sizes of models, from a ring to a person, m.
 const USUAL_SIZES: std::ops::RangeInclusive<f64> = 0.02..=2.5;
 
 impl LengthUnit {
-    /// All units, the most usual in OBJ files first.
+    /// All units, the most common ones in OBJ files first.
     pub const ALL: [Self; 4] = [Self::Metre, Self::Centimetre, Self::Millimetre, Self::Inch];
 
-    /// m
+    /// Length of the unit, m.
     pub fn metres(self) -> f64 {
         match self {
             Self::Metre => 1.0,
@@ -33,8 +33,8 @@ impl LengthUnit {
         }
     }
 
-    /// The unit that makes a model of this extent (file units, its longest edge) as large as things people hold: the first of
-    /// [`LengthUnit::ALL`] that does, or the one that comes nearest.
+    /// Guesses the unit of a model with this longest edge (file units): the first one of [`LengthUnit::ALL`] with which it has a usual size, or the one that
+    /// comes closest.
     pub fn guess(extent: f64) -> Self {
         let usual = Self::ALL.into_iter().find(|unit| USUAL_SIZES.contains(&(extent * unit.metres())));
         let middle = (USUAL_SIZES.start() * USUAL_SIZES.end()).sqrt();
@@ -46,7 +46,7 @@ impl LengthUnit {
     }
 }
 
-/// A length for people: three digits, in the unit that reads best.
+/// Formats a length (m) with three digits in a suitable unit.
 pub fn format_length(metres: f64) -> String {
     let size = metres.abs();
     let (value, unit) = match size {

@@ -1,33 +1,33 @@
-//! What the haptic thread needs of a device.
+//! Interface between the haptic thread and a device.
 
 use pliant_host::{Device, DeviceInfo, EffectorOutput, Pose};
 use pliant_plugin_api::abi::Status;
 
-/// Sets a device to zero force, from any thread, at any time.
+/// Emergency stop: sets a device to zero force, from any thread at any time.
 pub type StopDevice = Box<dyn Fn() + Send + Sync>;
 
-/// A device as the haptic thread sees it: an opened plugin, a [`PointerDevice`](crate::PointerDevice), a device of a test.
+/// A haptic device: an opened plugin, a [`PointerDevice`](crate::PointerDevice), or a device of a test.
 ///
-/// *Real time*: `read` and `write` may not allocate, lock, log or wait, except for what the hardware itself asks for.
+/// *Real time*: `read` and `write` may not allocate, lock, log or wait, except where the hardware requires it.
 pub trait HapticDevice: Send {
     /// Effectors, rate, limits, workspace and tactile array.
     fn device_info(&self) -> DeviceInfo;
 
-    /// Reads the newest pose of each effector at `time` (ns). With any status but OK the device is lost.
+    /// Reads the newest pose of each effector at `time` (ns). Any status but OK means that the device is lost.
     fn read(&mut self, time: u64, poses: &mut [Pose]) -> Status;
 
-    /// Tells each effector what to render from `time` (ns) on. With any status but OK the device is lost.
+    /// Sets the outputs that each effector renders from `time` (ns). Any status but OK means that the device is lost.
     fn write(&mut self, time: u64, outputs: &[EffectorOutput<'_>]) -> Status;
 
     /// The emergency stop of the device.
     fn stop_handle(&self) -> StopDevice;
 
-    /// Names and values of the device's counters since it was opened; empty where it has none. Not called on the haptic thread.
+    /// Names and values of the device's counters since it was opened; empty without counters. Not called on the haptic thread.
     fn counters(&self) -> Vec<(String, u64)> {
         Vec::new()
     }
 
-    /// A sentence on why `call` gave `status`. Not called on the haptic thread.
+    /// Description of the `status` that `call` returned. Not called on the haptic thread.
     fn describe_status(&self, call: &'static str, status: Status) -> String {
         format!("{call}: {}", status.meaning())
     }

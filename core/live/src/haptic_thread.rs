@@ -1,4 +1,4 @@
-//! The haptic thread: ticks at absolute deadlines, and statistics of how well it kept them.
+//! The haptic thread: ticks at absolute deadlines, with timing statistics.
 
 use crate::deadline::Deadlines;
 use crate::histogram::Histogram;
@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::{Builder, JoinHandle, sleep};
 use std::time::{Duration, Instant};
 
-/// A clock of ns since the start of a live session, shared by all of its threads.
+/// Clock of a live session, in ns since its start, shared by all threads.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Clock(Instant);
 
@@ -20,7 +20,7 @@ impl Clock {
         Self(Instant::now())
     }
 
-    /// ns since the start
+    /// Time since the start, ns.
     pub(crate) fn now(&self) -> u64 {
         self.0.elapsed().as_nanos() as u64
     }
@@ -38,19 +38,19 @@ impl Clock {
     }
 }
 
-/// ns before a deadline from which the thread spins: about as late as the system wakes a sleeping thread
+/// Time before a deadline from which the thread spins, ns: about the wake-up latency of the system.
 const SPIN: u64 = 60_000;
 
 /// Flags shared by the haptic thread, the watchdog and the simulation.
 #[derive(Default)]
 pub(crate) struct ThreadSignals {
-    /// Whether the threads are to end.
+    /// Whether the threads must end.
     pub(crate) stop: AtomicBool,
     /// Number of ticks begun.
     pub(crate) ticks_begun: AtomicU64,
-    /// Number of ticks not finished before the next was due.
+    /// Number of missed deadlines: ticks not finished before the next one was due.
     pub(crate) missed: AtomicU64,
-    /// ns, the latest beginning of a tick since the simulation last asked
+    /// Largest lateness of a tick's beginning since the simulation last read it, ns.
     pub(crate) worst_lateness: AtomicU64,
 }
 
@@ -63,9 +63,9 @@ pub(crate) struct HapticResult {
     pub(crate) ticks: u64,
     /// Number of ticks not finished before the next was due.
     pub(crate) missed: u64,
-    /// From the beginning of a tick to that of the next.
+    /// Time between the beginnings of two ticks.
     pub(crate) period: Histogram,
-    /// From the time a tick was due to its beginning.
+    /// Time from the deadline of a tick to its beginning.
     pub(crate) lateness: Histogram,
     /// Duration of a tick.
     pub(crate) latency: Histogram,
@@ -82,7 +82,7 @@ pub(crate) fn start(
     Builder::new().name("haptic".into()).spawn(move || run(servo, clock, &signals))
 }
 
-/// Ticks until told to stop or a panic, then stops the devices.
+/// Runs ticks until it must stop or a tick panics, then stops the devices.
 fn run(servo: Servo, clock: Clock, signals: &ThreadSignals) -> HapticResult {
     let (period, lateness, latency) = (Histogram::default(), Histogram::default(), Histogram::default());
     let rate = servo.rate();
@@ -120,7 +120,7 @@ fn run(servo: Servo, clock: Clock, signals: &ThreadSignals) -> HapticResult {
             signals.missed.store(deadlines.missed, Ordering::Relaxed);
         }
     }));
-    // A panic and an orderly end both come here.
+    // Reached after a panic and after an orderly end.
     result.servo.stop();
     result.panicked = looped.is_err();
     result.usage = thread_usage().zip(usage_before).map(|(now, before)| now.since(before));

@@ -1,18 +1,18 @@
-//! A histogram of times in fixed memory: a session may last for hours.
+//! A histogram of times with constant memory, for sessions of hours.
 
 use serde::Serialize;
 
 /// Counts of times (ns) in logarithmic buckets of 0.2 % width.
 #[derive(Clone, Debug)]
 pub struct Histogram {
-    /// By bucket.
+    /// Count of each bucket.
     counts: Vec<u64>,
     total: u64,
-    /// ns
+    /// Largest time, ns.
     longest: u64,
 }
 
-/// Buckets of an octave, as a power of two.
+/// Binary logarithm of the number of buckets per octave.
 const BUCKET_BITS: u32 = 9;
 
 impl Default for Histogram {
@@ -42,9 +42,9 @@ impl Histogram {
         self.longest = self.longest.max(ns);
     }
 
-    /// ns, time that this share (0 to 1) of all does not exceed
-    fn percentile(&self, share: f64) -> u64 {
-        let wanted = ((self.total as f64 * share).ceil() as u64).max(1);
+    /// Smallest bucket bound that this fraction (0 to 1) of all times does not exceed, ns.
+    fn percentile(&self, fraction: f64) -> u64 {
+        let wanted = ((self.total as f64 * fraction).ceil() as u64).max(1);
         let mut seen = 0;
         let found = self.counts.iter().position(|count| {
             seen += count;
@@ -55,7 +55,7 @@ impl Histogram {
 
     /// Percentiles of all times counted; `None` without any.
     pub fn percentiles(&self) -> Option<Percentiles> {
-        let at = |share| self.percentile(share) as f64 * 1e-9;
+        let at = |fraction| self.percentile(fraction) as f64 * 1e-9;
         let max = self.longest as f64 * 1e-9;
         (self.total > 0).then(|| Percentiles { p50: at(0.5), p99: at(0.99), p999: at(0.999), max })
     }
@@ -64,13 +64,13 @@ impl Histogram {
 /// Percentiles of a set of times.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Percentiles {
-    /// s, the median
+    /// Median, s.
     pub p50: f64,
-    /// s, 99th percentile
+    /// 99th percentile, s.
     pub p99: f64,
-    /// s, 99.9th percentile
+    /// 99.9th percentile, s.
     pub p999: f64,
-    /// s, the longest
+    /// Maximum, s.
     pub max: f64,
 }
 
@@ -85,9 +85,9 @@ mod tests {
         list.iter().for_each(|ns| histogram.add(*ns));
         list.sort_unstable();
         let spread = histogram.percentiles().unwrap();
-        for (share, found) in [(0.5, spread.p50), (0.99, spread.p99), (0.999, spread.p999), (1.0, spread.max)] {
-            let exact = list[((list.len() as f64 * share) as usize).min(list.len() - 1)] as f64 * 1e-9;
-            assert!((found / exact - 1.0).abs() < 2.5e-3, "{share}: {found} {exact}");
+        for (fraction, found) in [(0.5, spread.p50), (0.99, spread.p99), (0.999, spread.p999), (1.0, spread.max)] {
+            let exact = list[((list.len() as f64 * fraction) as usize).min(list.len() - 1)] as f64 * 1e-9;
+            assert!((found / exact - 1.0).abs() < 2.5e-3, "{fraction}: {found} {exact}");
         }
         assert_eq!(spread.max, *list.last().unwrap() as f64 * 1e-9);
     }

@@ -1,11 +1,11 @@
-//! A session in real time: hands that move by themselves and feel at once.
+//! Sessions in real time with live hands.
 //!
-//! Three threads, none of which waits for another. The *haptic thread* runs at the rate of the devices: it reads them, renders
-//! the newest contacts the simulation has published, and writes to them ([`Servo`]). The *simulation* steps after the wall clock on the
-//! caller's thread ([`LiveSession`]). A viewer reads sixty frames a second ([`ViewReader`], or a [`Viewer`] on a thread of its own). Whole
-//! snapshots go between them through triple buffers, the newest wins. A fourth thread, the watchdog, stops the devices if the haptic thread is stuck.
+//! Three threads run without waiting for each other. The *haptic thread* runs at the rate of the devices: it reads them, renders the newest contact
+//! models of the simulation, and writes the forces ([`Servo`]). The *simulation* steps in wall-clock time on the caller's thread ([`LiveSession`]). A
+//! viewer reads sixty frames per second ([`ViewReader`], or a [`Viewer`] on its own thread). They exchange snapshots through triple buffers, of which only
+//! the newest is read. A fourth thread, the watchdog, stops the devices if the haptic thread hangs.
 //!
-//! This crate knows no scene files, no meshes and no plugins: a device is anything that is a [`HapticDevice`].
+//! This crate knows neither scene files nor meshes nor plugins: a device is a [`HapticDevice`].
 //!
 //! # Example
 //! A session in real time for ten seconds, moved by the program instead of a device:

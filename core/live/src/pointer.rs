@@ -1,4 +1,4 @@
-//! A device that a program moves: for a mouse, a keyboard or a window. It renders no force.
+//! A device controlled by a program, for a mouse, a keyboard or a window. It renders no force.
 
 use crate::device::{HapticDevice, StopDevice};
 use nalgebra::UnitQuaternion;
@@ -7,7 +7,7 @@ use pliant_plugin_api::abi::{POSE_VALID, Status};
 use pliant_solver::Vec3;
 use triple_buffer::{Input, triple_buffer};
 
-/// The device's end: takes the place of a scene's device in [`LiveSession::start_with_devices`](crate::LiveSession::start_with_devices).
+/// The device's end; it replaces a device of the scene in [`LiveSession::start_with_devices`](crate::LiveSession::start_with_devices).
 pub struct PointerDevice {
     info: DeviceInfo,
     hands: triple_buffer::Output<Target>,
@@ -23,56 +23,56 @@ pub struct PointerHandle {
     number: u64,
 }
 
-/// Where the hand is to be.
+/// Target pose of the hand.
 #[derive(Clone, Copy, Debug, Default)]
 struct Target {
     /// Number of the target, from 1.
     number: u64,
-    place: Place,
-    /// Bit i is button i.
+    pose_at: HandPose,
+    /// Pressed buttons: bit i is button i.
     buttons: u32,
     present: bool,
-    /// ns, in which the hand goes there from where it is
+    /// Duration of the motion to the target, ns.
     duration: u64,
 }
 
-/// A place of the hand in device axes.
+/// A pose of the hand in axes of the device.
 #[derive(Clone, Copy, Debug)]
-struct Place {
-    /// m
+struct HandPose {
+    /// Position, m.
     position: Vec3,
     rotation: UnitQuaternion<f64>,
 }
 
-impl Default for Place {
+impl Default for HandPose {
     fn default() -> Self {
         Self { position: Vec3::zeros(), rotation: UnitQuaternion::identity() }
     }
 }
 
-/// The way from one place to the next.
+/// The motion from one pose to the next.
 #[derive(Clone, Copy, Debug, Default)]
 struct Glide {
     /// Number of the target it leads to.
     number: u64,
-    from: Place,
-    /// ns, when it began
+    from: HandPose,
+    /// Time of its beginning, ns.
     began: u64,
-    /// Whether there was a hand before.
+    /// Whether a hand was present before.
     present: bool,
 }
 
 impl Glide {
-    /// Where the hand is on its way to `target` at `time` (ns).
-    fn place(&self, target: &Target, time: u64) -> Place {
+    /// Pose of the hand on its motion to `target` at `time` (ns).
+    fn pose_at(&self, target: &Target, time: u64) -> HandPose {
         let since = time.saturating_sub(self.began);
         if !self.present || since >= target.duration {
-            return target.place;
+            return target.pose_at;
         }
         let share = since as f64 / target.duration as f64;
-        Place {
-            position: self.from.position.lerp(&target.place.position, share),
-            rotation: self.from.rotation.nlerp(&target.place.rotation, share),
+        HandPose {
+            position: self.from.position.lerp(&target.pose_at.position, share),
+            rotation: self.from.rotation.nlerp(&target.pose_at.rotation, share),
         }
     }
 }
@@ -88,27 +88,27 @@ impl PointerDevice {
 }
 
 impl PointerHandle {
-    /// Moves the hand to `position` (m, device axes) with these buttons (bit i is button i), at once and without a turn.
+    /// Moves the hand at once to `position` (m, in axes of the device) with these buttons (bit i is button i) and no rotation.
     pub fn move_to(&mut self, position: Vec3, buttons: u32) {
         self.glide_to(position, UnitQuaternion::identity(), buttons, 0.0);
     }
 
-    /// Moves the hand to `position` (m, device axes) with its axes turned by `rotation`, evenly within `duration` (s): a picture has
-    /// sixty frames a second, a hand that jumped with each would feel them. The buttons change at once.
+    /// Moves the hand to `position` (m) and `rotation`, in axes of the device, at constant speed within `duration` (s): the jumps of a pointer sampled at
+    /// sixty frames per second would be perceptible. The buttons change at once.
     pub fn glide_to(&mut self, position: Vec3, rotation: UnitQuaternion<f64>, buttons: u32, duration: f64) {
-        let place = Place { position, rotation };
+        let pose_at = HandPose { position, rotation };
         self.number += 1;
         let duration = (duration.max(0.0) * 1e9) as u64;
-        self.hands.write(Target { number: self.number, place, buttons, present: true, duration });
+        self.hands.write(Target { number: self.number, pose_at, buttons, present: true, duration });
     }
 
-    /// Takes the hand away: its poses are not valid until the next [`PointerHandle::move_to`].
+    /// Removes the hand: its poses are invalid until the next [`PointerHandle::move_to`].
     pub fn remove(&mut self) {
         self.number += 1;
         self.hands.write(Target { number: self.number, ..Target::default() });
     }
 
-    /// N (3), the force a real hand would feel, in device axes
+    /// The force on the hand, in axes of the device, N.
     pub fn force(&mut self) -> Vec3 {
         *self.force.read()
     }
@@ -123,10 +123,10 @@ impl HapticDevice for PointerDevice {
         let before = *self.hands.output_buffer();
         let target = *self.hands.read();
         if target.number != self.glide.number {
-            let from = self.glide.place(&before, time);
+            let from = self.glide.pose_at(&before, time);
             self.glide = Glide { number: target.number, from, began: time, present: before.present };
         }
-        let Place { position, rotation } = self.glide.place(&target, time);
+        let HandPose { position, rotation } = self.glide.pose_at(&target, time);
         let flags = if target.present { POSE_VALID } else { 0 };
         let orientation = rotation.coords.into();
         let (buttons, position) = (target.buttons, position.into());

@@ -1,12 +1,12 @@
-//! Real-time priority for the haptic thread, where the system gives it.
+//! Real-time priority of the haptic thread.
 
 use std::fmt::Display;
 
-/// Priority of SCHED_FIFO, 1 to 99: above everything but the threads of the system itself.
+/// SCHED_FIFO priority, 1 to 99: above everything but kernel threads.
 #[cfg(unix)]
 const PRIORITY: u8 = 75;
 
-/// Asks for real-time priority of the calling thread and says what was granted.
+/// Requests real-time priority for the calling thread. Returns a description of what was granted.
 pub(crate) fn raise() -> String {
     match ask() {
         Ok(got) => got,
@@ -14,7 +14,7 @@ pub(crate) fn raise() -> String {
     }
 }
 
-/// Asks for SCHED_FIFO; says what was granted, or why not.
+/// Requests SCHED_FIFO. Returns a description of what was granted, or the error.
 #[cfg(unix)]
 fn ask() -> Result<String, impl Display> {
     use thread_priority::unix::{
@@ -27,7 +27,7 @@ fn ask() -> Result<String, impl Display> {
         .map_err(|error| format!("{error:?}"))
 }
 
-/// Asks for the highest priority of the system; says what was granted, or why not.
+/// Requests the highest priority of the system. Returns a description of what was granted, or the error.
 #[cfg(not(unix))]
 fn ask() -> Result<String, impl Display> {
     thread_priority::set_current_thread_priority(thread_priority::ThreadPriority::Max)

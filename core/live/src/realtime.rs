@@ -1,57 +1,57 @@
-//! Real-time settings of the haptic thread, asked for before its first tick, and its use of the processor, read after its last.
+//! Real-time settings of the haptic thread, requested before its first tick, and its processor use, read after its last tick.
 //!
-//! The thread is not pinned to a processor: it would wait for what the system does on that one while another is free.
+//! The thread is not pinned: on a fixed processor it would wait for kernel work while another processor is free.
 
 use crate::priority;
 use serde::Serialize;
 
-/// Whether the system granted each real-time setting of the haptic thread, in words.
+/// Descriptions of the real-time settings the system granted to the haptic thread.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct RealtimeStatus {
     /// Scheduling priority of the thread.
     pub priority: String,
-    /// Timer slack: how late the system may wake the thread to save wake-ups.
+    /// Timer slack: delay by which the system may postpone wake-ups.
     pub timer: String,
     /// Whether the memory of the process is locked against paging.
     pub memory: String,
 }
 
-/// Use of the processor by the haptic thread.
+/// Processor use of the haptic thread.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct ThreadUsage {
-    /// s, that the thread worked or spun
+    /// Time the thread ran, including spinning, s.
     #[serde(rename = "ran")]
     pub running: f64,
-    /// s, that the thread was ready to run and had no processor
+    /// Time the thread was runnable without a processor, s.
     #[serde(rename = "waited")]
     pub waiting: f64,
-    /// Number of times another thread took its processor.
+    /// Number of involuntary context switches.
     #[serde(rename = "preempted")]
     pub preemptions: u64,
     /// Number of page faults, minor and major.
     #[serde(rename = "faults")]
     pub page_faults: u64,
-    /// s, of all processors, that the hypervisor gave to other virtual machines, as far as it tells
+    /// Steal time of all processors, as reported by the hypervisor, s.
     #[serde(rename = "stolen")]
     pub steal_time: f64,
 }
 
-/// Asks the system for all settings, on the thread itself.
+/// Requests all settings for the calling thread.
 pub(crate) fn request() -> RealtimeStatus {
     RealtimeStatus { priority: priority::raise(), timer: timer(), memory: memory() }
 }
 
-/// Asks for timers without slack and says what was granted.
+/// Requests timers without slack. Returns a description of what was granted.
 #[cfg(target_os = "linux")]
 fn timer() -> String {
-    // A thread of real-time priority has none anyway.
+    // Threads with real-time priority have no slack anyway.
     match nix::sys::prctl::set_timerslack(1) {
         Ok(()) => "exact: no slack".into(),
         Err(why) => format!("the system's own slack ({why})"),
     }
 }
 
-/// Locks the memory the process has now and says whether that was granted.
+/// Locks the present memory of the process. Returns a description of whether that was granted.
 #[cfg(target_os = "linux")]
 fn memory() -> String {
     use nix::sys::mman::{MlockAllFlags, mlockall};
@@ -83,10 +83,10 @@ fn memory() -> String {
     "not locked: not asked for on this system".into()
 }
 
-/// s, a clock tick in which /proc/stat counts (USER_HZ)
+/// Clock tick of /proc/stat (1 / USER_HZ), s.
 const TICK: f64 = 0.01;
 
-/// Use of the processor by the calling thread since it began; `None` where the system does not tell.
+/// Processor use of the calling thread since its start; `None` if the system does not report it.
 pub(crate) fn thread_usage() -> Option<ThreadUsage> {
     let read = |file: &str| std::fs::read_to_string(file).ok();
     let (schedule, status) = (read("/proc/thread-self/schedstat")?, read("/proc/thread-self/status")?);
@@ -95,7 +95,7 @@ pub(crate) fn thread_usage() -> Option<ThreadUsage> {
     let (running, waiting) = (1e-9 * ns.next()?, 1e-9 * ns.next()?);
     let preemptions =
         status.lines().find_map(|l| l.strip_prefix("nonvoluntary_ctxt_switches:"))?.trim().parse().ok()?;
-    // Past the name, which may hold anything: state is field 3, minor faults 10, major 12 (proc_pid_stat(5)).
+    // Fields after the name, which may contain spaces: the state is field 3, minor faults 10, major faults 12 (proc_pid_stat(5)).
     let fields: Vec<&str> = stat.rsplit_once(')')?.1.split_whitespace().collect();
     let number = |field: usize| fields.get(field - 3).and_then(|n| n.parse::<u64>().ok());
     let page_faults = number(10)? + number(12)?;

@@ -1,4 +1,4 @@
-//! The servo: each tick reads the devices, renders the newest contacts and writes to the devices.
+//! The servo: each tick reads the devices, renders the newest contact models and writes the forces.
 //!
 //! *Real time*: a tick does not allocate, lock, log or do I/O of its own, and does not loop over a mesh.
 
@@ -12,15 +12,15 @@ use pliant_plugin_api::abi::Status;
 use pliant_solver::Vec3;
 use triple_buffer::triple_buffer;
 
-/// ns, time after which a device goes to zero force by itself when no other command comes
+/// Time after which a device without a new command goes to zero force, ns.
 const FORCE_VALID: u64 = 50_000_000;
-/// Hz, highest rate of the haptic loop
+/// Highest rate of the haptic loop, Hz.
 const MAX_RATE: f64 = 4000.0;
-/// Hz, rate of the haptic loop where no device declares one
+/// Rate of the haptic loop if no device declares one, Hz.
 const DEFAULT_RATE: f64 = 1000.0;
 
-/// The devices and tools of a session on the haptic thread. It takes its time from the caller, so a test can run it in simulated time;
-/// [`LiveSession`](crate::LiveSession) runs it by the clock.
+/// The devices and tools of a session on the haptic thread. The caller passes the time, so tests can run it in simulated time;
+/// [`LiveSession`](crate::LiveSession) runs it in wall-clock time.
 pub struct Servo {
     devices: Vec<ServoDevice>,
     /// Tools in the order of the session's.
@@ -30,13 +30,13 @@ pub struct Servo {
     rate: f64,
     /// Number of the next tick.
     tick: u64,
-    /// ns, time of the last tick
+    /// Time of the last tick, ns.
     last_tick: Option<u64>,
-    /// Age of the rendered contacts: time since the sample of the hand they were computed for.
+    /// Ages of the rendered contact models: time since their hand samples.
     pub(crate) contact_age: Histogram,
 }
 
-/// A device and how it is served.
+/// A device on the haptic thread.
 struct ServoDevice {
     device: Box<dyn HapticDevice>,
     frame: Frame,
@@ -46,7 +46,7 @@ struct ServoDevice {
     loss: Option<DeviceLoss>,
 }
 
-/// A tool and what renders its force.
+/// A tool on the haptic thread.
 pub(crate) struct ServoTool {
     pub(crate) name: String,
     /// Index of its device.
@@ -56,20 +56,20 @@ pub(crate) struct ServoTool {
     pub(crate) hand: Hand,
     blend: Blend,
     pub(crate) safety: ForceSafety,
-    /// N, force last given, in the axes of the device
+    /// Last rendered force, in axes of the device, N.
     device_force: Vec3,
-    /// Whether it is held by the mirror image of a hand, and renders nothing.
+    /// Whether it is a mirrored tool, which renders nothing.
     mirrored: bool,
-    /// N (rows x columns), pins of its tactile array
+    /// Forces of the pins of its tactile array, N (rows x columns).
     taxels: Vec<f64>,
 }
 
 impl Servo {
-    /// The haptic side of a session over `devices`, which are in the order of the session's, and the simulation's end of the buffers
-    /// between both. `rate` (Hz) is that of the haptic loop; by default that of the fastest device, up to 4 kHz.
+    /// The servo of a session with `devices`, in the order of the session's devices, and the simulation's end of the buffers between both. `rate` is that
+    /// of the haptic loop, Hz; by default that of the fastest device, up to 4 kHz.
     ///
     /// # Panics
-    /// If `devices` are not as many as the session's.
+    /// If the number of `devices` differs from that of the session.
     pub fn new(session: &Session, devices: Vec<Box<dyn HapticDevice>>, rate: Option<f64>) -> (Self, SimulationPort) {
         assert_eq!(devices.len(), session.devices.len(), "one for each of the session");
         let fastest = devices.iter().map(|device| device.device_info().rate).fold(0.0, f64::max);
@@ -93,12 +93,12 @@ impl Servo {
         (servo, SimulationPort::new(samples_out, models))
     }
 
-    /// Hz, rate of the haptic loop
+    /// Rate of the haptic loop, Hz.
     pub fn rate(&self) -> f64 {
         self.rate
     }
 
-    /// N, force last given to each tool's effector, in the axes of its device
+    /// Last force rendered to each tool's effector, in axes of its device, N.
     pub fn device_forces(&self) -> impl Iterator<Item = Vec3> + '_ {
         self.tools.iter().map(|tool| tool.device_force)
     }
@@ -113,7 +113,7 @@ impl Servo {
         self.devices.iter().map(|device| device.device.stop_handle()).collect()
     }
 
-    /// Index of each lost device, and a sentence on why it was lost. Not for the haptic thread.
+    /// Index of each lost device with a description of the cause. Not for the haptic thread.
     pub fn losses(&self) -> impl Iterator<Item = (usize, String)> {
         self.devices.iter().enumerate().filter_map(|(i, device)| {
             let DeviceLoss { call, status } = device.loss?;
@@ -121,16 +121,16 @@ impl Servo {
         })
     }
 
-    /// Counters of each device since it was opened, also of lost ones. Not for the haptic thread.
+    /// Counters of each device since it was opened, including lost devices. Not for the haptic thread.
     pub fn counters(&self) -> impl Iterator<Item = Vec<(String, u64)>> {
         self.devices.iter().map(|device| device.device.counters())
     }
 
-    /// Takes in the newest contacts, serves every device that is due at `now` (ns), and publishes the poses.
+    /// Reads the newest contact models, serves every device that is due at `now` (ns), and publishes the poses.
     pub fn tick(&mut self, now: u64) {
         let gap = self.last_tick.replace(now).map_or(0, |last| now.saturating_sub(last));
         if gap as f64 * 1e-9 > STALE_AFTER {
-            // The forces have expired: the devices are at zero by themselves.
+            // The forces have expired, so the devices have gone to zero force by themselves.
             self.tools.iter_mut().for_each(|tool| tool.safety.release());
         }
         if self.models.update() {
@@ -185,7 +185,7 @@ impl Servo {
         }
     }
 
-    /// Gives the device `index` up: no poses, no forces.
+    /// Marks the device `index` as lost: its poses become invalid and it gets no forces.
     fn lose(&mut self, index: usize, call: &'static str, status: Status) {
         let device = &mut self.devices[index];
         device.loss = Some(DeviceLoss { call, status });
@@ -209,7 +209,7 @@ impl Drop for Servo {
 }
 
 impl ServoDevice {
-    /// A device in the frame of its slot, in a loop of `rate` (Hz).
+    /// A device with the frame of its slot, in a loop at `rate` (Hz).
     fn new(device: Box<dyn HapticDevice>, slot: &DeviceSlot, rate: f64) -> Self {
         let info = device.device_info();
         Self {
@@ -223,10 +223,10 @@ impl ServoDevice {
 }
 
 impl ServoTool {
-    /// A tool of the session on a device with these limits.
+    /// A tool of the session on a device with these properties.
     fn new(slot: &ToolSlot, device: DeviceInfo) -> Self {
         let limits = ForceLimits { continuous: device.continuous_force, ..slot.safety.limits() };
-        // J, twice the energy that the coupling stores at the peak force
+        // Bound of the energy balance, J: twice the energy the coupling stores at the peak force.
         let stored = limits.peak * limits.peak / slot.tool.coupling.stiffness;
         let passivity = Passivity::new(device.damping, device.resolution, stored);
         Self {
@@ -242,7 +242,7 @@ impl ServoTool {
         }
     }
 
-    /// N (3), force on the hand at `now` (ns), `dt` (s) after the last, in the axes of the device. Ages of contacts go to `ages`.
+    /// Force on the hand at `now` (ns), `dt` (s) after the last one, in axes of the device, N. Adds the age of its contact model to `ages`.
     fn render(&mut self, frame: &Frame, now: u64, dt: f64, ages: &mut Histogram) -> Vec3 {
         if !self.hand.present {
             self.safety.release();
@@ -250,7 +250,7 @@ impl ServoTool {
         }
         let in_scene = self.blend.force(self.hand.position, now);
         let force = frame.to_device(in_scene);
-        // A metre of the hand is `scale` metres of the scene.
+        // A displacement of the hand is scaled to the scene, so compliances are scaled back.
         let compliance = self.blend.compliance(in_scene) / frame.scale;
         let mut age = 0.0;
         if self.blend.is_contact() {

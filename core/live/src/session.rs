@@ -1,4 +1,4 @@
-//! A live session: its threads from their start to their end.
+//! A live session and its threads.
 
 use crate::deadline::Pacer;
 use crate::device::HapticDevice;
@@ -19,34 +19,33 @@ use std::time::Duration;
 /// Options of a live session.
 #[derive(Default)]
 pub struct LiveSettings {
-    /// Hz, rate of the haptic loop; by default that of the fastest device, up to 4 kHz
+    /// Rate of the haptic loop, Hz; by default that of the fastest device, up to 4 kHz.
     pub rate: Option<f64>,
-    /// Receives frames of the session, if somebody looks.
+    /// Receives frames of the session; `None` without a viewer.
     pub view: Option<ViewWriter>,
 }
 
-/// How well a session under way keeps real time.
+/// Timing of a running session.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LiveGauges {
-    /// s, wall-clock time since the start
+    /// Wall-clock time since the start, s.
     pub seconds: f64,
     /// Number of steps the simulation has taken.
     pub steps: u64,
-    /// s, simulated time that was given up because the simulation was too slow
+    /// Simulated time that was skipped because the simulation was too slow, s.
     pub lost_time: f64,
-    /// Ticks of the haptic thread begun.
+    /// Number of ticks of the haptic thread.
     pub ticks: u64,
-    /// Ticks not finished before the next was due.
+    /// Number of missed deadlines: ticks not finished before the next one was due.
     pub missed: u64,
-    /// s, the latest beginning of a tick since these were last asked for
+    /// Largest lateness of a tick's beginning since the last call, s.
     pub worst_lateness: f64,
 }
 
-/// ns, longest time that the first tick is waited for
+/// Largest waiting time for the first tick, ns.
 const FIRST_TICK_TIMEOUT: u64 = 500_000_000;
 
-/// A session that runs in real time. The simulation runs on the caller's thread. Dropping this stops the devices and ends the other
-/// threads, also while a panic unwinds.
+/// A session in real time. The simulation runs on the caller's thread. Dropping it stops the devices and ends the other threads, also during a panic.
 pub struct LiveSession {
     clock: Clock,
     signals: Arc<ThreadSignals>,
@@ -56,21 +55,21 @@ pub struct LiveSession {
     view: Option<ViewWriter>,
     pacer: Pacer,
     rate: f64,
-    /// ns, time of the clock at the first step
+    /// Time of the first step, ns.
     began: u64,
     steps: u64,
     dt: f64,
-    /// Whether the loss of each device was already reported.
+    /// Whether the loss of each device has been reported.
     reported: Vec<bool>,
     /// Names of the devices in their order.
     names: Vec<String>,
 }
 
 impl LiveSession {
-    /// Starts a session in real time with its own devices, which it gives up.
+    /// Starts a session in real time with its own devices, which move to the haptic thread.
     ///
     /// # Errors
-    /// A device that is not open, or a system that gives no threads.
+    /// Returns an error if a device is not open or the system cannot create threads.
     pub fn start(session: &mut Session, settings: LiveSettings) -> io::Result<Self> {
         let missing = |index: usize| io::Error::other(format!("device {index} is not open"));
         let taken = session.take_devices().into_iter().enumerate();
@@ -83,7 +82,7 @@ impl LiveSession {
     /// Starts a session in real time with other devices, in the order of the session's.
     ///
     /// # Errors
-    /// A system that gives no threads.
+    /// Returns the error of the system if it cannot create threads.
     pub fn start_with_devices(
         session: &mut Session,
         devices: Vec<Box<dyn HapticDevice>>,
@@ -97,7 +96,7 @@ impl LiveSession {
         let (rate, signals, clock) = (servo.rate(), Arc::new(ThreadSignals::default()), Clock::start());
         let watchdog = Watchdog::start(servo.stop_handles(), Arc::clone(&signals))?;
         let haptic = Some(start(servo, clock, Arc::clone(&signals))?);
-        // The first step has poses. From here on no thread waits for another.
+        // Waits for the first tick, so that the first step has poses. From here on no thread waits for another.
         while signals.ticks_begun.load(Ordering::Relaxed) < 2 && clock.now() < FIRST_TICK_TIMEOUT {
             sleep(Duration::from_millis(1));
         }
@@ -106,12 +105,12 @@ impl LiveSession {
         Ok(Self { clock, signals, haptic, watchdog, port, view, pacer, rate, began, steps: 0, dt, reported, names })
     }
 
-    /// s, wall-clock time since the start
+    /// Wall-clock time since the start, s.
     pub fn seconds(&self) -> f64 {
         (self.clock.now() - self.began) as f64 * 1e-9
     }
 
-    /// How well it keeps real time so far.
+    /// Timing so far.
     pub fn gauges(&self) -> LiveGauges {
         LiveGauges {
             seconds: self.seconds(),
@@ -128,7 +127,7 @@ impl LiveSession {
         self.haptic.as_ref().is_some_and(|haptic| !haptic.is_finished())
     }
 
-    /// Waits until a step is due and takes it with the newest poses. Returns the snapshot it used.
+    /// Waits until a step is due and takes it with the newest poses. Returns the snapshot of those poses.
     pub fn step(&mut self, session: &mut Session) -> &HandSamples {
         while let Some(wait) = self.pacer.poll(self.clock.now()) {
             sleep(Duration::from_nanos(wait));

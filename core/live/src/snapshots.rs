@@ -1,4 +1,4 @@
-//! Whole snapshots between the haptic thread and the simulation, through triple buffers: the newest wins, neither side waits.
+//! Snapshots between the haptic thread and the simulation, through triple buffers: only the newest is read, and neither side waits.
 
 use pliant_engine::session::Session;
 use pliant_engine::tool::ContactModel;
@@ -7,25 +7,25 @@ use pliant_plugin_api::abi::Status;
 use pliant_solver::Vec3;
 use triple_buffer::{Input, Output};
 
-/// Why a device was lost.
+/// Cause of the loss of a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DeviceLoss {
     /// The call that failed: `read` or `write`.
     pub call: &'static str,
-    /// Status it gave.
+    /// Status it returned.
     pub status: Status,
 }
 
 /// Snapshot from the haptic thread: poses of the hands and forces on them.
 #[derive(Clone, Debug, Default)]
 pub struct HandSamples {
-    /// ns, time the poses were read
+    /// Time at which the poses were read, ns.
     pub time: u64,
     /// Poses of each effector of each device, in the order of the session's devices.
     pub poses: Vec<Vec<Pose>>,
-    /// N (tools x 3), force last given to each tool's effector, in the axes of its device
+    /// Last force rendered to each tool's effector, in axes of its device, N (tools x 3).
     pub device_forces: Vec<Vec3>,
-    /// Why each device was lost; `None` where it was not.
+    /// Cause of the loss of each device; `None` if it is not lost.
     pub losses: Vec<Option<DeviceLoss>>,
 }
 
@@ -34,7 +34,7 @@ pub struct HandSamples {
 pub(crate) struct ContactModels {
     /// Contact of each tool, from which forces are rendered until the next snapshot.
     pub(crate) contacts: Vec<ContactModel>,
-    /// N (rows x columns), force of each pin of each tool's tactile array; empty without one
+    /// Force of each pin of each tool's tactile array, N (rows x columns); empty without an array.
     pub(crate) taxels: Vec<Vec<f64>>,
 }
 
@@ -42,12 +42,12 @@ pub(crate) struct ContactModels {
 pub struct SimulationPort {
     pub(crate) samples: Output<HandSamples>,
     pub(crate) models: Input<ContactModels>,
-    /// ns, time of the poses of the last step
+    /// Time of the poses of the last step, ns.
     last_time: Option<u64>,
 }
 
 impl SimulationPort {
-    /// The ends of both buffers that are the simulation's.
+    /// A port with the simulation's ends of both buffers.
     pub(crate) fn new(samples: Output<HandSamples>, models: Input<ContactModels>) -> Self {
         Self { samples, models, last_time: None }
     }
@@ -58,8 +58,7 @@ impl SimulationPort {
         session.step_with(&samples.poses);
         let models = self.models.input_buffer_mut();
         session.contact_models(samples.time, &mut models.contacts);
-        // Where the simulation is slower than real time its contacts move slower for the hand: drift per simulated second becomes drift per
-        // second.
+        // If the simulation is slower than real time, drift velocities are converted from simulated to wall-clock time.
         let elapsed = self.last_time.replace(samples.time).map_or(0, |before| samples.time.saturating_sub(before));
         let pace = if elapsed > 0 { (session.dt() / (elapsed as f64 * 1e-9)).min(1.0) } else { 0.0 };
         for contact in &mut models.contacts {
@@ -75,7 +74,7 @@ impl SimulationPort {
         samples
     }
 
-    /// Publishes contacts that come from elsewhere than a session.
+    /// Publishes contact models that do not come from a session.
     pub fn publish(&mut self, contacts: &[ContactModel]) {
         self.models.input_buffer_mut().contacts.copy_from_slice(contacts);
         self.models.publish();

@@ -1,11 +1,11 @@
-//! Timing and force safety of a live session in numbers. The keys in files are older than some names of fields; `serde` keeps them.
+//! Statistics of timing and force safety of a live session. Keys in files differ from names of fields where `serde` renames them.
 
 use crate::histogram::Percentiles;
 use crate::realtime::{RealtimeStatus, ThreadUsage};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Counters of the devices by their names, those without counters left out.
+/// Counters of the devices by name; devices without counters are left out.
 pub type DeviceCounts = BTreeMap<String, BTreeMap<String, u64>>;
 
 /// The hand of one tool.
@@ -13,7 +13,7 @@ pub type DeviceCounts = BTreeMap<String, BTreeMap<String, u64>>;
 pub struct HandSummary {
     /// Name of the tool in the scene.
     pub tool: String,
-    /// Number of times each measure of force safety changed the force, by cause.
+    /// Number of forces changed by force safety, by cause.
     #[serde(rename = "changed")]
     pub safety_counts: BTreeMap<&'static str, u64>,
     /// Number of samples of the haptic thread that were not valid or not finite.
@@ -22,39 +22,39 @@ pub struct HandSummary {
     /// Number of samples that were followed at the speed limit.
     #[serde(rename = "slowed")]
     pub speed_limited_samples: u64,
-    /// J, energy the hand has given and not got back; below zero the force has given the hand energy
+    /// Energy the hand has put in minus energy returned to it, J; negative if the force has generated energy.
     pub energy: f64,
 }
 
 /// Timing and force safety of a live session.
 #[derive(Clone, Debug, Serialize)]
 pub struct LiveSummary {
-    /// s, wall clock
+    /// Wall-clock duration, s.
     pub seconds: f64,
-    /// Hz, rate of the haptic loop as asked for
+    /// Requested rate of the haptic loop, Hz.
     pub rate: f64,
     /// Real-time settings of the haptic thread.
     #[serde(flatten)]
     pub realtime: RealtimeStatus,
-    /// Use of the processor by the haptic thread; `None` where the system does not tell.
+    /// Processor use of the haptic thread; `None` if the system does not report it.
     #[serde(rename = "took")]
     pub thread_usage: Option<ThreadUsage>,
     /// Number of ticks finished.
     pub ticks: u64,
-    /// Number of ticks that were not finished before the next was due.
+    /// Number of missed deadlines: ticks not finished before the next one was due.
     pub missed: u64,
-    /// Time from the beginning of a tick to that of the next.
+    /// Time between the beginnings of two ticks.
     pub period: Option<Percentiles>,
     /// Time from the deadline of a tick to its beginning.
     pub lateness: Option<Percentiles>,
-    /// Time from reading the devices to having written the forces for those samples.
+    /// Time from reading the devices to the end of writing the forces.
     pub latency: Option<Percentiles>,
-    /// Time from the sample of the hand that a contact was computed for to a force rendered from that contact.
+    /// Age of a contact model when a force is rendered from it: time since its hand sample.
     pub contact_age: Option<Percentiles>,
-    /// s, time the simulation fell behind the clock and did not catch up
+    /// Simulated time that was skipped because the simulation was too slow, s.
     #[serde(rename = "lost")]
     pub lost_time: f64,
-    /// Simulated time over wall-clock time: 1 keeps real time.
+    /// Ratio of simulated time to wall-clock time; 1 is real time.
     #[serde(rename = "kept")]
     pub real_time_factor: f64,
     /// Number of times the watchdog stopped the devices.

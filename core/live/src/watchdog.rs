@@ -1,4 +1,4 @@
-//! Stops the devices when the haptic thread makes no tick: a driver that hangs, a machine without a free processor.
+//! Watchdog: stops the devices when the haptic thread makes no progress, because a driver hangs or no processor is free.
 
 use crate::device::StopDevice;
 use crate::haptic_thread::ThreadSignals;
@@ -42,7 +42,7 @@ impl Watchdog {
         Ok(Self { thread: Some(Builder::new().name("watchdog".into()).spawn(watch)?), signals, trips })
     }
 
-    /// Ends the thread and gives the number of times it stopped the devices.
+    /// Ends the thread. Returns the number of times it stopped the devices.
     pub(crate) fn end(&mut self) -> u64 {
         self.signals.stop.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {

@@ -81,7 +81,7 @@ impl Model {
     /// Takes in the newest frame, and lists what is to be uploaded.
     pub(super) fn update(&mut self, times: &mut FrameTimes, view: ViewSettings) {
         let began = Instant::now();
-        self.reader.want_cells(view.cells);
+        self.reader.set_cells_enabled(view.cells);
         if self.reader.update() {
             let patches = self.reader.take_patches();
             let frame = self.reader.frame();

@@ -1,4 +1,4 @@
-//! The triangles around each vertex, in one list, with a list of its own for each vertex that a cut has changed.
+//! Triangles around each vertex: one packed list, with separate lists for vertices that a cut has changed.
 
 use pliant_engine::body::TriangleLook;
 use std::collections::HashMap;
@@ -8,12 +8,12 @@ pub(super) struct Adjacency {
     /// Triangles around vertex v: `list[start[v]..start[v + 1]]`.
     start: Vec<u32>,
     list: Vec<u32>,
-    /// In the place of the list, for vertices whose triangles have changed.
+    /// Replacement lists of vertices whose triangles have changed.
     changed: HashMap<u32, Vec<u32>>,
 }
 
 impl Adjacency {
-    /// Of `count` vertices.
+    /// The adjacency of `count` vertices.
     pub(super) fn new(count: usize, triangles: &[Option<TriangleLook>]) -> Self {
         let mut start = vec![0_u32; count + 1];
         for vertex in triangles.iter().flatten().flat_map(|look| look.corners) {
@@ -34,7 +34,7 @@ impl Adjacency {
         Self { start, list, changed: HashMap::new() }
     }
 
-    /// Triangles around a vertex, rising; none for one that is not known.
+    /// Triangles around a vertex, ascending; empty for an unknown vertex.
     pub(super) fn of(&self, vertex: u32) -> &[u32] {
         if !self.changed.is_empty()
             && let Some(list) = self.changed.get(&vertex)
@@ -55,7 +55,7 @@ impl Adjacency {
         self.changed.entry(vertex).or_default()
     }
 
-    /// Puts a triangle around a vertex.
+    /// Adds a triangle to a vertex.
     pub(super) fn insert(&mut self, vertex: u32, triangle: u32) {
         let list = self.of_mut(vertex);
         if let Err(place) = list.binary_search(&triangle) {
@@ -63,7 +63,7 @@ impl Adjacency {
         }
     }
 
-    /// Takes a triangle away from around a vertex.
+    /// Removes a triangle from a vertex.
     pub(super) fn remove(&mut self, vertex: u32, triangle: u32) {
         self.of_mut(vertex).retain(|other| *other != triangle);
     }

@@ -1,9 +1,9 @@
-//! The edges of the model as its file has them, for a wireframe: those of its polygons, not those inside of one.
+//! Edges for a wireframe: those of the file's polygons, without the diagonals of their triangulation.
 
 use super::ViewSurface;
 
 impl ViewSurface {
-    /// Drawn vertices at the ends of every edge between two faces, or on a border (e x 2).
+    /// Drawn vertices at the ends of every edge between two polygons or on a border (e x 2).
     pub fn edges(&self) -> Vec<[u32; 2]> {
         let mut edges = Vec::with_capacity(self.triangles.len() * 3 / 2);
         for (triangle, look) in self.triangles.iter().enumerate() {
@@ -15,7 +15,7 @@ impl ViewSurface {
                     *other as usize != triangle && other_look.is_some_and(|other| other.corners.contains(&to))
                 });
                 let other_face = across.and_then(|t| self.triangles[t as usize].as_ref()).map(|other| other.face);
-                // Each edge once: from the triangle of the lower number.
+                // Each edge is listed once, from the triangle with the lower index.
                 let first = across.is_none_or(|other| triangle < other as usize);
                 if first && other_face.is_none_or(|face| face != look.face) {
                     let corners = self.corners[triangle];

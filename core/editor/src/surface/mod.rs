@@ -1,7 +1,6 @@
-//! A viewer's copy of a body's surface: what it takes to draw it and to find what a pointer points at.
+//! A viewer's copy of a body's surface, for drawing and picking.
 //!
-//! It is kept up to date from frames and topology patches, and tells what has changed, so that a picture of a million triangles
-//! uploads a touch of a few hundred.
+//! It is updated from frames and topology patches and reports the changes, so that only changed vertices of a large surface are uploaded.
 
 mod adjacency;
 mod edges;
@@ -18,60 +17,60 @@ use pliant_live::{BodyTopology, BodyView, TopologyPatch};
 use pliant_solver::Vec3;
 use std::ops::Range;
 
-/// The surface of a body, ready to be drawn.
+/// The surface of a body for drawing.
 ///
-/// A mesh vertex is drawn once for each hard edge, texture seam and material that meets at it; all of its *drawn vertices* have its
-/// place, and each has a normal and texture coordinates of its own.
+/// A mesh vertex has several *drawn vertices* if hard edges, texture seams or materials meet at it; they share its position, and each has its own normal and
+/// texture coordinates.
 pub struct ViewSurface {
-    /// As the scene calls the body.
+    /// Name of the body in the scene.
     pub name: String,
-    /// m, place of the scene that positions are relative to
+    /// Point of the scene that positions are relative to, m.
     pub origin: Vec3,
-    /// m (n x 3), relative to the origin
+    /// Positions of mesh vertices relative to the origin, m (n x 3).
     positions: Vec<[f32; 3]>,
-    /// m (n), distance of each vertex from its place at rest
+    /// Distance of each mesh vertex from its rest position, m (n).
     displacements: Vec<f32>,
     triangles: Vec<Option<TriangleLook>>,
     around: Adjacency,
     /// Drawn vertices of a mesh vertex: `drawn[first..first + count]` (n).
     span_of: Vec<(u32, u32)>,
     drawn: Vec<DrawnVertex>,
-    /// Unit normal of each drawn vertex; zero where no triangle has an area.
+    /// Unit normal of each drawn vertex; zero if all of its triangles are degenerate.
     normals: Vec<[f32; 3]>,
-    /// Drawn vertex at each corner of each triangle; one point three times for a triangle that is not seen.
+    /// Drawn vertex at each corner of each triangle; three times the same vertex for an invisible triangle.
     corners: Vec<[u32; 3]>,
-    /// Number of the last frame that was taken over.
+    /// Number of the last frame that was applied.
     frame: u64,
-    /// Vertices whose normals are to be computed anew, each once.
+    /// Vertices whose normals must be updated, each once.
     dirty: Vec<u32>,
     is_dirty: Vec<bool>,
 }
 
-/// What a frame has changed of the drawn surface.
+/// Changes of the drawn surface by a frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SurfaceChanges {
-    /// Drawn vertices with another place, normal or displacement; rising, apart from each other.
+    /// Ranges of drawn vertices with a changed position, normal or displacement; ascending and disjoint.
     pub vertices: Vec<Range<usize>>,
-    /// Drawn vertices with other texture coordinates or material, or new ones; rising.
+    /// Ranges of drawn vertices that are new or have changed texture coordinates or material; ascending.
     pub looks: Vec<Range<usize>>,
-    /// Triangles with other corners, or new ones; rising.
+    /// Ranges of triangles that are new or have changed corners; ascending.
     pub triangles: Vec<Range<usize>>,
-    /// Mesh vertices that have moved, rising.
+    /// Mesh vertices that have moved, ascending.
     pub moved: Vec<u32>,
 }
 
 impl SurfaceChanges {
-    /// Whether nothing has changed.
+    /// Whether there are no changes.
     pub fn is_empty(&self) -> bool {
         self.vertices.is_empty() && self.looks.is_empty() && self.triangles.is_empty()
     }
 }
 
-/// Ranges that are nearer to each other than this are uploaded as one: a call costs more than a few vertices.
+/// Largest gap between ranges that are merged, in vertices, because an upload call costs more than a few vertices.
 const GAP: usize = 64;
 
 impl ViewSurface {
-    /// The surface of a body as its session was opened.
+    /// The surface of a body at the opening of its session.
     pub fn new(topology: &BodyTopology) -> Self {
         let triangles = topology.triangles.as_ref().clone();
         let count = topology.positions.len();
@@ -100,17 +99,17 @@ impl ViewSurface {
         surface
     }
 
-    /// m (n x 3), mesh vertices relative to the origin
+    /// Positions of mesh vertices relative to the origin, m (n x 3).
     pub fn positions(&self) -> &[[f32; 3]] {
         &self.positions
     }
 
-    /// Triangles; `None` for those that are not seen.
+    /// Appearance of each triangle; `None` if it is invisible.
     pub fn triangles(&self) -> &[Option<TriangleLook>] {
         &self.triangles
     }
 
-    /// Vertices to draw.
+    /// The drawn vertices.
     pub fn drawn(&self) -> &[DrawnVertex] {
         &self.drawn
     }
@@ -125,23 +124,23 @@ impl ViewSurface {
         &self.corners
     }
 
-    /// m, place of a drawn vertex relative to the origin; the origin for one that undoing a cut has left without a mesh vertex
+    /// Position of a drawn vertex relative to the origin, m; zero if undoing a cut has removed its mesh vertex.
     pub fn position(&self, drawn: usize) -> [f32; 3] {
         self.positions.get(self.drawn[drawn].vertex as usize).copied().unwrap_or_default()
     }
 
-    /// m, distance of a drawn vertex from its place at rest
+    /// Distance of a drawn vertex from its rest position, m.
     pub fn displacement(&self, drawn: usize) -> f32 {
         self.displacements.get(self.drawn[drawn].vertex as usize).copied().unwrap_or_default()
     }
 
-    /// Places of a triangle's corners in the scene, m; `None` where it is not seen.
+    /// Positions of a triangle's corners in the scene, m; `None` if it is invisible.
     pub fn corner_places(&self, triangle: u32) -> Option<[Vec3; 3]> {
         let look = self.triangles.get(triangle as usize)?.as_ref()?;
         Some(look.corners.map(|v| self.place(v)))
     }
 
-    /// m, place of a mesh vertex in the scene
+    /// Position of a mesh vertex in the scene, m.
     fn place(&self, vertex: u32) -> Vec3 {
         let [x, y, z] = self.positions[vertex as usize].map(f64::from);
         self.origin + Vec3::new(x, y, z)
@@ -152,7 +151,7 @@ impl ViewSurface {
         self.around.of(vertex)
     }
 
-    /// Takes over a newer frame, with the patches of this body that come before it, and tells what has changed.
+    /// Applies a newer frame with the patches of this body up to it. Returns the changes.
     pub fn update(&mut self, number: u64, view: &BodyView, patches: &[TopologyPatch]) -> SurfaceChanges {
         let mut changes = SurfaceChanges::default();
         let moved_pages: Vec<Range<usize>> = view.changed_after(self.frame).collect();
@@ -175,7 +174,7 @@ impl ViewSurface {
         changes
     }
 
-    /// Has as many vertices as the frame.
+    /// Sets the number of mesh vertices.
     fn resize(&mut self, count: usize) {
         self.positions.resize(count, [0.0; 3]);
         self.displacements.resize(count, 0.0);
@@ -183,7 +182,7 @@ impl ViewSurface {
         self.is_dirty.resize(count, false);
     }
 
-    /// Computes normals around what has moved, and lists the drawn vertices that differ.
+    /// Updates normals around moved vertices and lists the changed drawn vertices.
     fn refresh(&mut self, changes: &mut SurfaceChanges) {
         for at in 0..changes.moved.len() {
             let vertex = changes.moved[at];
@@ -220,7 +219,7 @@ impl ViewSurface {
         }
     }
 
-    /// Takes over what a cut has changed.
+    /// Applies the changes of a cut.
     fn patch(&mut self, patch: &TopologyPatch, changes: &mut SurfaceChanges) {
         let before = self.triangles.len();
         let gone = patch.count.min(before)..before;
@@ -262,7 +261,7 @@ impl ViewSurface {
             let (new_first, new_count) = self.span_of[vertex as usize];
             self.normals.resize(self.drawn.len(), [0.0; 3]);
             if (first, count) != (new_first, new_count) {
-                // Its triangles have other corners now.
+                // The corners of its triangles have changed.
                 let around = self.around.of(vertex);
                 changes.triangles.extend(around.iter().map(|t| *t as usize..*t as usize + 1));
             }
@@ -272,7 +271,7 @@ impl ViewSurface {
     }
 }
 
-/// Ranges in order, with those that touch or are at most `gap` apart made one.
+/// Sorts ranges and merges those that touch or are at most `gap` apart.
 fn merge(mut ranges: Vec<Range<usize>>, gap: usize) -> Vec<Range<usize>> {
     ranges.retain(|range| !range.is_empty());
     ranges.sort_unstable_by_key(|range| range.start);

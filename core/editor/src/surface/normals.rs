@@ -1,10 +1,10 @@
-//! Normals of the drawn vertices: the mean of the triangles of their group, by area.
+//! Normals of drawn vertices: the area-weighted mean over the triangles of their group.
 
 use super::ViewSurface;
 use pliant_solver::Vec3;
 
 impl ViewSurface {
-    /// m^2, twice the area vector of a triangle; zero where it is not seen
+    /// Normal of a triangle whose length is twice the area, m^2; zero if it is invisible.
     pub(super) fn cross(&self, triangle: u32) -> Vec3 {
         let Some(look) = self.triangles[triangle as usize] else { return Vec3::zeros() };
         let place = |corner: usize| {
@@ -15,7 +15,7 @@ impl ViewSurface {
         (place(1) - a).cross(&(place(2) - a))
     }
 
-    /// Computes the normals of all drawn vertices of a mesh vertex.
+    /// Updates the normals of all drawn vertices of a mesh vertex.
     pub(super) fn update_normals(&mut self, vertex: u32) {
         let (first, count) = self.span_of[vertex as usize];
         for drawn in first..first + count {

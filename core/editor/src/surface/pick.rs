@@ -1,4 +1,4 @@
-//! What a pointer points at: the first triangle a ray meets.
+//! Picking: the first triangle a ray hits.
 
 use super::ViewSurface;
 use crate::hand::{PointerRay, SurfacePoint};
@@ -8,63 +8,62 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 
-/// Where a ray meets a surface.
+/// Intersection of a ray with a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// Index of the triangle that is hit.
     pub triangle: u32,
-    /// m, along the ray
+    /// Distance along the ray, m.
     pub distance: f64,
-    /// The point, and the normal of the surface as it is shaded.
+    /// The point with its shading normal.
     pub at: SurfacePoint,
 }
 
-/// Finds what a ray meets on one surface. A tree over its triangles is built on a thread; until it is there, every triangle is
-/// looked at.
+/// Ray queries on one surface. A triangle tree is built on a background thread; until it is ready, every triangle is tested.
 ///
-/// During a stroke it is not told of what moves, so that a hand which follows the surface does not follow the dent it makes.
+/// During a stroke it is not updated, so that a hand following the surface does not follow the dent it makes.
 pub struct Picker {
     tree: Option<TriangleTree>,
     pub(super) building: Option<JoinHandle<Option<TriangleTree>>>,
     cancel: Arc<AtomicBool>,
-    /// m (n), places of the vertices as the tree knows them
-    places: Vec<Vec3>,
-    /// Triangles that have changed while the tree was being built.
+    /// Positions of the vertices in the tree, m (n x 3).
+    positions: Vec<Vec3>,
+    /// Triangles that changed while the tree was being built.
     waiting: Vec<u32>,
 }
 
 impl Picker {
-    /// Begins to build the tree of a surface.
+    /// Starts building the tree of a surface.
     pub fn new(surface: &ViewSurface) -> Self {
-        let places: Vec<Vec3> = (0..surface.positions.len() as u32).map(|v| surface.place(v)).collect();
+        let positions: Vec<Vec3> = (0..surface.positions.len() as u32).map(|v| surface.place(v)).collect();
         let triangles: Vec<[u32; 3]> =
             surface.triangles.iter().map(|look| look.map_or([0; 3], |look| look.corners)).collect();
         let cancel = Arc::new(AtomicBool::new(false));
-        let (of_thread, points) = (Arc::clone(&cancel), places.clone());
+        let (of_thread, points) = (Arc::clone(&cancel), positions.clone());
         let build = move || {
             let is_needed = !of_thread.load(Ordering::Relaxed) && !triangles.is_empty();
             is_needed.then(|| TriangleTree::new(&points, &triangles))
         };
         let building = std::thread::Builder::new().name("picker".into()).spawn(build).ok();
-        Self { tree: None, building, cancel, places, waiting: Vec::new() }
+        Self { tree: None, building, cancel, positions, waiting: Vec::new() }
     }
 
-    /// Takes over vertices that have moved and triangles that have changed (numbers of either, in any order).
+    /// Updates vertices that have moved and triangles that have changed (indices in any order).
     pub fn update(&mut self, surface: &ViewSurface, moved: &[u32], triangles: impl Iterator<Item = u32>) {
-        self.places.resize(surface.positions.len(), Vec3::zeros());
+        self.positions.resize(surface.positions.len(), Vec3::zeros());
         let mut changed: Vec<u32> = triangles.collect();
         for &vertex in moved {
-            self.places[vertex as usize] = surface.place(vertex);
+            self.positions[vertex as usize] = surface.place(vertex);
             changed.extend_from_slice(surface.around.of(vertex));
         }
         changed.sort_unstable();
         changed.dedup();
         self.waiting.append(&mut changed);
-        self.settle(surface);
+        self.apply_pending(surface);
     }
 
-    /// Takes the tree from its thread once it is built, and what has changed into it.
-    fn settle(&mut self, surface: &ViewSurface) {
+    /// Receives the tree from its thread once it is built, and applies the pending changes to it.
+    fn apply_pending(&mut self, surface: &ViewSurface) {
         if self.tree.is_none() && self.building.as_ref().is_some_and(JoinHandle::is_finished) {
             self.tree = self.building.take().and_then(|thread| thread.join().ok()).flatten();
         }
@@ -73,20 +72,20 @@ impl Picker {
         self.waiting.dedup();
         for triangle in self.waiting.drain(..) {
             match surface.triangles.get(triangle as usize).copied().flatten() {
-                Some(look) => tree.set(triangle, look.corners.map(|v| self.places[v as usize])),
+                Some(look) => tree.set(triangle, look.corners.map(|v| self.positions[v as usize])),
                 None => tree.remove(triangle),
             }
         }
     }
 
-    /// The first triangle the ray meets within `reach` (m), from either side.
+    /// The first triangle the ray hits within `reach` (m), from either side.
     pub fn pick(&mut self, surface: &ViewSurface, ray: &PointerRay, reach: f64) -> Option<Hit> {
-        self.settle(surface);
+        self.apply_pending(surface);
         let mut best: Option<(f64, u32, Vec3)> = None;
-        let places = &self.places;
+        let positions = &self.positions;
         let mut look_at = |triangle: u32| {
             let Some(look) = surface.triangles.get(triangle as usize).copied().flatten() else { return };
-            let corners = look.corners.map(|v| places.get(v as usize).copied().unwrap_or_default());
+            let corners = look.corners.map(|v| positions.get(v as usize).copied().unwrap_or_default());
             if let Some((time, bary)) = meet(corners, ray.origin, ray.direction)
                 && time <= reach
                 && best.is_none_or(|(least, of, _)| (time, triangle) < (least, of))
@@ -112,7 +111,7 @@ impl Picker {
         Some(Hit { triangle, distance, at: SurfacePoint { point: ray.origin + distance * ray.direction, normal } })
     }
 
-    /// Whether the tree is there.
+    /// Whether the tree is ready.
     pub fn is_ready(&self) -> bool {
         self.tree.is_some()
     }

@@ -1,27 +1,27 @@
-//! A mesh vertex is drawn as often as there are hard edges, texture seams and materials that meet at it.
+//! Splitting of mesh vertices into drawn vertices at hard edges, texture seams and material boundaries.
 
 use super::ViewSurface;
 use pliant_engine::body::{ABSENT, CAP, TriangleLook};
 
-/// A vertex as it is drawn.
+/// A drawn vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DrawnVertex {
-    /// The mesh vertex.
+    /// Index of the mesh vertex.
     pub vertex: u32,
     /// Group of triangles around the vertex that share a normal, numbered at each vertex.
     pub(super) group: u32,
-    /// Texture coordinates; 0 without.
+    /// Texture coordinates; 0 if there are none.
     pub texture: [f32; 2],
     /// Index into the materials of the document, [`CAP`], or [`ABSENT`].
     pub material: u32,
 }
 
-/// Cosine of the angle from which on two triangles of a model without normals meet in a hard edge: 50 degrees, so that a cylinder
-/// of eight sides is round and a cube is not.
+/// Cosine of the angle between triangles above which their edge is hard, for models without normals: 50 degrees, so that an eight-sided cylinder is smooth and
+/// a cube is not.
 const HARD_EDGE: f64 = 0.642_787_609_686_539_3;
 
 impl ViewSurface {
-    /// Lists the drawn vertices of a mesh vertex anew. They take the places they had if they are as many.
+    /// Computes the drawn vertices of a mesh vertex again. They keep their indices if their number is unchanged.
     pub(super) fn split(&mut self, vertex: u32) {
         let around = self.around.of(vertex).to_vec();
         let groups = self.normal_groups(vertex, &around);
@@ -38,7 +38,7 @@ impl ViewSurface {
             of_corner.push((*triangle, corner, at as u32));
         }
         if found.is_empty() {
-            // A vertex of no triangle is drawn by none; one place keeps numbers dense.
+            // A vertex without triangles still gets one index, so that indices stay dense.
             found.push(DrawnVertex { vertex, group: 0, texture: [0.0; 2], material: ABSENT });
         }
         let (first, count) = self.span_of[vertex as usize];
@@ -56,8 +56,8 @@ impl ViewSurface {
         }
     }
 
-    /// For each triangle around a vertex the number of the group with which it shares a normal there: by the file's normals where it
-    /// has some, else triangles on the same side of all hard edges. A cut surface never shares one with the skin.
+    /// For each triangle around a vertex, the group of triangles with which it shares a normal there: by the file's normals if there are any, otherwise by hard
+    /// edges. A cut surface never shares a normal with the outer surface.
     fn normal_groups(&self, vertex: u32, around: &[u32]) -> Vec<u32> {
         let looks: Vec<Option<&TriangleLook>> = around.iter().map(|t| self.triangles[*t as usize].as_ref()).collect();
         let shading = |look: &TriangleLook| {
@@ -92,7 +92,7 @@ impl ViewSurface {
     }
 }
 
-/// Whether two corners are drawn by one vertex.
+/// Whether two corners share a drawn vertex.
 fn same(a: &DrawnVertex, b: &DrawnVertex) -> bool {
     a.group == b.group && a.material == b.material && a.texture == b.texture
 }

@@ -89,7 +89,7 @@ impl RestShapeFlow {
         })
     }
 
-    /// Moves the rest shape of a body around a point for a time of `seconds`. Returns whether any node moved.
+    /// Moves the rest shape of a body around a point for a time of `seconds`. Returns whether the brush has free nodes.
     fn flow(
         &mut self,
         body: &mut Body,

@@ -1,4 +1,4 @@
-//! Choosing how the bodies of an opened scene are moved: how fast they can move, and which scheme and step that bears.
+//! Choice of integrator, substeps and preconditioner for the bodies of a scene, from their frequencies.
 
 use super::shared::{Measured, SharedParts};
 use super::thread_choice::ThreadChoice;
@@ -15,26 +15,26 @@ use pliant_solver::{
 };
 use std::time::Instant;
 
-/// Square of the frequency the layer of a contact adds to a surface node, over that of the body's fastest mode.
+/// Squared frequency that the elastic layer of a contact adds to a surface node, relative to that of the body's fastest mode.
 const LAYER_SHARE: f64 = 1.0;
-/// Stiffness of that layer over a tool's, on a body that is held everywhere.
+/// Stiffness of the layer relative to that of the tool's coupling, for a body without free nodes.
 const HELD_LAYER: f64 = 10.0;
-/// Share of the step limit that is used.
+/// Fraction of the step limit that is used.
 const STEP_SHARE: f64 = 0.9;
-/// s, longest step that is not remarked on.
+/// Largest step without a warning, s.
 const LONG_STEP: f64 = 0.05;
-/// Substeps up to which explicit steps cost less than an implicit one (docs/performance.md): of springs, of solids whose stiffness is there
-/// in single precision too, and of all else.
+/// Largest number of explicit substeps that cost less than an implicit step (docs/performance.md): for springs, for solids with a stiffness in single
+/// precision, and for all others.
 const FEW_OF_SPRINGS: usize = 16;
 const FEW_OF_SOLIDS: usize = 12;
 const FEW_SUBSTEPS: usize = 4;
-/// Nodes below which levels are not worth their setup.
+/// Number of nodes below which the setup of multilevel preconditioning does not pay.
 const FEW_NODES: usize = 200;
-/// Step times fastest frequency below which block Jacobi needs few iterations.
+/// Product of step and highest frequency below which block Jacobi needs few iterations.
 const SHORT_REACH: f64 = 6.0;
 
 impl Session {
-    /// Samples the surfaces that a ball may touch.
+    /// Samples the surfaces of bodies that a large tool may touch.
     pub(super) fn sample(&mut self, shared: &SharedParts) -> Result<(), SessionError> {
         for body in &mut self.bodies {
             if self.tools.iter().any(|slot| Tool::meets_samples(&slot.tool.proxy.shape, body.discretization.edge())) {
@@ -47,8 +47,8 @@ impl Session {
         Ok(())
     }
 
-    /// Finds how fast each body can move: on the whole of it, or on the cells around one of its points. What was measured under one of `keys`
-    /// (an entry for each body) is not measured again, unless the whole body is active.
+    /// Computes the frequencies of each body: of the whole body, or of the cells around one of its points. Results are cached under `keys` (one for each
+    /// body), except for bodies that are simulated as a whole.
     pub(super) fn measure(&mut self, shared: &SharedParts, keys: &[String]) -> Result<(), SessionError> {
         let coupling = self.tools.iter().map(|slot| slot.tool.coupling.stiffness).fold(0.0, f64::max);
         for (body, key) in self.bodies.iter_mut().zip(keys) {
@@ -59,7 +59,7 @@ impl Session {
             };
             let Measured { frequencies: found, mass, nodes, elements, seconds } = measured;
             let layer = match found.stiffness {
-                // Held everywhere: the step bears anything.
+                // A body without free nodes has no step limit.
                 0.0 => HELD_LAYER * coupling,
                 stiffness => LAYER_SHARE * stiffness.powi(2) * 0.5 * mass,
             };
@@ -73,7 +73,10 @@ impl Session {
         Ok(())
     }
 
-    /// Chooses scheme and substeps, or refuses.
+    /// Chooses scheme and substeps.
+    ///
+    /// # Errors
+    /// Returns an error if an explicit integrator exceeds its step limit.
     pub(super) fn choose(&mut self, scene: &Scene) -> Result<(), SessionError> {
         if self.bodies.is_empty() {
             self.left_out("integration", "nothing moves");
@@ -138,7 +141,7 @@ impl Session {
         Ok(())
     }
 
-    /// Substeps that explicit steps may take.
+    /// Largest number of explicit substeps that cost less than an implicit step.
     fn few_substeps(&self) -> usize {
         let few = |set: &ElementSet| match set.request().kind {
             abi::LINK => FEW_OF_SPRINGS,
@@ -149,7 +152,8 @@ impl Session {
         forces.map(few).min().unwrap_or(FEW_OF_SPRINGS)
     }
 
-    /// The levels pay where a wave crosses many nodes in a step, and need a body whose nodes stay the same.
+    /// Chooses the preconditioner of each body. Multilevel preconditioning pays if a wave crosses many nodes in a step, and needs a body whose nodes do
+    /// not change.
     fn choose_preconditioners(&mut self, choice: PreconditionerChoice) {
         for ((body, integrator), found) in self.bodies.iter().zip(&mut self.integrators).zip(&self.frequencies) {
             let nodes = body.system.nodes.len();
@@ -222,7 +226,7 @@ impl Session {
         Ok(needed as usize)
     }
 
-    /// s, the step up to which `scheme` is stable for every body.
+    /// Largest step for which `scheme` is stable for every body, s; `None` without a limit.
     fn limit(&self, scheme: Scheme) -> Option<f64> {
         least(self.planned.iter().map(|f| f.limit(scheme)))
     }
@@ -231,7 +235,7 @@ impl Session {
         least(self.planned.iter().map(|f| Frequencies { stiffness: f.bound, ..*f }.limit(scheme)))
     }
 
-    /// Substeps that keep a body with these frequencies stable, at most what is allowed.
+    /// Number of substeps that keep a body with these frequencies stable, at most the allowed one.
     pub(super) fn substeps_for(&self, frequencies: &Frequencies) -> usize {
         match frequencies.limit(self.scheme) {
             StepLimit::At(limit) if limit > 0.0 && !self.forced => {
@@ -247,17 +251,17 @@ impl Session {
     }
 }
 
-/// Measures a body with the whole of it active, or with the cells around one of its points, which are given up again.
+/// Computes the frequencies of a body: of the whole body, or of the cells around one of its points, which are deactivated again.
 fn measure_body(body: &mut Body, pool: &Pool, dt: f64) -> Result<Measured, SessionError> {
     let of_body = |error| SessionError::Lattice { body: body.name.clone(), error };
     let radius = body.discretization.radius();
     let centre = body.model.surface.points[body.model.surface.triangles[0][0] as usize];
     let Body { model, skin, system, discretization, fixings, .. } = body;
-    // What is held in a local region depends on where it is; without it a body is fastest.
+    // The fixings of a local region depend on its position; without them the frequencies are highest.
     let held: &[Fixing] = if discretization.is_whole() { fixings } else { &[] };
     discretization.follow(&[Ball { centre: centre.into(), radius }], model, held, skin, system).map_err(of_body)?;
     let frequencies = Frequencies::of(system, pool)?;
-    // A surface node has half the mass of one inside; its share of the layer is that of a cell's face.
+    // A surface node has half of the mass of an interior node, and the layer area of one cell face.
     let mass = system.nodes.mass.iter().copied().fold(0.0, f64::max);
     let pass = Instant::now();
     let mut force = vec![Vec3::zeros(); system.nodes.len()];

@@ -1,21 +1,21 @@
-//! What a step says to hands that are faster than it.
+//! Contact models of a step for haptic loops that are faster than the simulation.
 
 use super::{Session, ToolSlot};
 use crate::tool::{ContactModel, TipMass, separate};
 use pliant_solver::{Block, Vec3};
 
-/// kg, of a tip on sheets that a live hand leads, where the scene gives none: an assumption
+/// Default mass of a live hand's tip on sheets, kg (an assumption).
 const TIP_MASS: f64 = 0.01;
 
 impl Session {
-    /// Leads every tip on sheets by its hand through the spring of its tool, as a live hand must be.
+    /// Gives every tip on sheets a mass, driven by its hand through the coupling, as live hands need.
     pub fn drive_tips(&mut self) {
         if self.bodies.iter().any(|body| body.discretization.sheet().is_some()) {
             self.tools.iter_mut().for_each(|slot| slot.tip = slot.tip.or(Some(TipMass::new(TIP_MASS))));
         }
     }
 
-    /// Moves tips that are led; `dt` in s.
+    /// Moves the tips with mass over a step of `dt` (s).
     pub(super) fn move_tips(&mut self, dt: f64) {
         for slot in &mut self.tools {
             let touches = slot.touches();
@@ -35,7 +35,7 @@ impl Session {
             let b = &mut after[0];
             for a in before {
                 let (shape_a, shape_b) = (a.tool.proxy.shape.shape(), b.tool.proxy.shape.shape());
-                // Fingertips alone keep each other out: a pinch needs pulps.
+                // Only round fingertips are separated from each other, for pinches.
                 if let (Some(tip_a), Some(tip_b), true) =
                     (&mut a.tip, &mut b.tip, shape_a.is_round() && shape_b.is_round())
                 {
@@ -50,10 +50,10 @@ impl Session {
         }
     }
 
-    /// The contacts of the last step, in the order of the tools, of a hand sampled at `time` (ns).
+    /// Writes the contact models of the last step, one for each tool, for hands sampled at `time` (ns).
     ///
     /// # Panics
-    /// If there is not a place for each tool.
+    /// If `out` has fewer elements than there are tools.
     pub fn contact_models(&self, time: u64, out: &mut [ContactModel]) {
         assert_eq!(out.len(), self.tools.len(), "one for each tool");
         for ((slot, felt), out) in self.tools.iter().zip(&self.frame.tools).zip(out) {
@@ -67,7 +67,7 @@ impl Session {
     }
 }
 
-/// How a force changes with the hand while what holds it stays, and out of which surface it points.
+/// Stiffness of a force against displacements of the hand, N/m, and the outward normal of a unilateral contact.
 fn slope(slot: &ToolSlot, force: Vec3) -> (Block, Option<Vec3>) {
     let k = slot.tool.coupling.stiffness;
     let all = std::array::from_fn(|e| if e % 4 == 0 { k } else { 0.0 });
@@ -76,7 +76,7 @@ fn slope(slot: &ToolSlot, force: Vec3) -> (Block, Option<Vec3>) {
     let press = force.dot(&n);
     let along = force - press * n;
     if along.norm() < 0.99 * slot.tool.friction.kinetic_coefficient * press {
-        return (all, Some(n)); // it sticks
+        return (all, Some(n)); // a sticking contact resists in all directions
     }
     (std::array::from_fn(|e| k * n[e / 3] * n[e % 3]), Some(n))
 }

@@ -1,4 +1,4 @@
-//! The hands of a step: from devices, from whoever has them, or where the caller puts them.
+//! The hands of a step: read from devices, passed by the caller as device poses, or placed by the caller in the scene.
 
 use super::Session;
 use super::event::EventKind;
@@ -8,23 +8,23 @@ use pliant_host::{Device, EffectorOutput, MAX_EFFECTORS, Pose};
 use pliant_plugin_api::abi::POSE_VALID;
 use pliant_solver::{StepTime, Vec3};
 
-/// ns, how long a device may go on with a force after the step it was meant for.
-const VALID: u64 = 50_000_000;
+/// Time for which a device may hold a force after its step, ns.
+const FORCE_HOLD: u64 = 50_000_000;
 
-/// Where a hand is.
+/// Pose of a hand in the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HandPose {
-    /// m, in the scene
+    /// Position, m.
     pub position: Vec3,
-    /// Turns axes of the hand into scene axes.
+    /// Rotation from axes of the hand to those of the scene.
     pub rotation: UnitQuaternion<f64>,
-    /// Bit i is button i.
+    /// Pressed buttons: bit i is button i.
     pub buttons: u32,
 }
 
 impl Session {
-    /// Puts the hand of the tool at index `tool` somewhere until it is put elsewhere; `None` takes it away. The first call lets its device
-    /// go: from then on all hands of that device are where the caller puts them.
+    /// Places the hand of the tool with index `tool` until the next call; `None` removes it. The first call releases its device: from then on the caller
+    /// places all hands of that device.
     ///
     /// # Panics
     /// If there is no such tool.
@@ -43,16 +43,15 @@ impl Session {
         });
     }
 
-    /// Takes one step. Whatever a plugin does wrong is contained: its body stands still, its device is lost, and the rest
-    /// goes on; the events say so.
+    /// Takes one step. A failing plugin is isolated: its body is frozen or its device lost, with an event, and the rest continues.
     pub fn step(&mut self) {
         self.read_devices();
         self.advance();
         self.write_devices();
     }
 
-    /// Takes one step with hands that come from elsewhere: the poses of each device, in their order. A device that is
-    /// missing or has too few poses has no hand there. What is felt is left in the frame.
+    /// Takes one step with the given poses of each device, in the order of the devices. The hands of missing devices and poses are absent. Forces are in
+    /// the frame.
     pub fn step_with<P: AsRef<[Pose]>>(&mut self, poses: &[P]) {
         for slot in &mut self.devices {
             slot.poses.fill(Pose::default());
@@ -65,15 +64,14 @@ impl Session {
         self.advance();
     }
 
-    /// What the hands were really given while the last step was under way, N, in the axes of the devices, in the order of the
-    /// tools.
+    /// Reports the forces that were rendered to the hands during the last step, N (tools x 3), in axes of the devices.
     pub fn report_device_forces(&mut self, given: &[Vec3]) {
         for (felt, given) in self.frame.tools.iter_mut().zip(given) {
             felt.device_force = *given;
         }
     }
 
-    /// Hands over the open devices, by place: the session goes on with [`Session::step_with`].
+    /// Moves the open devices to the caller, by index; the session continues with [`Session::step_with`].
     pub fn take_devices(&mut self) -> Vec<Option<Device>> {
         self.devices.iter_mut().map(|slot| slot.device.take()).collect()
     }
@@ -106,7 +104,7 @@ impl Session {
             let (before, was_present) = (SampleCounts::of(slot), slot.hand.present);
             slot.hand.sample(&device.poses[slot.effector], &device.frame, now, dt);
             if slot.hand.present && !was_present {
-                // It comes from nowhere, not along a line from where it was last.
+                // A placed hand appears at its position, without a path from the last one.
                 slot.tool.release(&slot.hand);
             }
             add_sample_events(&mut self.events, slot, device, before, now);
@@ -127,7 +125,7 @@ impl Session {
                     outputs[tool.effector].taxels = tool.pad.as_ref().map_or(&[], |pad| &pad.taxels);
                 }
             }
-            outputs.iter_mut().for_each(|o| o.valid_until = now + VALID);
+            outputs.iter_mut().for_each(|o| o.valid_until = now + FORCE_HOLD);
             if let Err(error) = device.write(now, &outputs[..slot.poses.len()]) {
                 self.events.add(EventKind::DeviceLost, time, || error.to_string());
                 slot.lose();

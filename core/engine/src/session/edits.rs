@@ -1,4 +1,4 @@
-//! Edits: when they begin and end, and what a blade cuts.
+//! Begin and end of edits, and cutting.
 
 use super::event::EventKind;
 use super::{CutCounts, Session};
@@ -7,7 +7,7 @@ use crate::scene::Release;
 use std::time::Instant;
 
 impl Session {
-    /// Starts and ends edits, and takes back or makes again what the scene says.
+    /// Begins and ends edits, and executes the scene's undos and redos.
     pub(super) fn change_modes(&mut self, time: f64) {
         for redo in self.due_history_steps(time) {
             if !(if redo { self.redo() } else { self.undo() }) {
@@ -32,7 +32,7 @@ impl Session {
         }
     }
 
-    /// Ends the edit of a tool, if it has one.
+    /// Ends the active edit of a tool, if there is one.
     pub(super) fn end_edit(&mut self, tool: usize) {
         let time = self.time();
         let ended = self.tools[tool].edit.take();
@@ -55,7 +55,7 @@ impl Session {
         slot.tool.set_action(None);
     }
 
-    /// Cuts with every blade in use.
+    /// Cuts with all active blades.
     pub(super) fn cut(&mut self, time: f64) {
         for tool in 0..self.tools.len() {
             self.cut_with(tool, time, false);
@@ -89,7 +89,7 @@ impl Session {
         }
     }
 
-    /// Makes the present shape the rest shape.
+    /// Makes the current shape of all bodies their rest shape.
     fn keep(&mut self, time: f64) {
         for index in 0..self.bodies.len() {
             let body = &mut self.bodies[index];
@@ -117,7 +117,7 @@ impl Session {
         }
     }
 
-    /// What has been cut so far.
+    /// Statistics of all cuts so far.
     pub fn cuts(&self) -> &CutCounts {
         &self.cuts
     }

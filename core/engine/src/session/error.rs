@@ -1,4 +1,4 @@
-//! Why a scene cannot be opened or goes no further.
+//! Errors of opening a scene.
 
 use crate::body::LatticeError;
 use crate::scene::SceneError;
@@ -11,7 +11,7 @@ use thiserror::Error;
 /// Why a scene cannot be opened.
 #[derive(Debug, Error)]
 pub enum SessionError {
-    /// The scene says something it cannot.
+    /// The scene is invalid.
     #[error(transparent)]
     Scene(#[from] SceneError),
     /// A model cannot be read.
@@ -33,12 +33,12 @@ pub enum SessionError {
     /// A material failed.
     #[error(transparent)]
     Force(#[from] ForceError),
-    /// A body cannot be carried.
+    /// A body cannot be embedded.
     #[error("body `{body}`: {error}")]
     Lattice {
         /// Name of the body.
         body: String,
-        /// Why it cannot be carried.
+        /// Why it cannot be embedded.
         error: LatticeError,
     },
     /// An explicit integrator would be unstable.

@@ -1,4 +1,4 @@
-//! What happened in a run besides what was asked for: counted by kind, the first of each told in full.
+//! Events of a run, counted by kind; the first ones of each kind have a description.
 
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -7,80 +7,81 @@ use std::collections::BTreeMap;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum EventKind {
-    /// A plugin said something.
+    /// A plugin logged a message.
     Message,
-    /// A body was frozen: its material failed, or its state was no longer finite.
+    /// A body was frozen because its material failed or its state was not finite.
     Quarantine,
     /// A device was lost.
     DeviceLost,
-    /// A force on a hand was changed to keep it safe.
+    /// Force safety changed a force.
     ForceSafety,
     /// Samples of a hand were dropped.
     SampleDropped,
-    /// A hand moved faster than it is followed.
+    /// A hand moved faster than its speed limit.
     SpeedLimit,
-    /// A pull let go because of its force.
+    /// A grip was lost because its force exceeded the limit.
     GripLost,
-    /// A hand pulls with more than its tool's coupling gives: the body follows less than the hand.
+    /// A hand pulls with more than the largest force of its tool's coupling, so the body follows less than the hand.
     ForceLimit,
-    /// A cut could not be made there; the model is what it was.
+    /// A cut was refused; the model is unchanged.
     CutRefused,
-    /// Something was taken back or made again.
+    /// An edit was undone or redone.
     History,
     /// A solve did not meet its tolerance.
     NotConverged,
     /// More substeps were taken than planned.
     Substeps,
-    /// One step is longer than a hand can be followed well.
+    /// The step is too long to follow a hand well.
     LongStep,
-    /// An explicit integrator was forced over its limit.
+    /// An explicit integrator was forced beyond its step limit.
     Unstable,
-    /// A body came to rest and sleeps.
+    /// A body fell asleep.
     Asleep,
-    /// Something about a model.
+    /// A model has a defect.
     Model,
     /// A shape that was kept had inverted or flat cells, which were repaired.
     Repaired,
 }
 
-/// An event that is described in full.
+/// An event with its description.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Event {
-    /// s
+    /// Simulated time, s.
     pub time: f64,
     /// Description for people.
     pub text: String,
 }
 
-/// Everything that happened.
+/// All events of a session.
 #[derive(Clone, Debug, Default)]
 pub struct Events {
     counts: BTreeMap<EventKind, u64>,
     told: Vec<(EventKind, Event)>,
 }
 
-/// Events of a kind that are told in full.
-const TOLD: u64 = 8;
+/// Number of events of a kind that are described.
+const MAX_DESCRIBED: u64 = 8;
 
 impl Events {
-    /// One more of `kind`. `text` is only made if it will be told.
+    /// Adds an event at `time` (s). `text` is called only if the event is described.
     pub fn add(&mut self, kind: EventKind, time: f64, text: impl FnOnce() -> String) {
         self.add_many(kind, 1, time, text);
     }
 
-    /// `many` more of `kind`, told as one.
+    /// Adds `many` events of a kind with one description.
     pub fn add_many(&mut self, kind: EventKind, many: u64, time: f64, text: impl FnOnce() -> String) {
         if many == 0 {
             return;
         }
         let count = self.counts.entry(kind).or_default();
-        if *count < TOLD {
+        if *count < MAX_DESCRIBED {
             self.told.push((kind, Event { time, text: text() }));
         }
         *count += many;
     }
 
-    /// `many` more of `kind` in a step, told when they begin: `ongoing` says whether the step before had some, and is set for this one.
+    /// Adds the `many` events of a kind in a step, described once at the beginning of an episode. `ongoing` tells whether the last step had such events and
+    /// is updated.
     pub(super) fn add_episode(
         &mut self,
         kind: EventKind,
@@ -97,17 +98,17 @@ impl Events {
         *ongoing = many > 0;
     }
 
-    /// How many there were of each kind.
+    /// Number of events of each kind.
     pub fn counts(&self) -> &BTreeMap<EventKind, u64> {
         &self.counts
     }
 
-    /// Those told in full, in order.
+    /// The described events in order of time.
     pub fn told(&self) -> &[(EventKind, Event)] {
         &self.told
     }
 
-    /// How many there were of a kind.
+    /// Number of events of a kind.
     pub fn count(&self, kind: EventKind) -> u64 {
         self.counts.get(&kind).copied().unwrap_or(0)
     }

@@ -1,63 +1,63 @@
-//! What a step gives.
+//! Results of a step.
 
 use pliant_solver::Vec3;
 
 /// A tool at the end of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ToolFrame {
-    /// m, the hand
+    /// Position of the hand, m.
     pub hand: Vec3,
-    /// m, where the surface lets the tool be
+    /// Position of the proxy, m.
     pub proxy: Vec3,
-    /// The body it touches or holds.
+    /// Index of the body it touches or grips.
     pub contact: Option<u32>,
-    /// Whether it holds.
+    /// Whether it grips a body.
     pub grips: bool,
-    /// m, how far the surface has gone in, or out
+    /// Displacement of the surface at the contact, inwards or outwards, m.
     pub depth: f64,
-    /// N, on the hand
+    /// Force on the hand, in axes of the scene, N.
     pub force: Vec3,
-    /// N, what the device was given, in its own axes
+    /// Force rendered by the device, in its axes, N.
     pub device_force: Vec3,
-    /// N m, on the hand, of an edit that turns with it
+    /// Torque on the hand of an edit that rotates with it, in axes of the scene, N m.
     pub torque: Vec3,
-    /// N m, what the device was given, in its own axes; zero where it renders none
+    /// Torque rendered by the device, in its axes, N m; zero if it renders none.
     pub device_torque: Vec3,
 }
 
-/// The state at the end of a step, but for the positions, which stay in the session.
+/// Results at the end of a step. Positions are in the session.
 #[derive(Clone, Debug, Default)]
 pub struct Frame {
-    /// s
+    /// Simulated time, s.
     pub time: f64,
-    /// In order of the tools.
+    /// One for each tool.
     pub tools: Vec<ToolFrame>,
-    /// Nodes and elements that were active.
+    /// Number of active nodes of all bodies.
     pub nodes: usize,
     /// Number of active elements, of all bodies.
     pub elements: usize,
-    /// J
+    /// Kinetic energy, J.
     pub kinetic_energy: f64,
-    /// J
+    /// Elastic energy, J.
     pub elastic_energy: f64,
-    /// J, what friction between tips and sheets took in the step
+    /// Energy dissipated by friction between tips and sheets in the step, J.
     pub friction_work: f64,
-    /// Substeps of each body.
+    /// Number of substeps of each body.
     pub substeps: usize,
-    /// Iterations of all solves.
+    /// Iterations of all linear solves.
     pub iterations: usize,
-    /// The largest final relative residual.
+    /// Largest final relative residual of a linear solve.
     pub residual: f64,
-    /// s, wall clock, of the step itself
+    /// Wall-clock time of the step, s.
     pub seconds: f64,
-    /// s, of it: moving regions with the hands, contact, integration
+    /// Wall-clock times of its stages, s: regions, contact, integration.
     pub parts: [f64; 3],
-    /// s, of the integration: forces and matrix of the elements, and the solves
+    /// Wall-clock times of the integration, s: assembly of forces and matrix, and linear solves.
     pub work: [f64; 2],
 }
 
 impl Frame {
-    /// Empties it for the next step, in its own buffers.
+    /// Clears it for the next step and keeps its buffers.
     pub(super) fn begin(&mut self) {
         let mut tools = std::mem::take(&mut self.tools);
         tools.clear();

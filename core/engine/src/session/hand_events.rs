@@ -1,22 +1,21 @@
-//! Events of a tool's hand: dropped samples, limited speed, limited force. Every step counts; the text is told once when it begins, and
-//! again only after it has ended.
+//! Events of a tool's hand: dropped samples, limited speed, limited force. Every step is counted; an episode is described once, at its beginning.
 
 use super::event::{EventKind, Events};
 use super::{DeviceSlot, ToolSlot};
 use crate::tool::{Cause, ForceLimits};
 use pliant_solver::Vec3;
 
-/// Which events of a hand the last step had.
+/// Events of a hand that were ongoing in the last step.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Ongoing {
     dropped: bool,
     slowed: bool,
     pulled: bool,
-    /// By cause, in the order of [`Cause::ALL`].
+    /// Whether force safety acted, by cause, in the order of [`Cause::ALL`].
     limited: [bool; Cause::ALL.len()],
 }
 
-/// Counts of a hand before a sample was taken.
+/// Counters of a hand before a sample.
 #[derive(Clone, Copy)]
 pub(super) struct SampleCounts {
     dropped: u64,
@@ -24,7 +23,7 @@ pub(super) struct SampleCounts {
 }
 
 impl SampleCounts {
-    /// The counts now.
+    /// The present counters.
     pub(super) fn of(slot: &ToolSlot) -> Self {
         Self { dropped: slot.hand.dropped, slowed: slot.hand.slowed }
     }
@@ -35,15 +34,15 @@ impl SampleCounts {
 pub(super) struct SafetyPass {
     /// Number of changes by each cause before the force was passed.
     pub(super) counts: [u64; Cause::ALL.len()],
-    /// N, the force that was given before this one
+    /// The previously applied force, N.
     pub(super) last: Vec3,
-    /// N, the force that was wanted
+    /// The requested force, N.
     pub(super) wanted: Vec3,
-    /// N, the force that was given
+    /// The applied force, N.
     pub(super) given: Vec3,
 }
 
-/// Adds the events of the sample that a hand has just taken at `time` (s).
+/// Adds the events of a hand's latest sample at `time` (s).
 pub(super) fn add_sample_events(
     events: &mut Events,
     slot: &mut ToolSlot,
@@ -68,7 +67,7 @@ pub(super) fn add_sample_events(
     events.add_episode(EventKind::SpeedLimit, slowed, &mut slot.ongoing.slowed, time, text);
 }
 
-/// Adds the event of a tool that holds a body and would need more force at `time` (s) than its device gives.
+/// Adds the event of a tool that grips a body and needs more force at `time` (s) than its coupling allows.
 pub(super) fn add_limit_event(events: &mut Events, slot: &mut ToolSlot, device: &str, time: f64) {
     let wanted = slot.tool.wanted.filter(|_| slot.tool.holds());
     let (name, most) = (&slot.tool.name, slot.tool.coupling.max_force);
@@ -82,7 +81,7 @@ pub(super) fn add_limit_event(events: &mut Events, slot: &mut ToolSlot, device: 
     events.add_episode(EventKind::ForceLimit, u64::from(wanted.is_some()), &mut slot.ongoing.pulled, time, text);
 }
 
-/// Adds the events of a force that has just passed force safety at `time` (s).
+/// Adds the events of a force that passed force safety at `time` (s).
 pub(super) fn add_safety_events(events: &mut Events, slot: &mut ToolSlot, pass: &SafetyPass, time: f64) {
     let (name, limits) = (&slot.tool.name, slot.safety.limits());
     for (i, (cause, count)) in slot.safety.counts().enumerate() {
@@ -91,7 +90,7 @@ pub(super) fn add_safety_events(events: &mut Events, slot: &mut ToolSlot, pass: 
     }
 }
 
-/// What a cause did to a force, with the limit.
+/// Description of the effect of a cause on a force, with the limit.
 fn safety_text(cause: Cause, pass: &SafetyPass, limits: ForceLimits) -> String {
     let [last, wanted, given] = [pass.last, pass.wanted, pass.given].map(|force| force.norm());
     let ForceLimits { peak, continuous, slew } = limits;

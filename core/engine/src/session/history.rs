@@ -1,6 +1,6 @@
-//! Undo, redo and snapshots: shape, motion and cuts together.
+//! Undo, redo and snapshots of shape, motion and cuts.
 //!
-//! What is kept of a body is as large as what is active and what was cut; the surface is shared until it changes.
+//! The size of a saved state is that of the active nodes and the cuts; the surface is shared until it changes.
 
 use super::{EventKind, Session};
 use crate::body::BodyState;
@@ -9,7 +9,7 @@ use crate::scene::Release;
 use pliant_plugin_api::abi;
 use thiserror::Error;
 
-/// Edits that can be taken back and made again.
+/// Edits that can be undone and redone.
 #[derive(Default)]
 pub(super) struct History {
     pub(super) kept: bool,
@@ -19,7 +19,7 @@ pub(super) struct History {
     undone: Vec<Vec<BodyState>>,
 }
 
-/// All bodies of a session at one moment, and its time.
+/// The state of all bodies of a session at one time.
 pub struct Snapshot {
     bodies: Vec<BodyState>,
     steps: u64,
@@ -29,43 +29,43 @@ pub struct Snapshot {
     is_cut: bool,
 }
 
-/// Why a session cannot go back to a snapshot.
+/// Why a snapshot cannot be restored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum SnapshotError {
-    /// Its bodies are not those of the session.
+    /// The snapshot has a different number of bodies.
     #[error("the snapshot has {found} bodies and the session {expected}; allowed is a snapshot of the same session")]
     Bodies {
-        /// Bodies of the snapshot.
+        /// Number of bodies of the snapshot.
         found: usize,
-        /// Bodies of the session.
+        /// Number of bodies of the session.
         expected: usize,
     },
-    /// What was cut when it was taken was taken back, and something else cut since.
+    /// Cuts of the snapshot have been undone and replaced by other cuts.
     #[error(
         "something else was cut since the snapshot's own cuts were taken back; allowed is a snapshot without cuts, or one of the present cuts"
     )]
     Recut,
 }
 
-/// What the undos and redos of a scene have seen so far.
+/// Progress of the scene's own undos and redos.
 #[derive(Clone, Copy, Default)]
 pub(super) struct HistoryClock {
-    /// s, the end of the time in which those of a time have happened
+    /// Time up to which timed undos and redos have been executed, s.
     until: Option<f64>,
-    /// Buttons that were down in the last step, of all hands together.
+    /// Buttons of all hands that were pressed in the last step, as a bit mask.
     buttons: u32,
 }
 
-/// Edits that can be taken back.
-const MOST: usize = 100;
+/// Largest number of edits that can be undone.
+const MAX_UNDO: usize = 100;
 
 impl Session {
-    /// Keeps from now on what is needed for [`Session::undo`].
+    /// Enables [`Session::undo`] for all following edits.
     pub fn keep_history(&mut self) {
         self.history.kept = true;
     }
 
-    /// Edits that can be taken back, and that can be made again.
+    /// Number of edits that can be undone and of edits that can be redone.
     pub fn history(&self) -> (usize, usize) {
         (self.history.done.len() + self.history.under_way.len(), self.history.undone.len())
     }
@@ -84,7 +84,7 @@ impl Session {
         true
     }
 
-    /// Makes again what was taken back last. Gives whether there was anything.
+    /// Redoes the edit that was undone last. Returns whether there was one.
     pub fn redo(&mut self) -> bool {
         if self.history.undone.is_empty() {
             return false;
@@ -97,7 +97,7 @@ impl Session {
         true
     }
 
-    /// All bodies as they are now, with the time; for [`Session::go_back`]. What tools hold is not kept.
+    /// The present state of all bodies, with the time. Grips of tools are not part of it.
     pub fn snapshot(&self) -> Snapshot {
         Snapshot {
             bodies: self.save(),
@@ -135,8 +135,8 @@ impl Session {
         Ok(())
     }
 
-    /// The scene's undos (false) and redos (true) that are due at `time` (s): those of a time by their time, then those of a button that a
-    /// hand has pressed since the last step.
+    /// The scene's undos (false) and redos (true) that are due at `time` (s): first timed ones in the order of their times, then those of buttons that
+    /// have been pressed since the last step.
     pub(super) fn due_history_steps(&mut self, time: f64) -> Vec<bool> {
         let hands = self.tools.iter().filter(|slot| slot.hand.present);
         let buttons = hands.fold(0, |down, slot| down | slot.hand.buttons);
@@ -164,11 +164,11 @@ impl Session {
         leaves || self.bodies.iter().any(|body| body.system.sets.iter().any(|set| set.has(abi::HAS_HISTORY)))
     }
 
-    /// An edit begins with a tool.
+    /// Records the state before an edit that begins with a tool.
     pub(super) fn remember(&mut self, tool: usize, edit: usize) {
         if self.history.kept && self.is_remembered(&self.plan.edits[edit]) {
             if self.tools[tool].mirror.is_some() {
-                return; // a part of the stroke of the hand it mirrors
+                return; // belongs to the edit of the mirrored hand
             }
             let now = self.save();
             self.history.under_way.push((tool, now));
@@ -183,7 +183,7 @@ impl Session {
         let has_flowed = || self.bodies.iter().zip(&before).any(|(body, before)| before.has_other_history(body));
         if changed || has_flowed() {
             self.history.done.push(before);
-            let over = self.history.done.len().saturating_sub(MOST);
+            let over = self.history.done.len().saturating_sub(MAX_UNDO);
             self.history.done.drain(..over);
         }
     }

@@ -1,10 +1,9 @@
-//! Where the wall clock decides: a body whose plugins take too long stands still. What a recording must say, as nothing else
-//! in a session depends on time that has passed outside of it.
+//! Bodies frozen because their plugins took too long. This is the only effect of the wall clock on a session, so recordings store it.
 
 use super::Session;
 use std::time::Instant;
 
-/// What of a step took too long.
+/// Stage of a step that took too long.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
     /// Moving its region.
@@ -13,20 +12,20 @@ pub enum Stage {
     Step,
 }
 
-/// A body that was given up.
+/// A body that was frozen for taking too long.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lapse {
-    /// Steps taken before that one.
+    /// Number of steps before that one.
     pub step: u64,
-    /// Place among the bodies that move.
+    /// Index of the body among the moving bodies.
     pub body: u32,
-    /// After which stage.
+    /// The stage that took too long.
     pub stage: Stage,
     /// Description for people.
     pub why: String,
 }
 
-/// Those that have been, and those that are to be instead of what the clock says.
+/// Bodies that were frozen, and those of a recording to be repeated instead of consulting the clock.
 #[derive(Debug, Default)]
 pub(super) struct Lapses {
     pub(super) happened: Vec<Lapse>,
@@ -34,17 +33,17 @@ pub(super) struct Lapses {
 }
 
 impl Session {
-    /// Bodies that were given up for taking too long.
+    /// Bodies that were frozen for taking too long.
     pub fn lapses(&self) -> &[Lapse] {
         &self.lapses.happened
     }
 
-    /// Gives bodies up as this list says, and no more as the clock says.
+    /// Freezes bodies according to a recorded list instead of the clock.
     pub fn repeat_lapses(&mut self, lapses: Vec<Lapse>) {
         self.lapses.given = Some(lapses);
     }
 
-    /// Gives up on a body whose plugins took too long over what began at `start`.
+    /// Freezes a body if the stage that began at `start` took too long.
     pub(super) fn check_patience(&mut self, index: usize, stage: Stage, time: f64, start: Instant) {
         let body = &self.bodies[index];
         if body.frozen.is_some() {

@@ -1,7 +1,6 @@
-//! Mirrored hands: tools that an edit with `symmetry` adds, each held by the mirror image of another tool's hand.
+//! Mirrored hands: tools that an edit with `symmetry` adds, each driven by the mirror image of another tool's hand.
 //!
-//! A mirrored tool does to the body what the tool it mirrors does, on the other side. Its force goes to no device: a hand feels its
-//! own side alone.
+//! A mirrored tool repeats the edit of the original tool on the other side. Its force goes to no device, so a hand feels its own side only.
 
 use super::event::{EventKind, Events};
 use super::{Session, ToolSlot};
@@ -10,14 +9,14 @@ use crate::tool::Hand;
 use nalgebra::{Quaternion, UnitQuaternion};
 use pliant_solver::Vec3;
 
-/// The mirror between a tool and the one it mirrors.
+/// The reflection between a tool and its original.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mirror {
-    /// Index of the tool it mirrors.
+    /// Index of the original tool.
     pub of: usize,
-    /// Axes of the scene it is mirrored in.
+    /// Axes of the scene that are reflected.
     pub axes: Axes,
-    /// m, on the planes
+    /// A point on all mirror planes, m.
     pub centre: Vec3,
 }
 
@@ -30,7 +29,7 @@ impl Mirror {
         image
     }
 
-    /// `M R M`, the rotation seen in the mirrors M: the axis of a rotation is mirrored as a pseudovector.
+    /// The reflected rotation `M R M` with the reflection M; a rotation axis is a pseudovector.
     fn rotation(&self, rotation: UnitQuaternion<f64>) -> UnitQuaternion<f64> {
         let turns = self.axes.iter().filter(|a| **a).count() % 2 == 1;
         let axis = mirrored(rotation.imag(), self.axes);
@@ -38,7 +37,7 @@ impl Mirror {
         UnitQuaternion::new_unchecked(Quaternion::from_parts(rotation.w, axis))
     }
 
-    /// The axes in words, as in `x and z`.
+    /// The axes as text, such as `x and z`.
     pub fn words(axes: Axes) -> String {
         let names: Vec<&str> = ["x", "y", "z"].into_iter().zip(axes).filter(|(_, set)| *set).map(|(n, _)| n).collect();
         names.join(" and ")
@@ -46,7 +45,7 @@ impl Mirror {
 }
 
 impl Session {
-    /// Gives mirrored tools the mirror images of the hands.
+    /// Sets the hands of mirrored tools to the mirror images of their originals.
     pub(super) fn mirror_hands(&mut self) {
         for at in 0..self.tools.len() {
             if let Some(mirror) = self.tools[at].mirror {
@@ -56,7 +55,7 @@ impl Session {
     }
 }
 
-/// Joins mirrored tools to those they mirror, with planes through the middle of the first body's box, and pairs that body's vertices.
+/// Connects mirrored tools with their originals, with mirror planes through the centre of the first body's bounding box, and pairs that body's vertices.
 pub(super) fn join(
     tools: &mut [ToolSlot],
     mirrors: &[Option<(usize, Axes)>],
@@ -94,7 +93,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_mirrored_hand_is_turned_as_it_looks_in_the_mirror() {
+    fn a_mirrored_hand_has_the_reflected_rotation() {
         let mirror = Mirror { of: 0, axes: [true, false, false], centre: Vec3::new(1.0, 0.0, 0.0) };
         let mut hand = Hand::new(1.0);
         hand.position = Vec3::new(3.0, 2.0, 1.0);

@@ -1,4 +1,4 @@
-//! A scene, opened: live objects and nothing optional inside.
+//! A session: an opened scene with its bodies, devices and tools.
 
 mod choose;
 mod contact_models;
@@ -50,25 +50,25 @@ use thread_choice::ThreadChoice;
 
 /// An opened device.
 pub struct DeviceSlot {
-    /// As the scene calls it.
+    /// Name in the scene.
     pub name: String,
-    /// `None` once it is lost, and where somebody else has it.
+    /// The device; `None` if it is lost or the caller has it.
     pub device: Option<Device>,
-    /// What it said of itself.
+    /// Information reported by the device.
     pub facts: DeviceInfo,
-    /// Its axes in the scene.
+    /// Its coordinate frame in the scene.
     pub frame: DeviceFrame,
-    /// Where samples come from, for messages: name, plugin and texts it was given, such as an address.
+    /// Source of its samples, for messages: name, plugin and text parameters, such as an address.
     pub origin: String,
     poses: Vec<Pose>,
-    /// Whether the caller puts its hands somewhere, see [`Session::place_hand`].
+    /// Whether the caller places its hands, see [`Session::place_hand`].
     driven: bool,
-    /// What it had counted when it was lost.
+    /// Its counters at the time it was lost.
     counted: Vec<(String, u64)>,
 }
 
 impl DeviceSlot {
-    /// What it has counted since it was opened, also where it was lost since; nothing while somebody else has it.
+    /// Its counters since it was opened, also if it has been lost; empty if the caller has the device.
     pub fn counters(&self) -> Vec<(String, u64)> {
         self.device.as_ref().map_or_else(|| self.counted.clone(), Device::counters)
     }
@@ -78,105 +78,105 @@ impl DeviceSlot {
         self.device = None;
     }
 
-    /// The hands of the last step.
+    /// Poses of its hands in the last step.
     pub fn poses(&self) -> &[Pose] {
         &self.poses
     }
 }
 
-/// A tool and what is between it and its device.
+/// A tool with its hand, device and force safety.
 pub struct ToolSlot {
     /// State of the tool.
     pub tool: Tool,
     /// The hand that holds it.
     pub hand: Hand,
-    /// What the force passes last.
+    /// Force safety of its effector.
     pub safety: ForceSafety,
-    /// What its tactile array shows, if its device has one.
+    /// Its tactile pad, if its device has an array.
     pub pad: Option<TactilePad>,
-    /// m, where on a body it was in contact, in the rest shape.
+    /// Last contact point in the rest shape of a body, m.
     slid_from: Option<(u32, Vec3)>,
-    /// Place of its device, and which of its effectors.
+    /// Index of its device.
     pub device: usize,
     /// Index of the effector of that device.
     pub effector: usize,
-    /// Whose hand it mirrors, if it is a mirrored tool.
+    /// The mirror, if it is a mirrored tool.
     pub mirror: Option<Mirror>,
     edit: Option<usize>,
-    /// For each body, how it meets it if not by holding vertices.
+    /// For each body, its soft tip on that sheet; `None` if it uses contact constraints.
     soft: Vec<Option<SoftTip>>,
     restitution: f64,
-    /// Events of its hand that are under way.
+    /// Ongoing events of its hand.
     ongoing: Ongoing,
-    /// The edit that was under way when something was taken back: it does not go on.
+    /// The edit that was active at an undo; it does not continue.
     taken_back: Option<usize>,
-    /// Of a blade, in the edit under way.
+    /// Number of advances of its blade in the active edit.
     advances: usize,
-    /// m, where the tool was, if it was there
+    /// Previous position of the tool, m; `None` if it was absent.
     was: Option<Vec3>,
-    /// How its shape was turned then.
+    /// Previous rotation of its shape.
     turned: Option<UnitQuaternion<f64>>,
-    /// Its tip on sheets, where that has a mass.
+    /// Its fingertip on sheets, if that has a mass.
     tip: Option<TipMass>,
-    /// m, where the hand was, if a tip hung on it
+    /// Previous position of the hand of a tip with mass, m.
     hand_was: Option<Vec3>,
-    /// N, what sheets did to the tip in the last step
+    /// Force of sheets on the tip in the last step, N.
     on_sheets: Vec3,
-    /// m/s, how what holds the hand moves
+    /// Velocity of the contact surface, m/s.
     drift: Vec3,
 }
 
-/// What blades have done.
+/// Statistics of cuts.
 #[derive(Clone, Debug, Default)]
 pub struct CutCounts {
-    /// Advances that changed a mesh.
+    /// Number of advances that changed a mesh.
     pub advances: usize,
-    /// m^2, of new cut surface inside of closed bodies, one wall of two
+    /// Cut area of closed bodies, of one of the two walls, m^2.
     pub area: f64,
-    /// m, of new edge, one side of two
+    /// Cut length, of one of the two sides, m.
     pub length: f64,
-    /// s, of each step in which a blade advanced: mesh, model, lattice and samples
+    /// Wall-clock time of cutting in each step with an advance, s: mesh, model, lattice and samples.
     pub seconds: Vec<f64>,
 }
 
-/// What was chosen when the session was opened.
+/// Choices made when the session was opened.
 #[derive(Clone, Debug, Serialize)]
 pub struct Choices {
-    /// How bodies are moved.
+    /// Integration scheme.
     pub integrator: &'static str,
-    /// Why, where the scene left it open.
+    /// Reason for the choice; empty if the scene gives it.
     pub why: String,
-    /// s, the largest stable step; absent where there is no limit
+    /// Largest stable step, s; `None` without a limit.
     pub step_limit: Option<f64>,
-    /// s, the same by Gershgorin's certain bound
+    /// Largest stable step by Gershgorin's rigorous bound, s; `None` without a limit.
     pub certain_step_limit: Option<f64>,
-    /// Substeps in a step.
+    /// Number of substeps in a step.
     pub substeps: usize,
-    /// Threads that work.
+    /// Number of threads.
     pub threads: usize,
-    /// How tools meet sheets.
+    /// Contact methods of tools on sheets.
     pub contacts: Vec<ContactChoice>,
-    /// Of each body, if the integrator solves.
+    /// Preconditioner of each body; empty for explicit schemes.
     pub preconditioners: Vec<PreconditionerChosen>,
 }
 
-/// How a tool meets a sheet.
+/// Contact method of a tool on a sheet.
 #[derive(Clone, Debug, Serialize)]
 pub struct ContactChoice {
     /// Name of the tool.
     pub tool: String,
     /// Name of the body, a sheet.
     pub body: String,
-    /// As scenes write it.
+    /// Name of the method in scene files.
     pub by: &'static str,
-    /// Why, where the scene left it open.
+    /// Reason for the choice; empty if the scene gives it.
     pub why: String,
 }
 
-/// What stands for the inverse of a body's matrix.
+/// Preconditioner of a body.
 #[derive(Clone, Debug, Serialize)]
 pub struct PreconditionerChosen {
-    /// As the scene calls it.
+    /// Name of the body in the scene.
     pub body: String,
     /// Name of the preconditioner.
     pub preconditioner: &'static str,
@@ -184,23 +184,23 @@ pub struct PreconditionerChosen {
     pub why: String,
 }
 
-/// What a step of a body costs under a tool, measured when the session was opened.
+/// Cost of a step of a body with a tool, measured when the session was opened.
 #[derive(Clone, Debug, Serialize)]
 pub struct StepCost {
-    /// As the scene calls it.
+    /// Name in the scene.
     pub body: String,
-    /// Active around one contact, or in the whole of it.
+    /// Number of active nodes: around one contact, or of the whole body.
     pub nodes: usize,
     /// Number of active elements.
     pub elements: usize,
-    /// s, all substeps; of an implicit scheme its assembly and forces, without the solver's iterations
+    /// Time of all substeps, s; for implicit schemes that of forces and assembly, without solver iterations.
     pub seconds: f64,
 }
 
-/// A file that was opened for a plugin.
+/// A plugin that was loaded.
 #[derive(Clone, Debug, Serialize)]
 pub struct Loaded {
-    /// grid, material or device
+    /// Kind: grid, material or device.
     pub kind: &'static str,
     /// Id of the plugin.
     pub id: String,
@@ -210,50 +210,50 @@ pub struct Loaded {
     pub path: String,
 }
 
-/// Live objects of a scene.
+/// An opened scene.
 pub struct Session {
     /// Bodies that move.
     pub bodies: Vec<Body>,
-    /// Models on which nothing acts.
+    /// Models of bodies that do not move.
     pub standing: Vec<(String, Arc<Model>)>,
     /// Devices in use.
     pub devices: Vec<DeviceSlot>,
     /// Tools in use.
     pub tools: Vec<ToolSlot>,
-    /// What was chosen.
+    /// Choices made when it was opened.
     pub choices: Choices,
-    /// Files that were opened.
+    /// Plugins that were loaded.
     pub loaded: Vec<Loaded>,
-    /// What is not there, and why.
+    /// Parts of the scene that were left out, and why.
     pub left_out: Vec<LeftOut>,
     /// Events of the session so far.
     pub events: Events,
     plan: Plan,
     pool: Pool,
-    /// Of small bodies, and where threads are a hindrance: one.
+    /// Pool of one thread, for small bodies and where more threads are slower.
     alone: Pool,
     thread_choices: Vec<ThreadChoice>,
     integrators: Vec<Integrator>,
-    /// Of each body by itself, and with a tool on it.
+    /// Frequencies of each body, and of each body with a tool.
     frequencies: Vec<Frequencies>,
     planned: Vec<Frequencies>,
     costs: Vec<StepCost>,
     scheme: Scheme,
     most_substeps: usize,
     forced: bool,
-    /// s, wall clock, that a step of a body may take
+    /// Largest wall-clock time of a body's step, s.
     patience: f64,
-    /// s
+    /// Step, s.
     dt: f64,
     steps: u64,
     energy: bool,
-    /// m/s, below which a body falls asleep; 0 for never
+    /// Speed below which a body falls asleep, m/s; 0 for never.
     sleep: f64,
     rests: Vec<sleep::Rest>,
     moved: Vec<f64>,
-    /// Tips on each body that is a sheet.
+    /// Tips on each body; used for sheets.
     sheet_tips: Vec<SheetTips>,
-    /// What the tools do to the body that is being moved.
+    /// Loads of all tools on the body that is being stepped.
     springs: Vec<NodeSprings>,
     balls: Vec<Ball>,
     frame: Frame,
@@ -262,20 +262,20 @@ pub struct Session {
     clock: history::HistoryClock,
     cuts: CutCounts,
     opening_warnings: Vec<Warning>,
-    /// What each edit of the plan has come to.
+    /// Statistics of each edit of the plan.
     tallies: Vec<warning::EditTally>,
-    meetings: warning::Meetings,
-    /// Times something was cut after another cut had been taken back, which then cannot be made again.
+    meetings: warning::OverlapDetection,
+    /// Number of cuts after an undo, which discard what could have been redone.
     cut_branches: u64,
 }
 
 impl Session {
-    /// s, since the start
+    /// Simulated time since the start, s.
     pub fn time(&self) -> f64 {
         self.steps as f64 * self.dt
     }
 
-    /// s
+    /// Step, s.
     pub fn dt(&self) -> f64 {
         self.dt
     }
@@ -285,28 +285,28 @@ impl Session {
         self.steps
     }
 
-    /// The end of the last step.
+    /// Results at the end of the last step.
     pub fn frame(&self) -> &Frame {
         &self.frame
     }
 
-    /// What was planned.
+    /// The plan it was opened with.
     pub fn plan(&self) -> &Plan {
         &self.plan
     }
 
-    /// The threads it works with.
+    /// Its worker pool.
     pub fn pool(&self) -> &Pool {
         &self.pool
     }
 
-    /// The body at a place in the scene, if it moves.
+    /// The moving body with this index in the scene; `None` if that body does not move.
     pub fn body_of_scene(&self, index: usize) -> Option<&Body> {
         let before = self.plan.moving.get(..index)?.iter().filter(|m| **m).count();
         self.plan.moving.get(index).filter(|m| **m).and_then(|_| self.bodies.get(before))
     }
 
-    /// Brings every surface up to date. A body whose grid fails stands still.
+    /// Updates the surface of every body. A body whose grid fails is frozen.
     pub fn update_surface(&mut self) {
         let time = self.time();
         for index in 0..self.bodies.len() {
@@ -318,12 +318,12 @@ impl Session {
         }
     }
 
-    /// What a step of each body costs under a tool.
+    /// Cost of a step of each body with a tool.
     pub fn step_costs(&self) -> &[StepCost] {
         &self.costs
     }
 
-    /// The edit that is under way with a tool. One that was taken back is not, until its button or its span begins anew.
+    /// The edit of the plan that is active for a tool. An edit that was undone is inactive until its button is pressed or its time span begins again.
     fn edit_of(&mut self, tool: usize) -> Option<usize> {
         let time = self.time();
         let slot = &mut self.tools[tool];
@@ -336,12 +336,12 @@ impl Session {
         running.find(|edit| slot.taken_back != Some(*edit))
     }
 
-    /// N, what fixings and, on sheets, tools did to each node of a body in the last step (n x 3); zero where nothing did.
+    /// Constraint forces of fixings and, on sheets, of tools on each node of a body in the last step, N (n x 3); zero at free nodes.
     pub fn reactions(&self, body: usize) -> &[Vec3] {
         self.integrators.get(body).map_or(&[], |integrator| &integrator.reaction)
     }
 
-    /// Bytes of the largest parts.
+    /// Memory of the largest parts, bytes.
     pub fn bytes(&self) -> usize {
         let solvers = self.integrators.iter().map(Integrator::bytes).sum::<usize>();
         solvers + self.bodies.iter().map(Body::bytes).sum::<usize>()

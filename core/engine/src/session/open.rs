@@ -1,4 +1,4 @@
-//! Opening a scene: models, plugins, bodies, tools.
+//! Opening a scene: creates its models, plugins, bodies and tools.
 
 use super::shared::{SharedModel, SharedParts};
 use super::{Choices, DeviceSlot, EventKind, Events, Frame, Loaded, Session, SessionError, ToolSlot, place};
@@ -25,40 +25,40 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use toml::Spanned;
 
-/// What the caller decides.
+/// Options of [`Session::open`].
 pub struct Options {
-    /// Where plugins are looked for.
+    /// Folders in which plugins are searched for.
     pub search: SearchPath,
-    /// Threads; 0 takes what the machine has.
+    /// Number of threads; 0 for all processors.
     pub threads: usize,
-    /// Another model in the place of the first body's.
+    /// Model file that replaces the one of the first body.
     pub mesh: Option<PathBuf>,
-    /// What devices say of themselves, by name: these are not opened, as somebody else has their hands.
+    /// Device information by device name: these devices are not opened, because the caller provides the poses of their hands.
     pub recorded: Option<Vec<(String, DeviceInfo)>>,
 }
 
-/// Least radius of a local region in cells, and in radii of the largest tool, where the scene gives none. A contact of radius a in a region
-/// of radius Rb that is held around is too stiff by the factor (1 + 0.584 a/Rb)^1.5: 1.21 at four radii of a tool pressed in deeply.
+/// Default radius of a local region: the larger one of this many cells and of [`REGION_TOOL_RADII`] radii of the largest tool. A contact of radius a in
+/// a region of radius Rb with a fixed boundary is too stiff by the factor (1 + 0.584 a/Rb)^1.5, at most 1.21 at four radii.
 const REGION_CELLS: f64 = 10.0;
 const REGION_TOOL_RADII: f64 = 4.0;
-/// Share of a device's stiffness that a coupling takes, where the scene gives none.
+/// Default stiffness of a coupling, as a fraction of the device's largest stiffness.
 const COUPLING_SHARE: f64 = 0.3;
 
 type Given = BTreeMap<String, Spanned<toml::Value>>;
 
 impl Session {
-    /// Opens what `plan` needs of a scene, and nothing else.
+    /// Opens the parts of a scene that `plan` needs.
     ///
     /// # Errors
-    /// A model or plugin that cannot be used; an explicit integrator over its limit.
+    /// Returns an error if a model or plugin cannot be used, or if an explicit integrator exceeds its step limit.
     pub fn open(scene: &Scene, source: &Source, plan: Plan, options: &Options) -> Result<Self, SessionError> {
         Self::open_shared(scene, source, plan, options, &SharedParts::default())
     }
 
-    /// The same, with what is there of models and grids already. Results are the same, too.
+    /// The same, reusing models and grids in `shared`. Results are bit-identical to those of [`Session::open`].
     ///
     /// # Errors
-    /// As for [`Session::open`].
+    /// Those of [`Session::open`].
     pub fn open_shared(
         scene: &Scene,
         source: &Source,
@@ -90,7 +90,7 @@ impl Session {
             let instead = options.mesh.as_deref().filter(|_| i == 0);
             let key = || place::model_key(body, source, instead);
             let model = shared.model(key, || place::model(body, source, instead))?;
-            opening.judge(body.name.get_ref(), &model.model);
+            opening.report_defects(body.name.get_ref(), &model.model);
             models.push((body.name.get_ref().clone(), model));
         }
         let devices = plan.devices.iter().map(|&d| opening.device(scene, d, &models)).collect::<Result<Vec<_>, _>>()?;
@@ -131,7 +131,7 @@ impl Session {
             energy: plan.energy,
             tallies: vec![super::warning::EditTally::default(); plan.edits.len()],
             opening_warnings: Vec::new(),
-            meetings: super::warning::Meetings::default(),
+            meetings: super::warning::OverlapDetection::default(),
             plan,
             pool: Pool::new(threads),
             alone: Pool::new(1),
@@ -185,16 +185,16 @@ struct Opening<'a> {
     options: &'a Options,
     shared: &'a SharedParts,
     dt: f64,
-    /// m, of the largest tool in use; 0 without one
+    /// Radius of the largest tool in use, m; 0 without a tool.
     largest_tool: f64,
     loaded: Vec<Loaded>,
     events: Events,
-    /// For each moving body, what its measurements depend on; empty where that is not known.
+    /// For each moving body, the cache key of its frequencies; empty if it has none.
     measured_keys: Vec<String>,
 }
 
 impl Opening<'_> {
-    /// Finds a plugin, checks its parameters and notes its file.
+    /// Finds a plugin, checks its parameters and records its file.
     fn plugin(
         &mut self,
         kind: PluginKind,
@@ -221,11 +221,11 @@ impl Opening<'_> {
         Ok((library, info, settings))
     }
 
-    /// Checks that no parameter hands a plugin a library that the caller does not allow.
+    /// Checks that no parameter names a library that the caller does not allow.
     fn check_libraries(&self, info: &PluginInfo, settings: &ParamSettings, given: &Given) -> Result<(), SessionError> {
         for (index, value) in settings {
             let param = &info.params[*index];
-            // A text too: what it means is known to the plugin alone.
+            // Text parameters are checked too, because only the plugin knows whether they are paths.
             let (ParamKind::Path | ParamKind::Text, ParamValue::Text(text)) = (&param.kind, value) else { continue };
             let span = given.get(&param.key).map_or(0..0, Spanned::span);
             let allowed = self.options.search.allowed().check_parameter(text.as_ref());
@@ -400,17 +400,17 @@ impl Opening<'_> {
         })
     }
 
-    /// What a plugin does not take, it does not take from the scene.
+    /// The error of a plugin that refuses a parameter, at the span of the scene.
     fn refused(&self, span: Range<usize>, error: HostError) -> SessionError {
         if error.is_refusal() { self.source.error(span, error.to_string()).into() } else { error.into() }
     }
 
-    /// A level that the grid refuses for a body of this longest edge (m), with the coarsest level whose cells are at most as wide as the
-    /// radius of the largest tool.
+    /// The error of a grid that refuses a level for a body with this longest edge (m). Suggests the coarsest level whose cells are at most as wide
+    /// as the radius of the largest tool.
     fn level_refused(&self, scene: &BodyScene, longest: f64, error: HostError) -> SessionError {
         let (span, level) = (scene.grid.level.span(), *scene.grid.level.get_ref());
         let edge = |level: u32| longest / (1_u64 << (level - 1)) as f64;
-        // Edges of cells halve from level to level; 64 levels are more than a shift can count.
+        // The cell edge halves from level to level; 64 levels exceed the range of a shift.
         let fitting = (1..level.min(64)).find(|&level| edge(level) <= self.largest_tool);
         let Some(fitting) = fitting.filter(|_| error.is_refusal()) else {
             return self.refused(span, error);
@@ -421,8 +421,8 @@ impl Opening<'_> {
         self.source.error(span, text).into()
     }
 
-    /// Tells what is wrong with a model that is carried by a grid: nothing that stops it.
-    fn judge(&mut self, name: &str, model: &Model) {
+    /// Reports defects of a model that is embedded in a grid, as events; none of them prevents the simulation.
+    fn report_defects(&mut self, name: &str, model: &Model) {
         for finding in &model.findings {
             if finding.severity(Use::Embedded) != Severity::Note {
                 self.events.add(EventKind::Model, 0.0, || format!("body `{name}`: {finding}"));
@@ -431,14 +431,14 @@ impl Opening<'_> {
     }
 }
 
-/// Where a plugin's refusal stands in the scene: at the first parameter it names, or at the plugin.
+/// Span of the scene for a plugin's error: that of the first parameter it names, or of the plugin.
 fn span_of(error: &HostError, given: &Given, plugin: Range<usize>) -> Range<usize> {
     let text = error.to_string();
     let named = given.iter().filter_map(|(key, value)| Some((text.find(&format!("`{key}`"))?, value.span())));
     named.min_by_key(|(at, _)| *at).map_or(plugin, |(_, span)| span)
 }
 
-/// A device in messages: its name, its plugin and the texts it was given, such as an address.
+/// Description of a device in messages: its name, its plugin and its text parameters, such as an address.
 fn device_origin(name: &str, info: &PluginInfo, settings: &ParamSettings) -> String {
     let given = settings.iter().filter_map(|(index, value)| match (&info.params[*index].kind, value) {
         (ParamKind::Text, ParamValue::Text(text)) => Some(format!(", {} {text}", info.params[*index].key)),

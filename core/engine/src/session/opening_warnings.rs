@@ -1,4 +1,4 @@
-//! Warnings that a scene gives when it is opened.
+//! Warnings about a scene that are found when it is opened.
 
 use super::warning::{Extended, Extents, Warning, WarningCode};
 use super::{Session, SessionError};
@@ -10,7 +10,7 @@ use pliant_plugin_api::abi::Ball;
 use std::ops::Range;
 
 impl Session {
-    /// Finds them, once bodies and tools are there. The model of the first body is another file where `is_replaced`.
+    /// Finds the warnings, after bodies and tools have been created. `is_replaced` tells that the model of the first body was replaced.
     pub(super) fn find_opening_warnings(
         &mut self,
         scene: &Scene,
@@ -43,19 +43,19 @@ impl Session {
             let body = &self.bodies[moving];
             let extents = extents(&body.model);
             if !(is_replaced && index == 0) {
-                found.extend(judge_units(given, body, largest).map(|message| Warning {
+                found.extend(warn_units(given, body, largest).map(|message| Warning {
                     code: WarningCode::DoubtfulUnits,
                     place: of_body.clone(),
                     message,
                 }));
             }
-            found.extend(judge_openness(body).map(|message| Warning {
+            found.extend(warn_openness(body).map(|message| Warning {
                 code: WarningCode::OpenBody,
                 place: of_body.clone(),
                 message,
             }));
             for (fixing, spanned) in body.fixings.iter().zip(&given.fixed) {
-                if holds_none(body, &fixing.place)? {
+                if is_empty_selection(body, &fixing.place)? {
                     let Extents { min, max } = extents;
                     let message = format!(
                         "a `fixed` of body `{name}` holds no node; the body reaches from {:?} m to {:?} m",
@@ -75,7 +75,7 @@ impl Session {
             });
             moving += 1;
         }
-        let (meetings, overlaps) = super::warning::Meetings::new(extended);
+        let (meetings, overlaps) = super::warning::OverlapDetection::new(extended);
         self.meetings = meetings;
         found.extend(overlaps);
         self.opening_warnings = found;
@@ -88,9 +88,9 @@ fn extents(model: &Model) -> Extents {
     Extents { min: bounds.min, max: bounds.max }
 }
 
-/// Whether a metre for a unit of the file is unlikely: cells are wider than the largest tool, of radius `largest` (m), or the tool is larger
-/// than the model.
-fn judge_units(scene: &BodyScene, body: &Body, largest: f64) -> Option<String> {
+/// A warning if one metre per file unit is unlikely: cells are wider than the largest tool, of radius `largest` (m), or the tool is larger than the
+/// model.
+fn warn_units(scene: &BodyScene, body: &Body, largest: f64) -> Option<String> {
     if scene.mesh.is_none() || scene.size.is_some() || scene.scale.is_some() || largest == 0.0 {
         return None;
     }
@@ -106,8 +106,8 @@ fn judge_units(scene: &BodyScene, body: &Body, largest: f64) -> Option<String> {
     })
 }
 
-/// Whether a blade finds triangles that bound no volume in a body that is not a sheet.
-fn judge_openness(body: &Body) -> Option<String> {
+/// A warning if a body other than a sheet has triangles that bound no volume, for cuts.
+fn warn_openness(body: &Body) -> Option<String> {
     let mesh = body.cut.as_ref().filter(|_| body.discretization.lattice().is_some())?;
     let (open, border) = (mesh.open_triangles(), mesh.border_edges());
     (open > 0).then(|| {
@@ -119,8 +119,8 @@ fn judge_openness(body: &Body) -> Option<String> {
     })
 }
 
-/// Whether no node of a body is in a place.
-fn holds_none(body: &Body, place: &Place) -> Result<bool, SessionError> {
+/// Whether a selection contains no node of a body.
+fn is_empty_selection(body: &Body, place: &Place) -> Result<bool, SessionError> {
     let Some(lattice) = body.discretization.lattice() else {
         let points = body.model.surface.points.iter().enumerate();
         return Ok(!points.into_iter().any(|(node, rest)| place.holds(node as u32, *rest)));

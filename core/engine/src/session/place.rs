@@ -1,4 +1,4 @@
-//! Putting models and devices into a scene.
+//! Placement of models and devices in a scene.
 
 use super::SessionError;
 use super::ray_miss::{self, Ray};
@@ -18,7 +18,7 @@ use pliant_mesh::{MeshError, ObjDocument, Placement, Surface, generate};
 use std::ops::Range;
 use std::path::Path;
 
-/// The model of a body; `instead` is another file, scaled to the box the body's own would have had.
+/// Loads the model of a body. `instead` is a replacement file, scaled to the bounding box of the body's own model.
 pub(super) fn model(scene: &BodyScene, source: &Source, instead: Option<&Path>) -> Result<Model, SessionError> {
     let document = match (&scene.mesh, &scene.shape) {
         (Some(mesh), _) if source.documents.contains_key(mesh.get_ref()) => {
@@ -63,7 +63,7 @@ pub(super) fn model(scene: &BodyScene, source: &Source, instead: Option<&Path>) 
     }
 }
 
-/// Everything that [`model`] reads, as text; `None` of a model that the program hands over, whose name says nothing of what it is.
+/// Cache key of [`model`] with all of its inputs; `None` for a model the program passes in memory, whose name does not identify it.
 pub(super) fn model_key(scene: &BodyScene, source: &Source, instead: Option<&Path>) -> Option<String> {
     if scene.mesh.as_ref().is_some_and(|mesh| source.documents.contains_key(mesh.get_ref())) {
         return None;
@@ -107,7 +107,7 @@ fn shape_document(shape: &ShapeScene) -> Result<ObjDocument, MeshError> {
     }
 }
 
-/// The shape of a tool, turned as the scene says.
+/// The shape of a tool with its rotation.
 pub(super) fn shape(scene: &ToolScene, source: &Source) -> Result<OrientedShape, SceneError> {
     let tool = scene.name.get_ref();
     match (&scene.radius, &scene.shape) {
@@ -156,7 +156,7 @@ fn rotation(scene: &RotationScene, source: &Source) -> Result<UnitQuaternion<f64
     Ok(UnitQuaternion::from_axis_angle(&axis, scene.angle.si))
 }
 
-/// Where the warp of a sheet runs.
+/// Direction of the warp of a sheet.
 pub(super) fn warp(scene: &SheetScene) -> Warp {
     match &scene.warp {
         WarpScene::Axis(axis) => Warp::Axis((*axis).into()),
@@ -164,7 +164,7 @@ pub(super) fn warp(scene: &SheetScene) -> Warp {
     }
 }
 
-/// Nodes that are held or led.
+/// A fixing: nodes that are held or moved along a path.
 pub(super) fn fixing(scene: &FixedScene) -> Fixing {
     let place = match (&scene.box_, &scene.ball, &scene.nodes) {
         (Some([min, max]), _, _) => Place::Box { min: min.map(|c| c.si).into(), max: max.map(|c| c.si).into() },
@@ -177,8 +177,7 @@ pub(super) fn fixing(scene: &FixedScene) -> Fixing {
     Fixing { place, clamp: scene.clamp, path: path.collect() }
 }
 
-/// The axes of the device at a span: given, or standing where a ray meets a body. `near` takes the vertex closest to a
-/// ray that misses.
+/// The frame of a device: given by the scene, or placed where a ray hits a body. With `near`, a ray that misses is placed at the closest vertex.
 pub(super) fn frame(
     scene: &FrameScene,
     source: &Source,
@@ -223,7 +222,7 @@ pub(super) fn frame(
         return Err(wrong(format!("the ray from {from:?} toward {toward:?} does not meet body `{name}`: {why}")));
     };
     let back = (-ray).normalize();
-    let rotation = turned_to(&back) * turned;
+    let rotation = rotation_from_z(&back) * turned;
     Ok(Frame { origin: met, rotation, scale })
 }
 
@@ -233,8 +232,8 @@ fn closest_vertex(model: &Model, origin: &Vec3, ray: &Vec3) -> Vec3 {
     vertices.min_by(|a, b| away(a).total_cmp(&away(b))).map_or(*origin, |p| *p)
 }
 
-/// The smallest turn that takes z to `to`; half a turn about x where it is the opposite.
-fn turned_to(to: &Vec3) -> UnitQuaternion<f64> {
+/// The smallest rotation from z to `to`; half a turn about x if `to` is -z.
+fn rotation_from_z(to: &Vec3) -> UnitQuaternion<f64> {
     UnitQuaternion::rotation_between(&Vec3::z(), to)
         .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI))
 }

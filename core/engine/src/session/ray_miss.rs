@@ -1,26 +1,26 @@
-//! Why a ray that should place a hand meets no body: by how much it misses, and where.
+//! Error message for a ray that should place a hand and hits no body: its distance from the surface and the closest point.
 
 use pliant_mesh::Surface;
 use pliant_mesh::geometry::{Vec3, closest_point};
 
-/// A ray through points of a body's box.
+/// A ray that should place a hand.
 pub(super) struct Ray {
-    /// m
+    /// Origin, m.
     pub(super) origin: Vec3,
-    /// m, of any length.
+    /// Direction, not normalised.
     pub(super) direction: Vec3,
 }
 
-/// The point of a surface that a ray comes nearest to.
+/// The closest approach of a ray to a surface.
 #[derive(Clone, Copy)]
 struct Miss {
-    /// m
+    /// Distance, m.
     distance: f64,
-    /// m, on the surface.
+    /// Point of the surface, m.
     point: Vec3,
 }
 
-/// Says why `ray` does not meet `surface`, in the coordinates of its box: 0 to 1 along each axis.
+/// Explains why `ray` does not hit `surface`. Coordinates in the message are relative to the bounding box, 0 to 1 along each axis.
 pub(super) fn reason(surface: &Surface, ray: &Ray) -> String {
     let bounds = surface.bounds();
     let extent = bounds.max - bounds.min;
@@ -34,7 +34,7 @@ pub(super) fn reason(surface: &Surface, ray: &Ray) -> String {
     } else if let Some(miss) = nearest_miss(surface, ray) {
         let at = (0..3).map(|i| if extent[i] == 0.0 { 0.0 } else { (miss.point[i] - bounds.min[i]) / extent[i] });
         let at: Vec<String> = at.map(|c| format!("{c:.3}")).collect();
-        // Rounding leaves less than this share between a ray and the plane it lies in.
+        // Relative rounding error of the distance between a ray and a plane that contains it.
         if miss.distance <= 1e-9 * bounds.longest_edge() {
             parts.push(format!("it runs along the surface at [{}] of the box", at.join(", ")));
         } else {
@@ -50,8 +50,8 @@ pub(super) fn reason(surface: &Surface, ray: &Ray) -> String {
     parts.join("; ")
 }
 
-/// The nearest miss: of a ray that meets no triangle, at an edge of a triangle or at the origin of the ray. `None` of a ray that is not
-/// finite, and of a surface without triangles.
+/// The closest approach of a ray that hits no triangle: at an edge of a triangle or at the origin of the ray. `None` if the ray is not finite or the
+/// surface has no triangles.
 fn nearest_miss(surface: &Surface, ray: &Ray) -> Option<Miss> {
     let mut nearest: Option<Miss> = None;
     let mut consider = |point: Vec3, from: Vec3| {
@@ -71,8 +71,8 @@ fn nearest_miss(surface: &Surface, ray: &Ray) -> Option<Miss> {
     nearest
 }
 
-/// The point of the segment from `a` to `b` that is closest to a ray, and the time of the ray's point (Ericson 2005, section 5.1.9, with
-/// one segment without end). The ray has a length.
+/// The point of the segment from `a` to `b` that is closest to a ray, and the parameter of the ray's closest point (Ericson 2005, section 5.1.9, with one
+/// infinite segment). The direction of the ray must not be zero.
 fn closest_of_edge(a: Vec3, b: Vec3, ray: &Ray) -> (Vec3, f64) {
     let (edge, direction, between) = (b - a, ray.direction, a - ray.origin);
     let (ee, dd, ed) = (edge.dot(&edge), direction.dot(&direction), edge.dot(&direction));
@@ -92,7 +92,7 @@ mod tests {
     use pliant_mesh::generate;
 
     #[test]
-    fn no_sampled_point_of_the_surface_is_nearer_to_the_ray() {
+    fn no_sampled_point_of_the_surface_is_closer_to_the_ray() {
         let surface = Surface::from_document(&generate::sphere(5, 0.05).expect("a sphere"));
         let mut misses = 0;
         for i in 0..200 {

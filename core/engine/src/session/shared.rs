@@ -1,9 +1,8 @@
-//! What sessions of one process have in common, so that many small runs do not each read, sort and sample the same model.
+//! Cache of parts that sessions of one process share, so that many small runs do not each load, sort and sample the same model.
 //!
-//! Parts that never change are shared: a placed model, the tree over it, its samples, its frequencies. A part that changes (under a blade, or
-//! when a shape is kept) is copied by the session that changes it. A grid answers one caller at a time, so it goes from session to session:
-//! a session takes one that no other has, and gives it back when it ends. The least recently used parts are dropped, so memory stays flat
-//! however many models there are.
+//! Immutable parts are shared: a placed model, its triangle tree, its samples, its frequencies. A session that changes a part (by a cut, or when a shape
+//! is kept) copies it. A grid serves one caller at a time, so grids are pooled: a session takes an idle one and returns it when it ends. The
+//! least recently used parts are dropped, so memory is bounded.
 
 use crate::body::{Model, Samples};
 use pliant_host::Grid;
@@ -15,10 +14,10 @@ use std::ops::Deref;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 
-/// A placed model and the tree over its surface as it was handed in.
+/// A placed model with the triangle tree of its surface.
 #[derive(Clone)]
 pub(super) struct SharedModel {
-    /// Unlike that of any other model this program has made: a part of the keys of what hangs on the model.
+    /// Unique number of the model in this process, part of the keys of everything derived from it.
     pub(super) number: u64,
     pub(super) model: Arc<Model>,
     pub(super) tree: Arc<TriangleTree>,
@@ -27,20 +26,20 @@ pub(super) struct SharedModel {
 /// Number of the next model.
 static NUMBERS: AtomicU64 = AtomicU64::new(0);
 
-/// What was measured of a body whose region was around one of its points.
+/// Frequencies and cost of a body, with a local region around one of its points.
 #[derive(Clone, Copy)]
 pub(super) struct Measured {
     pub(super) frequencies: Frequencies,
-    /// kg, largest mass of a node
+    /// Largest mass of a node, kg.
     pub(super) mass: f64,
-    /// Nodes and elements of the region.
+    /// Number of nodes and elements of the region.
     pub(super) nodes: usize,
     pub(super) elements: usize,
-    /// s, a pass over the forces
+    /// Time of one evaluation of the forces, s.
     pub(super) seconds: f64,
 }
 
-/// What sessions have in common. [`SharedParts::default`] keeps nothing.
+/// A cache shared by sessions. [`SharedParts::default`] caches nothing.
 #[derive(Default)]
 pub struct SharedParts {
     models: Cache<SharedModel>,
@@ -50,18 +49,18 @@ pub struct SharedParts {
 }
 
 impl SharedParts {
-    /// Keeps the parts of up to `models` models. One grid more is kept for each session that is open at a time.
+    /// A cache for the parts of up to `models` models, and for as many idle grids as sessions are open at a time.
     pub fn new(models: usize) -> Self {
         Self {
             models: Cache::new(models),
             samples: Cache::new(models),
-            // A few numbers each; one for each material a model is given.
+            // Small entries, one for each material of a model.
             measured: Cache::new(256 * models),
             grids: Arc::new(GridPool { idle: Mutex::default(), capacity: models }),
         }
     }
 
-    /// The model under a key, made if it is not there; without a key it is made.
+    /// The model with a key; calls `make` if it is not cached or has no key.
     pub(super) fn model<E>(
         &self,
         key: impl FnOnce() -> Option<String>,
@@ -75,7 +74,7 @@ impl SharedParts {
         })
     }
 
-    /// The samples under a key, made if they are not there.
+    /// The samples with a key; calls `make` if they are not cached.
     pub(super) fn samples<E>(
         &self,
         key: impl FnOnce() -> String,
@@ -84,7 +83,7 @@ impl SharedParts {
         self.samples.get(|| Some(key()), || make().map(Arc::new))
     }
 
-    /// What was measured under a key, or is now.
+    /// The measurements with a key; calls `make` if they are not cached.
     pub(super) fn measured<E>(
         &self,
         key: impl FnOnce() -> String,
@@ -93,12 +92,12 @@ impl SharedParts {
         self.measured.get(|| Some(key()), measure)
     }
 
-    /// A built grid of this key that no session has, if there is one.
+    /// Takes an idle grid with this key; `None` if there is none.
     pub(super) fn idle_grid(&self, key: &str) -> Option<Grid> {
         self.grids.take(key)
     }
 
-    /// A grid that comes back under this key when its session ends.
+    /// Wraps a grid that returns to the pool under this key when its session ends.
     pub(super) fn pool(&self, key: String, grid: Grid) -> PooledGrid {
         PooledGrid { grid: Some(grid), key, home: Arc::clone(&self.grids) }
     }
@@ -110,7 +109,7 @@ impl fmt::Debug for SharedParts {
     }
 }
 
-/// Values by key, of which the most recently used are kept.
+/// A cache with least-recently-used replacement.
 struct Cache<V> {
     capacity: usize,
     entries: Mutex<Entries<V>>,
@@ -118,7 +117,7 @@ struct Cache<V> {
 
 /// The values of a cache.
 struct Entries<V> {
-    /// By key: when a value was last used, and the value.
+    /// By key: the count of uses at the last use, and the value.
     values: HashMap<String, (u64, V)>,
     /// Number of uses so far.
     clock: u64,
@@ -137,7 +136,7 @@ impl<V> Cache<V> {
 }
 
 impl<V: Clone> Cache<V> {
-    /// The value under a key, made if it is not there. Two sessions may make the same value at once; one of them is kept.
+    /// The value with a key; calls `make` if it is not cached. If two sessions make the same value concurrently, one of them is kept.
     fn get<E>(&self, key: impl FnOnce() -> Option<String>, make: impl FnOnce() -> Result<V, E>) -> Result<V, E> {
         if self.capacity == 0 {
             return make();
@@ -173,12 +172,12 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
-/// Built grids that no session has.
+/// Pool of idle grids.
 #[derive(Default)]
 struct GridPool {
-    /// By key, the most recently returned last.
+    /// Grids by key; the most recently returned last.
     idle: Mutex<Vec<(String, Grid)>>,
-    /// Number of kinds of grids that are kept.
+    /// Largest number of keys that are kept.
     capacity: usize,
 }
 
@@ -204,16 +203,16 @@ impl GridPool {
     }
 }
 
-/// A built grid that is given back when its session ends.
+/// A grid that returns to its pool on drop.
 pub struct PooledGrid {
-    /// `None` only while it is dropped.
+    /// `None` only during drop.
     grid: Option<Grid>,
     key: String,
     home: Arc<GridPool>,
 }
 
 impl PooledGrid {
-    /// What it is known by: the model and everything it was built with.
+    /// Its key: the model and all settings it was built with.
     pub(super) fn key(&self) -> &str {
         &self.key
     }
@@ -229,7 +228,7 @@ impl Deref for PooledGrid {
 
 impl Drop for PooledGrid {
     fn drop(&mut self) {
-        // One whose plugin panicked is not used again.
+        // A grid whose plugin panicked is not reused.
         if let Some(grid) = self.grid.take().filter(|grid| self.home.capacity > 0 && !grid.is_quarantined()) {
             self.home.put(std::mem::take(&mut self.key), grid);
         }

@@ -1,22 +1,22 @@
-//! Tools on sheets: which contact each uses, and the tips of a step.
+//! Contact of tools with sheets: the choice of method, and the tips of a step.
 
 use super::{ContactChoice, Session, ToolSlot};
 use crate::contact::{SoftMethod, SoftPress, SoftTip, Tip};
 use crate::scene::{Scene, SheetContact};
 use pliant_solver::Vec3;
 
-/// Largest edge of a sheet over the feature size of a tip for which its vertices are close enough to be constrained.
-const FINE: f64 = 1.0;
+/// Largest ratio of a sheet's edge to the feature size of a tip for which vertices are dense enough for constraints.
+const MAX_EDGE_RATIO: f64 = 1.0;
 
 impl Session {
-    /// Chooses how each tool meets each sheet.
+    /// Chooses the contact method of each tool on each sheet.
     pub(super) fn meet(&mut self, scene: &Scene) {
         for slot in &mut self.tools {
             let wanted = scene.tool.iter().find(|t| *t.name.get_ref() == slot.tool.name).and_then(|t| t.sheets);
             for (index, body) in self.bodies.iter().enumerate() {
                 let Some(sheet) = body.discretization.sheet() else { continue };
                 let share = sheet.edge() / slot.tool.proxy.shape.shape().feature_size();
-                let fits = if share <= FINE { SheetContact::Vertices } else { SheetContact::Triangles };
+                let fits = if share <= MAX_EDGE_RATIO { SheetContact::Vertices } else { SheetContact::Triangles };
                 let (by, meets) = match wanted.unwrap_or(fits) {
                     SheetContact::Vertices => ("vertices", None),
                     SheetContact::Triangles => ("triangles", Some(SoftMethod::AugmentedLagrangian)),
@@ -25,7 +25,9 @@ impl Session {
                 slot.soft[index] = meets.map(SoftTip::new);
                 let why = match wanted {
                     Some(_) => "as the scene says".into(),
-                    None => format!("an edge is {share:.2} of the tip's radius; vertices hold it up to {FINE}"),
+                    None => {
+                        format!("an edge is {share:.2} of the tip's radius; vertices hold it up to {MAX_EDGE_RATIO}")
+                    }
                 };
                 let (tool, body) = (slot.tool.name.clone(), body.name.clone());
                 self.choices.contacts.push(ContactChoice { tool, body, by, why });
@@ -33,7 +35,7 @@ impl Session {
         }
     }
 
-    /// Presses soft tips on sheets.
+    /// Computes the contact forces of soft tips.
     pub(super) fn press_sheets(&mut self) {
         let touching = self.tools.iter().filter(|slot| slot.touches()).count();
         for slot in &mut self.tools {
@@ -54,7 +56,7 @@ impl Session {
         }
     }
 
-    /// Puts the tips of the tools that touch on a sheet.
+    /// Sets the tips of the touching tools on a sheet.
     pub(super) fn place_tips(&mut self, index: usize) {
         if self.bodies[index].discretization.sheet().is_none() {
             return;
@@ -69,7 +71,7 @@ impl Session {
         }));
     }
 
-    /// J, what friction between tips and sheets took in the last step.
+    /// Energy dissipated by friction between tips and sheets in the last step, J.
     pub(super) fn friction_work(&self) -> f64 {
         let mut sum = 0.0;
         for (index, body) in self.bodies.iter().enumerate().filter(|(_, body)| body.frozen.is_none()) {
@@ -83,7 +85,7 @@ impl Session {
         sum
     }
 
-    /// N, on a tool by the sheets whose vertices it holds, and the last of the sheets it touches.
+    /// Force of the sheets on a tool by contact constraints, N, and the index of the last sheet it touches.
     pub(super) fn sheet_contact_force(&self, tool: usize) -> (Vec3, Option<u32>) {
         let Some(place) = self.place_of_tip(tool) else { return (Vec3::zeros(), None) };
         let (mut force, mut of) = (Vec3::zeros(), None);
@@ -96,7 +98,7 @@ impl Session {
         (force, of)
     }
 
-    /// N, on a tool by the sheets it presses on as a soft tip: part of its reaction.
+    /// Force of the sheets on a tool with soft tips, N; part of its reaction.
     pub(super) fn soft_contact_force(&self, tool: usize) -> Vec3 {
         let slot = &self.tools[tool];
         let each = slot.soft.iter().zip(&self.bodies).enumerate();
@@ -111,18 +113,18 @@ impl Session {
 }
 
 impl ToolSlot {
-    /// Whether it is a fingertip now.
+    /// Whether its tool is a fingertip with a hand now.
     pub(super) fn touches(&self) -> bool {
         self.tool.is_fingertip() && self.hand.present
     }
 
-    /// Angular velocity of its shape over a step of `dt` (s), rad/s: from the vector part of the rotation, for a step turns little.
+    /// Angular velocity of its shape over a step of `dt` (s), rad/s, from the vector part of the rotation, which is valid for small angles.
     fn spin(&self, dt: f64) -> Vec3 {
         let turn = self.turned.map(|turned| self.tool.proxy.shape.rotation() * turned.inverse());
         turn.map_or(Vec3::zeros(), |turn| 2.0 / dt * turn.w.signum() * turn.imag())
     }
 
-    /// Its fingertip at the end of a step of `dt` (s), if it touches.
+    /// Its fingertip at the end of a step of `dt` (s); `None` if it does not touch.
     pub(super) fn fingertip(&self, dt: f64) -> Option<Tip> {
         self.touches().then(|| {
             let position = self.tool.proxy.position;

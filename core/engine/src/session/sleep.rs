@@ -1,22 +1,22 @@
-//! Bodies that have come to rest stand still until something comes near, if the scene asks for it.
+//! Sleeping: a body at rest is not stepped until something acts on it, if the scene enables it.
 
 use super::{EventKind, Session};
 use pliant_solver::{Constraint, ContactConstraints, StepTime, Vec3};
 
-/// How long a body has to be slow, s.
+/// Time for which a body must be slow before it falls asleep, s.
 const SLOW_FOR: f64 = 0.1;
 
-/// How far a body is on its way to sleep.
+/// Sleep state of a body.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Rest {
-    /// s, for which it has been slow with nothing that acts on it
+    /// Time for which it has been slow and undisturbed, s.
     slow: f64,
-    /// m, least and greatest coordinates of a body that sleeps
+    /// Bounding box of a sleeping body, m; `None` if it is awake.
     asleep: Option<[Vec3; 2]>,
 }
 
 impl Session {
-    /// Whether a body sleeps in this step, with tips placed and fixings prescribed. Wakes it if something acts on it.
+    /// Whether a body sleeps in this step, after tips are placed and fixings prescribed. Wakes it if something acts on it.
     pub(super) fn sleeps(&mut self, index: usize) -> bool {
         if self.sleep <= 0.0 {
             return false;
@@ -27,7 +27,7 @@ impl Session {
         self.rests[index].asleep.is_some()
     }
 
-    /// Takes note of a step, with the speed of the fastest node, m/s; a body that has been slow for long falls asleep.
+    /// Records a step in which the fastest node moved at `fastest` (m/s); a body that has been slow long enough falls asleep.
     pub(super) fn rest(&mut self, index: usize, fastest: f64, StepTime { start: time, dt }: StepTime) {
         let rest = &mut self.rests[index];
         rest.slow = if fastest < self.sleep { rest.slow + dt } else { 0.0 };
@@ -41,13 +41,13 @@ impl Session {
         rest.asleep = Some(bounds);
         nodes.v.fill(Vec3::zeros());
         self.integrators[index].forget_history();
-        // What is near its tips is kept by how far it has moved, and nobody counts that while it sleeps.
+        // The neighbour lists of tips are invalidated, because motion is not accumulated while the body sleeps.
         self.sheet_tips[index].invalidate();
         let name = &body.name;
         self.events.add(EventKind::Asleep, time + dt, || format!("body `{name}`: below {below} m/s for {SLOW_FOR} s"));
     }
 
-    /// Whether a tool pulls or is near, or a fixing moves.
+    /// Whether a tool loads or is near a body, or one of its fixings moves.
     fn is_disturbed(&self, index: usize) -> bool {
         let nodes = &self.bodies[index].system.nodes;
         let moves = |(p, c): (&Vec3, &Constraint)| !c.is_free() && p.norm_squared() >= self.sleep * self.sleep;

@@ -1,5 +1,5 @@
-//! One step: hands, edits, regions, contact, integration, reaction, coupling, force safety, devices. One way, no stage calls
-//! back up.
+//! One step: hands, edits, regions, contact, integration, reaction, coupling, force safety, devices. Data flows in this order; no stage calls an
+//! earlier one.
 
 use super::event::EventKind;
 use super::frame::{Frame, ToolFrame};
@@ -13,15 +13,15 @@ use crate::tool::{Cause, Tool};
 use pliant_solver::{ContactConstraints, Frequencies, Loads, NoContacts, StepError, StepTime, Vec3};
 use std::time::Instant;
 
-/// Driven axes of a device that renders torque.
+/// Number of driven axes of a device that renders torque.
 const TORQUE_AXES: u32 = 6;
-/// Elements of a body that one thread has done sooner than it has called others.
-const SMALL: usize = 1500;
-/// Elements of a body from which on others help wherever they are.
-const LARGE: usize = 5000;
+/// Number of elements below which a body is stepped by one thread.
+const MAX_SINGLE_THREAD: usize = 1500;
+/// Number of elements from which a body is stepped by all threads.
+const MIN_ALL_THREADS: usize = 5000;
 
 impl Session {
-    /// What comes between reading the devices and writing to them.
+    /// All stages between reading the devices and writing to them.
     pub(super) fn advance(&mut self) {
         let start = Instant::now();
         let time = StepTime { start: self.time(), dt: self.dt };
@@ -39,14 +39,14 @@ impl Session {
         frame.friction_work = self.friction_work();
         self.render_forces(time, &mut frame);
         frame.time = self.time();
-        self.watch_meetings();
+        self.detect_overlaps();
         frame.seconds = start.elapsed().as_secs_f64();
         frame.parts = [regions, contact - regions, start.elapsed() - contact].map(|d| d.as_secs_f64());
         self.sum_energies(&mut frame);
         self.frame = frame;
     }
 
-    /// The nodes of a body have changed: nothing found or solved before holds.
+    /// Invalidates everything that depends on the nodes of a body, as after a change of them.
     pub fn changed(&mut self, index: usize) {
         self.integrators[index].resize(self.bodies[index].system.nodes.len());
         self.rests[index] = Default::default();
@@ -72,7 +72,7 @@ impl Session {
                 continue;
             }
             balls.clear();
-            // A body that is simulated as a whole has nothing to look for.
+            // A body that is simulated as a whole has no region to move.
             if !body.discretization.is_whole() {
                 for slot in &mut self.tools {
                     balls.extend(slot.tool.wants(index, body, &slot.hand, time));
@@ -136,7 +136,7 @@ impl Session {
 
     fn move_body(&mut self, index: usize, time: StepTime, frame: &mut Frame) -> Result<f64, String> {
         let mut frequencies = self.frequencies[index];
-        // Lent for the step: they stay the tools', and are read again for the reaction.
+        // The springs are moved out for the step and returned to the tools, which read them for the reaction.
         for (slot, springs) in self.tools.iter_mut().zip(&mut self.springs) {
             std::mem::swap(slot.tool.springs_mut(index), springs);
             frequencies = frequencies.with_spring(springs.rates(&self.bodies[index].system.nodes.mass));
@@ -148,7 +148,7 @@ impl Session {
         moved
     }
 
-    /// Moves a body under what is in `self.springs`.
+    /// Steps a body under the loads in `self.springs`.
     fn move_under(
         &mut self,
         index: usize,
@@ -175,8 +175,8 @@ impl Session {
         let gravity = if body.discretization.is_whole() { self.plan.gravity } else { Vec3::zeros() };
         let loads = Loads { gravity, forces: &[], tools: &self.springs };
         let (elements, choice) = (body.system.elements(), &mut self.thread_choices[index]);
-        let has_choice = (SMALL..LARGE).contains(&elements) && self.pool.threads() > 1;
-        let alone = elements < SMALL || (has_choice && choice.is_alone());
+        let has_choice = (MAX_SINGLE_THREAD..MIN_ALL_THREADS).contains(&elements) && self.pool.threads() > 1;
+        let alone = elements < MAX_SINGLE_THREAD || (has_choice && choice.is_alone());
         let pool = if alone { &self.alone } else { &self.pool };
         let integrator = &mut self.integrators[index];
         let tips = &mut self.sheet_tips[index];
@@ -243,7 +243,7 @@ impl Session {
             let mut felt = tool_frame(&slot.tool, slot.hand.position, force, device_force);
             felt.torque = slot.tool.reaction_torque(slot.hand.position, &self.bodies);
             if self.devices[slot.device].facts.driven_axes >= TORQUE_AXES {
-                // Force safety passes a share of the force; the torque comes from the same springs, and takes the same share.
+                // The torque comes from the same springs as the force, so it is scaled like the force by force safety.
                 let share = if wanted.norm() > 0.0 { (device_force.norm() / wanted.norm()).min(1.0) } else { 1.0 };
                 felt.device_torque = share * to_device.to_device(felt.torque);
             }
@@ -254,7 +254,7 @@ impl Session {
         }
     }
 
-    /// Sums kinetic and elastic energy into the frame, if an output asks for them; not part of the step's time.
+    /// Computes kinetic and elastic energy for the frame if an output needs them; not part of the step's time.
     fn sum_energies(&mut self, frame: &mut Frame) {
         if !self.energy {
             return;

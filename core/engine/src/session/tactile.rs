@@ -1,4 +1,4 @@
-//! What tactile arrays show of a step's contacts.
+//! Rendering of a step's contacts on tactile arrays.
 
 use super::Session;
 use crate::contact::{Press, SheetTips};
@@ -6,7 +6,7 @@ use crate::plan::LeftOut;
 use pliant_solver::Vec3;
 
 impl Session {
-    /// Has the contacts of sheets told apart where a pad wants them; says so where there is none.
+    /// Enables recording of sheet contacts if a tool has a pad; otherwise lists tactile rendering among the parts left out.
     pub(super) fn open_pads(&mut self) {
         if self.tools.iter().all(|slot| slot.pad.is_none()) {
             if !self.tools.is_empty() {
@@ -18,7 +18,7 @@ impl Session {
         self.sheet_tips.iter_mut().for_each(|tips| tips.presses = Some(Vec::new()));
     }
 
-    /// Shows each pad what its tool presses on, with `force` (N) on the tool by bodies that are not sheets.
+    /// Renders the contacts of a tool on its pad. `force` (N) is the force on the tool by bodies that are not sheets.
     pub(super) fn show(&mut self, tool: usize, force: Vec3, dt: f64) {
         let place = self.place_of_tip(tool);
         let tip = self.tools[tool].fingertip(dt);
@@ -48,7 +48,7 @@ impl Session {
             for (towards, share) in &slot.tool.presses {
                 pad.press(&rotation, radius, *towards, share * normal);
             }
-            // The contact goes over the rest shape one way, so the surface goes past the tip the other.
+            // The contact moves over the rest shape, so the surface slips past the tip with the opposite velocity.
             let from = slot.slid_from.filter(|(body, _)| *body == touch.body).map_or(touch.rest, |(_, from)| from);
             slip += normal / dt * (from - touch.rest);
             total += normal;
@@ -58,7 +58,7 @@ impl Session {
         pad.end(&rotation, slip, dt);
     }
 
-    /// Among the tips on sheets, the place of a tool's.
+    /// Index of a tool's tip among the tips on sheets.
     pub(super) fn place_of_tip(&self, tool: usize) -> Option<usize> {
         self.tools[tool].touches().then(|| self.tools[..tool].iter().filter(|slot| slot.touches()).count())
     }

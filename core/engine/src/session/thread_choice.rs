@@ -1,36 +1,35 @@
-//! Whether a body's steps are done sooner by all threads or by one.
+//! Choice between one thread and all threads for a body's steps, by trials.
 //!
-//! Threads tell each other many times in a step what is done. How long that takes depends on where the system has put them: on
-//! processors that share no cache a small step takes longer with two than with one, and the system may move them at any time. Bytes
-//! are the same either way, so both are tried.
+//! Threads synchronise many times in a step. The cost depends on their processors: without a shared cache a small step takes longer with two threads
+//! than with one, and the system may migrate them at any time. Results are bit-identical either way, so both are tried.
 
-/// Steps of a trial, of which the quickest counts.
-const TRIAL: u32 = 3;
-/// Steps from one trial to the next: after a change, and at most, for each trial that changes nothing doubles them.
-const BETWEEN: [u32; 2] = [64, 2048];
-/// Share of the time that the other way has to save.
-const WORTH: f64 = 0.1;
+/// Number of steps of a trial, of which the fastest counts.
+const TRIAL_STEPS: u32 = 3;
+/// Smallest and largest number of steps between trials: the smallest after a change; every trial without a change doubles it.
+const TRIAL_INTERVAL: [u32; 2] = [64, 2048];
+/// Smallest fraction of the time that the alternative must save.
+const MIN_GAIN: f64 = 0.1;
 
-/// How a body's steps are done, and what they took of late.
+/// The present choice for a body, and recent times of its steps.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ThreadChoice {
-    /// Whether one thread is usual.
+    /// Whether one thread is the present choice.
     alone: bool,
-    /// Steps since the last trial ended, and from then to the next.
+    /// Number of steps since the last trial, and between trials.
     steps: u32,
     between: u32,
-    /// s, the quickest of the last usual ones before a trial, and of the trial
+    /// Time of the fastest step before a trial with the present choice, and during the trial, s.
     least: [f64; 2],
 }
 
 impl Default for ThreadChoice {
     fn default() -> Self {
-        Self { alone: false, steps: 0, between: BETWEEN[0], least: [f64::INFINITY; 2] }
+        Self { alone: false, steps: 0, between: TRIAL_INTERVAL[0], least: [f64::INFINITY; 2] }
     }
 }
 
 impl ThreadChoice {
-    /// Whether one thread does the next step.
+    /// Whether the next step uses one thread.
     pub(super) fn is_alone(&self) -> bool {
         self.alone != self.is_trial()
     }
@@ -39,18 +38,18 @@ impl ThreadChoice {
         self.steps >= self.between
     }
 
-    /// Tells how long it took, s.
+    /// Records the duration of a step, s.
     pub(super) fn took(&mut self, seconds: f64) {
-        if self.steps + TRIAL >= self.between {
+        if self.steps + TRIAL_STEPS >= self.between {
             let least = &mut self.least[usize::from(self.is_trial())];
             *least = least.min(seconds);
         }
         self.steps += 1;
-        if self.steps < self.between + TRIAL {
+        if self.steps < self.between + TRIAL_STEPS {
             return;
         }
-        let changes = self.least[1] < (1.0 - WORTH) * self.least[0];
-        let between = if changes { BETWEEN[0] } else { BETWEEN[1].min(2 * self.between) };
+        let changes = self.least[1] < (1.0 - MIN_GAIN) * self.least[0];
+        let between = if changes { TRIAL_INTERVAL[0] } else { TRIAL_INTERVAL[1].min(2 * self.between) };
         *self = Self { alone: self.alone != changes, between, ..Self::default() };
     }
 }
@@ -59,8 +58,7 @@ impl ThreadChoice {
 mod tests {
     use super::*;
 
-    /// Goes on for so many steps that take so long with all threads and with one, but for some that take long for other reasons. Gives
-    /// how many were alone.
+    /// Simulates steps with these durations for all threads and for one thread, with some slower outliers. Returns the number of steps with one thread.
     fn go(choice: &mut ThreadChoice, steps: usize, [all, one]: [f64; 2]) -> usize {
         let mut alone = 0;
         for step in 0..steps {
@@ -72,12 +70,12 @@ mod tests {
     }
 
     #[test]
-    fn the_quicker_way_is_taken_and_the_other_tried_now_and_then() {
+    fn the_faster_choice_is_kept_and_the_other_is_tried() {
         let mut choice = ThreadChoice::default();
-        // Threads help, or as good as: one is tried three times after 64, 128, 256 ... steps.
+        // Threads help, or hardly matter: one thread is tried for three steps after 64, 128, 256 ... steps.
         assert_eq!(go(&mut choice, 1100, [0.27e-3, 0.34e-3]), 4 * 3);
         assert_eq!(go(&mut choice, 1000, [0.34e-3, 0.32e-3]), 3);
-        // They are moved apart, and together again.
+        // Threads migrate to processors without a shared cache, and back.
         let alone = go(&mut choice, 8000, [0.47e-3, 0.34e-3]);
         assert!(choice.alone && alone > 6000 && alone < 7990, "{alone}");
         let alone = go(&mut choice, 8000, [0.27e-3, 0.34e-3]);

@@ -1,7 +1,7 @@
-//! Warnings: parts of a scene that are used and have no effect, or not the one they look like.
+//! Warnings: parts of a scene that have no effect, or probably an unintended one.
 //!
-//! Those that models and selections give are found when the scene is opened; those of edits follow from what each edit has come to, so
-//! [`Session::warnings`] can be asked at any time. A warning changes no result.
+//! Warnings about models and selections are found when the scene is opened; those about edits follow from their statistics, so
+//! [`Session::warnings`] can be called at any time. A warning changes no result.
 
 use super::Session;
 use crate::body::Body;
@@ -9,30 +9,30 @@ use pliant_mesh::geometry::Vec3;
 use serde::Serialize;
 use std::fmt;
 
-/// What a warning is about; docs/warnings.md lists them.
+/// Code of a warning; docs/warnings.md lists them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum WarningCode {
-    /// Boxes of two bodies came together during the run: bodies do not meet each other.
+    /// Bounding boxes of two bodies began to overlap during the run; there is no contact between bodies.
     BodiesMeet,
-    /// Boxes of two bodies overlap at the start: bodies do not meet each other.
+    /// Bounding boxes of two bodies overlap at the start; there is no contact between bodies.
     BodiesOverlap,
     /// An edit cut nothing.
     CutsNothing,
-    /// No size is given, and a metre for a unit of the file does not suit the tool.
+    /// The scene gives no size of a model, and one metre per file unit does not fit the tool.
     DoubtfulUnits,
-    /// A `fixed` that holds no node.
+    /// A `fixed` selects no node.
     FixesNothing,
-    /// An edit in which the hand felt no force.
+    /// The hand felt no force during an edit.
     NoForce,
-    /// A touch that pressed a body and moved none of its vertices.
+    /// A touch pressed a body but moved none of its vertices.
     MovesNoVertex,
-    /// A blade meets a body that is not closed, so what it cuts has no inside.
+    /// A blade cuts a body that is not closed and has no interior.
     OpenBody,
 }
 
 impl WarningCode {
-    /// The code as files and messages have it.
+    /// Spelling of the code in files and messages.
     pub fn name(self) -> &'static str {
         match self {
             Self::BodiesMeet => "bodies-meet",
@@ -47,15 +47,15 @@ impl WarningCode {
     }
 }
 
-/// A part of the scene that has no effect, or not the one it looks like.
+/// A part of the scene that has no effect, or probably an unintended one.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Warning {
-    /// What it is about.
+    /// Code of the warning.
     pub code: WarningCode,
-    /// Where in the scene: file, line and column, or the file alone where the line is a default.
+    /// Location in the scene: file, line and column; the file alone for a default.
     #[serde(rename = "where")]
     pub place: String,
-    /// What was found, and what to do.
+    /// Description of the finding and of the remedy.
     pub message: String,
 }
 
@@ -65,33 +65,33 @@ impl fmt::Display for Warning {
     }
 }
 
-/// What an edit has come to.
+/// Statistics of an edit.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct EditTally {
-    /// Steps it was under way with a hand.
+    /// Number of steps in which it was active with a hand.
     steps: u64,
-    /// Advances of its blade, of spans that have ended.
+    /// Number of advances of its blade, in time spans that have ended.
     pub(super) advances: usize,
-    /// N, largest force
+    /// Largest force on the hand, N.
     force: f64,
-    /// m, largest depth on a body that a lattice carries
+    /// Largest depth on a body with a lattice, m.
     depth: f64,
-    /// Whether a vertex followed the surface there.
+    /// Whether a vertex near the tool followed the surface.
     is_shown: bool,
     /// The body it pressed.
     body: Option<u32>,
 }
 
-/// Share of the depth of a dent that a vertex near the tool must follow for the mesh to show the dent.
-const SHOWN: f64 = 0.05;
+/// Fraction of the depth of a dent by which a vertex near the tool must move for the dent to be visible.
+const MIN_VISIBLE: f64 = 0.05;
 
 impl Session {
-    /// Warnings so far: those of opening the scene first, then those of edits and bodies, each code and place once.
+    /// All warnings so far: first those of opening the scene, then those of edits and bodies; each code and location once.
     pub fn warnings(&self) -> Vec<Warning> {
         let mut all = self.opening_warnings.clone();
         all.extend(self.meetings.warnings.iter().cloned());
         for (index, (edit, tally)) in self.plan.edits.iter().zip(&self.tallies).enumerate() {
-            let Some((code, message)) = self.judge_edit(index, *tally) else { continue };
+            let Some((code, message)) = self.warn_edit(index, *tally) else { continue };
             if !all.iter().any(|known| known.code == code && known.place == edit.place) {
                 all.push(Warning { code, place: edit.place.clone(), message });
             }
@@ -99,8 +99,8 @@ impl Session {
         all
     }
 
-    /// What is wrong with what an edit has come to.
-    fn judge_edit(&self, index: usize, tally: EditTally) -> Option<(WarningCode, String)> {
+    /// The warning that follows from the statistics of an edit.
+    fn warn_edit(&self, index: usize, tally: EditTally) -> Option<(WarningCode, String)> {
         let edit = &self.plan.edits[index];
         let tool = &self.tools[edit.tool].tool.name;
         if tally.steps == 0 {
@@ -136,7 +136,7 @@ impl Session {
         })
     }
 
-    /// Adds a step of a tool to the tally of its edit; `force` (N) is what the hand feels.
+    /// Adds a step of a tool to the statistics of its edit; `force` (N) is the force on the hand.
     pub(super) fn tally(&mut self, tool: usize, force: f64) {
         let slot = &self.tools[tool];
         let Some(edit) = slot.edit.filter(|_| slot.hand.present) else { return };
@@ -153,7 +153,7 @@ impl Session {
             return;
         }
         let Ok((_, centre)) = body.embed_point(touch.rest) else { return };
-        let (model, least) = (&body.model, SHOWN * tally.depth);
+        let (model, least) = (&body.model, MIN_VISIBLE * tally.depth);
         let mut is_shown = false;
         body.skin.tree.near(centre, slot.tool.proxy.shape.extra_region_radius(), |triangle| {
             for v in model.surface.triangles[triangle as usize] {
@@ -173,66 +173,66 @@ pub(super) struct Extents {
 }
 
 impl Extents {
-    /// The smallest that has all of `points` and of `self`.
+    /// The smallest box that contains `points` and `self`.
     fn with<'a>(self, points: impl Iterator<Item = &'a Vec3>) -> Self {
         points.fold(self, |all, p| Self { min: all.min.inf(p), max: all.max.sup(p) })
     }
 
-    /// Whether the insides of two boxes have a point in common.
+    /// Whether the interiors of two boxes intersect.
     pub(super) fn overlaps(&self, other: &Self) -> bool {
         (0..3).all(|i| self.min[i].max(other.min[i]) < self.max[i].min(other.max[i]))
     }
 }
 
-/// A body of the scene, as [`Meetings`] follows it.
+/// A body of the scene, as tracked by [`OverlapDetection`].
 pub(super) struct Extended {
     pub(super) name: String,
-    /// Where the scene has it.
+    /// Location in the scene.
     pub(super) place: String,
-    /// Its index among the bodies that move.
+    /// Index among the moving bodies; `None` if it does not move.
     pub(super) moving: Option<usize>,
-    /// m, its box in the rest shape
+    /// Bounding box of the rest shape, m.
     pub(super) rest: Extents,
-    /// m, its box when it was last looked at
+    /// Bounding box at the last test, m.
     pub(super) extents: Extents,
-    /// m, its box at the look before that
+    /// Bounding box at the test before the last one, m.
     pub(super) before: Extents,
 }
 
-/// The box of a body now: its box at rest, each face moved as the outermost nodes there have. Cells of a lattice reach beyond the surface, so
-/// the box of the nodes themselves is too large.
+/// The present bounding box of a body: its box at rest, with each face displaced like the outermost nodes. The box of the nodes of a lattice would be too
+/// large, because cells extend beyond the surface.
 fn moved_extents(body: &Body, rest: Extents) -> Extents {
     let (x, at_rest) = (&body.system.nodes.x, &body.system.nodes.rest);
     let (Some(now), Some(before)) = (x.first(), at_rest.first()) else { return rest };
     let now = Extents { min: *now, max: *now }.with(x.iter());
     let before = Extents { min: *before, max: *before }.with(at_rest.iter());
     let moved = Extents { min: rest.min + now.min - before.min, max: rest.max + now.max - before.max };
-    // Of a local region only a part has nodes; the rest of the body stays.
+    // Outside of a local region the body is at rest.
     if body.discretization.is_whole() { moved } else { rest.with([moved.min, moved.max].iter()) }
 }
 
-/// Steps between two looks at the boxes; what a box sweeps over between them counts too.
-const LOOK_EVERY: u64 = 16;
+/// Number of steps between tests of the boxes; the boxes are swept over that interval.
+const TEST_INTERVAL: u64 = 16;
 
-/// Which bodies have come together, by their boxes.
+/// Detection of bodies whose bounding boxes begin to overlap.
 #[derive(Default)]
-pub(super) struct Meetings {
+pub(super) struct OverlapDetection {
     bodies: Vec<Extended>,
-    /// Pairs that are known to be together.
+    /// Pairs that are known to overlap.
     known: Vec<[usize; 2]>,
     warnings: Vec<Warning>,
 }
 
-impl Meetings {
-    /// Begins with the bodies of a scene, in its order; gives the warnings of those that overlap.
+impl OverlapDetection {
+    /// Starts with the bodies of a scene, in its order, and returns the warnings for those that overlap.
     pub(super) fn new(bodies: Vec<Extended>) -> (Self, Vec<Warning>) {
         let mut meetings = Self { bodies, ..Self::default() };
-        let at_start = meetings.look(WarningCode::BodiesOverlap, 0.0);
+        let at_start = meetings.test(WarningCode::BodiesOverlap, 0.0);
         (meetings, at_start)
     }
 
-    /// Warnings of pairs whose swept boxes overlap now and did not before.
-    fn look(&mut self, code: WarningCode, time: f64) -> Vec<Warning> {
+    /// Warnings for pairs whose swept boxes overlap now for the first time.
+    fn test(&mut self, code: WarningCode, time: f64) -> Vec<Warning> {
         let swept = |i: usize| {
             let Extended { extents, before, .. } = &self.bodies[i];
             extents.with([before.min, before.max].iter())
@@ -265,10 +265,13 @@ impl Meetings {
 }
 
 impl Session {
-    /// Looks whether bodies have come together since the last look.
-    pub(super) fn watch_meetings(&mut self) {
+    /// Tests whether boxes have begun to overlap since the last test.
+    pub(super) fn detect_overlaps(&mut self) {
         let count = self.meetings.bodies.len();
-        if count < 2 || !self.steps.is_multiple_of(LOOK_EVERY) || self.meetings.known.len() == count * (count - 1) / 2 {
+        if count < 2
+            || !self.steps.is_multiple_of(TEST_INTERVAL)
+            || self.meetings.known.len() == count * (count - 1) / 2
+        {
             return;
         }
         for extended in &mut self.meetings.bodies {
@@ -277,7 +280,7 @@ impl Session {
             extended.extents = moved_extents(body, extended.rest);
         }
         let time = self.time();
-        let found = self.meetings.look(WarningCode::BodiesMeet, time);
+        let found = self.meetings.test(WarningCode::BodiesMeet, time);
         self.meetings.warnings.extend(found);
     }
 }
@@ -292,13 +295,13 @@ mod tests {
     }
 
     #[test]
-    fn boxes_that_touch_do_not_overlap_and_a_pair_is_told_once() {
-        let (mut meetings, told) = Meetings::new(vec![body("a", 0.0), body("b", 1.0), body("c", 1.5)]);
+    fn touching_boxes_do_not_overlap_and_a_pair_is_reported_once() {
+        let (mut meetings, told) = OverlapDetection::new(vec![body("a", 0.0), body("b", 1.0), body("c", 1.5)]);
         assert_eq!(told.len(), 1, "b and c alone: {told:?}");
-        // It passes over both others between two looks.
+        // It sweeps over both others between two tests.
         meetings.bodies[0].extents = body("a", 9.0).extents;
-        assert_eq!(meetings.look(WarningCode::BodiesMeet, 0.1).len(), 2);
-        assert!(meetings.look(WarningCode::BodiesMeet, 0.2).is_empty());
+        assert_eq!(meetings.test(WarningCode::BodiesMeet, 0.1).len(), 2);
+        assert!(meetings.test(WarningCode::BodiesMeet, 0.2).is_empty());
     }
 
     #[test]

@@ -82,7 +82,7 @@ impl Blend {
         seconds(time.saturating_sub(self.now.time))
     }
 
-    /// Whether the newest model has any force or stiffness.
+    /// Whether the newest model has a nonzero force.
     pub fn is_contact(&self) -> bool {
         self.now.force != Vec3::zeros()
     }

@@ -178,8 +178,8 @@ impl Tool {
         (of as usize == index && time - since <= SPRING_BACK).then_some(Ball { centre: centre.into(), radius })
     }
 
-    /// Largest distance from the contact to the corners of a coarse triangle it presses on, m, at most twice the region's radius: cells there must
-    /// be simulated. 0 without such a triangle.
+    /// Largest distance from the contact to the corners of a coarse triangle it presses on, m: cells there must be simulated. 0 without such a
+    /// triangle.
     fn corners_reach(&self, body: &Body) -> f64 {
         let Some((touch, triangle)) = self.proxy.touch.and_then(|touch| Some((touch, touch.triangle?))) else {
             return 0.0;

@@ -1,5 +1,5 @@
-//! Frames from the simulation to a viewer: places through a triple buffer, the newest wins; changes of topology through a queue, none
-//! is lost. Neither side waits for the other, and only pages that have changed are copied.
+//! Frames from the simulation to a viewer. Positions go through a triple buffer, of which only the newest is read; changes of topology go through a
+//! queue, which loses none. Neither side waits for the other, and only changed pages are copied.
 
 use super::frame::{BodyTopology, BodyView, TopologyPatch, ViewFrame};
 use pliant_engine::body::{Body, PAGE, TriangleLook};
@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use triple_buffer::{Input, Output, triple_buffer};
 
-/// ns between two frames
+/// Time between two frames, ns.
 const FRAME_PERIOD: u64 = 1_000_000_000 / 60;
 
 /// The simulation's end.
@@ -22,31 +22,31 @@ pub struct ViewWriter {
     bodies: Vec<BodyTrack>,
     /// Number of the last frame.
     number: u64,
-    /// ns, time of the next frame
-    due: u64,
+    /// Time of the next frame, ns.
+    next_frame_ns: u64,
 }
 
 /// The viewer's end.
 pub struct ViewReader {
     frames: Output<ViewFrame>,
     patches: Receiver<TopologyPatch>,
-    /// Patches of frames that are not there yet.
-    ahead: Vec<TopologyPatch>,
+    /// Patches of frames that have not been read yet.
+    pending_patches: Vec<TopologyPatch>,
     wants_cells: Arc<AtomicBool>,
     changes: Arc<AtomicU64>,
-    /// Bodies as the session was opened: those that move, then those that stand.
+    /// Topology of the bodies at the opening of the session: first moving bodies, then the others.
     pub bodies: Vec<BodyTopology>,
 }
 
-/// What the writer remembers of a body.
+/// The writer's record of a body.
 struct BodyTrack {
     origin: Vec3,
-    /// Last periods of the page stamps of the surface and of the triangles that were taken over.
+    /// Last change stamps of the surface and of the triangles that were copied.
     vertices_seen: u64,
     triangles_seen: u64,
     triangles: usize,
     patches: u64,
-    /// Frame in which each page of vertices last changed.
+    /// Number of the frame in which each page of vertices last changed.
     stamps: Vec<u64>,
 }
 
@@ -80,9 +80,9 @@ pub fn view_buffer(session: &Session) -> (ViewWriter, ViewReader) {
         changes: Arc::clone(&changes),
         bodies: tracks.collect(),
         number: 0,
-        due: 0,
+        next_frame_ns: 0,
     };
-    (writer, ViewReader { frames: output, patches, ahead: Vec::new(), wants_cells, changes, bodies })
+    (writer, ViewReader { frames: output, patches, pending_patches: Vec::new(), wants_cells, changes, bodies })
 }
 
 fn topology(name: &str, origin: Vec3, points: &[Vec3], looks: Vec<Option<TriangleLook>>, moves: bool) -> BodyTopology {
@@ -91,10 +91,10 @@ fn topology(name: &str, origin: Vec3, points: &[Vec3], looks: Vec<Option<Triangl
 }
 
 impl ViewWriter {
-    /// Publishes a frame of the session if one is due at `now` (ns): sixty a second.
+    /// Publishes a frame of the session if one is due at `now` (ns): sixty per second.
     pub fn publish_if_due(&mut self, session: &mut Session, now: u64) {
-        if now >= self.due {
-            self.due = now + FRAME_PERIOD;
+        if now >= self.next_frame_ns {
+            self.next_frame_ns = now + FRAME_PERIOD;
             self.publish(session);
         }
     }
@@ -118,7 +118,7 @@ impl ViewWriter {
         for (index, body) in session.bodies.iter_mut().enumerate() {
             let Some(track) = self.bodies.get_mut(index) else { continue };
             if let Some(patch) = track.patch(index, body) {
-                // Without a reader nobody misses it.
+                // An error means the reader is gone; ignore it.
                 let _ = self.patches.send(patch);
                 changed = true;
             }
@@ -135,7 +135,7 @@ impl ViewWriter {
 }
 
 impl BodyTrack {
-    /// What has changed of the triangles since the last frame.
+    /// Changes of a body's triangles since the last frame; `None` if there are none.
     fn patch(&mut self, index: usize, body: &mut Body) -> Option<TopologyPatch> {
         let count = body.model.surface.triangles.len();
         let seen = self.triangles_seen;
@@ -153,7 +153,7 @@ impl BodyTrack {
         Some(TopologyPatch { body: index, number: self.patches, count, changed })
     }
 
-    /// Brings one of the three buffers up to date, page by page; gives whether any page has changed since the last frame.
+    /// Updates one of the three buffers page by page. Returns whether any page has changed since the last frame.
     fn copy(&mut self, view: &mut BodyView, body: &mut Body, number: u64) -> bool {
         let skin = &mut body.skin;
         let count = skin.x.len();
@@ -186,7 +186,7 @@ impl BodyTrack {
     }
 }
 
-/// Corners of the cells of a body that are simulated, m.
+/// Corners of the simulated cells of a body, m.
 fn active_cells(body: &Body) -> impl Iterator<Item = [[f32; 3]; 8]> + '_ {
     let lattice = body.discretization.lattice();
     let corners = lattice.map_or(&[][..], |lattice| &lattice.region().cell_corners);
@@ -195,34 +195,33 @@ fn active_cells(body: &Body) -> impl Iterator<Item = [[f32; 3]; 8]> + '_ {
 }
 
 impl ViewReader {
-    /// Takes in the newest frame; gives whether it is one that was not there before.
+    /// Reads the newest frame. Returns whether it is a new one.
     pub fn update(&mut self) -> bool {
         self.frames.update()
     }
 
-    /// The newest frame that was taken in.
+    /// The frame that was read last.
     pub fn frame(&self) -> &ViewFrame {
         self.frames.output_buffer()
     }
 
-    /// Patches of topology up to the newest frame that was taken in, in their order; each is given once.
+    /// Returns the topology patches up to the frame that was read last, in order; each is returned once.
     pub fn take_patches(&mut self) -> Vec<TopologyPatch> {
-        self.ahead.extend(self.patches.try_iter());
+        self.pending_patches.extend(self.patches.try_iter());
         let frame = self.frames.output_buffer();
         let ready = |patch: &TopologyPatch| frame.bodies.get(patch.body).is_some_and(|b| patch.number <= b.patches);
-        let (now, later) = std::mem::take(&mut self.ahead).into_iter().partition(ready);
-        self.ahead = later;
+        let (now, later) = std::mem::take(&mut self.pending_patches).into_iter().partition(ready);
+        self.pending_patches = later;
         now
     }
 
-    /// A number that rises with every frame in which a surface or a tool differs from the last: whoever draws asks it whether there is
-    /// anything to draw, from any thread.
+    /// A counter that increases with every frame in which a surface or a tool has changed. It can be read from any thread to decide whether to redraw.
     pub fn changes(&self) -> Arc<AtomicU64> {
         Arc::clone(&self.changes)
     }
 
-    /// Asks for the simulated cells in frames, or no longer.
-    pub fn want_cells(&self, wanted: bool) {
-        self.wants_cells.store(wanted, Ordering::Relaxed);
+    /// Enables or disables the simulated cells in frames.
+    pub fn set_cells_enabled(&self, enabled: bool) {
+        self.wants_cells.store(enabled, Ordering::Relaxed);
     }
 }

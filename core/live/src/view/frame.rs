@@ -1,55 +1,54 @@
-//! What a viewer is shown: surfaces and tools of a session at one time.
+//! A frame for viewers: surfaces and tools of a session at one time.
 
 use pliant_engine::body::{PAGE, TriangleLook};
 use pliant_engine::session::ToolFrame;
 use pliant_solver::Vec3;
 use std::sync::Arc;
 
-/// Surfaces and tools of a session at one time. A viewer that has seen an earlier frame finds what has changed since by
-/// [`BodyView::changed_after`].
+/// Surfaces and tools of a session at one time. [`BodyView::changed_after`] lists the changes since an earlier frame.
 #[derive(Clone, Debug, Default)]
 pub struct ViewFrame {
-    /// Number of the frame, from 1; 0: nothing was published yet.
+    /// Number of the frame, from 1; 0 if none was published yet.
     pub number: u64,
-    /// s, simulated time
+    /// Simulated time, s.
     pub time: f64,
-    /// Number of steps the simulation had taken.
+    /// Number of simulated steps.
     pub steps: u64,
-    /// Bodies that move, in the order of the session.
+    /// Moving bodies, in the order of the session.
     pub bodies: Vec<BodyView>,
-    /// The tools in the order of the session.
+    /// Tools, in the order of the session.
     pub tools: Vec<ToolFrame>,
-    /// Nodes that are simulated.
+    /// Number of simulated nodes.
     pub nodes: usize,
-    /// Elements that are simulated.
+    /// Number of simulated elements.
     pub elements: usize,
-    /// Corners of the simulated cells of all bodies in metres of the scene (c x 8), where a viewer has asked for them.
+    /// Corners of the simulated cells of all bodies, in axes of the scene, m (c x 8); empty unless enabled by [`ViewReader`](super::ViewReader).
     pub cells: Vec<[[f32; 3]; 8]>,
 }
 
 /// The surface of one body.
 #[derive(Clone, Debug, Default)]
 pub struct BodyView {
-    /// m, place of the scene that positions are relative to
+    /// Point of the scene that positions are relative to, m.
     pub origin: Vec3,
-    /// m (n x 3), vertices relative to the origin
+    /// Positions of the vertices relative to the origin, m (n x 3).
     pub positions: Vec<[f32; 3]>,
-    /// m (n), distance of each vertex from its place at rest
+    /// Distance of each vertex from its rest position, m (n).
     pub displacements: Vec<f32>,
-    /// Number of topology patches that come before this frame.
+    /// Number of topology patches up to this frame.
     pub patches: u64,
-    /// Frame in which each page of [`PAGE`] vertices last changed.
+    /// Number of the frame in which each page of [`PAGE`] vertices last changed.
     pub(super) stamps: Vec<u64>,
 }
 
 impl BodyView {
-    /// A surface of which every page changed in the frame `number`.
+    /// A surface with all pages changed in the frame `number`.
     pub fn of_positions(origin: Vec3, positions: Vec<[f32; 3]>, number: u64) -> Self {
         let (displacements, stamps) = (vec![0.0; positions.len()], vec![number; positions.len().div_ceil(PAGE)]);
         Self { origin, positions, displacements, patches: 0, stamps }
     }
 
-    /// Ranges of vertices that have changed after the frame of this number, in whole pages, rising.
+    /// Ranges of vertices that have changed after the frame with this number, in whole pages, ascending.
     pub fn changed_after(&self, frame: u64) -> impl Iterator<Item = std::ops::Range<usize>> + '_ {
         let count = self.positions.len();
         let pages = self.stamps.iter().enumerate().filter(move |(_, stamp)| **stamp > frame);
@@ -57,30 +56,30 @@ impl BodyView {
     }
 }
 
-/// The triangles of a body when its session was opened.
+/// The triangles of a body at the opening of its session.
 #[derive(Clone, Debug, Default)]
 pub struct BodyTopology {
-    /// As the scene calls the body.
+    /// Name of the body in the scene.
     pub name: String,
-    /// `None` for triangles that are not seen.
+    /// Appearance of each triangle; `None` if it is invisible.
     pub triangles: Arc<Vec<Option<TriangleLook>>>,
-    /// m, place of the scene that positions are relative to
+    /// Point of the scene that positions are relative to, m.
     pub origin: Vec3,
-    /// m (n x 3), vertices relative to the origin, as the session was opened
+    /// Positions of the vertices relative to the origin, at the opening of the session, m (n x 3).
     pub positions: Vec<[f32; 3]>,
-    /// Whether the body moves; one that stands is in no frame.
+    /// Whether the body moves; other bodies are in no frame.
     pub moves: bool,
 }
 
-/// What a cut, or taking one back, has changed of a body's triangles.
+/// Changes of a body's triangles by a cut or its undo.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TopologyPatch {
-    /// Index of the body among those that move.
+    /// Index of the body among the moving bodies.
     pub body: usize,
     /// Number of the patch of this body, from 1.
     pub number: u64,
-    /// Number of triangles there are now.
+    /// New number of triangles.
     pub count: usize,
-    /// Triangles that are new or have changed.
+    /// New and changed triangles.
     pub changed: Vec<(u32, Option<TriangleLook>)>,
 }

@@ -1,4 +1,4 @@
-//! What a session looks like, for viewers that must not hold it up.
+//! Surfaces and tools of a session for viewers, which never delay it.
 
 mod buffer;
 mod frame;

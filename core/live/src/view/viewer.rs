@@ -1,4 +1,4 @@
-//! A viewer on a thread of its own.
+//! A viewer on its own thread.
 
 use super::buffer::ViewReader;
 use super::frame::ViewFrame;
@@ -13,7 +13,7 @@ pub trait Viewer: Send {
     fn show(&mut self, frame: &ViewFrame);
 }
 
-/// Time between two looks for a new frame: a quarter of the time between frames.
+/// Interval of polling for a new frame: a quarter of the time between frames.
 const POLL_PERIOD: Duration = Duration::from_nanos(1_000_000_000 / 240);
 
 /// The thread of a viewer. Dropping it ends the thread.
@@ -26,7 +26,7 @@ impl ViewerThread {
     /// Shows each new frame of `reader` to a viewer.
     ///
     /// # Errors
-    /// A system that gives no thread.
+    /// Returns the error of the system if it cannot create a thread.
     pub fn start(mut reader: ViewReader, mut viewer: Box<dyn Viewer>) -> std::io::Result<Self> {
         let stop = Arc::new(AtomicBool::new(false));
         let of_thread = Arc::clone(&stop);

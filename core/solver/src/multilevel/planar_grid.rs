@@ -141,7 +141,7 @@ fn whole(mut places: Vec<PlaneCoordinates>) -> Option<Vec<PlaneCoordinates>> {
     for c in 0..2 {
         let [least, most] = [f64::min, f64::max].map(|of| places.iter().map(|place| place[c]).reduce(of));
         let (least, extent) = (least?, most? - least?);
-        // Rounded file coordinates accumulate errors over a sheet; consecutive coordinates are compared instead of absolute ones.
+        // The mesh width comes from one triangle with rounded coordinates; stretching the extent to an integer removes the accumulated error.
         let stretch = extent.round() / extent;
         for place in &mut places {
             let at = (place[c] - least) * stretch;
