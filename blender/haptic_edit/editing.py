@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -168,7 +171,8 @@ class MeshEdit:
     def __init__(self, mesh: MeshArrays, settings: Settings) -> None:
         self.mesh, self.settings = mesh, settings
         self.scene = scene_of(mesh, settings)
-        self.session = pliant.Session(self.scene, history=True)
+        with _without_console():
+            self.session = pliant.Session(self.scene, history=True)
         self._buttons = {kind: button for button, kind in enumerate(edit_kinds())}
         self._live: pliant.Live | None = None
         self._stroke: Stroke | None = None
@@ -258,4 +262,17 @@ class MeshEdit:
         if self._live is not None:
             self._live.stop()
             self._live = None
-        self.session.close()
+        with _without_console():
+            self.session.close()
+
+    def warnings(self) -> list[pliant.PliantWarning]:
+        """What has no effect, or not the one it looks like; between strokes."""
+        return self.session.warnings()
+
+
+@contextmanager
+def _without_console() -> Iterator[None]:
+    """Keep warnings of a session from the console: the mode reports them."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", pliant.PliantWarning)
+        yield

@@ -44,6 +44,10 @@ class Editing:
         """Whether a stroke is under way."""
         return self._edit is not None and self._edit.is_under_way
 
+    def warnings(self) -> list[pliant.PliantWarning]:
+        """What has no effect, or not the one it looks like; between strokes."""
+        return [] if self._edit is None or self.is_under_way else self._edit.warnings()
+
     def prepare(self) -> None:
         """Have a session of the mesh as it is now; it is opened anew if the mesh or the settings are others than before."""
         obj = self._require()
@@ -180,6 +184,8 @@ class HAPTIC_OT_edit(bpy.types.Operator):
         except pliant.PliantError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
+        for warning in self._editing.warnings():
+            self.report({"WARNING"}, f"[{warning.code}] {warning.args[0]}")
         self._timer = context.window_manager.event_timer_add(1.0 / FRAME_RATE, window=context.window)
         self._overlay = Overlay(self._editing)
         self._adjusted: tuple[str, int, float] | None = None
