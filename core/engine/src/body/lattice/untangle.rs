@@ -1,10 +1,10 @@
 //! Keeps rest shapes sound: no cell of one may be inverted or flat.
 //!
 //! A material cannot take an inverted element for one at rest, and one that is nearly flat has a frequency no step can follow. Nodes of
-//! such cells therefore give up their own displacement from the last rest shape and take the mean of their neighbours' (the discrete
-//! harmonic extension of the sound nodes around them). Where that does not mend every cell, the cells around are included; what is
-//! left after that is moved back towards the last rest shape, which is sound, by bisection. So a repair always succeeds. A change of the
-//! rest shape itself is limited instead: nodes of cells it would make unsound stay.
+//! such cells therefore give up their own displacement from the last rest shape and take the mean of their neighbours', as often as it takes and
+//! no more: what was pressed in stays. Where that does not mend every cell, the cells around are included; what is left after that is moved
+//! back towards the last rest shape, which is sound, by bisection. So a repair always succeeds. A change of the rest shape itself is limited
+//! instead: nodes of cells it would make unsound stay.
 
 use super::Lattice;
 use pliant_plugin_api::CELL_TETRAHEDRA;
@@ -13,9 +13,9 @@ use pliant_solver::{Nodes, Vec3};
 /// Smallest volume of a tetrahedron, relative to that of the undeformed grid. Frequencies of an element grow with the inverse of its
 /// height: this keeps them within twenty times those of the undeformed one.
 const SMALLEST_VOLUME: f64 = 0.05;
-/// Times the repaired part is widened before it is moved back towards rest.
+/// Rounds of sweeps before the shape is moved back towards rest; the repaired part is widened between them.
 const ROUNDS: usize = 6;
-/// Gauss-Seidel sweeps over the repaired nodes in a round.
+/// Gauss-Seidel sweeps over the repaired nodes in a round, at most.
 const SWEEPS: usize = 40;
 /// Halvings of the interval in which the largest sound displacement lies.
 const HALVINGS: usize = 20;
@@ -38,7 +38,7 @@ impl Lattice {
         let bad = self.tangled_cells(&nodes.x);
         let place = self.grid_rest(self.region.cell_corners[*bad.first()? as usize][0]);
         let before = nodes.x.clone();
-        if !self.extend_neighbours(nodes, &bad) {
+        if !self.smooth_displacements(nodes, &bad) {
             self.move_back(nodes);
         }
         let moved = before.iter().zip(&nodes.x).map(|(a, b)| (b - a).norm()).fold(0.0, f64::max);
@@ -79,25 +79,25 @@ impl Lattice {
         })
     }
 
-    /// Gives the nodes of `bad` cells, and of more and more cells around them, the harmonic extension of the displacements around. Gives
-    /// whether every cell is sound then.
-    fn extend_neighbours(&self, nodes: &mut Nodes, bad: &[u32]) -> bool {
+    /// Gives the nodes of `bad` cells the mean of their neighbours' displacements, sweep by sweep, until every cell is sound; a sweep more would
+    /// smooth away what was pressed in. Cells that become unsound on the way are included, and after every [`SWEEPS`] sweeps the nodes around.
+    /// Gives whether every cell is sound then.
+    fn smooth_displacements(&self, nodes: &mut Nodes, bad: &[u32]) -> bool {
         let neighbours = self.neighbours(nodes.len());
         let mut is_repaired = vec![false; nodes.len()];
         let mut bad = bad.to_vec();
-        for _ in 0..ROUNDS {
+        for sweep in 0..ROUNDS * SWEEPS {
+            let widens = sweep > 0 && sweep % SWEEPS == 0;
             for node in bad.iter().flat_map(|&cell| self.region.cell_corners[cell as usize]) {
                 is_repaired[node as usize] = true;
-                neighbours[node as usize].iter().for_each(|&around| is_repaired[around as usize] = true);
-            }
-            let repaired: Vec<usize> =
-                (0..nodes.len()).filter(|&i| is_repaired[i] && nodes.constraint[i].is_free()).collect();
-            for _ in 0..SWEEPS {
-                for &i in &repaired {
-                    let around = &neighbours[i];
-                    let sum: Vec3 = around.iter().map(|&n| nodes.x[n as usize] - nodes.rest[n as usize]).sum();
-                    nodes.x[i] = nodes.rest[i] + sum / around.len() as f64;
+                if widens {
+                    neighbours[node as usize].iter().for_each(|&around| is_repaired[around as usize] = true);
                 }
+            }
+            for i in (0..nodes.len()).filter(|&i| is_repaired[i] && nodes.constraint[i].is_free()) {
+                let around = &neighbours[i];
+                let sum: Vec3 = around.iter().map(|&n| nodes.x[n as usize] - nodes.rest[n as usize]).sum();
+                nodes.x[i] = nodes.rest[i] + sum / around.len() as f64;
             }
             bad = self.tangled_cells(&nodes.x);
             if bad.is_empty() {
