@@ -24,6 +24,7 @@ __all__ = [
     "raise_panic",
     "ray_cast",
     "run",
+    "skipped_plugin_folders",
     "solids",
     "to_toml",
 ]
