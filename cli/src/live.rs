@@ -22,7 +22,8 @@ pub fn run_live(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
     let folder = args.out_folder();
     let mut recorder = Recorder::new(&scene, &source, &session, &folder, began)?;
     let mesh = args.scene.mesh.as_deref();
-    let inputs = RecordingInputs { scene: &scene, source: &source, session: &session, mesh, live: true };
+    let inputs =
+        RecordingInputs { scene: &scene, source: &source, session: &session, mesh, live: true, history: false };
     let mut recording = args.record.as_ref().map(|path| RecordingWriter::create(path, &inputs)).transpose()?;
     let duration = args.duration.unwrap_or(scene.time.duration.get_ref().si);
     let mut live = LiveSession::start(&mut session, LiveSettings { rate: args.rate, view: None })?;

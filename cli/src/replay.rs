@@ -28,11 +28,14 @@ pub fn replay(cli: &Cli, args: &ReplayArgs) -> Result<Outcome, Failure> {
         Path::new("out").join(args.recording.file_stem().unwrap_or_default()).with_extension("replay")
     });
     let mut recorder = Recorder::new(&scene, &source, &session, &folder, began)?;
-    let steps = recording.steps.len();
-    let bar =
-        progress_bar("{bar:30} {pos}/{len} steps  {elapsed} gone, {eta} left", steps as u64, args.quiet || cli.json);
+    let steps = recording.step_count();
+    let bar = progress_bar("{bar:30} {pos}/{len} steps  {elapsed} gone, {eta} left", steps, args.quiet || cli.json);
     let (mut stopped, mut first_difference) = (false, None);
-    for (number, step) in recording.steps.iter().enumerate() {
+    let each = recording.steps.iter().flat_map(|step| (0..step.count).map(move |repeat| (step, repeat)));
+    for ((step, repeat), number) in each.zip(1..) {
+        if repeat == 0 {
+            step.commands.iter().for_each(|command| _ = session.apply(*command));
+        }
         session.step_with(&step.poses);
         if args.set.is_empty() {
             session.report_device_forces(&step.device_forces);
@@ -41,7 +44,7 @@ pub fn replay(cli: &Cli, args: &ReplayArgs) -> Result<Outcome, Failure> {
         if args.verify && first_difference.is_none() && state_digest(&session) != step.digest {
             first_difference = Some(session.time());
         }
-        recorder.step(&mut session, stopped || number + 1 == steps)?;
+        recorder.step(&mut session, stopped || number == steps)?;
         bar.inc(1);
         if stopped {
             break;
@@ -59,7 +62,7 @@ pub fn replay(cli: &Cli, args: &ReplayArgs) -> Result<Outcome, Failure> {
         return Ok(Outcome::CheckFailed);
     }
     if args.verify && !stopped && !args.quiet {
-        note(&format!("the same state, to the bit, after each of {}", count(steps as u64, "step")));
+        note(&format!("the same state, to the bit, after each of {}", count(steps, "step")));
     }
     Ok(run_outcome(&summary))
 }
@@ -97,6 +100,9 @@ fn open_recorded(cli: &Cli, args: &ReplayArgs, recording: &Recording) -> Result<
     }
     if header.live {
         session.drive_tips();
+    }
+    if header.history {
+        session.keep_history();
     }
     Ok(OpenedScene { scene, source, session })
 }

@@ -26,7 +26,8 @@ pub fn run(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
     let folder = args.out_folder();
     let mut recorder = Recorder::new(&scene, &source, &session, &folder, began)?;
     let mesh = args.scene.mesh.as_deref();
-    let inputs = RecordingInputs { scene: &scene, source: &source, session: &session, mesh, live: false };
+    let inputs =
+        RecordingInputs { scene: &scene, source: &source, session: &session, mesh, live: false, history: false };
     let mut recording = args.record.as_ref().map(|path| RecordingWriter::create(path, &inputs)).transpose()?;
     let steps = scene.time.steps();
     let bar = progress_bar("{bar:30} {pos}/{len} steps  {elapsed} gone, {eta} left", steps, args.quiet || cli.json);

@@ -1,7 +1,13 @@
 //! A recorded session comes back to the bit, and a file that is not whole is refused with what is wrong.
 
-use pliant_record::{Digest, Recording};
-use pliant_tests::{Bench, box_scene};
+use pliant_engine::plan::Plan;
+use pliant_engine::scene;
+use pliant_engine::session::{Options, Session, SessionCommand};
+use pliant_host::{POSE_VALID, Pose, SearchPath};
+use pliant_mesh::testing::Random;
+use pliant_record::{Digest, Recording, RecordingInputs, RecordingWriter, state_digest};
+use pliant_tests::{Bench, box_scene, deps};
+use std::fs::File;
 
 /// A folder with a scene, run and recorded.
 fn recorded(time: &str, rest: &str) -> Bench {
@@ -95,10 +101,10 @@ fn files_that_are_cut_off_or_changed_are_refused_with_what_is_wrong() {
         assert!(refused(&bytes).is_some(), "byte {at} of {}", whole.len());
     }
     let mut newer = whole.clone();
-    newer[8] = 2;
+    newer[8] = 3;
     for (bytes, says) in [
         (b"solid cube".to_vec(), "does not begin with PLIANTRC"),
-        (newer, "version 2; allowed is 1"),
+        (newer, "version 3; allowed are 1 to 2"),
         ([&whole[..], b"more"].concat(), "4 bytes too many"),
     ] {
         let path = bench.write("bad.rec", bytes);
@@ -122,4 +128,75 @@ fn a_model_that_has_changed_is_named() {
     model.extend_from_slice(b"# touched\n");
     bench.write("cube.obj", model);
     bench.pliant(&["replay", "hand.rec"]).expect(2).says(&["cube.obj has changed since it was recorded"]);
+}
+
+/// A session with commands between its steps and hands that come and go, as a window records it: every state comes back, and steps
+/// in which no hand is there and nothing changes take no room.
+#[test]
+fn commands_and_idle_steps_come_back() {
+    let (mut random, bench) = (Random(9), Bench::new());
+    let path = bench.write("scene.toml", box_scene("", "", ""));
+    for round in 0..3 {
+        let (scene, source) = scene::load(&path, &[]).unwrap();
+        let plan = Plan::new(&scene, &source).unwrap();
+        let options = Options { search: SearchPath::new(&[deps()]), threads: 1, mesh: None, recorded: None };
+        let mut session = Session::open(&scene, &source, plan, &options).unwrap();
+        session.keep_history();
+        let inputs = RecordingInputs {
+            scene: &scene,
+            source: &source,
+            session: &session,
+            mesh: None,
+            live: false,
+            history: true,
+        };
+        let mut writer = RecordingWriter::unnamed(&inputs).unwrap();
+        let (mut digests, mut given) = (Vec::new(), Vec::new());
+        let mut steps = |session: &mut Session, writer: &mut RecordingWriter<File>, count: usize, pose: Pose| {
+            for _ in 0..count {
+                session.step_with(&[[pose]]);
+                writer.step(session, session.frame().tools.iter().map(|tool| tool.device_force)).unwrap();
+                digests.push(state_digest(session));
+            }
+        };
+        let present = |height: f64, buttons: u32| Pose {
+            flags: POSE_VALID,
+            buttons,
+            position: [0.0, height, 0.0],
+            orientation: [0.0, 0.0, 0.0, 1.0],
+            ..Pose::default()
+        };
+        for _ in 0..4 {
+            for at in 0..20 {
+                steps(&mut session, &mut writer, 1, present(0.03 - 2e-4 * f64::from(at), 1));
+            }
+            steps(&mut session, &mut writer, 30 + 40 * round, Pose::default());
+            let command = match random.below(3) {
+                0 => SessionCommand::Undo,
+                1 => SessionCommand::Redo,
+                _ => SessionCommand::ResizeTools {
+                    radius: 3e-3 + 6e-3 * random.unit(),
+                    coupling: 50.0 + 250.0 * random.unit(),
+                },
+            };
+            session.apply(command);
+            writer.command(command).unwrap();
+            given.push(command);
+        }
+        steps(&mut session, &mut writer, 5, Pose::default());
+        let file = bench.path("window.rec");
+        writer.save_as(&file).unwrap();
+        let bytes = bench.read("window.rec");
+        steps(&mut session, &mut writer, 1000, Pose::default());
+        writer.save_as(&file).unwrap();
+        let more = bench.read("window.rec").len() - bytes.len();
+        assert!(more < 200 * 133, "1000 idle steps take {more} bytes");
+        let recording = Recording::read(&file).unwrap();
+        assert_eq!(recording.step_count(), digests.len() as u64);
+        let commands = recording.steps.iter().flat_map(|step| &step.commands);
+        assert_eq!(commands.copied().collect::<Vec<_>>(), given);
+        let recorded = recording.steps.iter().flat_map(|step| (0..step.count).map(|_| step.digest));
+        assert!(recorded.eq(digests));
+        bench.pliant(&["replay", "window.rec", "--verify", "-q"]).expect(0);
+    }
 }

@@ -4,7 +4,7 @@ use pliant_editor::{
     Draft, DraftMaterial, HandSettings, LengthUnit, SOLIDS, SolidPreset, Substance, SubstanceChoice, fabrics, give_hand,
 };
 use pliant_engine::plan::Plan;
-use pliant_engine::scene;
+use pliant_engine::scene::{self, Scene, Source};
 use pliant_engine::session::{Options, Session};
 use pliant_host::{AllowedFolders, Library, PluginKind, SearchPath};
 use pliant_mesh::{ObjDocument, Surface};
@@ -110,6 +110,12 @@ pub struct ModelFacts {
 pub struct Opened {
     /// The opened session.
     pub session: Session,
+    /// What was opened, with the window's hand.
+    pub scene: Scene,
+    /// Its text.
+    pub source: Source,
+    /// Model in the place of the scene's first.
+    pub mesh: Option<PathBuf>,
     /// What is known of it.
     pub facts: ModelFacts,
 }
@@ -127,12 +133,12 @@ pub fn open(request: &OpenRequest) -> Result<Opened, String> {
     facts.cap_material.clone_from(&plan.cap_material);
     let search = request.search()?;
     let mesh = request.shape.clone().filter(|_| request.is_scene());
-    let options = Options { search, threads: request.threads, mesh, recorded: None };
+    let options = Options { search, threads: request.threads, mesh: mesh.clone(), recorded: None };
     let session = Session::open(&scene, &source, plan, &options).map_err(|error| error.to_string())?;
     if session.bodies.is_empty() {
         return Err(format!("{}: nothing in it can be moved by a hand", request.path.display()));
     }
-    Ok(Opened { session, facts })
+    Ok(Opened { session, scene, source, mesh, facts })
 }
 
 /// The text of the scene of a model.

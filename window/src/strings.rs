@@ -10,6 +10,8 @@ pub const OPEN: &str = "Open...";
 pub const SAVE: &str = "Save";
 /// See [`FILE`].
 pub const SAVE_AS: &str = "Save as...";
+/// See [`FILE`]. Writes what was done by hand.
+pub const SAVE_SESSION: &str = "Save session...";
 /// See [`FILE`].
 pub const QUIT: &str = "Quit";
 /// Writes what is seen as a file.
@@ -153,4 +155,9 @@ pub fn slow(factor: f64) -> String {
         "Slow motion: {:.0} % of real time. A coarser grid, a softer material or a smaller tool makes it faster.",
         100.0 * factor
     )
+}
+
+/// A session was written, and how it is done again.
+pub fn session_saved(path: &std::path::Path) -> String {
+    format!("saved the session: pliant replay {}", path.display())
 }

@@ -3,7 +3,12 @@
 use eframe::egui::{self, Key, Modifiers, PointerButton, Pos2, pos2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
+use pliant_engine::plan::Plan;
+use pliant_engine::scene;
+use pliant_engine::session::{Options, Session, SessionCommand};
+use pliant_host::SearchPath;
 use pliant_mesh::generate;
+use pliant_record::{Recording, state_digest};
 use pliant_window::app::{App, EventLog};
 use pliant_window::arguments::Arguments;
 use pliant_window::gl::Wireframe;
@@ -96,6 +101,54 @@ fn a_model_is_opened_pressed_undone_redone_saved_and_opened_again() {
     let mut again = window(&path);
     wait(&mut again, "the model", App::is_open);
     assert_eq!((again.state().status().done, again.state().is_unsaved()), (0, false));
+}
+
+/// What was done by hand, with strokes taken back and another size of tool, comes back to the bit from the saved session, also after
+/// Save has written over the model.
+#[test]
+fn a_saved_session_gives_the_same_states_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = ball(folder.path());
+    let before = std::fs::read(&model).unwrap();
+    let mut harness = window(&model);
+    wait(&mut harness, "the model", App::is_open);
+    stroke(&mut harness, MIDDLE);
+    wait(&mut harness, "a stroke", |app| app.status().done == 1);
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    wait(&mut harness, "undo", |app| app.status().done == 0);
+    harness.key_press(Key::CloseBracket);
+    stroke(&mut harness, MIDDLE);
+    wait(&mut harness, "another stroke", |app| app.status().done == 1);
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    wait(&mut harness, "the file", |app| !app.is_unsaved());
+    assert_ne!(std::fs::read(&model).unwrap(), before);
+    harness.key_press_modifiers(Modifiers::COMMAND.plus(Modifiers::ALT), Key::S);
+    harness.step();
+    harness.step();
+    harness.key_press(Key::Enter);
+    let file = folder.path().join("ball.rec");
+    wait(&mut harness, "the session", |_| file.is_file());
+    assert_eq!(std::fs::read(folder.path().join("ball.original.obj")).unwrap(), before);
+
+    let recording = Recording::read(&file).unwrap();
+    let header = &recording.header;
+    let (scene, source) = scene::load_text(&header.scene, header.text.clone(), &[]).unwrap();
+    let plan = Plan::new(&scene, &source).unwrap();
+    let search = SearchPath::new(&[]);
+    let recorded = Some(recording.devices.clone());
+    let options = Options { search, threads: 1, mesh: header.mesh.clone(), recorded };
+    let mut session = Session::open(&scene, &source, plan, &options).unwrap();
+    session.drive_tips();
+    session.keep_history();
+    assert!(recording.steps.iter().flat_map(|step| &step.commands).any(|c| *c == SessionCommand::Undo));
+    for step in &recording.steps {
+        for repeat in 0..step.count {
+            step.commands.iter().filter(|_| repeat == 0).for_each(|command| _ = session.apply(*command));
+            session.step_with(&step.poses);
+            session.report_device_forces(&step.device_forces);
+            assert_eq!(state_digest(&session), step.digest, "at {} s", session.time());
+        }
+    }
 }
 
 #[test]

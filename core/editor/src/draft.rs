@@ -8,10 +8,6 @@ use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, Value, value};
 
 /// Name of the body in a drafted scene.
 pub const BODY: &str = "model";
-/// Name of the device and of the tool in a drafted scene.
-pub const HAND: &str = "hand";
-/// Name of the device and of the tool that are mirrored.
-pub const MIRROR: &str = "mirror";
 
 /// Material of a body.
 #[derive(Clone, Debug, PartialEq)]

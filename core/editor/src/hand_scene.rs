@@ -3,10 +3,14 @@
 //! Every edit kind of the engine gets two edits, one whose shape is kept and one that springs back, each with its own button. A user interface offers all
 //! kinds and selects one by pressing its button, like a user with a real device.
 
-use crate::draft::{HAND, MIRROR};
 use pliant_engine::edit::{EditKind, KINDS, KeyName};
 use pliant_engine::scene::Release;
 use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value, value};
+
+/// Name of the device and of the tool in a drafted scene.
+pub const HAND: &str = "hand";
+/// Name of the device and of the tool that mirror the hand.
+pub const MIRROR: &str = "mirror";
 
 /// A hand and the tool it holds.
 #[derive(Clone, Copy, Debug, PartialEq)]

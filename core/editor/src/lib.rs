@@ -14,9 +14,9 @@ mod preset;
 mod substance;
 mod units;
 
-pub use draft::{BODY, Draft, DraftMaterial, HAND, MIRROR, TOOL_SHARE};
+pub use draft::{BODY, Draft, DraftMaterial, TOOL_SHARE};
 pub use hand::{Gesture, HandPlace, PointerRay, PointerStroke, StrokeStart, SurfacePoint};
-pub use hand_scene::{HandSettings, give_hand, stroke_button, stroke_kinds};
+pub use hand_scene::{HAND, HandSettings, MIRROR, give_hand, stroke_button, stroke_kinds};
 pub use preset::{PlasticFlow, SOLIDS, SolidPreset, fabrics, solid, stiffness_word};
 pub use substance::{Substance, SubstanceChoice};
 pub use units::{LengthUnit, format_length};

@@ -11,7 +11,7 @@ use std::sync::mpsc::channel;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::{Duration, Instant};
 
-pub use pliant_plugin_api::abi::{DeviceInfo, Pose};
+pub use pliant_plugin_api::abi::{DeviceInfo, POSE_VALID, Pose};
 
 /// Force, torque and taxels that one effector is to render.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -52,7 +52,7 @@ mod trust;
 pub use call_board::{CallBoard, share_calls};
 pub use calls::{PluginCall, plugin_calls};
 pub use choice_sources::{ChoiceSource, choice_sources};
-pub use device::{Device, DeviceInfo, EffectorOutput, MAX_EFFECTORS, Pose, StopHandle, check_device_info};
+pub use device::{Device, DeviceInfo, EffectorOutput, MAX_EFFECTORS, POSE_VALID, Pose, StopHandle, check_device_info};
 pub use error::HostError;
 pub use grid::{Grid, Region};
 pub use instance::ParamSettings;

@@ -64,7 +64,7 @@ pub use probe::ProbeResult;
 pub use recorder::Recorder;
 pub use recording::{
     Digest, RecordedFile, RecordedStep, Recording, RecordingError, RecordingHeader, RecordingInputs, RecordingWriter,
-    state_digest,
+    original_of, state_digest,
 };
 pub use statistics::RunStatistics;
 pub use summary::{BodySummary, CutSummary, Durations, Summary, summarize_bodies};

@@ -21,6 +21,7 @@ pub(super) struct FileDialog {
 pub(super) enum Purpose {
     Open,
     SaveAs,
+    SaveSession,
 }
 
 /// A question about shapes that have not been saved.
@@ -35,6 +36,7 @@ pub(super) enum Question {
 const OPEN: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::O);
 const SAVE: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::S);
 const SAVE_AS: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::S);
+const SAVE_SESSION: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::ALT), Key::S);
 const QUIT: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Q);
 const UNDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Z);
 const REDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Z);
@@ -60,6 +62,9 @@ impl App {
                     }
                     if item(ui, strings::SAVE_AS, SAVE_AS, is_open) {
                         self.ask_for_file(Purpose::SaveAs);
+                    }
+                    if item(ui, strings::SAVE_SESSION, SAVE_SESSION, is_open) {
+                        self.ask_for_file(Purpose::SaveSession);
                     }
                     if item(ui, strings::PICTURE, PICTURE, is_open) {
                         self.save_picture();
@@ -111,6 +116,9 @@ impl App {
         if pressed(&SAVE_AS) && self.model.is_some() {
             self.ask_for_file(Purpose::SaveAs);
         }
+        if pressed(&SAVE_SESSION) && self.model.is_some() {
+            self.ask_for_file(Purpose::SaveSession);
+        }
         if pressed(&REDO) || pressed(&REDO_TOO) {
             self.redo();
         }
@@ -143,6 +151,7 @@ impl App {
         let path = match purpose {
             Purpose::Open => self.request.path.clone(),
             Purpose::SaveAs => self.save_path.clone().unwrap_or_else(|| self.request.path.with_extension("obj")),
+            Purpose::SaveSession => self.request.path.with_extension("rec"),
         };
         self.dialog = Some(FileDialog { purpose, path: path.to_string_lossy().into_owned(), browsing: None });
     }
@@ -192,7 +201,11 @@ impl App {
 
     fn file_window(&mut self, context: &egui::Context) {
         let Some(mut dialog) = self.dialog.take() else { return };
-        let title = if dialog.purpose == Purpose::Open { strings::OPEN } else { strings::SAVE_AS };
+        let title = match dialog.purpose {
+            Purpose::Open => strings::OPEN,
+            Purpose::SaveAs => strings::SAVE_AS,
+            Purpose::SaveSession => strings::SAVE_SESSION,
+        };
         let (mut answer, mut is_done) = (None, false);
         if let Some(browsing) = &dialog.browsing {
             match browsing.try_recv() {
@@ -229,6 +242,7 @@ impl App {
                 });
             }
             (Some(path), Purpose::SaveAs) => self.send(Command::Save { path, for_user: true }),
+            (Some(path), Purpose::SaveSession) => self.send(Command::SaveSession { path }),
             (None, _) if !is_done => self.dialog = Some(dialog),
             (None, _) => {}
         }
@@ -305,7 +319,7 @@ fn browse(purpose: Purpose, path: &str, context: egui::Context) -> Option<Receiv
         }
         let answer = match purpose {
             Purpose::Open => dialog.add_filter("models and scenes", &["obj", "toml"]).pick_file(),
-            Purpose::SaveAs => {
+            Purpose::SaveAs | Purpose::SaveSession => {
                 let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
                 dialog.set_file_name(name).save_file()
             }

@@ -37,6 +37,11 @@ pub enum Command {
         /// Whether it is the user's file, and not one to open the present shape from.
         for_user: bool,
     },
+    /// Write what was done by hand as a recording.
+    SaveSession {
+        /// Path of the recording.
+        path: PathBuf,
+    },
     /// Stop.
     End,
 }

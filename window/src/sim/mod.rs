@@ -6,6 +6,7 @@ mod gauges;
 mod history;
 mod launch;
 mod messages;
+mod session_file;
 mod thread;
 
 pub use autosave::{Abandoned, abandoned};

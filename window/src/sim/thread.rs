@@ -5,9 +5,11 @@ use super::export::write_bodies;
 use super::gauges::GaugeWindow;
 use super::history::StrokeLog;
 use super::messages::{Command, Notice, Notifier, OpenModel, Status};
+use super::session_file::SessionFile;
 use crate::opening::{OpenRequest, Opened, open};
+use crate::strings;
 use pliant_editor::surface::ViewSurface;
-use pliant_engine::session::{EventKind, Session};
+use pliant_engine::session::{EventKind, Session, SessionCommand};
 use pliant_live::{HapticDevice, LiveSession, LiveSettings, PointerDevice, view_buffer};
 use std::path::PathBuf;
 use std::sync::mpsc::Receiver;
@@ -41,8 +43,10 @@ fn work(
     mut status: Input<Status>,
 ) -> Result<(), String> {
     let began = Instant::now();
-    let Opened { mut session, facts } = open(request)?;
-    session.keep_history();
+    let mut opened = open(request)?;
+    opened.session.keep_history();
+    let mut session_file = SessionFile::begin(&opened, !request.is_scene());
+    let Opened { mut session, facts, .. } = opened;
     let (writer, reader) = view_buffer(&session);
     let surfaces = reader.bodies.iter().map(ViewSurface::new).collect();
     let [slot, mirror] = &session.devices[..] else { return Err("the scene has not two hands".into()) };
@@ -73,11 +77,17 @@ fn work(
                     in_stroke = false;
                     autosave.end_stroke(live.seconds());
                 }
-                Command::Undo => jump_to(&mut session, log.count_before()),
-                Command::Redo => jump_to(&mut session, log.count_after()),
-                Command::JumpTo(count) => jump_to(&mut session, count),
-                Command::ResizeTool { radius, coupling } => resize_tool(&mut session, radius, coupling),
+                Command::Undo => jump_to(&mut session, &mut session_file, log.count_before()),
+                Command::Redo => jump_to(&mut session, &mut session_file, log.count_after()),
+                Command::JumpTo(count) => jump_to(&mut session, &mut session_file, count),
+                Command::ResizeTool { radius, coupling } => {
+                    session_file.apply(&mut session, SessionCommand::ResizeTools { radius, coupling });
+                }
                 Command::Save { path, for_user } => notifier.send(save(&mut session, &cap_material, path, for_user)),
+                Command::SaveSession { path } => notifier.send(match session_file.save(&session, &path) {
+                    Ok(()) => Notice::Message(strings::session_saved(&path)),
+                    Err(text) => Notice::NotSaved(text),
+                }),
                 Command::End => {
                     autosave.discard();
                     notifier.send(Notice::Ended(Box::new((live.finish(), gauges.all()))));
@@ -85,7 +95,8 @@ fn work(
                 }
             }
         }
-        live.step(&mut session);
+        let samples = live.step(&mut session);
+        session_file.step(&session, &samples.device_forces);
         gauges.step(session.frame().seconds);
         let now = live.seconds();
         let changed = log.update(session.history(), now);
@@ -124,17 +135,9 @@ fn is_news(kind: EventKind) -> bool {
 }
 
 /// Takes back or makes again until `count` strokes are there.
-fn jump_to(session: &mut Session, count: usize) {
-    while session.history().0 > count && session.undo() {}
-    while session.history().0 < count && session.redo() {}
-}
-
-/// Gives the tool another size and spring; the next contact has it.
-fn resize_tool(session: &mut Session, radius: f64, coupling: f64) {
-    for slot in &mut session.tools {
-        slot.tool.set_radius(radius);
-        slot.tool.coupling.stiffness = coupling;
-    }
+fn jump_to(session: &mut Session, session_file: &mut SessionFile, count: usize) {
+    while session.history().0 > count && session_file.apply(session, SessionCommand::Undo) {}
+    while session.history().0 < count && session_file.apply(session, SessionCommand::Redo) {}
 }
 
 /// Writes every body that moves: the first to `path`, others beside it with their names added.

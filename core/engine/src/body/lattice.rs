@@ -22,7 +22,7 @@ mod strays;
 mod untangle;
 
 use super::fixing::Fixing;
-use crate::session::PooledGrid;
+use super::grid_pool::PooledGrid;
 use bound::Bound;
 pub use fragments::Inner;
 use fragments::{Fragments, NodeKey};

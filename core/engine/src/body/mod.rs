@@ -3,6 +3,7 @@
 mod cutting;
 mod discretization;
 mod fixing;
+mod grid_pool;
 mod lattice;
 mod look;
 mod model;
@@ -17,6 +18,7 @@ mod symmetry;
 
 pub use discretization::Discretization;
 pub use fixing::{Fixing, Place};
+pub use grid_pool::{GridPool, PooledGrid};
 pub use lattice::{Inner, Lattice, LatticeError, RegionSettings, Repair};
 pub use look::{ABSENT, CAP, TriangleLook};
 pub use model::Model;

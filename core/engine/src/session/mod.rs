@@ -1,6 +1,7 @@
 //! A session: an opened scene with its bodies, devices and tools.
 
 mod choose;
+mod command;
 mod contact_models;
 mod devices;
 mod edits;
@@ -23,6 +24,7 @@ mod tactile;
 mod thread_choice;
 mod warning;
 
+pub use command::SessionCommand;
 pub use devices::HandPose;
 pub use error::SessionError;
 pub use event::{Event, EventKind, Events};
@@ -31,7 +33,7 @@ pub use history::{Snapshot, SnapshotError};
 pub use lapse::{Lapse, Stage};
 pub use mirror::Mirror;
 pub use open::Options;
-pub use shared::{PooledGrid, SharedParts};
+pub use shared::SharedParts;
 pub use warning::{Warning, WarningCode};
 
 use crate::body::{Body, Model};

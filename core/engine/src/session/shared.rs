@@ -4,13 +4,12 @@
 //! is kept) copies it. A grid serves one caller at a time, so grids are pooled: a session takes an idle one and returns it when it ends. The
 //! least recently used parts are dropped, so memory is bounded.
 
-use crate::body::{Model, Samples};
+use crate::body::{GridPool, Model, PooledGrid, Samples};
 use pliant_host::Grid;
 use pliant_mesh::geometry::TriangleTree;
 use pliant_solver::Frequencies;
 use std::collections::HashMap;
 use std::fmt;
-use std::ops::Deref;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 
@@ -56,7 +55,7 @@ impl SharedParts {
             samples: Cache::new(models),
             // Small entries, one for each material of a model.
             measured: Cache::new(256 * models),
-            grids: Arc::new(GridPool { idle: Mutex::default(), capacity: models }),
+            grids: Arc::new(GridPool::new(models)),
         }
     }
 
@@ -99,7 +98,7 @@ impl SharedParts {
 
     /// Wraps a grid that returns to the pool under this key when its session ends.
     pub(super) fn pool(&self, key: String, grid: Grid) -> PooledGrid {
-        PooledGrid { grid: Some(grid), key, home: Arc::clone(&self.grids) }
+        PooledGrid::new(key, grid, &self.grids)
     }
 }
 
@@ -170,67 +169,4 @@ impl<V: Clone> Cache<V> {
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
-}
-
-/// Pool of idle grids.
-#[derive(Default)]
-struct GridPool {
-    /// Grids by key; the most recently returned last.
-    idle: Mutex<Vec<(String, Grid)>>,
-    /// Largest number of keys that are kept.
-    capacity: usize,
-}
-
-impl GridPool {
-    fn take(&self, key: &str) -> Option<Grid> {
-        let mut idle = lock(&self.idle);
-        let place = idle.iter().rposition(|(of, _)| of == key)?;
-        Some(idle.remove(place).1)
-    }
-
-    fn put(&self, key: String, grid: Grid) {
-        let mut idle = lock(&self.idle);
-        idle.push((key, grid));
-        let mut kinds: Vec<&str> = Vec::new();
-        for (key, _) in idle.iter().rev() {
-            if !kinds.contains(&key.as_str()) {
-                kinds.push(key);
-            }
-        }
-        if let Some(oldest) = kinds.get(self.capacity).map(|key| (*key).to_owned()) {
-            idle.retain(|(key, _)| *key != oldest);
-        }
-    }
-}
-
-/// A grid that returns to its pool on drop.
-pub struct PooledGrid {
-    /// `None` only during drop.
-    grid: Option<Grid>,
-    key: String,
-    home: Arc<GridPool>,
-}
-
-impl PooledGrid {
-    /// Its key: the model and all settings it was built with.
-    pub(super) fn key(&self) -> &str {
-        &self.key
-    }
-}
-
-impl Deref for PooledGrid {
-    type Target = Grid;
-
-    fn deref(&self) -> &Grid {
-        self.grid.as_ref().expect("there until it is dropped")
-    }
-}
-
-impl Drop for PooledGrid {
-    fn drop(&mut self) {
-        // A grid whose plugin panicked is not reused.
-        if let Some(grid) = self.grid.take().filter(|grid| self.home.capacity > 0 && !grid.is_quarantined()) {
-            self.home.put(std::mem::take(&mut self.key), grid);
-        }
-    }
 }

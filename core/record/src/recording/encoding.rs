@@ -1,6 +1,6 @@
-//! Poses, device limits and lapses as little-endian bytes, and back.
+//! Poses, device limits, lapses and commands as little-endian bytes, and back.
 
-use pliant_engine::session::{Lapse, Stage};
+use pliant_engine::session::{Lapse, SessionCommand, Stage};
 use pliant_host::{DeviceInfo, Pose};
 use pliant_solver::Vec3;
 
@@ -42,6 +42,18 @@ pub(super) fn put_lapse(out: &mut Vec<u8>, lapse: &Lapse) {
         Stage::Step => 1,
     });
     out.extend_from_slice(lapse.why.as_bytes());
+}
+
+/// Appends a command: its kind, then its numbers.
+pub(super) fn put_command(out: &mut Vec<u8>, command: SessionCommand) {
+    match command {
+        SessionCommand::Undo => out.push(0),
+        SessionCommand::Redo => out.push(1),
+        SessionCommand::ResizeTools { radius, coupling } => {
+            out.push(2);
+            put_numbers(out, &[radius, coupling]);
+        }
+    }
 }
 
 /// Reads values off the front of bytes. Each read gives `None` where the bytes end too soon.
@@ -134,6 +146,20 @@ impl<'a> ByteReader<'a> {
             taxel_force,
         };
         Some((self.text()?, facts))
+    }
+
+    /// A command as [`put_command`] writes it; `None` for numbers that no session takes.
+    pub(super) fn command(&mut self) -> Option<SessionCommand> {
+        match self.byte()? {
+            0 => Some(SessionCommand::Undo),
+            1 => Some(SessionCommand::Redo),
+            2 => {
+                let [radius, coupling] = self.numbers()?;
+                let is_valid = [radius, coupling].iter().all(|n| n.is_finite() && *n > 0.0);
+                is_valid.then_some(SessionCommand::ResizeTools { radius, coupling })
+            }
+            _ => None,
+        }
     }
 
     /// A lapse as [`put_lapse`] writes it.

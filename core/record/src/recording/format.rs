@@ -3,9 +3,11 @@
 //!
 //! The file, little-endian: `PLIANTRC`, version (u32), then blocks of a kind (u8), a length (u32) and a content, and last the
 //! digest of all before it (u64). Kinds: `H` the header as JSON; `D` a device, its limits and name; `L` a body given up by
-//! the clock; `S` a step: poses and device forces of all effectors, in the order of the devices, and the digest of the state
-//! after it; `E` the number of steps. Seeds are parameters of devices, and so they are part of the scene.
+//! the clock; `C` a command given before the next step; `S` a step: poses and device forces of all effectors, in the order of the
+//! devices, and the digest of the state after it; `I` how many idle steps follow it: no hand was present, and neither forces nor
+//! state changed; `E` the number of steps. Seeds are parameters of devices, and so they are part of the scene.
 
+use pliant_engine::session::SessionCommand;
 use pliant_host::Pose;
 use pliant_solver::Vec3;
 use serde::{Deserialize, Serialize};
@@ -13,14 +15,20 @@ use std::path::PathBuf;
 
 /// First bytes of a recording.
 pub(super) const MAGIC: &[u8; 8] = b"PLIANTRC";
-/// Version of the format this program writes and reads.
-pub(super) const VERSION: u32 = 1;
+/// Version of the format this program writes. It reads version 1 too, which has neither commands nor idle steps.
+pub(super) const VERSION: u32 = 2;
+/// Oldest version it reads.
+pub(super) const OLDEST_VERSION: u32 = 1;
 /// Kind of the block with the header.
 pub(super) const HEADER: u8 = b'H';
 /// Kind of a block with a device.
 pub(super) const DEVICE: u8 = b'D';
 /// Kind of a block with a body that was given up for taking too long.
 pub(super) const LAPSE: u8 = b'L';
+/// Kind of a block with a command.
+pub(super) const COMMAND: u8 = b'C';
+/// Kind of a block with a number of idle steps.
+pub(super) const IDLE: u8 = b'I';
 /// Kind of a block with a step.
 pub(super) const STEP: u8 = b'S';
 /// Kind of the last block, with the number of steps.
@@ -39,6 +47,9 @@ pub struct RecordingHeader {
     pub mesh: Option<PathBuf>,
     /// Whether the run kept real time: tips on sheets then hang on their hands by a spring.
     pub live: bool,
+    /// Whether the session kept what undo needs, besides what the scene's own edits need.
+    #[serde(default)]
+    pub history: bool,
     /// Plugins that were open, devices excepted, and models.
     pub files: Vec<RecordedFile>,
 }
@@ -54,9 +65,13 @@ pub struct RecordedFile {
     pub plugin: bool,
 }
 
-/// One step of a recording.
+/// One step of a recording, or several that are the same.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RecordedStep {
+    /// Given before the step, in this order.
+    pub commands: Vec<SessionCommand>,
+    /// How many steps in a row this was, at least 1.
+    pub count: u32,
     /// Poses of each effector of each device, in the order of the devices.
     pub poses: Vec<Vec<Pose>>,
     /// N, the force last given to each tool's effector, in its device's axes

@@ -10,5 +10,5 @@ mod write;
 
 pub use digest::{Digest, state_digest};
 pub use format::{RecordedFile, RecordedStep, RecordingHeader};
-pub use read::{Recording, RecordingError};
+pub use read::{Recording, RecordingError, original_of};
 pub use write::{RecordingInputs, RecordingWriter};

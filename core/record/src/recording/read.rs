@@ -2,8 +2,11 @@
 
 use super::digest::Digest;
 use super::encoding::ByteReader;
-use super::format::{DEVICE, END, HEADER, LAPSE, MAGIC, RecordedFile, RecordedStep, RecordingHeader, STEP, VERSION};
-use pliant_engine::session::Lapse;
+use super::format::{
+    COMMAND, DEVICE, END, HEADER, IDLE, LAPSE, MAGIC, OLDEST_VERSION, RecordedFile, RecordedStep, RecordingHeader,
+    STEP, VERSION,
+};
+use pliant_engine::session::{Lapse, SessionCommand};
 use pliant_host::{DeviceInfo, check_device_info};
 use pliant_mesh::read::{RECORDING_LIMIT, read_file};
 use std::path::{Path, PathBuf};
@@ -41,7 +44,19 @@ impl Recording {
     pub fn read(path: &Path) -> Result<Self, RecordingError> {
         let wrong = |reason: String| RecordingError { path: path.to_path_buf(), reason };
         let bytes = read_file(path, RECORDING_LIMIT).map_err(|e| wrong(format!("cannot be read: {e}")))?;
-        Self::parse(&bytes, path)
+        let mut recording = Self::parse(&bytes, path)?;
+        recording.use_original(&original_of(path));
+        Ok(recording)
+    }
+
+    /// Takes the model beside the recording in the place of the first body's, if that has changed or gone and this one is as it was.
+    fn use_original(&mut self, original: &Path) {
+        let is_as_recorded = |path: &Path, digest| Digest::of_file(path).is_ok_and(|now| now == digest);
+        let Some(model) = self.header.files.iter_mut().find(|file| !file.plugin) else { return };
+        if !is_as_recorded(&model.path, model.digest) && is_as_recorded(original, model.digest) {
+            model.path = original.to_path_buf();
+            self.header.mesh = Some(original.to_path_buf());
+        }
     }
 
     /// Parses the bytes of a recording; `name` stands for its file in errors.
@@ -61,12 +76,13 @@ impl Recording {
             return Err("not a recording: it does not begin with PLIANTRC".into());
         }
         let version = left.u32().ok_or_else(|| cut_off(whole, 0))?;
-        if version != VERSION {
-            return Err(format!("a recording of version {version}; allowed is {VERSION}, the one this program reads"));
+        if !(OLDEST_VERSION..=VERSION).contains(&version) {
+            return Err(format!("a recording of version {version}; allowed are {OLDEST_VERSION} to {VERSION}"));
         }
         let mut digest = Digest::default();
         digest.bytes(&bytes[..START]);
-        let (mut header, mut devices, mut lapses, mut steps) = (None, Vec::new(), Vec::new(), Vec::new());
+        let (mut header, mut devices, mut lapses) = (None, Vec::new(), Vec::new());
+        let (mut steps, mut commands, mut taken) = (Vec::<RecordedStep>::new(), Vec::new(), 0_u64);
         let mut tools = None;
         loop {
             let (kind, content) = next_block(&mut left, &mut digest).ok_or_else(|| cut_off(whole, steps.len()))?;
@@ -85,12 +101,21 @@ impl Recording {
                 LAPSE => lapses.push(content.lapse().ok_or_else(broken)?),
                 STEP => {
                     let effectors = devices.iter().map(|(_, facts)| facts.effectors).collect::<Vec<_>>();
-                    let step = decode_step(&mut content, &effectors).ok_or_else(broken)?;
+                    let step =
+                        decode_step(&mut content, &effectors, std::mem::take(&mut commands)).ok_or_else(broken)?;
                     // Every step has as many tools as the first.
                     if *tools.get_or_insert(step.device_forces.len()) != step.device_forces.len() {
                         return Err(broken());
                     }
                     steps.push(step);
+                    taken += 1;
+                }
+                COMMAND => commands.push(content.command().ok_or_else(broken)?),
+                IDLE => {
+                    let count = content.u32().ok_or_else(broken)?;
+                    let last = steps.last_mut().filter(|_| commands.is_empty()).ok_or_else(broken)?;
+                    last.count = last.count.checked_add(count).ok_or_else(broken)?;
+                    taken += u64::from(count);
                 }
                 END => {
                     let stated = content.u64().ok_or_else(broken)?;
@@ -101,12 +126,8 @@ impl Recording {
                             digest.value()
                         ));
                     }
-                    if stated != steps.len() as u64 || !left.0.is_empty() {
-                        return Err(format!(
-                            "changed: {} steps of {stated}, {} bytes too many",
-                            steps.len(),
-                            left.0.len()
-                        ));
+                    if stated != taken || !left.0.is_empty() {
+                        return Err(format!("changed: {taken} steps of {stated}, {} bytes too many", left.0.len()));
                     }
                     let header = header.ok_or("changed: it has no header")?;
                     return Ok(Self { header, devices, lapses, steps });
@@ -116,6 +137,11 @@ impl Recording {
         }
     }
 
+    /// Number of steps, idle ones included.
+    pub fn step_count(&self) -> u64 {
+        self.steps.iter().map(|step| u64::from(step.count)).sum()
+    }
+
     /// Models and plugins that are not what they were when the session was recorded, each with what is wrong with it.
     pub fn changed_files(&self) -> impl Iterator<Item = (&RecordedFile, &'static str)> {
         self.header.files.iter().filter_map(|file| match Digest::of_file(&file.path) {
@@ -123,6 +149,11 @@ impl Recording {
             Ok(digest) => (digest != file.digest).then_some((file, "has changed")),
         })
     }
+}
+
+/// Where the first body's model stands beside a recording, as it was when the session was opened: `NAME.original.obj` beside `NAME.rec`.
+pub fn original_of(recording: &Path) -> PathBuf {
+    recording.with_extension("original.obj")
 }
 
 /// What is said of a file that ends too soon.
@@ -141,7 +172,7 @@ fn next_block<'a>(left: &mut ByteReader<'a>, digest: &mut Digest) -> Option<(u8,
 }
 
 /// The step in a block, of devices with so many effectors each.
-fn decode_step(content: &mut ByteReader<'_>, effectors: &[u32]) -> Option<RecordedStep> {
+fn decode_step(content: &mut ByteReader<'_>, effectors: &[u32], commands: Vec<SessionCommand>) -> Option<RecordedStep> {
     let poses = effectors.iter().map(|n| (0..*n).map(|_| content.pose()).collect::<Option<Vec<_>>>());
     let poses = poses.collect::<Option<Vec<_>>>()?;
     let mut device_forces = Vec::new();
@@ -149,5 +180,5 @@ fn decode_step(content: &mut ByteReader<'_>, effectors: &[u32]) -> Option<Record
     while content.0.len() > size_of::<u64>() {
         device_forces.push(content.vector()?);
     }
-    Some(RecordedStep { poses, device_forces, digest: content.u64()? })
+    Some(RecordedStep { commands, count: 1, poses, device_forces, digest: content.u64()? })
 }

@@ -1,14 +1,16 @@
 //! Writing a recording, step by step.
 
 use super::digest::{Digest, state_digest};
-use super::encoding::{put_device, put_lapse, put_numbers, put_pose};
-use super::format::{DEVICE, END, HEADER, LAPSE, MAGIC, RecordedFile, RecordingHeader, STEP, VERSION};
+use super::encoding::{put_command, put_device, put_lapse, put_numbers, put_pose};
+use super::format::{COMMAND, DEVICE, END, HEADER, IDLE, LAPSE, MAGIC, RecordedFile, RecordingHeader, STEP, VERSION};
 use crate::atomic::{AtomicFile, error_at, folder_of, remove_leftovers};
 use crate::inputs::refuse_inputs;
 use pliant_engine::scene::{Scene, Source};
-use pliant_engine::session::Session;
+use pliant_engine::session::{Session, SessionCommand};
+use pliant_host::POSE_VALID;
 use pliant_solver::Vec3;
-use std::io::{self, Write};
+use std::fs::File;
+use std::io::{self, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
 /// What a recording is made of.
@@ -24,17 +26,25 @@ pub struct RecordingInputs<'a> {
     pub mesh: Option<&'a Path>,
     /// Whether the run keeps real time.
     pub live: bool,
+    /// Whether the session keeps what undo needs ([`Session::keep_history`]).
+    pub history: bool,
 }
 
-/// A recording that is being made. It appears under its name when it is whole.
-pub struct RecordingWriter {
-    file: AtomicFile,
+/// A recording that is being made, in a file that appears under its name when it is whole, or in one that [`RecordingWriter::save_as`]
+/// copies.
+pub struct RecordingWriter<W = AtomicFile> {
+    file: W,
     /// Content of the block that comes next.
     block: Vec<u8>,
     digest: Digest,
     steps: u64,
     /// Lapses of the session that are already written.
     lapses: usize,
+    /// Forces and digest of the last step, as bytes; empty if a hand was present in it or a command comes next.
+    last: Vec<u8>,
+    /// Steps since then that were idle.
+    idle: u32,
+    files: Vec<RecordedFile>,
 }
 
 impl RecordingWriter {
@@ -43,24 +53,74 @@ impl RecordingWriter {
     /// # Errors
     /// A file that cannot be written, that the session was opened from, or one of the scene's that cannot be read, with its path.
     pub fn create(path: &Path, inputs: &RecordingInputs<'_>) -> io::Result<Self> {
-        let RecordingInputs { source, session, mesh, live, .. } = *inputs;
-        refuse_inputs(std::iter::once(path.to_path_buf()), source, session)?;
-        let mut file = AtomicFile::create(path)?;
+        refuse_inputs(std::iter::once(path.to_path_buf()), inputs.source, inputs.session)?;
+        let file = AtomicFile::create(path)?;
         remove_leftovers(folder_of(path));
+        Self::begin(file, inputs)
+    }
+
+    /// Ends the recording and gives it its name.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn finish(mut self) -> io::Result<()> {
+        self.put_idle()?;
+        let end = self.end();
+        self.file.write_all(&end)?;
+        self.file.finish()
+    }
+}
+
+impl RecordingWriter<File> {
+    /// Begins a recording in a file without a name, to be copied by [`RecordingWriter::save_as`].
+    ///
+    /// # Errors
+    /// A system without temporary files, or a file of the scene's that cannot be read, with its path.
+    pub fn unnamed(inputs: &RecordingInputs<'_>) -> io::Result<Self> {
+        Self::begin(tempfile::tempfile()?, inputs)
+    }
+
+    /// Writes what was recorded so far to `path`; recording goes on.
+    ///
+    /// # Errors
+    /// A file that the session was opened from, or one that cannot be read or written, with its path; what was there before stays.
+    pub fn save_as(&mut self, path: &Path) -> io::Result<()> {
+        if let Ok(file) = path.canonicalize()
+            && self.files.iter().any(|input| input.path.canonicalize().is_ok_and(|input| input == file))
+        {
+            let text = "the session was opened from it; allowed is another name";
+            return Err(error_at(path, io::Error::new(io::ErrorKind::InvalidInput, text)));
+        }
+        self.put_idle()?;
+        let mut copy = AtomicFile::create(path)?;
+        self.file.rewind()?;
+        let copied = io::copy(&mut Read::by_ref(&mut self.file), &mut copy).map_err(|e| error_at(path, e));
+        self.file.seek(io::SeekFrom::End(0))?;
+        copied?;
+        copy.write_all(&self.end()).map_err(|e| error_at(path, e))?;
+        copy.finish()
+    }
+}
+
+impl<W: Write> RecordingWriter<W> {
+    fn begin(mut file: W, inputs: &RecordingInputs<'_>) -> io::Result<Self> {
+        let RecordingInputs { source, session, mesh, live, history, .. } = *inputs;
         let header = RecordingHeader {
             program: format!("pliant {}", env!("CARGO_PKG_VERSION")),
             scene: absolute(&source.path)?,
             text: source.text.clone(),
             mesh: mesh.map(absolute).transpose()?,
             live,
+            history,
             files: files(inputs)?,
         };
         let (mut start, mut digest) = (MAGIC.to_vec(), Digest::default());
         start.extend_from_slice(&VERSION.to_le_bytes());
         file.write_all(&start)?;
         digest.bytes(&start);
-        let mut writer = Self { file, block: Vec::new(), digest, steps: 0, lapses: 0 };
-        writer.block = serde_json::to_vec(&header)?;
+        let block = serde_json::to_vec(&header)?;
+        let files = header.files;
+        let mut writer = Self { file, block, digest, steps: 0, lapses: 0, last: Vec::new(), idle: 0, files };
         writer.put_block(HEADER)?;
         for slot in &session.devices {
             put_device(&mut writer.block, &slot.name, &slot.facts);
@@ -69,13 +129,31 @@ impl RecordingWriter {
         Ok(writer)
     }
 
+    /// Plugins and models of the session, as they were when the recording began.
+    pub fn files(&self) -> &[RecordedFile] {
+        &self.files
+    }
+
     /// Writes the step that the session has just taken. `device_forces` (N) are what each tool's effector was given while the step was
     /// under way, in the axes of its device.
     ///
     /// # Errors
     /// A file that cannot be written.
     pub fn step(&mut self, session: &Session, device_forces: impl Iterator<Item = Vec3>) -> io::Result<()> {
-        for lapse in &session.lapses()[self.lapses..] {
+        let mut result = Vec::with_capacity(self.last.len());
+        device_forces.for_each(|force| put_numbers(&mut result, force.as_slice()));
+        result.extend_from_slice(&state_digest(session).to_le_bytes());
+        let mut poses = session.devices.iter().flat_map(|slot| slot.poses());
+        let is_absent = poses.all(|pose| pose.flags & POSE_VALID == 0 && pose.buttons == 0);
+        let lapses = &session.lapses()[self.lapses..];
+        self.steps += 1;
+        // A pose that is not valid has no effect, so this step repeats the last one.
+        if is_absent && lapses.is_empty() && result == self.last {
+            self.idle += 1;
+            return if self.idle == u32::MAX { self.put_idle() } else { Ok(()) };
+        }
+        self.put_idle()?;
+        for lapse in lapses {
             put_lapse(&mut self.block, lapse);
             self.put_block(LAPSE)?;
         }
@@ -83,27 +161,45 @@ impl RecordingWriter {
         for pose in session.devices.iter().flat_map(|slot| slot.poses()) {
             put_pose(&mut self.block, pose);
         }
-        device_forces.for_each(|force| put_numbers(&mut self.block, force.as_slice()));
-        self.block.extend_from_slice(&state_digest(session).to_le_bytes());
-        self.steps += 1;
+        self.block.extend_from_slice(&result);
+        self.last = if is_absent { result } else { Vec::new() };
         self.put_block(STEP)
     }
 
-    /// Ends the recording and gives it its name.
+    /// Writes a command that the session gets before its next step.
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn finish(mut self) -> io::Result<()> {
-        self.block.extend_from_slice(&self.steps.to_le_bytes());
-        self.put_block(END)?;
-        self.file.write_all(&self.digest.value().to_le_bytes())?;
-        self.file.finish()
+    pub fn command(&mut self, command: SessionCommand) -> io::Result<()> {
+        self.put_idle()?;
+        // The next step is written whole, for a command belongs to it.
+        self.last.clear();
+        put_command(&mut self.block, command);
+        self.put_block(COMMAND)
+    }
+
+    /// Writes how many idle steps have gone by.
+    fn put_idle(&mut self) -> io::Result<()> {
+        if self.idle == 0 {
+            return Ok(());
+        }
+        self.block.extend_from_slice(&self.idle.to_le_bytes());
+        self.idle = 0;
+        self.put_block(IDLE)
+    }
+
+    /// The last block, and the digest of the file with it.
+    fn end(&self) -> Vec<u8> {
+        let mut digest = self.digest;
+        let (head, content) = (block_head(END, size_of::<u64>()), self.steps.to_le_bytes());
+        digest.bytes(&head);
+        digest.bytes(&content);
+        [&head[..], &content, &digest.value().to_le_bytes()].concat()
     }
 
     /// Writes the content collected so far as a block, and empties it.
     fn put_block(&mut self, kind: u8) -> io::Result<()> {
-        let mut head = [kind, 0, 0, 0, 0];
-        head[1..].copy_from_slice(&(self.block.len() as u32).to_le_bytes());
+        let head = block_head(kind, self.block.len());
         for part in [&head[..], &self.block] {
             self.file.write_all(part)?;
             self.digest.bytes(part);
@@ -111,6 +207,13 @@ impl RecordingWriter {
         self.block.clear();
         Ok(())
     }
+}
+
+/// Kind and length (bytes) of a block.
+fn block_head(kind: u8, length: usize) -> [u8; 5] {
+    let mut head = [kind, 0, 0, 0, 0];
+    head[1..].copy_from_slice(&(length as u32).to_le_bytes());
+    head
 }
 
 /// Models and plugins the session depends on, with their digests.
