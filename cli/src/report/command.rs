@@ -176,7 +176,7 @@ fn document_json(
 fn note_verdict(document: &Document, comparison: Option<&Comparison>, page: &Path) {
     let v = &document.verdict;
     note(&format!("{} of {} judged results meet their criterion", v.passed, v.judged));
-    v.missed.iter().for_each(|m| note(&format!("  missed: {m}")));
+    v.failed.iter().for_each(|m| note(&format!("  failed: {m}")));
     if let Some(Comparison { compared, regressions }) = comparison {
         note(&format!("{compared} results compared with the baseline, {} got worse", regressions.len()));
         for r in regressions {

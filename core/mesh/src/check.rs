@@ -1,7 +1,7 @@
-//! What is wrong with a surface, and for whom.
+//! Checks of surfaces, with a severity that depends on their use.
 //!
-//! A surface embedded in a grid only has to be looked at, so nothing here stops it. A material that lives on the mesh
-//! divides by areas and edge lengths, so for it some of the same findings are errors.
+//! A surface embedded in a grid is only displayed and touched, so no finding is an error for it. A material on the triangles divides by areas and edge lengths, so
+//! some findings are errors for it.
 
 use std::fmt;
 use std::iter::zip;
@@ -9,39 +9,39 @@ use std::iter::zip;
 use super::edges::Side;
 use super::{MeshError, ObjDocument, Surface};
 
-/// One kind of trouble and where it is.
+/// A kind of defect with its locations.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
-    /// What is wrong.
+    /// Kind of the defect.
     pub kind: Kind,
-    /// Number of places it was found at.
+    /// Number of locations.
     pub count: usize,
-    /// The first few places, [`Finding::PLACES`] at most.
+    /// The first locations, at most [`Finding::PLACES`].
     pub places: Vec<Place>,
 }
 
-/// What can be wrong.
+/// Kinds of defects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// A triangle with an area of 1e-9 of its longest edge squared, or less.
     ZeroArea,
     /// A triangle with the same three vertices as an earlier one, in any order.
     Duplicate,
-    /// An edge whose two vertices lie in one place.
+    /// An edge whose two vertices coincide.
     ZeroEdge,
-    /// An edge of more than two triangles.
+    /// A non-manifold edge, with more than two triangles.
     NonManifold,
-    /// An edge that its two triangles run along in the same sense: one of them is turned over.
+    /// An edge with the same direction in its two triangles: one of them has the opposite orientation.
     Orientation,
-    /// Two triangles folded flat upon each other along their edge, within a degree.
+    /// Two adjacent triangles folded onto each other, with an angle below one degree.
     Folded,
-    /// An edge of one triangle only.
+    /// A border edge, with one triangle.
     Border,
-    /// A vertex no face uses.
+    /// A vertex without faces.
     UnusedVertex,
 }
 
-/// Where it is, with numbers from 1 as in the file.
+/// Location of a defect, with numbers from 1 as in the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     /// A face and its line.
@@ -67,31 +67,31 @@ pub enum Place {
     },
 }
 
-/// What the surface is for.
+/// Use of a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Use {
-    /// It follows the nodes of a grid.
+    /// It is embedded in a grid.
     Embedded,
-    /// Its triangles and edges are the elements of a material.
+    /// Its triangles and edges are elements of a material.
     MeshElements,
 }
 
-/// How much it matters.
+/// Severity of a defect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
     /// Harmless; reported for information.
     Note,
-    /// Allowed; the result may not be what was meant.
+    /// Allowed; the result may be unintended.
     Warning,
     /// The model is refused.
     Error,
 }
 
 impl Finding {
-    /// Most places one finding names.
+    /// Largest number of locations in one finding.
     pub const PLACES: usize = 5;
 
-    /// How much it matters for a surface used so.
+    /// Severity for a surface with this use.
     pub fn severity(&self, used: Use) -> Severity {
         match (self.kind, used) {
             (Kind::ZeroArea | Kind::Duplicate | Kind::ZeroEdge, Use::MeshElements) => Severity::Error,
@@ -101,7 +101,7 @@ impl Finding {
     }
 }
 
-/// Everything wrong with `surface`, which was made from `document`, in the order of [`Kind`]. Nothing is good.
+/// All defects of `surface`, which was made from `document`, in the order of [`Kind`]; empty if there are none.
 pub fn check(surface: &Surface, document: &ObjDocument) -> Vec<Finding> {
     let mut report = Report { surface, document, findings: Vec::new() };
     report.triangles();
@@ -227,7 +227,7 @@ impl Report<'_> {
 }
 
 impl Kind {
-    /// The trouble in plural, and what is allowed instead.
+    /// Description of the defect in the plural, and what is allowed instead.
     fn words(self) -> (&'static str, &'static str) {
         match self {
             Self::ZeroArea => ("triangles without area", "an area above 1e-9 of the longest edge squared"),

@@ -1,17 +1,17 @@
-//! Edges, and the triangles that meet on them.
+//! Edges and their adjacent triangles.
 
-/// A triangle's side: where an edge is met, and in which sense.
+/// A side of a triangle: its use of an edge, with a direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Side {
     /// Index of the triangle the side belongs to.
     pub triangle: u32,
-    /// The side goes from this corner (0 to 2) to the next.
+    /// Corner (0 to 2) at which the side starts; it ends at the next corner.
     pub corner: u8,
-    /// Whether it goes from the lower vertex of the edge to the higher.
+    /// Whether it leads from the lower vertex of the edge to the higher.
     pub upward: bool,
 }
 
-/// Every edge of a set of triangles once, in rising order of its vertices.
+/// All edges of a set of triangles, each once, in ascending order of their vertices.
 #[derive(Clone, Debug, Default)]
 pub struct EdgeTable {
     vertices: Vec<[u32; 2]>, // lower, higher (e x 2)
@@ -22,7 +22,7 @@ pub struct EdgeTable {
 impl EdgeTable {
     /// The edges of `triangles` (m x 3).
     pub fn new(triangles: &[[u32; 3]]) -> Self {
-        // A counting sort by the lower vertex leaves a handful of sides to sort for each.
+        // A counting sort by the lower vertex leaves few sides to be sorted for each vertex.
         let vertex_count = triangles.iter().flatten().max().map_or(0, |&vertex| vertex as usize + 1);
         let mut bucket = vec![0_u32; vertex_count + 1];
         for (low, _, _) in all_sides(triangles) {
@@ -68,15 +68,15 @@ impl EdgeTable {
         &self.vertices
     }
 
-    /// The sides that meet on edge `edge`: one on a border, two inside, more where the surface branches.
+    /// The sides on an edge: one on a border, two in the interior, more on a non-manifold edge.
     ///
     /// # Panics
-    /// When `edge` is not below [`EdgeTable::len`].
+    /// If `edge` is not below [`EdgeTable::len`].
     pub fn sides(&self, edge: usize) -> &[Side] {
         &self.sides[self.start[edge] as usize..self.start[edge + 1] as usize]
     }
 
-    /// Every edge: its vertices, lower first, and the sides that meet on it.
+    /// All edges: the vertices, lower first, and the sides on the edge.
     pub fn iter(&self) -> impl Iterator<Item = ([u32; 2], &[Side])> {
         self.vertices.iter().enumerate().map(|(edge, &vertices)| (vertices, self.sides(edge)))
     }

@@ -1,29 +1,29 @@
-//! Why a mesh cannot be made or used.
+//! Errors of meshes.
 
 use thiserror::Error;
 
 use super::{Finding, ObjError};
 
-/// Why a mesh cannot be made or used.
+/// Error of generating, placing or using a mesh.
 #[derive(Debug, Error)]
 pub enum MeshError {
-    /// The surface cannot carry elements of its own. Every finding that forbids it.
+    /// The triangles cannot be elements of a material; with every finding that is an error.
     #[error("the mesh cannot carry a material of its own: {}", join(.0))]
     Refused(Vec<Finding>),
-    /// A generator or sample was asked for something it cannot make.
+    /// A parameter of a generator or sample is not allowed.
     #[error("{parameter} is {found}; allowed: {allowed}")]
     Parameter {
-        /// What was asked, by name.
+        /// Name of the parameter.
         parameter: &'static str,
-        /// What was given.
+        /// The given value.
         found: String,
-        /// What can be given.
+        /// The allowed values.
         allowed: &'static str,
     },
-    /// A generator's text is no document: its sizes are too large for its numbers.
+    /// The generated text cannot be parsed, because its sizes overflow.
     #[error(transparent)]
     Generated(#[from] ObjError),
-    /// A surface whose box has no edge cannot be fitted to a size.
+    /// A surface whose bounding box is a point cannot be scaled to a size.
     #[error("the longest edge of the box is {found}; allowed: a finite length above 0")]
     NoSize {
         /// Longest edge of the bounding box, file units.

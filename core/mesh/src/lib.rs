@@ -1,11 +1,10 @@
-//! Surface meshes: the OBJ document an artist hands in, the triangles a simulation uses, and what is wrong with either.
+//! Surface meshes: OBJ documents, triangle surfaces, and checks of both.
 //!
-//! Two types on purpose. [`ObjDocument`] is the file: bytes first, so that what nobody edited comes back as it was.
-//! [`Surface`] is the geometry: points and triangles, numbered like the `v` lines of the file, so that a moved point
-//! goes back to its own line. A library that merges, splits or renumbers vertices (tobj) cannot keep that promise;
-//! tobj serves here as a second opinion in the tests, and reads the material libraries.
+//! [`ObjDocument`] is the file with its bytes, so that unedited parts are written back unchanged. [`Surface`] is the geometry: points and triangles with the indices
+//! of the `v` lines, so that a moved point is written to its own line. A library that merges, splits or renumbers vertices, such as tobj, cannot do this; tobj is
+//! used as a reference in tests and reads material libraries.
 //!
-//! Generators and samples make OBJ text and parse it, so there is one way in for every model.
+//! Generators and samples produce OBJ text and parse it, so all models take the same path.
 
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))]
 

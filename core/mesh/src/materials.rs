@@ -1,7 +1,6 @@
-//! Whether the materials a document names can be found.
+//! Lookup of the materials a document uses.
 //!
-//! The materials themselves travel as `usemtl` bytes; nothing here is needed to edit or to write. So what is missing
-//! is a warning, never an error.
+//! Editing and writing only copy the `usemtl` lines, so missing materials are warnings, never errors.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -10,7 +9,7 @@ use thiserror::Error;
 
 use super::ObjDocument;
 
-/// A material some `usemtl` line names.
+/// A material used by a `usemtl` line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MaterialUse {
     /// As on the `usemtl` line.
@@ -19,29 +18,28 @@ pub struct MaterialUse {
     pub found: bool,
 }
 
-/// What a viewer of this document will miss.
+/// A missing library or material.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum MaterialWarning {
-    /// A library is not there or not readable.
+    /// A library cannot be read.
     #[error("material library {}: {reason}", library.display())]
     Library {
-        /// Where it was looked for.
+        /// Path of the library.
         library: PathBuf,
-        /// What the reader says.
+        /// Error of the reader.
         reason: String,
     },
-    /// No readable library defines a material in use.
+    /// No readable library defines a used material.
     #[error("material `{name}` is in none of the {libraries} readable material libraries")]
     Material {
-        /// As on the `usemtl` line.
+        /// Name on the `usemtl` line.
         name: String,
-        /// How many libraries were read.
+        /// Number of libraries that were read.
         libraries: usize,
     },
 }
 
-/// Every material in use, in the order of [`ObjDocument::materials`], and what is missing. Reads the `mtllib` files
-/// beside the document.
+/// All used materials, in the order of [`ObjDocument::materials`], and the missing ones. Reads the `mtllib` files in the folder of the document.
 pub fn find_materials(document: &ObjDocument) -> (Vec<MaterialUse>, Vec<MaterialWarning>) {
     let folder = document.name().parent().unwrap_or(Path::new(""));
     let mut warnings = Vec::new();
@@ -66,7 +64,7 @@ pub fn find_materials(document: &ObjDocument) -> (Vec<MaterialUse>, Vec<Material
     (uses.collect(), warnings)
 }
 
-/// `mtllib` may name several files, and writers put names with blanks there unquoted: the whole line goes first.
+/// Candidate paths of an `mtllib` line. It may name several files, or one file whose name has unquoted blanks, so the whole line is tried first.
 fn paths(folder: &Path, names: &str) -> Vec<PathBuf> {
     let whole = folder.join(names);
     if whole.is_file() { vec![whole] } else { names.split_whitespace().map(|name| folder.join(name)).collect() }

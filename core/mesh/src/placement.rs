@@ -1,4 +1,4 @@
-//! Where a model stands in the scene: file units to metres and back.
+//! Placement of a model in the scene: transform from file units to metres and back.
 
 use std::iter::zip;
 
@@ -7,29 +7,29 @@ use nalgebra::UnitQuaternion;
 use super::{Bounds, MeshError};
 use crate::geometry::Vec3;
 
-/// A similarity transform: scaled about the origin, then turned, then moved.
+/// A similarity transform: scaling about the origin, then rotation, then translation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
     /// Metres per file unit, above 0.
     pub scale: f64,
-    /// Turn about the origin.
+    /// Rotation about the origin.
     pub rotation: UnitQuaternion<f64>,
-    /// Move after scale and turn, m.
+    /// Translation, m.
     pub translation: Vec3,
 }
 
 impl Default for Placement {
-    /// One file unit is a metre, nothing turned or moved.
+    /// One metre per file unit, without rotation and translation.
     fn default() -> Self {
         Self { scale: 1.0, rotation: UnitQuaternion::identity(), translation: Vec3::zeros() }
     }
 }
 
 impl Placement {
-    /// Unturned, the longest edge of `bounds` (file units) becomes `size` (m) and its centre the origin.
+    /// A placement without rotation that scales the longest edge of `bounds` (file units) to `size` (m) and moves its centre to the origin.
     ///
     /// # Errors
-    /// [`MeshError::NoSize`] when the box is a point; [`MeshError::Parameter`] when `size` is not finite and above 0.
+    /// [`MeshError::NoSize`] if the box is a point; [`MeshError::Parameter`] if `size` is not finite and above 0.
     pub fn fit(bounds: &Bounds, size: f64) -> Result<Self, MeshError> {
         if !(size.is_finite() && size > 0.0) {
             let allowed = "a finite length above 0 m";
@@ -43,20 +43,20 @@ impl Placement {
         Ok(Self { scale, translation: -scale * bounds.centre(), ..Self::default() })
     }
 
-    /// A point in file units to metres.
+    /// Transforms a point from file units to metres.
     pub fn apply(&self, point: Vec3) -> Vec3 {
         self.rotation * (self.scale * point) + self.translation
     }
 
-    /// A point in metres to file units.
+    /// Transforms a point from metres to file units.
     pub fn apply_inverse(&self, point: Vec3) -> Vec3 {
         self.rotation.inverse() * (point - self.translation) / self.scale
     }
 
-    /// Edited points back in file units, for writing (n x 3).
+    /// Transforms edited points to file units, for writing (n x 3).
     ///
-    /// Going there and back rounds, so a point of `edited` (m) that still equals its `placed` one (m) takes the very
-    /// bits of `original` (file units). Goes as far as the shortest of the three.
+    /// The transform rounds, so a point of `edited` (m) that equals its `placed` one (m) gets the exact bits of `original` (file units). The result has the length
+    /// of the shortest of the three.
     pub fn bring_back(&self, original: &[Vec3], placed: &[Vec3], edited: &[Vec3]) -> Vec<Vec3> {
         zip(original, zip(placed, edited))
             .map(|(original, (placed, edited))| if placed == edited { *original } else { self.apply_inverse(*edited) })

@@ -1,18 +1,18 @@
-//! The triangles a simulation uses.
+//! Triangle surfaces.
 
 use super::edges::EdgeTable;
 use super::triangulate::{split_otherwise, triangulate};
 use super::{ObjDocument, Placement};
 use crate::geometry::Vec3;
 
-/// Points and triangles. Points are numbered like the vertices of the document, those no triangle uses included.
+/// Points and triangles. Points have the indices of the document's vertices, including unused ones.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Surface {
-    /// Points, m once placed, file units before (n x 3).
+    /// Points (n x 3), in file units, or in m after placement.
     pub points: Vec<Vec3>,
     /// Corners of each triangle, counter-clockwise seen from outside (m x 3).
     pub triangles: Vec<[u32; 3]>,
-    /// The face of the document, from 0, that each triangle came from (m).
+    /// Index of the document's face of each triangle (m).
     pub face_of: Vec<u32>,
 }
 
@@ -26,22 +26,22 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// Length of the longest edge.
+    /// Length of the longest edge, in units of the points.
     pub fn longest_edge(&self) -> f64 {
         (self.max - self.min).max()
     }
 
-    /// Centre of the box, m.
+    /// Centre of the box, in units of the points.
     pub fn centre(&self) -> Vec3 {
         self.min.lerp(&self.max, 0.5)
     }
 }
 
 impl Surface {
-    /// The document's faces as triangles, in the order of the file.
+    /// Triangulates the document's faces, in the order of the file.
     ///
-    /// A quad is split along its shorter inner diagonal, a larger polygon by ear clipping in its plane; one without
-    /// area becomes a fan. An f-corner face gives f - 2 triangles, always.
+    /// A quad is split along its shorter interior diagonal, a larger polygon by ear clipping in its plane; a polygon without area becomes a fan. A face with f
+    /// corners always has f - 2 triangles.
     pub fn from_document(document: &ObjDocument) -> Self {
         let points = document.positions().to_vec();
         let mut surface = Self { points, ..Self::default() };
@@ -62,13 +62,13 @@ impl Surface {
         surface
     }
 
-    /// The same triangles with every point placed, m.
+    /// The same triangles with placed points, m.
     pub fn placed(&self, placement: &Placement) -> Self {
         let points = self.points.iter().map(|&point| placement.apply(point)).collect();
         Self { points, ..self.clone() }
     }
 
-    /// The box around the points that triangles use. A surface without triangles has a box of zeros.
+    /// Bounding box of the points of triangles; zeros for a surface without triangles.
     pub fn bounds(&self) -> Bounds {
         let mut used = self.triangles.iter().flatten().map(|&vertex| self.point(vertex));
         let first = used.next().unwrap_or_default();
@@ -76,12 +76,12 @@ impl Surface {
         Bounds { min, max }
     }
 
-    /// Area of each triangle, square units of the points (m).
+    /// Area of each triangle, in squared units of the points (m).
     pub fn areas(&self) -> Vec<f64> {
         self.triangles.iter().map(|triangle| 0.5 * self.cross(triangle).norm()).collect()
     }
 
-    /// Unit normal of each point: the mean of its triangles by area (n x 3). Zero where no triangle has an area.
+    /// Unit normal of each point, the area-weighted mean of its triangles (n x 3); zero if all of them are degenerate.
     pub fn vertex_normals(&self) -> Vec<Vec3> {
         let mut sums = vec![Vec3::zeros(); self.points.len()];
         for triangle in &self.triangles {
@@ -91,20 +91,19 @@ impl Surface {
         sums.iter().map(|sum| sum.try_normalize(0.0).unwrap_or_default()).collect()
     }
 
-    /// Enclosed volume, cubic units of the points; negative when turned inside out, meaningless when open.
+    /// Enclosed volume, in cubed units of the points; negative for inward normals, meaningless for an open surface.
     pub fn volume(&self) -> f64 {
-        let origin = self.bounds().centre(); // keeps the cones small, so far-away models lose no digits
+        let origin = self.bounds().centre(); // avoids cancellation for models far from the origin
         let cone = |t: &[u32; 3]| (self.point(t[0]) - origin).dot(&self.cross(t)) / 6.0;
         self.triangles.iter().map(cone).sum()
     }
 
-    /// Every edge with the triangles on it.
+    /// The edge table of the triangles.
     pub fn edges(&self) -> EdgeTable {
         EdgeTable::new(&self.triangles)
     }
 
-    /// The connected part each triangle belongs to (m), parts numbered from 0 as triangles first meet them.
-    /// Triangles that share a vertex are connected.
+    /// Connected component of each triangle (m), numbered in the order of their first triangles. Triangles that share a vertex are connected.
     pub fn shells(&self) -> Vec<u32> {
         let mut parent: Vec<u32> = (0..self.points.len() as u32).collect();
         for &[a, b, c] in &self.triangles {
@@ -126,12 +125,12 @@ impl Surface {
         self.triangles.iter().map(shell_of).collect()
     }
 
-    /// Two quads with two edges in common may each cut off the same three vertices, and so lay one triangle on the
-    /// other where the quads do not touch. Such quads take their other diagonal.
+    /// Two quads with two common edges may both be split into a triangle of the same three vertices, which would coincide although the quads do not. Such quads
+    /// are split along their other diagonal.
     fn part_twins(&mut self, document: &ObjDocument) {
         let mut faces_at = vec![0_u32; self.points.len()];
         document.faces().flat_map(|face| face.corners).for_each(|corner| faces_at[corner.v as usize] += 1);
-        // The vertex a twin half cuts off has the two quads and no other face.
+        // The common vertex of such quads has no other face.
         let mut halves = Vec::new();
         for (index, pair) in self.face_of.windows(2).enumerate().filter(|(_, pair)| pair[0] == pair[1]) {
             for (half, other) in [(index, index + 1), (index + 1, index)] {
@@ -160,14 +159,14 @@ impl Surface {
         self.points[vertex as usize]
     }
 
-    /// Normal of a triangle with twice its area for length.
+    /// Normal of a triangle; its length is twice the area.
     pub(super) fn cross(&self, triangle: &[u32; 3]) -> Vec3 {
         let [a, b, c] = triangle.map(|vertex| self.point(vertex));
         (b - a).cross(&(c - a))
     }
 }
 
-/// The vertex that stands for all connected to `vertex`. Halves the path on the way.
+/// Root of a vertex in a union-find forest, with path halving.
 fn root(parent: &mut [u32], mut vertex: u32) -> u32 {
     while parent[vertex as usize] != vertex {
         let above = parent[parent[vertex as usize] as usize];
@@ -183,7 +182,7 @@ mod tests {
     use crate::check::Kind;
     use crate::testing::document;
 
-    /// A unit tetrahedron about the origin corner, and a far triangle apart from it.
+    /// A unit tetrahedron at the origin and a separate triangle far away.
     const TWO_SHELLS: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 5 0 0\nv 6 0 0\nv 5 2 0\nv 99 99 99\n\
         f 1 3 2\nf 1 2 4\nf 5 6 7\nf 1 4 3\nf 2 3 4\n";
 
@@ -208,7 +207,7 @@ mod tests {
 
     #[test]
     fn quads_that_share_two_edges_do_not_share_a_triangle() {
-        // Two squares bent along 1-2-3: without care both would cut off vertex 2.
+        // Two squares bent along 1-2-3, whose default diagonals would both separate vertex 2.
         let text = "v 0 0 0\nv 0.9 -0.1 0\nv 1 1 0\nv 0 1.4 0.9\nv 0 1.4 -0.9\nf 1 2 3 4\nf 3 2 1 5\n";
         let document = document(text);
         let surface = Surface::from_document(&document);

@@ -1,11 +1,11 @@
-//! Cutting a polygon into triangles.
+//! Triangulation of polygons.
 
 use crate::geometry::Vec3;
 
-/// Adds the `polygon.len() - 2` triangles of a polygon (c x 3) of 3 corners or more, as corner numbers.
+/// Adds the `polygon.len() - 2` triangles of a polygon (c x 3) with at least 3 corners, as indices of corners.
 ///
-/// Pieces keep the polygon's turning sense and do not overlap if it is simple in the plane of its vector area. What
-/// has no area, crosses itself, or would take too long becomes a fan.
+/// The triangles have the orientation of the polygon and do not overlap if its projection along its vector area is simple. A polygon without area, with
+/// self-intersections, or with too many corners becomes a fan.
 pub(super) fn triangulate(polygon: &[Vec3], pieces: &mut Vec<[usize; 3]>) {
     let Some(plane) = Plane::new(polygon) else {
         return fan(polygon.len(), pieces);
@@ -23,7 +23,7 @@ pub(super) fn triangulate(polygon: &[Vec3], pieces: &mut Vec<[usize; 3]>) {
     }
 }
 
-/// A quad (4 x 3) split along the diagonal that `half` does not have; `None` if that would turn a piece over.
+/// Splits a quad (4 x 3) along the diagonal that is no side of the triangle `half`; `None` if that would invert a triangle.
 pub(super) fn split_otherwise(quad: &[Vec3; 4], half: [usize; 3]) -> Option<[[usize; 3]; 2]> {
     let plane = Plane::new(quad)?;
     let [ac, bd] = SPLITS;
@@ -38,15 +38,15 @@ fn fan(corners: usize, pieces: &mut Vec<[usize; 3]>) {
     pieces.extend((2..corners).map(|corner| [0, corner - 1, corner]));
 }
 
-/// A polygon seen along its vector area, counter-clockwise.
+/// The projection of a polygon along its vector area, counter-clockwise.
 struct Plane<'a> {
     polygon: &'a [Vec3],
     normal: Vec3, // unit
-    small: f64,   // twice the area that counts as none, square units
+    small: f64,   // twice the area that counts as zero, square units
 }
 
-/// Inside tests one polygon may cost: 10,000 corners with every second one reflex still pass.
-const WORK: usize = 200_000_000;
+/// Largest number of point-in-triangle tests for one polygon; enough for 10,000 corners of which every second one is reflex.
+const MAX_TESTS: usize = 200_000_000;
 
 impl<'a> Plane<'a> {
     fn new(polygon: &'a [Vec3]) -> Option<Self> {
@@ -80,20 +80,20 @@ impl<'a> Plane<'a> {
         pieces.extend(best);
     }
 
-    /// Cuts off corners that hold no other until a quad is left; `None` if it finds no more such corner.
+    /// Ear clipping: cuts off corners whose triangle contains no other corner until a quad remains; `None` if there is no such corner.
     fn clip_ears(&self, pieces: &mut Vec<[usize; 3]>) -> Option<()> {
         let count = self.polygon.len();
         let mut next: Vec<usize> = (1..count).chain([0]).collect();
         let mut previous: Vec<usize> = [count - 1].into_iter().chain(0..count - 1).collect();
         let convex = |a, b, c| self.turn(a, b, c) > self.small;
-        // Only a corner that is flat or turns inward can lie in an ear.
+        // Only reflex and flat corners can lie in an ear.
         let mut inward: Vec<usize> = (0..count).filter(|&b| !convex(previous[b], b, next[b])).collect();
         let (mut left, mut misses, mut work) = (count, 0, 0);
         let mut b = 0;
         while left > 4 {
             let (a, c) = (previous[b], next[b]);
             work += inward.len();
-            if misses > left || work > WORK {
+            if misses > left || work > MAX_TESTS {
                 return None;
             }
             if !convex(a, b, c) || inward.iter().any(|&corner| self.covers([a, b, c], corner)) {
@@ -106,13 +106,13 @@ impl<'a> Plane<'a> {
             left -= 1;
             misses = 0;
             inward.retain(|&corner| corner != a && corner != c || !convex(previous[corner], corner, next[corner]));
-            b = next[c]; // every second corner, so that a round polygon does not become a fan of slivers
+            b = next[c]; // skips a corner, so that a round polygon does not become a fan of slivers
         }
         self.split_quad([b, next[b], next[next[b]], previous[b]], pieces);
         Some(())
     }
 
-    /// Whether `corner` lies in or on the triangle, its own corners and points in the same place left out.
+    /// Whether `corner` lies in or on the triangle, except at its corners.
     fn covers(&self, [a, b, c]: [usize; 3], corner: usize) -> bool {
         let point = self.polygon[corner];
         let sides = [(a, b), (b, c), (c, a)];

@@ -1,14 +1,14 @@
-//! Compares two reports and finds what got worse.
+//! Comparison of two reports: regressions.
 
 use crate::row::Row;
 use std::collections::HashMap;
 
-/// A result that got worse by more than the margin.
+/// A regression: a result that is worse by more than the margin.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Regression {
     /// Key of the row.
     pub row: String,
-    /// What got worse: `error`, `verdict`, `stability` or `step_seconds_median`.
+    /// The quantity: `error`, `verdict`, `stability` or `step_seconds_median`.
     pub what: &'static str,
     /// Value in the older report.
     pub before: f64,
@@ -18,7 +18,7 @@ pub struct Regression {
 
 /// Errors below this are rounding.
 const ROUNDING: f64 = 1e-9;
-/// s, differences of durations below this are noise
+/// Differences of durations below this are noise, s.
 const NOISE: f64 = 1e-5;
 
 /// Result of a comparison with an older report.
@@ -26,13 +26,13 @@ const NOISE: f64 = 1e-5;
 pub struct Comparison {
     /// Number of rows that both reports have.
     pub compared: usize,
-    /// What got worse.
+    /// Regressions.
     pub regressions: Vec<Regression>,
 }
 
-/// Finds what got worse since `before`: an error or the median time of a step by more than `margin` (0.1 is ten per cent), a row that
-/// met its criterion and does not now, or a state that is `growing` now and was not. Durations count only where a step was timed
-/// (`step_seconds_median`). Rows that only one of the two reports has are not compared.
+/// Finds regressions since `before`: an error or median step time that is larger by more than `margin` (0.1 is 10 %), a row that fails its criterion and did not
+/// before, or a state that is `growing` and was not before. Durations are compared only where steps were timed (`step_seconds_median`). Rows that only one of
+/// the reports has are ignored.
 pub fn compare(before: &[Row], now: &[Row], margin: f64) -> Comparison {
     let old: HashMap<String, &Row> = before.iter().map(|r| (r.key(), r)).collect();
     let (mut compared, mut regressions) = (0, Vec::new());
@@ -41,7 +41,7 @@ pub fn compare(before: &[Row], now: &[Row], margin: f64) -> Comparison {
         let Some(was) = old.get(&key) else { continue };
         compared += 1;
         let mut add = |what, before, now| regressions.push(Regression { row: key.clone(), what, before, now });
-        // A row that had an error and has none now failed.
+        // A row that had an error value and has none now has failed to run.
         let error_of = |r: &Row| r.error.unwrap_or(f64::INFINITY);
         if (was.error.is_some() || row.error.is_some())
             && error_of(row) > (error_of(was) * (1.0 + margin)).max(ROUNDING)

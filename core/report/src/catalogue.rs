@@ -1,4 +1,4 @@
-//! What the catalogues of all reports have in common.
+//! Common parts of the catalogues of all reports.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -9,11 +9,11 @@ use thiserror::Error;
 pub struct NotRun {
     /// Name of the case.
     pub case: String,
-    /// Why it is not run, and what covers it instead.
+    /// Reason, and what covers the case instead.
     pub why: String,
 }
 
-/// Why a text is not a catalogue.
+/// Error of parsing a catalogue.
 #[derive(Debug, Error)]
 pub enum CatalogueError {
     /// The text is not TOML, or has unknown or missing fields.
@@ -24,7 +24,7 @@ pub enum CatalogueError {
     Case {
         /// Name of the case.
         case: String,
-        /// What is wrong with it.
+        /// The contradiction.
         why: String,
     },
 }

@@ -1,14 +1,14 @@
-//! The clocks a report measures with, and whether they can be trusted.
+//! Clocks of a report, and a plausibility check of them.
 
 use std::sync::OnceLock;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
-/// Two clocks, s. A report takes them as arguments, so that a test can hand it broken ones.
+/// Two clocks, s. They are arguments of a report, so that a test can pass broken ones.
 #[derive(Clone, Copy)]
 pub struct Clock {
-    /// Wall-clock time since any moment, s.
+    /// Wall-clock time since an arbitrary origin, s.
     pub wall: fn() -> f64,
-    /// Processor time of all threads that live, s.
+    /// Processor time of all running threads, s.
     pub cpu: fn() -> f64,
 }
 
@@ -21,26 +21,26 @@ impl Default for Clock {
 /// Whether the clock of a report agrees with the system's calendar and the number of threads.
 #[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub struct ClockCheck {
-    /// s, duration of the report by its own clock
+    /// Duration of the report by its own clock, s.
     pub wall_seconds: f64,
-    /// s, duration of the report by the calendar
+    /// Duration of the report by the system's calendar, s.
     pub calendar_seconds: f64,
-    /// Processor time of all runs over the time their threads could have worked.
+    /// Processor time of all runs relative to the wall-clock time of their threads.
     pub cpu_share: f64,
-    /// Whether both durations agree to 2 %, and the share is at most 1.1.
+    /// Whether both durations agree to 2 % and the ratio is at most 1.1.
     pub passed: bool,
 }
 
 /// Time that runs took, summed over runs.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct BusyTime {
-    /// s, wall-clock time of each run times its threads
+    /// Wall-clock time of each run times its number of threads, s.
     pub(crate) thread_wall: f64,
-    /// s, processor time of all threads
+    /// Processor time of all threads, s.
     pub(crate) cpu: f64,
 }
 
-/// A clock check under way.
+/// A clock check in progress.
 pub(crate) struct ClockWatch {
     clock: Clock,
     /// s, the report's clock at the start
@@ -59,25 +59,25 @@ impl ClockWatch {
     pub(crate) fn check(&self, busy: BusyTime) -> ClockCheck {
         let (wall_seconds, calendar_seconds) = ((self.clock.wall)() - self.wall, calendar() - self.calendar);
         let cpu_share = if busy.thread_wall > 0.0 { busy.cpu / busy.thread_wall } else { 0.0 };
-        // 5 ms: shorter durations the calendar does not resolve.
+        // The calendar does not resolve durations below 5 ms.
         let slack = 0.02 * calendar_seconds + 5e-3;
         let passed = (wall_seconds - calendar_seconds).abs() <= slack && (0.0..=1.1).contains(&cpu_share);
         ClockCheck { wall_seconds, calendar_seconds, cpu_share, passed }
     }
 }
 
-/// s, a clock that never goes back, since its first reading
+/// Time of a monotonic clock since its first reading, s.
 fn monotonic() -> f64 {
     static START: OnceLock<Instant> = OnceLock::new();
     START.get_or_init(Instant::now).elapsed().as_secs_f64()
 }
 
-/// s since 1970 by the system's calendar
+/// Time since 1970 by the system's calendar, s.
 fn calendar() -> f64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |d| d.as_secs_f64())
 }
 
-/// s that the living threads of this program have run for, as far as the system tells
+/// Processor time of the running threads of this program, as reported by the system, s.
 fn thread_seconds() -> f64 {
     let tasks = std::fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
     let ran = tasks.filter_map(|task| std::fs::read_to_string(task.path().join("schedstat")).ok());

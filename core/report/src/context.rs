@@ -1,4 +1,4 @@
-//! Options of a report, and what its runs share while it is made.
+//! Options of a report, and the shared state of its runs.
 
 use crate::clock::{BusyTime, Clock};
 use crate::scene_run::RunResult;
@@ -7,9 +7,9 @@ use std::collections::BTreeSet;
 
 /// Options of a report.
 pub struct ReportOptions {
-    /// Where plugins are looked for.
+    /// Folders in which plugins are searched for.
     pub search: SearchPath,
-    /// Threads of a run; a performance report tries others besides.
+    /// Number of threads of a run; a performance report also tries others.
     pub threads: usize,
     /// Whether to run fewer resolutions, so that the report takes about a minute.
     pub quick: bool,
@@ -21,18 +21,18 @@ pub struct ReportOptions {
     pub clock: Clock,
 }
 
-/// How far a report has come.
+/// Progress of a report.
 #[derive(Clone, Copy, Debug)]
 pub struct Progress<'a> {
-    /// Number of runs done.
+    /// Number of completed runs.
     pub done: usize,
     /// Number of all runs.
     pub total: usize,
-    /// The run that comes next: case, method, resolution.
+    /// The next run: case, method, resolution.
     pub what: &'a str,
 }
 
-/// A report that is being made: its options, its callbacks, and what all of its runs add up to.
+/// State of a report in progress: its options, its callbacks, and totals over its runs.
 pub struct ReportContext<'a> {
     pub(crate) options: ReportOptions,
     progress: &'a mut dyn FnMut(Progress<'_>),
@@ -42,7 +42,7 @@ pub struct ReportContext<'a> {
 }
 
 impl<'a> ReportContext<'a> {
-    /// A report without runs yet. `progress` is called before each run; once `stopped` gives true no other run begins.
+    /// A report without runs. `progress` is called before each run; after `stopped` returns true no further run begins.
     pub fn new(
         options: ReportOptions,
         progress: &'a mut dyn FnMut(Progress<'_>),
@@ -51,7 +51,7 @@ impl<'a> ReportContext<'a> {
         Self { options, progress, stopped, plugins: BTreeSet::new(), busy: BusyTime::default() }
     }
 
-    /// Whether a case is asked for.
+    /// Whether a case is selected.
     pub fn wants(&self, case: &str) -> bool {
         let names = &self.options.cases;
         names.is_empty() || names.iter().any(|name| case.contains(name.as_str()))
@@ -62,7 +62,7 @@ impl<'a> ReportContext<'a> {
         (self.stopped)()
     }
 
-    /// Tells the caller what comes next.
+    /// Reports the next run to the caller.
     pub(crate) fn announce(&mut self, done: usize, total: usize, what: &str) {
         (self.progress)(Progress { done, total, what });
     }

@@ -22,7 +22,7 @@ pub enum ReportKind {
 }
 
 impl ReportKind {
-    /// The word in the command and in file names.
+    /// Name in commands and file names.
     pub fn name(self) -> &'static str {
         match self {
             Self::Accuracy => "accuracy",
@@ -37,20 +37,21 @@ impl ReportKind {
 pub struct Verdict {
     /// Number of rows that have a criterion.
     pub judged: usize,
-    /// Number of those that meet it.
+    /// Number of rows that meet it.
     pub passed: usize,
-    /// A sentence for each that does not.
-    pub missed: Vec<String>,
-    /// Whether all meet it and the clock can be trusted.
+    /// A description of each failed row, and of a clock that failed its check.
+    #[serde(rename = "missed")]
+    pub failed: Vec<String>,
+    /// Whether all rows meet their criteria and the clock passed its check.
     pub good: bool,
 }
 
-/// Measurements of a report: rows, their presentation, and what was not run.
+/// Measurements of a report: rows, their presentation, and cases that were not run.
 #[derive(Clone, Debug, Default)]
 pub struct Measurements {
     /// Rows in the order of the catalogue.
     pub rows: Vec<Row>,
-    /// The rows as people read them.
+    /// Presentation of the rows.
     pub sections: Vec<Section>,
     /// Cases that were not run.
     pub not_run: Vec<NotRun>,
@@ -67,17 +68,17 @@ pub struct Document {
     pub settings: Vec<String>,
     /// Seed of the order in which timed runs are interleaved. The runs themselves draw no random numbers that depend on it.
     pub seed: u64,
-    /// Whether fewer resolutions were run.
+    /// Whether it is a quick report, with fewer resolutions.
     pub quick: bool,
     /// Whether the report was stopped before its end.
     pub interrupted: bool,
-    /// Threads of a run, where no row says otherwise.
+    /// Number of threads of a run, unless a row has its own.
     pub threads: usize,
     /// Plugins that were opened, with their versions.
     pub plugins: BTreeSet<String>,
-    /// The machine it was measured on.
+    /// Machine of the measurement.
     pub machine: Machine,
-    /// Whether the clock can be trusted.
+    /// Result of the clock check.
     pub clock: ClockCheck,
     /// Whether the rows meet their criteria.
     pub verdict: Verdict,
@@ -90,22 +91,22 @@ pub struct Document {
     pub sections: Vec<Section>,
 }
 
-/// Kind of build, as durations of a development build say little about those of a release.
+/// Build profile; durations of a development build are not representative.
 const BUILD: &str = if cfg!(debug_assertions) { ", development build" } else { ", release build" };
 
-/// A report that is being made.
+/// A report in progress.
 pub struct ReportBuilder {
     machine: Machine,
     watch: ClockWatch,
 }
 
 impl ReportBuilder {
-    /// Notes the machine and its load, and starts the check of the clock.
+    /// Records the machine and its load, and starts the clock check.
     pub fn start(context: &ReportContext<'_>) -> Self {
         Self { machine: Machine::current(), watch: ClockWatch::start(context.options.clock) }
     }
 
-    /// Makes the report of its measurements. `settings` are the arguments of the command.
+    /// Builds the report from its measurements. `settings` are the arguments of the command.
     pub fn finish(
         self,
         kind: ReportKind,
@@ -116,16 +117,16 @@ impl ReportBuilder {
         let Measurements { rows, sections, not_run } = measurements;
         let options = &context.options;
         let clock = self.watch.check(context.busy());
-        let mut missed: Vec<String> = rows.iter().filter(|r| r.missed()).map(describe_miss).collect();
+        let mut failed: Vec<String> = rows.iter().filter(|r| r.failed()).map(describe_miss).collect();
         if !clock.passed {
             let (wall, calendar, share) = (clock.wall_seconds, clock.calendar_seconds, clock.cpu_share);
-            missed.push(format!(
+            failed.push(format!(
                 "the clock cannot be trusted: {wall:.3} s by the clock, {calendar:.3} s by the calendar, CPU share {share:.2}"
             ));
         }
         let judged = rows.iter().filter(|r| r.passed.is_some()).count();
         let passed = rows.iter().filter(|r| r.passed == Some(true)).count();
-        let verdict = Verdict { judged, passed, good: missed.is_empty(), missed };
+        let verdict = Verdict { judged, passed, good: failed.is_empty(), failed };
         Document {
             report: kind,
             program: format!("pliant {}{}", env!("CARGO_PKG_VERSION"), BUILD),
@@ -145,7 +146,7 @@ impl ReportBuilder {
     }
 }
 
-/// A sentence on a row that missed its criterion.
+/// Description of a row that failed its criterion.
 fn describe_miss(row: &Row) -> String {
     let parameters: Vec<String> = row.parameters.iter().map(|(name, value)| format!(", {name} {value:.3e}")).collect();
     let mut text = format!("{}, {}, n = {}, dt = {:e} s{}", row.case, row.method, row.n, row.dt, parameters.concat());

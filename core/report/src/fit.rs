@@ -1,6 +1,6 @@
-//! Numbers drawn from several runs: orders of convergence, power laws, Pareto fronts, percentiles.
+//! Statistics of several runs: orders of convergence, power laws, Pareto fronts, percentiles.
 
-/// An error and the size it was found at: a cell, a step, or their inverse.
+/// An error and the size of its resolution: a cell, a step, or their inverse.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ErrorAt {
     pub(crate) size: f64,
@@ -23,19 +23,19 @@ pub(crate) fn exponent(points: &[(f64, f64)]) -> Option<f64> {
     (logs.len() > 1 && variance > 0.0).then(|| covariance / variance)
 }
 
-/// Which points (cost, error) are on the Pareto front: no other is at most as large in both and less in one.
+/// Whether each point (cost, error) is on the Pareto front: no other is at most as large in both and smaller in one.
 pub(crate) fn pareto_front(points: &[(f64, f64)]) -> Vec<bool> {
     let dominates = |a: &(f64, f64), b: &(f64, f64)| a.0 <= b.0 && a.1 <= b.1 && (a.0 < b.0 || a.1 < b.1);
     let on_front = |p: &(f64, f64)| p.1.is_finite() && !points.iter().any(|q| dominates(q, p));
     points.iter().map(on_front).collect()
 }
 
-/// The median of a list in any order; 0 of an empty one.
+/// Median of an unsorted list; 0 for an empty one.
 pub(crate) fn median(values: &[f64]) -> f64 {
     percentile(values, 0.5)
 }
 
-/// The value below which `share` (0 to 1) of a list in any order lies; 0 of an empty one.
+/// Quantile of an unsorted list for the fraction `share` (0 to 1); 0 for an empty one.
 pub(crate) fn percentile(values: &[f64], share: f64) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);

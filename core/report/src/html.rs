@@ -10,7 +10,7 @@ const STYLE: &str = "body{font:15px/1.5 Helvetica,Arial,sans-serif;color:#222;ma
 h1{font-size:26px}h2{font-size:19px;margin-top:2.2em;border-bottom:1px solid #ccc;padding-bottom:.2em}\
 table{border-collapse:collapse;font-size:13px;margin:.8em 0}th,td{padding:.22em .7em;border-bottom:1px solid #e2e2e2;\
 text-align:left;vertical-align:top}th{background:#f4f4f4}td.n{text-align:right;font-variant-numeric:tabular-nums;\
-white-space:nowrap}tr.missed td{background:#fbe3d9}\
+white-space:nowrap}tr.failed td{background:#fbe3d9}\
 caption{text-align:left;font-weight:bold;padding:.3em 0}.good{background:#e3f3ea}.bad{background:#fbe3d9}\
 .verdict{padding:.8em 1.1em;border-radius:6px}svg{max-width:100%;height:auto;display:inline-block;vertical-align:top;margin:.8em 0}\
 .wide{overflow-x:auto}dl{display:grid;grid-template-columns:max-content 1fr;gap:.1em 1.2em;font-size:13px}\
@@ -44,7 +44,7 @@ pub(crate) fn html(document: &Document) -> String {
     out
 }
 
-/// Adds the verdict and what missed its criterion.
+/// Adds the verdict and the failed rows.
 fn verdict(out: &mut String, document: &Document) {
     let v = &document.verdict;
     let class = if v.good { "good" } else { "bad" };
@@ -56,9 +56,9 @@ fn verdict(out: &mut String, document: &Document) {
     if document.interrupted {
         out.push_str(" The report was stopped before its end.");
     }
-    if !v.missed.is_empty() {
-        out.push_str(" Missed:<ul>");
-        v.missed.iter().for_each(|m| {
+    if !v.failed.is_empty() {
+        out.push_str(" Failed:<ul>");
+        v.failed.iter().for_each(|m| {
             let _ = write!(out, "<li>{}</li>", escape(m));
         });
         out.push_str("</ul>");
@@ -66,7 +66,7 @@ fn verdict(out: &mut String, document: &Document) {
     out.push_str("</div>");
 }
 
-/// Adds how and where the report was made.
+/// Adds settings and machine of the report.
 fn about(out: &mut String, document: &Document) {
     let m = &document.machine;
     let plugins: Vec<&str> = document.plugins.iter().map(String::as_str).collect();
@@ -102,7 +102,7 @@ fn table(out: &mut String, table: &Table) {
     });
     out.push_str("</tr>");
     for row in &table.rows {
-        out.push_str(if row.missed { "<tr class=\"missed\">" } else { "<tr>" });
+        out.push_str(if row.failed { "<tr class=\"failed\">" } else { "<tr>" });
         for cell in &row.cells {
             let number = cell.starts_with(|c: char| c.is_ascii_digit() || c == '-') && cell.len() < 14;
             let class = if number { " class=\"n\"" } else { "" };

@@ -1,4 +1,4 @@
-//! Rows that were already measured, kept in a file while a report is made, so that one that was stopped goes on where it was.
+//! Journal of measured rows in a file, from which a stopped report resumes.
 
 use crate::row::Row;
 use std::collections::HashMap;
@@ -16,21 +16,21 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// A journal that keeps nothing.
+    /// A journal that stores nothing.
     pub fn none() -> Self {
         Self::default()
     }
 
-    /// Opens the file at `path`, or makes it. Its rows count if it was begun with the same `settings`; else it begins anew.
+    /// Opens or creates the file at `path`. Its rows are used if its `settings` are the same; otherwise it is overwritten.
     ///
     /// # Errors
-    /// A file that cannot be read or written.
+    /// Returns an error if the file cannot be read or written.
     pub fn open(path: &Path, settings: &str) -> io::Result<Self> {
         let mut rows = HashMap::new();
         if let Ok(old) = File::open(path) {
             let mut lines = BufReader::new(old).lines();
             if lines.next().transpose()?.as_deref() == Some(settings) {
-                // A last line that was cut off is not a row.
+                // A truncated last line is ignored.
                 let read = lines.map_while(Result::ok).filter_map(|line| serde_json::from_str::<Row>(&line).ok());
                 rows.extend(read.map(|row| (row.key(), row)));
             }
@@ -47,19 +47,19 @@ impl Journal {
         Ok(journal)
     }
 
-    /// The row with this key, if it was already measured.
+    /// The row with this key; `None` if it has not been measured.
     pub fn get(&self, key: &str) -> Option<Row> {
         self.rows.get(key).cloned()
     }
 
-    /// Keeps a row. If the file cannot be written, the report goes on and cannot be resumed.
+    /// Stores a row. If the file cannot be written, the report continues but cannot be resumed.
     pub fn put(&mut self, row: &Row) {
         if let (Some((_, file)), Ok(line)) = (&mut self.file, serde_json::to_string(row)) {
             let _ = writeln!(file, "{line}");
         }
     }
 
-    /// Removes the file: the report is complete.
+    /// Removes the file after the report is complete.
     pub fn finish(self) {
         if let Some((path, _)) = self.file {
             let _ = std::fs::remove_file(path);

@@ -10,9 +10,9 @@ pub fn markdown(document: &Document) -> String {
     let mut out = format!("## {}\n\n", document.report.name());
     let _ = writeln!(out, "`pliant {}`, {}, {}, load {load}.", document.settings.join(" "), document.program, m.cpu);
     let _ = writeln!(out, "{} of {} judged results meet their criterion.", v.passed, v.judged);
-    if !v.missed.is_empty() {
-        out.push_str("Missed:\n\n");
-        v.missed.iter().for_each(|m| {
+    if !v.failed.is_empty() {
+        out.push_str("Failed:\n\n");
+        v.failed.iter().for_each(|m| {
             let _ = writeln!(out, "- {m}");
         });
     }
@@ -26,7 +26,7 @@ pub fn markdown(document: &Document) -> String {
             let _ = writeln!(out, "\n{}\n\n| {} |", table.caption, cells(&table.head));
             let _ = writeln!(out, "|{}", "---|".repeat(table.head.len()));
             for row in &table.rows {
-                let _ = writeln!(out, "| {}{} |", cells(&row.cells), if row.missed { " (missed)" } else { "" });
+                let _ = writeln!(out, "| {}{} |", cells(&row.cells), if row.failed { " (failed)" } else { "" });
             }
         }
     }

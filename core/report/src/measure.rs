@@ -33,7 +33,7 @@ pub(crate) enum Quantity {
 pub(crate) struct Measure {
     #[serde(rename = "kind")]
     pub(crate) quantity: Quantity,
-    /// m (2 x 3), least and greatest corner of a box around the rest positions of the measured nodes
+    /// Box around the rest positions of the measured nodes: smallest and largest coordinates, m (2 x 3).
     #[serde(default, rename = "within")]
     pub(crate) node_box: [[f64; 3]; 2],
     /// A direction, normalised, or the vector of a distance, m.
@@ -42,10 +42,10 @@ pub(crate) struct Measure {
     /// The direction of the denominator of a ratio, normalised.
     #[serde(default, rename = "over")]
     pub(crate) denominator_axis: [f64; 3],
-    /// m, displacement about which a signal swings
+    /// Displacement about which a signal oscillates, m.
     #[serde(default)]
     pub(crate) centre: f64,
-    /// s, time from which a signal counts
+    /// Time from which a signal is evaluated, s.
     #[serde(default)]
     pub(crate) after: f64,
 }
@@ -87,13 +87,13 @@ impl MeasureReader {
         }
     }
 
-    /// m (3), mean displacement of the measured nodes
+    /// Mean displacement of the measured nodes, m.
     fn mean_displacement(&self, session: &Session) -> Vec3 {
         let nodes = &session.bodies[0].system.nodes;
         self.mean(|i| nodes.x[i] - nodes.rest[i])
     }
 
-    /// m (3), mean position of the measured nodes
+    /// Mean position of the measured nodes, m.
     fn mean_position(&self, session: &Session) -> Vec3 {
         let nodes = &session.bodies[0].system.nodes;
         self.mean(|i| nodes.x[i])
@@ -105,7 +105,7 @@ impl MeasureReader {
         sum / self.nodes.len() as f64
     }
 
-    /// The value at the end of a run, SI; NaN where there was nothing to measure.
+    /// The value at the end of a run, SI; NaN if there is nothing to measure.
     pub(crate) fn value(&self, session: &mut Session) -> f64 {
         let Measure { quantity, axis, denominator_axis, centre, after, .. } = self.measure;
         match quantity {

@@ -4,7 +4,7 @@ use crate::scene_run::RunResult;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Result of one run, or of one comparison of runs. The keys in files are older than some names of fields; `serde` keeps them.
+/// Result of one run, or of one comparison of runs. Keys in files differ from names of fields where `serde` renames them.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     /// Name of the case.
@@ -17,16 +17,15 @@ pub struct Row {
     pub dt: f64,
     /// Threads of the run.
     pub threads: usize,
-    /// Error in the case's norm; absent where there is nothing to compare with or the run failed.
+    /// Error in the case's norm; absent if there is no reference or the run failed.
     pub error: Option<f64>,
-    /// Largest allowed error at this resolution: the case's tolerance, grown by the expected order where the run is coarser than the
-    /// resolution the tolerance is meant for.
+    /// Largest allowed error at this resolution: the case's tolerance, scaled by the expected order if the run is coarser than the resolution of the tolerance.
     pub tolerance: Option<f64>,
     /// Order of convergence between the run before this one and this one.
     pub order: Option<f64>,
-    /// Order of convergence that theory gives.
+    /// Theoretical order of convergence.
     pub expected_order: Option<f64>,
-    /// Whether the row meets its criterion; absent where it has none.
+    /// Whether the row meets its criterion; absent without a criterion.
     pub passed: Option<bool>,
     /// s, wall-clock time of the steps
     pub wall_seconds: f64,
@@ -50,7 +49,7 @@ pub struct Row {
     /// Iterations of all linear solves.
     #[serde(default)]
     pub iterations: u64,
-    /// Whether the row is on the Pareto front of its case: no other is both faster and more exact.
+    /// Whether the row is on the Pareto front of its case: no other is both faster and more accurate.
     #[serde(default, rename = "front")]
     pub on_front: bool,
     /// State of a stability run: `stable`, `damped`, `growing`, `refused` or `not converged`.
@@ -68,25 +67,25 @@ pub struct Row {
 }
 
 impl Row {
-    /// What tells the row from the others of a report: all that was set, nothing that was measured.
+    /// Key of the row in a report: all settings and no measurements.
     pub fn key(&self) -> String {
         let parameters: Vec<String> = self.parameters.iter().map(|(name, value)| format!("{name}={value:e}")).collect();
         format!("{}|{}|{}|{:e}|{}|{}", self.case, self.method, self.n, self.dt, self.threads, parameters.join(","))
     }
 
-    /// Whether the row missed its criterion.
-    pub fn missed(&self) -> bool {
+    /// Whether the row failed its criterion.
+    pub fn failed(&self) -> bool {
         self.passed == Some(false)
     }
 
-    /// Takes over times, memory and iterations of a run.
+    /// Copies times, memory and iterations of a run.
     pub(crate) fn set_cost(&mut self, result: &RunResult) {
         (self.wall_seconds, self.cpu_seconds, self.open_seconds) = (result.wall, result.cpu, result.open);
         (self.bytes, self.iterations) = (result.bytes, result.iterations);
     }
 
-    /// The row of a run that could not be made: it misses its criterion, and `reason` is its note.
-    pub(crate) fn failed(self, reason: String) -> Self {
+    /// The row of a run that could not be executed: it fails its criterion, and `reason` is its note.
+    pub(crate) fn with_failure(self, reason: String) -> Self {
         Self { passed: Some(false), note: reason, ..self }
     }
 }

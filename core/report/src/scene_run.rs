@@ -9,28 +9,28 @@ use pliant_engine::session::{Choices, EventKind, Options, Session, SessionError}
 use pliant_host::SearchPath;
 use std::path::Path;
 
-/// Gives the text of a scene by name; `None` where there is no such scene.
+/// Returns the text of a scene by name; `None` if there is no such scene.
 pub type SceneSource<'a> = &'a dyn Fn(&str) -> Option<&'a str>;
 
-/// A scene that is to be run, and how.
+/// A scene to run, with its settings.
 pub(crate) struct SceneRun<'a> {
     /// File of the scene; paths in it are relative to its folder.
     pub(crate) path: &'a Path,
     /// Text of the scene.
     pub(crate) text: &'a str,
-    /// Values that take the place of the scene's.
+    /// Values that replace those of the scene.
     pub(crate) settings: Vec<Setting>,
     pub(crate) threads: usize,
-    /// Where plugins are looked for.
+    /// Folders in which plugins are searched for.
     pub(crate) search: &'a SearchPath,
-    /// Clocks the run is timed with.
+    /// Clocks of the run.
     pub(crate) clock: Clock,
 }
 
 /// Measurements of one run.
 #[derive(Clone, Debug)]
 pub(crate) struct RunResult {
-    /// Values of the measures in their order, SI; NaN where there was nothing to measure.
+    /// Values of the measures in their order, SI; NaN if there is nothing to measure.
     pub(crate) values: Vec<f64>,
     /// s, wall-clock time of all steps
     pub(crate) wall: f64,
@@ -52,7 +52,7 @@ pub(crate) struct RunResult {
     pub(crate) residual: f64,
     /// Number of solves that did not meet their tolerance.
     pub(crate) unconverged: u64,
-    /// Why a body was frozen, if one was.
+    /// Reason why a body was frozen; `None` if none was.
     pub(crate) frozen: Option<String>,
     /// s, step of the simulation
     pub(crate) dt: f64,
@@ -66,7 +66,7 @@ impl SceneRun<'_> {
     /// Opens the scene.
     ///
     /// # Errors
-    /// A scene that cannot be read, planned or opened.
+    /// Returns an error if the scene cannot be read, planned or opened.
     pub(crate) fn open(&self) -> Result<(scene::Scene, Session), SessionError> {
         let (scene, source) = scene::load_text(self.path, self.text.to_owned(), &self.settings)?;
         let plan = Plan::new(&scene, &source)?;
@@ -75,10 +75,10 @@ impl SceneRun<'_> {
         Ok((scene, session))
     }
 
-    /// Runs the scene to its end, or until `after_step` gives false.
+    /// Runs the scene to its end, or until `after_step` returns false.
     ///
     /// # Errors
-    /// As for [`SceneRun::open`].
+    /// Those of [`SceneRun::open`].
     pub(crate) fn run(
         &self,
         measures: &[&Measure],

@@ -1,4 +1,4 @@
-//! A report as people read it: sections of text, pictures and tables.
+//! Presentation of a report: sections of text, figures and tables.
 
 /// One section of a report.
 #[derive(Clone, Debug, Default)]
@@ -29,8 +29,8 @@ pub struct Table {
 pub struct TableRow {
     /// Texts in the order of the columns.
     pub cells: Vec<String>,
-    /// Whether the row missed its criterion.
-    pub missed: bool,
+    /// Whether the row failed its criterion.
+    pub failed: bool,
 }
 
 impl Table {
@@ -40,7 +40,7 @@ impl Table {
     }
 
     /// Adds a row.
-    pub(crate) fn push(&mut self, cells: Vec<String>, missed: bool) {
-        self.rows.push(TableRow { cells, missed });
+    pub(crate) fn push(&mut self, cells: Vec<String>, failed: bool) {
+        self.rows.push(TableRow { cells, failed });
     }
 }

@@ -1,4 +1,4 @@
-//! Values that take the place of a scene's, by path, as `--set` does.
+//! Values that replace those of a scene, by path, as `--set` does.
 
 use std::collections::BTreeMap;
 

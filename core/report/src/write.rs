@@ -7,7 +7,7 @@ use pliant_record::{AtomicFile, remove_leftovers};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// Where the main files of a report are.
+/// Paths of the main files of a report.
 #[derive(Clone, Debug)]
 pub struct ReportFiles {
     /// Path of `report.html`.
@@ -19,7 +19,7 @@ pub struct ReportFiles {
 /// Writes `report.json`, `report.csv`, `report.html` and the pictures into a folder.
 ///
 /// # Errors
-/// What the file system says, with the path.
+/// Returns the error of the file system with the path.
 pub fn write_report(document: &Document, folder: &Path) -> io::Result<ReportFiles> {
     remove_leftovers(folder);
     let put = |name: &str, text: &str| -> io::Result<PathBuf> {

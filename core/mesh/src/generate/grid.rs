@@ -1,20 +1,20 @@
-//! Flat sheets: cloth.
+//! Generators of flat sheets.
 
 use super::{Model, need_cells, need_length};
 use crate::geometry::Vec3;
 use crate::{MeshError, ObjDocument};
 
-/// Which way a sheet is cut into triangles.
+/// Triangulation of a sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pattern {
-    /// Every diagonal goes from lower left to upper right.
+    /// All diagonals lead from the lower left to the upper right.
     Regular,
-    /// Diagonals change direction from cell to cell, like a chessboard.
+    /// Diagonals alternate from cell to cell, like the fields of a chessboard.
     Alternating,
     /// Every second row is moved by half a cell; half triangles keep the sides straight. With
     /// [`equilateral_rows`] rows all other triangles are equilateral, or as near as whole rows allow.
     Equilateral,
-    /// Regular, but every vertex inside is moved by up to a quarter of a cell along each axis, the same way in every run.
+    /// Regular, with every interior vertex displaced pseudo-randomly by up to a quarter of a cell along each axis; the same in every run.
     Irregular,
 }
 
@@ -25,7 +25,7 @@ pub enum Pattern {
 /// pattern every second row, the one at y = 0 not among them, has columns + 2.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] when cells are not 1 to 4096 or a size is not finite and above 0.
+/// [`MeshError::Parameter`] if cells are not 1 to 4096 or a size is not finite and above 0.
 pub fn grid(cells: [u32; 2], size: [f64; 2], pattern: Pattern) -> Result<ObjDocument, MeshError> {
     let [columns, rows] = cells;
     need_cells("columns", columns, 1)?;
@@ -71,7 +71,7 @@ pub fn grid(cells: [u32; 2], size: [f64; 2], pattern: Pattern) -> Result<ObjDocu
 /// (m, in y) as make them most nearly square.
 ///
 /// # Errors
-/// As [`grid`].
+/// Those of [`grid`].
 pub fn strip(cells: u32, length: f64, width: f64) -> Result<ObjDocument, MeshError> {
     need_length("length", length)?;
     let across = (f64::from(cells) * width / length).round().max(1.0) as u32;
@@ -85,7 +85,7 @@ pub fn equilateral_rows(columns: u32, size: [f64; 2]) -> u32 {
     (size[1] / height).round().max(1.0) as u32
 }
 
-/// The row between `low` and `high`, of which one has a vertex more: the upper, or if `turned` the lower.
+/// Adds the row of triangles between the vertex rows `low` and `high`. The upper one has an additional vertex, or the lower one if `turned` is set.
 fn equilateral_row(model: &mut Model, columns: u32, low: u32, high: u32, turned: bool) {
     let (short, long) = if turned { (high, low) } else { (low, high) };
     let mut face = |[a, b, c]: [u32; 3]| {
@@ -100,7 +100,7 @@ fn equilateral_row(model: &mut Model, columns: u32, low: u32, high: u32, turned:
     }
 }
 
-/// Up to a quarter of a cell along each axis, from the place in the sheet alone.
+/// Displacement of up to a quarter of a cell along each axis, as a hash of row and column.
 fn jitter(row: u32, column: u32) -> [f64; 2] {
     let mut seed = u64::from(row) << 32 | u64::from(column) | 1 << 63;
     [(); 2].map(|()| {

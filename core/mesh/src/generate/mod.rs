@@ -1,8 +1,7 @@
-//! Surfaces made by rule, for reference cases, examples and tests.
+//! Procedural surfaces, for reference cases, examples and tests.
 //!
-//! Every one is written as OBJ text and parsed, so that what follows cannot tell it from a file. Faces turn
-//! counter-clockwise seen from outside (sheets: from +z), every corner has a texture coordinate inside the unit
-//! square, and the charts of a closed surface do not overlap.
+//! They are written as OBJ text and parsed like files. Faces are counter-clockwise seen from outside (sheets: from +z), every corner has a texture coordinate in the
+//! unit square, and the charts of a closed surface do not overlap.
 
 mod grid;
 mod solids;
@@ -18,7 +17,7 @@ pub use subdivide::{subdivide, to_obj};
 use super::{MeshError, ObjDocument};
 use crate::geometry::Vec3;
 
-/// Points and texture coordinates by number, faces as text.
+/// Points and texture coordinates, and the text of the faces.
 #[derive(Default)]
 struct Model {
     points: Vec<Vec3>,        // m (n x 3)
@@ -50,10 +49,10 @@ impl Model {
     }
 }
 
-const MOST_CELLS: u32 = 4096; // along an edge: 17 million cells in a grid, 100 million on a cuboid
+const MAX_CELLS: u32 = 4096; // along an edge: 17 million cells in a grid, 100 million on a cuboid
 
 fn need_cells(parameter: &'static str, cells: u32, least: u32) -> Result<(), MeshError> {
-    if (least..=MOST_CELLS).contains(&cells) {
+    if (least..=MAX_CELLS).contains(&cells) {
         return Ok(());
     }
     let allowed = if least == 3 { "3 to 4096" } else { "1 to 4096" };

@@ -1,4 +1,4 @@
-//! Closed surfaces.
+//! Generators of closed surfaces.
 
 use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_4, TAU};
@@ -24,8 +24,7 @@ pub fn cuboid(cells: u32, size: [f64; 3]) -> Result<ObjDocument, MeshError> {
     cube(cells, |place| 0.5 * Vec3::from(size).component_mul(&place)).into_document("box")
 }
 
-/// A sphere of `radius` (m) about the origin: a [`cuboid`] of the same vertices and faces blown up, so that its quads
-/// are nearly alike and none meets a pole.
+/// A sphere of `radius` (m) about the origin: a projected [`cuboid`] with the same vertices and faces, so that its quads are similar in size and there are no poles.
 ///
 /// # Errors
 /// [`MeshError::Parameter`] when cells are not 1 to 4096 or the radius is not finite and above 0.
@@ -83,7 +82,7 @@ pub fn cylinder(around: u32, along: u32, radius: f64, height: f64) -> Result<Obj
     model.into_document("cylinder")
 }
 
-/// The welded surface of a lattice cube, its points put by `point` from their place in [-1, 1]^3.
+/// The surface of a lattice cube with shared vertices, mapped by `point` from [-1, 1]^3.
 fn cube(cells: u32, point: impl Fn(Vec3) -> Vec3) -> Model {
     let mut model = Model::default();
     let mut index = HashMap::new();

@@ -1,13 +1,13 @@
-//! More triangles of the same shape: larger models for benches.
+//! Midpoint subdivision, for larger models of the same shape in benchmarks.
 
 use std::fmt::Write;
 
 use crate::Surface;
 
-/// Every triangle cut into four at the middles of its edges.
+/// Splits every triangle into four at the midpoints of its edges.
 ///
-/// Points keep their numbers; the middle of edge e of [`Surface::edges`] is point n + e. Triangle t becomes 4 t (its
-/// first corner), 4 t + 1, 4 t + 2 and 4 t + 3 (its middle).
+/// Points keep their indices; the midpoint of edge e of [`Surface::edges`] is point n + e. Triangle t becomes 4 t, 4 t + 1 and 4 t + 2 at its corners and 4 t + 3 at its
+/// centre.
 pub fn subdivide(surface: &Surface) -> Surface {
     let first = surface.points.len() as u32;
     let mut points = surface.points.clone();

@@ -1,4 +1,4 @@
-//! The closest point of a triangle (Ericson 2005, by its seven regions).
+//! The closest point of a triangle, by its seven Voronoi regions (Ericson 2005).
 
 use super::Vec3;
 
@@ -7,7 +7,7 @@ use super::Vec3;
 pub struct Closest {
     /// Point, m.
     pub point: Vec3,
-    /// Weights of the corners.
+    /// Barycentric coordinates.
     pub bary: Vec3,
 }
 

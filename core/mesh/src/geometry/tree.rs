@@ -1,8 +1,7 @@
-//! Where parry is met: a tree over the triangles of a surface; and rays.
+//! A bounding volume hierarchy over the triangles of a surface, by parry, and ray queries.
 //!
-//! parry's maths is glam, ours is nalgebra; this is the one place that converts. Boxes of triangles are
-//! those of the settled surface and are refitted only when a shape is kept: what deforms is looked up through the cells of
-//! the grid instead, so no refit runs in a step (a full one costs 1.8 ms on 70,000 triangles).
+//! parry uses glam and this project nalgebra; this is the only file that converts. The boxes are those of the settled surface and are refitted only when a
+//! shape is kept. Deformed triangles are found through the cells of the grid instead, so no step refits (1.8 ms for all of 70,000 triangles).
 
 use super::Vec3;
 use parry3d_f64::bounding_volume::Aabb;
@@ -15,18 +14,18 @@ pub struct TriangleTree {
     bvh: Bvh,
 }
 
-/// Where a ray meets a triangle.
+/// Intersection of a ray with a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayHit {
     /// Index of the triangle that is hit.
     pub triangle: u32,
-    /// Along the ray, in lengths of its direction.
+    /// Parameter along the ray, in lengths of its direction.
     pub time: f64,
-    /// Weights of the triangle's corners.
+    /// Barycentric coordinates.
     pub bary: Vec3,
 }
 
-/// The same vector in the type of parry.
+/// Converts a vector to parry's type.
 fn to_parry(v: Vec3) -> Vector {
     Vector::new(v.x, v.y, v.z)
 }
@@ -37,20 +36,20 @@ fn bounds(points: &[Vec3], triangle: [u32; 3]) -> Aabb {
 }
 
 impl TriangleTree {
-    /// Over all `triangles`.
+    /// Builds the tree of all `triangles`.
     pub fn new(points: &[Vec3], triangles: &[[u32; 3]]) -> Self {
         let leaves: Vec<Aabb> = triangles.iter().map(|t| bounds(points, *t)).collect();
         Self { bvh: Bvh::from_leaves(BvhBuildStrategy::Binned, &leaves) }
     }
 
-    /// Calls `visit` with every triangle whose box meets the box around `centre` of half-size `reach`.
+    /// Calls `visit` with every triangle whose box intersects the box around `centre` with the half-size `reach` (both in m).
     pub fn near(&self, centre: Vec3, reach: f64, mut visit: impl FnMut(u32)) {
         let (centre, half) = (to_parry(centre), Vector::from([reach; 3]));
         let query = Aabb::new(centre - half, centre + half);
         self.bvh.intersect_aabb(&query).for_each(&mut visit);
     }
 
-    /// Takes over the new places of some triangles.
+    /// Updates the boxes of the triangles `changed` and of their parents.
     pub fn refit(&mut self, points: &[Vec3], triangles: &[[u32; 3]], changed: &[u32]) {
         for &t in changed {
             self.bvh.insert_or_update_partially(bounds(points, triangles[t as usize]), t, 0.0);
@@ -58,19 +57,18 @@ impl TriangleTree {
         self.bvh.refit_partial(&[], changed);
     }
 
-    /// Puts a triangle in, or in its new place.
+    /// Inserts a triangle, or updates its box.
     pub fn set(&mut self, triangle: u32, corners: [Vec3; 3]) {
         self.bvh.insert(bounds(&corners, [0, 1, 2]), triangle);
     }
 
-    /// Takes a triangle out.
+    /// Removes a triangle.
     pub fn remove(&mut self, triangle: u32) {
         self.bvh.remove(triangle);
     }
 
-    /// Calls `visit` with every triangle whose box comes within `margin` of the triangle `facet`. A box is passed over when
-    /// the plane of the facet, a plane through one of its sides, or its box parts the two; so the work goes with what lies
-    /// along a long thin facet, not with what lies in its box.
+    /// Calls `visit` with every triangle whose box comes within `margin` (m) of the triangle `facet`. A box is excluded if the plane of the facet, a plane through
+    /// one of its sides, or its bounding box separates the two, so a long thin facet does not visit everything in its bounding box.
     pub fn near_facet(&self, facet: [Vec3; 3], margin: f64, mut visit: impl FnMut(u32)) {
         let [a, b, c] = facet.map(to_parry);
         let normal = (b - a).cross(c - a);
@@ -93,8 +91,8 @@ impl TriangleTree {
         leaves.for_each(&mut visit);
     }
 
-    /// Calls `visit` with every triangle whose box meets the segment, and few whose box does not. By separating axes with a
-    /// little to spare: parry's test of rays misses boxes without thickness by rounding.
+    /// Calls `visit` with every triangle whose box intersects the segment, and possibly a few others. Uses separating axes with a tolerance, because parry's ray
+    /// test misses flat boxes by rounding.
     pub fn along(&self, from: Vec3, to: Vec3, mut visit: impl FnMut(u32)) {
         const SPARE: f64 = 1e-12;
         let (from, to) = (to_parry(from), to_parry(to));
@@ -114,7 +112,7 @@ impl TriangleTree {
     }
 }
 
-/// The first triangle a ray meets, from either side. Looks at all of them: for a single ray that is quicker than a tree.
+/// The first triangle a ray hits, from either side. Tests all triangles, which is faster than a tree for a single ray.
 pub fn cast(points: &[Vec3], triangles: &[[u32; 3]], origin: Vec3, direction: Vec3) -> Option<RayHit> {
     let mut first: Option<RayHit> = None;
     for (triangle, corners) in triangles.iter().enumerate() {
@@ -127,10 +125,10 @@ pub fn cast(points: &[Vec3], triangles: &[[u32; 3]], origin: Vec3, direction: Ve
     first
 }
 
-/// What a weight may be below zero, so that a ray along the edge of two triangles does not pass between them by rounding.
-const EDGE: f64 = 1e-9;
+/// Tolerance of barycentric coordinates below zero, so that a ray through the common edge of two triangles does not miss both by rounding.
+const EDGE_TOLERANCE: f64 = 1e-9;
 
-/// Time and weights of the point where a ray meets a triangle (Möller and Trumbore 1997), both sides.
+/// Parameter and barycentric coordinates of the intersection of a ray with a triangle from either side (Möller and Trumbore 1997).
 pub fn meet(corners: [Vec3; 3], origin: Vec3, direction: Vec3) -> Option<(f64, Vec3)> {
     let [a, b, c] = corners;
     let (ab, ac, d) = (b - a, c - a, direction);
@@ -144,7 +142,7 @@ pub fn meet(corners: [Vec3; 3], origin: Vec3, direction: Vec3) -> Option<(f64, V
     let q = s.cross(&ab);
     let v = d.dot(&q) / det;
     let time = ac.dot(&q) / det;
-    let inside = u >= -EDGE && v >= -EDGE && u + v <= 1.0 + EDGE && time >= 0.0;
+    let inside = u >= -EDGE_TOLERANCE && v >= -EDGE_TOLERANCE && u + v <= 1.0 + EDGE_TOLERANCE && time >= 0.0;
     inside.then_some((time, Vec3::new(1.0 - u - v, u, v)))
 }
 

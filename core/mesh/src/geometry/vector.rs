@@ -1,4 +1,4 @@
 //! Points and vectors.
 
-/// A point or vector in space: m, m/s, N or no unit, as its owner says. It is laid out as three numbers in a row.
+/// A point or vector in space, with the unit given by its owner. Its memory layout is three consecutive numbers.
 pub type Vec3 = nalgebra::Vector3<f64>;

@@ -1,11 +1,11 @@
-//! Walks the bytes of an OBJ file by lines and tokens.
+//! Cursor over the bytes of an OBJ file, by lines and tokens.
 //!
-//! A line may go on over a `\` at its end, except a comment: a comment that ends in a Windows path is more common than
-//! one that means to go on. Files without a single line feed are taken to end their lines with a carriage return.
+//! A `\` at the end of a line continues it, except in a comment, where it is more likely the end of a Windows path. In files without line feeds, lines end with a
+//! carriage return.
 
 use super::number;
 
-/// A place in the bytes, and the line it is on.
+/// A position in the bytes, with its line.
 #[derive(Clone, Debug)]
 pub(super) struct Cursor<'a> {
     bytes: &'a [u8],
@@ -15,7 +15,7 @@ pub(super) struct Cursor<'a> {
 }
 
 impl<'a> Cursor<'a> {
-    /// At the first line, behind the byte order mark if there is one.
+    /// A cursor at the first line, after the byte order mark if there is one.
     pub(super) fn new(bytes: &'a [u8]) -> Self {
         let at = if bytes.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
         let line_end = if bytes.contains(&b'\n') { b'\n' } else { b'\r' };
@@ -30,17 +30,17 @@ impl<'a> Cursor<'a> {
         self.line
     }
 
-    /// The line that holds byte `at`.
+    /// The line of the byte at `at`.
     pub(super) fn line_at(&self, at: usize) -> u32 {
         1 + self.bytes[..at].iter().filter(|&&byte| byte == self.line_end).count() as u32
     }
 
-    /// The same file at byte `at`. Its line number starts anew.
+    /// A cursor of the same file at the byte `at`, whose line count starts at 1.
     pub(super) fn moved_to(&self, at: usize) -> Self {
         Self { at, line: 1, ..self.clone() }
     }
 
-    /// Goes to the first byte of the next line that has one; `false` at the end of the file.
+    /// Moves to the next line that is not empty. Returns false at the end of the file.
     pub(super) fn next_line(&mut self) -> bool {
         while !self.skip_blanks() {
             if self.at == self.bytes.len() {
@@ -52,7 +52,7 @@ impl<'a> Cursor<'a> {
         true
     }
 
-    /// Goes past blanks and continued line ends; `false` when the line ends there.
+    /// Skips blanks and continued line ends. Returns false at the end of the line.
     pub(super) fn skip_blanks(&mut self) -> bool {
         while let Some(&byte) = self.bytes.get(self.at) {
             if byte == self.line_end {
@@ -69,12 +69,12 @@ impl<'a> Cursor<'a> {
         false
     }
 
-    /// As [`Self::skip_blanks`], and a comment ends the data of a line too.
+    /// Like [`Self::skip_blanks`], but a comment also ends the data of a line.
     pub(super) fn skip_to_data(&mut self) -> bool {
         self.skip_blanks() && self.bytes[self.at] != b'#'
     }
 
-    /// The token here, which may be empty; goes past it.
+    /// Reads the next token, which may be empty.
     pub(super) fn token(&mut self) -> &'a [u8] {
         let start = self.at;
         while !self.at_boundary() {
@@ -83,7 +83,7 @@ impl<'a> Cursor<'a> {
         &self.bytes[start..self.at]
     }
 
-    /// The finite number here, or the token that is none; goes past it.
+    /// Reads a finite number; returns the token as the error if it is none.
     pub(super) fn number(&mut self) -> Result<f64, &'a [u8]> {
         let start = self.at;
         if let Some((value, length)) = number::exact_prefix(&self.bytes[start..]) {
@@ -97,7 +97,7 @@ impl<'a> Cursor<'a> {
         number::parse(token).ok_or(token)
     }
 
-    /// The rest of the line with its continuations; goes to the line end.
+    /// Reads the rest of the line including its continuations.
     pub(super) fn rest(&mut self) -> &'a [u8] {
         let start = self.at;
         while self.skip_blanks() {
@@ -106,7 +106,7 @@ impl<'a> Cursor<'a> {
         &self.bytes[start..self.at]
     }
 
-    /// Goes to the line end and takes a `\` before it for text.
+    /// Skips to the end of the line, ignoring a `\` before it.
     pub(super) fn skip_comment(&mut self) {
         let rest = &self.bytes[self.at..];
         self.at += rest.iter().position(|&byte| byte == self.line_end).unwrap_or(rest.len());
@@ -121,7 +121,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// Length of the `\` here with the line end it hides; 0 when it hides none.
+    /// Length of a `\` with the line end it continues; 0 if there is none here.
     fn continuation(&self) -> usize {
         match self.bytes[self.at + 1..] {
             [byte, ..] if byte == self.line_end => 2,

@@ -1,38 +1,38 @@
-//! What can be wrong with an OBJ file, said so that a person can find the line and mend it.
+//! Errors of OBJ files, with the line and the remedy.
 
 use std::io;
 use std::path::PathBuf;
 
 use thiserror::Error;
 
-/// Why there is no document.
+/// Error of reading an OBJ file.
 #[derive(Debug, Error)]
 pub enum ObjError {
-    /// The file cannot be read at all.
+    /// The file cannot be read.
     #[error("{}: cannot be read: {source}", file.display())]
     Read {
-        /// The file asked for.
+        /// Path of the file.
         file: PathBuf,
-        /// What the system says.
+        /// Error of the system.
         source: io::Error,
     },
-    /// The file is read, and a line of it is not usable.
+    /// A line of the file is invalid.
     #[error("{}:{line}: {problem}", file.display())]
     Line {
         /// The file, as named by the caller.
         file: PathBuf,
-        /// From 1; the last line when something is missing from the whole file.
+        /// Line, from 1; the last line if something is missing in the whole file.
         line: u32,
-        /// What is wrong there.
+        /// The problem.
         problem: ObjProblem,
     },
 }
 
-/// What is wrong with a line. `entity` is the keyword of the line, `token` the text found, cut to 40 characters.
+/// Problem of a line. `entity` is the keyword of the line, `token` the text found, truncated to 40 characters.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[expect(missing_docs, reason = "each message reads its fields out")]
 pub enum ObjProblem {
-    /// A number that is not finite, or no number at all.
+    /// A token is not a finite number.
     #[error("`{entity}`: `{token}` is not usable; allowed: a finite decimal number such as -1.5e-3")]
     Number { entity: &'static str, token: String },
     /// The line ends too early, as in a truncated file.
@@ -41,69 +41,69 @@ pub enum ObjProblem {
     /// A weight of zero puts the vertex at infinity.
     #[error("`v` has the weight w = `{token}`; allowed: any finite w but 0")]
     ZeroWeight { token: String },
-    /// A corner that is not `v`, `v/vt`, `v//vn` or `v/vt/vn` with whole numbers.
+    /// A corner is not `v`, `v/vt`, `v//vn` or `v/vt/vn` with integers.
     #[error("`f` corner `{token}` is not usable; allowed: v, v/vt, v//vn or v/vt/vn with whole numbers")]
     Corner { token: String },
-    /// An index that names nothing. Positive ones may point further down the file, negative ones only up.
+    /// An index is out of range. Positive indices may refer to later lines, negative ones to earlier lines only.
     #[error("`f` corner `{token}`: there is no such {entity}; allowed: {}", range(*count))]
     Index { entity: &'static str, token: String, count: usize },
-    /// A face without an area.
+    /// A face has fewer than 3 corners.
     #[error("`f` has {found} corners; allowed: 3 or more")]
     FewCorners { found: usize },
-    /// A face that meets itself.
+    /// A face has a vertex twice.
     #[error("`f` names vertex {vertex} twice; allowed: each vertex once in a face")]
     RepeatedVertex { vertex: usize },
-    /// Bytes that no text has.
+    /// The file has NUL bytes.
     #[error("a NUL byte: this is a binary file or UTF-16 text; allowed: OBJ text in UTF-8 or Latin-1")]
     Nul,
-    /// Offsets would not fit.
+    /// The file is too large for 32-bit offsets.
     #[error("the file has {bytes} bytes; allowed: less than {}", u32::MAX)]
     TooLarge { bytes: usize },
-    /// Nothing in it.
+    /// The file is empty.
     #[error("the file is empty; allowed: one `v` and one `f` line at least")]
     Empty,
-    /// No `v` line.
+    /// The file has no `v` line.
     #[error("the file has no vertices; allowed: one `v` line at least")]
     NoVertices,
-    /// No `f` line.
+    /// The file has no `f` line.
     #[error("the file has {vertices} vertices but no faces; allowed: one `f` line at least")]
     NoFaces { vertices: usize },
 }
 
-/// Why a document was not written, or its normals not turned.
+/// Error of writing a document.
 #[derive(Debug, Error)]
 pub enum WriteError {
-    /// An array does not belong to this document.
+    /// The number of rows of an array differs from that of the document.
     #[error("{found} {entity} given; the document has {expected}")]
     Length {
-        /// What the array holds.
+        /// Content of the array.
         entity: &'static str,
         /// Number of rows given.
         found: usize,
         /// Rows of the document.
         expected: usize,
     },
-    /// A coordinate that no OBJ reader takes.
+    /// A coordinate is not finite.
     #[error("{entity} {index} is {value:?}; allowed: finite numbers")]
     NotFinite {
         /// `v` or `vn`.
         entity: &'static str,
-        /// From 1, as in the file.
+        /// Number of the row, from 1, as in the file.
         index: usize,
-        /// What was given.
+        /// The given coordinates.
         value: [f64; 3],
     },
-    /// The system could not take the bytes.
+    /// Writing failed.
     #[error("cannot write: {0}")]
     Io(#[from] io::Error),
 }
 
-/// The token as a message shows it.
+/// A token for messages, truncated.
 pub(super) fn shorten(token: &[u8]) -> String {
-    const MOST: usize = 40; // characters
-    let text = String::from_utf8_lossy(&token[..token.len().min(4 * MOST)]);
-    let mut short: String = text.chars().take(MOST).collect();
-    if short.len() < token.len() && text.chars().count() > MOST {
+    const MAX_CHARACTERS: usize = 40; // characters
+    let text = String::from_utf8_lossy(&token[..token.len().min(4 * MAX_CHARACTERS)]);
+    let mut short: String = text.chars().take(MAX_CHARACTERS).collect();
+    if short.len() < token.len() && text.chars().count() > MAX_CHARACTERS {
         short.push('…');
     }
     short

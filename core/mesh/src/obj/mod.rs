@@ -1,7 +1,7 @@
-//! A lossless OBJ document: the bytes as they came, and beside them what the lines mean.
+//! A lossless OBJ document: the original bytes with the parsed content.
 //!
-//! Nothing is ever re-printed from the meaning, but faces that a cut or new normals have changed. Writing copies the bytes and replaces only
-//! the coordinate tokens of the vertices that moved, so comments, colours, quads, groups, line ends and anything we do not understand survive.
+//! Only faces that a cut or new normals have changed are printed again. Writing copies the bytes and replaces the coordinates of moved vertices, so comments,
+//! colours, quads, groups, line ends and unknown statements are preserved.
 
 mod cursor;
 mod error;
@@ -22,7 +22,7 @@ pub use error::{ObjError, ObjProblem, WriteError};
 pub use normals::{ShadedCorner, TurnedNormals};
 pub use patch::Patch;
 
-/// An OBJ file and the meaning of its lines. Never empty: it has a vertex and a face at least.
+/// An OBJ file with its parsed content. It has at least one vertex and one face.
 #[derive(Clone, Debug)]
 pub struct ObjDocument {
     name: PathBuf,
@@ -42,7 +42,7 @@ pub struct Corner {
 /// One `f` line.
 #[derive(Clone, Copy, Debug)]
 pub struct Face<'a> {
-    /// Corners in the order of the file, 3 at least, no vertex twice.
+    /// Corners in the order of the file: at least 3, with distinct vertices.
     pub corners: &'a [Corner],
     /// Line in the file, from 1.
     pub line: u32,
@@ -50,20 +50,20 @@ pub struct Face<'a> {
     pub attributes: Attributes,
 }
 
-/// What `g`, `o`, `usemtl` and `s` lines say of the faces below them, as indices into the document's tables of names.
+/// Attributes of faces by `g`, `o`, `usemtl` and `s` lines, as indices into the document's tables of names.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Attributes {
-    /// Index into [`ObjDocument::groups`]; `None` above the first `g`.
+    /// Index into [`ObjDocument::groups`]; `None` before the first `g`.
     pub group: Option<u32>,
-    /// Index into [`ObjDocument::objects`]; `None` above the first `o`.
+    /// Index into [`ObjDocument::objects`]; `None` before the first `o`.
     pub object: Option<u32>,
-    /// Index into [`ObjDocument::materials`]; `None` above the first `usemtl`.
+    /// Index into [`ObjDocument::materials`]; `None` before the first `usemtl`.
     pub material: Option<u32>,
     /// Smoothing group; 0 is off.
     pub smoothing: u32,
 }
 
-/// The meaning of the lines. Offsets and indices are `u32`: a document is less than 4 GiB.
+/// Parsed content. Offsets and indices are `u32`, so a document must be smaller than 4 GiB.
 #[derive(Clone, Debug, Default)]
 struct Parsed {
     positions: Vec<Vec3>,         // file units (n x 3)
@@ -81,35 +81,35 @@ struct Parsed {
     libraries: Vec<String>,
 }
 
-const NONE: u32 = u32::MAX; // an absent vt or vn; a third of the memory of Option<u32> on three million corners
+const NONE: u32 = u32::MAX; // an absent vt or vn, which takes less memory than Option<u32>
 
 impl Corner {
-    /// Index into [`ObjDocument::texcoords`], if the corner names one.
+    /// Index into [`ObjDocument::texcoords`]; `None` if the corner has none.
     pub fn vt(&self) -> Option<u32> {
         (self.vt != NONE).then_some(self.vt)
     }
 
-    /// Index into [`ObjDocument::normals`], if the corner names one.
+    /// Index into [`ObjDocument::normals`]; `None` if the corner has none.
     pub fn vn(&self) -> Option<u32> {
         (self.vn != NONE).then_some(self.vn)
     }
 }
 
 impl ObjDocument {
-    /// The document in the file at `path`.
+    /// Reads the document at `path`.
     ///
     /// # Errors
-    /// [`ObjError`] when the file cannot be read or [`ObjDocument::parse`] refuses it.
+    /// [`ObjError`] if the file cannot be read or [`ObjDocument::parse`] refuses it.
     pub fn read(path: &Path) -> Result<Self, ObjError> {
         let bytes = read_file(path, MODEL_LIMIT).map_err(|source| ObjError::Read { file: path.into(), source })?;
         Self::parse(bytes, path)
     }
 
-    /// The document in `bytes`; `name` is only for messages and for finding material libraries beside it.
+    /// Parses the document in `bytes`; `name` is used in messages and to find material libraries in the same folder.
     ///
     /// # Errors
-    /// [`ObjError`] with file, line, entity and token for anything a surface cannot be made of: numbers that are not
-    /// finite, indices out of range, faces with fewer than 3 corners or a vertex twice, no vertex, no face, NUL bytes.
+    /// [`ObjError`] with file, line, entity and token for numbers that are not finite, indices out of range, faces with fewer than 3 corners or a repeated vertex,
+    /// documents without vertices or faces, and NUL bytes.
     pub fn parse(bytes: Vec<u8>, name: &Path) -> Result<Self, ObjError> {
         match parse::parse(&bytes) {
             Ok(parsed) => Ok(Self { name: name.into(), bytes, parsed }),
@@ -117,12 +117,12 @@ impl ObjDocument {
         }
     }
 
-    /// The path given when the document was made.
+    /// The path given to [`ObjDocument::read`] or [`ObjDocument::parse`].
     pub fn name(&self) -> &Path {
         &self.name
     }
 
-    /// The document as it came.
+    /// The original bytes.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
@@ -137,7 +137,7 @@ impl ObjDocument {
         &self.parsed.texcoords
     }
 
-    /// Normals in the order of the `vn` lines, not made unit (k x 3).
+    /// Normals in the order of the `vn` lines, not normalised (k x 3).
     pub fn normals(&self) -> &[Vec3] {
         &self.parsed.normals
     }
@@ -147,45 +147,45 @@ impl ObjDocument {
         self.parsed.face_line.len()
     }
 
-    /// Face number `index`, from 0; `None` past the last.
+    /// The face with this index; `None` past the last.
     pub fn face(&self, index: usize) -> Option<Face<'_>> {
         let line = *self.parsed.face_line.get(index)?;
         let run = self.parsed.runs.partition_point(|&(first, _)| first as usize <= index);
         Some(Face { corners: self.corners(index), line, attributes: self.parsed.runs[run - 1].1 })
     }
 
-    /// Every face in the order of the file.
+    /// All faces in the order of the file.
     pub fn faces(&self) -> impl Iterator<Item = Face<'_>> {
         (0..self.face_count()).filter_map(|index| self.face(index))
     }
 
-    /// Names on the `g` lines, each once; a line that names several groups is one name.
+    /// Distinct names of `g` lines; a line with several groups counts as one name.
     pub fn groups(&self) -> &[String] {
         &self.parsed.groups
     }
 
-    /// Names on the `o` lines, each once.
+    /// Distinct names of `o` lines.
     pub fn objects(&self) -> &[String] {
         &self.parsed.objects
     }
 
-    /// Names on the `usemtl` lines, each once.
+    /// Distinct names of `usemtl` lines.
     pub fn materials(&self) -> &[String] {
         &self.parsed.materials
     }
 
-    /// What follows `mtllib` on each such line, each once.
+    /// Distinct arguments of `mtllib` lines.
     pub fn libraries(&self) -> &[String] {
         &self.parsed.libraries
     }
 
-    /// The line, from 1, on which vertex `index` stands; `None` past the last. Counts line ends: for messages.
+    /// The line, from 1, of the vertex `index`; `None` past the last. The cost is linear in the file, so it is for messages only.
     pub fn line_of_vertex(&self, index: usize) -> Option<u32> {
         let at = *self.parsed.position_at.get(index)? as usize;
         Some(cursor::Cursor::new(&self.bytes).line_at(at))
     }
 
-    /// Vertex and normal's row of each corner of each face.
+    /// Vertex and row of the normal at each corner of each face.
     pub fn shaded_faces(&self) -> Vec<Vec<ShadedCorner>> {
         (0..self.face_count()).map(|face| self.corners(face).iter().map(|c| [c.v, c.vn]).collect()).collect()
     }

@@ -1,7 +1,7 @@
-//! The normals of a deformed surface.
+//! Normals of a deformed surface.
 //!
-//! An artist's normals say more than the faces do (smoothing, hard edges), so they go with the surface, not made anew. A row that several
-//! corners name is parted where they are turned differently.
+//! The normals of a file carry information that the faces do not (smoothing, hard edges), so they are rotated with the surface instead of computed again. A row
+//! that several corners share is duplicated if they rotate differently.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -10,36 +10,35 @@ use nalgebra::{Matrix3, UnitQuaternion};
 use super::write::same_bits;
 use crate::geometry::Vec3;
 
-/// A corner of a face: its vertex, and the row of its normal, `u32::MAX` for none.
+/// A corner of a face: its vertex, and the row of its normal, or `u32::MAX` for none.
 pub type ShadedCorner = [u32; 2];
 
-/// Where a face names a row of normals; in order by row, then by vertex.
+/// A use of a row of normals by a corner; ordered by row, then by vertex.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Naming {
     row: u32,
     vertex: u32,
     face: u32,
-    /// Place of the corner in its face.
+    /// Index of the corner in its face.
     place: u32,
 }
 
 /// Rows of normals after a deformation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TurnedNormals {
-    /// The rows there were (k x 3).
+    /// The rotated original rows (k x 3).
     pub rows: Vec<Vec3>,
-    /// Rows to be added behind them, where corners that shared one are turned differently.
+    /// Additional rows for corners that shared a row and rotate differently.
     pub added: Vec<Vec3>,
-    /// Corners whose row is another one now.
+    /// Corners that use another row than before.
     pub moved: BTreeMap<ShadedCorner, u32>,
 }
 
 impl TurnedNormals {
-    /// Turns `normals` (k x 3, of any length) with the faces that name them, whose vertices went from `rest` to `deformed` (n x 3).
+    /// Rotates `normals` (k x 3, any length) with the faces that use them, whose vertices moved from `rest` to `deformed` (n x 3).
     ///
-    /// At each vertex the faces that name a row have one deformation gradient, fitted to their edges and normals by least squares; the
-    /// row goes by its cofactors, which is exact where the deformation is linear, and keeps its length. Where no such face has a moved vertex
-    /// it stays bit for bit.
+    /// At each vertex, one deformation gradient is fitted by least squares to the edges and normals of the faces that use a row. The row is multiplied by its cofactor
+    /// matrix, which is exact for linear deformations, and rescaled to its length. It keeps every bit if no such face has a moved vertex.
     pub fn new(normals: &[Vec3], faces: &[Vec<ShadedCorner>], rest: &[Vec3], deformed: &[Vec3]) -> Self {
         let is_moved = |v: u32| !same_bits(&rest[v as usize], &deformed[v as usize]);
         let moved: Vec<bool> = faces.iter().map(|face| face.iter().any(|c| is_moved(c[0]))).collect();
@@ -58,7 +57,7 @@ impl TurnedNormals {
         turned
     }
 
-    /// Turns one row at each vertex; the row itself is that of corners that stay, or else of the first vertex.
+    /// Rotates one row at each vertex. The original row is kept for corners that do not rotate, otherwise for the first vertex.
     fn turn_row(&mut self, of_row: &[Naming], moved: &[bool], fan: impl Fn(&[Naming]) -> Fan) {
         let row = of_row[0].row;
         let normal = self.rows[row as usize];
@@ -87,13 +86,13 @@ impl TurnedNormals {
     }
 }
 
-/// Normals that agree to a millionth of their length are one row.
+/// Key of a normal: normals that agree to a millionth of their length share a row.
 fn rounded(normal: Vec3) -> [i64; 3] {
     let length = normal.norm().max(f64::MIN_POSITIVE);
     normal.map(|c| (1e6 * c / length).round() as i64).into()
 }
 
-/// The faces at a vertex that share a normal, at rest and deformed.
+/// Sums over the faces at a vertex that share a normal.
 #[derive(Default)]
 struct Fan {
     /// Sums of `e eT` and `e' eT` over the edges from the vertex.
@@ -120,7 +119,7 @@ fn fan(corners: &[Naming], faces: &[Vec<ShadedCorner>], rest: &[Vec3], deformed:
 }
 
 impl Fan {
-    /// A normal of its faces after the deformation, of the same length.
+    /// A normal after the deformation, with the same length.
     fn turn(&self, normal: Vec3) -> Vec3 {
         let [from, to] = self.normals;
         self.cofactors()
@@ -128,7 +127,7 @@ impl Fan {
             .map_or_else(|| turn(normal, &from, &to), |direction| normal.norm() * direction)
     }
 
-    /// Cofactors of the deformation gradient, of no particular size; `None` where edges do not tell one.
+    /// Cofactor matrix of the deformation gradient, up to a factor; `None` if the edges do not determine it.
     fn cofactors(&self) -> Option<Matrix3<f64>> {
         let [from, to] = self.normals.map(|n| n.try_normalize(0.0));
         let (from, to) = (from?, to?);
@@ -143,11 +142,11 @@ impl Fan {
 fn turn(normal: Vec3, from: &Vec3, to: &Vec3) -> Vec3 {
     match UnitQuaternion::rotation_between(from, to) {
         Some(rotation) => rotation * normal,
-        None => normal.map(|value| -value), // turned right over: no smallest rotation, but the other side is sure
+        None => normal.map(|value| -value), // half a turn, whose axis is undefined
     }
 }
 
-/// Normal of a polygon with its area for length (Newell).
+/// Normal of a polygon by Newell's method; its length is proportional to the area.
 fn vector_area(corners: &[ShadedCorner], positions: &[Vec3]) -> Vec3 {
     let at = |corner: &ShadedCorner| positions[corner[0] as usize];
     let origin = at(&corners[0]);

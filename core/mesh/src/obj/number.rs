@@ -1,8 +1,8 @@
-//! Decimal numbers, read and written without losing a bit.
+//! Exact reading and writing of decimal numbers.
 
 use std::io::{self, Write};
 
-/// The number at the front of `text` and its length in bytes, if it can be had with one exact multiplication.
+/// The number at the beginning of `text` and its length in bytes, if one exact multiplication or division suffices to read it.
 ///
 /// A mantissa up to 2^53 and a power of ten up to 10^22 are exact in f64, so their product or quotient is rounded
 /// once, as a correct reading must be (Clinger, 1990). `None` is not an error: [`parse`] decides.
@@ -31,7 +31,7 @@ pub(super) fn exact_prefix(text: &[u8]) -> Option<(f64, usize)> {
         }
         exponent += if negative { -(power as i64) } else { power as i64 };
     }
-    // 19 digits cannot overflow 64 bits; more may have wrapped round.
+    // 19 digits cannot overflow 64 bits; more may have.
     if !(1..=19).contains(&count) || mantissa > 1 << 53 || exponent.unsigned_abs() > 22 {
         return None;
     }
@@ -40,13 +40,13 @@ pub(super) fn exact_prefix(text: &[u8]) -> Option<(f64, usize)> {
     Some((if negative { -size } else { size }, at))
 }
 
-/// The finite number that is the whole of `token`.
+/// Reads the whole `token` as a finite number.
 pub(super) fn parse(token: &[u8]) -> Option<f64> {
     let value: f64 = std::str::from_utf8(token).ok()?.parse().ok()?;
     value.is_finite().then_some(value)
 }
 
-/// Writes the shortest decimal that reads back as `value`: 17 significant digits at most.
+/// Writes the shortest decimal that reads back as `value`, with at most 17 significant digits.
 pub(super) fn write(value: f64, out: &mut impl Write) -> io::Result<()> {
     if value == 0.0 || (1e-5..1e16).contains(&value.abs()) {
         write!(out, "{value}")
@@ -55,7 +55,7 @@ pub(super) fn write(value: f64, out: &mut impl Write) -> io::Result<()> {
     }
 }
 
-/// Adds the digits from `at` on to `value`; gives the place behind them.
+/// Appends the digits from index `at` to `value`. Returns the index after them.
 #[inline]
 fn digits(text: &[u8], mut at: usize, value: &mut u64) -> usize {
     while let Some(byte @ b'0'..=b'9') = text.get(at) {

@@ -1,7 +1,6 @@
-//! From bytes to meaning, in one pass.
+//! Single-pass OBJ parser.
 //!
-//! Positive indices may name vertices further down the file, so their range is checked once at the end; negative ones
-//! count back from their line and are checked there.
+//! Positive indices may refer to later lines, so their range is checked at the end; negative ones count back from their line and are checked there.
 
 use std::collections::HashMap;
 
@@ -9,7 +8,7 @@ use super::cursor::Cursor;
 use super::error::shorten;
 use super::{Attributes, Corner, NONE, ObjProblem, Parsed, number};
 
-/// The meaning of `bytes`, or the line, from 1, and what is wrong there.
+/// Parses `bytes`. Returns the line, from 1, and the problem if that fails.
 pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, (u32, ObjProblem)> {
     if bytes.len() >= u32::MAX as usize {
         return Err((1, ObjProblem::TooLarge { bytes: bytes.len() }));
@@ -35,7 +34,7 @@ struct Parser {
     tables: [Table; 4], // groups, objects, materials, libraries
 }
 
-/// Names, each once, in the order they came.
+/// Distinct names in the order of their first use.
 #[derive(Default)]
 struct Table {
     names: Vec<String>,
@@ -121,7 +120,7 @@ impl Parser {
         Ok(Corner { v, vt, vn })
     }
 
-    /// Checks what only the whole file can tell. A line of `None` is the last.
+    /// Checks the whole file. A line of `None` in the error means the last line.
     fn finish(mut self, bytes: &[u8]) -> Result<Parsed, (Option<u32>, ObjProblem)> {
         let out = &mut self.out;
         [out.groups, out.objects, out.materials, out.libraries] = self.tables.map(|table| table.names);
@@ -152,7 +151,7 @@ impl Parser {
 const ENTITIES: [&str; 3] = ["v", "vt", "vn"];
 
 impl Table {
-    /// The index of the name that is the rest of the line; `None` for no name.
+    /// Index of the name in the rest of the line; `None` if it is empty.
     fn index_of(&mut self, cursor: &mut Cursor) -> Option<u32> {
         let name = text(cursor.rest());
         if name.is_empty() {
@@ -166,7 +165,7 @@ impl Table {
     }
 }
 
-/// UTF-8, or else Latin-1, which old exporters write and which gives every byte a character of its own.
+/// Decodes UTF-8, or otherwise Latin-1, which old exporters write and which accepts every byte.
 fn text(bytes: &[u8]) -> String {
     let text = match std::str::from_utf8(bytes) {
         Ok(text) => text.to_owned(),
@@ -175,7 +174,7 @@ fn text(bytes: &[u8]) -> String {
     text.replace("\\\r\n", " ").replace("\\\n", " ").trim().to_owned()
 }
 
-/// Up to 3 numbers, `least` at least; absent ones are 0.
+/// Reads `least` to 3 numbers; missing ones are 0.
 #[inline]
 fn numbers(cursor: &mut Cursor, entity: &'static str, least: usize) -> Result<[f64; 3], ObjProblem> {
     let mut values = [0.0; 3];
@@ -191,7 +190,7 @@ fn numbers(cursor: &mut Cursor, entity: &'static str, least: usize) -> Result<[f
     Ok(values)
 }
 
-/// Checks a fourth number that stands alone: it is a weight. More than one are a colour and none of our business.
+/// Checks a single fourth number, which is a weight. More numbers are a colour and ignored.
 #[inline]
 fn weight(cursor: &mut Cursor) -> Result<(), ObjProblem> {
     if !cursor.skip_to_data() {
@@ -208,7 +207,7 @@ fn weight(cursor: &mut Cursor) -> Result<(), ObjProblem> {
     }
 }
 
-/// The number of the smoothing group; what is no number (`off`, nothing) is 0, and `on` is 1.
+/// Number of the smoothing group; `on` is 1, and any other text, such as `off`, is 0.
 fn smoothing(cursor: &mut Cursor) -> u32 {
     cursor.skip_to_data();
     match cursor.token() {
@@ -236,7 +235,7 @@ fn whole_number(text: &[u8]) -> Option<i64> {
     Some(if negative { -value } else { value })
 }
 
-/// The index from 0 of what the file calls `value` when `count` are read so far.
+/// Converts the index `value` of the file to one from 0, after `count` rows have been read.
 #[inline]
 fn from_zero(value: i64, count: usize) -> Option<u32> {
     let index = match value {
@@ -247,7 +246,7 @@ fn from_zero(value: i64, count: usize) -> Option<u32> {
     u32::try_from(index).ok().filter(|&index| index != NONE)
 }
 
-/// A vertex that two of the corners share.
+/// A vertex that occurs twice among the corners.
 #[inline]
 fn repeated(corners: &[Corner]) -> Option<u32> {
     if let [a, b, c] = corners {

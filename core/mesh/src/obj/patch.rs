@@ -1,8 +1,7 @@
-//! Writing a document with some faces changed and some added.
+//! Writing a document with changed and added faces.
 //!
-//! New rows come after all of the document's own, so no number in the file changes its meaning; a face that needs them
-//! follows them, as most readers ask for. Faces behind the last row of the file are changed in their place, those before it
-//! move behind it, with their group, object, material and smoothing stated again.
+//! New rows follow all rows of the document, so no index in the file changes its meaning; a face that uses them comes after them, as most readers require. Faces
+//! after the last row of the file are changed in place; those before it move behind it, and their group, object, material and smoothing are repeated.
 
 use std::collections::BTreeMap;
 use std::io::{BufWriter, Write};
@@ -12,28 +11,27 @@ use super::write::{edits, same_length};
 use super::{NONE, ObjDocument, WriteError, number};
 use crate::geometry::Vec3;
 
-/// What is other than in the document. Rows are numbered on from those of the document.
+/// Changes of a document. Indices of new rows continue those of the document.
 #[derive(Clone, Debug, Default)]
 pub struct Patch<'a> {
-    /// Rows after the last `v` (file units).
+    /// New `v` rows (file units).
     pub positions: &'a [Vec3],
-    /// Rows after the last `vt`.
+    /// New `vt` rows.
     pub texcoords: &'a [[f64; 2]],
-    /// Rows after the last `vn`.
+    /// New `vn` rows.
     pub normals: &'a [Vec3],
-    /// What stands for a face, by its number: polygons of position, texture coordinate and normal, from 0; `u32::MAX` for
-    /// none.
+    /// Replacements of faces, by index: polygons of rows of positions, texture coordinates and normals, from 0; `u32::MAX` for none.
     pub faces: BTreeMap<u32, Vec<Vec<[u32; 3]>>>,
-    /// Faces of a group and material of their own.
+    /// Added faces, with their own group and material.
     pub added: Vec<[[u32; 3]; 3]>,
-    /// The name of both.
+    /// Name of that group and material.
     pub name: &'a str,
 }
 
-/// The lines that say what a face belongs to: group, object, material, smoothing.
+/// The lines with the attributes of a face: group, object, material, smoothing.
 type State<'a> = [Option<&'a [u8]>; 4];
 
-/// A piece of the document and what is written instead.
+/// A range of the document and its replacement.
 struct Edit {
     from: usize,
     to: usize,
@@ -41,7 +39,7 @@ struct Edit {
 }
 
 impl ObjDocument {
-    /// As [`ObjDocument::write`], with a patch. An empty patch changes nothing.
+    /// Writes the document like [`ObjDocument::write`], with a patch. An empty patch changes nothing.
     ///
     /// # Errors
     /// As for [`ObjDocument::write`].
@@ -74,7 +72,7 @@ impl ObjDocument {
         Ok(out.flush()?)
     }
 
-    /// Coordinates of the document's own rows that changed.
+    /// Replacements of changed coordinates in the document's own rows.
     fn coordinates(&self, positions: &[Vec3], normals: Option<&[Vec3]>) -> Result<Vec<Edit>, WriteError> {
         let parsed = &self.parsed;
         let mut rows = edits("v", &parsed.position_at, &parsed.positions, positions)?;
@@ -99,7 +97,7 @@ impl ObjDocument {
         Ok(found)
     }
 
-    /// New rows, changed faces, and numbers that count back over the new rows.
+    /// Replacements for new rows, changed faces, and negative indices that would count over the new rows.
     fn statements(&self, patch: &Patch<'_>) -> Result<Vec<Edit>, WriteError> {
         let last_row = self.last_row();
         let end = self.line_end();
@@ -170,12 +168,12 @@ impl ObjDocument {
         last
     }
 
-    /// The end of a line's text: before the carriage return of a line end of two bytes.
+    /// End of a line's text, before the carriage return of a two-byte line end.
     fn before_return(&self, at: usize) -> usize {
         at - usize::from(at > 0 && self.bytes[at - 1] == b'\r')
     }
 
-    /// A line behind the last row with its backward numbers counted from the start of the file.
+    /// A line after the last row with its negative indices replaced by positive ones.
     fn counted_forward(&self, line: &[u8]) -> Vec<u8> {
         let counts = [self.positions().len(), self.texcoords().len(), self.normals().len()];
         let mut words = Vec::new();
@@ -220,7 +218,7 @@ impl ObjDocument {
     }
 }
 
-/// New rows and the faces moved behind them, then what was in force there.
+/// The new rows, the faces moved behind them, and then the attributes in force at that point.
 fn rows(
     patch: &Patch<'_>,
     end: &[u8],

@@ -1,4 +1,4 @@
-//! Writing a document back: its own bytes, and new coordinates where a vertex moved.
+//! Writing a document: its own bytes, with new coordinates of moved vertices.
 
 use std::io::{BufWriter, Write};
 use std::iter::zip;
@@ -11,12 +11,11 @@ use crate::geometry::Vec3;
 impl ObjDocument {
     /// Writes the document with `positions` (n x 3, file units) and, if given, `normals` (k x 3) into `out`.
     ///
-    /// A row whose bits equal the parsed ones keeps its bytes. On the line of any other only the three coordinates
-    /// are replaced; keyword, spacing, weight, colour, comment and line end stay.
+    /// A row with unchanged values keeps its bytes. In other rows only the three coordinates are replaced; keyword, spacing, weight, colour, comment and line
+    /// end stay.
     ///
     /// # Errors
-    /// [`WriteError`] when an array has not as many rows as the document, a changed row is not finite (nothing is
-    /// written then), or `out` fails.
+    /// [`WriteError`] if the number of rows of an array differs from that of the document, a changed row is not finite (nothing is written then), or `out` fails.
     pub fn write(&self, positions: &[Vec3], normals: Option<&[Vec3]>, out: &mut impl Write) -> Result<(), WriteError> {
         let parsed = &self.parsed;
         let mut edits = edits("v", &parsed.position_at, &parsed.positions, positions)?;
@@ -44,8 +43,8 @@ impl ObjDocument {
 }
 
 impl ObjDocument {
-    /// Writes the document with its vertices at `deformed` (n x 3, file units); normals go with the faces that name them. A row of normals
-    /// whose corners are turned differently is parted: new rows come after the last, and the faces that need them follow.
+    /// Writes the document with its vertices at `deformed` (n x 3, file units). Normals rotate with the faces that refer to them; a row of normals whose corners
+    /// rotate differently is duplicated: new rows follow the last one, and faces that use them come after them.
     ///
     /// # Errors
     /// As for [`ObjDocument::write`].
@@ -70,7 +69,7 @@ impl ObjDocument {
     }
 }
 
-/// Offset of the line and new row of everything that changed.
+/// Offset of the line and new values of every changed row.
 pub(super) fn edits<'a>(
     entity: &'static str,
     at: &[u32],
@@ -98,7 +97,7 @@ pub(super) fn same_length(entity: &'static str, given: &[Vec3], own: &[Vec3]) ->
     Ok(())
 }
 
-/// Whether two rows are the same number for number, zeros of either sign told apart.
+/// Whether two rows are bit-identical.
 pub(super) fn same_bits(a: &Vec3, b: &Vec3) -> bool {
     a.map(f64::to_bits) == b.map(f64::to_bits)
 }

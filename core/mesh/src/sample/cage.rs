@@ -1,7 +1,7 @@
 //! A control cage of quads, grown by extrusion.
 //!
-//! Every limb is a list of rings: where its cross-section is, which way it faces and how large it is. So an animal is
-//! a table of rings, and a cage grown from a closed one stays closed.
+//! A limb is a list of rings, which are cross-sections with position, direction and size. An animal is a table of rings, and extrusion keeps a closed cage
+//! closed.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -34,11 +34,11 @@ pub(super) struct Ring {
     pub(super) half: [f64; 2],
 }
 
-/// A limb's rings seen with this direction up; not along any of their facings.
+/// Upward direction of a limb's rings; not parallel to the direction of any ring.
 pub(super) type Up = [f64; 3];
 
 impl Ring {
-    /// The point of the ring that a square of [-1, 1]^2 drawn out to a circle has at `place`.
+    /// The point of the ring at `place` in [-1, 1]^2, with the square mapped to a disc.
     fn point(&self, up: Up, place: Vector2<f64>) -> Vec3 {
         let [right, up] = axes(up, self.facing.into());
         let squared = place.component_mul(&place);
@@ -84,14 +84,14 @@ impl Cage {
         cage
     }
 
-    /// The quad whose middle is nearest to `place`.
+    /// The quad whose centroid is closest to `place`.
     pub(super) fn nearest(&self, place: [f64; 3]) -> usize {
         let distance = |quad: usize| (self.middle(&[quad]) - Vec3::from(place)).norm_squared();
         (0..self.quads.len()).min_by(|&a, &b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
     }
 
-    /// Pulls the quads of `root`, which hang together, out through `rings`. They and their sides become `part`, but
-    /// the sides up to the first ring are a collar of what the limb grows from.
+    /// Extrudes the connected quads of `root` through `rings`. They and their sides become `part`, except the sides up to the first ring, which keep the
+    /// part the limb grows from.
     pub(super) fn limb(&mut self, root: &[usize], up: Up, rings: &[Ring], part: usize) {
         let normal: Vec3 = root.iter().map(|&quad| self.normal(quad)).sum();
         let [right, above] = axes(up, normal);
@@ -113,8 +113,8 @@ impl Cage {
         }
     }
 
-    /// Parts the quads of `root` from the rest and joins both borders by side quads. Gives the new point for each old
-    /// one; points inside the root have no other quads and stay what they are.
+    /// Separates the quads of `root` from the rest and connects both borders by side quads. Returns the new point for each old border point; interior points of
+    /// the root keep their indices.
     fn extrude(&mut self, root: &[usize]) -> BTreeMap<u32, u32> {
         let sides = |quad: &Quad| [0, 1, 2, 3].map(|corner| (quad.corners[corner], quad.corners[(corner + 1) % 4]));
         let inside: BTreeSet<(u32, u32)> = root.iter().flat_map(|&quad| sides(&self.quads[quad])).collect();
@@ -133,7 +133,7 @@ impl Cage {
         moved
     }
 
-    /// Normal of a quad with its area for length.
+    /// Normal of a quad; its length is the area.
     pub(super) fn normal(&self, quad: usize) -> Vec3 {
         let [a, b, c, d] = self.quads[quad].corners.map(|corner| self.points[corner as usize]);
         0.5 * (c - a).cross(&(d - b))
@@ -146,7 +146,7 @@ impl Cage {
     }
 }
 
-/// Unit axes to the right and up of something that looks along `facing`.
+/// Unit vectors to the right and upwards for the viewing direction `facing`.
 fn axes(up: Up, facing: Vec3) -> [Vec3; 2] {
     let right = Vec3::from(up).cross(&facing).normalize();
     [right, facing.normalize().cross(&right)]

@@ -1,7 +1,7 @@
-//! A model an artist would call a model, made by rule: something to try every verb on without a file of one's own.
+//! Procedural sample models, to try every command without a model file.
 //!
-//! A cage of quads is smoothed by Catmull-Clark subdivision, which gives what a modeler's export has: quads, smooth
-//! normals, a group and a material for each part, and texture charts.
+//! A cage of quads is smoothed by Catmull-Clark subdivision. The result resembles the export of a modeler: quads, smooth normals, a group and a material for
+//! each part, and texture charts.
 
 mod cage;
 mod catmull_clark;
@@ -17,10 +17,10 @@ use charts::{Charts, View};
 use super::MeshError;
 use crate::geometry::Vec3;
 
-/// The samples there are.
+/// Names of the samples.
 pub const NAMES: [&str; 1] = ["elephant"];
 
-/// The `detail` that suits most uses.
+/// Default `detail`.
 pub const DEFAULT_DETAIL: u32 = 2;
 
 const LONGEST: f64 = 0.1; // m, longest edge of the box
@@ -70,7 +70,7 @@ fn need(name: &str) -> Result<(), MeshError> {
     Err(MeshError::Parameter { parameter: "sample", found: format!("`{name}`"), allowed: "elephant" })
 }
 
-/// Scales the cage to its size in metres and puts it on the ground, its middle over the origin.
+/// Scales the cage to its size in metres and places it on the ground with its centre above the origin.
 fn stand(cage: &mut Cage) {
     let start = (cage.points[0], cage.points[0]);
     let (min, max) = cage.points.iter().fold(start, |(min, max), point| (min.inf(point), max.sup(point)));

@@ -1,5 +1,5 @@
-//! Catalogues of cases with known answers: what is run, with which methods, at which resolutions, and what should come out. The keys
-//! of the file are older than some names of fields; `serde` keeps them.
+//! Catalogues of cases with known answers: scenes, methods, resolutions and expected values. Keys of the file differ from names of fields where `serde` renames
+//! them.
 
 use crate::catalogue::{CatalogueError, NotRun};
 use crate::measure::ExpectedMeasure;
@@ -30,17 +30,17 @@ pub(super) struct AccuracyCase {
     pub(super) scene: String,
     /// Source of the expected values.
     pub(super) source: String,
-    /// The error in words.
+    /// Description of the error.
     pub(super) norm: String,
     /// Largest allowed error at the resolution `tolerance_at`.
     pub(super) tolerance: f64,
-    /// Resolution the tolerance is meant for: cells along the edge, or a step (s).
+    /// Resolution for which the tolerance holds: cells along the edge, or a step (s).
     #[serde(rename = "at")]
     pub(super) tolerance_at: f64,
-    /// What is refined.
+    /// The refined quantity.
     #[serde(rename = "over")]
     pub(super) refinement: Refinement,
-    /// What is measured. The error of a run is the largest error of its measures.
+    /// Measured quantities. The error of a run is the largest error among them.
     #[serde(rename = "measure")]
     pub(super) measures: Vec<ExpectedMeasure>,
     /// Resolutions in space, coarse to fine.
@@ -70,13 +70,13 @@ fn default_floor() -> f64 {
     1e-10
 }
 
-/// What is refined between the runs of a case.
+/// The quantity that is refined between the runs of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 pub(super) enum Refinement {
-    /// The mesh: errors go with the cell to the power of the order.
+    /// The mesh: errors are proportional to a power of the cell size.
     #[serde(rename = "n")]
     Space,
-    /// The step: errors go with the step to the power of the order.
+    /// The step: errors are proportional to a power of the step.
     #[serde(rename = "dt")]
     Time,
 }
@@ -116,7 +116,7 @@ impl AccuracyCatalogue {
     /// Reads a catalogue.
     ///
     /// # Errors
-    /// A text that is not a catalogue; a case without a level, step, measure or method, or with a wrong number of expected values.
+    /// Returns an error if the text is not a catalogue, or if a case has no level, step, measure or method, or a wrong number of expected values.
     pub fn parse(text: &str) -> Result<Self, CatalogueError> {
         let catalogue: Self = toml::from_str(text)?;
         for case in &catalogue.cases {

@@ -6,7 +6,7 @@ use crate::plot::{Axis, Curve, LinePlot, format_short};
 use crate::row::Row;
 use crate::section::{Section, Table};
 
-/// Errors of the overview: which method reaches them first.
+/// Errors of the overview, for which the fastest method is listed.
 const ERROR_GOALS: [f64; 3] = [1e-2, 1e-3, 1e-4];
 
 /// A case and its rows.
@@ -25,7 +25,7 @@ pub(super) fn accuracy_sections<'a>(cases: &'a [AccuracyCase], rows: &'a [Row]) 
     sections
 }
 
-/// Which method reaches each error first.
+/// The fastest method for each error.
 fn overview(cases: &[CaseRows<'_>]) -> Section {
     let caption = "Which method reaches an error first, and in how many seconds of steps";
     let mut table = Table::new(caption, &["case", "1e-2", "1e-3", "1e-4"]);
@@ -92,7 +92,7 @@ impl CaseRows<'_> {
         methods
     }
 
-    /// What is refined, of one row: cells along the edge, or the step (s).
+    /// The refined quantity of a row: cells along the edge, or the step (s).
     fn size(&self, row: &Row) -> f64 {
         match self.case.refinement {
             Refinement::Space => row.n as f64,
@@ -168,11 +168,11 @@ impl CaseRows<'_> {
             cells.extend([format_short(r.wall_seconds), format_short(r.cpu_seconds)]);
             cells.extend([format_short(r.bytes as f64 / 1e6), r.iterations.to_string()]);
             cells.push(match (r.passed, r.on_front) {
-                (Some(false), _) => format!("missed: {}", r.note.trim_end_matches([';', ' '])),
+                (Some(false), _) => format!("failed: {}", r.note.trim_end_matches([';', ' '])),
                 (_, true) => "within; on the front".into(),
                 _ => "within".into(),
             });
-            table.push(cells, r.missed());
+            table.push(cells, r.failed());
         }
         table
     }

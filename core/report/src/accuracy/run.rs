@@ -12,7 +12,7 @@ use crate::scene_run::{SceneRun, SceneSource};
 use crate::settings::{merge, setting};
 use std::path::Path;
 
-/// How far an observed order may be below the expected one.
+/// Largest difference by which an observed order may be below the expected one.
 const ORDER_SLACK: f64 = 0.3;
 
 /// A method at a resolution.
@@ -21,7 +21,7 @@ struct CaseRun<'a> {
     case: &'a AccuracyCase,
     method: &'a Method,
     level: &'a Level,
-    /// s
+    /// Step, s.
     dt: f64,
 }
 
@@ -37,7 +37,7 @@ pub fn accuracy(
     Measurements { rows, sections, not_run: catalogue.not_run.clone() }
 }
 
-/// Rows of all runs, or of those before the report was stopped.
+/// Rows of all runs until the report is stopped.
 fn run_all(
     catalogue: &AccuracyCatalogue,
     scenes: SceneSource<'_>,
@@ -85,7 +85,7 @@ fn runs_of(case: &AccuracyCase, quick: bool) -> Vec<CaseRun<'_>> {
 }
 
 impl CaseRun<'_> {
-    /// The row with all that is set and nothing that is measured.
+    /// The row with all settings and no measurements.
     fn empty_row(&self, threads: usize) -> Row {
         Row {
             case: self.case.name.clone(),
@@ -105,14 +105,14 @@ impl CaseRun<'_> {
         if !method.settings.contains_key("time.dt") {
             settings.push(setting("time.dt", dt));
         }
-        let Some(text) = scenes(&case.scene) else { return row.failed(format!("no scene `{}`", case.scene)) };
+        let Some(text) = scenes(&case.scene) else { return row.with_failure(format!("no scene `{}`", case.scene)) };
         let path = Path::new(&case.scene).with_extension("toml");
         let (threads, search, clock) = (context.options.threads, &context.options.search, context.options.clock);
         let run = SceneRun { path: &path, text, settings, threads, search, clock };
         let measures: Vec<&Measure> = case.measures.iter().map(|expected| &expected.measure).collect();
         let result = match run.run(&measures, |_| !context.is_stopped()) {
             Ok(result) => result,
-            Err(error) => return row.failed(error.to_string()),
+            Err(error) => return row.with_failure(error.to_string()),
         };
         context.add_run(&result);
         let mut largest = 0.0_f64;

@@ -1,4 +1,4 @@
-//! The haptic loop in real time: how late its ticks begin.
+//! Lateness of the ticks of the haptic loop in real time.
 
 use super::catalogue::HapticLoop;
 use crate::context::ReportContext;
@@ -8,7 +8,7 @@ use crate::settings::merge;
 use pliant_live::{LiveSession, LiveSettings};
 use std::path::Path;
 
-/// s, duration of a run, and of one in a quick report
+/// Duration of a run, in full and in quick reports, s.
 const SECONDS: (f64, f64) = (20.0, 2.0);
 
 /// Runs a scene in real time. The row passes if 99 % of the ticks begin within the allowed lateness.
@@ -16,17 +16,17 @@ pub(super) fn haptic_loop(case: &HapticLoop, scenes: SceneSource<'_>, context: &
     let threads = context.options.threads;
     let mut row = Row { case: "haptic-loop".into(), method: case.name.clone(), threads, ..Row::default() };
     row.tolerance = Some(case.allowed_lateness);
-    let Some(text) = scenes(&case.scene) else { return row.failed(format!("no scene `{}`", case.scene)) };
+    let Some(text) = scenes(&case.scene) else { return row.with_failure(format!("no scene `{}`", case.scene)) };
     let (search, clock) = (&context.options.search, context.options.clock);
     let settings = merge([&case.settings]);
     let run = SceneRun { path: Path::new(&case.scene), text, settings, threads, search, clock };
     let mut session = match run.open() {
         Ok((_, session)) => session,
-        Err(error) => return row.failed(error.to_string()),
+        Err(error) => return row.with_failure(error.to_string()),
     };
     let mut live = match LiveSession::start(&mut session, LiveSettings { rate: Some(case.rate), view: None }) {
         Ok(live) => live,
-        Err(error) => return row.failed(error.to_string()),
+        Err(error) => return row.with_failure(error.to_string()),
     };
     let seconds = if context.options.quick { SECONDS.1 } else { SECONDS.0 };
     while live.is_alive() && live.seconds() < seconds && !context.is_stopped() {

@@ -1,5 +1,5 @@
-//! What a step costs: time against size, threads, contacts and stage, beside a model of operations; what leaving parts out saves; and how
-//! late the ticks of the haptic loop begin.
+//! Performance reports: step time against size, threads, contacts and stage, with a model of operations; savings by leaving parts out; and lateness of the
+//! ticks of the haptic loop.
 
 mod catalogue;
 mod haptic_loop;

@@ -20,7 +20,7 @@ fn result(r: &Row, key: &str) -> f64 {
     r.results.get(key).copied().unwrap_or(f64::NAN)
 }
 
-/// s, median time of a step of a row
+/// Median step time of a row, s.
 fn step_seconds(r: &Row) -> f64 {
     r.step_seconds_median.unwrap_or(f64::NAN)
 }
@@ -65,7 +65,7 @@ impl<'a> SweepRows<'a> {
         section.tables = vec![self.time_table(), self.model_table()];
         for r in rows.iter().filter(|r| r.case == format!("growth: {}", sweep.name)) {
             let (order, expected) = (r.order.unwrap_or(f64::NAN), r.expected_order.unwrap_or(f64::NAN));
-            let word = if r.missed() { "more than expected" } else { "as expected" };
+            let word = if r.failed() { "more than expected" } else { "as expected" };
             section.text.push(format!(
                 "With {} thread(s) the time of a step grows with the nodes to the power of {order:.2}; expected is \
                  {expected}: {word}.",
@@ -151,7 +151,7 @@ impl<'a> SweepRows<'a> {
     }
 }
 
-/// What leaving parts out saves.
+/// Time saved by leaving parts out.
 fn left_out_section(rows: &[Row]) -> Option<Section> {
     let head = ["what", "as it is (ms a step)", "with it (ms a step)", "saved (%)", "spread of either (%)"];
     let mut table = Table::new("Each scene against itself", &head);
@@ -201,8 +201,8 @@ fn haptic_section(rows: &[Row]) -> Option<Section> {
         cells.push(format_short(100.0 * result(r, "share of real time kept")));
         cells.extend(keys.map(|key| milliseconds(result(r, key))));
         cells.push(milliseconds(r.tolerance.unwrap_or(f64::NAN)));
-        cells.push(if r.missed() { format!("missed; {}", r.note) } else { "within".into() });
-        table.push(cells, r.missed());
+        cells.push(if r.failed() { format!("failed; {}", r.note) } else { "within".into() });
+        table.push(cells, r.failed());
     }
     let text = "The same scenes in real time, with the haptic loop, the simulation and the watchdog each in a thread of its \
                 own. The load of the machine affects these times.";

@@ -1,7 +1,7 @@
 //! Runs a performance catalogue.
 //!
-//! Every run warms up first. Runs that are compared are repeated in turn, in an order drawn anew each time, so that what else the machine
-//! does falls on all of them alike. Steps are given by their median and 99th percentile, repeats by the range of their medians.
+//! Every run has a warm-up. Compared runs are interleaved, in a new random order for each repetition, so that background load affects all of them alike. Step
+//! times are given by median and 99th percentile, repetitions by the range of their medians.
 
 use super::catalogue::PerformanceCatalogue;
 use super::haptic_loop::haptic_loop;
@@ -16,9 +16,9 @@ use crate::row::Row;
 use crate::scene_run::SceneSource;
 use std::path::Path;
 
-/// How far the exponent of the cost may be above the expected one.
+/// Largest difference by which the exponent of the cost may exceed the expected one.
 const GROWTH_SLACK: f64 = 0.3;
-/// Number of times a case is run, and in a quick report.
+/// Number of repetitions of a case, in full and in quick reports.
 const REPEATS: (usize, usize) = (5, 2);
 
 /// Runs every wanted case of a catalogue, and times the start of `program` if it is given.

@@ -1,4 +1,4 @@
-//! How long the program takes to start.
+//! Start-up time of the program.
 
 use crate::context::ReportContext;
 use crate::fit::{median, relative_range};
@@ -9,7 +9,7 @@ use std::process::{Command, Stdio};
 /// Number of times the program is started.
 const REPEATS: usize = 9;
 
-/// Times the program printing its version.
+/// Measures the time in which the program prints its version.
 pub(super) fn start_up(program: &Path, context: &ReportContext<'_>) -> Row {
     let wall = context.options.clock.wall;
     let once = || {

@@ -10,7 +10,7 @@ use pliant_mesh::geometry::Vec3;
 use pliant_record::Machine;
 use std::path::Path;
 
-/// Share of a run's steps that warm it up and are not timed.
+/// Fraction of a run's steps that are warm-up and not timed.
 const WARM_UP: f64 = 0.2;
 
 /// Stages of a step, in the order of [`RunResult::stage_seconds`].
@@ -18,7 +18,7 @@ pub(super) const STAGES: [&str; 3] = ["regions", "contact", "integration"];
 
 /// A case that is timed.
 pub(super) struct TimedCase<'a> {
-    /// The row with all that is set, and a note on a run that failed.
+    /// The row with all settings, and a note on a failed run.
     pub(super) row: Row,
     /// Name of the scene.
     scene: &'a str,
@@ -75,7 +75,7 @@ impl<'a> TimedCase<'a> {
         let (mut contacts, mut constraints) = (0, Vec::new());
         let run = SceneRun { path, text, settings, threads, search, clock }.run(&[], |session| {
             if session.steps() == 1 {
-                // No tool touches yet: what is held now is held by the scene.
+                // No tool is in contact yet, so all constrained nodes are fixings of the scene.
                 constraints = session.bodies.iter().map(|b| b.system.nodes.constraint.clone()).collect();
             }
             contacts = 0;

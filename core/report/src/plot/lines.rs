@@ -10,9 +10,9 @@ pub struct Curve {
     pub name: String,
     /// Points (x, y) in the order they are joined.
     pub points: Vec<(f64, f64)>,
-    /// Which points have a large mark; those after the end of the list have a small one.
+    /// Whether each point has a large mark; points beyond the end of the list have a small one.
     pub large: Vec<bool>,
-    /// Whether the curve is what theory says: dashed, without marks.
+    /// Whether it is a theoretical curve, drawn dashed without marks.
     pub theory: bool,
 }
 
@@ -48,7 +48,7 @@ struct Scale {
 }
 
 impl Scale {
-    /// A scale that holds all values, with some room.
+    /// A scale that contains all values, with a margin.
     fn new(axis: &Axis, values: impl Iterator<Item = f64>) -> Self {
         let seen = values.filter(|v| v.is_finite() && (!axis.log || *v > 0.0));
         let place = |v: f64| if axis.log { v.log10() } else { v };
@@ -66,7 +66,7 @@ impl Scale {
         (place - self.low) / (self.high - self.low)
     }
 
-    /// Values with a tick and a label, few enough to be read.
+    /// Values with a tick and a label.
     fn ticks(&self) -> Vec<f64> {
         let span = self.high - self.low;
         if self.log && span >= 2.0 {

@@ -1,5 +1,4 @@
-//! Pictures as SVG texts: line plots, heat maps, state maps and stacked bars. Every axis has a name and a unit; legends are beside the picture,
-//! where they hide nothing.
+//! Figures as SVG: line plots, heat maps, state maps and stacked bars. Every axis has a name and a unit; legends are beside the plot and cover nothing.
 
 mod axis;
 mod heat_map;

@@ -1,4 +1,4 @@
-//! Stacked bars: the shares of a whole.
+//! Stacked bars: fractions of a total.
 
 use super::svg::{Anchor, COLOURS, Svg, format_short};
 

@@ -21,7 +21,7 @@ pub(crate) struct StateMap {
     pub(crate) predicted: Vec<Option<f64>>,
 }
 
-/// Name, colour and letter of each state: the letter tells the state without colour.
+/// Name, colour and letter of each state; the letter identifies the state without colour.
 const LOOKS: [(&str, &str, &str); 6] = [
     ("stable", "#9fd3b5", "s"),
     ("damped", "#cfe8f7", "d"),

@@ -3,7 +3,7 @@
 use crate::xml::escape;
 use std::fmt::Write;
 
-/// An SVG picture that is being made. Lengths are in pixels, y points down.
+/// An SVG figure in progress. Lengths are in pixels, y points down.
 pub(crate) struct Svg {
     text: String,
 }
@@ -19,7 +19,7 @@ pub(crate) enum Anchor {
     End,
 }
 
-/// Colours that people with colour blindness can tell apart (Okabe and Ito 2008), without the yellow.
+/// Colours that are distinguishable with colour blindness (Okabe and Ito 2008), without the yellow.
 pub(crate) const COLOURS: [&str; 7] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#444444"];
 
 impl Svg {

@@ -1,7 +1,7 @@
-//! Any scene against its own refined solution: the error that its step, its solver's tolerance and its grid leave.
+//! Self-convergence of a scene: errors by its step, its solver's tolerance and its grid, relative to a refined solution.
 //!
-//! The reference is the same scene with a step, tolerance or cell as much finer as the report affords. The discretisation error is then
-//! estimated by the difference of two solutions, and its order tells whether refining converges (Roache 1998).
+//! The reference is the same scene with the finest step, tolerance or cell of the series. The discretisation error is estimated by the difference of two
+//! solutions, and its order shows whether refinement converges (Roache 1998).
 
 mod page;
 mod run;

@@ -26,23 +26,23 @@ pub struct SceneInput<'a> {
     pub settings: &'a [(String, String)],
 }
 
-/// What two runs are compared by, in the order of the rows of a run.
+/// Quantities by which two runs are compared, in the order of the rows of a run.
 const COMPARED: [&str; 2] = ["force on the hands", "surface at the end"];
 
 /// Forces and surfaces of a run.
 struct Trajectory {
-    /// N (times x tools), forces on all tools at common times
+    /// Forces on all tools at common times, N (times x tools).
     forces: Vec<Vec3>,
-    /// m, vertices of all surfaces at the end
+    /// Vertices of all surfaces at the end, m.
     surface: Vec<Vec3>,
-    /// m, largest displacement of a vertex during the run
+    /// Largest displacement of a vertex during the run, m.
     largest_displacement: f64,
 }
 
 /// Runs a scene at several steps, solver tolerances and grid levels, and compares them with the finest of each.
 ///
 /// # Errors
-/// A scene that cannot be opened as it is. A refined one that cannot be opened is listed as not run.
+/// Returns an error if the scene cannot be opened with its own settings. Refined scenes that cannot be opened are listed as not run.
 pub fn self_convergence(
     scene_input: SceneInput<'_>,
     context: &mut ReportContext<'_>,

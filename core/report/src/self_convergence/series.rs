@@ -1,4 +1,4 @@
-//! What can be refined in a scene.
+//! Refinement series of a scene.
 
 use pliant_engine::scene::{IntegratorChoice, Scene};
 use pliant_engine::session::Session;
@@ -17,7 +17,7 @@ const TOLERANCES: [f64; 6] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-10];
 pub(super) struct RefinementSeries {
     /// Name, for rows: integrator and what is refined.
     pub(super) name: String,
-    /// Label of what is refined, with its unit.
+    /// Name and unit of the refined quantity.
     pub(super) axis: &'static str,
     /// Settings of all of its runs.
     pub(super) settings: Vec<(String, String)>,

@@ -28,7 +28,7 @@ fn measure(case: &ConservationCase, inputs: Inputs<'_>, mut row: Row, context: &
     let mut settings = merge([&case.settings]);
     settings.push(setting("time.integrator", &row.method));
     let Some(run) = scene_run(inputs.scenes, &case.scene, settings, context) else {
-        return row.failed(format!("no scene `{}`", case.scene));
+        return row.with_failure(format!("no scene `{}`", case.scene));
     };
     row.tolerance = Some(case.tolerance);
     let (result, error) = match case.quantity {
@@ -68,7 +68,7 @@ fn measure(case: &ConservationCase, inputs: Inputs<'_>, mut row: Row, context: &
     row
 }
 
-/// Fills in the work done and where it is at the end, J.
+/// Fills in the work done and its distribution at the end, J.
 fn fill_balance(balance: &EnergyBalance, row: &mut Row) {
     let last = |list: &[f64]| list.last().copied().unwrap_or(0.0);
     let (kinetic, elastic) = (last(&balance.kinetic), last(&balance.elastic));
@@ -84,9 +84,9 @@ fn fill_balance(balance: &EnergyBalance, row: &mut Row) {
 
 /// Momentum of all bodies.
 struct Momentum {
-    /// kg m/s
+    /// Linear momentum, kg m/s.
     linear: Vec3,
-    /// kg m^2/s, about the origin
+    /// Angular momentum about the origin, kg m^2/s.
     angular: Vec3,
 }
 

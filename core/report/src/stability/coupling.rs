@@ -2,8 +2,8 @@
 //! wall, and a force that is sampled and held for a period `T`.
 //!
 //! Colgate and Schenkel (1997): with any passive hand the coupling is stable if and only if `b > K T / 2 + |B|`; a delay `d` of the
-//! force takes `K (T / 2 + d)`. The observed limit is exact: the device moves continuously between samples, so a period is a matrix, and
-//! its spectral radius tells whether motion dies.
+//! force changes this to `K (T / 2 + d)`. The observed limit is exact: the device moves continuously between samples, so a period is a linear map, whose spectral
+//! radius decides about stability.
 
 use super::task::Task;
 use crate::context::ReportContext;
@@ -12,9 +12,9 @@ use nalgebra::{DMatrix, Matrix2, Vector2};
 
 /// kg, mass of a small desktop device; docs/reports.md says what is assumed
 const DEVICE_MASS: f64 = 0.045;
-/// Hz, rates of the force
+/// Rates of the force, Hz.
 const RATES: [f64; 5] = [250.0, 500.0, 1000.0, 2000.0, 4000.0];
-/// N s/m, dampings of the device
+/// Dampings of the device, N s/m.
 const DAMPINGS: [f64; 5] = [0.05, 0.1, 0.2, 0.5, 1.0];
 
 /// A hand that holds the device, as a mass on a spring and a damper.
@@ -33,7 +33,7 @@ const NO_HAND: Hand = Hand { mass: 0.0, damping: 0.0, stiffness: 0.0 };
 /// A relaxed hand, of the order of magnitude of Hajian and Howe (1997).
 const RELAXED_HAND: Hand = Hand { mass: 0.1, damping: 4.0, stiffness: 300.0 };
 
-/// The hands and delays that are tried.
+/// Combinations of hand and delay.
 #[derive(Clone, Copy)]
 enum Situation {
     /// The tool is free: no hand holds it.
@@ -119,12 +119,12 @@ struct SampledCoupling {
 }
 
 impl SampledCoupling {
-    /// N/m, largest stiffness up to which all motion dies, by bisection
+    /// Largest stable stiffness, by bisection, N/m.
     fn stiffness_limit(&self) -> f64 {
         let (mut stable, mut growing) = (1e-3, 1e8);
         for _ in 0..80 {
             let middle = f64::sqrt(stable * growing);
-            // A free mass drifts, which is an eigenvalue of one: only what is over it is growth.
+            // A free mass drifts, which is an eigenvalue of one; only eigenvalues above one are growth.
             if self.spectral_radius(middle) <= 1.0 + 1e-9 { stable = middle } else { growing = middle }
         }
         stable
@@ -182,7 +182,7 @@ mod tests {
             let free = |delayed| SampledCoupling { damping, hand: NO_HAND, period, delayed }.stiffness_limit();
             let worst = worst_passive_limit(damping, period);
             assert!(free(false) >= bound && worst >= 0.999 * bound && worst < 1.2 * bound, "{bound} {worst}");
-            // A force that comes late lowers the limit, below the bound of one that does not.
+            // A delayed force lowers the limit below the bound without delay.
             assert!(free(true) < bound);
         }
     }

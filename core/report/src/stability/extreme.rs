@@ -20,7 +20,7 @@ pub(super) fn extreme_tasks<'a>(inputs: Inputs<'a>, context: &ReportContext<'_>)
 /// Runs the scene and compares its state with the required one.
 fn measure(case: &ExtremeCase, inputs: Inputs<'_>, mut row: Row, context: &mut ReportContext<'_>) -> Row {
     let Some(run) = scene_run(inputs.scenes, &case.scene, merge([&case.settings]), context) else {
-        return row.failed(format!("no scene `{}`", case.scene));
+        return row.with_failure(format!("no scene `{}`", case.scene));
     };
     let ClassifiedRun { state, balance, result } = run_and_classify(&run);
     row.state = state.name().into();

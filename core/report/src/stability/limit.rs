@@ -6,9 +6,9 @@ use super::task::{Inputs, Task, is_explicit};
 use crate::context::ReportContext;
 use crate::row::Row;
 
-/// Steps of a run: enough for what grows by 2 % a step from rounding to be seen.
+/// Steps of a run: enough to detect a growth of 2 % per step from rounding errors.
 const STEP_COUNT: u32 = 2000;
-/// Allowed ratio of the observed limit to the predicted one. Below it the prediction is not safe, above it wastes steps.
+/// Allowed range of the ratio of the observed limit to the predicted one: below it the prediction is unsafe, above it wasteful.
 const ALLOWED_RATIO: (f64, f64) = (0.999, 1.25);
 /// Bisections of the interval from a quarter of the predicted limit to four times it: its ends are then 1 % apart.
 const BISECTIONS: usize = 8;
@@ -50,12 +50,13 @@ fn measure(run: MapRun<'_>, mut row: Row, context: &mut ReportContext<'_>) -> Ro
     };
     // The prediction does not depend on the step that is tried.
     let Some(Trial { predicted: Some(predicted), .. }) = try_step(1e-9) else {
-        return row.failed("no limit is predicted".into());
+        return row.with_failure("no limit is predicted".into());
     };
     let (mut stable, mut growing) = (0.25 * predicted, 4.0 * predicted);
     let (lower, upper) = (try_step(stable), try_step(growing));
     if lower.is_none_or(|t| t.grew) || upper.is_none_or(|t| !t.grew) {
-        return row.failed(format!("grows at a quarter of the limit, {stable:.3e} s, or does not at four times it"));
+        return row
+            .with_failure(format!("grows at a quarter of the limit, {stable:.3e} s, or does not at four times it"));
     }
     for _ in 0..BISECTIONS {
         let middle = (stable * growing).sqrt();

@@ -1,5 +1,5 @@
-//! Maps of states over the step and another parameter, by integrator. Explicit integrators are forced, so that the map shows what
-//! happens and not what is refused; the step limit the program predicts, and refuses beyond, is drawn into it.
+//! Maps of states over the step and another parameter, by integrator. Explicit integrators are forced beyond their limit, so that the map shows the actual
+//! behaviour; the predicted step limit, beyond which the program refuses scenes, is drawn into it.
 
 use super::catalogue::StabilityMap;
 use super::map_run::MapRun;
@@ -26,7 +26,7 @@ pub(super) fn map_tasks<'a>(inputs: Inputs<'a>, context: &ReportContext<'_>) -> 
     tasks
 }
 
-/// The row with all that is set and nothing that is measured.
+/// The row with all settings and no measurements.
 fn empty_row(map: &StabilityMap, integrator: &str, value: f64, dt: f64, threads: usize) -> Row {
     let (case, method) = (map.name.clone(), integrator.to_owned());
     let mut row = Row { case, method, dt, threads, ..Row::default() };

@@ -1,4 +1,4 @@
-//! Up to where runs are stable: maps of states, step limits, energy and momentum balances, extreme values, and the coupling of a hand.
+//! Stability reports: maps of states, step limits, energy and momentum balances, extreme values, and the coupling of a hand.
 
 mod catalogue;
 mod conservation;

@@ -61,12 +61,12 @@ fn limit_table(map: &StabilityMap, rows: &[Row]) -> Option<Table> {
         let value = r.parameters.get(&map.parameter).copied().unwrap_or(f64::NAN);
         let mut cells = vec![r.method.clone(), format_short(value), result("predicted"), result("observed")];
         cells.extend([result("ratio"), verdict(r)]);
-        table.push(cells, r.missed());
+        table.push(cells, r.failed());
     }
     (!limits.is_empty()).then_some(table)
 }
 
-/// Values in rising order, each once.
+/// Distinct values in ascending order.
 fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
@@ -74,10 +74,10 @@ fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
     values
 }
 
-/// Whether a row meets its criterion, in words.
+/// Text on whether a row meets its criterion.
 fn verdict(r: &Row) -> String {
     match r.passed {
-        Some(false) => format!("missed: {}", r.note),
+        Some(false) => format!("failed: {}", r.note),
         Some(true) => "within".into(),
         None => "not judged".into(),
     }
@@ -104,7 +104,7 @@ fn balance_section(cases: &[ConservationCase], rows: &[Row]) -> Option<Section> 
             cells.extend(first.results.keys().map(result));
             cells.push(r.error.map_or_else(|| "-".into(), format_short));
             cells.extend([format_short(case.tolerance), verdict(r)]);
-            table.push(cells, r.missed());
+            table.push(cells, r.failed());
         }
         section.tables.push(table);
     }
@@ -124,8 +124,8 @@ fn extreme_section(rows: &[Row]) -> Option<Section> {
         Table::new("One run each", &["what", "what happened", "energy from nothing (share)", "verdict and words"]);
     for r in &of {
         let excess = r.results.get("energy from nothing (share)").map_or_else(|| "-".into(), |v| format_short(*v));
-        let word = if r.missed() { "missed" } else { "met" };
-        table.push(vec![r.method.clone(), r.state.clone(), excess, format!("{word}; {}", r.note)], r.missed());
+        let word = if r.failed() { "failed" } else { "met" };
+        table.push(vec![r.method.clone(), r.state.clone(), excess, format!("{word}; {}", r.note)], r.failed());
     }
     let text = vec!["Values at the ends of what is allowed, and beyond.".into()];
     (!of.is_empty()).then(|| Section {
@@ -165,7 +165,7 @@ fn coupling_section(rows: &[Row]) -> Option<Section> {
         let mut cells = vec![r.method.clone(), format_short(r.parameters["rate (Hz)"]), format_short(damping(r))];
         cells.extend(["predicted", "observed", "ratio"].map(|key| format_short(r.results[key])));
         cells.push(verdict(r));
-        table.push(cells, r.missed());
+        table.push(cells, r.failed());
     }
     let text = "A device of 45 g against a wall through a spring whose force is sampled and held. The bound holds for any passive \
                 hand: with a certain hand the coupling may be stiffer, with none may it be unstable below the bound.";

@@ -4,14 +4,14 @@ use super::energy::{EnergyBalance, GROWTH};
 use crate::scene_run::{RunResult, SceneRun};
 use pliant_engine::session::SessionError;
 
-/// How the energy of a run went.
+/// Behaviour of the energy of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum RunState {
-    /// The motion goes on, within the energy put in.
+    /// The motion continues within the energy supplied.
     Stable,
-    /// The motion dies away by half between the second and the last quarter.
+    /// The motion decays by half between the second and the last quarter.
     Damped,
-    /// The body holds half as much energy again as was put in, or is no longer finite.
+    /// The energy exceeds the supplied energy by half, or the state is not finite.
     Growing,
     /// The scene was refused and not run.
     Refused,
@@ -20,7 +20,7 @@ pub(super) enum RunState {
 }
 
 impl RunState {
-    /// The word in rows and catalogues.
+    /// Name in rows and catalogues.
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Stable => "stable",
@@ -41,7 +41,7 @@ pub(super) struct ClassifiedRun {
 
 /// Steps before a run may be stopped because it grows: the energy of explicit Euler is a step ahead of the work.
 const FIRST_STEPS: usize = 20;
-/// Excess of energy at which a run is stopped: nothing new comes after it.
+/// Excess of energy at which a growing run is stopped.
 const STOP_EXCESS: f64 = 1e3;
 
 /// Runs a scene and finds its state. A run that grows is stopped.

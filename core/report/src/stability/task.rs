@@ -1,4 +1,4 @@
-//! What the parts of a stability report have in common.
+//! Common parts of stability reports.
 
 use super::catalogue::StabilityCatalogue;
 use crate::context::ReportContext;
@@ -7,7 +7,7 @@ use crate::scene_run::{SceneRun, SceneSource};
 use crate::settings::Setting;
 use std::path::Path;
 
-/// What a stability report is made of.
+/// Inputs of a stability report.
 #[derive(Clone, Copy)]
 pub(super) struct Inputs<'a> {
     pub(super) catalogue: &'a StabilityCatalogue,
@@ -18,13 +18,13 @@ pub(super) struct Inputs<'a> {
 
 /// One row to measure.
 pub(super) struct Task<'a> {
-    /// The row with all that is set and nothing that is measured.
+    /// The row with all settings and no measurements.
     pub(super) row: Row,
     /// Fills the row in.
     pub(super) measure: Measurement<'a>,
 }
 
-/// Fills in what is measured of a row.
+/// Fills in the measurements of a row.
 type Measurement<'a> = Box<dyn Fn(Row, &mut ReportContext<'_>) -> Row + 'a>;
 
 impl<'a> Task<'a> {
