@@ -34,6 +34,11 @@ pub struct Samples {
 const PER_EDGE: f64 = 3.0;
 /// Parts along an edge of a triangle, at most.
 const MOST_PARTS: usize = 64;
+/// Equal parts of a triangle, over those that its area and length ask for, from which on it is cut as a sliver. A triangle as high as a quarter
+/// of its longest edge has as many.
+const SLIVER_FACTOR: f64 = 4.0;
+/// Parts that are collected before those that belong together are merged: 300 MB.
+const MOST_COLLECTED: usize = 1 << 22;
 
 /// How far inside of the surface the place of a sample in a cut cell is, in edges of a cell: enough to tell on which side
 /// of the cut it is.
@@ -59,11 +64,17 @@ impl Samples {
     pub fn new(surface: &Surface, lattice: &Lattice) -> Result<Self, LatticeError> {
         let size = lattice.edge() / PER_EDGE;
         let mut parts: Vec<Part> = Vec::with_capacity(surface.triangles.len());
+        let mut most = MOST_COLLECTED;
         for triangle in &surface.triangles {
             cut(triangle.map(|v| surface.points[v as usize]), size, &mut parts);
+            if parts.len() > most {
+                // Many triangles lie in the same boxes, as in a model that covers itself.
+                parts =
+                    merge_all(parts).map(|(key, number, (middle, area))| Part { key, number, middle, area }).collect();
+                most = most.max(2 * parts.len());
+            }
         }
-        parts.sort_unstable_by_key(|p| (p.key, p.number));
-        let merged: Vec<(Vec3, Vec3)> = parts.chunk_by(|a, b| a.key == b.key).map(merge).collect();
+        let merged: Vec<(Vec3, Vec3)> = merge_all(parts).map(|(_, _, sample)| sample).collect();
         let places: Vec<Vec3> = merged.iter().map(|m| m.0).collect();
         let (mut cells, mut weights) = (vec![0; places.len()], vec![[0.0; 8]; places.len()]);
         lattice.grid.weights(lattice.settings.level, cast_slice(&places), &mut cells, &mut weights)?;
@@ -174,6 +185,14 @@ impl Samples {
     }
 }
 
+/// The samples of all parts, by their keys, with the number of the first part of each.
+fn merge_all(mut parts: Vec<Part>) -> impl Iterator<Item = ((i32, i32, i32, u8), u32, (Vec3, Vec3))> {
+    parts.sort_unstable_by_key(|p| (p.key, p.number));
+    let groups: Vec<_> =
+        parts.chunk_by(|a, b| a.key == b.key).map(|group| (group[0].key, group[0].number, merge(group))).collect();
+    groups.into_iter()
+}
+
 /// One sample of all parts of a box that look one way: its place, and its area along the normal.
 fn merge(group: &[Part]) -> (Vec3, Vec3) {
     let weight = |p: &Part| p.area.norm();
@@ -182,23 +201,72 @@ fn merge(group: &[Part]) -> (Vec3, Vec3) {
     (middle, group.iter().map(|p| p.area).sum::<Vec3>())
 }
 
-/// Cuts a triangle into equal parts no longer than one and a half boxes of `size`.
+/// Cuts a triangle into parts no longer than one and a half boxes of `size`, or than its longest edge by [`MOST_PARTS`]: equal ones, or, where they
+/// would be much thinner than a box, strips and rows ([`cut_sliver`]). So the number of parts follows area and length.
 fn cut(corners: [Vec3; 3], size: f64, out: &mut Vec<Part>) {
     let [a, b, c] = corners;
-    let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
+    let longest = longest_edge(&corners);
     let parts = ((longest / (1.5 * size)).ceil() as usize).clamp(1, MOST_PARTS);
     let whole = 0.5 * (b - a).cross(&(c - a));
     if whole.norm() == 0.0 {
         return;
     }
-    let area = whole / (parts * parts) as f64;
     let axis = whole.iamax();
     let side = 2 * axis as u8 + u8::from(whole[axis] < 0.0);
-    for bary in middles(parts) {
-        let middle = super::interpolate(corners, bary);
+    let mut push = |middle: Vec3, area: Vec3| {
         let [x, y, z] = middle.map(|m| (m / size).floor() as i32).into();
         let number = out.len() as u32;
         out.push(Part { key: (x, y, z, side), number, middle, area });
+    };
+    let part_length = longest / parts as f64;
+    let needed = 2.0 * whole.norm() / (part_length * part_length) + parts as f64;
+    if (parts * parts) as f64 <= SLIVER_FACTOR * needed {
+        let area = whole / (parts * parts) as f64;
+        middles(parts).for_each(|bary| push(super::interpolate(corners, bary), area));
+        return;
+    }
+    cut_sliver(corners, whole, parts, &mut push);
+}
+
+/// Length of the longest edge of a triangle, m.
+fn longest_edge([a, b, c]: &[Vec3; 3]) -> f64 {
+    (b - a).norm().max((c - b).norm()).max((a - c).norm())
+}
+
+/// Cuts a triangle of a vector area (m^2) across its longest edge into so many strips of equal width and those into rows as high as they are wide,
+/// and hands over centroid and area of each part.
+fn cut_sliver([a, b, c]: [Vec3; 3], area: Vec3, strips: usize, push: &mut impl FnMut(Vec3, Vec3)) {
+    let edges = [(b - a).norm_squared(), (c - b).norm_squared(), (a - c).norm_squared()];
+    // With the longest edge from a to b.
+    let [a, b, c] = match (edges[0] >= edges[1], edges[0] >= edges[2], edges[1] >= edges[2]) {
+        (true, true, _) => [a, b, c],
+        (_, _, true) => [b, c, a],
+        _ => [c, a, b],
+    };
+    let along = b - a;
+    // Where the foot of the height is, from 0 at a to 1 at b.
+    let foot = ((c - a).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
+    let height = c - a - foot * along;
+    let rows = (height.norm() * strips as f64 / along.norm()).ceil().max(1.0);
+    let at = |s: f64| if s < foot { s / foot } else { ((1.0 - s) / (1.0 - foot)).min(1.0) };
+    let mut cuts: Vec<f64> = (0..=strips).map(|i| i as f64 / strips as f64).chain([foot]).collect();
+    cuts.sort_unstable_by(f64::total_cmp);
+    for pair in cuts.windows(2) {
+        let ([from, to], width) = ([pair[0], pair[1]], pair[1] - pair[0]);
+        // Heights of the triangle at both sides of the strip, over its height; from the inner side at the foot.
+        let [h0, h1] = if to <= foot { [from / foot, to / foot] } else { [at(from), at(to)] };
+        let sum = h0 + h1;
+        let share = width * sum;
+        if !(share > 0.0) {
+            continue;
+        }
+        let s = from + width * (h0 + 2.0 * h1) / (3.0 * sum);
+        // Twice the height of the centroid of the strip.
+        let h = 2.0 / 3.0 * (h0 * h0 + h0 * h1 + h1 * h1) / sum;
+        for row in 0..rows as usize {
+            let up = (row as f64 + 0.5) / rows * h;
+            push(a + s * along + up * height, share / rows * area);
+        }
     }
 }
 
@@ -239,5 +307,52 @@ mod tests {
         cut([Vec3::zeros(), Vec3::x(), Vec3::new(0.0, 2.0, 0.0)], 0.1, &mut parts);
         let total: Vec3 = parts.iter().map(|p| p.area).sum();
         assert!((total[2] - 1.0).abs() < 1e-12 && total[0] == 0.0 && parts.iter().all(|p| p.key.3 == 4));
+    }
+
+    #[test]
+    fn slivers_have_as_many_parts_as_their_length_asks_for() {
+        let mut random = pliant_mesh::testing::Random(12);
+        for _ in 0..300 {
+            let (size, length) = (0.01, 0.05 + random.unit());
+            let height = length * 10.0_f64.powf(-6.0 * random.unit());
+            let along = (0.5 + random.unit()) * length;
+            let (u, v) = (random.direction(), random.direction());
+            let v = (v - v.dot(&u) * u).normalize();
+            let corners = [Vec3::zeros(), length * u, along * u + height * v];
+            let whole = 0.5 * (corners[1]).cross(&corners[2]);
+            let mut parts = Vec::new();
+            cut(corners, size, &mut parts);
+            let longest = longest_edge(&corners);
+            let (part, area) = (longest / (longest / (1.5 * size)).ceil().min(64.0), whole.norm());
+            // Those of equal parts, up to the factor from which on they are strips.
+            let most = SLIVER_FACTOR * (2.0 * area / (part * part) + longest / part) + 1.0;
+            assert!((parts.len() as f64) <= most, "{} parts of {length} x {height}", parts.len());
+            let total: Vec3 = parts.iter().map(|p| p.area).sum();
+            let middle: Vec3 = parts.iter().map(|p| p.area.norm() / area * p.middle).sum();
+            let centroid = corners.iter().sum::<Vec3>() / 3.0;
+            assert!((total - whole).norm() < 1e-12 * area && (middle - centroid).norm() < 1e-12 * length);
+        }
+    }
+
+    #[test]
+    fn merging_on_the_way_changes_rounding_alone() {
+        let mut random = pliant_mesh::testing::Random(5);
+        let mut parts = Vec::new();
+        for _ in 0..50 {
+            let corners = [(); 3].map(|()| random.vector());
+            cut(corners, 0.2, &mut parts);
+        }
+        let whole: Vec<_> = merge_all(parts.clone()).collect();
+        let half = parts.len() / 2;
+        let mut on_the_way: Vec<Part> = merge_all(parts[..half].to_vec())
+            .map(|(key, number, (middle, area))| Part { key, number, middle, area })
+            .collect();
+        on_the_way.extend_from_slice(&parts[half..]);
+        let again: Vec<_> = merge_all(on_the_way).collect();
+        assert_eq!(whole.len(), again.len());
+        for (a, b) in whole.iter().zip(&again) {
+            // Normals of a box that differ make the weights of the halves differ a little; area is kept.
+            assert!(a.0 == b.0 && (a.2.1 - b.2.1).norm() < 1e-12 && (a.2.0 - b.2.0).norm() < 0.1, "{a:?} {b:?}");
+        }
     }
 }
