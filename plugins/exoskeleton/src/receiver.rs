@@ -13,7 +13,7 @@ pub struct ReceiveCounts {
     pub duplicate: u64,
     /// Sequence numbers that have not arrived; falls when one arrives late.
     pub lost: u64,
-    /// Datagrams with a wrong length, magic, version, kind, layout, checksum or value.
+    /// Datagrams with a wrong length, magic, version, kind, layout, checksum or value, or a sequence number too far ahead.
     pub malformed: u64,
     /// Datagrams without the right key.
     pub unauthentic: u64,
@@ -41,6 +41,9 @@ impl ReceiveCounts {
 
 /// Number of sequence numbers, counted back from the newest, whose arrival is remembered.
 const SEQUENCE_WINDOW: u64 = 4096;
+/// Largest number of sequence numbers that are skipped at once: 17 minutes at 1 kHz, and a session ends after a minute of silence. A datagram
+/// further ahead would make all that follow it old.
+const MAX_SKIPPED: u64 = 1 << 20;
 /// Largest assumed drift between the two clocks, seconds per second.
 const MAX_CLOCK_DRIFT: f64 = 1e-4;
 
@@ -73,6 +76,10 @@ impl Receiver {
     pub fn accept(&mut self, sequence: u64, counts: &mut ReceiveCounts) -> bool {
         if sequence > self.newest {
             let skipped = sequence - self.newest - 1;
+            if skipped > MAX_SKIPPED {
+                counts.malformed += 1;
+                return false;
+            }
             for missing in (self.newest + 1..sequence).rev().take(SEQUENCE_WINDOW as usize) {
                 self.set_arrived(missing, false);
             }
@@ -137,11 +144,26 @@ mod tests {
         assert_eq!(accepted, [true, true, true, false, false, false, true, false]);
         assert_eq!((counts.accepted, counts.late, counts.duplicate), (4, 1, 3));
         assert_eq!(counts.lost, 4, "3, 6, 7 and 8");
-        receiver.accept(1 << 40, &mut counts);
-        receiver.accept((1 << 40) - 5000, &mut counts);
+        receiver.accept(1 << 20, &mut counts);
+        receiver.accept((1 << 20) - 5000, &mut counts);
         assert_eq!(counts.duplicate, 4, "older than the window");
-        receiver.accept(u64::MAX, &mut counts);
-        assert!(!receiver.accept(u64::MAX, &mut counts));
+    }
+
+    #[test]
+    fn a_sequence_number_far_ahead_neither_ends_the_session_nor_counts_as_a_loss() {
+        let (mut receiver, mut counts) = (Receiver::default(), ReceiveCounts::default());
+        for (number, far) in [u64::MAX, u64::MAX - 1, 1 << 63, 1 << 40, MAX_SKIPPED + 6].into_iter().enumerate() {
+            let next = number as u64 + 1;
+            assert!(!receiver.accept(far, &mut counts), "{far}");
+            assert!(receiver.accept(next, &mut counts), "the session goes on after {far}");
+        }
+        assert_eq!((counts.lost, counts.accepted), (0, 5));
+        let mut sequence = 5;
+        for _ in 0..1000 {
+            sequence += 1 + MAX_SKIPPED;
+            assert!(receiver.accept(sequence, &mut counts));
+        }
+        assert_eq!(counts.lost, 1000 * MAX_SKIPPED);
     }
 
     #[test]
