@@ -165,7 +165,9 @@ impl Report {
             )));
         }
         if json {
-            print_json(&json!({ "path": path, "cases": rows, "ok": passed, "skipped": skipped, "failed": failed }))?;
+            print_json(
+                &json!({ "path": path.display().to_string(), "cases": rows, "ok": passed, "skipped": skipped, "failed": failed }),
+            )?;
         } else {
             note(&format!("{passed} ok, {skipped} skipped, {failed} failed"));
         }

@@ -72,7 +72,8 @@ impl Watch<'_> {
         loop {
             let calls = self.board.calls();
             if let Some(status) = self.child.try_wait()? {
-                return self.outcome(status, &calls);
+                let stopped = passed_on > 0 && status.code() == Some(Outcome::Stopped.exit_code().into());
+                return if stopped { Ok(Outcome::Stopped) } else { self.outcome(status, &calls) };
             }
             let asked = signals.load(Ordering::Relaxed);
             if asked > passed_on {

@@ -5,15 +5,14 @@ use crate::outcome::{Failure, Outcome};
 use crate::output::note_warnings;
 use crate::run_end::{print_summary, run_outcome, strict_outcome};
 use crate::scene_session::{OpenedScene, open_scene};
-use crate::stop::stop_flag;
+use crate::stop::RunStop;
 use pliant_live::{LiveSession, LiveSettings};
 use pliant_record::{Recorder, RecordingInputs, RecordingWriter};
-use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 /// Runs a scene in real time with its devices.
 pub fn run_live(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
-    let (began, stop) = (Instant::now(), stop_flag());
+    let (began, stop) = (Instant::now(), RunStop::new());
     let OpenedScene { scene, source, mut session } = open_scene(cli, &args.scene)?;
     if session.devices.is_empty() {
         return Err(source.whole("nothing to run live: no edit uses a tool, so no device is open").into());
@@ -26,14 +25,19 @@ pub fn run_live(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
         RecordingInputs { scene: &scene, source: &source, session: &session, mesh, live: true, history: false };
     let mut recording = args.record.as_ref().map(|path| RecordingWriter::create(path, &inputs)).transpose()?;
     let duration = args.duration.unwrap_or(scene.time.duration.get_ref().si);
+    stop.begin(&mut session);
     let mut live = LiveSession::start(&mut session, LiveSettings { rate: args.rate, view: None })?;
     let (mut stopped, mut last) = (false, false);
     while !last {
         let samples = live.step(&mut session);
+        if session.is_cancelled() {
+            stopped = true;
+            break;
+        }
         if let Some(recording) = &mut recording {
             recording.step(&session, samples.device_forces.iter().copied())?;
         }
-        stopped |= stop.load(Ordering::Relaxed);
+        stopped |= stop.is_set();
         last = stopped || !live.is_alive() || live.seconds() >= duration;
         recorder.step(&mut session, last)?;
     }

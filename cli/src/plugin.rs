@@ -36,7 +36,9 @@ fn list(cli: &Cli, search: &SearchPath) -> Result<Outcome, Failure> {
             Err(error) => {
                 outcome = Outcome::Plugin;
                 lines.push(format!("{:<9} {:<20} {:<8} {error}", "unusable", found.name, "-"));
-                rows.push(json!({ "name": found.name, "path": found.path, "error": error.to_string() }));
+                rows.push(
+                    json!({ "name": found.name, "path": found.path.display().to_string(), "error": error.to_string() }),
+                );
             }
         }
     }
@@ -129,7 +131,7 @@ fn plugin_json(p: &PluginInfo, path: &Path, sources: &[ChoiceSource]) -> Value {
         "name": p.name,
         "version": p.version,
         "summary": p.summary,
-        "path": path,
+        "path": path.display().to_string(),
         "real_time": p.real_time,
         "deterministic": p.deterministic,
         "params": params.collect::<Vec<_>>(),

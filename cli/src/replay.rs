@@ -6,18 +6,17 @@ use crate::output::{count, note, note_warnings, progress_bar};
 use crate::run_end::{print_summary, run_outcome};
 use crate::scene_session::OpenedScene;
 use crate::search::search_path;
-use crate::stop::stop_flag;
+use crate::stop::RunStop;
 use pliant_engine::plan::Plan;
 use pliant_engine::scene;
 use pliant_engine::session::{Options, Session};
 use pliant_record::{Recorder, Recording, state_digest};
 use std::path::Path;
-use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 /// Runs a recorded session again, and compares it with the recording if asked for.
 pub fn replay(cli: &Cli, args: &ReplayArgs) -> Result<Outcome, Failure> {
-    let (began, stop) = (Instant::now(), stop_flag());
+    let (began, stop) = (Instant::now(), RunStop::new());
     let recording = Recording::read(&args.recording)?;
     if let Some((file, how)) = recording.changed_files().find(|(file, _)| !file.plugin) {
         let (recording, model) = (args.recording.display(), file.path.display());
@@ -31,16 +30,20 @@ pub fn replay(cli: &Cli, args: &ReplayArgs) -> Result<Outcome, Failure> {
     let steps = recording.step_count();
     let bar = progress_bar("{bar:30} {pos}/{len} steps  {elapsed} gone, {eta} left", steps, args.quiet || cli.json);
     let (mut stopped, mut first_difference) = (false, None);
+    stop.begin(&mut session);
     let each = recording.steps.iter().flat_map(|step| (0..step.count).map(move |repeat| (step, repeat)));
     for ((step, repeat), number) in each.zip(1..) {
         if repeat == 0 {
             step.commands.iter().for_each(|command| _ = session.apply(*command));
         }
         session.step_with(&step.poses);
+        stopped = stop.is_set();
+        if session.is_cancelled() {
+            break;
+        }
         if args.set.is_empty() {
             session.report_device_forces(&step.device_forces);
         }
-        stopped = stop.load(Ordering::Relaxed);
         if args.verify && first_difference.is_none() && state_digest(&session) != step.digest {
             first_difference = Some(session.time());
         }

@@ -7,9 +7,8 @@ use crate::outcome::{Failure, Outcome};
 use crate::output::{note_warnings, progress_bar};
 use crate::run_end::{print_summary, run_outcome, strict_outcome};
 use crate::scene_session::{OpenedScene, open_scene};
-use crate::stop::stop_flag;
+use crate::stop::RunStop;
 use pliant_record::{Recorder, RecordingInputs, RecordingWriter};
-use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 /// Runs a scene, in a process of its own or in real time if asked for.
@@ -20,7 +19,7 @@ pub fn run(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
     if args.live {
         return run_live(cli, args);
     }
-    let (began, stop) = (Instant::now(), stop_flag());
+    let (began, stop) = (Instant::now(), RunStop::new());
     let OpenedScene { scene, source, mut session } = open_scene(cli, &args.scene)?;
     let told = session.warnings().len();
     let folder = args.out_folder();
@@ -32,9 +31,13 @@ pub fn run(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
     let steps = scene.time.steps();
     let bar = progress_bar("{bar:30} {pos}/{len} steps  {elapsed} gone, {eta} left", steps, args.quiet || cli.json);
     let mut stopped = false;
+    stop.begin(&mut session);
     while session.steps() < steps && !stopped {
         session.step();
-        stopped = stop.load(Ordering::Relaxed);
+        stopped = stop.is_set();
+        if session.is_cancelled() {
+            break;
+        }
         let last = session.steps() == steps || stopped;
         if let Some(recording) = &mut recording {
             recording.step(&session, session.frame().tools.iter().map(|felt| felt.device_force))?;
@@ -43,6 +46,8 @@ pub fn run(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
         bar.inc(1);
     }
     bar.finish_and_clear();
+    // Before anything is written.
+    session.stop_devices();
     recording.map(RecordingWriter::finish).transpose()?;
     let summary = recorder.finish(&mut session, stopped)?;
     print_summary(&summary, &folder, cli.json, args.quiet)?;

@@ -2,6 +2,7 @@
 
 use crate::outcome::Outcome;
 use crate::output::note;
+use pliant_engine::session::{CancelToken, Session};
 use pliant_host::{end_at_once, plugin_calls};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -18,6 +19,40 @@ pub fn stop_flag() -> Arc<AtomicBool> {
         note("stopping after this step; Ctrl-C again ends the program at once");
     });
     stop
+}
+
+/// The stop of a run: the first Ctrl-C ends the step under way, or, while the scene is still being opened, the program; the second ends the program
+/// at once.
+pub struct RunStop {
+    flag: Arc<AtomicBool>,
+    /// Whether there is something to end in good order.
+    has_begun: Arc<AtomicBool>,
+}
+
+impl RunStop {
+    /// Installs the handler.
+    pub fn new() -> Self {
+        let (flag, has_begun) = (Arc::<AtomicBool>::default(), Arc::<AtomicBool>::default());
+        let (handler_flag, handler_begun) = (Arc::clone(&flag), Arc::clone(&has_begun));
+        let _ = ctrlc::set_handler(move || {
+            if handler_flag.swap(true, Ordering::Relaxed) || !handler_begun.load(Ordering::Relaxed) {
+                end_stopped();
+            }
+            note("stopping; Ctrl-C again ends the program at once");
+        });
+        Self { flag, has_begun }
+    }
+
+    /// From now on a stop ends the step of the session that is under way.
+    pub fn begin(&self, session: &mut Session) {
+        session.cancel_when(CancelToken::of(Arc::clone(&self.flag)));
+        self.has_begun.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether the run is to stop.
+    pub fn is_set(&self) -> bool {
+        self.flag.load(Ordering::Relaxed)
+    }
 }
 
 /// The first Ctrl-C stops the devices and ends the program: for work that leaves nothing behind.

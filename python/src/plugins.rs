@@ -29,12 +29,12 @@ pub fn plugins(py: Python<'_>, options: OpenOptions) -> PyResult<String> {
                         let params = plugin.params.iter().enumerate();
                         rows.push(json!({
                             "kind": plugin.kind.name(), "id": plugin.id, "name": plugin.name, "version": plugin.version,
-                            "summary": plugin.summary, "path": found.path,
+                            "summary": plugin.summary, "path": found.path.display().to_string(),
                             "params": params.map(|(i, param)| param_json(param, &sourced(i))).collect::<Vec<_>>(),
                         }));
                     }
                 }
-                Err(error) => rows.push(json!({ "path": found.path, "error": error.to_string() })),
+                Err(error) => rows.push(json!({ "path": found.path.display().to_string(), "error": error.to_string() })),
             }
         }
         Ok(Value::from(rows).to_string())

@@ -261,3 +261,27 @@ fn an_input_is_not_written_over() {
     }
     assert!(!bench.path("out").exists());
 }
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_path_that_is_not_utf_8_keeps_the_results() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt;
+    let bench = Bench::new();
+    let folder = OsStr::from_bytes(b"caf\xe9");
+    let at = bench.path(".").join(folder);
+    std::fs::create_dir(&at).expect("a folder");
+    std::fs::write(at.join("scene.toml"), box_scene("", "", "")).expect("written");
+    for (json, out) in [(false, "out"), (true, "out2")] {
+        let mut command = bench.command(&["run", "-q", "--out"]);
+        command.arg(at.join(out)).arg(at.join("scene.toml"));
+        if json {
+            command.arg("--json");
+        }
+        let told = command.output().expect("starts");
+        assert_eq!(told.status.code(), Some(0), "{}", String::from_utf8_lossy(&told.stderr));
+        let summary = std::fs::read(at.join(out).join("summary.json")).expect("a summary");
+        let summary: serde_json::Value = serde_json::from_slice(&summary).expect("whole");
+        assert!(summary["scene"].as_str().is_some_and(|scene| scene.ends_with("scene.toml")), "{summary}");
+    }
+}

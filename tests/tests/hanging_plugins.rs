@@ -66,7 +66,8 @@ fn the_second_signal_ends_every_command_at_once_and_names_the_call() {
     let commands: [(&[&str], &[&str]); 4] = [
         (&["run", "scene.toml", "-q", "--out", "run"], &["TERM", "TERM"]),
         (&["run", "scene.toml", "-q", "--out", "run"], &["INT", "TERM"]),
-        (&["run", "scene.toml", "-q", "--live", "--out", "live", "--set", at_once], &["INT", "INT"]),
+        // While the scene is opened there is nothing to finish: one is enough.
+        (&["run", "scene.toml", "-q", "--live", "--out", "live", "--set", at_once], &["INT"]),
         (
             &["replay", "hand.rec", "-q", "--out", "again", "--set", "body.0.material.params.after=0.01"],
             &["INT", "INT"],
@@ -75,8 +76,10 @@ fn the_second_signal_ends_every_command_at_once_and_names_the_call() {
     for (args, signals) in commands {
         let (mut child, _) = start_hanging(&bench, args);
         signal(signals[0], child.id());
-        wait_for_line(&mut child, "Ctrl-C again");
-        signal(signals[1], child.id());
+        if let Some(second) = signals.get(1) {
+            wait_for_line(&mut child, "Ctrl-C again");
+            signal(second, child.id());
+        }
         let (status, said) = end(child);
         assert_eq!(status.code(), Some(130), "{args:?}: {said}");
         assert!(said.contains("`forces`") && said.contains("`hangs`"), "{args:?}: {said}");

@@ -328,6 +328,7 @@ fn iterations(n: u32, dt: f64, fabric: [f64; 5], tolerance: f64, seed: usize) ->
         same_matrix: false,
         tolerance,
         max_iterations: 5000,
+        interrupts: None,
     };
     let report = pcg.solve(&pool, &solve);
     assert!(report.converged, "{report:?}");

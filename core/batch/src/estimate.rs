@@ -7,7 +7,7 @@ use crate::execute::{EditRunner, MODELS_KEPT, OpenedEdit, RunOptions};
 use crate::key::KeyMaker;
 use crate::store::MeshStore;
 use crate::sweep::Sweep;
-use pliant_engine::session::SharedParts;
+use pliant_engine::session::{CancelToken, SharedParts};
 use serde::Serialize;
 use std::path::Path;
 use std::time::Instant;
@@ -52,7 +52,8 @@ pub fn estimate(sweep: &Sweep, options: &RunOptions, jobs: usize) -> Result<Esti
     let keys = KeyMaker::new(&options.program, &options.search);
     let meshes = MeshStore::new(Path::new("."));
     let parts = SharedParts::new(MODELS_KEPT);
-    let runner = EditRunner { sweep, search: &options.search, meshes: &meshes, parts: &parts };
+    let runner =
+        EditRunner { sweep, search: &options.search, meshes: &meshes, parts: &parts, cancel: CancelToken::default() };
     let edits: Vec<u64> = options.shard.edits(sweep.edits()).collect();
     let samples = SAMPLES.min(edits.len() as u64);
     let mut all = Estimate {

@@ -53,9 +53,13 @@ impl SimulationPort {
     }
 
     /// Takes a step of the session with the newest poses and publishes its contacts. Returns the snapshot it used.
+    /// A step that is cancelled publishes nothing.
     pub fn step(&mut self, session: &mut Session) -> &HandSamples {
         let samples = self.samples.read();
         session.step_with(&samples.poses);
+        if session.is_cancelled() {
+            return samples;
+        }
         let models = self.models.input_buffer_mut();
         session.contact_models(samples.time, &mut models.contacts);
         // If the simulation is slower than real time, drift velocities are converted from simulated to wall-clock time.

@@ -13,6 +13,7 @@ mod f32_matrix;
 mod force_model;
 mod hinge_assembly;
 mod integrate;
+mod interrupts;
 mod lanes;
 mod matrix;
 mod multilevel;
@@ -35,6 +36,7 @@ pub use integrate::contact_constraints::{ContactConstraints, ErrorBound, NoConta
 pub use integrate::limit::{Frequencies, SpringRates, StepLimit};
 pub use integrate::scheme::Scheme;
 pub use integrate::{Integrator, Loads, StepError, StepReport};
+pub use interrupts::{CancelToken, Interrupts};
 pub use lanes::Vectors;
 pub use matrix::Matrix;
 pub use nodes::Nodes;

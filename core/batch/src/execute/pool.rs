@@ -15,7 +15,7 @@ use crate::error::BatchError;
 use crate::key::{EditKey, KeyMaker};
 use crate::store::{MeshStore, NewRow, ShardFiles, Syncer};
 use crate::sweep::Sweep;
-use pliant_engine::session::SharedParts;
+use pliant_engine::session::{CancelToken, SharedParts};
 use serde_json::Value;
 use std::collections::{HashMap, VecDeque};
 use std::sync::atomic::Ordering;
@@ -361,7 +361,8 @@ impl Worker {
             _ => {
                 let (sweep, search, meshes) = (&*shared.sweep, &shared.options.search, &shared.meshes);
                 let parts = &shared.parts;
-                EditRunner { sweep, search, meshes, parts }.run(&resolved, began, &stop)
+                let cancel = CancelToken::of(Arc::clone(&shared.options.stop));
+                EditRunner { sweep, search, meshes, parts, cancel }.run(&resolved, began, &stop)
             }
         }
     }

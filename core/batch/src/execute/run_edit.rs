@@ -8,7 +8,7 @@ use crate::store::MeshStore;
 use crate::sweep::Sweep;
 use pliant_engine::plan::Plan;
 use pliant_engine::scene::Source;
-use pliant_engine::session::{Options, Session, SharedParts};
+use pliant_engine::session::{CancelToken, Options, Session, SharedParts};
 use pliant_host::SearchPath;
 use pliant_record::RunStatistics;
 use serde::{Deserialize, Serialize};
@@ -59,6 +59,8 @@ pub(crate) struct EditRunner<'a> {
     pub(crate) search: &'a SearchPath,
     pub(crate) meshes: &'a MeshStore,
     pub(crate) parts: &'a SharedParts,
+    /// Ends the step under way.
+    pub(crate) cancel: CancelToken,
 }
 
 /// Models whose parts are kept for the next edits: those of edits at a time are of few models, as places next to each other in a sweep have
@@ -102,8 +104,12 @@ impl EditRunner<'_> {
         let keep = &self.sweep.keep;
         let (mut run, mut trace) = (RunStatistics::new(source, &session, began), TraceKeeper::new(keep, &session));
         let mut failure = None;
+        session.cancel_when(self.cancel.clone());
         while session.steps() < steps {
             session.step();
+            if session.is_cancelled() {
+                return Ok(None);
+            }
             let last = session.steps() == steps;
             seconds.steps += session.frame().seconds;
             run.step(&mut session, last, false);

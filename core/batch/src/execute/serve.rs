@@ -7,7 +7,7 @@ use crate::error::BatchError;
 use crate::key::{EditKey, KeyMaker};
 use crate::store::MeshStore;
 use crate::sweep::Sweep;
-use pliant_engine::session::SharedParts;
+use pliant_engine::session::{CancelToken, SharedParts};
 use serde::{Deserialize, Serialize};
 use std::io::{self, BufRead, Write};
 use std::path::Path;
@@ -46,7 +46,8 @@ pub fn serve(
     let keys = KeyMaker::new(&options.program, &options.search);
     let meshes = MeshStore::new(folder);
     let parts = SharedParts::new(MODELS_KEPT);
-    let runner = EditRunner { sweep, search: &options.search, meshes: &meshes, parts: &parts };
+    let runner =
+        EditRunner { sweep, search: &options.search, meshes: &meshes, parts: &parts, cancel: CancelToken::default() };
     for line in input.lines() {
         let line = line?;
         let place = line.trim().parse().ok().filter(|place| *place < sweep.edits());

@@ -257,7 +257,7 @@ fn cut_sliver([a, b, c]: [Vec3; 3], area: Vec3, strips: usize, push: &mut impl F
         let [h0, h1] = if to <= foot { [from / foot, to / foot] } else { [at(from), at(to)] };
         let sum = h0 + h1;
         let share = width * sum;
-        if !(share > 0.0) {
+        if share.is_nan() || share <= 0.0 {
             continue;
         }
         let s = from + width * (h0 + 2.0 * h1) / (3.0 * sum);

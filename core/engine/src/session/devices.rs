@@ -6,7 +6,7 @@ use super::hand_events::{SampleCounts, add_sample_events};
 use nalgebra::UnitQuaternion;
 use pliant_host::{Device, EffectorOutput, MAX_EFFECTORS, Pose};
 use pliant_plugin_api::abi::POSE_VALID;
-use pliant_solver::{StepTime, Vec3};
+use pliant_solver::{CancelToken, StepTime, Vec3};
 
 /// Time for which a device may hold a force after its step, ns.
 const FORCE_HOLD: u64 = 50_000_000;
@@ -44,10 +44,38 @@ impl Session {
     }
 
     /// Takes one step. A failing plugin is isolated: its body is frozen or its device lost, with an event, and the rest continues.
+    ///
+    /// A step that is cancelled ([`Session::cancel_when`]) is not taken: the devices are stopped, and the session stays as it was before, but
+    /// for what tools have begun in it.
     pub fn step(&mut self) {
         self.read_devices();
         self.advance();
-        self.write_devices();
+        if self.cancelled {
+            self.stop_devices();
+        } else {
+            self.write_devices();
+        }
+    }
+
+    /// Ends steps when `token` is cancelled, the one under way included.
+    pub fn cancel_when(&mut self, token: CancelToken) {
+        self.cancel = token;
+    }
+
+    /// Whether the last step was cancelled: it was not taken, and the frame is none of its.
+    pub fn is_cancelled(&self) -> bool {
+        self.cancelled
+    }
+
+    /// Sets the forces of all devices to zero. One that fails is lost.
+    pub fn stop_devices(&mut self) {
+        let now = self.time();
+        for slot in &mut self.devices {
+            if let Some(Err(error)) = slot.device.as_ref().map(Device::stop) {
+                self.events.add(EventKind::DeviceLost, now, || error.to_string());
+                slot.lose();
+            }
+        }
     }
 
     /// Takes one step with the given poses of each device, in the order of the devices. The hands of missing devices and poses are absent. Forces are in

@@ -1,15 +1,17 @@
 //! Bodies frozen because their plugins took too long. This is the only effect of the wall clock on a session, so recordings store it.
 
 use super::Session;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Stage of a step that took too long.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
     /// Moving its region.
     Region,
-    /// Moving its nodes.
+    /// Moving its nodes: after the step was done.
     Step,
+    /// Moving its nodes: the step was ended, and the body stands where it was before.
+    Interrupted,
 }
 
 /// A body that was frozen for taking too long.
@@ -43,6 +45,19 @@ impl Session {
         self.lapses.given = Some(lapses);
     }
 
+    /// Deadline of a body's step that begins at `start`. Where lapses are given the clock decides nothing: then it is `start` itself, or `None`.
+    pub(super) fn deadline(&self, index: usize, start: Instant) -> Option<Instant> {
+        match &self.lapses.given {
+            None => start.checked_add(Duration::try_from_secs_f64(self.patience).ok()?),
+            Some(given) => given.iter().any(|lapse| self.is_now(lapse, index, Stage::Interrupted)).then_some(start),
+        }
+    }
+
+    /// Whether a given lapse is due.
+    fn is_now(&self, lapse: &Lapse, index: usize, stage: Stage) -> bool {
+        (lapse.step, lapse.body as usize, lapse.stage) == (self.steps, index, stage)
+    }
+
     /// Freezes a body if the stage that began at `start` took too long.
     pub(super) fn check_patience(&mut self, index: usize, stage: Stage, time: f64, start: Instant) {
         let body = &self.bodies[index];
@@ -62,8 +77,7 @@ impl Session {
                 )
             }
             Some(given) => {
-                let now = |l: &&Lapse| (l.step, l.body as usize, l.stage) == (self.steps, index, stage);
-                let Some(lapse) = given.iter().find(now) else { return };
+                let Some(lapse) = given.iter().find(|lapse| self.is_now(lapse, index, stage)) else { return };
                 lapse.why.clone()
             }
         };

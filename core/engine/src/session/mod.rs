@@ -45,6 +45,7 @@ use nalgebra::UnitQuaternion;
 use pliant_host::{Device, DeviceInfo, Pose};
 use pliant_mesh::geometry::Vec3;
 use pliant_plugin_api::abi::Ball;
+pub use pliant_solver::CancelToken;
 use pliant_solver::{Frequencies, Integrator, NodeSprings, Pool, Scheme};
 use serde::Serialize;
 use std::sync::Arc;
@@ -245,6 +246,9 @@ pub struct Session {
     forced: bool,
     /// Largest wall-clock time of a body's step, s.
     patience: f64,
+    cancel: CancelToken,
+    /// Whether the last step was cancelled.
+    cancelled: bool,
     /// Step, s.
     dt: f64,
     steps: u64,

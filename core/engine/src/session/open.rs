@@ -18,7 +18,7 @@ use pliant_mesh::check::{Severity, Use};
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::require_for_mesh_elements;
 use pliant_solver::ForceModel;
-use pliant_solver::{NodeSprings, Pool, Scheme, System};
+use pliant_solver::{CancelToken, NodeSprings, Pool, Scheme, System};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -144,6 +144,8 @@ impl Session {
             most_substeps: *scene.time.most_substeps.get_ref() as usize,
             forced: scene.time.force_unstable,
             patience: scene.time.patience.get_ref().si,
+            cancel: CancelToken::default(),
+            cancelled: false,
             dt,
             steps: 0,
             sleep: scene.time.sleep.as_ref().map_or(0.0, |s| s.get_ref().si),

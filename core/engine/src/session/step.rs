@@ -10,7 +10,7 @@ use crate::body::Body;
 use crate::contact::SoftTip;
 use crate::edit::Step;
 use crate::tool::{Cause, Tool};
-use pliant_solver::{ContactConstraints, Frequencies, Loads, NoContacts, StepError, StepTime, Vec3};
+use pliant_solver::{ContactConstraints, Frequencies, Interrupts, Loads, NoContacts, StepError, StepTime, Vec3};
 use std::time::Instant;
 
 /// Number of driven axes of a device that renders torque.
@@ -19,6 +19,16 @@ const TORQUE_AXES: u32 = 6;
 const MAX_SINGLE_THREAD: usize = 1500;
 /// Number of elements from which a body is stepped by all threads.
 const MIN_ALL_THREADS: usize = 5000;
+
+/// Why a body was not moved.
+enum NotMoved {
+    /// The session was stopped; the body is where it was.
+    Cancelled,
+    /// The step took longer than the scene's `patience`; the body is where it was.
+    TimedOut,
+    /// What failed, in words.
+    Failed(String),
+}
 
 impl Session {
     /// All stages between reading the devices and writing to them.
@@ -35,6 +45,10 @@ impl Session {
         let mut frame = std::mem::take(&mut self.frame);
         frame.begin();
         self.move_bodies(time, &mut frame);
+        if self.cancelled {
+            self.frame = frame;
+            return;
+        }
         self.steps += 1;
         frame.friction_work = self.friction_work();
         self.render_forces(time, &mut frame);
@@ -123,24 +137,33 @@ impl Session {
                 continue;
             }
             let start = Instant::now();
-            match self.move_body(index, time, frame) {
+            let mut stage = Stage::Step;
+            match self.move_body(index, time, start, frame) {
                 Ok(fastest) => {
                     self.moved[index] = fastest * self.dt;
                     self.rest(index, fastest, time);
                 }
-                Err(error) => self.freeze(index, time.start, error),
+                Err(NotMoved::Cancelled) => {
+                    self.cancelled = true;
+                    return;
+                }
+                Err(NotMoved::TimedOut) => stage = Stage::Interrupted,
+                Err(NotMoved::Failed(why)) => self.freeze(index, time.start, why),
             }
-            self.check_patience(index, Stage::Step, time.start, start);
+            self.check_patience(index, stage, time.start, start);
         }
     }
 
-    fn move_body(&mut self, index: usize, time: StepTime, frame: &mut Frame) -> Result<f64, String> {
+    /// Moves a body; the step began at `start` on the wall clock. Returns the speed of its fastest node, m/s.
+    fn move_body(&mut self, index: usize, time: StepTime, start: Instant, frame: &mut Frame) -> Result<f64, NotMoved> {
         let mut frequencies = self.frequencies[index];
         // The springs are moved out for the step and returned to the tools, which read them for the reaction.
         for (slot, springs) in self.tools.iter_mut().zip(&mut self.springs) {
             std::mem::swap(slot.tool.springs_mut(index), springs);
             frequencies = frequencies.with_spring(springs.rates(&self.bodies[index].system.nodes.mass));
         }
+        let deadline = self.deadline(index, start);
+        self.integrators[index].interrupts = Interrupts { cancel: self.cancel.clone(), deadline };
         let moved = self.move_under(index, time, &frequencies, frame);
         for (slot, springs) in self.tools.iter_mut().zip(&mut self.springs) {
             std::mem::swap(slot.tool.springs_mut(index), springs);
@@ -155,7 +178,7 @@ impl Session {
         time: StepTime,
         frequencies: &Frequencies,
         frame: &mut Frame,
-    ) -> Result<f64, String> {
+    ) -> Result<f64, NotMoved> {
         let substeps = self.substeps_for(frequencies);
         if substeps > self.choices.substeps {
             self.events.add(EventKind::Substeps, time.start, || {
@@ -197,9 +220,11 @@ impl Session {
         let report = stepped.map_err(|error| match error {
             StepError::Diverged { node } => {
                 let (at, material) = (body.system.nodes.rest[node], body.system.material.name());
-                format!("`{material}`: {error}, at {:?} m; its step may be too long", at.as_slice())
+                NotMoved::Failed(format!("`{material}`: {error}, at {:?} m; its step may be too long", at.as_slice()))
             }
-            StepError::Force(error) => error.to_string(),
+            StepError::Force(error) => NotMoved::Failed(error.to_string()),
+            StepError::Cancelled => NotMoved::Cancelled,
+            StepError::TimedOut => NotMoved::TimedOut,
         })?;
         if !report.converged {
             let text = || format!("relative residual {:.2e} after {} iterations", report.residual, report.iterations);

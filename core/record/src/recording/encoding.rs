@@ -40,6 +40,7 @@ pub(super) fn put_lapse(out: &mut Vec<u8>, lapse: &Lapse) {
     out.push(match lapse.stage {
         Stage::Region => 0,
         Stage::Step => 1,
+        Stage::Interrupted => 2,
     });
     out.extend_from_slice(lapse.why.as_bytes());
 }
@@ -165,7 +166,12 @@ impl<'a> ByteReader<'a> {
     /// A lapse as [`put_lapse`] writes it.
     pub(super) fn lapse(&mut self) -> Option<Lapse> {
         let (step, body) = (self.u64()?, self.u32()?);
-        let stage = if self.byte()? == 0 { Stage::Region } else { Stage::Step };
+        let stage = match self.byte()? {
+            0 => Stage::Region,
+            1 => Stage::Step,
+            2 => Stage::Interrupted,
+            _ => return None,
+        };
         Some(Lapse { step, body, stage, why: self.text()? })
     }
 }

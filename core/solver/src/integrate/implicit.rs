@@ -71,7 +71,14 @@ impl Integrator {
         let mut first = 0.0;
         for index in 0..self.max_newton.max(1) {
             let iteration = Iteration { coefficients: &coefficients, index };
-            let residual_norm = self.newton_step(system, step, &iteration, report)?;
+            let residual_norm = match self.newton_step(system, step, &iteration, report) {
+                Err(interrupt @ (StepError::Cancelled | StepError::TimedOut)) => {
+                    system.nodes.x.copy_from_slice(&self.from[0]);
+                    system.nodes.v.copy_from_slice(&self.from[1]);
+                    return Err(interrupt);
+                }
+                norm => norm?,
+            };
             if index == 0 {
                 first = residual_norm;
             }
@@ -109,6 +116,7 @@ impl Integrator {
         iteration: &Iteration<'_>,
         report: &mut StepReport,
     ) -> Result<f64, StepError> {
+        self.interrupts.check()?;
         let (pool, loads, now, effective_dt) = (step.pool, step.loads, step.time, iteration.coefficients.effective_dt);
         let at_current = iteration.at_current_state();
         if !at_current {
@@ -155,6 +163,7 @@ impl Integrator {
                 same_matrix,
                 tolerance: self.tolerance,
                 max_iterations: self.max_iterations,
+                interrupts: Some(&self.interrupts),
             };
             let start = Instant::now();
             let (near, contacts) = (step.contacts.has_candidates(), &*step.contacts);
@@ -167,6 +176,10 @@ impl Integrator {
                 near && stops < MAX_EARLY_STOPS && contacts.can_stop_early(system, &trial)
             });
             report.solve_seconds += start.elapsed().as_secs_f64();
+            if let Err(interrupt) = self.interrupts.check() {
+                system.matrix = Some(matrix);
+                return Err(interrupt);
+            }
             if solved.needs_f64 {
                 let start = Instant::now();
                 matrix = assemble(step, system, matrix, SystemScales { allow_f32: false, ..scales })?;

@@ -18,6 +18,7 @@ use super::springs::NodeSprings;
 use super::system::System;
 use super::threads::Pool;
 use crate::force_model::{ForceError, StepTime};
+use crate::interrupts::Interrupts;
 use contact_constraints::{ContactConstraints, NoContacts};
 use scheme::{History, Method, Scheme};
 use thiserror::Error;
@@ -78,6 +79,12 @@ pub enum StepError {
         /// Index of the first such node.
         node: usize,
     },
+    /// The step was stopped ([`Interrupts::cancel`]). The body is where it was before it.
+    #[error("stopped")]
+    Cancelled,
+    /// The step took too long ([`Interrupts::deadline`]). The body is where it was before it.
+    #[error("took too long")]
+    TimedOut,
 }
 
 /// A time integration scheme with its settings and work vectors, for one body.
@@ -94,6 +101,8 @@ pub struct Integrator {
     pub newton_tolerance: f64,
     /// Largest displacement of a node in one Newton iteration of a quasi-static step, m.
     pub max_displacement: f64,
+    /// What ends a step before it is done.
+    pub interrupts: Interrupts,
     /// Constraint force on each node in the last step, N (n x 3).
     pub reaction: Vec<Vec3>,
     /// Force on each node, N (n x 3).
@@ -106,9 +115,11 @@ pub struct Integrator {
     b: Vec<Vec3>,
     /// Prescribed changes of the velocities, m/s (n x 3).
     z: Vec<Vec3>,
-    /// Positions and velocities at the beginning of the step.
+    /// Positions and velocities at the beginning of a step of several substeps.
+    start: [Vec<Vec3>; 2],
+    /// Positions and velocities at the beginning of the substep, of implicit schemes.
     from: [Vec<Vec3>; 2],
-    /// Positions and velocities at the beginning of the previous step.
+    /// Positions and velocities at the beginning of the substep before.
     before: [Vec<Vec3>; 2],
     history: History,
     pcg: Pcg,
@@ -132,12 +143,14 @@ impl Integrator {
             max_newton: if scheme == Scheme::QuasiStatic { 200 } else { 1 },
             newton_tolerance: 1e-6,
             max_displacement: f64::INFINITY,
+            interrupts: Interrupts::default(),
             reaction: Vec::new(),
             force: Vec::new(),
             scratch: Vec::new(),
             momentum: Vec::new(),
             b: Vec::new(),
             z: Vec::new(),
+            start: Default::default(),
             from: Default::default(),
             before: Default::default(),
             history: History::Interrupted,
@@ -152,13 +165,14 @@ impl Integrator {
 
     /// Memory of the work vectors, bytes.
     pub fn bytes(&self) -> usize {
-        self.force.len() * 9 * size_of::<Vec3>() + self.pcg.bytes()
+        self.force.len() * 11 * size_of::<Vec3>() + self.pcg.bytes()
     }
 
     /// Sets the number of nodes and discards the history. Call it after nodes or elements have changed.
     pub fn resize(&mut self, n: usize) {
         self.force.resize(n, Vec3::zeros());
-        for field in [&mut self.reaction, &mut self.scratch] {
+        let [x, v] = &mut self.start;
+        for field in [&mut self.reaction, &mut self.scratch, x, v] {
             field.clear();
             field.resize(n, Vec3::zeros());
         }
@@ -182,7 +196,7 @@ impl Integrator {
     /// Advances `system` by `time.dt` in `substeps` equal steps, without contacts.
     ///
     /// # Errors
-    /// Returns the error of the material, or [`StepError::Diverged`] if a velocity is not finite.
+    /// Returns the error of the material, [`StepError::Diverged`] if a velocity is not finite, or an interrupt.
     pub fn step(
         &mut self,
         pool: &Pool,
@@ -209,7 +223,15 @@ impl Integrator {
     ) -> Result<StepReport, StepError> {
         let dt = time.dt / substeps as f64;
         let mut report = StepReport::default();
+        if substeps > 1 {
+            let [x, v] = &mut self.start;
+            x.copy_from_slice(&system.nodes.x);
+            v.copy_from_slice(&system.nodes.v);
+        }
         for sub in 0..substeps {
+            if let Err(interrupt) = self.interrupts.check() {
+                return Err(self.take_back(interrupt, system, substeps));
+            }
             let now = StepTime { start: time.start + sub as f64 * dt, dt };
             let mut step = Substep { pool, loads, contacts: &mut *contacts, time: now };
             let stepped = match self.scheme.properties().method {
@@ -217,10 +239,26 @@ impl Integrator {
                 Method::Implicit(coefficients) => self.implicit(system, &mut step, coefficients, &mut report),
                 Method::Explicit(order) => self.explicit(system, &mut step, order, &mut report),
             };
-            stepped.map_err(|error| self.attribute(error, system))?;
+            stepped.map_err(|error| match error {
+                StepError::Cancelled | StepError::TimedOut => self.take_back(error, system, substeps),
+                StepError::Diverged { .. } | StepError::Force(_) => self.attribute(error, system),
+            })?;
             system.advance(pool, StepTime { start: now.end(), dt })?;
         }
         Ok(report)
+    }
+
+    /// Puts the body where it was before an interrupted step. History of elements stays as the last whole substep left it. A substep puts its own
+    /// positions and velocities back.
+    fn take_back(&mut self, interrupt: StepError, system: &mut System, substeps: usize) -> StepError {
+        if substeps > 1 {
+            system.nodes.x.copy_from_slice(&self.start[0]);
+            system.nodes.v.copy_from_slice(&self.start[1]);
+        }
+        self.reaction.fill(Vec3::zeros());
+        self.history = History::Interrupted;
+        self.pcg.forget();
+        interrupt
     }
 
     /// Attributes a state that is not finite to the material if its force is not finite, and to the solver otherwise.
@@ -229,7 +267,7 @@ impl Integrator {
             StepError::Diverged { node } if !is_finite(self.force[node]) => {
                 system.material.not_finite("forces", node).into()
             }
-            StepError::Diverged { .. } | StepError::Force(_) => error,
+            error => error,
         }
     }
 }

@@ -45,13 +45,39 @@ impl Integrator {
         step: &mut Substep<'_>,
         report: &mut StepReport,
     ) -> Result<(), StepError> {
-        let (loads, now, dt) = (step.loads, step.time, step.time.dt);
+        let dt = step.time.dt;
         let start = system.nodes.x.clone();
-        step.contacts.begin(system, dt);
+        let velocities = system.nodes.v.clone();
+        let settled = self.search_for_equilibrium(system, step, report);
+        if let Err(StepError::Cancelled | StepError::TimedOut) = settled {
+            system.nodes.x.copy_from_slice(&start);
+            system.nodes.v.copy_from_slice(&velocities);
+        }
+        report.converged &= settled?;
+        let nodes = &mut system.nodes;
         for i in 0..start.len() {
-            // Nodes with a prescribed motion (Dirichlet conditions) move first.
-            if system.nodes.constraint[i] == Constraint::Fixed {
-                system.nodes.x[i] = start[i] + dt * system.nodes.prescribed[i];
+            nodes.v[i] = (nodes.x[i] - start[i]) / dt;
+        }
+        report.max_speed = check(system).inspect_err(|_| system.nodes.x.copy_from_slice(&start))?;
+        step.contacts.end(system, &mut self.reaction);
+        system.nodes.v.fill(Vec3::zeros());
+        Ok(())
+    }
+
+    /// Newton's method from the present positions. Returns whether it has found an equilibrium.
+    fn search_for_equilibrium(
+        &mut self,
+        system: &mut System,
+        step: &mut Substep<'_>,
+        report: &mut StepReport,
+    ) -> Result<bool, StepError> {
+        let (loads, now, dt) = (step.loads, step.time, step.time.dt);
+        step.contacts.begin(system, dt);
+        let nodes = &mut system.nodes;
+        for i in 0..nodes.x.len() {
+            // Nodes with prescribed motion move first.
+            if nodes.constraint[i] == Constraint::Fixed {
+                nodes.x[i] += dt * nodes.prescribed[i];
             }
         }
         let mut damping = INITIAL_DAMPING;
@@ -74,6 +100,7 @@ impl Integrator {
             let noise = if work < ENERGY_ROUNDING * energy.abs() { ENERGY_ROUNDING } else { 1e-12 } * energy.abs();
             let mut accepted = false;
             for _ in 0..MAX_HALVINGS {
+                self.interrupts.check()?;
                 for i in 0..from.len() {
                     system.nodes.x[i] = from[i] + fraction * self.pcg.x[i];
                 }
@@ -95,15 +122,7 @@ impl Integrator {
                 }
             }
         }
-        report.converged &= settled;
-        let nodes = &mut system.nodes;
-        for i in 0..start.len() {
-            nodes.v[i] = (nodes.x[i] - start[i]) / dt;
-        }
-        report.max_speed = check(system).inspect_err(|_| system.nodes.x.copy_from_slice(&start))?;
-        step.contacts.end(system, &mut self.reaction);
-        system.nodes.v.fill(Vec3::zeros());
-        Ok(())
+        Ok(settled)
     }
 
     /// Solves for the next displacement, m (n x 3), which is left in `self.pcg.x`.
@@ -156,11 +175,13 @@ impl Integrator {
             same_matrix: false,
             tolerance: self.tolerance,
             max_iterations: self.max_iterations,
+            interrupts: Some(&self.interrupts),
         };
         let began = Instant::now();
         let solved = self.pcg.solve(pool, &solve);
         report.solve_seconds += began.elapsed().as_secs_f64();
         system.matrix = Some(matrix);
+        self.interrupts.check()?;
         report.iterations += solved.iterations;
         report.residual = solved.residual;
         Ok(NewtonSolve { unbalanced: left.sqrt(), scale: all.sqrt(), is_definite: !solved.broken })

@@ -136,6 +136,7 @@ mod tests {
                 same_matrix: false,
                 tolerance: 1.0,
                 max_iterations: 1,
+                interrupts: None,
             };
             BlockInverses { system: &system, weight: 0.5, first: 0, out: &mut out }.call()
         };

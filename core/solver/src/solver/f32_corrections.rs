@@ -225,7 +225,7 @@ impl F32Corrections {
         self.matrix.start();
         self.matrix.update_direction(pool, self.h.vectors(), 0.0, 0.0);
         let mut done = CorrectionReport::default();
-        while d > target && done.iterations < goal.max_iterations {
+        while d > target && done.iterations < goal.max_iterations && !system.is_interrupted() {
             if d < next_test && d > STOP_TEST_END * target {
                 done.stopped = stop(&PartialSolution::new(system, x, &self.matrix, self.step(), d * self.unit()));
                 next_test = STOP_TEST_INTERVAL * d;

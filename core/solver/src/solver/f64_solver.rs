@@ -54,7 +54,7 @@ impl F64Solver {
         self.p.copy_from_slice(&self.h);
         let test = StoppingTest::new(system.tolerance, scale, floor);
         let mut report = SolveReport::default();
-        while d > test.target && report.iterations < system.max_iterations {
+        while d > test.target && report.iterations < system.max_iterations && !system.is_interrupted() {
             let q = self.apply(pool, system);
             if !(q > 0.0 && q.is_finite()) {
                 report.broken = true;

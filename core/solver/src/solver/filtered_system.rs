@@ -2,6 +2,7 @@
 
 use crate::algebra::Vec3;
 use crate::constraint::Constraint;
+use crate::interrupts::Interrupts;
 use crate::matrix::Matrix;
 
 /// The system `S A x = S b`, `(I - S) x = (I - S) z` (Baraff and Witkin 1998). S projects each node onto its free directions; z prescribes x in
@@ -25,6 +26,15 @@ pub struct FilteredSystem<'a> {
     pub tolerance: f64,
     /// Largest number of iterations of a solve.
     pub max_iterations: usize,
+    /// What ends the solve before its tolerance is met; the solution then means nothing. `None` for nothing.
+    pub interrupts: Option<&'a Interrupts>,
+}
+
+impl FilteredSystem<'_> {
+    /// Whether the solve is to end at once.
+    pub(super) fn is_interrupted(&self) -> bool {
+        self.interrupts.is_some_and(Interrupts::is_due)
+    }
 }
 
 /// Report of a solve.

@@ -185,7 +185,7 @@ impl Pcg {
             slow = if d > SLOW_REDUCTION * before.1 { slow + 1 } else { 0 };
             report.broken = done.broken && d > test.target;
             report.stopped_at = done.stopped.then_some(d);
-            if done.iterations == 0 || !d.is_finite() {
+            if done.iterations == 0 || !d.is_finite() || system.is_interrupted() {
                 break;
             }
         }
@@ -197,6 +197,7 @@ impl Pcg {
         if report.converged
             || report.stopped_at.is_some()
             || (report.iterations >= system.max_iterations && !report.broken)
+            || system.is_interrupted()
         {
             return report;
         }

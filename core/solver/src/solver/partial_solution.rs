@@ -127,6 +127,7 @@ mod tests {
                 same_matrix,
                 tolerance,
                 max_iterations: 1000,
+                interrupts: None,
             }
         }
 

@@ -1,0 +1,197 @@
+//! A step that would take for ever is ended by a signal, by the scene's patience and by a token, in every loop that has many rounds; it is
+//! taken back.
+
+#![cfg(unix)]
+
+use pliant_engine::plan::Plan;
+use pliant_engine::scene;
+use pliant_engine::session::{CancelToken, Options, Session};
+use pliant_host::SearchPath;
+use pliant_solver::{
+    ContactConstraints, Integrator, Interrupts, Loads, Pool, Scheme, StepError, StepTime, System, TrialStep, Vec3,
+};
+use pliant_tests::{Bench, box_scene, deps};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Schemes whose step takes for ever, in substeps.
+const SCHEMES: [&str; 2] = ["symplectic-euler", "backward-euler"];
+
+/// A scene whose body is simulated as a whole from the first step on.
+fn whole(time: &str) -> String {
+    let fixed = "fixed = [{ box = [[-1.0, -1.0, -1.0], [1.0, -0.015, 1.0]] }]";
+    let grid = format!("grid = {{ level = 3, region = \"whole\" }}\n{fixed}");
+    let text = box_scene(time, "", "").replace("format = 1", "format = 1\ngravity = [0.0, -9.81, 0.0]");
+    text.replace("grid = { level = 5 }", &grid)
+}
+
+/// The same with steps that never end.
+fn endless(case: usize, more: &str) -> String {
+    let substeps = "substeps = 4000000000\nmost-substeps = 4294967295";
+    whole(&format!("integrator = \"{}\"\n{substeps}\n{more}", SCHEMES[case]))
+}
+
+fn opened(bench: &Bench, text: &str) -> Session {
+    let path = bench.write("scene.toml", text);
+    let (scene, source) = scene::load(&path, &[]).unwrap_or_else(|e| panic!("{e}"));
+    let plan = Plan::new(&scene, &source).unwrap_or_else(|e| panic!("{e}"));
+    let options = Options { search: SearchPath::new(&[deps()]), threads: 1, mesh: None, recorded: None };
+    Session::open(&scene, &source, plan, &options).unwrap_or_else(|e| panic!("{e}"))
+}
+
+#[test]
+fn a_token_ends_the_step_and_the_body_is_where_it_was() {
+    for case in 0..SCHEMES.len() {
+        let bench = Bench::new();
+        let mut session = opened(&bench, &endless(case, ""));
+        let token = CancelToken::default();
+        session.cancel_when(token.clone());
+        let canceller = std::thread::spawn(move || {
+            std::thread::sleep(Duration::from_millis(150));
+            token.cancel();
+            Instant::now()
+        });
+        session.step();
+        let ended = Instant::now();
+        println!("case {case}: ended {:?} after it was cancelled", ended - canceller.join().expect("cancelled"));
+        let nodes = &session.bodies[0].system.nodes;
+        assert!(session.is_cancelled() && session.steps() == 0 && session.bodies[0].frozen.is_none(), "case {case}");
+        // Gravity has pulled in thousands of substeps.
+        assert!(nodes.len() > 100 && nodes.x == nodes.rest, "case {case}: the step was taken back");
+        assert!(nodes.v.iter().all(|v| *v == Vec3::zeros()), "case {case}: and the velocities with it");
+    }
+}
+
+/// Where in a step its token is cancelled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Moment {
+    Begin,
+    InSolve,
+    AfterSolve,
+}
+
+/// Contacts that touch nothing and cancel the step they are asked in.
+struct Cancelling {
+    token: CancelToken,
+    at: Moment,
+}
+
+impl Cancelling {
+    fn cancel(&self, now: Moment) {
+        if self.at == now {
+            self.token.cancel();
+        }
+    }
+}
+
+impl ContactConstraints for Cancelling {
+    fn begin(&mut self, _: &mut System, _: f64) {
+        self.cancel(Moment::Begin);
+    }
+
+    fn add_forces(&self, _: &mut [Vec3]) {}
+
+    fn update_active_set(&mut self, _: &mut System, _: &TrialStep<'_>) -> bool {
+        self.cancel(Moment::AfterSolve);
+        false
+    }
+
+    fn can_stop_early(&self, _: &System, _: &TrialStep<'_>) -> bool {
+        self.cancel(Moment::InSolve);
+        false
+    }
+
+    fn has_candidates(&self) -> bool {
+        true
+    }
+
+    fn is_active(&self) -> bool {
+        false
+    }
+
+    fn end(&mut self, _: &mut System, _: &mut [Vec3]) {
+        panic!("a cancelled step has no end");
+    }
+}
+
+#[test]
+fn substeps_newton_and_solver_iterations_look_for_a_stop() {
+    let cases = [
+        (Scheme::BackwardEuler, Moment::Begin, 1, 1),
+        (Scheme::BackwardEuler, Moment::InSolve, 1, 1),
+        (Scheme::BackwardEuler, Moment::InSolve, 3, 1),
+        (Scheme::BackwardEuler, Moment::AfterSolve, 1, 5),
+        (Scheme::QuasiStatic, Moment::Begin, 1, 5),
+    ];
+    for (scheme, at, substeps, newton) in cases {
+        let bench = Bench::new();
+        let mut session = opened(&bench, &whole("integrator = \"backward-euler\""));
+        session.step();
+        let system = &mut session.bodies[0].system;
+        let n = system.nodes.len();
+        let free: Vec<usize> = (0..n).filter(|i| system.nodes.constraint[*i].is_free()).collect();
+        free.iter().for_each(|i| system.nodes.v[*i] = Vec3::new(0.1, -0.2, 0.01 * *i as f64));
+        free.iter().step_by(3).for_each(|i| system.nodes.x[*i].y += 1e-4);
+        let (pool, time) = (Pool::new(1), StepTime { start: 0.0, dt: 1e-3 });
+        let mut integrator = Integrator::new(scheme, 1e-9, 1000);
+        (integrator.max_newton, integrator.newton_tolerance) = (newton, 0.0);
+        integrator.resize(n);
+        let before = (system.nodes.x.clone(), system.nodes.v.clone());
+        let mut contacts = Cancelling { token: integrator.interrupts.cancel.clone(), at };
+        let loads = Loads::default();
+        let ended = integrator.step_with_contacts(&pool, system, &loads, &mut contacts, time, substeps);
+        assert!(matches!(ended, Err(StepError::Cancelled)), "{scheme:?}, {at:?}: {ended:?}");
+        assert!(before == (system.nodes.x.clone(), system.nodes.v.clone()), "{scheme:?}, {at:?}: taken back");
+        integrator.interrupts = Interrupts { deadline: Some(Instant::now()), ..Interrupts::default() };
+        let ended = integrator.step(&pool, system, &loads, time, substeps);
+        assert!(matches!(ended, Err(StepError::TimedOut)), "{scheme:?}, {at:?}: {ended:?}");
+        integrator.interrupts = Interrupts::default();
+        integrator.step(&pool, system, &loads, time, substeps).unwrap_or_else(|e| panic!("{scheme:?}: {e}"));
+        assert!(before.0 != system.nodes.x, "{scheme:?}: the next step is taken");
+    }
+}
+
+#[test]
+fn a_signal_ends_a_run_in_good_order() {
+    for case in 0..SCHEMES.len() {
+        for (signal, extra) in [("INT", &[][..]), ("TERM", &["--isolate"][..]), ("TERM", &["--live"][..])] {
+            let bench = Bench::new();
+            bench.write("scene.toml", endless(case, ""));
+            let args = [&["run", "scene.toml", "--out", "out", "--record", "hand.rec"], extra].concat();
+            let mut child = bench.command(&args).stderr(Stdio::piped()).spawn().expect("starts");
+            while bench.stages().is_empty() {
+                assert!(child.try_wait().expect("asked").is_none(), "case {case} {extra:?}: it ended");
+                std::thread::sleep(Duration::from_millis(5));
+            }
+            // Into the first step.
+            std::thread::sleep(Duration::from_millis(200));
+            assert!(child.try_wait().expect("asked").is_none(), "case {case} {extra:?}: it does not end by itself");
+            let sent = Instant::now();
+            let id = child.id().to_string();
+            assert!(Command::new("kill").args([&format!("-{signal}"), &id]).status().expect("kill").success());
+            let told = child.wait_with_output().expect("ends");
+            println!("case {case} {extra:?}: ended {:?} after the signal", sent.elapsed());
+            let text = String::from_utf8_lossy(&told.stderr).into_owned();
+            assert_eq!(told.status.code(), Some(130), "case {case} {extra:?}: {text}");
+            let summary = bench.summary("out/interrupted");
+            assert!(summary["interrupted"] == true && summary["steps"] == 0, "case {case} {extra:?}: {summary}");
+            assert!(bench.path("hand.rec").is_file() && bench.stages().is_empty());
+        }
+    }
+}
+
+#[test]
+fn patience_ends_a_step_and_a_replay_gives_the_same_bits() {
+    for case in 0..SCHEMES.len() {
+        let bench = Bench::new();
+        bench.write("scene.toml", endless(case, "patience = \"300 ms\""));
+        let args = ["run", "scene.toml", "-q", "--out", "out", "--record", "hand.rec"];
+        bench.pliant(&args).expect(3);
+        let summary = bench.summary("out");
+        assert!(summary["bodies"][0]["frozen"].as_str().is_some_and(|why| why.contains("patience")), "{summary}");
+        assert!(summary["steps"] == 50, "the rest goes on: {}", summary["steps"]);
+        let again = bench.pliant(&["replay", "hand.rec", "--verify", "--out", "again"]).expect(3);
+        again.says(&["the same state, to the bit"]);
+        assert_eq!(bench.read("out/nodes.csv"), bench.read("again/nodes.csv"), "case {case}");
+    }
+}
