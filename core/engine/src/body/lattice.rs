@@ -9,14 +9,17 @@
 //! displaced, free to find its equilibrium, and nodes that must be held are held where they are.
 
 mod bound;
+mod bounds;
 mod cut;
 mod embed;
 mod fragments;
 mod history;
 mod hold;
+mod keep;
 mod mend;
 mod region;
 mod reshape;
+mod smooth;
 mod state;
 mod strays;
 mod untangle;
@@ -24,12 +27,14 @@ mod untangle;
 use super::fixing::Fixing;
 use super::grid_pool::PooledGrid;
 use bound::Bound;
+pub use bounds::NodeBounds;
 pub use fragments::Inner;
 use fragments::{Fragments, NodeKey};
 use pliant_host::{HostError, Region};
 use pliant_plugin_api::abi::{self, Ball, Level};
 use pliant_solver::ForceError;
 use pliant_solver::{Constraint, Nodes, StepTime, System, Vec3};
+use smooth::{Jet, SmoothEmbedding};
 pub use state::LatticeState;
 pub use untangle::Repair;
 
@@ -45,6 +50,8 @@ pub struct RegionSettings {
     pub radius: f64,
     /// s, time constant of the return to rest of what the hand has left
     pub relaxation: f64,
+    /// Whether the surface follows the nodes with continuous slopes, where the weights of the grid are trilinear.
+    pub smooth: bool,
 }
 
 /// Why a body cannot be carried.
@@ -108,8 +115,8 @@ pub struct Lattice {
     returning: Vec<u32>,
     /// Nodes that are driven, and by which fixing.
     driven: Vec<(u32, u32)>,
-    /// m, where the rest position of a node was moved by keeping a shape
-    kept: HashMap<NodeKey, Vec3>,
+    /// Where the rest positions of nodes were moved by keeping shapes
+    kept: HashMap<NodeKey, Kept>,
     /// What a blade has cut.
     fragments: Fragments,
     /// Points of the surface that a cut has made or moved to another cell.
@@ -122,7 +129,20 @@ pub struct Lattice {
     /// m, the longest edge at a vertex of each cell (c)
     edge_of: Vec<f64>,
     scratch: embed::Scratch,
+    /// How the surface follows the nodes; `None`: as the grid says.
+    smooth: Option<Box<SmoothEmbedding>>,
+    /// Whether the grid's weights were looked at.
+    is_probed: bool,
     steps: u32,
+}
+
+/// What shapes that were kept have done to a node.
+#[derive(Clone, Copy, Debug)]
+struct Kept {
+    /// Displacement of its rest position, m.
+    moved: Vec3,
+    /// Jet of the surface there, as it was when the shapes were kept: a cut beside it changes how the surface follows, not where it is.
+    jet: Jet,
 }
 
 const NO_WEIGHTS: u32 = u32::MAX;
@@ -137,6 +157,7 @@ impl Lattice {
         if facts.surface_cells + facts.inside_cells == 0 {
             return Err(LatticeError::Empty { level: settings.level });
         }
+        let smooth = (settings.smooth && !grid.is_nonlinear()).then(Box::default);
         Ok(Self {
             grid,
             settings,
@@ -158,6 +179,8 @@ impl Lattice {
             weights: Vec::new(),
             edge_of: Vec::new(),
             scratch: embed::Scratch::default(),
+            smooth,
+            is_probed: false,
             steps: 0,
         })
     }

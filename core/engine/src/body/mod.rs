@@ -19,7 +19,7 @@ mod symmetry;
 pub use discretization::Discretization;
 pub use fixing::{Fixing, Place};
 pub use grid_pool::{GridPool, PooledGrid};
-pub use lattice::{Inner, Lattice, LatticeError, RegionSettings, Repair};
+pub use lattice::{Inner, Lattice, LatticeError, NodeBounds, RegionSettings, Repair};
 pub use look::{ABSENT, CAP, TriangleLook};
 pub use model::Model;
 pub use pages::{PAGE, PageStamps};

@@ -16,6 +16,7 @@ pub struct PointLoads {
     /// Negative derivative of each force by the point's velocity, N s/m (s blocks).
     pub damping: Vec<Block>,
     sums: NodeSums,
+    cells: Vec<Option<u32>>,
     weights: Vec<[f64; 8]>,
 }
 
@@ -38,6 +39,8 @@ impl PointLoads {
 
     /// Distributes the loads to the nodes of a body by the transpose of the embedding. Points outside of the active cells are left out and the
     /// forces at the others scaled so that the magnitude of the total force is kept.
+    /// Stiffness and damping, which model how a load changes within a step, go to the corners of the cells by trilinear weights, none of
+    /// which is negative.
     ///
     /// # Errors
     /// Returns the error of the grid plugin.
@@ -65,12 +68,14 @@ impl PointLoads {
                 *at += f;
             })?;
         } else {
-            let (force, stiffness, damping) = (&self.force, &self.stiffness, &self.damping);
-            let mut weights = std::mem::take(&mut self.weights);
-            lattice.stencils(&self.points, &mut weights, |point, node, weight| {
-                sums.add(node, weight, force[point], &stiffness[point], &damping[point]);
-            })?;
-            self.weights = weights;
+            lattice.find(&self.points, &mut self.cells, &mut self.weights)?;
+            for (i, cell) in self.cells.iter().enumerate() {
+                let Some(cell) = cell else { continue };
+                for (node, weight) in lattice.region().cell_corners[*cell as usize].iter().zip(&self.weights[i]) {
+                    sums.add_springs(*node, *weight, &self.stiffness[i], &self.damping[i]);
+                }
+            }
+            lattice.spread(&self.cells, &self.weights, &self.force, |node, f| *sums.entry(node).0 += f);
         }
         self.write(nodes, out);
         Ok(())

@@ -1,13 +1,12 @@
 //! Proximity search: the points of a surface that a tool may touch.
 //!
 //! A tool whose features are larger than the cells of the grid is tested against samples of the surface, a smaller one against triangles, of
-//! which few are in its reach. Both are found through the cells that embed them: a point lies in the convex hull of its cell's eight corners,
-//! so a cell whose bounding box is out of reach has no point in reach. Parts of the surface that no active cell embeds are at rest and found in
+//! which few are in its reach. Both are found through the cells that embed them: each has a bounding box of
+//! all it may embed, and one whose box is out of reach has no point in reach. Parts of the surface that no active cell embeds are at rest and found in
 //! the triangle tree.
 
 use super::triangle_point::TrianglePoint;
-use crate::body::Samples;
-use crate::body::{Body, LatticeError, NOT_CARRIED, interpolate};
+use crate::body::{Body, LatticeError, NOT_CARRIED, NodeBounds, Samples, interpolate};
 use crate::shape::OrientedShape;
 use nalgebra::Matrix3;
 use pliant_mesh::geometry::{Closest, closest_point};
@@ -44,6 +43,8 @@ pub struct Query<'a> {
     pub shape: Option<&'a OrientedShape>,
     /// Largest displacement of a node since the last query, m.
     pub moved: f64,
+    /// Whether no node has moved since the last query.
+    pub is_repeated: bool,
 }
 
 impl Query<'_> {
@@ -93,8 +94,12 @@ pub struct ProximitySearch {
     weights: Vec<[f64; 8]>,
     /// Index in `weights` of the first sample of each listed cell.
     weights_of: Vec<usize>,
-    /// Current positions of the samples of one cell, m (buffer).
+    /// Current positions of the samples of the listed cells, m, cell by cell.
     carried: Vec<Vec3>,
+    /// Cofactors of the deformation gradient of each listed cell, which turn normals.
+    turns: Vec<Matrix3<f64>>,
+    /// Bounds of the nodes' displacements (buffer).
+    bounds: NodeBounds,
 }
 
 /// Stretch of edges, relative to the rest shape, that the search allows for: a triangle whose edges grow more could be missed between its
@@ -126,20 +131,15 @@ impl ProximitySearch {
         self.slack = lattice.edge();
         self.cells.clear();
         let region = lattice.region();
+        self.bounds.list(lattice, &body.system.nodes);
         for cell in 0..region.cell_id.len() as u32 {
             if u32::from(region.cell_state[cell as usize]) != abi::CELL_SURFACE {
                 continue;
             }
             let longest = if edges { STRETCH * lattice.longest_edge(cell) } else { 0.0 };
             let reach = reach + self.slack + longest;
-            let corners = lattice.corners(cell, &body.system.nodes.x);
-            let apart: f64 = (0..3)
-                .map(|i| {
-                    let low = corners.iter().fold(f64::INFINITY, |m, c| m.min(c[i]));
-                    let high = corners.iter().fold(f64::NEG_INFINITY, |m, c| m.max(c[i]));
-                    (low - centre[i]).max(centre[i] - high).max(0.0).powi(2)
-                })
-                .sum();
+            let [low, high] = self.bounds.of_cell(cell, lattice, &body.system.nodes);
+            let apart: f64 = (0..3).map(|i| (low[i] - centre[i]).max(centre[i] - high[i]).max(0.0).powi(2)).sum();
             if apart <= reach * reach {
                 self.cells.push(cell);
             }
@@ -159,24 +159,21 @@ impl ProximitySearch {
         query: &Query<'_>,
         out: &mut Vec<SurfacePoint>,
     ) -> Result<(), LatticeError> {
-        if self.list_cells(query, body, false) {
+        let is_new = self.list_cells(query, body, false);
+        if is_new {
             self.interpolate(body, samples)?;
+        }
+        if is_new || !query.is_repeated {
+            self.place(body, samples)?;
         }
         let Some(lattice) = body.discretization.lattice() else { return Ok(()) };
         let first = out.len();
         let mut closest = (f64::INFINITY, 0.0);
         let side = self.side;
-        for (&cell, &begin) in self.cells.iter().zip(&self.weights_of) {
-            let range = lattice.samples_of(samples, cell);
-            if range.is_empty() {
-                continue;
-            }
-            let moved = lattice.displacements(cell, &body.system.nodes);
-            let turn = normal_turn(&moved, lattice.edge());
-            let weights = &self.weights[begin..begin + range.len()];
-            lattice.carry(cell, &samples.place[range.clone()], weights, &body.system.nodes, &mut self.carried)?;
-            for (i, s) in range.enumerate() {
-                let point = self.carried[i];
+        for (at, &cell) in self.cells.iter().enumerate() {
+            let (turn, begin) = (self.turns[at], self.weights_of[at]);
+            for (i, s) in lattice.samples_of(samples, cell).enumerate() {
+                let point = self.carried[begin + i];
                 let distance = (query.centre - point).norm();
                 if !query.is_near(point, distance) {
                     continue;
@@ -218,6 +215,26 @@ impl ProximitySearch {
         Ok(())
     }
 
+    /// Computes the current positions of the samples of the listed cells.
+    fn place(&mut self, body: &mut Body, samples: &Samples) -> Result<(), LatticeError> {
+        self.carried.clear();
+        self.turns.clear();
+        let nodes = &body.system.nodes;
+        let Some(lattice) = body.discretization.lattice_mut() else { return Ok(()) };
+        lattice.forget_slopes();
+        for (&cell, &begin) in self.cells.iter().zip(&self.weights_of) {
+            let range = lattice.samples_of(samples, cell);
+            if range.is_empty() {
+                self.turns.push(Matrix3::identity());
+                continue;
+            }
+            self.turns.push(normal_turn(&lattice.displacements(cell, nodes), lattice.edge()));
+            let weights = &self.weights[begin..begin + range.len()];
+            lattice.carry(cell, &samples.place[range], weights, nodes, &mut self.carried)?;
+        }
+        Ok(())
+    }
+
     /// Adds the closest point of each triangle of body number `index` within the margin to `out`.
     ///
     /// # Errors
@@ -234,7 +251,8 @@ impl ProximitySearch {
         let Body { discretization, model, skin, system, .. } = body;
         let Some(lattice) = discretization.lattice_mut() else { return Ok(()) };
         if fresh || moved > 0.0 {
-            self.cells.iter().try_for_each(|&cell| lattice.embed(cell, &system.nodes, model, skin))?;
+            lattice.forget_slopes();
+            self.cells.iter().try_for_each(|&cell| lattice.embed_cell(cell, &system.nodes, model, skin))?;
         }
         self.candidates.clear();
         let candidates = &mut self.candidates;

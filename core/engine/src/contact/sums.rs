@@ -41,8 +41,13 @@ impl NodeSums {
 
     /// Adds a load times `weight` to a node.
     pub fn add(&mut self, node: u32, weight: f64, force: Vec3, stiffness: &Block, damping: &Block) {
-        let (f, k, c) = self.entry(node);
-        *f += weight * force;
+        *self.entry(node).0 += weight * force;
+        self.add_springs(node, weight, stiffness, damping);
+    }
+
+    /// Adds a stiffness and a damping times `weight` to a node.
+    pub fn add_springs(&mut self, node: u32, weight: f64, stiffness: &Block, damping: &Block) {
+        let (_, k, c) = self.entry(node);
         for e in 0..9 {
             k[e] += weight * stiffness[e];
             c[e] += weight * damping[e];

@@ -188,11 +188,12 @@ fn transfer(
             change.nodes[n] = sums[n] / counts[n];
         }
     }
-    for (cell, corners) in &near {
-        let (points, weights) = lattice.weighted_points(*cell, model)?;
-        for (&v, weights) in points.iter().zip(weights) {
+    let mut by = Vec::new();
+    for (cell, _) in &near {
+        by.clear();
+        lattice.move_by(*cell, &change.nodes, model, &mut by)?;
+        for (&v, carried) in lattice.points(*cell)?.iter().zip(&by) {
             let Some(wanted) = find(v) else { continue };
-            let carried: Vec3 = corners.iter().zip(weights).map(|(&n, w)| *w * change.nodes[n as usize]).sum();
             change.points.push((v, wanted - carried));
         }
     }

@@ -131,20 +131,21 @@ fn add_pressure(
         }
         Discretization::Lattice(lattice) => {
             let cells = brush.cells(lattice);
+            lattice.forget_slopes();
             for &cell in &cells {
-                lattice.embed(cell, &system.nodes, model, skin)?;
+                lattice.embed_cell(cell, &system.nodes, model, skin)?;
             }
+            let (mut of_cells, mut places, mut loads) = (Vec::new(), Vec::new(), Vec::new());
             for &cell in &cells {
-                let corners = lattice.region().cell_corners[cell as usize];
                 let (points, weights) = lattice.weighted_points(cell, model)?;
                 for (&v, weights) in points.iter().zip(weights) {
                     let Ok(at) = vertices.binary_search_by_key(&v, |(of, _)| *of) else { continue };
-                    let load = pressure * vertices[at].1 / 3.0 * model.area_around(v, &skin.x);
-                    for (&n, w) in corners.iter().zip(weights) {
-                        force[n as usize] += *w * load;
-                    }
+                    of_cells.push(Some(cell));
+                    places.push(*weights);
+                    loads.push(pressure * vertices[at].1 / 3.0 * model.area_around(v, &skin.x));
                 }
             }
+            lattice.spread(&of_cells, &places, &loads, |node, f| force[node as usize] += f);
         }
     }
     Ok(())

@@ -321,7 +321,7 @@ impl Opening<'_> {
         let level = *scene.grid.level.get_ref();
         let whole = scene.grid.region == Extent::Whole;
         let radius = if whole { f64::INFINITY } else { scene.grid.radius.as_ref().map_or(0.0, |r| r.get_ref().si) };
-        let region = RegionSettings { level, radius, relaxation };
+        let region = RegionSettings { level, radius, relaxation, smooth: scene.grid.smooth };
         let (number, path, dt) = (shared.number, library.path().display(), self.dt);
         let key = format!("{number} {level} {dt:e} {path} {} {settings:?}", info.id);
         let grid = match self.shared.idle_grid(&key) {

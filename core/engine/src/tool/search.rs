@@ -39,10 +39,11 @@ impl SurfaceSearch {
     ) -> impl FnMut(&OrientedShape, Vec3, f64, &mut Vec<SurfacePoint>) -> Result<(), LatticeError> + 'a {
         let (near, still): (&mut [ProximitySearch], &[f64]) = (&mut self.near, &self.still);
         // The displacement since the last step counts for the first call only.
-        let mut since = moved;
+        let (mut since, mut is_repeated) = (moved, false);
         move |shape, centre, margin, out| {
             let moved = std::mem::replace(&mut since, still);
-            let query = Query { centre, margin, shape: Some(shape), moved: 0.0 };
+            let is_repeated = std::mem::replace(&mut is_repeated, true);
+            let query = Query { centre, margin, shape: Some(shape), moved: 0.0, is_repeated };
             search(near, bodies, moved, query, out)
         }
     }
@@ -61,8 +62,8 @@ impl SurfaceSearch {
         let mut found = Vec::new();
         // The lists of cells are for the proxy's kind of search (triangles or samples), so they are invalidated before and after this one.
         self.near.iter_mut().for_each(ProximitySearch::invalidate);
-        let searched =
-            search(&mut self.near, bodies, moved, Query { centre, margin: reach, shape: None, moved: 0.0 }, &mut found);
+        let query = Query { centre, margin: reach, shape: None, moved: 0.0, is_repeated: false };
+        let searched = search(&mut self.near, bodies, moved, query, &mut found);
         self.near.iter_mut().for_each(ProximitySearch::invalidate);
         searched?;
         Ok(found.into_iter().min_by(|a, b| a.distance.total_cmp(&b.distance)))

@@ -1,5 +1,6 @@
 //! How the surface follows the nodes, and how loads on it go back: by the transpose.
 
+use super::smooth::{interpolate, weights};
 use super::{Lattice, LatticeError, NO_WEIGHTS};
 use crate::body::Samples;
 use crate::body::model::Model;
@@ -79,33 +80,73 @@ impl Lattice {
         Ok(self.grid.weights(self.settings.level, cast_slice(places), cells, weights)?)
     }
 
-    /// Where the nodes carry rest places of one cell.
+    /// Adds to `out` where the nodes carry rest places of one cell, m. Slopes of the surface are those of the last
+    /// [`Lattice::forget_slopes`].
     ///
     /// # Errors
     /// What the grid says.
     pub fn carry(
-        &self,
+        &mut self,
         cell: u32,
         places: &[Vec3],
-        weights: &[[f64; 8]],
+        trilinear: &[[f64; 8]],
         nodes: &Nodes,
         out: &mut Vec<Vec3>,
     ) -> Result<(), LatticeError> {
-        out.clear();
         if self.grid.is_nonlinear() {
             let corners = vec![self.corners(cell, &nodes.x); places.len()];
-            out.resize(places.len(), Vec3::zeros());
+            let first = out.len();
+            out.resize(first + places.len(), Vec3::zeros());
             return Ok(self.grid.place(
                 self.settings.level,
                 cast_slice(places),
                 cast_slice(&corners),
-                cast_slice_mut(out),
+                cast_slice_mut(&mut out[first..]),
             )?);
+        }
+        let places = places.iter().zip(trilinear);
+        if let Some(smooth) = &mut self.smooth {
+            let mut jets = smooth.moved_jets(&self.region, cell as usize, nodes);
+            if !smooth.kept.is_empty() {
+                jets = jets.plus(&smooth.kept_jets(&self.region, cell as usize));
+            }
+            out.extend(places.map(|(place, trilinear)| place + interpolate(&weights(trilinear), &jets)));
+            return Ok(());
         }
         let moved = self.displacements(cell, nodes);
         let carried =
             |(place, weights): (&Vec3, &[f64; 8])| weights.iter().zip(&moved).fold(*place, |sum, (w, u)| sum + *w * *u);
-        out.extend(places.iter().zip(weights).map(carried));
+        out.extend(places.map(carried));
+        Ok(())
+    }
+
+    /// Declares slopes of the surface outdated: nodes have moved.
+    pub fn forget_slopes(&mut self) {
+        if let Some(smooth) = &mut self.smooth {
+            smooth.forget();
+        }
+    }
+
+    /// Adds to `out` what the points of an active cell move by where each node moves by what `field` (m, n x 3) says.
+    ///
+    /// # Errors
+    /// What the grid says; not for a grid that is not linear.
+    pub fn move_by(
+        &mut self,
+        cell: u32,
+        field: &[Vec3],
+        model: &Model,
+        out: &mut Vec<Vec3>,
+    ) -> Result<(), LatticeError> {
+        let first = self.set_weights(cell, model)?;
+        let weighed = &self.weights[first..first + self.points(cell)?.len()];
+        if let Some(smooth) = &self.smooth {
+            let jets = smooth.cell_jets(&self.region, cell as usize, |n| field[n as usize]);
+            out.extend(weighed.iter().map(|trilinear| interpolate(&weights(trilinear), &jets)));
+            return Ok(());
+        }
+        let corners = self.corners(cell, field);
+        out.extend(weighed.iter().map(|weights| weights.iter().zip(&corners).map(|(w, u)| *w * *u).sum::<Vec3>()));
         Ok(())
     }
 
@@ -117,13 +158,16 @@ impl Lattice {
         if self.kept.is_empty() {
             return Ok(Vec3::zeros());
         }
-        let (mut id, mut weights) = ([abi::NO_CELL], [[0.0; 8]]);
-        self.grid.weights(self.settings.level, &[place.into()], &mut id, &mut weights)?;
+        let (mut id, mut trilinear) = ([abi::NO_CELL], [[0.0; 8]]);
+        self.grid.weights(self.settings.level, &[place.into()], &mut id, &mut trilinear)?;
         let Some(cell) = self.cell_at(id[0], place) else { return Ok(Vec3::zeros()) };
-        let corners = self.region.cell_corners[cell].iter().zip(&weights[0]);
+        if let Some(smooth) = &self.smooth {
+            return Ok(interpolate(&weights(&trilinear[0]), &smooth.kept_jets(&self.region, cell)));
+        }
+        let corners = self.region.cell_corners[cell].iter().zip(&trilinear[0]);
         Ok(corners.fold(Vec3::zeros(), |sum, (&n, w)| {
             let key = (self.region.node_id[n as usize], self.region.node_copy[n as usize]);
-            self.kept.get(&key).map_or(sum, |kept| sum + *w * *kept)
+            self.kept.get(&key).map_or(sum, |kept| sum + *w * kept.moved)
         }))
     }
 
@@ -157,16 +201,24 @@ impl Lattice {
     /// # Errors
     /// What the grid says.
     pub fn embed_point(&self, place: Vec3, nodes: &Nodes) -> Result<(Vec3, Vec3), LatticeError> {
-        let (mut id, mut weights) = ([abi::NO_CELL], [[0.0; 8]]);
-        self.grid.weights(self.settings.level, &[place.into()], &mut id, &mut weights)?;
+        let (mut id, mut trilinear) = ([abi::NO_CELL], [[0.0; 8]]);
+        self.grid.weights(self.settings.level, &[place.into()], &mut id, &mut trilinear)?;
         let Some(cell) = self.cell_at(id[0], place) else { return Ok((place, place)) };
+        if let Some(smooth) = &self.smooth {
+            let weights = weights(&trilinear[0]);
+            let kept = smooth.kept_jets(&self.region, cell);
+            let moved = |n: u32| nodes.x[n as usize] - nodes.rest[n as usize];
+            let moved = interpolate(&weights, &smooth.cell_jets(&self.region, cell, moved));
+            let settled = place + interpolate(&weights, &kept);
+            return Ok((settled + moved, settled));
+        }
         let at = |field: &[Vec3]| -> Result<Vec3, LatticeError> {
             if self.grid.is_nonlinear() {
                 let (corners, mut out) = ([self.corners(cell as u32, field)], [[0.0; 3]]);
                 self.grid.place(self.settings.level, &[place.into()], cast_slice(&corners), &mut out)?;
                 return Ok(out[0].into());
             }
-            let corners = self.region.cell_corners[cell].iter().zip(&weights[0]);
+            let corners = self.region.cell_corners[cell].iter().zip(&trilinear[0]);
             Ok(corners.fold(place, |sum, (&n, w)| sum + *w * (field[n as usize] - self.grid_rest(n))))
         };
         Ok((at(&nodes.x)?, at(&nodes.rest)?))
@@ -177,10 +229,30 @@ impl Lattice {
     /// # Errors
     /// What the grid says.
     pub fn embed(&mut self, cell: u32, nodes: &Nodes, model: &Model, skin: &mut Skin) -> Result<(), LatticeError> {
+        self.forget_slopes();
+        self.embed_cell(cell, nodes, model, skin)
+    }
+
+    /// [`Lattice::embed`] with the slopes of the surface as of the last [`Lattice::forget_slopes`], for several cells in a row.
+    ///
+    /// # Errors
+    /// What the grid says.
+    pub fn embed_cell(&mut self, cell: u32, nodes: &Nodes, model: &Model, skin: &mut Skin) -> Result<(), LatticeError> {
         if self.grid.is_nonlinear() {
             return self.embed_nonlinear(cell, nodes, model, skin);
         }
         let first = self.set_weights(cell, model)?;
+        if let Some(smooth) = &mut self.smooth {
+            let jets = smooth.moved_jets(&self.region, cell as usize, nodes);
+            let is_still = jets.is_zero();
+            for (i, &v) in self.points(cell)?.iter().enumerate() {
+                // A point whose nodes are at rest keeps its very bits.
+                let u = if is_still { Vec3::zeros() } else { interpolate(&weights(&self.weights[first + i]), &jets) };
+                skin.x[v as usize] = skin.settled[v as usize] + u;
+                skin.pages.mark(v);
+            }
+            return Ok(());
+        }
         // Displacements, not positions: a point whose nodes are at rest keeps its very bits.
         let corners = self.region.cell_corners[cell as usize];
         let moved = corners.map(|n| nodes.x[n as usize] - nodes.rest[n as usize]);
@@ -204,8 +276,9 @@ impl Lattice {
         model: &Model,
         skin: &mut Skin,
     ) -> Result<(), LatticeError> {
+        self.forget_slopes();
         (0..self.region.cell_id.len() as u32).try_for_each(|cell| {
-            if self.points(cell)?.is_empty() { Ok(()) } else { self.embed(cell, nodes, model, skin) }
+            if self.points(cell)?.is_empty() { Ok(()) } else { self.embed_cell(cell, nodes, model, skin) }
         })
     }
 
@@ -257,30 +330,46 @@ impl Lattice {
         Ok(())
     }
 
-    /// Weighted nodes of rest places: `visit(place, node, weight)`. Places outside the active cells are passed over.
+    /// The active cells of rest places, `None` beside all of them, and the trilinear weights there.
     ///
     /// # Errors
     /// What the grid says.
-    pub fn stencils(
+    pub fn find(
         &mut self,
         places: &[Vec3],
+        cells: &mut Vec<Option<u32>>,
         weights: &mut Vec<[f64; 8]>,
-        mut visit: impl FnMut(usize, u32, f64),
     ) -> Result<(), LatticeError> {
-        let mut cells = std::mem::take(&mut self.scratch.cells);
-        cells.clear();
-        cells.resize(places.len(), abi::NO_CELL);
+        let mut ids = std::mem::take(&mut self.scratch.cells);
+        ids.clear();
+        ids.resize(places.len(), abi::NO_CELL);
         weights.clear();
         weights.resize(places.len(), [0.0; 8]);
-        let done = self.grid.weights(self.settings.level, cast_slice(places), &mut cells, weights);
-        for (place, id) in cells.iter().enumerate() {
-            let Some(cell) = self.cell_at(*id, places[place]) else { continue };
-            for (node, weight) in self.region.cell_corners[cell].iter().zip(&weights[place]) {
-                visit(place, *node, *weight);
-            }
-        }
-        self.scratch.cells = cells;
+        let done = self.grid.weights(self.settings.level, cast_slice(places), &mut ids, weights);
+        cells.clear();
+        cells.extend(ids.iter().zip(places).map(|(id, place)| self.cell_at(*id, *place).map(|cell| cell as u32)));
+        self.scratch.cells = ids;
         Ok(done?)
+    }
+
+    /// What forces (N) at places that [`Lattice::find`] has found come to on the nodes, by the transpose of the embedding:
+    /// `visit(node, force)`. Places beside all cells are passed over.
+    pub fn spread(
+        &mut self,
+        cells: &[Option<u32>],
+        trilinear: &[[f64; 8]],
+        forces: &[Vec3],
+        mut visit: impl FnMut(u32, Vec3),
+    ) {
+        let found =
+            cells.iter().zip(trilinear).zip(forces).filter_map(|((cell, w), f)| Some(((*cell)? as usize, w, f)));
+        if let Some(smooth) = &mut self.smooth {
+            found.for_each(|(cell, trilinear, f)| smooth.add_load(&self.region, cell, &weights(trilinear), *f));
+            return smooth.pull_back(&self.region, visit);
+        }
+        for (cell, trilinear, force) in found {
+            self.region.cell_corners[cell].iter().zip(trilinear).for_each(|(node, w)| visit(*node, *w * force));
+        }
     }
 
     /// What loads (N) on rest places come to on the nodes, where the embedding is not linear: `visit(node, force)`.

@@ -146,6 +146,7 @@ impl Lattice {
         self.keeps_shape = system.sets.iter().any(|set| set.has(abi::HAS_HISTORY));
         let histories = Histories::take(system);
         let old_node = self.exchange_nodes(&mut system.nodes);
+        self.list_slopes()?;
         self.constrain(fixings, &mut system.nodes);
         self.list_elements(system)?;
         system.prepare()?;
@@ -184,7 +185,7 @@ impl Lattice {
             let stays = at < self.spare.node_id.len() && key(&self.spare, at) == wanted;
             let from = if stays { Some(at) } else { born.get(&wanted).and_then(|parent| old(*parent)) };
             let rest = self.grid_rest(i as u32);
-            let rest = self.kept.get(&wanted).map_or(rest, |kept| rest + *kept);
+            let rest = self.kept.get(&wanted).map_or(rest, |kept| rest + kept.moved);
             nodes.rest.push(rest);
             x.push(from.map_or(rest, |old| nodes.x[old]));
             v.push(from.map_or(Vec3::zeros(), |old| nodes.v[old]));
@@ -293,11 +294,10 @@ impl Lattice {
     /// What the material says of the new rest shape.
     pub fn keep(&mut self, model: &Model, skin: &mut Skin, system: &mut System) -> Result<Vec<u32>, LatticeError> {
         let nodes = &mut system.nodes;
+        self.keep_slopes(|n| nodes.x[n as usize] - nodes.rest[n as usize]);
         for i in 0..nodes.x.len() {
             let moved = nodes.x[i] - self.grid_rest(i as u32);
-            if moved != Vec3::zeros() {
-                self.kept.insert((self.region.node_id[i], self.region.node_copy[i]), moved);
-            }
+            self.keep_node(i as u32, moved);
             nodes.v[i] = Vec3::zeros();
         }
         let mut triangles = Vec::new();

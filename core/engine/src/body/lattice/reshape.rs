@@ -30,9 +30,10 @@ impl Lattice {
         settled: &mut [Vec3],
         moved: &mut Vec<u32>,
     ) -> Result<(), LatticeError> {
+        let (mut by, near) = (Vec::new(), self.nodes_near(&change.nodes));
         for cell in 0..self.region.cell_id.len() as u32 {
             let corners = self.region.cell_corners[cell as usize];
-            if corners.iter().all(|&n| change.nodes[n as usize] == Vec3::zeros()) {
+            if corners.iter().all(|&n| !near[n as usize]) {
                 continue;
             }
             if self.grid.is_nonlinear() {
@@ -40,10 +41,10 @@ impl Lattice {
                 moved.extend_from_slice(self.points(cell)?);
                 continue;
             }
-            let (points, weights) = self.weighted_points(cell, model)?;
-            for (&v, weights) in points.iter().zip(weights) {
-                let each = corners.iter().zip(weights);
-                settled[v as usize] += each.map(|(&n, w)| *w * change.nodes[n as usize]).sum::<Vec3>();
+            by.clear();
+            self.move_by(cell, &change.nodes, model, &mut by)?;
+            for (&v, by) in self.points(cell)?.iter().zip(&by).filter(|(_, by)| **by != Vec3::zeros()) {
+                settled[v as usize] += *by;
                 moved.push(v);
             }
         }
@@ -73,12 +74,24 @@ impl Lattice {
         Ok(())
     }
 
+    /// Nodes on which the surface depends where some nodes change: these, and those they share a cell with.
+    fn nodes_near(&self, change: &[Vec3]) -> Vec<bool> {
+        let mut near: Vec<bool> = change.iter().map(|d| *d != Vec3::zeros()).collect();
+        if self.smooth.is_some() {
+            let changed = near.clone();
+            let cells = self.region.cell_corners.iter().filter(|corners| corners.iter().any(|n| changed[*n as usize]));
+            cells.flatten().for_each(|n| near[*n as usize] = true);
+        }
+        near
+    }
+
     /// Moves rest positions, for good.
     pub(in crate::body) fn move_rest(&mut self, change: &[Vec3], rest: &mut [Vec3]) {
-        for (i, d) in change.iter().enumerate().filter(|(_, d)| **d != Vec3::zeros()) {
-            rest[i] += *d;
-            let kept = rest[i] - self.grid_rest(i as u32);
-            self.kept.insert((self.region.node_id[i], self.region.node_copy[i]), kept);
+        self.keep_slopes(|n| change[n as usize]);
+        let near = self.nodes_near(change);
+        for i in (0..rest.len()).filter(|i| near[*i]) {
+            rest[i] += change[i];
+            self.keep_node(i as u32, rest[i] - self.grid_rest(i as u32));
         }
     }
 }

@@ -1,13 +1,13 @@
 //! What of a lattice can be taken back.
 
 use super::bound::Bound;
-use super::{Fragments, Lattice, LatticeError, NodeKey};
+use super::{Fragments, Kept, Lattice, LatticeError, NodeKey};
 use crate::body::fixing::Fixing;
 use crate::body::model::Model;
 use crate::body::skin::Skin;
 use pliant_host::Region;
 use pliant_plugin_api::abi::Ball;
-use pliant_solver::{System, Vec3};
+use pliant_solver::System;
 use std::collections::HashMap;
 
 /// A lattice at one moment: as large as what is active and what was cut.
@@ -16,7 +16,7 @@ pub struct LatticeState {
     region: Region,
     balls: Vec<Ball>,
     last_balls: Vec<Ball>,
-    kept: HashMap<NodeKey, Vec3>,
+    kept: HashMap<NodeKey, Kept>,
     fragments: Fragments,
     bound: Bound,
     stale: bool,

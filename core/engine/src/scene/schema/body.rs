@@ -182,6 +182,8 @@ pub struct GridScene {
     /// Time constant of the return to rest of what a tool has left behind.
     #[schemars(with = "Time")]
     pub relaxation: Spanned<Time>,
+    /// Whether the surface follows the nodes with continuous slopes; `false`: by trilinear weights, with creases along the cells.
+    pub smooth: bool,
 }
 
 impl Default for GridScene {
@@ -193,6 +195,7 @@ impl Default for GridScene {
             region: Extent::Local,
             radius: None,
             relaxation: Spanned::new(0..0, Time::new(0.01)),
+            smooth: true,
         }
     }
 }
