@@ -16,7 +16,7 @@ pub struct Side {
 pub struct EdgeTable {
     vertices: Vec<[u32; 2]>, // lower, higher (e x 2)
     start: Vec<u32>,         // first side of each edge, then 3 m (e + 1)
-    sides: Vec<Side>,        // edge after edge, triangles rising (3 m)
+    sides: Vec<Side>,        // edge after edge, triangles ascending (3 m)
 }
 
 impl EdgeTable {

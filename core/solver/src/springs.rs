@@ -10,7 +10,7 @@ use super::integrate::limit::SpringRates;
 /// Springs and dampers on some nodes, an array for each quantity.
 #[derive(Debug, Default)]
 pub struct NodeSprings {
-    /// Indices of the nodes, rising (k).
+    /// Indices of the nodes, ascending (k).
     pub nodes: Vec<u32>,
     /// Force at the anchor, N (k x 3).
     pub force: Vec<Vec3>,
@@ -37,7 +37,7 @@ impl NodeSprings {
         self.nodes.is_empty()
     }
 
-    /// Adds a spring on a node; nodes must be added in rising order.
+    /// Adds a spring on a node; nodes must be added in ascending order.
     pub fn push(&mut self, node: u32, force: Vec3, stiffness: Block, damping: Block, anchor: Vec3) {
         self.nodes.push(node);
         self.force.push(force);

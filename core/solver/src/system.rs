@@ -80,7 +80,7 @@ impl System {
     /// Recomputes chunks, rest data, lumped masses and the matrix's pattern. Call it after nodes or lists of elements have changed.
     ///
     /// # Errors
-    /// A material that fails.
+    /// Returns the error of the material.
     pub fn prepare(&mut self) -> Result<(), ForceError> {
         for set in &mut self.sets {
             set.prepare(&*self.material, &self.nodes)?;
@@ -101,7 +101,7 @@ impl System {
     /// Recomputes rest data. Call it after rest positions alone have changed.
     ///
     /// # Errors
-    /// A material that fails.
+    /// Returns the error of the material.
     pub fn rest(&mut self) -> Result<(), ForceError> {
         self.sets.iter_mut().try_for_each(|set| set.rest(&*self.material, &self.nodes))
     }
@@ -128,7 +128,7 @@ impl System {
     /// Computes `force = -dE/dx - C v`, N (n x 3), for velocities `v`, m/s (n x 3), by default those of the nodes.
     ///
     /// # Errors
-    /// A material that fails.
+    /// Returns the error of the material.
     pub fn forces(
         &mut self,
         pool: &Pool,
@@ -171,7 +171,7 @@ impl System {
     /// Elastic energy of the present state, J.
     ///
     /// # Errors
-    /// A material that fails.
+    /// Returns the error of the material.
     pub fn energy(&mut self, time: StepTime) -> Result<f64, ForceError> {
         let mut energy = 0.0;
         for set in self.sets.iter().filter(|s| s.has(abi::HAS_FORCES)) {
@@ -192,7 +192,7 @@ impl System {
     /// Updates the history of elements, such as plastic strain, after an accepted step.
     ///
     /// # Errors
-    /// A material that fails.
+    /// Returns the error of the material.
     pub fn advance(&mut self, pool: &Pool, time: StepTime) -> Result<(), ForceError> {
         for set in self.sets.iter_mut().filter(|s| s.has(abi::HAS_HISTORY) && s.request().history_stride > 0) {
             let mut next = std::mem::take(&mut set.next_history);

@@ -25,7 +25,7 @@ impl Body {
     /// [`super::Lattice::follow`], those of a sheet at once.
     ///
     /// # Errors
-    /// A grid or material that fails.
+    /// Returns the error of the grid or material plugin.
     pub fn take_cut(&mut self, advance: &Advance) -> Result<(), LatticeError> {
         let Some(mesh) = &self.cut else { return Ok(()) };
         let mut settled = std::mem::take(&mut self.skin.settled);

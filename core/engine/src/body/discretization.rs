@@ -67,7 +67,7 @@ impl Discretization {
         self.lattice().map_or(f64::INFINITY, |lattice| lattice.settings.radius)
     }
 
-    /// Makes what is around `wanted` contacts active. Gives whether anything changed.
+    /// Makes what is around `wanted` contacts active. Returns whether anything changed.
     ///
     /// # Errors
     /// What grid or material say; what is active is then as it was.
@@ -96,7 +96,7 @@ impl Discretization {
     /// Brings every active point of the surface up to date.
     ///
     /// # Errors
-    /// A grid that fails.
+    /// Returns the error of the grid plugin.
     pub fn embed_all(
         &mut self,
         pool: &Pool,
@@ -127,7 +127,7 @@ impl Discretization {
     /// Where the nodes carry one rest place, and where they would if they were at rest. What no node carries stays.
     ///
     /// # Errors
-    /// A grid that fails.
+    /// Returns the error of the grid plugin.
     pub fn embed_point(
         &self,
         place: Vec3,

@@ -43,7 +43,7 @@ pub struct Fixing {
     pub place: Place,
     /// Edges on the border of a sheet whose ends are both held keep the direction they have at rest.
     pub clamp: bool,
-    /// Displacement (m) at times (s), rising; linear between, constant outside. Empty: held.
+    /// Displacement (m) at times (s), ascending; linear between, constant outside. Empty: held.
     pub path: Vec<(f64, Vec3)>,
 }
 

@@ -66,7 +66,7 @@ impl Body {
     /// Brings the surface of every node up to date: for a picture, a file or the end of a run.
     ///
     /// # Errors
-    /// A grid that fails.
+    /// Returns the error of the grid plugin.
     pub fn update_skin(&mut self, pool: &Pool) -> Result<(), LatticeError> {
         self.discretization.embed_all(pool, &self.system.nodes, &self.model, &mut self.skin)?;
         if let Some(symmetry) = &self.symmetry {
@@ -78,7 +78,7 @@ impl Body {
     /// Where the nodes carry one rest place, and where they would if they were at rest. What no node carries stays.
     ///
     /// # Errors
-    /// A grid that fails.
+    /// Returns the error of the grid plugin.
     pub fn embed_point(&self, place: Vec3) -> Result<(Vec3, Vec3), LatticeError> {
         self.discretization.embed_point(place, &self.model, &self.skin, &self.system.nodes)
     }

@@ -4,11 +4,11 @@ use super::{Body, Discretization, Lattice, LatticeError, Model, Sheet, Skin};
 use pliant_solver::{Nodes, Vec3};
 
 impl Body {
-    /// Nodes within `radius` (m) of a rest place in the shape at rest, each with its distance from it (m), by rising number. Only those that
+    /// Nodes within `radius` (m) of a rest place in the shape at rest, each with its distance from it (m), by ascending number. Only those that
     /// cells or triangles inside of the ball join to the place: what is near in space alone stays out.
     ///
     /// # Errors
-    /// A grid that fails.
+    /// Returns the error of the grid plugin.
     pub fn nodes_within(&self, place: Vec3, radius: f64, out: &mut Vec<(u32, f64)>) -> Result<(), LatticeError> {
         out.clear();
         let (_, centre) = self.embed_point(place)?;

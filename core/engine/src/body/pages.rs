@@ -40,7 +40,7 @@ impl PageStamps {
         self.period - 1
     }
 
-    /// Pages that have changed in a period after `period`, rising.
+    /// Pages that have changed in a period after `period`, ascending.
     pub fn changed_after(&self, period: u64) -> impl Iterator<Item = usize> + '_ {
         self.stamps.iter().enumerate().filter(move |(_, stamp)| **stamp > period).map(|(page, _)| page)
     }

@@ -28,7 +28,7 @@ impl Body {
     /// Changes the shape at rest. Cells it would turn over or flatten stay as they are, by the same measure by which a kept shape is repaired.
     ///
     /// # Errors
-    /// A grid or material that fails.
+    /// Returns the error of the grid or material plugin.
     pub fn reshape(&mut self, change: &mut RestChange) -> Result<(), LatticeError> {
         let Self { model, skin, system, discretization, .. } = self;
         let mut moved: Vec<u32> = Vec::new();

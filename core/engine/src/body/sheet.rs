@@ -102,7 +102,7 @@ impl Sheet {
         self.node_of[vertex as usize]
     }
 
-    /// Makes nodes and elements, if there are none yet. Gives whether there are others than before.
+    /// Makes nodes and elements, if there are none yet. Returns whether there are others than before.
     ///
     /// # Errors
     /// What the material says; a vertex without mass.
@@ -388,7 +388,7 @@ fn add_mirror(nodes: &mut Nodes, ends: [u32; 2], third: u32) -> u32 {
     nodes.add(2.0 * foot - c)
 }
 
-/// Direction of rising u in a triangle of the rest shape.
+/// Direction of increasing u in a triangle of the rest shape.
 fn texture_direction(document: &ObjDocument, surface: &Surface, triangle: usize) -> Option<Vec3> {
     let vertices = surface.triangles[triangle];
     let corners = document.face(surface.face_of[triangle] as usize)?.corners;

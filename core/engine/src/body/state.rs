@@ -53,7 +53,7 @@ impl Body {
     /// As it was.
     ///
     /// # Errors
-    /// A grid or material that fails.
+    /// Returns the error of the grid or material plugin.
     pub fn restore(&mut self, state: &BodyState) -> Result<(), LatticeError> {
         let mut moved = Vec::new();
         let known = self.model.surface.triangles.len();

@@ -70,8 +70,8 @@ impl Session {
         (self.history.done.len() + self.history.under_way.len(), self.history.undone.len())
     }
 
-    /// Takes everything back to where it was when the last cut, or the last edit that left another shape or history, began; one that is
-    /// under way ends first, and does not begin again before its button is pressed anew. Gives whether there was one.
+    /// Restores the state at the beginning of the last cut, or of the last edit that changed a shape or history for good. An active edit of that kind
+    /// ends first and does not begin again before its button is pressed again. Returns whether there was one.
     pub fn undo(&mut self) -> bool {
         if self.history().0 == 0 {
             return false;

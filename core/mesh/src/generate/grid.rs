@@ -21,7 +21,7 @@ pub enum Pattern {
 /// A sheet of `cells` (columns, rows) and `size` (width, height in m) in the plane z = 0, its lower left corner in
 /// the origin, of triangles.
 ///
-/// Vertices go row by row from y = 0 up, x rising within a row. A row has columns + 1 vertices; in the equilateral
+/// Vertices go row by row from y = 0 up, x increasing within a row. A row has columns + 1 vertices; in the equilateral
 /// pattern every second row, the one at y = 0 not among them, has columns + 2.
 ///
 /// # Errors

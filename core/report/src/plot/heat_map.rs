@@ -11,7 +11,7 @@ pub struct HeatMap {
     pub x: String,
     /// Name and unit of the vertical parameter.
     pub y: String,
-    /// Values of the horizontal parameter, rising (c).
+    /// Values of the horizontal parameter, ascending (c).
     pub columns: Vec<f64>,
     /// Values of the vertical parameter from below, as texts (r).
     pub rows: Vec<String>,

@@ -11,9 +11,9 @@ pub(crate) struct StateMap {
     pub(crate) x: String,
     /// Name and unit of the vertical parameter.
     pub(crate) y: String,
-    /// Values of the horizontal parameter, rising.
+    /// Values of the horizontal parameter, ascending.
     pub(crate) columns: Vec<f64>,
-    /// Values of the vertical parameter, rising.
+    /// Values of the vertical parameter, ascending.
     pub(crate) rows: Vec<f64>,
     /// State in each row and column.
     pub(crate) states: Vec<Vec<String>>,

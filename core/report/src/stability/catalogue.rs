@@ -35,10 +35,10 @@ pub(super) struct StabilityMap {
     /// Name and unit of the parameter.
     #[serde(rename = "along")]
     pub(super) parameter: String,
-    /// Values of the parameter, rising.
+    /// Values of the parameter, ascending.
     #[serde(rename = "point")]
     pub(super) points: Vec<MapPoint>,
-    /// Steps (s), rising.
+    /// Steps (s), ascending.
     #[serde(rename = "step")]
     pub(super) step_sizes: Vec<f64>,
     /// Number of steps of a run.

@@ -80,7 +80,7 @@ impl CoupledHinges {
     /// Computes G and the polynomial. Call it after nodes or elements have changed.
     ///
     /// # Errors
-    /// A material that fails.
+    /// Returns the error of the material.
     pub fn prepare(&mut self, material: &dyn ForceModel, sets: &[ElementSet], nodes: &Nodes) -> Result<(), ForceError> {
         let hinges = sets.iter().find(|set| is_coupled_hinges(set)).map_or(0, ElementSet::count);
         let Some(triangles) = sets.iter().find(|set| is_coupled_triangles(set)) else { return Ok(()) };
@@ -138,7 +138,7 @@ impl CoupledHinges {
     /// Computes the strain of each hinge and its gradient.
     ///
     /// # Errors
-    /// A material that fails.
+    /// Returns the error of the material.
     pub fn update_strains(&mut self, pool: &Pool, state: SystemState<'_>) -> Result<(), ForceError> {
         let SystemState { material, sets, nodes, time } = state;
         let Some(set) = sets.iter().find(|set| is_coupled_hinges(set)) else { return Ok(()) };
@@ -159,7 +159,7 @@ impl CoupledHinges {
     /// Adds `-m ds/dx`, N, to `force` (n x 3), with moments in single precision if `six_digits`.
     ///
     /// # Errors
-    /// A material that fails.
+    /// Returns the error of the material.
     pub fn forces(
         &mut self,
         pool: &Pool,
@@ -182,7 +182,7 @@ impl CoupledHinges {
     /// Bending energy `s . m / 2`, J.
     ///
     /// # Errors
-    /// A material that fails.
+    /// Returns the error of the material.
     pub fn energy(&mut self, pool: &Pool, state: SystemState<'_>) -> Result<f64, ForceError> {
         if !state.sets.iter().any(is_coupled_hinges) {
             return Ok(0.0);

@@ -44,7 +44,7 @@ pub trait Precision: Copy + Send {
     /// Adds the tangent of one call of the material at its `slots`.
     ///
     /// # Errors
-    /// A material that fails.
+    /// Returns the error of the material.
     fn add_tangent(
         material: &dyn ForceModel,
         call: &ElementCall<'_>,

@@ -20,7 +20,7 @@ impl Assembly<'_> {
     /// Adds the tangent of a chunk of set number `set` to `blocks`.
     ///
     /// # Errors
-    /// A material that fails.
+    /// Returns the error of the material.
     pub fn add<T: Precision>(&self, set: usize, chunk: &Chunk, mut blocks: BlocksMut<'_, T>) -> Result<(), ForceError> {
         let SystemState { material, sets, nodes, time } = self.state;
         let set = &sets[set];

@@ -125,7 +125,7 @@ impl F32Blocks {
     /// Assembles the blocks and row sums of a state.
     ///
     /// # Errors
-    /// A material that fails.
+    /// Returns the error of the material.
     pub fn assemble(
         &mut self,
         pool: &Pool,

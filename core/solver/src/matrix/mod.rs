@@ -213,7 +213,7 @@ impl Matrix {
     /// coupled hinges of the body; without them their part is left out.
     ///
     /// # Errors
-    /// A material that fails.
+    /// Returns the error of the material.
     pub fn assemble(
         &mut self,
         pool: &Pool,

@@ -46,7 +46,7 @@ impl NormalsEnergy {
     /// Adds the forces of the energy, N, to `force` (n x 3).
     ///
     /// # Errors
-    /// A material that fails.
+    /// Returns the error of the material.
     pub fn forces(&mut self, pool: &Pool, state: SystemState<'_>, force: &mut [Vec3]) -> Result<(), ForceError> {
         let SystemState { material, sets, nodes, time } = state;
         let Some(set) = of_kind(sets, abi::TRIANGLE) else { return Ok(()) };
@@ -63,7 +63,7 @@ impl NormalsEnergy {
     /// The energy of a state, J.
     ///
     /// # Errors
-    /// A material that fails.
+    /// Returns the error of the material.
     pub fn energy(&mut self, state: SystemState<'_>) -> Result<f64, ForceError> {
         let SystemState { material, sets, nodes, time } = state;
         let Some(set) = of_kind(sets, abi::TRIANGLE) else { return Ok(0.0) };

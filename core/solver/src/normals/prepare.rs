@@ -17,7 +17,7 @@ impl NormalsEnergy {
     /// Finds the triangles of each normal and the stiffness of the hinges. Call it after nodes or elements have changed.
     ///
     /// # Errors
-    /// A material that fails.
+    /// Returns the error of the material.
     pub fn prepare(&mut self, material: &dyn ForceModel, sets: &[ElementSet], nodes: &Nodes) -> Result<(), ForceError> {
         let (Some(triangles), Some(hinges)) = (of_kind(sets, abi::TRIANGLE), of_kind(sets, abi::HINGE)) else {
             return Ok(());

@@ -33,7 +33,7 @@ impl Sheet {
     /// As it was, with these nodes, on a model that is as it was.
     ///
     /// # Errors
-    /// A material that fails.
+    /// Returns the error of the material.
     pub fn restore(
         &mut self,
         state: &SheetState,

@@ -72,7 +72,7 @@ pub struct Band {
     pub first: usize,
     /// Where the distances of each slice begin (slices + 1).
     pub start: Vec<usize>,
-    /// Distances above the diagonal, rising within a slice.
+    /// Distances above the diagonal, ascending within a slice.
     pub distance: Vec<u32>,
     /// Slots of the blocks at each distance.
     slots: Vec<Slots>,
