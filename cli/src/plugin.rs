@@ -116,6 +116,9 @@ fn group_by_source<'a>(index: usize, param: &'a ParamInfo, all: &'a [ChoiceSourc
 /// The default of a parameter, as the end of a sentence on what is allowed.
 fn default_text(param: &ParamInfo) -> String {
     match &param.kind {
+        ParamKind::Number { default, .. } if param.is_field => {
+            format!("; default {default}; may differ from place to place")
+        }
         ParamKind::Number { default, .. } => format!("; default {default}"),
         ParamKind::Choice { choices, default } => format!("; default {}", choices[*default]),
         ParamKind::Text | ParamKind::Path | ParamKind::Table { .. } => String::new(),
@@ -146,6 +149,7 @@ fn param_json(index: usize, param: &ParamInfo, sources: &[ChoiceSource]) -> Valu
             row["type"] = "number".into();
             row["min"] = json!(min);
             row["max"] = json!(max);
+            row["field"] = json!(param.is_field);
             row["default"] = json!(default);
         }
         ParamKind::Choice { choices, default } => {

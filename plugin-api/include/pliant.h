@@ -23,7 +23,7 @@ extern "C" {
 #endif
 
 #define PLIANT_ABI_MAJOR 1u
-#define PLIANT_ABI_MINOR 0u
+#define PLIANT_ABI_MINOR 1u
 
 #if defined(_WIN32)
 #define PLIANT_EXPORT __declspec(dllexport)
@@ -62,6 +62,8 @@ typedef struct pliant_host {          /* what the host offers a plugin; outlives
 #define PLIANT_PARAM_PATH   4u /* a file; the host makes a relative path absolute against the scene's folder; empty by default */
 #define PLIANT_PARAM_TABLE  5u /* rows x columns of finite doubles; `choices` names the columns, in order; empty by default */
 
+#define PLIANT_PARAM_FIELD 1u  /* flag of a number of a material: it may differ from element to element, see pliant_batch.fields */
+
 typedef struct pliant_param { /* declaration of one parameter; the struct has no `size`: see pliant_descriptor.param_size */
   uint32_t kind;              /* PLIANT_PARAM_... */
   const char *key;            /* kebab-case, as in a scene file */
@@ -69,6 +71,7 @@ typedef struct pliant_param { /* declaration of one parameter; the struct has no
   const char *summary;        /* one line */
   double min, max, fallback;  /* range of a number, in `unit`, and the default; of a choice, `fallback` is the index */
   const char *choices;        /* "one|two|three", or NULL */
+  uint32_t flags;             /* since 1.1: PLIANT_PARAM_FIELD, or 0 */
 } pliant_param;
 
 #define PLIANT_KIND_GRID     1u
@@ -167,7 +170,18 @@ typedef struct pliant_batch {  /* one call: elements [begin, end) of one kind, a
   const double *rest_data;     /* (rest_stride x m), plane-major: value s of element e at [s * m + e] */
   const double *history;       /* (history_stride x m), plane-major */
   double time, dt;             /* s: time of the state, and the length of the step */
+  /* Since 1.1; read `size` first, or use pliant_field. */
+  size_t rest_stride, history_stride; /* planes behind rest_data and history */
+  size_t field_count;          /* planes behind fields: as many as the material has parameters with PLIANT_PARAM_FIELD, or 0 */
+  const double *fields;        /* (field_count x m), plane-major, or NULL: the factor of each of these parameters, in the order of their
+                                * declaration, in each element; above 0. They do not change during a run. */
 } pliant_batch;
+
+/* Factors (m) of field parameter number `field`, counted among those with PLIANT_PARAM_FIELD; NULL: 1 everywhere. */
+static inline const double *pliant_field(const pliant_batch *batch, size_t field) {
+  if (batch->size < offsetof(pliant_batch, fields) + sizeof batch->fields || !batch->fields) return NULL;
+  return field < batch->field_count ? batch->fields + field * batch->count : NULL;
+}
 
 /* Destination of stiffness: 3 x 3 row-major blocks of the host's symmetric matrix, upper triangle. Element e has
  * k (k + 1) / 2 slots, one per pair of corners a <= b in the order (0,0) (0,1) .. (0,k-1) (1,1) ..; see pliant_add_block. */
@@ -194,7 +208,7 @@ typedef struct pliant_material {
   size_t size;
   /* Fills in request number `index`, after the parameters are set; UNSUPPORTED ends the list. [main & active] */
   pliant_status (*elements)(const pliant_plugin *, uint32_t index, pliant_element_request *);
-  /* Writes rest_data[s * m + e] for e in [begin, end), from `rest` and `measure` only; called where rest_stride > 0.
+  /* Writes rest_data[s * m + e] for e in [begin, end), from `rest`, `measure` and `fields` only; called where rest_stride > 0.
    * [sim & active] */
   pliant_status (*rest)(const pliant_plugin *, const pliant_batch *, double *rest_data);
   /* mass[node] += lumped mass, kg. [sim & active] */

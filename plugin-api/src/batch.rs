@@ -5,13 +5,29 @@
 
 use crate::abi;
 use crate::material::ElementRequest;
+use crate::param::{Param, field_position};
 use core::marker::PhantomData;
 use core::slice::{from_raw_parts, from_raw_parts_mut};
 
 /// The elements of one call, all of one kind.
 ///
 /// "Range" in the shapes below is the number of elements of the call, n the number of nodes of the body.
-pub struct Elements<'a>(pub(crate) &'a abi::Batch, pub(crate) Strides);
+pub struct Elements<'a>(pub(crate) &'a abi::Batch, pub(crate) Strides, pub(crate) &'static [Param]);
+
+/// Factors of a parameter that may differ from element to element.
+#[derive(Clone, Copy, Debug)]
+pub struct Field<'a>(&'a [f64]);
+
+impl Field<'_> {
+    /// The factor of element `e` of the call, above 0; 1 where the scene gives no field.
+    ///
+    /// # Panics
+    /// If the scene gives a field and the call has no element `e`.
+    #[inline(always)]
+    pub fn factor(&self, e: usize) -> f64 {
+        if self.0.is_empty() { 1.0 } else { self.0[e] }
+    }
+}
 
 /// Number of planes of each kind of data that the host keeps for the elements of a call.
 #[derive(Clone, Copy, Debug, Default)]
@@ -146,6 +162,19 @@ impl<'a> Elements<'a> {
     /// If `s` is not below the stride the material asked for; of several requests for one kind of element, below the least.
     pub fn rest_data(&self, s: usize) -> &'a [f64] {
         self.plane(self.0.rest_data, s, self.1.rest)
+    }
+
+    /// Factors of the parameter `key`, by which its number is to be multiplied in each element.
+    ///
+    /// # Panics
+    /// If the material has not declared `key` with [`Param::field`].
+    pub fn field(&self, key: &str) -> Field<'a> {
+        let Some(plane) = field_position(self.2, key) else { panic!("parameter `{key}` is not declared as a field") };
+        // A host of interface 1.0 gives no fields: its batch is smaller.
+        if self.0.size < size_of::<abi::Batch>() || plane >= self.0.field_count {
+            return Field(&[]);
+        }
+        Field(self.plane(self.0.fields, plane, self.0.field_count))
     }
 
     /// Plane `s` of the history (range).

@@ -29,7 +29,7 @@ pub mod param;
 mod planes_mut;
 mod prefetch;
 
-pub use batch::{Elements, NodeScalars, NodeVectors, NodeWindow, Planes};
+pub use batch::{Elements, Field, NodeScalars, NodeVectors, NodeWindow, Planes};
 pub use blocks::{BlockScalar, BlockWindow, Blocks, SingleBlocks, pair_index};
 pub use cell::CELL_TETRAHEDRA;
 pub use device::{AsDevice, Device, Finding};

@@ -7,7 +7,7 @@ use crate::fault::Fault;
 use crate::info::Info;
 use crate::instance::{Role, call, with_params};
 use crate::normals::{NormalForces, unit_normals};
-use crate::param::{Params, position};
+use crate::param::{Param, Params, position};
 use core::ffi::{CStr, c_char, c_void};
 use core::marker::PhantomData;
 
@@ -69,7 +69,7 @@ pub trait Material: Send + Sync + Sized + 'static {
     /// The kinds of elements the material works on, given its parameters.
     fn elements(&self) -> Vec<ElementRequest>;
 
-    /// Writes the rest data, from rest positions and measures alone. Called for kinds with a rest stride above 0.
+    /// Writes the rest data, from rest positions, measures and fields alone. Called for kinds with a rest stride above 0.
     ///
     /// # Errors
     /// An element whose rest shape cannot be used.
@@ -183,12 +183,13 @@ pub struct AsMaterial<T>(PhantomData<T>);
 pub struct ActiveMaterial<T> {
     material: T,
     requests: Vec<ElementRequest>,
+    declared: &'static [Param],
 }
 
 impl<T> ActiveMaterial<T> {
     /// The elements of a batch.
     fn elements<'a>(&self, batch: &'a abi::Batch) -> Elements<'a> {
-        Elements(batch, self.strides(batch))
+        Elements(batch, self.strides(batch), self.declared)
     }
 
     /// The planes of data of a batch.
@@ -220,7 +221,7 @@ impl<T: Material> Role for AsMaterial<T> {
     fn activate(params: &Params<'_>) -> Result<ActiveMaterial<T>, Fault> {
         let material = T::new(params)?;
         let requests = material.elements();
-        Ok(ActiveMaterial { material, requests })
+        Ok(ActiveMaterial { material, requests, declared: T::INFO.params })
     }
 }
 

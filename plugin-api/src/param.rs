@@ -19,7 +19,7 @@ impl Param {
     /// A declaration without range, default and choices.
     const fn raw(kind: u32, key: &'static CStr, unit: &'static CStr, summary: &'static CStr) -> abi::Param {
         let (key, unit, summary) = (key.as_ptr(), unit.as_ptr(), summary.as_ptr());
-        abi::Param { kind, key, unit, summary, min: 0.0, max: 0.0, fallback: 0.0, choices: null() }
+        abi::Param { kind, key, unit, summary, min: 0.0, max: 0.0, fallback: 0.0, choices: null(), flags: 0 }
     }
 
     /// A number within `[range.0, range.1]`, in `unit`; `default` where the scene does not give it.
@@ -32,6 +32,11 @@ impl Param {
     ) -> Self {
         let plain = Self::raw(abi::PARAM_NUMBER, key, unit, summary);
         Self(abi::Param { min: range.0, max: range.1, fallback: default, ..plain })
+    }
+
+    /// The same number of a material, which may differ from element to element: [`crate::Elements::field`].
+    pub const fn field(self) -> Self {
+        Self(abi::Param { flags: abi::PARAM_FIELD, ..self.0 })
     }
 
     /// One of `choices`, written `c"one|two|three"`; the first is the default.
@@ -160,6 +165,12 @@ pub fn defaults(declared: &[Param]) -> Vec<Value> {
             _ => Value::Text(String::new()),
         })
         .collect()
+}
+
+/// Index of `key` among the declared parameters that may differ from element to element, or `None`.
+pub(crate) fn field_position(declared: &[Param], key: &str) -> Option<usize> {
+    let mut fields = declared.iter().filter(|p| p.0.flags & abi::PARAM_FIELD != 0);
+    fields.position(|p| p.key().to_bytes() == key.as_bytes())
 }
 
 /// Index of `key` among the declared parameters, or `None`.

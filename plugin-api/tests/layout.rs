@@ -20,13 +20,13 @@ fn rust_layout() -> String {
     let mut out = String::new();
     layout! { out,
         Host = "pliant_host" { size, abi_major, abi_minor, data, report }
-        Param = "pliant_param" { kind, key, unit, summary, min, max, fallback, choices }
+        Param = "pliant_param" { kind, key, unit, summary, min, max, fallback, choices, flags }
         Descriptor = "pliant_descriptor" { size, kind, flags, id, name, version, summary, params, param_count, param_size }
         Limits = "pliant_limits" { size, dt }
         Plugin = "pliant_plugin" { size, descriptor, data, destroy, set_number, set_text, set_table, activate, deactivate, extension }
         Library = "pliant_library" { size, abi_major, abi_minor, init, descriptor, create }
         ElementRequest = "pliant_element_request" { size, kind, families, flags, rest_stride, history_stride }
-        Batch = "pliant_batch" { size, kind, corners, begin, end, count, node_begin, node_end, nodes, elements, family, measure, material, rest, x, v, rest_data, history, time, dt }
+        Batch = "pliant_batch" { size, kind, corners, begin, end, count, node_begin, node_end, nodes, elements, family, measure, material, rest, x, v, rest_data, history, time, dt, rest_stride, history_stride, field_count, fields }
         Blocks = "pliant_blocks" { size, values, slots, slot_begin, slot_end }
         Material = "pliant_material" { size, elements, rest, mass, energy, forces, tangent, product, advance }
         Coupled = "pliant_coupled" { size, strain, compliance }

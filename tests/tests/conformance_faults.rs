@@ -24,6 +24,8 @@ const FAULTS: &[(&str, &str)] = &[
     ("swallows-nan", "nan-is-reported"),
     ("flow-gains", "advance-dissipates"),
     ("flow-not-objective", "advance-is-objective"),
+    ("field-ignored", "fields-scale-their-parameters"),
+    ("field-of-neighbour", "fields-scale-their-parameters"),
     ("hinge-gradient-off", "coupled-strain-gradient"),
     ("hinge-not-objective", "coupled-strain-is-objective"),
     ("compliance-indefinite", "compliance-is-positive-definite"),
@@ -72,7 +74,7 @@ fn each_faulty_plugin_fails_its_case_and_no_other() {
 
 #[test]
 fn sound_plugins_fail_no_case() {
-    for id in ["sound-springs", "sound-clay", "sound-net", "sound-brick", "sound-finger"] {
+    for id in ["sound-springs", "sound-clay", "sound-fields", "sound-net", "sound-brick", "sound-finger"] {
         assert_eq!(failed(&candidate(id)), [""; 0], "{id}");
     }
 }

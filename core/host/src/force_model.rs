@@ -181,6 +181,12 @@ fn batch(call: &ElementCall<'_>) -> Batch {
             .iter()
             .all(|&n| call.window.contains(&(n as usize)))
     );
+    debug_assert!(
+        [call.rest_data, call.history, call.fields]
+            .iter()
+            .all(|data| data.len() == count * (data.len() / count.max(1)))
+    );
+    let planes = |data: &[f64]| data.len() / count.max(1);
     let or_null = |slice: &[f64]| if slice.is_empty() { null() } else { slice.as_ptr() };
     Batch {
         size: size_of::<Batch>(),
@@ -203,5 +209,9 @@ fn batch(call: &ElementCall<'_>) -> Batch {
         history: or_null(call.history),
         time: call.time.start,
         dt: call.time.dt,
+        rest_stride: planes(call.rest_data),
+        history_stride: planes(call.history),
+        field_count: planes(call.fields),
+        fields: or_null(call.fields),
     }
 }

@@ -60,6 +60,8 @@ pub struct ParamInfo {
     pub summary: String,
     /// Type, range and default.
     pub kind: ParamKind,
+    /// Whether it may differ from element to element.
+    pub is_field: bool,
 }
 
 /// Type, range and default of a parameter.
@@ -106,6 +108,13 @@ pub enum ParamValue {
         /// (rows x columns), row by row
         values: Vec<f64>,
     },
+}
+
+impl PluginInfo {
+    /// Parameters that may differ from element to element, in the order of their planes.
+    pub fn fields(&self) -> impl Iterator<Item = &ParamInfo> {
+        self.params.iter().filter(|param| param.is_field)
+    }
 }
 
 impl ParamInfo {
@@ -200,15 +209,15 @@ impl PluginInfo {
             abi::KIND_DEVICE => PluginKind::Device,
             other => return Err(format!("unknown plugin kind {other}")),
         };
-        if raw.param_count > 0 && (raw.params.is_null() || raw.param_size < size_of::<abi::Param>()) {
+        if raw.param_count > 0 && (raw.params.is_null() || raw.param_size < abi::Param::MIN_SIZE) {
             return Err(format!("{} parameters of {} bytes each", raw.param_count, raw.param_size));
         }
         if raw.param_count > MAX_PARAMS {
             return Err(format!("{} parameters; allowed is at most {MAX_PARAMS}", raw.param_count));
         }
-        // SAFETY: the header: strings live as long as the library, parameters follow each other `param_size` apart.
+        // SAFETY: the header: strings live as long as the library, parameters of `param_size` bytes follow each other.
         unsafe {
-            let param = |i: usize| &*raw.params.byte_add(i * raw.param_size);
+            let param = |i: usize| abi::Param::read(raw.params.byte_add(i * raw.param_size), raw.param_size);
             Ok(Self {
                 id: text(raw.id, "id")?,
                 kind,
@@ -217,7 +226,7 @@ impl PluginInfo {
                 summary: text(raw.summary, "summary")?,
                 real_time: raw.flags & abi::FLAG_REAL_TIME != 0,
                 deterministic: raw.flags & abi::FLAG_DETERMINISTIC != 0,
-                params: (0..raw.param_count).map(|i| ParamInfo::read(param(i))).collect::<Result<_, _>>()?,
+                params: (0..raw.param_count).map(|i| ParamInfo::read(&param(i))).collect::<Result<_, _>>()?,
             })
         }
     }
@@ -261,6 +270,10 @@ impl ParamInfo {
             abi::PARAM_TABLE => ParamKind::Table { columns: list()? },
             other => return Err(format!("parameter `{key}`: unknown kind {other}")),
         };
-        Ok(Self { key, unit, summary, kind })
+        let is_field = raw.flags & abi::PARAM_FIELD != 0;
+        if is_field && !matches!(kind, ParamKind::Number { .. }) {
+            return Err(format!("parameter `{key}`: a field that is no number"));
+        }
+        Ok(Self { key, unit, summary, kind, is_field })
     }
 }

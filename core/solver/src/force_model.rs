@@ -36,6 +36,8 @@ pub struct ElementCall<'a> {
     pub rest_data: &'a [f64],
     /// History of the elements (stride x m).
     pub history: &'a [f64],
+    /// Factors of the parameters that may differ from element to element (fields x m), or empty.
+    pub fields: &'a [f64],
     /// When the state is.
     pub time: StepTime,
 }

@@ -108,6 +108,14 @@ pub struct Batch {
     pub time: f64,
     /// s, length of the step.
     pub dt: f64,
+    /// Since 1.1: planes behind `rest_data`.
+    pub rest_stride: usize,
+    /// Since 1.1: planes behind `history`.
+    pub history_stride: usize,
+    /// Since 1.1: planes behind `fields`: as many as the material has parameters with [`super::PARAM_FIELD`], or 0.
+    pub field_count: usize,
+    /// Since 1.1: (field_count x m), plane-major, or null: factors of these parameters, in the order of their declaration.
+    pub fields: *const f64,
 }
 
 /// Destination of stiffness: 3 x 3 row-major blocks of the host's symmetric matrix, upper triangle.

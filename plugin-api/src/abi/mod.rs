@@ -20,7 +20,7 @@ use core::ffi::{c_char, c_void};
 /// Major version of the interface: host and plugin must have the same.
 pub const ABI_MAJOR: u32 = 1;
 /// Minor version of the interface: a minor only appends fields, so any minor of the same major loads.
-pub const ABI_MINOR: u32 = 0;
+pub const ABI_MINOR: u32 = 1;
 /// Name of the one exported symbol, a static [`Library`].
 pub const ENTRY_SYMBOL: &[u8] = b"pliant_entry\0";
 
@@ -79,6 +79,9 @@ pub const PARAM_PATH: u32 = 4;
 /// Kind of parameter: rows x columns of finite doubles, `choices` names the columns; empty by default.
 pub const PARAM_TABLE: u32 = 5;
 
+/// Flag of a number of a material: it may differ from element to element, see [`Batch::fields`].
+pub const PARAM_FIELD: u32 = 1;
+
 /// Kind of plugin: it offers [`GRID`].
 pub const KIND_GRID: u32 = 1;
 /// Kind of plugin: it offers [`MATERIAL`].
@@ -124,6 +127,27 @@ pub struct Param {
     pub fallback: f64,
     /// Choices or columns, `"one|two|three"`, or null.
     pub choices: *const c_char,
+    /// Since 1.1: [`PARAM_FIELD`], or 0.
+    pub flags: u32,
+}
+
+impl Param {
+    /// Size of the struct in interface 1.0, the least there is.
+    pub const MIN_SIZE: usize = core::mem::offset_of!(Self, flags);
+
+    /// A copy of the declaration at `from`, of which `size` bytes are there; what its author's version did not have is zero.
+    ///
+    /// # Safety
+    /// `from` points to a parameter of at least [`Param::MIN_SIZE`] and of `size` bytes.
+    #[allow(unsafe_code, reason = "reads a struct of another version")]
+    pub unsafe fn read(from: *const Self, size: usize) -> Self {
+        let mut param = core::mem::MaybeUninit::<Self>::zeroed();
+        // SAFETY: `size` bytes are there, at most those of `Self` are taken, and zeros are a valid value of every field.
+        unsafe {
+            core::ptr::copy_nonoverlapping(from.cast::<u8>(), param.as_mut_ptr().cast(), size.min(size_of::<Self>()));
+            param.assume_init()
+        }
+    }
 }
 
 /// What is known of a plugin before an instance exists. It and its strings live as long as the library.

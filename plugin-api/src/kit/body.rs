@@ -51,6 +51,10 @@ struct ElementSet {
     material: Vec<f64>,
     rest_data: Vec<f64>,
     history: Vec<f64>,
+    /// Number of planes of `fields`.
+    field_count: usize,
+    /// Factors of the parameters that are fields (field_count x m), and a plane of NaN behind them that no material may read.
+    fields: Vec<f64>,
 }
 
 impl ElementSet {
@@ -93,14 +97,50 @@ impl Body {
                 material: list.material,
                 rest_data: vec![0.0; count * request.rest_stride as usize],
                 history: vec![0.0; count * request.history_stride as usize],
+                field_count: 0,
+                fields: Vec::new(),
             });
         }
-        for s in (0..body.sets.len()).filter(|s| body.sets[*s].request.rest_stride > 0).collect::<Vec<_>>() {
-            let mut data = std::mem::take(&mut body.sets[s].rest_data);
-            material.call_rest(&body.call(s, 0..body.sets[s].count()), &mut data)?;
-            body.sets[s].rest_data = data;
-        }
+        body.write_rest_data(material)?;
         Ok(body)
+    }
+
+    /// Has the material write all rest data.
+    fn write_rest_data<S: MaterialUnderTest + ?Sized>(&mut self, material: &S) -> Result<(), Fault> {
+        for s in (0..self.sets.len()).filter(|s| self.sets[*s].request.rest_stride > 0).collect::<Vec<_>>() {
+            let mut data = std::mem::take(&mut self.sets[s].rest_data);
+            let written = material.call_rest(&self.call(s, 0..self.sets[s].count()), &mut data);
+            self.sets[s].rest_data = data;
+            written?;
+        }
+        Ok(())
+    }
+
+    /// Sets the factors of the `count` parameters that are fields: `factor(field, middle of the element at rest, m)`. The material writes its
+    /// rest data again.
+    ///
+    /// # Errors
+    /// The material's fault.
+    pub fn set_fields<S: MaterialUnderTest + ?Sized>(
+        &mut self,
+        material: &S,
+        count: usize,
+        factor: impl Fn(usize, [f64; 3]) -> f64,
+    ) -> Result<(), Fault> {
+        for set in &mut self.sets {
+            let middles = set.nodes.chunks_exact(set.corners).map(|nodes| {
+                let sum = |i: usize| nodes.iter().map(|n| self.rest[*n as usize][i]).sum::<f64>();
+                [0, 1, 2].map(|i| sum(i) / set.corners as f64)
+            });
+            let middles: Vec<[f64; 3]> = middles.collect();
+            set.field_count = count;
+            set.fields = (0..count)
+                .flat_map(|field| middles.iter().map(move |m| (field, *m)))
+                .map(|(f, m)| factor(f, m))
+                .collect();
+            set.fields.resize((count + 1) * middles.len(), f64::NAN);
+        }
+        self.write_rest_data(material)
     }
 
     /// The call for a range of a set's elements, with the span of nodes these have.
@@ -129,6 +169,10 @@ impl Body {
             history: or_null(&set.history),
             time: 0.0,
             dt: 1e-3,
+            rest_stride: set.request.rest_stride as usize,
+            history_stride: set.request.history_stride as usize,
+            field_count: set.field_count,
+            fields: or_null(&set.fields),
         };
         let strides = Strides { rest: set.request.rest_stride as usize, history: set.request.history_stride as usize };
         Call { batch, strides, borrowed: PhantomData }

@@ -72,10 +72,12 @@ impl Candidate {
     }
 
     /// The declared parameters, in the order their indices count.
-    pub fn params(&self) -> Vec<&'static abi::Param> {
+    pub fn params(&self) -> Vec<abi::Param> {
         let d = self.descriptor();
-        // SAFETY: the header: parameters follow each other `param_size` apart and live as long as the library.
-        (0..d.param_count).map(|i| unsafe { &*d.params.byte_add(i * d.param_size) }).collect()
+        // SAFETY: the header: parameters of `param_size` bytes follow each other and live as long as the library.
+        (0..d.param_count)
+            .map(|i| unsafe { abi::Param::read(d.params.byte_add(i * d.param_size), d.param_size) })
+            .collect()
     }
 
     /// Key of a parameter; `?` where it is not UTF-8.

@@ -18,7 +18,12 @@ pub struct Call<'a> {
 impl Call<'_> {
     /// The elements of the call.
     pub fn elements(&self) -> Elements<'_> {
-        Elements(&self.batch, self.strides)
+        Elements(&self.batch, self.strides, &[])
+    }
+
+    /// The elements of the call, for a material that declares these parameters.
+    fn elements_of<M: Material>(&self) -> Elements<'_> {
+        Elements(&self.batch, self.strides, M::INFO.params)
     }
 }
 
@@ -155,21 +160,21 @@ impl<M: Material> MaterialUnderTest for M {
 
     fn call_rest(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault> {
         assert!(out.len() >= call.strides.rest * call.batch.count, "planes of every element");
-        self.rest(&call.elements(), &mut Planes::new(&call.batch, out.as_mut_ptr(), call.strides.rest))
+        self.rest(&call.elements_of::<M>(), &mut Planes::new(&call.batch, out.as_mut_ptr(), call.strides.rest))
     }
 
     fn call_mass(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault> {
         assert!(out.len() >= call.batch.nodes, "one mass a node");
-        self.mass(&call.elements(), &mut NodeScalars::new(&call.batch, out.as_mut_ptr()))
+        self.mass(&call.elements_of::<M>(), &mut NodeScalars::new(&call.batch, out.as_mut_ptr()))
     }
 
     fn call_energy(&self, call: &Call<'_>) -> Result<f64, Fault> {
-        self.energy(&call.elements())
+        self.energy(&call.elements_of::<M>())
     }
 
     fn call_forces(&self, call: &Call<'_>, out: &mut [[f64; 3]]) -> Result<(), Fault> {
         assert!(out.len() >= call.batch.nodes, "one force a node");
-        self.forces(&call.elements(), &mut NodeVectors::new(&call.batch, out.as_mut_ptr().cast()))
+        self.forces(&call.elements_of::<M>(), &mut NodeVectors::new(&call.batch, out.as_mut_ptr().cast()))
     }
 
     fn call_tangent(
@@ -180,7 +185,7 @@ impl<M: Material> MaterialUnderTest for M {
         out: &mut [[f64; 9]],
     ) -> Result<(), Fault> {
         let raw = raw_blocks(call, slots, out);
-        self.tangent(&call.elements(), scale, &mut Blocks::new(&call.batch, &raw))
+        self.tangent(&call.elements_of::<M>(), scale, &mut Blocks::new(&call.batch, &raw))
     }
 
     fn call_single_tangent(
@@ -191,36 +196,43 @@ impl<M: Material> MaterialUnderTest for M {
         out: &mut [[f32; 9]],
     ) -> Result<(), Fault> {
         let raw = raw_single_blocks(call, slots, out);
-        self.single_tangent(&call.elements(), scale, &mut SingleBlocks::new_single(&call.batch, &raw))
+        self.single_tangent(&call.elements_of::<M>(), scale, &mut SingleBlocks::new_single(&call.batch, &raw))
     }
 
     fn call_advance(&self, call: &Call<'_>, history: &mut [f64]) -> Result<(), Fault> {
         assert!(history.len() >= call.strides.history * call.batch.count, "planes of every element");
-        self.advance(&call.elements(), &mut Planes::new(&call.batch, history.as_mut_ptr(), call.strides.history))
+        self.advance(
+            &call.elements_of::<M>(),
+            &mut Planes::new(&call.batch, history.as_mut_ptr(), call.strides.history),
+        )
     }
 
     fn call_strain(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault> {
         assert!(out.len() >= 13 * call.batch.count, "thirteen planes");
-        self.strain(&call.elements(), &mut Planes::new(&call.batch, out.as_mut_ptr(), 13))
+        self.strain(&call.elements_of::<M>(), &mut Planes::new(&call.batch, out.as_mut_ptr(), 13))
     }
 
     fn call_compliance(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault> {
         assert!(out.len() >= 6 * call.batch.count, "six planes");
-        self.compliance(&call.elements(), &mut Planes::new(&call.batch, out.as_mut_ptr(), 6))
+        self.compliance(&call.elements_of::<M>(), &mut Planes::new(&call.batch, out.as_mut_ptr(), 6))
     }
 
     fn call_normals_energy(&self, call: &Call<'_>, normals: &[[f64; 3]]) -> Result<f64, Fault> {
         assert!(normals.len() >= call.batch.nodes, "one normal a node");
-        self.normals_energy(&call.elements(), normals)
+        self.normals_energy(&call.elements_of::<M>(), normals)
     }
 
     fn call_normals_forces(&self, call: &Call<'_>, normals: &[[f64; 3]], out: &mut [[f64; 6]]) -> Result<(), Fault> {
         assert!(normals.len() >= call.batch.nodes && out.len() >= call.batch.nodes, "one normal and result a node");
-        self.normals_forces(&call.elements(), normals, &mut NormalForces::new(&call.batch, out.as_mut_ptr().cast()))
+        self.normals_forces(
+            &call.elements_of::<M>(),
+            normals,
+            &mut NormalForces::new(&call.batch, out.as_mut_ptr().cast()),
+        )
     }
 
     fn call_tilt(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault> {
         assert!(out.len() >= 3 * call.batch.count, "three planes");
-        self.tilt(&call.elements(), &mut Planes::new(&call.batch, out.as_mut_ptr(), 3))
+        self.tilt(&call.elements_of::<M>(), &mut Planes::new(&call.batch, out.as_mut_ptr(), 3))
     }
 }

@@ -34,6 +34,11 @@ impl Rigidity {
         )))
     }
 
+    /// `factor` times as stiff.
+    pub(crate) fn scaled(self, factor: f64) -> Self {
+        Self { warp: factor * self.warp, weft: factor * self.weft, twist: factor * self.twist }
+    }
+
     /// Rigidity against curvature along a unit direction of the sheet, N m.
     pub(crate) fn in_direction(&self, [c, s]: Vec2) -> f64 {
         let (c, s) = (c * c, s * s);

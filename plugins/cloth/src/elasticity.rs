@@ -38,6 +38,12 @@ impl ElasticityTensor {
         Self::new(warp / share, poisson * weft / share, weft / share, shear)
     }
 
+    /// `factor` times as stiff.
+    pub(crate) fn scaled(self, factor: f64) -> Self {
+        let Self { c11, c12, c22, shear } = self;
+        Self { c11: factor * c11, c12: factor * c12, c22: factor * c22, shear: factor * shear }
+    }
+
     /// Stress of a strain, N/m.
     #[inline(always)]
     pub(crate) fn stress<T: Real>(&self, e: Voigt<T>) -> Voigt<T> {

@@ -29,7 +29,7 @@ mod wrinkling;
 use bending::Hinge;
 use friction::FrictionElement;
 use pliant_plugin_api::{
-    AsMaterial, Blocks, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, NormalForces,
+    AsMaterial, Blocks, ElementRequest, Elements, Fault, Field, Info, Material, NodeScalars, NodeVectors, NormalForces,
     Params, Planes, SingleBlocks, Source, TangentScale, abi, export_plugins, pair_index,
 };
 use settings::{Bending, PARAMS, Settings};
@@ -102,8 +102,9 @@ impl Material for Cloth {
     }
 
     fn mass(&self, elements: &Elements<'_>, out: &mut NodeScalars<'_>) -> Result<(), Fault> {
+        let thickness = elements.field("thickness");
         for (e, nodes) in elements.corners::<3>().iter().enumerate() {
-            let share = self.settings.density * Triangle::of_element(elements, e)?.area / 3.0;
+            let share = self.settings.density * thickness.factor(e) * Triangle::of_element(elements, e)?.area / 3.0;
             nodes.iter().for_each(|&n| out.add(n, share));
         }
         Ok(())
@@ -172,14 +173,14 @@ impl Material for Cloth {
     }
 
     fn compliance(&self, elements: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
-        let planes = out.first_planes::<6>();
+        let (planes, factors) = (out.first_planes::<6>(), StiffnessFactors::of(elements));
         for (e, u) in elements.material_coordinates::<3>().iter().enumerate() {
             let Some(values) = self.settings.rigidity.compliance(*u) else {
                 Triangle::of_element(elements, e)?;
                 let number = elements.first_index() + e;
                 return Err(Fault::bad_argument(format!("triangle {number} is too thin to bend: {u:?}")));
             };
-            (0..6).for_each(|s| planes[s][e] = values[s]);
+            (0..6).for_each(|s| planes[s][e] = values[s] / factors.bending(e));
         }
         Ok(())
     }
@@ -198,11 +199,11 @@ impl Material for Cloth {
     }
 
     fn tilt(&self, elements: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
-        let planes = out.first_planes::<3>();
+        let (planes, factors) = (out.first_planes::<3>(), StiffnessFactors::of(elements));
         for (e, &u) in elements.material_coordinates::<3>().iter().enumerate() {
             let shape = Triangle::of_element(elements, e)?;
             let tilts = laplacian::tilt(&shape, u, laplacian::stiffness(&shape, u, &self.settings.rigidity));
-            (0..3).for_each(|s| planes[s][e] = tilts[s]);
+            (0..3).for_each(|s| planes[s][e] = factors.bending(e) * tilts[s]);
         }
         Ok(())
     }
@@ -211,16 +212,19 @@ impl Material for Cloth {
 impl Cloth {
     /// Writes the rest data of triangles.
     fn triangle_rest(&self, elements: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
-        let planes = out.first_planes::<{ triangle::STRIDE }>();
+        let (planes, factors) = (out.first_planes::<{ triangle::STRIDE }>(), StiffnessFactors::of(elements));
         for e in 0..elements.len() {
-            let values = Triangle::of_element(elements, e)?.rest_data();
+            // Membrane energy, stress and viscosity are proportional to the stiffness and to the area, so the area takes the factor of both.
+            let shape = Triangle::of_element(elements, e)?;
+            let values = Triangle { area: shape.area * factors.membrane(e), ..shape }.rest_data();
             (0..triangle::STRIDE).for_each(|s| planes[s][e] = values[s]);
         }
         if self.settings.bending == Bending::Laplacian {
             let [.., warp, weft] = out.first_planes::<{ laplacian::STRIDE }>();
             for (e, &u) in elements.material_coordinates::<3>().iter().enumerate() {
                 let shape = Triangle::of_element(elements, e)?;
-                [warp[e], weft[e]] = laplacian::stiffness(&shape, u, &self.settings.rigidity);
+                let factor = factors.bending(e) / factors.membrane(e); // the area has the factor of the membrane
+                [warp[e], weft[e]] = laplacian::stiffness(&shape, u, &self.settings.rigidity).map(|b| factor * b);
             }
         }
         Ok(())
@@ -228,6 +232,7 @@ impl Cloth {
 
     /// Writes the rest data of hinges.
     fn hinge_rest(&self, elements: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
+        let factors = StiffnessFactors::of(elements);
         let hinge = |nodes| Hinge::new(at_corners(nodes, elements.rest()), &self.settings.rigidity, self.settings.warp);
         for (e, &nodes) in elements.corners::<4>().iter().enumerate() {
             let Some(hinge) = hinge(nodes) else {
@@ -236,7 +241,11 @@ impl Cloth {
             };
             let [angles, sizes] = out.first_planes::<{ bending::STRIDE }>();
             angles[e] = hinge.angle;
-            sizes[e] = if self.settings.bending == Bending::Coupled { hinge.length } else { hinge.stiffness };
+            sizes[e] = if self.settings.bending == Bending::Coupled {
+                hinge.length
+            } else {
+                factors.bending(e) * hinge.stiffness
+            };
             if let Some(friction) = self.settings.friction {
                 let [_, _, stiffness, limit] = out.first_planes::<{ bending::STRIDE_WITH_FRICTION }>();
                 let element = friction.element(hinge.length, hinge.area);
@@ -293,6 +302,29 @@ impl Cloth {
                 out.add(e, pair_index(a, b, 4), &block);
             }
         }
+    }
+}
+
+/// Factors of the stiffness of elements, by fields of `young` and `thickness`.
+struct StiffnessFactors<'a> {
+    young: Field<'a>,
+    thickness: Field<'a>,
+}
+
+impl<'a> StiffnessFactors<'a> {
+    /// Those of a call.
+    fn of(elements: &Elements<'a>) -> Self {
+        Self { young: elements.field("young"), thickness: elements.field("thickness") }
+    }
+
+    /// Of the stiffness in the plane.
+    fn membrane(&self, e: usize) -> f64 {
+        self.young.factor(e) * self.thickness.factor(e)
+    }
+
+    /// Of the stiffness against bending.
+    fn bending(&self, e: usize) -> f64 {
+        self.young.factor(e) * self.thickness.factor(e).powi(3)
     }
 }
 

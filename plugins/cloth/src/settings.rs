@@ -74,6 +74,22 @@ pub(crate) const PARAMS: &[Param] = &[
         10.0,
         c"curvature at which yarns begin to slide, with bending-hysteresis; the default is an assumption",
     ),
+    Param::number(
+        c"young",
+        c"1",
+        (1e-3, 1e3),
+        1.0,
+        c"factor of all stiffnesses, in the plane and in bending: for a field, as a coating makes it",
+    )
+    .field(),
+    Param::number(
+        c"thickness",
+        c"1",
+        (1e-2, 1e2),
+        1.0,
+        c"thickness over the fabric's: stiffness in the plane and mass grow with it, bending with its cube; for a field",
+    )
+    .field(),
     Param::table(c"warp", c"x|y|z", c"direction of the warp in space, for bending = hinge: one row; default: x"),
 ];
 
@@ -171,8 +187,10 @@ impl Settings {
             let shear = shear.or(isotropic).ok_or_else(|| unknown("shear", "shear"))?;
             ElasticityTensor::from_moduli(moduli.warp, moduli.weft, moduli.poisson, shear)?
         };
+        let (young, thickness) = (params.number("young"), params.number("thickness"));
+        let (elasticity, rigidity) = (elasticity.scaled(young * thickness), rigidity.scaled(young * thickness.powi(3)));
         Ok(Self {
-            density: given("density").or(fabric.density).ok_or_else(|| unknown("weight", "density"))?,
+            density: thickness * given("density").or(fabric.density).ok_or_else(|| unknown("weight", "density"))?,
             membrane: Membrane {
                 strain,
                 elasticity,

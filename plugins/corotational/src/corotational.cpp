@@ -11,13 +11,13 @@ using namespace corotational;
 enum Param : uint32_t { YOUNG, POISSON, DENSITY, DAMPING_TIME, TANGENT, PARAMS };
 
 const pliant_param params[PARAMS] = {
-    {PLIANT_PARAM_NUMBER, "young", "Pa", "Young's modulus", 1e-6, 1e12, 1e4, nullptr},
-    {PLIANT_PARAM_NUMBER, "poisson", "1", "Poisson's ratio", 0.0, 0.499, 0.3, nullptr},
-    {PLIANT_PARAM_NUMBER, "density", "kg/m^3", "mass per volume", 1e-6, 1e6, 1e3, nullptr},
+    {PLIANT_PARAM_NUMBER, "young", "Pa", "Young's modulus", 1e-6, 1e12, 1e4, nullptr, PLIANT_PARAM_FIELD},
+    {PLIANT_PARAM_NUMBER, "poisson", "1", "Poisson's ratio", 0.0, 0.499, 0.3, nullptr, 0},
+    {PLIANT_PARAM_NUMBER, "density", "kg/m^3", "mass per volume", 1e-6, 1e6, 1e3, nullptr, PLIANT_PARAM_FIELD},
     {PLIANT_PARAM_NUMBER, "damping-time", "s", "damping over stiffness: a mode of w rad/s has a damping ratio of w/2 times this",
-     0.0, 10.0, 2e-4, nullptr},
+     0.0, 10.0, 2e-4, nullptr, 0},
     {PLIANT_PARAM_CHOICE, "tangent", "1", "matrix of implicit steps: made positive semi-definite, or exact", 0.0, 1.0, 0.0,
-     "projected|exact"},
+     "projected|exact", 0},
 };
 
 const pliant_descriptor descriptor = {
@@ -32,6 +32,12 @@ const pliant_descriptor descriptor = {
     PARAMS,
     sizeof(pliant_param),
 };
+
+// Parameters that are fields, in the order of their declaration.
+enum FieldParam : size_t { FIELD_YOUNG, FIELD_DENSITY };
+
+// Factor of a field parameter in element `e`.
+double factor(const double *field, size_t e) noexcept { return field ? field[e] : 1.0; }
 
 // An instance, from create to destroy.
 struct Instance {
@@ -70,14 +76,17 @@ pliant_status elements(const pliant_plugin *p, uint32_t index, pliant_element_re
 }
 
 pliant_status rest(const pliant_plugin *p, const pliant_batch *b, double *data) noexcept {
+  const double *young = pliant_field(b, FIELD_YOUNG);
+  // Energy and stress are proportional to Young's modulus and to the volume, so the volume takes the factor of both.
   for (size_t e = b->begin; e < b->end; e++)
-    if (!Tetrahedron::write_rest_data(at_corners(*b, e, b->rest), b->measure[e], data + e, b->count))
+    if (!Tetrahedron::write_rest_data(at_corners(*b, e, b->rest), b->measure[e] * factor(young, e), data + e, b->count))
       return fail(p, PLIANT_BAD_ARGUMENT, "a tetrahedron has no volume at rest, or is inverted");
   return PLIANT_OK;
 }
 
 pliant_status mass(const pliant_plugin *p, const pliant_batch *b, double *out) noexcept {
-  for (size_t e = b->begin; e < b->end; e++) out[b->elements[e]] += law(p).density * b->measure[e];
+  const double *density = pliant_field(b, FIELD_DENSITY);
+  for (size_t e = b->begin; e < b->end; e++) out[b->elements[e]] += law(p).density * factor(density, e) * b->measure[e];
   return PLIANT_OK;
 }
 

@@ -48,8 +48,8 @@ const PARAMS: &[Param] = &[
         c"physical|paper",
         c"physical: from Young's modulus and density; paper: one stiffness, mass and damping for all",
     ),
-    Param::number(c"young", c"Pa", (1e-6, 1e12), 1e4, c"Young's modulus; Poisson's ratio is 1/4"),
-    Param::number(c"density", c"kg/m^3", (1e-6, 1e6), 1e3, c"mass per volume"),
+    Param::number(c"young", c"Pa", (1e-6, 1e12), 1e4, c"Young's modulus; Poisson's ratio is 1/4").field(),
+    Param::number(c"density", c"kg/m^3", (1e-6, 1e6), 1e3, c"mass per volume").field(),
     Param::number(
         c"damping-time",
         c"s",
@@ -151,24 +151,26 @@ impl Material for MassSpring {
         }
         let (ends, family, weight, rest) =
             (elements.corners::<2>(), elements.family(), elements.measure(), elements.rest());
-        let [length, stiffness] = out.first_planes();
+        let ([length, stiffness], young) = (out.first_planes(), self.young_field(elements));
         for e in 0..elements.len() {
             let [a, b] = ends[e].map(|node| rest[node as usize]);
             length[e] = (Vec3(b) - Vec3(a)).norm();
             if !(length[e].is_finite() && length[e] > 0.0) {
                 return Err(Fault::bad_argument("a spring has no rest length"));
             }
-            stiffness[e] = self.stiffness(family[e], length[e]) * if self.is_weighted { weight[e] } else { 1.0 };
+            stiffness[e] =
+                self.stiffness(family[e], length[e]) * young(e) * if self.is_weighted { weight[e] } else { 1.0 };
         }
         Ok(())
     }
 
     fn mass(&self, elements: &Elements<'_>, out: &mut NodeScalars<'_>) -> Result<(), Fault> {
-        for (&[node], &volume) in elements.corners::<1>().iter().zip(elements.measure()) {
+        let field = elements.field("density");
+        for (e, (&[node], &volume)) in elements.corners::<1>().iter().zip(elements.measure()).enumerate() {
             out.add(
                 node,
                 match self.law {
-                    Law::Physical { density, .. } => density * volume,
+                    Law::Physical { density, .. } => density * field.factor(e) * volume,
                     Law::Paper { mass, .. } => mass,
                 },
             );
@@ -208,13 +210,19 @@ impl Material for MassSpring {
 }
 
 impl MassSpring {
+    /// Factor of Young's modulus by element; the paper mode has no modulus.
+    fn young_field<'a>(&self, elements: &Elements<'a>) -> impl Fn(usize) -> f64 + 'a {
+        let (field, is_physical) = (elements.field("young"), matches!(self.law, Law::Physical { .. }));
+        move |e| if is_physical { field.factor(e) } else { 1.0 }
+    }
+
     /// Rest data of tetrahedra.
     fn rest_volumes(&self, elements: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
         let (corners, share, rest) = (elements.corners::<4>(), elements.measure(), elements.rest());
-        let [six_volumes, scale] = out.first_planes();
+        let ([six_volumes, scale], young) = (out.first_planes(), self.young_field(elements));
         for e in 0..elements.len() {
             let x = corners[e].map(|node| Vec3(rest[node as usize]));
-            let Some(data) = volume::rest_data(x, share[e], self.volume_modulus) else {
+            let Some(data) = volume::rest_data(x, share[e], young(e) * self.volume_modulus) else {
                 return Err(Fault::bad_argument("a tetrahedron has no volume at rest, or is inverted"));
             };
             [six_volumes[e], scale[e]] = data;

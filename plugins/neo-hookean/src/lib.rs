@@ -38,9 +38,9 @@ pub struct NeoHookean {
 }
 
 const PARAMS: &[Param] = &[
-    Param::number(c"young", c"Pa", (1e-6, 1e12), 1e4, c"Young's modulus of small strains"),
+    Param::number(c"young", c"Pa", (1e-6, 1e12), 1e4, c"Young's modulus of small strains").field(),
     Param::number(c"poisson", c"1", (0.0, 0.499), 0.45, c"Poisson's ratio of small strains"),
-    Param::number(c"density", c"kg/m^3", (1e-6, 1e6), 1e3, c"mass per volume"),
+    Param::number(c"density", c"kg/m^3", (1e-6, 1e6), 1e3, c"mass per volume").field(),
     Param::number(
         c"damping-time",
         c"s",
@@ -121,9 +121,10 @@ impl Material for NeoHookean {
     }
 
     fn rest(&self, elements: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
-        let planes = out.first_planes::<STRIDE>();
+        let (planes, young) = (out.first_planes::<STRIDE>(), elements.field("young"));
         for (e, (&nodes, &share)) in elements.corners::<4>().iter().zip(elements.measure()).enumerate() {
-            let Some(shape) = Tetrahedron::new(at_corners(nodes, elements.rest()), share) else {
+            // Energy, stress and viscosity are proportional to Young's modulus and to the volume, so the volume takes the factor of both.
+            let Some(shape) = Tetrahedron::new(at_corners(nodes, elements.rest()), share * young.factor(e)) else {
                 return Err(Fault::bad_argument("a tetrahedron has no volume at rest, or is inverted"));
             };
             shape.rest_data().into_iter().enumerate().for_each(|(s, value)| planes[s][e] = value);
@@ -132,8 +133,9 @@ impl Material for NeoHookean {
     }
 
     fn mass(&self, elements: &Elements<'_>, out: &mut NodeScalars<'_>) -> Result<(), Fault> {
-        for (&[node], &volume) in elements.corners::<1>().iter().zip(elements.measure()) {
-            out.add(node, self.density * volume);
+        let density = elements.field("density");
+        for (e, (&[node], &volume)) in elements.corners::<1>().iter().zip(elements.measure()).enumerate() {
+            out.add(node, self.density * density.factor(e) * volume);
         }
         Ok(())
     }

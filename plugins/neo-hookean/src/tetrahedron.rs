@@ -12,7 +12,7 @@ pub(crate) const STRIDE: usize = 10;
 pub(crate) struct Tetrahedron<T = f64> {
     /// Gradient of each corner's shape function, 1/m.
     pub(crate) gradient: [Vec3<T>; 4],
-    /// Volume at rest that belongs to the body, m^3.
+    /// Volume at rest that belongs to the body, m^3, times the factor of Young's modulus.
     pub(crate) volume: T,
 }
 

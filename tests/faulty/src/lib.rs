@@ -118,6 +118,12 @@ pub mod fault {
     pub const NEVER_EXPIRES: u8 = 54;
     /// Renders, when opened, the force of the previous instance.
     pub const KEEPS_FORCE_WHEN_REOPENED: u8 = 55;
+    /// None: springs whose stiffness may differ from spring to spring.
+    pub const FIELDS: u8 = 70;
+    /// As [`FIELDS`], and does not read the field.
+    pub const FIELD_IGNORED: u8 = 71;
+    /// As [`FIELDS`], and takes the factor of the next spring of the list.
+    pub const FIELD_OF_NEIGHBOUR: u8 = 72;
     /// Returns 1.01 times the forces of its energy of normals.
     pub const NORMALS_FORCE_OFF: u8 = 60;
     /// Returns 0.99 times the derivatives by the normals.
@@ -177,6 +183,9 @@ export_plugins!(
     AsMaterial<SpringMaterial<FLOWS>>,
     AsMaterial<SpringMaterial<FLOW_GAINS>>,
     AsMaterial<SpringMaterial<FLOW_NOT_OBJECTIVE>>,
+    AsMaterial<SpringMaterial<FIELDS>>,
+    AsMaterial<SpringMaterial<FIELD_IGNORED>>,
+    AsMaterial<SpringMaterial<FIELD_OF_NEIGHBOUR>>,
     AsMaterial<SpringSheet<NONE>>,
     AsMaterial<SpringSheet<HINGE_GRADIENT_OFF>>,
     AsMaterial<SpringSheet<HINGE_NOT_OBJECTIVE>>,

@@ -12,6 +12,14 @@ const STIFFNESS: f64 = 20.0;
 /// Damping along every spring, N s/m.
 const DAMPING: f64 = 2e-2;
 
+/// Stiffness of every spring, where it is a parameter.
+const SPRING: Param = Param::number(c"spring", c"N/m", (1e-3, 1e3), STIFFNESS, c"stiffness of every spring").field();
+
+/// Whether the stiffness of springs with a fault may differ from spring to spring.
+const fn has_field(fault: u8) -> bool {
+    matches!(fault, fault::FIELDS | fault::FIELD_IGNORED | fault::FIELD_OF_NEIGHBOUR)
+}
+
 /// Strain beyond which springs that flow do so.
 const YIELD: f64 = 0.02;
 
@@ -27,6 +35,8 @@ static LAST_AFTER: AtomicU64 = AtomicU64::new(0);
 pub struct SpringMaterial<const F: u8> {
     /// s
     after: f64,
+    /// N/m
+    stiffness: f64,
     /// Bits of the first coordinate of the last call, for [`fault::KEEPS_STATE`].
     last_state: AtomicU64,
     /// How often that coordinate changed.
@@ -73,7 +83,7 @@ impl<const F: u8> SpringMaterial<F> {
         let (x, rest) = (ends.map(|n| elements.x()[n as usize]), ends.map(|n| elements.rest()[n as usize]));
         let ((along, length), l0) = (span(x), elements.rest_data(0)[e]);
         let first = if F == fault::DEPENDS_ON_RANGE && e == 0 { 1.0 + 1e-12 } else { 1.0 };
-        let stiffness = STIFFNESS * elements.rest_data(1)[e] * first * self.factor(elements);
+        let stiffness = self.stiffness * elements.rest_data(1)[e] * first * self.factor(elements);
         if F == fault::NOT_OBJECTIVE {
             let (along, _) = span(rest);
             let stretch = (0..3).map(|i| (x[1][i] - x[0][i]) * along[i]).sum::<f64>() - l0;
@@ -142,16 +152,20 @@ impl<const F: u8> Material for SpringMaterial<F> {
             fault::FLOWS => c"sound-clay",
             fault::FLOW_GAINS => c"flow-gains",
             fault::FLOW_NOT_OBJECTIVE => c"flow-not-objective",
+            fault::FIELDS => c"sound-fields",
+            fault::FIELD_IGNORED => c"field-ignored",
+            fault::FIELD_OF_NEIGHBOUR => c"field-of-neighbour",
             _ => c"sound-springs",
         },
-        const { &[AFTER] as &[Param] },
+        if has_field(F) { const { &[AFTER, SPRING] as &[Param] } } else { const { &[AFTER] as &[Param] } },
     );
 
     fn new(params: &Params<'_>) -> Result<Self, Fault> {
         assert!(F != fault::PANIC_IN_NEW, "panicked on purpose, in new");
         let after = params.number("after");
         LAST_AFTER.store(after.to_bits(), Ordering::Relaxed);
-        Ok(Self { after, last_state: AtomicU64::new(0), state_changes: AtomicU64::new(0) })
+        let stiffness = if has_field(F) { params.number("spring") } else { STIFFNESS };
+        Ok(Self { after, stiffness, last_state: AtomicU64::new(0), state_changes: AtomicU64::new(0) })
     }
 
     fn elements(&self) -> Vec<ElementRequest> {
@@ -173,6 +187,10 @@ impl<const F: u8> Material for SpringMaterial<F> {
         for (e, ends) in elements.corners::<2>().iter().enumerate() {
             length[e] = shorter * span(ends.map(|node| elements.rest()[node as usize])).1;
             factor[e] = if F == fault::DEPENDS_ON_ORDER && e % 2 == 1 { 2.0 } else { 1.0 };
+            if has_field(F) && F != fault::FIELD_IGNORED {
+                let of = if F == fault::FIELD_OF_NEIGHBOUR { (e + 1).min(elements.len() - 1) } else { e };
+                factor[e] = elements.field("spring").factor(of);
+            }
         }
         Ok(())
     }

@@ -20,6 +20,8 @@ pub struct ElementList {
     pub measure: Vec<f64>,
     /// Material coordinates of the corners, m (m x k x 2), or empty.
     pub material: Vec<f64>,
+    /// Factors of the material's parameters that may differ from element to element (fields x m), or empty.
+    pub fields: Vec<f64>,
 }
 
 /// The elements of one request with their rest data, history and chunks.
@@ -145,6 +147,7 @@ impl ElementSet {
             v: bytemuck::cast_slice(v),
             rest_data: &self.rest_data,
             history: &self.history,
+            fields: &self.list.fields,
             time,
         }
     }

@@ -11,7 +11,7 @@ use super::derivatives::{damping_dissipates, force_is_energy_gradient, stiffness
 use super::invariance::{element_order, rotation, translation};
 use super::matrix::max_abs;
 use super::repeatability::{calls_are_bit_identical, instances_are_independent, no_allocation, state_is_bit_identical};
-use super::{Case, Verdict, describe_fault, ensure, history, normals, single};
+use super::{Case, Verdict, describe_fault, ensure, fields, history, normals, single};
 use crate::abi;
 use crate::material::TangentScale;
 
@@ -55,6 +55,11 @@ pub(super) const CASES: &[Case] = &[
         name: "advance-is-objective",
         promise: "a rigid motion of a deformed body changes neither the history it leads to nor the energy after it",
         run: history::advance_is_objective,
+    },
+    Case {
+        name: "fields-scale-their-parameters",
+        promise: "a field of a parameter multiplies its number, in every element by the element's own factor",
+        run: fields::scale_their_parameters,
     },
     Case {
         name: "coupled-strain-gradient",

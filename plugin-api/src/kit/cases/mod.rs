@@ -4,6 +4,7 @@ mod common;
 mod coupled;
 mod derivatives;
 mod device;
+mod fields;
 mod grid;
 mod history;
 mod invariance;
