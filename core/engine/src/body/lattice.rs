@@ -12,6 +12,7 @@ mod bound;
 mod bounds;
 mod cut;
 mod embed;
+mod fields;
 mod fragments;
 mod history;
 mod hold;
@@ -24,6 +25,7 @@ mod state;
 mod strays;
 mod untangle;
 
+use super::fields::Fields;
 use super::fixing::Fixing;
 use super::grid_pool::PooledGrid;
 use bound::Bound;
@@ -39,6 +41,7 @@ pub use state::LatticeState;
 pub use untangle::Repair;
 
 use std::collections::HashMap;
+use std::sync::Arc;
 use thiserror::Error;
 
 /// How much of a body is simulated.
@@ -111,6 +114,10 @@ pub struct Lattice {
     last_balls: Vec<Ball>,
     /// Whether the material has a history: what has flowed stays active, and nothing is brought back to rest.
     keeps_shape: bool,
+    /// Parameters of the material that differ from place to place.
+    pub fields: Option<Arc<Fields>>,
+    /// Factors of cells by their id, as far as they were asked for.
+    factors_of_cell: HashMap<u64, Arc<[f64]>>,
     /// Nodes on their way back to rest, or there.
     returning: Vec<u32>,
     /// Nodes that are driven, and by which fixing.
@@ -169,6 +176,8 @@ impl Lattice {
             balls: Vec::new(),
             last_balls: Vec::new(),
             keeps_shape: false,
+            fields: None,
+            factors_of_cell: HashMap::new(),
             returning: Vec::new(),
             driven: Vec::new(),
             kept: HashMap::new(),

@@ -2,6 +2,7 @@
 
 mod cutting;
 mod discretization;
+mod fields;
 mod fixing;
 mod grid_pool;
 mod lattice;
@@ -17,6 +18,7 @@ mod state;
 mod symmetry;
 
 pub use discretization::Discretization;
+pub use fields::{FieldSurface, Fields, Layer};
 pub use fixing::{Fixing, Place};
 pub use grid_pool::{GridPool, PooledGrid};
 pub use lattice::{Inner, Lattice, LatticeError, NodeBounds, RegionSettings, Repair};

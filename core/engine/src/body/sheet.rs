@@ -1,6 +1,7 @@
 //! A body carried by its own mesh: every vertex is a node, triangles, edges and hinges are the elements. For cloth and other
 //! thin shells.
 
+use super::fields::Fields;
 use super::fixing::Fixing;
 use super::lattice::{LatticeError, check_mass, constrain_fixed, drive_fixed};
 use super::model::Model;
@@ -12,6 +13,7 @@ use pliant_solver::{Constraint, ElementList, Nodes, StepTime, System, Vec3};
 use std::sync::Arc;
 
 mod cut;
+mod fields;
 mod order;
 mod state;
 
@@ -49,6 +51,9 @@ pub struct Sheet {
     active: bool,
     /// A blade has changed nodes and elements since they were last asked for.
     cut: bool,
+    /// Parameters of the material that differ from place to place. A sheet that is cut after its shape was kept takes them where the kept
+    /// shape is.
+    pub fields: Option<Arc<Fields>>,
 }
 
 /// Stands for the absence of a node.
@@ -79,6 +84,7 @@ impl Sheet {
             driven: Vec::new(),
             active: false,
             cut: false,
+            fields: None,
         }
     }
 
@@ -179,6 +185,7 @@ impl Sheet {
                 }
             }
         }
+        self.list_fields(system);
         system.set_sides(edges.hinge_of);
         self.prepare(system)
     }
@@ -247,7 +254,7 @@ impl Sheet {
             match set.request().kind {
                 abi::POINT => {
                     let list = set.list_mut();
-                    *list = ElementList::default();
+                    *list = ElementList { fields: std::mem::take(&mut list.fields), ..ElementList::default() };
                     points(&system.nodes.rest[..self.vertex_of.len()], &triangles, list);
                 }
                 abi::TRIANGLE => set.list_mut().material.clone_from(&self.material),

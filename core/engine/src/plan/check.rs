@@ -3,8 +3,8 @@
 use crate::body::Axes;
 use crate::edit::{Command, EditKind, KeyName, Strength};
 use crate::scene::{
-    Amount, BladeScene, BodyScene, EditScene, Extent, FixedScene, ProbeScene, Scene, SceneError, Source, ToolScene,
-    parse_quantity,
+    Amount, BladeScene, BodyScene, EditScene, Extent, FieldScene, FixedScene, ProbeScene, Scene, SceneError, Source,
+    ToolScene, parse_quantity,
 };
 use std::ops::Range;
 use toml::Spanned;
@@ -170,7 +170,52 @@ impl Check<'_> {
         }
         self.above(body.grid.relaxation.get_ref().si, body.grid.relaxation.span(), "relaxation", " s")?;
         let region = if body.sheet.is_some() { Extent::Whole } else { body.grid.region };
+        body.field.iter().try_for_each(|field| self.field(field))?;
         body.fixed.iter().try_for_each(|fixed| self.fixed(fixed, region))
+    }
+
+    /// A field has one place, in one way.
+    fn field(&self, spanned: &Spanned<FieldScene>) -> Result<(), SceneError> {
+        let (field, span) = (spanned.get_ref(), spanned.span());
+        let given = [
+            field.box_.as_ref().map(|_| "`box`"),
+            field.ball.as_ref().map(|_| "`ball`"),
+            field.radius.as_ref().map(|_| "`radius`"),
+            field.group.as_ref().map(|_| "`group`"),
+            field.colour.as_ref().map(|_| "`colour`"),
+            field.range.as_ref().map(|_| "`range`"),
+            field.csv.as_ref().map(|_| "`csv`"),
+            field.factor.as_ref().map(|_| "`factor`"),
+        ];
+        let found: Vec<&str> = given.into_iter().flatten().collect();
+        let is_one = matches!(
+            found[..],
+            ["`box`", "`factor`"]
+                | ["`ball`", "`radius`", "`factor`"]
+                | ["`group`", "`factor`"]
+                | ["`colour`"]
+                | ["`colour`", "`range`"]
+                | ["`csv`"]
+        );
+        if !is_one {
+            let found = if found.is_empty() { "no place".into() } else { found.join(" and ") };
+            let text = format!(
+                "`field` has {found}; allowed is `factor` with `box`, with `ball` and `radius` or with `group`, or `colour` with or without \
+                 `range`, or `csv`"
+            );
+            return self.wrong(span, text);
+        }
+        if let Some([min, max]) = &field.box_
+            && let Some(axis) = (0..3).find(|&i| min[i].si > max[i].si)
+        {
+            let text =
+                format!("`box` goes from {} m to {} m; allowed is the least corner first", min[axis].si, max[axis].si);
+            return self.wrong(span, text);
+        }
+        match &field.radius {
+            Some(radius) => self.above(radius.si, span, "radius", " m"),
+            None => Ok(()),
+        }
     }
 
     fn fixed(&self, spanned: &Spanned<FixedScene>, region: Extent) -> Result<(), SceneError> {

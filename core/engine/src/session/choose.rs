@@ -57,7 +57,16 @@ impl Session {
             } else {
                 shared.measured(|| key.clone(), || measure_body(body, &self.pool, self.dt))?
             };
-            let Measured { frequencies: found, mass, nodes, elements, seconds } = measured;
+            let Measured { frequencies: mut found, mass, nodes, elements, seconds } = measured;
+            // Measured at one place, and where a parameter differs another may be as much stiffer, or lighter.
+            if let Some(fields) =
+                body.discretization.lattice().filter(|l| !l.is_whole()).and_then(|l| l.fields.as_ref())
+            {
+                let spread = fields.spread();
+                found.stiffness *= spread.sqrt();
+                found.bound *= spread.sqrt();
+                found.damping *= spread;
+            }
             let layer = match found.stiffness {
                 // A body without free nodes has no step limit.
                 0.0 => HELD_LAYER * coupling,

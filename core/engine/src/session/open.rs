@@ -275,7 +275,8 @@ impl Opening<'_> {
             self.refused(span_of(&error, &material.params, material.plugin.span()), error)
         })?;
         let model = Arc::clone(&shared.model);
-        let discretization = match &scene.sheet {
+        let fields = super::fields::fields(scene, self.source, info, &settings, &shared)?;
+        let mut discretization = match &scene.sheet {
             Some(sheet) => {
                 let of_mesh = |error| place::of_mesh(scene, &model.document, error);
                 require_for_mesh_elements(&model.findings).map_err(of_mesh)?;
@@ -283,10 +284,14 @@ impl Opening<'_> {
             }
             None => Discretization::Lattice(Box::new(self.lattice(scene, &name, &shared, &material)?)),
         };
+        match &mut discretization {
+            Discretization::Lattice(lattice) => lattice.fields = fields,
+            Discretization::Sheet(sheet) => sheet.fields = fields,
+        }
         let made = if scene.sheet.is_some() { CutMesh::sheet } else { CutMesh::new };
         let measured_key = |lattice: &Lattice| {
             let (grid, settings) = (lattice.grid.key(), &lattice.settings);
-            format!("{grid} {settings:?} {material_key}")
+            format!("{grid} {settings:?} {material_key} {:?}", scene.field)
         };
         self.measured_keys.push(discretization.lattice().map(measured_key).unwrap_or_default());
         let skin = Skin::new(&model, shared.tree);

@@ -179,6 +179,19 @@ impl ObjDocument {
         &self.parsed.libraries
     }
 
+    /// Red, green and blue of vertex `index`, where its line has them behind the position (`v x y z r g b`); 0 to 1 as most programs write
+    /// them, and not checked.
+    pub fn colour_of_vertex(&self, index: usize) -> Option<[f64; 3]> {
+        let at = *self.parsed.position_at.get(index)? as usize;
+        let line = self.bytes[at..].split(|b| *b == b'\n' || *b == b'\r').next()?;
+        let words = std::str::from_utf8(line).ok()?.split('#').next()?.split_ascii_whitespace();
+        let numbers: Vec<f64> = words.skip(1).map(str::parse).collect::<Result<_, _>>().ok()?;
+        match numbers[..] {
+            [_, _, _, red, green, blue] => Some([red, green, blue]),
+            _ => None,
+        }
+    }
+
     /// The line, from 1, of the vertex `index`; `None` past the last. The cost is linear in the file, so it is for messages only.
     pub fn line_of_vertex(&self, index: usize) -> Option<u32> {
         let at = *self.parsed.position_at.get(index)? as usize;

@@ -149,6 +149,7 @@ impl Lattice {
         self.list_slopes()?;
         self.constrain(fixings, &mut system.nodes);
         self.list_elements(system)?;
+        self.list_fields(system);
         system.prepare()?;
         histories.give(system, &old_node);
         super::check_mass(system)

@@ -44,6 +44,10 @@ pub struct BodyScene {
     #[serde(default)]
     #[schemars(with = "Vec<FixedScene>")]
     pub fixed: Vec<Spanned<FixedScene>>,
+    /// Where parameters of the material differ; later entries multiply earlier ones.
+    #[serde(default)]
+    #[schemars(with = "Vec<FieldScene>")]
+    pub field: Vec<Spanned<FieldScene>>,
 }
 
 fn default_body() -> Spanned<String> {
@@ -229,4 +233,45 @@ pub struct FixedScene {
     /// Rows of time (s) and displacement (m): linear between, constant outside.
     #[serde(default)]
     pub path: Vec<[f64; 4]>,
+}
+
+/// A factor of a parameter of the material that differs from place to place. Give one of `box`, `ball`, `group`, `colour` and `csv`.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct FieldScene {
+    /// Key of the parameter; `pliant plugin info` tells which may differ.
+    #[schemars(with = "String")]
+    pub param: Spanned<String>,
+    /// Factor within the box, ball or group, 0.1 to 10; 1 elsewhere.
+    #[schemars(with = "Option<f64>")]
+    pub factor: Option<Spanned<f64>>,
+    /// Least and greatest corner, in the scene.
+    #[serde(rename = "box")]
+    pub box_: Option<[[Length; 3]; 2]>,
+    /// Centre.
+    pub ball: Option<[Length; 3]>,
+    /// Radius of the ball.
+    pub radius: Option<Length>,
+    /// What lies nearest to the faces of this group (`g`) of the OBJ.
+    #[schemars(with = "Option<String>")]
+    pub group: Option<Spanned<String>>,
+    /// A channel of the colours of the vertices (`v x y z r g b`), 0 to 1, as at the nearest place of the surface.
+    pub colour: Option<Channel>,
+    /// Factors at 0 and 1 of the channel, geometric between; 0.1 and 10 by default.
+    pub range: Option<[f64; 2]>,
+    /// A file with one factor a line for each vertex, relative to the scene, as at the nearest place of the surface.
+    #[schemars(with = "Option<String>")]
+    pub csv: Option<Spanned<String>>,
+}
+
+/// Channels of a colour.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum Channel {
+    /// First.
+    Red,
+    /// Second.
+    Green,
+    /// Third.
+    Blue,
 }
