@@ -1,7 +1,7 @@
 //! Plugins built for earlier minor versions of the interface load, conform and run: one binary is kept for each version.
 //!
-//! `tests/old/material-1.0.so` is the C material of `pliant plugin new` as of interface 1.0, built with its own Makefile and
-//! stripped. A new minor version adds a binary and removes none.
+//! `tests/old/material-1.0.so` is the C material of `pliant plugin new` as of interface 1.0, `material-1.1.so` that as of 1.1, each built with
+//! its own Makefile and stripped. A new minor version adds a binary and removes none.
 
 use pliant_host::Library;
 use pliant_plugin_api::kit::{Verdict, cases};
@@ -13,7 +13,7 @@ fn old_binaries_load_conform_and_run() {
         println!("skipped: the old binaries are of x86-64 Linux");
         return;
     }
-    for file in ["material-1.0.so"] {
+    for file in ["material-1.0.so", "material-1.1.so"] {
         let path = root().join("tests/old").join(file).canonicalize().unwrap_or_else(|e| panic!("{file}: {e}"));
         let library = Library::open(&path).unwrap_or_else(|e| panic!("{e}"));
         let candidate = library.candidate(0);
