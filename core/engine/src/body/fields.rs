@@ -107,7 +107,7 @@ impl Fields {
             });
             match best {
                 Some((_, t, bary)) => return Some((t, bary)),
-                None if !(reach < 1e3 * size) => return None,
+                None if reach >= 1e3 * size => return None,
                 None => reach *= 2.0,
             }
         }

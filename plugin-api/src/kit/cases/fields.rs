@@ -70,9 +70,9 @@ pub(super) fn scale_their_parameters(c: &Candidate) -> Result<Verdict, String> {
             let (material, mut body) = default_body(c)?;
             body.set_fields(&material, fields.len(), |f, _| if f == field { factor } else { 1.0 })
                 .map_err(describe_fault)?;
-            compare(&key, &expected, &results(&material, &moved(body)).map_err(describe_fault)?)?;
+            compare(key, &expected, &results(&material, &moved(body)).map_err(describe_fault)?)?;
         }
-        is_local(c, fields.len(), field, &key)?;
+        is_local(c, fields.len(), field, key)?;
     }
     Ok(Verdict::Passed)
 }
