@@ -15,14 +15,16 @@ fn conformance() {
     kit::check::<AsMaterial<Cloth>>();
 }
 
-/// Cloth that bends by the projected Laplacian: of its parameters only `tangent` has an effect.
+/// Cloth that bends by the projected Laplacian: of its parameters only `tangent` and its fields have an effect.
 struct Laplacian(Cloth);
 
 impl Material for Laplacian {
     const INFO: Info = Cloth::INFO;
 
     fn new(params: &Params<'_>) -> Result<Self, Fault> {
-        kit::material(&[("bending", 3.0), ("tangent", params.choice("tangent") as f64)]).map(Self)
+        let field = |key| (key, params.number(key));
+        let tangent = ("tangent", params.choice("tangent") as f64);
+        kit::material(&[("bending", 3.0), tangent, field("young"), field("thickness")]).map(Self)
     }
 
     fn elements(&self) -> Vec<ElementRequest> {
