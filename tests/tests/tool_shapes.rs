@@ -6,6 +6,8 @@ use pliant_solver::Pool;
 use pliant_tests::{Bench, NOW, box_scene, open};
 
 const GRAVITY: f64 = 9.81;
+/// Steps over which forces are averaged.
+const MEAN_STEPS: u32 = 300;
 /// Shapes whose lowest point is 4 mm below the hand when they are turned so.
 const DOWN: [(&str, &str); 4] = [
     ("sphere", "shape = { kind = \"sphere\", radius = \"4 mm\" }"),
@@ -38,18 +40,25 @@ fn on_a_solid_each_shape_carries_what_the_fixed_nodes_hold() {
         let height = if name == "plane" { -0.002 } else { 0.002 };
         let mut session = pressed(shape, height);
         let felt = session.frame().tools[0];
-        let system = &mut session.bodies[0].system;
-        let mut elastic = vec![Vec3::zeros(); system.nodes.len()];
-        let still = elastic.clone();
-        system.forces(&Pool::new(1), Some(&still), NOW, &mut elastic).unwrap();
-        let held = (0..elastic.len()).filter(|&i| !system.nodes.constraint[i].is_free());
-        let holding: Vec3 = held.map(|i| elastic[i]).sum();
+        // Means over time: samples at the sharp edges of a box come in and go out, so its force varies from step to step by 4 % (one standard
+        // deviation), and a momentum that stays bounded leaves the means equal.
+        let (mut holding, mut hand) = (Vec3::zeros(), Vec3::zeros());
+        for _ in 0..MEAN_STEPS {
+            session.step();
+            hand += session.frame().tools[0].force / f64::from(MEAN_STEPS);
+            let system = &mut session.bodies[0].system;
+            let mut elastic = vec![Vec3::zeros(); system.nodes.len()];
+            let still = elastic.clone();
+            system.forces(&Pool::new(1), Some(&still), NOW, &mut elastic).unwrap();
+            let held = (0..elastic.len()).filter(|&i| !system.nodes.constraint[i].is_free());
+            holding += held.map(|i| elastic[i]).sum::<Vec3>() / f64::from(MEAN_STEPS);
+        }
         // Along the press. Sideways a capsule on the samples of a flat top is not at rest, and off by 5 % of the force.
-        let off = (holding.z + felt.force.z).abs() / felt.force.norm();
+        let off = (holding.z + hand.z).abs() / hand.norm();
         // What backward Euler has not brought to rest yet.
-        assert!(off < 1e-2, "{name}: held by {holding:?}, hand {:?}", felt.force);
+        assert!(off < 1e-2, "{name}: held by {holding:?}, hand {hand:?}");
         assert!(felt.contact.is_some() && felt.force[2] > 0.02, "{name}: {felt:?}");
-        forces.push(felt.force[2]);
+        forces.push(hand.z);
     }
     assert!(forces.windows(2).all(|pair| pair[0] < pair[1]), "the wider, the more it takes: {forces:?}");
 }

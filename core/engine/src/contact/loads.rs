@@ -39,8 +39,7 @@ impl PointLoads {
 
     /// Distributes the loads to the nodes of a body by the transpose of the embedding. Points outside of the active cells are left out and the
     /// forces at the others scaled so that the magnitude of the total force is kept.
-    /// Stiffness and damping, which model how a load changes within a step, go to the corners of the cells by trilinear weights, none of
-    /// which is negative.
+    /// Stiffness and damping, which model how a load changes within a step, go to the diagonals of the same nodes.
     ///
     /// # Errors
     /// Returns the error of the grid plugin.
@@ -71,9 +70,9 @@ impl PointLoads {
             lattice.find(&self.points, &mut self.cells, &mut self.weights)?;
             for (i, cell) in self.cells.iter().enumerate() {
                 let Some(cell) = cell else { continue };
-                for (node, weight) in lattice.region().cell_corners[*cell as usize].iter().zip(&self.weights[i]) {
-                    sums.add_springs(*node, *weight, &self.stiffness[i], &self.damping[i]);
-                }
+                lattice.visit_stiffness_shares(*cell, &self.weights[i], |node, share| {
+                    sums.add_springs(node, share, &self.stiffness[i], &self.damping[i]);
+                });
             }
             lattice.spread(&self.cells, &self.weights, &self.force, |node, f| *sums.entry(node).0 += f);
         }

@@ -372,6 +372,14 @@ impl Lattice {
         }
     }
 
+    /// Visits the nodes that carry a place which [`Lattice::find`] has found, each with its share of the diagonal of a stiffness there.
+    pub fn visit_stiffness_shares(&mut self, cell: u32, trilinear: &[f64; 8], mut visit: impl FnMut(u32, f64)) {
+        if let Some(smooth) = &mut self.smooth {
+            return smooth.visit_stiffness_shares(&self.region, cell as usize, &weights(trilinear), visit);
+        }
+        self.region.cell_corners[cell as usize].iter().zip(trilinear).for_each(|(node, w)| visit(*node, *w));
+    }
+
     /// What loads (N) on rest places come to on the nodes, where the embedding is not linear: `visit(node, force)`.
     ///
     /// # Errors

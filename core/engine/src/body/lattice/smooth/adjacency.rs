@@ -79,7 +79,7 @@ impl Adjacency {
 
     /// Nodes that take part in the jet of a node, each with its share of its place and the coefficients of the fit there. Before the end of
     /// a cut several copies of a node can be at one place: they count as their mean.
-    fn visit(&self, region: &Region, fits: &Fits, node: u32, mut visit: impl FnMut(u32, f64, &[f64; 8])) {
+    pub fn visit(&self, region: &Region, fits: &Fits, node: u32, mut visit: impl FnMut(u32, f64, &[f64; 8])) {
         let n = node as usize;
         if self.which[n] == 0 {
             return visit(node, 1.0, &[1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
