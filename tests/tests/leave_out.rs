@@ -93,7 +93,9 @@ fn a_device_that_cannot_be_opened_harms_nothing_if_no_edit_uses_it() {
     bench.write("scene.toml", text);
     bench.pliant(&["run", "scene.toml", "-q", "--out", "out"]).expect(0);
     let edit = "edit=[{ kind = \"touch\", tool = \"finger\" }]";
-    bench.pliant(&["run", "scene.toml", "-q", "--out", "other", "--set", edit]).expect(3).says(&["libbroken.so"]);
+    let run = ["run", "scene.toml", "-q", "--out", "other", "--set", edit];
+    bench.pliant(&run).expect(2).says(&["libbroken.so", "--allow-plugins"]);
+    bench.pliant(&[&run[..], &["--allow-plugins", "plugins"]].concat()).expect(3).says(&["libbroken.so"]);
 }
 
 /// What is left out and why, of a document.
