@@ -73,8 +73,9 @@ pub fn replay(cli: &Cli, args: &ReplayArgs) -> Result<Outcome, Failure> {
 /// Opens the recorded scene with the limits of the recorded devices, which are not opened.
 fn open_recorded(cli: &Cli, args: &ReplayArgs, recording: &Recording) -> Result<OpenedScene, Failure> {
     let header = &recording.header;
-    let (recorded, _) = scene::load_text(&header.scene, header.text.clone(), &[])?;
-    let (scene, source) = scene::load_text(&header.scene, header.text.clone(), &args.set)?;
+    let (recorded, _) = scene::load_text(&header.scene, header.text.clone(), &recording.settings)?;
+    let (scene, source) =
+        scene::load_text(&header.scene, header.text.clone(), &[&recording.settings[..], &args.set].concat())?;
     let (was, now) = (recorded.time.dt.get_ref().si, scene.time.dt.get_ref().si);
     if was != now {
         let span = scene.time.dt.span();

@@ -132,7 +132,7 @@ fn a_saved_session_gives_the_same_states_again() {
 
     let recording = Recording::read(&file).unwrap();
     let header = &recording.header;
-    let (scene, source) = scene::load_text(&header.scene, header.text.clone(), &[]).unwrap();
+    let (scene, source) = scene::load_text(&header.scene, header.text.clone(), &recording.settings).unwrap();
     let plan = Plan::new(&scene, &source).unwrap();
     let search = SearchPath::new(&[]);
     let recorded = Some(recording.devices.clone());

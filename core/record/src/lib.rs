@@ -23,7 +23,7 @@
 //! let mut session = Session::open(&scene, &source, plan, &options)?;
 //!
 //! let mut recorder = Recorder::new(&scene, &source, &session, Path::new("out/touch"), began)?;
-//! let inputs = RecordingInputs { scene: &scene, source: &source, session: &session, mesh: None, live: false };
+//! let inputs = RecordingInputs { scene: &scene, source: &source, session: &session, mesh: None, live: false, history: false };
 //! let mut recording = RecordingWriter::create(Path::new("touch.rec"), &inputs)?;
 //! for step in 1..=scene.time.steps() {
 //!     session.step();

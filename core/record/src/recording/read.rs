@@ -31,6 +31,8 @@ pub struct Recording {
     pub lapses: Vec<Lapse>,
     /// The steps in order.
     pub steps: Vec<RecordedStep>,
+    /// Settings of the scene, key and value as of `--set`, by which a replay finds a model that stands beside the recording.
+    pub settings: Vec<(String, String)>,
 }
 
 /// Bytes in front of the first block: magic and version.
@@ -55,7 +57,8 @@ impl Recording {
         let Some(model) = self.header.files.iter_mut().find(|file| !file.plugin) else { return };
         if !is_as_recorded(&model.path, model.digest) && is_as_recorded(original, model.digest) {
             model.path = original.to_path_buf();
-            self.header.mesh = Some(original.to_path_buf());
+            let path = std::path::absolute(original).unwrap_or_else(|_| original.to_path_buf());
+            self.settings.push(("body.0.mesh".into(), format!("{:?}", path.display().to_string())));
         }
     }
 
@@ -130,7 +133,7 @@ impl Recording {
                         return Err(format!("changed: {taken} steps of {stated}, {} bytes too many", left.0.len()));
                     }
                     let header = header.ok_or("changed: it has no header")?;
-                    return Ok(Self { header, devices, lapses, steps });
+                    return Ok(Self { header, devices, lapses, steps, settings: Vec::new() });
                 }
                 _ => return Err(broken()),
             }
