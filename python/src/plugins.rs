@@ -34,7 +34,9 @@ pub fn plugins(py: Python<'_>, options: OpenOptions) -> PyResult<String> {
                         }));
                     }
                 }
-                Err(error) => rows.push(json!({ "path": found.path.display().to_string(), "error": error.to_string() })),
+                Err(error) => {
+                    rows.push(json!({ "path": found.path.display().to_string(), "error": error.to_string() }))
+                }
             }
         }
         Ok(Value::from(rows).to_string())

@@ -4,7 +4,7 @@
 //! semi-definite unless the exact one is asked for. Damping acts on the rate of Green's strain, so it does not resist rotation; its
 //! coefficients are `damping-time` times the Lame constants.
 //!
-//! With a `yield-strain` the shape at rest flows beyond it, as clay and dough do ([`plasticity`]); without one the solid is elastic.
+//! With a `yield-strain` the shape at rest flows beyond it, as clay and dough do (module `plasticity`); without one the solid is elastic.
 
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))]
 
