@@ -8,6 +8,7 @@ use pliant_mesh::testing::Random;
 use pliant_record::{Digest, Recording, RecordingInputs, RecordingWriter, state_digest};
 use pliant_tests::{Bench, box_scene, deps};
 use std::fs::File;
+use std::io::BufWriter;
 
 /// A folder with a scene, run and recorded.
 fn recorded(time: &str, rest: &str) -> Bench {
@@ -152,13 +153,14 @@ fn commands_and_idle_steps_come_back() {
         };
         let mut writer = RecordingWriter::unnamed(&inputs).unwrap();
         let (mut digests, mut given) = (Vec::new(), Vec::new());
-        let mut steps = |session: &mut Session, writer: &mut RecordingWriter<File>, count: usize, pose: Pose| {
-            for _ in 0..count {
-                session.step_with(&[[pose]]);
-                writer.step(session, session.frame().tools.iter().map(|tool| tool.device_force)).unwrap();
-                digests.push(state_digest(session));
-            }
-        };
+        let mut steps =
+            |session: &mut Session, writer: &mut RecordingWriter<BufWriter<File>>, count: usize, pose: Pose| {
+                for _ in 0..count {
+                    session.step_with(&[[pose]]);
+                    writer.step(session, session.frame().tools.iter().map(|tool| tool.device_force)).unwrap();
+                    digests.push(state_digest(session));
+                }
+            };
         let present = |height: f64, buttons: u32| Pose {
             flags: POSE_VALID,
             buttons,
@@ -185,10 +187,12 @@ fn commands_and_idle_steps_come_back() {
         }
         steps(&mut session, &mut writer, 5, Pose::default());
         let file = bench.path("window.rec");
-        writer.save_as(&file).unwrap();
+        let own = writer.save_as(&path, &source, &session, false).expect_err("it is the scene").to_string();
+        assert!(own.contains("the scene of this run"), "{own}");
+        writer.save_as(&file, &source, &session, false).unwrap();
         let bytes = bench.read("window.rec");
         steps(&mut session, &mut writer, 1000, Pose::default());
-        writer.save_as(&file).unwrap();
+        writer.save_as(&file, &source, &session, false).unwrap();
         let more = bench.read("window.rec").len() - bytes.len();
         assert!(more < 200 * 133, "1000 idle steps take {more} bytes");
         let recording = Recording::read(&file).unwrap();

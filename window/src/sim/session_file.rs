@@ -4,19 +4,24 @@
 //! as it was opened, for Save may have written over it since.
 
 use crate::opening::Opened;
+use pliant_engine::scene::Source;
 use pliant_engine::session::{Session, SessionCommand};
-use pliant_record::{AtomicFile, Digest, RecordedFile, RecordingInputs, RecordingWriter, original_of};
+use pliant_record::{RecordingInputs, RecordingWriter};
 use pliant_solver::Vec3;
 use std::fs::File;
-use std::io::{self, Write};
+use std::io::{self, BufWriter};
 use std::path::Path;
+
+/// A recording in a file without a name.
+type Writer = RecordingWriter<BufWriter<File>>;
 
 /// The recording of a session under way.
 pub(super) struct SessionFile {
     /// Or why there is none.
-    writer: Result<RecordingWriter<File>, String>,
-    /// The model that was opened; `None` for a scene, whose models Save does not write over.
-    model: Option<RecordedFile>,
+    writer: Result<Writer, String>,
+    source: Source,
+    /// Whether a model was opened, which Save may write over, and not a scene.
+    is_model: bool,
 }
 
 impl SessionFile {
@@ -26,9 +31,7 @@ impl SessionFile {
         let mesh = mesh.as_deref();
         let inputs = RecordingInputs { scene, source, session, mesh, live: true, history: true };
         let writer = RecordingWriter::unnamed(&inputs).map_err(|error| error.to_string());
-        let models = writer.iter().flat_map(|writer| writer.files()).filter(|file| !file.plugin);
-        let model = models.cloned().next().filter(|_| is_model);
-        Self { writer, model }
+        Self { writer, source: source.clone(), is_model }
     }
 
     /// Records the step that the session has just taken, and the forces (N) its hands were given.
@@ -42,7 +45,7 @@ impl SessionFile {
         session.apply(command)
     }
 
-    fn write(&mut self, write: impl FnOnce(&mut RecordingWriter<File>) -> io::Result<()>) {
+    fn write(&mut self, write: impl FnOnce(&mut Writer) -> io::Result<()>) {
         if let Ok(writer) = &mut self.writer
             && let Err(error) = write(writer)
         {
@@ -56,18 +59,6 @@ impl SessionFile {
     /// A sentence on what cannot be written, or why the session could not be recorded.
     pub(super) fn save(&mut self, session: &Session, path: &Path) -> Result<(), String> {
         let writer = self.writer.as_mut().map_err(|why| format!("the session was not recorded: {why}"))?;
-        if let (Some(recorded), Some(body)) = (&self.model, session.bodies.first()) {
-            let bytes = body.model.document.bytes();
-            if Digest::of(bytes) != recorded.digest {
-                return Err(format!("{}: another program changed it while it was opened", recorded.path.display()));
-            }
-            let copy = || {
-                let mut file = AtomicFile::create(&original_of(path))?;
-                file.write_all(bytes)?;
-                file.finish()
-            };
-            copy().map_err(|error| error.to_string())?;
-        }
-        writer.save_as(path).map_err(|error| error.to_string())
+        writer.save_as(path, &self.source, session, self.is_model).map_err(|error| error.to_string())
     }
 }

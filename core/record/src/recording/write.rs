@@ -3,6 +3,7 @@
 use super::digest::{Digest, state_digest};
 use super::encoding::{put_command, put_device, put_lapse, put_numbers, put_pose};
 use super::format::{COMMAND, DEVICE, END, HEADER, IDLE, LAPSE, MAGIC, RecordedFile, RecordingHeader, STEP, VERSION};
+use super::read::original_of;
 use crate::atomic::{AtomicFile, error_at, folder_of, remove_leftovers};
 use crate::inputs::refuse_inputs;
 use pliant_engine::scene::{Scene, Source};
@@ -10,8 +11,11 @@ use pliant_engine::session::{Session, SessionCommand};
 use pliant_host::POSE_VALID;
 use pliant_solver::Vec3;
 use std::fs::File;
-use std::io::{self, Read, Seek, Write};
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+
+/// Bytes that are collected before they go to the file without a name: a step of a hand is some 250.
+const BUFFER: usize = 1 << 16;
 
 /// What a recording is made of.
 #[derive(Clone, Copy)]
@@ -42,9 +46,12 @@ pub struct RecordingWriter<W = AtomicFile> {
     lapses: usize,
     /// Forces and digest of the last step, as bytes; empty if a hand was present in it or a command comes next.
     last: Vec<u8>,
+    /// Those of the step that is being written.
+    next: Vec<u8>,
     /// Steps since then that were idle.
     idle: u32,
-    files: Vec<RecordedFile>,
+    /// Digest of the first model's file when the recording began; `None` without one.
+    model: Option<u64>,
 }
 
 impl RecordingWriter {
@@ -71,33 +78,43 @@ impl RecordingWriter {
     }
 }
 
-impl RecordingWriter<File> {
+impl RecordingWriter<BufWriter<File>> {
     /// Begins a recording in a file without a name, to be copied by [`RecordingWriter::save_as`].
     ///
     /// # Errors
     /// A system without temporary files, or a file of the scene's that cannot be read, with its path.
     pub fn unnamed(inputs: &RecordingInputs<'_>) -> io::Result<Self> {
-        Self::begin(tempfile::tempfile()?, inputs)
+        Self::begin(BufWriter::with_capacity(BUFFER, tempfile::tempfile()?), inputs)
     }
 
-    /// Writes what was recorded so far to `path`; recording goes on.
+    /// Writes what was recorded so far to `path`; recording goes on. With `with_model` the model of the first body, as it was opened, goes to
+    /// [`original_of`] that path, for a replay to find if its own file is written over.
     ///
     /// # Errors
-    /// A file that the session was opened from, or one that cannot be read or written, with its path; what was there before stays.
-    pub fn save_as(&mut self, path: &Path) -> io::Result<()> {
-        if let Ok(file) = path.canonicalize()
-            && self.files.iter().any(|input| input.path.canonicalize().is_ok_and(|input| input == file))
-        {
-            let text = "the session was opened from it; allowed is another name";
-            return Err(error_at(path, io::Error::new(io::ErrorKind::InvalidInput, text)));
+    /// A file that the session was opened from, one that cannot be read or written, or a model that has changed between its opening and the
+    /// beginning of the recording, with its path; what was there before stays.
+    pub fn save_as(&mut self, path: &Path, source: &Source, session: &Session, with_model: bool) -> io::Result<()> {
+        let original =
+            session.bodies.first().filter(|_| with_model).map(|body| (original_of(path), &body.model.document));
+        let outputs = original.iter().map(|(path, _)| path.clone()).chain([path.to_path_buf()]);
+        refuse_inputs(outputs, source, session)?;
+        if let Some((path, document)) = original {
+            if Some(Digest::of(document.bytes())) != self.model {
+                return Err(error_at(document.name(), io::Error::other("changed while the session was opened")));
+            }
+            let mut file = AtomicFile::create(&path)?;
+            file.write_all(document.bytes()).map_err(|e| error_at(&path, e))?;
+            file.finish()?;
         }
         self.put_idle()?;
-        let mut copy = AtomicFile::create(path)?;
-        self.file.rewind()?;
-        let copied = io::copy(&mut Read::by_ref(&mut self.file), &mut copy).map_err(|e| error_at(path, e));
-        self.file.seek(io::SeekFrom::End(0))?;
+        self.file.flush()?;
+        let (end, mut copy) = (self.end(), AtomicFile::create(path)?);
+        let recorded = self.file.get_mut();
+        recorded.rewind()?;
+        let copied = io::copy(recorded, &mut copy).map_err(|e| error_at(path, e));
+        recorded.seek(SeekFrom::End(0))?;
         copied?;
-        copy.write_all(&self.end()).map_err(|e| error_at(path, e))?;
+        copy.write_all(&end).map_err(|e| error_at(path, e))?;
         copy.finish()
     }
 }
@@ -119,8 +136,9 @@ impl<W: Write> RecordingWriter<W> {
         file.write_all(&start)?;
         digest.bytes(&start);
         let block = serde_json::to_vec(&header)?;
-        let files = header.files;
-        let mut writer = Self { file, block, digest, steps: 0, lapses: 0, last: Vec::new(), idle: 0, files };
+        let model = header.files.iter().find(|file| !file.plugin).map(|file| file.digest);
+        let mut writer =
+            Self { file, block, digest, steps: 0, lapses: 0, last: Vec::new(), next: Vec::new(), idle: 0, model };
         writer.put_block(HEADER)?;
         for slot in &session.devices {
             put_device(&mut writer.block, &slot.name, &slot.facts);
@@ -129,26 +147,21 @@ impl<W: Write> RecordingWriter<W> {
         Ok(writer)
     }
 
-    /// Plugins and models of the session, as they were when the recording began.
-    pub fn files(&self) -> &[RecordedFile] {
-        &self.files
-    }
-
     /// Writes the step that the session has just taken. `device_forces` (N) are what each tool's effector was given while the step was
     /// under way, in the axes of its device.
     ///
     /// # Errors
     /// A file that cannot be written.
     pub fn step(&mut self, session: &Session, device_forces: impl Iterator<Item = Vec3>) -> io::Result<()> {
-        let mut result = Vec::with_capacity(self.last.len());
-        device_forces.for_each(|force| put_numbers(&mut result, force.as_slice()));
-        result.extend_from_slice(&state_digest(session).to_le_bytes());
+        self.next.clear();
+        device_forces.for_each(|force| put_numbers(&mut self.next, force.as_slice()));
+        self.next.extend_from_slice(&state_digest(session).to_le_bytes());
         let mut poses = session.devices.iter().flat_map(|slot| slot.poses());
         let is_absent = poses.all(|pose| pose.flags & POSE_VALID == 0 && pose.buttons == 0);
         let lapses = &session.lapses()[self.lapses..];
         self.steps += 1;
         // A pose that is not valid has no effect, so this step repeats the last one.
-        if is_absent && lapses.is_empty() && result == self.last {
+        if is_absent && lapses.is_empty() && self.next == self.last {
             self.idle += 1;
             return if self.idle == u32::MAX { self.put_idle() } else { Ok(()) };
         }
@@ -161,8 +174,11 @@ impl<W: Write> RecordingWriter<W> {
         for pose in session.devices.iter().flat_map(|slot| slot.poses()) {
             put_pose(&mut self.block, pose);
         }
-        self.block.extend_from_slice(&result);
-        self.last = if is_absent { result } else { Vec::new() };
+        self.block.extend_from_slice(&self.next);
+        std::mem::swap(&mut self.last, &mut self.next);
+        if !is_absent {
+            self.last.clear();
+        }
         self.put_block(STEP)
     }
 
