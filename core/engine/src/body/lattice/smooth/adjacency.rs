@@ -87,22 +87,26 @@ impl Adjacency {
         let fit: &Fit = fits.get(self.which[n]);
         let cells = &self.cells[self.start[n] as usize..self.start[n + 1] as usize];
         let mut nodes = [NO_NODE; 27];
-        let mut copies: Vec<(u8, u32)> = Vec::new();
+        // Each cell names eight corners; on the stack, for this runs in every step.
+        let mut found = [(0, NO_NODE); 64];
+        let mut count = 0;
         for &at in cells {
             let (cell, corner) = (at as usize >> 3, at as usize & 7);
             for (other, &there) in region.cell_corners[cell].iter().enumerate() {
                 let place = place(corner, other);
                 if nodes[place] == NO_NODE {
                     nodes[place] = there;
-                } else if nodes[place] != there {
-                    copies.push((place as u8, there));
+                } else if nodes[place] != there && !found[..count].contains(&(place, there)) {
+                    found[count] = (place, there);
+                    count += 1;
                 }
             }
         }
+        let copies = &mut found[..count];
         copies.sort_unstable();
-        copies.dedup();
+        let copies = &*copies;
         for (place, &there) in nodes.iter().enumerate().filter(|(_, there)| **there != NO_NODE) {
-            let others = || copies.iter().filter(|(at, _)| usize::from(*at) == place).map(|(_, other)| *other);
+            let others = || copies.iter().filter(|(at, _)| *at == place).map(|(_, other)| *other);
             let share = if copies.is_empty() { 1.0 } else { 1.0 / (1 + others().count()) as f64 };
             visit(there, share, &fit[place]);
             others().for_each(|other| visit(other, share, &fit[place]));
