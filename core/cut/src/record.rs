@@ -19,7 +19,7 @@ pub enum Origin {
     Face {
         /// Vertices of the triangle.
         corners: [u32; 3],
-        /// Barycentric coordinates.
+        /// Barycentric coordinates in the triangle: weights of its three corners, sum 1.
         weights: Vec3,
     },
     /// A copy of a vertex on the other side of a cut, at the same rest position.

@@ -1,4 +1,4 @@
-//! Triangle surfaces.
+//! Triangle surfaces with shared vertices: points, triangles, bounds and edges.
 
 use super::edges::EdgeTable;
 use super::triangulate::{split_otherwise, triangulate};

@@ -54,7 +54,7 @@ pub struct Proxy {
 /// A half-space `normal . p >= offset` of allowed centres `p`.
 #[derive(Clone, Copy, Debug)]
 struct Plane {
-    /// Unit vector.
+    /// Unit normal of the plane, out of the surface.
     normal: Vec3,
     /// m
     offset: f64,

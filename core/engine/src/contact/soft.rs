@@ -67,7 +67,7 @@ struct PathSample {
 struct Candidate {
     /// Nodes of the triangle; three times the same node for a vertex.
     corners: [u32; 3],
-    /// Barycentric coordinates.
+    /// Barycentric coordinates in the triangle: weights of its three corners, sum 1.
     bary: Vec3,
     /// Position, m.
     point: Vec3,
@@ -80,7 +80,7 @@ struct Candidate {
 struct ContactPoint {
     /// Nodes of the triangle; three times the same node for a vertex.
     corners: [u32; 3],
-    /// Barycentric coordinates.
+    /// Barycentric coordinates in the triangle: weights of its three corners, sum 1.
     bary: Vec3,
     /// Position at the beginning of the step, m.
     point: Vec3,

@@ -20,10 +20,10 @@ pub(super) struct Pressure {
     sign: f64,
 }
 
-/// Pressure outwards.
+/// The edit kind `inflate`: pressure on the surface along its outward normals.
 pub(super) static INFLATE: Pressure =
     Pressure { name: "inflate", summary: "Press the surface near the hand outwards along its normals.", sign: 1.0 };
-/// Pressure inwards.
+/// The edit kind `deflate`: pressure on the surface against its outward normals.
 pub(super) static DEFLATE: Pressure =
     Pressure { name: "deflate", summary: "Press the surface near the hand inwards along its normals.", sign: -1.0 };
 

@@ -7,7 +7,7 @@ use super::Vec3;
 pub struct Closest {
     /// Point, m.
     pub point: Vec3,
-    /// Barycentric coordinates.
+    /// Barycentric coordinates in the triangle: weights of its three corners, sum 1.
     pub bary: Vec3,
 }
 

@@ -21,7 +21,7 @@ pub struct RayHit {
     pub triangle: u32,
     /// Parameter along the ray, in lengths of its direction.
     pub time: f64,
-    /// Barycentric coordinates.
+    /// Barycentric coordinates in the triangle: weights of its three corners, sum 1.
     pub bary: Vec3,
 }
 

@@ -93,7 +93,7 @@ pub enum WriteError {
         /// The given coordinates.
         value: [f64; 3],
     },
-    /// Writing failed.
+    /// The file cannot be written; what the system says.
     #[error("cannot write: {0}")]
     Io(#[from] io::Error),
 }

@@ -268,10 +268,10 @@ pub struct FieldScene {
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "kebab-case")]
 pub enum Channel {
-    /// First.
+    /// The first of the three numbers after the coordinates of a vertex.
     Red,
-    /// Second.
+    /// The second of them.
     Green,
-    /// Third.
+    /// The third of them.
     Blue,
 }
