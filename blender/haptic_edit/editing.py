@@ -53,6 +53,8 @@ class Settings:
         m, of the tool.
     pinned : tuple of int
         Vertices that are held.
+    factors : tuple of float
+        Factor of the stiffness at each vertex, 0.1 to 10; empty for 1 everywhere.
     symmetry : str
         Axes of the scene in which the hand is mirrored, such as ``"x"`` or ``"xz"``; empty for none.
     """
@@ -64,6 +66,7 @@ class Settings:
     level: int = 6
     radius: float = 0.05
     pinned: tuple[int, ...] = ()
+    factors: tuple[float, ...] = ()
     symmetry: str = ""
 
 
@@ -118,12 +121,13 @@ def scene_of(mesh: MeshArrays, settings: Settings) -> pliant.Scene:
     scene = pliant.Scene()
     scene.output(energy=False)
     faces = mesh.faces()
+    fields = {"young": settings.factors} if settings.factors else {}
     is_sheet = settings.fabric is not None
     if is_sheet:
         scene.time(dt=1e-3, integrator="backward-euler")
         scene.solver(tolerance=1e-4)
         fixed = [{"nodes": list(settings.pinned)}] if settings.pinned else []
-        scene.body(BODY, mesh=mesh.vertices, faces=faces, material=pliant.Fabric(settings.fabric), fixed=fixed)
+        scene.body(BODY, mesh=mesh.vertices, faces=faces, material=pliant.Fabric(settings.fabric), fixed=fixed, fields=fields)
         stiffness = SHEET_COUPLING
     else:
         scene.time(dt=1e-3)
@@ -132,7 +136,7 @@ def scene_of(mesh: MeshArrays, settings: Settings) -> pliant.Scene:
         held = _thinned(mesh.vertices[list(settings.pinned)], cell) if settings.pinned else []
         fixed = [{"ball": place.tolist(), "radius": cell} for place in held]
         grid = {"level": settings.level, "radius": min(REGION_SHARE * size, REGION_CELLS * cell)}
-        scene.body(BODY, mesh=mesh.vertices, faces=faces, material=material, grid=grid, fixed=fixed)
+        scene.body(BODY, mesh=mesh.vertices, faces=faces, material=material, grid=grid, fixed=fixed, fields=fields)
         stiffness = COUPLING_SHARE * 2.0 * settings.young * radius
     peak = PEAK_SHARE * stiffness * radius
     scene.hand(TOOL, peak_force=float(np.clip(peak, 1e-3, 1e4)), stiffness=float(np.clip(4 * stiffness, 1e-3, 1e6)))

@@ -70,14 +70,18 @@ def read_mesh(obj: bpy.types.Object) -> MeshArrays:
     return MeshArrays(vertices, corners, counts)
 
 
-def group_vertices(obj: bpy.types.Object, name: str) -> tuple[int, ...]:
-    """Vertices with a weight of a half or more in a vertex group."""
+def group_weights(obj: bpy.types.Object, name: str) -> np.ndarray | None:
+    """Weight of each vertex in a vertex group (n), 0 outside of the group; None where the object has no such group."""
     group = obj.vertex_groups.get(name)
     if group is None:
-        return ()
+        return None
     index = group.index
-    weight = {v.index: g.weight for v in obj.data.vertices for g in v.groups if g.group == index}
-    return tuple(vertex for vertex, value in weight.items() if value >= 0.5)
+    weights = np.zeros(len(obj.data.vertices))
+    for vertex in obj.data.vertices:
+        for element in vertex.groups:
+            if element.group == index:
+                weights[vertex.index] = element.weight
+    return weights
 
 
 def to_object(obj: bpy.types.Object, places: np.ndarray) -> np.ndarray:

@@ -12,6 +12,7 @@ from . import mesh_io
 from .draw import Overlay
 from .editing import MeshArrays, MeshEdit, Settings, edit_kinds
 from .gesture import Hit, Ray
+from .properties import FACTORS, HapticSettings, _kinds
 
 # Hz, at which the newest positions are shown.
 FRAME_RATE = 60.0
@@ -32,6 +33,9 @@ class Editing:
         self._frame = np.empty((0, 3), dtype=np.float32)
         self._seen: pliant.Mesh | None = None
         self._is_open = False
+        # Warnings to report, and those reported before.
+        self._warnings: list[str] = []
+        self._reported: set[str] = set()
         self.tool: pliant.ToolState | None = None
 
     def object(self) -> bpy.types.Object | None:
@@ -44,9 +48,12 @@ class Editing:
         """Whether a stroke is under way."""
         return self._edit is not None and self._edit.is_under_way
 
-    def warnings(self) -> list[pliant.PliantWarning]:
-        """What has no effect, or not the one it looks like; between strokes."""
-        return [] if self._edit is None or self.is_under_way else self._edit.warnings()
+    def take_warnings(self) -> list[str]:
+        """What has no effect, or not the one it looks like; each text once."""
+        new = [text for text in dict.fromkeys(self._warnings) if text not in self._reported]
+        self._warnings.clear()
+        self._reported.update(new)
+        return new
 
     def prepare(self) -> None:
         """Have a session of the mesh as it is now; it is opened anew if the mesh or the settings are others than before."""
@@ -65,6 +72,7 @@ class Editing:
                 return
         self.close()
         self._edit = MeshEdit(mesh, settings)
+        self._warnings += [f"[{warning.code}] {warning.args[0]}" for warning in self._edit.warnings()]
         self._settings, self._inverse = settings, inverse
         self._seen = self._edit.surface()
         self._frame = np.empty((len(mesh.vertices), 3), dtype=np.float32)
@@ -81,8 +89,43 @@ class Editing:
             level=given.level,
             radius=given.radius * mesh.size(),
             symmetry="".join(axis for axis, is_set in zip("xyz", given.symmetry, strict=True) if is_set),
-            pinned=mesh_io.group_vertices(obj, given.pin_group) if given.pin_group else (),
+            pinned=self._pinned(obj, given.pin_group),
+            factors=self._factors(obj, given),
         )
+
+    def _pinned(self, obj: bpy.types.Object, name: str) -> tuple[int, ...]:
+        """Vertices with a weight of a half or more in the group that is held."""
+        weights = self._weights(obj, name)
+        if weights is None:
+            return ()
+        pinned = np.flatnonzero(weights >= 0.5)
+        if not len(pinned):
+            self._warnings.append(f"vertex group `{name}` pins nothing: no weight is 0.5 or more")
+        return tuple(pinned.tolist())
+
+    def _factors(self, obj: bpy.types.Object, given: HapticSettings) -> tuple[float, ...]:
+        """Factors of the stiffness by the weights of a group, geometric between those at 0 and 1."""
+        weights = self._weights(obj, given.stiffness_group)
+        if weights is None:
+            return ()
+        low, high = FACTORS
+        at_zero, at_one = (min(max(factor, low), high) for factor in (given.factor_at_zero, given.factor_at_one))
+        factors = at_zero * (at_one / at_zero) ** weights
+        if (factors == 1.0).all():
+            self._warnings.append(f"vertex group `{given.stiffness_group}` makes nothing stiffer or softer: its factor is 1 at every vertex")
+            return ()
+        # A power may leave the range by its rounding.
+        return tuple(np.clip(factors, low, high).tolist())
+
+    def _weights(self, obj: bpy.types.Object, name: str) -> np.ndarray | None:
+        """Weights of a vertex group that the panel names; None without one."""
+        if not name:
+            return None
+        weights = mesh_io.group_weights(obj, name)
+        if weights is None:
+            known = ", ".join(f"`{group.name}`" for group in obj.vertex_groups) or "nothing: it has no groups"
+            self._warnings.append(f"object `{obj.name}` has no vertex group `{name}`; allowed is {known}")
+        return weights
 
     def hit(self, ray: Ray) -> Hit | None:
         """Where a ray meets the mesh as it was when it was last prepared."""
@@ -184,14 +227,17 @@ class HAPTIC_OT_edit(bpy.types.Operator):
         except pliant.PliantError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        for warning in self._editing.warnings():
-            self.report({"WARNING"}, f"[{warning.code}] {warning.args[0]}")
+        self._report_warnings()
         self._timer = context.window_manager.event_timer_add(1.0 / FRAME_RATE, window=context.window)
         self._overlay = Overlay(self._editing)
         self._adjusted: tuple[str, int, float] | None = None
         self._say(context)
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
+
+    def _report_warnings(self) -> None:
+        for text in self._editing.take_warnings():
+            self.report({"WARNING"}, text)
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         try:
@@ -238,7 +284,9 @@ class HAPTIC_OT_edit(bpy.types.Operator):
             return {"PASS_THROUGH"}
         if event.type == "LEFTMOUSE" and not (event.alt or event.ctrl):
             ray = pointer_ray(context, event)
-            if not editing.begin(given.kind, ray, view_back(context), event.pressure):
+            is_on_mesh = editing.begin(given.kind, ray, view_back(context), event.pressure)
+            self._report_warnings()
+            if not is_on_mesh:
                 return {"PASS_THROUGH"}
             return {"RUNNING_MODAL"}
         if event.type == "Z" and event.ctrl:
@@ -317,8 +365,6 @@ def _kind_of_key(event: bpy.types.Event) -> str | None:
 
 
 def _kind_names(context: bpy.types.Context) -> list[tuple[str, str, str]]:
-    from .properties import _kinds
-
     return _kinds(context.scene.haptic_edit, context)
 
 

@@ -9,6 +9,8 @@ from bpy.props import BoolProperty, BoolVectorProperty, EnumProperty, FloatPrope
 from .editing import edit_kinds
 
 SOLIDS = pliant.Material.presets()
+# Least and greatest factor of a parameter that the engine lets differ from place to place.
+FACTORS = (0.1, 10.0)
 
 # Blender keeps no reference to texts of enumerations that a function gives; this does.
 _texts: dict[str, list[tuple[str, str, str]]] = {}
@@ -82,7 +84,16 @@ class HapticSettings(bpy.types.PropertyGroup):
     symmetry: BoolVectorProperty(
         name="Symmetry", description="Mirrors the hand in planes through the middle of the mesh, across axes of the world", subtype="XYZ"
     )
-    pin_group: StringProperty(name="Pin", description="Vertex group that is held")
+    pin_group: StringProperty(name="Pin", description="Vertex group that is held: vertices with a weight of 0.5 or more")
+    stiffness_group: StringProperty(
+        name="Stiffness Group", description="Vertex group whose weights multiply the stiffness; inside of a solid the nearest place of the surface counts"
+    )
+    factor_at_zero: FloatProperty(
+        name="At Weight 0", description="Factor of the stiffness at weight 0 and outside of the group", default=1.0, min=FACTORS[0], max=FACTORS[1]
+    )
+    factor_at_one: FloatProperty(
+        name="At Weight 1", description="Factor of the stiffness at weight 1", default=FACTORS[1], min=FACTORS[0], max=FACTORS[1]
+    )
     show_force: BoolProperty(name="Show Force", description="Draw the force on the hand", default=True)
 
 

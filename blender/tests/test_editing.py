@@ -269,6 +269,111 @@ def test_open_meshes_are_cloth_and_pins_hold(empty):
     editing.close()
 
 
+def set_group(obj, name, weights):
+    """A vertex group with a weight for each vertex; those of 0 are left out of it."""
+    group = obj.vertex_groups.new(name=name)
+    for vertex in np.flatnonzero(weights):
+        group.add([int(vertex)], float(weights[vertex]), "REPLACE")
+
+
+def test_pins_hold_a_part_of_a_solid(empty):
+    moved = {}
+    for pin in ("", "patch"):
+        bpy.ops.wm.read_homefile(use_empty=True)
+        obj = add_grid_cube()
+        before = coordinates(obj)
+        patch = np.linalg.norm(before - [0.03, 0.0, 0.1], axis=1) < 0.02
+        set_group(obj, "patch", np.where(patch, 0.8, 0.3))
+        bpy.context.scene.haptic_edit.pin_group = pin
+        editing = empty.mode.Editing(obj)
+        stroke(empty, editing, "touch", [(-0.02, 0.0)], frames=20)
+        assert editing.take_warnings() == []
+        moved[pin] = np.linalg.norm(coordinates(obj) - before, axis=1)
+        editing.close()
+    assert patch.sum() >= 3 and moved[""][patch].max() > 1e-4
+    # The surface follows nodes up to two cells away, of which those within a cell are held.
+    assert moved["patch"][patch].max() < 0.2 * moved[""][patch].max()
+    assert moved["patch"].max() > 1e-3, "what is not held gives way"
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_stiffness_is_geometric_between_the_factors_at_weights_of_zero_and_one(empty, seed):
+    random = np.random.default_rng(seed)
+    obj = add_grid_cube(cuts=3)
+    weights = np.clip(random.uniform(-0.2, 1.2, len(obj.data.vertices)), 0.0, 1.0).astype(np.float32)
+    set_group(obj, "hard", weights)
+    given = bpy.context.scene.haptic_edit
+    given.stiffness_group = "hard"
+    given.factor_at_zero, given.factor_at_one = (10.0 ** random.uniform(-1, 1, 2)).tolist() if seed else (0.1, 10.0)
+    editing = empty.mode.Editing(obj)
+    editing.prepare()
+    factors = np.array(editing.edit.settings.factors)
+    expected = np.exp(np.log(given.factor_at_zero) * (1.0 - weights) + np.log(given.factor_at_one) * weights.astype(np.float64))
+    assert np.allclose(factors, expected, rtol=1e-6) and factors.min() >= 0.1 and factors.max() <= 10.0
+    assert editing.take_warnings() == []
+    editing.close()
+
+
+def test_a_solid_gives_way_less_where_its_group_is_stiff(empty):
+    depth = {}
+    for x in (-0.05, 0.05):
+        bpy.ops.wm.read_homefile(use_empty=True)
+        obj = add_grid_cube()
+        before = coordinates(obj)
+        set_group(obj, "right", (before[:, 0] > 0).astype(float))
+        given = bpy.context.scene.haptic_edit
+        given.stiffness_group, given.factor_at_zero, given.factor_at_one = "right", 0.2, 5.0
+        editing = empty.mode.Editing(obj)
+        stroke(empty, editing, "touch", [(x, 0.0)], frames=20)
+        depth[x] = (before[:, 2] - coordinates(obj)[:, 2]).max()
+        editing.close()
+    # Hand and surface are in series: the spring of the hand is that of a ball pressed into the panel's stiffness, 2 (2 E r), and the surface has
+    # about 2 E r times its factor at most: the shares of the depth are 2 / (2 + 0.2) and 2 / (2 + 5).
+    assert depth[-0.05] > 1.5 * depth[0.05] > 0, depth
+
+
+def test_cloth_stretches_less_where_its_group_is_stiff(empty):
+    stretch = {}
+    for factor in (0.1, 1.0, 10.0):
+        bpy.ops.wm.read_homefile(use_empty=True)
+        bpy.ops.mesh.primitive_grid_add(x_subdivisions=16, y_subdivisions=16, size=0.2)
+        obj = bpy.context.active_object
+        before = coordinates(obj)
+        set_group(obj, "rim", (np.abs(before[:, :2]).max(axis=1) > 0.099).astype(float))
+        set_group(obj, "all", np.ones(len(before)))
+        given = bpy.context.scene.haptic_edit
+        given.pin_group, given.radius, given.strength = "rim", 0.1, 1.0
+        if factor != 1.0:
+            given.stiffness_group, given.factor_at_one = "all", factor
+        editing = empty.mode.Editing(obj)
+        stroke(empty, editing, "touch", [(0.0, 0.0)], frames=20)
+        stretch[factor] = np.linalg.norm(coordinates(obj) - before, axis=1).max()
+        editing.close()
+    assert stretch[0.1] > stretch[1.0] > stretch[10.0] > 0, stretch
+
+
+def test_groups_without_an_effect_are_reported_once(empty):
+    obj = add_grid_cube(cuts=3)
+    set_group(obj, "faint", np.full(len(obj.data.vertices), 0.4))
+    given = bpy.context.scene.haptic_edit
+    given.pin_group, given.stiffness_group = "faint", "typo"
+    editing = empty.mode.Editing(obj)
+    editing.prepare()
+    texts = editing.take_warnings()
+    assert len(texts) == 2 and any("`faint`" in text and "0.5" in text for text in texts)
+    assert any("`typo`" in text and "`low`" in text and obj.name in text for text in texts)
+    editing.prepare()
+    assert editing.take_warnings() == []
+    given.pin_group, given.stiffness_group, given.factor_at_one = "", "faint", 1.0
+    editing.prepare()
+    assert len(editing.take_warnings()) == 1
+    given.stiffness_group = "low"
+    given.factor_at_one = 2.0
+    editing.prepare()
+    assert editing.take_warnings() == []
+    editing.close()
+
+
 def test_a_lost_object_is_told(empty):
     import pliant
 

@@ -53,6 +53,7 @@ class Scene:
         self._text: str | None = None
         self._data: dict[str, Any] = {"format": 1}
         self._meshes: dict[str, str] = {}
+        self._factors: dict[str, list[float]] = {}
         self._driven: list[str] = []
         # Kept alive, for the scene names them by number.
         self._materials: list[Hyperelastic] = []
@@ -93,6 +94,7 @@ class Scene:
         faces: ArrayLike | Sequence[Sequence[int]] | None = None,
         texture: ArrayLike | None = None,
         material: Material | Fabric | Hyperelastic | Mapping[str, Any] | str | None = None,
+        fields: Mapping[str, ArrayLike] | None = None,
         **keys: Any,
     ) -> None:
         """Add a body.
@@ -110,8 +112,22 @@ class Scene:
             Texture coordinates (c x 2) of all corners, face after face.
         material : Material, Fabric, Hyperelastic, mapping or str
             What it is made of. A fabric makes the body a sheet.
+        fields : mapping of str to array_like, optional
+            Factors of parameters of the material that differ from place to place, by the parameter's key: one for each vertex (n), 0.1 to 10,
+            geometric between vertices. ``_`` stands for ``-``. Inside of a solid the nearest place of the surface counts.
         **keys
-            Other keys of ``[[body]]``: ``shape``, ``size``, ``scale``, ``position``, ``rotation``, ``grid``, ``sheet``, ``fixed``.
+            Other keys of ``[[body]]``: ``shape``, ``size``, ``scale``, ``position``, ``rotation``, ``grid``, ``sheet``, ``fixed``, ``field``.
+
+        Examples
+        --------
+        Stiffness that doubles from the left to the right, and is three times as high in a ball:
+
+        >>> import numpy as np, pliant
+        >>> vertices, faces = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]), [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]
+        >>> scene = pliant.Scene()
+        >>> scene.body("cube", mesh=vertices, faces=faces, scale=0.1, material=pliant.Material("mass-spring", young="20 kPa"),
+        ...     fields={"young": 2.0 ** vertices[:, 0]}, field=[{"param": "young", "ball": [0, 0, 0], "radius": 0.05, "factor": 3.0}])
+        >>> scene.check()
         """
         body: dict[str, Any] = {"name": name}
         if isinstance(mesh, (str, os.PathLike)):
@@ -133,7 +149,11 @@ class Scene:
             body["material"] = material.to_dict() if isinstance(material, (Material, Fabric, Hyperelastic)) else (
                 {"plugin": material} if isinstance(material, str) else dict(material)
             )
-        self._append("body", body | _kebab(keys))
+        keys = _kebab(keys)
+        if fields:
+            count = None if faces is None or mesh is None else len(np.asarray(mesh))
+            keys["field"] = [*keys.get("field", []), *self._field_entries(name, fields, count)]
+        self._append("body", body | keys)
 
     def hand(
         self,
@@ -298,12 +318,12 @@ class Scene:
         Returns
         -------
         str
-            The text. Bodies made of arrays name a file that :meth:`save` writes.
+            The text. Bodies and fields made of arrays name files that :meth:`save` writes.
         """
         return self._text if self._text is not None else _native.to_toml(self._data)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the scene as a file, and its meshes made of arrays beside it.
+        """Write the scene as a file, and its meshes and fields made of arrays beside it.
 
         Parameters
         ----------
@@ -316,6 +336,9 @@ class Scene:
         path.parent.mkdir(parents=True, exist_ok=True)
         for name, text in self._meshes.items():
             (path.parent / name).write_text(text, encoding="utf-8")
+        for name, factors in self._factors.items():
+            # Each number in the fewest digits that give it back.
+            (path.parent / name).write_text("".join(f"{factor!r}\n" for factor in factors), encoding="utf-8")
         path.write_text(self.to_toml(), encoding="utf-8")
 
     def __repr__(self) -> str:
@@ -324,7 +347,32 @@ class Scene:
     def _given(self, settings: Mapping[str, Any]) -> dict[str, Any]:
         """The scene as the native half takes it, with `settings` in the place of what it says."""
         pairs = [(path, _toml_value(value)) for path, value in settings.items()]
-        return {"text": self.to_toml(), "path": self._path, "documents": self._meshes, "set": pairs}
+        return {
+            "text": self.to_toml(),
+            "path": self._path,
+            "documents": self._meshes,
+            "factors": self._factors,
+            "set": pairs,
+        }
+
+    def _field_entries(self, body: str, fields: Mapping[str, ArrayLike], count: int | None) -> list[dict[str, str]]:
+        """Entries of ``[[body.field]]`` for factors of vertices, which are kept; `count` is the number of vertices, where it is known."""
+        entries = []
+        for param, values in _kebab(fields).items():
+            try:
+                factors = np.ascontiguousarray(values, dtype=np.float64)
+            except (TypeError, ValueError) as error:
+                raise PliantError(f"body `{body}`: field of `{param}`: {error}; allowed are numbers") from None
+            if np.ndim(values) != 1 or count not in (None, len(factors)):
+                allowed = "(n)" if count is None else f"({count},)"
+                shape = np.shape(values)
+                raise PliantError(
+                    f"body `{body}`: field of `{param}` has the shape {shape}; allowed is {allowed}, a factor for each vertex"
+                )
+            file = f"{body}-{param}.csv"
+            self._factors[file] = factors.tolist()
+            entries.append({"param": param, "csv": file})
+        return entries
 
     def _dict(self) -> dict[str, Any]:
         if self._text is not None:

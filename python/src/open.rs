@@ -20,6 +20,8 @@ pub struct SceneText {
     path: PathBuf,
     /// OBJ texts by the name that a body's `mesh` gives.
     documents: BTreeMap<String, String>,
+    /// Factors of vertices by the name that the `csv` of a body's field gives.
+    factors: BTreeMap<String, Vec<f64>>,
     /// Values by their path in the scene.
     set: Vec<(String, String)>,
 }
@@ -62,13 +64,14 @@ pub struct Opened {
     pub session: Session,
 }
 
-/// Reads a scene with its models of arrays.
+/// Reads a scene with its models and factors of arrays.
 pub fn load(given: SceneText) -> Result<(Scene, Source), Failure> {
     let (scene, mut source) = scene::load_text(&given.path, given.text, &given.set)?;
     for (name, text) in given.documents {
         let document = ObjDocument::parse(text.into_bytes(), Path::new(&name))?;
         source.documents.insert(name, document);
     }
+    source.factors = given.factors;
     Ok((scene, source))
 }
 

@@ -90,6 +90,75 @@ def test_arrays_come_back_as_they_were_given():
         assert (np.einsum("ij,ij->i", sides.mean(axis=1), cross) > 0).all(), "turned outwards"
 
 
+def bar_with(fields, field=(), plugin="neo-hookean"):
+    """A cube of arrays whose left and right sides are led apart, with fields."""
+    vertices, faces = block()
+    scene = pliant.Scene()
+    scene.time(duration=0.01, dt=0.001)
+    led = [
+        {"box": [[-1, -1, -1], [-0.049, 1, 1]], "path": [[0, 0, 0, 0], [0.01, -1e-3, 0, 0]]},
+        {"box": [[0.049, -1, -1], [1, 1, 1]], "path": [[0, 0, 0, 0], [0.01, 1e-3, 0, 0]]},
+    ]
+    scene.body("cube", mesh=vertices, faces=faces, material=pliant.Material(plugin, young=20e3), grid={"level": 4, "region": "whole"},
+        fixed=led, fields=fields, field=list(field))
+    scene.probe("energy", "elastic-energy")
+    return scene
+
+
+@pytest.mark.parametrize("plugin", ["mass-spring", "neo-hookean", "corotational"])
+@pytest.mark.parametrize("factor", [0.1, 0.3, 2.5, 10.0])
+def test_a_uniform_field_of_arrays_is_the_parameter_times_its_factor(plugin, factor):
+    count = len(block()[0])
+    field = pliant.run(bar_with({"young": np.full(count, factor)}, plugin=plugin), set={"body.0.material.params.young": 20e3 / factor})
+    plain = pliant.run(bar_with({}, plugin=plugin))
+    energies = [result.probes["energy"].value for result in (field, plain)]
+    assert energies[0] > 0 and energies[0] == pytest.approx(energies[1], rel=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_fields_of_arrays_saved_and_read_are_the_same(tmp_path, seed):
+    vertices, _ = block()
+    random = np.random.default_rng(seed)
+    fields = {"young": 10.0 ** random.uniform(-1, 1, len(vertices)), "density": (0.5 + 4 * (vertices[:, 0] > 0)).tolist()}
+    scene = bar_with(fields, [{"param": "young", "ball": [0, 0, 0], "radius": "3 cm", "factor": 2.0}])
+    scene.save(tmp_path / "cube.toml")
+    assert {file.name for file in tmp_path.iterdir()} == {"cube.toml", "cube.obj", "cube-young.csv", "cube-density.csv"}
+    one, other, plain = pliant.run(scene), pliant.run(tmp_path / "cube.toml"), pliant.run(bar_with({}))
+    assert np.array_equal(one.meshes["cube"].vertices, other.meshes["cube"].vertices)
+    assert np.abs(one.meshes["cube"].vertices - plain.meshes["cube"].vertices).max() > 1e-6, "the field has an effect"
+
+
+def test_the_softer_half_of_a_block_gives_way():
+    vertices, _ = block()
+    result = pliant.run(bar_with({"young": np.where(vertices[:, 0] < 0, 0.2, 5.0)}))
+    strained = result.meshes["cube"].vertices[:, 0] - vertices[:, 0]
+    middle = np.abs(vertices[:, 0]) < 1e-9
+    assert strained[middle].mean() > 2e-4, "the middle goes to the stiff side"
+
+
+@pytest.mark.parametrize(
+    ("fields", "kind", "words"),
+    [
+        ({"young": [1.0, 2.0]}, "argument", ["`young`", "(2,)", "(218,)"]),
+        ({"young": 2.0}, "argument", ["`young`", "()", "(218,)"]),
+        ({"young": np.ones((218, 1))}, "argument", ["(218, 1)"]),
+        ({"young": ["stiff"] * 218}, "argument", ["`young`", "stiff"]),
+        ({"young": np.where(np.arange(218) == 7, np.nan, 1.0)}, "scene", ["cube-young.csv", "vertex 7", "NaN", "0.1 to 10"]),
+        ({"young": np.where(np.arange(218) == 9, 10.5, 1.0)}, "scene", ["vertex 9", "10.5"]),
+        ({"poisson": np.ones(218)}, "scene", ["`poisson`", "young, density"]),
+    ],
+)
+def test_fields_that_are_none_are_refused(fields, kind, words):
+    with pytest.raises(pliant.PliantError) as caught:
+        pliant.Session(bar_with(fields))
+    assert caught.value.kind == kind and all(word in str(caught.value) for word in words), caught.value
+
+
+def test_a_field_for_another_model_counts_its_vertices(scenes):
+    with pytest.raises(pliant.PliantError, match="218 factors for"):
+        pliant.Session(bar_with({"young": np.ones(218)}), mesh=scenes / "elephant.obj")
+
+
 @pytest.mark.parametrize(
     ("mesh", "faces", "words"),
     [

@@ -18,6 +18,8 @@ pub struct Source {
     pub changed: bool,
     /// Models that the program hands over instead of files: a body has one if its `mesh` is the key.
     pub documents: BTreeMap<String, ObjDocument>,
+    /// Factors of vertices that the program hands over instead of files: a field has them if its `csv` is the key.
+    pub factors: BTreeMap<String, Vec<f64>>,
 }
 
 /// Something wrong with a scene: file, line, what was found, what is allowed.
@@ -75,7 +77,8 @@ impl SceneError {
 impl Source {
     /// The text of the scene that stands in `path`.
     pub fn new(path: impl Into<PathBuf>, text: impl Into<String>) -> Self {
-        Self { path: path.into(), text: text.into(), changed: false, documents: BTreeMap::new() }
+        let (documents, factors) = (BTreeMap::new(), BTreeMap::new());
+        Self { path: path.into(), text: text.into(), changed: false, documents, factors }
     }
 
     /// An error at a span of the text. An empty span at the start is a default that stands nowhere.

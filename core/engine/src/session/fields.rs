@@ -103,32 +103,47 @@ fn layer(spanned: &Spanned<FieldScene>, source: &Source, shared: &SharedModel) -
         return colours(field, channel, source, &span, shared);
     }
     let Some(csv) = &field.csv else { return Err(source.error(span, "a field without a place")) };
+    let factors = match source.factors.get(csv.get_ref()) {
+        Some(given) => given_factors(given, csv, source)?,
+        None => read_factors(csv, source)?,
+    };
+    if factors.len() != surface.points.len() {
+        let text = format!(
+            "{}: {} factors for {} vertices; allowed is one a vertex",
+            csv.get_ref(),
+            factors.len(),
+            surface.points.len()
+        );
+        return Err(source.error(csv.span(), text));
+    }
+    Ok(Layer::Vertices(factors))
+}
+
+/// Factors that the program hands over, one a vertex.
+fn given_factors(given: &[f64], csv: &Spanned<String>, source: &Source) -> Result<Vec<f64>, SceneError> {
+    if let Some(vertex) = given.iter().position(|factor| !ALLOWED.contains(factor)) {
+        let (least, most) = (ALLOWED.start(), ALLOWED.end());
+        let text = format!("{}: vertex {vertex}: {}; allowed is {least} to {most}", csv.get_ref(), given[vertex]);
+        return Err(source.error(csv.span(), text));
+    }
+    Ok(given.to_vec())
+}
+
+/// Factors of a file, one a line; empty lines and those with `#` are skipped.
+fn read_factors(csv: &Spanned<String>, source: &Source) -> Result<Vec<f64>, SceneError> {
     let path = source.folder().join(csv.get_ref());
     let wrong = |why: String| source.error(csv.span(), format!("{}: {why}", path.display()));
     let text = std::fs::read_to_string(&path).map_err(|error| wrong(error.to_string()))?;
     let lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty() && !line.trim().starts_with('#'));
-    let mut factors = Vec::new();
-    for (number, line) in lines {
-        let value = line.trim().trim_end_matches(',').parse::<f64>().ok().filter(|value| ALLOWED.contains(value));
-        let allowed = || {
-            format!(
-                "line {}: {}; allowed is a number from {} to {}",
-                number + 1,
-                line.trim(),
-                ALLOWED.start(),
-                ALLOWED.end()
-            )
-        };
-        factors.push(value.ok_or_else(|| wrong(allowed()))?);
-    }
-    if factors.len() != surface.points.len() {
-        return Err(wrong(format!(
-            "{} factors for {} vertices; allowed is one a vertex",
-            factors.len(),
-            surface.points.len()
-        )));
-    }
-    Ok(Layer::Vertices(factors))
+    lines
+        .map(|(number, line)| {
+            let value = line.trim().trim_end_matches(',').parse::<f64>().ok().filter(|value| ALLOWED.contains(value));
+            value.ok_or_else(|| {
+                let (least, most) = (ALLOWED.start(), ALLOWED.end());
+                wrong(format!("line {}: {}; allowed is a number from {least} to {most}", number + 1, line.trim()))
+            })
+        })
+        .collect()
 }
 
 /// The factor of an entry that has one.
