@@ -14,18 +14,19 @@ bl_info = {
 if "bpy" in locals():
     import importlib
 
-    for _module in (gesture, editing, properties, mesh_io, draw, mode, ui):  # noqa: F821
+    for _module in (gesture, recording, editing, properties, mesh_io, bake, draw, mode, ui):  # noqa: F821
         importlib.reload(_module)
 
 import bpy
 
-from . import draw, editing, gesture, mesh_io, mode, properties, ui
+from . import bake, draw, editing, gesture, mesh_io, mode, properties, recording, ui
 
-_CLASSES = (*mode.CLASSES, *ui.CLASSES)
+_CLASSES = (*mode.CLASSES, *bake.CLASSES, *ui.CLASSES)
 
 
 def _menu(self, _context) -> None:
     self.layout.operator("object.haptic_edit")
+    self.layout.operator("object.haptic_bake")
 
 
 def register() -> None:
@@ -42,3 +43,4 @@ def unregister() -> None:
     for cls in reversed(_CLASSES):
         bpy.utils.unregister_class(cls)
     properties.unregister()
+    bake.forget()

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
 import pliant
 
 from .gesture import Gesture, Hit, Ray, Stroke, gesture_of
+from .recording import RecordedStroke, Recording, without_console
 
 BODY = "mesh"
 TOOL = "hand"
@@ -26,7 +24,9 @@ SPEED = 20.0
 # Radius of the part of a solid that is simulated around a hand, over the size of the mesh, at most: what is outside holds it in place.
 REGION_SHARE = 0.35
 # The same in cells, where these are small.
-REGION_CELLS = 10.0
+REGION_CELLS = 5.0
+# Cells around a pinned vertex whose nodes are held: the diagonal of a cell, so that all corners of the one the vertex is in are among them.
+PIN_CELLS = 3.0**0.5
 # s, in which a force may rise to its peak.
 RISE = 5e-3
 # s, the longest way of a hand in a frame, as time.
@@ -48,7 +48,7 @@ class Settings:
     plugin : str
         The material plugin of a solid.
     level : int
-        Fineness of the grid of a solid: cells are the mesh's size over 2 to this power.
+        Fineness of the grid of a solid: 2^(level - 1) cells along the mesh's longest edge.
     radius : float
         m, of the tool.
     pinned : tuple of int
@@ -132,9 +132,9 @@ def scene_of(mesh: MeshArrays, settings: Settings) -> pliant.Scene:
     else:
         scene.time(dt=1e-3)
         material = pliant.Material(settings.plugin, young=settings.young, density=settings.density, damping_time=5e-4)
-        cell = size / 2**settings.level
-        held = _thinned(mesh.vertices[list(settings.pinned)], cell) if settings.pinned else []
-        fixed = [{"ball": place.tolist(), "radius": cell} for place in held]
+        cell = size / 2 ** (settings.level - 1)
+        held = _thinned(mesh.vertices[list(settings.pinned)], 0.5 * cell) if settings.pinned else []
+        fixed = [{"ball": place.tolist(), "radius": PIN_CELLS * cell} for place in held]
         grid = {"level": settings.level, "radius": min(REGION_SHARE * size, REGION_CELLS * cell)}
         scene.body(BODY, mesh=mesh.vertices, faces=faces, material=material, grid=grid, fixed=fixed, fields=fields)
         stiffness = COUPLING_SHARE * 2.0 * settings.young * radius
@@ -175,13 +175,15 @@ class MeshEdit:
     def __init__(self, mesh: MeshArrays, settings: Settings) -> None:
         self.mesh, self.settings = mesh, settings
         self.scene = scene_of(mesh, settings)
-        with _without_console():
+        with without_console():
             self.session = pliant.Session(self.scene, history=True)
         self._buttons = {kind: button for button, kind in enumerate(edit_kinds())}
         self._live: pliant.Live | None = None
         self._stroke: Stroke | None = None
         self._kind = ""
-        self.used: list[pliant.UsedPose] = []
+        self._start = 0
+        self._strokes: list[RecordedStroke] = []
+        self._refusals = 0
 
     @property
     def is_under_way(self) -> bool:
@@ -197,6 +199,7 @@ class MeshEdit:
         self._stroke = Stroke(gesture, ray, hit, back, focus, self.settings.radius, depth)
         self._kind = kind
         self.triangles = len(self.session.triangles(BODY))
+        self._start = self.session.steps
         self._live = self.session.play()
         # The hand is there, above the mesh, before it moves: one that appeared inside would press outwards.
         self.advance(0.0)
@@ -242,9 +245,11 @@ class MeshEdit:
             return False
         self._arrive()
         self._stroke, live, self._live = None, self._live, None
-        self.used += live.stop()
+        poses = live.stop()
+        end = self.session.steps
         self.session.hand(TOOL).leave()
         self.session.step(max(1, round(SETTLE / self.session.dt)))
+        self._strokes.append(RecordedStroke(self._start, end, self.session.steps, tuple(poses)))
         return len(self.session.triangles(BODY)) != self.triangles
 
     def _arrive(self) -> None:
@@ -252,6 +257,18 @@ class MeshEdit:
         seen = self._live.wait(0, 1.0)
         seen = self._live.wait(seen, 1.0)
         self._live.wait(seen, 1.0)
+
+    def take_refusals(self) -> list[str]:
+        """Why parts of cuts were refused since the last call; between strokes."""
+        events = self.session.events()
+        count = events["counts"].get("cut-refused", 0)
+        is_new, self._refusals = count > self._refusals, count
+        texts = [event["text"] for event in events["told"] if event["kind"] == "cut-refused"]
+        return texts[-1:] if is_new else []
+
+    def recording(self) -> Recording:
+        """All strokes so far; between strokes, after the first."""
+        return Recording(self.scene, BODY, TOOL, tuple(self._strokes))
 
     def positions(self) -> np.ndarray:
         """m (n x 3), where the vertices are; between strokes"""
@@ -266,17 +283,9 @@ class MeshEdit:
         if self._live is not None:
             self._live.stop()
             self._live = None
-        with _without_console():
+        with without_console():
             self.session.close()
 
     def warnings(self) -> list[pliant.PliantWarning]:
         """What has no effect, or not the one it looks like; between strokes."""
         return self.session.warnings()
-
-
-@contextmanager
-def _without_console() -> Iterator[None]:
-    """Keep warnings of a session from the console: the mode reports them."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", pliant.PliantWarning)
-        yield

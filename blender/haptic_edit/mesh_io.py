@@ -20,27 +20,41 @@ def to_scene_matrix(obj: bpy.types.Object) -> np.ndarray:
     return scale @ np.array(obj.matrix_world, dtype=np.float64)
 
 
+def active_key(obj: bpy.types.Object) -> str | None:
+    """Name of the shape key that is edited; None for a mesh without shape keys."""
+    has_keys = obj.data.shape_keys is not None and obj.active_shape_key is not None
+    return obj.active_shape_key.name if has_keys else None
+
+
 def coordinates(obj: bpy.types.Object) -> np.ndarray:
     """Coordinates of the base mesh, or of its active shape key, in the object's axes (n x 3, float32)."""
-    flat = np.empty(3 * len(obj.data.vertices), dtype=np.float32)
-    _active_key_or_mesh(obj, "foreach_get", flat)
-    return flat.reshape(-1, 3)
+    return key_coordinates(obj, active_key(obj))
 
 
 def set_coordinates(obj: bpy.types.Object, values: np.ndarray) -> None:
     """Put coordinates (n x 3, float32, in the object's axes) into the base mesh or its active shape key."""
+    set_key_coordinates(obj, active_key(obj), values)
+
+
+def key_coordinates(obj: bpy.types.Object, key: str | None) -> np.ndarray:
+    """Coordinates of a shape key, or with None of the base mesh, in the object's axes (n x 3, float32)."""
+    flat = np.empty(3 * len(obj.data.vertices), dtype=np.float32)
+    if key is None:
+        _vertices(obj.data, "foreach_get", flat)
+    else:
+        obj.data.shape_keys.key_blocks[key].data.foreach_get("co", flat)
+    return flat.reshape(-1, 3)
+
+
+def set_key_coordinates(obj: bpy.types.Object, key: str | None, values: np.ndarray) -> None:
+    """Put coordinates (n x 3, float32, in the object's axes) into a shape key, or with None into the base mesh."""
     flat = np.ascontiguousarray(values, dtype=np.float32).reshape(-1)
-    _active_key_or_mesh(obj, "foreach_set", flat)
-    if obj.data.shape_keys is not None and obj.active_shape_key_index == 0:
+    if key is not None:
+        obj.data.shape_keys.key_blocks[key].data.foreach_set("co", flat)
+    if key is None or obj.data.shape_keys.key_blocks.find(key) == 0:
+        # The mesh has the coordinates of its first key too.
         _vertices(obj.data, "foreach_set", flat)
     obj.data.update()
-
-
-def _active_key_or_mesh(obj: bpy.types.Object, method: str, flat: np.ndarray) -> None:
-    if obj.data.shape_keys is not None and obj.active_shape_key is not None:
-        getattr(obj.active_shape_key.data, method)("co", flat)
-    else:
-        _vertices(obj.data, method, flat)
 
 
 def _vertices(mesh: bpy.types.Mesh, method: str, flat: np.ndarray) -> None:
@@ -56,7 +70,7 @@ def read_mesh(obj: bpy.types.Object) -> MeshArrays:
     """The base mesh of an object in metres of the scene."""
     mesh = obj.data
     matrix = to_scene_matrix(obj)
-    vertices = coordinates(obj).astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
+    vertices = transformed(matrix, coordinates(obj).astype(np.float64))
     corners = np.empty(len(mesh.loops), dtype=np.int32)
     mesh.loops.foreach_get("vertex_index", corners)
     counts = np.empty(len(mesh.polygons), dtype=np.int32)
@@ -86,8 +100,12 @@ def group_weights(obj: bpy.types.Object, name: str) -> np.ndarray | None:
 
 def to_object(obj: bpy.types.Object, places: np.ndarray) -> np.ndarray:
     """Places in metres of the scene (n x 3) in the axes of an object, float32."""
-    inverse = np.linalg.inv(to_scene_matrix(obj))
-    return (places @ inverse[:3, :3].T + inverse[:3, 3]).astype(np.float32)
+    return transformed(np.linalg.inv(to_scene_matrix(obj)), places).astype(np.float32)
+
+
+def transformed(matrix: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Places (n x 3) through an affine map (4 x 4)."""
+    return places @ matrix[:3, :3].T + matrix[:3, 3]
 
 
 def take_cut(obj: bpy.types.Object, before: MeshArrays, session: pliant.Session) -> None:

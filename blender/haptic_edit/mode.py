@@ -8,7 +8,7 @@ import pliant
 from bpy_extras import view3d_utils
 from mathutils import Vector
 
-from . import mesh_io
+from . import bake, mesh_io
 from .draw import Overlay
 from .editing import MeshArrays, MeshEdit, Settings, edit_kinds
 from .gesture import Hit, Ray
@@ -33,6 +33,9 @@ class Editing:
         self._frame = np.empty((0, 3), dtype=np.float32)
         self._seen: pliant.Mesh | None = None
         self._is_open = False
+        # Coordinates when the stroke began, and the shape key it edits.
+        self._start = self._frame
+        self._key: str | None = None
         # Warnings to report, and those reported before.
         self._warnings: list[str] = []
         self._reported: set[str] = set()
@@ -141,6 +144,7 @@ class Editing:
         hit = self.hit(ray)
         if hit is None and kind != "cut":
             return False
+        self._start, self._key = mesh_io.coordinates(self._require()), mesh_io.active_key(self._require())
         self._edit.begin(kind, ray, hit, back, self.depth(pressure))
         return True
 
@@ -179,12 +183,16 @@ class Editing:
         edit = self._edit
         is_cut = edit.end()
         self.tool = None
+        self._warnings += edit.take_refusals()
+        recording, inverse = edit.recording(), self._inverse
         if is_cut:
             mesh_io.take_cut(obj, edit.mesh, edit.session)
             # The topology is another one: the next stroke begins with it.
             self.close()
         else:
             mesh_io.set_coordinates(obj, mesh_io.to_object(obj, edit.positions()))
+        end = mesh_io.coordinates(obj)
+        bake.remember(bake.Take(self.name, self._key, recording, edit.mesh, inverse, self._start, end, is_cut))
 
     def close(self) -> None:
         """End the session."""
@@ -271,6 +279,7 @@ class HAPTIC_OT_edit(bpy.types.Operator):
             editing.lift(step if event.type == "WHEELUPMOUSE" else -step)
         elif event.type == "LEFTMOUSE" and event.value == "RELEASE":
             editing.end()
+            self._report_warnings()
             label = dict((kind, name) for kind, name, _ in _kind_names(context))[context.scene.haptic_edit.kind]
             bpy.ops.ed.undo_push(message=f"Haptic {label}")
             context.area.tag_redraw()

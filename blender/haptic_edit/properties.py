@@ -72,7 +72,7 @@ class HapticSettings(bpy.types.PropertyGroup):
     density: FloatProperty(name="Density", description="Mass of a solid, kg/m^3", default=1060.0, min=1.0, max=2e4)
     fabric: EnumProperty(name="Fabric", description="A measured fabric", items=_fabrics)
     level: IntProperty(
-        name="Fineness", description="Cells of a solid are its size over 2 to this power", default=6, min=3, max=9, soft_max=7
+        name="Fineness", description="A solid has 2 to this power, halved, cells along its longest edge", default=6, min=3, max=9, soft_max=7
     )
     radius: FloatProperty(
         name="Size", description="Radius of the tool over the size of the mesh", default=0.06, min=0.005, max=0.5, subtype="FACTOR"

@@ -20,6 +20,7 @@ class HAPTIC_PT_panel(bpy.types.Panel):
         layout, given = self.layout, context.scene.haptic_edit
         layout.use_property_split = True
         layout.operator("object.haptic_edit")
+        layout.operator("object.haptic_bake")
         column = layout.column()
         column.prop(given, "kind")
         column.prop(given, "radius")

@@ -1,0 +1,95 @@
+"""Strokes of a hand, recorded and made again. No Blender here."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+import pliant
+
+
+@dataclass(frozen=True)
+class RecordedStroke:
+    """A stroke in the steps of its session.
+
+    Attributes
+    ----------
+    start, end, rest : int
+        Steps taken when it began, when the hand let go, and when the mesh had come to rest.
+    poses : tuple of UsedPose
+        Where the hand was, by step.
+    """
+
+    start: int
+    end: int
+    rest: int
+    poses: tuple[pliant.UsedPose, ...]
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A session from its opening to its last stroke: making it again gives the same bytes.
+
+    Attributes
+    ----------
+    scene : Scene
+        What was opened.
+    body, tool : str
+        The mesh and the tool of the hand.
+    strokes : tuple of RecordedStroke
+        All strokes since the session was opened; a later one begins with what earlier ones left.
+    """
+
+    scene: pliant.Scene
+    body: str
+    tool: str
+    strokes: tuple[RecordedStroke, ...]
+
+    def shapes(self, interval: float) -> Iterator[np.ndarray]:
+        """Make all strokes again, and give the vertices (n x 3, m) every `interval` (s) from the beginning of the last one.
+
+        The first shape is one interval after the beginning. The last one is the shape at rest that the stroke left; its place in time is the
+        first multiple of the interval that is not before the rest.
+        """
+        last = self.strokes[-1]
+        with without_console(), pliant.Session(self.scene, history=True) as session:
+            for stroke in self.strokes[:-1]:
+                for _ in self._steps(session, stroke):
+                    pass
+            steps = sampled_steps(last, interval / session.dt)
+            for _ in self._steps(session, last):
+                # Several in one step where frames are shorter than a step.
+                while steps and session.steps == steps[0]:
+                    yield session.positions(self.body).copy()
+                    steps.pop(0)
+
+    def _steps(self, session: pliant.Session, stroke: RecordedStroke) -> Iterator[None]:
+        """Make a stroke, step by step."""
+        poses = {round(pose.time / session.dt): pose for pose in stroke.poses}
+        hand = session.hand(self.tool)
+        while session.steps < stroke.rest:
+            pose = poses.get(session.steps + 1)
+            if pose is not None:
+                hand.go(pose.position, pose.rotation, pose.buttons)
+            if session.steps == stroke.end:
+                hand.leave()
+            session.step()
+            yield
+
+
+def sampled_steps(stroke: RecordedStroke, interval: float) -> list[int]:
+    """Steps of a stroke at multiples of an interval (steps) after its beginning; the last is that of the rest."""
+    count = max(1, math.ceil((stroke.rest - stroke.start) / interval))
+    return [*(stroke.start + round(index * interval) for index in range(1, count)), stroke.rest]
+
+
+@contextmanager
+def without_console() -> Iterator[None]:
+    """Keep warnings of a session from the console: the mode reports them."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", pliant.PliantWarning)
+        yield
