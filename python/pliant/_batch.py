@@ -14,6 +14,7 @@ from . import _native
 from ._error import PliantError
 from ._hand import as_pose
 from ._scene import Scene, as_scene
+from ._stepped import Stepped
 from .catalogue import open_options
 
 
@@ -82,7 +83,7 @@ class BatchResult:
     failures: dict[int, str]
 
 
-class Batch:
+class Batch(Stepped[_native.SessionBatch, BatchTools]):
     """Many sessions of one scene, each with parameters of its own, stepped together on all processors.
 
     Instances share their models, and each steps on one thread, so `n` should be several times the number of processors. Every instance does
@@ -133,7 +134,6 @@ class Batch:
             if len(values) != n:
                 raise PliantError(f"`{path}` has {len(values)} values; allowed is {n}, one for each instance")
         scene = as_scene(scene)
-        self._materials = tuple(scene._materials)
         self._count = n
         scenes = [
             scene._given({**(set or {}), **{path: values[number] for path, values in given.items()}})
@@ -142,23 +142,11 @@ class Batch:
         options = open_options(
             threads=1, plugin_path=plugin_path, allow_plugins=allow_plugins, hands=scene._driven
         )
-        try:
+        with self._opening(scene):
             self._native = _native.SessionBatch(scenes, options, jobs)
-        finally:
-            self._raise_errors()
 
     def __len__(self) -> int:
         return self._count
-
-    @property
-    def tools(self) -> list[str]:
-        """Names of the tools in use."""
-        return self._native.tools
-
-    @property
-    def bodies(self) -> list[str]:
-        """Names of the bodies, those that move first."""
-        return self._native.bodies
 
     @property
     def time(self) -> NDArray[np.float64]:
@@ -174,19 +162,6 @@ class Batch:
     def failures(self) -> dict[int, str]:
         """What went wrong, by instance: a body that was frozen, a device that was lost, or a fault that ended the instance."""
         return {number: f"{kind}: {text}" for number, kind, text in self._native.failures()}
-
-    def step(self, count: int = 1) -> None:
-        """Take steps with every instance. Ctrl-C stops between two of them.
-
-        Parameters
-        ----------
-        count : int
-            How many.
-        """
-        if count < 0:
-            raise PliantError(f"step({count}); allowed is 0 or more")
-        self._native.step(count)
-        self._raise_errors()
 
     def run(self) -> BatchResult:
         """Step every instance to the end of its scene.
@@ -210,35 +185,6 @@ class Batch:
             probes={name: np.array([run["probes"].get(name, np.nan) for run in runs]) for name in probes},
             failures=self.failures,
         )
-
-    def tool(self, tool: str | None = None) -> BatchTools:
-        """Read a tool of every instance at the end of the last step.
-
-        Parameters
-        ----------
-        tool : str, optional
-            Its name; the first tool by default.
-
-        Returns
-        -------
-        BatchTools
-        """
-        return BatchTools(**self._native.tool(self._tool(tool)))
-
-    def force(self, tool: str | None = None) -> NDArray[np.float64]:
-        """Read the forces on the hands.
-
-        Parameters
-        ----------
-        tool : str, optional
-            Name of their tool; the first tool by default.
-
-        Returns
-        -------
-        ndarray
-            N (n x 3), in the scene.
-        """
-        return self.tool(tool).force
 
     def go(self, positions: ArrayLike, rotations: Any = None, buttons: int | Iterable[int] = 0, *, tool: str | None = None) -> None:
         """Put the hand of every instance somewhere, from the next step on.
@@ -291,8 +237,7 @@ class Batch:
         ndarray
             m (n x v x 3); NaN where an instance was lost. After cuts instances may differ in their vertices, which is an error.
         """
-        if body is None:
-            body = self.bodies[0]
+        body = self._body(body)
         arrays = self._native.positions(body)
         shapes = {array.shape for array in arrays if array is not None}
         if len(shapes) != 1:
@@ -301,17 +246,8 @@ class Batch:
         lost = np.full(shapes.pop(), np.nan)
         return np.stack([lost if array is None else array for array in arrays])
 
-    def _tool(self, tool: str | None) -> str:
-        if tool is not None:
-            return tool
-        tools = self.tools
-        if not tools:
-            raise PliantError("no edit of the scene uses a tool")
-        return tools[0]
-
-    def _raise_errors(self) -> None:
-        for material in self._materials:
-            material._raise_error()
+    def _tool_state(self, given: dict[str, Any]) -> BatchTools:
+        return BatchTools(**given)
 
     def __repr__(self) -> str:
         return f"<batch of {self._count} sessions>"

@@ -19,6 +19,7 @@ from ._live import Live
 from ._positions import Positions
 from ._result import Mesh
 from ._scene import Scene, as_scene
+from ._stepped import Stepped
 from ._warning import PliantWarning, warn
 from .catalogue import open_options
 
@@ -56,7 +57,7 @@ class Frame:
     seconds: float
 
 
-class Session:
+class Session(Stepped[_native.Session, ToolState]):
     """A scene, opened: bodies, tools and plugins, stepped by the caller.
 
     A session is used by one thread at a time; another one that tries gets a :class:`PliantError` of kind ``"busy"``. The interpreter's lock is
@@ -106,28 +107,12 @@ class Session:
             hands=scene._driven,
             history=history,
         )
-        self._materials = tuple(scene._materials)
         self._warned = 0
-        try:
+        with self._opening(scene):
             self._native = _native.Session(scene._given(set or {}), options)
-        finally:
-            self._raise_errors()
         rows = json.loads(self._native.warnings())
         self._warned = len(rows)
         warn(rows, stacklevel=2)
-
-    def step(self, count: int = 1) -> None:
-        """Take steps. Ctrl-C stops between two of them.
-
-        Parameters
-        ----------
-        count : int
-            How many.
-        """
-        if count < 0:
-            raise PliantError(f"step({count}); allowed is 0 or more")
-        self._native.step(count)
-        self._raise_errors()
 
     def play(self) -> Live:
         """Go on by the clock, on a native thread, until the result is stopped; until then the session itself is busy.
@@ -181,16 +166,6 @@ class Session:
     def planned_steps(self) -> int:
         """Steps of the scene's duration; a session may take more."""
         return self._native.planned_steps
-
-    @property
-    def bodies(self) -> list[str]:
-        """Names of the bodies, those that move first."""
-        return self._native.bodies
-
-    @property
-    def tools(self) -> list[str]:
-        """Names of the tools in use."""
-        return self._native.tools
 
     @property
     def frame(self) -> Frame:
@@ -287,35 +262,6 @@ class Session:
             Its name; the first body by default.
         """
         self._native.write(self._body(body), os.fspath(path))
-
-    def tool(self, tool: str | None = None) -> ToolState:
-        """Read a tool at the end of the last step.
-
-        Parameters
-        ----------
-        tool : str, optional
-            Its name; the first tool by default.
-
-        Returns
-        -------
-        ToolState
-        """
-        return tool_state(self._native.tool(self._tool(tool)))
-
-    def force(self, tool: str | None = None) -> NDArray[np.float64]:
-        """Read the force on a hand.
-
-        Parameters
-        ----------
-        tool : str, optional
-            Name of its tool; the first tool by default.
-
-        Returns
-        -------
-        ndarray
-            N (3), in the scene.
-        """
-        return np.array(self._native.tool(self._tool(tool))["force"])
 
     def hand(self, tool: str | None = None) -> Hand:
         """Take hold of the hand of a tool; from its first :meth:`Hand.go` on, its device no longer moves it.
@@ -429,9 +375,8 @@ class Session:
         events: dict[str, Any] = json.loads(self._native.events())
         return events
 
-    def _raise_errors(self) -> None:
-        for material in self._materials:
-            material._raise_error()
+    def _tool_state(self, given: dict[str, Any]) -> ToolState:
+        return tool_state(given)
 
     def _end(self) -> None:
         try:
@@ -442,22 +387,6 @@ class Session:
         self._native.close()
         self._warned += len(rows)
         warn(rows, stacklevel=3)
-
-    def _body(self, body: str | None) -> str:
-        if body is not None:
-            return body
-        bodies = self.bodies
-        if not bodies:
-            raise PliantError("the scene has no body")
-        return bodies[0]
-
-    def _tool(self, tool: str | None) -> str:
-        if tool is not None:
-            return tool
-        tools = self.tools
-        if not tools:
-            raise PliantError("no edit of the scene uses a tool")
-        return tools[0]
 
     def __repr__(self) -> str:
         if self._native.closed:
