@@ -66,19 +66,23 @@ class Editing:
             raise pliant.PliantError(f"mesh `{obj.name}` has no faces; allowed is one with some", "model")
         known = self._edit is not None and mesh.has_faces_of(self._edit.mesh)
         self._is_open = self._is_open if known else mesh.is_open()
-        settings = self._settings_of(obj, mesh)
         inverse = np.linalg.inv(mesh_io.to_scene_matrix(obj))
-        if known and settings == self._settings and np.array_equal(inverse, self._inverse):
-            # What Blender has is rounded to single precision.
-            if np.abs(self._edit.positions() - mesh.vertices).max() <= 2e-6 * max(1.0, mesh.size()):
-                self._seen = self._edit.surface()
-                return
+        is_same = known and np.array_equal(inverse, self._inverse) and self._has_places_of(mesh)
+        # Sizes are relative to the mesh when its session was opened: a stroke may change it.
+        settings = self._settings_of(obj, self._edit.mesh if is_same else mesh)
+        if is_same and settings == self._settings:
+            self._seen = self._edit.surface()
+            return
         self.close()
         self._edit = MeshEdit(mesh, settings)
         self._warnings += [f"[{warning.code}] {warning.args[0]}" for warning in self._edit.warnings()]
         self._settings, self._inverse = settings, inverse
         self._seen = self._edit.surface()
         self._frame = np.empty((len(mesh.vertices), 3), dtype=np.float32)
+
+    def _has_places_of(self, mesh: MeshArrays) -> bool:
+        """Whether the vertices of the session are where those of a mesh are, which Blender rounds to single precision."""
+        return bool(np.abs(self._edit.positions() - mesh.vertices).max() <= 2e-6 * max(1.0, mesh.size()))
 
     def _settings_of(self, obj: bpy.types.Object, mesh: MeshArrays) -> Settings:
         """What the panel says of a mesh."""

@@ -34,7 +34,9 @@ def _fabrics(_self, _context) -> list[tuple[str, str, str]]:
 
 def _plugins(_self, _context) -> list[tuple[str, str, str]]:
     def make():
-        solids = [plugin for plugin in pliant.plugins("material") if any(p.key == "young" for p in plugin.params)]
+        # The `young` of cloth is a factor.
+        is_solid = lambda plugin: any(param.key == "young" and param.unit == "Pa" for param in plugin.params)
+        solids = [plugin for plugin in pliant.plugins("material") if is_solid(plugin)]
         return [(plugin.id, plugin.name, plugin.summary) for plugin in solids]
 
     return _items("plugins", make)

@@ -33,6 +33,15 @@ def coordinates():
     return flat.reshape(-1, 3)
 
 
+def shown_at(frame: int):
+    """Coordinates that Blender shows at a frame."""
+    bpy.context.scene.frame_set(frame)
+    shown = bpy.data.objects["cube"].evaluated_get(bpy.context.evaluated_depsgraph_get()).data
+    flat = np.empty(3 * len(shown.vertices), dtype=np.float32)
+    shown.vertices.foreach_get("co", flat)
+    return flat.reshape(-1, 3)
+
+
 def prepare() -> None:
     bpy.ops.object.select_all(action="SELECT")
     bpy.ops.object.delete()
@@ -113,6 +122,23 @@ def play():
     xdotool("key", "ctrl+shift+z")
     yield 1.0
     RESULT["redone"] = bool(np.array_equal(coordinates(), grabbed))
+    # The last stroke as an animation, taken back in one step.
+    with bpy.context.temp_override(window=window, area=area, region=region):
+        RESULT["baked"] = sorted(bpy.ops.object.haptic_bake("INVOKE_DEFAULT", True))
+    keys = bpy.data.objects["cube"].data.shape_keys.key_blocks
+    frames = [int(key.name.split()[1]) for key in keys[1:]]
+    RESULT["frames"] = [frames[0], frames[-1], len(frames)]
+    RESULT["baked end"] = float(np.abs(shown_at(frames[-1]) - grabbed).max())
+    for name, frame in (("start", frames[0] - 2), ("middle", frames[len(frames) // 2]), ("end", frames[-1])):
+        bpy.context.scene.frame_set(frame)
+        yield 0.5
+        picture(f"baked-{name}")
+    bpy.context.scene.frame_set(1)
+    yield 0.3
+    xdotool("key", "ctrl+z")
+    yield 1.0
+    mesh = bpy.data.objects["cube"].data
+    RESULT["bake undone"] = mesh.shape_keys is None and bool(np.array_equal(coordinates(), grabbed))
     # Size by F.
     before = bpy.context.scene.haptic_edit.radius
     xdotool("mousemove", *at(0.5, 0.5), "key", "f")

@@ -16,6 +16,11 @@ def test_the_extension_is_enabled(empty):
     assert {"touch", "pull", "cut"} <= set(kinds)
 
 
+def test_models_of_solids_are_the_materials_with_a_modulus(empty):
+    plugins = {name for name, *_ in empty.properties._plugins(None, None)}
+    assert {"mass-spring", "neo-hookean", "corotational"} <= plugins and "cloth" not in plugins
+
+
 def test_this_release_is_one_the_manifest_allows():
     manifest = tomllib.loads((ROOT / "blender" / "haptic_edit" / "blender_manifest.toml").read_text())
     least, beyond = (tuple(map(int, manifest[f"blender_version_{end}"].split("."))) for end in ("min", "max"))
@@ -109,9 +114,10 @@ def test_a_cut_parts_a_cube_and_keeps_what_it_had(empty):
     bpy.ops.ed.undo_push(message="start")
     faces, vertices = len(obj.data.polygons), len(obj.data.vertices)
     editing = empty.mode.Editing(obj)
+    bpy.context.scene.haptic_edit.plugin = "mass-spring"
     # Where the blade is at each step depends on how busy the machine is, and it can meet the mesh so that a splinter would be left.
     for _ in range(5):
-        stroke(empty, editing, "cut", [(-0.15 + 0.01 * i, 0.013) for i in range(31)], frames=3)
+        stroke(empty, editing, "cut", [(-0.15 + 0.01 * i, 0.013) for i in range(31)], frames=2)
         if not editing.take_warnings():
             break
         bpy.ops.ed.undo()
@@ -121,8 +127,8 @@ def test_a_cut_parts_a_cube_and_keeps_what_it_had(empty):
     names = [slot.material.name for slot in obj.material_slots]
     assert names == ["skin", "Cut"]
     caps = [p for p in mesh.polygons if p.material_index == 1]
-    # 0.0796 to 0.0842 in 80 cuts on a busy machine: the blade bends what it goes through.
-    assert sum(p.area for p in caps) == pytest.approx(2 * 0.2**2, rel=0.08)
+    # The blade bends what it goes through: 0.0799 to 0.0809 in 12 cuts of this model on a busy machine.
+    assert sum(p.area for p in caps) == pytest.approx(2 * 0.2**2, rel=0.04)
     # Most of a wall is as flat as the path of the blade.
     assert sum(abs(p.normal.y) * p.area for p in caps) > 0.95 * sum(p.area for p in caps)
     quads = [p for p in mesh.polygons if len(p.vertices) == 4]
@@ -385,3 +391,13 @@ def test_a_frame_of_a_large_mesh_is_copied_in_two_milliseconds(empty):
     editing.close()
     print(f"copy of {len(obj.data.vertices)} vertices: median {1e3 * np.median(seconds):.2f} ms")
     assert min(seconds) < 2e-3
+
+
+def test_a_stroke_that_changes_the_size_of_the_mesh_is_followed_by_another_in_the_same_session(empty):
+    obj = add_grid_cube()
+    editing = empty.mode.Editing(obj)
+    stroke(empty, editing, "pull", [(0.09, 0.0), (0.14, 0.0)], frames=15)
+    assert np.ptp(coordinates(obj)[:, 0]) > 0.205
+    stroke(empty, editing, "touch", [(-0.05, 0.0)], frames=10)
+    assert len(editing.edit.recording().strokes) == 2
+    editing.close()
