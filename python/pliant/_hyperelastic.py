@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 from . import _native
 from ._error import PliantError
 
-_Gradients = NDArray[np.float64]
 #: Step of central differences of the stress: the cube root of the rounding of a double, where truncation and rounding meet.
 _STEP = float(np.cbrt(np.finfo(np.float64).eps))
 
@@ -59,9 +58,9 @@ class Hyperelastic:
 
     def __init__(
         self,
-        energy: Callable[[_Gradients], ArrayLike],
-        stress: Callable[[_Gradients], ArrayLike],
-        stiffness: Callable[[_Gradients], ArrayLike] | None = None,
+        energy: Callable[[NDArray[np.float64]], ArrayLike],
+        stress: Callable[[NDArray[np.float64]], ArrayLike],
+        stiffness: Callable[[NDArray[np.float64]], ArrayLike] | None = None,
         *,
         density: float | str = 1000.0,
         damping_time: float | str = 2e-4,
@@ -69,13 +68,13 @@ class Hyperelastic:
         self.density = density
         self.damping_time = damping_time
 
-        def energies(gradients: _Gradients) -> NDArray[np.float64]:
+        def energies(gradients: NDArray[np.float64]) -> NDArray[np.float64]:
             return _checked("energy", energy(gradients), gradients.shape[:1])
 
-        def stresses(gradients: _Gradients) -> NDArray[np.float64]:
+        def stresses(gradients: NDArray[np.float64]) -> NDArray[np.float64]:
             return _checked("stress", stress(gradients), gradients.shape)
 
-        def stiffnesses(gradients: _Gradients, project: bool) -> NDArray[np.float64]:
+        def stiffnesses(gradients: NDArray[np.float64], project: bool) -> NDArray[np.float64]:
             if stiffness is None:
                 matrices = _differences(stresses, gradients)
             else:
@@ -152,7 +151,7 @@ def _checked(name: str, values: ArrayLike, shape: tuple[int, ...]) -> NDArray[np
     return array.reshape(-1)
 
 
-def _differences(stress: Callable[[_Gradients], NDArray[np.float64]], gradients: _Gradients) -> NDArray[np.float64]:
+def _differences(stress: Callable[[NDArray[np.float64]], NDArray[np.float64]], gradients: NDArray[np.float64]) -> NDArray[np.float64]:
     """Central differences of the stress by the deformation gradient (n x 9 x 9), symmetric."""
     directions = np.eye(9).reshape(9, 1, 3, 3) * _STEP
     moved = np.stack([gradients + directions, gradients - directions]).reshape(-1, 3, 3)
