@@ -38,6 +38,9 @@ fn plan_text(report: &PlanReport, session: &Session) -> String {
             edges => format!(", open: {edges} border edges"),
         };
         lines.push(format!("body `{name}`: {vertices} vertices, {triangles} triangles, {discretization}{border}"));
+        lines.extend(
+            choices.levels.iter().filter(|l| l.body == *name).map(|l| format!("  level {}: {}", l.level, l.why)),
+        );
     }
     lines.push(format!("integrator: {} ({})", choices.integrator, choices.why));
     lines.push(format!("step limit: {}", step_limit_text(choices, report.dt)));

@@ -327,11 +327,12 @@ impl Plan {
                 self.leave(format!("grid of body `{}`", body.name.get_ref()), "its own mesh carries it");
                 continue;
             }
-            let level = u64::from(*body.grid.level.get_ref());
-            self.leave(
-                format!("levels {} and finer of the grid of body `{}`", level + 1, body.name.get_ref()),
-                "nobody reads them",
-            );
+            let name = body.name.get_ref();
+            let what = match body.grid.level.get_ref().given() {
+                Some(level) => format!("levels {} and finer of the grid of body `{name}`", u64::from(level) + 1),
+                None => format!("levels of the grid of body `{name}` that are finer than the one chosen"),
+            };
+            self.leave(what, "nobody reads them");
         }
         self.energy = scene.output.energy
             || scene.time.force_unstable

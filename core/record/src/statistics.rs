@@ -60,8 +60,8 @@ impl RunStatistics {
         }
     }
 
-    /// Takes in the step the session has just taken. `last`: no step comes after it. The surface is brought up to date where a probe or
-    /// the end of the run needs it, or `needs_surface` asks for it.
+    /// Takes in the step the session has just taken. `last`: no step comes after it. The surface is brought up to date where a probe needs it, or
+    /// `needs_surface` asks for it.
     pub fn step(&mut self, session: &mut Session, last: bool, needs_surface: bool) {
         let frame = session.frame();
         self.seconds.add(frame.seconds);
@@ -80,7 +80,7 @@ impl RunStatistics {
         for tool in &frame.tools {
             self.largest_force = self.largest_force.max(tool.force.norm());
         }
-        if needs_surface || last || self.probes.needs_surface(frame.time, last) {
+        if needs_surface || self.probes.needs_surface(frame.time, last) {
             session.update_surface();
         }
         self.probes.read(session, session.frame(), last);

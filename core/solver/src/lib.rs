@@ -14,6 +14,7 @@ mod force_model;
 mod hinge_assembly;
 mod integrate;
 mod interrupts;
+mod lanczos;
 mod lanes;
 mod matrix;
 mod multilevel;

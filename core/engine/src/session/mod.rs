@@ -12,6 +12,7 @@ mod frame;
 mod hand_events;
 mod history;
 mod lapse;
+mod level_choice;
 mod mirror;
 mod open;
 mod opening_warnings;
@@ -32,6 +33,7 @@ pub use event::{Event, EventKind, Events};
 pub use frame::{Frame, ToolFrame};
 pub use history::{Snapshot, SnapshotError};
 pub use lapse::{Lapse, Stage};
+pub use level_choice::LevelChosen;
 pub use mirror::Mirror;
 pub use open::Options;
 pub use shared::SharedParts;
@@ -160,6 +162,8 @@ pub struct Choices {
     pub threads: usize,
     /// Contact methods of tools on sheets.
     pub contacts: Vec<ContactChoice>,
+    /// Levels of grids that `level = "auto"` chose.
+    pub levels: Vec<LevelChosen>,
     /// Preconditioner of each body; empty for explicit schemes.
     pub preconditioners: Vec<PreconditionerChosen>,
 }

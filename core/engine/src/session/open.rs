@@ -1,12 +1,13 @@
 //! Opening a scene: creates its models, plugins, bodies and tools.
 
+use super::level_choice::{LevelChosen, ToolRadii, choose_level};
 use super::shared::{SharedModel, SharedParts};
 use super::{Choices, DeviceSlot, EventKind, Events, Frame, Loaded, Session, SessionError, ToolSlot, place};
 use crate::body::{Body, Discretization, Lattice, LatticeError, Model, RegionSettings, Sheet, Skin};
 use crate::contact::{Friction, SheetTips};
 use crate::edit::BladeEdge;
 use crate::plan::Plan;
-use crate::scene::{BladeScene, BodyScene, Extent, Scene, Source, ToolScene, settings};
+use crate::scene::{BladeScene, BodyScene, Extent, GridLevel, Scene, Source, ToolScene, settings};
 use crate::tool::{Coupling, ForceLimits, ForceSafety, Hand, TactilePad, TipMass, Tool};
 use bytemuck::cast_slice;
 use pliant_cut::CutMesh;
@@ -41,6 +42,11 @@ pub struct Options {
 /// a region of radius Rb with a fixed boundary is too stiff by the factor (1 + 0.584 a/Rb)^1.5, at most 1.21 at four radii.
 const REGION_CELLS: f64 = 10.0;
 const REGION_TOOL_RADII: f64 = 4.0;
+
+/// Default radius of a local region of cells with this edge, m, with a largest tool of this radius, m.
+pub(super) fn region_radius(edge: f64, largest_tool: f64) -> f64 {
+    (REGION_CELLS * edge).max(REGION_TOOL_RADII * largest_tool)
+}
 /// Default stiffness of a coupling, as a fraction of the device's largest stiffness.
 const COUPLING_SHARE: f64 = 0.3;
 
@@ -71,16 +77,17 @@ impl Session {
             0 => std::thread::available_parallelism().map_or(1, usize::from),
             given => given,
         };
-        let mut largest_tool = 0.0_f64;
+        let mut tool_radii = ToolRadii::default();
         for tool in &plan.tools {
-            largest_tool = largest_tool.max(place::shape(&scene.tool[*tool], source)?.shape().length_scale());
+            tool_radii.add(place::shape(&scene.tool[*tool], source)?.shape().length_scale());
         }
         let mut opening = Opening {
             source,
             options,
             shared,
             dt,
-            largest_tool,
+            tool_radii,
+            levels: Vec::new(),
             loaded: Vec::new(),
             events: Events::default(),
             measured_keys: Vec::new(),
@@ -123,6 +130,7 @@ impl Session {
                 substeps: 1,
                 threads,
                 contacts: Vec::new(),
+                levels: opening.levels,
                 preconditioners: Vec::new(),
             },
             loaded: opening.loaded,
@@ -187,8 +195,9 @@ struct Opening<'a> {
     options: &'a Options,
     shared: &'a SharedParts,
     dt: f64,
-    /// Radius of the largest tool in use, m; 0 without a tool.
-    largest_tool: f64,
+    tool_radii: ToolRadii,
+    /// Levels chosen where the scene leaves the choice.
+    levels: Vec<LevelChosen>,
     loaded: Vec<Loaded>,
     events: Events,
     /// For each moving body, the cache key of its frequencies; empty if it has none.
@@ -321,12 +330,21 @@ impl Opening<'_> {
     ) -> Result<Lattice, SessionError> {
         let families = material.requests().iter().fold(0, |all, r| all | r.families);
         let (library, info, settings) = self.plugin(PluginKind::Grid, &scene.grid.plugin, &scene.grid.params)?;
+        let radius = match scene.grid.region {
+            Extent::Whole => Some(f64::INFINITY),
+            Extent::Local => scene.grid.radius.as_ref().map(|r| r.get_ref().si),
+        };
+        let level = match *scene.grid.level.get_ref() {
+            GridLevel::At(level) => level,
+            GridLevel::Auto => {
+                let (level, why) = choose_level(&shared.model.surface, self.tool_radii, radius);
+                self.levels.push(LevelChosen { body: name.into(), level, why });
+                level
+            }
+        };
         let at_grid = |error| self.refused(scene.grid.level.span(), error);
         let relaxation = scene.grid.relaxation.get_ref().si;
-        let level = *scene.grid.level.get_ref();
-        let whole = scene.grid.region == Extent::Whole;
-        let radius = if whole { f64::INFINITY } else { scene.grid.radius.as_ref().map_or(0.0, |r| r.get_ref().si) };
-        let region = RegionSettings { level, radius, relaxation, smooth: scene.grid.smooth };
+        let region = RegionSettings { level, radius: radius.unwrap_or(0.0), relaxation, smooth: scene.grid.smooth };
         let (number, path, dt) = (shared.number, library.path().display(), self.dt);
         let key = format!("{number} {level} {dt:e} {path} {} {settings:?}", info.id);
         let grid = match self.shared.idle_grid(&key) {
@@ -335,7 +353,7 @@ impl Opening<'_> {
                 let mut grid = Grid::open(library, &info.id, &settings, self.dt).map_err(at_grid)?;
                 let surface = &shared.model.surface;
                 let built = grid.build(cast_slice(&surface.points), &surface.triangles, level);
-                built.map_err(|error| self.level_refused(scene, surface.bounds().longest_edge(), error))?;
+                built.map_err(|error| self.level_refused(scene, level, surface.bounds().longest_edge(), error))?;
                 grid
             }
         };
@@ -344,8 +362,8 @@ impl Opening<'_> {
             LatticeError::Host(error) => at_grid(error),
             error => SessionError::Lattice { body: name.into(), error },
         })?;
-        if lattice.settings.radius == 0.0 {
-            lattice.settings.radius = (REGION_CELLS * lattice.edge()).max(REGION_TOOL_RADII * self.largest_tool);
+        if radius.is_none() {
+            lattice.settings.radius = region_radius(lattice.edge(), self.tool_radii.largest);
         }
         Ok(lattice)
     }
@@ -414,15 +432,15 @@ impl Opening<'_> {
 
     /// The error of a grid that refuses a level for a body with this longest edge (m). Suggests the coarsest level whose cells are at most as wide
     /// as the radius of the largest tool.
-    fn level_refused(&self, scene: &BodyScene, longest: f64, error: HostError) -> SessionError {
-        let (span, level) = (scene.grid.level.span(), *scene.grid.level.get_ref());
+    fn level_refused(&self, scene: &BodyScene, level: u32, longest: f64, error: HostError) -> SessionError {
+        let span = scene.grid.level.span();
         let edge = |level: u32| longest / (1_u64 << (level - 1)) as f64;
         // The cell edge halves from level to level; 64 levels exceed the range of a shift.
-        let fitting = (1..level.min(64)).find(|&level| edge(level) <= self.largest_tool);
+        let fitting = (1..level.min(64)).find(|&level| edge(level) <= self.tool_radii.largest);
         let Some(fitting) = fitting.filter(|_| error.is_refusal()) else {
             return self.refused(span, error);
         };
-        let [edge, radius] = [edge(fitting), self.largest_tool].map(|length| 1e3 * length);
+        let [edge, radius] = [edge(fitting), self.tool_radii.largest].map(|length| 1e3 * length);
         let text =
             format!("{error}; level {fitting}, with cells of {edge:.3} mm, fits the tool, of radius {radius:.3} mm");
         self.source.error(span, text).into()

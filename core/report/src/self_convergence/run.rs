@@ -50,13 +50,15 @@ pub fn self_convergence(
 ) -> Result<Measurements, SessionError> {
     let (scene, session) = scene_run(scene_input, scene_input.settings.to_vec(), context).open()?;
     let all = refinement_series(&scene, &session, context.options.quick);
+    let lattice = session.bodies.first().and_then(|body| body.discretization.lattice());
+    let level = lattice.map_or(0, |lattice| u64::from(lattice.settings.level));
     drop(session);
     let total = all.iter().map(|series| series.values.len()).sum();
     let (mut done, mut rows, mut not_run) = (0, Vec::new(), Vec::new());
     for series in &all {
         let threads = context.options.threads;
         let empty: Vec<[Row; 2]> =
-            series.values.iter().map(|v| empty_rows(scene_input.path, series, *v, &scene, threads)).collect();
+            series.values.iter().map(|v| empty_rows(scene_input.path, series, *v, &scene, level, threads)).collect();
         let known = |rows: &[Row; 2]| Some([journal.get(&rows[0].key())?, journal.get(&rows[1].key())?]);
         let old: Option<Vec<[Row; 2]>> = empty[..empty.len() - 1].iter().map(known).collect();
         if let Some(old) = old {
@@ -122,11 +124,18 @@ fn scene_run<'a>(
     SceneRun { path: scene.path, text: scene.text, settings, threads, search, clock }
 }
 
-/// The rows of one run, one for each of [`COMPARED`], with all that is set and nothing that is measured.
-fn empty_rows(path: &Path, series: &RefinementSeries, value: f64, scene: &Scene, threads: usize) -> [Row; 2] {
+/// The rows of one run, one for each of [`COMPARED`], with all that is set and nothing that is measured. `level` is that of the grid of the first body,
+/// 0 without one.
+fn empty_rows(
+    path: &Path,
+    series: &RefinementSeries,
+    value: f64,
+    scene: &Scene,
+    level: u64,
+    threads: usize,
+) -> [Row; 2] {
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     COMPARED.map(|what| {
-        let level = scene.body.first().filter(|b| b.sheet.is_none()).map_or(0, |b| u64::from(*b.grid.level.get_ref()));
         let mut row = Row {
             case: format!("{name}: {what}"),
             method: series.name.clone(),

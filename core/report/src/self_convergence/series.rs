@@ -41,9 +41,9 @@ pub(super) fn refinement_series(scene: &Scene, session: &Session, quick: bool) -
             values: TOLERANCES.to_vec(),
         });
     }
-    let lattice = scene.body.first().filter(|b| b.sheet.is_none() && *b.grid.level.get_ref() > 3);
-    if let Some(body) = lattice {
-        let level = f64::from(*body.grid.level.get_ref());
+    let lattice = session.bodies.first().and_then(|body| body.discretization.lattice());
+    if let Some(lattice) = lattice.filter(|lattice| lattice.settings.level > 3) {
+        let level = f64::from(lattice.settings.level);
         // A radius in cells would shrink with them: all levels get the radius of the scene's own, m.
         let radius = session.bodies.first().map(|b| b.discretization.radius()).filter(|r| r.is_finite());
         let settings = radius.map(|r| ("body.0.grid.radius".to_owned(), r.to_string())).into_iter().collect();

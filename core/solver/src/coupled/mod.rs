@@ -4,11 +4,11 @@
 //! The material gives the strain of each hinge and the compliance of each triangle; here `G m = s` is solved for the moments
 //! m, so that the energy is s . m / 2. G couples a hinge to the four others of its two triangles and is well conditioned: no
 //! eigenvalue of the Jacobi-scaled matrix lies outside those of the single triangles, and where triangles differ, the least is well
-//! above theirs ([`self::lanczos`]). So a fixed Chebyshev polynomial in G takes the place of its inverse: one linear map, the
+//! above theirs ([`self::least_eigenvalue`]). So a fixed Chebyshev polynomial in G takes the place of its inverse: one linear map, the
 //! same in every call, whose energy and forces belong together exactly, but for rounding where a step asks for fewer digits.
 
 mod chebyshev;
-mod lanczos;
+mod least_eigenvalue;
 
 use super::algebra::Vec3;
 use super::constraint::Constraint;
@@ -21,7 +21,7 @@ use super::system_scales::{HessianApproximation, SystemScales};
 use super::threads::Pool;
 use crate::force_model::{ForceError, ForceModel, StepTime};
 use chebyshev::Chebyshev;
-use lanczos::least_eigenvalue;
+use least_eigenvalue::least_eigenvalue;
 use nalgebra::Matrix3;
 use pliant_plugin_api::PlanesMut;
 use pliant_plugin_api::{abi, prefetch};

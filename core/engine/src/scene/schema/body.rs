@@ -1,6 +1,6 @@
 //! What deforms.
 
-use super::{Angle, Length, Time};
+use super::{Angle, GridLevel, Length, Time};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -175,9 +175,9 @@ pub struct GridScene {
     /// Values by key.
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub params: BTreeMap<String, Spanned<toml::Value>>,
-    /// Level that is simulated: 2^(level - 1) cells along each axis.
-    #[schemars(with = "u32")]
-    pub level: Spanned<u32>,
+    /// Level that is simulated: 2^(level - 1) cells along the longest edge of the body, or `auto`.
+    #[schemars(with = "GridLevel")]
+    pub level: Spanned<GridLevel>,
     /// `local`: the cells around each contact; `whole`: all of them.
     pub region: Extent,
     /// Radius of a local region; 10 cells by default.
@@ -195,7 +195,7 @@ impl Default for GridScene {
         Self {
             plugin: Spanned::new(0..0, "octree-grid".into()),
             params: BTreeMap::new(),
-            level: Spanned::new(0..0, 6),
+            level: Spanned::new(0..0, GridLevel::Auto),
             region: Extent::Local,
             radius: None,
             relaxation: Spanned::new(0..0, Time::new(0.01)),

@@ -2,10 +2,12 @@
 
 mod body;
 mod edit;
+mod grid_level;
 mod hand;
 
 pub use body::*;
 pub use edit::*;
+pub use grid_level::GridLevel;
 pub use hand::*;
 
 use super::units::{
