@@ -194,9 +194,9 @@ impl Tool {
         let shape = &self.proxy.shape;
         let margin = GRIP_REACH * shape.shape().length_scale() + body.discretization.edge() + ahead.norm();
         let beyond = if shape.shape().is_round() { 0.0 } else { shape.shape().bounding_radius() };
-        let (centre, reach) = (self.proxy.position, margin + beyond);
+        let centre = self.proxy.position;
         let mut best: Option<(f64, u32, Vec3)> = None;
-        body.skin.tree.near(centre, reach, |triangle| {
+        body.skin.tree.near_within(centre, margin + beyond, |triangle| {
             let vertices = body.model.surface.triangles[triangle as usize];
             let closest = shape.closest_on_triangle(centre, vertices.map(|v| body.skin.settled[v as usize]));
             let d = closest.point - centre;
@@ -206,6 +206,7 @@ impl Tool {
                 let rest = interpolate(vertices.map(|v| body.model.surface.points[v as usize]), closest.bary);
                 best = Some((distance, triangle, rest));
             }
+            best.map_or(margin, |(distance, ..)| distance) + beyond
         });
         best.map(|(.., rest)| rest)
     }

@@ -7,6 +7,7 @@ use super::Vec3;
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::Vector;
 use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
+use std::cell::Cell;
 
 /// A bounding volume hierarchy over triangles.
 #[derive(Clone)]
@@ -47,6 +48,20 @@ impl TriangleTree {
         let (centre, half) = (to_parry(centre), Vector::from([reach; 3]));
         let query = Aabb::new(centre - half, centre + half);
         self.bvh.intersect_aabb(&query).for_each(&mut visit);
+    }
+
+    /// Calls `visit` with every triangle whose box comes within a distance (m) of `centre`, and possibly with others. The distance is `reach` at first, and what
+    /// `visit` returned last after that, so a search for the closest triangle visits few.
+    pub fn near_within(&self, centre: Vec3, reach: f64, mut visit: impl FnMut(u32) -> f64) {
+        const SPARE: f64 = 1e-12;
+        let centre = to_parry(centre);
+        let spare = SPARE * centre.length();
+        let within = Cell::new(reach);
+        let leaves = self.bvh.leaves(|node| {
+            let outside = (node.mins() - centre).max(centre - node.maxs()).max(Vector::ZERO);
+            outside.length() <= (1.0 + SPARE) * within.get() + spare
+        });
+        leaves.for_each(|triangle| within.set(visit(triangle)));
     }
 
     /// Updates the boxes of the triangles `changed` and of their parents.
@@ -186,5 +201,34 @@ mod tests {
         let centre = surface.points[surface.triangles[7][0] as usize];
         tree.near(centre, 1e-4, |t| found |= t == 7);
         assert!(found);
+    }
+
+    #[test]
+    fn the_closest_triangle_is_found_among_few() {
+        for cells in [1, 3, 20, 60] {
+            let surface = Surface::from_document(&generate::sphere(cells, 0.05).unwrap());
+            let tree = TriangleTree::new(&surface.points, &surface.triangles);
+            for i in 0..200 {
+                let way = [0.7, 1.3, 2.9].map(|k| (k * f64::from(i)).sin());
+                let from = 5e-4 * f64::from(i) * Vec3::from(way);
+                let distance = |t: u32| {
+                    let corners = surface.triangles[t as usize].map(|v| surface.points[v as usize]);
+                    (super::super::closest_point(from, corners).point - from).norm()
+                };
+                let all = (0..surface.triangles.len() as u32).map(distance).fold(f64::INFINITY, f64::min);
+                for reach in [0.5 * all, all, 2.0 * all, f64::MAX] {
+                    let (mut found, mut visits) = (f64::INFINITY, 0);
+                    tree.near_within(from, reach, |t| {
+                        visits += 1;
+                        found = found.min(distance(t));
+                        found.min(reach)
+                    });
+                    assert!(reach < all || found == all, "{cells} {i} {reach}: {found} {all}");
+                    // From the middle all triangles are equally close.
+                    let share = f64::from(visits) / surface.triangles.len() as f64;
+                    assert!(cells < 20 || from.norm() < 0.02 || share < 0.1, "{cells} {i}: {share} visited");
+                }
+            }
+        }
     }
 }
