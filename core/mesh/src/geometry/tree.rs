@@ -226,7 +226,7 @@ mod tests {
                     assert!(reach < all || found == all, "{cells} {i} {reach}: {found} {all}");
                     // From the middle all triangles are equally close.
                     let share = f64::from(visits) / surface.triangles.len() as f64;
-                    assert!(cells < 20 || from.norm() < 0.02 || share < 0.1, "{cells} {i}: {share} visited");
+                    assert!(cells < 60 || from.norm() < 0.02 || share < 0.1, "{cells} {i}: {share} visited");
                 }
             }
         }
