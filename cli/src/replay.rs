@@ -19,8 +19,8 @@ pub fn replay(cli: &Cli, args: &ReplayArgs) -> Result<Outcome, Failure> {
     let (began, stop) = (Instant::now(), RunStop::new());
     let recording = Recording::read(&args.recording)?;
     if let Some((file, how)) = recording.changed_files().find(|(file, _)| !file.plugin) {
-        let (recording, model) = (args.recording.display(), file.path.display());
-        return Err(Failure::input(format!("{recording}: model {model} {how} since it was recorded")));
+        let (recording, file) = (args.recording.display(), file.path.display());
+        return Err(Failure::input(format!("{recording}: {file} {how} since it was recorded")));
     }
     let OpenedScene { scene, source, mut session } = open_recorded(cli, args, &recording)?;
     let folder = args.out.clone().unwrap_or_else(|| {

@@ -3,7 +3,7 @@
 use pliant_engine::scene;
 use pliant_exoskeleton::key::Key;
 use pliant_exoskeleton::wire::{TaxelLayout, read_command, read_pose};
-use pliant_mesh::{ObjDocument, Surface, check};
+use pliant_mesh::{GreyImage, ObjDocument, Surface, check};
 use pliant_record::Recording;
 use std::path::Path;
 
@@ -15,6 +15,14 @@ pub fn obj(bytes: &[u8]) {
     assert!(out == bytes, "an unedited document changed");
     let surface = Surface::from_document(&document);
     check(&surface, &document);
+}
+
+/// An image: what is read has values from 0 to 1 at all texture coordinates.
+pub fn image(bytes: &[u8]) {
+    let Ok(image) = GreyImage::parse(bytes) else { return };
+    for at in [[0.0, 0.0], [1.0, 1.0], [-1e-18, 1e18], [0.3, -7.7]] {
+        assert!((0.0..=1.0).contains(&image.sample(at)), "{at:?}");
+    }
 }
 
 /// A scene file.

@@ -4,6 +4,7 @@
 //! `cargo test --workspace` builds both.
 
 pub mod arm;
+pub mod bar;
 pub mod batch;
 pub mod bout;
 pub mod cloth;

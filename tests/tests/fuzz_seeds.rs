@@ -36,8 +36,9 @@ fn run(name: &str, target: Target) -> usize {
 
 #[test]
 fn no_target_fails_on_its_seeds() {
-    let all: [(&str, Target); 5] = [
+    let all: [(&str, Target); 6] = [
         ("obj", targets::obj),
+        ("image", targets::image),
         ("scene", targets::scene),
         ("recording", targets::recording),
         ("datagram", targets::datagram),

@@ -10,6 +10,8 @@ use std::path::Path;
 pub const TEXT_LIMIT: u64 = 256 << 20;
 /// Bytes, largest model.
 pub const MODEL_LIMIT: u64 = 4 << 30;
+/// Bytes, largest image: one of 8192 x 8192 pixels that no compression made smaller has 256 MiB and a bit.
+pub const IMAGE_LIMIT: u64 = 512 << 20;
 /// Bytes, largest recording.
 pub const RECORDING_LIMIT: u64 = 8 << 30;
 

@@ -14,7 +14,7 @@ use std::thread::JoinHandle;
 /// Something a run was made of, by its content.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct InputHash {
-    /// `program`, `scene`, `model` or `plugin`.
+    /// `program`, `scene`, `model`, `field` or `plugin`.
     pub role: &'static str,
     /// Path of the file; of a generated model the kind of its shape.
     pub name: String,
@@ -35,6 +35,7 @@ impl InputHashes {
         let models: Vec<Arc<Model>> = models(session).map(Arc::clone).collect();
         let mut plugins: Vec<String> = session.loaded.iter().map(|l| l.path.clone()).collect();
         plugins.dedup();
+        let fields = session.field_files.clone();
         let work = move || {
             let of_file = |role, path: &Path| InputHash { role, name: shown(path), blake3: hash_file(path).ok() };
             let of_bytes = |role, name, bytes: &[u8]| InputHash { role, name, blake3: Some(hash_bytes(bytes)) };
@@ -42,6 +43,7 @@ impl InputHashes {
                 std::env::current_exe().iter().map(|program| of_file("program", program)).collect();
             all.push(of_bytes("scene", scene, text.as_bytes()));
             all.extend(models.iter().map(|m| of_bytes("model", shown(m.document.name()), m.document.bytes())));
+            all.extend(fields.iter().map(|path| of_file("field", path)));
             all.extend(plugins.iter().map(|path| of_file("plugin", Path::new(path))));
             all
         };
@@ -64,7 +66,7 @@ pub(crate) fn shown(path: &Path) -> String {
     path.display().to_string()
 }
 
-/// Checks that no file of `outputs` is one that the run reads: its scene, a model or a plugin.
+/// Checks that no file of `outputs` is one that the run reads: its scene, a model, a field or a plugin.
 ///
 /// # Errors
 /// The output, and what it is for the run.
@@ -75,6 +77,7 @@ pub(crate) fn refuse_inputs(
 ) -> io::Result<()> {
     let files = models(session).map(|model| ("a model", model.document.name().to_path_buf()));
     let files = files.chain(session.loaded.iter().map(|l| ("a plugin", PathBuf::from(&l.path))));
+    let files = files.chain(session.field_files.iter().map(|path| ("a field", path.clone())));
     let inputs: Vec<(&str, PathBuf)> = files
         .chain([("the scene", source.path.clone())])
         .filter_map(|(what, path)| Some((what, path.canonicalize().ok()?)))

@@ -3,6 +3,7 @@
 use super::fixing::Place;
 use super::model::Model;
 use super::skin::interpolate;
+use pliant_mesh::GreyImage;
 use pliant_mesh::geometry::{TriangleTree, closest_point};
 use pliant_solver::Vec3;
 use std::sync::Arc;
@@ -44,6 +45,15 @@ pub enum Layer {
     Triangles(Vec<f64>),
     /// A factor of each vertex, geometric between.
     Vertices(Vec<f64>),
+    /// A factor by the grey value at the texture coordinates of each triangle.
+    Texture {
+        /// The image.
+        image: GreyImage,
+        /// Texture coordinates of the corners of each triangle (m x 3).
+        corners: Vec<[[f64; 2]; 3]>,
+        /// Factors of black and white, geometric between.
+        range: [f64; 2],
+    },
 }
 
 impl Layer {
@@ -53,6 +63,7 @@ impl Layer {
         match self {
             Self::Place { factor, .. } => of(&[*factor]),
             Self::Triangles(all) | Self::Vertices(all) => of(all),
+            Self::Texture { image, range, .. } => of(&image.range().map(|grey| factor_at(*range, grey))),
         }
     }
 }
@@ -80,6 +91,11 @@ impl Fields {
             Layer::Vertices(all) => nearest.map_or(1.0, |(t, bary)| {
                 let corners = self.surface.model.surface.triangles[t as usize];
                 libm::exp((0..3).map(|i| bary[i] * libm::log(all[corners[i] as usize])).sum())
+            }),
+            Layer::Texture { image, corners, range } => nearest.map_or(1.0, |(t, bary)| {
+                let corners = corners[t as usize];
+                let at = [0, 1].map(|axis| (0..3).map(|i| bary[i] * corners[i][axis]).sum());
+                factor_at(*range, image.sample(at))
             }),
         };
         self.planes.iter().map(|layers| layers.iter().map(factor).product()).collect()
@@ -114,7 +130,63 @@ impl Fields {
     }
 }
 
+/// The factor at a value from 0 to 1 between those at 0 and 1, geometric.
+pub fn factor_at([low, high]: [f64; 2], value: f64) -> f64 {
+    low * libm::exp(value * libm::log(high / low))
+}
+
 /// The mean of three corners weighted alike.
 pub(super) fn middle(corners: [Vec3; 3]) -> Vec3 {
     interpolate(corners, Vec3::repeat(1.0 / 3.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pliant_mesh::testing::{Random, document, grey_png};
+    use pliant_mesh::{Placement, Surface};
+
+    /// A plate of 1 x 1 x 0.2 with its middle in the origin, whose texture coordinates are `base + x du + y dv` on all faces.
+    fn plate(base: [f64; 2], du: [f64; 2], dv: [f64; 2]) -> Arc<Model> {
+        let mut text = String::new();
+        for i in 0..8 {
+            let [x, y, z] = [i & 1, i >> 1 & 1, i >> 2].map(|side| f64::from(side) - 0.5);
+            let [u, v] = [0, 1].map(|i| base[i] + x * du[i] + y * dv[i]);
+            text += &format!("v {x} {y} {}\nvt {u} {v}\n", 0.2 * z);
+        }
+        for face in [[1, 3, 4, 2], [5, 6, 8, 7], [1, 2, 6, 5], [2, 4, 8, 6], [4, 3, 7, 8], [3, 1, 5, 7]] {
+            text += &format!("f {0}/{0} {1}/{1} {2}/{2} {3}/{3}\n", face[0], face[1], face[2], face[3]);
+        }
+        Arc::new(Model::new(document(&text), Placement::default()))
+    }
+
+    #[test]
+    fn a_texture_gives_its_value_above_and_below_and_through_the_depth() {
+        let mut random = Random(3);
+        for _ in 0..20 {
+            let mut number = |scale: f64| scale * (2.0 * random.unit() - 1.0);
+            let (base, du, dv) = ([number(2.0), number(2.0)], [number(1.0), number(1.0)], [number(1.0), number(1.0)]);
+            let range = [0.2 + number(0.1).abs(), 5.0 + number(3.0)];
+            let values: Vec<u8> = (0..63).map(|_| (128.0 + number(127.0)) as u8).collect();
+            let image = pliant_mesh::GreyImage::parse(&grey_png(9, 7, &values)).expect("an image");
+            let model = plate(base, du, dv);
+            let Surface { triangles, face_of, .. } = &model.surface;
+            let corners = |(corners, face): (&[u32; 3], &u32)| {
+                corners.map(|vertex| model.document.texcoord_at(*face, vertex).expect("coordinates"))
+            };
+            let corners = triangles.iter().zip(face_of).map(corners).collect();
+            let layer = Layer::Texture { image: image.clone(), corners, range };
+            let [least, most] = layer.bounds();
+            let surface = FieldSurface { model: Arc::clone(&model), tree: Arc::new(model.tree()) };
+            let fields = Fields::new(vec![vec![layer]], surface);
+            for _ in 0..50 {
+                // Nearer to the large faces than to the others.
+                let place = Vec3::new(number(0.4), number(0.4), number(0.09));
+                let at = [0, 1].map(|i| base[i] + place.x * du[i] + place.y * dv[i]);
+                let (found, exact) = (fields.at(place)[0], range[0] * (range[1] / range[0]).powf(image.sample(at)));
+                assert!((found / exact - 1.0).abs() < 1e-9, "{place:?}: {found}, exact {exact}");
+                assert!(least <= found && found <= most, "{found} of {least} to {most}");
+            }
+        }
+    }
 }

@@ -18,7 +18,7 @@ mod state;
 mod symmetry;
 
 pub use discretization::Discretization;
-pub use fields::{FieldSurface, Fields, Layer};
+pub use fields::{FieldSurface, Fields, Layer, factor_at};
 pub use fixing::{Fixing, Place};
 pub use grid_pool::{GridPool, PooledGrid};
 pub use lattice::{Inner, Lattice, LatticeError, NodeBounds, RegionSettings, Repair};

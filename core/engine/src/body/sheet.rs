@@ -398,11 +398,7 @@ fn add_mirror(nodes: &mut Nodes, ends: [u32; 2], third: u32) -> u32 {
 /// Direction of increasing u in a triangle of the rest shape.
 fn texture_direction(document: &ObjDocument, surface: &Surface, triangle: usize) -> Option<Vec3> {
     let vertices = surface.triangles[triangle];
-    let corners = document.face(surface.face_of[triangle] as usize)?.corners;
-    let texcoord = |vertex: u32| {
-        let row = corners.iter().find(|corner| corner.v == vertex)?.vt()?;
-        document.texcoords().get(row as usize).copied()
-    };
+    let texcoord = |vertex: u32| document.texcoord_at(surface.face_of[triangle], vertex);
     let [s, t, r] = [texcoord(vertices[0])?, texcoord(vertices[1])?, texcoord(vertices[2])?];
     let [a, b, c] = vertices.map(|v| surface.points[v as usize]);
     let (du, dv) = ([t[0] - s[0], r[0] - s[0]], [t[1] - s[1], r[1] - s[1]]);

@@ -183,8 +183,9 @@ impl Check<'_> {
             field.radius.as_ref().map(|_| "`radius`"),
             field.group.as_ref().map(|_| "`group`"),
             field.colour.as_ref().map(|_| "`colour`"),
-            field.range.as_ref().map(|_| "`range`"),
             field.csv.as_ref().map(|_| "`csv`"),
+            field.texture.as_ref().map(|_| "`texture`"),
+            field.range.as_ref().map(|_| "`range`"),
             field.factor.as_ref().map(|_| "`factor`"),
         ];
         let found: Vec<&str> = given.into_iter().flatten().collect();
@@ -196,12 +197,14 @@ impl Check<'_> {
                 | ["`colour`"]
                 | ["`colour`", "`range`"]
                 | ["`csv`"]
+                | ["`texture`"]
+                | ["`texture`", "`range`"]
         );
         if !is_one {
             let found = if found.is_empty() { "no place".into() } else { found.join(" and ") };
             let text = format!(
-                "`field` has {found}; allowed is `factor` with `box`, with `ball` and `radius` or with `group`, or `colour` with or without \
-                 `range`, or `csv`"
+                "`field` has {found}; allowed is `factor` with `box`, with `ball` and `radius` or with `group`, or `colour` or `texture` with \
+                 or without `range`, or `csv`"
             );
             return self.wrong(span, text);
         }

@@ -51,6 +51,7 @@ use pliant_plugin_api::abi::Ball;
 pub use pliant_solver::CancelToken;
 use pliant_solver::{Frequencies, Integrator, NodeSprings, Pool, Scheme};
 use serde::Serialize;
+use std::path::PathBuf;
 use std::sync::Arc;
 use thread_choice::ThreadChoice;
 
@@ -232,6 +233,8 @@ pub struct Session {
     pub choices: Choices,
     /// Plugins that were loaded.
     pub loaded: Vec<Loaded>,
+    /// Files of fields that were read.
+    pub field_files: Vec<PathBuf>,
     /// Parts of the scene that were left out, and why.
     pub left_out: Vec<LeftOut>,
     /// Events of the session so far.

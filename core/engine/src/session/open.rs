@@ -89,6 +89,7 @@ impl Session {
             tool_radii,
             levels: Vec::new(),
             loaded: Vec::new(),
+            field_files: Vec::new(),
             events: Events::default(),
             measured_keys: Vec::new(),
         };
@@ -134,6 +135,7 @@ impl Session {
                 preconditioners: Vec::new(),
             },
             loaded: opening.loaded,
+            field_files: opening.field_files,
             left_out: plan.left_out.clone(),
             events: opening.events,
             energy: plan.energy,
@@ -199,6 +201,7 @@ struct Opening<'a> {
     /// Levels chosen where the scene leaves the choice.
     levels: Vec<LevelChosen>,
     loaded: Vec<Loaded>,
+    field_files: Vec<PathBuf>,
     events: Events,
     /// For each moving body, the cache key of its frequencies; empty if it has none.
     measured_keys: Vec<String>,
@@ -285,6 +288,9 @@ impl Opening<'_> {
         })?;
         let model = Arc::clone(&shared.model);
         let fields = super::fields::fields(scene, self.source, info, &settings, &shared)?;
+        let files = scene.field.iter().filter_map(|field| field.get_ref().file());
+        let files = files.filter(|file| !self.source.factors.contains_key(file.get_ref()));
+        self.field_files.extend(files.map(|file| self.source.folder().join(file.get_ref())));
         let mut discretization = match &scene.sheet {
             Some(sheet) => {
                 let of_mesh = |error| place::of_mesh(scene, &model.document, error);

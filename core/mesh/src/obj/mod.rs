@@ -137,6 +137,12 @@ impl ObjDocument {
         &self.parsed.texcoords
     }
 
+    /// Texture coordinates of a vertex as a corner of a face; `None` if that corner has none.
+    pub fn texcoord_at(&self, face: u32, vertex: u32) -> Option<[f64; 2]> {
+        let row = self.face(face as usize)?.corners.iter().find(|corner| corner.v == vertex)?.vt()?;
+        self.texcoords().get(row as usize).copied()
+    }
+
     /// Normals in the order of the `vn` lines, not normalised (k x 3).
     pub fn normals(&self) -> &[Vec3] {
         &self.parsed.normals

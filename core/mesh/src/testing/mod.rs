@@ -1,10 +1,12 @@
 //! What tests share: random numbers, small documents, and models as people bring them.
 
 mod attributes;
+mod images;
 mod models;
 mod random;
 mod shape;
 
+pub use images::{grey_png, png, png_bytes};
 pub use models::{TestModel, models, scan};
 pub use random::Random;
 

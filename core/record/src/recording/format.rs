@@ -50,7 +50,7 @@ pub struct RecordingHeader {
     /// Whether the session kept what undo needs, besides what the scene's own edits need.
     #[serde(default)]
     pub history: bool,
-    /// Plugins that were open, devices excepted, and models.
+    /// Plugins that were open, devices excepted, models, and files of fields.
     pub files: Vec<RecordedFile>,
 }
 
@@ -61,7 +61,7 @@ pub struct RecordedFile {
     pub path: PathBuf,
     /// [`Digest`](super::Digest) of its content.
     pub digest: u64,
-    /// Whether the file is a plugin. A plugin may be another build of the same; a model must be the same.
+    /// Whether the file is a plugin. A plugin may be another build of the same; other files must be the same.
     pub plugin: bool,
 }
 

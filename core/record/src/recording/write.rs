@@ -239,10 +239,11 @@ fn files(inputs: &RecordingInputs<'_>) -> io::Result<Vec<RecordedFile>> {
         let path = source.folder().join(body.mesh.as_ref()?.get_ref());
         (i > 0 || mesh.is_none() || path.is_file()).then_some(path)
     });
-    let models: Vec<PathBuf> = own.chain(mesh.map(Path::to_path_buf)).collect();
+    // The models first: a replay takes the first of these files for that of the first body.
+    let read = own.chain(mesh.map(Path::to_path_buf)).chain(session.field_files.iter().cloned());
     // Of a device only its limits and hands count, and those are in the recording.
     let plugins = session.loaded.iter().filter(|l| l.kind != "device").map(|l| (PathBuf::from(&l.path), true));
-    let all = plugins.chain(models.into_iter().map(|path| (path, false)));
+    let all = plugins.chain(read.map(|path| (path, false)));
     all.map(|(path, plugin)| {
         let path = absolute(&path)?;
         let digest = Digest::of_file(&path).map_err(|e| error_at(&path, e))?;

@@ -235,7 +235,8 @@ pub struct FixedScene {
     pub path: Vec<[f64; 4]>,
 }
 
-/// A factor of a parameter of the material that differs from place to place. Give one of `box`, `ball`, `group`, `colour` and `csv`.
+/// A factor of a parameter of the material that differs from place to place. Give one of `box`, `ball`, `group`, `colour`, `csv`
+/// and `texture`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct FieldScene {
@@ -257,11 +258,21 @@ pub struct FieldScene {
     pub group: Option<Spanned<String>>,
     /// A channel of the colours of the vertices (`v x y z r g b`), 0 to 1, as at the nearest place of the surface.
     pub colour: Option<Channel>,
-    /// Factors at 0 and 1 of the channel, geometric between; 0.1 and 10 by default.
+    /// Factors at 0 and 1 of the channel or the texture, geometric between; 0.1 and 10 by default.
     pub range: Option<[f64; 2]>,
     /// A file with one factor a line for each vertex, relative to the scene, as at the nearest place of the surface.
     #[schemars(with = "Option<String>")]
     pub csv: Option<Spanned<String>>,
+    /// A grey PNG image, relative to the scene, by the texture coordinates (`vt`) at the nearest place of the surface.
+    #[schemars(with = "Option<String>")]
+    pub texture: Option<Spanned<String>>,
+}
+
+impl FieldScene {
+    /// The file it reads, relative to the scene.
+    pub fn file(&self) -> Option<&Spanned<String>> {
+        self.csv.as_ref().or(self.texture.as_ref())
+    }
 }
 
 /// Channels of a colour.
