@@ -1,6 +1,8 @@
 //! Nodes that are held, and nodes that are led.
 
+use super::cell_corners::CellCorners;
 use pliant_solver::Vec3;
+use std::collections::HashSet;
 
 /// Which nodes, by where they rest.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,6 +23,10 @@ pub enum Place {
     },
     /// At these numbers.
     Nodes(Vec<u32>),
+    /// Vertices of a sheet, by their numbers.
+    Vertices(HashSet<u32>),
+    /// Corners of the cells of a lattice that faces go through.
+    Cells(CellCorners),
 }
 
 impl Place {
@@ -32,6 +38,8 @@ impl Place {
                 (0..3).map(|i| (rest[i] - centre[i]).powi(2)).sum::<f64>() <= radius * radius
             }
             Self::Nodes(list) => list.contains(&node),
+            Self::Vertices(all) => all.contains(&node),
+            Self::Cells(corners) => corners.holds(rest),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! A body of a scene: the model an artist handed in, the nodes that carry it, and how its surface follows them.
 
+mod cell_corners;
 mod cutting;
 mod discretization;
 mod fields;
@@ -17,6 +18,7 @@ mod skin;
 mod state;
 mod symmetry;
 
+pub use cell_corners::CellCorners;
 pub use discretization::Discretization;
 pub use fields::{FieldSurface, Fields, Layer, factor_at};
 pub use fixing::{Fixing, Place};

@@ -227,14 +227,15 @@ impl Check<'_> {
             fixed.box_.as_ref().map(|_| "`box`"),
             fixed.ball.as_ref().map(|_| "`ball`"),
             fixed.radius.as_ref().map(|_| "`radius`"),
+            fixed.group.as_ref().map(|_| "`group`"),
             fixed.nodes.as_ref().map(|_| "`nodes`"),
         ]
         .into_iter()
         .flatten()
         .collect();
-        if !matches!(found[..], ["`box`"] | ["`ball`", "`radius`"] | ["`nodes`"]) {
+        if !matches!(found[..], ["`box`"] | ["`ball`", "`radius`"] | ["`group`"] | ["`nodes`"]) {
             let found = if found.is_empty() { "no place".into() } else { found.join(" and ") };
-            let text = format!("`fixed` has {found}; allowed is `box`, `ball` and `radius`, or `nodes`");
+            let text = format!("`fixed` has {found}; allowed is `box`, `ball` and `radius`, `group`, or `nodes`");
             return self.wrong(span, text);
         }
         if let Some([min, max]) = &fixed.box_
@@ -248,7 +249,8 @@ impl Check<'_> {
             self.above(radius.si, span.clone(), "radius", " m")?;
         }
         if fixed.nodes.is_some() && region == Extent::Local {
-            return self.wrong(span, "`nodes` of a local region have no lasting numbers; allowed is `box` or `ball`");
+            return self
+                .wrong(span, "`nodes` of a local region have no lasting numbers; allowed is `box`, `ball` or `group`");
         }
         let wrong = |(i, row): (usize, &[f64; 4])| {
             let rises = i == 0 || fixed.path[i - 1][0] < row[0];

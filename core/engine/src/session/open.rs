@@ -7,7 +7,7 @@ use crate::body::{Body, Discretization, Lattice, LatticeError, Model, RegionSett
 use crate::contact::{Friction, SheetTips};
 use crate::edit::BladeEdge;
 use crate::plan::Plan;
-use crate::scene::{BladeScene, BodyScene, Extent, GridLevel, Scene, Source, ToolScene, settings};
+use crate::scene::{BladeScene, BodyScene, Extent, FixedScene, GridLevel, Scene, Source, ToolScene, settings};
 use crate::tool::{Coupling, ForceLimits, ForceSafety, Hand, TactilePad, TipMass, Tool};
 use bytemuck::cast_slice;
 use pliant_cut::CutMesh;
@@ -310,7 +310,8 @@ impl Opening<'_> {
         };
         self.measured_keys.push(discretization.lattice().map(measured_key).unwrap_or_default());
         let skin = Skin::new(&model, shared.tree);
-        let fixings = scene.fixed.iter().map(|f| place::fixing(f.get_ref())).collect();
+        let fixing = |f: &Spanned<FixedScene>| place::fixing(f.get_ref(), self.source, &model, &discretization);
+        let fixings = scene.fixed.iter().map(fixing).collect::<Result<_, _>>()?;
         Ok(Body {
             name,
             cut_margins: std::collections::HashMap::default(),

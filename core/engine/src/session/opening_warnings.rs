@@ -128,7 +128,8 @@ fn is_empty_selection(body: &Body, place: &Place) -> Result<bool, SessionError> 
     let ball = match place {
         Place::Box { min, max } => Ball { centre: (0.5 * (min + max)).into(), radius: 0.5 * (max - min).norm() },
         Place::Ball { centre, radius } => Ball { centre: (*centre).into(), radius: *radius },
-        Place::Nodes(_) => Ball { centre: [0.0; 3], radius: f64::INFINITY },
+        Place::Cells(corners) if corners.is_empty() => return Ok(true),
+        Place::Cells(_) | Place::Nodes(_) | Place::Vertices(_) => Ball { centre: [0.0; 3], radius: f64::INFINITY },
     };
     let mut near = Region::default();
     let of_body = |error| SessionError::Lattice { body: body.name.clone(), error };

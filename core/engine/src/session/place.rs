@@ -3,7 +3,7 @@
 use super::SessionError;
 use super::ray_miss::{self, Ray};
 use super::shared::SharedModel;
-use crate::body::{Fixing, Model, Place, Warp};
+use crate::body::{CellCorners, Discretization, Fixing, Model, Place, Warp};
 use crate::scene::{
     BodyScene, FixedScene, FrameScene, PatternScene, RotationScene, SceneError, ShapeKind, ShapeScene, SheetScene,
     Source, ToolScene, WarpScene,
@@ -17,6 +17,7 @@ use pliant_mesh::geometry::cast;
 use pliant_mesh::{MeshError, ObjDocument, Placement, Surface, generate};
 use std::ops::Range;
 use std::path::Path;
+use toml::Spanned;
 
 /// Loads the model of a body. `instead` is a replacement file, scaled to the bounding box of the body's own model.
 pub(super) fn model(scene: &BodyScene, source: &Source, instead: Option<&Path>) -> Result<Model, SessionError> {
@@ -164,17 +165,54 @@ pub(super) fn warp(scene: &SheetScene) -> Warp {
     }
 }
 
-/// A fixing: nodes that are held or moved along a path.
-pub(super) fn fixing(scene: &FixedScene) -> Fixing {
-    let place = match (&scene.box_, &scene.ball, &scene.nodes) {
-        (Some([min, max]), _, _) => Place::Box { min: min.map(|c| c.si).into(), max: max.map(|c| c.si).into() },
-        (_, Some(centre), _) => {
+/// A fixing: nodes of a body that are held or moved along a path.
+///
+/// # Errors
+/// A group that the model does not have.
+pub(super) fn fixing(
+    scene: &FixedScene,
+    source: &Source,
+    model: &Model,
+    discretization: &Discretization,
+) -> Result<Fixing, SceneError> {
+    let place = match scene {
+        FixedScene { box_: Some([min, max]), .. } => {
+            Place::Box { min: min.map(|c| c.si).into(), max: max.map(|c| c.si).into() }
+        }
+        FixedScene { ball: Some(centre), .. } => {
             Place::Ball { centre: centre.map(|c| c.si).into(), radius: scene.radius.map_or(0.0, |r| r.si) }
         }
-        (_, _, nodes) => Place::Nodes(nodes.clone().unwrap_or_default()),
+        FixedScene { group: Some(name), .. } => {
+            let faces = named_faces(name, source, &model.document)?;
+            let Surface { points, triangles, face_of } = &model.surface;
+            let named = triangles.iter().zip(face_of).filter(|(_, face)| faces[**face as usize]).map(|(t, _)| *t);
+            match discretization {
+                Discretization::Sheet(_) => Place::Vertices(named.flatten().collect()),
+                Discretization::Lattice(lattice) => {
+                    let named = named.map(|corners| corners.map(|v| points[v as usize]));
+                    Place::Cells(CellCorners::of(named, &lattice.facts))
+                }
+            }
+        }
+        FixedScene { nodes, .. } => Place::Nodes(nodes.clone().unwrap_or_default()),
     };
     let path = scene.path.iter().map(|&[t, x, y, z]| (t, Vec3::new(x, y, z)));
-    Fixing { place, clamp: scene.clamp, path: path.collect() }
+    Ok(Fixing { place, clamp: scene.clamp, path: path.collect() })
+}
+
+/// Whether each face of a model is under a `g` or `o` line with a name.
+///
+/// # Errors
+/// A name that no line has, with those that there are.
+pub(super) fn named_faces(
+    name: &Spanned<String>,
+    source: &Source,
+    document: &ObjDocument,
+) -> Result<Vec<bool>, SceneError> {
+    document.faces_named(name.get_ref()).ok_or_else(|| {
+        let text = format!("no group `{}` in the model; allowed is {}", name.get_ref(), document.list_names());
+        source.error(name.span(), text)
+    })
 }
 
 /// The frame of a device: given by the scene, or placed where a ray hits a body. With `near`, a ray that misses is placed at the closest vertex.

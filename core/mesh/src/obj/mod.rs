@@ -5,6 +5,7 @@
 
 mod cursor;
 mod error;
+mod names;
 mod normals;
 mod number;
 mod parse;

@@ -214,7 +214,7 @@ pub enum Extent {
     Whole,
 }
 
-/// Nodes that are held, or led along a path. Give one of `box`, `ball` and `nodes`.
+/// Nodes that are held, or led along a path. Give one of `box`, `ball`, `group` and `nodes`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct FixedScene {
@@ -225,6 +225,9 @@ pub struct FixedScene {
     pub ball: Option<[Length; 3]>,
     /// Radius of the ball.
     pub radius: Option<Length>,
+    /// A name of `g` or `o` lines of the OBJ: the vertices of its faces, of a solid the corners of the cells they go through.
+    #[schemars(with = "Option<String>")]
+    pub group: Option<Spanned<String>>,
     /// Numbers of nodes; of a whole region only.
     pub nodes: Option<Vec<u32>>,
     /// Of a sheet: edges of its border whose ends are both held keep the direction they have at rest.
@@ -253,7 +256,7 @@ pub struct FieldScene {
     pub ball: Option<[Length; 3]>,
     /// Radius of the ball.
     pub radius: Option<Length>,
-    /// What lies nearest to the faces of this group (`g`) of the OBJ.
+    /// What lies nearest to the faces with this name of `g` or `o` lines of the OBJ.
     #[schemars(with = "Option<String>")]
     pub group: Option<Spanned<String>>,
     /// A channel of the colours of the vertices (`v x y z r g b`), 0 to 1, as at the nearest place of the surface.

@@ -129,6 +129,6 @@ fn meets(place: &Place, low: Vec3, high: Vec3) -> bool {
     match place {
         Place::Box { min, max } => (0..3).all(|i| min[i] <= high[i] && low[i] <= max[i]),
         Place::Ball { centre, radius } => (centre.sup(&low).inf(&high) - centre).norm() <= *radius,
-        Place::Nodes(_) => true,
+        Place::Nodes(_) | Place::Vertices(_) | Place::Cells(_) => true,
     }
 }

@@ -3,6 +3,7 @@
 use super::ALLOWED;
 use crate::body::{Layer, factor_at};
 use crate::scene::{Channel, FieldScene, SceneError, Source};
+use crate::session::place::named_faces;
 use crate::session::shared::SharedModel;
 use pliant_mesh::GreyImage;
 use pliant_mesh::read::read_text;
@@ -18,17 +19,15 @@ pub(super) struct SurfaceSource<'a> {
 }
 
 impl SurfaceSource<'_> {
-    /// One factor for the faces of a group.
+    /// One factor for the faces with a name.
     pub(super) fn group(&self, name: &Spanned<String>, factor: f64) -> Result<Layer, SceneError> {
         let (document, surface) = (&self.shared.model.document, &self.shared.model.surface);
-        let Some(index) = document.groups().iter().position(|known| known == name.get_ref()) else {
-            let known = document.groups().iter().map(|known| format!("`{known}`")).collect::<Vec<_>>().join(", ");
-            let known = if known.is_empty() { "none: the model has no groups".into() } else { known };
-            let text = format!("no group `{}` in the model; allowed is {known}", name.get_ref());
+        let faces = named_faces(name, self.source, document)?;
+        if !faces.contains(&true) {
+            let text = format!("group `{}` of the model has no faces", name.get_ref());
             return Err(self.source.error(name.span(), text));
-        };
-        let is_in = |face: u32| document.face(face as usize).and_then(|f| f.attributes.group) == Some(index as u32);
-        Ok(Layer::Triangles(surface.face_of.iter().map(|f| if is_in(*f) { factor } else { 1.0 }).collect()))
+        }
+        Ok(Layer::Triangles(surface.face_of.iter().map(|f| if faces[*f as usize] { factor } else { 1.0 }).collect()))
     }
 
     /// Factors by a channel of the vertices' colours.
