@@ -4,7 +4,8 @@ use pliant_engine::session::{EventKind, Session};
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::testing::models;
 use pliant_mesh::{Bounds, ObjDocument, Surface};
-use pliant_tests::{Bench, open_file, root};
+use pliant_tests::table::Table;
+use pliant_tests::{Bench, box_scene, open_file, root};
 
 /// m, the longest edge of every model
 const SIZE: f64 = 0.1;
@@ -272,7 +273,7 @@ fn the_torque_of_a_grab_twists_a_bar_as_saint_venant_says() {
         r#"
         format = 1
         [time]
-        duration = "2 s"
+        duration = "0.8 s"
         dt = "2 ms"
         integrator = "backward-euler"
         [[body]]
@@ -299,13 +300,24 @@ fn the_torque_of_a_grab_twists_a_bar_as_saint_venant_says() {
         radius = "25 mm"
         "#
     );
-    let mut session = opened(&bench, &text);
-    run(&mut session, 0.8);
-    let torque = -session.frame().tools[0].torque.z;
-    let nodes = &session.bodies[0].system.nodes;
+    bench.write("scene.toml", text);
+    bench.pliant(&["run", "scene.toml", "-q", "--out", "out"]).expect(0);
+    let [trace, nodes] = ["trace.csv", "nodes.csv"].map(|name| Table::read(&bench, &format!("out/{name}")));
+    let last = trace.rows.len() - 1;
+    let number = |name: &str| trace.number(last, &format!("wrench.{name}"));
+    let torque = -number("torque_z_Nm");
+    let across = number("torque_x_Nm").hypot(number("torque_y_Nm"));
+    assert!(across < 0.01 * torque, "{across} N m about axes that nothing turns about, {torque} N m about the bar's");
+    // This device drives three axes.
+    assert_eq!(number("device_torque_z_Nm"), 0.0);
+    let place = |row: usize, names: [&str; 3]| Vec3::from(names.map(|name| nodes.number(row, name)));
     let turned = |height: f64| {
         let (mut moment, mut inertia) = (0.0, 0.0);
-        for (rest, x) in nodes.rest.iter().zip(&nodes.x).filter(|(rest, _)| (rest.z - height).abs() < 1e-4) {
+        for row in 0..nodes.rows.len() {
+            let (rest, x) = (place(row, ["rest_x_m", "rest_y_m", "rest_z_m"]), place(row, ["x_m", "y_m", "z_m"]));
+            if (rest.z - height).abs() > 1e-4 {
+                continue;
+            }
             moment += rest.x * x.y - rest.y * x.x;
             inertia += rest.x * x.x + rest.y * x.y;
         }
@@ -316,6 +328,18 @@ fn the_torque_of_a_grab_twists_a_bar_as_saint_venant_says() {
     let exact = young / (2.0 * (1.0 + poisson)) * 0.1406 * side.powi(4) * rate;
     // A node an eighth of the side apart stiffens torsion by a few per cent.
     assert!(rate > 0.5 && (torque / exact - 1.0).abs() < 0.1, "{torque} N m; Saint-Venant: {exact} N m; {rate} rad/m");
+}
+
+#[test]
+fn traces_of_tools_that_turn_nothing_have_no_torque() {
+    let bench = Bench::new();
+    for (kind, has_torque) in [("touch", false), ("pull", false), ("grab", true)] {
+        bench.write("scene.toml", box_scene("", "", "").replace("\"touch\"", &format!("\"{kind}\"")));
+        bench.pliant(&["run", "scene.toml", "-q", "--out", "out"]).expect(0);
+        let trace = Table::read(&bench, "out/trace.csv");
+        assert_eq!(trace.names.iter().any(|name| name.contains("torque")), has_torque, "{kind}: {:?}", trace.names);
+        assert!(trace.rows.iter().all(|row| row.len() == trace.names.len()), "{kind}");
+    }
 }
 
 #[test]

@@ -139,6 +139,11 @@ impl Plan {
         self.edits.iter().any(|edit| edit.kind.cuts())
     }
 
+    /// Whether an edit with a tool, by its place among [`Plan::tools`], renders torque.
+    pub fn has_torque(&self, tool: usize) -> bool {
+        self.edits.iter().any(|edit| edit.tool == tool && edit.kind.renders_torque())
+    }
+
     fn leave(&mut self, what: impl Into<String>, why: impl Into<String>) {
         self.left_out.push(LeftOut { what: what.into(), why: why.into() });
     }

@@ -68,4 +68,4 @@ pub use recording::{
 };
 pub use statistics::RunStatistics;
 pub use summary::{BodySummary, CutSummary, Durations, Summary, summarize_bodies};
-pub use trace::{trace_cells, trace_columns};
+pub use trace::{TracedTool, trace_cells, trace_columns, traced_tools};

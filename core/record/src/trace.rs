@@ -3,16 +3,30 @@
 use pliant_engine::session::{Frame, Session};
 use std::io::{self, Write};
 
+/// A tool as a trace knows it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TracedTool<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Whether an edit with it renders torque.
+    pub has_torque: bool,
+}
+
+/// The tools of a session, in the order of its trace.
+pub fn traced_tools(session: &Session) -> impl Iterator<Item = TracedTool<'_>> {
+    session.tools.iter().map(|slot| TracedTool { name: &slot.tool.name, has_torque: slot.has_torque })
+}
+
 /// Names of the columns of a trace with these tools, in order; units are at their ends.
-pub fn trace_columns<'a>(tools: impl IntoIterator<Item = &'a str>) -> Vec<String> {
+pub fn trace_columns<'a>(tools: impl IntoIterator<Item = TracedTool<'a>>) -> Vec<String> {
     let mut columns = vec!["time_s".to_owned()];
-    for tool in tools {
-        for group in ["hand", "proxy"] {
-            columns.extend(["x", "y", "z"].map(|axis| format!("{tool}.{group}_{axis}_m")));
-        }
-        columns.extend(["contact", "depth_m"].map(|quantity| format!("{tool}.{quantity}")));
-        for group in ["force", "device_force"] {
-            columns.extend(["x", "y", "z"].map(|axis| format!("{tool}.{group}_{axis}_N")));
+    for TracedTool { name, has_torque } in tools {
+        let vector = |group: &str, unit: &str| ["x", "y", "z"].map(|axis| format!("{name}.{group}_{axis}_{unit}"));
+        columns.extend(["hand", "proxy"].iter().flat_map(|group| vector(group, "m")));
+        columns.extend(["contact", "depth_m"].map(|quantity| format!("{name}.{quantity}")));
+        columns.extend(["force", "device_force"].iter().flat_map(|group| vector(group, "N")));
+        if has_torque {
+            columns.extend(["torque", "device_torque"].iter().flat_map(|group| vector(group, "Nm")));
         }
     }
     let of_session = [
@@ -31,7 +45,7 @@ pub fn trace_columns<'a>(tools: impl IntoIterator<Item = &'a str>) -> Vec<String
 
 /// Writes the line with the names of the columns.
 pub(crate) fn write_header(session: &Session, out: &mut impl Write) -> io::Result<()> {
-    let columns = trace_columns(session.tools.iter().map(|slot| slot.tool.name.as_str()));
+    let columns = trace_columns(traced_tools(session));
     writeln!(out, "{}", columns.join(","))
 }
 
@@ -56,6 +70,10 @@ pub(crate) fn write_row(frame: &Frame, out: &mut impl Write) -> io::Result<()> {
         let [[hx, hy, hz], [px, py, pz]] = [t.hand, t.proxy].map(<[f64; 3]>::from);
         let [[fx, fy, fz], [dx, dy, dz]] = [t.force, t.device_force].map(<[f64; 3]>::from);
         write!(out, ",{hx},{hy},{hz},{px},{py},{pz},{contact},{},{fx},{fy},{fz},{dx},{dy},{dz}", t.depth)?;
+        if t.has_torque {
+            let [[tx, ty, tz], [dx, dy, dz]] = [t.torque, t.device_torque].map(<[f64; 3]>::from);
+            write!(out, ",{tx},{ty},{tz},{dx},{dy},{dz}")?;
+        }
     }
     writeln!(
         out,

@@ -3,7 +3,7 @@
 use crate::column::{ColumnKind, number};
 use crate::sweep::Keep;
 use pliant_engine::session::Session;
-use pliant_record::{ProbeResult, RunStatistics, trace_cells, trace_columns};
+use pliant_record::{ProbeResult, RunStatistics, trace_cells, trace_columns, traced_tools};
 use serde_json::Value;
 
 /// A column of the summary.
@@ -73,11 +73,7 @@ pub(super) struct TraceKeeper {
 impl TraceKeeper {
     /// Keeps what `keep` asks for of a session.
     pub(super) fn new(keep: &Keep, session: &Session) -> Self {
-        let known = if keep.trace.is_empty() {
-            Vec::new()
-        } else {
-            trace_columns(session.tools.iter().map(|slot| slot.tool.name.as_str()))
-        };
+        let known = if keep.trace.is_empty() { Vec::new() } else { trace_columns(traced_tools(session)) };
         let places = keep.trace.iter().map(|name| known.iter().position(|column| column == name)).collect();
         Self { places, every: keep.trace_every, columns: vec![Vec::new(); keep.trace.len()] }
     }

@@ -5,7 +5,7 @@ use crate::column::{Column, ColumnKind};
 use crate::execute::SUMMARY;
 use pliant_engine::plan::{Plan, Probe};
 use pliant_engine::scene::{Scene, SceneError, Source, load_text};
-use pliant_record::trace_columns;
+use pliant_record::{TracedTool, trace_columns};
 use std::collections::BTreeMap;
 
 /// Columns that say how an edit went.
@@ -103,8 +103,11 @@ fn probes(plans: &[Planned]) -> Vec<Column> {
 /// Refuses a column of the trace that no base scene has.
 fn check_trace(name: &str, plans: &[Planned], source: &Source) -> Result<(), SceneError> {
     let columns = |planned: &Planned| {
-        let names = planned.plan.tools.iter().map(|&tool| planned.scene.tool[tool].name.get_ref().as_str());
-        trace_columns(names.collect::<Vec<_>>())
+        let tools = planned.plan.tools.iter().enumerate().map(|(at, &tool)| TracedTool {
+            name: planned.scene.tool[tool].name.get_ref(),
+            has_torque: planned.plan.has_torque(at),
+        });
+        trace_columns(tools)
     };
     let known: Vec<String> = plans.iter().flat_map(columns).filter(|column| column != "step_seconds").collect();
     if known.iter().any(|column| column == name) {
@@ -115,8 +118,9 @@ fn check_trace(name: &str, plans: &[Planned], source: &Source) -> Result<(), Sce
 
 /// A column of the trace: its unit is the end of its name.
 fn trace_column(name: &str) -> Column {
-    let units = ["s", "m", "N", "J"];
+    let units = ["s", "m", "N", "Nm", "J"];
     let (stem, unit) = name.rsplit_once('_').filter(|(_, unit)| units.contains(unit)).unwrap_or((name, ""));
+    let unit = if unit == "Nm" { "N m" } else { unit };
     let kind = if name.ends_with(".contact") { ColumnKind::Text } else { ColumnKind::Numbers };
     Column::new(stem, unit, kind)
 }

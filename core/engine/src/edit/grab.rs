@@ -29,6 +29,10 @@ impl EditKind for Grab {
         true
     }
 
+    fn renders_torque(&self) -> bool {
+        true
+    }
+
     fn begin(&self, edit: &Edit, tool: &Tool, _bodies: usize) -> Box<dyn Action> {
         let shape = BrushShape::of(edit, tool);
         let limit = edit.limit.unwrap_or(f64::INFINITY);

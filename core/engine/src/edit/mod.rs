@@ -111,6 +111,11 @@ pub trait EditKind: Sync {
         false
     }
 
+    /// Whether it rotates what it grips with the hand, so that the hand gets a torque.
+    fn renders_torque(&self) -> bool {
+        false
+    }
+
     /// Whether it changes the rest shape while it is active. Such an edit can be undone, and the key `release` does not apply to it, because the
     /// elastic deformation by the tool always springs back.
     fn changes_rest_shape(&self) -> bool {

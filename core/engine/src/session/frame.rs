@@ -19,6 +19,8 @@ pub struct ToolFrame {
     pub force: Vec3,
     /// Force rendered by the device, in its axes, N.
     pub device_force: Vec3,
+    /// Whether the scene has an edit with this tool that renders torque.
+    pub has_torque: bool,
     /// Torque on the hand of an edit that rotates with it, in axes of the scene, N m.
     pub torque: Vec3,
     /// Torque rendered by the device, in its axes, N m; zero if it renders none.

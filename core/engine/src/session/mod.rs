@@ -109,6 +109,8 @@ pub struct ToolSlot {
     pub effector: usize,
     /// The mirror, if it is a mirrored tool.
     pub mirror: Option<Mirror>,
+    /// Whether the scene has an edit with it that renders torque.
+    pub has_torque: bool,
     edit: Option<usize>,
     /// For each body, its soft tip on that sheet; `None` if it uses contact constraints.
     soft: Vec<Option<SoftTip>>,

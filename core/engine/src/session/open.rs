@@ -115,6 +115,9 @@ impl Session {
             .iter()
             .map(|&t| opening.tool(&scene.tool[t], &devices, scene, &plan, bodies.len()))
             .collect::<Result<Vec<_>, _>>()?;
+        for (at, slot) in tools.iter_mut().enumerate() {
+            slot.has_torque = plan.has_torque(at);
+        }
         super::mirror::join(&mut tools, &plan.mirrors, &mut bodies, &mut opening.events);
         let count = bodies.len();
         let springs = tools.iter().map(|_| NodeSprings::default()).collect();
@@ -417,6 +420,7 @@ impl Opening<'_> {
             device,
             effector: effector as usize,
             mirror: None,
+            has_torque: false,
             edit: None,
             soft: (0..bodies).map(|_| None).collect(),
             restitution,

@@ -266,6 +266,7 @@ impl Session {
             let pass = SafetyPass { counts, last, wanted, given: device_force };
             add_safety_events(&mut self.events, slot, &pass, time + dt);
             let mut felt = tool_frame(&slot.tool, slot.hand.position, force, device_force);
+            felt.has_torque = slot.has_torque;
             felt.torque = slot.tool.reaction_torque(slot.hand.position, &self.bodies);
             if self.devices[slot.device].facts.driven_axes >= TORQUE_AXES {
                 // The torque comes from the same springs as the force, so it is scaled like the force by force safety.
@@ -305,6 +306,7 @@ fn tool_frame(tool: &Tool, hand: Vec3, force: Vec3, device_force: Vec3) -> ToolF
         depth: tool.depth,
         force,
         device_force,
+        has_torque: false,
         torque: Vec3::zeros(),
         device_torque: Vec3::zeros(),
     }
