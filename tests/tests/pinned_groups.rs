@@ -100,7 +100,7 @@ fn a_group_in_a_plane_of_the_lattice_is_a_box_around_it() {
 fn vertices_of_a_group_of_a_sheet_are_held() {
     let bench = Bench::new();
     let sheet = pliant_mesh::generate::cuboid(6, [0.1; 3]).expect("a cube");
-    let is_in = |face: usize| face % 7 == 0;
+    let is_in = |face: usize| face.is_multiple_of(7);
     bench.write("model.obj", with_group(&sheet, is_in, "g"));
     let session = stepped(&bench, "sheet = {}\nmaterial = { plugin = \"cloth\" }", &led("held"));
     let [held, all] = apart(&session, is_in);

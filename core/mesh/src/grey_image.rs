@@ -103,9 +103,9 @@ impl GreyImage {
         Ok(Self { width: width as usize, height: height as usize, pixels })
     }
 
-    /// The value, 0 (black) to 1 (white), at texture coordinates: u to the right and v up from the lower left corner, repeated beyond 0 to
-    /// 1. It is bilinear between the middles of pixels and constant from the outermost ones to the border, so that nothing of the opposite
-    /// border shows at 0 and 1.
+    /// The value, from 0 (black) to 1 (white), at texture coordinates: u goes right and v up from the lower left corner, and the image repeats
+    /// outside of 0 and 1. The value is bilinear between the middles of pixels and constant from the outermost ones to the border, so that
+    /// nothing of the opposite border shows where a coordinate is 0 or 1.
     pub fn sample(&self, [u, v]: [f64; 2]) -> f64 {
         let column = neighbours(within_tile(u), self.width);
         let row = neighbours(1.0 - within_tile(v), self.height);
