@@ -14,12 +14,12 @@ bl_info = {
 if "bpy" in locals():
     import importlib
 
-    for _module in (gesture, recording, editing, properties, mesh_io, bake, draw, mode, ui):  # noqa: F821
+    for _module in (gesture, recording, editing, properties, mesh_io, topology, bake, panel_settings, object_editing, draw, mode, ui):  # noqa: F821
         importlib.reload(_module)
 
 import bpy
 
-from . import bake, draw, editing, gesture, mesh_io, mode, properties, recording, ui
+from . import bake, draw, editing, gesture, mesh_io, mode, object_editing, panel_settings, properties, recording, topology, ui
 
 _CLASSES = (*mode.CLASSES, *bake.CLASSES, *ui.CLASSES)
 

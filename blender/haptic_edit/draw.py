@@ -10,7 +10,7 @@ import numpy as np
 from gpu_extras.batch import batch_for_shader
 
 if TYPE_CHECKING:
-    from .mode import Editing
+    from .object_editing import Editing
 
 COLOUR = (1.0, 0.55, 0.1, 1.0)
 # Size of the mesh that an arrow of the largest force drawn so far takes.

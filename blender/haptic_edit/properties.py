@@ -22,7 +22,7 @@ def _items(name: str, make) -> list[tuple[str, str, str]]:
     return _texts[name]
 
 
-def _kinds(_self, _context) -> list[tuple[str, str, str]]:
+def kind_items(_self, _context) -> list[tuple[str, str, str]]:
     words = {"touch": "Press", "cut": "Knife"}
     make = lambda: [(kind, words.get(kind, kind.replace("-", " ").title()), text) for kind, text in edit_kinds().items()]
     return _items("kinds", make)
@@ -51,7 +51,7 @@ def _use_preset(self, _context) -> None:
 class HapticSettings(bpy.types.PropertyGroup):
     """What a mesh is made of, and the brush."""
 
-    kind: EnumProperty(name="Tool", description="What the hand does", items=_kinds)
+    kind: EnumProperty(name="Tool", description="What the hand does", items=kind_items)
     substance: EnumProperty(
         name="Substance",
         items=[

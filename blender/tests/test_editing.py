@@ -12,7 +12,7 @@ from strokes import BACK, add_grid_cube, coordinates, ray_at, set_group, stroke,
 
 def test_the_extension_is_enabled(empty):
     assert bpy.ops.object.haptic_edit.idname() == "OBJECT_OT_haptic_edit"
-    kinds = [item.identifier for item in empty.properties._kinds(None, None) for item in [type("I", (), {"identifier": item[0]})]]
+    kinds = [item.identifier for item in empty.properties.kind_items(None, None) for item in [type("I", (), {"identifier": item[0]})]]
     assert {"touch", "pull", "cut"} <= set(kinds)
 
 

@@ -1,0 +1,158 @@
+"""The active mesh of the mode: a session of it, and how strokes reach Blender's data."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+import pliant
+
+from . import bake, mesh_io, topology
+from .editing import MeshArrays, MeshEdit, Settings
+from .gesture import Hit, Ray
+from .panel_settings import settings_of
+
+
+class Editing:
+    """The active mesh of the mode: the engine's session of it, and how strokes reach Blender's data. It keeps the name of the object and
+    nothing else of Blender's, so undo may replace whatever it likes.
+    """
+
+    def __init__(self, obj: bpy.types.Object) -> None:
+        self.name = obj.name
+        self._edit: MeshEdit | None = None
+        self._settings: Settings | None = None
+        self._inverse = np.eye(4)
+        self._frame = np.empty((0, 3), dtype=np.float32)
+        self._seen: pliant.Mesh | None = None
+        self._is_open = False
+        # Coordinates when the stroke began, and the shape key it edits.
+        self._start = self._frame
+        self._key: str | None = None
+        # Warnings to report, and those reported before.
+        self._warnings: list[str] = []
+        self._reported: set[str] = set()
+        self.tool: pliant.ToolState | None = None
+
+    def object(self) -> bpy.types.Object | None:
+        """The object, if it is still a mesh that is there."""
+        obj = bpy.data.objects.get(self.name)
+        return obj if obj is not None and obj.type == "MESH" else None
+
+    @property
+    def is_under_way(self) -> bool:
+        """Whether a stroke is under way."""
+        return self._edit is not None and self._edit.is_under_way
+
+    def take_warnings(self) -> list[str]:
+        """What has no effect, or not the one it looks like; each text once."""
+        new = [text for text in dict.fromkeys(self._warnings) if text not in self._reported]
+        self._warnings.clear()
+        self._reported.update(new)
+        return new
+
+    def prepare(self) -> None:
+        """Have a session of the mesh as it is now; it is opened anew if the mesh or the settings are others than before."""
+        obj = self._require()
+        mesh = mesh_io.read_mesh(obj)
+        if not len(mesh.counts):
+            raise pliant.PliantError(f"mesh `{obj.name}` has no faces; allowed is one with some", "model")
+        known = self._edit is not None and mesh.has_faces_of(self._edit.mesh)
+        self._is_open = self._is_open if known else mesh.is_open()
+        inverse = np.linalg.inv(mesh_io.to_scene_matrix(obj))
+        is_same = known and np.array_equal(inverse, self._inverse) and self._has_places_of(mesh)
+        # Sizes are relative to the mesh when its session was opened: a stroke may change it.
+        settings = settings_of(obj, self._edit.mesh if is_same else mesh, self._is_open, self._warnings)
+        if is_same and settings == self._settings:
+            self._seen = self._edit.surface()
+            return
+        self.close()
+        self._edit = MeshEdit(mesh, settings)
+        self._warnings += [f"[{warning.code}] {warning.args[0]}" for warning in self._edit.warnings()]
+        self._settings, self._inverse = settings, inverse
+        self._seen = self._edit.surface()
+        self._frame = np.empty((len(mesh.vertices), 3), dtype=np.float32)
+
+    def _has_places_of(self, mesh: MeshArrays) -> bool:
+        """Whether the vertices of the session are where those of a mesh are, which Blender rounds to single precision."""
+        return bool(np.abs(self._edit.positions() - mesh.vertices).max() <= 2e-6 * max(1.0, mesh.size()))
+
+    def hit(self, ray: Ray) -> Hit | None:
+        """Where a ray meets the mesh as it was when it was last prepared."""
+        hit = self._seen.cast(ray.origin, ray.direction) if self._seen is not None else None
+        if hit is None:
+            return None
+        # Of an open mesh the side that is seen.
+        return Hit(hit.point, hit.normal if hit.normal @ ray.direction <= 0 else -hit.normal)
+
+    def begin(self, kind: str, ray: Ray, back: np.ndarray, pressure: float = 1.0) -> bool:
+        """Begin a stroke; give whether it meets the mesh."""
+        self.prepare()
+        hit = self.hit(ray)
+        if hit is None and kind != "cut":
+            return False
+        self._start, self._key = mesh_io.coordinates(self._require()), mesh_io.active_key(self._require())
+        self._edit.begin(kind, ray, hit, back, self.depth(pressure))
+        return True
+
+    def depth(self, pressure: float) -> float:
+        """m, how deep a press goes in"""
+        given = bpy.context.scene.haptic_edit
+        share = pressure if given.use_pressure else 1.0
+        return given.strength * share * self._settings.radius
+
+    def follow(self, ray: Ray, pressure: float = 1.0) -> None:
+        """The pointer has moved."""
+        if self._edit is not None:
+            self._edit.follow(ray, self.hit(ray))
+            self._edit.set_depth(self.depth(pressure))
+
+    def lift(self, length: float) -> None:
+        """Move the hand towards the viewer, m."""
+        if self._edit is not None:
+            self._edit.lift(length)
+
+    def show(self, dt: float) -> None:
+        """Send the hand on, and copy the newest positions into the mesh: what the timer does."""
+        obj = self._require()
+        self._edit.advance(dt)
+        if not self._edit.is_alive:
+            raise pliant.PliantError("the engine stopped; leave the mode and enter it again", "panic")
+        tool = self._edit.read(self._frame, self._inverse)
+        if tool is not None:
+            self.tool = tool
+            if len(obj.data.vertices) == len(self._frame):
+                mesh_io.set_coordinates(obj, self._frame)
+
+    def end(self) -> None:
+        """End the stroke and write what it did."""
+        obj = self._require()
+        edit = self._edit
+        is_cut = edit.end()
+        self.tool = None
+        self._warnings += edit.take_refusals()
+        recording, inverse = edit.recording(), self._inverse
+        if is_cut:
+            topology.take_cut(obj, edit.mesh, edit.session)
+            # The topology is another one: the next stroke begins with it.
+            self.close()
+        else:
+            mesh_io.set_coordinates(obj, mesh_io.to_object(obj, edit.positions()))
+        end = mesh_io.coordinates(obj)
+        bake.remember(bake.Take(self.name, self._key, recording, edit.mesh, inverse, self._start, end, is_cut))
+
+    def close(self) -> None:
+        """End the session."""
+        if self._edit is not None:
+            self._edit.close()
+        self._edit = self._settings = None
+
+    @property
+    def edit(self) -> MeshEdit | None:
+        """The mesh under the hand, if a session is open."""
+        return self._edit
+
+    def _require(self) -> bpy.types.Object:
+        obj = self.object()
+        if obj is None:
+            raise pliant.PliantError(f"the object `{self.name}` is no longer there", "closed")
+        return obj

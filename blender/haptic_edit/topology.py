@@ -1,0 +1,166 @@
+"""The topology that cuts have made of a mesh, put into Blender's: layers of its faces, corners and vertices are kept or interpolated."""
+
+from __future__ import annotations
+
+import bmesh
+import bpy
+import numpy as np
+import pliant
+
+from .editing import BODY, MeshArrays
+from .mesh_io import set_coordinates, to_object, to_scene_matrix
+
+# Material slot of the faces that a cut makes inside of a mesh.
+CAP_MATERIAL = "Cut"
+
+
+def take_cut(obj: bpy.types.Object, before: MeshArrays, session: pliant.Session) -> None:
+    """Give an object the topology that cuts have made of it. Faces without a cut stay as they are, with all their layers; pieces of the
+    others get texture coordinates, colours, weights and shape keys by interpolation in the face they are of, and walls of the cut
+    a material of their own.
+    """
+    pieces = session.mesh(BODY)
+    rest = session.rest_positions(BODY)
+    slot = _cap_slot(obj) if (pieces.face_of >= len(before.counts)).any() else 0
+    mesh = bmesh.new()
+    try:
+        mesh.from_mesh(obj.data)
+        is_mirrored = np.linalg.det(to_scene_matrix(obj)[:3, :3]) < 0
+        triangles = pieces.triangles[:, ::-1] if is_mirrored else pieces.triangles
+        _rebuild(mesh, before, (triangles.astype(np.int64), pieces.face_of), rest, slot)
+        mesh.to_mesh(obj.data)
+    finally:
+        mesh.free()
+    set_coordinates(obj, to_object(obj, pieces.vertices))
+
+
+def _cap_slot(obj: bpy.types.Object) -> int:
+    """The slot of the material of walls, made if there is none."""
+    names = [slot.material.name if slot.material else "" for slot in obj.material_slots]
+    if CAP_MATERIAL in names:
+        return names.index(CAP_MATERIAL)
+    if not obj.data.materials:
+        # What was there before keeps looking as it did.
+        obj.data.materials.append(None)
+    obj.data.materials.append(bpy.data.materials.get(CAP_MATERIAL) or bpy.data.materials.new(CAP_MATERIAL))
+    return len(obj.data.materials) - 1
+
+
+def _rebuild(
+    mesh: bmesh.types.BMesh, before: MeshArrays, pieces: tuple[np.ndarray, np.ndarray], rest: np.ndarray, slot: int
+) -> None:
+    mesh.verts.ensure_lookup_table()
+    mesh.faces.ensure_lookup_table()
+    known = len(mesh.verts)
+    faces = before.faces()
+    of_face: dict[int, list[np.ndarray]] = {}
+    for triangle, face in zip(*pieces, strict=True):
+        of_face.setdefault(int(face), []).append(triangle)
+    cut = [face for face in range(len(faces)) if not _is_whole(faces[face], of_face.get(face, []))]
+    weights = {face: [_weights(triangle, faces[face], rest) for triangle in of_face.get(face, [])] for face in cut}
+    # New vertices are means of those of the face they are on.
+    parents: dict[int, tuple[list[int], np.ndarray]] = {}
+    for face in cut:
+        for triangle, rows in zip(of_face.get(face, []), weights[face], strict=True):
+            for vertex, row in zip(triangle, rows, strict=True):
+                if vertex >= known:
+                    parents.setdefault(int(vertex), (faces[face], row))
+    for vertex in range(known, len(rest)):
+        _new_vertex(mesh, parents.get(vertex), known)
+    mesh.verts.ensure_lookup_table()
+    old = list(mesh.faces)
+    for face in cut:
+        for triangle, rows in zip(of_face.get(face, []), weights[face], strict=True):
+            made = _new_face(mesh, triangle, old[face])
+            if made is not None:
+                _interpolate_loops(mesh, made, (old[face], faces[face]), rows)
+    for triangle in of_face.get(len(faces), []):
+        made = _new_face(mesh, triangle, None)
+        if made is not None:
+            made.material_index = slot
+    bmesh.ops.delete(mesh, geom=[old[face] for face in cut], context="FACES_ONLY")
+    bmesh.ops.delete(mesh, geom=[edge for edge in mesh.edges if edge.is_wire], context="EDGES")
+
+
+def _is_whole(face: list[int], triangles: list[np.ndarray]) -> bool:
+    """Whether triangles are those of the face itself, with all its vertices and no other."""
+    return len(triangles) == len(face) - 2 and set(np.concatenate(triangles).tolist()) == set(face)
+
+
+def _weights(triangle: np.ndarray, face: list[int], rest: np.ndarray) -> np.ndarray:
+    """Weights (3 x k) of the corners of a face in each corner of a piece of it, by where they are at rest."""
+    corners = rest[face]
+    fan = np.array([[0, i, i + 1] for i in range(1, len(face) - 1)])
+    rows = np.zeros((3, len(face)))
+    for row, place in zip(rows, rest[triangle], strict=True):
+        best = None
+        for three in fan:
+            a, b, c = corners[three]
+            solved, *_ = np.linalg.lstsq(np.stack([b - a, c - a], axis=1), place - a, rcond=None)
+            bary = np.array([1 - solved.sum(), *solved])
+            if best is None or bary.min() > best[0].min():
+                best = (bary, three)
+        bary = np.clip(best[0], 0.0, 1.0)
+        row[best[1]] = bary / bary.sum()
+    return rows
+
+
+def _new_vertex(mesh: bmesh.types.BMesh, parent: tuple[list[int], np.ndarray] | None, known: int) -> None:
+    if parent is None:
+        mesh.verts.new((0.0, 0.0, 0.0))
+        return
+    mesh.verts.ensure_lookup_table()
+    numbers, weights = parent
+    parents = [mesh.verts[int(number)] for number in numbers]
+    vertex = mesh.verts.new((0.0, 0.0, 0.0), parents[int(weights.argmax())])
+    deform = mesh.verts.layers.deform.active
+    if deform is not None:
+        groups: dict[int, float] = {}
+        for other, weight in zip(parents, weights, strict=True):
+            for group, value in other[deform].items():
+                groups[group] = groups.get(group, 0.0) + weight * value
+        vertex[deform].clear()
+        for group, value in groups.items():
+            vertex[deform][group] = value
+    for layer in mesh.verts.layers.shape.values():
+        vertex[layer] = tuple(sum(w * np.array(other[layer]) for other, w in zip(parents, weights, strict=True)))
+    for layers in (mesh.verts.layers.float, mesh.verts.layers.float_color, mesh.verts.layers.color):
+        for layer in layers.values():
+            vertex[layer] = _mean([other[layer] for other in parents], weights)
+
+
+def _new_face(
+    mesh: bmesh.types.BMesh, triangle: np.ndarray, example: bmesh.types.BMFace | None
+) -> bmesh.types.BMFace | None:
+    corners = [mesh.verts[int(vertex)] for vertex in triangle]
+    try:
+        return mesh.faces.new(corners, example) if example is not None else mesh.faces.new(corners)
+    except ValueError:
+        # A face of the same vertices is there: Blender has each once.
+        return None
+
+
+def _interpolate_loops(
+    mesh: bmesh.types.BMesh, made: bmesh.types.BMFace, face: tuple[bmesh.types.BMFace, list[int]], rows: np.ndarray
+) -> None:
+    """Give the corners of a piece the means of what the corners of its face have; weights are in the order of the vertices given."""
+    of_vertex = {loop.vert.index: loop for loop in face[0].loops}
+    sources = [of_vertex[int(vertex)] for vertex in face[1]]
+    layers = mesh.loops.layers
+    # Not `BMLoop.copy_from`, which copies the references of Python too.
+    for loop, weights in zip(made.loops, rows, strict=True):
+        nearest = sources[int(weights.argmax())]
+        for layer in layers.uv.values():
+            loop[layer].uv = _mean([source[layer].uv for source in sources], weights)
+        for values in (layers.float, layers.float_color, layers.color, layers.float_vector):
+            for layer in values.values():
+                loop[layer] = _mean([source[layer] for source in sources], weights)
+        for values in (layers.int, layers.string):
+            for layer in values.values():
+                loop[layer] = nearest[layer]
+
+
+def _mean(values: list, weights: np.ndarray):
+    if isinstance(values[0], float):
+        return float(sum(w * v for w, v in zip(weights, values, strict=True)))
+    return tuple(float(c) for c in weights @ np.array([tuple(value) for value in values]))
