@@ -13,14 +13,19 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.fixture(scope="session")
-def extension(tmp_path_factory):
-    """The package of the enabled extension."""
+def built(tmp_path_factory):
+    """The extension's zip."""
     wheels = os.environ.get("PLIANT_WHEEL", "").split()
     if not wheels:
         pytest.skip("PLIANT_WHEEL names no wheel to build the extension with")
     out = tmp_path_factory.mktemp("dist")
     command = [sys.executable, ROOT / "blender" / "build.py", *wheels, "-o", out]
-    built = Path(subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip())
+    return Path(subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip())
+
+
+@pytest.fixture(scope="session")
+def extension(built):
+    """The package of the enabled extension."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.ops.extensions.package_install_files(filepath=str(built), repo="user_default", enable_on_install=True)
     return sys.modules["bl_ext.user_default.haptic_edit"]
