@@ -98,8 +98,8 @@ class MeshArrays:
         low, high = np.minimum(self.corners, after), np.maximum(self.corners, after)
         edges, sides = np.unique(low * len(self.vertices) + high, return_counts=True)
         low, high = np.divmod(edges[sides == 1], len(self.vertices))
-        length = np.linalg.norm(self.vertices[low] - self.vertices[high], axis=1).sum()
-        return bool(length > self.size())
+        lengths = np.linalg.norm(self.vertices[low] - self.vertices[high], axis=1)
+        return any(length > self.size() for length in _loop_lengths(low.tolist(), high.tolist(), lengths.tolist()))
 
     def has_faces_of(self, other: MeshArrays) -> bool:
         """Whether both have the same faces of as many vertices."""
@@ -108,6 +108,24 @@ class MeshArrays:
             and np.array_equal(self.counts, other.counts)
             and np.array_equal(self.corners, other.corners)
         )
+
+
+def _loop_lengths(starts: list[int], ends: list[int], lengths: list[float]) -> list[float]:
+    """Lengths of loops of edges: of those that hang together by their vertices."""
+    parent: dict[int, int] = {}
+
+    def root(vertex: int) -> int:
+        while parent.setdefault(vertex, vertex) != vertex:
+            parent[vertex] = parent[parent[vertex]]
+            vertex = parent[vertex]
+        return vertex
+
+    for start, end in zip(starts, ends, strict=True):
+        parent[root(start)] = root(end)
+    sums: dict[int, float] = {}
+    for start, length in zip(starts, lengths, strict=True):
+        sums[root(start)] = sums.get(root(start), 0.0) + length
+    return list(sums.values())
 
 
 def edit_kinds() -> dict[str, str]:

@@ -325,6 +325,31 @@ def test_groups_without_an_effect_are_reported_once(empty):
     editing.close()
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_a_mesh_with_small_holes_is_a_solid_and_one_with_a_large_one_is_cloth(empty, seed):
+    mesh = empty.mesh_io.read_mesh(add_grid_cube())
+    assert not mesh.is_open()
+    places = mesh.vertices[mesh.corners].reshape(-1, 4, 3).mean(axis=1)
+    rows = mesh.corners.reshape(-1, 4)
+
+    def without(faces):
+        kept = np.delete(rows, faces, axis=0)
+        return empty.editing.MeshArrays(mesh.vertices, kept.reshape(-1), np.full(len(kept), 4))
+
+    # Holes of a face each, which do not touch: their borders are 0.073 m long, ten of them more than the edge of 0.2 m.
+    random, holes = np.random.default_rng(seed), []
+    for face in random.permutation(len(rows)):
+        if all(not set(rows[face]) & set(rows[other]) for other in holes):
+            holes.append(face)
+        if len(holes) == 10:
+            break
+    assert not without(holes).is_open()
+    # One of four by four faces, with a border of 0.29 m.
+    centre = places[(places[:, 2] > 0.0999) & (np.abs(places[:, :2]).max(axis=1) < 0.05)][seed]
+    near = (places[:, 2] > 0.0999) & (np.abs(places[:, :2] - centre[:2] - 0.5 * 0.2 / 11).max(axis=1) < 2.0 * 0.2 / 11)
+    assert near.sum() == 16 and without(np.flatnonzero(near)).is_open()
+
+
 def test_a_lost_object_is_told(empty):
     import pliant
 
@@ -367,6 +392,7 @@ def test_a_frame_of_a_large_mesh_is_copied_in_two_milliseconds(empty):
     box = np.array(obj.bound_box)
     x, y = (np.array(obj.matrix_world)[:3, :3] @ box.mean(axis=0))[:2]
     assert editing.begin("touch", ray_at(empty, x, y), BACK)
+    assert editing.edit.settings.fabric is None, "its holes are small"
     editing.edit._live.wait(0, 5.0)
     seconds = []
     for _ in range(60):
