@@ -43,13 +43,13 @@ class HAPTIC_PT_panel(bpy.types.Panel):
         if given.substance != "SOLID":
             column.prop(given, "fabric")
         if context.active_object is not None and context.active_object.type == "MESH":
-            column = layout.column(heading="Vertex Groups")
+            column = layout.column()
             column.prop_search(given, "pin_group", context.active_object, "vertex_groups")
             column.prop_search(given, "stiffness_group", context.active_object, "vertex_groups", text="Stiffness")
-            row = column.row(align=True)
-            row.enabled = bool(given.stiffness_group)
-            row.prop(given, "factor_at_zero", text="Factor at 0")
-            row.prop(given, "factor_at_one", text="at 1")
+            factors = column.column(align=True)
+            factors.enabled = bool(given.stiffness_group)
+            factors.prop(given, "factor_at_zero", text="Factor at 0")
+            factors.prop(given, "factor_at_one", text="at 1")
 
 
 CLASSES = (HAPTIC_PT_panel,)
