@@ -279,12 +279,12 @@ tool = "finger"
 #[derive(Debug)]
 pub struct Everywhere;
 
-impl pliant_engine::body::Inner for Everywhere {
-    fn near(&self, _: Vec3, _: f64) -> Vec<[Vec3; 3]> {
+impl pliant_engine::body::BodyInterior for Everywhere {
+    fn triangles_near(&self, _: Vec3, _: f64) -> Vec<[Vec3; 3]> {
         Vec::new()
     }
 
-    fn has(&self, _: Vec3) -> bool {
+    fn contains(&self, _: Vec3) -> bool {
         true
     }
 }

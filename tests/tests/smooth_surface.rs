@@ -102,7 +102,7 @@ fn affine_motion_of_the_nodes_is_affine_motion_of_the_surface_whole_and_cut() {
         let nodes = &mut body.system.nodes;
         (0..nodes.x.len()).for_each(|i| nodes.x[i] = map(nodes.rest[i]));
         for place in places(body, random) {
-            let Some(moved) = lattice(body).carried_by(place, &body.system.nodes).unwrap() else { continue };
+            let Some(moved) = lattice(body).displacement_at(place, &body.system.nodes).unwrap() else { continue };
             let off = (place + moved - map(place)).norm();
             assert!(off < 1e-12, "{} level {level}: {place:?} is off by {off} m", model.name);
         }
@@ -141,7 +141,7 @@ fn jumps(body: &Body, random: &mut Random) -> f64 {
         let mut on_face = lattice.grid_rest(corners[0]) + edge * Vec3::from_fn(|_, _| 0.05 + 0.9 * random.unit());
         on_face[axis] = lattice.grid_rest(corners[0])[axis];
         let along = Vec3::ith(axis, 1e-5 * edge);
-        let at = |steps: f64| lattice.carried_by(on_face + steps * along, nodes).unwrap();
+        let at = |steps: f64| lattice.displacement_at(on_face + steps * along, nodes).unwrap();
         let [Some(a), Some(b), Some(c), Some(d)] = [at(-2.0), at(-1.0), at(1.0), at(2.0)] else { continue };
         // Where a cut runs along the face, both sides are their own.
         let sides = [-1.0, 1.0].map(|steps| lattice.cell_of(on_face + steps * along).unwrap().unwrap());
@@ -200,13 +200,13 @@ fn forces_on_the_surface_have_the_power_of_their_nodes() {
         let lattice = body.discretization.lattice_mut().unwrap();
         lattice.find(&places, &mut cells, &mut weights).unwrap();
         let (mut by_nodes, mut total) = (0.0, Vec3::zeros());
-        lattice.spread(&cells, &weights, &forces, |node, f| {
+        lattice.distribute_forces(&cells, &weights, &forces, |node, f| {
             by_nodes += f.dot(&(nodes.x[node as usize] - nodes.rest[node as usize]));
             total += f;
         });
         let (mut at_places, mut wanted) = (0.0, Vec3::zeros());
         for (place, force) in places.iter().zip(&forces) {
-            if let Some(moved) = lattice.carried_by(*place, nodes).unwrap() {
+            if let Some(moved) = lattice.displacement_at(*place, nodes).unwrap() {
                 at_places += force.dot(&moved);
                 wanted += *force;
             }

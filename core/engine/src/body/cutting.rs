@@ -1,6 +1,6 @@
-//! A body under a blade: its mesh is cut, and everything that hangs on the mesh takes the cut over.
+//! Cutting of a body: after its mesh was cut, model, skin, discretization and samples adopt the cut.
 
-use super::sheet::Before;
+use super::sheet::OldCorners;
 use super::{Body, Discretization, LatticeError};
 use pliant_cut::{Advance, CutMesh, Origin};
 use pliant_mesh::Surface;
@@ -8,20 +8,21 @@ use pliant_solver::Vec3;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
-/// How far before a cut surface a vertex of it is looked for, in edges of a cell: enough to tell the side of a cut it is on.
-const INSIDE: f64 = 1e-6;
-/// How far along its skin one is that is not of the cut surface alone.
-const BESIDE: f64 = 0.01;
-/// The same where a surface has no inside, and vertices close to a cut may have been taken as on it.
-const ASIDE: f64 = 0.1;
-/// How far a cut goes on outside of the body, in edges of a cell: a straight line between two places inside may pass outside.
+/// Distance from a cap, in edges of a cell, at which the side of one of its vertices is evaluated.
+const CAP_OFFSET: f64 = 1e-6;
+/// Largest distance along the surface, in edges of a cell, at which the side of any other vertex is evaluated.
+const SURFACE_OFFSET: f64 = 0.01;
+/// The same for an open surface, where vertices close to a cut may have been snapped onto it.
+const OPEN_SURFACE_OFFSET: f64 = 0.1;
+/// Width of the margin of a cut outside of the body, in edges of a cell: a segment between two points inside may pass outside.
 const CUT_MARGIN: f64 = 0.1;
 
-/// Where the apron of a cut ends that begins at a place of the surface, by the bits of the place.
+/// Outer end of the margin of a cut (m) for each vertex on its border, by the bits of the vertex's rest position. Advances of one stroke
+/// share it, so that their margins meet.
 pub type CutMargins = HashMap<[u64; 3], Vec3>;
 
 impl Body {
-    /// Takes over what an advance of a blade has done to the mesh. Nodes of a lattice are copied with the next
+    /// Adopts the changes that an advance of a blade has made to the mesh. Nodes of a lattice are copied with the next
     /// [`super::Lattice::follow`], those of a sheet at once.
     ///
     /// # Errors
@@ -32,21 +33,23 @@ impl Body {
         let list = Arc::make_mut(&mut settled);
         for vertex in advance.first_vertex..mesh.surface().points.len() as u32 {
             let place = mesh.surface().points[vertex as usize];
-            let kept = |v: u32| list[v as usize] - mesh.surface().points[v as usize];
-            let moved = match (mesh.origin(vertex), &self.discretization) {
+            // Displacement of the present rest shape from that of the file.
+            let offset = |v: u32| list[v as usize] - mesh.surface().points[v as usize];
+            let offset = match (mesh.origin(vertex), &self.discretization) {
                 (Origin::Edge { ends, t }, _) => {
-                    let [from, to] = ends.map(kept);
+                    let [from, to] = ends.map(offset);
                     from + t * (to - from)
                 }
-                (Origin::Face { corners, weights }, _) => super::interpolate(corners.map(kept), weights),
-                (Origin::Copy { of }, _) => kept(of),
-                (Origin::Cap { .. }, Discretization::Lattice(lattice)) => lattice.kept_at(place)?,
+                (Origin::Face { corners, weights }, _) => super::interpolate(corners.map(offset), weights),
+                (Origin::Copy { of }, _) => offset(of),
+                (Origin::Cap { .. }, Discretization::Lattice(lattice)) => lattice.rest_offset_at(place)?,
                 _ => Vec3::zeros(),
             };
-            list.push(place + moved);
+            list.push(place + offset);
         }
         let triangles = &self.model.surface.triangles;
-        let before: Before = advance.changed.iter().filter_map(|t| Some((*t, *triangles.get(*t as usize)?))).collect();
+        let old_corners: OldCorners =
+            advance.changed.iter().filter_map(|t| Some((*t, *triangles.get(*t as usize)?))).collect();
         Arc::make_mut(&mut self.model).take_cut(mesh.surface(), &advance.changed);
         let new = advance.first_triangle..mesh.surface().triangles.len() as u32;
         let moved: Vec<u32> = advance.changed.iter().copied().chain(new.clone()).collect();
@@ -54,7 +57,7 @@ impl Body {
         let lattice = match &mut self.discretization {
             Discretization::Lattice(lattice) => lattice,
             Discretization::Sheet(sheet) => {
-                sheet.take_cut(mesh, advance, &before, &mut self.system)?;
+                sheet.take_cut(mesh, advance, &old_corners, &mut self.system)?;
                 sheet.embed(&self.system.nodes, &mut self.skin);
                 return Ok(());
             }
@@ -63,7 +66,7 @@ impl Body {
         let closed = !caps.is_empty();
         let swept = if closed { &caps } else { &advance.facets };
         let (model, edge) = (&self.model, lattice.edge());
-        let side = |vertex: u32| beside(mesh, model, vertex, closed, edge);
+        let side = |vertex: u32| side_point(mesh, model, vertex, closed, edge);
         let new = advance.first_vertex..mesh.surface().points.len() as u32;
         let neighbours = |vertex: u32| {
             let around = model.around(vertex).iter().flat_map(|t| model.surface.triangles[*t as usize]);
@@ -77,81 +80,83 @@ impl Body {
     }
 }
 
-impl super::Inner for CutMesh {
-    fn near(&self, centre: Vec3, reach: f64) -> Vec<[Vec3; 3]> {
-        self.triangles_near(centre, reach)
+impl super::BodyInterior for CutMesh {
+    fn triangles_near(&self, centre: Vec3, half_size: f64) -> Vec<[Vec3; 3]> {
+        self.triangles_near(centre, half_size)
     }
 
-    fn has(&self, place: Vec3) -> bool {
-        self.encloses(place)
+    fn contains(&self, point: Vec3) -> bool {
+        self.encloses(point)
     }
 }
 
-/// The new cut surface inside of the body, one wall of two, and cut_margins around it outside. It goes through the very vertices
-/// of the mesh, so no vertex is on another side of the lattice's cut than of the mesh's.
+/// Triangles (m) by which the lattice is cut: of the two coincident caps among the `new` triangles the one that faces along the blade's
+/// first facet, and a strip of `margin` (m) around it outside of the body. They have the vertices of the mesh, so that every vertex is on
+/// the same side of the cut in lattice and mesh. `ends` gets the outer ends of the strip.
 fn caps(
     mesh: &CutMesh,
     new: std::ops::Range<u32>,
     facets: &[[Vec3; 3]],
-    apron: f64,
-    known: &mut CutMargins,
+    margin: f64,
+    ends: &mut CutMargins,
 ) -> Vec<[Vec3; 3]> {
     let Some(facet) = facets.first() else { return Vec::new() };
     let forward = cross(facet);
     let surface = mesh.surface();
     let corners = |t: u32| surface.triangles[t as usize].map(|v| surface.points[v as usize]);
-    let wall: Vec<u32> = new.filter(|t| mesh.is_cap(*t) && cross(&corners(*t)).dot(&forward) > 0.0).collect();
-    let mut rims: Vec<[u32; 2]> = Vec::new();
+    let cap: Vec<u32> = new.filter(|t| mesh.is_cap(*t) && cross(&corners(*t)).dot(&forward) > 0.0).collect();
+    let mut border: Vec<[u32; 2]> = Vec::new();
     let mut outward: BTreeMap<u32, Vec3> = BTreeMap::new();
-    for &t in &wall {
+    for &t in &cap {
         let vertices = surface.triangles[t as usize];
         for (side, other) in mesh.neighbours(t).into_iter().enumerate() {
             if mesh.is_cap(other) {
                 continue;
             }
-            let ends = [vertices[side], vertices[(side + 1) % 3]];
-            let [from, to] = ends.map(|v| surface.points[v as usize]);
+            let edge = [vertices[side], vertices[(side + 1) % 3]];
+            let [from, to] = edge.map(|v| surface.points[v as usize]);
             let out = (to - from).cross(&cross(&corners(t))).try_normalize(0.0).unwrap_or_default();
-            ends.iter().for_each(|v| *outward.entry(*v).or_default() += out);
-            rims.push(ends);
+            edge.iter().for_each(|v| *outward.entry(*v).or_default() += out);
+            border.push(edge);
         }
     }
-    // Where an advance goes on, it hems on to the apron of the one before.
+    // A vertex that an earlier advance has given an end keeps it: the margins of both meet there.
     let mut end = |v: u32| {
         let place = surface.points[v as usize];
         let out = outward[&v].try_normalize(0.0).unwrap_or_default();
-        *known.entry(place.map(f64::to_bits).into()).or_insert_with(|| place + apron * out)
+        *ends.entry(place.map(f64::to_bits).into()).or_insert_with(|| place + margin * out)
     };
-    let mut swept: Vec<[Vec3; 3]> = wall.iter().map(|t| corners(*t)).collect();
-    for [a, b] in rims {
+    let mut swept: Vec<[Vec3; 3]> = cap.iter().map(|t| corners(*t)).collect();
+    for [a, b] in border {
         let [p, q] = [a, b].map(|v| surface.points[v as usize]);
         swept.extend([[p, end(a), end(b)], [p, end(b), q]]);
     }
     swept
 }
 
+/// Twice the area vector of a triangle, m^2.
 fn cross([a, b, c]: &[Vec3; 3]) -> Vec3 {
     (b - a).cross(&(c - a))
 }
 
-/// A rest place beside a vertex, on its own side of all cuts: towards its own triangles of the skin, which no cut passes; or
-/// in front of the cut surface it lies on. Not along a mean normal: where the skin leans over the cut, that is on its other
-/// side.
-fn beside(mesh: &CutMesh, model: &super::Model, vertex: u32, closed: bool, edge: f64) -> Vec3 {
+/// A point of the rest shape (m) close to a vertex and on the same side of all cuts. It lies towards the mean centroid of the triangles
+/// around the vertex that are no caps, as no cut passes through these; for a vertex of caps alone it lies inside of them. The mean normal
+/// would not do: where the surface leans over the cut, it points to the other side.
+fn side_point(mesh: &CutMesh, model: &super::Model, vertex: u32, closed: bool, edge: f64) -> Vec3 {
     let surface: &Surface = &model.surface;
     let place = surface.points[vertex as usize];
     let corners = |t: u32| surface.triangles[t as usize].map(|v| surface.points[v as usize]);
     let around = model.around(vertex).iter().copied();
-    let (mut aside, mut count) = (Vec3::zeros(), 0.0);
+    let (mut sum, mut count) = (Vec3::zeros(), 0.0);
     for t in around.clone().filter(|t| !mesh.is_cap(*t)) {
-        aside = corners(t).iter().fold(aside, |sum, p| sum + 1.0 / 3.0 * (*p - place));
+        sum = corners(t).iter().fold(sum, |sum, p| sum + 1.0 / 3.0 * (*p - place));
         count += 1.0;
     }
     if count == 0.0 {
         let normal: Vec3 = around.map(|t| cross(&corners(t)).try_normalize(0.0).unwrap_or_default()).sum();
-        return place - INSIDE * edge * normal.try_normalize(1e-6).unwrap_or_default();
+        return place - CAP_OFFSET * edge * normal.try_normalize(1e-6).unwrap_or_default();
     }
-    let length = aside.norm();
-    let most = if closed { BESIDE } else { ASIDE } * edge;
-    if length > most * count { place + most / length * aside } else { place + 1.0 / count * aside }
+    let length = sum.norm();
+    let limit = if closed { SURFACE_OFFSET } else { OPEN_SURFACE_OFFSET } * edge;
+    if length > limit * count { place + limit / length * sum } else { place + 1.0 / count * sum }
 }

@@ -1,23 +1,23 @@
-//! What carries a body: the nodes that are simulated, and how the surface follows them.
+//! The discretization of a body: which nodes are simulated, and how the surface follows them.
 
 use super::fixing::Fixing;
 use super::lattice::{Lattice, LatticeError};
 use super::model::Model;
 use super::sheet::Sheet;
-use super::skin::Skin;
+use super::skin::{EmbeddedPoint, Skin};
 use pliant_plugin_api::abi::Ball;
 use pliant_solver::{Nodes, Pool, StepTime, System, Vec3};
 
-/// The nodes of a body.
+/// The discretization of a body; a `match` on it is the only place where solids and sheets differ.
 pub enum Discretization {
-    /// Those of a grid around it.
+    /// A solid, embedded in a regular grid of cubic cells.
     Lattice(Box<Lattice>),
-    /// Its own vertices.
+    /// A sheet, whose vertices are the nodes.
     Sheet(Box<Sheet>),
 }
 
 impl Discretization {
-    /// The lattice, if it is one.
+    /// The lattice of a solid; `None` for a sheet.
     pub fn lattice(&self) -> Option<&Lattice> {
         match self {
             Self::Lattice(lattice) => Some(lattice),
@@ -25,7 +25,7 @@ impl Discretization {
         }
     }
 
-    /// The lattice, if it is one.
+    /// The lattice of a solid; `None` for a sheet.
     pub fn lattice_mut(&mut self) -> Option<&mut Lattice> {
         match self {
             Self::Lattice(lattice) => Some(lattice),
@@ -33,7 +33,7 @@ impl Discretization {
         }
     }
 
-    /// The sheet, if it is one.
+    /// The sheet; `None` for a solid.
     pub fn sheet(&self) -> Option<&Sheet> {
         match self {
             Self::Lattice(_) => None,
@@ -41,7 +41,7 @@ impl Discretization {
         }
     }
 
-    /// The sheet, if it is one.
+    /// The sheet; `None` for a solid.
     pub fn sheet_mut(&mut self) -> Option<&mut Sheet> {
         match self {
             Self::Lattice(_) => None,
@@ -49,7 +49,7 @@ impl Discretization {
         }
     }
 
-    /// The distance of neighbouring nodes, m.
+    /// Distance between neighbouring nodes, m: the edge of a cell, or the mean edge of a sheet.
     pub fn edge(&self) -> f64 {
         match self {
             Self::Lattice(lattice) => lattice.edge(),
@@ -57,20 +57,20 @@ impl Discretization {
         }
     }
 
-    /// Whether the whole body is simulated.
+    /// Whether the whole body is simulated, not only cells around contacts.
     pub fn is_whole(&self) -> bool {
         self.lattice().is_none_or(Lattice::is_whole)
     }
 
-    /// m, radius of the cells that are simulated around a contact; infinite: the whole body
+    /// Radius around a contact within which cells are simulated, m; infinite where the whole body is.
     pub fn radius(&self) -> f64 {
         self.lattice().map_or(f64::INFINITY, |lattice| lattice.settings.radius)
     }
 
-    /// Makes what is around `wanted` contacts active. Returns whether anything changed.
+    /// Activates the cells within the `wanted` balls around contacts. Returns whether nodes or elements changed.
     ///
     /// # Errors
-    /// What grid or material say; what is active is then as it was.
+    /// Returns the error of the grid or material plugin; the active cells are then those before.
     pub fn follow(
         &mut self,
         wanted: &[Ball],
@@ -85,7 +85,7 @@ impl Discretization {
         }
     }
 
-    /// Sets what driven and returning nodes do in the step from `time` of `dt` (s).
+    /// Prescribes the velocity of driven and returning nodes for a step.
     pub fn prescribe(&self, nodes: &mut Nodes, fixings: &[Fixing], time: StepTime) {
         match self {
             Self::Lattice(lattice) => lattice.prescribe(nodes, fixings, time),
@@ -93,7 +93,7 @@ impl Discretization {
         }
     }
 
-    /// Brings every active point of the surface up to date.
+    /// Updates the position of every vertex that active nodes move.
     ///
     /// # Errors
     /// Returns the error of the grid plugin.
@@ -113,10 +113,10 @@ impl Discretization {
         }
     }
 
-    /// Makes the present shape of the active nodes their rest shape, at rest.
+    /// Makes the present shape of the active nodes their rest shape, with zero velocity.
     ///
     /// # Errors
-    /// What the material says of the new rest shape.
+    /// Returns the error of the material, if it refuses the new rest shape.
     pub fn keep(&mut self, model: &Model, skin: &mut Skin, system: &mut System) -> Result<(), LatticeError> {
         match self {
             Self::Lattice(lattice) => lattice.keep(model, skin, system).map(drop),
@@ -124,24 +124,24 @@ impl Discretization {
         }
     }
 
-    /// Where the nodes carry one rest place, and where they would if they were at rest. What no node carries stays.
+    /// Position of a point of the rest shape (m) in the present shape, as [`super::Body::embed_point`].
     ///
     /// # Errors
     /// Returns the error of the grid plugin.
     pub fn embed_point(
         &self,
-        place: Vec3,
+        point: Vec3,
         model: &Model,
         skin: &Skin,
         nodes: &Nodes,
-    ) -> Result<(Vec3, Vec3), LatticeError> {
+    ) -> Result<EmbeddedPoint, LatticeError> {
         match self {
-            Self::Lattice(lattice) => lattice.embed_point(place, nodes),
-            Self::Sheet(sheet) => Ok(sheet.embed_point(place, model, skin, nodes)),
+            Self::Lattice(lattice) => lattice.embed_point(point, nodes),
+            Self::Sheet(sheet) => Ok(sheet.embed_point(point, model, skin, nodes)),
         }
     }
 
-    /// Bytes of the largest parts.
+    /// Estimate of the memory, bytes: the largest arrays.
     pub fn bytes(&self) -> usize {
         match self {
             Self::Lattice(lattice) => lattice.bytes(),

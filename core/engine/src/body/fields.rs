@@ -1,25 +1,25 @@
-//! Parameters of a material that differ from place to place: factors at places of the rest shape.
+//! Fields of material parameters: factors of a parameter as functions of the rest position.
 
 use super::fixing::Place;
 use super::model::Model;
-use super::skin::interpolate;
+use super::skin::nearest_triangle;
 use pliant_mesh::GreyImage;
-use pliant_mesh::geometry::{TriangleTree, closest_point};
+use pliant_mesh::geometry::TriangleTree;
 use pliant_solver::Vec3;
 use std::sync::Arc;
 
-/// Factors of the parameters that a material lets differ, at every place of a body.
+/// Factors of those parameters of a material that may vary over a body.
 #[derive(Clone, Debug)]
 pub struct Fields {
-    /// For each such parameter what gives its factor; the layers multiply.
+    /// Layers of each parameter that may vary; their factors multiply.
     planes: Vec<Vec<Layer>>,
     surface: FieldSurface,
 }
 
-/// The surface as it was handed in: a layer on it reaches through the depth, to what it is nearest to.
+/// The surface on which layers of triangles and vertices are given. Inside of the body the nearest point of the surface counts.
 #[derive(Clone)]
 pub struct FieldSurface {
-    /// The placed model.
+    /// The placed model, without cuts.
     pub model: Arc<Model>,
     /// A tree over its triangles.
     pub tree: Arc<TriangleTree>,
@@ -31,19 +31,19 @@ impl std::fmt::Debug for FieldSurface {
     }
 }
 
-/// What gives a factor.
+/// A factor of one parameter as a function of the rest position.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Layer {
-    /// One factor within a box or ball.
+    /// A constant factor within a box or ball.
     Place {
-        /// Where.
+        /// The box or ball.
         place: Place,
-        /// The factor there; 1 elsewhere.
+        /// The factor within it; 1 elsewhere.
         factor: f64,
     },
-    /// A factor of each triangle.
+    /// A factor for each triangle of the surface.
     Triangles(Vec<f64>),
-    /// A factor of each vertex, geometric between.
+    /// A factor for each vertex of the surface, interpolated geometrically within triangles.
     Vertices(Vec<f64>),
     /// A factor by the grey value at the texture coordinates of each triangle.
     Texture {
@@ -57,7 +57,7 @@ pub enum Layer {
 }
 
 impl Layer {
-    /// Least and greatest factor it may give.
+    /// Least and greatest factor of the layer, 1 included.
     pub fn bounds(&self) -> [f64; 2] {
         let of = |all: &[f64]| all.iter().fold([1.0_f64, 1.0], |[low, high], f| [low.min(*f), high.max(*f)]);
         match self {
@@ -69,75 +69,46 @@ impl Layer {
 }
 
 impl Fields {
-    /// With the layers of each parameter that may differ, in the order of their planes.
+    /// Fields of parameters; `planes` has the layers of each, in the order in which the material declares parameters that may vary.
     pub fn new(planes: Vec<Vec<Layer>>, surface: FieldSurface) -> Self {
         Self { planes, surface }
     }
 
-    /// The factor of each parameter at a place of the rest shape (m).
-    pub fn at(&self, place: Vec3) -> Vec<f64> {
+    /// The factor of each parameter at a point of the rest shape (m), in the order of the planes.
+    pub fn at(&self, point: Vec3) -> Vec<f64> {
         let is_on_surface = |layer: &Layer| !matches!(layer, Layer::Place { .. });
-        let needs_surface = self.planes.iter().flatten().any(is_on_surface);
-        let nearest = if needs_surface { self.nearest(place) } else { None };
+        let FieldSurface { model, tree } = &self.surface;
+        let nearest = self.planes.iter().flatten().any(is_on_surface).then(|| {
+            let size = model.surface.bounds().longest_edge();
+            nearest_triangle(tree, model, &model.surface.points, point, [0.02 * size, 1e3 * size])
+        });
+        let nearest = nearest.flatten();
         let factor = |layer: &Layer| match layer {
-            Layer::Place { place: where_, factor } => {
-                if where_.holds(u32::MAX, place) {
-                    *factor
-                } else {
-                    1.0
-                }
-            }
-            Layer::Triangles(all) => nearest.map_or(1.0, |(t, _)| all[t as usize]),
-            Layer::Vertices(all) => nearest.map_or(1.0, |(t, bary)| {
-                let corners = self.surface.model.surface.triangles[t as usize];
-                libm::exp((0..3).map(|i| bary[i] * libm::log(all[corners[i] as usize])).sum())
+            Layer::Place { place, factor } if place.contains(u32::MAX, point) => *factor,
+            Layer::Place { .. } => 1.0,
+            Layer::Triangles(all) => nearest.map_or(1.0, |nearest| all[nearest.triangle as usize]),
+            Layer::Vertices(all) => nearest.map_or(1.0, |nearest| {
+                let corners = model.surface.triangles[nearest.triangle as usize];
+                libm::exp((0..3).map(|i| nearest.bary[i] * libm::log(all[corners[i] as usize])).sum())
             }),
-            Layer::Texture { image, corners, range } => nearest.map_or(1.0, |(t, bary)| {
-                let corners = corners[t as usize];
-                let at = [0, 1].map(|axis| (0..3).map(|i| bary[i] * corners[i][axis]).sum());
+            Layer::Texture { image, corners, range } => nearest.map_or(1.0, |nearest| {
+                let corners = corners[nearest.triangle as usize];
+                let at = [0, 1].map(|axis| (0..3).map(|i| nearest.bary[i] * corners[i][axis]).sum());
                 factor_at(*range, image.sample(at))
             }),
         };
         self.planes.iter().map(|layers| layers.iter().map(factor).product()).collect()
     }
 
-    /// How much stiffer or lighter one place may be than another: the product of the widest ranges of all parameters.
+    /// Upper bound of the ratio of stiffness or density between two points: the product over all layers of greatest over least factor.
     pub fn spread(&self) -> f64 {
         self.planes.iter().flatten().map(|layer| layer.bounds()[1] / layer.bounds()[0]).product()
     }
-
-    /// The triangle nearest to a place, the first of several, and the weights of its corners there.
-    fn nearest(&self, place: Vec3) -> Option<(u32, Vec3)> {
-        let FieldSurface { model, tree } = &self.surface;
-        let size = model.surface.bounds().longest_edge();
-        let mut reach = 0.02 * size;
-        loop {
-            let mut best: Option<(f64, u32, Vec3)> = None;
-            tree.near(place, reach, |t| {
-                let corners = model.surface.triangles[t as usize].map(|v| model.surface.points[v as usize]);
-                let closest = closest_point(place, corners);
-                let away = (closest.point - place).norm();
-                if away <= reach && best.is_none_or(|(least, of, _)| (away, t) < (least, of)) {
-                    best = Some((away, t, closest.bary));
-                }
-            });
-            match best {
-                Some((_, t, bary)) => return Some((t, bary)),
-                None if reach >= 1e3 * size => return None,
-                None => reach *= 2.0,
-            }
-        }
-    }
 }
 
-/// The factor at a value from 0 to 1 between those at 0 and 1, geometric.
+/// The factor at a grey value, 0 to 1: interpolated geometrically between the factors at 0 and 1.
 pub fn factor_at([low, high]: [f64; 2], value: f64) -> f64 {
     low * libm::exp(value * libm::log(high / low))
-}
-
-/// The mean of three corners weighted alike.
-pub(super) fn middle(corners: [Vec3; 3]) -> Vec3 {
-    interpolate(corners, Vec3::repeat(1.0 / 3.0))
 }
 
 #[cfg(test)]

@@ -1,27 +1,27 @@
-//! Nodes that are held, and nodes that are led.
+//! Fixings: nodes that are held or driven along a path (Dirichlet conditions).
 
 use super::cell_corners::CellCorners;
 use pliant_solver::Vec3;
 use std::collections::HashSet;
 
-/// Which nodes, by where they rest.
+/// A set of nodes, by rest position or number.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Place {
-    /// Within a box, m, faces included.
+    /// Nodes within an axis-aligned box, faces included.
     Box {
-        /// Least corner.
+        /// Corner with the least coordinates, m.
         min: Vec3,
-        /// Greatest corner.
+        /// Corner with the greatest coordinates, m.
         max: Vec3,
     },
-    /// Within a ball, m.
+    /// Nodes within a ball.
     Ball {
-        /// Centre.
+        /// Centre, m.
         centre: Vec3,
-        /// Radius.
+        /// Radius, m.
         radius: f64,
     },
-    /// At these numbers.
+    /// Nodes with these numbers; for a sheet, numbers of vertices in the file.
     Nodes(Vec<u32>),
     /// Vertices of a sheet, by their numbers.
     Vertices(HashSet<u32>),
@@ -30,8 +30,8 @@ pub enum Place {
 }
 
 impl Place {
-    /// Whether the node with this number and rest position is meant.
-    pub fn holds(&self, node: u32, rest: Vec3) -> bool {
+    /// Whether the set contains the node with this number and rest position (m).
+    pub fn contains(&self, node: u32, rest: Vec3) -> bool {
         match self {
             Self::Box { min, max } => (0..3).all(|i| min[i] <= rest[i] && rest[i] <= max[i]),
             Self::Ball { centre, radius } => {
@@ -44,19 +44,19 @@ impl Place {
     }
 }
 
-/// Nodes held where they rest, or led along a path.
+/// A Dirichlet condition: nodes held at their rest positions, or driven along a path.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fixing {
     /// The nodes that are held.
     pub place: Place,
     /// Edges on the border of a sheet whose ends are both held keep the direction they have at rest.
     pub clamp: bool,
-    /// Displacement (m) at times (s), ascending; linear between, constant outside. Empty: held.
+    /// Times (s, ascending) and displacements from rest (m); linear between, constant outside. Empty where the nodes are held.
     pub path: Vec<(f64, Vec3)>,
 }
 
 impl Fixing {
-    /// m, displacement at a time.
+    /// Displacement from rest at a time (s), m.
     pub fn displacement(&self, time: f64) -> Vec3 {
         let after = self.path.partition_point(|(t, _)| *t <= time);
         match (after.checked_sub(1).map(|i| self.path[i]), self.path.get(after)) {
@@ -69,7 +69,7 @@ impl Fixing {
         }
     }
 
-    /// Whether it leads its nodes anywhere.
+    /// Whether the path has a displacement other than zero.
     pub fn moves(&self) -> bool {
         self.path.iter().any(|(_, d)| *d != Vec3::zeros())
     }
@@ -90,6 +90,6 @@ mod tests {
         for (t, d) in [(0.0, 0.0), (1.0, 0.0), (1.5, 2.0), (2.0, 4.0), (2.5, 3.0), (9.0, 2.0)] {
             assert_eq!(fixing.displacement(t), x(d), "{t}");
         }
-        assert!(fixing.moves() && fixing.place.holds(3, Vec3::zeros()) && !fixing.place.holds(2, Vec3::zeros()));
+        assert!(fixing.moves() && fixing.place.contains(3, Vec3::zeros()) && !fixing.place.contains(2, Vec3::zeros()));
     }
 }

@@ -1,4 +1,4 @@
-//! Pool of built grids, which go from session to session: a grid serves one caller at a time.
+//! Pool of built grids, which sessions use one after the other: a grid has one user at a time.
 
 use pliant_host::Grid;
 use std::ops::Deref;
@@ -7,36 +7,36 @@ use std::sync::{Arc, Mutex, MutexGuard};
 /// Pool of idle grids.
 #[derive(Default)]
 pub struct GridPool {
-    /// By key, the most recently returned last.
+    /// Idle grids with their keys, the most recently returned last.
     idle: Mutex<Vec<(String, Grid)>>,
-    /// Number of kinds of grids that are kept.
+    /// Number of different keys of which grids are kept.
     capacity: usize,
 }
 
 impl GridPool {
-    /// Keeps idle grids of up to `capacity` kinds.
+    /// A pool that keeps idle grids of up to `capacity` different keys.
     pub(crate) fn new(capacity: usize) -> Self {
         Self { idle: Mutex::default(), capacity }
     }
 
-    /// Takes an idle grid of this key, the one returned last.
+    /// Takes an idle grid with this key out of the pool: the one returned last.
     pub(crate) fn take(&self, key: &str) -> Option<Grid> {
         let mut idle = self.lock();
-        let place = idle.iter().rposition(|(of, _)| of == key)?;
-        Some(idle.remove(place).1)
+        let index = idle.iter().rposition(|(other, _)| other == key)?;
+        Some(idle.remove(index).1)
     }
 
-    /// Keeps a grid; drops those of the kind that was used longest ago when there are too many kinds.
+    /// Returns a grid to the pool. With more than `capacity` keys, grids of the least recently used key are dropped.
     fn put(&self, key: String, grid: Grid) {
         let mut idle = self.lock();
         idle.push((key, grid));
-        let mut kinds: Vec<&str> = Vec::new();
+        let mut keys: Vec<&str> = Vec::new();
         for (key, _) in idle.iter().rev() {
-            if !kinds.contains(&key.as_str()) {
-                kinds.push(key);
+            if !keys.contains(&key.as_str()) {
+                keys.push(key);
             }
         }
-        if let Some(oldest) = kinds.get(self.capacity).map(|key| (*key).to_owned()) {
+        if let Some(oldest) = keys.get(self.capacity).map(|key| (*key).to_owned()) {
             idle.retain(|(key, _)| *key != oldest);
         }
     }
@@ -48,18 +48,19 @@ impl GridPool {
 
 /// A grid that returns to its pool on drop.
 pub struct PooledGrid {
-    /// `None` only while it is dropped.
+    /// `Some` until the drop.
     grid: Option<Grid>,
     key: String,
-    home: Arc<GridPool>,
+    pool: Arc<GridPool>,
 }
 
 impl PooledGrid {
-    pub(crate) fn new(key: String, grid: Grid, home: &Arc<GridPool>) -> Self {
-        Self { grid: Some(grid), key, home: Arc::clone(home) }
+    /// A grid that returns to `pool`; `key` names the model and all settings it was built with.
+    pub(crate) fn new(key: String, grid: Grid, pool: &Arc<GridPool>) -> Self {
+        Self { grid: Some(grid), key, pool: Arc::clone(pool) }
     }
 
-    /// Its key: the model and all settings it was built with.
+    /// The key: the model and all settings the grid was built with.
     pub(crate) fn key(&self) -> &str {
         &self.key
     }
@@ -69,15 +70,15 @@ impl Deref for PooledGrid {
     type Target = Grid;
 
     fn deref(&self) -> &Grid {
-        self.grid.as_ref().expect("there until it is dropped")
+        self.grid.as_ref().expect("a grid until the drop")
     }
 }
 
 impl Drop for PooledGrid {
     fn drop(&mut self) {
         // A grid whose plugin panicked is not reused.
-        if let Some(grid) = self.grid.take().filter(|grid| self.home.capacity > 0 && !grid.is_quarantined()) {
-            self.home.put(std::mem::take(&mut self.key), grid);
+        if let Some(grid) = self.grid.take().filter(|grid| self.pool.capacity > 0 && !grid.is_quarantined()) {
+            self.pool.put(std::mem::take(&mut self.key), grid);
         }
     }
 }

@@ -1,14 +1,13 @@
-//! The nodes that carry a body, from a grid plugin: all of them, or those around the hand.
+//! A lattice: the discretization of a solid by the cubic cells of a grid plugin, all of them or a local region around contacts.
 //!
-//! A local region is the cells around each contact, and those the hand has left that are not yet back at rest. Nodes near
-//! a contact move freely; nodes on the region's border, and those the hand has left, return to their rest positions along a
-//! critically damped path and are then given up, so nothing ever snaps (Qi, Zhu and Fan 2019 leave this open). Cost grows
-//! with the region, never with the model.
+//! A local region (Qi, Zhu and Fan 2019) has the cells around each contact, and cells that contacts have left and that are not yet back at
+//! rest. Nodes near a contact are free. Nodes on the border of the region, and nodes that contacts have left, return to their rest positions
+//! along a critically damped path before they are released, so the surface has no jump in time. The cost of a step depends on the size of
+//! the region and not on the size of the model.
 //!
-//! Of a material with a history, such as clay, what is displaced does not belong at rest. There the region keeps every cell that is
-//! displaced, free to find its equilibrium, and nodes that must be held are held where they are.
+//! A material with a history, such as clay, has displaced nodes in equilibrium. Then the region keeps every displaced cell, its nodes stay
+//! free, and border nodes are fixed where they are.
 
-mod bound;
 mod bounds;
 mod cut;
 mod embed;
@@ -16,26 +15,27 @@ mod fields;
 mod fragments;
 mod history;
 mod hold;
-mod keep;
-mod mend;
+mod majority;
+mod point_bindings;
 mod region;
 mod reshape;
+mod rest_offsets;
 mod smooth;
 mod state;
-mod strays;
+mod torn_triangles;
 mod untangle;
 
 use super::fields::Fields;
 use super::fixing::Fixing;
 use super::grid_pool::PooledGrid;
-use bound::Bound;
 pub use bounds::NodeBounds;
-pub use fragments::Inner;
+pub use fragments::{BodyInterior, CellFragment};
 use fragments::{Fragments, NodeKey};
 use pliant_host::{HostError, Region};
 use pliant_plugin_api::abi::{self, Ball, Level};
 use pliant_solver::ForceError;
 use pliant_solver::{Constraint, Nodes, StepTime, System, Vec3};
+use point_bindings::PointBindings;
 use smooth::{Jet, SmoothEmbedding};
 pub use state::LatticeState;
 pub use untangle::Repair;
@@ -44,39 +44,39 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use thiserror::Error;
 
-/// How much of a body is simulated.
+/// Settings of a lattice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RegionSettings {
-    /// Level of the grid, 1 the root.
+    /// Grid level of the cells; 1 is the root.
     pub level: u32,
-    /// m; infinite: the whole body
+    /// Radius around a contact within which cells are active, m; infinite for the whole body.
     pub radius: f64,
-    /// s, time constant of the return to rest of what the hand has left
+    /// Time constant with which nodes that contacts have left return to rest, s.
     pub relaxation: f64,
-    /// Whether the surface follows the nodes with continuous slopes, where the weights of the grid are trilinear.
+    /// Whether the surface follows the nodes with continuous slopes; only where the weights of the grid are trilinear.
     pub smooth: bool,
 }
 
-/// Why a body cannot be carried.
+/// Error of the discretization of a body.
 #[derive(Debug, Error)]
 pub enum LatticeError {
-    /// The grid or the material failed.
+    /// A call to the grid or material plugin failed.
     #[error(transparent)]
     Host(#[from] HostError),
-    /// The material failed.
+    /// The material refused its elements.
     #[error(transparent)]
     Force(#[from] ForceError),
-    /// A material wants what its discretization does not give.
+    /// The material needs a kind of element that the discretization does not have.
     #[error("material `{material}` wants {wanted}, which a {discretization} does not give")]
     Unsupported {
-        /// grid or sheet
+        /// `grid` or `sheet`.
         discretization: &'static str,
         /// Id of the material.
         material: String,
         /// The kind of element.
         wanted: &'static str,
     },
-    /// A node without mass.
+    /// A node has no positive finite mass.
     #[error("{origin}: node {node} at {at:?} m has mass {mass} kg; allowed is a finite mass above 0")]
     Massless {
         /// The material and its file.
@@ -85,80 +85,94 @@ pub enum LatticeError {
         node: usize,
         /// m, its rest position
         at: [f64; 3],
-        /// What the material gave it.
+        /// Its mass, kg.
         mass: f64,
     },
     /// No cell of the level is occupied.
     #[error("level {level} of the grid has no occupied cell")]
     Empty {
-        /// The level that was asked for.
+        /// The level of the settings.
         level: u32,
     },
 }
 
-/// The discretization of a body.
+/// The discretization of a solid.
 pub struct Lattice {
-    /// The grid plugin.
+    /// The grid plugin, built around the model.
     pub grid: PooledGrid,
-    /// How much is simulated.
+    /// Level and region.
     pub settings: RegionSettings,
-    /// Facts about the working level.
+    /// Facts about the grid level.
     pub facts: Level,
+    /// Families of links that the material uses, as a bit mask.
     families: u32,
+    /// Active nodes and cells.
     region: Region,
+    /// The next region while it is made, then the one before.
     spare: Region,
-    /// Of a body with cuts, the region as the grid has it.
-    uncut: Region,
-    balls: Vec<Ball>,
-    /// The last contacts there were.
-    last_balls: Vec<Ball>,
-    /// Whether the material has a history: what has flowed stays active, and nothing is brought back to rest.
-    keeps_shape: bool,
-    /// Parameters of the material that differ from place to place.
+    /// For a body with cuts, the active nodes and cells of the grid before cells are replaced by fragments.
+    grid_region: Region,
+    /// Balls around contacts for which the region was made.
+    contact_balls: Vec<Ball>,
+    /// The last such balls that were not empty.
+    last_contact_balls: Vec<Ball>,
+    /// Whether the material has history variables: displaced cells stay active, and nodes do not return to rest.
+    has_history: bool,
+    /// Fields of parameters of the material.
     pub fields: Option<Arc<Fields>>,
-    /// Factors of cells by their id, as far as they were asked for.
+    /// Factors of cells by id; evaluated on first use.
     factors_of_cell: HashMap<u64, Arc<[f64]>>,
-    /// Nodes on their way back to rest, or there.
+    /// Nodes whose velocity returns them to rest.
     returning: Vec<u32>,
-    /// Nodes that are driven, and by which fixing.
-    driven: Vec<(u32, u32)>,
-    /// Where the rest positions of nodes were moved by keeping shapes
-    kept: HashMap<NodeKey, Kept>,
-    /// What a blade has cut.
+    driven: Vec<DrivenNode>,
+    /// Nodes whose rest positions edits have moved.
+    rest_offsets: HashMap<NodeKey, RestOffset>,
+    /// Cells that blades have cut.
     fragments: Fragments,
-    /// Points of the surface that a cut has made or moved to another cell.
-    bound: Bound,
-    /// The cells must be listed anew.
-    stale: bool,
-    /// First of each cell's weights, or `NO_WEIGHTS` (c)
+    /// Surface points that a cut has made or moved to another cell.
+    bindings: PointBindings,
+    /// A cut has changed cells: the region must be made again.
+    needs_rebuild: bool,
+    /// First row of `weights` of each active cell, or [`NO_WEIGHTS`] (c).
     weights_of: Vec<u32>,
+    /// Trilinear weights of the surface points of a cell at its corners; computed on first use.
     weights: Vec<[f64; 8]>,
-    /// m, the longest edge at a vertex of each cell (c)
-    edge_of: Vec<f64>,
+    /// Longest edge of the surface at a vertex embedded in each active cell, m (c).
+    longest_edge_of: Vec<f64>,
     scratch: embed::Scratch,
-    /// How the surface follows the nodes; `None`: as the grid says.
+    /// Embedding with continuous slopes; `None` where the surface follows the grid's weights.
     smooth: Option<Box<SmoothEmbedding>>,
-    /// Whether the grid's weights were looked at.
-    is_probed: bool,
+    /// Whether the weights of the grid have been checked to be trilinear.
+    is_grid_checked: bool,
+    /// Steps since the region was last made.
     steps: u32,
 }
 
-/// What shapes that were kept have done to a node.
+/// What edits have changed of the rest shape at a node.
 #[derive(Clone, Copy, Debug)]
-struct Kept {
-    /// Displacement of its rest position, m.
-    moved: Vec3,
-    /// Jet of the surface there, as it was when the shapes were kept: a cut beside it changes how the surface follows, not where it is.
+struct RestOffset {
+    /// Displacement of the rest position from the grid, m.
+    displacement: Vec3,
+    /// Jet of that displacement. It is stored, as a later cut changes the fit at the node but must not move the surface at rest.
     jet: Jet,
 }
 
+/// A node that moves along the path of a fixing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct DrivenNode {
+    pub node: u32,
+    /// Index in the list of fixings.
+    pub fixing: u32,
+}
+
+/// Value of `weights_of` for a cell whose weights have not been computed.
 const NO_WEIGHTS: u32 = u32::MAX;
 
 impl Lattice {
-    /// A body on a grid that was built around its model. No node is active yet.
+    /// A lattice on a grid that was built around a model, without active nodes. `families` is the mask of links that the material uses.
     ///
     /// # Errors
-    /// What the grid says; a level without an occupied cell.
+    /// Returns the error of the grid plugin; [`LatticeError::Empty`] if the level has no occupied cell.
     pub fn new(grid: PooledGrid, settings: RegionSettings, families: u32) -> Result<Self, LatticeError> {
         let facts = grid.level(settings.level)?;
         if facts.surface_cells + facts.inside_cells == 0 {
@@ -172,24 +186,24 @@ impl Lattice {
             families,
             region: Region::default(),
             spare: Region::default(),
-            uncut: Region::default(),
-            balls: Vec::new(),
-            last_balls: Vec::new(),
-            keeps_shape: false,
+            grid_region: Region::default(),
+            contact_balls: Vec::new(),
+            last_contact_balls: Vec::new(),
+            has_history: false,
             fields: None,
             factors_of_cell: HashMap::new(),
             returning: Vec::new(),
             driven: Vec::new(),
-            kept: HashMap::new(),
+            rest_offsets: HashMap::new(),
             fragments: Fragments::new(facts.edge),
-            bound: Bound::default(),
-            stale: false,
+            bindings: PointBindings::default(),
+            needs_rebuild: false,
             weights_of: Vec::new(),
             weights: Vec::new(),
-            edge_of: Vec::new(),
+            longest_edge_of: Vec::new(),
             scratch: embed::Scratch::default(),
             smooth,
-            is_probed: false,
+            is_grid_checked: false,
             steps: 0,
         })
     }
@@ -199,27 +213,27 @@ impl Lattice {
         self.settings.radius == f64::INFINITY
     }
 
-    /// Nodes and cells that are active now.
+    /// Active nodes and cells.
     pub fn region(&self) -> &Region {
         &self.region
     }
 
-    /// m, the edge of a cell.
+    /// Edge of a cell, m.
     pub fn edge(&self) -> f64 {
         self.facts.edge
     }
 
-    /// m, the longest edge of the surface at a vertex of an active cell.
+    /// Longest edge of the surface at a vertex embedded in an active cell, m.
     pub fn longest_edge(&self, cell: u32) -> f64 {
-        self.edge_of[cell as usize]
+        self.longest_edge_of[cell as usize]
     }
 
-    /// Sets what driven and returning nodes do in a step.
+    /// Prescribes the velocity of driven and returning nodes for a step.
     pub fn prescribe(&self, nodes: &mut Nodes, fixings: &[Fixing], time: StepTime) {
         let (dt, rate) = (time.dt, 1.0 / self.settings.relaxation);
         for &node in &self.returning {
             let i = node as usize;
-            // u'' = -2 w u' - w^2 u, implicitly: stable at any step, and u goes to zero without passing it.
+            // u'' = -2 w u' - w^2 u, critically damped, by implicit Euler: stable for any step, without overshoot.
             let u = nodes.x[i] - nodes.rest[i];
             let slowed = (1.0 + rate * dt).powi(2);
             nodes.prescribed[i] = (nodes.v[i] - dt * rate * rate * u) / slowed;
@@ -227,46 +241,45 @@ impl Lattice {
         drive_fixed(&self.driven, nodes, fixings, time);
     }
 
-    /// Bytes of the largest parts.
+    /// Estimate of the memory, bytes: the largest arrays.
     pub fn bytes(&self) -> usize {
         let occupied = (self.facts.surface_cells + self.facts.inside_cells) as usize;
-        let links = 2 * self.region.link_family.capacity() + self.uncut.link_family.capacity();
+        let links = 2 * self.region.link_family.capacity() + self.grid_region.link_family.capacity();
         occupied * 16 + self.weights.len() * 64 + links * 20
     }
 }
 
-/// Constrains the nodes that fixings hold, by their number and rest position. Returns those that move along a path, each with its
-/// fixing.
-pub(super) fn constrain_fixed(fixings: &[Fixing], nodes: &mut Nodes, number: impl Fn(u32) -> u32) -> Vec<(u32, u32)> {
+/// Constrains the nodes that fixings hold. Returns those that move along a path. `number` gives the number by which fixings know a node.
+pub(super) fn constrain_fixed(fixings: &[Fixing], nodes: &mut Nodes, number: impl Fn(u32) -> u32) -> Vec<DrivenNode> {
     let mut driven = Vec::new();
     for i in 0..nodes.len() {
-        if let Some(fixing) = fixings.iter().position(|f| f.place.holds(number(i as u32), nodes.rest[i])) {
+        if let Some(fixing) = fixings.iter().position(|f| f.place.contains(number(i as u32), nodes.rest[i])) {
             nodes.constraint[i] = Constraint::Fixed;
             if fixings[fixing].moves() {
-                driven.push((i as u32, fixing as u32));
+                driven.push(DrivenNode { node: i as u32, fixing: fixing as u32 });
             }
         }
     }
     driven
 }
 
-/// Prescribes the velocity of nodes that move along a path.
-pub(super) fn drive_fixed(driven: &[(u32, u32)], nodes: &mut Nodes, fixings: &[Fixing], time: StepTime) {
-    for &(node, fixing) in driven {
+/// Prescribes the mean velocity of driven nodes over a step.
+pub(super) fn drive_fixed(driven: &[DrivenNode], nodes: &mut Nodes, fixings: &[Fixing], time: StepTime) {
+    for &DrivenNode { node, fixing } in driven {
         let fixing = &fixings[fixing as usize];
         let (from, to) = (fixing.displacement(time.start), fixing.displacement(time.end()));
         nodes.prescribed[node as usize] = (to - from) / time.dt;
     }
 }
 
-/// Refuses a node without a finite mass above zero.
+/// Returns [`LatticeError::Massless`] for the first node without a finite mass above zero.
 pub(super) fn check_mass(system: &System) -> Result<(), LatticeError> {
     let Some(node) = system.massless() else { return Ok(()) };
     let (at, mass) = (system.nodes.rest[node].into(), system.nodes.mass[node]);
     Err(LatticeError::Massless { origin: system.material.origin(), node, at, mass })
 }
 
-/// What an element kind is called.
+/// Name of a kind of element in messages.
 fn kind_name(kind: u32) -> &'static str {
     match kind {
         abi::POINT => "points",

@@ -1,12 +1,12 @@
-//! How a body's triangles look: what a viewer needs besides places.
+//! Appearance of the triangles of a body, for viewers: texture coordinates, normals, faces and materials of the file.
 
 use super::{Body, Model};
 use pliant_cut::CutMesh;
 use pliant_mesh::obj::Corner;
 
-/// Stands for an absent row of texture coordinates or normals, and for an absent material.
+/// Value of a row of normals or of a material that the file does not give.
 pub const ABSENT: u32 = u32::MAX;
-/// Material of the surface that a cut has made inside of a body.
+/// Material of caps, the surface that a cut has made inside of a body.
 pub const CAP: u32 = u32::MAX - 1;
 
 /// A triangle as a viewer draws it.
@@ -18,22 +18,22 @@ pub struct TriangleLook {
     pub texture: [[f32; 2]; 3],
     /// Row of the file's normals at each corner, or [`ABSENT`]: corners of one vertex with different rows form a hard edge.
     pub shading: [u32; 3],
-    /// Face of the document it is a part of; triangles of one face have no visible edge between them. The number of faces for a
-    /// cap.
+    /// Face of the document that the triangle is a part of; a viewer draws no edge between triangles of one face. The number of faces
+    /// for a cap.
     pub face: u32,
     /// Index into the document's materials, [`CAP`], or [`ABSENT`].
     pub material: u32,
 }
 
 impl Body {
-    /// How a triangle looks; `None` for one that is not seen: a lid over a hole, or past the last.
+    /// Appearance of a triangle; `None` for a lid, which is not drawn, and for a number past the last triangle.
     pub fn look(&self, triangle: u32) -> Option<TriangleLook> {
         self.model.look(triangle, self.cut.as_deref().filter(|mesh| mesh.depth() > 0))
     }
 }
 
 impl Model {
-    /// How a triangle looks, by the mesh a blade has cut if it has; `None` as for [`Body::look`].
+    /// Appearance of a triangle, from the mesh `cut` if a blade has cut it; `None` as for [`Body::look`].
     pub fn look(&self, triangle: u32, cut: Option<&CutMesh>) -> Option<TriangleLook> {
         let document = &self.document;
         let corners = *self.surface.triangles.get(triangle as usize)?;
@@ -41,20 +41,20 @@ impl Model {
             return None;
         }
         let face = self.surface.face_of[triangle as usize];
-        let of_document = document.face(face as usize);
-        let material = of_document.map_or(CAP, |face| face.attributes.material.unwrap_or(ABSENT));
+        let document_face = document.face(face as usize);
+        let material = document_face.map_or(CAP, |face| face.attributes.material.unwrap_or(ABSENT));
         if let Some(mesh) = cut {
             let (texture, shading) = mesh.corner_rows(triangle);
-            let place = |row: u32| mesh.texcoords().get(row as usize).map_or([0.0; 2], |at| at.map(|c| c as f32));
-            return Some(TriangleLook { corners, texture: texture.map(place), shading, face, material });
+            let texcoord = |row: u32| mesh.texcoords().get(row as usize).map_or([0.0; 2], |uv| uv.map(|c| c as f32));
+            return Some(TriangleLook { corners, texture: texture.map(texcoord), shading, face, material });
         }
-        let of_face = of_document.map_or(&[][..], |face| face.corners);
-        let corner = |vertex: u32| of_face.iter().find(|corner| corner.v == vertex);
-        let place = |corner: Option<&Corner>| {
+        let face_corners = document_face.map_or(&[][..], |face| face.corners);
+        let corner = |vertex: u32| face_corners.iter().find(|corner| corner.v == vertex);
+        let texcoord = |corner: Option<&Corner>| {
             let row = corner.and_then(Corner::vt).and_then(|row| document.texcoords().get(row as usize));
-            row.map_or([0.0; 2], |at| at.map(|c| c as f32))
+            row.map_or([0.0; 2], |uv| uv.map(|c| c as f32))
         };
-        let texture = corners.map(|vertex| place(corner(vertex)));
+        let texture = corners.map(|vertex| texcoord(corner(vertex)));
         let shading = corners.map(|vertex| corner(vertex).and_then(Corner::vn).unwrap_or(ABSENT));
         Some(TriangleLook { corners, texture, shading, face, material })
     }

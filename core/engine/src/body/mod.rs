@@ -1,8 +1,12 @@
-//! A body of a scene: the model an artist handed in, the nodes that carry it, and how its surface follows them.
+//! A body of a scene: its model, the discretization that is simulated, and the surface that is embedded in it.
+//!
+//! A solid is embedded in a [`Lattice`] of cubic cells, a sheet is simulated on its own mesh ([`Sheet`]). Either way
+//! [`pliant_solver::System`] holds nodes and elements, and [`Skin`] the positions of the model's vertices that follow from them.
 
 mod cell_corners;
 mod cutting;
 mod discretization;
+mod disjoint_sets;
 mod fields;
 mod fixing;
 mod grid_pool;
@@ -23,51 +27,53 @@ pub use discretization::Discretization;
 pub use fields::{FieldSurface, Fields, Layer, factor_at};
 pub use fixing::{Fixing, Place};
 pub use grid_pool::{GridPool, PooledGrid};
-pub use lattice::{Inner, Lattice, LatticeError, NodeBounds, RegionSettings, Repair};
+pub use lattice::{BodyInterior, CellFragment, Lattice, LatticeError, NodeBounds, RegionSettings, Repair};
 pub use look::{ABSENT, CAP, TriangleLook};
 pub use model::Model;
 pub use pages::{PAGE, PageStamps};
 pub use reshape::RestChange;
 pub use samples::Samples;
 pub use sheet::{Sheet, Warp};
-pub use skin::{NOT_CARRIED, Skin, interpolate};
+pub use skin::{EmbeddedPoint, NOT_EMBEDDED, Skin, interpolate};
 pub use state::BodyState;
 pub use symmetry::{Axes, Symmetry, mirrored};
 
 use cutting::CutMargins;
+
 use pliant_cut::CutMesh;
 use pliant_solver::{Pool, System, Vec3};
 use std::sync::Arc;
 
-/// Everything about one body.
+/// A body of a session, with its state.
 pub struct Body {
-    /// As the scene calls it.
+    /// Name of the body in the scene.
     pub name: String,
-    /// What does not change while it deforms.
+    /// The model at rest; it changes only with a cut.
     pub model: Arc<Model>,
-    /// The mesh a blade cuts; none where no edit is a cut.
+    /// The mesh that blades cut; `None` where no edit of the scene is a cut.
     pub cut: Option<Box<CutMesh>>,
     pub(crate) cut_margins: CutMargins,
-    /// Where its surface is now.
+    /// Present positions of the surface.
     pub skin: Skin,
     /// Nodes, elements and material.
     pub system: System,
-    /// Which nodes there are, and how the surface follows them.
+    /// How the nodes are chosen, and how the surface follows them.
     pub discretization: Discretization,
-    /// Its surface as a ball feels it; none where no tool is a ball.
+    /// Points of the surface of a solid for contact with tools; empty where no tool touches it.
     pub samples: Arc<Samples>,
-    /// N/m for a m^2, of the soft layer a tool lies in on its surface
+    /// N/m^3, stiffness of the elastic layer (Winkler bed) on the surface: force per depth and area
     pub layer_stiffness: f64,
-    /// Nodes that are held.
+    /// Nodes that are held or driven along a path.
     pub fixings: Vec<Fixing>,
     /// Pairs of vertices that edits with symmetry keep mirrored.
     pub symmetry: Option<Symmetry>,
-    /// Why it no longer moves, once its material failed or its state was no longer finite.
+    /// Reason why the body is in quarantine and no longer moves: its material failed or its state was no longer finite.
     pub frozen: Option<String>,
 }
 
 impl Body {
-    /// Brings the surface of every node up to date: for a picture, a file or the end of a run.
+    /// Updates the position of every vertex that active nodes move: for a picture, a file or the end of a run. Steps update vertices
+    /// near tools alone.
     ///
     /// # Errors
     /// Returns the error of the grid plugin.
@@ -79,15 +85,15 @@ impl Body {
         Ok(())
     }
 
-    /// Where the nodes carry one rest place, and where they would if they were at rest. What no node carries stays.
+    /// Position of a point of the rest shape (m) in the present shape. A point outside of all active elements keeps its place.
     ///
     /// # Errors
     /// Returns the error of the grid plugin.
-    pub fn embed_point(&self, place: Vec3) -> Result<(Vec3, Vec3), LatticeError> {
-        self.discretization.embed_point(place, &self.model, &self.skin, &self.system.nodes)
+    pub fn embed_point(&self, point: Vec3) -> Result<EmbeddedPoint, LatticeError> {
+        self.discretization.embed_point(point, &self.model, &self.skin, &self.system.nodes)
     }
 
-    /// Bytes of the largest parts.
+    /// Estimate of the memory of the body, bytes: its largest arrays.
     pub fn bytes(&self) -> usize {
         let nodes = self.system.nodes.len() * 200;
         let elements: usize = self.system.sets.iter().map(|s| s.count() * 40).sum();

@@ -1,4 +1,4 @@
-//! What does not change while a body deforms: the document, its placed surface, and what is around each vertex.
+//! The model of a body: its document, its surface at rest in metres, and the triangles around each vertex.
 
 use super::pages::PageStamps;
 use pliant_mesh::geometry::TriangleTree;
@@ -6,30 +6,30 @@ use pliant_mesh::geometry::Vec3;
 use pliant_mesh::{Finding, ObjDocument, Placement, Surface, check};
 use std::collections::HashMap;
 
-/// A placed model.
+/// A model placed in the scene. It changes when a blade cuts it, not when the body deforms.
 #[derive(Clone)]
 pub struct Model {
     /// The OBJ document, in units of the file.
     pub document: ObjDocument,
-    /// File units to metres.
+    /// Scale and translation from units of the file to metres of the scene.
     pub placement: Placement,
-    /// The surface as it was handed in, m.
+    /// The surface in the rest shape of the file, with cuts, m.
     pub surface: Surface,
-    /// What is wrong with it, if anything.
+    /// Defects of the mesh in the file.
     pub findings: Vec<Finding>,
-    /// Triangles around vertex v: `around[start[v]..start[v + 1]]`.
+    /// Triangles around vertex v of the file: `around[start[v]..start[v + 1]]`.
     start: Vec<u32>,
     around: Vec<u32>,
-    /// Which triangles have changed, for viewers.
+    /// Pages of triangles that have changed, for viewers.
     pub pages: PageStamps,
-    /// The same for vertices near a cut.
+    /// Triangles around vertices that a cut has made or changed; they replace those of `around`.
     recut: HashMap<u32, Vec<u32>>,
     /// The longest edge at each vertex (n), m.
     longest_edge: Vec<f32>,
 }
 
 impl Model {
-    /// Places a document.
+    /// Triangulates a document, checks it and places it in the scene.
     pub fn new(document: ObjDocument, placement: Placement) -> Self {
         let surface = Surface::from_document(&document);
         let findings = check(&surface, &document);
@@ -75,11 +75,12 @@ impl Model {
         }
         match self.start.get(vertex as usize + 1) {
             Some(&end) => &self.around[self.start[vertex as usize] as usize..end as usize],
-            None => &[], // of lids alone
+            None => &[], // a vertex whose triangles are all lids
         }
     }
 
-    /// The area of the triangles around a vertex, along its normal, where vertices are at `points` (m), m^2.
+    /// Sum of the area vectors of the triangles around a vertex, m^2, with vertices at `points` (m, n x 3). It points along the vertex
+    /// normal.
     pub fn area_around(&self, vertex: u32, points: &[Vec3]) -> Vec3 {
         let each = self.around(vertex).iter().filter(|t| !self.is_lid(**t));
         let corners = each.map(|&t| self.surface.triangles[t as usize].map(|v| points[v as usize]));
@@ -91,8 +92,8 @@ impl Model {
         f64::from(self.longest_edge[vertex as usize])
     }
 
-    /// Takes over a surface that a blade has changed: `changed` triangles that were there before, and whatever is more or
-    /// less than there was.
+    /// Adopts a surface that a blade has changed: `changed` lists the triangles that exist before and after and have other corners;
+    /// vertices and triangles at the end are added or removed.
     pub fn take_cut(&mut self, surface: &Surface, changed: &[u32]) {
         let (known, count) = (self.surface.triangles.len(), surface.triangles.len());
         let stays = |t: &u32| (*t as usize) < known.min(count);
@@ -138,7 +139,7 @@ impl Model {
         }
     }
 
-    /// Whether a triangle is a lid over a hole, for a blade: it is neither seen nor felt.
+    /// Whether a triangle is a lid, which closes a hole for cutting; it is neither drawn nor touched.
     pub fn is_lid(&self, triangle: u32) -> bool {
         self.surface.face_of[triangle as usize] as usize > self.document.face_count()
     }
@@ -151,12 +152,12 @@ impl Model {
         })
     }
 
-    /// A tree over the surface as it was handed in.
+    /// A bounding volume tree over the triangles of `surface`.
     pub fn tree(&self) -> TriangleTree {
         TriangleTree::new(&self.surface.points, &self.surface.triangles)
     }
 
-    /// Bytes of the largest parts.
+    /// Estimate of the memory, bytes: the largest arrays.
     pub fn bytes(&self) -> usize {
         let s = &self.surface;
         self.document.bytes().len() + s.points.len() * (24 + 8) + s.triangles.len() * (12 + 4 + 12)

@@ -1,99 +1,58 @@
-//! Nodes around a place, as far as the material leads without leaving a ball.
+//! Nodes within a ball that are connected through elements inside of the ball.
 
-use super::{Body, Discretization, Lattice, LatticeError, Model, Sheet, Skin};
-use pliant_solver::{Nodes, Vec3};
+use super::disjoint_sets::DisjointSets;
+use super::{Body, Discretization, LatticeError};
+use pliant_solver::Vec3;
 
 impl Body {
-    /// Nodes within `radius` (m) of a rest place in the shape at rest, each with its distance from it (m), by ascending number. Only those that
-    /// cells or triangles inside of the ball join to the place: what is near in space alone stays out.
+    /// Lists the nodes within `radius` (m) of a point of the rest shape, by ascending number, each with its distance from it (m). A node
+    /// counts only if cells or triangles inside of the ball connect it with the point: the other side of a gap or of a cut is left out.
     ///
     /// # Errors
     /// Returns the error of the grid plugin.
-    pub fn nodes_within(&self, place: Vec3, radius: f64, out: &mut Vec<(u32, f64)>) -> Result<(), LatticeError> {
+    pub fn nodes_within(&self, point: Vec3, radius: f64, out: &mut Vec<(u32, f64)>) -> Result<(), LatticeError> {
         out.clear();
-        let (_, centre) = self.embed_point(place)?;
+        let centre = self.embed_point(point)?.settled;
         let nodes = &self.system.nodes;
         let distance: Vec<f64> = nodes.rest.iter().map(|x| (x - centre).norm()).collect();
-        let inside = |node: u32| distance[node as usize] <= radius;
-        let mut seen = match &self.discretization {
-            Discretization::Lattice(lattice) => within_lattice(lattice, place, nodes, inside)?,
-            Discretization::Sheet(sheet) => within_sheet(sheet, centre, &self.model, &self.skin, inside),
+        let is_inside = |node: u32| distance[node as usize] <= radius;
+        let connected = match &self.discretization {
+            Discretization::Lattice(lattice) => {
+                let Some(first) = lattice.cell_of(point)? else { return Ok(()) };
+                let cells = &lattice.region().cell_corners;
+                connected_nodes(cells.iter().copied(), cells[first], nodes.rest.len(), is_inside)
+            }
+            Discretization::Sheet(sheet) => {
+                let Some(nearest) = sheet.nearest_triangle(centre, &self.model, &self.skin) else { return Ok(()) };
+                let triangles = (0..self.model.surface.triangles.len() as u32).filter(|t| !self.model.is_lid(*t));
+                let elements = triangles.map(|t| sheet.nodes_of(&self.model, t));
+                let first = sheet.nodes_of(&self.model, nearest.triangle);
+                connected_nodes(elements, first, sheet.vertex_count(), is_inside)
+            }
         };
-        seen.sort_unstable();
-        out.extend(seen.into_iter().map(|node| (node, distance[node as usize])));
+        out.extend(connected.into_iter().map(|node| (node, distance[node as usize])));
         Ok(())
     }
 }
 
-/// Nodes of the cells that cells inside of the ball join to the cell that carries a place.
-fn within_lattice(
-    lattice: &Lattice,
-    place: Vec3,
-    nodes: &Nodes,
-    inside: impl Fn(u32) -> bool + Copy,
-) -> Result<Vec<u32>, LatticeError> {
-    let cells = &lattice.region().cell_corners;
-    let Some(first) = lattice.cell_of(place)? else { return Ok(Vec::new()) };
-    let mut groups = Groups::new(nodes.rest.len());
-    for corners in cells {
-        let within = || corners.iter().copied().filter(|&n| inside(n));
-        if let Some(first) = within().next() {
-            within().for_each(|n| groups.join(first, n));
-        }
-    }
-    Ok(groups.of(cells[first].iter().copied().filter(|&n| inside(n)), inside))
-}
-
-/// Nodes of the vertices that triangles inside of the ball join to the triangle nearest to a place.
-fn within_sheet(
-    sheet: &Sheet,
-    centre: Vec3,
-    model: &Model,
-    skin: &Skin,
-    inside: impl Fn(u32) -> bool + Copy,
+/// Nodes inside, ascending, that elements connect with corners of the element `first` through nodes inside. Nodes are 0 to `count` - 1.
+fn connected_nodes<const CORNERS: usize>(
+    elements: impl Iterator<Item = [u32; CORNERS]>,
+    first: [u32; CORNERS],
+    count: usize,
+    is_inside: impl Fn(u32) -> bool + Copy,
 ) -> Vec<u32> {
-    let Some((first, _)) = sheet.seat(centre, model, skin) else { return Vec::new() };
-    let mut groups = Groups::new(sheet.vertex_count());
-    for triangle in (0..model.surface.triangles.len() as u32).filter(|t| !model.is_lid(*t)) {
-        let corners = sheet.nodes_of(model, triangle);
-        let within = || corners.into_iter().filter(|&n| inside(n));
-        if let Some(first) = within().next() {
-            within().for_each(|n| groups.join(first, n));
+    let mut sets = DisjointSets::new(count);
+    for corners in elements {
+        let inside = || corners.into_iter().filter(|&n| is_inside(n));
+        if let Some(first) = inside().next() {
+            inside().for_each(|n| sets.unite(first, n));
         }
     }
-    groups.of(sheet.nodes_of(model, first).into_iter().filter(|&n| inside(n)), inside)
-}
-
-/// Disjoint groups of nodes (union-find).
-struct Groups(Vec<u32>);
-
-impl Groups {
-    fn new(nodes: usize) -> Self {
-        Self((0..nodes as u32).collect())
-    }
-
-    fn root(&mut self, mut node: u32) -> u32 {
-        while self.0[node as usize] != node {
-            let up = self.0[self.0[node as usize] as usize];
-            self.0[node as usize] = up;
-            node = up;
-        }
-        node
-    }
-
-    fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.0[a.max(b) as usize] = a.min(b);
-    }
-
-    /// Every node inside that is in a group with one of `some`.
-    fn of(mut self, some: impl Iterator<Item = u32>, inside: impl Fn(u32) -> bool) -> Vec<u32> {
-        let mut wanted: Vec<u32> = some.map(|n| self.root(n)).collect();
-        wanted.sort_unstable();
-        wanted.dedup();
-        let all = 0..self.0.len() as u32;
-        all.filter(|&n| inside(n) && wanted.binary_search(&self.root(n)).is_ok()).collect()
-    }
+    let mut roots: Vec<u32> = first.into_iter().filter(|&n| is_inside(n)).map(|n| sets.find(n)).collect();
+    roots.sort_unstable();
+    roots.dedup();
+    (0..count as u32).filter(|&n| is_inside(n) && roots.binary_search(&sets.find(n)).is_ok()).collect()
 }
 
 #[cfg(test)]
@@ -101,11 +60,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn groups_are_what_joins_lead_to() {
-        let mut groups = Groups::new(6);
-        groups.join(5, 3);
-        groups.join(3, 1);
-        groups.join(0, 2);
-        assert_eq!(groups.of([5].into_iter(), |_| true), [1, 3, 5]);
+    fn only_nodes_connected_through_nodes_inside_are_listed() {
+        let edges = [[5, 3], [3, 1], [0, 2], [1, 4], [4, 0]];
+        let listed = connected_nodes(edges.into_iter(), [5, 3], 6, |node| node != 4);
+        assert_eq!(listed, [1, 3, 5], "node 4 is outside, so 0 and 2 are not connected");
     }
 }

@@ -1,14 +1,14 @@
-//! Which pages of a long list have changed since somebody last looked.
+//! Tracks which pages of a long list have changed, so that a viewer copies those alone.
 
-/// Entries of a page.
+/// Number of entries of a page.
 pub const PAGE: usize = 256;
 
-/// The last change of each page of a list, so that a viewer copies what has changed and no more.
+/// The period of the last change of each page of a list. A viewer ends a period when it has copied the list.
 #[derive(Clone, Debug)]
 pub struct PageStamps {
-    /// Period of the last change of each page; 0: none.
+    /// Period of the last change of each page; 0 where it has not changed.
     stamps: Vec<u64>,
-    /// Number of the present period.
+    /// Number of the present period, from 1.
     period: u64,
 }
 
@@ -19,7 +19,7 @@ impl Default for PageStamps {
 }
 
 impl PageStamps {
-    /// The entry has changed.
+    /// Marks an entry as changed.
     pub fn mark(&mut self, entry: u32) {
         let page = entry as usize / PAGE;
         if page >= self.stamps.len() {
@@ -28,13 +28,13 @@ impl PageStamps {
         self.stamps[page] = self.period;
     }
 
-    /// All entries of a list of `count` have changed.
+    /// Marks all entries of a list of `count` as changed.
     pub fn mark_all(&mut self, count: usize) {
         self.stamps.clear();
         self.stamps.resize(count.div_ceil(PAGE), self.period);
     }
 
-    /// Ends the present period and gives its number: what changes from now on has a larger one.
+    /// Ends the present period and returns its number; later changes have larger numbers.
     pub fn end_period(&mut self) -> u64 {
         self.period += 1;
         self.period - 1

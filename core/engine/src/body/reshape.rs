@@ -1,22 +1,22 @@
-//! Changing the shape a body has at rest: a field of displacements of nodes, and the surface that follows it.
+//! Changes of the rest shape by a displacement field of the nodes, and the surface at rest that follows.
 //!
-//! The shape at present stays; where the shape at rest has moved away from it, the material pulls the nodes after it.
+//! The present shape is not changed: elastic forces then pull the nodes towards the new rest shape.
 
 use super::{Body, Discretization, LatticeError};
 use pliant_solver::Vec3;
 use std::sync::Arc;
 
-/// A change of the shape at rest.
+/// A change of the rest shape.
 #[derive(Debug, Default)]
 pub struct RestChange {
     /// m, displacement of the rest position of each node (n x 3)
     pub nodes: Vec<Vec3>,
-    /// m, displacement of single vertices beyond that of the nodes that carry them: what is finer than a cell
+    /// Vertices with a displacement (m) in addition to the interpolated one of the nodes: details finer than a cell.
     pub points: Vec<(u32, Vec3)>,
 }
 
 impl RestChange {
-    /// No change of a body with `nodes` nodes.
+    /// Sets a change of zero for `nodes` nodes.
     pub fn clear(&mut self, nodes: usize) {
         self.nodes.clear();
         self.nodes.resize(nodes, Vec3::zeros());
@@ -25,7 +25,8 @@ impl RestChange {
 }
 
 impl Body {
-    /// Changes the shape at rest. Cells it would turn over or flatten stay as they are, by the same measure by which a kept shape is repaired.
+    /// Changes the rest shape. In a lattice `change` is first limited: nodes of cells that it would invert or flatten stay, by the
+    /// volume limit of [`super::Lattice::untangle`].
     ///
     /// # Errors
     /// Returns the error of the grid or material plugin.

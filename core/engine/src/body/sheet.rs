@@ -1,12 +1,11 @@
-//! A body carried by its own mesh: every vertex is a node, triangles, edges and hinges are the elements. For cloth and other
+//! A sheet: a body simulated on its own mesh. Vertices are the nodes; triangles, edges and hinges are the elements. For cloth and other
 //! thin shells.
 
 use super::fields::Fields;
 use super::fixing::Fixing;
-use super::lattice::{LatticeError, check_mass, constrain_fixed, drive_fixed};
+use super::lattice::{DrivenNode, LatticeError, check_mass, constrain_fixed, drive_fixed};
 use super::model::Model;
-use super::skin::Skin;
-use pliant_mesh::geometry::closest_point;
+use super::skin::{EmbeddedPoint, NearestTriangle, Skin, nearest_triangle};
 use pliant_mesh::{ObjDocument, Surface};
 use pliant_plugin_api::abi;
 use pliant_solver::{Constraint, ElementList, Nodes, StepTime, System, Vec3};
@@ -17,52 +16,54 @@ mod fields;
 mod order;
 mod state;
 
-pub use cut::Before;
+pub use cut::OldCorners;
 pub use state::SheetState;
 
-use order::{Order, places};
+use order::{Order, inverse};
 
-/// Where the warp of a fabric runs.
+/// Direction of the warp threads of a fabric.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Warp {
-    /// Along this direction of the rest shape, in the plane of each triangle.
+    /// The projection of this direction of the rest shape onto the plane of each triangle.
     Axis(Vec3),
-    /// Along u of the texture coordinates.
+    /// The direction of increasing u of the texture coordinates.
     Texture,
 }
 
-/// A mesh as the discretization of itself.
+/// The discretization of a sheet.
 pub struct Sheet {
     warp: Warp,
-    /// Vertices and triangles as they became nodes and elements.
+    /// Order in which vertices and triangles are numbered as nodes and elements.
     order: Arc<Order>,
-    /// Node of each vertex, or `NONE` where no triangle uses it.
+    /// Node of each vertex, or [`NONE`] where no triangle uses it.
     node_of: Vec<u32>,
+    /// Vertex of each node; ghost nodes follow and have none.
     vertex_of: Vec<u32>,
     /// Triangle of each element.
     triangle_of: Vec<u32>,
-    /// m, mean
+    /// Mean length of an edge at rest, m.
     edge: f64,
-    /// m, corners of each triangle at rest in its own plane, warp first, by element (m x 3 x 2)
+    /// Material coordinates, m: corners of each triangle at rest in its own plane, warp first, by element (m x 3 x 2).
     material: Arc<Vec<f64>>,
-    /// Clamped edges by their vertices, lower first: beyond each a node behind all others, in the same order, lends it a direction.
+    /// Vertices of each clamped edge, lower first. Each has a ghost node (see [`Edges::new`]); ghost nodes have the last numbers, in this
+    /// order.
     clamped: Arc<Vec<[u32; 2]>>,
-    driven: Vec<(u32, u32)>,
+    driven: Vec<DrivenNode>,
+    /// Whether nodes and elements have been made.
     active: bool,
-    /// A blade has changed nodes and elements since they were last asked for.
+    /// A blade has changed nodes and elements since [`Sheet::activate`] last reported a change.
     cut: bool,
-    /// Parameters of the material that differ from place to place. A sheet that is cut after its shape was kept takes them where the kept
-    /// shape is.
+    /// Fields of parameters of the material. After an edit that changed the rest shape, a cut evaluates them at the new rest positions.
     pub fields: Option<Arc<Fields>>,
 }
 
-/// Stands for the absence of a node.
+/// Value of an absent node, hinge or triangle.
 pub const NONE: u32 = u32::MAX;
-/// Mass of nodes that only lend a direction and never move, kg: too small to count in any weight, reaction or energy.
-const WEIGHTLESS: f64 = 1e-30;
+/// Mass of ghost nodes, kg: small enough to change no sum over masses. They never move.
+const GHOST_MASS: f64 = 1e-30;
 
 impl Sheet {
-    /// Of a model. No node is active yet.
+    /// The sheet of a model, without nodes until [`Sheet::activate`].
     pub fn new(model: &Model, warp: Warp) -> Self {
         let surface = &model.surface;
         let (mut sum, mut count) = (0.0, 0);
@@ -88,30 +89,30 @@ impl Sheet {
         }
     }
 
-    /// m, mean length of an edge
+    /// Mean length of an edge at rest, m.
     pub fn edge(&self) -> f64 {
         self.edge
     }
 
-    /// Nodes that are vertices; behind them come those that lend clamped edges a direction.
+    /// Number of nodes that are vertices; ghost nodes of clamped edges follow them.
     pub fn vertex_count(&self) -> usize {
         self.vertex_of.len()
     }
 
-    /// Vertex of a node, if it is one.
+    /// Vertex of a node; `None` for a ghost node.
     pub fn vertex_of(&self, node: u32) -> Option<u32> {
         self.vertex_of.get(node as usize).copied()
     }
 
-    /// Node of a vertex, or `u32::MAX`.
+    /// Node of a vertex, or [`NONE`].
     pub fn node_of(&self, vertex: u32) -> u32 {
         self.node_of[vertex as usize]
     }
 
-    /// Makes nodes and elements, if there are none yet. Returns whether there are others than before.
+    /// Makes nodes and elements, if there are none yet. Returns whether nodes or elements have changed since the last call.
     ///
     /// # Errors
-    /// What the material says; a vertex without mass.
+    /// Returns the error of the material; [`LatticeError::Massless`] for a vertex without mass.
     pub fn activate(&mut self, model: &Model, fixings: &[Fixing], system: &mut System) -> Result<bool, LatticeError> {
         if self.active {
             return Ok(std::mem::take(&mut self.cut));
@@ -130,20 +131,19 @@ impl Sheet {
         self.driven = constrain_fixed(fixings, nodes, |node| numbers.get(node as usize).copied().unwrap_or(NONE));
         for ghost in own..nodes.len() {
             nodes.constraint[ghost] = Constraint::Fixed;
-            if let Some((_, fixing)) = self.driven.iter().find(|(node, _)| *node == edges.clamped[ghost - own][0]) {
-                let fixing = *fixing;
-                self.driven.push((ghost as u32, fixing));
+            if let Some(driven) = self.driven.iter().find(|driven| driven.node == edges.clamped[ghost - own][0]) {
+                self.driven.push(DrivenNode { node: ghost as u32, fixing: driven.fixing });
             }
         }
         self.list_elements(system, &triangles, edges)?;
         Ok(true)
     }
 
-    /// A node for each vertex that a triangle uses, and an element for each triangle.
+    /// Numbers the nodes, one for each vertex that a triangle uses, and the elements, one for each triangle.
     fn number(&mut self, surface: &Surface) {
-        let Order { vertices, triangles, .. } = self.order.and_more(surface);
+        let Order { vertices, triangles, .. } = self.order.extended(surface);
         (self.vertex_of, self.triangle_of) = (vertices, triangles);
-        self.node_of = places(&self.vertex_of, surface.points.len());
+        self.node_of = inverse(&self.vertex_of, surface.points.len());
     }
 
     /// Nodes of the triangle of each element.
@@ -157,6 +157,7 @@ impl Sheet {
         sorted(ends.map(|n| self.vertex_of[n as usize]))
     }
 
+    /// Lists the elements of every kind that the material asks for, and prepares the system for them.
     fn list_elements(&self, system: &mut System, triangles: &[[u32; 3]], edges: Edges) -> Result<(), LatticeError> {
         let rest = &system.nodes.rest[..self.vertex_of.len()];
         for set in &mut system.sets {
@@ -190,13 +191,14 @@ impl Sheet {
         self.prepare(system)
     }
 
+    /// Has the material compute rest data and masses.
     fn prepare(&self, system: &mut System) -> Result<(), LatticeError> {
         system.prepare()?;
-        system.nodes.mass[self.vertex_of.len()..].fill(WEIGHTLESS);
+        system.nodes.mass[self.vertex_of.len()..].fill(GHOST_MASS);
         check_mass(system)
     }
 
-    /// Corners of each triangle in its own plane, warp first, m (m x 3 x 2). Lengths and angles are those of the rest shape.
+    /// Material coordinates of the model as placed, m (m x 3 x 2): an isometric flattening of each triangle, warp first.
     fn material_coordinates(&self, model: &Model) -> Vec<f64> {
         let mut out = Vec::with_capacity(6 * model.surface.triangles.len());
         for t in self.triangle_of.iter().map(|t| *t as usize) {
@@ -213,12 +215,12 @@ impl Sheet {
         out
     }
 
-    /// Sets what driven nodes do in the step from `time` of `dt` (s).
+    /// Prescribes the velocity of driven nodes for a step.
     pub fn prescribe(&self, nodes: &mut Nodes, fixings: &[Fixing], time: StepTime) {
         drive_fixed(&self.driven, nodes, fixings, time);
     }
 
-    /// Puts the surface where the nodes are.
+    /// Copies the positions of the nodes to the vertices.
     pub fn embed(&self, nodes: &Nodes, skin: &mut Skin) {
         for (&vertex, x) in self.vertex_of.iter().zip(&nodes.x) {
             skin.x[vertex as usize] = *x;
@@ -226,10 +228,10 @@ impl Sheet {
         skin.pages.mark_all(skin.x.len());
     }
 
-    /// Makes the present shape the rest shape: every triangle is laid out as it is now, its warp where it has gone.
+    /// Makes the present shape the rest shape, with zero velocity; the warp of each triangle is deformed with it.
     ///
     /// # Errors
-    /// What the material says of it.
+    /// Returns the error of the material, if it refuses the new rest shape.
     pub fn keep(&mut self, model: &Model, skin: &mut Skin, system: &mut System) -> Result<(), LatticeError> {
         system.nodes.rest.clone_from(&system.nodes.x);
         system.nodes.v.fill(Vec3::zeros());
@@ -241,15 +243,16 @@ impl Sheet {
         self.flatten_rest(model, system)
     }
 
-    /// Takes the rest positions of the nodes as the rest shape: every triangle is laid out as it is there, its warp where it has gone.
+    /// Recomputes material coordinates and rest data from the rest positions of the nodes; the warp of each triangle is deformed with
+    /// these.
     ///
     /// # Errors
-    /// What the material says of it.
+    /// Returns the error of the material, if it refuses the new rest shape.
     pub fn flatten_rest(&mut self, model: &Model, system: &mut System) -> Result<(), LatticeError> {
         let triangles = self.triangles(&model.surface);
-        let before = self.material.chunks_exact(6).zip(&triangles);
-        let laid_out = before.flat_map(|(u, t)| flatten(u, t.map(|n| system.nodes.rest[n as usize])));
-        self.material = Arc::new(laid_out.collect());
+        let old = self.material.chunks_exact(6).zip(&triangles);
+        let flattened = old.flat_map(|(u, t)| flatten(u, t.map(|n| system.nodes.rest[n as usize])));
+        self.material = Arc::new(flattened.collect());
         for set in &mut system.sets {
             match set.request().kind {
                 abi::POINT => {
@@ -264,70 +267,55 @@ impl Sheet {
         self.prepare(system)
     }
 
-    /// The triangle of the settled surface closest to a place, and the weights of its corners.
-    pub fn seat(&self, place: Vec3, model: &Model, skin: &Skin) -> Option<(u32, Vec3)> {
-        let mut reach = self.edge;
-        loop {
-            let mut best: Option<(f64, u32, Vec3)> = None;
-            skin.tree.near(place, reach, |t| {
-                let corners = model.surface.triangles[t as usize].map(|v| skin.settled[v as usize]);
-                let closest = closest_point(place, corners);
-                let away = (closest.point - place).norm();
-                if away <= reach && best.is_none_or(|(least, of, _)| (away, t) < (least, of)) {
-                    best = Some((away, t, closest.bary));
-                }
-            });
-            match best {
-                Some((_, t, bary)) => return Some((t, bary)),
-                None if reach > 1e6 * self.edge => return None,
-                None => reach *= 4.0,
-            }
-        }
+    /// The point of the surface at rest nearest to `point` (m); `None` where it is a million edges away.
+    pub(crate) fn nearest_triangle(&self, point: Vec3, model: &Model, skin: &Skin) -> Option<NearestTriangle> {
+        nearest_triangle(&skin.tree, model, &skin.settled, point, [self.edge, 1e6 * self.edge])
     }
 
-    /// Nodes of a triangle.
+    /// Nodes of the corners of a triangle.
     pub fn nodes_of(&self, model: &Model, triangle: u32) -> [u32; 3] {
         model.surface.triangles[triangle as usize].map(|v| self.node_of[v as usize])
     }
 
-    /// Where the nodes carry a settled place, and the place.
-    pub fn embed_point(&self, place: Vec3, model: &Model, skin: &Skin, nodes: &Nodes) -> (Vec3, Vec3) {
-        let Some((triangle, bary)) = self.seat(place, model, skin).filter(|_| self.active) else {
-            return (place, place);
+    /// Position of a point of the surface at rest (m) in the present shape: the nearest point of the surface, moved by the nodes.
+    pub fn embed_point(&self, point: Vec3, model: &Model, skin: &Skin, nodes: &Nodes) -> EmbeddedPoint {
+        let Some(nearest) = self.nearest_triangle(point, model, skin).filter(|_| self.active) else {
+            return EmbeddedPoint { now: point, settled: point };
         };
-        let at = self.nodes_of(model, triangle);
-        let now: Vec3 = (0..3).map(|i| bary[i] * nodes.x[at[i] as usize]).sum();
-        (now, place)
+        let corners = self.nodes_of(model, nearest.triangle);
+        let now: Vec3 = (0..3).map(|i| nearest.bary[i] * nodes.x[corners[i] as usize]).sum();
+        EmbeddedPoint { now, settled: point }
     }
 
-    /// Bytes of the largest parts.
+    /// Estimate of the memory, bytes: the largest arrays.
     pub fn bytes(&self) -> usize {
         4 * (self.node_of.len() + self.vertex_of.len())
     }
 }
 
-/// The two ends of an edge, the lower number first.
+/// The ends of an edge, the lower number first.
 fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// Places in the plane of a triangle, from its first corner, warp first, m.
+/// Coordinates of the corners of a triangle along warp and weft, from its first corner, m (3 x 2).
 fn in_plane_of([a, b, c]: [Vec3; 3], normal: &Vec3, warp: &Vec3) -> [f64; 6] {
     let weft = normal.cross(warp);
     let [b, c] = [b - a, c - a].map(|p| [p.dot(warp), p.dot(&weft)]);
     [0.0, 0.0, b[0], b[1], c[0], c[1]]
 }
 
-/// The same of a triangle that was at `u` in its plane and has been deformed; its warp is what has become of the warp.
+/// Material coordinates, m (3 x 2), of a triangle that was deformed from material coordinates `u` to corners `now` (m): its warp is the
+/// image of the old warp under the deformation.
 fn flatten(u: &[f64], now: [Vec3; 3]) -> [f64; 6] {
     let [p, q] = [[u[2] - u[0], u[3] - u[1]], [u[4] - u[0], u[5] - u[1]]];
     let (b, c) = (now[1] - now[0], now[2] - now[0]);
-    // The sides that make one step along the warp, times twice the area.
+    // The first column of the deformation gradient, times twice the area at rest.
     let warp = (b * q[1] - c * p[1]).normalize();
     in_plane_of(now, &b.cross(&c).normalize(), &warp)
 }
 
-/// A third of the area of its triangles for each node, m^2.
+/// Lists point elements: one for each node, whose measure is a third of the area of the triangles around it, m^2.
 fn points(rest: &[Vec3], triangles: &[[u32; 3]], list: &mut ElementList) {
     list.nodes = (0..rest.len() as u32).collect();
     list.measure = vec![0.0; rest.len()];
@@ -338,25 +326,26 @@ fn points(rest: &[Vec3], triangles: &[[u32; 3]], list: &mut ElementList) {
     }
 }
 
-/// Edges of a mesh.
+/// Edges and hinges of a mesh, by node.
 struct Edges {
     all: Vec<[u32; 2]>,
-    /// Edges with two sides: from, to, the vertex left of it and the vertex right of it.
+    /// Hinges: both ends of the edge, then the opposite corner of the triangle to its left and of that to its right.
     hinges: Vec<[u32; 4]>,
-    /// Hinge of each triangle's sides 01, 12, 20, or `NONE`.
+    /// Hinge of the sides 01, 12 and 20 of each triangle, or [`NONE`].
     hinge_of: Vec<[u32; 3]>,
-    /// Clamped edges: each has a node added behind the others.
+    /// Clamped edges, in the order of their ghost nodes.
     clamped: Vec<[u32; 2]>,
 }
 
-/// Nodes held by fixings that clamp.
+/// Whether each node is held by a fixing that clamps (n). `number` gives the number by which fixings know a node.
 fn clamped(fixings: &[Fixing], nodes: &Nodes, number: impl Fn(u32) -> u32) -> Vec<bool> {
-    let held = |i: usize| fixings.iter().any(|f| f.clamp && f.place.holds(number(i as u32), nodes.rest[i]));
-    (0..nodes.len()).map(held).collect()
+    let is_held = |i: usize| fixings.iter().any(|f| f.clamp && f.place.contains(number(i as u32), nodes.rest[i]));
+    (0..nodes.len()).map(is_held).collect()
 }
 
 impl Edges {
-    /// A clamped edge is a hinge too: beyond it lies the mirror image of its triangle, held for good by a node of its own.
+    /// Lists edges and hinges. A clamped edge on the border is a hinge as well: a ghost node is added at the mirror image of its triangle's
+    /// third corner and never moves relative to the fixing, so the edge keeps its direction.
     fn new(triangles: &[[u32; 3]], is_clamped: impl Fn([u32; 2]) -> bool, nodes: &mut Nodes) -> Self {
         let surface = Surface { triangles: triangles.to_vec(), ..Surface::default() };
         let (mut all, mut hinges) = (Vec::new(), Vec::new());
@@ -387,7 +376,7 @@ impl Edges {
     }
 }
 
-/// A node where `third` is seen in the mirror of an edge, in the plane of both.
+/// Adds a node at the reflection of the node `third` about an edge, in the plane of the triangle. Returns its number.
 fn add_mirror(nodes: &mut Nodes, ends: [u32; 2], third: u32) -> u32 {
     let [a, b, c] = [ends[0], ends[1], third].map(|n| nodes.rest[n as usize]);
     let along = (b - a).normalize();
@@ -395,7 +384,7 @@ fn add_mirror(nodes: &mut Nodes, ends: [u32; 2], third: u32) -> u32 {
     nodes.add(2.0 * foot - c)
 }
 
-/// Direction of increasing u in a triangle of the rest shape.
+/// Direction of increasing u in a triangle at rest, not normalised; `None` without texture coordinates or with degenerate ones.
 fn texture_direction(document: &ObjDocument, surface: &Surface, triangle: usize) -> Option<Vec3> {
     let vertices = surface.triangles[triangle];
     let texcoord = |vertex: u32| document.texcoord_at(surface.face_of[triangle], vertex);

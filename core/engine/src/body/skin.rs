@@ -1,57 +1,101 @@
-//! Where the surface is.
+//! Positions of the surface of a body, at rest and at present.
 
-use pliant_mesh::geometry::TriangleTree;
+use pliant_mesh::geometry::{TriangleTree, closest_point};
 use pliant_solver::Vec3;
 
 use super::model::Model;
 use super::pages::PageStamps;
 use std::sync::Arc;
 
-/// The cell of a vertex that no cell of the region carries.
-pub const NOT_CARRIED: u32 = u32::MAX;
+/// Value of [`Skin::cell`] for a vertex that lies in no active cell.
+pub const NOT_EMBEDDED: u32 = u32::MAX;
 
-/// Current positions of the surface.
+/// Positions of the vertices of a body.
 ///
-/// A vertex in a cell of the region follows its nodes, but only when asked: a step needs those near the tools, a picture
-/// needs all. Every other vertex is settled and costs nothing.
+/// A vertex in an active cell is updated on demand: a step updates those near tools, a viewer all. Every other vertex is at its
+/// settled position and costs nothing.
 pub struct Skin {
-    /// m, as of the last embedding of each vertex (n x 3)
+    /// m, present positions, as of the last update of each vertex (n x 3)
     pub x: Vec<Vec3>,
-    /// Where each vertex is when its nodes are at rest (n x 3); shared with what can be undone, copied when it changes, m.
+    /// m, positions while the nodes are at rest (n x 3); shared with saved states, copied on change
     pub settled: Arc<Vec<Vec3>>,
-    /// Place in the region of the cell that carries each vertex, or [`NOT_CARRIED`] (n)
+    /// Active cell in which each vertex is embedded, as an index in the region, or [`NOT_EMBEDDED`] (n).
     pub cell: Vec<u32>,
-    /// Over the settled surface; copied when it changes, if other sessions have it too.
+    /// Tree over the triangles at their settled positions; shared with other sessions, copied on change.
     pub tree: Arc<TriangleTree>,
-    /// Which vertices have moved, for viewers.
+    /// Pages of vertices that have moved, for viewers.
     pub pages: PageStamps,
 }
 
+/// Positions of a material point of a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EmbeddedPoint {
+    /// Present position, m.
+    pub now: Vec3,
+    /// Position with all nodes at rest, m: in the present rest shape, which edits can change.
+    pub settled: Vec3,
+}
+
+/// A point of a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct NearestTriangle {
+    pub triangle: u32,
+    /// Barycentric coordinates of the point.
+    pub bary: Vec3,
+}
+
+/// The point of a surface nearest to `point` (m), with vertices at `x` (m, n x 3); of several triangles the one with the lowest number.
+/// The search radius grows within `radii` (m); `None` where no triangle is within the last.
+pub(crate) fn nearest_triangle(
+    tree: &TriangleTree,
+    model: &Model,
+    x: &[Vec3],
+    point: Vec3,
+    [mut radius, largest]: [f64; 2],
+) -> Option<NearestTriangle> {
+    loop {
+        let mut best: Option<(f64, u32, Vec3)> = None;
+        tree.near(point, radius, |t| {
+            let closest = closest_point(point, model.surface.triangles[t as usize].map(|v| x[v as usize]));
+            let distance = (closest.point - point).norm();
+            if distance <= radius && best.is_none_or(|(least, of, _)| (distance, t) < (least, of)) {
+                best = Some((distance, t, closest.bary));
+            }
+        });
+        match best {
+            Some((_, triangle, bary)) => return Some(NearestTriangle { triangle, bary }),
+            None if radius >= largest => return None,
+            None => radius *= 2.0,
+        }
+    }
+}
+
 impl Skin {
-    /// At rest; `tree` is the one over the model's surface as it was handed in.
+    /// The surface of a model at rest; `tree` is the tree over it.
     pub fn new(model: &Model, tree: Arc<TriangleTree>) -> Self {
         let settled = model.surface.points.clone();
-        let (x, cell) = (settled.clone(), vec![NOT_CARRIED; settled.len()]);
+        let (x, cell) = (settled.clone(), vec![NOT_EMBEDDED; settled.len()]);
         Self { x, cell, settled: Arc::new(settled), tree, pages: PageStamps::default() }
     }
 
-    /// Has as many vertices as `settled`, which is where those of the model are now at rest; those that were there stand
-    /// where they stood. `moved` are the triangles that are new or elsewhere, `gone` those that are no more.
-    pub fn take_cut(&mut self, model: &Model, settled: Arc<Vec<Vec3>>, moved: &[u32], gone: std::ops::Range<u32>) {
+    /// Adopts the vertices of a model that was cut, or whose cut was undone. `settled` (m) has the position of each at rest; vertices that
+    /// existed before keep their present position. `moved` lists triangles that are new or have other corners, `removed` those that no
+    /// longer exist.
+    pub fn take_cut(&mut self, model: &Model, settled: Arc<Vec<Vec3>>, moved: &[u32], removed: std::ops::Range<u32>) {
         let known = self.x.len().min(settled.len());
         self.x.truncate(known);
         self.x.extend_from_slice(&settled[known..]);
         (known..settled.len()).for_each(|v| self.pages.mark(v as u32));
-        self.cell.resize(settled.len(), NOT_CARRIED);
+        self.cell.resize(settled.len(), NOT_EMBEDDED);
         self.settled = settled;
         let tree = Arc::make_mut(&mut self.tree);
-        gone.for_each(|t| tree.remove(t));
+        removed.for_each(|t| tree.remove(t));
         for &t in moved.iter().filter(|t| !model.is_lid(**t)) {
             tree.set(t, model.surface.triangles[t as usize].map(|v| self.settled[v as usize]));
         }
     }
 
-    /// Forgets which cells carry it, and stands at rest.
+    /// Moves all vertices to their settled positions, embedded in no cell.
     pub fn settle(&mut self) {
         for (v, (x, settled)) in self.x.iter_mut().zip(self.settled.iter()).enumerate() {
             if x != settled {
@@ -59,21 +103,26 @@ impl Skin {
                 self.pages.mark(v as u32);
             }
         }
-        self.cell.fill(NOT_CARRIED);
+        self.cell.fill(NOT_EMBEDDED);
     }
 
-    /// Corners of a triangle as of their last embedding.
+    /// Present corners of a triangle, m, as of their last update.
     pub fn corners(&self, model: &Model, triangle: u32) -> [Vec3; 3] {
         model.surface.triangles[triangle as usize].map(|v| self.x[v as usize])
     }
 
-    /// A point of a triangle as of its last embedding.
+    /// Present position of the point of a triangle with barycentric coordinates `bary`, m.
     pub fn point(&self, model: &Model, triangle: u32, bary: Vec3) -> Vec3 {
         interpolate(self.corners(model, triangle), bary)
     }
 }
 
-/// `sum b x`
+/// The point of a triangle with barycentric coordinates `bary`: the sum of the corners weighted by them.
 pub fn interpolate(corners: [Vec3; 3], bary: Vec3) -> Vec3 {
     bary[0] * corners[0] + bary[1] * corners[1] + bary[2] * corners[2]
+}
+
+/// Centroid of a triangle.
+pub(super) fn centroid(corners: [Vec3; 3]) -> Vec3 {
+    interpolate(corners, Vec3::repeat(1.0 / 3.0))
 }

@@ -1,4 +1,4 @@
-//! What of a body can be taken back: its shape, its motion, and the cuts through it.
+//! State of a body for undo and snapshots: its shape, its motion, and the cuts through it.
 
 use super::lattice::LatticeState;
 use super::sheet::SheetState;
@@ -6,15 +6,15 @@ use super::{Body, Discretization, LatticeError};
 use pliant_solver::{Nodes, Vec3};
 use std::sync::Arc;
 
-/// A body at one moment.
+/// Saved state of a body.
 #[derive(Clone)]
 pub struct BodyState {
     nodes: Nodes,
-    /// Of each set of elements.
+    /// History variables of each element set.
     history: Vec<Vec<f64>>,
     discretization: DiscretizationState,
     settled: Arc<Vec<Vec3>>,
-    /// Advances of a blade.
+    /// Number of advances of blades that the mesh had taken.
     cuts: usize,
     frozen: Option<String>,
 }
@@ -26,7 +26,7 @@ enum DiscretizationState {
 }
 
 impl BodyState {
-    /// Whether elements of the body have a history now that they had not then.
+    /// Whether history variables of the elements of `body` differ from those saved; a history of zeros equals none.
     pub fn has_other_history(&self, body: &Body) -> bool {
         let is_blank = |history: &[f64]| history.iter().all(|value| *value == 0.0);
         let differs = |(then, now): (&Vec<f64>, &[f64])| then != now && !(is_blank(then) && is_blank(now));
@@ -35,7 +35,7 @@ impl BodyState {
 }
 
 impl Body {
-    /// As it is now.
+    /// Saves the state.
     pub fn save(&self) -> BodyState {
         BodyState {
             nodes: self.system.nodes.clone(),
@@ -50,7 +50,7 @@ impl Body {
         }
     }
 
-    /// As it was.
+    /// Restores a saved state of this body; the mesh undoes or redoes cuts until it has as many as then.
     ///
     /// # Errors
     /// Returns the error of the grid or material plugin.
@@ -81,7 +81,7 @@ impl Body {
             (Discretization::Sheet(sheet), DiscretizationState::Sheet(of_sheet)) => {
                 sheet.restore(of_sheet, &state.nodes, &self.model, &mut self.system)?;
             }
-            _ => {} // a discretization stays what it is
+            _ => {} // a body never changes its discretization
         }
         self.system.nodes.rest.clone_from(&state.nodes.rest);
         self.system.nodes.x.clone_from(&state.nodes.x);
@@ -93,7 +93,7 @@ impl Body {
         self.frozen.clone_from(&state.frozen);
         if !self.samples.is_empty() {
             let samples = Arc::make_mut(&mut self.samples);
-            samples.mend();
+            samples.forget_cuts();
             if let Some(lattice) = self.discretization.lattice() {
                 let cells: Vec<u64> = lattice.cut_cells().collect();
                 samples.take_cut(&cells, &self.model, &self.skin, lattice)?;

@@ -52,8 +52,9 @@ impl PointLoads {
             Discretization::Lattice(lattice) => lattice,
             Discretization::Sheet(sheet) => {
                 for (i, point) in self.points.iter().enumerate() {
-                    let Some((triangle, bary)) = sheet.seat(*point, model, skin) else { continue };
-                    for (node, weight) in sheet.nodes_of(model, triangle).into_iter().zip(bary.iter().copied()) {
+                    let Some(nearest) = sheet.nearest_triangle(*point, model, skin) else { continue };
+                    let corners = sheet.nodes_of(model, nearest.triangle);
+                    for (node, weight) in corners.into_iter().zip(nearest.bary.iter().copied()) {
                         sums.add(node, weight, self.force[i], &self.stiffness[i], &self.damping[i]);
                     }
                 }
@@ -74,7 +75,7 @@ impl PointLoads {
                     sums.add_springs(node, share, &self.stiffness[i], &self.damping[i]);
                 });
             }
-            lattice.spread(&self.cells, &self.weights, &self.force, |node, f| *sums.entry(node).0 += f);
+            lattice.distribute_forces(&self.cells, &self.weights, &self.force, |node, f| *sums.entry(node).0 += f);
         }
         self.write(nodes, out);
         Ok(())

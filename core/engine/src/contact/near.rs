@@ -6,7 +6,7 @@
 //! the triangle tree.
 
 use super::triangle_point::TrianglePoint;
-use crate::body::{Body, LatticeError, NOT_CARRIED, NodeBounds, Samples, interpolate};
+use crate::body::{Body, LatticeError, NOT_EMBEDDED, NodeBounds, Samples, interpolate};
 use crate::shape::OrientedShape;
 use nalgebra::Matrix3;
 use pliant_mesh::geometry::{Closest, closest_point};
@@ -221,7 +221,7 @@ impl ProximitySearch {
         self.turns.clear();
         let nodes = &body.system.nodes;
         let Some(lattice) = body.discretization.lattice_mut() else { return Ok(()) };
-        lattice.forget_slopes();
+        lattice.forget_jets();
         for (&cell, &begin) in self.cells.iter().zip(&self.weights_of) {
             let range = lattice.samples_of(samples, cell);
             if range.is_empty() {
@@ -230,7 +230,7 @@ impl ProximitySearch {
             }
             self.turns.push(normal_turn(&lattice.displacements(cell, nodes), lattice.edge()));
             let weights = &self.weights[begin..begin + range.len()];
-            lattice.carry(cell, &samples.place[range], weights, nodes, &mut self.carried)?;
+            lattice.embed_places(cell, &samples.place[range], weights, nodes, &mut self.carried)?;
         }
         Ok(())
     }
@@ -251,7 +251,7 @@ impl ProximitySearch {
         let Body { discretization, model, skin, system, .. } = body;
         let Some(lattice) = discretization.lattice_mut() else { return Ok(()) };
         if fresh || moved > 0.0 {
-            lattice.forget_slopes();
+            lattice.forget_jets();
             self.cells.iter().try_for_each(|&cell| lattice.embed_cell(cell, &system.nodes, model, skin))?;
         }
         self.candidates.clear();
@@ -271,7 +271,7 @@ impl ProximitySearch {
             let vertices = model.surface.triangles[triangle as usize];
             for v in vertices {
                 let cell = skin.cell[v as usize];
-                if cell != NOT_CARRIED && !self.cells.contains(&cell) {
+                if cell != NOT_EMBEDDED && !self.cells.contains(&cell) {
                     lattice.embed(cell, &system.nodes, model, skin)?;
                     self.cells.push(cell);
                 }

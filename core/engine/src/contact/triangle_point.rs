@@ -4,7 +4,7 @@
 //! and felt is that of the triangles, so a contact point moves with the corners of its triangle and its load is distributed to them by the
 //! transpose of that interpolation.
 
-use crate::body::{Body, LatticeError, NOT_CARRIED, interpolate};
+use crate::body::{Body, EmbeddedPoint, LatticeError, NOT_EMBEDDED, interpolate};
 use pliant_solver::Vec3;
 
 /// A point of a triangle.
@@ -34,18 +34,19 @@ impl TrianglePoint {
     ///
     /// # Errors
     /// Returns the error of the grid plugin.
-    pub fn positions(&self, body: &mut Body) -> Result<Option<(Vec3, Vec3)>, LatticeError> {
+    pub fn positions(&self, body: &mut Body) -> Result<Option<EmbeddedPoint>, LatticeError> {
         let Some(vertices) = self.vertices(body) else { return Ok(None) };
         let Body { discretization, model, skin, system, .. } = body;
         let Some(lattice) = discretization.lattice_mut() else { return Ok(None) };
         for v in vertices {
             let cell = skin.cell[v as usize];
-            if cell != NOT_CARRIED {
+            if cell != NOT_EMBEDDED {
                 lattice.embed(cell, &system.nodes, model, skin)?;
             }
         }
         let settled = vertices.map(|v| skin.settled[v as usize]);
-        Ok(Some((skin.point(model, self.triangle, self.bary), interpolate(settled, self.bary))))
+        let now = skin.point(model, self.triangle, self.bary);
+        Ok(Some(EmbeddedPoint { now, settled: interpolate(settled, self.bary) }))
     }
 
     /// Corners of the triangle in the model as loaded, m, if its longest edge is longer than a cell's; otherwise `None`.

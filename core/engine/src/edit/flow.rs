@@ -7,8 +7,8 @@
 
 use super::brush::{Brush, BrushShape};
 use super::touch::Touching;
-use super::{Action, BodyPoint, EmbeddedPoint, Step};
-use crate::body::{Body, Discretization, LatticeError, Model, RestChange, Skin};
+use super::{Action, BodyPoint, Step};
+use crate::body::{Body, Discretization, EmbeddedPoint, LatticeError, Model, RestChange, Skin};
 use crate::plan::Edit;
 use crate::tool::Tool;
 use nalgebra::UnitQuaternion;
@@ -128,7 +128,7 @@ impl RestShapeFlow {
         fraction: f64,
     ) -> Result<(), LatticeError> {
         let radius = self.shape.radius_at(body.discretization.edge());
-        let centre = body.embed_point(at)?.1;
+        let centre = body.embed_point(at)?.settled;
         let vertices = self.brush.vertices(body, centre, radius, self.shape.falloff)?;
         let region = BrushRegion { centre, hand, vertices: &vertices, model: &body.model, skin: &body.skin };
         let displacements = goal(&region);
@@ -191,7 +191,7 @@ fn transfer(
     let mut by = Vec::new();
     for (cell, _) in &near {
         by.clear();
-        lattice.move_by(*cell, &change.nodes, model, &mut by)?;
+        lattice.displace_points(*cell, &change.nodes, model, &mut by)?;
         for (&v, carried) in lattice.points(*cell)?.iter().zip(&by) {
             let Some(wanted) = find(v) else { continue };
             change.points.push((v, wanted - carried));

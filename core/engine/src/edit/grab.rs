@@ -4,8 +4,8 @@ use super::brush::BrushShape;
 use super::grip::Grip;
 use super::key::{FALLOFF, Key, KeyName, RADIUS};
 use super::region::CoupledRegion;
-use super::{Action, BodyPoint, EditKind, EmbeddedPoint, Step};
-use crate::body::LatticeError;
+use super::{Action, BodyPoint, EditKind, Step};
+use crate::body::{EmbeddedPoint, LatticeError};
 use crate::plan::Edit;
 use crate::tool::Tool;
 

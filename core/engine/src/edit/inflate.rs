@@ -6,8 +6,8 @@
 use super::brush::{Brush, BrushShape};
 use super::grip::GRIP_REACH;
 use super::key::{FALLOFF, Key, KeyName, RADIUS, Strength};
-use super::{Action, BodyPoint, EditKind, EmbeddedPoint, Step};
-use crate::body::{Body, Discretization, LatticeError};
+use super::{Action, BodyPoint, EditKind, Step};
+use crate::body::{Body, Discretization, EmbeddedPoint, LatticeError};
 use crate::plan::Edit;
 use crate::tool::Tool;
 use pliant_solver::Vec3;
@@ -91,7 +91,7 @@ impl Action for Pressing {
         self.at = near.map(|near| BodyPoint { body: near.body, rest: near.rest });
         let Some(at) = self.at else { return Ok(()) };
         let body = &mut step.bodies[at.body as usize];
-        let (now, settled) = body.embed_point(at.rest)?;
+        let EmbeddedPoint { now, settled } = body.embed_point(at.rest)?;
         tool.depth = (now - settled).norm();
         self.brush.cover(body, at.rest, self.shape)?;
         let radius = self.shape.radius_at(body.discretization.edge());
@@ -131,7 +131,7 @@ fn add_pressure(
         }
         Discretization::Lattice(lattice) => {
             let cells = brush.cells(lattice);
-            lattice.forget_slopes();
+            lattice.forget_jets();
             for &cell in &cells {
                 lattice.embed_cell(cell, &system.nodes, model, skin)?;
             }
@@ -145,7 +145,7 @@ fn add_pressure(
                     loads.push(pressure * vertices[at].1 / 3.0 * model.area_around(v, &skin.x));
                 }
             }
-            lattice.spread(&of_cells, &places, &loads, |node, f| force[node as usize] += f);
+            lattice.distribute_forces(&of_cells, &places, &loads, |node, f| force[node as usize] += f);
         }
     }
     Ok(())

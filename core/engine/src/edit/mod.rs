@@ -25,7 +25,7 @@ pub use cut::{BladeEdge, CutStep};
 pub(crate) use grip::GRIP_REACH;
 pub use key::{Key, KeyName, Strength};
 
-use crate::body::{Body, LatticeError};
+use crate::body::{Body, EmbeddedPoint, LatticeError};
 use crate::plan::Edit;
 use crate::tool::{Hand, Tool};
 use pliant_solver::{StepTime, Vec3};
@@ -226,13 +226,4 @@ pub trait Action: Send {
 
     /// Ends all contacts and grips, as when the hand is absent.
     fn release(&mut self) {}
-}
-
-/// Positions of an embedded point.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EmbeddedPoint {
-    /// Current position, m.
-    pub now: Vec3,
-    /// Position with all nodes at rest, m.
-    pub settled: Vec3,
 }

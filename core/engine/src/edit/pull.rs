@@ -7,8 +7,8 @@ use super::brush::{BrushShape, Falloff, MIN_RADIUS_EDGES};
 use super::grip::Grip;
 use super::key::{Key, KeyName};
 use super::region::CoupledRegion;
-use super::{Action, BodyPoint, EditKind, EmbeddedPoint, Step};
-use crate::body::LatticeError;
+use super::{Action, BodyPoint, EditKind, Step};
+use crate::body::{EmbeddedPoint, LatticeError};
 use crate::plan::Edit;
 use crate::tool::Tool;
 
@@ -97,10 +97,7 @@ impl Action for Pulling {
             }
             return Ok(());
         }
-        let (now, settled) = match contact {
-            Some(place) => (place.now, place.settled),
-            None => body.embed_point(grip.at.rest)?,
-        };
+        let EmbeddedPoint { now, settled } = contact.map_or_else(|| body.embed_point(grip.at.rest), Ok)?;
         tool.proxy.position = now + grip.offset;
         let stretch = hand - tool.proxy.position;
         if tool.coupling.stiffness * stretch.norm() > self.limit {

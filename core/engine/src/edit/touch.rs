@@ -3,8 +3,8 @@
 //! The proxy P_s stays outside of the surface while the hand P_t penetrates it. The force on the hand is K (P_s - P_t) (Qi, Zhu and Fan 2019);
 //! the opposite force is distributed over the contact area of the body.
 
-use super::{Action, EditKind, EmbeddedPoint, Step};
-use crate::body::{Body, LatticeError};
+use super::{Action, EditKind, Step};
+use crate::body::{Body, EmbeddedPoint, LatticeError};
 use crate::contact::{Layer, Touch as Contact, apply_friction};
 use crate::plan::Edit;
 use crate::tool::{Tool, diagonal, direction};
@@ -45,7 +45,7 @@ impl Action for Touching {
         let triangle = tool.proxy.touch.and_then(|touch| Some((touch.body, touch.triangle?)));
         let positions =
             triangle.map(|(body, triangle)| triangle.positions(&mut step.bodies[body as usize])).transpose()?.flatten();
-        let anchor = tool.slide_proxy(step, positions.map(|(now, _)| now).or(contact.map(|place| place.now)))?;
+        let anchor = tool.slide_proxy(step, positions.or(contact).map(|point| point.now))?;
         let Some(touch) = tool.proxy.touch else {
             tool.surface.leave();
             return Ok(());
@@ -59,7 +59,7 @@ impl Action for Touching {
         tool.proxy.position = p;
         tool.presses.extend(direction(touch.normal).map(|normal| (-normal, 1.0)));
         let positions = touch.triangle.map(|triangle| triangle.positions(body)).transpose()?.flatten();
-        let (now, settled) = positions.map_or_else(|| body.embed_point(touch.rest), Ok)?;
+        let EmbeddedPoint { now, settled } = positions.map_or_else(|| body.embed_point(touch.rest), Ok)?;
         tool.depth = (settled - now).dot(&touch.normal);
         let pulled = tool.coupling.stiffness * (hand - p);
         if touch.triangle.and_then(|triangle| triangle.coarse_corners(body)).is_some() {
@@ -118,7 +118,7 @@ fn balance_in_layer(
     }
     let touch = Contact { rest: rest / total, normal, triangle: None, ..touch };
     tool.proxy.set_contact(p, point / total, touch);
-    let (now, settled) = body.embed_point(touch.rest)?;
+    let EmbeddedPoint { now, settled } = body.embed_point(touch.rest)?;
     tool.depth = (settled - now).dot(&normal);
     tool.attach_loads(body, touch.body)
 }

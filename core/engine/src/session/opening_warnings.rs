@@ -123,7 +123,7 @@ fn warn_openness(body: &Body) -> Option<String> {
 fn is_empty_selection(body: &Body, place: &Place) -> Result<bool, SessionError> {
     let Some(lattice) = body.discretization.lattice() else {
         let points = body.model.surface.points.iter().enumerate();
-        return Ok(!points.into_iter().any(|(node, rest)| place.holds(node as u32, *rest)));
+        return Ok(!points.into_iter().any(|(node, rest)| place.contains(node as u32, *rest)));
     };
     let ball = match place {
         Place::Box { min, max } => Ball { centre: (0.5 * (min + max)).into(), radius: 0.5 * (max - min).norm() },
@@ -136,5 +136,5 @@ fn is_empty_selection(body: &Body, place: &Place) -> Result<bool, SessionError> 
     let asked = lattice.grid.region(lattice.settings.level, 0, &[ball], &[], &mut near);
     asked.map_err(|error| of_body(error.into()))?;
     let rest = near.node_rest.iter().enumerate();
-    Ok(!rest.into_iter().any(|(node, rest)| place.holds(node as u32, Vec3::from(*rest))))
+    Ok(!rest.into_iter().any(|(node, rest)| place.contains(node as u32, Vec3::from(*rest))))
 }

@@ -152,13 +152,13 @@ impl Session {
         if tally.is_shown {
             return;
         }
-        let Ok((_, centre)) = body.embed_point(touch.rest) else { return };
+        let Ok(centre) = body.embed_point(touch.rest).map(|point| point.settled) else { return };
         let (model, least) = (&body.model, MIN_VISIBLE * tally.depth);
         let mut is_shown = false;
         body.skin.tree.near(centre, slot.tool.proxy.shape.extra_region_radius(), |triangle| {
             for v in model.surface.triangles[triangle as usize] {
                 let moved = || body.embed_point(model.surface.points[v as usize]);
-                is_shown = is_shown || moved().is_ok_and(|(now, settled)| (now - settled).norm() >= least);
+                is_shown = is_shown || moved().is_ok_and(|p| (p.now - p.settled).norm() >= least);
             }
         });
         self.tallies[edit].is_shown = is_shown;

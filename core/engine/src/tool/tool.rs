@@ -4,7 +4,7 @@ use super::hand::Hand;
 use super::search::{SurfaceSearch, nearest_on_sheets};
 use crate::body::{Body, LatticeError, interpolate};
 use crate::contact::{Friction, Patch, PointLoads, Proxy, inward};
-use crate::edit::{Action, ActiveBall, BladeEdge, BodyPoint, CutStep, EmbeddedPoint, GRIP_REACH, Step};
+use crate::edit::{Action, ActiveBall, BladeEdge, BodyPoint, CutStep, GRIP_REACH, Step};
 use crate::shape::OrientedShape;
 use nalgebra::UnitQuaternion;
 use pliant_plugin_api::abi::Ball;
@@ -259,10 +259,7 @@ impl Tool {
             return Ok(());
         }
         let contact = match self.contact() {
-            Some(BodyPoint { body, rest }) => {
-                let (now, settled) = step.bodies[body as usize].embed_point(rest)?;
-                Some(EmbeddedPoint { now, settled })
-            }
+            Some(BodyPoint { body, rest }) => Some(step.bodies[body as usize].embed_point(rest)?),
             None => None,
         };
         let Some(mut action) = self.action.take() else { return Ok(()) };

@@ -1,26 +1,25 @@
-//! Where the surface that a cell carries can be.
+//! Bounding boxes of the surface embedded in a cell, for broad-phase contact search.
 
 use super::Lattice;
 use pliant_solver::{Nodes, Vec3};
 
-/// Largest sum of the negative weights by which a point follows nodes, with a margin: 0.17 is the most in random places of
-/// random bodies.
-pub(super) const NEGATIVE: f64 = 0.25;
+/// Bound of the sum of the negative weights with which nodes move a point. The largest at random points of random bodies is 0.17.
+pub(super) const NEGATIVE_WEIGHTS: f64 = 0.25;
 
-/// Least and greatest of the displacements from the grid, m, around each node; empty where the surface follows the corners of its own
-/// cell alone.
+/// Least and greatest displacement from the grid, m, by component, of each node and those it shares a cell with. Empty where the surface
+/// follows the corners of its own cell alone.
 #[derive(Default)]
 pub struct NodeBounds(Vec<[Vec3; 2]>);
 
 impl NodeBounds {
-    /// Lists the bounds of the displacements of each node of a lattice and those it shares a cell with.
+    /// Computes the bounds for the present positions of the nodes.
     pub fn list(&mut self, lattice: &Lattice, nodes: &Nodes) {
         self.0.clear();
         if lattice.smooth.is_none() {
             return;
         }
-        let nothing = [Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY)];
-        self.0.resize(nodes.len(), nothing);
+        let empty = [Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY)];
+        self.0.resize(nodes.len(), empty);
         for (cell, corners) in lattice.region.cell_corners.iter().enumerate() {
             let [low, high] = span(lattice.displacements(cell as u32, nodes));
             for &n in corners {
@@ -30,15 +29,15 @@ impl NodeBounds {
         }
     }
 
-    /// Least and greatest coordinates, m, of all points a cell of the lattice may carry.
+    /// Least and greatest coordinates, m, of all points that may be embedded in an active cell.
     pub fn of_cell(&self, cell: u32, lattice: &Lattice, nodes: &Nodes) -> [Vec3; 2] {
         let corners = lattice.region.cell_corners[cell as usize];
         if self.0.is_empty() {
             return span(lattice.corners(cell, &nodes.x));
         }
-        let each = corners.map(|n| self.0[n as usize]);
-        let (low, high) = (span(each.map(|b| b[0]))[0], span(each.map(|b| b[1]))[1]);
-        let beyond = NEGATIVE * (high - low);
+        let bounds = corners.map(|n| self.0[n as usize]);
+        let (low, high) = (span(bounds.map(|b| b[0]))[0], span(bounds.map(|b| b[1]))[1]);
+        let beyond = NEGATIVE_WEIGHTS * (high - low);
         let least = lattice.grid_rest(corners[0]);
         [least + low - beyond, least.add_scalar(lattice.facts.edge) + high + beyond]
     }
@@ -98,6 +97,6 @@ mod tests {
                 most = most.max(-by_node.iter().filter(|w| **w < 0.0).sum::<f64>());
             }
         }
-        assert!(most > 0.0 && most < NEGATIVE, "{most}");
+        assert!(most > 0.0 && most < NEGATIVE_WEIGHTS, "{most}");
     }
 }

@@ -1,15 +1,17 @@
-//! How the surface follows the nodes, and how loads on it go back: by the transpose.
+//! The embedding of the surface in the lattice: positions of points from those of nodes, and forces on nodes from forces on points by the
+//! transpose.
 
+use super::fragments::CellFragment;
 use super::smooth::{interpolate, weights};
 use super::{Lattice, LatticeError, NO_WEIGHTS};
 use crate::body::Samples;
 use crate::body::model::Model;
-use crate::body::skin::Skin;
+use crate::body::skin::{EmbeddedPoint, Skin};
 use bytemuck::{cast_slice, cast_slice_mut};
 use pliant_plugin_api::abi;
 use pliant_solver::{Nodes, Pool, Vec3};
 
-/// Buffers of one embedding.
+/// Buffers that are reused from call to call.
 #[derive(Default)]
 pub(super) struct Scratch {
     places: Vec<Vec3>,
@@ -19,73 +21,92 @@ pub(super) struct Scratch {
     rest: Vec<Vec3>,
 }
 
+/// A rest position in the grid.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct GridPoint {
+    /// Id of the occupied cell that contains it, or [`abi::NO_CELL`].
+    pub cell: u64,
+    /// Weights of the corners of the cell there.
+    pub weights: [f64; 8],
+}
+
 impl Lattice {
-    /// Corner positions or other vectors of a cell.
+    /// Locates a rest position (m) in the grid.
+    pub(super) fn locate(&self, point: Vec3) -> Result<GridPoint, LatticeError> {
+        let (mut id, mut weights) = ([abi::NO_CELL], [[0.0; 8]]);
+        self.grid.weights(self.settings.level, &[point.into()], &mut id, &mut weights)?;
+        Ok(GridPoint { cell: id[0], weights: weights[0] })
+    }
+
+    /// Values of a nodal field (n) at the corners of an active cell.
     pub fn corners(&self, cell: u32, field: &[Vec3]) -> [Vec3; 8] {
         self.region.cell_corners[cell as usize].map(|n| field[n as usize])
     }
 
-    /// m, where the grid has an active node.
+    /// Id and fragment of an active cell.
+    pub(super) fn cell_fragment(&self, cell: u32) -> CellFragment {
+        let cell = cell as usize;
+        CellFragment { cell: self.region.cell_id[cell], fragment: self.region.cell_fragment[cell] as usize }
+    }
+
+    /// Position of an active node in the grid, m: the rest position before any edit.
     pub fn grid_rest(&self, node: u32) -> Vec3 {
         self.region.node_rest[node as usize].into()
     }
 
-    /// Surface points of an active cell.
+    /// Surface points embedded in an active cell.
     ///
     /// # Errors
-    /// What the grid says.
+    /// Returns the error of the grid plugin.
     pub fn points(&self, cell: u32) -> Result<&[u32], LatticeError> {
-        let (id, fragment) = (self.region.cell_id[cell as usize], self.region.cell_fragment[cell as usize]);
-        if let Some(own) = self.fragments.points(id, fragment as usize) {
-            return Ok(own);
+        if let Some(points) = self.fragments.points(self.cell_fragment(cell)) {
+            return Ok(points);
         }
         let [begin, end] = self.region.cell_points[cell as usize];
         Ok(&self.grid.points(self.settings.level)?[begin as usize..end as usize])
     }
 
-    /// The active cell, or part of one, that carries a rest place of the cell with this id.
-    fn cell_at(&self, id: u64, place: Vec3) -> Option<usize> {
+    /// The active cell, or fragment, that contains a rest position (m) in the cell with this id.
+    fn cell_at(&self, id: u64, point: Vec3) -> Option<usize> {
         let first = self.region.cell_id.partition_point(|c| *c < id);
         if self.region.cell_id.get(first) != Some(&id) {
             return None;
         }
-        let fragment = self.fragments.fragment_at(id, place);
+        let fragment = self.fragments.fragment_at(id, point);
         (first..self.region.cell_id.len())
             .take_while(|c| self.region.cell_id[*c] == id)
             .find(|c| self.region.cell_fragment[*c] as usize == fragment)
     }
 
-    /// The active cell, or part of one, that carries a rest place.
+    /// The active cell, or fragment, that contains a rest position (m).
     ///
     /// # Errors
-    /// What the grid says.
-    pub fn cell_of(&self, place: Vec3) -> Result<Option<usize>, LatticeError> {
-        let (mut id, mut weights) = ([abi::NO_CELL], [[0.0; 8]]);
-        self.grid.weights(self.settings.level, &[place.into()], &mut id, &mut weights)?;
-        Ok(self.cell_at(id[0], place))
+    /// Returns the error of the grid plugin.
+    pub fn cell_of(&self, point: Vec3) -> Result<Option<usize>, LatticeError> {
+        Ok(self.cell_at(self.locate(point)?.cell, point))
     }
 
-    /// m, how far the corners of a cell are from where the grid has them.
+    /// Displacements of the corners of an active cell from their positions in the grid, m.
     pub fn displacements(&self, cell: u32, nodes: &Nodes) -> [Vec3; 8] {
         self.region.cell_corners[cell as usize].map(|n| nodes.x[n as usize] - self.grid_rest(n))
     }
 
-    /// Weights of rest places.
+    /// Writes the weights of rest positions (m, p x 3) at the corners of their cells to `weights` (p x 8).
     ///
     /// # Errors
-    /// What the grid says.
+    /// Returns the error of the grid plugin.
     pub fn weights_in(&mut self, places: &[Vec3], weights: &mut [[f64; 8]]) -> Result<(), LatticeError> {
         self.scratch.cells.resize(places.len(), 0);
         let cells = &mut self.scratch.cells[..places.len()];
         Ok(self.grid.weights(self.settings.level, cast_slice(places), cells, weights)?)
     }
 
-    /// Adds to `out` where the nodes carry rest places of one cell, m. Slopes of the surface are those of the last
-    /// [`Lattice::forget_slopes`].
+    /// Appends to `out` the present positions (m) of rest positions (m, p x 3) in one active cell, with their trilinear weights (p x 8).
+    /// Jets of nodes are computed once after each [`Lattice::forget_jets`].
     ///
     /// # Errors
-    /// What the grid says.
-    pub fn carry(
+    /// Returns the error of the grid plugin.
+    pub fn embed_places(
         &mut self,
         cell: u32,
         places: &[Vec3],
@@ -106,32 +127,33 @@ impl Lattice {
         }
         let places = places.iter().zip(trilinear);
         if let Some(smooth) = &mut self.smooth {
-            let mut jets = smooth.moved_jets(&self.region, cell as usize, nodes);
-            if !smooth.kept.is_empty() {
-                jets = jets.plus(&smooth.kept_jets(&self.region, cell as usize));
+            let mut jets = smooth.displacement_jets(&self.region, cell as usize, nodes);
+            if !smooth.rest_jets.is_empty() {
+                jets = jets.plus(&smooth.rest_jets_of(&self.region, cell as usize));
             }
             out.extend(places.map(|(place, trilinear)| place + interpolate(&weights(trilinear), &jets)));
             return Ok(());
         }
         let moved = self.displacements(cell, nodes);
-        let carried =
+        let embedded =
             |(place, weights): (&Vec3, &[f64; 8])| weights.iter().zip(&moved).fold(*place, |sum, (w, u)| sum + *w * *u);
-        out.extend(places.map(carried));
+        out.extend(places.map(embedded));
         Ok(())
     }
 
-    /// Declares slopes of the surface outdated: nodes have moved.
-    pub fn forget_slopes(&mut self) {
+    /// Marks the jets of all nodes as outdated, after nodes have moved.
+    pub fn forget_jets(&mut self) {
         if let Some(smooth) = &mut self.smooth {
             smooth.forget();
         }
     }
 
-    /// Adds to `out` what the points of an active cell move by where each node moves by what `field` (m, n x 3) says.
+    /// Appends to `out` the displacements (m) of the surface points of an active cell that nodal displacements `field` (m, n x 3) cause. The
+    /// grid must be linear.
     ///
     /// # Errors
-    /// What the grid says; not for a grid that is not linear.
-    pub fn move_by(
+    /// Returns the error of the grid plugin.
+    pub fn displace_points(
         &mut self,
         cell: u32,
         field: &[Vec3],
@@ -139,121 +161,119 @@ impl Lattice {
         out: &mut Vec<Vec3>,
     ) -> Result<(), LatticeError> {
         let first = self.set_weights(cell, model)?;
-        let weighed = &self.weights[first..first + self.points(cell)?.len()];
+        let rows = &self.weights[first..first + self.points(cell)?.len()];
         if let Some(smooth) = &self.smooth {
             let jets = smooth.cell_jets(&self.region, cell as usize, |n| field[n as usize]);
-            out.extend(weighed.iter().map(|trilinear| interpolate(&weights(trilinear), &jets)));
+            out.extend(rows.iter().map(|trilinear| interpolate(&weights(trilinear), &jets)));
             return Ok(());
         }
         let corners = self.corners(cell, field);
-        out.extend(weighed.iter().map(|weights| weights.iter().zip(&corners).map(|(w, u)| *w * *u).sum::<Vec3>()));
+        out.extend(rows.iter().map(|weights| weights.iter().zip(&corners).map(|(w, u)| *w * *u).sum::<Vec3>()));
         Ok(())
     }
 
-    /// m, how far a rest place is from there when its nodes are at rest, by shapes that were kept.
+    /// Displacement (m) of the present rest shape from that of the file at a rest position of the file (m); zero outside of active cells.
     ///
     /// # Errors
-    /// What the grid says.
-    pub fn kept_at(&self, place: Vec3) -> Result<Vec3, LatticeError> {
-        if self.kept.is_empty() {
+    /// Returns the error of the grid plugin.
+    pub fn rest_offset_at(&self, point: Vec3) -> Result<Vec3, LatticeError> {
+        if self.rest_offsets.is_empty() {
             return Ok(Vec3::zeros());
         }
-        let (mut id, mut trilinear) = ([abi::NO_CELL], [[0.0; 8]]);
-        self.grid.weights(self.settings.level, &[place.into()], &mut id, &mut trilinear)?;
-        let Some(cell) = self.cell_at(id[0], place) else { return Ok(Vec3::zeros()) };
+        let located = self.locate(point)?;
+        let Some(cell) = self.cell_at(located.cell, point) else { return Ok(Vec3::zeros()) };
         if let Some(smooth) = &self.smooth {
-            return Ok(interpolate(&weights(&trilinear[0]), &smooth.kept_jets(&self.region, cell)));
+            return Ok(interpolate(&weights(&located.weights), &smooth.rest_jets_of(&self.region, cell)));
         }
-        let corners = self.region.cell_corners[cell].iter().zip(&trilinear[0]);
+        let corners = self.region.cell_corners[cell].iter().zip(&located.weights);
         Ok(corners.fold(Vec3::zeros(), |sum, (&n, w)| {
-            let key = (self.region.node_id[n as usize], self.region.node_copy[n as usize]);
-            self.kept.get(&key).map_or(sum, |kept| sum + *w * kept.moved)
+            self.rest_offsets.get(&self.node_key(n)).map_or(sum, |offset| sum + *w * offset.displacement)
         }))
     }
 
-    /// m, how far the nodes carry a rest place; `None` where no active cell does.
+    /// Displacement (m) of the present shape from the rest shape of the file at a rest position of the file (m); `None` outside of active
+    /// cells.
     ///
     /// # Errors
-    /// What the grid says.
-    pub fn carried_by(&self, place: Vec3, nodes: &Nodes) -> Result<Option<Vec3>, LatticeError> {
-        let (mut id, mut weights) = ([abi::NO_CELL], [[0.0; 8]]);
-        self.grid.weights(self.settings.level, &[place.into()], &mut id, &mut weights)?;
-        match self.cell_at(id[0], place) {
-            Some(_) => Ok(Some(self.embed_point(place, nodes)?.0 - place)),
+    /// Returns the error of the grid plugin.
+    pub fn displacement_at(&self, point: Vec3, nodes: &Nodes) -> Result<Option<Vec3>, LatticeError> {
+        match self.cell_of(point)? {
+            Some(_) => Ok(Some(self.embed_point(point, nodes)?.now - point)),
             None => Ok(None),
         }
     }
 
-    /// Samples of an active cell, or of the part of one.
+    /// Samples embedded in an active cell, as a range of their lists.
     pub fn samples_of(&self, samples: &Samples, cell: u32) -> std::ops::Range<usize> {
-        let id = self.region.cell_id[cell as usize];
-        samples.of_cell(id, self.region.cell_fragment[cell as usize], self.fragments.has(id))
+        let fragment = self.cell_fragment(cell);
+        samples.of_fragment(fragment, self.fragments.contains(fragment.cell))
     }
 
-    /// Whether a blade has come near any cell.
+    /// Whether a blade has cut any cell or come near it.
     pub fn has_cuts(&self) -> bool {
-        self.fragments.ids().next().is_some()
+        self.fragments.cell_ids().next().is_some()
     }
 
-    /// Where the nodes carry one rest place, and where they would if they were at rest. A place that no active cell carries
-    /// stays.
+    /// Positions, in the present shape and the present rest shape, of a rest position of the file (m). Outside of active cells both are the
+    /// given one.
     ///
     /// # Errors
-    /// What the grid says.
-    pub fn embed_point(&self, place: Vec3, nodes: &Nodes) -> Result<(Vec3, Vec3), LatticeError> {
-        let (mut id, mut trilinear) = ([abi::NO_CELL], [[0.0; 8]]);
-        self.grid.weights(self.settings.level, &[place.into()], &mut id, &mut trilinear)?;
-        let Some(cell) = self.cell_at(id[0], place) else { return Ok((place, place)) };
+    /// Returns the error of the grid plugin.
+    pub fn embed_point(&self, point: Vec3, nodes: &Nodes) -> Result<EmbeddedPoint, LatticeError> {
+        let located = self.locate(point)?;
+        let Some(cell) = self.cell_at(located.cell, point) else {
+            return Ok(EmbeddedPoint { now: point, settled: point });
+        };
         if let Some(smooth) = &self.smooth {
-            let weights = weights(&trilinear[0]);
-            let kept = smooth.kept_jets(&self.region, cell);
+            let weights = weights(&located.weights);
+            let offset = smooth.rest_jets_of(&self.region, cell);
             let moved = |n: u32| nodes.x[n as usize] - nodes.rest[n as usize];
             let moved = interpolate(&weights, &smooth.cell_jets(&self.region, cell, moved));
-            let settled = place + interpolate(&weights, &kept);
-            return Ok((settled + moved, settled));
+            let settled = point + interpolate(&weights, &offset);
+            return Ok(EmbeddedPoint { now: settled + moved, settled });
         }
         let at = |field: &[Vec3]| -> Result<Vec3, LatticeError> {
             if self.grid.is_nonlinear() {
                 let (corners, mut out) = ([self.corners(cell as u32, field)], [[0.0; 3]]);
-                self.grid.place(self.settings.level, &[place.into()], cast_slice(&corners), &mut out)?;
+                self.grid.place(self.settings.level, &[point.into()], cast_slice(&corners), &mut out)?;
                 return Ok(out[0].into());
             }
-            let corners = self.region.cell_corners[cell].iter().zip(&trilinear[0]);
-            Ok(corners.fold(place, |sum, (&n, w)| sum + *w * (field[n as usize] - self.grid_rest(n))))
+            let corners = self.region.cell_corners[cell].iter().zip(&located.weights);
+            Ok(corners.fold(point, |sum, (&n, w)| sum + *w * (field[n as usize] - self.grid_rest(n))))
         };
-        Ok((at(&nodes.x)?, at(&nodes.rest)?))
+        Ok(EmbeddedPoint { now: at(&nodes.x)?, settled: at(&nodes.rest)? })
     }
 
-    /// Brings the points of one cell up to date.
+    /// Updates the positions of the surface points of one active cell, after nodes have moved.
     ///
     /// # Errors
-    /// What the grid says.
+    /// Returns the error of the grid plugin.
     pub fn embed(&mut self, cell: u32, nodes: &Nodes, model: &Model, skin: &mut Skin) -> Result<(), LatticeError> {
-        self.forget_slopes();
+        self.forget_jets();
         self.embed_cell(cell, nodes, model, skin)
     }
 
-    /// [`Lattice::embed`] with the slopes of the surface as of the last [`Lattice::forget_slopes`], for several cells in a row.
+    /// [`Lattice::embed`] for several cells in a row: jets of nodes are those since the last [`Lattice::forget_jets`].
     ///
     /// # Errors
-    /// What the grid says.
+    /// Returns the error of the grid plugin.
     pub fn embed_cell(&mut self, cell: u32, nodes: &Nodes, model: &Model, skin: &mut Skin) -> Result<(), LatticeError> {
         if self.grid.is_nonlinear() {
             return self.embed_nonlinear(cell, nodes, model, skin);
         }
         let first = self.set_weights(cell, model)?;
         if let Some(smooth) = &mut self.smooth {
-            let jets = smooth.moved_jets(&self.region, cell as usize, nodes);
-            let is_still = jets.is_zero();
+            let jets = smooth.displacement_jets(&self.region, cell as usize, nodes);
+            let is_at_rest = jets.is_zero();
             for (i, &v) in self.points(cell)?.iter().enumerate() {
-                // A point whose nodes are at rest keeps its very bits.
-                let u = if is_still { Vec3::zeros() } else { interpolate(&weights(&self.weights[first + i]), &jets) };
+                // The surface at rest is exact to the last bit.
+                let u = if is_at_rest { Vec3::zeros() } else { interpolate(&weights(&self.weights[first + i]), &jets) };
                 skin.x[v as usize] = skin.settled[v as usize] + u;
                 skin.pages.mark(v);
             }
             return Ok(());
         }
-        // Displacements, not positions: a point whose nodes are at rest keeps its very bits.
+        // Displacements are interpolated, not positions: the surface at rest is then exact to the last bit.
         let corners = self.region.cell_corners[cell as usize];
         let moved = corners.map(|n| nodes.x[n as usize] - nodes.rest[n as usize]);
         for (i, &v) in self.points(cell)?.iter().enumerate() {
@@ -265,10 +285,10 @@ impl Lattice {
         Ok(())
     }
 
-    /// Brings every active point up to date.
+    /// Updates the positions of all points in active cells.
     ///
     /// # Errors
-    /// What the grid says.
+    /// Returns the error of the grid plugin.
     pub fn embed_all(
         &mut self,
         _pool: &Pool,
@@ -276,13 +296,13 @@ impl Lattice {
         model: &Model,
         skin: &mut Skin,
     ) -> Result<(), LatticeError> {
-        self.forget_slopes();
+        self.forget_jets();
         (0..self.region.cell_id.len() as u32).try_for_each(|cell| {
             if self.points(cell)?.is_empty() { Ok(()) } else { self.embed_cell(cell, nodes, model, skin) }
         })
     }
 
-    /// Where the weights of a cell's points start; computed when first asked for.
+    /// First row of `weights` of a cell's surface points; computes them on first use.
     pub(super) fn set_weights(&mut self, cell: u32, model: &Model) -> Result<usize, LatticeError> {
         let known = self.weights_of[cell as usize];
         if known != NO_WEIGHTS {
@@ -292,7 +312,7 @@ impl Lattice {
         let mut scratch = std::mem::take(&mut self.scratch);
         let points = self.points(cell)?;
         scratch.places.clear();
-        scratch.places.extend(points.iter().map(|&v| self.bound_at(v, model.surface.points[v as usize])));
+        scratch.places.extend(points.iter().map(|&v| self.binding_place(v, model.surface.points[v as usize])));
         scratch.cells.clear();
         scratch.cells.resize(points.len(), 0);
         self.weights.resize(first + scratch.places.len(), [0.0; 8]);
@@ -303,6 +323,7 @@ impl Lattice {
         Ok(first)
     }
 
+    /// [`Lattice::embed_cell`] for a grid whose embedding is not linear: the plugin places the points.
     fn embed_nonlinear(
         &mut self,
         cell: u32,
@@ -330,10 +351,10 @@ impl Lattice {
         Ok(())
     }
 
-    /// The active cells of rest places, `None` beside all of them, and the trilinear weights there.
+    /// Finds the active cell of each rest position (m, p x 3), `None` outside of all, and the trilinear weights there (p x 8).
     ///
     /// # Errors
-    /// What the grid says.
+    /// Returns the error of the grid plugin.
     pub fn find(
         &mut self,
         places: &[Vec3],
@@ -345,16 +366,16 @@ impl Lattice {
         ids.resize(places.len(), abi::NO_CELL);
         weights.clear();
         weights.resize(places.len(), [0.0; 8]);
-        let done = self.grid.weights(self.settings.level, cast_slice(places), &mut ids, weights);
+        let result = self.grid.weights(self.settings.level, cast_slice(places), &mut ids, weights);
         cells.clear();
         cells.extend(ids.iter().zip(places).map(|(id, place)| self.cell_at(*id, *place).map(|cell| cell as u32)));
         self.scratch.cells = ids;
-        Ok(done?)
+        Ok(result?)
     }
 
-    /// What forces (N) at places that [`Lattice::find`] has found come to on the nodes, by the transpose of the embedding:
-    /// `visit(node, force)`. Places beside all cells are passed over.
-    pub fn spread(
+    /// Distributes forces (N, p x 3) at points that [`Lattice::find`] has found among the nodes, by the transpose of the embedding: calls
+    /// `visit(node, force)`, several times for a node of several points. Forces outside of all cells are dropped.
+    pub fn distribute_forces(
         &mut self,
         cells: &[Option<u32>],
         trilinear: &[[f64; 8]],
@@ -372,7 +393,8 @@ impl Lattice {
         }
     }
 
-    /// Visits the nodes that carry a place which [`Lattice::find`] has found, each with its share of the diagonal of a stiffness there.
+    /// Distributes a stiffness at a point that [`Lattice::find`] has found among the diagonal entries of nodes: calls `visit(node, share)`,
+    /// the share (1) relative to the stiffness.
     pub fn visit_stiffness_shares(&mut self, cell: u32, trilinear: &[f64; 8], mut visit: impl FnMut(u32, f64)) {
         if let Some(smooth) = &mut self.smooth {
             return smooth.visit_stiffness_shares(&self.region, cell as usize, &weights(trilinear), visit);
@@ -380,10 +402,11 @@ impl Lattice {
         self.region.cell_corners[cell as usize].iter().zip(trilinear).for_each(|(node, w)| visit(*node, *w));
     }
 
-    /// What loads (N) on rest places come to on the nodes, where the embedding is not linear: `visit(node, force)`.
+    /// Distributes forces (N, p x 3) at rest positions (m, p x 3) among the nodes where the embedding is not linear, by its present derivative:
+    /// calls `visit(node, force)`.
     ///
     /// # Errors
-    /// What the grid says.
+    /// Returns the error of the grid plugin.
     pub fn pull_back(
         &mut self,
         places: &[Vec3],

@@ -1,7 +1,7 @@
-//! Factors of parameters in the elements of a lattice.
+//! Fields of material parameters, evaluated for the elements of a lattice.
 //!
-//! A cell has the factors at its middle, so an interface between two cells is as sharp as they are. An element that belongs to several cells,
-//! a node's share of the volume or a spring on an edge or face, has the mean of theirs: what those cells would give it one by one.
+//! A cell has the factors at its centre, so an interface is resolved to one cell. An element that belongs to several cells, such as a point
+//! or a link on an edge, has the mean of their factors.
 
 use super::Lattice;
 use pliant_plugin_api::abi;
@@ -9,9 +9,10 @@ use pliant_solver::{System, Vec3};
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// A sum of factors, by plane, and their number.
+/// Mean of the factors of several cells.
 #[derive(Clone, Default)]
 struct Mean {
+    /// By plane, the field of one parameter.
     sum: Vec<f64>,
     count: f64,
 }
@@ -23,25 +24,25 @@ impl Mean {
         self.count += 1.0;
     }
 
-    /// The mean in a plane; 1 of nothing.
+    /// The mean factor of one parameter; 1 if none was added.
     fn of(&self, plane: usize) -> f64 {
         self.sum.get(plane).map_or(1.0, |sum| sum / self.count)
     }
 }
 
 impl Lattice {
-    /// Gives the elements that were listed last the factors of the fields, if there are any.
+    /// Gives the elements listed last their factors, if the body has fields.
     pub(super) fn list_fields(&mut self, system: &mut System) {
         let Some(fields) = self.fields.clone() else { return };
         let half = Vec3::repeat(0.5 * self.facts.edge);
-        let middles: Vec<Vec3> = self.region.cell_corners.iter().map(|c| self.grid_rest(c[0]) + half).collect();
+        let centres: Vec<Vec3> = self.region.cell_corners.iter().map(|c| self.grid_rest(c[0]) + half).collect();
         let known = &mut self.factors_of_cell;
         let cells: Vec<Arc<[f64]>> = self
             .region
             .cell_id
             .iter()
-            .zip(middles)
-            .map(|(id, middle)| Arc::clone(known.entry(*id).or_insert_with(|| fields.at(middle).into())))
+            .zip(centres)
+            .map(|(id, centre)| Arc::clone(known.entry(*id).or_insert_with(|| fields.at(centre).into())))
             .collect();
         let planes = cells.first().map_or(0, |factors| factors.len());
         let mut of_node = vec![Mean::default(); self.region.node_id.len()];
@@ -58,7 +59,7 @@ impl Lattice {
                 match kind {
                     abi::POINT => list.fields.extend(list.nodes.iter().map(|n| of_node[*n as usize].of(plane))),
                     abi::LINK => list.fields.extend(list.nodes.as_chunks().0.iter().map(|&[a, b]| {
-                        // A link over two edges lies in no cell.
+                        // A flexion link spans two cells and lies in none.
                         let ends = || 0.5 * (of_node[a as usize].of(plane) + of_node[b as usize].of(plane));
                         of_link.get(&[a.min(b), a.max(b)]).map_or_else(ends, |mean| mean.of(plane))
                     })),
@@ -71,7 +72,7 @@ impl Lattice {
         }
     }
 
-    /// Means over the cells around each pair of corners of a cell.
+    /// For each pair of corners of a cell, the mean factors of the cells that contain both.
     fn factors_of_links(&self, cells: &[Arc<[f64]>]) -> HashMap<[u32; 2], Mean> {
         let mut of_link: HashMap<[u32; 2], Mean> = HashMap::new();
         for (corners, factors) in self.region.cell_corners.iter().zip(cells) {

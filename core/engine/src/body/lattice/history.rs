@@ -1,26 +1,26 @@
-//! The history of elements while the region changes.
+//! Transfers the history variables of elements to a new region.
 //!
-//! An element is known by its nodes, so one that stays keeps its history whatever the order of the new list is; and because nodes that a cut
-//! copies are known by what they are copies of, both parts of a cut element have the history of the whole.
+//! Elements are identified by their nodes, so the order of the new list does not matter. A copy of a node counts as the node it was copied
+//! from, so both parts of a cut element get the history of the whole.
 
 use pliant_solver::System;
 use std::collections::HashMap;
 
-/// Histories of the elements of a region that is about to change, by the elements' nodes.
+/// Histories of the elements of a region before it changes, by element set.
 pub(super) struct Histories(Vec<SetHistory>);
 
-/// Of one set of elements.
+/// History of one element set; empty where all history variables are zero.
 #[derive(Default)]
 struct SetHistory {
-    /// (stride x m)
+    /// History variables, one row of all elements for each variable (stride x m).
     history: Vec<f64>,
     /// Number of elements, m.
     count: usize,
-    /// Number of each element.
+    /// Number of each element, by its nodes.
     element: HashMap<ElementKey, usize>,
 }
 
-/// Nodes of an element, rising, without order among its corners.
+/// Nodes of an element, ascending, with `usize::MAX` after the last.
 type ElementKey = [usize; 4];
 
 /// The key of an element with these nodes.
@@ -32,9 +32,9 @@ fn key(nodes: impl Iterator<Item = usize>) -> ElementKey {
 }
 
 impl Histories {
-    /// Of the present elements. Sets without a history cost nothing.
+    /// Copies the histories of the present elements.
     pub(super) fn take(system: &System) -> Self {
-        let of_set = |set: &pliant_solver::ElementSet| {
+        let history_of = |set: &pliant_solver::ElementSet| {
             if set.history().iter().all(|value| *value == 0.0) {
                 return SetHistory::default();
             }
@@ -43,19 +43,20 @@ impl Histories {
             let element = elements.map(|(e, nodes)| (key(nodes.iter().map(|n| *n as usize)), e)).collect();
             SetHistory { history: set.history().to_vec(), count, element }
         };
-        Self(system.sets.iter().map(of_set).collect())
+        Self(system.sets.iter().map(history_of).collect())
     }
 
-    /// Gives the present elements the history of those they were; `old_node` is the number each node had, if it was there.
-    pub(super) fn give(&self, system: &mut System, old_node: &[Option<usize>]) {
-        for (set, before) in system.sets.iter_mut().zip(&self.0).filter(|(_, before)| before.count > 0) {
-            let (count, stride) = (set.count(), before.history.len() / before.count);
+    /// Writes the histories to the present elements; new elements keep their initial history. `old_node` has the number of each present
+    /// node at the time of [`Histories::take`], if it existed.
+    pub(super) fn restore(&self, system: &mut System, old_node: &[Option<usize>]) {
+        for (set, old) in system.sets.iter_mut().zip(&self.0).filter(|(_, old)| old.count > 0) {
+            let (count, stride) = (set.count(), old.history.len() / old.count);
             let corners = set.nodes().len() / count.max(1);
             let mut history = set.history().to_vec();
             for (e, nodes) in set.nodes().chunks_exact(corners.max(1)).enumerate() {
-                let old = nodes.iter().map(|n| old_node[*n as usize].unwrap_or(usize::MAX));
-                let Some(&was) = before.element.get(&key(old)) else { continue };
-                (0..stride).for_each(|plane| history[plane * count + e] = before.history[plane * before.count + was]);
+                let old_nodes = nodes.iter().map(|n| old_node[*n as usize].unwrap_or(usize::MAX));
+                let Some(&from) = old.element.get(&key(old_nodes)) else { continue };
+                (0..stride).for_each(|plane| history[plane * count + e] = old.history[plane * old.count + from]);
             }
             set.set_history(&history);
         }

@@ -1,4 +1,4 @@
-//! Moving the shape a lattice has at rest.
+//! Changes of the rest shape of a lattice.
 
 use super::{Lattice, LatticeError};
 use crate::body::model::Model;
@@ -7,21 +7,21 @@ use bytemuck::{cast_slice, cast_slice_mut};
 use pliant_solver::Vec3;
 
 impl Lattice {
-    /// Surface points of an active cell and their weights at its corners, by point.
+    /// Surface points of an active cell (p), and their trilinear weights at its corners (p x 8).
     ///
     /// # Errors
-    /// What the grid says.
+    /// Returns the error of the grid plugin.
     pub fn weighted_points(&mut self, cell: u32, model: &Model) -> Result<(&[u32], &[[f64; 8]]), LatticeError> {
         let first = self.set_weights(cell, model)?;
         let points = self.points(cell)?;
         Ok((points, &self.weights[first..first + points.len()]))
     }
 
-    /// Moves vertices of `settled` (m) by what the change of the nodes that carry them comes to, from `rest` (m); `moved` gets those
-    /// that moved.
+    /// Moves the vertices of `settled` (m) that a change of the nodes displaces, and appends them to `moved`. `rest` has the rest positions of
+    /// the nodes before the change (m, n x 3).
     ///
     /// # Errors
-    /// What the grid says.
+    /// Returns the error of the grid plugin.
     pub(in crate::body) fn move_points(
         &mut self,
         change: &RestChange,
@@ -30,7 +30,7 @@ impl Lattice {
         settled: &mut [Vec3],
         moved: &mut Vec<u32>,
     ) -> Result<(), LatticeError> {
-        let (mut by, near) = (Vec::new(), self.nodes_near(&change.nodes));
+        let (mut displacements, near) = (Vec::new(), self.nodes_near(&change.nodes));
         for cell in 0..self.region.cell_id.len() as u32 {
             let corners = self.region.cell_corners[cell as usize];
             if corners.iter().all(|&n| !near[n as usize]) {
@@ -41,16 +41,17 @@ impl Lattice {
                 moved.extend_from_slice(self.points(cell)?);
                 continue;
             }
-            by.clear();
-            self.move_by(cell, &change.nodes, model, &mut by)?;
-            for (&v, by) in self.points(cell)?.iter().zip(&by).filter(|(_, by)| **by != Vec3::zeros()) {
-                settled[v as usize] += *by;
+            displacements.clear();
+            self.displace_points(cell, &change.nodes, model, &mut displacements)?;
+            for (&v, d) in self.points(cell)?.iter().zip(&displacements).filter(|(_, d)| **d != Vec3::zeros()) {
+                settled[v as usize] += *d;
                 moved.push(v);
             }
         }
         Ok(())
     }
 
+    /// [`Lattice::move_points`] for one cell of a grid whose embedding is not linear.
     fn move_nonlinear(
         &self,
         cell: u32,
@@ -63,8 +64,8 @@ impl Lattice {
         let places: Vec<Vec3> = points.iter().map(|&v| model.surface.points[v as usize]).collect();
         let corners = self.region.cell_corners[cell as usize];
         let mut out = [vec![Vec3::zeros(); points.len()], vec![Vec3::zeros(); points.len()]];
-        for (moves, out) in [0.0, 1.0].into_iter().zip(&mut out) {
-            let at = corners.map(|n| rest[n as usize] + moves * change.nodes[n as usize]);
+        for (factor, out) in [0.0, 1.0].into_iter().zip(&mut out) {
+            let at = corners.map(|n| rest[n as usize] + factor * change.nodes[n as usize]);
             let all = vec![at; points.len()];
             self.grid.place(self.settings.level, cast_slice(&places), cast_slice(&all), cast_slice_mut(out))?;
         }
@@ -74,7 +75,8 @@ impl Lattice {
         Ok(())
     }
 
-    /// Nodes on which the surface depends where some nodes change: these, and those they share a cell with.
+    /// Whether the jet of each node changes (n) with a nodal displacement field `change` (m, n x 3): that of a node that moves and, in a
+    /// smooth embedding, of those it shares a cell with.
     fn nodes_near(&self, change: &[Vec3]) -> Vec<bool> {
         let mut near: Vec<bool> = change.iter().map(|d| *d != Vec3::zeros()).collect();
         if self.smooth.is_some() {
@@ -85,13 +87,13 @@ impl Lattice {
         near
     }
 
-    /// Moves rest positions, for good.
+    /// Adds `change` to the rest positions `rest` (m, n x 3), and stores the result for regions to come.
     pub(in crate::body) fn move_rest(&mut self, change: &[Vec3], rest: &mut [Vec3]) {
-        self.keep_slopes(|n| change[n as usize]);
+        self.add_rest_jets(|n| change[n as usize]);
         let near = self.nodes_near(change);
         for i in (0..rest.len()).filter(|i| near[*i]) {
             rest[i] += change[i];
-            self.keep_node(i as u32, rest[i] - self.grid_rest(i as u32));
+            self.store_rest_offset(i as u32, rest[i] - self.grid_rest(i as u32));
         }
     }
 }

@@ -1,7 +1,8 @@
-//! What of a lattice can be taken back.
+//! Saved state of a lattice, for undo and snapshots.
 
-use super::bound::Bound;
-use super::{Fragments, Kept, Lattice, LatticeError, NodeKey};
+use super::fragments::NodeKey;
+use super::point_bindings::PointBindings;
+use super::{Fragments, Lattice, LatticeError, RestOffset};
 use crate::body::fixing::Fixing;
 use crate::body::model::Model;
 use crate::body::skin::Skin;
@@ -10,38 +11,38 @@ use pliant_plugin_api::abi::Ball;
 use pliant_solver::System;
 use std::collections::HashMap;
 
-/// A lattice at one moment: as large as what is active and what was cut.
+/// Saved state of a lattice without its nodes; its size grows with the active region and the cuts. Fields are those of [`Lattice`].
 #[derive(Clone)]
 pub struct LatticeState {
     region: Region,
-    balls: Vec<Ball>,
-    last_balls: Vec<Ball>,
-    kept: HashMap<NodeKey, Kept>,
+    contact_balls: Vec<Ball>,
+    last_contact_balls: Vec<Ball>,
+    rest_offsets: HashMap<NodeKey, RestOffset>,
     fragments: Fragments,
-    bound: Bound,
-    stale: bool,
+    bindings: PointBindings,
+    needs_rebuild: bool,
     steps: u32,
 }
 
 impl Lattice {
-    /// As it is now.
+    /// Saves the state.
     pub fn save(&self) -> LatticeState {
         LatticeState {
             region: self.region.clone(),
-            balls: self.balls.clone(),
-            last_balls: self.last_balls.clone(),
-            kept: self.kept.clone(),
+            contact_balls: self.contact_balls.clone(),
+            last_contact_balls: self.last_contact_balls.clone(),
+            rest_offsets: self.rest_offsets.clone(),
             fragments: self.fragments.clone(),
-            bound: self.bound.clone(),
-            stale: self.stale,
+            bindings: self.bindings.clone(),
+            needs_rebuild: self.needs_rebuild,
             steps: self.steps,
         }
     }
 
-    /// As it was, with its nodes at rest, on a model and skin that are as they were and settled.
+    /// Restores a saved state, with all nodes at rest. The model must have been restored before, and the skin must be settled.
     ///
     /// # Errors
-    /// What grid or material say.
+    /// Returns the error of the grid or material plugin.
     pub fn restore(
         &mut self,
         state: &LatticeState,
@@ -50,11 +51,16 @@ impl Lattice {
         skin: &mut Skin,
         system: &mut System,
     ) -> Result<(), LatticeError> {
-        let LatticeState { region, balls, last_balls, kept, fragments, bound, stale, steps } = state.clone();
-        (self.region, self.spare) = (Region::default(), region);
-        self.uncut.clear();
-        (self.balls, self.kept, self.fragments) = (balls, kept, fragments);
-        (self.bound, self.stale, self.steps, self.last_balls) = (bound, stale, steps, last_balls);
-        self.exchange(model, fixings, skin, system)
+        let state = state.clone();
+        (self.region, self.spare) = (Region::default(), state.region);
+        self.grid_region.clear();
+        self.contact_balls = state.contact_balls;
+        self.last_contact_balls = state.last_contact_balls;
+        self.rest_offsets = state.rest_offsets;
+        self.fragments = state.fragments;
+        self.bindings = state.bindings;
+        self.needs_rebuild = state.needs_rebuild;
+        self.steps = state.steps;
+        self.replace_region(model, fixings, skin, system)
     }
 }

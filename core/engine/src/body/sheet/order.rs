@@ -1,56 +1,56 @@
-//! Numbers of nodes and elements, where a file has its vertices in no order.
+//! Order of the nodes and elements of a sheet: that of the file, or reverse Cuthill-McKee.
 //!
-//! A step reads the neighbours of a node with it, and cuts elements into ranges that share few nodes: both want neighbours to have
-//! numbers that are near. Where those of the file are far from it, nodes go layer by layer from an end of the mesh, in reverse
-//! (Cuthill and McKee 1969, George 1971), and triangles go with them.
+//! A step reads the neighbours of a node together with it, and divides elements into chunks that share few nodes. Both are fast only if the
+//! numbers of neighbours are close to each other. Where the numbers in the file are far from that, vertices are numbered by the reverse
+//! Cuthill-McKee algorithm (Cuthill and McKee 1969, George 1971), and triangles in the order of their nodes.
 
 use super::NONE;
 use pliant_mesh::Surface;
 
-/// How far the numbers of neighbours are from each other, on average, that are near in any order.
-const NEAR: usize = 64;
-/// How many times nearer they have to be for another order than that of the file.
-const WORTH: usize = 4;
+/// Mean difference between the numbers of neighbours up to which the order of the file is kept.
+const SMALL_SPAN: usize = 64;
+/// Factor by which another order must reduce that difference to be used.
+const MIN_IMPROVEMENT: usize = 4;
 
-/// The vertices and triangles of a mesh in the order in which they are nodes and elements.
+/// The order in which vertices are numbered as nodes, and triangles as elements.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Order {
-    /// Vertices that triangles use.
+    /// Vertices that triangles use, by node.
     pub vertices: Vec<u32>,
-    /// Triangles.
+    /// Triangles, by element.
     pub triangles: Vec<u32>,
-    /// Vertices there were, used or not.
+    /// Number of vertices of the mesh, used or not.
     count: usize,
 }
 
 impl Order {
-    /// That of the file, or another if it is much better.
+    /// The order for a mesh: that of the file unless reverse Cuthill-McKee is much better.
     pub fn of(surface: &Surface) -> Self {
         let graph = Graph::new(surface);
         let vertices: Vec<u32> = (0..surface.points.len() as u32).filter(|v| !graph.of(*v).is_empty()).collect();
         let file =
             Self { vertices, triangles: (0..surface.triangles.len() as u32).collect(), count: surface.points.len() };
         let span = graph.span(&file.vertices);
-        if span <= NEAR * graph.neighbour.len() {
+        if span <= SMALL_SPAN * graph.neighbour.len() {
             return file;
         }
-        let layers = graph.layers(&file.vertices);
-        if span < WORTH * graph.span(&layers) {
+        let vertices = graph.reverse_cuthill_mckee(&file.vertices);
+        if span < MIN_IMPROVEMENT * graph.span(&vertices) {
             return file;
         }
-        let place = places(&layers, file.count);
+        let node_of = inverse(&vertices, file.count);
         let mut triangles = file.triangles;
         let key = |t: &u32| {
-            let mut at = surface.triangles[*t as usize].map(|v| place[v as usize]);
-            at.sort_unstable();
-            at
+            let mut nodes = surface.triangles[*t as usize].map(|v| node_of[v as usize]);
+            nodes.sort_unstable();
+            nodes
         };
         triangles.sort_by_cached_key(key);
-        Self { vertices: layers, triangles, count: file.count }
+        Self { vertices, triangles, count: file.count }
     }
 
-    /// The same, and behind it what a blade has added to a mesh.
-    pub fn and_more(&self, surface: &Surface) -> Self {
+    /// This order with the vertices and triangles that cuts have added to the mesh appended.
+    pub fn extended(&self, surface: &Surface) -> Self {
         let mut used = vec![false; surface.points.len()];
         surface.triangles.iter().flatten().for_each(|v| used[*v as usize] = true);
         let more = (self.count..surface.points.len()).filter(|v| used[*v]).map(|v| v as u32);
@@ -63,15 +63,16 @@ impl Order {
     }
 }
 
-/// Where each of `count` is in a list, or `NONE`.
-pub fn places(list: &[u32], count: usize) -> Vec<u32> {
-    let mut place = vec![NONE; count];
-    list.iter().zip(0..).for_each(|(of, at)| place[*of as usize] = at);
-    place
+/// The index of each number below `count` in a list, or [`NONE`]: the inverse of a permutation.
+pub fn inverse(list: &[u32], count: usize) -> Vec<u32> {
+    let mut index = vec![NONE; count];
+    list.iter().zip(0..).for_each(|(of, at)| index[*of as usize] = at);
+    index
 }
 
-/// Neighbours of each vertex, twice where two triangles join them.
+/// Neighbours of each vertex in CSR form; a neighbour is listed once for each triangle that contains both.
 struct Graph {
+    /// Start of the neighbours of each vertex (n + 1).
     start: Vec<u32>,
     neighbour: Vec<u32>,
 }
@@ -92,48 +93,53 @@ impl Graph {
         Self { start, neighbour }
     }
 
+    /// Neighbours of a vertex.
     fn of(&self, vertex: u32) -> &[u32] {
         &self.neighbour[self.start[vertex as usize] as usize..self.start[vertex as usize + 1] as usize]
     }
 
-    /// How far the numbers of neighbours are from each other, added up.
+    /// Sum over all neighbours of the difference between their numbers, if `vertices` are numbered in this order.
     fn span(&self, vertices: &[u32]) -> usize {
-        let place = places(vertices, self.start.len() - 1);
+        let number = inverse(vertices, self.start.len() - 1);
         let of = |v: u32| self.of(v).iter().map(move |w| (v, *w));
-        vertices.iter().flat_map(|v| of(*v)).map(|(v, w)| place[v as usize].abs_diff(place[w as usize]) as usize).sum()
+        vertices
+            .iter()
+            .flat_map(|v| of(*v))
+            .map(|(v, w)| number[v as usize].abs_diff(number[w as usize]) as usize)
+            .sum()
     }
 
-    /// Each part of the mesh layer by layer from one of its ends, in reverse.
-    fn layers(&self, vertices: &[u32]) -> Vec<u32> {
-        let mut met = vec![false; self.start.len() - 1];
+    /// Reverse Cuthill-McKee order of `vertices`, connected part by part.
+    fn reverse_cuthill_mckee(&self, vertices: &[u32]) -> Vec<u32> {
+        let mut visited = vec![false; self.start.len() - 1];
         let mut out = Vec::with_capacity(vertices.len());
         for &first in vertices {
-            if met[first as usize] {
+            if visited[first as usize] {
                 continue;
             }
-            // The last of the layers around any vertex is at an end; around that, at the other.
+            // A pseudo-peripheral vertex as the start: the last one of a breadth-first search, twice (George and Liu 1979).
             let begin = out.len();
             let mut from = first;
             for _ in 0..2 {
-                self.spread(from, &mut met, &mut out);
+                self.breadth_first(from, &mut visited, &mut out);
                 from = out[out.len() - 1];
-                out.drain(begin..).for_each(|v| met[v as usize] = false);
+                out.drain(begin..).for_each(|v| visited[v as usize] = false);
             }
-            self.spread(from, &mut met, &mut out);
+            self.breadth_first(from, &mut visited, &mut out);
         }
         out.reverse();
         out
     }
 
-    /// Appends what is connected with a vertex, nearest first, those with few neighbours before others.
-    fn spread(&self, from: u32, met: &mut [bool], out: &mut Vec<u32>) {
+    /// Appends the vertices connected with `from` in breadth-first order; neighbours of a vertex by ascending degree.
+    fn breadth_first(&self, from: u32, visited: &mut [bool], out: &mut Vec<u32>) {
         let mut at = out.len();
-        met[from as usize] = true;
+        visited[from as usize] = true;
         out.push(from);
         while at < out.len() {
             let begin = out.len();
             for &next in self.of(out[at]) {
-                if !std::mem::replace(&mut met[next as usize], true) {
+                if !std::mem::replace(&mut visited[next as usize], true) {
                     out.push(next);
                 }
             }
@@ -158,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_file_has_in_order_stays() {
+    fn a_good_order_of_the_file_is_kept() {
         let order = Order::of(&sheet(20, |v| v));
         assert_eq!((order.vertices, order.triangles), ((0..400).collect(), (0..722).collect()));
         // With 36 vertices none is far from any other.
@@ -167,14 +173,14 @@ mod tests {
     }
 
     #[test]
-    fn neighbours_get_numbers_that_are_near_and_each_has_its_own() {
+    fn neighbours_get_close_numbers() {
         let (n, shuffled) = (20, sheet(20, |v| v * 163 % 400));
         let order = Order::of(&shuffled);
         let mut sorted = order.clone();
         sorted.vertices.sort_unstable();
         sorted.triangles.sort_unstable();
         assert_eq!((sorted.vertices, sorted.triangles), ((0..400).collect(), (0..722).collect()));
-        let place = places(&order.vertices, 401);
+        let place = inverse(&order.vertices, 401);
         assert_eq!(place[400], NONE);
         for [a, b, c] in shuffled.triangles.iter().map(|t| t.map(|v| place[v as usize])) {
             assert!(a.abs_diff(b).max(b.abs_diff(c)).max(c.abs_diff(a)) <= 2 * n, "{a} {b} {c}");
@@ -184,12 +190,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_added_comes_last() {
+    fn added_vertices_and_triangles_come_last() {
         let (mut surface, order) = (sheet(20, |v| v * 163 % 400), Order::of(&sheet(20, |v| v * 163 % 400)));
-        assert_eq!(order.and_more(&surface).vertices, order.vertices);
+        assert_eq!(order.extended(&surface).vertices, order.vertices);
         surface.points.extend([Vec3::zeros(); 3]);
         surface.triangles.push([401, 403, 7]);
-        let more = order.and_more(&surface);
+        let more = order.extended(&surface);
         assert_eq!((&more.vertices[..400], &more.vertices[400..]), (&order.vertices[..], &[401, 403][..]));
         assert_eq!((&more.triangles[..722], &more.triangles[722..]), (&order.triangles[..], &[722][..]));
     }

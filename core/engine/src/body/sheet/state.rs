@@ -1,25 +1,25 @@
-//! What of a sheet can be taken back.
+//! Saved state of a sheet, for undo and snapshots.
 
 use super::order::Order;
 use super::{Edges, Sheet};
-use crate::body::lattice::LatticeError;
+use crate::body::lattice::{DrivenNode, LatticeError};
 use crate::body::model::Model;
 use pliant_solver::{Nodes, System};
 use std::collections::HashSet;
 use std::sync::Arc;
 
-/// A sheet at one moment; its large parts are shared until they change.
+/// Saved state of a sheet without its nodes; large arrays are shared until they change. Fields are those of [`Sheet`].
 #[derive(Clone)]
 pub struct SheetState {
     order: Arc<Order>,
     material: Arc<Vec<f64>>,
     clamped: Arc<Vec<[u32; 2]>>,
-    driven: Vec<(u32, u32)>,
+    driven: Vec<DrivenNode>,
     active: bool,
 }
 
 impl Sheet {
-    /// As it is now.
+    /// Saves the state.
     pub fn save(&self) -> SheetState {
         SheetState {
             order: Arc::clone(&self.order),
@@ -30,7 +30,7 @@ impl Sheet {
         }
     }
 
-    /// As it was, with these nodes, on a model that is as it was.
+    /// Restores a saved state, with the nodes saved with it. The model must have been restored before.
     ///
     /// # Errors
     /// Returns the error of the material.
@@ -58,7 +58,7 @@ impl Sheet {
         Ok(())
     }
 
-    /// Edges of the mesh; the clamped ones are known.
+    /// Edges of the mesh, with those clamped that are now.
     pub(super) fn edges(&self, triangles: &[[u32; 3]], nodes: &mut Nodes) -> Edges {
         let clamped: HashSet<[u32; 2]> = self.clamped.iter().copied().collect();
         Edges::new(triangles, |ends| clamped.contains(&self.vertices(ends)), nodes)

@@ -166,13 +166,12 @@ impl Knife {
         };
         let body = &bodies[inside.body as usize];
         if let Some(lattice) = body.discretization.lattice()
-            && let Some(moved) = lattice.carried_by(inside.tip, &body.system.nodes)?
+            && let Some(moved) = lattice.displacement_at(inside.tip, &body.system.nodes)?
         {
             self.tip = inside.tip + moved;
         }
         if let Discretization::Sheet(_) = &body.discretization {
-            let (now, _) = body.embed_point(inside.points[0])?;
-            self.tip = now + inside.tip;
+            self.tip = body.embed_point(inside.points[0])?.now + inside.tip;
         }
         let gap = hand.position - self.tip;
         let slide = gap.dot(along) * along;
@@ -200,8 +199,7 @@ impl Knife {
             Discretization::Lattice(lattice) => lattice,
             Discretization::Sheet(sheet) => {
                 let Some(met) = SheetIntersection::find(self.tip, heel, body, sheet, last) else { return Ok(None) };
-                let (now, _) = body.embed_point(met.point)?;
-                let tip = self.tip - now;
+                let tip = self.tip - body.embed_point(met.point)?.now;
                 let points = if met.intersects { vec![met.point] } else { points };
                 return Ok(Some(RestBlade {
                     blade: met.blade,
@@ -227,7 +225,7 @@ impl Knife {
                 first.get_or_insert(u);
                 last = u;
             }
-            if lattice.part_at(point)?.is_some() {
+            if lattice.is_occupied(point)? {
                 points.push(point);
             }
         }
@@ -304,7 +302,7 @@ impl Knife {
 fn displacement_at(now: Vec3, from: Vec3, lattice: &Lattice, body: &Body) -> Result<Option<Vec3>, LatticeError> {
     let (mut point, mut moved, mut gap) = (from, None, f64::INFINITY);
     for _ in 0..INVERSION_ITERATIONS {
-        let Some(u) = lattice.carried_by(point, &body.system.nodes)? else { break };
+        let Some(u) = lattice.displacement_at(point, &body.system.nodes)? else { break };
         let before: Option<Vec3> = moved.replace(u);
         point = now - u;
         gap = before.map_or(gap, |before| (u - before).iter().fold(0.0, |g, c| g.max(c.abs())));

@@ -5,8 +5,8 @@ mod sheet_intersection;
 
 pub use knife::{BladeEdge, CutStep};
 
-use super::{Action, ActiveBall, BodyPoint, EditKind, EmbeddedPoint, Step};
-use crate::body::{Body, LatticeError};
+use super::{Action, ActiveBall, BodyPoint, EditKind, Step};
+use crate::body::{Body, EmbeddedPoint, LatticeError};
 use crate::plan::Edit;
 use crate::tool::{Hand, Tool, diagonal};
 use knife::{Knife, SAMPLES};

@@ -1,83 +1,84 @@
-//! The part of a cell that carries a place.
+//! The cell and fragment in which a point is embedded.
 //!
-//! Where a cut passes close to the face of a cell it leaves a slice there that no voxel is in. What lies in the slice is
-//! carried by the next cell, where its own side of the cut goes on; else it would follow the other side.
+//! Where a cut passes close to a face of a cell it leaves a slice that contains the centre of no voxel. A point in the slice is embedded
+//! in a neighbouring cell, in the fragment on its own side of the cut; in its own cell it would follow the other side.
 
 use super::voxels::SIDE;
-use super::{CutCell, Fragments};
+use super::{CellFragment, CutCell, Fragments};
 use pliant_solver::Vec3;
 use std::collections::BTreeSet;
 
-/// Where a place is carried.
+/// Where a point is embedded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Anchor {
-    /// Its own cell, or one close by.
-    pub cell: u64,
-    /// Part of the cell.
-    pub fragment: usize,
-    /// m, the place itself, or the one of the cell closest to it
+    /// A fragment of the containing cell, or of one close by.
+    pub fragment: CellFragment,
+    /// m, the rest position, or the point of the cell nearest to it
     pub place: Vec3,
 }
 
-/// How far away the next voxel may be, in voxels.
-const FAR: f64 = 3.0;
-/// How far inside of another cell a place is put, in edges of a cell.
-const WITHIN: f64 = 1e-9;
+/// Largest distance of the voxel of another cell, in voxels.
+const MAX_DISTANCE: f64 = 3.0;
+/// Distance from the faces of another cell at which a point is placed, in edges of a cell.
+const FACE_MARGIN: f64 = 1e-9;
 
 impl Fragments {
-    /// Where a place in the cell `id` is carried.
+    /// Where a rest position (m) in the cell `id` is embedded.
     pub fn anchor(&self, id: u64, place: Vec3) -> Anchor {
-        let own = |fragment: usize| Anchor { cell: id, fragment, place };
+        let own = |fragment: usize| Anchor { fragment: CellFragment { cell: id, fragment }, place };
         let Some(cell) = self.cells.get(&id) else { return own(0) };
         let size = self.edge / SIDE as f64;
-        let mut best = cell.voxels.reached(self.edge, place).map(|(fragment, away)| (away, own(fragment)));
-        // One further off than the next voxel may be reached past the end of the cut only.
-        if let Some((_, anchor)) = best.filter(|(away, _)| *away <= size * size) {
+        let nearest = cell.voxels.nearest_visible(self.edge, place);
+        let mut best = nearest.map(|nearest| (nearest.distance_squared, own(nearest.fragment)));
+        // A voxel more than one voxel away may be visible only past the end of the cut.
+        if let Some((_, anchor)) = best.filter(|(distance_squared, _)| *distance_squared <= size * size) {
             return anchor;
         }
-        for other in self.round(id, cell) {
-            let Some(next) = self.cells.get(&other) else { continue };
-            for (voxel, middle) in next.voxels.whole() {
-                let away = (middle - place).norm_squared();
-                if away >= best.map_or((FAR * size).powi(2), |(least, _)| least)
-                    || cell.voxels.parts(place, middle)
-                    || next.voxels.parts(place, middle)
+        for id in self.cells_around(id, cell) {
+            let Some(other) = self.cells.get(&id) else { continue };
+            for (voxel, point) in other.voxels.reference_points() {
+                let distance_squared = (point - place).norm_squared();
+                if distance_squared >= best.map_or((MAX_DISTANCE * size).powi(2), |(least, _)| least)
+                    || cell.voxels.separates(place, point)
+                    || other.voxels.separates(place, point)
                 {
                     continue;
                 }
-                best = Some((away, self.anchor_in((other, next.voxels.fragment(voxel)), place)));
+                let fragment = CellFragment { cell: id, fragment: other.voxels.fragment(voxel) };
+                best = Some((distance_squared, self.anchor_in(fragment, place)));
             }
         }
         best.map_or_else(|| own(cell.voxels.fragment_at(self.edge, place)), |(_, anchor)| anchor)
     }
 
-    /// A place carried by a fragment of a cell, wherever it lies.
-    pub fn anchor_in(&self, (cell, fragment): (u64, usize), place: Vec3) -> Anchor {
+    /// Embeds a rest position (m) in a given fragment, at the point of its cell nearest to it.
+    pub fn anchor_in(&self, fragment: CellFragment, place: Vec3) -> Anchor {
         let within = |i: usize, _: usize| {
-            let (low, spare) = (self.cells[&cell].reference[i], WITHIN * self.edge);
-            place[i].clamp(low + spare, low + self.edge - spare)
+            let (low, margin) = (self.cells[&fragment.cell].reference[i], FACE_MARGIN * self.edge);
+            place[i].clamp(low + margin, low + self.edge - margin)
         };
-        Anchor { cell, fragment, place: Vec3::from_fn(within) }
+        Anchor { fragment, place: Vec3::from_fn(within) }
     }
 
-    /// Whether two fragments, each with its cell, share nodes; `None` where their cells have none in common.
-    pub fn are_connected(&self, a: (u64, usize), b: (u64, usize)) -> Option<bool> {
-        if a.0 == b.0 {
-            return Some(a.1 == b.1);
+    /// Whether two fragments share nodes; `None` where their cells have no corner in common.
+    pub fn are_connected(&self, a: CellFragment, b: CellFragment) -> Option<bool> {
+        if a.cell == b.cell {
+            return Some(a.fragment == b.fragment);
         }
-        let [one, other] = [a, b].map(|(cell, f)| self.cells.get(&cell).and_then(|cell| cell.fragments.get(f)));
+        let [one, other] = [a, b].map(|f| self.cells.get(&f.cell).and_then(|cell| cell.fragments.get(f.fragment)));
         let (one, other) = (one?, other?);
-        let common = one.nodes.iter().flat_map(|x| other.nodes.iter().filter(|y| y.0 == x.0).map(move |y| x == y));
+        let common =
+            one.nodes.iter().flat_map(|x| other.nodes.iter().filter(|y| y.node == x.node).map(move |y| x == y));
         common.reduce(|any, same| any || same)
     }
 
-    /// Cells at most two faces away.
-    fn round(&self, id: u64, cell: &CutCell) -> BTreeSet<u64> {
-        let mut round: BTreeSet<u64> = cell.neighbours.into_iter().collect();
+    /// Ids of the cells at most two faces away.
+    fn cells_around(&self, id: u64, cell: &CutCell) -> BTreeSet<u64> {
+        let mut around: BTreeSet<u64> = cell.neighbours.into_iter().collect();
         for first in cell.neighbours.iter().filter_map(|id| self.cells.get(id)) {
-            round.extend(first.neighbours);
+            around.extend(first.neighbours);
         }
-        round.remove(&id);
-        round
+        around.remove(&id);
+        around
     }
 }

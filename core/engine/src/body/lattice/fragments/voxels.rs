@@ -1,34 +1,55 @@
-//! The voxels of one cell, and which of them hang together.
+//! The voxels of one cut cell: which are connected, and the fragments they form.
 
-use super::crossing::{Plane, are_apart, crosses, meets};
-use super::places::Places;
+use super::crossing::{Plane, are_apart, crosses, line_meets};
+use super::voxel_points::VoxelPoints;
+use crate::body::disjoint_sets::DisjointSets;
 use pliant_solver::Vec3;
 
 /// Voxels along the edge of a cell.
 pub(super) const SIDE: usize = 4;
+/// Voxels of a cell, numbered with x fastest.
 pub(super) const COUNT: usize = SIDE * SIDE * SIDE;
 
-/// Links between voxels, and the fragments they make.
+/// Links between the voxels of a cell, and the fragments that follow from them.
 #[derive(Clone, Debug)]
 pub(super) struct Voxels {
-    /// Bit v of axis a: voxel v is joined to the next along that axis, which for the last is in the next cell.
-    joined: [u64; 3],
-    /// Bit v: the body is in voxel v. The others join nothing.
+    /// Bit v of axis a: voxel v is linked with the next one along that axis, which for the last is in the next cell.
+    linked: [u64; 3],
+    /// Bit v: the body occupies voxel v. Links of other voxels do not count.
     solid: u64,
-    /// Where links begin and end.
-    places: Box<Places>,
+    /// Ends of the links.
+    points: Box<VoxelPoints>,
     fragment: [u8; COUNT],
-    /// The fragments before the last labelling.
-    before: [u8; COUNT],
-    /// Voxels of each fragment.
+    /// The fragments at the last [`Voxels::store_labels`].
+    previous: [u8; COUNT],
+    /// Number of solid voxels of each fragment.
     sizes: Vec<u8>,
-    /// Bit v: voxel v was too small a part and is with another. No place goes by it.
+    /// Bit v: voxel v belonged to a sliver and was merged with another fragment. It is no reference for points.
     merged: u64,
-    /// Where the blade has passed, m.
+    /// Triangles that the blade has swept near the cell, m.
     blade: Vec<[Vec3; 3]>,
 }
 
-/// Voxels that are last along each axis, rising.
+/// The link between the last voxel of a cell along an axis and the first one of the next cell.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FaceLink {
+    /// Voxel of this cell.
+    pub voxel: usize,
+    /// Voxel of the next cell.
+    pub neighbour: usize,
+    /// Whether this voxel is solid and linked.
+    pub is_connected: bool,
+}
+
+/// A visible voxel near a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct NearestVoxel {
+    pub fragment: usize,
+    /// m^2
+    pub distance_squared: f64,
+}
+
+/// Voxels that are last along each axis, ascending.
 const LAST: [[usize; SIDE * SIDE]; 3] = {
     let mut last = [[0; SIDE * SIDE]; 3];
     let mut i = 0;
@@ -43,81 +64,76 @@ const LAST: [[usize; SIDE * SIDE]; 3] = {
     last
 };
 
-/// Place of a voxel along each axis.
+/// Index of a voxel along each axis.
 pub(super) fn index(voxel: usize) -> [usize; 3] {
     [voxel % SIDE, voxel / SIDE % SIDE, voxel / (SIDE * SIDE)]
 }
 
-/// The next voxel along an axis, within the cell.
+/// The next voxel of the cell along an axis; `None` for the last.
 pub(super) fn next(voxel: usize, axis: usize) -> Option<usize> {
     (index(voxel)[axis] + 1 < SIDE).then(|| voxel + SIDE.pow(axis as u32))
 }
 
+/// Squared distance between the centres of two voxels, in voxels.
+fn distance_squared(a: usize, b: usize) -> usize {
+    index(a).iter().zip(index(b)).map(|(a, b)| a.abs_diff(b).pow(2)).sum()
+}
+
 impl Voxels {
-    /// Uncut; bit v of `solid` tells whether the body is in voxel v. A cell without a solid voxel is solid throughout.
-    pub(super) fn new(solid: u64, places: Places) -> Self {
+    /// The voxels of an uncut cell; bit v of `solid` tells whether the body occupies voxel v. A cell without a solid voxel counts as solid.
+    pub(super) fn new(solid: u64, points: VoxelPoints) -> Self {
         let solid = if solid == 0 { u64::MAX } else { solid };
         Self {
-            joined: [u64::MAX; 3],
+            linked: [u64::MAX; 3],
             solid,
-            places: Box::new(places),
+            points: Box::new(points),
             fragment: [0; COUNT],
-            before: [0; COUNT],
+            previous: [0; COUNT],
             sizes: vec![solid.count_ones() as u8],
             merged: 0,
             blade: Vec::new(),
         }
     }
 
-    /// Cuts the links a triangle passes through.
+    /// Removes the links that a triangle crosses.
     pub(super) fn cut(&mut self, triangle: &[Vec3; 3]) {
         self.blade.push(*triangle);
-        // Most links have both ends on one side of it: each end is asked once, not for every link it has.
+        // The side of each point is computed once, not once for each of its links; most links have both ends on one side.
         let plane = Plane::new(triangle);
         let above =
-            |places: &[Vec3]| places.iter().rev().fold(0_u64, |bits, p| bits << 1 | u64::from(plane.is_above(p)));
-        let own = above(&self.places.own);
+            |points: &[Vec3]| points.iter().rev().fold(0_u64, |bits, p| bits << 1 | u64::from(plane.is_above(p)));
+        let own = above(&self.points.own);
         for axis in 0..3 {
-            let far_above = above(&self.places.far[axis]);
-            let mut far = 0;
+            let beyond_above = above(&self.points.beyond[axis]);
+            let mut beyond = 0;
             for voxel in 0..COUNT {
                 let (to, to_above) = if let Some(other) = next(voxel, axis) {
-                    (self.places.own[other], own >> other & 1)
-                } else if let Some(place) = self.places.far[axis].get(far) {
-                    far += 1;
-                    (*place, far_above >> (far - 1) & 1)
+                    (self.points.own[other], own >> other & 1)
+                } else if let Some(point) = self.points.beyond[axis].get(beyond) {
+                    beyond += 1;
+                    (*point, beyond_above >> (beyond - 1) & 1)
                 } else {
                     continue;
                 };
-                let is_asked = self.joined[axis] >> voxel & 1 == 1 && own >> voxel & 1 != to_above;
-                let from = self.places.own[voxel];
-                if is_asked && !are_apart(&from, &to, triangle) && meets(from, to, triangle) {
-                    self.joined[axis] &= !(1 << voxel);
+                let may_cross = self.linked[axis] >> voxel & 1 == 1 && own >> voxel & 1 != to_above;
+                let from = self.points.own[voxel];
+                if may_cross && !are_apart(&from, &to, triangle) && line_meets(from, to, triangle) {
+                    self.linked[axis] &= !(1 << voxel);
                 }
             }
         }
     }
 
-    /// Finds the fragments.
+    /// Labels the connected sets of solid voxels as fragments, in the order of their first voxels.
     pub(super) fn label(&mut self) {
-        let mut root: [u8; COUNT] = std::array::from_fn(|v| v as u8);
-        fn find(root: &mut [u8; COUNT], v: usize) -> usize {
-            let up = root[v] as usize;
-            if up == v {
-                return v;
-            }
-            let top = find(root, up);
-            root[v] = top as u8;
-            top
-        }
+        let mut sets = DisjointSets::new(COUNT);
         for voxel in 0..COUNT {
             for axis in 0..3 {
                 if let Some(other) = next(voxel, axis)
-                    && self.is_joined(voxel, axis)
+                    && self.is_connected(voxel, axis)
                     && self.is_solid(other)
                 {
-                    let (a, b) = (find(&mut root, voxel), find(&mut root, other));
-                    root[a.max(b)] = a.min(b) as u8;
+                    sets.unite(voxel as u32, other as u32);
                 }
             }
         }
@@ -127,25 +143,22 @@ impl Voxels {
         let solid = self.solid;
         let is_solid = |voxel: &usize| solid >> voxel & 1 == 1;
         for voxel in (0..COUNT).filter(is_solid) {
-            let top = find(&mut root, voxel);
-            if label[top] == u8::MAX {
-                label[top] = self.sizes.len() as u8;
+            let root = sets.find(voxel as u32) as usize;
+            if label[root] == u8::MAX {
+                label[root] = self.sizes.len() as u8;
                 self.sizes.push(0);
             }
-            self.fragment[voxel] = label[top];
-            self.sizes[label[top] as usize] += 1;
+            self.fragment[voxel] = label[root];
+            self.sizes[label[root] as usize] += 1;
         }
-        // What is outside of the body goes with what is nearest.
+        // A voxel outside of the body gets the fragment of the nearest solid one.
         for voxel in (0..COUNT).filter(|v| !is_solid(v)) {
-            let away = |other: usize| -> usize {
-                index(voxel).iter().zip(index(other)).map(|(a, b)| a.abs_diff(b).pow(2)).sum()
-            };
-            let nearest = (0..COUNT).filter(is_solid).min_by_key(|v| away(*v));
+            let nearest = (0..COUNT).filter(is_solid).min_by_key(|v| distance_squared(voxel, *v));
             self.fragment[voxel] = nearest.map_or(0, |v| self.fragment[v]);
         }
     }
 
-    /// Gives the voxels of `small` fragments to the others, each to that of the nearest voxel.
+    /// Merges `small` fragments with the others: each of their voxels gets the fragment of the nearest solid voxel of another one.
     pub(super) fn merge(&mut self, small: &[bool]) {
         let old = self.fragment;
         let stays = |voxel: &usize| !small[old[*voxel] as usize];
@@ -157,11 +170,9 @@ impl Voxels {
         }
         self.sizes = vec![0; usize::from(count)];
         for voxel in 0..COUNT {
-            let away = |other: &usize| -> usize {
-                index(voxel).iter().zip(index(*other)).map(|(a, b)| a.abs_diff(b).pow(2)).sum()
-            };
-            let solid = |other: &usize| self.is_solid(*other);
-            let nearest = (0..COUNT).filter(solid).filter(stays).min_by_key(away).unwrap_or(0);
+            let is_solid = |other: &usize| self.is_solid(*other);
+            let candidates = (0..COUNT).filter(is_solid).filter(stays);
+            let nearest = candidates.min_by_key(|other| distance_squared(voxel, *other)).unwrap_or(0);
             self.fragment[voxel] = number[old[if stays(&voxel) { voxel } else { nearest }] as usize];
             self.merged |= u64::from(!stays(&voxel)) << voxel;
             if self.is_solid(voxel) {
@@ -170,17 +181,17 @@ impl Voxels {
         }
     }
 
-    /// Voxels of a fragment.
+    /// Number of solid voxels of a fragment.
     pub(super) fn size(&self, fragment: usize) -> u32 {
         u32::from(self.sizes[fragment])
     }
 
-    /// Fragments there are.
+    /// Number of fragments.
     pub(super) fn count(&self) -> usize {
         self.sizes.len()
     }
 
-    /// Of the cell's volume.
+    /// Share of a fragment in the solid volume of the cell, 0 to 1.
     pub(super) fn share(&self, fragment: usize) -> f64 {
         f64::from(self.sizes[fragment]) / f64::from(self.solid.count_ones())
     }
@@ -190,86 +201,96 @@ impl Voxels {
         self.fragment[voxel] as usize
     }
 
-    /// What was found last is what was before, from now on.
-    pub(super) fn settle(&mut self) {
-        self.before = self.fragment;
+    /// Stores the present fragments for [`Voxels::previous_fragment`].
+    pub(super) fn store_labels(&mut self) {
+        self.previous = self.fragment;
     }
 
-    /// The fragment a voxel belonged to before the last labelling.
-    pub(super) fn was(&self, voxel: usize) -> usize {
-        self.before[voxel] as usize
+    /// The fragment of a voxel at the last [`Voxels::store_labels`].
+    pub(super) fn previous_fragment(&self, voxel: usize) -> usize {
+        self.previous[voxel] as usize
     }
 
-    /// The first voxel of a fragment.
+    /// The first solid voxel of a fragment.
     pub(super) fn first(&self, fragment: usize) -> usize {
         (0..COUNT).find(|v| self.is_solid(*v) && self.fragment(*v) == fragment).unwrap_or(0)
     }
 
-    /// Whether the body is in a voxel.
+    /// Whether the body occupies a voxel.
     pub(super) fn is_solid(&self, voxel: usize) -> bool {
         self.solid >> voxel & 1 == 1
     }
 
-    /// Whether a voxel is joined to the next along an axis, in this cell or the next.
-    pub(super) fn is_joined(&self, voxel: usize, axis: usize) -> bool {
-        self.is_solid(voxel) && self.joined[axis] >> voxel & 1 == 1
+    /// Whether a voxel is solid and linked with the next one along an axis, in this cell or the next.
+    pub(super) fn is_connected(&self, voxel: usize, axis: usize) -> bool {
+        self.is_solid(voxel) && self.linked[axis] >> voxel & 1 == 1
     }
 
-    /// (voxel of this cell, voxel of the next cell along `axis`, whether they are joined), for the 16 of the common face.
-    pub(super) fn face(&self, axis: usize) -> impl Iterator<Item = (usize, usize, bool)> + '_ {
-        LAST[axis].iter().map(move |&v| (v, v - (SIDE - 1) * SIDE.pow(axis as u32), self.is_joined(v, axis)))
+    /// The 16 links through the face to the next cell along an axis.
+    pub(super) fn face(&self, axis: usize) -> impl Iterator<Item = FaceLink> + '_ {
+        LAST[axis].iter().map(move |&voxel| FaceLink {
+            voxel,
+            neighbour: voxel - (SIDE - 1) * SIDE.pow(axis as u32),
+            is_connected: self.is_connected(voxel, axis),
+        })
     }
 
-    /// The fragment a place belongs to: that of the nearest voxel the blade does not part it from, or just the nearest.
-    pub(super) fn fragment_at(&self, edge: f64, place: Vec3) -> usize {
+    /// The fragment that contains a point (m): that of the nearest visible voxel, else of the nearest one. `edge` is that of the cell (m).
+    pub(super) fn fragment_at(&self, edge: f64, point: Vec3) -> usize {
         if self.sizes.len() == 1 {
             return 0;
         }
-        let nearest = || (0..COUNT).min_by(|a, b| self.away(*a, place).total_cmp(&self.away(*b, place)));
-        self.reached(edge, place)
-            .map_or_else(|| nearest().map_or(0, |voxel| self.fragment(voxel)), |(fragment, _)| fragment)
+        let nearest = || (0..COUNT).min_by(|a, b| self.distance_to(*a, point).total_cmp(&self.distance_to(*b, point)));
+        self.nearest_visible(edge, point)
+            .map_or_else(|| nearest().map_or(0, |voxel| self.fragment(voxel)), |nearest| nearest.fragment)
     }
 
-    /// The fragment of the nearest voxel that the blade does not part a place from, if there is one close by; and how far
-    /// away it is, m^2.
-    pub(super) fn reached(&self, edge: f64, place: Vec3) -> Option<(usize, f64)> {
+    /// The nearest reference voxel within two voxels of a point (m) that the blade does not separate from it.
+    pub(super) fn nearest_visible(&self, edge: f64, point: Vec3) -> Option<NearestVoxel> {
         if self.blade.is_empty() && self.sizes.len() == 1 {
-            return Some((0, 0.0));
+            return Some(NearestVoxel { fragment: 0, distance_squared: 0.0 });
         }
         let size = edge / SIDE as f64;
-        let mut left = self.solid & !self.merged;
-        // Nearest first: one or two of them are asked, whatever the number of triangles.
+        let mut left = self.references();
+        // Nearest first, so that only one or two are tested against all triangles.
         loop {
-            let of_left =
-                (0..COUNT).filter(|voxel| left >> voxel & 1 == 1).map(|voxel| (self.away(voxel, place), voxel));
-            let (away, voxel) = of_left.min_by(|a, b| a.0.total_cmp(&b.0))?;
-            if away >= 4.0 * size * size {
+            let distances =
+                (0..COUNT).filter(|voxel| left >> voxel & 1 == 1).map(|voxel| (self.distance_to(voxel, point), voxel));
+            let (distance_squared, voxel) = distances.min_by(|a, b| a.0.total_cmp(&b.0))?;
+            if distance_squared >= 4.0 * size * size {
                 return None;
             }
-            if !self.parts(place, self.places.own[voxel]) {
-                return Some((self.fragment(voxel), away));
+            if !self.separates(point, self.points.own[voxel]) {
+                return Some(NearestVoxel { fragment: self.fragment(voxel), distance_squared });
             }
             left &= !(1 << voxel);
         }
     }
 
-    /// Whether the blade has passed between two places.
-    pub(super) fn parts(&self, from: Vec3, to: Vec3) -> bool {
+    /// Whether the blade has passed between two points.
+    pub(super) fn separates(&self, from: Vec3, to: Vec3) -> bool {
         self.blade.iter().any(|triangle| crosses(from, to, triangle))
     }
 
-    /// Voxels that places can go by, with their own places, m.
-    pub(super) fn whole(&self) -> impl Iterator<Item = (usize, Vec3)> + '_ {
-        let left = self.solid & !self.merged;
-        (0..COUNT).filter(move |voxel| left >> voxel & 1 == 1).map(|voxel| (voxel, self.places.own[voxel]))
+    /// Reference voxels and their points, m.
+    pub(super) fn reference_points(&self) -> impl Iterator<Item = (usize, Vec3)> + '_ {
+        let references = self.references();
+        (0..COUNT).filter(move |voxel| references >> voxel & 1 == 1).map(|voxel| (voxel, self.points.own[voxel]))
     }
 
-    fn away(&self, voxel: usize, place: Vec3) -> f64 {
-        (self.places.own[voxel] - place).norm_squared()
+    /// Voxels whose fragment decides for points near them, as bits: solid ones that were not merged.
+    fn references(&self) -> u64 {
+        self.solid & !self.merged
+    }
+
+    /// Squared distance of a voxel's point from a point, m^2.
+    fn distance_to(&self, voxel: usize, point: Vec3) -> f64 {
+        (self.points.own[voxel] - point).norm_squared()
     }
 }
 
-pub(super) fn middle(reference: Vec3, size: f64, voxel: usize) -> Vec3 {
+/// Centre of a voxel of `size` (m) in a cell with least corner `reference` (m).
+pub(super) fn centre(reference: Vec3, size: f64, voxel: usize) -> Vec3 {
     let at = index(voxel);
     Vec3::from_fn(|i, _| reference[i] + (at[i] as f64 + 0.5) * size)
 }
@@ -286,21 +307,21 @@ mod tests {
     }
 
     fn cut(triangles: &[[Vec3; 3]]) -> Voxels {
-        let mut voxels = Voxels::new(u64::MAX, Places::middles(Vec3::zeros(), 1.0));
+        let mut voxels = Voxels::new(u64::MAX, VoxelPoints::centres(Vec3::zeros(), 1.0));
         triangles.iter().for_each(|t| voxels.cut(t));
         voxels.label();
         voxels
     }
 
     #[test]
-    fn a_wall_through_a_cell_parts_it_by_its_place() {
+    fn a_wall_divides_a_cell_by_its_position() {
         for (at, shares) in [(0.3, [0.25, 0.75]), (0.5, [0.5, 0.5]), (0.6, [0.5, 0.5])] {
             let voxels = cut(&wall(at, 1.5));
             assert_eq!(voxels.count(), 2);
             assert_eq!([voxels.share(0), voxels.share(1)], shares);
             assert_eq!(voxels.fragment_at(1.0, Vec3::new(0.01, 0.5, 0.5)), 0);
             assert_eq!(voxels.fragment_at(1.0, Vec3::new(0.99, 0.5, 0.5)), 1);
-            // Right beside the wall, in a voxel whose middle is on its other side.
+            // Right beside the wall, in a voxel whose centre is on its other side.
             assert_eq!(voxels.fragment_at(1.0, Vec3::new(at - 1e-3, 0.5, 0.5)), 0);
             assert_eq!(voxels.fragment_at(1.0, Vec3::new(at + 1e-3, 0.5, 0.5)), 1);
         }
@@ -314,18 +335,18 @@ mod tests {
     }
 
     #[test]
-    fn two_walls_make_three_parts_and_a_wall_on_the_face_parts_the_neighbour() {
+    fn two_walls_make_three_fragments_and_a_wall_on_a_face_cuts_the_links_through_it() {
         assert_eq!(cut(&[wall(0.3, 1.5), wall(0.8, 1.5)].concat()).count(), 3);
         let voxels = cut(&wall(1.0, 1.5));
         assert_eq!(voxels.count(), 1);
-        assert!(voxels.face(0).all(|(_, _, joined)| !joined) && voxels.face(1).all(|(_, _, joined)| joined));
+        assert!(voxels.face(0).all(|link| !link.is_connected) && voxels.face(1).all(|link| link.is_connected));
     }
 
     #[test]
-    fn only_what_is_solid_joins() {
+    fn only_solid_voxels_connect() {
         let plates = (0..COUNT).filter(|v| [0, 3].contains(&index(*v)[0])).fold(0, |solid, v| solid | 1 << v);
         for (solid, count) in [(plates, 2), (u64::MAX, 1)] {
-            let mut voxels = Voxels::new(solid, Places::middles(Vec3::zeros(), 1.0));
+            let mut voxels = Voxels::new(solid, VoxelPoints::centres(Vec3::zeros(), 1.0));
             voxels.label();
             assert_eq!(voxels.count(), count);
             assert_eq!(voxels.share(0), 1.0 / count as f64);

@@ -1,52 +1,51 @@
-//! The fit of a trilinear function to displacements around a node.
+//! Weighted least-squares fit of a trilinear function to the displacements around a node.
 
-/// For each of the 27 places around a node (x fastest), what a displacement there adds to the node's value and derivatives.
+/// Coefficients of the displacements at the 27 positions around a node (x fastest) in the value and derivatives at the node (27 x 8).
 pub(in super::super) type Fit = [[f64; 8]; 27];
 
-/// Weight of a displacement one cell before, at and one cell after a node: the quadratic B-spline.
+/// Weights along one axis of the displacements one cell before, at and one cell after a node: the quadratic B-spline.
 const SPLINE: [f64; 3] = [0.125, 0.75, 0.125];
 
-/// Share of the fit in the value at a node; the rest is the node's own displacement. With half of it the weights of a point have the mean square
-/// that trilinear ones have (2/3 along an axis), so a touch is as stiff as with these; with all of it, the spline, it is 5 % stiffer
-/// at three cells across a contact.
+/// Share of the fit in the value at a node; the rest is the node's own displacement. With one half, the weights of a point have the same mean
+/// square as trilinear ones (2/3 along an axis), so a touch is equally stiff; with 1 it would be 5 % stiffer at three cells across a contact.
 const SMOOTHING: f64 = 0.5;
-/// The node itself among the 27 places around it.
-const ITSELF: usize = 13;
+/// Index of the node itself among the 27 positions around it.
+const CENTRE: usize = 13;
 
-/// Fits by which of the eight cells around a node there are, made when first asked for.
+/// Fits for each set of existing cells around a node, computed on first use.
 #[derive(Default)]
 pub(in super::super) struct Fits {
     by_cells: Vec<Option<Box<Fit>>>,
 }
 
 impl Fits {
-    /// Makes the fit where the cells in `cells` are there. Bit k stands for the cell of which the node is corner k.
+    /// Computes the fit for a node with the given cells around it: bit k stands for the cell of which the node is corner k.
     pub fn prepare(&mut self, cells: u8) {
         self.by_cells.resize_with(256, || None);
         self.by_cells[usize::from(cells)].get_or_insert_with(|| Box::new(fit(cells)));
     }
 
-    /// The fit where the cells in `cells` are there; it has been prepared.
+    /// The fit for these cells, which [`Fits::prepare`] has computed.
     pub fn get(&self, cells: u8) -> &Fit {
         self.by_cells[usize::from(cells)].as_deref().expect("prepared with the adjacency")
     }
 }
 
-/// Place of corner `other` of a cell among the 27 around its corner `node`.
-pub(super) fn place(node: usize, other: usize) -> usize {
+/// Index of corner `other` of a cell among the 27 positions around its corner `node`.
+pub(super) fn position(node: usize, other: usize) -> usize {
     let along = |axis: usize| 1 + (other >> axis & 1) - (node >> axis & 1);
     along(0) + 3 * along(1) + 9 * along(2)
 }
 
-/// Weighted least squares by the normal equations. One whole cell alone determines the eight terms.
+/// Weighted least squares by the normal equations. A single cell suffices to determine the eight terms.
 fn fit(cells: u8) -> Fit {
-    let mut is_there = [false; 27];
+    let mut has_node = [false; 27];
     for node in (0..8).filter(|node| cells >> node & 1 == 1) {
-        (0..8).for_each(|other| is_there[place(node, other)] = true);
+        (0..8).for_each(|other| has_node[position(node, other)] = true);
     }
     let mut normal = [[0.0; 8]; 8];
     let mut right = [[0.0; 27]; 8];
-    for at in (0..27).filter(|at| is_there[*at]) {
+    for at in (0..27).filter(|at| has_node[*at]) {
         let index = [at % 3, at / 3 % 3, at / 9];
         let weight = index.iter().map(|i| SPLINE[*i]).product::<f64>();
         let terms = terms(index.map(|i| i as f64 - 1.0));
@@ -60,16 +59,16 @@ fn fit(cells: u8) -> Fit {
     eliminate(&mut normal, &mut right);
     let mut fit: Fit = std::array::from_fn(|at| std::array::from_fn(|term| right[term][at]));
     fit.iter_mut().for_each(|coefficients| coefficients[0] *= SMOOTHING);
-    fit[ITSELF][0] += 1.0 - SMOOTHING;
+    fit[CENTRE][0] += 1.0 - SMOOTHING;
     fit
 }
 
-/// 1, x, y, xy, z, xz, yz, xyz.
+/// The terms 1, x, y, xy, z, xz, yz, xyz of a trilinear function.
 fn terms([x, y, z]: [f64; 3]) -> [f64; 8] {
     [1.0, x, y, x * y, z, x * z, y * z, x * y * z]
 }
 
-/// Solves for all right sides by Gauss-Jordan elimination; the matrix is positive definite, so no pivoting is needed.
+/// Solves for all right-hand sides by Gauss-Jordan elimination; the matrix is positive definite, so no pivoting is needed.
 fn eliminate(matrix: &mut [[f64; 8]; 8], right: &mut [[f64; 27]; 8]) {
     for pivot in 0..8 {
         let inverse = 1.0 / matrix[pivot][pivot];
@@ -114,7 +113,7 @@ mod tests {
             let mut spline: [f64; 8] = std::array::from_fn(|d| {
                 (0..3).map(|axis| if d >> axis & 1 == 1 { slope[index[axis]] } else { SPLINE[index[axis]] }).product()
             });
-            spline[0] = 0.5 * spline[0] + if at == ITSELF { 0.5 } else { 0.0 };
+            spline[0] = 0.5 * spline[0] + if at == CENTRE { 0.5 } else { 0.0 };
             (0..8).for_each(|d| assert!((fit[at][d] - spline[d]).abs() < 1e-14, "{at} {d}"));
         }
     }

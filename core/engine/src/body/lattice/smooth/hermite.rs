@@ -3,7 +3,7 @@
 use super::CellJets;
 use pliant_solver::Vec3;
 
-/// What the jets of a cell's corners weigh at a place of it: corner by corner, eight derivatives each.
+/// Weights of the jets of a cell's corners at a point of the cell: corner by corner, eight derivatives each.
 pub(in super::super) type Weights = [f64; 64];
 
 /// Coordinates in a cell, 0 to 1, from the trilinear weights of its corners.
@@ -11,9 +11,9 @@ pub(in super::super) fn local(trilinear: &[f64; 8]) -> [f64; 3] {
     [0, 1, 2].map(|axis| (0..8).filter(|corner| corner >> axis & 1 == 1).map(|corner| trilinear[corner]).sum())
 }
 
-/// Hermite weights at a place of a cell, from the trilinear weights of its corners there.
+/// Hermite weights at a point of a cell, from the trilinear weights of its corners there.
 pub(in super::super) fn weights(trilinear: &[f64; 8]) -> Weights {
-    // By end of the cell (bit 1) and derivative (bit 0).
+    // Along an axis: value and slope at the near end, value and slope at the far end.
     let [x, y, z] = local(trilinear).map(|t| {
         let (t2, t3) = (t * t, t * t * t);
         [1.0 - 3.0 * t2 + 2.0 * t3, t - 2.0 * t2 + t3, 3.0 * t2 - 2.0 * t3, t3 - t2]
@@ -28,10 +28,10 @@ pub(in super::super) fn weights(trilinear: &[f64; 8]) -> Weights {
     out
 }
 
-/// Displacement at a place with these weights, m.
+/// Displacement at a point with these weights, m.
 pub(in super::super) fn interpolate(weights: &Weights, jets: &CellJets) -> Vec3 {
     Vec3::from(jets.0.each_ref().map(|component| {
-        // Eight sums side by side fill vector registers and have one order on every machine.
+        // Eight sums side by side fill a vector register and are added in one order on every processor.
         let mut sums = [0.0; 8];
         for (weights, values) in weights.chunks_exact(8).zip(component.chunks_exact(8)) {
             for i in 0..8 {

@@ -1,12 +1,12 @@
-//! Jets of nodes as far as they are known, and those of a cell's corners.
+//! Jets of the corners of a cell, and a cache of the jets of nodes.
 
 use super::{Jet, NO_JET};
 
-/// Jets of the corners of a cell: for each component corner by corner, eight derivatives each.
+/// Jets of the corners of a cell, by component, then corner, then derivative (3 x 8 x 8).
 pub(in super::super) struct CellJets(pub(super) [[f64; 64]; 3]);
 
 impl CellJets {
-    /// Puts the jets of the corners side by side.
+    /// Arranges the jets of eight corners.
     pub fn new(corners: [&Jet; 8]) -> Self {
         let mut out = [[0.0; 64]; 3];
         for (corner, jet) in corners.into_iter().enumerate() {
@@ -17,51 +17,52 @@ impl CellJets {
         Self(out)
     }
 
-    /// The sum of two fields.
+    /// Sum with the jets of another field.
     pub fn plus(mut self, other: &Self) -> Self {
         self.0.as_flattened_mut().iter_mut().zip(other.0.as_flattened()).for_each(|(a, b)| *a += b);
         self
     }
 
-    /// Whether nothing in the cell moves.
+    /// Whether all values and derivatives are zero.
     pub fn is_zero(&self) -> bool {
         self.0.as_flattened().iter().all(|value| *value == 0.0)
     }
 }
 
-/// Jets of nodes, computed when first asked for after nodes have moved.
+/// Jets of nodes, computed on first use after nodes have moved.
 #[derive(Default)]
 pub(in super::super) struct JetCache {
     jets: Vec<Jet>,
-    /// The round in which each jet was computed.
-    round: Vec<u32>,
-    now: u32,
+    /// The generation in which each jet was computed; jets of older ones are outdated (n).
+    generation: Vec<u32>,
+    /// The present generation.
+    current: u32,
 }
 
 impl JetCache {
-    /// Declares all jets outdated, of `nodes` nodes.
+    /// Marks the jets of all `nodes` nodes as outdated.
     pub fn forget(&mut self, nodes: usize) {
         if self.jets.len() < nodes {
             self.jets.resize(nodes, NO_JET);
-            self.round.resize(nodes, self.now);
+            self.generation.resize(nodes, self.current);
         }
-        if self.now == u32::MAX {
-            self.round.fill(0);
-            self.now = 0;
+        if self.current == u32::MAX {
+            self.generation.fill(0);
+            self.current = 0;
         }
-        self.now += 1;
+        self.current += 1;
     }
 
-    /// The jet of a node, as [`JetCache::know`] has left it.
+    /// The jet of a node as of its last [`JetCache::update`].
     pub fn get(&self, node: u32) -> &Jet {
         &self.jets[node as usize]
     }
 
     /// Computes the jet of a node if it is outdated.
-    pub fn know(&mut self, node: u32, compute: impl FnOnce() -> Jet) {
+    pub fn update(&mut self, node: u32, compute: impl FnOnce() -> Jet) {
         let n = node as usize;
-        if self.round[n] != self.now {
-            (self.jets[n], self.round[n]) = (compute(), self.now);
+        if self.generation[n] != self.current {
+            (self.jets[n], self.generation[n]) = (compute(), self.current);
         }
     }
 }

@@ -1,26 +1,26 @@
-//! Loads on places of the surface, brought to nodes by the transpose of the embedding.
+//! Forces on points of the surface, distributed among nodes by the transpose of the smooth embedding.
 
 use super::hermite::Weights;
 use super::{Jet, NO_JET, SmoothEmbedding};
 use pliant_host::Region;
 use pliant_solver::Vec3;
 
-/// Loads on the values and derivatives of nodes.
+/// Loads on the values and derivatives of nodes, and buffers.
 #[derive(Default)]
 pub(super) struct JetLoads {
-    /// N, N m and so on in edges of a cell, by node; zero where none is.
+    /// Loads on the jet of each node (n): N for the value and, with lengths in edges of a cell, for the derivatives.
     loads: Vec<Jet>,
     /// Nodes with loads.
     touched: Vec<u32>,
     is_touched: Vec<bool>,
-    /// Weights of nodes at one place; zero where there is none.
+    /// Weights of nodes at one point (n); zero between calls.
     weights: Vec<f64>,
     /// Nodes with a weight.
     weighted: Vec<u32>,
 }
 
 impl SmoothEmbedding {
-    /// Adds a force (N) at a place of a cell with these weights.
+    /// Adds a force (N) at the point of a cell with these weights.
     pub(in super::super) fn add_load(&mut self, region: &Region, cell: usize, weights: &Weights, force: Vec3) {
         let JetLoads { loads, touched, is_touched, .. } = &mut self.loads;
         if loads.len() < self.adjacency.len() {
@@ -38,8 +38,8 @@ impl SmoothEmbedding {
         }
     }
 
-    /// Visits each node that has a weight `w` at a place of a cell with the share `|w| sum |w|` of a stiffness there: the smallest diagonal
-    /// matrix of this form that is not softer than `w w^T` (its rows are diagonally dominant).
+    /// Calls `visit(node, |w| sum |w|)` for each node with weight `w` at the point of a cell with these weights: its share of a stiffness there
+    /// in a diagonal matrix `D` with `D - w w^T` positive semidefinite, as that difference is diagonally dominant.
     pub(in super::super) fn visit_stiffness_shares(
         &mut self,
         region: &Region,
@@ -58,7 +58,7 @@ impl SmoothEmbedding {
                 *sum += share * weights.iter().zip(coefficients).map(|(w, c)| w * c).sum::<f64>();
             });
         }
-        // A node whose sum passed through zero is listed twice.
+        // A node whose sum was zero on the way is listed twice.
         weighted.sort_unstable();
         weighted.dedup();
         let total: f64 = weighted.iter().map(|node| sums[*node as usize].abs()).sum();
@@ -67,7 +67,7 @@ impl SmoothEmbedding {
         }
     }
 
-    /// Gives what the loads come to on nodes, in order, and forgets them.
+    /// Distributes the loads among nodes by `visit(node, force)`, in the order of the loaded nodes, and clears them.
     pub(in super::super) fn pull_back(&mut self, region: &Region, mut visit: impl FnMut(u32, Vec3)) {
         self.loads.touched.sort_unstable();
         for node in self.loads.touched.drain(..) {
