@@ -1,4 +1,5 @@
-//! What a scene needs, what is left out, and why: decided before any plugin is opened.
+//! The plan of a scene: which bodies, devices, tools, edits and probes it needs, and what is left out and why. It is made before any plugin is
+//! opened.
 
 mod check;
 
@@ -9,44 +10,44 @@ use crate::scene::{Extent, Release, Scene, SceneError, Source};
 use pliant_solver::Vec3;
 use serde::Serialize;
 
-/// A part that a scene could have and this one does without.
+/// A part of the program that this scene does not need.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct LeftOut {
     /// Name of the part.
     pub what: String,
-    /// Why it is not needed.
+    /// Reason why it is not needed.
     pub why: String,
 }
 
-/// One thing done with a tool.
+/// An edit with one tool.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Edit {
     /// Kind of the edit.
     pub kind: &'static dyn EditKind,
-    /// Where in the scene it stands: file, line and column.
+    /// File, line and column of the edit in the scene, for messages.
     pub place: String,
-    /// Place among the plan's tools.
+    /// Index in [`Plan::tools`].
     pub tool: usize,
-    /// s, from and until
+    /// Times of start and end, s; the end is infinite if none is given.
     pub span: (f64, f64),
-    /// Only while this button is down.
+    /// Button that must be down for the edit to act.
     pub button: Option<u32>,
-    /// What becomes of the shape.
+    /// What happens to the shape at the end.
     pub release: Release,
-    /// N, it lets go above it
+    /// Force above which it lets go, N.
     pub limit: Option<f64>,
-    /// m, of what it acts on
+    /// Radius of the region on which it acts, m.
     pub radius: Option<f64>,
-    /// How its weight falls up to the radius.
+    /// How its weight decreases from the centre to the radius.
     pub falloff: Falloff,
-    /// In the unit of its kind.
+    /// Strength, in the SI unit of its kind.
     pub strength: Option<f64>,
 }
 
 /// An undo or redo that a scene asks for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HistoryStep {
-    /// Redo, else undo.
+    /// Whether it is a redo; otherwise an undo.
     pub redo: bool,
     /// When it happens.
     pub trigger: Trigger,
@@ -55,72 +56,72 @@ pub struct HistoryStep {
 /// When an undo or redo happens.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Trigger {
-    /// s, once
+    /// Once, at this time (s).
     Time(f64),
     /// Each time a hand presses a button.
     Button {
         /// Number of the button, from 0.
         button: u32,
-        /// s, from and until
+        /// Times between which presses count, s.
         span: (f64, f64),
     },
 }
 
-/// One thing measured.
+/// A quantity that is measured.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Probe {
-    /// For the report.
+    /// Name in the summary.
     pub name: String,
-    /// The quantity that is measured.
+    /// The quantity.
     pub quantity: &'static Quantity,
-    /// Place among the plan's tools or bodies.
+    /// Index in [`Plan::tools`] or of the body in the scene, depending on the quantity.
     pub of: usize,
-    /// m, of the surface point nearest to it
+    /// Point to which the measured surface point is the nearest, m.
     pub at: Option<Vec3>,
-    /// s
+    /// Time of the measurement, s; infinite for the end.
     pub time: f64,
-    /// The greatest until then.
+    /// Whether the largest value up to that time is measured.
     pub greatest: bool,
-    /// What it should be.
+    /// Expected value, SI.
     pub expected: Option<f64>,
-    /// Allowed relative error.
+    /// Allowed error relative to the expected value.
     pub tolerance: f64,
-    /// Where the expected value comes from.
+    /// Source of the expected value.
     pub source: String,
 }
 
-/// What will be opened, and what not.
+/// What a session of a scene consists of.
 #[derive(Clone, Debug, Default)]
 pub struct Plan {
-    /// Places in the scene of the bodies that move; the rest only stand there.
+    /// Whether each body of the scene is simulated; the others stay at rest and open no plugin.
     pub moving: Vec<bool>,
-    /// Places in the scene of the devices that are opened.
+    /// Devices that are opened, as indices in the scene.
     pub devices: Vec<usize>,
-    /// Places in the scene of the tools that are used.
+    /// Tools that edits use, as indices in the scene. The mirror image of a tool is an entry of its own.
     pub tools: Vec<usize>,
-    /// For each of `tools`, the place among them of the one it mirrors, and in which axes.
+    /// For each entry of `tools` that is a mirror image: the entry it mirrors, and the axes.
     pub mirrors: Vec<Option<(usize, Axes)>>,
-    /// In the order of the scene; one with symmetry is followed by its mirror images.
+    /// Edits in the order of the scene; one with symmetry is followed by its mirror images.
     pub edits: Vec<Edit>,
-    /// Name of the material of faces that a blade makes inside of a body.
+    /// Name of the OBJ material of faces that a cut makes inside of a body.
     pub cap_material: String,
     /// Undo and redo, in the order of the scene.
     pub history_steps: Vec<HistoryStep>,
-    /// In the order of the scene.
+    /// Probes in the order of the scene.
     pub probes: Vec<Probe>,
-    /// m/s^2
+    /// Acceleration of gravity, m/s^2.
     pub gravity: Vec3,
     /// Whether energies are computed.
     pub energy: bool,
-    /// What is not there, and why.
+    /// Parts that are not needed.
     pub left_out: Vec<LeftOut>,
 }
 
 impl Plan {
-    /// Looks at a scene.
+    /// Makes the plan of a scene.
     ///
     /// # Errors
-    /// A name that stands for nothing, or a time or number that makes no sense.
+    /// Returns the first error of the scene: an unknown name, a number out of range, keys that do not belong together.
     pub fn new(scene: &Scene, source: &Source) -> Result<Self, SceneError> {
         check::check(scene, source)?;
         let mut plan =
@@ -134,20 +135,22 @@ impl Plan {
         Ok(plan)
     }
 
-    /// Whether anything is cut.
+    /// Whether an edit cuts.
     pub fn cuts(&self) -> bool {
         self.edits.iter().any(|edit| edit.kind.cuts())
     }
 
-    /// Whether an edit with a tool, by its place among [`Plan::tools`], renders torque.
+    /// Whether an edit with a tool, by its index in [`Plan::tools`], renders torque.
     pub fn has_torque(&self, tool: usize) -> bool {
         self.edits.iter().any(|edit| edit.tool == tool && edit.kind.renders_torque())
     }
 
-    fn leave(&mut self, what: impl Into<String>, why: impl Into<String>) {
+    /// Records a part that is left out.
+    fn leave_out(&mut self, what: impl Into<String>, why: impl Into<String>) {
         self.left_out.push(LeftOut { what: what.into(), why: why.into() });
     }
 
+    /// Lists edits and the tools they use.
     fn find_tools(&mut self, scene: &Scene, source: &Source) -> Result<(), SceneError> {
         let duration = scene.time.duration.get_ref().si;
         let names: Vec<&str> = scene.tool.iter().map(|t| t.name.get_ref().as_str()).collect();
@@ -186,14 +189,14 @@ impl Plan {
             let end = edit.end.as_ref().map_or(f64::INFINITY, |t| t.get_ref().si);
             if start >= duration {
                 let what = format!("edit of tool `{}` from {start} s", names[tool]);
-                self.leave(what, format!("the scene ends at {duration} s"));
+                self.leave_out(what, format!("the scene ends at {duration} s"));
                 continue;
             }
-            let place = self.place_of(tool, None);
+            let index = self.tool_index(tool, None);
             let planned = Edit {
                 kind,
                 place: source.error(edit.kind.span(), "").place(),
-                tool: place,
+                tool: index,
                 span: (start, end),
                 button: edit.button.as_ref().map(|b| *b.get_ref()),
                 release: edit.release,
@@ -204,26 +207,26 @@ impl Plan {
             };
             self.edits.push(planned.clone());
             for axes in check::images(edit, source)? {
-                let tool = self.place_of(tool, Some((place, axes)));
+                let tool = self.tool_index(tool, Some((index, axes)));
                 self.edits.push(Edit { tool, ..planned.clone() });
             }
         }
         for (i, name) in names.iter().enumerate() {
             if !self.tools.contains(&i) {
-                self.leave(format!("tool `{name}`"), "no edit uses it");
+                self.leave_out(format!("tool `{name}`"), "no edit uses it");
             }
         }
         if !self.cuts() {
-            self.leave("cutting", "no edit is a cut");
+            self.leave_out("cutting", "no edit is a cut");
         }
         if self.history_steps.is_empty() {
-            self.leave("the history of edits", "nothing is undone");
+            self.leave_out("the history of edits", "nothing is undone");
         }
         Ok(())
     }
 
-    /// Place among the tools in use of a tool of the scene, or of its mirror image.
-    fn place_of(&mut self, tool: usize, mirror: Option<(usize, Axes)>) -> usize {
+    /// Index in `tools` of a tool of the scene, or of its mirror image; adds it if it is new.
+    fn tool_index(&mut self, tool: usize, mirror: Option<(usize, Axes)>) -> usize {
         let known = self.tools.iter().zip(&self.mirrors).position(|of| of == (&tool, &mirror));
         known.unwrap_or_else(|| {
             self.tools.push(tool);
@@ -232,35 +235,41 @@ impl Plan {
         })
     }
 
+    /// Lists the devices of the tools in use.
     fn find_devices(&mut self, scene: &Scene) {
         for (i, device) in scene.device.iter().enumerate() {
             let name = device.name.get_ref();
             if self.tools.iter().any(|&t| scene.tool[t].device.get_ref() == name) {
                 self.devices.push(i);
             } else {
-                self.leave(format!("device `{name}` (plugin `{}`)", device.plugin.get_ref()), "no tool in use has it");
+                self.leave_out(
+                    format!("device `{name}` (plugin `{}`)", device.plugin.get_ref()),
+                    "no tool in use has it",
+                );
             }
         }
         if self.tools.is_empty() {
-            self.leave("contact, coupling and force safety", "no tool is used");
+            self.leave_out("contact, coupling and force safety", "no tool is used");
         }
     }
 
+    /// Finds the bodies that tools, gravity or driven fixings can move.
     fn find_moving(&mut self, scene: &Scene) {
         for body in &scene.body {
-            let led = body.fixed.iter().any(|f| f.get_ref().path.iter().any(|row| row[1..] != [0.0; 3]));
+            let driven = body.fixed.iter().any(|f| f.get_ref().path.iter().any(|row| row[1..] != [0.0; 3]));
             let whole = body.sheet.is_some() || body.grid.region == Extent::Whole;
             let falls = self.gravity != Vec3::zeros() && whole;
-            let moving = !self.tools.is_empty() || led || falls;
+            let moving = !self.tools.is_empty() || driven || falls;
             self.moving.push(moving);
             if !moving {
                 let (grid, material) = (body.grid.plugin.get_ref(), body.material.plugin.get_ref());
                 let what = format!("plugins `{grid}` and `{material}` of body `{}`", body.name.get_ref());
-                self.leave(what, "nothing acts on it: no tool, no gravity on the whole of it, nothing led");
+                self.leave_out(what, "nothing acts on it: no tool, no gravity on the whole body, no driven nodes");
             }
         }
     }
 
+    /// Lists the probes.
     fn find_probes(&mut self, scene: &Scene, source: &Source) -> Result<(), SceneError> {
         let tools: Vec<&str> = self.tools.iter().map(|&t| scene.tool[t].name.get_ref().as_str()).collect();
         let bodies: Vec<&str> = scene.body.iter().map(|b| b.name.get_ref().as_str()).collect();
@@ -285,7 +294,7 @@ impl Plan {
                 })?,
             };
             if quantity.needs_place && probe.at.is_none() {
-                let text = format!("a probe of `{}` needs `at`, a place", quantity.name);
+                let text = format!("a probe of `{}` needs `at`, a point in the scene", quantity.name);
                 return Err(source.error(probe.name.span(), text));
             }
             self.probes.push(Probe {
@@ -303,33 +312,35 @@ impl Plan {
         Ok(())
     }
 
+    /// Records where gravity is left out.
     fn list_gravity(&mut self, scene: &Scene) {
         if self.gravity == Vec3::zeros() {
-            self.leave("gravity", if scene.gravity.is_some() { "it is zero" } else { "the scene has none" });
+            self.leave_out("gravity", if scene.gravity.is_some() { "it is zero" } else { "the scene has none" });
             return;
         }
         for body in scene.body.iter().filter(|b| b.sheet.is_none() && b.grid.region == Extent::Local) {
-            // A patch that is switched on under gravity would start out of equilibrium and jump.
-            let why = "its region is local: the shape handed in is the shape it has under its own weight";
-            self.leave(format!("gravity on body `{}`", body.name.get_ref()), why);
+            // A region that is activated under gravity would start out of equilibrium and jump.
+            let why = "its region is local: the shape of the file is taken as the shape under its own weight";
+            self.leave_out(format!("gravity on body `{}`", body.name.get_ref()), why);
         }
     }
 
+    /// Records which of friction, damping, grids, energies and frames are left out.
     fn list_small_things(&mut self, scene: &Scene) {
         let own: Vec<usize> =
             self.tools.iter().zip(&self.mirrors).filter(|of| of.1.is_none()).map(|of| *of.0).collect();
         for t in own {
             let (tool, name) = (&scene.tool[t], scene.tool[t].name.get_ref());
             if *tool.friction.get_ref() == [0.0; 2] {
-                self.leave(format!("friction of tool `{name}`"), "its coefficients are zero");
+                self.leave_out(format!("friction of tool `{name}`"), "its coefficients are zero");
             }
             if tool.damping.as_ref().is_none_or(|d| d.get_ref().si == 0.0) {
-                self.leave(format!("damping in the coupling of tool `{name}`"), "it is zero");
+                self.leave_out(format!("damping in the coupling of tool `{name}`"), "it is zero");
             }
         }
         for body in &scene.body {
             if body.sheet.is_some() {
-                self.leave(format!("grid of body `{}`", body.name.get_ref()), "its own mesh carries it");
+                self.leave_out(format!("grid of body `{}`", body.name.get_ref()), "it is simulated on its own mesh");
                 continue;
             }
             let name = body.name.get_ref();
@@ -337,16 +348,16 @@ impl Plan {
                 Some(level) => format!("levels {} and finer of the grid of body `{name}`", u64::from(level) + 1),
                 None => format!("levels of the grid of body `{name}` that are finer than the one chosen"),
             };
-            self.leave(what, "nobody reads them");
+            self.leave_out(what, "only one level is simulated");
         }
         self.energy = scene.output.energy
             || scene.time.force_unstable
             || self.probes.iter().any(|probe| probe.quantity.needs_energy);
         if !self.energy {
-            self.leave("energies", "neither the output nor a probe asks for them");
+            self.leave_out("energies", "neither the output nor a probe asks for them");
         }
         if scene.output.frames.is_none() {
-            self.leave("pictures of the surface between start and end", "the output does not ask for them");
+            self.leave_out("pictures of the surface between start and end", "the output does not ask for them");
         }
     }
 }

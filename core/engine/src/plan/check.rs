@@ -1,25 +1,25 @@
-//! Names and numbers that are well written and make no sense.
+//! Checks of a parsed scene: names, ranges of numbers, keys that belong together.
 
 use crate::body::Axes;
 use crate::edit::{Command, EditKind, KeyName, Strength};
 use crate::scene::{
-    Amount, BladeScene, BodyScene, EditScene, Extent, FieldScene, FixedScene, ProbeScene, Scene, SceneError, Source,
-    ToolScene, parse_quantity,
+    Amount, BladeScene, BodyScene, EditScene, Extent, FieldScene, FixedScene, Length, ProbeScene, Scene, SceneError,
+    Source, ToolScene, parse_quantity,
 };
 use std::ops::Range;
 use toml::Spanned;
 
-/// Buttons a hand may have.
+/// Number of buttons of a hand.
 const BUTTONS: u32 = 32;
-/// s, of simulated time, some 30 years; the clock of devices counts nanoseconds.
-const MOST_SECONDS: f64 = 1e9;
-/// Steps a run may take.
-const MOST_STEPS: f64 = 1e9;
+/// Longest simulated time, s, about 30 years: the clock of devices counts nanoseconds in 64 bits.
+const MAX_SECONDS: f64 = 1e9;
+/// Largest number of steps of a run.
+const MAX_STEPS: f64 = 1e9;
 
-/// Refuses what no plan can be made of.
+/// Checks a scene.
 ///
 /// # Errors
-/// The first thing that makes no sense, with what is allowed.
+/// Returns the first error, with the value found and what is allowed.
 pub(super) fn check(scene: &Scene, source: &Source) -> Result<(), SceneError> {
     let check = Check(source);
     check.time(scene)?;
@@ -36,10 +36,10 @@ pub(super) fn check(scene: &Scene, source: &Source) -> Result<(), SceneError> {
     }
 }
 
-/// The `strength` of an edit in the SI unit of its kind.
+/// The `strength` of an edit in the SI unit of its kind; `None` if it is absent or the kind has none.
 ///
 /// # Errors
-/// A text without that unit; a number that is not above 0.
+/// Fails for a text with another unit and for a number that is not above 0.
 pub(super) fn strength(edit: &EditScene, kind: &dyn EditKind, source: &Source) -> Result<Option<f64>, SceneError> {
     let (Some(given), Some(Strength { unit, .. })) = (&edit.strength, kind.strength()) else { return Ok(None) };
     let value = match given.get_ref() {
@@ -51,10 +51,10 @@ pub(super) fn strength(edit: &EditScene, kind: &dyn EditKind, source: &Source) -
     Ok(Some(value))
 }
 
-/// The axes an edit is mirrored in, one set for each mirror image: every combination of the axes of its `symmetry`.
+/// The axes of each mirror image of an edit: every non-empty combination of the axes of its `symmetry`.
 ///
 /// # Errors
-/// A text that is not made of `x`, `y` and `z`.
+/// Fails for a text that is not made of different letters x, y and z.
 pub(super) fn images(edit: &EditScene, source: &Source) -> Result<Vec<Axes>, SceneError> {
     let Some(symmetry) = &edit.symmetry else { return Ok(Vec::new()) };
     let text = symmetry.get_ref();
@@ -72,13 +72,16 @@ pub(super) fn images(edit: &EditScene, source: &Source) -> Result<Vec<Axes>, Sce
     Ok((1..1 << axes.len()).map(image).collect())
 }
 
+/// Checks with the source for error messages.
 struct Check<'a>(&'a Source);
 
 impl Check<'_> {
+    /// An error at a span of the source.
     fn wrong(&self, span: Range<usize>, text: impl Into<String>) -> Result<(), SceneError> {
         Err(self.0.error(span, text))
     }
 
+    /// Checks that a value is finite and above 0.
     fn above(&self, value: f64, span: Range<usize>, what: &str, unit: &str) -> Result<(), SceneError> {
         if value.is_finite() && value > 0.0 {
             return Ok(());
@@ -86,7 +89,7 @@ impl Check<'_> {
         self.wrong(span, format!("{what} is {value}{unit}; allowed is a number above 0"))
     }
 
-    /// Names become names of files and columns.
+    /// Checks that names are unique and can be used in names of files and CSV columns.
     fn names<'a>(&self, what: &str, names: impl Iterator<Item = &'a Spanned<String>>) -> Result<(), SceneError> {
         let mut known: Vec<&str> = Vec::new();
         for spanned in names {
@@ -114,13 +117,13 @@ impl Check<'_> {
             self.above(sleep.get_ref().si, sleep.span(), "sleep", " m/s")?;
         }
         for (what, time) in [("dt", &time.dt), ("duration", &time.duration)] {
-            if time.get_ref().si > MOST_SECONDS {
-                let text = format!("{what} is {:e} s; allowed is {MOST_SECONDS:e} s at most", time.get_ref().si);
+            if time.get_ref().si > MAX_SECONDS {
+                let text = format!("{what} is {:e} s; allowed is {MAX_SECONDS:e} s at most", time.get_ref().si);
                 return self.wrong(time.span(), text);
             }
         }
-        if duration / dt > MOST_STEPS {
-            let text = format!("dt is {dt:e} s, {:e} steps; allowed is {MOST_STEPS:e} steps at most", duration / dt);
+        if duration / dt > MAX_STEPS {
+            let text = format!("dt is {dt:e} s, {:e} steps; allowed is {MAX_STEPS:e} steps at most", duration / dt);
             return self.wrong(time.dt.span(), text);
         }
         let most = *time.most_substeps.get_ref();
@@ -149,7 +152,7 @@ impl Check<'_> {
         match (&body.mesh, &body.shape) {
             (Some(mesh), Some(_)) => return self.wrong(mesh.span(), "`mesh` and `shape`; allowed is one of them"),
             (None, None) => {
-                // A body without a name of its own is known by its material.
+                // A default name is not in the text; the material is.
                 let span = [body.name.span(), body.material.plugin.span()].into_iter().find(|s| *s != (0..0));
                 let text = format!("body `{}` has no model; allowed is one of `mesh` and `shape`", body.name.get_ref());
                 return self.wrong(span.unwrap_or(0..0), text);
@@ -174,7 +177,7 @@ impl Check<'_> {
         body.fixed.iter().try_for_each(|fixed| self.fixed(fixed, region))
     }
 
-    /// A field has one place, in one way.
+    /// Checks that a field has exactly one way to give its factors.
     fn field(&self, spanned: &Spanned<FieldScene>) -> Result<(), SceneError> {
         let (field, span) = (spanned.get_ref(), spanned.span());
         let given = [
@@ -208,17 +211,24 @@ impl Check<'_> {
             );
             return self.wrong(span, text);
         }
-        if let Some([min, max]) = &field.box_
+        self.place(field.box_.as_ref(), field.radius.as_ref(), span)
+    }
+
+    /// Checks the corners of a box and the radius of a ball.
+    fn place(
+        &self,
+        corners: Option<&[[Length; 3]; 2]>,
+        radius: Option<&Length>,
+        span: Range<usize>,
+    ) -> Result<(), SceneError> {
+        if let Some([min, max]) = corners
             && let Some(axis) = (0..3).find(|&i| min[i].si > max[i].si)
         {
             let text =
                 format!("`box` goes from {} m to {} m; allowed is the least corner first", min[axis].si, max[axis].si);
             return self.wrong(span, text);
         }
-        match &field.radius {
-            Some(radius) => self.above(radius.si, span, "radius", " m"),
-            None => Ok(()),
-        }
+        radius.map_or(Ok(()), |radius| self.above(radius.si, span, "radius", " m"))
     }
 
     fn fixed(&self, spanned: &Spanned<FixedScene>, region: Extent) -> Result<(), SceneError> {
@@ -238,16 +248,7 @@ impl Check<'_> {
             let text = format!("`fixed` has {found}; allowed is `box`, `ball` and `radius`, `group`, or `nodes`");
             return self.wrong(span, text);
         }
-        if let Some([min, max]) = &fixed.box_
-            && let Some(axis) = (0..3).find(|&i| min[i].si > max[i].si)
-        {
-            let text =
-                format!("`box` goes from {} m to {} m; allowed is the least corner first", min[axis].si, max[axis].si);
-            return self.wrong(span, text);
-        }
-        if let Some(radius) = &fixed.radius {
-            self.above(radius.si, span.clone(), "radius", " m")?;
-        }
+        self.place(fixed.box_.as_ref(), fixed.radius.as_ref(), span.clone())?;
         if fixed.nodes.is_some() && region == Extent::Local {
             return self
                 .wrong(span, "`nodes` of a local region have no lasting numbers; allowed is `box`, `ball` or `group`");
@@ -322,6 +323,7 @@ impl Check<'_> {
         Ok(())
     }
 
+    /// The edit kind, or undo or redo, of an edit.
     fn command(&self, edit: &EditScene) -> Result<Command, SceneError> {
         let name = &edit.kind.get_ref().0;
         Command::find(name).ok_or_else(|| {
@@ -331,10 +333,12 @@ impl Check<'_> {
     }
 
     fn edit(&self, edit: &EditScene) -> Result<(), SceneError> {
-        let back = matches!(self.command(edit)?, Command::Undo | Command::Redo);
+        let is_history = matches!(self.command(edit)?, Command::Undo | Command::Redo);
         match &edit.tool {
-            Some(tool) if back => return self.wrong(tool.span(), "`undo` and `redo` have no tool"),
-            None if !back => return Err(self.0.whole("an [[edit]] without `tool`; only `undo` and `redo` have none")),
+            Some(tool) if is_history => return self.wrong(tool.span(), "`undo` and `redo` have no tool"),
+            None if !is_history => {
+                return Err(self.0.whole("an [[edit]] without `tool`; only `undo` and `redo` have none"));
+            }
             _ => {}
         }
         if let Some(start) = edit.start.as_ref().filter(|t| t.get_ref().si < 0.0) {
@@ -361,7 +365,7 @@ impl Check<'_> {
         }
     }
 
-    /// Refuses keys that the kind does not read.
+    /// Checks that the kind of the edit reads every key given.
     fn keys(&self, edit: &EditScene) -> Result<(), SceneError> {
         let given = [
             (KeyName::Limit, edit.limit.as_ref().map(Spanned::span)),

@@ -1,11 +1,11 @@
-//! The area blades have cut inside of closed bodies.
+//! Area of the cuts inside of closed bodies.
 
 use super::{Quantity, Reading};
 
-/// The area blades have cut inside of closed bodies.
+/// Area of the cuts inside of closed bodies, one side of two, m^2.
 pub(super) static CUT_AREA: Quantity = Quantity {
     name: "cut-area",
-    summary: "Area cut inside of closed bodies, one wall of two, m^2.",
+    summary: "Area of the cuts inside of closed bodies, one side of two, m^2.",
     unit: "m^2",
     read,
     ..Quantity::OF_BODY

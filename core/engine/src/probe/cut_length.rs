@@ -1,11 +1,11 @@
-//! The length of edge blades have cut into surfaces.
+//! Length of the cuts through surfaces.
 
 use super::{Quantity, Reading};
 
-/// The length of edge blades have cut into surfaces.
+/// Length of the cuts through surfaces, one side of two, m.
 pub(super) static CUT_LENGTH: Quantity = Quantity {
     name: "cut-length",
-    summary: "Length of edge cut into surfaces, one side of two, m.",
+    summary: "Length of the cuts through surfaces, one side of two, m.",
     unit: "m",
     read,
     ..Quantity::OF_BODY

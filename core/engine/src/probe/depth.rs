@@ -1,8 +1,8 @@
-//! How far a tool pushes the surface in or pulls it out.
+//! Depth to which a tool displaces the surface.
 
 use super::{Quantity, Reading, Subject};
 
-/// How far a tool pushes the surface in or pulls it out.
+/// Depth to which the surface is pushed in, or pulled out, at the contact of a tool, m.
 pub(super) static DEPTH: Quantity = Quantity {
     name: "depth",
     summary: "How far the surface is pushed in, or pulled out, at the contact, m.",

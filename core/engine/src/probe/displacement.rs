@@ -1,11 +1,11 @@
-//! How far a point of the surface has moved.
+//! Displacement of a point of the surface.
 
 use super::{Quantity, Reading};
 
-/// How far a point of the surface has moved.
+/// Distance of a vertex from its position in the file, m.
 pub(super) static DISPLACEMENT: Quantity = Quantity {
     name: "displacement",
-    summary: "How far the surface point nearest to `at` is from where it was in the file, m.",
+    summary: "Distance of the surface point nearest to `at` from its position in the file, m.",
     unit: "m",
     needs_surface: true,
     needs_place: true,

@@ -1,8 +1,8 @@
-//! Elastic energy.
+//! Elastic energy of all bodies.
 
 use super::{Quantity, Reading};
 
-/// Elastic energy.
+/// Elastic energy of all bodies, J.
 pub(super) static ELASTIC_ENERGY: Quantity = Quantity {
     name: "elastic-energy",
     summary: "Elastic energy of all bodies, J.",

@@ -1,8 +1,8 @@
-//! The force on the hand.
+//! Force on the hand.
 
 use super::{Quantity, Reading, Subject};
 
-/// The force on the hand.
+/// Norm of the force on the hand before force safety, N.
 pub(super) static FORCE: Quantity = Quantity {
     name: "force",
     summary: "Force on the hand before force safety, N.",

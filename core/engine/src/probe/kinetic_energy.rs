@@ -1,8 +1,8 @@
-//! Kinetic energy.
+//! Kinetic energy of all bodies.
 
 use super::{Quantity, Reading};
 
-/// Kinetic energy.
+/// Kinetic energy of all bodies, J.
 pub(super) static KINETIC_ENERGY: Quantity = Quantity {
     name: "kinetic-energy",
     summary: "Kinetic energy of all bodies, J.",

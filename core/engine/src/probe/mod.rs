@@ -1,7 +1,7 @@
-//! Probes: what a run can measure of itself.
+//! Probes: quantities that a run can measure.
 //!
-//! A quantity is one file: a [`Quantity`] with its name in scenes, what it is measured of, what it needs and how it is read. A new
-//! one is added by its file and its line in [`QUANTITIES`].
+//! Each quantity is one file with a [`Quantity`]: its name in scenes, its subject, its requirements and a function that reads it. A new one is
+//! added by its file and its line in [`QUANTITIES`].
 
 mod cut_area;
 mod cut_length;
@@ -18,7 +18,7 @@ use crate::body::Body;
 use crate::session::{Frame, Session};
 use std::fmt;
 
-/// Every quantity, in the order help lists them.
+/// Every quantity, in the order of the help text.
 pub static QUANTITIES: &[&Quantity] = &[
     &force::FORCE,
     &depth::DEPTH,
@@ -32,29 +32,29 @@ pub static QUANTITIES: &[&Quantity] = &[
     &cut_length::CUT_LENGTH,
 ];
 
-/// Something a probe can measure.
+/// A quantity that a probe can measure.
 pub struct Quantity {
-    /// As scenes write it.
+    /// Name in scenes.
     pub name: &'static str,
     /// One sentence with the unit, for help and the schema.
     pub summary: &'static str,
     /// SI unit of its value, `1` for a count.
     pub unit: &'static str,
-    /// What it is measured of.
+    /// Whether it is measured of a tool or a body.
     pub subject: Subject,
     /// Whether energies must be computed for it.
     pub needs_energy: bool,
-    /// Whether the surface must be up to date when it is read.
+    /// Whether all vertices must be up to date when it is read.
     pub needs_surface: bool,
-    /// Whether a probe must say at which place (`at`).
+    /// Whether a probe must have a point (`at`).
     pub needs_place: bool,
-    /// Whether reading takes so long that it is done only when the probe is due; a probe of the `greatest` value is due in every step.
+    /// Whether it is read only in the steps in which a probe is due, as reading is slow. A probe of the largest value is due in every step.
     pub is_costly: bool,
-    /// Its value, SI.
+    /// Reads the value, SI.
     pub read: fn(&Reading<'_>) -> f64,
 }
 
-/// What a quantity is measured of.
+/// The subject of a quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Subject {
     /// A tool in use.
@@ -63,32 +63,32 @@ pub enum Subject {
     Body,
 }
 
-/// What a quantity is read from.
+/// The state that a quantity is read from, after a step.
 pub struct Reading<'a> {
-    /// The session, after a step.
+    /// The session.
     pub session: &'a Session,
-    /// The end of that step.
+    /// The frame of the step.
     pub frame: &'a Frame,
-    /// Place of the tool among the tools in use, or of the body in the scene.
+    /// Index of the tool among those in use, or of the body in the scene.
     pub of: usize,
-    /// The vertex nearest to the probe's place; 0 where it has none.
+    /// The vertex nearest to the probe's point; 0 for a probe without one.
     pub vertex: usize,
 }
 
 impl Reading<'_> {
-    /// The body it is read of, if that moves.
+    /// The body of the probe; `None` if it is not simulated.
     fn body(&self) -> Option<&Body> {
         self.session.body_of_scene(self.of)
     }
 }
 
 impl Quantity {
-    /// The quantity of a name, if there is one.
+    /// The quantity with a name.
     pub fn find(name: &str) -> Option<&'static Self> {
         QUANTITIES.iter().copied().find(|quantity| quantity.name == name)
     }
 
-    /// What most quantities are: of a body, and cheap.
+    /// Defaults: a quantity of a body without requirements.
     const OF_BODY: Self = Self {
         name: "",
         summary: "",

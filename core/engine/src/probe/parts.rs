@@ -1,8 +1,8 @@
-//! The number of parts a body hangs together in.
+//! Number of connected parts of a body's surface.
 
 use super::{Quantity, Reading};
 
-/// The number of parts a body hangs together in.
+/// Number of connected parts of a body's surface; 1 for a body that is not simulated.
 pub(super) static PARTS: Quantity = Quantity {
     name: "parts",
     summary: "Number of connected parts of a body.",

@@ -1,8 +1,8 @@
-//! The torque on the hand.
+//! Torque on the hand.
 
 use super::{Quantity, Reading, Subject};
 
-/// The torque on the hand.
+/// Norm of the torque on the hand about its position, N m; zero for edits that do not turn with the hand.
 pub(super) static TORQUE: Quantity = Quantity {
     name: "torque",
     summary: "Torque on the hand about its position, of an edit that turns with it (`grab`), N m.",

@@ -1,12 +1,12 @@
-//! The volume a surface encloses.
+//! Volume that a closed surface encloses.
 
 use super::{Quantity, Reading};
 use pliant_solver::Vec3;
 
-/// The volume a surface encloses.
+/// Volume that a closed surface encloses, m^3, by the divergence theorem.
 pub(super) static VOLUME: Quantity = Quantity {
     name: "volume",
-    summary: "Volume a closed surface encloses, m^3; of no meaning for an open one.",
+    summary: "Volume that a closed surface encloses, m^3; meaningless for an open one.",
     unit: "m^3",
     needs_surface: true,
     is_costly: true,

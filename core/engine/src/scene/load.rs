@@ -7,31 +7,31 @@ use pliant_mesh::read::{TEXT_LIMIT, read_file};
 use std::ops::Range;
 use std::path::Path;
 
-/// The version of the format this program reads.
+/// The version of the scene format that this program reads.
 const FORMAT: u32 = 1;
 
-/// Reads a scene, with `set` (path, value) put in the place of what the file says.
+/// Reads a scene file and replaces values by `set` (path, value), as `--set` does.
 ///
 /// # Errors
-/// A file that cannot be read, is not TOML, or says something a scene cannot.
+/// Fails for a file that cannot be read or is not UTF-8, for invalid TOML, unknown keys, values of a wrong type and another format version.
 pub fn load(path: &Path, set: &[(String, String)]) -> Result<(Scene, Source), SceneError> {
     let mut source = Source::new(path, "");
     let bytes = read_file(path, TEXT_LIMIT).map_err(|e| source.whole(format!("cannot be read: {e}")))?;
     if let Err(error) = std::str::from_utf8(&bytes) {
         source.text = String::from_utf8_lossy(&bytes).into_owned();
-        // As far as it is valid, the text is the same.
+        // The lossy text is the same up to the first invalid byte.
         let at = error.valid_up_to();
         return Err(source.error(at..at + 1, "not UTF-8 text; allowed is a TOML file in UTF-8"));
     }
-    let text = String::from_utf8(bytes).expect("just looked");
+    let text = String::from_utf8(bytes).expect("checked above");
     source.text = text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text);
     parse(source, set)
 }
 
-/// The same from a text that stood in `path`.
+/// Parses a scene from `text`; relative paths in it are relative to the folder of `path`.
 ///
 /// # Errors
-/// A text that is not TOML, or says something a scene cannot.
+/// Fails for invalid TOML, unknown keys, values of a wrong type and another format version.
 pub fn load_text(path: &Path, text: String, set: &[(String, String)]) -> Result<(Scene, Source), SceneError> {
     parse(Source::new(path, text), set)
 }
@@ -49,14 +49,15 @@ fn parse(mut source: Source, set: &[(String, String)]) -> Result<(Scene, Source)
     Ok((scene, source))
 }
 
-/// Where the parser stopped: what is wrong with the first character is at the first line, what is missing nowhere.
+/// Span of a parser's error. An error at the first character gets a span of its own, as 0..0 means the file as a whole, which is right for a
+/// missing key alone.
 fn place(error: &toml::de::Error) -> Range<usize> {
     let span = error.span().unwrap_or(0..0);
     let missing = error.message().starts_with("missing field");
     if span == (0..0) && !missing { 0..1 } else { span }
 }
 
-/// What the parser says, on one line and without the names of Rust's types.
+/// The parser's message on one line, without names of Rust types.
 fn plain(message: &str) -> String {
     let message = message.trim().replace('\n', " ");
     if message.contains("wanted string or table") {

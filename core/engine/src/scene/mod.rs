@@ -1,7 +1,7 @@
-//! Scenes: TOML files in SI units, checked to the key.
+//! Scenes: TOML files in SI units; unknown keys are errors.
 //!
-//! Parsing gives a [`Scene`] and its [`Source`]; everything that is found wrong later, in a parameter of a plugin or a name
-//! that does not exist, is still reported at its line through the source.
+//! Parsing gives a [`Scene`] and its [`Source`]. Errors found later, in a parameter of a plugin or an unknown name, are reported with line and
+//! column through the source.
 
 mod load;
 mod params;
@@ -14,9 +14,9 @@ pub use load::{load, load_text};
 pub use params::settings;
 pub use schema::*;
 pub use source::{SceneError, Source};
-pub use units::{Quantity, parse_quantity};
+pub use units::{Length, Quantity, parse_quantity};
 
-/// The JSON Schema of a scene.
+/// The JSON Schema of scene files.
 pub fn json_schema() -> serde_json::Value {
     schemars::schema_for!(Scene).to_value()
 }

@@ -1,4 +1,4 @@
-//! Parameters of a plugin as a scene gives them, checked against the plugin's declarations before any of its code runs.
+//! Parameters of plugins in a scene, checked against the plugin's declarations before any code of the plugin runs.
 
 use super::source::{SceneError, Source};
 use super::units::parse_quantity;
@@ -6,10 +6,10 @@ use pliant_host::{ParamInfo, ParamKind, ParamSettings, ParamValue, PluginInfo};
 use std::collections::BTreeMap;
 use toml::{Spanned, Value};
 
-/// Values for a plugin's parameters.
+/// Converts the `given` values, by key, into settings of the parameters of a plugin.
 ///
 /// # Errors
-/// A key that is not declared, a value of the wrong type, with a unit of the wrong kind, or out of range.
+/// Fails for a key that the plugin does not declare, and for a value of a wrong type, with a unit of another quantity or out of range.
 pub fn settings(
     source: &Source,
     info: &PluginInfo,
@@ -30,6 +30,7 @@ pub fn settings(
     Ok(out)
 }
 
+/// Converts one value; the error is the reason.
 fn read(source: &Source, param: &ParamInfo, value: &Value) -> Result<ParamValue, String> {
     let wrong = || {
         let article = if matches!(value, Value::Integer(_) | Value::Array(_)) { "an" } else { "a" };
@@ -71,6 +72,7 @@ fn number(value: &Value) -> Option<f64> {
     }
 }
 
+/// The value as text of at most 40 characters, for messages.
 fn shorten(value: &Value) -> String {
     let text = value.to_string();
     if text.chars().count() <= 40 { text } else { text.chars().take(37).chain("...".chars()).collect() }

@@ -1,20 +1,21 @@
-//! `--set PATH=VALUE`: another value in the place of what a file says.
+//! `--set PATH=VALUE`: replaces values of a scene file.
 
 use super::source::{SceneError, Source};
 use toml_edit::{Array, DocumentMut, Item, Value};
 
-/// The text with every setting in it; other lines stay as they are.
+/// The text of a scene with `settings` (path, value) applied; other lines stay as they are.
 pub(super) fn apply(source: &Source, settings: &[(String, String)]) -> Result<String, SceneError> {
     let parsed: Result<DocumentMut, toml_edit::TomlError> = source.text.parse();
     let mut document = parsed.map_err(|e| source.error(e.span().unwrap_or(0..0), e.message().trim().to_owned()))?;
     for (path, value) in settings {
-        // What is no TOML value is a text: `--set time.dt=2ms` needs no quotes.
+        // A value that is not valid TOML is a string: `--set time.dt=2ms` needs no quotes.
         let value: Value = value.parse().unwrap_or_else(|_| Value::from(value.as_str()));
         put(document.as_item_mut(), path, value).map_err(|reason| source.whole(format!("--set {path}: {reason}")))?;
     }
     Ok(document.to_string())
 }
 
+/// Sets the value at a dotted path; the error is the reason why there is no such path.
 fn put(root: &mut Item, path: &str, value: Value) -> Result<(), String> {
     let mut at = root;
     let mut done = String::new();
@@ -33,7 +34,7 @@ fn put(root: &mut Item, path: &str, value: Value) -> Result<(), String> {
     Ok(())
 }
 
-/// Replaces an entry of a plain list, or one of a list in it: `device.0.frame.from.1`.
+/// Replaces an entry of an array of values, or of an array within it: `device.0.frame.from.1`.
 fn put_into_list<'a>(
     list: &mut Array,
     key: &str,
@@ -41,10 +42,10 @@ fn put_into_list<'a>(
     done: &mut String,
     value: Value,
 ) -> Result<(), String> {
-    let place: usize = key.parse().map_err(|_| format!("`{done}` is a list: `{key}` must be a number from 0"))?;
+    let index: usize = key.parse().map_err(|_| format!("`{done}` is a list: `{key}` must be a number from 0"))?;
     let count = list.len();
-    let Some(entry) = list.get_mut(place) else {
-        return Err(format!("`{done}` has {count} entries, from 0: there is no {place}"));
+    let Some(entry) = list.get_mut(index) else {
+        return Err(format!("`{done}` has {count} entries, from 0: there is no {index}"));
     };
     extend(done, key);
     match (keys.next(), entry) {
@@ -55,7 +56,7 @@ fn put_into_list<'a>(
     Ok(())
 }
 
-/// The path so far, with one key more.
+/// Appends a key to the path so far.
 fn extend(done: &mut String, key: &str) {
     if !done.is_empty() {
         done.push('.');
@@ -63,6 +64,7 @@ fn extend(done: &mut String, key: &str) {
     done.push_str(key);
 }
 
+/// The item of a table or an array of tables at a key.
 fn step<'a>(at: &'a mut Item, key: &str, done: &str) -> Result<&'a mut Item, String> {
     let index = || key.parse::<usize>().map_err(|_| format!("`{done}` is a list: `{key}` must be a number from 0"));
     let count = match &*at {

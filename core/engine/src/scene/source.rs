@@ -1,4 +1,4 @@
-//! The text of a scene, and saying where something in it is wrong.
+//! The text of a scene, and errors with the line and column in it.
 
 use pliant_mesh::ObjDocument;
 use std::collections::BTreeMap;
@@ -12,24 +12,25 @@ use thiserror::Error;
 pub struct Source {
     /// Path of the scene file.
     pub path: PathBuf,
-    /// Its text, after `--set`.
+    /// Text of the file, with `--set` applied.
     pub text: String,
-    /// Whether `--set` changed it: lines may then have other numbers than in the file.
+    /// Whether `--set` changed the text; line numbers may then differ from the file's.
     pub changed: bool,
-    /// Models that the program hands over instead of files: a body has one if its `mesh` is the key.
+    /// Models that the caller provides instead of files, by the value of a body's `mesh`.
     pub documents: BTreeMap<String, ObjDocument>,
     /// Factors of vertices that the program hands over instead of files: a field has them if its `csv` is the key.
     pub factors: BTreeMap<String, Vec<f64>>,
 }
 
-/// Something wrong with a scene: file, line, what was found, what is allowed.
+/// An error in a scene: file, line, value found, what is allowed.
 #[derive(Debug, Error)]
 pub struct SceneError {
     path: PathBuf,
-    /// 1-based; 0: the whole file
+    /// Line, from 1; 0 for an error of the file as a whole.
     line: usize,
+    /// Column in characters, from 1.
     column: usize,
-    /// The line itself.
+    /// Text of the line.
     excerpt: String,
     message: String,
 }
@@ -43,24 +44,25 @@ impl fmt::Display for SceneError {
         if self.excerpt.trim().is_empty() {
             return Ok(());
         }
-        // Of a long line what is around the place.
+        // Only part of a long line is shown.
         let first = self.column.saturating_sub(BEFORE + 1);
         let shown: String = self.excerpt.chars().skip(first).take(BEFORE + AFTER).collect();
         write!(f, "\n  {:>4} | {shown}\n       | {:>width$}", self.line, "^", width = self.column - first)
     }
 }
 
-/// Characters of a line shown before and after the place of an error.
+/// Characters of a line that are shown before an error.
 const BEFORE: usize = 80;
+/// Characters of a line that are shown from the error on.
 const AFTER: usize = 40;
 
 impl SceneError {
-    /// 1-based line, 0 for the whole file.
+    /// Line, from 1; 0 for an error of the file as a whole.
     pub fn line(&self) -> usize {
         self.line
     }
 
-    /// File, and line and column unless the whole file is wrong: `scene.toml:12:3`.
+    /// File, line and column as text, `scene.toml:12:3`; the file alone for an error of the file as a whole.
     pub fn place(&self) -> String {
         match self.line {
             0 => self.path.display().to_string(),
@@ -68,20 +70,20 @@ impl SceneError {
         }
     }
 
-    /// What is wrong there, without the place.
+    /// The message without file, line and column.
     pub fn message(&self) -> &str {
         &self.message
     }
 }
 
 impl Source {
-    /// The text of the scene that stands in `path`.
+    /// A scene with this text, read from `path`.
     pub fn new(path: impl Into<PathBuf>, text: impl Into<String>) -> Self {
         let (documents, factors) = (BTreeMap::new(), BTreeMap::new());
         Self { path: path.into(), text: text.into(), changed: false, documents, factors }
     }
 
-    /// An error at a span of the text. An empty span at the start is a default that stands nowhere.
+    /// An error at a span of the text, in bytes. The span 0..0 is that of a default, which is not in the text: an error of the file as a whole.
     pub fn error(&self, span: Range<usize>, message: impl Into<String>) -> SceneError {
         let (path, mut message) = (self.path.clone(), message.into());
         if self.changed {
@@ -98,12 +100,12 @@ impl Source {
         SceneError { path, line: before.matches('\n').count() + 1, column, excerpt, message }
     }
 
-    /// An error about the scene as a whole.
+    /// An error of the file as a whole.
     pub fn whole(&self, message: impl Into<String>) -> SceneError {
         self.error(0..0, message)
     }
 
-    /// The folder paths in the scene are relative to.
+    /// The folder to which paths in the scene are relative.
     pub fn folder(&self) -> &Path {
         self.path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
     }

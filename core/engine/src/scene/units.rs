@@ -6,10 +6,10 @@ use std::borrow::Cow;
 use std::fmt;
 use std::marker::PhantomData;
 
-/// A unit: how it is written, what it measures in SI text, and how many of those it is.
+/// A unit: its name, the SI unit of the same quantity, and its value in that unit.
 struct Unit(&'static str, &'static str, f64);
 
-/// Every unit there is, the SI one of each quantity first.
+/// All units that scenes may use, the SI unit of each quantity first.
 const UNITS: &[Unit] = &[
     Unit("m", "m", 1.0),
     Unit("cm", "m", 1e-2),
@@ -55,7 +55,7 @@ const UNITS: &[Unit] = &[
     Unit("%", "1", 1e-2),
 ];
 
-/// What an SI unit measures, in words.
+/// The quantity of an SI unit, in words.
 fn measured(si: &str) -> &str {
     match si {
         "m" => "a length",
@@ -80,10 +80,10 @@ fn measured(si: &str) -> &str {
     }
 }
 
-/// Reads `"8 mm"` as a number of `si`.
+/// Parses a number with a unit, such as `"8 mm"`, and returns its value in the SI unit `si`.
 ///
 /// # Errors
-/// A sentence with what was found and what is allowed.
+/// Returns a message with the text found and what is allowed: no number, no unit, a unit of another quantity, a value that is not finite.
 pub fn parse_quantity(text: &str, si: &str) -> Result<f64, String> {
     let text = text.trim();
     let (number, unit) = split(text);
@@ -112,22 +112,22 @@ pub fn parse_quantity(text: &str, si: &str) -> Result<f64, String> {
     }
 }
 
-/// The number and the unit of a text; a space between them may be left out.
+/// Splits a text into number and unit, with or without a space between them.
 fn split(text: &str) -> (&str, &str) {
     let digits = text.rfind(|c: char| c.is_ascii_digit()).map_or(0, |at| at + 1);
     let glued = (1..=digits).rev().find(|&at| text.is_char_boundary(at) && text[..at].parse::<f64>().is_ok());
     text.split_at(text.find(char::is_whitespace).or(glued).unwrap_or(text.len()))
 }
 
-/// What a [`Quantity`] measures.
+/// The dimension of a [`Quantity`].
 pub trait Dimension {
-    /// Its SI unit, as in [`parse_quantity`].
+    /// Its SI unit, as for [`parse_quantity`].
     const SI: &'static str;
 }
 
 macro_rules! dimensions {
     ($($(#[$doc:meta])* $marker:ident $alias:ident $si:literal;)+) => {$(
-        #[doc = concat!("Marks a quantity in ", $si, ".")]
+        #[doc = concat!("The dimension with the SI unit ", $si, ".")]
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub struct $marker;
         impl Dimension for $marker {
@@ -139,42 +139,42 @@ macro_rules! dimensions {
 }
 
 dimensions! {
-    /// m
+    /// A length, m.
     LengthUnit Length "m";
-    /// s
+    /// A time, s.
     TimeUnit Time "s";
-    /// kg
+    /// A mass, kg.
     MassUnit Mass "kg";
-    /// N
+    /// A force, N.
     ForceUnit Force "N";
-    /// N/m
+    /// A stiffness, N/m.
     StiffnessUnit Stiffness "N/m";
-    /// J/m^2
+    /// An energy per area, J/m^2.
     ToughnessUnit Toughness "J/m^2";
-    /// N s/m
+    /// A damping coefficient, N s/m.
     DampingUnit Damping "N s/m";
-    /// N/s
+    /// A rate of change of a force, N/s.
     ForceRateUnit ForceRate "N/s";
-    /// m/s
+    /// A speed, m/s.
     SpeedUnit Speed "m/s";
-    /// m/s^2
+    /// An acceleration, m/s^2.
     AccelerationUnit Acceleration "m/s^2";
-    /// rad
+    /// An angle, rad.
     AngleUnit Angle "rad";
-    /// Hz
+    /// A frequency, Hz.
     FrequencyUnit Frequency "Hz";
 }
 
-/// A number in an SI unit.
+/// A finite number with a dimension.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quantity<D> {
-    /// In the SI unit.
+    /// Value in the SI unit.
     pub si: f64,
     dimension: PhantomData<D>,
 }
 
 impl<D> Quantity<D> {
-    /// From a number in the SI unit.
+    /// A quantity with this value in the SI unit.
     pub const fn new(si: f64) -> Self {
         Self { si, dimension: PhantomData }
     }
@@ -211,7 +211,7 @@ impl<'de, D: Dimension> Deserialize<'de> for Quantity<D> {
 }
 
 impl<D: Dimension> JsonSchema for Quantity<D> {
-    /// Units hold blanks and slashes, which a reference would have to escape.
+    /// Inline, as names of units have spaces and slashes that a reference would have to escape.
     fn inline_schema() -> bool {
         true
     }

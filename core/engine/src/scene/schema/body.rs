@@ -1,4 +1,4 @@
-//! What deforms.
+//! The `[[body]]` entries of a scene file: model, material, discretization, fixings and fields.
 
 use super::{Angle, GridLevel, Length, Time};
 use schemars::JsonSchema;
@@ -10,41 +10,41 @@ use toml::Spanned;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct BodyScene {
-    /// What other parts of the scene call it.
+    /// Name by which other entries of the scene refer to the body.
     #[serde(default = "default_body")]
     #[schemars(with = "String")]
     pub name: Spanned<String>,
-    /// An OBJ file, relative to the scene.
+    /// Path of the OBJ file of the model, relative to the scene. Give either this or `shape`.
     #[schemars(with = "Option<String>")]
     pub mesh: Option<Spanned<String>>,
-    /// Or a shape made here.
+    /// A generated model.
     #[schemars(with = "Option<ShapeScene>")]
     pub shape: Option<Spanned<ShapeScene>>,
-    /// Scales the longest edge of its box to this and its centre to `position`.
+    /// Length to which the longest edge of the model's box is scaled; the centre of the box moves to `position`.
     #[schemars(with = "Option<Length>")]
     pub size: Option<Spanned<Length>>,
-    /// Or metres per file unit (0.01 if the file is in cm).
+    /// Metres per unit of the file, instead of `size` (0.01 if the file is in cm).
     #[schemars(with = "Option<f64>")]
     pub scale: Option<Spanned<f64>>,
-    /// Where its origin, or with `size` its centre, is.
+    /// Position of the model's origin or, with `size`, of the centre of its box.
     #[serde(default)]
     pub position: Option<[Length; 3]>,
-    /// How it is turned.
+    /// Rotation of the model.
     #[serde(default)]
     pub rotation: Option<RotationScene>,
-    /// What the force is.
+    /// Material plugin and its parameters.
     pub material: PluginScene,
-    /// Which nodes carry it.
+    /// Grid in which a solid is embedded.
     #[serde(default)]
     pub grid: GridScene,
-    /// Its own vertices carry it instead: for cloth and other thin shells.
+    /// Simulates the model on its own mesh instead of in a grid: for cloth and other thin shells.
     #[schemars(with = "Option<SheetScene>")]
     pub sheet: Option<Spanned<SheetScene>>,
-    /// Nodes that are held or led.
+    /// Nodes that are held or driven along a path.
     #[serde(default)]
     #[schemars(with = "Vec<FixedScene>")]
     pub fixed: Vec<Spanned<FixedScene>>,
-    /// Where parameters of the material differ; later entries multiply earlier ones.
+    /// Factors of material parameters that vary over the body; factors of several entries multiply.
     #[serde(default)]
     #[schemars(with = "Vec<FieldScene>")]
     pub field: Vec<Spanned<FieldScene>>,
@@ -54,22 +54,22 @@ fn default_body() -> Spanned<String> {
     Spanned::new(0..0, "body".into())
 }
 
-/// A shape made by the program.
+/// A generated model.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct ShapeScene {
     /// Kind of shape.
     pub kind: ShapeKind,
-    /// Cells along an edge, around the equator quarter, or around the cylinder.
+    /// Number of cells along an edge of a box or sheet, along a quarter of a sphere's equator, or around a cylinder.
     #[serde(default = "default_cells")]
     pub cells: u32,
-    /// Edges of a box; of a sphere or cylinder the first is the diameter, the last the height; a sheet has its width along x,
-    /// its height along y, and no third.
+    /// Edges of a box along x, y and z. For a sphere or cylinder the first is the diameter and the last the height; a sheet has its width along
+    /// x and its height along y, and does not use the third.
     pub size: [Length; 3],
-    /// Cells of a sheet along y; by default as high as they are wide.
+    /// Number of cells of a sheet along y; 0, the default, makes cells about square.
     #[serde(default)]
     pub rows: u32,
-    /// How a sheet is cut into triangles.
+    /// How a sheet is divided into triangles.
     #[serde(default)]
     pub pattern: PatternScene,
 }
@@ -78,7 +78,7 @@ fn default_cells() -> u32 {
     16
 }
 
-/// Shapes there are.
+/// Kinds of generated models.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "kebab-case")]
 pub enum ShapeKind {
@@ -92,7 +92,7 @@ pub enum ShapeKind {
     Sheet,
 }
 
-/// Ways a sheet is cut into triangles.
+/// Triangulations of a sheet.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "kebab-case")]
 pub enum PatternScene {
@@ -107,14 +107,14 @@ pub enum PatternScene {
     Irregular,
 }
 
-/// A turn about an axis through the origin.
+/// A rotation about an axis through the origin.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct RotationScene {
-    /// Need not be a unit vector.
+    /// Axis of the rotation; need not be a unit vector.
     #[schemars(with = "[f64; 3]")]
     pub axis: Spanned<[f64; 3]>,
-    /// Counter-clockwise seen from its tip.
+    /// Angle of the rotation, counter-clockwise seen from the tip of the axis.
     pub angle: Angle,
 }
 
@@ -122,40 +122,40 @@ pub struct RotationScene {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct PluginScene {
-    /// Its name, or a path to its library.
+    /// Name of the plugin, or path of its library.
     #[schemars(with = "String")]
     pub plugin: Spanned<String>,
-    /// Values by key; numbers in the parameter's unit or texts with a unit. `pliant plugin info` lists them.
+    /// Values of parameters by key: numbers in the parameter's unit or texts with a unit. `pliant plugin info` lists the keys.
     #[serde(default)]
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub params: BTreeMap<String, Spanned<toml::Value>>,
 }
 
-/// A body carried by its own mesh.
+/// Settings of a body that is simulated on its own mesh.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct SheetScene {
-    /// Where the warp runs: a direction in the placed rest shape, in the plane of each triangle, or `"texture"`, along u of
-    /// the texture coordinates.
+    /// Direction of the warp threads: a vector in the placed rest shape, projected onto the plane of each triangle, or `"texture"` for the
+    /// direction of u of the texture coordinates.
     #[serde(default)]
     pub warp: WarpScene,
 }
 
-/// Where the warp runs.
+/// Direction of the warp threads.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum WarpScene {
-    /// A direction.
+    /// A vector.
     Axis([f64; 3]),
     /// A direction given by name.
     Name(WarpName),
 }
 
-/// Ways a warp may run.
+/// Named directions of the warp threads.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WarpName {
-    /// Along u.
+    /// Along u of the texture coordinates.
     Texture,
 }
 
@@ -169,24 +169,24 @@ impl Default for WarpScene {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
 pub struct GridScene {
-    /// Its name, or a path to its library.
+    /// Name of the grid plugin, or path of its library.
     #[schemars(with = "String")]
     pub plugin: Spanned<String>,
-    /// Values by key.
+    /// Values of parameters by key.
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub params: BTreeMap<String, Spanned<toml::Value>>,
-    /// Level that is simulated: 2^(level - 1) cells along the longest edge of the body, or `auto`.
+    /// Grid level that is simulated: 2^(level - 1) cells along the longest edge of the body, or `auto`.
     #[schemars(with = "GridLevel")]
     pub level: Spanned<GridLevel>,
-    /// `local`: the cells around each contact; `whole`: all of them.
+    /// Which cells are simulated: those around contacts (`local`) or all (`whole`).
     pub region: Extent,
     /// Radius of a local region; 10 cells by default.
     #[schemars(with = "Option<Length>")]
     pub radius: Option<Spanned<Length>>,
-    /// Time constant of the return to rest of what a tool has left behind.
+    /// Time constant with which cells that a tool has left return to rest.
     #[schemars(with = "Time")]
     pub relaxation: Spanned<Time>,
-    /// Whether the surface follows the nodes with continuous slopes; `false`: by trilinear weights, with creases along the cells.
+    /// Whether the surface follows the nodes with continuous slopes. `false` uses trilinear weights, which show creases along the cells.
     pub smooth: bool,
 }
 
@@ -204,33 +204,33 @@ impl Default for GridScene {
     }
 }
 
-/// How much of a body is simulated.
+/// Which cells of a body are simulated.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "kebab-case")]
 pub enum Extent {
-    /// Around each contact.
+    /// The cells around each contact.
     Local,
-    /// The whole body is simulated.
+    /// All cells.
     Whole,
 }
 
-/// Nodes that are held, or led along a path. Give one of `box`, `ball`, `group` and `nodes`.
+/// Nodes that are held, or driven along a path. Give one of `box`, `ball`, `group` and `nodes`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct FixedScene {
-    /// Least and greatest corner, in the scene.
+    /// A box, by the corners with the least and the greatest coordinates in the scene: nodes within it.
     #[serde(rename = "box")]
     pub box_: Option<[[Length; 3]; 2]>,
-    /// Centre.
+    /// Centre of a ball in the scene: nodes within it.
     pub ball: Option<[Length; 3]>,
     /// Radius of the ball.
     pub radius: Option<Length>,
-    /// A name of `g` or `o` lines of the OBJ: the vertices of its faces, of a solid the corners of the cells they go through.
+    /// A name of `g` or `o` lines of the OBJ file: the vertices of its faces, or for a solid the corners of the cells that contain its faces.
     #[schemars(with = "Option<String>")]
     pub group: Option<Spanned<String>>,
-    /// Numbers of nodes; of a whole region only.
+    /// Numbers of nodes; for a whole region only.
     pub nodes: Option<Vec<u32>>,
-    /// Of a sheet: edges of its border whose ends are both held keep the direction they have at rest.
+    /// For a sheet: whether border edges with both ends held keep their direction at rest.
     #[serde(default)]
     pub clamp: bool,
     /// Rows of time (s) and displacement (m): linear between, constant outside.
@@ -238,32 +238,31 @@ pub struct FixedScene {
     pub path: Vec<[f64; 4]>,
 }
 
-/// A factor of a parameter of the material that differs from place to place. Give one of `box`, `ball`, `group`, `colour`, `csv`
-/// and `texture`.
+/// A factor of a material parameter that varies over the body. Give one of `box`, `ball`, `group`, `colour`, `csv` and `texture`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct FieldScene {
-    /// Key of the parameter; `pliant plugin info` tells which may differ.
+    /// Key of the parameter; `pliant plugin info` tells which may vary.
     #[schemars(with = "String")]
     pub param: Spanned<String>,
     /// Factor within the box, ball or group, 0.1 to 10; 1 elsewhere.
     #[schemars(with = "Option<f64>")]
     pub factor: Option<Spanned<f64>>,
-    /// Least and greatest corner, in the scene.
+    /// A box, by the corners with the least and the greatest coordinates in the scene.
     #[serde(rename = "box")]
     pub box_: Option<[[Length; 3]; 2]>,
-    /// Centre.
+    /// Centre of a ball in the scene.
     pub ball: Option<[Length; 3]>,
     /// Radius of the ball.
     pub radius: Option<Length>,
-    /// What lies nearest to the faces with this name of `g` or `o` lines of the OBJ.
+    /// A name of `g` or `o` lines of the OBJ file: material nearest to its faces.
     #[schemars(with = "Option<String>")]
     pub group: Option<Spanned<String>>,
-    /// A channel of the colours of the vertices (`v x y z r g b`), 0 to 1, as at the nearest place of the surface.
+    /// A channel of the vertex colours (`v x y z r g b`), 0 to 1; the nearest point of the surface counts.
     pub colour: Option<Channel>,
-    /// Factors at 0 and 1 of the channel or the texture, geometric between; 0.1 and 10 by default.
+    /// Factors at 0 and 1 of the channel or the texture, interpolated geometrically; 0.1 and 10 by default.
     pub range: Option<[f64; 2]>,
-    /// A file with one factor a line for each vertex, relative to the scene, as at the nearest place of the surface.
+    /// Path, relative to the scene, of a file with one line for each vertex: its factor. The nearest point of the surface counts.
     #[schemars(with = "Option<String>")]
     pub csv: Option<Spanned<String>>,
     /// A grey PNG image, relative to the scene, by the texture coordinates (`vt`) at the nearest place of the surface.

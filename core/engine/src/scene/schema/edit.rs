@@ -1,4 +1,4 @@
-//! What is done, and what is measured.
+//! The `[[edit]]` and `[[probe]]` entries of a scene file.
 
 use super::{Force, Length, Time};
 use crate::edit::{Command, Falloff};
@@ -15,45 +15,45 @@ pub struct EditScene {
     /// What the edit does.
     #[schemars(with = "EditName")]
     pub kind: Spanned<EditName>,
-    /// With which tool; none for `undo` and `redo`.
+    /// Name of the tool; absent for `undo` and `redo`.
     #[schemars(with = "Option<String>")]
     pub tool: Option<Spanned<String>>,
-    /// From when; the start by default. Of `undo` and `redo` without a `button`: when.
+    /// Time at which the edit starts; 0 by default. For `undo` and `redo` without a `button`, the time at which they happen.
     #[schemars(with = "Option<Time>")]
     pub start: Option<Spanned<Time>>,
-    /// Until when; the end by default.
+    /// Time at which the edit ends; the end of the scene by default.
     #[schemars(with = "Option<Time>")]
     pub end: Option<Spanned<Time>>,
-    /// Only while this button is down, from 0. `undo` and `redo` happen each time a hand presses it.
+    /// Number of a button, from 0: the edit acts only while it is down. `undo` and `redo` happen each time a hand presses it.
     #[schemars(with = "Option<u32>")]
     pub button: Option<Spanned<u32>>,
-    /// What becomes of the shape at the end; of no effect on kinds that change the shape at rest themselves.
+    /// What happens to the shape at the end of the edit; without effect on kinds that change the rest shape themselves.
     #[serde(default)]
     pub release: Release,
-    /// A pull or grab lets go when its force is over this; 3 N by default for a pull, none for a grab.
+    /// Force above which a pull or grab lets go; 3 N by default for a pull, no limit for a grab.
     #[schemars(with = "Option<Force>")]
     pub limit: Option<Spanned<Force>>,
-    /// Of what it acts on around the hand; three radii of the tool by default.
+    /// Radius of the region around the hand on which the edit acts; three radii of the tool by default.
     #[schemars(with = "Option<Length>")]
     pub radius: Option<Spanned<Length>>,
-    /// How its weight falls from the centre to the radius; `smooth` by default.
+    /// How the weight of the edit decreases from the centre to the radius; `smooth` by default.
     #[schemars(with = "Option<Falloff>")]
     pub falloff: Option<Spanned<Falloff>>,
-    /// Mirrors the hand in planes through the middle of the first body's box, such as `x` or `xz`; none by default.
+    /// Axes along which the hand is mirrored about the centre of the first body's box, such as `x` or `xz`; none by default.
     #[schemars(with = "Option<String>")]
     pub symmetry: Option<Spanned<String>>,
-    /// How much it does, in the unit of its kind.
+    /// Strength of the edit, in the unit of its kind.
     #[schemars(with = "Option<Amount>")]
     pub strength: Option<Spanned<Amount>>,
 }
 
-/// A number in SI or a text with a unit, of a quantity that depends on the kind of the edit.
+/// A number in SI units or a text with a unit; the quantity depends on the kind of the edit.
 #[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq)]
 #[serde(untagged)]
 pub enum Amount {
     /// A number in SI units.
     Number(f64),
-    /// With a unit.
+    /// A text with a unit.
     Text(String),
 }
 
@@ -68,52 +68,52 @@ impl JsonSchema for EditName {
     }
 
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        let each = |(name, summary)| json_schema!({ "const": name, "description": summary });
-        let names: Vec<Schema> = Command::names().map(each).collect();
-        json_schema!({ "description": "What is done.", "oneOf": names })
+        let schema_of = |(name, summary)| json_schema!({ "const": name, "description": summary });
+        let names: Vec<Schema> = Command::names().map(schema_of).collect();
+        json_schema!({ "description": "Kind of the edit.", "oneOf": names })
     }
 }
 
-/// What becomes of the shape at the end of an edit.
+/// What happens to the shape at the end of an edit.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "kebab-case")]
 pub enum Release {
-    /// It goes back.
+    /// It returns to the rest shape.
     #[default]
     SpringBack,
     /// It becomes the new rest shape.
     Keep,
 }
 
-/// Something measured, and what it should be.
+/// A quantity that is measured, and its expected value.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct ProbeScene {
-    /// A name for the report.
+    /// Name in the summary.
     #[schemars(with = "String")]
     pub name: Spanned<String>,
-    /// What is measured.
+    /// The quantity.
     #[schemars(with = "QuantityName")]
     pub quantity: Spanned<QuantityName>,
-    /// Of which tool or body; the first by default.
+    /// Name of the tool or body of which it is measured; the first by default.
     #[schemars(with = "Option<String>")]
     pub of: Option<Spanned<String>>,
-    /// Of the surface point nearest to this.
+    /// Point to which the measured surface point is the nearest.
     pub at: Option<[Length; 3]>,
-    /// When; the end by default.
+    /// Time of the measurement; the end of the scene by default.
     #[schemars(with = "Option<Time>")]
     pub time: Option<Spanned<Time>>,
-    /// The greatest until then, instead of the value then.
+    /// Whether the largest value up to that time is measured, instead of the value at that time.
     #[serde(default)]
     pub greatest: bool,
-    /// What it should be, in SI.
+    /// Expected value, in SI units.
     #[schemars(with = "Option<f64>")]
     pub expected: Option<Spanned<f64>>,
-    /// How far off it may be, relative to what it should be; 1 % by default.
+    /// Allowed error relative to the expected value; 1 % by default.
     #[serde(default = "default_tolerance")]
     #[schemars(with = "f64")]
     pub tolerance: Spanned<f64>,
-    /// Where the expected value comes from.
+    /// Source of the expected value.
     #[serde(default)]
     pub source: String,
 }
@@ -133,8 +133,9 @@ impl JsonSchema for QuantityName {
     }
 
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        let each = |quantity: &&Quantity| json_schema!({ "const": quantity.name, "description": quantity.summary });
-        let names: Vec<Schema> = QUANTITIES.iter().map(each).collect();
+        let schema_of =
+            |quantity: &&Quantity| json_schema!({ "const": quantity.name, "description": quantity.summary });
+        let names: Vec<Schema> = QUANTITIES.iter().map(schema_of).collect();
         json_schema!({ "description": "What a probe measures.", "oneOf": names })
     }
 }

@@ -1,4 +1,4 @@
-//! Where hands are, and what they hold.
+//! The `[[device]]` and `[[tool]]` entries of a scene file.
 
 use super::{Damping, Force, ForceRate, Length, Mass, RotationScene, Speed, Stiffness, Toughness};
 use schemars::JsonSchema;
@@ -10,18 +10,18 @@ use toml::Spanned;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct DeviceScene {
-    /// What tools call it.
+    /// Name by which tools refer to the device.
     #[schemars(with = "String")]
     pub name: Spanned<String>,
-    /// Its plugin.
+    /// Name of the device plugin, or path of its library.
     #[serde(default = "default_device")]
     #[schemars(with = "String")]
     pub plugin: Spanned<String>,
-    /// Values by key.
+    /// Values of parameters by key.
     #[serde(default)]
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub params: BTreeMap<String, Spanned<toml::Value>>,
-    /// Where its axes are in the scene.
+    /// Position, rotation and scale of the device's axes in the scene.
     #[serde(default)]
     pub frame: FrameScene,
 }
@@ -30,23 +30,23 @@ fn default_device() -> Spanned<String> {
     Spanned::new(0..0, "scripted".into())
 }
 
-/// A device's axes in the scene: given, or standing on the surface of a body.
+/// Axes of a device in the scene: given, or placed on the surface of a body by a ray.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
 pub struct FrameScene {
-    /// Where the device's origin is.
+    /// Position of the device's origin.
     pub origin: Option<[Length; 3]>,
-    /// How its axes are turned.
+    /// Rotation of its axes.
     pub rotation: Option<RotationScene>,
-    /// Metres in the scene for a metre of the hand; 1 by default.
+    /// Metres in the scene for each metre of the hand; 1 by default.
     #[schemars(with = "Option<f64>")]
     pub scale: Option<Spanned<f64>>,
-    /// Or: the origin is where a ray meets this body, and z points back along the ray.
+    /// Name of a body, instead of `origin`: the origin is where a ray meets its surface, and z points back along the ray.
     #[schemars(with = "Option<String>")]
     pub body: Option<Spanned<String>>,
-    /// Where the ray starts, 0 to 1 along each edge of the body's box.
+    /// Start of the ray, 0 to 1 along each edge of the body's box.
     pub from: Option<[f64; 3]>,
-    /// What it goes towards, likewise.
+    /// A point that the ray passes through, in the same coordinates.
     pub toward: Option<[f64; 3]>,
 }
 
@@ -54,52 +54,52 @@ pub struct FrameScene {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct ToolScene {
-    /// What edits call it.
+    /// Name by which edits refer to the tool.
     #[schemars(with = "String")]
     pub name: Spanned<String>,
-    /// The device that moves it.
+    /// Name of the device that moves it.
     #[schemars(with = "String")]
     pub device: Spanned<String>,
-    /// Which effector of the device, from 0.
+    /// Number of the device's effector that moves it, from 0.
     #[serde(default)]
     #[schemars(with = "u32")]
     pub effector: Option<Spanned<u32>>,
-    /// Radius of its tip, a sphere; a point is a small one. Either this or `shape`.
+    /// Radius of a spherical tool. Give either this or `shape`.
     #[schemars(with = "Option<Length>")]
     pub radius: Option<Spanned<Length>>,
-    /// Its shape, if it is not a sphere.
+    /// Shape of a tool that is not a sphere.
     #[schemars(with = "Option<ToolShapeScene>")]
     pub shape: Option<Spanned<ToolShapeScene>>,
-    /// Of the spring between hand and surface; by default 0.3 of the most its device renders stably.
+    /// Stiffness of the virtual coupling between hand and tool; by default 0.3 of the largest that the device renders stably.
     #[schemars(with = "Option<Stiffness>")]
     pub stiffness: Option<Spanned<Stiffness>>,
-    /// Of the same; none by default.
+    /// Damping of the virtual coupling; none by default.
     #[schemars(with = "Option<Damping>")]
     pub damping: Option<Spanned<Damping>>,
-    /// Of its tip on sheets, which then hangs on the hand by that spring; by default the tip is where the hand is, but 10 g
-    /// (an assumption) in a live run.
+    /// Mass of the tip on sheets, which is then driven by the virtual coupling. By default the tip follows the hand exactly; in a live run it
+    /// has 10 g (an assumption).
     #[schemars(with = "Option<Mass>")]
     pub mass: Option<Spanned<Mass>>,
-    /// To start sliding, and while sliding. The default, 0.35 and 0.3, is an assumption.
+    /// Static and kinetic friction coefficient. The default, 0.35 and 0.3, is an assumption.
     #[serde(default = "default_friction")]
     #[schemars(with = "[f64; 2]")]
     pub friction: Spanned<[f64; 2]>,
-    /// Of the speed at which it meets a vertex of a sheet, what they part with; none by default.
+    /// Coefficient of restitution at vertices of a sheet, 0 to 1; 0 by default.
     #[serde(default)]
     #[schemars(with = "f64")]
     pub restitution: Option<Spanned<f64>>,
-    /// How it meets sheets; by default with `vertices`, on sheets too coarse for that with `triangles`.
+    /// Contact method on sheets; by default `vertices`, or `triangles` on sheets too coarse for it.
     #[serde(default)]
     pub sheets: Option<SheetContact>,
-    /// A hand that moves faster is followed at this speed.
+    /// Largest speed of the tool; a hand that moves faster is followed at this speed.
     #[serde(default = "default_speed")]
     #[schemars(with = "Speed")]
     pub speed: Spanned<Speed>,
-    /// The force on the hand changes by at most this.
+    /// Largest rate of change of the force on the hand.
     #[serde(default = "default_slew")]
     #[schemars(with = "ForceRate")]
     pub slew: Spanned<ForceRate>,
-    /// Makes it a knife, for edits of kind `cut`.
+    /// Blade of a knife, for edits of kind `cut`.
     #[schemars(with = "Option<BladeScene>")]
     pub blade: Option<Spanned<BladeScene>>,
 }
@@ -117,42 +117,42 @@ pub struct ToolShapeScene {
     pub length: Option<Length>,
     /// Sides of a `box` along x, y and z.
     pub size: Option<[Length; 3]>,
-    /// How it is turned in the axes of the hand.
+    /// Rotation in the axes of the hand.
     pub rotation: Option<RotationScene>,
 }
 
-/// How a tool meets a sheet.
+/// Contact method between a tool and a sheet.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "kebab-case")]
 pub enum SheetContact {
-    /// Vertices inside are held on its surface: exact, best where edges are shorter than half its radius.
+    /// Constraints: vertices that would enter the tool stay on its surface. Exact; best where edges are shorter than half the tool's radius.
     Vertices,
-    /// Points of triangles are pushed out, by springs of its `stiffness` that learn the force they need.
+    /// Augmented Lagrangian at points of triangles: springs with the tool's `stiffness` and a force that is updated until none penetrates.
     Triangles,
-    /// A spring of its `stiffness` at each vertex inside: it stays as deep as its force needs. For comparison.
+    /// Penalty method: a spring with the tool's `stiffness` at each vertex inside, which penetrates in proportion to the force. For comparison.
     Penalty,
 }
 
-/// The blade of a knife: a straight edge from the tip, which is where the hand is.
+/// The blade of a knife: a straight edge from the tip, at the position of the hand, to the heel.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct BladeScene {
-    /// Of its edge.
+    /// Length of the edge.
     #[schemars(with = "Length")]
     pub length: Spanned<Length>,
-    /// From tip to heel, in the axes of the hand; need not be a unit vector. z by default.
+    /// Direction from tip to heel, in the axes of the hand; need not be a unit vector. z by default.
     #[serde(default = "default_direction")]
     #[schemars(with = "[f64; 3]")]
     pub direction: Spanned<[f64; 3]>,
-    /// Energy of a new area of cut inside of a closed body. The default, 20 J/m^2, is that of a soft gel: an assumption.
+    /// Fracture toughness of a closed body: energy for each area of cut. The default, 20 J/m^2, is that of a soft gel: an assumption.
     #[serde(default = "default_toughness")]
     #[schemars(with = "Toughness")]
     pub toughness: Spanned<Toughness>,
-    /// Force against a cut through an open surface: energy of a length of new edge. The default, 0.2 N, is an assumption.
+    /// Tear strength of an open surface: energy for each length of cut, which is a force. The default, 0.2 N, is an assumption.
     #[serde(default = "default_tear")]
     #[schemars(with = "Force")]
     pub tear: Spanned<Force>,
-    /// Name of the material of the faces a cut makes inside of a body.
+    /// Name of the OBJ material of the faces that a cut makes inside of a body.
     #[serde(default = "default_cap")]
     #[schemars(with = "String")]
     pub material: Spanned<String>,

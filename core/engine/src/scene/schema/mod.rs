@@ -1,4 +1,4 @@
-//! What a scene file may say. Every field is documented here once; `pliant schema` prints it.
+//! The types that a scene file is deserialised into. Their doc comments are the reference of the format: `pliant schema` prints them.
 
 mod body;
 mod edit;
@@ -17,75 +17,75 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use toml::Spanned;
 
-/// A scene: what is there, what a hand does to it, and what comes out.
+/// A scene: bodies, devices, tools, edits, and outputs.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Scene {
     /// Version of this format: 1.
     #[schemars(with = "u32")]
     pub format: Spanned<u32>,
-    /// A line for people.
+    /// Title, one line.
     #[serde(default)]
     pub title: String,
-    /// How long, and how the bodies are moved.
+    /// Duration, step and time integration.
     #[serde(default)]
     pub time: TimeScene,
     /// The solver of implicit integrators.
     #[serde(default)]
     pub solver: SolverScene,
-    /// m/s^2; none by default
+    /// Acceleration of gravity; none by default.
     #[serde(default)]
     pub gravity: Option<[Acceleration; 3]>,
-    /// What deforms.
+    /// Bodies, the objects that deform.
     #[serde(default)]
     pub body: Vec<BodyScene>,
-    /// Where hands are.
+    /// Devices, which sample hands and render forces.
     #[serde(default)]
     pub device: Vec<DeviceScene>,
-    /// What hands hold.
+    /// Tools that hands hold.
     #[serde(default)]
     pub tool: Vec<ToolScene>,
-    /// What is done with the tools, and when.
+    /// Edits, operations with tools.
     #[serde(default)]
     pub edit: Vec<EditScene>,
-    /// What is measured, and what it should be.
+    /// Quantities that are measured.
     #[serde(default)]
     pub probe: Vec<ProbeScene>,
-    /// What is written.
+    /// Files that a run writes.
     #[serde(default)]
     pub output: OutputScene,
 }
 
-/// How long, and how the bodies are moved.
+/// Duration, step and time integration.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
 pub struct TimeScene {
     /// Simulated time.
     #[schemars(with = "Time")]
     pub duration: Spanned<Time>,
-    /// One step: the time between two samples of the hand.
+    /// Step size: the time between two samples of the hand.
     #[schemars(with = "Time")]
     pub dt: Spanned<Time>,
-    /// `auto` takes symplectic Euler where a few substeps keep it stable, else backward Euler.
+    /// Time integration scheme; `auto` chooses symplectic Euler if it is stable with a few substeps, else backward Euler.
     pub integrator: IntegratorChoice,
-    /// Substeps of explicit integrators; 0 takes as many as the step limit asks for.
+    /// Number of substeps of explicit integrators; 0 takes as many as the step limit needs.
     #[schemars(with = "u32")]
     pub substeps: Spanned<u32>,
-    /// The most substeps taken before a scene is refused.
+    /// Largest number of substeps; a scene that needs more is refused.
     #[schemars(with = "u32")]
     pub most_substeps: Spanned<u32>,
-    /// Run an explicit integrator over its limit all the same, and report how it grows.
+    /// Whether an explicit integrator may exceed its step limit; the growth of the energy is then reported.
     pub force_unstable: bool,
-    /// Wall-clock time a step of a body may take; past it the body stands still and the rest goes on.
+    /// Wall-clock time that a step of a body may take. A body that exceeds it is quarantined and the rest of the scene goes on.
     #[schemars(with = "Time")]
     pub patience: Spanned<Time>,
-    /// Bodies slower than this for 0.1 s stand still until a tool comes near or a fixing moves. Absent, no body sleeps.
+    /// Speed below which, for 0.1 s, a body is put to sleep until a tool comes near or a fixing moves. Absent, no body sleeps.
     #[schemars(with = "Option<Speed>")]
     pub sleep: Option<Spanned<Speed>>,
 }
 
 impl TimeScene {
-    /// Steps of the whole run. A last step that rounding alone makes is none.
+    /// Number of steps of the run. A remainder below 1e-12 of the duration is rounding and makes no further step.
     pub fn steps(&self) -> u64 {
         let steps = self.duration.get_ref().si / self.dt.get_ref().si;
         (steps * (1.0 - 1e-12)).ceil().max(1.0) as u64
@@ -107,37 +107,37 @@ impl Default for TimeScene {
     }
 }
 
-/// An integrator, or the choice left to the plan.
+/// A time integration scheme, or its automatic choice.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "kebab-case")]
 pub enum IntegratorChoice {
-    /// What the plan finds best.
+    /// Chosen by material and step size.
     #[default]
     Auto,
-    /// As printed by Qi, Zhu and Fan (2019).
+    /// Explicit Euler with new positions from old velocities, as printed by Qi, Zhu and Fan (2019).
     ExplicitEuler,
-    /// Velocities first.
+    /// Symplectic Euler: velocities first, then positions from the new velocities.
     SymplecticEuler,
-    /// Linearised once a step, unless `newton` asks for more.
+    /// Backward Euler, first order, with one Newton iteration a step unless `newton` asks for more.
     BackwardEuler,
-    /// Second order, damps less.
+    /// BDF2, second order, with less numerical damping than backward Euler.
     Bdf2,
-    /// Second order, damps nothing; not for contact.
+    /// Implicit midpoint rule, second order, without numerical damping; not for contact.
     ImplicitMidpoint,
-    /// Equilibrium at every step, without inertia.
+    /// Static equilibrium at every step, without inertia.
     QuasiStatic,
 }
 
-/// What stands for the inverse of the matrix while it is solved with.
+/// A preconditioner of the linear solver, or its automatic choice.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "kebab-case")]
 pub enum PreconditionerChoice {
-    /// By size, stiffness and step.
+    /// Chosen by size, stiffness and step size.
     #[default]
     Auto,
-    /// Each node by itself.
+    /// The inverses of the 3 x 3 diagonal blocks.
     BlockJacobi,
-    /// Levels of ever coarser bodies.
+    /// Block Jacobi on all levels of coarsening, added up.
     Multilevel,
 }
 
@@ -145,19 +145,19 @@ pub enum PreconditionerChoice {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
 pub struct SolverScene {
-    /// Relative residual.
+    /// Relative residual at which the linear solver stops.
     #[schemars(with = "f64")]
     pub tolerance: Spanned<f64>,
-    /// Iterations at most.
+    /// Largest number of iterations of the linear solver.
     #[schemars(with = "u32")]
     pub iterations: Spanned<u32>,
-    /// Newton iterations of a step, at most: by default 1, what a hand can wait for, and 200 of `quasi-static`.
+    /// Largest number of Newton iterations of a step: by default 1, which keeps steps short, and 200 for `quasi-static`.
     #[schemars(with = "Option<u32>")]
     pub newton: Option<Spanned<u32>>,
-    /// Of the first residual of a step, where Newton's method stops.
+    /// Residual at which Newton's method stops, relative to the first one of the step.
     #[schemars(with = "f64")]
     pub newton_tolerance: Spanned<f64>,
-    /// What stands for the inverse of the matrix.
+    /// Preconditioner of the linear solver.
     pub preconditioner: PreconditionerChoice,
 }
 
@@ -173,19 +173,19 @@ impl Default for SolverScene {
     }
 }
 
-/// What is written.
+/// Files that a run writes.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
 pub struct OutputScene {
-    /// `trace.csv`, a row a step.
+    /// Whether to write `trace.csv`, one row for each step.
     pub trace: bool,
-    /// Energies in the trace; they cost a pass over the elements each step.
+    /// Whether the trace has energies; they cost a pass over the elements in each step.
     pub energy: bool,
-    /// `nodes.csv`, the final nodes.
+    /// Whether to write `nodes.csv`, the nodes at the end.
     pub nodes: bool,
-    /// `forces.svg`, what it takes to hold nodes at the end, as arrows.
+    /// Whether to write `forces.svg`, the reactions of held nodes at the end as arrows.
     pub forces: bool,
-    /// OBJ files of the deforming surface, so many a second.
+    /// Rate, in simulated time, at which OBJ files of the surface are written; none by default.
     #[schemars(with = "Option<Frequency>")]
     pub frames: Option<Spanned<Frequency>>,
 }
