@@ -38,21 +38,21 @@ pub struct ElementCall<'a> {
     pub history: &'a [f64],
     /// Factors of the parameters that may differ from element to element (fields x m), or empty.
     pub fields: &'a [f64],
-    /// When the state is.
+    /// Time of the state and length of the step that begins there.
     pub time: StepTime,
 }
 
-/// Beginning and length of a step.
+/// Start and length of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepTime {
-    /// When the step begins, s.
+    /// Time at which the step begins, s.
     pub start: f64,
     /// Length of the step, s.
     pub dt: f64,
 }
 
 impl StepTime {
-    /// When the step ends, s.
+    /// Time at which the step ends, s.
     pub fn end(self) -> f64 {
         self.start + self.dt
     }
@@ -110,8 +110,8 @@ pub trait ForceModel: Send + Sync {
     /// What the model reports.
     fn forces(&self, call: &ElementCall<'_>, out: &mut [[f64; 3]]) -> Result<(), ForceError>;
 
-    /// Adds `stiffness` K + `damping` C to the 3 x 3 blocks `first..` held by `values`; `slots` (m x pairs) says which pair of nodes goes
-    /// to which block.
+    /// Adds `stiffness` K + `damping` C to blocks of the matrix. `values` are the 3 x 3 blocks from slot `first` on; `slots` (m x pairs) are the
+    /// slots of each pair of corners of all elements.
     ///
     /// # Errors
     /// What the model reports.
@@ -144,7 +144,7 @@ pub trait ForceModel: Send + Sync {
         Err(self.not_offered("single_tangent"))
     }
 
-    /// Brings history (stride x m) of the call's range, which holds its present values, up to date after a step (`HAS_HISTORY`).
+    /// Updates the history (stride x m) of the call's range after a step; it holds the values before the step (`HAS_HISTORY`).
     ///
     /// # Errors
     /// What the model reports.
@@ -176,7 +176,8 @@ pub trait ForceModel: Send + Sync {
         Err(self.not_offered("normals_energy"))
     }
 
-    /// Adds forces at fixed normals, N, and slopes in them, J, to `out`, the window of the call (w x 6) (`WANTS_NORMALS`).
+    /// Adds to `out`, a row for each node of the call's window, the forces at fixed normals, N, and the derivatives of the energy by the normals,
+    /// J (w x 6) (`WANTS_NORMALS`).
     ///
     /// # Errors
     /// What the model reports.
@@ -189,7 +190,8 @@ pub trait ForceModel: Send + Sync {
         Err(self.not_offered("normals_forces"))
     }
 
-    /// Writes how stiffly normals tilt across the sides of the call's triangles, N m, into `planes` (3 x m) (`WANTS_NORMALS`).
+    /// Writes the stiffness of the energy against a change of the normals across each side of the call's triangles, N m, into `planes` (3 x m)
+    /// (`WANTS_NORMALS`).
     ///
     /// # Errors
     /// What the model reports.

@@ -1,14 +1,14 @@
-//! What ends a step before its time: somebody who stops the work, and a deadline.
+//! Interruption of a step: a cancel token and a deadline.
 //!
-//! Substeps, Newton iterations and iterations of linear solvers look once each; no loop over nodes or elements does. A step that is ended so
-//! is taken back: the body is where it was before the step.
+//! They are checked once in each substep, Newton iteration and iteration of a linear solver, and in no loop over nodes or elements. An
+//! interrupted step is undone: the body keeps its state before the step.
 
 use crate::integrate::StepError;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// A flag that stops work, shared by whoever sets it and whoever looks.
+/// A shared flag that stops work.
 #[derive(Clone, Debug, Default)]
 pub struct CancelToken(Arc<AtomicBool>);
 
@@ -18,29 +18,31 @@ impl CancelToken {
         Self(flag)
     }
 
-    /// Stops the work.
+    /// Sets the flag: work stops at its next check.
     pub fn cancel(&self) {
         self.0.store(true, Ordering::Relaxed);
     }
 
-    /// Whether the work is to stop.
+    /// Whether the flag is set.
     pub fn is_cancelled(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
 }
 
-/// Why a step may be ended before it is done. By default nothing ends one.
+/// Conditions on which a step is interrupted. By default there are none.
 #[derive(Clone, Debug, Default)]
 pub struct Interrupts {
-    /// Stops every step from now on.
+    /// Interrupts this and all later steps when it is cancelled.
     pub cancel: CancelToken,
-    /// When a step has taken too long; `None` for never.
+    /// Time at which a step is interrupted; `None` for no limit.
     pub deadline: Option<Instant>,
 }
 
 impl Interrupts {
+    /// Checks the conditions.
+    ///
     /// # Errors
-    /// [`StepError::Cancelled`] or [`StepError::TimedOut`], if the step is to end.
+    /// [`StepError::Cancelled`] or [`StepError::TimedOut`] if the step must be interrupted.
     pub fn check(&self) -> Result<(), StepError> {
         if self.cancel.is_cancelled() {
             return Err(StepError::Cancelled);
@@ -51,7 +53,7 @@ impl Interrupts {
         }
     }
 
-    /// Whether the step is to end.
+    /// Whether the step must be interrupted.
     pub fn is_due(&self) -> bool {
         self.check().is_err()
     }

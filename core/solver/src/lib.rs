@@ -1,7 +1,7 @@
-//! How a body moves: state, elements, matrix, solver and time integration.
+//! Dynamics of one body: nodes, elements, matrix, linear solver and time integration.
 //!
-//! Nothing here knows what a material is made of, or what a scene is. A [`System`] holds nodes and elements; an
-//! [`Integrator`] moves them by one step.
+//! The crate knows neither materials, which it calls through [`ForceModel`], nor scenes. A [`System`] holds nodes and elements; an
+//! [`Integrator`] advances them by one step.
 
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))]
 

@@ -1,8 +1,8 @@
 //! Linear springs and dampers of a tool on the nodes of a body, for one step.
 //!
 //! The force on a node is `F = force - stiffness (x - anchor) - damping v`. Explicit schemes evaluate it in every substep; implicit ones add
-//! its blocks to the diagonal of the matrix. A load that is spread over weighted nodes is lumped: each node gets its share of the
-//! stiffness. The lumped matrix is nowhere softer than the exact low-rank one, so a step that is stable with the exact one stays stable.
+//! its blocks to the diagonal of the matrix. The stiffness of a load that is distributed over several nodes by weights is lumped: each node gets
+//! its share. The lumped matrix is an upper bound of the exact one, which has rank 3, so a step that is stable with the exact one stays stable.
 
 use super::algebra::{Block, Vec3, matrix3};
 use super::integrate::limit::SpringRates;
@@ -75,7 +75,7 @@ impl NodeSprings {
         (0..self.nodes.len()).map(|i| self.load(i, x, Some(v))).sum()
     }
 
-    /// N m, of all of them together about `centre` (m)
+    /// Moment of all forces about `centre` (m), N m.
     pub fn moment(&self, centre: Vec3, x: &[Vec3], v: &[Vec3]) -> Vec3 {
         let each = self.nodes.iter().enumerate();
         each.map(|(i, &node)| (x[node as usize] - centre).cross(&self.load(i, x, Some(v)))).sum()

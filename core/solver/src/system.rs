@@ -27,7 +27,7 @@ pub struct System {
     pub normals: Option<NormalsEnergy>,
 }
 
-/// A state of a body that forces and matrices are computed of.
+/// The state of a body from which forces and matrices are computed.
 #[derive(Clone, Copy)]
 pub struct SystemState<'a> {
     /// The force model.
@@ -36,32 +36,31 @@ pub struct SystemState<'a> {
     pub sets: &'a [ElementSet],
     /// Nodes with their positions and velocities.
     pub nodes: &'a Nodes,
-    /// When the state is, and the step that begins there.
+    /// Time of the state and length of the step that begins there.
     pub time: StepTime,
 }
 
 impl System {
     /// A body without nodes.
     pub fn new(material: Box<dyn ForceModel>) -> Self {
-        let sets = material.requests().iter().map(|r| ElementSet::new(*r)).collect();
-        let sets: Vec<ElementSet> = sets;
+        let sets: Vec<ElementSet> = material.requests().iter().map(|r| ElementSet::new(*r)).collect();
         let coupled = sets.iter().any(is_coupled_hinges).then(CoupledHinges::default);
         let normals = sets.iter().any(wants_normals).then(NormalsEnergy::default);
         Self { nodes: Nodes::default(), sets, material, matrix: None, coupled, normals }
     }
 
-    /// The present state.
+    /// The current state.
     pub fn state(&self, time: StepTime) -> SystemState<'_> {
         SystemState { material: &*self.material, sets: &self.sets, nodes: &self.nodes, time }
     }
 
-    /// The present state beside the coupled hinges, as [`Matrix::assemble`] takes them.
+    /// The current state and the coupled hinges, the arguments of [`Matrix::assemble`].
     pub fn assembly_parts(&mut self, time: StepTime) -> (SystemState<'_>, Option<&mut CoupledHinges>) {
         let Self { nodes, sets, material, coupled, .. } = self;
         (SystemState { material: &**material, sets, nodes, time }, coupled.as_mut())
     }
 
-    /// Adds a matrix, whose pattern follows the elements from now on.
+    /// Adds a matrix. Its pattern is rebuilt with the elements from now on.
     pub fn enable_matrix(&mut self) {
         let matrix = self.matrix.get_or_insert_default();
         matrix.rebuild(self.nodes.len(), &mut self.sets);
@@ -77,7 +76,8 @@ impl System {
         }
     }
 
-    /// Recomputes chunks, rest data, lumped masses and the matrix's pattern. Call it after nodes or lists of elements have changed.
+    /// Recomputes chunks, rest data, lumped masses and the pattern of the matrix; history becomes zero. Call it after nodes or lists of elements
+    /// have changed.
     ///
     /// # Errors
     /// Returns the error of the material.
@@ -85,7 +85,7 @@ impl System {
         for set in &mut self.sets {
             set.prepare(&*self.material, &self.nodes)?;
         }
-        self.apply_preconditioner()?;
+        self.lump_mass()?;
         if let Some(coupled) = &mut self.coupled {
             coupled.prepare(&*self.material, &self.sets, &self.nodes)?;
         }
@@ -106,7 +106,8 @@ impl System {
         self.sets.iter_mut().try_for_each(|set| set.rest(&*self.material, &self.nodes))
     }
 
-    fn apply_preconditioner(&mut self) -> Result<(), ForceError> {
+    /// Recomputes the lumped masses.
+    fn lump_mass(&mut self) -> Result<(), ForceError> {
         let mut mass = std::mem::take(&mut self.nodes.mass);
         mass.clear();
         mass.resize(self.nodes.len(), 0.0);
@@ -136,20 +137,20 @@ impl System {
         time: StepTime,
         force: &mut [Vec3],
     ) -> Result<(), ForceError> {
-        self.forces_with_digits(pool, v, time, force, false)
+        self.forces_with_precision(pool, v, time, force, false)
     }
 
-    /// As [`System::forces`], with moments of coupled hinges in single precision if `six_digits`.
+    /// As [`System::forces`], with moments of coupled hinges in single precision if `single`.
     ///
     /// # Errors
     /// As [`System::forces`].
-    pub(super) fn forces_with_digits(
+    pub(super) fn forces_with_precision(
         &mut self,
         pool: &Pool,
         v: Option<&[Vec3]>,
         time: StepTime,
         force: &mut [Vec3],
-        six_digits: bool,
+        single: bool,
     ) -> Result<(), ForceError> {
         let v = v.unwrap_or(&self.nodes.v);
         pool.par_chunks(&mut *force, NODES, &|_, force: &mut [Vec3]| force.fill(Vec3::zeros()));
@@ -163,12 +164,12 @@ impl System {
             normals.forces(pool, state, force)?;
         }
         match &mut self.coupled {
-            Some(coupled) => coupled.forces(pool, state, force, six_digits),
+            Some(coupled) => coupled.forces(pool, state, force, single),
             None => Ok(()),
         }
     }
 
-    /// Elastic energy of the present state, J.
+    /// Elastic energy of the current state, J.
     ///
     /// # Errors
     /// Returns the error of the material.
@@ -198,17 +199,17 @@ impl System {
             let mut next = std::mem::take(&mut set.next_history);
             next.copy_from_slice(&set.history);
             let planes = PlanesMut::new(&mut next, set.request().history_stride as usize);
-            let done = par_planes(pool, pool.halvings(), planes, &|planes| {
+            let result = par_planes(pool, pool.halvings(), planes, &|planes| {
                 let whole = Chunk { range: planes.range(), window: 0..self.nodes.len() };
                 self.material.advance(&set.call(&whole, &self.nodes, &self.nodes.v, time), planes)
             });
             set.next_history = std::mem::replace(&mut set.history, next);
-            done?;
+            result?;
         }
         Ok(())
     }
 
-    /// Has every element forget its history: the present shape is one at rest.
+    /// Sets the history of all elements to zero.
     pub fn clear_history(&mut self) {
         self.sets.iter_mut().for_each(|set| set.history.fill(0.0));
     }

@@ -1,9 +1,9 @@
-//! What the matrix of a step is made of: scales of mass, stiffness and damping, and how exact the stiffness has to be.
+//! The matrix of a step: factors of mass, stiffness and damping, and how stiffness is approximated.
 
 /// How much of the exact Hessian an approximation must reach.
 ///
 /// Two energies have no Hessian that fits the matrix: coupled hinges, whose exact one is full, and energies of vertex normals, whose
-/// exact one joins nodes that share no element. Both are approximated by one term `k g g^T` for each hinge (g the gradient of its
+/// exact one couples nodes that share no element. Both are approximated by one term `k g g^T` for each hinge (g the gradient of its
 /// angle); what is dropped is the coupling between hinges and the geometric part `m d2s/dx2`. The variants say how k is chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HessianApproximation {
@@ -24,7 +24,7 @@ pub struct SystemScales {
     pub stiffness: f64,
     /// Factor of the damping C: g (s) in such a step.
     pub damping: f64,
-    /// How a Hessian that is not at hand is approximated.
+    /// How a Hessian that does not fit the matrix is approximated.
     pub hessian: HessianApproximation,
     /// Whether the forces of this state were computed last, so that the strains of coupled hinges are those of this state.
     pub strains_are_current: bool,

@@ -1,5 +1,5 @@
 //! Coupled hinges: bending of thin shells in the mixed form of Hellan (1967), Herrmann (1967) and Johnson
-//! (1973), in which moments are constant in each triangle and agree across edges only in what they do along the edge.
+//! (1973), in which moments are constant in each triangle and only their normal component is continuous across edges.
 //!
 //! The material gives the strain of each hinge and the compliance of each triangle; here `G m = s` is solved for the moments
 //! m, so that the energy is s . m / 2. G couples a hinge to the four others of its two triangles and is well conditioned: no
@@ -34,9 +34,9 @@ pub struct CoupledHinges {
     pub sides: Vec<[u32; 3]>,
     /// A polynomial in G that replaces its inverse.
     inverse: Chebyshev,
-    /// Stiffness of each hinge from the diagonal of G, N/m; 0 for a hinge without compliance.
+    /// Approximate stiffness of each hinge, [`INVERSE_FACTOR`] over the diagonal of G, N/m; 0 for a hinge without compliance (h).
     mean_stiffness: Vec<f64>,
-    /// The same from a diagonal matrix nowhere above G: an upper bound, N/m.
+    /// Upper bound of the stiffness of each hinge, from a diagonal lower bound of G, N/m (h).
     stiffness_bound: Vec<f64>,
     /// Plane 0: strain of each hinge, m; planes 1 to 12: its gradient by corner and axis (13 x h).
     planes: Vec<f64>,
@@ -46,16 +46,16 @@ pub struct CoupledHinges {
 
 /// Relative accuracy of the polynomial inverse.
 const ACCURACY: f64 = 1e-4;
-/// Most terms of the polynomial: slivers would need more than they are worth.
+/// Largest number of terms of the polynomial. Slivers may need more; accuracy is given up there.
 const MAX_TERMS: usize = 200;
-/// With so few terms no better bound of the spectrum is computed.
-const FEW: usize = 16;
+/// Number of terms up to which no better bound of the spectrum is computed.
+const FEW_TERMS: usize = 16;
 /// Safety factor on the least eigenvalue found.
 const EIGENVALUE_MARGIN: f64 = 0.9;
-/// The approximate inverse of G in a matrix is this over its diagonal, and more where slivers need it: at least half the exact stiffness,
-/// as a step of backward Euler that is linearised once needs.
+/// The inverse of G is approximated in a matrix by this factor over the diagonal of G, or by half the upper bound of the stiffness where that
+/// is more, as beside slivers: a step of backward Euler that is linearised once is stable with at least half the exact stiffness.
 const INVERSE_FACTOR: f64 = 2.2;
-/// Numbers of a hinge: its strain and twelve components of the gradient.
+/// Numbers of a hinge: its strain and the twelve components of its gradient.
 const PLANES: usize = 13;
 /// Fewest hinges of a chunk of work.
 const CHUNK: usize = 256;
@@ -65,11 +65,12 @@ pub fn is_coupled_hinges(set: &ElementSet) -> bool {
     set.request().kind == abi::HINGE && set.has(abi::IS_COUPLED)
 }
 
+/// Whether a set consists of the triangles that give coupled hinges their compliance.
 fn is_coupled_triangles(set: &ElementSet) -> bool {
     set.request().kind == abi::TRIANGLE && set.has(abi::IS_COUPLED)
 }
 
-/// Number of terms of a Chebyshev inverse for eigenvalues within two bounds.
+/// Number of terms at which the polynomial has the accuracy [`ACCURACY`], for eigenvalues between `low` and `high`.
 fn terms([low, high]: [f64; 2]) -> usize {
     let root = (high / low).sqrt();
     let rate = (root - 1.0) / (root + 1.0);
@@ -90,15 +91,15 @@ impl CoupledHinges {
         if count > 0 {
             material.compliance(&triangles.call(&whole, nodes, &nodes.v, StepTime::default()), &mut compliance)?;
         }
-        // m/N
-        let (mut diagonal, mut least) = (vec![0.0; hinges], vec![0.0; hinges]);
-        // Least and greatest eigenvalue of the scaled matrix, at the widest.
+        // Diagonal of G and of its lower bound, m/N.
+        let (mut diagonal, mut lower_bound) = (vec![0.0; hinges], vec![0.0; hinges]);
+        // Bounds of the eigenvalues of the scaled matrix.
         let mut spectrum = [1.0_f64, 1.0];
         let mut entries: Vec<(u32, u32, f64)> = Vec::new();
-        // Nearly the eigenvector of the least: those of the triangles, the more the less theirs is.
+        // Start vector near the eigenvector of the least eigenvalue: those of the triangles over their least eigenvalues.
         let mut near = vec![0.0; hinges];
         for (t, corners) in triangles.nodes().chunks_exact(3).enumerate() {
-            // A triangle that is held altogether does not bend.
+            // A triangle whose corners are all fixed does not bend.
             if corners.iter().all(|n| nodes.constraint[*n as usize] == Constraint::Fixed) {
                 continue;
             }
@@ -112,24 +113,24 @@ impl CoupledHinges {
                     entries.push((sides[i], sides[j], g[i][j]));
                 }
             }
-            let (bounds, own) = scaled_spectrum(&g, &inner);
+            let ScaledSpectrum { bounds, least_vector } = scaled_spectrum(&g, &inner);
             for &i in &inner {
-                least[sides[i] as usize] += bounds[0] * g[i][i];
-                near[sides[i] as usize] += own[i] / (bounds[0] * g[i][i].sqrt());
+                lower_bound[sides[i] as usize] += bounds[0] * g[i][i];
+                near[sides[i] as usize] += least_vector[i] / (bounds[0] * g[i][i].sqrt());
             }
             spectrum = [spectrum[0].min(bounds[0]), spectrum[1].max(bounds[1])];
         }
         entries.sort_by_key(|(i, j, _)| (*i, *j));
-        // Where triangles differ the whole is far from as uneven as the worst of them. If it is a little worse than found, the polynomial
-        // is less accurate there, and still positive. A hinge between two triangles that are held has no compliance, and no moment.
-        if terms(spectrum) > FEW {
+        // Bounds from single triangles are far too wide where triangles differ. If an eigenvalue is a little below the estimate, the polynomial
+        // is less accurate there and still positive. A hinge between two fixed triangles has no compliance and no moment.
+        if terms(spectrum) > FEW_TERMS {
             let found = least_eigenvalue(&diagonal, &entries, near);
             spectrum[0] = found.map_or(spectrum[0], |found| spectrum[0].max(EIGENVALUE_MARGIN * found));
         }
         let terms = terms(spectrum).min(MAX_TERMS);
         self.inverse = Chebyshev::new(&diagonal, &entries, spectrum, terms);
         let over = |of: f64, all: &[f64]| all.iter().map(|c| if *c > 0.0 { of / c } else { 0.0 }).collect();
-        (self.mean_stiffness, self.stiffness_bound) = (over(INVERSE_FACTOR, &diagonal), over(1.0, &least));
+        (self.mean_stiffness, self.stiffness_bound) = (over(INVERSE_FACTOR, &diagonal), over(1.0, &lower_bound));
         self.planes = vec![0.0; PLANES * hinges];
         self.moment = vec![0.0; hinges];
         Ok(())
@@ -148,15 +149,15 @@ impl CoupledHinges {
         })
     }
 
-    /// Computes strains, their gradients and the moments `G^-1 s`, these in single precision if `six_digits`.
-    fn update_moments(&mut self, pool: &Pool, state: SystemState<'_>, six_digits: bool) -> Result<(), ForceError> {
+    /// Computes strains, their gradients and the moments `G^-1 s`; moments in single precision if `single`.
+    fn update_moments(&mut self, pool: &Pool, state: SystemState<'_>, single: bool) -> Result<(), ForceError> {
         self.update_strains(pool, state)?;
         let strain = &self.planes[..self.moment.len()];
-        self.inverse.apply(pool, strain, &mut self.moment, six_digits);
+        self.inverse.apply(pool, strain, &mut self.moment, single);
         Ok(())
     }
 
-    /// Adds `-m ds/dx`, N, to `force` (n x 3), with moments in single precision if `six_digits`.
+    /// Adds `-m ds/dx`, N, to `force` (n x 3), with moments in single precision if `single`.
     ///
     /// # Errors
     /// Returns the error of the material.
@@ -165,10 +166,10 @@ impl CoupledHinges {
         pool: &Pool,
         state: SystemState<'_>,
         force: &mut [Vec3],
-        six_digits: bool,
+        single: bool,
     ) -> Result<(), ForceError> {
         let Some(set) = state.sets.iter().find(|set| is_coupled_hinges(set)) else { return Ok(()) };
-        self.update_moments(pool, state, six_digits)?;
+        self.update_moments(pool, state, single)?;
         let this = &*self;
         set.schedule.run(pool, force, &|node| node, &|chunk, window| {
             let (moments, gradients) = (&this.moment[chunk.range.clone()], this.gradients(chunk.range.clone()));
@@ -191,8 +192,8 @@ impl CoupledHinges {
         Ok(0.5 * self.moment.iter().zip(&self.planes).map(|(m, s)| m * s).sum::<f64>())
     }
 
-    /// Adds the approximate Hessian of a range of hinges, at the strains computed last, times `scales.stiffness`: the diagonal of G replaces
-    /// G, and the geometric part is dropped.
+    /// Adds the approximate Hessian of a range of hinges at the strains computed last, times `scales.stiffness`: G is replaced by a diagonal
+    /// matrix, and the geometric part `m d2s/dx2` is dropped.
     pub fn add_tangent<T: Precision>(
         &self,
         set: &ElementSet,
@@ -219,10 +220,15 @@ impl CoupledHinges {
 
 /// Adds `-m ds/dx` of a range of hinges to a window of nodes that begins at `first`.
 struct HingeForces<'a> {
+    /// Nodes of the hinges.
     nodes: &'a [[u32; 4]],
+    /// Moments, N.
     moments: &'a [f64],
+    /// Gradients of the strains by corner and axis.
     gradients: [&'a [f64]; 12],
+    /// First node of the window.
     first: usize,
+    /// Forces on the nodes of the window, N.
     window: &'a mut [Vec3],
 }
 
@@ -232,13 +238,13 @@ impl pulp::NullaryFnOnce for HingeForces<'_> {
     #[inline(always)]
     fn call(self) {
         let Self { nodes, moments, gradients, first, window } = self;
-        let mut all = gradients;
-        all.iter_mut().for_each(|plane| *plane = &plane[..moments.len()]);
+        // Equal lengths, so that the loop needs no bounds checks.
+        let gradients = gradients.map(|plane| &plane[..moments.len()]);
         for (e, (nodes, m)) in nodes.iter().zip(moments).enumerate() {
             for corner in 0..4 {
                 let f = &mut window[nodes[corner] as usize - first];
                 for c in 0..3 {
-                    f[c] += -m * all[3 * corner + c][e];
+                    f[c] += -m * gradients[3 * corner + c][e];
                 }
             }
         }
@@ -247,14 +253,20 @@ impl pulp::NullaryFnOnce for HingeForces<'_> {
 
 /// Terms `k g g^T` that approximate the Hessian of a range of hinges.
 struct HingeHessian<'a> {
+    /// Gradients g of the strains by corner and axis.
     gradient: [&'a [f64]; 12],
+    /// Approximate stiffness, N/m.
     mean: &'a [f64],
+    /// Upper bound of the stiffness, N/m.
     bound: &'a [f64],
+    /// Factor of all terms.
     factor: f64,
+    /// How k follows from the two.
     approximation: HessianApproximation,
 }
 
 impl HingeHessian<'_> {
+    /// k of hinges `e` to `e + N`.
     #[inline(always)]
     fn stiffness<const N: usize>(&self, e: usize) -> [f64; N] {
         let (mean, bound) = (&self.mean[e..e + N], &self.bound[e..e + N]);
@@ -294,13 +306,16 @@ impl Hinges for HingeHessian<'_> {
         let mut planes = [&room[0]; 12];
         for (plane, from) in planes.iter_mut().zip(&self.gradient) {
             prefetch(from, e + AHEAD);
-            *plane = from[e..].first_chunk().expect("there are eight");
+            *plane = from[e..].first_chunk().expect("eight hinges");
         }
         (planes, self.stiffness(e))
     }
 }
 
-/// Runs `work` on the planes of ranges of elements, one for each thread.
+/// Divides the elements of `planes` into halves `halvings` times, one range for each thread, and runs `work` on each.
+///
+/// # Errors
+/// The first error in the order of elements.
 pub(super) fn par_planes<E: Send>(
     pool: &Pool,
     halvings: u32,
@@ -312,13 +327,21 @@ pub(super) fn par_planes<E: Send>(
         return work(&mut planes);
     }
     let (low, high) = planes.split_at(range.start.midpoint(range.end));
-    let less = halvings - 1;
-    let (a, b) = pool.join(|| par_planes(pool, less, low, work), || par_planes(pool, less, high, work));
+    let halvings = halvings - 1;
+    let (a, b) = pool.join(|| par_planes(pool, halvings, low, work), || par_planes(pool, halvings, high, work));
     a.and(b)
 }
 
-/// Least and greatest eigenvalue of the rows and columns `inner` of `g`, scaled by its diagonal, and the eigenvector of the least.
-fn scaled_spectrum(g: &[[f64; 3]; 3], inner: &[usize]) -> ([f64; 2], Vec3) {
+/// Extreme eigenvalues of a matrix scaled to a unit diagonal.
+struct ScaledSpectrum {
+    /// Least and greatest eigenvalue; the least is at least 1e-6.
+    bounds: [f64; 2],
+    /// Eigenvector of the least.
+    least_vector: Vec3,
+}
+
+/// The spectrum of the rows and columns `inner` of `g`, scaled by its diagonal.
+fn scaled_spectrum(g: &[[f64; 3]; 3], inner: &[usize]) -> ScaledSpectrum {
     let mut scaled = Matrix3::identity();
     for &i in inner {
         for &j in inner {
@@ -327,5 +350,6 @@ fn scaled_spectrum(g: &[[f64; 3]; 3], inner: &[usize]) -> ([f64; 2], Vec3) {
     }
     let eigen = scaled.symmetric_eigen();
     let (at, least) = eigen.eigenvalues.argmin();
-    ([least.max(1e-6), eigen.eigenvalues.max()], eigen.eigenvectors.column(at).into_owned())
+    let bounds = [least.max(1e-6), eigen.eigenvalues.max()];
+    ScaledSpectrum { bounds, least_vector: eigen.eigenvectors.column(at).into_owned() }
 }

@@ -1,23 +1,22 @@
-//! Cutting a list of elements into ranges that can run at once.
+//! Division of a list of elements into chunks, and colouring of chunks that can run in parallel.
 //!
-//! Elements come in an order in which neighbours in the list are neighbours in space. A chunk is a range of the list and the
-//! span of nodes its elements touch. Chunks of one colour have spans that do not overlap, so each may write to its own
-//! slice of the nodes; colours run one after the other. The cut depends on the list alone, so results do not depend on the
-//! number of threads.
+//! Elements that are neighbours in the list are usually neighbours in space. A chunk is a range of the list with its window: the span of node
+//! indices that its elements touch. Windows of chunks of one colour do not overlap, so each chunk writes to its own slice of the nodes; colours
+//! run one after the other. Chunks and colours depend on the list alone, so results do not depend on the number of threads.
 
 use crate::threads::Pool;
 use std::ops::Range;
 
-/// A range of elements and the span of nodes they touch.
+/// A range of elements and the span of node indices they touch.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Chunk {
     /// Indices of the elements.
     pub range: Range<usize>,
-    /// Indices from the first to the last node they touch.
+    /// Node indices from the lowest to the highest of their corners.
     pub window: Range<usize>,
 }
 
-/// Chunks by colour, each colour in the order of its nodes.
+/// Chunks by colour, those of a colour in the order of their windows.
 #[derive(Clone, Debug, Default)]
 pub struct Schedule {
     colours: Vec<Vec<Chunk>>,
@@ -25,42 +24,42 @@ pub struct Schedule {
 
 /// Fewest elements of a chunk.
 const MIN_CHUNK: usize = 512;
-/// About how many chunks a list has: some for each thread, but few, for each colour traverses all nodes anew.
+/// Approximate number of chunks of a long list: enough for all threads, but few, as each colour traverses all nodes again.
 const CHUNKS: usize = 16;
-/// With a multiple of so many chunks two threads share both colours evenly.
+/// The number of chunks is a multiple of this, so that two threads share two colours evenly.
 const EVEN: usize = 4;
 
 /// Number of chunks for a list of `count` elements.
-pub fn chunks(count: usize) -> usize {
+pub fn chunk_count(count: usize) -> usize {
     let chunks = count.div_ceil((count / CHUNKS).max(MIN_CHUNK));
     if chunks > EVEN / 2 { chunks.next_multiple_of(EVEN) } else { chunks }
 }
 
-/// The span of nodes that a range of elements of `corners` nodes each touches.
+/// The span of node indices of a range of elements; `nodes` are those of all elements (m x corners).
 pub fn window(nodes: &[u32], corners: usize, range: &Range<usize>) -> Range<usize> {
     let nodes = &nodes[range.start * corners..range.end * corners];
     let low = nodes.iter().min().map_or(0, |low| *low as usize);
     low..nodes.iter().max().map_or(0, |high| *high as usize + 1)
 }
 
-/// Range k of `pieces` ranges of nearly equal length that cover `0..count`.
-pub fn part(count: usize, pieces: usize, k: usize) -> Range<usize> {
-    k * count / pieces..(k + 1) * count / pieces
+/// Range k of `parts` ranges of nearly equal length that cover `0..count`.
+pub fn part(count: usize, parts: usize, k: usize) -> Range<usize> {
+    k * count / parts..(k + 1) * count / parts
 }
 
 impl Schedule {
-    /// Cuts elements of `corners` nodes each. Keeps the buffers of an earlier cut.
+    /// Divides elements with the given nodes (m x corners) into chunks and colours them. Reuses the buffers of the last call.
     pub fn cut(&mut self, nodes: &[u32], corners: usize) {
         let count = nodes.len() / corners;
-        let pieces = chunks(count);
-        let ranges = (0..pieces).map(|k| part(count, pieces, k));
+        let parts = chunk_count(count);
+        let ranges = (0..parts).map(|k| part(count, parts, k));
         self.assign(ranges.map(|range| Chunk { window: window(nodes, corners, &range), range }));
     }
 
-    /// Colours the given chunks. Keeps the buffers of an earlier schedule.
+    /// Colours the given chunks. Reuses the buffers of the last call.
     pub fn assign(&mut self, chunks: impl Iterator<Item = Chunk>) {
         self.colours.iter_mut().for_each(Vec::clear);
-        chunks.for_each(|chunk| self.place(chunk));
+        chunks.for_each(|chunk| self.colour(chunk));
         for colour in &mut self.colours {
             colour.sort_by_key(|c| c.window.start);
         }
@@ -72,59 +71,61 @@ impl Schedule {
     }
 
     /// Adds a chunk to the first colour whose chunks it does not overlap.
-    fn place(&mut self, chunk: Chunk) {
-        let apart = |c: &Chunk| c.window.end <= chunk.window.start || chunk.window.end <= c.window.start;
-        match self.colours.iter_mut().find(|colour| colour.iter().all(apart)) {
+    fn colour(&mut self, chunk: Chunk) {
+        let is_apart = |c: &Chunk| c.window.end <= chunk.window.start || chunk.window.end <= c.window.start;
+        match self.colours.iter_mut().find(|colour| colour.iter().all(is_apart)) {
             Some(colour) => colour.push(chunk),
             None => self.colours.push(vec![chunk]),
         }
     }
 
-    /// Every chunk, in the order it runs on one thread.
+    /// Every chunk, in the order in which one thread runs them.
     pub fn chunks(&self) -> impl Iterator<Item = &Chunk> {
         self.colours.iter().flatten()
     }
 
-    /// Runs `work` on every chunk with its slice of `out`. `bound(node)` is the first item of `out` that belongs to `node`.
+    /// Runs `work` on every chunk with the items of `out` of its window. `first_item(node)` is the index of the first item of a node.
     ///
     /// # Errors
-    /// The first error in chunk order; other chunks may have run.
+    /// The first error in the order of chunks; later chunks of the same colour may have run.
     pub fn run<T: Send, E: Send>(
         &self,
         pool: &Pool,
         out: &mut [T],
-        bound: &(impl Fn(usize) -> usize + Sync),
+        first_item: &(impl Fn(usize) -> usize + Sync),
         work: &(impl Fn(&Chunk, &mut [T]) -> Result<(), E> + Sync),
     ) -> Result<(), E> {
-        self.colours.iter().try_for_each(|colour| ColourRun { pool, bound, work }.run(pool.halvings(), colour, 0, out))
+        let run = ColourRun { pool, first_item, work };
+        self.colours.iter().try_for_each(|colour| run.run(pool.halvings(), colour, 0, out))
     }
 }
 
-/// The work of one schedule on one colour.
-struct ColourRun<'a, B, W> {
+/// Work on chunks of one colour.
+struct ColourRun<'a, F, W> {
     pool: &'a Pool,
-    /// First item of a node.
-    bound: &'a B,
+    /// Index of the first item of a node.
+    first_item: &'a F,
+    /// Work on a chunk with its items.
     work: &'a W,
 }
 
-impl<B: Fn(usize) -> usize + Sync, W: Sync> ColourRun<'_, B, W> {
-    /// Runs chunks of one colour, halved `halvings` times between threads. `out` starts at item `first`.
+impl<F: Fn(usize) -> usize + Sync, W: Sync> ColourRun<'_, F, W> {
+    /// Runs chunks, divided into halves between threads `halvings` times. `out` begins with item `first`.
     fn run<T: Send, E: Send>(&self, halvings: u32, chunks: &[Chunk], first: usize, out: &mut [T]) -> Result<(), E>
     where
         W: Fn(&Chunk, &mut [T]) -> Result<(), E>,
     {
-        let Self { pool, bound, work } = self;
+        let Self { pool, first_item, work } = self;
         if halvings == 0 || chunks.len() < 2 {
             return chunks.iter().try_for_each(|chunk| {
-                work(chunk, &mut out[bound(chunk.window.start) - first..bound(chunk.window.end) - first])
+                work(chunk, &mut out[first_item(chunk.window.start) - first..first_item(chunk.window.end) - first])
             });
         }
         let (left, right) = chunks.split_at(chunks.len() / 2);
-        let middle = bound(right[0].window.start);
+        let middle = first_item(right[0].window.start);
         let (low, high) = out.split_at_mut(middle - first);
-        let less = halvings - 1;
-        let (a, b) = pool.join(|| self.run(less, left, first, low), || self.run(less, right, middle, high));
+        let halvings = halvings - 1;
+        let (a, b) = pool.join(|| self.run(halvings, left, first, low), || self.run(halvings, right, middle, high));
         a.and(b)
     }
 }

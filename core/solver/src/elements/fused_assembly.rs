@@ -1,8 +1,10 @@
-//! Assembly of all element kinds in one pass over the body: blocks are cleared right before the first kind adds to them, and are still in
-//! the cache when the next kind does.
+//! Assembly of all element kinds in one pass over the body.
+//!
+//! A strip has the elements of every kind in one part of the body. Blocks are set to zero right before the first kind of a strip adds to them,
+//! and are still in the cache when the next kind does.
 
 use super::ElementSet;
-use super::chunk::{Chunk, Schedule, chunks, part, window};
+use super::chunk::{Chunk, Schedule, chunk_count, part, window};
 use crate::threads::Pool;
 use std::ops::Range;
 
@@ -11,29 +13,39 @@ use std::ops::Range;
 pub struct FusedAssembly {
     /// Passes over the body, one after the other.
     passes: Vec<Pass>,
-    /// Nodes that no strip of the first pass covers.
-    bare: Vec<Range<usize>>,
+    /// Nodes outside the windows of the first pass.
+    uncovered: Vec<Range<usize>>,
 }
 
-/// Element kinds whose lists traverse the body in the same order.
+/// Element sets whose lists traverse the body in a similar order, assembled together.
 #[derive(Debug, Default)]
 struct Pass {
-    /// Colours of the strips, by index.
+    /// Colours of the strips: the range of a chunk is the index of its strip.
     schedule: Schedule,
+    /// The parts of the body.
     strips: Vec<Strip>,
 }
 
-/// Elements of all kinds of a pass in one part of the body.
+/// Elements of all sets of a pass in one part of the body.
 #[derive(Debug)]
 struct Strip {
-    /// In the first pass: nodes that no earlier strip covers.
-    fresh: Vec<Range<usize>>,
-    /// Index of a set and a range of its elements.
-    elements: Vec<(usize, Range<usize>)>,
+    /// In the first pass: nodes of its window that no earlier strip covers, whose blocks it clears.
+    to_clear: Vec<Range<usize>>,
+    /// Its elements of each set.
+    elements: Vec<StripElements>,
+}
+
+/// Elements of one set in a strip.
+#[derive(Debug)]
+struct StripElements {
+    /// Index of the set.
+    set: usize,
+    /// Indices of the elements.
+    range: Range<usize>,
 }
 
 impl FusedAssembly {
-    /// Cuts the sets that `which` selects into strips, for `n` nodes.
+    /// Divides the sets that `which` selects into strips, for `n` nodes.
     pub fn cut(n: usize, sets: &[ElementSet], which: impl Fn(&ElementSet) -> bool) -> Self {
         let mut passes: Vec<(Vec<usize>, Pass)> = Vec::new();
         for at in (0..sets.len()).filter(|at| which(&sets[*at]) && sets[*at].count() > 0) {
@@ -41,7 +53,7 @@ impl FusedAssembly {
             if let Some((before, pass)) = passes.last_mut() {
                 let all = [&before[..], &[at]].concat();
                 let joint = Pass::new(sets, &all);
-                // One more colour is less than another pass; many are less than two threads.
+                // A colour more costs less than another pass; with many colours few strips run in parallel.
                 if joint.schedule.colours() <= 1 + own.schedule.colours().min(pass.schedule.colours()) {
                     (*before, *pass) = (all, joint);
                     continue;
@@ -50,20 +62,20 @@ impl FusedAssembly {
             passes.push((vec![at], own));
         }
         let mut passes: Vec<Pass> = passes.into_iter().map(|(_, pass)| pass).collect();
-        let mut met = vec![false; n];
+        let mut visited = vec![false; n];
         if let Some(Pass { schedule, strips }) = passes.first_mut() {
             for chunk in schedule.chunks() {
-                strips[chunk.range.start].fresh = unmet(&mut met, chunk.window.clone());
+                strips[chunk.range.start].to_clear = visit(&mut visited, chunk.window.clone());
             }
         }
-        Self { passes, bare: unmet(&mut met, 0..n) }
+        Self { passes, uncovered: visit(&mut visited, 0..n) }
     }
 
-    /// Clears the items of each node in `out` (node i has items `row[i]..row[i + 1]`) and runs `add` on each chunk of each set with the items
-    /// of the chunk's nodes.
+    /// Calls `clear(nodes, items)` for all nodes, and `add(set, chunk, items)` for chunks of each set with the items of the chunk's window. Items
+    /// of node i are `out[row[i]..row[i + 1]]`.
     ///
     /// # Errors
-    /// The first error in the order of strips; others may have run.
+    /// The first error of `add` in the order of strips; later strips of the same colour may have run.
     pub fn run<T: Send, E: Send>(
         &self,
         pool: &Pool,
@@ -72,17 +84,17 @@ impl FusedAssembly {
         clear: &(impl Fn(Range<usize>, &mut [T]) + Sync),
         add: &(impl Fn(usize, &Chunk, &mut [T]) -> Result<(), E> + Sync),
     ) -> Result<(), E> {
-        let of = |nodes: &Range<usize>, base: usize| row[nodes.start] - base..row[nodes.end] - base;
-        for nodes in &self.bare {
-            clear(nodes.clone(), &mut out[of(nodes, 0)]);
+        let items = |nodes: &Range<usize>, first: usize| row[nodes.start] - first..row[nodes.end] - first;
+        for nodes in &self.uncovered {
+            clear(nodes.clone(), &mut out[items(nodes, 0)]);
         }
         self.passes.iter().try_for_each(|Pass { schedule, strips }| {
             schedule.run(pool, out, &|node| row[node], &|Chunk { range, window }, out| {
-                let Strip { fresh, elements } = &strips[range.start];
-                for nodes in fresh {
-                    clear(nodes.clone(), &mut out[of(nodes, row[window.start])]);
+                let Strip { to_clear, elements } = &strips[range.start];
+                for nodes in to_clear {
+                    clear(nodes.clone(), &mut out[items(nodes, row[window.start])]);
                 }
-                elements.iter().try_for_each(|(set, range)| {
+                elements.iter().try_for_each(|StripElements { set, range }| {
                     add(*set, &Chunk { range: range.clone(), window: window.clone() }, out)
                 })
             })
@@ -91,16 +103,17 @@ impl FusedAssembly {
 }
 
 impl Pass {
-    /// A pass over the sets `which`, each cut into as many parts as the longest list needs.
+    /// A pass over the sets with the indices `which`, each divided into the number of chunks of the longest list.
     fn new(sets: &[ElementSet], which: &[usize]) -> Self {
-        let pieces = which.iter().map(|at| chunks(sets[*at].count())).max().unwrap_or(0);
+        let count = which.iter().map(|set| chunk_count(sets[*set].count())).max().unwrap_or(0);
         let strip = |k: usize| {
-            let parts = which.iter().map(|at| (*at, part(sets[*at].count(), pieces, k)));
-            Strip { fresh: Vec::new(), elements: parts.filter(|(_, range)| !range.is_empty()).collect() }
+            let elements = which.iter().map(|&set| StripElements { set, range: part(sets[set].count(), count, k) });
+            Strip { to_clear: Vec::new(), elements: elements.filter(|part| !part.range.is_empty()).collect() }
         };
-        let strips: Vec<Strip> = (0..pieces).map(strip).collect();
+        let strips: Vec<Strip> = (0..count).map(strip).collect();
         let window = |Strip { elements, .. }: &Strip| {
-            let windows = elements.iter().map(|(at, range)| window(sets[*at].nodes(), sets[*at].corners, range));
+            let windows =
+                elements.iter().map(|part| window(sets[part.set].nodes(), sets[part.set].corners, &part.range));
             windows.reduce(|a, b| a.start.min(b.start)..a.end.max(b.end)).unwrap_or(0..0)
         };
         let mut schedule = Schedule::default();
@@ -109,10 +122,10 @@ impl Pass {
     }
 }
 
-/// Ranges of nodes that were not visited before; marks them visited.
-fn unmet(met: &mut [bool], nodes: Range<usize>) -> Vec<Range<usize>> {
+/// Marks nodes as visited. Returns those that were not, as ranges.
+fn visit(visited: &mut [bool], nodes: Range<usize>) -> Vec<Range<usize>> {
     let mut found: Vec<Range<usize>> = Vec::new();
-    for node in nodes.filter(|node| !std::mem::replace(&mut met[*node], true)) {
+    for node in nodes.filter(|node| !std::mem::replace(&mut visited[*node], true)) {
         match found.last_mut().filter(|range| range.end == node) {
             Some(range) => range.end += 1,
             None => found.push(node..node + 1),
@@ -135,20 +148,20 @@ mod tests {
         set
     }
 
-    /// Triangles in rows of forty nodes, and links, from node 7 on.
+    /// `last` triangles of a grid with rows of forty nodes, in an order, and links, from node 7 on.
     fn sets(last: u32, order: impl Fn(u32) -> u32) -> Vec<ElementSet> {
         let triangles = (0..last).map(&order).flat_map(|i| [7 + i, 8 + i, 47 + i]).collect();
         let links = (0..2 * last).flat_map(|i| [7 + i / 2, 7 + i / 2 + 40]).collect();
         vec![set(abi::TRIANGLE, triangles), set(abi::LINK, Vec::new()), set(abi::LINK, links)]
     }
 
-    /// What runs leave in place of what was there, for one and three threads.
-    fn run(strips: &FusedAssembly, sets: &[ElementSet], n: usize) -> Vec<Vec<u32>> {
+    /// The number of elements at each node, as assembled over other values by one thread and by three.
+    fn run(assembly: &FusedAssembly, sets: &[ElementSet], n: usize) -> Vec<Vec<u32>> {
         let row: Vec<usize> = (0..=n).map(|i| 2 * i).collect();
         let mut results = Vec::new();
         for threads in [1, 3] {
             let mut out = vec![1000; 2 * n];
-            let done: Result<(), Infallible> = strips.run(
+            let done: Result<(), Infallible> = assembly.run(
                 &Pool::new(threads),
                 &row,
                 &mut out,
@@ -171,25 +184,25 @@ mod tests {
     }
 
     #[test]
-    fn every_node_is_cleared_before_and_every_element_is_there_once() {
+    fn every_node_is_cleared_first_and_every_element_is_added_once() {
         let n = 10_100;
         for (order, passes) in [((|i| i) as fn(u32) -> u32, 1), (|i| i * 7919 % 10_000, 2)] {
             let sets = sets(10_000, order);
-            let strips = FusedAssembly::cut(n, &sets, |_| true);
-            assert_eq!(strips.passes.len(), passes, "lists that go over the body alike go together");
+            let assembly = FusedAssembly::cut(n, &sets, |_| true);
+            assert_eq!(assembly.passes.len(), passes, "lists in the same order make one pass");
             let mut want = vec![0; 2 * n];
             sets.iter().flat_map(ElementSet::nodes).for_each(|i| want[2 * *i as usize + 1] += 1);
-            for result in run(&strips, &sets, n) {
+            for result in run(&assembly, &sets, n) {
                 assert_eq!(result, want);
             }
         }
     }
 
     #[test]
-    fn what_is_not_asked_for_is_left_out_and_nothing_is_cleared_too() {
+    fn unselected_sets_are_left_out_and_an_empty_body_is_cleared() {
         let sets = sets(100, |i| i);
-        let strips = FusedAssembly::cut(150, &sets, |set| set.corners == 3);
-        assert_eq!(run(&strips, &sets, 150)[0].iter().sum::<u32>(), 300);
+        let assembly = FusedAssembly::cut(150, &sets, |set| set.corners == 3);
+        assert_eq!(run(&assembly, &sets, 150)[0].iter().sum::<u32>(), 300);
         assert_eq!(run(&FusedAssembly::cut(5, &[], |_| true), &[], 5)[0], [0; 10]);
     }
 }

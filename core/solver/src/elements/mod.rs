@@ -1,4 +1,4 @@
-//! Element sets: the elements of one kind of a body.
+//! Element sets: the elements of a body that a material requests, with their rest data and history.
 
 pub mod chunk;
 pub mod fused_assembly;
@@ -26,19 +26,25 @@ pub struct ElementList {
 
 /// The elements of one request with their rest data, history and chunks.
 pub struct ElementSet {
+    /// The request of the material.
     pub(super) request: ElementRequest,
+    /// Number of nodes of an element, k.
     pub(super) corners: usize,
+    /// The elements.
     pub(super) list: ElementList,
+    /// Rest data that the material has written (stride x m).
     pub(super) rest_data: Vec<f64>,
+    /// History of the elements (stride x m).
     pub(super) history: Vec<f64>,
-    /// Where `advance` writes, before it becomes `history`.
+    /// History after the current step (stride x m), exchanged with `history` when the step is complete.
     pub(super) next_history: Vec<f64>,
+    /// Chunks of the list.
     pub(super) schedule: Schedule,
-    /// Slots of the matrix for each pair of corners (m x pairs); empty without a matrix.
+    /// Slots in the matrix of each pair of corners (m x pairs); empty without a matrix.
     pub(super) slots: Vec<u32>,
 }
 
-/// Number of nodes of an element of `kind`.
+/// Number of nodes of an element of a kind, one of those of [`pliant_plugin_api::abi`].
 pub fn corners(kind: u32) -> usize {
     match kind {
         abi::POINT => 1,
@@ -83,7 +89,10 @@ impl ElementSet {
         &self.history
     }
 
-    /// Sets the history of the same elements (stride x m).
+    /// Sets the history (stride x m).
+    ///
+    /// # Panics
+    /// If the length differs from that of [`ElementSet::history`].
     pub fn set_history(&mut self, history: &[f64]) {
         self.history.copy_from_slice(history);
     }
@@ -98,7 +107,7 @@ impl ElementSet {
         &mut self.list
     }
 
-    /// Cuts the list and has the material write its rest data. History starts at zero.
+    /// Divides the list into chunks, sets the history to zero and has the material write its rest data.
     pub(super) fn prepare(&mut self, material: &dyn ForceModel, nodes: &Nodes) -> Result<(), ForceError> {
         let count = self.count();
         self.schedule.cut(&self.list.nodes, self.corners);
@@ -120,7 +129,7 @@ impl ElementSet {
         } else {
             Ok(())
         };
-        // Even after a refusal a later call finds the planes a material is promised.
+        // Kept after an error too, so that later calls pass arrays of the promised length.
         self.rest_data = data;
         written
     }

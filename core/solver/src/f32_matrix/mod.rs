@@ -1,11 +1,12 @@
 //! The matrix of a body in single precision, with the vectors of the conjugate gradient iterations.
 //!
-//! Blocks off the diagonal are those of [`Matrix`], rounded. The diagonal holds the sums of the rows, D, and a product is one of
-//! differences, `y_i = D_i x_i + sum_j A_ij (x_j - x_i)`: so a rigid translation meets the masses alone, however stiff the body is, where
-//! plain rounding would drown them. The pattern decides the format: SELL-16 with distances for regular meshes, else SELL-16 with columns.
+//! Blocks off the diagonal are those of [`Matrix`], rounded. In place of the diagonal blocks the sum D_i of the blocks of each row is stored,
+//! and products are formed from differences: `y_i = D_i x_i + sum_j A_ij (x_j - x_i)`. A rigid translation is thus multiplied by the masses
+//! alone, which rounding errors of the elastic blocks would otherwise exceed in a stiff body. The pattern decides the format: SELL-16 with
+//! distances from the diagonal for regular meshes, else SELL-16 with column indices.
 
-mod csr;
 pub mod sell;
+mod sell_columns;
 pub mod update;
 
 use super::algebra::{SingleBlock, Vec3};
@@ -13,28 +14,30 @@ use super::constraint::Constraint;
 use super::lanes::Vectors;
 use super::matrix::{Matrix, Values};
 use super::threads::Pool;
-use csr::CsrMatrix;
-use sell::SellMatrix;
+use sell::SellDistances;
 use sell::update::Update;
+use sell_columns::SellColumns;
 use std::ops::Range;
 use update::round;
 
-/// `scale A` in single precision, with the search direction p and the sum of steps along it.
+/// `scale A` in single precision, with two vectors of the conjugate gradient iteration: the search direction p and the sum of the steps.
 #[derive(Debug, Default)]
 pub struct F32Matrix {
     /// A power of two that brings the mean of the diagonal to about 1.
     scale: f64,
-    /// Blocks for the coarse levels, by slot as in [`Matrix`], and one more that pads reads of 16 numbers.
+    /// Blocks for the coarse levels, by slot as in [`Matrix`], and one more, so that 16 numbers can be read from the start of any.
     values: Vec<SingleBlock>,
     /// `None` until the pattern is known.
     format: Option<Format>,
 }
 
-/// Storage format, chosen by the pattern.
+/// Storage format.
 #[derive(Debug)]
 enum Format {
-    Sell16(SellMatrix),
-    Csr(CsrMatrix),
+    /// SELL-16 with distances from the diagonal.
+    Distances(SellDistances),
+    /// SELL-16 with column indices.
+    Columns(SellColumns),
 }
 
 /// The power of two at or below a number above zero.
@@ -48,7 +51,7 @@ impl F32Matrix {
         self.scale
     }
 
-    /// Blocks by slot, and one more that pads reads.
+    /// Blocks by slot, and one more, so that 16 numbers can be read from the start of any.
     pub fn values(&self) -> &[SingleBlock] {
         &self.values
     }
@@ -56,19 +59,19 @@ impl F32Matrix {
     /// Memory, bytes.
     pub fn bytes(&self) -> usize {
         let format = match &self.format {
-            Some(Format::Sell16(sell)) => sell.bytes(),
-            Some(Format::Csr(each)) => each.bytes(),
+            Some(Format::Distances(matrix)) => matrix.bytes(),
+            Some(Format::Columns(matrix)) => matrix.bytes(),
             None => 0,
         };
         self.values.len() * size_of::<SingleBlock>() + format
     }
 
-    /// Drops the format: the next matrix has another pattern.
+    /// Discards the format, for a matrix with another pattern.
     pub fn forget(&mut self) {
         self.format = None;
     }
 
-    /// Loads the values of a matrix.
+    /// Loads the blocks of a matrix. Until [`F32Matrix::forget`] is called, all matrices must have the same pattern.
     pub fn update(&mut self, pool: &Pool, matrix: &Matrix) {
         let n = matrix.rows();
         let traces = pool.fold(0..n, &|_, rows: Range<usize>| {
@@ -77,44 +80,44 @@ impl F32Matrix {
         let mean = traces / (3 * n) as f64;
         self.scale = if mean.is_normal() && mean > 0.0 { 1.0 / power_of_two(mean) } else { 1.0 };
         self.values.resize(matrix.blocks() + 1, [0.0; 9]);
-        let format = self.format.get_or_insert_with(|| match SellMatrix::new(n, matrix.pattern()) {
-            Some(sell) => Format::Sell16(sell),
-            None => Format::Csr(CsrMatrix::new(n, matrix.pattern())),
+        let format = self.format.get_or_insert_with(|| match SellDistances::new(n, matrix.pattern()) {
+            Some(distances) => Format::Distances(distances),
+            None => Format::Columns(SellColumns::new(n, matrix.pattern())),
         });
         match format {
-            Format::Sell16(sell) => sell.update(pool, matrix, self.scale),
-            Format::Csr(each) => each.update(pool, matrix, self.scale),
+            Format::Distances(format) => format.update(pool, matrix, self.scale),
+            Format::Columns(format) => format.update(pool, matrix, self.scale),
         }
     }
 
-    /// Begins a correction: sets direction and sum to zero.
+    /// Sets the search direction and the sum of steps to zero, for a new inner solve.
     pub fn start(&mut self) {
         match &mut self.format {
-            Some(Format::Sell16(sell)) => sell.start(),
-            Some(Format::Csr(each)) => each.start(),
+            Some(Format::Distances(matrix)) => matrix.start(),
+            Some(Format::Columns(matrix)) => matrix.start(),
             None => {}
         }
     }
 
-    /// Steps by `a` along the direction p, then sets `p = h + beta p`.
+    /// Adds `a p` to the sum of steps, then sets `p = h + beta p`. `h` is the preconditioned residual, by sixteen nodes.
     pub fn update_direction(&mut self, pool: &Pool, h: &[Vectors], a: f32, beta: f32) {
         match &mut self.format {
-            Some(Format::Sell16(sell)) => sell.update_direction(pool, h, a, beta),
-            Some(Format::Csr(each)) => each.update_direction(pool, h, a, beta),
+            Some(Format::Distances(matrix)) => matrix.update_direction(pool, h, a, beta),
+            Some(Format::Columns(matrix)) => matrix.update_direction(pool, h, a, beta),
             None => {}
         }
     }
 
-    /// Computes `scale A p` for [`F32Matrix::update_residual`]. Returns `p . scale A p`.
+    /// Computes `scale A p`, which [`F32Matrix::update_residual`] uses. Returns `p . scale A p`.
     pub fn product(&mut self, pool: &Pool) -> f64 {
         match &mut self.format {
-            Some(Format::Sell16(sell)) => sell.product(pool),
-            Some(Format::Csr(each)) => each.product(pool),
+            Some(Format::Distances(matrix)) => matrix.product(pool),
+            Some(Format::Columns(matrix)) => matrix.product(pool),
             None => 0.0,
         }
     }
 
-    /// `out[k] = A x[k]` in double precision, of the matrix that was loaded last.
+    /// `out[k] = A x[k]` in double precision. `matrix` must be the one that was loaded last.
     pub fn exact_products<const K: usize>(
         &mut self,
         pool: &Pool,
@@ -123,37 +126,37 @@ impl F32Matrix {
         out: [&mut [Vec3]; K],
     ) {
         match (&mut self.format, matrix.values()) {
-            (Some(Format::Sell16(sell)), Values::F32(of)) => {
-                sell.exact_products(pool, of, 1.0 / self.scale, x, out);
+            (Some(Format::Distances(distances)), Values::F32(blocks)) => {
+                distances.exact_products(pool, blocks, 1.0 / self.scale, x, out);
             }
             _ => matrix.products(pool, x, out),
         }
     }
 
-    /// `r -= a scale A p` of the last product, sixteens of rows from `first` on.
+    /// `r -= a scale A p` with the last product, for the rows from `16 first` on, by sixteen.
     pub fn update_residual(&self, first: usize, a: f32, r: &mut [Vectors]) {
         match &self.format {
-            Some(Format::Sell16(sell)) => sell.update_residual(first, a, r),
-            Some(Format::Csr(each)) => each.update_residual(first, a, r),
+            Some(Format::Distances(matrix)) => matrix.update_residual(first, a, r),
+            Some(Format::Columns(matrix)) => matrix.update_residual(first, a, r),
             None => {}
         }
     }
 
-    /// Adds `scale` times the sum of steps to rows `first` on.
+    /// Adds `scale` times the sum of steps to `x`, whose first row is `first`.
     pub fn add_to(&self, first: usize, scale: f64, x: &mut [Vec3]) {
         match &self.format {
-            Some(Format::Sell16(sell)) => sell.add_to(first, scale, x),
-            Some(Format::Csr(each)) => each.add_to(first, scale, x),
+            Some(Format::Distances(matrix)) => matrix.add_to(first, scale, x),
+            Some(Format::Columns(matrix)) => matrix.add_to(first, scale, x),
             None => {}
         }
     }
 
-    /// Rounds the blocks in `slots`, with those of fixed nodes set to zero.
+    /// Loads the blocks in `slots` for the coarse levels; those of fixed nodes are set to zero.
     pub fn without_fixed(&mut self, pool: &Pool, matrix: &Matrix, constraints: &[Constraint], slots: Range<usize>) {
         round(pool, self.scale, matrix, slots.clone(), &mut self.values[slots.clone()]);
         let is_fixed = |i: usize| constraints[i] == Constraint::Fixed;
-        for (i, of_row) in matrix.rows_of(slots) {
-            for slot in of_row.filter(|slot| is_fixed(i) || is_fixed(matrix.column(*slot))) {
+        for (i, slots) in matrix.rows_of(slots) {
+            for slot in slots.filter(|slot| is_fixed(i) || is_fixed(matrix.column(*slot))) {
                 self.values[slot] = [0.0; 9];
             }
         }
@@ -165,7 +168,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn fixed_nodes_are_joined_to_nothing_and_other_blocks_stay() {
+    fn blocks_of_fixed_nodes_are_zero_and_blocks_outside_the_slots_stay() {
         let n = 40_u32;
         let mut matrix = Matrix::default();
         matrix.set_pattern(n as usize, |pair| (0..n - 5).for_each(|i| (1..6).for_each(|k| pair(i, i + k))));
@@ -179,12 +182,12 @@ mod tests {
             let (pool, mut single) = (Pool::new(1), F32Matrix::default());
             single.update(&pool, &matrix);
             let all = matrix.blocks();
-            // From within a row to within another.
+            // Ranges that begin and end within rows.
             for slots in [0..all, 20..all - 30, 20..21, 7..7] {
                 single.values.fill([7.0; 9]);
                 single.without_fixed(&pool, &matrix, &constraints, slots.clone());
-                for (i, of_row) in matrix.rows_of(0..all) {
-                    for slot in of_row {
+                for (i, row_slots) in matrix.rows_of(0..all) {
+                    for slot in row_slots {
                         let j = matrix.column(slot);
                         let exact = if j == i { *matrix.diagonal(i) } else { [1.0 + slot as f64; 9] };
                         let block =

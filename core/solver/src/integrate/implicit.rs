@@ -135,7 +135,13 @@ impl Integrator {
         let start = Instant::now();
         // At the current state the velocity term of the forces is part of A v.
         let v = if at_current { Some(&self.scratch[..]) } else { None };
-        system.forces_with_digits(pool, v, now, &mut self.force, allow_f32 && self.tolerance >= SIX_DIGIT_TOLERANCE)?;
+        system.forces_with_precision(
+            pool,
+            v,
+            now,
+            &mut self.force,
+            allow_f32 && self.tolerance >= SIX_DIGIT_TOLERANCE,
+        )?;
         let mut matrix = assemble_taken(step, system, scales)?;
         report.assembly_seconds += start.elapsed().as_secs_f64();
         add_tools(&mut matrix, loads, effective_dt);

@@ -8,11 +8,13 @@ use crate::system::SystemState;
 use crate::system_scales::SystemScales;
 use pliant_plugin_api::{TangentScale, abi};
 
-/// A state and the scales of the matrix to assemble from it.
+/// What a matrix is assembled from.
 pub struct Assembly<'a> {
+    /// Element sets, nodes and time.
     pub state: SystemState<'a>,
     /// Coupled hinges with the strains of the state, if they have stiffness.
     pub coupled: Option<&'a CoupledHinges>,
+    /// Factors of mass, stiffness and damping.
     pub scales: SystemScales,
 }
 

@@ -1,11 +1,12 @@
 //! Blocks of a body's matrix in single precision.
 //!
-//! Where a matrix is dominated by its masses, rounding its blocks changes less than a solve leaves: 1e-7 of the forces between neighbours.
-//! A rigid translation must meet the masses alone, exactly. So the matrix stores the sum s_i of each row in double precision, and a product
-//! is one of differences: `y_i = s_i x_i + sum_j A_ij (x_j - x_i)`. Materials write half as much, and half as much is read.
+//! Used where the masses dominate the matrix: rounding then changes elastic forces by 1e-7 of themselves, less than the error of a solve.
+//! The elastic blocks of a row must still cancel exactly in a rigid translation, which they do not after rounding. So the sum s_i of the
+//! blocks of each row is stored in double precision, and products are formed from differences: `y_i = s_i x_i + sum_j A_ij (x_j - x_i)`.
+//! Half the memory of double precision is written in assembly and read in products.
 
 use super::assembly::Assembly;
-use super::pattern::{Rows, others_sum};
+use super::pattern::{OffDiagonal, Pattern, off_diagonal_sum};
 use super::product::f32_blocks::{Row, rows_product};
 use crate::algebra::{Block, SingleBlock, Vec3};
 use crate::elements::fused_assembly::FusedAssembly;
@@ -16,9 +17,9 @@ use std::ops::Range;
 
 /// The sum of all blocks of a row.
 pub enum RowSum {
-    /// A mass, kg: the elastic blocks of a row cancel.
+    /// A mass, kg, times the identity, as the elastic blocks of a row cancel.
     Mass(f64),
-    /// A mass and springs of tools.
+    /// A mass and the springs of tools on the node.
     Block(Block),
 }
 
@@ -33,6 +34,15 @@ impl RowSum {
     }
 }
 
+/// Springs and dampers of tools on a node, as a part of its diagonal block.
+#[derive(Debug)]
+pub struct ToolBlock {
+    /// Index of the node.
+    pub node: u32,
+    /// Sum of its springs and dampers, times the scales of the matrix.
+    pub block: Block,
+}
+
 /// Blocks in single precision and row sums in double, in the pattern of a [`crate::Matrix`].
 #[derive(Debug, Default)]
 pub struct F32Blocks {
@@ -40,17 +50,17 @@ pub struct F32Blocks {
     blocks: Vec<SingleBlock>,
     /// Mass part of each row sum, kg (n).
     mass: Vec<f64>,
-    /// Blocks of tools, by node.
-    tools: Vec<(u32, Block)>,
-    /// Index of each node among `tools`, or [`NONE`] (n).
-    tool: Vec<u32>,
+    /// Tool part of the row sums, in the order in which nodes were added.
+    tools: Vec<ToolBlock>,
+    /// Index in `tools` of each node, or [`NONE`] (n).
+    tool_index: Vec<u32>,
     /// Diagonal blocks of the matrix (n).
     diagonal: Vec<Block>,
 }
 
 /// Rows in a chunk of work for a thread.
 const ROWS: usize = 256;
-/// A node that no tool acts on.
+/// Index of a node on which no tool acts.
 const NONE: u32 = u32::MAX;
 
 impl F32Blocks {
@@ -66,13 +76,13 @@ impl F32Blocks {
 
     /// Sum of the blocks of row i.
     #[inline(always)]
-    pub fn own(&self, i: usize) -> RowSum {
-        if self.tool[i] == NONE {
+    pub fn row_sum(&self, i: usize) -> RowSum {
+        if self.tool_index[i] == NONE {
             return RowSum::Mass(self.mass[i]);
         }
-        let (mut own, (_, more)) = (RowSum::Mass(self.mass[i]).block(), &self.tools[self.tool[i] as usize]);
-        (0..9).for_each(|e| own[e] += more[e]);
-        RowSum::Block(own)
+        let (mut sum, tool) = (RowSum::Mass(self.mass[i]).block(), &self.tools[self.tool_index[i] as usize]);
+        (0..9).for_each(|e| sum[e] += tool.block[e]);
+        RowSum::Block(sum)
     }
 
     /// Mass part of the row sums, kg (n).
@@ -80,8 +90,8 @@ impl F32Blocks {
         &self.mass
     }
 
-    /// Tool part of the row sums, by node.
-    pub fn tools(&self) -> &[(u32, Block)] {
+    /// Tool part of the row sums, in no particular order.
+    pub fn tools(&self) -> &[ToolBlock] {
         &self.tools
     }
 
@@ -91,33 +101,34 @@ impl F32Blocks {
         &self.diagonal[i]
     }
 
-    /// Drops the blocks: the pattern changes.
-    pub fn forget(&mut self) {
+    /// Removes the blocks, for a new pattern.
+    pub fn clear(&mut self) {
         self.blocks.clear();
     }
 
     /// Adds a block of a tool to the diagonal of row i.
     pub fn add_tool(&mut self, i: usize, block: &Block) {
-        if self.tool[i] == NONE {
-            self.tool[i] = self.tools.len() as u32;
-            self.tools.push((i as u32, [0.0; 9]));
+        if self.tool_index[i] == NONE {
+            self.tool_index[i] = self.tools.len() as u32;
+            self.tools.push(ToolBlock { node: i as u32, block: [0.0; 9] });
         }
-        let at = self.tool[i] as usize;
+        let tool = &mut self.tools[self.tool_index[i] as usize];
         for e in 0..9 {
-            self.tools[at].1[e] += block[e];
+            tool.block[e] += block[e];
             self.diagonal[i][e] += block[e];
         }
     }
 
+    /// The rounded blocks of a matrix, with masses, and tools on some nodes.
     #[cfg(test)]
-    pub fn of(rows: Rows<'_>, exact: &[Block]) -> Self {
-        let (blocks, n) = (exact.iter().map(|block| block.map(|v| v as f32)).collect(), rows.count());
+    pub fn rounded(pattern: Pattern<'_>, exact: &[Block]) -> Self {
+        let (blocks, n) = (exact.iter().map(|block| block.map(|v| v as f32)).collect(), pattern.count());
         let (mass, diagonal) = ((0..n).map(|i| 0.1 + i as f64).collect(), vec![[0.0; 9]; n]);
-        let mut this = Self { blocks, mass, tools: Vec::new(), tool: vec![NONE; n], diagonal };
-        this.find_diagonal(&Pool::new(1), rows);
-        // In no order, by two tools, and in stretches.
+        let mut this = Self { blocks, mass, tools: Vec::new(), tool_index: vec![NONE; n], diagonal };
+        this.compute_diagonal(&Pool::new(1), pattern);
+        // Two tools on stretches of nodes, in no order.
         for i in (0..n).rev().chain(0..n).filter(|i| i % 3 > 0 && i / 70 % 2 == 0) {
-            this.add_tool(i, &crate::matrix::pattern::row_sum(rows, exact, i).map(|v| 0.5 * v));
+            this.add_tool(i, &crate::matrix::pattern::row_sum(pattern, exact, i).map(|v| 0.5 * v));
         }
         this
     }
@@ -129,60 +140,68 @@ impl F32Blocks {
     pub fn assemble(
         &mut self,
         pool: &Pool,
-        rows: Rows<'_>,
+        pattern: Pattern<'_>,
         assembly: &FusedAssembly,
         from: &Assembly<'_>,
     ) -> Result<(), ForceError> {
-        let (n, row) = (from.state.nodes.len(), rows.row);
+        let (n, row) = (from.state.nodes.len(), pattern.row);
         self.blocks.resize(row[n], [0.0; 9]);
         self.diagonal.resize(n, [0.0; 9]);
         // Reserved for all nodes, so that a step allocates nothing.
         self.tools.clear();
         self.tools.reserve(n);
-        self.tool.clear();
-        self.tool.resize(n, NONE);
+        self.tool_index.clear();
+        self.tool_index.resize(n, NONE);
         self.mass.clear();
         self.mass.extend(from.state.nodes.mass.iter().map(|m| from.scales.mass * m));
         let clear = |_: Range<usize>, blocks: &mut [SingleBlock]| blocks.as_flattened_mut().fill(0.0);
         assembly.run(pool, row, &mut self.blocks, &clear, &|set, chunk, blocks| {
             from.add(set, chunk, BlocksMut { first: row[chunk.window.start], blocks })
         })?;
-        self.find_diagonal(pool, rows);
+        self.compute_diagonal(pool, pattern);
         Ok(())
     }
 
     /// Computes diagonal blocks from masses and the other blocks of their rows.
-    fn find_diagonal(&mut self, pool: &Pool, rows: Rows<'_>) {
+    fn compute_diagonal(&mut self, pool: &Pool, pattern: Pattern<'_>) {
         let (blocks, mass) = (&self.blocks[..], &self.mass[..]);
         pool.par_chunks(&mut self.diagonal[..], ROWS, &|first, diagonal| {
-            pulp::Arch::new().dispatch(Diagonal { first, mass: &mass[first..], blocks, rows, diagonal });
+            pulp::Arch::new().dispatch(Diagonal { first, mass: &mass[first..], blocks, pattern, diagonal });
         });
     }
 
-    /// `out[k] = A x[k]`, rows `first` on.
-    pub fn rows_product<const K: usize>(&self, rows: Rows<'_>, first: usize, x: [&[Vec3]; K], out: [&mut [Vec3]; K]) {
-        rows_product(out, first, x, |i| self.row(rows, first + i));
+    /// Rows `first` on of `out[k] = A x[k]`, as many as `out[k]` has.
+    pub fn rows_product<const K: usize>(
+        &self,
+        pattern: Pattern<'_>,
+        first: usize,
+        x: [&[Vec3]; K],
+        out: [&mut [Vec3]; K],
+    ) {
+        rows_product(out, first, x, |i| self.row(pattern, first + i));
     }
 
+    /// Row i of `A x` without vector instructions.
     #[cfg(test)]
-    pub fn portable_row(&self, rows: Rows<'_>, i: usize, x: &[Vec3]) -> Vec3 {
-        super::product::f32_blocks::row_product(self.row(rows, i), i, x)
+    pub fn portable_row(&self, pattern: Pattern<'_>, i: usize, x: &[Vec3]) -> Vec3 {
+        super::product::f32_blocks::row_product(self.row(pattern, i), i, x)
     }
 
+    /// Row i, for a product.
     #[inline(always)]
-    fn row<'a>(&'a self, rows: Rows<'a>, i: usize) -> Row<'a> {
-        let (lower, above, columns) = rows.around(i);
-        let upper = &self.blocks[above..above + columns.len()];
-        Row { own: self.own(i).block(), values: &self.blocks, lower, upper, columns }
+    fn row<'a>(&'a self, pattern: Pattern<'a>, i: usize) -> Row<'a> {
+        let OffDiagonal { lower, first_slot, columns } = pattern.off_diagonal(i);
+        let upper = &self.blocks[first_slot..first_slot + columns.len()];
+        Row { sum: self.row_sum(i).block(), values: &self.blocks, lower, upper, columns }
     }
 }
 
-/// Diagonal blocks of rows `first` on: masses minus the other blocks of the row.
+/// The loop that computes diagonal blocks of rows `first` on: row sums without tools minus the other blocks of the row.
 struct Diagonal<'a> {
     first: usize,
     mass: &'a [f64],
     blocks: &'a [SingleBlock],
-    rows: Rows<'a>,
+    pattern: Pattern<'a>,
     diagonal: &'a mut [Block],
 }
 
@@ -191,11 +210,11 @@ impl pulp::NullaryFnOnce for Diagonal<'_> {
 
     #[inline(always)]
     fn call(self) {
-        let Self { first, mass, blocks, rows, diagonal } = self;
+        let Self { first, mass, blocks, pattern, diagonal } = self;
         for (i, (mass, diagonal)) in (first..).zip(mass.iter().zip(diagonal)) {
-            let others = others_sum(rows, blocks, i);
-            let own = RowSum::Mass(*mass).block();
-            (0..9).for_each(|e| diagonal[e] = own[e] - others[e]);
+            let others = off_diagonal_sum(pattern, blocks, i);
+            let sum = RowSum::Mass(*mass).block();
+            (0..9).for_each(|e| diagonal[e] = sum[e] - others[e]);
         }
     }
 }
@@ -209,7 +228,7 @@ mod tests {
         (1.7 * i as f64).sin() * 10_f64.powi((i % 7) as i32 - 3)
     }
 
-    /// Rows that do not lie alike, with symmetric blocks on the diagonal.
+    /// A matrix with an irregular pattern, in single precision.
     fn rounded(n: usize) -> Matrix {
         let mut matrix = Matrix::default();
         matrix.set_pattern(n, |pair| {
@@ -237,14 +256,13 @@ mod tests {
     }
 
     #[test]
-    fn a_motion_of_the_whole_meets_what_rows_leave_and_nothing_else() {
+    fn a_rigid_translation_is_multiplied_by_row_sums_alone() {
         let (n, matrix) = (31, rounded(31));
         let x = vec![Vec3::new(3.0, -1.0, 0.1); n];
         let mut out = vec![Vec3::zeros(); n];
         matrix.rows_product(0, &x, &mut out);
         for (i, out) in out.iter().enumerate() {
-            let own = matrix.own(i);
-            let want = matrix3(&own) * x[0];
+            let want = matrix3(&matrix.row_sum(i)) * x[0];
             assert!((0..3).all(|c| (out[c] - want[c]).abs() <= 1e-15 * (1.0 + want[c].abs())), "{out:?} {want:?}");
         }
     }

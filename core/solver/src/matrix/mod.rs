@@ -1,8 +1,8 @@
 //! The sparse symmetric matrix of a body, in 3 x 3 blocks.
 //!
-//! Blocks on and above the diagonal are stored, row by row, the diagonal first. Each row also lists the blocks below the
-//! diagonal by where their transposes are stored, so that a product computes every row in one place and in one order: no
-//! scatter, and the same bytes for any number of threads.
+//! Blocks on and above the diagonal are stored row by row, the diagonal first: the index of a stored block is its slot. Each row also lists
+//! the slots of the transposes of its blocks below the diagonal. A product thus computes a row at once, in one order: it needs no scatter,
+//! and its bytes do not depend on the number of threads.
 
 pub mod assembly;
 pub mod f32_blocks;
@@ -24,7 +24,7 @@ use super::threads::Pool;
 use crate::force_model::ForceError;
 use assembly::Assembly;
 use f32_blocks::F32Blocks;
-use pattern::Rows;
+use pattern::{LowerBlock, OffDiagonal, Pattern, UpperBlock};
 use pliant_plugin_api::{TangentScale, abi};
 use product::{Row, rows_product};
 use std::ops::Range;
@@ -32,26 +32,34 @@ use std::ops::Range;
 /// The sparse symmetric matrix of a body: a 3 x 3 block for each node and each pair of nodes that share an element.
 #[derive(Debug, Default)]
 pub struct Matrix {
+    /// Slot of the diagonal block of each row, and the number of slots (n + 1).
     row: Vec<usize>,
+    /// Column of the block in each slot, ascending within a row.
     column: Vec<u32>,
-    /// Blocks on and above the diagonal, if the matrix was ever assembled in double precision.
+    /// Blocks by slot; empty if the matrix was never assembled in double precision.
     values: Vec<Block>,
+    /// Where the blocks of each row begin in `lower` (n + 1).
     lower_row: Vec<usize>,
-    /// Column and slot of each block below the diagonal, row by row.
-    lower: Vec<(u32, u32)>,
+    /// Blocks below the diagonal, row by row.
+    lower: Vec<LowerBlock>,
+    /// Order in which elements are assembled.
     assembly: FusedAssembly,
-    /// The blocks if the matrix `is_f32`.
+    /// The blocks if `is_f32`.
     f32_blocks: F32Blocks,
+    /// Whether the last assembly was in single precision.
     is_f32: bool,
 }
 
-/// The blocks, in the precision they are stored in.
+/// The blocks of a matrix in their precision.
 #[derive(Clone, Copy)]
 pub(super) enum Values<'a> {
+    /// Blocks in double precision, by slot.
     F64(&'a [Block]),
+    /// Blocks in single precision with row sums.
     F32(&'a F32Blocks),
 }
 
+/// Whether elements of a set add blocks to the matrix.
 fn has_stiffness(set: &ElementSet) -> bool {
     set.has(abi::HAS_FORCES) || is_coupled_hinges(set) || wants_normals(set)
 }
@@ -60,11 +68,11 @@ fn has_stiffness(set: &ElementSet) -> bool {
 const ROWS: usize = 256;
 
 impl Matrix {
-    /// Builds the pattern for `n` nodes from the sets that have stiffness, and gives each set its slots.
+    /// Builds the pattern for `n` nodes from the sets that have stiffness, and lists the slots of each set's elements in it.
     pub fn rebuild(&mut self, n: usize, sets: &mut [ElementSet]) {
-        let sets_before: &[ElementSet] = sets;
+        let all: &[ElementSet] = sets;
         self.set_pattern(n, |visit| {
-            for set in sets_before.iter().filter(|s| has_stiffness(s)) {
+            for set in all.iter().filter(|s| has_stiffness(s)) {
                 for element in set.list.nodes.chunks_exact(set.corners) {
                     for a in 0..set.corners {
                         for b in a + 1..set.corners {
@@ -80,7 +88,8 @@ impl Matrix {
         self.assembly = FusedAssembly::cut(n, sets, |set| set.has(abi::HAS_FORCES) || is_coupled_hinges(set));
     }
 
-    /// Sets the pattern to the diagonal and the pairs i < j that `pairs` visits, repetitions allowed.
+    /// Sets the pattern to the diagonal and the blocks (i, j), i < j, that `pairs` passes to its argument. It may pass a block several times and is
+    /// called twice: to count and to list.
     pub(super) fn set_pattern(&mut self, n: usize, pairs: impl Fn(&mut dyn FnMut(u32, u32))) {
         let mut next = vec![1_usize; n];
         pairs(&mut |i, _| next[i as usize] += 1);
@@ -112,16 +121,17 @@ impl Matrix {
         }
         self.row.push(self.column.len());
         self.values.clear();
-        self.f32_blocks.forget();
+        self.f32_blocks.clear();
         self.is_f32 = false;
         self.list_lower(n);
     }
 
+    /// Lists the blocks below the diagonal by row.
     fn list_lower(&mut self, n: usize) {
         let mut count = vec![0_usize; n + 1];
-        for (i, j) in self.off_diagonal() {
-            debug_assert!(i < j.0);
-            count[j.0 as usize] += 1;
+        for UpperBlock { row, column, .. } in self.upper_blocks() {
+            debug_assert!(row < column);
+            count[column as usize] += 1;
         }
         self.lower_row.clear();
         let mut total = 0;
@@ -129,21 +139,23 @@ impl Matrix {
             self.lower_row.push(total);
             total += std::mem::replace(c, total);
         }
-        let mut lower = vec![(0, 0); total];
-        for (i, (j, slot)) in self.off_diagonal() {
-            lower[count[j as usize]] = (i, slot);
-            count[j as usize] += 1;
+        let mut lower = vec![LowerBlock { column: 0, slot: 0 }; total];
+        for UpperBlock { row, column, slot } in self.upper_blocks() {
+            lower[count[column as usize]] = LowerBlock { column: row, slot };
+            count[column as usize] += 1;
         }
         self.lower = lower;
     }
 
-    /// (row, (column, slot)) of every block above the diagonal.
-    pub(super) fn off_diagonal(&self) -> impl Iterator<Item = (u32, (u32, u32))> + '_ {
+    /// Every block above the diagonal, in the order of slots.
+    pub(super) fn upper_blocks(&self) -> impl Iterator<Item = UpperBlock> + '_ {
         (0..self.rows()).flat_map(move |i| {
-            (self.row[i] + 1..self.row[i + 1]).map(move |slot| (i as u32, (self.column[slot], slot as u32)))
+            let block = move |slot: usize| UpperBlock { row: i as u32, column: self.column[slot], slot: slot as u32 };
+            (self.row[i] + 1..self.row[i + 1]).map(block)
         })
     }
 
+    /// Lists the slot of each pair of corners of the elements of a set, marked where the stored block is the transpose.
     fn list_slots(&self, set: &mut ElementSet) {
         set.slots.clear();
         if !has_stiffness(set) {
@@ -160,7 +172,10 @@ impl Matrix {
         }
     }
 
-    /// Slot of block (i, j), i <= j, which must be part of the pattern.
+    /// Slot of block (i, j), i <= j.
+    ///
+    /// # Panics
+    /// If the block is not in the pattern.
     pub(super) fn slot(&self, i: u32, j: u32) -> usize {
         let row = &self.column[self.row[i as usize]..self.row[i as usize + 1]];
         self.row[i as usize] + row.binary_search(&j).expect("every pair of an element is in the pattern")
@@ -171,7 +186,7 @@ impl Matrix {
         self.row[i]
     }
 
-    /// Rows that own some of `slots`, each with its own.
+    /// Rows with blocks in a range of slots, each with its part of the range.
     pub(super) fn rows_of(&self, slots: Range<usize>) -> impl Iterator<Item = (usize, Range<usize>)> + '_ {
         let first = self.row.partition_point(|start| *start <= slots.start).saturating_sub(1);
         let of_row = move |i: usize| (i, self.row[i].max(slots.start)..self.row[i + 1].min(slots.end));
@@ -183,7 +198,7 @@ impl Matrix {
         self.column[slot] as usize
     }
 
-    /// The blocks on and above the diagonal.
+    /// The stored blocks.
     pub(super) fn values(&self) -> Values<'_> {
         if self.is_f32 { Values::F32(&self.f32_blocks) } else { Values::F64(&self.values) }
     }
@@ -193,7 +208,7 @@ impl Matrix {
         self.is_f32
     }
 
-    /// Number of block rows: nodes.
+    /// Number of block rows, one for each node.
     pub fn rows(&self) -> usize {
         self.row.len().saturating_sub(1)
     }
@@ -209,8 +224,8 @@ impl Matrix {
         values + self.column.len() * 4 + self.lower.len() * 8 + self.row.len() * 16
     }
 
-    /// Assembles `mass M + stiffness K + damping C` of a state, without energies of normals ([`Matrix::add_normals`]). `coupled` are the
-    /// coupled hinges of the body; without them their part is left out.
+    /// Assembles `mass M + stiffness K + damping C` of a state with the factors `scales`, without energies of normals
+    /// ([`Matrix::add_normals`]). `coupled` are the coupled hinges of the body; `None` leaves out their stiffness.
     ///
     /// # Errors
     /// Returns the error of the material.
@@ -233,7 +248,8 @@ impl Matrix {
         };
         let from = Assembly { state, coupled, scales };
         if self.is_f32 {
-            let pattern = Rows { row: &self.row, column: &self.column, lower_row: &self.lower_row, lower: &self.lower };
+            let pattern =
+                Pattern { row: &self.row, column: &self.column, lower_row: &self.lower_row, lower: &self.lower };
             return self.f32_blocks.assemble(pool, pattern, &self.assembly, &from);
         }
         let (row, mass) = (&self.row, &state.nodes.mass);
@@ -262,7 +278,7 @@ impl Matrix {
         normals.add_tangent(pool, sets, nodes, scales, &self.row, &mut self.values);
     }
 
-    /// Adds the springs and dampers of a tool to the diagonal, times the scales.
+    /// Adds the springs and dampers of a tool to the diagonal, multiplied by the scales.
     pub fn add_diagonal(&mut self, springs: &NodeSprings, TangentScale { stiffness, damping }: TangentScale) {
         for (i, &node) in springs.nodes.iter().enumerate() {
             let mut more = [0.0; 9];
@@ -283,7 +299,7 @@ impl Matrix {
         self.products(pool, [x], [out]);
     }
 
-    /// `out[k] = A x[k]`, with the matrix read once.
+    /// `out[k] = A x[k]`, in double precision (n x 3 each). The matrix is read once for all k.
     pub fn products<const K: usize>(&self, pool: &Pool, x: [&[Vec3]; K], out: [&mut [Vec3]; K]) {
         pool.par_chunks(out, ROWS, &|first, out| self.rows_products(first, x, out));
     }
@@ -293,6 +309,7 @@ impl Matrix {
         self.rows_products(first, [x], [out]);
     }
 
+    /// Rows `first` on of `A x[k]`, as many as `out[k]` has.
     fn rows_products<const K: usize>(&self, first: usize, x: [&[Vec3]; K], out: [&mut [Vec3]; K]) {
         match self.is_f32 {
             true => self.f32_blocks.rows_product(self.pattern(), first, x, out),
@@ -308,6 +325,7 @@ impl Matrix {
         out[0]
     }
 
+    /// Row i in double precision, for a product.
     #[inline(always)]
     fn row_at(&self, i: usize) -> Row<'_> {
         let upper = self.row[i]..self.row[i + 1];
@@ -316,36 +334,36 @@ impl Matrix {
     }
 
     /// The pattern.
-    pub(super) fn pattern(&self) -> Rows<'_> {
-        Rows { row: &self.row, column: &self.column, lower_row: &self.lower_row, lower: &self.lower }
+    pub(super) fn pattern(&self) -> Pattern<'_> {
+        Pattern { row: &self.row, column: &self.column, lower_row: &self.lower_row, lower: &self.lower }
     }
 
-    /// Adds the product with a vector that is u at node j and zero elsewhere to `out`.
+    /// Adds `A x` to `out` (n x 3), where x is u at node j and zero elsewhere.
     pub(super) fn add_column(&self, j: usize, u: Vec3, out: &mut [Vec3]) {
-        let (lower, above, columns) = self.pattern().around(j);
+        let OffDiagonal { lower, first_slot, columns } = self.pattern().off_diagonal(j);
         out[j] += matrix3(self.diagonal(j)) * u;
-        for &(i, slot) in lower {
+        for &LowerBlock { column: i, slot } in lower {
             out[i as usize] += matrix3(&self.block(slot as usize)) * u;
         }
-        for (slot, &i) in (above..).zip(columns) {
+        for (slot, &i) in (first_slot..).zip(columns) {
             out[i as usize] += matrix3(&self.block(slot)).transpose() * u;
         }
     }
 
-    /// Row i of a product with the vectors `x` returns for each node.
+    /// Row i of `A x`, where `x(j)` is the vector of node j.
     pub(super) fn row_of(&self, i: usize, x: impl Fn(usize) -> Vec3) -> Vec3 {
-        let (lower, above, columns) = self.pattern().around(i);
+        let OffDiagonal { lower, first_slot, columns } = self.pattern().off_diagonal(i);
         let mut sum = matrix3(self.diagonal(i)) * x(i);
-        for &(j, slot) in lower {
+        for &LowerBlock { column: j, slot } in lower {
             sum += matrix3(&self.block(slot as usize)).transpose() * x(j as usize);
         }
-        for (slot, &j) in (above..).zip(columns) {
+        for (slot, &j) in (first_slot..).zip(columns) {
             sum += matrix3(&self.block(slot)) * x(j as usize);
         }
         sum
     }
 
-    /// The block in a slot off the diagonal.
+    /// The block in a slot above the diagonal, in double precision.
     fn block(&self, slot: usize) -> Block {
         if self.is_f32 { self.f32_blocks.blocks()[slot].map(f64::from) } else { self.values[slot] }
     }
@@ -356,28 +374,33 @@ impl Matrix {
         if self.is_f32 { self.f32_blocks.diagonal(i) } else { &self.values[self.row[i]] }
     }
 
+    /// Turns the matrix into one in single precision.
     #[cfg(test)]
     pub(super) fn round(&mut self) {
-        self.f32_blocks = F32Blocks::of(self.pattern(), &self.values);
+        self.f32_blocks = F32Blocks::rounded(self.pattern(), &self.values);
         self.is_f32 = true;
     }
 
+    /// Sum of the blocks of row i of a matrix in single precision.
     #[cfg(test)]
-    pub(super) fn own(&self, i: usize) -> Block {
-        self.f32_blocks.own(i).block()
+    pub(super) fn row_sum(&self, i: usize) -> Block {
+        self.f32_blocks.row_sum(i).block()
     }
 
+    /// Row i of `A x` of a matrix in single precision, without vector instructions.
     #[cfg(test)]
     pub(super) fn portable_row(&self, i: usize, x: &[Vec3]) -> Vec3 {
         self.f32_blocks.portable_row(self.pattern(), i, x)
     }
 
+    /// The stored blocks in double precision, zero if there were none.
     #[cfg(test)]
     pub(super) fn values_mut(&mut self) -> &mut [Block] {
         self.values.resize(self.column.len(), [0.0; 9]);
         &mut self.values
     }
 
+    /// The diagonal block of a node in double precision.
     #[cfg(test)]
     pub(super) fn diagonal_mut(&mut self, i: usize) -> &mut Block {
         let at = self.row[i];
@@ -387,19 +410,20 @@ impl Matrix {
     /// The largest `sum_j |A_ij| / m_i` over scalar rows i of nodes that are not fixed: an upper bound for the eigenvalues of
     /// `M^-1 A` (Gershgorin 1931).
     pub fn gershgorin(&self, mass: &[f64], constraints: &[Constraint]) -> f64 {
-        let moves = |node: u32| constraints[node as usize] != Constraint::Fixed;
+        let is_movable = |node: u32| constraints[node as usize] != Constraint::Fixed;
         let mut bound = 0.0_f64;
-        for i in (0..self.rows()).filter(|i| moves(*i as u32)) {
+        for i in (0..self.rows()).filter(|i| is_movable(*i as u32)) {
             let mut sums = [0.0; 3];
-            for &(_, slot) in self.lower[self.lower_row[i]..self.lower_row[i + 1]].iter().filter(|(j, _)| moves(*j)) {
-                let b = &self.values[slot as usize];
+            let lower = &self.lower[self.lower_row[i]..self.lower_row[i + 1]];
+            for block in lower.iter().filter(|block| is_movable(block.column)) {
+                let b = &self.values[block.slot as usize];
                 for c in 0..3 {
                     sums[c] += b[c].abs() + b[3 + c].abs() + b[6 + c].abs();
                 }
             }
             let upper = self.row[i]..self.row[i + 1];
             let blocks = self.values[upper.clone()].iter().zip(&self.column[upper]);
-            for (b, _) in blocks.filter(|(_, j)| moves(**j)) {
+            for (b, _) in blocks.filter(|(_, j)| is_movable(**j)) {
                 for c in 0..3 {
                     sums[c] += b[3 * c].abs() + b[3 * c + 1].abs() + b[3 * c + 2].abs();
                 }

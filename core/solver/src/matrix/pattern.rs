@@ -1,57 +1,91 @@
-//! The pattern of a matrix, and what the blocks of one of its rows add up to.
+//! The pattern of a matrix: where the blocks of its rows are stored, and sums over the blocks of a row.
 
 use crate::algebra::{Block, SingleBlock};
 use crate::lanes::Entry;
 
-/// Where the blocks of a matrix are.
-#[derive(Clone, Copy)]
-pub struct Rows<'a> {
-    pub row: &'a [usize],
-    pub column: &'a [u32],
-    pub lower_row: &'a [usize],
-    pub lower: &'a [(u32, u32)],
+/// A block below the diagonal. Its transpose is stored, above the diagonal.
+#[derive(Clone, Copy, Debug)]
+pub struct LowerBlock {
+    /// Column of the block.
+    pub column: u32,
+    /// Slot of its transpose.
+    pub slot: u32,
 }
 
-impl<'a> Rows<'a> {
-    /// Rows there are.
+/// A stored block above the diagonal.
+#[derive(Clone, Copy, Debug)]
+pub struct UpperBlock {
+    /// Row of the block.
+    pub row: u32,
+    /// Column of the block, greater than the row.
+    pub column: u32,
+    /// Its slot.
+    pub slot: u32,
+}
+
+/// The pattern of a matrix of n rows.
+#[derive(Clone, Copy)]
+pub struct Pattern<'a> {
+    /// Slot of the diagonal block of each row, and the number of slots (n + 1).
+    pub row: &'a [usize],
+    /// Column of the block in each slot, ascending within a row.
+    pub column: &'a [u32],
+    /// Where the blocks of each row begin in `lower` (n + 1).
+    pub lower_row: &'a [usize],
+    /// Blocks below the diagonal, row by row.
+    pub lower: &'a [LowerBlock],
+}
+
+/// The blocks of one row off the diagonal.
+#[derive(Clone, Copy)]
+pub struct OffDiagonal<'a> {
+    /// Blocks below the diagonal.
+    pub lower: &'a [LowerBlock],
+    /// Slot of the first block above the diagonal; the others of the row follow.
+    pub first_slot: usize,
+    /// Columns of the blocks above the diagonal, ascending.
+    pub columns: &'a [u32],
+}
+
+impl<'a> Pattern<'a> {
+    /// Number of rows.
     pub fn count(&self) -> usize {
         self.row.len() - 1
     }
 
-    /// Blocks of row i below the diagonal by column and slot, the slot of the first one above it, and the columns of those.
+    /// The blocks of row i off the diagonal.
     #[inline(always)]
-    pub fn around(&self, i: usize) -> (&'a [(u32, u32)], usize, &'a [u32]) {
-        let above = self.row[i] + 1..self.row[i + 1];
-        (&self.lower[self.lower_row[i]..self.lower_row[i + 1]], above.start, &self.column[above])
+    pub fn off_diagonal(&self, i: usize) -> OffDiagonal<'a> {
+        let upper = self.row[i] + 1..self.row[i + 1];
+        let lower = &self.lower[self.lower_row[i]..self.lower_row[i + 1]];
+        OffDiagonal { lower, first_slot: upper.start, columns: &self.column[upper] }
     }
 }
 
 /// Sum of all blocks of a row.
 #[inline(always)]
-pub fn row_sum(rows: Rows<'_>, blocks: &[Block], row: usize) -> Block {
-    let (_, above, _) = rows.around(row);
-    sum(rows, blocks, row, above - 1)
+pub fn row_sum(pattern: Pattern<'_>, blocks: &[Block], row: usize) -> Block {
+    sum(pattern, blocks, row, pattern.row[row])
 }
 
 /// Sum of the blocks of a row off the diagonal.
 #[inline(always)]
-pub fn others_sum(rows: Rows<'_>, blocks: &[SingleBlock], row: usize) -> Block {
-    let (_, above, _) = rows.around(row);
-    sum(rows, blocks, row, above)
+pub fn off_diagonal_sum(pattern: Pattern<'_>, blocks: &[SingleBlock], row: usize) -> Block {
+    sum(pattern, blocks, row, pattern.row[row] + 1)
 }
 
-/// Sum of the blocks below the diagonal, and of those from a slot on.
+/// Sum of the blocks of a row below the diagonal and of its stored blocks from slot `from` on.
 #[inline(always)]
-fn sum<T: Entry>(rows: Rows<'_>, blocks: &[[T; 9]], row: usize, from: usize) -> Block {
-    let (lower, above, columns) = rows.around(row);
-    let (mut straight, mut turned) = ([0.0; 9], [0.0; 9]);
-    for block in &blocks[from..above + columns.len()] {
-        (0..9).for_each(|e| straight[e] += block[e].exact());
+fn sum<T: Entry>(pattern: Pattern<'_>, blocks: &[[T; 9]], row: usize, from: usize) -> Block {
+    let lower = pattern.off_diagonal(row).lower;
+    let (mut sum, mut transposed) = ([0.0; 9], [0.0; 9]);
+    for block in &blocks[from..pattern.row[row + 1]] {
+        (0..9).for_each(|e| sum[e] += block[e].exact());
     }
-    for &(_, slot) in lower {
+    for &LowerBlock { slot, .. } in lower {
         let block = &blocks[slot as usize];
-        (0..9).for_each(|e| turned[e] += block[e].exact());
+        (0..9).for_each(|e| transposed[e] += block[e].exact());
     }
-    (0..9).for_each(|e| straight[e] += turned[3 * (e % 3) + e / 3]);
-    straight
+    (0..9).for_each(|e| sum[e] += transposed[3 * (e % 3) + e / 3]);
+    sum
 }

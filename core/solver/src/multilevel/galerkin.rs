@@ -99,8 +99,8 @@ fn visit(fine: &Matrix, weights: &Weights, mut visit: impl FnMut(u32, u32, bool,
     for i in 0..fine.rows() as u32 {
         pair(i, i, fine.diagonal_slot(i as usize) as u32);
     }
-    for (i, (j, slot)) in fine.off_diagonal() {
-        pair(i, j, slot);
+    for block in fine.upper_blocks() {
+        pair(block.row, block.column, block.slot);
     }
 }
 
@@ -193,9 +193,10 @@ mod tests {
         for i in 0..n {
             add(i, i, &|e| fine[matrix.diagonal_slot(i)][e]);
         }
-        for (i, (j, slot)) in matrix.off_diagonal() {
-            add(i as usize, j as usize, &|e| fine[slot as usize][e]);
-            add(j as usize, i as usize, &|e| fine[slot as usize][3 * (e % 3) + e / 3]);
+        for block in matrix.upper_blocks() {
+            let (i, j, values) = (block.row as usize, block.column as usize, &fine[block.slot as usize]);
+            add(i, j, &|e| values[e]);
+            add(j, i, &|e| values[3 * (e % 3) + e / 3]);
         }
         for a in 0..coarse as u32 {
             for b in a..coarse as u32 {

@@ -1,88 +1,94 @@
-//! Off-diagonal entries of a matrix, sorted by kind of row where rows have the same pattern.
+//! Storage formats of the entries off the diagonal.
 
 use super::slices::LANES;
 
-/// Mean number of distances in a slice of rows above which going row by row is faster.
+/// Largest mean number of distances of a slice at which it is faster than row by row.
 const MAX_DISTANCES: usize = 12;
-/// Largest number of bands.
-const BANDS: usize = 4;
+/// Largest number of bands that are sorted by themselves.
+const MAX_BANDS: usize = 4;
 /// Fewest rows of a band.
-const BAND: usize = 2048;
+const MIN_BAND: usize = 2048;
 
-/// Columns of the off-diagonal entries.
+/// Columns of the entries off the diagonal, as indices into vectors of the iteration: a row's place plus [`LANES`], as these begin with a
+/// slice of zeros.
 #[derive(Debug)]
-pub enum Rows {
-    /// Slices of eight rows with their columns at common distances.
-    Banded {
+pub enum RowFormat {
+    /// SELL-8 with distances: slices of eight rows whose entries lie at common distances from the diagonal.
+    Sell {
         /// Where the distances of each slice begin (slices + 1).
         start: Vec<usize>,
-        /// Column of the slice's first row at each distance.
-        partner: Vec<u32>,
+        /// Column of the first row of the slice at each distance; those of the other rows follow.
+        column: Vec<u32>,
     },
-    /// Row by row.
-    Csr {
-        /// Columns of up to four entries of each row.
-        partner: Vec<[u32; 4]>,
+    /// ELLPACK: four columns for each row.
+    Ellpack {
+        /// Columns of the entries of each row; unused ones are 0.
+        column: Vec<[u32; 4]>,
     },
 }
 
-/// Columns with the entries of a matrix, in the same order, each over the diagonal of its row.
-pub struct RowValues {
-    pub rows: Rows,
+/// The entries off the diagonal in a format.
+pub struct StoredRows {
+    /// The columns.
+    pub format: RowFormat,
+    /// Entries over the diagonal of their rows, in the order of the columns: eight numbers for each distance of a slice, four for each row.
     pub values: Vec<f64>,
 }
 
-impl Default for Rows {
+impl Default for RowFormat {
     fn default() -> Self {
-        Self::Csr { partner: Vec::new() }
+        Self::Ellpack { column: Vec::new() }
     }
 }
 
-impl Rows {
-    /// Rows in the order `row`, with the place of each in `place`, eight at a time; `None` if their columns have too many distances.
-    pub fn banded(partners: &Partners<'_>, diagonal: &[f64], row: &[u32], place: &[u32]) -> Option<RowValues> {
-        let (mut start, mut partner, mut value) = (vec![0], Vec::new(), Vec::<[f64; LANES]>::new());
+impl StoredRows {
+    /// Stores rows in the order `row` by slices of eight, where `place` is the place of each row in that order. `None` if slices have too many
+    /// distances.
+    pub fn sell(entries: &OffDiagonals<'_>, diagonal: &[f64], row: &[u32], place: &[u32]) -> Option<Self> {
+        let (mut start, mut column, mut value) = (vec![0], Vec::new(), Vec::<[f64; LANES]>::new());
         for rows in row.chunks(LANES) {
-            // Where the first row's partner would be, counted with the slice of nothing before all: a lane's is as many places on.
-            let first = |lane: usize, j: u32| place[j as usize] + (LANES - lane) as u32;
-            let all = |lane: usize| partners.of(rows[lane] as usize).iter().map(move |p| (lane, p));
-            let mut firsts: Vec<u32> = (0..rows.len()).flat_map(all).map(|(lane, (_, j, _))| first(lane, *j)).collect();
-            firsts.sort_unstable();
-            firsts.dedup();
-            let own = value.len();
-            value.resize(own + firsts.len(), [0.0; LANES]);
+            // Column of the slice's first row at the distance at which this lane has column j.
+            let first_column = |lane: usize, j: u32| place[j as usize] + (LANES - lane) as u32;
+            let all = |lane: usize| entries.of(rows[lane] as usize).iter().map(move |entry| (lane, entry));
+            let columns = (0..rows.len()).flat_map(all).map(|(lane, (_, j, _))| first_column(lane, *j));
+            let mut columns: Vec<u32> = columns.collect();
+            columns.sort_unstable();
+            columns.dedup();
+            let first = value.len();
+            value.resize(first + columns.len(), [0.0; LANES]);
             for (lane, (i, j, v)) in (0..rows.len()).flat_map(all) {
-                let at = firsts.binary_search(&first(lane, *j)).expect("it is among them");
-                value[own + at][lane] += v / diagonal[*i as usize];
+                let at = columns.binary_search(&first_column(lane, *j)).expect("every column was listed");
+                value[first + at][lane] += v / diagonal[*i as usize];
             }
-            partner.extend(firsts);
-            start.push(partner.len());
+            column.extend(columns);
+            start.push(column.len());
         }
-        let few = partner.len() * LANES <= MAX_DISTANCES * diagonal.len();
-        few.then(|| RowValues { rows: Self::Banded { start, partner }, values: value.into_flattened() })
+        let is_fast = column.len() * LANES <= MAX_DISTANCES * diagonal.len();
+        is_fast.then(|| Self { format: RowFormat::Sell { start, column }, values: value.into_flattened() })
     }
 
-    /// Csr row by itself, in the order of the matrix.
-    pub fn csr(partners: &Partners<'_>, diagonal: &[f64]) -> RowValues {
-        let room = diagonal.len().next_multiple_of(LANES);
-        let (mut partner, mut value) = (vec![[0; 4]; room], vec![[0.0; 4]; room]);
+    /// Stores rows in the order of the matrix with their columns.
+    pub fn ellpack(entries: &OffDiagonals<'_>, diagonal: &[f64]) -> Self {
+        let padded = diagonal.len().next_multiple_of(LANES);
+        let (mut column, mut value) = (vec![[0; 4]; padded], vec![[0.0; 4]; padded]);
         for (row, diagonal) in diagonal.iter().enumerate() {
-            for (at, (_, j, v)) in partners.of(row).iter().enumerate() {
-                (partner[row][at], value[row][at]) = (j + LANES as u32, v / diagonal);
+            for (at, (_, j, v)) in entries.of(row).iter().enumerate() {
+                (column[row][at], value[row][at]) = (j + LANES as u32, v / diagonal);
             }
         }
-        RowValues { rows: Self::Csr { partner }, values: value.into_flattened() }
+        Self { format: RowFormat::Ellpack { column }, values: value.into_flattened() }
     }
 }
 
-/// Off-diagonal entries by row.
-pub struct Partners<'a> {
+/// Entries off the diagonal by row.
+pub struct OffDiagonals<'a> {
+    /// Row, column and value of each entry.
     entries: &'a [(u32, u32, f64)],
-    /// Where each row begins (n + 1).
+    /// Where the entries of each row begin (n + 1).
     start: Vec<usize>,
 }
 
-impl<'a> Partners<'a> {
+impl<'a> OffDiagonals<'a> {
     /// Entries (row, column, value) of a matrix of `n` rows, sorted by row and column.
     pub fn new(n: usize, entries: &'a [(u32, u32, f64)]) -> Self {
         let mut start = vec![0; n + 1];
@@ -91,23 +97,24 @@ impl<'a> Partners<'a> {
         Self { entries, start }
     }
 
+    /// Entries of a row.
     fn of(&self, row: usize) -> &'a [(u32, u32, f64)] {
         &self.entries[self.start[row]..self.start[row + 1]]
     }
 
-    /// Rows in an order in which, in each of a few bands, those of one kind are together: whose partners are at the same distances.
-    /// A row's partners are in its own band or in one beside it, near to whatever thread has it.
+    /// An order of the rows in which, within each of a few bands, rows of one kind are together: those whose entries lie at the same distances
+    /// from the diagonal. With bands, the columns of a row stay near it, within its thread's part of the vectors or beside it.
     pub fn by_kind(&self) -> Vec<u32> {
-        let kind = |row: usize| {
-            let mut kind = [i64::MAX; 4];
-            for (kind, (i, j, _)) in kind.iter_mut().zip(self.of(row)) {
-                *kind = i64::from(*j) - i64::from(*i);
+        let distances = |row: usize| {
+            let mut distances = [i64::MAX; 4];
+            for (distance, (i, j, _)) in distances.iter_mut().zip(self.of(row)) {
+                *distance = i64::from(*j) - i64::from(*i);
             }
-            kind
+            distances
         };
         let n = self.start.len() - 1;
-        let band = n.div_ceil(BANDS).max(BAND);
-        let mut order: Vec<([i64; 4], u32)> = (0..n).map(|row| (kind(row), row as u32)).collect();
+        let band = n.div_ceil(MAX_BANDS).max(MIN_BAND);
+        let mut order: Vec<([i64; 4], u32)> = (0..n).map(|row| (distances(row), row as u32)).collect();
         let mut out = Vec::with_capacity(n);
         for rows in order.chunks_mut(band) {
             rows.sort_unstable();

@@ -1,4 +1,4 @@
-//! Numbers eight at a time, in one precision or the other.
+//! Vectors of slices of eight numbers, in single or double precision.
 
 use crate::lanes::aligned::Lines;
 use pulp::bytemuck::Pod;
@@ -7,27 +7,27 @@ use std::ops::{Add, Mul, Sub};
 
 /// Rows of a slice.
 pub const LANES: usize = 8;
-/// Numbers of the rows of a slice.
+/// A number for each row of a slice.
 pub type Slice<T> = [T; LANES];
 
-/// What vectors are made of.
+/// A precision: `f64` or `f32`, with operations on vector registers.
 pub trait Number: Pod + Default + Send + Sync + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
-    /// Some of them in a register.
+    /// A vector register.
     type V<S: Simd>: Pod;
 
-    /// Rounded, and without what is next to nothing.
+    /// Rounds to this precision; `f32` sets numbers below 1e-30 to zero.
     fn of(value: f64) -> Self;
-    /// In double precision.
+    /// The number in double precision.
     fn exact(self) -> f64;
-    /// The widest unit whose registers hold no more than a slice.
+    /// The widest vector unit whose registers hold at most a slice.
     fn arch() -> Arch;
-    /// All of one number.
+    /// A register filled with one number.
     fn all<S: Simd>(simd: S, value: Self) -> Self::V<S>;
-    /// `a + b`
+    /// `a + b`.
     fn plus<S: Simd>(simd: S, a: Self::V<S>, b: Self::V<S>) -> Self::V<S>;
-    /// `a - b`
+    /// `a - b`.
     fn minus<S: Simd>(simd: S, a: Self::V<S>, b: Self::V<S>) -> Self::V<S>;
-    /// `a b`
+    /// `a b`.
     fn times<S: Simd>(simd: S, a: Self::V<S>, b: Self::V<S>) -> Self::V<S>;
 }
 
@@ -69,16 +69,16 @@ impl Number for f64 {
     }
 }
 
-/// What is smaller is zero: a polynomial takes it through smaller ones yet, and processors take a hundred times as long over the
-/// smallest numbers.
-const NOTHING: f64 = 1e-30;
+/// Numbers below this are set to zero in single precision: the terms of a polynomial make them smaller still, and processors take a hundred
+/// times as long for denormal numbers.
+const TINY: f64 = 1e-30;
 
 impl Number for f32 {
     type V<S: Simd> = S::f32s;
 
     #[inline(always)]
     fn of(value: f64) -> Self {
-        if value.abs() < NOTHING { 0.0 } else { value as Self }
+        if value.abs() < TINY { 0.0 } else { value as Self }
     }
 
     #[inline(always)]
@@ -115,31 +115,35 @@ impl Number for f32 {
     }
 }
 
-/// Slices that lie where memory is read at once.
+/// Slices at addresses aligned to cache lines.
 #[derive(Debug, Default)]
 pub struct Slices<T>(Lines<T>);
 
 impl<T: Copy + Default> Slices<T> {
-    /// So many zeros.
+    /// `len` zeros.
     pub fn new(len: usize) -> Self {
         Self(Lines::new(len))
     }
 
+    /// All numbers.
     #[inline(always)]
     pub fn flat(&self) -> &[T] {
         self.0.flat()
     }
 
+    /// All numbers, mutable.
     #[inline(always)]
     pub fn flat_mut(&mut self) -> &mut [T] {
         self.0.flat_mut()
     }
 
+    /// All slices.
     #[inline(always)]
     pub fn all(&self) -> &[Slice<T>] {
         self.flat().as_chunks().0
     }
 
+    /// All slices, mutable.
     pub fn all_mut(&mut self) -> &mut [Slice<T>] {
         self.flat_mut().as_chunks_mut().0
     }

@@ -4,7 +4,7 @@ use super::*;
 
 const SPECTRUM: [f64; 2] = [0.3, 1.7];
 
-/// Rows of three kinds by turns, each beside those of the others; at the ends they have less.
+/// Entries of rows of three kinds in turn, each with neighbours of the other kinds; the first and last rows have fewer entries.
 fn banded(n: usize) -> Vec<(u32, u32, f64)> {
     let mut entries = Vec::new();
     for i in 0..n {
@@ -18,8 +18,8 @@ fn banded(n: usize) -> Vec<(u32, u32, f64)> {
     entries
 }
 
-/// The same by other means: the iteration on steps and residuals, row by row.
-fn plain(diagonal: &[f64], entries: &[(u32, u32, f64)], terms: usize, b: &[f64]) -> Vec<f64> {
+/// Chebyshev's iteration written with steps and residuals, row by row.
+fn reference(diagonal: &[f64], entries: &[(u32, u32, f64)], terms: usize, b: &[f64]) -> Vec<f64> {
     let [low, high] = SPECTRUM;
     let (centre, half) = (0.5 * (high + low), 0.5 * (high - low));
     let mut residual: Vec<f64> = b.iter().zip(diagonal).map(|(b, d)| b / d).collect();
@@ -36,18 +36,18 @@ fn plain(diagonal: &[f64], entries: &[(u32, u32, f64)], terms: usize, b: &[f64])
 }
 
 #[test]
-fn rows_alike_and_each_by_itself_give_the_polynomial_for_any_number_of_threads() {
+fn both_formats_give_the_polynomial_for_any_number_of_threads() {
     let n = 5003;
     let entries = banded(n);
     let diagonal: Vec<f64> = (0..n).map(|i| 2.0 + (i as f64).cos()).collect();
     let b: Vec<f64> = (0..n).map(|i| ((i * i) as f64).sin()).collect();
-    let want = plain(&diagonal, &entries, 12, &b);
-    let mut sliced = Chebyshev::new(&diagonal, &entries, SPECTRUM, 12);
-    assert!(matches!(sliced.rows, Rows::Banded { .. }) && sliced.row.windows(2).any(|rows| rows[1] != rows[0] + 1));
-    let mut each = Chebyshev::new(&diagonal, &entries, SPECTRUM, 12);
-    each.set_csr(&Partners::new(n, &entries), &diagonal);
-    for (sliced_rows, single) in [(true, false), (false, false), (true, true), (false, true)] {
-        let inverse = if sliced_rows { &mut sliced } else { &mut each };
+    let want = reference(&diagonal, &entries, 12, &b);
+    let mut sell = Chebyshev::new(&diagonal, &entries, SPECTRUM, 12);
+    assert!(matches!(sell.format, RowFormat::Sell { .. }) && sell.row.windows(2).any(|rows| rows[1] != rows[0] + 1));
+    let mut ellpack = Chebyshev::new(&diagonal, &entries, SPECTRUM, 12);
+    ellpack.set_ellpack(&OffDiagonals::new(n, &entries), &diagonal);
+    for (use_sell, single) in [(true, false), (false, false), (true, true), (false, true)] {
+        let inverse = if use_sell { &mut sell } else { &mut ellpack };
         let mut first = vec![0.0; n];
         inverse.apply(&Pool::new(1), &b, &mut first, single);
         let most = want.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
@@ -69,22 +69,23 @@ fn every_vector_unit_gives_the_same_bytes() {
     for single in [false, true] {
         of.apply(&Pool::new(1), &b, &mut vec![0.0; n], single);
     }
-    fn term<T: Number>(arch: pulp::Arch, rows: &Rows, of: &Vectors<T>) -> Vec<u64> {
+    fn term<T: Number>(arch: pulp::Arch, format: &RowFormat, of: &Vectors<T>) -> Vec<u64> {
         let mut next = of.before.all()[1..of.before.all().len() - 1].to_vec();
         let Vectors { value, load, solution, .. } = of;
         arch.dispatch(Term {
-            rows,
+            format,
             value,
             load,
             solution,
             first: 0,
             next: &mut next,
-            factors: (T::of(0.7), T::of(0.2)),
+            alpha: T::of(0.7),
+            beta: T::of(0.2),
         });
         next.into_iter().flatten().map(|v| v.exact().to_bits()).collect()
     }
     let both = |double, single| {
-        [term(double, &of.rows, &of.double), term(single, &of.rows, of.single.as_ref().unwrap())].concat()
+        [term(double, &of.format, &of.double), term(single, &of.format, of.single.as_ref().unwrap())].concat()
     };
     let first = both(pulp::Arch::Scalar, pulp::Arch::Scalar);
     assert_eq!(first, both(f64::arch(), f32::arch()));
@@ -95,7 +96,7 @@ fn every_vector_unit_gives_the_same_bytes() {
 }
 
 #[test]
-fn rows_that_do_not_lie_alike_and_those_without_a_diagonal() {
+fn irregular_rows_and_rows_with_a_zero_diagonal() {
     let n = 2000;
     let mut entries = Vec::new();
     for i in 0..n / 2 {

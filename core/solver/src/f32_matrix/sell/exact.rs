@@ -1,21 +1,24 @@
-//! Products in double precision with blocks in single, of rows that lie alike ([`super`]).
+//! Products in double precision with blocks in single precision, on regular patterns ([`super`]).
 
-use super::{BLOCKS, Band, SellMatrix, prefetch_ahead};
+use super::{BLOCKS, Band, SellDistances, prefetch_ahead};
 use crate::algebra::{Vec3, matrix3};
 use crate::lanes::{LANES, Lanes, Work, widest};
 use crate::matrix::f32_blocks::F32Blocks;
 use crate::threads::{NODES, Pool};
 
-/// Rows that are multiplied together: as many as the widest unit takes in double precision.
+/// Rows that are multiplied together: as many as the widest vector unit holds in double precision.
 const HALF: usize = 8;
 
-/// Vectors by component, of a band's rows and what they reach: what is multiplied, and what comes of it.
+/// Vectors of a band for up to two products at once.
 #[derive(Debug, Default)]
 pub struct Exact([Planes; 2]);
 
+/// Vectors of one product by component, of the rows of a band and those its blocks reach.
 #[derive(Debug, Default)]
 struct Planes {
+    /// The vector that is multiplied.
     x: [Vec<f64>; 3],
+    /// The product.
     y: [Vec<f64>; 3],
 }
 
@@ -26,13 +29,13 @@ impl Exact {
     }
 }
 
-impl SellMatrix {
-    /// `out[k] = A x[k]`, where `matrix` is what was taken over times a scale, whose inverse is `up`.
+impl SellDistances {
+    /// `out[k] = A x[k]`. `matrix` must be the one that was loaded last, and `unscale` the inverse of the scale it was loaded with.
     pub fn exact_products<const K: usize>(
         &mut self,
         pool: &Pool,
         matrix: &F32Blocks,
-        up: f64,
+        unscale: f64,
         x: [&[Vec3]; K],
         out: [&mut [Vec3]; K],
     ) {
@@ -42,13 +45,14 @@ impl SellMatrix {
         let (bands, height) = (&self.bands[..], self.height);
         for (k, out) in out.into_iter().enumerate() {
             pool.par_chunks(out, NODES, &|first, out: &mut [Vec3]| {
-                rows(bands, height, k, first, out);
+                collect_rows(bands, height, k, first, out);
                 for ((out, x), mass) in out.iter_mut().zip(&x[k][first..]).zip(&matrix.mass()[first..]) {
-                    (0..3).for_each(|c| out[c] = mass * x[c] + up * out[c]);
+                    (0..3).for_each(|c| out[c] = mass * x[c] + unscale * out[c]);
                 }
-                for (i, block) in matrix.tools() {
-                    if let Some(out) = (*i as usize).checked_sub(first).and_then(|at| out.get_mut(at)) {
-                        *out += matrix3(block) * x[k][*i as usize];
+                for tool in matrix.tools() {
+                    let node = tool.node as usize;
+                    if let Some(out) = node.checked_sub(first).and_then(|at| out.get_mut(at)) {
+                        *out += matrix3(&tool.block) * x[k][node];
                     }
                 }
             });
@@ -56,30 +60,32 @@ impl SellMatrix {
     }
 }
 
-/// What bands of a height have for rows `first` on of a product.
-pub fn rows(bands: &[Band], height: usize, k: usize, first: usize, out: &mut [Vec3]) {
+/// Collects rows `first` on of product k from the bands, which have `height` rows each.
+pub fn collect_rows(bands: &[Band], height: usize, k: usize, first: usize, out: &mut [Vec3]) {
     let (mut at, mut rest) = (first, out);
     while !rest.is_empty() {
         let (band, row) = (at / height, at % height);
-        let (out, more) = rest.split_at_mut(rest.len().min(height - row));
+        let (out, later) = rest.split_at_mut(rest.len().min(height - row));
         let y = &bands[band].exact.0[k].y;
         for (i, out) in (row..).zip(&mut *out) {
             *out = Vec3::new(y[0][i], y[1][i], y[2][i]);
         }
-        // What the previous band added to its first rows.
+        // What the blocks of the previous band add to the first rows of this one.
         if let Some(before) = band.checked_sub(1) {
             let y = &bands[before].exact.0[k].y;
             for (i, out) in (height + row..y[0].len()).zip(&mut *out) {
                 (0..3).for_each(|c| out[c] += y[c][i]);
             }
         }
-        (at, rest) = (at + out.len(), more);
+        (at, rest) = (at + out.len(), later);
     }
 }
 
-/// A band's share of the products of its blocks off the diagonal with differences.
+/// Computes `sum_j A_ij (x_j - x_i)` for the rows of a band and up to two vectors x.
 pub struct Multiply<'a, const K: usize> {
+    /// The band.
     pub band: &'a mut Band,
+    /// Vectors of all nodes.
     pub x: [&'a [Vec3]; K],
 }
 
@@ -97,12 +103,12 @@ impl<const K: usize> Work for Multiply<'_, K> {
         for (slice, ends) in start.windows(2).enumerate() {
             let (places, rest) = blocks.split_at(ends[1] - ends[0]);
             blocks = rest;
-            // Half by half, for all units: rows are given to in one order.
+            // Half slices on all vector units, so that the order of additions is the same.
             for half in (0..LANES).step_by(HALF) {
                 let at = LANES * slice + half;
-                let mut here = [[[unit.load_exact(&[0.0; HALF]); 3]; HALF]; K];
+                let mut sums = [[[unit.load_exact(&[0.0; HALF]); 3]; HALF]; K];
                 for (distance, block) in distance[ends[0]..ends[1]].iter().zip(places) {
-                    // The other half reads the same blocks.
+                    // The second half reads the same blocks.
                     if half == 0 {
                         prefetch_ahead(block);
                     }
@@ -114,16 +120,16 @@ impl<const K: usize> Work for Multiply<'_, K> {
                         for k in 0..K {
                             let row = at + lane;
                             let column = row + *distance as usize;
-                            here[k][part] = add(unit, &entries, &mut exact.0[k], row, column, here[k][part]);
+                            sums[k][part] = add(unit, &entries, &mut exact.0[k], row, column, sums[k][part]);
                         }
                     }
                 }
-                // Previous rows have added all they add to these.
+                // All earlier rows have been added to these.
                 for k in 0..K {
                     for (part, lane) in (0..HALF).step_by(lanes(unit)).enumerate() {
                         for c in 0..3 {
                             let y = &mut exact.0[k].y[c][at + lane..];
-                            let sum = unit.add_exact(unit.load_exact(y), here[k][part][c]);
+                            let sum = unit.add_exact(unit.load_exact(y), sums[k][part][c]);
                             unit.store_exact(sum, y);
                         }
                     }
@@ -133,12 +139,13 @@ impl<const K: usize> Work for Multiply<'_, K> {
     }
 }
 
+/// Numbers in double precision that a register of the unit holds.
 fn lanes<U: Lanes>(_: U) -> usize {
     U::EXACT
 }
 
 impl Planes {
-    /// Takes over vectors from their first row on, and zeros the result.
+    /// Copies up to `len` of the vectors `of`, and sets the product to zero.
     #[inline(always)]
     fn start(&mut self, of: &[Vec3], len: usize) {
         for c in 0..3 {
@@ -153,32 +160,33 @@ impl Planes {
     }
 }
 
-/// Adds what blocks between rows do: to those further on in memory, and to what these have so far.
+/// Multiplies the blocks (row, column) of consecutive rows and columns from `row` and `column` on. Returns `sum` with the products of the
+/// rows added; those of the transposes are added to the columns.
 #[inline(always)]
 fn add<U: Lanes>(
     unit: U,
     entries: &[U::D; 9],
     Planes { x: [x0, x1, x2], y: [y0, y1, y2] }: &mut Planes,
-    at: usize,
-    there: usize,
-    mut here: [U::D; 3],
+    row: usize,
+    column: usize,
+    mut sum: [U::D; 3],
 ) -> [U::D; 3] {
-    let away = [
-        unit.sub_exact(unit.load_exact(&x0[there..]), unit.load_exact(&x0[at..])),
-        unit.sub_exact(unit.load_exact(&x1[there..]), unit.load_exact(&x1[at..])),
-        unit.sub_exact(unit.load_exact(&x2[there..]), unit.load_exact(&x2[at..])),
+    let difference = [
+        unit.sub_exact(unit.load_exact(&x0[column..]), unit.load_exact(&x0[row..])),
+        unit.sub_exact(unit.load_exact(&x1[column..]), unit.load_exact(&x1[row..])),
+        unit.sub_exact(unit.load_exact(&x2[column..]), unit.load_exact(&x2[row..])),
     ];
-    let mut other = [unit.load_exact(&y0[there..]), unit.load_exact(&y1[there..]), unit.load_exact(&y2[there..])];
-    for row in 0..3 {
-        for c in 0..3 {
-            let entry = entries[3 * row + c];
-            here[row] = unit.add_product(entry, away[c], here[row]);
-            // The block below the diagonal: transposed, and from there to here.
-            other[c] = unit.take_product(entry, away[row], other[c]);
+    let mut other = [unit.load_exact(&y0[column..]), unit.load_exact(&y1[column..]), unit.load_exact(&y2[column..])];
+    for a in 0..3 {
+        for b in 0..3 {
+            let entry = entries[3 * a + b];
+            sum[a] = unit.add_product(entry, difference[b], sum[a]);
+            // The block below the diagonal is the transpose, and its difference the negative.
+            other[b] = unit.take_product(entry, difference[a], other[b]);
         }
     }
-    unit.store_exact(other[0], &mut y0[there..]);
-    unit.store_exact(other[1], &mut y1[there..]);
-    unit.store_exact(other[2], &mut y2[there..]);
-    here
+    unit.store_exact(other[0], &mut y0[column..]);
+    unit.store_exact(other[1], &mut y1[column..]);
+    unit.store_exact(other[2], &mut y2[column..]);
+    sum
 }

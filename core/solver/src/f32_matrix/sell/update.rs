@@ -1,4 +1,4 @@
-//! New values for a matrix whose rows are multiplied sixteen at a time.
+//! Loading of values into a SELL-16 matrix.
 
 use super::diagonal::{Diagonal, put};
 use super::{AHEAD, BLOCKS};
@@ -9,49 +9,55 @@ use crate::matrix::{Matrix, Values};
 use crate::threads::Pool;
 use pliant_plugin_api::prefetch;
 
-/// A matrix stored by slices of sixteen rows.
+/// A matrix that is stored by slices of sixteen rows.
 pub trait Update {
-    /// Loads the blocks off the diagonal and the row sums of a matrix of `rows` rows, times `scale`.
+    /// Loads the blocks off the diagonal, by slot, and the row sums of a matrix of `rows` rows, times `scale`.
     fn fill<T: Entry>(
         &mut self,
         pool: &Pool,
         rows: usize,
         blocks: &[[T; 9]],
-        own: impl Fn(usize) -> RowSum + Sync + Copy,
+        row_sum: impl Fn(usize) -> RowSum + Sync + Copy,
         scale: f64,
     );
 
     /// Loads the values of a matrix, times `scale`.
     fn update(&mut self, pool: &Pool, matrix: &Matrix, scale: f64) {
-        let rows = matrix.pattern();
+        let pattern = matrix.pattern();
         match matrix.values() {
             Values::F64(blocks) => {
-                self.fill(pool, matrix.rows(), blocks, |i| RowSum::Block(row_sum(rows, blocks, i)), scale)
+                self.fill(pool, matrix.rows(), blocks, |i| RowSum::Block(row_sum(pattern, blocks, i)), scale)
             }
-            Values::F32(of) => self.fill(pool, matrix.rows(), of.blocks(), |i| of.own(i), scale),
+            Values::F32(of) => self.fill(pool, matrix.rows(), of.blocks(), |i| of.row_sum(i), scale),
         }
     }
 }
 
-/// Slots of the blocks of sixteen rows at one place.
+/// Slots of the blocks of a slice at one place, by lane.
 pub type Slots = [u32; LANES];
 
 /// Slot of a row without a block at that place.
 pub const NONE: u32 = u32::MAX;
 
-/// Slices take over new values, times `scale`: `blocks` off the diagonal, and what they leave there.
+/// The loop that loads the values of a band, times `scale`.
 pub struct Fill<'a, T, F> {
+    /// Blocks by slot.
     pub blocks: &'a [[T; 9]],
-    pub own: F,
+    /// Row sum of each row of the matrix.
+    pub row_sum: F,
+    /// Factor, a power of two.
     pub scale: f64,
-    /// The first row, and how many the matrix has.
+    /// First row of the band.
     pub first: usize,
+    /// Number of rows of the matrix.
     pub rows: usize,
-    /// Of each slice's places (slices + 1).
+    /// Where the places of each slice begin (slices + 1).
     pub start: &'a [usize],
+    /// Slots of the blocks of each place.
     pub slots: &'a [Slots],
-    /// By place (9 x 16).
+    /// Entries of the blocks of each place (9 x 16), to be written.
     pub values: &'a mut [f32],
+    /// Row sums, to be written.
     pub diagonal: &'a mut Diagonal,
 }
 
@@ -60,22 +66,22 @@ impl<T: Entry, F: Fn(usize) -> RowSum> Work for Fill<'_, T, F> {
 
     #[inline(always)]
     fn on(self, unit: impl Lanes) {
-        let Self { blocks, own: of, scale, first, rows, start, slots, values, diagonal } = self;
-        let (nothing, values) = ([T::default(); 9], values.as_chunks_mut().0.chunks_exact_mut(BLOCKS / LANES));
+        let Self { blocks, row_sum, scale, first, rows, start, slots, values, diagonal } = self;
+        let (zero, values) = ([T::default(); 9], values.as_chunks_mut().0.chunks_exact_mut(BLOCKS / LANES));
         let (flat, mut places) = (blocks.as_flattened(), slots.iter().zip(values));
         for ((slice, ends), first) in start.windows(2).enumerate().zip((first..).step_by(LANES)) {
-            diagonal.put(unit, slice, (first..rows.min(first + LANES)).map(&of), scale);
+            diagonal.put(unit, slice, (first..rows.min(first + LANES)).map(&row_sum), scale);
             for (place, (slots, to)) in places.by_ref().take(ends[1] - ends[0]).enumerate() {
-                // Of a slice's rows all have their blocks one behind the other. Where a row has none this asks for what is nowhere.
+                // The blocks of a slice are consecutive. Without a block in lane 0 the address is out of range, which prefetch ignores.
                 let from = (slots[0] as usize).wrapping_add(LANES * (place + AHEAD)).wrapping_mul(9);
                 for entry in (0..BLOCKS).step_by(64 / size_of::<T>()) {
                     prefetch(flat, from.wrapping_add(entry));
                 }
-                // A page of slots.
+                // Slots one page ahead.
                 prefetch(slots, LANES * 4 * AHEAD);
-                let mut refs = [&nothing; LANES];
+                let mut refs = [&zero; LANES];
                 for lane in 0..LANES {
-                    refs[lane] = blocks.get(slots[lane] as usize).unwrap_or(&nothing);
+                    refs[lane] = blocks.get(slots[lane] as usize).unwrap_or(&zero);
                 }
                 put(unit, refs, scale, to);
             }

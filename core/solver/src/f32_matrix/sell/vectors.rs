@@ -1,12 +1,16 @@
-//! Vectors in a solve on regular patterns ([`super`]): sixteen at a time, by component where they are multiplied.
+//! Vector updates of the iteration on regular patterns ([`super`]).
 
 use crate::lanes::{self, LANES, Lanes, Sixteen, Vectors, Work};
 
-/// `r -= a y` of a band's rows, with what the band before gave to the first of them.
+/// `r -= a (y + before)` for rows of a band, by sixteen.
 pub struct UpdateResidual<'a> {
+    /// Product of the band, by component.
     pub y: [&'a [f32]; 3],
+    /// What the previous band adds to the first rows, by component.
     pub before: [&'a [f32]; 3],
+    /// Step length.
     pub a: f32,
+    /// Residual.
     pub r: &'a mut [Vectors],
 }
 
@@ -17,28 +21,33 @@ impl Work for UpdateResidual<'_> {
     fn on(self, unit: impl Lanes) {
         let Self { y, before, a, r } = self;
         let a = unit.load(&[a; LANES]);
-        let both = (before[0].len() / LANES).min(r.len());
+        let overlap = (before[0].len() / LANES).min(r.len());
         for (at, r) in r.iter_mut().enumerate() {
-            let mut taken = three(unit, y, at);
-            if at < both {
+            let mut product = three(unit, y, at);
+            if at < overlap {
                 let before = three(unit, before, at);
                 for c in 0..3 {
-                    taken[c] = unit.add(taken[c], before[c]);
+                    product[c] = unit.add(product[c], before[c]);
                 }
             }
-            for (r, taken) in r.iter_mut().zip(taken) {
-                *r = unit.store(unit.flush_denormals(unit.fnma(a, taken, unit.load(r))));
+            for (r, product) in r.iter_mut().zip(product) {
+                *r = unit.store(unit.flush_denormals(unit.fnma(a, product, unit.load(r))));
             }
         }
     }
 }
 
-/// `sum += a p`, then `p = h + beta p`.
+/// `sum += a p`, then `p = h + beta p`, by sixteen nodes.
 pub struct UpdateDirection<'a> {
+    /// Preconditioned residual.
     pub h: &'a [Vectors],
+    /// Length of the last step.
     pub a: f32,
+    /// Factor of the last direction.
     pub beta: f32,
+    /// Search direction, by component.
     pub p: [&'a mut [Sixteen]; 3],
+    /// Sum of steps.
     pub sum: &'a mut [Vectors],
 }
 
@@ -60,12 +69,14 @@ impl Work for UpdateDirection<'_> {
     }
 }
 
+/// The sixteen vectors with number `at`.
 #[inline(always)]
 fn three<U: Lanes>(unit: U, of: [&[f32]; 3], at: usize) -> [U::V; 3] {
     let [a, b, c] = of;
     [sixteen(unit, a, at), sixteen(unit, b, at), sixteen(unit, c, at)]
 }
 
+/// The sixteen numbers with number `at`.
 #[inline(always)]
 fn sixteen<U: Lanes>(unit: U, of: &[f32], at: usize) -> U::V {
     unit.load(&of.as_chunks().0[at])

@@ -1,13 +1,16 @@
-//! Rows of a product, eight of a block's nine numbers at once.
+//! Rows of a product with AVX-512: eight of the nine entries of a block at once.
 
-use super::{Block, Row, Vec3, ends};
+use super::{Block, Row, Vec3, add_up};
+use crate::matrix::pattern::LowerBlock;
 use pulp::x86::V4;
 use pulp::{cast, f64x8, u64x8};
 
-/// For a transposed block and for one as it is.
-const TURNED: u64x8 = u64x8(0, 0, 0, 1, 1, 1, 2, 2);
-const STRAIGHT: u64x8 = u64x8(0, 1, 2, 0, 1, 2, 0, 1);
+/// Component of a vector by which each of the first eight entries of a block is multiplied in `block^T x`.
+const TRANSPOSED: u64x8 = u64x8(0, 0, 0, 1, 1, 1, 2, 2);
+/// The same in `block x`.
+const DIRECT: u64x8 = u64x8(0, 1, 2, 0, 1, 2, 0, 1);
 
+/// Computes `out[k][i] = row(i) x[k]`.
 pub struct Rows<'o, F, const K: usize> {
     pub simd: V4,
     pub out: [&'o mut [Vec3]; K],
@@ -24,25 +27,26 @@ impl<'a, F: Fn(usize) -> Row<'a>, const K: usize> pulp::NullaryFnOnce for Rows<'
         for i in 0..out.first().map_or(0, |out| out.len()) {
             let Row { values, lower, upper, columns } = row(i);
             let zero = (simd.splat_f64x8(0.0), 0.0);
-            let (mut turned, mut straight) = ([zero; K], [zero; K]);
-            for &(j, slot) in lower {
+            let (mut transposed, mut direct) = ([zero; K], [zero; K]);
+            for &LowerBlock { column: j, slot } in lower {
                 let block = &values[slot as usize];
                 for k in 0..K {
-                    turned[k] = add(simd, turned[k], block, &x[k][j as usize], TURNED);
+                    transposed[k] = add(simd, transposed[k], block, &x[k][j as usize], TRANSPOSED);
                 }
             }
             for (block, &j) in upper.iter().zip(columns) {
                 for k in 0..K {
-                    straight[k] = add(simd, straight[k], block, &x[k][j as usize], STRAIGHT);
+                    direct[k] = add(simd, direct[k], block, &x[k][j as usize], DIRECT);
                 }
             }
             for k in 0..K {
-                out[k][i] = ends((cast(turned[k].0), turned[k].1), (cast(straight[k].0), straight[k].1));
+                out[k][i] = add_up((cast(transposed[k].0), transposed[k].1), (cast(direct[k].0), direct[k].1));
             }
         }
     }
 }
 
+/// Adds the products of the entries of a block and the components `spread` of x to sums of the first eight entries and of the ninth.
 #[inline(always)]
 fn add(simd: V4, sums: (f64x8, f64), block: &Block, x: &Vec3, spread: u64x8) -> (f64x8, f64) {
     let three: f64x8 = cast([x.x, x.y, x.z, 0.0, 0.0, 0.0, 0.0, 0.0]);

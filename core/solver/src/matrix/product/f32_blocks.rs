@@ -1,38 +1,47 @@
-//! Rows of a product with blocks in single precision ([`crate::matrix::rounded`]), in double precision.
+//! Rows of a product in double precision, of blocks that are stored in single precision ([`crate::matrix::f32_blocks`]).
 //!
-//! As in [`crate::matrix::product`]: nine sums that run along the row, the same operations in the same order on every vector unit.
+//! As in [`crate::matrix::product`], each entry of a block has a sum of its own along the row, and every vector unit does the same
+//! operations in the same order.
 
-use super::{Sums, ends};
+use super::{Sums, add_up};
 use crate::algebra::{Block, SingleBlock, Vec3};
+use crate::matrix::pattern::LowerBlock;
 
-/// What a row is made of: what its blocks leave, blocks below the diagonal by column and slot, to be transposed, and those above it.
+/// A row of a matrix in single precision.
 #[derive(Clone, Copy)]
 pub struct Row<'a> {
-    pub own: Block,
+    /// Sum of all blocks of the row.
+    pub sum: Block,
+    /// All stored blocks, by slot.
     pub values: &'a [SingleBlock],
-    pub lower: &'a [(u32, u32)],
+    /// Blocks below the diagonal.
+    pub lower: &'a [LowerBlock],
+    /// Blocks above the diagonal.
     pub upper: &'a [SingleBlock],
+    /// Columns of the blocks `upper`.
     pub columns: &'a [u32],
 }
 
-/// The portable path.
+/// The product of row i and a vector without vector instructions.
 #[inline(always)]
 pub fn row_product(row: Row<'_>, i: usize, x: &[Vec3]) -> Vec3 {
-    let (mut turned, mut straight, here) = (([0.0; 8], 0.0), ([0.0; 8], 0.0), x[i]);
-    add(&mut straight, &row.own, here, STRAIGHT);
-    for &(j, slot) in row.lower {
-        add(&mut turned, &row.values[slot as usize].map(f64::from), x[j as usize] - here, TURNED);
+    let (mut transposed, mut direct, own) = (([0.0; 8], 0.0), ([0.0; 8], 0.0), x[i]);
+    add(&mut direct, &row.sum, own, DIRECT);
+    for &LowerBlock { column, slot } in row.lower {
+        add(&mut transposed, &row.values[slot as usize].map(f64::from), x[column as usize] - own, TRANSPOSED);
     }
-    for (block, &j) in row.upper.iter().zip(row.columns) {
-        add(&mut straight, &block.map(f64::from), x[j as usize] - here, STRAIGHT);
+    for (block, &column) in row.upper.iter().zip(row.columns) {
+        add(&mut direct, &block.map(f64::from), x[column as usize] - own, DIRECT);
     }
-    ends(turned, straight)
+    add_up(transposed, direct)
 }
 
-/// For a transposed block and for one as it is: which number of a vector meets each of the first eight.
-const TURNED: [usize; 8] = [0, 0, 0, 1, 1, 1, 2, 2];
-const STRAIGHT: [usize; 8] = [0, 1, 2, 0, 1, 2, 0, 1];
+/// Component of a vector by which each of the first eight entries of a block is multiplied in `block^T x`.
+const TRANSPOSED: [usize; 8] = [0, 0, 0, 1, 1, 1, 2, 2];
+/// The same in `block x`.
+const DIRECT: [usize; 8] = [0, 1, 2, 0, 1, 2, 0, 1];
 
+/// Adds the products of the entries of a block and the components `spread` of x.
 #[inline(always)]
 fn add(sums: &mut Sums, block: &Block, x: Vec3, spread: [usize; 8]) {
     for e in 0..8 {
@@ -41,7 +50,7 @@ fn add(sums: &mut Sums, block: &Block, x: Vec3, spread: [usize; 8]) {
     sums.1 += block[8] * x[2];
 }
 
-/// `out[k][i] = row(i) x[k]`, where row `i` is that of node `first + i`, with the widest vector unit there is.
+/// `out[k][i] = row(i) x[k]`, where `row(i)` is the row of node `first + i`, on the widest vector unit of the processor.
 pub fn rows_product<'a, const K: usize>(
     out: [&mut [Vec3]; K],
     first: usize,
@@ -61,11 +70,15 @@ pub fn rows_product<'a, const K: usize>(
 
 #[cfg(target_arch = "x86_64")]
 mod wide {
-    use super::{Row, Vec3, ends};
+    //! The rows of a product with AVX2.
+
+    use super::{Row, Vec3, add_up};
     use crate::algebra::SingleBlock;
+    use crate::matrix::pattern::LowerBlock;
     use crate::matrix::product::avx2::{Nine, add, spread, zero};
     use pulp::{cast, x86};
 
+    /// Computes `out[k][i] = row(i) x[k]`, where `row(i)` is the row of node `first + i`.
     pub struct Rows<'o, F, const K: usize> {
         pub simd: x86::V3,
         pub out: [&'o mut [Vec3]; K],
@@ -81,35 +94,36 @@ mod wide {
         fn call(self) {
             let Self { simd, out, first, x, row } = self;
             for i in 0..out.first().map_or(0, |out| out.len()) {
-                let Row { own, values, lower, upper, columns } = row(i);
-                let (mut turned, mut straight, mut here) = ([zero(simd); K], [zero(simd); K], [Vec3::zeros(); K]);
+                let Row { sum, values, lower, upper, columns } = row(i);
+                let (mut transposed, mut direct, mut own) = ([zero(simd); K], [zero(simd); K], [Vec3::zeros(); K]);
                 for k in 0..K {
-                    here[k] = x[k][first + i];
-                    straight[k] = add(simd, zero(simd), Nine::of(&own), spread::<false>(simd, here[k]));
+                    own[k] = x[k][first + i];
+                    direct[k] = add(simd, zero(simd), Nine::new(&sum), spread::<false>(simd, own[k]));
                 }
-                for &(j, slot) in lower {
-                    let block = widened(simd, &values[slot as usize]);
+                for &LowerBlock { column: j, slot } in lower {
+                    let block = widen(simd, &values[slot as usize]);
                     for k in 0..K {
-                        let away = x[k][j as usize] - here[k];
-                        turned[k] = add(simd, turned[k], block, spread::<true>(simd, away));
+                        let difference = x[k][j as usize] - own[k];
+                        transposed[k] = add(simd, transposed[k], block, spread::<true>(simd, difference));
                     }
                 }
                 for (block, &j) in upper.iter().zip(columns) {
-                    let block = widened(simd, block);
+                    let block = widen(simd, block);
                     for k in 0..K {
-                        let away = x[k][j as usize] - here[k];
-                        straight[k] = add(simd, straight[k], block, spread::<false>(simd, away));
+                        let difference = x[k][j as usize] - own[k];
+                        direct[k] = add(simd, direct[k], block, spread::<false>(simd, difference));
                     }
                 }
                 for k in 0..K {
-                    out[k][i] = ends(turned[k].sums(), straight[k].sums());
+                    out[k][i] = add_up(transposed[k].sums(), direct[k].sums());
                 }
             }
         }
     }
 
+    /// A block in double precision.
     #[inline(always)]
-    fn widened(simd: x86::V3, block: &SingleBlock) -> Nine {
+    fn widen(simd: x86::V3, block: &SingleBlock) -> Nine {
         let [a, b, c, d, e, f, g, h, last] = *block;
         let (low, high) = (simd.avx._mm256_cvtps_pd(cast([a, b, c, d])), simd.avx._mm256_cvtps_pd(cast([e, f, g, h])));
         Nine { low: cast(low), high: cast(high), last: f64::from(last) }

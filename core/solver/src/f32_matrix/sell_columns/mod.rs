@@ -1,7 +1,8 @@
-//! Irregular patterns: a sliced ELLPACK matrix with a column index for each lane.
+//! Irregular patterns: a SELL-16 matrix (sliced ELLPACK, Kreutzer et al. 2014) with a column index for each lane.
 //!
-//! Sixteen rows are multiplied at a time, each lane with the next block of its row, whose vector is gathered into registers. A block is
-//! read once for both of its rows (sell ELLPACK: Kreutzer et al. 2014).
+//! Sixteen rows, a slice, are multiplied at a time, each in a lane of the vector unit. At each place of a slice every lane has the next block
+//! above the diagonal of its row; vectors of the columns are gathered into registers. The block also stands for its transpose below the
+//! diagonal: that product is scattered to the rows of the columns.
 
 mod product;
 #[cfg(test)]
@@ -10,58 +11,63 @@ mod vectors;
 
 use super::sell::diagonal::Diagonal;
 use super::sell::update::{Fill, NONE, Slots, Update};
-use super::sell::{BANDS, BLOCKS, height};
+use super::sell::{BANDS, BLOCKS, band_height};
 use crate::algebra::Vec3;
 use crate::lanes::aligned::Lines;
 use crate::lanes::{Entry, LANES, Quad, Vectors, widest};
 use crate::matrix::f32_blocks::RowSum;
-use crate::matrix::pattern::Rows;
+use crate::matrix::pattern::Pattern;
 use crate::threads::Pool;
 use product::Multiply;
+use std::ops::Range;
 use vectors::{UpdateDirection, UpdateResidual};
 
-/// Sixteens of nodes in a chunk of a vector for a thread.
+/// Slices in a chunk of a vector for a thread.
 const CHUNK: usize = 128;
 
-/// Blocks of the matrix with the vectors of the iteration.
+/// A matrix with the search direction and the sum of steps of an iteration.
 #[derive(Debug)]
-pub struct CsrMatrix {
-    /// Rows of all bands but the last.
+pub struct SellColumns {
+    /// Rows of each band; the last may have fewer.
     height: usize,
     bands: Vec<Band>,
-    /// Search direction.
+    /// Search direction, as far as rows reach, padded with zeros.
     p: Vec<Quad>,
     /// Sum of steps.
     sum: Vec<Quad>,
 }
 
-/// Rows that are multiplied by one thread.
+/// Consecutive rows that one thread multiplies.
 #[derive(Debug)]
 struct Band {
+    /// The first row.
     first: usize,
     /// Where the places of each slice begin (slices + 1).
     start: Vec<usize>,
-    /// Column of each place and lane, relative to the first row; a row without a block there has its own column.
+    /// Column of each place and lane, relative to the first row of the band; a row without a block there has its own index.
     column: Vec<[u32; LANES]>,
+    /// Slots of the blocks of each place.
     slots: Vec<Slots>,
-    /// Blocks by slice and place (9 x 16).
+    /// Entries of the blocks of each place (9 x 16).
     values: Lines<f32>,
+    /// Row sums.
     diagonal: Diagonal,
-    /// Product of its rows and of those they reach.
+    /// Product: of the rows of the band, and what its blocks below the diagonal add to later rows.
     y: Vec<Quad>,
-    /// `p . y`
+    /// `p . y`.
     dot: f64,
 }
 
-impl CsrMatrix {
+impl SellColumns {
     /// A matrix of `n` rows with this pattern.
-    pub fn new(n: usize, rows: Rows<'_>) -> Self {
-        let far = |i: usize| rows.around(i).2.last().map_or(0, |last| *last as usize - i);
-        let reach = (0..n).map(far).max().unwrap_or(0);
-        let height = height(reach);
-        let bands = (0..n).step_by(height).map(|first| Band::new(first..n.min(first + height), reach, rows)).collect();
-        let room = n.next_multiple_of(LANES);
-        Self { height, bands, p: vec![[0.0; 4]; (room + reach).next_multiple_of(LANES)], sum: vec![[0.0; 4]; room] }
+    pub fn new(n: usize, pattern: Pattern<'_>) -> Self {
+        let farthest = |i: usize| pattern.off_diagonal(i).columns.last().map_or(0, |last| *last as usize - i);
+        let reach = (0..n).map(farthest).max().unwrap_or(0);
+        let height = band_height(reach);
+        let band = |first: usize| Band::new(first..n.min(first + height), reach, pattern);
+        let bands = (0..n).step_by(height).map(band).collect();
+        let padded = n.next_multiple_of(LANES);
+        Self { height, bands, p: vec![[0.0; 4]; (padded + reach).next_multiple_of(LANES)], sum: vec![[0.0; 4]; padded] }
     }
 
     /// Memory, bytes.
@@ -78,7 +84,7 @@ impl CsrMatrix {
         self.sum.fill([0.0; 4]);
     }
 
-    /// Finds `A p`, for [`CsrMatrix::take`]; gives `p . A p`.
+    /// Computes `A p`, which [`SellColumns::update_residual`] uses. Returns `p . A p`.
     pub fn product(&mut self, pool: &Pool) -> f64 {
         let p = &self.p[..];
         pool.par_chunks(&mut self.bands[..], BANDS, &|_, bands| {
@@ -87,18 +93,18 @@ impl CsrMatrix {
         self.bands.iter().map(|band| band.dot).sum()
     }
 
-    /// `r -= a A p`, sixteens of rows from `first` on.
+    /// `r -= a A p` with the last product, for the rows from `16 first` on, by sixteen.
     pub fn update_residual(&self, first: usize, a: f32, r: &mut [Vectors]) {
         let (mut at, mut rest) = (LANES * first, r);
         while !rest.is_empty() {
             let (band, row) = (at / self.height, at % self.height);
-            let (r, more) = rest.split_at_mut(rest.len().min((self.height - row) / LANES));
-            // What the previous band added to its first rows.
+            let (r, later) = rest.split_at_mut(rest.len().min((self.height - row) / LANES));
+            // What the blocks of the previous band add to the first rows of this one.
             let before = band.checked_sub(1).and_then(|before| self.bands[before].y.get(self.height + row..));
             let (y, before) = (self.bands[band].y[row..].as_chunks().0, before.unwrap_or_default().as_chunks().0);
             at += LANES * r.len();
             widest(UpdateResidual { y, before, a, r });
-            rest = more;
+            rest = later;
         }
     }
 
@@ -110,7 +116,7 @@ impl CsrMatrix {
         });
     }
 
-    /// Adds `scale` times the sum of steps to rows `first` on.
+    /// Adds `scale` times the sum of steps to `x`, whose first row is `first`.
     pub fn add_to(&self, first: usize, scale: f64, x: &mut [Vec3]) {
         for (x, sum) in x.iter_mut().zip(&self.sum[first..]) {
             (0..3).for_each(|c| x[c] += scale * f64::from(sum[c]));
@@ -118,45 +124,47 @@ impl CsrMatrix {
     }
 }
 
-impl Update for CsrMatrix {
+impl Update for SellColumns {
     fn fill<T: Entry>(
         &mut self,
         pool: &Pool,
         rows: usize,
         blocks: &[[T; 9]],
-        own: impl Fn(usize) -> RowSum + Sync + Copy,
+        row_sum: impl Fn(usize) -> RowSum + Sync + Copy,
         scale: f64,
     ) {
         pool.par_chunks(&mut self.bands[..], 1, &|_, bands| {
             for Band { first, start, slots, values, diagonal, .. } in bands {
                 let (first, values) = (*first, values.flat_mut());
-                widest(Fill { blocks, own, scale, first, rows, start, slots, values, diagonal });
+                widest(Fill { blocks, row_sum, scale, first, rows, start, slots, values, diagonal });
             }
         });
     }
 }
 
 impl Band {
-    fn new(all: std::ops::Range<usize>, reach: usize, rows: Rows<'_>) -> Self {
+    /// A band of the given rows of a matrix whose blocks lie at most `reach` from the diagonal.
+    fn new(rows: Range<usize>, reach: usize, pattern: Pattern<'_>) -> Self {
         let (mut start, mut column, mut slots) = (vec![0], Vec::new(), Vec::new());
-        for first in all.clone().step_by(LANES) {
-            let here = first..all.end.min(first + LANES);
-            let places = here.clone().map(|i| rows.around(i).2.len()).max().unwrap_or(0);
+        for first in rows.clone().step_by(LANES) {
+            let slice = first..rows.end.min(first + LANES);
+            let places = slice.clone().map(|i| pattern.off_diagonal(i).columns.len()).max().unwrap_or(0);
             for place in 0..places {
-                let (mut columns, mut slots_here) = ([0; LANES], [NONE; LANES]);
+                let (mut place_columns, mut place_slots) = ([0; LANES], [NONE; LANES]);
                 for (lane, i) in (first..first + LANES).enumerate() {
-                    let there = here.contains(&i).then(|| rows.around(i)).filter(|(.., row)| place < row.len());
-                    columns[lane] = there.map_or(i, |(.., row)| row[place] as usize) as u32 - all.start as u32;
-                    slots_here[lane] = there.map_or(NONE, |(_, above, _)| (above + place) as u32);
+                    let row = slice.contains(&i).then(|| pattern.off_diagonal(i));
+                    let row = row.filter(|row| place < row.columns.len());
+                    place_columns[lane] = row.map_or(i, |row| row.columns[place] as usize) as u32 - rows.start as u32;
+                    place_slots[lane] = row.map_or(NONE, |row| (row.first_slot + place) as u32);
                 }
-                column.push(columns);
-                slots.push(slots_here);
+                column.push(place_columns);
+                slots.push(place_slots);
             }
             start.push(column.len());
         }
         let slices = start.len() - 1;
         let values = Lines::new(BLOCKS * column.len());
         let y = vec![[0.0; 4]; (LANES * slices + reach).next_multiple_of(LANES)];
-        Self { first: all.start, start, column, slots, values, diagonal: Diagonal::new(slices), y, dot: 0.0 }
+        Self { first: rows.start, start, column, slots, values, diagonal: Diagonal::new(slices), y, dot: 0.0 }
     }
 }

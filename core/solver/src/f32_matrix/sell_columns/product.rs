@@ -1,12 +1,14 @@
-//! The hot loop of a product with rows that do not lie alike ([`super`]).
+//! The loop of a product on irregular patterns ([`super`]).
 
 use super::Band;
-use crate::f32_matrix::sell::product::{STRAIGHT, TURNED, add, take};
+use crate::f32_matrix::sell::product::{DIRECT, TRANSPOSED, add, subtract};
 use crate::lanes::{LANES, Lanes, Quad, Work, load, store};
 
-/// A band's share of the product with `p`.
+/// Multiplies the rows of a band by the search direction.
 pub struct Multiply<'a> {
+    /// The band.
     pub band: &'a mut Band,
+    /// Search direction of all nodes.
     pub p: &'a [Quad],
 }
 
@@ -19,44 +21,44 @@ impl Work for Multiply<'_> {
         y.fill([0.0; 4]);
         let x = &self.p[*first..*first + y.len()];
         let zero = unit.load(&[0.0; LANES]);
-        let mut all = zero;
+        let mut dots = zero;
         let mut blocks = values.flat().as_chunks::<LANES>().0.chunks_exact(9);
         for (slice, ends) in start.windows(2).enumerate() {
             let at = LANES * slice;
-            let here = unit.planes(load(unit, x[at..].first_chunk().expect("vectors reach past the rows")));
-            let mut sum = diagonal.times(unit, slice, here);
+            let own = unit.planes(load(unit, x[at..].first_chunk().expect("vectors reach past the rows")));
+            let mut sum = diagonal.times(unit, slice, own);
             for (column, block) in column[ends[0]..ends[1]].iter().zip(&mut blocks) {
-                let [a, b, c] = unit.planes(found(unit, x, column));
-                let away = [unit.sub(a, here[0]), unit.sub(b, here[1]), unit.sub(c, here[2])];
-                add(unit, block, STRAIGHT, away, &mut sum);
-                // The block below the diagonal: transposed, and from there to here.
+                let [a, b, c] = unit.planes(gather(unit, x, column));
+                let difference = [unit.sub(a, own[0]), unit.sub(b, own[1]), unit.sub(c, own[2])];
+                add(unit, block, DIRECT, difference, &mut sum);
+                // The block below the diagonal is the transpose, and its difference the negative.
                 let mut other = [zero; 3];
-                take(unit, block, TURNED, away, &mut other);
-                give(unit, y, column, unit.vectors(other));
+                subtract(unit, block, TRANSPOSED, difference, &mut other);
+                scatter_add(unit, y, column, unit.vectors(other));
             }
             let rows = y[at..].first_chunk_mut().expect("vectors reach past the rows");
             let [a, b, c] = unit.planes(load(unit, rows));
-            // Previous rows have added all they add to these.
+            // All earlier rows have been added to these.
             let sum = [unit.add(a, sum[0]), unit.add(b, sum[1]), unit.add(c, sum[2])];
             store(unit, rows, unit.vectors(sum));
             for c in 0..3 {
-                all = unit.fma(here[c], sum[c], all);
+                dots = unit.fma(own[c], sum[c], dots);
             }
         }
-        let past = LANES * (start.len() - 1);
+        let end = LANES * (start.len() - 1);
         let mut rest = [0.0_f32; 4];
-        for (x, y) in x[past..].iter().zip(&y[past..]) {
+        for (x, y) in x[end..].iter().zip(&y[end..]) {
             for c in 0..4 {
                 rest[c] += x[c] * y[c];
             }
         }
-        *dot = unit.store(all).iter().chain(&rest).map(|v| f64::from(*v)).sum();
+        *dot = unit.store(dots).iter().chain(&rest).map(|v| f64::from(*v)).sum();
     }
 }
 
-/// Vectors of these columns.
+/// Gathers the vectors of the columns.
 #[inline(always)]
-fn found<U: Lanes>(unit: U, x: &[Quad], column: &[u32; LANES]) -> [U::V; 4] {
+fn gather<U: Lanes>(unit: U, x: &[Quad], column: &[u32; LANES]) -> [U::V; 4] {
     let mut vectors = [unit.load(&[0.0; LANES]); 4];
     for k in 0..4 {
         let [a, b, c, d] = [column[4 * k], column[4 * k + 1], column[4 * k + 2], column[4 * k + 3]];
@@ -65,9 +67,9 @@ fn found<U: Lanes>(unit: U, x: &[Quad], column: &[u32; LANES]) -> [U::V; 4] {
     vectors
 }
 
-/// Adds a vector to each of these columns, one after the other: they may be the same.
+/// Adds a vector to each of the columns, one after the other, as columns may be equal.
 #[inline(always)]
-fn give<U: Lanes>(unit: U, y: &mut [Quad], column: &[u32; LANES], vectors: [U::V; 4]) {
+fn scatter_add<U: Lanes>(unit: U, y: &mut [Quad], column: &[u32; LANES], vectors: [U::V; 4]) {
     for k in 0..4 {
         let four = unit.store(vectors[k]);
         for lane in 0..4 {

@@ -7,7 +7,7 @@ fn wave(i: usize) -> f32 {
     (1.7 * i as f32).sin() * 10_f32.powi((i % 7) as i32 - 3)
 }
 
-/// Rows of up to nine blocks that lie anywhere, the furthest `far` away.
+/// A matrix of `n` rows with up to nine blocks each at irregular distances of at most `far` from the diagonal.
 fn matrix(n: usize, far: u32) -> Matrix {
     let mut matrix = Matrix::default();
     matrix.set_pattern(n, |pair| {
@@ -29,42 +29,43 @@ fn vectors(n: usize) -> Vec<[f32; 3]> {
 const SCALE: f64 = 0.25;
 
 #[test]
-fn a_descent_is_that_of_the_matrix_for_any_number_of_threads() {
+fn steps_along_directions_are_those_of_the_matrix_for_any_number_of_threads() {
     for (n, far, bands) in [(2003, 97, 4), (2003, 900, 2), (5, 3, 1)] {
         let (matrix, h) = (matrix(n, far), by_sixteen(&vectors(n)));
-        let way = |threads: usize| {
-            let (pool, mut each) = (Pool::new(threads), CsrMatrix::new(n, matrix.pattern()));
-            assert!(each.bands.len() == bands && each.bytes() > 36 * matrix.blocks());
-            each.update(&pool, &matrix, SCALE);
-            each.start();
-            each.update_direction(&pool, &h, 0.0, 0.0);
-            let dot = each.product(&pool);
+        let steps = |threads: usize| {
+            let (pool, mut columns) = (Pool::new(threads), SellColumns::new(n, matrix.pattern()));
+            assert!(columns.bands.len() == bands && columns.bytes() > 36 * matrix.blocks());
+            columns.update(&pool, &matrix, SCALE);
+            columns.start();
+            columns.update_direction(&pool, &h, 0.0, 0.0);
+            let dot = columns.product(&pool);
             let mut r = vec![[[0.0; LANES]; 3]; h.len()];
             let (low, high) = r.split_at_mut(h.len() / 3);
-            each.update_residual(0, -0.5, low);
-            each.update_residual(low.len(), -0.5, high);
-            each.update_direction(&pool, &r, 0.3, 0.9);
-            each.update_direction(&pool, &h, 2.0, 0.5);
+            columns.update_residual(0, -0.5, low);
+            columns.update_residual(low.len(), -0.5, high);
+            columns.update_direction(&pool, &r, 0.3, 0.9);
+            columns.update_direction(&pool, &h, 2.0, 0.5);
             let mut x = vec![Vec3::repeat(1.0); n];
-            each.add_to(0, 0.5, &mut x[..n / 2]);
-            each.add_to(n / 2, 0.5, &mut x[n / 2..]);
+            columns.add_to(0, 0.5, &mut x[..n / 2]);
+            columns.add_to(n / 2, 0.5, &mut x[n / 2..]);
             (dot.to_bits(), r, x)
         };
-        let first = way(1);
-        assert!(first == way(3));
+        let first = steps(1);
+        assert!(first == steps(3));
         let (dot, r, x) = first;
         let (r, h) = (one_by_one(&r), vectors(n).iter().map(|h| Vec3::from(h.map(f64::from))).collect::<Vec<Vec3>>());
         let mut product = vec![Vec3::zeros(); n];
         matrix.rows_product(0, &h, &mut product);
-        // What each is a sum of, at most.
+        // A bound of the sum of absolute values in each row.
         let Values::F64(blocks) = matrix.values() else { panic!("it was not rounded") };
         let sizes = |i: usize| {
-            let (lower, above, columns) = matrix.pattern().around(i);
+            let row = matrix.pattern().off_diagonal(i);
             let of = |slot: usize| blocks[slot].iter().fold(0.0_f64, |most, v| most.max(v.abs()));
             let size = |j: usize| h[j].iter().fold(0.0_f64, |most, v| most.max(v.abs()));
-            let upper = columns.iter().enumerate().map(|(k, j)| of(above + k) * (size(*j as usize) + size(i)));
-            let lower = lower.iter().map(|(j, slot)| of(*slot as usize) * (size(*j as usize) + size(i)));
-            upper.chain(lower).sum::<f64>() + of(above - 1) * size(i)
+            let upper =
+                row.columns.iter().enumerate().map(|(k, j)| of(row.first_slot + k) * (size(*j as usize) + size(i)));
+            let lower = row.lower.iter().map(|b| of(b.slot as usize) * (size(b.column as usize) + size(i)));
+            upper.chain(lower).sum::<f64>() + of(row.first_slot - 1) * size(i)
         };
         let mut total = (0.0, 0.0);
         for i in 0..n {
@@ -74,8 +75,8 @@ fn a_descent_is_that_of_the_matrix_for_any_number_of_threads() {
                 assert!((f64::from(r[i][c]) - 0.5 * want).abs() < 1e-6 * most, "{i}: {} {want}", r[i][c]);
                 // 0.3 h + 2 (r + 0.9 h), halved.
                 let (h, r) = (h[i][c], f64::from(r[i][c]));
-                let (way, size) = (1.0 + 1.05 * h + r, 1.0 + 1.05 * h.abs() + r.abs());
-                assert!((x[i][c] - way).abs() < 1e-6 * size, "{i}: {} {way}", x[i][c]);
+                let (expected, size) = (1.0 + 1.05 * h + r, 1.0 + 1.05 * h.abs() + r.abs());
+                assert!((x[i][c] - expected).abs() < 1e-6 * size, "{i}: {} {expected}", x[i][c]);
                 total = (total.0 + h * want, total.1 + h.abs() * SCALE * most);
             }
         }
@@ -83,15 +84,15 @@ fn a_descent_is_that_of_the_matrix_for_any_number_of_threads() {
     }
 }
 
-/// All work on bands, on one vector unit.
-struct Shares<'a>(&'a mut CsrMatrix, &'a [Quad]);
+/// The products of all bands on one vector unit.
+struct Products<'a>(&'a mut SellColumns, &'a [Quad]);
 
-impl Work for Shares<'_> {
+impl Work for Products<'_> {
     type Output = Vec<u32>;
 
     #[inline(always)]
     fn on(self, unit: impl Lanes) -> Vec<u32> {
-        let Self(CsrMatrix { bands, .. }, p) = self;
+        let Self(SellColumns { bands, .. }, p) = self;
         bands.iter_mut().for_each(|band| Multiply { band, p }.on(unit));
         let all = bands.iter().flat_map(|band| band.y.iter().flatten().map(|v| v.to_bits()));
         all.chain(bands.iter().map(|band| (band.dot as f32).to_bits())).collect()
@@ -101,14 +102,14 @@ impl Work for Shares<'_> {
 #[test]
 fn every_vector_unit_gives_the_same_bytes() {
     let (n, matrix) = (1003, matrix(1003, 60));
-    let mut each = CsrMatrix::new(n, matrix.pattern());
-    each.update(&Pool::new(1), &matrix, SCALE);
+    let mut columns = SellColumns::new(n, matrix.pattern());
+    columns.update(&Pool::new(1), &matrix, SCALE);
     let mut p: Vec<Quad> = vectors(n).iter().map(|[x, y, z]| [*x, *y, *z, 0.0]).collect();
-    p.resize(each.p.len(), [0.0; 4]);
-    let first = Shares(&mut each, &p).on(Plain);
-    assert_eq!(first, widest(Shares(&mut each, &p)));
+    p.resize(columns.p.len(), [0.0; 4]);
+    let first = Products(&mut columns, &p).on(Plain);
+    assert_eq!(first, widest(Products(&mut columns, &p)));
     #[cfg(target_arch = "x86_64")]
     if let Some(unit) = pulp::x86::V3::try_new() {
-        assert_eq!(first, Shares(&mut each, &p).on(unit));
+        assert_eq!(first, Products(&mut columns, &p).on(unit));
     }
 }
