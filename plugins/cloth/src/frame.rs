@@ -204,7 +204,7 @@ fn edge_directions<T: Real>(third: Vec2<T>) -> EdgeDirections<T> {
     EdgeDirections { along: [left[1], -left[0]], left }
 }
 
-/// K of a rule.
+/// The condition K of a rule; `third` is the shape function gradient of the last corner.
 #[inline(always)]
 fn condition<T: Real>(rule: FrameRule, third: Vec2<T>) -> Mat2<T> {
     match rule {

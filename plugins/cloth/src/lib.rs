@@ -38,8 +38,9 @@ use vector::Vec3;
 
 /// The cloth of one body: its moduli and the choices of strain measure and bending model.
 pub struct Cloth {
+    /// The parameters, checked.
     settings: Settings,
-    /// The vector unit kernels are dispatched to.
+    /// The vector unit on which kernels run.
     arch: pulp::Arch,
 }
 
@@ -214,7 +215,8 @@ impl Cloth {
     fn triangle_rest(&self, elements: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
         let (planes, factors) = (out.first_planes::<{ triangle::STRIDE }>(), StiffnessFactors::of(elements));
         for e in 0..elements.len() {
-            // Membrane energy, stress and viscosity are proportional to the stiffness and to the area, so the area takes the factor of both.
+            // Membrane energy, stress and viscosity are proportional to stiffness times area, so the stored area includes the factor of the
+            // stiffness.
             let shape = Triangle::of_element(elements, e)?;
             let values = Triangle { area: shape.area * factors.membrane(e), ..shape }.rest_data();
             (0..triangle::STRIDE).for_each(|s| planes[s][e] = values[s]);
@@ -223,7 +225,7 @@ impl Cloth {
             let [.., warp, weft] = out.first_planes::<{ laplacian::STRIDE }>();
             for (e, &u) in elements.material_coordinates::<3>().iter().enumerate() {
                 let shape = Triangle::of_element(elements, e)?;
-                let factor = factors.bending(e) / factors.membrane(e); // the area has the factor of the membrane
+                let factor = factors.bending(e) / factors.membrane(e); // the stored area includes the factor of the membrane
                 [warp[e], weft[e]] = laplacian::stiffness(&shape, u, &self.settings.rigidity).map(|b| factor * b);
             }
         }
@@ -305,24 +307,26 @@ impl Cloth {
     }
 }
 
-/// Factors of the stiffness of elements, by fields of `young` and `thickness`.
+/// Factors of the stiffness of elements, from the fields of `young` and `thickness`.
 struct StiffnessFactors<'a> {
+    /// Factor of Young's modulus by element.
     young: Field<'a>,
+    /// Factor of the thickness by element.
     thickness: Field<'a>,
 }
 
 impl<'a> StiffnessFactors<'a> {
-    /// Those of a call.
+    /// The factors of the elements of a call.
     fn of(elements: &Elements<'a>) -> Self {
         Self { young: elements.field("young"), thickness: elements.field("thickness") }
     }
 
-    /// Of the stiffness in the plane.
+    /// Factor of the membrane stiffness of element `e`, proportional to the thickness.
     fn membrane(&self, e: usize) -> f64 {
         self.young.factor(e) * self.thickness.factor(e)
     }
 
-    /// Of the stiffness against bending.
+    /// Factor of the bending stiffness of element `e`, proportional to the cube of the thickness.
     fn bending(&self, e: usize) -> f64 {
         self.young.factor(e) * self.thickness.factor(e).powi(3)
     }
@@ -330,19 +334,20 @@ impl<'a> StiffnessFactors<'a> {
 
 /// Rest data and history of the hinges of a call.
 struct Hinges<'a> {
-    /// rad
+    /// Dihedral angles at rest, rad.
     rest_angles: &'a [f64],
-    /// N m, where each hinge bends by itself.
+    /// Stiffness against a change of the angle, N m; `None` where hinges are coupled.
     stiffness: Option<&'a [f64]>,
+    /// Friction elements, if the fabric has yarn friction.
     friction: Option<FrictionPlanes<'a>>,
 }
 
 /// Planes of the friction elements of hinges.
 #[derive(Clone, Copy)]
 struct FrictionPlanes<'a> {
-    /// N m
+    /// Stiffness of the spring, N m.
     stiffness: &'a [f64],
-    /// N m
+    /// Torque at which the slider moves, N m.
     limit: &'a [f64],
     /// Angle by which the slider has moved, rad.
     slider: &'a [f64],
@@ -360,6 +365,7 @@ impl Hinges<'_> {
         self.stiffness.map_or(0.0, |all| all[e])
     }
 
+    /// The friction element of a hinge, if the fabric has yarn friction.
     fn friction(&self, e: usize) -> Option<FrictionState> {
         self.friction.map(|planes| FrictionState {
             element: FrictionElement { stiffness: planes.stiffness[e], limit: planes.limit[e] },

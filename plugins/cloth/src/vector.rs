@@ -6,9 +6,9 @@ pub(crate) use pliant_plugin_api::lanes::Vec3;
 /// A vector in the sheet: components along warp and weft.
 pub(crate) type Vec2<T = f64> = [T; 2];
 
-/// `m[row][column]`
+/// A 2 x 2 matrix: `m[row][column]`.
 pub(crate) type Mat2<T = f64> = [[T; 2]; 2];
-/// `m[row][column]`
+/// A 3 x 3 matrix: `m[row][column]`.
 pub(crate) type Mat3<T = f64> = [[T; 3]; 3];
 
 /// A symmetric 2 x 2 tensor in the sheet as (11, 22, 12); of a strain, the last component is gamma = 2 e12 (Voigt's notation).

@@ -63,11 +63,13 @@ pub(crate) fn relax(c: &ElasticityTensor, e: Voigt) -> Relaxed {
 
 /// Strain and compliance along a direction, each times a power of the direction's length.
 struct Uniaxial {
+    /// Strain times the squared length.
     stretch: f64,
-    /// m/N
+    /// Compliance times the fourth power of the length, m/N.
     compliance: f64,
 }
 
+/// Strain and compliance along `d` at the strain `e`.
 fn uniaxial(c: &ElasticityTensor, e: Voigt, d: Vec2) -> Uniaxial {
     let line = [d[0] * d[0], d[1] * d[1], d[0] * d[1]];
     Uniaxial { stretch: contract(e, line), compliance: c.compliance_product(line, line) }

@@ -46,7 +46,7 @@ struct Patch {
     /// Forces on the sides x = 0.1 and y = 0.1, N.
     right: [f64; 2],
     top: [f64; 2],
-    /// J
+    /// Energy, J.
     energy: f64,
 }
 

@@ -26,13 +26,15 @@ const STOP_REPEATS: usize = 3;
 
 /// An exoskeleton that is connected.
 pub struct Exoskeleton {
+    /// Session with the device.
     link: Link,
+    /// Limits of the device.
     info: DeviceInfo,
     /// Silence after which the device counts as lost, ns.
     silence_limit_ns: u64,
     /// The force last sent to each fingertip, N, as the bits of an `f64`.
     force_bits: [[AtomicU64; 3]; EFFECTOR_COUNT],
-    /// When that force expires, ns on the host's clock.
+    /// Time at which these forces expire, ns on the host's clock.
     force_expires_ns: AtomicU64,
     /// Forces that were not finite and were replaced by zero.
     forces_rejected: AtomicU64,
@@ -48,7 +50,7 @@ impl Exoskeleton {
         &self.link
     }
 
-    /// Remembers what is rendered, for `rendered`.
+    /// Stores the forces that are rendered (N) and the time at which they expire (ns), for `rendered`.
     fn store_forces(&self, fingers: &[FingerCommand; EFFECTOR_COUNT], expires_ns: u64) {
         for (stored, finger) in self.force_bits.iter().zip(fingers) {
             stored.iter().zip(finger.force).for_each(|(bits, f)| bits.store(f.to_bits(), Ordering::Relaxed));
@@ -77,6 +79,7 @@ impl Exoskeleton {
         command
     }
 
+    /// The forces of the taxels of one fingertip, N; empty without a tactile array.
     #[allow(unsafe_code, reason = "reads the array whose length the host takes from `describe`")]
     fn taxel_forces<'a>(&self, output: &'a Output) -> &'a [f64] {
         if output.taxels.is_null() {

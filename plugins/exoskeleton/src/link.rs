@@ -33,20 +33,29 @@ pub fn nonce() -> u64 {
 
 /// What was received from the device.
 struct ReceiveState {
+    /// Sequence numbers and clock offset of the session.
     receiver: Receiver,
+    /// Counters of datagrams.
     counts: ReceiveCounts,
+    /// The newest pose.
     fingers: [FingerState; EFFECTOR_COUNT],
-    /// Arrival of the newest pose and the end of its validity, ns on the link's clock.
+    /// Arrival of the newest pose, ns on the link's clock.
     arrived_ns: u64,
+    /// Time at which it expires, ns on the link's clock.
     expires_ns: u64,
 }
 
 /// A socket and a session with the device at one address.
 pub struct Link {
+    /// Non-blocking socket.
     socket: UdpSocket,
+    /// Address of the device.
     peer: SocketAddr,
+    /// Size of the tactile arrays.
     layout: TaxelLayout,
+    /// Key of both sides; `None` without authentication.
     key: Option<Key>,
+    /// Origin of the link's clock.
     start: Instant,
     /// Nonce of the host in this session.
     own_nonce: u64,
@@ -54,7 +63,9 @@ pub struct Link {
     peer_nonce: AtomicU64,
     /// Sequence number of the last command.
     sequence: AtomicU64,
+    /// Commands that the system did not send.
     unsent: AtomicU64,
+    /// What was received.
     state: Mutex<ReceiveState>,
 }
 
@@ -168,7 +179,7 @@ impl Link {
         self.unsent.load(Ordering::Relaxed)
     }
 
-    /// What became of the received datagrams.
+    /// Counters of the received datagrams.
     pub fn counts(&self) -> ReceiveCounts {
         self.lock_state().counts
     }

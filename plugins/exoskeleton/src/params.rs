@@ -31,18 +31,25 @@ pub(crate) const NO_ANSWER_REMEDY: &str = "switch it on, or start a twin: pliant
 
 /// The parameters, checked.
 pub(crate) struct Settings {
+    /// Address of the device.
     pub peer: SocketAddr,
     /// Path of the key file.
     pub key: Option<String>,
+    /// Size of the tactile arrays.
     pub layout: TaxelLayout,
-    /// How long the device may take to answer when it is opened.
+    /// Largest time to the first answer when the device is opened.
     pub connect_timeout: Duration,
     /// Silence after which the device counts as lost.
     pub silence_limit: Duration,
+    /// Limits of the device.
     pub info: DeviceInfo,
 }
 
 impl Settings {
+    /// Reads and checks the parameters.
+    ///
+    /// # Errors
+    /// The first value that is not allowed.
     pub(crate) fn read(params: &Params<'_>) -> Result<Self, Fault> {
         let whole_number = |key: &str| {
             let value = params.number(key);

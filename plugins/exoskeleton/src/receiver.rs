@@ -1,7 +1,7 @@
 //! The receiving end of a session: accepts a datagram only if it is newer than all before it, counts the others, and estimates how long
 //! the content of a datagram is still valid.
 
-/// What became of the received datagrams. Every datagram is counted in exactly one of `accepted`, `late`, `duplicate`, `malformed`,
+/// Counters of received datagrams. Every datagram is counted in exactly one of `accepted`, `late`, `duplicate`, `malformed`,
 /// `unauthentic` and `foreign`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ReceiveCounts {
@@ -58,9 +58,11 @@ struct ClockOffset {
 
 /// The state of the receiving end of one session.
 pub struct Receiver {
+    /// The largest sequence number so far.
     newest: u64,
     /// Bit `s % SEQUENCE_WINDOW` tells whether sequence number `s` has arrived, for the last `SEQUENCE_WINDOW` numbers.
     arrived: [u64; (SEQUENCE_WINDOW / 64) as usize],
+    /// Estimate from the datagrams so far; `None` before the first.
     clock_offset: Option<ClockOffset>,
 }
 
@@ -118,6 +120,7 @@ impl Receiver {
         now_ns + valid_ns.saturating_sub(delay_ns)
     }
 
+    /// Marks a sequence number of the window as arrived or missing.
     fn set_arrived(&mut self, sequence: u64, arrived: bool) {
         let (word, bit) = ((sequence % SEQUENCE_WINDOW / 64) as usize, sequence % 64);
         if arrived {
@@ -127,6 +130,7 @@ impl Receiver {
         }
     }
 
+    /// Whether a sequence number of the window has arrived.
     fn has_arrived(&self, sequence: u64) -> bool {
         self.arrived[(sequence % SEQUENCE_WINDOW / 64) as usize] >> (sequence % 64) & 1 == 1
     }

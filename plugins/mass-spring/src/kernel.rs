@@ -60,8 +60,9 @@ fn force_factor<const DAMPED: bool>(spring: SpringState<f64>, damping_time: f64)
     if l2 < min_length * min_length { 0.0 } else { k / l2 * total }
 }
 
-/// Dispatches the springs of a call to the vector unit.
+/// Runs the loops over the elements of a call on a vector unit.
 pub struct Kernel {
+    /// The vector unit.
     arch: pulp::Arch,
 }
 
@@ -74,9 +75,9 @@ pub struct Springs<'a> {
     pub x: &'a [[f64; 3]],
     /// Velocities of all nodes, m/s.
     v: &'a [[f64; 3]],
-    /// m
+    /// Rest length of each spring, m.
     pub rest_length: &'a [f64],
-    /// N/m
+    /// Stiffness of each spring, N/m.
     pub stiffness: &'a [f64],
     /// Damping along each spring's axis over its stiffness, s.
     pub damping_time: f64,
@@ -120,8 +121,11 @@ fn prefetch_block(vectors: &[[f64; 3]], first: usize) {
 /// A block of springs: springs `first_spring + i` between nodes `a + i` and `b + i`, for i below `len`.
 #[derive(Clone, Copy)]
 struct Block {
+    /// Index of the first spring.
     first_spring: usize,
+    /// First node of the first spring.
     a: usize,
+    /// Second node of the first spring.
     b: usize,
     /// Number of springs, at most [`LANES`].
     len: usize,
@@ -134,7 +138,7 @@ trait BlockKernel: Copy {
 }
 
 impl Kernel {
-    /// For the widest vector unit of this machine.
+    /// A kernel for the widest vector unit of the processor.
     pub fn new() -> Self {
         Self { arch: pulp::Arch::new() }
     }
@@ -260,6 +264,7 @@ fn run_length(ends: &[[u32; 2]]) -> usize {
     ends.iter().take(LANES).enumerate().take_while(|(lane, pair)| follows(*lane, **pair)).count()
 }
 
+/// `sum += sign f`.
 #[inline(always)]
 fn add_scaled(sum: &mut [f64; 3], f: [f64; 3], sign: f64) {
     for i in 0..3 {
@@ -267,6 +272,7 @@ fn add_scaled(sum: &mut [f64; 3], f: [f64; 3], sign: f64) {
     }
 }
 
+/// `sums += sign f` for the nodes of a block.
 #[inline(always)]
 fn add_block(sums: &mut [[f64; 3]], f: &BlockVectors, sign: f64) {
     let sums: &mut BlockVectors = sums.first_chunk_mut().expect("the caller checked that the block fits");

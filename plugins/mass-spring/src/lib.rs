@@ -24,6 +24,7 @@ use volume::Tetrahedra;
 
 /// The material of one body.
 pub struct MassSpring {
+    /// Stiffness and mass.
     law: Law,
     /// Damping along each spring's axis over its stiffness, s.
     damping_time: f64,
@@ -31,6 +32,7 @@ pub struct MassSpring {
     is_weighted: bool,
     /// Modulus of the resistance of cells to the loss of volume, Pa; 0 for none.
     volume_modulus: f64,
+    /// Loops over elements.
     kernel: kernel::Kernel,
 }
 

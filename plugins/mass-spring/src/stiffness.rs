@@ -17,7 +17,9 @@ const ENTRIES: [[usize; 2]; 6] = [[0, 0], [1, 3], [2, 6], [4, 4], [5, 7], [8, 8]
 /// Adds the stiffness and damping of each spring of a call.
 pub struct Stiffness<'a, T> {
     springs: Springs<'a>,
+    /// Factors of stiffness and damping.
     scale: TangentScale,
+    /// Blocks of the matrix.
     window: BlockWindow<'a, T, 3>,
 }
 

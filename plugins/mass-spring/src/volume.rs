@@ -33,7 +33,7 @@ pub struct Tetrahedra<'a> {
     x: &'a [[f64; 3]],
     /// Six times the rest volume, m^3.
     six_volumes: &'a [f64],
-    /// J
+    /// Modulus times rest volume, J.
     scale: &'a [f64],
 }
 
@@ -135,12 +135,13 @@ impl<'a> Tetrahedra<'a> {
 
 /// Losses of volume of a few tetrahedra.
 struct Losses<S: Simd> {
-    /// m, positions of the corners
+    /// Positions of the corners, m.
     x: [Vec3<Wide<S>>; 4],
     /// Loss of volume over the rest volume.
     t: Wide<S>,
-    /// 1/m^3, one over six times the rest volume
+    /// One over six times the rest volume, 1/m^3.
     inverse: Wide<S>,
+    /// Lanes that resist.
     squeezed: Squeezed,
 }
 
@@ -149,7 +150,7 @@ struct Losses<S: Simd> {
 struct Squeezed(u8);
 
 impl Squeezed {
-    /// Of the losses of volume `t` of the first `count` lanes. A loss that is not a number counts, so that it shows.
+    /// The lanes among the first `count` whose loss of volume `t` exceeds [`START`]. NaN counts too, so that it reaches the result.
     #[inline(always)]
     fn new<S: Simd>(t: Wide<S>, count: usize) -> Self {
         let (t, mut lanes) = (t.to_array(), 0);

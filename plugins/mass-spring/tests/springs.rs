@@ -158,7 +158,7 @@ fn mass_is_density_times_volume_or_the_particle_mass_of_the_paper() {
 /// The moduli of a material, measured on a cube.
 #[derive(Clone, Copy, Debug)]
 struct Moduli {
-    /// Pa
+    /// Young's modulus, Pa.
     young: f64,
     poisson: f64,
 }

@@ -12,10 +12,11 @@ use pliant_plugin_api::lanes::Real;
 /// Constants of the model.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Moduli {
-    /// Pa
+    /// Coefficient mu, Pa.
     mu: f64,
-    /// Pa
+    /// Coefficient lambda, Pa.
     lambda: f64,
+    /// J at which the volume term is zero.
     alpha: f64,
 }
 

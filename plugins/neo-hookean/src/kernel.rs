@@ -35,13 +35,14 @@ fn gather<S: Simd>(simd: S, nodes: &[[u32; 4]], e: usize, vectors: &[[f64; 3]]) 
 
 /// The planes of data that give the shapes of a call's elements.
 struct ShapePlanes<'a> {
+    /// Rest data.
     rest: [&'a [f64]; STRIDE],
-    /// Of a plastic solid.
+    /// History of a plastic solid; `None` for an elastic one.
     plastic: Option<[&'a [f64]; HISTORY]>,
 }
 
 impl<'a> ShapePlanes<'a> {
-    /// Those of a call.
+    /// The planes of a call.
     fn of(material: &NeoHookean, elements: &Elements<'a>) -> Self {
         Self { rest: rest_planes(elements), plastic: material.plastic_planes(elements) }
     }
@@ -180,7 +181,7 @@ fn add_blocks<S: Simd, T: BlockScalar>(
     }
 }
 
-/// Lets elements flow that are beyond yield after a step.
+/// Updates the history of elements that yield in a step.
 pub(crate) struct Flow<'a, 'b> {
     pub(crate) plasticity: &'a Plasticity,
     pub(crate) elements: &'a Elements<'a>,

@@ -25,15 +25,17 @@ use tetrahedron::{STRIDE, Tetrahedron, ViscosityCoefficients, at_corners, rest_p
 
 /// The material of one body.
 pub struct NeoHookean {
+    /// Constants of the energy density.
     moduli: Moduli,
-    /// kg/m^3
+    /// Mass per volume, kg/m^3.
     density: f64,
+    /// Coefficients of viscosity.
     viscosity: ViscosityCoefficients,
-    /// Plastic flow; none of an elastic solid.
+    /// Plastic flow; `None` for an elastic solid.
     plasticity: Option<Plasticity>,
     /// Whether the matrix is made positive semi-definite.
     project: bool,
-    /// The vector unit kernels are dispatched to.
+    /// The vector unit on which kernels run.
     arch: pulp::Arch,
 }
 
@@ -78,7 +80,7 @@ impl NeoHookean {
         self.viscosity.shear > 0.0
     }
 
-    /// The planes of history of a call; none of an elastic solid.
+    /// The planes of history of a call; `None` for an elastic solid.
     fn plastic_planes<'a>(&self, elements: &Elements<'a>) -> Option<[&'a [f64]; HISTORY]> {
         self.plasticity.is_some().then(|| std::array::from_fn(|s| elements.history(s)))
     }
@@ -123,7 +125,8 @@ impl Material for NeoHookean {
     fn rest(&self, elements: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
         let (planes, young) = (out.first_planes::<STRIDE>(), elements.field("young"));
         for (e, (&nodes, &share)) in elements.corners::<4>().iter().zip(elements.measure()).enumerate() {
-            // Energy, stress and viscosity are proportional to Young's modulus and to the volume, so the volume takes the factor of both.
+            // Energy, stress and viscosity are proportional to Young's modulus times volume, so the stored volume includes the factor of the
+            // modulus.
             let Some(shape) = Tetrahedron::new(at_corners(nodes, elements.rest()), share * young.factor(e)) else {
                 return Err(Fault::bad_argument("a tetrahedron has no volume at rest, or is inverted"));
             };

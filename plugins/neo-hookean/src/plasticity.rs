@@ -6,7 +6,7 @@
 //! implicit step of Perzyna's (1966) overstress law. The stress of an isotropic law has the order of the strains, so its product
 //! with the flow is never negative: flow takes elastic energy away.
 //!
-//! The host calls it once after a step, so within a step forces are the gradient of an energy.
+//! The host updates the history once after a step, so within a step forces are the gradient of an energy.
 
 use crate::matrix::{Mat3, Vec3, cofactors, determinant, norm_squared, product, product_transposed, transposed};
 use crate::svd::{Eigen, symmetric_eigen};
@@ -19,15 +19,16 @@ const MAX_STRETCH: f64 = 10.0;
 /// Squared stretch below which an element counts as flat. It has no logarithmic strain, and does not flow.
 const FLAT: f64 = 1e-8;
 
-/// When and how fast a material flows.
+/// Yield condition and flow rule of a material.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Plasticity {
     /// Equivalent strain at which flow begins.
     yield_strain: f64,
     /// Increase of it per plastic strain.
     hardening: f64,
-    /// s, in which a strain beyond yield decays to 1/e at fixed deformation.
+    /// Time in which strain beyond yield decays to 1/e at fixed deformation, s.
     flow_time: f64,
+    /// Poisson's ratio.
     poisson: f64,
     /// Square of `|C - I|`, C the elastic right Cauchy-Green tensor, up to which nothing yields.
     certainly_elastic: f64,
@@ -43,7 +44,7 @@ pub(crate) struct PlasticState {
 }
 
 impl Plasticity {
-    /// With yield strain and hardening (1), flow time (s) and Poisson's ratio.
+    /// The law with these constants: yield strain and hardening (1), flow time (s), Poisson's ratio.
     pub(crate) fn new(yield_strain: f64, hardening: f64, flow_time: f64, poisson: f64) -> Self {
         // With x = |C - I| < 1, |ln Ue| <= x / (2 (1 - x)).
         let bound = 2.0 * (1.0 + poisson) / 1.5_f64.sqrt() * yield_strain;
@@ -87,7 +88,7 @@ impl Plasticity {
 }
 
 impl PlasticState {
-    /// From an element's history.
+    /// The state with an element's history.
     pub(crate) fn new(history: [f64; HISTORY]) -> Self {
         let row = |i: usize| {
             let one = |j: usize| if i == j { 1.0 } else { 0.0 };
@@ -96,7 +97,7 @@ impl PlasticState {
         Self { inverse: [row(0), row(1), row(2)], accumulated: history[9] }
     }
 
-    /// Its history.
+    /// The history of an element in this state.
     pub(crate) fn history(&self) -> [f64; HISTORY] {
         std::array::from_fn(|s| match (s / 3, s % 3) {
             (3, _) => self.accumulated,

@@ -13,6 +13,7 @@ const FIRST_SPARSE_LEVEL: u32 = 7;
 
 /// The occupied cells of one level, and their counts.
 pub(crate) struct Cells {
+    /// The cubes of the level.
     pub(crate) lattice: Lattice,
     /// Number of surface cells.
     pub(crate) surface: u64,
@@ -22,6 +23,7 @@ pub(crate) struct Cells {
     pub(crate) nodes: u64,
     /// Least and greatest index of an occupied cell along each axis.
     pub(crate) bounds: [[u32; 3]; 2],
+    /// States of the cells.
     store: Store,
 }
 
@@ -41,7 +43,7 @@ enum Store {
 }
 
 impl Cells {
-    /// From the states of all cells, by id. At least one must be occupied.
+    /// The occupied cells among all cells of a level, given by their states by id. At least one must be occupied.
     pub(crate) fn new(lattice: Lattice, states: Vec<u8>) -> Self {
         let count = |state| states.iter().filter(|s| **s == state).count() as u64;
         let (surface, inside) = (count(SURFACE), count(INSIDE));

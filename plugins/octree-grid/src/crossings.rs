@@ -78,6 +78,7 @@ struct Lines {
 }
 
 impl Lines {
+    /// The lines along a step, for a level with `cells` cells per axis.
     fn new(step: [i32; 3], cells: usize) -> Self {
         let depth = step.iter().rposition(|s| *s == 1).unwrap_or(0);
         let axes = [depth, (depth + 1) % 3, (depth + 2) % 3];
@@ -149,9 +150,9 @@ impl Lines {
 
 /// A vertex in sheared coordinates, in units of cells.
 struct ShearedPoint {
-    /// Along the lines.
+    /// Coordinate along the lines.
     depth: f64,
-    /// Across the lines.
+    /// Coordinates across the lines.
     across: [f64; 2],
     /// Number of lines at or below each coordinate across.
     lines_below: [u32; 2],
@@ -164,7 +165,9 @@ fn lines_up_to(x: f64) -> u32 {
 
 /// Intersection of an edge with a row of lines, in sheared coordinates.
 struct EdgePoint {
+    /// Coordinate along the lines.
     depth: f64,
+    /// Coordinate across the lines, within the row.
     across: f64,
 }
 

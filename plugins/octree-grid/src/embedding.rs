@@ -24,6 +24,7 @@ pub(crate) enum Embedding {
 /// A rest position as a cell and coordinates in it.
 #[derive(Clone, Copy)]
 pub(crate) struct EmbeddedPoint {
+    /// Indices of the cell.
     pub(crate) cell: [u32; 3],
     /// Coordinates in the cell, each in [0, 1]; up to 0.1 outside where the cube around the point is empty or off the grid.
     pub(crate) local: Vec3,

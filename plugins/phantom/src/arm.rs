@@ -36,15 +36,17 @@ pub struct Arm {
     state: SeqLock<13>,
     /// The commanded force (N, as bits) and when it expires (ns).
     command: SeqLock<4>,
+    /// Whether the force must be zero until the next command.
     is_stopped: AtomicBool,
     /// The force the last tick gave to the driver, N, as bits.
     applied_force: SeqLock<3>,
-    /// N, as bits.
+    /// Largest force, N, as bits.
     peak_force: AtomicU64,
-    /// When the last force error occurred, ns; 0 before the first.
+    /// Time of the last force error, ns; 0 before the first.
     pub(crate) force_error_ns: AtomicU64,
-    /// Whether the force output is on, and since when, ns.
+    /// Whether the force output is on.
     pub(crate) is_output_on: AtomicBool,
+    /// Time since which it is on, ns.
     pub(crate) output_on_since_ns: AtomicU64,
     /// Counters.
     pub counters: ArmCounters,

@@ -26,16 +26,17 @@ pub(crate) struct Settings {
     pub second_arm: Option<String>,
     /// File name or path of the driver library.
     pub library: PathBuf,
-    /// Hz.
+    /// Rate of the servo loop, Hz.
     pub rate: f64,
-    /// How long the calibration may take.
+    /// Largest time of the calibration.
     pub calibration_timeout: Duration,
     /// Time without a pose after which the device counts as lost.
     pub loss_limit: Duration,
-    /// N.
+    /// Largest force, N.
     pub peak_force: f64,
-    /// m.
+    /// Smallest step of the position that the device senses, m.
     pub resolution: f64,
+    /// Whether the force is zero while the stylus is in the inkwell.
     pub inkwell_disables_force: bool,
 }
 

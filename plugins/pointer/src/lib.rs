@@ -31,28 +31,35 @@ const PARAMS: &[Param] = &[
 /// A position and buttons, and when they arrived.
 #[derive(Clone, Copy)]
 struct Sample {
-    /// m
+    /// Position, m, device axes.
     position: [f64; 3],
+    /// Pressed buttons: button i is bit i.
     buttons: u32,
+    /// Time of arrival.
     received: Instant,
 }
 
-/// The last datagram.
+/// The last valid datagram.
 struct Latest {
+    /// Its content; `None` before the first.
     sample: Option<Sample>,
+    /// Its sender, to whom forces are sent.
     sender: Option<SocketAddr>,
 }
 
 /// A hand that datagrams of text move.
 pub struct Pointer {
+    /// Non-blocking socket.
     socket: UdpSocket,
+    /// Limits that it declares.
     info: DeviceInfo,
-    /// How long a sample is valid.
+    /// Time for which a sample is valid.
     hold: Duration,
+    /// The last valid datagram.
     latest: Mutex<Latest>,
     /// Rendered force, N, as bits of f64.
     force: [AtomicU64; 3],
-    /// Until when the force is rendered, ns.
+    /// Time at which the force expires, ns on the host's clock.
     valid_until_ns: AtomicU64,
     /// Datagrams accepted.
     accepted: AtomicU64,
@@ -74,7 +81,7 @@ impl Pointer {
         self.latest.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Renders a force (N) until a time (ns).
+    /// Stores the rendered force (N) and the time at which it expires (ns).
     fn set_force(&self, force: [f64; 3], valid_until_ns: u64) {
         self.force.iter().zip(force).for_each(|(bits, f)| bits.store(f.to_bits(), Ordering::Relaxed));
         self.valid_until_ns.store(valid_until_ns, Ordering::Relaxed);

@@ -8,7 +8,7 @@ pub(crate) const MAX_BYTES: usize = 256;
 /// Content of a datagram to the device.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PoseLine {
-    /// m
+    /// Position, m, device axes.
     pub(crate) position: [f64; 3],
     /// Button i is bit i.
     pub(crate) buttons: u32,

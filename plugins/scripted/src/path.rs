@@ -14,38 +14,41 @@ pub enum Interpolation {
 
 /// A position at a time.
 struct Keyframe {
-    /// s
+    /// Time, s.
     time: f64,
-    /// m
+    /// Position, m, device axes; for a path of rotations a rotation vector, degrees.
     position: [f64; 3],
 }
 
 /// The buttons pressed from a time on.
 struct ButtonChange {
-    /// s
+    /// Time, s.
     time: f64,
-    /// Button i is bit i.
+    /// Pressed buttons: button i is bit i.
     mask: u32,
 }
 
 /// Position and buttons at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// m, device axes.
+    /// Position, m, device axes; for a path of rotations a rotation vector, degrees.
     pub position: [f64; 3],
-    /// Button i is bit i.
+    /// Pressed buttons: button i is bit i.
     pub buttons: u32,
 }
 
 /// Keyframes and button changes, each with ascending times.
 pub struct Path {
+    /// Keyframes, at least one.
     keys: Vec<Keyframe>,
+    /// Changes of the buttons; none are pressed before the first.
     buttons: Vec<ButtonChange>,
+    /// Interpolation between keyframes.
     interpolation: Interpolation,
 }
 
 impl Path {
-    /// From tables of (time, x, y, z) and (time, mask), s and m.
+    /// A path of positions, from tables of (time, x, y, z) and (time, mask), s and m.
     ///
     /// # Errors
     /// Times that do not ascend, or a mask that is not a whole number.
@@ -59,7 +62,7 @@ impl Path {
         Ok(Self { keys, buttons, interpolation })
     }
 
-    /// Of rotation vectors, from a table of (time, x, y, z), s and degrees.
+    /// A path of rotation vectors, from a table of (time, x, y, z), s and degrees.
     ///
     /// # Errors
     /// Times that do not ascend.
@@ -69,7 +72,7 @@ impl Path {
         Ok(Self { keys, buttons: Vec::new(), interpolation })
     }
 
-    /// From a CSV file with rows time,x,y,z or time,x,y,z,mask (s and m). A header line, empty lines and lines that start with `#` are
+    /// A path of positions, from a CSV file with rows time,x,y,z or time,x,y,z,mask (s and m). A header line, empty lines and lines that start with `#` are
     /// skipped.
     ///
     /// # Errors
@@ -152,7 +155,7 @@ fn parse_mask(value: f64) -> Result<u32, String> {
     }
 }
 
-/// Refuses times that do not ascend, by the row.
+/// Checks that times ascend; `what` is the table or file in the message, which has the number of the row.
 fn check_ascending(times: impl Iterator<Item = f64>, what: &str) -> Result<(), Fault> {
     let mut last = f64::NEG_INFINITY;
     for (i, t) in times.enumerate() {

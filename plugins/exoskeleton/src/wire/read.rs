@@ -9,9 +9,11 @@ use crate::key::{Key, TAG_BYTES};
 /// Largest deviation of the squared norm of an orientation from 1.
 const UNIT_TOLERANCE: f64 = 1e-6;
 
-/// The bytes of a datagram, and how many of them are read.
+/// A datagram that is read from its start.
 struct Reader<'a> {
+    /// All bytes.
     bytes: &'a [u8],
+    /// Number of bytes read.
     offset: usize,
 }
 
@@ -26,19 +28,23 @@ impl Reader<'_> {
         out
     }
 
+    /// The next number, little-endian.
     fn u32(&mut self) -> u32 {
         u32::from_le_bytes(self.take())
     }
 
+    /// The next number, little-endian.
     fn u64(&mut self) -> u64 {
         u64::from_le_bytes(self.take())
     }
 
+    /// The next number, which must be finite.
     fn number(&mut self) -> Result<f64, Rejection> {
         let number = f64::from_le_bytes(self.take());
         if number.is_finite() { Ok(number) } else { Err(Rejection::Value) }
     }
 
+    /// The next N numbers, which must be finite.
     fn numbers<const N: usize>(&mut self) -> Result<[f64; N], Rejection> {
         let mut out = [0.0; N];
         for number in &mut out {

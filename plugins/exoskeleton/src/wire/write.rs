@@ -6,22 +6,27 @@ use super::{
 };
 use crate::key::Key;
 
-/// A datagram, and how much of it is written.
+/// A datagram that is written from its start.
 struct Writer<'a> {
+    /// Buffer.
     bytes: &'a mut [u8; MAX_DATAGRAM_BYTES],
+    /// Number of bytes written.
     length: usize,
 }
 
 impl Writer<'_> {
+    /// Appends bytes.
     fn put<const N: usize>(&mut self, bytes: [u8; N]) {
         self.bytes[self.length..self.length + N].copy_from_slice(&bytes);
         self.length += N;
     }
 
+    /// Appends numbers, little-endian.
     fn numbers(&mut self, numbers: &[f64]) {
         numbers.iter().for_each(|n| self.put(n.to_le_bytes()));
     }
 
+    /// Appends the fields before the content.
     fn header(&mut self, kind: DatagramKind, layout: TaxelLayout, header: &Header, key: Option<&Key>) {
         let bit = |on: bool, bit: u8| if on { bit } else { 0 };
         self.put(MAGIC);

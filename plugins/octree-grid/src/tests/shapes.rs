@@ -8,8 +8,9 @@ use pliant_plugin_api::{Grid, Params, SurfaceView, param};
 /// A triangle mesh.
 #[derive(Clone, Default)]
 pub(crate) struct Mesh {
-    /// m
+    /// Positions of the points, m.
     pub(crate) points: Vec<[f64; 3]>,
+    /// Points of each triangle.
     pub(crate) triangles: Vec<[u32; 3]>,
 }
 
