@@ -91,7 +91,7 @@ impl Watch<'_> {
                     "{call} did not return within {limit} s (`--call-limit`); the run was ended, no results were written"
                 )));
             }
-            if let Some(code) = self.board.ended()
+            if let Some(code) = self.board.exit_code()
                 && self.ended.get_or_insert_with(Instant::now).elapsed() > self.limit
             {
                 self.end_at_once()?;
@@ -114,7 +114,7 @@ impl Watch<'_> {
 
     /// How a run ended whose process has ended: as it says itself, or else by a plugin.
     fn outcome(&self, status: ExitStatus, calls: &[PluginCall]) -> Result<Outcome, Failure> {
-        let own = self.board.ended().filter(|code| status.code() == Some((*code).into()));
+        let own = self.board.exit_code().filter(|code| status.code() == Some((*code).into()));
         if let Some(outcome) = own.and_then(|code| Outcome::from_exit_code(code.into())) {
             return Ok(outcome);
         }

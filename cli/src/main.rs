@@ -37,21 +37,21 @@ use args::{Cli, Command};
 use clap::{CommandFactory, Parser};
 use outcome::{Failure, Outcome};
 use output::{note, print, print_json};
-use pliant_host::{end_by_itself, guard_exit};
+use pliant_host::{detect_plugin_exit, record_exit_code};
 use serde_json::json;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let cli = Cli::try_parse().unwrap_or_else(|error| exit_on_misuse(&error));
     let outcome = guarded(&cli);
-    end_by_itself(outcome.exit_code());
+    record_exit_code(outcome.exit_code());
     outcome.into()
 }
 
 /// Runs a command; what ends the program on the way is a failure of a plugin.
 fn guarded(cli: &Cli) -> Outcome {
     let _note = PanicNote;
-    guard_exit(if cli.json { report_exit_as_json } else { report_exit });
+    detect_plugin_exit(if cli.json { report_exit_as_json } else { report_exit });
     isolate::watch_child().and_then(|()| run_command(cli)).unwrap_or_else(|failure| report_failure(&failure, cli.json))
 }
 
@@ -64,7 +64,7 @@ struct PanicNote;
 impl Drop for PanicNote {
     fn drop(&mut self) {
         if std::thread::panicking() {
-            end_by_itself(PANICKED);
+            record_exit_code(PANICKED);
         }
     }
 }

@@ -56,7 +56,7 @@ fn a_plugin_that_fails_when_it_is_opened_ends_the_run_before_it_begins() {
         ([material, "refuses-in-build", device], &["refuses-in-build", "build", "refused on purpose"]),
         (
             [material, "descending-ids", device],
-            &["body `block`", "descending-ids", "region", "ids of nodes or cells are not in rising order"],
+            &["body `block`", "descending-ids", "region", "ids of nodes or cells are not in ascending order"],
         ),
         (
             [material, "weights-not-a-number", device],

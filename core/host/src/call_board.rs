@@ -1,41 +1,42 @@
-//! The calls of a process, shared with the process that watches it.
+//! Call boards in shared memory: a parent process reads which plugin calls its child process is in.
 
 use crate::calls::{Board, PluginCall, use_board};
 use std::fs::File;
 use std::io;
 use std::path::Path;
 
-/// The calls of another process, which was started with the path of the board's file and has called [`share_calls`] with it.
+/// A call board that another process writes: it was started with the path of the board's file and has called [`share_calls`].
 pub struct CallBoard {
+    /// The mapped board.
     board: &'static Board,
 }
 
 impl CallBoard {
-    /// An empty board in a file, which is made as large as a board. The mapping stays until the program ends.
+    /// Makes a file an empty board and maps it until the program ends.
     ///
     /// # Errors
-    /// What the system says; a system without shared mappings.
+    /// The error of the system; all systems but Unix, which have no shared mapping here.
     pub fn new(file: &File) -> io::Result<Self> {
         file.set_len(size_of::<Board>() as u64)?;
         Ok(Self { board: map(file)? })
     }
 
-    /// Every call that a thread of the other process is in.
+    /// The calls that threads of the other process are in.
     pub fn calls(&self) -> Vec<PluginCall> {
         self.board.calls()
     }
 
-    /// The exit code with which the other process has ended by itself; `None` if it has not. What ends it from inside of a plugin
-    /// does not set this.
-    pub fn ended(&self) -> Option<u8> {
-        self.board.ended()
+    /// The exit code that the other process has recorded with [`record_exit_code`](crate::record_exit_code); `None` before. A process that a
+    /// plugin or a signal ends records none.
+    pub fn exit_code(&self) -> Option<u8> {
+        self.board.exit_code()
     }
 }
 
-/// Notes the calls of this process on the board in a file. To be called before the first plugin is opened.
+/// Uses the board in a file for the calls of this process. Call it before the first plugin is opened.
 ///
 /// # Errors
-/// What the system says, or a file that is not as large as a board.
+/// The error of the system, or a file that is not of the size of a board.
 pub fn share_calls(path: &Path) -> io::Result<()> {
     let file = File::options().read(true).write(true).open(path)?;
     if file.metadata()?.len() != size_of::<Board>() as u64 {
@@ -45,7 +46,7 @@ pub fn share_calls(path: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Maps a board for good.
+/// Maps a board until the program ends.
 #[cfg(unix)]
 #[allow(unsafe_code, reason = "maps a file that another process has mapped too")]
 fn map(file: &File) -> io::Result<&'static Board> {
@@ -76,9 +77,9 @@ mod tests {
         let file = File::options().read(true).write(true).create_new(true).open(&path).expect("a file");
         let reader = CallBoard::new(&file).expect("mapped");
         let writer = map(&file).expect("mapped");
-        assert_eq!((reader.ended(), reader.calls()), (None, vec![]));
-        writer.end(3);
-        assert_eq!(reader.ended(), Some(3));
+        assert_eq!((reader.exit_code(), reader.calls()), (None, vec![]));
+        writer.record_exit_code(3);
+        assert_eq!(reader.exit_code(), Some(3));
         file.set_len(1).expect("shorter");
         assert!(share_calls(&path).is_err());
         std::fs::remove_file(&path).expect("removed");

@@ -1,74 +1,85 @@
-//! Which call of which plugin every thread is in, so that a call that never returns can be named.
+//! The call board: which call of which plugin each thread is in, so that a call that never returns can be named.
 //!
-//! A thread writes the call into a slot of its own before the call and clears the slot after it: a few relaxed stores. The slots are
-//! in memory of this process, or in a file that another process has mapped too ([`share_calls`], [`CallBoard`]): that process can read
-//! them whatever the plugin does to this one.
+//! A thread writes the call into its own slot before the call and clears the slot after it: a few relaxed stores. The slots are in memory of
+//! this process, or in a file that another process has mapped too ([`share_calls`](crate::share_calls), [`CallBoard`](crate::CallBoard)): that
+//! process can read them whatever the plugin does to this one.
 
 use std::cell::Cell;
 use std::sync::atomic::{AtomicPtr, AtomicU8, AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-/// Threads that can be in a plugin at a time and are seen; calls of further threads are not noted.
+/// Number of slots; calls of further threads are not recorded.
 const SLOTS: usize = 256;
-/// Plugins that have a name on the board; calls of further plugins are noted without one.
+/// Number of plugin names on the board; calls of further plugins are recorded without a name.
 const PLUGINS: usize = 64;
-/// Bytes of a plugin's name: its id and the path of its file. A longer one is cut off.
+/// Bytes of a plugin's name, its id and the path of its file; longer names are cut off.
 const NAME: usize = 512;
 /// Bytes of the name of a call.
 const CALL: usize = 16;
 
-/// What a thread is in.
+/// The call that a thread is in.
 struct Slot {
-    /// 0 outside of plugins; else a number that differs from call to call (upper half), and the place of the plugin's name plus 1.
+    /// 0 outside of plugins; else the number of the call on its thread (upper 32 bits), and the index of the plugin's name plus 1.
     word: AtomicU64,
     /// Name of the call, padded with zeros.
     call: [AtomicU64; 2],
 }
 
-/// The calls of a process. All zero is an empty one, as a new file is.
+/// The calls of a process. A board of zeros, such as a new file, is empty.
 #[repr(C)]
 pub(crate) struct Board {
-    /// Exit code plus 1 once the program has ended by itself, else 0.
-    ended: AtomicU64,
+    /// Exit code plus 1 once the program has recorded it, else 0.
+    exit_code: AtomicU64,
+    /// A slot for each thread.
     slots: [Slot; SLOTS],
+    /// Names of plugins, padded with zeros.
     names: [[AtomicU8; NAME]; PLUGINS],
 }
 
-/// The board of this process where no other process reads it.
+/// The board of a process that does not share it.
 static OWN: Board = Board {
-    ended: AtomicU64::new(0),
+    exit_code: AtomicU64::new(0),
     slots: [const { Slot { word: AtomicU64::new(0), call: [const { AtomicU64::new(0) }; 2] } }; SLOTS],
     names: [const { [const { AtomicU8::new(0) }; NAME] }; PLUGINS],
 };
 
 /// The board in use.
 static BOARD: AtomicPtr<Board> = AtomicPtr::new((&raw const OWN).cast_mut());
-/// Names on the board, in order.
+/// Names on the board, in its order.
 static NAMES: Mutex<Vec<String>> = Mutex::new(Vec::new());
-/// Places of slots that no thread has; places from the second number on were never given out.
-static FREE: Mutex<(Vec<usize>, usize)> = Mutex::new((Vec::new(), 0));
+/// Slots that no thread owns.
+static FREE: Mutex<FreeSlots> = Mutex::new(FreeSlots { returned: Vec::new(), first_unused: 0 });
 
-/// Stands for the place of a slot where a thread has none.
+/// Slots that no thread owns.
+struct FreeSlots {
+    /// Indices of slots of threads that have ended.
+    returned: Vec<usize>,
+    /// Slots from this index on were never used.
+    first_unused: usize,
+}
+
+/// Index of the slot of a thread without one.
 const NONE: usize = usize::MAX;
 
 thread_local! {
-    /// Slot of this thread, or [`NONE`].
+    /// Index of the slot of this thread, or [`NONE`].
     static SLOT: Cell<usize> = const { Cell::new(NONE) };
     /// Number of the next call of this thread.
     static NEXT: Cell<u64> = const { Cell::new(1) };
-    /// Takes a slot when it is first used, and gives it back when the thread ends.
+    /// Takes a slot at its first use and returns it when the thread ends.
     static OWNER: SlotOwner = SlotOwner::take();
 }
 
-/// A slot that belongs to a thread.
+/// A slot, by its index, that belongs to a thread.
 struct SlotOwner(usize);
 
 impl SlotOwner {
+    /// Takes a free slot, or none if there is none.
     fn take() -> Self {
         let mut free = FREE.lock().unwrap_or_else(PoisonError::into_inner);
-        let slot = free.0.pop().or_else(|| {
-            free.1 += 1;
-            (free.1 <= SLOTS).then(|| free.1 - 1)
+        let slot = free.returned.pop().or_else(|| {
+            free.first_unused += 1;
+            (free.first_unused <= SLOTS).then(|| free.first_unused - 1)
         });
         Self(slot.unwrap_or(NONE))
     }
@@ -76,10 +87,10 @@ impl SlotOwner {
 
 impl Drop for SlotOwner {
     fn drop(&mut self) {
-        // A thread that ends the program inside of a call keeps its slot: it says where.
+        // A thread that ends the program inside of a call keeps its slot, which names the call.
         if self.0 != NONE && board().slots[self.0].word.load(Ordering::Relaxed) == 0 {
             SLOT.set(NONE);
-            FREE.lock().unwrap_or_else(PoisonError::into_inner).0.push(self.0);
+            FREE.lock().unwrap_or_else(PoisonError::into_inner).returned.push(self.0);
         }
     }
 }
@@ -91,16 +102,16 @@ pub(crate) fn board() -> &'static Board {
     unsafe { &*BOARD.load(Ordering::Acquire) }
 }
 
-/// Uses another board from now on; to be called before the first plugin is opened.
+/// Uses another board from now on. Call it before the first plugin is opened.
 pub(crate) fn use_board(new: &'static Board) {
     BOARD.store(std::ptr::from_ref(new).cast_mut(), Ordering::Release);
 }
 
-/// Place of a plugin's name on the board, which is added if it is new.
+/// Index of a plugin's name on the board; a new name is added.
 pub(crate) fn register(name: &str) -> u32 {
     let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(place) = names.iter().position(|known| known == name) {
-        return place as u32;
+    if let Some(index) = names.iter().position(|known| known == name) {
+        return index as u32;
     }
     if let Some(bytes) = board().names.get(names.len()) {
         bytes.iter().zip(name.bytes().take(NAME)).for_each(|(to, from)| to.store(from, Ordering::Relaxed));
@@ -109,13 +120,13 @@ pub(crate) fn register(name: &str) -> u32 {
     names.len() as u32 - 1
 }
 
-/// Notes that this thread is in a call until it is dropped.
+/// Records that this thread is in a call, until it is dropped. Has the index of the thread's slot.
 pub(crate) struct InCall(usize);
 
 impl InCall {
-    /// Enters `call` of the plugin whose name is at `place`.
+    /// Enters `call` of the plugin whose name has the index `plugin`.
     #[inline]
-    pub(crate) fn enter(place: u32, call: &'static str) -> Self {
+    pub(crate) fn enter(plugin: u32, call: &'static str) -> Self {
         let mut slot = SLOT.get();
         if slot == NONE {
             slot = OWNER.try_with(|owner| owner.0).unwrap_or(NONE);
@@ -131,7 +142,7 @@ impl InCall {
             let slot = &board().slots[slot];
             slot.call[0].store(name as u64, Ordering::Relaxed);
             slot.call[1].store((name >> 64) as u64, Ordering::Relaxed);
-            slot.word.store(number << 32 | u64::from(place + 1), Ordering::Release);
+            slot.word.store(number << 32 | u64::from(plugin + 1), Ordering::Release);
         }
         Self(slot)
     }
@@ -149,9 +160,9 @@ impl Drop for InCall {
 /// A call that a thread is in.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PluginCall {
-    /// Place of the thread among those that have called plugins.
+    /// Index of the thread among those that call plugins.
     pub thread: usize,
-    /// Unlike that of the thread's other calls.
+    /// Number of the call on its thread.
     pub number: u64,
     /// Id of the plugin and path of its file, or the path of the library that is being opened.
     pub plugin: String,
@@ -166,27 +177,27 @@ impl std::fmt::Display for PluginCall {
 }
 
 impl Board {
-    /// Every call that a thread is in.
+    /// The calls that threads are in.
     pub(crate) fn calls(&self) -> Vec<PluginCall> {
         let read = |(thread, slot): (usize, &Slot)| {
             let word = slot.word.load(Ordering::Acquire);
             let call = [0, 1].map(|half| slot.call[half].load(Ordering::Relaxed).to_le_bytes()).concat();
-            let place = (word & u64::from(u32::MAX)).checked_sub(1)?;
-            let name = self.names.get(place as usize).map_or(&[][..], |name| &name[..]);
+            let plugin = (word & u64::from(u32::MAX)).checked_sub(1)?;
+            let name = self.names.get(plugin as usize).map_or(&[][..], |name| &name[..]);
             let name: Vec<u8> = name.iter().map(|byte| byte.load(Ordering::Relaxed)).collect();
             Some(PluginCall { thread, number: word >> 32, plugin: text(&name), call: text(&call) })
         };
         self.slots.iter().enumerate().filter_map(read).collect()
     }
 
-    /// The exit code with which the program has ended by itself; `None` if it has not.
-    pub(crate) fn ended(&self) -> Option<u8> {
-        self.ended.load(Ordering::Acquire).checked_sub(1).and_then(|code| u8::try_from(code).ok())
+    /// The recorded exit code, if there is one.
+    pub(crate) fn exit_code(&self) -> Option<u8> {
+        self.exit_code.load(Ordering::Acquire).checked_sub(1).and_then(|code| u8::try_from(code).ok())
     }
 
-    /// Notes that the program ends by itself, with an exit code.
-    pub(crate) fn end(&self, code: u8) {
-        self.ended.store(u64::from(code) + 1, Ordering::Release);
+    /// Records the exit code of the program.
+    pub(crate) fn record_exit_code(&self, code: u8) {
+        self.exit_code.store(u64::from(code) + 1, Ordering::Release);
     }
 }
 
@@ -196,7 +207,7 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(&bytes[..end]).into_owned()
 }
 
-/// Calls of plugins that threads of this process are in.
+/// The calls that threads of this process are in.
 pub fn plugin_calls() -> Vec<PluginCall> {
     board().calls()
 }

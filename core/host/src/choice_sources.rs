@@ -14,7 +14,7 @@ pub struct ChoiceSource {
     pub param: usize,
     /// Index of the choice in the parameter's list.
     pub choice: usize,
-    /// Who measured what, and when.
+    /// The source: author, year, what was measured.
     pub source: String,
     /// Values that the source does not give; empty if it gives all.
     pub unknown: String,
@@ -23,10 +23,10 @@ pub struct ChoiceSource {
 /// Largest number of sources that are read from one material.
 const MAX_SOURCES: u32 = 1000;
 
-/// Sources that the material `name` of a library declares, in its order; empty where it declares none.
+/// The sources that the material `name` of a library declares, in its order; empty if it declares none.
 ///
 /// # Errors
-/// A library without that material, or a malformed table.
+/// Fails for a library without that material and for a malformed table.
 #[allow(unsafe_code, reason = "calls the material's list of sources")]
 pub fn choice_sources(library: &'static Library, name: &str) -> Result<Vec<ChoiceSource>, HostError> {
     let info = library.plugin(PluginKind::Material, name)?;

@@ -3,7 +3,7 @@
 use crate::error::HostError;
 use crate::instance::{Extension, Instance, ParamSettings};
 use crate::library::Library;
-use crate::messages::Message;
+use crate::messages::NewMessages;
 use crate::plugin_info::{PluginInfo, PluginKind};
 use pliant_plugin_api::abi::{self, Status};
 use std::ffi::CStr;
@@ -16,13 +16,13 @@ pub use pliant_plugin_api::abi::{DeviceInfo, POSE_VALID, Pose};
 /// Force, torque and taxels that one effector is to render.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EffectorOutput<'a> {
-    /// N (3), on the hand, in the axes of the device
+    /// Force on the hand, N, in the axes of the device.
     pub force: [f64; 3],
-    /// N m (3), on the hand, in the axes of the device
+    /// Torque on the hand, N m, in the axes of the device.
     pub torque: [f64; 3],
-    /// N (rows x columns), normal force of each pin of the tactile array; empty without one
+    /// Normal force of each pin of the tactile array, N (rows x columns); empty without one.
     pub taxels: &'a [f64],
-    /// ns, time after which the device goes to zero force by itself
+    /// Time after which the device sets its force to zero by itself, ns.
     pub valid_until: u64,
 }
 
@@ -32,10 +32,10 @@ pub const MAX_EFFECTORS: usize = 8;
 /// Largest number of taxels of one effector.
 const MAX_TAXELS: u64 = 1 << 16;
 
-/// Checks what a device, or a recording of it, says of the device.
+/// Checks the description of a device, from the device or from a recording.
 ///
 /// # Errors
-/// A sentence with the quantity, its value, and what is allowed.
+/// Returns a message with the quantity, its value and what is allowed.
 pub fn check_device_info(info: &DeviceInfo) -> Result<(), String> {
     let DeviceInfo { rate, peak_force, continuous_force, stiffness, effectors, .. } = *info;
     if ![rate, peak_force, continuous_force, stiffness].iter().all(|l| l.is_finite() && *l > 0.0) {
@@ -56,9 +56,13 @@ const MAX_COUNTERS: u32 = 64;
 
 /// An active device. Dropping it stops it (zero force) first.
 pub struct Device {
+    /// The plugin instance.
     instance: Arc<Instance>,
+    /// Its functions.
     table: &'static abi::Device,
+    /// Its counters, if it has some.
     counters: Option<&'static abi::Counters>,
+    /// Its description.
     device_info: DeviceInfo,
 }
 
@@ -67,7 +71,7 @@ impl Device {
     /// Opens the device `name` of a library. `dt` (s) is the time between two reads.
     ///
     /// # Errors
-    /// A library without that device, a malformed table, refused parameters, or hardware that cannot be opened.
+    /// Fails for a library without that device, a malformed table, refused parameters and hardware that cannot be opened.
     pub fn open(library: &'static Library, name: &str, settings: &ParamSettings, dt: f64) -> Result<Self, HostError> {
         let info = library.plugin(PluginKind::Device, name)?;
         let instance = Instance::open(library, info, settings, dt, Extension::new::<abi::Device>(abi::DEVICE))?;
@@ -86,11 +90,11 @@ impl Device {
         // SAFETY: the table of that extension, of at least its size, for the life of the library.
         let counters = counters.map(|table| unsafe { &*table.cast() });
         let instance = Arc::new(instance);
-        note_open(&instance, table.stop.expect("checked"));
+        register_open(&instance, table.stop.expect("checked"));
         Ok(Self { instance, table, counters, device_info })
     }
 
-    /// What the device says of itself: effectors, rate, limits, workspace, tactile array.
+    /// The device's description: effectors, rate, limits, workspace, tactile array.
     pub fn device_info(&self) -> &DeviceInfo {
         &self.device_info
     }
@@ -98,38 +102,38 @@ impl Device {
     /// Reads one pose per effector at `time` (ns). `[servo]`
     ///
     /// # Errors
-    /// The device is lost, with what it said.
+    /// Fails if the device is lost; the error has its message.
     pub fn read(&mut self, time: u64, poses: &mut [Pose]) -> Result<(), HostError> {
         let status = self.read_realtime(time, poses);
         self.instance.check("read", status)
     }
 
-    /// Reads like [`Device::read`] without allocating: gives the status, of which [`Device::check`] makes an error later. `[servo]`
+    /// As [`Device::read`], without allocating: returns the status, which [`Device::check`] turns into a result later. `[servo]`
     pub fn read_realtime(&mut self, time: u64, poses: &mut [Pose]) -> Status {
         let read = self.table.read.expect("checked");
         // SAFETY: [servo & active], exclusive by `&mut`.
         self.instance.within("read", || unsafe { read(self.instance.plugin(), time, poses.as_mut_ptr(), poses.len()) })
     }
 
-    /// Tells each effector what to render from `time` (ns) on. `[servo]`
+    /// Sets what each effector renders from `time` (ns) on. `[servo]`
     ///
     /// # Errors
-    /// The device is lost, with what it said.
+    /// Fails if the device is lost; the error has its message.
     pub fn write(&mut self, time: u64, outputs: &[EffectorOutput<'_>]) -> Result<(), HostError> {
         let status = self.write_realtime(time, outputs);
         self.instance.check("write", status)
     }
 
-    /// Writes like [`Device::write`] without allocating: gives the status. `[servo]`
+    /// As [`Device::write`], without allocating: returns the status. `[servo]`
     pub fn write_realtime(&mut self, time: u64, outputs: &[EffectorOutput<'_>]) -> Status {
-        let nothing = abi::Output {
+        let zero = abi::Output {
             size: size_of::<abi::Output>(),
             force: [0.0; 3],
             torque: [0.0; 3],
             taxels: std::ptr::null(),
             valid_until_ns: 0,
         };
-        let mut raw = [nothing; MAX_EFFECTORS];
+        let mut raw = [zero; MAX_EFFECTORS];
         for (to, from) in raw.iter_mut().zip(outputs) {
             to.force = from.force;
             to.torque = from.torque;
@@ -142,10 +146,10 @@ impl Device {
         self.instance.within("write", || unsafe { write(self.instance.plugin(), time, raw.as_ptr(), count) })
     }
 
-    /// Makes a result of the status that `call` gave.
+    /// Turns the status that `call` returned into a result.
     ///
     /// # Errors
-    /// Any status but OK, with what the device said.
+    /// Fails for any status but OK; the error has the device's message.
     pub fn check(&self, call: &'static str, status: Status) -> Result<(), HostError> {
         self.instance.check(call, status)
     }
@@ -158,13 +162,13 @@ impl Device {
     /// Sets all forces to zero at once. `[any]`
     ///
     /// # Errors
-    /// The device is lost.
+    /// Fails if the device is lost.
     pub fn stop(&self) -> Result<(), HostError> {
         // SAFETY: [any & active].
         self.instance.run("stop", || unsafe { (self.table.stop.expect("checked"))(self.instance.plugin()) })
     }
 
-    /// Names and values of the device's counters since it was opened; empty where it has none. `[any]`
+    /// Names and values of the device's counters since it was opened; empty if it has none. `[any]`
     pub fn counters(&self) -> Vec<(String, u64)> {
         let Some(counter) = self.counters.and_then(|table| table.counter) else { return Vec::new() };
         let mut found = Vec::new();
@@ -183,8 +187,8 @@ impl Device {
         found
     }
 
-    /// Messages of the device since the last call, and the number of those that were lost.
-    pub fn messages(&self) -> (Vec<Message>, u64) {
+    /// Messages of the device since the last call.
+    pub fn messages(&self) -> NewMessages {
         self.instance.messages()
     }
 
@@ -201,7 +205,9 @@ impl Device {
 
 /// Stops a device from any thread, at any time.
 pub struct StopHandle {
+    /// The device, kept open as long as the handle exists.
     instance: Arc<Instance>,
+    /// Its function.
     stop: unsafe extern "C" fn(*const abi::Plugin) -> Status,
 }
 
@@ -214,29 +220,43 @@ impl StopHandle {
     }
 }
 
-/// An open device, for [`stop_devices`].
-type OpenDevice = (Weak<Instance>, unsafe extern "C" fn(*const abi::Plugin) -> Status);
+/// A device that was opened, for [`stop_devices`].
+struct OpenDevice {
+    /// The plugin instance, unless it was closed.
+    instance: Weak<Instance>,
+    /// Its function.
+    stop: unsafe extern "C" fn(*const abi::Plugin) -> Status,
+}
 
-/// Devices that were opened; those that are closed are removed when another one is opened.
+impl OpenDevice {
+    /// A handle, if the device is still open.
+    fn handle(&self) -> Option<StopHandle> {
+        self.instance.upgrade().map(|instance| StopHandle { instance, stop: self.stop })
+    }
+}
+
+/// Devices that were opened; closed ones are removed when another one is opened.
 static OPEN: Mutex<Vec<OpenDevice>> = Mutex::new(Vec::new());
 
 /// Adds a device to those that [`stop_devices`] stops.
-fn note_open(instance: &Arc<Instance>, stop: unsafe extern "C" fn(*const abi::Plugin) -> Status) {
+fn register_open(instance: &Arc<Instance>, stop: unsafe extern "C" fn(*const abi::Plugin) -> Status) {
     let mut open = OPEN.lock().unwrap_or_else(PoisonError::into_inner);
-    open.retain(|(instance, _)| instance.strong_count() > 0);
-    open.push((Arc::downgrade(instance), stop));
+    open.retain(|device| device.instance.strong_count() > 0);
+    open.push(OpenDevice { instance: Arc::downgrade(instance), stop });
 }
 
-/// Sets all forces of every open device to zero, and waits up to `limit` for it: a device that does not answer is left behind.
+/// Sets all forces of every open device to zero. Waits for the devices for at most `limit`.
 pub(crate) fn stop_devices(limit: Duration) {
-    let open: Vec<StopHandle> = OPEN.lock().unwrap_or_else(PoisonError::into_inner).iter().filter_map(live).collect();
+    let open = OPEN.lock().unwrap_or_else(PoisonError::into_inner);
+    let handles: Vec<StopHandle> = open.iter().filter_map(OpenDevice::handle).collect();
+    drop(open);
     let (sender, stopped) = channel();
-    let started = open.into_iter().map(|device| {
+    let started = handles.into_iter().map(|device| {
         let sender = sender.clone();
         std::thread::Builder::new().spawn(move || {
             device.stop();
             let _ = sender.send(());
-            // Its drop could close the device, which may take long.
+            // Dropping it could close the device, which may take long.
             std::mem::forget(device);
         })
     });
@@ -247,11 +267,6 @@ pub(crate) fn stop_devices(limit: Duration) {
             break;
         }
     }
-}
-
-/// A handle on a device that is still open.
-fn live((instance, stop): &OpenDevice) -> Option<StopHandle> {
-    instance.upgrade().map(|instance| StopHandle { instance, stop: *stop })
 }
 
 impl Drop for Device {

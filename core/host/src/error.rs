@@ -1,10 +1,10 @@
-//! Reasons why a plugin cannot be used.
+//! Errors of plugins.
 
 use pliant_solver::ForceError;
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// Why a plugin cannot be used. Every reason names the file or the plugin.
+/// An error of a plugin. Every message names the file or the plugin.
 #[derive(Debug, Error)]
 pub enum HostError {
     /// No folder has a file for the plugin.
@@ -14,7 +14,7 @@ pub enum HostError {
         name: String,
         /// File names that were looked for.
         files: String,
-        /// Folders that were searched, one per line, with what is wrong with each.
+        /// Folders that were searched, one per line, with the reason if one cannot be used.
         places: String,
     },
     /// A scene or recording names a library by its path, in a folder that was not allowed.
@@ -29,7 +29,7 @@ pub enum HostError {
         /// Folder of the library.
         folder: PathBuf,
     },
-    /// A folder that was allowed is not there.
+    /// A folder that was allowed does not exist or is not a folder.
     #[error("{} (`--allow-plugins`): {reason}; allowed is a folder with plugins", folder.display())]
     AllowedFolder {
         /// The folder as it was given.
@@ -42,7 +42,7 @@ pub enum HostError {
     Unsafe {
         /// Path of the library.
         path: PathBuf,
-        /// What others can do.
+        /// Who can change what.
         reason: String,
     },
     /// The dynamic linker refuses the file.
@@ -50,7 +50,7 @@ pub enum HostError {
     NotALibrary {
         /// Path of the library.
         path: PathBuf,
-        /// What the linker says.
+        /// Message of the linker.
         reason: String,
     },
     /// A shared library without the entry point of a plugin.
@@ -99,14 +99,14 @@ pub enum HostError {
         /// What is wrong with the value, and what is allowed.
         reason: String,
     },
-    /// The plugin refuses what the scene gives it.
+    /// The plugin refuses values of the scene.
     #[error("{plugin} ({}): {reason}", path.display())]
     Refused {
         /// Id of the plugin.
         plugin: String,
         /// File of the plugin.
         path: PathBuf,
-        /// What the plugin says.
+        /// Message of the plugin.
         reason: String,
     },
     /// A call into the plugin failed.
@@ -118,13 +118,13 @@ pub enum HostError {
         path: PathBuf,
         /// Function of the plugin interface.
         call: &'static str,
-        /// Meaning of the status, and what the plugin said.
+        /// Meaning of the status, and message of the plugin.
         reason: String,
     },
 }
 
 impl HostError {
-    /// Whether the input is at fault and not the plugin: a parameter or what the scene gives it is refused, or a path is not allowed.
+    /// Whether the input caused the error and not the plugin: a value of the scene was refused, or a path is not allowed.
     pub fn is_refusal(&self) -> bool {
         matches!(self, Self::Param { .. } | Self::Refused { .. } | Self::NotAllowed { .. } | Self::AllowedFolder { .. })
     }

@@ -1,4 +1,4 @@
-//! The table of a material's stiffness in single precision.
+//! Stiffness of a material in single precision (`pliant.single/1`).
 
 use crate::error::HostError;
 use crate::instance::Extension;
@@ -7,7 +7,10 @@ use pliant_plugin_api::abi;
 
 #[allow(unsafe_code, reason = "calls the material's functions")]
 impl Material {
-    /// Looks up the table where a request offers stiffness in single precision.
+    /// Looks up the table of functions if a request offers stiffness in single precision.
+    ///
+    /// # Errors
+    /// Fails for a request without forces or of points, and for a missing or incomplete table.
     pub(crate) fn read_single(&mut self) -> Result<(), HostError> {
         let has = |flag: u32| self.requests.iter().filter(move |r| r.flags & flag != 0);
         if has(abi::HAS_SINGLE).count() == 0 {

@@ -1,4 +1,4 @@
-//! A material plugin as a force model of the solver.
+//! Material plugins as force models of the solver.
 
 use crate::material::Material;
 use pliant_plugin_api::abi::{self, Batch};
@@ -112,8 +112,8 @@ impl ForceModel for Material {
             energy(self.instance.plugin(), &batch(call), normals.as_ptr().cast(), &mut sum)
         });
         self.instance.check("normals_energy", status)?;
-        let why = || self.instance.error("normals_energy", &format!("the result is {sum} J")).into();
-        if sum.is_finite() { Ok(sum) } else { Err(why()) }
+        let error = || self.instance.error("normals_energy", &format!("the result is {sum} J")).into();
+        if sum.is_finite() { Ok(sum) } else { Err(error()) }
     }
 
     fn normals_forces(
@@ -168,7 +168,7 @@ impl ForceModel for Material {
     }
 }
 
-/// The batch of elements of a call as the plugin sees it. Debug builds check what the interface promises to plugins.
+/// The arguments of a call in the form of the plugin interface. Debug builds check what the interface promises to plugins.
 fn batch(call: &ElementCall<'_>) -> Batch {
     let count = call.elements.len() / call.corners;
     debug_assert!(call.range.end <= count && call.window.end <= call.x.len());

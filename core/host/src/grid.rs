@@ -7,47 +7,46 @@ use crate::plugin_info::{PluginInfo, PluginKind};
 use pliant_plugin_api::abi::{self, Ball, Cell, Level, Status};
 use std::slice::from_raw_parts;
 
-/// The part of a grid that is simulated: n nodes, c cells and l links, in buffers that keep their capacity from one request to the
-/// next.
+/// The simulated part of a grid: n nodes, c cells and l links. Requests reuse the buffers.
 #[derive(Clone, Debug, Default)]
 pub struct Region {
-    /// (n), rising; a node has the same id in every region of a level
+    /// Ids of the nodes (n), ascending; a node has the same id in every region of a level.
     pub node_id: Vec<u64>,
-    /// m (n x 3), rest positions
+    /// Rest positions of the nodes, m (n x 3).
     pub node_rest: Vec<[f64; 3]>,
-    /// m^3 (n), volume of the body around the node
+    /// Volume of the body around each node, m^3 (n).
     pub node_measure: Vec<f64>,
-    /// (n), 1 where an occupied cell outside the region touches the node, else 0
+    /// 1 for a node that an occupied cell outside of the region touches, else 0 (n).
     pub node_border: Vec<u8>,
-    /// (n), number of the copy where a cut has doubled the node, else 0; set by the host
+    /// Number of the copy of each node that a cut has doubled, else 0 (n); set by the host.
     pub node_copy: Vec<u32>,
-    /// (c), rising ids of the cells
+    /// Ids of the cells (c), ascending.
     pub cell_id: Vec<u64>,
-    /// (c x 8), indices of the corners in the lists of nodes
+    /// Indices of the corners of each cell in the lists of nodes (c x 8).
     pub cell_corners: Vec<[u32; 8]>,
-    /// (c x 2), begin and end of the cell's range of [`Grid::points`]
+    /// Begin and end of each cell's range of [`Grid::points`] (c x 2).
     pub cell_points: Vec<[u32; 2]>,
-    /// (c), [`abi::CELL_SURFACE`] or [`abi::CELL_INSIDE`]
+    /// State of each cell, [`abi::CELL_SURFACE`] or [`abi::CELL_INSIDE`] (c).
     pub cell_state: Vec<u8>,
-    /// (c), number of the fragment where a cut has divided the cell, else 0; set by the host
+    /// Number of the fragment of each cell that a cut has divided, else 0 (c); set by the host.
     pub cell_fragment: Vec<u8>,
-    /// (l x 2), indices of the joined nodes, rising
+    /// Indices of the two nodes of each link, ascending (l x 2).
     pub link_nodes: Vec<[u32; 2]>,
-    /// (l), family of the link, as a bit of the mask of the request
+    /// Family of each link, as a bit of the mask of the request (l).
     pub link_family: Vec<u32>,
-    /// (l), boundary weight of the link, 1 inside the body
+    /// Boundary weight of each link, 1 inside of the body (l).
     pub link_measure: Vec<f64>,
 }
 
 impl Region {
-    /// Empties the region; its buffers keep their capacity.
+    /// Empties the region; keeps the buffers.
     pub fn clear(&mut self) {
         self.resize(0, 0, 0);
         self.node_copy.clear();
         self.cell_fragment.clear();
     }
 
-    /// Gives all lists of nodes, cells and links these lengths.
+    /// Sets the lengths of the lists of nodes, cells and links.
     fn resize(&mut self, nodes: usize, cells: usize, links: usize) {
         self.node_id.resize(nodes, 0);
         self.node_rest.resize(nodes, [0.0; 3]);
@@ -62,7 +61,7 @@ impl Region {
         self.link_measure.resize(links, 0.0);
     }
 
-    /// The region as the plugin fills it, with the lengths of the lists as capacities.
+    /// The region for the plugin to fill; the lengths of the lists are the capacities.
     fn raw(&mut self) -> abi::Region {
         abi::Region {
             size: size_of::<abi::Region>(),
@@ -86,11 +85,14 @@ impl Region {
         }
     }
 
-    /// Checks what the plugin filled in, of a surface with so many points: the rest of the engine indexes without further checks.
+    /// Checks a region that the plugin has filled, of a surface with `points` points: the engine indexes with its entries.
+    ///
+    /// # Errors
+    /// Returns a message with the first invalid entry.
     fn check(&self, points: usize) -> Result<(), String> {
         let nodes = self.node_id.len() as u32;
         if !self.node_id.is_sorted_by(|a, b| a < b) || !self.cell_id.is_sorted_by(|a, b| a < b) {
-            return Err("ids of nodes or cells are not in rising order".into());
+            return Err("ids of nodes or cells are not in ascending order".into());
         }
         if let Some(at) = self.node_rest.iter().flatten().position(|x| !x.is_finite()) {
             return Err(format!("rest position of node {} is not finite", at / 3));
@@ -103,7 +105,7 @@ impl Region {
         }
         match self.link_nodes.iter().position(|&[a, b]| a >= b || b >= nodes) {
             Some(at) => Err(format!(
-                "link {at} joins nodes {:?} of {nodes}; allowed are two in rising order",
+                "link {at} joins nodes {:?} of {nodes}; allowed are two in ascending order",
                 self.link_nodes[at]
             )),
             None => Ok(()),
@@ -111,10 +113,22 @@ impl Region {
     }
 }
 
+/// A point in a cell of a grid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LocatedPoint {
+    /// Id of the cell; [`abi::NO_CELL`] outside of all cells.
+    pub cell: u64,
+    /// Coordinates in the cell, 0 to 1 each.
+    pub local: [f64; 3],
+}
+
 /// An active grid.
 pub struct Grid {
+    /// The plugin instance.
     instance: Instance,
+    /// Its functions.
     table: &'static abi::Grid,
+    /// Whether the embedding is non-linear.
     nonlinear: bool,
 }
 
@@ -123,20 +137,20 @@ impl Grid {
     /// Opens the grid `name` of a library for steps of up to `dt` (s); nothing is built yet.
     ///
     /// # Errors
-    /// A library without that grid, a malformed table, or refused parameters.
+    /// Fails for a library without that grid, a malformed table and refused parameters.
     pub fn open(library: &'static Library, name: &str, settings: &ParamSettings, dt: f64) -> Result<Self, HostError> {
         let info = library.plugin(PluginKind::Grid, name)?;
         let instance = Instance::open(library, info, settings, dt, Extension::new::<abi::Grid>(abi::GRID))?;
         // SAFETY: opened with the grid extension.
         let table: &'static abi::Grid = unsafe { instance.table() };
-        let whole = table.build.is_some()
+        let is_complete = table.build.is_some()
             && table.level.is_some()
             && table.cell.is_some()
             && table.locate.is_some()
             && table.points.is_some()
             && table.region.is_some()
             && table.weights.is_some();
-        if !whole {
+        if !is_complete {
             return Err(instance.error("extension", "the grid's table has a null in it"));
         }
         let mut grid = Self { instance, table, nonlinear: false };
@@ -147,7 +161,7 @@ impl Grid {
     /// Builds all levels up to `level` around a surface of points (m) and triangles. `[worker]`
     ///
     /// # Errors
-    /// What the grid says of the surface or the level.
+    /// Returns the grid's error for an unsuitable surface or level.
     pub fn build(&mut self, points: &[[f64; 3]], triangles: &[[u32; 3]], level: u32) -> Result<(), HostError> {
         let surface = abi::Surface {
             size: size_of::<abi::Surface>(),
@@ -164,7 +178,7 @@ impl Grid {
     /// Origin, cell edge and numbers of cells and nodes of a level.
     ///
     /// # Errors
-    /// A level that was not built.
+    /// Fails for a level that was not built.
     pub fn level(&self, level: u32) -> Result<Level, HostError> {
         let (size, origin) = (size_of::<Level>(), [0.0; 3]);
         let mut out =
@@ -178,7 +192,7 @@ impl Grid {
     /// One cell of the octree.
     ///
     /// # Errors
-    /// A level that was not built, or an id without a cell.
+    /// Fails for a level that was not built and for an id without a cell.
     pub fn cell(&self, level: u32, id: u64) -> Result<Cell, HostError> {
         let mut out = Cell {
             size: size_of::<Cell>(),
@@ -199,24 +213,24 @@ impl Grid {
         Ok(out)
     }
 
-    /// The cell of a point (m), and the local coordinates in it, 0 to 1 each.
+    /// Finds the cell of a level that contains a point (m).
     ///
     /// # Errors
-    /// A level that was not built; a point that is not finite.
-    pub fn locate(&self, level: u32, point: [f64; 3]) -> Result<(u64, [f64; 3]), HostError> {
-        let (mut id, mut local) = (0, [0.0; 3]);
+    /// Fails for a level that was not built and for a point that is not finite.
+    pub fn locate(&self, level: u32, point: [f64; 3]) -> Result<LocatedPoint, HostError> {
+        let (mut cell, mut local) = (0, [0.0; 3]);
         let get = self.table.locate.expect("checked");
         // SAFETY: [any & active]; the outputs are ours.
         let status = self.instance.within("locate", || unsafe {
-            get(self.instance.plugin(), level, point.as_ptr(), &mut id, local.as_mut_ptr())
+            get(self.instance.plugin(), level, point.as_ptr(), &mut cell, local.as_mut_ptr())
         });
-        self.instance.check("locate", status).map(|()| (id, local))
+        self.instance.check("locate", status).map(|()| LocatedPoint { cell, local })
     }
 
-    /// Indices of the surface's points, sorted by cell of `level`.
+    /// Indices of the surface's points, sorted by their cells of `level`.
     ///
     /// # Errors
-    /// A level that was not built.
+    /// Fails for a level that was not built.
     pub fn points(&self, level: u32) -> Result<&[u32], HostError> {
         let (mut list, mut count) = (std::ptr::null(), 0);
         let get = self.table.points.expect("checked");
@@ -231,7 +245,7 @@ impl Grid {
     /// mask). `[worker]`
     ///
     /// # Errors
-    /// A level that was not built; a region with meaningless entries.
+    /// Fails for a level that was not built and for a region with invalid entries.
     pub fn region(
         &self,
         level: u32,
@@ -256,12 +270,13 @@ impl Grid {
             // SAFETY: [worker & active]; the buffers hold what the capacities say.
             let status = self.instance.within("region", || unsafe { get(self.instance.plugin(), &request, &mut raw) });
             if status == Status::TOO_SMALL {
-                // Half as much again, so that a region that grows a little does not come back for every step.
-                let room = |needed: usize, had: usize| if needed > had { needed + needed / 2 } else { had };
+                // Half as much again, so that a region that grows slowly does not need this in every step.
+                let grown =
+                    |needed: usize, capacity: usize| if needed > capacity { needed + needed / 2 } else { capacity };
                 out.resize(
-                    room(raw.node_count, raw.node_capacity),
-                    room(raw.cell_count, raw.cell_capacity),
-                    room(raw.link_count, raw.link_capacity),
+                    grown(raw.node_count, raw.node_capacity),
+                    grown(raw.cell_count, raw.cell_capacity),
+                    grown(raw.link_count, raw.link_capacity),
                 );
                 continue;
             }
@@ -280,29 +295,29 @@ impl Grid {
         }
     }
 
-    /// Cell and corner weights of each rest position (m); [`abi::NO_CELL`] and zeros for one in no cell. `[sim]`
+    /// Cell and trilinear weights of its corners for each rest position (m); [`abi::NO_CELL`] and zeros outside of all cells. `[sim]`
     ///
     /// # Errors
-    /// A level that was not built.
+    /// Fails for a level that was not built and for weights that are not finite.
     pub fn weights(
         &self,
         level: u32,
-        places: &[[f64; 3]],
+        positions: &[[f64; 3]],
         cells: &mut [u64],
         weights: &mut [[f64; 8]],
     ) -> Result<(), HostError> {
-        assert!(places.len() == cells.len() && places.len() == weights.len());
+        assert!(positions.len() == cells.len() && positions.len() == weights.len());
         let get = self.table.weights.expect("checked");
-        let (from, to) = (places.as_ptr().cast(), weights.as_mut_ptr().cast());
+        let (from, to) = (positions.as_ptr().cast(), weights.as_mut_ptr().cast());
         // SAFETY: [sim & active]; the three lists have one length.
         let status = self.instance.within("weights", || unsafe {
-            get(self.instance.plugin(), level, from, places.len(), cells.as_mut_ptr(), to)
+            get(self.instance.plugin(), level, from, positions.len(), cells.as_mut_ptr(), to)
         });
         self.instance.check("weights", status)?;
-        self.check_finite("weights", places, |i| weights[i].iter().all(|w| w.is_finite()))
+        self.check_finite("weights", positions, |i| weights[i].iter().all(|w| w.is_finite()))
     }
 
-    /// Whether the embedding is non-linear: points are then placed by [`Grid::place`] instead of by weights.
+    /// Whether the embedding is non-linear: [`Grid::place`] then replaces weights.
     pub fn is_nonlinear(&self) -> bool {
         self.nonlinear
     }
@@ -310,7 +325,7 @@ impl Grid {
     /// Positions (m) of embedded points from their rest positions and the current corners of their cells. `[sim]`
     ///
     /// # Errors
-    /// A grid that does not offer it, or fails.
+    /// Fails if the grid does not offer it, and with the grid's error.
     pub fn place(
         &self,
         level: u32,
@@ -326,10 +341,11 @@ impl Grid {
         self.check_finite("place", rest, |i| out[i].iter().all(|x| x.is_finite()))
     }
 
-    /// Adds to the corners (N) the loads (N) on the embedded points: the transpose of the derivative of [`Grid::place`]. `[sim]`
+    /// Adds to `out`, the loads on the corners (N), those of `loads` on the embedded points (N): the transpose of the derivative of
+    /// [`Grid::place`]. `[sim]`
     ///
     /// # Errors
-    /// A grid that does not offer it, or fails.
+    /// Fails if the grid does not offer it, and with the grid's error.
     pub fn pull_back(
         &self,
         level: u32,
@@ -346,15 +362,15 @@ impl Grid {
         self.instance.run("pull_back", || unsafe { pull(self.instance.plugin(), level, r, rest.len(), c, l, o) })
     }
 
-    /// Checks that the results of `call` for the rest positions `places` are finite.
+    /// Checks that the results of `call` for the rest positions are finite.
     fn check_finite(
         &self,
         call: &'static str,
-        places: &[[f64; 3]],
+        positions: &[[f64; 3]],
         is_finite: impl Fn(usize) -> bool,
     ) -> Result<(), HostError> {
-        match (0..places.len()).find(|&i| !is_finite(i)) {
-            Some(i) => Err(self.instance.error(call, &format!("a result is not finite, for {:?} m", places[i]))),
+        match (0..positions.len()).find(|&i| !is_finite(i)) {
+            Some(i) => Err(self.instance.error(call, &format!("a result is not finite, for {:?} m", positions[i]))),
             None => Ok(()),
         }
     }

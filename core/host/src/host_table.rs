@@ -1,11 +1,11 @@
-//! The table of functions that plugins call on the host.
+//! The functions of the host that plugins call.
 
 use crate::messages::{Inbox, receive};
 use pliant_plugin_api::abi;
 use std::ffi::c_void;
 use std::sync::OnceLock;
 
-/// The table for one instance; `data` is its inbox.
+/// The table of functions for one instance; `data` is its [`Inbox`].
 pub(crate) fn host_table(data: *mut c_void) -> abi::Host {
     abi::Host {
         size: size_of::<abi::Host>(),
@@ -16,7 +16,7 @@ pub(crate) fn host_table(data: *mut c_void) -> abi::Host {
     }
 }
 
-/// A host for the `init` of a library, before any instance; its messages are not read.
+/// The table for the `init` of a library, which has no instance yet; its messages are dropped.
 pub(crate) fn host_for_init() -> *const abi::Host {
     static HOST: OnceLock<abi::Shared<usize>> = OnceLock::new();
     let make = || {

@@ -1,10 +1,10 @@
-//! One instance of a plugin: created, given its parameters, activated, and destroyed when dropped.
+//! Instances of plugins: creation, parameters, activation, calls, and destruction on drop.
 
 use crate::calls::{InCall, register};
 use crate::error::HostError;
 use crate::host_table::host_table;
 use crate::library::Library;
-use crate::messages::{Inbox, Message};
+use crate::messages::{Inbox, NewMessages};
 use crate::plugin_info::{ParamKind, ParamValue, PluginInfo, PluginKind};
 use pliant_plugin_api::abi::{self, Status};
 use std::ffi::{CStr, CString, c_void};
@@ -31,15 +31,23 @@ impl Extension {
 
 /// An instance of a plugin and the table of its main extension.
 pub(crate) struct Instance {
-    /// Place of its name on the board of calls.
-    number: u32,
+    /// Index of its name on the call board.
+    board_index: u32,
+    /// Library of the plugin.
     library: &'static Library,
+    /// Id of the plugin.
     id: String,
+    /// The plugin's table, first argument of every call.
     plugin: *const abi::Plugin,
+    /// Table of the main extension.
     extension: *const c_void,
+    /// Messages of the plugin; owned.
     inbox: *mut Inbox,
+    /// Functions that the plugin calls; owned.
     host: *mut abi::Host,
+    /// Whether it was activated.
     active: bool,
+    /// Whether a call panicked.
     quarantined: AtomicBool,
 }
 
@@ -53,7 +61,7 @@ unsafe impl Sync for Instance {}
 
 #[allow(unsafe_code, reason = "calls the instance's functions")]
 impl Instance {
-    /// Creates an instance that offers `extension`, sets its parameters and activates it for steps of up to `dt` (s).
+    /// Creates an instance with the main extension `extension`, sets its parameters and activates it for steps of up to `dt` (s).
     pub(crate) fn open(
         library: &'static Library,
         info: &PluginInfo,
@@ -81,13 +89,13 @@ impl Instance {
         let id = CString::new(info.id.as_str()).expect("came from a C string");
         let inbox = Box::into_raw(Box::<Inbox>::default());
         let host = Box::into_raw(Box::new(host_table(inbox.cast())));
-        let number = register(&format!("`{}` ({})", info.id, library.path().display()));
-        let in_call = InCall::enter(number, "create");
+        let board_index = register(&format!("`{}` ({})", info.id, library.path().display()));
+        let in_call = InCall::enter(board_index, "create");
         // SAFETY: [main]; the host table lives until the instance is dropped.
         let plugin = unsafe { create(host, id.as_ptr()) };
         drop(in_call);
         let mut instance = Self {
-            number,
+            board_index,
             library,
             id: info.id.clone(),
             plugin,
@@ -109,16 +117,16 @@ impl Instance {
 
     /// Checks the instance's own table and looks up that of its main extension.
     fn check_tables(&mut self, Extension { id, size: needed }: Extension) -> Result<(), HostError> {
-        // SAFETY: `create` gave it; only `size` is believed until checked.
+        // SAFETY: `create` returned it; only `size` is used until it is checked.
         let table = unsafe { &*self.plugin };
-        let whole = table.size >= size_of::<abi::Plugin>()
+        let is_complete = table.size >= size_of::<abi::Plugin>()
             && table.destroy.is_some()
             && table.set_number.is_some()
             && table.set_text.is_some()
             && table.set_table.is_some()
             && table.activate.is_some()
             && table.deactivate.is_some();
-        let (true, Some(get)) = (whole, table.extension) else {
+        let (true, Some(get)) = (is_complete, table.extension) else {
             return Err(self.error("create", "the instance's table is too small or has a null in it"));
         };
         // SAFETY: [any]; null or a table that lives as long as the library, starting with its size.
@@ -146,13 +154,13 @@ impl Instance {
         let (number, text, rows) = (table.set_number, table.set_text, table.set_table);
         let (number, text, rows) = (number.expect("checked"), text.expect("checked"), rows.expect("checked"));
         let i = index as u32;
-        let _in = InCall::enter(self.number, "set_param");
+        let _in = InCall::enter(self.board_index, "set_param");
         // SAFETY: [main & !active]; strings and spans live for the call.
         let status = unsafe {
             match (&param.kind, value) {
                 (ParamKind::Choice { choices, .. }, ParamValue::Text(choice)) => {
-                    let place = choices.iter().position(|c| c == choice).expect("checked above");
-                    number(self.plugin, i, place as f64)
+                    let index = choices.iter().position(|c| c == choice).expect("checked above");
+                    number(self.plugin, i, index as f64)
                 }
                 (_, ParamValue::Number(value)) => number(self.plugin, i, *value),
                 (_, ParamValue::Text(value)) => {
@@ -167,7 +175,7 @@ impl Instance {
         if status == Status::OK { Ok(()) } else { Err(refused(self.with_message(status.meaning()))) }
     }
 
-    /// The table of another extension; `None` where the instance does not offer it or the table is too small.
+    /// The table of another extension; `None` if the instance does not offer it or the table is too small.
     pub(crate) fn extension_table(&self, Extension { id, size }: Extension) -> Option<*const c_void> {
         // SAFETY: only called after `check_tables`.
         let get = unsafe { (*self.plugin).extension }?;
@@ -191,10 +199,10 @@ impl Instance {
         self.plugin
     }
 
-    /// Makes a call, noted as such while it lasts.
+    /// Makes a call, which is on the call board while it lasts.
     #[inline]
     pub(crate) fn within<T>(&self, call: &'static str, make: impl FnOnce() -> T) -> T {
-        let _in = InCall::enter(self.number, call);
+        let _in = InCall::enter(self.board_index, call);
         make()
     }
 
@@ -204,7 +212,7 @@ impl Instance {
         self.check(call, self.within(call, make))
     }
 
-    /// Makes a call that passes on what the scene says, and turns its status into a result.
+    /// Makes a call that passes values of the scene, and turns its status into a result.
     pub(crate) fn run_input(&self, call: &'static str, make: impl FnOnce() -> Status) -> Result<(), HostError> {
         self.check_input(call, self.within(call, make))
     }
@@ -215,7 +223,7 @@ impl Instance {
         if status == Status::OK { Ok(()) } else { Err(self.failed(call, status)) }
     }
 
-    /// Turns the status of a call that passes on what the scene says into a result: a bad argument is the fault of the scene.
+    /// Turns the status of a call that passes values of the scene into a result: a bad argument is an error of the scene.
     pub(crate) fn check_input(&self, call: &'static str, status: Status) -> Result<(), HostError> {
         if status != Status::BAD_ARGUMENT {
             return self.check(call, status);
@@ -241,8 +249,8 @@ impl Instance {
 
     /// `what`, followed by the last error message of the plugin if there is one.
     fn with_message(&self, what: &str) -> String {
-        let said = self.messages().0.into_iter().rev().find(|m| m.severity == abi::ERROR);
-        said.map_or_else(|| what.to_owned(), |m| format!("{what}: {}", m.text))
+        let last = self.messages().messages.into_iter().rev().find(|m| m.severity == abi::ERROR);
+        last.map_or_else(|| what.to_owned(), |m| format!("{what}: {}", m.text))
     }
 
     /// Whether the plugin panicked in a call.
@@ -250,9 +258,9 @@ impl Instance {
         self.quarantined.load(Ordering::Relaxed)
     }
 
-    /// Messages of the plugin since the last call, and the number of those that were lost.
-    pub(crate) fn messages(&self) -> (Vec<Message>, u64) {
-        // SAFETY: the inbox lives until this is dropped, and is made to be shared.
+    /// Messages of the plugin since the last call.
+    pub(crate) fn messages(&self) -> NewMessages {
+        // SAFETY: the inbox lives until this is dropped, and is `Sync`.
         unsafe { &*self.inbox }.take()
     }
 
@@ -270,7 +278,7 @@ impl Instance {
 #[allow(unsafe_code, reason = "ends what `open` began")]
 impl Drop for Instance {
     fn drop(&mut self) {
-        let _in = InCall::enter(self.number, "destroy");
+        let _in = InCall::enter(self.board_index, "destroy");
         // SAFETY: [main]; the instance has no other user any more, so its host and inbox are freed after it.
         unsafe {
             if let Some(table) = self.plugin.as_ref() {

@@ -1,13 +1,13 @@
-//! The host's side of the plugin interface: where plugins are looked for, how they are opened, and safe calls into them.
+//! The host's side of the plugin interface: search of plugins, opening of their libraries, and safe calls into them.
 //!
-//! A [`SearchPath`] turns a name into the file of a [`Library`]; a library lists its plugins ([`PluginInfo`]) without running them. An
-//! active plugin is a [`Grid`], a [`Material`] or a [`Device`]. A material is a force model of the solver. What a plugin does wrong is a
-//! [`HostError`] that names its file and the call.
+//! A [`SearchPath`] finds the file of a [`Library`] by the name of a plugin; a library lists its plugins ([`PluginInfo`]) without creating
+//! them. An active plugin is a [`Grid`], a [`Material`] or a [`Device`]. A material is a force model of the solver. Failures of plugins are
+//! [`HostError`]s that name the file and the call.
 //!
 //! This crate knows no scenes, meshes or bodies, and names no plugin. It and `plugin-api` are the only places of the engine with
 //! `unsafe`. A library is opened by absolute path, all symbols bound at once (`RTLD_NOW | RTLD_LOCAL`), and stays mapped until the
-//! program ends: thread-locals, static strings and descriptors point into it. Opening a library runs its code, so what a scene may name by
-//! path is for the caller to allow ([`AllowedFolders`]); by default nothing is.
+//! program ends: thread-locals, static strings and descriptors point into it. Opening a library runs its code, so a scene may
+//! name libraries by path only in folders that the caller allows ([`AllowedFolders`]); by default there are none.
 //!
 //! # Example
 //! The parameters that a material takes:
@@ -54,14 +54,14 @@ pub use calls::{PluginCall, plugin_calls};
 pub use choice_sources::{ChoiceSource, choice_sources};
 pub use device::{Device, DeviceInfo, EffectorOutput, MAX_EFFECTORS, POSE_VALID, Pose, StopHandle, check_device_info};
 pub use error::HostError;
-pub use grid::{Grid, Region};
+pub use grid::{Grid, LocatedPoint, Region};
 pub use instance::ParamSettings;
 pub use library::Library;
 pub use material::Material;
-pub use messages::Message;
+pub use messages::{Message, NewMessages};
 pub use plugin_info::{ParamInfo, ParamKind, ParamValue, PluginInfo, PluginKind};
 pub use probe::{Finding, probe_device};
-pub use process_end::{end_at_once, end_by_itself, end_with_parent, guard_exit};
+pub use process_end::{detect_plugin_exit, end_at_once, end_with_parent, record_exit_code};
 pub use realtime_rights::realtime_rights;
 pub use search_path::{FoundLibrary, SearchPath};
 pub use trust::AllowedFolders;

@@ -1,4 +1,4 @@
-//! An opened library and the plugins in it.
+//! Opened plugin libraries.
 
 use crate::calls::{InCall, register};
 use crate::elf;
@@ -13,12 +13,15 @@ use std::sync::Mutex;
 
 /// An opened library whose entry table was checked. It is opened once and stays mapped until the program ends.
 pub struct Library {
+    /// Absolute path of the file.
     path: PathBuf,
+    /// Its plugins.
     plugins: Vec<PluginInfo>,
+    /// Its entry.
     pub(crate) table: &'static abi::Library,
 }
 
-/// Every library opened so far; opening one again gives the same.
+/// Every library opened so far; opening one again returns the same.
 static OPENED: Mutex<Vec<&'static Library>> = Mutex::new(Vec::new());
 
 /// Largest number of plugins in one library.
@@ -29,8 +32,8 @@ impl Library {
     /// Opens the library at an absolute path.
     ///
     /// # Errors
-    /// A file that is not a shared library or was cut off, has no entry point, was made for another major version of the interface, has
-    /// malformed tables, or whose `init` fails.
+    /// Fails for a file that is not a shared library, is truncated, has no entry point, was made for another major version of the interface or
+    /// has malformed tables, and if its `init` fails.
     pub fn open(path: &Path) -> Result<&'static Self, HostError> {
         let mut opened = OPENED.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         if let Some(known) = opened.iter().find(|l| l.path == path) {
@@ -43,7 +46,7 @@ impl Library {
         let _in = InCall::enter(register(&path.display().to_string()), "open");
         // SAFETY: running a library's initialisers is what loading a plugin means; the user chose the folder.
         let handle = unsafe { open_now(path) }.map_err(|e| not_a_library(error_chain(&e)))?;
-        // SAFETY: the symbol, if there, is the entry table; only `size` and the version are believed until checked.
+        // SAFETY: the symbol, if there, is the entry table; only `size` and the version are used until it is checked.
         let table: &'static abi::Library = unsafe {
             match handle.get::<*const abi::Library>(abi::ENTRY_SYMBOL) {
                 Ok(symbol) if !(*symbol).is_null() => &**symbol,
@@ -71,7 +74,7 @@ impl Library {
         let Some(init) = self.table.init else { return Ok(()) };
         let folder = self.path.parent().unwrap_or(Path::new("/")).to_string_lossy().into_owned();
         let folder = CString::new(folder).unwrap_or_default();
-        // SAFETY: [main], once, first; a null host is not allowed, so one that swallows what is said.
+        // SAFETY: [main], once, first; the host, which must not be null, drops messages.
         let status = unsafe { init(host_for_init(), folder.as_ptr()) };
         if status == abi::Status::OK {
             return Ok(());
@@ -89,7 +92,7 @@ impl Library {
         &self.plugins
     }
 
-    /// Plugin `index`, as the conformance suite takes it.
+    /// Plugin `index` for the conformance kit.
     ///
     /// # Panics
     /// If `index` is not below the number of plugins.
@@ -102,7 +105,7 @@ impl Library {
     /// The plugin of `kind` whose id, or last part of the id after a dot, is `name`.
     ///
     /// # Errors
-    /// [`HostError::NoSuchPlugin`], with the plugins there are.
+    /// [`HostError::NoSuchPlugin`], with the plugins of the library.
     pub fn plugin(&self, kind: PluginKind, name: &str) -> Result<&PluginInfo, HostError> {
         let of_kind = || self.plugins.iter().filter(|p| p.kind == kind);
         let last = |id: &str| id.rsplit('.').next() == Some(name);
@@ -118,7 +121,7 @@ impl Library {
         })
     }
 
-    /// The plugin of `kind` if the library has exactly one; the library's name then stands for it.
+    /// The plugin of `kind` if the library has exactly one; it may then be named by the library.
     pub fn only_plugin(&self, kind: PluginKind) -> Option<&PluginInfo> {
         let mut of_kind = self.plugins.iter().filter(|p| p.kind == kind);
         of_kind.next().filter(|_| of_kind.next().is_none())
@@ -146,7 +149,7 @@ unsafe fn open_now(path: &Path) -> Result<libloading::Library, libloading::Error
     }
 }
 
-/// Descriptors of all plugins of a library, or what is wrong with its entry.
+/// Descriptors of all plugins of a library; the error says what is wrong with its entry.
 #[allow(unsafe_code, reason = "calls the entry's functions")]
 fn read_plugins(table: &'static abi::Library) -> Result<Vec<PluginInfo>, String> {
     if table.size < size_of::<abi::Library>() {

@@ -1,28 +1,30 @@
-//! An active material.
+//! Active materials: opening and element requests.
 
 use crate::error::HostError;
 use crate::instance::{Extension, Instance, ParamSettings};
 use crate::library::Library;
-use crate::messages::Message;
+use crate::messages::NewMessages;
 use crate::plugin_info::{PluginInfo, PluginKind};
 use pliant_plugin_api::ElementRequest;
 use pliant_plugin_api::abi::{self, Status};
 
 /// An active material; its force model is in `force_model.rs`.
 pub struct Material {
+    /// The plugin instance.
     pub(crate) instance: Instance,
+    /// Its functions.
     pub(crate) table: &'static abi::Material,
-    /// Elements the material wants.
+    /// Element kinds that the material requests.
     pub(crate) requests: Vec<ElementRequest>,
-    /// Strains of coupled hinges, where a request has them.
+    /// Strains of coupled hinges, if a request has them.
     pub(crate) coupled: Option<&'static abi::Coupled>,
-    /// Energy of vertex normals, where a request asks for normals.
+    /// Energy of vertex normals, if requests ask for normals.
     pub(crate) normals: Option<&'static abi::Normals>,
-    /// Stiffness in single precision, where a request has it.
+    /// Stiffness in single precision, if a request offers it.
     pub(crate) single: Option<&'static abi::Single>,
 }
 
-/// Largest number of kinds of elements a material may want.
+/// Largest number of requests of a material.
 const MAX_REQUESTS: u32 = 16;
 
 #[allow(unsafe_code, reason = "calls the material's functions")]
@@ -30,20 +32,20 @@ impl Material {
     /// Opens the material `name` of a library for steps of up to `dt` (s).
     ///
     /// # Errors
-    /// A library without that material, a malformed table or request, or refused parameters.
+    /// Fails for a library without that material, a malformed table or request and refused parameters.
     pub fn open(library: &'static Library, name: &str, settings: &ParamSettings, dt: f64) -> Result<Self, HostError> {
         let info = library.plugin(PluginKind::Material, name)?;
         let extension = Extension::new::<abi::Material>(abi::MATERIAL);
         let instance = Instance::open(library, info, settings, dt, extension)?;
         // SAFETY: opened with the material extension.
         let table: &'static abi::Material = unsafe { instance.table() };
-        let whole = table.elements.is_some()
+        let is_complete = table.elements.is_some()
             && table.rest.is_some()
             && table.mass.is_some()
             && table.energy.is_some()
             && table.forces.is_some()
             && table.tangent.is_some();
-        if !whole {
+        if !is_complete {
             return Err(instance.error("extension", "the material's table has a null in it"));
         }
         let mut material = Self { instance, table, requests: Vec::new(), coupled: None, normals: None, single: None };
@@ -62,7 +64,7 @@ impl Material {
         Ok(material)
     }
 
-    /// Reads the kinds of elements the material wants.
+    /// Reads the element requests.
     fn read_requests(&mut self) -> Result<(), HostError> {
         let elements = self.table.elements.expect("checked");
         for index in 0..MAX_REQUESTS {
@@ -94,13 +96,13 @@ impl Material {
         Ok(())
     }
 
-    /// Whether the material panicked; it is not to be called again.
+    /// Whether the material panicked in a call; it must not be called again.
     pub fn is_quarantined(&self) -> bool {
         self.instance.is_quarantined()
     }
 
-    /// Messages of the material since the last call, and the number of those that were lost.
-    pub fn messages(&self) -> (Vec<Message>, u64) {
+    /// Messages of the material since the last call.
+    pub fn messages(&self) -> NewMessages {
         self.instance.messages()
     }
 

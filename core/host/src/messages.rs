@@ -1,4 +1,4 @@
-//! Messages of plugins: one line at a time, from any thread, without waiting.
+//! Messages of plugins: lines of text from any thread, received without waiting.
 
 use pliant_plugin_api::abi;
 use std::ffi::{CStr, c_char};
@@ -14,52 +14,73 @@ pub struct Message {
     pub text: String,
 }
 
-/// Messages that have come and were not yet read. A full or busy inbox drops the message and counts it.
+/// Messages that were not read before.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct NewMessages {
+    /// The messages in order.
+    pub messages: Vec<Message>,
+    /// Number of messages that were lost.
+    pub lost: u64,
+}
+
+/// Unread messages. A full or locked inbox drops a message and counts it.
 #[derive(Default)]
 pub(crate) struct Inbox {
+    /// The messages.
     lines: Mutex<Lines>,
+    /// Number of messages dropped since the last read.
     dropped: AtomicU64,
 }
 
-/// Messages that an inbox holds.
+/// Largest number of unread messages.
 const CAPACITY: usize = 32;
-/// Bytes of a slot: a text and the 0 behind it.
+/// Bytes of a slot: a text and a final 0.
 const SLOT: usize = 256;
 
-/// Messages in slots that are made ahead, so that taking one needs no memory.
+/// Messages in preallocated slots.
 struct Lines {
+    /// Number of messages.
     count: usize,
-    /// Severity and text, padded with zeros.
-    slots: [(u32, [u8; SLOT]); CAPACITY],
+    /// Slots; the first `count` are in use.
+    slots: [Line; CAPACITY],
+}
+
+/// A message in a slot.
+#[derive(Clone, Copy)]
+struct Line {
+    /// Severity, as in [`Message`].
+    severity: u32,
+    /// Text, padded with zeros.
+    text: [u8; SLOT],
 }
 
 impl Default for Lines {
     fn default() -> Self {
-        Self { count: 0, slots: [(0, [0; SLOT]); CAPACITY] }
+        Self { count: 0, slots: [Line { severity: 0, text: [0; SLOT] }; CAPACITY] }
     }
 }
 
 impl Inbox {
-    /// Messages since the last call, and the number of those that were lost.
-    pub(crate) fn take(&self) -> (Vec<Message>, u64) {
+    /// Messages since the last call.
+    pub(crate) fn take(&self) -> NewMessages {
         let mut lines = self.lines.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        let read = |(severity, bytes): &(u32, [u8; SLOT])| {
-            let end = bytes.iter().position(|b| *b == 0).unwrap_or(SLOT - 1);
-            Message { severity: *severity, text: String::from_utf8_lossy(&bytes[..end]).into_owned() }
+        let read = |line: &Line| {
+            let end = line.text.iter().position(|b| *b == 0).unwrap_or(SLOT - 1);
+            Message { severity: line.severity, text: String::from_utf8_lossy(&line.text[..end]).into_owned() }
         };
         let messages = lines.slots[..lines.count].iter().map(read).collect();
         lines.count = 0;
-        (messages, self.dropped.swap(0, Ordering::Relaxed))
+        NewMessages { messages, lost: self.dropped.swap(0, Ordering::Relaxed) }
     }
 
-    /// Puts a message in, or counts it as lost.
+    /// Stores a message, or counts it as lost.
     fn push(&self, severity: u32, text: &[u8]) {
         match self.lines.try_lock() {
             Ok(mut lines) if lines.count < CAPACITY => {
                 let at = lines.count;
                 let len = text.len().min(SLOT - 1);
-                lines.slots[at] = (severity, [0; SLOT]);
-                lines.slots[at].1[..len].copy_from_slice(&text[..len]);
+                lines.slots[at] = Line { severity, text: [0; SLOT] };
+                lines.slots[at].text[..len].copy_from_slice(&text[..len]);
                 lines.count += 1;
             }
             _ => {
@@ -69,8 +90,8 @@ impl Inbox {
     }
 }
 
-/// `report` of the host table: takes a message of a plugin. `[any]`
-#[allow(unsafe_code, reason = "called from the other side of the border")]
+/// `report` of the host table: receives a message of a plugin. `[any]`
+#[allow(unsafe_code, reason = "called by plugins")]
 pub(crate) unsafe extern "C" fn receive(host: *const abi::Host, severity: u32, text: *const c_char) {
     // SAFETY: the host table handed to a plugin has an `Inbox` behind `data` that outlives the instance; a plugin passes a
     // C string, or null, which is ignored.
@@ -94,10 +115,10 @@ mod tests {
             inbox.push(abi::INFO, format!("line {i}").as_bytes());
         }
         inbox.push(abi::ERROR, &[b'x'; 400]);
-        let (messages, dropped) = inbox.take();
-        assert_eq!((messages.len(), dropped), (CAPACITY, 4));
+        let NewMessages { messages, lost } = inbox.take();
+        assert_eq!((messages.len(), lost), (CAPACITY, 4));
         assert_eq!(messages[5].text, "line 5");
         inbox.push(abi::ERROR, &[b'x'; 400]);
-        assert_eq!(inbox.take().0[0].text.len(), 255);
+        assert_eq!(inbox.take().messages[0].text.len(), 255);
     }
 }

@@ -1,4 +1,4 @@
-//! The table of a material's energy of vertex normals.
+//! Energy of vertex normals of a material (`pliant.normals/1`).
 
 use crate::error::HostError;
 use crate::instance::Extension;
@@ -7,7 +7,10 @@ use pliant_plugin_api::abi;
 
 #[allow(unsafe_code, reason = "calls the material's functions")]
 impl Material {
-    /// Looks up the table where a request asks for normals.
+    /// Looks up the table of functions if requests ask for normals.
+    ///
+    /// # Errors
+    /// Fails if only one of triangles and hinges asks for normals, and for a missing or incomplete table.
     pub(crate) fn read_normals(&mut self) -> Result<(), HostError> {
         let wants = |kind: u32| self.requests.iter().any(|r| r.kind == kind && r.flags & abi::WANTS_NORMALS != 0);
         let (triangles, hinges) = (wants(abi::TRIANGLE), wants(abi::HINGE));
@@ -26,10 +29,10 @@ impl Material {
         Ok(())
     }
 
-    /// The table of a material that has asked for normals.
+    /// The table of functions of a material that asks for normals.
     ///
     /// # Panics
-    /// If it has not.
+    /// If it does not.
     pub(crate) fn normals(&self) -> &'static abi::Normals {
         self.normals.expect("checked when it was opened")
     }

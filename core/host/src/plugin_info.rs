@@ -9,16 +9,16 @@ const MAX_PARAMS: usize = 1000;
 /// The kinds of plugins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum PluginKind {
-    /// Gives the cells and nodes that carry a surface.
+    /// Provides the cells and nodes in which a surface is embedded.
     Grid,
-    /// Gives energies and forces.
+    /// Provides energies and forces.
     Material,
-    /// Gives poses of hands and renders forces.
+    /// Provides poses of hands and renders forces.
     Device,
 }
 
 impl PluginKind {
-    /// The word in messages, listings and scenes.
+    /// Name in messages, listings and scenes.
     pub fn name(self) -> &'static str {
         match self {
             Self::Grid => "grid",
@@ -31,7 +31,7 @@ impl PluginKind {
 /// Description of one plugin of a library.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PluginInfo {
-    /// Id in kebab-case; third parties put a reversed domain before it.
+    /// Id in kebab-case, with a reversed domain before it for plugins of third parties.
     pub id: String,
     /// Kind of the plugin.
     pub kind: PluginKind,
@@ -39,9 +39,9 @@ pub struct PluginInfo {
     pub name: String,
     /// Version of the plugin.
     pub version: String,
-    /// One line on what the plugin is.
+    /// Description, one line.
     pub summary: String,
-    /// Whether it keeps the real-time rules of the interface: no allocation, lock or I/O in a step or servo loop.
+    /// Whether it follows the real-time rules of the interface: no allocation, lock or I/O in a step or servo loop.
     pub real_time: bool,
     /// Whether equal inputs give equal bytes on one binary.
     pub deterministic: bool,
@@ -56,7 +56,7 @@ pub struct ParamInfo {
     pub key: String,
     /// SI unit as text, `1` without one.
     pub unit: String,
-    /// One line on what the parameter is.
+    /// Description, one line.
     pub summary: String,
     /// Type, range and default.
     pub kind: ParamKind,
@@ -73,14 +73,14 @@ pub enum ParamKind {
         min: f64,
         /// Greatest allowed value.
         max: f64,
-        /// Value where the scene gives none.
+        /// Value if the scene gives none.
         default: f64,
     },
     /// One of several choices.
     Choice {
         /// The choices as scenes write them.
         choices: Vec<String>,
-        /// Index of the choice where the scene gives none.
+        /// Index of the choice if the scene gives none.
         default: usize,
     },
     /// Any text without a NUL character.
@@ -105,7 +105,7 @@ pub enum ParamValue {
     Table {
         /// Number of columns.
         columns: usize,
-        /// (rows x columns), row by row
+        /// The numbers (rows x columns), row by row.
         values: Vec<f64>,
     },
 }
@@ -121,7 +121,7 @@ impl ParamInfo {
     /// Checks that `value` has the type and range of the parameter.
     ///
     /// # Errors
-    /// A sentence with the value and what is allowed.
+    /// Returns a message with the value and what is allowed.
     pub fn check(&self, value: &ParamValue) -> Result<(), String> {
         match (&self.kind, value) {
             (ParamKind::Number { min, max, .. }, ParamValue::Number(v)) => {
@@ -167,7 +167,7 @@ impl ParamInfo {
         }
     }
 
-    /// What is allowed, in words.
+    /// Type and range in words, for messages.
     pub fn allowed(&self) -> String {
         match &self.kind {
             ParamKind::Number { min, max, .. } => format!("a number from {min} to {max} in {}", self.unit),
@@ -179,7 +179,7 @@ impl ParamInfo {
     }
 }
 
-/// The text behind `ptr`, called `what` in the error.
+/// Copies the C string `ptr`; errors call it `what`.
 ///
 /// # Safety
 /// `ptr` is null or a C string that lives for the call.

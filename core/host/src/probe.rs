@@ -1,4 +1,4 @@
-//! Asks a device plugin what its device needs, without opening it.
+//! Queries a device plugin for the requirements of its device, without opening it.
 
 use crate::error::HostError;
 use crate::instance::{Extension, Instance, ParamSettings};
@@ -9,10 +9,10 @@ use std::ffi::{CStr, c_char, c_void};
 
 pub use pliant_plugin_api::Finding;
 
-/// What the device `name` of a library needs, whether that is there, and how to get it; `None` where the plugin does not say.
+/// The requirements of the device `name` of a library, each with its state and a remedy; `None` if the plugin has no probe.
 ///
 /// # Errors
-/// A library without that device, a malformed table, refused parameters, or a probe that fails.
+/// Fails for a library without that device, a malformed table, refused parameters and a probe that fails.
 #[allow(unsafe_code, reason = "calls the device's probe")]
 pub fn probe_device(
     library: &'static Library,
@@ -26,14 +26,14 @@ pub fn probe_device(
     let table: &abi::Probe = unsafe { &*table.cast() };
     let Some(ask) = table.probe else { return Ok(None) };
     let mut findings: Vec<Finding> = Vec::new();
-    // SAFETY: [main & !active]; `add_finding` gets back the list it is handed here, during the call.
+    // SAFETY: [main & !active]; `add_finding` gets the list passed here, during the call.
     let status =
         instance.within("probe", || unsafe { ask(instance.plugin(), (&raw mut findings).cast(), add_finding) });
     instance.check("probe", status)?;
     Ok(Some(findings))
 }
 
-/// Called by the plugin for each finding; `data` is the list of [`probe_device`].
+/// Adds a finding of the plugin to `data`, the list of [`probe_device`].
 #[allow(unsafe_code, reason = "called by the plugin with the list of `probe_device`")]
 unsafe extern "C" fn add_finding(
     data: *mut c_void,
@@ -49,7 +49,7 @@ unsafe extern "C" fn add_finding(
         // SAFETY: a C string for the call.
         unsafe { CStr::from_ptr(from) }.to_string_lossy().into_owned()
     };
-    // SAFETY: `data` is what `probe_device` passed, alive for its call; a plugin says things one after the other.
+    // SAFETY: `data` is what `probe_device` passed, alive for its call; a plugin reports findings one after the other.
     let findings = unsafe { &mut *data.cast::<Vec<Finding>>() };
     findings.push(Finding { severity, what: text(what), found: text(found), remedy: text(remedy) });
 }

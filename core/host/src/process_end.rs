@@ -1,4 +1,4 @@
-//! How a program that has opened plugins ends: by itself, inside of a plugin, or at once.
+//! The end of a program that has opened plugins: a normal exit, an exit that a plugin causes, or an immediate one.
 
 use crate::calls::{board, own_call};
 use crate::device::stop_devices;
@@ -10,31 +10,31 @@ const PLUGIN_FAILED: u8 = 3;
 /// Time that devices have to stop before the program ends at once.
 const STOP_TIME: Duration = Duration::from_millis(200);
 
-/// What tells people that a plugin has ended the program.
-static TELL: OnceLock<fn(&str)> = OnceLock::new();
+/// Reports that a plugin has ended the program.
+static REPORT: OnceLock<fn(&str)> = OnceLock::new();
 
-/// From now on a program that a plugin ends with `exit` calls `tell` with a sentence on it and ends with exit code 3, whatever code
-/// the plugin gave. What ends without the functions that `atexit` has registered, such as `_exit`, is not noticed: only another
-/// process can tell ([`CallBoard`](crate::CallBoard)). The program says with [`end_by_itself`] that it comes to its end.
-pub fn guard_exit(tell: fn(&str)) {
-    if TELL.set(tell).is_ok() {
+/// Detects plugins that end the program with `exit`: from now on such a program calls `report` with a message that names the call and ends
+/// with exit code 3, whatever code the plugin gave. The program itself must call [`record_exit_code`] before it ends. An end that does not run
+/// `atexit` functions, such as `_exit`, is not detected here; another process can detect it ([`CallBoard`](crate::CallBoard)).
+pub fn detect_plugin_exit(report: fn(&str)) {
+    if REPORT.set(report).is_ok() {
         register_at_exit();
     }
 }
 
-/// Notes that the program comes to its end by itself, with an exit code.
-pub fn end_by_itself(code: u8) {
-    board().end(code);
+/// Records the exit code of a program that is about to end.
+pub fn record_exit_code(code: u8) {
+    board().record_exit_code(code);
 }
 
-/// Stops every open device and ends the program at once, without running anything else of it or of a plugin.
+/// Stops every open device (zero force) and ends the program at once, without running `atexit` functions or destructors.
 pub fn end_at_once(code: u8) -> ! {
     stop_devices(STOP_TIME);
     end_now(code)
 }
 
-/// Asks the system to end this process when the process that started it, `parent`, has ended. Ends the program where that is so
-/// already. Does nothing on systems other than Linux.
+/// Asks the system to end this process when its parent process, with the id `parent`, ends. Ends the program if the parent has ended already.
+/// Does nothing on systems other than Linux.
 pub fn end_with_parent(parent: u32) {
     #[cfg(target_os = "linux")]
     {
@@ -47,19 +47,20 @@ pub fn end_with_parent(parent: u32) {
     let _ = parent;
 }
 
-/// Runs when the process ends.
+/// Runs when the process exits.
 extern "C" fn at_exit() {
-    if board().ended().is_some() {
+    if board().exit_code().is_some() {
         return;
     }
     let place = own_call().map_or_else(|| "a plugin".to_owned(), |call| call.to_string());
-    if let Some(tell) = TELL.get() {
-        tell(&format!("{place} ended the program with `exit` before its work was done"));
+    if let Some(report) = REPORT.get() {
+        report(&format!("{place} ended the program with `exit` before its work was done"));
     }
-    end_by_itself(PLUGIN_FAILED);
+    record_exit_code(PLUGIN_FAILED);
     end_at_once(PLUGIN_FAILED);
 }
 
+/// Has [`at_exit`] called when the process exits.
 #[cfg(unix)]
 #[allow(unsafe_code, reason = "calls the C library")]
 fn register_at_exit() {
@@ -73,6 +74,7 @@ fn register_at_exit() {
     let _ = at_exit;
 }
 
+/// Ends the process without `atexit` functions.
 #[cfg(unix)]
 #[allow(unsafe_code, reason = "calls the C library")]
 fn end_now(code: u8) -> ! {
@@ -80,7 +82,7 @@ fn end_now(code: u8) -> ! {
     unsafe { nix::libc::_exit(code.into()) }
 }
 
-/// Ends the program.
+/// Ends the process.
 #[cfg(not(unix))]
 fn end_now(code: u8) -> ! {
     std::process::exit(code.into())

@@ -1,4 +1,4 @@
-//! Whether the system allows this process real-time priority.
+//! Permission for real-time priority.
 
 use crate::probe::Finding;
 
@@ -26,7 +26,7 @@ pub fn realtime_rights() -> Finding {
     }
 }
 
-/// Whether a haptic thread may have real-time priority, which is not known on this system.
+/// Whether a haptic thread may have real-time priority; not known on this system.
 #[cfg(not(target_os = "linux"))]
 pub fn realtime_rights() -> Finding {
     Finding::degraded("real-time rights", "unknown: this system does not tell", "expect missed deadlines under load")

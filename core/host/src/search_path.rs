@@ -1,25 +1,35 @@
-//! The folders that are searched for plugins.
+//! The search path of plugins.
 //!
-//! In order: the folders given to the program, `$PLIANT_PLUGIN_PATH`, the folder of the executable (in a build tree its
-//! `deps/` first: that one is always fresh, the copy beside the executable only after `cargo build`), the per-user data
-//! folder. A name is turned into file names; no library is opened to find out its name.
+//! The order is: folders given to the program, `$PLIANT_PLUGIN_PATH`, the folder of the executable (in a build tree its `deps/` first, which is
+//! always up to date; the copies beside the executable are updated by `cargo build` alone), the per-user data folder. File names follow from
+//! the name of a plugin; no library is opened during the search.
 //!
-//! Folders of the environment and the per-user folder are left out where other users can write to them; so are relative folders of the
-//! environment, which are different ones wherever the program is started. [`SearchPath::warnings`] names what was left out.
+//! Folders of the environment and the per-user folder are left out if other users can write to them, and relative folders of the environment
+//! always, as they depend on the current folder. [`SearchPath::warnings`] names what was left out.
 
 use crate::error::HostError;
 use crate::trust::{AllowedFolders, writable_by_others};
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX, EXE_SUFFIX};
 use std::path::{Path, PathBuf};
 
-/// The folders that are searched for plugins, in order.
+/// The folders that are searched for plugins.
 #[derive(Clone, Debug)]
 pub struct SearchPath {
-    folders: Vec<(PathBuf, Origin)>,
-    /// Where scenes may name libraries by path.
+    /// The folders in order.
+    folders: Vec<SearchedFolder>,
+    /// Folders in which scenes may name libraries by path.
     allowed: AllowedFolders,
-    /// Folders that are not searched, a sentence each.
+    /// Folders that are not searched, a message each.
     warnings: Vec<String>,
+}
+
+/// A folder that is searched.
+#[derive(Clone, Debug)]
+struct SearchedFolder {
+    /// Its path.
+    path: PathBuf,
+    /// Why it is searched.
+    origin: Origin,
 }
 
 /// Why a folder is searched.
@@ -40,12 +50,12 @@ enum Origin {
 }
 
 impl Origin {
-    /// Whether a folder is checked for other users who can write to it. The others are named by the user or come with the program.
+    /// Whether a folder must not be writable by other users. Folders of other origins are named by the user or come with the program.
     fn is_checked(self) -> bool {
         matches!(self, Self::Environment | Self::User)
     }
 
-    /// Where the folder comes from, in messages.
+    /// Name in messages.
     fn name(self) -> &'static str {
         match self {
             Self::Given => "--plugin-path",
@@ -68,46 +78,46 @@ pub struct FoundLibrary {
 }
 
 impl SearchPath {
-    /// The folders `given`, then the usual ones.
+    /// The folders `given`, then the default ones.
     pub fn new(given: &[PathBuf]) -> Self {
         let executable = std::env::current_exe().ok().and_then(|exe| exe.parent().map(Path::to_path_buf));
         let deps = executable.as_ref().map(|folder| folder.join("deps"));
-        let own = deps.into_iter().chain(executable).map(|folder| (folder, Origin::Executable));
-        Self::around(given.iter().map(|folder| (folder.clone(), Origin::Given)), own)
+        let own = deps.into_iter().chain(executable).map(|path| SearchedFolder { path, origin: Origin::Executable });
+        Self::around(given.iter().map(|path| SearchedFolder { path: path.clone(), origin: Origin::Given }), own)
     }
 
-    /// The folders `given`, then the usual ones with `package` in the place of the folder of the executable: for a package that brings
-    /// its plugins along and is loaded by another program.
+    /// The folders `given`, then the default ones with `package` instead of the folder of the executable: for a package that contains plugins
+    /// and is loaded by another program.
     pub fn in_package(given: &[PathBuf], package: &Path) -> Self {
-        let own = std::iter::once((package.to_path_buf(), Origin::Package));
-        Self::around(given.iter().map(|folder| (folder.clone(), Origin::Argument)), own)
+        let own = std::iter::once(SearchedFolder { path: package.to_path_buf(), origin: Origin::Package });
+        Self::around(given.iter().map(|path| SearchedFolder { path: path.clone(), origin: Origin::Argument }), own)
     }
 
     /// The folders `given`, those of the environment, the program's `own`, and the user's.
-    fn around(given: impl Iterator<Item = (PathBuf, Origin)>, own: impl Iterator<Item = (PathBuf, Origin)>) -> Self {
+    fn around(given: impl Iterator<Item = SearchedFolder>, own: impl Iterator<Item = SearchedFolder>) -> Self {
         let mut folders: Vec<_> = given.collect();
         if let Some(list) = std::env::var_os("PLIANT_PLUGIN_PATH") {
             let listed = std::env::split_paths(&list).filter(|f| !f.as_os_str().is_empty());
-            folders.extend(listed.map(|f| (f, Origin::Environment)));
+            folders.extend(listed.map(|path| SearchedFolder { path, origin: Origin::Environment }));
         }
         folders.extend(own);
         if let Some(folder) = user_data_folder() {
-            folders.push((folder.join("pliant").join("plugins"), Origin::User));
+            folders.push(SearchedFolder { path: folder.join("pliant").join("plugins"), origin: Origin::User });
         }
         Self::checked(folders)
     }
 
     /// Those of the folders that are safe to search.
-    fn checked(all: Vec<(PathBuf, Origin)>) -> Self {
+    fn checked(all: Vec<SearchedFolder>) -> Self {
         let (mut folders, mut warnings) = (Vec::new(), Vec::new());
-        for (folder, origin) in all {
+        for SearchedFolder { path, origin } in all {
             let relative =
-                || (origin == Origin::Environment && folder.is_relative()).then(|| "it is relative".to_owned());
-            let others = || writable_by_others(&folder).filter(|_| origin.is_checked());
+                || (origin == Origin::Environment && path.is_relative()).then(|| "it is relative".to_owned());
+            let others = || writable_by_others(&path).filter(|_| origin.is_checked());
             match relative().or_else(others) {
-                None => folders.push((folder, origin)),
+                None => folders.push(SearchedFolder { path, origin }),
                 Some(reason) => {
-                    let (folder, origin) = (folder.display(), origin.name());
+                    let (folder, origin) = (path.display(), origin.name());
                     warnings.push(format!(
                         "plugins in {folder} ({origin}) are not used: {reason}; allowed is an absolute path that no other user can \
                          write to"
@@ -118,23 +128,23 @@ impl SearchPath {
         Self { folders, allowed: AllowedFolders::default(), warnings }
     }
 
-    /// The same, where scenes may name libraries by path in the folders `allowed`.
+    /// The same search path, with folders in which scenes may name libraries by path.
     #[must_use]
     pub fn allow(self, allowed: AllowedFolders) -> Self {
         Self { allowed, ..self }
     }
 
-    /// Folders that are not searched because others could put plugins into them, a sentence each.
+    /// A message for each folder that is not searched because others could put plugins into it.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
 
-    /// Where scenes may name libraries by path.
+    /// Folders in which scenes may name libraries by path.
     pub fn allowed(&self) -> &AllowedFolders {
         &self.allowed
     }
 
-    /// The library file of the plugin that a scene calls `name`; a name with a separator in it is a path, relative to `base`.
+    /// Finds the library file of the plugin that a scene calls `name`; a name with a separator is a path, relative to `base`.
     ///
     /// # Errors
     /// [`HostError::NotFound`], with every folder that was searched; [`HostError::NotAllowed`] for a path outside of the folders in which
@@ -147,7 +157,7 @@ impl SearchPath {
         Ok(found)
     }
 
-    /// The library file of the plugin that the user calls `name`, as on the command line; a path names a file anywhere.
+    /// Finds the library file of the plugin that the user calls `name`, as on the command line; a path may be in any folder.
     ///
     /// # Errors
     /// [`HostError::NotFound`], with every folder that was searched.
@@ -164,7 +174,7 @@ impl SearchPath {
             };
         }
         let files = file_names(name);
-        for (folder, origin) in &self.folders {
+        for SearchedFolder { path: folder, origin } in &self.folders {
             for file in &files {
                 if let Some(path) = real_file(&folder.join(file)) {
                     check_file(&path, *origin)?;
@@ -172,7 +182,7 @@ impl SearchPath {
                 }
             }
         }
-        let place = |(folder, origin): &(PathBuf, Origin)| {
+        let place = |SearchedFolder { path: folder, origin }: &SearchedFolder| {
             let there = |file: &&String| folder.join(file).symlink_metadata().is_ok();
             let state = match files.iter().find(there) {
                 Some(file) => format!(": {file} is a folder or a link to nothing"),
@@ -188,37 +198,37 @@ impl SearchPath {
         })
     }
 
-    /// The program that emulates the hardware of device `name`: `pliant-twin-NAME`, in the same folders.
+    /// Finds the program that emulates the hardware of device `name`, `pliant-twin-NAME`, in the same folders.
     ///
     /// # Errors
     /// [`HostError::NotFound`], with every folder that was searched.
     pub fn find_twin(&self, name: &str) -> Result<PathBuf, HostError> {
         let file = format!("pliant-twin-{name}{EXE_SUFFIX}");
         let is_name = !name.contains(['/', '\\', '.']);
-        let in_folder = |(folder, origin): &(PathBuf, Origin)| Some((real_file(&folder.join(&file))?, *origin));
+        let in_folder = |folder: &SearchedFolder| Some((real_file(&folder.path.join(&file))?, folder.origin));
         if let Some((path, origin)) = self.folders.iter().find_map(in_folder).filter(|_| is_name) {
             check_file(&path, origin)?;
             return Ok(path);
         }
-        let places = self.folders.iter().map(|(f, origin)| format!("  {} ({})", f.display(), origin.name()));
+        let places =
+            self.folders.iter().map(|folder| format!("  {} ({})", folder.path.display(), folder.origin.name()));
         Err(HostError::NotFound { name: name.to_owned(), files: file, places: places.collect::<Vec<_>>().join("\n") })
     }
 
-    /// Every library file that may hold plugins, sorted by name, the first found of each name. Folders and broken links with the
-    /// name of a library are listed too where no file has that name. In folders of the user's choice a library may have any name; beside
-    /// the program only `pliant_*` counts, as a build folder is full of other libraries.
-    ///
-    /// A library that other users can change is left out.
+    /// Lists every library file that may contain plugins, sorted by name, the first found of each name. Folders and broken links with the name
+    /// of a library are listed too if no file has that name. Beside the program, where a build puts other libraries too, names must begin with
+    /// `pliant_`; in other folders any name is listed. A library that other users can change is left out.
     pub fn scan(&self) -> Vec<FoundLibrary> {
         let (mut all, mut broken): (Vec<FoundLibrary>, Vec<FoundLibrary>) = (Vec::new(), Vec::new());
-        for (folder, origin) in &self.folders {
+        for SearchedFolder { path: folder, origin } in &self.folders {
             let Ok(entries) = folder.read_dir() else { continue };
             let mut paths: Vec<PathBuf> = entries.flatten().map(|e| e.path()).collect();
             paths.sort();
             for path in paths {
                 let file = path.file_name().and_then(|f| f.to_str()).unwrap_or_default();
-                let ours = file.starts_with(&format!("{DLL_PREFIX}pliant_"));
-                if !file.ends_with(DLL_SUFFIX) || (matches!(origin, Origin::Executable | Origin::Package) && !ours) {
+                let is_named = file.starts_with(&format!("{DLL_PREFIX}pliant_"));
+                if !file.ends_with(DLL_SUFFIX) || (matches!(origin, Origin::Executable | Origin::Package) && !is_named)
+                {
                     continue;
                 }
                 let name = name_of(&path);
@@ -240,7 +250,7 @@ impl SearchPath {
     }
 }
 
-/// Whether a name of a plugin is a path. A colon begins a stream or follows a drive on Windows.
+/// Whether the name of a plugin is a path. A colon follows a drive, or precedes a stream, on Windows.
 fn is_path(name: &str) -> bool {
     name.contains(['/', '\\', ':'])
 }
@@ -251,12 +261,12 @@ fn check_file(path: &Path, origin: Origin) -> Result<(), HostError> {
     reason.map_or(Ok(()), |reason| Err(HostError::Unsafe { path: path.into(), reason }))
 }
 
-/// The file behind a path; `None` for a broken link or a folder, so that the search goes on.
+/// The file that a path leads to; `None` for a broken link or a folder.
 fn real_file(path: &Path) -> Option<PathBuf> {
     path.canonicalize().ok().filter(|p| p.is_file())
 }
 
-/// Names of the files that may hold plugin `name`.
+/// Names of the files that may contain plugin `name`.
 fn file_names(name: &str) -> Vec<String> {
     let stem = name.replace('-', "_");
     let mut files = vec![format!("{DLL_PREFIX}pliant_{stem}{DLL_SUFFIX}"), format!("{DLL_PREFIX}{stem}{DLL_SUFFIX}")];
@@ -268,14 +278,14 @@ fn file_names(name: &str) -> Vec<String> {
     files
 }
 
-/// The name of the library at `path` in a scene.
+/// Name in scenes of the library at `path`.
 fn name_of(path: &Path) -> String {
     let stem = path.file_stem().and_then(|s| s.to_str()).unwrap_or_default();
     let stem = stem.strip_prefix(DLL_PREFIX).unwrap_or(stem);
     stem.strip_prefix("pliant_").unwrap_or(stem).replace('_', "-")
 }
 
-/// The per-user data folder of the system, if the environment tells where it is.
+/// The per-user data folder of the system, from the environment.
 fn user_data_folder() -> Option<PathBuf> {
     let set = |key: &str| std::env::var_os(key).map(PathBuf::from).filter(|p| p.is_absolute());
     if cfg!(windows) {
@@ -302,7 +312,8 @@ mod tests {
 
     #[test]
     fn a_missing_plugin_names_every_folder() {
-        let search = SearchPath::checked(vec![("/nowhere/at/all".into(), Origin::Given)]);
+        let search =
+            SearchPath::checked(vec![SearchedFolder { path: "/nowhere/at/all".into(), origin: Origin::Given }]);
         let text = search.find("mass-spring", Path::new(".")).unwrap_err().to_string();
         for part in ["mass-spring", "pliant_mass_spring", "/nowhere/at/all", "--plugin-path", "no such folder"] {
             assert!(text.contains(part), "{part} in {text}");

@@ -1,8 +1,7 @@
-//! Which libraries may be opened, since opening one runs its code.
+//! Restrictions on the libraries that may be opened, as opening one runs its code.
 //!
-//! A scene or a recording comes from others. It may name a plugin, which is then looked for in the folders of the user's choice; a library
-//! that it names by its path is opened only from folders that the caller allows. Folders of the environment are searched only where nobody
-//! else can write to them.
+//! Scenes and recordings may come from others. The plugins they name are searched for in folders of the user's choice; a library that they name
+//! by path is opened only in folders that the caller allows. Folders of the environment are searched only if no other user can write to them.
 
 use crate::error::HostError;
 use std::io::Read;
@@ -16,7 +15,7 @@ pub struct AllowedFolders {
 }
 
 impl AllowedFolders {
-    /// Everything in these folders, at any depth.
+    /// Allows these folders and all folders in them.
     ///
     /// # Errors
     /// [`HostError::AllowedFolder`] for a path that is not a folder.
@@ -40,7 +39,7 @@ impl AllowedFolders {
         Err(HostError::NotAllowed { path: library.into(), folder: library.parent().unwrap_or(library).into() })
     }
 
-    /// Checks a file that a plugin is handed by path: a library must be in an allowed folder, as a plugin may open it.
+    /// Checks a file whose path is a parameter of a plugin: a library must be in an allowed folder, as the plugin may open it.
     ///
     /// # Errors
     /// [`HostError::NotAllowed`].
@@ -52,7 +51,7 @@ impl AllowedFolders {
     }
 }
 
-/// Whether a file begins as a shared library or program of any system does: ELF, Mach-O, or PE. Its name does not matter to a linker.
+/// Whether a file begins like a shared library or program of any system (ELF, Mach-O, PE), whatever its name.
 fn is_program(path: &Path) -> bool {
     const MACH_O: [[u8; 4]; 6] = [
         [0xfe, 0xed, 0xfa, 0xce],
@@ -62,7 +61,7 @@ fn is_program(path: &Path) -> bool {
         [0xca, 0xfe, 0xba, 0xbe],
         [0xca, 0xfe, 0xba, 0xbf],
     ];
-    // A pipe would block, and is nothing that a linker maps.
+    // A pipe would block; linkers map regular files alone.
     if !path.is_file() {
         return false;
     }
@@ -71,10 +70,10 @@ fn is_program(path: &Path) -> bool {
     is_read && (start == *b"\x7fELF" || start.starts_with(b"MZ") || MACH_O.contains(&start))
 }
 
-/// Why users other than this one and the administrator can change a file or folder, itself or by a folder it is in; `None` if they cannot,
-/// or if it is not there. In a folder with the sticky bit, such as `/tmp`, others cannot replace what is not theirs.
+/// Reason why users other than this one and the administrator can change a file or folder, directly or through a folder above it; `None` if
+/// they cannot, or if it does not exist. In a folder with the sticky bit, such as `/tmp`, others cannot replace files that are not theirs.
 ///
-/// A group may write if its number is that of the user: such a group has no other members on systems that make one for each user.
+/// A group whose number is that of the user may write: on systems with a group for each user it has no other members.
 #[cfg(unix)]
 pub(crate) fn writable_by_others(path: &Path) -> Option<String> {
     use std::os::unix::fs::MetadataExt;

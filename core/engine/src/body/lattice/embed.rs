@@ -415,7 +415,7 @@ impl Lattice {
         mut visit: impl FnMut(u32, Vec3),
     ) -> Result<(), LatticeError> {
         for (place, load) in places.iter().zip(loads) {
-            let (id, _) = self.grid.locate(self.settings.level, (*place).into())?;
+            let id = self.grid.locate(self.settings.level, (*place).into())?.cell;
             let Some(cell) = self.cell_at(id, *place) else { continue };
             let (corners, mut out) = ([self.corners(cell as u32, &nodes.x)], [[[0.0; 3]; 8]]);
             let (place, load) = ([(*place).into()], [(*load).into()]);

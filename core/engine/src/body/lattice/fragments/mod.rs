@@ -198,7 +198,7 @@ impl Fragments {
                 while index[0] <= range[0][1] {
                     let centre = Vec3::from(facts.origin) + facts.edge * Vec3::from(index).add_scalar(0.5);
                     if crossing::plane_meets_box(triangle, centre, 0.5 * self.edge + margin) {
-                        let (id, _) = grid.locate(level, centre.into())?;
+                        let id = grid.locate(level, centre.into())?.cell;
                         if grid.cell(level, id)?.state != abi::CELL_EMPTY {
                             out.push(id);
                         }
@@ -229,7 +229,7 @@ impl Fragments {
             for (side, neighbour) in neighbours.iter_mut().enumerate() {
                 let mut centre = facts.centre;
                 centre[side / 2] += if side % 2 == 1 { facts.edge } else { -facts.edge };
-                let (other, _) = grid.locate(level, centre)?;
+                let other = grid.locate(level, centre)?.cell;
                 // The grid clamps a point outside of it to its outermost cell, which is then this one.
                 if other != id && grid.cell(level, other)?.state != abi::CELL_EMPTY {
                     *neighbour = other;
