@@ -1,8 +1,8 @@
-//! Files and folders that appear under their name whole or not at all.
+//! Atomic writing of files and folders: under its final name each is complete or does not exist.
 //!
-//! Each is written under a random name beside its final one, `NAME.pliant-XXXXXX.partial`, and renamed when it is whole; then the folder is
-//! flushed. The name is created exclusively, so a link planted there is not followed. The writer holds an advisory lock on it; what a
-//! killed program left behind is unlocked, which is how [`remove_leftovers`] tells it from a file that is being written.
+//! Each is written under a random name beside its final one, `NAME.pliant-XXXXXX.partial`, and renamed when it is complete; then the folder is
+//! flushed. The temporary file is created exclusively, so a link with its name is not followed. The writer holds an advisory lock on it. The
+//! files of a killed program have no lock, which is how [`remove_leftovers`] recognises them.
 
 use std::ffi::{OsStr, OsString};
 use std::fs::{File, Permissions};
@@ -14,30 +14,31 @@ use tempfile::{Builder, NamedTempFile, TempDir};
 const MARK: &str = ".pliant-";
 /// End of every temporary name.
 const SUFFIX: &str = ".partial";
-/// Bytes that are collected before they go to the file.
+/// Size of the write buffer, bytes.
 const BUFFER: usize = 1 << 16;
-/// How often a temporary file is made anew because a concurrent [`remove_leftovers`] took it before it was locked.
+/// Largest number of attempts to create a temporary file that a concurrent [`remove_leftovers`] removes before it is locked.
 const ATTEMPTS: usize = 8;
 
-/// A file that is written under a temporary name beside its final one. Dropping it unfinished removes it.
+/// A file that is written under a temporary name and renamed by [`AtomicFile::finish`]. Dropping it unfinished removes it.
 pub struct AtomicFile {
-    /// The name it will have.
+    /// Its final path.
     path: PathBuf,
-    /// Its name in errors.
+    /// Its path in errors.
     shown: PathBuf,
+    /// The temporary file.
     writer: BufWriter<NamedTempFile>,
 }
 
 impl AtomicFile {
-    /// Begins the file that will be `path`, making its folder if there is none.
+    /// Begins the file that will be `path`; creates its folder.
     ///
     /// # Errors
-    /// What the file system says, with the path.
+    /// The error of the file system, with the path.
     pub fn create(path: &Path) -> io::Result<Self> {
         Self::create_shown(path, path)
     }
 
-    /// The same, with another name in errors: for a file in a folder that will be renamed.
+    /// As [`AtomicFile::create`], with another path in errors, for a file in a folder that will be renamed.
     ///
     /// # Errors
     /// As for [`AtomicFile::create`].
@@ -50,18 +51,18 @@ impl AtomicFile {
             let file = with_usual_permissions(builder.prefix(&name).suffix(SUFFIX), 0o666)
                 .tempfile_in(folder)
                 .map_err(|e| error_at(shown, e))?;
-            if is_ours(file.as_file(), file.path()) {
+            if lock_new(file.as_file(), file.path()) {
                 let (path, shown) = (path.to_path_buf(), shown.to_path_buf());
                 return Ok(Self { path, shown, writer: BufWriter::with_capacity(BUFFER, file) });
             }
         }
-        Err(error_at(shown, io::Error::other("its temporary file was removed each time it was made")))
+        Err(error_at(shown, io::Error::other("its temporary file was removed each time it was created")))
     }
 
-    /// Puts the file in the place of whatever had its name.
+    /// Gives the file its final path, replacing a file that was there.
     ///
     /// # Errors
-    /// What the file system says, with the path; what was there before stays.
+    /// The error of the file system, with the path; a file that was there stays.
     pub fn finish(self) -> io::Result<()> {
         let Self { path, shown, writer } = self;
         let file = writer.into_inner().map_err(|e| error_at(&shown, e.into_error()))?;
@@ -82,45 +83,46 @@ impl Write for AtomicFile {
     }
 }
 
-/// A folder that is filled under a temporary name beside its final one. Dropping it unfinished removes it and what is in it.
+/// A folder under a temporary name beside its final one, to be renamed by its user. Dropping it removes it with its contents.
 pub(crate) struct AtomicFolder {
+    /// The folder.
     folder: TempDir,
-    /// Holds the lock that tells it from what a killed program has left; `None` where the system does not open folders.
+    /// Handle with the lock; `None` on systems that do not open folders.
     _lock: Option<File>,
 }
 
 impl AtomicFolder {
-    /// Begins the folder that will be `path`, making the folders above it.
+    /// Begins the folder that will be `path`; creates the folders above it.
     ///
     /// # Errors
-    /// What the file system says, with the path.
+    /// The error of the file system, with the path.
     pub(crate) fn create(path: &Path) -> io::Result<Self> {
         let above = folder_of(path);
         std::fs::create_dir_all(above).map_err(|e| error_at(above, e))?;
         for _ in 0..ATTEMPTS {
             let folder = temporary_folder(path)?;
             let Ok(lock) = File::open(folder.path()) else { return Ok(Self { folder, _lock: None }) };
-            if is_ours(&lock, folder.path()) {
+            if lock_new(&lock, folder.path()) {
                 return Ok(Self { folder, _lock: Some(lock) });
             }
         }
-        Err(error_at(path, io::Error::other("its temporary folder was removed each time it was made")))
+        Err(error_at(path, io::Error::other("its temporary folder was removed each time it was created")))
     }
 
-    /// Where the folder is while it is filled.
+    /// Temporary path of the folder.
     pub(crate) fn path(&self) -> &Path {
         self.folder.path()
     }
 
-    /// Leaves the folder where it is when this is dropped, unlocked.
+    /// Leaves the folder in place, unlocked.
     #[cfg(test)]
     pub(crate) fn keep(self) -> PathBuf {
         self.folder.keep()
     }
 }
 
-/// Removes temporary files and folders in `folder` that no running program writes: those whose lock can be had. Does nothing where the
-/// file system has no locks, and does not look into other folders.
+/// Removes temporary files and folders in `folder`, not in folders below, that no running program writes: those without a lock. Has no effect
+/// on file systems without locks.
 pub fn remove_leftovers(folder: &Path) {
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let (name, path) = (entry.file_name(), entry.path());
@@ -134,13 +136,13 @@ pub fn remove_leftovers(folder: &Path) {
         }
         let Ok(file) = File::open(&path) else { continue };
         if file.try_lock().is_ok() {
-            // Removed while the lock is held, so that one who makes such a file and then locks it sees that it is gone.
+            // Removed while the lock is held: a program that creates such a file and then locks it finds that it is gone.
             let _ = if kind.is_dir() { std::fs::remove_dir_all(&path) } else { std::fs::remove_file(&path) };
         }
     }
 }
 
-/// Temporary folders beside `path`, of this program or one that was killed, for what will have its name. Links are none.
+/// Temporary folders of this program or a killed one beside `path`, to be renamed to `path`; without links.
 pub(crate) fn temporaries(path: &Path) -> Vec<PathBuf> {
     let start = temporary_prefix(path);
     let entries = std::fs::read_dir(folder_of(path)).into_iter().flatten().flatten();
@@ -152,27 +154,27 @@ pub(crate) fn temporaries(path: &Path) -> Vec<PathBuf> {
     entries.filter(is_one).map(|entry| entry.path()).collect()
 }
 
-/// Whether a file or folder of this name is one that is, or was, being written.
+/// Whether a name is one of a temporary file or folder.
 pub(crate) fn is_temporary_name(name: &OsStr) -> bool {
     let name = name.to_string_lossy();
     name.ends_with(SUFFIX) && name.contains(MARK)
 }
 
-/// Has the names in a folder on the disk. Systems that cannot do it for folders have no need for it.
+/// Flushes the entries of a folder to the disk. Systems on which folders cannot be flushed do not need it.
 pub(crate) fn sync_folder(folder: &Path) {
     if let Ok(folder) = File::open(folder) {
         let _ = folder.sync_all();
     }
 }
 
-/// Locks a new temporary file or folder; false if a concurrent [`remove_leftovers`] took it before. Where the file system has no
-/// locks it stays unlocked.
-fn is_ours(file: &File, path: &Path) -> bool {
+/// Locks a new temporary file or folder; false if a concurrent [`remove_leftovers`] has removed it before. On file systems without locks it
+/// stays unlocked.
+fn lock_new(file: &File, path: &Path) -> bool {
     let _ = file.lock();
     path.symlink_metadata().is_ok()
 }
 
-/// A folder of random name beside `path`.
+/// Creates a folder with a random name beside `path`.
 fn temporary_folder(path: &Path) -> io::Result<TempDir> {
     let name = temporary_prefix(path);
     let mut builder = Builder::new();
@@ -188,7 +190,7 @@ fn temporary_prefix(path: &Path) -> OsString {
     name
 }
 
-/// The folder a path is in.
+/// The folder that contains a path.
 pub(crate) fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -196,20 +198,20 @@ pub(crate) fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// Gives a file or folder `mode`, less the user's mask, as other programs do: temporary files are private by default.
+/// Gives a file or folder the permissions `mode` without those of the user's mask, as usual; temporary files are private by default.
 #[cfg(unix)]
 fn with_usual_permissions<'b, 'n>(builder: &'b mut Builder<'n, 'n>, mode: u32) -> &'b mut Builder<'n, 'n> {
     use std::os::unix::fs::PermissionsExt;
     builder.permissions(Permissions::from_mode(mode))
 }
 
-/// Leaves the permissions as the system gives them.
+/// Keeps the permissions of the system.
 #[cfg(not(unix))]
 fn with_usual_permissions<'b, 'n>(builder: &'b mut Builder<'n, 'n>, _mode: u32) -> &'b mut Builder<'n, 'n> {
     builder
 }
 
-/// The same error, naming the file, unless it does so already.
+/// Adds the path to an error that does not name it.
 pub(crate) fn error_at(path: &Path, error: io::Error) -> io::Error {
     let (path, text) = (path.display().to_string(), error.to_string());
     if text.starts_with(&format!("{path}: ")) { error } else { io::Error::new(error.kind(), format!("{path}: {text}")) }

@@ -1,16 +1,16 @@
-//! BLAKE3 digests of files and texts: what a result was made of, and under which name content is kept.
+//! BLAKE3 digests of files and texts, which identify the inputs of results and name stored content.
 
 use pliant_mesh::read::open_regular;
 use std::io::{self, Read};
 use std::path::Path;
 
-/// Bytes that are read at a time.
+/// Size of the read buffer, bytes.
 const CHUNK: usize = 1 << 16;
 
-/// BLAKE3 of a file's bytes, in hexadecimal: 64 digits, as `b3sum` prints them. The file is read in pieces.
+/// BLAKE3 digest of a file, 64 hexadecimal digits, as `b3sum` prints it.
 ///
 /// # Errors
-/// What the file system says, or that it is not a regular file, with the path.
+/// Fails for a file that is not regular and with the error of the file system, each with the path.
 pub fn hash_file(path: &Path) -> io::Result<String> {
     let mut file = open_regular(path)?;
     let (mut hasher, mut chunk) = (blake3::Hasher::new(), vec![0; CHUNK]);
@@ -24,12 +24,12 @@ pub fn hash_file(path: &Path) -> io::Result<String> {
     }
 }
 
-/// BLAKE3 of bytes, in hexadecimal: 64 digits.
+/// BLAKE3 digest of bytes, 64 hexadecimal digits.
 pub fn hash_bytes(bytes: &[u8]) -> String {
     blake3::hash(bytes).to_hex().to_string()
 }
 
-/// BLAKE3 of a list of texts, each with its length, so that no two lists run together the same way.
+/// BLAKE3 digest of a list of texts. The length of each text is hashed too, so that lists of different texts with the same concatenation differ.
 #[derive(Clone, Debug, Default)]
 pub struct ContentHasher(blake3::Hasher);
 
@@ -40,7 +40,7 @@ impl ContentHasher {
         self.0.update(text.as_bytes());
     }
 
-    /// The digest of what was added so far, in hexadecimal: 64 digits.
+    /// The digest of the texts added so far, 64 hexadecimal digits.
     pub fn finish(&self) -> String {
         self.0.finalize().to_hex().to_string()
     }

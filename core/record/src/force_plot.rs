@@ -1,5 +1,4 @@
-//! A picture of the forces that hold nodes, as arrows on the mesh, in the manner of figure 8 of Tripicchio, D'Avella and Ruffaldi
-//! (2022).
+//! A plot of reactions as arrows on the mesh, like figure 8 of Tripicchio, D'Avella and Ruffaldi (2022).
 
 use pliant_engine::body::Body;
 use pliant_solver::Vec3;
@@ -14,11 +13,11 @@ const SHORTEST_ARROW: f64 = 1e-3;
 /// Sine and cosine of 30 degrees, the angle of both horizontal axes in isometric projection.
 const AXIS_ANGLE: (f64, f64) = (0.5, 0.866_025_403_784_438_6);
 
-/// Writes one picture of all bodies with their reactions (N, n x 3): dark blue where the scene holds a node, red where a tip holds it. The
-/// projection is isometric, z up, x to the lower right and y to the upper right.
+/// Writes an SVG of all bodies with their reactions (N, n x 3): dark blue at nodes that the scene fixes, red at nodes on a tip. The projection
+/// is isometric, with z up, x to the lower right and y to the upper right.
 ///
 /// # Errors
-/// What `file` says.
+/// Returns the errors of `file`.
 pub(super) fn write_force_plot<'a>(
     bodies: impl Iterator<Item = (&'a Body, &'a [Vec3])>,
     file: &mut impl Write,
@@ -81,7 +80,7 @@ pub(super) fn write_force_plot<'a>(
     Ok(())
 }
 
-/// A point (m) in isometric projection: to the right and up (m).
+/// Isometric projection of a point (m): coordinates to the right and up, m.
 fn project(p: Vec3) -> [f64; 2] {
     let (s, c) = AXIS_ANGLE;
     [c * (p[0] + p[1]), p[2] + s * (p[1] - p[0])]

@@ -1,4 +1,4 @@
-//! What a run reads: hashed into its summary, and never written over.
+//! Inputs of a run: their digests for the summary, and their protection against being overwritten.
 
 use crate::atomic::{error_at, folder_of};
 use crate::content_hash::{hash_bytes, hash_file};
@@ -11,25 +11,25 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread::JoinHandle;
 
-/// Something a run was made of, by its content.
+/// An input of a run with its digest.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct InputHash {
     /// `program`, `scene`, `model`, `field` or `plugin`.
     pub role: &'static str,
-    /// Path of the file; of a generated model the kind of its shape.
+    /// Path of the file, or kind of a generated shape.
     pub name: String,
-    /// BLAKE3, 64 hexadecimal digits. Of a scene: of its text as it was run, `--set` included. `None` where the file cannot be read.
+    /// BLAKE3 digest, 64 hexadecimal digits; for a scene, of its text with `--set` applied. `None` if the file cannot be read.
     pub blake3: Option<String>,
 }
 
-/// Digests of the inputs of a run, made on a thread of their own while it begins.
+/// Digests of the inputs of a run, computed on a thread of their own.
 pub(crate) struct InputHashes(JoinHandle<Vec<InputHash>>);
 
 impl InputHashes {
-    /// Begins to read what `session` was opened from.
+    /// Starts the thread for the inputs of `session`.
     ///
     /// # Errors
-    /// A thread that the system does not give.
+    /// Fails if the system cannot start a thread.
     pub(crate) fn begin(source: &Source, session: &Session) -> io::Result<Self> {
         let (scene, text) = (shown(&source.path), source.text.clone());
         let models: Vec<Arc<Model>> = models(session).map(Arc::clone).collect();
@@ -50,26 +50,26 @@ impl InputHashes {
         Ok(Self(std::thread::Builder::new().name("input hashes".into()).spawn(work)?))
     }
 
-    /// The digests, once they are made.
+    /// Waits for the digests.
     pub(crate) fn finish(self) -> Vec<InputHash> {
         self.0.join().unwrap_or_default()
     }
 }
 
-/// The models of a session, those that nothing moves among them.
+/// The models of a session, including those that are not simulated.
 fn models(session: &Session) -> impl Iterator<Item = &Arc<Model>> {
     session.bodies.iter().map(|body| &body.model).chain(session.standing.iter().map(|(_, model)| model))
 }
 
-/// A path as text; what is not UTF-8 in it is replaced.
+/// A path as text; invalid UTF-8 is replaced.
 pub(crate) fn shown(path: &Path) -> String {
     path.display().to_string()
 }
 
-/// Checks that no file of `outputs` is one that the run reads: its scene, a model, a field or a plugin.
+/// Checks that no file of `outputs` is an input of the run: its scene, a model, a field or a plugin.
 ///
 /// # Errors
-/// The output, and what it is for the run.
+/// Names the output and the kind of input.
 pub(crate) fn refuse_inputs(
     outputs: impl Iterator<Item = PathBuf>,
     source: &Source,
@@ -83,7 +83,7 @@ pub(crate) fn refuse_inputs(
         .filter_map(|(what, path)| Some((what, path.canonicalize().ok()?)))
         .collect();
     for output in outputs {
-        // The folder of an output need not be there yet.
+        // The folder of an output may not exist yet.
         let Ok(folder) = folder_of(&output).canonicalize() else { continue };
         let path = folder.join(output.file_name().unwrap_or_default());
         let path = path.canonicalize().unwrap_or(path);

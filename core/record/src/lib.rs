@@ -1,9 +1,9 @@
-//! The files a run leaves behind: the deformed model, a trace with a row per step, the final nodes, a summary, and recordings of whole
-//! sessions that can be run again.
+//! Files of a run: the deformed model, a trace with a row for each step, the final nodes, a summary, and recordings of whole sessions that can be
+//! replayed.
 //!
-//! A [`Recorder`] follows a session step by step and writes its results into a folder; a [`RecordingWriter`] keeps what a replay
-//! needs, a [`Recording`] gives it back. The results of a run take their names together, in one rename, and other files appear whole or not at all
-//! ([`AtomicFile`]); so a run that fails or is stopped leaves the results of the one before it as they were.
+//! A [`Recorder`] follows a session step by step and writes its results into a folder. A [`RecordingWriter`] writes what a replay needs, and a
+//! [`Recording`] reads it. The results of a run get their names together, in one rename, and other files are written atomically
+//! ([`AtomicFile`]); so a run that fails or is stopped leaves the results of an earlier one unchanged.
 //!
 //! This crate computes no physics and prints nothing. It reads a session and never steps it.
 //!

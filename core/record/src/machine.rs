@@ -1,8 +1,8 @@
-//! The machine a run or measurement was made on.
+//! Description of the machine of a run or measurement.
 
 use serde::Serialize;
 
-/// What must be known of a machine to judge a measured time.
+/// Properties of a machine on which measured times depend.
 #[derive(Clone, Debug, Serialize)]
 pub struct Machine {
     /// Model name of the processor, or `unknown`.
@@ -11,12 +11,12 @@ pub struct Machine {
     pub processors: usize,
     /// Operating system and architecture.
     pub system: String,
-    /// Load average over the last minute; `None` where the system does not tell.
+    /// Load average over the last minute; `None` if the system does not report it.
     pub load: Option<f64>,
 }
 
 impl Machine {
-    /// The machine this program runs on, with its load now.
+    /// The machine on which this program runs, with its current load.
     pub fn current() -> Self {
         let read = |path| std::fs::read_to_string(path).unwrap_or_default();
         let info = read("/proc/cpuinfo");
@@ -29,7 +29,7 @@ impl Machine {
         }
     }
 
-    /// Peak resident memory of the program so far, bytes; `None` where the system does not tell.
+    /// Peak resident memory of the program so far, bytes; `None` if the system does not report it.
     pub fn peak_memory() -> Option<u64> {
         let status = std::fs::read_to_string("/proc/self/status").ok()?;
         let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;

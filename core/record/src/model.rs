@@ -9,7 +9,7 @@ use std::path::Path;
 /// Writes the OBJ document of a body with its deformed surface to a file. See [`write_model_to`].
 ///
 /// # Errors
-/// What the file system says, with the path.
+/// Fails for a vertex that cannot be written and with the error of the file system, each with the path.
 pub fn write_model(body: &Body, cap_material: &str, path: &Path) -> io::Result<()> {
     let mut file = AtomicFile::create(path)?;
     write_model_to(body, cap_material, &mut file).map_err(|error| error_at(path, error))?;
@@ -17,10 +17,10 @@ pub fn write_model(body: &Body, cap_material: &str, path: &Path) -> io::Result<(
 }
 
 /// Writes the OBJ document of a body with its deformed surface. Lines of vertices that have not moved, and all other lines, stay byte for
-/// byte; normals turn with the faces around them. Faces that a cut has made inside the body get the material `cap_material`.
+/// byte; normals rotate with the faces around them. Faces that a cut has made inside of the body get the OBJ material `cap_material`.
 ///
 /// # Errors
-/// A vertex that cannot be written, or what `out` says.
+/// Fails for a vertex that cannot be written and with the errors of `out`.
 pub fn write_model_to(body: &Body, cap_material: &str, out: &mut impl Write) -> io::Result<()> {
     let other = |error: WriteError| io::Error::other(error.to_string());
     let (model, skin) = (&body.model, &body.skin);

@@ -1,4 +1,4 @@
-//! What a run of a scene will do, in numbers: `pliant plan`.
+//! The report of `pliant plan`: what a run of a scene will do, in numbers.
 
 use crate::summary::{BodySummary, summarize_bodies};
 use pliant_engine::plan::LeftOut;
@@ -11,23 +11,23 @@ use std::time::Duration;
 pub struct PlanReport {
     /// Number of steps.
     pub steps: u64,
-    /// s, step of the simulation
+    /// Step of the simulation, s.
     pub dt: f64,
     /// Integrator, step limits, substeps and threads, and why they were chosen.
     pub choices: Choices,
     /// Plugins that were opened.
     pub loaded: Vec<Loaded>,
-    /// Parts the scene does without, and why.
+    /// Parts that the scene does not need, and why.
     pub left_out: Vec<LeftOut>,
     /// The simulated bodies.
     pub bodies: Vec<BodySummary>,
-    /// Bytes of the largest data structures, before a tool touches anything.
+    /// Memory of the largest data structures before the first contact, bytes.
     pub memory: usize,
-    /// s, wall clock, of opening the scene
+    /// Wall-clock time of opening the scene, s.
     pub open_seconds: f64,
     /// Cost of a step of each body under a tool, measured when the scene was opened.
     pub step_cost: Vec<StepCost>,
-    /// What will have no effect, or not the one it looks like, as far as opening the scene tells.
+    /// Settings without the expected effect, as far as they are known after opening.
     pub warnings: Vec<Warning>,
 }
 

@@ -1,7 +1,7 @@
-//! Probes: quantities that a scene asks to be measured.
+//! Probes: quantities of a scene that are measured during a run.
 
 use pliant_engine::plan::Probe;
-use pliant_engine::probe::Reading as Source;
+use pliant_engine::probe::Reading;
 use pliant_engine::session::{Frame, Session};
 use pliant_mesh::geometry::Vec3;
 use serde::Serialize;
@@ -13,7 +13,7 @@ pub struct ProbeResult {
     pub name: String,
     /// Measured value, SI.
     pub value: f64,
-    /// s, time of the measurement in the run
+    /// Time of the measurement in the run, s.
     pub time: f64,
     /// Value the scene expects, if it does.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -21,7 +21,7 @@ pub struct ProbeResult {
     /// `|value - expected| / |expected|`, or the absolute difference where zero is expected.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<f64>,
-    /// Largest allowed error, in the measure of `error`.
+    /// Largest allowed error, in the unit of `error`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
     /// Whether the error is within the tolerance.
@@ -34,30 +34,33 @@ pub struct ProbeResult {
 
 /// Reads the probes of a scene during a run.
 pub(crate) struct ProbeReader {
-    readings: Vec<Reading>,
+    /// The probes in the order of the scene.
+    readings: Vec<ProbeState>,
 }
 
 /// One probe and its value so far.
-struct Reading {
+struct ProbeState {
+    /// The probe.
     probe: Probe,
-    /// Vertex of the rest surface nearest to the probe's point, for a displacement.
+    /// Vertex of the rest surface nearest to the probe's point; 0 without a point.
     vertex: usize,
+    /// Value, SI.
     value: f64,
-    /// s, when `value` was measured
+    /// Time at which `value` was measured, s.
     time: f64,
-    /// Whether its time has come and gone.
+    /// Whether the time of the probe has passed.
     done: bool,
 }
 
-impl Reading {
-    /// Whether the probe is to be read after this step: its time has come, the run ends, or it wants the largest value.
+impl ProbeState {
+    /// Whether the probe must be read after this step: its time has come, the run ends, or it measures the largest value.
     fn is_due(&self, frame: &Frame, last: bool) -> bool {
         self.probe.greatest || last || frame.time >= self.probe.time * (1.0 - 1e-12)
     }
 }
 
 impl ProbeReader {
-    /// Reads nothing yet; finds the vertices of displacement probes.
+    /// Finds the vertices of the probes of a session.
     pub(crate) fn new(session: &Session) -> Self {
         let reading = |probe: &Probe| {
             let vertex = match (probe.at, session.body_of_scene(probe.of)) {
@@ -68,14 +71,14 @@ impl ProbeReader {
                 }
                 _ => 0,
             };
-            Reading { probe: probe.clone(), vertex, value: 0.0, time: 0.0, done: false }
+            ProbeState { probe: probe.clone(), vertex, value: 0.0, time: 0.0, done: false }
         };
         Self { readings: session.plan().probes.iter().map(reading).collect() }
     }
 
-    /// Whether the surface must be up to date for the next reading.
+    /// Whether [`ProbeReader::read`] needs an up-to-date surface at this time (s). `last`: no step comes after it.
     pub(crate) fn needs_surface(&self, time: f64, last: bool) -> bool {
-        let of_surface = |r: &&Reading| r.probe.quantity.needs_surface && !r.done;
+        let of_surface = |r: &&ProbeState| r.probe.quantity.needs_surface && !r.done;
         self.readings.iter().filter(of_surface).any(|r| r.probe.greatest || last || time >= r.probe.time)
     }
 
@@ -87,7 +90,7 @@ impl ProbeReader {
                 continue;
             }
             let (of, vertex) = (reading.probe.of, reading.vertex);
-            let value = (quantity.read)(&Source { session, frame, of, vertex });
+            let value = (quantity.read)(&Reading { session, frame, of, vertex });
             if !reading.probe.greatest || value > reading.value || !value.is_finite() {
                 (reading.value, reading.time) = (value, frame.time);
             }
@@ -97,7 +100,7 @@ impl ProbeReader {
 
     /// The results, in the order of the scene.
     pub(crate) fn results(&self) -> Vec<ProbeResult> {
-        let result = |r: &Reading| {
+        let result = |r: &ProbeState| {
             let error = r.probe.expected.map(|expected| {
                 let difference = (r.value - expected).abs();
                 if expected == 0.0 { difference } else { difference / expected.abs() }
@@ -109,7 +112,7 @@ impl ProbeReader {
                 expected: r.probe.expected,
                 error,
                 tolerance: error.map(|_| r.probe.tolerance),
-                // NaN fails this comparison, as it should.
+                // False for NaN: the probe fails.
                 passed: error.map(|e| e <= r.probe.tolerance),
                 source: r.probe.source.clone(),
             }

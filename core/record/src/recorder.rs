@@ -1,4 +1,4 @@
-//! Recording a run from its first step to its last file.
+//! Recording of a run from its first step to its last file.
 
 use crate::atomic::{AtomicFile, error_at};
 use crate::force_plot::write_force_plot;
@@ -16,16 +16,19 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Records a run into a folder: trace and frames as it goes, the rest at its end. All results get their names at once.
+/// Records a run into a folder: trace and frames during the run, the rest at its end. All results get their names at once.
 pub struct Recorder {
-    /// Files so far, under temporary names. Begun first, so that a folder that cannot be written to is found before the run.
+    /// Files written so far, under temporary names. Created before the run, so that a folder that cannot be written to is an error then.
     results: ResultSet,
-    /// Where the results will be.
+    /// Final folder of the results.
     folder: PathBuf,
+    /// Files that the scene asks for.
     output: OutputScene,
+    /// The trace, if the scene asks for it.
     trace: Option<AtomicFile>,
+    /// Figures of the run.
     statistics: RunStatistics,
-    /// `None` where the system has no thread for them.
+    /// Digests of the inputs; `None` if the system could not start their thread.
     hashes: Option<InputHashes>,
     /// Number of the next frame.
     next_frame: u64,
@@ -34,11 +37,11 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Begins recording into `folder`. `began` is when opening the scene began.
+    /// Begins recording into `folder`. `began` is the time at which opening the scene began.
     ///
     /// # Errors
-    /// A folder that cannot be written to, that another run writes into, or in which a result would replace a file of the user's or one that
-    /// the run reads.
+    /// Fails for a folder that cannot be written to, into which another run writes, or in which a result would replace an input of the run or a
+    /// file that no run has written.
     pub fn new(scene: &Scene, source: &Source, session: &Session, folder: &Path, began: Instant) -> io::Result<Self> {
         let statistics = RunStatistics::new(source, session, began);
         let names = model_names(session).map(|(name, _)| name);
@@ -62,15 +65,15 @@ impl Recorder {
         Ok(recorder)
     }
 
-    /// Begins a file of the results.
+    /// Begins a file of the results, by its path in the folder.
     fn create(&self, name: &str) -> io::Result<AtomicFile> {
         AtomicFile::create_shown(&self.results.path().join(name), &self.folder.join(name))
     }
 
-    /// Records the step the session has just taken. `last`: no step comes after it.
+    /// Records the last step of the session. `last`: no step comes after it.
     ///
     /// # Errors
-    /// A file that cannot be written.
+    /// Fails for a file that cannot be written.
     pub fn step(&mut self, session: &mut Session, last: bool) -> io::Result<()> {
         let frame = session.frame();
         // Number of frames due by now, with a margin for the rounding of the time.
@@ -89,10 +92,10 @@ impl Recorder {
     }
 
     /// Gives the results their names and returns the summary, which is one of them. Results of an interrupted run go to `interrupted/` in
-    /// the folder, as they must not replace those of a run that was finished.
+    /// the folder, so that they do not replace those of a complete run.
     ///
     /// # Errors
-    /// A file that cannot be written; the results of the run before are as they were.
+    /// Fails for a file that cannot be written; the results of an earlier run are then unchanged.
     pub fn finish(mut self, session: &mut Session, interrupted: bool) -> io::Result<Summary> {
         session.update_surface();
         for (name, document) in model_names(session) {
@@ -129,10 +132,10 @@ impl Recorder {
         Ok(summary)
     }
 
-    /// Writes a frame of every body: `frames/frame-NUMBER.obj`, or with several bodies `frames/frame-NAME-NUMBER.obj`.
+    /// Writes a frame of every body: `frames/frame-NUMBER.obj`, or with several models `frames/frame-NAME-NUMBER.obj`.
     fn write_frame(&self, session: &Session, number: u64) -> io::Result<()> {
         for body in &session.bodies {
-            let name = if is_alone(session) { String::new() } else { format!("-{}", body.name) };
+            let name = if has_one_model(session) { String::new() } else { format!("-{}", body.name) };
             let name = format!("{FRAMES}/frame{name}-{number:05}.obj");
             let mut file = self.create(&name)?;
             write_model_to(body, &session.plan().cap_material, &mut file)
@@ -146,23 +149,23 @@ impl Recorder {
 /// Names of results besides the models and frames.
 const RESULTS: [&str; 4] = ["trace.csv", "nodes.csv", "forces.svg", SUMMARY];
 
-/// Where the text of a final model comes from.
+/// Content of the file of a model.
 enum ModelSource<'a> {
     /// A body with its deformed surface.
     Body(&'a Body),
-    /// A model that nothing moves.
+    /// A model that is not simulated.
     Standing(&'a Model),
 }
 
-/// Whether the session has one model alone.
-fn is_alone(session: &Session) -> bool {
+/// Whether the session has a single model.
+fn has_one_model(session: &Session) -> bool {
     session.bodies.len() + session.standing.len() == 1
 }
 
-/// The model of every body with the name of its file: `final.obj`, or with several bodies `final-NAME.obj`.
+/// The file name of each model, `final.obj` or with several models `final-NAME.obj`, and its content.
 fn model_names(session: &Session) -> impl Iterator<Item = (String, ModelSource<'_>)> {
-    let alone = is_alone(session);
-    let file = move |name: &str| if alone { "final.obj".to_owned() } else { format!("final-{name}.obj") };
+    let has_one = has_one_model(session);
+    let file = move |name: &str| if has_one { "final.obj".to_owned() } else { format!("final-{name}.obj") };
     let bodies = session.bodies.iter().map(move |body| (file(&body.name), ModelSource::Body(body)));
     let standing = session.standing.iter();
     bodies.chain(standing.map(move |(name, model)| (file(name), ModelSource::Standing(model))))

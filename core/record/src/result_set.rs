@@ -1,12 +1,13 @@
 //! The results of a run as a set: all of them replace those of the run before in one rename, or none does.
 //!
 //! They are written into a staging folder beside the folder of results, flushed, and exchanged with it (`renameat2` on Linux, `renamex_np` on
-//! macOS). A process that is killed leaves the old set or the new one, and a staging folder that the next run into the same folder removes.
-//! The staging folder is locked, so a second run into the same folder is refused.
+//! macOS). A killed process leaves the old set or the new one, and a staging folder that the next run into the same folder removes. The staging
+//! folder is locked, so a second run into the same folder is refused.
 //!
-//! What is not a result of an earlier run stays. A folder that holds such things, is the current one or is above it, is a link or a mount, or lies
-//! where folders cannot be exchanged, is not replaced: the staging folder is made in it and its files are moved one by one, the summary last and
-//! the old one away first. What a process that is killed meanwhile leaves has no summary, and the next run completes it.
+//! Files that are not results of an earlier run are kept. A folder is not exchanged if it contains such files, is the current folder or above it,
+//! is a link or a mount, or is on a file system that cannot exchange folders. The staging folder is then created in it, and files are moved one
+//! by one: the old summary is moved away first, and the new one comes last. A process that is killed meanwhile leaves a set without a summary,
+//! which the next run completes.
 
 use crate::atomic::{AtomicFolder, error_at, folder_of, sync_folder, temporaries};
 use std::collections::BTreeSet;
@@ -20,38 +21,40 @@ pub(crate) const SUMMARY: &str = "summary.json";
 pub(crate) const FRAMES: &str = "frames";
 /// Folder of the results of a run that was stopped.
 pub(crate) const INTERRUPTED: &str = "interrupted";
-/// Name of a staging folder inside of the folder of results, before the mark of temporary names.
+/// Beginning of the name of a staging folder inside of the folder of results.
 const STAGE: &str = "results";
-/// A whole set whose files are being moved.
+/// Name of the folder with a complete set whose files are being moved.
 const COMMITTED: &str = "results.pliant-committed";
 /// The summary of the set that is being replaced, in the folder of the committed one.
 const OLD_SUMMARY: &str = "summary.json.pliant-old.partial";
 
 /// Results of a run that is under way.
 pub(crate) struct ResultSet {
+    /// Staging folder.
     stage: AtomicFolder,
-    /// Absolute.
+    /// Final folder, absolute.
     folder: PathBuf,
-    /// As the user calls it.
+    /// Final folder as the user has given it, for messages.
     shown: PathBuf,
 }
 
 impl ResultSet {
-    /// Begins results that will be in `folder`, whose parents are made if they are missing. Completes or removes what killed processes left.
+    /// Begins the results that will be in `folder`; creates the folders above it, and completes or removes sets that killed processes have left.
     ///
     /// # Errors
-    /// A folder that cannot be written to, that another run is writing, or in which files have the names of results and are none.
+    /// Fails for a folder that cannot be written to, into which another run writes, or with files that have names of results but were not
+    /// written by a run.
     pub(crate) fn begin(folder: &Path) -> io::Result<Self> {
         let (above, shown) = (folder_of(folder), folder);
         std::fs::create_dir_all(above).map_err(|e| error_at(above, e))?;
         // Absolute, so that paths of temporary folders can be compared.
         let folder = std::path::absolute(folder).map_err(|e| error_at(shown, e))?;
         if folder.exists() {
-            // Tells a file and a folder without the right to write apart from a usable folder.
+            // Fails for a file and for a folder without write permission.
             tempfile::tempfile_in(&folder).map_err(|e| error_at(shown, e))?;
         }
         let inside = folder.join(STAGE);
-        let stage = match replaceable(&folder) {
+        let stage = match is_replaceable(&folder) {
             true => AtomicFolder::create(&folder).or_else(|_| AtomicFolder::create(&inside))?,
             false => AtomicFolder::create(&inside)?,
         };
@@ -69,7 +72,7 @@ impl ResultSet {
             }
         }
         complete(&folder)?;
-        refuse_strangers(&folder, shown)?;
+        refuse_foreign_files(&folder, shown)?;
         Ok(Self { stage, folder, shown: shown.into() })
     }
 
@@ -78,24 +81,24 @@ impl ResultSet {
         self.stage.path()
     }
 
-    /// Puts the results in the place of those of the run before; those of an interrupted run into the folder `interrupted` in it.
+    /// Replaces the results of an earlier run; those of an interrupted run go to the folder `interrupted` in it.
     ///
     /// # Errors
-    /// What the file system says, with the path. The old results are then as they were, unless files were being moved one by one.
+    /// The error of the file system, with the path. The old results are then unchanged, unless files were being moved one by one.
     pub(crate) fn commit(self, interrupted: bool) -> io::Result<()> {
         let below = |folder: &Path| if interrupted { folder.join(INTERRUPTED) } else { folder.into() };
         let target = below(&self.folder);
         std::fs::create_dir_all(folder_of(&target)).map_err(|e| error_at(&target, e))?;
-        refuse_strangers(&target, &below(&self.shown))?;
+        refuse_foreign_files(&target, &below(&self.shown))?;
         sync_tree(self.path()).map_err(|e| error_at(self.path(), e))?;
         let is_beside = folder_of(self.path()) == folder_of(&self.folder);
-        if (is_beside || interrupted) && replaceable(&target) && self.replace(&target)? {
+        if (is_beside || interrupted) && is_replaceable(&target) && self.replace(&target)? {
             return Ok(());
         }
         self.move_in(&target)
     }
 
-    /// Exchanges the folders; false where the file system cannot.
+    /// Exchanges the folders; false if the file system cannot.
     fn replace(&self, target: &Path) -> io::Result<bool> {
         let stage = self.path();
         if let Ok(metadata) = target.metadata() {
@@ -104,7 +107,7 @@ impl ResultSet {
                 return Ok(false);
             }
             sync_folder(folder_of(target));
-            // What now has the temporary name is the old set, and perhaps something that came while the results were exchanged.
+            // The folder with the temporary name is now the old set, perhaps with files that were added during the exchange.
             discard(stage, target).map_err(|e| error_at(stage, e))?;
         } else {
             std::fs::rename(stage, target).map_err(|e| error_at(target, e))?;
@@ -118,7 +121,7 @@ impl ResultSet {
         std::fs::create_dir_all(target).map_err(|e| error_at(target, e))?;
         let committed = target.join(COMMITTED);
         if committed.is_symlink() {
-            // Not of this program, and nothing to keep.
+            // A link is not from this program and need not be kept.
             remove_if_there(&committed).map_err(|e| error_at(&committed, e))?;
         }
         std::fs::rename(self.path(), &committed).map_err(|e| error_at(target, e))?;
@@ -136,7 +139,7 @@ fn complete(folder: &Path) -> io::Result<()> {
     }
     let files = files_below(&committed).map_err(|e| error_at(&committed, e))?;
     if files.contains(Path::new(SUMMARY)) {
-        // The old summary goes first. It is kept until everything it lists has been replaced or removed.
+        // The old summary is moved first and kept until every file it lists has been replaced or removed.
         let (old, summary) = (committed.join(OLD_SUMMARY), folder.join(SUMMARY));
         if !old.exists() && summary.exists() {
             std::fs::rename(&summary, &old).map_err(|e| error_at(&summary, e))?;
@@ -160,8 +163,8 @@ fn complete(folder: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Removes a staging folder of a process that has ended. Where the folder of results is missing, as between two renames of a system that cannot
-/// exchange folders, a whole set in it is put in its place.
+/// Removes the staging folder of a process that has ended. If the folder of results is missing, as between two renames on a system that cannot
+/// exchange folders, a complete set becomes the folder of results.
 fn recover(stage: &Path, folder: &Path) -> io::Result<()> {
     if !folder.exists() && stage.join(SUMMARY).is_file() && folder_of(stage) == folder_of(folder) {
         return std::fs::rename(stage, folder).map_err(|e| error_at(folder, e));
@@ -182,15 +185,15 @@ fn discard(stage: &Path, folder: &Path) -> io::Result<()> {
             std::fs::rename(entry.path(), to)?;
         }
     }
-    // What has a namesake in the folder of results stays where it is.
+    // Files whose names exist in the folder of results stay.
     match std::fs::remove_dir(stage) {
         Err(error) if !matches!(error.kind(), ErrorKind::DirectoryNotEmpty | ErrorKind::NotFound) => Err(error),
         _ => Ok(()),
     }
 }
 
-/// Checks that what has the name of a result in `folder` is one; errors call the folder `shown`.
-fn refuse_strangers(folder: &Path, shown: &Path) -> io::Result<()> {
+/// Checks that files with names of results in `folder` were written by a run; errors call the folder `shown`.
+fn refuse_foreign_files(folder: &Path, shown: &Path) -> io::Result<()> {
     let listed = listed(folder);
     let Ok(files) = files_below(folder) else { return Ok(()) };
     match files.into_iter().find(|file| is_result(file) && !listed.contains(file)) {
@@ -202,9 +205,9 @@ fn refuse_strangers(folder: &Path, shown: &Path) -> io::Result<()> {
     }
 }
 
-/// Whether `folder` may be replaced as a whole: it is not there, or a folder with nothing in it but results and those of a stopped run, neither a
-/// link nor a mount nor the current folder or one above it.
-fn replaceable(folder: &Path) -> bool {
+/// Whether `folder` may be exchanged: it does not exist, or it contains results and those of an interrupted run alone, and is neither a link nor a
+/// mount nor the current folder or one above it.
+fn is_replaceable(folder: &Path) -> bool {
     let Ok(metadata) = folder.symlink_metadata() else { return true };
     let is_current = std::env::current_dir().and_then(|current| Ok(current.starts_with(folder.canonicalize()?)));
     if !metadata.is_dir() || is_current.unwrap_or(true) || is_mount(folder, &metadata) {
@@ -233,8 +236,8 @@ fn is_mount(_folder: &Path, _metadata: &std::fs::Metadata) -> bool {
     false
 }
 
-/// Files of the set in `folder`, as its summary lists them: those with names of results, relative to it. A summary of an earlier version lists
-/// none; then the name tells.
+/// Files of the set in `folder` by its summary: those with names of results, relative to it. A summary of an earlier version has no list; then
+/// all files with names of results count.
 fn listed(folder: &Path) -> BTreeSet<PathBuf> {
     listed_by(&folder.join(SUMMARY), folder)
 }
@@ -254,7 +257,7 @@ fn listed_by(summary: &Path, folder: &Path) -> BTreeSet<PathBuf> {
     }
 }
 
-/// Whether a path relative to a folder of results is that of a result.
+/// Whether a path, relative to a folder of results, has the name of a result.
 fn is_result(file: &Path) -> bool {
     let Some(name) = file.file_name().and_then(|name| name.to_str()) else { return false };
     let model = |start: &str| name.starts_with(start) && name.ends_with(".obj");
@@ -267,12 +270,12 @@ fn is_result(file: &Path) -> bool {
     }
 }
 
-/// Whether a file has the name of one that was being written.
+/// Whether a file has the name of a temporary file.
 fn is_temporary(file: &Path) -> bool {
     file.file_name().is_some_and(crate::atomic::is_temporary_name)
 }
 
-/// Files and links in a folder and in its folder `frames`, relative to it; those in other folders are none of a set.
+/// Files and links in a folder and in its folder `frames`, relative to it. Other folders do not belong to a set.
 pub(crate) fn files_below(folder: &Path) -> io::Result<BTreeSet<PathBuf>> {
     let mut files = BTreeSet::new();
     for below in ["", FRAMES] {
@@ -291,7 +294,7 @@ pub(crate) fn files_below(folder: &Path) -> io::Result<BTreeSet<PathBuf>> {
     Ok(files)
 }
 
-/// Removes a file; that there is none is no error.
+/// Removes a file if it exists.
 fn remove_if_there(path: &Path) -> io::Result<()> {
     match std::fs::remove_file(path) {
         Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
@@ -299,14 +302,14 @@ fn remove_if_there(path: &Path) -> io::Result<()> {
     }
 }
 
-/// Has the entries of a staging folder and its `frames` on the disk; the files themselves are already.
+/// Flushes the entries of a staging folder and of its `frames` to the disk; the files themselves were flushed before.
 fn sync_tree(folder: &Path) -> io::Result<()> {
     sync_folder(&folder.join(FRAMES));
     sync_folder(folder);
     Ok(())
 }
 
-/// Whether the file system has locks: the own staging folder is locked by its own handle, and so by no other.
+/// Whether the file system has locks: a second handle cannot lock the staging folder, which is locked.
 fn locks_work(stage: &AtomicFolder) -> bool {
     File::open(stage.path()).is_ok_and(|file| file.try_lock().is_err())
 }

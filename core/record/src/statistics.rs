@@ -1,4 +1,4 @@
-//! Figures of a run, gathered step by step: probes, durations, extremes, and the summary they become.
+//! Figures of a run, updated in each step: probes, durations, extremes; and the summary made of them.
 
 use crate::inputs::shown;
 use crate::machine::Machine;
@@ -11,17 +11,21 @@ use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// Gathers the figures of a run.
+/// Figures of a run.
 pub struct RunStatistics {
+    /// Path of the scene.
     scene: PathBuf,
-    /// Text of the scene; read as TOML only for a summary.
+    /// Text of the scene; parsed for the summary.
     settings: String,
+    /// Time at which opening the scene began.
     began: Instant,
+    /// Wall-clock time of opening the scene, s.
     open_seconds: f64,
+    /// Probes.
     probes: ProbeReader,
-    /// Wall clock of the steps.
+    /// Wall-clock times of the steps.
     seconds: DurationStatistics,
-    /// J, of the last [`GROWTH_STEPS`] + 1 steps in which the energy was positive and finite and no body was frozen
+    /// Energies of the last [`GROWTH_STEPS`] + 1 steps in which the energy was positive and finite and no body was frozen, J.
     energies: VecDeque<f64>,
     /// Largest number of nodes active at once.
     pub most_nodes: usize,
@@ -29,7 +33,7 @@ pub struct RunStatistics {
     pub most_elements: usize,
     /// Number of steps with a tool in contact.
     pub contact_steps: u64,
-    /// N, largest force on a hand, before force safety
+    /// Largest force on a hand before force safety, N.
     pub largest_force: f64,
     /// Iterations of all linear solves.
     pub iterations: u64,
@@ -41,7 +45,7 @@ pub struct RunStatistics {
 const GROWTH_STEPS: usize = 100;
 
 impl RunStatistics {
-    /// Begins with a session that was opened from `source`. `began` is when opening the scene began.
+    /// Figures of a session that was just opened from `source`. `began` is the time at which opening began.
     pub fn new(source: &Source, session: &Session, began: Instant) -> Self {
         Self {
             scene: source.path.clone(),
@@ -60,8 +64,7 @@ impl RunStatistics {
         }
     }
 
-    /// Takes in the step the session has just taken. `last`: no step comes after it. The surface is brought up to date where a probe needs it, or
-    /// `needs_surface` asks for it.
+    /// Adds the last step of the session. `last`: no step comes after it. The surface is updated if a probe or `needs_surface` asks for it.
     pub fn step(&mut self, session: &mut Session, last: bool, needs_surface: bool) {
         let frame = session.frame();
         self.seconds.add(frame.seconds);
@@ -91,7 +94,7 @@ impl RunStatistics {
         self.probes.results()
     }
 
-    /// Factor by which the energy grew in a step, over the last [`GROWTH_STEPS`]; `None` unless an integrator was forced.
+    /// Mean growth factor of the energy in a step, over the last [`GROWTH_STEPS`]; `None` unless an integrator exceeded its step limit.
     #[allow(
         clippy::disallowed_methods,
         reason = "a figure of the summary, which holds times and is not compared by bytes"
@@ -105,7 +108,7 @@ impl RunStatistics {
         (span > 0).then(|| (last / self.energies[self.energies.len() - 1 - span]).powf(1.0 / span as f64))
     }
 
-    /// Everything the run came to. `live` has timing and force safety of a live session.
+    /// The summary. `live` has timing and force safety of a live session.
     pub fn summary(&mut self, session: &Session, mut live: Option<LiveSummary>, interrupted: bool) -> Summary {
         let mut devices = device_counters(session);
         if let Some(live) = &mut live {
@@ -155,7 +158,7 @@ fn summarize_cuts(session: &Session) -> Option<CutSummary> {
     Some(CutSummary { advances: cuts.advances, area: cuts.area, length: cuts.length, seconds })
 }
 
-/// Counters of the devices of a session by their names, those without counters left out.
+/// Counters of the devices of a session, by name; devices without counters are left out.
 fn device_counters(session: &Session) -> DeviceCounts {
     let counters = |slot: &DeviceSlot| {
         let counters = slot.counters();

@@ -13,18 +13,18 @@ use std::collections::BTreeMap;
 /// Statistics of durations, s.
 #[derive(Clone, Debug, Serialize)]
 pub struct Durations {
-    /// s, the shortest
+    /// Shortest duration, s.
     pub min: f64,
-    /// s, the median
+    /// Median, s.
     pub p50: f64,
-    /// s, the 99th percentile
+    /// 99th percentile, s.
     pub p99: f64,
-    /// s, the longest
+    /// Longest duration, s.
     pub max: f64,
 }
 
 impl Durations {
-    /// Statistics of a list in any order, which is sorted; `None` of an empty one.
+    /// Statistics of a list, s, which is sorted; `None` for an empty list.
     pub fn of(seconds: &mut [f64]) -> Option<Self> {
         seconds.sort_by(f64::total_cmp);
         let at = |share: f64| seconds.get(((seconds.len() as f64 * share) as usize).min(seconds.len().max(1) - 1));
@@ -32,13 +32,14 @@ impl Durations {
     }
 }
 
-/// Durations as they come, in fixed memory: a run may take any number of steps. Median and 99th percentile are within 0.2 %.
+/// Statistics of any number of durations in fixed memory. Median and 99th percentile have an error of at most 0.2 %.
 #[derive(Clone, Debug)]
 pub(crate) struct DurationStatistics {
+    /// Numbers of durations by length.
     histogram: Histogram,
-    /// s
+    /// Shortest duration, s.
     shortest: f64,
-    /// s
+    /// Longest duration, s.
     longest: f64,
 }
 
@@ -49,14 +50,14 @@ impl Default for DurationStatistics {
 }
 
 impl DurationStatistics {
-    /// Takes in one duration, s.
+    /// Adds a duration, s.
     pub(crate) fn add(&mut self, seconds: f64) {
         self.histogram.add((seconds * 1e9) as u64);
         self.shortest = self.shortest.min(seconds);
         self.longest = self.longest.max(seconds);
     }
 
-    /// Statistics of all so far; `None` without any.
+    /// Statistics of the durations so far; `None` if there are none.
     pub(crate) fn durations(&self) -> Option<Durations> {
         let Percentiles { p50, p99, .. } = self.histogram.percentiles()?;
         let [p50, p99] = [p50, p99].map(|s| s.clamp(self.shortest, self.longest));
@@ -69,9 +70,9 @@ impl DurationStatistics {
 pub struct CutSummary {
     /// Number of advances of a blade that changed a mesh.
     pub advances: usize,
-    /// m^2, area of new cut surface inside closed bodies, counted on one side
+    /// Area of the cuts inside of closed bodies, one side of two, m^2.
     pub area: f64,
-    /// m, length of new border edges on sheets, counted on one side
+    /// Length of the cuts through sheets, one side of two, m.
     pub length: f64,
     /// Wall-clock time of the advances: mesh, model, lattice and samples.
     pub seconds: Durations,
@@ -84,19 +85,19 @@ pub struct BodySummary {
     pub name: String,
     /// File of the model, or the kind of generated shape.
     pub model: String,
-    /// Vertices of the model.
+    /// Number of vertices of the model.
     pub vertices: usize,
-    /// Triangles of the model.
+    /// Number of triangles of the model.
     pub triangles: usize,
     /// Level of the grid, if the body has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub level: Option<u32>,
-    /// m, edge length of a cell; of a sheet, the mean edge of its triangles
+    /// Edge length of a cell, or mean edge length of the triangles of a sheet, m.
     pub edge: f64,
-    /// Occupied cells of the level, if the body has a grid.
+    /// Number of occupied cells of the level, if the body has a grid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cells: Option<u64>,
-    /// Edges of one triangle only; of a closed model none.
+    /// Number of edges with a single triangle; 0 for a closed model.
     pub border_edges: usize,
     /// Why the body was frozen, if it was.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -108,19 +109,19 @@ pub struct BodySummary {
 pub struct Summary {
     /// Program and version that made the run.
     pub program: String,
-    /// File of the scene; what is not UTF-8 in its path is replaced.
+    /// Path of the scene; invalid UTF-8 is replaced.
     pub scene: String,
     /// Content of the scene, `--set` included.
     pub settings: toml::Table,
     /// Whether the run was stopped before its end.
     pub interrupted: bool,
-    /// s, simulated time
+    /// Simulated time, s.
     pub simulated_seconds: f64,
-    /// s, wall clock, from opening to the last file
+    /// Wall-clock time from opening to the last file, s.
     pub wall_seconds: f64,
-    /// s, wall clock, of opening the scene
+    /// Wall-clock time of opening the scene, s.
     pub open_seconds: f64,
-    /// s, step of the simulation
+    /// Step of the simulation, s.
     pub dt: f64,
     /// Number of steps taken.
     pub steps: u64,
@@ -136,9 +137,9 @@ pub struct Summary {
     pub cut: Option<CutSummary>,
     /// Plugins that were opened.
     pub loaded: Vec<Loaded>,
-    /// Parts the scene does without, and why.
+    /// Parts that the scene does not need, and why.
     pub left_out: Vec<LeftOut>,
-    /// Counters of the devices by their names, those without counters left out.
+    /// Counters of the devices, by name; devices without counters are left out.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub devices: DeviceCounts,
     /// The simulated bodies.
@@ -149,13 +150,13 @@ pub struct Summary {
     pub most_elements: usize,
     /// Number of steps with a tool in contact.
     pub contact_steps: u64,
-    /// N, largest force on a hand, before force safety
+    /// Largest force on a hand before force safety, N.
     pub largest_force: f64,
     /// Iterations of all linear solves.
     pub iterations: u64,
     /// Largest final relative residual of a solve.
     pub largest_residual: f64,
-    /// Factor by which the energy grew in a step, over the last hundred steps; of an explicit integrator forced over its limit.
+    /// Mean growth factor of the energy in a step, over the last hundred steps; of an explicit integrator that exceeds its step limit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub growth: Option<f64>,
     /// Results of the probes.
@@ -164,13 +165,13 @@ pub struct Summary {
     pub event_counts: BTreeMap<EventKind, u64>,
     /// The first events of each kind, in full.
     pub events: Vec<Event>,
-    /// What had no effect, or not the one it looks like, by code.
+    /// Settings without the expected effect, by code.
     pub warnings: Vec<Warning>,
-    /// Bytes, peak resident memory; `None` where the system does not tell.
+    /// Peak resident memory, bytes; `None` if the system does not report it.
     pub peak_memory: Option<u64>,
-    /// The machine the run was made on.
+    /// The machine of the run.
     pub machine: Machine,
-    /// Program, scene, models and plugins by their content, of a run that writes files.
+    /// Program, scene, models and plugins with their digests, of a run that writes files.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub inputs: Vec<InputHash>,
     /// The other files of this set of results, relative to its folder.
@@ -179,12 +180,12 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Whether every probe with an expected value met it, and no body was frozen in a run that was forced over its step limit.
+    /// Whether every probe with an expected value met it, and no body was frozen in a run that exceeds its step limit.
     pub fn passed(&self) -> bool {
         self.probes.iter().all(|p| p.passed != Some(false)) && !(self.forced() && self.quarantined())
     }
 
-    /// Whether an explicit integrator was forced over its step limit.
+    /// Whether an explicit integrator exceeded its step limit.
     fn forced(&self) -> bool {
         self.event_counts.contains_key(&EventKind::Unstable)
     }
@@ -200,7 +201,7 @@ impl Summary {
     }
 }
 
-/// Border edges of a model as it was handed in.
+/// Number of border edges of the model of a body, before any cut.
 fn border_edges(body: &pliant_engine::body::Body) -> usize {
     body.model.findings.iter().find(|finding| finding.kind == Kind::Border).map_or(0, |finding| finding.count)
 }

@@ -1,4 +1,4 @@
-//! CSV tables of a run: a row per step, and the final nodes.
+//! CSV files of a run: the trace, with a row for each step, and the final nodes.
 
 use pliant_engine::session::{Frame, Session};
 use std::io::{self, Write};
@@ -89,7 +89,7 @@ pub(crate) fn write_row(frame: &Frame, out: &mut impl Write) -> io::Result<()> {
     )
 }
 
-/// Writes the nodes of every body as they are, with a line of names.
+/// Writes the current nodes of every body, with a header line.
 pub(crate) fn write_nodes(session: &Session, out: &mut impl Write) -> io::Result<()> {
     writeln!(out, "body,node,rest_x_m,rest_y_m,rest_z_m,x_m,y_m,z_m,vx_m_s,vy_m_s,vz_m_s,mass_kg,constraint")?;
     for body in &session.bodies {

@@ -1,13 +1,12 @@
-//! A 64-bit digest that tells whether two states or files are the same.
+//! A 64-bit digest for comparing states and files.
 
 use pliant_engine::session::Session;
 use pliant_mesh::read::{MODEL_LIMIT, read_file};
 use std::io;
 use std::path::Path;
 
-/// Digest of a sequence of 64-bit words. Every step is one-to-one in the word and in the digest before it, so two sequences of one
-/// length that differ in one word never agree, and others agree by chance in one case of 2^64. It gives no protection against
-/// forgery.
+/// Digest of a sequence of 64-bit words. Each step is a bijection of the word and of the previous digest, so two sequences of one length that
+/// differ in one word have different digests; others agree by chance in one case of 2^64. It does not protect against forgery.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Digest(u64);
 
@@ -28,7 +27,7 @@ impl Digest {
         numbers.iter().for_each(|number| self.word(number.to_bits()));
     }
 
-    /// Adds bytes and their number.
+    /// Adds bytes and their count.
     pub fn bytes(&mut self, bytes: &[u8]) {
         let (words, rest) = bytes.as_chunks::<8>();
         words.iter().for_each(|word| self.word(u64::from_le_bytes(*word)));
@@ -38,7 +37,7 @@ impl Digest {
         self.word(bytes.len() as u64);
     }
 
-    /// Digest of bytes alone.
+    /// Digest of bytes.
     pub fn of(bytes: &[u8]) -> u64 {
         let mut digest = Self::default();
         digest.bytes(bytes);
@@ -48,18 +47,18 @@ impl Digest {
     /// Digest of the bytes of a regular file.
     ///
     /// # Errors
-    /// What the file system says, without the path.
+    /// The error of the file system, without the path.
     pub(super) fn of_file(path: &Path) -> io::Result<u64> {
         Ok(Self::of(&read_file(path, MODEL_LIMIT)?))
     }
 
-    /// The digest of what was added so far.
+    /// The digest of the words added so far.
     pub fn value(self) -> u64 {
         self.0 ^ (self.0 >> 29)
     }
 }
 
-/// Digest of the state of a session: positions and velocities of the nodes of every body, proxies and forces of its tools.
+/// Digest of the state of a session: positions and velocities of the nodes of all bodies, proxies and forces of all tools.
 pub fn state_digest(session: &Session) -> u64 {
     let mut digest = Digest::default();
     for body in &session.bodies {

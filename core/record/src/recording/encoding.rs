@@ -1,4 +1,4 @@
-//! Poses, device limits, lapses and commands as little-endian bytes, and back.
+//! Encoding of poses, devices, lapses and commands as little-endian bytes, and decoding.
 
 use pliant_engine::session::{Lapse, SessionCommand, Stage};
 use pliant_host::{DeviceInfo, Pose};
@@ -19,21 +19,21 @@ pub(super) fn put_pose(out: &mut Vec<u8>, pose: &Pose) {
     put_numbers(out, &pose.velocity);
 }
 
-/// Appends a device: its counts, limits and workspace, then its name to the end of the block.
-pub(super) fn put_device(out: &mut Vec<u8>, name: &str, facts: &DeviceInfo) {
-    let counts = [facts.effectors, facts.buttons, facts.driven_axes, facts.taxel_rows, facts.taxel_columns];
+/// Appends a device: its counts, limits and workspace, then its name up to the end of the block.
+pub(super) fn put_device(out: &mut Vec<u8>, name: &str, info: &DeviceInfo) {
+    let counts = [info.effectors, info.buttons, info.driven_axes, info.taxel_rows, info.taxel_columns];
     counts.iter().for_each(|n| out.extend_from_slice(&n.to_le_bytes()));
-    put_numbers(out, &limits(facts));
-    put_numbers(out, &facts.workspace);
+    put_numbers(out, &limits(info));
+    put_numbers(out, &info.workspace);
     out.extend_from_slice(name.as_bytes());
 }
 
-/// The limits of a device that are single numbers, in the order of the file.
+/// The limits of a device except the workspace, in the order of the file.
 fn limits(f: &DeviceInfo) -> [f64; 8] {
     [f.rate, f.peak_force, f.continuous_force, f.stiffness, f.damping, f.resolution, f.taxel_pitch, f.taxel_force]
 }
 
-/// Appends a lapse: step, body, stage, then its reason to the end of the block.
+/// Appends a lapse: step, body and stage, then its reason up to the end of the block.
 pub(super) fn put_lapse(out: &mut Vec<u8>, lapse: &Lapse) {
     out.extend_from_slice(&lapse.step.to_le_bytes());
     out.extend_from_slice(&lapse.body.to_le_bytes());
@@ -57,7 +57,7 @@ pub(super) fn put_command(out: &mut Vec<u8>, command: SessionCommand) {
     }
 }
 
-/// Reads values off the front of bytes. Each read gives `None` where the bytes end too soon.
+/// Unread bytes, from whose front values are read. Each read returns `None` if there are too few bytes.
 pub(super) struct ByteReader<'a>(pub(super) &'a [u8]);
 
 impl<'a> ByteReader<'a> {
@@ -102,12 +102,12 @@ impl<'a> ByteReader<'a> {
         self.numbers().map(Vec3::from)
     }
 
-    /// The rest as text; `None` also where it is not UTF-8.
+    /// The rest as text; `None` if it is not UTF-8.
     fn text(&mut self) -> Option<String> {
         String::from_utf8(std::mem::take(&mut self.0).to_vec()).ok()
     }
 
-    /// A pose as [`put_pose`] writes it.
+    /// A pose, as written by [`put_pose`].
     pub(super) fn pose(&mut self) -> Option<Pose> {
         Some(Pose {
             time_ns: self.u64()?,
@@ -120,7 +120,7 @@ impl<'a> ByteReader<'a> {
         })
     }
 
-    /// A device's name and limits as [`put_device`] writes them.
+    /// Name and description of a device, as written by [`put_device`].
     pub(super) fn device(&mut self) -> Option<(String, DeviceInfo)> {
         let mut counts = [0; 5];
         for count in &mut counts {
@@ -129,7 +129,7 @@ impl<'a> ByteReader<'a> {
         let [effectors, buttons, driven_axes, taxel_rows, taxel_columns] = counts;
         let [rate, peak_force, continuous_force, stiffness, damping, resolution, taxel_pitch, taxel_force] =
             self.numbers()?;
-        let facts = DeviceInfo {
+        let info = DeviceInfo {
             size: size_of::<DeviceInfo>(),
             effectors,
             buttons,
@@ -146,10 +146,10 @@ impl<'a> ByteReader<'a> {
             taxel_pitch,
             taxel_force,
         };
-        Some((self.text()?, facts))
+        Some((self.text()?, info))
     }
 
-    /// A command as [`put_command`] writes it; `None` for numbers that no session takes.
+    /// A command, as written by [`put_command`]; `None` for an unknown kind or invalid numbers.
     pub(super) fn command(&mut self) -> Option<SessionCommand> {
         match self.byte()? {
             0 => Some(SessionCommand::Undo),
@@ -163,7 +163,7 @@ impl<'a> ByteReader<'a> {
         }
     }
 
-    /// A lapse as [`put_lapse`] writes it.
+    /// A lapse, as written by [`put_lapse`].
     pub(super) fn lapse(&mut self) -> Option<Lapse> {
         let (step, body) = (self.u64()?, self.u32()?);
         let stage = match self.byte()? {

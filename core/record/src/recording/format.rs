@@ -1,11 +1,13 @@
-//! What a recording holds: the scene as it was run, the hands of every step, and what the wall clock decided. Everything else
-//! follows from these, so a replay gives the same bytes on the same program and plugins, with no device there.
+//! The file format of recordings.
 //!
-//! The file, little-endian: `PLIANTRC`, version (u32), then blocks of a kind (u8), a length (u32) and a content, and last the
-//! digest of all before it (u64). Kinds: `H` the header as JSON; `D` a device, its limits and name; `L` a body given up by
-//! the clock; `C` a command given before the next step; `S` a step: poses and device forces of all effectors, in the order of the
-//! devices, and the digest of the state after it; `I` how many idle steps follow it: no hand was present, and neither forces nor
-//! state changed; `E` the number of steps. Seeds are parameters of devices, and so they are part of the scene.
+//! A recording contains the scene with its settings, the poses of all hands in every step, and the effects of wall-clock time. Everything else
+//! follows from these, so a replay gives the same bytes with the same program and plugins, without devices.
+//!
+//! A file is little-endian: `PLIANTRC`, version (u32), blocks of a kind (u8), a length (u32) and a content, and finally the digest of all bytes
+//! before it (u64). The kinds are: `H`, the header as JSON; `D`, a device with its limits and name; `L`, a body that was stopped for taking too
+//! long; `C`, a command before the next step; `S`, a step with the poses and device forces of all effectors, in the order of the devices, and the
+//! digest of the state after it; `I`, the number of idle steps that follow it, in which no hand was present and neither forces nor state changed;
+//! `E`, the number of steps. Seeds are parameters of devices, and thus part of the scene.
 
 use pliant_engine::session::SessionCommand;
 use pliant_host::Pose;
@@ -23,7 +25,7 @@ pub(super) const OLDEST_VERSION: u32 = 1;
 pub(super) const HEADER: u8 = b'H';
 /// Kind of a block with a device.
 pub(super) const DEVICE: u8 = b'D';
-/// Kind of a block with a body that was given up for taking too long.
+/// Kind of a block with a body that was stopped for taking too long.
 pub(super) const LAPSE: u8 = b'L';
 /// Kind of a block with a command.
 pub(super) const COMMAND: u8 = b'C';
@@ -34,23 +36,23 @@ pub(super) const STEP: u8 = b'S';
 /// Kind of the last block, with the number of steps.
 pub(super) const END: u8 = b'E';
 
-/// Where a recording comes from and what it needs.
+/// Origin and requirements of a recording.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RecordingHeader {
     /// Program and version that made the recording.
     pub program: String,
-    /// File of the scene; models are looked for relative to its folder.
+    /// Path of the scene; paths of models are relative to its folder.
     pub scene: PathBuf,
-    /// Text of the scene, `--set` included.
+    /// Text of the scene, with `--set` applied.
     pub text: String,
-    /// Model that took the place of the first body's (`--mesh`).
+    /// Model that replaces the first body's (`--mesh`).
     pub mesh: Option<PathBuf>,
-    /// Whether the run kept real time: tips on sheets then hang on their hands by a spring.
+    /// Whether the run was live: tips on sheets are then driven by the virtual coupling.
     pub live: bool,
-    /// Whether the session kept what undo needs, besides what the scene's own edits need.
+    /// Whether the session kept a history for undo that the scene itself does not need.
     #[serde(default)]
     pub history: bool,
-    /// Plugins that were open, devices excepted, models, and files of fields.
+    /// Plugins that were opened, without devices, models, and files of fields.
     pub files: Vec<RecordedFile>,
 }
 
@@ -61,20 +63,20 @@ pub struct RecordedFile {
     pub path: PathBuf,
     /// [`Digest`](super::Digest) of its content.
     pub digest: u64,
-    /// Whether the file is a plugin. A plugin may be another build of the same; other files must be the same.
+    /// Whether the file is a plugin, which may be another build in a replay; other files must be unchanged.
     pub plugin: bool,
 }
 
-/// One step of a recording, or several that are the same.
+/// A step of a recording, or several equal ones.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RecordedStep {
-    /// Given before the step, in this order.
+    /// Commands before the step, in order.
     pub commands: Vec<SessionCommand>,
-    /// How many steps in a row this was, at least 1.
+    /// Number of equal steps, at least 1.
     pub count: u32,
     /// Poses of each effector of each device, in the order of the devices.
     pub poses: Vec<Vec<Pose>>,
-    /// N, the force last given to each tool's effector, in its device's axes
+    /// Force that each tool's effector was given last, N, in the axes of its device.
     pub device_forces: Vec<Vec3>,
     /// [`state_digest`](super::state_digest) after the step.
     pub digest: u64,

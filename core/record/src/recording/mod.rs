@@ -1,6 +1,6 @@
-//! Recordings: a session in one file, and back.
+//! Recordings of sessions, for replay.
 //!
-//! [`format`] says what is in the file, [`encoding`] how its parts become bytes, [`write`] and [`read`] go over a whole file.
+//! [`format`] defines the file format, [`encoding`] the bytes of its parts; [`write`] and [`read`] write and read files.
 
 mod digest;
 mod encoding;

@@ -1,4 +1,4 @@
-//! Reading a recording: all of it, or a sentence on what is wrong with it.
+//! Reading and checking of recordings.
 
 use super::digest::Digest;
 use super::encoding::ByteReader;
@@ -12,37 +12,39 @@ use pliant_mesh::read::{RECORDING_LIMIT, read_file};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// Why a file is not a recording that this program can replay.
+/// The error of a file that is not a recording this program can replay.
 #[derive(Debug, Error)]
 #[error("{}: {reason}", path.display())]
 pub struct RecordingError {
+    /// Path of the file.
     path: PathBuf,
+    /// What is wrong with it.
     reason: String,
 }
 
-/// A whole recording.
+/// A recording.
 #[derive(Clone, Debug)]
 pub struct Recording {
-    /// Where the recording comes from and what it needs.
+    /// Origin and requirements of the recording.
     pub header: RecordingHeader,
-    /// Names and limits of the devices, in the order of the steps' poses.
+    /// Names and descriptions of the devices, in the order of the poses of a step.
     pub devices: Vec<(String, DeviceInfo)>,
-    /// Bodies that were given up because their plugins took too long.
+    /// Bodies that were stopped because their plugins took too long.
     pub lapses: Vec<Lapse>,
     /// The steps in order.
     pub steps: Vec<RecordedStep>,
-    /// Settings of the scene, key and value as of `--set`, by which a replay finds a model that stands beside the recording.
+    /// Settings of the scene, keys and values as for `--set`, by which a replay uses a model beside the recording.
     pub settings: Vec<(String, String)>,
 }
 
-/// Bytes in front of the first block: magic and version.
+/// Bytes before the first block: magic and version.
 const START: usize = MAGIC.len() + size_of::<u32>();
 
 impl Recording {
     /// Reads a file.
     ///
     /// # Errors
-    /// A file that cannot be read, is not a recording, has another version, ends too soon, or was changed.
+    /// Fails for a file that cannot be read, is not a recording, has another version, is truncated or was changed.
     pub fn read(path: &Path) -> Result<Self, RecordingError> {
         let wrong = |reason: String| RecordingError { path: path.to_path_buf(), reason };
         let bytes = read_file(path, RECORDING_LIMIT).map_err(|e| wrong(format!("cannot be read: {e}")))?;
@@ -51,7 +53,7 @@ impl Recording {
         Ok(recording)
     }
 
-    /// Takes the model beside the recording in the place of the first body's, if that has changed or gone and this one is as it was.
+    /// Uses the model `original` for the first body, if the body's own file has changed or is missing and `original` is as it was recorded.
     fn use_original(&mut self, original: &Path) {
         let is_as_recorded = |path: &Path, digest| Digest::of_file(path).is_ok_and(|now| now == digest);
         let Some(model) = self.header.files.iter_mut().find(|file| !file.plugin) else { return };
@@ -62,16 +64,16 @@ impl Recording {
         }
     }
 
-    /// Parses the bytes of a recording; `name` stands for its file in errors.
+    /// Parses the bytes of a recording; `name` is its path in errors.
     ///
     /// # Errors
-    /// Bytes that are not a recording, have another version, end too soon, or were changed.
+    /// Fails for bytes that are not a recording, have another version, are truncated or were changed.
     pub fn parse(bytes: &[u8], name: &Path) -> Result<Self, RecordingError> {
-        Self::blocks(bytes).map_err(|reason| RecordingError { path: name.to_path_buf(), reason })
+        Self::parse_blocks(bytes).map_err(|reason| RecordingError { path: name.to_path_buf(), reason })
     }
 
-    /// The recording in a file's bytes, or what is wrong with them.
-    fn blocks(bytes: &[u8]) -> Result<Self, String> {
+    /// Parses the bytes of a recording; the error says what is wrong with them.
+    fn parse_blocks(bytes: &[u8]) -> Result<Self, String> {
         let whole = bytes.len();
         let mut left = ByteReader(bytes);
         let magic = left.bytes(MAGIC.len()).unwrap_or_default();
@@ -88,7 +90,8 @@ impl Recording {
         let (mut steps, mut commands, mut taken) = (Vec::<RecordedStep>::new(), Vec::new(), 0_u64);
         let mut tools = None;
         loop {
-            let (kind, content) = next_block(&mut left, &mut digest).ok_or_else(|| cut_off(whole, steps.len()))?;
+            let block = next_block(&mut left, &mut digest).ok_or_else(|| cut_off(whole, steps.len()))?;
+            let Block { kind, content } = block;
             let broken = || {
                 let at = whole - left.0.len() - content.len();
                 format!("changed: the block of kind {kind} with its content at byte {at} cannot be decoded")
@@ -97,16 +100,16 @@ impl Recording {
             match kind {
                 HEADER => header = Some(serde_json::from_slice::<RecordingHeader>(content.0).map_err(|_| broken())?),
                 DEVICE => {
-                    let (name, facts) = content.device().ok_or_else(broken)?;
-                    check_device_info(&facts).map_err(|reason| format!("changed: device `{name}`: {reason}"))?;
-                    devices.push((name, facts));
+                    let (name, info) = content.device().ok_or_else(broken)?;
+                    check_device_info(&info).map_err(|reason| format!("changed: device `{name}`: {reason}"))?;
+                    devices.push((name, info));
                 }
                 LAPSE => lapses.push(content.lapse().ok_or_else(broken)?),
                 STEP => {
-                    let effectors = devices.iter().map(|(_, facts)| facts.effectors).collect::<Vec<_>>();
+                    let effectors = devices.iter().map(|(_, info)| info.effectors).collect::<Vec<_>>();
                     let step =
                         decode_step(&mut content, &effectors, std::mem::take(&mut commands)).ok_or_else(broken)?;
-                    // Every step has as many tools as the first.
+                    // All steps have the number of tools of the first.
                     if *tools.get_or_insert(step.device_forces.len()) != step.device_forces.len() {
                         return Err(broken());
                     }
@@ -145,7 +148,7 @@ impl Recording {
         self.steps.iter().map(|step| u64::from(step.count)).sum()
     }
 
-    /// Models and plugins that are not what they were when the session was recorded, each with what is wrong with it.
+    /// Models and plugins that have changed since the session was recorded, each with the reason.
     pub fn changed_files(&self) -> impl Iterator<Item = (&RecordedFile, &'static str)> {
         self.header.files.iter().filter_map(|file| match Digest::of_file(&file.path) {
             Err(_) => Some((file, "cannot be read")),
@@ -154,32 +157,40 @@ impl Recording {
     }
 }
 
-/// Where the first body's model stands beside a recording, as it was when the session was opened: `NAME.original.obj` beside `NAME.rec`.
+/// Path of the copy of the first body's model beside a recording: `NAME.original.obj` beside `NAME.rec`.
 pub fn original_of(recording: &Path) -> PathBuf {
     recording.with_extension("original.obj")
 }
 
-/// What is said of a file that ends too soon.
+/// The message for a truncated file.
 fn cut_off(bytes: usize, steps: usize) -> String {
     format!("cut off: it ends after {bytes} bytes and {steps} whole steps, without an end")
 }
 
-/// Kind and content of the next block, which the digest takes in; `None` where the bytes end too soon.
-fn next_block<'a>(left: &mut ByteReader<'a>, digest: &mut Digest) -> Option<(u8, &'a [u8])> {
+/// A block of a recording.
+struct Block<'a> {
+    /// Kind, such as [`STEP`].
+    kind: u8,
+    /// Content.
+    content: &'a [u8],
+}
+
+/// Reads the next block and adds it to the digest; `None` if there are too few bytes.
+fn next_block<'a>(left: &mut ByteReader<'a>, digest: &mut Digest) -> Option<Block<'a>> {
     let head = left.bytes(5)?;
     let length = u32::from_le_bytes([head[1], head[2], head[3], head[4]]);
     let content = left.bytes(length as usize)?;
     digest.bytes(head);
     digest.bytes(content);
-    Some((head[0], content))
+    Some(Block { kind: head[0], content })
 }
 
-/// The step in a block, of devices with so many effectors each.
+/// Decodes the content of a step; `effectors` is the number of effectors of each device.
 fn decode_step(content: &mut ByteReader<'_>, effectors: &[u32], commands: Vec<SessionCommand>) -> Option<RecordedStep> {
     let poses = effectors.iter().map(|n| (0..*n).map(|_| content.pose()).collect::<Option<Vec<_>>>());
     let poses = poses.collect::<Option<Vec<_>>>()?;
     let mut device_forces = Vec::new();
-    // All that is left but the digest.
+    // The forces are followed by the digest.
     while content.0.len() > size_of::<u64>() {
         device_forces.push(content.vector()?);
     }

@@ -1,4 +1,4 @@
-//! Writing a recording, step by step.
+//! Writing of recordings, step by step.
 
 use super::digest::{Digest, state_digest};
 use super::encoding::{put_command, put_device, put_lapse, put_numbers, put_pose};
@@ -14,10 +14,10 @@ use std::fs::File;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-/// Bytes that are collected before they go to the file without a name: a step of a hand is some 250.
+/// Size of the write buffer of an unnamed file, bytes; a step of one hand has about 250.
 const BUFFER: usize = 1 << 16;
 
-/// What a recording is made of.
+/// Inputs of a recording.
 #[derive(Clone, Copy)]
 pub struct RecordingInputs<'a> {
     /// The scene that is run.
@@ -26,29 +26,31 @@ pub struct RecordingInputs<'a> {
     pub source: &'a Source,
     /// The session, just opened.
     pub session: &'a Session,
-    /// Model that took the place of the first body's (`--mesh`).
+    /// Model that replaces the first body's (`--mesh`).
     pub mesh: Option<&'a Path>,
-    /// Whether the run keeps real time.
+    /// Whether the run is live.
     pub live: bool,
-    /// Whether the session keeps what undo needs ([`Session::keep_history`]).
+    /// Whether the session keeps a history for undo ([`Session::keep_history`]).
     pub history: bool,
 }
 
-/// A recording that is being made, in a file that appears under its name when it is whole, or in one that [`RecordingWriter::save_as`]
-/// copies.
+/// Writes a recording: into a file that gets its name when it is complete, or into an unnamed file that [`RecordingWriter::save_as`] copies.
 pub struct RecordingWriter<W = AtomicFile> {
+    /// The file.
     file: W,
-    /// Content of the block that comes next.
+    /// Content of the next block.
     block: Vec<u8>,
+    /// Digest of all bytes written.
     digest: Digest,
+    /// Number of steps so far, idle ones included.
     steps: u64,
-    /// Lapses of the session that are already written.
+    /// Number of lapses of the session that are written.
     lapses: usize,
-    /// Forces and digest of the last step, as bytes; empty if a hand was present in it or a command comes next.
+    /// Encoded forces and state digest of the last step; empty if a hand was present in it or a command follows.
     last: Vec<u8>,
-    /// Those of the step that is being written.
+    /// Encoded forces and state digest of the step that is being written.
     next: Vec<u8>,
-    /// Steps since then that were idle.
+    /// Number of idle steps that are not written yet.
     idle: u32,
     /// Digest of the first model's file when the recording began; `None` without one.
     model: Option<u64>,
@@ -58,7 +60,7 @@ impl RecordingWriter {
     /// Begins the recording that will be `path`.
     ///
     /// # Errors
-    /// A file that cannot be written, that the session was opened from, or one of the scene's that cannot be read, with its path.
+    /// Fails for a file that cannot be written or is an input of the session, and for an input that cannot be read, with the path.
     pub fn create(path: &Path, inputs: &RecordingInputs<'_>) -> io::Result<Self> {
         refuse_inputs(std::iter::once(path.to_path_buf()), inputs.source, inputs.session)?;
         let file = AtomicFile::create(path)?;
@@ -66,10 +68,10 @@ impl RecordingWriter {
         Self::begin(file, inputs)
     }
 
-    /// Ends the recording and gives it its name.
+    /// Completes the recording and gives the file its name.
     ///
     /// # Errors
-    /// A file that cannot be written.
+    /// Fails for a file that cannot be written.
     pub fn finish(mut self) -> io::Result<()> {
         self.put_idle()?;
         let end = self.end();
@@ -82,17 +84,17 @@ impl RecordingWriter<BufWriter<File>> {
     /// Begins a recording in a file without a name, to be copied by [`RecordingWriter::save_as`].
     ///
     /// # Errors
-    /// A system without temporary files, or a file of the scene's that cannot be read, with its path.
+    /// Fails if no temporary file can be created, and for an input that cannot be read, with the path.
     pub fn unnamed(inputs: &RecordingInputs<'_>) -> io::Result<Self> {
         Self::begin(BufWriter::with_capacity(BUFFER, tempfile::tempfile()?), inputs)
     }
 
-    /// Writes what was recorded so far to `path`; recording goes on. With `with_model` the model of the first body, as it was opened, goes to
-    /// [`original_of`] that path, for a replay to find if its own file is written over.
+    /// Writes the recording so far to `path`; recording goes on. With `with_model` the model of the first body, as it was opened, is written to
+    /// [`original_of`] that path; a replay uses it if the model's own file is overwritten.
     ///
     /// # Errors
-    /// A file that the session was opened from, one that cannot be read or written, or a model that has changed between its opening and the
-    /// beginning of the recording, with its path; what was there before stays.
+    /// Fails for a file that is an input of the session or cannot be read or written, and for a model that changed between its opening and the
+    /// beginning of the recording, with the path. Existing files are then unchanged.
     pub fn save_as(&mut self, path: &Path, source: &Source, session: &Session, with_model: bool) -> io::Result<()> {
         let original =
             session.bodies.first().filter(|_| with_model).map(|body| (original_of(path), &body.model.document));
@@ -120,6 +122,7 @@ impl RecordingWriter<BufWriter<File>> {
 }
 
 impl<W: Write> RecordingWriter<W> {
+    /// Writes the header and the devices.
     fn begin(mut file: W, inputs: &RecordingInputs<'_>) -> io::Result<Self> {
         let RecordingInputs { source, session, mesh, live, history, .. } = *inputs;
         let header = RecordingHeader {
@@ -147,11 +150,11 @@ impl<W: Write> RecordingWriter<W> {
         Ok(writer)
     }
 
-    /// Writes the step that the session has just taken. `device_forces` (N) are what each tool's effector was given while the step was
-    /// under way, in the axes of its device.
+    /// Writes the last step of the session. `device_forces` (N) are the forces that the effector of each tool was given during the step, in the
+    /// axes of its device.
     ///
     /// # Errors
-    /// A file that cannot be written.
+    /// Fails for a file that cannot be written.
     pub fn step(&mut self, session: &Session, device_forces: impl Iterator<Item = Vec3>) -> io::Result<()> {
         self.next.clear();
         device_forces.for_each(|force| put_numbers(&mut self.next, force.as_slice()));
@@ -160,7 +163,7 @@ impl<W: Write> RecordingWriter<W> {
         let is_absent = poses.all(|pose| pose.flags & POSE_VALID == 0 && pose.buttons == 0);
         let lapses = &session.lapses()[self.lapses..];
         self.steps += 1;
-        // A pose that is not valid has no effect, so this step repeats the last one.
+        // Invalid poses have no effect, so this step equals the last one.
         if is_absent && lapses.is_empty() && self.next == self.last {
             self.idle += 1;
             return if self.idle == u32::MAX { self.put_idle() } else { Ok(()) };
@@ -185,16 +188,16 @@ impl<W: Write> RecordingWriter<W> {
     /// Writes a command that the session gets before its next step.
     ///
     /// # Errors
-    /// A file that cannot be written.
+    /// Fails for a file that cannot be written.
     pub fn command(&mut self, command: SessionCommand) -> io::Result<()> {
         self.put_idle()?;
-        // The next step is written whole, for a command belongs to it.
+        // The next step must be written in full, as the command belongs to it.
         self.last.clear();
         put_command(&mut self.block, command);
         self.put_block(COMMAND)
     }
 
-    /// Writes how many idle steps have gone by.
+    /// Writes the number of idle steps since the last step that was written.
     fn put_idle(&mut self) -> io::Result<()> {
         if self.idle == 0 {
             return Ok(());
@@ -204,7 +207,7 @@ impl<W: Write> RecordingWriter<W> {
         self.put_block(IDLE)
     }
 
-    /// The last block, and the digest of the file with it.
+    /// The last block, followed by the digest of the file.
     fn end(&self) -> Vec<u8> {
         let mut digest = self.digest;
         let (head, content) = (block_head(END, size_of::<u64>()), self.steps.to_le_bytes());
@@ -213,7 +216,7 @@ impl<W: Write> RecordingWriter<W> {
         [&head[..], &content, &digest.value().to_le_bytes()].concat()
     }
 
-    /// Writes the content collected so far as a block, and empties it.
+    /// Writes `block` as a block of a kind, and clears it.
     fn put_block(&mut self, kind: u8) -> io::Result<()> {
         let head = block_head(kind, self.block.len());
         for part in [&head[..], &self.block] {
@@ -225,23 +228,23 @@ impl<W: Write> RecordingWriter<W> {
     }
 }
 
-/// Kind and length (bytes) of a block.
+/// The first bytes of a block: its kind and its length (bytes).
 fn block_head(kind: u8, length: usize) -> [u8; 5] {
     let mut head = [kind, 0, 0, 0, 0];
     head[1..].copy_from_slice(&(length as u32).to_le_bytes());
     head
 }
 
-/// Models and plugins the session depends on, with their digests.
+/// Models and plugins of the session, with their digests.
 fn files(inputs: &RecordingInputs<'_>) -> io::Result<Vec<RecordedFile>> {
     let RecordingInputs { scene, source, session, mesh, .. } = *inputs;
     let own = scene.body.iter().enumerate().filter_map(|(i, body)| {
         let path = source.folder().join(body.mesh.as_ref()?.get_ref());
         (i > 0 || mesh.is_none() || path.is_file()).then_some(path)
     });
-    // The models first: a replay takes the first of these files for that of the first body.
+    // Models first: a replay takes the first of these files for the model of the first body.
     let read = own.chain(mesh.map(Path::to_path_buf)).chain(session.field_files.iter().cloned());
-    // Of a device only its limits and hands count, and those are in the recording.
+    // Device plugins are not needed: limits and poses of devices are in the recording.
     let plugins = session.loaded.iter().filter(|l| l.kind != "device").map(|l| (PathBuf::from(&l.path), true));
     let all = plugins.chain(read.map(|path| (path, false)));
     all.map(|(path, plugin)| {
