@@ -1,4 +1,4 @@
-//! One edit of a sweep, and the scene it stands for.
+//! Edits of a sweep, and their scenes.
 
 use crate::key::{EditKey, KeyMaker};
 use crate::sweep::Sweep;
@@ -9,17 +9,17 @@ use std::path::PathBuf;
 /// One edit of a sweep.
 #[derive(Clone, Debug)]
 pub struct Edit {
-    /// Place in the sweep, from 0.
-    pub place: u64,
-    /// Place of its base scene among those of the sweep.
+    /// Index in the sweep, from 0.
+    pub index: u64,
+    /// Index of its base scene in the sweep.
     pub(crate) scene: usize,
-    /// Model in the place of the first body's.
+    /// Model that replaces the first body's.
     pub model: Option<PathBuf>,
-    /// Paths in the scene and their values, TOML.
+    /// Settings: paths in the scene and their values as TOML.
     pub settings: Vec<(String, String)>,
-    /// Cells of the scene, the model and the parameters.
+    /// Cells of the table for the scene, the model and the parameters.
     pub cells: Vec<Value>,
-    /// Number of the repetition, where nothing in the scene tells repetitions apart.
+    /// Number of the repetition, for repetitions that have equal scenes.
     pub(crate) repeat: Option<u64>,
 }
 
@@ -27,16 +27,16 @@ pub struct Edit {
 pub struct Resolved {
     /// The edit.
     pub edit: Edit,
-    /// What it is known by.
+    /// Its key.
     pub key: EditKey,
-    /// Its scene, or why there is none.
+    /// Its scene, or the error of reading it.
     pub scene: Result<(Scene, Source), SceneError>,
 }
 
 impl Resolved {
-    /// Reads the scene of the edit at a place and makes its key.
-    pub(crate) fn new(sweep: &Sweep, place: u64, keys: &KeyMaker) -> Self {
-        let edit = sweep.edit(place);
+    /// Reads the scene of edit `index` and computes its key.
+    pub(crate) fn new(sweep: &Sweep, index: u64, keys: &KeyMaker) -> Self {
+        let edit = sweep.edit(index);
         let base = sweep.base(&edit);
         let scene = load_text(&base.path, base.text.clone(), &edit.settings);
         let key = keys.key(&edit, base, scene.as_ref().ok());

@@ -1,14 +1,14 @@
-//! Why a batch cannot be run or read.
+//! Errors of batches.
 
 use pliant_engine::scene::SceneError;
 use std::io;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// Why a batch cannot be run or read.
+/// An error of running or reading a batch.
 #[derive(Debug, Error)]
 pub enum BatchError {
-    /// The sweep file, or a base scene it names, says something it cannot.
+    /// The sweep file or a base scene is invalid.
     #[error(transparent)]
     Sweep(#[from] SceneError),
     /// A file cannot be read or written.
@@ -16,7 +16,7 @@ pub enum BatchError {
     Io {
         /// The file or folder.
         path: PathBuf,
-        /// What the system says.
+        /// The error of the system.
         source: io::Error,
     },
     /// Another process works on the shard.
@@ -37,7 +37,7 @@ pub enum BatchError {
         /// Number of rows, in words.
         rows: String,
     },
-    /// A journal that is no journal, or one of another program.
+    /// A file is not a journal, or a journal does not fit the sweep or the program.
     #[error("{}: {reason}", path.display())]
     Journal {
         /// Path of the journal.
@@ -45,7 +45,7 @@ pub enum BatchError {
         /// What is wrong, and what is allowed.
         reason: String,
     },
-    /// Something the caller asked for that cannot be had.
+    /// The caller's request cannot be fulfilled, with the reason.
     #[error("{0}")]
     Input(String),
 }

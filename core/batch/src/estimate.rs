@@ -1,4 +1,4 @@
-//! What a sweep will take, from a few of its edits that are opened and not run.
+//! Estimates of the time and memory of a sweep, from a few of its edits, which are opened and not run.
 
 use crate::column::ColumnKind;
 use crate::edit::Resolved;
@@ -14,10 +14,10 @@ use std::time::Instant;
 
 /// Number of edits that are opened, evenly spaced over the shard.
 const SAMPLES: u64 = 8;
-/// Bytes of a number in a row, with its name left out: 17 digits, sign, exponent and comma, on average fewer.
+/// Mean size of a number in a row without its name, bytes: at most 17 digits, sign, exponent and comma.
 const NUMBER_BYTES: u64 = 18;
 
-/// What a shard of a sweep will take.
+/// Estimated time and size of a shard.
 #[derive(Clone, Debug, Serialize)]
 pub struct Estimate {
     /// Number of edits of the whole sweep.
@@ -26,28 +26,28 @@ pub struct Estimate {
     pub shard_edits: u64,
     /// Number of edits that were opened for this estimate.
     pub opened: u64,
-    /// Why some of them cannot be opened.
+    /// Messages of edits that cannot be opened.
     pub failures: Vec<String>,
-    /// s, mean over the opened edits of their steps under a tool
+    /// Mean time of all steps of an edit under a tool, s.
     pub step_seconds: f64,
-    /// s, mean over the opened edits of opening one
+    /// Mean time of opening an edit, s.
     pub open_seconds: f64,
-    /// s, of the whole shard with `jobs` edits at a time
+    /// Time of the whole shard with `jobs` parallel edits, s.
     pub seconds: f64,
-    /// Edits at a time.
+    /// Number of parallel edits.
     pub jobs: usize,
-    /// Bytes of the table and the journal.
+    /// Size of the table and the journal, bytes.
     pub table_bytes: u64,
-    /// Bytes of the meshes, if they are kept and all differ.
+    /// Size of the meshes if they are kept and all differ, bytes.
     pub mesh_bytes: u64,
-    /// Bytes, the most that the data of one of the opened edits takes.
+    /// Largest memory of an opened edit, bytes.
     pub edit_memory: u64,
 }
 
-/// Estimates what a shard will take.
+/// Estimates the time and size of a shard with `jobs` parallel edits.
 ///
 /// # Errors
-/// None of the opened edits can be opened.
+/// Fails if none of the sampled edits can be opened.
 pub fn estimate(sweep: &Sweep, options: &RunOptions, jobs: usize) -> Result<Estimate, BatchError> {
     let keys = KeyMaker::new(&options.program, &options.search);
     let meshes = MeshStore::new(Path::new("."));
@@ -71,11 +71,11 @@ pub fn estimate(sweep: &Sweep, options: &RunOptions, jobs: usize) -> Result<Esti
     };
     let (mut row_bytes, mut mesh_bytes) = (0, 0);
     for i in 0..samples {
-        let place = edits[(i * edits.len() as u64 / samples) as usize];
+        let index = edits[(i * edits.len() as u64 / samples) as usize];
         let began = Instant::now();
-        let resolved = Resolved::new(sweep, place, &keys);
+        let resolved = Resolved::new(sweep, index, &keys);
         match runner.open(&resolved) {
-            Err(failure) => all.failures.push(format!("edit {place}: {}: {}", failure.class, failure.message)),
+            Err(failure) => all.failures.push(format!("edit {index}: {}: {}", failure.class, failure.message)),
             Ok(OpenedEdit { session, steps, .. }) => {
                 all.opened += 1;
                 all.open_seconds += began.elapsed().as_secs_f64();
@@ -99,7 +99,7 @@ pub fn estimate(sweep: &Sweep, options: &RunOptions, jobs: usize) -> Result<Esti
     Ok(all)
 }
 
-/// Bytes of a row and its records in the journal.
+/// Size of a row and of its records in the journal, bytes.
 fn bytes_of_row(sweep: &Sweep, steps: u64) -> u64 {
     /// Bytes of the records of one edit in the journal.
     const RECORDS: u64 = 330;

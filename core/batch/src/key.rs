@@ -1,4 +1,4 @@
-//! What an edit is known by: a digest of everything its result depends on.
+//! Keys of edits: digests of everything on which a result depends.
 
 use crate::edit::Edit;
 use crate::sweep::BaseScene;
@@ -11,8 +11,8 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-/// Digest of an edit's resolved scene, the bytes of its meshes, plugins and parameter files, and the program's version: the first 128 bits
-/// of BLAKE3, in hexadecimal. Two edits with one key have one result.
+/// Digest of an edit's resolved scene, the bytes of its meshes, plugins and parameter files, and the program's version: the first 128 bits of
+/// BLAKE3, in hexadecimal. Edits with equal keys have equal results.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct EditKey(String);
 
@@ -22,28 +22,30 @@ impl fmt::Display for EditKey {
     }
 }
 
-/// Makes keys; reads each file once.
+/// Computes keys; reads each file once.
 pub(crate) struct KeyMaker {
+    /// Program and version.
     program: String,
+    /// Folders in which plugins are searched.
     search: SearchPath,
-    /// Digest of each file, or why it cannot be read.
+    /// Digest of each file, or the kind of the error of reading it.
     files: Mutex<HashMap<PathBuf, String>>,
 }
 
 impl KeyMaker {
-    /// For results of `program`, with plugins found in `search`.
+    /// Computes keys of results of `program` with plugins in `search`.
     pub(crate) fn new(program: &str, search: &SearchPath) -> Self {
         Self { program: program.to_owned(), search: search.clone(), files: Mutex::default() }
     }
 
-    /// The key of an edit; `scene` is `None` where the edit's scene cannot be read.
+    /// The key of an edit; `scene` is `None` if the edit's scene is invalid.
     pub(crate) fn key(&self, edit: &Edit, base: &BaseScene, scene: Option<&(Scene, Source)>) -> EditKey {
         let mut digest = ContentHasher::default();
         digest.add("pliant edit 1");
         digest.add(&self.program);
         digest.add(&edit.repeat.map(|repeat| repeat.to_string()).unwrap_or_default());
         match scene {
-            // The table and not the text: comments and spaces change nothing. Its keys are sorted.
+            // The table with sorted keys: comments and spaces in the text do not matter.
             Some((_, source)) => digest.add(&source.text.parse::<toml::Table>().unwrap_or_default().to_string()),
             None => {
                 digest.add(&base.text);
@@ -59,7 +61,7 @@ impl KeyMaker {
         EditKey(digest.finish()[..32].to_owned())
     }
 
-    /// Adds the files a scene names: meshes, plugins, and parameters that are paths of files.
+    /// Adds the files that a scene names: meshes, plugins, and parameters that are paths.
     fn add_files(&self, scene: &Scene, source: &Source, digest: &mut ContentHasher) {
         let folder = source.folder();
         let mut plugins = Vec::new();
@@ -87,7 +89,7 @@ impl KeyMaker {
             }
         }
         for value in params.into_iter().flat_map(|params| params.values()) {
-            // What is a path is known to the plugin alone; a text that names a file counts as one.
+            // Types of parameters are known to the plugin alone; a text that names an existing file counts as a path.
             let path = value.get_ref().as_str().filter(|text| !text.is_empty()).map(|text| folder.join(text));
             if let Some(path) = path.filter(|path| path.is_file()) {
                 digest.add(&self.file(&path));
@@ -95,7 +97,7 @@ impl KeyMaker {
         }
     }
 
-    /// Digest of a file's bytes; of what the system says, if it cannot be read.
+    /// Digest of a file, or the kind of the error of reading it.
     fn file(&self, path: &Path) -> String {
         let mut files = self.files.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         let of_file = || hash_file(path).unwrap_or_else(|error| format!("unreadable: {:?}", error.kind()));

@@ -1,15 +1,15 @@
-//! Many scripted edits: one description, any number of processes, one table.
+//! Parameter sweeps over scripted edits, run by any number of processes, with one table of results.
 //!
-//! A [`Sweep`] is read from a file: base scenes, models, and axes whose product is the list of edits. [`run`] does the edits of one shard
-//! in parallel and appends a row for each to the shard's files; an edit that is there already is not done again. [`collect()`] merges
-//! shards to one table, [`status`] tells how far they are, [`plot()`] draws them, [`launcher`] writes a script for a cluster.
+//! A [`Sweep`] is read from a file: base scenes, models, and axes whose product is the list of edits. [`run`] runs the edits of one shard in
+//! parallel and appends a row for each to the shard's files; edits that have a row are not run again. [`collect()`] merges shards into one table,
+//! [`status`] reports their progress, [`plot()`] draws columns, and [`launcher`] writes a script for a cluster.
 //!
-//! A [`SessionBatch`] is the other way to use many sessions: all are open, and a caller steps them together and moves their hands.
+//! With a [`SessionBatch`] many sessions are open at once: the caller steps them together and moves their hands.
 //!
-//! An edit is known by a digest of its resolved scene, the bytes of its meshes and plugins, and the program's version ([`EditKey`]). Rows
-//! hold nothing that depends on time or machine, so any way of running a sweep gives the same table.
+//! An edit is identified by a digest of its resolved scene, the bytes of its meshes and plugins, and the program's version ([`EditKey`]). Rows do
+//! not depend on time or machine, so all ways of running a sweep give the same table.
 //!
-//! This crate prints nothing and starts no process but those its caller describes.
+//! This crate prints nothing, and starts no processes but those that its caller describes.
 //!
 //! # Example
 //! ```no_run

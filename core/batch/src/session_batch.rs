@@ -1,4 +1,4 @@
-//! Many sessions of one kind, stepped together: parameters differ from instance to instance, and a caller reads all of them between steps.
+//! Many open sessions that are stepped together; the caller reads and controls all of them between steps.
 
 use crate::execute::{Failure, FailureClass, MODELS_KEPT};
 use pliant_engine::plan::Plan;
@@ -12,9 +12,9 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// A scene and its text.
+/// A scene and its source.
 pub struct SceneInstance {
-    /// What the scene says.
+    /// The scene.
     pub scene: Scene,
     /// Its text and models.
     pub source: Source,
@@ -22,54 +22,57 @@ pub struct SceneInstance {
 
 /// One session of a batch.
 struct Instance {
+    /// The scene's source.
     source: Source,
-    /// Steps of the scene's duration.
+    /// Number of steps of the scene.
     planned_steps: u64,
     /// `None` once a step panicked.
     session: Option<Session>,
-    /// Why it was lost.
+    /// The failure of a session that was lost.
     lost: Option<Failure>,
 }
 
-/// What a run of an instance traced of a tool, a row for each step.
+/// Quantities of a tool in a run, a value for each step.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ToolSeries {
     /// Name of the tool.
     pub name: String,
-    /// m, where the hand was
+    /// Position of the hand, m (steps x 3).
     pub hand: Vec<Vec3>,
-    /// m, how far the surface had gone in, or out
+    /// Depth to which the surface is pushed in, or pulled out, m (steps).
     pub depth: Vec<f64>,
-    /// N, on the hand
+    /// Force on the hand, N (steps x 3).
     pub force: Vec<Vec3>,
 }
 
-/// What a run of an instance came to.
+/// Results of the run of an instance.
 #[derive(Clone, Debug, Default)]
 pub struct InstanceRun {
-    /// s, the end of each step
+    /// Time at the end of each step, s.
     pub time: Vec<f64>,
-    /// Its tools, in the order of the session.
+    /// Tools, in the order of the session.
     pub tools: Vec<ToolSeries>,
-    /// Its probes, in the order of the scene.
+    /// Probes, in the order of the scene.
     pub probes: Vec<ProbeResult>,
 }
 
-/// Many open sessions that share what they have in common, each stepped by one thread at a time.
+/// Many open sessions, which share models and grids. Each is stepped by one thread at a time.
 ///
-/// Results of an instance are the bytes of a session of its own, for any number of threads. An instance whose step panics is lost and the
-/// others go on; see [`SessionBatch::failures`].
+/// An instance gives the same bytes as a session on its own, for any number of threads. An instance whose step panics is lost, and the others go
+/// on; see [`SessionBatch::failures`].
 pub struct SessionBatch {
+    /// The sessions.
     instances: Vec<Instance>,
+    /// Number of threads.
     jobs: usize,
 }
 
 impl SessionBatch {
-    /// Opens a session for each scene, `jobs` at a time; 0 takes as many as there are processors. `hands` names devices whose hands are away
-    /// until [`SessionBatch::place_hand`].
+    /// Opens a session for each scene with `jobs` threads; 0 for the number of processors. `hands` names devices whose hands are absent until
+    /// [`SessionBatch::place_hand`] is called.
     ///
     /// # Errors
-    /// The first scene that cannot be opened: its number from 0, and why.
+    /// Returns the index and the failure of the first scene that cannot be opened.
     pub fn open(
         scenes: Vec<SceneInstance>,
         search: &SearchPath,
@@ -95,7 +98,7 @@ impl SessionBatch {
             let planned_steps = scene.time.steps();
             Ok(Instance { source, planned_steps, session: Some(session), lost: None })
         };
-        let opened = in_parallel(jobs, scenes, |given| contained(|| open(given)));
+        let opened = in_parallel(jobs, scenes, |given| catch_panic(|| open(given)));
         let mut instances = Vec::with_capacity(opened.len());
         for (number, instance) in opened.into_iter().enumerate() {
             instances.push(instance.map_err(|failure| (number, failure))?);
@@ -118,7 +121,7 @@ impl SessionBatch {
         self.instances.get(number)?.session.as_ref()
     }
 
-    /// Takes up to `count` steps of every instance; fewer once `stop` is set. Instances then differ in the number of steps they took.
+    /// Takes `count` steps of every instance, or fewer once `stop` is set; numbers of steps may then differ between instances.
     pub fn step(&mut self, count: u64, stop: &AtomicBool) {
         self.each(|_, session| {
             for _ in 0..count {
@@ -130,29 +133,28 @@ impl SessionBatch {
         });
     }
 
-    /// Steps every instance to the end of its scene, or until `stop` is set, and measures it. An instance that was lost has an empty run.
+    /// Steps every instance to the end of its scene or until `stop` is set. An instance that was lost has an empty run.
     pub fn run(&mut self, stop: &AtomicBool) -> Vec<InstanceRun> {
         let runs = self.each(|instance, session| run(instance, session, stop));
         runs.into_iter().map(Option::unwrap_or_default).collect()
     }
 
-    /// Puts the hand of a tool of an instance somewhere, or takes it away.
+    /// Sets the pose of the hand of a tool of an instance; `None` removes the hand.
     ///
     /// # Panics
-    /// On a tool that the session does not have.
+    /// If the session does not have the tool.
     pub fn place_hand(&mut self, number: usize, tool: usize, pose: Option<HandPose>) {
         if let Some(session) = self.instances.get_mut(number).and_then(|instance| instance.session.as_mut()) {
             session.place_hand(tool, pose);
         }
     }
 
-    /// Brings the surfaces of all instances up to date.
+    /// Updates the surfaces of all instances.
     pub fn update_surfaces(&mut self) {
         self.each(|_, session| session.update_surface());
     }
 
-    /// Why an instance did not do what its scene says: by number, those that were lost, and those with a body that was frozen or a device that
-    /// was lost.
+    /// Indices and failures of the instances that were lost, or in which a body was frozen or a device was lost.
     pub fn failures(&self) -> Vec<(usize, Failure)> {
         let of_instance = |instance: &Instance| {
             instance.lost.clone().or_else(|| instance.session.as_ref().and_then(Failure::of_session))
@@ -160,13 +162,13 @@ impl SessionBatch {
         self.instances.iter().enumerate().filter_map(|(number, i)| Some((number, of_instance(i)?))).collect()
     }
 
-    /// Does `work` with every session, in parallel, and gives the results by number; `None` for an instance that was lost.
-    fn each<R: Send>(&mut self, work: impl Fn(&Facts<'_>, &mut Session) -> R + Sync) -> Vec<Option<R>> {
+    /// Calls `work` with every session, in parallel; `None` for an instance that was lost.
+    fn each<R: Send>(&mut self, work: impl Fn(&InstanceInfo<'_>, &mut Session) -> R + Sync) -> Vec<Option<R>> {
         in_parallel(self.jobs, self.instances.iter_mut().collect(), |instance: &mut Instance| {
             let Instance { source, planned_steps, session, lost } = instance;
-            let facts = Facts { source, planned_steps: *planned_steps };
+            let info = InstanceInfo { source, planned_steps: *planned_steps };
             let open = session.as_mut()?;
-            match contained(|| Ok(work(&facts, open))) {
+            match catch_panic(|| Ok(work(&info, open))) {
                 Ok(done) => Some(done),
                 Err(failure) => {
                     (*session, *lost) = (None, Some(failure));
@@ -177,39 +179,41 @@ impl SessionBatch {
     }
 }
 
-/// What is known of an instance besides its session.
-struct Facts<'a> {
+/// An instance without its session.
+struct InstanceInfo<'a> {
+    /// The scene's source.
     source: &'a Source,
+    /// Number of steps of the scene.
     planned_steps: u64,
 }
 
 /// Steps a session to the end of its scene.
-fn run(facts: &Facts<'_>, session: &mut Session, stop: &AtomicBool) -> InstanceRun {
-    let mut figures = RunStatistics::new(facts.source, session, Instant::now());
+fn run(instance: &InstanceInfo<'_>, session: &mut Session, stop: &AtomicBool) -> InstanceRun {
+    let mut figures = RunStatistics::new(instance.source, session, Instant::now());
     let series = |name: &String| ToolSeries { name: name.clone(), ..ToolSeries::default() };
     let mut tools: Vec<ToolSeries> = session.tools.iter().map(|slot| series(&slot.tool.name)).collect();
     let mut time = Vec::new();
-    while session.steps() < facts.planned_steps && !stop.load(Ordering::Relaxed) {
+    while session.steps() < instance.planned_steps && !stop.load(Ordering::Relaxed) {
         session.step();
-        let last = session.steps() == facts.planned_steps;
+        let last = session.steps() == instance.planned_steps;
         figures.step(session, last, false);
         let frame = session.frame();
         time.push(frame.time);
-        for (series, felt) in tools.iter_mut().zip(&frame.tools) {
-            series.hand.push(felt.hand);
-            series.depth.push(felt.depth);
-            series.force.push(felt.force);
+        for (series, tool) in tools.iter_mut().zip(&frame.tools) {
+            series.hand.push(tool.hand);
+            series.depth.push(tool.depth);
+            series.force.push(tool.force);
         }
     }
     InstanceRun { time, tools, probes: figures.probes() }
 }
 
-/// Does `work`; a panic in it is a failure.
-fn contained<R>(work: impl FnOnce() -> Result<R, Failure>) -> Result<R, Failure> {
+/// Calls `work`; a panic in it becomes a failure.
+fn catch_panic<R>(work: impl FnOnce() -> Result<R, Failure>) -> Result<R, Failure> {
     catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| Err(Failure::of_panic(panic.as_ref())))
 }
 
-/// Does `work` with each item on up to `jobs` threads; results are in the order of the items.
+/// Calls `work` with each item on up to `jobs` threads; results are in the order of the items.
 fn in_parallel<T: Send, R: Send>(jobs: usize, items: Vec<T>, work: impl Fn(T) -> R + Sync) -> Vec<R> {
     let count = items.len();
     if jobs <= 1 || count <= 1 {
@@ -225,7 +229,7 @@ fn in_parallel<T: Send, R: Send>(jobs: usize, items: Vec<T>, work: impl Fn(T) ->
         }
     };
     std::thread::scope(|scope| {
-        // The thread that called works along.
+        // The calling thread is one of the workers.
         (1..jobs.min(count)).for_each(|_| _ = scope.spawn(worker));
         worker();
     });

@@ -1,10 +1,10 @@
-//! A shard: the part of a sweep that one process does.
+//! Shards: the parts of a sweep that processes run.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// Shard `number` of `count`: edits whose place in the sweep, modulo `count`, is `number - 1`. Costs that vary along an axis are spread over
-/// all shards that way.
+/// Shard `number` of `count`: the edits whose index modulo `count` is `number - 1`. Costs that vary along an axis are thus distributed over all
+/// shards.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Shard {
     /// Number of the shard, from 1.
@@ -21,7 +21,7 @@ impl Default for Shard {
 }
 
 impl Shard {
-    /// Places of its edits in a sweep of `edits`, rising.
+    /// Indices of its edits in a sweep of `edits`, ascending.
     pub fn edits(self, edits: u64) -> impl Iterator<Item = u64> {
         (self.number - 1..edits).step_by(self.count as usize)
     }
@@ -31,7 +31,7 @@ impl Shard {
         (edits + self.count - self.number) / self.count
     }
 
-    /// Stem of its files.
+    /// Stem of the names of its files.
     pub(crate) fn stem(self) -> String {
         let digits = self.count.to_string().len();
         format!("shard-{:0digits$}-of-{}", self.number, self.count)

@@ -1,4 +1,4 @@
-//! How far the shards of a batch are.
+//! Progress of the shards of a batch.
 
 use crate::error::BatchError;
 use crate::store::{OpenRecord, journals, read_state};
@@ -7,12 +7,12 @@ use std::collections::BTreeMap;
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 
-/// How far a shard is.
+/// Progress of a shard.
 #[derive(Clone, Debug, Serialize)]
 pub struct ShardStatus {
-    /// Its journal.
+    /// Path of its journal.
     pub journal: PathBuf,
-    /// As `I/N`.
+    /// The shard, as `I/N`.
     pub shard: String,
     /// Title of the sweep.
     pub title: String,
@@ -20,31 +20,31 @@ pub struct ShardStatus {
     pub program: String,
     /// Number of its edits.
     pub edits: u64,
-    /// Edits with a row.
+    /// Number of edits with a row.
     pub done: u64,
-    /// Edits whose row says that they failed, by class.
+    /// Number of failed edits by class.
     pub failed: BTreeMap<String, u64>,
-    /// Edits that began and have no row.
+    /// Number of edits that began and have no row.
     pub under_way: u64,
     /// `running`, `finished`, `stopped` before its last edit, or `killed`.
     pub state: &'static str,
-    /// The process that runs it, or ran it last.
+    /// The process that runs it or ran it last.
     pub process: String,
-    /// s, of all edits with a row
+    /// Total time of all edits with a row, s.
     pub edit_seconds: f64,
-    /// s, of it in steps
+    /// Time of their steps, s.
     pub step_seconds: f64,
 }
 
-/// How far each shard in a folder is, in the order of their names.
+/// Progress of each shard in a folder, in the order of their names.
 ///
 /// # Errors
-/// A folder without shards, or a journal that cannot be read.
+/// Fails for a folder without shards and for a journal that cannot be read.
 pub fn status(folder: &Path) -> Result<Vec<ShardStatus>, BatchError> {
     journals(folder)?.into_iter().filter_map(|path| of_shard(path).transpose()).collect()
 }
 
-/// How far a shard is; `None` if no process has opened it yet.
+/// Progress of the shard of a journal; `None` if no process has opened it yet.
 fn of_shard(journal: PathBuf) -> Result<Option<ShardStatus>, BatchError> {
     let mut file = File::open(&journal).map_err(BatchError::at(&journal))?;
     let running = matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock));

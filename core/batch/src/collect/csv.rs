@@ -1,4 +1,4 @@
-//! A table as comma-separated values (RFC 4180, with plain line feeds).
+//! Writing of a table as comma-separated values (RFC 4180, with line feeds).
 
 use super::Table;
 use crate::column::Column;
@@ -8,7 +8,7 @@ use std::borrow::Cow;
 use std::io::Write;
 use std::path::Path;
 
-/// Writes a line of names with units, and a line for each row.
+/// Writes a header with units and a line for each row.
 pub(super) fn write(table: &mut Table, out: &mut impl Write) -> Result<(), BatchError> {
     let io = |source| BatchError::io(Path::new("the table"), source);
     let names: Vec<String> = table.columns().iter().map(|column: &Column| quoted(&column.header()).into()).collect();
@@ -19,7 +19,7 @@ pub(super) fn write(table: &mut Table, out: &mut impl Write) -> Result<(), Batch
     })
 }
 
-/// The text of a cell; empty where there is no value.
+/// The text of a cell; empty without a value.
 fn cell(value: &Value) -> String {
     match value {
         Value::Null => String::new(),
@@ -29,7 +29,7 @@ fn cell(value: &Value) -> String {
     }
 }
 
-/// A text in quotes, where it needs them.
+/// A text, in quotes if it needs them.
 fn quoted(text: &str) -> Cow<'_, str> {
     if text.contains([',', '"', '\n', '\r']) {
         Cow::Owned(format!("\"{}\"", text.replace('"', "\"\"")))

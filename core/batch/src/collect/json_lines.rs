@@ -1,4 +1,4 @@
-//! A table as lines of JSON.
+//! Writing of a table as JSON Lines.
 
 use super::Table;
 use crate::column::row_text;
@@ -6,7 +6,7 @@ use crate::error::BatchError;
 use std::io::Write;
 use std::path::Path;
 
-/// Writes an object for each row, names in the order of the columns.
+/// Writes an object for each row, with keys in the order of the columns.
 pub(super) fn write(table: &mut Table, out: &mut impl Write) -> Result<(), BatchError> {
     let columns = table.columns().to_vec();
     table.for_each(|cells| {

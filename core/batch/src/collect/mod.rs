@@ -1,4 +1,4 @@
-//! Shards of a batch as one table.
+//! Merging of the shards of a batch into one table.
 
 mod csv;
 mod json_lines;
@@ -14,21 +14,21 @@ use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// What the caller decides.
+/// Options of [`collect`].
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CollectOptions {
-    /// Take shards of different program versions together; a column says which.
+    /// Whether shards of different program versions are merged; a column then names the program.
     pub mixed: bool,
-    /// Add columns of where the time went, which differ from run to run.
+    /// Whether to add columns of times, which differ from run to run.
     pub timings: bool,
 }
 
 /// Formats of tables.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// Comma-separated values with a line of names; lists and objects are JSON in a cell.
+    /// Comma-separated values with a header; lists and objects are JSON in a cell.
     Csv,
-    /// An object of JSON in each line.
+    /// JSON Lines: an object for each row.
     JsonLines,
     /// Apache Parquet; units are in the metadata of the columns.
     #[cfg(feature = "parquet")]
@@ -36,10 +36,10 @@ pub enum Format {
 }
 
 impl Format {
-    /// The format of a file, by the end of its name.
+    /// The format of a file, by its extension.
     ///
     /// # Errors
-    /// A sentence with the ends there are.
+    /// Returns a message with the extensions that are allowed.
     pub fn of(path: &Path) -> Result<Self, String> {
         match path.extension().and_then(|extension| extension.to_str()) {
             Some("csv") => Ok(Self::Csv),
@@ -56,38 +56,52 @@ impl Format {
     }
 }
 
-/// A shard that is read.
+/// The table of a shard, open for reading.
 struct ShardRows {
+    /// The file with its rows.
     table: File,
+    /// Path of the file.
     path: PathBuf,
+    /// Program and version of its results.
     program: String,
 }
 
-/// Rows of all shards, sorted by their place in the sweep; they are read one by one.
+/// Rows of all shards, sorted by edit; they are read one by one.
 pub struct Table {
+    /// Columns.
     columns: Vec<Column>,
+    /// Tables of the shards.
     shards: Vec<ShardRows>,
-    /// Shard and record of each row, by its place.
-    rows: BTreeMap<u64, (usize, RowRecord)>,
+    /// Rows by the index of their edit.
+    rows: BTreeMap<u64, TableRow>,
+    /// Options of [`collect`].
     options: CollectOptions,
 }
 
-/// What was collected.
+/// A row of a table.
+struct TableRow {
+    /// Index of its shard.
+    shard: usize,
+    /// Its record in the journal.
+    record: RowRecord,
+}
+
+/// Result of [`collect`].
 pub struct Collected {
     /// The table.
     pub table: Table,
     /// Number of edits of the sweep.
     pub edits: u64,
-    /// Number of rows that say that their edit failed.
+    /// Number of rows of failed edits.
     pub failed: u64,
-    /// Shards of which some edits are missing, with their number.
+    /// Number of missing edits by shard (`I/N`), of shards with missing edits.
     pub missing: BTreeMap<String, u64>,
 }
 
-/// Reads the shards in some folders as one table.
+/// Reads the shards in `folders` as one table.
 ///
 /// # Errors
-/// Folders without shards, shards of different sweeps or, unless `mixed`, of different versions, files that cannot be read.
+/// Fails for folders without shards, shards of different sweeps or, unless `mixed`, of different versions, and files that cannot be read.
 pub fn collect(folders: &[PathBuf], options: CollectOptions) -> Result<Collected, BatchError> {
     let mut first: Option<(OpenRecord, PathBuf)> = None;
     let mut table = Table { columns: Vec::new(), shards: Vec::new(), rows: BTreeMap::new(), options };
@@ -101,9 +115,9 @@ pub fn collect(folders: &[PathBuf], options: CollectOptions) -> Result<Collected
             let rows_path = path.with_extension("rows");
             let mut rows = File::open(&rows_path).map_err(BatchError::at(&rows_path))?;
             let shard = table.shards.len();
-            for (place, row) in state.rows {
-                if row_bytes(&mut rows, &row).map_err(BatchError::at(&rows_path))?.is_some() {
-                    table.rows.entry(place).or_insert((shard, row));
+            for (edit, record) in state.rows {
+                if row_bytes(&mut rows, &record).map_err(BatchError::at(&rows_path))?.is_some() {
+                    table.rows.entry(edit).or_insert(TableRow { shard, record });
                 }
             }
             table.shards.push(ShardRows { table: rows, path: rows_path, program: open.program.clone() });
@@ -118,12 +132,12 @@ pub fn collect(folders: &[PathBuf], options: CollectOptions) -> Result<Collected
     };
     table.columns = open.columns.clone();
     table.columns.extend(extra_columns(options));
-    let failed = table.rows.values().filter(|(_, row)| row.failed.is_some()).count() as u64;
+    let failed = table.rows.values().filter(|row| row.record.failed.is_some()).count() as u64;
     let missing = missing(&table, &open, &counts);
     Ok(Collected { table, edits: open.edits, failed, missing })
 }
 
-/// Refuses two shards that do not belong together.
+/// Checks that two shards are of the same sweep and, unless `mixed`, of the same program.
 fn check_same(
     known: &OpenRecord,
     of: &Path,
@@ -146,7 +160,7 @@ fn check_same(
     Ok(())
 }
 
-/// Columns that are not in the shards' tables.
+/// Columns that are not in the tables of the shards.
 fn extra_columns(options: CollectOptions) -> Vec<Column> {
     let mut columns = Vec::new();
     if options.mixed {
@@ -159,41 +173,41 @@ fn extra_columns(options: CollectOptions) -> Vec<Column> {
     columns
 }
 
-/// Numbers of missing edits by shard, of shards as the sweep was cut.
+/// Numbers of missing edits by shard. `counts` are the numbers of shards into which the sweep was divided.
 fn missing(table: &Table, open: &OpenRecord, counts: &BTreeSet<u64>) -> BTreeMap<String, u64> {
-    // Shards of several cuts together: which one should have a missing edit is not known.
+    // With several divisions the shard of a missing edit is not known.
     let shards = if counts.len() == 1 { open.shards } else { 1 };
     let mut missing = BTreeMap::new();
     let mut next = 0;
-    for place in table.rows.keys().copied().chain([open.edits]) {
-        for absent in next..place.min(open.edits) {
+    for edit in table.rows.keys().copied().chain([open.edits]) {
+        for absent in next..edit.min(open.edits) {
             *missing.entry(format!("{}/{shards}", absent % shards + 1)).or_default() += 1;
         }
-        next = place + 1;
+        next = edit + 1;
     }
     missing
 }
 
 impl Table {
-    /// Its columns.
+    /// The columns.
     pub fn columns(&self) -> &[Column] {
         &self.columns
     }
 
-    /// Number of its rows.
+    /// Number of rows.
     pub fn len(&self) -> usize {
         self.rows.len()
     }
 
-    /// Whether it has no row.
+    /// Whether there are no rows.
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }
 
-    /// Writes it.
+    /// Writes the table.
     ///
     /// # Errors
-    /// A shard that cannot be read, or what `out` says.
+    /// Fails for a shard that cannot be read and with the errors of `out`.
     pub fn write(&mut self, format: Format, out: &mut (impl Write + Send)) -> Result<(), BatchError> {
         match format {
             Format::Csv => csv::write(self, out),
@@ -206,9 +220,9 @@ impl Table {
     /// Calls `visit` with the cells of each row, in the order of the sweep.
     ///
     /// # Errors
-    /// A shard that cannot be read, or what `visit` says.
+    /// Fails for a shard that cannot be read and with the errors of `visit`.
     pub fn for_each(&mut self, mut visit: impl FnMut(Vec<Value>) -> Result<(), BatchError>) -> Result<(), BatchError> {
-        for (shard, row) in self.rows.values() {
+        for TableRow { shard, record: row } in self.rows.values() {
             let ShardRows { table, path, program } = &mut self.shards[*shard];
             let Some(bytes) = row_bytes(table, row).map_err(BatchError::at(path))? else { continue };
             let mut cells: Map<String, Value> = serde_json::from_slice(&bytes)

@@ -1,4 +1,4 @@
-//! A table as Apache Parquet, columns in groups of rows, compressed with Snappy.
+//! Writing of a table as Apache Parquet, in row groups compressed with Snappy.
 
 use super::Table;
 use crate::column::{Column, ColumnKind};
@@ -14,7 +14,7 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Rows that are held at a time.
+/// Rows of a group.
 const GROUP: usize = 8192;
 
 /// Writes the table. The metadata of a field has its unit under `unit`.
@@ -40,6 +40,7 @@ pub(super) fn write(table: &mut Table, out: &mut (impl Write + Send)) -> Result<
     writer.close().map(drop).map_err(|e| failed(&e))
 }
 
+/// An error of the writer.
 fn failed(error: &dyn std::fmt::Display) -> BatchError {
     BatchError::io(Path::new("the table"), std::io::Error::other(error.to_string()))
 }
@@ -60,7 +61,7 @@ fn field(column: &Column) -> Field {
     }
 }
 
-/// Cells of a column; what is not of its kind is left empty.
+/// Cells of a column; a value of another type becomes empty.
 fn array<'a>(column: &Column, cells: impl Iterator<Item = &'a Value>) -> ArrayRef {
     match column.kind {
         ColumnKind::Integer => {

@@ -1,4 +1,4 @@
-//! Edits in a child process, which a faulty plugin, too much memory or a call that never returns may end.
+//! Edits in child processes, which isolate faulty plugins, excessive memory and calls that do not return.
 
 use super::failure::{Failure, FailureClass};
 use super::run_edit::{EditResult, EditSeconds};
@@ -14,14 +14,15 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// How a child process is started: a command that ends in [`serve`](super::serve).
+/// The command that starts a child process, which must run [`serve`](super::serve).
 #[derive(Clone)]
 pub struct Isolation {
+    /// Creates the command.
     command: Arc<dyn Fn() -> Command + Send + Sync>,
 }
 
 impl Isolation {
-    /// Children are started with what `command` gives; its standard streams are replaced.
+    /// Children are started with the result of `command`, whose standard streams are replaced.
     pub fn new(command: impl Fn() -> Command + Send + Sync + 'static) -> Self {
         Self { command: Arc::new(command) }
     }
@@ -33,37 +34,43 @@ impl fmt::Debug for Isolation {
     }
 }
 
-/// Time from one look at whether the run was stopped to the next.
+/// Interval at which a stop of the run is checked.
 const TICK: Duration = Duration::from_millis(50);
-/// Time a child may go on after the limit of an edit: it looks at the limit itself after each step.
+/// Time between the limit of an edit and the kill of its child, which checks the limit itself after each step.
 const GRACE: Duration = Duration::from_secs(1);
-/// Largest number of bytes kept of what a child says on standard error.
-const SAID: usize = 4096;
+/// Number of bytes of a child's standard error that are kept, from its end.
+const STDERR_KEPT: usize = 4096;
 
-/// Runs edits in a child that is started when it is needed and stays for the next edit.
+/// Runs edits in a child process, which is started at the first edit and used again for the next ones.
 pub(super) struct ChildRunner {
+    /// How children are started.
     isolation: Isolation,
+    /// The child, if there is one.
     running: Option<RunningChild>,
 }
 
 /// A child and its pipes.
 struct RunningChild {
+    /// The process.
     child: Child,
+    /// Its standard input.
     input: ChildStdin,
+    /// Lines of its standard output.
     lines: Receiver<String>,
-    said: JoinHandle<String>,
+    /// Thread that reads its standard error and returns the end of it.
+    stderr: JoinHandle<String>,
 }
 
 impl ChildRunner {
-    /// No child is started yet.
+    /// A runner without a child.
     pub(super) fn new(isolation: Isolation) -> Self {
         Self { isolation, running: None }
     }
 
-    /// Runs an edit; `None` if `stop` said so before its end.
+    /// Runs an edit; `None` if `stop` returned true before its end.
     ///
     /// # Errors
-    /// A child that cannot be started, that cannot write a mesh, or that reads another sweep.
+    /// Fails for a child that cannot be started, cannot write a mesh or reads a changed sweep.
     pub(super) fn run(
         &mut self,
         sweep: &Sweep,
@@ -79,9 +86,9 @@ impl ChildRunner {
             let seconds = EditSeconds { all: began.elapsed().as_secs_f64(), ..EditSeconds::default() };
             Ok(Some(EditResult::failed(failure, sweep, seconds)))
         };
-        // One that has ended by now does not read; that it has ended is seen below.
-        let _ = writeln!(child.input, "{}", resolved.edit.place).and_then(|()| child.input.flush());
-        let patience = sweep.limits.seconds.map(|limit| (limit, Duration::from_secs_f64(limit) + GRACE));
+        // An error means that the child has ended, which is handled below.
+        let _ = writeln!(child.input, "{}", resolved.edit.index).and_then(|()| child.input.flush());
+        let deadline = sweep.limits.seconds.map(|limit| Duration::from_secs_f64(limit) + GRACE);
         loop {
             match child.lines.recv_timeout(TICK) {
                 Ok(line) => {
@@ -98,15 +105,16 @@ impl ChildRunner {
                     return Ok(None);
                 }
                 Err(RecvTimeoutError::Timeout) => {
-                    if let Some((limit, _)) = patience.filter(|(_, patience)| began.elapsed() > *patience) {
+                    if deadline.is_some_and(|deadline| began.elapsed() > deadline) {
                         child.kill();
-                        return failed(Failure::time_limit(limit));
+                        return failed(Failure::time_limit(sweep.limits.seconds.unwrap_or_default()));
                     }
                 }
             }
         }
     }
 
+    /// Starts a child.
     fn start(&self) -> Result<RunningChild, BatchError> {
         let mut command = (self.isolation.command)();
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -120,16 +128,16 @@ impl ChildRunner {
         let (sender, lines) = channel();
         std::thread::spawn(move || {
             let lines = BufReader::new(output).lines().map_while(Result::ok);
-            // The other end hangs up once it has given up the child.
+            // Sending fails once the receiver has abandoned the child.
             lines.map(|line| sender.send(line)).take_while(Result::is_ok).for_each(drop);
         });
-        let said = std::thread::spawn(move || last_words(error));
-        Ok(RunningChild { child, input, lines, said })
+        let stderr = std::thread::spawn(move || read_end(error));
+        Ok(RunningChild { child, input, lines, stderr })
     }
 }
 
 impl Drop for ChildRunner {
-    /// Ends the child: its input ends, so it does too.
+    /// Closes the input of the child, at which it ends, and waits for it.
     fn drop(&mut self) {
         if let Some(RunningChild { mut child, input, .. }) = self.running.take() {
             drop(input);
@@ -139,40 +147,42 @@ impl Drop for ChildRunner {
 }
 
 impl RunningChild {
+    /// Kills the child.
     fn kill(mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
 
-    /// Why a child ended in the middle of an edit.
+    /// The failure of an edit in whose middle the child ended.
     fn end(mut self, sweep: &Sweep) -> Failure {
         drop(self.input);
         let status = self.child.wait();
-        let said = self.said.join().unwrap_or_default();
-        // What Rust and C++ say when an allocation fails, before they abort.
-        let starved = ["memory allocation of", "bad_alloc", "Cannot allocate memory"].iter().any(|s| said.contains(s));
-        if let Some(limit) = sweep.limits.memory.filter(|_| starved) {
+        let stderr = self.stderr.join().unwrap_or_default();
+        // Messages of Rust and C++ programs that abort because an allocation fails.
+        let messages = ["memory allocation of", "bad_alloc", "Cannot allocate memory"];
+        let is_out_of_memory = messages.iter().any(|message| stderr.contains(message));
+        if let Some(limit) = sweep.limits.memory.filter(|_| is_out_of_memory) {
             return Failure::new(FailureClass::MemoryLimit, format!("needs more than the {limit} bytes it may"));
         }
-        let how = status.map_or_else(|error| error.to_string(), ended_by);
-        let last = said.lines().rev().find(|line| !line.trim().is_empty()).map(|line| format!(": {line}"));
+        let how = status.map_or_else(|error| error.to_string(), describe_end);
+        let last = stderr.lines().rev().find(|line| !line.trim().is_empty()).map(|line| format!(": {line}"));
         Failure::new(FailureClass::Crash, format!("its process ended {how}{}", last.unwrap_or_default()))
     }
 }
 
-/// The last of what a pipe gives, until its end.
-fn last_words(mut pipe: impl Read) -> String {
-    let (mut said, mut buffer) = (Vec::new(), [0; SAID]);
+/// Reads a pipe and returns the last [`STDERR_KEPT`] bytes.
+fn read_end(mut pipe: impl Read) -> String {
+    let (mut kept, mut buffer) = (Vec::new(), [0; STDERR_KEPT]);
     while let Ok(count @ 1..) = pipe.read(&mut buffer) {
-        said.extend_from_slice(&buffer[..count]);
-        said.drain(..said.len().saturating_sub(SAID));
+        kept.extend_from_slice(&buffer[..count]);
+        kept.drain(..kept.len().saturating_sub(STDERR_KEPT));
     }
-    String::from_utf8_lossy(&said).into_owned()
+    String::from_utf8_lossy(&kept).into_owned()
 }
 
-/// How a process ended.
+/// Words for how a process ended, after "its process ended".
 #[cfg(unix)]
-fn ended_by(status: ExitStatus) -> String {
+fn describe_end(status: ExitStatus) -> String {
     use std::os::unix::process::ExitStatusExt;
     match status.signal() {
         Some(9) => "by signal 9 (kill), as a system does to a process that takes too much memory".into(),
@@ -183,8 +193,8 @@ fn ended_by(status: ExitStatus) -> String {
     }
 }
 
-/// How a process ended.
+/// Words for how a process ended, after "its process ended".
 #[cfg(not(unix))]
-fn ended_by(status: ExitStatus) -> String {
+fn describe_end(status: ExitStatus) -> String {
     format!("with {status}")
 }

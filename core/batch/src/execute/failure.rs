@@ -1,36 +1,36 @@
-//! Why an edit failed, by class.
+//! Failures of edits, by class.
 
 use pliant_engine::session::{EventKind, Session, SessionError};
 use serde::{Deserialize, Serialize};
 use std::any::Any;
 use std::fmt;
 
-/// Classes of failures, for counting and for deciding what to try again.
+/// Class of a failure, for counting and retries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FailureClass {
-    /// The scene says something it cannot.
+    /// The scene is invalid.
     Scene,
     /// A model cannot be read or used.
     Model,
     /// An explicit integrator would be unstable.
     StepLimit,
-    /// A body was frozen: its material failed, or its state was no longer finite.
+    /// A body was frozen because its material failed or its state was not finite.
     Quarantine,
-    /// A plugin cannot be used, or failed.
+    /// A plugin cannot be opened, or failed.
     Plugin,
     /// A device was lost.
     DeviceLost,
-    /// The edit took longer than it may.
+    /// The edit exceeded its time limit.
     TimeLimit,
-    /// The edit needed more memory than it may.
+    /// The edit exceeded its memory limit.
     MemoryLimit,
     /// The program or its child process ended in the middle of the edit.
     Crash,
 }
 
 impl FailureClass {
-    /// Whether another try may end otherwise. What the scene alone decides comes out the same again.
+    /// Whether a retry may succeed. Failures that follow from the scene alone repeat.
     pub fn is_retried(self) -> bool {
         matches!(self, Self::Plugin | Self::DeviceLost | Self::TimeLimit | Self::MemoryLimit | Self::Crash)
     }
@@ -57,12 +57,12 @@ impl fmt::Display for FailureClass {
     }
 }
 
-/// Why an edit failed.
+/// The failure of an edit.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Failure {
-    /// Its class.
+    /// Class of the failure.
     pub class: FailureClass,
-    /// A sentence.
+    /// Message.
     pub message: String,
 }
 
@@ -72,19 +72,19 @@ impl Failure {
         Self { class, message: message.to_string() }
     }
 
-    /// A panic of the program itself.
+    /// The failure of an edit in which the program panicked.
     pub(crate) fn of_panic(panic: &(dyn Any + Send)) -> Self {
         let text = panic.downcast_ref::<String>().map(String::as_str);
         let text = text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("no message");
         Self::new(FailureClass::Crash, format!("the program panicked: {text}"))
     }
 
-    /// The edit ran for longer than `limit` (s).
+    /// The failure of an edit that exceeded its time limit (s).
     pub(super) fn time_limit(limit: f64) -> Self {
         Self::new(FailureClass::TimeLimit, format!("took longer than the {limit} s it may"))
     }
 
-    /// Why a session could not be opened.
+    /// The failure of an edit whose session cannot be opened.
     pub(crate) fn of_opening(error: &SessionError) -> Self {
         let class = match error {
             SessionError::StepLimit(_) => FailureClass::StepLimit,
@@ -95,7 +95,7 @@ impl Failure {
         Self::new(class, error)
     }
 
-    /// What went wrong in a session that was run, if anything did.
+    /// The failure of a session that was run, if a device was lost or a body was frozen.
     pub(crate) fn of_session(session: &Session) -> Option<Self> {
         let classes =
             [(EventKind::DeviceLost, FailureClass::DeviceLost), (EventKind::Quarantine, FailureClass::Quarantine)];

@@ -1,4 +1,4 @@
-//! What is read from a run for its row.
+//! Values of a run for its row: summary and trace.
 
 use crate::column::{ColumnKind, number};
 use crate::sweep::Keep;
@@ -8,9 +8,13 @@ use serde_json::Value;
 
 /// A column of the summary.
 pub(crate) struct SummaryColumn {
+    /// Name.
     pub(crate) name: &'static str,
+    /// Unit.
     pub(crate) unit: &'static str,
+    /// Type of its values.
     pub(crate) kind: ColumnKind,
+    /// Reads the value after a run.
     value: fn(&Session, &RunStatistics) -> Value,
 }
 
@@ -24,7 +28,7 @@ const fn whole(name: &'static str, value: fn(&Session, &RunStatistics) -> Value)
     SummaryColumn { name, unit: "1", kind: ColumnKind::Integer, value }
 }
 
-/// Every column of a summary: nothing in it depends on time, threads or machine.
+/// All columns of a summary. No value depends on wall-clock time, threads or machine.
 pub(crate) const SUMMARY: [SummaryColumn; 15] = [
     whole("steps", |session, _| session.steps().into()),
     real("simulated_time", "s", |session, _| number(session.time())),
@@ -53,7 +57,7 @@ fn passed(probes: &[ProbeResult]) -> bool {
     probes.iter().all(|probe| probe.passed != Some(false))
 }
 
-/// Cells of the summary that is kept.
+/// Cells of the kept columns of the summary.
 pub(super) fn summary_cells(keep: &Keep, session: &Session, run: &RunStatistics) -> Vec<Value> {
     let cell = |name: &String| {
         let column = SUMMARY.iter().find(|column| column.name == *name).expect("checked when the sweep was read");
@@ -62,37 +66,39 @@ pub(super) fn summary_cells(keep: &Keep, session: &Session, run: &RunStatistics)
     keep.summary.iter().map(cell).collect()
 }
 
-/// The kept columns of a trace, row by row.
+/// The kept columns of a trace.
 pub(super) struct TraceKeeper {
-    /// Place in the trace of each kept column; `None` where this scene has no such column.
-    places: Vec<Option<usize>>,
+    /// Index in the trace of each kept column; `None` for a column that this scene does not have.
+    indices: Vec<Option<usize>>,
+    /// Steps from one kept row to the next.
     every: u64,
+    /// Values by kept column.
     columns: Vec<Vec<Value>>,
 }
 
 impl TraceKeeper {
-    /// Keeps what `keep` asks for of a session.
+    /// Prepares the columns that `keep` names, for a session.
     pub(super) fn new(keep: &Keep, session: &Session) -> Self {
         let known = if keep.trace.is_empty() { Vec::new() } else { trace_columns(traced_tools(session)) };
-        let places = keep.trace.iter().map(|name| known.iter().position(|column| column == name)).collect();
-        Self { places, every: keep.trace_every, columns: vec![Vec::new(); keep.trace.len()] }
+        let indices = keep.trace.iter().map(|name| known.iter().position(|column| column == name)).collect();
+        Self { indices, every: keep.trace_every, columns: vec![Vec::new(); keep.trace.len()] }
     }
 
-    /// Keeps the step the session has just taken, if it is due. `last`: no step comes after it.
+    /// Keeps the row of the last step of the session if it is due. `last`: no step comes after it.
     pub(super) fn step(&mut self, session: &Session, last: bool) {
         if self.columns.is_empty() || !(last || (session.steps() - 1).is_multiple_of(self.every)) {
             return;
         }
         let cells = trace_cells(session.frame());
-        for (place, column) in self.places.iter().zip(&mut self.columns) {
-            let Some(text) = place.and_then(|place| cells.get(place)) else { continue };
+        for (index, column) in self.indices.iter().zip(&mut self.columns) {
+            let Some(text) = index.and_then(|index| cells.get(index)) else { continue };
             column.push(text.parse::<f64>().map_or_else(|_| Value::from(text.as_str()), number));
         }
     }
 
     /// A cell for each kept column.
     pub(super) fn cells(self) -> impl Iterator<Item = Value> {
-        let of_column = |(place, column): (Option<usize>, Vec<Value>)| place.map_or(Value::Null, |_| column.into());
-        self.places.into_iter().zip(self.columns).map(of_column)
+        let of_column = |(index, column): (Option<usize>, Vec<Value>)| index.map_or(Value::Null, |_| column.into());
+        self.indices.into_iter().zip(self.columns).map(of_column)
     }
 }

@@ -1,4 +1,4 @@
-//! Running the edits of a shard.
+//! Execution of the edits of a shard.
 
 mod child;
 mod failure;

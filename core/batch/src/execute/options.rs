@@ -1,4 +1,4 @@
-//! What a caller decides of a run, and what it is told.
+//! Options, progress and result of a run.
 
 use super::child::Isolation;
 use crate::shard::Shard;
@@ -7,31 +7,31 @@ use serde::Serialize;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// What the caller decides.
+/// Options of [`run`](super::run).
 #[derive(Clone)]
 pub struct RunOptions {
-    /// Where plugins are looked for.
+    /// Folders in which plugins are searched.
     pub search: SearchPath,
-    /// Program and version whose results these are; part of every key.
+    /// Program and version of the results; part of every key.
     pub program: String,
-    /// The part of the sweep to do.
+    /// The part of the sweep to run.
     pub shard: Shard,
-    /// Number of edits at a time; 0 takes as many as the program may use processors.
+    /// Number of parallel edits; 0 for the number of available processors.
     pub jobs: usize,
-    /// Do what is missing of a shard that has rows already, instead of refusing it.
+    /// Whether a shard that has rows is completed; otherwise it is refused.
     pub resume: bool,
-    /// Do failed edits again as well.
+    /// Whether failed edits are run again.
     pub retry_failed: bool,
-    /// Run every edit in a child process.
+    /// Whether every edit runs in a child process.
     pub isolate: bool,
-    /// How a child process is started; without it nothing can be isolated.
+    /// How child processes are started; `None` allows no isolation.
     pub isolation: Option<Isolation>,
-    /// Set from outside to stop: edits under way end without a row.
+    /// Set it to stop the run: running edits then end without a row.
     pub stop: Arc<AtomicBool>,
 }
 
 impl RunOptions {
-    /// The whole sweep, in this process, on all processors, begun anew.
+    /// Defaults: the whole sweep, in this process, on all processors, without rows from before.
     pub fn new(search: SearchPath) -> Self {
         Self {
             search,
@@ -46,7 +46,7 @@ impl RunOptions {
         }
     }
 
-    /// Number of edits at a time.
+    /// Number of parallel edits.
     pub(super) fn jobs(&self) -> usize {
         match self.jobs {
             0 => std::thread::available_parallelism().map_or(1, usize::from),
@@ -55,56 +55,56 @@ impl RunOptions {
     }
 }
 
-/// How far a shard is.
+/// Progress of a shard.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Progress {
-    /// Edits of the shard.
+    /// Number of edits of the shard.
     pub edits: u64,
-    /// Edits with a row, failed ones and those of earlier runs among them.
+    /// Number of edits with a row, including failed ones and those of earlier runs.
     pub done: u64,
-    /// Edits whose row says that they failed.
+    /// Number of failed edits.
     pub failed: u64,
-    /// Edits done since this run began.
+    /// Number of edits completed in this run.
     pub new: u64,
-    /// s, since this run began
+    /// Time since this run began, s.
     pub elapsed: f64,
 }
 
 impl Progress {
-    /// Edits a second since this run began.
+    /// Edits completed per second in this run.
     pub fn rate(&self) -> f64 {
         if self.elapsed > 0.0 { self.new as f64 / self.elapsed } else { 0.0 }
     }
 
-    /// s until the last edit at the rate so far; `None` before the first one
+    /// Estimated time to the end at the current rate, s; `None` before the first edit is complete.
     pub fn seconds_left(&self) -> Option<f64> {
         (self.new > 0).then(|| (self.edits - self.done) as f64 / self.rate())
     }
 }
 
-/// How a run of a shard ended. Times are sums over the edits of this run.
+/// Result of a run of a shard.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct BatchEnd {
-    /// Edits of the shard.
+    /// Number of edits of the shard.
     pub edits: u64,
-    /// Edits with a row.
+    /// Number of edits with a row.
     pub done: u64,
-    /// Edits whose row says that they failed.
+    /// Number of failed edits.
     pub failed: u64,
-    /// Edits done by this run.
+    /// Number of edits completed by this run.
     pub new: u64,
-    /// Rows of before that no longer counted, as their scene, a file of it, or the program has changed.
+    /// Number of rows from before that are invalid because their scene, a file of it or the program has changed.
     pub outdated: u64,
-    /// Whether it was stopped before the last edit.
+    /// Whether the run was stopped before the last edit.
     pub stopped: bool,
-    /// Threads that were left behind in a plugin that did not return.
+    /// Number of threads that were abandoned in a plugin call that did not return.
     pub abandoned: usize,
-    /// s, wall clock
+    /// Wall-clock time of the run, s.
     pub elapsed: f64,
-    /// s, of all edits, in steps
+    /// Time of the steps of all edits of this run, s.
     pub step_seconds: f64,
-    /// s, of all edits, altogether
+    /// Total time of all edits of this run, s.
     pub edit_seconds: f64,
-    /// Number of edits at a time.
+    /// Number of parallel edits.
     pub jobs: usize,
 }

@@ -1,13 +1,13 @@
-//! Threads that take edits one after another, and the one that looks after them.
+//! Worker threads that run the edits of a queue, and their supervision.
 //!
-//! A worker writes the beginning and the row of its edit itself, under the lock of the queue. The thread that called brings the files to
-//! the disk, tells the progress, and gives up workers whose plugin does not return: such a thread cannot be ended, so it is left behind,
-//! its edit has failed, and a new thread takes its place.
+//! A worker records the start of its edit and writes the row itself, under the lock of the queue. The calling thread flushes the files, reports
+//! the progress, and abandons workers in a plugin call that does not return: such a thread cannot be ended, so its edit counts as failed and a
+//! new thread replaces it.
 
 use super::child::ChildRunner;
 use super::failure::Failure;
 use super::options::{BatchEnd, Progress, RunOptions};
-use super::resume::Missing;
+use super::resume::{Missing, MissingEdit};
 use super::run_edit::{EditResult, EditRunner, EditSeconds, MODELS_KEPT};
 use crate::column::row_text;
 use crate::edit::Resolved;
@@ -23,61 +23,78 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// Time from one look at the workers to the next. Rows reach the disk that much later at most; a shorter time would cost a network file
-/// system more operations than rows.
+/// Interval of supervision, and largest delay until a row is flushed. With a shorter one a network file system would have more flushes than
+/// rows.
 const TICK: Duration = Duration::from_millis(250);
-/// Time an edit may go on after its limit before its thread is given up: a step looks at the limit only when it has ended.
+/// Time after its limit at which the thread of an edit is abandoned: the limit is checked between steps alone.
 const GRACE: Duration = Duration::from_secs(2);
-/// Time that edits under way have to end once the run is stopped.
+/// Time for running edits to end after the run is stopped.
 const STOP_GRACE: Duration = Duration::from_secs(5);
 
-/// An edit to be done.
+/// An edit to be run.
 #[derive(Clone, Copy)]
 struct Task {
-    place: u64,
+    /// Index of the edit.
+    edit: u64,
     /// Attempts before this one.
     attempts: u32,
     /// Whether it runs in a child process.
     isolated: bool,
 }
 
-/// An edit under way.
+/// A running edit.
 struct Running {
+    /// The edit.
     task: Task,
+    /// Its key, once it is known.
     key: Option<EditKey>,
+    /// Time at which it began.
     began: Instant,
 }
 
-/// What workers share under one lock.
+/// Shared state of the workers, under one lock.
 struct State {
+    /// Edits to be run.
     queue: VecDeque<Task>,
-    /// By the number of the worker.
+    /// Running edits by the number of their worker.
     running: HashMap<usize, Running>,
+    /// Journal and table.
     files: ShardFiles,
+    /// Progress of the shard.
     progress: Progress,
+    /// Time of the steps of all edits so far, s.
     step_seconds: f64,
+    /// Total time of all edits so far, s.
     edit_seconds: f64,
+    /// The first error; it ends the run.
     error: Option<BatchError>,
 }
 
-/// What workers share.
+/// Shared data of the workers.
 struct Shared {
+    /// The sweep.
     sweep: Arc<Sweep>,
+    /// Computes keys.
     keys: KeyMaker,
+    /// Meshes that are kept.
     meshes: MeshStore,
-    /// Models and grids that edits have in common.
+    /// Models and grids that several edits use.
     parts: SharedParts,
+    /// Options of the run.
     options: RunOptions,
+    /// State that changes.
     state: Mutex<State>,
-    /// Told when the queue or the edits under way change.
+    /// Notified when the queue or the running edits change.
     changed: Condvar,
 }
 
 impl Shared {
+    /// Locks the state.
     fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 
+    /// Whether the run is stopped.
     fn stopped(&self) -> bool {
         self.options.stop.load(Ordering::Relaxed)
     }
@@ -85,18 +102,24 @@ impl Shared {
 
 /// The workers of a shard.
 pub(super) struct Pool {
+    /// Data of the workers.
     shared: Arc<Shared>,
+    /// Flushes the files.
     syncer: Syncer,
+    /// Time at which the run began.
     began: Instant,
+    /// Number of rows from before that are invalid.
     outdated: u64,
+    /// Threads by the number of the worker.
     workers: HashMap<usize, JoinHandle<()>>,
     /// Number of the next worker.
     next: usize,
+    /// Number of abandoned threads.
     abandoned: usize,
 }
 
 impl Pool {
-    /// Workers for what is missing of a shard; none is started yet.
+    /// A pool for the missing edits of a shard, without workers.
     pub(super) fn new(
         sweep: Arc<Sweep>,
         keys: KeyMaker,
@@ -106,9 +129,13 @@ impl Pool {
         missing: Missing,
     ) -> Result<Self, BatchError> {
         let isolated = options.isolate || sweep.limits.memory.is_some();
-        // What was under way when a process was killed may be what killed it.
-        let suspect = |attempts: u32| attempts > 0 && options.isolation.is_some();
-        let task = |(place, attempts): (u64, u32)| Task { place, attempts: 0, isolated: isolated || suspect(attempts) };
+        // An edit that was running when a process was killed may have caused it.
+        let is_suspect = |attempts: u32| attempts > 0 && options.isolation.is_some();
+        let task = |missing: MissingEdit| Task {
+            edit: missing.index,
+            attempts: 0,
+            isolated: isolated || is_suspect(missing.attempts),
+        };
         let progress = Progress {
             edits: options.shard.len(sweep.edits()),
             done: missing.done,
@@ -145,7 +172,7 @@ impl Pool {
         })
     }
 
-    /// Does all edits.
+    /// Runs all edits.
     pub(super) fn run(mut self, progress: &mut dyn FnMut(Progress)) -> Result<BatchEnd, BatchError> {
         let jobs = self.shared.options.jobs();
         let workers = jobs.min(self.shared.lock().queue.len());
@@ -165,7 +192,7 @@ impl Pool {
                 drop(self.shared.changed.wait_timeout_while(state, TICK, waits));
             }
             self.syncer.sync()?;
-            self.give_up_hanging()?;
+            self.abandon_hanging()?;
             let ending = self.shared.stopped() || self.shared.lock().error.is_some();
             if ending && stopping.get_or_insert_with(Instant::now).elapsed() > STOP_GRACE {
                 self.abandoned += self.workers.len();
@@ -176,7 +203,7 @@ impl Pool {
         self.finish(jobs, progress)
     }
 
-    /// Closes the files and says how it went.
+    /// Closes the files and returns the result.
     fn finish(self, jobs: usize, progress: &mut dyn FnMut(Progress)) -> Result<BatchEnd, BatchError> {
         let last = self.progress();
         progress(last);
@@ -202,10 +229,12 @@ impl Pool {
         })
     }
 
+    /// The progress now.
     fn progress(&self) -> Progress {
         Progress { elapsed: self.began.elapsed().as_secs_f64(), ..self.shared.lock().progress }
     }
 
+    /// Starts a worker.
     fn start_worker(&mut self) -> Result<(), BatchError> {
         let (number, shared) = (self.next, Arc::clone(&self.shared));
         self.next += 1;
@@ -216,7 +245,7 @@ impl Pool {
         Ok(())
     }
 
-    /// Joins workers that have nothing left to do.
+    /// Joins workers that have ended.
     fn join_ended(&mut self) {
         let ended: Vec<usize> = self.workers.iter().filter(|(_, w)| w.is_finished()).map(|(n, _)| *n).collect();
         for number in ended {
@@ -224,23 +253,23 @@ impl Pool {
         }
     }
 
-    /// Gives up workers whose edit is long over its limit of time: their edits have failed, new workers take their place.
-    fn give_up_hanging(&mut self) -> Result<(), BatchError> {
+    /// Abandons workers whose edit exceeds its time limit by [`GRACE`]: the edit counts as failed, and a new worker replaces them.
+    fn abandon_hanging(&mut self) -> Result<(), BatchError> {
         let Some(limit) = self.shared.sweep.limits.seconds else { return Ok(()) };
-        let patience = Duration::from_secs_f64(limit) + GRACE;
+        let deadline = Duration::from_secs_f64(limit) + GRACE;
         let shared = Arc::clone(&self.shared);
         let mut state = shared.lock();
-        let hangs = |running: &Running| !running.task.isolated && running.began.elapsed() > patience;
+        let hangs = |running: &Running| !running.task.isolated && running.began.elapsed() > deadline;
         let hanging: Vec<usize> = state.running.iter().filter(|(_, r)| hangs(r)).map(|(n, _)| *n).collect();
         for number in hanging {
             let Some(Running { mut task, key, began }) = state.running.remove(&number) else { continue };
             self.workers.remove(&number);
             self.abandoned += 1;
-            // Another try in this process would leave another thread behind.
+            // A retry in this process would leave another thread behind.
             task.isolated = task.isolated || shared.options.isolation.is_some();
             let seconds = EditSeconds { all: began.elapsed().as_secs_f64(), ..EditSeconds::default() };
             let result = EditResult::failed(Failure::time_limit(limit), &shared.sweep, seconds);
-            let key = key.unwrap_or_else(|| Resolved::new(&shared.sweep, task.place, &shared.keys).key);
+            let key = key.unwrap_or_else(|| Resolved::new(&shared.sweep, task.edit, &shared.keys).key);
             shared.end_edit(&mut state, task, key, result);
             self.start_worker()?;
         }
@@ -249,7 +278,7 @@ impl Pool {
 }
 
 impl Shared {
-    /// Writes the row of an edit, or puts it back into the queue for another try.
+    /// Writes the row of an edit, or returns it to the queue for a retry.
     fn end_edit(&self, state: &mut State, task: Task, key: EditKey, result: EditResult) {
         let failed = result.failure.as_ref().map(|failure| failure.class);
         state.step_seconds += result.seconds.steps;
@@ -257,9 +286,9 @@ impl Shared {
         if failed.is_some_and(|class| class.is_retried()) && task.attempts < self.sweep.limits.retries {
             state.queue.push_back(Task { attempts: task.attempts + 1, ..task });
         } else {
-            let text = self.row(task.place, &key, &result);
+            let text = self.row(task.edit, &key, &result);
             let (attempts, seconds) = (task.attempts + 1, result.seconds);
-            let row = NewRow { edit: task.place, key, text: &text, failed, attempts, seconds };
+            let row = NewRow { edit: task.edit, key, text: &text, failed, attempts, seconds };
             match state.files.put(row) {
                 Ok(()) => {
                     state.progress.done += 1;
@@ -273,9 +302,9 @@ impl Shared {
     }
 
     /// The row of an edit.
-    fn row(&self, place: u64, key: &EditKey, result: &EditResult) -> String {
-        let mut cells = vec![Value::from(place), Value::from(key.to_string())];
-        cells.extend(self.sweep.edit(place).cells);
+    fn row(&self, edit: u64, key: &EditKey, result: &EditResult) -> String {
+        let mut cells = vec![Value::from(edit), Value::from(key.to_string())];
+        cells.extend(self.sweep.edit(edit).cells);
         match &result.failure {
             None => cells.extend([Value::from("done"), Value::Null, Value::Null]),
             Some(failure) => {
@@ -288,28 +317,30 @@ impl Shared {
     }
 }
 
-/// A thread that does edits.
+/// A thread that runs edits.
 struct Worker {
+    /// Its number.
     number: usize,
+    /// Data of all workers.
     shared: Arc<Shared>,
-    /// The process its isolated edits run in.
+    /// The child process of its isolated edits.
     child: Option<ChildRunner>,
 }
 
 impl Worker {
-    /// Does edits until there are none left.
+    /// Runs edits until there are none left.
     fn work(mut self) {
         while let Some(task) = self.take() {
             let began = Instant::now();
             let shared = Arc::clone(&self.shared);
-            let resolved = Resolved::new(&shared.sweep, task.place, &shared.keys);
+            let resolved = Resolved::new(&shared.sweep, task.edit, &shared.keys);
             let key = resolved.key.clone();
             if let Some(running) = shared.lock().running.get_mut(&self.number) {
                 running.key = Some(key.clone());
             }
             let result = self.run(task, resolved, began);
             let mut state = shared.lock();
-            // One that was given up has a row already.
+            // An abandoned edit has a row already.
             if state.running.remove(&self.number).is_none() {
                 return;
             }
@@ -324,7 +355,7 @@ impl Worker {
         }
     }
 
-    /// The next edit, recorded as begun; `None` if there is none left, or the run ends.
+    /// Takes the next edit and records its start; `None` if there is none left or the run ends.
     fn take(&self) -> Option<Task> {
         let shared = &*self.shared;
         let mut state = shared.lock();
@@ -333,14 +364,14 @@ impl Worker {
                 return None;
             }
             if let Some(task) = state.queue.pop_front() {
-                if let Err(error) = state.files.begin_edit(task.place, task.attempts + 1) {
+                if let Err(error) = state.files.begin_edit(task.edit, task.attempts + 1) {
                     state.error.get_or_insert(error);
                     return None;
                 }
                 state.running.insert(self.number, Running { task, key: None, began: Instant::now() });
                 return Some(task);
             }
-            // What is under way may come back for another try.
+            // Running edits may return to the queue for a retry.
             if state.running.is_empty() {
                 return None;
             }
@@ -349,7 +380,7 @@ impl Worker {
         }
     }
 
-    /// Runs an edit here or in a child; `None` if the run was stopped.
+    /// Runs an edit in this process or in a child; `None` if the run was stopped.
     fn run(&mut self, task: Task, resolved: Resolved, began: Instant) -> Result<Option<EditResult>, BatchError> {
         let shared = &*self.shared;
         let stop = || shared.stopped();

@@ -1,4 +1,4 @@
-//! What of a shard is there already, and what is missing.
+//! Comparison of the rows of a shard with the sweep, for resuming.
 
 use super::options::RunOptions;
 use crate::column::row_text;
@@ -12,20 +12,28 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// What is there and what is missing.
+/// An edit without a row.
+pub(super) struct MissingEdit {
+    /// Index of the edit.
+    pub(super) index: u64,
+    /// Number of attempts by a process that was killed.
+    pub(super) attempts: u32,
+}
+
+/// Missing edits of a shard, and numbers of the others.
 pub(super) struct Missing {
-    /// Places of edits without a row, rising, and the attempts that a killed process made.
-    pub(super) edits: Vec<(u64, u32)>,
-    /// Edits with a row.
+    /// Edits without a row, by ascending index.
+    pub(super) edits: Vec<MissingEdit>,
+    /// Number of edits with a row.
     pub(super) done: u64,
-    /// Failed ones of them.
+    /// Number of edits whose row is one of a failure.
     pub(super) failed: u64,
-    /// Rows that no longer count.
+    /// Number of invalid rows.
     pub(super) outdated: u64,
 }
 
-/// Compares the rows of a shard with the sweep as it is now: rows whose edit is the same count, rows of an edit that now has another place
-/// are written again with it, and others no longer count.
+/// Compares the rows of a shard with the current sweep. Rows of unchanged edits are valid; those whose edit has another index now are written
+/// again with it; all others are invalid.
 pub(super) fn missing(
     sweep: &Sweep,
     keys: &KeyMaker,
@@ -33,49 +41,52 @@ pub(super) fn missing(
     files: &mut ShardFiles,
     state: ShardState,
 ) -> Result<Missing, BatchError> {
-    let places: Vec<u64> = options.shard.edits(sweep.edits()).collect();
+    let indices: Vec<u64> = options.shard.edits(sweep.edits()).collect();
     let mut missing = Missing { edits: Vec::new(), done: 0, failed: 0, outdated: 0 };
-    let again = |row: &RowRecord| options.retry_failed && row.failed.is_some();
+    let is_retried = |row: &RowRecord| options.retry_failed && row.failed.is_some();
     let same_columns = state.opened.as_ref().is_none_or(|open| open.columns == sweep.columns());
     let known: HashMap<EditKey, RowRecord> = match same_columns {
-        true => state.rows.values().filter(|row| !again(row)).map(|row| (row.key.clone(), row.clone())).collect(),
+        true => state.rows.values().filter(|row| !is_retried(row)).map(|row| (row.key.clone(), row.clone())).collect(),
         false => HashMap::new(),
     };
-    let mut current = if known.is_empty() { BTreeMap::new() } else { keys_of(sweep, keys, &places, options.jobs()) };
+    let mut current = if known.is_empty() { BTreeMap::new() } else { keys_of(sweep, keys, &indices, options.jobs()) };
     let mut kept: BTreeMap<u64, RowRecord> = BTreeMap::new();
-    for &place in &places {
-        let row = current.remove(&place).and_then(|key| known.get(&key));
+    for &index in &indices {
+        let row = current.remove(&index).and_then(|key| known.get(&key));
         match row {
-            None => missing.edits.push((place, state.under_way.get(&place).copied().unwrap_or(0))),
+            None => {
+                let attempts = state.under_way.get(&index).copied().unwrap_or(0);
+                missing.edits.push(MissingEdit { index, attempts });
+            }
             Some(row) => {
                 missing.failed += u64::from(row.failed.is_some());
-                kept.insert(place, row.clone());
+                kept.insert(index, row.clone());
             }
         }
     }
     missing.done = kept.len() as u64;
-    let still: std::collections::HashSet<&EditKey> = kept.values().map(|row| &row.key).collect();
-    missing.outdated = state.rows.values().filter(|row| !again(row) && !still.contains(&row.key)).count() as u64;
-    for (place, row) in &kept {
-        if row.edit != *place {
-            move_row(sweep, *place, row, files)?;
+    let valid: std::collections::HashSet<&EditKey> = kept.values().map(|row| &row.key).collect();
+    missing.outdated = state.rows.values().filter(|row| !is_retried(row) && !valid.contains(&row.key)).count() as u64;
+    for (index, row) in &kept {
+        if row.edit != *index {
+            move_row(sweep, *index, row, files)?;
         }
     }
-    for place in state.rows.keys().filter(|place| !kept.contains_key(place)) {
-        files.drop_row(*place)?;
+    for index in state.rows.keys().filter(|index| !kept.contains_key(index)) {
+        files.drop_row(*index)?;
     }
     Ok(missing)
 }
 
-/// Keys of edits, found on all processors.
-fn keys_of(sweep: &Sweep, keys: &KeyMaker, places: &[u64], jobs: usize) -> BTreeMap<u64, EditKey> {
+/// Keys of the edits with these indices, computed by `jobs` threads.
+fn keys_of(sweep: &Sweep, keys: &KeyMaker, indices: &[u64], jobs: usize) -> BTreeMap<u64, EditKey> {
     let (next, found) = (AtomicUsize::new(0), Mutex::new(BTreeMap::new()));
     std::thread::scope(|scope| {
         for _ in 0..jobs {
             scope.spawn(|| {
                 let mut own = Vec::new();
-                while let Some(&place) = places.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    own.push((place, Resolved::new(sweep, place, keys).key));
+                while let Some(&index) = indices.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    own.push((index, Resolved::new(sweep, index, keys).key));
                 }
                 found.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).extend(own);
             });
@@ -84,16 +95,16 @@ fn keys_of(sweep: &Sweep, keys: &KeyMaker, places: &[u64], jobs: usize) -> BTree
     found.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
-/// Writes a row again under the place its edit has now.
-fn move_row(sweep: &Sweep, place: u64, row: &RowRecord, files: &mut ShardFiles) -> Result<(), BatchError> {
+/// Writes a row again with the current index of its edit.
+fn move_row(sweep: &Sweep, index: u64, row: &RowRecord, files: &mut ShardFiles) -> Result<(), BatchError> {
     let Some(bytes) = files.row(row)? else { return Ok(()) };
     let old: Map<String, Value> = serde_json::from_slice(&bytes).unwrap_or_default();
-    let mut cells = vec![Value::from(place), Value::from(row.key.to_string())];
-    cells.extend(sweep.edit(place).cells);
+    let mut cells = vec![Value::from(index), Value::from(row.key.to_string())];
+    cells.extend(sweep.edit(index).cells);
     let given = cells.len();
     let rest = &sweep.columns()[given..];
     cells.extend(rest.iter().map(|column| old.get(&column.name).cloned().unwrap_or_default()));
     let text = row_text(sweep.columns(), &cells);
     let RowRecord { key, failed, attempts, seconds, .. } = row.clone();
-    files.put(NewRow { edit: place, key, text: &text, failed, attempts, seconds })
+    files.put(NewRow { edit: index, key, text: &text, failed, attempts, seconds })
 }

@@ -1,4 +1,4 @@
-//! One edit, from its scene to the cells of its row, on one thread.
+//! Execution of one edit, from its scene to the cells of its row, on one thread.
 
 use super::failure::{Failure, FailureClass};
 use super::measure::{TraceKeeper, summary_cells};
@@ -16,62 +16,67 @@ use serde_json::Value;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
-/// What an edit came to.
+/// The result of an edit.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct EditResult {
-    /// Why it failed, if it did.
+    /// The failure, if the edit failed.
     pub failure: Option<Failure>,
-    /// Cells of the summary, the probes, the trace and the mesh; empty cells where it did not come so far.
+    /// Cells of the summary, the probes, the trace and the mesh; empty if the edit did not get that far.
     pub cells: Vec<Value>,
-    /// Where its time went.
+    /// Times of its phases.
     pub seconds: EditSeconds,
 }
 
 impl EditResult {
-    /// An edit that came to nothing.
+    /// The result of a failed edit, with empty cells.
     pub(crate) fn failed(failure: Failure, sweep: &Sweep, seconds: EditSeconds) -> Self {
         Self { failure: Some(failure), cells: vec![Value::Null; sweep.result_columns().len()], seconds }
     }
 }
 
-/// Where the wall-clock time of an edit went, s.
+/// Wall-clock times of the phases of an edit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EditSeconds {
-    /// s, from its place in the sweep to an open session
+    /// Time of reading the scene and opening the session, s.
     pub open: f64,
-    /// s, inside of steps
+    /// Time of all steps, s.
     pub steps: f64,
-    /// s, altogether
+    /// Total time, s.
     pub all: f64,
 }
 
 /// An edit whose session is open.
 pub(crate) struct OpenedEdit<'r> {
+    /// The session.
     pub(crate) session: Session,
-    /// Number of steps it takes.
+    /// Number of steps of the scene.
     pub(crate) steps: u64,
+    /// The scene's source.
     source: &'r Source,
 }
 
-/// What edits of one process share.
+/// Runs edits in this process.
 pub(crate) struct EditRunner<'a> {
+    /// The sweep.
     pub(crate) sweep: &'a Sweep,
+    /// Folders in which plugins are searched.
     pub(crate) search: &'a SearchPath,
+    /// Meshes that are kept.
     pub(crate) meshes: &'a MeshStore,
+    /// Models and grids that several edits use.
     pub(crate) parts: &'a SharedParts,
-    /// Ends the step under way.
+    /// Interrupts the current step.
     pub(crate) cancel: CancelToken,
 }
 
-/// Models whose parts are kept for the next edits: those of edits at a time are of few models, as places next to each other in a sweep have
-/// the same one.
+/// Number of models that are kept for the next edits. Parallel edits have few different models, as neighbours in a sweep mostly have the same.
 pub(crate) const MODELS_KEPT: usize = 8;
 
 impl EditRunner<'_> {
-    /// Runs an edit; `None` if `stop` said so before its end. A panic is a failure of the edit.
+    /// Runs an edit; `None` if `stop` returned true before its end. A panic is a failure of the edit.
     ///
     /// # Errors
-    /// A mesh that cannot be written.
+    /// Fails for a mesh that cannot be written.
     pub(crate) fn run(
         &self,
         resolved: &Resolved,
@@ -85,6 +90,7 @@ impl EditRunner<'_> {
         })
     }
 
+    /// As [`EditRunner::run`]; may panic.
     fn run_inner(
         &self,
         resolved: &Resolved,
@@ -149,7 +155,7 @@ impl EditRunner<'_> {
         Ok(OpenedEdit { session, steps: scene.time.steps(), source })
     }
 
-    /// A cell for each column of a probe; an empty one where this scene has no such probe.
+    /// A cell for each probe column; empty if this scene has no such probe.
     fn probe_cells(&self, run: &RunStatistics) -> Vec<Value> {
         let (columns, results) = (self.sweep.result_columns(), run.probes());
         let after = self.sweep.keep.summary.len();
@@ -161,7 +167,7 @@ impl EditRunner<'_> {
         columns[after..after + count].iter().map(cell).collect()
     }
 
-    /// Keeps the meshes of all moving bodies: the cell is the address of the only one, or an object of addresses by body.
+    /// Stores the meshes of all simulated bodies. The cell is the address of the mesh, or with several bodies an object of addresses by name.
     fn keep_meshes(&self, session: &mut Session) -> Result<Value, BatchError> {
         session.update_surface();
         let cap = session.plan().cap_material.clone();

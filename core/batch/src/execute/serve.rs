@@ -1,4 +1,4 @@
-//! The other side of [`Isolation`](super::Isolation): a child that does one edit after another.
+//! The child process of [`Isolation`](super::Isolation), which runs edits one after another.
 
 use super::options::RunOptions;
 use super::run_edit::{EditResult, EditRunner, MODELS_KEPT};
@@ -13,16 +13,20 @@ use std::io::{self, BufRead, Write};
 use std::path::Path;
 use std::time::Instant;
 
-/// What a child answers, a line of JSON.
+/// The reply of a child, a line of JSON.
 #[derive(Serialize, Deserialize)]
 pub(super) struct Reply {
+    /// Key of the edit.
     key: EditKey,
-    /// What the edit came to, or why the whole batch cannot go on.
+    /// The result of the edit, or an error that ends the batch.
     result: Result<EditResult, String>,
 }
 
 impl Reply {
-    /// The result, if it is of the edit with this key.
+    /// The result of the edit with this key.
+    ///
+    /// # Errors
+    /// Fails for another key, as the sweep has changed, and with the error of the child.
     pub(super) fn result(self, key: &EditKey) -> Result<EditResult, BatchError> {
         if self.key != *key {
             let text = "the sweep or a file it names has changed since the batch began; start again with --resume";
@@ -32,10 +36,11 @@ impl Reply {
     }
 }
 
-/// Reads places of edits from `input`, a line each, does them, and answers on `output`, until `input` ends.
+/// Reads indices of edits from `input`, one on each line, runs the edits and writes replies to `output`, until `input` ends. Meshes are stored in
+/// the batch `folder`.
 ///
 /// # Errors
-/// A line that is no place in the sweep, or an output that cannot be written.
+/// Fails for a line that is not an index of the sweep and for an output that cannot be written.
 pub fn serve(
     sweep: &Sweep,
     folder: &Path,
@@ -50,22 +55,22 @@ pub fn serve(
         EditRunner { sweep, search: &options.search, meshes: &meshes, parts: &parts, cancel: CancelToken::default() };
     for line in input.lines() {
         let line = line?;
-        let place = line.trim().parse().ok().filter(|place| *place < sweep.edits());
-        let place = place.ok_or_else(|| io::Error::other(format!("`{line}` is no edit of the sweep")))?;
+        let index = line.trim().parse().ok().filter(|index| *index < sweep.edits());
+        let index = index.ok_or_else(|| io::Error::other(format!("`{line}` is not an edit of the sweep")))?;
         let began = Instant::now();
-        let resolved = Resolved::new(sweep, place, &keys);
+        let resolved = Resolved::new(sweep, index, &keys);
         let result = runner.run(&resolved, began, &|| false);
-        let result = result.map(|done| done.expect("nothing stops it")).map_err(|error| error.to_string());
+        let result = result.map(|done| done.expect("it is not stopped")).map_err(|error| error.to_string());
         let reply = serde_json::to_string(&Reply { key: resolved.key, result })?;
         writeln!(output, "{reply}").and_then(|()| output.flush())?;
     }
     Ok(())
 }
 
-/// Limits the memory of this process to `bytes` more than it has now: an allocation over it fails.
+/// Limits the memory of this process to `bytes` more than it has now: allocations beyond it fail.
 ///
 /// # Errors
-/// A system that knows no such limit.
+/// The error of the system.
 #[cfg(target_os = "linux")]
 pub fn limit_memory(bytes: u64) -> io::Result<()> {
     use nix::sys::resource::{Resource, setrlimit};

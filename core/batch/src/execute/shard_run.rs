@@ -1,4 +1,4 @@
-//! Running one shard of a sweep.
+//! Execution of one shard of a sweep.
 
 use super::options::{BatchEnd, Progress, RunOptions};
 use super::pool::Pool;
@@ -10,11 +10,11 @@ use crate::sweep::Sweep;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Does the edits of a shard that have no row yet, and appends a row for each to the shard's files in `folder`. `progress` is called
-/// several times a second.
+/// Runs the edits of a shard that have no row yet, and appends a row for each to the shard's files in `folder`. `progress` is called several
+/// times a second.
 ///
-/// An edit that fails has a row that says why. A run that is stopped, killed or fails keeps the rows it has; another with
-/// [`RunOptions::resume`] does the rest.
+/// The row of a failed edit has the reason. A run that is stopped, is killed or fails keeps its rows; a run with [`RunOptions::resume`] completes
+/// it.
 ///
 /// # Errors
 /// A shard that another process runs or that has rows without `resume`, files that cannot be written, isolation without a way to start a

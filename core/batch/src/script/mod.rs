@@ -1,9 +1,9 @@
-//! Launchers: scripts that have the shards of a sweep run by an engine that is already there.
+//! Launchers: scripts that run the shards of a sweep with a workload manager.
 
 use std::fmt;
 use std::path::PathBuf;
 
-/// What runs the shards.
+/// A workload manager.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Engine {
     /// Slurm: a job array.
@@ -19,7 +19,7 @@ pub enum Engine {
 }
 
 impl Engine {
-    /// The template; `@NAME@` stands for a value.
+    /// The template of the script; `@NAME@` is replaced by a value.
     fn template(self) -> &'static str {
         match self {
             Self::Slurm => include_str!("slurm.sh"),
@@ -30,30 +30,30 @@ impl Engine {
         }
     }
 
-    /// Whether texts are quoted for Python rather than for a shell.
+    /// Whether texts are quoted for Python; otherwise for a shell.
     fn is_python(self) -> bool {
         matches!(self, Self::Dask | Self::Snakemake)
     }
 }
 
-/// What a launcher is for.
+/// Contents of a launcher.
 #[derive(Clone, Debug)]
 pub struct Launch {
-    /// Program, as the machines that run shards find it.
+    /// Path of the program on the machines that run shards.
     pub program: PathBuf,
     /// Options before the sweep, such as folders of plugins.
     pub options: Vec<String>,
-    /// Sweep file, as those machines find it.
+    /// Path of the sweep file on those machines.
     pub sweep: PathBuf,
-    /// Folder of the results, the same for all of them.
+    /// Folder of the results, the same on all machines.
     pub out: PathBuf,
     /// Number of shards.
     pub shards: u64,
-    /// Edits at a time in each shard.
+    /// Number of parallel edits of each shard.
     pub jobs: usize,
 }
 
-/// A script that runs all shards with an engine, and says at its beginning how it is used.
+/// A script that runs all shards with an engine; comments at its beginning explain its use.
 pub fn launcher(engine: Engine, launch: &Launch) -> String {
     let quote = if engine.is_python() { python } else { shell };
     let path = |path: &PathBuf| quote(&path.to_string_lossy());
@@ -77,13 +77,13 @@ pub fn launcher(engine: Engine, launch: &Launch) -> String {
     values.iter().fold(engine.template().to_owned(), |text, (from, to)| text.replace(from, to))
 }
 
-/// A text in quotes for a shell, where it needs them.
+/// A text for a shell, in quotes if it needs them.
 fn shell(text: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "/._-+=:@%".contains(c);
     if !text.is_empty() && text.chars().all(plain) { text.into() } else { format!("'{}'", text.replace('\'', r"'\''")) }
 }
 
-/// A text as a literal of Python: that of JSON is one.
+/// A text as a Python literal, which a JSON string is.
 fn python(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }

@@ -1,7 +1,7 @@
-//! An append-only file of checksummed records, a line each.
+//! Format of journals: append-only files of checksummed records, one on each line.
 //!
-//! A line is the CRC-32 of the record's JSON in eight hexadecimal digits, a space, and the JSON. Reading stops at the first line that is
-//! cut off or does not match its checksum; what stands behind it is not a record.
+//! A line is the CRC-32 of the record's JSON in eight hexadecimal digits, a space, and the JSON. Reading stops at the first line that is truncated
+//! or does not match its checksum; the rest of the file is ignored.
 
 use super::records::Record;
 use std::io;
@@ -12,20 +12,28 @@ pub(super) fn line(record: &Record) -> io::Result<Vec<u8>> {
     Ok(format!("{:08x} {json}\n", crc32fast::hash(json.as_bytes())).into_bytes())
 }
 
-/// Records of a journal, and the number of bytes they take: its torn tail begins there.
-pub(super) fn records(bytes: &[u8]) -> (Vec<Record>, u64) {
-    let mut records = Vec::new();
-    let mut valid = 0;
-    for line in bytes.split_inclusive(|byte| *byte == b'\n') {
-        let Some(record) = parse(line) else { break };
-        records.push(record);
-        valid += line.len() as u64;
-    }
-    (records, valid)
+/// The valid part of a journal.
+pub(super) struct ParsedJournal {
+    /// Its records.
+    pub(super) records: Vec<Record>,
+    /// Its length, bytes.
+    pub(super) length: u64,
 }
 
-/// The record of a whole line.
-fn parse(line: &[u8]) -> Option<Record> {
+/// Parses a journal.
+pub(super) fn parse_journal(bytes: &[u8]) -> ParsedJournal {
+    let mut records = Vec::new();
+    let mut length = 0;
+    for line in bytes.split_inclusive(|byte| *byte == b'\n') {
+        let Some(record) = parse_line(line) else { break };
+        records.push(record);
+        length += line.len() as u64;
+    }
+    ParsedJournal { records, length }
+}
+
+/// The record of a line; `None` if the line is invalid.
+fn parse_line(line: &[u8]) -> Option<Record> {
     let line = line.strip_suffix(b"\n")?;
     let (crc, json) = (line.get(..8)?, line.get(9..)?);
     let crc = u32::from_str_radix(std::str::from_utf8(crc).ok()?, 16).ok()?;
@@ -45,7 +53,7 @@ mod tests {
         let lines: Vec<Vec<u8>> = (0..5).map(|edit| line(&begin(edit)).unwrap()).collect();
         let whole = lines.concat();
         for cut in 0..=whole.len() {
-            let (found, valid) = records(&whole[..cut]);
+            let ParsedJournal { records: found, length: valid } = parse_journal(&whole[..cut]);
             let ends = lines.iter().scan(0, |end, line| {
                 *end += line.len();
                 Some(*end)
@@ -63,7 +71,7 @@ mod tests {
         for at in one..2 * one {
             let mut broken = lines.clone();
             broken[at] ^= 1;
-            assert_eq!(records(&broken).1 as usize, one, "byte {at}");
+            assert_eq!(parse_journal(&broken).length as usize, one, "byte {at}");
         }
     }
 }

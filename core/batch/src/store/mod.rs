@@ -1,4 +1,4 @@
-//! Files of a batch: a journal and a table for each shard, and meshes by their content.
+//! Files of a batch: a journal and a table for each shard, and the store of meshes.
 
 mod journal;
 mod mesh_store;

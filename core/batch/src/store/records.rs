@@ -6,7 +6,7 @@ use crate::key::EditKey;
 use crate::shard::Shard;
 use serde::{Deserialize, Serialize};
 
-/// One record of a journal.
+/// A record of a journal.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(tag = "record", rename_all = "kebab-case")]
 pub(crate) enum Record {
@@ -14,19 +14,19 @@ pub(crate) enum Record {
     Open(OpenRecord),
     /// An edit began.
     Begin {
-        /// Its place in the sweep.
+        /// Index of the edit.
         edit: u64,
         /// Number of the attempt, from 1.
         attempt: u32,
     },
-    /// The row of an edit stands in the table. It takes the place of an older one.
+    /// The row of an edit was written to the table. It replaces an older one.
     Row(RowRecord),
-    /// The row of an edit no longer counts: its scene, a file of it, or the program has changed.
+    /// The row of an edit is invalid: its scene, a file of it or the program has changed.
     Drop {
-        /// Its place in the sweep.
+        /// Index of the edit.
         edit: u64,
     },
-    /// The process is done with the shard.
+    /// The process has closed the shard.
     Close(CloseRecord),
 }
 
@@ -35,7 +35,7 @@ pub(crate) enum Record {
 pub(crate) struct OpenRecord {
     /// Version of the journal's format.
     pub(crate) format: u32,
-    /// Program and version whose results these are.
+    /// Program and version of the results.
     pub(crate) program: String,
     /// Digest of the sweep.
     pub(crate) sweep: String,
@@ -51,7 +51,7 @@ pub(crate) struct OpenRecord {
     pub(crate) columns: Vec<Column>,
     /// The process, by its number and host.
     pub(crate) process: String,
-    /// s, since 1970
+    /// Time, s since 1970.
     pub(crate) time: f64,
 }
 
@@ -62,32 +62,32 @@ impl OpenRecord {
     }
 }
 
-/// The row of an edit stands in the table.
+/// The row of an edit in the table.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct RowRecord {
-    /// Its place in the sweep.
+    /// Index of the edit.
     pub(crate) edit: u64,
-    /// What it is known by.
+    /// Key of the edit.
     pub(crate) key: EditKey,
-    /// Bytes, where the row begins in the table.
+    /// Start of the row in the table, bytes.
     pub(crate) at: u64,
-    /// Bytes, its length with the line break.
+    /// Length of the row with its line break, bytes.
     pub(crate) length: u64,
-    /// CRC-32 of these bytes.
+    /// CRC-32 of the row.
     pub(crate) crc: u32,
-    /// Why it failed, if it did.
+    /// Class of the failure, if the edit failed.
     pub(crate) failed: Option<FailureClass>,
-    /// Number of attempts it took.
+    /// Number of attempts.
     pub(crate) attempts: u32,
-    /// Where its time went.
+    /// Times of its phases.
     pub(crate) seconds: EditSeconds,
 }
 
-/// The process is done with the shard.
+/// The process has closed the shard.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct CloseRecord {
-    /// Whether it was stopped before the last edit.
+    /// Whether the run was stopped before the last edit.
     pub(crate) stopped: bool,
-    /// s, since 1970
+    /// Time, s since 1970.
     pub(crate) time: f64,
 }

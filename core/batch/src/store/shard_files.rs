@@ -1,8 +1,8 @@
 //! The journal and the table of a shard, open for writing.
 //!
-//! A row is written to the table first and counts once its record stands in the journal, so a reader of the journal never sees half a
-//! row. Both are written at once, which a killed process survives, and brought to the disk together by [`ShardFiles::sync`], which a
-//! machine without power survives: a record whose row did not reach the disk does not match its checksum.
+//! A row is written to the table first and is valid once its record is in the journal, so a reader of the journal never finds an incomplete row.
+//! Both files are written without buffering, so rows survive a killed process, and are flushed together by [`Syncer::sync`], so rows survive a
+//! power failure: if the row of a record did not reach the disk, its checksum does not match.
 
 use super::journal::line;
 use super::records::{CloseRecord, OpenRecord, Record, RowRecord};
@@ -17,68 +17,77 @@ use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-/// A file and where it is.
-struct Named {
+/// A file that is appended to.
+struct AppendFile {
+    /// The file, positioned at its end.
     file: File,
+    /// Its path.
     path: PathBuf,
-    /// Bytes that count.
+    /// Length of its valid part, bytes.
     length: u64,
 }
 
-impl Named {
-    /// Appends bytes. What was written of them is taken back if they cannot be written whole.
+impl AppendFile {
+    /// Appends bytes. If they cannot be written completely, the file keeps its length.
     fn append(&mut self, bytes: &[u8]) -> Result<(), BatchError> {
         if let Err(error) = self.file.write_all(bytes) {
-            let _ = self.cut();
+            let _ = self.truncate();
             return Err(BatchError::io(&self.path, error));
         }
         self.length += bytes.len() as u64;
         Ok(())
     }
 
-    /// Cuts off what does not count, and goes to the end.
-    fn cut(&mut self) -> io::Result<()> {
+    /// Removes everything after the valid part, and seeks to its end.
+    fn truncate(&mut self) -> io::Result<()> {
         self.file.set_len(self.length)?;
         self.file.seek(SeekFrom::Start(self.length)).map(drop)
     }
 }
 
-/// The files of a shard that this process has to itself.
+/// The files of a shard, locked by this process.
 pub(crate) struct ShardFiles {
-    journal: Named,
-    table: Named,
+    /// The journal.
+    journal: AppendFile,
+    /// The table.
+    table: AppendFile,
 }
 
 /// A row to be written.
 pub(crate) struct NewRow<'a> {
+    /// Index of the edit.
     pub(crate) edit: u64,
+    /// Key of the edit.
     pub(crate) key: EditKey,
-    /// One line without its line break.
+    /// The row, one line without its line break.
     pub(crate) text: &'a str,
+    /// Class of the failure, if the edit failed.
     pub(crate) failed: Option<FailureClass>,
+    /// Number of attempts.
     pub(crate) attempts: u32,
+    /// Times of its phases.
     pub(crate) seconds: EditSeconds,
 }
 
 impl ShardFiles {
-    /// Opens or makes the files of a shard in `folder`, cuts off their torn tails, and says what they hold. A row that is not what its
-    /// record says is not held.
+    /// Opens or creates the files of a shard in `folder`, removes incomplete ends, and returns their state. Rows that do not match their
+    /// checksums are left out.
     ///
     /// # Errors
-    /// Files that cannot be written, that another process has open, or that hold rows though `resume` is not given.
+    /// Fails for files that cannot be written, that another process has locked, or that have rows without `resume`.
     pub(crate) fn open(folder: &Path, shard: Shard, resume: bool) -> Result<(Self, ShardState), BatchError> {
         std::fs::create_dir_all(folder).map_err(BatchError::at(folder))?;
         let open = |extension: &str| {
             let path = folder.join(format!("{}.{extension}", shard.stem()));
             let mut options = OpenOptions::new();
             let file = options.read(true).write(true).create(true).truncate(false).open(&path);
-            file.map(|file| Named { file, path: path.clone(), length: 0 }).map_err(BatchError::at(&path))
+            file.map(|file| AppendFile { file, path: path.clone(), length: 0 }).map_err(BatchError::at(&path))
         };
         let mut journal = open("journal")?;
         match try_lock(&journal.file) {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => return Err(locked(&mut journal, shard)),
-            // A file system without locks: who runs a shard twice there gets rows twice, of which the last counts.
+            // Without locks two processes may run the shard; of two rows of an edit the last one is valid.
             Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => {}
             Err(TryLockError::Error(error)) => return Err(BatchError::io(&journal.path, error)),
         }
@@ -91,22 +100,22 @@ impl ShardFiles {
             };
             return Err(BatchError::Exists { path: journal.path, rows });
         }
-        (journal.length, table.length) = (state.valid, state.table_length());
+        (journal.length, table.length) = (state.journal_length, state.table_length());
         let size = table.file.metadata().map_err(BatchError::at(&table.path))?.len();
-        // A table that is shorter than its journal says keeps what it has.
+        // The table may be shorter than the journal says after a power failure.
         table.length = table.length.min(size);
         for file in [&mut journal, &mut table] {
-            file.cut().map_err(BatchError::at(&file.path))?;
+            file.truncate().map_err(BatchError::at(&file.path))?;
         }
-        let mut whole = std::collections::BTreeMap::new();
+        let mut valid = std::collections::BTreeMap::new();
         for (edit, row) in std::mem::take(&mut state.rows) {
             if row_bytes(&mut table.file, &row).map_err(BatchError::at(&table.path))?.is_some() {
-                whole.insert(edit, row);
+                valid.insert(edit, row);
             }
         }
-        state.rows = whole;
+        state.rows = valid;
         table.file.seek(SeekFrom::End(0)).map_err(BatchError::at(&table.path))?;
-        // A file that was just made has its name on the disk too.
+        // Flushes the names of new files.
         #[cfg(unix)]
         File::open(folder).and_then(|folder| folder.sync_all()).map_err(BatchError::at(folder))?;
         Ok((Self { journal, table }, state))
@@ -144,54 +153,56 @@ impl ShardFiles {
         self.record(&Record::Row(RowRecord { edit, key, at, length, crc, failed, attempts, seconds }))
     }
 
-    /// Records that the row of an edit no longer counts.
+    /// Records that the row of an edit is invalid.
     pub(crate) fn drop_row(&mut self, edit: u64) -> Result<(), BatchError> {
         self.record(&Record::Drop { edit })
     }
 
-    /// Records that this process is done.
+    /// Records that this process closes the shard.
     pub(crate) fn close(&mut self, stopped: bool) -> Result<(), BatchError> {
         self.record(&Record::Close(CloseRecord { stopped, time: now() }))
     }
 
-    /// The bytes of a row.
+    /// The bytes of a row; `None` if they do not match their checksum.
     pub(crate) fn row(&mut self, row: &RowRecord) -> Result<Option<Vec<u8>>, BatchError> {
         let bytes = row_bytes(&mut self.table.file, row).map_err(BatchError::at(&self.table.path))?;
         self.table.file.seek(SeekFrom::Start(self.table.length)).map_err(BatchError::at(&self.table.path))?;
         Ok(bytes)
     }
 
-    /// Handles through which both files are brought to the disk while rows are written.
+    /// Handles by which another thread can flush both files while rows are written.
     pub(crate) fn syncer(&self) -> Result<Syncer, BatchError> {
-        let handle = |named: &Named| {
-            let file = named.file.try_clone().map_err(BatchError::at(&named.path))?;
-            Ok::<_, BatchError>((file, named.path.clone()))
+        let handle = |open: &AppendFile| {
+            let file = open.file.try_clone().map_err(BatchError::at(&open.path))?;
+            Ok::<_, BatchError>((file, open.path.clone()))
         };
         Ok(Syncer { files: [handle(&self.table)?, handle(&self.journal)?] })
     }
 
+    /// Appends a record to the journal.
     fn record(&mut self, record: &Record) -> Result<(), BatchError> {
         let line = line(record).map_err(BatchError::at(&self.journal.path))?;
         self.journal.append(&line)
     }
 }
 
-/// Brings the files of a shard to the disk.
+/// Flushes the files of a shard to the disk.
 pub(crate) struct Syncer {
+    /// The files and their paths.
     files: [(File, PathBuf); 2],
 }
 
 impl Syncer {
-    /// Waits until everything written so far is on the disk.
+    /// Flushes everything written so far, and waits for it.
     pub(crate) fn sync(&self) -> Result<(), BatchError> {
         self.files.iter().try_for_each(|(file, path)| file.sync_data().map_err(BatchError::at(path)))
     }
 }
 
-/// Locks a journal for this process. One who only looks holds it for a moment, so a few tries are made.
+/// Locks a journal for this process. Readers hold the lock for a moment, so a few attempts are made.
 fn try_lock(file: &File) -> Result<(), TryLockError> {
-    const TRIES: usize = 5;
-    for _ in 1..TRIES {
+    const ATTEMPTS: usize = 5;
+    for _ in 1..ATTEMPTS {
         match file.try_lock() {
             Err(TryLockError::WouldBlock) => std::thread::sleep(Duration::from_millis(20)),
             other => return other,
@@ -200,21 +211,21 @@ fn try_lock(file: &File) -> Result<(), TryLockError> {
     file.try_lock()
 }
 
-/// Who holds the lock.
-fn locked(journal: &mut Named, shard: Shard) -> BatchError {
+/// The error of a shard that another process has locked.
+fn locked(journal: &mut AppendFile, shard: Shard) -> BatchError {
     let opened = read_state(&mut journal.file, &journal.path).ok().and_then(|state| state.opened);
     let holder = opened.map_or_else(|| "another process".into(), |open| open.process);
     BatchError::Locked { path: journal.path.clone(), shard: shard.to_string(), holder }
 }
 
-/// This process, by its number and host.
+/// Name of this process: its id and host.
 fn process() -> String {
     let host = std::fs::read_to_string("/proc/sys/kernel/hostname").ok().or_else(|| std::env::var("HOSTNAME").ok());
     let host = host.map_or_else(|| "this machine".into(), |host| host.trim().to_owned());
     format!("process {} on {host}", std::process::id())
 }
 
-/// s, since 1970
+/// The time, s since 1970.
 fn now() -> f64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |time| time.as_secs_f64())
 }

@@ -1,6 +1,6 @@
-//! What a shard's files come to.
+//! The state of a shard, from its files.
 
-use super::journal::records;
+use super::journal::{ParsedJournal, parse_journal};
 use super::records::{CloseRecord, OpenRecord, Record, RowRecord};
 use crate::error::BatchError;
 use std::collections::BTreeMap;
@@ -11,26 +11,26 @@ use std::path::Path;
 /// The version of the journal's format.
 pub(super) const FORMAT: u32 = 1;
 
-/// A shard, as its journal tells it.
+/// The state of a shard, from its journal.
 #[derive(Debug, Default)]
 pub(crate) struct ShardState {
-    /// The last process that opened it; `None` of a journal without a whole record.
+    /// Record of the last process that opened it; `None` for an empty journal.
     pub(crate) opened: Option<OpenRecord>,
-    /// Rows that count, by their place in the sweep.
+    /// Valid rows by the index of their edit.
     pub(crate) rows: BTreeMap<u64, RowRecord>,
-    /// Edits that began and have no row since, with the number of attempts.
+    /// Edits that began and have no row since, with their numbers of attempts.
     pub(crate) under_way: BTreeMap<u64, u32>,
-    /// How the last process ended; `None` while it runs, or if it was killed.
+    /// Record of the end of the last process; `None` while it runs, or if it was killed.
     pub(crate) closed: Option<CloseRecord>,
-    /// Bytes of whole records.
-    pub(super) valid: u64,
+    /// Length of the valid part of the journal, bytes.
+    pub(super) journal_length: u64,
 }
 
 impl ShardState {
-    /// The state that these bytes of a journal tell.
-    fn of(bytes: &[u8], path: &Path) -> Result<Self, BatchError> {
-        let (records, valid) = records(bytes);
-        let mut state = Self { valid, ..Self::default() };
+    /// The state from the bytes of a journal.
+    fn parse(bytes: &[u8], path: &Path) -> Result<Self, BatchError> {
+        let ParsedJournal { records, length } = parse_journal(bytes);
+        let mut state = Self { journal_length: length, ..Self::default() };
         for record in records {
             match record {
                 Record::Open(open) if open.format == FORMAT => (state.opened, state.closed) = (Some(open), None),
@@ -47,28 +47,28 @@ impl ShardState {
                 Record::Close(close) => state.closed = Some(close),
             }
         }
-        // A file of many bytes without one record is something else, and is not written over.
-        if valid == 0 && bytes.contains(&b'\n') {
+        // A file with lines but without a record is not a journal, and must not be overwritten.
+        if length == 0 && bytes.contains(&b'\n') {
             let reason = "is no journal of a batch; allowed is a folder that only batches write to".into();
             return Err(BatchError::Journal { path: path.to_path_buf(), reason });
         }
         Ok(state)
     }
 
-    /// Bytes of the table that rows were written to.
+    /// Length of the part of the table with rows, bytes.
     pub(super) fn table_length(&self) -> u64 {
         self.rows.values().map(|row| row.at + row.length).max().unwrap_or(0)
     }
 }
 
-/// Reads the state of a shard from its journal, from the beginning of the file.
+/// Reads the state of a shard from its journal.
 pub(crate) fn read_state(journal: &mut File, path: &Path) -> Result<ShardState, BatchError> {
     let mut bytes = Vec::new();
     journal.seek(SeekFrom::Start(0)).and_then(|_| journal.read_to_end(&mut bytes)).map_err(BatchError::at(path))?;
-    ShardState::of(&bytes, path)
+    ShardState::parse(&bytes, path)
 }
 
-/// The bytes of a row, if they are those that were written.
+/// The bytes of a row; `None` if they do not match their checksum or are missing.
 pub(crate) fn row_bytes(table: &mut File, row: &RowRecord) -> io::Result<Option<Vec<u8>>> {
     let mut bytes = vec![0; row.length as usize];
     table.seek(SeekFrom::Start(row.at))?;

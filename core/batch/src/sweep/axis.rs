@@ -1,4 +1,4 @@
-//! Axes of a sweep: lists of points, each of which sets some parameters.
+//! Axes of a sweep: lists of points, each with values of some parameters.
 
 use super::file::{AxisFile, Method, ParameterFile, RangeFile, RepeatFile, SampleFile, SampledFile};
 use super::quantity::{Listed, Measure, ParameterValue, listed};
@@ -12,30 +12,33 @@ use toml::Spanned;
 /// A parameter of an axis.
 #[derive(Clone, Debug)]
 pub(crate) struct Parameter {
-    /// Path in the scene; `None` for what only has a column.
+    /// Path in the scene; `None` for a parameter that has a column alone.
     pub(crate) path: Option<String>,
-    /// Name of its column; `None` where it is the end of the path.
+    /// Name of its column; `None` for the end of the path.
     pub(crate) name: Option<String>,
     /// Unit of its values.
     pub(crate) unit: String,
-    /// What its values are.
+    /// Type of its values.
     pub(crate) kind: ColumnKind,
 }
 
-/// Values of some parameters, point by point.
+/// An axis.
 #[derive(Clone, Debug)]
 pub(crate) struct Axis {
-    /// Parameters (p).
+    /// Its parameters (p).
     pub(crate) parameters: Vec<Parameter>,
-    /// Points (n x p).
+    /// Values at each point (n x p).
     pub(crate) points: Vec<Vec<ParameterValue>>,
 }
 
-/// Largest number of points of an axis: all of them are held in memory.
+/// Largest number of points of an axis, which are in memory.
 const MAX_POINTS: u64 = 10_000_000;
 
 impl Axis {
-    /// The axis a file describes.
+    /// The axis of a sweep file.
+    ///
+    /// # Errors
+    /// The first error, with its line.
     pub(super) fn from_file(axis: &Spanned<AxisFile>, source: &Source) -> Result<Self, SceneError> {
         let (file, span) = (axis.get_ref(), axis.span());
         let kinds = [
@@ -65,7 +68,7 @@ impl Axis {
         if let Some(repeat) = &file.repeat {
             return repeated(repeat, source);
         }
-        let path = file.path.clone().expect("looked for above");
+        let path = file.path.clone().expect("checked above");
         let values = values(&file.list, &file.range, &file.log_range, span, source)?;
         let parameter = parameter(&path, &file.name, &values);
         Ok(Self { parameters: vec![parameter], points: values.values.into_iter().map(|v| vec![v]).collect() })
@@ -77,7 +80,7 @@ fn parameter(path: &Spanned<String>, name: &Option<String>, values: &Listed) -> 
     Parameter { path: Some(path.get_ref().clone()), name: name.clone(), unit: values.unit.clone(), kind: values.kind }
 }
 
-/// Values from whichever of the three ways is given.
+/// Values of the one of `list`, `range` and `log_range` that is given.
 fn values(
     list: &Option<Vec<toml::Value>>,
     range: &Option<RangeFile>,
@@ -116,7 +119,7 @@ struct Ends {
 }
 
 impl Ends {
-    /// The value at a share of the way, 0 to 1.
+    /// The value at a fraction of the range, 0 to 1.
     fn at(&self, share: f64) -> f64 {
         if self.log {
             self.from * libm::exp(share * libm::log(self.to / self.from))
@@ -148,7 +151,7 @@ fn ends(
     Ok(Ends { from: first.number, to: last.number, unit: first.unit, log })
 }
 
-/// A number of points.
+/// Checks a number of points.
 fn counted(count: &Spanned<u64>, source: &Source) -> Result<u64, SceneError> {
     let number = *count.get_ref();
     if (1..=MAX_POINTS).contains(&number) {
@@ -157,7 +160,7 @@ fn counted(count: &Spanned<u64>, source: &Source) -> Result<u64, SceneError> {
     Err(source.error(count.span(), format!("count {number}; allowed is 1 to {MAX_POINTS}")))
 }
 
-/// Several parameters that go in step.
+/// An axis of several parameters that vary together.
 fn zipped(zip: &[Spanned<ParameterFile>], span: Range<usize>, source: &Source) -> Result<Axis, SceneError> {
     let mut axis = Axis { parameters: Vec::new(), points: Vec::new() };
     for entry in zip {
@@ -180,7 +183,7 @@ fn zipped(zip: &[Spanned<ParameterFile>], span: Range<usize>, source: &Source) -
     Ok(axis)
 }
 
-/// Seeded samples. A parameter's samples do not depend on those of the parameters after it.
+/// An axis of random samples. The samples of a parameter do not depend on later parameters.
 fn sampled(sample: &SampleFile, span: Range<usize>, source: &Source) -> Result<Axis, SceneError> {
     let count = counted(&sample.count, source)?;
     if sample.over.is_empty() {
@@ -209,7 +212,7 @@ fn sampled(sample: &SampleFile, span: Range<usize>, source: &Source) -> Result<A
     Ok(axis)
 }
 
-/// The value at a share of a range; whole numbers have equal shares.
+/// The value at a fraction of a range, 0 to 1; whole numbers have fractions of equal length.
 fn drawn(ends: &Ends, integer: bool, share: f64) -> f64 {
     if !integer {
         return ends.at(share);
@@ -218,7 +221,7 @@ fn drawn(ends: &Ends, integer: bool, share: f64) -> f64 {
     if ends.log { ends.at(share).round().clamp(low, high) } else { low + (share * (high - low + 1.0)).floor() }
 }
 
-/// Repetitions, each with a seed.
+/// An axis of repetitions, each with a seed.
 fn repeated(repeat: &RepeatFile, source: &Source) -> Result<Axis, SceneError> {
     let count = counted(&repeat.count, source)?;
     let seeds = repeat.path.is_some();

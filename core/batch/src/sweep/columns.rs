@@ -1,4 +1,4 @@
-//! Columns of a sweep's table, found before any edit runs.
+//! Columns of the table of a sweep, determined before any edit runs.
 
 use super::Sweep;
 use crate::column::{Column, ColumnKind};
@@ -8,10 +8,13 @@ use pliant_engine::scene::{Scene, SceneError, Source, load_text};
 use pliant_record::{TracedTool, trace_columns};
 use std::collections::BTreeMap;
 
-/// Columns that say how an edit went.
+/// Columns of the outcome of an edit.
 pub(super) const OUTCOME: [&str; 3] = ["status", "class", "message"];
 
-/// Fills in the columns, and refuses a sweep whose base scenes cannot be read, or that has two columns of one name.
+/// Sets the columns of a sweep.
+///
+/// # Errors
+/// Fails for a base scene that is invalid, an unknown column of the trace and two columns of one name.
 pub(super) fn find(sweep: &mut Sweep, source: &Source) -> Result<(), SceneError> {
     let plans = plans(sweep)?;
     let mut columns = given(sweep);
@@ -41,7 +44,7 @@ pub(super) fn find(sweep: &mut Sweep, source: &Source) -> Result<(), SceneError>
     Ok(())
 }
 
-/// Columns of the place, the key, and what is varied.
+/// Columns of the index, the key, and the inputs that vary.
 fn given(sweep: &Sweep) -> Vec<Column> {
     let mut columns = vec![Column::new("edit", "", ColumnKind::Integer), Column::new("key", "", ColumnKind::Text)];
     if sweep.scenes.len() > 1 {
@@ -58,7 +61,7 @@ fn given(sweep: &Sweep) -> Vec<Column> {
     }
     for parameter in parameters {
         let path = parameter.path.as_deref().unwrap_or_default();
-        // The end of the path, unless another parameter has the same one.
+        // The end of the path, unless that of another parameter is the same.
         let short = if ends.get(&end(path)) == Some(&1) { end(path) } else { path.to_owned() };
         columns.push(Column::new(&parameter.name.clone().unwrap_or(short), &parameter.unit, parameter.kind));
     }
@@ -67,16 +70,18 @@ fn given(sweep: &Sweep) -> Vec<Column> {
 
 /// A base scene with the settings of an edit, and its plan.
 struct Planned {
+    /// The scene.
     scene: Scene,
+    /// Its plan.
     plan: Plan,
 }
 
-/// Plans of all base scenes, each with the settings of its first edit, or of its last where the first cannot be planned: an edit that
-/// fails is a row, a sweep whose edits all fail is a mistake.
+/// Plans of all base scenes, each with the settings of its first edit, or of its last if the first is invalid. A single invalid edit is a row
+/// of the table, so it is no error here.
 fn plans(sweep: &Sweep) -> Result<Vec<Planned>, SceneError> {
     let per_scene = sweep.edits / sweep.scenes.len() as u64;
-    let plan = |place: u64| {
-        let edit = sweep.edit(place);
+    let plan = |index: u64| {
+        let edit = sweep.edit(index);
         let base = sweep.base(&edit);
         let (scene, source) = load_text(&base.path, base.text.clone(), &edit.settings)?;
         let plan = Plan::new(&scene, &source)?;
@@ -88,7 +93,7 @@ fn plans(sweep: &Sweep) -> Result<Vec<Planned>, SceneError> {
     (0..sweep.scenes.len() as u64).map(of_scene).collect()
 }
 
-/// A column for each name of a probe, in the order they are met.
+/// A column for each name of a probe, in the order of the scenes.
 fn probes(plans: &[Planned]) -> Vec<Column> {
     let mut columns: Vec<Column> = Vec::new();
     let all: Vec<&Probe> = plans.iter().flat_map(|planned| &planned.plan.probes).collect();
@@ -100,7 +105,7 @@ fn probes(plans: &[Planned]) -> Vec<Column> {
     columns
 }
 
-/// Refuses a column of the trace that no base scene has.
+/// Checks that a base scene has a column of the trace.
 fn check_trace(name: &str, plans: &[Planned], source: &Source) -> Result<(), SceneError> {
     let columns = |planned: &Planned| {
         let tools = planned.plan.tools.iter().enumerate().map(|(at, &tool)| TracedTool {

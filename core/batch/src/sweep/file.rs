@@ -1,4 +1,4 @@
-//! What a sweep file may say.
+//! The types that a sweep file is deserialised into.
 
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -10,24 +10,24 @@ use toml::Spanned;
 pub(super) struct SweepFile {
     /// Version of this format: 1.
     pub(super) format: Spanned<u32>,
-    /// A line for people.
+    /// Title, one line.
     #[serde(default)]
     pub(super) title: String,
     /// Base scenes, relative to the sweep file.
     pub(super) scene: Spanned<OneOrMany>,
-    /// Models that take the place of the first body's one after another: files or patterns with `*`, `?` and `**`.
+    /// Models that replace the first body's in turn: files or patterns with `*`, `?` and `**`.
     #[serde(default)]
     pub(super) models: Option<Spanned<OneOrMany>>,
-    /// Values that every edit has, by their path in the scene.
+    /// Settings of every edit, by their path in the scene.
     #[serde(default)]
     pub(super) set: BTreeMap<String, toml::Value>,
     /// Axes; edits are their product, the last one varies fastest.
     #[serde(default)]
     pub(super) axis: Vec<Spanned<AxisFile>>,
-    /// What is kept of each edit.
+    /// Results of an edit that are kept.
     #[serde(default)]
     pub(super) keep: KeepFile,
-    /// What an edit may take.
+    /// Limits of an edit.
     #[serde(default)]
     pub(super) limits: LimitsFile,
 }
@@ -41,7 +41,7 @@ pub(super) enum OneOrMany {
 }
 
 impl OneOrMany {
-    /// All of them.
+    /// All texts.
     pub(super) fn all(&self) -> &[String] {
         match self {
             Self::One(one) => std::slice::from_ref(one),
@@ -50,17 +50,25 @@ impl OneOrMany {
     }
 }
 
-/// One axis: a parameter, several that go in step, samples of several, or repetitions.
+/// An axis: a parameter, several that vary together, random samples of several, or repetitions.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(super) struct AxisFile {
+    /// Path of the parameter in the scene, for `list`, `range` and `log-range`.
     pub(super) path: Option<Spanned<String>>,
+    /// Name of its column [default: the end of the path].
     pub(super) name: Option<String>,
+    /// Values.
     pub(super) list: Option<Vec<toml::Value>>,
+    /// Evenly spaced values.
     pub(super) range: Option<RangeFile>,
+    /// Values that are evenly spaced in the logarithm.
     pub(super) log_range: Option<RangeFile>,
+    /// Several parameters that vary together.
     pub(super) zip: Option<Vec<Spanned<ParameterFile>>>,
+    /// Random samples of several parameters.
     pub(super) sample: Option<SampleFile>,
+    /// Repetitions.
     pub(super) repeat: Option<RepeatFile>,
 }
 
@@ -68,34 +76,46 @@ pub(super) struct AxisFile {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(super) struct ParameterFile {
+    /// Path in the scene.
     pub(super) path: Spanned<String>,
+    /// Name of its column [default: the end of the path].
     pub(super) name: Option<String>,
+    /// Values.
     pub(super) list: Option<Vec<toml::Value>>,
+    /// Evenly spaced values.
     pub(super) range: Option<RangeFile>,
+    /// Values that are evenly spaced in the logarithm.
     pub(super) log_range: Option<RangeFile>,
 }
 
-/// Evenly spaced values, both ends among them.
+/// Evenly spaced values, including both ends.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(super) struct RangeFile {
+    /// First value: a number, or a text with a unit.
     pub(super) from: Spanned<toml::Value>,
+    /// Last value, in the same unit.
     pub(super) to: Spanned<toml::Value>,
+    /// Number of values.
     pub(super) count: Spanned<u64>,
 }
 
-/// Seeded samples of several parameters.
+/// Random samples of several parameters.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(super) struct SampleFile {
+    /// Sampling method.
     pub(super) method: Method,
+    /// Number of samples.
     pub(super) count: Spanned<u64>,
+    /// Seed of the random numbers.
     #[serde(default)]
     pub(super) seed: u64,
+    /// The parameters.
     pub(super) over: Vec<Spanned<SampledFile>>,
 }
 
-/// How samples are drawn.
+/// Sampling method.
 #[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Method {
@@ -109,14 +129,18 @@ pub(super) enum Method {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(super) struct SampledFile {
+    /// Path in the scene.
     pub(super) path: Spanned<String>,
+    /// Name of its column [default: the end of the path].
     pub(super) name: Option<String>,
+    /// Least value: a number, or a text with a unit.
     pub(super) from: Spanned<toml::Value>,
+    /// Greatest value, in the same unit.
     pub(super) to: Spanned<toml::Value>,
-    /// Uniform in the logarithm.
+    /// Whether samples are uniform in the logarithm.
     #[serde(default)]
     pub(super) log: bool,
-    /// Whole numbers, both ends among them.
+    /// Whether samples are whole numbers, including both ends.
     #[serde(default)]
     pub(super) integer: bool,
 }
@@ -125,27 +149,28 @@ pub(super) struct SampledFile {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(super) struct RepeatFile {
+    /// Number of repetitions.
     pub(super) count: Spanned<u64>,
-    /// Path in the scene that takes the seed.
+    /// Path in the scene that is set to the seed.
     pub(super) path: Option<Spanned<String>>,
-    /// Seed of the first repetition; the others follow one by one.
+    /// Seed of the first repetition; those of the others are consecutive.
     #[serde(default)]
     pub(super) seed: u64,
 }
 
-/// What is kept of each edit.
+/// Results of an edit that are kept.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
 pub(super) struct KeepFile {
     /// Columns of the summary [default: all].
     pub(super) summary: Option<Spanned<Vec<String>>>,
-    /// A column for each probe.
+    /// Whether each probe has a column.
     pub(super) probes: bool,
-    /// Columns of the trace, as `trace.csv` names them.
+    /// Columns of the trace, named as in `trace.csv`.
     pub(super) trace: Spanned<Vec<String>>,
-    /// Steps from one kept row of the trace to the next.
+    /// Number of steps from one kept row of the trace to the next.
     pub(super) trace_every: Spanned<u64>,
-    /// The deformed meshes.
+    /// Whether the deformed meshes are kept.
     pub(super) meshes: bool,
 }
 
@@ -161,7 +186,7 @@ impl Default for KeepFile {
     }
 }
 
-/// What an edit may take.
+/// Limits of an edit.
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
 pub(super) struct LimitsFile {
@@ -169,6 +194,6 @@ pub(super) struct LimitsFile {
     pub(super) seconds: Option<Spanned<toml::Value>>,
     /// Memory, as `"2 GB"`; edits then run in child processes.
     pub(super) memory: Option<Spanned<String>>,
-    /// How often an edit that ran out of time or memory, or whose plugin failed, is tried again.
+    /// Number of retries of an edit that exceeded its time or memory, or whose plugin failed.
     pub(super) retries: u32,
 }

@@ -1,10 +1,10 @@
-//! What is kept of each edit, and what it may take.
+//! Results of an edit that are kept, and its limits.
 
 use super::file::{KeepFile, LimitsFile};
 use crate::execute::SUMMARY;
 use pliant_engine::scene::{SceneError, Source, parse_quantity};
 
-/// What is kept of each edit.
+/// Results of an edit that are kept.
 #[derive(Clone, Debug)]
 pub struct Keep {
     /// Names of the columns of the summary, in the order of `SUMMARY` unless the file lists them.
@@ -13,14 +13,17 @@ pub struct Keep {
     pub probes: bool,
     /// Names of the columns of the trace.
     pub trace: Vec<String>,
-    /// Steps from one kept row of the trace to the next; the last row is always kept.
+    /// Number of steps from one kept row of the trace to the next; the last row is always kept.
     pub trace_every: u64,
     /// Whether the deformed meshes are kept.
     pub meshes: bool,
 }
 
 impl Keep {
-    /// Checks what a file says.
+    /// Checks the values of a sweep file.
+    ///
+    /// # Errors
+    /// The first error, with its line.
     pub(super) fn from_file(file: &KeepFile, source: &Source) -> Result<Self, SceneError> {
         let all = || SUMMARY.iter().map(|column| column.name.to_owned()).collect::<Vec<_>>();
         if let Some(summary) = &file.summary {
@@ -45,19 +48,22 @@ impl Keep {
     }
 }
 
-/// What an edit may take.
+/// Limits of an edit.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Limits {
-    /// s, wall clock
+    /// Largest wall-clock time, s.
     pub seconds: Option<f64>,
-    /// Bytes. Edits with this limit run in child processes.
+    /// Largest memory, bytes. Edits with this limit run in child processes.
     pub memory: Option<u64>,
-    /// How often an edit is tried again that ran out of time or memory, or whose plugin or process failed.
+    /// Number of retries of an edit that exceeded its time or memory, or whose plugin or process failed.
     pub retries: u32,
 }
 
 impl Limits {
-    /// Checks what a file says.
+    /// Checks the values of a sweep file.
+    ///
+    /// # Errors
+    /// The first error, with its line.
     pub(super) fn from_file(file: &LimitsFile, source: &Source) -> Result<Self, SceneError> {
         let seconds = |time: &toml::Spanned<toml::Value>| {
             let number = match time.get_ref() {
@@ -77,7 +83,7 @@ impl Limits {
     }
 }
 
-/// Reads a number of bytes, as `2 GB` (1000^3) or `512 MiB` (1024^2).
+/// Parses a number of bytes, such as `2 GB` (1000^3) or `512 MiB` (1024^2).
 fn parse_bytes(text: &str) -> Result<u64, String> {
     const UNITS: [(&str, u64); 7] = [
         ("kB", 1000),

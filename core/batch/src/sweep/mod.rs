@@ -1,4 +1,4 @@
-//! A sweep: base scenes, models and axes; what is kept of an edit, and what it may take.
+//! Sweeps: base scenes, models and axes; results that are kept, and limits.
 
 mod axis;
 mod columns;
@@ -20,62 +20,71 @@ use pliant_record::ContentHasher;
 use serde_json::Value as Cell;
 use std::path::{Path, PathBuf};
 
-/// The version of the format this program reads.
+/// The version of the sweep format that this program reads.
 const FORMAT: u32 = 1;
-/// Largest number of edits of a sweep: places in it are exact in every table format.
+/// Largest number of edits of a sweep: indices are exact in every table format.
 const MAX_EDITS: u64 = 1 << 40;
 
 /// A base scene.
 #[derive(Clone, Debug)]
 pub(crate) struct BaseScene {
-    /// Path of the sweep file.
+    /// Path of the scene.
     pub(crate) path: PathBuf,
-    /// As the sweep file writes it.
+    /// Path as written in the sweep file.
     pub(crate) name: String,
-    /// Its text.
+    /// Text of the scene.
     pub(crate) text: String,
 }
 
-/// A model that takes the place of the first body's.
+/// A model that replaces the first body's.
 #[derive(Clone, Debug)]
 struct Model {
+    /// Path of the file.
     path: PathBuf,
-    /// Relative to the sweep file.
+    /// Path relative to the sweep file.
     name: String,
 }
 
-/// A description of many edits.
+/// A parameter sweep: many edits, as combinations of scenes, models and points of axes.
 #[derive(Clone, Debug)]
 pub struct Sweep {
-    /// A line for people.
+    /// Title, one line.
     pub title: String,
-    /// What is kept of each edit.
+    /// Results of an edit that are kept.
     pub keep: Keep,
-    /// What an edit may take.
+    /// Limits of an edit.
     pub limits: Limits,
+    /// Path of the sweep file.
     path: PathBuf,
+    /// Base scenes, at least one.
     scenes: Vec<BaseScene>,
+    /// Models; empty to use those of the scenes.
     models: Vec<Model>,
+    /// Settings of every edit: paths in the scene and values as TOML.
     set: Vec<(String, String)>,
+    /// Axes; the last one varies fastest.
     axes: Vec<Axis>,
+    /// Number of edits.
     edits: u64,
+    /// Columns of the table.
     columns: Vec<Column>,
     /// Number of columns before `status`.
     given: usize,
+    /// See [`Sweep::digest`].
     digest: String,
 }
 
 impl Sweep {
-    /// Reads a sweep file and the base scenes it names.
+    /// Reads a sweep file and its base scenes.
     ///
     /// # Errors
-    /// A file that cannot be read, or says something a sweep or a scene cannot, with its line.
+    /// Fails for a file that cannot be read and for an invalid sweep or scene, with the line.
     pub fn read(path: &Path) -> Result<Self, BatchError> {
         let text = read_text(path).map_err(BatchError::at(path))?;
         Self::parse(path, text)
     }
 
-    /// The same from a text that stood in `path`.
+    /// Parses a sweep from `text`; relative paths in it are relative to the folder of `path`.
     ///
     /// # Errors
     /// As for [`Sweep::read`].
@@ -116,37 +125,38 @@ impl Sweep {
         self.edits
     }
 
-    /// The sweep file.
+    /// Path of the sweep file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Columns of its table.
+    /// Columns of the table.
     pub fn columns(&self) -> &[Column] {
         &self.columns
     }
 
-    /// Columns of what an edit came to, after `status`, `class` and `message`.
+    /// Columns of the results of an edit, after `status`, `class` and `message`.
     pub(crate) fn result_columns(&self) -> &[Column] {
         &self.columns[self.given + columns::OUTCOME.len()..]
     }
 
-    /// Digest of the sweep file, its scenes and the list of its models: shards of one sweep have one digest.
+    /// Digest of the sweep file, the base scenes and the list of models, 32 hexadecimal digits; equal for all shards of a sweep.
     pub fn digest(&self) -> &str {
         &self.digest
     }
 
+    /// The base scene of an edit.
     pub(crate) fn base(&self, edit: &Edit) -> &BaseScene {
         &self.scenes[edit.scene]
     }
 
-    /// The edit at a place, from 0.
+    /// The edit with an index, from 0.
     ///
     /// # Panics
-    /// If the place is not below [`Sweep::edits`].
-    pub fn edit(&self, place: u64) -> Edit {
-        assert!(place < self.edits, "edit {place} of {}", self.edits);
-        let mut rest = place;
+    /// If the index is not below [`Sweep::edits`].
+    pub fn edit(&self, index: u64) -> Edit {
+        assert!(index < self.edits, "edit {index} of {}", self.edits);
+        let mut rest = index;
         let mut digit = |count: usize| {
             let digit = rest % count as u64;
             rest /= count as u64;
@@ -171,7 +181,7 @@ impl Sweep {
                 }
             }
         }
-        Edit { place, scene, model: model.map(|model| model.path.clone()), settings, cells, repeat }
+        Edit { index, scene, model: model.map(|model| model.path.clone()), settings, cells, repeat }
     }
 }
 
@@ -195,14 +205,14 @@ fn base_scenes(file: &SweepFile, source: &Source) -> Result<Vec<BaseScene>, Scen
     if scenes.is_empty() { Err(source.whole("`scene` is empty; allowed is one file or more")) } else { Ok(scenes) }
 }
 
-/// Finds the models, sorted by name within each pattern.
+/// Lists the models, sorted by name within each pattern.
 fn models(file: &SweepFile, source: &Source) -> Result<Vec<Model>, SceneError> {
     let mut models: Vec<Model> = Vec::new();
     let Some(patterns) = &file.models else { return Ok(models) };
     for pattern in patterns.get_ref().all() {
-        let whole = source.folder().join(pattern);
+        let full = source.folder().join(pattern);
         let error = |text: String| source.error(patterns.span(), text);
-        let paths = glob::glob(&whole.to_string_lossy()).map_err(|e| error(format!("not a pattern: {e}")))?;
+        let paths = glob::glob(&full.to_string_lossy()).map_err(|e| error(format!("not a pattern: {e}")))?;
         let before = models.len();
         for path in paths {
             let path = path.map_err(|e| error(e.to_string()))?;
@@ -212,13 +222,13 @@ fn models(file: &SweepFile, source: &Source) -> Result<Vec<Model>, SceneError> {
             }
         }
         if models.len() == before {
-            return Err(error(format!("no file matches {}; patterns are relative to the sweep file", whole.display())));
+            return Err(error(format!("no file matches {}; patterns are relative to the sweep file", full.display())));
         }
     }
     Ok(models)
 }
 
-/// See [`Sweep::digest`].
+/// The digest of a sweep, see [`Sweep::digest`].
 fn digest(source: &Source, scenes: &[BaseScene], models: &[Model]) -> String {
     let mut hasher = ContentHasher::default();
     hasher.add(&source.text);

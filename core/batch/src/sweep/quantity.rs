@@ -1,22 +1,24 @@
-//! Values of parameters: numbers with or without a unit, and whatever else a scene takes.
+//! Values of parameters: numbers with or without a unit, and other values of a scene.
 
 use crate::column::ColumnKind;
 use serde_json::Value as Cell;
 use toml::Value;
 
-/// A value of a parameter: the text for the scene, and the cell of the table.
+/// A value of a parameter: its text in the scene, and its cell in the table.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ParameterValue {
-    /// TOML value.
+    /// The value as TOML.
     pub(crate) setting: String,
-    /// Number without its unit, text, or flag.
+    /// A number without its unit, a text or a flag.
     pub(crate) cell: Cell,
 }
 
-/// A number and the unit written after it; empty where there is none.
+/// A number with a unit.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Measure {
+    /// The number.
     pub(super) number: f64,
+    /// The unit as text; empty without one.
     pub(super) unit: String,
 }
 
@@ -42,7 +44,7 @@ impl Measure {
     pub(super) fn value(&self) -> ParameterValue {
         let Self { number, unit } = self;
         let setting = match unit.is_empty() {
-            // Whole numbers stay whole, for parameters that count.
+            // Whole numbers have no fraction, as integer parameters need.
             true => format!("{number}"),
             false => format!("\"{number} {unit}\""),
         };
@@ -50,21 +52,24 @@ impl Measure {
     }
 }
 
-/// A number as a cell; whole numbers without a fraction.
+/// A number as a cell; whole numbers become integers.
 fn number_cell(number: f64) -> Cell {
-    /// Whole numbers below it are exact.
+    /// Whole numbers below this are exact in `f64`.
     const EXACT: f64 = 9_007_199_254_740_992.0;
     if number.fract() == 0.0 && number.abs() < EXACT { Cell::from(number as i64) } else { Cell::from(number) }
 }
 
-/// Values of a listed parameter with the unit they share and what they are.
+/// Values of a parameter with their common unit and type.
 pub(super) struct Listed {
+    /// The values.
     pub(super) values: Vec<ParameterValue>,
+    /// Their unit; empty without one.
     pub(super) unit: String,
+    /// Their type.
     pub(super) kind: ColumnKind,
 }
 
-/// Values as listed. Numbers of one unit make a column of numbers in it, other values one of texts.
+/// The values of a list. Numbers of one unit make a column of numbers in that unit, flags one of flags, other values one of texts.
 pub(super) fn listed(list: &[Value]) -> Listed {
     let measures: Option<Vec<Measure>> = list.iter().map(Measure::of).collect();
     if let Some(measures) = measures
