@@ -11,6 +11,7 @@ pub mod cloth;
 pub mod models;
 pub mod native;
 pub mod solid;
+pub mod sweep;
 pub mod table;
 pub mod twin;
 pub mod wall;

@@ -1,11 +1,11 @@
 //! What hangs together in the drawn surface hangs together in the lattice, and of bodies that nowhere come near themselves the
 //! other way round too: every connected part of the shell goes with one part of the lattice.
 
-use pliant_cut::{Blade, Stroke};
 use pliant_engine::body::Body;
 use pliant_engine::session::Session;
 use pliant_mesh::geometry::Vec3;
-use pliant_mesh::testing::{Random, models};
+use pliant_mesh::testing::models;
+use pliant_tests::sweep::{Sweep, cut};
 use pliant_tests::{Bench, open, root, shared_mesh};
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -40,48 +40,6 @@ fn whole(body: &str, level: u32) -> Session {
     );
     session.step();
     session
-}
-
-/// A blade swept across the whole body in `steps` advances, along a plane of random place and direction, or a little bent.
-struct Sweep {
-    at: Vec3,
-    along: Vec3,
-    way: Vec3,
-    across: Vec3,
-    bend: f64,
-}
-
-impl Sweep {
-    fn random(seed: u64) -> Self {
-        let random = &mut Random(seed);
-        let along = random.direction();
-        let d = random.direction();
-        let across = along.cross(&d).normalize();
-        let at = 0.02 * random.vector();
-        Self { at, along, way: across.cross(&along), across, bend: 0.02 * random.signed() }
-    }
-
-    fn blade(&self, t: f64) -> Blade {
-        let at = |s: f64| -> Vec3 {
-            let bend = self.bend * (t * t - 0.3);
-            self.at + s * self.along + 0.12 * t * self.way + bend * self.across
-        };
-        Blade { tip: at(-0.15), heel: at(0.15) }
-    }
-}
-
-/// Cuts the body right through.
-fn cut(body: &mut Body, sweep: &Sweep, steps: u32) {
-    let mut stroke = Stroke::begin(sweep.blade(-1.0)).unwrap();
-    for step in 1..=steps {
-        let blade = sweep.blade(2.0 * f64::from(step) / f64::from(steps) - 1.0);
-        let advance = body.cut.as_mut().unwrap().advance(&mut stroke, blade); // one refused is made with the next
-        if let Some(advance) = advance.ok().filter(|advance| advance.has_cut()) {
-            body.take_cut(&advance).unwrap();
-        }
-    }
-    let Body { model, skin, system, discretization, fixings, .. } = body;
-    discretization.follow(&[], model, fixings, skin, system).unwrap();
 }
 
 /// (pairs of a shell and a part of the lattice that carries some of it, places of triangles whose corners go with several)

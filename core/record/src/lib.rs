@@ -45,6 +45,7 @@ mod force_plot;
 mod inputs;
 mod machine;
 mod model;
+mod parts;
 mod plan_report;
 mod probe;
 mod recorder;

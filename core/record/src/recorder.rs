@@ -4,13 +4,14 @@ use crate::atomic::{AtomicFile, error_at};
 use crate::force_plot::write_force_plot;
 use crate::inputs::{InputHashes, refuse_inputs};
 use crate::model::write_model_to;
+use crate::parts::ModelParts;
 use crate::result_set::{FRAMES, ResultSet, SUMMARY, files_below};
 use crate::statistics::RunStatistics;
 use crate::summary::Summary;
 use crate::trace::{write_header, write_nodes, write_row};
 use pliant_engine::body::{Body, Model};
-use pliant_engine::scene::{OutputScene, Scene, Source};
-use pliant_engine::session::Session;
+use pliant_engine::scene::{OutputScene, PartsScene, Scene, Source};
+use pliant_engine::session::{Session, Warning, WarningCode};
 use pliant_live::LiveSummary;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -24,6 +25,8 @@ pub struct Recorder {
     folder: PathBuf,
     /// Files that the scene asks for.
     output: OutputScene,
+    /// Where in the scene the parts of models are asked for as files.
+    parts_asked_at: Option<String>,
     /// The trace, if the scene asks for it.
     trace: Option<AtomicFile>,
     /// Figures of the run.
@@ -44,13 +47,16 @@ impl Recorder {
     /// file that no run has written.
     pub fn new(scene: &Scene, source: &Source, session: &Session, folder: &Path, began: Instant) -> io::Result<Self> {
         let statistics = RunStatistics::new(source, session, began);
-        let names = model_names(session).map(|(name, _)| name);
-        refuse_inputs(names.chain(RESULTS.map(str::to_owned)).map(|name| folder.join(name)), source, session)?;
+        let names = model_names(session).map(|(name, _)| name).chain(RESULTS.map(str::to_owned));
+        refuse_inputs(names.chain(part_names(folder)).map(|name| folder.join(name)), source, session)?;
+        let parts = &scene.output.parts;
+        let is_asked = *parts.get_ref() == PartsScene::Files;
         let results = ResultSet::begin(folder)?;
         let mut recorder = Self {
             results,
             folder: folder.to_path_buf(),
             output: scene.output.clone(),
+            parts_asked_at: is_asked.then(|| source.error(parts.span(), "").place()),
             trace: None,
             statistics,
             hashes: InputHashes::begin(source, session).ok(),
@@ -107,6 +113,7 @@ impl Recorder {
             }
             file.finish()?;
         }
+        let one_part = self.write_parts(session)?;
         self.trace.take().map(AtomicFile::finish).transpose()?;
         if self.output.nodes {
             let mut file = self.create("nodes.csv")?;
@@ -120,6 +127,7 @@ impl Recorder {
             file.finish()?;
         }
         let mut summary = self.statistics.summary(session, self.live.take(), interrupted);
+        summary.warnings.extend(one_part);
         let shown = |file: PathBuf| file.to_string_lossy().replace('\\', "/");
         summary.inputs = self.hashes.take().map(InputHashes::finish).unwrap_or_default();
         summary.files = files_below(self.results.path())?.into_iter().map(shown).collect();
@@ -132,6 +140,28 @@ impl Recorder {
         Ok(summary)
     }
 
+    /// Writes the parts of every body that is in several, if they are asked for; otherwise gives a warning if all are in one.
+    fn write_parts(&self, session: &Session) -> io::Result<Option<Warning>> {
+        let Some(place) = &self.parts_asked_at else { return Ok(None) };
+        let mut is_split = false;
+        for (name, source) in model_names(session) {
+            let ModelSource::Body(body) = source else { continue };
+            let shown = self.folder.join(&name);
+            let parts =
+                ModelParts::of(body, &session.plan().cap_material, &shown).map_err(|error| error_at(&shown, error))?;
+            for part in (0..parts.count()).filter(|_| parts.count() > 1) {
+                is_split = true;
+                let mut file = self.create(&format!("{}{PART}{}.obj", name.trim_end_matches(".obj"), part + 1))?;
+                parts.write(part, &mut file)?;
+                file.finish()?;
+            }
+        }
+        let message = "`parts = \"files\"`, and every model is in one part: there are no files of parts; cut through a model, or leave it out";
+        let warning = || Warning { code: WarningCode::OnePart, place: place.clone(), message: message.into() };
+        Ok((!is_split).then(warning))
+    }
+
+    /// Writes a frame of every body: `frames/frame-NUMBER.obj`, or with several bodies `frames/frame-NAME-NUMBER.obj`.
     /// Writes a frame of every body: `frames/frame-NUMBER.obj`, or with several models `frames/frame-NAME-NUMBER.obj`.
     fn write_frame(&self, session: &Session, number: u64) -> io::Result<()> {
         for body in &session.bodies {
@@ -148,6 +178,16 @@ impl Recorder {
 
 /// Names of results besides the models and frames.
 const RESULTS: [&str; 4] = ["trace.csv", "nodes.csv", "forces.svg", SUMMARY];
+
+/// What stands between the name of a model and the number of its part.
+const PART: &str = "-part-";
+
+/// Names of files of parts in a folder, from a run before.
+fn part_names(folder: &Path) -> impl Iterator<Item = String> {
+    let names =
+        std::fs::read_dir(folder).into_iter().flatten().filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+    names.filter(|name| name.starts_with("final") && name.contains(PART))
+}
 
 /// Content of the file of a model.
 enum ModelSource<'a> {

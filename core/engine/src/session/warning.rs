@@ -27,6 +27,8 @@ pub enum WarningCode {
     NoForce,
     /// A touch pressed a body but moved none of its vertices.
     MovesNoVertex,
+    /// Parts of models were to be files, and every model is in one part.
+    OnePart,
     /// A blade cuts a body that is not closed and has no interior.
     OpenBody,
 }
@@ -42,6 +44,7 @@ impl WarningCode {
             Self::FixesNothing => "fixes-nothing",
             Self::NoForce => "no-force",
             Self::MovesNoVertex => "moves-no-vertex",
+            Self::OnePart => "one-part",
             Self::OpenBody => "open-body",
         }
     }

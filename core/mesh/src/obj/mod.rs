@@ -9,6 +9,7 @@ mod names;
 mod normals;
 mod number;
 mod parse;
+mod part;
 mod patch;
 #[cfg(test)]
 mod tests;

@@ -209,7 +209,7 @@ impl ObjDocument {
         Ok(())
     }
 
-    fn line_end(&self) -> &'static [u8] {
+    pub(super) fn line_end(&self) -> &'static [u8] {
         match self.bytes.iter().position(|&byte| byte == b'\n') {
             Some(at) if at > 0 && self.bytes[at - 1] == b'\r' => b"\r\n",
             None if self.bytes.contains(&b'\r') => b"\r",
@@ -264,7 +264,7 @@ fn change_state<'a>(text: &mut Vec<u8>, end: &[u8], now: &mut State<'a>, to: Sta
     *now = to;
 }
 
-fn face_line(corners: &[[u32; 3]]) -> Vec<u8> {
+pub(super) fn face_line(corners: &[[u32; 3]]) -> Vec<u8> {
     let mut line = b"f".to_vec();
     for &[v, vt, vn] in corners {
         let text = match (vt != NONE, vn != NONE) {

@@ -188,10 +188,31 @@ pub struct OutputScene {
     /// Rate, in simulated time, at which OBJ files of the surface are written; none by default.
     #[schemars(with = "Option<Frequency>")]
     pub frames: Option<Spanned<Frequency>>,
+    /// Whether the parts of a model, as cuts leave them, also go to files of their own.
+    #[schemars(with = "PartsScene")]
+    pub parts: Spanned<PartsScene>,
+}
+
+/// Where the parts of a model go.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum PartsScene {
+    /// Into the file of the model alone.
+    #[default]
+    Together,
+    /// Into a file for each part as well.
+    Files,
 }
 
 impl Default for OutputScene {
     fn default() -> Self {
-        Self { trace: true, energy: true, nodes: true, forces: false, frames: None }
+        Self {
+            trace: true,
+            energy: true,
+            nodes: true,
+            forces: false,
+            frames: None,
+            parts: Spanned::new(0..0, PartsScene::default()),
+        }
     }
 }
