@@ -299,11 +299,11 @@ impl Hinges for HingeHessian<'_> {
     fn eight<'a>(
         &'a self,
         e: usize,
-        room: &'a mut hinge_assembly::GroupPlanes,
+        buffer: &'a mut hinge_assembly::GroupPlanes,
     ) -> ([&'a [f64; GROUP]; 12], [f64; GROUP]) {
         prefetch(self.mean, e + AHEAD);
         prefetch(self.bound, e + AHEAD);
-        let mut planes = [&room[0]; 12];
+        let mut planes = [&buffer[0]; 12];
         for (plane, from) in planes.iter_mut().zip(&self.gradient) {
             prefetch(from, e + AHEAD);
             *plane = from[e..].first_chunk().expect("eight hinges");

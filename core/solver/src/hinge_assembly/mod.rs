@@ -1,7 +1,7 @@
 //! Assembly of hinges into a matrix: outer products `k g g^T` of the gradients g at their four corners.
 //!
-//! AVX-512 takes eight of a block's nine numbers at once; the portable path does the same operations on each number, so bytes do
-//! not depend on the vector unit found at run time.
+//! AVX-512 computes eight of the nine entries of a block at once; the portable code does the same operations on each entry, so bytes do not
+//! depend on the vector unit found at run time.
 
 mod f32_blocks;
 
@@ -9,13 +9,13 @@ use super::algebra::{Block, Vec3};
 use crate::force_model::{ElementCall, ForceError, ForceModel};
 use pliant_plugin_api::{TangentScale, abi};
 
-/// Slots of a hinge.
+/// Number of slots of a hinge: pairs of its four corners, each corner with itself included.
 const PAIRS: usize = 10;
 
-/// Hinges that are read before any of them is added.
+/// Number of hinges that are read together.
 pub const GROUP: usize = 8;
 
-/// How many hinges ahead memory is prefetched.
+/// Number of hinges by which memory is prefetched.
 pub const AHEAD: usize = 256;
 
 /// Gradients of a group of hinges, a plane for each corner and axis.
@@ -30,7 +30,7 @@ pub struct BlocksMut<'a, T> {
 }
 
 impl<T> BlocksMut<'_, T> {
-    /// The same blocks for a shorter time.
+    /// The same blocks with a shorter lifetime.
     pub fn reborrow(&mut self) -> BlocksMut<'_, T> {
         BlocksMut { first: self.first, blocks: self.blocks }
     }
@@ -41,7 +41,7 @@ pub trait Precision: Copy + Send {
     /// Adds `k g g^T` of each hinge at its `slots` (hinges x 10).
     fn add_outer(slots: &[u32], blocks: BlocksMut<'_, Self>, hinges: &impl Hinges);
 
-    /// Adds the tangent of one call of the material at its `slots`.
+    /// Has the material add the tangent of a call at its `slots`.
     ///
     /// # Errors
     /// Returns the error of the material.
@@ -91,32 +91,36 @@ pub trait Hinges {
     /// Gradients g at the corners of hinge `e`, and the factor k of their products; `inline(always)`, so that it is compiled for the
     /// vector unit too.
     fn hinge(&self, e: usize) -> ([Vec3; 4], f64);
-    /// The same of eight from `e` on, by corner and axis: where they are, or in `room`.
+    /// Gradients of eight hinges from `e` on, by corner and axis, and their factors. The planes may be written to `buffer`.
     #[inline(always)]
-    fn eight<'a>(&'a self, e: usize, room: &'a mut GroupPlanes) -> ([&'a [f64; GROUP]; 12], [f64; GROUP]) {
+    fn eight<'a>(&'a self, e: usize, buffer: &'a mut GroupPlanes) -> ([&'a [f64; GROUP]; 12], [f64; GROUP]) {
         let mut factors = [0.0; GROUP];
         for lane in 0..GROUP {
             let (g, k) = self.hinge(e + lane);
             factors[lane] = k;
-            for (plane, value) in room.iter_mut().zip(bytemuck::cast_slice::<Vec3, f64>(&g)) {
+            for (plane, value) in buffer.iter_mut().zip(bytemuck::cast_slice::<Vec3, f64>(&g)) {
                 plane[lane] = *value;
             }
         }
-        (room.each_ref(), factors)
+        (buffer.each_ref(), factors)
     }
 }
 
 /// The loop over hinges, for one vector unit.
 pub struct HingeAssembly<'a, S, T, H> {
+    /// The vector unit.
     pub simd: S,
+    /// Slots of the pairs of corners (hinges x 10).
     pub slots: &'a [u32],
+    /// Slot of the first of `blocks`.
     pub first: usize,
+    /// Blocks of the matrix.
     pub blocks: &'a mut [[T; 9]],
+    /// The hinges.
     pub hinges: &'a H,
 }
 
-/// Adds `k g g^T` of each hinge where `slots` (hinges x 10) say; `first` is the slot of the first of
-/// `blocks`.
+/// Adds `k g g^T` of each hinge at its `slots` (hinges x 10); `first` is the slot of the first of `blocks`.
 pub fn add_outer(slots: &[u32], first: usize, blocks: &mut [Block], hinges: &impl Hinges) {
     #[cfg(target_arch = "x86_64")]
     if let pulp::Arch::V4(simd) = pulp::Arch::new() {
@@ -125,7 +129,7 @@ pub fn add_outer(slots: &[u32], first: usize, blocks: &mut [Block], hinges: &imp
     add_each(slots, first, blocks, hinges);
 }
 
-/// The portable path.
+/// [`add_outer`] without vector instructions.
 fn add_each(slots: &[u32], first: usize, blocks: &mut [Block], hinges: &impl Hinges) {
     for (e, slots) in slots.as_chunks::<PAIRS>().0.iter().enumerate() {
         let (g, k) = hinges.hinge(e);
@@ -145,12 +149,13 @@ fn add_each(slots: &[u32], first: usize, blocks: &mut [Block], hinges: &impl Hin
     }
 }
 
-/// Where a block is stored, and whether it is transposed there.
+/// The block of a slot, and whether it is stored transposed.
 #[inline(always)]
 fn place(slot: u32, first: usize, blocks: &mut [Block]) -> (&mut Block, bool) {
     (&mut blocks[(slot & !abi::TRANSPOSED) as usize - first], slot & abi::TRANSPOSED != 0)
 }
 
+/// `k g`.
 #[inline(always)]
 fn scaled(k: f64, g: &[Vec3; 4]) -> [Vec3; 4] {
     g.map(|corner| k * corner)
@@ -162,7 +167,7 @@ mod wide {
     use pulp::x86::V4;
     use pulp::{cast, f64x8, u64x8};
 
-    /// Which of a hinge's numbers the first eight of a block are made of, on the left and on the right, for each corner.
+    /// For each corner, the components of a hinge's gradient that are the left and the right factors of the first eight entries of a block.
     const LEFT: [u64x8; 4] = [
         u64x8(0, 0, 0, 1, 1, 1, 2, 2),
         u64x8(3, 3, 3, 4, 4, 4, 5, 5),

@@ -1,19 +1,19 @@
-//! What a hinge does to its four corners: the gradient of its angle.
+//! The gradient of the angle of a hinge by its four corners.
 
 use crate::algebra::Vec3;
 
 /// Least height of a triangle over its edge's length for which the gradient is exact.
-const FLAT: f64 = 1e-6;
+const MIN_ASPECT: f64 = 1e-6;
 
-/// Of the angle between the triangles beside the edge a, b, with the corner o to the left of it and p to the right, 1/m: 1 over
-/// the height at the corners off the edge, and at its ends what holds the sum and the torque at zero. Finite if they collapse.
+/// Gradient of the angle between the two triangles at the edge a, b, with the corner o to the left of it and p to the right, 1/m: at o and p one
+/// over the height, and at the ends of the edge the vectors that make sum and moment zero. Finite for collapsed triangles.
 pub fn gradient([a, b, o, p]: [Vec3; 4]) -> [Vec3; 4] {
     let [edge, to_left, to_right] = [b, o, p].map(|x| x - a);
     let (left, right) = (edge.cross(&to_left), to_right.cross(&edge));
     let square = edge.norm_squared().max(f64::MIN_POSITIVE);
-    let floor = (square * square * (FLAT * FLAT)).max(f64::MIN_POSITIVE);
+    let floor = (square * square * (MIN_ASPECT * MIN_ASPECT)).max(f64::MIN_POSITIVE);
     let [go, gp] = [left, right].map(|n| -square.sqrt() * n / n.norm_squared().max(floor));
-    // Where the foot of each height is along the edge.
+    // Position of the foot of each height along the edge: 0 at a, 1 at b.
     let (so, sp) = (to_left.dot(&edge) / square, to_right.dot(&edge) / square);
     let between = |s: f64, t: f64| -s * go - t * gp;
     [between(1.0 - so, 1.0 - sp), between(so, sp), go, gp]
@@ -33,7 +33,7 @@ mod tests {
     }
 
     #[test]
-    fn gradient_is_the_slope() {
+    fn the_gradient_is_the_difference_quotient() {
         let g = gradient(FOLD);
         for (corner, i) in (0..4).flat_map(|corner| (0..3).map(move |i| (corner, i))) {
             let at = |step: f64| {

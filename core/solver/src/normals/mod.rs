@@ -1,8 +1,8 @@
 //! Energies of vertex normals: the material gives E(x, n) of its triangles; the normals, and the forces through them, are computed here.
 //!
-//! A normal needs the ring of its vertex, which a material does not see. Forces are those of E at fixed normals, as Tripicchio,
-//! D'Avella and Ruffaldi (2022) have them, and what the normals add as they turn; without that angular momentum is lost. As a
-//! matrix the former alone would brake every turn, so hinges stand for all of it.
+//! A normal depends on all triangles around its vertex, which a material does not see. Forces are those of E at fixed normals, as in Tripicchio,
+//! D'Avella and Ruffaldi (2022), and those through the change of the normals, without which angular momentum is not conserved. The Hessian at
+//! fixed normals would resist rotation, so the whole Hessian is approximated by hinges.
 
 mod field;
 mod hessian_approximation;
@@ -18,7 +18,7 @@ use super::system_scales::SystemScales;
 use super::threads::Pool;
 use crate::force_model::ForceError;
 use field::Field;
-use hessian_approximation::share;
+use hessian_approximation::bound_factor;
 use pliant_plugin_api::abi;
 
 /// An energy of the vertex normals of a body.
@@ -26,8 +26,9 @@ use pliant_plugin_api::abi;
 pub struct NormalsEnergy {
     /// Hinge of each triangle's sides 01, 12, 20, or `u32::MAX` for none (t x 3).
     pub sides: Vec<[u32; 3]>,
+    /// The normals.
     field: Field,
-    /// Of each node the force at fixed normals, N, and the slope in its normal, J (n x 6).
+    /// Force at fixed normals, N, and minus the derivative by the normal, J, of each node (n x 6).
     parts: Vec<[f64; 6]>,
     /// Stiffness of each hinge that approximates the energy, N m (h).
     stiffness: Vec<f64>,
@@ -38,6 +39,7 @@ pub fn wants_normals(set: &ElementSet) -> bool {
     set.has(abi::WANTS_NORMALS)
 }
 
+/// The set of an element kind that belongs to an energy of normals.
 fn of_kind(sets: &[ElementSet], kind: u32) -> Option<&ElementSet> {
     sets.iter().find(|set| wants_normals(set) && set.request().kind == kind)
 }
@@ -50,7 +52,7 @@ impl NormalsEnergy {
     pub fn forces(&mut self, pool: &Pool, state: SystemState<'_>, force: &mut [Vec3]) -> Result<(), ForceError> {
         let SystemState { material, sets, nodes, time } = state;
         let Some(set) = of_kind(sets, abi::TRIANGLE) else { return Ok(()) };
-        self.field.load(pool, &nodes.x);
+        self.field.update(pool, &nodes.x);
         self.parts.fill([0.0; 6]);
         let normals = bytemuck::cast_slice(&self.field.normal);
         set.schedule.run(pool, &mut self.parts, &|node| node, &|chunk, window| {
@@ -67,14 +69,14 @@ impl NormalsEnergy {
     pub fn energy(&mut self, state: SystemState<'_>) -> Result<f64, ForceError> {
         let SystemState { material, sets, nodes, time } = state;
         let Some(set) = of_kind(sets, abi::TRIANGLE) else { return Ok(0.0) };
-        self.field.load(&Pool::new(1), &nodes.x);
+        self.field.update(&Pool::new(1), &nodes.x);
         let normals = bytemuck::cast_slice(&self.field.normal);
         set.schedule.chunks().try_fold(0.0, |sum, chunk| {
             Ok(sum + material.normals_energy(&set.call(chunk, nodes, &nodes.v, time), normals)?)
         })
     }
 
-    /// Adds the approximate Hessian of the energy to the blocks of a matrix, of which node i has `row[i]..row[i + 1]`.
+    /// Adds the approximate Hessian of the energy to the blocks of a matrix; those of node i are `row[i]..row[i + 1]`.
     pub fn add_tangent(
         &self,
         pool: &Pool,
@@ -85,7 +87,7 @@ impl NormalsEnergy {
         blocks: &mut [Block],
     ) {
         let Some(set) = of_kind(sets, abi::HINGE) else { return };
-        let factor = scales.stiffness * share(scales.hessian);
+        let factor = scales.stiffness * bound_factor(scales.hessian);
         if factor == 0.0 {
             return;
         }
@@ -101,9 +103,13 @@ impl NormalsEnergy {
 
 /// Terms `k g g^T` of hinges that approximate the Hessian.
 struct HingeHessian<'a> {
+    /// Nodes of the hinges.
     corners: &'a [[u32; 4]],
+    /// Positions of all nodes, m.
     x: &'a [Vec3],
+    /// Stiffness of the hinges, N m.
     stiffness: &'a [f64],
+    /// Factor of all terms.
     factor: f64,
 }
 

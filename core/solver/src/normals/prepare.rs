@@ -1,7 +1,7 @@
 //! Preparation of an energy of normals: the triangles around each normal, and the hinges that approximate the Hessian.
 //!
-//! The normal of a clamped edge is that of the mirror image beyond it, which is held; a normal at a triangle that is held altogether
-//! is that of the triangle. So a clamp is where it was set, not half a cell on.
+//! At a clamped edge, a hinge with one triangle and a fixed mirror image of it, the normal is that of the mirror image. At a fixed triangle it is
+//! that of the triangle. The clamp is thus at the edge itself, and not half a cell away.
 
 use super::field::{Facet, Field};
 use super::hessian_approximation::Around;
@@ -14,7 +14,7 @@ use crate::nodes::Nodes;
 use pliant_plugin_api::abi;
 
 impl NormalsEnergy {
-    /// Finds the triangles of each normal and the stiffness of the hinges. Call it after nodes or elements have changed.
+    /// Lists the triangles of each normal and computes the stiffness of the hinges. Call it after nodes or elements have changed.
     ///
     /// # Errors
     /// Returns the error of the material.
@@ -28,21 +28,22 @@ impl NormalsEnergy {
             let whole = Chunk { range: 0..count, window: 0..nodes.len() };
             material.tilt(&triangles.call(&whole, nodes, &nodes.v, StepTime::default()), &mut tilt)?;
         }
-        let held = |corners: &[u32; 3]| corners.iter().all(|n| nodes.constraint[*n as usize] == Constraint::Fixed);
+        let is_fixed = |corners: &[u32; 3]| corners.iter().all(|n| nodes.constraint[*n as usize] == Constraint::Fixed);
         let triangles = triangles.nodes().as_chunks::<3>().0;
-        let walls = self.mirrored(triangles, hinges.nodes().as_chunks::<4>().0);
+        let clamped = self.mirrored(triangles, hinges.nodes().as_chunks::<4>().0);
         let mut around = vec![Around::default(); nodes.len()];
-        let held_ones = triangles.iter().filter(|t| held(t)).flatten();
-        walls.iter().flat_map(|wall| &wall[..2]).chain(held_ones).for_each(|n| around[*n as usize].walled = true);
-        let facet = |t: &[u32; 3]| Facet { corners: *t, counts: t.map(|n| held(t) || !around[n as usize].walled) };
-        let beyond = walls.iter().map(|wall| Facet { corners: *wall, counts: [true, true, false] });
-        self.field = Field::new(triangles.iter().map(facet).chain(beyond).collect(), &nodes.rest);
+        let fixed = triangles.iter().filter(|t| is_fixed(t)).flatten();
+        clamped.iter().flat_map(|image| &image[..2]).chain(fixed).for_each(|n| around[*n as usize].is_clamped = true);
+        let facet =
+            |t: &[u32; 3]| Facet { corners: *t, counts: t.map(|n| is_fixed(t) || !around[n as usize].is_clamped) };
+        let images = clamped.iter().map(|image| Facet { corners: *image, counts: [true, true, false] });
+        self.field = Field::new(triangles.iter().map(facet).chain(images).collect(), &nodes.rest);
         self.parts = vec![[0.0; 6]; nodes.len()];
-        self.stiffen(triangles, hinges.nodes().as_chunks::<4>().0, &tilt, around, held);
+        self.compute_stiffness(triangles, hinges.nodes().as_chunks::<4>().0, &tilt, around, is_fixed);
         Ok(())
     }
 
-    /// The mirror images beyond clamped edges, each with the edge first: hinges that one triangle has.
+    /// The mirror images at clamped edges, each with the nodes of the edge first: the second triangles of hinges that have a single one.
     fn mirrored(&self, triangles: &[[u32; 3]], hinges: &[[u32; 4]]) -> Vec<[u32; 3]> {
         let mut owners = vec![(0, 0); hinges.len()];
         for (t, sides) in self.sides.iter().enumerate() {
@@ -60,17 +61,17 @@ impl NormalsEnergy {
     }
 
     /// Computes the stiffness of the hinges that approximate the energy.
-    fn stiffen(
+    fn compute_stiffness(
         &mut self,
         triangles: &[[u32; 3]],
         hinges: &[[u32; 4]],
         tilt: &[f64],
         mut around: Vec<Around>,
-        held: impl Fn(&[u32; 3]) -> bool,
+        is_fixed: impl Fn(&[u32; 3]) -> bool,
     ) {
-        // Of each hinge the sum over its triangles that may bend, and how many they are.
+        // Sum of the stiffness of the triangles of each hinge that can bend, and their number.
         let mut sums = vec![(0.0, 0.0); hinges.len()];
-        for (t, corners) in triangles.iter().enumerate().filter(|(_, t)| !held(t)) {
+        for (t, corners) in triangles.iter().enumerate().filter(|(_, t)| !is_fixed(t)) {
             corners.iter().for_each(|n| around[*n as usize].triangles += 1);
             for (i, side) in self.sides[t].iter().enumerate().filter(|(_, side)| **side != u32::MAX) {
                 let (sum, count) = &mut sums[*side as usize];

@@ -1,14 +1,15 @@
-//! Eight numbers of a block at once.
+//! Assembly of hinges with AVX2: eight of the nine entries of a block at once.
 
-use super::{BETWEEN, GROUP, HingeAssembly, Hinges, Numbers, PAIRS, SingleBlock, ask_ahead, place, rounded};
+use super::{BETWEEN, GROUP, HingeAssembly, Hinges, Numbers, PAIRS, SingleBlock, place, prefetch_slots, rounded};
 use pulp::cast;
 use pulp::x86::V3;
 use std::arch::x86_64::{__m128, __m256};
 
-/// Which of a corner's numbers the first eight of a block are made of, on the left and on the right.
+/// Components of a corner's gradient that are the left factors of the first eight entries of a block.
 const LEFT: [u32; 8] = [0, 0, 0, 1, 1, 1, 2, 2];
+/// Components that are the right factors.
 const RIGHT: [u32; 8] = [0, 1, 2, 0, 1, 2, 0, 1];
-/// Where each of the first eight comes from, as it is and transposed: looked up, for which it is to be cannot be guessed.
+/// Entry that each of the first eight becomes, without and with transposition. A table, because a branch on it cannot be predicted.
 const PLACES: [[u32; 8]; 2] = [[0, 1, 2, 3, 4, 5, 6, 7], [0, 3, 6, 1, 4, 7, 2, 5]];
 
 impl<H: Hinges> pulp::NullaryFnOnce for HingeAssembly<'_, V3, f32, H> {
@@ -20,10 +21,10 @@ impl<H: Hinges> pulp::NullaryFnOnce for HingeAssembly<'_, V3, f32, H> {
         let (mut numbers, mut factors) = ([[0.0; 20]; GROUP], [0.0; GROUP]);
         let (groups, rest) = slots.as_chunks::<PAIRS>().0.as_chunks::<GROUP>();
         for (at, slots) in groups.iter().enumerate() {
-            let mut room = [[0.0; GROUP]; 12];
-            ask_ahead(slots);
-            let (planes, k) = hinges.eight(GROUP * at, &mut room);
-            turned(simd, planes, &mut numbers);
+            let mut buffer = [[0.0; GROUP]; 12];
+            prefetch_slots(slots);
+            let (planes, k) = hinges.eight(GROUP * at, &mut buffer);
+            to_hinges(simd, planes, &mut numbers);
             for lane in 0..GROUP {
                 factors[lane] = k[lane] as f32;
             }
@@ -38,9 +39,9 @@ impl<H: Hinges> pulp::NullaryFnOnce for HingeAssembly<'_, V3, f32, H> {
     }
 }
 
-/// Rounds what is there plane by plane, and puts it hinge by hinge.
+/// Rounds planes and transposes them to the gradients of hinges.
 #[inline(always)]
-fn turned(simd: V3, planes: [&[f64; GROUP]; 12], to: &mut [Numbers; GROUP]) {
+fn to_hinges(simd: V3, planes: [&[f64; GROUP]; 12], to: &mut [Numbers; GROUP]) {
     for (third, half) in (0..3).flat_map(|third| [(third, 0), (third, 1)]) {
         let rows = rows(simd, planes, third, half);
         for lane in 0..4 {
@@ -49,7 +50,7 @@ fn turned(simd: V3, planes: [&[f64; GROUP]; 12], to: &mut [Numbers; GROUP]) {
     }
 }
 
-/// Four numbers of four hinges: which third of the numbers, and which half of the hinges.
+/// Four numbers of four hinges: those of a third of the planes and of a half of the hinges.
 #[inline(always)]
 fn rows(simd: V3, planes: [&[f64; GROUP]; 12], third: usize, half: usize) -> [[f32; 4]; 4] {
     let mut four: [__m128; 4] = [cast([0.0_f32; 4]); 4];
@@ -68,6 +69,7 @@ fn rows(simd: V3, planes: [&[f64; GROUP]; 12], third: usize, half: usize) -> [[f
     ]
 }
 
+/// Adds the blocks of a hinge.
 #[inline(always)]
 fn add(simd: V3, slots: &[u32; PAIRS], first: usize, blocks: &mut [SingleBlock], numbers: &Numbers, k: f32) {
     let factor = simd.avx._mm256_set1_ps(k);
@@ -88,6 +90,7 @@ fn add(simd: V3, slots: &[u32; PAIRS], first: usize, blocks: &mut [SingleBlock],
     }
 }
 
+/// Selects numbers by their indices.
 #[inline(always)]
 fn spread(simd: V3, numbers: __m256, places: [u32; 8]) -> __m256 {
     simd.avx2._mm256_permutevar8x32_ps(numbers, cast(places))

@@ -1,4 +1,4 @@
-//! What hinges give a matrix in single precision: [`crate::hinge_assembly`] without blocks of the diagonal.
+//! Assembly of hinges in single precision: as [`crate::hinge_assembly`], without diagonal blocks.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -9,13 +9,14 @@ use super::{AHEAD, GROUP, HingeAssembly, Hinges};
 use crate::algebra::SingleBlock;
 use pliant_plugin_api::{abi, prefetch};
 
-/// Slots of a hinge, and which of them are of two corners.
+/// Number of slots of a hinge.
 const PAIRS: usize = 10;
+/// Pairs of different corners: index of the slot, and both corners.
 const BETWEEN: [(usize, usize, usize); 6] = [(1, 0, 1), (2, 0, 2), (3, 0, 3), (5, 1, 2), (6, 1, 3), (8, 2, 3)];
-/// Gradients of a hinge, read eight numbers at a time.
+/// Gradient of a hinge, padded so that eight numbers can be read from each corner on.
 type Numbers = [f32; 20];
 
-/// Adds `k g g^T` of each hinge where `slots` (hinges x 10) say; `first` is the slot of the first of `blocks`.
+/// Adds `k g g^T` of each hinge at its `slots` (hinges x 10); `first` is the slot of the first of `blocks`.
 pub fn add_outer(slots: &[u32], first: usize, blocks: &mut [SingleBlock], hinges: &impl Hinges) {
     #[cfg(target_arch = "x86_64")]
     match pulp::Arch::new() {
@@ -26,15 +27,15 @@ pub fn add_outer(slots: &[u32], first: usize, blocks: &mut [SingleBlock], hinges
     add_each(slots, first, blocks, hinges);
 }
 
-/// Asks memory for the slots of a group that comes so much later.
+/// Prefetches the slots of the group [`AHEAD`] hinges after `slots`.
 #[inline(always)]
-fn ask_ahead(slots: &[[u32; PAIRS]; GROUP]) {
+fn prefetch_slots(slots: &[[u32; PAIRS]; GROUP]) {
     for line in 0..GROUP * PAIRS / 16 {
         prefetch(slots.as_flattened(), AHEAD * PAIRS + 16 * line);
     }
 }
 
-/// The portable path.
+/// [`add_outer`] without vector instructions.
 fn add_each(slots: &[u32], first: usize, blocks: &mut [SingleBlock], hinges: &impl Hinges) {
     for (e, slots) in slots.as_chunks::<PAIRS>().0.iter().enumerate() {
         let (numbers, k) = rounded(hinges, e);
@@ -50,6 +51,7 @@ fn add_each(slots: &[u32], first: usize, blocks: &mut [SingleBlock], hinges: &im
     }
 }
 
+/// Gradient and factor of hinge `e` in single precision.
 #[inline(always)]
 fn rounded(hinges: &impl Hinges, e: usize) -> (Numbers, f32) {
     let (g, k) = hinges.hinge(e);
@@ -62,7 +64,7 @@ fn rounded(hinges: &impl Hinges, e: usize) -> (Numbers, f32) {
     (numbers, k as f32)
 }
 
-/// Where a block is stored, and whether it is transposed there.
+/// The block of a slot, and whether it is stored transposed.
 #[inline(always)]
 fn place(slot: u32, first: usize, blocks: &mut [SingleBlock]) -> (&mut SingleBlock, bool) {
     (&mut blocks[(slot & !abi::TRANSPOSED) as usize - first], slot & abi::TRANSPOSED != 0)
@@ -75,7 +77,7 @@ mod tests {
 
     #[test]
     fn every_vector_unit_gives_the_same_bytes_and_the_products() {
-        // Several hinges to a block, some of them turned.
+        // Several hinges for each block, some of them transposed.
         let slots: Vec<u32> = (0..190).map(|i| 5 + i * 7 % 23 + if i % 3 == 1 { abi::TRANSPOSED } else { 0 }).collect();
         let mut blocks: Vec<SingleBlock> =
             (0..23).map(|b| std::array::from_fn(|i| wave(2000 + 9 * b + i) as f32)).collect();
