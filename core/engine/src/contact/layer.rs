@@ -8,7 +8,7 @@
 use super::near::SurfacePoint;
 use crate::shape::OrientedShape;
 use nalgebra::Matrix3;
-use pliant_solver::{Block, Vec3};
+use pliant_solver::Vec3;
 
 /// A tool in contact with the layer.
 pub struct Layer<'a> {
@@ -29,8 +29,10 @@ pub struct Push {
     pub point: Vec3,
     /// Force on the surface, N.
     pub force: Vec3,
-    /// Negative derivative of the force by the position of the sample, N/m.
-    pub stiffness: Block,
+    /// Unit outward normal of the tool at the sample.
+    pub normal: Vec3,
+    /// Stiffness of the layer at the sample, N/m.
+    pub stiffness: f64,
     /// Magnitude of the force, N.
     pub magnitude: f64,
 }
@@ -73,10 +75,15 @@ impl Layer<'_> {
         samples.iter().filter_map(move |s| {
             let (normal, depth) = self.penetration(s, p)?;
             let k = self.stiffness * s.area;
-            let stiffness = std::array::from_fn(|e| k * normal[e / 3] * normal[e % 3]);
             let magnitude = k * depth;
-            Some(Push { rest: s.rest, point: s.point, force: magnitude * normal, stiffness, magnitude })
+            Some(Push { rest: s.rest, point: s.point, force: magnitude * normal, normal, stiffness: k, magnitude })
         })
+    }
+
+    /// Sum of the stiffnesses of the samples inside a tool at `p` (m), N/m.
+    pub fn total_stiffness(&self, samples: &[SurfacePoint], p: Vec3) -> f64 {
+        let inside = samples.iter().filter(|s| self.penetration(s, p).is_some());
+        inside.map(|s| self.stiffness * s.area).sum()
     }
 
     /// Unit outward normal of a tool at `p` at a sample inside of it, and the depth of the sample, m; `None` outside.

@@ -32,7 +32,7 @@ pub struct Touch {
     pub normal: Vec3,
     /// Contact point on the triangle with the largest force; `None` if the surface is sampled.
     pub triangle: Option<TrianglePoint>,
-    /// Centre of the proxy minus the contact point, m.
+    /// Centre of the proxy that sticks, without the shear of the layer, minus the contact point, m.
     pub offset: Vec3,
 }
 
@@ -120,10 +120,10 @@ impl Proxy {
         &self.near
     }
 
-    /// Sets the position `p` (m) and the contact, whose point is at `point` (m).
-    pub fn set_contact(&mut self, p: Vec3, point: Vec3, touch: Touch) {
+    /// Sets the position `p` (m) and the contact.
+    pub fn set_contact(&mut self, p: Vec3, touch: Touch) {
         self.position = p;
-        self.touch = Some(Touch { offset: p - point, ..touch });
+        self.touch = Some(touch);
     }
 
     /// Lists, for each nearby point, the half-space of centres in which the shape's tangent plane separates it from the point.

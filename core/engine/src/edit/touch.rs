@@ -8,6 +8,7 @@ use crate::body::{Body, EmbeddedPoint, LatticeError};
 use crate::contact::{Layer, Touch as Contact, apply_friction};
 use crate::plan::Edit;
 use crate::tool::{Tool, diagonal, direction};
+use nalgebra::Matrix3;
 use pliant_solver::Vec3;
 
 /// Touches surfaces with the tool's proxy.
@@ -82,9 +83,10 @@ fn balance_in_layer(
     let layer = Layer { shape: &shape, coupling: coupling.stiffness, stiffness: body.layer_stiffness };
     let without_friction = |from| {
         let (p, layer_force) = layer.balance(near, from, hand, None);
-        (p, direction(layer_force).unwrap_or(touch.normal))
+        let normal = direction(layer_force).unwrap_or(touch.normal);
+        Rest { position: p, anchor: p, normal, shear: 0.0 }
     };
-    let (p, normal) = match anchor {
+    let Rest { position: p, anchor, normal, shear } = match anchor {
         Some(anchor) if tool.friction.static_coefficient > 0.0 => {
             rest_with_friction(tool, &layer, Slide { anchor, hand, normal: touch.normal })
                 .unwrap_or_else(|| without_friction(tool.proxy.position))
@@ -92,11 +94,10 @@ fn balance_in_layer(
         _ => without_friction(tool.proxy.position),
     };
     let mut total = 0.0;
-    let [mut pushed, mut point, mut rest] = [Vec3::zeros(); 3];
+    let [mut pushed, mut rest] = [Vec3::zeros(); 2];
     for push in layer.pushes(near, p) {
         total += push.magnitude;
         pushed += push.force;
-        point += push.magnitude * push.point;
         rest += push.magnitude * push.rest;
     }
     if total == 0.0 {
@@ -106,19 +107,23 @@ fn balance_in_layer(
     let pulled = coupling.stiffness * (hand - p);
     // The rest of the pull is friction, distributed like the normal forces.
     let friction = pulled - pushed;
-    let (scale, spring) = coupling.cap(pulled);
+    // Within a step a limited force ends where the whole one would: a force that stayed would fling the surface away.
+    let (scale, _) = coupling.cap(pulled);
     tool.loads.clear();
     for push in layer.pushes(near, p) {
         let fraction = push.magnitude / total;
         tool.presses.extend(direction(push.point - p).map(|towards| (towards, fraction)));
-        let sideways = diagonal(fraction * coupling.stiffness);
-        let stiffness = std::array::from_fn(|e| spring * (push.stiffness[e] + sideways[e]));
+        let along_normal = push.normal * push.normal.transpose();
+        let along_surface = Matrix3::identity() - along_normal;
+        let block = scale * push.stiffness * (along_normal + shear * along_surface);
+        let stiffness = std::array::from_fn(|e| block[(e / 3, e % 3)]);
         let force = scale * (push.force + fraction * friction);
-        tool.loads.push(push.rest, force, stiffness, diagonal(spring * fraction * coupling.damping));
+        tool.loads.push(push.rest, force, stiffness, diagonal(scale * fraction * coupling.damping));
     }
     let touch = Contact { rest: rest / total, normal, triangle: None, ..touch };
-    tool.proxy.set_contact(p, point / total, touch);
     let EmbeddedPoint { now, settled } = body.embed_point(touch.rest)?;
+    // The place of the rest point, not the mean place of the samples: over a curved surface they differ, and a tool that sticks would creep.
+    tool.proxy.set_contact(p, Contact { offset: anchor - now, ..touch });
     tool.depth = (settled - now).dot(&normal);
     tool.attach_loads(body, touch.body)
 }
@@ -134,21 +139,41 @@ struct Slide {
     normal: Vec3,
 }
 
-/// Equilibrium of the proxy with friction: its position, m, and the unit normal, the direction of the layer's force. It sticks inside the friction
-/// cone; otherwise it slides up to the kinetic cone. `None` if it is not in contact with the layer.
-fn rest_with_friction(tool: &Tool, layer: &Layer<'_>, slide: Slide) -> Option<(Vec3, Vec3)> {
+/// Equilibrium of the proxy between the layer and the coupling.
+struct Rest {
+    /// Position of the proxy, m.
+    position: Vec3,
+    /// Its position without the shear of the layer, m, which moves with the surface.
+    anchor: Vec3,
+    /// Unit vector of the layer's force on it.
+    normal: Vec3,
+    /// Stiffness that friction has within a step against a motion of the surface along itself, relative to that of the layer along the normal. A tool
+    /// that slides has it too: without it a light surface would overshoot.
+    shear: f64,
+}
+
+/// Equilibrium of the proxy with friction. The layer is as stiff in shear as along the normal, so however stiff the coupling is, a tool that sticks
+/// pulls no harder than the time step allows. It sticks inside the friction cone; otherwise it slides up to the kinetic cone. `None` if it is not in
+/// contact with the layer.
+fn rest_with_friction(tool: &Tool, layer: &Layer<'_>, slide: Slide) -> Option<Rest> {
     let Slide { anchor, hand, normal } = slide;
     let near = tool.proxy.near();
-    let (p, layer_force) = layer.balance(near, anchor, hand, Some(normal));
+    let (anchor, layer_force) = layer.balance(near, anchor, hand, Some(normal));
     let normal = direction(layer_force)?;
-    let pull = hand - p;
+    let pull = hand - anchor;
     let press = -pull.dot(&normal);
     let along = pull + press * normal;
-    let slide = along.norm();
-    if slide <= tool.friction.static_coefficient * press {
-        return Some((p, normal));
-    }
-    let slid = p + (1.0 - tool.friction.kinetic_coefficient * press.max(0.0) / slide).max(0.0) * along;
-    let (p, layer_force) = layer.balance(near, slid, hand, Some(normal));
-    Some((p, direction(layer_force)?))
+    // Coupling and shear of the layer in series, relative to the coupling.
+    let series = 1.0 / (1.0 + layer.coupling / layer.total_stiffness(near, anchor));
+    let pulled = series * along.norm();
+    let sticks = pulled <= tool.friction.static_coefficient * press;
+    let slid = if sticks { 0.0 } else { (1.0 - tool.friction.kinetic_coefficient * press.max(0.0) / pulled).max(0.0) };
+    let sheared = slid + (1.0 - series) * (1.0 - slid);
+    let (position, layer_force) = layer.balance(near, anchor + sheared * along, hand, Some(normal));
+    Some(Rest {
+        position,
+        anchor: position - (sheared - slid) * along,
+        normal: direction(layer_force)?,
+        shear: 1.0 - series,
+    })
 }
