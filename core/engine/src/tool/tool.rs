@@ -322,11 +322,12 @@ impl Tool {
 
     /// Applies a force (N) to the points of the contact patch.
     fn press_patch(&mut self, body: &mut Body, index: u32, pulled: Vec3) -> Result<(), LatticeError> {
-        let (scale, spring) = self.cap(pulled.norm());
+        // Within a step a limited force ends where the whole one would: a force that stayed would fling the surface away.
+        let (scale, _) = self.cap(pulled.norm());
         self.loads.clear();
         for (point, fraction) in self.patch.points.iter().zip(&self.patch.fractions) {
-            let stiffness = diagonal(spring * fraction * self.coupling.stiffness);
-            let damping = diagonal(spring * fraction * self.coupling.damping);
+            let stiffness = diagonal(scale * fraction * self.coupling.stiffness);
+            let damping = diagonal(scale * fraction * self.coupling.damping);
             self.loads.push(*point, scale * fraction * pulled, stiffness, damping);
         }
         self.attach_loads(body, index)
