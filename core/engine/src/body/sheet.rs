@@ -104,7 +104,7 @@ impl Sheet {
         self.vertex_of.get(node as usize).copied()
     }
 
-    /// Node of a vertex, or [`NONE`].
+    /// Node of a vertex; `u32::MAX` if it has none.
     pub fn node_of(&self, vertex: u32) -> u32 {
         self.node_of[vertex as usize]
     }
