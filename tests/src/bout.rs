@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex};
 
 /// A session with arms in the place of its devices.
 pub struct Bout {
-    /// The session.
+    /// Session whose hands are the arms.
     pub session: Session,
     /// The haptic side.
     pub servo: Servo,

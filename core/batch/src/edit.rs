@@ -27,7 +27,7 @@ pub struct Edit {
 pub struct Resolved {
     /// The edit.
     pub edit: Edit,
-    /// Its key.
+    /// Digest that the edit is known by.
     pub key: EditKey,
     /// Its scene, or the error of reading it.
     pub scene: Result<(Scene, Source), SceneError>,

@@ -83,7 +83,7 @@ impl OrderedNumber {
         Self(Self::flip(number.to_bits() as i64))
     }
 
-    /// The number.
+    /// The number it was made from.
     fn number(self) -> f64 {
         f64::from_bits(Self::flip(self.0) as u64)
     }
@@ -110,7 +110,7 @@ impl Mean {
         self.count += 1.0;
     }
 
-    /// The mean.
+    /// Mean of the values added.
     fn value(self) -> f64 {
         self.sum / self.count
     }

@@ -14,7 +14,7 @@ use std::time::Instant;
 
 /// A scene and its source.
 pub struct SceneInstance {
-    /// The scene.
+    /// Scene with its parameters set.
     pub scene: Scene,
     /// Its text and models.
     pub source: Source,

@@ -72,7 +72,7 @@ pub enum Trigger {
 pub struct Probe {
     /// Name in the summary.
     pub name: String,
-    /// The quantity.
+    /// Quantity that is read from the session.
     pub quantity: &'static Quantity,
     /// Index in [`Plan::tools`] or of the body in the scene, depending on the quantity.
     pub of: usize,

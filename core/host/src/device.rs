@@ -58,11 +58,11 @@ const MAX_COUNTERS: u32 = 64;
 pub struct Device {
     /// The plugin instance.
     instance: Arc<Instance>,
-    /// Its functions.
+    /// Function table of the device.
     table: &'static abi::Device,
-    /// Its counters, if it has some.
+    /// Function table of its counters; `None` if it counts nothing.
     counters: Option<&'static abi::Counters>,
-    /// Its description.
+    /// What the device says of itself: effectors, axes, largest forces.
     device_info: DeviceInfo,
 }
 
@@ -207,7 +207,7 @@ impl Device {
 pub struct StopHandle {
     /// The device, kept open as long as the handle exists.
     instance: Arc<Instance>,
-    /// Its function.
+    /// Function that stops the device, with zero force.
     stop: unsafe extern "C" fn(*const abi::Plugin) -> Status,
 }
 
@@ -224,7 +224,7 @@ impl StopHandle {
 struct OpenDevice {
     /// The plugin instance, unless it was closed.
     instance: Weak<Instance>,
-    /// Its function.
+    /// Function that stops the device, with zero force.
     stop: unsafe extern "C" fn(*const abi::Plugin) -> Status,
 }
 

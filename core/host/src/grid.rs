@@ -126,7 +126,7 @@ pub struct LocatedPoint {
 pub struct Grid {
     /// The plugin instance.
     instance: Instance,
-    /// Its functions.
+    /// Function table of the grid.
     table: &'static abi::Grid,
     /// Whether the embedding is non-linear.
     nonlinear: bool,

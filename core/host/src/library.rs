@@ -17,7 +17,7 @@ pub struct Library {
     path: PathBuf,
     /// Its plugins.
     plugins: Vec<PluginInfo>,
-    /// Its entry.
+    /// Entry table that the entry point of the library returned.
     pub(crate) table: &'static abi::Library,
 }
 

@@ -12,7 +12,7 @@ use pliant_plugin_api::abi::{self, Status};
 pub struct Material {
     /// The plugin instance.
     pub(crate) instance: Instance,
-    /// Its functions.
+    /// Function table of the material.
     pub(crate) table: &'static abi::Material,
     /// Element kinds that the material requests.
     pub(crate) requests: Vec<ElementRequest>,

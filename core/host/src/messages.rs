@@ -26,7 +26,7 @@ pub struct NewMessages {
 /// Unread messages. A full or locked inbox drops a message and counts it.
 #[derive(Default)]
 pub(crate) struct Inbox {
-    /// The messages.
+    /// Messages that were not taken yet.
     lines: Mutex<Lines>,
     /// Number of messages dropped since the last read.
     dropped: AtomicU64,

@@ -26,7 +26,7 @@ pub struct SearchPath {
 /// A folder that is searched.
 #[derive(Clone, Debug)]
 struct SearchedFolder {
-    /// Its path.
+    /// Where the folder is.
     path: PathBuf,
     /// Why it is searched.
     origin: Origin,

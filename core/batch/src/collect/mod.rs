@@ -88,7 +88,7 @@ struct TableRow {
 
 /// Result of [`collect`].
 pub struct Collected {
-    /// The table.
+    /// Rows of all shards, sorted by their index in the sweep.
     pub table: Table,
     /// Number of edits of the sweep.
     pub edits: u64,
@@ -189,7 +189,7 @@ fn missing(table: &Table, open: &OpenRecord, counts: &BTreeSet<u64>) -> BTreeMap
 }
 
 impl Table {
-    /// The columns.
+    /// Columns of the table, in order.
     pub fn columns(&self) -> &[Column] {
         &self.columns
     }

@@ -51,7 +51,7 @@ pub(super) struct ChildRunner {
 
 /// A child and its pipes.
 struct RunningChild {
-    /// The process.
+    /// Process that runs the edits.
     child: Child,
     /// Its standard input.
     input: ChildStdin,

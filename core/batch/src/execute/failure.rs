@@ -62,7 +62,7 @@ impl fmt::Display for FailureClass {
 pub struct Failure {
     /// Class of the failure.
     pub class: FailureClass,
-    /// Message.
+    /// What failed, for people.
     pub message: String,
 }
 

@@ -8,9 +8,9 @@ use serde_json::Value;
 
 /// A column of the summary.
 pub(crate) struct SummaryColumn {
-    /// Name.
+    /// Name of the column, without the unit.
     pub(crate) name: &'static str,
-    /// Unit.
+    /// Unit of its values in SI; empty for counts and ratios.
     pub(crate) unit: &'static str,
     /// Type of its values.
     pub(crate) kind: ColumnKind,

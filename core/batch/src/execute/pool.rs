@@ -72,9 +72,9 @@ struct State {
 
 /// Shared data of the workers.
 struct Shared {
-    /// The sweep.
+    /// Sweep whose edits are run.
     sweep: Arc<Sweep>,
-    /// Computes keys.
+    /// Computes the key of each edit from its scene and files.
     keys: KeyMaker,
     /// Meshes that are kept.
     meshes: MeshStore,

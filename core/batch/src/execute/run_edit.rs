@@ -47,7 +47,7 @@ pub struct EditSeconds {
 
 /// An edit whose session is open.
 pub(crate) struct OpenedEdit<'r> {
-    /// The session.
+    /// Session at its start.
     pub(crate) session: Session,
     /// Number of steps of the scene.
     pub(crate) steps: u64,
@@ -57,7 +57,7 @@ pub(crate) struct OpenedEdit<'r> {
 
 /// Runs edits in this process.
 pub(crate) struct EditRunner<'a> {
-    /// The sweep.
+    /// Sweep that the edits are of.
     pub(crate) sweep: &'a Sweep,
     /// Folders in which plugins are searched.
     pub(crate) search: &'a SearchPath,

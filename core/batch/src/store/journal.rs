@@ -14,7 +14,7 @@ pub(super) fn line(record: &Record) -> io::Result<Vec<u8>> {
 
 /// The valid part of a journal.
 pub(super) struct ParsedJournal {
-    /// Its records.
+    /// Records in the order they were written.
     pub(super) records: Vec<Record>,
     /// Its length, bytes.
     pub(super) length: u64,

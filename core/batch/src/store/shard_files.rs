@@ -21,7 +21,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 struct AppendFile {
     /// The file, positioned at its end.
     file: File,
-    /// Its path.
+    /// Where the file is.
     path: PathBuf,
     /// Length of its valid part, bytes.
     length: u64,
@@ -47,9 +47,9 @@ impl AppendFile {
 
 /// The files of a shard, locked by this process.
 pub(crate) struct ShardFiles {
-    /// The journal.
+    /// Records of edits that began and of rows that ended.
     journal: AppendFile,
-    /// The table.
+    /// Rows of the results.
     table: AppendFile,
 }
 

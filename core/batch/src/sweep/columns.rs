@@ -70,7 +70,7 @@ fn given(sweep: &Sweep) -> Vec<Column> {
 
 /// A base scene with the settings of an edit, and its plan.
 struct Planned {
-    /// The scene.
+    /// Scene with the settings of the edit.
     scene: Scene,
     /// Its plan.
     plan: Plan,

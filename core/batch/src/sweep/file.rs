@@ -58,7 +58,7 @@ pub(super) struct AxisFile {
     pub(super) path: Option<Spanned<String>>,
     /// Name of its column [default: the end of the path].
     pub(super) name: Option<String>,
-    /// Values.
+    /// Values of the parameter, as a scene takes them.
     pub(super) list: Option<Vec<toml::Value>>,
     /// Evenly spaced values.
     pub(super) range: Option<RangeFile>,
@@ -80,7 +80,7 @@ pub(super) struct ParameterFile {
     pub(super) path: Spanned<String>,
     /// Name of its column [default: the end of the path].
     pub(super) name: Option<String>,
-    /// Values.
+    /// Values of the parameter, as a scene takes them.
     pub(super) list: Option<Vec<toml::Value>>,
     /// Evenly spaced values.
     pub(super) range: Option<RangeFile>,
@@ -111,7 +111,7 @@ pub(super) struct SampleFile {
     /// Seed of the random numbers.
     #[serde(default)]
     pub(super) seed: u64,
-    /// The parameters.
+    /// Parameters that are sampled together.
     pub(super) over: Vec<Spanned<SampledFile>>,
 }
 

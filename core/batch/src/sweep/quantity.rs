@@ -16,7 +16,7 @@ pub(crate) struct ParameterValue {
 /// A number with a unit.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Measure {
-    /// The number.
+    /// Number before the unit.
     pub(super) number: f64,
     /// The unit as text; empty without one.
     pub(super) unit: String,
@@ -61,11 +61,11 @@ fn number_cell(number: f64) -> Cell {
 
 /// Values of a parameter with their common unit and type.
 pub(super) struct Listed {
-    /// The values.
+    /// Values as written, in order.
     pub(super) values: Vec<ParameterValue>,
     /// Their unit; empty without one.
     pub(super) unit: String,
-    /// Their type.
+    /// Type of the column that shows them.
     pub(super) kind: ColumnKind,
 }
 

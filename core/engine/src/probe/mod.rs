@@ -65,7 +65,7 @@ pub enum Subject {
 
 /// The state that a quantity is read from, after a step.
 pub struct Reading<'a> {
-    /// The session.
+    /// Session after the step.
     pub session: &'a Session,
     /// The frame of the step.
     pub frame: &'a Frame,

@@ -21,7 +21,7 @@ pub struct LevelChosen {
     pub body: String,
     /// Number of the level: 2^(level - 1) cells along the longest edge of the body.
     pub level: u32,
-    /// Why.
+    /// Reason for the choice, for people.
     pub why: String,
 }
 

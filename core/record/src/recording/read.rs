@@ -171,7 +171,7 @@ fn cut_off(bytes: usize, steps: usize) -> String {
 struct Block<'a> {
     /// Kind, such as [`STEP`].
     kind: u8,
-    /// Content.
+    /// Bytes of the block, without its head and checksum.
     content: &'a [u8],
 }
 

@@ -30,7 +30,7 @@ pub struct ElementSet {
     pub(super) request: ElementRequest,
     /// Number of nodes of an element, k.
     pub(super) corners: usize,
-    /// The elements.
+    /// Nodes, sizes and material coordinates of the elements.
     pub(super) list: ElementList,
     /// Rest data that the material has written (stride x m).
     pub(super) rest_data: Vec<f64>,

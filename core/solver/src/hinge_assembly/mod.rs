@@ -116,7 +116,7 @@ pub struct HingeAssembly<'a, S, T, H> {
     pub first: usize,
     /// Blocks of the matrix.
     pub blocks: &'a mut [[T; 9]],
-    /// The hinges.
+    /// Hinges that are assembled.
     pub hinges: &'a H,
 }
 

@@ -19,7 +19,7 @@ pub struct UpperBlock {
     pub row: u32,
     /// Column of the block, greater than the row.
     pub column: u32,
-    /// Its slot.
+    /// Index of its block among the blocks of the matrix.
     pub slot: u32,
 }
 

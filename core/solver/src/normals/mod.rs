@@ -26,7 +26,7 @@ use pliant_plugin_api::abi;
 pub struct NormalsEnergy {
     /// Hinge of each triangle's sides 01, 12, 20, or `u32::MAX` for none (t x 3).
     pub sides: Vec<[u32; 3]>,
-    /// The normals.
+    /// Normals of all nodes, with the triangles they are computed from.
     field: Field,
     /// Force at fixed normals, N, and minus the derivative by the normal, J, of each node (n x 6).
     parts: Vec<[f64; 6]>,

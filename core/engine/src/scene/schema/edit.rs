@@ -92,7 +92,7 @@ pub struct ProbeScene {
     /// Name in the summary.
     #[schemars(with = "String")]
     pub name: Spanned<String>,
-    /// The quantity.
+    /// Quantity that is measured, such as `force` or `displacement`.
     #[schemars(with = "QuantityName")]
     pub quantity: Spanned<QuantityName>,
     /// Name of the tool or body of which it is measured; the first by default.

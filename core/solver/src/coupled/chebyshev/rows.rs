@@ -29,7 +29,7 @@ pub enum RowFormat {
 
 /// The entries off the diagonal in a format.
 pub struct StoredRows {
-    /// The columns.
+    /// Columns of the entries of each row.
     pub format: RowFormat,
     /// Entries over the diagonal of their rows, in the order of the columns: eight numbers for each distance of a slice, four for each row.
     pub values: Vec<f64>,

@@ -18,7 +18,7 @@ pub struct Exact([Planes; 2]);
 struct Planes {
     /// The vector that is multiplied.
     x: [Vec<f64>; 3],
-    /// The product.
+    /// Product for each row, by component.
     y: [Vec<f64>; 3],
 }
 
@@ -83,7 +83,7 @@ pub fn collect_rows(bands: &[Band], height: usize, k: usize, first: usize, out: 
 
 /// Computes `sum_j A_ij (x_j - x_i)` for the rows of a band and up to two vectors x.
 pub struct Multiply<'a, const K: usize> {
-    /// The band.
+    /// Rows that are multiplied, with the products they get.
     pub band: &'a mut Band,
     /// Vectors of all nodes.
     pub x: [&'a [Vec3]; K],

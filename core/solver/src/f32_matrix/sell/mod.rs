@@ -81,7 +81,7 @@ pub struct Band {
     slots: Vec<Slots>,
     /// Entries of the blocks at each distance (9 x 16).
     pub values: Lines<f32>,
-    /// Row sums.
+    /// Sum of the blocks of each row, which takes the place of its diagonal block.
     pub diagonal: Diagonal,
     /// Product, by component: of the rows of the band, and what its blocks below the diagonal add to later rows.
     pub y: [Lines<f32>; 3],

@@ -8,7 +8,7 @@ pub type Three<U> = [<U as Lanes>::V; 3];
 
 /// Multiplies the rows of a band by the search direction.
 pub struct Multiply<'a> {
-    /// The band.
+    /// Rows that are multiplied, with the product they get.
     pub band: &'a mut Band,
     /// Search direction of all nodes, by component.
     pub p: [&'a [f32]; 3],

@@ -35,7 +35,7 @@ struct Steps {
     bits: Vec<u32>,
     /// Sum of steps.
     x: Vec<Vec3>,
-    /// Residual.
+    /// Residual of each node after the steps (n x 3).
     r: Vec<[f32; 3]>,
     /// `p . A p`.
     dot: f64,

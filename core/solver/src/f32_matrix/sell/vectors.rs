@@ -8,9 +8,9 @@ pub struct UpdateResidual<'a> {
     pub y: [&'a [f32]; 3],
     /// What the previous band adds to the first rows, by component.
     pub before: [&'a [f32]; 3],
-    /// Step length.
+    /// Step of conjugate gradients along the direction, 1.
     pub a: f32,
-    /// Residual.
+    /// Residual of the rows, sixteen nodes each.
     pub r: &'a mut [Vectors],
 }
 
@@ -39,7 +39,7 @@ impl Work for UpdateResidual<'_> {
 
 /// `sum += a p`, then `p = h + beta p`, by sixteen nodes.
 pub struct UpdateDirection<'a> {
-    /// Preconditioned residual.
+    /// Residual times the preconditioner, sixteen nodes each.
     pub h: &'a [Vectors],
     /// Length of the last step.
     pub a: f32,

@@ -50,7 +50,7 @@ struct Band {
     slots: Vec<Slots>,
     /// Entries of the blocks of each place (9 x 16).
     values: Lines<f32>,
-    /// Row sums.
+    /// Sum of the blocks of each row, which takes the place of its diagonal block.
     diagonal: Diagonal,
     /// Product: of the rows of the band, and what its blocks below the diagonal add to later rows.
     y: Vec<Quad>,

@@ -6,7 +6,7 @@ use crate::lanes::{LANES, Lanes, Quad, Work, load, store};
 
 /// Multiplies the rows of a band by the search direction.
 pub struct Multiply<'a> {
-    /// The band.
+    /// Rows that are multiplied, with the product they get.
     pub band: &'a mut Band,
     /// Search direction of all nodes.
     pub p: &'a [Quad],
