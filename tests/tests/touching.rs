@@ -79,13 +79,16 @@ fn friction_drags_by_its_coefficient_and_no_more() {
         for _ in 0..50 {
             session.step();
             let force = session.frame().tools[0].force;
-            greatest = greatest.max(force[0].hypot(force[1]) / force[2]);
+            // The ball ploughs: the surface under it is tilted.
+            let normal = session.tools[0].tool.proxy.touch.expect("it is pressed").normal;
+            let press = force.dot(&normal);
+            greatest = greatest.max((force - press * normal).norm() / press);
         }
         let lag = session.frame().tools[0].hand[0] - session.frame().tools[0].proxy[0];
         if slides {
-            assert!(greatest < 0.14 && lag.abs() < 1e-4, "mu 0.1: {greatest}, lags by {lag}");
+            assert!(greatest < 0.12 && lag.abs() < 1e-4, "mu 0.1: {greatest}, lags by {lag}");
         } else {
-            assert!(greatest > 0.4 && greatest < 1.0, "mu 0.9: {greatest}");
+            assert!(greatest > 0.4 && greatest < 0.95, "mu 0.9: {greatest}");
         }
     }
 }

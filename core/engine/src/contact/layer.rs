@@ -39,10 +39,15 @@ pub struct Push {
 
 /// Largest number of Newton steps to equilibrium.
 const MAX_STEPS: usize = 20;
+/// Largest depth of a sample, relative to the length scale of the tool: one that came past the tool's centre would be pushed to the other side.
+const MAX_DEPTH: f64 = 0.5;
+/// Largest number of moves out of the layer to that depth.
+const MAX_RETREATS: usize = 8;
 
 impl Layer<'_> {
     /// Newton's method for the equilibrium of the tool between the layer and the spring to `hand` (m), from the position `p` (m); moves along
-    /// the unit vector `along` only, if one is given. Returns the position of the tool, m, and the force of the layer on it, N.
+    /// the unit vector `along` only, if one is given. A tool that is pulled in too deep stays where the layer is half as thick as the tool, however hard
+    /// the spring pulls. Returns the position of the tool, m, and the force of the layer on it, N.
     pub fn balance(&self, samples: &[SurfacePoint], mut p: Vec3, hand: Vec3, along: Option<Vec3>) -> (Vec3, Vec3) {
         let mut layer = Vec3::zeros();
         let scale = self.shape.shape().length_scale();
@@ -67,7 +72,19 @@ impl Layer<'_> {
                 break;
             }
         }
+        for _ in 0..MAX_RETREATS {
+            let depths = samples.iter().filter_map(|s| self.penetration(s, p));
+            let excess = depths.fold(0.0, |deepest: f64, (_, depth)| deepest.max(depth)) - MAX_DEPTH * scale;
+            let Some(out) = along.or_else(|| layer.try_normalize(0.0)).filter(|_| excess > 0.0) else { break };
+            p += excess * out;
+            layer = self.force(samples, p);
+        }
         (p, layer)
+    }
+
+    /// Force of the layer on a tool at `p` (m), N.
+    fn force(&self, samples: &[SurfacePoint], p: Vec3) -> Vec3 {
+        -self.pushes(samples, p).map(|push| push.force).sum::<Vec3>()
     }
 
     /// The contact force of each sample inside a tool at `p` (m).

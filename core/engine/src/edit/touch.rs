@@ -104,9 +104,12 @@ fn balance_in_layer(
         tool.proxy.position = p;
         return Ok(());
     }
-    let pulled = coupling.stiffness * (hand - p);
-    // The rest of the pull is friction, distributed like the normal forces.
-    let friction = pulled - pushed;
+    // What the coupling pulls along the surface is friction, inside the cone, and distributed like the normal forces.
+    let pull = coupling.stiffness * (hand - p);
+    let along = pull - pull.dot(&normal) * normal;
+    let most = tool.friction.static_coefficient * pushed.norm();
+    let friction = along * (most / along.norm().max(f64::MIN_POSITIVE)).min(1.0);
+    let pulled = pushed + friction;
     // Within a step a limited force ends where the whole one would: a force that stayed would fling the surface away.
     let (scale, _) = coupling.cap(pulled);
     tool.loads.clear();
@@ -161,8 +164,8 @@ fn rest_with_friction(tool: &Tool, layer: &Layer<'_>, slide: Slide) -> Option<Re
     let (anchor, layer_force) = layer.balance(near, anchor, hand, Some(normal));
     let normal = direction(layer_force)?;
     let pull = hand - anchor;
-    let press = -pull.dot(&normal);
-    let along = pull + press * normal;
+    let along = pull - pull.dot(&normal) * normal;
+    let press = layer_force.dot(&normal) / layer.coupling;
     // Coupling and shear of the layer in series, relative to the coupling.
     let series = 1.0 / (1.0 + layer.coupling / layer.total_stiffness(near, anchor));
     let pulled = series * along.norm();
