@@ -46,6 +46,17 @@ impl NodeSprings {
         self.anchor.push(anchor);
     }
 
+    /// Scales forces, stiffness and damping.
+    pub fn scale(&mut self, factor: f64) {
+        self.force.iter_mut().for_each(|f| *f *= factor);
+        self.stiffness.iter_mut().chain(&mut self.damping).flatten().for_each(|b| *b *= factor);
+    }
+
+    /// The largest stiffness of a node along an axis, N/m; 0 without springs.
+    pub fn max_stiffness(&self) -> f64 {
+        self.stiffness.iter().map(largest).fold(0.0, f64::max)
+    }
+
     /// Force of spring i, N; without `v` its elastic part.
     #[inline(always)]
     fn load(&self, i: usize, x: &[Vec3], v: Option<&[Vec3]>) -> Vec3 {
@@ -83,7 +94,6 @@ impl NodeSprings {
 
     /// The largest stiffness over mass and damping over mass of a node, for masses `mass`, kg (n).
     pub fn rates(&self, mass: &[f64]) -> SpringRates {
-        let largest = |b: &Block| b[0].max(b[4]).max(b[8]);
         let mut rates = SpringRates::default();
         for (i, &node) in self.nodes.iter().enumerate() {
             let m = mass[node as usize];
@@ -92,4 +102,9 @@ impl NodeSprings {
         }
         rates
     }
+}
+
+/// Largest element of the diagonal.
+fn largest(b: &Block) -> f64 {
+    b[0].max(b[4]).max(b[8])
 }

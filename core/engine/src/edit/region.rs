@@ -79,13 +79,13 @@ impl CoupledRegion {
         let pulled = |n: u32| k * (position_error + rotation_error.cross(&(nodes.x[n as usize] - now)));
         let fractions = || self.brush.nodes.iter().copied().zip(self.brush.fraction.iter().copied());
         let magnitude: f64 = fractions().map(|(n, fraction)| fraction * pulled(n).norm()).sum();
-        let (scale, spring) = tool.cap(magnitude);
         let springs = tool.springs_mut(at.body as usize);
         for (n, fraction) in fractions() {
-            let (stiffness, damping) = (diagonal(spring * fraction * k), diagonal(spring * fraction * damping));
-            springs.push(n, scale * fraction * pulled(n), stiffness, damping, nodes.x[n as usize]);
+            let (stiffness, damping) = (diagonal(fraction * k), diagonal(fraction * damping));
+            springs.push(n, fraction * pulled(n), stiffness, damping, nodes.x[n as usize]);
         }
-        Ok(magnitude)
+        tool.limit_springs(body, at.body, magnitude);
+        Ok(tool.stiffness_factor * magnitude)
     }
 
     /// Attaches the nodes around a point to the hand, again if their numbering has changed. `None` if there is no free node.

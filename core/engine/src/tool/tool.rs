@@ -56,6 +56,8 @@ pub struct Tool {
     pub(crate) reshaped: bool,
     /// Force that the active edit requests of the coupling, N; `None` if it is within the limit.
     pub(crate) wanted: Option<f64>,
+    /// Stiffness of the coupling that a body met last, relative to its own: less than 1 where the body's elastic layer is softer.
+    pub(crate) stiffness_factor: f64,
     /// Rotation from axes of the shape to axes of the hand.
     mount: UnitQuaternion<f64>,
     pub(crate) surface: SurfaceSearch,
@@ -89,6 +91,7 @@ impl Tool {
             slipped: 0,
             reshaped: false,
             wanted: None,
+            stiffness_factor: 1.0,
             surface: SurfaceSearch::new(bodies),
             loads: PointLoads::default(),
             action: None,
@@ -240,6 +243,7 @@ impl Tool {
     pub(crate) fn release_to_hand(&mut self, hand: &Hand) {
         self.proxy.touch = None;
         self.proxy.position = hand.position;
+        self.stiffness_factor = 1.0;
         self.surface.leave();
         self.springs.iter_mut().for_each(NodeSprings::clear);
     }
@@ -320,17 +324,30 @@ impl Tool {
         self.press_patch(body, index, pulled)
     }
 
-    /// Applies a force (N) to the points of the contact patch.
+    /// Applies the pull of the coupling (N) to the points of the contact patch.
     fn press_patch(&mut self, body: &mut Body, index: u32, pulled: Vec3) -> Result<(), LatticeError> {
-        // Within a step a limited force ends where the whole one would: a force that stayed would fling the surface away.
-        let (scale, _) = self.cap(pulled.norm());
         self.loads.clear();
         for (point, fraction) in self.patch.points.iter().zip(&self.patch.fractions) {
-            let stiffness = diagonal(scale * fraction * self.coupling.stiffness);
-            let damping = diagonal(scale * fraction * self.coupling.damping);
-            self.loads.push(*point, scale * fraction * pulled, stiffness, damping);
+            let [stiffness, damping] = [self.coupling.stiffness, self.coupling.damping].map(|k| diagonal(fraction * k));
+            self.loads.push(*point, *fraction * pulled, stiffness, damping);
         }
-        self.attach_loads(body, index)
+        self.attach_loads(body, index)?;
+        self.limit_springs(body, index, pulled.norm());
+        Ok(())
+    }
+
+    /// Limits its springs on the nodes of body number `index`, whose forces have the total magnitude `size` (N), to the coupling's largest force and to the
+    /// stiffness of the elastic layer: a solid that meets a stiffer spring overshoots within a step.
+    pub(crate) fn limit_springs(&mut self, body: &Body, index: u32, size: f64) {
+        let springs = &mut self.springs[index as usize];
+        let stiffest = springs.max_stiffness();
+        if body.discretization.lattice().is_some() && stiffest > 0.0 {
+            self.stiffness_factor = (body.layer_stiffness * body.discretization.edge().powi(2) / stiffest).min(1.0);
+        }
+        let felt = self.stiffness_factor;
+        // Within a step a limited force ends where the whole one would: a force that stayed would fling the surface away.
+        let (scale, _) = self.cap(felt * size);
+        self.springs[index as usize].scale(felt * scale);
     }
 
     /// Distributes [`Tool::loads`] to the nodes of the body `index`.

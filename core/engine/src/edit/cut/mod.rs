@@ -74,17 +74,18 @@ impl Action for Cutting {
         if knife.resistance == 0.0 || pulled == Vec3::zeros() {
             return Ok(());
         }
-        let ((scale, spring), fraction) = (coupling.cap(pulled), 1.0 / inside.points.len() as f64);
+        let fraction = 1.0 / inside.points.len() as f64;
         let body = &mut step.bodies[inside.body as usize];
         tool.loads.clear();
         let edge = body.discretization.edge();
         for point in &inside.points {
             let point = inside.ahead(*point, knife.heading, edge);
-            let stiffness = diagonal(spring * fraction * coupling.stiffness);
-            let damping = diagonal(spring * fraction * coupling.damping);
-            tool.loads.push(point, scale * fraction * pulled, stiffness, damping);
+            let [stiffness, damping] = [coupling.stiffness, coupling.damping].map(|k| diagonal(fraction * k));
+            tool.loads.push(point, fraction * pulled, stiffness, damping);
         }
-        tool.attach_loads(body, inside.body)
+        tool.attach_loads(body, inside.body)?;
+        tool.limit_springs(body, inside.body, pulled.norm());
+        Ok(())
     }
 
     fn release(&mut self) {
