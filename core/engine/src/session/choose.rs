@@ -1,18 +1,15 @@
 //! Choice of integrator, substeps and preconditioner for the bodies of a scene, from their frequencies.
 
 use super::shared::{Measured, SharedParts};
-use super::thread_choice::ThreadChoice;
 use super::{EventKind, PreconditionerChosen, Session, SessionError, StepCost};
 use crate::body::Samples;
 use crate::body::{Body, Fixing};
 use crate::plan::LeftOut;
-use crate::scene::{IntegratorChoice, PreconditionerChoice, Scene};
+use crate::scene::{PreconditionerChoice, Scene};
 use crate::tool::Tool;
 use pliant_mesh::geometry::Vec3;
 use pliant_plugin_api::abi::{self, Ball};
-use pliant_solver::{
-    ElementSet, Frequencies, Integrator, Pool, Preconditioner, Scheme, SpringRates, StepLimit, StepTime,
-};
+use pliant_solver::{ElementSet, Frequencies, Integrator, Pool, Preconditioner, Scheme, SpringRates, StepTime};
 use std::time::Instant;
 
 /// Squared frequency that the elastic layer of a contact adds to a surface node, relative to that of the body's fastest mode.
@@ -53,9 +50,9 @@ impl Session {
         let coupling = self.tools.iter().map(|slot| slot.tool.coupling.stiffness).fold(0.0, f64::max);
         for (body, key) in self.bodies.iter_mut().zip(keys) {
             let measured = if body.discretization.is_whole() {
-                measure_body(body, &self.pool, self.dt)?
+                measure_body(body, &self.workers.all, self.clock.dt)?
             } else {
-                shared.measured(|| key.clone(), || measure_body(body, &self.pool, self.dt))?
+                shared.measured(|| key.clone(), || measure_body(body, &self.workers.all, self.clock.dt))?
             };
             let Measured { frequencies: mut found, mass, nodes, elements, seconds } = measured;
             // Measured at one place, and where a parameter differs another may be as much stiffer, or lighter.
@@ -75,9 +72,9 @@ impl Session {
             body.layer_stiffness = layer / body.discretization.edge().powi(2);
             let touched =
                 found.with_spring(SpringRates { stiffness: LAYER_SHARE * found.stiffness.powi(2), damping: 0.0 });
-            self.planned.push(if self.tools.is_empty() { found } else { touched });
-            self.frequencies.push(found);
-            self.costs.push(StepCost { body: body.name.clone(), nodes, elements, seconds });
+            self.limits.planned.push(if self.tools.is_empty() { found } else { touched });
+            self.limits.frequencies.push(found);
+            self.limits.costs.push(StepCost { body: body.name.clone(), nodes, elements, seconds });
         }
         Ok(())
     }
@@ -91,21 +88,16 @@ impl Session {
             self.left_out("integration", "nothing moves");
             return Ok(());
         }
-        if self.dt > LONG_STEP {
-            let text = || format!("dt is {} s; above {LONG_STEP} s a hand is followed in jumps", self.dt);
+        if self.clock.dt > LONG_STEP {
+            let text = || format!("dt is {} s; above {LONG_STEP} s a hand is followed in jumps", self.clock.dt);
             self.events.add(EventKind::LongStep, 0.0, text);
         }
         let time = &scene.time;
-        let symplectic = self.limit(Scheme::SymplecticEuler);
-        let needed = |limit: f64| (self.dt / (STEP_SHARE * limit)).ceil().max(1.0);
-        let (scheme, why) = match time.integrator {
-            IntegratorChoice::ExplicitEuler => (Scheme::ExplicitEuler, "the scene asks for it".into()),
-            IntegratorChoice::SymplecticEuler => (Scheme::SymplecticEuler, "the scene asks for it".into()),
-            IntegratorChoice::BackwardEuler => (Scheme::BackwardEuler, "the scene asks for it".into()),
-            IntegratorChoice::Bdf2 => (Scheme::Bdf2, "the scene asks for it".into()),
-            IntegratorChoice::ImplicitMidpoint => (Scheme::ImplicitMidpoint, "the scene asks for it".into()),
-            IntegratorChoice::QuasiStatic => (Scheme::QuasiStatic, "the scene asks for it".into()),
-            IntegratorChoice::Auto => {
+        let symplectic = self.limits.limit(Scheme::SymplecticEuler);
+        let needed = |limit: f64| (self.clock.dt / (STEP_SHARE * limit)).ceil().max(1.0);
+        let (scheme, why) = match time.integrator.scheme() {
+            Some(scheme) => (scheme, "the scene asks for it".into()),
+            None => {
                 let (substeps, few) = (symplectic.map_or(1.0, needed), self.few_substeps());
                 let why =
                     format!("explicit steps cost less than an implicit one up to {few} substeps, and need {substeps}");
@@ -113,8 +105,8 @@ impl Session {
                 (if cheap { Scheme::SymplecticEuler } else { Scheme::BackwardEuler }, why)
             }
         };
-        let limit = self.limit(scheme);
-        let certain = self.certain_limit(scheme);
+        let limit = self.limits.limit(scheme);
+        let certain = self.limits.certain_limit(scheme);
         let substeps = self.substeps(scene, scheme, limit)?;
         if scheme.is_implicit() {
             for body in &mut self.bodies {
@@ -128,7 +120,6 @@ impl Session {
         }
         let solver = &scene.solver;
         let (tolerance, most) = (*solver.tolerance.get_ref(), *solver.iterations.get_ref() as usize);
-        self.thread_choices = vec![ThreadChoice::default(); self.bodies.len()];
         self.integrators = self.bodies.iter().map(|_| Integrator::new(scheme, tolerance, most)).collect();
         for (integrator, body) in self.integrators.iter_mut().zip(&self.bodies) {
             integrator.max_newton =
@@ -137,7 +128,7 @@ impl Session {
             integrator.max_displacement = 0.5 * body.discretization.edge();
             integrator.resize(body.system.nodes.len());
         }
-        self.scheme = scheme;
+        self.limits.scheme = scheme;
         if scheme.is_implicit() {
             self.choose_preconditioners(solver.preconditioner);
         }
@@ -146,7 +137,7 @@ impl Session {
         self.choices.step_limit = limit;
         self.choices.certain_step_limit = certain;
         self.choices.substeps = substeps;
-        self.costs.iter_mut().for_each(|c| c.seconds *= substeps as f64);
+        self.limits.costs.iter_mut().for_each(|c| c.seconds *= substeps as f64);
         Ok(())
     }
 
@@ -164,9 +155,10 @@ impl Session {
     /// Chooses the preconditioner of each body. Multilevel preconditioning pays if a wave crosses many nodes in a step, and needs a body whose nodes do
     /// not change.
     fn choose_preconditioners(&mut self, choice: PreconditionerChoice) {
-        for ((body, integrator), found) in self.bodies.iter().zip(&mut self.integrators).zip(&self.frequencies) {
+        for ((body, integrator), found) in self.bodies.iter().zip(&mut self.integrators).zip(&self.limits.frequencies) {
             let nodes = body.system.nodes.len();
-            let reach = if self.scheme == Scheme::QuasiStatic { f64::INFINITY } else { self.dt * found.stiffness };
+            let reach =
+                if self.limits.scheme == Scheme::QuasiStatic { f64::INFINITY } else { self.clock.dt * found.stiffness };
             let (preconditioner, why) = match choice {
                 PreconditionerChoice::BlockJacobi => (Preconditioner::BlockJacobi, "the scene asks for it".into()),
                 PreconditionerChoice::Multilevel => (Preconditioner::Multilevel, "the scene asks for it".into()),
@@ -197,7 +189,7 @@ impl Session {
         let time = &scene.time;
         let given = *time.substeps.get_ref() as usize;
         let Some(limit) = limit else { return Ok(given.max(1)) };
-        let h = self.dt / given.max(1) as f64;
+        let h = self.clock.dt / given.max(1) as f64;
         if time.force_unstable {
             if h > limit {
                 let text = || format!("{} at {h} s, over its limit of {limit:.3e} s", scheme.name());
@@ -210,7 +202,7 @@ impl Session {
                 "{} is stable up to a step of {limit:.4e} s here, and dt is {} s: {reason}. Allowed: a smaller dt, more \
                  substeps, `integrator = \"backward-euler\"`, or `force-unstable = true` to see it grow",
                 scheme.name(),
-                self.dt
+                self.clock.dt
             );
             Err(SessionError::StepLimit(text))
         };
@@ -228,31 +220,11 @@ impl Session {
                 })
             };
         }
-        let needed = (self.dt / (STEP_SHARE * limit)).ceil().max(1.0);
-        if needed > self.most_substeps as f64 {
-            return refuse(format!("{needed} substeps are more than the {} allowed", self.most_substeps));
+        let needed = (self.clock.dt / (STEP_SHARE * limit)).ceil().max(1.0);
+        if needed > self.limits.max_substeps as f64 {
+            return refuse(format!("{needed} substeps are more than the {} allowed", self.limits.max_substeps));
         }
         Ok(needed as usize)
-    }
-
-    /// Largest step for which `scheme` is stable for every body, s; `None` without a limit.
-    fn limit(&self, scheme: Scheme) -> Option<f64> {
-        least(self.planned.iter().map(|f| f.limit(scheme)))
-    }
-
-    fn certain_limit(&self, scheme: Scheme) -> Option<f64> {
-        least(self.planned.iter().map(|f| Frequencies { stiffness: f.bound, ..*f }.limit(scheme)))
-    }
-
-    /// Number of substeps that keep a body with these frequencies stable, at most the allowed one.
-    pub(super) fn substeps_for(&self, frequencies: &Frequencies) -> usize {
-        match frequencies.limit(self.scheme) {
-            StepLimit::At(limit) if limit > 0.0 && !self.forced => {
-                let needed = (self.dt / limit).ceil().min(self.most_substeps as f64) as usize;
-                needed.max(self.choices.substeps)
-            }
-            _ => self.choices.substeps,
-        }
     }
 
     fn left_out(&mut self, what: &str, why: &str) {
@@ -282,9 +254,4 @@ fn measure_body(body: &mut Body, pool: &Pool, dt: f64) -> Result<Measured, Sessi
         discretization.follow(&[], model, fixings, skin, system).map_err(of_body)?;
     }
     Ok(Measured { frequencies, mass, nodes, elements, seconds })
-}
-
-fn least(limits: impl Iterator<Item = StepLimit>) -> Option<f64> {
-    let at = |limit| if let StepLimit::At(at) = limit { Some(at) } else { None };
-    limits.filter_map(at).reduce(f64::min)
 }

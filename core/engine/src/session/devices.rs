@@ -50,7 +50,7 @@ impl Session {
     pub fn step(&mut self) {
         self.read_devices();
         self.advance();
-        if self.cancelled {
+        if self.watch.is_cancelled {
             self.stop_devices();
         } else {
             self.write_devices();
@@ -59,12 +59,12 @@ impl Session {
 
     /// Ends steps when `token` is cancelled, the one under way included.
     pub fn cancel_when(&mut self, token: CancelToken) {
-        self.cancel = token;
+        self.watch.cancel = token;
     }
 
     /// Whether the last step was cancelled: it was not taken, and the frame is none of its.
     pub fn is_cancelled(&self) -> bool {
-        self.cancelled
+        self.watch.is_cancelled
     }
 
     /// Sets the forces of all devices to zero. One that fails is lost.
@@ -105,7 +105,7 @@ impl Session {
     }
 
     fn read_devices(&mut self) {
-        let now = self.time() + self.dt;
+        let now = self.time() + self.clock.dt;
         for slot in &mut self.devices {
             if slot.driven {
                 slot.poses.iter_mut().for_each(|pose| pose.time_ns = nanoseconds(now));

@@ -44,7 +44,7 @@ impl Session {
             }
             let slot = &mut self.tools[tool];
             let advances = std::mem::take(&mut slot.advances);
-            self.tallies[index].advances += advances;
+            self.warnings.tallies[index].advances += advances;
             let cut = advances > 0;
             let reshaped = std::mem::take(&mut slot.tool.reshaped);
             let kept = edit.release == Release::Keep && !edit.kind.changes_rest_shape();
@@ -70,11 +70,11 @@ impl Session {
             Ok(step) => {
                 slot.advances += step.advances;
                 if step.advances > 0 {
-                    self.cut_branches += u64::from(is_behind);
-                    self.cuts.advances += step.advances;
-                    self.cuts.area += step.area;
-                    self.cuts.length += step.length;
-                    self.cuts.seconds.push(began.elapsed().as_secs_f64());
+                    self.history.cut_branches += u64::from(is_behind);
+                    self.history.cuts.advances += step.advances;
+                    self.history.cuts.area += step.area;
+                    self.history.cuts.length += step.length;
+                    self.history.cuts.seconds.push(began.elapsed().as_secs_f64());
                 }
                 if let Some((body, refused)) = step.refused {
                     let (tool, body) = (&slot.tool.name, &self.bodies[body].name);
@@ -106,7 +106,7 @@ impl Session {
                     )
                 });
             }
-            let kept = body.update_skin(&self.pool).and_then(|()| {
+            let kept = body.update_skin(&self.workers.all).and_then(|()| {
                 let Body { model, skin, system, discretization, .. } = body;
                 discretization.keep(model, skin, system)
             });
@@ -119,6 +119,6 @@ impl Session {
 
     /// Statistics of all cuts so far.
     pub fn cuts(&self) -> &CutCounts {
-        &self.cuts
+        &self.history.cuts
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! The size of a saved state is that of the active nodes and the cuts; the surface is shared until it changes.
 
-use super::{EventKind, Session};
+use super::{CutCounts, EventKind, Session};
 use crate::body::BodyState;
 use crate::plan::{Edit, Trigger};
 use crate::scene::Release;
@@ -17,6 +17,12 @@ pub(super) struct History {
     under_way: Vec<(usize, Vec<BodyState>)>,
     done: Vec<Vec<BodyState>>,
     undone: Vec<Vec<BodyState>>,
+    /// Progress of the scene's own undos and redos.
+    clock: HistoryClock,
+    /// Statistics of all cuts.
+    pub(super) cuts: CutCounts,
+    /// Number of cuts after an undo, which discard what could have been redone.
+    pub(super) cut_branches: u64,
 }
 
 /// The state of all bodies of a session at one time.
@@ -25,7 +31,7 @@ pub struct Snapshot {
     steps: u64,
     clock: HistoryClock,
     cut_branches: u64,
-    cuts: super::CutCounts,
+    cuts: CutCounts,
     is_cut: bool,
 }
 
@@ -49,7 +55,7 @@ pub enum SnapshotError {
 
 /// Progress of the scene's own undos and redos.
 #[derive(Clone, Copy, Default)]
-pub(super) struct HistoryClock {
+struct HistoryClock {
     /// Time up to which timed undos and redos have been executed, s.
     until: Option<f64>,
     /// Buttons of all hands that were pressed in the last step, as a bit mask.
@@ -101,10 +107,10 @@ impl Session {
     pub fn snapshot(&self) -> Snapshot {
         Snapshot {
             bodies: self.save(),
-            steps: self.steps,
-            clock: self.clock,
-            cut_branches: self.cut_branches,
-            cuts: self.cuts.clone(),
+            steps: self.clock.steps,
+            clock: self.history.clock,
+            cut_branches: self.history.cut_branches,
+            cuts: self.history.cuts.clone(),
             is_cut: self.bodies.iter().any(|body| body.cut.as_ref().is_some_and(|mesh| mesh.depth() > 0)),
         }
     }
@@ -119,7 +125,7 @@ impl Session {
         if found != expected {
             return Err(SnapshotError::Bodies { found, expected });
         }
-        if snapshot.is_cut && snapshot.cut_branches != self.cut_branches {
+        if snapshot.is_cut && snapshot.cut_branches != self.history.cut_branches {
             return Err(SnapshotError::Recut);
         }
         // An edit that ended properly could cut once more or keep its shape; what it did is given up.
@@ -127,10 +133,15 @@ impl Session {
             (slot.edit, slot.taken_back, slot.advances) = (None, None, 0);
             slot.tool.set_action(None);
         }
-        self.history = History { kept: self.history.kept, ..History::default() };
         self.restore_bodies(&snapshot.bodies);
-        (self.steps, self.clock) = (snapshot.steps, snapshot.clock);
-        self.cuts = snapshot.cuts.clone();
+        self.clock.steps = snapshot.steps;
+        self.history = History {
+            kept: self.history.kept,
+            clock: snapshot.clock,
+            cuts: snapshot.cuts.clone(),
+            cut_branches: self.history.cut_branches,
+            ..History::default()
+        };
         self.frame.time = self.time();
         Ok(())
     }
@@ -140,9 +151,9 @@ impl Session {
     pub(super) fn due_history_steps(&mut self, time: f64) -> Vec<bool> {
         let hands = self.tools.iter().filter(|slot| slot.hand.present);
         let buttons = hands.fold(0, |down, slot| down | slot.hand.buttons);
-        let pressed = buttons & !self.clock.buttons;
-        let after = self.clock.until.unwrap_or(f64::NEG_INFINITY);
-        (self.clock.buttons, self.clock.until) = (buttons, Some(time));
+        let pressed = buttons & !self.history.clock.buttons;
+        let after = self.history.clock.until.unwrap_or(f64::NEG_INFINITY);
+        (self.history.clock.buttons, self.history.clock.until) = (buttons, Some(time));
         let mut timed = Vec::new();
         let mut by_button = Vec::new();
         for step in &self.plan.history_steps {

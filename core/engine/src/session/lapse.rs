@@ -1,6 +1,7 @@
 //! Bodies frozen because their plugins took too long. This is the only effect of the wall clock on a session, so recordings store it.
 
 use super::Session;
+use pliant_solver::CancelToken;
 use std::time::{Duration, Instant};
 
 /// Stage of a step that took too long.
@@ -29,33 +30,51 @@ pub struct Lapse {
 
 /// Bodies that were frozen, and those of a recording to be repeated instead of consulting the clock.
 #[derive(Debug, Default)]
-pub(super) struct Lapses {
-    pub(super) happened: Vec<Lapse>,
-    pub(super) given: Option<Vec<Lapse>>,
+struct Lapses {
+    happened: Vec<Lapse>,
+    given: Option<Vec<Lapse>>,
+}
+
+/// What may end a step before its time.
+pub(super) struct Watch {
+    /// Largest wall-clock time of a body's step, s.
+    pub(super) patience: f64,
+    /// Cancels the step under way.
+    pub(super) cancel: CancelToken,
+    /// Whether the last step was cancelled.
+    pub(super) is_cancelled: bool,
+    lapses: Lapses,
+}
+
+impl Watch {
+    /// A watch with this `patience` (s).
+    pub(super) fn new(patience: f64) -> Self {
+        Self { patience, cancel: CancelToken::default(), is_cancelled: false, lapses: Lapses::default() }
+    }
 }
 
 impl Session {
     /// Bodies that were frozen for taking too long.
     pub fn lapses(&self) -> &[Lapse] {
-        &self.lapses.happened
+        &self.watch.lapses.happened
     }
 
     /// Freezes bodies according to a recorded list instead of the clock.
     pub fn repeat_lapses(&mut self, lapses: Vec<Lapse>) {
-        self.lapses.given = Some(lapses);
+        self.watch.lapses.given = Some(lapses);
     }
 
     /// Deadline of a body's step that begins at `start`. Where lapses are given the clock decides nothing: then it is `start` itself, or `None`.
     pub(super) fn deadline(&self, index: usize, start: Instant) -> Option<Instant> {
-        match &self.lapses.given {
-            None => start.checked_add(Duration::try_from_secs_f64(self.patience).ok()?),
+        match &self.watch.lapses.given {
+            None => start.checked_add(Duration::try_from_secs_f64(self.watch.patience).ok()?),
             Some(given) => given.iter().any(|lapse| self.is_now(lapse, index, Stage::Interrupted)).then_some(start),
         }
     }
 
     /// Whether a given lapse is due.
     fn is_now(&self, lapse: &Lapse, index: usize, stage: Stage) -> bool {
-        (lapse.step, lapse.body as usize, lapse.stage) == (self.steps, index, stage)
+        (lapse.step, lapse.body as usize, lapse.stage) == (self.clock.steps, index, stage)
     }
 
     /// Freezes a body if the stage that began at `start` took too long.
@@ -65,13 +84,13 @@ impl Session {
             return;
         }
         let took = start.elapsed().as_secs_f64();
-        let why = match &self.lapses.given {
-            None if took <= self.patience => return,
+        let why = match &self.watch.lapses.given {
+            None if took <= self.watch.patience => return,
             None => {
                 let material = body.system.material.name();
                 let discretization =
                     body.discretization.lattice().map_or("its mesh", |lattice| lattice.grid.info().id.as_str());
-                let allowed = self.patience;
+                let allowed = self.watch.patience;
                 format!(
                     "`{material}` on `{discretization}` took {took:.3} s over a step; allowed is {allowed} s (`patience`)"
                 )
@@ -81,7 +100,7 @@ impl Session {
                 lapse.why.clone()
             }
         };
-        self.lapses.happened.push(Lapse { step: self.steps, body: index as u32, stage, why: why.clone() });
+        self.watch.lapses.happened.push(Lapse { step: self.clock.steps, body: index as u32, stage, why: why.clone() });
         self.freeze(index, time, why);
     }
 }

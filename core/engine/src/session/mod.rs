@@ -22,9 +22,11 @@ mod shared;
 mod sheets;
 mod sleep;
 mod step;
+mod step_limits;
 mod tactile;
 mod thread_choice;
 mod warning;
+mod workers;
 
 pub use command::SessionCommand;
 pub use devices::HandPose;
@@ -44,16 +46,21 @@ use crate::contact::{SheetTips, SoftTip};
 use crate::plan::{Edit, LeftOut, Plan};
 use crate::tool::{ForceSafety, Frame as DeviceFrame, Hand, TactilePad, TipMass, Tool};
 use hand_events::Ongoing;
+use history::History;
+use lapse::Watch;
 use nalgebra::UnitQuaternion;
 use pliant_host::{Device, DeviceInfo, Pose};
 use pliant_mesh::geometry::Vec3;
 use pliant_plugin_api::abi::Ball;
 pub use pliant_solver::CancelToken;
-use pliant_solver::{Frequencies, Integrator, NodeSprings, Pool, Scheme};
+use pliant_solver::{Integrator, NodeSprings, Pool};
 use serde::Serialize;
+use sleep::Sleep;
 use std::path::PathBuf;
 use std::sync::Arc;
-use thread_choice::ThreadChoice;
+use step_limits::StepLimits;
+use warning::Warnings;
+use workers::Workers;
 
 /// An opened device.
 pub struct DeviceSlot {
@@ -221,6 +228,22 @@ pub struct Loaded {
     pub path: String,
 }
 
+/// Step and number of steps.
+struct Clock {
+    /// Step, s.
+    dt: f64,
+    /// Number of steps taken.
+    steps: u64,
+}
+
+/// Buffers of a step.
+struct Scratch {
+    /// Loads of each tool on the body that is being stepped.
+    springs: Vec<NodeSprings>,
+    /// Balls of cells that the tools need.
+    balls: Vec<Ball>,
+}
+
 /// An opened scene.
 pub struct Session {
     /// Bodies that move.
@@ -242,63 +265,39 @@ pub struct Session {
     /// Events of the session so far.
     pub events: Events,
     plan: Plan,
-    pool: Pool,
-    /// Pool of one thread, for small bodies and where more threads are slower.
-    alone: Pool,
-    thread_choices: Vec<ThreadChoice>,
+    clock: Clock,
+    workers: Workers,
+    limits: StepLimits,
+    /// Integrator of each body.
     integrators: Vec<Integrator>,
-    /// Frequencies of each body, and of each body with a tool.
-    frequencies: Vec<Frequencies>,
-    planned: Vec<Frequencies>,
-    costs: Vec<StepCost>,
-    scheme: Scheme,
-    most_substeps: usize,
-    forced: bool,
-    /// Largest wall-clock time of a body's step, s.
-    patience: f64,
-    cancel: CancelToken,
-    /// Whether the last step was cancelled.
-    cancelled: bool,
-    /// Step, s.
-    dt: f64,
-    steps: u64,
-    energy: bool,
-    /// Speed below which a body falls asleep, m/s; 0 for never.
-    sleep: f64,
-    rests: Vec<sleep::Rest>,
+    watch: Watch,
+    sleep: Sleep,
+    /// Largest displacement of a node of each body in the last step, m.
     moved: Vec<f64>,
     /// Tips on each body; used for sheets.
     sheet_tips: Vec<SheetTips>,
-    /// Loads of all tools on the body that is being stepped.
-    springs: Vec<NodeSprings>,
-    balls: Vec<Ball>,
+    scratch: Scratch,
     frame: Frame,
-    history: history::History,
-    lapses: lapse::Lapses,
-    clock: history::HistoryClock,
-    cuts: CutCounts,
-    opening_warnings: Vec<Warning>,
-    /// Statistics of each edit of the plan.
-    tallies: Vec<warning::EditTally>,
-    meetings: warning::OverlapDetection,
-    /// Number of cuts after an undo, which discard what could have been redone.
-    cut_branches: u64,
+    /// Whether energies are summed in each step.
+    energy: bool,
+    history: History,
+    warnings: Warnings,
 }
 
 impl Session {
     /// Simulated time since the start, s.
     pub fn time(&self) -> f64 {
-        self.steps as f64 * self.dt
+        self.clock.steps as f64 * self.clock.dt
     }
 
     /// Step, s.
     pub fn dt(&self) -> f64 {
-        self.dt
+        self.clock.dt
     }
 
     /// Number of steps taken since the start.
     pub fn steps(&self) -> u64 {
-        self.steps
+        self.clock.steps
     }
 
     /// Results at the end of the last step.
@@ -313,7 +312,7 @@ impl Session {
 
     /// Its worker pool.
     pub fn pool(&self) -> &Pool {
-        &self.pool
+        &self.workers.all
     }
 
     /// The moving body with this index in the scene; `None` if that body does not move.
@@ -326,7 +325,7 @@ impl Session {
     pub fn update_surface(&mut self) {
         let time = self.time();
         for index in 0..self.bodies.len() {
-            if let Err(error) = self.bodies[index].update_skin(&self.pool)
+            if let Err(error) = self.bodies[index].update_skin(&self.workers.all)
                 && self.bodies[index].frozen.is_none()
             {
                 self.freeze(index, time, error.to_string());
@@ -336,7 +335,7 @@ impl Session {
 
     /// Cost of a step of each body with a tool.
     pub fn step_costs(&self) -> &[StepCost] {
-        &self.costs
+        &self.limits.costs
     }
 
     /// The edit of the plan that is active for a tool. An edit that was undone is inactive until its button is pressed or its time span begins again.

@@ -1,8 +1,16 @@
 //! Opening a scene: creates its models, plugins, bodies and tools.
 
+use super::history::History;
+use super::lapse::Watch;
 use super::level_choice::{LevelChosen, ToolRadii, choose_level};
 use super::shared::{SharedModel, SharedParts};
-use super::{Choices, DeviceSlot, EventKind, Events, Frame, Loaded, Session, SessionError, ToolSlot, place};
+use super::sleep::Sleep;
+use super::step_limits::StepLimits;
+use super::warning::Warnings;
+use super::workers::Workers;
+use super::{
+    Choices, Clock, DeviceSlot, EventKind, Events, Frame, Loaded, Scratch, Session, SessionError, ToolSlot, place,
+};
 use crate::body::{Body, Discretization, Lattice, LatticeError, Model, RegionSettings, Sheet, Skin};
 use crate::contact::{Friction, SheetTips};
 use crate::edit::BladeEdge;
@@ -19,7 +27,7 @@ use pliant_mesh::check::{Severity, Use};
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::require_for_mesh_elements;
 use pliant_solver::ForceModel;
-use pliant_solver::{CancelToken, NodeSprings, Pool, Scheme, System};
+use pliant_solver::{NodeSprings, System};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -142,37 +150,19 @@ impl Session {
             left_out: plan.left_out.clone(),
             events: opening.events,
             energy: plan.energy,
-            tallies: vec![super::warning::EditTally::default(); plan.edits.len()],
-            opening_warnings: Vec::new(),
-            meetings: super::warning::OverlapDetection::default(),
+            warnings: Warnings::new(plan.edits.len()),
             plan,
-            pool: Pool::new(threads),
-            alone: Pool::new(1),
-            thread_choices: Vec::new(),
+            clock: Clock { dt, steps: 0 },
+            workers: Workers::new(threads, count),
+            limits: StepLimits::new(&scene.time),
             integrators: Vec::new(),
-            frequencies: Vec::new(),
-            planned: Vec::new(),
-            costs: Vec::new(),
-            scheme: Scheme::SymplecticEuler,
-            most_substeps: *scene.time.most_substeps.get_ref() as usize,
-            forced: scene.time.force_unstable,
-            patience: scene.time.patience.get_ref().si,
-            cancel: CancelToken::default(),
-            cancelled: false,
-            dt,
-            steps: 0,
-            sleep: scene.time.sleep.as_ref().map_or(0.0, |s| s.get_ref().si),
-            rests: vec![Default::default(); count],
+            watch: Watch::new(scene.time.patience.get_ref().si),
+            sleep: Sleep::new(scene.time.sleep.as_ref().map_or(0.0, |s| s.get_ref().si), count),
             moved: vec![0.0; count],
             sheet_tips: (0..count).map(|_| SheetTips::default()).collect(),
-            springs,
-            balls: Vec::new(),
+            scratch: Scratch { springs, balls: Vec::new() },
             frame: Frame::default(),
-            history: super::history::History::default(),
-            lapses: super::lapse::Lapses::default(),
-            clock: super::history::HistoryClock::default(),
-            cuts: super::CutCounts::default(),
-            cut_branches: 0,
+            history: History::default(),
         };
         session.open_pads();
         session.history.kept = !session.plan.history_steps.is_empty();
@@ -180,7 +170,7 @@ impl Session {
         session.meet(scene);
         session.measure(shared, &opening.measured_keys)?;
         session.choose(scene)?;
-        session.choices.threads = session.pool.threads();
+        session.choices.threads = session.workers.all.threads();
         session.find_opening_warnings(scene, source, options.mesh.is_some())?;
         Ok(session)
     }

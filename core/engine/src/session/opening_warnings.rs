@@ -76,9 +76,9 @@ impl Session {
             moving += 1;
         }
         let (meetings, overlaps) = super::warning::OverlapDetection::new(extended);
-        self.meetings = meetings;
+        self.warnings.overlaps = meetings;
         found.extend(overlaps);
-        self.opening_warnings = found;
+        self.warnings.opening = found;
         Ok(())
     }
 }

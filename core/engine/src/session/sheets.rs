@@ -39,7 +39,7 @@ impl Session {
     pub(super) fn press_sheets(&mut self) {
         let touching = self.tools.iter().filter(|slot| slot.touches()).count();
         for slot in &mut self.tools {
-            let tip = slot.fingertip(self.dt);
+            let tip = slot.fingertip(self.clock.dt);
             for (index, body) in self.bodies.iter().enumerate() {
                 let (Some(soft), Some(sheet)) = (&mut slot.soft[index], body.discretization.sheet()) else { continue };
                 let Some(tip) = tip.as_ref().filter(|_| body.frozen.is_none()) else {
@@ -49,7 +49,7 @@ impl Session {
                 let count = body.model.surface.triangles.len() as u32;
                 let triangles = |t| sheet.nodes_of(&body.model, t);
                 let press =
-                    SoftPress { stiffness: slot.tool.coupling.stiffness, moved: self.moved[index], dt: self.dt };
+                    SoftPress { stiffness: slot.tool.coupling.stiffness, moved: self.moved[index], dt: self.clock.dt };
                 soft.keeps_multipliers = touching == 1;
                 soft.press(tip, triangles, count, &body.system.nodes, press, slot.tool.springs_mut(index));
             }
@@ -67,7 +67,7 @@ impl Session {
         tips.moved = self.moved[index];
         tips.tips.extend(self.tools.iter().filter_map(|slot| {
             let constrains = slot.soft[index].is_none();
-            slot.fingertip(self.dt).map(|tip| Tip { constrains, ..tip })
+            slot.fingertip(self.clock.dt).map(|tip| Tip { constrains, ..tip })
         }));
     }
 
@@ -77,8 +77,8 @@ impl Session {
         for (index, body) in self.bodies.iter().enumerate().filter(|(_, body)| body.frozen.is_none()) {
             sum += self.sheet_tips[index].friction_work;
             for slot in &self.tools {
-                if let (Some(soft), Some(tip)) = (&slot.soft[index], slot.fingertip(self.dt)) {
-                    sum += soft.friction_work(&tip, &body.system.nodes, self.dt);
+                if let (Some(soft), Some(tip)) = (&slot.soft[index], slot.fingertip(self.clock.dt)) {
+                    sum += soft.friction_work(&tip, &body.system.nodes, self.clock.dt);
                 }
             }
         }

@@ -8,33 +8,53 @@ const SLOW_FOR: f64 = 0.1;
 
 /// Sleep state of a body.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Rest {
+struct Rest {
     /// Time for which it has been slow and undisturbed, s.
     slow: f64,
     /// Bounding box of a sleeping body, m; `None` if it is awake.
     asleep: Option<[Vec3; 2]>,
 }
 
+/// Which bodies sleep.
+pub(super) struct Sleep {
+    /// Speed below which a body falls asleep, m/s; 0 for never.
+    speed: f64,
+    /// State of each body.
+    rests: Vec<Rest>,
+}
+
+impl Sleep {
+    /// All bodies awake.
+    pub(super) fn new(speed: f64, bodies: usize) -> Self {
+        Self { speed, rests: vec![Rest::default(); bodies] }
+    }
+
+    /// Wakes a body.
+    pub(super) fn wake(&mut self, index: usize) {
+        self.rests[index] = Rest::default();
+    }
+}
+
 impl Session {
     /// Whether a body sleeps in this step, after tips are placed and fixings prescribed. Wakes it if something acts on it.
     pub(super) fn sleeps(&mut self, index: usize) -> bool {
-        if self.sleep <= 0.0 {
+        if self.sleep.speed <= 0.0 {
             return false;
         }
         if self.is_disturbed(index) {
-            self.rests[index] = Rest::default();
+            self.sleep.wake(index);
         }
-        self.rests[index].asleep.is_some()
+        self.sleep.rests[index].asleep.is_some()
     }
 
     /// Records a step in which the fastest node moved at `fastest` (m/s); a body that has been slow long enough falls asleep.
     pub(super) fn rest(&mut self, index: usize, fastest: f64, StepTime { start: time, dt }: StepTime) {
-        let rest = &mut self.rests[index];
-        rest.slow = if fastest < self.sleep { rest.slow + dt } else { 0.0 };
-        if self.sleep <= 0.0 || rest.slow < SLOW_FOR || rest.asleep.is_some() {
+        let rest = &mut self.sleep.rests[index];
+        rest.slow = if fastest < self.sleep.speed { rest.slow + dt } else { 0.0 };
+        if self.sleep.speed <= 0.0 || rest.slow < SLOW_FOR || rest.asleep.is_some() {
             return;
         }
-        let (body, below) = (&mut self.bodies[index], self.sleep);
+        let (body, below) = (&mut self.bodies[index], self.sleep.speed);
         let nodes = &mut body.system.nodes;
         let start = [Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY)];
         let bounds = nodes.x.iter().fold(start, |[low, high], x| [low.inf(x), high.sup(x)]);
@@ -50,17 +70,18 @@ impl Session {
     /// Whether a tool loads or is near a body, or one of its fixings moves.
     fn is_disturbed(&self, index: usize) -> bool {
         let nodes = &self.bodies[index].system.nodes;
-        let moves = |(p, c): (&Vec3, &Constraint)| !c.is_free() && p.norm_squared() >= self.sleep * self.sleep;
-        let pulled = self.springs.iter().any(|springs| !springs.nodes.is_empty());
+        let moves =
+            |(p, c): (&Vec3, &Constraint)| !c.is_free() && p.norm_squared() >= self.sleep.speed * self.sleep.speed;
+        let pulled = self.scratch.springs.iter().any(|springs| !springs.nodes.is_empty());
         pulled || nodes.prescribed.iter().zip(&nodes.constraint).any(moves) || self.is_near(index)
     }
 
     /// Whether a tip could reach a sleeping body in two steps.
     fn is_near(&self, index: usize) -> bool {
-        let Some([low, high]) = self.rests[index].asleep else { return self.sheet_tips[index].is_active() };
+        let Some([low, high]) = self.sleep.rests[index].asleep else { return self.sheet_tips[index].is_active() };
         let edge = self.bodies[index].discretization.edge();
         self.sheet_tips[index].tips.iter().any(|tip| {
-            let reach = tip.shape.shape().bounding_radius() + edge + 2.0 * self.dt * tip.velocity.norm();
+            let reach = tip.shape.shape().bounding_radius() + edge + 2.0 * self.clock.dt * tip.velocity.norm();
             (0..3).all(|c| tip.position[c] > low[c] - reach && tip.position[c] < high[c] + reach)
         })
     }

@@ -4,7 +4,6 @@
 use super::event::EventKind;
 use super::frame::{Frame, ToolFrame};
 use super::hand_events::{SafetyPass, add_limit_event, add_safety_events};
-use super::thread_choice::ThreadChoice;
 use super::{Session, Stage};
 use crate::body::Body;
 use crate::contact::SoftTip;
@@ -15,11 +14,6 @@ use std::time::Instant;
 
 /// Number of driven axes of a device that renders torque.
 const TORQUE_AXES: u32 = 6;
-/// Number of elements below which a body is stepped by one thread.
-const MAX_SINGLE_THREAD: usize = 1500;
-/// Number of elements from which a body is stepped by all threads.
-const MIN_ALL_THREADS: usize = 5000;
-
 /// Why a body was not moved.
 enum NotMoved {
     /// The session was stopped; the body is where it was.
@@ -34,7 +28,7 @@ impl Session {
     /// All stages between reading the devices and writing to them.
     pub(super) fn advance(&mut self) {
         let start = Instant::now();
-        let time = StepTime { start: self.time(), dt: self.dt };
+        let time = StepTime { start: self.time(), dt: self.clock.dt };
         self.sample_hands(time);
         self.change_modes(time.start);
         self.cut(time.start);
@@ -45,11 +39,11 @@ impl Session {
         let mut frame = std::mem::take(&mut self.frame);
         frame.begin();
         self.move_bodies(time, &mut frame);
-        if self.cancelled {
+        if self.watch.is_cancelled {
             self.frame = frame;
             return;
         }
-        self.steps += 1;
+        self.clock.steps += 1;
         frame.friction_work = self.friction_work();
         self.render_forces(time, &mut frame);
         frame.time = self.time();
@@ -63,7 +57,7 @@ impl Session {
     /// Invalidates everything that depends on the nodes of a body, as after a change of them.
     pub fn changed(&mut self, index: usize) {
         self.integrators[index].resize(self.bodies[index].system.nodes.len());
-        self.rests[index] = Default::default();
+        self.sleep.wake(index);
         self.sheet_tips[index].invalidate();
         for slot in &mut self.tools {
             slot.tool.invalidate(index);
@@ -79,7 +73,7 @@ impl Session {
     }
 
     fn move_regions(&mut self, time: f64) {
-        let mut balls = std::mem::take(&mut self.balls);
+        let mut balls = std::mem::take(&mut self.scratch.balls);
         for index in 0..self.bodies.len() {
             let body = &mut self.bodies[index];
             if body.frozen.is_some() {
@@ -101,7 +95,7 @@ impl Session {
             }
             self.check_patience(index, Stage::Region, time, start);
         }
-        self.balls = balls;
+        self.scratch.balls = balls;
     }
 
     fn touch(&mut self, time: f64) {
@@ -111,7 +105,7 @@ impl Session {
                 hand: &slot.hand,
                 bodies: &mut self.bodies,
                 moved: &self.moved,
-                time: StepTime { start: time, dt: self.dt },
+                time: StepTime { start: time, dt: self.clock.dt },
             };
             if let Err(error) = slot.tool.follow(&mut step) {
                 self.events.add(EventKind::Message, time, || error.to_string());
@@ -123,7 +117,7 @@ impl Session {
             });
             add_limit_event(&mut self.events, slot, &self.devices[slot.device].name, time);
         }
-        self.move_tips(self.dt);
+        self.move_tips(self.clock.dt);
         self.press_sheets();
     }
 
@@ -140,11 +134,11 @@ impl Session {
             let mut stage = Stage::Step;
             match self.move_body(index, time, start, frame) {
                 Ok(fastest) => {
-                    self.moved[index] = fastest * self.dt;
+                    self.moved[index] = fastest * self.clock.dt;
                     self.rest(index, fastest, time);
                 }
                 Err(NotMoved::Cancelled) => {
-                    self.cancelled = true;
+                    self.watch.is_cancelled = true;
                     return;
                 }
                 Err(NotMoved::TimedOut) => stage = Stage::Interrupted,
@@ -156,22 +150,22 @@ impl Session {
 
     /// Moves a body; the step began at `start` on the wall clock. Returns the speed of its fastest node, m/s.
     fn move_body(&mut self, index: usize, time: StepTime, start: Instant, frame: &mut Frame) -> Result<f64, NotMoved> {
-        let mut frequencies = self.frequencies[index];
+        let mut frequencies = self.limits.frequencies[index];
         // The springs are moved out for the step and returned to the tools, which read them for the reaction.
-        for (slot, springs) in self.tools.iter_mut().zip(&mut self.springs) {
+        for (slot, springs) in self.tools.iter_mut().zip(&mut self.scratch.springs) {
             std::mem::swap(slot.tool.springs_mut(index), springs);
             frequencies = frequencies.with_spring(springs.rates(&self.bodies[index].system.nodes.mass));
         }
         let deadline = self.deadline(index, start);
-        self.integrators[index].interrupts = Interrupts { cancel: self.cancel.clone(), deadline };
+        self.integrators[index].interrupts = Interrupts { cancel: self.watch.cancel.clone(), deadline };
         let moved = self.move_under(index, time, &frequencies, frame);
-        for (slot, springs) in self.tools.iter_mut().zip(&mut self.springs) {
+        for (slot, springs) in self.tools.iter_mut().zip(&mut self.scratch.springs) {
             std::mem::swap(slot.tool.springs_mut(index), springs);
         }
         moved
     }
 
-    /// Steps a body under the loads in `self.springs`.
+    /// Steps a body under the loads in `self.scratch.springs`.
     fn move_under(
         &mut self,
         index: usize,
@@ -179,7 +173,7 @@ impl Session {
         frequencies: &Frequencies,
         frame: &mut Frame,
     ) -> Result<f64, NotMoved> {
-        let substeps = self.substeps_for(frequencies);
+        let substeps = self.limits.substeps(frequencies, self.clock.dt, self.choices.substeps);
         if substeps > self.choices.substeps {
             self.events.add(EventKind::Substeps, time.start, || {
                 format!(
@@ -196,26 +190,20 @@ impl Session {
         }
         let body = &mut self.bodies[index];
         let gravity = if body.discretization.is_whole() { self.plan.gravity } else { Vec3::zeros() };
-        let loads = Loads { gravity, forces: &[], tools: &self.springs };
-        let (elements, choice) = (body.system.elements(), &mut self.thread_choices[index]);
-        let has_choice = (MAX_SINGLE_THREAD..MIN_ALL_THREADS).contains(&elements) && self.pool.threads() > 1;
-        let alone = elements < MAX_SINGLE_THREAD || (has_choice && choice.is_alone());
-        let pool = if alone { &self.alone } else { &self.pool };
+        let loads = Loads { gravity, forces: &[], tools: &self.scratch.springs };
+        let elements = body.system.elements();
         let integrator = &mut self.integrators[index];
         let tips = &mut self.sheet_tips[index];
         let mut nothing = NoContacts;
         let contacts: &mut (dyn ContactConstraints + Send) = if tips.tips.is_empty() { &mut nothing } else { tips };
         let system = &mut body.system;
-        let start = Instant::now();
-        let stepped = pool.install(|| integrator.step_with_contacts(pool, system, &loads, contacts, time, substeps));
-        match has_choice {
-            true => choice.took(start.elapsed().as_secs_f64()),
-            false => *choice = ThreadChoice::default(),
-        }
-        self.choices.threads = self.pool.threads();
+        let stepped = self
+            .workers
+            .run(index, elements, |pool| integrator.step_with_contacts(pool, system, &loads, contacts, time, substeps));
+        self.choices.threads = self.workers.all.threads();
         if body.discretization.sheet().is_some() {
             let nodes = &system.nodes;
-            self.springs.iter().for_each(|s| s.add_to(&mut integrator.reaction, &nodes.x, Some(&nodes.v)));
+            self.scratch.springs.iter().for_each(|s| s.add_to(&mut integrator.reaction, &nodes.x, Some(&nodes.v)));
         }
         let report = stepped.map_err(|error| match error {
             StepError::Diverged { node } => {
@@ -288,7 +276,7 @@ impl Session {
         for index in 0..self.bodies.len() {
             let system = &mut self.bodies[index].system;
             frame.kinetic_energy += system.nodes.kinetic_energy();
-            match system.energy(StepTime { start: frame.time, dt: self.dt }) {
+            match system.energy(StepTime { start: frame.time, dt: self.clock.dt }) {
                 Ok(energy) => frame.elastic_energy += energy,
                 Err(error) if self.bodies[index].frozen.is_none() => self.freeze(index, frame.time, error.to_string()),
                 Err(_) => {}

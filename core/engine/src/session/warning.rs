@@ -88,12 +88,28 @@ pub(super) struct EditTally {
 /// Fraction of the depth of a dent by which a vertex near the tool must move for the dent to be visible.
 const MIN_VISIBLE: f64 = 0.05;
 
+/// Warnings of a session, and what they are found from.
+pub(super) struct Warnings {
+    /// Those of opening the scene.
+    pub(super) opening: Vec<Warning>,
+    /// Statistics of each edit of the plan.
+    pub(super) tallies: Vec<EditTally>,
+    pub(super) overlaps: OverlapDetection,
+}
+
+impl Warnings {
+    /// None yet, for this number of edits.
+    pub(super) fn new(edits: usize) -> Self {
+        Self { opening: Vec::new(), tallies: vec![EditTally::default(); edits], overlaps: OverlapDetection::default() }
+    }
+}
+
 impl Session {
     /// All warnings so far: first those of opening the scene, then those of edits and bodies; each code and location once.
     pub fn warnings(&self) -> Vec<Warning> {
-        let mut all = self.opening_warnings.clone();
-        all.extend(self.meetings.warnings.iter().cloned());
-        for (index, (edit, tally)) in self.plan.edits.iter().zip(&self.tallies).enumerate() {
+        let mut all = self.warnings.opening.clone();
+        all.extend(self.warnings.overlaps.warnings.iter().cloned());
+        for (index, (edit, tally)) in self.plan.edits.iter().zip(&self.warnings.tallies).enumerate() {
             let Some((code, message)) = self.warn_edit(index, *tally) else { continue };
             if !all.iter().any(|known| known.code == code && known.place == edit.place) {
                 all.push(Warning { code, place: edit.place.clone(), message });
@@ -143,7 +159,7 @@ impl Session {
     pub(super) fn tally(&mut self, tool: usize, force: f64) {
         let slot = &self.tools[tool];
         let Some(edit) = slot.edit.filter(|_| slot.hand.present) else { return };
-        let tally = &mut self.tallies[edit];
+        let tally = &mut self.warnings.tallies[edit];
         tally.steps += 1;
         tally.force = tally.force.max(force);
         let Some(touch) = slot.tool.proxy.touch.filter(|_| slot.tool.depth > tally.depth) else { return };
@@ -164,7 +180,7 @@ impl Session {
                 is_shown = is_shown || moved().is_ok_and(|p| (p.now - p.settled).norm() >= least);
             }
         });
-        self.tallies[edit].is_shown = is_shown;
+        self.warnings.tallies[edit].is_shown = is_shown;
     }
 }
 
@@ -270,21 +286,21 @@ impl OverlapDetection {
 impl Session {
     /// Tests whether boxes have begun to overlap since the last test.
     pub(super) fn detect_overlaps(&mut self) {
-        let count = self.meetings.bodies.len();
+        let count = self.warnings.overlaps.bodies.len();
         if count < 2
-            || !self.steps.is_multiple_of(TEST_INTERVAL)
-            || self.meetings.known.len() == count * (count - 1) / 2
+            || !self.clock.steps.is_multiple_of(TEST_INTERVAL)
+            || self.warnings.overlaps.known.len() == count * (count - 1) / 2
         {
             return;
         }
-        for extended in &mut self.meetings.bodies {
+        for extended in &mut self.warnings.overlaps.bodies {
             extended.before = extended.extents;
             let Some(body) = extended.moving.and_then(|index| self.bodies.get(index)) else { continue };
             extended.extents = moved_extents(body, extended.rest);
         }
         let time = self.time();
-        let found = self.meetings.test(WarningCode::BodiesMeet, time);
-        self.meetings.warnings.extend(found);
+        let found = self.warnings.overlaps.test(WarningCode::BodiesMeet, time);
+        self.warnings.overlaps.warnings.extend(found);
     }
 }
 

@@ -13,6 +13,7 @@ pub use hand::*;
 use super::units::{
     Acceleration, Angle, Damping, Force, ForceRate, Frequency, Length, Mass, Speed, Stiffness, Time, Toughness,
 };
+use pliant_solver::Scheme;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use toml::Spanned;
@@ -124,8 +125,26 @@ pub enum IntegratorChoice {
     Bdf2,
     /// Implicit midpoint rule, second order, without numerical damping; not for contact.
     ImplicitMidpoint,
+    /// One-leg theta method with theta = 0.55, first order with a tenth of backward Euler's numerical damping.
+    DampedMidpoint,
     /// Static equilibrium at every step, without inertia.
     QuasiStatic,
+}
+
+impl IntegratorChoice {
+    /// The scheme that was chosen; `None` for an automatic choice.
+    pub fn scheme(self) -> Option<Scheme> {
+        match self {
+            Self::Auto => None,
+            Self::ExplicitEuler => Some(Scheme::ExplicitEuler),
+            Self::SymplecticEuler => Some(Scheme::SymplecticEuler),
+            Self::BackwardEuler => Some(Scheme::BackwardEuler),
+            Self::Bdf2 => Some(Scheme::Bdf2),
+            Self::ImplicitMidpoint => Some(Scheme::ImplicitMidpoint),
+            Self::DampedMidpoint => Some(Scheme::DampedMidpoint),
+            Self::QuasiStatic => Some(Scheme::QuasiStatic),
+        }
+    }
 }
 
 /// A preconditioner of the linear solver, or its automatic choice.

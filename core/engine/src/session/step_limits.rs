@@ -1,0 +1,61 @@
+//! Step limits of the bodies of a session, and the number of substeps that keeps them.
+
+use super::StepCost;
+use crate::scene::TimeScene;
+use pliant_solver::{Frequencies, Scheme, StepLimit};
+
+/// Scheme, frequencies of the bodies, and how many substeps are allowed.
+pub(super) struct StepLimits {
+    /// Integration scheme.
+    pub(super) scheme: Scheme,
+    /// Frequencies of each body without tools.
+    pub(super) frequencies: Vec<Frequencies>,
+    /// Frequencies of each body in contact with a tool, if there are tools.
+    pub(super) planned: Vec<Frequencies>,
+    /// Cost of a step of each body with a tool.
+    pub(super) costs: Vec<StepCost>,
+    /// Largest number of substeps in a step.
+    pub(super) max_substeps: usize,
+    /// Whether steps over the limit are allowed and not divided.
+    pub(super) is_forced: bool,
+}
+
+impl StepLimits {
+    /// Limits without bodies yet, with the settings of a scene.
+    pub(super) fn new(time: &TimeScene) -> Self {
+        Self {
+            scheme: Scheme::SymplecticEuler,
+            frequencies: Vec::new(),
+            planned: Vec::new(),
+            costs: Vec::new(),
+            max_substeps: *time.most_substeps.get_ref() as usize,
+            is_forced: time.force_unstable,
+        }
+    }
+
+    /// Largest step for which `scheme` is stable for every body, s; `None` without a limit.
+    pub(super) fn limit(&self, scheme: Scheme) -> Option<f64> {
+        least(self.planned.iter().map(|f| f.limit(scheme)))
+    }
+
+    /// The same by Gershgorin's bound of the frequencies.
+    pub(super) fn certain_limit(&self, scheme: Scheme) -> Option<f64> {
+        least(self.planned.iter().map(|f| Frequencies { stiffness: f.bound, ..*f }.limit(scheme)))
+    }
+
+    /// Number of substeps of a step of `dt` (s) that keep a body with these frequencies stable: at least `chosen`, at most the allowed number.
+    pub(super) fn substeps(&self, frequencies: &Frequencies, dt: f64, chosen: usize) -> usize {
+        match frequencies.limit(self.scheme) {
+            StepLimit::At(limit) if limit > 0.0 && !self.is_forced => {
+                let needed = (dt / limit).ceil().min(self.max_substeps as f64) as usize;
+                needed.max(chosen)
+            }
+            _ => chosen,
+        }
+    }
+}
+
+fn least(limits: impl Iterator<Item = StepLimit>) -> Option<f64> {
+    let at = |limit| if let StepLimit::At(at) = limit { Some(at) } else { None };
+    limits.filter_map(at).reduce(f64::min)
+}
