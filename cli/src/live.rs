@@ -17,6 +17,11 @@ pub fn run_live(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
     if session.devices.is_empty() {
         return Err(source.whole("nothing to run live: no edit uses a tool, so no device is open").into());
     }
+    if let Some(recorded) = scene.device.iter().find_map(|device| device.recording.as_ref()) {
+        let text =
+            "hands of a recording keep the time of its steps, not that of the clock; allowed is a run without `--live`";
+        return Err(source.error(recorded.span(), text).into());
+    }
     let told = session.warnings().len();
     let folder = args.out_folder();
     let mut recorder = Recorder::new(&scene, &source, &session, &folder, began)?;

@@ -157,7 +157,14 @@ pub fn slow(factor: f64) -> String {
     )
 }
 
-/// A session was written, and how it is done again.
-pub fn session_saved(path: &std::path::Path) -> String {
-    format!("saved the session: pliant replay {}", path.display())
+/// A session was written as a recording and a scene, and how it is done again. `gave_up`: a body was given up for taking too long, which only a replay
+/// repeats.
+pub fn session_saved(recording: &std::path::Path, scene: &std::path::Path, gave_up: bool) -> String {
+    let (recording, scene) = (recording.display(), scene.display());
+    if gave_up {
+        return format!(
+            "saved the session: pliant replay {recording}; a body was given up for taking too long, which a run does not repeat"
+        );
+    }
+    format!("saved the session: pliant run {scene}, or pliant replay {recording} --verify")
 }

@@ -8,7 +8,7 @@ use pliant_engine::scene;
 use pliant_engine::session::{Options, Session, SessionCommand};
 use pliant_host::SearchPath;
 use pliant_mesh::generate;
-use pliant_record::{Recording, state_digest};
+use pliant_record::{Recording, state_digest, write_model_to};
 use pliant_window::app::{App, EventLog};
 use pliant_window::arguments::Arguments;
 use pliant_window::gl::Wireframe;
@@ -129,6 +129,8 @@ fn a_saved_session_gives_the_same_states_again() {
     let file = folder.path().join("ball.rec");
     wait(&mut harness, "the session", |_| file.is_file());
     assert_eq!(std::fs::read(folder.path().join("ball.original.obj")).unwrap(), before);
+    let scene_file = folder.path().join("ball.session.toml");
+    wait(&mut harness, "the session's scene", |_| scene_file.is_file());
 
     let recording = Recording::read(&file).unwrap();
     let header = &recording.header;
@@ -149,6 +151,21 @@ fn a_saved_session_gives_the_same_states_again() {
             assert_eq!(state_digest(&session), step.digest, "at {} s", session.time());
         }
     }
+
+    // The scene beside it takes its hands from the recording; its steps are the same, and the model is the one that Save wrote.
+    let (scene, source) = scene::load(&scene_file, &[]).unwrap();
+    let plan = Plan::new(&scene, &source).unwrap();
+    let options = Options { search: SearchPath::new(&[]), threads: 2, mesh: None, recorded: None };
+    let mut session = Session::open(&scene, &source, plan, &options).unwrap();
+    assert_eq!(scene.time.steps(), recording.step_count());
+    for step in recording.steps.iter().flat_map(|step| (0..step.count).map(move |_| step)) {
+        session.step();
+        assert_eq!(state_digest(&session), step.digest, "at {} s", session.time());
+    }
+    session.update_surface();
+    let mut written = Vec::new();
+    write_model_to(&session.bodies[0], &session.plan().cap_material, &mut written).unwrap();
+    assert!(written == std::fs::read(&model).unwrap(), "the bytes of the model that was saved");
 }
 
 #[test]

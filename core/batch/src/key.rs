@@ -61,7 +61,7 @@ impl KeyMaker {
         EditKey(digest.finish()[..32].to_owned())
     }
 
-    /// Adds the files that a scene names: meshes, plugins, and parameters that are paths.
+    /// Adds the files that a scene names: meshes, recordings, plugins, and parameters that are paths.
     fn add_files(&self, scene: &Scene, source: &Source, digest: &mut ContentHasher) {
         let folder = source.folder();
         let mut plugins = Vec::new();
@@ -78,7 +78,10 @@ impl KeyMaker {
             }
         }
         for device in &scene.device {
-            plugins.push(device.plugin.get_ref());
+            match &device.recording {
+                Some(recording) => digest.add(&self.file(&folder.join(recording.get_ref()))),
+                None => plugins.push(device.plugin.get_ref()),
+            }
             params.push(&device.params);
         }
         for plugin in plugins {

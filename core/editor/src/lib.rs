@@ -11,6 +11,7 @@ mod draft;
 mod hand;
 mod hand_scene;
 mod preset;
+mod session_scene;
 mod substance;
 mod units;
 
@@ -18,5 +19,6 @@ pub use draft::{BODY, Draft, DraftMaterial, TOOL_SHARE};
 pub use hand::{Gesture, HandPlace, PointerRay, PointerStroke, StrokeStart, SurfacePoint};
 pub use hand_scene::{HAND, HandSettings, MIRROR, give_hand, stroke_button, stroke_kinds};
 pub use preset::{PlasticFlow, SOLIDS, SolidPreset, fabrics, solid, stiffness_word};
+pub use session_scene::SessionScene;
 pub use substance::{Substance, SubstanceChoice};
 pub use units::{LengthUnit, format_length};

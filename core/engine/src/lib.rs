@@ -10,6 +10,7 @@ pub mod contact;
 pub mod edit;
 pub mod plan;
 pub mod probe;
+pub mod recording;
 pub mod scene;
 pub mod session;
 pub mod shape;

@@ -242,10 +242,11 @@ impl Plan {
             if self.tools.iter().any(|&t| scene.tool[t].device.get_ref() == name) {
                 self.devices.push(i);
             } else {
-                self.leave_out(
-                    format!("device `{name}` (plugin `{}`)", device.plugin.get_ref()),
-                    "no tool in use has it",
-                );
+                let what = match &device.recording {
+                    Some(recording) => format!("device `{name}` (recording {})", recording.get_ref()),
+                    None => format!("device `{name}` (plugin `{}`)", device.plugin.get_ref()),
+                };
+                self.leave_out(what, "no tool in use has it");
             }
         }
         if self.tools.is_empty() {

@@ -14,7 +14,7 @@ use std::thread::JoinHandle;
 /// An input of a run with its digest.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct InputHash {
-    /// `program`, `scene`, `model`, `field` or `plugin`.
+    /// `program`, `scene`, `model`, `field`, `recording` or `plugin`.
     pub role: &'static str,
     /// Path of the file, or kind of a generated shape.
     pub name: String,
@@ -36,6 +36,7 @@ impl InputHashes {
         let mut plugins: Vec<String> = session.loaded.iter().map(|l| l.path.clone()).collect();
         plugins.dedup();
         let fields = session.field_files.clone();
+        let recordings: Vec<PathBuf> = session.recordings.iter().map(|hands| hands.path().to_path_buf()).collect();
         let work = move || {
             let of_file = |role, path: &Path| InputHash { role, name: shown(path), blake3: hash_file(path).ok() };
             let of_bytes = |role, name, bytes: &[u8]| InputHash { role, name, blake3: Some(hash_bytes(bytes)) };
@@ -44,6 +45,7 @@ impl InputHashes {
             all.push(of_bytes("scene", scene, text.as_bytes()));
             all.extend(models.iter().map(|m| of_bytes("model", shown(m.document.name()), m.document.bytes())));
             all.extend(fields.iter().map(|path| of_file("field", path)));
+            all.extend(recordings.iter().map(|path| of_file("recording", path)));
             all.extend(plugins.iter().map(|path| of_file("plugin", Path::new(path))));
             all
         };
@@ -66,7 +68,7 @@ pub(crate) fn shown(path: &Path) -> String {
     path.display().to_string()
 }
 
-/// Checks that no file of `outputs` is an input of the run: its scene, a model, a field or a plugin.
+/// Checks that no file of `outputs` is an input of the run: its scene, a model, a field, a recording or a plugin.
 ///
 /// # Errors
 /// Names the output and the kind of input.
@@ -78,6 +80,7 @@ pub(crate) fn refuse_inputs(
     let files = models(session).map(|model| ("a model", model.document.name().to_path_buf()));
     let files = files.chain(session.loaded.iter().map(|l| ("a plugin", PathBuf::from(&l.path))));
     let files = files.chain(session.field_files.iter().map(|path| ("a field", path.clone())));
+    let files = files.chain(session.recordings.iter().map(|hands| ("a recording", hands.path().to_path_buf())));
     let inputs: Vec<(&str, PathBuf)> = files
         .chain([("the scene", source.path.clone())])
         .filter_map(|(what, path)| Some((what, path.canonicalize().ok()?)))

@@ -11,7 +11,7 @@ use crate::strings;
 use pliant_editor::surface::ViewSurface;
 use pliant_engine::session::{EventKind, Session, SessionCommand};
 use pliant_live::{HapticDevice, LiveSession, LiveSettings, PointerDevice, view_buffer};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::Receiver;
 use std::time::Instant;
 use triple_buffer::Input;
@@ -64,6 +64,7 @@ fn work(
     let mut autosave = Autosave::new(request);
     let mut gauges = GaugeWindow::new(session.dt());
     let (mut reported, mut told) = (f64::NEG_INFINITY, 0);
+    let mut session_path = None;
     let (mut in_stroke, mut warnings) = (false, session.warnings());
     while live.is_alive() {
         for command in commands.try_iter() {
@@ -84,10 +85,7 @@ fn work(
                     session_file.apply(&mut session, SessionCommand::ResizeTools { radius, coupling });
                 }
                 Command::Save { path, for_user } => notifier.send(save(&mut session, &cap_material, path, for_user)),
-                Command::SaveSession { path } => notifier.send(match session_file.save(&session, &path) {
-                    Ok(()) => Notice::Message(strings::session_saved(&path)),
-                    Err(text) => Notice::NotSaved(text),
-                }),
+                Command::SaveSession { path } => session_path = Some(path),
                 Command::End => {
                     autosave.discard();
                     notifier.send(Notice::Ended(Box::new((live.finish(), gauges.all()))));
@@ -97,6 +95,10 @@ fn work(
         }
         let samples = live.step(&mut session);
         session_file.step(&session, &samples.device_forces);
+        // Commands are recorded with the step after them.
+        if let Some(path) = session_path.take() {
+            notifier.send(save_session(&mut session_file, &session, &path));
+        }
         gauges.step(session.frame().seconds);
         let now = live.seconds();
         let changed = log.update(session.history(), now);
@@ -138,6 +140,14 @@ fn is_news(kind: EventKind) -> bool {
 fn jump_to(session: &mut Session, session_file: &mut SessionFile, count: usize) {
     while session.history().0 > count && session_file.apply(session, SessionCommand::Undo) {}
     while session.history().0 < count && session_file.apply(session, SessionCommand::Redo) {}
+}
+
+/// Writes the recording of the session, and its scene and model beside it.
+fn save_session(session_file: &mut SessionFile, session: &Session, path: &Path) -> Notice {
+    match session_file.save(session, path) {
+        Ok(scene) => Notice::Message(strings::session_saved(path, &scene, !session.lapses().is_empty())),
+        Err(text) => Notice::NotSaved(text),
+    }
 }
 
 /// Writes every body that moves: the first to `path`, others beside it with their names added.

@@ -3,8 +3,8 @@
 use crate::body::Axes;
 use crate::edit::{Command, EditKind, KeyName, Strength};
 use crate::scene::{
-    Amount, BladeScene, BodyScene, EditScene, Extent, FieldScene, FixedScene, Length, ProbeScene, Scene, SceneError,
-    Source, ToolScene, parse_quantity,
+    Amount, BladeScene, BodyScene, DeviceScene, EditScene, Extent, FieldScene, FixedScene, Length, ProbeScene, Scene,
+    SceneError, Source, ToolScene, parse_quantity,
 };
 use std::ops::Range;
 use toml::Spanned;
@@ -27,6 +27,7 @@ pub(super) fn check(scene: &Scene, source: &Source) -> Result<(), SceneError> {
     check.names("device", scene.device.iter().map(|d| &d.name))?;
     check.names("tool", scene.tool.iter().map(|t| &t.name))?;
     scene.body.iter().try_for_each(|body| check.body(body))?;
+    scene.device.iter().try_for_each(|device| check.device(device))?;
     scene.tool.iter().try_for_each(|tool| check.tool(tool))?;
     scene.edit.iter().try_for_each(|edit| check.edit(edit))?;
     scene.probe.iter().try_for_each(|probe| check.probe(probe, scene.time.duration.get_ref().si))?;
@@ -263,6 +264,19 @@ impl Check<'_> {
                 format!("row {} of the path of a `fixed` is {row:?}; allowed is finite numbers, times rising", i + 1),
             ),
             None => Ok(()),
+        }
+    }
+
+    fn device(&self, device: &DeviceScene) -> Result<(), SceneError> {
+        match (&device.recording, &device.recorded) {
+            (None, Some(recorded)) => {
+                self.wrong(recorded.span(), "`recorded` names a device of a `recording`, and there is none")
+            }
+            (Some(recording), _) if device.plugin.span() != (0..0) || !device.params.is_empty() => {
+                let text = "`recording` and a plugin with `params`; allowed is one of them";
+                self.wrong(recording.span(), text)
+            }
+            _ => Ok(()),
         }
     }
 

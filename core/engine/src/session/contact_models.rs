@@ -5,13 +5,13 @@ use crate::tool::{ContactModel, TipMass, separate};
 use pliant_solver::{Block, Vec3};
 
 /// Default mass of a live hand's tip on sheets, kg (an assumption).
-const TIP_MASS: f64 = 0.01;
+pub const LIVE_TIP_MASS: f64 = 0.01;
 
 impl Session {
     /// Gives every tip on sheets a mass, driven by its hand through the coupling, as live hands need.
     pub fn drive_tips(&mut self) {
         if self.bodies.iter().any(|body| body.discretization.sheet().is_some()) {
-            self.tools.iter_mut().for_each(|slot| slot.tip = slot.tip.or(Some(TipMass::new(TIP_MASS))));
+            self.tools.iter_mut().for_each(|slot| slot.tip = slot.tip.or(Some(TipMass::new(LIVE_TIP_MASS))));
         }
     }
 

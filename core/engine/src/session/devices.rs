@@ -112,6 +112,12 @@ impl Session {
                 continue;
             }
             slot.poses.fill(Pose::default());
+            if let Some((recording, device)) = &slot.recorded {
+                for (to, from) in slot.poses.iter_mut().zip(recording.poses(*device, self.clock.steps)) {
+                    *to = *from;
+                }
+                continue;
+            }
             let Some(device) = &mut slot.device else { continue };
             if let Err(error) = device.read(nanoseconds(now), &mut slot.poses) {
                 self.events.add(EventKind::DeviceLost, now, || error.to_string());

@@ -18,6 +18,7 @@ mod open;
 mod opening_warnings;
 mod place;
 mod ray_miss;
+mod recorded;
 mod shared;
 mod sheets;
 mod sleep;
@@ -29,6 +30,7 @@ mod warning;
 mod workers;
 
 pub use command::SessionCommand;
+pub use contact_models::LIVE_TIP_MASS;
 pub use devices::HandPose;
 pub use error::SessionError;
 pub use event::{Event, EventKind, Events};
@@ -44,6 +46,7 @@ pub use warning::{Warning, WarningCode};
 use crate::body::{Body, Model};
 use crate::contact::{SheetTips, SoftTip};
 use crate::plan::{Edit, LeftOut, Plan};
+use crate::recording::RecordedHands;
 use crate::tool::{ForceSafety, Frame as DeviceFrame, Hand, TactilePad, TipMass, Tool};
 use hand_events::Ongoing;
 use history::History;
@@ -56,7 +59,7 @@ pub use pliant_solver::CancelToken;
 use pliant_solver::{Integrator, NodeSprings, Pool};
 use serde::Serialize;
 use sleep::Sleep;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use step_limits::StepLimits;
 use warning::Warnings;
@@ -75,6 +78,8 @@ pub struct DeviceSlot {
     /// Source of its samples, for messages: name, plugin and text parameters, such as an address.
     pub origin: String,
     poses: Vec<Pose>,
+    /// The recording that it takes its hands from, and its index among the recorded devices; `None` for a plugin's device.
+    recorded: Option<(Arc<RecordedHands>, usize)>,
     /// Whether the caller places its hands, see [`Session::place_hand`].
     driven: bool,
     /// Its counters at the time it was lost.
@@ -90,6 +95,11 @@ impl DeviceSlot {
     fn lose(&mut self) {
         self.counted = self.counters();
         self.device = None;
+    }
+
+    /// Path of the recording that it takes its hands from; `None` for a plugin's device.
+    pub fn recording(&self) -> Option<&Path> {
+        self.recorded.as_ref().map(|(hands, _)| hands.path())
     }
 
     /// Poses of its hands in the last step.
@@ -260,6 +270,10 @@ pub struct Session {
     pub loaded: Vec<Loaded>,
     /// Files of fields that were read.
     pub field_files: Vec<PathBuf>,
+    /// Recordings that its devices take their hands from.
+    pub recordings: Vec<Arc<RecordedHands>>,
+    /// Commands of the recordings before the last step.
+    commands: Vec<SessionCommand>,
     /// Parts of the scene that were left out, and why.
     pub left_out: Vec<LeftOut>,
     /// Events of the session so far.

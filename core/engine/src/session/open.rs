@@ -15,7 +15,10 @@ use crate::body::{Body, Discretization, Lattice, LatticeError, Model, RegionSett
 use crate::contact::{Friction, SheetTips};
 use crate::edit::BladeEdge;
 use crate::plan::Plan;
-use crate::scene::{BladeScene, BodyScene, Extent, FixedScene, GridLevel, Scene, Source, ToolScene, settings};
+use crate::recording::RecordedHands;
+use crate::scene::{
+    BladeScene, BodyScene, DeviceScene, Extent, FixedScene, GridLevel, Scene, Source, ToolScene, settings,
+};
 use crate::tool::{Coupling, ForceLimits, ForceSafety, Hand, TactilePad, TipMass, Tool};
 use bytemuck::cast_slice;
 use pliant_cut::CutMesh;
@@ -98,6 +101,7 @@ impl Session {
             levels: Vec::new(),
             loaded: Vec::new(),
             field_files: Vec::new(),
+            recordings: Vec::new(),
             events: Events::default(),
             measured_keys: Vec::new(),
         };
@@ -147,6 +151,8 @@ impl Session {
             },
             loaded: opening.loaded,
             field_files: opening.field_files,
+            commands: Vec::with_capacity(super::recorded::most_commands(&opening.recordings)),
+            recordings: opening.recordings,
             left_out: plan.left_out.clone(),
             events: opening.events,
             energy: plan.energy,
@@ -165,7 +171,8 @@ impl Session {
             history: History::default(),
         };
         session.open_pads();
-        session.history.kept = !session.plan.history_steps.is_empty();
+        let has_undo = session.recordings.iter().any(|recording| recording.has_undo());
+        session.history.kept = !session.plan.history_steps.is_empty() || has_undo;
         session.sample(shared)?;
         session.meet(scene);
         session.measure(shared, &opening.measured_keys)?;
@@ -195,6 +202,8 @@ struct Opening<'a> {
     levels: Vec<LevelChosen>,
     loaded: Vec<Loaded>,
     field_files: Vec<PathBuf>,
+    /// Recordings that devices take their hands from, each once.
+    recordings: Vec<Arc<RecordedHands>>,
     events: Events,
     /// For each moving body, the cache key of its frequencies; empty if it has none.
     measured_keys: Vec<String>,
@@ -251,15 +260,24 @@ impl Opening<'_> {
         let span = device.name.span();
         let frame = place::frame(&device.frame, self.source, span, models, self.options.mesh.is_some())?;
         let name = device.name.get_ref().clone();
-        let (opened, facts, origin) = match &self.options.recorded {
-            Some(recorded) => {
+        let mut hands = None;
+        let (opened, facts, origin) = match (&self.options.recorded, &device.recording) {
+            (Some(recorded), _) => {
                 let of = |(recorded, _): &&(String, DeviceInfo)| *recorded == name;
                 let known = || recorded.iter().map(|(name, _)| format!("`{name}`")).collect::<Vec<_>>().join(", ");
                 let missing = || format!("no hands of device `{name}` were recorded; there are those of {}", known());
                 let found = recorded.iter().find(of).ok_or_else(|| self.source.error(device.name.span(), missing()))?;
                 (None, found.1, format!("the recorded device `{name}`"))
             }
-            None => {
+            (None, Some(path)) => {
+                let (recording, index) = self.recorded_hands(device, path)?;
+                let (recorded, facts) = &recording.devices()[index];
+                let origin = format!("device `{name}` (hands of `{recorded}` in {})", recording.path().display());
+                let facts = *facts;
+                hands = Some((recording, index));
+                (None, facts, origin)
+            }
+            (None, None) => {
                 let (library, info, settings) = self.plugin(PluginKind::Device, &device.plugin, &device.params)?;
                 let opened = Device::open(library, &info.id, &settings, self.dt)
                     .map_err(|error| self.refused(span_of(&error, &device.params, device.name.span()), error))?;
@@ -268,7 +286,56 @@ impl Opening<'_> {
             }
         };
         let poses = vec![Pose::default(); facts.effectors as usize];
-        Ok(DeviceSlot { name, device: opened, facts, frame, origin, poses, driven: false, counted: Vec::new() })
+        Ok(DeviceSlot {
+            name,
+            device: opened,
+            facts,
+            frame,
+            origin,
+            poses,
+            recorded: hands,
+            driven: false,
+            counted: Vec::new(),
+        })
+    }
+
+    /// The recording of a device, and the index of its hands among the recorded devices.
+    fn recorded_hands(
+        &mut self,
+        device: &DeviceScene,
+        recording: &Spanned<String>,
+    ) -> Result<(Arc<RecordedHands>, usize), SessionError> {
+        let path = self.source.folder().join(recording.get_ref());
+        let read = match self.recordings.iter().find(|known| known.path() == path) {
+            Some(known) => Arc::clone(known),
+            None => {
+                let read = RecordedHands::read(&path)
+                    .map_err(|error| self.source.error(recording.span(), error.to_string()))?;
+                self.recordings.push(Arc::new(read));
+                Arc::clone(&self.recordings[self.recordings.len() - 1])
+            }
+        };
+        if read.dt() != self.dt {
+            let text = format!(
+                "its hands were recorded in steps of {} s, and `[time] dt` is {} s; allowed is the same step",
+                read.dt(),
+                self.dt
+            );
+            return Err(self.source.error(recording.span(), text).into());
+        }
+        let devices = read.devices();
+        let wanted = device.recorded.as_ref().unwrap_or(&device.name);
+        let of_name = devices.iter().position(|(name, _)| name == wanted.get_ref());
+        let only = || (device.recorded.is_none() && devices.len() == 1).then_some(0);
+        let index = of_name.or_else(only).ok_or_else(|| {
+            let known = devices.iter().map(|(name, _)| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+            let text = format!(
+                "no hands of device `{}` in the recording; allowed for `recorded` is {known}",
+                wanted.get_ref()
+            );
+            self.source.error(wanted.span(), text)
+        })?;
+        Ok((read, index))
     }
 
     fn body(&mut self, scene: &BodyScene, name: String, shared: SharedModel, cuts: bool) -> Result<Body, SessionError> {

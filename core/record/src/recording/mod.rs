@@ -1,14 +1,9 @@
-//! Recordings of sessions, for replay.
-//!
-//! [`format`] defines the file format, [`encoding`] the bytes of its parts; [`write`] and [`read`] write and read files.
+//! Writing of recordings; `pliant_engine::recording` has the file format and reads them.
 
-mod digest;
 mod encoding;
-mod format;
-mod read;
 mod write;
 
-pub use digest::{Digest, state_digest};
-pub use format::{RecordedFile, RecordedStep, RecordingHeader};
-pub use read::{Recording, RecordingError, original_of};
+pub use pliant_engine::recording::{
+    Digest, RecordedFile, RecordedStep, Recording, RecordingError, RecordingHeader, original_of, state_digest,
+};
 pub use write::{RecordingInputs, RecordingWriter};

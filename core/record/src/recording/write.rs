@@ -1,11 +1,12 @@
 //! Writing of recordings, step by step.
 
-use super::digest::{Digest, state_digest};
 use super::encoding::{put_command, put_device, put_lapse, put_numbers, put_pose};
-use super::format::{COMMAND, DEVICE, END, HEADER, IDLE, LAPSE, MAGIC, RecordedFile, RecordingHeader, STEP, VERSION};
-use super::read::original_of;
 use crate::atomic::{AtomicFile, error_at, folder_of, remove_leftovers};
 use crate::inputs::refuse_inputs;
+use pliant_engine::recording::format::{
+    COMMAND, DEVICE, END, HEADER, IDLE, LAPSE, MAGIC, RecordedFile, RecordingHeader, STEP, VERSION,
+};
+use pliant_engine::recording::{Digest, original_of, state_digest};
 use pliant_engine::scene::{Scene, Source};
 use pliant_engine::session::{Session, SessionCommand};
 use pliant_host::POSE_VALID;
@@ -131,7 +132,7 @@ impl<W: Write> RecordingWriter<W> {
             text: source.text.clone(),
             mesh: mesh.map(absolute).transpose()?,
             live,
-            history,
+            history: history || session.keeps_history(),
             files: files(inputs)?,
         };
         let (mut start, mut digest) = (MAGIC.to_vec(), Digest::default());
@@ -156,6 +157,9 @@ impl<W: Write> RecordingWriter<W> {
     /// # Errors
     /// Fails for a file that cannot be written.
     pub fn step(&mut self, session: &Session, device_forces: impl Iterator<Item = Vec3>) -> io::Result<()> {
+        for command in session.recorded_commands() {
+            self.command(*command)?;
+        }
         self.next.clear();
         device_forces.for_each(|force| put_numbers(&mut self.next, force.as_slice()));
         self.next.extend_from_slice(&state_digest(session).to_le_bytes());

@@ -21,6 +21,13 @@ pub struct DeviceScene {
     #[serde(default)]
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub params: BTreeMap<String, Spanned<toml::Value>>,
+    /// Recording of a session (`.rec`) in the place of a plugin: its hands move the tools again, step by step, and its commands (undo, redo,
+    /// sizes of the tools) come with them. `[time] dt` must be that of the recording.
+    #[schemars(with = "Option<String>")]
+    pub recording: Option<Spanned<String>>,
+    /// Name of the device in the recording; by default this device's name, or that of the only recorded device.
+    #[schemars(with = "Option<String>")]
+    pub recorded: Option<Spanned<String>>,
     /// Position, rotation and scale of the device's axes in the scene.
     #[serde(default)]
     pub frame: FrameScene,

@@ -9,32 +9,32 @@
 //! digest of the state after it; `I`, the number of idle steps that follow it, in which no hand was present and neither forces nor state changed;
 //! `E`, the number of steps. Seeds are parameters of devices, and thus part of the scene.
 
-use pliant_engine::session::SessionCommand;
+use crate::session::SessionCommand;
 use pliant_host::Pose;
 use pliant_solver::Vec3;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
 /// First bytes of a recording.
-pub(super) const MAGIC: &[u8; 8] = b"PLIANTRC";
+pub const MAGIC: &[u8; 8] = b"PLIANTRC";
 /// Version of the format this program writes. It reads version 1 too, which has neither commands nor idle steps.
-pub(super) const VERSION: u32 = 2;
+pub const VERSION: u32 = 2;
 /// Oldest version it reads.
-pub(super) const OLDEST_VERSION: u32 = 1;
+pub const OLDEST_VERSION: u32 = 1;
 /// Kind of the block with the header.
-pub(super) const HEADER: u8 = b'H';
+pub const HEADER: u8 = b'H';
 /// Kind of a block with a device.
-pub(super) const DEVICE: u8 = b'D';
+pub const DEVICE: u8 = b'D';
 /// Kind of a block with a body that was stopped for taking too long.
-pub(super) const LAPSE: u8 = b'L';
+pub const LAPSE: u8 = b'L';
 /// Kind of a block with a command.
-pub(super) const COMMAND: u8 = b'C';
+pub const COMMAND: u8 = b'C';
 /// Kind of a block with a number of idle steps.
-pub(super) const IDLE: u8 = b'I';
+pub const IDLE: u8 = b'I';
 /// Kind of a block with a step.
-pub(super) const STEP: u8 = b'S';
+pub const STEP: u8 = b'S';
 /// Kind of the last block, with the number of steps.
-pub(super) const END: u8 = b'E';
+pub const END: u8 = b'E';
 
 /// Origin and requirements of a recording.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

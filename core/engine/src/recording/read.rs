@@ -1,12 +1,12 @@
 //! Reading and checking of recordings.
 
+use super::decoding::ByteReader;
 use super::digest::Digest;
-use super::encoding::ByteReader;
 use super::format::{
     COMMAND, DEVICE, END, HEADER, IDLE, LAPSE, MAGIC, OLDEST_VERSION, RecordedFile, RecordedStep, RecordingHeader,
     STEP, VERSION,
 };
-use pliant_engine::session::{Lapse, SessionCommand};
+use crate::session::{Lapse, SessionCommand};
 use pliant_host::{DeviceInfo, check_device_info};
 use pliant_mesh::read::{RECORDING_LIMIT, read_file};
 use std::path::{Path, PathBuf};
@@ -20,6 +20,13 @@ pub struct RecordingError {
     path: PathBuf,
     /// What is wrong with it.
     reason: String,
+}
+
+impl RecordingError {
+    /// The error of the recording at `path`.
+    pub(super) fn new(path: &Path, reason: String) -> Self {
+        Self { path: path.to_path_buf(), reason }
+    }
 }
 
 /// A recording.
@@ -46,7 +53,7 @@ impl Recording {
     /// # Errors
     /// Fails for a file that cannot be read, is not a recording, has another version, is truncated or was changed.
     pub fn read(path: &Path) -> Result<Self, RecordingError> {
-        let wrong = |reason: String| RecordingError { path: path.to_path_buf(), reason };
+        let wrong = |reason| RecordingError::new(path, reason);
         let bytes = read_file(path, RECORDING_LIMIT).map_err(|e| wrong(format!("cannot be read: {e}")))?;
         let mut recording = Self::parse(&bytes, path)?;
         recording.use_original(&original_of(path));
@@ -69,7 +76,7 @@ impl Recording {
     /// # Errors
     /// Fails for bytes that are not a recording, have another version, are truncated or were changed.
     pub fn parse(bytes: &[u8], name: &Path) -> Result<Self, RecordingError> {
-        Self::parse_blocks(bytes).map_err(|reason| RecordingError { path: name.to_path_buf(), reason })
+        Self::parse_blocks(bytes).map_err(|reason| RecordingError::new(name, reason))
     }
 
     /// Parses the bytes of a recording; the error says what is wrong with them.

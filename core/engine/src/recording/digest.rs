@@ -1,6 +1,6 @@
 //! A 64-bit digest for comparing states and files.
 
-use pliant_engine::session::Session;
+use crate::session::Session;
 use pliant_mesh::read::{MODEL_LIMIT, read_file};
 use std::io;
 use std::path::Path;
@@ -48,7 +48,7 @@ impl Digest {
     ///
     /// # Errors
     /// The error of the file system, without the path.
-    pub(super) fn of_file(path: &Path) -> io::Result<u64> {
+    pub fn of_file(path: &Path) -> io::Result<u64> {
         Ok(Self::of(&read_file(path, MODEL_LIMIT)?))
     }
 
