@@ -210,7 +210,19 @@ fn open_press_cut_undo_redo_save_reopen() {
         window.wait_for_history(done, undone);
         assert!(window.save(&display, &model) == *expected, "{keys}: the model is what it was, to the byte");
     }
+    display.key("ctrl+alt+s");
+    std::thread::sleep(Duration::from_millis(500));
+    display.key("Return");
+    let said = window.wait("message")["text"].as_str().unwrap().to_owned();
+    assert!(said.contains("pliant run") && said.contains("ball.session.toml"), "{said}");
     window.close(&display);
+    let session = folder.path().join("ball");
+    for arguments in [&["run", "ball.session.toml", "--out"][..], &["replay", "ball.rec", "--verify", "--out"]] {
+        let ran = pliant(folder.path()).args(arguments).arg(&session).output().unwrap();
+        assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+        let made = std::fs::read(session.join("final.obj")).unwrap();
+        assert!(made == cut, "{arguments:?}: the pipeline makes the bytes that the hand made");
+    }
 
     let mut again = Window::start(&display, &model);
     let reopened = again.save(&display, &model);
@@ -267,6 +279,15 @@ fn wait_for_shape(states: &Path) -> PathBuf {
         assert!(began.elapsed() < PATIENCE, "no shape was kept");
         std::thread::sleep(Duration::from_millis(50));
     }
+}
+
+/// The program beside the window, in a folder.
+fn pliant(folder: &Path) -> Command {
+    let path = Path::new(env!("CARGO_BIN_EXE_pliant-window")).with_file_name("pliant");
+    assert!(path.is_file(), "{} is not there: build the workspace first", path.display());
+    let mut command = Command::new(path);
+    command.current_dir(folder);
+    command
 }
 
 fn vertices(file: &[u8]) -> usize {
