@@ -64,15 +64,6 @@ pub fn format_seconds(s: f64) -> String {
     }
 }
 
-/// A number of bytes as people read it.
-pub fn format_bytes(b: u64) -> String {
-    match b as f64 {
-        b if b >= 1e9 => format!("{:.2} GB", b / 1e9),
-        b if b >= 1e6 => format!("{:.1} MB", b / 1e6),
-        b => format!("{:.0} kB", b / 1e3),
-    }
-}
-
 /// `1 step`, `2 steps`.
 pub fn count(number: u64, noun: &str) -> String {
     if number == 1 { format!("1 {noun}") } else { format!("{number} {noun}s") }

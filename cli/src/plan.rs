@@ -2,9 +2,10 @@
 
 use crate::args::{Cli, PlanArgs};
 use crate::outcome::{Failure, Outcome};
-use crate::output::{format_bytes, format_seconds, print, print_json};
+use crate::output::{format_seconds, print, print_json};
 use crate::scene_session::{OpenedScene, open_scene};
 use crate::stop::end_on_stop;
+use pliant_engine::memory::format_bytes;
 use pliant_engine::session::{Choices, Session};
 use pliant_record::PlanReport;
 use std::time::Instant;
@@ -53,7 +54,7 @@ fn plan_text(report: &PlanReport, session: &Session) -> String {
             cost.elements
         ));
     }
-    lines.push(format!("threads: {}; memory: {}", choices.threads, format_bytes(report.memory as u64)));
+    lines.push(format!("threads: {}; memory: at most about {}", choices.threads, format_bytes(report.memory)));
     lines.push("opened:".into());
     for l in &report.loaded {
         lines.push(format!("  {} `{}` {} from {}", l.kind, l.id, l.version, l.path));

@@ -88,6 +88,7 @@ fn open_recorded(cli: &Cli, args: &ReplayArgs, recording: &Recording) -> Result<
         threads: args.threads,
         mesh: header.mesh.clone(),
         recorded: Some(recording.devices.clone()),
+        memory: args.memory.unwrap_or_default(),
     };
     let mut session = Session::open(&scene, &source, plan, &options)?;
     let in_use: Vec<&String> = session.devices.iter().map(|slot| &slot.name).collect();

@@ -24,7 +24,13 @@ pub fn open_scene(cli: &Cli, args: &SceneArgs) -> Result<OpenedScene, Failure> {
     let (scene, source) = scene::load(&args.scene, &args.set)?;
     let plan = Plan::new(&scene, &source)?;
     let search = search_path(cli)?;
-    let options = Options { search, threads: args.threads, mesh: args.mesh.clone(), recorded: None };
+    let options = Options {
+        search,
+        threads: args.threads,
+        mesh: args.mesh.clone(),
+        recorded: None,
+        memory: args.memory.unwrap_or_default(),
+    };
     let session = Session::open(&scene, &source, plan, &options)?;
     let warnings = session.warnings();
     note_warnings(&warnings);

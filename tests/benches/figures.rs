@@ -86,7 +86,13 @@ fn growth_with_the_mesh() {
         let mesh = bench.write("scan.obj", divided(times));
         let (scene, source) = scene::load(&root().join("scenes/touch.toml"), &[]).unwrap();
         let plan = Plan::new(&scene, &source).unwrap();
-        let options = Options { search: SearchPath::new(&[]), threads: 1, mesh: Some(mesh), recorded: None };
+        let options = Options {
+            search: SearchPath::new(&[]),
+            threads: 1,
+            mesh: Some(mesh),
+            recorded: None,
+            memory: Default::default(),
+        };
         let start = Instant::now();
         let mut session = Session::open(&scene, &source, plan, &options).unwrap();
         let open = start.elapsed().as_secs_f64();

@@ -309,6 +309,12 @@ pub fn open_file(path: &Path, threads: usize, mesh: Option<PathBuf>) -> pliant_e
     use pliant_engine::session;
     let (scene, source) = scene::load(path, &[]).unwrap_or_else(|e| panic!("{e}"));
     let plan = Plan::new(&scene, &source).unwrap_or_else(|e| panic!("{e}"));
-    let options = session::Options { search: SearchPath::new(&[deps()]), threads, mesh, recorded: None };
+    let options = session::Options {
+        search: SearchPath::new(&[deps()]),
+        threads,
+        mesh,
+        recorded: None,
+        memory: Default::default(),
+    };
     session::Session::open(&scene, &source, plan, &options).unwrap_or_else(|e| panic!("{e}"))
 }

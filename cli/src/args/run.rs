@@ -1,7 +1,8 @@
 //! Arguments of `pliant plan`, `pliant run` and `pliant replay`.
 
-use super::values::{duration, rate, setting, thread_count};
+use super::values::{duration, memory, rate, setting, thread_count};
 use clap::Args;
+use pliant_engine::memory::MemoryBudget;
 use std::path::{Path, PathBuf};
 
 /// Arguments of `pliant plan`.
@@ -29,6 +30,9 @@ pub struct SceneArgs {
     /// Number of threads; 0 uses all processors. Results do not depend on it
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = thread_count)]
     pub threads: usize,
+    /// Largest memory of the session, such as "4 GB"; a scene that is estimated to need more is refused [default: three quarters of the machine's]
+    #[arg(long, value_name = "SIZE", value_parser = memory)]
+    pub memory: Option<MemoryBudget>,
     /// Take warnings as errors: exit code 2
     #[arg(long)]
     pub strict: bool,
@@ -97,6 +101,9 @@ pub struct ReplayArgs {
     /// Number of threads; 0 uses all processors. Results do not depend on it
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = thread_count)]
     pub threads: usize,
+    /// Largest memory of the session, such as "4 GB"; a scene that is estimated to need more is refused [default: three quarters of the machine's]
+    #[arg(long, value_name = "SIZE", value_parser = memory)]
+    pub memory: Option<MemoryBudget>,
     /// Folder of the results [default: out/RECORDING.replay]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,

@@ -1,5 +1,6 @@
 //! Values of arguments: quantities and settings.
 
+use pliant_engine::memory::{MemoryBudget, parse_bytes};
 use pliant_engine::scene::parse_quantity;
 
 /// A time above zero, s.
@@ -11,6 +12,11 @@ pub(super) fn duration(text: &str) -> Result<f64, String> {
 pub(super) fn rate(text: &str) -> Result<f64, String> {
     let allowed = |rate: &f64| (100.0..=4000.0).contains(rate);
     parse_quantity(text, "Hz").and_then(|r| Some(r).filter(allowed).ok_or("allowed is 100 Hz to 4 kHz".into()))
+}
+
+/// The memory of a session.
+pub(super) fn memory(text: &str) -> Result<MemoryBudget, String> {
+    parse_bytes(text).map(MemoryBudget::new)
 }
 
 /// Largest number of threads: more than any machine of today has processors, and fewer than a process may start.

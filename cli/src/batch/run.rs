@@ -4,13 +4,14 @@ use super::out_folder;
 use super::table::write_table;
 use crate::args::{BatchRunArgs, Cli};
 use crate::outcome::{Failure, Outcome};
-use crate::output::{count, format_bytes, format_seconds, note, print, print_json, progress_bar, set_message};
+use crate::output::{count, format_seconds, note, print, print_json, progress_bar, set_message};
 use crate::search::search_path;
 use crate::stop::stop_flag;
 use pliant_batch::{
     BatchEnd, CollectOptions, Estimate, Isolation, Progress, RunOptions, Shard, Sweep, collect, estimate, limit_memory,
     run, serve,
 };
+use pliant_engine::memory::format_bytes;
 use std::ffi::OsString;
 use std::io::{self, IsTerminal};
 use std::path::Path;

@@ -40,7 +40,7 @@ pub struct Estimate {
     pub table_bytes: u64,
     /// Size of the meshes if they are kept and all differ, bytes.
     pub mesh_bytes: u64,
-    /// Largest memory of an opened edit, bytes.
+    /// Largest estimate of the memory of an edit, bytes.
     pub edit_memory: u64,
 }
 
@@ -80,7 +80,7 @@ pub fn estimate(sweep: &Sweep, options: &RunOptions, jobs: usize) -> Result<Esti
                 all.opened += 1;
                 all.open_seconds += began.elapsed().as_secs_f64();
                 all.step_seconds += steps as f64 * session.step_costs().iter().map(|cost| cost.seconds).sum::<f64>();
-                all.edit_memory = all.edit_memory.max(session.bytes() as u64);
+                all.edit_memory = all.edit_memory.max(session.memory_estimate());
                 row_bytes += bytes_of_row(sweep, steps);
                 mesh_bytes += session.bodies.iter().map(|b| b.model.document.bytes().len() as u64).sum::<u64>();
             }

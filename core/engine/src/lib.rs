@@ -8,6 +8,7 @@
 pub mod body;
 pub mod contact;
 pub mod edit;
+pub mod memory;
 pub mod plan;
 pub mod probe;
 pub mod recording;

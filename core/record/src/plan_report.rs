@@ -1,6 +1,7 @@
 //! The report of `pliant plan`: what a run of a scene will do, in numbers.
 
 use crate::summary::{BodySummary, summarize_bodies};
+use pliant_engine::memory::BodyMemory;
 use pliant_engine::plan::LeftOut;
 use pliant_engine::session::{Choices, Loaded, Session, StepCost, Warning};
 use serde::Serialize;
@@ -21,8 +22,10 @@ pub struct PlanReport {
     pub left_out: Vec<LeftOut>,
     /// The simulated bodies.
     pub bodies: Vec<BodySummary>,
-    /// Memory of the largest data structures before the first contact, bytes.
-    pub memory: usize,
+    /// Estimate of the largest memory of a run, bytes.
+    pub memory: u64,
+    /// Its part for each body of the scene.
+    pub memory_of_bodies: Vec<BodyMemory>,
     /// Wall-clock time of opening the scene, s.
     pub open_seconds: f64,
     /// Cost of a step of each body under a tool, measured when the scene was opened.
@@ -41,7 +44,8 @@ impl PlanReport {
             loaded: session.loaded.clone(),
             left_out: session.left_out.clone(),
             bodies: summarize_bodies(session),
-            memory: session.bytes(),
+            memory: session.memory_estimate(),
+            memory_of_bodies: session.memory_of_bodies().to_vec(),
             open_seconds: opening.as_secs_f64(),
             step_cost: session.step_costs().to_vec(),
             warnings: session.warnings(),

@@ -149,7 +149,7 @@ impl EditRunner<'_> {
         let (scene, source) = resolved.scene.as_ref().map_err(|e| Failure::new(FailureClass::Scene, e))?;
         let plan = Plan::new(scene, source).map_err(|e| Failure::new(FailureClass::Scene, e))?;
         let (search, mesh) = (self.search.clone(), resolved.edit.model.clone());
-        let options = Options { search, threads: 1, mesh, recorded: None };
+        let options = Options { search, threads: 1, mesh, recorded: None, memory: Default::default() };
         let session =
             Session::open_shared(scene, source, plan, &options, self.parts).map_err(|e| Failure::of_opening(&e))?;
         Ok(OpenedEdit { session, steps: scene.time.steps(), source })

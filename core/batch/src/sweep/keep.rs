@@ -2,6 +2,7 @@
 
 use super::file::{KeepFile, LimitsFile};
 use crate::execute::SUMMARY;
+use pliant_engine::memory::parse_bytes;
 use pliant_engine::scene::{SceneError, Source, parse_quantity};
 
 /// Results of an edit that are kept.
@@ -80,36 +81,5 @@ impl Limits {
         };
         let seconds = file.seconds.as_ref().map(seconds).transpose()?;
         Ok(Self { seconds, memory: file.memory.as_ref().map(bytes).transpose()?, retries: file.retries })
-    }
-}
-
-/// Parses a number of bytes, such as `2 GB` (1000^3) or `512 MiB` (1024^2).
-fn parse_bytes(text: &str) -> Result<u64, String> {
-    const UNITS: [(&str, u64); 7] = [
-        ("kB", 1000),
-        ("MB", 1_000_000),
-        ("GB", 1_000_000_000),
-        ("KiB", 1 << 10),
-        ("MiB", 1 << 20),
-        ("GiB", 1 << 30),
-        ("B", 1),
-    ];
-    let text = text.trim();
-    let parsed = UNITS.iter().find_map(|(unit, size)| {
-        let number: f64 = text.strip_suffix(unit)?.trim().parse().ok()?;
-        (number > 0.0 && number.is_finite()).then_some((number * *size as f64) as u64)
-    });
-    parsed.ok_or_else(|| format!("`{text}`; allowed is a number above 0 with B, kB, MB, GB, KiB, MiB or GiB"))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::parse_bytes;
-
-    #[test]
-    fn bytes_have_units() {
-        assert_eq!(parse_bytes("2 GB"), Ok(2_000_000_000));
-        assert_eq!(parse_bytes("1.5 MiB"), Ok(3 << 19));
-        assert!(["2", "GB", "-1 GB", "1 parsec"].iter().all(|text| parse_bytes(text).is_err()));
     }
 }

@@ -88,6 +88,14 @@ pub enum LatticeError {
         /// Its mass, kg.
         mass: f64,
     },
+    /// A region that has grown to more cells than there is memory for.
+    #[error("a region of {cells} cells; allowed is {most} in the memory of the session, which `--memory SIZE` changes")]
+    Memory {
+        /// Number of cells of the region.
+        cells: usize,
+        /// Largest allowed number.
+        most: usize,
+    },
     /// No cell of the level is occupied.
     #[error("level {level} of the grid has no occupied cell")]
     Empty {
@@ -104,6 +112,8 @@ pub struct Lattice {
     pub settings: RegionSettings,
     /// Facts about the grid level.
     pub facts: Level,
+    /// Largest number of active cells that there is memory for.
+    pub most_cells: usize,
     /// Families of links that the material uses, as a bit mask.
     families: u32,
     /// Active nodes and cells.
@@ -183,6 +193,7 @@ impl Lattice {
             grid,
             settings,
             facts,
+            most_cells: usize::MAX,
             families,
             region: Region::default(),
             spare: Region::default(),

@@ -32,6 +32,7 @@ pub use look::{ABSENT, CAP, TriangleLook};
 pub use model::Model;
 pub use pages::{PAGE, PageStamps};
 pub use reshape::RestChange;
+pub(crate) use samples::MAX_COLLECTED;
 pub use samples::Samples;
 pub use sheet::{Sheet, Warp};
 pub use skin::{EmbeddedPoint, NOT_EMBEDDED, Skin, interpolate};

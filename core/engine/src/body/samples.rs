@@ -39,7 +39,7 @@ const MAX_PIECES: usize = 64;
 /// whose height is a quarter of its longest edge reaches it.
 const SLIVER_FACTOR: f64 = 4.0;
 /// Number of pieces at which those collected so far are merged: about 300 MB.
-const MAX_COLLECTED: usize = 1 << 22;
+pub(crate) const MAX_COLLECTED: usize = 1 << 22;
 
 /// Depth below the surface at which the fragment of a sample in a cut cell is looked up, in edges of a cell: enough to tell on which
 /// side of the cut it is.

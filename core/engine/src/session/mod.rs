@@ -13,6 +13,7 @@ mod hand_events;
 mod history;
 mod lapse;
 mod level_choice;
+mod memory_checks;
 mod mirror;
 mod open;
 mod opening_warnings;
@@ -45,6 +46,7 @@ pub use warning::{Warning, WarningCode};
 
 use crate::body::{Body, Model};
 use crate::contact::{SheetTips, SoftTip};
+use crate::memory::BodyMemory;
 use crate::plan::{Edit, LeftOut, Plan};
 use crate::recording::RecordedHands;
 use crate::tool::{ForceSafety, Frame as DeviceFrame, Hand, TactilePad, TipMass, Tool};
@@ -266,6 +268,8 @@ pub struct Session {
     pub tools: Vec<ToolSlot>,
     /// Choices made when it was opened.
     pub choices: Choices,
+    /// Estimate of the memory of each body of the scene.
+    memory: Vec<BodyMemory>,
     /// Plugins that were loaded.
     pub loaded: Vec<Loaded>,
     /// Files of fields that were read.
@@ -370,7 +374,17 @@ impl Session {
         self.integrators.get(body).map_or(&[], |integrator| &integrator.reaction)
     }
 
-    /// Memory of the largest parts, bytes.
+    /// Estimate of the largest memory of a run, bytes, made before the bodies were allocated.
+    pub fn memory_estimate(&self) -> u64 {
+        crate::memory::total(&self.memory)
+    }
+
+    /// The part of [`Session::memory_estimate`] of each body of the scene.
+    pub fn memory_of_bodies(&self) -> &[BodyMemory] {
+        &self.memory
+    }
+
+    /// Memory of the largest parts at present, bytes.
     pub fn bytes(&self) -> usize {
         let solvers = self.integrators.iter().map(Integrator::bytes).sum::<usize>();
         solvers + self.bodies.iter().map(Body::bytes).sum::<usize>()

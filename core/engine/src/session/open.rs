@@ -14,10 +14,12 @@ use super::{
 use crate::body::{Body, Discretization, Lattice, LatticeError, Model, RegionSettings, Sheet, Skin};
 use crate::contact::{Friction, SheetTips};
 use crate::edit::BladeEdge;
+use crate::memory::{MemoryAccount, MemoryBudget, document_bytes};
 use crate::plan::Plan;
 use crate::recording::RecordedHands;
 use crate::scene::{
-    BladeScene, BodyScene, DeviceScene, Extent, FixedScene, GridLevel, Scene, Source, ToolScene, settings,
+    BladeScene, BodyScene, DeviceScene, Extent, FixedScene, GridLevel, IntegratorChoice, Scene, Source, ToolScene,
+    settings,
 };
 use crate::tool::{Coupling, ForceLimits, ForceSafety, Hand, TactilePad, TipMass, Tool};
 use bytemuck::cast_slice;
@@ -47,6 +49,8 @@ pub struct Options {
     pub mesh: Option<PathBuf>,
     /// Device information by device name: these devices are not opened, because the caller provides the poses of their hands.
     pub recorded: Option<Vec<(String, DeviceInfo)>>,
+    /// Largest memory of the session, estimated before it is allocated.
+    pub memory: MemoryBudget,
 }
 
 /// Default radius of a local region: the larger one of this many cells and of [`REGION_TOOL_RADII`] radii of the largest tool. A contact of radius a in
@@ -104,12 +108,17 @@ impl Session {
             recordings: Vec::new(),
             events: Events::default(),
             measured_keys: Vec::new(),
+            memory: MemoryAccount::new(options.memory),
+            regions: plan.tools.len() + plan.mirrors.len(),
+            is_implicit: !is_explicit(scene.time.integrator),
         };
         let mut models = Vec::new();
         for (i, body) in scene.body.iter().enumerate() {
             let instead = options.mesh.as_deref().filter(|_| i == 0);
             let key = || place::model_key(body, source, instead);
-            let model = shared.model(key, || place::model(body, source, instead))?;
+            opening.memory.add_body(body.name.get_ref());
+            let model = shared.model(key, || place::model(body, source, instead, &opening.memory))?;
+            opening.memory.body(i).model = document_bytes(&model.model.document);
             opening.report_defects(body.name.get_ref(), &model.model);
             models.push((body.name.get_ref().clone(), model));
         }
@@ -117,7 +126,7 @@ impl Session {
         let (mut bodies, mut standing) = (Vec::new(), Vec::new());
         for (i, (name, model)) in models.into_iter().enumerate() {
             if plan.moving[i] {
-                bodies.push(opening.body(&scene.body[i], name, model, plan.cuts())?);
+                bodies.push(opening.body(&scene.body[i], i, name, model, plan.cuts())?);
             } else {
                 standing.push((name, model.model));
             }
@@ -149,6 +158,7 @@ impl Session {
                 levels: opening.levels,
                 preconditioners: Vec::new(),
             },
+            memory: opening.memory.into_bodies(),
             loaded: opening.loaded,
             field_files: opening.field_files,
             commands: Vec::with_capacity(super::recorded::most_commands(&opening.recordings)),
@@ -192,12 +202,18 @@ fn edge(blade: &BladeScene) -> BladeEdge {
     }
 }
 
-struct Opening<'a> {
-    source: &'a Source,
+/// Whether the scene asks for a scheme that needs no matrix.
+fn is_explicit(integrator: IntegratorChoice) -> bool {
+    matches!(integrator, IntegratorChoice::ExplicitEuler | IntegratorChoice::SymplecticEuler)
+}
+
+/// A scene that is being opened.
+pub(super) struct Opening<'a> {
+    pub(super) source: &'a Source,
     options: &'a Options,
     shared: &'a SharedParts,
     dt: f64,
-    tool_radii: ToolRadii,
+    pub(super) tool_radii: ToolRadii,
     /// Levels chosen where the scene leaves the choice.
     levels: Vec<LevelChosen>,
     loaded: Vec<Loaded>,
@@ -207,6 +223,11 @@ struct Opening<'a> {
     events: Events,
     /// For each moving body, the cache key of its frequencies; empty if it has none.
     measured_keys: Vec<String>,
+    pub(super) memory: MemoryAccount,
+    /// Largest number of contacts that have a local region at a time.
+    pub(super) regions: usize,
+    /// Whether the integrator may be an implicit one.
+    pub(super) is_implicit: bool,
 }
 
 impl Opening<'_> {
@@ -338,7 +359,15 @@ impl Opening<'_> {
         Ok((read, index))
     }
 
-    fn body(&mut self, scene: &BodyScene, name: String, shared: SharedModel, cuts: bool) -> Result<Body, SessionError> {
+    /// Opens the body `index` of the scene.
+    fn body(
+        &mut self,
+        scene: &BodyScene,
+        index: usize,
+        name: String,
+        shared: SharedModel,
+        cuts: bool,
+    ) -> Result<Body, SessionError> {
         let (library, info, settings) =
             self.plugin(PluginKind::Material, &scene.material.plugin, &scene.material.params)?;
         let material_key = format!("{} {} {settings:?}", library.path().display(), info.id);
@@ -355,9 +384,10 @@ impl Opening<'_> {
             Some(sheet) => {
                 let of_mesh = |error| place::of_mesh(scene, &model.document, error);
                 require_for_mesh_elements(&model.findings).map_err(of_mesh)?;
+                self.check_sheet(scene, index, model.surface.triangles.len())?;
                 Discretization::Sheet(Box::new(Sheet::new(&model, place::warp(sheet.get_ref()))))
             }
-            None => Discretization::Lattice(Box::new(self.lattice(scene, &name, &shared, &material)?)),
+            None => Discretization::Lattice(Box::new(self.lattice(scene, index, &shared, &material)?)),
         };
         match &mut discretization {
             Discretization::Lattice(lattice) => lattice.fields = fields,
@@ -391,10 +421,11 @@ impl Opening<'_> {
     fn lattice(
         &mut self,
         scene: &BodyScene,
-        name: &str,
+        index: usize,
         shared: &SharedModel,
         material: &Material,
     ) -> Result<Lattice, SessionError> {
+        let name = scene.name.get_ref();
         let families = material.requests().iter().fold(0, |all, r| all | r.families);
         let (library, info, settings) = self.plugin(PluginKind::Grid, &scene.grid.plugin, &scene.grid.params)?;
         let radius = match scene.grid.region {
@@ -405,11 +436,10 @@ impl Opening<'_> {
             GridLevel::At(level) => level,
             GridLevel::Auto => {
                 let (level, why) = choose_level(&shared.model.surface, self.tool_radii, radius);
-                self.levels.push(LevelChosen { body: name.into(), level, why });
+                self.levels.push(LevelChosen { body: name.clone(), level, why });
                 level
             }
         };
-        let at_grid = |error| self.refused(scene.grid.level.span(), error);
         let relaxation = scene.grid.relaxation.get_ref().si;
         let region = RegionSettings { level, radius: radius.unwrap_or(0.0), relaxation, smooth: scene.grid.smooth };
         let (number, path, dt) = (shared.number, library.path().display(), self.dt);
@@ -417,7 +447,9 @@ impl Opening<'_> {
         let grid = match self.shared.idle_grid(&key) {
             Some(grid) => grid,
             None => {
-                let mut grid = Grid::open(library, &info.id, &settings, self.dt).map_err(at_grid)?;
+                self.check_grid(scene, index, level)?;
+                let mut grid = Grid::open(library, &info.id, &settings, self.dt)
+                    .map_err(|error| self.refused(scene.grid.level.span(), error))?;
                 let surface = &shared.model.surface;
                 let built = grid.build(cast_slice(&surface.points), &surface.triangles, level);
                 built.map_err(|error| self.level_refused(scene, level, surface.bounds().longest_edge(), error))?;
@@ -426,12 +458,13 @@ impl Opening<'_> {
         };
         let grid = self.shared.pool(key, grid);
         let mut lattice = Lattice::new(grid, region, families).map_err(|error| match error {
-            LatticeError::Host(error) => at_grid(error),
-            error => SessionError::Lattice { body: name.into(), error },
+            LatticeError::Host(error) => self.refused(scene.grid.level.span(), error),
+            error => SessionError::Lattice { body: name.clone(), error },
         })?;
         if radius.is_none() {
             lattice.settings.radius = region_radius(lattice.edge(), self.tool_radii.largest);
         }
+        self.check_lattice(scene, index, shared, material, &mut lattice)?;
         Ok(lattice)
     }
 

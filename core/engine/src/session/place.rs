@@ -1,9 +1,11 @@
 //! Placement of models and devices in a scene.
 
 use super::SessionError;
+use super::memory_checks::ModelCheck;
 use super::ray_miss::{self, Ray};
 use super::shared::SharedModel;
 use crate::body::{CellCorners, Discretization, Fixing, Model, Place, Warp};
+use crate::memory::MemoryAccount;
 use crate::scene::{
     BodyScene, FixedScene, FrameScene, PatternScene, RotationScene, SceneError, ShapeKind, ShapeScene, SheetScene,
     Source, ToolScene, WarpScene,
@@ -19,8 +21,19 @@ use std::ops::Range;
 use std::path::Path;
 use toml::Spanned;
 
-/// Loads the model of a body. `instead` is a replacement file, scaled to the bounding box of the body's own model.
-pub(super) fn model(scene: &BodyScene, source: &Source, instead: Option<&Path>) -> Result<Model, SessionError> {
+/// Loads the model of a body, within the memory that `account` has left. `instead` is a replacement file, scaled to the bounding box of the
+/// body's own model.
+pub(super) fn model(
+    scene: &BodyScene,
+    source: &Source,
+    instead: Option<&Path>,
+    account: &MemoryAccount,
+) -> Result<Model, SessionError> {
+    let check = ModelCheck { scene, source, account };
+    let read = |path: &Path| -> Result<ObjDocument, SessionError> {
+        check.file(path)?;
+        Ok(ObjDocument::read(path)?)
+    };
     let document = match (&scene.mesh, &scene.shape) {
         (Some(mesh), _) if source.documents.contains_key(mesh.get_ref()) => {
             source.documents.get(mesh.get_ref()).cloned()
@@ -31,18 +44,23 @@ pub(super) fn model(scene: &BodyScene, source: &Source, instead: Option<&Path>) 
                 let text = format!("no file {}; paths are relative to the scene", path.display());
                 return Err(source.error(mesh.span(), text).into());
             }
-            if path.is_file() { Some(ObjDocument::read(&path)?) } else { None }
+            if path.is_file() { Some(read(&path)?) } else { None }
         }
         (None, Some(shape)) => {
+            check.shape(shape.get_ref())?;
             Some(shape_document(shape.get_ref()).map_err(|e| source.error(shape.span(), e.to_string()))?)
         }
         (None, None) => None,
     };
     let placement = document.as_ref().map(|d| placement(scene, source, d)).transpose()?;
     match (document, placement, instead) {
-        (Some(document), Some(placement), None) => Ok(Model::new(document, placement)),
+        (Some(document), Some(placement), None) => {
+            check.document(&document)?;
+            Ok(Model::new(document, placement))
+        }
         (own, placement, Some(path)) => {
-            let document = ObjDocument::read(path)?;
+            let document = read(path)?;
+            check.document(&document)?;
             let rotation = placement.map_or(UnitQuaternion::identity(), |p| p.rotation);
             let bounds = Surface::from_document(&document).bounds();
             let (size, centre) = match own.zip(placement) {

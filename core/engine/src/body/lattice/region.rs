@@ -65,6 +65,9 @@ impl Lattice {
         let keep: Vec<u64> = self.moving_cells(nodes).collect();
         let region = if self.has_cuts() { &mut self.grid_region } else { &mut self.spare };
         self.grid.region(self.settings.level, self.families, wanted, &keep, region)?;
+        if region.cell_id.len() > self.most_cells {
+            return Err(LatticeError::Memory { cells: region.cell_id.len(), most: self.most_cells });
+        }
         self.contact_balls.clear();
         self.contact_balls.extend_from_slice(wanted);
         if !wanted.is_empty() {
