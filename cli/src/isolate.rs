@@ -4,11 +4,11 @@
 //! named and ended here, a crash has a place, and a plugin that ends the process does not pass for a run that was done.
 
 use crate::args::RunArgs;
+use crate::call_watchdog::OverdueCalls;
 use crate::child::signal;
 use crate::outcome::{Failure, Outcome};
 use crate::output::note;
 use pliant_host::{CallBoard, PluginCall, end_with_parent, share_calls};
-use std::collections::HashMap;
 use std::process::{Child, Command, ExitStatus};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -51,17 +51,14 @@ pub fn run_isolated(args: &RunArgs) -> Result<Outcome, Failure> {
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(&mut command, 0);
     let child = command.spawn()?;
-    let limit = Duration::try_from_secs_f64(args.call_limit).unwrap_or(Duration::MAX);
-    Watch { child, board: &board, limit, since: HashMap::new(), ended: None }.wait(&signals)
+    Watch { child, board: &board, overdue: OverdueCalls::new(args.call_limit), ended: None }.wait(&signals)
 }
 
 /// A child under watch.
 struct Watch<'a> {
     child: Child,
     board: &'a CallBoard,
-    limit: Duration,
-    /// For each thread, its call and when that was first seen.
-    since: HashMap<usize, (u64, Instant)>,
+    overdue: OverdueCalls,
     /// When it was first seen that the child had ended its work.
     ended: Option<Instant>,
 }
@@ -84,15 +81,15 @@ impl Watch<'_> {
                     return Ok(Outcome::Stopped);
                 }
             }
-            if let Some(call) = self.overdue(&calls) {
+            if let Some(call) = self.overdue.find(&calls) {
                 self.end_at_once()?;
-                let limit = self.limit.as_secs_f64();
+                let limit = self.overdue.limit().as_secs_f64();
                 return Err(Failure::plugin(format!(
                     "{call} did not return within {limit} s (`--call-limit`); the run was ended, no results were written"
                 )));
             }
             if let Some(code) = self.board.exit_code()
-                && self.ended.get_or_insert_with(Instant::now).elapsed() > self.limit
+                && self.ended.get_or_insert_with(Instant::now).elapsed() > self.overdue.limit()
             {
                 self.end_at_once()?;
                 note("a plugin kept the process of the run from ending; it was ended");
@@ -100,16 +97,6 @@ impl Watch<'_> {
             }
             sleep(TICK);
         }
-    }
-
-    /// A call that has been under way for longer than it may.
-    fn overdue<'c>(&mut self, calls: &'c [PluginCall]) -> Option<&'c PluginCall> {
-        let now = Instant::now();
-        self.since.retain(|thread, (number, _)| calls.iter().any(|c| (c.thread, c.number) == (*thread, *number)));
-        calls.iter().find(|call| {
-            let (_, began) = self.since.entry(call.thread).or_insert((call.number, now));
-            now.duration_since(*began) > self.limit
-        })
     }
 
     /// How a run ended whose process has ended: as it says itself, or else by a plugin.

@@ -12,6 +12,7 @@
 
 mod args;
 mod batch;
+mod call_watchdog;
 mod check;
 mod child;
 mod device;

@@ -1,6 +1,7 @@
 //! `pliant plan`.
 
 use crate::args::{Cli, PlanArgs};
+use crate::call_watchdog::CallWatchdog;
 use crate::outcome::{Failure, Outcome};
 use crate::output::{format_seconds, print, print_json};
 use crate::scene_session::{OpenedScene, open_scene};
@@ -13,6 +14,7 @@ use std::time::Instant;
 /// Opens a scene and says what a run will do.
 pub fn plan(cli: &Cli, args: &PlanArgs) -> Result<Outcome, Failure> {
     end_on_stop();
+    let _watchdog = CallWatchdog::start(args.call_limit, "nothing was written");
     let began = Instant::now();
     let OpenedScene { scene, session, .. } = open_scene(cli, &args.scene)?;
     let report = PlanReport::new(&session, scene.time.steps(), began.elapsed());

@@ -103,7 +103,7 @@ impl From<SessionError> for Failure {
     fn from(error: SessionError) -> Self {
         let kind = if error.is_plugin() { Kind::Plugin } else { Kind::Scene };
         match error {
-            SessionError::Scene(error) => error.into(),
+            SessionError::Scene(error) | SessionError::Memory(error) => error.into(),
             SessionError::Obj(error) => error.into(),
             SessionError::Mesh { ref file, .. } => {
                 let place = file.display().to_string();

@@ -21,6 +21,7 @@ mod plugins;
 mod run;
 mod session;
 mod session_batch;
+mod signals;
 mod states;
 mod trace;
 

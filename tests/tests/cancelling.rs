@@ -201,3 +201,24 @@ fn patience_ends_a_step_and_a_replay_gives_the_same_bits() {
         assert_eq!(bench.read("out/nodes.csv"), bench.read("again/nodes.csv"), "case {case}");
     }
 }
+
+#[test]
+fn a_signal_ends_the_step_of_a_report_and_its_run_does_not_count() {
+    let bench = Bench::new();
+    bench.write("scene.toml", endless(0, ""));
+    let report = ["report", "accuracy", "--scene", "scene.toml", "--quick", "--out", "report"];
+    let mut command = bench.command(&report);
+    let mut child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("started");
+    // Its folder is made before the first run; a signal in between is noticed too.
+    while !bench.path("report").exists() {
+        assert!(child.try_wait().expect("asked").is_none(), "it ended before its first run");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    std::thread::sleep(Duration::from_millis(300));
+    let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("`kill` starts");
+    assert!(sent.success());
+    let ended = child.wait_with_output().expect("ended");
+    let said = String::from_utf8_lossy(&ended.stderr);
+    assert_eq!(ended.status.code(), Some(130), "{said}");
+    assert!(said.contains("stopped; results so far are in"), "{said}");
+}

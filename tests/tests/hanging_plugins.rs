@@ -118,6 +118,20 @@ fn an_isolated_run_ends_a_call_that_does_not_return_and_names_it() {
 }
 
 #[test]
+fn plans_and_reports_end_a_call_that_does_not_return_and_name_it() {
+    let bench = bench("hangs");
+    let said = ["error: ", "`forces`", "`hangs`", "did not return within 0.3 s (`--call-limit`)"];
+    let at_once = "body.0.material.params.after=0";
+    bench.pliant(&["plan", "scene.toml", "--call-limit", "300 ms", "--set", at_once]).expect(3).says(&said);
+    let report = ["report", "accuracy", "--scene", "scene.toml", "-q", "--quick", "--out", "report"];
+    let limited = [&report[..], &["--call-limit", "300 ms"]].concat();
+    bench.pliant(&limited).expect(3).says(&said).says(&["the same command resumes it"]);
+    // A slow step of many quick calls is none of its.
+    let never = [&limited[..], &["--set", "body.0.material.params.after=1e3"]].concat();
+    bench.pliant(&never).expect(0);
+}
+
+#[test]
 fn signals_reach_an_isolated_run() {
     let bench = bench("hangs");
     let (mut child, hanging) = start_hanging(&bench, &["run", "scene.toml", "-q", "--isolate", "--out", "out"]);

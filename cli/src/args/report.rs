@@ -1,6 +1,6 @@
 //! Arguments of `pliant report`.
 
-use super::values::setting;
+use super::values::{duration, setting};
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 
@@ -71,6 +71,9 @@ pub struct ReportOptionArgs {
     /// Print the tables as Markdown
     #[arg(long, conflicts_with = "json")]
     pub markdown: bool,
+    /// Longest time of a call of a plugin; then the program is ended, and the plugin and the call are named
+    #[arg(long, value_name = "TIME", default_value = "60 s", value_parser = duration)]
+    pub call_limit: f64,
     /// Number of threads of a run; 0 uses all processors
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub threads: usize,

@@ -14,6 +14,9 @@ Examples:
 pub struct PlanArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
+    /// Longest time of a call of a plugin; then the program is ended, and the plugin and the call are named
+    #[arg(long, value_name = "TIME", default_value = "60 s", value_parser = duration)]
+    pub call_limit: f64,
 }
 
 /// A scene and what is changed in it.

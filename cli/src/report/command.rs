@@ -2,10 +2,12 @@
 
 use super::catalogues::{ACCURACY, CatalogueFiles, PERFORMANCE, STABILITY};
 use crate::args::{AccuracyArgs, Cli, ReportCommand, ReportOptionArgs};
+use crate::call_watchdog::CallWatchdog;
 use crate::outcome::{Failure, Outcome};
 use crate::output::{note, print, print_json, progress_bar, set_message};
 use crate::search::search_path;
 use crate::stop::stop_flag;
+use pliant_engine::session::CancelToken;
 use pliant_mesh::read::read_text;
 use pliant_report::{
     AccuracyCatalogue, Clock, Comparison, Document, Journal, Measurements, PerformanceCatalogue, Progress,
@@ -13,7 +15,6 @@ use pliant_report::{
     markdown, performance, self_convergence, stability, write_report,
 };
 use std::path::{Path, PathBuf};
-use std::sync::atomic::Ordering;
 
 /// Arguments that do not change what is measured: a report is resumed whatever they are.
 const OUTPUT_ARGUMENTS: [&str; 5] = ["--json", "--markdown", "--fresh", "-q", "--quiet"];
@@ -38,8 +39,8 @@ pub fn report(cli: &Cli, command: &ReportCommand) -> Result<Outcome, Failure> {
         bar.set_position(progress.done as u64);
         set_message(&bar, progress.what);
     };
-    let stopped = || stop.load(Ordering::Relaxed);
-    let mut context = ReportContext::new(options(cli, args)?, &mut progress, &stopped);
+    let _watchdog = CallWatchdog::start(args.call_limit, "the report was ended; the same command resumes it");
+    let mut context = ReportContext::new(options(cli, args)?, &mut progress, CancelToken::of(stop));
     let builder = ReportBuilder::start(&context);
     let measurements = match command {
         ReportCommand::Accuracy(args) => measure_accuracy(args, &mut context, &mut journal)?,

@@ -172,7 +172,9 @@ impl Servo {
             [EffectorOutput { valid_until: now + FORCE_VALID, ..EffectorOutput::default() }; MAX_EFFECTORS];
         for tool in self.tools.iter_mut().filter(|tool| tool.device == index && !tool.mirrored) {
             let Some(pose) = device.poses.get(tool.effector) else { continue };
-            tool.hand.sample(pose, &device.frame, now as f64 * 1e-9, dt);
+            // A device that holds its last pose for a while does not make the hand stay longer.
+            let age = if pose.time_ns == 0 { 0 } else { now.saturating_sub(pose.time_ns) };
+            tool.hand.sample_of_age(pose, &device.frame, age as f64 * 1e-9, now as f64 * 1e-9, dt);
             tool.device_force = tool.render(&device.frame, now, dt, &mut self.contact_age);
             if !tool.hand.present || tool.blend.age(now) > STALE_AFTER {
                 tool.taxels.fill(0.0);

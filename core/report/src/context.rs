@@ -2,6 +2,7 @@
 
 use crate::clock::{BusyTime, Clock};
 use crate::scene_run::RunResult;
+use pliant_engine::session::CancelToken;
 use pliant_host::SearchPath;
 use std::collections::BTreeSet;
 
@@ -36,19 +37,16 @@ pub struct Progress<'a> {
 pub struct ReportContext<'a> {
     pub(crate) options: ReportOptions,
     progress: &'a mut dyn FnMut(Progress<'_>),
-    stopped: &'a dyn Fn() -> bool,
+    stop: CancelToken,
     plugins: BTreeSet<String>,
     busy: BusyTime,
 }
 
 impl<'a> ReportContext<'a> {
-    /// A report without runs. `progress` is called before each run; after `stopped` returns true no further run begins.
-    pub fn new(
-        options: ReportOptions,
-        progress: &'a mut dyn FnMut(Progress<'_>),
-        stopped: &'a dyn Fn() -> bool,
-    ) -> Self {
-        Self { options, progress, stopped, plugins: BTreeSet::new(), busy: BusyTime::default() }
+    /// A report without runs. `progress` is called before each run. When `stop` is cancelled the step under way ends, its run does not count,
+    /// and no further run begins.
+    pub fn new(options: ReportOptions, progress: &'a mut dyn FnMut(Progress<'_>), stop: CancelToken) -> Self {
+        Self { options, progress, stop, plugins: BTreeSet::new(), busy: BusyTime::default() }
     }
 
     /// Whether a case is selected.
@@ -59,7 +57,12 @@ impl<'a> ReportContext<'a> {
 
     /// Whether the report is to stop.
     pub fn is_stopped(&self) -> bool {
-        (self.stopped)()
+        self.stop.is_cancelled()
+    }
+
+    /// What ends the step under way.
+    pub(crate) fn stop(&self) -> CancelToken {
+        self.stop.clone()
     }
 
     /// Reports the next run to the caller.

@@ -13,6 +13,7 @@
 //! One case of a bar that hangs from its top, from the text of its catalogue to the files of the report:
 //! ```no_run
 //! use pliant_host::SearchPath;
+//! use pliant_engine::session::CancelToken;
 //! use pliant_report::*;
 //! use std::path::Path;
 //!
@@ -30,7 +31,7 @@
 //!     clock: Clock::default(),
 //! };
 //! let mut progress = |p: Progress<'_>| println!("{} of {}: {}", p.done, p.total, p.what);
-//! let mut context = ReportContext::new(options, &mut progress, &|| false);
+//! let mut context = ReportContext::new(options, &mut progress, CancelToken::default());
 //! let builder = ReportBuilder::start(&context);
 //! let measurements = accuracy(&catalogue, &scenes, &mut context, &mut Journal::none());
 //! let document = builder.finish(ReportKind::Accuracy, &context, vec!["report".into()], measurements);

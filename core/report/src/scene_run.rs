@@ -5,7 +5,7 @@ use crate::measure::{Measure, MeasureReader};
 use crate::settings::Setting;
 use pliant_engine::plan::Plan;
 use pliant_engine::scene;
-use pliant_engine::session::{Choices, EventKind, Options, Session, SessionError};
+use pliant_engine::session::{CancelToken, Choices, EventKind, Options, Session, SessionError};
 use pliant_host::SearchPath;
 use std::path::Path;
 
@@ -25,6 +25,8 @@ pub(crate) struct SceneRun<'a> {
     pub(crate) search: &'a SearchPath,
     /// Clocks of the run.
     pub(crate) clock: Clock,
+    /// Ends the step under way, and the run.
+    pub(crate) stop: CancelToken,
 }
 
 /// Measurements of one run.
@@ -77,7 +79,8 @@ impl SceneRun<'_> {
             recorded: None,
             memory: Default::default(),
         };
-        let session = Session::open(&scene, &source, plan, &options)?;
+        let mut session = Session::open(&scene, &source, plan, &options)?;
+        session.cancel_when(self.stop.clone());
         Ok((scene, session))
     }
 
@@ -99,6 +102,9 @@ impl SceneRun<'_> {
         let (mut iterations, mut residual) = (0, 0.0_f64);
         while session.steps() < steps {
             session.step();
+            if session.is_cancelled() {
+                break;
+            }
             let frame = session.frame();
             step_seconds.push(frame.seconds);
             stage_seconds.push(frame.parts);

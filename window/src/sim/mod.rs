@@ -16,6 +16,7 @@ pub use launch::prepare;
 pub use messages::{Command, Notice, OpenModel, Status};
 
 use crate::opening::OpenRequest;
+use pliant_engine::session::CancelToken;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
 use triple_buffer::{Output, triple_buffer};
@@ -26,6 +27,8 @@ pub struct Simulation {
     notices: Receiver<Notice>,
     status: Output<Status>,
     thread: Option<JoinHandle<()>>,
+    /// Ends the step that is under way.
+    cancel: CancelToken,
 }
 
 impl Simulation {
@@ -38,9 +41,18 @@ impl Simulation {
         let (sender, notices) = channel();
         let (input, status) = triple_buffer(&Status::default());
         let notifier = messages::Notifier { sender, wake: Box::new(wake) };
-        let run = move || thread::run(&request, viewing, &to_do, &notifier, input);
+        let cancel = CancelToken::default();
+        let token = cancel.clone();
+        let run = move || {
+            thread::run(
+                &request,
+                viewing,
+                thread::Channels { commands: &to_do, notifier: &notifier, cancel: token },
+                input,
+            )
+        };
         let thread = launch::spawn(Box::new(run))?;
-        Ok(Self { commands, notices, status, thread: Some(thread) })
+        Ok(Self { commands, notices, status, thread: Some(thread), cancel })
     }
 
     /// Asks for something; it is done between two steps.
@@ -67,6 +79,7 @@ impl Simulation {
 
     fn end(&mut self) {
         self.send(Command::End);
+        self.cancel.cancel();
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }

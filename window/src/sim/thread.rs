@@ -9,7 +9,7 @@ use super::session_file::SessionFile;
 use crate::opening::{OpenRequest, Opened, open};
 use crate::strings;
 use pliant_editor::surface::ViewSurface;
-use pliant_engine::session::{EventKind, Session, SessionCommand};
+use pliant_engine::session::{CancelToken, EventKind, Session, SessionCommand};
 use pliant_live::{HapticDevice, LiveSession, LiveSettings, PointerDevice, view_buffer};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::Receiver;
@@ -19,15 +19,20 @@ use triple_buffer::Input;
 /// s, between two reports of the state of affairs
 const REPORT_PERIOD: f64 = 0.1;
 
+/// What the thread hears and tells.
+pub(super) struct Channels<'a> {
+    /// What to do between two steps.
+    pub(super) commands: &'a Receiver<Command>,
+    /// Where it tells what has happened.
+    pub(super) notifier: &'a Notifier,
+    /// Ends the step under way, for the simulation is to end.
+    pub(super) cancel: CancelToken,
+}
+
 /// Opens what is asked for and steps it until it is told to end.
-pub(super) fn run(
-    request: &OpenRequest,
-    viewing: bool,
-    commands: &Receiver<Command>,
-    notifier: &Notifier,
-    status: Input<Status>,
-) {
-    let work = || work(request, viewing, commands, notifier, status);
+pub(super) fn run(request: &OpenRequest, viewing: bool, channels: Channels<'_>, status: Input<Status>) {
+    let notifier = channels.notifier;
+    let work = || work(request, viewing, channels, status);
     match std::panic::catch_unwind(std::panic::AssertUnwindSafe(work)) {
         Ok(Ok(())) => {}
         Ok(Err(text)) => notifier.send(Notice::Failed(text)),
@@ -35,18 +40,14 @@ pub(super) fn run(
     }
 }
 
-fn work(
-    request: &OpenRequest,
-    viewing: bool,
-    commands: &Receiver<Command>,
-    notifier: &Notifier,
-    mut status: Input<Status>,
-) -> Result<(), String> {
+fn work(request: &OpenRequest, viewing: bool, channels: Channels<'_>, mut status: Input<Status>) -> Result<(), String> {
+    let Channels { commands, notifier, cancel } = channels;
     let began = Instant::now();
     let mut opened = open(request)?;
     opened.session.keep_history();
     let mut session_file = SessionFile::begin(&opened, !request.is_scene());
     let Opened { mut session, facts, .. } = opened;
+    session.cancel_when(cancel);
     let (writer, reader) = view_buffer(&session);
     let surfaces = reader.bodies.iter().map(ViewSurface::new).collect();
     let [slot, mirror] = &session.devices[..] else { return Err("the scene has not two hands".into()) };
@@ -94,6 +95,9 @@ fn work(
             }
         }
         let samples = live.step(&mut session);
+        if session.is_cancelled() {
+            continue; // the command to end is there
+        }
         session_file.step(&session, &samples.device_forces);
         // Commands are recorded with the step after them.
         if let Some(path) = session_path.take() {

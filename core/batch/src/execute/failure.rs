@@ -23,7 +23,7 @@ pub enum FailureClass {
     DeviceLost,
     /// The edit exceeded its time limit.
     TimeLimit,
-    /// The edit exceeded its memory limit.
+    /// The edit exceeded its memory limit, or is estimated to need more.
     MemoryLimit,
     /// The program or its child process ended in the middle of the edit.
     Crash,
@@ -88,6 +88,7 @@ impl Failure {
     pub(crate) fn of_opening(error: &SessionError) -> Self {
         let class = match error {
             SessionError::StepLimit(_) => FailureClass::StepLimit,
+            SessionError::Memory(_) => FailureClass::MemoryLimit,
             SessionError::Obj(_) | SessionError::Mesh { .. } => FailureClass::Model,
             error if error.is_plugin() => FailureClass::Plugin,
             _ => FailureClass::Scene,

@@ -6,6 +6,7 @@ use crate::edit::Resolved;
 use crate::error::BatchError;
 use crate::store::MeshStore;
 use crate::sweep::Sweep;
+use pliant_engine::memory::MemoryBudget;
 use pliant_engine::plan::Plan;
 use pliant_engine::scene::Source;
 use pliant_engine::session::{CancelToken, Options, Session, SharedParts};
@@ -149,7 +150,8 @@ impl EditRunner<'_> {
         let (scene, source) = resolved.scene.as_ref().map_err(|e| Failure::new(FailureClass::Scene, e))?;
         let plan = Plan::new(scene, source).map_err(|e| Failure::new(FailureClass::Scene, e))?;
         let (search, mesh) = (self.search.clone(), resolved.edit.model.clone());
-        let options = Options { search, threads: 1, mesh, recorded: None, memory: Default::default() };
+        let memory = self.sweep.limits.memory.map_or_else(MemoryBudget::default, MemoryBudget::new);
+        let options = Options { search, threads: 1, mesh, recorded: None, memory };
         let session =
             Session::open_shared(scene, source, plan, &options, self.parts).map_err(|e| Failure::of_opening(&e))?;
         Ok(OpenedEdit { session, steps: scene.time.steps(), source })

@@ -27,6 +27,9 @@ pub enum SessionError {
         /// What is wrong with the model.
         error: Box<MeshError>,
     },
+    /// A body needs more memory than the session may take.
+    #[error(transparent)]
+    Memory(SceneError),
     /// A plugin cannot be used.
     #[error(transparent)]
     Host(#[from] HostError),

@@ -8,13 +8,18 @@ use crate::memory::{
     CellCosts, MemoryAccount, document_bytes, file_bytes, format_bytes, grid_bytes, sample_bytes, shape_bytes,
     sheet_bytes,
 };
-use crate::scene::{BodyScene, SceneError, ShapeKind, ShapeScene, Source};
+use crate::scene::{BodyScene, ShapeKind, ShapeScene, Source};
 use pliant_host::Material;
 use pliant_mesh::ObjDocument;
+use pliant_mesh::generate::MAX_CELLS;
 use pliant_plugin_api::abi::Level;
 use pliant_solver::ForceModel;
 use std::f64::consts::PI;
 use std::path::Path;
+
+/// Finest level whose grid is checked before it is built, of 0.7 GB. Finer ones are left to the plugin, which says which it can do: a grid that has
+/// them is sparse, and nothing follows from the number of cubes.
+const FINEST_CHECKED: u32 = 10;
 
 /// Checks of one body's model against the account of the session.
 pub(super) struct ModelCheck<'a> {
@@ -25,13 +30,13 @@ pub(super) struct ModelCheck<'a> {
 
 impl ModelCheck<'_> {
     /// Checks a file before it is read.
-    pub(super) fn file(&self, path: &Path) -> Result<(), SceneError> {
+    pub(super) fn file(&self, path: &Path) -> Result<(), SessionError> {
         let size = std::fs::metadata(path).map_or(0, |facts| facts.len());
         self.check(file_bytes(size), || format!("the model {} of {}", path.display(), format_bytes(size)))
     }
 
     /// Checks a document before a model is made of it.
-    pub(super) fn document(&self, document: &ObjDocument) -> Result<(), SceneError> {
+    pub(super) fn document(&self, document: &ObjDocument) -> Result<(), SessionError> {
         let counts = || {
             let (vertices, faces) = (document.positions().len(), document.face_count());
             format!("the model {} of {vertices} vertices and {faces} faces", document.name().display())
@@ -40,7 +45,10 @@ impl ModelCheck<'_> {
     }
 
     /// Checks a shape before it is generated.
-    pub(super) fn shape(&self, shape: &ShapeScene) -> Result<(), SceneError> {
+    pub(super) fn shape(&self, shape: &ShapeScene) -> Result<(), SessionError> {
+        if shape.cells.max(shape.rows) > MAX_CELLS {
+            return Ok(()); // it is refused for its cells
+        }
         let (cells, rows) = (u64::from(shape.cells), u64::from(shape.rows));
         let triangles = match shape.kind {
             ShapeKind::Box | ShapeKind::Sphere => 12 * cells * cells,
@@ -54,24 +62,27 @@ impl ModelCheck<'_> {
         self.check(shape_bytes(triangles), || format!("a shape of {cells} cells along an edge"))
     }
 
-    fn check(&self, bytes: u64, what: impl FnOnce() -> String) -> Result<(), SceneError> {
+    fn check(&self, bytes: u64, what: impl FnOnce() -> String) -> Result<(), SessionError> {
         let name = self.scene.name.get_ref();
         if bytes <= self.account.left() {
             return Ok(());
         }
         let checked = self.account.check(name, bytes, &what(), |_| None);
-        checked.map_err(|text| self.source.error(self.scene.name.span(), text))
+        checked.map_err(|text| SessionError::Memory(self.source.error(self.scene.name.span(), text)))
     }
 }
 
 impl Opening<'_> {
     /// Checks the levels of a grid before they are built.
-    pub(super) fn check_grid(&mut self, scene: &BodyScene, index: usize, level: u32) -> Result<(), SceneError> {
+    pub(super) fn check_grid(&mut self, scene: &BodyScene, index: usize, level: u32) -> Result<(), SessionError> {
+        if level > FINEST_CHECKED {
+            return Ok(());
+        }
         let bytes = grid_bytes(level);
         let what = format!("the levels of a grid to level {level}");
         let coarser = |_| Some("use a coarser level".into());
         let checked = self.memory.check(scene.name.get_ref(), bytes, &what, coarser);
-        checked.map_err(|text| self.source.error(scene.grid.level.span(), text))?;
+        checked.map_err(|text| SessionError::Memory(self.source.error(scene.grid.level.span(), text)))?;
         self.memory.body(index).grid = bytes;
         Ok(())
     }
@@ -123,7 +134,7 @@ impl Opening<'_> {
         let what = format!("{cells:.0} simulated cells of level {} and its surface", facts.level);
         let bytes = samples.saturating_add(elements);
         let checked = self.memory.check(scene.name.get_ref(), bytes, &what, fitting);
-        checked.map_err(|text| self.source.error(scene.grid.level.span(), text))?;
+        checked.map_err(|text| SessionError::Memory(self.source.error(scene.grid.level.span(), text)))?;
         let body = self.memory.body(index);
         (body.samples, body.elements) = (samples, elements);
         let more = self.memory.left() as f64 / costs.per_simulated_cell(&facts);
@@ -132,11 +143,16 @@ impl Opening<'_> {
     }
 
     /// Checks the nodes, elements and solver of a sheet of this many triangles.
-    pub(super) fn check_sheet(&mut self, scene: &BodyScene, index: usize, triangles: usize) -> Result<(), SceneError> {
+    pub(super) fn check_sheet(
+        &mut self,
+        scene: &BodyScene,
+        index: usize,
+        triangles: usize,
+    ) -> Result<(), SessionError> {
         let bytes = sheet_bytes(triangles as u64, self.is_implicit);
         let what = format!("a sheet of {triangles} triangles");
         let checked = self.memory.check(scene.name.get_ref(), bytes, &what, |_| None);
-        checked.map_err(|text| self.source.error(scene.name.span(), text))?;
+        checked.map_err(|text| SessionError::Memory(self.source.error(scene.name.span(), text)))?;
         self.memory.body(index).elements = bytes;
         Ok(())
     }

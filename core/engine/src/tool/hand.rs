@@ -1,6 +1,6 @@
 //! Samples of a device's hand, transformed to the scene and checked.
 //!
-//! An invalid or non-finite sample is dropped; the last valid one holds for 50 ms, after which the hand counts as absent. A sample that is farther
+//! An invalid or non-finite sample is dropped; the last valid one holds for 50 ms after it was measured, after which the hand counts as absent. A sample that is farther
 //! away than a hand can move is followed at the speed limit.
 
 use nalgebra::{Quaternion, UnitQuaternion};
@@ -92,8 +92,13 @@ impl Hand {
         self.buttons = 0;
     }
 
-    /// Updates the hand from a sample at `time` (s), `dt` (s) after the last one.
+    /// Updates the hand from a sample that is measured at `time` (s), `dt` (s) after the last one.
     pub fn sample(&mut self, pose: &Pose, frame: &Frame, time: f64, dt: f64) {
+        self.sample_of_age(pose, frame, 0.0, time, dt);
+    }
+
+    /// Updates the hand at `time` (s), `dt` (s) after the last sample, from a sample of this `age` (s). An older sample holds for less time.
+    pub fn sample_of_age(&mut self, pose: &Pose, frame: &Frame, age: f64, time: f64, dt: f64) {
         let place = frame.to_scene(pose.position.into());
         let good = pose.flags & POSE_VALID != 0 && place.iter().all(|c| c.is_finite());
         if !good {
@@ -105,7 +110,7 @@ impl Hand {
         if pose.orientation.iter().all(|c| c.is_finite()) {
             self.rotation = frame.rotation_in_scene(pose.orientation);
         }
-        self.last_good = time;
+        self.last_good = time - age;
         if !self.present {
             self.present = true;
             self.position = place;
@@ -148,6 +153,21 @@ mod tests {
         assert!(hand.present && hand.dropped == 1 && hand.position[0].is_finite());
         hand.sample(&pose(f64::NAN), &frame, 0.06, 1e-3);
         assert!(!hand.present, "let go after 50 ms without a good sample");
+    }
+
+    #[test]
+    fn a_sample_holds_for_50_ms_after_it_was_measured() {
+        for (age, ticks) in [(0.0, 51), (0.03, 21), (0.0495, 1), (0.2, 1)] {
+            let mut hand = Hand::new(2.0);
+            hand.sample_of_age(&pose(0.0), &Frame::default(), age, 1.0, 1e-3);
+            let let_go = (1..100).find(|tick| {
+                // In the middle of a tick, as rounding decides at its ends.
+                let time = 1.0 + 1e-3 * f64::from(*tick) - 2e-4;
+                hand.sample(&Pose::default(), &Frame::default(), time, 1e-3);
+                !hand.present
+            });
+            assert_eq!(let_go, Some(ticks), "of age {age} s");
+        }
     }
 
     #[test]

@@ -49,7 +49,8 @@ impl Model {
     }
 }
 
-const MAX_CELLS: u32 = 4096; // along an edge: 17 million cells in a grid, 100 million on a cuboid
+/// Most cells along an edge of a shape: 17 million cells in a grid, 100 million on a cuboid.
+pub const MAX_CELLS: u32 = 4096;
 
 fn need_cells(parameter: &'static str, cells: u32, least: u32) -> Result<(), MeshError> {
     if (least..=MAX_CELLS).contains(&cells) {

@@ -56,11 +56,16 @@ fn run_all(
             context.announce(done, total, &format!("{}, {}, n = {}", case.name, run.method.name, run.level.n));
             done += 1;
             let row = run.empty_row(context.options.threads);
-            of_case.push(journal.get(&row.key()).unwrap_or_else(|| {
-                let row = run.measure(row, scenes, context);
+            let known = journal.get(&row.key());
+            let is_known = known.is_some();
+            let row = known.unwrap_or_else(|| run.measure(row, scenes, context));
+            if context.is_stopped() {
+                return rows;
+            }
+            if !is_known {
                 journal.put(&row);
-                row
-            }));
+            }
+            of_case.push(row);
         }
         judge(case, &mut of_case);
         rows.extend(of_case);
@@ -108,9 +113,9 @@ impl CaseRun<'_> {
         let Some(text) = scenes(&case.scene) else { return row.with_failure(format!("no scene `{}`", case.scene)) };
         let path = Path::new(&case.scene).with_extension("toml");
         let (threads, search, clock) = (context.options.threads, &context.options.search, context.options.clock);
-        let run = SceneRun { path: &path, text, settings, threads, search, clock };
+        let run = SceneRun { path: &path, text, settings, threads, search, clock, stop: context.stop() };
         let measures: Vec<&Measure> = case.measures.iter().map(|expected| &expected.measure).collect();
-        let result = match run.run(&measures, |_| !context.is_stopped()) {
+        let result = match run.run(&measures, |_| true) {
             Ok(result) => result,
             Err(error) => return row.with_failure(error.to_string()),
         };

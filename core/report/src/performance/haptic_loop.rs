@@ -19,7 +19,7 @@ pub(super) fn haptic_loop(case: &HapticLoop, scenes: SceneSource<'_>, context: &
     let Some(text) = scenes(&case.scene) else { return row.with_failure(format!("no scene `{}`", case.scene)) };
     let (search, clock) = (&context.options.search, context.options.clock);
     let settings = merge([&case.settings]);
-    let run = SceneRun { path: Path::new(&case.scene), text, settings, threads, search, clock };
+    let run = SceneRun { path: Path::new(&case.scene), text, settings, threads, search, clock, stop: context.stop() };
     let mut session = match run.open() {
         Ok((_, session)) => session,
         Err(error) => return row.with_failure(error.to_string()),

@@ -72,6 +72,9 @@ fn run_all(
                 group[i].repeat(scenes, context);
             }
         }
+        if context.is_stopped() {
+            return;
+        }
         for case in group {
             let row = case.summarize();
             journal.put(&row);

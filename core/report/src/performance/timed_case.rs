@@ -73,7 +73,7 @@ impl<'a> TimedCase<'a> {
         let (settings, threads) = (self.settings.clone(), self.row.threads);
         let (path, search, clock) = (Path::new(self.scene), &context.options.search, context.options.clock);
         let (mut contacts, mut constraints) = (0, Vec::new());
-        let run = SceneRun { path, text, settings, threads, search, clock }.run(&[], |session| {
+        let run = SceneRun { path, text, settings, threads, search, clock, stop: context.stop() }.run(&[], |session| {
             if session.steps() == 1 {
                 // No tool is in contact yet, so all constrained nodes are fixings of the scene.
                 constraints = session.bodies.iter().map(|b| b.system.nodes.constraint.clone()).collect();

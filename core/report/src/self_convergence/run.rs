@@ -81,6 +81,9 @@ pub fn self_convergence(
             settings.extend(series.settings.iter().cloned());
             settings.push((series.path.to_owned(), value.to_string()));
             let tracked = run_and_track(&scene_run(scene_input, settings, context), sample_period);
+            if context.is_stopped() {
+                return Ok(Measurements { rows, sections: Vec::new(), not_run });
+            }
             match (tracked, &reference) {
                 (Err(error), _) => {
                     let case = format!("{}, {} = {}", series.name, series.path, format_short(*value));
@@ -121,7 +124,7 @@ fn scene_run<'a>(
     context: &'a ReportContext<'_>,
 ) -> SceneRun<'a> {
     let (threads, search, clock) = (context.options.threads, &context.options.search, context.options.clock);
-    SceneRun { path: scene.path, text: scene.text, settings, threads, search, clock }
+    SceneRun { path: scene.path, text: scene.text, settings, threads, search, clock, stop: context.stop() }
 }
 
 /// The rows of one run, one for each of [`COMPARED`], with all that is set and nothing that is measured. `level` is that of the grid of the first body,

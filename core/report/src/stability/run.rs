@@ -40,11 +40,16 @@ pub fn stability<'a>(
             break;
         }
         context.announce(done, total, &format!("{}, {}", row.case, row.method));
-        rows.push(journal.get(&row.key()).unwrap_or_else(|| {
-            let row = measure(row, context);
+        let known = journal.get(&row.key());
+        let is_known = known.is_some();
+        let row = known.unwrap_or_else(|| measure(row, context));
+        if context.is_stopped() {
+            break;
+        }
+        if !is_known {
             journal.put(&row);
-            row
-        }));
+        }
+        rows.push(row);
     }
     let sections = stability_sections(catalogue, &rows);
     Ok(Measurements { rows, sections, not_run: catalogue.not_run.clone() })

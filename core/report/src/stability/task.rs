@@ -43,7 +43,7 @@ pub(super) fn scene_run<'r, 'a: 'r>(
 ) -> Option<SceneRun<'r>> {
     let text = scenes(name)?;
     let (threads, search, clock) = (context.options.threads, &context.options.search, context.options.clock);
-    Some(SceneRun { path: Path::new(name), text, settings, threads, search, clock })
+    Some(SceneRun { path: Path::new(name), text, settings, threads, search, clock, stop: context.stop() })
 }
 
 /// Whether an integrator is explicit: it has a step limit.
