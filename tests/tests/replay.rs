@@ -102,10 +102,10 @@ fn files_that_are_cut_off_or_changed_are_refused_with_what_is_wrong() {
         assert!(refused(&bytes).is_some(), "byte {at} of {}", whole.len());
     }
     let mut newer = whole.clone();
-    newer[8] = 3;
+    newer[8] = 4;
     for (bytes, says) in [
         (b"solid cube".to_vec(), "does not begin with PLIANTRC"),
-        (newer, "version 3; allowed are 1 to 2"),
+        (newer, "version 4; allowed are 1 to 3"),
         ([&whole[..], b"more"].concat(), "4 bytes too many"),
     ] {
         let path = bench.write("bad.rec", bytes);

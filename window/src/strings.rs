@@ -53,6 +53,10 @@ pub const MATERIAL: &str = "Material";
 pub const PRESET: &str = "Preset";
 /// See [`PRESET`].
 pub const STIFFNESS: &str = "Stiffness";
+/// Slider of the stiffness of what has no Young's modulus of its own: a fabric, or the bodies of a scene.
+pub const STIFFNESS_FACTOR: &str = "Stiffness";
+/// What the sliders of stiffness do.
+pub const STIFFNESS_HINT: &str = "Changes while you hold it, keys , and . too. The force on the hand does not jump.";
 /// See [`PRESET`].
 pub const DENSITY: &str = "Density";
 /// See [`PRESET`].
@@ -125,7 +129,7 @@ pub const PATH: &str = "File";
 pub const COARSER: &str = "Use a coarser grid";
 /// Keys, for the help at the lower edge.
 pub const KEYS: &str = "Left: tool, beside the model turn   Middle: turn   Shift+middle or right: move   Wheel: nearer, in a stroke deeper   \
-    F: focus   Home: all   [ ]: size   - =: strength   W: wireframe   X: symmetry   Ctrl+Z, Ctrl+Y: undo, redo";
+    F: focus   Home: all   [ ]: size   - =: strength   W: wireframe   , .: softer, stiffer   X: symmetry   Ctrl+Z, Ctrl+Y: undo, redo";
 
 /// A question about a session that has ended without closing.
 pub fn recovery(path: &std::path::Path) -> String {
@@ -167,4 +171,15 @@ pub fn session_saved(recording: &std::path::Path, scene: &std::path::Path, gave_
         );
     }
     format!("saved the session: pliant run {scene}, or pliant replay {recording} --verify")
+}
+
+/// A stiffness on its way: the present one and the one that is asked for, over that at the opening. `young`: Young's modulus (Pa) at the opening, if
+/// there is one. `slew`: N/s, the largest change of the force on the hand, where it slows the change down.
+pub fn stiffness_changes(now: f64, wanted: f64, young: Option<f64>, slew: Option<f64>) -> String {
+    let value = |factor: f64| match young {
+        Some(young) => format!("{:.1} kPa", 1e-3 * young * factor),
+        None => format!("{factor:.2} x"),
+    };
+    let slowed = slew.map_or_else(String::new, |slew| format!(", slowly: the force changes by at most {slew:.3} N/s"));
+    format!("Stiffness {}, going to {}{slowed}", value(now), value(wanted))
 }

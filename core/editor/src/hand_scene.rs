@@ -27,6 +27,13 @@ pub struct HandSettings {
     pub tip_mass: Option<f64>,
 }
 
+impl HandSettings {
+    /// Largest rate of change of the force on the hand, N/s.
+    pub fn slew(&self) -> f64 {
+        self.peak_force / RISE
+    }
+}
+
 /// Speed limit of the hand, in model sizes per second of simulated time; high, because a hand is fast relative to a simulation in slow motion.
 const SPEED: f64 = 100.0;
 /// Shortest time in which the force may rise to its peak, s.
@@ -90,7 +97,7 @@ fn tool(name: &str, hand: &HandSettings) -> Table {
     tool["radius"] = value(hand.radius);
     tool["stiffness"] = value(hand.coupling);
     tool["speed"] = value(SPEED * hand.size);
-    tool["slew"] = value(hand.peak_force / RISE);
+    tool["slew"] = value(hand.slew());
     if let Some(mass) = hand.tip_mass {
         tool["mass"] = value(mass);
     }

@@ -106,6 +106,22 @@ impl System {
         self.sets.iter_mut().try_for_each(|set| set.rest(&*self.material, &self.nodes))
     }
 
+    /// Recomputes rest data, and what the solver keeps of them. Call it after factors of the material's parameters alone have changed; shapes, masses and
+    /// history stay.
+    ///
+    /// # Errors
+    /// Returns the error of the material.
+    pub fn renew_rest(&mut self) -> Result<(), ForceError> {
+        self.rest()?;
+        if let Some(coupled) = &mut self.coupled {
+            coupled.prepare(&*self.material, &self.sets, &self.nodes)?;
+        }
+        if let Some(normals) = &mut self.normals {
+            normals.prepare(&*self.material, &self.sets, &self.nodes)?;
+        }
+        Ok(())
+    }
+
     /// Recomputes the lumped masses.
     fn lump_mass(&mut self) -> Result<(), ForceError> {
         let mut mass = std::mem::take(&mut self.nodes.mass);

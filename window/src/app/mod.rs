@@ -23,6 +23,7 @@ use files::{FileDialog, Question};
 use gauges::{ForcePlot, FrameTimes};
 use measure::ScriptedStrokes;
 use model::Model;
+use pliant_editor::Substance;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
@@ -50,6 +51,9 @@ impl Default for ViewSettings {
         Self { shading: Shading::Studio, wireframe: Wireframe::Off, opacity: 1.0, ground: true, cells: false }
     }
 }
+
+/// Factors of the stiffness that may be asked for while a model is open.
+const STIFFNESS_FACTORS: std::ops::RangeInclusive<f64> = 1e-3..=1e3;
 
 /// The window.
 pub struct App {
@@ -87,6 +91,10 @@ pub struct App {
     pictures: u32,
     /// Whether the material that is chosen is not the one that is simulated.
     is_material_changed: bool,
+    /// Young's modulus (Pa) that the model was opened with; `None` for sheets and scenes.
+    opened_young: Option<f64>,
+    /// Stiffness that is asked for, over that at the opening.
+    stiffness: f64,
     /// How often the present shape was opened in another material.
     reopened: u32,
     /// Pixels of the screen for a point.
@@ -124,6 +132,8 @@ impl App {
             measured: Arc::default(),
             pictures: 0,
             is_material_changed: false,
+            opened_young: None,
+            stiffness: 1.0,
             reopened: 0,
             pixels_per_point: 1.0,
         }
@@ -163,6 +173,7 @@ impl App {
         self.simulation = None;
         self.status = Status::default();
         // The shape that is open may not be the one of the file.
+        self.stiffness = 1.0;
         (self.error, self.saved_strokes) = (None, request.shape.is_none().then_some(0));
         self.save_path = (!request.is_scene()).then(|| request.path.clone());
         let context = self.context.clone();
@@ -249,6 +260,8 @@ impl App {
                 if !is_reopened {
                     self.look_at_all(&model);
                 }
+                let is_solid = model.facts.taken_as == Some(Substance::Solid);
+                self.opened_young = is_solid.then_some(self.request.solid.young);
                 self.model = Some(model);
                 self.resize_tool();
             }
@@ -310,6 +323,15 @@ impl App {
         // A larger ball meets more of the surface, so the spring to the hand grows as the contact does: with the radius.
         let (radius, coupling) = (self.settings.size * hand.radius, self.settings.size * hand.coupling);
         self.send(Command::ResizeTool { radius, coupling });
+    }
+
+    /// Asks for a stiffness, as a factor of that at the opening.
+    fn stiffen(&mut self, factor: f64) {
+        self.stiffness = factor.clamp(*STIFFNESS_FACTORS.start(), *STIFFNESS_FACTORS.end());
+        if let Some(young) = self.opened_young {
+            self.request.solid.young = young * self.stiffness;
+        }
+        self.send(Command::SetStiffness { factor: self.stiffness });
     }
 
     /// m, radius of the tool

@@ -8,7 +8,7 @@ use crate::strings;
 use crate::tools::ToolSettings;
 use crate::view::{Projection, UpAxis};
 use eframe::egui::{self, Color32, Slider};
-use pliant_editor::{LengthUnit, SOLIDS, Substance, format_length, stiffness_word};
+use pliant_editor::{LengthUnit, SOLIDS, SolidPreset, Substance, format_length, stiffness_word};
 use pliant_engine::scene::Release;
 
 impl App {
@@ -151,6 +151,7 @@ impl App {
         let Some(facts) = self.model.as_ref().map(|model| model.facts.clone()) else { return };
         let (Some(taken_as), Some(unit), Some(seen)) = (facts.taken_as, facts.unit, &facts.substance) else {
             ui.label(strings::SCENE_MATERIAL);
+            self.stiffness_controls(ui);
             return;
         };
         let before = self.request.clone();
@@ -175,6 +176,11 @@ impl App {
                 });
             }
         }
+        // The stiffness alone changes at once, without opening the model again.
+        let (young, opened) = (request.solid.young, self.opened_young);
+        let is_young_alone = OpenRequest { solid: before.solid, ..request.clone() } == before
+            && SolidPreset { young: before.solid.young, ..request.solid } == before.solid;
+        let stiffer = opened.filter(|_| is_young_alone && young != before.solid.young).map(|opened| young / opened);
         let mut chosen = request.unit.unwrap_or(unit);
         let size = facts.hand.size / unit.metres();
         egui::ComboBox::from_label(strings::UNIT).selected_text(unit_text(chosen, size)).show_ui(ui, |ui| {
@@ -185,12 +191,32 @@ impl App {
         if chosen != request.unit.unwrap_or(unit) {
             request.unit = Some(chosen);
         }
-        if *request != before {
+        if *request != before && stiffer.is_none() {
             self.is_material_changed = true;
         }
+        if let Some(factor) = stiffer {
+            self.stiffen(factor);
+        }
+        self.stiffness_controls(ui);
         let apply = ui.add_enabled(self.is_material_changed, egui::Button::new(strings::APPLY));
         if apply.on_hover_text(strings::APPLY_HINT).clicked() {
             self.reopen();
+        }
+    }
+
+    /// The stiffness of what has no Young's modulus in the panel, and how far it has changed.
+    fn stiffness_controls(&mut self, ui: &mut egui::Ui) {
+        if self.opened_young.is_none() {
+            let mut factor = self.stiffness;
+            let slider = Slider::new(&mut factor, 0.1..=10.0).logarithmic(true).max_decimals(2).suffix(" x");
+            if ui.add(slider.text(strings::STIFFNESS_FACTOR)).on_hover_text(strings::STIFFNESS_HINT).changed() {
+                self.stiffen(factor);
+            }
+        }
+        let state = self.status.stiffness;
+        if state.now != state.wanted {
+            let slew = self.model.as_ref().map(|model| model.facts.hand.slew()).filter(|_| state.is_limited);
+            ui.label(strings::stiffness_changes(state.now, state.wanted, self.opened_young, slew));
         }
     }
 
@@ -255,7 +281,7 @@ fn solid_controls(ui: &mut egui::Ui, request: &mut OpenRequest) {
         }
     });
     let stiffness = Slider::new(&mut solid.young, 1e3..=1e7).logarithmic(true).suffix(" Pa");
-    ui.add(stiffness.max_decimals(0).text(strings::STIFFNESS));
+    ui.add(stiffness.max_decimals(0).text(strings::STIFFNESS)).on_hover_text(strings::STIFFNESS_HINT);
     ui.small(stiffness_word(solid.young));
     ui.add(
         Slider::new(&mut solid.density, 10.0..=3000.0).logarithmic(true).suffix(" kg/m\u{b3}").text(strings::DENSITY),

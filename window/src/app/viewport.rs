@@ -25,6 +25,8 @@ const LIFT_SPEED: f64 = 0.004;
 const SHOWN: Duration = Duration::from_secs(5);
 /// Factor of the tool's size or strength for a press of its key.
 const KEY_STEP: f64 = 1.15;
+/// Factor of the stiffness for a press of its key: four make an octave and a half.
+const STIFFNESS_KEY_STEP: f64 = 1.3;
 
 /// What a drag of the pointer turns or moves.
 #[derive(Clone, Copy, PartialEq)]
@@ -218,6 +220,11 @@ impl App {
         for (key, factor) in [(Key::Minus, 1.0 / KEY_STEP), (Key::Equals, KEY_STEP)] {
             if pressed(key) {
                 self.settings.strengthen(factor);
+            }
+        }
+        for (key, factor) in [(Key::Comma, 1.0 / STIFFNESS_KEY_STEP), (Key::Period, STIFFNESS_KEY_STEP)] {
+            if pressed(key) {
+                self.stiffen(self.stiffness * factor);
             }
         }
         let digits = [

@@ -4,7 +4,7 @@ use super::gauges::{Gauges, StepTimes};
 use super::history::Stroke;
 use crate::opening::ModelFacts;
 use pliant_editor::surface::ViewSurface;
-use pliant_engine::session::Warning;
+use pliant_engine::session::{StiffnessState, Warning};
 use pliant_engine::tool::Frame as DeviceFrame;
 use pliant_live::{LiveSummary, PointerHandle, ViewReader};
 use std::path::PathBuf;
@@ -29,6 +29,11 @@ pub enum Command {
         radius: f64,
         /// N/m
         coupling: f64,
+    },
+    /// Give all bodies a stiffness; they get there without a jump of the force.
+    SetStiffness {
+        /// Factor of the stiffness they were opened with.
+        factor: f64,
     },
     /// Write the model to a file.
     Save {
@@ -92,6 +97,8 @@ pub struct Status {
     pub strokes: Vec<Stroke>,
     /// How many of them are there.
     pub done: usize,
+    /// The stiffness over that at the opening, and where it goes.
+    pub stiffness: StiffnessState,
     /// What has no effect, or not the one it looks like; of strokes, those that have ended.
     pub warnings: Vec<Warning>,
 }

@@ -85,6 +85,9 @@ fn work(request: &OpenRequest, viewing: bool, channels: Channels<'_>, mut status
                 Command::ResizeTool { radius, coupling } => {
                     session_file.apply(&mut session, SessionCommand::ResizeTools { radius, coupling });
                 }
+                Command::SetStiffness { factor } => {
+                    session_file.apply(&mut session, SessionCommand::SetStiffness { factor });
+                }
                 Command::Save { path, for_user } => notifier.send(save(&mut session, &cap_material, path, for_user)),
                 Command::SaveSession { path } => session_path = Some(path),
                 Command::End => {
@@ -124,7 +127,13 @@ fn work(request: &OpenRequest, viewing: bool, channels: Channels<'_>, mut status
             if !in_stroke {
                 warnings = session.warnings();
             }
-            status.write(Status { gauges: gauges.gauges(), strokes, done: log.done(), warnings: warnings.clone() });
+            status.write(Status {
+                gauges: gauges.gauges(),
+                strokes,
+                done: log.done(),
+                stiffness: session.stiffness(),
+                warnings: warnings.clone(),
+            });
             let news = session.events.told().iter().skip(told).filter(|(kind, _)| is_news(*kind));
             for (_, event) in news {
                 notifier.send(Notice::Message(event.text.clone()));

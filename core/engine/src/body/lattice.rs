@@ -28,6 +28,7 @@ mod untangle;
 use super::fields::Fields;
 use super::fixing::Fixing;
 use super::grid_pool::PooledGrid;
+use super::stiffness::StiffnessFactor;
 pub use bounds::NodeBounds;
 pub use fragments::{BodyInterior, CellFragment};
 use fragments::{Fragments, NodeKey};
@@ -130,6 +131,8 @@ pub struct Lattice {
     has_history: bool,
     /// Fields of parameters of the material.
     pub fields: Option<Arc<Fields>>,
+    /// Factor of the material's stiffness; `None` if the material has none that may change.
+    pub stiffness: Option<StiffnessFactor>,
     /// Factors of cells by id; evaluated on first use.
     factors_of_cell: HashMap<u64, Arc<[f64]>>,
     /// Nodes whose velocity returns them to rest.
@@ -202,6 +205,7 @@ impl Lattice {
             last_contact_balls: Vec::new(),
             has_history: false,
             fields: None,
+            stiffness: None,
             factors_of_cell: HashMap::new(),
             returning: Vec::new(),
             driven: Vec::new(),

@@ -20,6 +20,7 @@ mod samples;
 mod sheet;
 mod skin;
 mod state;
+mod stiffness;
 mod symmetry;
 
 pub use cell_corners::CellCorners;
@@ -37,6 +38,7 @@ pub use samples::Samples;
 pub use sheet::{Sheet, Warp};
 pub use skin::{EmbeddedPoint, NOT_EMBEDDED, Skin, interpolate};
 pub use state::BodyState;
+pub use stiffness::StiffnessFactor;
 pub use symmetry::{Axes, Symmetry, mirrored};
 
 use cutting::CutMargins;

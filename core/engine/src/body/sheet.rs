@@ -6,6 +6,7 @@ use super::fixing::Fixing;
 use super::lattice::{DrivenNode, LatticeError, check_mass, constrain_fixed, drive_fixed};
 use super::model::Model;
 use super::skin::{EmbeddedPoint, NearestTriangle, Skin, nearest_triangle};
+use super::stiffness::StiffnessFactor;
 use pliant_mesh::{ObjDocument, Surface};
 use pliant_plugin_api::abi;
 use pliant_solver::{Constraint, ElementList, Nodes, StepTime, System, Vec3};
@@ -55,6 +56,8 @@ pub struct Sheet {
     cut: bool,
     /// Fields of parameters of the material. After an edit that changed the rest shape, a cut evaluates them at the new rest positions.
     pub fields: Option<Arc<Fields>>,
+    /// Factor of the material's stiffness; `None` if the material has none that may change.
+    pub stiffness: Option<StiffnessFactor>,
 }
 
 /// Value of an absent node, hinge or triangle.
@@ -86,6 +89,7 @@ impl Sheet {
             active: false,
             cut: false,
             fields: None,
+            stiffness: None,
         }
     }
 

@@ -106,6 +106,10 @@ impl<'a> ByteReader<'a> {
                 let is_valid = [radius, coupling].iter().all(|n| n.is_finite() && *n > 0.0);
                 is_valid.then_some(SessionCommand::ResizeTools { radius, coupling })
             }
+            3 => {
+                let [factor] = self.numbers()?;
+                (factor.is_finite() && factor > 0.0).then_some(SessionCommand::SetStiffness { factor })
+            }
             _ => None,
         }
     }

@@ -16,6 +16,11 @@ pub enum SessionCommand {
         /// N/m, stiffness of the virtual coupling, above 0
         coupling: f64,
     },
+    /// Gives every body another stiffness. It gets there at a limited rate, so that the force on a hand that holds it does not jump.
+    SetStiffness {
+        /// Factor of the stiffness that the scene gives, 0.001 to 1000
+        factor: f64,
+    },
 }
 
 impl Session {
@@ -31,6 +36,7 @@ impl Session {
                 }
                 !self.tools.is_empty()
             }
+            SessionCommand::SetStiffness { factor } => self.want_stiffness(factor),
         }
     }
 }

@@ -25,6 +25,7 @@ mod sheets;
 mod sleep;
 mod step;
 mod step_limits;
+mod stiffness;
 mod tactile;
 mod thread_choice;
 mod warning;
@@ -42,6 +43,7 @@ pub use level_choice::LevelChosen;
 pub use mirror::Mirror;
 pub use open::Options;
 pub use shared::SharedParts;
+pub use stiffness::StiffnessState;
 pub use warning::{Warning, WarningCode};
 
 use crate::body::{Body, Model};
@@ -296,6 +298,7 @@ pub struct Session {
     sheet_tips: Vec<SheetTips>,
     scratch: Scratch,
     frame: Frame,
+    stiffness: StiffnessState,
     /// Whether energies are summed in each step.
     energy: bool,
     history: History,

@@ -11,7 +11,7 @@ use super::workers::Workers;
 use super::{
     Choices, Clock, DeviceSlot, EventKind, Events, Frame, Loaded, Scratch, Session, SessionError, ToolSlot, place,
 };
-use crate::body::{Body, Discretization, Lattice, LatticeError, Model, RegionSettings, Sheet, Skin};
+use crate::body::{Body, Discretization, Lattice, LatticeError, Model, RegionSettings, Sheet, Skin, StiffnessFactor};
 use crate::contact::{Friction, SheetTips};
 use crate::edit::BladeEdge;
 use crate::memory::{MemoryAccount, MemoryBudget, document_bytes};
@@ -62,6 +62,8 @@ const REGION_TOOL_RADII: f64 = 4.0;
 pub(super) fn region_radius(edge: f64, largest_tool: f64) -> f64 {
     (REGION_CELLS * edge).max(REGION_TOOL_RADII * largest_tool)
 }
+/// Parameter of materials that is a factor of all their stiffness.
+const STIFFNESS: &str = "young";
 /// Default stiffness of a coupling, as a fraction of the device's largest stiffness.
 const COUPLING_SHARE: f64 = 0.3;
 
@@ -178,6 +180,7 @@ impl Session {
             sheet_tips: (0..count).map(|_| SheetTips::default()).collect(),
             scratch: Scratch { springs, balls: Vec::new() },
             frame: Frame::default(),
+            stiffness: super::StiffnessState::default(),
             history: History::default(),
         };
         session.open_pads();
@@ -389,9 +392,11 @@ impl Opening<'_> {
             }
             None => Discretization::Lattice(Box::new(self.lattice(scene, index, &shared, &material)?)),
         };
+        let plane = info.fields().position(|param| param.key == STIFFNESS);
+        let stiffness = plane.map(|plane| StiffnessFactor::new(plane, info.fields().count()));
         match &mut discretization {
-            Discretization::Lattice(lattice) => lattice.fields = fields,
-            Discretization::Sheet(sheet) => sheet.fields = fields,
+            Discretization::Lattice(lattice) => (lattice.fields, lattice.stiffness) = (fields, stiffness),
+            Discretization::Sheet(sheet) => (sheet.fields, sheet.stiffness) = (fields, stiffness),
         }
         let made = if scene.sheet.is_some() { CutMesh::sheet } else { CutMesh::new };
         let measured_key = |lattice: &Lattice| {

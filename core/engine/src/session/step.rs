@@ -32,6 +32,7 @@ impl Session {
         self.apply_recorded();
         self.sample_hands(time);
         self.change_modes(time.start);
+        self.change_stiffness(time.start);
         self.cut(time.start);
         self.move_regions(time.start);
         let regions = start.elapsed();
@@ -151,7 +152,8 @@ impl Session {
 
     /// Moves a body; the step began at `start` on the wall clock. Returns the speed of its fastest node, m/s.
     fn move_body(&mut self, index: usize, time: StepTime, start: Instant, frame: &mut Frame) -> Result<f64, NotMoved> {
-        let mut frequencies = self.limits.frequencies[index];
+        let factor = self.bodies[index].stiffness_factor().unwrap_or(1.0);
+        let mut frequencies = self.limits.frequencies[index].stiffened(factor);
         // The springs are moved out for the step and returned to the tools, which read them for the reaction.
         for (slot, springs) in self.tools.iter_mut().zip(&mut self.scratch.springs) {
             std::mem::swap(slot.tool.springs_mut(index), springs);

@@ -45,13 +45,21 @@ impl StepLimits {
 
     /// Number of substeps of a step of `dt` (s) that keep a body with these frequencies stable: at least `chosen`, at most the allowed number.
     pub(super) fn substeps(&self, frequencies: &Frequencies, dt: f64, chosen: usize) -> usize {
+        if self.is_forced { chosen } else { self.needed_substeps(frequencies, dt).min(self.max_substeps).max(chosen) }
+    }
+
+    /// Number of substeps that keep a body with these frequencies stable; 1 where the scheme has no limit.
+    fn needed_substeps(&self, frequencies: &Frequencies, dt: f64) -> usize {
         match frequencies.limit(self.scheme) {
-            StepLimit::At(limit) if limit > 0.0 && !self.is_forced => {
-                let needed = (dt / limit).ceil().min(self.max_substeps as f64) as usize;
-                needed.max(chosen)
-            }
-            _ => chosen,
+            StepLimit::At(limit) if limit > 0.0 => (dt / limit).ceil() as usize,
+            _ => 1,
         }
+    }
+
+    /// Whether the allowed substeps of steps of `dt` (s) keep every body stable in contact with a tool if it is stiffer by this factor.
+    pub(super) fn allow_stiffness(&self, factor: f64, dt: f64) -> bool {
+        let keeps = |planned: &Frequencies| self.needed_substeps(&planned.stiffened(factor), dt) <= self.max_substeps;
+        self.is_forced || self.planned.iter().all(keeps)
     }
 }
 

@@ -53,5 +53,9 @@ pub(super) fn put_command(out: &mut Vec<u8>, command: SessionCommand) {
             out.push(2);
             put_numbers(out, &[radius, coupling]);
         }
+        SessionCommand::SetStiffness { factor } => {
+            out.push(3);
+            put_numbers(out, &[factor]);
+        }
     }
 }

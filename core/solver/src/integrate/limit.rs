@@ -51,6 +51,13 @@ const MARGIN: f64 = 1.05;
 const PROPORTIONAL: f64 = 1e-9;
 
 impl Frequencies {
+    /// The bounds of the same body with stiffness and damping times `factor`.
+    #[must_use]
+    pub fn stiffened(self, factor: f64) -> Self {
+        let root = factor.sqrt();
+        Self { stiffness: root * self.stiffness, bound: root * self.bound, damping: factor * self.damping }
+    }
+
     /// Computes the bounds of a body in its present state. Builds its matrix if it has none, and drops it again.
     ///
     /// # Errors

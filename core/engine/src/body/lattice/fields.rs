@@ -31,8 +31,20 @@ impl Mean {
 }
 
 impl Lattice {
-    /// Gives the elements listed last their factors, if the body has fields.
+    /// Gives the elements listed last their factors: those of the body's fields, times the factor of its stiffness.
     pub(super) fn list_fields(&mut self, system: &mut System) {
+        if self.fields.is_some() {
+            self.evaluate_fields(system);
+        } else {
+            system.sets.iter_mut().for_each(|set| set.list_mut().fields.clear());
+        }
+        if let Some(stiffness) = &self.stiffness {
+            stiffness.apply(system);
+        }
+    }
+
+    /// Gives the elements listed last their factors, if the body has fields.
+    fn evaluate_fields(&mut self, system: &mut System) {
         let Some(fields) = self.fields.clone() else { return };
         let half = Vec3::repeat(0.5 * self.facts.edge);
         let centres: Vec<Vec3> = self.region.cell_corners.iter().map(|c| self.grid_rest(c[0]) + half).collect();

@@ -6,9 +6,21 @@ use pliant_plugin_api::abi;
 use pliant_solver::{System, Vec3};
 
 impl Sheet {
+    /// Gives the elements listed last their factors: those of the body's fields, times the factor of its stiffness.
+    pub(super) fn list_fields(&self, system: &mut System) {
+        if self.fields.is_some() {
+            self.evaluate_fields(system);
+        } else {
+            system.sets.iter_mut().for_each(|set| set.list_mut().fields.clear());
+        }
+        if let Some(stiffness) = &self.stiffness {
+            stiffness.apply(system);
+        }
+    }
+
     /// Gives the elements listed last their factors, if the body has fields: a triangle those at its centroid, a hinge the mean of its two
     /// triangles, a node or an edge those at its midpoint.
-    pub(super) fn list_fields(&self, system: &mut System) {
+    fn evaluate_fields(&self, system: &mut System) {
         let Some(fields) = &self.fields else { return };
         let rest = system.nodes.rest.clone();
         let own = self.vertex_of.len();
