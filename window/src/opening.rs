@@ -83,6 +83,11 @@ impl OpenRequest {
         }
     }
 
+    /// Where the `mtllib` files of a model are, also if its present shape is in a file elsewhere; `None` for a scene, whose models have theirs beside them.
+    pub fn material_folder(&self) -> Option<&Path> {
+        self.path.parent().filter(|_| !self.is_scene())
+    }
+
     /// Whether it is a scene and not a model.
     pub fn is_scene(&self) -> bool {
         self.path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"))

@@ -1,9 +1,11 @@
 //! The surfaces of a session as bytes for a graphics card: of each frame only what has changed.
 
+use crate::materials::SurfaceMaterials;
 use bytemuck::{Pod, Zeroable};
 use pliant_editor::surface::{SurfaceChanges, ViewSurface};
 use pliant_engine::body::{ABSENT, CAP};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// What moves of a drawn vertex.
 #[repr(C)]
@@ -58,6 +60,8 @@ pub struct Upload {
     pub corners: Vec<Patch<[u32; 3]>>,
     /// All edges to draw (e x 2), where they have changed.
     pub edges: Option<Vec<[u32; 2]>>,
+    /// Materials, where they have just been read.
+    pub materials: Option<Arc<SurfaceMaterials>>,
 }
 
 impl Upload {
@@ -80,7 +84,7 @@ impl Upload {
             places: changes.vertices.iter().map(|range| places(surface, range.clone())).collect(),
             looks: changes.looks.iter().map(|range| looks(surface, range.clone())).collect(),
             corners: changes.triangles.iter().map(|range| corners(surface, range.clone())).collect(),
-            edges: None,
+            ..Self::default()
         }
     }
 

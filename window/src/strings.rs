@@ -12,6 +12,8 @@ pub const SAVE: &str = "Save";
 pub const SAVE_AS: &str = "Save as...";
 /// See [`FILE`]. Writes what was done by hand.
 pub const SAVE_SESSION: &str = "Save session...";
+/// See [`FILE`]. GLB, or STL by the ending of the name.
+pub const EXPORT: &str = "Export...";
 /// See [`FILE`].
 pub const QUIT: &str = "Quit";
 /// Writes what is seen as a file.
@@ -89,12 +91,20 @@ pub const SHADING: &str = "Shading";
 pub const WIREFRAME: &str = "Wireframe";
 /// Ways to draw edges.
 pub const WIREFRAMES: [&str; 3] = ["off", "over", "only"];
+/// Label of the ways to show the pictures of two eyes.
+pub const STEREO: &str = "Stereo";
+/// Ways to show the pictures of two eyes.
+pub const STEREOS: [&str; 3] = ["none", "red-cyan", "side by side"];
 /// Opacity of the surface.
 pub const OPACITY: &str = "Opacity";
 /// Projection.
 pub const ORTHOGRAPHIC: &str = "Orthographic";
 /// Which axis is up.
 pub const Z_UP: &str = "Z up";
+/// Colours and textures of the MTL files.
+pub const FILE_COLOURS: &str = "Colours of the file";
+/// See [`FILE_COLOURS`].
+pub const FILE_COLOURS_HINT: &str = "Kd and map_Kd (PNG, JPEG) of the MTL file, with the shadings studio and facets.";
 /// The grid on the ground.
 pub const GROUND: &str = "Ground grid";
 /// Simulated cells.
@@ -129,7 +139,7 @@ pub const PATH: &str = "File";
 pub const COARSER: &str = "Use a coarser grid";
 /// Keys, for the help at the lower edge.
 pub const KEYS: &str = "Left: tool, beside the model turn   Middle: turn   Shift+middle or right: move   Wheel: nearer, in a stroke deeper   \
-    F: focus   Home: all   [ ]: size   - =: strength   W: wireframe   , .: softer, stiffer   X: symmetry   Ctrl+Z, Ctrl+Y: undo, redo";
+    F: focus   Home: all   [ ]: size   - =: strength   W: wireframe   , .: softer, stiffer   X: symmetry   Arrows, Space: pointer without a mouse   Ctrl+Z, Ctrl+Y: undo, redo";
 
 /// A question about a session that has ended without closing.
 pub fn recovery(path: &std::path::Path) -> String {
@@ -183,3 +193,11 @@ pub fn stiffness_changes(now: f64, wanted: f64, young: Option<f64>, slew: Option
     let slowed = slew.map_or_else(String::new, |slew| format!(", slowly: the force changes by at most {slew:.3} N/s"));
     format!("Stiffness {}, going to {}{slowed}", value(now), value(wanted))
 }
+
+/// The question for the unit of a file, whose longest edge has so many units.
+pub fn unit_question(extent: f64) -> String {
+    format!("OBJ files say no unit. The longest edge of this model has {extent:.3} units. How large is it?")
+}
+
+/// What the model is drawn beside, and how long that is.
+pub const HAND_BESIDE: &str = "a hand, 19 cm";

@@ -86,6 +86,8 @@ struct Window {
 impl Window {
     fn start(display: &Display, model: &Path) -> Self {
         let log = model.with_extension("log");
+        // That of a program before would be taken for the log of this one.
+        let _ = std::fs::remove_file(&log);
         let program = Command::new(env!("CARGO_BIN_EXE_pliant-window"))
             .env("DISPLAY", &display.name)
             .env_remove("WAYLAND_DISPLAY")

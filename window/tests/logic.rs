@@ -1,8 +1,9 @@
 //! What happens in the window, without a graphics card: keys, pointer, panels and files, through the names that screen readers hear.
 
 use eframe::egui::{self, Key, Modifiers, PointerButton, Pos2, pos2};
+use egui::accesskit::Role;
 use egui_kittest::Harness;
-use egui_kittest::kittest::Queryable;
+use egui_kittest::kittest::{NodeT, Queryable};
 use pliant_engine::plan::Plan;
 use pliant_engine::scene;
 use pliant_engine::session::{Options, Session, SessionCommand};
@@ -289,4 +290,71 @@ fn a_broken_model_is_an_error_with_its_line() {
     harness.get_by_label("Close").click();
     harness.step();
     assert!(harness.state().error().is_none());
+}
+
+/// A cow of 1.8 m may be one of 4.6 cm whose file is in inches: the unit is asked for, and the answer opens it so.
+#[test]
+fn a_unit_that_is_unsure_is_asked_for_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let sure = ball(folder.path());
+    let mut harness = window(&sure);
+    wait(&mut harness, "the model", App::is_open);
+    assert!(!harness.state().asks_unit(), "20 cm in metres; in any other unit it would be a crumb");
+    let unsure = folder.path().join("cow.obj");
+    let document = generate::sphere(12, 0.9).unwrap();
+    document.write(document.positions(), None, &mut std::fs::File::create(&unsure).unwrap()).unwrap();
+    let mut harness = window(&unsure);
+    wait(&mut harness, "the model", App::is_open);
+    assert!(harness.state().asks_unit(), "1.8 m, or 4.6 cm in inches");
+    let radius = harness.state().tool_radius();
+    harness.step();
+    harness.get_by_label_contains("in: the model is").click();
+    wait(&mut harness, "the model in inches", |app| app.is_open() && app.tool_radius() < 0.1 * radius);
+    assert!((harness.state().tool_radius() / radius - 25.4e-3).abs() < 1e-6);
+    assert!(!harness.state().asks_unit(), "it is asked for once");
+}
+
+/// Without a mouse: arrow keys bring the pointer over the model, Space presses and lets go, Tab and names reach the controls.
+#[test]
+fn a_stroke_is_made_by_keys_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = window(&ball(folder.path()));
+    wait(&mut harness, "the model", App::is_open);
+    let yaw = harness.state().camera().yaw;
+    harness.key_down_modifiers(Modifiers::ALT, Key::ArrowRight);
+    (0..10).for_each(|_| pause(&mut harness));
+    harness.key_up_modifiers(Modifiers::ALT, Key::ArrowRight);
+    harness.step();
+    assert!((harness.state().camera().yaw - yaw).abs() > 0.01, "Alt and an arrow turn the view");
+    harness.key_down(Key::ArrowLeft);
+    (0..5).for_each(|_| pause(&mut harness));
+    harness.key_up(Key::ArrowLeft);
+    harness.key_press(Key::Space);
+    harness.key_down(Key::ArrowRight);
+    (0..30).for_each(|_| pause(&mut harness));
+    harness.key_up(Key::ArrowRight);
+    harness.key_press(Key::Space);
+    wait(&mut harness, "a stroke", |app| app.status().done == 1);
+    harness.key_press(Key::Period);
+    wait(&mut harness, "a stiffer material", |app| app.status().stiffness.now > 1.2);
+    harness.key_press(Key::Comma);
+    wait(&mut harness, "the stiffness of before", |app| (app.status().stiffness.now - 1.0).abs() < 1e-6);
+}
+
+/// What can be clicked has a name that screen readers say.
+#[test]
+fn every_control_has_a_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = window(&ball(folder.path()));
+    wait(&mut harness, "the model", App::is_open);
+    let mut count = 0;
+    for role in [Role::Button, Role::CheckBox, Role::RadioButton, Role::Slider, Role::SpinButton, Role::ComboBox] {
+        for control in harness.query_all_by_role(role) {
+            let node = control.accesskit_node();
+            let name = node.label().or(node.value()).unwrap_or_default();
+            assert!(!name.trim().is_empty(), "{role:?} at {:?} has no name", node.bounding_box());
+            count += 1;
+        }
+    }
+    assert!(count > 40, "{count} controls");
 }

@@ -9,12 +9,14 @@ use glutin::api::egl::display::Display;
 use glutin::config::{ConfigSurfaceTypes, ConfigTemplateBuilder};
 use glutin::context::{ContextApi, ContextAttributesBuilder, Version};
 use glutin::prelude::*;
+use image::{Rgba, RgbaImage};
 use nalgebra::Point3;
 use pliant_editor::surface::ViewSurface;
 use pliant_engine::body::Model;
 use pliant_live::BodyTopology;
 use pliant_mesh::{ObjDocument, Placement, generate};
-use pliant_window::gl::{GlRenderer, PixelArea, Scene, Shading, SurfaceRenderer, Wireframe};
+use pliant_window::gl::{Channels, GlRenderer, PixelArea, Scene, Shading, SurfaceRenderer, Wireframe};
+use pliant_window::materials::{MaterialLook, SurfaceMaterials};
 use pliant_window::picture::{CUT, Patch, Upload};
 use pliant_window::view::{Camera, Eye, Projection};
 use std::sync::Arc;
@@ -105,11 +107,13 @@ fn scene(camera: &Camera) -> Scene {
         origins: vec![[0.0; 3]],
         shading: Shading::Studio,
         wireframe: Wireframe::Off,
+        file_colours: true,
         opacity: 1.0,
         mark_backs: true,
         full_displacement: 1.0,
         // A colour that no material has.
         background: [[0.0, 1.0, 0.0]; 2],
+        channels: Channels::All,
         lines: Vec::new(),
     }
 }
@@ -162,6 +166,70 @@ fn facets_edges_and_opacity_change_what_they_should() {
     let glass = offscreen.draw(&Scene { opacity: 0.3, ..scene(&camera) });
     let middle = glass[(SIZE * SIZE / 2 + SIZE / 2) as usize];
     assert!(middle[1] > 100 && !is_background(&middle), "the background shines through: {middle:?}");
+}
+
+/// A red-cyan picture has the left eye's picture in its red and the right eye's in the rest: what is nearer than the target is apart in it.
+#[test]
+fn an_anaglyph_has_a_picture_for_each_eye() {
+    let mut offscreen = Offscreen::new();
+    let ball = surface(generate::sphere(16, 0.3).unwrap());
+    offscreen.renderer.upload(&Upload::whole(0, &ball));
+    let camera = Camera { projection: Projection::Perspective, ..camera() };
+    let centre = |pixels: &[[u8; 3]], channel: usize| {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for (place, pixel) in pixels.iter().enumerate().filter(|(_, pixel)| pixel[channel] > 20) {
+            (sum, count) = (sum + (place % SIZE as usize) as f64, count + f64::from(pixel[channel] > 20));
+        }
+        sum / count
+    };
+    let mut apart = |z: f64| {
+        let draw = |offscreen: &mut Offscreen, eye, channels| {
+            let (view, projection) = (camera.view_matrix(eye), camera.projection_matrix(1.0, eye));
+            let origins = vec![[0.0, 0.0, z]];
+            let background = [[0.0; 3]; 2];
+            offscreen.draw(&Scene { view, projection, channels, origins, background, ..scene(&camera) })
+        };
+        draw(&mut offscreen, Eye::Left, Channels::Red);
+        let both = draw(&mut offscreen, Eye::Right, Channels::GreenAndBlue);
+        let alone = draw(&mut offscreen, Eye::Left, Channels::All);
+        assert!((centre(&both, 0) - centre(&alone, 0)).abs() < 0.01, "red is what the left eye sees");
+        centre(&both, 0) - centre(&both, 1)
+    };
+    assert!(apart(0.0).abs() < 1.0, "at the target the pictures meet");
+    // The left eye sees what is near further to the right.
+    assert!(apart(1.0) > 1.0 && apart(-2.0) < -1.0);
+}
+
+/// A square whose image has another colour in each quarter, above a stripe of one colour.
+#[test]
+fn textures_lie_as_the_file_says_and_materials_have_their_colour() {
+    let mut offscreen = Offscreen::new();
+    let text = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nv -1 -1.4 0\nv 1 -1.4 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
+        usemtl picture\nf 1/1 2/2 3/3 4/4\nusemtl stripe\nf 5 6 2 1\n";
+    let square = surface(ObjDocument::parse(text.into(), std::path::Path::new("square.obj")).unwrap());
+    let quarters = [[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 0]];
+    let image = RgbaImage::from_fn(64, 64, |x, y| {
+        let [r, g, b] = quarters[usize::from(x >= 32) + 2 * usize::from(y >= 32)];
+        Rgba([r, g, b, 255])
+    });
+    let looks = vec![Some(MaterialLook::Texture(0)), Some(MaterialLook::Colour([0.9, 0.1, 0.9]))];
+    let materials = Some(Arc::new(SurfaceMaterials { looks, images: vec![image] }));
+    offscreen.renderer.upload(&Upload { materials, ..Upload::whole(0, &square) });
+    let camera = camera();
+    let view = Scene { background: [[0.0; 3]; 2], origins: vec![square.origin.into()], ..scene(&camera) };
+    let at = |pixels: &[[u8; 3]], x: f64, y: f64| {
+        let pixel = |share: f64| (f64::from(SIZE) * (0.5 + share / 3.0)) as usize;
+        pixels[pixel(-y) * SIZE as usize + pixel(x)].map(|c| c > 110)
+    };
+    for shading in [Shading::Studio, Shading::Facets] {
+        let pixels = offscreen.draw(&Scene { shading, ..view.clone() });
+        for (place, [x, y]) in [[-0.5, 0.5], [0.5, 0.5], [-0.5, -0.5], [0.5, -0.5]].into_iter().enumerate() {
+            assert_eq!(at(&pixels, x, y), quarters[place].map(|c| c > 110), "{shading:?}: quarter {place}");
+        }
+        assert_eq!(at(&pixels, 0.0, -1.2), [true, false, true], "{shading:?}: the stripe");
+    }
+    let plain = offscreen.draw(&Scene { file_colours: false, ..view });
+    assert_eq!(at(&plain, -0.5, 0.5), at(&plain, 0.5, -0.5), "without the colours of the file all is of one colour");
 }
 
 #[test]

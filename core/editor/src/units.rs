@@ -33,10 +33,15 @@ impl LengthUnit {
         }
     }
 
+    /// Units with which a model with this longest edge (file units) has a usual size: the guess is certain only if there is one.
+    pub fn plausible(extent: f64) -> impl Iterator<Item = Self> {
+        Self::ALL.into_iter().filter(move |unit| USUAL_SIZES.contains(&(extent * unit.metres())))
+    }
+
     /// Guesses the unit of a model with this longest edge (file units): the first one of [`LengthUnit::ALL`] with which it has a usual size, or the one that
     /// comes closest.
     pub fn guess(extent: f64) -> Self {
-        let usual = Self::ALL.into_iter().find(|unit| USUAL_SIZES.contains(&(extent * unit.metres())));
+        let usual = Self::plausible(extent).next();
         let middle = (USUAL_SIZES.start() * USUAL_SIZES.end()).sqrt();
         let away = |unit: &Self| (extent * unit.metres() / middle).ln().abs();
         usual.unwrap_or_else(|| {
@@ -83,6 +88,10 @@ mod tests {
         ] {
             assert_eq!(LengthUnit::guess(extent), unit, "{extent}");
         }
+        let plausible = |extent| LengthUnit::plausible(extent).collect::<Vec<_>>();
+        assert_eq!(plausible(0.156), [LengthUnit::Metre]);
+        assert_eq!(plausible(1.72), [LengthUnit::Metre, LengthUnit::Inch]);
+        assert_eq!(plausible(1e9), []);
     }
 
     #[test]

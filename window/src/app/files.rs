@@ -22,6 +22,7 @@ pub(super) enum Purpose {
     Open,
     SaveAs,
     SaveSession,
+    Export,
 }
 
 /// A question about shapes that have not been saved.
@@ -37,6 +38,7 @@ const OPEN: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::O)
 const SAVE: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::S);
 const SAVE_AS: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::S);
 const SAVE_SESSION: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::ALT), Key::S);
+const EXPORT: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::E);
 const QUIT: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Q);
 const UNDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Z);
 const REDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Z);
@@ -65,6 +67,9 @@ impl App {
                     }
                     if item(ui, strings::SAVE_SESSION, SAVE_SESSION, is_open) {
                         self.ask_for_file(Purpose::SaveSession);
+                    }
+                    if item(ui, strings::EXPORT, EXPORT, is_open) {
+                        self.ask_for_file(Purpose::Export);
                     }
                     if item(ui, strings::PICTURE, PICTURE, is_open) {
                         self.save_picture();
@@ -119,6 +124,9 @@ impl App {
         if pressed(&SAVE_SESSION) && self.model.is_some() {
             self.ask_for_file(Purpose::SaveSession);
         }
+        if pressed(&EXPORT) && self.model.is_some() {
+            self.ask_for_file(Purpose::Export);
+        }
         if pressed(&REDO) || pressed(&REDO_TOO) {
             self.redo();
         }
@@ -152,6 +160,7 @@ impl App {
             Purpose::Open => self.request.path.clone(),
             Purpose::SaveAs => self.save_path.clone().unwrap_or_else(|| self.request.path.with_extension("obj")),
             Purpose::SaveSession => self.request.path.with_extension("rec"),
+            Purpose::Export => self.request.path.with_extension("glb"),
         };
         self.dialog = Some(FileDialog { purpose, path: path.to_string_lossy().into_owned(), browsing: None });
     }
@@ -183,6 +192,7 @@ impl App {
     pub(super) fn windows(&mut self, context: &egui::Context) {
         self.file_window(context);
         self.question_window(context);
+        self.unit_window(context);
         let mut is_closed = false;
         if let Some(error) = &self.error {
             egui::Window::new("error").title_bar(false).anchor(egui::Align2::CENTER_CENTER, [0.0; 2]).show(
@@ -205,6 +215,7 @@ impl App {
             Purpose::Open => strings::OPEN,
             Purpose::SaveAs => strings::SAVE_AS,
             Purpose::SaveSession => strings::SAVE_SESSION,
+            Purpose::Export => strings::EXPORT,
         };
         let (mut answer, mut is_done) = (None, false);
         if let Some(browsing) = &dialog.browsing {
@@ -241,7 +252,7 @@ impl App {
                     ..self.request.clone()
                 });
             }
-            (Some(path), Purpose::SaveAs) => self.send(Command::Save { path, for_user: true }),
+            (Some(path), Purpose::SaveAs | Purpose::Export) => self.send(Command::Save { path, for_user: true }),
             (Some(path), Purpose::SaveSession) => self.send(Command::SaveSession { path }),
             (None, _) if !is_done => self.dialog = Some(dialog),
             (None, _) => {}
@@ -319,7 +330,7 @@ fn browse(purpose: Purpose, path: &str, context: egui::Context) -> Option<Receiv
         }
         let answer = match purpose {
             Purpose::Open => dialog.add_filter("models and scenes", &["obj", "toml"]).pick_file(),
-            Purpose::SaveAs | Purpose::SaveSession => {
+            Purpose::SaveAs | Purpose::SaveSession | Purpose::Export => {
                 let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
                 dialog.set_file_name(name).save_file()
             }

@@ -107,7 +107,7 @@ pub fn measure_without_window(arguments: &Arguments) -> Result<Measurement, Stri
             }
         }
     }
-    let mut model = Model::new(*opened.ok_or("nothing was opened")?, egui::Context::default());
+    let mut model = Model::new(*opened.ok_or("nothing was opened")?, None, egui::Context::default());
     let mut camera = Camera::default();
     let (centre, radius) = model.ball();
     camera.frame(centre, radius, 1.3);

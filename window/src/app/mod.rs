@@ -2,25 +2,28 @@
 
 mod files;
 mod gauges;
+mod key_pointer;
 mod log;
 mod measure;
 mod model;
 mod panels;
+mod unit_question;
 mod viewport;
 
 pub use log::EventLog;
 pub use measure::{Measurement, measure_without_window};
 
 use crate::arguments::Arguments;
-use crate::gl::{Line, Shading, SurfaceRenderer, Wireframe};
+use crate::gl::{Line, Shading, Stereo, SurfaceRenderer, Wireframe};
 use crate::opening::OpenRequest;
-use crate::sim::{Abandoned, Command, Notice, Simulation, Status, abandoned};
+use crate::sim::{Abandoned, Command, ModelFormat, Notice, Simulation, Status, abandoned};
 
 use crate::tools::{ToolKind, ToolSettings};
 use crate::view::Camera;
 use eframe::egui;
 use files::{FileDialog, Question};
 use gauges::{ForcePlot, FrameTimes};
+use key_pointer::KeyPointer;
 use measure::ScriptedStrokes;
 use model::Model;
 use pliant_editor::Substance;
@@ -38,8 +41,12 @@ pub struct ViewSettings {
     pub shading: Shading,
     /// How edges of triangles are drawn.
     pub wireframe: Wireframe,
+    /// Whether surfaces have the colours and textures of the file.
+    pub file_colours: bool,
     /// Opacity of surfaces, 0 to 1.
     pub opacity: f32,
+    /// How the pictures of two eyes are shown.
+    pub stereo: Stereo,
     /// Whether there is a grid on the ground.
     pub ground: bool,
     /// Whether the simulated cells are drawn.
@@ -48,7 +55,15 @@ pub struct ViewSettings {
 
 impl Default for ViewSettings {
     fn default() -> Self {
-        Self { shading: Shading::Studio, wireframe: Wireframe::Off, opacity: 1.0, ground: true, cells: false }
+        Self {
+            shading: Shading::Studio,
+            wireframe: Wireframe::Off,
+            file_colours: true,
+            opacity: 1.0,
+            stereo: Stereo::Off,
+            ground: true,
+            cells: false,
+        }
     }
 }
 
@@ -80,9 +95,13 @@ pub struct App {
     recovered: Option<Abandoned>,
     dialog: Option<FileDialog>,
     question: Option<Question>,
+    /// Whether the unit of the model is asked for.
+    asks_unit: bool,
     error: Option<String>,
     /// What happened, and when.
     messages: Vec<(Instant, String)>,
+    /// The pointer of those who use no mouse.
+    keys: KeyPointer,
     force: ForcePlot,
     times: FrameTimes,
     script: Option<ScriptedStrokes>,
@@ -124,8 +143,10 @@ impl App {
             recovered: None,
             dialog: None,
             question: None,
+            asks_unit: false,
             error: None,
             messages: Vec::new(),
+            keys: KeyPointer::default(),
             force: ForcePlot::default(),
             times: FrameTimes::default(),
             script: None,
@@ -252,7 +273,9 @@ impl App {
         match notice {
             Notice::Opened(opened) => {
                 let (seconds, is_reopened) = (opened.seconds, self.request.shape.is_some() && self.recovered.is_none());
-                let model = Model::new(*opened, self.context.clone());
+                let material_folder = self.request.material_folder().map(PathBuf::from);
+                self.asks_unit = self.is_unit_unsure(&opened.facts);
+                let model = Model::new(*opened, material_folder, self.context.clone());
                 self.log.event(
                     "opened",
                     &[("seconds", format!("{seconds:.3}")), ("triangles", model.triangles().to_string())],
@@ -269,7 +292,10 @@ impl App {
                 self.model = None;
                 self.fail(text);
             }
-            Notice::Saved { path, for_user } => self.saved(path, for_user),
+            Notice::Saved { path, for_user, problems } => {
+                self.saved(path, for_user);
+                problems.into_iter().for_each(|problem| self.tell(problem));
+            }
             Notice::NotSaved(text) => {
                 (self.after_save, self.quit_after_save) = (None, false);
                 self.fail(text);
@@ -286,8 +312,8 @@ impl App {
         if for_user {
             self.log.event("saved", &[("path", path.display().to_string())]);
             self.tell(format!("saved {}", path.display()));
-            if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("stl")) {
-                // An export: it holds neither lines nor materials of the model.
+            if ModelFormat::of(&path) != ModelFormat::Obj {
+                // An export: it does not hold the lines of the model.
                 return;
             }
             self.saved_strokes = Some(self.status.done);
@@ -334,8 +360,8 @@ impl App {
         self.send(Command::SetStiffness { factor: self.stiffness });
     }
 
-    /// m, radius of the tool
-    fn tool_radius(&self) -> f64 {
+    /// Radius of the tool, m; 0 without a model.
+    pub fn tool_radius(&self) -> f64 {
         self.settings.size * self.model.as_ref().map_or(0.0, |model| model.facts.hand.radius)
     }
 
@@ -346,6 +372,10 @@ impl App {
         self.listen();
         if let Some(model) = &mut self.model {
             model.update(&mut self.times, self.view);
+            for problem in model.take_materials() {
+                self.log.event("material", &[("problem", problem.clone())]);
+                self.messages.push((Instant::now(), problem));
+            }
         }
         self.shortcuts(ui.ctx());
         self.dropped_files(ui.ctx());

@@ -3,6 +3,7 @@
 use super::ViewSettings;
 use super::gauges::FrameTimes;
 use crate::gl::{Line, Wireframe};
+use crate::materials::MaterialLoad;
 use crate::opening::ModelFacts;
 use crate::picture::Upload;
 use crate::sim::OpenModel;
@@ -16,6 +17,7 @@ use pliant_editor::PointerRay;
 use pliant_editor::surface::{Hit, Picker, ViewSurface};
 use pliant_engine::session::ToolFrame;
 use pliant_live::ViewReader;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -33,6 +35,8 @@ pub(super) struct Model {
     has_edges: bool,
     /// When edges were listed last.
     edges_listed: Option<Instant>,
+    /// Until the materials are there.
+    materials: Option<MaterialLoad>,
     pub(super) uploads: Vec<Upload>,
     /// Whether the renderer still has the bodies of another model.
     pub(super) is_new: bool,
@@ -53,8 +57,10 @@ const POLL: Duration = Duration::from_millis(4);
 const EDGE_PERIOD: Duration = Duration::from_millis(250);
 
 impl Model {
-    pub(super) fn new(opened: OpenModel, context: egui::Context) -> Self {
-        let OpenModel { facts, reader, surfaces, hands, device_frame, .. } = opened;
+    /// `material_folder`: where the model's `mtllib` files are, if not beside the file that was opened.
+    pub(super) fn new(opened: OpenModel, material_folder: Option<PathBuf>, context: egui::Context) -> Self {
+        let OpenModel { facts, reader, surfaces, models, hands, device_frame, .. } = opened;
+        let materials = Some(MaterialLoad::start(models, material_folder, context.clone()));
         let pickers = surfaces.iter().map(Picker::new).collect();
         let uploads = surfaces.iter().enumerate().map(|(body, surface)| Upload::whole(body, surface)).collect();
         let mut control = HandControl::new(hands, device_frame);
@@ -72,6 +78,7 @@ impl Model {
             pickers,
             has_edges: false,
             edges_listed: None,
+            materials,
             uploads,
             is_new: true,
             _waker: waker,
@@ -119,6 +126,26 @@ impl Model {
             }
         }
         times.copy(began.elapsed());
+    }
+
+    /// Takes in the materials once they are read; gives a sentence for each that cannot be.
+    pub(super) fn take_materials(&mut self) -> Vec<String> {
+        let Some(read) = self.materials.as_ref().and_then(MaterialLoad::take) else { return Vec::new() };
+        self.materials = None;
+        let mut problems = Vec::new();
+        for (body, (materials, of_body)) in read.into_iter().enumerate().take(self.surfaces.len()) {
+            let surface = &self.surfaces[body];
+            let (vertices, triangles) = (surface.drawn().len(), surface.corners().len());
+            self.uploads.push(Upload {
+                body,
+                vertices,
+                triangles,
+                materials: Some(Arc::new(materials)),
+                ..Upload::default()
+            });
+            problems.extend(of_body);
+        }
+        problems
     }
 
     /// What a ray meets first.

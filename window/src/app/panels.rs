@@ -1,7 +1,7 @@
 //! The panels beside the picture: tools, view, material, history.
 
 use super::App;
-use crate::gl::{Shading, Wireframe};
+use crate::gl::{Shading, Stereo, Wireframe};
 use crate::opening::OpenRequest;
 use crate::sim::Command;
 use crate::strings;
@@ -130,7 +130,14 @@ impl App {
                 ui.selectable_value(&mut self.view.wireframe, way, name);
             }
         });
+        ui.horizontal(|ui| {
+            ui.label(strings::STEREO);
+            for (way, name) in Stereo::ALL.into_iter().zip(strings::STEREOS) {
+                ui.selectable_value(&mut self.view.stereo, way, name);
+            }
+        });
         ui.add(Slider::new(&mut self.view.opacity, 0.1..=1.0).max_decimals(2).text(strings::OPACITY));
+        ui.checkbox(&mut self.view.file_colours, strings::FILE_COLOURS).on_hover_text(strings::FILE_COLOURS_HINT);
         ui.checkbox(&mut self.view.ground, strings::GROUND);
         ui.checkbox(&mut self.view.cells, strings::CELLS);
         let mut orthographic = self.camera.projection == Projection::Orthographic;
@@ -263,7 +270,7 @@ impl App {
     }
 }
 
-fn unit_text(unit: LengthUnit, size: f64) -> String {
+pub(super) fn unit_text(unit: LengthUnit, size: f64) -> String {
     let name = match unit {
         LengthUnit::Metre => "m",
         LengthUnit::Centimetre => "cm",

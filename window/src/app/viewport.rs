@@ -2,8 +2,9 @@
 
 use super::App;
 use super::gauges::remember;
+use super::key_pointer::KeyMotion;
 use super::measure::pointer_ray;
-use crate::gl::{PixelArea, Scene};
+use crate::gl::{Channels, PixelArea, Scene, Stereo};
 use crate::sim::Command;
 use crate::strings;
 use crate::tools::ToolKind;
@@ -56,9 +57,11 @@ impl App {
                 );
                 return;
             }
-            let pointer = ui.input(|input| input.pointer.latest_pos()).filter(|at| rect.contains(*at));
-            self.navigate(ui, &response, rect);
-            let hit = self.use_tool(ui, &response, rect, pointer);
+            let motion = self.keys.update(ui.ctx(), rect);
+            let latest = self.keys.at().or(ui.input(|input| input.pointer.latest_pos()));
+            let pointer = latest.filter(|at| rect.contains(*at));
+            self.navigate(ui, &response, rect, motion);
+            let hit = self.use_tool(ui, &response, rect, pointer, motion.began);
             self.view_keys(ui, hit);
             self.paint(ui, rect);
             self.paint_overlay(ui, rect, hit, pointer);
@@ -84,7 +87,7 @@ impl App {
         }
     }
 
-    fn navigate(&mut self, ui: &egui::Ui, response: &egui::Response, rect: egui::Rect) {
+    fn navigate(&mut self, ui: &egui::Ui, response: &egui::Response, rect: egui::Rect, motion: KeyMotion) {
         let modifiers = ui.input(|input| input.modifiers);
         let is_busy = self.model.as_ref().is_some_and(|model| model.hand.is_busy());
         let navigation = if response.dragged_by(PointerButton::Middle) {
@@ -111,13 +114,15 @@ impl App {
             Some(Navigation::Zoom) => self.camera.zoom((-2.0 * up).exp(), [0.0; 2], aspect),
             None => {}
         }
-        let wheel = ui.input(|input| input.smooth_scroll_delta.y);
-        if wheel != 0.0 && response.hovered() {
+        self.camera.orbit(f64::from(motion.turn.x), f64::from(motion.turn.y));
+        let scrolled = if response.hovered() { ui.input(|input| input.smooth_scroll_delta.y) } else { 0.0 };
+        let wheel = scrolled + motion.wheel;
+        if wheel != 0.0 {
             if let (true, Some(model)) = (is_busy, &mut self.model) {
                 let length = LIFT_SPEED * f64::from(wheel) * self.settings.size * model.facts.hand.radius;
                 model.hand.stroke().into_iter().for_each(|stroke| stroke.lift(length));
             } else {
-                let at = ui.input(|input| input.pointer.latest_pos()).unwrap_or(rect.center());
+                let at = self.keys.at().or(ui.input(|input| input.pointer.latest_pos())).unwrap_or(rect.center());
                 let place = Frame { rect, camera: &self.camera }.place(at);
                 self.camera.zoom(f64::from((-ZOOM_SPEED * wheel).exp()), place, aspect);
             }
@@ -131,13 +136,14 @@ impl App {
         response: &egui::Response,
         rect: egui::Rect,
         pointer: Option<egui::Pos2>,
+        key_began: bool,
     ) -> Option<Hit> {
         let radius = self.tool_radius();
         let model = self.model.as_mut()?;
         let dt = f64::from(ui.input(|input| input.stable_dt).min(0.1));
         let frame = Frame { rect, camera: &self.camera };
-        let latest = ui.input(|input| input.pointer.latest_pos());
-        let is_down = ui.input(|input| input.pointer.primary_down());
+        let latest = self.keys.at().or(ui.input(|input| input.pointer.latest_pos()));
+        let is_down = self.keys.is_down() || ui.input(|input| input.pointer.primary_down());
         // A stroke goes on beside the picture.
         let at = if model.hand.is_busy() { latest } else { pointer };
         let ray = at.map(|at| pointer_ray(self.camera.ray(frame.place(at), frame.aspect())));
@@ -157,7 +163,7 @@ impl App {
             ui.ctx().request_repaint();
             return hit;
         }
-        let began = response.hovered() && ui.input(|input| input.pointer.primary_pressed());
+        let began = key_began || (response.hovered() && ui.input(|input| input.pointer.primary_pressed()));
         let modifiers = ui.input(|input| input.modifiers);
         let other = match (modifiers.shift, modifiers.command) {
             (true, _) => ToolKind::smoothing(&self.tools),
@@ -180,6 +186,8 @@ impl App {
                 self.log.event("stroke begins", &[("tool", tool.name().into())]);
                 self.send(Command::BeginStroke(tool.name()));
                 ui.ctx().request_repaint();
+            } else {
+                self.keys.let_go();
             }
         } else if let (Some(hit), false) = (&hit, is_down) {
             model.hand.hover(&hit.at, radius);
@@ -273,16 +281,19 @@ impl App {
         } else {
             [[0.90, 0.91, 0.93], [0.74, 0.76, 0.79]]
         };
+        let (camera, stereo) = (self.camera, self.view.stereo);
         let scene = Scene {
-            view: self.camera.view_matrix(Eye::Both),
-            projection: self.camera.projection_matrix(aspect, Eye::Both),
+            view: camera.view_matrix(Eye::Both),
+            projection: camera.projection_matrix(aspect, Eye::Both),
             origins: model.origins(),
             shading: self.view.shading,
             wireframe: self.view.wireframe,
+            file_colours: self.view.file_colours,
             opacity: self.view.opacity,
             mark_backs: model.facts.taken_as != Some(Substance::Sheet),
             full_displacement: (2.0 * model.facts.hand.radius) as f32,
             background,
+            channels: Channels::All,
             lines,
         };
         // Uploads are made once, even if the picture is painted again.
@@ -305,7 +316,11 @@ impl App {
                 width: area.width_px,
                 height: area.height_px,
             };
-            renderer.draw(&scene, area);
+            for (eye, channels, area) in eyes(stereo, area) {
+                // The picture of a half is drawn for the aspect of the whole: what shows such pictures stretches it.
+                let (view, projection) = (camera.view_matrix(eye), camera.projection_matrix(aspect, eye));
+                renderer.draw(&Scene { view, projection, channels, ..scene.clone() }, area);
+            }
             if let Ok(mut times) = times.lock() {
                 remember(&mut times.uploads, uploaded);
                 remember(&mut times.draws, began.elapsed() - uploaded);
@@ -395,6 +410,20 @@ impl App {
             let usual = 0.5 * self.settings.size * model.facts.hand.coupling * radius;
             overlay::force_arrow(&painter, frame, Point3::from(felt.proxy), felt.force, usual);
             self.force.add(ui.input(|input| input.time), felt.force.norm());
+        }
+    }
+}
+
+/// The pictures that are drawn: an eye, channels, and a part of the target for each.
+fn eyes(stereo: Stereo, area: PixelArea) -> Vec<(Eye, Channels, PixelArea)> {
+    match stereo {
+        Stereo::Off => vec![(Eye::Both, Channels::All, area)],
+        Stereo::Anaglyph => vec![(Eye::Left, Channels::Red, area), (Eye::Right, Channels::GreenAndBlue, area)],
+        Stereo::SideBySide => {
+            let half = area.width / 2;
+            let left = PixelArea { width: half, ..area };
+            let right = PixelArea { left: area.left + half, width: area.width - half, ..area };
+            vec![(Eye::Left, Channels::All, left), (Eye::Right, Channels::All, right)]
         }
     }
 }

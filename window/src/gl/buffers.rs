@@ -2,6 +2,7 @@
 
 #![allow(unsafe_code, reason = "every call of OpenGL is unsafe; see the module `renderer`")]
 
+use super::material_textures::MaterialTextures;
 use crate::picture::{Patch, Upload, VertexLook, VertexPlace};
 use bytemuck::Pod;
 use eframe::glow::{self, HasContext};
@@ -25,6 +26,8 @@ pub(super) struct BodyBuffers {
     /// Indices to draw: three of each triangle, two of each edge.
     pub(super) triangle_indices: i32,
     pub(super) edge_indices: i32,
+    /// Colours and textures; `None` until they are read.
+    pub(super) materials: Option<MaterialTextures>,
 }
 
 /// Room beyond what is needed, so that a cut does not ask for new memory with every advance.
@@ -78,6 +81,7 @@ impl BodyBuffers {
             edges: growing(glow::ELEMENT_ARRAY_BUFFER),
             triangle_indices: 0,
             edge_indices: 0,
+            materials: None,
         }
     }
 
@@ -90,6 +94,13 @@ impl BodyBuffers {
         if let Some(edges) = &upload.edges {
             self.edges.put(gl, edges.len(), &[Patch { first: 0, items: edges.clone() }]);
             self.edge_indices = 2 * edges.len() as i32;
+        }
+        if let Some(materials) = &upload.materials {
+            if let Some(old) = self.materials.take() {
+                old.delete(gl);
+            }
+            // Where the card takes no textures the surface is plain.
+            self.materials = MaterialTextures::new(gl, materials).ok();
         }
         self.describe(gl);
     }
@@ -129,6 +140,9 @@ impl BodyBuffers {
             }
             gl.delete_vertex_array(self.surface);
             gl.delete_vertex_array(self.lines);
+        }
+        if let Some(materials) = &self.materials {
+            materials.delete(gl);
         }
     }
 }

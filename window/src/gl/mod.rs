@@ -2,6 +2,7 @@
 
 mod buffers;
 mod matcap;
+mod material_textures;
 mod renderer;
 mod shaders;
 
@@ -43,6 +44,34 @@ pub enum Wireframe {
     Only,
 }
 
+/// How the pictures of two eyes are shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stereo {
+    /// One picture for both eyes.
+    Off,
+    /// Red for the left eye, green and blue for the right one, through glasses of these colours.
+    Anaglyph,
+    /// The left eye's picture beside the right one's, each half as wide, as screens and headsets for such pictures take them.
+    SideBySide,
+}
+
+impl Stereo {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Off, Self::Anaglyph, Self::SideBySide];
+}
+
+/// Channels of the picture that are drawn: red, green, blue.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Channels {
+    /// All of them.
+    #[default]
+    All,
+    /// Red alone.
+    Red,
+    /// Green and blue.
+    GreenAndBlue,
+}
+
 /// What is seen, and how.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
@@ -56,6 +85,8 @@ pub struct Scene {
     pub shading: Shading,
     /// How edges of triangles are drawn.
     pub wireframe: Wireframe,
+    /// Whether surfaces have the colours and textures of their materials, where light and not a picture of a ball shades them.
+    pub file_colours: bool,
     /// Opacity of surfaces, 0 to 1.
     pub opacity: f32,
     /// Whether the inner side of surfaces is marked: that of a solid is seen only through a hole, a sheet has two good sides.
@@ -64,6 +95,8 @@ pub struct Scene {
     pub full_displacement: f32,
     /// Colours of the background at the top and at the bottom, red, green, blue, 0 to 1.
     pub background: [[f32; 3]; 2],
+    /// Channels that are drawn; the others keep what they have.
+    pub channels: Channels,
     /// Lines to draw in the scene: two ends (m) and a colour each.
     pub lines: Vec<Line>,
 }

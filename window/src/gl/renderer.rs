@@ -6,7 +6,9 @@
 )]
 
 use super::buffers::BodyBuffers;
-use super::{Line, PixelArea, Scene, Shading, SurfaceRenderer, Wireframe, matcap, shaders};
+use super::material_textures::MaterialTextures;
+use super::{Channels, Line, PixelArea, Scene, Shading, SurfaceRenderer, Wireframe, matcap, shaders};
+use crate::materials::SurfaceMaterials;
 use crate::picture::Upload;
 use eframe::glow::{self, HasContext};
 use nalgebra::{Matrix4, Vector3};
@@ -21,6 +23,8 @@ pub struct GlRenderer {
     line: glow::Program,
     background: glow::Program,
     balls: glow::Texture,
+    /// Of bodies without materials.
+    plain: MaterialTextures,
     /// For drawing what has no vertices.
     empty: glow::VertexArray,
     lines: glow::VertexArray,
@@ -47,6 +51,7 @@ impl GlRenderer {
             let line = program(&gl, shaders::LINE_VERTEX, shaders::LINE_FRAGMENT)?;
             let background = program(&gl, shaders::BACKGROUND_VERTEX, shaders::BACKGROUND_FRAGMENT)?;
             let balls = ball_texture(&gl)?;
+            let plain = MaterialTextures::new(&gl, &SurfaceMaterials::default())?;
             let (empty, lines) = (gl.create_vertex_array()?, gl.create_vertex_array()?);
             let line_buffer = gl.create_buffer()?;
             gl.bind_vertex_array(Some(lines));
@@ -56,7 +61,20 @@ impl GlRenderer {
             gl.enable_vertex_attrib_array(0);
             gl.enable_vertex_attrib_array(1);
             gl.bind_vertex_array(None);
-            Ok(Self { gl, name, surface, edge, line, background, balls, empty, lines, line_buffer, bodies: Vec::new() })
+            Ok(Self {
+                gl,
+                name,
+                surface,
+                edge,
+                line,
+                background,
+                balls,
+                plain,
+                empty,
+                lines,
+                line_buffer,
+                bodies: Vec::new(),
+            })
         }
     }
 
@@ -102,6 +120,15 @@ impl GlRenderer {
                 gl.uniform_1_f32(place("full_displacement").as_ref(), scene.full_displacement.max(1e-9));
                 gl.uniform_1_i32(place("mark_backs").as_ref(), i32::from(scene.mark_backs));
                 gl.uniform_1_i32(place("balls").as_ref(), 0);
+                gl.uniform_1_i32(place("file_colours").as_ref(), i32::from(scene.file_colours));
+                gl.uniform_1_i32(place("materials").as_ref(), 1);
+                gl.uniform_1_i32(place("images").as_ref(), 2);
+                let materials = body.materials.as_ref().unwrap_or(&self.plain);
+                gl.active_texture(glow::TEXTURE1);
+                gl.bind_texture(glow::TEXTURE_2D, Some(materials.table));
+                gl.active_texture(glow::TEXTURE2);
+                gl.bind_texture(glow::TEXTURE_2D_ARRAY, Some(materials.images));
+                gl.active_texture(glow::TEXTURE0);
                 gl.bind_vertex_array(Some(body.surface));
                 gl.draw_elements(glow::TRIANGLES, body.triangle_indices, glow::UNSIGNED_INT, 0);
             }
@@ -183,6 +210,8 @@ impl SurfaceRenderer for GlRenderer {
             gl.enable(glow::SCISSOR_TEST);
             gl.scissor(area.left, area.bottom, area.width, area.height);
             gl.disable(glow::CULL_FACE);
+            let (red, others) = (scene.channels != Channels::GreenAndBlue, scene.channels != Channels::Red);
+            gl.color_mask(red, others, others, true);
             gl.disable(glow::BLEND);
             gl.depth_mask(true);
             gl.clear_depth_f32(1.0);
@@ -203,6 +232,7 @@ impl SurfaceRenderer for GlRenderer {
                 self.draw_edges(scene);
             }
             gl.disable(glow::DEPTH_TEST);
+            gl.color_mask(true, true, true, true);
             gl.bind_vertex_array(None);
             gl.use_program(None);
         }
@@ -233,6 +263,7 @@ impl Drop for GlRenderer {
                 self.gl.delete_program(program);
             }
             self.gl.delete_texture(self.balls);
+            self.plain.delete(&self.gl);
             self.gl.delete_vertex_array(self.empty);
             self.gl.delete_vertex_array(self.lines);
             self.gl.delete_buffer(self.line_buffer);

@@ -12,12 +12,14 @@ uniform mat4 projection;
 out vec3 eye_normal;
 out vec3 eye_place;
 out float moved;
+out vec2 texture_at;
 flat out uint look;
 void main() {
     vec4 place = to_eye * vec4(position, 1.0);
     eye_place = place.xyz;
     eye_normal = mat3(to_eye) * normal.xyz;
     moved = displacement;
+    texture_at = texture_place;
     look = material;
     gl_Position = projection * place;
 }
@@ -28,6 +30,7 @@ pub(super) const SURFACE_FRAGMENT: &str = r"#version 330 core
 in vec3 eye_normal;
 in vec3 eye_place;
 in float moved;
+in vec2 texture_at;
 flat in uint look;
 uniform int shading;
 uniform bool perspective;
@@ -35,6 +38,9 @@ uniform float opacity;
 uniform float full_displacement;
 uniform bool mark_backs;
 uniform sampler2D balls;
+uniform bool file_colours;
+uniform sampler2D materials;
+uniform sampler2DArray images;
 out vec4 colour;
 
 vec3 lit(vec3 n, vec3 towards, vec3 base) {
@@ -61,6 +67,11 @@ void main() {
     bool inside = !gl_FrontFacing;
     if (inside) n = -n;
     vec3 base = vec3(0.74, 0.72, 0.69);
+    // Outside of the branch, for it takes derivatives.
+    int material = int(look);
+    vec4 entry = texelFetch(materials, ivec2(material % 1024, material / 1024), 0);
+    vec3 image = texture(images, vec3(texture_at, max(entry.a, 0.0))).rgb;
+    if (file_colours && entry.a > -1.5) base = entry.a < -0.5 ? entry.rgb : image;
     bool cut = look == 1u;
     if (cut) base = vec3(0.78, 0.30, 0.26);
     vec3 shade;

@@ -87,7 +87,7 @@ impl Autosave {
         self.is_pending = false;
         let failed = |error: std::io::Error| format!("autosave: {error}");
         let folder = self.folder().map_err(failed)?;
-        write_bodies(session, cap_material, &folder.join(SHAPE)).map_err(failed)?;
+        write_bodies(session, cap_material, None, &folder.join(SHAPE)).map_err(failed)?;
         let note = serde_json::to_vec_pretty(&self.note).map_err(|error| format!("autosave: {error}"))?;
         fs::write(folder.join(NOTE), note).map_err(failed)
     }

@@ -4,10 +4,12 @@ use super::gauges::{Gauges, StepTimes};
 use super::history::Stroke;
 use crate::opening::ModelFacts;
 use pliant_editor::surface::ViewSurface;
+use pliant_engine::body::Model;
 use pliant_engine::session::{StiffnessState, Warning};
 use pliant_engine::tool::Frame as DeviceFrame;
 use pliant_live::{LiveSummary, PointerHandle, ViewReader};
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::mpsc::Sender;
 
 /// What the window asks for.
@@ -59,6 +61,8 @@ pub struct OpenModel {
     pub reader: ViewReader,
     /// Its surfaces as they were opened: bodies that move, then those that stand.
     pub surfaces: Vec<ViewSurface>,
+    /// Their models, in the same order.
+    pub models: Vec<Arc<Model>>,
     /// The hand, and the one that can mirror it.
     pub hands: [PointerHandle; 2],
     /// Where the hands' devices are in the scene.
@@ -79,6 +83,8 @@ pub enum Notice {
         path: PathBuf,
         /// As asked for.
         for_user: bool,
+        /// Sentences on materials and textures that an exported file lacks.
+        problems: Vec<String>,
     },
     /// The model was not written; a sentence why.
     NotSaved(String),

@@ -10,6 +10,7 @@ mod session_file;
 mod thread;
 
 pub use autosave::{Abandoned, abandoned};
+pub use export::{ModelFormat, write_bodies};
 pub use gauges::{Gauges, StepTimes};
 pub use history::{Stroke, StrokeLog};
 pub use launch::prepare;

@@ -12,6 +12,7 @@ use pliant_editor::surface::ViewSurface;
 use pliant_engine::session::{CancelToken, EventKind, Session, SessionCommand};
 use pliant_live::{HapticDevice, LiveSession, LiveSettings, PointerDevice, view_buffer};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 use std::time::Instant;
 use triple_buffer::Input;
@@ -60,7 +61,10 @@ fn work(request: &OpenRequest, viewing: bool, channels: Channels<'_>, mut status
         .map_err(|error| format!("the live session cannot start: {error}"))?;
     let cap_material = facts.cap_material.clone();
     let seconds = began.elapsed().as_secs_f64();
-    notifier.send(Notice::Opened(Box::new(OpenModel { facts, reader, surfaces, hands, device_frame, seconds })));
+    let moving = session.bodies.iter().map(|body| &body.model);
+    let models = moving.chain(session.standing.iter().map(|(_, model)| model)).map(Arc::clone).collect();
+    let opened = OpenModel { facts, reader, surfaces, models, hands, device_frame, seconds };
+    notifier.send(Notice::Opened(Box::new(opened)));
     let mut log = StrokeLog::default();
     let mut autosave = Autosave::new(request);
     let mut gauges = GaugeWindow::new(session.dt());
@@ -88,7 +92,10 @@ fn work(request: &OpenRequest, viewing: bool, channels: Channels<'_>, mut status
                 Command::SetStiffness { factor } => {
                     session_file.apply(&mut session, SessionCommand::SetStiffness { factor });
                 }
-                Command::Save { path, for_user } => notifier.send(save(&mut session, &cap_material, path, for_user)),
+                Command::Save { path, for_user } => {
+                    let materials = request.material_folder();
+                    notifier.send(save(&mut session, &cap_material, materials, path, for_user));
+                }
                 Command::SaveSession { path } => session_path = Some(path),
                 Command::End => {
                     autosave.discard();
@@ -164,10 +171,10 @@ fn save_session(session_file: &mut SessionFile, session: &Session, path: &Path) 
 }
 
 /// Writes every body that moves: the first to `path`, others beside it with their names added.
-fn save(session: &mut Session, cap_material: &str, path: PathBuf, for_user: bool) -> Notice {
+fn save(session: &mut Session, cap_material: &str, materials: Option<&Path>, path: PathBuf, for_user: bool) -> Notice {
     session.update_surface();
-    match write_bodies(session, cap_material, &path) {
-        Ok(()) => Notice::Saved { path, for_user },
+    match write_bodies(session, cap_material, materials, &path) {
+        Ok(problems) => Notice::Saved { path, for_user, problems },
         Err(error) => Notice::NotSaved(error.to_string()),
     }
 }

@@ -1,39 +1,17 @@
-//! Writing models: OBJ as it came with what has moved, or STL for printers and viewers.
+//! Binary STL.
 
 use pliant_engine::body::Body;
-use pliant_engine::session::Session;
-use pliant_record::{AtomicFile, write_model};
+use pliant_record::AtomicFile;
 use pliant_solver::Vec3;
 use std::io::{self, BufWriter, Write};
-use std::path::{Path, PathBuf};
-
-/// Writes every body that moves: the first to `path`, others beside it with their names added. The ending says the format: `.stl` is
-/// binary STL in millimetres, anything else OBJ in the units of its own file.
-///
-/// # Errors
-/// What the file system says, with the path.
-pub(super) fn write_bodies(session: &Session, cap_material: &str, path: &Path) -> io::Result<()> {
-    let is_stl = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("stl"));
-    for (index, body) in session.bodies.iter().enumerate() {
-        let file = if index == 0 { path.to_path_buf() } else { beside(path, &body.name) };
-        if is_stl { write_stl(body, &file)? } else { write_model(body, cap_material, &file)? }
-    }
-    Ok(())
-}
-
-/// The file of another body of the same scene.
-fn beside(path: &Path, name: &str) -> PathBuf {
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    let ending = path.extension().unwrap_or_default().to_string_lossy();
-    path.with_file_name(format!("{stem}-{name}.{ending}"))
-}
+use std::path::Path;
 
 /// mm in a metre: the unit that programs which read STL expect
 const MILLIMETRES: f64 = 1e3;
 
 /// Writes a body as binary STL: 80 bytes of text, the number of triangles, then for each its normal and corners as twelve floats, and two
 /// bytes that mean nothing.
-fn write_stl(body: &Body, path: &Path) -> io::Result<()> {
+pub(super) fn write_stl(body: &Body, path: &Path) -> io::Result<()> {
     let surface = &body.model.surface;
     let seen: Vec<[Vec3; 3]> = (0..surface.triangles.len() as u32)
         .filter_map(|triangle| body.look(triangle))
