@@ -130,8 +130,8 @@ impl App {
                 ui.selectable_value(&mut self.view.wireframe, way, name);
             }
         });
-        ui.horizontal(|ui| {
-            ui.label(strings::STEREO);
+        let stereo = Stereo::ALL.iter().position(|way| *way == self.view.stereo).unwrap_or_default();
+        egui::ComboBox::from_label(strings::STEREO).selected_text(strings::STEREOS[stereo]).show_ui(ui, |ui| {
             for (way, name) in Stereo::ALL.into_iter().zip(strings::STEREOS) {
                 ui.selectable_value(&mut self.view.stereo, way, name);
             }

@@ -201,6 +201,8 @@ impl App {
             return;
         }
         let pressed = |key| ui.input(|input| input.key_pressed(key) && input.modifiers.is_none());
+        // Several presses may come between two frames.
+        let presses = |key| ui.input(|input| if input.modifiers.is_none() { input.num_presses(key) as i32 } else { 0 });
         if pressed(Key::F) {
             match hit {
                 Some(hit) => self.camera.target = hit.at.point.into(),
@@ -219,20 +221,20 @@ impl App {
                 Projection::Orthographic => Projection::Perspective,
             };
         }
-        for (key, factor) in [(Key::OpenBracket, 1.0 / KEY_STEP), (Key::CloseBracket, KEY_STEP)] {
-            if pressed(key) {
-                self.settings.resize(factor);
+        for (key, factor) in [(Key::OpenBracket, 1.0_f64 / KEY_STEP), (Key::CloseBracket, KEY_STEP)] {
+            if presses(key) > 0 {
+                self.settings.resize(factor.powi(presses(key)));
                 self.resize_tool();
             }
         }
-        for (key, factor) in [(Key::Minus, 1.0 / KEY_STEP), (Key::Equals, KEY_STEP)] {
-            if pressed(key) {
-                self.settings.strengthen(factor);
+        for (key, factor) in [(Key::Minus, 1.0_f64 / KEY_STEP), (Key::Equals, KEY_STEP)] {
+            if presses(key) > 0 {
+                self.settings.strengthen(factor.powi(presses(key)));
             }
         }
-        for (key, factor) in [(Key::Comma, 1.0 / STIFFNESS_KEY_STEP), (Key::Period, STIFFNESS_KEY_STEP)] {
-            if pressed(key) {
-                self.stiffen(self.stiffness * factor);
+        for (key, factor) in [(Key::Comma, 1.0_f64 / STIFFNESS_KEY_STEP), (Key::Period, STIFFNESS_KEY_STEP)] {
+            if presses(key) > 0 {
+                self.stiffen(self.stiffness * factor.powi(presses(key)));
             }
         }
         let digits = [
