@@ -33,7 +33,7 @@ pub const SIZE: &str = "Size";
 /// See [`SIZE`].
 pub const STRENGTH: &str = "Strength";
 /// See [`SIZE`].
-pub const CUT_DEPTH: &str = "Depth of cut";
+pub const CUT_DEPTH: &str = "Cut depth";
 /// What becomes of a stroke.
 pub const KEEP: &str = "Keep the shape";
 /// See [`KEEP`].

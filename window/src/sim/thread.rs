@@ -151,9 +151,10 @@ fn work(request: &OpenRequest, viewing: bool, channels: Channels<'_>, mut status
     Err("the haptic thread has ended".into())
 }
 
-/// Whether people should hear of it. A pointer jumps and leaves as a hand does not, and what is taken back is in the history.
+/// Whether people should hear of it. A pointer jumps and leaves as a hand does not, what is taken back is in the history, and substeps are in the times
+/// of the gauges.
 fn is_news(kind: EventKind) -> bool {
-    !matches!(kind, EventKind::SpeedLimit | EventKind::SampleDropped | EventKind::History)
+    !matches!(kind, EventKind::SpeedLimit | EventKind::SampleDropped | EventKind::History | EventKind::Substeps)
 }
 
 /// Takes back or makes again until `count` strokes are there.
