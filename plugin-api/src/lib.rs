@@ -28,6 +28,8 @@ mod normals;
 pub mod param;
 mod planes_mut;
 mod prefetch;
+#[cfg(feature = "lanes")]
+pub mod solids;
 
 pub use batch::{Elements, Field, NodeScalars, NodeVectors, NodeWindow, Planes};
 pub use blocks::{BlockScalar, BlockWindow, Blocks, SingleBlocks, pair_index};

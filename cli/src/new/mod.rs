@@ -77,6 +77,7 @@ impl Placeholders {
             ("@ROLE@", format!("As{}", capitalized(kind))),
             ("@LIBRARY@", format!("{DLL_PREFIX}{snake}{DLL_SUFFIX}")),
             ("@PLIANT@", source(args)?),
+            ("@FEATURES@", if args.kind == NewKind::Material { ", features = [\"lanes\"]" } else { "" }.into()),
             ("@NULL@", c_or_cpp("NULL", "nullptr")),
             ("@NOEXCEPT@", c_or_cpp("", " noexcept")),
             ("@EXT@", c_or_cpp("c", "cpp")),

@@ -15,6 +15,7 @@
 //! derivative is at most kappa, which bounds the step of explicit integration, and psi grows on through inversion (J < 0).
 
 use pliant_plugin_api::lanes::{MAX_LANES, Real, Vec3, Wide};
+use pliant_plugin_api::solids::gather;
 use pliant_plugin_api::{BlockScalar, Blocks, Elements, NodeVectors, pair_index};
 use pulp::{Simd, WithSimd};
 
@@ -99,32 +100,10 @@ impl<'a> Tetrahedra<'a> {
         self.nodes.iter().enumerate().map(energy).sum()
     }
 
-    /// Positions of the corners of tetrahedra `e, e + 1, ..`, m; lanes past the end repeat the last one.
-    #[inline(always)]
-    fn gather<S: Simd>(&self, simd: S, e: usize) -> [Vec3<Wide<S>>; 4] {
-        let mut lanes = [[[0.0; MAX_LANES]; 3]; 4];
-        for lane in 0..S::F64_LANES {
-            let nodes = self.nodes[(e + lane).min(self.nodes.len() - 1)];
-            for corner in 0..4 {
-                let x = self.x[nodes[corner] as usize];
-                for i in 0..3 {
-                    lanes[corner][i][lane] = x[i];
-                }
-            }
-        }
-        let mut all = [Vec3([Wide(simd.splat_f64s(0.0), simd); 3]); 4];
-        for corner in 0..4 {
-            for i in 0..3 {
-                all[corner][i] = Wide::load(simd, &lanes[corner][i]);
-            }
-        }
-        all
-    }
-
     /// Losses of volume of tetrahedra `e, e + 1, ..`; `None` where none is squeezed enough to resist.
     #[inline(always)]
     fn losses<S: Simd>(&self, simd: S, e: usize) -> Option<Losses<S>> {
-        let x = self.gather(simd, e);
+        let x = gather(simd, self.nodes, e, self.x);
         let rest = Wide::load_clamped(simd, self.six_volumes, e);
         let inverse = rest.splat(1.0) / rest;
         let t = (rest - six_volumes(x)) * inverse;

@@ -5,9 +5,9 @@
 //! It is finite for every F, and its force restores an inverted element. The constants are those of their section 3.4, chosen so that
 //! small strains follow Hooke's law with the Lame constants of Young's modulus and Poisson's ratio.
 
-use crate::matrix::{Mat3, Vec3, cofactors, determinant, norm_squared};
-use crate::svd::{Eigen, Svd, svd, symmetric_eigen};
-use pliant_plugin_api::lanes::Real;
+use pliant_plugin_api::lanes::{Real, Vec3};
+use pliant_plugin_api::solids::matrix::{cofactors, determinant, norm_squared};
+use pliant_plugin_api::solids::{EnergyHessian, Mat3, PrincipalModes, svd};
 
 /// Constants of the model.
 #[derive(Clone, Copy, Debug)]
@@ -18,20 +18,6 @@ pub(crate) struct Moduli {
     lambda: f64,
     /// J at which the volume term is zero.
     alpha: f64,
-}
-
-/// The second derivative of the energy density by F, in the frames of the principal stretches: `F = U diag(s) V^T`.
-///
-/// For entries of `U^T dF V`, it couples the diagonal ones to each other, and each off-diagonal one to itself and its mirror image.
-pub(crate) struct EnergyHessian<T> {
-    pub(crate) u: Mat3<T>,
-    pub(crate) v: Mat3<T>,
-    /// Between diagonal entries, Pa.
-    pub(crate) stretch: Mat3<T>,
-    /// Of the entry (i, j), i not j, with itself, Pa.
-    pub(crate) shear_own: Mat3<T>,
-    /// Of the entry (i, j), i not j, with (j, i), Pa.
-    pub(crate) shear_cross: Mat3<T>,
 }
 
 impl Moduli {
@@ -79,61 +65,27 @@ impl Moduli {
     /// d2psi/dF2 in closed form (their section 4; Smith, de Goes and Kim 2019), made positive semi-definite if `project`.
     #[inline(always)]
     pub(crate) fn hessian<T: Real>(&self, f: &Mat3<T>, project: bool) -> EnergyHessian<T> {
-        let Svd { u, s, v } = svd(f);
+        let svd = svd(f);
+        let s = svd.s;
         let ic = s[0] * s[0] + s[1] * s[1] + s[2] * s[2];
         let (zero, one) = (ic.splat(0.0), ic.splat(1.0));
         let shear = self.shear(ic);
         let pressure = self.pressure(s[0] * s[1] * s[2]);
         let shear_slope = ic.splat(2.0 * self.mu) / ((ic + one) * (ic + one));
         let dj_ds = [s[1] * s[2], s[2] * s[0], s[0] * s[1]];
-        let zeros = [Vec3([zero; 3]); 3];
-        let (mut stretch, mut shear_own, mut shear_cross) = (zeros, zeros, zeros);
+        let mut modes = PrincipalModes {
+            stretch: [Vec3([zero; 3]); 3],
+            symmetric: Vec3([zero; 3]),
+            antisymmetric: Vec3([zero; 3]),
+        };
         for i in 0..3 {
             for j in 0..3 {
-                stretch[i][j] = shear_slope * s[i] * s[j] + dj_ds[i] * dj_ds[j] * self.lambda;
-                if i == j {
-                    stretch[i][j] = stretch[i][j] + shear;
-                    continue;
-                }
-                let coupling = pressure * s[3 - i - j];
-                stretch[i][j] = stretch[i][j] + coupling;
-                // Eigenvalues for the symmetric and the antisymmetric combination of (i, j) and (j, i).
-                let (mut symmetric, mut antisymmetric) = (shear - coupling, shear + coupling);
-                if project {
-                    (symmetric, antisymmetric) = (zero.max(symmetric), zero.max(antisymmetric));
-                }
-                shear_own[i][j] = (symmetric + antisymmetric) * 0.5;
-                shear_cross[i][j] = (symmetric - antisymmetric) * 0.5;
+                let own = shear_slope * s[i] * s[j] + dj_ds[i] * dj_ds[j] * self.lambda;
+                modes.stretch[i][j] = if i == j { own + shear } else { own + pressure * s[3 - i - j] };
             }
+            let coupling = pressure * s[i];
+            (modes.symmetric[i], modes.antisymmetric[i]) = (shear - coupling, shear + coupling);
         }
-        if project {
-            stretch = positive_part(stretch);
-        }
-        EnergyHessian { u, v, stretch, shear_own, shear_cross }
+        EnergyHessian::new(&svd, modes, project)
     }
-}
-
-/// The nearest positive semi-definite matrix to a symmetric one: negative eigenvalues become zero.
-#[inline(always)]
-fn positive_part<T: Real>(a: Mat3<T>) -> Mat3<T> {
-    let (zero, least) = (a[0][0].splat(0.0), a[0][0].min_positive());
-    // Sylvester's criterion: the matrix is positive definite if its leading minors are positive. NaN counts as positive here, so that it
-    // stays.
-    let (first, second, third) = (a[0][0], a[0][0] * a[1][1] - a[0][1] * a[0][1], determinant(&a));
-    let is_definite = first.if_less(least, zero, second.if_less(least, zero, third));
-    if !is_definite.any_below(f64::MIN_POSITIVE) {
-        return a;
-    }
-    let Eigen { values, vectors: v } = symmetric_eigen(a);
-    let w = [values[0].max(zero), values[1].max(zero), values[2].max(zero)];
-    let mut out = a;
-    for i in 0..3 {
-        for j in 0..3 {
-            let (p, q) = (v[i], v[j]);
-            let projected = w[0] * p[0] * q[0] + w[1] * p[1] * q[1] + w[2] * p[2] * q[2];
-            // Definite lanes keep their matrix, so that they do not depend on their neighbours.
-            out[i][j] = is_definite.if_less(least, projected, a[i][j]);
-        }
-    }
-    out
 }

@@ -10,18 +10,20 @@
 
 mod energy;
 mod kernel;
-mod matrix;
 mod plasticity;
-mod svd;
-mod tetrahedron;
+#[cfg(test)]
+mod tests;
 
 use energy::Moduli;
-use plasticity::{HISTORY, PlasticState, Plasticity};
+use plasticity::{HISTORY, Plasticity};
+use pliant_plugin_api::lanes::Real;
+use pliant_plugin_api::solids::{
+    EnergyHessian, Mat3, Shapes, SolidCall, SolidEnergy, ViscosityCoefficients, add_mass, requests, write_rest_data,
+};
 use pliant_plugin_api::{
     AsMaterial, Blocks, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, Param, Params,
     Planes, SingleBlocks, TangentScale, abi, export_plugins,
 };
-use tetrahedron::{STRIDE, Tetrahedron, ViscosityCoefficients, at_corners, rest_planes};
 
 /// The material of one body.
 pub struct NeoHookean {
@@ -75,14 +77,33 @@ const PARAMS: &[Param] = &[
 ];
 
 impl NeoHookean {
-    /// Whether forces depend on velocity.
-    fn is_damped(&self) -> bool {
-        self.viscosity.shear > 0.0
+    /// A call for tetrahedra, after their plastic flow.
+    fn call<'a>(&'a self, elements: &'a Elements<'a>) -> SolidCall<'a, Self> {
+        let shapes = Shapes::new(elements);
+        let has_flow = self.plasticity.is_some();
+        let shapes = if has_flow { shapes.after_flow(std::array::from_fn(|s| elements.history(s))) } else { shapes };
+        SolidCall { energy: self, elements, shapes }
+    }
+}
+
+impl SolidEnergy for NeoHookean {
+    fn density(&self, f: &Mat3) -> f64 {
+        self.moduli.energy(f)
     }
 
-    /// The planes of history of a call; `None` for an elastic solid.
-    fn plastic_planes<'a>(&self, elements: &Elements<'a>) -> Option<[&'a [f64]; HISTORY]> {
-        self.plasticity.is_some().then(|| std::array::from_fn(|s| elements.history(s)))
+    #[inline(always)]
+    fn stress<T: Real>(&self, f: &Mat3<T>) -> Mat3<T> {
+        self.moduli.stress(f)
+    }
+
+    #[inline(always)]
+    fn hessian<T: Real>(&self, f: &Mat3<T>) -> EnergyHessian<T> {
+        self.moduli.hessian(f, self.project)
+    }
+
+    #[inline(always)]
+    fn viscosity(&self) -> ViscosityCoefficients {
+        self.viscosity
     }
 }
 
@@ -113,55 +134,35 @@ impl Material for NeoHookean {
     }
 
     fn elements(&self) -> Vec<ElementRequest> {
-        let damping = if self.is_damped() { abi::HAS_DAMPING } else { 0 };
-        let point =
-            ElementRequest { kind: abi::POINT, families: 0, flags: abi::HAS_MASS, rest_stride: 0, history_stride: 0 };
-        let (history, history_stride) =
-            if self.plasticity.is_some() { (abi::HAS_HISTORY, HISTORY as u32) } else { (0, 0) };
-        let (kind, flags) = (abi::TETRAHEDRON, abi::HAS_FORCES | abi::HAS_SINGLE | damping | history);
-        vec![point, ElementRequest { kind, flags, rest_stride: STRIDE as u32, history_stride, ..point }]
+        let mut requests = requests(self.viscosity);
+        if self.plasticity.is_some() {
+            requests[1].flags |= abi::HAS_HISTORY;
+            requests[1].history_stride = HISTORY as u32;
+        }
+        requests
     }
 
     fn rest(&self, elements: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
-        let (planes, young) = (out.first_planes::<STRIDE>(), elements.field("young"));
-        for (e, (&nodes, &share)) in elements.corners::<4>().iter().zip(elements.measure()).enumerate() {
-            // Energy, stress and viscosity are proportional to Young's modulus times volume, so the stored volume includes the factor of the
-            // modulus.
-            let Some(shape) = Tetrahedron::new(at_corners(nodes, elements.rest()), share * young.factor(e)) else {
-                return Err(Fault::bad_argument("a tetrahedron has no volume at rest, or is inverted"));
-            };
-            shape.rest_data().into_iter().enumerate().for_each(|(s, value)| planes[s][e] = value);
-        }
-        Ok(())
+        let young = elements.field("young");
+        write_rest_data(elements, |e| young.factor(e), out)
     }
 
     fn mass(&self, elements: &Elements<'_>, out: &mut NodeScalars<'_>) -> Result<(), Fault> {
         let density = elements.field("density");
-        for (e, (&[node], &volume)) in elements.corners::<1>().iter().zip(elements.measure()).enumerate() {
-            out.add(node, self.density * density.factor(e) * volume);
-        }
+        add_mass(elements, |e| self.density * density.factor(e), out);
         Ok(())
     }
 
     fn energy(&self, elements: &Elements<'_>) -> Result<f64, Fault> {
-        let (planes, x) = (rest_planes(elements), elements.x());
-        let plastic = self.plastic_planes(elements);
-        let energies = elements.corners::<4>().iter().enumerate().map(|(e, &nodes)| {
-            let mut shape = Tetrahedron::from_rest_data(&planes, e);
-            if let Some(plastic) = &plastic {
-                shape = shape.after_flow(&PlasticState::new(plastic.map(|plane| plane[e])).inverse);
-            }
-            shape.volume * self.moduli.energy(&shape.deformation_gradient(at_corners(nodes, x)))
-        });
-        finite(energies.sum())
+        self.call(elements).energy()
     }
 
     fn forces(&self, elements: &Elements<'_>, out: &mut NodeVectors<'_>) -> Result<(), Fault> {
-        finite(self.arch.dispatch(kernel::Forces { material: self, elements, out })).map(drop)
+        self.call(elements).add_forces(self.arch, out)
     }
 
     fn tangent(&self, elements: &Elements<'_>, scale: TangentScale, out: &mut Blocks<'_>) -> Result<(), Fault> {
-        self.arch.dispatch(kernel::Tangent { material: self, elements, scale, out });
+        self.call(elements).add_tangent(self.arch, scale, out);
         Ok(())
     }
 
@@ -171,7 +172,7 @@ impl Material for NeoHookean {
         scale: TangentScale,
         out: &mut SingleBlocks<'_>,
     ) -> Result<(), Fault> {
-        self.arch.dispatch(kernel::Tangent { material: self, elements, scale, out });
+        self.call(elements).add_tangent(self.arch, scale, out);
         Ok(())
     }
 
@@ -182,11 +183,6 @@ impl Material for NeoHookean {
         }
         Ok(())
     }
-}
-
-/// `value`, or a fault if it is not finite.
-fn finite(value: f64) -> Result<f64, Fault> {
-    if value.is_finite() { Ok(value) } else { Err(Fault::diverged("a tetrahedron's state is not finite")) }
 }
 
 export_plugins!(AsMaterial<NeoHookean>);

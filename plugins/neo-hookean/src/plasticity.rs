@@ -8,8 +8,11 @@
 //!
 //! The host updates the history once after a step, so within a step forces are the gradient of an energy.
 
-use crate::matrix::{Mat3, Vec3, cofactors, determinant, norm_squared, product, product_transposed, transposed};
-use crate::svd::{Eigen, symmetric_eigen};
+use pliant_plugin_api::lanes::Vec3;
+use pliant_plugin_api::solids::matrix::{
+    cofactors, determinant, norm_squared, product, product_transposed, transposed,
+};
+use pliant_plugin_api::solids::{Eigen, Mat3, symmetric_eigen};
 
 /// Doubles of history per element: the inverse of Fp less the identity by rows, then the accumulated plastic strain.
 pub(crate) const HISTORY: usize = 10;

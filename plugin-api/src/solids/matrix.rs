@@ -1,29 +1,28 @@
 //! 3 x 3 matrices of scalars or vector registers.
 
-use pliant_plugin_api::lanes::Real;
-pub(crate) use pliant_plugin_api::lanes::Vec3;
+use crate::lanes::{Real, Vec3};
 
 /// A matrix by rows: `m[row][column]`.
-pub(crate) type Mat3<T = f64> = [Vec3<T>; 3];
+pub type Mat3<T = f64> = [Vec3<T>; 3];
 
-#[cfg(test)]
-pub(crate) const IDENTITY: Mat3 = [Vec3([1.0, 0.0, 0.0]), Vec3([0.0, 1.0, 0.0]), Vec3([0.0, 0.0, 1.0])];
+/// The identity.
+pub const IDENTITY: Mat3 = [Vec3([1.0, 0.0, 0.0]), Vec3([0.0, 1.0, 0.0]), Vec3([0.0, 0.0, 1.0])];
 
 /// `m v`
 #[inline(always)]
-pub(crate) fn apply<T: Real>(m: &Mat3<T>, v: Vec3<T>) -> Vec3<T> {
+pub fn apply<T: Real>(m: &Mat3<T>, v: Vec3<T>) -> Vec3<T> {
     Vec3([m[0].dot(v), m[1].dot(v), m[2].dot(v)])
 }
 
 /// `a b`
 #[inline(always)]
-pub(crate) fn product<T: Real>(a: &Mat3<T>, b: &Mat3<T>) -> Mat3<T> {
+pub fn product<T: Real>(a: &Mat3<T>, b: &Mat3<T>) -> Mat3<T> {
     product_transposed(a, &transposed(b))
 }
 
 /// `a b^T`
 #[inline(always)]
-pub(crate) fn product_transposed<T: Real>(a: &Mat3<T>, b: &Mat3<T>) -> Mat3<T> {
+pub fn product_transposed<T: Real>(a: &Mat3<T>, b: &Mat3<T>) -> Mat3<T> {
     let mut out = *a;
     for i in 0..3 {
         for j in 0..3 {
@@ -35,23 +34,24 @@ pub(crate) fn product_transposed<T: Real>(a: &Mat3<T>, b: &Mat3<T>) -> Mat3<T> {
 
 /// `m^T`
 #[inline(always)]
-pub(crate) fn transposed<T: Real>(m: &Mat3<T>) -> Mat3<T> {
+pub fn transposed<T: Real>(m: &Mat3<T>) -> Mat3<T> {
     [Vec3([m[0][0], m[1][0], m[2][0]]), Vec3([m[0][1], m[1][1], m[2][1]]), Vec3([m[0][2], m[1][2], m[2][2]])]
 }
 
+/// Determinant.
 #[inline(always)]
-pub(crate) fn determinant<T: Real>(m: &Mat3<T>) -> T {
+pub fn determinant<T: Real>(m: &Mat3<T>) -> T {
     m[0].dot(m[1].cross(m[2]))
 }
 
 /// The matrix of cofactors: the derivative of the determinant.
 #[inline(always)]
-pub(crate) fn cofactors<T: Real>(m: &Mat3<T>) -> Mat3<T> {
+pub fn cofactors<T: Real>(m: &Mat3<T>) -> Mat3<T> {
     [m[1].cross(m[2]), m[2].cross(m[0]), m[0].cross(m[1])]
 }
 
 /// Squared Frobenius norm: the sum of the squares of all entries.
 #[inline(always)]
-pub(crate) fn norm_squared<T: Real>(m: &Mat3<T>) -> T {
+pub fn norm_squared<T: Real>(m: &Mat3<T>) -> T {
     m[0].dot(m[0]) + m[1].dot(m[1]) + m[2].dot(m[2])
 }

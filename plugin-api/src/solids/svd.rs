@@ -3,8 +3,8 @@
 //! Nothing branches on a single lane: a lane that has converged, or is degenerate, is selected by comparison, so that an element's result
 //! does not depend on its neighbours in the register.
 
-use crate::matrix::{Mat3, Vec3, apply, norm_squared, product_transposed, transposed};
-use pliant_plugin_api::lanes::Real;
+use super::matrix::{Mat3, apply, norm_squared, product_transposed, transposed};
+use crate::lanes::{Real, Vec3};
 
 /// The most sweeps of Jacobi's method. It converges quadratically, five are enough; the bound ends the loop for NaN.
 const MAX_SWEEPS: usize = 10;
@@ -14,9 +14,11 @@ const CONVERGED: f64 = 1e-32;
 const RANK_ONE: f64 = 1e-14;
 
 /// Eigenvalues of a symmetric matrix, and its eigenvectors as the columns of a rotation.
-pub(crate) struct Eigen<T> {
-    pub(crate) values: Vec3<T>,
-    pub(crate) vectors: Mat3<T>,
+pub struct Eigen<T> {
+    /// Eigenvalues, in no order.
+    pub values: Vec3<T>,
+    /// Eigenvectors, as columns in the order of the values.
+    pub vectors: Mat3<T>,
 }
 
 /// The state of Jacobi's method (1846): `a = vectors^T (matrix) vectors`.
@@ -59,7 +61,7 @@ impl<T: Real> Jacobi<T> {
 
 /// Eigenvalues and eigenvectors of a symmetric matrix, in no order.
 #[inline(always)]
-pub(crate) fn symmetric_eigen<T: Real>(a: Mat3<T>) -> Eigen<T> {
+pub fn symmetric_eigen<T: Real>(a: Mat3<T>) -> Eigen<T> {
     let converged = norm_squared(&a) * CONVERGED;
     let (zero, one) = (converged.splat(0.0), converged.splat(1.0));
     let identity = [Vec3([one, zero, zero]), Vec3([zero, one, zero]), Vec3([zero, zero, one])];
@@ -80,16 +82,18 @@ pub(crate) fn symmetric_eigen<T: Real>(a: Mat3<T>) -> Eigen<T> {
 }
 
 /// `F = U diag(s) V^T` with rotations U and V.
-pub(crate) struct Svd<T> {
-    pub(crate) u: Mat3<T>,
+pub struct Svd<T> {
+    /// Left singular vectors, as columns.
+    pub u: Mat3<T>,
     /// Descending; the last one has the sign of det F.
-    pub(crate) s: Vec3<T>,
-    pub(crate) v: Mat3<T>,
+    pub s: Vec3<T>,
+    /// Right singular vectors, as columns.
+    pub v: Mat3<T>,
 }
 
 /// Singular values with the sign convention of Irving, Teran and Fedkiw (2004).
 #[inline(always)]
-pub(crate) fn svd<T: Real>(f: &Mat3<T>) -> Svd<T> {
+pub fn svd<T: Real>(f: &Mat3<T>) -> Svd<T> {
     let columns = transposed(f);
     let Eigen { mut values, vectors } = symmetric_eigen(product_transposed(&columns, &columns));
     // By rows from here on: `v[i]` is the direction of singular value i.
@@ -153,8 +157,8 @@ fn perpendicular<T: Real>(a: Vec3<T>) -> Vec3<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::matrix::{IDENTITY, determinant};
-    use pliant_plugin_api::kit::Random;
+    use crate::kit::Random;
+    use crate::solids::matrix::{IDENTITY, determinant};
 
     fn compose(Svd { u, s, v }: &Svd<f64>) -> Mat3 {
         let scaled = u.map(|row| Vec3([row[0] * s[0], row[1] * s[1], row[2] * s[2]]));

@@ -1,0 +1,58 @@
+//! Kernels on every vector unit.
+
+use crate::NeoHookean;
+use pliant_plugin_api::{TangentScale, abi, kit};
+
+#[test]
+fn every_vector_unit_gives_the_same_bytes() {
+    let block = kit::block([3, 3, 2], 0.01, abi::STRUCTURAL);
+    for (tangent, tau) in [(0.0, 1e-3), (1.0, 0.0)] {
+        let mut material: NeoHookean = kit::material(&[("tangent", tangent), ("damping-time", tau)]).unwrap();
+        let mut body = kit::Body::new(&material, block.rest.clone(), |r| block.elements(r.kind)).unwrap();
+        for (i, (x, v)) in body.x.iter_mut().zip(&mut body.v).enumerate() {
+            let i = i as f64;
+            *x = [x[0] + 3e-3 * i.sin(), 0.8 * x[1] - 2e-3 * (2.0 * i).cos(), x[2] + 2e-3 * (0.7 * i).sin()];
+            *v = [i.cos(), 0.5, -i.sin()];
+        }
+        // Elements that have collapsed to a plane, a line and a point.
+        [1, 4, 5, 16].into_iter().for_each(|node| body.x[node] = body.x[0]);
+        let units = [Some(pulp::Arch::Scalar), Some(pulp::Arch::new())].into_iter();
+        #[cfg(target_arch = "x86_64")]
+        let units = units.chain([pulp::x86::V3::try_new().map(pulp::Arch::V3)]);
+        let mut results = Vec::new();
+        for arch in units.flatten() {
+            material.arch = arch;
+            let both = TangentScale { stiffness: 0.7, damping: 0.3 };
+            let single = body.single_blocks(&material, both, usize::MAX).unwrap();
+            let single = single.into_iter().flatten().flatten().map(f64::from);
+            let forces = body.forces(&material).unwrap().into_iter().flatten();
+            let all = forces.chain(body.tangent(&material, both).unwrap()).chain(single);
+            results.push(all.map(f64::to_bits).collect::<Vec<_>>());
+        }
+        for result in &results[1..] {
+            assert_eq!(results[0].iter().zip(result).position(|(a, b)| a != b), None, "tangent {tangent}");
+        }
+        assert!(results[0].iter().all(|&bits| f64::from_bits(bits).is_finite()));
+        assert!(results[0].iter().filter(|&&bits| f64::from_bits(bits) != 0.0).count() > 1000);
+    }
+}
+
+#[test]
+fn nan_stays_and_does_not_reach_the_neighbouring_lanes() {
+    let block = kit::block([3, 3, 2], 0.01, abi::STRUCTURAL);
+    let material: NeoHookean = kit::material(&[("damping-time", 0.0)]).unwrap();
+    let mut body = kit::Body::new(&material, block.rest.clone(), |r| block.elements(r.kind)).unwrap();
+    // Inverted, so that the projection has something to do.
+    body.x.iter_mut().for_each(|x| *x = [-0.5 * x[0], 0.4 * x[1] + 0.3 * x[0], 0.9 * x[2]]);
+    let single_blocks = |body: &kit::Body| {
+        let scale = TangentScale { stiffness: 1.0, damping: 0.0 };
+        let single = body.single_blocks(&material, scale, usize::MAX).unwrap();
+        single.into_iter().flatten().flatten().map(f32::to_bits).collect::<Vec<_>>()
+    };
+    let before = single_blocks(&body);
+    body.x[0][1] = f64::NAN;
+    let after = single_blocks(&body);
+    assert!(after.iter().any(|bits| f32::from_bits(*bits).is_nan()));
+    assert!(before.iter().zip(&after).all(|(a, b)| a == b || f32::from_bits(*b).is_nan()));
+    assert!(before.iter().zip(&after).filter(|(a, b)| a == b).count() > before.len() / 2);
+}
