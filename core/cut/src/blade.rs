@@ -65,6 +65,12 @@ impl Stroke {
 }
 
 impl Blade {
+    /// The blade moved by `by`, m.
+    #[must_use]
+    pub fn moved(&self, by: Vec3) -> Self {
+        Self { tip: self.tip + by, heel: self.heel + by }
+    }
+
     pub(super) fn check(&self) -> Result<(), Refused> {
         let ends = [self.tip, self.heel];
         if let Some(value) = ends.iter().flatten().find(|value| value.is_nan() || value.abs() >= 1e9) {

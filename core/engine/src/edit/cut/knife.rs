@@ -81,6 +81,8 @@ pub struct CutStep {
 pub(super) const SAMPLES: usize = 9;
 /// Distance between advances, in cell edges: one voxel of a cut cell.
 const STRIDE: f64 = 0.25;
+/// Distance from the last advance, in strides, up to which a refused cut waits for the blade to move on.
+const WAIT_STRIDES: f64 = 3.0;
 /// Distance from the last advance, in strides, from which a refused cut is begun again at the present position.
 const RESTART_STRIDES: f64 = 4.0;
 /// Distance over which the heading turns to a new direction, m.
@@ -136,8 +138,8 @@ impl Knife {
             if self.inside.is_none() && !rest.points.is_empty() {
                 self.inside = Some(Inside { body: index as u32, points: rest.points, tip: rest.tip, rotation });
             }
-            // When the blade leaves a sheet, no later advance would cut the unfinished stride.
-            let leaves = self.heading.is_some() && self.inside.is_none() && body.discretization.sheet().is_some();
+            // When the blade leaves a body, no later advance would cut the unfinished stride.
+            let leaves = self.heading.is_some() && self.inside.is_none();
             match self.advance(index, RotatedBlade { blade, rotation }, body, last || leaves) {
                 Ok(None) => {}
                 Ok(Some(advanced)) => {
@@ -265,11 +267,16 @@ impl Knife {
         *tried = blade;
         let before = stroke.blade();
         let heading = self.heading.map_or_else(Vec3::zeros, at_rest);
-        let advance = mesh.advance(stroke, blade).or_else(|refused| {
+        let advance = match mesh.advance(stroke, blade) {
+            // A longer strip is often cut where this one would leave a sliver. A new stroke is beside the old one where the blade turns, and leaves a
+            // neck between them.
+            Err(_) if !last && travel(&before, &blade) < WAIT_STRIDES * stride => return Ok(None),
+            advance => advance,
+        };
+        let advance = advance.or_else(|refused| {
             // If the stroke cannot continue from the end of its own cut, a new stroke starts 0.2 strides behind it, and if that fails too, at
             // the present position.
-            let step = -0.2 * stride * heading;
-            let behind = Blade { tip: before.tip + step, heel: before.heel + step };
+            let behind = before.moved(-0.2 * stride * heading);
             let mut again = Stroke::begin(behind)?;
             let advance = mesh.advance(&mut again, blade);
             if advance.is_ok() || travel(&before, &blade) > RESTART_STRIDES * stride {
