@@ -1,7 +1,7 @@
 //! Explicit steps are chosen where they cost less than an implicit one.
 
-use pliant_engine::session::Choices;
-use pliant_tests::open;
+use pliant_engine::session::{Choices, EventKind};
+use pliant_tests::{box_scene, open};
 
 const FINGER: &str = r#"
 [[device]]
@@ -53,5 +53,24 @@ fn up_to_as_many_substeps_as_what_a_body_is_of_asks_for() {
         let is_explicit = substeps <= few;
         assert_eq!(choices.integrator, if is_explicit { "symplectic-euler" } else { "backward-euler" });
         assert_eq!(choices.substeps, if is_explicit { substeps } else { 1 });
+    }
+}
+
+/// A contact that asks for more substeps than are allowed is reported: the step is over its limit.
+#[test]
+fn too_few_substeps_for_a_contact_are_told() {
+    for (damping, is_told) in [(0.0, false), (50.0, true)] {
+        let text = box_scene("integrator = \"symplectic-euler\"\nmost-substeps = 16", "", "")
+            .replace("radius = \"4 mm\"", &format!("radius = \"4 mm\"\ndamping = {damping:?}"));
+        let mut session = open(&text, 1);
+        let mut touched = false;
+        for _ in 0..30 {
+            session.step();
+            touched |= session.frame().tools[0].contact.is_some();
+        }
+        assert!(touched);
+        let told = session.events.told().iter().find(|(kind, _)| *kind == EventKind::Unstable);
+        assert_eq!(told.is_some(), is_told, "{damping} N s/m: {:?}", session.events.told());
+        assert!(told.is_none_or(|(_, event)| event.text.contains("`block`") && event.text.contains("allowed is 16")));
     }
 }

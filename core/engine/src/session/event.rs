@@ -33,7 +33,7 @@ pub enum EventKind {
     Substeps,
     /// The step is too long to follow a hand well.
     LongStep,
-    /// An explicit integrator was forced beyond its step limit.
+    /// An explicit integrator was forced beyond its step limit, or a contact asks for more substeps than are allowed.
     Unstable,
     /// A body fell asleep.
     Asleep,

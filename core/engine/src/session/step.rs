@@ -176,7 +176,16 @@ impl Session {
         frequencies: &Frequencies,
         frame: &mut Frame,
     ) -> Result<f64, NotMoved> {
-        let substeps = self.limits.substeps(frequencies, self.clock.dt, self.choices.substeps);
+        let needed = if self.limits.is_forced { 1 } else { self.limits.needed_substeps(frequencies, self.clock.dt) };
+        let substeps = needed.min(self.limits.max_substeps).max(self.choices.substeps);
+        if needed > substeps {
+            self.events.add(EventKind::Unstable, time.start, || {
+                format!(
+                    "body `{}`: the stiffness of a contact asks for {needed} substeps; allowed is {substeps} (`most-substeps`)",
+                    self.bodies[index].name
+                )
+            });
+        }
         if substeps > self.choices.substeps {
             self.events.add(EventKind::Substeps, time.start, || {
                 format!(

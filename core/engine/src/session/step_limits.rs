@@ -43,13 +43,8 @@ impl StepLimits {
         least(self.planned.iter().map(|f| Frequencies { stiffness: f.bound, ..*f }.limit(scheme)))
     }
 
-    /// Number of substeps of a step of `dt` (s) that keep a body with these frequencies stable: at least `chosen`, at most the allowed number.
-    pub(super) fn substeps(&self, frequencies: &Frequencies, dt: f64, chosen: usize) -> usize {
-        if self.is_forced { chosen } else { self.needed_substeps(frequencies, dt).min(self.max_substeps).max(chosen) }
-    }
-
     /// Number of substeps that keep a body with these frequencies stable; 1 where the scheme has no limit.
-    fn needed_substeps(&self, frequencies: &Frequencies, dt: f64) -> usize {
+    pub(super) fn needed_substeps(&self, frequencies: &Frequencies, dt: f64) -> usize {
         match frequencies.limit(self.scheme) {
             StepLimit::At(limit) if limit > 0.0 => (dt / limit).ceil() as usize,
             _ => 1,
