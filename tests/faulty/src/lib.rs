@@ -124,6 +124,14 @@ pub mod fault {
     pub const FIELD_IGNORED: u8 = 71;
     /// As [`FIELDS`], and takes the factor of the next spring of the list.
     pub const FIELD_OF_NEIGHBOUR: u8 = 72;
+    /// Pulls a tenth less beyond a strain of 0.6, and its energy does not.
+    pub const WEAK_WHEN_STRETCHED: u8 = 80;
+    /// Returns 1.01 times the energy where a parameter is not the default.
+    pub const ENERGY_OFF_WITH_PARAMETER: u8 = 81;
+    /// Its matrix has one percent more stiffness where damping is asked for too.
+    pub const TANGENT_NOT_LINEAR: u8 = 82;
+    /// Keeps a factor in a static variable during a call.
+    pub const STATIC_SCRATCH: u8 = 83;
     /// Returns 1.01 times the forces of its energy of normals.
     pub const NORMALS_FORCE_OFF: u8 = 60;
     /// Returns 0.99 times the derivatives by the normals.
@@ -186,6 +194,10 @@ export_plugins!(
     AsMaterial<SpringMaterial<FIELDS>>,
     AsMaterial<SpringMaterial<FIELD_IGNORED>>,
     AsMaterial<SpringMaterial<FIELD_OF_NEIGHBOUR>>,
+    AsMaterial<SpringMaterial<WEAK_WHEN_STRETCHED>>,
+    AsMaterial<SpringMaterial<ENERGY_OFF_WITH_PARAMETER>>,
+    AsMaterial<SpringMaterial<TANGENT_NOT_LINEAR>>,
+    AsMaterial<SpringMaterial<STATIC_SCRATCH>>,
     AsMaterial<SpringSheet<NONE>>,
     AsMaterial<SpringSheet<HINGE_GRADIENT_OFF>>,
     AsMaterial<SpringSheet<HINGE_NOT_OBJECTIVE>>,

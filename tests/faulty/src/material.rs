@@ -155,6 +155,10 @@ impl<const F: u8> Material for SpringMaterial<F> {
             fault::FIELDS => c"sound-fields",
             fault::FIELD_IGNORED => c"field-ignored",
             fault::FIELD_OF_NEIGHBOUR => c"field-of-neighbour",
+            fault::WEAK_WHEN_STRETCHED => c"weak-when-stretched",
+            fault::ENERGY_OFF_WITH_PARAMETER => c"energy-off-with-parameter",
+            fault::TANGENT_NOT_LINEAR => c"tangent-not-linear",
+            fault::STATIC_SCRATCH => c"static-scratch",
             _ => c"sound-springs",
         },
         if has_field(F) { const { &[AFTER, SPRING] as &[Param] } } else { const { &[AFTER] as &[Param] } },
@@ -205,7 +209,12 @@ impl<const F: u8> Material for SpringMaterial<F> {
     }
 
     fn energy(&self, elements: &Elements<'_>) -> Result<f64, Fault> {
-        let factor = if F == fault::ENERGY_OFF { 1.01 } else { 1.0 };
+        let is_off = match F {
+            fault::ENERGY_OFF => true,
+            fault::ENERGY_OFF_WITH_PARAMETER => self.after.to_bits() != 0.01_f64.to_bits(),
+            _ => false,
+        };
+        let factor = if is_off { 1.01 } else { 1.0 };
         let energy = |(e, ends): (usize, &[u32; 2])| {
             let anchor = if F == fault::DEPENDS_ON_POSITION { Self::anchor(elements, *ends).energy() } else { 0.0 };
             self.spring(elements, e, *ends).energy() + anchor
@@ -244,6 +253,7 @@ impl<const F: u8> Material for SpringMaterial<F> {
             _ => 1.0,
         };
         let damping = if F == fault::DAMPING_GAINS { -DAMPING } else { DAMPING };
+        let factor = if F == fault::STATIC_SCRATCH { factor * through_static(elements) } else { factor };
         // The rest length oscillates with 12 Hz (75 rad/s).
         let swell = if self.is_due(fault::MAKES_ENERGY, elements) { 0.1 * (75.0 * elements.time()).sin() } else { 0.0 };
         for (e, &[a, b]) in elements.corners::<2>().iter().enumerate() {
@@ -251,7 +261,9 @@ impl<const F: u8> Material for SpringMaterial<F> {
             let [va, vb] = [a, b].map(|node| elements.v()[node as usize]);
             let speed: f64 = (0..3).map(|i| (vb[i] - va[i]) * spring.along[i]).sum();
             let swollen = spring.stretch - swell * elements.rest_data(0)[e];
-            let mut pull = factor * (spring.stiffness * swollen + damping * speed);
+            let is_weak = F == fault::WEAK_WHEN_STRETCHED && spring.stretch > 0.6 * elements.rest_data(0)[e];
+            let strength = if is_weak { 0.9 } else { 1.0 };
+            let mut pull = factor * (strength * spring.stiffness * swollen + damping * speed);
             let mut along = spring.along;
             if F == fault::HIDES_NAN && !along.iter().all(|c| c.is_finite()) {
                 (pull, along) = (0.0, [0.0; 3]);
@@ -268,7 +280,9 @@ impl<const F: u8> Material for SpringMaterial<F> {
     }
 
     fn tangent(&self, elements: &Elements<'_>, scale: TangentScale, out: &mut Blocks<'_>) -> Result<(), Fault> {
-        let factor = if F == fault::STIFFNESS_OFF { 1.01 } else { 1.0 };
+        let is_off = F == fault::STIFFNESS_OFF
+            || F == fault::TANGENT_NOT_LINEAR && scale.stiffness != 0.0 && scale.damping != 0.0;
+        let factor = if is_off { 1.01 } else { 1.0 };
         let damping = if F == fault::DAMPING_GAINS { -DAMPING } else { DAMPING };
         for (e, &ends) in elements.corners::<2>().iter().enumerate() {
             let spring = self.spring(elements, e, ends);
@@ -308,6 +322,15 @@ impl<const F: u8> Material for SpringMaterial<F> {
         }
         Ok(())
     }
+}
+
+/// 1, unless another thread writes to the static variable meanwhile.
+fn through_static(elements: &Elements<'_>) -> f64 {
+    static SCRATCH: AtomicU64 = AtomicU64::new(0);
+    let own = elements.x().first().map_or(0, |x| x[0].to_bits());
+    SCRATCH.store(own, Ordering::Relaxed);
+    std::thread::yield_now();
+    if SCRATCH.load(Ordering::Relaxed) == own { 1.0 } else { 1.0 + 1e-12 }
 }
 
 /// Unit vector and distance from the first point to the second.

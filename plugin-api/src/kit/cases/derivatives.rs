@@ -20,12 +20,22 @@ const STEP: f64 = 1e-7;
 /// Step of finite differences over velocities, m/s.
 const VELOCITY_STEP: f64 = 1e-3;
 
-/// The force is minus the derivative of the energy, in six directions of the whole body and for 18 single components.
+/// The force is minus the derivative of the energy in a moderately deformed state.
 pub(super) fn force_is_energy_gradient(c: &Candidate) -> Result<Verdict, String> {
-    const BODY_DIRECTIONS: usize = 6;
     let (material, mut body) = default_body(c)?;
     deform(&mut body, 1.1, 0.08);
-    let force = body.forces(&material).map_err(describe_fault)?;
+    let is_bit_identical = ensure_energy_gradient(&material, &body, 1e-5)?;
+    ensure(!is_bit_identical, || {
+        "force and finite difference are identical to the last bit: one is made of the other".into()
+    })?;
+    Ok(Verdict::Passed)
+}
+
+/// Requires that the force is minus the derivative of the energy, in six directions of the whole body and for 18 single components. `tolerance` is
+/// relative to the largest component of the force. Returns whether both are identical to the last bit.
+pub(super) fn ensure_energy_gradient(material: &TestInstance, body: &Body, tolerance: f64) -> Result<bool, String> {
+    const BODY_DIRECTIONS: usize = 6;
+    let force = body.forces(material).map_err(describe_fault)?;
     let scale = max_component(&force);
     ensure(scale > 0.0, || "no force in a deformed state".into())?;
     let (mut random, mut bit_identical) = (Random(1), true);
@@ -41,7 +51,7 @@ pub(super) fn force_is_energy_gradient(c: &Candidate) -> Result<Verdict, String>
             for (x, d) in moved.x.iter_mut().zip(&direction) {
                 (0..3).for_each(|i| x[i] += step * d[i]);
             }
-            moved.energy(&material).map_err(describe_fault)
+            moved.energy(material).map_err(describe_fault)
         };
         // The difference is of fourth order, so that the step can be long and few digits cancel.
         let h = 100.0 * STEP;
@@ -50,15 +60,12 @@ pub(super) fn force_is_energy_gradient(c: &Candidate) -> Result<Verdict, String>
         let along: f64 = force.iter().flatten().zip(direction.iter().flatten()).map(|(f, d)| f * d).sum();
         bit_identical &= along == -slope;
         let components = if trial < BODY_DIRECTIONS { body.x.len() as f64 } else { 1.0 };
-        let tolerance = 1e-5 * scale * components.sqrt();
+        let tolerance = tolerance * scale * components.sqrt();
         ensure((along + slope).abs() <= tolerance, || {
             format!("force {along:.6e} N, finite difference of the energy {slope:.6e} N")
         })?;
     }
-    ensure(!bit_identical, || {
-        "force and finite difference are identical to the last bit: one is made of the other".into()
-    })?;
-    Ok(Verdict::Passed)
+    Ok(bit_identical)
 }
 
 /// What the forces are differentiated by.
@@ -130,6 +137,29 @@ fn exact_tangent_is_force_gradient(c: &Candidate) -> Result<Verdict, String> {
     let k = body.tangent(&material, STIFFNESS).map_err(describe_fault)?;
     let error = relative_difference(&k, &force_differences(&material, &body, Variable::Position)?);
     ensure(error <= 1e-5, || format!("with `tangent` exact it is off by {error:.2e} of its largest entry"))?;
+    Ok(Verdict::Passed)
+}
+
+/// The matrix of both factors is the sum of those of each.
+pub(super) fn tangent_is_linear(c: &Candidate) -> Result<Verdict, String> {
+    let (material, mut body) = default_body(c)?;
+    deform(&mut body, 1.05, 0.05);
+    set_moving(&mut body);
+    let tangent =
+        |stiffness, damping| body.tangent(&material, TangentScale { stiffness, damping }).map_err(describe_fault);
+    let (k, d) = (tangent(1.0, 0.0)?, tangent(0.0, 1.0)?);
+    // Factors of the size of a step, whose square is that of a stiffness, and of damping alone.
+    for (a, b) in [(0.7, 0.3), (1e-6, 1e-3), (2.0, 1e-3)] {
+        let both = tangent(a, b)?;
+        let sum: Vec<f64> = k.iter().zip(&d).map(|(k, d)| a * k + b * d).collect();
+        ensure(max_abs(&both) > 0.0, || format!("with factors {a} and {b} it is zero"))?;
+        let error = relative_difference(&both, &sum);
+        ensure(error <= 1e-9, || {
+            format!(
+                "with factors {a} of stiffness and {b} of damping it is off the sum of both by {error:.2e} of its largest entry"
+            )
+        })?;
+    }
     Ok(Verdict::Passed)
 }
 

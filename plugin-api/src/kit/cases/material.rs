@@ -7,11 +7,16 @@ use super::super::random::Random;
 use super::super::tested_material::MaterialUnderTest;
 use super::super::{block, sheet};
 use super::coupled::{compliance_is_positive_definite, strain_gradient, strain_is_objective};
-use super::derivatives::{damping_dissipates, force_is_energy_gradient, stiffness_is_force_gradient};
+use super::derivatives::{
+    damping_dissipates, force_is_energy_gradient, stiffness_is_force_gradient, tangent_is_linear,
+};
 use super::invariance::{element_order, rotation, translation};
 use super::matrix::max_abs;
-use super::repeatability::{calls_are_bit_identical, instances_are_independent, no_allocation, state_is_bit_identical};
-use super::{Case, Verdict, describe_fault, ensure, fields, history, normals, single};
+use super::repeatability::{
+    calls_are_bit_identical, instances_are_independent, no_allocation, state_is_bit_identical,
+    threads_are_bit_identical,
+};
+use super::{Case, Verdict, describe_fault, ensure, far_from_rest, fields, history, normals, single};
 use crate::abi;
 use crate::material::TangentScale;
 
@@ -32,6 +37,16 @@ pub(super) const CASES: &[Case] = &[
         run: force_is_energy_gradient,
     },
     Case {
+        name: "force-is-energy-gradient-far-from-rest",
+        promise: "the force is minus the gradient of the energy of a stretched, squeezed and inverted body",
+        run: far_from_rest::force_is_energy_gradient,
+    },
+    Case {
+        name: "force-is-energy-gradient-with-any-parameter",
+        promise: "the force is minus the gradient of the energy with other parameters than the defaults",
+        run: far_from_rest::force_is_energy_gradient_with_any_parameter,
+    },
+    Case {
         name: "stiffness-is-force-gradient",
         promise: "the stiffness is minus the gradient of the force at rest, and nowhere softer than it elsewhere",
         run: stiffness_is_force_gradient,
@@ -45,6 +60,11 @@ pub(super) const CASES: &[Case] = &[
         name: "damping-dissipates",
         promise: "damping is symmetric, dissipates energy, and is minus the gradient of the force by the velocity",
         run: damping_dissipates,
+    },
+    Case {
+        name: "tangent-is-linear-in-its-factors",
+        promise: "the matrix of stiffness and damping is the sum of both, each with its factor",
+        run: tangent_is_linear,
     },
     Case {
         name: "advance-dissipates",
@@ -126,6 +146,11 @@ pub(super) const CASES: &[Case] = &[
         name: "instances-are-independent",
         promise: "the parameters of one instance do not affect another",
         run: instances_are_independent,
+    },
+    Case {
+        name: "threads-do-not-interfere",
+        promise: "calls from two threads at the same time give the bytes of one after the other",
+        run: threads_are_bit_identical,
     },
     Case {
         name: "finite-at-extremes",

@@ -90,6 +90,42 @@ pub(super) fn instances_are_independent(c: &Candidate) -> Result<Verdict, String
     Ok(Verdict::Passed)
 }
 
+/// An instance that several threads call at the same time.
+struct Called<'a>(&'a TestInstance);
+
+// SAFETY: the interface lets a host call the functions of an instance that are made here from several threads at the same time
+// (`[simulation threads]` of `pliant.h`), and the lock of the instance's last error is one for threads.
+#[allow(unsafe_code, reason = "the instance is a pointer of C")]
+unsafe impl Sync for Called<'_> {}
+
+/// Two threads compute two states at the same time, over and over.
+pub(super) fn threads_are_bit_identical(c: &Candidate) -> Result<Verdict, String> {
+    const ROUNDS: usize = 50;
+    let (material, body) = moving_body(c)?;
+    let mut other = body.clone();
+    deform(&mut other, 0.9, 0.2);
+    let called = Called(&material);
+    let alone = |body: &Body| result_bits(called.0, body, usize::MAX).map_err(describe_fault);
+    let expected = [alone(&body)?, alone(&other)?];
+    if [alone(&body)?, alone(&other)?] != expected {
+        return Ok(Verdict::Skipped("results differ without threads too: see `results-are-deterministic`".into()));
+    }
+    let again = |body: &Body, expected: &[u64]| {
+        let called = &called;
+        (0..ROUNDS).try_for_each(|_| {
+            let found = result_bits(called.0, body, usize::MAX).map_err(describe_fault)?;
+            ensure(found == expected, || "a state gave other bytes while another thread computed another state".into())
+        })
+    };
+    std::thread::scope(|scope| {
+        let thread = scope.spawn(|| again(&other, &expected[1]));
+        let here = again(&body, &expected[0]);
+        let there = thread.join().map_err(|_| "a thread panicked".to_owned())?;
+        here.and(there)
+    })?;
+    Ok(Verdict::Passed)
+}
+
 pub(super) fn no_allocation(c: &Candidate) -> Result<Verdict, String> {
     if allocations().is_none() {
         let why = "allocations of a library cannot be counted from outside; a test with `kit::CountingAllocator` can";
