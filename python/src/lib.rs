@@ -21,7 +21,6 @@ mod plugins;
 mod run;
 mod session;
 mod session_batch;
-mod signals;
 mod states;
 mod trace;
 

@@ -3,9 +3,7 @@
 use super::failure::{Failure, contained};
 use super::lease::{Lent, take_back};
 use super::open::Opened;
-use super::signals::Signals;
 use pyo3::prelude::*;
-use std::sync::Arc;
 use std::time::Duration;
 
 /// An open session and what Python has of it.
@@ -18,15 +16,12 @@ pub struct Open {
     pub(super) version: u64,
     /// Version whose surface is up to date.
     embedded: u64,
-    /// What ends a step that is under way.
-    pub(super) signals: Arc<Signals>,
 }
 
 impl Open {
     /// A session that was opened in the time `opening`.
-    pub fn new(mut opened: Opened, opening: Duration) -> Self {
-        let signals = Signals::watch(&mut opened.session);
-        Self { opened, opening, lent: Vec::new(), version: 0, embedded: 0, signals }
+    pub fn new(opened: Opened, opening: Duration) -> Self {
+        Self { opened, opening, lent: Vec::new(), version: 0, embedded: 0 }
     }
 
     /// Before positions change.

@@ -1,16 +1,19 @@
 //! A scene from its start to its end, as `pliant run` does it.
 
 use super::failure::{Failure, Kind, contained};
+use super::law::check_signals;
 use super::open::{OpenOptions, Opened, SceneText, open};
 use super::open_session::Open;
 use super::session::Session;
-use super::signals::{SIGNAL_PERIOD, Signals};
 use super::trace::Trace;
 use pliant_record::{Recorder, RunStatistics, Summary};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::PathBuf;
-use std::time::Instant;
+use std::time::{Duration, Instant};
+
+/// How long steps are taken before Python is asked whether the user wants to stop.
+const SIGNAL_PERIOD: Duration = Duration::from_millis(20);
 
 /// Where results of a run go besides its trace.
 enum Results {
@@ -66,7 +69,6 @@ pub fn run<'py>(
         })
     })?;
     let (opening, steps) = (began.elapsed(), opened.scene.time.steps());
-    let signals = Signals::watch(&mut opened.session);
     let mut stopped = None;
     while opened.session.steps() < steps && stopped.is_none() {
         py.detach(|| {
@@ -74,9 +76,6 @@ pub fn run<'py>(
                 let began = Instant::now();
                 while opened.session.steps() < steps && began.elapsed() < SIGNAL_PERIOD {
                     opened.session.step();
-                    if opened.session.is_cancelled() {
-                        break;
-                    }
                     trace.step(opened.session.frame());
                     let last = opened.session.steps() == steps;
                     results.step(&mut opened, last)?;
@@ -84,7 +83,7 @@ pub fn run<'py>(
                 Ok(())
             })
         })?;
-        stopped = signals.check(py).err();
+        stopped = check_signals(py).err();
     }
     let is_stopped = stopped.is_some();
     let summary = py.detach(|| contained(|| results.finish(&mut opened, is_stopped)))?;

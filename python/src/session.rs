@@ -2,13 +2,13 @@
 
 use super::arrays::{copy_rows, copy_vectors};
 use super::failure::{Failure, Kind, contained};
+use super::law::check_signals;
 use super::lease::lend;
 use super::live::LiveThread;
 use super::live_object::Live;
 use super::model::{Found, names};
 use super::open::{OpenOptions, Opened, SceneText, open};
 use super::open_session::Open;
-use super::signals::SIGNAL_PERIOD;
 use super::states::{frame_dict, hand_pose, tool_dict};
 use numpy::{PyArray1, PyArray2};
 use pliant_engine::session::{Session as EngineSession, Snapshot as EngineSnapshot};
@@ -18,8 +18,11 @@ use pyo3::types::PyDict;
 use serde_json::json;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
-use std::time::Instant;
+use std::sync::{Mutex, MutexGuard, TryLockError};
+use std::time::{Duration, Instant};
+
+/// How long steps are taken before Python is asked whether the user wants to stop.
+const SIGNAL_PERIOD: Duration = Duration::from_millis(20);
 
 /// All bodies of a session at one moment.
 #[pyclass(frozen, module = "pliant._native")]
@@ -132,24 +135,20 @@ impl Session {
         Ok(Self::of(Open::new(opened, began.elapsed())))
     }
 
-    /// Takes `count` steps. What signal handlers raise, as Ctrl-C, ends the step that is under way: it is not taken.
+    /// Takes `count` steps. Ctrl-C is noticed between steps.
     fn step(&self, py: Python<'_>, count: u64) -> PyResult<()> {
-        let signals = Arc::clone(&self.access()?.open()?.signals);
         let mut left = count;
         while left > 0 {
             let taken = self.change(py, |session| {
                 let (began, mut taken) = (Instant::now(), 0);
                 while taken < left && (taken == 0 || began.elapsed() < SIGNAL_PERIOD) {
                     session.step();
-                    if session.is_cancelled() {
-                        break;
-                    }
                     taken += 1;
                 }
                 Ok(taken)
             })?;
             left -= taken;
-            signals.check(py)?;
+            check_signals(py)?;
         }
         Ok(())
     }

@@ -324,19 +324,6 @@ def test_ctrl_c_stops_between_steps():
         session.step()
 
 
-@pytest.mark.skipif(os.name == "nt", reason="signals are others there")
-def test_ctrl_c_ends_the_step_that_is_under_way():
-    # Four billion substeps: a step takes days.
-    scene = pressed()
-    scene.time = {"dt": "1 ms", "duration": "1 s", "integrator": "symplectic-euler", "substeps": 4_000_000_000}
-    with pliant.Session(scene) as session:
-        timer = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
-        timer.start()
-        with pytest.raises(KeyboardInterrupt):
-            session.step()
-        assert session.steps == 0 and session.time == 0
-
-
 def test_a_thousand_sessions_leave_nothing():
     def resident() -> int:
         with open("/proc/self/statm") as file:
