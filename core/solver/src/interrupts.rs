@@ -4,44 +4,28 @@
 //! interrupted step is undone: the body keeps its state before the step.
 
 use crate::integrate::StepError;
-use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 /// A shared flag that stops work.
-#[derive(Clone, Default)]
-pub struct CancelToken {
-    flag: Arc<AtomicBool>,
-    /// Asked too, where there is one.
-    poll: Option<Arc<dyn Fn() -> bool + Send + Sync>>,
-}
+#[derive(Clone, Debug, Default)]
+pub struct CancelToken(Arc<AtomicBool>);
 
 impl CancelToken {
     /// A token that is cancelled when `flag` becomes true.
     pub fn of(flag: Arc<AtomicBool>) -> Self {
-        Self { flag, poll: None }
-    }
-
-    /// A token that is cancelled while `poll` returns true. It is called at each check, on the thread that steps, so it must be quick.
-    pub fn polled(poll: impl Fn() -> bool + Send + Sync + 'static) -> Self {
-        Self { flag: Arc::default(), poll: Some(Arc::new(poll)) }
+        Self(flag)
     }
 
     /// Sets the flag: work stops at its next check.
     pub fn cancel(&self) {
-        self.flag.store(true, Ordering::Relaxed);
+        self.0.store(true, Ordering::Relaxed);
     }
 
-    /// Whether the flag is set, or the poll says so.
+    /// Whether the flag is set.
     pub fn is_cancelled(&self) -> bool {
-        self.flag.load(Ordering::Relaxed) || self.poll.as_ref().is_some_and(|poll| poll())
-    }
-}
-
-impl fmt::Debug for CancelToken {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "CancelToken({})", self.flag.load(Ordering::Relaxed))
+        self.0.load(Ordering::Relaxed)
     }
 }
 
