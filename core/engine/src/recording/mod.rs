@@ -1,6 +1,6 @@
 //! Recordings of sessions: the file format, reading, and hands that a scene takes from a file.
 //!
-//! [`format`] defines the file format, `read` reads it, and `hands` lets the steps of a session take their hands and commands from it.
+//! [`mod@format`] defines the file format, `read` reads it, and `hands` lets the steps of a session take their hands and commands from it.
 //! `pliant_record` writes recordings.
 
 pub mod format;
