@@ -80,7 +80,7 @@ pub fn open(given: SceneText, options: &OpenOptions) -> Result<Opened, Failure> 
     let (scene, source) = load(given)?;
     let plan = Plan::new(&scene, &source)?;
     let (threads, mesh) = (options.threads, options.mesh.clone());
-    let opening = Options { search: options.search()?, threads, mesh, recorded: None, memory: Default::default() };
+    let opening = Options { mesh, ..Options::new(options.search()?, threads) };
     let mut session = Session::open(&scene, &source, plan, &opening)?;
     for tool in 0..session.tools.len() {
         if options.hands.contains(&session.devices[session.tools[tool].device].name) {

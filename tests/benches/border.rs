@@ -101,13 +101,7 @@ fn touch() {
             let sets = [set("body.0.material.plugin", name), set("time.integrator", integrator)];
             let (scene, source) = scene::load(&root().join("scenes/touch.toml"), &sets).unwrap();
             let plan = Plan::new(&scene, &source).unwrap();
-            let options = Options {
-                search: SearchPath::new(&[]),
-                threads: 1,
-                mesh: Some(mesh.clone()),
-                recorded: None,
-                memory: Default::default(),
-            };
+            let options = Options { mesh: Some(mesh.clone()), ..Options::new(SearchPath::new(&[]), 1) };
             let mut session = Session::open(&scene, &source, plan, &options).unwrap();
             let (mut seconds, mut force, mut iterations) = (Vec::new(), 0.0_f64, 0);
             for _ in 0..600 {

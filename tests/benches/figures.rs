@@ -86,13 +86,7 @@ fn growth_with_the_mesh() {
         let mesh = bench.write("scan.obj", divided(times));
         let (scene, source) = scene::load(&root().join("scenes/touch.toml"), &[]).unwrap();
         let plan = Plan::new(&scene, &source).unwrap();
-        let options = Options {
-            search: SearchPath::new(&[]),
-            threads: 1,
-            mesh: Some(mesh),
-            recorded: None,
-            memory: Default::default(),
-        };
+        let options = Options { mesh: Some(mesh), ..Options::new(SearchPath::new(&[]), 1) };
         let start = Instant::now();
         let mut session = Session::open(&scene, &source, plan, &options).unwrap();
         let open = start.elapsed().as_secs_f64();

@@ -309,12 +309,6 @@ pub fn open_file(path: &Path, threads: usize, mesh: Option<PathBuf>) -> pliant_e
     use pliant_engine::session;
     let (scene, source) = scene::load(path, &[]).unwrap_or_else(|e| panic!("{e}"));
     let plan = Plan::new(&scene, &source).unwrap_or_else(|e| panic!("{e}"));
-    let options = session::Options {
-        search: SearchPath::new(&[deps()]),
-        threads,
-        mesh,
-        recorded: None,
-        memory: Default::default(),
-    };
+    let options = session::Options { mesh, ..session::Options::new(SearchPath::new(&[deps()]), threads) };
     session::Session::open(&scene, &source, plan, &options).unwrap_or_else(|e| panic!("{e}"))
 }

@@ -35,13 +35,7 @@ fn opened(bench: &Bench, text: &str) -> Session {
     let path = bench.write("scene.toml", text);
     let (scene, source) = scene::load(&path, &[]).unwrap_or_else(|e| panic!("{e}"));
     let plan = Plan::new(&scene, &source).unwrap_or_else(|e| panic!("{e}"));
-    let options = Options {
-        search: SearchPath::new(&[deps()]),
-        threads: 1,
-        mesh: None,
-        recorded: None,
-        memory: Default::default(),
-    };
+    let options = Options::new(SearchPath::new(&[deps()]), 1);
     Session::open(&scene, &source, plan, &options).unwrap_or_else(|e| panic!("{e}"))
 }
 

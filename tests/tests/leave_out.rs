@@ -31,13 +31,7 @@ fn opened(text: &str) -> Session {
     let (scene, source) = scene::load(&path, &[]).expect("a scene");
     let plan = Plan::new(&scene, &source).expect("a plan");
     let folder: PathBuf = std::env::current_exe().expect("a path").parent().expect("a folder").into();
-    let options = Options {
-        search: SearchPath::new(&[folder]),
-        threads: 1,
-        mesh: None,
-        recorded: None,
-        memory: Default::default(),
-    };
+    let options = Options::new(SearchPath::new(&[folder]), 1);
     Session::open(&scene, &source, plan, &options).unwrap_or_else(|e| panic!("{e}"))
 }
 

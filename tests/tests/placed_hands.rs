@@ -89,13 +89,7 @@ fn a_model_in_memory_takes_the_place_of_a_file() {
     let document = generate::cuboid(4, [0.1, 0.2, 0.3]).expect("a block");
     let open = |source: &scene::Source| {
         let plan = Plan::new(&scene, source).expect("a plan");
-        let options = Options {
-            search: SearchPath::new(&[deps()]),
-            threads: 1,
-            mesh: None,
-            recorded: None,
-            memory: Default::default(),
-        };
+        let options = Options::new(SearchPath::new(&[deps()]), 1);
         Session::open(&scene, source, plan, &options).map_err(|error| error.to_string())
     };
     let error = open(&source).err().expect("no such file");

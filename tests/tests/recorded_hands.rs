@@ -71,13 +71,7 @@ fn commands_of_the_recording_come_with_its_hands() {
     let path = bench.write("scene.toml", box_scene("", "", "release = \"keep\""));
     let (scene, source) = scene::load(&path, &[]).unwrap();
     let plan = Plan::new(&scene, &source).unwrap();
-    let options = Options {
-        search: SearchPath::new(&[deps()]),
-        threads: 1,
-        mesh: None,
-        recorded: None,
-        memory: Default::default(),
-    };
+    let options = Options::new(SearchPath::new(&[deps()]), 1);
     let mut session = Session::open(&scene, &source, plan, &options).unwrap();
     session.keep_history();
     let inputs =

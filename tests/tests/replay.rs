@@ -140,13 +140,7 @@ fn commands_and_idle_steps_come_back() {
     for round in 0..3 {
         let (scene, source) = scene::load(&path, &[]).unwrap();
         let plan = Plan::new(&scene, &source).unwrap();
-        let options = Options {
-            search: SearchPath::new(&[deps()]),
-            threads: 1,
-            mesh: None,
-            recorded: None,
-            memory: Default::default(),
-        };
+        let options = Options::new(SearchPath::new(&[deps()]), 1);
         let mut session = Session::open(&scene, &source, plan, &options).unwrap();
         session.keep_history();
         let inputs = RecordingInputs {

@@ -59,13 +59,7 @@ fn parts_of_cut_bodies_are_closed_models_of_their_own() {
         let text = scene(&[Cut { x: 10.0, slope: 0.0 }], &body, "parts = \"files\"\ntrace = false");
         let (scene, source) = load(&bench.write("scene.toml", text), &[]).expect("a scene");
         let plan = Plan::new(&scene, &source).expect("a plan");
-        let options = Options {
-            search: SearchPath::new(&[deps()]),
-            threads: 1,
-            mesh: None,
-            recorded: None,
-            memory: Default::default(),
-        };
+        let options = Options::new(SearchPath::new(&[deps()]), 1);
         let mut session = Session::open(&scene, &source, plan, &options).expect("a session");
         let recorder = Recorder::new(&scene, &source, &session, &bench.path("out"), Instant::now()).expect("a folder");
         session.step();

@@ -171,7 +171,7 @@ fn a_caller_of_the_engine_allows_nothing_unless_it_says_so() {
     let open = |search: SearchPath| {
         let (scene, source) = scene::load(&path, &[]).expect("read");
         let plan = Plan::new(&scene, &source).expect("planned");
-        let options = Options { search, threads: 1, mesh: None, recorded: None, memory: Default::default() };
+        let options = Options::new(search, 1);
         Session::open(&scene, &source, plan, &options).err().expect("it is no plugin").to_string()
     };
     let search = SearchPath::new(&[deps()]);

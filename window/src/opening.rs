@@ -138,8 +138,7 @@ pub fn open(request: &OpenRequest) -> Result<Opened, String> {
     facts.cap_material.clone_from(&plan.cap_material);
     let search = request.search()?;
     let mesh = request.shape.clone().filter(|_| request.is_scene());
-    let options =
-        Options { search, threads: request.threads, mesh: mesh.clone(), recorded: None, memory: Default::default() };
+    let options = Options { mesh: mesh.clone(), ..Options::new(search, request.threads) };
     let session = Session::open(&scene, &source, plan, &options).map_err(|error| error.to_string())?;
     if session.bodies.is_empty() {
         return Err(format!("{}: nothing in it can be moved by a hand", request.path.display()));
@@ -207,8 +206,7 @@ fn scene_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
     let mut document: DocumentMut = source.text.parse().map_err(|error: toml_edit::TomlError| named(&error))?;
     // A look at the bodies, to know how large a hand they ask for.
     let search = request.search()?;
-    let options =
-        Options { search, threads: 1, mesh: request.shape.clone(), recorded: None, memory: Default::default() };
+    let options = Options { mesh: request.shape.clone(), ..Options::new(search, 1) };
     let session = Session::open(&scene, &source, plan, &options).map_err(|error| error.to_string())?;
     let surfaces = session.bodies.iter().map(|body| &body.model.surface);
     let standing = session.standing.iter().map(|(_, model)| &model.surface);

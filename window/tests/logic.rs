@@ -139,7 +139,7 @@ fn a_saved_session_gives_the_same_states_again() {
     let plan = Plan::new(&scene, &source).unwrap();
     let search = SearchPath::new(&[]);
     let recorded = Some(recording.devices.clone());
-    let options = Options { search, threads: 1, mesh: header.mesh.clone(), recorded, memory: Default::default() };
+    let options = Options { mesh: header.mesh.clone(), recorded, ..Options::new(search, 1) };
     let mut session = Session::open(&scene, &source, plan, &options).unwrap();
     session.drive_tips();
     session.keep_history();
@@ -156,8 +156,7 @@ fn a_saved_session_gives_the_same_states_again() {
     // The scene beside it takes its hands from the recording; its steps are the same, and the model is the one that Save wrote.
     let (scene, source) = scene::load(&scene_file, &[]).unwrap();
     let plan = Plan::new(&scene, &source).unwrap();
-    let options =
-        Options { search: SearchPath::new(&[]), threads: 2, mesh: None, recorded: None, memory: Default::default() };
+    let options = Options::new(SearchPath::new(&[]), 2);
     let mut session = Session::open(&scene, &source, plan, &options).unwrap();
     assert_eq!(scene.time.steps(), recording.step_count());
     for step in recording.steps.iter().flat_map(|step| (0..step.count).map(move |_| step)) {

@@ -87,8 +87,7 @@ impl SessionBatch {
         let open = |given: SceneInstance| {
             let SceneInstance { scene, source } = given;
             let plan = Plan::new(&scene, &source).map_err(|e| Failure::new(FailureClass::Scene, e))?;
-            let options =
-                Options { search: search.clone(), threads: 1, mesh: None, recorded: None, memory: Default::default() };
+            let options = Options::new(search.clone(), 1);
             let mut session =
                 Session::open_shared(&scene, &source, plan, &options, &parts).map_err(|e| Failure::of_opening(&e))?;
             for tool in 0..session.tools.len() {

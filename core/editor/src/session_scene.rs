@@ -14,7 +14,7 @@ pub struct SessionScene<'a> {
     pub session: &'a Session,
     /// File that takes the place of the first body's model, if it is not the one that the scene names.
     pub model: Option<&'a Path>,
-    /// The recording.
+    /// Path of the recording that the hands come from.
     pub recording: &'a Path,
 }
 

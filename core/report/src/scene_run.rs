@@ -72,13 +72,7 @@ impl SceneRun<'_> {
     pub(crate) fn open(&self) -> Result<(scene::Scene, Session), SessionError> {
         let (scene, source) = scene::load_text(self.path, self.text.to_owned(), &self.settings)?;
         let plan = Plan::new(&scene, &source)?;
-        let options = Options {
-            search: self.search.clone(),
-            threads: self.threads,
-            mesh: None,
-            recorded: None,
-            memory: Default::default(),
-        };
+        let options = Options::new(self.search.clone(), self.threads);
         let mut session = Session::open(&scene, &source, plan, &options)?;
         session.cancel_when(self.stop.clone());
         Ok((scene, session))

@@ -5,7 +5,7 @@ use crate::lanes::{Real, Vec3};
 /// A matrix by rows: `m[row][column]`.
 pub type Mat3<T = f64> = [Vec3<T>; 3];
 
-/// The identity.
+/// The identity matrix of three dimensions.
 pub const IDENTITY: Mat3 = [Vec3([1.0, 0.0, 0.0]), Vec3([0.0, 1.0, 0.0]), Vec3([0.0, 0.0, 1.0])];
 
 /// `m v`
@@ -38,7 +38,7 @@ pub fn transposed<T: Real>(m: &Mat3<T>) -> Mat3<T> {
     [Vec3([m[0][0], m[1][0], m[2][0]]), Vec3([m[0][1], m[1][1], m[2][1]]), Vec3([m[0][2], m[1][2], m[2][2]])]
 }
 
-/// Determinant.
+/// Determinant of a 3 x 3 matrix.
 #[inline(always)]
 pub fn determinant<T: Real>(m: &Mat3<T>) -> T {
     m[0].dot(m[1].cross(m[2]))

@@ -7,9 +7,9 @@ use crate::lanes::{Real, Vec3};
 /// Coefficients of a viscosity that acts on the rate of Green's strain, Pa s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ViscosityCoefficients {
-    /// Of shear.
+    /// Coefficient of the rate of shear, Pa s.
     pub shear: f64,
-    /// Of the rate of volume.
+    /// Coefficient of the rate of volume, Pa s.
     pub dilatation: f64,
 }
 

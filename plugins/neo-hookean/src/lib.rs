@@ -11,8 +11,6 @@
 mod energy;
 mod kernel;
 mod plasticity;
-#[cfg(test)]
-mod tests;
 
 use energy::Moduli;
 use plasticity::{HISTORY, Plasticity};

@@ -63,12 +63,12 @@ impl Stereo {
 /// Channels of the picture that are drawn: red, green, blue.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Channels {
-    /// All of them.
+    /// All three channels.
     #[default]
     All,
-    /// Red alone.
+    /// Only the red channel, for the left eye of red-cyan glasses.
     Red,
-    /// Green and blue.
+    /// The green and blue channels, for the right eye.
     GreenAndBlue,
 }
 

@@ -23,10 +23,10 @@ impl StiffnessFactor {
         Self { plane, planes, value: 1.0 }
     }
 
-    /// Multiplies the factors of the elements, which have just been listed, by this one.
-    pub(super) fn apply(&self, system: &mut System) {
-        if self.value != 1.0 {
-            self.scale(system, self.value);
+    /// Multiplies the factors of the elements, which have just been listed, by that of a body, if it has one.
+    pub(super) fn apply(factor: Option<Self>, system: &mut System) {
+        if let Some(factor) = factor.filter(|factor| factor.value != 1.0) {
+            factor.scale(system, factor.value);
         }
     }
 

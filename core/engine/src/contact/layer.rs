@@ -49,17 +49,23 @@ impl Layer<'_> {
     /// the unit vector `along` only, if one is given. A tool that is pulled in too deep stays where the layer is half as thick as the tool, however hard
     /// the spring pulls. Returns the position of the tool, m, and the force of the layer on it, N.
     pub fn balance(&self, samples: &[SurfacePoint], mut p: Vec3, hand: Vec3, along: Option<Vec3>) -> (Vec3, Vec3) {
-        let mut layer = Vec3::zeros();
-        let scale = self.shape.shape().length_scale();
+        let (scale, mut out) = (self.shape.shape().length_scale(), along);
         for _ in 0..MAX_STEPS {
             let mut hessian = Matrix3::from_diagonal_element(self.coupling);
-            layer = Vec3::zeros();
+            let (mut layer, mut deepest) = (Vec3::zeros(), 0.0_f64);
             for s in samples {
                 let Some((n, depth)) = self.penetration(s, p) else { continue };
                 let k = self.stiffness * s.area;
                 layer -= k * depth * n;
                 hessian += k * n * n.transpose();
+                deepest = deepest.max(depth);
             }
+            out = out.or_else(|| layer.try_normalize(0.0));
+            if let Some(out) = out.filter(|_| deepest > MAX_DEPTH * scale) {
+                p += (deepest - MAX_DEPTH * scale) * out;
+                continue;
+            }
+            out = along.or_else(|| layer.try_normalize(0.0)).or(out);
             let force = self.coupling * (hand - p) + layer;
             let step = match along {
                 Some(d) => d * (d.dot(&force) / d.dot(&(hessian * d))),
@@ -69,17 +75,16 @@ impl Layer<'_> {
             let (length, max_length) = (step.norm(), 0.1 * scale);
             p += if length > max_length { step * (max_length / length) } else { step };
             if length <= 1e-9 * scale {
-                break;
+                return (p, layer);
             }
         }
         for _ in 0..MAX_RETREATS {
             let depths = samples.iter().filter_map(|s| self.penetration(s, p));
             let excess = depths.fold(0.0, |deepest: f64, (_, depth)| deepest.max(depth)) - MAX_DEPTH * scale;
-            let Some(out) = along.or_else(|| layer.try_normalize(0.0)).filter(|_| excess > 0.0) else { break };
+            let Some(out) = out.filter(|_| excess > 0.0) else { break };
             p += excess * out;
-            layer = self.force(samples, p);
         }
-        (p, layer)
+        (p, self.force(samples, p))
     }
 
     /// Force of the layer on a tool at `p` (m), N.
@@ -189,6 +194,39 @@ mod tests {
         case(Arc::new(Capsule::new(r, length)), lying, r, cylinder + ball);
         case(Arc::new(Cuboid::new(Vec3::new(8e-3, 6e-3, 6e-3))), none, 3e-3, sides * d);
         case(Arc::new(Plane), upside_down, 0.0, face * d);
+    }
+
+    /// However hard and from wherever behind the surface the hand pulls, no sample is deeper than half of the tool's length scale.
+    #[test]
+    fn a_tool_sinks_at_most_half_of_its_size_into_the_layer() {
+        let spacing = 5e-4;
+        let samples = plane(spacing, 40);
+        let shapes: [Arc<dyn Shape>; 3] = [
+            Arc::new(Sphere { radius: RADIUS }),
+            Arc::new(Capsule::new(RADIUS, RADIUS)),
+            Arc::new(Cuboid::new(Vec3::new(0.012, 0.02, 0.016))),
+        ];
+        for shape in shapes {
+            let shape = OrientedShape::new(shape);
+            let scale = shape.shape().length_scale();
+            for coupling in [1e2, 1e4, 1e6, 1e8] {
+                for deep in [1e-4, 5e-3, 0.02, 0.05] {
+                    let layer = Layer { shape: &shape, coupling, stiffness: 1e6 };
+                    let hand = Vec3::new(1e-3, -2e-3, -deep);
+                    for along in [None, Some(Vec3::z())] {
+                        let (p, force) = layer.balance(&samples, Vec3::new(0.0, 0.0, scale), hand, along);
+                        let depths = samples.iter().filter_map(|s| layer.penetration(s, p)).map(|(_, depth)| depth);
+                        let deepest = depths.fold(0.0, f64::max);
+                        assert!(deepest <= (MAX_DEPTH + 1e-9) * scale, "{shape:?} {coupling} {deep}: {deepest}");
+                        let again = layer.force(&samples, p);
+                        assert!(
+                            (again - force).norm() <= 1e-9 * force.norm(),
+                            "{shape:?}: {force:?} is not that at {p:?}"
+                        );
+                    }
+                }
+            }
+        }
     }
 
     #[test]

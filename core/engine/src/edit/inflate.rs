@@ -100,7 +100,7 @@ impl Action for Pressing {
         self.force.resize(body.system.nodes.len(), Vec3::zeros());
         add_pressure(&self.brush, &vertices, body, self.pressure, &mut self.force)?;
         let total: Vec3 = self.force.iter().sum();
-        let (scale, _) = tool.cap(total.norm());
+        let scale = tool.cap(total.norm());
         let springs = tool.springs_mut(at.body as usize);
         for (n, force) in self.force.iter().enumerate().filter(|(_, force)| **force != Vec3::zeros()) {
             springs.push(n as u32, scale * *force, [0.0; 9], [0.0; 9], body.system.nodes.x[n]);

@@ -100,7 +100,7 @@ impl Action for Pulling {
         let EmbeddedPoint { now, settled } = contact.map_or_else(|| body.embed_point(grip.at.rest), Ok)?;
         tool.proxy.position = now + grip.offset;
         let stretch = hand - tool.proxy.position;
-        if tool.stiffness_factor * tool.coupling.stiffness * stretch.norm() > self.limit {
+        if tool.coupling_factor * tool.coupling.stiffness * stretch.norm() > self.limit {
             self.let_go(tool, step);
             return Ok(());
         }

@@ -85,7 +85,7 @@ impl CoupledRegion {
             springs.push(n, fraction * pulled(n), stiffness, damping, nodes.x[n as usize]);
         }
         tool.limit_springs(body, at.body, magnitude);
-        Ok(tool.stiffness_factor * magnitude)
+        Ok(tool.coupling_factor * magnitude)
     }
 
     /// Attaches the nodes around a point to the hand, again if their numbering has changed. `None` if there is no free node.

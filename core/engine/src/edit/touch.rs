@@ -111,7 +111,7 @@ fn balance_in_layer(
     let friction = along * (most / along.norm().max(f64::MIN_POSITIVE)).min(1.0);
     let pulled = pushed + friction;
     // Within a step a limited force ends where the whole one would: a force that stayed would fling the surface away.
-    let (scale, _) = coupling.cap(pulled);
+    let scale = coupling.cap(pulled.norm());
     tool.loads.clear();
     for push in layer.pushes(near, p) {
         let fraction = push.magnitude / total;

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 pub struct RecordedHands {
     /// Path of the recording.
     path: PathBuf,
-    /// The recording.
+    /// The recording as it was read.
     recording: Recording,
     /// Step of the recorded session, s.
     dt: f64,

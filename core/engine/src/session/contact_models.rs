@@ -69,7 +69,7 @@ impl Session {
 
 /// Stiffness of a force against displacements of the hand, N/m, and the outward normal of a unilateral contact.
 fn slope(slot: &ToolSlot, force: Vec3) -> (Block, Option<Vec3>) {
-    let k = slot.tool.stiffness_factor * slot.tool.coupling.stiffness;
+    let k = slot.tool.coupling_factor * slot.tool.coupling.stiffness;
     let all = std::array::from_fn(|e| if e % 4 == 0 { k } else { 0.0 });
     let Some(touch) = slot.tool.proxy.touch.filter(|_| slot.tool.is_fingertip()) else { return (all, None) };
     let n = touch.normal;

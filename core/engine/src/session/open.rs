@@ -18,8 +18,7 @@ use crate::memory::{MemoryAccount, MemoryBudget, document_bytes};
 use crate::plan::Plan;
 use crate::recording::RecordedHands;
 use crate::scene::{
-    BladeScene, BodyScene, DeviceScene, Extent, FixedScene, GridLevel, IntegratorChoice, Scene, Source, ToolScene,
-    settings,
+    BladeScene, BodyScene, DeviceScene, Extent, FixedScene, GridLevel, Scene, Source, ToolScene, settings,
 };
 use crate::tool::{Coupling, ForceLimits, ForceSafety, Hand, TactilePad, TipMass, Tool};
 use bytemuck::cast_slice;
@@ -32,7 +31,7 @@ use pliant_mesh::check::{Severity, Use};
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::require_for_mesh_elements;
 use pliant_solver::ForceModel;
-use pliant_solver::{NodeSprings, System};
+use pliant_solver::{NodeSprings, Scheme, System};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -51,6 +50,14 @@ pub struct Options {
     pub recorded: Option<Vec<(String, DeviceInfo)>>,
     /// Largest memory of the session, estimated before it is allocated.
     pub memory: MemoryBudget,
+}
+
+impl Options {
+    /// Options with these plugin folders and number of threads (0 for all processors); models and devices are those of the scene, and memory is the
+    /// default budget.
+    pub fn new(search: SearchPath, threads: usize) -> Self {
+        Self { search, threads, mesh: None, recorded: None, memory: MemoryBudget::default() }
+    }
 }
 
 /// Default radius of a local region: the larger one of this many cells and of [`REGION_TOOL_RADII`] radii of the largest tool. A contact of radius a in
@@ -112,7 +119,7 @@ impl Session {
             measured_keys: Vec::new(),
             memory: MemoryAccount::new(options.memory),
             regions: plan.tools.len() + plan.mirrors.len(),
-            is_implicit: !is_explicit(scene.time.integrator),
+            is_implicit: scene.time.integrator.scheme().is_none_or(Scheme::is_implicit),
         };
         let mut models = Vec::new();
         for (i, body) in scene.body.iter().enumerate() {
@@ -203,11 +210,6 @@ fn edge(blade: &BladeScene) -> BladeEdge {
         toughness: blade.toughness.get_ref().si,
         tear: blade.tear.get_ref().si,
     }
-}
-
-/// Whether the scene asks for a scheme that needs no matrix.
-fn is_explicit(integrator: IntegratorChoice) -> bool {
-    matches!(integrator, IntegratorChoice::ExplicitEuler | IntegratorChoice::SymplecticEuler)
 }
 
 /// A scene that is being opened.

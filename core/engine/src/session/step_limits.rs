@@ -6,7 +6,7 @@ use pliant_solver::{Frequencies, Scheme, StepLimit};
 
 /// Scheme, frequencies of the bodies, and how many substeps are allowed.
 pub(super) struct StepLimits {
-    /// Integration scheme.
+    /// Integration scheme of all bodies.
     pub(super) scheme: Scheme,
     /// Frequencies of each body without tools.
     pub(super) frequencies: Vec<Frequencies>,

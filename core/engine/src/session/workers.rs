@@ -11,7 +11,7 @@ const MIN_ALL_THREADS: usize = 5000;
 
 /// A pool of all threads and one of a single thread, for small bodies and where more threads are slower.
 pub(super) struct Workers {
-    /// All threads.
+    /// The pool of all threads of the session.
     pub(super) all: Pool,
     alone: Pool,
     /// Choice for each body.

@@ -22,15 +22,9 @@ pub struct Coupling {
 }
 
 impl Coupling {
-    /// Factors that limit a force (N) to the largest one: that of the force, at most 1, and that of its stiffness, 0 if the force is limited,
-    /// because a limited force is constant.
-    pub fn cap(&self, force: Vec3) -> (f64, f64) {
-        self.cap_size(force.norm())
-    }
-
-    /// The same for a force of this magnitude (N).
-    pub fn cap_size(&self, size: f64) -> (f64, f64) {
-        if size > self.max_force { (self.max_force / size, 0.0) } else { (1.0, 1.0) }
+    /// Factor, at most 1, that limits a force of this magnitude (N) to the largest one.
+    pub fn cap(&self, size: f64) -> f64 {
+        if size > self.max_force { self.max_force / size } else { 1.0 }
     }
 }
 
@@ -57,7 +51,7 @@ pub struct Tool {
     /// Force that the active edit requests of the coupling, N; `None` if it is within the limit.
     pub(crate) wanted: Option<f64>,
     /// Stiffness of the coupling that a body met last, relative to its own: less than 1 where the body's elastic layer is softer.
-    pub(crate) stiffness_factor: f64,
+    pub(crate) coupling_factor: f64,
     /// Rotation from axes of the shape to axes of the hand.
     mount: UnitQuaternion<f64>,
     pub(crate) surface: SurfaceSearch,
@@ -91,7 +85,7 @@ impl Tool {
             slipped: 0,
             reshaped: false,
             wanted: None,
-            stiffness_factor: 1.0,
+            coupling_factor: 1.0,
             surface: SurfaceSearch::new(bodies),
             loads: PointLoads::default(),
             action: None,
@@ -226,9 +220,9 @@ impl Tool {
     }
 
     /// [`Coupling::cap`] of a force of this magnitude (N); a force above the limit is recorded for a warning.
-    pub(crate) fn cap(&mut self, size: f64) -> (f64, f64) {
+    pub(crate) fn cap(&mut self, size: f64) -> f64 {
         self.wanted = (size > self.coupling.max_force).then_some(size);
-        self.coupling.cap_size(size)
+        self.coupling.cap(size)
     }
 
     /// Ends all contacts and grips and moves the proxy to the hand.
@@ -243,7 +237,7 @@ impl Tool {
     pub(crate) fn release_to_hand(&mut self, hand: &Hand) {
         self.proxy.touch = None;
         self.proxy.position = hand.position;
-        self.stiffness_factor = 1.0;
+        self.coupling_factor = 1.0;
         self.surface.leave();
         self.springs.iter_mut().for_each(NodeSprings::clear);
     }
@@ -342,11 +336,11 @@ impl Tool {
         let springs = &mut self.springs[index as usize];
         let stiffest = springs.max_stiffness();
         if body.discretization.lattice().is_some() && stiffest > 0.0 {
-            self.stiffness_factor = (body.layer_stiffness * body.discretization.edge().powi(2) / stiffest).min(1.0);
+            self.coupling_factor = (body.layer_stiffness * body.discretization.edge().powi(2) / stiffest).min(1.0);
         }
-        let felt = self.stiffness_factor;
+        let felt = self.coupling_factor;
         // Within a step a limited force ends where the whole one would: a force that stayed would fling the surface away.
-        let (scale, _) = self.cap(felt * size);
+        let scale = self.cap(felt * size);
         self.springs[index as usize].scale(felt * scale);
     }
 

@@ -4,6 +4,7 @@
 //! or a link on an edge, has the mean of their factors.
 
 use super::Lattice;
+use crate::body::StiffnessFactor;
 use pliant_plugin_api::abi;
 use pliant_solver::{System, Vec3};
 use std::collections::HashMap;
@@ -33,14 +34,9 @@ impl Mean {
 impl Lattice {
     /// Gives the elements listed last their factors: those of the body's fields, times the factor of its stiffness.
     pub(super) fn list_fields(&mut self, system: &mut System) {
-        if self.fields.is_some() {
-            self.evaluate_fields(system);
-        } else {
-            system.sets.iter_mut().for_each(|set| set.list_mut().fields.clear());
-        }
-        if let Some(stiffness) = &self.stiffness {
-            stiffness.apply(system);
-        }
+        system.sets.iter_mut().for_each(|set| set.list_mut().fields.clear());
+        self.evaluate_fields(system);
+        StiffnessFactor::apply(self.stiffness, system);
     }
 
     /// Gives the elements listed last their factors, if the body has fields.

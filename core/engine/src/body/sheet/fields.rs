@@ -1,6 +1,7 @@
 //! Fields of material parameters, evaluated for the elements of a sheet.
 
 use super::Sheet;
+use crate::body::StiffnessFactor;
 use crate::body::skin::centroid;
 use pliant_plugin_api::abi;
 use pliant_solver::{System, Vec3};
@@ -8,14 +9,9 @@ use pliant_solver::{System, Vec3};
 impl Sheet {
     /// Gives the elements listed last their factors: those of the body's fields, times the factor of its stiffness.
     pub(super) fn list_fields(&self, system: &mut System) {
-        if self.fields.is_some() {
-            self.evaluate_fields(system);
-        } else {
-            system.sets.iter_mut().for_each(|set| set.list_mut().fields.clear());
-        }
-        if let Some(stiffness) = &self.stiffness {
-            stiffness.apply(system);
-        }
+        system.sets.iter_mut().for_each(|set| set.list_mut().fields.clear());
+        self.evaluate_fields(system);
+        StiffnessFactor::apply(self.stiffness, system);
     }
 
     /// Gives the elements listed last their factors, if the body has fields: a triangle those at its centroid, a hinge the mean of its two
