@@ -394,7 +394,11 @@ fn edits_probes_and_outputs_that_make_no_sense_are_refused() {
             "kind = \"touch\"",
             "kind = \"poke\"",
             0,
-            &["`poke`", "allowed is `touch`, `pull`, `cut`, `grab`,", "`shrink`, `undo`, `redo`"],
+            &[
+                "`poke`",
+                "allowed is `touch`, `pull`, `cut`, `grab`,",
+                "`shrink`, `pin`, `unpin`, `paint`, `undo`, `redo`",
+            ],
         ),
         ("tool = \"finger\"", "tool = \"thumb\"", 0, &["no tool `thumb`; allowed is `finger`"]),
         ("tool = \"finger\"", "tool = \"finger\"\nstart = -1", 1, &["start is -1 s; allowed is 0 or more"]),

@@ -12,7 +12,7 @@ const SIZE: f64 = 0.1;
 /// m, edge of a cell of level 5 around it
 const CELL: f64 = SIZE / 16.0;
 /// Every kind that acts on a soft region, with its keys.
-const KINDS: [(&str, &str); 9] = [
+const KINDS: [(&str, &str); 10] = [
     ("grab", ""),
     ("inflate", "strength = \"1 kPa\"\nrelease = \"keep\""),
     ("deflate", "strength = \"1 kPa\"\nrelease = \"keep\""),
@@ -22,6 +22,7 @@ const KINDS: [(&str, &str); 9] = [
     ("relax", ""),
     ("grow", ""),
     ("shrink", ""),
+    ("paint", "strength = 0.3"),
 ];
 
 fn run(session: &mut Session, seconds: f64) {

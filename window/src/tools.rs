@@ -54,7 +54,7 @@ impl ToolKind {
 
     /// Whether its stroke changes the model for good even if no shape is kept.
     pub fn always_stays(&self) -> bool {
-        self.kind.cuts() || self.kind.changes_rest_shape()
+        self.kind.cuts() || self.kind.changes_body()
     }
 
     /// The mask of the button that begins a stroke.

@@ -3,6 +3,8 @@
 
 mod check;
 
+pub(crate) use check::strength;
+
 use crate::body::Axes;
 use crate::edit::{Command, EditKind, Falloff};
 use crate::probe::{QUANTITIES, Quantity, Subject};
@@ -42,6 +44,8 @@ pub struct Edit {
     pub falloff: Falloff,
     /// Strength, in the SI unit of its kind.
     pub strength: Option<f64>,
+    /// Parameter of the material that it paints.
+    pub param: Option<String>,
 }
 
 /// An undo or redo that a scene asks for.
@@ -204,6 +208,7 @@ impl Plan {
                 radius: edit.radius.as_ref().map(|r| r.get_ref().si),
                 falloff: edit.falloff.as_ref().map_or(Falloff::default(), |f| *f.get_ref()),
                 strength: check::strength(edit, kind, source)?,
+                param: edit.param.as_ref().map(|param| param.get_ref().clone()),
             };
             self.edits.push(planned.clone());
             for axes in check::images(edit, source)? {

@@ -122,6 +122,16 @@ impl System {
         Ok(())
     }
 
+    /// Recomputes rest data and lumped masses. Call it after factors of the material's parameters have changed that masses depend on; shapes and history
+    /// stay.
+    ///
+    /// # Errors
+    /// Returns the error of the material.
+    pub fn renew_parameters(&mut self) -> Result<(), ForceError> {
+        self.renew_rest()?;
+        self.lump_mass()
+    }
+
     /// Recomputes the lumped masses.
     fn lump_mass(&mut self) -> Result<(), ForceError> {
         let mut mass = std::mem::take(&mut self.nodes.mass);

@@ -16,6 +16,7 @@ mod fragments;
 mod history;
 mod hold;
 mod majority;
+mod paint;
 mod point_bindings;
 mod region;
 mod reshape;
@@ -32,6 +33,7 @@ use super::stiffness::StiffnessFactor;
 pub use bounds::NodeBounds;
 pub use fragments::{BodyInterior, CellFragment};
 use fragments::{Fragments, NodeKey};
+use paint::LatticePaint;
 use pliant_host::{HostError, Region};
 use pliant_plugin_api::abi::{self, Ball, Level};
 use pliant_solver::ForceError;
@@ -127,8 +129,14 @@ pub struct Lattice {
     contact_balls: Vec<Ball>,
     /// The last such balls that were not empty.
     last_contact_balls: Vec<Ball>,
-    /// Whether the material has history variables: displaced cells stay active, and nodes do not return to rest.
+    /// Whether the material has history variables.
     has_history: bool,
+    /// Whether displaced cells stay active and nodes do not return to rest: the material has a history, or pins hold nodes away from rest.
+    keeps_displaced: bool,
+    /// Pins and painted factors.
+    paint: LatticePaint,
+    /// Active nodes that pins hold (n); empty without pins.
+    pinned: Vec<bool>,
     /// Fields of parameters of the material.
     pub fields: Option<Arc<Fields>>,
     /// Factor of the material's stiffness; `None` if the material has none that may change.
@@ -204,6 +212,9 @@ impl Lattice {
             contact_balls: Vec::new(),
             last_contact_balls: Vec::new(),
             has_history: false,
+            keeps_displaced: false,
+            paint: LatticePaint::default(),
+            pinned: Vec::new(),
             fields: None,
             stiffness: None,
             factors_of_cell: HashMap::new(),

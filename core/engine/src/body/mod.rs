@@ -15,6 +15,8 @@ mod look;
 mod model;
 mod near;
 mod pages;
+mod paint;
+mod painted_factors;
 mod reshape;
 mod samples;
 mod sheet;
@@ -32,6 +34,7 @@ pub use lattice::{BodyInterior, CellFragment, Lattice, LatticeError, NodeBounds,
 pub use look::{ABSENT, CAP, TriangleLook};
 pub use model::Model;
 pub use pages::{PAGE, PageStamps};
+pub use painted_factors::{FactorChange, PaintedFactors};
 pub use reshape::RestChange;
 pub(crate) use samples::MAX_COLLECTED;
 pub use samples::Samples;
@@ -66,6 +69,10 @@ pub struct Body {
     pub samples: Arc<Samples>,
     /// N/m^3, stiffness of the elastic layer (Winkler bed) on the surface: force per depth and area
     pub layer_stiffness: f64,
+    /// Parameters of the material that may vary over the body, in the order of their planes.
+    pub params: Vec<String>,
+    /// Largest ratio by which painting may raise stiffness over mass of any part; infinite where the integrator follows any.
+    pub most_stiffening: f64,
     /// Nodes that are held or driven along a path.
     pub fixings: Vec<Fixing>,
     /// Pairs of vertices that edits with symmetry keep mirrored.

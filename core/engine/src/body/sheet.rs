@@ -15,12 +15,14 @@ use std::sync::Arc;
 mod cut;
 mod fields;
 mod order;
+mod paint;
 mod state;
 
 pub use cut::OldCorners;
 pub use state::SheetState;
 
 use order::{Order, inverse};
+use paint::SheetPaint;
 
 /// Direction of the warp threads of a fabric.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,8 +54,10 @@ pub struct Sheet {
     driven: Vec<DrivenNode>,
     /// Whether nodes and elements have been made.
     active: bool,
-    /// A blade has changed nodes and elements since [`Sheet::activate`] last reported a change.
-    cut: bool,
+    /// A blade has changed nodes and elements, or a stroke pins, since [`Sheet::activate`] last reported a change.
+    has_changed: bool,
+    /// Pins and painted factors.
+    paint: SheetPaint,
     /// Fields of parameters of the material. After an edit that changed the rest shape, a cut evaluates them at the new rest positions.
     pub fields: Option<Arc<Fields>>,
     /// Factor of the material's stiffness; `None` if the material has none that may change.
@@ -87,7 +91,8 @@ impl Sheet {
             clamped: Arc::default(),
             driven: Vec::new(),
             active: false,
-            cut: false,
+            has_changed: false,
+            paint: SheetPaint::default(),
             fields: None,
             stiffness: None,
         }
@@ -119,7 +124,7 @@ impl Sheet {
     /// Returns the error of the material; [`LatticeError::Massless`] for a vertex without mass.
     pub fn activate(&mut self, model: &Model, fixings: &[Fixing], system: &mut System) -> Result<bool, LatticeError> {
         if self.active {
-            return Ok(std::mem::take(&mut self.cut));
+            return Ok(std::mem::take(&mut self.has_changed));
         }
         self.active = true;
         self.order = Arc::new(Order::of(&model.surface));
@@ -190,7 +195,7 @@ impl Sheet {
                 }
             }
         }
-        self.list_fields(system);
+        self.list_fields(system, triangles);
         system.set_sides(edges.hinge_of);
         self.prepare(system)
     }

@@ -86,6 +86,9 @@ impl Body {
         self.system.nodes.rest.clone_from(&state.nodes.rest);
         self.system.nodes.x.clone_from(&state.nodes.x);
         self.system.nodes.v.clone_from(&state.nodes.v);
+        if let Discretization::Lattice(lattice) = &mut self.discretization {
+            lattice.restore_pins(&self.fixings, &mut self.system.nodes);
+        }
         self.system.nodes.prescribed.clone_from(&state.nodes.prescribed);
         for (set, history) in self.system.sets.iter_mut().zip(&state.history) {
             set.set_history(history);

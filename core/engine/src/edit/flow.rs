@@ -6,7 +6,7 @@
 //! the surface points. The current shape follows by the elastic forces.
 
 use super::brush::{Brush, BrushShape};
-use super::touch::Touching;
+use super::touch_stroke::{Due, TouchStroke};
 use super::{Action, BodyPoint, Step};
 use crate::body::{Body, Discretization, EmbeddedPoint, LatticeError, Model, RestChange, Skin};
 use crate::plan::Edit;
@@ -14,8 +14,6 @@ use crate::tool::Tool;
 use nalgebra::UnitQuaternion;
 use pliant_solver::Vec3;
 
-/// Time between two changes of the rest shape, s: each one computes the rest data of every active element again.
-const INTERVAL: f64 = 8e-3;
 /// Largest fraction of the goal displacement in one change: above 1/2 fairing does not converge.
 const MAX_FRACTION: f64 = 0.5;
 /// Jacobi sweeps of the harmonic extension into the interior.
@@ -67,12 +65,10 @@ pub(super) struct RestShapeFlow {
     /// Rate at which the goal is approached, 1/s.
     rate: f64,
     goal: GoalDisplacement,
-    touching: Touching,
+    stroke: TouchStroke,
     brush: Brush,
     /// Change of the rest shape (buffer).
     change: RestChange,
-    /// Time since the last change, s.
-    since_update: f64,
 }
 
 impl RestShapeFlow {
@@ -82,10 +78,9 @@ impl RestShapeFlow {
             shape: BrushShape::of(edit, tool),
             rate: edit.strength.unwrap_or(default),
             goal,
-            touching: Touching,
+            stroke: TouchStroke::new(),
             brush: Brush::default(),
             change: RestChange::default(),
-            since_update: 0.0,
         })
     }
 
@@ -202,7 +197,7 @@ fn transfer(
 
 impl Action for RestShapeFlow {
     fn contact(&self, tool: &Tool) -> Option<BodyPoint> {
-        self.touching.contact(tool)
+        self.stroke.contact(tool)
     }
 
     fn extra_region_radius(&self, edge: f64) -> f64 {
@@ -219,19 +214,9 @@ impl Action for RestShapeFlow {
         step: &mut Step<'_>,
         contact: Option<EmbeddedPoint>,
     ) -> Result<(), LatticeError> {
-        self.touching.follow(tool, step, contact)?;
-        self.since_update += step.time.dt;
-        if self.since_update < INTERVAL {
-            return Ok(());
-        }
-        let seconds = std::mem::take(&mut self.since_update);
-        let at = match tool.proxy.touch {
-            Some(touch) => Some(BodyPoint { body: touch.body, rest: touch.rest }),
-            None => tool.sheet_below(step.bodies),
-        };
-        let Some(at) = at else { return Ok(()) };
+        let Some(Due { at, seconds }) = self.stroke.follow(tool, step, contact)? else { return Ok(()) };
         let body = &mut step.bodies[at.body as usize];
-        tool.reshaped |= self.flow(body, at.rest, step.hand.rotation, seconds)?;
+        tool.changed_body |= self.flow(body, at.rest, step.hand.rotation, seconds)?;
         Ok(())
     }
 }

@@ -44,7 +44,7 @@ impl EditKind for Pressure {
     }
 
     fn strength(&self) -> Option<Strength> {
-        Some(Strength { unit: "Pa", default: PRESSURE })
+        Some(Strength { unit: "Pa", default: PRESSURE, range: None })
     }
 
     fn begin(&self, edit: &Edit, tool: &Tool, _bodies: usize) -> Box<dyn Action> {

@@ -11,6 +11,8 @@ pub enum KeyName {
     Falloff,
     /// `strength`, in the unit of the edit kind.
     Strength,
+    /// `param`, a parameter of the body's material.
+    Param,
 }
 
 impl KeyName {
@@ -21,6 +23,7 @@ impl KeyName {
             Self::Radius => "radius",
             Self::Falloff => "falloff",
             Self::Strength => "strength",
+            Self::Param => "param",
         }
     }
 }
@@ -39,10 +42,12 @@ pub struct Key {
 /// What the `strength` of a kind measures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Strength {
-    /// SI unit, as in [`parse_quantity`](crate::scene::parse_quantity).
+    /// SI unit, as in [`parse_quantity`](crate::scene::parse_quantity); empty for a factor.
     pub unit: &'static str,
     /// Default, in that unit.
     pub default: f64,
+    /// Least and greatest value; `None` for all above 0.
+    pub range: Option<[f64; 2]>,
 }
 
 /// Default `radius`, in radii of the tool.

@@ -13,12 +13,15 @@ mod grip;
 mod grow;
 mod inflate;
 mod key;
+mod paint;
+mod pin;
 mod pinch;
 mod pull;
 mod region;
 mod relax;
 mod smooth;
 mod touch;
+mod touch_stroke;
 
 pub use brush::{Brush, BrushShape, Falloff};
 pub use cut::{BladeEdge, CutStep};
@@ -45,6 +48,9 @@ pub static KINDS: &[&dyn EditKind] = &[
     &relax::Relax,
     &grow::GROW,
     &grow::SHRINK,
+    &pin::PIN,
+    &pin::UNPIN,
+    &paint::Paint,
 ];
 
 /// Name of the edit that undoes the last one.
@@ -101,6 +107,11 @@ pub trait EditKind: Sync {
         None
     }
 
+    /// Default of the key `param`; `None` if it does not read that key.
+    fn param(&self) -> Option<&'static str> {
+        None
+    }
+
     /// Whether it cuts: its tool needs a `blade`, bodies keep a mesh that can be cut, and it can be undone even if its shape is not kept.
     fn cuts(&self) -> bool {
         false
@@ -116,9 +127,9 @@ pub trait EditKind: Sync {
         false
     }
 
-    /// Whether it changes the rest shape while it is active. Such an edit can be undone, and the key `release` does not apply to it, because the
-    /// elastic deformation by the tool always springs back.
-    fn changes_rest_shape(&self) -> bool {
+    /// Whether it changes the rest shape, pins or parameters of a body while it is active. Such an edit can be undone, and the key `release` does not
+    /// apply to it, because the elastic deformation by the tool always springs back.
+    fn changes_body(&self) -> bool {
         false
     }
 

@@ -33,10 +33,10 @@ impl EditKind for Relax {
     }
 
     fn strength(&self) -> Option<Strength> {
-        Some(Strength { unit: "Hz", default: RATE })
+        Some(Strength { unit: "Hz", default: RATE, range: None })
     }
 
-    fn changes_rest_shape(&self) -> bool {
+    fn changes_body(&self) -> bool {
         true
     }
 

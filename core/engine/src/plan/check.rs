@@ -41,15 +41,25 @@ pub(super) fn check(scene: &Scene, source: &Source) -> Result<(), SceneError> {
 ///
 /// # Errors
 /// Fails for a text with another unit and for a number that is not above 0.
-pub(super) fn strength(edit: &EditScene, kind: &dyn EditKind, source: &Source) -> Result<Option<f64>, SceneError> {
-    let (Some(given), Some(Strength { unit, .. })) = (&edit.strength, kind.strength()) else { return Ok(None) };
+pub(crate) fn strength(edit: &EditScene, kind: &dyn EditKind, source: &Source) -> Result<Option<f64>, SceneError> {
+    let (Some(given), Some(Strength { unit, range, .. })) = (&edit.strength, kind.strength()) else { return Ok(None) };
     let value = match given.get_ref() {
         Amount::Number(value) => *value,
+        Amount::Text(text) if unit.is_empty() => text.trim().parse().map_err(|_| {
+            let text = format!("strength of a `{}`: `{text}` is not a number; a factor has no unit", kind.name());
+            source.error(given.span(), text)
+        })?,
         Amount::Text(text) => parse_quantity(text, unit)
             .map_err(|why| source.error(given.span(), format!("strength of a `{}`: {why}", kind.name())))?,
     };
-    Check(source).above(value, given.span(), "strength", &format!(" {unit}"))?;
-    Ok(Some(value))
+    match range {
+        Some([low, high]) if !(low..=high).contains(&value) => {
+            let text = format!("strength of a `{}` is {value}; allowed is {low} to {high}", kind.name());
+            Err(source.error(given.span(), text))
+        }
+        Some(_) => Ok(Some(value)),
+        None => Check(source).above(value, given.span(), "strength", &format!(" {unit}")).map(|()| Some(value)),
+    }
 }
 
 /// The axes of each mirror image of an edit: every non-empty combination of the axes of its `symmetry`.
@@ -386,6 +396,7 @@ impl Check<'_> {
             (KeyName::Radius, edit.radius.as_ref().map(Spanned::span)),
             (KeyName::Falloff, edit.falloff.as_ref().map(Spanned::span)),
             (KeyName::Strength, edit.strength.as_ref().map(Spanned::span)),
+            (KeyName::Param, edit.param.as_ref().map(Spanned::span)),
         ];
         let (name, known) = match self.command(edit)? {
             Command::Tool(kind) => (kind.name(), kind.keys()),

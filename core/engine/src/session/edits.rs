@@ -39,16 +39,16 @@ impl Session {
         if let Some(index) = ended {
             let edit = &self.plan.edits[index].clone();
             self.cut_with(tool, time, true);
-            if edit.release == Release::Keep && !edit.kind.changes_rest_shape() {
+            if edit.release == Release::Keep && !edit.kind.changes_body() {
                 self.keep(time);
             }
             let slot = &mut self.tools[tool];
             let advances = std::mem::take(&mut slot.advances);
             self.warnings.tallies[index].advances += advances;
             let cut = advances > 0;
-            let reshaped = std::mem::take(&mut slot.tool.reshaped);
-            let kept = edit.release == Release::Keep && !edit.kind.changes_rest_shape();
-            self.settle(tool, cut || reshaped || kept);
+            let changed_body = std::mem::take(&mut slot.tool.changed_body);
+            let kept = edit.release == Release::Keep && !edit.kind.changes_body();
+            self.settle(tool, cut || changed_body || kept);
         }
         let slot = &mut self.tools[tool];
         slot.tool.release(&slot.hand);

@@ -25,6 +25,8 @@ pub enum EventKind {
     ForceLimit,
     /// A cut was refused; the model is unchanged.
     CutRefused,
+    /// A material does not let the parameter vary that an edit paints.
+    PaintRefused,
     /// An edit was undone or redone.
     History,
     /// A solve did not meet its tolerance.

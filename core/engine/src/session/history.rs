@@ -171,7 +171,7 @@ impl Session {
 
     /// Whether an edit is one that can be taken back. Where a material has a history, as clay has, any edit may leave something.
     fn is_remembered(&self, edit: &Edit) -> bool {
-        let leaves = edit.kind.cuts() || edit.kind.changes_rest_shape() || edit.release == Release::Keep;
+        let leaves = edit.kind.cuts() || edit.kind.changes_body() || edit.release == Release::Keep;
         leaves || self.bodies.iter().any(|body| body.system.sets.iter().any(|set| set.has(abi::HAS_HISTORY)))
     }
 

@@ -18,7 +18,7 @@ use crate::memory::{MemoryAccount, MemoryBudget, document_bytes};
 use crate::plan::Plan;
 use crate::recording::RecordedHands;
 use crate::scene::{
-    BladeScene, BodyScene, DeviceScene, Extent, FixedScene, GridLevel, Scene, Source, ToolScene, settings,
+    BladeScene, BodyScene, DeviceScene, EditScene, Extent, FixedScene, GridLevel, Scene, Source, ToolScene, settings,
 };
 use crate::tool::{Coupling, ForceLimits, ForceSafety, Hand, TactilePad, TipMass, Tool};
 use bytemuck::cast_slice;
@@ -135,7 +135,7 @@ impl Session {
         let (mut bodies, mut standing) = (Vec::new(), Vec::new());
         for (i, (name, model)) in models.into_iter().enumerate() {
             if plan.moving[i] {
-                bodies.push(opening.body(&scene.body[i], i, name, model, plan.cuts())?);
+                bodies.push(opening.body(&scene.body[i], i, name, model, (&scene.edit, plan.cuts()))?);
             } else {
                 standing.push((name, model.model));
             }
@@ -197,6 +197,8 @@ impl Session {
         session.meet(scene);
         session.measure(shared, &opening.measured_keys)?;
         session.choose(scene)?;
+        session.check_paint_params(scene, source)?;
+        session.limit_painting(scene, source);
         session.choices.threads = session.workers.all.threads();
         session.find_opening_warnings(scene, source, options.mesh.is_some())?;
         Ok(session)
@@ -371,7 +373,7 @@ impl Opening<'_> {
         index: usize,
         name: String,
         shared: SharedModel,
-        cuts: bool,
+        (edits, cuts): (&[EditScene], bool),
     ) -> Result<Body, SessionError> {
         let (library, info, settings) =
             self.plugin(PluginKind::Material, &scene.material.plugin, &scene.material.params)?;
@@ -381,6 +383,7 @@ impl Opening<'_> {
             self.refused(span_of(&error, &material.params, material.plugin.span()), error)
         })?;
         let model = Arc::clone(&shared.model);
+        super::fields::check_paint_range(edits, self.source, info, &settings)?;
         let fields = super::fields::fields(scene, self.source, info, &settings, &shared)?;
         let files = scene.field.iter().filter_map(|field| field.get_ref().file());
         let files = files.filter(|file| !self.source.factors.contains_key(file.get_ref()));
@@ -395,6 +398,7 @@ impl Opening<'_> {
             None => Discretization::Lattice(Box::new(self.lattice(scene, index, &shared, &material)?)),
         };
         let plane = info.fields().position(|param| param.key == STIFFNESS);
+        let params = info.fields().map(|param| param.key.clone()).collect();
         let stiffness = plane.map(|plane| StiffnessFactor::new(plane, info.fields().count()));
         match &mut discretization {
             Discretization::Lattice(lattice) => (lattice.fields, lattice.stiffness) = (fields, stiffness),
@@ -419,6 +423,8 @@ impl Opening<'_> {
             discretization,
             samples: Arc::default(),
             layer_stiffness: 0.0,
+            params,
+            most_stiffening: f64::INFINITY,
             fixings,
             symmetry: None,
             frozen: None,

@@ -117,6 +117,10 @@ impl Session {
             self.events.add_many(EventKind::GripLost, slipped, time, || {
                 format!("tool `{}`: it let go: its force was over the `limit` of its edit", slot.tool.name)
             });
+            if let Some((body, param)) = slot.tool.refused_param.take() {
+                let why = super::fields::refusal(&self.bodies[body as usize], &param);
+                self.events.add(EventKind::PaintRefused, time, || format!("tool `{}`: {why}", slot.tool.name));
+            }
             add_limit_event(&mut self.events, slot, &self.devices[slot.device].name, time);
         }
         self.move_tips(self.clock.dt);
@@ -152,7 +156,8 @@ impl Session {
 
     /// Moves a body; the step began at `start` on the wall clock. Returns the speed of its fastest node, m/s.
     fn move_body(&mut self, index: usize, time: StepTime, start: Instant, frame: &mut Frame) -> Result<f64, NotMoved> {
-        let factor = self.bodies[index].stiffness_factor().unwrap_or(1.0);
+        let body = &self.bodies[index];
+        let factor = body.stiffness_factor().unwrap_or(1.0) * body.painted_stiffening();
         let mut frequencies = self.limits.frequencies[index].stiffened(factor);
         // The springs are moved out for the step and returned to the tools, which read them for the reaction.
         for (slot, springs) in self.tools.iter_mut().zip(&mut self.scratch.springs) {

@@ -137,7 +137,7 @@ impl Session {
             });
         }
         let name = edit.kind.name();
-        if tally.force == 0.0 && !edit.kind.changes_rest_shape() {
+        if tally.force == 0.0 && !edit.kind.changes_body() {
             let text = format!(
                 "the {name} of tool `{tool}` met nothing: the largest force in {} steps is 0 N; move the path towards a body",
                 tally.steps

@@ -46,8 +46,10 @@ pub struct Tool {
     pub presses: Vec<(Vec3, f64)>,
     /// Number of grips lost because the force exceeded the limit.
     pub slipped: u64,
-    /// Whether the active edit has changed a rest shape.
-    pub(crate) reshaped: bool,
+    /// Whether the active edit has changed the rest shape, pins or parameters of a body.
+    pub(crate) changed_body: bool,
+    /// Body and parameter that the active edit would paint and that the material does not let vary.
+    pub(crate) refused_param: Option<(u32, String)>,
     /// Force that the active edit requests of the coupling, N; `None` if it is within the limit.
     pub(crate) wanted: Option<f64>,
     /// Stiffness of the coupling that a body met last, relative to its own: less than 1 where the body's elastic layer is softer.
@@ -83,7 +85,8 @@ impl Tool {
             depth: 0.0,
             presses: Vec::new(),
             slipped: 0,
-            reshaped: false,
+            changed_body: false,
+            refused_param: None,
             wanted: None,
             coupling_factor: 1.0,
             surface: SurfaceSearch::new(bodies),

@@ -84,6 +84,11 @@ impl ElementSet {
         &self.list.nodes
     }
 
+    /// Factors of the parameters that vary, one row of all elements for each (planes x m); empty where none varies.
+    pub fn fields(&self) -> &[f64] {
+        &self.list.fields
+    }
+
     /// History of the elements (stride x m).
     pub fn history(&self) -> &[f64] {
         &self.history

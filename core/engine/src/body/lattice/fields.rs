@@ -1,4 +1,4 @@
-//! Fields of material parameters, evaluated for the elements of a lattice.
+//! Fields of material parameters, given by the scene or painted by strokes, evaluated for the elements of a lattice.
 //!
 //! A cell has the factors at its centre, so an interface is resolved to one cell. An element that belongs to several cells, such as a point
 //! or a link on an edge, has the mean of their factors.
@@ -32,16 +32,20 @@ impl Mean {
 }
 
 impl Lattice {
-    /// Gives the elements listed last their factors: those of the body's fields, times the factor of its stiffness.
+    /// Gives the elements listed last their factors: those of the body's fields, times those painted, times the factor of its stiffness.
     pub(super) fn list_fields(&mut self, system: &mut System) {
         system.sets.iter_mut().for_each(|set| set.list_mut().fields.clear());
         self.evaluate_fields(system);
         StiffnessFactor::apply(self.stiffness, system);
     }
 
-    /// Gives the elements listed last their factors, if the body has fields.
+    /// Gives the elements listed last their factors, if the body has fields or is painted.
     fn evaluate_fields(&mut self, system: &mut System) {
-        let Some(fields) = self.fields.clone() else { return };
+        if self.fields.is_none() && self.painted().is_empty() {
+            return;
+        }
+        let (fields, painted) = (self.fields.clone(), Arc::clone(&self.paint.factors));
+        let at = |centre: Vec3| fields.as_ref().map_or_else(|| vec![1.0; painted.planes()], |fields| fields.at(centre));
         let half = Vec3::repeat(0.5 * self.facts.edge);
         let centres: Vec<Vec3> = self.region.cell_corners.iter().map(|c| self.grid_rest(c[0]) + half).collect();
         let known = &mut self.factors_of_cell;
@@ -50,7 +54,13 @@ impl Lattice {
             .cell_id
             .iter()
             .zip(centres)
-            .map(|(id, centre)| Arc::clone(known.entry(*id).or_insert_with(|| fields.at(centre).into())))
+            .map(|(id, centre)| {
+                let of_scene = Arc::clone(known.entry(*id).or_insert_with(|| at(centre).into()));
+                match painted.get(*id) {
+                    Some(painted) => of_scene.iter().zip(painted).map(|(a, b)| a * b).collect(),
+                    None => of_scene,
+                }
+            })
             .collect();
         let planes = cells.first().map_or(0, |factors| factors.len());
         let mut of_node = vec![Mean::default(); self.region.node_id.len()];

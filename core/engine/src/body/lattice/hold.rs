@@ -33,7 +33,7 @@ impl Lattice {
             let (near, far) = range[part as usize];
             if distance[i] >= near + HELD_FROM * (far - near) {
                 nodes.constraint[i] = Constraint::Fixed;
-                if !self.has_history {
+                if !self.keeps_displaced {
                     self.returning.push(i as u32);
                 }
             }

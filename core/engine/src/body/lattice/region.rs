@@ -89,9 +89,12 @@ impl Lattice {
 
     /// Ids, ascending, of active cells with a node that is not at rest.
     fn moving_cells(&self, nodes: &Nodes) -> impl Iterator<Item = u64> {
-        let displacement = if self.has_history { REST_DISPLACEMENT_WITH_HISTORY } else { REST_DISPLACEMENT };
+        let displacement = if self.keeps_displaced { REST_DISPLACEMENT_WITH_HISTORY } else { REST_DISPLACEMENT };
         let (far, fast) = (displacement * self.facts.edge, REST_SPEED * self.facts.edge);
         let moving = move |i: usize| {
+            if self.keeps_displaced && self.holds(i) {
+                return true;
+            }
             let (u, v) = (nodes.x[i] - nodes.rest[i], nodes.v[i]);
             u.norm_squared() > far * far || v.norm_squared() > fast * fast
         };
@@ -153,6 +156,7 @@ impl Lattice {
         let histories = Histories::take(system);
         let old_node = self.transfer_nodes(&mut system.nodes);
         self.update_smooth_embedding()?;
+        self.find_pinned(&system.nodes);
         self.constrain(fixings, &mut system.nodes);
         self.list_elements(system)?;
         self.list_fields(system);
@@ -168,6 +172,7 @@ impl Lattice {
         let (mut x, mut v): (Vec<Vec3>, Vec<Vec3>) = (Vec::with_capacity(n), Vec::with_capacity(n));
         let new_copies = self.fragments.new_copies.drain(..);
         let original_of: HashMap<NodeKey, NodeKey> = new_copies.map(|new| (new.key, new.original)).collect();
+        self.paint.pin_copies(original_of.iter());
         for (copy, original) in &original_of {
             if let Some(offset) = self.rest_offsets.get(original).copied() {
                 self.rest_offsets.insert(*copy, offset);
@@ -203,8 +208,8 @@ impl Lattice {
         old_node
     }
 
-    /// Constrains nodes: those of fixings, those on the border of the region, and those outside of all contact balls.
-    fn constrain(&mut self, fixings: &[Fixing], nodes: &mut Nodes) {
+    /// Constrains nodes: those of fixings, pinned ones, those on the border of the region, and those outside of all contact balls.
+    pub(super) fn constrain(&mut self, fixings: &[Fixing], nodes: &mut Nodes) {
         let n = nodes.x.len();
         nodes.constraint.clear();
         nodes.constraint.resize(n, Constraint::Free);
@@ -222,17 +227,20 @@ impl Lattice {
                 if fixings[fixing].moves() {
                     self.driven.push(DrivenNode { node: i as u32, fixing: fixing as u32 });
                 }
+            } else if self.holds(i) {
+                nodes.constraint[i] = Constraint::Fixed;
+                nodes.v[i] = Vec3::zeros();
             } else if self.region.node_border[i] != 0 {
                 nodes.constraint[i] = Constraint::Fixed;
-                if !self.has_history {
+                if !self.keeps_displaced {
                     self.returning.push(i as u32);
                 }
-            } else if !self.has_history && !self.contact_balls.iter().any(inside) {
+            } else if !self.keeps_displaced && !self.contact_balls.iter().any(inside) {
                 nodes.constraint[i] = Constraint::Fixed;
                 self.returning.push(i as u32);
             }
         }
-        let balls = if self.has_history { &self.last_contact_balls } else { &self.contact_balls };
+        let balls = if self.keeps_displaced { &self.last_contact_balls } else { &self.contact_balls };
         let has_contact = !balls.is_empty();
         if !self.is_whole() && has_contact {
             self.constrain_detached_parts(nodes);

@@ -1,6 +1,7 @@
 //! Saved state of a lattice, for undo and snapshots.
 
 use super::fragments::NodeKey;
+use super::paint::LatticePaint;
 use super::point_bindings::PointBindings;
 use super::{Fragments, Lattice, LatticeError, RestOffset};
 use crate::body::fixing::Fixing;
@@ -8,7 +9,7 @@ use crate::body::model::Model;
 use crate::body::skin::Skin;
 use pliant_host::Region;
 use pliant_plugin_api::abi::Ball;
-use pliant_solver::System;
+use pliant_solver::{Nodes, System};
 use std::collections::HashMap;
 
 /// Saved state of a lattice without its nodes; its size grows with the active region and the cuts. Fields are those of [`Lattice`].
@@ -22,6 +23,7 @@ pub struct LatticeState {
     bindings: PointBindings,
     needs_rebuild: bool,
     steps: u32,
+    paint: LatticePaint,
 }
 
 impl Lattice {
@@ -36,6 +38,7 @@ impl Lattice {
             bindings: self.bindings.clone(),
             needs_rebuild: self.needs_rebuild,
             steps: self.steps,
+            paint: self.paint.clone(),
         }
     }
 
@@ -61,6 +64,15 @@ impl Lattice {
         self.bindings = state.bindings;
         self.needs_rebuild = state.needs_rebuild;
         self.steps = state.steps;
+        self.paint = state.paint;
         self.replace_region(model, fixings, skin, system)
+    }
+
+    /// Constrains pinned nodes once more after a restore has put nodes where they were: away from rest, pins change what is held around them.
+    pub fn restore_pins(&mut self, fixings: &[Fixing], nodes: &mut Nodes) {
+        if self.has_pins() {
+            self.find_pinned(nodes);
+            self.constrain(fixings, nodes);
+        }
     }
 }

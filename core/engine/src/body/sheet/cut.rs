@@ -55,7 +55,9 @@ impl Sheet {
                 self.driven.push(DrivenNode { node, fixing: common });
             }
             origins.add(mesh.origin(vertex));
+            self.inherit_pin(vertex, node, &sources, &system.nodes);
         }
+        self.inherit_factors(advance, surface.triangles.len() as u32);
         self.material = Arc::new(self.cut_material_coordinates(mesh, advance, old_corners));
         let triangles = self.triangles(surface);
         let clamped: HashMap<[u32; 2], usize> = self.clamped.iter().copied().zip(0..).collect();
@@ -83,8 +85,24 @@ impl Sheet {
             };
             copy_history(set, history, old_element);
         }
-        self.cut = true;
+        self.has_changed = true;
         Ok(())
+    }
+
+    /// Pins a new vertex if its node is held, and one of the nodes it lies between is pinned.
+    fn inherit_pin(&mut self, vertex: u32, node: u32, sources: &[(u32, f64)], nodes: &Nodes) {
+        let is_pinned = |(n, _): &(u32, f64)| self.vertex_of(*n).is_some_and(|v| self.is_pinned(v));
+        if nodes.constraint[node as usize] == Constraint::Fixed && sources.iter().any(is_pinned) {
+            Arc::make_mut(&mut self.paint.pins).insert(vertex);
+        }
+    }
+
+    /// Gives new triangles, of `count` in all, the painted factors of those they were cut from.
+    fn inherit_factors(&mut self, advance: &Advance, count: u32) {
+        if !self.painted().is_empty() {
+            let pieces = (advance.first_triangle..count).map(|t| (u64::from(t), u64::from(old_triangle(advance, t))));
+            Arc::make_mut(&mut self.paint.factors).inherit(pieces);
+        }
     }
 
     /// Material coordinates of every triangle after the cut, m (m x 3 x 2): those of a piece are interpolated in the triangle it was cut

@@ -1,6 +1,7 @@
 //! Saved state of a sheet, for undo and snapshots.
 
 use super::order::Order;
+use super::paint::SheetPaint;
 use super::{Edges, Sheet};
 use crate::body::lattice::{DrivenNode, LatticeError};
 use crate::body::model::Model;
@@ -16,6 +17,7 @@ pub struct SheetState {
     clamped: Arc<Vec<[u32; 2]>>,
     driven: Vec<DrivenNode>,
     active: bool,
+    paint: SheetPaint,
 }
 
 impl Sheet {
@@ -27,6 +29,7 @@ impl Sheet {
             clamped: Arc::clone(&self.clamped),
             driven: self.driven.clone(),
             active: self.active,
+            paint: self.paint.clone(),
         }
     }
 
@@ -42,12 +45,19 @@ impl Sheet {
         system: &mut System,
     ) -> Result<(), LatticeError> {
         let same = Arc::ptr_eq(&self.material, &state.material) && system.nodes.rest == nodes.rest;
-        let SheetState { order, material, clamped, driven, active } = state.clone();
+        let SheetState { order, material, clamped, driven, active, paint } = state.clone();
+        let same_factors = Arc::ptr_eq(&self.paint.factors, &paint.factors);
         (self.order, self.material, self.clamped, self.driven, self.active) =
             (order, material, clamped, driven, active);
-        self.cut = false;
+        self.paint = paint;
+        self.has_changed = false;
         system.nodes.clone_from(nodes);
-        if same || !self.active {
+        if !self.active || same && same_factors {
+            return Ok(());
+        }
+        if same {
+            self.renew_parameters(model, system)?;
+            system.nodes.mass.clone_from(&nodes.mass);
             return Ok(());
         }
         self.number(&model.surface);

@@ -45,6 +45,9 @@ pub struct EditScene {
     /// Strength of the edit, in the unit of its kind.
     #[schemars(with = "Option<Amount>")]
     pub strength: Option<Spanned<Amount>>,
+    /// Parameter of the material that a `paint` changes, such as `density`; `young`, the stiffness, by default.
+    #[schemars(with = "Option<String>")]
+    pub param: Option<Spanned<String>>,
 }
 
 /// A number in SI units or a text with a unit; the quantity depends on the kind of the edit.

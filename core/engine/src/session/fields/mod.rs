@@ -1,11 +1,13 @@
 //! Fields of a scene: which parameter of a body's material differs, where, and by what factor.
 
 mod on_surface;
+mod painted;
 
 use super::shared::SharedModel;
 use crate::body::{FieldSurface, Fields, Layer, Place};
 use crate::scene::{BodyScene, FieldScene, SceneError, Source};
 use on_surface::SurfaceSource;
+pub(super) use painted::{check_paint_range, refusal};
 use pliant_host::{ParamKind, ParamSettings, ParamValue, PluginInfo};
 use pliant_mesh::geometry::Vec3;
 use std::ops::RangeInclusive;
@@ -60,19 +62,23 @@ fn check_range(
     layer: &Layer,
 ) -> Result<(), SceneError> {
     let key = field.param.get_ref();
-    let Some((index, param)) = info.params.iter().enumerate().find(|(_, param)| param.key == *key) else {
+    check_factors(key, layer.bounds(), info, settings)
+        .map_err(|why| source.error(field.param.span(), format!("field of `{key}`: {why}")))
+}
+
+/// Refuses factors that lead out of the range of the parameter `key`.
+fn check_factors(key: &str, factors: [f64; 2], info: &PluginInfo, settings: &ParamSettings) -> Result<(), String> {
+    let Some((index, param)) = info.params.iter().enumerate().find(|(_, param)| param.key == key) else {
         return Ok(());
     };
     let ParamKind::Number { default, .. } = param.kind else { return Ok(()) };
     let given = settings.iter().find(|(i, _)| *i == index).map(|(_, value)| value);
     let value = if let Some(ParamValue::Number(value)) = given { *value } else { default };
-    for factor in layer.bounds() {
-        if let Err(why) = param.check(&ParamValue::Number(factor * value)) {
-            let text = format!("field of `{key}`: {factor} times {value}: {why}");
-            return Err(source.error(field.param.span(), text));
-        }
-    }
-    Ok(())
+    let check = |factor: f64| {
+        let checked = param.check(&ParamValue::Number(factor * value));
+        checked.map_err(|why| format!("{factor} times {value}: {why}"))
+    };
+    factors.into_iter().try_for_each(check)
 }
 
 /// What one entry gives.

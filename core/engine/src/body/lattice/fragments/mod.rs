@@ -265,6 +265,12 @@ impl Fragments {
         Some(cell.fragments.get(fragment.fragment).map_or(&[][..], |f| f.points.as_slice()))
     }
 
+    /// Surface points of a fragment; `None` if there is no such fragment.
+    pub fn part(&self, fragment: CellFragment) -> Option<&[u32]> {
+        let part = self.cells.get(&fragment.cell)?.fragments.get(fragment.fragment)?;
+        Some(&part.points)
+    }
+
     /// Removes all surface points from the fragments of a cell.
     pub fn release(&mut self, id: u64) {
         if let Some(cell) = self.cells.get_mut(&id) {

@@ -1,0 +1,83 @@
+//! Pin and unpin: nodes around the contact are held where they are, or freed.
+//!
+//! A pinned node keeps its present place: its velocity is zero, and what pulls at it goes nowhere. Its rest position and the forces of the body are
+//! not changed, so a freed node starts from where it was held with the force that it was held against.
+
+use super::brush::BrushShape;
+use super::key::{Key, RADIUS};
+use super::touch_stroke::{Due, TouchStroke};
+use super::{Action, BodyPoint, EditKind, Falloff, Step};
+use crate::body::{EmbeddedPoint, LatticeError};
+use crate::plan::Edit;
+use crate::tool::Tool;
+
+/// Pins or frees nodes where the tool touches.
+pub(super) struct Pin {
+    name: &'static str,
+    summary: &'static str,
+    /// Whether nodes are pinned, or else freed.
+    pins: bool,
+}
+
+/// The edit kind `pin`: what the tool touches no longer moves.
+pub(super) static PIN: Pin = Pin { name: "pin", summary: "Hold what the tool touches where it is.", pins: true };
+/// The edit kind `unpin`: what the tool touches moves again.
+pub(super) static UNPIN: Pin =
+    Pin { name: "unpin", summary: "Free what was pinned where the tool touches.", pins: false };
+
+impl EditKind for Pin {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn summary(&self) -> &'static str {
+        self.summary
+    }
+
+    fn keys(&self) -> &'static [Key] {
+        &[RADIUS]
+    }
+
+    fn changes_body(&self) -> bool {
+        true
+    }
+
+    fn begin(&self, edit: &Edit, tool: &Tool, _bodies: usize) -> Box<dyn Action> {
+        let shape = BrushShape { falloff: Falloff::Constant, ..BrushShape::of(edit, tool) };
+        Box::new(Pinning { shape, pins: self.pins, stroke: TouchStroke::new() })
+    }
+}
+
+/// A stroke that pins or frees nodes.
+struct Pinning {
+    shape: BrushShape,
+    pins: bool,
+    stroke: TouchStroke,
+}
+
+impl Action for Pinning {
+    fn contact(&self, tool: &Tool) -> Option<BodyPoint> {
+        self.stroke.contact(tool)
+    }
+
+    fn extra_region_radius(&self, edge: f64) -> f64 {
+        self.shape.radius_at(edge)
+    }
+
+    fn is_fingertip(&self) -> bool {
+        true
+    }
+
+    fn follow(
+        &mut self,
+        tool: &mut Tool,
+        step: &mut Step<'_>,
+        contact: Option<EmbeddedPoint>,
+    ) -> Result<(), LatticeError> {
+        let Some(Due { at, .. }) = self.stroke.follow(tool, step, contact)? else { return Ok(()) };
+        let body = &mut step.bodies[at.body as usize];
+        let radius = self.shape.radius_at(body.discretization.edge());
+        tool.changed_body |= if self.pins { body.pin(at.rest, radius)? } else { body.unpin(at.rest, radius)? };
+        Ok(())
+    }
+}
